@@ -1,0 +1,160 @@
+/* perp/lcp.h: linear complementarity problems with bounds.
+ *
+ *   find z in [l, u] with w = M z + q such that, for every i,
+ *     w_i >= 0 where z_i = l_i,   w_i <= 0 where z_i = u_i,   w_i = 0 where l_i < z_i < u_i.
+ *
+ * w_i is free where l_i = u_i. The defaults l = 0, u = +inf give the plain LCP
+ * 0 <= z  perp  M z + q >= 0; both bounds infinite make row i an equation.
+ *
+ * The life of a solve: create, setup (with the problem), solve (again and again), destroy; or
+ * perp_lcp_solve() for a single problem.
+ *
+ * Source of the problem class: Cottle, Pang & Stone, "The Linear Complementarity Problem" (1992).
+ */
+#ifndef PERP_LCP_H
+#define PERP_LCP_H
+
+#include <perp/base.h>
+#include <perp/matrix.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Values never change. */
+enum perp_lcp_method_value {
+    PERP_LCP_AUTO = 0,    /* chosen from size, storage and diagonal; falls through on failure */
+    PERP_LCP_LEMKE = 1,   /* complementary pivoting; exact, any M; memory n^2 */
+    PERP_LCP_PGS = 2,     /* projected Gauss-Seidel; needs M_ii > 0; cheap, linear convergence */
+    PERP_LCP_FISCHER = 3, /* semismooth Newton on the Fischer-Burmeister function */
+    PERP_LCP_POLISH = 4   /* only ever reported: the active set of z0 already solved the problem */
+};
+
+/* How Lemke's method chooses among the rows that tie in the ratio test. Values never change. */
+enum perp_pivot_rule_value {
+    PERP_PIVOT_HARRIS = 0,       /* largest pivot within an absolute tolerance; restarts on a ray */
+    PERP_PIVOT_LEXICOGRAPHIC = 1 /* the textbook rule with its termination proof; no restarts */
+};
+
+/* What a ray proves. Values never change. */
+enum perp_certificate_value {
+    PERP_CERTIFICATE_NONE = 0,
+    PERP_CERTIFICATE_INFEASIBLE = 1 /* no z >= l has M z + q >= 0: the ray y has y >= 0, M'y <= 0
+                                       and y'(q + M l) < 0, checked in the caller's data */
+};
+
+/* What the monitor sees. Filled by the library. */
+typedef struct perp_lcp_progress {
+    size_t struct_size;
+    int32_t method;
+    int32_t reserved;
+    int64_t iterations;
+    double residual; /* the method's own running estimate; +inf where it has none (lemke) */
+} perp_lcp_progress;
+
+/* Called once an iteration (lemke: every 16 pivots). Returns 0 to go on, a positive number to stop
+ * (outcome 'stopped', best iterate returned), a negative number to abort the call with
+ * PERP_ERROR_CALLBACK. Must not call into the same context. */
+typedef int32_t (*perp_lcp_monitor)(const perp_lcp_progress *progress, void *user);
+
+typedef struct perp_lcp_settings {
+    size_t struct_size;
+    int32_t method; /* PERP_LCP_...; default PERP_LCP_AUTO */
+    int32_t
+        max_iterations; /* pivots, sweeps or Newton steps; 0 (default): the method's own limit */
+    double tol;         /* tested residual that counts as solved; default 1e-10; > 0 */
+    double time_limit;  /* seconds; 0 (default): none, and then no decision reads the clock */
+    double relaxation;  /* pgs: over- or under-relaxation in (0, 2); default 1 */
+    int32_t pivot_rule; /* lemke: PERP_PIVOT_...; default PERP_PIVOT_HARRIS */
+    int32_t scaling;    /* 1 (default): equilibrate by powers of two; 0: use M as it is */
+    int32_t polish;     /* 1 (default): re-solve the final active set with refinement; 0: don't */
+    int32_t reserved;   /* 0 */
+    perp_lcp_monitor monitor; /* NULL (default): none */
+    void *monitor_user;
+} perp_lcp_settings;
+
+typedef struct perp_lcp_result {
+    size_t struct_size;
+    int32_t outcome;         /* PERP_OUTCOME_... */
+    int32_t method;          /* the method that gave the answer, PERP_LCP_... */
+    int64_t iterations;      /* pivots, sweeps or Newton steps of that method */
+    double residual;         /* tested residual, dimensionless: the one compared with tol */
+    double natural_residual; /* max |mid(z - l, z - u, w)| in the caller's units */
+    double backward_error;   /* row-wise, on the index set read from z; 2^-52 is one unit */
+    double seconds;          /* wall time of the call */
+    int32_t certificate;     /* PERP_CERTIFICATE_... */
+    int32_t has_ray;         /* 1 if a verified ray was found (and written, if asked for) */
+} perp_lcp_result;
+
+/* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size. */
+PERP_API perp_status perp_lcp_settings_init(perp_lcp_settings *settings, size_t size);
+PERP_API perp_status perp_lcp_result_init(perp_lcp_result *result, size_t size);
+
+/* Returns "auto", "lemke", "pgs", "fischer", "polish"; "unknown method" otherwise. Static. */
+PERP_API const char *perp_lcp_method_text(int32_t method);
+
+/* A problem with its workspace. */
+typedef struct perp_lcp_solver perp_lcp_solver;
+
+/* Creates a solver without a problem.
+ *
+ * Returns: PERP_OK, PERP_ERROR_HANDLE, _BUSY, _ARGUMENT, _NOT_FINITE, _ABI or _MEMORY.
+ * Out:     solver: the new solver; untouched after failure.
+ * In:      settings: copied; NULL for the defaults. */
+PERP_API perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
+                                            const perp_lcp_settings *settings) PERP_WARN_UNUSED;
+
+/* Releases a solver; NULL is allowed. */
+PERP_API void perp_lcp_solver_destroy(perp_lcp_solver *solver);
+
+/* Replaces the settings. The problem and the workspace stay; cost as perp_lcp_solver_setup only
+ * where another method needs other memory.
+ * Returns: PERP_OK, or a negative status with the old settings still in force. */
+PERP_API perp_status perp_lcp_solver_set(perp_lcp_solver *solver,
+                                         const perp_lcp_settings *settings) PERP_WARN_UNUSED;
+
+/* Gives the solver its problem: checks every number, finds the scaling, allocates the workspace.
+ * Call it again after values of M changed, with the same sizes it allocates nothing.
+ *
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT (M not square, unsorted indices, lower > upper, ...),
+ *          PERP_ERROR_NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY. After failure the solver keeps
+ *          the problem it had.
+ * In:      M: n by n, dense or CSC. The view is copied, its arrays are not: they must stay in
+ *             place and unchanged until the next setup or destroy.
+ *          lower: n entries, or NULL for 0; finite or -inf. Copied.
+ *          upper: n entries, or NULL for +inf; finite or +inf, upper >= lower. Copied.
+ * Cost:    one pass over M. */
+PERP_API perp_status perp_lcp_solver_setup(perp_lcp_solver *solver, const perp_matrix *M,
+                                           const double *lower,
+                                           const double *upper) PERP_WARN_UNUSED;
+
+/* Solves the problem for one q.
+ *
+ * Returns: PERP_OK with the outcome in result->outcome; PERP_ERROR_ARGUMENT (no problem set up,
+ *          method pgs with M_ii <= 0), PERP_ERROR_NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY or
+ *          _CALLBACK. After a negative status nothing was written.
+ * Out:     z: n entries, within the bounds; the best iterate found, whatever the outcome.
+ *             Variables off the final index set are exactly their bound.
+ *          w: n entries, M z + q recomputed from the caller's data; or NULL.
+ *          ray: n entries, the direction of z along the secondary ray, largest entry 1; written
+ *               only if result->has_ray; or NULL.
+ *          result: initialised by perp_lcp_result_init.
+ * In:      q: n entries.
+ *          z0: n entries, a start (pgs, fischer) or a guess of the active set that is tried first
+ *              (lemke); projected onto the bounds; or NULL.
+ * Memory:  none allocated after the first call of a size (third-party factorisations excepted). */
+PERP_API perp_status perp_lcp_solver_solve(perp_lcp_solver *solver, double *z, double *w,
+                                           double *ray, perp_lcp_result *result, const double *q,
+                                           const double *z0) PERP_WARN_UNUSED;
+
+/* Creates, sets up, solves and destroys in one call; arguments and statuses as above. */
+PERP_API perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *ray,
+                                    perp_lcp_result *result, const perp_lcp_settings *settings,
+                                    const perp_matrix *M, const double *q, const double *lower,
+                                    const double *upper, const double *z0) PERP_WARN_UNUSED;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

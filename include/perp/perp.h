@@ -1,0 +1,10 @@
+/* perp/perp.h: the whole public surface. Each header can also be included alone. */
+#ifndef PERP_PERP_H
+#define PERP_PERP_H
+
+#include <perp/base.h>
+#include <perp/lcp.h>
+#include <perp/matrix.h>
+#include <perp/world.h>
+
+#endif

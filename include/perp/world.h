@@ -1,0 +1,248 @@
+/* perp/world.h: rigid bodies with contact and Coulomb friction.
+ *
+ * One step solves, island by island, the complementarity problem of Stewart & Trinkle (1995) in the
+ * form of Anitescu & Potra (1997): geometry frozen at the start of the step, velocities implicit,
+ *
+ *   M (v+ - v) = h k + n c + D beta,      q+ = q + h v+
+ *   0 <= c     perp  max(gap,0)/h + n'v+  >= 0
+ *   0 <= beta  perp  D'v+ + e lambda      >= 0
+ *   0 <= lambda perp mu c - e'beta        >= 0
+ *
+ * which has a solution for every mu, h and number of contacts. Rows exist only for what the scene
+ * needs: a frictionless contact is one row, a planar body has three coordinates, a body that
+ * nothing touches costs no solve.
+ *
+ * Conventions. Any consistent units. A quaternion (w,x,y,z) maps body to world; velocities are
+ * those of the mass centre in the world frame; inertia is about the mass centre in the body frame.
+ * Planar worlds use x, y and an angle about z. gap > 0 is separated. A contact's normal points from
+ * body A to body B; a normal impulse >= 0 pushes B along it; a normal velocity > 0 separates.
+ * Contact components come as (normal, tangent 1, tangent 2), right-handed. A half-space is solid
+ * where normal.x <= offset. A sphere of radius 0 is a point.
+ */
+#ifndef PERP_WORLD_H
+#define PERP_WORLD_H
+
+#include <perp/base.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct perp_world perp_world;
+
+/* Ids by value; 0 is null. An id of something removed is recognised and refused. */
+typedef uint64_t perp_body;
+typedef uint64_t perp_shape;
+
+/* Values never change. */
+enum perp_body_kind_value {
+    PERP_BODY_DYNAMIC = 0,  /* moved by forces and contacts */
+    PERP_BODY_STATIC = 1,   /* never moves */
+    PERP_BODY_KINEMATIC = 2 /* moves with the velocity it was given, whatever touches it */
+};
+
+/* Values never change. */
+enum perp_contact_mode_value {
+    PERP_CONTACT_SEPARATE = 0,
+    PERP_CONTACT_STICK = 1,
+    PERP_CONTACT_SLIP = 2
+};
+
+typedef struct perp_world_settings {
+    size_t struct_size;
+    double gravity[3];           /* default (0, 0, -9.81); planar: default (0, -9.81, 0) */
+    int32_t planar;              /* 0 (default): three dimensions; 1: x-y plane */
+    int32_t friction_directions; /* edges of the polyhedral friction cone in three dimensions, even,
+                                    4 .. 64; default 8. Planar friction is exact. */
+    int32_t method;              /* PERP_LCP_... of the contact problems; default PERP_LCP_AUTO */
+    int32_t max_iterations;      /* of one contact problem; 0 (default): the method's own limit */
+    double tol;                  /* tested residual of one contact problem; default 1e-10 */
+    double time_limit;           /* seconds for one contact problem; 0 (default): none */
+    int32_t strict;              /* 1: a step that is not solved leaves the state untouched;
+                                    0 (default): on a limit it advances with the best iterate */
+    int32_t reserved;
+} perp_world_settings;
+
+/* State and properties of a body that is about to be added. */
+typedef struct perp_body_settings {
+    size_t struct_size;
+    int32_t kind; /* PERP_BODY_...; default dynamic */
+    int32_t reserved;
+    double mass;           /* > 0; ignored unless dynamic; default 1 */
+    double inertia[9];     /* body frame, symmetric positive definite with the triangle inequality;
+                              default identity. Planar: only inertia[8], about z. */
+    double position[3];    /* mass centre; default 0 */
+    double orientation[4]; /* unit quaternion (w,x,y,z) to 1e-6, normalised; default identity */
+    double angle;          /* planar only, instead of orientation; default 0 */
+    double velocity[3];    /* default 0 */
+    double angular_velocity[3]; /* default 0. Planar: only [2]. */
+} perp_body_settings;
+
+/* What changes in time. Planar: z components are 0, orientation is ignored on input. */
+typedef struct perp_body_state {
+    size_t struct_size;
+    double position[3];
+    double orientation[4];
+    double angle; /* planar only; 0 otherwise */
+    double velocity[3];
+    double angular_velocity[3];
+    double force[3];  /* applied at the mass centre, world frame, kept until changed */
+    double torque[3]; /* world frame, kept until changed. Planar: only [2]. */
+} perp_body_state;
+
+/* Material and place of a shape on its body. */
+typedef struct perp_shape_settings {
+    size_t struct_size;
+    double friction;    /* mu >= 0; a pair's mu is the geometric mean; default 0 */
+    double restitution; /* 0 .. 1; a pair's is the larger; default 0 */
+    double offset[3];   /* of the shape's centre from the mass centre, body frame; default 0 */
+    double rotation[4]; /* shape to body, unit quaternion; default identity. Planar: about z. */
+} perp_shape_settings;
+
+/* One contact point of the last step. */
+typedef struct perp_contact {
+    size_t struct_size;
+    perp_body body_a;
+    perp_body body_b;
+    perp_shape shape_a;
+    perp_shape shape_b;
+    double position[3]; /* midway between the two surfaces, at the start of the step */
+    double normal[3];   /* from A to B */
+    double tangent_1[3];
+    double tangent_2[3]; /* planar: 0 */
+    double gap;          /* at the start of the step */
+    double impulse[3];   /* on B: normal, tangent 1, tangent 2; exactly 0 where separated */
+    double velocity[3];  /* of B relative to A after the step; exactly 0 where the contact holds */
+    double friction;
+    double restitution;
+    int32_t mode; /* PERP_CONTACT_... */
+    int32_t reserved;
+} perp_contact;
+
+typedef struct perp_step_result {
+    size_t struct_size;
+    int32_t outcome;  /* the worst of the islands': solved and rounding_limit are good */
+    int32_t advanced; /* 1 if the state moved on; 0 if it was left untouched */
+    int64_t iterations;
+    double residual; /* the largest tested residual of the islands */
+    int32_t contacts;
+    int32_t islands; /* islands that needed a solve */
+} perp_step_result;
+
+typedef struct perp_world_stats {
+    size_t struct_size;
+    int32_t bodies;
+    int32_t shapes;
+    int32_t islands;        /* with contacts, last step */
+    int32_t contacts;       /* contact points, last step */
+    int32_t rows_normal;    /* of all contact problems, last step */
+    int32_t rows_friction;  /* one an edge of a friction cone */
+    int32_t rows_cone;      /* one a contact with friction */
+    int32_t impacts;        /* islands that solved a second problem for restitution */
+    int64_t iterations;     /* last step */
+    int64_t steps;          /* since creation */
+    double residual;        /* last step */
+    double seconds_collide; /* since creation, by phase */
+    double seconds_solve;
+    double seconds_integrate;
+    double seconds_project;
+} perp_world_stats;
+
+/* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size.
+ * perp_world_settings_init takes the planar flag because gravity's default depends on it. */
+PERP_API perp_status perp_world_settings_init(perp_world_settings *settings, size_t size,
+                                              int32_t planar);
+PERP_API perp_status perp_body_settings_init(perp_body_settings *settings, size_t size);
+PERP_API perp_status perp_body_state_init(perp_body_state *state, size_t size);
+PERP_API perp_status perp_shape_settings_init(perp_shape_settings *settings, size_t size);
+PERP_API perp_status perp_contact_init(perp_contact *contact, size_t size);
+PERP_API perp_status perp_step_result_init(perp_step_result *result, size_t size);
+PERP_API perp_status perp_world_stats_init(perp_world_stats *stats, size_t size);
+
+/* Returns "separate", "stick" or "slip"; "unknown mode" otherwise. Static. */
+PERP_API const char *perp_contact_mode_text(int32_t mode);
+
+/* Creates a world that holds one static body, the ground.
+ * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY.
+ * In:      settings: copied; NULL for the defaults in three dimensions. */
+PERP_API perp_status perp_world_create(perp_context *context, perp_world **world,
+                                       const perp_world_settings *settings) PERP_WARN_UNUSED;
+
+/* Releases a world; NULL is allowed. */
+PERP_API void perp_world_destroy(perp_world *world);
+
+/* Returns the id of the world's static body; 0 if `world` is not a world. */
+PERP_API perp_body perp_world_ground(const perp_world *world);
+
+/* Adds a body.
+ * Returns: PERP_OK, PERP_ERROR_ARGUMENT (mass <= 0, inertia not positive definite, ...),
+ *          _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY. */
+PERP_API perp_status perp_world_add_body(perp_world *world, perp_body *body,
+                                         const perp_body_settings *settings) PERP_WARN_UNUSED;
+
+/* Removes a body and its shapes; the ground can't be removed. */
+PERP_API perp_status perp_world_remove_body(perp_world *world, perp_body body) PERP_WARN_UNUSED;
+
+/* Read or replace what changes in time. set takes the whole state; orientation is normalised.
+ * For a static body only position and orientation may be set. */
+PERP_API perp_status perp_world_get_body(const perp_world *world, perp_body_state *state,
+                                         perp_body body) PERP_WARN_UNUSED;
+PERP_API perp_status perp_world_set_body(perp_world *world, const perp_body_state *state,
+                                         perp_body body) PERP_WARN_UNUSED;
+
+/* Add a shape to a body. `shape` may be NULL, `settings` NULL for the defaults.
+ * radius >= 0. half_extents: 3 numbers > 0 (planar: the first 2). normal: 3 numbers, not zero,
+ * normalised; a half-space, allowed on static and kinematic bodies only, in the body's frame. */
+PERP_API perp_status perp_world_add_sphere(perp_world *world, perp_shape *shape, perp_body body,
+                                           double radius,
+                                           const perp_shape_settings *settings) PERP_WARN_UNUSED;
+PERP_API perp_status perp_world_add_box(perp_world *world, perp_shape *shape, perp_body body,
+                                        const double *half_extents,
+                                        const perp_shape_settings *settings) PERP_WARN_UNUSED;
+PERP_API perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, perp_body body,
+                                          const double *normal, double offset,
+                                          const perp_shape_settings *settings) PERP_WARN_UNUSED;
+
+/* Advances the world by dt > 0.
+ *
+ * Returns: PERP_OK with the outcome in result->outcome, PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI,
+ *          _HANDLE, _BUSY or _MEMORY; after a negative status the state is untouched.
+ * Out:     result: initialised by perp_step_result_init; or NULL.
+ * Where no step exists (outcome 'ray': restitutions differ on contacts that oppose each other) the
+ * state is left untouched. */
+PERP_API perp_status perp_world_step(perp_world *world, perp_step_result *result,
+                                     double dt) PERP_WARN_UNUSED;
+
+/* The contact points of the last step. index from 0 to perp_world_contact_count() - 1. */
+PERP_API int32_t perp_world_contact_count(const perp_world *world);
+PERP_API perp_status perp_world_get_contact(const perp_world *world, perp_contact *contact,
+                                            int32_t index) PERP_WARN_UNUSED;
+
+/* Kinetic and potential energy (zero height at the origin) of the dynamic bodies. Either output may
+ * be NULL. */
+PERP_API perp_status perp_world_energy(const perp_world *world, double *kinetic,
+                                       double *potential) PERP_WARN_UNUSED;
+
+/* Linear momentum, and angular momentum about the origin, of the dynamic bodies; 3 numbers each.
+ * Either output may be NULL. */
+PERP_API perp_status perp_world_momentum(const perp_world *world, double *linear,
+                                         double *angular) PERP_WARN_UNUSED;
+
+PERP_API perp_status perp_world_get_stats(const perp_world *world,
+                                          perp_world_stats *stats) PERP_WARN_UNUSED;
+
+/* Save and restore the states of all bodies. The blob is `size` bytes as told by
+ * perp_world_snapshot_size and is valid for this world while no body is added or removed
+ * (PERP_ERROR_ARGUMENT otherwise). A restored world continues with the same bits. */
+PERP_API perp_status perp_world_snapshot_size(const perp_world *world,
+                                              size_t *size) PERP_WARN_UNUSED;
+PERP_API perp_status perp_world_snapshot_save(const perp_world *world, void *blob,
+                                              size_t size) PERP_WARN_UNUSED;
+PERP_API perp_status perp_world_snapshot_restore(perp_world *world, const void *blob,
+                                                 size_t size) PERP_WARN_UNUSED;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,73 @@
+#include "base/arena.h"
+
+#include <string.h>
+
+#include "base/context.h"
+
+#define PERP__ALIGNMENT ((size_t)64)
+
+void perp__arena_init(perp__arena *arena, perp_context *context)
+{
+    memset(arena, 0, sizeof *arena);
+    arena->context = context;
+}
+
+void *perp__arena_take(perp__arena *arena, size_t count, size_t size)
+{
+    size_t offset = arena->used;
+    size_t bytes;
+
+    if (offset == SIZE_MAX || (size != 0 && count > (SIZE_MAX / 2 - offset) / size)) {
+        arena->used = SIZE_MAX; /* an overflow while measuring: the fit will fail */
+        return NULL;
+    }
+    bytes = (count * size + PERP__ALIGNMENT - 1) & ~(PERP__ALIGNMENT - 1);
+    arena->used = offset + bytes;
+    return arena->base ? arena->base + offset : NULL;
+}
+
+static perp_status grow(perp__arena *arena, size_t needed)
+{
+    void *block;
+
+    if (needed > SIZE_MAX / 2)
+        return perp__fail_memory(arena->context, "the workspace");
+    block = perp__allocate(arena->context, 1, needed + PERP__ALIGNMENT);
+    if (!block)
+        return perp__fail_memory(arena->context, "the workspace");
+    perp__release(arena->context, arena->block);
+    arena->block = block;
+    arena->capacity = needed;
+    return PERP_OK;
+}
+
+static char *aligned(void *block)
+{
+    uintptr_t address = (uintptr_t)block;
+    uintptr_t rest = address % PERP__ALIGNMENT;
+
+    return (char *)block + (rest ? PERP__ALIGNMENT - rest : 0);
+}
+
+perp_status perp__arena_fit(perp__arena *arena, perp__layout layout, void *object)
+{
+    perp_status status = PERP_OK;
+
+    arena->base = NULL;
+    arena->used = 0;
+    layout(arena, object);
+    if (!arena->block || arena->used > arena->capacity)
+        status = grow(arena, arena->used);
+    if (status == PERP_OK) {
+        arena->base = aligned(arena->block);
+        arena->used = 0;
+        layout(arena, object);
+    }
+    return status;
+}
+
+void perp__arena_release(perp__arena *arena)
+{
+    perp__release(arena->context, arena->block);
+    perp__arena_init(arena, arena->context);
+}

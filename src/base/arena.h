@@ -1,0 +1,30 @@
+/* One block of memory that several arrays share. A layout function takes the arrays one after the
+ * other; it runs twice, first to measure, then, with the block in place, to hand out pointers. */
+#ifndef PERP_BASE_ARENA_H
+#define PERP_BASE_ARENA_H
+
+#include <perp/base.h>
+
+typedef struct perp__arena {
+    perp_context *context;
+    void *block; /* as allocated */
+    char *base;  /* aligned; NULL while measuring */
+    size_t capacity;
+    size_t used;
+} perp__arena;
+
+typedef void (*perp__layout)(perp__arena *arena, void *object);
+
+/* Takes `count` elements of `size` bytes, aligned to a cache line. While measuring the result is
+ * NULL. The memory is not cleared. */
+void *perp__arena_take(perp__arena *arena, size_t count, size_t size);
+
+/* Makes room for what `layout` takes and runs it on `object`. Grows, never shrinks; what the block
+ * held is lost when it grows. On failure the block is as it was, but the pointers that `layout`
+ * writes into `object` are NULL: lay out a copy where the old ones matter. */
+perp_status perp__arena_fit(perp__arena *arena, perp__layout layout, void *object);
+
+void perp__arena_init(perp__arena *arena, perp_context *context);
+void perp__arena_release(perp__arena *arena);
+
+#endif

@@ -1,0 +1,107 @@
+#include "base/check.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+
+/* No struct of ours will ever be larger: a greater size is an uninitialised field. */
+#define PERP__LARGEST_STRUCT 4096
+
+perp_status perp__struct_init(void *object, size_t size, size_t first_size)
+{
+    if (!object || size < first_size || size > PERP__LARGEST_STRUCT)
+        return PERP_ERROR_ABI;
+    memset(object, 0, size);
+    memcpy(object, &size, sizeof size);
+    return PERP_OK;
+}
+
+perp_status perp__struct_check(perp_context *context, const char *name, const void *caller,
+                               size_t own_size, size_t first_size)
+{
+    const unsigned char *bytes = caller;
+    size_t size, i;
+
+    if (!caller)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is NULL", name);
+    memcpy(&size, caller, sizeof size);
+    if (size < first_size)
+        return perp__fail(context, PERP_ERROR_ABI,
+                          "%s.struct_size is %zu, at least %zu expected: call its _init first",
+                          name, size, first_size);
+    if (size > PERP__LARGEST_STRUCT)
+        return perp__fail(context, PERP_ERROR_ABI,
+                          "%s.struct_size is %zu, which no version has: call its _init first", name,
+                          size);
+    for (i = own_size; i < size; i++)
+        if (bytes[i] != 0)
+            return perp__fail(context, PERP_ERROR_ABI,
+                              "%s uses a field at byte %zu that this library (%s) does not know",
+                              name, i, perp_version_text());
+    return PERP_OK;
+}
+
+perp_status perp__struct_read(perp_context *context, const char *name, void *own, size_t own_size,
+                              const void *caller, size_t first_size)
+{
+    perp_status status;
+    size_t size;
+
+    if (!caller)
+        return PERP_OK;
+    status = perp__struct_check(context, name, caller, own_size, first_size);
+    if (status != PERP_OK)
+        return status;
+    memcpy(&size, caller, sizeof size);
+    memcpy(own, caller, size < own_size ? size : own_size);
+    return PERP_OK;
+}
+
+void perp__struct_write(void *caller, const void *own, size_t own_size)
+{
+    size_t size;
+
+    memcpy(&size, caller, sizeof size);
+    if (size > own_size)
+        size = own_size;
+    memcpy((char *)caller + sizeof size, (const char *)own + sizeof size, size - sizeof size);
+}
+
+perp_status perp__check_pointer(perp_context *context, const char *name, const void *pointer)
+{
+    if (pointer)
+        return PERP_OK;
+    return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is NULL", name);
+}
+
+perp_status perp__check_finite(perp_context *context, const char *name, const double *x,
+                               size_t count)
+{
+    size_t i;
+
+    for (i = 0; i < count; i++)
+        if (!isfinite(x[i]))
+            return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s[%zu] is %g", name, i, x[i]);
+    return PERP_OK;
+}
+
+perp_status perp__check_bounds(perp_context *context, const double *lower, const double *upper,
+                               size_t count)
+{
+    size_t i;
+
+    for (i = 0; i < count; i++) {
+        double l = lower ? lower[i] : 0.0;
+        double u = upper ? upper[i] : INFINITY;
+
+        if (isnan(l) || l == INFINITY)
+            return perp__fail(context, PERP_ERROR_NOT_FINITE, "lower[%zu] is %g", i, l);
+        if (isnan(u) || u == -INFINITY)
+            return perp__fail(context, PERP_ERROR_NOT_FINITE, "upper[%zu] is %g", i, u);
+        if (l > u)
+            return perp__fail(context, PERP_ERROR_ARGUMENT, "lower[%zu] = %g > upper[%zu] = %g", i,
+                              l, i, u);
+    }
+    return PERP_OK;
+}

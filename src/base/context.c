@@ -1,0 +1,145 @@
+#include "base/context.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/check.h"
+
+static void *default_allocate(size_t size, void *user)
+{
+    (void)user;
+    return malloc(size);
+}
+
+static void default_release(void *pointer, void *user)
+{
+    (void)user;
+    free(pointer);
+}
+
+static int is_context(const perp_context *context)
+{
+    return context && context->magic == PERP__CONTEXT_MAGIC && !context->destroyed;
+}
+
+perp_status perp_context_settings_init(perp_context_settings *settings, size_t size)
+{
+    return perp__struct_init(settings, size, PERP__SIZE_THROUGH(perp_context_settings, log_user));
+}
+
+perp_status perp_context_create(perp_context **context, const perp_context_settings *settings)
+{
+    perp_context_settings own;
+    perp_status status;
+    perp_context *made;
+
+    if (!context)
+        return PERP_ERROR_ARGUMENT;
+    memset(&own, 0, sizeof own);
+    status = perp__struct_read(NULL, "settings", &own, sizeof own, settings,
+                               PERP__SIZE_THROUGH(perp_context_settings, log_user));
+    if (status != PERP_OK)
+        return status;
+    if (!own.allocate != !own.release)
+        return PERP_ERROR_ARGUMENT;
+    if (!own.allocate) {
+        own.allocate = default_allocate;
+        own.release = default_release;
+    }
+    made = own.allocate(sizeof *made, own.allocator_user);
+    if (!made)
+        return PERP_ERROR_MEMORY;
+    memset(made, 0, sizeof *made);
+    made->magic = PERP__CONTEXT_MAGIC;
+    made->allocate = own.allocate;
+    made->release = own.release;
+    made->allocator_user = own.allocator_user;
+    made->log = own.log;
+    made->log_user = own.log_user;
+    *context = made;
+    return PERP_OK;
+}
+
+static void release_if_unused(perp_context *context)
+{
+    if (context->destroyed && context->children == 0) {
+        context->magic = 0;
+        context->release(context, context->allocator_user);
+    }
+}
+
+void perp_context_destroy(perp_context *context)
+{
+    if (!is_context(context))
+        return;
+    context->destroyed = 1;
+    release_if_unused(context);
+}
+
+const char *perp_context_message(const perp_context *context)
+{
+    return is_context(context) ? context->message : "";
+}
+
+perp_status perp__enter(perp_context *context)
+{
+    /* a destroyed context lives on in its children, which pass it here */
+    if (!context || context->magic != PERP__CONTEXT_MAGIC)
+        return PERP_ERROR_HANDLE;
+    if (context->busy)
+        return PERP_ERROR_BUSY;
+    context->busy = 1;
+    context->message[0] = '\0';
+    return PERP_OK;
+}
+
+perp_status perp__leave(perp_context *context, perp_status status)
+{
+    context->busy = 0;
+    return status;
+}
+
+perp_status perp__fail(perp_context *context, perp_status status, const char *format, ...)
+{
+    va_list arguments;
+
+    if (!context)
+        return status;
+    va_start(arguments, format);
+    vsnprintf(context->message, sizeof context->message, format, arguments);
+    va_end(arguments);
+    if (context->log)
+        context->log(context->message, context->log_user);
+    return status;
+}
+
+perp_status perp__fail_memory(perp_context *context, const char *what)
+{
+    return perp__fail(context, PERP_ERROR_MEMORY, "out of memory for %s", what);
+}
+
+void *perp__allocate(perp_context *context, size_t count, size_t size)
+{
+    if (size != 0 && count > SIZE_MAX / size)
+        return NULL;
+    return context->allocate(count * size > 0 ? count * size : 1, context->allocator_user);
+}
+
+void perp__release(perp_context *context, void *pointer)
+{
+    if (pointer)
+        context->release(pointer, context->allocator_user);
+}
+
+void perp__attach(perp_context *context)
+{
+    context->children++;
+}
+
+void perp__detach(perp_context *context)
+{
+    context->children--;
+    release_if_unused(context);
+}

@@ -1,0 +1,16 @@
+/* The LCP front door for the layers above: as the public functions, without entering the context
+ * (the caller is inside a public call already) and with failures written into its message. */
+#ifndef PERP_LCP_LCP_H
+#define PERP_LCP_LCP_H
+
+#include <perp/lcp.h>
+
+perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
+                             const perp_lcp_settings *settings);
+void perp__lcp_destroy(perp_lcp_solver *solver);
+perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const double *lower,
+                            const double *upper);
+perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,
+                            perp_lcp_result *result, const double *q, const double *z0);
+
+#endif

@@ -1,0 +1,84 @@
+/* What a method sees of a problem, and what it hands back. Everything is in scaled coordinates:
+ * M = D M_caller D, q = D q_caller / omega, z = D^-1 z_caller / omega, with powers of two, so that
+ * the natural residual of this problem is the tested residual of DESIGN's definition. Checks,
+ * timing, acceptance, polish and fall-backs live in the front door. */
+#ifndef PERP_LCP_METHOD_H
+#define PERP_LCP_METHOD_H
+
+#include <perp/lcp.h>
+
+#include "base/arena.h"
+#include "linalg/matrix.h"
+
+/* Where z_i stands relative to its bounds. */
+enum perp__place { PERP__AT_LOWER = 0, PERP__AT_UPPER = 1, PERP__BETWEEN = 2, PERP__FIXED = 3 };
+
+/* Stop requests, told apart by the front door. Filled by perp__lcp_tick. */
+typedef struct perp__lcp_control {
+    perp_lcp_monitor monitor;
+    void *monitor_user;
+    double deadline; /* on perp__now()'s clock; 0: none */
+    int32_t method;
+    int32_t aborted; /* the monitor returned a negative number */
+} perp__lcp_control;
+
+typedef struct perp__lcp_problem {
+    perp_context *context;
+    int32_t n;
+    const perp__matrix *M;           /* the caller's matrix, not scaled */
+    const int32_t *exponents;        /* log2 of D */
+    const double *row_norms;         /* of the scaled M */
+    const double *q, *lower, *upper; /* scaled; infinite bounds stay infinite */
+    const perp_lcp_settings *settings;
+    int64_t iteration_limit; /* <= 0: the method's own */
+    perp__lcp_control *control;
+} perp__lcp_problem;
+
+typedef struct perp__lcp_iterate {
+    double *z;      /* n, scaled; on entry the start, projected onto the bounds */
+    int8_t *places; /* n, enum perp__place: the final index set. A method that has none of its own
+                       leaves it to the front door by returning has_places = 0 */
+    double *ray;    /* n, scaled direction of z; only with outcome ray */
+    int32_t has_places;
+    int32_t warm; /* on entry: z holds a start the caller gave */
+    perp_outcome outcome;
+    int64_t iterations;
+} perp__lcp_iterate;
+
+typedef struct perp__lcp_method {
+    int32_t id;       /* PERP_LCP_... */
+    size_t work_size; /* bytes of the method's own workspace struct */
+    /* Checks that the method can take the problem: PERP_OK, or PERP_ERROR_ARGUMENT with a
+     * message.*/
+    perp_status (*check)(const perp__lcp_problem *problem);
+    /* Takes the workspace arrays; `work` is the method's struct, problem in its first member. */
+    void (*layout)(perp__arena *arena, void *work);
+    /* Runs. PERP_OK with iterate->outcome, or PERP_ERROR_MEMORY / _CALLBACK. */
+    perp_status (*solve)(void *work, perp__lcp_iterate *iterate);
+    /* Releases what is not in the arena (factorisations); may be NULL. */
+    void (*release)(void *work);
+} perp__lcp_method;
+
+/* First member of every method's workspace struct. */
+typedef struct perp__lcp_work {
+    const perp__lcp_problem *problem;
+} perp__lcp_work;
+
+extern const perp__lcp_method perp__lcp_lemke;
+extern const perp__lcp_method perp__lcp_pgs;
+extern const perp__lcp_method perp__lcp_fischer;
+
+/* Calls the monitor and looks at the deadline. Returns -1 to go on, or the outcome to stop with
+ * (stopped, time_limit); control->aborted tells an abort. Reads the clock only with a deadline. */
+perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, double residual);
+
+/* Scaled M as a dense column-major n by n array with leading dimension n. */
+void perp__lcp_dense(const perp__lcp_problem *problem, double *dense);
+
+/* mid(z - l, z - u, w) without cancellation. */
+double perp__mid(double z, double lower, double upper, double w);
+
+/* Nearest point of [lower, upper]. */
+double perp__clamp(double z, double lower, double upper);
+
+#endif

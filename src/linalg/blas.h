@@ -1,0 +1,28 @@
+/* The BLAS and LAPACK routines that the kernels use, under one roof: blas.c calls the system's,
+ * blas_internal.c (make BLAS=internal) has fixed-order loops of our own that give the same bits
+ * whatever BLAS is installed. All matrices column-major. */
+#ifndef PERP_LINALG_BLAS_H
+#define PERP_LINALG_BLAS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* C := C - A B; A is m by k, B is k by n. */
+void perp__gemm_subtract(int32_t m, int32_t n, int32_t k, const double *A, int32_t lda,
+                         const double *B, int32_t ldb, double *C, int32_t ldc);
+/* y := y - A x; A is m by n; x is read with stride incx, y is contiguous. */
+void perp__gemv_subtract(int32_t m, int32_t n, const double *A, int32_t lda, const double *x,
+                         int32_t incx, double *y);
+/* y := y - A' x; A is m by n; x is read with stride incx, y is contiguous. */
+void perp__gemv_transposed_subtract(int32_t m, int32_t n, const double *A, int32_t lda,
+                                    const double *x, int32_t incx, double *y);
+/* LU with partial pivoting in place; returns 0, or the 1-based index of a zero pivot. */
+int32_t perp__lu_factor(int32_t n, double *A, int32_t lda, int32_t *pivots);
+/* x := A^-1 x, or A^-T x. */
+void perp__lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
+                    int32_t transposed);
+/* 1 / cond_1 from the factors and the 1-norm of A; work: 4 n doubles, iwork: n. */
+double perp__lu_condition(int32_t n, const double *A, int32_t lda, double norm_1, double *work,
+                          int32_t *iwork);
+
+#endif

@@ -1,0 +1,46 @@
+/* Factorisations of square matrices behind five functions: analyse, factor, solve, condition,
+ * destroy. Dense by LAPACK, sparse by KLU; with GPL=1 also UMFPACK and CHOLMOD. */
+#ifndef PERP_LINALG_FACTOR_H
+#define PERP_LINALG_FACTOR_H
+
+#include <perp/base.h>
+
+/* A square matrix handed to a factorisation: CSC (sorted columns) if column_starts is not NULL,
+ * else dense column-major with leading dimension n. */
+typedef struct perp__square {
+    int32_t n;
+    const double *values;
+    const int32_t *column_starts;
+    const int32_t *row_indices;
+} perp__square;
+
+typedef struct perp__factor perp__factor;
+
+/* What a numerical factorisation found, beside the negative statuses. */
+enum { PERP__FACTOR_SINGULAR = 1 };
+
+typedef struct perp__factor_type {
+    const char *name;
+    int32_t sparse;            /* takes CSC; otherwise dense */
+    int32_t positive_definite; /* symmetric positive definite matrices only */
+    /* Allocates for matrices of this size and pattern (values are ignored). PERP_OK or _MEMORY. */
+    perp_status (*analyse)(perp_context *context, perp__factor **factor, const perp__square *A);
+    /* Factors values with the analysed pattern; A is not kept. Called again it refactors, with the
+     * kept pivots where they still serve. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
+    perp_status (*factor)(perp__factor *factor, const perp__square *A);
+    /* x := A^-1 x (transposed: A^-T x) with the last factors. */
+    void (*solve)(perp__factor *factor, double *x, int32_t transposed);
+    /* Estimate of 1 / cond_1(A), 0 if singular. A: the matrix that was factored. */
+    double (*condition)(perp__factor *factor, const perp__square *A);
+    /* NULL is allowed. */
+    void (*destroy)(perp__factor *factor);
+} perp__factor_type;
+
+extern const perp__factor_type perp__factor_lapack;
+extern const perp__factor_type perp__factor_klu;
+#ifdef PERP_GPL
+extern const perp__factor_type perp__factor_umfpack;
+extern const perp__factor_type perp__factor_cholmod; /* positive_definite */
+#endif
+
+#endif
