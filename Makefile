@@ -1,0 +1,245 @@
+# perp: build, test, install. GNU make and a POSIX shell.
+#
+#   make help            lists the targets and the switches
+#
+# The default build lives in build/ (build/lib, build/tests, ...); every other set of switches has a
+# directory of its own under build/variants/. Each directory records the flags it was built with, and
+# a change of flags, here or in the environment, rebuilds it.
+
+.DELETE_ON_ERROR:
+.SUFFIXES:
+MAKEFLAGS += --no-builtin-rules
+SHELL = /bin/sh
+
+.PHONY: all
+all: library
+
+## Switches
+
+ifeq ($(origin CC),default)
+CC = cc
+endif
+ifeq ($(origin AR),default)
+AR = ar
+endif
+BUILD_DIR ?= build
+DEBUG ?= 0
+SANITIZE ?=
+GPL ?= 0
+BLAS ?= system
+WERROR ?= 0
+
+ifeq ($(filter system internal,$(BLAS)),)
+$(error BLAS is '$(BLAS)'; it can be 'system' or 'internal')
+endif
+ifneq ($(filter -ffast-math -Ofast -funsafe-math-optimizations -ffinite-math-only,$(CFLAGS)),)
+$(error CFLAGS asks for arithmetic that is not IEEE 754; perp's exact zeros and bounds need it)
+endif
+
+comma := ,
+empty :=
+space := $(empty) $(empty)
+
+compiler_part := $(subst /,_,$(subst $(space),_,$(strip $(filter-out cc gcc,$(CC)))))
+variant := $(subst $(space),-,$(strip $(compiler_part) \
+    $(if $(filter 1,$(DEBUG)),debug) \
+    $(if $(SANITIZE),sanitize-$(subst $(comma),-,$(SANITIZE))) \
+    $(if $(filter 1,$(GPL)),gpl) \
+    $(if $(filter internal,$(BLAS)),blas-internal)))
+B := $(BUILD_DIR)$(if $(variant),/variants/$(variant))
+
+## Versions, from the header that states them
+
+version_of = $(shell sed -n 's/^\#define $(1) \([0-9][0-9]*\)$$/\1/p' include/perp/base.h)
+VERSION_MAJOR := $(call version_of,PERP_VERSION_MAJOR)
+VERSION_MINOR := $(call version_of,PERP_VERSION_MINOR)
+VERSION_PATCH := $(call version_of,PERP_VERSION_PATCH)
+VERSION := $(VERSION_MAJOR).$(VERSION_MINOR).$(VERSION_PATCH)
+ABI_VERSION := $(call version_of,PERP_ABI_VERSION)
+SONAME := libperp.so.$(ABI_VERSION)
+
+## What the goals need from the machine
+
+NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers
+goals := $(or $(MAKECMDGOALS),all)
+TEST_GOALS := test test-c tests check valgrind check-abi check-consumer run $(B)/tests/%
+PYTHON_GOALS := test test-python run python check
+
+needs := library \
+    $(if $(filter 1,$(GPL)),gpl) \
+    $(if $(filter $(TEST_GOALS),$(goals)),tests) \
+    $(if $(filter $(PYTHON_GOALS),$(goals)),python)
+needs := $(strip $(needs))
+DEPENDENCIES := $(B)/dependencies/$(subst $(space),-,$(needs)).mk
+
+# make test and make run install what is missing; every other goal only tells.
+INSTALL_MISSING := $(if $(filter test run,$(goals)),--install)
+
+ifneq ($(filter-out $(NO_DEPENDENCIES),$(goals)),)
+include $(DEPENDENCIES)
+$(DEPENDENCIES): scripts/dependencies
+	@mkdir -p $(@D)
+	@CC='$(CC)' BLAS='$(BLAS)' scripts/dependencies $(INSTALL_MISSING) $@ $(needs)
+endif
+
+## Flags
+
+WARNINGS := -Wall -Wextra -Wpedantic -Wconversion -Wshadow $(if $(filter 1,$(WERROR)),-Werror)
+ifeq ($(origin CFLAGS),undefined)
+ifeq ($(DEBUG),1)
+CFLAGS := -O0 -g
+else ifneq ($(SANITIZE),)
+CFLAGS := -O2 -g
+else
+CFLAGS := -O3
+endif
+endif
+SANITIZE_FLAGS := $(if $(SANITIZE),-fsanitize=$(SANITIZE) -fno-sanitize-recover=all \
+    -fno-omit-frame-pointer)
+
+ifeq ($(BLAS),internal)
+BLAS_NAME := internal
+BLAS_CFLAGS :=
+BLAS_LIBS :=
+endif
+FACTOR_NAMES := klu$(if $(filter 1,$(GPL)), umfpack cholmod)
+FACTOR_CFLAGS = $(KLU_CFLAGS) $(if $(filter 1,$(GPL)),$(GPL_CFLAGS))
+FACTOR_LIBS = $(if $(filter 1,$(GPL)),$(GPL_LIBS)) $(KLU_LIBS)
+LIBRARY_LIBS = $(strip $(FACTOR_LIBS) $(BLAS_LIBS) -lm)
+
+# After CFLAGS, so that the environment can't contract a product and a sum by accident.
+STANDARD := -std=c99 -fPIC -ffp-contract=off
+COMPILE = $(CC) $(CPPFLAGS) $(CFLAGS) $(STANDARD) $(SANITIZE_FLAGS) $(WARNINGS)
+LIBRARY_FLAGS = -fvisibility=hidden -DPERP_BUILD -Iinclude -Isrc $(FACTOR_CFLAGS) $(BLAS_CFLAGS) \
+    -DPERP__BLAS_NAME='"$(BLAS_NAME)"' -DPERP__FACTOR_NAMES='"$(FACTOR_NAMES)"' \
+    $(if $(filter 1,$(GPL)),-DPERP_GPL)
+TEST_FLAGS = -Iinclude -Isrc -Itests $(CMOCKA_CFLAGS) $(if $(filter 1,$(GPL)),-DPERP_GPL)
+LINK = $(CC) $(CFLAGS) $(SANITIZE_FLAGS) $(LDFLAGS)
+SHARED_FLAGS = -shared -Wl,-soname,$(SONAME) -Wl,-Bsymbolic -Wl,--version-script=perp.map \
+    -Wl,--as-needed $(if $(SANITIZE),,-Wl,--no-undefined)
+
+## Files
+
+BLAS_OTHER := $(if $(filter internal,$(BLAS)),src/linalg/blas.c,src/linalg/blas_internal.c)
+GPL_SOURCES := src/linalg/factor_umfpack.c src/linalg/factor_cholmod.c
+SOURCES := $(sort $(wildcard src/*/*.c src/world/collide/*.c))
+SOURCES := $(filter-out $(BLAS_OTHER) $(if $(filter 1,$(GPL)),,$(GPL_SOURCES)),$(SOURCES))
+OBJECTS := $(SOURCES:%.c=$(B)/obj/%.o)
+HEADERS := $(sort $(wildcard include/perp/*.h))
+
+STATIC := $(B)/lib/libperp.a
+SHARED_FILE := $(B)/lib/libperp.so.$(VERSION)
+SHARED := $(B)/lib/libperp.so
+
+TEST_HELPERS := $(sort $(wildcard tests/*.c))
+TEST_SOURCES := $(sort $(wildcard tests/*/test_*.c))
+TEST_HELPER_OBJECTS := $(TEST_HELPERS:%.c=$(B)/obj/%.o)
+TEST_OBJECTS := $(TEST_SOURCES:%.c=$(B)/obj/%.o)
+TESTS := $(TEST_SOURCES:%.c=$(B)/%)
+
+EXAMPLE_SOURCES := $(sort $(wildcard examples/*.c))
+EXAMPLE_HELPERS := $(sort $(wildcard examples/third_party/*.c))
+EXAMPLES := $(EXAMPLE_SOURCES:%.c=$(B)/%)
+EXAMPLE_OBJECTS := $(EXAMPLE_SOURCES:%.c=$(B)/obj/%.o)
+EXAMPLE_HELPER_OBJECTS := $(EXAMPLE_HELPERS:%.c=$(B)/obj/%.o)
+
+BENCH_SOURCES := $(sort $(wildcard bench/*.c))
+BENCHES := $(BENCH_SOURCES:%.c=$(B)/%)
+BENCH_OBJECTS := $(BENCH_SOURCES:%.c=$(B)/obj/%.o)
+
+## Records: rewritten only when what they hold changes, so that they date the last change
+
+.PHONY: FORCE
+FORCE:
+
+# $(call record,text): the recipe of a record file
+define record
+@mkdir -p $(@D)
+@printf '%s\n' '$(subst ','\'',$(strip $(1)))' > $@.$$$$ && \
+    if cmp -s $@.$$$$ $@; then rm $@.$$$$; else mv $@.$$$$ $@; fi
+endef
+
+compiler_version = $(shell $(CC) --version 2>/dev/null | sed -n '1s/^[^ ]* //p')
+
+$(B)/flags: FORCE
+	$(call record,$(compiler_version) $(COMPILE:gcc%=cc%) $(LIBRARY_FLAGS))
+$(B)/link-flags: FORCE
+	$(call record,$(compiler_version) $(LINK:gcc%=cc%) $(SHARED_FLAGS) $(LIBRARY_LIBS))
+$(B)/test-flags: FORCE
+	$(call record,$(TEST_FLAGS) $(CMOCKA_LIBS))
+# A source file that was deleted leaves the library too.
+$(B)/sources: FORCE
+	$(call record,$(SOURCES) $(TEST_HELPERS) $(EXAMPLE_HELPERS))
+
+## Library
+
+.PHONY: library static shared
+library: static shared
+static: $(STATIC)
+shared: $(SHARED)
+
+$(B)/obj/src/%.o: src/%.c $(B)/flags
+	@mkdir -p $(@D)
+	$(COMPILE) $(LIBRARY_FLAGS) -MMD -MP -c -o $@ $<
+
+$(STATIC): $(OBJECTS) $(B)/sources
+	@mkdir -p $(@D)
+	@rm -f $@
+	$(AR) rcsD $@ $(OBJECTS)
+
+$(SHARED_FILE): $(OBJECTS) $(B)/sources $(B)/link-flags perp.map
+	@mkdir -p $(@D)
+	$(LINK) $(SHARED_FLAGS) -o $@ $(OBJECTS) $(LIBRARY_LIBS)
+
+$(B)/lib/$(SONAME): $(SHARED_FILE)
+	ln -sf $(<F) $@
+$(SHARED): $(B)/lib/$(SONAME)
+	ln -sf $(<F) $@
+
+## Tests: one program a file, on the static library, so that internals can be reached
+
+.PHONY: tests
+tests: $(TESTS)
+
+$(B)/obj/tests/%.o: tests/%.c $(B)/flags $(B)/test-flags
+	@mkdir -p $(@D)
+	$(COMPILE) $(TEST_FLAGS) -MMD -MP -c -o $@ $<
+
+$(TESTS): $(B)/tests/%: $(B)/obj/tests/%.o $(TEST_HELPER_OBJECTS) $(STATIC) $(B)/link-flags
+	@mkdir -p $(@D)
+	$(LINK) -o $@ $< $(TEST_HELPER_OBJECTS) $(STATIC) $(LIBRARY_LIBS) \
+	    $(CMOCKA_LIBS) -ldl -lpthread
+
+# These load the shared library from where it was built.
+$(B)/obj/tests/abi/%.o: TEST_FLAGS += -DPERP_TEST_SHARED='"$(abspath $(SHARED))"'
+$(patsubst tests/%,$(B)/tests/%,$(basename $(wildcard tests/abi/test_*.c))): $(SHARED)
+
+## Examples and benchmarks: as a user would, with the public headers and the shared library
+
+$(EXAMPLE_OBJECTS) $(EXAMPLE_HELPER_OBJECTS) $(BENCH_OBJECTS): $(B)/obj/%.o: %.c $(B)/flags
+	@mkdir -p $(@D)
+	$(COMPILE) -Iinclude -MMD -MP -c -o $@ $<
+
+$(EXAMPLES): $(B)/examples/%: $(B)/obj/examples/%.o $(EXAMPLE_HELPER_OBJECTS) $(SHARED)
+	@mkdir -p $(@D)
+	$(LINK) -o $@ $< $(EXAMPLE_HELPER_OBJECTS) -L$(B)/lib -lperp -lm '-Wl,-rpath,$$ORIGIN/../lib'
+
+$(BENCHES): $(B)/bench/%: $(B)/obj/bench/%.o $(SHARED)
+	@mkdir -p $(@D)
+	$(LINK) -o $@ $< -L$(B)/lib -lperp -lm -lpthread '-Wl,-rpath,$$ORIGIN/../lib'
+
+.PHONY: examples
+examples: $(EXAMPLES)
+
+## Checks and runs
+
+.PHONY: test test-c
+test-c: $(TESTS)
+	scripts/run-tests $(TESTS)
+
+.PHONY: clean
+clean:
+	rm -rf $(BUILD_DIR)
+
+-include $(wildcard $(patsubst %.o,%.d,$(OBJECTS) $(TEST_OBJECTS) $(TEST_HELPER_OBJECTS) \
+    $(EXAMPLE_OBJECTS) $(EXAMPLE_HELPER_OBJECTS) $(BENCH_OBJECTS)))
