@@ -1,0 +1,298 @@
+#include "check.h"
+
+#include <limits.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "exact.h"
+
+#define EPS 0x1p-52
+
+/* ---- matrices as lists of entries ---------------------------------------------------------- */
+
+static double dense_entry(const perp_matrix *M, int32_t i, int32_t j)
+{
+    int64_t at = M->storage == PERP_STORAGE_ROW_MAJOR ? i * M->leading_dimension + j
+                                                      : i + j * M->leading_dimension;
+
+    return M->values[at];
+}
+
+double check_entry(const perp_matrix *M, int32_t i, int32_t j)
+{
+    int32_t p;
+
+    if (M->storage != PERP_STORAGE_CSC)
+        return dense_entry(M, i, j);
+    for (p = M->column_starts[j]; p < M->column_starts[j + 1]; p++)
+        if (M->row_indices[p] == i)
+            return M->values[p];
+    return 0.0;
+}
+
+void *check_allocate(size_t count, size_t size)
+{
+    void *memory = calloc(count ? count : 1, size);
+
+    if (!memory)
+        fail_msg("no memory for a check");
+    return memory;
+}
+
+check_item *check_items(const perp_matrix *M, size_t *count)
+{
+    int csc = M->storage == PERP_STORAGE_CSC;
+    size_t room = csc ? (size_t)M->column_starts[M->columns] : (size_t)M->rows * (size_t)M->columns;
+    check_item *list = check_allocate(room, sizeof *list);
+    int32_t i, j, p;
+
+    *count = 0;
+    for (j = 0; j < M->columns; j++) {
+        if (csc) {
+            for (p = M->column_starts[j]; p < M->column_starts[j + 1]; p++)
+                if (M->values[p] != 0)
+                    list[(*count)++] = (check_item){M->row_indices[p], j, M->values[p]};
+        } else {
+            for (i = 0; i < M->rows; i++)
+                if (dense_entry(M, i, j) != 0)
+                    list[(*count)++] = (check_item){i, j, dense_entry(M, i, j)};
+        }
+    }
+    return list;
+}
+
+void check_multiply(const perp_matrix *M, int transposed, const double *x, const double *add,
+                    const int32_t *shift, double *y)
+{
+    size_t n = (size_t)M->rows, count, p, i;
+    check_item *list = check_items(M, &count);
+    size_t *start = check_allocate(n + 1, sizeof *start),
+           *order = check_allocate(count, sizeof *order);
+    check_sum sum;
+
+    /* the entries in the order of the rows of the product */
+    for (p = 0; p < count; p++)
+        start[transposed ? list[p].column : list[p].row]++;
+    for (i = 1; i <= n; i++)
+        start[i] += start[i - 1];
+    for (p = count; p-- > 0;)
+        order[--start[transposed ? list[p].column : list[p].row]] = p;
+    for (i = 0; i < n; i++) {
+        check_sum_clear(&sum);
+        if (add)
+            check_sum_add(&sum, add[i], 1.0);
+        for (p = start[i]; p < (i + 1 < n ? start[i + 1] : count); p++) {
+            const check_item *e = &list[order[p]];
+
+            check_sum_add(&sum, e->value, x[transposed ? e->row : e->column]);
+        }
+        y[i] = check_sum_value(&sum, shift ? shift[i] : 0);
+    }
+    free(order);
+    free(start);
+    free(list);
+}
+
+/* ---- the scaling, as src/linalg/scale.h defines it ----------------------------------------- */
+
+#define UNSET INT32_MIN
+
+static int32_t limited(int e)
+{
+    return e > 511 ? 511 : e < -511 ? -511 : e;
+}
+
+/* e with 2^(2e) |x| in [1/2, 2) */
+static int32_t unit_diagonal(double x)
+{
+    int p;
+
+    frexp(x, &p); /* |x| = m 2^p, m in [1/2, 1) */
+    return limited(p % 2 == 0 ? -p / 2 : -(p - 1) / 2);
+}
+
+/* e of every unset row that couples to a set one: the largest coupling into [1, 2). Returns
+ * whether there was one. All rows of a round see the exponents of the rounds before. */
+static int reach(const check_item *list, size_t count, int32_t n, int32_t *exponents, int *largest)
+{
+    int found = 0;
+    int32_t i;
+    size_t p;
+
+    for (i = 0; i < n; i++)
+        largest[i] = INT_MIN;
+    for (p = 0; p < count; p++) {
+        int32_t r = list[p].row, c = list[p].column, unset, set;
+        int power;
+
+        if ((exponents[r] == UNSET) == (exponents[c] == UNSET))
+            continue;
+        unset = exponents[r] == UNSET ? r : c;
+        set = exponents[r] == UNSET ? c : r;
+        frexp(list[p].value, &power);
+        if (power + exponents[set] > largest[unset])
+            largest[unset] = power + exponents[set];
+    }
+    for (i = 0; i < n; i++)
+        if (largest[i] != INT_MIN) {
+            exponents[i] = limited(1 - largest[i]);
+            found = 1;
+        }
+    return found;
+}
+
+void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents)
+{
+    size_t count, p;
+    check_item *list = check_items(M, &count);
+    int *largest = check_allocate((size_t)M->rows, sizeof *largest);
+    double *diagonal = check_allocate((size_t)M->rows, sizeof *diagonal);
+    int32_t i;
+
+    for (p = 0; p < count; p++)
+        if (list[p].row == list[p].column)
+            diagonal[list[p].row] = list[p].value;
+    for (i = 0; i < M->rows; i++)
+        exponents[i] = !scaling ? 0 : diagonal[i] > 0 ? unit_diagonal(diagonal[i]) : UNSET;
+    while (reach(list, count, M->rows, exponents, largest))
+        ;
+    for (i = 0; i < M->rows; i++) /* components without a positive diagonal check_item */
+        if (exponents[i] == UNSET) {
+            exponents[i] = diagonal[i] < 0 ? unit_diagonal(diagonal[i]) : 0;
+            while (reach(list, count, M->rows, exponents, largest))
+                ;
+        }
+    free(diagonal);
+    free(largest);
+    free(list);
+}
+
+int32_t check_omega(const check_lcp *problem, const int32_t *exponents)
+{
+    int32_t i, largest = INT32_MIN;
+    int power;
+
+    for (i = 0; i < problem->M->rows; i++)
+        if (problem->q[i] != 0) {
+            frexp(problem->q[i], &power);
+            if (power - 1 + exponents[i] > largest)
+                largest = power - 1 + exponents[i];
+        }
+    return largest == INT32_MIN ? 0 : largest;
+}
+
+/* ---- residuals and backward error ---------------------------------------------------------- */
+
+double check_lower(const check_lcp *problem, int32_t i)
+{
+    return problem->lower ? problem->lower[i] : 0.0;
+}
+
+double check_upper(const check_lcp *problem, int32_t i)
+{
+    return problem->upper ? problem->upper[i] : INFINITY;
+}
+
+static double middle(double a, double b, double c)
+{
+    double low = a < b ? a : b, high = a < b ? b : a;
+
+    return c < low ? low : c > high ? high : c;
+}
+
+void check_raise(double *largest, double x)
+{
+    if (!(x <= *largest)) /* a NaN stays visible */
+        *largest = x;
+}
+
+/* What row i of the scaled problem still misses, given the place that z_i stands at. */
+static double missing(double z, double l, double u, double w)
+{
+    if (l == u)
+        return 0.0;
+    if (z == l)
+        return w < 0 ? -w : 0.0;
+    if (z == u)
+        return w > 0 ? w : 0.0;
+    return fabs(w);
+}
+
+/* 1-norms of the rows of the equilibrated M. */
+static void row_norms(const perp_matrix *M, const int32_t *exponents, double *norms)
+{
+    size_t count, p;
+    check_item *list = check_items(M, &count);
+
+    memset(norms, 0, (size_t)M->rows * sizeof *norms);
+    for (p = 0; p < count; p++)
+        norms[list[p].row] +=
+            ldexp(fabs(list[p].value), exponents[list[p].row] + exponents[list[p].column]);
+    free(list);
+}
+
+static void measure_row(check_measures *m, const check_lcp *problem, const double *z, int32_t i,
+                        double w, double w_scaled, int32_t e, int32_t omega)
+{
+    double l = check_lower(problem, i), u = check_upper(problem, i);
+    double to_lower = z[i] - l, to_upper = z[i] - u;
+
+    check_raise(&m->natural_residual, fabs(middle(to_lower, to_upper, w)));
+    check_raise(&m->residual,
+                fabs(middle(ldexp(to_lower, -e - omega), ldexp(to_upper, -e - omega), w_scaled)));
+    check_raise(&m->violation, -to_lower);
+    check_raise(&m->violation, to_upper);
+    if (w > 0 && isfinite(l))
+        check_raise(&m->complementarity, w * to_lower);
+    if (w < 0 && isfinite(u))
+        check_raise(&m->complementarity, w * to_upper);
+}
+
+void check_measure(check_measures *m, const check_lcp *problem, const double *z, const double *w)
+{
+    int32_t n = problem->M->rows, i, omega;
+    int32_t *e = check_allocate((size_t)n, sizeof *e),
+            *shift = check_allocate((size_t)n, sizeof *shift);
+    double *exact = check_allocate((size_t)n, sizeof *exact),
+           *scaled = check_allocate((size_t)n, sizeof *scaled);
+    double *norms = check_allocate((size_t)n, sizeof *norms), z_norm = 0.0;
+
+    memset(m, 0, sizeof *m);
+    check_exponents(problem->M, problem->scaling, e);
+    omega = check_omega(problem, e);
+    for (i = 0; i < n; i++)
+        shift[i] = e[i] - omega;
+    check_multiply(problem->M, 0, z, problem->q, NULL, exact);
+    check_multiply(problem->M, 0, z, problem->q, shift, scaled);
+    row_norms(problem->M, e, norms);
+    for (i = 0; i < n; i++)
+        check_raise(&z_norm, ldexp(fabs(z[i]), -e[i] - omega));
+    for (i = 0; i < n; i++) {
+        double gap = missing(z[i], check_lower(problem, i), check_upper(problem, i), scaled[i]);
+        double size = norms[i] * z_norm + ldexp(fabs(problem->q[i]), shift[i]);
+        double noise = EPS * EPS * (double)n * (double)n * size;
+
+        measure_row(m, problem, z, i, exact[i], scaled[i], e[i], omega);
+        if (gap > 0)
+            check_raise(&m->backward_error, size > 0 ? gap / size : INFINITY);
+        check_raise(&m->noise, noise);
+        noise = ldexp(noise, -shift[i]);
+        check_raise(&m->natural_noise, noise);
+        if (w && w[i] != exact[i])
+            check_raise(&m->w_error,
+                        fabs(w[i] - exact[i]) / (EPS * fabs(exact[i]) + noise + 0x1p-1073));
+    }
+    free(norms);
+    free(scaled);
+    free(exact);
+    free(shift);
+    free(e);
+}
