@@ -1,0 +1,80 @@
+/* blas.h by the system's BLAS and LAPACK, and by plain loops where a call would cost more than the
+ * arithmetic. */
+#include "linalg/blas.h"
+
+#include "linalg/condition.h"
+#include "linalg/loops.h"
+
+/* Fortran's own symbols. Compilers pass the lengths of character arguments after all others. */
+void dgemm_(const char *transa, const char *transb, const int *m, const int *n, const int *k,
+            const double *alpha, const double *A, const int *lda, const double *B, const int *ldb,
+            const double *beta, double *C, const int *ldc, size_t transa_length,
+            size_t transb_length);
+void dgemv_(const char *trans, const int *m, const int *n, const double *alpha, const double *A,
+            const int *lda, const double *x, const int *incx, const double *beta, double *y,
+            const int *incy, size_t trans_length);
+void dgetrf_(const int *m, const int *n, double *A, const int *lda, int *pivots, int *info);
+void dgetrs_(const char *trans, const int *n, const int *columns, const double *A, const int *lda,
+             const int *pivots, double *B, const int *ldb, int *info, size_t trans_length);
+
+/* Multiplications below which the loops win. */
+enum { SMALL_GEMM = 2000, SMALL_GEMV = 400, SMALL_LU = 16 };
+
+static const int one = 1;
+static const double minus_one = -1.0, plus_one = 1.0;
+
+static int is_small(int32_t m, int32_t n, int32_t k, double limit)
+{
+    return (double)m * (double)n * (double)k < limit;
+}
+
+void perp__gemm_subtract(int32_t m, int32_t n, int32_t k, const double *A, int32_t lda,
+                         const double *B, int32_t ldb, double *C, int32_t ldc)
+{
+    if (is_small(m, n, k, SMALL_GEMM))
+        perp__loops_gemm_subtract(m, n, k, A, lda, B, ldb, C, ldc);
+    else
+        dgemm_("N", "N", &m, &n, &k, &minus_one, A, &lda, B, &ldb, &plus_one, C, &ldc, 1, 1);
+}
+
+void perp__gemv_subtract(int32_t m, int32_t n, const double *A, int32_t lda, const double *x,
+                         int32_t incx, double *y)
+{
+    if (is_small(m, n, 1, SMALL_GEMV))
+        perp__loops_gemv_subtract(m, n, A, lda, x, incx, y);
+    else
+        dgemv_("N", &m, &n, &minus_one, A, &lda, x, &incx, &plus_one, y, &one, 1);
+}
+
+void perp__gemv_transposed_subtract(int32_t m, int32_t n, const double *A, int32_t lda,
+                                    const double *x, int32_t incx, double *y)
+{
+    if (is_small(m, n, 1, SMALL_GEMV))
+        perp__loops_gemv_transposed_subtract(m, n, A, lda, x, incx, y);
+    else
+        dgemv_("T", &m, &n, &minus_one, A, &lda, x, &incx, &plus_one, y, &one, 1);
+}
+
+int32_t perp__lu_factor(int32_t n, double *A, int32_t lda, int32_t *pivots)
+{
+    int info = 0;
+
+    if (n <= SMALL_LU)
+        return perp__loops_lu_panel(n, n, A, lda, pivots);
+    dgetrf_(&n, &n, A, &lda, pivots, &info);
+    return info;
+}
+
+void perp__lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
+                    int32_t transposed)
+{
+    int info = 0;
+
+    if (n <= SMALL_LU)
+        perp__loops_lu_solve(n, A, lda, pivots, x, transposed);
+    else
+        dgetrs_(transposed ? "T" : "N", &n, &one, A, &lda, pivots, x, &n, &info, 1);
+}
+
+/* int32_t is passed where Fortran's default INTEGER, C's int, is expected. */
+typedef char int_is_32_bits[sizeof(int) == sizeof(int32_t) ? 1 : -1];

@@ -1,0 +1,157 @@
+#include "linalg/condition.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "linalg/blas.h"
+
+enum { MAX_ITERATIONS = 5 };
+
+static double sum_of_absolutes(const double *x, int32_t n)
+{
+    double sum = 0.0;
+    int32_t i;
+
+    for (i = 0; i < n; i++)
+        sum += fabs(x[i]);
+    return sum;
+}
+
+/* The first index of the largest absolute value. */
+static int32_t largest(const double *x, int32_t n)
+{
+    int32_t i, best = 0;
+
+    for (i = 1; i < n; i++)
+        if (fabs(x[i]) > fabs(x[best]))
+            best = i;
+    return best;
+}
+
+static double sign_of(double x)
+{
+    return x >= 0.0 ? 1.0 : -1.0;
+}
+
+/* The vector of alternating signs and growing size that catches what the ascent misses. */
+static double alternating_estimate(int32_t n, double *x, perp__solve_function solve, void *user)
+{
+    int32_t i;
+
+    for (i = 0; i < n; i++) {
+        const double size = 1.0 + (n > 1 ? (double)i / (double)(n - 1) : 0.0);
+
+        x[i] = i % 2 == 0 ? size : -size;
+    }
+    solve(user, x, 0);
+    return 2.0 * sum_of_absolutes(x, n) / (3.0 * (double)n);
+}
+
+double perp__inverse_norm_1(int32_t n, double *work, perp__solve_function solve, void *user)
+{
+    double *x = work, *signs = work + n;
+    double estimate = 0.0, other;
+    int32_t i, k, unit = -1;
+
+    if (n == 0)
+        return 0.0;
+    for (i = 0; i < n; i++) {
+        x[i] = 1.0 / (double)n;
+        signs[i] = 0.0;
+    }
+    /* maximise the convex ||A^-1 x||_1 over the unit ball: go to the vertex e_unit where its
+     * subgradient, A^-T sign(A^-1 x), is steepest */
+    for (k = 0; k < MAX_ITERATIONS; k++) {
+        int32_t changed = 0, next;
+        double found;
+
+        solve(user, x, 0);
+        found = sum_of_absolutes(x, n);
+        if (!(found > estimate)) {
+            if (!(found <= estimate))
+                return found; /* NaN */
+            break;
+        }
+        estimate = found;
+        for (i = 0; i < n; i++) {
+            changed |= sign_of(x[i]) != signs[i];
+            signs[i] = sign_of(x[i]);
+            x[i] = signs[i];
+        }
+        if (!changed)
+            break;
+        solve(user, x, 1);
+        next = largest(x, n);
+        if (unit >= 0 && fabs(x[next]) <= fabs(x[unit]))
+            break;
+        unit = next;
+        for (i = 0; i < n; i++)
+            x[i] = 0.0;
+        x[unit] = 1.0;
+    }
+    other = alternating_estimate(n, x, solve, user);
+    return other > estimate || isnan(other) ? other : estimate;
+}
+
+double perp__norm_1(const perp__square *A)
+{
+    double norm = 0.0;
+    int32_t j;
+
+    for (j = 0; j < A->n; j++) {
+        double sum;
+
+        if (A->column_starts)
+            sum = sum_of_absolutes(A->values + A->column_starts[j],
+                                   A->column_starts[j + 1] - A->column_starts[j]);
+        else
+            sum = sum_of_absolutes(A->values + (size_t)A->n * (size_t)j, A->n);
+        if (sum > norm || isnan(sum))
+            norm = sum;
+    }
+    return norm;
+}
+
+double perp__reciprocal_condition(int32_t n, double norm, double *work, perp__solve_function solve,
+                                  void *user)
+{
+    const double inverse_norm = perp__inverse_norm_1(n, work, solve, user);
+    double reciprocal;
+
+    if (n == 0)
+        return 1.0;
+    reciprocal = 1.0 / inverse_norm / norm;
+    if (!(reciprocal > 0.0))
+        return 0.0;
+    return reciprocal < 1.0 ? reciprocal : 1.0;
+}
+
+typedef struct lu_factors {
+    int32_t n;
+    int32_t lda;
+    const double *A;
+    const int32_t *pivots;
+} lu_factors;
+
+static void solve_with_lu(void *user, double *x, int32_t transposed)
+{
+    const lu_factors *lu = user;
+
+    perp__lu_solve(lu->n, lu->A, lu->lda, lu->pivots, x, transposed);
+}
+
+double perp__lu_condition(int32_t n, const double *A, int32_t lda, double norm_1, double *work,
+                          int32_t *iwork)
+{
+    lu_factors lu;
+    int32_t i;
+
+    /* (P A)^-1 = A^-1 P' has the columns of A^-1 in another order: the same 1-norm */
+    for (i = 0; i < n; i++)
+        iwork[i] = i + 1;
+    lu.n = n;
+    lu.lda = lda;
+    lu.A = A;
+    lu.pivots = iwork;
+    return perp__reciprocal_condition(n, norm_1, work, solve_with_lu, &lu);
+}

@@ -1,0 +1,211 @@
+#include "linalg/matrix.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "base/context.h"
+
+#define PERP__MATRIX_FIRST_SIZE PERP__SIZE_THROUGH(perp_matrix, row_indices)
+
+perp_status perp_matrix_init(perp_matrix *matrix, size_t size)
+{
+    return perp__struct_init(matrix, size, PERP__MATRIX_FIRST_SIZE);
+}
+
+static int is_initialised(const perp_matrix *matrix)
+{
+    return perp__struct_check(NULL, "matrix", matrix, sizeof *matrix, PERP__MATRIX_FIRST_SIZE) ==
+           PERP_OK;
+}
+
+perp_status perp_matrix_dense(perp_matrix *matrix, int32_t storage, int32_t rows, int32_t columns,
+                              const double *values, int64_t leading_dimension)
+{
+    if (!is_initialised(matrix))
+        return PERP_ERROR_ABI;
+    matrix->storage = storage;
+    matrix->rows = rows;
+    matrix->columns = columns;
+    matrix->leading_dimension = leading_dimension;
+    matrix->values = values;
+    matrix->column_starts = NULL;
+    matrix->row_indices = NULL;
+    return PERP_OK;
+}
+
+perp_status perp_matrix_csc(perp_matrix *matrix, int32_t rows, int32_t columns,
+                            const int32_t *column_starts, const int32_t *row_indices,
+                            const double *values)
+{
+    if (!is_initialised(matrix))
+        return PERP_ERROR_ABI;
+    matrix->storage = PERP_STORAGE_CSC;
+    matrix->rows = rows;
+    matrix->columns = columns;
+    matrix->leading_dimension = 0;
+    matrix->values = values;
+    matrix->column_starts = column_starts;
+    matrix->row_indices = row_indices;
+    return PERP_OK;
+}
+
+/* Adding one to a biased exponent carries into the sign bit where it is all ones: infinities and
+ * NaN. Branch-free, because nearly every array passes. */
+static int all_finite(const double *values, size_t count)
+{
+    const uint64_t exponent_mask = UINT64_C(0x7ff0000000000000);
+    const uint64_t exponent_one = UINT64_C(0x0010000000000000);
+    uint64_t carries = 0;
+    size_t k;
+
+    for (k = 0; k < count; k++) {
+        uint64_t bits;
+
+        memcpy(&bits, &values[k], sizeof bits);
+        carries |= (bits & exponent_mask) + exponent_one;
+    }
+    return carries >> 63 == 0;
+}
+
+static const char *text_of(double value)
+{
+    return isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf";
+}
+
+static perp_status read_dense(perp_context *context, const char *name, perp__matrix *read,
+                              const perp_matrix *M)
+{
+    const int by_rows = M->storage == PERP_STORAGE_ROW_MAJOR;
+    const int32_t lines = by_rows ? M->rows : M->columns;
+    const int32_t length = by_rows ? M->columns : M->rows;
+    size_t stride, line, k;
+
+    if (M->column_starts || M->row_indices)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is dense but %s.%s is not NULL", name,
+                          name, M->column_starts ? "column_starts" : "row_indices");
+    if (M->leading_dimension < (length > 1 ? length : 1))
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "%s.leading_dimension is %lld, at least %d expected", name,
+                          (long long)M->leading_dimension, (int)(length > 1 ? length : 1));
+    /* the array must fit the address space, or products of indices would wrap round */
+    if (lines > 0 && (uint64_t)M->leading_dimension > SIZE_MAX / 2 / sizeof(double) / (size_t)lines)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.leading_dimension is %lld, too large",
+                          name, (long long)M->leading_dimension);
+    if (lines > 0 && length > 0 && !M->values)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.values is NULL", name);
+    stride = (size_t)M->leading_dimension;
+    for (line = 0; line < (size_t)lines; line++) {
+        const double *values = M->values + line * stride;
+
+        if (length == 0 || all_finite(values, (size_t)length))
+            continue;
+        for (k = 0; isfinite(values[k]); k++)
+            ;
+        return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s(%zu,%zu) is %s", name,
+                          by_rows ? line : k, by_rows ? k : line, text_of(values[k]));
+    }
+    read->row_stride = by_rows ? stride : 1;
+    read->column_stride = by_rows ? 1 : stride;
+    return PERP_OK;
+}
+
+/* Column starts first: until they are known to be sound nothing else may be read. */
+static perp_status check_column_starts(perp_context *context, const char *name,
+                                       const perp_matrix *M)
+{
+    const int32_t *starts = M->column_starts;
+    int32_t j;
+
+    if (starts[0] != 0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts[0] is %d, 0 expected",
+                          name, (int)starts[0]);
+    for (j = 0; j < M->columns; j++)
+        if (starts[j + 1] < starts[j])
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "%s.column_starts[%d] = %d is below %s.column_starts[%d] = %d", name,
+                              (int)j + 1, (int)starts[j + 1], name, (int)j, (int)starts[j]);
+    return PERP_OK;
+}
+
+static perp_status check_column(perp_context *context, const char *name, const perp_matrix *M,
+                                int32_t j)
+{
+    const int32_t *rows = M->row_indices;
+    int32_t k;
+
+    for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+        if (rows[k] < 0 || rows[k] >= M->rows)
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "%s.row_indices[%d] = %d in column %d is outside 0 .. %d", name,
+                              (int)k, (int)rows[k], (int)j, (int)M->rows - 1);
+        if (k > M->column_starts[j] && rows[k] <= rows[k - 1])
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "%s.row_indices[%d] = %d is not above %s.row_indices[%d] = %d in "
+                              "column %d",
+                              name, (int)k, (int)rows[k], name, (int)k - 1, (int)rows[k - 1],
+                              (int)j);
+        if (!isfinite(M->values[k]))
+            return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s(%d,%d) = %s.values[%d] is %s",
+                              name, (int)rows[k], (int)j, name, (int)k, text_of(M->values[k]));
+    }
+    return PERP_OK;
+}
+
+static perp_status read_csc(perp_context *context, const char *name, perp__matrix *read,
+                            const perp_matrix *M)
+{
+    perp_status status;
+    int32_t j;
+
+    read->row_stride = 1;
+    read->column_stride = 1;
+    if (!M->column_starts) {
+        if (M->columns > 0)
+            return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts is NULL", name);
+        return PERP_OK; /* no columns: as good as a dense matrix of no entries */
+    }
+    status = check_column_starts(context, name, M);
+    if (status != PERP_OK)
+        return status;
+    if (M->column_starts[M->columns] > 0 && (!M->row_indices || !M->values))
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.%s is NULL", name,
+                          M->row_indices ? "values" : "row_indices");
+    for (j = 0; j < M->columns && status == PERP_OK; j++)
+        status = check_column(context, name, M, j);
+    read->column_starts = M->column_starts;
+    read->row_indices = M->row_indices;
+    return status;
+}
+
+perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *own,
+                              const perp_matrix *caller)
+{
+    perp_matrix M;
+    perp__matrix read;
+    perp_status status = perp__check_pointer(context, name, caller);
+
+    memset(&M, 0, sizeof M);
+    if (status == PERP_OK)
+        status = perp__struct_read(context, name, &M, sizeof M, caller, PERP__MATRIX_FIRST_SIZE);
+    if (status != PERP_OK)
+        return status;
+    if (M.storage < PERP_STORAGE_COLUMN_MAJOR || M.storage > PERP_STORAGE_CSC)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.storage is %d, not a storage", name,
+                          (int)M.storage);
+    if (M.rows < 0 || M.columns < 0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.%s is %d", name,
+                          M.rows < 0 ? "rows" : "columns", (int)(M.rows < 0 ? M.rows : M.columns));
+    if (M.reserved != 0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.reserved is %d, 0 expected", name,
+                          (int)M.reserved);
+    memset(&read, 0, sizeof read);
+    read.rows = M.rows;
+    read.columns = M.columns;
+    read.values = M.values;
+    status = M.storage == PERP_STORAGE_CSC ? read_csc(context, name, &read, &M)
+                                           : read_dense(context, name, &read, &M);
+    if (status == PERP_OK)
+        *own = read;
+    return status;
+}

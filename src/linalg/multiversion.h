@@ -1,0 +1,42 @@
+/* Kernels compiled twice: for any processor, and for those with wide vectors and a fused
+ * multiply-add in hardware. A kernel's arithmetic is fixed by its C text (-ffp-contract=off, fma()
+ * only where written), so both versions give the same bits.
+ *
+ * Usage: write the loops as PERP__KERNEL static void name_loops(...), then
+ * PERP__MULTIVERSION(name, (parameters), (arguments)) defines `static void name(...)`. */
+#ifndef PERP_LINALG_MULTIVERSION_H
+#define PERP_LINALG_MULTIVERSION_H
+
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(PERP_NO_MULTIVERSION) && \
+    !(defined(__AVX2__) && defined(__FMA__))
+
+#define PERP__KERNEL __attribute__((always_inline)) inline
+#define PERP__MULTIVERSION(name, parameters, arguments)                              \
+    __attribute__((target("avx2,fma"), noinline)) static void name##_avx2 parameters \
+    {                                                                                \
+        name##_loops arguments;                                                      \
+    }                                                                                \
+    __attribute__((noinline)) static void name##_any parameters                      \
+    {                                                                                \
+        name##_loops arguments;                                                      \
+    }                                                                                \
+    static void name parameters                                                      \
+    {                                                                                \
+        if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))         \
+            name##_avx2 arguments;                                                   \
+        else                                                                         \
+            name##_any arguments;                                                    \
+    }
+
+#else
+
+#define PERP__KERNEL inline
+#define PERP__MULTIVERSION(name, parameters, arguments) \
+    static void name parameters                         \
+    {                                                   \
+        name##_loops arguments;                         \
+    }
+
+#endif
+
+#endif
