@@ -149,6 +149,13 @@ static int reach(const check_item *list, size_t count, int32_t n, int32_t *expon
     return found;
 }
 
+static void spread(const check_item *list, size_t count, int32_t n, int32_t *exponents,
+                   int *largest)
+{
+    while (reach(list, count, n, exponents, largest))
+        ;
+}
+
 void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents)
 {
     size_t count, p;
@@ -162,13 +169,15 @@ void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents)
             diagonal[list[p].row] = list[p].value;
     for (i = 0; i < M->rows; i++)
         exponents[i] = !scaling ? 0 : diagonal[i] > 0 ? unit_diagonal(diagonal[i]) : UNSET;
-    while (reach(list, count, M->rows, exponents, largest))
-        ;
-    for (i = 0; i < M->rows; i++) /* components without a positive diagonal check_item */
+    spread(list, count, M->rows, exponents, largest);
+    for (i = 0; i < M->rows; i++)
+        if (exponents[i] == UNSET && diagonal[i] < 0)
+            exponents[i] = unit_diagonal(diagonal[i]);
+    spread(list, count, M->rows, exponents, largest);
+    for (i = 0; i < M->rows; i++)
         if (exponents[i] == UNSET) {
-            exponents[i] = diagonal[i] < 0 ? unit_diagonal(diagonal[i]) : 0;
-            while (reach(list, count, M->rows, exponents, largest))
-                ;
+            exponents[i] = 0;
+            spread(list, count, M->rows, exponents, largest);
         }
     free(diagonal);
     free(largest);
