@@ -1,0 +1,117 @@
+/* Checks of arrays: what is refused, and that the message names the entry. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/check.h"
+#include "base/clock.h"
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+static void test_finite(void **state)
+{
+    double x[5] = {1.0, -0.0, 5e-324, 1.7976931348623157e308, 2.0};
+    static const double bad[] = {NAN, INFINITY, -INFINITY};
+    size_t i, k;
+
+    (void)state;
+    assert_int_equal(perp__check_finite(context, "x", x, 5), PERP_OK);
+    assert_int_equal(perp__check_finite(context, "x", NULL, 0), PERP_OK);
+    for (i = 0; i < 5; i++)
+        for (k = 0; k < 3; k++) {
+            double kept = x[i];
+            char name[16];
+
+            x[i] = bad[k];
+            snprintf(name, sizeof name, "x[%zu]", i);
+            assert_int_equal(perp__check_finite(context, "x", x, 5), PERP_ERROR_NOT_FINITE);
+            assert_non_null(strstr(perp_context_message(context), name));
+            x[i] = kept;
+        }
+}
+
+static perp_status bounds(double l, double u)
+{
+    double lower[3] = {0, 0, 0}, upper[3] = {1, 1, 1};
+
+    lower[1] = l;
+    upper[1] = u;
+    return perp__check_bounds(context, lower, upper, 3);
+}
+
+static void test_bounds(void **state)
+{
+    double negative = -1.0, positive = 1.0;
+
+    (void)state;
+    assert_int_equal(bounds(-INFINITY, INFINITY), PERP_OK);
+    assert_int_equal(bounds(1, 1), PERP_OK);
+    assert_int_equal(bounds(-0.0, 0.0), PERP_OK);
+    assert_int_equal(bounds(0.0, -0.0), PERP_OK);
+    assert_int_equal(bounds(INFINITY, INFINITY), PERP_ERROR_NOT_FINITE);
+    assert_non_null(strstr(perp_context_message(context), "lower[1]"));
+    assert_int_equal(bounds(-INFINITY, -INFINITY), PERP_ERROR_NOT_FINITE);
+    assert_non_null(strstr(perp_context_message(context), "upper[1]"));
+    assert_int_equal(bounds(NAN, 1), PERP_ERROR_NOT_FINITE);
+    assert_int_equal(bounds(0, NAN), PERP_ERROR_NOT_FINITE);
+    assert_int_equal(bounds(2, 1), PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(context), "lower[1]"));
+    assert_non_null(strstr(perp_context_message(context), "upper[1]"));
+    /* NULL is 0 and +inf */
+    assert_int_equal(perp__check_bounds(context, NULL, NULL, 3), PERP_OK);
+    assert_int_equal(perp__check_bounds(context, NULL, &negative, 1), PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp__check_bounds(context, &positive, NULL, 1), PERP_OK);
+}
+
+static void test_pointer(void **state)
+{
+    (void)state;
+    assert_int_equal(perp__check_pointer(context, "q", &context), PERP_OK);
+    assert_int_equal(perp__check_pointer(context, "q", NULL), PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(context), "q"));
+}
+
+static void test_the_clock_never_goes_backwards(void **state)
+{
+    double last = perp__now();
+    int k;
+
+    (void)state;
+    for (k = 0; k < 1000; k++) {
+        double now = perp__now();
+
+        assert_true(now >= last);
+        last = now;
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_finite),
+        cmocka_unit_test(test_bounds),
+        cmocka_unit_test(test_pointer),
+        cmocka_unit_test(test_the_clock_never_goes_backwards),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
