@@ -103,9 +103,9 @@ PERP__MULTIVERSION(by_sparse_columns,
                    (const perp__matrix *M, const double *x, double *high, double *low),
                    (M, x, high, low))
 
-/* Rows are summed in strips of columns, each strip in LANES sums that do not wait for each other.
- */
-enum { LANES = 8, STRIP = 256 };
+/* Rows are summed in strips of columns, each strip in LANES sums that do not wait for each other;
+ * so many lanes that compilers keep the loop over them and vectorise it. */
+enum { LANES = 32, STRIP = 512 };
 
 /* The strip's columns where x is not zero. */
 typedef struct strip {
@@ -114,6 +114,22 @@ typedef struct strip {
     int32_t offsets[STRIP];
     double x[STRIP];
 } strip;
+
+/* Adds the products a_k x_k, k < whole, to the lanes k % LANES. */
+PERP__KERNEL static void add_to_lanes(size_t whole, const double *a, const strip *s, double *h,
+                                      double *l)
+{
+    size_t k, lane;
+
+    if (s->full)
+        for (k = 0; k < whole; k += LANES)
+            for (lane = 0; lane < LANES; lane++)
+                PERP__ACCUMULATE(h[lane], l[lane], a[k + lane], s->x[k + lane]);
+    else
+        for (k = 0; k < whole; k += LANES)
+            for (lane = 0; lane < LANES; lane++)
+                PERP__ACCUMULATE(h[lane], l[lane], a[s->offsets[k + lane]], s->x[k + lane]);
+}
 
 PERP__KERNEL static void add_rows_loops(const perp__matrix *M, const double *first, const strip *s,
                                         double *high, double *low)
@@ -124,22 +140,19 @@ PERP__KERNEL static void add_rows_loops(const perp__matrix *M, const double *fir
 
     for (i = 0; i < M->rows; i++) {
         const double *a = first + (size_t)i * M->row_stride;
-        double h[LANES] = {0.0}, l[LANES] = {0.0};
+        double h[LANES], l[LANES];
 
-        if (s->full)
-            for (k = 0; k < whole; k += LANES)
-                for (lane = 0; lane < LANES; lane++)
-                    PERP__ACCUMULATE(h[lane], l[lane], a[k + lane], s->x[k + lane]);
-        else
-            for (k = 0; k < whole; k += LANES)
-                for (lane = 0; lane < LANES; lane++)
-                    PERP__ACCUMULATE(h[lane], l[lane], a[s->offsets[k + lane]], s->x[k + lane]);
-        for (k = whole; k < s->count; k++)
-            PERP__ACCUMULATE(h[k - whole], l[k - whole], a[s->offsets[k]], s->x[k]);
-        for (lane = 0; lane < LANES; lane++) {
-            PERP__ACCUMULATE(high[i], low[i], h[lane], 1.0);
-            low[i] += l[lane];
+        if (whole > 0) {
+            for (lane = 0; lane < LANES; lane++)
+                h[lane] = l[lane] = 0.0;
+            add_to_lanes(whole, a, s, h, l);
+            for (lane = 0; lane < LANES; lane++) {
+                PERP__ACCUMULATE(high[i], low[i], h[lane], 1.0);
+                low[i] += l[lane];
+            }
         }
+        for (k = whole; k < s->count; k++)
+            PERP__ACCUMULATE(high[i], low[i], a[s->offsets[k]], s->x[k]);
     }
 }
 PERP__MULTIVERSION(add_rows,

@@ -47,12 +47,44 @@ void perp__loops_gemv_subtract(int32_t m, int32_t n, const double *A, int32_t ld
         subtract_1((size_t)m, column(A, lda, j), x[(size_t)j * stride], y);
 }
 
+/* Two columns of C minus four of A times a 4 by 2 block of B; each entry's order of summation is
+ * that of subtract_4. */
+PERP__KERNEL static void subtract_4_by_2_loops(size_t m, const double *a, size_t lda,
+                                               const double *b, size_t ldb, double *restrict c,
+                                               double *restrict d)
+{
+    const double *a0 = a, *a1 = a + lda, *a2 = a + 2 * lda, *a3 = a + 3 * lda;
+    const double b0 = b[0], b1 = b[1], b2 = b[2], b3 = b[3];
+    const double d0 = b[ldb], d1 = b[ldb + 1], d2 = b[ldb + 2], d3 = b[ldb + 3];
+    size_t i;
+
+    for (i = 0; i < m; i++) {
+        c[i] = (((c[i] - a0[i] * b0) - a1[i] * b1) - a2[i] * b2) - a3[i] * b3;
+        d[i] = (((d[i] - a0[i] * d0) - a1[i] * d1) - a2[i] * d2) - a3[i] * d3;
+    }
+}
+PERP__MULTIVERSION(subtract_4_by_2,
+                   (size_t m, const double *a, size_t lda, const double *b, size_t ldb, double *c,
+                    double *d),
+                   (m, a, lda, b, ldb, c, d))
+
 void perp__loops_gemm_subtract(int32_t m, int32_t n, int32_t k, const double *A, int32_t lda,
                                const double *B, int32_t ldb, double *C, int32_t ldc)
 {
-    int32_t j;
+    int32_t j, p;
 
-    for (j = 0; j < n; j++)
+    for (j = 0; j + 2 <= n; j += 2) {
+        const double *b = column(B, ldb, j);
+        double *c = C + (size_t)ldc * (size_t)j, *d = c + ldc;
+
+        for (p = 0; p + 4 <= k; p += 4)
+            subtract_4_by_2((size_t)m, column(A, lda, p), (size_t)lda, b + p, (size_t)ldb, c, d);
+        for (; p < k; p++) {
+            subtract_1((size_t)m, column(A, lda, p), b[p], c);
+            subtract_1((size_t)m, column(A, lda, p), b[(size_t)ldb + (size_t)p], d);
+        }
+    }
+    if (j < n)
         perp__loops_gemv_subtract(m, k, A, lda, column(B, ldb, j), 1, C + (size_t)ldc * (size_t)j);
 }
 

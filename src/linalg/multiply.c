@@ -4,7 +4,6 @@
 
 #include "linalg/matrix.h"
 #include "linalg/multiversion.h"
-#include "linalg/scale.h"
 
 enum { LANES = 8 };
 
@@ -88,36 +87,69 @@ void perp__multiply(const perp__matrix *M, const double *x, double *y)
 }
 
 /* |value| 2^(a + b) */
-static double scaled(double value, int32_t a, int32_t b)
+PERP__KERNEL static double scaled(double value, int32_t a, int32_t b)
 {
-    return fabs(value) * perp__power_of_two(a + b);
+    const uint64_t bits = (uint64_t)(int64_t)(a + b + 1023) << 52;
+    double power;
+
+    memcpy(&power, &bits, sizeof power);
+    return fabs(value) * power;
+}
+
+PERP__KERNEL static void add_norms_loops(int32_t rows, const double *a, const int32_t *e,
+                                         int32_t e_j, double *restrict sums)
+{
+    int32_t i;
+
+    for (i = 0; i < rows; i++)
+        sums[i] += scaled(a[i], e[i], e_j);
+}
+PERP__MULTIVERSION(add_norms,
+                   (int32_t rows, const double *a, const int32_t *e, int32_t e_j, double *sums),
+                   (rows, a, e, e_j, sums))
+
+PERP__KERNEL static void row_norms_loops(const perp__matrix *M, const int32_t *e, double *sums)
+{
+    int32_t i, j, lane;
+
+    for (i = 0; i < M->rows; i++) {
+        const double *a = M->values + (size_t)i * M->row_stride;
+        double s[LANES] = {0.0};
+
+        for (j = 0; j + LANES <= M->columns; j += LANES)
+            for (lane = 0; lane < LANES; lane++)
+                s[lane] += scaled(a[j + lane], e[i], e[j + lane]);
+        for (lane = 0; j < M->columns; j++, lane++)
+            s[lane] += scaled(a[j], e[i], e[j]);
+        sums[i] = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+    }
+}
+PERP__MULTIVERSION(row_norms, (const perp__matrix *M, const int32_t *e, double *sums), (M, e, sums))
+
+static void sparse_row_norms(const perp__matrix *M, const int32_t *e, double *sums)
+{
+    int32_t j, k;
+
+    for (j = 0; j < M->columns; j++)
+        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+
+            sums[i] += scaled(M->values[k], e[i], e[j]);
+        }
 }
 
 void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, double *row_sums)
 {
-    const int32_t *e = exponents;
-    int32_t i, j, k;
+    int32_t i, j;
 
     for (i = 0; i < M->rows; i++)
         row_sums[i] = 0.0;
     if (M->column_starts)
-        for (j = 0; j < M->columns; j++)
-            for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-                i = M->row_indices[k];
-                row_sums[i] += scaled(M->values[k], e[i], e[j]);
-            }
+        sparse_row_norms(M, exponents, row_sums);
     else if (M->row_stride == 1)
-        for (j = 0; j < M->columns; j++) {
-            const double *a = M->values + (size_t)j * M->column_stride;
-
-            for (i = 0; i < M->rows; i++)
-                row_sums[i] += scaled(a[i], e[i], e[j]);
-        }
+        for (j = 0; j < M->columns; j++)
+            add_norms(M->rows, M->values + (size_t)j * M->column_stride, exponents, exponents[j],
+                      row_sums);
     else
-        for (i = 0; i < M->rows; i++) {
-            const double *a = M->values + (size_t)i * M->row_stride;
-
-            for (j = 0; j < M->columns; j++)
-                row_sums[i] += scaled(a[j], e[i], e[j]);
-        }
+        row_norms(M, exponents, row_sums);
 }
