@@ -61,9 +61,9 @@ SONAME := libperp.so.$(ABI_VERSION)
 ## What the goals need from the machine
 
 NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers
+TEST_GOALS := test test-c tests check check-consumer valgrind run bench $(B)/tests/%
+PYTHON_GOALS := test test-python check run bench python $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
-TEST_GOALS := test test-c tests check valgrind check-abi check-consumer run $(B)/tests/%
-PYTHON_GOALS := test test-python run python check
 
 needs := library \
     $(if $(filter 1,$(GPL)),gpl) \
@@ -159,6 +159,13 @@ define record
     if cmp -s $@.$$$$ $@; then rm $@.$$$$; else mv $@.$$$$ $@; fi
 endef
 
+# $(call quietly,WORD,command): with V=1 the command is shown, else the word and the file
+ifeq ($(V),1)
+quietly = $(2)
+else
+quietly = @printf '  %-3s %s\n' '$(1)' '$@' && $(2)
+endif
+
 compiler_version = $(shell $(CC) --version 2>/dev/null | sed -n '1s/^[^ ]* //p')
 
 $(B)/flags: FORCE
@@ -180,66 +187,203 @@ shared: $(SHARED)
 
 $(B)/obj/src/%.o: src/%.c $(B)/flags
 	@mkdir -p $(@D)
-	$(COMPILE) $(LIBRARY_FLAGS) -MMD -MP -c -o $@ $<
+	$(call quietly,CC,$(COMPILE) $(LIBRARY_FLAGS) -MMD -MP -c -o $@ $<)
 
 $(STATIC): $(OBJECTS) $(B)/sources
 	@mkdir -p $(@D)
 	@rm -f $@
-	$(AR) rcsD $@ $(OBJECTS)
+	$(call quietly,AR,$(AR) rcsD $@ $(OBJECTS))
 
 $(SHARED_FILE): $(OBJECTS) $(B)/sources $(B)/link-flags perp.map
 	@mkdir -p $(@D)
-	$(LINK) $(SHARED_FLAGS) -o $@ $(OBJECTS) $(LIBRARY_LIBS)
+	$(call quietly,LD,$(LINK) $(SHARED_FLAGS) -o $@ $(OBJECTS) $(LIBRARY_LIBS))
 
 $(B)/lib/$(SONAME): $(SHARED_FILE)
-	ln -sf $(<F) $@
+	@ln -sf $(<F) $@
 $(SHARED): $(B)/lib/$(SONAME)
-	ln -sf $(<F) $@
+	@ln -sf $(<F) $@
 
 ## Tests: one program a file, on the static library, so that internals can be reached
 
 .PHONY: tests
 tests: $(TESTS)
 
+# The program goes before its object is compiled: if that fails, no old program can pass.
 $(B)/obj/tests/%.o: tests/%.c $(B)/flags $(B)/test-flags
 	@mkdir -p $(@D)
-	$(COMPILE) $(TEST_FLAGS) -MMD -MP -c -o $@ $<
+	@rm -f $(B)/tests/$*
+	$(call quietly,CC,$(COMPILE) $(TEST_FLAGS) -MMD -MP -c -o $@ $<)
 
 $(TESTS): $(B)/tests/%: $(B)/obj/tests/%.o $(TEST_HELPER_OBJECTS) $(STATIC) $(B)/link-flags
 	@mkdir -p $(@D)
-	$(LINK) -o $@ $< $(TEST_HELPER_OBJECTS) $(STATIC) $(LIBRARY_LIBS) \
-	    $(CMOCKA_LIBS) -ldl -lpthread
+	$(call quietly,LD,$(LINK) -o $@ $< $(TEST_HELPER_OBJECTS) $(STATIC) $(LIBRARY_LIBS) \
+	    $(CMOCKA_LIBS) -ldl -lpthread)
 
 # These load the shared library from where it was built.
 $(B)/obj/tests/abi/%.o: TEST_FLAGS += -DPERP_TEST_SHARED='"$(abspath $(SHARED))"'
-$(patsubst tests/%,$(B)/tests/%,$(basename $(wildcard tests/abi/test_*.c))): $(SHARED)
+$(filter $(B)/tests/abi/%,$(TESTS)): $(SHARED)
 
 ## Examples and benchmarks: as a user would, with the public headers and the shared library
 
-$(EXAMPLE_OBJECTS) $(EXAMPLE_HELPER_OBJECTS) $(BENCH_OBJECTS): $(B)/obj/%.o: %.c $(B)/flags
-	@mkdir -p $(@D)
-	$(COMPILE) -Iinclude -MMD -MP -c -o $@ $<
-
-$(EXAMPLES): $(B)/examples/%: $(B)/obj/examples/%.o $(EXAMPLE_HELPER_OBJECTS) $(SHARED)
-	@mkdir -p $(@D)
-	$(LINK) -o $@ $< $(EXAMPLE_HELPER_OBJECTS) -L$(B)/lib -lperp -lm '-Wl,-rpath,$$ORIGIN/../lib'
-
-$(BENCHES): $(B)/bench/%: $(B)/obj/bench/%.o $(SHARED)
-	@mkdir -p $(@D)
-	$(LINK) -o $@ $< -L$(B)/lib -lperp -lm -lpthread '-Wl,-rpath,$$ORIGIN/../lib'
-
-.PHONY: examples
+.PHONY: examples benches
 examples: $(EXAMPLES)
+benches: $(BENCHES)
 
-## Checks and runs
+$(EXAMPLE_OBJECTS) $(BENCH_OBJECTS): $(B)/obj/%.o: %.c $(B)/flags
+	@mkdir -p $(@D)
+	@rm -f $(B)/$*
+	$(call quietly,CC,$(COMPILE) -Iinclude -MMD -MP -c -o $@ $<)
 
-.PHONY: test test-c
-test-c: $(TESTS)
-	scripts/run-tests $(TESTS)
+# Other people's code: their style, not our warnings.
+$(EXAMPLE_HELPER_OBJECTS): $(B)/obj/%.o: %.c $(B)/flags
+	@mkdir -p $(@D)
+	$(call quietly,CC,$(COMPILE) -w -Iinclude -MMD -MP -c -o $@ $<)
 
-.PHONY: clean
+# examples/NAME.c becomes build/examples/NAME, which finds the library next to it.
+RPATH := '-Wl,-rpath,$$ORIGIN/../lib'
+$(EXAMPLES): $(B)/%: $(B)/obj/%.o $(EXAMPLE_HELPER_OBJECTS) $(SHARED) $(B)/link-flags
+	@mkdir -p $(@D)
+	$(call quietly,LD,$(LINK) -o $@ $< $(EXAMPLE_HELPER_OBJECTS) -L$(B)/lib -lperp -lm $(RPATH))
+
+$(BENCHES): $(B)/%: $(B)/obj/%.o $(SHARED) $(B)/link-flags
+	@mkdir -p $(@D)
+	$(call quietly,LD,$(LINK) -o $@ $< -L$(B)/lib -lperp -lm -lpthread $(RPATH))
+
+## Python: a virtual environment with what the binding's tests and the plots need
+
+VENV := $(BUILD_DIR)/venv
+PYTHON := $(VENV)/bin/python
+.PHONY: python
+python: $(VENV)/ready
+$(VENV)/ready: scripts/requirements.txt
+	@scripts/dependencies --venv $(VENV) $<
+	@touch $@
+
+# How the scripts, whatever they run, find what was built.
+ENVIRONMENT = BUILD='$(B)' CC='$(CC)' PYTHON='$(abspath $(PYTHON))' PERP_LIBRARY='$(abspath $(SHARED))' \
+    PYTHONPATH='$(abspath bindings/python)' PYTHONDONTWRITEBYTECODE=1 MPLBACKEND=Agg
+
+# The same dependencies in a make called from here.
+AGAIN = $(MAKE) --no-print-directory DEPENDENCIES='$(DEPENDENCIES)'
+
+## Running
+
+#: make run               solve the sample problems and simulate; results in build/run
+.PHONY: run
+run: library examples $(VENV)/ready
+	@$(ENVIRONMENT) OUTPUT='$(B)/run' scripts/run-main
+
+#: make bench             speed against accuracy; tables in build/bench
+.PHONY: bench
+bench: library benches $(VENV)/ready
+	@$(ENVIRONMENT) OUTPUT='$(B)/bench' scripts/run-bench
+
+## Testing
+
+# What can't be compiled counts as failed, and the rest is tested all the same.
+#: make test              every test: C, Python, examples, README
+.PHONY: test test-c test-python
+test: library $(TEST_HELPER_OBJECTS) $(VENV)/ready
+	@$(AGAIN) -k tests examples || true
+	@$(ENVIRONMENT) scripts/run-all-tests $(TESTS)
+
+#: make test-c            the C tests alone
+test-c: static $(TEST_HELPER_OBJECTS)
+	@$(AGAIN) -k tests || true
+	@scripts/run-tests $(TESTS)
+
+#: make test-python       the Python tests alone
+test-python: library $(VENV)/ready
+	@$(ENVIRONMENT) scripts/run-all-tests
+
+#: make valgrind          the C tests under valgrind; leaks are failures
+VALGRIND := valgrind -q --error-exitcode=99 --leak-check=full --errors-for-leak-kinds=definite,indirect \
+    --show-leak-kinds=definite,indirect --suppressions=scripts/valgrind.supp
+.PHONY: valgrind
+valgrind: $(TESTS)
+	@RUNNER='$(VALGRIND)' scripts/run-tests $(TESTS)
+
+#: make check             test, and every check below
+.PHONY: check check-abi check-headers check-consumer
+check: test check-abi check-headers check-consumer format-check
+
+#: make check-abi         exported symbols, licences of what is linked, abidiff with the last tag
+check-abi: library
+	@CC='$(CC)' GPL='$(GPL)' scripts/check-abi $(B)/lib $(SONAME)
+
+#: make check-headers     every header alone, as C99 and C++11, warnings are errors
+check-headers:
+	@scripts/check-headers
+
+#: make check-consumer    install somewhere else, build a program on it with pkg-config, uninstall
+check-consumer: library
+	@CC='$(CC) $(SANITIZE_FLAGS)' MAKE='$(AGAIN)' scripts/check-consumer
+
+FORMATTED := $(wildcard include/perp/*.h src/*/*.[ch] src/world/collide/*.[ch] tests/*.[ch] \
+    tests/*/*.[ch] examples/*.[ch] bench/*.[ch])
+CLANG_FORMAT ?= clang-format
+#: make format            clang-format all sources; make format-check only looks
+.PHONY: format format-check
+format:
+	$(CLANG_FORMAT) -i $(FORMATTED)
+format-check:
+	@$(CLANG_FORMAT) --dry-run -Werror $(FORMATTED)
+
+## Installing
+
+DESTDIR ?=
+PREFIX ?= /usr/local
+LIBDIR ?= $(PREFIX)/lib
+INCLUDEDIR ?= $(PREFIX)/include
+PKGCONFIGDIR ?= $(LIBDIR)/pkgconfig
+INSTALL ?= install
+
+# Written at installation: the prefix isn't known before.
+define pc_file
+sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@LIBDIR@|$(LIBDIR)|' -e 's|@INCLUDEDIR@|$(INCLUDEDIR)|' \
+    -e 's|@VERSION@|$(VERSION)|' -e 's|@LIBS_PRIVATE@|$(LIBRARY_LIBS)|' \
+    -e 's|^\(libdir=\)$(PREFIX)/|\1$${prefix}/|' -e 's|^\(includedir=\)$(PREFIX)/|\1$${prefix}/|'
+endef
+
+#: make install           under DESTDIR and PREFIX (/usr/local); make uninstall takes it away
+.PHONY: install uninstall
+install: library
+	$(INSTALL) -d '$(DESTDIR)$(LIBDIR)' '$(DESTDIR)$(INCLUDEDIR)/perp' '$(DESTDIR)$(PKGCONFIGDIR)'
+	$(INSTALL) -m 644 $(HEADERS) '$(DESTDIR)$(INCLUDEDIR)/perp'
+	$(INSTALL) -m 644 $(STATIC) '$(DESTDIR)$(LIBDIR)'
+	$(INSTALL) -m 755 $(SHARED_FILE) '$(DESTDIR)$(LIBDIR)'
+	ln -sf $(notdir $(SHARED_FILE)) '$(DESTDIR)$(LIBDIR)/$(SONAME)'
+	ln -sf $(SONAME) '$(DESTDIR)$(LIBDIR)/libperp.so'
+	$(pc_file) perp.pc.in > '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc'
+	chmod 644 '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc'
+
+uninstall:
+	rm -f $(HEADERS:include/%='$(DESTDIR)$(INCLUDEDIR)/%')
+	rm -f '$(DESTDIR)$(LIBDIR)/libperp.a' '$(DESTDIR)$(LIBDIR)/$(notdir $(SHARED_FILE))' \
+	    '$(DESTDIR)$(LIBDIR)/$(SONAME)' '$(DESTDIR)$(LIBDIR)/libperp.so' \
+	    '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc'
+	-rmdir '$(DESTDIR)$(INCLUDEDIR)/perp'
+
+# The committed tree and nothing else; the times are the commit's, so the bytes are always the same.
+#: make dist              a source archive of the last commit: build/perp-VERSION.tar.gz
+.PHONY: dist
+dist:
+	@mkdir -p $(BUILD_DIR)
+	git archive --format=tar --prefix=perp-$(VERSION)/ HEAD | gzip -9n \
+	    > $(BUILD_DIR)/perp-$(VERSION).tar.gz
+
+#: make clean             remove build/
+.PHONY: clean help
 clean:
 	rm -rf $(BUILD_DIR)
+
+help:
+	@echo 'make                   build libperp.a and libperp.so in build/lib'
+	@sed -n 's/^#: //p' Makefile
+	@echo
+	@echo 'Switches: CC=clang  DEBUG=1  SANITIZE=address,undefined  BLAS=internal  WERROR=1  V=1'
+	@echo '          GPL=1 (also UMFPACK and CHOLMOD; the result is under the GPL)'
+	@echo 'CFLAGS, CPPFLAGS and LDFLAGS are used as they come.'
 
 -include $(wildcard $(patsubst %.o,%.d,$(OBJECTS) $(TEST_OBJECTS) $(TEST_HELPER_OBJECTS) \
     $(EXAMPLE_OBJECTS) $(EXAMPLE_HELPER_OBJECTS) $(BENCH_OBJECTS)))
