@@ -1,0 +1,155 @@
+/* Rigid bodies: what a step costs, and what is lost when accuracy is turned down.
+ *
+ * stack: boxes of 1 m on top of each other, at rest, steps of 5 ms for one second. Exact: nothing
+ * moves. 'creep' is the largest speed of a body at the end, 'sinking' what the top box lost.
+ * slide: a box starts at 3 m/s half-way between two edges of the friction cone, mu = 0.5. Exact: it
+ * stops after v^2 / (2 mu g), in a straight line. 'distance' is the error of that, relative;
+ * 'heading' the angle between start direction and stop point. */
+#include "measure.h"
+
+typedef struct setting {
+    int32_t method, directions;
+    double tol;
+} setting;
+
+static const double pi = 3.14159265358979323846, g = 9.81;
+
+static perp_world *create(perp_context *context, const setting *chosen)
+{
+    const double up[] = {0, 0, 1};
+    perp_world *world = NULL;
+    perp_world_settings settings;
+    perp_shape_settings shape;
+    perp_world_settings_init(&settings, sizeof settings, 0);
+    settings.method = chosen->method;
+    settings.friction_directions = chosen->directions;
+    settings.tol = chosen->tol;
+    perp_shape_settings_init(&shape, sizeof shape);
+    shape.friction = 0.5;
+    require(perp_world_create(context, &world, &settings) == PERP_OK &&
+                perp_world_add_plane(world, NULL, perp_world_ground(world), up, 0, &shape) ==
+                    PERP_OK,
+            perp_context_message(context));
+    return world;
+}
+
+static perp_body add_box(perp_context *context, perp_world *world, double height, double speed,
+                         double heading)
+{
+    const double half[] = {0.5, 0.5, 0.5};
+    perp_body body = 0;
+    perp_body_settings settings;
+    perp_shape_settings shape;
+    perp_body_settings_init(&settings, sizeof settings);
+    settings.position[2] = height;
+    settings.velocity[0] = speed * cos(heading);
+    settings.velocity[1] = speed * sin(heading);
+    for (int k = 0; k < 3; k++)
+        settings.inertia[4 * k] = 1.0 / 6; /* a cube of 1 kg */
+    perp_shape_settings_init(&shape, sizeof shape);
+    shape.friction = 0.5;
+    require(perp_world_add_body(world, &body, &settings) == PERP_OK &&
+                perp_world_add_box(world, NULL, body, half, &shape) == PERP_OK,
+            perp_context_message(context));
+    return body;
+}
+
+/* Steps the world; returns steps a second, and the largest residual and iterations of a step. */
+static double run(perp_context *context, perp_world *world, double h, int steps, double *residual,
+                  double *iterations)
+{
+    perp_step_result result;
+    int64_t all = 0;
+    *residual = 0;
+    perp_step_result_init(&result, sizeof result);
+    double start = seconds_now();
+    for (int k = 0; k < steps; k++) {
+        require(perp_world_step(world, &result, h) == PERP_OK, perp_context_message(context));
+        *residual = fmax(*residual, result.residual);
+        all += result.iterations;
+    }
+    *iterations = (double)all / steps;
+    return steps / (seconds_now() - start);
+}
+
+static void read_body(perp_world *world, perp_body_state *state, perp_body body)
+{
+    perp_body_state_init(state, sizeof *state);
+    require(perp_world_get_body(world, state, body) == PERP_OK, "body lost");
+}
+
+static void print_setting(const setting *chosen)
+{
+    printf(" %-8s %4d %8.0e", perp_lcp_method_text(chosen->method), (int)chosen->directions,
+           chosen->tol);
+}
+
+static void measure_stack(perp_context *context, int boxes, const setting *chosen)
+{
+    enum { MOST = 20 };
+    perp_body body[MOST];
+    perp_body_state state;
+    double residual, iterations, creep = 0;
+    int steps = boxes > 10 ? 20 : boxes > 5 ? 50 : 200;
+    perp_world *world = create(context, chosen);
+    for (int k = 0; k < boxes; k++)
+        body[k] = add_box(context, world, 0.5 + k, 0, 0);
+    double speed = run(context, world, 0.005, steps, &residual, &iterations);
+    for (int k = 0; k < boxes; k++) {
+        read_body(world, &state, body[k]);
+        for (int c = 0; c < 3; c++)
+            creep = fmax(creep, fmax(fabs(state.velocity[c]), fabs(state.angular_velocity[c])));
+    }
+    printf("%6d", boxes);
+    print_setting(chosen);
+    printf(" %10.1f %10.1f %9.1e %9.1e %9.1e\n", speed, iterations, residual, creep,
+           boxes - 0.5 - state.position[2]);
+    fflush(stdout);
+    perp_world_destroy(world);
+}
+
+static void measure_slide(perp_context *context, double h, const setting *chosen)
+{
+    const double heading = pi / chosen->directions, v0 = 3, exact = v0 * v0 / (2 * 0.5 * g);
+    perp_body_state state;
+    double residual, iterations;
+    perp_world *world = create(context, chosen);
+    perp_body body = add_box(context, world, 0.5, v0, heading);
+    double speed = run(context, world, h, (int)(1 / h), &residual, &iterations);
+    read_body(world, &state, body);
+    double angle = atan2(state.position[1], state.position[0]) - heading;
+    printf("%6g", h);
+    print_setting(chosen);
+    printf(" %10.1f %10.1f %9.1e %9.1e %9.1e\n", speed, iterations, residual,
+           hypot(state.position[0], state.position[1]) / exact - 1, angle * 180 / pi);
+    fflush(stdout);
+    perp_world_destroy(world);
+}
+
+int main(void)
+{
+    static const int stacks[] = {1, 5, 10};
+    static const setting settings[] = {
+        {PERP_LCP_AUTO, 8, 1e-10},    {PERP_LCP_AUTO, 8, 1e-4},    {PERP_LCP_AUTO, 4, 1e-10},
+        {PERP_LCP_AUTO, 16, 1e-10},   {PERP_LCP_LEMKE, 8, 1e-10},  {PERP_LCP_LEMKE, 4, 1e-10},
+        {PERP_LCP_FISCHER, 8, 1e-10}, {PERP_LCP_FISCHER, 8, 1e-4}, {PERP_LCP_FISCHER, 4, 1e-4},
+    };
+    static const double steps[] = {1e-2, 1e-3};
+    static const int32_t directions[] = {4, 8, 16, 32, 64};
+    double gflops, gbytes;
+    perp_context *context = NULL;
+    require(perp_context_create(&context, NULL) == PERP_OK, "no context");
+    print_machine_speed(&gflops, &gbytes);
+    printf("\nstack\n%6s %-8s %4s %8s %10s %10s %9s %9s %9s\n", "boxes", "method", "dir.", "tol",
+           "steps/s", "iter./step", "residual", "creep", "sinking");
+    for (size_t b = 0; b < sizeof stacks / sizeof *stacks; b++)
+        for (size_t k = 0; k < sizeof settings / sizeof *settings; k++)
+            measure_stack(context, stacks[b], &settings[k]);
+    printf("\nslide\n%6s %-8s %4s %8s %10s %10s %9s %9s %9s\n", "step", "method", "dir.", "tol",
+           "steps/s", "iter./step", "residual", "distance", "heading");
+    for (size_t s = 0; s < sizeof steps / sizeof *steps; s++)
+        for (size_t k = 0; k < sizeof directions / sizeof *directions; k++)
+            measure_slide(context, steps[s], &(setting){PERP_LCP_AUTO, directions[k], 1e-10});
+    perp_context_destroy(context);
+    return 0;
+}
