@@ -39,8 +39,10 @@ typedef struct perp__lcp_iterate {
     int8_t *places; /* n, enum perp__place: the final index set. A method that has none of its own
                        leaves it to the front door by returning has_places = 0 */
     double *ray;    /* n, scaled direction of z; only with outcome ray */
+    double *cover;  /* n, what the artificial variable adds to w along the ray; with outcome ray */
     int32_t has_places;
-    int32_t warm; /* on entry: z holds a start the caller gave */
+    int32_t warm;    /* on entry: z holds a start the caller gave */
+    int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
     perp_outcome outcome;
     int64_t iterations;
 } perp__lcp_iterate;
@@ -48,6 +50,7 @@ typedef struct perp__lcp_iterate {
 typedef struct perp__lcp_method {
     int32_t id;       /* PERP_LCP_... */
     size_t work_size; /* bytes of the method's own workspace struct */
+    int32_t attempts; /* how often it may start afresh (iterate->attempt) before it has failed */
     /* Checks that the method can take the problem: PERP_OK, or PERP_ERROR_ARGUMENT with a
      * message.*/
     perp_status (*check)(const perp__lcp_problem *problem);
@@ -72,8 +75,10 @@ extern const perp__lcp_method perp__lcp_fischer;
  * (stopped, time_limit); control->aborted tells an abort. Reads the clock only with a deadline. */
 perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, double residual);
 
-/* Scaled M as a dense column-major n by n array with leading dimension n. */
+/* Scaled M as a dense column-major n by n array with leading dimension n; or any other. */
 void perp__lcp_dense(const perp__lcp_problem *problem, double *dense);
+void perp__lcp_dense_into(const perp__lcp_problem *problem, double *dense,
+                          size_t leading_dimension);
 
 /* mid(z - l, z - u, w) without cancellation. */
 double perp__mid(double z, double lower, double upper, double w);

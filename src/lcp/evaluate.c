@@ -1,0 +1,142 @@
+/* The residuals of DESIGN.md, recomputed from the caller's own data for every method alike. */
+#include <float.h>
+#include <math.h>
+
+#include "lcp/solver.h"
+#include "linalg/scale.h"
+
+double perp__shift(double x, int32_t e)
+{
+    return e >= -1022 && e <= 1022 ? x * perp__power_of_two(e) : ldexp(x, e);
+}
+
+double perp__z_scaled(const perp_lcp_solver *solver, int32_t i, double z)
+{
+    return perp__shift(z, -solver->exponents[i] - solver->omega);
+}
+
+double perp__z_caller(const perp_lcp_solver *solver, int32_t i, double z)
+{
+    return perp__shift(z, solver->exponents[i] + solver->omega);
+}
+
+/* A finite bound stays finite, however far the scaling pushes it. */
+static double scale_bound(const perp_lcp_solver *solver, int32_t i, double bound)
+{
+    double scaled = perp__z_scaled(solver, i, bound);
+
+    if (isfinite(bound) && !isfinite(scaled))
+        return bound < 0.0 ? -DBL_MAX : DBL_MAX;
+    return scaled;
+}
+
+/* omega is the power of two with max |D q| in [omega, 2 omega); 1 where q = 0 */
+static int32_t find_omega(const perp_lcp_solver *solver, const double *q)
+{
+    int32_t largest = 1, found = 0, i;
+
+    for (i = 0; i < solver->n; i++) {
+        int exponent;
+
+        if (q[i] == 0.0)
+            continue;
+        frexp(q[i], &exponent);
+        exponent += solver->exponents[i];
+        if (!found || exponent > largest)
+            largest = exponent;
+        found = 1;
+    }
+    return largest - 1;
+}
+
+void perp__scale_problem(perp_lcp_solver *solver, const double *q)
+{
+    int32_t i;
+
+    solver->q = q;
+    solver->omega = find_omega(solver, q);
+    for (i = 0; i < solver->n; i++) {
+        solver->q_scaled[i] = perp__shift(q[i], solver->exponents[i] - solver->omega);
+        solver->lower_scaled[i] = scale_bound(solver, i, solver->lower[i]);
+        solver->upper_scaled[i] = scale_bound(solver, i, solver->upper[i]);
+    }
+}
+
+/* By how much row i fails to be the row of an exact solution with z's own index set. */
+static double row_violation(double z, double lower, double upper, double w)
+{
+    if (lower == upper)
+        return 0.0;
+    if (z == lower)
+        return w < 0.0 ? -w : 0.0;
+    if (z == upper)
+        return w > 0.0 ? w : 0.0;
+    return fabs(w);
+}
+
+static double relative_violation(const perp_lcp_solver *solver, int32_t i, double z_largest)
+{
+    double violation =
+        row_violation(solver->z[i], solver->lower[i], solver->upper[i], solver->w_high[i]);
+    double size = solver->row_norms[i] * z_largest + fabs(solver->q_scaled[i]);
+
+    if (violation == 0.0)
+        return 0.0;
+    violation = perp__shift(violation, solver->exponents[i] - solver->omega);
+    return violation / size; /* +inf where the row has nothing to change */
+}
+
+perp__evaluation perp__evaluate(perp_lcp_solver *solver)
+{
+    perp__evaluation worth = {0.0, 0.0, 0.0};
+    double z_largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++) {
+        double size;
+
+        solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
+        size = fabs(perp__z_scaled(solver, i, solver->z[i]));
+        if (!(size <= z_largest))
+            z_largest = size;
+    }
+    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+    for (i = 0; i < solver->n; i++) {
+        double above = solver->z[i] - solver->lower[i];
+        double below = solver->z[i] - solver->upper[i];
+        double natural = fabs(perp__mid(0.0, -above, -below, solver->w_high[i]));
+        double tested = fabs(
+            perp__mid(0.0, -perp__z_scaled(solver, i, above), -perp__z_scaled(solver, i, below),
+                      perp__shift(solver->w_high[i], solver->exponents[i] - solver->omega)));
+        double backward = relative_violation(solver, i, z_largest);
+
+        /* written so that NaN wins */
+        if (!(natural <= worth.natural))
+            worth.natural = natural;
+        if (!(tested <= worth.tested))
+            worth.tested = tested;
+        if (!(backward <= worth.backward))
+            worth.backward = backward;
+    }
+    return worth;
+}
+
+void perp__read_places(perp_lcp_solver *solver, int8_t *places)
+{
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++) {
+        double w = perp__shift(solver->w_high[i], solver->exponents[i] - solver->omega);
+        double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
+        double below = perp__z_scaled(solver, i, solver->z[i] - solver->upper[i]);
+
+        if (solver->lower[i] == solver->upper[i])
+            places[i] = PERP__FIXED;
+        else if (above <= w)
+            places[i] = PERP__AT_LOWER;
+        else if (below >= w)
+            places[i] = PERP__AT_UPPER;
+        else
+            places[i] = PERP__BETWEEN;
+    }
+}

@@ -1,0 +1,367 @@
+/* The front door: scales, chooses, runs, recomputes every residual, polishes, falls through. */
+#include "lcp/lcp.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "base/clock.h"
+#include "base/context.h"
+#include "lcp/settings.h"
+#include "lcp/solver.h"
+
+/* Largest n for which `auto` expands a sparse matrix for Lemke's method: 512 MiB of tableau. */
+#define PERP__LARGEST_EXPANSION 8192
+/* From here on `auto` tries Newton's method first on sparse problems. */
+#define PERP__SMALL_SPARSE 400
+
+static int32_t is_good(perp_outcome outcome)
+{
+    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
+/* The outcome that the numbers speak for; what the method said where they do not. */
+static perp_outcome judge(const perp_lcp_solver *solver, const perp__evaluation *worth,
+                          perp_outcome said)
+{
+    double tol = solver->settings.tol;
+
+    if (worth->tested <= tol)
+        return PERP_OUTCOME_SOLVED;
+    if (worth->backward <= 16.0 * DBL_EPSILON && worth->tested <= sqrt(tol))
+        return PERP_OUTCOME_ROUNDING_LIMIT;
+    return is_good(said) ? PERP_OUTCOME_STALLED : said;
+}
+
+static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_outcome outcome,
+                 int32_t method, int64_t iterations)
+{
+    size_t bytes = (size_t)solver->n * sizeof(double);
+
+    memcpy(solver->best.z, solver->z, bytes);
+    memcpy(solver->best.w, solver->w_high, bytes);
+    solver->best.worth = *worth;
+    solver->best.outcome = outcome;
+    solver->best.method = method;
+    solver->best.iterations = iterations;
+}
+
+/* Makes solver->z the candidate of `method`: evaluates, polishes, keeps it if it is the best so
+ * far or the first. Returns the outcome of this candidate. */
+static perp_status consider(perp_lcp_solver *solver, int32_t method, perp_outcome said,
+                            int64_t iterations, int32_t has_places)
+{
+    perp__evaluation worth = perp__evaluate(solver);
+    perp_status status = PERP_OK;
+    perp_outcome outcome;
+
+    if (solver->settings.polish && said != PERP_OUTCOME_RAY && isfinite(worth.tested)) {
+        if (!has_places)
+            perp__read_places(solver, solver->places);
+        status = perp__polish_run(solver, &worth);
+        if (status != PERP_OK)
+            return status;
+    }
+    outcome = judge(solver, &worth, said);
+    /* a verified ray is an answer: only a solution beats it */
+    if (solver->best.method < 0 || is_good(outcome) ||
+        (solver->best.outcome != PERP_OUTCOME_RAY &&
+         (outcome == PERP_OUTCOME_RAY || worth.tested < solver->best.worth.tested)))
+        keep(solver, &worth, outcome, method, iterations);
+    return PERP_OK;
+}
+
+static void start_from(perp_lcp_solver *solver, const double *z0)
+{
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++) {
+        solver->z[i] = perp__clamp(z0 ? z0[i] : 0.0, solver->lower[i], solver->upper[i]);
+        solver->iterate[i] = perp__clamp(perp__z_scaled(solver, i, solver->z[i]),
+                                         solver->lower_scaled[i], solver->upper_scaled[i]);
+    }
+}
+
+/* Lays out the method's workspace for this set-up, once. */
+static perp_status fit(perp_lcp_solver *solver, perp__method_slot *slot)
+{
+    perp_status status;
+
+    if (!slot->work) {
+        slot->work = perp__allocate(solver->context, 1, slot->method->work_size);
+        if (!slot->work)
+            return perp__fail_memory(solver->context, "a method's workspace");
+        memset(slot->work, 0, slot->method->work_size);
+        slot->fitted = 0;
+    }
+    ((perp__lcp_work *)slot->work)->problem = &solver->problem;
+    if (slot->fitted == solver->setups)
+        return PERP_OK;
+    slot->fitted = 0;
+    status = perp__arena_fit(&slot->arena, slot->method->layout, slot->work);
+    if (status == PERP_OK)
+        slot->fitted = solver->setups;
+    return status;
+}
+
+static void present(perp_lcp_solver *solver, const perp__lcp_method *method)
+{
+    perp__lcp_problem *p = &solver->problem;
+
+    p->context = solver->context;
+    p->n = solver->n;
+    p->M = &solver->M;
+    p->exponents = solver->exponents;
+    p->row_norms = solver->row_norms;
+    p->q = solver->q_scaled;
+    p->lower = solver->lower_scaled;
+    p->upper = solver->upper_scaled;
+    p->settings = &solver->settings;
+    p->iteration_limit = solver->settings.max_iterations;
+    p->control = &solver->control;
+    solver->control.method = method->id;
+}
+
+static perp__method_slot *slot_of(perp_lcp_solver *solver, int32_t method)
+{
+    int32_t k;
+
+    for (k = 0; k < PERP__METHODS; k++)
+        if (solver->slots[k].method->id == method)
+            return &solver->slots[k];
+    return NULL;
+}
+
+/* Keeps a ray that stood the check. The last word on it comes after all attempts. */
+static void keep_ray(perp_lcp_solver *solver)
+{
+    double largest = 0.0;
+    int32_t i;
+
+    solver->rays++;
+    for (i = 0; i < solver->n; i++)
+        largest = fmax(largest, fabs(solver->z[i]));
+    for (i = 0; i < solver->n; i++)
+        solver->best_ray[i] = solver->z[i] / largest;
+    solver->best_certificate =
+        perp__ray_certificate(solver) ? PERP_CERTIFICATE_INFEASIBLE : PERP_CERTIFICATE_NONE;
+}
+
+/* One run of a method, from start to candidate. */
+static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot, int32_t attempt,
+                            const double *z0)
+{
+    perp__lcp_iterate iterate;
+    perp_status status;
+    int32_t i;
+
+    start_from(solver, z0);
+    memset(&iterate, 0, sizeof iterate);
+    iterate.z = solver->iterate;
+    iterate.places = solver->places;
+    iterate.ray = solver->ray;
+    iterate.cover = solver->cover;
+    iterate.warm = z0 != NULL;
+    iterate.attempt = attempt;
+    status = slot->method->solve(slot->work, &iterate);
+    if (status == PERP_OK && solver->control.aborted)
+        status = perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
+    if (status != PERP_OK)
+        return status;
+    if (iterate.outcome == PERP_OUTCOME_RAY) {
+        if (perp__ray_verify(solver))
+            keep_ray(solver);
+        else
+            iterate.outcome = PERP_OUTCOME_STALLED;
+    }
+    for (i = 0; i < solver->n; i++)
+        solver->z[i] = perp__z_caller(solver, i, solver->iterate[i]);
+    return consider(solver, slot->method->id, iterate.outcome, iterate.iterations,
+                    iterate.has_places);
+}
+
+static int32_t ends_the_search(const perp_lcp_solver *solver)
+{
+    perp_outcome outcome = solver->best.outcome;
+
+    return is_good(outcome) || outcome == PERP_OUTCOME_TIME_LIMIT ||
+           outcome == PERP_OUTCOME_STOPPED ||
+           (outcome == PERP_OUTCOME_RAY && solver->best_certificate != PERP_CERTIFICATE_NONE);
+}
+
+/* A method with all its attempts. A ray that proves infeasibility ends them; any other is believed
+ * only if another covering vector ends in a verified ray too. */
+static perp_status run(perp_lcp_solver *solver, int32_t method, const double *z0)
+{
+    perp__method_slot *slot = slot_of(solver, method);
+    int32_t attempts = slot->method->attempts, attempt;
+    perp_status status;
+
+    present(solver, slot->method);
+    status = slot->method->check(&solver->problem);
+    if (status == PERP_OK)
+        status = fit(solver, slot);
+    if (solver->settings.pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
+        attempts = 1;
+    for (attempt = 0; attempt < attempts && status == PERP_OK; attempt++) {
+        status = run_once(solver, slot, attempt, z0);
+        if (status == PERP_OK && ends_the_search(solver))
+            break;
+    }
+    if (solver->best.outcome == PERP_OUTCOME_RAY && attempts > 1 && solver->rays < 2 &&
+        solver->best_certificate == PERP_CERTIFICATE_NONE)
+        solver->best.outcome = PERP_OUTCOME_STALLED;
+    return status;
+}
+
+/* A start that names the right active set solves the problem without any method. */
+static perp_status try_start(perp_lcp_solver *solver, const double *z0)
+{
+    perp__evaluation worth;
+    perp_status status;
+
+    start_from(solver, z0);
+    worth = perp__evaluate(solver);
+    perp__read_places(solver, solver->places);
+    status = perp__polish_run(solver, &worth);
+    if (status == PERP_OK && is_good(judge(solver, &worth, PERP_OUTCOME_STALLED)))
+        keep(solver, &worth, judge(solver, &worth, PERP_OUTCOME_STALLED), PERP_LCP_POLISH, 0);
+    return status;
+}
+
+static int32_t diagonal_is_positive(const perp_lcp_solver *solver)
+{
+    const perp__matrix *M = &solver->M;
+    int32_t j, k;
+
+    for (j = 0; j < solver->n; j++) {
+        double diagonal = 0.0;
+
+        if (M->column_starts) {
+            for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+                if (M->row_indices[k] == j)
+                    diagonal = M->values[k];
+        } else {
+            diagonal = M->values[(size_t)j * (M->row_stride + M->column_stride)];
+        }
+        if (!(diagonal > 0.0))
+            return 0;
+    }
+    return 1;
+}
+
+/* The order in which `auto` tries: Lemke is exact and processes any M; Newton's method comes first
+ * where a dense tableau would be large beside the sparse matrix. bench/ has the figures. */
+static int32_t choose(const perp_lcp_solver *solver, int32_t *order)
+{
+    int32_t count = 0;
+    int32_t sparse = solver->M.column_starts != NULL && solver->n > PERP__SMALL_SPARSE;
+
+    if (solver->settings.method != PERP_LCP_AUTO) {
+        order[count++] = solver->settings.method;
+        return count;
+    }
+    if (sparse)
+        order[count++] = PERP_LCP_FISCHER;
+    if (!sparse || solver->n <= PERP__LARGEST_EXPANSION)
+        order[count++] = PERP_LCP_LEMKE;
+    if (!sparse)
+        order[count++] = PERP_LCP_FISCHER;
+    if (diagonal_is_positive(solver))
+        order[count++] = PERP_LCP_PGS;
+    return count;
+}
+
+static perp_status search(perp_lcp_solver *solver, const double *z0)
+{
+    int32_t order[PERP__METHODS + 1];
+    int32_t count, k;
+    perp_status status = PERP_OK;
+
+    solver->best.method = -1;
+    solver->best_certificate = PERP_CERTIFICATE_NONE;
+    solver->rays = 0;
+    if (z0 && solver->settings.polish &&
+        (solver->settings.method == PERP_LCP_AUTO || solver->settings.method == PERP_LCP_LEMKE))
+        status = try_start(solver, z0);
+    if (status != PERP_OK || solver->best.method >= 0)
+        return status;
+    count = choose(solver, order);
+    for (k = 0; k < count && status == PERP_OK; k++) {
+        status = run(solver, order[k], z0);
+        if (status == PERP_OK &&
+            (ends_the_search(solver) || solver->best.outcome == PERP_OUTCOME_RAY))
+            break;
+    }
+    return status;
+}
+
+static perp_status check_call(perp_lcp_solver *solver, const double *z,
+                              const perp_lcp_result *result, const double *q, const double *z0)
+{
+    perp_context *context = solver->context;
+    perp_status status;
+
+    if (!solver->setups)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "the solver has no problem yet: call perp_lcp_solver_setup first");
+    status = perp__struct_check(context, "result", result, sizeof *result, PERP__LCP_RESULT_FIRST);
+    if (status == PERP_OK && solver->n > 0)
+        status = perp__check_pointer(context, "z", z);
+    if (status == PERP_OK && solver->n > 0)
+        status = perp__check_pointer(context, "q", q);
+    if (status == PERP_OK)
+        status = perp__check_finite(context, "q", q, (size_t)solver->n);
+    if (status == PERP_OK && z0)
+        status = perp__check_finite(context, "z0", z0, (size_t)solver->n);
+    return status;
+}
+
+static void write_out(perp_lcp_solver *solver, double *z, double *w, double *ray,
+                      perp_lcp_result *result, double seconds)
+{
+    size_t bytes = (size_t)solver->n * sizeof(double);
+    perp_lcp_result own;
+
+    memset(&own, 0, sizeof own);
+    own.outcome = solver->best.outcome;
+    own.method = solver->best.method;
+    own.iterations = solver->best.iterations;
+    own.residual = solver->best.worth.tested;
+    own.natural_residual = solver->best.worth.natural;
+    own.backward_error = solver->best.worth.backward;
+    own.seconds = seconds;
+    if (own.outcome == PERP_OUTCOME_RAY) {
+        own.has_ray = 1;
+        own.certificate = solver->best_certificate;
+        if (ray && solver->n > 0)
+            memcpy(ray, solver->best_ray, bytes);
+    }
+    if (solver->n > 0) {
+        memcpy(z, solver->best.z, bytes);
+        if (w)
+            memcpy(w, solver->best.w, bytes);
+    }
+    perp__struct_write(result, &own, sizeof own);
+}
+
+perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,
+                            perp_lcp_result *result, const double *q, const double *z0)
+{
+    double started = perp__now();
+    perp_status status = check_call(solver, z, result, q, z0);
+
+    if (status != PERP_OK)
+        return status;
+    perp__scale_problem(solver, q);
+    memset(&solver->control, 0, sizeof solver->control);
+    solver->control.monitor = solver->settings.monitor;
+    solver->control.monitor_user = solver->settings.monitor_user;
+    if (solver->settings.time_limit > 0.0)
+        solver->control.deadline = started + solver->settings.time_limit;
+    status = search(solver, z0);
+    if (status == PERP_OK)
+        write_out(solver, z, w, ray, result, perp__now() - started);
+    return status;
+}

@@ -1,0 +1,414 @@
+/* Lemke's method for LCPs with bounds: complementary pivoting along the path that a covering vector
+ * d opens (Lemke 1965; Cottle, Pang & Stone 1992, section 4.4; bounds after Sargent 1978).
+ *
+ * All basic variables are made feasible by v = M z + q + d t with t large; then t is driven to 0.
+ * At every vertex of the path exactly one pair has both members nonbasic, and the member that did
+ * not just leave enters. A variable that reaches its other bound before any basic variable blocks
+ * flips over without a pivot. Where nothing blocks, the path ends in a ray. */
+#include "lcp/lemke.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+/* A pivot is never smaller than this fraction of its column. */
+#define PERP__SMALLEST_PIVOT 1e-11
+/* Slack of the absolute Harris ratio test, relative to the largest right-hand side at the start. */
+#define PERP__HARRIS_SLACK 1e-11
+/* What counts as a tie in the lexicographic test: exact data tie exactly, rounding a little less.
+ */
+#define PERP__TIE 1e-12
+
+enum { PERP__NO_ROW = -1, PERP__FLIP = -2 };
+
+static perp_status check(const perp__lcp_problem *problem)
+{
+    (void)problem;
+    return PERP_OK; /* any M, any bounds */
+}
+
+static void layout(perp__arena *arena, void *work)
+{
+    perp__lemke *l = work;
+    const perp__lcp_problem *p = l->head.problem;
+    int32_t i, most = p->n;
+    size_t pairs;
+
+    for (i = 0; i < p->n; i++)
+        most += p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
+    l->capacity = most;
+    pairs = (size_t)most;
+    perp__tableau_layout(arena, &l->tableau, most, most + 1);
+    l->index = perp__arena_take(arena, pairs, sizeof(int32_t));
+    l->sign = perp__arena_take(arena, pairs, sizeof(int8_t));
+    l->at_upper = perp__arena_take(arena, pairs, sizeof(int8_t));
+    l->range = perp__arena_take(arena, pairs, sizeof(double));
+    l->cover = perp__arena_take(arena, pairs, sizeof(double));
+    l->twin = perp__arena_take(arena, pairs, sizeof(int32_t));
+    l->basic = perp__arena_take(arena, pairs, sizeof(int32_t));
+    l->nonbasic = perp__arena_take(arena, pairs + 1, sizeof(int32_t));
+    l->row_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
+    l->column_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
+    l->base = perp__arena_take(arena, (size_t)p->n, sizeof(double));
+    l->b = perp__arena_take(arena, pairs, sizeof(double));
+    l->column = perp__arena_take(arena, pairs + 1, sizeof(double));
+    l->row = perp__arena_take(arena, pairs + 1, sizeof(double));
+}
+
+static int32_t name_of_t(const perp__lemke *l)
+{
+    return 2 * l->pairs;
+}
+
+/* The d of attempt 0 is e; later ones are random in [1, 2], the same in every run (splitmix64). */
+static double cover_entry(int32_t attempt, int32_t k)
+{
+    uint64_t x = (uint64_t)attempt * UINT64_C(0x9e3779b97f4a7c15) + (uint64_t)k + 1;
+
+    if (attempt == 0)
+        return 1.0;
+    x *= UINT64_C(0x9e3779b97f4a7c15);
+    x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
+    x ^= x >> 31;
+    return 1.0 + (double)(x >> 11) * 0x1p-53;
+}
+
+/* Adds the column of t: d in the rows of basic v, 0 in those of basic free x. */
+static void add_cover(perp__lemke *l, int32_t attempt)
+{
+    double *column = l->tableau.T + (size_t)l->pairs * (size_t)l->tableau.leading_dimension;
+    int32_t r;
+
+    for (r = 0; r < l->pairs; r++) {
+        int32_t is_v = l->basic[r] >= l->pairs;
+
+        if (is_v)
+            l->cover[l->basic[r] - l->pairs] = cover_entry(attempt, l->basic[r] - l->pairs);
+        else
+            l->cover[l->basic[r]] = 0.0;
+        column[r] = is_v ? -l->cover[l->basic[r] - l->pairs] : 0.0;
+    }
+    l->nonbasic[l->pairs] = name_of_t(l);
+    l->column_of[name_of_t(l)] = l->pairs;
+    l->tableau.columns = l->pairs + 1;
+}
+
+/* The row that t must make feasible last; of rows that tie, the last, as the lexicographic order of
+ * the unit matrix has it. -1: z = base solves the problem. */
+static int32_t first_row(const perp__lemke *l)
+{
+    double worst = 0.0;
+    int32_t found = -1, r;
+
+    for (r = 0; r < l->pairs; r++) {
+        double ratio;
+
+        if (l->basic[r] < l->pairs || !(l->b[r] < 0.0))
+            continue;
+        ratio = -l->b[r] / l->cover[l->basic[r] - l->pairs];
+        if (ratio >= worst) {
+            worst = ratio;
+            found = r;
+        }
+    }
+    return found;
+}
+
+/* A basic variable's limits; -inf and +inf where it has none. */
+static void limits_of(const perp__lemke *l, int32_t variable, double *low, double *high)
+{
+    const perp__lcp_problem *p = l->head.problem;
+
+    *low = 0.0;
+    *high = INFINITY;
+    if (variable < l->pairs) {
+        *high = l->range[variable];
+        if (l->twin[variable] < 0 && p->lower[l->index[variable]] == -INFINITY &&
+            p->upper[l->index[variable]] == INFINITY)
+            *low = -INFINITY;
+    } else if (variable < name_of_t(l) && l->at_upper[variable - l->pairs]) {
+        *low = -INFINITY;
+        *high = 0.0;
+    }
+}
+
+/* How far the basic variable of row r is from the limit it moves towards, and how fast. Returns 0
+ * where it does not block. */
+static int32_t distance(const perp__lemke *l, int32_t r, double floor, double *far, double *speed)
+{
+    double rate = -l->direction * l->column[r];
+    double low, high;
+
+    if (!(fabs(rate) > floor))
+        return 0;
+    limits_of(l, l->basic[r], &low, &high);
+    *far = rate < 0.0 ? l->b[r] - low : high - l->b[r];
+    *speed = fabs(rate);
+    if (!isfinite(*far))
+        return 0;
+    if (*far < 0.0)
+        *far = 0.0;
+    return 1;
+}
+
+static double pivot_floor(const perp__lemke *l)
+{
+    double largest = 0.0;
+    int32_t r;
+
+    for (r = 0; r < l->pairs; r++)
+        largest = fmax(largest, fabs(l->column[r]));
+    return PERP__SMALLEST_PIVOT * largest;
+}
+
+/* Harris' two passes with an absolute slack: how far can the entering variable go if every limit is
+ * loosened a little; among the rows that block before that, t first, else the largest pivot. */
+static int32_t harris_row(const perp__lemke *l, double own_range)
+{
+    const double floor = pivot_floor(l);
+    const double slack = PERP__HARRIS_SLACK * l->tolerance;
+    double reach = INFINITY, best = 0.0, far, speed;
+    int32_t found = PERP__NO_ROW, r;
+
+    for (r = 0; r < l->pairs; r++)
+        if (distance(l, r, floor, &far, &speed) && (far + slack) / speed < reach)
+            reach = (far + slack) / speed;
+    if (own_range < reach)
+        found = PERP__FLIP;
+    for (r = 0; r < l->pairs; r++) {
+        if (!distance(l, r, floor, &far, &speed) || !(far <= reach * speed))
+            continue;
+        if (l->basic[r] == name_of_t(l))
+            return far / speed <= own_range ? r : PERP__FLIP;
+        if (found != PERP__FLIP && speed > best) {
+            best = speed;
+            found = r;
+        }
+    }
+    return found;
+}
+
+/* Entry j of the row of B^-1, over the pivot: what the perturbation (e, e^2, ...) of the first
+ * right-hand side adds to the ratio of row r. */
+static double perturbation(const perp__lemke *l, int32_t r, int32_t j)
+{
+    const int32_t v = l->pairs + j;
+    double entry = 0.0;
+
+    if (l->row_of[v] == r)
+        entry = 1.0;
+    else if (l->column_of[v] >= 0) {
+        const perp__tableau *t = &l->tableau;
+        int32_t k;
+
+        entry = t->T[(size_t)r + (size_t)l->column_of[v] * (size_t)t->leading_dimension];
+        for (k = 0; k < t->pending; k++)
+            entry -= t->U[(size_t)r + (size_t)k * (size_t)t->leading_dimension] *
+                     t->V[(size_t)k + (size_t)l->column_of[v] * (size_t)t->delay];
+    }
+    return entry / (l->direction * l->column[r]);
+}
+
+/* Does row a come before row b in the lexicographic order? Their ratios tie. */
+static int32_t comes_before(const perp__lemke *l, int32_t a, int32_t b)
+{
+    int32_t j;
+
+    for (j = 0; j < l->pairs; j++) {
+        double difference = perturbation(l, a, j) - perturbation(l, b, j);
+        double size = fabs(perturbation(l, a, j)) + fabs(perturbation(l, b, j));
+
+        if (fabs(difference) > PERP__TIE * size)
+            return difference < 0.0;
+    }
+    return 0;
+}
+
+static int32_t lexicographic_row(const perp__lemke *l, double own_range)
+{
+    const double floor = pivot_floor(l);
+    double least = INFINITY, far, speed, tie;
+    int32_t found = PERP__NO_ROW, r;
+
+    for (r = 0; r < l->pairs; r++)
+        if (distance(l, r, floor, &far, &speed) && far / speed < least)
+            least = far / speed;
+    if (own_range < least)
+        return PERP__FLIP;
+    tie = least * (1.0 + PERP__TIE);
+    for (r = 0; r < l->pairs; r++) {
+        if (!distance(l, r, floor, &far, &speed) || !(far / speed <= tie))
+            continue;
+        if (l->basic[r] == name_of_t(l))
+            return r;
+        if (found == PERP__NO_ROW || comes_before(l, r, found))
+            found = r;
+    }
+    return found;
+}
+
+/* Moves along the column by `step` and makes `entering`, which started at `from`, basic in row r.
+ */
+static void pivot(perp__lemke *l, int32_t r, int32_t c, double step, double from)
+{
+    const int32_t entering = l->nonbasic[c], leaving = l->basic[r];
+    int32_t i;
+
+    for (i = 0; i < l->pairs; i++)
+        l->b[i] -= l->direction * step * l->column[i];
+    l->b[r] = from + l->direction * step;
+    perp__tableau_row(&l->tableau, r, l->row);
+    perp__tableau_exchange(&l->tableau, r, c, l->column, l->row);
+    l->basic[r] = entering;
+    l->nonbasic[c] = leaving;
+    l->row_of[entering] = r;
+    l->column_of[entering] = -1;
+    l->row_of[leaving] = -1;
+    l->column_of[leaving] = c;
+}
+
+/* The partner of what just left at `value` enters; sets its direction. */
+static int32_t partner_of(perp__lemke *l, int32_t leaving, int32_t left_at_upper)
+{
+    if (leaving < l->pairs) {
+        l->at_upper[leaving] = (int8_t)left_at_upper;
+        l->direction = left_at_upper ? -1.0 : 1.0;
+        return leaving + l->pairs;
+    }
+    l->direction = l->at_upper[leaving - l->pairs] ? -1.0 : 1.0;
+    return leaving - l->pairs;
+}
+
+/* One step of the path: the entering variable goes as far as it can. Returns the next entering
+ * variable, or -1 with the outcome set. */
+static int32_t advance(perp__lemke *l, int32_t entering, perp_outcome *outcome)
+{
+    const int32_t is_x = entering < l->pairs;
+    const double own_range = is_x ? l->range[entering] : INFINITY;
+    const double from = is_x && l->at_upper[entering] ? own_range : 0.0;
+    const int32_t c = l->column_of[entering];
+    double far = 0.0, speed = 1.0;
+    int32_t r, i, leaving, at_upper;
+
+    perp__tableau_column(&l->tableau, c, l->column);
+    r = l->head.problem->settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC
+            ? lexicographic_row(l, own_range)
+            : harris_row(l, own_range);
+    if (r == PERP__NO_ROW) {
+        *outcome = PERP_OUTCOME_RAY;
+        return -1;
+    }
+    if (r == PERP__FLIP) {
+        for (i = 0; i < l->pairs; i++)
+            l->b[i] -= l->direction * own_range * l->column[i];
+        return partner_of(l, entering, l->direction > 0.0);
+    }
+    distance(l, r, 0.0, &far, &speed);
+    leaving = l->basic[r];
+    at_upper = leaving < l->pairs && -l->direction * l->column[r] > 0.0;
+    pivot(l, r, c, far / speed, from);
+    if (leaving == name_of_t(l)) {
+        *outcome = PERP_OUTCOME_SOLVED;
+        return -1;
+    }
+    return partner_of(l, leaving, at_upper);
+}
+
+static perp_outcome follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *entering)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    const int64_t limit =
+        p->iteration_limit > 0 ? p->iteration_limit : 1000 + 50 * (int64_t)l->pairs;
+    perp_outcome outcome = PERP_OUTCOME_SOLVED, stop;
+    int32_t r = first_row(l);
+
+    if (r < 0)
+        return PERP_OUTCOME_SOLVED;
+    l->direction = 1.0;
+    perp__tableau_column(&l->tableau, l->pairs, l->column);
+    *entering = l->basic[r];
+    pivot(l, r, l->pairs, -l->b[r] / -l->column[r], 0.0);
+    *entering = partner_of(l, *entering, 0);
+    for (iterate->iterations = 1; *entering >= 0; iterate->iterations++) {
+        int32_t next;
+
+        if (iterate->iterations >= limit)
+            return PERP_OUTCOME_ITERATION_LIMIT;
+        if (iterate->iterations % 16 == 0) {
+            stop = perp__lcp_tick(p->control, iterate->iterations, INFINITY);
+            if (stop >= 0)
+                return stop;
+        }
+        next = advance(l, *entering, &outcome);
+        if (next < 0 && outcome == PERP_OUTCOME_RAY)
+            return outcome;
+        *entering = next;
+    }
+    return outcome;
+}
+
+static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    int32_t i, k;
+
+    for (i = 0; i < p->n; i++) {
+        iterate->z[i] = l->base[i];
+        iterate->places[i] = PERP__FIXED;
+    }
+    for (k = 0; k < l->pairs; k++) {
+        int32_t upper_side = (l->at_upper[k] != 0) != (l->sign[k] < 0);
+
+        i = l->index[k];
+        if (l->row_of[k] >= 0)
+            iterate->z[i] += l->sign[k] * l->b[l->row_of[k]];
+        else if (l->at_upper[k])
+            iterate->z[i] = upper_side ? p->upper[i] : p->lower[i];
+        if (l->row_of[k] >= 0 || l->twin[k] >= 0)
+            iterate->places[i] = PERP__BETWEEN;
+        else
+            iterate->places[i] = upper_side ? PERP__AT_UPPER : PERP__AT_LOWER;
+    }
+    iterate->has_places = 1;
+}
+
+/* The last column is the direction in which nothing blocks. */
+static void write_ray(const perp__lemke *l, int32_t entering, perp__lcp_iterate *iterate)
+{
+    const int32_t t_row = l->row_of[name_of_t(l)];
+    const double dt = t_row >= 0 ? -l->direction * l->column[t_row] : 0.0;
+    int32_t i, k;
+
+    for (i = 0; i < l->head.problem->n; i++)
+        iterate->ray[i] = iterate->cover[i] = 0.0;
+    for (k = 0; k < l->pairs; k++) {
+        double dx = l->row_of[k] >= 0 ? -l->direction * l->column[l->row_of[k]] : 0.0;
+
+        if (k == entering)
+            dx = l->direction;
+        i = l->index[k];
+        iterate->ray[i] += l->sign[k] * dx;
+        if (l->twin[k] < 0 || l->sign[k] > 0)
+            iterate->cover[i] = l->sign[k] * l->cover[k] * dt;
+    }
+}
+
+static perp_status solve(void *work, perp__lcp_iterate *iterate)
+{
+    perp__lemke *l = work;
+    int32_t entering = -1;
+
+    perp__lemke_start(l);
+    add_cover(l, iterate->attempt);
+    iterate->iterations = 0;
+    iterate->outcome = follow_path(l, iterate, &entering);
+    write_point(l, iterate);
+    if (iterate->outcome == PERP_OUTCOME_RAY)
+        write_ray(l, entering, iterate);
+    return PERP_OK;
+}
+
+const perp__lcp_method perp__lcp_lemke = {
+    PERP_LCP_LEMKE, sizeof(perp__lemke), 6, check, layout, solve, NULL,
+};

@@ -1,0 +1,228 @@
+/* The start of Lemke's method on a problem with bounds: every pair at its finite bound, free
+ * variables pivoted into the basis first, so that what is left is an LCP in the other pairs. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "lcp/lemke.h"
+
+static int32_t is_free(const perp__lcp_problem *p, int32_t i)
+{
+    return p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
+}
+
+static void choose_base(perp__lemke *l)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    int32_t i;
+
+    l->pairs = 0;
+    l->singular = 0;
+    for (i = 0; i < p->n; i++) {
+        int32_t k = l->pairs;
+
+        l->base[i] = is_free(p, i) ? 0.0 : p->lower[i] == -INFINITY ? p->upper[i] : p->lower[i];
+        if (p->lower[i] == p->upper[i])
+            continue; /* a fixed variable is data */
+        l->index[k] = i;
+        l->sign[k] = p->lower[i] == -INFINITY && !is_free(p, i) ? -1 : 1;
+        l->range[k] = p->upper[i] - p->lower[i];
+        l->at_upper[k] = 0;
+        l->twin[k] = -1;
+        l->pairs++;
+    }
+}
+
+/* b = sign (q + M base), T = -sign M sign in the pairs, in place of the full scaled M. */
+static void fill_tableau(perp__lemke *l)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    const size_t ld = (size_t)l->tableau.leading_dimension;
+    double *T = l->tableau.T;
+    int32_t i, j, k;
+
+    perp__lcp_dense_into(p, T, ld);
+    memcpy(l->row, p->q, (size_t)p->n * sizeof *l->row);
+    for (j = 0; j < p->n; j++) {
+        const double *column = T + (size_t)j * ld;
+
+        if (l->base[j] != 0.0)
+            for (i = 0; i < p->n; i++)
+                l->row[i] += column[i] * l->base[j];
+    }
+    for (k = 0; k < l->pairs; k++)
+        l->b[k] = l->sign[k] * l->row[l->index[k]];
+    for (j = 0; j < l->pairs; j++) {
+        const double *from = T + (size_t)l->index[j] * ld;
+        double *into = T + (size_t)j * ld;
+
+        for (i = 0; i < l->pairs; i++)
+            into[i] = -(double)(l->sign[i] * l->sign[j]) * from[l->index[i]];
+    }
+}
+
+static void name_variables(perp__lemke *l)
+{
+    int32_t k;
+
+    for (k = 0; k <= 2 * l->pairs; k++)
+        l->row_of[k] = l->column_of[k] = -1;
+    for (k = 0; k < l->pairs; k++) {
+        l->basic[k] = l->pairs + k;
+        l->nonbasic[k] = k;
+        l->row_of[l->pairs + k] = k;
+        l->column_of[k] = k;
+    }
+}
+
+/* Complete pivoting over the equations and free variables that are not exchanged yet. */
+static double largest_free_entry(const perp__lemke *l, int32_t *row, int32_t *column)
+{
+    const size_t ld = (size_t)l->tableau.leading_dimension;
+    double largest = 0.0;
+    int32_t r, c;
+
+    for (c = 0; c < l->pairs; c++) {
+        if (l->nonbasic[c] >= l->pairs || !isinf(l->range[l->nonbasic[c]]) ||
+            !is_free(l->head.problem, l->index[l->nonbasic[c]]))
+            continue;
+        for (r = 0; r < l->pairs; r++) {
+            double size = fabs(l->tableau.T[(size_t)r + (size_t)c * ld]);
+
+            if (l->basic[r] < l->pairs ||
+                !is_free(l->head.problem, l->index[l->basic[r] - l->pairs]))
+                continue;
+            if (size > largest) {
+                largest = size;
+                *row = r;
+                *column = c;
+            }
+        }
+    }
+    return largest;
+}
+
+/* Exchanges equations with free variables. Which equation goes with which free variable is of no
+ * account, so after an exchange the row simply takes the name of the variable it lost. */
+static void make_free_basic(perp__lemke *l)
+{
+    int32_t r = 0, c = 0, i;
+    double first = 0.0;
+
+    for (;;) {
+        double size = largest_free_entry(l, &r, &c);
+        double value;
+        int32_t x, v;
+
+        if (first == 0.0)
+            first = size;
+        if (!(size > 1e-12 * first))
+            return;
+        perp__tableau_column(&l->tableau, c, l->column);
+        perp__tableau_row(&l->tableau, r, l->row);
+        value = l->b[r] / l->column[r];
+        for (i = 0; i < l->pairs; i++)
+            l->b[i] -= l->column[i] * value;
+        l->b[r] = value;
+        x = l->nonbasic[c];
+        v = l->basic[r];
+        perp__tableau_exchange(&l->tableau, r, c, l->column, l->row);
+        perp__tableau_flush(&l->tableau);
+        l->basic[r] = x;
+        l->nonbasic[c] = v;
+        l->row_of[x] = r;
+        l->column_of[x] = -1;
+        l->row_of[v] = -1;
+        l->column_of[v] = c;
+    }
+}
+
+/* A free variable left nonbasic becomes two pairs, x >= 0 and x' >= 0 with x - x' in its place:
+ * v + t >= 0 and -v + t >= 0 then close on v = 0 as t goes to 0. */
+static int32_t count_left(const perp__lemke *l)
+{
+    int32_t left = 0, k;
+
+    for (k = 0; k < l->pairs; k++)
+        left += l->nonbasic[k] < l->pairs && is_free(l->head.problem, l->index[l->nonbasic[k]]);
+    return left;
+}
+
+static void rename_for(perp__lemke *l, int32_t *names, int32_t count, int32_t before)
+{
+    int32_t k;
+
+    for (k = 0; k < count; k++)
+        if (names[k] >= before)
+            names[k] += l->pairs - before;
+}
+
+static void split_left(perp__lemke *l, int32_t left)
+{
+    const size_t ld = (size_t)l->tableau.leading_dimension;
+    double *T = l->tableau.T;
+    int32_t before = l->pairs, made = 0, c, r = 0, i;
+
+    l->pairs += left;
+    rename_for(l, l->basic, before, before);
+    rename_for(l, l->nonbasic, before, before);
+    for (c = 0; c < before; c++) {
+        int32_t x = l->nonbasic[c], twin = before + made;
+
+        if (x >= l->pairs || !is_free(l->head.problem, l->index[x]))
+            continue;
+        while (l->basic[r] < l->pairs ||
+               !is_free(l->head.problem, l->index[l->basic[r] - l->pairs]))
+            r++;
+        /* the equation of row r serves this variable, whatever its own name was */
+        for (i = 0; i < before; i++)
+            if (l->nonbasic[i] == l->pairs + x)
+                l->nonbasic[i] = l->basic[r];
+        l->basic[r] = l->pairs + x;
+        l->index[twin] = l->index[x];
+        l->sign[twin] = (int8_t)-l->sign[x];
+        l->range[twin] = INFINITY;
+        l->at_upper[twin] = 0;
+        l->twin[x] = twin;
+        l->twin[twin] = x;
+        l->basic[twin] = l->pairs + twin;
+        l->nonbasic[twin] = twin;
+        l->b[twin] = -l->b[r];
+        for (i = 0; i < before + made; i++) /* column of x' = - column of x */
+            T[(size_t)i + (size_t)twin * ld] = -T[(size_t)i + (size_t)c * ld];
+        for (i = 0; i <= before + made; i++) /* row of v' = - row of v */
+            T[(size_t)twin + (size_t)i * ld] = -T[(size_t)r + (size_t)i * ld];
+        made++;
+        r++;
+    }
+}
+
+void perp__lemke_start(perp__lemke *l)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    double largest = 0.0;
+    int32_t any_free = 0, left = 0, k;
+
+    choose_base(l);
+    fill_tableau(l);
+    perp__tableau_reset(&l->tableau, l->pairs, l->pairs);
+    name_variables(l);
+    for (k = 0; k < l->pairs; k++)
+        any_free |= is_free(p, l->index[k]);
+    if (any_free) {
+        make_free_basic(l);
+        left = count_left(l);
+        if (left > 0)
+            split_left(l, left);
+        l->singular = left;
+    }
+    for (k = 0; k <= 2 * l->pairs; k++)
+        l->row_of[k] = l->column_of[k] = -1;
+    for (k = 0; k < l->pairs; k++) {
+        l->row_of[l->basic[k]] = k;
+        l->column_of[l->nonbasic[k]] = k;
+        if (l->basic[k] >= l->pairs || !is_free(p, l->index[l->basic[k]]))
+            largest = fmax(largest, fabs(l->b[k]));
+    }
+    l->tolerance = largest;
+}

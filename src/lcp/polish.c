@@ -1,0 +1,371 @@
+/* Polish: re-solves the index set that a method ended with, refines it with residuals of the
+ * caller's matrix in doubled precision, repairs a few signs, keeps the best point it meets. A
+ * singular block gets a proximal term rho I: the refinement then is the proximal point method, and
+ * the true residual decides. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "lcp/solver.h"
+#include "linalg/blas.h"
+#include "linalg/scale.h"
+
+#define PERP__REFINEMENTS 30
+#define PERP__REPAIRS 8
+/* Below this size a sparse block is factored as a dense one. */
+#define PERP__DENSE_BLOCK 64
+
+static const double proximal[] = {0.0, 1e-13, 1e-10, 1e-7};
+
+static int32_t uses_dense(const perp_lcp_solver *solver)
+{
+    return !solver->M.column_starts || solver->n <= PERP__DENSE_BLOCK;
+}
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp_lcp_solver *solver = object;
+    perp__polish *p = &solver->polish;
+    size_t n = (size_t)solver->n;
+    size_t entries = n;
+
+    if (uses_dense(solver))
+        entries = n * n;
+    else
+        entries += (size_t)solver->M.column_starts[n];
+    p->active = perp__arena_take(arena, n, sizeof(int32_t));
+    p->pivots = perp__arena_take(arena, n, sizeof(int32_t));
+    p->places = perp__arena_take(arena, n, sizeof(int8_t));
+    p->z = perp__arena_take(arena, n, sizeof(double));
+    p->w_high = perp__arena_take(arena, n, sizeof(double));
+    p->w_low = perp__arena_take(arena, n, sizeof(double));
+    p->step = perp__arena_take(arena, n, sizeof(double));
+    p->block = perp__arena_take(arena, entries, sizeof(double));
+    p->starts = perp__arena_take(arena, uses_dense(solver) ? 0 : n + 1, sizeof(int32_t));
+    p->rows = perp__arena_take(arena, uses_dense(solver) ? 0 : entries, sizeof(int32_t));
+}
+
+/* M's pattern with the diagonal made full, columns sorted. */
+static void build_pattern(const perp__matrix *M, perp__polish *p)
+{
+    int32_t at = 0, j, k;
+
+    for (j = 0; j < M->columns; j++) {
+        int32_t placed = 0;
+
+        p->starts[j] = at;
+        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            if (!placed && M->row_indices[k] >= j) {
+                placed = 1;
+                if (M->row_indices[k] > j)
+                    p->rows[at++] = j;
+            }
+            p->rows[at++] = M->row_indices[k];
+        }
+        if (!placed)
+            p->rows[at++] = j;
+    }
+    p->starts[M->columns] = at;
+}
+
+static perp__square pattern_of(const perp_lcp_solver *solver)
+{
+    perp__square A;
+
+    A.n = solver->n;
+    A.values = solver->polish.block;
+    A.column_starts = solver->polish.starts;
+    A.row_indices = solver->polish.rows;
+    return A;
+}
+
+static perp_status fit(perp_lcp_solver *solver)
+{
+    perp__polish *p = &solver->polish;
+    perp_status status;
+
+    if (p->fitted == solver->setups)
+        return PERP_OK;
+    p->fitted = 0;
+    p->arena.context = solver->context;
+    status = perp__arena_fit(&p->arena, layout, solver);
+    if (status != PERP_OK)
+        return status;
+    if (!uses_dense(solver)) {
+        perp__square A;
+
+        build_pattern(&solver->M, p);
+        A = pattern_of(solver);
+        perp__factor_klu.destroy(p->factor);
+        p->factor = NULL;
+        status = perp__factor_klu.analyse(solver->context, &p->factor, &A);
+        if (status != PERP_OK)
+            return status;
+    }
+    p->fitted = solver->setups;
+    return PERP_OK;
+}
+
+void perp__polish_release(perp__polish *polish)
+{
+    perp__factor_klu.destroy(polish->factor);
+    polish->factor = NULL;
+    perp__arena_release(&polish->arena);
+}
+
+static int32_t factor_dense(perp_lcp_solver *solver, int32_t count, double rho)
+{
+    perp__polish *p = &solver->polish;
+    const perp__matrix *M = &solver->M;
+    const int32_t *e = solver->exponents;
+    int32_t r, c, k;
+
+    for (c = 0; c < count; c++) {
+        double *column = p->block + (size_t)c * (size_t)count;
+        int32_t j = p->active[c];
+
+        if (M->column_starts) {
+            memset(column, 0, (size_t)count * sizeof *column);
+            for (k = M->column_starts[j], r = 0; k < M->column_starts[j + 1]; k++) {
+                while (r < count && p->active[r] < M->row_indices[k])
+                    r++;
+                if (r < count && p->active[r] == M->row_indices[k])
+                    column[r] = M->values[k] * perp__power_of_two(e[p->active[r]] + e[j]);
+            }
+        } else {
+            const double *from = M->values + (size_t)j * M->column_stride;
+
+            for (r = 0; r < count; r++)
+                column[r] = from[(size_t)p->active[r] * M->row_stride] *
+                            perp__power_of_two(e[p->active[r]] + e[j]);
+        }
+        column[c] += rho;
+    }
+    return perp__lu_factor(count, p->block, count > 0 ? count : 1, p->pivots) == 0;
+}
+
+static perp_status factor_sparse(perp_lcp_solver *solver, double rho)
+{
+    perp__polish *p = &solver->polish;
+    const perp__matrix *M = &solver->M;
+    const int32_t *e = solver->exponents;
+    perp__square A = pattern_of(solver);
+    int32_t j, k, from;
+
+    for (j = 0; j < solver->n; j++) {
+        int32_t active = solver->places[j] == PERP__BETWEEN;
+
+        from = M->column_starts[j];
+        for (k = p->starts[j]; k < p->starts[j + 1]; k++) {
+            int32_t i = p->rows[k];
+            double value = 0.0;
+
+            if (from < M->column_starts[j + 1] && M->row_indices[from] == i) {
+                if (active && solver->places[i] == PERP__BETWEEN)
+                    value = M->values[from] * perp__power_of_two(e[i] + e[j]);
+                from++;
+            }
+            if (i == j)
+                value = active ? value + rho : 1.0;
+            p->block[k] = value;
+        }
+    }
+    return perp__factor_klu.factor(p->factor, &A);
+}
+
+/* Factors the active block; a singular one is told by *regular = 0. */
+static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, int32_t *regular)
+{
+    perp_status status = PERP_OK;
+
+    if (uses_dense(solver)) {
+        *regular = factor_dense(solver, count, rho);
+    } else {
+        status = factor_sparse(solver, rho);
+        *regular = status == PERP_OK;
+        if (status == PERP__FACTOR_SINGULAR)
+            status = PERP_OK;
+    }
+    return status;
+}
+
+/* step := block^-1 (scaled residual on the active rows); returns its largest entry. */
+static double newton_step(perp_lcp_solver *solver, int32_t count)
+{
+    perp__polish *p = &solver->polish;
+    double largest = 0.0;
+    int32_t k;
+
+    if (!uses_dense(solver))
+        memset(p->step, 0, (size_t)solver->n * sizeof *p->step);
+    for (k = 0; k < count; k++) {
+        int32_t i = p->active[k];
+        double r =
+            perp__shift(solver->w_high[i] + solver->w_low[i], solver->exponents[i] - solver->omega);
+
+        p->step[uses_dense(solver) ? k : i] = r;
+    }
+    if (uses_dense(solver))
+        perp__lu_solve(count, p->block, count > 0 ? count : 1, p->pivots, p->step, 0);
+    else
+        perp__factor_klu.solve(p->factor, p->step, 0);
+    for (k = 0; k < count; k++) {
+        double size = fabs(p->step[uses_dense(solver) ? k : p->active[k]]);
+
+        if (!(size <= largest))
+            largest = size;
+    }
+    return largest;
+}
+
+static int32_t collect(perp_lcp_solver *solver)
+{
+    int32_t count = 0, i;
+
+    for (i = 0; i < solver->n; i++) {
+        if (solver->places[i] == PERP__BETWEEN)
+            solver->polish.active[count++] = i;
+        else
+            solver->z[i] =
+                solver->places[i] == PERP__AT_UPPER ? solver->upper[i] : solver->lower[i];
+    }
+    return count;
+}
+
+/* Iterative refinement of M_AA z_A = -(q_A + M_AN z_N), not projected. */
+static void refine(perp_lcp_solver *solver, int32_t count)
+{
+    perp__polish *p = &solver->polish;
+    double last = INFINITY;
+    int32_t round, k;
+
+    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+    for (round = 0; round < PERP__REFINEMENTS && count > 0; round++) {
+        double largest = newton_step(solver, count);
+        double z_largest = 0.0;
+
+        if (!(largest < 0.5 * last) || largest == 0.0)
+            break; /* no longer converging, or nothing left */
+        for (k = 0; k < count; k++) {
+            int32_t i = p->active[k];
+            double step = p->step[uses_dense(solver) ? k : i];
+            double z = perp__z_scaled(solver, i, solver->z[i]) - step;
+
+            solver->z[i] = perp__z_caller(solver, i, z);
+            z_largest = fmax(z_largest, fabs(z));
+        }
+        perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+        if (largest <= DBL_EPSILON * z_largest)
+            break;
+        last = largest;
+    }
+}
+
+/* Moves what left its bounds onto them and frees the rows whose w has the wrong sign beyond
+ * rounding. Returns how many changed. */
+static int32_t repair(perp_lcp_solver *solver)
+{
+    int8_t *places = solver->places;
+    double z_largest = 0.0;
+    int32_t changes = 0, i;
+
+    for (i = 0; i < solver->n; i++)
+        z_largest = fmax(z_largest, fabs(perp__z_scaled(solver, i, solver->z[i])));
+    for (i = 0; i < solver->n; i++) {
+        int8_t before = places[i];
+        double noise =
+            16.0 * DBL_EPSILON * (solver->row_norms[i] * z_largest + fabs(solver->q_scaled[i]));
+        double w = perp__shift(solver->w_high[i], solver->exponents[i] - solver->omega);
+
+        if (before == PERP__BETWEEN && solver->z[i] < solver->lower[i])
+            places[i] = PERP__AT_LOWER;
+        else if (before == PERP__BETWEEN && solver->z[i] > solver->upper[i])
+            places[i] = PERP__AT_UPPER;
+        else if ((before == PERP__AT_LOWER && w < -noise) ||
+                 (before == PERP__AT_UPPER && w > noise))
+            places[i] = PERP__BETWEEN;
+        changes += places[i] != before;
+    }
+    return changes;
+}
+
+static void remember(perp_lcp_solver *solver, perp__evaluation *best, const perp__evaluation *worth)
+{
+    perp__polish *p = &solver->polish;
+    size_t bytes = (size_t)solver->n * sizeof(double);
+
+    *best = *worth;
+    memcpy(p->z, solver->z, bytes);
+    memcpy(p->w_high, solver->w_high, bytes);
+    memcpy(p->w_low, solver->w_low, bytes);
+}
+
+static void recall(perp_lcp_solver *solver)
+{
+    perp__polish *p = &solver->polish;
+    size_t bytes = (size_t)solver->n * sizeof(double);
+
+    memcpy(solver->z, p->z, bytes);
+    memcpy(solver->w_high, p->w_high, bytes);
+    memcpy(solver->w_low, p->w_low, bytes);
+}
+
+/* As good as a double gets: nothing more to gain. */
+static int32_t is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)
+{
+    return worth->backward <= 4.0 * DBL_EPSILON && worth->tested <= solver->settings.tol;
+}
+
+/* An exact solve of an index set beats a rough point of a slightly smaller residual. */
+static int32_t is_better(const perp_lcp_solver *solver, const perp__evaluation *a,
+                         const perp__evaluation *b)
+{
+    return a->tested <= b->tested || (is_exact(solver, a) && a->tested <= 64.0 * b->tested);
+}
+
+/* One value of rho: solve, repair, solve again. */
+static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation *best)
+{
+    int32_t round, count, regular, changes = 1;
+    perp_status status = PERP_OK;
+
+    for (round = 0; round < PERP__REPAIRS && changes > 0; round++) {
+        perp__evaluation worth;
+
+        count = collect(solver);
+        status = factor(solver, count, rho, &regular);
+        if (status != PERP_OK || !regular)
+            break;
+        refine(solver, count);
+        changes = repair(solver);
+        worth = perp__evaluate(solver);
+        if (is_better(solver, &worth, best))
+            remember(solver, best, &worth);
+        if (is_exact(solver, best))
+            break;
+    }
+    return status;
+}
+
+perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
+{
+    perp_status status = fit(solver);
+    perp__evaluation best = *worth;
+    size_t k;
+
+    if (status != PERP_OK)
+        return status;
+    remember(solver, &best, worth);
+    memcpy(solver->polish.places, solver->places, (size_t)solver->n);
+    for (k = 0; k < sizeof proximal / sizeof *proximal; k++) {
+        memcpy(solver->places, solver->polish.places, (size_t)solver->n);
+        status = attempt(solver, proximal[k], &best);
+        if (status != PERP_OK || is_exact(solver, &best))
+            break;
+        recall(solver);
+    }
+    recall(solver);
+    *worth = best;
+    return status;
+}

@@ -1,0 +1,122 @@
+/* A ray is believed only after it has been checked against the caller's matrix. */
+#include <math.h>
+
+#include "lcp/solver.h"
+#include "linalg/scale.h"
+
+/* Rounding that a ray computed by pivoting may carry, relative to |M||ray| of the row. */
+#define PERP__RAY_TOLERANCE 1e-9
+
+/* Directions in which z_i can go for ever. */
+static int32_t recedes(double lower, double upper, double direction)
+{
+    if (direction > 0.0)
+        return upper == INFINITY;
+    if (direction < 0.0)
+        return lower == -INFINITY;
+    return 1;
+}
+
+/* Along a secondary ray z + s dz, w + s (M dz + cover) the pairs stay complementary: where dz moves
+ * the row does not, and where it rests the row moves into its own half-line
+ * (Cottle, Pang & Stone 1992, section 4.4). */
+static int32_t row_holds(double lower, double upper, double dz, double dw, double slack)
+{
+    if (lower == upper)
+        return 1;
+    if (lower == -INFINITY && upper == INFINITY)
+        return 1; /* checked by the caller of this function: |dw| <= cover */
+    if (dz != 0.0)
+        return fabs(dw) <= slack;
+    if (upper == INFINITY)
+        return dw >= -slack;
+    if (lower == -INFINITY)
+        return dw <= slack;
+    return 1; /* both bounds finite: w may go either way */
+}
+
+int32_t perp__ray_verify(perp_lcp_solver *solver)
+{
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++) {
+        if (!isfinite(solver->ray[i]) || !isfinite(solver->cover[i]) ||
+            !recedes(solver->lower[i], solver->upper[i], solver->ray[i]))
+            return 0;
+        largest = fmax(largest, fabs(solver->ray[i]));
+    }
+    if (largest == 0.0)
+        return 0;
+    for (i = 0; i < solver->n; i++) {
+        solver->ray[i] /= largest;
+        solver->cover[i] /= largest;
+        /* omega plays no part in a direction: only D does */
+        solver->z[i] = perp__shift(solver->ray[i], solver->exponents[i]);
+    }
+    perp__multiply_doubled(&solver->M, solver->z, NULL, solver->w_high, solver->w_low);
+    for (i = 0; i < solver->n; i++) {
+        double slack = PERP__RAY_TOLERANCE * (solver->row_norms[i] + fabs(solver->cover[i]));
+        double Mdz = perp__shift(solver->w_high[i], solver->exponents[i]);
+        double dw = Mdz + solver->cover[i];
+
+        if (!row_holds(solver->lower[i], solver->upper[i], solver->ray[i], dw, slack))
+            return 0;
+        if (solver->lower[i] == -INFINITY && solver->upper[i] == INFINITY &&
+            fabs(Mdz) > fabs(solver->cover[i]) + slack)
+            return 0;
+    }
+    return 1;
+}
+
+/* sum_i y_i M_ij and the sum of the terms' sizes, for one column of the caller's M. */
+static void column_product(const perp__matrix *M, const double *y, int32_t j, double *sum,
+                           double *size)
+{
+    double high = 0.0, low = 0.0, total = 0.0;
+    int32_t count = M->column_starts ? M->column_starts[j + 1] - M->column_starts[j] : M->rows;
+    int32_t k;
+
+    for (k = 0; k < count; k++) {
+        int32_t at = M->column_starts ? M->column_starts[j] + k : 0;
+        int32_t i = M->column_starts ? M->row_indices[at] : k;
+        double entry = M->column_starts
+                           ? M->values[at]
+                           : M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
+        double product = entry * y[i];
+        double next = high + product;
+        double back = next - high;
+
+        low += fma(entry, y[i], -product) + ((high - (next - back)) + (product - back));
+        high = next;
+        total += fabs(product);
+    }
+    *sum = high + low;
+    *size = total;
+}
+
+/* Farkas: y >= 0 with M'y <= 0 and y'(q + M l) < 0 leaves no z >= l with M z + q >= 0, whatever the
+ * class of M. For copositive-plus M every secondary ray is such a y (CPS 1992, theorem 4.4.11). */
+int32_t perp__ray_certificate(perp_lcp_solver *solver)
+{
+    double total = 0.0, size = 0.0;
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++) {
+        if (solver->lower[i] == -INFINITY || solver->upper[i] != INFINITY)
+            return 0;
+        /* y in the caller's units is D ray, which perp__ray_verify left in z */
+        total += solver->q[i] * solver->z[i];
+        size += fabs(solver->q[i] * solver->z[i]);
+    }
+    for (i = 0; i < solver->n; i++) {
+        double sum, terms;
+
+        column_product(&solver->M, solver->z, i, &sum, &terms);
+        if (sum > PERP__RAY_TOLERANCE * terms)
+            return 0;
+        total += sum * solver->lower[i];
+        size += fabs(sum * solver->lower[i]);
+    }
+    return total < -PERP__RAY_TOLERANCE * size;
+}

@@ -1,0 +1,95 @@
+/* Defaults, texts and checks of what the caller chooses. */
+#include "lcp/settings.h"
+
+#include <math.h>
+
+#include "base/check.h"
+#include "base/context.h"
+
+perp_status perp_lcp_settings_init(perp_lcp_settings *settings, size_t size)
+{
+    perp_status status = perp__struct_init(settings, size, PERP__LCP_SETTINGS_FIRST);
+
+    if (status == PERP_OK) {
+        settings->tol = 1e-10;
+        settings->relaxation = 1.0;
+        settings->scaling = 1;
+        settings->polish = 1;
+    }
+    return status;
+}
+
+perp_status perp_lcp_result_init(perp_lcp_result *result, size_t size)
+{
+    return perp__struct_init(result, size, PERP__LCP_RESULT_FIRST);
+}
+
+const char *perp_lcp_method_text(int32_t method)
+{
+    static const char *const texts[] = {"auto", "lemke", "pgs", "fischer", "polish"};
+
+    return method >= 0 && method <= PERP_LCP_POLISH ? texts[method] : "unknown method";
+}
+
+static perp_status check_flag(perp_context *context, const char *name, int32_t flag)
+{
+    if (flag == 0 || flag == 1)
+        return PERP_OK;
+    return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.%s is %d, expected 0 or 1", name,
+                      (int)flag);
+}
+
+static perp_status check_numbers(perp_context *context, const perp_lcp_settings *own)
+{
+    if (isnan(own->tol) || isnan(own->time_limit) || isnan(own->relaxation))
+        return perp__fail(context, PERP_ERROR_NOT_FINITE, "settings.%s is nan",
+                          isnan(own->tol)          ? "tol"
+                          : isnan(own->time_limit) ? "time_limit"
+                                                   : "relaxation");
+    if (!(own->tol > 0.0) || !isfinite(own->tol))
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "settings.tol is %g, expected a number above 0", own->tol);
+    if (!(own->time_limit >= 0.0))
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "settings.time_limit is %g, expected seconds, or 0 for none",
+                          own->time_limit);
+    if (!(own->relaxation > 0.0 && own->relaxation < 2.0))
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "settings.relaxation is %g, expected a number in (0, 2)",
+                          own->relaxation);
+    return PERP_OK;
+}
+
+perp_status perp__lcp_settings_read(perp_context *context, perp_lcp_settings *own,
+                                    const perp_lcp_settings *settings)
+{
+    perp_lcp_settings read;
+    perp_status status = perp_lcp_settings_init(&read, sizeof read);
+
+    if (status == PERP_OK)
+        status = perp__struct_read(context, "settings", &read, sizeof read, settings,
+                                   PERP__LCP_SETTINGS_FIRST);
+    if (status == PERP_OK && (read.method < PERP_LCP_AUTO || read.method > PERP_LCP_FISCHER))
+        status = perp__fail(context, PERP_ERROR_ARGUMENT, "settings.method is %d, which is none",
+                            (int)read.method);
+    if (status == PERP_OK && read.max_iterations < 0)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                            "settings.max_iterations is %d, expected a count, or 0 for the default",
+                            (int)read.max_iterations);
+    if (status == PERP_OK)
+        status = check_numbers(context, &read);
+    if (status == PERP_OK && read.pivot_rule != PERP_PIVOT_HARRIS &&
+        read.pivot_rule != PERP_PIVOT_LEXICOGRAPHIC)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                            "settings.pivot_rule is %d, which is none", (int)read.pivot_rule);
+    if (status == PERP_OK)
+        status = check_flag(context, "scaling", read.scaling);
+    if (status == PERP_OK)
+        status = check_flag(context, "polish", read.polish);
+    if (status == PERP_OK && read.reserved != 0)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT, "settings.reserved is %d, expected 0",
+                            (int)read.reserved);
+    if (status == PERP_OK)
+        *own = read;
+    return status;
+}

@@ -1,0 +1,211 @@
+/* The life of a solver: create, set, setup, destroy, and the public entrances. */
+#include "lcp/solver.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "base/context.h"
+#include "lcp/settings.h"
+#include "linalg/scale.h"
+
+static const perp__lcp_method *const methods[PERP__METHODS] = {&perp__lcp_lemke, &perp__lcp_pgs,
+                                                               &perp__lcp_fischer};
+
+perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
+                             const perp_lcp_settings *settings)
+{
+    perp_lcp_settings own;
+    perp_status status = perp__lcp_settings_read(context, &own, settings);
+    perp_lcp_solver *made;
+    int32_t k;
+
+    if (status != PERP_OK)
+        return status;
+    made = perp__allocate(context, 1, sizeof *made);
+    if (!made)
+        return perp__fail_memory(context, "a solver");
+    memset(made, 0, sizeof *made);
+    made->magic = PERP__SOLVER_MAGIC;
+    made->context = context;
+    made->settings = own;
+    perp__arena_init(&made->arena, context);
+    perp__arena_init(&made->polish.arena, context);
+    for (k = 0; k < PERP__METHODS; k++) {
+        made->slots[k].method = methods[k];
+        perp__arena_init(&made->slots[k].arena, context);
+    }
+    perp__attach(context);
+    *solver = made;
+    return PERP_OK;
+}
+
+void perp__lcp_destroy(perp_lcp_solver *solver)
+{
+    perp_context *context;
+    int32_t k;
+
+    if (!solver)
+        return;
+    context = solver->context;
+    for (k = 0; k < PERP__METHODS; k++) {
+        perp__method_slot *slot = &solver->slots[k];
+
+        if (slot->work && slot->method->release)
+            slot->method->release(slot->work);
+        perp__release(context, slot->work);
+        perp__arena_release(&slot->arena);
+    }
+    perp__polish_release(&solver->polish);
+    perp__arena_release(&solver->arena);
+    solver->magic = 0;
+    perp__release(context, solver);
+    perp__detach(context);
+}
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp_lcp_solver *s = object;
+    size_t n = (size_t)s->n;
+
+    s->lower = perp__arena_take(arena, n, sizeof(double));
+    s->upper = perp__arena_take(arena, n, sizeof(double));
+    s->exponents = perp__arena_take(arena, n, sizeof(int32_t));
+    s->work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    s->row_norms = perp__arena_take(arena, n, sizeof(double));
+    s->q_scaled = perp__arena_take(arena, n, sizeof(double));
+    s->lower_scaled = perp__arena_take(arena, n, sizeof(double));
+    s->upper_scaled = perp__arena_take(arena, n, sizeof(double));
+    s->iterate = perp__arena_take(arena, n, sizeof(double));
+    s->ray = perp__arena_take(arena, n, sizeof(double));
+    s->cover = perp__arena_take(arena, n, sizeof(double));
+    s->places = perp__arena_take(arena, n, sizeof(int8_t));
+    s->z = perp__arena_take(arena, n, sizeof(double));
+    s->w_high = perp__arena_take(arena, n, sizeof(double));
+    s->w_low = perp__arena_take(arena, n, sizeof(double));
+    s->best.z = perp__arena_take(arena, n, sizeof(double));
+    s->best.w = perp__arena_take(arena, n, sizeof(double));
+    s->best_ray = perp__arena_take(arena, n, sizeof(double));
+}
+
+static perp_status check_problem(perp_context *context, perp__matrix *own, const perp_matrix *M,
+                                 const double *lower, const double *upper)
+{
+    perp_status status = perp__matrix_read(context, "M", own, M);
+
+    if (status == PERP_OK && own->rows != own->columns)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT, "M is %d by %d, expected a square matrix",
+                            (int)own->rows, (int)own->columns);
+    if (status == PERP_OK)
+        status = perp__check_bounds(context, lower, upper, (size_t)own->rows);
+    return status;
+}
+
+perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const double *lower,
+                            const double *upper)
+{
+    perp_lcp_solver next = *solver;
+    perp_status status = check_problem(solver->context, &next.M, M, lower, upper);
+    int32_t i;
+
+    if (status != PERP_OK)
+        return status;
+    next.n = next.M.rows;
+    status = perp__arena_fit(&next.arena, layout, &next);
+    if (status != PERP_OK)
+        return status;
+    for (i = 0; i < next.n; i++) {
+        next.lower[i] = lower ? lower[i] : 0.0;
+        next.upper[i] = upper ? upper[i] : INFINITY;
+    }
+    next.setups++;
+    *solver = next;
+    perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->work);
+    perp__scaled_row_norms(&solver->M, solver->exponents, solver->row_norms);
+    return PERP_OK;
+}
+
+static perp_status set(perp_lcp_solver *solver, const perp_lcp_settings *settings)
+{
+    int32_t scaling = solver->settings.scaling;
+    perp_status status = perp__lcp_settings_read(solver->context, &solver->settings, settings);
+
+    if (status == PERP_OK && solver->setups && scaling != solver->settings.scaling) {
+        perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->work);
+        perp__scaled_row_norms(&solver->M, solver->exponents, solver->row_norms);
+    }
+    return status;
+}
+
+static perp_status enter(perp_lcp_solver *solver)
+{
+    if (!solver || solver->magic != PERP__SOLVER_MAGIC)
+        return PERP_ERROR_HANDLE;
+    return perp__enter(solver->context);
+}
+
+perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
+                                   const perp_lcp_settings *settings)
+{
+    perp_status status = perp__enter(context);
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(context, "solver", solver);
+    if (status == PERP_OK)
+        status = perp__lcp_create(context, solver, settings);
+    return perp__leave(context, status);
+}
+
+void perp_lcp_solver_destroy(perp_lcp_solver *solver)
+{
+    /* inside one of its own callbacks the solver's memory is in use: that call is refused */
+    if (solver && solver->magic == PERP__SOLVER_MAGIC && !solver->context->busy)
+        perp__lcp_destroy(solver);
+}
+
+perp_status perp_lcp_solver_set(perp_lcp_solver *solver, const perp_lcp_settings *settings)
+{
+    perp_status status = enter(solver);
+
+    return status != PERP_OK ? status : perp__leave(solver->context, set(solver, settings));
+}
+
+perp_status perp_lcp_solver_setup(perp_lcp_solver *solver, const perp_matrix *M,
+                                  const double *lower, const double *upper)
+{
+    perp_status status = enter(solver);
+
+    return status != PERP_OK
+               ? status
+               : perp__leave(solver->context, perp__lcp_setup(solver, M, lower, upper));
+}
+
+perp_status perp_lcp_solver_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,
+                                  perp_lcp_result *result, const double *q, const double *z0)
+{
+    perp_status status = enter(solver);
+
+    return status != PERP_OK
+               ? status
+               : perp__leave(solver->context, perp__lcp_solve(solver, z, w, ray, result, q, z0));
+}
+
+perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *ray,
+                           perp_lcp_result *result, const perp_lcp_settings *settings,
+                           const perp_matrix *M, const double *q, const double *lower,
+                           const double *upper, const double *z0)
+{
+    perp_lcp_solver *solver = NULL;
+    perp_status status = perp__enter(context);
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__lcp_create(context, &solver, settings);
+    if (status == PERP_OK)
+        status = perp__lcp_setup(solver, M, lower, upper);
+    if (status == PERP_OK)
+        status = perp__lcp_solve(solver, z, w, ray, result, q, z0);
+    perp__lcp_destroy(solver);
+    return perp__leave(context, status);
+}

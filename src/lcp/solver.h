@@ -1,0 +1,92 @@
+/* The solver's own memory, shared by the files of the front door only. */
+#ifndef PERP_LCP_SOLVER_H
+#define PERP_LCP_SOLVER_H
+
+#include "base/arena.h"
+#include "lcp/lcp.h"
+#include "lcp/method.h"
+#include "lcp/polish.h"
+
+#define PERP__SOLVER_MAGIC UINT64_C(0x706572706c637073)
+#define PERP__METHODS 3
+
+/* What a point is worth: the numbers DESIGN.md defines, all from the caller's data. */
+typedef struct perp__evaluation {
+    double natural;
+    double tested;
+    double backward;
+} perp__evaluation;
+
+/* A method's workspace, made when the method first runs. */
+typedef struct perp__method_slot {
+    const perp__lcp_method *method;
+    void *work;
+    perp__arena arena;
+    int64_t fitted; /* the set-up its arrays were laid out for */
+} perp__method_slot;
+
+/* A point in the caller's units with all that is known of it. */
+typedef struct perp__candidate {
+    double *z, *w;
+    perp__evaluation worth;
+    perp_outcome outcome;
+    int32_t method;
+    int64_t iterations;
+} perp__candidate;
+
+struct perp_lcp_solver {
+    uint64_t magic;
+    perp_context *context;
+    perp_lcp_settings settings;
+    perp__arena arena;
+    int64_t setups; /* 0: no problem yet */
+    int32_t n;
+    perp__matrix M;
+    double *lower, *upper; /* caller's units */
+    int32_t *exponents;    /* log2 of D, see linalg/scale.h */
+    int32_t *work;         /* 2 n */
+    double *row_norms;     /* 1-norms of the rows of D M D */
+    const double *q;       /* the caller's, during a solve */
+    int32_t omega;         /* log2 of the power of two near max |D q| */
+    double *q_scaled, *lower_scaled, *upper_scaled;
+    double *iterate;     /* scaled, what a method works on */
+    double *ray, *cover; /* scaled */
+    int8_t *places;
+    double *z, *w_high, *w_low; /* the point under evaluation, caller's units */
+    perp__candidate best;
+    double *best_ray; /* caller's units, largest entry 1 */
+    int32_t best_certificate;
+    int32_t rays; /* verified ones, of this solve */
+    perp__lcp_problem problem;
+    perp__lcp_control control;
+    perp__method_slot slots[PERP__METHODS];
+    perp__polish polish;
+};
+
+/* x * 2^e for any e that can come up here, exact but for under- and overflow. */
+double perp__shift(double x, int32_t e);
+
+/* Scales q and the bounds into q_scaled, lower_scaled, upper_scaled; finds omega. */
+void perp__scale_problem(perp_lcp_solver *solver, const double *q);
+
+/* Caller's units to scaled ones and back, for the variable z_i. */
+double perp__z_scaled(const perp_lcp_solver *solver, int32_t i, double z);
+double perp__z_caller(const perp_lcp_solver *solver, int32_t i, double z);
+
+/* Projects solver->z onto the bounds, recomputes w = M z + q in doubled precision (w_high, w_low)
+ * and the three numbers. */
+perp__evaluation perp__evaluate(perp_lcp_solver *solver);
+
+/* Reads places off solver->z and w_high: the side of z - w, in scaled units, on which it lies. */
+void perp__read_places(perp_lcp_solver *solver, int8_t *places);
+
+/* Re-solves the index set `places`, starting from solver->z, repairs a few signs, and leaves the
+ * best point it met in solver->z with w_high, w_low and its worth. PERP_OK, or _MEMORY. */
+perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth);
+
+/* Checks the ray in solver->ray against the caller's matrix; true if it is one, and then D ray is
+ * in solver->z. The certificate tells whether it proves that no z >= l has M z + q >= 0. */
+int32_t perp__ray_verify(perp_lcp_solver *solver);
+int32_t perp__ray_certificate(perp_lcp_solver *solver);
+
+#endif
