@@ -17,8 +17,8 @@ void dgetrf_(const int *m, const int *n, double *A, const int *lda, int *pivots,
 void dgetrs_(const char *trans, const int *n, const int *columns, const double *A, const int *lda,
              const int *pivots, double *B, const int *ldb, int *info, size_t trans_length);
 
-/* Multiplications below which the loops win. */
-enum { SMALL_GEMM = 2000, SMALL_GEMV = 400, SMALL_LU = 16 };
+/* Multiplications below which the loops win, and the size for LU (measured against OpenBLAS). */
+enum { SMALL_GEMM = 1000, SMALL_GEMV = 400, SMALL_LU = 48 };
 
 static const int one = 1;
 static const double minus_one = -1.0, plus_one = 1.0;
