@@ -113,6 +113,7 @@ static void present(perp_lcp_solver *solver, const perp__lcp_method *method)
     p->n = solver->n;
     p->M = &solver->M;
     p->exponents = solver->exponents;
+    p->factors = solver->factors;
     p->row_norms = solver->row_norms;
     p->q = solver->q_scaled;
     p->lower = solver->lower_scaled;

@@ -207,7 +207,8 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
         }
     }
     memcpy(iterate->z, work->best, size);
-    return problem->control->aborted ? PERP_ERROR_CALLBACK : PERP_OK;
+    return PERP_OK;
 }
 
-const perp__lcp_method perp__lcp_pgs = {PERP_LCP_PGS, sizeof(pgs_work), 1, check, layout, solve, NULL};
+const perp__lcp_method perp__lcp_pgs = {PERP_LCP_PGS, sizeof(pgs_work), 1, check, layout, solve,
+                                        NULL};

@@ -9,7 +9,6 @@
 #include "base/context.h"
 #include "lcp/solver.h"
 #include "linalg/blas.h"
-#include "linalg/scale.h"
 
 #define PERP__REFINEMENTS 30
 #define PERP__REPAIRS 8
@@ -118,7 +117,7 @@ static int32_t factor_dense(perp_lcp_solver *solver, int32_t count, double rho)
 {
     perp__polish *p = &solver->polish;
     const perp__matrix *M = &solver->M;
-    const int32_t *e = solver->exponents;
+    const double *d = solver->factors;
     int32_t r, c, k;
 
     for (c = 0; c < count; c++) {
@@ -131,14 +130,13 @@ static int32_t factor_dense(perp_lcp_solver *solver, int32_t count, double rho)
                 while (r < count && p->active[r] < M->row_indices[k])
                     r++;
                 if (r < count && p->active[r] == M->row_indices[k])
-                    column[r] = M->values[k] * perp__power_of_two(e[p->active[r]] + e[j]);
+                    column[r] = M->values[k] * (d[p->active[r]] * d[j]);
             }
         } else {
             const double *from = M->values + (size_t)j * M->column_stride;
 
             for (r = 0; r < count; r++)
-                column[r] = from[(size_t)p->active[r] * M->row_stride] *
-                            perp__power_of_two(e[p->active[r]] + e[j]);
+                column[r] = from[(size_t)p->active[r] * M->row_stride] * (d[p->active[r]] * d[j]);
         }
         column[c] += rho;
     }
@@ -149,7 +147,7 @@ static perp_status factor_sparse(perp_lcp_solver *solver, double rho)
 {
     perp__polish *p = &solver->polish;
     const perp__matrix *M = &solver->M;
-    const int32_t *e = solver->exponents;
+    const double *d = solver->factors;
     perp__square A = pattern_of(solver);
     int32_t j, k, from;
 
@@ -163,7 +161,7 @@ static perp_status factor_sparse(perp_lcp_solver *solver, double rho)
 
             if (from < M->column_starts[j + 1] && M->row_indices[from] == i) {
                 if (active && solver->places[i] == PERP__BETWEEN)
-                    value = M->values[from] * perp__power_of_two(e[i] + e[j]);
+                    value = M->values[from] * (d[i] * d[j]);
                 from++;
             }
             if (i == j)

@@ -4,7 +4,6 @@
 
 #include "base/clock.h"
 #include "lcp/method.h"
-#include "linalg/scale.h"
 
 double perp__clamp(double z, double lower, double upper)
 {
@@ -45,7 +44,7 @@ perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, doub
 static void dense_from_csc(const perp__lcp_problem *problem, double *dense, size_t ld)
 {
     const perp__matrix *M = problem->M;
-    const int32_t *e = problem->exponents;
+    const double *d = problem->factors;
     int32_t j, k;
 
     for (j = 0; j < problem->n; j++) {
@@ -53,15 +52,14 @@ static void dense_from_csc(const perp__lcp_problem *problem, double *dense, size
 
         memset(column, 0, (size_t)problem->n * sizeof *column);
         for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            column[M->row_indices[k]] =
-                M->values[k] * perp__power_of_two(e[M->row_indices[k]] + e[j]);
+            column[M->row_indices[k]] = M->values[k] * (d[M->row_indices[k]] * d[j]);
     }
 }
 
 void perp__lcp_dense_into(const perp__lcp_problem *problem, double *dense, size_t leading_dimension)
 {
     const perp__matrix *M = problem->M;
-    const int32_t *e = problem->exponents;
+    const double *d = problem->factors;
     int32_t i, j;
 
     if (M->column_starts) {
@@ -73,7 +71,7 @@ void perp__lcp_dense_into(const perp__lcp_problem *problem, double *dense, size_
         const double *from = M->values + (size_t)j * M->column_stride;
 
         for (i = 0; i < problem->n; i++)
-            column[i] = from[(size_t)i * M->row_stride] * perp__power_of_two(e[i] + e[j]);
+            column[i] = from[(size_t)i * M->row_stride] * (d[i] * d[j]);
     }
 }
 

@@ -70,6 +70,7 @@ static void layout(perp__arena *arena, void *object)
 
     s->lower = perp__arena_take(arena, n, sizeof(double));
     s->upper = perp__arena_take(arena, n, sizeof(double));
+    s->factors = perp__arena_take(arena, n, sizeof(double));
     s->exponents = perp__arena_take(arena, n, sizeof(int32_t));
     s->work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
     s->row_norms = perp__arena_take(arena, n, sizeof(double));
@@ -101,6 +102,16 @@ static perp_status check_problem(perp_context *context, perp__matrix *own, const
     return status;
 }
 
+static void equilibrate(perp_lcp_solver *solver)
+{
+    int32_t i;
+
+    perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->work);
+    perp__scaled_row_norms(&solver->M, solver->exponents, solver->row_norms);
+    for (i = 0; i < solver->n; i++)
+        solver->factors[i] = perp__power_of_two(solver->exponents[i]);
+}
+
 perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const double *lower,
                             const double *upper)
 {
@@ -120,8 +131,7 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
     }
     next.setups++;
     *solver = next;
-    perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->work);
-    perp__scaled_row_norms(&solver->M, solver->exponents, solver->row_norms);
+    equilibrate(solver);
     return PERP_OK;
 }
 
@@ -130,10 +140,8 @@ static perp_status set(perp_lcp_solver *solver, const perp_lcp_settings *setting
     int32_t scaling = solver->settings.scaling;
     perp_status status = perp__lcp_settings_read(solver->context, &solver->settings, settings);
 
-    if (status == PERP_OK && solver->setups && scaling != solver->settings.scaling) {
-        perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->work);
-        perp__scaled_row_norms(&solver->M, solver->exponents, solver->row_norms);
-    }
+    if (status == PERP_OK && solver->setups && scaling != solver->settings.scaling)
+        equilibrate(solver);
     return status;
 }
 

@@ -43,6 +43,7 @@ struct perp_lcp_solver {
     int32_t n;
     perp__matrix M;
     double *lower, *upper; /* caller's units */
+    double *factors;       /* D */
     int32_t *exponents;    /* log2 of D, see linalg/scale.h */
     int32_t *work;         /* 2 n */
     double *row_norms;     /* 1-norms of the rows of D M D */
