@@ -1,0 +1,66 @@
+/* What the box pairs share: frames, the point for boxes that meet in edges or corners. */
+#include "world/collide/box.h"
+
+#include "world/collide/segment.h"
+#include "world/collide/vector.h"
+
+void perp__box_pair_set(perp__box_pair *pair, const perp__placed *reference,
+                        const perp__placed *incident)
+{
+    pair->reference = reference;
+    pair->incident = incident;
+    pair->half = reference->geometry->half_extents;
+    pair->incident_half = incident->geometry->half_extents;
+    for (int j = 0; j < 3; j++) {
+        double axis[3], column[3];
+        perp__vector_axis(axis, incident->rotation, j);
+        perp__vector_rotate_back(column, reference->rotation, axis);
+        for (int k = 0; k < 3; k++)
+            pair->axes[3 * k + j] = column[k];
+    }
+    double between[3];
+    perp__vector_subtract(between, incident->position, reference->position);
+    perp__vector_rotate_back(pair->centre, reference->rotation, between);
+    pair->size = fmin(perp__vector_largest(pair->half), perp__vector_largest(pair->incident_half));
+}
+
+int perp__box_is_smaller(const perp__placed *a, const perp__placed *b)
+{
+    const double *x = a->geometry->half_extents, *y = b->geometry->half_extents;
+    return x[0] + x[1] + x[2] < y[0] + y[1] + y[2];
+}
+
+void perp__box_pair_emit(const perp__box_pair *pair, const double *position, const double *normal,
+                         double gap, int32_t feature, perp__point *point)
+{
+    double turned[3];
+    perp__vector_rotate(turned, pair->reference->rotation, position);
+    perp__vector_add(point->position, pair->reference->position, 1.0, turned);
+    perp__vector_rotate(point->normal, pair->reference->rotation, normal);
+    point->gap = gap;
+    point->feature = feature;
+}
+
+int32_t perp__box_pair_closest(const perp__box_pair *pair, int32_t planar, double margin,
+                               const double *normal, perp__point *points)
+{
+    static const double identity[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+    static const double origin[3] = {0.0, 0.0, 0.0};
+    perp__box_edges reference = {pair->half, identity, origin};
+    perp__box_edges incident = {pair->incident_half, pair->axes, pair->centre};
+    double on_reference[3], on_incident[3], direction[3], position[3];
+    int32_t numbers[2] = {0, 0};
+    perp__segment_closest_edges(&reference, &incident, planar, on_reference, on_incident, numbers);
+
+    perp__vector_subtract(direction, on_incident, on_reference);
+    double gap = perp__vector_normalise(direction);
+    if (!(gap <= margin))
+        return 0;
+    for (int k = 0; k < 3; k++)
+        position[k] = 0.5 * (on_reference[k] + on_incident[k]);
+    if (gap <= PERP__BOX_ON_FACE * pair->size)
+        for (int k = 0; k < 3; k++)
+            direction[k] = normal[k];
+    perp__box_pair_emit(pair, position, direction, gap, 12 * numbers[0] + numbers[1], points);
+    return 1;
+}

@@ -1,0 +1,48 @@
+/* A half-space and a box; in planar worlds a half-plane and a rectangle. */
+#include "world/collide/collide.h"
+#include "world/collide/vector.h"
+
+/* Every corner is a point of its own: the box rests on those that touch. Bit j of a corner's number
+ * tells the side of axis j.
+ *
+ * With the centre's height c and the heights s_j = h_j normal'axis_j, a corner's gap is
+ * c +- s_0 +- s_1 +- s_2. A box that lies flat has two s_j = 0, so that its four corners have the
+ * same gap to the last bit, and exactly 0 where c = s_j; heights of corner coordinates would not
+ * cancel so. */
+int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *box, int32_t planar,
+                                double margin, perp__point *points)
+{
+    double normal[3], between[3];
+    perp__vector_rotate(normal, plane->rotation, plane->geometry->normal);
+    perp__vector_subtract(between, box->position, plane->position);
+    double centre = perp__vector_dot(normal, between) - plane->geometry->offset;
+
+    const double *half = box->geometry->half_extents;
+    int dimension = planar ? 2 : 3;
+    double axis[3][3], height[3];
+    for (int j = 0; j < dimension; j++) {
+        perp__vector_axis(axis[j], box->rotation, j);
+        height[j] = half[j] * perp__vector_dot(normal, axis[j]);
+    }
+
+    int32_t count = 0;
+    for (int32_t corner = 0; corner < 1 << dimension; corner++) {
+        double gap = centre;
+        double position[3] = {0.0, 0.0, 0.0};
+        for (int j = 0; j < dimension; j++) {
+            double side = corner >> j & 1 ? 1.0 : -1.0;
+            gap += side * height[j];
+            perp__vector_add(position, position, side * half[j], axis[j]);
+        }
+        if (!(gap <= margin))
+            continue;
+        perp__point *point = &points[count++];
+        perp__vector_add(position, position, -0.5 * gap, normal);
+        perp__vector_add(point->position, box->position, 1.0, position);
+        for (int k = 0; k < 3; k++)
+            point->normal[k] = normal[k];
+        point->gap = gap;
+        point->feature = corner;
+    }
+    return count;
+}
