@@ -1,0 +1,105 @@
+#include "lcp/fischer_function.h"
+
+#include <math.h>
+
+/* For a + b > 0 the sum and the root cancel:
+ *   a + b - r = 2ab / (a + b + r) = min * (2 max / (a + b + r)),   r = hypot(a, b),
+ * where the factor lies in [0.585, 1.415]: nothing can overflow or underflow on the way. It is
+ * computed as 2 / (1 + b/a + r/a) so that it serves up to the largest numbers too. */
+double perp__fischer(double a, double b)
+{
+    double most = a > b ? a : b;
+    double least = a > b ? b : a;
+    double ratio;
+
+    if (isinf(most))
+        return least;
+    if (!(a + b > 0.0))
+        return (a + b) - hypot(a, b);
+    ratio = least / most;
+    return least * (2.0 / (1.0 + ratio + hypot(1.0, ratio)));
+}
+
+/* 1 - x/r with r = hypot(x, y): y^2 / (r (r + x)) for x > 0, where the two cancel. */
+static double one_minus_cosine(double x, double y, double r)
+{
+    return x > 0.0 ? (y / r) * (y / (r + x)) : 1.0 - x / r;
+}
+
+perp__slopes perp__fischer_slopes(double a, double b, double along_a, double along_b)
+{
+    perp__slopes slopes;
+    double scale, r;
+
+    if (isinf(a) || isinf(b)) {
+        slopes.z = isinf(a) ? 0.0 : 1.0;
+        slopes.w = isinf(a) ? 1.0 : 0.0;
+        return slopes;
+    }
+    if (a == 0.0 && b == 0.0) {
+        a = along_a;
+        b = along_b;
+    }
+    scale = fabs(a) > fabs(b) ? fabs(a) : fabs(b);
+    if (!(scale > 0.0) || isinf(scale)) { /* no direction: the symmetric element */
+        a = b = scale = 1.0;
+    }
+    a /= scale;
+    b /= scale;
+    r = hypot(a, b);
+    slopes.z = one_minus_cosine(a, b, r);
+    slopes.w = one_minus_cosine(b, a, r);
+    return slopes;
+}
+
+double perp__fischer_bounded(double z, double lower, double upper, double w)
+{
+    if (!(lower < upper))
+        return 0.0;
+    if (isinf(lower) && isinf(upper))
+        return w;
+    if (isinf(upper))
+        return perp__fischer(z - lower, w);
+    if (isinf(lower))
+        return -perp__fischer(upper - z, -w);
+    return perp__fischer(z - lower, -perp__fischer(upper - z, -w));
+}
+
+/* Chain rule for phi(z - l, v), v = -phi(u - z, -w): v_z = phi_a, v_w = phi_b of the inner one. */
+static perp__slopes boxed_slopes(double z, double lower, double upper, double w, double along_z,
+                                 double along_w)
+{
+    double v = -perp__fischer(upper - z, -w);
+    perp__slopes inner = perp__fischer_slopes(upper - z, -w, -along_z, -along_w);
+    double along_v = inner.z * along_z + inner.w * along_w;
+    perp__slopes outer = perp__fischer_slopes(z - lower, v, along_z, along_v);
+    perp__slopes slopes;
+
+    slopes.z = outer.z + outer.w * inner.z;
+    slopes.w = outer.w * inner.w;
+    return slopes;
+}
+
+perp__slopes perp__fischer_bounded_slopes(double z, double lower, double upper, double w,
+                                          double along_z, double along_w)
+{
+    perp__slopes slopes = {1.0, 0.0};
+
+    if (!(lower < upper))
+        return slopes;
+    if (isinf(lower) && isinf(upper)) {
+        slopes.z = 0.0;
+        slopes.w = 1.0;
+        return slopes;
+    }
+    if (isinf(upper))
+        return perp__fischer_slopes(z - lower, w, along_z, along_w);
+    if (isinf(lower))
+        return perp__fischer_slopes(upper - z, -w, -along_z, -along_w);
+    return boxed_slopes(z, lower, upper, w, along_z, along_w);
+}
+
+int perp__fischer_at_kink(double z, double lower, double upper, double w)
+{
+    return w == 0.0 && lower < upper && (z == lower || z == upper);
+}

@@ -1,0 +1,34 @@
+/* The Fischer-Burmeister function, safe at the extremes, and its composition for variables with
+ * bounds. */
+#ifndef PERP_LCP_FISCHER_FUNCTION_H
+#define PERP_LCP_FISCHER_FUNCTION_H
+
+/* Partial derivatives; both in [0, 2] for phi, >= 0 for the composition. */
+typedef struct perp__slopes {
+    double z, w;
+} perp__slopes;
+
+/* phi(a, b) = a + b - sqrt(a^2 + b^2): zero exactly where a >= 0, b >= 0, ab = 0, and with the sign
+ * of min(a, b). (Most papers have -phi.) Full relative accuracy unless the result is subnormal;
+ * a or b may be +inf. */
+double perp__fischer(double a, double b);
+
+/* Its derivatives, in the names of a perp__slopes z for a and w for b. At the kink a = b = 0 they
+ * are the limits along the direction (a', b'), which makes them an element of the B-subdifferential
+ * (De Luca, Facchinei & Kanzow 1996, procedure in section 7). */
+perp__slopes perp__fischer_slopes(double a, double b, double along_a, double along_b);
+
+/* Billups (1995) for l <= z <= u: phi(z - l, w), -phi(u - z, -w), phi(z - l, -phi(u - z, -w)) or w,
+ * whichever the finite bounds ask for; 0 where l = u. Zero exactly where mid(z - l, z - u, w) is.
+ */
+double perp__fischer_bounded(double z, double lower, double upper, double w);
+
+/* Its derivatives by z and w; at kinks the limits along (along_z, along_w). Where l = u they are
+ * (1, 0): the row of the Newton system then says that z stays. */
+perp__slopes perp__fischer_bounded_slopes(double z, double lower, double upper, double w,
+                                          double along_z, double along_w);
+
+/* True if (z, w) is at a kink. */
+int perp__fischer_at_kink(double z, double lower, double upper, double w);
+
+#endif
