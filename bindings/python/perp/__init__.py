@@ -1,0 +1,35 @@
+"""perp: complementarity problems, and rigid bodies with contact and Coulomb friction.
+
+lcp, LCP    linear complementarity problems with bounds, once or again and again
+World       rigid bodies with contact, stepped in time
+Error       what every failed call raises; bad arguments are ValueErrors, too
+"""
+
+from ._body import Body, Shape
+from ._errors import Error
+from ._lcp import LCP, LcpResult, lcp
+from ._library import version, version_text
+from ._monitor import Progress
+from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
+from ._version import __version__
+from ._world import World
+
+__all__ = [
+    "LCP",
+    "Body",
+    "Contact",
+    "Energy",
+    "Error",
+    "LcpResult",
+    "Momentum",
+    "Progress",
+    "RunResult",
+    "Shape",
+    "Stats",
+    "StepResult",
+    "World",
+    "__version__",
+    "lcp",
+    "version",
+    "version_text",
+]

@@ -1,0 +1,158 @@
+"""From what the caller has to what the library reads: vectors, dense and sparse matrices."""
+
+from __future__ import annotations
+
+from ctypes import addressof, c_char
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._errors import argument_error
+from ._structures import Matrix
+
+COLUMN_MAJOR, ROW_MAJOR, CSC = 0, 1, 2
+INT32_MAX = 2**31 - 1
+
+_float64 = np.dtype(np.float64)
+_item = _float64.itemsize
+
+
+def address(array: NDArray[Any]) -> int:
+    """Where an array's data are. The short way round, where there is one, costs a quarter of
+    array.ctypes.data."""
+    memory: Any = array
+    try:
+        return addressof(c_char.from_buffer(memory))
+    except (TypeError, ValueError, BufferError):  # read-only, empty, or not C-contiguous
+        return array.ctypes.data
+
+
+def real(value: Any, name: str) -> NDArray[np.float64]:
+    """Returns value as an array of float64, itself if it is one."""
+    if type(value) is np.ndarray and value.dtype is _float64 and value.flags.aligned:
+        return value
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise argument_error(f"{name} has masked entries")
+    array = np.asarray(value)
+    if array.dtype.kind == "c":
+        raise argument_error(f"{name} is complex")
+    try:
+        return np.require(array, dtype=_float64, requirements="A")
+    except (TypeError, ValueError) as error:
+        raise argument_error(f"{name} is not an array of numbers: {error}") from None
+
+
+def vector(value: Any, name: str, n: int) -> NDArray[np.float64]:
+    """Returns value as n contiguous float64, itself where it is that."""
+    array = real(value, name)
+    if array.shape != (n,):
+        raise argument_error(f"{name} has shape {array.shape}, expected ({n},)")
+    return np.ascontiguousarray(array)
+
+
+def bound(value: Any, name: str, n: int) -> NDArray[np.float64] | None:
+    """As vector(); a scalar stands for n of its kind, None for the default."""
+    if value is None:
+        return None
+    array = real(value, name)
+    if array.ndim == 0:
+        return np.full(n, array)
+    return vector(array, name, n)
+
+
+def _check_square(shape: tuple[int, ...]) -> int:
+    if len(shape) != 2 or shape[0] != shape[1]:
+        raise argument_error(f"M has shape {tuple(shape)}, expected (n, n)")
+    if shape[0] > INT32_MAX:
+        raise argument_error(f"M has {shape[0]} rows, more than a 32-bit index can number")
+    return shape[0]
+
+
+def is_sparse(value: Any) -> bool:
+    """Tells SciPy's matrices and arrays, and what behaves like them, without importing SciPy."""
+    return hasattr(value, "tocsc") and hasattr(value, "shape")
+
+
+def view(matrix: Matrix, M: Any) -> tuple[int, int, Any]:
+    """Points `matrix` at the square matrix M.
+
+    Returns the number of rows, the number of stored entries, and what owns the memory, to be kept
+    as long as the view is used.
+    """
+    return _view_sparse(matrix, M) if is_sparse(M) else _view_dense(matrix, M)
+
+
+def _view_dense(matrix: Matrix, M: Any) -> tuple[int, int, Any]:
+    # the shape first: converting a huge view of a few numbers would take all memory
+    n = _check_square(np.shape(M))
+    array = real(M, "M")
+    least = _item * max(n, 1)
+    down, right = array.strides
+    if n <= 1:
+        storage, step = COLUMN_MAJOR, _item
+    elif right == _item and down >= least and down % _item == 0:
+        storage, step = ROW_MAJOR, down
+    elif down == _item and right >= least and right % _item == 0:
+        storage, step = COLUMN_MAJOR, right
+    else:
+        array = np.asfortranarray(array)
+        storage, step = COLUMN_MAJOR, least
+    matrix.storage = storage
+    matrix.rows = matrix.columns = n
+    matrix.leading_dimension = step // _item
+    matrix.values = address(array)
+    matrix.column_starts = matrix.row_indices = None
+    return n, n * n, array
+
+
+def _view_sparse(matrix: Matrix, M: Any) -> tuple[int, int, Any]:
+    n = _check_square(M.shape)
+    if np.dtype(M.dtype).kind == "c":
+        raise argument_error("M is complex")
+    csc = M.tocsc()
+    if not csc.has_canonical_format:
+        csc = csc.copy() if csc is M or np.shares_memory(csc.data, M.data) else csc
+        csc.sum_duplicates()  # sorts, too
+    starts = _indices(csc.indptr, "M.indptr")
+    if len(starts) != n + 1:
+        raise argument_error(f"M.indptr has {len(starts)} entries, expected {n + 1}")
+    entries = int(starts[-1])
+    if min(len(csc.indices), len(csc.data)) < entries:
+        raise argument_error(f"M has fewer than {entries} indices or values")
+    rows = _indices(csc.indices, "M.indices")
+    values = np.ascontiguousarray(real(csc.data, "M"))
+    matrix.storage = CSC
+    matrix.rows = matrix.columns = n
+    matrix.leading_dimension = 0
+    matrix.values = address(values)
+    matrix.column_starts = address(starts)
+    matrix.row_indices = address(rows)
+    return n, entries, (starts, rows, values)
+
+
+def _indices(value: Any, name: str) -> NDArray[np.int32]:
+    """Returns indices as contiguous int32, themselves where they are that."""
+    indices = np.asarray(value)
+    if indices.dtype != np.int32 and indices.size and int(indices.max()) > INT32_MAX:
+        raise argument_error(
+            f"{name} goes up to {int(indices.max())}, more than a 32-bit index can number"
+        )
+    return np.require(indices, dtype=np.int32, requirements=["C", "A"])
+
+
+def floats(value: Any, name: str, n: int) -> list[float]:
+    """Returns n numbers, or says what shape the argument has instead."""
+    array = real(value, name)
+    if array.shape != (n,):
+        raise argument_error(f"{name} has shape {array.shape}, expected ({n},)")
+    numbers: list[float] = array.tolist()
+    return numbers
+
+
+def number(value: Any, name: str) -> float:
+    """Returns a single number."""
+    array = real(value, name)
+    if array.ndim != 0:
+        raise argument_error(f"{name} has shape {array.shape}, expected a number")
+    return float(array)

@@ -1,0 +1,216 @@
+"""Bodies of a world and the shapes on them."""
+
+from __future__ import annotations
+
+from ctypes import byref, c_double, c_uint64
+from typing import TYPE_CHECKING, Any, Optional, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _structures as s
+from ._arrays import floats, number
+from ._library import library
+from ._results import Array
+
+if TYPE_CHECKING:
+    from ._world import World
+
+
+class Shape:
+    """A shape on a body."""
+
+    __slots__ = ("_id", "body")
+
+    def __init__(self, body: Body, id: int) -> None:
+        self.body = body
+        self._id = id
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Shape) and self._id == other._id and self.body == other.body
+
+    def __hash__(self) -> int:
+        return hash((self.body, self._id))
+
+    def __repr__(self) -> str:
+        return f"<perp.Shape {self._id:#x}>"
+
+
+class Body:
+    """A body of a world.
+
+    Arrays read from it are copies: assign to change the body. In a planar world positions,
+    velocities and forces have two components; orientation is an angle, and angular velocity and
+    torque are numbers. Otherwise orientation is a unit quaternion (w, x, y, z), body to world.
+    """
+
+    __slots__ = ("_id", "_world")
+
+    def __init__(self, world: World, id: int) -> None:
+        self._world = world
+        self._id = id
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Body) and self._id == other._id and self._world is other._world
+
+    def __hash__(self) -> int:
+        return hash((id(self._world), self._id))
+
+    def __repr__(self) -> str:
+        kind = self._world._kinds.get(self._id, "removed")
+        return f"<perp.Body {self._id:#x} {kind}>"
+
+    @property
+    def world(self) -> World:
+        return self._world
+
+    @property
+    def kind(self) -> str:
+        """ "dynamic", "static" or "kinematic"."""
+        self._state()  # refuses a body that has been removed
+        return self._world._kinds[self._id]
+
+    # --- what changes in time ---------------------------------------------------------------
+
+    def _state(self) -> s.BodyState:
+        state = s.sized(s.BodyState)
+        self._world._call(library.perp_world_get_body, byref(state), self._id)
+        return state
+
+    def _get_vector(self, field: str) -> Array:
+        return np.array(getattr(self._state(), field)[: self._world._dimension])
+
+    def _get_turn(self, field: str) -> Union[Array, float]:
+        values = getattr(self._state(), field)
+        return float(values[2]) if self._world.planar else np.array(values)
+
+    def _set(self, field: str, value: Any) -> None:
+        with self._world._lock:
+            state = self._state()
+            setattr(state, field, value)
+            self._world._call(library.perp_world_set_body, byref(state), self._id)
+
+    def _set_vector(self, field: str, value: ArrayLike) -> None:
+        self._set(field, self._world._vector(value, field))
+
+    def _set_turn(self, field: str, value: ArrayLike) -> None:
+        self._set(field, self._world._turn(value, field))
+
+    @property
+    def position(self) -> Array:
+        """The mass centre, in the world."""
+        return self._get_vector("position")
+
+    @position.setter
+    def position(self, value: ArrayLike) -> None:
+        self._set_vector("position", value)
+
+    @property
+    def orientation(self) -> Any:
+        """A unit quaternion (w, x, y, z); in a planar world, an angle."""
+        state = self._state()
+        return state.angle if self._world.planar else np.array(state.orientation)
+
+    @orientation.setter
+    def orientation(self, value: ArrayLike) -> None:
+        if self._world.planar:
+            self._set("angle", number(value, "orientation"))
+        else:
+            self._set("orientation", s.Vector4(*floats(value, "orientation", 4)))
+
+    @property
+    def velocity(self) -> Array:
+        """Of the mass centre, in the world."""
+        return self._get_vector("velocity")
+
+    @velocity.setter
+    def velocity(self, value: ArrayLike) -> None:
+        self._set_vector("velocity", value)
+
+    @property
+    def angular_velocity(self) -> Any:
+        """In the world."""
+        return self._get_turn("angular_velocity")
+
+    @angular_velocity.setter
+    def angular_velocity(self, value: ArrayLike) -> None:
+        self._set_turn("angular_velocity", value)
+
+    @property
+    def force(self) -> Array:
+        """Applied at the mass centre, in the world, until it is changed."""
+        return self._get_vector("force")
+
+    @force.setter
+    def force(self, value: ArrayLike) -> None:
+        self._set_vector("force", value)
+
+    @property
+    def torque(self) -> Any:
+        """Applied, in the world, until it is changed."""
+        return self._get_turn("torque")
+
+    @torque.setter
+    def torque(self, value: ArrayLike) -> None:
+        self._set_turn("torque", value)
+
+    # --- shapes -----------------------------------------------------------------------------
+
+    def add_sphere(
+        self,
+        radius: float,
+        *,
+        friction: float = 0.0,
+        restitution: float = 0.0,
+        offset: Optional[ArrayLike] = None,
+        rotation: Optional[ArrayLike] = None,
+    ) -> Shape:
+        """Adds a sphere (planar: a disc). A sphere of radius 0 is a point.
+
+        friction: mu; a pair's is the geometric mean.  restitution: a pair's is the larger.
+        offset: of the centre from the mass centre, in the body.  rotation: shape to body, a unit
+        quaternion, or an angle in a planar world.
+        """
+        settings = self._world._shape_settings(friction, restitution, offset, rotation)
+        return self._add(library.perp_world_add_sphere, number(radius, "radius"), settings)
+
+    def add_box(
+        self,
+        half_extents: ArrayLike,
+        *,
+        friction: float = 0.0,
+        restitution: float = 0.0,
+        offset: Optional[ArrayLike] = None,
+        rotation: Optional[ArrayLike] = None,
+    ) -> Shape:
+        """Adds a box (planar: a rectangle), given half its edges. The rest as for add_sphere()."""
+        settings = self._world._shape_settings(friction, restitution, offset, rotation)
+        extents = self._world._vector(half_extents, "half_extents")
+        return self._add(library.perp_world_add_box, extents, settings)
+
+    def add_plane(
+        self,
+        normal: ArrayLike,
+        offset: float = 0.0,
+        *,
+        friction: float = 0.0,
+        restitution: float = 0.0,
+    ) -> Shape:
+        """Adds a half-space, solid where normal . x <= offset, in the body's frame. Static and
+        kinematic bodies only. The rest as for add_sphere()."""
+        settings = self._world._shape_settings(friction, restitution, None, None)
+        direction = self._world._vector(normal, "normal")
+        distance = c_double(number(offset, "offset"))
+        return self._add(library.perp_world_add_plane, direction, distance, settings)
+
+    def _add(self, function: Any, *arguments: Any) -> Shape:
+        *geometry, settings = arguments
+        shape = c_uint64()
+        self._world._call(function, byref(shape), self._id, *geometry, byref(settings))
+        return Shape(self, shape.value)
+
+    def remove(self) -> None:
+        """Removes the body and its shapes from the world."""
+        with self._world._lock:
+            self._world._call(library.perp_world_remove_body, self._id)
+            del self._world._kinds[self._id]

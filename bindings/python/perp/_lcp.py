@@ -1,0 +1,318 @@
+"""Linear complementarity problems with bounds."""
+
+from __future__ import annotations
+
+import os
+import threading
+from ctypes import byref
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _arrays, _errors
+from ._handle import Context, Handle
+from ._library import CERTIFICATES, GOOD_OUTCOMES, METHODS, OUTCOMES, library
+from ._monitor import Monitor, Watch, needs_watch
+from ._structures import LcpMonitor, LcpSettings, Matrix, SolverPointer, sized
+from ._structures import LcpResult as CResult
+
+_METHOD_CODES = {word: code for code, word in METHODS.items()}
+_PIVOT_RULE_CODES = {"harris": 0, "lexicographic": 1}
+_NO_MONITOR = LcpMonitor()
+
+
+@dataclass(eq=False)
+class LcpResult:
+    """The answer to one problem. See lcp() for what was asked."""
+
+    z: NDArray[np.float64]  # within the bounds; the best iterate, whatever the outcome
+    w: NDArray[np.float64]  # M z + q
+    outcome: str  # "solved", "rounding_limit", "ray", "iteration_limit", ...
+    ok: bool  # solved, or as near as a double can come
+    residual: float  # dimensionless, the one compared with tol
+    natural_residual: float  # max |mid(z - lower, z - upper, w)|, in the caller's units
+    backward_error: float  # row-wise; 2**-52 is one unit
+    iterations: int
+    seconds: float
+    method: str  # the method that gave the answer
+    ray: Optional[NDArray[np.float64]]  # direction of the secondary ray, if one was verified
+    certificate: Optional[str]  # "infeasible" if the ray proves that there is no solution
+
+    def __repr__(self) -> str:
+        return (
+            f"<perp.LcpResult {self.outcome} by {self.method}, n={len(self.z)}, "
+            f"residual={self.residual:.2g}, iterations={self.iterations}>"
+        )
+
+
+def code(word: Any, codes: dict[str, int], name: str) -> int:
+    """Returns the number of a word, or tells which words there are."""
+    try:
+        return codes[word]
+    except (KeyError, TypeError):
+        known = ", ".join(map(repr, codes))
+        raise _errors.argument_error(f"{name} is {word!r}, expected one of {known}") from None
+
+
+def count(value: Optional[int], name: str) -> int:
+    """Returns a limit as the library takes it: 0 for None, which is no limit of the caller's."""
+    if value is None:
+        return 0
+    if not 1 <= value <= _arrays.INT32_MAX:
+        raise _errors.argument_error(f"{name} is {value}, expected None or 1 .. 2147483647")
+    return int(value)
+
+
+def _fill(
+    settings: LcpSettings,
+    method: str,
+    tol: float,
+    max_iterations: Optional[int],
+    time_limit: Optional[float],
+    relaxation: float,
+    pivot_rule: str,
+    scaling: bool,
+    polish: bool,
+) -> None:
+    settings.method = code(method, _METHOD_CODES, "method")
+    settings.max_iterations = count(max_iterations, "max_iterations")
+    settings.tol = tol
+    settings.time_limit = 0.0 if time_limit is None else time_limit
+    settings.relaxation = relaxation
+    settings.pivot_rule = code(pivot_rule, _PIVOT_RULE_CODES, "pivot_rule")
+    settings.scaling = 1 if scaling else 0
+    settings.polish = 1 if polish else 0
+
+
+def _answer(
+    n: int, result: CResult, z: NDArray[Any], w: NDArray[Any], ray: NDArray[Any]
+) -> LcpResult:
+    outcome = result.outcome
+    return LcpResult(
+        z,
+        w,
+        OUTCOMES[outcome],
+        outcome in GOOD_OUTCOMES,
+        result.residual,
+        result.natural_residual,
+        result.backward_error,
+        result.iterations,
+        result.seconds,
+        METHODS[result.method],
+        ray if result.has_ray else None,
+        CERTIFICATES[result.certificate],
+    )
+
+
+class _Call:
+    """A context and the structs of one call of lcp(), kept for the next one."""
+
+    def __init__(self) -> None:
+        self.context = Context()
+        self.settings = sized(LcpSettings)
+        self.matrix = sized(Matrix)
+        self.result = sized(CResult)
+        self.references = byref(self.result), byref(self.settings), byref(self.matrix)
+
+
+class _Pool(threading.local):
+    """The calling thread's idle calls; more than one only where a monitor calls lcp() again."""
+
+    def __init__(self) -> None:
+        self.idle: list[_Call] = []
+
+
+_pool = _Pool()
+
+# after a fork, a child may only destroy what its parent made
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=lambda: _pool.idle.clear())
+
+
+def lcp(
+    M: Any,
+    q: ArrayLike,
+    lower: Optional[ArrayLike] = None,
+    upper: Optional[ArrayLike] = None,
+    *,
+    z0: Optional[ArrayLike] = None,
+    method: str = "auto",
+    tol: float = 1e-10,
+    max_iterations: Optional[int] = None,
+    time_limit: Optional[float] = None,
+    monitor: Optional[Monitor] = None,
+    relaxation: float = 1.0,
+    pivot_rule: str = "harris",
+    scaling: bool = True,
+    polish: bool = True,
+) -> LcpResult:
+    """Finds z in [lower, upper] with w = M z + q such that, for every i, w[i] >= 0 where z[i] is
+    at its lower bound, w[i] <= 0 at its upper bound, and w[i] = 0 between.
+
+    M: (n, n), any array, or a SciPy sparse matrix. Arrays of float64 that are contiguous along
+        one axis, and canonical CSC matrices, are read in place.
+    q: (n,).
+    lower, upper: (n,), or a number for all; None is 0 and +inf. Infinite bounds are allowed.
+    z0: (n,), a start (pgs, fischer) or a guess of the solution that is tried first (lemke).
+    method: "auto", "lemke", "pgs" (needs a positive diagonal) or "fischer".
+    tol: the residual (dimensionless) that counts as solved.
+    max_iterations, time_limit (seconds): None is the method's own limit, and none.
+    monitor: called with an object that has method, iterations and residual as the solve goes on;
+        a true answer stops it (outcome "stopped"), an exception ends the call.
+    relaxation: of pgs, in (0, 2).  pivot_rule: of lemke, "harris" or "lexicographic".
+    scaling: equilibrate M by powers of two.  polish: re-solve the final active set.
+
+    Returns an LcpResult: check its `ok` or its `outcome`. Raises Error where the call itself did
+    not make sense; ValueError catches bad arguments.
+    """
+    idle = _pool.idle
+    call = idle.pop() if idle else _Call()
+    try:
+        _fill(
+            call.settings,
+            method,
+            tol,
+            max_iterations,
+            time_limit,
+            relaxation,
+            pivot_rule,
+            scaling,
+            polish,
+        )
+        n, entries, owner = _arrays.view(call.matrix, M)
+        offset = _arrays.vector(q, "q", n)
+        low = _arrays.bound(lower, "lower", n)
+        high = _arrays.bound(upper, "upper", n)
+        start = None if z0 is None else _arrays.vector(z0, "z0", n)
+        z, w, ray = np.empty(n), np.empty(n), np.empty(n)
+        watch = None
+        if needs_watch(monitor, entries, call.settings.max_iterations):
+            watch = Watch(monitor)
+        call.settings.monitor = _NO_MONITOR if watch is None else watch.function
+        result, settings, matrix = call.references
+        address = _arrays.address
+        status = library.perp_lcp_solve(
+            call.context.pointer,
+            address(z),
+            address(w),
+            address(ray),
+            result,
+            settings,
+            matrix,
+            address(offset),
+            None if low is None else address(low),
+            None if high is None else address(high),
+            None if start is None else address(start),
+        )
+        if watch is not None:
+            watch.raise_caught()
+        if status:
+            call.context.check(status)
+        del owner  # the view of M was used up to here
+        return _answer(n, call.result, z, w, ray)
+    finally:
+        idle.append(call)
+
+
+class LCP(Handle):
+    """A problem to be solved for many q: checks, scaling and workspace are set up once.
+
+        with perp.LCP(M, lower=-1.0, upper=1.0, method="pgs") as problem:
+            result = problem.solve(q)
+            result = problem.solve(another_q, z0=result.z)
+
+    The arguments are those of lcp(). An M that needs no conversion is read in place, here and at
+    every solve: call setup() again after changing its values.
+    """
+
+    _create = library.perp_lcp_solver_create
+    _destroy = library.perp_lcp_solver_destroy
+    _pointer_type = SolverPointer
+
+    def __init__(
+        self,
+        M: Any,
+        lower: Optional[ArrayLike] = None,
+        upper: Optional[ArrayLike] = None,
+        *,
+        method: str = "auto",
+        tol: float = 1e-10,
+        max_iterations: Optional[int] = None,
+        time_limit: Optional[float] = None,
+        monitor: Optional[Monitor] = None,
+        relaxation: float = 1.0,
+        pivot_rule: str = "harris",
+        scaling: bool = True,
+        polish: bool = True,
+    ) -> None:
+        self._settings = sized(LcpSettings)
+        _fill(
+            self._settings,
+            method,
+            tol,
+            max_iterations,
+            time_limit,
+            relaxation,
+            pivot_rule,
+            scaling,
+            polish,
+        )
+        self._monitor = monitor
+        self._watch = Watch(monitor)
+        self._watched = False
+        super().__init__(self._settings)
+        self.setup(M, lower, upper)
+
+    def setup(
+        self,
+        M: Any,
+        lower: Optional[ArrayLike] = None,
+        upper: Optional[ArrayLike] = None,
+    ) -> None:
+        """Replaces the problem, or takes note that values of M have changed. After an exception
+        the solver has the problem it had."""
+        matrix = sized(Matrix)
+        n, entries, owner = _arrays.view(matrix, M)
+        low = _arrays.bound(lower, "lower", n)
+        high = _arrays.bound(upper, "upper", n)
+        with self._lock:
+            self._call(
+                library.perp_lcp_solver_setup,
+                byref(matrix),
+                None if low is None else _arrays.address(low),
+                None if high is None else _arrays.address(high),
+            )
+            self._n, self._entries, self._owner = n, entries, owner
+
+    def solve(self, q: ArrayLike, z0: Optional[ArrayLike] = None) -> LcpResult:
+        """Solves the problem for one q, from z0 if given."""
+        with self._lock:
+            n = self._n
+            offset = _arrays.vector(q, "q", n)
+            start = None if z0 is None else _arrays.vector(z0, "z0", n)
+            z, w, ray = np.empty(n), np.empty(n), np.empty(n)
+            result = sized(CResult)
+            self._set_watch()
+            status = library.perp_lcp_solver_solve(
+                self._alive(),
+                _arrays.address(z),
+                _arrays.address(w),
+                _arrays.address(ray),
+                byref(result),
+                _arrays.address(offset),
+                None if start is None else _arrays.address(start),
+            )
+            self._watch.raise_caught()
+            if status:
+                self._context.check(status)
+            return _answer(n, result, z, w, ray)
+
+    def _set_watch(self) -> None:
+        """Has the library call the watch if this solve, on this thread, needs it."""
+        needed = needs_watch(self._monitor, self._entries, self._settings.max_iterations)
+        if needed != self._watched:
+            self._settings.monitor = self._watch.function if needed else _NO_MONITOR
+            self._call(library.perp_lcp_solver_set, byref(self._settings))
+            self._watched = needed

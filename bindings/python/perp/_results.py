@@ -1,0 +1,101 @@
+"""What a world tells: results of steps, contacts, energy, momentum, statistics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from ._body import Body, Shape
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """How one step went."""
+
+    outcome: str  # the worst of the islands'
+    ok: bool  # solved, or as near as a double can come
+    advanced: bool  # False if the state was left untouched
+    residual: float  # the largest of the islands', dimensionless
+    iterations: int
+    contacts: int
+    islands: int  # islands that needed a solve
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """How a run went."""
+
+    outcome: str  # "solved", or the first outcome that was not ok
+    ok: bool  # every step was
+    steps: int  # taken
+    seconds: float  # of the world's time: steps * dt
+    residual: float  # the largest of the steps'
+    stopped: bool  # by the callback, or because a step did not advance
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """A contact point of the last step. The normal points from body_a to body_b; components are
+    (normal, tangent) in a planar world, (normal, tangent 1, tangent 2) otherwise."""
+
+    body_a: Body
+    body_b: Body
+    shape_a: Shape
+    shape_b: Shape
+    position: Array  # midway between the surfaces, at the start of the step
+    normal: Array
+    tangents: Array  # a row each: (1, 2) in a planar world, (2, 3) otherwise
+    gap: float  # at the start of the step
+    impulse: Array  # on body_b; exactly 0 where separated
+    velocity: Array  # of b relative to a, after the step; exactly 0 where the contact holds
+    friction: float
+    restitution: float
+    mode: str  # "separate", "stick" or "slip"
+
+
+class Energy(NamedTuple):
+    """Of the dynamic bodies; potential energy is zero at the origin."""
+
+    kinetic: float
+    potential: float
+
+    @property
+    def total(self) -> float:
+        return self.kinetic + self.potential
+
+
+class Momentum(NamedTuple):
+    """Of the dynamic bodies; angular momentum is about the origin, a number in planar worlds."""
+
+    linear: Array
+    angular: Union[Array, float]
+
+
+@dataclass(frozen=True)
+class Stats:
+    """Counts of the last step, except steps and seconds, which count since creation."""
+
+    bodies: int
+    shapes: int
+    islands: int
+    contacts: int
+    rows_normal: int
+    rows_friction: int
+    rows_cone: int
+    impacts: int
+    iterations: int
+    steps: int
+    residual: float
+    seconds_collide: float
+    seconds_solve: float
+    seconds_integrate: float
+    seconds_project: float
+
+    def as_dict(self) -> dict[str, Any]:
+        return dict(vars(self))

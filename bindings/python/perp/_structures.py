@@ -1,0 +1,248 @@
+"""The structs of include/perp/*.h, field by field, and the types of its callbacks.
+
+tests/test_layout.py compares every size and offset with what a C compiler says of the headers.
+"""
+
+from __future__ import annotations
+
+from ctypes import (
+    CFUNCTYPE,
+    POINTER,
+    Structure,
+    c_char_p,
+    c_double,
+    c_int32,
+    c_int64,
+    c_size_t,
+    c_uint64,
+    c_void_p,
+    sizeof,
+)
+from typing import TypeVar
+
+Vector3 = c_double * 3
+Vector4 = c_double * 4
+Matrix3 = c_double * 9
+
+
+# Opaque handles: a type each, so that ctypes refuses one where another belongs.
+class ContextHandle(Structure):
+    pass
+
+
+class SolverHandle(Structure):
+    pass
+
+
+class WorldHandle(Structure):
+    pass
+
+
+ContextPointer = POINTER(ContextHandle)
+SolverPointer = POINTER(SolverHandle)
+WorldPointer = POINTER(WorldHandle)
+
+AllocateFunction = CFUNCTYPE(c_void_p, c_size_t, c_void_p)
+ReleaseFunction = CFUNCTYPE(None, c_void_p, c_void_p)
+LogFunction = CFUNCTYPE(None, c_char_p, c_void_p)
+
+
+class ContextSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("allocate", AllocateFunction),
+        ("release", ReleaseFunction),
+        ("allocator_user", c_void_p),
+        ("log", LogFunction),
+        ("log_user", c_void_p),
+    ]
+
+
+class Matrix(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("storage", c_int32),
+        ("rows", c_int32),
+        ("columns", c_int32),
+        ("reserved", c_int32),
+        ("leading_dimension", c_int64),
+        ("values", c_void_p),
+        ("column_starts", c_void_p),
+        ("row_indices", c_void_p),
+    ]
+
+
+class LcpProgress(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("method", c_int32),
+        ("reserved", c_int32),
+        ("iterations", c_int64),
+        ("residual", c_double),
+    ]
+
+
+LcpMonitor = CFUNCTYPE(c_int32, POINTER(LcpProgress), c_void_p)
+
+
+class LcpSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("method", c_int32),
+        ("max_iterations", c_int32),
+        ("tol", c_double),
+        ("time_limit", c_double),
+        ("relaxation", c_double),
+        ("pivot_rule", c_int32),
+        ("scaling", c_int32),
+        ("polish", c_int32),
+        ("reserved", c_int32),
+        ("monitor", LcpMonitor),
+        ("monitor_user", c_void_p),
+    ]
+
+
+class LcpResult(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("outcome", c_int32),
+        ("method", c_int32),
+        ("iterations", c_int64),
+        ("residual", c_double),
+        ("natural_residual", c_double),
+        ("backward_error", c_double),
+        ("seconds", c_double),
+        ("certificate", c_int32),
+        ("has_ray", c_int32),
+    ]
+
+
+class WorldSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("gravity", Vector3),
+        ("planar", c_int32),
+        ("friction_directions", c_int32),
+        ("method", c_int32),
+        ("max_iterations", c_int32),
+        ("tol", c_double),
+        ("time_limit", c_double),
+        ("strict", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+class BodySettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("kind", c_int32),
+        ("reserved", c_int32),
+        ("mass", c_double),
+        ("inertia", Matrix3),
+        ("position", Vector3),
+        ("orientation", Vector4),
+        ("angle", c_double),
+        ("velocity", Vector3),
+        ("angular_velocity", Vector3),
+    ]
+
+
+class BodyState(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("position", Vector3),
+        ("orientation", Vector4),
+        ("angle", c_double),
+        ("velocity", Vector3),
+        ("angular_velocity", Vector3),
+        ("force", Vector3),
+        ("torque", Vector3),
+    ]
+
+
+class ShapeSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("friction", c_double),
+        ("restitution", c_double),
+        ("offset", Vector3),
+        ("rotation", Vector4),
+    ]
+
+
+class Contact(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("body_a", c_uint64),
+        ("body_b", c_uint64),
+        ("shape_a", c_uint64),
+        ("shape_b", c_uint64),
+        ("position", Vector3),
+        ("normal", Vector3),
+        ("tangent_1", Vector3),
+        ("tangent_2", Vector3),
+        ("gap", c_double),
+        ("impulse", Vector3),
+        ("velocity", Vector3),
+        ("friction", c_double),
+        ("restitution", c_double),
+        ("mode", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+class StepResult(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("outcome", c_int32),
+        ("advanced", c_int32),
+        ("iterations", c_int64),
+        ("residual", c_double),
+        ("contacts", c_int32),
+        ("islands", c_int32),
+    ]
+
+
+class WorldStats(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("bodies", c_int32),
+        ("shapes", c_int32),
+        ("islands", c_int32),
+        ("contacts", c_int32),
+        ("rows_normal", c_int32),
+        ("rows_friction", c_int32),
+        ("rows_cone", c_int32),
+        ("impacts", c_int32),
+        ("iterations", c_int64),
+        ("steps", c_int64),
+        ("residual", c_double),
+        ("seconds_collide", c_double),
+        ("seconds_solve", c_double),
+        ("seconds_integrate", c_double),
+        ("seconds_project", c_double),
+    ]
+
+
+# The C name of each struct that crosses the boundary.
+STRUCTS = {
+    "perp_context_settings": ContextSettings,
+    "perp_matrix": Matrix,
+    "perp_lcp_progress": LcpProgress,
+    "perp_lcp_settings": LcpSettings,
+    "perp_lcp_result": LcpResult,
+    "perp_world_settings": WorldSettings,
+    "perp_body_settings": BodySettings,
+    "perp_body_state": BodyState,
+    "perp_shape_settings": ShapeSettings,
+    "perp_contact": Contact,
+    "perp_step_result": StepResult,
+    "perp_world_stats": WorldStats,
+}
+
+S = TypeVar("S", bound=Structure)
+
+
+def sized(struct: type[S]) -> S:
+    """Returns a new struct, zero but for struct_size: what every perp_..._init() expects."""
+    return struct(struct_size=sizeof(struct))

@@ -1,0 +1,291 @@
+"""Rigid bodies with contact and Coulomb friction."""
+
+from __future__ import annotations
+
+import sys
+import time
+from ctypes import byref, c_double, c_size_t, c_uint64, create_string_buffer, sizeof
+from math import cos, sin
+from typing import Any, Callable, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _structures as s
+from ._arrays import floats, number, real
+from ._body import Body, Shape
+from ._errors import argument_error
+from ._handle import Handle
+from ._lcp import _METHOD_CODES, code, count
+from ._library import GOOD_OUTCOMES, MODES, OUTCOMES, defaults, library
+from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
+
+_KIND_CODES = {"dynamic": 0, "static": 1, "kinematic": 2}
+
+
+class World(Handle):
+    """A world of rigid bodies; `ground` is its static body.
+
+    gravity: (3,), default (0, 0, -9.81); in a planar world (2,), default (0, -9.81).
+    planar: bodies move in the x-y plane and turn about z.
+    friction_directions: edges of the polyhedral friction cone, even, 4 .. 64. Planar friction is
+        exact.
+    method, tol, max_iterations, time_limit: of each contact problem, as for lcp().
+    strict: a step that is not solved leaves the state untouched; otherwise, on a limit, it
+        advances with the best iterate.
+    """
+
+    _create = library.perp_world_create
+    _destroy = library.perp_world_destroy
+    _pointer_type = s.WorldPointer
+
+    def __init__(
+        self,
+        gravity: Optional[ArrayLike] = None,
+        planar: bool = False,
+        *,
+        friction_directions: int = 8,
+        method: str = "auto",
+        tol: float = 1e-10,
+        max_iterations: Optional[int] = None,
+        time_limit: Optional[float] = None,
+        strict: bool = False,
+    ) -> None:
+        self._planar = bool(planar)
+        self._dimension = 2 if planar else 3
+        settings = defaults(s.WorldSettings, 1 if planar else 0)
+        if gravity is not None:
+            settings.gravity = self._vector(gravity, "gravity")
+        settings.friction_directions = count(friction_directions, "friction_directions")
+        settings.method = code(method, _METHOD_CODES, "method")
+        settings.tol = tol
+        settings.max_iterations = count(max_iterations, "max_iterations")
+        settings.time_limit = 0.0 if time_limit is None else time_limit
+        settings.strict = 1 if strict else 0
+        super().__init__(settings)
+        self._ground_id: int = library.perp_world_ground(self._pointer)
+        self._kinds = {self._ground_id: "static"}
+
+    @property
+    def planar(self) -> bool:
+        return self._planar
+
+    @property
+    def ground(self) -> Body:
+        """The static body that every world has."""
+        return Body(self, self._ground_id)
+
+    # --- from what the caller has to what the library reads ----------------------------------
+
+    def _vector(self, value: ArrayLike, name: str) -> Any:
+        return s.Vector3(*floats(value, name, self._dimension))
+
+    def _turn(self, value: ArrayLike, name: str) -> Any:
+        if self._planar:
+            return s.Vector3(0.0, 0.0, number(value, name))
+        return s.Vector3(*floats(value, name, 3))
+
+    def _inertia(self, value: ArrayLike) -> Any:
+        """From a number, three principal moments or a matrix; a number in a planar world."""
+        array = real(value, "inertia")
+        if array.ndim == 0 or self._planar:
+            moments = [number(array, "inertia")] * 3
+        elif array.shape == (3, 3):
+            return s.Matrix3(*array.ravel().tolist())
+        elif array.shape == (3,):
+            moments = array.tolist()
+        else:
+            raise argument_error(
+                f"inertia has shape {array.shape}, expected a number, (3,) or (3, 3)"
+            )
+        return s.Matrix3(moments[0], 0.0, 0.0, 0.0, moments[1], 0.0, 0.0, 0.0, moments[2])
+
+    def _shape_settings(
+        self,
+        friction: float,
+        restitution: float,
+        offset: Optional[ArrayLike],
+        rotation: Optional[ArrayLike],
+    ) -> s.ShapeSettings:
+        settings = defaults(s.ShapeSettings)
+        settings.friction = number(friction, "friction")
+        settings.restitution = number(restitution, "restitution")
+        if offset is not None:
+            settings.offset = self._vector(offset, "offset")
+        if rotation is not None and self._planar:
+            half = 0.5 * number(rotation, "rotation")
+            settings.rotation = s.Vector4(cos(half), 0.0, 0.0, sin(half))
+        elif rotation is not None:
+            settings.rotation = s.Vector4(*floats(rotation, "rotation", 4))
+        return settings
+
+    # --- bodies -----------------------------------------------------------------------------
+
+    def add_body(
+        self,
+        mass: float = 1.0,
+        inertia: Optional[ArrayLike] = None,
+        position: Optional[ArrayLike] = None,
+        orientation: Optional[ArrayLike] = None,
+        velocity: Optional[ArrayLike] = None,
+        angular_velocity: Optional[ArrayLike] = None,
+        *,
+        angle: Optional[float] = None,
+        kind: str = "dynamic",
+    ) -> Body:
+        """Adds a body without shapes.
+
+        inertia: about the mass centre in the body frame: a number, three principal moments or a
+            symmetric matrix; default 1.
+        position: the mass centre.  orientation: a unit quaternion (w, x, y, z), body to world; in
+            a planar world an angle, which may also be given as `angle`.
+        velocity: of the mass centre; both velocities in the world frame.
+        kind: "dynamic", "static", or "kinematic" (keeps its velocity, whatever touches it).
+        """
+        settings = defaults(s.BodySettings)
+        settings.kind = code(kind, _KIND_CODES, "kind")
+        settings.mass = number(mass, "mass")
+        if inertia is not None:
+            settings.inertia = self._inertia(inertia)
+        if position is not None:
+            settings.position = self._vector(position, "position")
+        if velocity is not None:
+            settings.velocity = self._vector(velocity, "velocity")
+        if angular_velocity is not None:
+            settings.angular_velocity = self._turn(angular_velocity, "angular_velocity")
+        self._place(settings, orientation, angle)
+        body = c_uint64()
+        with self._lock:
+            self._call(library.perp_world_add_body, byref(body), byref(settings))
+            self._kinds[body.value] = kind
+        return Body(self, body.value)
+
+    def _place(
+        self,
+        settings: s.BodySettings,
+        orientation: Optional[ArrayLike],
+        angle: Optional[float],
+    ) -> None:
+        if angle is not None and not self._planar:
+            raise argument_error("angle is for planar worlds, orientation for this one")
+        if angle is not None and orientation is not None:
+            raise argument_error("angle and orientation are the same thing: give one of them")
+        if self._planar:
+            turn = orientation if angle is None else angle
+            settings.angle = 0.0 if turn is None else number(turn, "orientation")
+        elif orientation is not None:
+            settings.orientation = s.Vector4(*floats(orientation, "orientation", 4))
+
+    # --- time -------------------------------------------------------------------------------
+
+    def step(self, dt: float) -> StepResult:
+        """Advances by dt. Where no step exists (outcome "ray") the state is left untouched."""
+        result = s.sized(s.StepResult)
+        self._call(library.perp_world_step, byref(result), dt)
+        return StepResult(
+            OUTCOMES[result.outcome],
+            result.outcome in GOOD_OUTCOMES,
+            bool(result.advanced),
+            result.residual,
+            result.iterations,
+            result.contacts,
+            result.islands,
+        )
+
+    def run(
+        self,
+        seconds: float,
+        dt: float,
+        callback: Optional[Callable[[World], Any]] = None,
+        progress: bool = False,
+    ) -> RunResult:
+        """Takes round(seconds / dt) steps of dt.
+
+        callback: called with the world after each step; a true answer ends the run.
+        progress: tell stderr how far the run is, about once a second.
+
+        A step that leaves the state untouched ends the run: the next would do the same.
+        """
+        if not (dt > 0 and 0 <= seconds < float("inf")):
+            raise argument_error(f"seconds is {seconds} and dt is {dt}, expected >= 0 and > 0")
+        steps = round(seconds / dt)
+        outcome, ok, residual, done, stopped = "solved", True, 0.0, 0, False
+        told = time.monotonic()
+        while done < steps and not stopped:
+            result = self.step(dt)
+            residual = max(residual, result.residual)
+            if ok and not result.ok:
+                outcome, ok = result.outcome, False
+            done += result.advanced
+            stopped = not result.advanced or (callback is not None and bool(callback(self)))
+            now = time.monotonic()
+            if progress and (now - told >= 1.0 or done == steps or stopped):
+                told = now
+                print(f"perp: step {done} of {steps}, t = {done * dt:g}", file=sys.stderr)
+        return RunResult(outcome, ok, done, done * dt, residual, stopped)
+
+    # --- what happened ----------------------------------------------------------------------
+
+    @property
+    def contacts(self) -> list[Contact]:
+        """The contact points of the last step, those that separate included."""
+        with self._lock:
+            found = (s.Contact * library.perp_world_contact_count(self._alive()))()
+            for index, contact in enumerate(found):
+                contact.struct_size = sizeof(contact)
+                self._call(library.perp_world_get_contact, byref(contact), index)
+        return [self._contact(contact) for contact in found]
+
+    def _contact(self, contact: s.Contact) -> Contact:
+        d = self._dimension
+        body_a, body_b = Body(self, contact.body_a), Body(self, contact.body_b)
+        tangents = [contact.tangent_1[:d], contact.tangent_2[:d]]
+        return Contact(
+            body_a,
+            body_b,
+            Shape(body_a, contact.shape_a),
+            Shape(body_b, contact.shape_b),
+            np.array(contact.position[:d]),
+            np.array(contact.normal[:d]),
+            np.array(tangents[: d - 1]),
+            contact.gap,
+            np.array(contact.impulse[:d]),
+            np.array(contact.velocity[:d]),
+            contact.friction,
+            contact.restitution,
+            MODES[contact.mode],
+        )
+
+    def energy(self) -> Energy:
+        """Returns the kinetic and the potential energy of the dynamic bodies, and their total."""
+        kinetic, potential = c_double(), c_double()
+        self._call(library.perp_world_energy, byref(kinetic), byref(potential))
+        return Energy(kinetic.value, potential.value)
+
+    def momentum(self) -> Momentum:
+        """Returns the linear momentum and the angular momentum about the origin."""
+        linear, angular = s.Vector3(), s.Vector3()
+        self._call(library.perp_world_momentum, linear, angular)
+        turn = float(angular[2]) if self._planar else np.array(angular)
+        return Momentum(np.array(linear[: self._dimension]), turn)
+
+    def stats(self) -> Stats:
+        """Returns what the last step counted, and the time spent since creation."""
+        stats = s.sized(s.WorldStats)
+        self._call(library.perp_world_get_stats, byref(stats))
+        return Stats(*(getattr(stats, name) for name in Stats.__dataclass_fields__))
+
+    def snapshot(self) -> bytes:
+        """Returns the state of all bodies, for restore()."""
+        with self._lock:
+            size = c_size_t()
+            self._call(library.perp_world_snapshot_size, byref(size))
+            blob = create_string_buffer(size.value)
+            self._call(library.perp_world_snapshot_save, blob, size.value)
+        return blob.raw
+
+    def restore(self, snapshot: Any) -> None:
+        """Puts all bodies back where snapshot() found them; the world goes on with the same bits.
+        Valid for this world, as long as no body is added or removed."""
+        blob = bytes(snapshot)
+        self._call(library.perp_world_snapshot_restore, blob, len(blob))

@@ -1,0 +1,78 @@
+"""Builds libperp with the repository's Makefile and carries it in the package.
+
+PERP_USE_SYSTEM_LIBRARY=1 leaves it out; the package then loads the system's.
+"""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+from setuptools import Distribution, setup
+from setuptools.command.bdist_wheel import bdist_wheel
+from setuptools.command.build_py import build_py
+
+ROOT = Path(__file__).resolve().parents[2]
+USE_SYSTEM_LIBRARY = os.environ.get("PERP_USE_SYSTEM_LIBRARY") == "1"
+
+
+def build_library() -> Path:
+    """Runs make and returns the shared library it built."""
+    if not (ROOT / "Makefile").is_file() or not (ROOT / "include/perp/perp.h").is_file():
+        raise SystemExit(
+            f"The C sources of perp are not in {ROOT}. Install from a checkout of the repository "
+            "(pip install ./bindings/python), with a pip that builds in place (21.3 or later); "
+            "or install libperp and set PERP_USE_SYSTEM_LIBRARY=1."
+        )
+    # the Makefile chooses the directory by its switches: ask it in the same run
+    tell = "perp-python-tell: shared; @echo $(abspath $(SHARED_FILE))"
+    command = ["make", "--no-print-directory", "-C", str(ROOT), f"--eval={tell}"]
+    jobs = [] if "MAKEFLAGS" in os.environ else [f"-j{os.cpu_count() or 1}"]
+    run = subprocess.run(
+        [*command, *jobs, "perp-python-tell"], stdout=subprocess.PIPE, text=True, check=False
+    )
+    print(run.stdout, end="", flush=True)
+    if run.returncode:
+        raise SystemExit(f"make failed in {ROOT}; what it printed is above")
+    return Path(run.stdout.split("\n")[-2])
+
+
+class BuildWithLibrary(build_py):
+    """As build_py, and the shared library beside the modules, under its soname."""
+
+    def _place(self) -> Path:
+        source = Path(__file__).resolve().parent
+        return (source if self.editable_mode else Path(self.build_lib)) / "perp"
+
+    def run(self) -> None:
+        super().run()
+        if USE_SYSTEM_LIBRARY:
+            return
+        library = build_library()
+        major = library.name.split(".so.")[1].split(".")[0]
+        target = self._place() / f"libperp.so.{major}"
+        self.mkpath(str(target.parent))
+        shutil.copyfile(library, target)
+
+    def get_outputs(self, include_bytecode: bool = True) -> list:
+        built = [str(path) for path in self._place().glob("libperp.so*")]
+        return super().get_outputs(include_bytecode) + built
+
+
+class BinaryDistribution(Distribution):
+    def has_ext_modules(self) -> bool:
+        return not USE_SYSTEM_LIBRARY
+
+
+class AnyPython(bdist_wheel):
+    """The library does not know of Python: one wheel a platform serves every version."""
+
+    def get_tag(self) -> tuple:
+        tag = super().get_tag()
+        return tag if USE_SYSTEM_LIBRARY else ("py3", "none", tag[2])
+
+
+setup(
+    distclass=BinaryDistribution,
+    cmdclass={"build_py": BuildWithLibrary, "bdist_wheel": AnyPython},
+)
