@@ -61,8 +61,8 @@ SONAME := libperp.so.$(ABI_VERSION)
 ## What the goals need from the machine
 
 NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers
-TEST_GOALS := test test-c tests check check-consumer valgrind run bench $(B)/tests/%
-PYTHON_GOALS := test test-python check run bench python $(B)/venv/%
+TEST_GOALS := test test-c tests check check-consumer valgrind run $(B)/tests/%
+PYTHON_GOALS := test test-python check run python $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
 
 needs := library \
@@ -273,10 +273,10 @@ AGAIN = $(MAKE) --no-print-directory DEPENDENCIES='$(DEPENDENCIES)'
 run: library examples $(VENV)/ready
 	@$(ENVIRONMENT) OUTPUT='$(B)/run' scripts/run-main
 
-#: make bench             speed against accuracy; tables in build/bench
+#: make bench             speed against accuracy; tables in bench/results
 .PHONY: bench
-bench: library benches $(VENV)/ready
-	@$(ENVIRONMENT) OUTPUT='$(B)/bench' scripts/run-bench
+bench: benches
+	@$(ENVIRONMENT) bench/run $(B)
 
 ## Testing
 
