@@ -38,7 +38,7 @@ void perp__box_pair_emit(const perp__box_pair *pair, const double *position, con
  * margin. `normal`, in the reference's frame, stands in where the distance is lost in rounding.
  * Returns how many points it wrote. */
 int32_t perp__box_pair_closest(const perp__box_pair *pair, int32_t planar, double margin,
-                               const double *normal, perp__point *points);
+                               const double *normal, int32_t feature, perp__point *points);
 
 /* The side `sign` of axis `axis` of the pair's reference box. */
 typedef struct perp__box_face {

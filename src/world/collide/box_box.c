@@ -17,7 +17,8 @@
  * edges. A box that rests on others tilts by less; its support then is a polygon still. */
 #define FLAT 1e-3
 
-/* Features: those of face contacts come first. */
+/* Features: those of face contacts on either reference, those of a pair of edges, and one for the
+ * closest points, which come alone. */
 enum {
     FEATURES_A_FACE = 36 * 64,
     FEATURE_EDGES = 2 * FEATURES_A_FACE,
@@ -167,12 +168,14 @@ static int32_t edge_point(const perp__box_pair *pair, const edge_axis *axis, dou
     perp__segment_of_box(&first, pair->half, identity, origin, 0, number_first);
     perp__segment_of_box(&second, pair->incident_half, pair->axes, pair->centre, 0, number_second);
     perp__segment_closest(&first, &second, on_first, on_second);
-    perp__vector_subtract(between, on_second, on_first);
-    double distance = perp__vector_normalise(between);
     double gap = axis->separation;
     if (!(gap <= margin))
         return 0;
-    if (gap > 0.0 && distance > gap + PERP__BOX_BIAS * pair->size)
+
+    /* between the points lies the gap, along the axis, unless an edge ended before */
+    perp__vector_subtract(between, on_second, on_first);
+    perp__vector_add(between, between, -gap, axis->normal);
+    if (gap > 0.0 && perp__vector_largest(between) > PERP__BOX_ON_FACE * pair->size)
         return 0;
     for (int k = 0; k < 3; k++)
         position[k] = 0.5 * (on_first[k] + on_second[k]);
@@ -221,10 +224,7 @@ static int32_t collide_views(const views *both, double margin, perp__point *poin
      * closest to an edge. Boxes that overlap do meet on their axis, and get here by no more than
      * BIAS. */
     face_normal(both, &face, normal);
-    count = perp__box_pair_closest(pair, 0, margin, normal, points);
-    if (count > 0)
-        points->feature += FEATURE_CLOSEST;
-    return count;
+    return perp__box_pair_closest(pair, 0, margin, normal, FEATURE_CLOSEST, points);
 }
 
 int32_t perp__collide_box_box(const perp__placed *a, const perp__placed *b, double margin,

@@ -42,15 +42,14 @@ void perp__box_pair_emit(const perp__box_pair *pair, const double *position, con
 }
 
 int32_t perp__box_pair_closest(const perp__box_pair *pair, int32_t planar, double margin,
-                               const double *normal, perp__point *points)
+                               const double *normal, int32_t feature, perp__point *points)
 {
     static const double identity[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
     static const double origin[3] = {0.0, 0.0, 0.0};
     perp__box_edges reference = {pair->half, identity, origin};
     perp__box_edges incident = {pair->incident_half, pair->axes, pair->centre};
     double on_reference[3], on_incident[3], direction[3], position[3];
-    int32_t numbers[2] = {0, 0};
-    perp__segment_closest_edges(&reference, &incident, planar, on_reference, on_incident, numbers);
+    perp__segment_closest_edges(&reference, &incident, planar, on_reference, on_incident);
 
     perp__vector_subtract(direction, on_incident, on_reference);
     double gap = perp__vector_normalise(direction);
@@ -61,6 +60,6 @@ int32_t perp__box_pair_closest(const perp__box_pair *pair, int32_t planar, doubl
     if (gap <= PERP__BOX_ON_FACE * pair->size)
         for (int k = 0; k < 3; k++)
             direction[k] = normal[k];
-    perp__box_pair_emit(pair, position, direction, gap, 12 * numbers[0] + numbers[1], points);
+    perp__box_pair_emit(pair, position, direction, gap, feature, points);
     return 1;
 }

@@ -6,7 +6,8 @@
 #include "world/collide/box.h"
 #include "world/collide/vector.h"
 
-/* Features: side and incident side of either reference, and which end; then pairs of sides. */
+/* Features: side and incident side of either reference, and which end; and one for the closest
+ * points, which come alone. */
 enum { FEATURES_A_REFERENCE = 4 * 4 * 4, FEATURE_CLOSEST = 2 * FEATURES_A_REFERENCE };
 
 /* (|c_i| - h_i) - sum_j |axes_ij| h_j, the larger of the reference's two axes. */
@@ -115,12 +116,12 @@ static int32_t collide_sorted(const perp__placed *first, const perp__placed *sec
         /* corner against corner */
         double normal[3] = {0.0, 0.0, 0.0};
         normal[face[reference].axis] = face[reference].sign;
-        count = perp__box_pair_closest(&from[reference], 1, margin, normal, points);
-        if (count > 0)
-            points->feature += FEATURE_CLOSEST;
+        count =
+            perp__box_pair_closest(&from[reference], 1, margin, normal, FEATURE_CLOSEST, points);
     }
     for (int32_t q = 0; reference == 1 && q < count; q++) {
-        points[q].feature += FEATURES_A_REFERENCE;
+        if (points[q].feature < FEATURE_CLOSEST)
+            points[q].feature += FEATURES_A_REFERENCE;
         for (int k = 0; k < 3; k++)
             points[q].normal[k] = -points[q].normal[k];
     }

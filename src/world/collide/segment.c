@@ -72,7 +72,7 @@ void perp__segment_of_box(perp__segment *edge, const double *half, const double 
 }
 
 void perp__segment_closest_edges(const perp__box_edges *a, const perp__box_edges *b, int32_t planar,
-                                 double *on_a, double *on_b, int32_t *numbers)
+                                 double *on_a, double *on_b)
 {
     int32_t edges = planar ? 4 : 12;
     double least = INFINITY;
@@ -94,8 +94,6 @@ void perp__segment_closest_edges(const perp__box_edges *a, const perp__box_edges
             if (!(distance < least))
                 continue;
             least = distance;
-            numbers[0] = i;
-            numbers[1] = j;
             for (int k = 0; k < 3; k++) {
                 on_a[k] = here_a[k];
                 on_b[k] = here_b[k];

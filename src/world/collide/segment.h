@@ -30,9 +30,9 @@ typedef struct perp__box_edges {
     const double *centre;
 } perp__box_edges;
 
-/* The closest points of two boxes' edges, and the numbers of the two. They are the closest points
- * of the boxes unless a corner is closest to a face. */
+/* The closest points of two boxes' edges. They are the closest points of the boxes unless a corner
+ * is closest to a face. */
 void perp__segment_closest_edges(const perp__box_edges *a, const perp__box_edges *b, int32_t planar,
-                                 double *on_a, double *on_b, int32_t *numbers);
+                                 double *on_a, double *on_b);
 
 #endif
