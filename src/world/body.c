@@ -1,0 +1,324 @@
+/* Bodies: adding, removing, reading and replacing what changes in time. */
+#include "world/world.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "base/context.h"
+#include "world/spatial.h"
+
+#define UNIT_TOLERANCE 1e-6
+
+perp_status perp_body_settings_init(perp_body_settings *settings, size_t size)
+{
+    perp_status status =
+        perp__struct_init(settings, size, PERP__SIZE_THROUGH(perp_body_settings, angular_velocity));
+
+    if (status == PERP_OK) {
+        settings->kind = PERP_BODY_DYNAMIC;
+        settings->mass = 1.0;
+        settings->inertia[0] = settings->inertia[4] = settings->inertia[8] = 1.0;
+        settings->orientation[0] = 1.0;
+    }
+    return status;
+}
+
+perp_status perp_body_state_init(perp_body_state *state, size_t size)
+{
+    perp_status status =
+        perp__struct_init(state, size, PERP__SIZE_THROUGH(perp_body_state, torque));
+
+    if (status == PERP_OK)
+        state->orientation[0] = 1.0;
+    return status;
+}
+
+perp_status perp__check_quaternion(perp_context *context, const char *name, double *q)
+{
+    double norm;
+    perp_status status = perp__check_finite(context, name, q, 4);
+
+    if (status != PERP_OK)
+        return status;
+    norm = perp__quaternion_norm(q);
+    if (!(fabs(norm - 1.0) <= UNIT_TOLERANCE))
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s has norm %.9g, 1 expected to %g", name,
+                          norm, UNIT_TOLERANCE);
+    if (fabs(norm - 1.0) > 2.0 * PERP__EPSILON)
+        perp__quaternion_normalise(q);
+    return PERP_OK;
+}
+
+perp_status perp__check_planar_vector(const perp_world *world, const char *name, const double *x)
+{
+    if (world->settings.planar && x[2] != 0.0)
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                          "%s[2] is %g: a planar world has no z, 0 expected", name, x[2]);
+    return PERP_OK;
+}
+
+static perp_status check_vector(const perp_world *world, const char *name, const double *x)
+{
+    perp_status status = perp__check_finite(world->context, name, x, 3);
+
+    return status == PERP_OK ? perp__check_planar_vector(world, name, x) : status;
+}
+
+/* Angular velocity or torque: planar worlds have the z component only. */
+static perp_status check_turning(const perp_world *world, const char *name, const double *x)
+{
+    perp_status status = perp__check_finite(world->context, name, x, 3);
+
+    if (status == PERP_OK && world->settings.planar && (x[0] != 0.0 || x[1] != 0.0))
+        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                            "%s[%d] is %g: a planar world turns about z only, 0 expected", name,
+                            x[0] != 0.0 ? 0 : 1, x[0] != 0.0 ? x[0] : x[1]);
+    return status;
+}
+
+/* Checks position and velocity, and in three dimensions normalises the orientation; a planar
+ * world's comes from the angle. */
+static perp_status check_state(const perp_world *world, perp__state *state, const char *position,
+                               const char *velocity, const char *angular_velocity)
+{
+    perp_status status = check_vector(world, position, state->position);
+
+    if (status == PERP_OK)
+        status = check_vector(world, velocity, state->velocity);
+    if (status == PERP_OK)
+        status = check_turning(world, angular_velocity, state->angular_velocity);
+    if (status != PERP_OK)
+        return status;
+    if (world->settings.planar) {
+        status = perp__check_finite(world->context, "angle", &state->angle, 1);
+        state->orientation[0] = cos(0.5 * state->angle);
+        state->orientation[1] = state->orientation[2] = 0.0;
+        state->orientation[3] = sin(0.5 * state->angle);
+    } else {
+        status = perp__check_quaternion(world->context, "orientation", state->orientation);
+        state->angle = 0.0;
+    }
+    return status;
+}
+
+/* Room for one more body; on failure the old arrays are in place. */
+static perp_status reserve_body(perp_world *world)
+{
+    size_t used = (size_t)world->body_slots;
+    int32_t capacity;
+    perp__body *bodies;
+    perp__state *states;
+
+    if (world->free_body >= 0 || world->body_slots < world->body_capacity)
+        return PERP_OK;
+    if (world->body_capacity > INT32_MAX / 4)
+        return perp__fail_memory(world->context, "another body");
+    capacity = world->body_capacity > 0 ? 2 * world->body_capacity : 8;
+    bodies = perp__grown(world->context, world->bodies, used * sizeof *bodies,
+                         (size_t)capacity * sizeof *bodies);
+    if (!bodies)
+        return perp__fail_memory(world->context, "another body");
+    world->bodies = bodies;
+    states = perp__grown(world->context, world->states, used * sizeof *states,
+                         (size_t)capacity * sizeof *states);
+    if (!states)
+        return perp__fail_memory(world->context, "another body");
+    world->states = states;
+    world->body_capacity = capacity;
+    return PERP_OK;
+}
+
+/* Takes a free slot, or the next one; room is there. */
+static int32_t take_slot(perp_world *world, const perp__body *body, const perp__state *state)
+{
+    int32_t slot = world->free_body;
+    uint32_t generation = 1;
+
+    if (slot >= 0) {
+        world->free_body = world->bodies[slot].next_free;
+        generation = world->bodies[slot].generation;
+    } else {
+        slot = world->body_slots++;
+    }
+    world->bodies[slot] = *body;
+    world->bodies[slot].generation = generation;
+    world->bodies[slot].alive = 1;
+    world->states[slot] = *state;
+    world->edition++;
+    world->stats.bodies++;
+    return slot;
+}
+
+perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_settings *settings)
+{
+    perp__body body;
+    perp__state state;
+    int32_t slot;
+    perp_status status;
+
+    memset(&body, 0, sizeof body);
+    memset(&state, 0, sizeof state);
+    if (settings->kind < PERP_BODY_DYNAMIC || settings->kind > PERP_BODY_KINEMATIC)
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                          "settings.kind is %d, a PERP_BODY_... expected", (int)settings->kind);
+    body.kind = settings->kind;
+    perp__copy3(state.position, settings->position);
+    memcpy(state.orientation, settings->orientation, sizeof state.orientation);
+    state.angle = settings->angle;
+    perp__copy3(state.velocity, settings->velocity);
+    perp__copy3(state.angular_velocity, settings->angular_velocity);
+    status = check_state(world, &state, "settings.position", "settings.velocity",
+                         "settings.angular_velocity");
+    if (status == PERP_OK && body.kind == PERP_BODY_STATIC &&
+        !(perp__is_zero3(state.velocity) && perp__is_zero3(state.angular_velocity)))
+        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                            "settings.velocity and angular_velocity of a static body must be 0");
+    if (status == PERP_OK && body.kind == PERP_BODY_DYNAMIC)
+        status = perp__body_mass(world, &body, settings->mass, settings->inertia);
+    if (status == PERP_OK)
+        status = reserve_body(world);
+    if (status != PERP_OK)
+        return status;
+    slot = take_slot(world, &body, &state);
+    *id = perp__id(slot, world->bodies[slot].generation);
+    return PERP_OK;
+}
+
+static perp_status add_body(perp_world *world, perp_body *body, const perp_body_settings *caller)
+{
+    perp_body_settings settings;
+    perp_status status = perp__check_pointer(world->context, "body", body);
+
+    if (status == PERP_OK)
+        status = perp_body_settings_init(&settings, sizeof settings);
+    if (status == PERP_OK)
+        status = perp__struct_read(world->context, "settings", &settings, sizeof settings, caller,
+                                   PERP__SIZE_THROUGH(perp_body_settings, angular_velocity));
+    if (status == PERP_OK)
+        status = perp__add_body(world, body, &settings);
+    return status;
+}
+
+perp_status perp_world_add_body(perp_world *world, perp_body *body,
+                                const perp_body_settings *settings)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, add_body(world, body, settings));
+}
+
+static perp_status remove_body(perp_world *world, perp_body id)
+{
+    int32_t slot;
+    perp_status status = perp__find_body(world, &slot, id);
+
+    if (status != PERP_OK)
+        return status;
+    if (slot == 0)
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                          "body is the ground, which can't be removed");
+    perp__remove_shapes(world, slot);
+    world->bodies[slot].alive = 0;
+    world->bodies[slot].generation++;
+    world->bodies[slot].next_free = world->free_body;
+    world->free_body = slot;
+    world->edition++;
+    world->stats.bodies--;
+    return PERP_OK;
+}
+
+perp_status perp_world_remove_body(perp_world *world, perp_body body)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, remove_body(world, body));
+}
+
+static perp_status get_body(const perp_world *world, perp_body_state *state, perp_body id)
+{
+    perp_body_state own;
+    const perp__state *from;
+    int32_t slot;
+    perp_status status = perp__struct_check(world->context, "state", state, sizeof own,
+                                            PERP__SIZE_THROUGH(perp_body_state, torque));
+
+    if (status == PERP_OK)
+        status = perp__find_body(world, &slot, id);
+    if (status == PERP_OK)
+        status = perp_body_state_init(&own, sizeof own);
+    if (status != PERP_OK)
+        return status;
+    from = &world->states[slot];
+    perp__copy3(own.position, from->position);
+    memcpy(own.orientation, from->orientation, sizeof own.orientation);
+    own.angle = from->angle;
+    perp__copy3(own.velocity, from->velocity);
+    perp__copy3(own.angular_velocity, from->angular_velocity);
+    perp__copy3(own.force, from->force);
+    perp__copy3(own.torque, from->torque);
+    perp__struct_write(state, &own, sizeof own);
+    return PERP_OK;
+}
+
+perp_status perp_world_get_body(const perp_world *world, perp_body_state *state, perp_body body)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, get_body(world, state, body));
+}
+
+static perp_status set_body(perp_world *world, const perp_body_state *caller, perp_body id)
+{
+    perp_body_state own;
+    perp__state state;
+    int32_t slot;
+    perp_status status = perp__check_pointer(world->context, "state", caller);
+
+    if (status == PERP_OK)
+        status = perp__find_body(world, &slot, id);
+    if (status == PERP_OK)
+        status = perp_body_state_init(&own, sizeof own);
+    if (status == PERP_OK)
+        status = perp__struct_read(world->context, "state", &own, sizeof own, caller,
+                                   PERP__SIZE_THROUGH(perp_body_state, torque));
+    if (status != PERP_OK)
+        return status;
+    memset(&state, 0, sizeof state);
+    perp__copy3(state.position, own.position);
+    memcpy(state.orientation, own.orientation, sizeof state.orientation);
+    state.angle = own.angle;
+    perp__copy3(state.velocity, own.velocity);
+    perp__copy3(state.angular_velocity, own.angular_velocity);
+    perp__copy3(state.force, own.force);
+    perp__copy3(state.torque, own.torque);
+    status =
+        check_state(world, &state, "state.position", "state.velocity", "state.angular_velocity");
+    if (status == PERP_OK)
+        status = check_vector(world, "state.force", state.force);
+    if (status == PERP_OK)
+        status = check_turning(world, "state.torque", state.torque);
+    if (status == PERP_OK && world->bodies[slot].kind == PERP_BODY_STATIC &&
+        !(perp__is_zero3(state.velocity) && perp__is_zero3(state.angular_velocity) &&
+          perp__is_zero3(state.force) && perp__is_zero3(state.torque)))
+        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                            "body is static: velocities, force and torque must be 0");
+    if (status == PERP_OK)
+        world->states[slot] = state;
+    return status;
+}
+
+perp_status perp_world_set_body(perp_world *world, const perp_body_state *state, perp_body body)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, set_body(world, state, body));
+}

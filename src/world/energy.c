@@ -1,0 +1,79 @@
+/* Energy and momentum of the dynamic bodies. */
+#include "world/world.h"
+
+#include <string.h>
+
+#include "base/context.h"
+#include "world/spatial.h"
+
+/* I w in the world frame. */
+static void spin_of(const perp_world *world, int32_t i, double *spin)
+{
+    const perp__state *state = &world->states[i];
+    double R[9], w[3], Iw[3];
+
+    perp__rotation_of(world, state, R);
+    perp__apply_transposed3(w, R, state->angular_velocity);
+    perp__apply3(Iw, world->bodies[i].inertia, w);
+    perp__apply3(spin, R, Iw);
+}
+
+static int32_t counts(const perp_world *world, int32_t i)
+{
+    return world->bodies[i].alive && world->bodies[i].kind == PERP_BODY_DYNAMIC;
+}
+
+perp_status perp_world_energy(const perp_world *world, double *kinetic, double *potential)
+{
+    double moving = 0.0, height = 0.0;
+    int32_t i;
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    for (i = 0; i < world->body_slots; i++) {
+        const perp__state *state = &world->states[i];
+        double mass = world->bodies[i].mass;
+        double spin[3];
+
+        if (!counts(world, i))
+            continue;
+        spin_of(world, i, spin);
+        moving += 0.5 * (mass * perp__dot3(state->velocity, state->velocity) +
+                         perp__dot3(spin, state->angular_velocity));
+        height -= mass * perp__dot3(world->settings.gravity, state->position);
+    }
+    if (kinetic)
+        *kinetic = moving;
+    if (potential)
+        *potential = height;
+    return perp__leave(world->context, PERP_OK);
+}
+
+perp_status perp_world_momentum(const perp_world *world, double *linear, double *angular)
+{
+    double p[3] = {0.0, 0.0, 0.0}, L[3] = {0.0, 0.0, 0.0};
+    int32_t i;
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    for (i = 0; i < world->body_slots; i++) {
+        const perp__state *state = &world->states[i];
+        double mass = world->bodies[i].mass;
+        double spin[3], orbit[3];
+
+        if (!counts(world, i))
+            continue;
+        spin_of(world, i, spin);
+        perp__cross(orbit, state->position, state->velocity);
+        perp__add3(p, mass, state->velocity);
+        perp__add3(L, mass, orbit);
+        perp__add3(L, 1.0, spin);
+    }
+    if (linear)
+        perp__copy3(linear, p);
+    if (angular)
+        perp__copy3(angular, L);
+    return perp__leave(world->context, PERP_OK);
+}

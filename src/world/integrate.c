@@ -1,0 +1,141 @@
+/* The next positions.
+ *
+ * What contacts touch moves with the velocity that meets them, x+ = x + h v, by the exponential map
+ * of h w. What nothing touches moves with the mean velocity, x+ = x + h (v + v_f)/2, exact for a
+ * constant force; it turns by the exponential map of h (w + w+)/2 in the body frame, w+ by the
+ * implicit midpoint rule for Euler's equations, and is then aligned so that the angular momentum in
+ * space is what it was, plus the torque's. */
+#include "world/world.h"
+
+#include <string.h>
+
+#include "world/spatial.h"
+
+/* q+ = exp(turn) q, turn in the world frame; 0 leaves every bit. */
+void perp__turn(const perp_world *world, perp__state *state, const double *turn)
+{
+    double rotation[4], turned[4];
+
+    if (perp__is_zero3(turn))
+        return;
+    if (world->settings.planar) {
+        state->angle += turn[2];
+        state->orientation[0] = cos(0.5 * state->angle);
+        state->orientation[3] = sin(0.5 * state->angle);
+        return;
+    }
+    perp__quaternion_exponential(rotation, turn);
+    perp__quaternion_product(turned, rotation, state->orientation);
+    perp__quaternion_normalise(turned);
+    memcpy(state->orientation, turned, sizeof turned);
+}
+
+static void scaled_turn(const perp_world *world, perp__state *state, double h, const double *w)
+{
+    const double turn[3] = {h * w[0], h * w[1], h * w[2]};
+
+    perp__turn(world, state, turn);
+}
+
+/* The smallest rotation that brings `from` into the direction of `to`. */
+static void align(const perp_world *world, perp__state *state, const double *from, const double *to)
+{
+    double product = perp__length3(from) * perp__length3(to);
+    double rotation[4], turned[4];
+
+    rotation[0] = product + perp__dot3(from, to);
+    perp__cross(rotation + 1, from, to);
+    if (world->settings.planar || !(rotation[0] > 0.5 * product))
+        return; /* no direction to keep, or far off: steps of many radians */
+    perp__quaternion_normalise(rotation);
+    perp__quaternion_product(turned, rotation, state->orientation);
+    perp__quaternion_normalise(turned);
+    memcpy(state->orientation, turned, sizeof turned);
+}
+
+/* Angular momentum R I w in the world frame. */
+static void momentum_of(const perp_world *world, const perp__body *body, const perp__state *state,
+                        const double *w, double *momentum)
+{
+    double R[9], Iw[3];
+
+    perp__rotation_of(world, state, R);
+    perp__apply3(Iw, body->inertia, w);
+    perp__apply3(momentum, R, Iw);
+}
+
+/* Free rotation of a body whose inertia is not a multiple of the identity. The torque is that of
+ * the world frame, seen from the body half-way through the step. */
+static void rotate_freely(const perp_world *world, int32_t i, double h)
+{
+    const perp__body *body = &world->bodies[i];
+    const perp__state *old = &world->states[i];
+    perp__state *next = &world->next[i];
+    perp__state halfway = *old;
+    double R[9], w[3], w_next[3], torque[3], mean[3], before[3], after[3];
+    int32_t k;
+
+    perp__apply_transposed3(w, world->motions[i].rotation, old->angular_velocity);
+    scaled_turn(world, &halfway, 0.5 * h, old->angular_velocity);
+    perp__rotation_of(world, &halfway, R);
+    perp__apply_transposed3(torque, R, old->torque);
+    perp__euler_step(body, h, w, torque, w_next);
+    for (k = 0; k < 3; k++)
+        mean[k] = 0.5 * (w[k] + w_next[k]);
+    perp__apply3(after, world->motions[i].rotation, mean);
+    scaled_turn(world, next, h, after);
+    momentum_of(world, body, old, w, before);
+    perp__add3(before, h, old->torque);
+    momentum_of(world, body, next, w_next, after);
+    align(world, next, after, before);
+    perp__rotation_of(world, next, R);
+    perp__apply3(next->angular_velocity, R, w_next);
+}
+
+static void move_freely(const perp_world *world, int32_t i, double h)
+{
+    const perp__state *old = &world->states[i];
+    const double *v_f = world->motions[i].free;
+    perp__state *next = &world->next[i];
+    double mean[3];
+    int32_t k;
+
+    for (k = 0; k < 3; k++)
+        next->position[k] += h * (0.5 * (old->velocity[k] + v_f[k]));
+    perp__copy3(next->velocity, v_f);
+    if (!world->bodies[i].spherical) {
+        if (!perp__is_zero3(old->angular_velocity) || !perp__is_zero3(old->torque))
+            rotate_freely(world, i, h);
+        return;
+    }
+    for (k = 0; k < 3; k++)
+        mean[k] = 0.5 * (old->angular_velocity[k] + v_f[3 + k]);
+    scaled_turn(world, next, h, mean);
+    perp__copy3(next->angular_velocity, v_f + 3);
+}
+
+static void move_in_contact(const perp_world *world, int32_t i, double h)
+{
+    const perp__motion *motion = &world->motions[i];
+    perp__state *next = &world->next[i];
+
+    perp__add3(next->position, h, motion->moving);
+    scaled_turn(world, next, h, motion->moving + 3);
+    perp__copy3(next->velocity, motion->after);
+    perp__copy3(next->angular_velocity, motion->after + 3);
+}
+
+void perp__integrate(perp_world *world, double h)
+{
+    int32_t i;
+
+    memcpy(world->next, world->states, (size_t)world->body_slots * sizeof *world->next);
+    for (i = 0; i < world->body_slots; i++) {
+        if (!world->bodies[i].alive || world->bodies[i].kind == PERP_BODY_STATIC)
+            continue;
+        if (world->bodies[i].kind == PERP_BODY_DYNAMIC && world->motions[i].island < 0)
+            move_freely(world, i, h);
+        else
+            move_in_contact(world, i, h);
+    }
+}

@@ -1,0 +1,167 @@
+/* Islands: dynamic bodies that contacts join, directly or through other dynamic bodies. Static and
+ * kinematic bodies join nothing: no impulse passes through them. Islands are numbered by their
+ * lowest body slot, bodies and contacts within an island keep their order. */
+#include "world/world.h"
+
+#include <string.h>
+
+#include "base/context.h"
+
+static int32_t find_root(int32_t *parent, int32_t i)
+{
+    while (parent[i] != i) {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    return i;
+}
+
+/* The lower slot becomes the root: numbering does not depend on the order of joins. */
+static void join(int32_t *parent, int32_t i, int32_t j)
+{
+    int32_t a = find_root(parent, i);
+    int32_t b = find_root(parent, j);
+
+    if (a < b)
+        parent[b] = a;
+    else
+        parent[a] = b;
+}
+
+static int32_t is_dynamic(const perp_world *world, int32_t body)
+{
+    return world->bodies[body].kind == PERP_BODY_DYNAMIC;
+}
+
+static void join_contacts(perp_world *world, const perp__contact_set *set)
+{
+    int32_t i;
+
+    for (i = 0; i < world->body_slots; i++) {
+        world->parent[i] = i;
+        world->motions[i].touched = 0;
+        world->motions[i].island = -1;
+        world->motions[i].first_link = 0;
+    }
+    for (i = 0; i < set->count; i++) {
+        int32_t a = set->contacts[i].body_a;
+        int32_t b = set->contacts[i].body_b;
+
+        world->motions[a].touched++;
+        world->motions[b].touched++;
+        if (is_dynamic(world, a) && is_dynamic(world, b))
+            join(world->parent, a, b);
+    }
+}
+
+/* Numbers the islands and lists their bodies: roots come first in slot order, so a first pass
+ * counts and a second one fills. */
+static void order_bodies(perp_world *world)
+{
+    int32_t count = 0, offset = 0;
+    int32_t i;
+
+    for (i = 0; i < world->body_slots; i++) {
+        perp__motion *motion = &world->motions[i];
+
+        if (!world->bodies[i].alive || !is_dynamic(world, i) || !motion->touched)
+            continue;
+        if (find_root(world->parent, i) == i) {
+            memset(&world->islands[count], 0, sizeof world->islands[count]);
+            motion->island = count++;
+        } else {
+            motion->island = world->motions[find_root(world->parent, i)].island;
+        }
+        motion->local = world->islands[motion->island].bodies++;
+    }
+    world->island_count = count;
+    for (i = 0; i < count; i++) {
+        world->islands[i].first_body = offset;
+        offset += world->islands[i].bodies;
+    }
+    for (i = 0; i < world->body_slots; i++) {
+        const perp__motion *motion = &world->motions[i];
+
+        if (motion->island >= 0)
+            world->body_order[world->islands[motion->island].first_body + motion->local] = i;
+    }
+}
+
+static int32_t island_of(const perp_world *world, const perp__world_contact *contact)
+{
+    int32_t a = world->motions[contact->body_a].island;
+
+    return a >= 0 ? a : world->motions[contact->body_b].island;
+}
+
+/* Lists the contacts of each island and gives them their rows. */
+static void order_contacts(perp_world *world, const perp__contact_set *set)
+{
+    int32_t offset = 0;
+    int32_t i;
+
+    for (i = 0; i < set->count; i++)
+        world->islands[island_of(world, &set->contacts[i])].contacts++;
+    for (i = 0; i < world->island_count; i++) {
+        world->islands[i].first_contact = offset;
+        offset += world->islands[i].contacts;
+        world->islands[i].contacts = 0;
+        world->islands[i].rows = 0;
+    }
+    for (i = 0; i < set->count; i++) {
+        perp__world_contact *contact = &set->contacts[i];
+        perp__island *island = &world->islands[island_of(world, contact)];
+
+        contact->first_row = island->rows;
+        island->rows += contact->edges > 0 ? contact->edges + 2 : 1;
+        world->contact_order[island->first_contact + island->contacts++] = i;
+    }
+}
+
+/* Each body's contacts, in the order of the set. */
+static void link_contacts(perp_world *world, const perp__contact_set *set)
+{
+    int32_t offset = 0;
+    int32_t i;
+
+    for (i = 0; i < world->body_slots; i++) {
+        world->motions[i].first_link = offset;
+        offset += world->motions[i].touched;
+        world->motions[i].touched = 0;
+    }
+    for (i = 0; i < set->count; i++) {
+        const int32_t bodies[2] = {set->contacts[i].body_a, set->contacts[i].body_b};
+        int32_t side;
+
+        for (side = 0; side < 2; side++) {
+            perp__motion *motion = &world->motions[bodies[side]];
+            perp__link *link = &world->links[motion->first_link + motion->touched++];
+
+            link->contact = i;
+            link->side = side;
+        }
+    }
+}
+
+static void lay_out_links(perp__arena *arena, void *object)
+{
+    perp_world *world = object;
+    int32_t most = world->contacts.capacity > world->overlaps.capacity ? world->contacts.capacity
+                                                                       : world->overlaps.capacity;
+
+    world->contact_order = perp__arena_take(arena, (size_t)most, sizeof *world->contact_order);
+    world->links = perp__arena_take(arena, 2 * (size_t)most, sizeof *world->links);
+}
+
+perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
+{
+    perp_status status = perp__arena_fit(&world->link_arena, lay_out_links, world);
+
+    if (status != PERP_OK)
+        return status;
+    join_contacts(world, set);
+    order_bodies(world);
+    order_contacts(world, set);
+    link_contacts(world, set);
+    return PERP_OK;
+}

@@ -1,0 +1,207 @@
+/* Bodies at the start of a step: where they are turned, how hard they are to move, and the
+ * velocities that forces alone would give them. */
+#include "world/world.h"
+
+#include <string.h>
+
+#include "world/spatial.h"
+
+/* Newton's method on three equations that are quadratic: quadratic convergence from the start. */
+#define MAX_NEWTON_STEPS 40
+
+void perp__rotation_of(const perp_world *world, const perp__state *state, double *R)
+{
+    double c, s;
+
+    if (!world->settings.planar) {
+        perp__quaternion_matrix(R, state->orientation);
+        return;
+    }
+    c = cos(state->angle);
+    s = sin(state->angle);
+    memset(R, 0, 9 * sizeof *R);
+    R[0] = R[4] = c;
+    R[1] = -s;
+    R[3] = s;
+    R[8] = 1.0;
+}
+
+/* World frame: I^-1 = (R C)(R C)', so L = R C and L^-1 = C^-1 R'. */
+static void turn_mass(perp__motion *motion, const perp__body *body)
+{
+    const double *R = motion->rotation;
+    double product[9];
+
+    motion->inverse_mass = body->inverse_mass;
+    motion->root_mass = sqrt(body->mass);
+    motion->root_inverse_mass = sqrt(body->inverse_mass);
+    if (body->kind != PERP_BODY_DYNAMIC || body->spherical) {
+        memcpy(motion->inverse_inertia, body->inverse_inertia, sizeof product);
+        memcpy(motion->factor, body->factor, sizeof product);
+        memcpy(motion->inverse_factor, body->inverse_factor, sizeof product);
+        return;
+    }
+    perp__multiply3(product, R, body->inverse_inertia);
+    perp__multiply_transposed3(motion->inverse_inertia, product, R);
+    perp__multiply3(motion->factor, R, body->factor);
+    perp__multiply_transposed3(motion->inverse_factor, body->inverse_factor, R);
+}
+
+static void place_shape(perp_world *world, const perp__state *states, int32_t i)
+{
+    const perp__shape *shape = &world->shapes[i];
+    const double *R = world->motions[shape->body].rotation;
+    perp__placed *placed = &world->placed[i];
+    double offset[3];
+
+    placed->geometry = &shape->geometry;
+    perp__apply3(offset, R, shape->offset);
+    perp__copy3(placed->position, states[shape->body].position);
+    perp__add3(placed->position, 1.0, offset);
+    perp__multiply3(placed->rotation, R, shape->rotation);
+}
+
+void perp__place(perp_world *world, const perp__state *states)
+{
+    int32_t i;
+
+    for (i = 0; i < world->body_slots; i++) {
+        perp__motion *motion = &world->motions[i];
+
+        if (!world->bodies[i].alive)
+            continue;
+        perp__rotation_of(world, &states[i], motion->rotation);
+        turn_mass(motion, &world->bodies[i]);
+    }
+    for (i = 0; i < world->shape_slots; i++)
+        if (world->shapes[i].alive)
+            place_shape(world, states, i);
+}
+
+/* x = A^-1 b by Cramer's rule; returns 0 where A is singular. */
+static int32_t solve3(double *x, const double *A, const double *b)
+{
+    double c0[3], c1[3], c2[3], determinant;
+    int32_t i;
+
+    perp__cross(c0, A + 3, A + 6);
+    perp__cross(c1, A + 6, A);
+    perp__cross(c2, A, A + 3);
+    determinant = perp__dot3(A, c0);
+    if (determinant == 0.0)
+        return 0;
+    for (i = 0; i < 3; i++)
+        x[i] = (c0[i] * b[0] + c1[i] * b[1] + c2[i] * b[2]) / determinant;
+    return 1;
+}
+
+/* One Newton step on
+ *   f(w+) = I (w+ - w) + h m x (I m) - h torque,   m = (w+ + w)/2,
+ *   f'    = I + h/2 ([m]x I - [I m]x).
+ * Returns the size of the change relative to w+, or -1 where f' is singular. */
+static double newton_step(const double *I, double h, const double *w, const double *torque,
+                          double *w_next)
+{
+    double m[3], Im[3], cross[3], f[3], change[3], difference[3], jacobian[9];
+    int32_t i, j;
+
+    for (i = 0; i < 3; i++) {
+        m[i] = 0.5 * (w_next[i] + w[i]);
+        difference[i] = w_next[i] - w[i];
+    }
+    perp__apply3(Im, I, m);
+    perp__cross(cross, m, Im);
+    perp__apply3(f, I, difference);
+    for (i = 0; i < 3; i++)
+        f[i] += h * (cross[i] - torque[i]);
+    for (j = 0; j < 3; j++) {
+        const double column[3] = {I[j], I[3 + j], I[6 + j]};
+        const double unit[3] = {j == 0, j == 1, j == 2};
+        double turned[3], crossed[3];
+
+        perp__cross(turned, m, column);
+        perp__cross(crossed, Im, unit);
+        for (i = 0; i < 3; i++)
+            jacobian[3 * i + j] = I[3 * i + j] + 0.5 * h * (turned[i] - crossed[i]);
+    }
+    if (!solve3(change, jacobian, f))
+        return -1.0;
+    for (i = 0; i < 3; i++)
+        w_next[i] -= change[i];
+    return perp__length3(change) / (perp__length3(w_next) + perp__length3(w));
+}
+
+/* Implicit midpoint rule for I w' = -w x I w + torque. Torque-free it conserves w'I w and |I w|,
+ * being quadratic. Where Newton's method does not settle (far more than a radian a step) the
+ * gyroscopic term is left out: the velocity stays bounded. */
+void perp__euler_step(const perp__body *body, double h, const double *w, const double *torque,
+                      double *w_next)
+{
+    double change[3], size = -1.0, previous = INFINITY;
+    int32_t k;
+
+    perp__apply3(change, body->inverse_inertia, torque);
+    perp__copy3(w_next, w);
+    perp__add3(w_next, h, change);
+    if (body->spherical || (perp__is_zero3(w) && perp__is_zero3(torque)))
+        return;
+    for (k = 0; k < MAX_NEWTON_STEPS; k++) {
+        size = newton_step(body->inertia, h, w, torque, w_next);
+        if (!(size >= 0.0) || (size <= 64.0 * PERP__EPSILON && size >= 0.5 * previous))
+            break; /* singular, not a number, or down to rounding */
+        if (size == 0.0)
+            break;
+        previous = size;
+    }
+    if (!(size >= 0.0 && size <= 64.0 * PERP__EPSILON)) {
+        perp__copy3(w_next, w);
+        perp__add3(w_next, h, change);
+    }
+}
+
+/* v_f = v + h (gravity + force / m); w_f from Euler's equations with the frame frozen. */
+static void free_velocity(perp_world *world, int32_t i, double h)
+{
+    const perp__body *body = &world->bodies[i];
+    const perp__state *state = &world->states[i];
+    perp__motion *motion = &world->motions[i];
+    double w[3], w_next[3], torque[3];
+    int32_t k;
+
+    for (k = 0; k < 3; k++)
+        motion->free[k] = state->velocity[k] +
+                          h * (world->settings.gravity[k] + body->inverse_mass * state->force[k]);
+    if (body->spherical) {
+        perp__apply3(w_next, body->inverse_inertia, state->torque);
+        perp__copy3(motion->free + 3, state->angular_velocity);
+        perp__add3(motion->free + 3, h, w_next);
+        return;
+    }
+    perp__apply_transposed3(w, motion->rotation, state->angular_velocity);
+    perp__apply_transposed3(torque, motion->rotation, state->torque);
+    perp__euler_step(body, h, w, torque, w_next);
+    perp__apply3(motion->free + 3, motion->rotation, w_next);
+}
+
+void perp__free_velocities(perp_world *world, double h)
+{
+    int32_t i;
+
+    for (i = 0; i < world->body_slots; i++) {
+        const perp__state *state = &world->states[i];
+        perp__motion *motion = &world->motions[i];
+
+        if (!world->bodies[i].alive)
+            continue;
+        perp__copy3(motion->start, state->velocity);
+        perp__copy3(motion->start + 3, state->angular_velocity);
+        memcpy(motion->free, motion->start, sizeof motion->free);
+        if (world->bodies[i].kind == PERP_BODY_DYNAMIC)
+            free_velocity(world, i, h);
+        memcpy(motion->moving, motion->free, sizeof motion->moving);
+        memcpy(motion->after, motion->free, sizeof motion->after);
+        motion->touched = 0;
+        motion->island = -1;
+        motion->strength = 0.0;
+    }
+}

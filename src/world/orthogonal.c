@@ -1,0 +1,124 @@
+/* An orthonormal basis of the span of some rows, found by the modified Gram-Schmidt process with
+ * threshold pivoting, and what is left of a vector outside that span. */
+#include "world/world.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Rows have length 1; what is left of a dependent one is rounding, about 1e-15 times the ratio of
+ * successive pivots. */
+#define RANK_TOLERANCE 1e-10
+
+/* The first row with at least this share of the largest remainder is taken: among rows that serve
+ * equally well the order of the caller decides, not rounding. */
+#define PIVOT_THRESHOLD 0.5
+
+static double dot(const double *a, const double *b, int32_t n)
+{
+    double sum = 0.0;
+    int32_t i;
+
+    for (i = 0; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+static void add(double *y, double s, const double *x, int32_t n)
+{
+    int32_t i;
+
+    for (i = 0; i < n; i++)
+        y[i] += s * x[i];
+}
+
+/* The row to take next, or -1 if none is left that is independent. norms: m entries. */
+static int32_t choose_row(const double *rows, double *norms, const int32_t *taken, int32_t m,
+                          int32_t n)
+{
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < m; i++) {
+        norms[i] = taken[i]
+                       ? 0.0
+                       : sqrt(dot(rows + (size_t)i * (size_t)n, rows + (size_t)i * (size_t)n, n));
+        largest = fmax(largest, norms[i]);
+    }
+    if (!(largest > RANK_TOLERANCE))
+        return -1;
+    for (i = 0; norms[i] < PIVOT_THRESHOLD * largest; i++)
+        ;
+    return i;
+}
+
+/* Takes the row as the next basis vector q; eta is the component of the solution along q. */
+static double new_direction(double *q, const double *row, double norm, double target,
+                            const double *basis, const double *particular, int32_t rank, int32_t n)
+{
+    double eta = target / norm;
+    double length;
+    int32_t i, k;
+
+    for (i = 0; i < n; i++)
+        q[i] = row[i] / norm;
+    for (k = 0; k < rank; k++) { /* a second time: the first leaves rounding / norm */
+        const double *b = basis + (size_t)k * (size_t)n;
+        double share = dot(b, q, n);
+
+        add(q, -share, b, n);
+        eta -= share * dot(b, particular, n);
+    }
+    length = sqrt(dot(q, q, n));
+    for (i = 0; i < n; i++)
+        q[i] /= length;
+    return eta / length;
+}
+
+/* rows: m by n, row by row, each of length 1; destroyed. targets: m; destroyed. Finds the rank, an
+ * orthonormal basis of the rows (rank by n) and the shortest `particular` that meets the targets of
+ * the rows taken; the others are met as far as they are consistent. taken: m, norms: m. */
+int32_t perp__orthogonal_rows(double *rows, double *targets, int32_t *taken, double *norms,
+                              double *basis, double *particular, int32_t m, int32_t n)
+{
+    int32_t rank, pick, i;
+
+    memset(taken, 0, (size_t)m * sizeof *taken);
+    memset(particular, 0, (size_t)n * sizeof *particular);
+    for (rank = 0; rank < n; rank++) {
+        double *q = basis + (size_t)rank * (size_t)n;
+        double eta;
+
+        pick = m > 0 ? choose_row(rows, norms, taken, m, n) : -1;
+        if (pick < 0)
+            break;
+        eta = new_direction(q, rows + (size_t)pick * (size_t)n, norms[pick], targets[pick], basis,
+                            particular, rank, n);
+        taken[pick] = 1;
+        add(particular, eta, q, n);
+        for (i = 0; i < m; i++) {
+            double *row = rows + (size_t)i * (size_t)n;
+            double share;
+
+            if (taken[i])
+                continue;
+            share = dot(row, q, n);
+            add(row, -share, q, n);
+            targets[i] -= share * eta;
+        }
+    }
+    return rank;
+}
+
+/* y := what is left of y outside the span of the basis. Twice: the second pass removes what
+ * rounding of the first one left. */
+void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
+{
+    int32_t pass, k;
+
+    for (pass = 0; pass < 2; pass++)
+        for (k = 0; k < rank; k++) {
+            const double *q = basis + (size_t)k * (size_t)n;
+
+            add(y, -dot(q, y, n), q, n);
+        }
+}

@@ -1,0 +1,284 @@
+/* Shapes: adding them to bodies, and removing them with their body. */
+#include "world/world.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "base/context.h"
+#include "world/spatial.h"
+
+perp_status perp_shape_settings_init(perp_shape_settings *settings, size_t size)
+{
+    perp_status status =
+        perp__struct_init(settings, size, PERP__SIZE_THROUGH(perp_shape_settings, rotation));
+
+    if (status == PERP_OK)
+        settings->rotation[0] = 1.0;
+    return status;
+}
+
+static perp_status check_material(perp_context *context, const perp_shape_settings *settings)
+{
+    perp_status status = perp__check_finite(context, "settings.friction", &settings->friction, 1);
+
+    if (status == PERP_OK)
+        status = perp__check_finite(context, "settings.restitution", &settings->restitution, 1);
+    if (status != PERP_OK)
+        return status;
+    if (settings->friction < 0.0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.friction is %g, >= 0 expected",
+                          settings->friction);
+    if (settings->restitution < 0.0 || settings->restitution > 1.0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "settings.restitution is %g, 0 .. 1 expected", settings->restitution);
+    return PERP_OK;
+}
+
+static perp_status check_rotation(const perp_world *world, double *rotation)
+{
+    perp_status status = perp__check_quaternion(world->context, "settings.rotation", rotation);
+
+    if (status == PERP_OK && world->settings.planar && (rotation[1] != 0.0 || rotation[2] != 0.0))
+        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                            "settings.rotation must be about z in a planar world");
+    return status;
+}
+
+/* Reads the caller's settings into everything of `shape` but its geometry, radius and slot. */
+static perp_status read_settings(const perp_world *world, perp__shape *shape,
+                                 const perp_shape_settings *caller)
+{
+    perp_context *context = world->context;
+    perp_shape_settings settings;
+    perp_status status = perp_shape_settings_init(&settings, sizeof settings);
+
+    if (status == PERP_OK)
+        status = perp__struct_read(context, "settings", &settings, sizeof settings, caller,
+                                   PERP__SIZE_THROUGH(perp_shape_settings, rotation));
+    if (status == PERP_OK)
+        status = check_material(context, &settings);
+    if (status == PERP_OK)
+        status = perp__check_finite(context, "settings.offset", settings.offset, 3);
+    if (status == PERP_OK)
+        status = perp__check_planar_vector(world, "settings.offset", settings.offset);
+    if (status == PERP_OK)
+        status = check_rotation(world, settings.rotation);
+    if (status != PERP_OK)
+        return status;
+    shape->friction = settings.friction;
+    shape->restitution = settings.restitution;
+    perp__copy3(shape->offset, settings.offset);
+    perp__quaternion_matrix(shape->rotation, settings.rotation);
+    return PERP_OK;
+}
+
+static perp_status reserve_shape(perp_world *world)
+{
+    size_t used = (size_t)world->shape_slots;
+    int32_t capacity;
+    perp__shape *shapes;
+
+    if (world->free_shape >= 0 || world->shape_slots < world->shape_capacity)
+        return PERP_OK;
+    if (world->shape_capacity > INT32_MAX / 4)
+        return perp__fail_memory(world->context, "another shape");
+    capacity = world->shape_capacity > 0 ? 2 * world->shape_capacity : 8;
+    shapes = perp__grown(world->context, world->shapes, used * sizeof *shapes,
+                         (size_t)capacity * sizeof *shapes);
+    if (!shapes)
+        return perp__fail_memory(world->context, "another shape");
+    world->shapes = shapes;
+    world->shape_capacity = capacity;
+    return PERP_OK;
+}
+
+static void include_shape(perp__body *body, const perp__shape *shape)
+{
+    double reach = perp__length3(shape->offset) + shape->radius;
+
+    if (shape->geometry.kind == PERP__PLANE)
+        body->planes++;
+    else if (reach > body->radius)
+        body->radius = reach;
+}
+
+void perp__remove_shapes(perp_world *world, int32_t body)
+{
+    int32_t i;
+
+    for (i = world->shape_slots - 1; i >= 0; i--) {
+        perp__shape *shape = &world->shapes[i];
+
+        if (!shape->alive || shape->body != body)
+            continue;
+        shape->alive = 0;
+        shape->generation++;
+        shape->next_free = world->free_shape;
+        world->free_shape = i;
+        world->stats.shapes--;
+    }
+    world->bodies[body].radius = 0.0;
+    world->bodies[body].planes = 0;
+}
+
+/* Puts `shape`, complete but for body and slot, on the body. */
+static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body body_id,
+                                const perp__shape *shape)
+{
+    uint32_t generation = 1;
+    int32_t slot, body;
+    perp_status status = perp__find_body(world, &body, body_id);
+
+    if (status == PERP_OK && shape->geometry.kind == PERP__PLANE &&
+        world->bodies[body].kind == PERP_BODY_DYNAMIC)
+        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                            "body is dynamic: a half-space may be on a static or kinematic body");
+    if (status == PERP_OK)
+        status = reserve_shape(world);
+    if (status != PERP_OK)
+        return status;
+    slot = world->free_shape;
+    if (slot >= 0) {
+        world->free_shape = world->shapes[slot].next_free;
+        generation = world->shapes[slot].generation;
+    } else {
+        slot = world->shape_slots++;
+    }
+    world->shapes[slot] = *shape;
+    world->shapes[slot].alive = 1;
+    world->shapes[slot].body = body;
+    world->shapes[slot].generation = generation;
+    include_shape(&world->bodies[body], shape);
+    world->stats.shapes++;
+    if (id)
+        *id = perp__id(slot, generation);
+    return PERP_OK;
+}
+
+static perp_status add_sphere(perp_world *world, perp_shape *id, perp_body body, double radius,
+                              const perp_shape_settings *settings)
+{
+    perp__shape shape;
+    perp_status status;
+
+    memset(&shape, 0, sizeof shape);
+    status = perp__check_finite(world->context, "radius", &radius, 1);
+    if (status == PERP_OK && radius < 0.0)
+        status =
+            perp__fail(world->context, PERP_ERROR_ARGUMENT, "radius is %g, >= 0 expected", radius);
+    if (status == PERP_OK)
+        status = read_settings(world, &shape, settings);
+    if (status != PERP_OK)
+        return status;
+    shape.geometry.kind = PERP__SPHERE;
+    shape.geometry.radius = radius;
+    shape.radius = radius;
+    return attach_shape(world, id, body, &shape);
+}
+
+perp_status perp_world_add_sphere(perp_world *world, perp_shape *shape, perp_body body,
+                                  double radius, const perp_shape_settings *settings)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, add_sphere(world, shape, body, radius, settings));
+}
+
+static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
+                           const double *half_extents, const perp_shape_settings *settings)
+{
+    size_t dimensions = world->settings.planar ? 2 : 3;
+    perp__shape shape;
+    size_t i;
+    perp_status status = perp__check_pointer(world->context, "half_extents", half_extents);
+
+    memset(&shape, 0, sizeof shape);
+    if (status == PERP_OK)
+        status = perp__check_finite(world->context, "half_extents", half_extents, dimensions);
+    for (i = 0; status == PERP_OK && i < dimensions; i++)
+        if (half_extents[i] <= 0.0)
+            status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                                "half_extents[%zu] is %g, > 0 expected", i, half_extents[i]);
+    if (status == PERP_OK)
+        status = read_settings(world, &shape, settings);
+    if (status != PERP_OK)
+        return status;
+    shape.geometry.kind = PERP__BOX;
+    for (i = 0; i < dimensions; i++)
+        shape.geometry.half_extents[i] = half_extents[i];
+    shape.radius = perp__length3(shape.geometry.half_extents);
+    return attach_shape(world, id, body, &shape);
+}
+
+perp_status perp_world_add_box(perp_world *world, perp_shape *shape, perp_body body,
+                               const double *half_extents, const perp_shape_settings *settings)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, add_box(world, shape, body, half_extents, settings));
+}
+
+/* The normal is scaled by its largest entry first: it may be as long or short as a double goes. A
+ * unit normal keeps its bits. */
+static perp_status unit_normal(const perp_world *world, double *unit, const double *normal)
+{
+    double largest, length;
+    int32_t i;
+    perp_status status = perp__check_pointer(world->context, "normal", normal);
+
+    if (status == PERP_OK)
+        status = perp__check_finite(world->context, "normal", normal, 3);
+    if (status == PERP_OK)
+        status = perp__check_planar_vector(world, "normal", normal);
+    if (status != PERP_OK)
+        return status;
+    largest = fmax(fabs(normal[0]), fmax(fabs(normal[1]), fabs(normal[2])));
+    if (largest == 0.0)
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT, "normal is zero");
+    perp__copy3(unit, normal);
+    length = perp__length3(unit);
+    if (fabs(length - 1.0) <= 2.0 * PERP__EPSILON)
+        return PERP_OK;
+    for (i = 0; i < 3; i++)
+        unit[i] = normal[i] / largest;
+    length = perp__length3(unit);
+    for (i = 0; i < 3; i++)
+        unit[i] /= length;
+    return PERP_OK;
+}
+
+static perp_status add_plane(perp_world *world, perp_shape *id, perp_body body,
+                             const double *normal, double offset,
+                             const perp_shape_settings *settings)
+{
+    perp__shape shape;
+    perp_status status;
+
+    memset(&shape, 0, sizeof shape);
+    status = unit_normal(world, shape.geometry.normal, normal);
+    if (status == PERP_OK)
+        status = perp__check_finite(world->context, "offset", &offset, 1);
+    if (status == PERP_OK)
+        status = read_settings(world, &shape, settings);
+    if (status != PERP_OK)
+        return status;
+    shape.geometry.kind = PERP__PLANE;
+    shape.geometry.offset = offset;
+    return attach_shape(world, id, body, &shape);
+}
+
+perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, perp_body body,
+                                 const double *normal, double offset,
+                                 const perp_shape_settings *settings)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, add_plane(world, shape, body, normal, offset, settings));
+}

@@ -1,0 +1,169 @@
+/* One step, phase by phase; see world.h. Nothing that a caller can see changes before commit(). */
+#include "world/world.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "base/context.h"
+
+static void lay_out_bodies(perp__arena *arena, void *object)
+{
+    perp_world *world = object;
+    size_t count = (size_t)world->body_capacity;
+
+    world->next = perp__arena_take(arena, count, sizeof *world->next);
+    world->motions = perp__arena_take(arena, count, sizeof *world->motions);
+    world->parent = perp__arena_take(arena, count, sizeof *world->parent);
+    world->body_order = perp__arena_take(arena, count, sizeof *world->body_order);
+    world->islands = perp__arena_take(arena, count, sizeof *world->islands);
+}
+
+static void lay_out_shapes(perp__arena *arena, void *object)
+{
+    perp_world *world = object;
+    size_t count = (size_t)world->shape_capacity;
+
+    world->placed = perp__arena_take(arena, count, sizeof *world->placed);
+    world->extents = perp__arena_take(arena, count, sizeof *world->extents);
+}
+
+/* Bodies in place, contacts, islands. */
+static perp_status collide(perp_world *world, double h)
+{
+    perp_status status = perp__arena_fit(&world->body_arena, lay_out_bodies, world);
+
+    if (status == PERP_OK)
+        status = perp__arena_fit(&world->shape_arena, lay_out_shapes, world);
+    if (status != PERP_OK)
+        return status;
+    perp__place(world, world->states);
+    perp__free_velocities(world, h);
+    status = perp__find_contacts(world, h);
+    if (status == PERP_OK)
+        status = perp__build_islands(world, &world->contacts);
+    if (status == PERP_OK)
+        status = perp__reserve_records(world, world->contacts.count);
+    return status;
+}
+
+static void count_rows(perp_world *world, perp_world_stats *stats)
+{
+    int32_t i;
+
+    stats->islands = world->island_count;
+    stats->contacts = world->contacts.count;
+    stats->rows_normal = world->contacts.count;
+    stats->rows_friction = stats->rows_cone = 0;
+    for (i = 0; i < world->contacts.count; i++) {
+        stats->rows_friction += world->contacts.contacts[i].edges;
+        stats->rows_cone += world->contacts.contacts[i].edges > 0;
+    }
+}
+
+static int32_t may_advance(const perp_world *world, perp_outcome outcome)
+{
+    if (outcome == PERP_OUTCOME_RAY)
+        return 0;
+    return !world->settings.strict || outcome == PERP_OUTCOME_SOLVED ||
+           outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
+static int32_t is_finite(const double *x, int32_t count)
+{
+    int32_t i;
+
+    for (i = 0; i < count; i++)
+        if (!isfinite(x[i]))
+            return 0;
+    return 1;
+}
+
+/* Forces and times near the largest numbers can leave the range of doubles. */
+static perp_status check_next(const perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->body_slots; i++) {
+        const perp__state *state = &world->next[i];
+
+        if (!world->bodies[i].alive)
+            continue;
+        if (!is_finite(state->position, 3) || !is_finite(state->orientation, 4) ||
+            !is_finite(&state->angle, 1) || !is_finite(state->velocity, 3) ||
+            !is_finite(state->angular_velocity, 3))
+            return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                              "the step takes body %d beyond the range of numbers", (int)i);
+    }
+    return PERP_OK;
+}
+
+static void commit(perp_world *world)
+{
+    perp_contact *records = world->records;
+
+    memcpy(world->states, world->next, (size_t)world->body_slots * sizeof *world->states);
+    world->records = world->next_records;
+    world->next_records = records;
+    world->record_count = world->contacts.count;
+    world->stats.steps++;
+}
+
+/* Next positions, without overlap. Statistics and records are taken before the projection, which
+ * uses the same memory. */
+static perp_status advance(perp_world *world, double h, perp_world_stats *stats, double *clock)
+{
+    perp_status status;
+    double now;
+
+    perp__write_records(world);
+    perp__integrate(world, h);
+    status = check_next(world);
+    now = perp__now();
+    stats->seconds_integrate += now - *clock;
+    *clock = now;
+    if (status == PERP_OK)
+        status = perp__project_overlaps(world);
+    if (status == PERP_OK)
+        status = check_next(world);
+    now = perp__now();
+    stats->seconds_project += now - *clock;
+    *clock = now;
+    return status;
+}
+
+perp_status perp__step(perp_world *world, perp_step_result *result, double h)
+{
+    perp_world_stats stats = world->stats;
+    perp__solve_summary summary;
+    double clock = perp__now(), now;
+    perp_status status = collide(world, h);
+
+    now = perp__now();
+    stats.seconds_collide += now - clock;
+    clock = now;
+    if (status != PERP_OK)
+        return status;
+    status = perp__solve_islands(world, h, &summary);
+    now = perp__now();
+    stats.seconds_solve += now - clock;
+    clock = now;
+    if (status != PERP_OK)
+        return status;
+    count_rows(world, &stats);
+    result->outcome = summary.outcome;
+    result->iterations = stats.iterations = summary.iterations;
+    result->residual = stats.residual = summary.residual;
+    result->contacts = world->contacts.count;
+    result->islands = summary.solved;
+    result->advanced = may_advance(world, summary.outcome);
+    stats.impacts = summary.impacts;
+    if (result->advanced)
+        status = advance(world, h, &stats, &clock);
+    if (status != PERP_OK)
+        return status;
+    world->stats = stats;
+    if (result->advanced)
+        commit(world);
+    return PERP_OK;
+}
