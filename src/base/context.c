@@ -95,6 +95,11 @@ perp_status perp__enter(perp_context *context)
     return PERP_OK;
 }
 
+perp_status perp__enter_to_create(perp_context *context)
+{
+    return is_context(context) ? perp__enter(context) : PERP_ERROR_HANDLE;
+}
+
 perp_status perp__leave(perp_context *context, perp_status status)
 {
     context->busy = 0;

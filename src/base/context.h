@@ -23,6 +23,9 @@ struct perp_context {
 /* Opens a public call: refuses what is not a context and what is already inside a call, clears the
  * message. Every successful enter is closed by a leave, which passes `status` through. */
 perp_status perp__enter(perp_context *context);
+/* The same for calls that create something: refuses a context that was destroyed and lives on only
+ * in what it made. */
+perp_status perp__enter_to_create(perp_context *context);
 perp_status perp__leave(perp_context *context, perp_status status);
 
 /* Writes the message (and logs it) and returns `status`. */

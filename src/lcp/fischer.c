@@ -17,14 +17,14 @@
 #include "lcp/fischer_matrix.h"
 #include "lcp/method.h"
 
-#define ITERATIONS 300 /* default limit */
+#define ITERATIONS 500 /* default limit */
 #define MEMORY 8       /* values of Psi that the line search looks back on */
 #define ARMIJO 1e-4    /* beta */
 #define HALVINGS 40    /* t >= 2^-40 */
 #define DESCENT 1e-8   /* rho and p of the test grad Psi' d <= -rho |d|^p */
 #define POWER 2.1
 #define AIM 0.1     /* goes on to tol * AIM while it can: the next step is cheap or the last */
-#define PATIENCE 30 /* iterations without the residual falling by a quarter: stalled */
+#define PATIENCE 30 /* iterations without progress, see is_stuck */
 #define JACOBI_STEPS 20
 
 static const double proximal[] = {0.0, 1e-10, 1e-6, 1e-3};
@@ -271,14 +271,30 @@ static double largest(const double *recent, int64_t count)
     return most;
 }
 
+/* Neither the residual nor Psi has fallen by a quarter for PATIENCE iterations. */
+typedef struct milestone {
+    double residual, psi;
+    int64_t iteration;
+} milestone;
+
+static int32_t is_stuck(milestone *last, double residual, double psi, int64_t k)
+{
+    if (residual < 0.75 * last->residual || psi < 0.75 * last->psi) {
+        last->residual = residual;
+        last->psi = psi;
+        last->iteration = k;
+    }
+    return k - last->iteration > PATIENCE;
+}
+
 static perp_status run(fischer_work *work, double *z, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *problem = work->common.problem;
     int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit : ITERATIONS;
     double goal = AIM * problem->settings->tol;
-    double recent[MEMORY], milestone = work->best_residual;
+    double recent[MEMORY];
     double psi = evaluate(work, z, work->w, work->phi);
-    int64_t since_milestone = 0;
+    milestone last = {INFINITY, INFINITY, 0};
 
     iterate->outcome = PERP_OUTCOME_ITERATION_LIMIT;
     for (int64_t k = 0; k < limit && work->best_residual > goal; k++) {
@@ -291,11 +307,7 @@ static perp_status run(fischer_work *work, double *z, perp__lcp_iterate *iterate
             return moved;
         iterate->iterations = k + 1;
         judge(work, z);
-        if (work->best_residual < 0.75 * milestone) {
-            milestone = work->best_residual;
-            since_milestone = 0;
-        }
-        if (!moved || ++since_milestone > PATIENCE) {
+        if (!moved || is_stuck(&last, work->best_residual, psi, k)) {
             iterate->outcome = PERP_OUTCOME_STALLED;
             break;
         }

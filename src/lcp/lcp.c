@@ -176,8 +176,15 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot, in
         else
             iterate.outcome = PERP_OUTCOME_STALLED;
     }
-    for (i = 0; i < solver->n; i++)
+    for (i = 0; i < solver->n; i++) {
         solver->z[i] = perp__z_caller(solver, i, solver->iterate[i]);
+        if (!isfinite(solver->z[i])) { /* a method that overflowed has no point to offer */
+            start_from(solver, z0);
+            iterate.outcome = PERP_OUTCOME_STALLED;
+            iterate.has_places = 0;
+            break;
+        }
+    }
     return consider(solver, slot->method->id, iterate.outcome, iterate.iterations,
                     iterate.has_places);
 }

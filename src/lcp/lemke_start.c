@@ -6,6 +6,9 @@
 
 #include "lcp/lemke.h"
 
+/* Relative size below which a pivot among free variables is what rounding left of 0. */
+#define PERP__DEPENDENT 1e-12
+
 static int32_t is_free(const perp__lcp_problem *p, int32_t i)
 {
     return p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
@@ -104,7 +107,7 @@ static double largest_free_entry(const perp__lemke *l, int32_t *row, int32_t *co
 
 /* Exchanges equations with free variables. Which equation goes with which free variable is of no
  * account, so after an exchange the row simply takes the name of the variable it lost. */
-static void make_free_basic(perp__lemke *l)
+static double make_free_basic(perp__lemke *l)
 {
     int32_t r = 0, c = 0, i;
     double first = 0.0;
@@ -116,8 +119,8 @@ static void make_free_basic(perp__lemke *l)
 
         if (first == 0.0)
             first = size;
-        if (!(size > 1e-12 * first))
-            return;
+        if (!(size > PERP__DEPENDENT * first))
+            return first;
         perp__tableau_column(&l->tableau, c, l->column);
         perp__tableau_row(&l->tableau, r, l->row);
         value = l->b[r] / l->column[r];
@@ -157,6 +160,26 @@ static void rename_for(perp__lemke *l, int32_t *names, int32_t count, int32_t be
             names[k] += l->pairs - before;
 }
 
+/* What elimination left of dependent equations is rounding: it is taken for the 0 it stands for. */
+static void clear_dependent(perp__lemke *l, double largest)
+{
+    const size_t ld = (size_t)l->tableau.leading_dimension;
+    double size = 0.0;
+    int32_t r, c;
+
+    for (r = 0; r < l->pairs; r++)
+        size = fmax(size, fabs(l->b[r]));
+    for (r = 0; r < l->pairs; r++) {
+        if (l->basic[r] < l->pairs || !is_free(l->head.problem, l->index[l->basic[r] - l->pairs]))
+            continue;
+        if (fabs(l->b[r]) <= PERP__DEPENDENT * size)
+            l->b[r] = 0.0;
+        for (c = 0; c < l->pairs; c++)
+            if (fabs(l->tableau.T[(size_t)r + (size_t)c * ld]) <= PERP__DEPENDENT * largest)
+                l->tableau.T[(size_t)r + (size_t)c * ld] = 0.0;
+    }
+}
+
 static void split_left(perp__lemke *l, int32_t left)
 {
     const size_t ld = (size_t)l->tableau.leading_dimension;
@@ -164,6 +187,8 @@ static void split_left(perp__lemke *l, int32_t left)
     int32_t before = l->pairs, made = 0, c, r = 0, i;
 
     l->pairs += left;
+    l->tableau.rows = l->pairs;
+    l->tableau.columns = l->pairs;
     rename_for(l, l->basic, before, before);
     rename_for(l, l->nonbasic, before, before);
     for (c = 0; c < before; c++) {
@@ -210,10 +235,13 @@ void perp__lemke_start(perp__lemke *l)
     for (k = 0; k < l->pairs; k++)
         any_free |= is_free(p, l->index[k]);
     if (any_free) {
-        make_free_basic(l);
+        double largest = make_free_basic(l);
+
         left = count_left(l);
-        if (left > 0)
+        if (left > 0) {
+            clear_dependent(l, largest);
             split_left(l, left);
+        }
         l->singular = left;
     }
     for (k = 0; k <= 2 * l->pairs; k++)

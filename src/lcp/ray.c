@@ -1,4 +1,5 @@
 /* A ray is believed only after it has been checked against the caller's matrix. */
+#include <float.h>
 #include <math.h>
 
 #include "lcp/solver.h"
@@ -95,6 +96,9 @@ static void column_product(const perp__matrix *M, const double *y, int32_t j, do
     *size = total;
 }
 
+/* The certificate holds for the data up to this relative change: a few roundings, no more. */
+#define PERP__CERTIFICATE_TOLERANCE (16.0 * DBL_EPSILON)
+
 /* Farkas: y >= 0 with M'y <= 0 and y'(q + M l) < 0 leaves no z >= l with M z + q >= 0, whatever the
  * class of M. For copositive-plus M every secondary ray is such a y (CPS 1992, theorem 4.4.11). */
 int32_t perp__ray_certificate(perp_lcp_solver *solver)
@@ -113,10 +117,10 @@ int32_t perp__ray_certificate(perp_lcp_solver *solver)
         double sum, terms;
 
         column_product(&solver->M, solver->z, i, &sum, &terms);
-        if (sum > PERP__RAY_TOLERANCE * terms)
+        if (sum > PERP__CERTIFICATE_TOLERANCE * terms)
             return 0;
         total += sum * solver->lower[i];
         size += fabs(sum * solver->lower[i]);
     }
-    return total < -PERP__RAY_TOLERANCE * size;
+    return total < -PERP__CERTIFICATE_TOLERANCE * size;
 }

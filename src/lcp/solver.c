@@ -155,7 +155,7 @@ static perp_status enter(perp_lcp_solver *solver)
 perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
                                    const perp_lcp_settings *settings)
 {
-    perp_status status = perp__enter(context);
+    perp_status status = perp__enter_to_create(context);
 
     if (status != PERP_OK)
         return status;
@@ -205,7 +205,7 @@ perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *
                            const double *upper, const double *z0)
 {
     perp_lcp_solver *solver = NULL;
-    perp_status status = perp__enter(context);
+    perp_status status = perp__enter_to_create(context);
 
     if (status != PERP_OK)
         return status;
