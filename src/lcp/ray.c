@@ -96,11 +96,10 @@ static void column_product(const perp__matrix *M, const double *y, int32_t j, do
     *size = total;
 }
 
-/* The certificate holds for the data up to this relative change: a few roundings, no more. */
-#define PERP__CERTIFICATE_TOLERANCE (16.0 * DBL_EPSILON)
-
 /* Farkas: y >= 0 with M'y <= 0 and y'(q + M l) < 0 leaves no z >= l with M z + q >= 0, whatever the
- * class of M. For copositive-plus M every secondary ray is such a y (CPS 1992, theorem 4.4.11). */
+ * class of M. For copositive-plus M every secondary ray is such a y in exact arithmetic (CPS 1992,
+ * theorem 4.4.11); a y that rounding moved off M'y <= 0 proves nothing and is not called a proof.
+ */
 int32_t perp__ray_certificate(perp_lcp_solver *solver)
 {
     double total = 0.0, size = 0.0;
@@ -117,10 +116,11 @@ int32_t perp__ray_certificate(perp_lcp_solver *solver)
         double sum, terms;
 
         column_product(&solver->M, solver->z, i, &sum, &terms);
-        if (sum > PERP__CERTIFICATE_TOLERANCE * terms)
+        /* doubled precision leaves (n eps)^2 of the terms; anything above that is a true sign */
+        if (sum > (double)solver->n * DBL_EPSILON * DBL_EPSILON * terms)
             return 0;
         total += sum * solver->lower[i];
         size += fabs(sum * solver->lower[i]);
     }
-    return total < -PERP__CERTIFICATE_TOLERANCE * size;
+    return total < -2.0 * (double)solver->n * DBL_EPSILON * size;
 }
