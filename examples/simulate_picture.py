@@ -104,11 +104,11 @@ def capsule(axes, x, y, angle, **style):
 def draw_rod(axes, rod):
     states, (step, _) = rod
     axes.set_title("Painlevé's rod")
-    subtitle(axes, "thrown at the ground, μ = 0.6: sticks where no acceleration exists")
+    subtitle(axes, "μ = 0.6: sliding would need a pulling force, so the tip sticks")
     norm = Normalize(0, 1)
     axes.add_patch(Rectangle((-2, -0.2), 4, 0.2, color=GROUND, lw=0))
     axes.plot(states[:, 1], states[:, 2], color=QUIET, lw=0.8, ls=(0, (1, 2)), zorder=1)
-    for time in (0.0, 0.12, 0.22, 0.31, 0.47, 0.56, 0.65, 1.0):
+    for time in (0.0, 0.12, 0.22, 0.31, 0.43, 0.47, 0.51, 1.0):
         _, x, y, angle = states[round(time / states[1, 0])]
         colour = TIME(norm(time))
         capsule(axes, x, y, angle, fc=(*colour[:3], 0.3), ec=colour, lw=1.1, zorder=2)
