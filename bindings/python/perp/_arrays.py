@@ -34,13 +34,13 @@ def real(value: Any, name: str) -> NDArray[np.float64]:
         return value
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise argument_error(f"{name} has masked entries")
-    array = np.asarray(value)
-    if array.dtype.kind == "c":
-        raise argument_error(f"{name} is complex")
     try:
-        return np.require(array, dtype=_float64, requirements="A")
+        array = np.asarray(value)
+        if array.dtype.kind != "c":
+            return np.require(array, dtype=_float64, requirements="A")
     except (TypeError, ValueError) as error:
         raise argument_error(f"{name} is not an array of numbers: {error}") from None
+    raise argument_error(f"{name} is complex")
 
 
 def vector(value: Any, name: str, n: int) -> NDArray[np.float64]:
@@ -84,9 +84,8 @@ def view(matrix: Matrix, M: Any) -> tuple[int, int, Any]:
 
 
 def _view_dense(matrix: Matrix, M: Any) -> tuple[int, int, Any]:
-    # the shape first: converting a huge view of a few numbers would take all memory
-    n = _check_square(np.shape(M))
     array = real(M, "M")
+    n = _check_square(array.shape)
     least = _item * max(n, 1)
     down, right = array.strides
     if n <= 1:
@@ -114,12 +113,12 @@ def _view_sparse(matrix: Matrix, M: Any) -> tuple[int, int, Any]:
     if not csc.has_canonical_format:
         csc = csc.copy() if csc is M or np.shares_memory(csc.data, M.data) else csc
         csc.sum_duplicates()  # sorts, too
-    starts = _indices(csc.indptr, "M.indptr")
-    if len(starts) != n + 1:
-        raise argument_error(f"M.indptr has {len(starts)} entries, expected {n + 1}")
-    entries = int(starts[-1])
+    if len(csc.indptr) != n + 1:
+        raise argument_error(f"M.indptr has {len(csc.indptr)} entries, expected {n + 1}")
+    entries = int(csc.indptr[-1])
     if min(len(csc.indices), len(csc.data)) < entries:
         raise argument_error(f"M has fewer than {entries} indices or values")
+    starts = _indices(csc.indptr, "M.indptr")
     rows = _indices(csc.indices, "M.indices")
     values = np.ascontiguousarray(real(csc.data, "M"))
     matrix.storage = CSC

@@ -169,6 +169,7 @@ def lcp(
     """
     idle = _pool.idle
     call = idle.pop() if idle else _Call()
+    watch = None
     try:
         _fill(
             call.settings,
@@ -187,10 +188,9 @@ def lcp(
         high = _arrays.bound(upper, "upper", n)
         start = None if z0 is None else _arrays.vector(z0, "z0", n)
         z, w, ray = np.empty(n), np.empty(n), np.empty(n)
-        watch = None
         if needs_watch(monitor, entries, call.settings.max_iterations):
             watch = Watch(monitor)
-        call.settings.monitor = _NO_MONITOR if watch is None else watch.function
+            call.settings.monitor = watch.function
         result, settings, matrix = call.references
         address = _arrays.address
         status = library.perp_lcp_solve(
@@ -213,6 +213,8 @@ def lcp(
         del owner  # the view of M was used up to here
         return _answer(n, call.result, z, w, ray)
     finally:
+        if watch is not None:
+            call.settings.monitor = _NO_MONITOR
         idle.append(call)
 
 

@@ -1,0 +1,231 @@
+"""perp.lcp and perp.LCP: answers, bounds, outcomes."""
+
+import numpy as np
+import pytest
+from check import EPS, assert_solves
+
+import perp
+
+METHODS = ["auto", "lemke", "pgs", "fischer"]
+
+# Complementarity problems with known solutions: M, q, z.
+KNOWN = {
+    "P-matrix, unsymmetric": ([[1, 3], [0, 1]], [-1, -1], [0, 1]),
+    "copositive-plus": ([[0, -1], [1, 0]], [1, -1], [1, 1]),
+    # Cottle, Pang & Stone (1992), example 4.4.7
+    "CPS 4.4.7": ([[0, -1, 2], [2, 0, -2], [-1, 1, 0]], [-3, 6, -1], [0, 1, 3]),
+    "optimality conditions of a quadratic program": (
+        [[11, 0, 10, -1], [0, 11, 10, -1], [10, 10, 21, -1], [1, 1, 1, 0]],
+        [50, 50, 10, -6],
+        [2, 2, 2, 92],
+    ),
+}
+
+
+def random_problem(seed, n, positive_definite=True):
+    """An unsymmetric M with positive definite symmetric part: one solution, for every method."""
+    rng = np.random.default_rng(seed)
+    A, B = rng.standard_normal((2, n, n))
+    M = A @ A.T / n + 0.5 * np.eye(n) + (B - B.T) / n
+    return M, rng.standard_normal(n)
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_known_solutions(name):
+    M, q, z = KNOWN[name]
+    result = perp.lcp(M, q, method="lemke")
+    assert_solves(result, M, q)
+    # the solutions are small integers, the matrices well conditioned: a few units in the last place
+    np.testing.assert_allclose(result.z, z, rtol=16 * EPS, atol=16 * EPS)
+    assert np.all(result.z[np.equal(z, 0)] == 0.0)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("n", [1, 2, 10, 60])
+def test_methods_agree_on_the_unique_solution(method, n):
+    M, q = random_problem(n, n)
+    result = perp.lcp(M, q, method=method)
+    assert_solves(result, M, q)
+    if method != "auto":
+        assert result.method in (method, "polish")
+    # Mathias & Pang (1990): the distance is at most (1 + |M|) / (least eigenvalue) residuals
+    other = perp.lcp(M, q, method="lemke").z
+    bound = (1 + np.linalg.norm(M, 2)) / np.linalg.eigvalsh((M + M.T) / 2)[0]
+    assert np.linalg.norm(result.z - other) <= bound * 1e-9 * np.linalg.norm(q)
+
+
+def test_bounds():
+    M, q = random_problem(4, 12)
+    low = np.linspace(-1.0, -0.1, 12)
+    high = np.linspace(0.05, 0.5, 12)
+    low[2], high[3], low[4], high[4] = -np.inf, np.inf, -np.inf, np.inf
+    high[5] = low[5]
+    result = perp.lcp(M, q, low, high)
+    assert_solves(result, M, q, low, high)
+    assert result.z[5] == low[5]
+    for i, (z, w) in enumerate(zip(result.z, result.w)):
+        if low[i] == high[i]:
+            continue
+        assert z == low[i] or w < 1e-12 or z != high[i]
+        if low[i] < z < high[i]:
+            assert abs(w) < 1e-12
+        elif z == low[i]:
+            assert w >= 0
+        else:
+            assert w <= 0
+
+
+def test_scalar_bounds_stand_for_all():
+    M, q = random_problem(5, 8)
+    a = perp.lcp(M, q, -0.25, 0.25)
+    b = perp.lcp(M, q, np.full(8, -0.25), np.full(8, 0.25))
+    np.testing.assert_array_equal(a.z, b.z)
+    assert_solves(a, M, q, -0.25, 0.25)
+
+
+def test_infinite_bounds_make_equations():
+    M, q = random_problem(6, 9)
+    result = perp.lcp(M, q, -np.inf, np.inf)
+    assert result.ok
+    # backward stable: the error is the condition number times a few units
+    np.testing.assert_allclose(
+        result.z, np.linalg.solve(M, -q), rtol=0, atol=100 * EPS * np.linalg.cond(M)
+    )
+
+
+def test_no_variables():
+    for M in (np.zeros((0, 0)), np.zeros((0, 0), order="F")):
+        result = perp.lcp(M, [])
+        assert result.ok and result.z.shape == result.w.shape == (0,)
+
+
+@pytest.mark.parametrize("method", ["auto", "lemke", "fischer", "pgs"])
+def test_infeasible_problem_is_never_ok(method):
+    """w1 + w2 = -2 whatever z is."""
+    M, q = [[1, -1], [-1, 1]], [-1, -1]
+    for limit in (None, 1, 2, 1000):
+        result = perp.lcp(M, q, method=method, max_iterations=limit)
+        assert not result.ok
+        assert result.outcome not in ("solved", "rounding_limit")
+    result = perp.lcp(M, q, method=method)
+    if method in ("auto", "lemke"):
+        assert (result.outcome, result.certificate) == ("ray", "infeasible")
+        # Farkas: y >= 0, M'y <= 0 and q'y < 0 leave no z >= 0 with M z + q >= 0
+        y = result.ray
+        assert y.max() == 1.0
+        assert np.all(y >= 0) and np.all(np.transpose(M) @ y <= 0) and np.dot(q, y) < 0
+
+
+def test_no_ray_where_there_is_none():
+    result = perp.lcp([[2.0]], [-1.0])
+    assert result.ray is None and result.certificate is None
+
+
+def test_iteration_limit():
+    M, q = random_problem(7, 30)
+    result = perp.lcp(M, q, method="pgs", max_iterations=1, polish=False)
+    assert result.outcome == "iteration_limit" and not result.ok
+    assert result.iterations == 1
+    assert np.all(result.z >= 0)  # the best iterate found
+
+
+def slow_problem(n):
+    """Springs in a row: pgs needs about n^2 sweeps."""
+    return 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1), -np.ones(n)
+
+
+def test_time_limit():
+    M, q = slow_problem(150)
+    result = perp.lcp(
+        M, q, method="pgs", time_limit=1e-3, max_iterations=2**31 - 1, tol=1e-14, polish=False
+    )
+    assert result.outcome == "time_limit" and not result.ok
+
+
+def test_keywords_reach_the_library():
+    M, q = random_problem(8, 20)
+    plain = perp.lcp(M, q, method="pgs", polish=False)
+    relaxed = perp.lcp(M, q, method="pgs", polish=False, relaxation=0.5)
+    assert relaxed.iterations > plain.iterations
+    loose = perp.lcp(M, q, method="pgs", polish=False, tol=1e-2)
+    assert loose.iterations < plain.iterations
+    assert plain.residual <= 1e-10 < loose.residual <= 1e-2
+    # Lo(n) with q = -e takes 2^n lexicographic pivots (Fathi, 1979), unscaled
+    lower = 2 * np.tri(6) - np.eye(6)
+    result = perp.lcp(
+        lower, -np.ones(6), method="lemke", pivot_rule="lexicographic", scaling=False, polish=False
+    )
+    assert_solves(result, lower, -np.ones(6))
+    np.testing.assert_array_equal(result.z, [1, 0, 0, 0, 0, 0])
+
+
+def test_start_from_the_solution():
+    M, q = random_problem(9, 40)
+    cold = perp.lcp(M, q, method="pgs", polish=False)
+    warm = perp.lcp(M, q, method="pgs", polish=False, z0=cold.z)
+    assert warm.ok and warm.iterations <= max(1, cold.iterations // 4)
+
+
+def test_powers_of_two_change_no_bit():
+    M, q = random_problem(10, 15)
+    a = perp.lcp(M, q)
+    b = perp.lcp(M, q * 2.0**-300)
+    np.testing.assert_array_equal(a.z * 2.0**-300, b.z)
+    assert a.residual == b.residual
+
+
+def test_same_bits_twice():
+    M, q = random_problem(11, 50)
+    for method in METHODS:
+        a, b = (perp.lcp(M, q, method=method) for _ in range(2))
+        np.testing.assert_array_equal(a.z, b.z)
+        np.testing.assert_array_equal(a.w, b.w)
+        assert (a.residual, a.backward_error, a.iterations) == (
+            b.residual,
+            b.backward_error,
+            b.iterations,
+        )
+
+
+def test_result_tells_what_it_is():
+    result = perp.lcp([[2.0]], [-1.0], method="lemke")
+    assert repr(result).startswith("<perp.LcpResult solved by ")
+    assert isinstance(result.ok, bool) and isinstance(result.iterations, int)
+    assert result.seconds > 0
+    assert result.backward_error <= 16 * EPS
+
+
+def test_solver_for_many_q():
+    M, _ = random_problem(12, 25)
+    rng = np.random.default_rng(13)
+    with perp.LCP(M, -1.0, np.inf, method="lemke", tol=1e-12) as problem:
+        for _ in range(5):
+            q = rng.standard_normal(25)
+            result = problem.solve(q)
+            assert_solves(result, M, q, -1.0)
+            once = perp.lcp(M, q, -1.0, method="lemke", tol=1e-12)
+            np.testing.assert_array_equal(result.z, once.z)
+            warm = problem.solve(q, z0=result.z)
+            assert_solves(warm, M, q, -1.0)
+
+
+def test_solver_takes_changed_values_and_other_problems():
+    M, q = random_problem(14, 6)
+    problem = perp.LCP(M)
+    problem.solve(q)
+    M *= 2.0
+    problem.setup(M)
+    assert_solves(problem.solve(q), M, q)
+    other, p = random_problem(15, 9)
+    problem.setup(other, -1.0, 1.0)
+    assert_solves(problem.solve(p), other, p, -1.0, 1.0)
+
+
+def test_solver_keeps_its_problem_when_setup_is_refused():
+    M, q = random_problem(16, 6)
+    problem = perp.LCP(M)
+    z = problem.solve(q).z
+    for bad in (np.full((6, 6), np.nan), np.zeros((6, 5)), np.full((7, 7), np.inf)):
+        with pytest.raises(ValueError):
+            problem.setup(bad)
+        np.testing.assert_array_equal(problem.solve(q).z, z)

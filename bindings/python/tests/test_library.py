@@ -1,0 +1,83 @@
+"""Finding and refusing libraries."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from test_layout import COMPILER, needs_compiler
+
+import perp
+
+
+def try_import(library):
+    environment = {**os.environ, "PERP_LIBRARY": str(library)}
+    return subprocess.run(
+        [sys.executable, "-c", "import perp; print(perp.version)"],
+        env=environment,
+        capture_output=True,
+        text=True,
+    )
+
+
+def fake_library(folder, version, abi):
+    source, library = folder / "fake.c", folder / "libperp.so"
+    source.write_text(
+        f"int perp_version(void) {{ return {version}; }}\n"
+        f"int perp_abi_version(void) {{ return {abi}; }}\n"
+    )
+    subprocess.run([COMPILER, "-shared", "-fPIC", str(source), "-o", str(library)], check=True)
+    return library
+
+
+def test_version():
+    assert perp.version >= (0, 1, 0)
+    assert perp.version_text().startswith(".".join(map(str, perp.version)) + " ")
+    assert perp.__version__ == "0.1.0"
+
+
+def test_override_names_the_library_to_load():
+    path = os.environ.get("PERP_LIBRARY")
+    if not path:
+        pytest.skip("the library came with the package")
+    assert try_import(path).stdout.strip() == str(perp.version)
+
+
+def test_override_that_is_missing_is_not_replaced_by_another_library(tmp_path):
+    run = try_import(tmp_path / "nowhere.so")
+    assert run.returncode == 1
+    assert "ImportError" in run.stderr
+    assert "nowhere.so" in run.stderr
+    assert "PERP_LIBRARY" in run.stderr
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    "version, abi, complaint",
+    [(100, 7, "version 0.1.0 with ABI 7"), (99, 0, "version 0.0.99 with ABI 0")],
+)
+def test_other_abi_and_older_version_are_refused(tmp_path, version, abi, complaint):
+    run = try_import(fake_library(tmp_path, version, abi))
+    assert run.returncode == 1
+    assert complaint in run.stderr
+    assert "needs ABI 0, version 0.1.0 or later" in run.stderr
+
+
+@needs_compiler
+def test_library_of_something_else_is_refused(tmp_path):
+    source, library = tmp_path / "other.c", tmp_path / "libother.so"
+    source.write_text("int other(void) { return 0; }\n")
+    subprocess.run([COMPILER, "-shared", "-fPIC", str(source), "-o", str(library)], check=True)
+    run = try_import(library)
+    assert run.returncode == 1
+    assert "not a perp library" in run.stderr
+
+
+def test_importing_does_not_import_scipy():
+    code = "import sys, perp; perp.lcp([[1.0]], [-1.0]); sys.exit('scipy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_types_are_announced():
+    folder = os.path.dirname(perp.__file__)
+    assert os.path.exists(os.path.join(folder, "py.typed"))
