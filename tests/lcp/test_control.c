@@ -28,15 +28,19 @@ static int destroy(void **state)
 
 static const int32_t methods[] = {PERP_LCP_LEMKE, PERP_LCP_PGS, PERP_LCP_FISCHER};
 
-/* Murty's triangle: 128 pivots of the lexicographic rule; many sweeps and some Newton steps. */
+/* lemke: Murty's triangle, 128 pivots of the lexicographic rule. Others: a chain that is pushed on
+ * one half and pulled on the other, which takes many sweeps and some Newton steps. */
 static void make_long(gen_lcp *problem, perp_lcp_settings *settings, int32_t method)
 {
     int M[49], q[7], i, j;
 
     for (i = 0; i < 7; i++) {
-        q[i] = -1;
+        q[i] = i < 4 || method == PERP_LCP_LEMKE ? -1 : 1;
         for (j = 0; j < 7; j++)
-            M[7 * i + j] = i == j ? 1 : j < i ? 2 : 0;
+            if (method == PERP_LCP_LEMKE)
+                M[7 * i + j] = i == j ? 1 : j < i ? 2 : 0;
+            else
+                M[7 * i + j] = i == j ? 2 : j == i - 1 || j == i + 1 ? -1 : 0;
     }
     gen_from_integers(problem, 7, M, q);
     *settings = run_settings(method);
