@@ -2,6 +2,7 @@
  * Rajamanickam, "Algorithm 887: CHOLMOD", ACM TOMS 35 (2008). Analysed once; simplicial or
  * supernodal, whichever it finds cheaper. Of A only the upper triangle is read. */
 #include <cholmod.h>
+#include <math.h>
 #include <string.h>
 
 #include "base/context.h"
@@ -92,22 +93,31 @@ static int solve_for(perp__factor *factor, double *b)
                           &factor->E, &factor->common);
 }
 
+static int is_finite(const perp__square *A)
+{
+    int32_t k;
+
+    for (k = 0; k < A->column_starts[A->n]; k++)
+        if (!isfinite(A->values[k]))
+            return 0;
+    return 1;
+}
+
 static perp_status factor_values(perp__factor *factor, const perp__square *A)
 {
     cholmod_sparse view;
-    double smallest;
 
     factor->ready = 0;
     if (factor->n == 0)
         return PERP_OK;
+    /* L_ij^2 <= A_ii: finite values have finite factors, or a pivot that is not positive */
+    if (!is_finite(A))
+        return PERP__FACTOR_SINGULAR;
     view = view_of(A);
     cholmod_factorize(&view, factor->L, &factor->common);
     if (factor->common.status < CHOLMOD_OK)
         return perp__fail_memory(factor->context, "a sparse factorisation");
     if (factor->common.status != CHOLMOD_OK || factor->L->minor < (size_t)factor->n)
-        return PERP__FACTOR_SINGULAR;
-    smallest = cholmod_rcond(factor->L, &factor->common);
-    if (!(smallest > 0.0)) /* a pivot is infinite or NaN */
         return PERP__FACTOR_SINGULAR;
     /* the first solve allocates: here, where that may fail */
     memset(factor->work, 0, (size_t)factor->n * sizeof *factor->work);

@@ -55,11 +55,15 @@ static perp_status analyse(perp_context *context, perp__factor **factor, const p
     return PERP_OK;
 }
 
-/* A zero, infinite or NaN pivot: the smallest over the largest is then 0 or NaN. */
-static int has_bad_pivot(perp__factor *factor)
+static int has_bad_pivot(const perp__factor *factor)
 {
-    return !klu_rcond(factor->symbolic, factor->numeric, &factor->common) ||
-           !(factor->common.rcond > 0.0);
+    const double *pivots = factor->numeric->Udiag;
+    int32_t k;
+
+    for (k = 0; k < factor->n; k++)
+        if (pivots[k] == 0.0 || !isfinite(pivots[k]))
+            return 1;
+    return 0;
 }
 
 static double growth(perp__factor *factor, const perp__square *A)

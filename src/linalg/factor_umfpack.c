@@ -1,5 +1,6 @@
 /* Sparse LU by the unsymmetric multifrontal method (GPL=1): Davis, "Algorithm 832: UMFPACK", ACM
  * TOMS 30 (2004). The ordering is kept, pivots are chosen anew. */
+#include <float.h>
 #include <string.h>
 #include <umfpack.h>
 
@@ -54,6 +55,12 @@ static perp_status analyse(perp_context *context, perp__factor **factor, const p
     return PERP_OK;
 }
 
+/* The smallest pivot and the largest; NaN if one is. */
+static int has_bad_pivot(const double *info)
+{
+    return !(info[UMFPACK_UMIN] > 0.0 && info[UMFPACK_UMAX] <= DBL_MAX);
+}
+
 static perp_status factor_values(perp__factor *factor, const perp__square *A)
 {
     int status;
@@ -65,8 +72,7 @@ static perp_status factor_values(perp__factor *factor, const perp__square *A)
                                 &factor->numeric, factor->control, factor->info);
     if (status < 0)
         return perp__fail_memory(factor->context, "a sparse factorisation");
-    /* the smallest pivot over the largest: 0 or NaN if one is zero, infinite or NaN */
-    if (status != UMFPACK_OK || !(factor->info[UMFPACK_RCOND] > 0.0)) {
+    if (status != UMFPACK_OK || has_bad_pivot(factor->info)) {
         umfpack_di_free_numeric(&factor->numeric);
         return PERP__FACTOR_SINGULAR;
     }

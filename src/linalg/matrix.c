@@ -95,10 +95,10 @@ static perp_status read_dense(perp_context *context, const char *name, perp__mat
     if (lines > 0 && length > 0 && !M->values)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.values is NULL", name);
     stride = (size_t)M->leading_dimension;
-    for (line = 0; line < (size_t)lines; line++) {
+    for (line = 0; line < (size_t)lines && length > 0; line++) {
         const double *values = M->values + line * stride;
 
-        if (length == 0 || all_finite(values, (size_t)length))
+        if (all_finite(values, (size_t)length))
             continue;
         for (k = 0; isfinite(values[k]); k++)
             ;

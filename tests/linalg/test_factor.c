@@ -289,6 +289,8 @@ static void test_singular(void **state)
             matrix A = matrix_zero(N);
             perp__factor *factor;
             perp__square view;
+            perp_status found;
+            double condition;
             int32_t i, j;
 
             for (i = 0; i < N * N; i++)
@@ -310,8 +312,13 @@ static void test_singular(void **state)
             if (kind >= 3)
                 A.dense[N + 1] = poison[kind - 3];
             matrix_compress(&A);
-            assert_int_equal(factored(types[t], factor, &A), PERP__FACTOR_SINGULAR);
-            assert_true(types[t]->condition(factor, &view) == 0.0);
+            found = factored(types[t], factor, &A);
+            condition = types[t]->condition(factor, &view);
+            /* where equal rows are added up in different orders, rounding leaves a pivot */
+            if (found != PERP__FACTOR_SINGULAR ? kind != 2 || condition > N * UNIT
+                                               : condition != 0.0)
+                fail_msg("%s, kind %d: %d, condition %g", types[t]->name, kind, (int)found,
+                         condition);
             for (i = 0; i < N * N; i++)
                 A.dense[i] = i % (N + 1) == 0 ? 8.0 : -1.0;
             matrix_compress(&A);
@@ -364,7 +371,7 @@ static void test_indefinite(void **state)
     }
 }
 
-/* Rows and columns of sizes from 2^-300 to 2^300 change no digit: power-of-two scaling commutes
+/* Rows and columns of sizes from 2^-450 to 2^450 change no digit: power-of-two scaling commutes
  * with elimination as long as the pivots stay. Row scaling by KLU may reorder; the residual, row by
  * row in its own scale, tells. */
 static void test_ill_scaled(void **state)
@@ -382,13 +389,14 @@ static void test_ill_scaled(void **state)
         perp__factor *factor;
 
         for (i = 0; i < N; i++)
-            e[i] = gen_integer(&random, 601) - 300;
+            e[i] = gen_integer(&random, 901) - 450;
         for (i = 0; i < N; i++)
             for (j = 0; j < N; j++)
                 A.dense[i + N * j] = ldexp(A.dense[i + N * j], e[i] + e[j]);
         matrix_compress(&A);
         factor = analysed(types[t], &A);
-        assert_int_equal(factored(types[t], factor, &A), PERP_OK);
+        if (factored(types[t], factor, &A) != PERP_OK)
+            fail_msg("%s finds it singular", types[t]->name);
         for (i = 0; i < N; i++)
             x[i] = b[i] = ldexp(gen_normal(&random), e[i]);
         types[t]->solve(factor, x, 0);

@@ -176,7 +176,7 @@ static void test_dense_strides(void **state)
 
 static void test_dense_values(void **state)
 {
-    double values[8 * 7];
+    double values[8 * 7] = {0.0};
     perp_matrix by_columns = dense(PERP_STORAGE_COLUMN_MAJOR, 5, 7, values, 8);
     perp_matrix by_rows = dense(PERP_STORAGE_ROW_MAJOR, 7, 5, values, 8);
     size_t k;
