@@ -1,0 +1,157 @@
+/* The tableau with delayed exchanges against plain exchanges in extended precision. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/context.h"
+#include "check.h"
+#include "gen.h"
+#include "lcp/tableau.h"
+
+typedef struct sized {
+    perp__tableau tableau;
+    int32_t rows, columns;
+} sized;
+
+static void layout(perp__arena *arena, void *object)
+{
+    sized *s = object;
+
+    perp__tableau_layout(arena, &s->tableau, s->rows, s->columns);
+}
+
+/* One exchange of row r and column c, entry by entry. */
+static void exchange(long double *T, int32_t rows, int32_t columns, int32_t r, int32_t c)
+{
+    const long double pivot = T[r + (size_t)c * (size_t)rows];
+    int32_t i, j;
+
+    for (j = 0; j < columns; j++)
+        for (i = 0; i < rows; i++)
+            if (i != r && j != c)
+                T[i + (size_t)j * (size_t)rows] -=
+                    T[i + (size_t)c * (size_t)rows] * T[r + (size_t)j * (size_t)rows] / pivot;
+    for (j = 0; j < columns; j++)
+        T[r + (size_t)j * (size_t)rows] /= pivot;
+    for (i = 0; i < rows; i++)
+        T[i + (size_t)c * (size_t)rows] /= -pivot;
+    T[r + (size_t)c * (size_t)rows] = 1 / pivot;
+}
+
+/* Diagonally dominant data and diagonal pivots: every tableau on the way stays well conditioned
+ * (entries below 3), so that `exchanges` rounding errors of 1e-16 add up to less than 1e-12. */
+static void compare(int32_t rows, int32_t columns, int32_t exchanges)
+{
+    sized s;
+    perp_context *context;
+    perp__arena arena;
+    gen_random random;
+    size_t entries = (size_t)rows * (size_t)columns;
+    long double *T = check_allocate(entries, sizeof *T);
+    double *row = check_allocate((size_t)columns, sizeof *row);
+    double *column = check_allocate((size_t)rows, sizeof *column);
+    int32_t k, i, j;
+
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    perp__arena_init(&arena, context);
+    memset(&s, 0, sizeof s);
+    s.rows = rows;
+    s.columns = columns;
+    assert_int_equal(perp__arena_fit(&arena, layout, &s), PERP_OK);
+    gen_seed(&random, 77);
+    for (j = 0; j < columns; j++)
+        for (i = 0; i < rows; i++) {
+            double value = gen_uniform(&random, -0.5, 0.5) / rows + (i == j);
+
+            s.tableau.T[(size_t)i + (size_t)j * (size_t)s.tableau.leading_dimension] = value;
+            T[(size_t)i + (size_t)j * (size_t)rows] = value;
+        }
+    perp__tableau_reset(&s.tableau, rows, columns);
+    for (k = 0; k < exchanges; k++) {
+        int32_t r = gen_integer(&random, rows);
+
+        perp__tableau_column(&s.tableau, r, column);
+        perp__tableau_row(&s.tableau, r, row);
+        for (i = 0; i < rows; i++)
+            assert_true(fabsl(column[i] - T[i + (size_t)r * (size_t)rows]) < 1e-12L);
+        for (j = 0; j < columns; j++)
+            assert_true(fabsl(row[j] - T[r + (size_t)j * (size_t)rows]) < 1e-12L);
+        perp__tableau_exchange(&s.tableau, r, r, column, row);
+        exchange(T, rows, columns, r, r);
+    }
+    perp__tableau_flush(&s.tableau);
+    for (j = 0; j < columns; j++)
+        for (i = 0; i < rows; i++) {
+            size_t at = (size_t)i + (size_t)j * (size_t)s.tableau.leading_dimension;
+
+            assert_true(fabsl(s.tableau.T[at] - T[i + (size_t)j * (size_t)rows]) < 1e-12L);
+        }
+    perp__arena_release(&arena);
+    perp_context_destroy(context);
+    free(T);
+    free(row);
+    free(column);
+}
+
+static void test_immediate_exchanges(void **state)
+{
+    (void)state;
+    compare(1, 2, 3);
+    compare(17, 18, 60);
+}
+
+static void test_delayed_exchanges(void **state)
+{
+    (void)state;
+    compare(100, 101, 31); /* flushed by the test */
+    compare(100, 101, 32); /* flushed by itself, nothing pending */
+    compare(130, 131, 150);
+}
+
+/* Rows that are large beside their pivots keep every digit: taken as a difference of the old row
+ * and a multiple of it, 1e-12 of the row would be lost to 1e12. Powers of two: the results are
+ * exact. */
+static void test_large_pivots_lose_nothing(void **state)
+{
+    const double large = ldexp(1.0, 40);
+    double row[2] = {large, 3.0}, column[2] = {large, 1.0};
+    perp_context *context;
+    perp__arena arena;
+    sized s;
+
+    (void)state;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    perp__arena_init(&arena, context);
+    memset(&s, 0, sizeof s);
+    s.rows = s.columns = 2;
+    assert_int_equal(perp__arena_fit(&arena, layout, &s), PERP_OK);
+    perp__tableau_reset(&s.tableau, 2, 2);
+    s.tableau.T[0] = large;
+    s.tableau.T[1] = 1.0;
+    s.tableau.T[2] = 3.0;
+    s.tableau.T[3] = 5.0;
+    perp__tableau_exchange(&s.tableau, 0, 0, column, row);
+    assert_true(s.tableau.T[0] == 1.0 / large);
+    assert_true(s.tableau.T[1] == -1.0 / large);
+    assert_true(s.tableau.T[2] == 3.0 / large);
+    assert_true(s.tableau.T[3] == 5.0 - 3.0 / large);
+    perp__arena_release(&arena);
+    perp_context_destroy(context);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_immediate_exchanges),
+        cmocka_unit_test(test_delayed_exchanges),
+        cmocka_unit_test(test_large_pivots_lose_nothing),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
