@@ -26,22 +26,26 @@ static void layout(perp__arena *arena, void *object)
     perp__tableau_layout(arena, &s->tableau, s->rows, s->columns);
 }
 
+static size_t at(int32_t rows, int32_t i, int32_t j)
+{
+    return (size_t)i + (size_t)j * (size_t)rows;
+}
+
 /* One exchange of row r and column c, entry by entry. */
 static void exchange(long double *T, int32_t rows, int32_t columns, int32_t r, int32_t c)
 {
-    const long double pivot = T[r + (size_t)c * (size_t)rows];
+    const long double pivot = T[at(rows, r, c)];
     int32_t i, j;
 
     for (j = 0; j < columns; j++)
         for (i = 0; i < rows; i++)
             if (i != r && j != c)
-                T[i + (size_t)j * (size_t)rows] -=
-                    T[i + (size_t)c * (size_t)rows] * T[r + (size_t)j * (size_t)rows] / pivot;
+                T[at(rows, i, j)] -= T[at(rows, i, c)] * T[at(rows, r, j)] / pivot;
     for (j = 0; j < columns; j++)
-        T[r + (size_t)j * (size_t)rows] /= pivot;
+        T[at(rows, r, j)] /= pivot;
     for (i = 0; i < rows; i++)
-        T[i + (size_t)c * (size_t)rows] /= -pivot;
-    T[r + (size_t)c * (size_t)rows] = 1 / pivot;
+        T[at(rows, i, c)] /= -pivot;
+    T[at(rows, r, c)] = 1 / pivot;
 }
 
 /* Diagonally dominant data and diagonal pivots: every tableau on the way stays well conditioned
@@ -69,7 +73,7 @@ static void compare(int32_t rows, int32_t columns, int32_t exchanges)
         for (i = 0; i < rows; i++) {
             double value = gen_uniform(&random, -0.5, 0.5) / rows + (i == j);
 
-            s.tableau.T[(size_t)i + (size_t)j * (size_t)s.tableau.leading_dimension] = value;
+            s.tableau.T[at(s.tableau.leading_dimension, i, j)] = value;
             T[(size_t)i + (size_t)j * (size_t)rows] = value;
         }
     perp__tableau_reset(&s.tableau, rows, columns);
@@ -79,18 +83,18 @@ static void compare(int32_t rows, int32_t columns, int32_t exchanges)
         perp__tableau_column(&s.tableau, r, column);
         perp__tableau_row(&s.tableau, r, row);
         for (i = 0; i < rows; i++)
-            assert_true(fabsl(column[i] - T[i + (size_t)r * (size_t)rows]) < 1e-12L);
+            assert_true(fabsl(column[i] - T[at(rows, i, r)]) < 1e-12L);
         for (j = 0; j < columns; j++)
-            assert_true(fabsl(row[j] - T[r + (size_t)j * (size_t)rows]) < 1e-12L);
+            assert_true(fabsl(row[j] - T[at(rows, r, j)]) < 1e-12L);
         perp__tableau_exchange(&s.tableau, r, r, column, row);
         exchange(T, rows, columns, r, r);
     }
     perp__tableau_flush(&s.tableau);
     for (j = 0; j < columns; j++)
         for (i = 0; i < rows; i++) {
-            size_t at = (size_t)i + (size_t)j * (size_t)s.tableau.leading_dimension;
+            double entry = s.tableau.T[at(s.tableau.leading_dimension, i, j)];
 
-            assert_true(fabsl(s.tableau.T[at] - T[i + (size_t)j * (size_t)rows]) < 1e-12L);
+            assert_true(fabsl(entry - T[at(rows, i, j)]) < 1e-12L);
         }
     perp__arena_release(&arena);
     perp_context_destroy(context);
