@@ -1,0 +1,342 @@
+/* Memory: every allocation may fail, nothing is lost, and a second solve asks for none. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "run.h"
+
+typedef struct memory {
+    int calls, live;
+    int fails_at; /* the call that fails, from 1; 0: none */
+} memory;
+
+static void *limited_allocate(size_t size, void *user)
+{
+    memory *m = user;
+    void *pointer;
+
+    m->calls++;
+    if (m->calls == m->fails_at)
+        return NULL;
+    pointer = malloc(size);
+    if (pointer) {
+        memset(pointer, 0xa5, size); /* nobody may rely on fresh memory being zero */
+        m->live++;
+    }
+    return pointer;
+}
+
+static void limited_release(void *pointer, void *user)
+{
+    memory *m = user;
+
+    assert_non_null(pointer);
+    m->live--;
+    free(pointer);
+}
+
+static perp_context_settings limited(memory *m)
+{
+    perp_context_settings settings;
+
+    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
+    settings.allocate = limited_allocate;
+    settings.release = limited_release;
+    settings.allocator_user = m;
+    return settings;
+}
+
+/* Methods, storages and problems that go through different code: dense and sparse, a solution, a
+ * ray, a method that hands over to another. */
+typedef struct scenario {
+    const char *name;
+    int32_t method, polish;
+    int sparse, large, solvable;
+} scenario;
+
+static const scenario scenarios[] = {
+    {"auto, dense", PERP_LCP_AUTO, 1, 0, 0, 1},
+    {"auto, sparse", PERP_LCP_AUTO, 1, 1, 0, 1},
+    {"auto, large sparse", PERP_LCP_AUTO, 1, 1, 1, 1},
+    {"auto, unsolvable", PERP_LCP_AUTO, 1, 0, 0, 0},
+    {"lemke, dense", PERP_LCP_LEMKE, 0, 0, 0, 1},
+    {"lemke, sparse", PERP_LCP_LEMKE, 1, 1, 0, 1},
+    {"lemke, unsolvable", PERP_LCP_LEMKE, 1, 0, 0, 0},
+    {"pgs, dense", PERP_LCP_PGS, 0, 0, 0, 1},
+    {"pgs, sparse", PERP_LCP_PGS, 1, 1, 0, 1},
+    {"fischer, dense", PERP_LCP_FISCHER, 0, 0, 0, 1},
+    {"fischer, sparse", PERP_LCP_FISCHER, 1, 1, 0, 1},
+    {"fischer, large sparse", PERP_LCP_FISCHER, 1, 1, 1, 1},
+};
+
+enum { SCENARIOS = sizeof scenarios / sizeof *scenarios };
+
+static void make_problem(gen_lcp *problem, const scenario *s, uint64_t seed)
+{
+    gen_random random;
+
+    gen_seed(&random, seed);
+    if (s->large) {
+        gen_obstacle_2d(problem, 22); /* more unknowns than `auto` takes for small */
+    } else {
+        gen_problem(problem, &random, 12, GEN_PD_SYMMETRIC, s->solvable ? GEN_MIXED : GEN_PLAIN);
+        if (!s->solvable) { /* rows 0 and 1 become walls that push against each other */
+            memset(problem->M, 0, 24 * sizeof(double));
+            problem->M[0] = problem->M[13] = 1;
+            problem->M[1] = problem->M[12] = -1;
+            problem->q[0] = problem->q[1] = -1;
+        }
+        if (s->sparse) {
+            gen_lcp csc;
+
+            gen_to_csc(&csc, problem);
+            problem->column_starts = csc.column_starts;
+            problem->row_indices = csc.row_indices;
+            problem->values = csc.values;
+            problem->view = csc.view;
+        }
+    }
+}
+
+static perp_lcp_settings settings_of(const scenario *s)
+{
+    perp_lcp_settings settings = run_settings(s->method);
+
+    settings.polish = s->polish;
+    return settings;
+}
+
+/* ---- every k-th allocation fails ------------------------------------------------------------- */
+
+static void test_context_and_solver(void **state)
+{
+    memory m = {0, 0, 1};
+    perp_context_settings settings = limited(&m);
+    perp_context *context, *const none = (perp_context *)(void *)&m;
+    perp_lcp_solver *solver, *const no_solver = (perp_lcp_solver *)(void *)&m;
+
+    (void)state;
+    context = none;
+    assert_int_equal(perp_context_create(&context, &settings), PERP_ERROR_MEMORY);
+    assert_ptr_equal(context, none);
+    m.fails_at = 0;
+    assert_int_equal(perp_context_create(&context, &settings), PERP_OK);
+    for (m.calls = 0, m.fails_at = 1;; m.calls = 0, m.fails_at++) {
+        perp_status status;
+
+        solver = no_solver;
+        status = perp_lcp_solver_create(context, &solver, NULL);
+        if (status == PERP_OK)
+            break;
+        assert_int_equal(status, PERP_ERROR_MEMORY);
+        assert_ptr_equal(solver, no_solver);
+        assert_string_not_equal(perp_context_message(context), "");
+        assert_int_equal(m.live, 1); /* the context alone */
+    }
+    perp_lcp_solver_destroy(solver);
+    perp_context_destroy(context);
+    assert_int_equal(m.live, 0);
+}
+
+/* One solve with the k-th allocation of the whole call failing; 0 if nothing failed. */
+static int fail_once(perp_context *context, memory *m, const gen_lcp *problem,
+                     const perp_lcp_settings *settings, const run *expected, int k,
+                     const char *where)
+{
+    size_t n = (size_t)problem->n, bytes = n * sizeof(double), i;
+    double *z = check_allocate(2 * n, sizeof *z), *w = z + n;
+    perp_lcp_result result;
+    perp_status status;
+    int live = m->live;
+
+    assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
+    result.outcome = 77;
+    for (i = 0; i < 2 * n; i++)
+        z[i] = 123.25;
+    m->calls = 0;
+    m->fails_at = k;
+    status = perp_lcp_solve(context, z, w, NULL, &result, settings, &problem->view, problem->q,
+                            problem->lower, problem->upper, NULL);
+    m->fails_at = 0;
+    if (m->live != live)
+        fail_msg("%s: %d blocks lost when allocation %d failed", where, m->live - live, k);
+    if (status == PERP_OK) {
+        assert_memory_equal(z, expected->z, bytes);
+    } else {
+        assert_int_equal(status, PERP_ERROR_MEMORY);
+        assert_string_not_equal(perp_context_message(context), "");
+        assert_int_equal(result.outcome, 77);
+        for (i = 0; i < 2 * n; i++)
+            assert_true(z[i] == 123.25);
+    }
+    free(z);
+    return status != PERP_OK;
+}
+
+static void test_at_once(void **state)
+{
+    int s;
+
+    (void)state;
+    for (s = 0; s < SCENARIOS; s++) {
+        memory m = {0, 0, 0};
+        perp_context_settings context_settings = limited(&m);
+        perp_lcp_settings settings = settings_of(&scenarios[s]);
+        perp_context *context;
+        gen_lcp problem;
+        run expected;
+        int k, count;
+
+        make_problem(&problem, &scenarios[s], 31);
+        assert_int_equal(perp_context_create(&context, &context_settings), PERP_OK);
+        m.calls = 0;
+        run_lcp(&expected, context, &problem, &settings, NULL, scenarios[s].name);
+        assert_int_equal(run_ok(&expected), scenarios[s].solvable);
+        count = m.calls;
+        assert_true(count > 0);
+        for (k = 1; k <= count; k++) /* each must matter: the call cannot do without */
+            assert_true(
+                fail_once(context, &m, &problem, &settings, &expected, k, scenarios[s].name));
+        assert_false(
+            fail_once(context, &m, &problem, &settings, &expected, count + 1, scenarios[s].name));
+        run_release(&expected);
+        gen_destroy(&problem);
+        perp_context_destroy(context);
+        assert_int_equal(m.live, 0);
+    }
+}
+
+/* A solver in use: setup with a larger problem fails at the k-th allocation, the old problem still
+ * solves to the same bits; then solve fails at the k-th, and the next attempt succeeds. */
+static void test_step_by_step(void **state)
+{
+    int s;
+
+    (void)state;
+    for (s = 0; s < SCENARIOS; s++) {
+        memory m = {0, 0, 0};
+        perp_context_settings context_settings = limited(&m);
+        perp_lcp_settings settings = settings_of(&scenarios[s]);
+        static const double one = 1.0, minus = -1.0;
+        perp_lcp_solver *solver;
+        perp_context *context;
+        perp_matrix small;
+        perp_lcp_result result;
+        gen_lcp problem;
+        double *z, tiny = 0.0;
+        perp_status status;
+        run expected;
+        int k;
+
+        make_problem(&problem, &scenarios[s], 32);
+        z = check_allocate((size_t)problem.n, sizeof *z);
+        assert_int_equal(perp_matrix_init(&small, sizeof small), PERP_OK);
+        assert_int_equal(perp_matrix_dense(&small, PERP_STORAGE_ROW_MAJOR, 1, 1, &one, 1), PERP_OK);
+        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
+        assert_int_equal(perp_context_create(&context, &context_settings), PERP_OK);
+        run_lcp(&expected, context, &problem, &settings, NULL, scenarios[s].name);
+        assert_int_equal(perp_lcp_solver_create(context, &solver, &settings), PERP_OK);
+        assert_int_equal(perp_lcp_solver_setup(solver, &small, NULL, NULL), PERP_OK);
+        for (k = 1; k < 1000; k++) {
+            m.calls = 0;
+            m.fails_at = k;
+            status = perp_lcp_solver_setup(solver, &problem.view, problem.lower, problem.upper);
+            m.fails_at = 0;
+            if (status == PERP_OK)
+                break;
+            assert_int_equal(status, PERP_ERROR_MEMORY);
+            assert_int_equal(
+                perp_lcp_solver_solve(solver, &tiny, NULL, NULL, &result, &minus, NULL), PERP_OK);
+            assert_true(tiny == 1.0);
+        }
+        assert_int_equal(status, PERP_OK);
+        for (k = 1; k < 1000; k++) {
+            z[0] = 123.25;
+            m.calls = 0;
+            m.fails_at = k;
+            status = perp_lcp_solver_solve(solver, z, NULL, NULL, &result, problem.q, NULL);
+            m.fails_at = 0;
+            if (status == PERP_OK)
+                break;
+            assert_int_equal(status, PERP_ERROR_MEMORY);
+            assert_true(z[0] == 123.25);
+        }
+        assert_int_equal(status, PERP_OK);
+        assert_memory_equal(z, expected.z, (size_t)problem.n * sizeof(double));
+        run_release(&expected);
+        free(z);
+        gen_destroy(&problem);
+        perp_lcp_solver_destroy(solver);
+        perp_context_destroy(context);
+        assert_int_equal(m.live, 0);
+    }
+}
+
+/* ---- no allocation after the first ------------------------------------------------------------
+ */
+
+static void test_second_solve_allocates_nothing(void **state)
+{
+    int s;
+
+    (void)state;
+    for (s = 0; s < SCENARIOS; s++) {
+        memory m = {0, 0, 0};
+        perp_context_settings context_settings = limited(&m);
+        perp_lcp_settings settings = settings_of(&scenarios[s]);
+        perp_lcp_solver *solver;
+        perp_context *context;
+        perp_lcp_result result;
+        gen_lcp problem;
+        double *z;
+        int32_t i, round;
+
+        make_problem(&problem, &scenarios[s], 33);
+        z = check_allocate((size_t)problem.n, sizeof *z);
+        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
+        assert_int_equal(perp_context_create(&context, &context_settings), PERP_OK);
+        assert_int_equal(perp_lcp_solver_create(context, &solver, &settings), PERP_OK);
+        assert_int_equal(perp_lcp_solver_setup(solver, &problem.view, problem.lower, problem.upper),
+                         PERP_OK);
+        assert_int_equal(perp_lcp_solver_solve(solver, z, NULL, NULL, &result, problem.q, NULL),
+                         PERP_OK);
+        m.calls = 0;
+        for (round = 0; round < 6; round++) { /* other q: other active sets; warm and cold */
+            assert_int_equal(perp_lcp_solver_solve(solver, z, NULL, NULL, &result, problem.q,
+                                                   round & 1 ? z : NULL),
+                             PERP_OK);
+            for (i = 0; i < problem.n; i++)
+                problem.q[i] += (i % 3 - 1) * 0.5;
+            if (round == 3)
+                assert_int_equal(
+                    perp_lcp_solver_setup(solver, &problem.view, problem.lower, problem.upper),
+                    PERP_OK);
+        }
+        if (m.calls != 0)
+            fail_msg("%s: %d allocations in later solves", scenarios[s].name, m.calls);
+        free(z);
+        gen_destroy(&problem);
+        perp_lcp_solver_destroy(solver);
+        perp_context_destroy(context);
+        assert_int_equal(m.live, 0);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_context_and_solver),
+        cmocka_unit_test(test_at_once),
+        cmocka_unit_test(test_step_by_step),
+        cmocka_unit_test(test_second_solve_allocates_nothing),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
