@@ -235,11 +235,11 @@ void perp__lemke_start(perp__lemke *l)
     for (k = 0; k < l->pairs; k++)
         any_free |= is_free(p, l->index[k]);
     if (any_free) {
-        double largest = make_free_basic(l);
+        double size = make_free_basic(l);
 
         left = count_left(l);
         if (left > 0) {
-            clear_dependent(l, largest);
+            clear_dependent(l, size);
             split_left(l, left);
         }
         l->singular = left;
