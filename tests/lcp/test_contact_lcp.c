@@ -1,0 +1,199 @@
+/* Contact LCPs of Stewart and Trinkle: copositive, degenerate, never P, and with gaps >= 0 always
+ * solvable, whatever friction and mass ratio (Anitescu & Potra 1997). A ray on one is an error of
+ * rounding; a plain float64 pivoting code reports one on 19 of 300. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "run.h"
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+static void solve(const gen_lcp *problem, int32_t method, const char *name, int round, double *z)
+{
+    perp_lcp_settings settings = run_settings(method);
+    char where[128];
+    run r;
+
+    snprintf(where, sizeof where, "%s, round %d, n = %d, %s", name, round, (int)problem->n,
+             perp_lcp_method_text(method));
+    run_lcp(&r, context, problem, &settings, NULL, where);
+    if (!run_ok(&r))
+        fail_msg("%s: %s, residual %g, backward error %g", where,
+                 perp_outcome_text(r.result.outcome), r.result.residual, r.result.backward_error);
+    memcpy(z, r.z, (size_t)problem->n * sizeof *z);
+    run_release(&r);
+}
+
+/* z'M z = |m^-1/2 B x|^2 + sum mu lambda c for the order (normals, frictions, lambdas): the
+ * generator makes what the theory is about. */
+static void test_the_generator(void **state)
+{
+    static const gen_contact_options plain = {2, 3, 6, 10, 2.0, 0, 0};
+    gen_random random;
+    gen_lcp problem;
+    int32_t n, i, j, round;
+
+    (void)state;
+    gen_seed(&random, 51);
+    for (round = 0; round < 20; round++) {
+        double quadratic = 0.0, friction = 0.0, delassus = 0.0, z[24];
+
+        gen_contact(&problem, &random, &plain);
+        n = problem.n;
+        assert_int_equal(n, 24);
+        for (i = 0; i < n; i++)
+            z[i] = gen_uniform(&random, 0, 1);
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n; j++) {
+                double term = z[i] * problem.M[i * n + j] * z[j];
+
+                quadratic += term;
+                if (i < 21 && j < 21) {
+                    delassus += term;
+                    assert_true(problem.M[i * n + j] == problem.M[j * n + i]);
+                }
+                if (i >= 21 && j < 3) /* mu in row lambda of its contact, column of the normal */
+                    friction += term;
+            }
+        assert_true(delassus >= 0);
+        /* 576 terms of size below 100: roundings far below 1e-10 */
+        assert_true(fabs(quadratic - delassus - friction) <= 1e-10);
+        for (i = 3; i < 6; i++) /* direction k + 3 is minus direction k, bit for bit */
+            for (j = 0; j < 21; j++)
+                assert_true(problem.M[i * n + j] == -problem.M[(i + 3) * n + j]);
+        gen_destroy(&problem);
+    }
+}
+
+/* Theory: 300 of 300. Systems of 1 to 3 contacts, 4 directions, friction up to 3. */
+static void test_three_hundred(void **state)
+{
+    static const int32_t methods[] = {PERP_LCP_LEMKE, PERP_LCP_AUTO};
+    gen_random random;
+    int round;
+    size_t m;
+
+    (void)state;
+    gen_seed(&random, 52);
+    for (round = 0; round < 300; round++) {
+        gen_contact_options options = {
+            1 + gen_integer(&random, 2), 1 + gen_integer(&random, 3), 4, 1.0, 3.0, 0, 0};
+        double z[32];
+        gen_lcp problem;
+
+        gen_contact(&problem, &random, &options);
+        for (m = 0; m < 2; m++)
+            solve(&problem, methods[m], "three hundred", round, z);
+        gen_destroy(&problem);
+    }
+}
+
+/* Mass ratios to 1e8, friction to 1e3, 4 to 16 directions, repeated contacts, any order. */
+static void test_harsh(void **state)
+{
+    static const double ratios[] = {1, 1e2, 1e4, 1e8}, frictions[] = {0.5, 1, 30, 1e3};
+    gen_random random;
+    int round;
+
+    (void)state;
+    gen_seed(&random, 53);
+    for (round = 0; round < 300; round++) {
+        gen_contact_options options;
+        double z[256];
+        gen_lcp problem;
+
+        options.bodies = 1 + gen_integer(&random, 5);
+        options.contacts = 1 + gen_integer(&random, 8);
+        options.directions = 4 + 2 * gen_integer(&random, 7);
+        options.mass_ratio = ratios[round % 4];
+        options.mu_max = frictions[round / 4 % 4];
+        options.duplicates = gen_integer(&random, options.contacts);
+        options.permuted = round / 16 % 2;
+        gen_contact(&problem, &random, &options);
+        solve(&problem, round & 1 ? PERP_LCP_AUTO : PERP_LCP_LEMKE, "harsh", round, z);
+        gen_destroy(&problem);
+    }
+}
+
+/* A few of the size of a pile: the blocked updates and the refactored restarts. */
+static void test_piles(void **state)
+{
+    gen_random random;
+    int round;
+
+    (void)state;
+    gen_seed(&random, 54);
+    for (round = 0; round < 6; round++) {
+        gen_contact_options options = {12, 24, 8, 1e3, 1.0, 4, 1};
+        double z[240];
+        gen_lcp problem;
+
+        gen_contact(&problem, &random, &options);
+        solve(&problem, PERP_LCP_LEMKE, "pile", round, z);
+        gen_destroy(&problem);
+    }
+}
+
+/* The next step's problem differs a little; the last solution as a start must not hurt. */
+static void test_warm_starts(void **state)
+{
+    gen_random random;
+    int round;
+
+    (void)state;
+    gen_seed(&random, 55);
+    for (round = 0; round < 60; round++) {
+        gen_contact_options options = {3, 5, 4, 10, 1.0, 1, 0};
+        double z[64];
+        gen_lcp problem;
+        int32_t i, step;
+
+        gen_contact(&problem, &random, &options);
+        solve(&problem, PERP_LCP_AUTO, "first step", round, z);
+        for (step = 0; step < 4; step++) {
+            perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
+            run r;
+
+            for (i = 0; i < 5 * 5; i++)
+                problem.q[i] += i < 5 ? 1e-3 * gen_uniform(&random, 0, 1) : 0.0; /* gaps grow */
+            run_lcp(&r, context, &problem, &settings, z, "warm");
+            if (!run_ok(&r))
+                fail_msg("warm start %d: %s", round, perp_outcome_text(r.result.outcome));
+            memcpy(z, r.z, (size_t)problem.n * sizeof *z);
+            run_release(&r);
+        }
+        gen_destroy(&problem);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_the_generator), cmocka_unit_test(test_three_hundred),
+        cmocka_unit_test(test_harsh),         cmocka_unit_test(test_piles),
+        cmocka_unit_test(test_warm_starts),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
