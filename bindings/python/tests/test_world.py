@@ -1,0 +1,576 @@
+"""perp.World: what goes in comes out, in both kinds of world."""
+
+import gc
+import math
+import weakref
+
+import numpy as np
+import pytest
+from check import EPS
+
+import perp
+
+NAN, INF = float("nan"), float("inf")
+
+
+def quaternion(axis, angle):
+    axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    return np.array([math.cos(angle / 2), *(math.sin(angle / 2) * axis)])
+
+
+@pytest.fixture
+def world():
+    return perp.World()
+
+
+@pytest.fixture
+def planar():
+    return perp.World(planar=True)
+
+
+def sliding_brick(**settings):
+    """A planar brick that slides on the ground, its lower face at height 0."""
+    world = perp.World(planar=True, **settings)
+    world.ground.add_plane([0, 1], friction=0.5)
+    brick = world.add_body(2.0, 0.1, position=[0, 0.1], velocity=[1, 0])
+    brick.add_box([0.2, 0.1], friction=0.5)
+    return world, brick
+
+
+# --- bodies -------------------------------------------------------------------------------------
+
+
+def test_defaults(world, planar):
+    body = world.add_body()
+    np.testing.assert_array_equal(body.position, [0, 0, 0])
+    np.testing.assert_array_equal(body.orientation, [1, 0, 0, 0])
+    for name in ("velocity", "angular_velocity", "force", "torque"):
+        np.testing.assert_array_equal(getattr(body, name), [0, 0, 0])
+    body = planar.add_body()
+    np.testing.assert_array_equal(body.position, [0, 0])
+    np.testing.assert_array_equal(body.velocity, [0, 0])
+    np.testing.assert_array_equal(body.force, [0, 0])
+    for name in ("orientation", "angular_velocity", "torque"):
+        value = getattr(body, name)
+        assert value == 0.0 and isinstance(value, float)
+    assert body.kind == "dynamic"
+
+
+def test_state_of_a_new_body(world, planar):
+    turn = quaternion([1, 2, 3], 0.7)
+    body = world.add_body(
+        2.0,
+        [1, 2, 2.5],
+        position=(1, 2, 3),
+        orientation=turn,
+        velocity=np.array([4.0, 5, 6]),
+        angular_velocity=[7, 8, 9],
+    )
+    np.testing.assert_array_equal(body.position, [1, 2, 3])
+    np.testing.assert_allclose(body.orientation, turn, rtol=0, atol=2 * EPS)  # normalised
+    np.testing.assert_array_equal(body.velocity, [4, 5, 6])
+    np.testing.assert_array_equal(body.angular_velocity, [7, 8, 9])
+    for word in ("orientation", "angle"):
+        body = planar.add_body(
+            2.0, 3.0, position=(1, 2), velocity=(4, 5), angular_velocity=6, **{word: 0.5}
+        )
+        np.testing.assert_array_equal(body.position, [1, 2])
+        np.testing.assert_array_equal(body.velocity, [4, 5])
+        assert (body.orientation, body.angular_velocity) == (0.5, 6.0)
+
+
+def test_writing(world, planar):
+    body = world.add_body()
+    turn = quaternion([1, -1, 0], 2.0)
+    values = {
+        "position": [1, 2, 3],
+        "velocity": [4, 5, 6],
+        "angular_velocity": [7, 8, 9],
+        "force": [10, 11, 12],
+        "torque": [13, 14, 15],
+    }
+    for name, value in values.items():
+        setattr(body, name, value)
+    body.orientation = 3 * turn / 3
+    for name, value in values.items():
+        np.testing.assert_array_equal(getattr(body, name), value)
+    np.testing.assert_allclose(body.orientation, turn, rtol=0, atol=2 * EPS)
+    body = planar.add_body()
+    values = {"position": [1, 2], "velocity": [4, 5], "force": [10, 11]}
+    numbers = {"orientation": 0.25, "angular_velocity": -9.0, "torque": np.float32(15)}
+    for name, value in {**values, **numbers}.items():
+        setattr(body, name, value)
+    for name, value in values.items():
+        np.testing.assert_array_equal(getattr(body, name), value)
+    for name, value in numbers.items():
+        assert getattr(body, name) == value
+
+
+def test_reading_gives_copies(world):
+    body = world.add_body(position=[1, 2, 3])
+    body.position[0] = 9.0
+    body.position += [1, 1, 1]  # reads, adds, writes
+    np.testing.assert_array_equal(body.position, [2, 3, 4])
+
+
+def test_inertia_as_number_moments_and_matrix():
+    """A torque of 1 for a step of 1 turns a body at rest at inertia^-1 torque."""
+    matrix = np.array([[2.0, 0.5, 0.0], [0.5, 3.0, 0.25], [0.0, 0.25, 4.0]])
+    for inertia, full in (
+        (2.0, 2 * np.eye(3)),
+        ([2, 3, 4], np.diag([2.0, 3, 4])),
+        (matrix, matrix),
+        (matrix.copy(order="F"), matrix),
+    ):
+        world = perp.World(gravity=[0, 0, 0])
+        body = world.add_body(1.0, inertia)
+        body.torque = [1, -2, 0.5]
+        h = 2.0**-20
+        world.step(h)
+        # the gyroscopic term is of second order in h
+        np.testing.assert_allclose(
+            body.angular_velocity, h * np.linalg.solve(full, [1, -2, 0.5]), rtol=4 * h
+        )
+    world = perp.World(gravity=[0, 0], planar=True)
+    body = world.add_body(1.0, 4.0)
+    body.torque = 2.0
+    world.step(0.5)
+    assert body.angular_velocity == pytest.approx(0.25, rel=4 * EPS)
+
+
+def test_identity(world):
+    a, b = world.add_body(), world.add_body()
+    a.add_sphere(1.0)
+    b.add_sphere(1.0)
+    b.position = [0, 0, 1.5]
+    world.step(0.01)
+    (contact,) = world.contacts
+    assert {contact.body_a, contact.body_b} == {a, b}
+    assert a != b and hash(a) == hash(perp.Body(world, a._id))
+    assert a != 3 and world.ground == world.ground and world.ground != a
+    other = perp.World().add_body()
+    assert all(other != body for body in (a, b))
+    assert contact.body_a.world is world
+    assert contact.shape_a.body == contact.body_a
+    assert contact.shape_a != contact.shape_b
+
+
+def test_kinds(world):
+    assert world.ground.kind == "static"
+    bodies = {kind: world.add_body(kind=kind) for kind in ("dynamic", "static", "kinematic")}
+    bodies["kinematic"].velocity = [1, 0, 0]
+    world.step(0.5)
+    for kind, body in bodies.items():
+        assert body.kind == kind
+        assert kind in repr(body)
+    np.testing.assert_array_equal(bodies["static"].position, [0, 0, 0])
+    np.testing.assert_array_equal(bodies["kinematic"].position, [0.5, 0, 0])
+    assert bodies["dynamic"].velocity[2] == -9.81 * 0.5
+
+
+def test_removed_bodies_are_refused(world):
+    body, other = world.add_body(), world.add_body()
+    body.remove()
+    for use in (
+        lambda: body.position,
+        lambda: body.kind,
+        lambda: body.add_sphere(1.0),
+        body.remove,
+        lambda: setattr(body, "velocity", [1, 2, 3]),
+    ):
+        with pytest.raises(perp.Error):
+            use()
+    again = world.add_body(position=[5, 5, 5])  # may take the place of the removed one
+    assert again != body
+    with pytest.raises(perp.Error):
+        body.position = [0, 0, 0]
+    np.testing.assert_array_equal(again.position, [5, 5, 5])
+    np.testing.assert_array_equal(other.position, [0, 0, 0])
+    with pytest.raises(perp.Error):
+        world.ground.remove()
+    assert world.ground.kind == "static"
+    assert "removed" in repr(body)
+
+
+def test_body_keeps_its_world():
+    body = perp.World().add_body(position=[1, 2, 3])
+    gc.collect()
+    np.testing.assert_array_equal(body.position, [1, 2, 3])
+    gone = weakref.ref(body.world)
+    del body
+    assert gone() is None
+
+
+def test_closed_world():
+    with perp.World() as world:
+        body = world.add_body()
+    for use in (
+        lambda: world.step(0.1),
+        lambda: body.position,
+        lambda: world.contacts,
+        lambda: world.snapshot(),
+        lambda: world.add_body(),
+    ):
+        with pytest.raises(perp.Error, match="closed") as caught:
+            use()
+        assert caught.value.name == "PERP_ERROR_HANDLE"
+
+
+# --- refusals -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "arguments, word",
+    [
+        ({"gravity": [0, 0]}, "gravity"),
+        ({"gravity": [0, 0, 0], "planar": True}, "gravity"),
+        ({"gravity": [0, 0, NAN]}, "gravity"),
+        ({"friction_directions": 5}, "friction_directions"),
+        ({"friction_directions": 2}, "friction_directions"),
+        ({"method": "bullet"}, "method"),
+        ({"tol": -1.0}, "tol"),
+        ({"time_limit": NAN}, "time_limit"),
+        ({"max_iterations": 0}, "max_iterations"),
+    ],
+)
+def test_world_refuses(arguments, word):
+    with pytest.raises(ValueError, match=word):
+        perp.World(**arguments)
+
+
+@pytest.mark.parametrize(
+    "arguments, word",
+    [
+        ({"mass": 0.0}, "mass"),
+        ({"mass": -1.0}, "mass"),
+        ({"mass": NAN}, "mass"),
+        ({"mass": [1, 2]}, "mass"),
+        ({"inertia": [1, 2]}, "inertia"),
+        ({"inertia": [1, 1, 3]}, "inertia"),  # no body has it: 1 + 1 < 3
+        ({"inertia": [[1, 2, 0], [2, 1, 0], [0, 0, 1]]}, "inertia"),  # not positive definite
+        ({"inertia": [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]}, "inertia"),  # not symmetric
+        ({"inertia": -1.0}, "inertia"),
+        ({"position": [0, 0]}, "position"),
+        ({"position": [0, INF, 0]}, "position"),
+        ({"orientation": [1, 0, 0]}, "orientation"),
+        ({"orientation": [2, 0, 0, 0]}, "orientation"),
+        ({"angle": 0.5}, "angle"),
+        ({"velocity": 1.0}, "velocity"),
+        ({"angular_velocity": 1.0}, "angular_velocity"),
+        ({"kind": "ghost"}, "kind"),
+    ],
+)
+def test_add_body_refuses(world, arguments, word):
+    with pytest.raises(ValueError, match=word):
+        world.add_body(**arguments)
+    assert world.stats().bodies == perp.World().stats().bodies
+
+
+def test_planar_refusals(planar):
+    with pytest.raises(ValueError, match="angle"):
+        planar.add_body(angle=0.1, orientation=0.1)
+    for arguments, word in (
+        ({"position": [0, 0, 0]}, "position"),
+        ({"inertia": [1, 1, 1]}, "inertia"),
+        ({"orientation": [1, 0, 0, 0]}, "orientation"),
+        ({"angular_velocity": [0, 0, 1]}, "angular_velocity"),
+    ):
+        with pytest.raises(ValueError, match=word):
+            planar.add_body(**arguments)
+    body = planar.add_body()
+    with pytest.raises(ValueError, match="half_extents"):
+        body.add_box([1, 1, 1])
+    with pytest.raises(ValueError, match="torque"):
+        body.torque = [0, 0, 1]
+
+
+@pytest.mark.parametrize(
+    "add, word",
+    [
+        (lambda body: body.add_sphere(-1.0), "radius"),
+        (lambda body: body.add_sphere(NAN), "radius"),
+        (lambda body: body.add_sphere([1, 2]), "radius"),
+        (lambda body: body.add_box([1, 1]), "half_extents"),
+        (lambda body: body.add_box([1, 0, 1]), "half_extents"),
+        (lambda body: body.add_plane([0, 0, 1]), ""),
+        (lambda body: body.add_sphere(1.0, friction=-0.1), "friction"),
+        (lambda body: body.add_sphere(1.0, restitution=1.1), "restitution"),
+        (lambda body: body.add_sphere(1.0, offset=[0, 0]), "offset"),
+        (lambda body: body.add_sphere(1.0, rotation=0.5), "rotation"),
+        (lambda body: body.world.ground.add_plane([0, 0, 0]), "normal"),
+        (lambda body: body.world.ground.add_plane([0, 0, 1], INF), "offset"),
+    ],
+)
+def test_shapes_refuse(world, add, word):
+    body = world.add_body()
+    with pytest.raises(ValueError) as caught:
+        add(body)
+    assert word in str(caught.value)
+    assert world.stats().shapes == 0
+
+
+def test_state_refuses(world):
+    body = world.add_body(position=[1, 2, 3])
+    for name, value in (
+        ("position", [NAN, 0, 0]),
+        ("velocity", [0, 0]),
+        ("orientation", [0, 0, 0, 0]),
+        ("force", [0, 0, INF]),
+    ):
+        with pytest.raises(ValueError, match=name):
+            setattr(body, name, value)
+    np.testing.assert_array_equal(body.position, [1, 2, 3])
+    with pytest.raises(AttributeError):
+        body.positon = [0, 0, 0]
+    for dt in (0.0, -1.0, NAN, INF):
+        with pytest.raises(ValueError, match="dt"):
+            world.step(dt)
+
+
+# --- shapes and contacts ------------------------------------------------------------------------
+
+
+def test_contact_of_a_ball_on_the_ground():
+    world = perp.World()
+    world.ground.add_plane([0, 0, 2], -1.0, friction=0.25, restitution=0.5)
+    ball = world.add_body(2.0, 0.1, position=[3, 4, -0.75])
+    ball.add_sphere(0.25, friction=0.25)
+    result = world.step(0.01)
+    assert result.ok and result.advanced and (result.contacts, result.islands) == (1, 1)
+    (contact,) = world.contacts
+    assert {contact.body_a, contact.body_b} == {world.ground, ball}
+    sign = 1.0 if contact.body_b == ball else -1.0
+    np.testing.assert_array_equal(contact.normal, [0, 0, sign])
+    np.testing.assert_allclose(contact.position, [3, 4, -1], rtol=4 * EPS)
+    assert abs(contact.gap) <= 2 * EPS
+    assert (contact.friction, contact.restitution) == (0.25, 0.5)
+    # right-handed: normal x tangent 1 = tangent 2
+    assert contact.tangents.shape == (2, 3)
+    np.testing.assert_allclose(
+        np.cross(contact.normal, contact.tangents[0]), contact.tangents[1], atol=4 * EPS
+    )
+    # it carries the weight for the step
+    assert contact.impulse[0] == pytest.approx(2.0 * 9.81 * 0.01, rel=1e-12)
+    assert contact.mode == "stick"
+    np.testing.assert_array_equal(contact.velocity, [0, 0, 0])
+    np.testing.assert_array_equal(ball.velocity, [0, 0, 0])
+
+
+def test_offset_and_rotation_of_shapes(world, planar):
+    """A box on its side, off the mass centre, just touches the ground."""
+    world.ground.add_plane([0, 0, 1])
+    body = world.add_body(position=[0, 0, 1.0])
+    body.add_box([0.5, 0.1, 0.2], offset=[0, 0, -0.5], rotation=quaternion([0, 1, 0], math.pi / 2))
+    world.step(1e-3)
+    assert len(world.contacts) == 4
+    for contact in world.contacts:
+        # x and z half extents have changed places
+        np.testing.assert_allclose(np.abs(contact.position[:2]), [0.2, 0.1], atol=4 * EPS)
+        assert abs(contact.gap) <= 4 * EPS
+    planar.ground.add_plane([0, 1])
+    body = planar.add_body(position=[0, 1.0])
+    body.add_box([0.5, 0.2], offset=[0, -0.5], rotation=math.pi / 2)
+    planar.step(1e-3)
+    assert len(planar.contacts) == 2
+    for contact in planar.contacts:
+        assert contact.tangents.shape == (1, 2)
+        assert contact.position.shape == contact.normal.shape == (2,)
+        assert contact.impulse.shape == contact.velocity.shape == (2,)
+        np.testing.assert_allclose(np.abs(contact.position[0]), 0.2, atol=4 * EPS)
+
+
+def test_friction_is_the_geometric_mean_and_restitution_the_larger(planar):
+    planar.ground.add_plane([0, 1], friction=0.9, restitution=0.25)
+    planar.add_body(position=[0, 1]).add_sphere(1.0, friction=0.4, restitution=0.75)
+    planar.step(0.01)
+    (contact,) = planar.contacts
+    assert contact.friction == pytest.approx(0.6, rel=2 * EPS)
+    assert contact.restitution == 0.75
+
+
+def test_no_contacts_before_a_step_and_none_after_separation(planar):
+    planar.ground.add_plane([0, 1])
+    ball = planar.add_body(position=[0, 1])
+    ball.add_sphere(1.0)
+    assert planar.contacts == []
+    planar.step(0.01)
+    assert len(planar.contacts) == 1
+    ball.position = [0, 50]
+    planar.step(0.01)
+    assert planar.contacts == [] or planar.contacts[0].mode == "separate"
+
+
+# --- time ---------------------------------------------------------------------------------------
+
+
+def test_free_fall():
+    """Nothing touches it: the parabola itself."""
+    world = perp.World(gravity=[0, -1, -8])
+    body = world.add_body(position=[0, 0, 1], velocity=[1, 0, 0])
+    body.force = [0, 0, 4]
+    h, n = 2.0**-7, 128
+    result = world.run(n * h, h)
+    assert (result.outcome, result.ok, result.steps, result.stopped) == ("solved", True, n, False)
+    assert result.seconds == n * h
+    # sums of multiples of 2^-15: exact
+    np.testing.assert_array_equal(body.velocity, [1, -1, -4])
+    np.testing.assert_array_equal(body.position, [1, -1 / 2, 1 - 4 / 2])
+
+
+def test_step_result_and_stats():
+    world, _ = sliding_brick()
+    result = world.step(0.01)
+    assert isinstance(result.ok, bool) and isinstance(result.advanced, bool)
+    assert 0 <= result.residual <= 1e-10
+    assert result.contacts == 2 and result.islands == 1
+    world.step(0.01)
+    stats = world.stats()
+    assert stats.shapes == 2 and stats.contacts == 2 and stats.islands == 1
+    assert stats.steps == 2 and stats.rows_normal == 2
+    assert stats.seconds_solve > 0
+    names = [name for name, _ in perp._structures.WorldStats._fields_]
+    assert ["struct_size", *stats.as_dict()] == names
+
+
+def test_brick_stops_and_stays_exactly():
+    world, brick = sliding_brick()
+    world.run(1.0, 0.01)
+    np.testing.assert_array_equal(brick.velocity, [0, 0])
+    assert brick.angular_velocity == 0.0
+    place = brick.position
+    world.run(1.0, 0.01)
+    np.testing.assert_array_equal(brick.position, place)
+    for contact in world.contacts:
+        assert contact.mode == "stick"
+        np.testing.assert_array_equal(contact.velocity, [0, 0])
+
+
+def test_run_counts_rounds_and_stops():
+    world = sliding_brick()[0]
+    assert world.run(0.1, 0.03).steps == 3
+    assert world.run(0.0, 0.01).steps == 0
+    seen = []
+    result = world.run(1.0, 0.01, callback=lambda w: seen.append(w) or len(seen) == 4)
+    assert result.stopped and result.steps == 4
+    assert seen == [world] * 4
+
+    def fail(world):
+        raise KeyError("in the callback")
+
+    with pytest.raises(KeyError, match="in the callback"):
+        world.run(1.0, 0.01, callback=fail)
+    for seconds, dt in ((1.0, 0.0), (1.0, -1.0), (-1.0, 0.1), (NAN, 0.1), (INF, 0.1), (1, NAN)):
+        with pytest.raises(ValueError):
+            world.run(seconds, dt)
+
+
+def test_progress_goes_to_stderr(capsys):
+    world, _ = sliding_brick()
+    world.run(0.05, 0.01)
+    assert capsys.readouterr() == ("", "")
+    world.run(0.05, 0.01, progress=True)
+    out, err = capsys.readouterr()
+    assert out == "" and err.splitlines()[-1] == "perp: step 5 of 5, t = 0.05"
+
+
+def squeezed_ball(**settings):
+    """A ball between two walls it touches, moving towards the one that asks for a bounce while the
+    other holds it: unequal restitution at opposed contacts leaves no velocity."""
+    world = perp.World(gravity=[0, 0], planar=True, **settings)
+    world.ground.add_plane([0, 1], restitution=0.5)
+    world.ground.add_plane([0, -1], -2.0, restitution=0.0)
+    ball = world.add_body(position=[0, 1], velocity=[0, -1])
+    ball.add_sphere(1.0)
+    return world, ball
+
+
+def test_where_no_step_exists_the_state_is_untouched():
+    world, ball = squeezed_ball()
+    before = world.snapshot()
+    result = world.step(0.01)
+    assert (result.outcome, result.ok, result.advanced) == ("ray", False, False)
+    assert world.snapshot() == before
+    np.testing.assert_array_equal(ball.velocity, [0, -1])
+    run = world.run(1.0, 0.01)
+    assert (run.outcome, run.ok, run.steps, run.stopped) == ("ray", False, 0, True)
+
+
+def pile(**settings):
+    """Discs of very unequal masses that hit each other: no active set is near at hand."""
+    world = perp.World(planar=True, **settings)
+    world.ground.add_plane([0, 1], friction=0.5)
+    rng = np.random.default_rng(1)
+    for i in range(5):
+        for j in range(5):
+            mass, velocity = 10.0 ** rng.uniform(-2, 2), rng.standard_normal(2)
+            disc = world.add_body(mass, 0.1, position=[i, 0.5 + j], velocity=velocity)
+            disc.add_sphere(0.5, friction=0.5)
+    return world
+
+
+def test_strict_worlds_do_not_advance_on_a_limit():
+    result = pile(max_iterations=1).step(0.01)
+    assert (result.ok, result.advanced) == (False, True)
+    strict = pile(max_iterations=1, strict=True)
+    before = strict.snapshot()
+    result = strict.step(0.01)
+    assert (result.outcome, result.advanced) == ("iteration_limit", False)
+    assert strict.snapshot() == before
+
+
+def test_snapshot_restores_every_bit():
+    world, brick = sliding_brick()
+    world.run(0.1, 0.01)
+    saved = world.snapshot()
+    assert isinstance(saved, bytes)
+    world.run(0.1, 0.01)
+    end = [brick.position, brick.velocity, brick.orientation]
+    for blob in (saved, bytearray(saved), memoryview(saved)):
+        world.restore(blob)
+        assert world.snapshot() == saved
+        world.run(0.1, 0.01)
+        for a, b in zip(end, [brick.position, brick.velocity, brick.orientation]):
+            np.testing.assert_array_equal(a, b)
+    for wrong in (b"", saved[:-1], saved + b"?"):
+        with pytest.raises(ValueError):
+            world.restore(wrong)
+    world.add_body()
+    with pytest.raises(ValueError):
+        world.restore(saved)
+
+
+def test_two_worlds_same_bits():
+    states = []
+    for _ in range(2):
+        world = pile()
+        world.run(0.2, 0.01)
+        states.append(np.array([body.position for body in map_bodies(world)]))
+    np.testing.assert_array_equal(*states)
+
+
+def map_bodies(world):
+    return [perp.Body(world, id) for id, kind in world._kinds.items() if kind == "dynamic"]
+
+
+def test_energy_and_momentum(world, planar):
+    turn = quaternion([0, 0, 1], math.pi / 2)
+    body = world.add_body(
+        2.0, [2, 3, 4], [1, 0, 3], turn, velocity=[0, 5, 0], angular_velocity=[1, 0, 0]
+    )
+    # in the body's frame the turn is about -y: 3/2 * 1^2
+    energy = world.energy()
+    assert energy.kinetic == pytest.approx(0.5 * 2 * 25 + 0.5 * 3, rel=8 * EPS)
+    assert energy.potential == pytest.approx(2 * 9.81 * 3, rel=8 * EPS)
+    assert energy.total == energy.kinetic + energy.potential
+    assert energy == (energy.kinetic, energy.potential)
+    momentum = world.momentum()
+    np.testing.assert_allclose(momentum.linear, [0, 10, 0], atol=8 * EPS)
+    spin = np.array([3.0, 0, 0]) + np.cross([1, 0, 3], [0, 10, 0])
+    np.testing.assert_allclose(momentum.angular, spin, atol=64 * EPS)
+    planar.add_body(2.0, 3.0, position=[1, 2], velocity=[4, 5], angular_velocity=6)
+    assert planar.energy().kinetic == pytest.approx(0.5 * 2 * 41 + 0.5 * 3 * 36, rel=8 * EPS)
+    momentum = planar.momentum()
+    np.testing.assert_allclose(momentum.linear, [8, 10])
+    assert isinstance(momentum.angular, float)
+    assert momentum.angular == pytest.approx(2 * (1 * 5 - 2 * 4) + 3 * 6, rel=8 * EPS)
+    assert body.kind == "dynamic"
