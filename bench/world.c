@@ -1,10 +1,11 @@
 /* Rigid bodies: what a step costs, and what is lost when accuracy is turned down.
  *
- * stack: boxes of 1 m on top of each other, at rest, steps of 5 ms for one second. Exact: nothing
- * moves. 'creep' is the largest speed of a body at the end, 'sinking' what the top box lost.
- * slide: a box starts at 3 m/s half-way between two edges of the friction cone, mu = 0.5. Exact: it
- * stops after v^2 / (2 mu g), in a straight line. 'distance' is the error of that, relative;
- * 'heading' the angle between start direction and stop point. */
+ * stack: boxes of 1 m on top of each other, at rest; steps of 5 ms, 200 of them or as many as one
+ * second of computing allows. Exact: nothing moves. 'creep' is the largest speed of a body at the
+ * end, 'sinking' what the top box lost.
+ * slide: a box starts at 3 m/s, mu = 0.5. Exact: it stops after v^2 / (2 mu g), in a straight line.
+ * 'distance' is the relative error of that if it starts half-way between two edges of the friction
+ * cone, 'heading' the angle in degrees between start and stop if it starts a quarter of the way. */
 #include "measure.h"
 
 typedef struct setting {
@@ -54,22 +55,26 @@ static perp_body add_box(perp_context *context, perp_world *world, double height
     return body;
 }
 
-/* Steps the world; returns steps a second, and the largest residual and iterations of a step. */
+/* Steps the world, for about a second at the most; returns steps a second, the largest residual and
+ * the iterations of a step. */
 static double run(perp_context *context, perp_world *world, double h, int steps, double *residual,
                   double *iterations)
 {
     perp_step_result result;
+    double start = seconds_now(), seconds = 0;
     int64_t all = 0;
+    int done = 0;
     *residual = 0;
     perp_step_result_init(&result, sizeof result);
-    double start = seconds_now();
-    for (int k = 0; k < steps; k++) {
+    while (done < steps && (seconds < 1 || done < 5)) {
         require(perp_world_step(world, &result, h) == PERP_OK, perp_context_message(context));
         *residual = fmax(*residual, result.residual);
         all += result.iterations;
+        done++;
+        seconds = seconds_now() - start;
     }
-    *iterations = (double)all / steps;
-    return steps / (seconds_now() - start);
+    *iterations = (double)all / done;
+    return done / seconds;
 }
 
 static void read_body(perp_world *world, perp_body_state *state, perp_body body)
@@ -90,11 +95,10 @@ static void measure_stack(perp_context *context, int boxes, const setting *chose
     perp_body body[MOST];
     perp_body_state state;
     double residual, iterations, creep = 0;
-    int steps = boxes > 10 ? 20 : boxes > 5 ? 50 : 200;
     perp_world *world = create(context, chosen);
     for (int k = 0; k < boxes; k++)
         body[k] = add_box(context, world, 0.5 + k, 0, 0);
-    double speed = run(context, world, 0.005, steps, &residual, &iterations);
+    double speed = run(context, world, 0.005, 200, &residual, &iterations);
     for (int k = 0; k < boxes; k++) {
         read_body(world, &state, body[k]);
         for (int c = 0; c < 3; c++)
@@ -108,22 +112,34 @@ static void measure_stack(perp_context *context, int boxes, const setting *chose
     perp_world_destroy(world);
 }
 
+/* Slides a box until it has stopped; returns its state. */
+static perp_body_state slide(perp_context *context, double h, double heading, const setting *chosen,
+                             double *speed, double *residual, double *iterations)
+{
+    perp_body_state state;
+    perp_world *world = create(context, chosen);
+    perp_body body = add_box(context, world, 0.5, 3, heading);
+    *speed = run(context, world, h, (int)(1 / h), residual, iterations);
+    read_body(world, &state, body);
+    require(state.velocity[0] == 0 && state.velocity[1] == 0, "the box did not stop");
+    perp_world_destroy(world);
+    return state;
+}
+
 static void measure_slide(perp_context *context, double h, const setting *chosen)
 {
-    const double heading = pi / chosen->directions, v0 = 3, exact = v0 * v0 / (2 * 0.5 * g);
-    perp_body_state state;
-    double residual, iterations;
-    perp_world *world = create(context, chosen);
-    perp_body body = add_box(context, world, 0.5, v0, heading);
-    double speed = run(context, world, h, (int)(1 / h), &residual, &iterations);
-    read_body(world, &state, body);
-    double angle = atan2(state.position[1], state.position[0]) - heading;
+    const double edge = 2 * pi / chosen->directions, exact = 3 * 3 / (2 * 0.5 * g);
+    double speed, residual, iterations;
+    perp_body_state half = slide(context, h, 0.5 * edge, chosen, &speed, &residual, &iterations);
+    double distance = hypot(half.position[0], half.position[1]) / exact - 1;
+    perp_body_state quarter =
+        slide(context, h, 0.25 * edge, chosen, &speed, &residual, &iterations);
+    double angle = atan2(quarter.position[1], quarter.position[0]) - 0.25 * edge;
     printf("%6g", h);
     print_setting(chosen);
-    printf(" %10.1f %10.1f %9.1e %9.1e %9.1e\n", speed, iterations, residual,
-           hypot(state.position[0], state.position[1]) / exact - 1, angle * 180 / pi);
+    printf(" %10.1f %10.1f %9.1e %9.1e %9.1e\n", speed, iterations, residual, distance,
+           angle * 180 / pi);
     fflush(stdout);
-    perp_world_destroy(world);
 }
 
 int main(void)
