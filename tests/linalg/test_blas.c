@@ -304,6 +304,24 @@ static void test_condition(void **state)
     assert_true(perp__lu_condition(0, A, 1, 0.0, work, iwork) == 1.0);
 }
 
+/* A^-1 = I + t u u', u = (1, -1, 1, -1): the ascent starts at e / 4, which A^-1 leaves alone, and
+ * ends there with the estimate 1 (Higham 1988, section 4). The alternating vector finds the truth,
+ * 1 + 4 t. Here A = I - c u u' with c = 1/4 - 2^-12, 1 + 4 t = 1 / (1 - 4 c) = 1024. */
+static void test_condition_alternating(void **state)
+{
+    const double c = 0.25 - 0x1p-12, norm = 1.0 + 2.0 * c;
+    double A[16], work[16], estimate;
+    int32_t i, j, pivots[4], iwork[4];
+
+    (void)state;
+    for (i = 0; i < 4; i++)
+        for (j = 0; j < 4; j++)
+            A[i + 4 * j] = (i == j ? 1.0 : 0.0) - ((i + j) % 2 == 0 ? c : -c);
+    assert_int_equal(perp__lu_factor(4, A, 4, pivots), 0);
+    estimate = 1.0 / norm / perp__lu_condition(4, A, 4, norm, work, iwork);
+    assert_true(fabs(estimate - 1024.0) <= 1e-9 * 1024.0); /* solves are right to cond u = 2e-13 */
+}
+
 /* Diagonal matrices of every size: exact, to the limits of the range. */
 static void test_condition_diagonal(void **state)
 {
@@ -320,9 +338,13 @@ static void test_condition_diagonal(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_gemm),      cmocka_unit_test(test_gemv),
-        cmocka_unit_test(test_lu),        cmocka_unit_test(test_zero_pivot),
-        cmocka_unit_test(test_condition), cmocka_unit_test(test_condition_diagonal),
+        cmocka_unit_test(test_gemm),
+        cmocka_unit_test(test_gemv),
+        cmocka_unit_test(test_lu),
+        cmocka_unit_test(test_zero_pivot),
+        cmocka_unit_test(test_condition),
+        cmocka_unit_test(test_condition_alternating),
+        cmocka_unit_test(test_condition_diagonal),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
