@@ -12,7 +12,7 @@ from setuptools import Distribution, setup
 from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_py import build_py
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parent.parent.parent
 USE_SYSTEM_LIBRARY = os.environ.get("PERP_USE_SYSTEM_LIBRARY") == "1"
 
 
@@ -20,7 +20,7 @@ def build_library() -> Path:
     """Runs make and returns the shared library it built."""
     if not (ROOT / "Makefile").is_file() or not (ROOT / "include/perp/perp.h").is_file():
         raise SystemExit(
-            f"The C sources of perp are not in {ROOT}. Install from a checkout of the repository "
+            f"The C sources of perp are not above {Path(__file__).resolve().parent}. Install from a checkout of the repository "
             "(pip install ./bindings/python), with a pip that builds in place (21.3 or later); "
             "or install libperp and set PERP_USE_SYSTEM_LIBRARY=1."
         )

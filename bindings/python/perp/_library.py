@@ -146,10 +146,10 @@ def _load() -> CDLL:
             return _checked(path)
         except OSError as error:
             errors.append(str(error))
-    where = "PERP_LIBRARY" if os.environ.get("PERP_LIBRARY") else "this package and the system"
+    override = os.environ.get("PERP_LIBRARY")
     raise ImportError(
-        "perp found no usable libperp in "
-        + where
+        "no usable libperp, "
+        + ("as PERP_LIBRARY says" if override else "neither in this package nor on the system")
         + (":\n  " + "\n  ".join(errors) if errors else "")
         + "\nInstall the package from a source checkout (pip install ./bindings/python), "
         "or set PERP_LIBRARY to the path of the shared library."
