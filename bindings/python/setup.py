@@ -20,9 +20,10 @@ def build_library() -> Path:
     """Runs make and returns the shared library it built."""
     if not (ROOT / "Makefile").is_file() or not (ROOT / "include/perp/perp.h").is_file():
         raise SystemExit(
-            f"The C sources of perp are not above {Path(__file__).resolve().parent}. Install from a checkout of the repository "
-            "(pip install ./bindings/python), with a pip that builds in place (21.3 or later); "
-            "or install libperp and set PERP_USE_SYSTEM_LIBRARY=1."
+            f"There are no C sources of perp two folders above {Path(__file__).resolve()}. "
+            "Install from a checkout of the repository (pip install ./bindings/python) with pip "
+            "21.3 or later, which builds in place; or install libperp on the system and set "
+            "PERP_USE_SYSTEM_LIBRARY=1."
         )
     # the Makefile chooses the directory by its switches: ask it in the same run
     tell = "perp-python-tell: shared; @echo $(abspath $(SHARED_FILE))"
