@@ -19,7 +19,7 @@ static const double on_face = 2e-9;
  * face axis 1e-3 rad off stands in for one of edges, cos 1e-3 = 1 - 5e-7. */
 static const double choice = 2e-6;
 
-enum { SCENES = 1000, SPATIAL = 0, PLANAR = 1, NEARLY_FLAT = 2 };
+enum { SCENES = 600, SPATIAL = 0, PLANAR = 1, NEARLY_FLAT = 2 };
 
 typedef struct scene {
     perp__geometry shapes[2];

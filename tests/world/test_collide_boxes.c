@@ -256,6 +256,29 @@ static void tilted_stack_keeps_its_support(void **context)
     }
 }
 
+/* Boxes that have drifted on each other by what steps round and solvers leave keep four points: a
+ * corner that stands out by 1e-10 of a size is not cut off into two. */
+static void drift_makes_no_points(void **context)
+{
+    (void)context;
+    perp__geometry box = scene_box(1.0, 0.8, 0.5);
+    uint64_t state = 32;
+    for (int i = 0; i < 1000; i++) {
+        double drift = pow(10.0, scene_uniform(&state, -17.0, -10.0));
+        perp__placed a = scene_place(&box, 0.0, 0.0, 0.0), b = scene_place(&box, 0.0, 0.0, 1.0);
+        perp__point points[PERP__MAX_POINTS];
+        for (int k = 0; k < 3; k++)
+            b.position[k] += drift * scene_uniform(&state, -1.0, 1.0);
+        scene_rotation(b.rotation, 1.0, drift * scene_uniform(&state, -1.0, 1.0),
+                       drift * scene_uniform(&state, -1.0, 1.0),
+                       drift * scene_uniform(&state, -1.0, 1.0));
+        double corners[4][3] = {
+            {1.0, 0.8, 0.5}, {1.0, -0.8, 0.5}, {-1.0, 0.8, 0.5}, {-1.0, -0.8, 0.5}};
+        check_set(points, perp__collide(&a, &b, 0, 10.0 * drift + rounding, points), 4, corners,
+                  (double[3]){0.0, 0.0, 1.0}, 0.0, 10.0 * drift + rounding);
+    }
+}
+
 /* Rectangles: stacked, overhanging, corner down, corner beside corner. */
 static void rectangles(void **context)
 {
@@ -297,6 +320,7 @@ int main(void)
         cmocka_unit_test(crossing_edges),
         cmocka_unit_test(corners_and_edges_apart),
         cmocka_unit_test(tilted_stack_keeps_its_support),
+        cmocka_unit_test(drift_makes_no_points),
         cmocka_unit_test(rectangles),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -67,6 +67,11 @@ static void pairs_are_those_of_the_double_loop(void **context)
         for (int again = 0; again < 2; again++) {
             shuffle(&state, extents, count);
             assert_int_equal(perp__broad_phase(extents, count, pairs, MOST_PAIRS), total);
+            for (int32_t i = 1; i < count; i++) {
+                const perp__extent *last = &extents[i - 1], *here = &extents[i];
+                assert_true(last->low[0] < here->low[0] ||
+                            (last->low[0] == here->low[0] && last->item < here->item));
+            }
             for (int32_t i = 0; i < total; i++) {
                 assert_int_equal(pairs[i].first, expected[i].first);
                 assert_int_equal(pairs[i].second, expected[i].second);

@@ -8,7 +8,7 @@
 
 /* Features: side and incident side of either reference, and which end; and one for the closest
  * points, which come alone. */
-enum { FEATURES_A_REFERENCE = 4 * 4 * 4, FEATURE_CLOSEST = 2 * FEATURES_A_REFERENCE };
+enum { FEATURES_A_REFERENCE = 4 * 4 * 2, FEATURE_CLOSEST = 2 * FEATURES_A_REFERENCE };
 
 /* (|c_i| - h_i) - sum_j |axes_ij| h_j, the larger of the reference's two axes. */
 static double best_side(const perp__box_pair *pair, perp__box_face *face)
@@ -44,9 +44,9 @@ static int32_t incident_side(const perp__box_pair *pair, const perp__box_face *f
     return 2 * j + (sign > 0.0);
 }
 
-/* Cuts the segment to |x[axis]| <= half. An end on the cut stays as it is. `cut` gets the number of
- * the cut that made an end, 1 or 2. Returns 0 if nothing is left. */
-static int cut_to_width(double ends[2][3], int axis, double half, double tolerance, int32_t cut[2])
+/* Cuts the segment to |x[axis]| <= half. An end on the cut stays as it is. Returns 0 if nothing is
+ * left. */
+static int cut_to_width(double ends[2][3], int axis, double half, double tolerance)
 {
     for (int side = 0; side < 2; side++) {
         double sign = side ? 1.0 : -1.0;
@@ -62,7 +62,6 @@ static int cut_to_width(double ends[2][3], int axis, double half, double toleran
                 ends[e][k] = kept[k] + part * (ends[e][k] - kept[k]);
             if (beyond[1 - e] < 0.0)
                 ends[e][axis] = sign * half;
-            cut[e] = side + 1;
         }
     }
     return 1;
@@ -73,11 +72,10 @@ static int32_t side_points(const perp__box_pair *pair, const perp__box_face *fac
                            perp__point *points)
 {
     double ends[2][3];
-    int32_t cut[2] = {0, 0};
     int across = 1 - face->axis;
     double tolerance = PERP__BOX_ON_FACE * pair->size;
     int32_t incident = incident_side(pair, face, ends);
-    if (!cut_to_width(ends, across, pair->half[across], tolerance, cut))
+    if (!cut_to_width(ends, across, pair->half[across], tolerance))
         return 0;
 
     /* an end on the very corner of the reference side is the whole of what is left of the side */
@@ -91,8 +89,7 @@ static int32_t side_points(const perp__box_pair *pair, const perp__box_face *fac
             continue;
         double position[3];
         perp__vector_add(position, ends[e], -0.5 * gap, normal);
-        int32_t end = cut[e] ? 1 + cut[e] : e;
-        perp__box_pair_emit(pair, position, normal, gap, (4 * reference + incident) * 4 + end,
+        perp__box_pair_emit(pair, position, normal, gap, (4 * reference + incident) * 2 + e,
                             &points[count++]);
     }
     return count;
