@@ -61,7 +61,7 @@ SONAME := libperp.so.$(ABI_VERSION)
 ## What the goals need from the machine
 
 NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers
-TEST_GOALS := test test-c tests check check-consumer valgrind run $(B)/tests/%
+TEST_GOALS := test test-c tests check check-abi check-consumer valgrind run $(B)/tests/%
 PYTHON_GOALS := test test-python check run python $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
 
