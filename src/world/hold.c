@@ -8,7 +8,7 @@
  * with Q an orthonormal basis of the rows of A L: impulses of the rows that hold lie in its span
  * and drop out, so that no cancellation of large impulses touches the result. Where A L has full
  * rank, v is determined by t alone: 0.0 if t = 0, the rigid motion of what carries the bodies if
- * that is one body, else L y_0.
+ * that is one body, else L y_0. The same holds for a single coordinate that the rows determine.
  *
  * Bodies that bodies already held hold come first, one at a time; then groups. */
 #include "world/hold.h"
@@ -297,8 +297,11 @@ void perp__hold_group(perp_world *world, const int32_t *bodies, int32_t count, i
     for (i = 0; i < count; i++)
         loose_velocity(world, &world->motions[bodies[i]], work->loose + i * world->dof);
     perp__project_out(work->basis, rank, all.columns, work->loose);
-    for (i = 0; i < all.columns; i++)
+    for (i = 0; i < all.columns; i++) {
+        if (perp__in_span(work->basis, rank, all.columns, i, work->unit))
+            work->loose[i] = 0.0;
         work->loose[i] += work->particular[i];
+    }
     for (i = 0; i < count; i++)
         twist_from_weighted(world, &world->motions[bodies[i]], work->loose + i * world->dof,
                             perp__twist(&world->motions[bodies[i]], twist));

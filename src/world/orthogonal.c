@@ -122,3 +122,23 @@ void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
             add(y, -dot(q, y, n), q, n);
         }
 }
+
+/* Whether the rows determine coordinate i: its unit vector lies in the span of the basis. unit: n
+ * entries of scratch. */
+int32_t perp__in_span(const double *basis, int32_t rank, int32_t n, int32_t i, double *unit)
+{
+    double share = 0.0;
+    int32_t k;
+
+    for (k = 0; k < rank; k++) {
+        double entry = basis[(size_t)k * (size_t)n + (size_t)i];
+
+        share += entry * entry;
+    }
+    if (share < 0.5) /* far off, as most are: not worth the exact test */
+        return 0;
+    memset(unit, 0, (size_t)n * sizeof *unit);
+    unit[i] = 1.0;
+    perp__project_out(basis, rank, n, unit);
+    return sqrt(dot(unit, unit, n)) <= RANK_TOLERANCE;
+}

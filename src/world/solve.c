@@ -52,6 +52,7 @@ static void lay_out(perp__arena *arena, void *object)
     work->basis = perp__arena_take(arena, columns, columns * sizeof *work->basis);
     work->particular = perp__arena_take(arena, columns, sizeof *work->particular);
     work->loose = perp__arena_take(arena, columns, sizeof *work->loose);
+    work->unit = perp__arena_take(arena, columns, sizeof *work->unit);
     work->group_bodies = perp__arena_take(arena, columns, sizeof *work->group_bodies);
 }
 

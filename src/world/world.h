@@ -161,6 +161,7 @@ typedef struct perp__island_work {
     double *basis;
     double *particular;
     double *loose;
+    double *unit;
     int32_t *group_bodies;
     perp_lcp_result result; /* of the last solve */
 } perp__island_work;
@@ -304,6 +305,8 @@ void perp__exact_velocities(perp_world *world, const perp__island *island, size_
 int32_t perp__orthogonal_rows(double *rows, double *targets, int32_t *taken, double *norms,
                               double *basis, double *particular, int32_t m, int32_t n);
 void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y);
+
+int32_t perp__in_span(const double *basis, int32_t rank, int32_t n, int32_t i, double *unit);
 
 /* integrate.c */
 void perp__integrate(perp_world *world, double h);
