@@ -304,22 +304,23 @@ static void test_condition(void **state)
     assert_true(perp__lu_condition(0, A, 1, 0.0, work, iwork) == 1.0);
 }
 
-/* A^-1 = I + t u u', u = (1, -1, 1, -1): the ascent starts at e / 4, which A^-1 leaves alone, and
- * ends there with the estimate 1 (Higham 1988, section 4). The alternating vector finds the truth,
- * 1 + 4 t. Here A = I - c u u' with c = 1/4 - 2^-12, 1 + 4 t = 1 / (1 - 4 c) = 1024. */
+/* A^-1 = diag(2, I + t u u'), u = (1, -1, 1, -1), here with 1 + 4 t = 1024: the ascent goes from
+ * e / 5, which u is orthogonal to, to the first column and ends there with the estimate 2 (Higham
+ * 1988, section 4). The alternating vector x = (1, -5/4, 3/2, -7/4, 2), all of it along u but the
+ * first entry, has |A^-1 x| = 2 + 13/2 (1 + 4 t), and 2 / (3 * 5) of that is the estimate. */
 static void test_condition_alternating(void **state)
 {
-    const double c = 0.25 - 0x1p-12, norm = 1.0 + 2.0 * c;
-    double A[16], work[16], estimate;
-    int32_t i, j, pivots[4], iwork[4];
+    const double c = 0.25 - 0x1p-12, norm = 1.0 + 2.0 * c, expected = 2.0 * (2.0 + 6656.0) / 15.0;
+    double A[25] = {0.5}, work[20], estimate;
+    int32_t i, j, pivots[5], iwork[5];
 
     (void)state;
-    for (i = 0; i < 4; i++)
-        for (j = 0; j < 4; j++)
-            A[i + 4 * j] = (i == j ? 1.0 : 0.0) - ((i + j) % 2 == 0 ? c : -c);
-    assert_int_equal(perp__lu_factor(4, A, 4, pivots), 0);
-    estimate = 1.0 / norm / perp__lu_condition(4, A, 4, norm, work, iwork);
-    assert_true(fabs(estimate - 1024.0) <= 1e-9 * 1024.0); /* solves are right to cond u = 2e-13 */
+    for (i = 1; i < 5; i++)
+        for (j = 1; j < 5; j++)
+            A[i + 5 * j] = (i == j ? 1.0 : 0.0) - ((i + j) % 2 == 0 ? c : -c);
+    assert_int_equal(perp__lu_factor(5, A, 5, pivots), 0);
+    estimate = 1.0 / norm / perp__lu_condition(5, A, 5, norm, work, iwork);
+    assert_true(fabs(estimate - expected) <= 1e-9 * expected); /* solves: cond u = 3e-13 */
 }
 
 /* Diagonal matrices of every size: exact, to the limits of the range. */
