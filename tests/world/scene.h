@@ -19,12 +19,12 @@ typedef struct scene {
     perp_body ground;
 } scene;
 
-#define SCENE_OK(s, call)                                                                   \
-    do {                                                                                    \
-        perp_status scene_status = (call);                                                  \
-        if (scene_status != PERP_OK)                                                        \
-            fail_msg("%s: %s (%s)", #call, perp_status_text(scene_status),                  \
-                     perp_context_message((s)->context));                                   \
+#define SCENE_OK(s, call)                                                  \
+    do {                                                                   \
+        perp_status scene_status = (call);                                 \
+        if (scene_status != PERP_OK)                                       \
+            fail_msg("%s: %s (%s)", #call, perp_status_text(scene_status), \
+                     perp_context_message((s)->context));                  \
     } while (0)
 
 static inline void scene_create(scene *s, const perp_world_settings *settings)
