@@ -219,7 +219,7 @@ static double middle(double a, double b, double c)
 
 void check_raise(double *largest, double x)
 {
-    if (!(x <= *largest)) /* a NaN stays visible */
+    if (isnan(x) || x > *largest) /* nothing is larger than a NaN: it stays */
         *largest = x;
 }
 
@@ -235,8 +235,7 @@ static double missing(double z, double l, double u, double w)
     return fabs(w);
 }
 
-/* 1-norms of the rows of the equilibrated M. */
-static void row_norms(const perp_matrix *M, const int32_t *exponents, double *norms)
+void check_row_norms(const perp_matrix *M, const int32_t *exponents, double *norms)
 {
     size_t count, p;
     check_item *list = check_items(M, &count);
@@ -281,18 +280,23 @@ void check_measure(check_measures *m, const check_lcp *problem, const double *z,
         shift[i] = e[i] - omega;
     check_multiply(problem->M, 0, z, problem->q, NULL, exact);
     check_multiply(problem->M, 0, z, problem->q, shift, scaled);
-    row_norms(problem->M, e, norms);
+    check_row_norms(problem->M, e, norms);
     for (i = 0; i < n; i++)
         check_raise(&z_norm, ldexp(fabs(z[i]), -e[i] - omega));
     for (i = 0; i < n; i++) {
         double gap = missing(z[i], check_lower(problem, i), check_upper(problem, i), scaled[i]);
-        double size = norms[i] * z_norm + ldexp(fabs(problem->q[i]), shift[i]);
-        double noise = EPS * EPS * (double)n * (double)n * size;
+        double size = (z_norm > 0 ? norms[i] * z_norm : 0.0) + ldexp(fabs(problem->q[i]), shift[i]);
+        /* roundings of n products in double-double, and what each loses to underflow */
+        double noise = EPS * EPS * (double)n * (double)n * size + ldexp(n, shift[i] - 1074);
 
         measure_row(m, problem, z, i, exact[i], scaled[i], e[i], omega);
         if (gap > 0)
             check_raise(&m->backward_error, size > 0 ? gap / size : INFINITY);
         check_raise(&m->noise, noise);
+        if (size > 0)
+            check_raise(&m->backward_noise, noise / size);
+        if (isinf(exact[i]) || isinf(norms[i]) || isinf(size))
+            m->overflow = 1;
         noise = ldexp(noise, -shift[i]);
         check_raise(&m->natural_noise, noise);
         if (w && w[i] != exact[i])

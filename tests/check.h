@@ -24,10 +24,15 @@ typedef struct check_measures {
     double w_error;          /* max |w - (Mz + q)| over eps |Mz + q| + noise; 0 without w */
     double noise;            /* rounding of a double-double product, in the tested residual */
     double natural_noise;    /* the same in the caller's units */
+    double backward_noise;   /* and in the backward error */
+    int overflow;            /* some number on the way is larger than any double */
 } check_measures;
 
 /* log2 of the symmetric equilibration of M, n entries. */
 void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents);
+
+/* 1-norms of the rows of the equilibrated M. */
+void check_row_norms(const perp_matrix *M, const int32_t *exponents, double *norms);
 
 /* log2 of omega. */
 int32_t check_omega(const check_lcp *problem, const int32_t *exponents);

@@ -336,10 +336,10 @@ static void test_one_solver_many_problems(void **state)
         static const int32_t order[] = {PERP_LCP_AUTO, PERP_LCP_PGS, PERP_LCP_LEMKE};
         perp_lcp_settings settings = run_settings(order[round / 5 % 3]);
         gen_lcp problem, csc;
-        int sparse = gen_integer(&random, 2);
+        int sparse = gen_integer(&random, 2), bounds = gen_integer(&random, GEN_BOUNDS);
 
         gen_problem(&problem, &random, 1 + gen_integer(&random, 20),
-                    round % 2 ? GEN_PD_SYMMETRIC : GEN_M, gen_integer(&random, GEN_BOUNDS));
+                    round % 2 ? GEN_PD_SYMMETRIC : GEN_M, bounds);
         gen_to_csc(&csc, &problem);
         assert_int_equal(perp_lcp_solver_set(solver, &settings), PERP_OK);
         assert_int_equal(perp_lcp_solver_setup(solver, sparse ? &csc.view : &problem.view,
