@@ -70,6 +70,7 @@ needs := library \
     $(if $(filter $(TEST_GOALS),$(goals)),tests) \
     $(if $(filter $(PYTHON_GOALS),$(goals)),python)
 needs := $(strip $(needs))
+CERTIFICATES := $(BUILD_DIR)/certificates.pem
 DEPENDENCIES := $(B)/dependencies/$(subst $(space),-,$(needs)).mk
 
 # make test and make run install what is missing; every other goal only tells.
@@ -79,7 +80,7 @@ ifneq ($(filter-out $(NO_DEPENDENCIES),$(goals)),)
 include $(DEPENDENCIES)
 $(DEPENDENCIES): scripts/dependencies
 	@mkdir -p $(@D)
-	@CC='$(CC)' BLAS='$(BLAS)' scripts/dependencies $(INSTALL_MISSING) $@ $(needs)
+	@CC='$(CC)' BLAS='$(BLAS)' CERTIFICATES=$(CERTIFICATES) scripts/dependencies $(INSTALL_MISSING) $@ $(needs)
 endif
 
 ## Flags
@@ -256,7 +257,7 @@ PYTHON := $(VENV)/bin/python
 .PHONY: python
 python: $(VENV)/ready
 $(VENV)/ready: scripts/requirements.txt
-	@scripts/dependencies --venv $(VENV) $<
+	@CERTIFICATES=$(CERTIFICATES) scripts/dependencies --venv $(VENV) $<
 	@touch $@
 
 # How the scripts, whatever they run, find what was built.
