@@ -71,7 +71,7 @@ def _check_square(shape: tuple[int, ...]) -> int:
 
 def is_sparse(value: Any) -> bool:
     """Tells SciPy's matrices and arrays, and what behaves like them, without importing SciPy."""
-    return hasattr(value, "tocsc") and hasattr(value, "shape")
+    return type(value) is not np.ndarray and hasattr(value, "tocsc") and hasattr(value, "shape")
 
 
 def view(matrix: Matrix, M: Any) -> tuple[int, int, Any]:

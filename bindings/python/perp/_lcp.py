@@ -65,6 +65,15 @@ def count(value: Optional[int], name: str) -> int:
     return int(value)
 
 
+def limit(value: Optional[float], name: str) -> float:
+    """As count(), for a number that need not be whole."""
+    if value is None:
+        return 0.0
+    if not value > 0:
+        raise _errors.argument_error(f"{name} is {value}, expected None or a number > 0")
+    return value
+
+
 def _fill(
     settings: LcpSettings,
     method: str,
@@ -79,7 +88,7 @@ def _fill(
     settings.method = code(method, _METHOD_CODES, "method")
     settings.max_iterations = count(max_iterations, "max_iterations")
     settings.tol = tol
-    settings.time_limit = 0.0 if time_limit is None else time_limit
+    settings.time_limit = limit(time_limit, "time_limit")
     settings.relaxation = relaxation
     settings.pivot_rule = code(pivot_rule, _PIVOT_RULE_CODES, "pivot_rule")
     settings.scaling = 1 if scaling else 0

@@ -16,7 +16,7 @@ from ._arrays import floats, number, real
 from ._body import Body, Shape
 from ._errors import argument_error
 from ._handle import Handle
-from ._lcp import _METHOD_CODES, code, count
+from ._lcp import _METHOD_CODES, code, count, limit
 from ._library import GOOD_OUTCOMES, MODES, OUTCOMES, defaults, library
 from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
 
@@ -60,7 +60,7 @@ class World(Handle):
         settings.method = code(method, _METHOD_CODES, "method")
         settings.tol = tol
         settings.max_iterations = count(max_iterations, "max_iterations")
-        settings.time_limit = 0.0 if time_limit is None else time_limit
+        settings.time_limit = limit(time_limit, "time_limit")
         settings.strict = 1 if strict else 0
         super().__init__(settings)
         self._ground_id: int = library.perp_world_ground(self._pointer)

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from test_layout import COMPILER, needs_compiler
@@ -81,3 +82,12 @@ def test_importing_does_not_import_scipy():
 def test_types_are_announced():
     folder = os.path.dirname(perp.__file__)
     assert os.path.exists(os.path.join(folder, "py.typed"))
+
+
+def test_readme_example_runs():
+    text = (Path(__file__).parents[1] / "README.md").read_text()
+    code = text.split("```python\n")[1].split("```")[0]
+    names = {}
+    exec(code, names)
+    assert names["r"].ok and list(names["r"].z) == [0.25, 0.5]
+    assert list(names["brick"].velocity) == [0.0, 0.0]

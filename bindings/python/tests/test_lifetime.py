@@ -128,6 +128,19 @@ def test_one_solver_from_several_threads():
     assert not failures
 
 
+def test_world_read_by_one_thread_and_stepped_by_another():
+    world = perp.World(gravity=[0, 0, 0])
+    body = world.add_body(velocity=[1, 1, 1])
+    steps = 2000
+    stepping = threading.Thread(target=world.run, args=(steps * 2.0**-10, 2.0**-10))
+    stepping.start()
+    seen = [body.position for _ in range(500)]
+    stepping.join()
+    for x, y, z in seen:  # never a state half-way through a step
+        assert x == y == z and (x * 2**10).is_integer()
+    np.testing.assert_array_equal(body.position, [steps * 2.0**-10] * 3)
+
+
 def test_other_threads_run_during_a_solve():
     """The interpreter's lock is free: a flag set by another thread ends the solve."""
     M, q = slow_problem(80)
@@ -160,8 +173,13 @@ def run(code):
         "import builtins; builtins.problem = perp.LCP(np.eye(3), monitor=print)",
         "world = perp.World(); body = world.add_body()",
         "a = [perp.LCP(np.eye(3))]; a.append(a)",
-        "import threading; t = threading.Thread(daemon=True, target=lambda: [perp.lcp(np.eye(200), "
-        "-np.ones(200)) for _ in range(10**6)]); t.start(); perp.lcp(np.eye(3), np.ones(3))",
+        """
+import threading, time
+problem = perp.LCP(np.eye(400) + 0.001)
+work = lambda: [problem.solve(-np.ones(400)) for _ in range(10**6)]
+threading.Thread(target=work, daemon=True).start()
+time.sleep(0.05)
+""",
     ],
 )
 def test_quiet_end_of_the_interpreter(code):

@@ -108,6 +108,13 @@ def test_dense_read_in_place(name, storage, leading_dimension):
     assert owner is DENSE[name]
 
 
+@pytest.mark.parametrize("name", DENSE)
+def test_addresses_are_aligned(name):
+    view, owner = seen(DENSE[name])
+    assert view.values % np.dtype(float).alignment == 0
+    assert owner.dtype == np.float64 and owner.dtype.isnative
+
+
 @pytest.mark.parametrize(
     "matrix",
     [

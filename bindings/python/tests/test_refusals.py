@@ -57,6 +57,8 @@ def with_entry(array, index, value):
         ({"tol": 0.0}, ["tol"]),
         ({"tol": NAN}, ["tol"]),
         ({"time_limit": -1.0}, ["time_limit"]),
+        ({"time_limit": 0.0}, ["time_limit"]),
+        ({"time_limit": NAN}, ["time_limit"]),
         ({"max_iterations": -1}, ["max_iterations"]),
         ({"max_iterations": 0}, ["max_iterations"]),
         ({"max_iterations": 2**31}, ["max_iterations"]),
