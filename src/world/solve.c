@@ -180,7 +180,7 @@ static int32_t first_targets(perp_world *world, const perp__island *island, doub
     for (i = 0; i < island->contacts; i++) {
         perp__world_contact *contact = island_contact(world, island, i);
 
-        contact->target = -positive_gap(contact, contact->gap) / h;
+        contact->target = 0.0 - positive_gap(contact, contact->gap) / h; /* not -0.0 */
         closing = closing || contact->free[0] < contact->target;
     }
     return closing;
@@ -207,9 +207,9 @@ static int32_t second_targets(perp_world *world, const perp__island *island, dou
         double gap = contact->gap + h * contact->velocity[0];
 
         if (contact->closed || positive_gap(contact, gap) == 0.0)
-            contact->target = -bounce;
+            contact->target = 0.0 - bounce;
         else
-            contact->target = -fmax(bounce, gap / h);
+            contact->target = 0.0 - fmax(bounce, gap / h);
     }
     return impact;
 }

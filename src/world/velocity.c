@@ -16,8 +16,9 @@
 /* Rounding of a sum relative to its terms: what a velocity that should be 0 may come out as. */
 #define ROUNDING (256.0 * PERP__EPSILON)
 
-/* Exact velocities must agree with the solution's; a solution stopped early fails this and keeps
- * its own. */
+/* Exact velocities must agree with the solution's as well as that is known, relative to the largest
+ * terms of the island, and meet the rows; what a solution stopped early says of contacts fails
+ * this, and its own velocities stand. */
 #define AGREEMENT 1e-8
 
 static int32_t is_dynamic(const perp_world *world, int32_t body)
@@ -223,19 +224,44 @@ static void hold_groups(perp_world *world, const perp__island *island, size_t tw
     }
 }
 
+/* Velocities meet the rows: what is closed neither opens nor closes, what sticks does not slip, and
+ * nothing else closes further than its target. */
+static int32_t meets_rows(const perp_world *world, const perp__world_contact *contact, size_t twist)
+{
+    double u[3], excess;
+    int32_t axis;
+
+    perp__relative_velocity(world, contact, twist, u);
+    excess = u[0] - contact->target;
+    if (contact->closed)
+        excess = -fabs(excess);
+    if (!(excess >= -AGREEMENT * axis_scale(world, contact, 0)))
+        return 0;
+    for (axis = 1; axis < 3 && contact->sticks; axis++)
+        if (!(fabs(u[axis]) <= AGREEMENT * axis_scale(world, contact, axis)))
+            return 0;
+    return 1;
+}
+
 static int32_t agrees(perp_world *world, const perp__island *island, size_t twist)
 {
+    double strongest = 0.0;
     int32_t i;
 
+    for (i = 0; i < island->bodies; i++)
+        strongest = fmax(strongest, island_motion(world, island, i)->strength);
     for (i = 0; i < island->bodies; i++) {
         perp__motion *motion = island_motion(world, island, i);
         double difference[6];
 
         memcpy(difference, perp__twist(motion, twist), sizeof difference);
         perp__add6(difference, -1.0, motion->solved);
-        if (!(mass_norm(motion, difference) <= AGREEMENT * motion->strength))
+        if (!(mass_norm(motion, difference) <= AGREEMENT * strongest))
             return 0;
     }
+    for (i = 0; i < island->contacts; i++)
+        if (!meets_rows(world, island_contact(world, island, i), twist))
+            return 0;
     return 1;
 }
 
