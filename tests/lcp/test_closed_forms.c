@@ -199,6 +199,30 @@ static void test_obstacle_pivots(void **state)
     gen_destroy(&problem);
 }
 
+/* w_2 reaches 0 together with z0 and faster: z0 has to leave, or a path that is over goes on, on
+ * degenerate problems into false rays. */
+static void test_z0_leaves_first(void **state)
+{
+    static const int M[] = {2, 0, -1, 2}, q[] = {-2, 1};
+    gen_lcp problem;
+    int32_t rule;
+
+    (void)state;
+    gen_from_integers(&problem, 2, M, q);
+    for (rule = PERP_PIVOT_HARRIS; rule <= PERP_PIVOT_LEXICOGRAPHIC; rule++) {
+        perp_lcp_settings settings = run_settings(PERP_LCP_LEMKE);
+        run r;
+
+        settings.pivot_rule = rule;
+        settings.scaling = 0;
+        run_lcp(&r, context, &problem, &settings, NULL, "tie");
+        assert_int_equal(r.result.iterations, 2);
+        assert_true(r.z[0] == 1 && r.z[1] == 0);
+        run_release(&r);
+    }
+    gen_destroy(&problem);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -207,6 +231,7 @@ int main(void)
         cmocka_unit_test(test_ramp),
         cmocka_unit_test(test_obstacle),
         cmocka_unit_test(test_obstacle_pivots),
+        cmocka_unit_test(test_z0_leaves_first),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

@@ -29,12 +29,14 @@ static int destroy(void **state)
     return 0;
 }
 
-static void solve(const gen_lcp *problem, int32_t method, const char *name, int round, double *z)
+static void solve_by(const gen_lcp *problem, int32_t method, int32_t rule, const char *name,
+                     int round, double *z)
 {
     perp_lcp_settings settings = run_settings(method);
     char where[128];
     run r;
 
+    settings.pivot_rule = rule;
     snprintf(where, sizeof where, "%s, round %d, n = %d, %s", name, round, (int)problem->n,
              perp_lcp_method_text(method));
     run_lcp(&r, context, problem, &settings, NULL, where);
@@ -43,6 +45,11 @@ static void solve(const gen_lcp *problem, int32_t method, const char *name, int 
                  perp_outcome_text(r.result.outcome), r.result.residual, r.result.backward_error);
     memcpy(z, r.z, (size_t)problem->n * sizeof *z);
     run_release(&r);
+}
+
+static void solve(const gen_lcp *problem, int32_t method, const char *name, int round, double *z)
+{
+    solve_by(problem, method, PERP_PIVOT_HARRIS, name, round, z);
 }
 
 /* z'M z = |m^-1/2 B x|^2 + sum mu lambda c for the order (normals, frictions, lambdas): the
@@ -106,6 +113,8 @@ static void test_three_hundred(void **state)
         gen_contact(&problem, &random, &options);
         for (m = 0; m < 2; m++)
             solve(&problem, methods[m], "three hundred", round, z);
+        /* one path, no restarts: z0 must leave wherever it ties */
+        solve_by(&problem, PERP_LCP_LEMKE, PERP_PIVOT_LEXICOGRAPHIC, "lexicographic", round, z);
         gen_destroy(&problem);
     }
 }

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "base/clock.h"
 #include "run.h"
 
 static perp_context *context;
@@ -313,6 +314,42 @@ static void test_time_limits(void **state)
         }
 }
 
+/* Waits until the clock has moved past the limit. */
+static int32_t wait_for_the_clock(const perp_lcp_progress *progress, void *user)
+{
+    const double *end = user;
+
+    (void)progress;
+    while (perp__now() <= *end)
+        ;
+    return 0;
+}
+
+static void test_a_limit_that_has_passed(void **state)
+{
+    size_t m;
+
+    (void)state;
+    for (m = 0; m < 3; m++) {
+        perp_lcp_settings settings;
+        double end;
+        gen_lcp problem;
+        run r;
+
+        make_long(&problem, &settings, methods[m]);
+        settings.time_limit = 1e-4;
+        settings.monitor = wait_for_the_clock;
+        settings.monitor_user = &end;
+        end = perp__now() + 2e-3; /* the solve starts long before: its limit is over by then */
+        run_lcp(&r, context, &problem, &settings, NULL, "too late");
+        if (methods[m] == PERP_LCP_LEMKE)
+            assert_int_equal(r.result.outcome, PERP_OUTCOME_TIME_LIMIT);
+        assert_true(r.result.outcome == PERP_OUTCOME_TIME_LIMIT || run_ok(&r));
+        run_release(&r);
+        gen_destroy(&problem);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -322,6 +359,7 @@ int main(void)
         cmocka_unit_test(test_the_context_is_busy_inside_a_call),
         cmocka_unit_test(test_iteration_limits),
         cmocka_unit_test(test_time_limits),
+        cmocka_unit_test(test_a_limit_that_has_passed),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);
