@@ -1,0 +1,193 @@
+/* Memory: every allocation may fail, and leaves the world as it was and usable; a step of a size
+ * that was seen before allocates nothing. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include "world/scene.h"
+
+#define STEPS 6
+
+typedef struct ledger {
+    long calls;
+    long fail_at; /* the call that fails, counted from 1; 0: none */
+    long alive;
+} ledger;
+
+static void *allocate(size_t size, void *user)
+{
+    ledger *l = user;
+
+    l->calls++;
+    if (l->calls == l->fail_at)
+        return NULL;
+    l->alive++;
+    return malloc(size);
+}
+
+static void release(void *pointer, void *user)
+{
+    ledger *l = user;
+
+    l->alive--;
+    free(pointer);
+}
+
+/* Repeats a call once if it reports that memory ran out; it must then succeed. */
+#define RETRY(s, call)                                                       \
+    do {                                                                     \
+        perp_status retry_status = (call);                                   \
+        if (retry_status == PERP_ERROR_MEMORY) {                             \
+            assert_string_not_equal(perp_context_message((s)->context), ""); \
+            retry_status = (call);                                           \
+        }                                                                    \
+        assert_int_equal(retry_status, PERP_OK);                             \
+    } while (0)
+
+static void open_counted(scene *s, ledger *l)
+{
+    perp_context_settings settings;
+
+    memset(s, 0, sizeof *s);
+    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
+    settings.allocate = allocate;
+    settings.release = release;
+    settings.allocator_user = l;
+    if (perp_context_create(&s->context, &settings) != PERP_OK)
+        assert_int_equal(perp_context_create(&s->context, &settings), PERP_OK);
+    RETRY(s, perp_world_create(s->context, &s->world, NULL));
+    s->ground = perp_world_ground(s->world);
+}
+
+/* Boxes that fall on each other, hit, stick and are pushed apart: every phase of a step has work.
+ */
+static void populate(scene *s, perp_body *boxes, int count)
+{
+    const double half[3] = {0.5, 0.5, 0.25}, up[3] = {0.0, 0.0, 1.0};
+    perp_shape_settings material = scene_material(0.4, 0.25);
+    int i;
+
+    RETRY(s, perp_world_add_plane(s->world, NULL, s->ground, up, 0.0, &material));
+    for (i = 0; i < count; i++) {
+        perp_body_settings settings = scene_settings();
+
+        settings.position[0] = 0.1 * i;
+        settings.position[2] = 0.2 + 0.55 * i; /* the lowest starts in the ground */
+        settings.velocity[2] = -1.0;
+        RETRY(s, perp_world_add_body(s->world, &boxes[i], &settings));
+        RETRY(s, perp_world_add_box(s->world, NULL, boxes[i], half, &material));
+    }
+}
+
+static void check_same(scene *s, perp_body body, const perp_body_state *expected)
+{
+    perp_body_state now = scene_state(s, body);
+
+    assert_memory_equal(&now, expected, sizeof now);
+}
+
+/* The scenario, with failure number k; returns whether any allocation failed. states: of each box
+ * after each step; written if k is 0, else compared. */
+static int run(long k, perp_body_state states[STEPS][3])
+{
+    ledger l = {0, k, 0};
+    perp_body boxes[3];
+    scene s;
+    int i, j;
+
+    open_counted(&s, &l);
+    populate(&s, boxes, 3);
+    for (i = 0; i < STEPS; i++) {
+        perp_body_state before = scene_state(&s, boxes[0]);
+        int32_t contacts = perp_world_contact_count(s.world);
+        perp_status status = perp_world_step(s.world, NULL, 0.05);
+
+        if (status == PERP_ERROR_MEMORY) {
+            check_same(&s, boxes[0], &before);
+            assert_int_equal(perp_world_contact_count(s.world), contacts);
+            status = perp_world_step(s.world, NULL, 0.05);
+        }
+        assert_int_equal(status, PERP_OK);
+        for (j = 0; j < 3; j++) {
+            if (k == 0)
+                states[i][j] = scene_state(&s, boxes[j]);
+            else
+                check_same(&s, boxes[j], &states[i][j]);
+        }
+    }
+    scene_close(&s);
+    assert_int_equal(l.alive, 0);
+    return l.calls >= l.fail_at;
+}
+
+static void test_every_allocation_may_fail(void **state)
+{
+    static perp_body_state states[STEPS][3];
+    long k;
+
+    (void)state;
+    run(0, states);
+    for (k = 1; run(k, states); k++)
+        ;
+    assert_true(k > 20); /* there were some to fail */
+}
+
+/* Steps at rest see the same sizes again and again. */
+static void test_steady_steps_allocate_nothing(void **state)
+{
+    ledger l = {0, 0, 0};
+    perp_body boxes[3];
+    long calls;
+    scene s;
+    int i;
+
+    (void)state;
+    open_counted(&s, &l);
+    populate(&s, boxes, 3);
+    for (i = 0; i < 100; i++)
+        SCENE_OK(&s, perp_world_step(s.world, NULL, 0.01));
+    calls = l.calls;
+    for (i = 0; i < 100; i++)
+        SCENE_OK(&s, perp_world_step(s.world, NULL, 0.01));
+    assert_int_equal(l.calls, calls);
+    scene_close(&s);
+}
+
+/* The second of two equal steps from one state allocates nothing, whatever the first did. */
+static void test_second_step_of_a_size(void **state)
+{
+    ledger l = {0, 0, 0};
+    perp_body boxes[3];
+    char blob[8192];
+    size_t size;
+    long calls;
+    scene s;
+
+    (void)state;
+    open_counted(&s, &l);
+    populate(&s, boxes, 3);
+    SCENE_OK(&s, perp_world_snapshot_size(s.world, &size));
+    assert_true(size <= sizeof blob);
+    SCENE_OK(&s, perp_world_snapshot_save(s.world, blob, size));
+    SCENE_OK(&s, perp_world_step(s.world, NULL, 0.05));
+    SCENE_OK(&s, perp_world_snapshot_restore(s.world, blob, size));
+    calls = l.calls;
+    SCENE_OK(&s, perp_world_step(s.world, NULL, 0.05));
+    assert_int_equal(l.calls, calls);
+    scene_close(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_allocation_may_fail),
+        cmocka_unit_test(test_steady_steps_allocate_nothing),
+        cmocka_unit_test(test_second_step_of_a_size),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
