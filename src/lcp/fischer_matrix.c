@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "linalg/scale.h"
 
 void perp__fischer_matrix_layout(perp__arena *arena, perp__fischer_matrix *matrix,
                                  const perp__lcp_problem *problem)
@@ -32,7 +31,7 @@ static int32_t append(perp__fischer_matrix *matrix, int32_t at, int32_t row, dou
 static void read_sparse(perp__fischer_matrix *matrix, const perp__lcp_problem *problem)
 {
     const perp__matrix *M = problem->M;
-    const int32_t *e = problem->exponents;
+    const double *d = problem->factors;
     int32_t at = 0;
 
     for (int32_t j = 0; j < problem->n; j++) {
@@ -45,7 +44,7 @@ static void read_sparse(perp__fischer_matrix *matrix, const perp__lcp_problem *p
             if (i > j && !diagonal_is_in)
                 at = append(matrix, at, j, 0.0);
             diagonal_is_in |= i >= j;
-            at = append(matrix, at, i, M->values[p] * perp__power_of_two(e[i] + e[j]));
+            at = append(matrix, at, i, M->values[p] * (d[i] * d[j]));
         }
         if (!diagonal_is_in)
             at = append(matrix, at, j, 0.0);

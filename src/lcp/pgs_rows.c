@@ -2,8 +2,6 @@
 
 #include <string.h>
 
-#include "linalg/scale.h"
-
 void perp__rows_layout(perp__arena *arena, perp__rows *rows, const perp__lcp_problem *problem)
 {
     const perp__matrix *M = problem->M;
@@ -22,14 +20,14 @@ void perp__rows_layout(perp__arena *arena, perp__rows *rows, const perp__lcp_pro
     }
 }
 
-static void read_dense(perp__rows *rows, const perp__matrix *M, const int32_t *e)
+static void read_dense(perp__rows *rows, const perp__matrix *M, const double *d)
 {
     for (int32_t i = 0; i < rows->n; i++) {
         const double *source = M->values + (size_t)i * M->row_stride;
         double *row = rows->values + (size_t)i * (size_t)rows->n;
 
         for (int32_t j = 0; j < rows->n; j++)
-            row[j] = source[(size_t)j * M->column_stride] * perp__power_of_two(e[i] + e[j]);
+            row[j] = source[(size_t)j * M->column_stride] * (d[i] * d[j]);
         rows->diagonal[i] = row[i];
         rows->before[i] = 0.0;
     }
@@ -52,7 +50,7 @@ static void count_rows(perp__rows *rows, const perp__matrix *M)
         rows->starts[i + 1] += rows->starts[i];
 }
 
-static void read_sparse(perp__rows *rows, const perp__matrix *M, const int32_t *e)
+static void read_sparse(perp__rows *rows, const perp__matrix *M, const double *d)
 {
     count_rows(rows, M);
     memset(rows->diagonal, 0, (size_t)rows->n * sizeof(double));
@@ -60,7 +58,7 @@ static void read_sparse(perp__rows *rows, const perp__matrix *M, const int32_t *
     for (int32_t j = 0; j < rows->n; j++) {
         for (int32_t p = M->column_starts[j]; p < M->column_starts[j + 1]; p++) {
             int32_t i = M->row_indices[p];
-            double value = M->values[p] * perp__power_of_two(e[i] + e[j]);
+            double value = M->values[p] * (d[i] * d[j]);
 
             if (i == j)
                 rows->diagonal[i] = value;
@@ -82,7 +80,7 @@ static void read_sparse(perp__rows *rows, const perp__matrix *M, const int32_t *
 void perp__rows_read(perp__rows *rows, const perp__lcp_problem *problem)
 {
     if (rows->columns)
-        read_sparse(rows, problem->M, problem->exponents);
+        read_sparse(rows, problem->M, problem->factors);
     else
-        read_dense(rows, problem->M, problem->exponents);
+        read_dense(rows, problem->M, problem->factors);
 }

@@ -1,4 +1,4 @@
-/* The scaled matrix S, S_ij = M_ij 2^(e_i + e_j), by rows: what a Gauss-Seidel sweep walks along,
+/* The scaled matrix S, S = D M D, by rows: what a Gauss-Seidel sweep walks along,
  * whatever the caller's storage. */
 #ifndef PERP_LCP_PGS_ROWS_H
 #define PERP_LCP_PGS_ROWS_H

@@ -47,13 +47,15 @@ static perp_matrix dense(const double *values, int32_t n)
     return M;
 }
 
-/* Solves dense and sparse and requires `expected`, unless it is NULL. */
+/* Solves dense and sparse and requires `expected`, unless it is NULL. The limit of 12 iterations is
+ * for Newton's method: the gradient's would not do. */
 static void solve_both(const int *entries, const int *load, int32_t n, const double *lower,
                        const double *upper, const double *expected, const char *where)
 {
     perp_lcp_settings settings = alone(1e-12);
     gen_lcp problem, sparse;
 
+    settings.max_iterations = 12;
     gen_from_integers(&problem, n, entries, load);
     gen_to_csc(&sparse, &problem);
     for (int csc = 0; csc < 2; csc++) {
@@ -279,14 +281,15 @@ static void test_warm_starts(void **state)
     gen_destroy(&problem);
 }
 
-/* One solver, one size, one number of entries: new values, then a new pattern. */
+/* One solver, one size, one number of entries: new values, then a new pattern, then dense. */
 static void test_pattern_changes(void **state)
 {
     static const int32_t starts[] = {0, 1, 3, 4}, rows_1[] = {0, 1, 2, 2}, rows_2[] = {0, 0, 1, 2};
     double values[] = {2.0, 2.0, -1.0, 2.0};
     static const double q[] = {-2.0, -2.0, -2.0};
     /* 2 z_2 = 2 + z_1; half of it; 2 z_0 + 2 z_1 - 2 > 0 */
-    static const double expected[3][3] = {{1, 1, 1.5}, {0.5, 0.5, 0.75}, {0, 2, 1}};
+    static const double full[] = {1, 0, 0, 0, 2, 0, 0, 0, 4};
+    static const double expected[4][3] = {{1, 1, 1.5}, {0.5, 0.5, 0.75}, {0, 2, 1}, {2, 1, 0.5}};
     perp_lcp_settings settings = alone(1e-12);
     perp_lcp_solver *solver;
     perp_lcp_result result;
@@ -294,8 +297,9 @@ static void test_pattern_changes(void **state)
     double z[3];
 
     (void)state;
+    settings.max_iterations = 12;
     assert_int_equal(perp_lcp_solver_create(context, &solver, &settings), PERP_OK);
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 4; k++) {
         assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
         if (k == 1)
             for (int p = 0; p < 4; p++)
@@ -306,6 +310,8 @@ static void test_pattern_changes(void **state)
         }
         assert_int_equal(perp_matrix_csc(&M, 3, 3, starts, k < 2 ? rows_1 : rows_2, values),
                          PERP_OK);
+        if (k == 3)
+            M = dense(full, 3);
         assert_int_equal(perp_lcp_solver_setup(solver, &M, NULL, NULL), PERP_OK);
         for (int again = 0; again < 2; again++) {
             assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);

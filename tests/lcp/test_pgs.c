@@ -406,13 +406,15 @@ static void test_rows_hold_the_scaled_matrix(void **state)
         perp__rows rows;
         perp__arena arena;
         void *both[2] = {&rows, &problem};
-        double z[SIZE];
+        double z[SIZE], d[SIZE];
 
         memset(&problem, 0, sizeof problem);
         problem.context = context;
         problem.n = SIZE;
         problem.M = &own;
-        problem.exponents = e;
+        problem.factors = d;
+        for (int i = 0; i < SIZE; i++)
+            d[i] = ldexp(1.0, e[i]);
         perp__arena_init(&arena, context);
         assert_int_equal(perp__arena_fit(&arena, layout, both), PERP_OK);
         perp__rows_read(&rows, &problem);
