@@ -88,7 +88,8 @@ static void read_problem(pgs_work *work)
 /* One sweep; returns the residual met on the way, +inf if a number overflowed.
  *
  * Row i waits for z_(i-1): that chain, not the arithmetic, is what a sweep costs. So z_(i-1) stays
- * in a register and enters last, in z_i - omega w_i / S_ii as well as in w_i. */
+ * in a register and enters last, in z_i - omega w_i / S_ii as well as in w_i, and the projection is
+ * a branch, which is predicted, and not a minimum and a maximum, which are waited for. */
 static double sweep(const pgs_work *work, double *z)
 {
     const perp__lcp_problem *problem = work->common.problem;
@@ -110,8 +111,11 @@ static double sweep(const pgs_work *work, double *z)
             r = w > above ? w : above;
             r = fabs(r < below ? r : below);
             residual = r > residual ? r : residual;
-            moved = moved > lower[i] ? moved : lower[i];
-            z[i] = moved < upper[i] ? moved : upper[i];
+            if (moved < lower[i])
+                moved = lower[i];
+            else if (moved > upper[i])
+                moved = upper[i];
+            z[i] = moved;
         }
         previous = z[i];
     }
