@@ -71,7 +71,7 @@ typedef void (*dgemm_function)(const char *, const char *, const int *, const in
                                const double *, const double *, const int *, const double *,
                                const int *, const double *, double *, const int *);
 
-/* GFlop/s of the dgemm that perp itself is linked with, n = 600, best of five; 0 if it has none. */
+/* GFlop/s of the dgemm that perp itself is linked with, n = 600, best of fifteen; 0 if it has none. */
 static inline double dgemm_speed(void)
 {
     enum { N = 600 };
@@ -88,7 +88,7 @@ static inline double dgemm_speed(void)
     uint64_t seed = 1;
     for (int k = 0; k < 3 * N * N; k++)
         a[k] = random_number(&seed);
-    for (int repeat = 0; repeat < 5; repeat++) {
+    for (int repeat = 0; repeat < 15; repeat++) {
         double start = seconds_now();
         dgemm("N", "N", &n, &n, &n, &one, a, &n, b, &n, &zero, c, &n);
         best = fmax(best, 2e-9 * N * N * N / (seconds_now() - start));
@@ -97,7 +97,7 @@ static inline double dgemm_speed(void)
     return best;
 }
 
-/* GB/s of a = b + s c on arrays of 32 MB, best of five, one thread. */
+/* GB/s of a = b + s c on arrays of 32 MB, best of fifteen, one thread. */
 static inline double triad_speed(void)
 {
     enum { N = 4000000 };
@@ -105,7 +105,7 @@ static inline double triad_speed(void)
     volatile double kept = 0;
     for (int k = 0; k < 3 * N; k++)
         a[k] = k;
-    for (int repeat = 0; repeat < 5; repeat++) {
+    for (int repeat = 0; repeat < 15; repeat++) {
         double start = seconds_now(), s = 1.0 / (repeat + 3);
         for (int k = 0; k < N; k++)
             a[k] = b[k] + s * c[k];
