@@ -71,7 +71,7 @@ typedef void (*dgemm_function)(const char *, const char *, const int *, const in
                                const double *, const double *, const int *, const double *,
                                const int *, const double *, double *, const int *);
 
-/* GFlop/s of the dgemm that perp itself is linked with, n = 600, best of fifteen; 0 if it has none. */
+/* GFlop/s of the dgemm that perp is linked with, n = 600, best of fifteen; 0 if it has none. */
 static inline double dgemm_speed(void)
 {
     enum { N = 600 };

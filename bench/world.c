@@ -55,10 +55,10 @@ static perp_body add_box(perp_context *context, perp_world *world, double height
     return body;
 }
 
-/* Steps the world, for about a second at the most; returns steps a second, the largest residual and
- * the iterations of a step. */
-static double run(perp_context *context, perp_world *world, double h, int steps, double *residual,
-                  double *iterations)
+/* Steps the world, for about `seconds_allowed` at the most; returns steps a second, the largest
+ * residual and the iterations of a step. */
+static double run(perp_context *context, perp_world *world, double h, int steps,
+                  double seconds_allowed, double *residual, double *iterations)
 {
     perp_step_result result;
     double start = seconds_now(), seconds = 0;
@@ -66,7 +66,7 @@ static double run(perp_context *context, perp_world *world, double h, int steps,
     int done = 0;
     *residual = 0;
     perp_step_result_init(&result, sizeof result);
-    while (done < steps && (seconds < 1 || done < 5)) {
+    while (done < steps && (seconds < seconds_allowed || done < 5)) {
         require(perp_world_step(world, &result, h) == PERP_OK, perp_context_message(context));
         *residual = fmax(*residual, result.residual);
         all += result.iterations;
@@ -98,7 +98,7 @@ static void measure_stack(perp_context *context, int boxes, const setting *chose
     perp_world *world = create(context, chosen);
     for (int k = 0; k < boxes; k++)
         body[k] = add_box(context, world, 0.5 + k, 0, 0);
-    double speed = run(context, world, 0.005, 200, &residual, &iterations);
+    double speed = run(context, world, 0.005, 200, 1, &residual, &iterations);
     for (int k = 0; k < boxes; k++) {
         read_body(world, &state, body[k]);
         for (int c = 0; c < 3; c++)
@@ -119,7 +119,7 @@ static perp_body_state slide(perp_context *context, double h, double heading, co
     perp_body_state state;
     perp_world *world = create(context, chosen);
     perp_body body = add_box(context, world, 0.5, 3, heading);
-    *speed = run(context, world, h, (int)(1 / h), residual, iterations);
+    *speed = run(context, world, h, (int)(1 / h), INFINITY, residual, iterations);
     read_body(world, &state, body);
     require(state.velocity[0] == 0 && state.velocity[1] == 0, "the box did not stop");
     perp_world_destroy(world);
