@@ -213,120 +213,172 @@ static void test_at_once(void **state)
     }
 }
 
-/* A solver in use: setup with a larger problem fails at the k-th allocation, the old problem still
- * solves to the same bits; then solve fails at the k-th, and the next attempt succeeds. */
+/* What a test of a solver in use needs. */
+typedef struct bench {
+    memory m;
+    perp_context *context;
+    perp_lcp_settings settings;
+    perp_lcp_solver *solver;
+    perp_lcp_result result;
+    gen_lcp problem;
+    double *z;
+} bench;
+
+static void open_bench(bench *b, const scenario *s, uint64_t seed)
+{
+    perp_context_settings context_settings;
+
+    memset(b, 0, sizeof *b);
+    context_settings = limited(&b->m);
+    b->settings = settings_of(s);
+    make_problem(&b->problem, s, seed);
+    b->z = check_allocate((size_t)b->problem.n, sizeof *b->z);
+    assert_int_equal(perp_lcp_result_init(&b->result, sizeof b->result), PERP_OK);
+    assert_int_equal(perp_context_create(&b->context, &context_settings), PERP_OK);
+    assert_int_equal(perp_lcp_solver_create(b->context, &b->solver, &b->settings), PERP_OK);
+}
+
+static void close_bench(bench *b)
+{
+    perp_lcp_solver_destroy(b->solver);
+    perp_context_destroy(b->context);
+    assert_int_equal(b->m.live, 0);
+    free(b->z);
+    gen_destroy(&b->problem);
+}
+
+static perp_status setup(bench *b)
+{
+    return perp_lcp_solver_setup(b->solver, &b->problem.view, b->problem.lower, b->problem.upper);
+}
+
+static perp_status solve(bench *b, const double *z0)
+{
+    return perp_lcp_solver_solve(b->solver, b->z, NULL, NULL, &b->result, b->problem.q, z0);
+}
+
+/* z = 1 for the problem z - 1 that the solver was set up with before */
+static void require_old_problem(bench *b)
+{
+    static const double minus = -1.0;
+    double z = 0.0;
+
+    assert_int_equal(perp_lcp_solver_solve(b->solver, &z, NULL, NULL, &b->result, &minus, NULL),
+                     PERP_OK);
+    assert_true(z == 1.0);
+}
+
+/* Setup with a larger problem fails at the k-th allocation: the old problem still solves. Then
+ * solve fails at the k-th, and the next attempt succeeds. */
+static void fail_step_by_step(bench *b)
+{
+    static const double one = 1.0;
+    perp_status status = PERP_ERROR_MEMORY;
+    perp_matrix small;
+    int k;
+
+    assert_int_equal(perp_matrix_init(&small, sizeof small), PERP_OK);
+    assert_int_equal(perp_matrix_dense(&small, PERP_STORAGE_ROW_MAJOR, 1, 1, &one, 1), PERP_OK);
+    assert_int_equal(perp_lcp_solver_setup(b->solver, &small, NULL, NULL), PERP_OK);
+    for (k = 1; status != PERP_OK; k++) {
+        b->m.calls = 0;
+        b->m.fails_at = k;
+        status = setup(b);
+        b->m.fails_at = 0;
+        if (status != PERP_OK) {
+            assert_int_equal(status, PERP_ERROR_MEMORY);
+            require_old_problem(b);
+        }
+    }
+    status = PERP_ERROR_MEMORY;
+    for (k = 1; status != PERP_OK; k++) {
+        b->z[0] = 123.25;
+        b->m.calls = 0;
+        b->m.fails_at = k;
+        status = solve(b, NULL);
+        b->m.fails_at = 0;
+        if (status != PERP_OK) {
+            assert_int_equal(status, PERP_ERROR_MEMORY);
+            assert_true(b->z[0] == 123.25);
+        }
+    }
+}
+
 static void test_step_by_step(void **state)
 {
     int s;
 
     (void)state;
     for (s = 0; s < SCENARIOS; s++) {
-        memory m = {0, 0, 0};
-        perp_context_settings context_settings = limited(&m);
-        perp_lcp_settings settings = settings_of(&scenarios[s]);
-        static const double one = 1.0, minus = -1.0;
-        perp_lcp_solver *solver;
-        perp_context *context;
-        perp_matrix small;
-        perp_lcp_result result;
-        gen_lcp problem;
-        double *z, tiny = 0.0;
-        perp_status status;
+        bench b;
         run expected;
-        int k;
 
-        make_problem(&problem, &scenarios[s], 32);
-        z = check_allocate((size_t)problem.n, sizeof *z);
-        assert_int_equal(perp_matrix_init(&small, sizeof small), PERP_OK);
-        assert_int_equal(perp_matrix_dense(&small, PERP_STORAGE_ROW_MAJOR, 1, 1, &one, 1), PERP_OK);
-        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
-        assert_int_equal(perp_context_create(&context, &context_settings), PERP_OK);
-        run_lcp(&expected, context, &problem, &settings, NULL, scenarios[s].name);
-        assert_int_equal(perp_lcp_solver_create(context, &solver, &settings), PERP_OK);
-        assert_int_equal(perp_lcp_solver_setup(solver, &small, NULL, NULL), PERP_OK);
-        for (k = 1; k < 1000; k++) {
-            m.calls = 0;
-            m.fails_at = k;
-            status = perp_lcp_solver_setup(solver, &problem.view, problem.lower, problem.upper);
-            m.fails_at = 0;
-            if (status == PERP_OK)
-                break;
-            assert_int_equal(status, PERP_ERROR_MEMORY);
-            assert_int_equal(
-                perp_lcp_solver_solve(solver, &tiny, NULL, NULL, &result, &minus, NULL), PERP_OK);
-            assert_true(tiny == 1.0);
-        }
-        assert_int_equal(status, PERP_OK);
-        for (k = 1; k < 1000; k++) {
-            z[0] = 123.25;
-            m.calls = 0;
-            m.fails_at = k;
-            status = perp_lcp_solver_solve(solver, z, NULL, NULL, &result, problem.q, NULL);
-            m.fails_at = 0;
-            if (status == PERP_OK)
-                break;
-            assert_int_equal(status, PERP_ERROR_MEMORY);
-            assert_true(z[0] == 123.25);
-        }
-        assert_int_equal(status, PERP_OK);
-        assert_memory_equal(z, expected.z, (size_t)problem.n * sizeof(double));
+        open_bench(&b, &scenarios[s], 32);
+        run_lcp(&expected, b.context, &b.problem, &b.settings, NULL, scenarios[s].name);
+        fail_step_by_step(&b);
+        assert_memory_equal(b.z, expected.z, (size_t)b.problem.n * sizeof(double));
         run_release(&expected);
-        free(z);
-        gen_destroy(&problem);
-        perp_lcp_solver_destroy(solver);
-        perp_context_destroy(context);
-        assert_int_equal(m.live, 0);
+        close_bench(&b);
     }
 }
 
 /* ---- no allocation after the first ------------------------------------------------------------
  */
 
+/* Later solves with other q, so with other active sets, cold and warm. */
+static void solve_some_more(bench *b)
+{
+    int32_t round, i;
+
+    for (round = 0; round < 4; round++) {
+        assert_int_equal(solve(b, round & 1 ? b->z : NULL), PERP_OK);
+        for (i = 0; i < b->problem.n; i++)
+            b->problem.q[i] += (i % 3 - 1) * 0.5;
+    }
+}
+
 static void test_second_solve_allocates_nothing(void **state)
 {
-    int s;
+    int s, allocations = 0;
 
     (void)state;
     for (s = 0; s < SCENARIOS; s++) {
-        memory m = {0, 0, 0};
-        perp_context_settings context_settings = limited(&m);
-        perp_lcp_settings settings = settings_of(&scenarios[s]);
-        perp_lcp_solver *solver;
-        perp_context *context;
-        perp_lcp_result result;
-        gen_lcp problem;
-        double *z;
-        int32_t i, round;
+        bench b;
 
-        make_problem(&problem, &scenarios[s], 33);
-        z = check_allocate((size_t)problem.n, sizeof *z);
-        assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
-        assert_int_equal(perp_context_create(&context, &context_settings), PERP_OK);
-        assert_int_equal(perp_lcp_solver_create(context, &solver, &settings), PERP_OK);
-        assert_int_equal(perp_lcp_solver_setup(solver, &problem.view, problem.lower, problem.upper),
-                         PERP_OK);
-        assert_int_equal(perp_lcp_solver_solve(solver, z, NULL, NULL, &result, problem.q, NULL),
-                         PERP_OK);
-        m.calls = 0;
-        for (round = 0; round < 6; round++) { /* other q: other active sets; warm and cold */
-            assert_int_equal(perp_lcp_solver_solve(solver, z, NULL, NULL, &result, problem.q,
-                                                   round & 1 ? z : NULL),
-                             PERP_OK);
-            for (i = 0; i < problem.n; i++)
-                problem.q[i] += (i % 3 - 1) * 0.5;
-            if (round == 3)
-                assert_int_equal(
-                    perp_lcp_solver_setup(solver, &problem.view, problem.lower, problem.upper),
-                    PERP_OK);
-        }
-        if (m.calls != 0)
-            fail_msg("%s: %d allocations in later solves", scenarios[s].name, m.calls);
-        free(z);
-        gen_destroy(&problem);
-        perp_lcp_solver_destroy(solver);
-        perp_context_destroy(context);
-        assert_int_equal(m.live, 0);
+        open_bench(&b, &scenarios[s], 33);
+        assert_int_equal(setup(&b), PERP_OK);
+        assert_int_equal(solve(&b, NULL), PERP_OK);
+        b.m.calls = 0;
+        solve_some_more(&b);
+        if (b.m.calls != 0)
+            print_error("%s: %d allocations in later solves\n", scenarios[s].name, b.m.calls);
+        allocations += b.m.calls;
+        close_bench(&b);
     }
+    assert_int_equal(allocations, 0);
+}
+
+/* lcp.h: setup again with the same sizes allocates nothing, and the solves after it neither. */
+static void test_second_setup_allocates_nothing(void **state)
+{
+    int s, allocations = 0;
+
+    (void)state;
+    for (s = 0; s < SCENARIOS; s++) {
+        bench b;
+
+        open_bench(&b, &scenarios[s], 34);
+        assert_int_equal(setup(&b), PERP_OK);
+        assert_int_equal(solve(&b, NULL), PERP_OK);
+        b.m.calls = 0;
+        assert_int_equal(setup(&b), PERP_OK);
+        solve_some_more(&b);
+        if (b.m.calls != 0)
+            print_error("%s: %d allocations after a second setup\n", scenarios[s].name, b.m.calls);
+        allocations += b.m.calls;
+        close_bench(&b);
+    }
+    assert_int_equal(allocations, 0);
 }
 
 int main(void)
@@ -336,6 +388,7 @@ int main(void)
         cmocka_unit_test(test_at_once),
         cmocka_unit_test(test_step_by_step),
         cmocka_unit_test(test_second_solve_allocates_nothing),
+        cmocka_unit_test(test_second_setup_allocates_nothing),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
