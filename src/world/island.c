@@ -47,6 +47,8 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
         int32_t a = set->contacts[i].body_a;
         int32_t b = set->contacts[i].body_b;
 
+        if (!set->contacts[i].included)
+            continue;
         world->motions[a].touched++;
         world->motions[b].touched++;
         if (is_dynamic(world, a) && is_dynamic(world, b))
@@ -101,7 +103,8 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
     int32_t i;
 
     for (i = 0; i < set->count; i++)
-        world->islands[island_of(world, &set->contacts[i])].contacts++;
+        if (set->contacts[i].included)
+            world->islands[island_of(world, &set->contacts[i])].contacts++;
     for (i = 0; i < world->island_count; i++) {
         world->islands[i].first_contact = offset;
         offset += world->islands[i].contacts;
@@ -110,8 +113,11 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
     }
     for (i = 0; i < set->count; i++) {
         perp__world_contact *contact = &set->contacts[i];
-        perp__island *island = &world->islands[island_of(world, contact)];
+        perp__island *island;
 
+        if (!contact->included)
+            continue;
+        island = &world->islands[island_of(world, contact)];
         contact->first_row = island->rows;
         island->rows += contact->edges > 0 ? contact->edges + 2 : 1;
         world->contact_order[island->first_contact + island->contacts++] = i;
@@ -133,7 +139,7 @@ static void link_contacts(perp_world *world, const perp__contact_set *set)
         const int32_t bodies[2] = {set->contacts[i].body_a, set->contacts[i].body_b};
         int32_t side;
 
-        for (side = 0; side < 2; side++) {
+        for (side = 0; side < 2 && set->contacts[i].included; side++) {
             perp__motion *motion = &world->motions[bodies[side]];
             perp__link *link = &world->links[motion->first_link + motion->touched++];
 

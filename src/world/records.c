@@ -7,7 +7,7 @@
 #include "world/spatial.h"
 
 /* Room for `count` records of this step beside those of the last. */
-perp_status perp__reserve_records(perp_world *world, int32_t count)
+static perp_status reserve(perp_world *world, int32_t count)
 {
     int32_t capacity = world->contacts.capacity;
     perp_contact *next, *last;
@@ -60,10 +60,19 @@ static void write_record(const perp_world *world, const perp__world_contact *con
     record->mode = mode_of(contact);
 }
 
-void perp__write_records(perp_world *world)
+/* Of the contacts that took part. */
+perp_status perp__write_records(perp_world *world)
 {
-    int32_t i;
+    int32_t i, count = 0;
+    perp_status status;
 
     for (i = 0; i < world->contacts.count; i++)
-        write_record(world, &world->contacts.contacts[i], &world->next_records[i]);
+        count += world->contacts.contacts[i].included;
+    status = reserve(world, count);
+    world->next_record_count = 0;
+    for (i = 0; i < world->contacts.count && status == PERP_OK; i++)
+        if (world->contacts.contacts[i].included)
+            write_record(world, &world->contacts.contacts[i],
+                         &world->next_records[world->next_record_count++]);
+    return status;
 }

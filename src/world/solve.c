@@ -22,10 +22,14 @@
 #include "world/world.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "base/context.h"
 #include "lcp/lcp.h"
 #include "world/spatial.h"
+
+/* A gap below this share of the bodies' size is near: such contacts take part from the start. */
+#define NEAR 1e-3
 
 static void lay_out_rows(perp__arena *arena, perp__island_work *work)
 {
@@ -149,24 +153,26 @@ static int32_t severity(perp_outcome outcome)
 }
 
 /* Solves for the targets that stand, and writes the twist. */
-static perp_status solve_stage(perp_world *world, const perp__island *island, int32_t second,
-                               perp__solve_summary *summary)
+static perp_status solve_stage(perp_world *world, const perp__island *island,
+                               perp__verdict *verdict, int64_t *iterations)
 {
     const perp_lcp_result *result = &world->work.result;
     perp_status status;
 
     write_q(world, island);
-    status = perp__solve_rows(world, island->rows, second);
+    status = perp__solve_rows(world, island->rows, verdict->stages > 0);
     if (status != PERP_OK)
         return status;
-    summary->iterations += result->iterations;
-    summary->residual = fmax(summary->residual, result->residual);
-    if (severity(result->outcome) > severity(summary->outcome))
-        summary->outcome = result->outcome;
+    verdict->stages++;
+    verdict->residual = fmax(verdict->residual, result->residual);
+    if (severity(result->outcome) > severity(verdict->outcome))
+        verdict->outcome = result->outcome;
+    *iterations += result->iterations;
     if (result->outcome == PERP_OUTCOME_RAY)
         return PERP_OK;
     read_impulses(world, island);
-    perp__exact_velocities(world, island, second ? PERP__TWIST_AFTER : PERP__TWIST_MOVING);
+    perp__exact_velocities(world, island,
+                           verdict->stages > 1 ? PERP__TWIST_AFTER : PERP__TWIST_MOVING);
     return PERP_OK;
 }
 
@@ -214,34 +220,39 @@ static int32_t second_targets(perp_world *world, const perp__island *island, dou
     return impact;
 }
 
-static perp_status solve_island(perp_world *world, const perp__island *island, double h,
-                                perp__solve_summary *summary)
+/* Sets the twists of an island's bodies to another of theirs. */
+static void copy_twists(perp_world *world, const perp__island *island, size_t to, size_t from)
 {
-    perp_status status;
     int32_t i;
 
-    if (!first_targets(world, island, h))
-        return PERP_OK; /* the free velocities, which motions hold already */
-    summary->solved++;
-    perp__assemble_matrix(world, &world->contacts, island);
-    status = solve_stage(world, island, 0, summary);
-    if (status != PERP_OK || summary->outcome == PERP_OUTCOME_RAY)
-        return status;
-    if (second_targets(world, island, h)) {
-        summary->impacts++;
-        return solve_stage(world, island, 1, summary);
-    }
     for (i = 0; i < island->bodies; i++) {
         perp__motion *motion = &world->motions[world->body_order[island->first_body + i]];
-        int32_t k;
 
-        for (k = 0; k < 6; k++)
-            motion->after[k] = motion->moving[k];
+        memcpy(perp__twist(motion, to), perp__twist(motion, from), sizeof motion->free);
     }
+}
+
+/* Both stages. */
+static perp_status solve_island(perp_world *world, const perp__island *island, double h,
+                                perp__verdict *verdict, int64_t *iterations)
+{
+    perp_status status;
+
+    copy_twists(world, island, PERP__TWIST_MOVING, PERP__TWIST_FREE);
+    copy_twists(world, island, PERP__TWIST_AFTER, PERP__TWIST_FREE);
+    if (!first_targets(world, island, h))
+        return PERP_OK;
+    perp__assemble_matrix(world, &world->contacts, island);
+    status = solve_stage(world, island, verdict, iterations);
+    if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
+        return status;
+    if (second_targets(world, island, h))
+        return solve_stage(world, island, verdict, iterations);
+    copy_twists(world, island, PERP__TWIST_AFTER, PERP__TWIST_MOVING);
     return PERP_OK;
 }
 
-/* Rows and velocities of all contacts, which then stand as if nothing touched. */
+/* Rows and velocities of all contacts, which stand as if nothing touched. */
 static void prepare_contacts(perp_world *world)
 {
     int32_t i;
@@ -253,24 +264,103 @@ static void prepare_contacts(perp_world *world)
         perp__relative_velocity(world, contact, PERP__TWIST_START, contact->start);
         perp__relative_velocity(world, contact, PERP__TWIST_FREE, contact->free);
         perp__copy3(contact->velocity, contact->free);
+        contact->included = 0;
+    }
+}
+
+/* Most contacts that the margin finds never close. A problem without some contacts has a solution
+ * of the whole problem if its velocities keep these open too (their impulses are 0): so those that
+ * are near or would close by themselves come first, and others only once velocities close them.
+ * Returns how many came. */
+static int32_t include_contacts(perp_world *world, double h)
+{
+    int32_t came = 0;
+    int32_t i;
+
+    for (i = 0; i < world->contacts.count; i++) {
+        perp__world_contact *contact = &world->contacts.contacts[i];
+        double u[3];
+
+        if (contact->included)
+            continue;
+        perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
+        if (contact->gap + h * u[0] >= 0.0 &&
+            contact->gap > fmax(NEAR * contact->size, contact->rounding))
+            continue;
+        contact->included = contact->fresh = 1;
+        came++;
+    }
+    return came;
+}
+
+/* Whether contacts came to the island since it was solved; they count as old from now on. */
+static int32_t has_changed(perp_world *world, const perp__island *island)
+{
+    int32_t changed = 0;
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        perp__world_contact *contact = island_contact(world, island, i);
+
+        changed = changed || contact->fresh;
+        contact->fresh = 0;
+    }
+    return changed;
+}
+
+/* Islands of the contacts included so far; those that changed are solved. Stops at a ray. */
+static perp_status solve_changed(perp_world *world, double h, perp__solve_summary *summary)
+{
+    perp_status status = perp__build_islands(world, &world->contacts);
+    int32_t i, k;
+
+    if (status == PERP_OK)
+        status = perp__fit_island_work(world, 1);
+    for (i = 0; i < world->island_count && status == PERP_OK; i++) {
+        const perp__island *island = &world->islands[i];
+        perp__verdict verdict = {PERP_OUTCOME_SOLVED, 0, 0.0};
+
+        if (!has_changed(world, island))
+            continue;
+        status = solve_island(world, island, h, &verdict, &summary->iterations);
+        for (k = 0; k < island->bodies; k++)
+            world->motions[world->body_order[island->first_body + k]].verdict = verdict;
+        if (verdict.outcome == PERP_OUTCOME_RAY) {
+            summary->outcome = PERP_OUTCOME_RAY;
+            summary->residual = verdict.residual;
+            break;
+        }
+    }
+    return status;
+}
+
+/* The last word on each island. */
+static void summarise(const perp_world *world, perp__solve_summary *summary)
+{
+    int32_t i;
+
+    for (i = 0; i < world->island_count; i++) {
+        const perp__verdict *verdict =
+            &world->motions[world->body_order[world->islands[i].first_body]].verdict;
+
+        if (severity(verdict->outcome) > severity(summary->outcome))
+            summary->outcome = verdict->outcome;
+        summary->residual = fmax(summary->residual, verdict->residual);
+        summary->solved += verdict->stages > 0;
+        summary->impacts += verdict->stages > 1;
     }
 }
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary)
 {
-    perp_status status = perp__fit_island_work(world, 1);
-    int32_t i;
+    perp_status status = PERP_OK;
 
-    summary->outcome = PERP_OUTCOME_SOLVED;
-    summary->iterations = 0;
-    summary->residual = 0.0;
-    summary->solved = summary->impacts = 0;
-    if (status == PERP_OK)
-        prepare_contacts(world);
-    for (i = 0; i < world->island_count && status == PERP_OK; i++) {
-        status = solve_island(world, &world->islands[i], h, summary);
-        if (summary->outcome == PERP_OUTCOME_RAY)
-            break;
-    }
+    memset(summary, 0, sizeof *summary);
+    world->island_count = 0;
+    prepare_contacts(world);
+    while (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY && include_contacts(world, h))
+        status = solve_changed(world, h, summary);
+    if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
+        summarise(world, summary);
     return status;
 }

@@ -28,7 +28,7 @@ static void lay_out_shapes(perp__arena *arena, void *object)
     world->extents = perp__arena_take(arena, count, sizeof *world->extents);
 }
 
-/* Bodies in place, contacts, islands. */
+/* Bodies in place, and the points where they can meet. */
 static perp_status collide(perp_world *world, double h)
 {
     perp_status status = perp__arena_fit(&world->body_arena, lay_out_bodies, world);
@@ -39,12 +39,7 @@ static perp_status collide(perp_world *world, double h)
         return status;
     perp__place(world, world->states);
     perp__free_velocities(world, h);
-    status = perp__find_contacts(world, h);
-    if (status == PERP_OK)
-        status = perp__build_islands(world, &world->contacts);
-    if (status == PERP_OK)
-        status = perp__reserve_records(world, world->contacts.count);
-    return status;
+    return perp__find_contacts(world, h);
 }
 
 static void count_rows(perp_world *world, perp_world_stats *stats)
@@ -52,13 +47,17 @@ static void count_rows(perp_world *world, perp_world_stats *stats)
     int32_t i;
 
     stats->islands = world->island_count;
-    stats->contacts = world->contacts.count;
-    stats->rows_normal = world->contacts.count;
-    stats->rows_friction = stats->rows_cone = 0;
+    stats->rows_normal = stats->rows_friction = stats->rows_cone = 0;
     for (i = 0; i < world->contacts.count; i++) {
-        stats->rows_friction += world->contacts.contacts[i].edges;
-        stats->rows_cone += world->contacts.contacts[i].edges > 0;
+        const perp__world_contact *contact = &world->contacts.contacts[i];
+
+        if (!contact->included)
+            continue;
+        stats->rows_normal++;
+        stats->rows_friction += contact->edges;
+        stats->rows_cone += contact->edges > 0;
     }
+    stats->contacts = stats->rows_normal;
 }
 
 static int32_t may_advance(const perp_world *world, perp_outcome outcome)
@@ -105,7 +104,7 @@ static void commit(perp_world *world)
     memcpy(world->states, world->next, (size_t)world->body_slots * sizeof *world->states);
     world->records = world->next_records;
     world->next_records = records;
-    world->record_count = world->contacts.count;
+    world->record_count = world->next_record_count;
     world->stats.steps++;
 }
 
@@ -113,12 +112,12 @@ static void commit(perp_world *world)
  * uses the same memory. */
 static perp_status advance(perp_world *world, double h, perp_world_stats *stats, double *clock)
 {
-    perp_status status;
+    perp_status status = perp__write_records(world);
     double now;
 
-    perp__write_records(world);
     perp__integrate(world, h);
-    status = check_next(world);
+    if (status == PERP_OK)
+        status = check_next(world);
     now = perp__now();
     stats->seconds_integrate += now - *clock;
     *clock = now;
@@ -154,7 +153,7 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
     result->outcome = summary.outcome;
     result->iterations = stats.iterations = summary.iterations;
     result->residual = stats.residual = summary.residual;
-    result->contacts = world->contacts.count;
+    result->contacts = stats.contacts;
     result->islands = summary.solved;
     result->advanced = may_advance(world, summary.outcome);
     stats.impacts = summary.impacts;

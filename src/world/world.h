@@ -71,6 +71,13 @@ typedef struct perp__shape {
  * nothing. */
 enum { PERP__ROOT_STATIC = -1, PERP__ROOT_NONE = -2 };
 
+/* How the solve of a body's island went. */
+typedef struct perp__verdict {
+    perp_outcome outcome;
+    int32_t stages; /* 0: nothing to solve, 1, 2: with an impact */
+    double residual;
+} perp__verdict;
+
 /* A body within the step. Twists are (velocity, angular velocity), world frame. */
 typedef struct perp__motion {
     double rotation[9];
@@ -82,7 +89,8 @@ typedef struct perp__motion {
     double inverse_factor[9];
     double start[6];  /* twist before the step */
     double free[6];   /* twist that forces alone would give */
-    double moving[6]; /* twist that moves the positions: the first stage's */
+    double moving[6]; /* twist that moves the positions: the first stage's; of a body that nothing
+                         touches, the mean of start and free */
     double after[6];  /* twist after the step */
     double solved[6]; /* twist as the complementarity problem's solution gives it */
     double reach;     /* largest speed of a point of it, for the margins */
@@ -90,6 +98,7 @@ typedef struct perp__motion {
     int32_t island;   /* -1: none */
     int32_t local;    /* number within the island */
     int32_t first_link;
+    perp__verdict verdict;
     /* velocity.c */
     double strength; /* size of the terms of its velocity in the mass metric: what rounding is
                         measured against */
@@ -120,6 +129,8 @@ typedef struct perp__world_contact {
     double velocity[3];
     int32_t first_row; /* in the island's problem */
     int32_t edges;     /* friction directions; 0: frictionless, one row */
+    int32_t included;  /* takes part in the problems; the others were found not to matter */
+    int32_t fresh;     /* included since its island was solved last */
     int32_t closed;    /* holds in normal direction */
     int32_t sticks;    /* holds tangentially too */
 } perp__world_contact;
@@ -212,6 +223,7 @@ struct perp_world {
     perp_contact *records; /* of the last step */
     perp_contact *next_records;
     int32_t record_count;
+    int32_t next_record_count;
     int32_t record_capacity;
     perp_world_stats stats;
 };
@@ -254,7 +266,7 @@ void perp__euler_step(const perp__body *body, double h, const double *w, const d
 perp_status perp__find_contacts(perp_world *world, double h);
 perp_status perp__find_overlaps(perp_world *world, double margin);
 
-/* island.c: islands of the dynamic bodies that the set's contacts join. */
+/* island.c: islands of the dynamic bodies that the set's included contacts join. */
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set);
 
 /* contact_rows.c */
@@ -287,8 +299,8 @@ typedef struct perp__solve_summary {
     perp_outcome outcome;
     int64_t iterations;
     double residual;
-    int32_t solved; /* islands that needed a solve */
-    int32_t impacts;
+    int32_t solved;  /* islands that needed a solve */
+    int32_t impacts; /* and those that needed two */
 } perp__solve_summary;
 
 /* Makes the workspace fit the largest island. velocities: with that of velocity.c. */
@@ -316,8 +328,7 @@ void perp__turn(const perp_world *world, perp__state *state, const double *turn)
 perp_status perp__project_overlaps(perp_world *world);
 
 /* records.c */
-perp_status perp__reserve_records(perp_world *world, int32_t count);
-void perp__write_records(perp_world *world);
+perp_status perp__write_records(perp_world *world);
 
 /* step.c */
 perp_status perp__step(perp_world *world, perp_step_result *result, double h);
