@@ -77,7 +77,8 @@ static double cover_entry(int32_t attempt, int32_t k)
 /* Adds the column of t: d in the rows of basic v, 0 in those of basic free x. */
 static void add_cover(perp__lemke *l, int32_t attempt)
 {
-    double *column = l->tableau.T + (size_t)l->pairs * (size_t)l->tableau.leading_dimension;
+    const int32_t last = l->tableau.columns++;
+    double *column = l->tableau.T + (size_t)last * (size_t)l->tableau.leading_dimension;
     int32_t r;
 
     for (r = 0; r < l->pairs; r++) {
@@ -89,9 +90,8 @@ static void add_cover(perp__lemke *l, int32_t attempt)
             l->cover[l->basic[r]] = 0.0;
         column[r] = is_v ? -l->cover[l->basic[r] - l->pairs] : 0.0;
     }
-    l->nonbasic[l->pairs] = name_of_t(l);
-    l->column_of[name_of_t(l)] = l->pairs;
-    l->tableau.columns = l->pairs + 1;
+    l->nonbasic[last] = name_of_t(l);
+    l->column_of[name_of_t(l)] = last;
 }
 
 /* The row that t must make feasible last; of rows that tie, the last, as the lexicographic order of
@@ -321,14 +321,15 @@ static perp_outcome follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int3
     const int64_t limit =
         p->iteration_limit > 0 ? p->iteration_limit : 1000 + 50 * (int64_t)l->pairs;
     perp_outcome outcome = PERP_OUTCOME_SOLVED, stop;
+    const int32_t last = l->column_of[name_of_t(l)];
     int32_t r = first_row(l);
 
     if (r < 0)
         return PERP_OUTCOME_SOLVED;
     l->direction = 1.0;
-    perp__tableau_column(&l->tableau, l->pairs, l->column);
+    perp__tableau_column(&l->tableau, last, l->column);
     *entering = l->basic[r];
-    pivot(l, r, l->pairs, -l->b[r] / -l->column[r], 0.0);
+    pivot(l, r, last, l->b[r] / l->column[r], 0.0);
     *entering = partner_of(l, *entering, 0);
     for (iterate->iterations = 1; *entering >= 0; iterate->iterations++) {
         int32_t next;

@@ -78,86 +78,80 @@ static void name_variables(perp__lemke *l)
     }
 }
 
-/* Complete pivoting over the equations and free variables that are not exchanged yet. */
-static double largest_free_entry(const perp__lemke *l, int32_t *row, int32_t *column)
+static int32_t is_free_equation(const perp__lemke *l, int32_t r)
+{
+    return l->basic[r] >= l->pairs && is_free(l->head.problem, l->index[l->basic[r] - l->pairs]);
+}
+
+static int32_t is_free_variable(const perp__lemke *l, int32_t c)
+{
+    return l->nonbasic[c] < l->pairs && is_free(l->head.problem, l->index[l->nonbasic[c]]);
+}
+
+/* The equation with the largest entry in l->column. */
+static int32_t largest_equation(const perp__lemke *l)
+{
+    int32_t found = -1, r;
+
+    for (r = 0; r < l->pairs; r++)
+        if (is_free_equation(l, r) && (found < 0 || fabs(l->column[r]) > fabs(l->column[found])))
+            found = r;
+    return found;
+}
+
+static double largest_free_entry(const perp__lemke *l)
 {
     const size_t ld = (size_t)l->tableau.leading_dimension;
     double largest = 0.0;
     int32_t r, c;
 
-    for (c = 0; c < l->pairs; c++) {
-        if (l->nonbasic[c] >= l->pairs || !isinf(l->range[l->nonbasic[c]]) ||
-            !is_free(l->head.problem, l->index[l->nonbasic[c]]))
-            continue;
-        for (r = 0; r < l->pairs; r++) {
-            double size = fabs(l->tableau.T[(size_t)r + (size_t)c * ld]);
-
-            if (l->basic[r] < l->pairs ||
-                !is_free(l->head.problem, l->index[l->basic[r] - l->pairs]))
-                continue;
-            if (size > largest) {
-                largest = size;
-                *row = r;
-                *column = c;
-            }
-        }
-    }
+    for (c = 0; c < l->tableau.columns; c++)
+        for (r = 0; is_free_variable(l, c) && r < l->pairs; r++)
+            if (is_free_equation(l, r))
+                largest = fmax(largest, fabs(l->tableau.T[(size_t)r + (size_t)c * ld]));
     return largest;
 }
 
-/* Exchanges equations with free variables. Which equation goes with which free variable is of no
- * account, so after an exchange the row simply takes the name of the variable it lost. */
+/* Exchanges equations with free variables, column by column with partial pivoting; which equation
+ * goes with which variable is of no account. An equation that has left stays at 0 for ever, so its
+ * column is dropped. Returns the largest entry there was. */
 static double make_free_basic(perp__lemke *l)
 {
-    int32_t r = 0, c = 0, i;
-    double first = 0.0;
+    const double largest = largest_free_entry(l);
+    int32_t c = 0, r, i;
 
-    for (;;) {
-        double size = largest_free_entry(l, &r, &c);
+    while (c < l->tableau.columns) {
         double value;
-        int32_t x, v;
 
-        if (first == 0.0)
-            first = size;
-        if (!(size > PERP__DEPENDENT * first))
-            return first;
         perp__tableau_column(&l->tableau, c, l->column);
+        r = is_free_variable(l, c) ? largest_equation(l) : -1;
+        if (r < 0 || !(fabs(l->column[r]) > PERP__DEPENDENT * largest)) {
+            c++;
+            continue;
+        }
         perp__tableau_row(&l->tableau, r, l->row);
         value = l->b[r] / l->column[r];
         for (i = 0; i < l->pairs; i++)
             l->b[i] -= l->column[i] * value;
         l->b[r] = value;
-        x = l->nonbasic[c];
-        v = l->basic[r];
+        l->basic[r] = l->nonbasic[c];
         perp__tableau_exchange(&l->tableau, r, c, l->column, l->row);
-        perp__tableau_flush(&l->tableau);
-        l->basic[r] = x;
-        l->nonbasic[c] = v;
-        l->row_of[x] = r;
-        l->column_of[x] = -1;
-        l->row_of[v] = -1;
-        l->column_of[v] = c;
+        perp__tableau_drop(&l->tableau, c);
+        l->nonbasic[c] = l->nonbasic[l->tableau.columns];
     }
+    perp__tableau_flush(&l->tableau);
+    return largest;
 }
 
 /* A free variable left nonbasic becomes two pairs, x >= 0 and x' >= 0 with x - x' in its place:
  * v + t >= 0 and -v + t >= 0 then close on v = 0 as t goes to 0. */
 static int32_t count_left(const perp__lemke *l)
 {
-    int32_t left = 0, k;
+    int32_t left = 0, c;
 
-    for (k = 0; k < l->pairs; k++)
-        left += l->nonbasic[k] < l->pairs && is_free(l->head.problem, l->index[l->nonbasic[k]]);
+    for (c = 0; c < l->tableau.columns; c++)
+        left += is_free_variable(l, c);
     return left;
-}
-
-static void rename_for(perp__lemke *l, int32_t *names, int32_t count, int32_t before)
-{
-    int32_t k;
-
-    for (k = 0; k < count; k++)
-        if (names[k] >= before)
-            names[k] += l->pairs - before;
 }
 
 /* What elimination left of dependent equations is rounding: it is taken for the 0 it stands for. */
@@ -170,11 +164,11 @@ static void clear_dependent(perp__lemke *l, double largest)
     for (r = 0; r < l->pairs; r++)
         size = fmax(size, fabs(l->b[r]));
     for (r = 0; r < l->pairs; r++) {
-        if (l->basic[r] < l->pairs || !is_free(l->head.problem, l->index[l->basic[r] - l->pairs]))
+        if (!is_free_equation(l, r))
             continue;
         if (fabs(l->b[r]) <= PERP__DEPENDENT * size)
             l->b[r] = 0.0;
-        for (c = 0; c < l->pairs; c++)
+        for (c = 0; c < l->tableau.columns; c++)
             if (fabs(l->tableau.T[(size_t)r + (size_t)c * ld]) <= PERP__DEPENDENT * largest)
                 l->tableau.T[(size_t)r + (size_t)c * ld] = 0.0;
     }
@@ -183,27 +177,23 @@ static void clear_dependent(perp__lemke *l, double largest)
 static void split_left(perp__lemke *l, int32_t left)
 {
     const size_t ld = (size_t)l->tableau.leading_dimension;
+    const int32_t before = l->pairs, columns = l->tableau.columns;
     double *T = l->tableau.T;
-    int32_t before = l->pairs, made = 0, c, r = 0, i;
+    int32_t made = 0, c, r, i;
 
     l->pairs += left;
     l->tableau.rows = l->pairs;
-    l->tableau.columns = l->pairs;
-    rename_for(l, l->basic, before, before);
-    rename_for(l, l->nonbasic, before, before);
-    for (c = 0; c < before; c++) {
+    for (r = 0; r < before; r++) /* v_k = pairs + k */
+        if (l->basic[r] >= before)
+            l->basic[r] += left;
+    for (c = 0, r = 0; c < columns; c++) {
         int32_t x = l->nonbasic[c], twin = before + made;
 
-        if (x >= l->pairs || !is_free(l->head.problem, l->index[x]))
+        if (!is_free_variable(l, c))
             continue;
-        while (l->basic[r] < l->pairs ||
-               !is_free(l->head.problem, l->index[l->basic[r] - l->pairs]))
+        while (!is_free_equation(l, r))
             r++;
-        /* the equation of row r serves this variable, whatever its own name was */
-        for (i = 0; i < before; i++)
-            if (l->nonbasic[i] == l->pairs + x)
-                l->nonbasic[i] = l->basic[r];
-        l->basic[r] = l->pairs + x;
+        l->basic[r] = l->pairs + x; /* any equation left will serve */
         l->index[twin] = l->index[x];
         l->sign[twin] = (int8_t)-l->sign[x];
         l->range[twin] = INFINITY;
@@ -211,15 +201,16 @@ static void split_left(perp__lemke *l, int32_t left)
         l->twin[x] = twin;
         l->twin[twin] = x;
         l->basic[twin] = l->pairs + twin;
-        l->nonbasic[twin] = twin;
+        l->nonbasic[columns + made] = twin;
         l->b[twin] = -l->b[r];
         for (i = 0; i < before + made; i++) /* column of x' = - column of x */
-            T[(size_t)i + (size_t)twin * ld] = -T[(size_t)i + (size_t)c * ld];
-        for (i = 0; i <= before + made; i++) /* row of v' = - row of v */
+            T[(size_t)i + (size_t)(columns + made) * ld] = -T[(size_t)i + (size_t)c * ld];
+        for (i = 0; i <= columns + made; i++) /* row of v' = - row of v */
             T[(size_t)twin + (size_t)i * ld] = -T[(size_t)r + (size_t)i * ld];
         made++;
         r++;
     }
+    l->tableau.columns = columns + made;
 }
 
 void perp__lemke_start(perp__lemke *l)
@@ -246,9 +237,10 @@ void perp__lemke_start(perp__lemke *l)
     }
     for (k = 0; k <= 2 * l->pairs; k++)
         l->row_of[k] = l->column_of[k] = -1;
+    for (k = 0; k < l->tableau.columns; k++)
+        l->column_of[l->nonbasic[k]] = k;
     for (k = 0; k < l->pairs; k++) {
         l->row_of[l->basic[k]] = k;
-        l->column_of[l->nonbasic[k]] = k;
         if (l->basic[k] >= l->pairs || !is_free(p, l->index[l->basic[k]]))
             largest = fmax(largest, fabs(l->b[k]));
     }

@@ -75,6 +75,17 @@ void perp__tableau_flush(perp__tableau *t)
     t->pending = 0;
 }
 
+void perp__tableau_drop(perp__tableau *t, int32_t c)
+{
+    const size_t ld = (size_t)t->leading_dimension, delay = (size_t)t->delay;
+    const size_t last = (size_t)--t->columns;
+
+    if ((size_t)c == last)
+        return;
+    memcpy(t->T + (size_t)c * ld, t->T + last * ld, (size_t)t->rows * sizeof *t->T);
+    memcpy(t->V + (size_t)c * delay, t->V + last * delay, (size_t)t->pending * sizeof *t->V);
+}
+
 void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, double *column, double *row)
 {
     const size_t ld = (size_t)t->leading_dimension;

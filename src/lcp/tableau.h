@@ -33,6 +33,9 @@ void perp__tableau_row(const perp__tableau *t, int32_t r, double *row);
  * are overwritten. */
 void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, double *column, double *row);
 
+/* Forgets column c; the last column takes its place. */
+void perp__tableau_drop(perp__tableau *t, int32_t c);
+
 /* Applies what is kept, so that T itself is up to date. */
 void perp__tableau_flush(perp__tableau *t);
 
