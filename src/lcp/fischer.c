@@ -25,13 +25,14 @@
 #define POWER 2.1
 #define AIM 0.1     /* goes on to tol * AIM while it can: the next step is cheap or the last */
 #define PATIENCE 30 /* iterations without progress, see is_stuck */
-#define ATTEMPTS 3
+#define ATTEMPTS 4
 
-/* Before attempt 0, 1, 2 from a cold start and from a warm one: different starts end in different
+/* Before attempt 0, 1, ... from a cold start and from a warm one: different starts end in different
  * local minima of Psi, and 20 steps save two to four iterations on most problems. */
-static const int32_t jacobi_steps[2][ATTEMPTS] = {{20, 0, 5}, {0, 20, 5}};
+static const int32_t jacobi_steps[2][ATTEMPTS] = {{20, 0, 5, 60}, {0, 20, 5, 60}};
 
-static const double proximal[] = {0.0, 1e-10, 1e-6, 1e-3};
+/* rho, one after the other until a direction serves. */
+static const double proximal[] = {0.0, 1e-12, 1e-9, 1e-6, 1e-3};
 
 typedef struct fischer_work {
     perp__lcp_work common;
