@@ -90,7 +90,7 @@ ifeq ($(origin CFLAGS),undefined)
 ifeq ($(DEBUG),1)
 CFLAGS := -O0 -g
 else ifneq ($(SANITIZE),)
-CFLAGS := -O2 -g
+CFLAGS := -O1 -g
 else
 CFLAGS := -O3
 endif
