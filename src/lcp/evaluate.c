@@ -74,16 +74,24 @@ static double row_violation(double z, double lower, double upper, double w)
     return fabs(w);
 }
 
+/* Once NaN, always NaN. */
+static void raise_to(double *largest, double value)
+{
+    if (!isnan(*largest) && !(value <= *largest))
+        *largest = value;
+}
+
 static double relative_violation(const perp_lcp_solver *solver, int32_t i, double z_largest)
 {
     double violation =
         row_violation(solver->z[i], solver->lower[i], solver->upper[i], solver->w_high[i]);
     double size = solver->row_norms[i] * z_largest + fabs(solver->q_scaled[i]);
 
+    violation = perp__shift(violation, solver->exponents[i] - solver->omega);
     if (violation == 0.0)
         return 0.0;
-    violation = perp__shift(violation, solver->exponents[i] - solver->omega);
-    return violation / size; /* +inf where the row has nothing to change */
+    violation /= size; /* +inf where the row has nothing to change */
+    return violation >= 0.0 ? violation : INFINITY;
 }
 
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
@@ -104,19 +112,15 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
     for (i = 0; i < solver->n; i++) {
         double above = solver->z[i] - solver->lower[i];
         double below = solver->z[i] - solver->upper[i];
-        double natural = fabs(perp__mid(0.0, -above, -below, solver->w_high[i]));
+        const double natural = fabs(perp__mid(0.0, -above, -below, solver->w_high[i]));
         double tested = fabs(
             perp__mid(0.0, -perp__z_scaled(solver, i, above), -perp__z_scaled(solver, i, below),
                       perp__shift(solver->w_high[i], solver->exponents[i] - solver->omega)));
         double backward = relative_violation(solver, i, z_largest);
 
-        /* written so that NaN wins */
-        if (!(natural <= worth.natural))
-            worth.natural = natural;
-        if (!(tested <= worth.tested))
-            worth.tested = tested;
-        if (!(backward <= worth.backward))
-            worth.backward = backward;
+        raise_to(&worth.natural, natural);
+        raise_to(&worth.tested, tested);
+        raise_to(&worth.backward, backward);
     }
     return worth;
 }

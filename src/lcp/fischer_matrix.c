@@ -1,9 +1,5 @@
 #include "lcp/fischer_matrix.h"
 
-#include <string.h>
-
-#include "base/context.h"
-
 void perp__fischer_matrix_layout(perp__arena *arena, perp__fischer_matrix *matrix,
                                  const perp__lcp_problem *problem)
 {
@@ -52,33 +48,6 @@ static void read_sparse(perp__fischer_matrix *matrix, const perp__lcp_problem *p
     matrix->column_starts[problem->n] = at;
 }
 
-static int32_t is_analysed(const perp__fischer_matrix *matrix, const perp__factor_type *type)
-{
-    const perp__matrix *S = &matrix->S;
-    size_t starts = (size_t)S->rows + 1;
-
-    if (!matrix->factor || matrix->type != type || matrix->analysed_n != S->rows)
-        return 0;
-    return !S->column_starts ||
-           (!memcmp(matrix->analysed_pattern, S->column_starts, starts * sizeof(int32_t)) &&
-            !memcmp(matrix->analysed_pattern + starts, S->row_indices,
-                    (size_t)S->column_starts[S->rows] * sizeof(int32_t)));
-}
-
-static perp_status keep_pattern(perp__fischer_matrix *matrix)
-{
-    const perp__matrix *S = &matrix->S;
-    size_t starts = (size_t)S->rows + 1;
-    size_t entries = (size_t)S->column_starts[S->rows];
-
-    matrix->analysed_pattern = perp__allocate(matrix->context, starts + entries, sizeof(int32_t));
-    if (!matrix->analysed_pattern)
-        return perp__fail_memory(matrix->context, "a sparse pattern");
-    memcpy(matrix->analysed_pattern, S->column_starts, starts * sizeof(int32_t));
-    memcpy(matrix->analysed_pattern + starts, S->row_indices, entries * sizeof(int32_t));
-    return PERP_OK;
-}
-
 static perp__square square(const perp__fischer_matrix *matrix)
 {
     perp__square H;
@@ -90,30 +59,12 @@ static perp__square square(const perp__fischer_matrix *matrix)
     return H;
 }
 
-static perp_status analyse(perp__fischer_matrix *matrix, const perp__factor_type *type)
-{
-    perp__square H = square(matrix);
-    perp_status status;
-
-    if (is_analysed(matrix, type))
-        return PERP_OK;
-    perp__fischer_matrix_release(matrix);
-    status = type->analyse(matrix->context, &matrix->factor, &H);
-    if (status == PERP_OK && type->sparse)
-        status = keep_pattern(matrix);
-    matrix->type = type;
-    matrix->analysed_n = matrix->S.rows;
-    if (status != PERP_OK)
-        perp__fischer_matrix_release(matrix);
-    return status;
-}
-
 perp_status perp__fischer_matrix_read(perp__fischer_matrix *matrix,
                                       const perp__lcp_problem *problem)
 {
     perp__matrix *S = &matrix->S;
+    perp__square H;
 
-    matrix->context = problem->context;
     S->rows = S->columns = problem->n;
     S->row_stride = 1;
     S->column_stride = (size_t)problem->n;
@@ -124,7 +75,10 @@ perp_status perp__fischer_matrix_read(perp__fischer_matrix *matrix,
         read_sparse(matrix, problem);
     else
         perp__lcp_dense(problem, matrix->S_values);
-    return analyse(matrix, matrix->column_starts ? &perp__factor_klu : &perp__factor_lapack);
+    H = square(matrix);
+    return perp__kept_factor_analyse(
+        &matrix->kept, problem->context,
+        matrix->column_starts ? &perp__factor_klu : &perp__factor_lapack, &H);
 }
 
 void perp__fischer_matrix_transposed(const perp__fischer_matrix *matrix, const double *x, double *y)
@@ -167,20 +121,15 @@ perp_status perp__fischer_matrix_factor(perp__fischer_matrix *matrix, const doub
             matrix->H_values[column + (size_t)j] += slope_z[j] + slope_w[j] * rho;
         }
     }
-    return matrix->type->factor(matrix->factor, &H);
+    return matrix->kept.type->factor(matrix->kept.factor, &H);
 }
 
 void perp__fischer_matrix_solve(perp__fischer_matrix *matrix, double *x)
 {
-    matrix->type->solve(matrix->factor, x, 0);
+    matrix->kept.type->solve(matrix->kept.factor, x, 0);
 }
 
 void perp__fischer_matrix_release(perp__fischer_matrix *matrix)
 {
-    if (matrix->factor)
-        matrix->type->destroy(matrix->factor);
-    matrix->factor = NULL;
-    if (matrix->analysed_pattern)
-        perp__release(matrix->context, matrix->analysed_pattern);
-    matrix->analysed_pattern = NULL;
+    perp__kept_factor_release(&matrix->kept);
 }

@@ -5,7 +5,7 @@
 
 #include "base/arena.h"
 #include "lcp/method.h"
-#include "linalg/factor.h"
+#include "linalg/kept_factor.h"
 
 typedef struct perp__fischer_matrix {
     perp__matrix S;         /* column-major, or CSC with all of the diagonal in its pattern */
@@ -13,12 +13,7 @@ typedef struct perp__fischer_matrix {
     double *H_values;       /* in S's pattern */
     int32_t *column_starts; /* sparse only */
     int32_t *row_indices;
-    /* in memory of their own, for they are kept from solve to solve */
-    perp_context *context;
-    const perp__factor_type *type;
-    perp__factor *factor; /* NULL: nothing analysed */
-    int32_t analysed_n;
-    int32_t *analysed_pattern; /* column starts and row indices the factor was made for, or NULL */
+    perp__kept_factor kept; /* in memory of its own, from solve to solve */
 } perp__fischer_matrix;
 
 /* Takes room for the matrices of `problem`. */

@@ -47,15 +47,44 @@ static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_ou
     solver->best.iterations = iterations;
 }
 
+static void start_from(perp_lcp_solver *solver, const double *z0)
+{
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++) {
+        solver->z[i] = perp__clamp(z0 ? z0[i] : 0.0, solver->lower[i], solver->upper[i]);
+        solver->iterate[i] = perp__clamp(perp__z_scaled(solver, i, solver->z[i]),
+                                         solver->lower_scaled[i], solver->upper_scaled[i]);
+    }
+}
+
+/* The method's point is beyond the range of doubles: the start is more modest, or else 0. */
+static perp__evaluation fall_back(perp_lcp_solver *solver, const double *z0)
+{
+    perp__evaluation worth;
+
+    start_from(solver, z0);
+    worth = perp__evaluate(solver);
+    if (!isfinite(worth.tested)) {
+        start_from(solver, NULL);
+        worth = perp__evaluate(solver);
+    }
+    return worth;
+}
+
 /* Makes solver->z the candidate of `method`: evaluates, polishes, keeps it if it is the best so
  * far or the first. Returns the outcome of this candidate. */
 static perp_status consider(perp_lcp_solver *solver, int32_t method, perp_outcome said,
-                            int64_t iterations, int32_t has_places)
+                            int64_t iterations, int32_t has_places, const double *z0)
 {
     perp__evaluation worth = perp__evaluate(solver);
     perp_status status = PERP_OK;
     perp_outcome outcome;
 
+    if (!isfinite(worth.tested)) {
+        worth = fall_back(solver, z0);
+        said = PERP_OUTCOME_STALLED;
+    }
     if (solver->settings.polish && said != PERP_OUTCOME_RAY && isfinite(worth.tested)) {
         if (!has_places)
             perp__read_places(solver, solver->places);
@@ -70,17 +99,6 @@ static perp_status consider(perp_lcp_solver *solver, int32_t method, perp_outcom
          (outcome == PERP_OUTCOME_RAY || worth.tested < solver->best.worth.tested)))
         keep(solver, &worth, outcome, method, iterations);
     return PERP_OK;
-}
-
-static void start_from(perp_lcp_solver *solver, const double *z0)
-{
-    int32_t i;
-
-    for (i = 0; i < solver->n; i++) {
-        solver->z[i] = perp__clamp(z0 ? z0[i] : 0.0, solver->lower[i], solver->upper[i]);
-        solver->iterate[i] = perp__clamp(perp__z_scaled(solver, i, solver->z[i]),
-                                         solver->lower_scaled[i], solver->upper_scaled[i]);
-    }
 }
 
 /* Lays out the method's workspace for this set-up, once. */
@@ -186,7 +204,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot, in
         }
     }
     return consider(solver, slot->method->id, iterate.outcome, iterate.iterations,
-                    iterate.has_places);
+                    iterate.has_places, z0);
 }
 
 static int32_t ends_the_search(const perp_lcp_solver *solver)
@@ -290,7 +308,9 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     solver->best.method = -1;
     solver->best_certificate = PERP_CERTIFICATE_NONE;
     solver->rays = 0;
-    if (z0 && solver->settings.polish &&
+    if (solver->settings.polish)
+        status = perp__polish_fit(solver);
+    if (status == PERP_OK && z0 && solver->settings.polish &&
         (solver->settings.method == PERP_LCP_AUTO || solver->settings.method == PERP_LCP_LEMKE))
         status = try_start(solver, z0);
     if (status != PERP_OK || solver->best.method >= 0)
@@ -298,9 +318,8 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     count = choose(solver, order);
     for (k = 0; k < count && status == PERP_OK; k++) {
         status = run(solver, order[k], z0);
-        if (status == PERP_OK &&
-            (ends_the_search(solver) || solver->best.outcome == PERP_OUTCOME_RAY))
-            break;
+        if (status == PERP_OK && ends_the_search(solver))
+            break; /* a ray that proves nothing leaves the next method its chance */
     }
     return status;
 }

@@ -79,7 +79,7 @@ static perp__square pattern_of(const perp_lcp_solver *solver)
     return A;
 }
 
-static perp_status fit(perp_lcp_solver *solver)
+perp_status perp__polish_fit(perp_lcp_solver *solver)
 {
     perp__polish *p = &solver->polish;
     perp_status status;
@@ -96,9 +96,7 @@ static perp_status fit(perp_lcp_solver *solver)
 
         build_pattern(&solver->M, p);
         A = pattern_of(solver);
-        perp__factor_klu.destroy(p->factor);
-        p->factor = NULL;
-        status = perp__factor_klu.analyse(solver->context, &p->factor, &A);
+        status = perp__kept_factor_analyse(&p->kept, solver->context, &perp__factor_klu, &A);
         if (status != PERP_OK)
             return status;
     }
@@ -108,8 +106,7 @@ static perp_status fit(perp_lcp_solver *solver)
 
 void perp__polish_release(perp__polish *polish)
 {
-    perp__factor_klu.destroy(polish->factor);
-    polish->factor = NULL;
+    perp__kept_factor_release(&polish->kept);
     perp__arena_release(&polish->arena);
 }
 
@@ -169,7 +166,7 @@ static perp_status factor_sparse(perp_lcp_solver *solver, double rho)
             p->block[k] = value;
         }
     }
-    return perp__factor_klu.factor(p->factor, &A);
+    return perp__factor_klu.factor(p->kept.factor, &A);
 }
 
 /* Factors the active block; a singular one is told by *regular = 0. */
@@ -207,7 +204,7 @@ static double newton_step(perp_lcp_solver *solver, int32_t count)
     if (uses_dense(solver))
         perp__lu_solve(count, p->block, count > 0 ? count : 1, p->pivots, p->step, 0);
     else
-        perp__factor_klu.solve(p->factor, p->step, 0);
+        perp__factor_klu.solve(p->kept.factor, p->step, 0);
     for (k = 0; k < count; k++) {
         double size = fabs(p->step[uses_dense(solver) ? k : p->active[k]]);
 
@@ -348,12 +345,10 @@ static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation
 
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
 {
-    perp_status status = fit(solver);
+    perp_status status = PERP_OK;
     perp__evaluation best = *worth;
     size_t k;
 
-    if (status != PERP_OK)
-        return status;
     remember(solver, &best, worth);
     memcpy(solver->polish.places, solver->places, (size_t)solver->n);
     for (k = 0; k < sizeof proximal / sizeof *proximal; k++) {

@@ -3,7 +3,7 @@
 #define PERP_LCP_POLISH_H
 
 #include "base/arena.h"
-#include "linalg/factor.h"
+#include "linalg/kept_factor.h"
 
 typedef struct perp__polish {
     perp__arena arena;
@@ -17,8 +17,7 @@ typedef struct perp__polish {
     /* CSC: M's pattern with a full diagonal; inactive rows and columns hold the identity, so that
      * one symbolic analysis serves every index set. */
     int32_t *starts, *rows;
-    perp__factor *factor;
-    int64_t analysed;
+    perp__kept_factor kept;
 } perp__polish;
 
 void perp__polish_release(perp__polish *polish);

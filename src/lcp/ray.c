@@ -18,6 +18,15 @@ static int32_t recedes(double lower, double upper, double direction)
     return 1;
 }
 
+/* t must not fall along the path's end: it would reach 0. d is positive where z starts at its lower
+ * bound, negative where it starts at its upper one. */
+static int32_t cover_rises(double lower, double upper, double cover)
+{
+    if (lower == -INFINITY && upper == INFINITY)
+        return 1;
+    return lower == -INFINITY ? cover <= 0.0 : cover >= 0.0;
+}
+
 /* Along a secondary ray z + s dz, w + s (M dz + cover) the pairs stay complementary: where dz moves
  * the row does not, and where it rests the row moves into its own half-line
  * (Cottle, Pang & Stone 1992, section 4.4). */
@@ -43,7 +52,8 @@ int32_t perp__ray_verify(perp_lcp_solver *solver)
 
     for (i = 0; i < solver->n; i++) {
         if (!isfinite(solver->ray[i]) || !isfinite(solver->cover[i]) ||
-            !recedes(solver->lower[i], solver->upper[i], solver->ray[i]))
+            !recedes(solver->lower[i], solver->upper[i], solver->ray[i]) ||
+            !cover_rises(solver->lower[i], solver->upper[i], solver->cover[i]))
             return 0;
         largest = fmax(largest, fabs(solver->ray[i]));
     }

@@ -81,6 +81,9 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver);
 /* Reads places off solver->z and w_high: the side of z - w, in scaled units, on which it lies. */
 void perp__read_places(perp_lcp_solver *solver, int8_t *places);
 
+/* Makes the polish's memory ready for this set-up. PERP_OK, or _MEMORY. */
+perp_status perp__polish_fit(perp_lcp_solver *solver);
+
 /* Re-solves the index set `places`, starting from solver->z, repairs a few signs, and leaves the
  * best point it met in solver->z with w_high, w_low and its worth. PERP_OK, or _MEMORY. */
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth);

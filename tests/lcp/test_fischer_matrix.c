@@ -121,8 +121,8 @@ static void test_matrices(void **state)
     perp__arena_init(&s.arena, context);
     gen_seed(&random, 4);
     for (size_t k = 0; k < sizeof steps / sizeof steps[0]; k++) {
-        const perp__factor *before = s.matrix.factor;
-        const int32_t *pattern = s.matrix.analysed_pattern;
+        const perp__factor *before = s.matrix.kept.factor;
+        const int32_t *pattern = s.matrix.kept.pattern;
         gen_lcp full, sparse;
 
         make_entries(M, steps[k].shift, steps[k].factor);
@@ -130,14 +130,14 @@ static void test_matrices(void **state)
         gen_to_csc(&sparse, &full);
         read_problem(&s, steps[k].csc ? &sparse : &full, steps[k].csc);
         if (steps[k].kept) /* an allocator may return the same address: only this is certain */
-            assert_true(s.matrix.factor == before && s.matrix.analysed_pattern == pattern);
+            assert_true(s.matrix.kept.factor == before && s.matrix.kept.pattern == pattern);
         require_solves(&s, M, 0.0, &random);
         require_solves(&s, M, 0.25, &random);
         gen_destroy(&sparse);
         gen_destroy(&full);
     }
     perp__fischer_matrix_release(&s.matrix);
-    assert_null(s.matrix.factor);
+    assert_null(s.matrix.kept.factor);
     perp__fischer_matrix_release(&s.matrix); /* twice is once */
     perp__arena_release(&s.arena);
 }
