@@ -283,10 +283,10 @@ static void test_overflow_is_survived(void **state)
                          PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
         assert_int_equal(result.iterations, 1);
-        /* the start itself overflows w: what comes back is 0, whose numbers are true */
+        /* the start is the best point as long as its residual is a number, else it is 0 */
         for (int i = 0; i < 3; i++)
-            assert_true(z[i] == 0.0);
-        assert_true(result.residual == 1.0 && result.natural_residual == 1.0);
+            assert_true(z[i] == (k == 0 ? starts[k][i] : 0.0));
+        assert_true(isfinite(result.residual) && isfinite(result.natural_residual));
     }
 }
 
