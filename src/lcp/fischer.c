@@ -116,7 +116,7 @@ static double judge(fischer_work *work, const double *z)
         double r = fabs(
             perp__mid(work->trial_z[i], problem->lower[i], problem->upper[i], work->trial_w[i]));
 
-        if (!(r <= residual))
+        if (!(r <= residual) && !isnan(residual)) /* NaN stays */
             residual = r;
     }
     if (residual < work->best_residual) {

@@ -131,7 +131,7 @@ static double true_residual(const pgs_work *work, const double *z)
         double w = perp__row_times(&work->S, i, z, problem->q[i]) + work->S.before[i] * previous;
         double r = fabs(perp__mid(z[i], problem->lower[i], problem->upper[i], w));
 
-        if (!(r <= residual))
+        if (!(r <= residual) && !isnan(residual)) /* NaN stays */
             residual = r;
         previous = z[i];
     }
