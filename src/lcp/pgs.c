@@ -16,9 +16,9 @@
 #include "lcp/method.h"
 #include "lcp/pgs_rows.h"
 
-/* A residual this much above the best one seen is divergence: on convergent problems transient
- * growth is bounded by the condition number of S's Gauss-Seidel splitting, in practice below 1e3.
- */
+/* A residual this much above the best one seen is divergence. Where S is symmetric and positive
+ * definite the residual can grow by the square root of its condition number at most, 1e6 for 1e12;
+ * such a problem would stagnate all the same. */
 #define DIVERGENCE 1e6
 
 /* Stagnation: the best residual fell by less than 1 % over max(1000, 2 n) sweeps. The next digit
