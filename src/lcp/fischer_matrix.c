@@ -76,6 +76,7 @@ perp_status perp__fischer_matrix_read(perp__fischer_matrix *matrix,
     else
         perp__lcp_dense(problem, matrix->S_values);
     H = square(matrix);
+    matrix->factored = 0; /* the first pivots of a solve owe nothing to the solve before */
     return perp__kept_factor_analyse(
         &matrix->kept, problem->context,
         matrix->column_starts ? &perp__factor_klu : &perp__factor_lapack, &H);
@@ -121,7 +122,7 @@ perp_status perp__fischer_matrix_factor(perp__fischer_matrix *matrix, const doub
             matrix->H_values[column + (size_t)j] += slope_z[j] + slope_w[j] * rho;
         }
     }
-    return matrix->kept.type->factor(matrix->kept.factor, &H);
+    return matrix->kept.type->factor(matrix->kept.factor, &H, matrix->factored++ > 0);
 }
 
 void perp__fischer_matrix_solve(perp__fischer_matrix *matrix, double *x)

@@ -13,6 +13,7 @@ typedef struct perp__fischer_matrix {
     double *H_values;       /* in S's pattern */
     int32_t *column_starts; /* sparse only */
     int32_t *row_indices;
+    int32_t factored;       /* how often, since the matrix was read */
     perp__kept_factor kept; /* in memory of its own, from solve to solve */
 } perp__fischer_matrix;
 

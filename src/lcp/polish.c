@@ -166,7 +166,7 @@ static perp_status factor_sparse(perp_lcp_solver *solver, double rho)
             p->block[k] = value;
         }
     }
-    return perp__factor_klu.factor(p->kept.factor, &A);
+    return perp__factor_klu.factor(p->kept.factor, &A, p->factored++ > 0);
 }
 
 /* Factors the active block; a singular one is told by *regular = 0. */
@@ -349,6 +349,7 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
     perp__evaluation best = *worth;
     size_t k;
 
+    solver->polish.factored = 0; /* the same bits whatever was polished before */
     remember(solver, &best, worth);
     memcpy(solver->polish.places, solver->places, (size_t)solver->n);
     for (k = 0; k < sizeof proximal / sizeof *proximal; k++) {

@@ -18,6 +18,7 @@ typedef struct perp__polish {
      * one symbolic analysis serves every index set. */
     int32_t *starts, *rows;
     perp__kept_factor kept;
+    int32_t factored; /* how often, in this run */
 } perp__polish;
 
 void perp__polish_release(perp__polish *polish);

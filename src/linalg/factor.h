@@ -25,9 +25,10 @@ typedef struct perp__factor_type {
     int32_t positive_definite; /* symmetric positive definite matrices only */
     /* Allocates for matrices of this size and pattern (values are ignored). PERP_OK or _MEMORY. */
     perp_status (*analyse)(perp_context *context, perp__factor **factor, const perp__square *A);
-    /* Factors values with the analysed pattern; A is not kept. Called again it refactors, with the
-     * kept pivots where they still serve. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
-    perp_status (*factor)(perp__factor *factor, const perp__square *A);
+    /* Factors values with the analysed pattern; A is not kept. keep_pivots: refactors with the
+     * pivots of the last time where they still serve, cheaper, but then the last bits depend on
+     * what was factored before. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
+    perp_status (*factor)(perp__factor *factor, const perp__square *A, int32_t keep_pivots);
     /* x := A^-1 x (transposed: A^-T x) with the last factors. */
     void (*solve)(perp__factor *factor, double *x, int32_t transposed);
     /* Estimate of 1 / cond_1(A), 0 if singular. A: the matrix that was factored. */

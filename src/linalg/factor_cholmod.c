@@ -103,10 +103,11 @@ static int is_finite(const perp__square *A)
     return 1;
 }
 
-static perp_status factor_values(perp__factor *factor, const perp__square *A)
+static perp_status factor_values(perp__factor *factor, const perp__square *A, int32_t keep_pivots)
 {
     cholmod_sparse view;
 
+    (void)keep_pivots; /* a full factorisation every time */
     factor->ready = 0;
     if (factor->n == 0)
         return PERP_OK;

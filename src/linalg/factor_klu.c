@@ -83,9 +83,9 @@ static int refactored(perp__factor *factor, const perp__square *A)
            growth(factor, A) * PERP__GROWTH_ALLOWED >= factor->fresh_growth;
 }
 
-static perp_status factor_values(perp__factor *factor, const perp__square *A)
+static perp_status factor_values(perp__factor *factor, const perp__square *A, int32_t keep_pivots)
 {
-    if (factor->n == 0 || refactored(factor, A))
+    if (factor->n == 0 || (keep_pivots && refactored(factor, A)))
         return PERP_OK;
     klu_free_numeric(&factor->numeric, &factor->common);
     factor->numeric = klu_factor((int *)A->column_starts, (int *)A->row_indices,

@@ -52,11 +52,12 @@ static perp_status analyse(perp_context *context, perp__factor **factor, const p
     return PERP_OK;
 }
 
-static perp_status factor_values(perp__factor *factor, const perp__square *A)
+static perp_status factor_values(perp__factor *factor, const perp__square *A, int32_t keep_pivots)
 {
     const size_t n = (size_t)factor->n;
     size_t i;
 
+    (void)keep_pivots; /* a full factorisation every time */
     if (n > 0)
         memcpy(factor->LU, A->values, n * n * sizeof *factor->LU);
     factor->singular = perp__lu_factor(factor->n, factor->LU, factor->n, factor->pivots) != 0;

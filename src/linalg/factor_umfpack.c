@@ -61,10 +61,11 @@ static int has_bad_pivot(const double *info)
     return !(info[UMFPACK_UMIN] > 0.0 && info[UMFPACK_UMAX] <= DBL_MAX);
 }
 
-static perp_status factor_values(perp__factor *factor, const perp__square *A)
+static perp_status factor_values(perp__factor *factor, const perp__square *A, int32_t keep_pivots)
 {
     int status;
 
+    (void)keep_pivots; /* a full factorisation every time */
     if (factor->n == 0)
         return PERP_OK;
     umfpack_di_free_numeric(&factor->numeric);

@@ -145,6 +145,56 @@ static void test_after_other_problems(void **state)
 
 /* ---- scaling --------------------------------------------------------------------------------- */
 
+/* A sparse solver keeps its analysis from solve to solve; what it solved before must not show. */
+static void test_sparse_solver_after_other_right_hand_sides(void **state)
+{
+    enum { N = 120 };
+    static const int32_t kinds[] = {PERP_LCP_FISCHER, PERP_LCP_LEMKE};
+    gen_random random;
+    gen_lcp dense, sparse;
+    int32_t i, j, k;
+
+    (void)state;
+    gen_seed(&random, 31);
+    gen_problem(&dense, &random, N, GEN_PD_UNSYMMETRIC, GEN_PLAIN);
+    for (i = 0; i < N; i++)
+        for (j = 0; j < N; j++)
+            if (i != j)
+                dense.M[i * N + j] = gen_integer(&random, 12) == 0 ? gen_dyadic(&random, 4) : 0.0;
+            else
+                dense.M[i * N + j] = ldexp(1.0, -14);
+    gen_to_csc(&sparse, &dense);
+    for (k = 0; k < 2; k++) {
+        perp_lcp_settings settings = run_settings(kinds[k]);
+        double other[N], z[2][N], w[2][N];
+        perp_lcp_result results[2];
+        perp_lcp_solver *solver;
+        int used;
+
+        settings.max_iterations = 40;
+        for (i = 0; i < N; i++)
+            other[i] = gen_dyadic(&random, 8);
+        for (used = 0; used < 2; used++) {
+            assert_int_equal(perp_lcp_solver_create(context, &solver, &settings), PERP_OK);
+            assert_int_equal(perp_lcp_solver_setup(solver, &sparse.view, NULL, NULL), PERP_OK);
+            assert_int_equal(perp_lcp_result_init(&results[used], sizeof results[used]), PERP_OK);
+            if (used)
+                assert_int_equal(
+                    perp_lcp_solver_solve(solver, z[1], w[1], NULL, &results[1], other, NULL),
+                    PERP_OK);
+            assert_int_equal(perp_lcp_solver_solve(solver, z[used], w[used], NULL, &results[used],
+                                                   dense.q, NULL),
+                             PERP_OK);
+            perp_lcp_solver_destroy(solver);
+        }
+        assert_memory_equal(z[0], z[1], sizeof z[0]);
+        assert_memory_equal(w[0], w[1], sizeof w[0]);
+        assert_true(results[0].residual == results[1].residual);
+    }
+    gen_destroy(&dense);
+    gen_destroy(&sparse);
+}
+
 /* Row and column i of M times 2^e_i, q_i times 2^(e_i + o); then z_i is to become 2^(o - e_i) z_i
  * and so are the bounds. */
 static void scale(gen_lcp *scaled, const gen_lcp *problem, const int *e, int o)
@@ -233,6 +283,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_again_and_elsewhere),
         cmocka_unit_test(test_after_other_problems),
+        cmocka_unit_test(test_sparse_solver_after_other_right_hand_sides),
         cmocka_unit_test(test_powers_of_two),
     };
 

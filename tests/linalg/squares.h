@@ -197,7 +197,7 @@ static inline perp_status factored(const perp__factor_type *type, perp__factor *
 {
     const perp__square view = view_of(A, type);
 
-    return type->factor(factor, &view);
+    return type->factor(factor, &view, 1);
 }
 
 /* The error of elimination is n u times the factors' growth, which pivoting keeps to a factor of

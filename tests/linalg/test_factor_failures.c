@@ -163,8 +163,8 @@ static void test_allocation_failures(void **state)
             if (status == PERP_OK) {
                 /* what follows allocates nothing of ours */
                 f.fail_at = f.calls + 1;
-                assert_int_equal(types[t]->factor(factor, &view), PERP_OK);
-                assert_int_equal(types[t]->factor(factor, &view), PERP_OK);
+                assert_int_equal(types[t]->factor(factor, &view, 1), PERP_OK);
+                assert_int_equal(types[t]->factor(factor, &view, 1), PERP_OK);
                 check_solves(&random, types[t], factor, &A, tolerance_of(10));
                 assert_true(types[t]->condition(factor, &view) > 0.0);
                 types[t]->destroy(factor);
