@@ -13,8 +13,9 @@
 
 /* Largest n for which `auto` expands a sparse matrix for Lemke's method: 512 MiB of tableau. */
 #define PERP__LARGEST_EXPANSION 8192
-/* From here on `auto` tries Newton's method first on sparse problems. */
-#define PERP__SMALL_SPARSE 400
+/* Above this `auto` tries Newton's method first on sparse problems: where the obstacle problem of
+ * bench/lcp_obstacle.c takes the same time by both. */
+#define PERP__SMALL_SPARSE 64
 
 static int32_t is_good(perp_outcome outcome)
 {
