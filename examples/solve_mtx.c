@@ -15,6 +15,8 @@
  * What to look at if you want to do the same: solve_all() shows the life of a solver (context,
  * settings, solver, setup, solve), read_problem() how a matrix gets into it.
  */
+#define _POSIX_C_SOURCE 200809L /* fmemopen, for market_file.h */
+
 #include <perp/perp.h>
 
 #include "matrix_market.h"
@@ -35,7 +37,7 @@ typedef struct options {
 } options;
 
 typedef struct problem {
-    mm_matrix M;
+    market_matrix M;
     double *q;
     double *lower; /* NULL: 0 */
     double *upper; /* NULL: +inf */
@@ -126,7 +128,7 @@ static int read_options(options *chosen, int count, char **words)
 
 static void free_problem(problem *lcp)
 {
-    mm_free(&lcp->M);
+    market_free(&lcp->M);
     free(lcp->q);
     free(lcp->lower);
     free(lcp->upper);
@@ -138,7 +140,7 @@ static void free_problem(problem *lcp)
 static bool read_problem(problem *lcp, const options *chosen)
 {
     memset(lcp, 0, sizeof *lcp);
-    if (!mm_read_matrix(&lcp->M, chosen->files[0]))
+    if (!market_read_matrix(&lcp->M, chosen->files[0]))
         return false;
     int32_t n = lcp->M.rows;
     if (lcp->M.columns != n) {
@@ -146,16 +148,16 @@ static bool read_problem(problem *lcp, const options *chosen)
                 (int)lcp->M.columns);
         return false;
     }
-    lcp->q = mm_read_vector(chosen->files[1], n, MM_FINITE);
+    lcp->q = market_read_vector(chosen->files[1], n, MARKET_FINITE);
     if (!lcp->q)
         return false;
     if (chosen->files[2]) {
-        lcp->lower = mm_read_vector(chosen->files[2], n, MM_MINUS_INFINITY);
+        lcp->lower = market_read_vector(chosen->files[2], n, MARKET_MINUS_INFINITY);
         if (!lcp->lower)
             return false;
     }
     if (chosen->files[3]) {
-        lcp->upper = mm_read_vector(chosen->files[3], n, MM_PLUS_INFINITY);
+        lcp->upper = market_read_vector(chosen->files[3], n, MARKET_PLUS_INFINITY);
         if (!lcp->upper)
             return false;
     }
@@ -227,7 +229,7 @@ static int solve_all(perp_context *context, problem *lcp, const options *chosen)
         fprintf(stderr, "solve_mtx: %s\n", perp_context_message(context));
     else if (chosen->output && !found)
         fprintf(stderr, "solve_mtx: nothing solved, %s is not written\n", chosen->output);
-    else if (chosen->output && !mm_write_vector(chosen->output, lcp->M.rows, lcp->solution))
+    else if (chosen->output && !market_write_vector(chosen->output, lcp->M.rows, lcp->solution))
         unsolved = -1;
     perp_lcp_solver_destroy(solver);
     return unsolved;
