@@ -6,7 +6,9 @@
  *
  *   h (reach_A + reach_B + fastest) + slack,
  *
- * with a slack relative to the shapes' sizes, for contacts that rest with a gap of rounding. */
+ * with a slack relative to the shapes' sizes, for contacts that rest with a gap of rounding. A push
+ * far from the mass centre can make a light body's ends faster than that; then the margins grow and
+ * the step starts again. */
 #include "world/world.h"
 
 #include <string.h>
@@ -69,21 +71,50 @@ static double reach_of(const perp_world *world, int32_t i)
     return speed + spin * arm;
 }
 
-static double find_reaches(perp_world *world)
+void perp__find_reaches(perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->body_slots; i++)
+        if (world->bodies[i].alive)
+            world->motions[i].reach = reach_of(world, i);
+}
+
+static double fastest_reach(const perp_world *world)
 {
     double fastest = 0.0;
     int32_t i;
 
-    for (i = 0; i < world->body_slots; i++) {
-        if (!world->bodies[i].alive)
-            continue;
-        world->motions[i].reach = reach_of(world, i);
-        fastest = fmax(fastest, world->motions[i].reach);
-    }
+    for (i = 0; i < world->body_slots; i++)
+        if (world->bodies[i].alive)
+            fastest = fmax(fastest, world->motions[i].reach);
     return fastest;
 }
 
-static int32_t make_extents(perp_world *world, double h, double fastest)
+int32_t perp__raise_reaches(perp_world *world)
+{
+    double spare = 0.5 * fastest_reach(world); /* a pair's margin has twice that */
+    int32_t raised = 0;
+    int32_t i;
+
+    for (i = 0; i < world->body_slots; i++) {
+        perp__motion *motion = &world->motions[i];
+        double speed;
+
+        if (!world->bodies[i].alive || motion->island < 0)
+            continue;
+        speed = perp__length3(motion->moving) +
+                perp__length3(motion->moving + 3) * world->bodies[i].radius;
+        if (speed <= motion->reach + spare)
+            continue;
+        motion->reach = speed;
+        raised++;
+    }
+    return raised;
+}
+
+/* Extents of all shapes, grown by what the body can move within h and by `more`. */
+static int32_t make_extents(perp_world *world, double h, double more)
 {
     int32_t count = 0;
     int32_t i;
@@ -95,7 +126,7 @@ static int32_t make_extents(perp_world *world, double h, double fastest)
 
         if (!shape->alive)
             continue;
-        margin = h * (world->motions[shape->body].reach + 0.5 * fastest) + slack_of(world, i);
+        margin = h * world->motions[shape->body].reach + more + slack_of(world, i);
         perp__extent_of(&world->placed[i], margin, extent);
         extent->item = i;
         extent->group = shape->body;
@@ -204,9 +235,9 @@ static perp_status add_points(perp_world *world, perp__contact_set *set, const p
 
 perp_status perp__find_contacts(perp_world *world, double h)
 {
-    double fastest = find_reaches(world);
+    double fastest = fastest_reach(world);
     int32_t i, made, kept = 0;
-    perp_status status = find_pairs(world, make_extents(world, h, fastest));
+    perp_status status = find_pairs(world, make_extents(world, h, 0.5 * h * fastest));
 
     world->contacts.count = 0;
     for (i = 0; i < world->pair_count && status == PERP_OK; i++) {
@@ -223,6 +254,11 @@ perp_status perp__find_contacts(perp_world *world, double h)
     }
     world->pair_count = kept; /* the projection looks at these again */
     return status;
+}
+
+perp_status perp__find_near_pairs(perp_world *world, double margin)
+{
+    return find_pairs(world, make_extents(world, 0.0, 0.5 * margin));
 }
 
 perp_status perp__find_overlaps(perp_world *world, double margin)

@@ -185,7 +185,7 @@ static void free_velocity(perp_world *world, int32_t i, double h)
 
 void perp__free_velocities(perp_world *world, double h)
 {
-    int32_t i, k;
+    int32_t i;
 
     for (i = 0; i < world->body_slots; i++) {
         const perp__state *state = &world->states[i];
@@ -198,12 +198,23 @@ void perp__free_velocities(perp_world *world, double h)
         memcpy(motion->free, motion->start, sizeof motion->free);
         if (world->bodies[i].kind == PERP_BODY_DYNAMIC)
             free_velocity(world, i, h);
+    }
+}
+
+void perp__untouch(perp_world *world)
+{
+    int32_t i, k;
+
+    for (i = 0; i < world->body_slots; i++) {
+        perp__motion *motion = &world->motions[i];
+
+        if (!world->bodies[i].alive)
+            continue;
         for (k = 0; k < 6; k++)
             motion->moving[k] = 0.5 * (motion->start[k] + motion->free[k]);
         memcpy(motion->after, motion->free, sizeof motion->after);
         motion->touched = 0;
         motion->island = -1;
-        motion->strength = 0.0;
         memset(&motion->verdict, 0, sizeof motion->verdict);
     }
 }

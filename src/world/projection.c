@@ -2,8 +2,10 @@
  *
  *   min 1/2 dq'M dq   subject to   gap + n'dq >= 0,
  *
- * a frictionless complementarity problem 0 <= c perp n'M^-1 n c + gap >= 0, dq = M^-1 n c. One pass
- * with the geometry frozen; where none exists (a body wedged between walls that overlap) the island
+ * a frictionless complementarity problem 0 <= c perp n'M^-1 n c + gap >= 0, dq = M^-1 n c, in one
+ * pass with the geometry frozen. That holds for ways of the size of the overlap only: where a light
+ * body would rather slide far away than lift a heavy one off it, all bodies count as equally heavy
+ * instead; and where no short way exists (a body wedged between walls that overlap) the island
  * stays as it is. Contacts that rest with a gap of rounding are left alone, to the last bit. */
 #include "world/world.h"
 
@@ -14,6 +16,9 @@
 
 /* Overlap, relative to the bodies' size, that is worth removing. */
 #define OVERLAP_TOLERANCE 1e-12
+
+/* How far a point may be moved, in overlaps. */
+#define LONGEST_WAY 8.0
 
 static double overlap_of(const perp__world_contact *contact)
 {
@@ -48,31 +53,49 @@ static int32_t overlaps(const perp_world *world, const perp__island *island)
     return 0;
 }
 
-/* dq = M^-1 n c, applied body by body. */
-static void apply(perp_world *world, const perp__island *island)
+/* dq = M^-1 n c of each body, kept in its motion. Returns the largest way a point of one goes. */
+static double find_shifts(perp_world *world, const perp__island *island)
 {
+    double largest = 0.0;
     int32_t i, j;
 
     for (i = 0; i < island->bodies; i++) {
         int32_t body = world->body_order[island->first_body + i];
-        const perp__motion *motion = &world->motions[body];
-        double shift[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+        perp__motion *motion = &world->motions[body];
+        double *shift = motion->solved;
 
+        memset(shift, 0, sizeof motion->solved);
         for (j = 0; j < motion->touched; j++) {
             const perp__link *link = &world->links[motion->first_link + j];
             const perp__world_contact *contact = &world->overlaps.contacts[link->contact];
 
             perp__add6(shift, world->work.z[contact->first_row], contact->response[link->side][0]);
         }
+        largest = fmax(largest, perp__length3(shift) +
+                                    perp__length3(shift + 3) * world->bodies[body].radius);
+    }
+    return largest;
+}
+
+static void apply(perp_world *world, const perp__island *island)
+{
+    int32_t i;
+
+    for (i = 0; i < island->bodies; i++) {
+        int32_t body = world->body_order[island->first_body + i];
+        const double *shift = world->motions[body].solved;
+
         perp__add3(world->next[body].position, 1.0, shift);
         perp__turn(world, &world->next[body], shift + 3);
     }
 }
 
-static perp_status project_island(perp_world *world, const perp__island *island)
+/* Corrects the island if that takes no long way; *left tells if it was left as it is. */
+static perp_status project_island(perp_world *world, const perp__island *island, double longest,
+                                  int32_t *left)
 {
-    perp_status status;
     int32_t i;
+    perp_status status;
 
     for (i = 0; i < island->contacts; i++) {
         perp__world_contact *contact = island_contact(world, island, i);
@@ -82,17 +105,65 @@ static perp_status project_island(perp_world *world, const perp__island *island)
     }
     perp__assemble_matrix(world, &world->overlaps, island);
     status = perp__solve_rows(world, island->rows, 0);
-    if (status == PERP_OK && (world->work.result.outcome == PERP_OUTCOME_SOLVED ||
-                              world->work.result.outcome == PERP_OUTCOME_ROUNDING_LIMIT))
+    *left = status != PERP_OK ||
+            (world->work.result.outcome != PERP_OUTCOME_SOLVED &&
+             world->work.result.outcome != PERP_OUTCOME_ROUNDING_LIMIT) ||
+            !(find_shifts(world, island) <= longest);
+    if (!*left)
         apply(world, island);
+    return status;
+}
+
+/* Mass 1 for every body, and the inertia of a sphere of its size. */
+static void weigh_equally(perp_world *world)
+{
+    int32_t i, k;
+
+    for (i = 0; i < world->body_slots; i++) {
+        perp__motion *motion = &world->motions[i];
+        double r = world->bodies[i].radius;
+
+        if (!world->bodies[i].alive || world->bodies[i].kind != PERP_BODY_DYNAMIC)
+            continue;
+        motion->inverse_mass = 1.0;
+        memset(motion->inverse_inertia, 0, sizeof motion->inverse_inertia);
+        for (k = world->settings.planar ? 8 : 0; k < 9 && r > 0.0; k += 4)
+            motion->inverse_inertia[k] = 2.5 / (r * r);
+    }
+}
+
+/* One pass over the islands that overlap; returns in *left how many stay as they are. */
+static perp_status project(perp_world *world, double longest, int32_t equally, int32_t *left)
+{
+    perp_status status;
+    int32_t i, stays;
+
+    *left = 0;
+    perp__place(world, world->next);
+    if (equally)
+        weigh_equally(world);
+    /* neighbours that the correction could push into each other */
+    status = perp__find_overlaps(world, 2.0 * longest);
+    for (i = 0; i < world->overlaps.count; i++)
+        world->overlaps.contacts[i].edges = 0;
+    if (status == PERP_OK)
+        status = perp__build_islands(world, &world->overlaps);
+    if (status == PERP_OK)
+        status = perp__fit_island_work(world, 0);
+    for (i = 0; status == PERP_OK && i < world->island_count; i++) {
+        if (!overlaps(world, &world->islands[i]))
+            continue;
+        status = project_island(world, &world->islands[i], longest, &stays);
+        *left += stays;
+    }
     return status;
 }
 
 /* Works on the next states; the links and islands of the step are gone afterwards. */
 perp_status perp__project_overlaps(perp_world *world)
 {
-    double depth;
-    int32_t i;
+    double depth, longest;
+    int32_t left;
     perp_status status;
 
     perp__place(world, world->next);
@@ -100,16 +171,11 @@ perp_status perp__project_overlaps(perp_world *world)
     depth = status == PERP_OK ? deepest(&world->overlaps) : 0.0;
     if (depth == 0.0)
         return status;
-    /* neighbours that the correction could push into each other */
-    status = perp__find_overlaps(world, 2.0 * depth);
-    for (i = 0; i < world->overlaps.count; i++)
-        world->overlaps.contacts[i].edges = 0;
+    longest = LONGEST_WAY * depth;
+    status = perp__find_near_pairs(world, 2.0 * longest);
     if (status == PERP_OK)
-        status = perp__build_islands(world, &world->overlaps);
-    if (status == PERP_OK)
-        status = perp__fit_island_work(world, 0);
-    for (i = 0; status == PERP_OK && i < world->island_count; i++)
-        if (overlaps(world, &world->islands[i]))
-            status = project_island(world, &world->islands[i]);
+        status = project(world, longest, 0, &left);
+    if (status == PERP_OK && left > 0)
+        status = project(world, longest, 1, &left);
     return status;
 }

@@ -357,6 +357,7 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
 
     memset(summary, 0, sizeof *summary);
     world->island_count = 0;
+    perp__untouch(world);
     prepare_contacts(world);
     while (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY && include_contacts(world, h))
         status = solve_changed(world, h, summary);

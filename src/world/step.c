@@ -7,6 +7,9 @@
 #include "base/clock.h"
 #include "base/context.h"
 
+/* Speeds that grow with each round are driven by nothing real. */
+#define MAX_ROUNDS 4
+
 static void lay_out_bodies(perp__arena *arena, void *object)
 {
     perp_world *world = object;
@@ -28,8 +31,8 @@ static void lay_out_shapes(perp__arena *arena, void *object)
     world->extents = perp__arena_take(arena, count, sizeof *world->extents);
 }
 
-/* Bodies in place, and the points where they can meet. */
-static perp_status collide(perp_world *world, double h)
+/* Bodies in place, with the velocities that forces alone would give them. */
+static perp_status prepare(perp_world *world, double h)
 {
     perp_status status = perp__arena_fit(&world->body_arena, lay_out_bodies, world);
 
@@ -39,7 +42,41 @@ static perp_status collide(perp_world *world, double h)
         return status;
     perp__place(world, world->states);
     perp__free_velocities(world, h);
-    return perp__find_contacts(world, h);
+    perp__find_reaches(world);
+    return PERP_OK;
+}
+
+static void lap(double *clock, double *seconds)
+{
+    double now = perp__now();
+
+    *seconds += now - *clock;
+    *clock = now;
+}
+
+/* Contacts and the velocities that meet them; again with wider margins where a body turned out
+ * faster than they allowed for. */
+static perp_status meet(perp_world *world, double h, perp__solve_summary *summary,
+                        perp_world_stats *stats, double *clock)
+{
+    int64_t iterations = 0;
+    int32_t round;
+    perp_status status = PERP_OK;
+
+    for (round = 0; round < MAX_ROUNDS; round++) {
+        status = perp__find_contacts(world, h);
+        lap(clock, &stats->seconds_collide);
+        if (status == PERP_OK)
+            status = perp__solve_islands(world, h, summary);
+        lap(clock, &stats->seconds_solve);
+        if (status != PERP_OK)
+            break;
+        iterations += summary->iterations;
+        if (summary->outcome == PERP_OUTCOME_RAY || !perp__raise_reaches(world))
+            break;
+    }
+    summary->iterations = iterations;
+    return status;
 }
 
 static void count_rows(perp_world *world, perp_world_stats *stats)
@@ -113,21 +150,16 @@ static void commit(perp_world *world)
 static perp_status advance(perp_world *world, double h, perp_world_stats *stats, double *clock)
 {
     perp_status status = perp__write_records(world);
-    double now;
 
     perp__integrate(world, h);
     if (status == PERP_OK)
         status = check_next(world);
-    now = perp__now();
-    stats->seconds_integrate += now - *clock;
-    *clock = now;
+    lap(clock, &stats->seconds_integrate);
     if (status == PERP_OK)
         status = perp__project_overlaps(world);
     if (status == PERP_OK)
         status = check_next(world);
-    now = perp__now();
-    stats->seconds_project += now - *clock;
-    *clock = now;
+    lap(clock, &stats->seconds_project);
     return status;
 }
 
@@ -135,18 +167,11 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
 {
     perp_world_stats stats = world->stats;
     perp__solve_summary summary;
-    double clock = perp__now(), now;
-    perp_status status = collide(world, h);
+    double clock = perp__now();
+    perp_status status = prepare(world, h);
 
-    now = perp__now();
-    stats.seconds_collide += now - clock;
-    clock = now;
-    if (status != PERP_OK)
-        return status;
-    status = perp__solve_islands(world, h, &summary);
-    now = perp__now();
-    stats.seconds_solve += now - clock;
-    clock = now;
+    if (status == PERP_OK)
+        status = meet(world, h, &summary, &stats, &clock);
     if (status != PERP_OK)
         return status;
     count_rows(world, &stats);

@@ -93,7 +93,7 @@ typedef struct perp__motion {
                          touches, the mean of start and free */
     double after[6];  /* twist after the step */
     double solved[6]; /* twist as the complementarity problem's solution gives it */
-    double reach;     /* largest speed of a point of it, for the margins */
+    double reach;     /* largest speed of a point of it that the margins allow for */
     int32_t touched;  /* has contact points in this step */
     int32_t island;   /* -1: none */
     int32_t local;    /* number within the island */
@@ -258,13 +258,22 @@ void perp__remove_shapes(perp_world *world, int32_t body);
 void perp__rotation_of(const perp_world *world, const perp__state *state, double *R);
 void perp__place(perp_world *world, const perp__state *states);
 void perp__free_velocities(perp_world *world, double h);
+/* Every body moves as if nothing touched it. */
+void perp__untouch(perp_world *world);
 /* One step of Euler's equations in the body frame by the implicit midpoint rule: w to w_next. */
 void perp__euler_step(const perp__body *body, double h, const double *w, const double *torque,
                       double *w_next);
 
 /* contact_set.c */
+/* How fast each body's points may move before contacts act. */
+void perp__find_reaches(perp_world *world);
+/* After a solve: raises the reach of bodies that turned out faster than the margins allow for;
+ * returns how many, and then contacts may have been missed. */
+int32_t perp__raise_reaches(perp_world *world);
 perp_status perp__find_contacts(perp_world *world, double h);
+/* Points of the pairs at hand, those that the step met unless others were found since. */
 perp_status perp__find_overlaps(perp_world *world, double margin);
+perp_status perp__find_near_pairs(perp_world *world, double margin);
 
 /* island.c: islands of the dynamic bodies that the set's included contacts join. */
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set);
