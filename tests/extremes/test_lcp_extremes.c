@@ -325,6 +325,11 @@ static void test_flush_to_zero(void **state)
 
             run_lcp(&plain, context, &problem, &settings, NULL, "plain");
             _mm_setcsr(control | 0x8040); /* flush to zero, denormals are zero */
+            if ((_mm_getcsr() & 0x8040) != 0x8040) { /* valgrind has no such mode */
+                run_release(&plain);
+                gen_destroy(&problem);
+                skip();
+            }
             run_lcp(&flushed, context, &problem, &settings, NULL, "flushed");
             assert_int_equal(_mm_getcsr() & 0x8040, 0x8040); /* the library leaves it alone */
             _mm_setcsr(control);
