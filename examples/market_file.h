@@ -117,7 +117,7 @@ static int market_words(const market_file *file, int integers)
     int count = 0;
     for (const char *word = market_word(&cursor, &length); length > 0;
          word = market_word(&cursor, &length)) {
-        size_t sign = *word == '-';
+        size_t sign = *word == '-' || *word == '+';
         if (count < integers &&
             (length > 9 || length == sign || strspn(word + sign, "0123456789") != length - sign))
             return 0;
@@ -262,6 +262,8 @@ static bool market_read_entry(market_file *file, int *row, int *column, double *
         good = mm_read_mtx_crd_entry(stream, row, column, value, NULL, file->code) == 0 &&
                fgetc(stream) == EOF;
         fclose(stream);
+        /* some C libraries read 1e, which a file was cut at, as 1 */
+        good = good && !strchr("eEpP+-", file->text[strlen(file->text) - 1]);
     }
     if (!good)
         return market_fail(file, "expected '%s', found '%.60s'",
