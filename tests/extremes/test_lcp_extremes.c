@@ -324,7 +324,7 @@ static void test_flush_to_zero(void **state)
             run plain, flushed;
 
             run_lcp(&plain, context, &problem, &settings, NULL, "plain");
-            _mm_setcsr(control | 0x8040); /* flush to zero, denormals are zero */
+            _mm_setcsr(control | 0x8040);            /* flush to zero, denormals are zero */
             if ((_mm_getcsr() & 0x8040) != 0x8040) { /* valgrind has no such mode */
                 run_release(&plain);
                 gen_destroy(&problem);

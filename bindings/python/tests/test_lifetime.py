@@ -159,10 +159,14 @@ def test_other_threads_run_during_a_solve():
 
 
 def run(code):
+    """One BLAS thread: OpenBLAS waits for its own workers at exit, and may do so for ever where a
+    daemon thread is still inside a call. That is between it and such a program."""
     return subprocess.run(
         [sys.executable, "-X", "dev", "-c", code],
         capture_output=True,
         text=True,
+        timeout=120,
+        env=dict(os.environ, OPENBLAS_NUM_THREADS="1"),
     )
 
 
