@@ -11,7 +11,10 @@
 #include "linalg/blas.h"
 
 #define PERP__REFINEMENTS 30
-#define PERP__REPAIRS 8
+/* Rounds of sign repairs: where solutions fade out (an option far out of the money) the active set
+ * grows by a node a round; sparse factorisations are cheap enough to follow it. */
+#define PERP__REPAIRS_DENSE 8
+#define PERP__REPAIRS_SPARSE 64
 /* Below this size a sparse block is factored as a dense one. */
 #define PERP__DENSE_BLOCK 64
 
@@ -322,10 +325,11 @@ static int32_t is_better(const perp_lcp_solver *solver, const perp__evaluation *
 /* One value of rho: solve, repair, solve again. */
 static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation *best)
 {
+    const int32_t rounds = uses_dense(solver) ? PERP__REPAIRS_DENSE : PERP__REPAIRS_SPARSE;
     int32_t round, count, regular, changes = 1;
     perp_status status = PERP_OK;
 
-    for (round = 0; round < PERP__REPAIRS && changes > 0; round++) {
+    for (round = 0; round < rounds && changes > 0; round++) {
         perp__evaluation worth;
 
         count = collect(solver);
