@@ -5,9 +5,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Rows have length 1; what is left of a dependent one is rounding, about 1e-15 times the ratio of
- * successive pivots. */
-#define RANK_TOLERANCE 1e-10
+/* Rows have length 1; a remainder below the square root of rounding counts as dependent. Such a row
+ * would determine a direction only with more error than the impulses that act on it have. */
+#define RANK_TOLERANCE 1e-8
+
+/* A coordinate counts as determined if no more than this of it is outside the span. */
+#define SPAN_TOLERANCE 1e-10
 
 /* The first row with at least this share of the largest remainder is taken: among rows that serve
  * equally well the order of the caller decides, not rounding. */
@@ -140,5 +143,5 @@ int32_t perp__in_span(const double *basis, int32_t rank, int32_t n, int32_t i, d
     memset(unit, 0, (size_t)n * sizeof *unit);
     unit[i] = 1.0;
     perp__project_out(basis, rank, n, unit);
-    return sqrt(dot(unit, unit, n)) <= RANK_TOLERANCE;
+    return sqrt(dot(unit, unit, n)) <= SPAN_TOLERANCE;
 }
