@@ -11,16 +11,6 @@
 #include <stdint.h>
 #include <string.h>
 
-/* A pivot is never smaller than this fraction of its column. */
-#define PERP__SMALLEST_PIVOT 1e-11
-/* Slack of the absolute Harris ratio test, relative to the largest right-hand side at the start. */
-#define PERP__HARRIS_SLACK 1e-11
-/* What counts as a tie in the lexicographic test: exact data tie exactly, rounding a little less.
- */
-#define PERP__TIE 1e-12
-
-enum { PERP__NO_ROW = -1, PERP__FLIP = -2 };
-
 static perp_status check(const perp__lcp_problem *problem)
 {
     (void)problem;
@@ -55,11 +45,6 @@ static void layout(perp__arena *arena, void *work)
     l->row = perp__arena_take(arena, pairs + 1, sizeof(double));
 }
 
-static int32_t name_of_t(const perp__lemke *l)
-{
-    return 2 * l->pairs;
-}
-
 /* The d of attempt 0 is e; later ones are random in [1, 2], the same in every run (splitmix64). */
 static double cover_entry(int32_t attempt, int32_t k)
 {
@@ -90,8 +75,8 @@ static void add_cover(perp__lemke *l, int32_t attempt)
             l->cover[l->basic[r]] = 0.0;
         column[r] = is_v ? -l->cover[l->basic[r] - l->pairs] : 0.0;
     }
-    l->nonbasic[last] = name_of_t(l);
-    l->column_of[name_of_t(l)] = last;
+    l->nonbasic[last] = perp__lemke_t(l);
+    l->column_of[perp__lemke_t(l)] = last;
 }
 
 /* The row that t must make feasible last; of rows that tie, the last, as the lexicographic order of
@@ -111,139 +96,6 @@ static int32_t first_row(const perp__lemke *l)
             worst = ratio;
             found = r;
         }
-    }
-    return found;
-}
-
-/* A basic variable's limits; -inf and +inf where it has none. */
-static void limits_of(const perp__lemke *l, int32_t variable, double *low, double *high)
-{
-    const perp__lcp_problem *p = l->head.problem;
-
-    *low = 0.0;
-    *high = INFINITY;
-    if (variable < l->pairs) {
-        *high = l->range[variable];
-        if (l->twin[variable] < 0 && p->lower[l->index[variable]] == -INFINITY &&
-            p->upper[l->index[variable]] == INFINITY)
-            *low = -INFINITY;
-    } else if (variable < name_of_t(l) && l->at_upper[variable - l->pairs]) {
-        *low = -INFINITY;
-        *high = 0.0;
-    }
-}
-
-/* How far the basic variable of row r is from the limit it moves towards, and how fast. Returns 0
- * where it does not block. */
-static int32_t distance(const perp__lemke *l, int32_t r, double floor, double *far, double *speed)
-{
-    double rate = -l->direction * l->column[r];
-    double low, high;
-
-    if (!(fabs(rate) > floor))
-        return 0;
-    limits_of(l, l->basic[r], &low, &high);
-    *far = rate < 0.0 ? l->b[r] - low : high - l->b[r];
-    *speed = fabs(rate);
-    if (!isfinite(*far))
-        return 0;
-    if (*far < 0.0)
-        *far = 0.0;
-    return 1;
-}
-
-static double pivot_floor(const perp__lemke *l)
-{
-    double largest = 0.0;
-    int32_t r;
-
-    for (r = 0; r < l->pairs; r++)
-        largest = fmax(largest, fabs(l->column[r]));
-    return PERP__SMALLEST_PIVOT * largest;
-}
-
-/* Harris' two passes with an absolute slack: how far can the entering variable go if every limit is
- * loosened a little; among the rows that block before that, t first, else the largest pivot. */
-static int32_t harris_row(const perp__lemke *l, double own_range)
-{
-    const double floor = pivot_floor(l);
-    const double slack = PERP__HARRIS_SLACK * l->tolerance;
-    double reach = INFINITY, best = 0.0, far, speed;
-    int32_t found = PERP__NO_ROW, r;
-
-    for (r = 0; r < l->pairs; r++)
-        if (distance(l, r, floor, &far, &speed) && (far + slack) / speed < reach)
-            reach = (far + slack) / speed;
-    if (own_range < reach)
-        found = PERP__FLIP;
-    for (r = 0; r < l->pairs; r++) {
-        if (!distance(l, r, floor, &far, &speed) || !(far <= reach * speed))
-            continue;
-        if (l->basic[r] == name_of_t(l))
-            return far / speed <= own_range ? r : PERP__FLIP;
-        if (found != PERP__FLIP && speed > best) {
-            best = speed;
-            found = r;
-        }
-    }
-    return found;
-}
-
-/* Entry j of the row of B^-1, over the pivot: what the perturbation (e, e^2, ...) of the first
- * right-hand side adds to the ratio of row r. */
-static double perturbation(const perp__lemke *l, int32_t r, int32_t j)
-{
-    const int32_t v = l->pairs + j;
-    double entry = 0.0;
-
-    if (l->row_of[v] == r)
-        entry = 1.0;
-    else if (l->column_of[v] >= 0) {
-        const perp__tableau *t = &l->tableau;
-        int32_t k;
-
-        entry = t->T[(size_t)r + (size_t)l->column_of[v] * (size_t)t->leading_dimension];
-        for (k = 0; k < t->pending; k++)
-            entry -= t->U[(size_t)r + (size_t)k * (size_t)t->leading_dimension] *
-                     t->V[(size_t)k + (size_t)l->column_of[v] * (size_t)t->delay];
-    }
-    return entry / (l->direction * l->column[r]);
-}
-
-/* Does row a come before row b in the lexicographic order? Their ratios tie. */
-static int32_t comes_before(const perp__lemke *l, int32_t a, int32_t b)
-{
-    int32_t j;
-
-    for (j = 0; j < l->pairs; j++) {
-        double difference = perturbation(l, a, j) - perturbation(l, b, j);
-        double size = fabs(perturbation(l, a, j)) + fabs(perturbation(l, b, j));
-
-        if (fabs(difference) > PERP__TIE * size)
-            return difference < 0.0;
-    }
-    return 0;
-}
-
-static int32_t lexicographic_row(const perp__lemke *l, double own_range)
-{
-    const double floor = pivot_floor(l);
-    double least = INFINITY, far, speed, tie;
-    int32_t found = PERP__NO_ROW, r;
-
-    for (r = 0; r < l->pairs; r++)
-        if (distance(l, r, floor, &far, &speed) && far / speed < least)
-            least = far / speed;
-    if (own_range < least)
-        return PERP__FLIP;
-    tie = least * (1.0 + PERP__TIE);
-    for (r = 0; r < l->pairs; r++) {
-        if (!distance(l, r, floor, &far, &speed) || !(far / speed <= tie))
-            continue;
-        if (l->basic[r] == name_of_t(l))
-            return r;
-        if (found == PERP__NO_ROW || comes_before(l, r, found))
-            found = r;
     }
     return found;
 }
@@ -292,9 +144,7 @@ static int32_t advance(perp__lemke *l, int32_t entering, perp_outcome *outcome)
     int32_t r, i, leaving, at_upper;
 
     perp__tableau_column(&l->tableau, c, l->column);
-    r = l->head.problem->settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC
-            ? lexicographic_row(l, own_range)
-            : harris_row(l, own_range);
+    r = perp__lemke_blocking_row(l, own_range);
     if (r == PERP__NO_ROW) {
         *outcome = PERP_OUTCOME_RAY;
         return -1;
@@ -304,11 +154,11 @@ static int32_t advance(perp__lemke *l, int32_t entering, perp_outcome *outcome)
             l->b[i] -= l->direction * own_range * l->column[i];
         return partner_of(l, entering, l->direction > 0.0);
     }
-    distance(l, r, 0.0, &far, &speed);
+    perp__lemke_distance(l, r, 0.0, &far, &speed);
     leaving = l->basic[r];
     at_upper = leaving < l->pairs && -l->direction * l->column[r] > 0.0;
     pivot(l, r, c, far / speed, from);
-    if (leaving == name_of_t(l)) {
+    if (leaving == perp__lemke_t(l)) {
         *outcome = PERP_OUTCOME_SOLVED;
         return -1;
     }
@@ -321,7 +171,7 @@ static perp_outcome follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int3
     const int64_t limit =
         p->iteration_limit > 0 ? p->iteration_limit : 1000 + 50 * (int64_t)l->pairs;
     perp_outcome outcome = PERP_OUTCOME_SOLVED, stop;
-    const int32_t last = l->column_of[name_of_t(l)];
+    const int32_t last = l->column_of[perp__lemke_t(l)];
     int32_t r = first_row(l);
 
     if (r < 0)
@@ -377,7 +227,7 @@ static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
 /* The last column is the direction in which nothing blocks. */
 static void write_ray(const perp__lemke *l, int32_t entering, perp__lcp_iterate *iterate)
 {
-    const int32_t t_row = l->row_of[name_of_t(l)];
+    const int32_t t_row = l->row_of[perp__lemke_t(l)];
     const double dt = t_row >= 0 ? -l->direction * l->column[t_row] : 0.0;
     int32_t i, k;
 

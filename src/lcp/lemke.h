@@ -1,4 +1,4 @@
-/* What the two halves of Lemke's method share: the bounded problem in standard form. */
+/* What the parts of Lemke's method share: the bounded problem in standard form. */
 #ifndef PERP_LCP_LEMKE_H
 #define PERP_LCP_LEMKE_H
 
@@ -30,6 +30,26 @@ typedef struct perp__lemke {
     double tolerance; /* of the absolute Harris test, relative to max |b| at the start */
     double direction; /* +1 or -1: how the entering variable moves */
 } perp__lemke;
+
+/* The name of t. */
+static inline int32_t perp__lemke_t(const perp__lemke *l)
+{
+    return 2 * l->pairs;
+}
+
+/* What perp__lemke_blocking_row says where it is not a row. */
+enum { PERP__NO_ROW = -1, PERP__FLIP = -2 };
+
+/* The row whose basic variable stops the entering one, whose column is in l->column; PERP__FLIP if
+ * that reaches its own other bound, own_range away, before any row blocks; PERP__NO_ROW if nothing
+ * does. */
+int32_t perp__lemke_blocking_row(const perp__lemke *l, double own_range);
+
+/* How far the basic variable of row r is from the limit it moves towards, and how fast it moves for
+ * a unit of the entering variable. Returns 0 where it does not block: no limit, or slower than
+ * `floor`. */
+int32_t perp__lemke_distance(const perp__lemke *l, int32_t r, double floor, double *far,
+                             double *speed);
 
 /* Writes the problem in standard form, makes free variables basic, splits those that cannot be. */
 void perp__lemke_start(perp__lemke *l);
