@@ -95,6 +95,10 @@ perp_status perp__solve_rows(perp_world *world, int32_t n, int32_t same_matrix)
     }
     if (status == PERP_OK)
         status = perp__lcp_solve(world->solver, work->z, NULL, NULL, &work->result, work->q, NULL);
+    if (status == PERP_ERROR_ARGUMENT && world->settings.method == PERP_LCP_PGS)
+        status = perp__fail(world->context, status,
+                            "the world's method is pgs, which can't solve contacts with friction "
+                            "(rows without a diagonal): take auto, lemke or fischer");
     return status;
 }
 
