@@ -134,6 +134,34 @@ static void test_one_impact(void **state)
     scene_close(&s);
 }
 
+/* An approach that gravity explains within a step, u_n- > -g h, is resting contact; a faster one
+ * bounces. */
+static void test_slow_approach_is_rest(void **state)
+{
+    const double h = 0.01;
+    int fast;
+
+    (void)state;
+    for (fast = 0; fast < 2; fast++) {
+        perp_body_settings settings = scene_settings();
+        perp_body ball;
+        scene s;
+
+        scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+        settings.position[2] = RADIUS;
+        settings.velocity[2] = (fast ? -1.5 : -0.5) * GRAVITY * h;
+        ball = scene_add(&s, &settings);
+        scene_sphere(&s, ball, RADIUS, 0.0, 0.5);
+        scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
+        scene_step(&s, h);
+        if (fast)
+            assert_true(scene_state(&s, ball).velocity[2] == -0.5 * settings.velocity[2]);
+        else
+            assert_true(scene_rests(&s, ball));
+        scene_close(&s);
+    }
+}
+
 /* e = 1 without gravity: a ball between two walls keeps its speed to the last bit. */
 static void test_elastic_between_walls(void **state)
 {
@@ -168,6 +196,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_comes_to_rest),
         cmocka_unit_test(test_one_impact),
+        cmocka_unit_test(test_slow_approach_is_rest),
         cmocka_unit_test(test_elastic_between_walls),
     };
 

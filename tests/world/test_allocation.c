@@ -11,6 +11,8 @@
 #include "world/scene.h"
 
 #define STEPS 6
+#define LATE 3 /* the step before which a crowd comes */
+#define CROWD 5
 
 typedef struct ledger {
     long calls;
@@ -83,11 +85,39 @@ static void populate(scene *s, perp_body *boxes, int count)
     }
 }
 
+/* More boxes, in each other and in the ground: every array must grow while there are contacts to
+ * keep. */
+static void crowd(scene *s)
+{
+    const double half[3] = {0.5, 0.5, 0.25};
+    perp_shape_settings material = scene_material(0.4, 0.25);
+    int i;
+
+    for (i = 0; i < CROWD; i++) {
+        perp_body_settings settings = scene_settings();
+        perp_body box;
+
+        settings.position[0] = 20.0 + 0.9 * i;
+        settings.position[2] = 0.2;
+        RETRY(s, perp_world_add_body(s->world, &box, &settings));
+        RETRY(s, perp_world_add_box(s->world, NULL, box, half, &material));
+    }
+}
+
 static void check_same(scene *s, perp_body body, const perp_body_state *expected)
 {
     perp_body_state now = scene_state(s, body);
 
     assert_memory_equal(&now, expected, sizeof now);
+}
+
+/* The contact, or zeros if there is none. */
+static perp_contact contact_or_zero(scene *s, int32_t index)
+{
+    perp_contact contact;
+
+    memset(&contact, 0, sizeof contact);
+    return index >= 0 ? scene_contact(s, index) : contact;
 }
 
 /* The scenario, with failure number k; returns whether any allocation failed. states: of each box
@@ -104,11 +134,18 @@ static int run(long k, perp_body_state states[STEPS][3])
     for (i = 0; i < STEPS; i++) {
         perp_body_state before = scene_state(&s, boxes[0]);
         int32_t contacts = perp_world_contact_count(s.world);
-        perp_status status = perp_world_step(s.world, NULL, 0.05);
+        perp_contact last = contact_or_zero(&s, contacts - 1);
+        perp_contact now;
+        perp_status status;
 
+        if (i == LATE)
+            crowd(&s);
+        status = perp_world_step(s.world, NULL, 0.05);
         if (status == PERP_ERROR_MEMORY) {
             check_same(&s, boxes[0], &before);
             assert_int_equal(perp_world_contact_count(s.world), contacts);
+            now = contact_or_zero(&s, contacts - 1);
+            assert_memory_equal(&now, &last, sizeof now);
             status = perp_world_step(s.world, NULL, 0.05);
         }
         assert_int_equal(status, PERP_OK);

@@ -318,6 +318,38 @@ static void test_separates(void **state)
     scene_close(&s);
 }
 
+/* A gap that closes within the step closes at exactly gap/h, and the box then rests. */
+static void test_closes_a_gap(void **state)
+{
+    static const double half[3] = {0.125, 0.125, 0.125};
+    const double h = 0.01, gap = 0.0007;
+    perp_body_settings settings = box_settings(1.0, half);
+    perp_body box;
+    scene s;
+    int32_t i;
+
+    (void)state;
+    scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+    scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0);
+    settings.position[2] = half[2] + gap;
+    settings.velocity[2] = -1.0;
+    box = scene_add(&s, &settings);
+    scene_box(&s, box, half[0], half[1], half[2], 0.5, 0.0);
+    scene_step(&s, h);
+    assert_int_equal(perp_world_contact_count(s.world), 4);
+    for (i = 0; i < 4; i++) {
+        perp_contact contact = scene_contact(&s, i);
+
+        scene_near(contact.gap, gap, EPSILON, "gap");
+        assert_true(contact.velocity[0] == -contact.gap / h);
+        assert_true(contact.velocity[1] == 0.0 && contact.velocity[2] == 0.0);
+    }
+    scene_near(scene_state(&s, box).position[2], half[2], EPSILON, "height");
+    scene_step(&s, h);
+    assert_true(scene_rests(&s, box));
+    scene_close(&s);
+}
+
 /* Tipping: a box on a slope tips at atan(b/h) = 18.43... degrees if friction holds it; a thousandth
  * of a degree below it rests, above it turns. */
 static void test_tipping(void **state)
@@ -398,6 +430,7 @@ int main(void)
         cmocka_unit_test(test_stuck_under_a_sliding_box),
         cmocka_unit_test(test_leaning_boards),
         cmocka_unit_test(test_separates),
+        cmocka_unit_test(test_closes_a_gap),
         cmocka_unit_test(test_tipping),
         cmocka_unit_test(test_contact_frames),
     };
