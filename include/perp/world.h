@@ -12,11 +12,19 @@
  * needs: a frictionless contact is one row, a planar body has three coordinates, a body that
  * nothing touches costs no solve.
  *
+ * Restitution is Moreau's law. Positions move with the inelastic velocities above, so that a body
+ * ends the step in which it hits something touching it. If a contact with e > 0 then presses that
+ * approached faster than the step's forces alone explain, the velocities after the step solve the
+ * same problem with u_n+ + e u_n- >= 0 in place of the first row at all contacts that touch. Slower
+ * approaches are resting contact. Neither this nor Newton's or Poisson's law passes a chain of
+ * equal balls its first speed on to the last: simultaneous impacts share it.
+ *
  * Conventions. Any consistent units. A quaternion (w,x,y,z) maps body to world; velocities are
  * those of the mass centre in the world frame; inertia is about the mass centre in the body frame.
  * Planar worlds use x, y and an angle about z. gap > 0 is separated. A contact's normal points from
  * body A to body B; a normal impulse >= 0 pushes B along it; a normal velocity > 0 separates.
- * Contact components come as (normal, tangent 1, tangent 2), right-handed. A half-space is solid
+ * Contact components come as (normal, tangent 1, tangent 2), right-handed; planar, tangent 1 is the
+ * normal turned by +90 degrees. A half-space is solid
  * where normal.x <= offset. A sphere of radius 0 is a point.
  */
 #ifndef PERP_WORLD_H
@@ -208,8 +216,8 @@ PERP_API perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, 
  * Returns: PERP_OK with the outcome in result->outcome, PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI,
  *          _HANDLE, _BUSY or _MEMORY; after a negative status the state is untouched.
  * Out:     result: initialised by perp_step_result_init; or NULL.
- * Where no step exists (outcome 'ray': restitutions differ on contacts that oppose each other) the
- * state is left untouched. */
+ * Where no step exists (outcome 'ray': restitutions differ on contacts that oppose each other, or
+ * kinematic bodies close on one between them) the state is left untouched. */
 PERP_API perp_status perp_world_step(perp_world *world, perp_step_result *result,
                                      double dt) PERP_WARN_UNUSED;
 
