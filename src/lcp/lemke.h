@@ -27,8 +27,10 @@ typedef struct perp__lemke {
     double *base;       /* n: z where all x are 0 */
     double *b;          /* values of the basic variables */
     double *column, *row;
-    double tolerance; /* of the absolute Harris test, relative to max |b| at the start */
-    double direction; /* +1 or -1: how the entering variable moves */
+    double largest_b;      /* max |b| at the start */
+    double slack;          /* of the absolute Harris ratio test, relative to largest_b */
+    double smallest_pivot; /* relative to the column's largest entry */
+    double direction;      /* +1 or -1: how the entering variable moves */
 } perp__lemke;
 
 /* The name of t. */

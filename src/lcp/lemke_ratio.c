@@ -3,10 +3,6 @@
 
 #include <math.h>
 
-/* A pivot is never smaller than this fraction of its column. */
-#define PERP__SMALLEST_PIVOT 1e-11
-/* Slack of the absolute Harris ratio test, relative to the largest right-hand side at the start. */
-#define PERP__HARRIS_SLACK 1e-11
 /* What counts as a tie in the lexicographic test: exact data tie exactly, rounding nearly so. */
 #define PERP__TIE 1e-12
 
@@ -53,7 +49,7 @@ static double pivot_floor(const perp__lemke *l)
 
     for (r = 0; r < l->pairs; r++)
         largest = fmax(largest, fabs(l->column[r]));
-    return PERP__SMALLEST_PIVOT * largest;
+    return l->smallest_pivot * largest;
 }
 
 /* Harris' two passes with an absolute slack: how far can the entering variable go if every limit is
@@ -61,7 +57,7 @@ static double pivot_floor(const perp__lemke *l)
 static int32_t harris_row(const perp__lemke *l, double own_range)
 {
     const double floor = pivot_floor(l);
-    const double slack = PERP__HARRIS_SLACK * l->tolerance;
+    const double slack = l->slack * l->largest_b;
     double reach = INFINITY, best = 0.0, far, speed;
     int32_t found = PERP__NO_ROW, r;
 

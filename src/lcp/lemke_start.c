@@ -244,5 +244,5 @@ void perp__lemke_start(perp__lemke *l)
         if (l->basic[k] >= l->pairs || !is_free(p, l->index[l->basic[k]]))
             largest = fmax(largest, fabs(l->b[k]));
     }
-    l->tolerance = largest;
+    l->largest_b = largest;
 }
