@@ -156,11 +156,39 @@ static int32_t severity(perp_outcome outcome)
     return outcome == PERP_OUTCOME_RAY ? INT32_MAX : outcome;
 }
 
-/* Solves for the targets that stand, and writes the twist. */
+static int32_t moves_by_itself(const perp_world *world, int32_t body)
+{
+    const double *twist = world->motions[body].start;
+
+    return world->bodies[body].kind == PERP_BODY_KINEMATIC &&
+           !(perp__is_zero3(twist) && perp__is_zero3(twist + 3));
+}
+
+/* Whether theory promises a solution (docs/world.md): always in the first stage, for one
+ * restitution in the second, unless something that nothing stops closes on a body. */
+static int32_t is_solvable(const perp_world *world, const perp__island *island, int32_t stage)
+{
+    double restitution = -1.0;
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = island_contact(world, island, i);
+
+        if (moves_by_itself(world, contact->body_a) || moves_by_itself(world, contact->body_b))
+            return 0;
+        if (stage > 1 && restitution >= 0.0 && contact->restitution != restitution)
+            return 0;
+        restitution = contact->restitution;
+    }
+    return 1;
+}
+
+/* Solves for the targets that stand, and writes the twist. A ray where there is a solution is a
+ * failure of the method, not of the scene. */
 static perp_status solve_stage(perp_world *world, const perp__island *island,
                                perp__verdict *verdict, int64_t *iterations)
 {
-    const perp_lcp_result *result = &world->work.result;
+    perp_lcp_result *result = &world->work.result;
     perp_status status;
 
     write_q(world, island);
@@ -169,6 +197,8 @@ static perp_status solve_stage(perp_world *world, const perp__island *island,
         return status;
     verdict->stages++;
     verdict->residual = fmax(verdict->residual, result->residual);
+    if (result->outcome == PERP_OUTCOME_RAY && is_solvable(world, island, verdict->stages))
+        result->outcome = PERP_OUTCOME_STALLED;
     if (severity(result->outcome) > severity(verdict->outcome))
         verdict->outcome = result->outcome;
     *iterations += result->iterations;
@@ -180,8 +210,7 @@ static perp_status solve_stage(perp_world *world, const perp__island *island,
     return PERP_OK;
 }
 
-/* First-stage targets; returns 1 if some contact would close by itself, else nothing needs solving.
- */
+/* First-stage targets; returns 0 if no contact would close by itself: nothing needs solving. */
 static int32_t first_targets(perp_world *world, const perp__island *island, double h)
 {
     int32_t closing = 0;
