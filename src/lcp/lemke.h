@@ -13,8 +13,7 @@ typedef struct perp__lemke {
     perp__tableau tableau;
     int32_t capacity; /* most pairs: n and one more for every free variable */
     int32_t pairs;
-    int32_t singular; /* free variables that could not be made basic: they have twin pairs */
-    int32_t *index;   /* caller's variable of a pair */
+    int32_t *index; /* caller's variable of a pair */
     int8_t *sign;
     int8_t *at_upper; /* x_k nonbasic rests (or last rested) at range_k */
     double *range;

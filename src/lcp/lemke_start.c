@@ -20,7 +20,6 @@ static void choose_base(perp__lemke *l)
     int32_t i;
 
     l->pairs = 0;
-    l->singular = 0;
     for (i = 0; i < p->n; i++) {
         int32_t k = l->pairs;
 
@@ -233,7 +232,6 @@ void perp__lemke_start(perp__lemke *l)
             clear_dependent(l, size);
             split_left(l, left);
         }
-        l->singular = left;
     }
     for (k = 0; k <= 2 * l->pairs; k++)
         l->row_of[k] = l->column_of[k] = -1;
