@@ -59,16 +59,15 @@ typedef int32_t (*perp_lcp_monitor)(const perp_lcp_progress *progress, void *use
 
 typedef struct perp_lcp_settings {
     size_t struct_size;
-    int32_t method; /* PERP_LCP_...; default PERP_LCP_AUTO */
-    int32_t
-        max_iterations; /* pivots, sweeps or Newton steps; 0 (default): the method's own limit */
-    double tol;         /* tested residual that counts as solved; default 1e-10; > 0 */
-    double time_limit;  /* seconds; 0 (default): none, and then no decision reads the clock */
-    double relaxation;  /* pgs: over- or under-relaxation in (0, 2); default 1 */
-    int32_t pivot_rule; /* lemke: PERP_PIVOT_...; default PERP_PIVOT_HARRIS */
-    int32_t scaling;    /* 1 (default): equilibrate by powers of two; 0: use M as it is */
-    int32_t polish;     /* 1 (default): re-solve the final active set with refinement; 0: don't */
-    int32_t reserved;   /* 0 */
+    int32_t method;           /* PERP_LCP_...; default PERP_LCP_AUTO */
+    int32_t max_iterations;   /* pivots, sweeps or Newton steps; 0 (default): the method's limit */
+    double tol;               /* tested residual that counts as solved; default 1e-10; > 0 */
+    double time_limit;        /* seconds; 0 (default): none, and no decision reads the clock */
+    double relaxation;        /* pgs: over- or under-relaxation in (0, 2); default 1 */
+    int32_t pivot_rule;       /* lemke: PERP_PIVOT_...; default PERP_PIVOT_HARRIS */
+    int32_t scaling;          /* 1 (default): equilibrate by powers of two; 0: use M as it is */
+    int32_t polish;           /* 1 (default): re-solve the final active set; 0: leave it */
+    int32_t reserved;         /* 0 */
     perp_lcp_monitor monitor; /* NULL (default): none */
     void *monitor_user;
 } perp_lcp_settings;
@@ -77,7 +76,7 @@ typedef struct perp_lcp_result {
     size_t struct_size;
     int32_t outcome;         /* PERP_OUTCOME_... */
     int32_t method;          /* the method that gave the answer, PERP_LCP_... */
-    int64_t iterations;      /* pivots, sweeps or Newton steps of that method */
+    int64_t iterations;      /* pivots, sweeps or Newton steps of its last attempt */
     double residual;         /* tested residual, dimensionless: the one compared with tol */
     double natural_residual; /* max |mid(z - l, z - u, w)| in the caller's units */
     double backward_error;   /* row-wise, on the index set read from z; 2^-52 is one unit */
@@ -104,7 +103,7 @@ typedef struct perp_lcp_solver perp_lcp_solver;
 PERP_API perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
                                             const perp_lcp_settings *settings) PERP_WARN_UNUSED;
 
-/* Releases a solver; NULL is allowed. */
+/* Releases a solver; NULL is allowed. Ignored inside a callback of the solver's own context. */
 PERP_API void perp_lcp_solver_destroy(perp_lcp_solver *solver);
 
 /* Replaces the settings. The problem and the workspace stay; cost as perp_lcp_solver_setup only
@@ -141,8 +140,9 @@ PERP_API perp_status perp_lcp_solver_setup(perp_lcp_solver *solver, const perp_m
  *          result: initialised by perp_lcp_result_init.
  * In:      q: n entries.
  *          z0: n entries, a start (pgs, fischer) or a guess of the active set that is tried first
- *              (lemke); projected onto the bounds; or NULL.
- * Memory:  none allocated after the first call of a size (third-party factorisations excepted). */
+ *              (lemke, auto; only with polish = 1); projected onto the bounds; or NULL.
+ * Memory:  none allocated after the first call of a size (third-party factorisations excepted);
+ *          under auto a fall-back method makes its memory when it is first needed. */
 PERP_API perp_status perp_lcp_solver_solve(perp_lcp_solver *solver, double *z, double *w,
                                            double *ray, perp_lcp_result *result, const double *q,
                                            const double *z0) PERP_WARN_UNUSED;

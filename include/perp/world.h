@@ -62,7 +62,8 @@ typedef struct perp_world_settings {
     int32_t planar;              /* 0 (default): three dimensions; 1: x-y plane */
     int32_t friction_directions; /* edges of the polyhedral friction cone in three dimensions, even,
                                     4 .. 64; default 8. Planar friction is exact. */
-    int32_t method;              /* PERP_LCP_... of the contact problems; default PERP_LCP_AUTO */
+    int32_t method;              /* PERP_LCP_... of the contact problems; default PERP_LCP_AUTO;
+                                    PERP_LCP_PGS serves without friction only */
     int32_t max_iterations;      /* of one contact problem; 0 (default): the method's own limit */
     double tol;                  /* tested residual of one contact problem; default 1e-10 */
     double time_limit;           /* seconds for one contact problem; 0 (default): none */
@@ -107,7 +108,8 @@ typedef struct perp_shape_settings {
     double rotation[4]; /* shape to body, unit quaternion; default identity. Planar: about z. */
 } perp_shape_settings;
 
-/* One contact point of the last step. */
+/* One contact point of the last step. Points that the step's velocities left open without any
+ * impulse, and that were not near, are not among them. */
 typedef struct perp_contact {
     size_t struct_size;
     perp_body body_a;

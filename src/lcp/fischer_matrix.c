@@ -74,7 +74,7 @@ perp_status perp__fischer_matrix_read(perp__fischer_matrix *matrix,
     if (matrix->column_starts)
         read_sparse(matrix, problem);
     else
-        perp__lcp_dense(problem, matrix->S_values);
+        perp__lcp_dense(problem, matrix->S_values, (size_t)problem->n);
     H = square(matrix);
     matrix->factored = 0; /* the first pivots of a solve owe nothing to the solve before */
     return perp__kept_factor_analyse(

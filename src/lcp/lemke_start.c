@@ -43,7 +43,7 @@ static void fill_tableau(perp__lemke *l)
     double *T = l->tableau.T;
     int32_t i, j, k;
 
-    perp__lcp_dense_into(p, T, ld);
+    perp__lcp_dense(p, T, ld);
     memcpy(l->row, p->q, (size_t)p->n * sizeof *l->row);
     for (j = 0; j < p->n; j++) {
         const double *column = T + (size_t)j * ld;

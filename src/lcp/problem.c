@@ -56,7 +56,7 @@ static void dense_from_csc(const perp__lcp_problem *problem, double *dense, size
     }
 }
 
-void perp__lcp_dense_into(const perp__lcp_problem *problem, double *dense, size_t leading_dimension)
+void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t leading_dimension)
 {
     const perp__matrix *M = problem->M;
     const double *d = problem->factors;
@@ -73,9 +73,4 @@ void perp__lcp_dense_into(const perp__lcp_problem *problem, double *dense, size_
         for (i = 0; i < problem->n; i++)
             column[i] = from[(size_t)i * M->row_stride] * (d[i] * d[j]);
     }
-}
-
-void perp__lcp_dense(const perp__lcp_problem *problem, double *dense)
-{
-    perp__lcp_dense_into(problem, dense, (size_t)problem->n);
 }
