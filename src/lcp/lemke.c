@@ -45,6 +45,8 @@ static void layout(perp__arena *arena, void *work)
     l->base = perp__arena_take(arena, (size_t)p->n, sizeof(double));
     l->b = perp__arena_take(arena, pairs, sizeof(double));
     l->column = perp__arena_take(arena, pairs + 1, sizeof(double));
+    l->far = perp__arena_take(arena, pairs, sizeof(double));
+    l->speed = perp__arena_take(arena, pairs, sizeof(double));
     l->row = perp__arena_take(arena, pairs + 1, sizeof(double));
 }
 

@@ -26,6 +26,7 @@ typedef struct perp__lemke {
     double *base;       /* n: z where all x are 0 */
     double *b;          /* values of the basic variables */
     double *column, *row;
+    double *far, *speed;   /* of the ratio test, a row each; speed 0: does not block */
     double largest_b;      /* max |b| at the start */
     double slack;          /* of the absolute Harris ratio test, relative to largest_b */
     double smallest_pivot; /* relative to the column's largest entry */

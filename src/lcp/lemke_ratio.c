@@ -58,21 +58,24 @@ static int32_t harris_row(const perp__lemke *l, double own_range)
 {
     const double floor = pivot_floor(l);
     const double slack = l->slack * l->largest_b;
-    double reach = INFINITY, best = 0.0, far, speed;
+    double reach = INFINITY, best = 0.0;
     int32_t found = PERP__NO_ROW, r;
 
-    for (r = 0; r < l->pairs; r++)
-        if (perp__lemke_distance(l, r, floor, &far, &speed) && (far + slack) / speed < reach)
-            reach = (far + slack) / speed;
+    for (r = 0; r < l->pairs; r++) {
+        if (!perp__lemke_distance(l, r, floor, &l->far[r], &l->speed[r]))
+            l->speed[r] = 0.0;
+        else if (l->far[r] + slack < reach * l->speed[r])
+            reach = (l->far[r] + slack) / l->speed[r];
+    }
     if (own_range < reach)
         found = PERP__FLIP;
     for (r = 0; r < l->pairs; r++) {
-        if (!perp__lemke_distance(l, r, floor, &far, &speed) || !(far <= reach * speed))
+        if (l->speed[r] == 0.0 || !(l->far[r] <= reach * l->speed[r]))
             continue;
         if (l->basic[r] == perp__lemke_t(l))
-            return far / speed <= own_range ? r : PERP__FLIP;
-        if (found != PERP__FLIP && speed > best) {
-            best = speed;
+            return l->far[r] / l->speed[r] <= own_range ? r : PERP__FLIP;
+        if (found != PERP__FLIP && l->speed[r] > best) {
+            best = l->speed[r];
             found = r;
         }
     }
