@@ -27,13 +27,26 @@ enum perp_lcp_method_value {
     PERP_LCP_LEMKE = 1,   /* complementary pivoting; exact, any M; memory n^2 */
     PERP_LCP_PGS = 2,     /* projected Gauss-Seidel; needs M_ii > 0; cheap, linear convergence */
     PERP_LCP_FISCHER = 3, /* semismooth Newton on the Fischer-Burmeister function */
-    PERP_LCP_POLISH = 4   /* only ever reported: the active set of z0 already solved the problem */
+    PERP_LCP_POLISH = 4,  /* only ever reported: the active set of z0 already solved the problem */
+    PERP_LCP_ACTIVE_SET = 5 /* primal-dual active sets; a few factorisations; P-matrices */
 };
 
 /* How Lemke's method chooses among the rows that tie in the ratio test. Values never change. */
 enum perp_pivot_rule_value {
     PERP_PIVOT_HARRIS = 0,       /* largest pivot within an absolute tolerance; restarts on a ray */
     PERP_PIVOT_LEXICOGRAPHIC = 1 /* the textbook rule with its termination proof; no restarts */
+};
+
+/* The order in which pgs visits the rows. Values never change. */
+enum perp_sweep_value {
+    PERP_SWEEP_FORWARD = 0,
+    PERP_SWEEP_SYMMETRIC = 1 /* forward, then backward: two sweeps */
+};
+
+/* What pgs does between sweeps. Values never change. */
+enum perp_acceleration_value {
+    PERP_ACCELERATION_NONE = 0,
+    PERP_ACCELERATION_CONJUGATE_GRADIENT = 1 /* nonsmooth nonlinear conjugate gradients */
 };
 
 /* What a ray proves. Values never change. */
@@ -67,9 +80,13 @@ typedef struct perp_lcp_settings {
     int32_t pivot_rule;       /* lemke: PERP_PIVOT_...; default PERP_PIVOT_HARRIS */
     int32_t scaling;          /* 1 (default): equilibrate by powers of two; 0: use M as it is */
     int32_t polish;           /* 1 (default): re-solve the final active set; 0: leave it */
-    int32_t reserved;         /* 0 */
+    int32_t crash;            /* lemke: 1 (default): start from a basis found by active sets
+                                 where that pays; 0: from the caller's problem as it is */
     perp_lcp_monitor monitor; /* NULL (default): none */
     void *monitor_user;
+    int32_t sweep;        /* pgs: PERP_SWEEP_...; default forward */
+    int32_t acceleration; /* pgs: PERP_ACCELERATION_...; default none */
+    double penalty; /* fischer: weight of max(a,0) max(b,0), in [0, 1); default 0: plain phi */
 } perp_lcp_settings;
 
 typedef struct perp_lcp_result {
@@ -89,7 +106,8 @@ typedef struct perp_lcp_result {
 PERP_API perp_status perp_lcp_settings_init(perp_lcp_settings *settings, size_t size);
 PERP_API perp_status perp_lcp_result_init(perp_lcp_result *result, size_t size);
 
-/* Returns "auto", "lemke", "pgs", "fischer", "polish"; "unknown method" otherwise. Static. */
+/* Returns "auto", "lemke", "pgs", "fischer", "polish", "active_set"; "unknown method" otherwise.
+ * Static. */
 PERP_API const char *perp_lcp_method_text(int32_t method);
 
 /* A problem with its workspace. */

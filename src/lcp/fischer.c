@@ -351,5 +351,5 @@ static void release(void *object)
 }
 
 const perp__lcp_method perp__lcp_fischer = {
-    PERP_LCP_FISCHER, sizeof(fischer_work), ATTEMPTS, check, layout, solve, release,
+    PERP_LCP_FISCHER, sizeof(fischer_work), ATTEMPTS, NULL, check, layout, solve, release,
 };

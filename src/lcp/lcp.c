@@ -124,7 +124,7 @@ static perp_status fit(perp_lcp_solver *solver, perp__method_slot *slot)
     return status;
 }
 
-static void present(perp_lcp_solver *solver, const perp__lcp_method *method)
+static void present(perp_lcp_solver *solver, int32_t method)
 {
     perp__lcp_problem *p = &solver->problem;
 
@@ -140,16 +140,19 @@ static void present(perp_lcp_solver *solver, const perp__lcp_method *method)
     p->settings = &solver->settings;
     p->iteration_limit = solver->settings.max_iterations;
     p->control = &solver->control;
-    solver->control.method = method->id;
+    solver->control.method = method;
 }
 
 static perp__method_slot *slot_of(perp_lcp_solver *solver, int32_t method)
 {
     int32_t k;
 
-    for (k = 0; k < PERP__METHODS; k++)
-        if (solver->slots[k].method->id == method)
+    for (k = 0; k < PERP__METHODS; k++) {
+        const perp__lcp_method *candidate = solver->slots[k].method;
+
+        if (candidate->id == method && (!candidate->suits || candidate->suits(&solver->problem)))
             return &solver->slots[k];
+    }
     return NULL;
 }
 
@@ -221,11 +224,17 @@ static int32_t ends_the_search(const perp_lcp_solver *solver)
  * only if another covering vector ends in a verified ray too. */
 static perp_status run(perp_lcp_solver *solver, int32_t method, const double *z0)
 {
-    perp__method_slot *slot = slot_of(solver, method);
-    int32_t attempts = slot->method->attempts, attempt;
+    perp__method_slot *slot;
+    int32_t attempts, attempt;
     perp_status status;
 
-    present(solver, slot->method);
+    present(solver, method);
+    slot = slot_of(solver, method);
+    if (!slot)
+        return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                          "settings.method %s cannot take this problem",
+                          perp_lcp_method_text(method));
+    attempts = slot->method->attempts;
     status = slot->method->check(&solver->problem);
     if (status == PERP_OK)
         status = fit(solver, slot);

@@ -278,5 +278,5 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
 }
 
 const perp__lcp_method perp__lcp_lemke = {
-    PERP_LCP_LEMKE, sizeof(perp__lemke), ATTEMPTS, check, layout, solve, NULL,
+    PERP_LCP_LEMKE, sizeof(perp__lemke), ATTEMPTS, NULL, check, layout, solve, NULL,
 };

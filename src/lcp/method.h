@@ -52,6 +52,9 @@ typedef struct perp__lcp_method {
     int32_t id;       /* PERP_LCP_... */
     size_t work_size; /* bytes of the method's own workspace struct */
     int32_t attempts; /* how often it may start afresh (iterate->attempt) before it has failed */
+    /* True where this method is the one for its id: dense and sparse problems may have one each.
+     * NULL: always. Asked in the order of the solver's table, once a problem is set up. */
+    int32_t (*suits)(const perp__lcp_problem *problem);
     /* Checks that the method can take the problem: PERP_OK, or PERP_ERROR_ARGUMENT with a
      * message.*/
     perp_status (*check)(const perp__lcp_problem *problem);

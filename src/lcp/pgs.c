@@ -214,5 +214,5 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     return PERP_OK;
 }
 
-const perp__lcp_method perp__lcp_pgs = {PERP_LCP_PGS, sizeof(pgs_work), 1, check, layout, solve,
-                                        NULL};
+const perp__lcp_method perp__lcp_pgs = {PERP_LCP_PGS, sizeof(pgs_work), 1,     NULL,
+                                        check,        layout,           solve, NULL};

@@ -15,6 +15,7 @@ perp_status perp_lcp_settings_init(perp_lcp_settings *settings, size_t size)
         settings->relaxation = 1.0;
         settings->scaling = 1;
         settings->polish = 1;
+        settings->crash = 1;
     }
     return status;
 }
@@ -26,9 +27,9 @@ perp_status perp_lcp_result_init(perp_lcp_result *result, size_t size)
 
 const char *perp_lcp_method_text(int32_t method)
 {
-    static const char *const texts[] = {"auto", "lemke", "pgs", "fischer", "polish"};
+    static const char *const texts[] = {"auto", "lemke", "pgs", "fischer", "polish", "active_set"};
 
-    return method >= 0 && method <= PERP_LCP_POLISH ? texts[method] : "unknown method";
+    return method >= 0 && method <= PERP_LCP_ACTIVE_SET ? texts[method] : "unknown method";
 }
 
 static perp_status check_flag(perp_context *context, const char *name, int32_t flag)
@@ -39,13 +40,42 @@ static perp_status check_flag(perp_context *context, const char *name, int32_t f
                       (int)flag);
 }
 
+static perp_status check_choice(perp_context *context, const char *name, int32_t choice,
+                                int32_t last)
+{
+    if (choice >= 0 && choice <= last)
+        return PERP_OK;
+    return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.%s is %d, which is none", name,
+                      (int)choice);
+}
+
+static perp_status check_choices(perp_context *context, const perp_lcp_settings *own)
+{
+    perp_status status = PERP_OK;
+
+    if (own->method == PERP_LCP_POLISH)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                            "settings.method is %d, which is only ever reported", own->method);
+    if (status == PERP_OK)
+        status = check_choice(context, "method", own->method, PERP_LCP_ACTIVE_SET);
+    if (status == PERP_OK)
+        status = check_choice(context, "pivot_rule", own->pivot_rule, PERP_PIVOT_LEXICOGRAPHIC);
+    if (status == PERP_OK)
+        status = check_choice(context, "sweep", own->sweep, PERP_SWEEP_SYMMETRIC);
+    if (status == PERP_OK)
+        status = check_choice(context, "acceleration", own->acceleration,
+                              PERP_ACCELERATION_CONJUGATE_GRADIENT);
+    return status;
+}
+
 static perp_status check_numbers(perp_context *context, const perp_lcp_settings *own)
 {
-    if (isnan(own->tol) || isnan(own->time_limit) || isnan(own->relaxation))
+    if (isnan(own->tol) || isnan(own->time_limit) || isnan(own->relaxation) || isnan(own->penalty))
         return perp__fail(context, PERP_ERROR_NOT_FINITE, "settings.%s is nan",
                           isnan(own->tol)          ? "tol"
                           : isnan(own->time_limit) ? "time_limit"
-                                                   : "relaxation");
+                          : isnan(own->relaxation) ? "relaxation"
+                                                   : "penalty");
     if (!(own->tol > 0.0) || !isfinite(own->tol))
         return perp__fail(context, PERP_ERROR_ARGUMENT,
                           "settings.tol is %g, expected a number above 0", own->tol);
@@ -57,6 +87,9 @@ static perp_status check_numbers(perp_context *context, const perp_lcp_settings 
         return perp__fail(context, PERP_ERROR_ARGUMENT,
                           "settings.relaxation is %g, expected a number in (0, 2)",
                           own->relaxation);
+    if (!(own->penalty >= 0.0 && own->penalty < 1.0))
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "settings.penalty is %g, expected a number in [0, 1)", own->penalty);
     return PERP_OK;
 }
 
@@ -69,26 +102,20 @@ perp_status perp__lcp_settings_read(perp_context *context, perp_lcp_settings *ow
     if (status == PERP_OK)
         status = perp__struct_read(context, "settings", &read, sizeof read, settings,
                                    PERP__LCP_SETTINGS_FIRST);
-    if (status == PERP_OK && (read.method < PERP_LCP_AUTO || read.method > PERP_LCP_FISCHER))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "settings.method is %d, which is none",
-                            (int)read.method);
+    if (status == PERP_OK)
+        status = check_choices(context, &read);
     if (status == PERP_OK && read.max_iterations < 0)
         status = perp__fail(context, PERP_ERROR_ARGUMENT,
                             "settings.max_iterations is %d, expected a count, or 0 for the default",
                             (int)read.max_iterations);
     if (status == PERP_OK)
         status = check_numbers(context, &read);
-    if (status == PERP_OK && read.pivot_rule != PERP_PIVOT_HARRIS &&
-        read.pivot_rule != PERP_PIVOT_LEXICOGRAPHIC)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "settings.pivot_rule is %d, which is none", (int)read.pivot_rule);
     if (status == PERP_OK)
         status = check_flag(context, "scaling", read.scaling);
     if (status == PERP_OK)
         status = check_flag(context, "polish", read.polish);
-    if (status == PERP_OK && read.reserved != 0)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "settings.reserved is %d, expected 0",
-                            (int)read.reserved);
+    if (status == PERP_OK)
+        status = check_flag(context, "crash", read.crash);
     if (status == PERP_OK)
         *own = read;
     return status;

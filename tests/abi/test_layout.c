@@ -59,7 +59,7 @@ static void test_lcp_progress(void **state)
 static void test_lcp_settings(void **state)
 {
     (void)state;
-    SIZE(perp_lcp_settings, 72);
+    SIZE(perp_lcp_settings, 88);
     FIELD(perp_lcp_settings, struct_size, 0, 8);
     FIELD(perp_lcp_settings, method, 8, 4);
     FIELD(perp_lcp_settings, max_iterations, 12, 4);
@@ -69,9 +69,12 @@ static void test_lcp_settings(void **state)
     FIELD(perp_lcp_settings, pivot_rule, 40, 4);
     FIELD(perp_lcp_settings, scaling, 44, 4);
     FIELD(perp_lcp_settings, polish, 48, 4);
-    FIELD(perp_lcp_settings, reserved, 52, 4);
+    FIELD(perp_lcp_settings, crash, 52, 4);
     FIELD(perp_lcp_settings, monitor, 56, 8);
     FIELD(perp_lcp_settings, monitor_user, 64, 8);
+    FIELD(perp_lcp_settings, sweep, 72, 4);
+    FIELD(perp_lcp_settings, acceleration, 76, 4);
+    FIELD(perp_lcp_settings, penalty, 80, 8);
 }
 
 static void test_lcp_result(void **state)

@@ -111,7 +111,12 @@ CASE(relaxation_nan, c->s.settings.relaxation = NAN)
 CASE(rule_unknown, c->s.settings.pivot_rule = 2)
 CASE(scaling_two, c->s.settings.scaling = 2)
 CASE(polish_negative, c->s.settings.polish = -1)
-CASE(settings_reserved, c->s.settings.reserved = 1)
+CASE(settings_method_polish, c->s.settings.method = PERP_LCP_POLISH)
+CASE(settings_crash, c->s.settings.crash = 2)
+CASE(settings_sweep, c->s.settings.sweep = -1)
+CASE(settings_acceleration, c->s.settings.acceleration = 2)
+CASE(settings_penalty, c->s.settings.penalty = 1.0)
+CASE(settings_penalty_nan, c->s.settings.penalty = NAN)
 CASE(matrix_null, c->matrix = NULL)
 CASE(matrix_not_initialised, c->M.view.struct_size = 0)
 CASE(matrix_too_small, c->M.view.struct_size = sizeof(perp_matrix) - 1)
@@ -191,7 +196,12 @@ static const refusal refusals[] = {
     {rule_unknown, ARGUMENT, {"settings.pivot_rule", "2"}},
     {scaling_two, ARGUMENT, {"settings.scaling", "2"}},
     {polish_negative, ARGUMENT, {"settings.polish", "-1"}},
-    {settings_reserved, ARGUMENT, {"settings.reserved", "1"}},
+    {settings_method_polish, ARGUMENT, {"settings.method", "4"}},
+    {settings_crash, ARGUMENT, {"settings.crash", "2"}},
+    {settings_sweep, ARGUMENT, {"settings.sweep", "-1"}},
+    {settings_acceleration, ARGUMENT, {"settings.acceleration", "2"}},
+    {settings_penalty, ARGUMENT, {"settings.penalty", "1"}},
+    {settings_penalty_nan, NOT_FINITE, {"settings.penalty", "nan"}},
     {matrix_null, ARGUMENT, {"M", "NULL"}},
     {matrix_not_initialised, ABI, {"M", "struct_size"}},
     {matrix_too_small, ABI, {"M", "struct_size"}},

@@ -20,6 +20,8 @@ from ._structures import LcpResult as CResult
 
 _METHOD_CODES = {word: code for code, word in METHODS.items()}
 _PIVOT_RULE_CODES = {"harris": 0, "lexicographic": 1}
+_SWEEP_CODES = {"forward": 0, "symmetric": 1}
+_ACCELERATION_CODES = {"none": 0, "conjugate_gradient": 1}
 _NO_MONITOR = LcpMonitor()
 
 
@@ -84,6 +86,10 @@ def _fill(
     pivot_rule: str,
     scaling: bool,
     polish: bool,
+    crash: bool,
+    sweep: str,
+    acceleration: str,
+    penalty: float,
 ) -> None:
     settings.method = code(method, _METHOD_CODES, "method")
     settings.max_iterations = count(max_iterations, "max_iterations")
@@ -93,6 +99,10 @@ def _fill(
     settings.pivot_rule = code(pivot_rule, _PIVOT_RULE_CODES, "pivot_rule")
     settings.scaling = 1 if scaling else 0
     settings.polish = 1 if polish else 0
+    settings.crash = 1 if crash else 0
+    settings.sweep = code(sweep, _SWEEP_CODES, "sweep")
+    settings.acceleration = code(acceleration, _ACCELERATION_CODES, "acceleration")
+    settings.penalty = penalty
 
 
 def _answer(
@@ -156,6 +166,10 @@ def lcp(
     pivot_rule: str = "harris",
     scaling: bool = True,
     polish: bool = True,
+    crash: bool = True,
+    sweep: str = "forward",
+    acceleration: str = "none",
+    penalty: float = 0.0,
 ) -> LcpResult:
     """Finds z in [lower, upper] with w = M z + q such that, for every i, w[i] >= 0 where z[i] is
     at its lower bound, w[i] <= 0 at its upper bound, and w[i] = 0 between.
@@ -165,13 +179,16 @@ def lcp(
     q: (n,).
     lower, upper: (n,), or a number for all; None is 0 and +inf. Infinite bounds are allowed.
     z0: (n,), a start (pgs, fischer) or a guess of the solution that is tried first (lemke).
-    method: "auto", "lemke", "pgs" (needs a positive diagonal) or "fischer".
+    method: "auto", "lemke", "pgs" (needs a positive diagonal), "fischer" or "active_set".
     tol: the residual (dimensionless) that counts as solved.
     max_iterations, time_limit (seconds): None is the method's own limit, and none.
     monitor: called with an object that has method, iterations and residual as the solve goes on;
         a true answer stops it (outcome "stopped"), an exception ends the call.
     relaxation: of pgs, in (0, 2).  pivot_rule: of lemke, "harris" or "lexicographic".
     scaling: equilibrate M by powers of two.  polish: re-solve the final active set.
+    crash: of lemke, start from a basis found by active sets where that pays.
+    sweep: of pgs, "forward" or "symmetric".  acceleration: of pgs, "none" or "conjugate_gradient".
+    penalty: of fischer, the weight of max(a,0) max(b,0), in [0, 1); 0 is the plain function.
 
     Returns an LcpResult: check its `ok` or its `outcome`. Raises Error where the call itself did
     not make sense; ValueError catches bad arguments.
@@ -190,6 +207,10 @@ def lcp(
             pivot_rule,
             scaling,
             polish,
+            crash,
+            sweep,
+            acceleration,
+            penalty,
         )
         n, entries, owner = _arrays.view(call.matrix, M)
         offset = _arrays.vector(q, "q", n)
@@ -257,6 +278,10 @@ class LCP(Handle):
         pivot_rule: str = "harris",
         scaling: bool = True,
         polish: bool = True,
+        crash: bool = True,
+        sweep: str = "forward",
+        acceleration: str = "none",
+        penalty: float = 0.0,
     ) -> None:
         self._settings = sized(LcpSettings)
         _fill(
@@ -269,6 +294,10 @@ class LCP(Handle):
             pivot_rule,
             scaling,
             polish,
+            crash,
+            sweep,
+            acceleration,
+            penalty,
         )
         self._monitor = monitor
         self._watch = Watch(monitor)

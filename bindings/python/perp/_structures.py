@@ -96,9 +96,12 @@ class LcpSettings(Structure):
         ("pivot_rule", c_int32),
         ("scaling", c_int32),
         ("polish", c_int32),
-        ("reserved", c_int32),
+        ("crash", c_int32),
         ("monitor", LcpMonitor),
         ("monitor_user", c_void_p),
+        ("sweep", c_int32),
+        ("acceleration", c_int32),
+        ("penalty", c_double),
     ]
 
 
