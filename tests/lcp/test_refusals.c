@@ -201,7 +201,7 @@ static const refusal refusals[] = {
     {settings_sweep, ARGUMENT, {"settings.sweep", "-1"}},
     {settings_acceleration, ARGUMENT, {"settings.acceleration", "2"}},
     {settings_penalty, ARGUMENT, {"settings.penalty", "1"}},
-    {settings_penalty_nan, NOT_FINITE, {"settings.penalty", "nan"}},
+    {settings_penalty_nan, INFINITE, {"settings.penalty", "nan"}},
     {matrix_null, ARGUMENT, {"M", "NULL"}},
     {matrix_not_initialised, ABI, {"M", "struct_size"}},
     {matrix_too_small, ABI, {"M", "struct_size"}},
