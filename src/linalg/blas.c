@@ -16,9 +16,14 @@ void dgemv_(const char *trans, const int *m, const int *n, const double *alpha, 
 void dgetrf_(const int *m, const int *n, double *A, const int *lda, int *pivots, int *info);
 void dgetrs_(const char *trans, const int *n, const int *columns, const double *A, const int *lda,
              const int *pivots, double *B, const int *ldb, int *info, size_t trans_length);
+void dpotrf_(const char *uplo, const int *n, double *A, const int *lda, int *info,
+             size_t uplo_length);
+void dpotrs_(const char *uplo, const int *n, const int *columns, const double *A, const int *lda,
+             double *B, const int *ldb, int *info, size_t uplo_length);
 
-/* Multiplications below which the loops win, and the size for LU (measured against OpenBLAS). */
-enum { SMALL_GEMM = 1000, SMALL_GEMV = 400, SMALL_LU = 48 };
+/* Multiplications below which the loops win, and the sizes for LU and Cholesky (measured against
+ * OpenBLAS). */
+enum { SMALL_GEMM = 1000, SMALL_GEMV = 400, SMALL_LU = 48, SMALL_CHOLESKY = 32 };
 
 static const int one = 1;
 static const double minus_one = -1.0, plus_one = 1.0;
@@ -74,6 +79,39 @@ void perp__lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivo
         perp__loops_lu_solve(n, A, lda, pivots, x, transposed);
     else
         dgetrs_(transposed ? "T" : "N", &n, &one, A, &lda, pivots, x, &n, &info, 1);
+}
+
+void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t lda,
+                            const int32_t *pivots, double *B, int32_t ldb, int32_t transposed)
+{
+    int info = 0;
+    int32_t j;
+
+    if (n > SMALL_LU)
+        dgetrs_(transposed ? "T" : "N", &n, &columns, A, &lda, pivots, B, &ldb, &info, 1);
+    for (j = 0; n <= SMALL_LU && j < columns; j++)
+        perp__loops_lu_solve(n, A, lda, pivots, B + (size_t)j * (size_t)ldb, transposed);
+}
+
+int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda)
+{
+    int info = 0;
+
+    if (n <= SMALL_CHOLESKY)
+        return perp__loops_cholesky(n, A, lda);
+    dpotrf_("L", &n, A, &lda, &info, 1);
+    return info;
+}
+
+void perp__cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t lda, double *B,
+                          int32_t ldb)
+{
+    int info = 0;
+
+    if (n <= SMALL_CHOLESKY)
+        perp__loops_cholesky_solve(n, columns, L, lda, B, ldb);
+    else
+        dpotrs_("L", &n, &columns, L, &lda, B, &ldb, &info, 1);
 }
 
 /* int32_t is passed where Fortran's default INTEGER, C's int, is expected. */

@@ -21,6 +21,15 @@ int32_t perp__lu_factor(int32_t n, double *A, int32_t lda, int32_t *pivots);
 /* x := A^-1 x, or A^-T x. */
 void perp__lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
                     int32_t transposed);
+/* B := A^-1 B, or A^-T B; B has `columns` columns. */
+void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t lda,
+                            const int32_t *pivots, double *B, int32_t ldb, int32_t transposed);
+/* A = L L' by the lower triangle of A, which L replaces; the rest of A is neither read nor written.
+ * Returns 0, or the 1-based index of the first pivot that is not positive. */
+int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda);
+/* B := A^-1 B with that L; B has `columns` columns. */
+void perp__cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t lda, double *B,
+                          int32_t ldb);
 /* 1 / cond_1 from the factors and the 1-norm of A; work: 4 n doubles, iwork: n. */
 double perp__lu_condition(int32_t n, const double *A, int32_t lda, double norm_1, double *work,
                           int32_t *iwork);

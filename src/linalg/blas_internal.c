@@ -89,3 +89,68 @@ void perp__lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivo
 {
     perp__loops_lu_solve(n, A, lda, pivots, x, transposed);
 }
+
+void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t lda,
+                            const int32_t *pivots, double *B, int32_t ldb, int32_t transposed)
+{
+    int32_t j;
+
+    for (j = 0; j < columns; j++)
+        perp__loops_lu_solve(n, A, lda, pivots, B + at(0, j, ldb), transposed);
+}
+
+/* A(k:, k:next) -= L(k:, :k) L(k:next, :k)', the second factor copied in slices. */
+static void subtract_square(int32_t n, int32_t k, int32_t width, double *A, int32_t lda)
+{
+    double slice[DEPTH * PANEL];
+    int32_t p, i, j;
+
+    for (p = 0; p < k; p += DEPTH) {
+        const int32_t depth = smaller(DEPTH, k - p);
+
+        for (i = 0; i < depth; i++)
+            for (j = 0; j < width; j++)
+                slice[at(i, j, DEPTH)] = A[at(k + j, p + i, lda)];
+        perp__gemm_subtract(n - k, width, depth, A + at(k, p, lda), lda, slice, DEPTH,
+                            A + at(k, k, lda), lda);
+    }
+}
+
+/* Left-looking: bring a panel up to date, factor its square, divide the rows below by that. The
+ * panel's strict upper triangle is put aside meanwhile. */
+int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda)
+{
+    double above[PANEL * PANEL];
+    int32_t k, i, j, p;
+
+    for (k = 0; k < n; k += PANEL) {
+        const int32_t width = smaller(PANEL, n - k);
+        double *square = A + at(k, k, lda), *below = square + width;
+        int32_t found;
+
+        for (j = 0; j < width; j++)
+            for (i = 0; i < j; i++)
+                above[at(i, j, PANEL)] = square[at(i, j, lda)];
+        subtract_square(n, k, width, A, lda);
+        for (j = 0; j < width; j++)
+            for (i = 0; i < j; i++)
+                square[at(i, j, lda)] = above[at(i, j, PANEL)];
+        found = perp__loops_cholesky(width, square, lda);
+        if (found != 0)
+            return k + found;
+        for (j = 0; j < width; j++) {
+            double *column = below + at(0, j, lda);
+
+            perp__loops_gemv_subtract(n - k - width, j, below, lda, square + j, lda, column);
+            for (p = 0; p < n - k - width; p++)
+                column[p] /= square[at(j, j, lda)];
+        }
+    }
+    return 0;
+}
+
+void perp__cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t lda, double *B,
+                          int32_t ldb)
+{
+    perp__loops_cholesky_solve(n, columns, L, lda, B, ldb);
+}

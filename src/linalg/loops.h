@@ -23,5 +23,9 @@ void perp__loops_solve_unit_lower(int32_t n, int32_t columns, const double *A, i
 /* x := A^-1 x, or A^-T x. */
 void perp__loops_lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
                           int32_t transposed);
+/* A = L L' and B := A^-1 B as in blas.h. */
+int32_t perp__loops_cholesky(int32_t n, double *A, int32_t lda);
+void perp__loops_cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t lda, double *B,
+                                int32_t ldb);
 
 #endif
