@@ -1,5 +1,5 @@
-/* Factorisations of square matrices behind five functions: analyse, factor, solve, condition,
- * destroy. Dense by LAPACK, sparse by KLU; with GPL=1 also UMFPACK and CHOLMOD. */
+/* Factorisations of square matrices behind six functions: analyse, reanalyse, factor, solve,
+ * condition, destroy. Dense by LAPACK, sparse by KLU; with GPL=1 also UMFPACK and CHOLMOD. */
 #ifndef PERP_LINALG_FACTOR_H
 #define PERP_LINALG_FACTOR_H
 
@@ -25,6 +25,10 @@ typedef struct perp__factor_type {
     int32_t positive_definite; /* symmetric positive definite matrices only */
     /* Allocates for matrices of this size and pattern (values are ignored). PERP_OK or _MEMORY. */
     perp_status (*analyse)(perp_context *context, perp__factor **factor, const perp__square *A);
+    /* Takes A's pattern instead, of an order no larger than the one analysed first; the factors are
+     * gone. Asks the context for no memory. PERP_OK, or PERP_ERROR_MEMORY of a third party: the
+     * factor then holds a matrix of order 0 and may be tried again. */
+    perp_status (*reanalyse)(perp__factor *factor, const perp__square *A);
     /* Factors values with the analysed pattern; A is not kept. keep_pivots: refactors with the
      * pivots of the last time where they still serve, cheaper, but then the last bits depend on
      * what was factored before. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */

@@ -52,6 +52,22 @@ static cholmod_sparse view_of(const perp__square *A)
     return view;
 }
 
+static perp_status reanalyse(perp__factor *factor, const perp__square *A)
+{
+    cholmod_free_factor(&factor->L, &factor->common);
+    factor->ready = 0;
+    factor->n = A->n;
+    if (A->n > 0) {
+        cholmod_sparse view = view_of(A);
+
+        factor->L = cholmod_analyze(&view, &factor->common);
+    }
+    if (A->n == 0 || factor->L)
+        return PERP_OK;
+    factor->n = 0;
+    return perp__fail_memory(factor->context, "a sparse factorisation");
+}
+
 static perp_status analyse(perp_context *context, perp__factor **factor, const perp__square *A)
 {
     perp__factor *made = perp__allocate(context, 1, sizeof *made);
@@ -60,17 +76,11 @@ static perp_status analyse(perp_context *context, perp__factor **factor, const p
         return perp__fail_memory(context, "a sparse factorisation");
     memset(made, 0, sizeof *made);
     made->context = context;
-    made->n = A->n;
     cholmod_start(&made->common);
     made->common.print = 0;
     made->common.final_ll = 1; /* LL', which ends at a pivot that is not positive; LDL' does not */
     made->work = perp__allocate(context, 2 * (size_t)A->n, sizeof *made->work);
-    if (made->work && A->n > 0) {
-        cholmod_sparse view = view_of(A);
-
-        made->L = cholmod_analyze(&view, &made->common);
-    }
-    if (!made->work || (A->n > 0 && !made->L)) {
+    if (!made->work || reanalyse(made, A) != PERP_OK) {
         destroy(made);
         return perp__fail_memory(context, "a sparse factorisation");
     }
@@ -149,5 +159,5 @@ static double condition(perp__factor *factor, const perp__square *A)
 }
 
 const perp__factor_type perp__factor_cholmod = {
-    "cholmod", 1, 1, analyse, factor_values, solve, condition, destroy,
+    "cholmod", 1, 1, analyse, reanalyse, factor_values, solve, condition, destroy,
 };

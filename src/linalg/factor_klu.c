@@ -32,6 +32,22 @@ static void destroy(perp__factor *factor)
     perp__release(factor->context, factor);
 }
 
+static perp_status reanalyse(perp__factor *factor, const perp__square *A)
+{
+    klu_free_numeric(&factor->numeric, &factor->common);
+    klu_free_symbolic(&factor->symbolic, &factor->common);
+    factor->n = A->n;
+    if (A->n == 0)
+        return PERP_OK;
+    /* KLU reads the pattern only, but does not say so in its types */
+    factor->symbolic =
+        klu_analyze(A->n, (int *)A->column_starts, (int *)A->row_indices, &factor->common);
+    if (factor->symbolic)
+        return PERP_OK;
+    factor->n = 0;
+    return perp__fail_memory(factor->context, "a sparse factorisation");
+}
+
 static perp_status analyse(perp_context *context, perp__factor **factor, const perp__square *A)
 {
     perp__factor *made = perp__allocate(context, 1, sizeof *made);
@@ -40,14 +56,9 @@ static perp_status analyse(perp_context *context, perp__factor **factor, const p
         return perp__fail_memory(context, "a sparse factorisation");
     memset(made, 0, sizeof *made);
     made->context = context;
-    made->n = A->n;
     klu_defaults(&made->common);
     made->work = perp__allocate(context, 2 * (size_t)A->n, sizeof *made->work);
-    /* KLU reads the pattern only, but does not say so in its types */
-    if (made->work && A->n > 0)
-        made->symbolic =
-            klu_analyze(A->n, (int *)A->column_starts, (int *)A->row_indices, &made->common);
-    if (!made->work || (A->n > 0 && !made->symbolic)) {
+    if (!made->work || reanalyse(made, A) != PERP_OK) {
         destroy(made);
         return perp__fail_memory(context, "a sparse factorisation");
     }
@@ -126,5 +137,5 @@ static double condition(perp__factor *factor, const perp__square *A)
 }
 
 const perp__factor_type perp__factor_klu = {
-    "klu", 1, 0, analyse, factor_values, solve, condition, destroy,
+    "klu", 1, 0, analyse, reanalyse, factor_values, solve, condition, destroy,
 };

@@ -52,6 +52,13 @@ static perp_status analyse(perp_context *context, perp__factor **factor, const p
     return PERP_OK;
 }
 
+static perp_status reanalyse(perp__factor *factor, const perp__square *A)
+{
+    factor->n = A->n;
+    factor->singular = 1; /* until factored */
+    return PERP_OK;
+}
+
 static perp_status factor_values(perp__factor *factor, const perp__square *A, int32_t keep_pivots)
 {
     const size_t n = (size_t)factor->n;
@@ -81,5 +88,5 @@ static double condition(perp__factor *factor, const perp__square *A)
 }
 
 const perp__factor_type perp__factor_lapack = {
-    "lapack", 0, 0, analyse, factor_values, solve, condition, destroy,
+    "lapack", 0, 0, analyse, reanalyse, factor_values, solve, condition, destroy,
 };

@@ -30,6 +30,20 @@ static void destroy(perp__factor *factor)
     perp__release(factor->context, factor);
 }
 
+static perp_status reanalyse(perp__factor *factor, const perp__square *A)
+{
+    umfpack_di_free_numeric(&factor->numeric);
+    umfpack_di_free_symbolic(&factor->symbolic);
+    factor->n = A->n;
+    if (A->n > 0)
+        umfpack_di_symbolic(A->n, A->n, A->column_starts, A->row_indices, NULL, &factor->symbolic,
+                            factor->control, factor->info);
+    if (A->n == 0 || factor->symbolic)
+        return PERP_OK;
+    factor->n = 0;
+    return perp__fail_memory(factor->context, "a sparse factorisation");
+}
+
 static perp_status analyse(perp_context *context, perp__factor **factor, const perp__square *A)
 {
     const size_t n = (size_t)A->n;
@@ -39,15 +53,11 @@ static perp_status analyse(perp_context *context, perp__factor **factor, const p
         return perp__fail_memory(context, "a sparse factorisation");
     memset(made, 0, sizeof *made);
     made->context = context;
-    made->n = A->n;
     umfpack_di_defaults(made->control);
     made->control[UMFPACK_IRSTEP] = 0; /* the caller refines, in doubled precision */
     made->work = perp__allocate(context, 4 * n, sizeof *made->work);
     made->iwork = perp__allocate(context, n, sizeof *made->iwork);
-    if (made->work && made->iwork && n > 0)
-        umfpack_di_symbolic(A->n, A->n, A->column_starts, A->row_indices, NULL, &made->symbolic,
-                            made->control, made->info);
-    if (!made->work || !made->iwork || (n > 0 && !made->symbolic)) {
+    if (!made->work || !made->iwork || reanalyse(made, A) != PERP_OK) {
         destroy(made);
         return perp__fail_memory(context, "a sparse factorisation");
     }
@@ -108,5 +118,5 @@ static double condition(perp__factor *factor, const perp__square *A)
 }
 
 const perp__factor_type perp__factor_umfpack = {
-    "umfpack", 1, 0, analyse, factor_values, solve, condition, destroy,
+    "umfpack", 1, 0, analyse, reanalyse, factor_values, solve, condition, destroy,
 };
