@@ -145,6 +145,8 @@ EXAMPLE_OBJECTS := $(EXAMPLE_SOURCES:%.c=$(B)/obj/%.o)
 EXAMPLE_HELPER_OBJECTS := $(EXAMPLE_HELPERS:%.c=$(B)/obj/%.o)
 
 BENCH_SOURCES := $(sort $(wildcard bench/*.c))
+BENCH_HELPERS := $(sort $(wildcard tests/scene*.c)) tests/gen_base.c
+BENCH_HELPER_OBJECTS := $(BENCH_HELPERS:%.c=$(B)/obj/%.o)
 BENCHES := $(BENCH_SOURCES:%.c=$(B)/%)
 BENCH_OBJECTS := $(BENCH_SOURCES:%.c=$(B)/obj/%.o)
 
@@ -246,9 +248,9 @@ $(EXAMPLES): $(B)/%: $(B)/obj/%.o $(EXAMPLE_HELPER_OBJECTS) $(SHARED) $(B)/link-
 	@mkdir -p $(@D)
 	$(call quietly,LD,$(LINK) -o $@ $< $(EXAMPLE_HELPER_OBJECTS) -L$(B)/lib -lperp -lm $(RPATH))
 
-$(BENCHES): $(B)/%: $(B)/obj/%.o $(SHARED) $(B)/link-flags
+$(BENCHES): $(B)/%: $(B)/obj/%.o $(BENCH_HELPER_OBJECTS) $(SHARED) $(B)/link-flags
 	@mkdir -p $(@D)
-	$(call quietly,LD,$(LINK) -o $@ $< -L$(B)/lib -lperp -lm -lpthread $(RPATH))
+	$(call quietly,LD,$(LINK) -o $@ $< $(BENCH_HELPER_OBJECTS) -L$(B)/lib -lperp -lm -lpthread $(RPATH))
 
 ## Python: a virtual environment with what the binding's tests and the plots need
 

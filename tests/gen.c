@@ -10,94 +10,6 @@
 
 #include <cmocka.h>
 
-/* ---- random numbers: splitmix64 (Steele, Lea & Flood 2014) --------------------------------- */
-
-void gen_seed(gen_random *random, uint64_t seed)
-{
-    random->state = seed;
-}
-
-uint64_t gen_bits(gen_random *random)
-{
-    uint64_t x = random->state += UINT64_C(0x9e3779b97f4a7c15);
-
-    x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-    x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
-    return x ^ (x >> 31);
-}
-
-double gen_uniform(gen_random *random, double low, double high)
-{
-    return low + (high - low) * ((double)(gen_bits(random) >> 11) * 0x1p-53);
-}
-
-double gen_normal(gen_random *random)
-{
-    double sum = -6.0;
-    int k;
-
-    for (k = 0; k < 12; k++)
-        sum += gen_uniform(random, 0.0, 1.0);
-    return sum;
-}
-
-int32_t gen_integer(gen_random *random, int32_t count)
-{
-    return (int32_t)(gen_bits(random) % (uint64_t)count);
-}
-
-double gen_dyadic(gen_random *random, int32_t limit)
-{
-    return (double)(gen_integer(random, 32 * limit + 1) - 16 * limit) / 16.0;
-}
-
-/* ---- memory -----------------------------------------------------------------------------------
- */
-
-static void *allocate(size_t count, size_t size)
-{
-    void *memory = calloc(count ? count : 1, size);
-
-    if (!memory)
-        fail_msg("no memory for a generated problem");
-    return memory;
-}
-
-void gen_destroy(gen_lcp *problem)
-{
-    free(problem->M);
-    free(problem->column_starts);
-    free(problem->row_indices);
-    free(problem->values);
-    free(problem->q);
-    free(problem->lower);
-    free(problem->upper);
-    free(problem->z);
-    free(problem->w);
-    memset(problem, 0, sizeof *problem);
-}
-
-static void begin(gen_lcp *problem, int32_t n)
-{
-    size_t count = (size_t)n;
-
-    memset(problem, 0, sizeof *problem);
-    problem->n = n;
-    problem->q = allocate(count, sizeof(double));
-    problem->z = allocate(count, sizeof(double));
-    problem->w = allocate(count, sizeof(double));
-}
-
-static void begin_dense(gen_lcp *problem, int32_t n)
-{
-    begin(problem, n);
-    problem->M = allocate((size_t)n * (size_t)n, sizeof(double));
-    assert_int_equal(perp_matrix_init(&problem->view, sizeof problem->view), PERP_OK);
-    assert_int_equal(
-        perp_matrix_dense(&problem->view, PERP_STORAGE_ROW_MAJOR, n, n, problem->M, n > 0 ? n : 1),
-        PERP_OK);
-}
-
 static double *at(gen_lcp *problem, int32_t i, int32_t j)
 {
     return &problem->M[(size_t)i * (size_t)problem->n + (size_t)j];
@@ -109,7 +21,7 @@ static double *at(gen_lcp *problem, int32_t i, int32_t j)
 static void add_gram(gen_lcp *problem, gen_random *random, int32_t rank)
 {
     int32_t n = problem->n, i, j, k;
-    double *row = allocate((size_t)n, sizeof *row);
+    double *row = gen_allocate((size_t)n, sizeof *row);
 
     for (k = 0; k < rank; k++) {
         for (i = 0; i < n; i++)
@@ -152,7 +64,7 @@ static void shuffle(gen_random *random, int32_t *order, int32_t n)
 static void make_triangle(gen_lcp *problem, gen_random *random)
 {
     int32_t n = problem->n, i, j;
-    int32_t *order = allocate((size_t)n, sizeof *order);
+    int32_t *order = gen_allocate((size_t)n, sizeof *order);
 
     shuffle(random, order, n);
     for (i = 0; i < n; i++) {
@@ -255,10 +167,10 @@ void gen_problem(gen_lcp *problem, gen_random *random, int32_t n, int class, int
 {
     int32_t i;
 
-    begin_dense(problem, n);
+    gen_begin_dense(problem, n);
     if (bounds != GEN_PLAIN) {
-        problem->lower = allocate((size_t)n, sizeof(double));
-        problem->upper = allocate((size_t)n, sizeof(double));
+        problem->lower = gen_allocate((size_t)n, sizeof(double));
+        problem->upper = gen_allocate((size_t)n, sizeof(double));
     }
     make_matrix(problem, random, class);
     for (i = 0; i < n; i++)
@@ -273,7 +185,7 @@ void gen_obstacle(gen_lcp *problem, int32_t k)
     int32_t n = 4 * k - 1, i;
     double h = 0.5 / k;
 
-    begin_dense(problem, n);
+    gen_begin_dense(problem, n);
     for (i = 0; i < n; i++) {
         double x = (i + 1) * h - 1.0, beyond = fabs(x) - 0.5;
 
@@ -294,7 +206,7 @@ void gen_hilbert(gen_lcp *problem, int32_t n)
 {
     int32_t i, j;
 
-    begin_dense(problem, n);
+    gen_begin_dense(problem, n);
     for (i = 0; i < n; i++) {
         problem->z[i] = 1.0;
         for (j = 0; j < n; j++)
@@ -307,7 +219,7 @@ void gen_from_integers(gen_lcp *problem, int32_t n, const int *M, const int *q)
 {
     int32_t i, j;
 
-    begin_dense(problem, n);
+    gen_begin_dense(problem, n);
     for (i = 0; i < n; i++) {
         problem->q[i] = q[i];
         for (j = 0; j < n; j++)
@@ -319,9 +231,9 @@ void gen_from_integers(gen_lcp *problem, int32_t n, const int *M, const int *q)
 
 static void begin_csc(gen_lcp *problem, int32_t n, int32_t entries)
 {
-    problem->column_starts = allocate((size_t)n + 1, sizeof(int32_t));
-    problem->row_indices = allocate((size_t)entries, sizeof(int32_t));
-    problem->values = allocate((size_t)entries, sizeof(double));
+    problem->column_starts = gen_allocate((size_t)n + 1, sizeof(int32_t));
+    problem->row_indices = gen_allocate((size_t)entries, sizeof(int32_t));
+    problem->values = gen_allocate((size_t)entries, sizeof(double));
     assert_int_equal(perp_matrix_init(&problem->view, sizeof problem->view), PERP_OK);
     assert_int_equal(perp_matrix_csc(&problem->view, n, n, problem->column_starts,
                                      problem->row_indices, problem->values),
@@ -367,7 +279,7 @@ void gen_obstacle_2d(gen_lcp *problem, int32_t side)
     static const int32_t dx[5] = {0, -1, 0, 1, 0}, dy[5] = {-1, 0, 0, 0, 1};
     int32_t n = side * side, j, k;
 
-    begin(problem, n);
+    gen_begin(problem, n);
     begin_csc(problem, n, 5 * n);
     for (j = 0; j < n; j++) {
         problem->z[j] = bump(j % side, j / side, side);

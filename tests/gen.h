@@ -33,6 +33,12 @@ typedef struct gen_lcp {
 
 void gen_destroy(gen_lcp *problem);
 
+/* For the generators: zeroed memory, or the program ends. */
+void *gen_allocate(size_t count, size_t size);
+/* An empty problem with q, z and w of n entries; with a zero dense M too. */
+void gen_begin(gen_lcp *problem, int32_t n);
+void gen_begin_dense(gen_lcp *problem, int32_t n);
+
 enum gen_class {
     GEN_PD_SYMMETRIC,
     GEN_PD_UNSYMMETRIC,

@@ -3,14 +3,7 @@
 #include "gen.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
 
 enum { DOF = 6, GROUND = -1 };
 
@@ -27,15 +20,6 @@ typedef struct scene {
     double *velocity;     /* bodies x DOF */
     contact *contact;
 } scene;
-
-static void *allocate(size_t count, size_t size)
-{
-    void *memory = calloc(count ? count : 1, size);
-
-    if (!memory)
-        fail_msg("no memory for a generated problem");
-    return memory;
-}
 
 static void unit(gen_random *random, double x[3])
 {
@@ -115,9 +99,9 @@ static void make_scene(scene *s, gen_random *random, const gen_contact_options *
     s->bodies = o->bodies;
     s->contacts = o->contacts;
     s->directions = o->directions;
-    s->inverse_mass = allocate((size_t)o->bodies * DOF, sizeof(double));
-    s->velocity = allocate((size_t)o->bodies * DOF, sizeof(double));
-    s->contact = allocate((size_t)o->contacts, sizeof(contact));
+    s->inverse_mass = gen_allocate((size_t)o->bodies * DOF, sizeof(double));
+    s->velocity = gen_allocate((size_t)o->bodies * DOF, sizeof(double));
+    s->contact = gen_allocate((size_t)o->contacts, sizeof(contact));
     for (b = 0; b < o->bodies; b++) {
         /* the lightest and the heaviest are always there; the others lie between, on a log scale */
         double position = b == 0 ? 0 : b == 1 ? 1 : gen_uniform(random, 0, 1);
@@ -206,17 +190,13 @@ static void assemble(gen_lcp *problem, const scene *s, const int32_t *order)
 void gen_contact(gen_lcp *problem, gen_random *random, const gen_contact_options *options)
 {
     int32_t n = options->contacts * (options->directions + 2), i;
-    size_t count = (size_t)n;
-    int32_t *order = allocate(count, sizeof *order);
+    int32_t *order = gen_allocate((size_t)n, sizeof *order);
     scene s;
 
-    memset(problem, 0, sizeof *problem);
-    problem->n = n;
-    problem->M = allocate(count * count, sizeof(double));
-    problem->q = allocate(count, sizeof(double));
-    assert_int_equal(perp_matrix_init(&problem->view, sizeof problem->view), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&problem->view, PERP_STORAGE_ROW_MAJOR, n, n, problem->M, n),
-                     PERP_OK);
+    gen_begin_dense(problem, n);
+    free(problem->z); /* no solution is recorded */
+    free(problem->w);
+    problem->z = problem->w = NULL;
     make_scene(&s, random, options);
     for (i = 0; i < n; i++)
         order[i] = i;
