@@ -1,0 +1,266 @@
+#include "linalg/sparse_block.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Entries that mirror each other may differ by this much, relative: matrices are often assembled in
+ * an order that rounds the two triangles differently. The solver refines with M itself. */
+#define PERP__ASYMMETRY (8.0 * DBL_EPSILON)
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__sparse_block *b = object;
+    const size_t n = (size_t)b->M->columns;
+    const size_t diagonals = b->kind == PERP__SPARSE_TRIDIAGONAL ? n : 0;
+
+    b->active = perp__arena_take(arena, n, sizeof(int32_t));
+    b->local = perp__arena_take(arena, n, sizeof(int32_t));
+    b->x = perp__arena_take(arena, n, sizeof(double));
+    perp__tridiagonal_layout(arena, &b->T, diagonals);
+    perp__tridiagonal_factor_layout(arena, &b->tridiagonal, diagonals);
+}
+
+static void layout_general(perp__arena *arena, void *object)
+{
+    perp__sparse_block *b = object;
+    const size_t n = (size_t)b->M->columns;
+    const size_t entries = (size_t)b->M->column_starts[n] + n;
+
+    b->starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
+    b->rows = perp__arena_take(arena, entries, sizeof(int32_t));
+    b->values = perp__arena_take(arena, entries, sizeof(double));
+}
+
+static int32_t diagonal_is_positive(const perp__matrix *M)
+{
+    int32_t j, k;
+
+    for (j = 0; j < M->columns; j++) {
+        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            if (M->row_indices[k] >= j)
+                break;
+        if (k == M->column_starts[j + 1] || M->row_indices[k] != j || !(M->values[k] > 0.0))
+            return 0;
+    }
+    return 1;
+}
+
+static int32_t off_diagonal_is_not_positive(const perp__matrix *M)
+{
+    int32_t j, k;
+
+    for (j = 0; j < M->columns; j++)
+        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            if (M->values[k] > 0.0 && M->row_indices[k] != j)
+                return 0;
+    return 1;
+}
+
+/* Columns from left to right meet the mirror images of their entries in the order in which these
+ * are stored: one cursor a column. */
+static int32_t is_symmetric(const perp__matrix *M, int32_t *cursor)
+{
+    const int32_t n = M->columns;
+    int32_t j, k;
+
+    memcpy(cursor, M->column_starts, (size_t)n * sizeof *cursor);
+    for (j = 0; j < n; j++) {
+        for (k = cursor[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+            const double a = M->values[k];
+            double b;
+
+            if (i == j)
+                continue;
+            if (i < j || cursor[i] == M->column_starts[i + 1] || M->row_indices[cursor[i]] != j)
+                return 0; /* no mirror image */
+            b = M->values[cursor[i]++];
+            if (!(fabs(a - b) <= PERP__ASYMMETRY * fabs(a)))
+                return 0;
+        }
+    }
+    return 1;
+}
+
+void perp__sparse_block_init(perp__sparse_block *block, perp_context *context)
+{
+    memset(block, 0, sizeof *block);
+    block->context = context;
+    perp__arena_init(&block->arena, context);
+    perp__arena_init(&block->general_arena, context);
+    perp__arena_init(&block->cholesky.arena, context);
+    perp__arena_init(&block->cholesky.factor_arena, context);
+}
+
+perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M,
+                                    const double *scale)
+{
+    const int32_t positive = diagonal_is_positive(M);
+    perp_status status;
+
+    block->M = M;
+    block->scale = scale;
+    block->factored = 0;
+    block->ordered = 0;
+    block->has_z_signs = positive && off_diagonal_is_not_positive(M);
+    block->kind = perp__is_tridiagonal(M) ? PERP__SPARSE_TRIDIAGONAL : PERP__SPARSE_GENERAL;
+    status = perp__arena_fit(&block->arena, layout, block);
+    if (status != PERP_OK)
+        return status;
+    if (block->kind == PERP__SPARSE_TRIDIAGONAL)
+        perp__tridiagonal_read(&block->T, M, scale);
+    else if (positive && is_symmetric(M, block->local))
+        block->kind = PERP__SPARSE_SYMMETRIC;
+    return PERP_OK;
+}
+
+/* The block in compressed columns. */
+static perp__square extract(perp__sparse_block *b)
+{
+    const perp__matrix *M = b->M;
+    perp__square A;
+    int32_t at = 0, c, k;
+
+    for (k = 0; k < M->columns; k++)
+        b->local[k] = -1;
+    for (k = 0; k < b->count; k++)
+        b->local[b->active[k]] = k;
+    for (c = 0; c < b->count; c++) {
+        const int32_t j = b->active[c];
+        int32_t placed = b->rho == 0.0; /* the diagonal's entry, needed for rho */
+
+        b->starts[c] = at;
+        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+
+            if (b->local[i] < 0)
+                continue;
+            if (!placed && i > j) {
+                b->rows[at] = c;
+                b->values[at++] = b->rho;
+            }
+            placed |= i >= j;
+            b->rows[at] = b->local[i];
+            b->values[at++] = M->values[k] * (b->scale[i] * b->scale[j]) + (i == j ? b->rho : 0.0);
+        }
+        if (!placed) {
+            b->rows[at] = c;
+            b->values[at++] = b->rho;
+        }
+    }
+    b->starts[b->count] = at;
+    A.n = b->count;
+    A.values = b->values;
+    A.column_starts = b->starts;
+    A.row_indices = b->rows;
+    return A;
+}
+
+/* An LU factorisation with room for every block: first it is shown the largest, without fill. */
+static perp_status make_lu(perp__sparse_block *b)
+{
+    const int32_t n = b->M->columns;
+    perp_status status;
+    perp__square diagonal;
+    int32_t i;
+
+    perp__factor_klu.destroy(b->lu);
+    b->lu = NULL;
+    b->lu_capacity = 0;
+    for (i = 0; i < n; i++)
+        b->starts[i] = b->rows[i] = i;
+    b->starts[n] = n;
+    diagonal.n = n;
+    diagonal.values = NULL;
+    diagonal.column_starts = b->starts;
+    diagonal.row_indices = b->rows;
+    status = perp__factor_klu.analyse(b->context, &b->lu, &diagonal);
+    if (status == PERP_OK)
+        b->lu_capacity = n;
+    return status;
+}
+
+static perp_status factor_general(perp__sparse_block *b)
+{
+    perp__square A;
+    perp_status status = perp__arena_fit(&b->general_arena, layout_general, b);
+
+    if (status == PERP_OK && b->lu_capacity < b->M->columns)
+        status = make_lu(b);
+    if (status != PERP_OK)
+        return status;
+    A = extract(b);
+    status = perp__factor_klu.reanalyse(b->lu, &A);
+    return status == PERP_OK ? perp__factor_klu.factor(b->lu, &A, 0) : status;
+}
+
+static perp_status factor_symmetric(perp__sparse_block *b)
+{
+    if (!b->ordered) {
+        perp_status status =
+            perp__sparse_cholesky_analyse(&b->cholesky, b->context, b->M, b->scale);
+
+        if (status != PERP_OK)
+            return status;
+        b->ordered = 1;
+    }
+    b->by_lu = !perp__sparse_cholesky_factor(&b->cholesky, b->active, b->count, b->rho);
+    return b->by_lu ? factor_general(b) : PERP_OK;
+}
+
+perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *active,
+                                      int32_t count, double rho)
+{
+    const size_t bytes = (size_t)count * sizeof *active;
+    perp_status status;
+
+    if (block->factored && block->count == count && block->rho == rho &&
+        (count == 0 || !memcmp(block->active, active, bytes)))
+        return PERP_OK;
+    if (count > 0)
+        memmove(block->active, active, bytes);
+    block->count = count;
+    block->rho = rho;
+    block->by_lu = 0;
+    if (block->kind == PERP__SPARSE_TRIDIAGONAL)
+        status =
+            perp__tridiagonal_factorise(&block->tridiagonal, &block->T, block->active, count, rho)
+                ? PERP_OK
+                : PERP__FACTOR_SINGULAR;
+    else if (block->kind == PERP__SPARSE_SYMMETRIC)
+        status = factor_symmetric(block);
+    else
+        status = factor_general(block);
+    block->factored = status == PERP_OK;
+    return status;
+}
+
+void perp__sparse_block_solve(perp__sparse_block *block, double *x)
+{
+    int32_t k;
+
+    if (block->kind == PERP__SPARSE_SYMMETRIC && !block->by_lu) {
+        perp__sparse_cholesky_solve(&block->cholesky, x);
+        return;
+    }
+    for (k = 0; k < block->count; k++)
+        block->x[k] = x[block->active[k]];
+    if (block->kind == PERP__SPARSE_TRIDIAGONAL)
+        perp__tridiagonal_solve(&block->tridiagonal, block->x);
+    else
+        perp__factor_klu.solve(block->lu, block->x, 0);
+    for (k = 0; k < block->count; k++)
+        x[block->active[k]] = block->x[k];
+}
+
+void perp__sparse_block_release(perp__sparse_block *block)
+{
+    perp__arena_release(&block->arena);
+    perp__arena_release(&block->general_arena);
+    perp__sparse_cholesky_release(&block->cholesky);
+    perp__factor_klu.destroy(block->lu);
+    block->lu = NULL;
+    block->lu_capacity = 0;
+    block->factored = 0;
+}

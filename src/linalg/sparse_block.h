@@ -1,0 +1,62 @@
+/* Principal blocks of one sparse matrix, factored in the cheapest way its structure allows:
+ * tridiagonal elimination, Cholesky, or LU. Factors are kept until another block is asked for. */
+#ifndef PERP_LINALG_SPARSE_BLOCK_H
+#define PERP_LINALG_SPARSE_BLOCK_H
+
+#include "linalg/factor.h"
+#include "linalg/kept_factor.h"
+#include "linalg/sparse_cholesky.h"
+#include "linalg/tridiagonal.h"
+
+enum perp__sparse_kind {
+    PERP__SPARSE_UNKNOWN = 0,
+    PERP__SPARSE_TRIDIAGONAL,
+    PERP__SPARSE_SYMMETRIC, /* with a positive diagonal: Cholesky, or LU where that breaks down */
+    PERP__SPARSE_GENERAL
+};
+
+/* The matrix is S = diag(scale) M diag(scale), scale > 0. */
+typedef struct perp__sparse_block {
+    perp_context *context;
+    const perp__matrix *M;
+    const double *scale;
+    int32_t kind;        /* enum perp__sparse_kind */
+    int32_t has_z_signs; /* S_ii > 0 and S_ij <= 0 for i != j */
+    /* the last factorisation */
+    int32_t factored; /* 1: holds factors */
+    int32_t by_lu;    /* of a symmetric matrix whose block is not positive definite */
+    double rho;
+    int32_t count;
+    int32_t *active; /* n */
+    perp__arena arena;
+    perp__tridiagonal T;
+    perp__tridiagonal_factor tridiagonal;
+    perp__sparse_cholesky cholesky;
+    int32_t ordered; /* the Cholesky factorisation knows this matrix */
+    perp__arena general_arena;
+    int32_t *local, *starts, *rows; /* n; n + 1; entries + n */
+    double *values;
+    double *x; /* n */
+    perp__factor *lu;
+    int32_t lu_capacity;
+} perp__sparse_block;
+
+void perp__sparse_block_init(perp__sparse_block *block, perp_context *context);
+
+/* Takes another matrix (CSC), or the same with other values, and finds out its kind. PERP_OK or
+ * _MEMORY. Cost: one pass over M. */
+perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M,
+                                    const double *scale);
+
+/* Factors S_AA + rho I for A = active[0] < active[1] < ...; nothing to do if these are the factors
+ * it holds. The factors do not depend on what was factored before. PERP_OK, PERP__FACTOR_SINGULAR
+ * or PERP_ERROR_MEMORY. */
+perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *active,
+                                      int32_t count, double rho);
+
+/* x_A := (S_AA + rho I)^-1 x_A in the n-vector x, whose other entries are not looked at. */
+void perp__sparse_block_solve(perp__sparse_block *block, double *x);
+
+void perp__sparse_block_release(perp__sparse_block *block);
+
+#endif

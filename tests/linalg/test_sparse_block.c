@@ -1,0 +1,267 @@
+/* Principal blocks of sparse matrices of every kind: tridiagonal, symmetric, general. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "linalg/sparse_block.h"
+#include "linalg/squares.h"
+
+enum { TRIDIAGONAL, SYMMETRIC, INDEFINITE, GENERAL, MATRICES };
+
+static const int32_t kinds[] = {PERP__SPARSE_TRIDIAGONAL, PERP__SPARSE_SYMMETRIC,
+                                PERP__SPARSE_SYMMETRIC, PERP__SPARSE_GENERAL};
+
+/* Tridiagonal ones need row exchanges: the diagonal is small. Indefinite ones have a positive
+ * diagonal and a pair of rows with a negative minor. */
+static matrix make_matrix(gen_random *random, int32_t n, int which)
+{
+    matrix A;
+    int32_t i;
+
+    if (which != TRIDIAGONAL) {
+        A = matrix_random(random, n, which != GENERAL);
+        if (which == INDEFINITE && n > 1)
+            A.dense[1] = A.dense[n] = 3.0 * (A.dense[0] + A.dense[n + 1]);
+    } else {
+        A = matrix_zero(n);
+        for (i = 0; i < n; i++) {
+            A.dense[i + n * i] = gen_uniform(random, -0.5, 0.5);
+            if (i > 0 && gen_integer(random, 8) > 0) {
+                A.dense[i + n * (i - 1)] = gen_uniform(random, 0.5, 2.0);
+                A.dense[i - 1 + n * i] = gen_uniform(random, -2.0, -0.5);
+            }
+        }
+    }
+    free(A.values);
+    free(A.indices);
+    free(A.starts);
+    A.values = NULL;
+    A.indices = A.starts = NULL;
+    matrix_compress(&A);
+    return A;
+}
+
+static perp__matrix sparse_view(const matrix *A)
+{
+    perp__matrix M;
+
+    memset(&M, 0, sizeof M);
+    M.rows = M.columns = A->n;
+    M.values = A->values;
+    M.column_starts = A->starts;
+    M.row_indices = A->indices;
+    return M;
+}
+
+static int32_t choose(gen_random *random, int32_t n, int32_t *active, int32_t of_eight)
+{
+    int32_t count = 0, i;
+
+    for (i = 0; i < n; i++)
+        if (gen_integer(random, 8) < of_eight)
+            active[count++] = i;
+    return count;
+}
+
+/* The block as a matrix of its own. */
+static matrix block_of(const matrix *A, const double *scale, const int32_t *active, int32_t count,
+                       double rho)
+{
+    matrix B = matrix_zero(count);
+    int32_t r, c;
+
+    for (c = 0; c < count; c++)
+        for (r = 0; r < count; r++)
+            B.dense[r + count * c] =
+                A->dense[active[r] + A->n * active[c]] * scale[active[r]] * scale[active[c]] +
+                (r == c ? rho : 0.0);
+    return B;
+}
+
+/* Entries outside of the block keep their values. Blocks of the tridiagonal matrices may be nearly
+ * singular; the backward error is small all the same. */
+static void check_block_solve(gen_random *random, perp__sparse_block *block, const matrix *A,
+                              const double *scale, const int32_t *active, int32_t count, double rho)
+{
+    matrix B = block_of(A, scale, active, count, rho);
+    double *x = check_allocate((size_t)A->n + 1, sizeof *x);
+    double *b = check_allocate((size_t)A->n + 1, sizeof *b);
+    double *y = check_allocate((size_t)A->n + 1, sizeof *y);
+    double error;
+    int32_t i, k;
+
+    for (i = 0; i < A->n; i++)
+        x[i] = 1e300;
+    for (k = 0; k < count; k++)
+        x[active[k]] = b[k] = gen_normal(random);
+    perp__sparse_block_solve(block, x);
+    for (k = 0; k < count; k++) {
+        y[k] = x[active[k]];
+        x[active[k]] = 1e300;
+    }
+    for (i = 0; i < A->n; i++)
+        assert_true(x[i] == 1e300);
+    error = backward_error(&B, 0, y, b);
+    if (!(error <= tolerance_of(count)))
+        fail_msg("n = %d, %d active: backward error %g", (int)A->n, (int)count, error);
+    free(x);
+    free(b);
+    free(y);
+    matrix_release(&B);
+}
+
+static void check_matrix(gen_random *random, perp__sparse_block *block, int which, int32_t n)
+{
+    matrix A = make_matrix(random, n, which);
+    perp__matrix M = sparse_view(&A);
+    double *scale = check_allocate((size_t)n + 1, sizeof *scale);
+    int32_t *active = check_allocate((size_t)n + 1, sizeof *active);
+    int32_t i, round;
+
+    for (i = 0; i < n; i++)
+        scale[i] = ldexp(1.0, gen_integer(random, 9) - 4);
+    assert_int_equal(perp__sparse_block_read(block, &M, scale), PERP_OK);
+    if (n > 20)
+        assert_int_equal(block->kind, kinds[which]);
+    for (round = 0; round < 6; round++) {
+        const int32_t count = choose(random, n, active, round < 5 ? 3 + round : 0);
+        const double rho = round % 2 ? 0.25 : 0.0;
+        const perp_status status = perp__sparse_block_factor(block, active, count, rho);
+
+        if (which == GENERAL && status == PERP__FACTOR_SINGULAR)
+            continue; /* many entries of its diagonal are zero */
+        assert_int_equal(status, PERP_OK);
+        check_block_solve(random, block, &A, scale, active, count, rho);
+    }
+    free(scale);
+    free(active);
+    matrix_release(&A);
+}
+
+static void test_blocks(void **state)
+{
+    static const int32_t orders[] = {0, 1, 2, 3, 30, 61, 30};
+    perp__sparse_block block;
+    gen_random random;
+    size_t k;
+    int which, round;
+
+    (void)state;
+    gen_seed(&random, 91);
+    perp__sparse_block_init(&block, context);
+    for (round = 0; round < 5; round++)
+        for (k = 0; k < sizeof orders / sizeof *orders; k++)
+            for (which = 0; which < MATRICES; which++)
+                check_matrix(&random, &block, which, orders[k]);
+    perp__sparse_block_release(&block);
+}
+
+/* The same block after others, and in a fresh object: the same bits. */
+static void test_history_leaves_no_trace(void **state)
+{
+    enum { N = 50 };
+    static const double ones[N] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
+                                   1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
+                                   1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+    int32_t first[N], second[N], count_first, count_second, i;
+    gen_random random;
+    int which;
+
+    (void)state;
+    gen_seed(&random, 92);
+    for (which = 0; which < MATRICES - 1; which++) {
+        matrix A = make_matrix(&random, N, which);
+        perp__matrix M = sparse_view(&A);
+        perp__sparse_block used, fresh;
+        double x[N], y[N];
+
+        perp__sparse_block_init(&used, context);
+        perp__sparse_block_init(&fresh, context);
+        assert_int_equal(perp__sparse_block_read(&used, &M, ones), PERP_OK);
+        assert_int_equal(perp__sparse_block_read(&fresh, &M, ones), PERP_OK);
+        count_first = choose(&random, N, first, 6);
+        count_second = choose(&random, N, second, 4);
+        assert_int_equal(perp__sparse_block_factor(&used, first, count_first, 0.0), PERP_OK);
+        assert_int_equal(perp__sparse_block_factor(&used, second, count_second, 0.5), PERP_OK);
+        assert_int_equal(perp__sparse_block_factor(&used, first, count_first, 0.0), PERP_OK);
+        assert_int_equal(perp__sparse_block_factor(&used, first, count_first, 0.0), PERP_OK);
+        assert_int_equal(perp__sparse_block_factor(&fresh, first, count_first, 0.0), PERP_OK);
+        for (i = 0; i < N; i++)
+            x[i] = y[i] = gen_normal(&random);
+        perp__sparse_block_solve(&used, x);
+        perp__sparse_block_solve(&fresh, y);
+        assert_memory_equal(x, y, sizeof x);
+        perp__sparse_block_release(&used);
+        perp__sparse_block_release(&fresh);
+        matrix_release(&A);
+    }
+}
+
+/* Rows that are equal leave no factors, with rho they do. */
+static void test_singular(void **state)
+{
+    static const double ones[] = {1.0, 1.0, 1.0};
+    static const int32_t active[] = {0, 1, 2};
+    gen_random random;
+    perp__sparse_block block;
+    matrix A = matrix_zero(3);
+    perp__matrix M;
+    int32_t k;
+
+    (void)state;
+    gen_seed(&random, 93);
+    for (k = 0; k < 9; k++)
+        A.dense[k] = 1.0;
+    matrix_compress(&A);
+    M = sparse_view(&A);
+    perp__sparse_block_init(&block, context);
+    assert_int_equal(perp__sparse_block_read(&block, &M, ones), PERP_OK);
+    assert_int_equal(perp__sparse_block_factor(&block, active, 3, 0.0), PERP__FACTOR_SINGULAR);
+    assert_int_equal(perp__sparse_block_factor(&block, active, 3, 0.25), PERP_OK);
+    check_block_solve(&random, &block, &A, ones, active, 3, 0.25);
+    assert_int_equal(perp__sparse_block_factor(&block, active, 3, 0.0), PERP__FACTOR_SINGULAR);
+    perp__sparse_block_release(&block);
+    matrix_release(&A);
+}
+
+/* Two triangles that were rounded differently are one symmetric matrix, larger differences not. */
+static void test_symmetry(void **state)
+{
+    static const double ones[] = {1.0, 1.0, 1.0};
+    static const double factors[] = {1.0, 1.0 + 0x1p-51, 1.0 + 1e-10};
+    perp__sparse_block block;
+    int k;
+
+    (void)state;
+    perp__sparse_block_init(&block, context);
+    for (k = 0; k < 3; k++) {
+        matrix A = matrix_zero(3);
+        perp__matrix M;
+
+        A.dense[0] = A.dense[4] = A.dense[8] = 4.0;
+        A.dense[2] = A.dense[1] = A.dense[3] = -1.0;
+        A.dense[6] = -factors[k];
+        matrix_compress(&A);
+        M = sparse_view(&A);
+        assert_int_equal(perp__sparse_block_read(&block, &M, ones), PERP_OK);
+        assert_int_equal(block.kind, k < 2 ? PERP__SPARSE_SYMMETRIC : PERP__SPARSE_GENERAL);
+        assert_true(block.has_z_signs);
+        matrix_release(&A);
+    }
+    perp__sparse_block_release(&block);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_blocks),
+        cmocka_unit_test(test_history_leaves_no_trace),
+        cmocka_unit_test(test_singular),
+        cmocka_unit_test(test_symmetry),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
