@@ -137,6 +137,7 @@ static void present(perp_lcp_solver *solver, int32_t method)
     p->q = solver->q_scaled;
     p->lower = solver->lower_scaled;
     p->upper = solver->upper_scaled;
+    p->block = solver->M.column_starts ? &solver->block : NULL;
     p->settings = &solver->settings;
     p->iteration_limit = solver->settings.max_iterations;
     p->control = &solver->control;
@@ -298,6 +299,8 @@ static int32_t choose(const perp_lcp_solver *solver, int32_t *order)
         order[count++] = solver->settings.method;
         return count;
     }
+    if (sparse && solver->block.kind != PERP__SPARSE_GENERAL)
+        order[count++] = PERP_LCP_ACTIVE_SET;
     if (sparse)
         order[count++] = PERP_LCP_FISCHER;
     if (!sparse || solver->n <= PERP__LARGEST_EXPANSION)
@@ -309,16 +312,30 @@ static int32_t choose(const perp_lcp_solver *solver, int32_t *order)
     return count;
 }
 
+/* Looks at the structure of a sparse matrix, once a set-up. */
+static perp_status read_block(perp_lcp_solver *solver)
+{
+    perp_status status;
+
+    if (!solver->M.column_starts || solver->block_read == solver->setups)
+        return PERP_OK;
+    solver->block_read = 0;
+    status = perp__sparse_block_read(&solver->block, &solver->M, solver->factors);
+    if (status == PERP_OK)
+        solver->block_read = solver->setups;
+    return status;
+}
+
 static perp_status search(perp_lcp_solver *solver, const double *z0)
 {
     int32_t order[PERP__METHODS + 1];
     int32_t count, k;
-    perp_status status = PERP_OK;
+    perp_status status = read_block(solver);
 
     solver->best.method = -1;
     solver->best_certificate = PERP_CERTIFICATE_NONE;
     solver->rays = 0;
-    if (solver->settings.polish)
+    if (status == PERP_OK && solver->settings.polish)
         status = perp__polish_fit(solver);
     if (status == PERP_OK && z0 && solver->settings.polish &&
         (solver->settings.method == PERP_LCP_AUTO || solver->settings.method == PERP_LCP_LEMKE))

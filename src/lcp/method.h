@@ -9,6 +9,7 @@
 
 #include "base/arena.h"
 #include "linalg/matrix.h"
+#include "linalg/sparse_block.h"
 
 /* Where z_i stands relative to its bounds. */
 enum perp__place { PERP__AT_LOWER = 0, PERP__AT_UPPER = 1, PERP__BETWEEN = 2, PERP__FIXED = 3 };
@@ -30,6 +31,7 @@ typedef struct perp__lcp_problem {
     const double *factors;           /* D itself: 2^e, |e| <= 511, so that D_i D_j is exact */
     const double *row_norms;         /* of the scaled M */
     const double *q, *lower, *upper; /* scaled; infinite bounds stay infinite */
+    perp__sparse_block *block; /* blocks of the scaled matrix, factored; NULL if it is dense */
     const perp_lcp_settings *settings;
     int64_t iteration_limit; /* <= 0: the method's own */
     perp__lcp_control *control;
@@ -74,6 +76,7 @@ typedef struct perp__lcp_work {
 extern const perp__lcp_method perp__lcp_lemke;
 extern const perp__lcp_method perp__lcp_pgs;
 extern const perp__lcp_method perp__lcp_fischer;
+extern const perp__lcp_method perp__lcp_active_set_sparse;
 
 /* Calls the monitor and looks at the deadline. Returns -1 to go on, or the outcome to stop with
  * (stopped, time_limit); control->aborted tells an abort. Reads the clock only with a deadline. */

@@ -30,12 +30,8 @@ static void layout(perp__arena *arena, void *object)
     perp_lcp_solver *solver = object;
     perp__polish *p = &solver->polish;
     size_t n = (size_t)solver->n;
-    size_t entries = n;
+    size_t entries = uses_dense(solver) ? n * n : 0;
 
-    if (uses_dense(solver))
-        entries = n * n;
-    else
-        entries += (size_t)solver->M.column_starts[n];
     p->active = perp__arena_take(arena, n, sizeof(int32_t));
     p->pivots = perp__arena_take(arena, n, sizeof(int32_t));
     p->places = perp__arena_take(arena, n, sizeof(int8_t));
@@ -44,42 +40,6 @@ static void layout(perp__arena *arena, void *object)
     p->w_low = perp__arena_take(arena, n, sizeof(double));
     p->step = perp__arena_take(arena, n, sizeof(double));
     p->block = perp__arena_take(arena, entries, sizeof(double));
-    p->starts = perp__arena_take(arena, uses_dense(solver) ? 0 : n + 1, sizeof(int32_t));
-    p->rows = perp__arena_take(arena, uses_dense(solver) ? 0 : entries, sizeof(int32_t));
-}
-
-/* M's pattern with the diagonal made full, columns sorted. */
-static void build_pattern(const perp__matrix *M, perp__polish *p)
-{
-    int32_t at = 0, j, k;
-
-    for (j = 0; j < M->columns; j++) {
-        int32_t placed = 0;
-
-        p->starts[j] = at;
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-            if (!placed && M->row_indices[k] >= j) {
-                placed = 1;
-                if (M->row_indices[k] > j)
-                    p->rows[at++] = j;
-            }
-            p->rows[at++] = M->row_indices[k];
-        }
-        if (!placed)
-            p->rows[at++] = j;
-    }
-    p->starts[M->columns] = at;
-}
-
-static perp__square pattern_of(const perp_lcp_solver *solver)
-{
-    perp__square A;
-
-    A.n = solver->n;
-    A.values = solver->polish.block;
-    A.column_starts = solver->polish.starts;
-    A.row_indices = solver->polish.rows;
-    return A;
 }
 
 perp_status perp__polish_fit(perp_lcp_solver *solver)
@@ -94,22 +54,12 @@ perp_status perp__polish_fit(perp_lcp_solver *solver)
     status = perp__arena_fit(&p->arena, layout, solver);
     if (status != PERP_OK)
         return status;
-    if (!uses_dense(solver)) {
-        perp__square A;
-
-        build_pattern(&solver->M, p);
-        A = pattern_of(solver);
-        status = perp__kept_factor_analyse(&p->kept, solver->context, &perp__factor_klu, &A);
-        if (status != PERP_OK)
-            return status;
-    }
     p->fitted = solver->setups;
     return PERP_OK;
 }
 
 void perp__polish_release(perp__polish *polish)
 {
-    perp__kept_factor_release(&polish->kept);
     perp__arena_release(&polish->arena);
 }
 
@@ -143,35 +93,6 @@ static int32_t factor_dense(perp_lcp_solver *solver, int32_t count, double rho)
     return perp__lu_factor(count, p->block, count > 0 ? count : 1, p->pivots) == 0;
 }
 
-static perp_status factor_sparse(perp_lcp_solver *solver, double rho)
-{
-    perp__polish *p = &solver->polish;
-    const perp__matrix *M = &solver->M;
-    const double *d = solver->factors;
-    perp__square A = pattern_of(solver);
-    int32_t j, k, from;
-
-    for (j = 0; j < solver->n; j++) {
-        int32_t active = solver->places[j] == PERP__BETWEEN;
-
-        from = M->column_starts[j];
-        for (k = p->starts[j]; k < p->starts[j + 1]; k++) {
-            int32_t i = p->rows[k];
-            double value = 0.0;
-
-            if (from < M->column_starts[j + 1] && M->row_indices[from] == i) {
-                if (active && solver->places[i] == PERP__BETWEEN)
-                    value = M->values[from] * (d[i] * d[j]);
-                from++;
-            }
-            if (i == j)
-                value = active ? value + rho : 1.0;
-            p->block[k] = value;
-        }
-    }
-    return perp__factor_klu.factor(p->kept.factor, &A, p->factored++ > 0);
-}
-
 /* Factors the active block; a singular one is told by *regular = 0. */
 static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, int32_t *regular)
 {
@@ -180,7 +101,7 @@ static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, in
     if (uses_dense(solver)) {
         *regular = factor_dense(solver, count, rho);
     } else {
-        status = factor_sparse(solver, rho);
+        status = perp__sparse_block_factor(&solver->block, solver->polish.active, count, rho);
         *regular = status == PERP_OK;
         if (status == PERP__FACTOR_SINGULAR)
             status = PERP_OK;
@@ -195,8 +116,6 @@ static double newton_step(perp_lcp_solver *solver, int32_t count)
     double largest = 0.0;
     int32_t k;
 
-    if (!uses_dense(solver))
-        memset(p->step, 0, (size_t)solver->n * sizeof *p->step);
     for (k = 0; k < count; k++) {
         int32_t i = p->active[k];
         double r =
@@ -207,7 +126,7 @@ static double newton_step(perp_lcp_solver *solver, int32_t count)
     if (uses_dense(solver))
         perp__lu_solve(count, p->block, count > 0 ? count : 1, p->pivots, p->step, 0);
     else
-        perp__factor_klu.solve(p->kept.factor, p->step, 0);
+        perp__sparse_block_solve(&solver->block, p->step);
     for (k = 0; k < count; k++) {
         double size = fabs(p->step[uses_dense(solver) ? k : p->active[k]]);
 
@@ -353,7 +272,6 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
     perp__evaluation best = *worth;
     size_t k;
 
-    solver->polish.factored = 0; /* the same bits whatever was polished before */
     remember(solver, &best, worth);
     memcpy(solver->polish.places, solver->places, (size_t)solver->n);
     for (k = 0; k < sizeof proximal / sizeof *proximal; k++) {

@@ -9,8 +9,8 @@
 #include "lcp/settings.h"
 #include "linalg/scale.h"
 
-static const perp__lcp_method *const methods[PERP__METHODS] = {&perp__lcp_lemke, &perp__lcp_pgs,
-                                                               &perp__lcp_fischer};
+static const perp__lcp_method *const methods[PERP__METHODS] = {
+    &perp__lcp_lemke, &perp__lcp_pgs, &perp__lcp_fischer, &perp__lcp_active_set_sparse};
 
 perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
                              const perp_lcp_settings *settings)
@@ -31,6 +31,7 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
     made->settings = own;
     perp__arena_init(&made->arena, context);
     perp__arena_init(&made->polish.arena, context);
+    perp__sparse_block_init(&made->block, context);
     for (k = 0; k < PERP__METHODS; k++) {
         made->slots[k].method = methods[k];
         perp__arena_init(&made->slots[k].arena, context);
@@ -57,6 +58,7 @@ void perp__lcp_destroy(perp_lcp_solver *solver)
         perp__arena_release(&slot->arena);
     }
     perp__polish_release(&solver->polish);
+    perp__sparse_block_release(&solver->block);
     perp__arena_release(&solver->arena);
     solver->magic = 0;
     perp__release(context, solver);
@@ -140,8 +142,10 @@ static perp_status set(perp_lcp_solver *solver, const perp_lcp_settings *setting
     int32_t scaling = solver->settings.scaling;
     perp_status status = perp__lcp_settings_read(solver->context, &solver->settings, settings);
 
-    if (status == PERP_OK && solver->setups && scaling != solver->settings.scaling)
+    if (status == PERP_OK && solver->setups && scaling != solver->settings.scaling) {
         equilibrate(solver);
+        solver->setups++; /* what was made of the scaled matrix is out of date */
+    }
     return status;
 }
 

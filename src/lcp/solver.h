@@ -8,7 +8,7 @@
 #include "lcp/polish.h"
 
 #define PERP__SOLVER_MAGIC UINT64_C(0x706572706c637073)
-#define PERP__METHODS 3
+#define PERP__METHODS 4
 
 /* What a point is worth: the numbers DESIGN.md defines, all from the caller's data. */
 typedef struct perp__evaluation {
@@ -62,6 +62,8 @@ struct perp_lcp_solver {
     perp__lcp_control control;
     perp__method_slot slots[PERP__METHODS];
     perp__polish polish;
+    perp__sparse_block block; /* of sparse problems */
+    int64_t block_read;       /* the set-up it was read from */
 };
 
 /* x * 2^e for any e that can come up here, exact but for under- and overflow. */

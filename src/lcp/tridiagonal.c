@@ -1,0 +1,243 @@
+/* Chandrasekaran's method for Z-matrices ("A special case of the complementary pivot problem",
+ * Opsearch 7 (1970) 263) on a tridiagonal M-matrix. With x = z - l >= 0:
+ *
+ *   Let x solve the equations of an index set B that lies in the solution's, x = 0 elsewhere. Then
+ *   x is below the solution x*, as M_BB^-1 >= 0 and M_BN <= 0. A row i outside of B with w_i < 0
+ *   has x*_i > 0, since x*_i = 0 would give w*_i <= w_i < 0. So i may enter B, and nothing ever
+ *   leaves. Variables without a bound are in B from the start.
+ *
+ * The index set consists of runs of neighbours. A row outside needs of the runs beside it only the
+ * x at their near ends. Each run [a, b] keeps
+ *
+ *   x_a = first[0] + first[1] x_(a-1) + first[2] x_(b+1),   x_b = last[0] + ... alike,
+ *
+ * and where two runs meet, two such pairs give the pair of the whole: one division. The rows are
+ * scanned from left to right; a run that grew to the right may draw in rows on its left. Every row
+ * enters once, every entry costs one or two merges, so all is O(n). Differences of like signs occur
+ * in the constants only; what they round away moves rows with w_i near 0, which the front door's
+ * polish decides. */
+#include "lcp/tridiagonal.h"
+
+#include <math.h>
+
+typedef struct perp__run {
+    int32_t a, b;
+    double first[3], last[3];
+} run;
+
+typedef struct scan {
+    const perp__tridiagonal *T;
+    const perp__lcp_problem *problem;
+    const double *q;
+    run *runs; /* left of the row that is looked at; x = 0 between them */
+    int32_t top;
+    double sign; /* -1: reflected, the bounds are upper ones */
+} scan;
+
+void perp__tridiagonal_lcp_layout(perp__arena *arena, perp__tridiagonal_lcp *work, size_t n)
+{
+    work->runs = perp__arena_take(arena, n, sizeof(run));
+    work->q = perp__arena_take(arena, n, sizeof(double));
+}
+
+/* Signs, and elimination from the top: a Z-matrix is a nonsingular M-matrix if and only if all its
+ * pivots are positive (Berman & Plemmons, "Nonnegative Matrices", chapter 6, condition E17). */
+static int32_t is_m_matrix(const perp__tridiagonal *T)
+{
+    double pivot = 1.0;
+    int32_t i;
+
+    for (i = 0; i < T->n; i++) {
+        pivot = T->diagonal[i] - (i > 0 ? T->below[i - 1] * T->above[i - 1] / pivot : 0.0);
+        if (!(pivot > 0.0) || T->below[i] > 0.0 || T->above[i] > 0.0)
+            return 0;
+    }
+    return 1;
+}
+
+/* 1: lower bounds only; -1: upper bounds only; 0: both. Fixed variables are of either kind. */
+static double side_of_bounds(const perp__lcp_problem *p)
+{
+    int32_t lower = 0, upper = 0, i;
+
+    for (i = 0; i < p->n; i++) {
+        if (p->lower[i] == p->upper[i])
+            continue;
+        lower |= p->lower[i] > -INFINITY;
+        upper |= p->upper[i] < INFINITY;
+    }
+    return lower && upper ? 0.0 : upper ? -1.0 : 1.0;
+}
+
+static int32_t is_fixed(const scan *s, int32_t i)
+{
+    return s->problem->lower[i] == s->problem->upper[i];
+}
+
+static double bound_of(const perp__lcp_problem *p, int32_t i)
+{
+    return isfinite(p->lower[i]) ? p->lower[i] : isfinite(p->upper[i]) ? p->upper[i] : 0.0;
+}
+
+/* q of the shifted problem; 0 if it is not finite. */
+static int32_t shift(perp__tridiagonal_lcp *work, const scan *s)
+{
+    const perp__tridiagonal *T = s->T;
+    const perp__lcp_problem *p = s->problem;
+    double before = 0.0, here = bound_of(p, 0);
+    int32_t i, finite = 1;
+
+    for (i = 0; i < T->n; i++) {
+        const double after = i + 1 < T->n ? bound_of(p, i + 1) : 0.0;
+        double q = p->q[i] + T->diagonal[i] * here;
+
+        q += i > 0 ? T->below[i - 1] * before : 0.0;
+        q += T->above[i] * after;
+        work->q[i] = s->sign * q;
+        finite &= isfinite(q);
+        before = here;
+        here = after;
+    }
+    return finite;
+}
+
+static run single(const scan *s, int32_t i)
+{
+    const perp__tridiagonal *T = s->T;
+    const double pivot = T->diagonal[i];
+    run r;
+
+    r.a = r.b = i;
+    r.first[0] = r.last[0] = -s->q[i] / pivot;
+    r.first[1] = r.last[1] = i > 0 ? -T->below[i - 1] / pivot : 0.0;
+    r.first[2] = r.last[2] = -T->above[i] / pivot;
+    return r;
+}
+
+/* left := left and right together, which are neighbours. */
+static void join(run *left, const run *right)
+{
+    /* x_b = last[0] + last[1] x_(a-1) + last[2] x_(b+1) with x_(b+1) from `right` */
+    const double scale = 1.0 / (1.0 - left->last[2] * right->first[1]);
+    const double end[3] = {(left->last[0] + left->last[2] * right->first[0]) * scale,
+                           left->last[1] * scale, left->last[2] * right->first[2] * scale};
+    const double next[3] = {right->first[0] + right->first[1] * end[0], right->first[1] * end[1],
+                            right->first[2] + right->first[1] * end[2]};
+
+    left->first[0] += left->first[2] * next[0];
+    left->first[1] += left->first[2] * next[1];
+    left->first[2] *= next[2];
+    left->last[0] = right->last[0] + right->last[1] * end[0];
+    left->last[1] = right->last[1] * end[1];
+    left->last[2] = right->last[2] + right->last[1] * end[2];
+    left->b = right->b;
+}
+
+/* x_i, for a row at the right end of run `k` or beyond. */
+static double end_value(const scan *s, int32_t k, int32_t i)
+{
+    return k >= 0 && s->runs[k].b == i ? s->runs[k].last[0] : 0.0;
+}
+
+/* The last run has changed: joins it with what it touches, and lets in the rows on its left whose w
+ * has become negative. */
+static void settle(scan *s)
+{
+    for (;;) {
+        run *r = &s->runs[s->top];
+        const int32_t i = r->a - 1;
+        double w;
+
+        if (i >= 0 && s->top > 0 && r[-1].b == i) {
+            join(r - 1, r);
+            s->top--;
+            continue;
+        }
+        if (i < 0 || is_fixed(s, i))
+            return;
+        w = s->q[i] + s->T->above[i] * r->first[0];
+        if (i > 0)
+            w += s->T->below[i - 1] * end_value(s, s->top - 1, i - 1);
+        if (!(w < 0.0))
+            return;
+        r[1] = *r; /* row i is right of it by one at least: there is room */
+        *r = single(s, i);
+        join(r, r + 1);
+    }
+}
+
+static int32_t is_free(const scan *s, int32_t i)
+{
+    return i < s->T->n && !isfinite(s->problem->lower[i]) && !isfinite(s->problem->upper[i]);
+}
+
+/* The run of free variables from i on. */
+static run free_run(const scan *s, int32_t i)
+{
+    run r = single(s, i);
+
+    while (is_free(s, ++i)) {
+        const run next = single(s, i);
+
+        join(&r, &next);
+    }
+    return r;
+}
+
+/* Free variables are there before their neighbours are looked at: their x may be negative. */
+static void enter_all(scan *s)
+{
+    int32_t i = 0;
+
+    s->top = -1;
+    while (i < s->T->n) {
+        const int32_t is_inside = is_free(s, i);
+        const int32_t has_ahead = !is_inside && is_free(s, i + 1);
+        run ahead;
+
+        if (is_inside || has_ahead)
+            ahead = free_run(s, is_inside ? i : i + 1);
+        if (!is_inside && !is_fixed(s, i)) {
+            double w = s->q[i] + (has_ahead ? s->T->above[i] * ahead.first[0] : 0.0);
+
+            if (i > 0)
+                w += s->T->below[i - 1] * end_value(s, s->top, i - 1);
+            if (w < 0.0) {
+                s->runs[++s->top] = single(s, i);
+                if (has_ahead)
+                    join(&s->runs[s->top], &ahead);
+                settle(s);
+                i = s->runs[s->top].b + 1;
+                continue;
+            }
+        }
+        if (is_inside || has_ahead) {
+            s->runs[++s->top] = ahead;
+            settle(s);
+            i = ahead.b;
+        }
+        i++;
+    }
+}
+
+int32_t perp__tridiagonal_lcp_places(perp__tridiagonal_lcp *work, const perp__tridiagonal *T,
+                                     const perp__lcp_problem *problem, int8_t *places)
+{
+    scan s;
+    int32_t i, k;
+
+    s.T = T;
+    s.problem = problem;
+    s.q = work->q;
+    s.runs = work->runs;
+    s.sign = side_of_bounds(problem);
+    if (s.sign == 0.0 || !is_m_matrix(T) || !shift(work, &s))
+        return 0;
+    enter_all(&s);
+    for (i = 0; i < problem->n; i++)
+        places[i] = is_fixed(&s, i) ? PERP__FIXED : s.sign > 0.0 ? PERP__AT_LOWER : PERP__AT_UPPER;
+    for (k = 0; k <= s.top; k++)
+        for (i = s.runs[k].a; i <= s.runs[k].b; i++)
+            places[i] = PERP__BETWEEN;
+    return 1;
+}
