@@ -62,7 +62,7 @@ SONAME := libperp.so.$(ABI_VERSION)
 
 NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers
 TEST_GOALS := test test-c tests check check-abi check-consumer valgrind run $(B)/tests/%
-PYTHON_GOALS := test test-python check run python $(B)/venv/%
+PYTHON_GOALS := test test-python check run bench python $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
 
 needs := library \
@@ -276,9 +276,10 @@ AGAIN = $(MAKE) --no-print-directory DEPENDENCIES='$(DEPENDENCIES)'
 run: library examples $(VENV)/ready
 	@$(ENVIRONMENT) OUTPUT='$(B)/run' scripts/run-main
 
-#: make bench             speed against accuracy; tables in bench/results
+#: make bench             speed against accuracy; tables and pictures in bench/results. Peers:
+#:                        apt install siconos; pip install drake quantecon; PEERS_PYTHON=...
 .PHONY: bench
-bench: benches
+bench: library benches $(VENV)/ready
 	@$(ENVIRONMENT) bench/run $(B)
 
 ## Testing
