@@ -8,14 +8,9 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
+#include "lcp/plan.h"
 #include "lcp/settings.h"
 #include "lcp/solver.h"
-
-/* Largest n for which `auto` expands a sparse matrix for Lemke's method: 512 MiB of tableau. */
-#define PERP__LARGEST_EXPANSION 8192
-/* Above this `auto` tries Newton's method first on sparse problems: where the obstacle problem of
- * bench/lcp_obstacle.c takes the same time by both. */
-#define PERP__SMALL_SPARSE 64
 
 static int32_t is_good(perp_outcome outcome)
 {
@@ -75,9 +70,10 @@ static perp__evaluation fall_back(perp_lcp_solver *solver, const double *z0)
 
 /* Makes solver->z the candidate of `method`: evaluates, polishes, keeps it if it is the best so
  * far or the first. Returns the outcome of this candidate. */
-static perp_status consider(perp_lcp_solver *solver, int32_t method, perp_outcome said,
+static perp_status consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
                             int64_t iterations, int32_t has_places, const double *z0)
 {
+    const int32_t method = step->method;
     perp__evaluation worth = perp__evaluate(solver);
     perp_status status = PERP_OK;
     perp_outcome outcome;
@@ -86,7 +82,8 @@ static perp_status consider(perp_lcp_solver *solver, int32_t method, perp_outcom
         worth = fall_back(solver, z0);
         said = PERP_OUTCOME_STALLED;
     }
-    if (solver->settings.polish && said != PERP_OUTCOME_RAY && isfinite(worth.tested)) {
+    if (solver->settings.polish && said != PERP_OUTCOME_RAY && isfinite(worth.tested) &&
+        !step->rough) {
         if (!has_places)
             perp__read_places(solver, solver->places);
         status = perp__polish_run(solver, &worth);
@@ -124,7 +121,7 @@ static perp_status fit(perp_lcp_solver *solver, perp__method_slot *slot)
     return status;
 }
 
-static void present(perp_lcp_solver *solver, int32_t method)
+static void present(perp_lcp_solver *solver, const perp__plan_step *step)
 {
     perp__lcp_problem *p = &solver->problem;
 
@@ -139,9 +136,12 @@ static void present(perp_lcp_solver *solver, int32_t method)
     p->upper = solver->upper_scaled;
     p->block = solver->M.column_starts ? &solver->block : NULL;
     p->settings = &solver->settings;
-    p->iteration_limit = solver->settings.max_iterations;
+    p->iteration_limit = step->iteration_limit;
     p->control = &solver->control;
-    solver->control.method = method;
+    solver->control.method = step->method;
+    solver->control.deadline = solver->deadline;
+    if (solver->deadline > 0.0 && step->share < 1.0)
+        solver->control.deadline -= (1.0 - step->share) * solver->settings.time_limit;
 }
 
 static perp__method_slot *slot_of(perp_lcp_solver *solver, int32_t method)
@@ -172,9 +172,31 @@ static void keep_ray(perp_lcp_solver *solver)
         perp__ray_certificate(solver) ? PERP_CERTIFICATE_INFEASIBLE : PERP_CERTIFICATE_NONE;
 }
 
+int32_t perp__is_late(const perp_lcp_solver *solver)
+{
+    return solver->deadline > 0.0 && perp__now() > solver->deadline;
+}
+
+/* Remembers that the monitor or the clock ended the solve; not only a step's share of its time. */
+static void note_end(perp_lcp_solver *solver, perp_outcome said)
+{
+    if (said == PERP_OUTCOME_STOPPED ||
+        (said == PERP_OUTCOME_TIME_LIMIT && solver->control.deadline >= solver->deadline))
+        solver->ended = said;
+    else if (perp__is_late(solver))
+        solver->ended = PERP_OUTCOME_TIME_LIMIT;
+}
+
+/* A step that has used up its share has reached a limit, but not the caller's. */
+static perp_outcome own_limit(const perp_lcp_solver *solver, perp_outcome said)
+{
+    return said == PERP_OUTCOME_TIME_LIMIT && solver->ended < 0 ? PERP_OUTCOME_ITERATION_LIMIT
+                                                                : said;
+}
+
 /* One run of a method, from start to candidate. */
-static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot, int32_t attempt,
-                            const double *z0)
+static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
+                            const perp__plan_step *step, int32_t attempt, const double *z0)
 {
     perp__lcp_iterate iterate;
     perp_status status;
@@ -208,33 +230,32 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot, in
             break;
         }
     }
-    return consider(solver, slot->method->id, iterate.outcome, iterate.iterations,
+    note_end(solver, iterate.outcome);
+    return consider(solver, step, own_limit(solver, iterate.outcome), iterate.iterations,
                     iterate.has_places, z0);
 }
 
 static int32_t ends_the_search(const perp_lcp_solver *solver)
 {
-    perp_outcome outcome = solver->best.outcome;
-
-    return is_good(outcome) || outcome == PERP_OUTCOME_TIME_LIMIT ||
-           outcome == PERP_OUTCOME_STOPPED ||
-           (outcome == PERP_OUTCOME_RAY && solver->best_certificate != PERP_CERTIFICATE_NONE);
+    return is_good(solver->best.outcome) || solver->ended >= 0 ||
+           (solver->best.outcome == PERP_OUTCOME_RAY &&
+            solver->best_certificate != PERP_CERTIFICATE_NONE);
 }
 
 /* A method with all its attempts. A ray that proves infeasibility ends them; any other is believed
  * only if another covering vector ends in a verified ray too. */
-static perp_status run(perp_lcp_solver *solver, int32_t method, const double *z0)
+static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, const double *z0)
 {
     perp__method_slot *slot;
     int32_t attempts, attempt;
     perp_status status;
 
-    present(solver, method);
-    slot = slot_of(solver, method);
+    present(solver, step);
+    slot = slot_of(solver, step->method);
     if (!slot)
         return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
                           "settings.method %s cannot take this problem",
-                          perp_lcp_method_text(method));
+                          perp_lcp_method_text(step->method));
     attempts = slot->method->attempts;
     status = slot->method->check(&solver->problem);
     if (status == PERP_OK)
@@ -242,7 +263,7 @@ static perp_status run(perp_lcp_solver *solver, int32_t method, const double *z0
     if (solver->settings.pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
         attempts = 1;
     for (attempt = 0; attempt < attempts && status == PERP_OK; attempt++) {
-        status = run_once(solver, slot, attempt, z0);
+        status = run_once(solver, slot, step, attempt, z0);
         if (status == PERP_OK && ends_the_search(solver))
             break;
     }
@@ -267,51 +288,6 @@ static perp_status try_start(perp_lcp_solver *solver, const double *z0)
     return status;
 }
 
-static int32_t diagonal_is_positive(const perp_lcp_solver *solver)
-{
-    const perp__matrix *M = &solver->M;
-    int32_t j, k;
-
-    for (j = 0; j < solver->n; j++) {
-        double diagonal = 0.0;
-
-        if (M->column_starts) {
-            for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-                if (M->row_indices[k] == j)
-                    diagonal = M->values[k];
-        } else {
-            diagonal = M->values[(size_t)j * (M->row_stride + M->column_stride)];
-        }
-        if (!(diagonal > 0.0))
-            return 0;
-    }
-    return 1;
-}
-
-/* The order in which `auto` tries: Lemke is exact and processes any M; Newton's method comes first
- * where a dense tableau would be large beside the sparse matrix. bench/ has the figures. */
-static int32_t choose(const perp_lcp_solver *solver, int32_t *order)
-{
-    int32_t count = 0;
-    int32_t sparse = solver->M.column_starts != NULL && solver->n > PERP__SMALL_SPARSE;
-
-    if (solver->settings.method != PERP_LCP_AUTO) {
-        order[count++] = solver->settings.method;
-        return count;
-    }
-    if (sparse && solver->block.kind != PERP__SPARSE_GENERAL)
-        order[count++] = PERP_LCP_ACTIVE_SET;
-    if (sparse)
-        order[count++] = PERP_LCP_FISCHER;
-    if (!sparse || solver->n <= PERP__LARGEST_EXPANSION)
-        order[count++] = PERP_LCP_LEMKE;
-    if (!sparse)
-        order[count++] = PERP_LCP_FISCHER;
-    if (diagonal_is_positive(solver))
-        order[count++] = PERP_LCP_PGS;
-    return count;
-}
-
 /* Looks at the structure of a sparse matrix, once a set-up. */
 static perp_status read_block(perp_lcp_solver *solver)
 {
@@ -328,13 +304,14 @@ static perp_status read_block(perp_lcp_solver *solver)
 
 static perp_status search(perp_lcp_solver *solver, const double *z0)
 {
-    int32_t order[PERP__METHODS + 1];
+    perp__plan_step steps[PERP__PLAN_MOST];
     int32_t count, k;
     perp_status status = read_block(solver);
 
     solver->best.method = -1;
     solver->best_certificate = PERP_CERTIFICATE_NONE;
     solver->rays = 0;
+    solver->ended = -1;
     if (status == PERP_OK && solver->settings.polish)
         status = perp__polish_fit(solver);
     if (status == PERP_OK && z0 && solver->settings.polish &&
@@ -342,12 +319,15 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         status = try_start(solver, z0);
     if (status != PERP_OK || solver->best.method >= 0)
         return status;
-    count = choose(solver, order);
+    count = perp__lcp_plan(solver, steps);
     for (k = 0; k < count && status == PERP_OK; k++) {
-        status = run(solver, order[k], z0);
+        status = run(solver, &steps[k], z0);
         if (status == PERP_OK && ends_the_search(solver))
             break; /* a ray that proves nothing leaves the next method its chance */
     }
+    if (solver->ended >= 0 && !is_good(solver->best.outcome) &&
+        solver->best.outcome != PERP_OUTCOME_RAY)
+        solver->best.outcome = solver->ended;
     return status;
 }
 
@@ -412,8 +392,9 @@ perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, doubl
     memset(&solver->control, 0, sizeof solver->control);
     solver->control.monitor = solver->settings.monitor;
     solver->control.monitor_user = solver->settings.monitor_user;
-    if (solver->settings.time_limit > 0.0)
-        solver->control.deadline = started + solver->settings.time_limit;
+    solver->deadline =
+        solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0;
+    solver->control.deadline = solver->deadline;
     status = search(solver, z0);
     if (status == PERP_OK)
         write_out(solver, z, w, ray, result, perp__now() - started);

@@ -251,6 +251,9 @@ static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation
     for (round = 0; round < rounds && changes > 0; round++) {
         perp__evaluation worth;
 
+        if (round > 0 && perp__is_late(solver))
+            break; /* one factorisation is what a time limit may be exceeded by */
+
         count = collect(solver);
         status = factor(solver, count, rho, &regular);
         if (status != PERP_OK || !regular)
@@ -277,7 +280,7 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
     for (k = 0; k < sizeof proximal / sizeof *proximal; k++) {
         memcpy(solver->places, solver->polish.places, (size_t)solver->n);
         status = attempt(solver, proximal[k], &best);
-        if (status != PERP_OK || is_exact(solver, &best))
+        if (status != PERP_OK || is_exact(solver, &best) || perp__is_late(solver))
             break;
         recall(solver);
     }

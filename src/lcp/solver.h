@@ -57,7 +57,9 @@ struct perp_lcp_solver {
     perp__candidate best;
     double *best_ray; /* caller's units, largest entry 1 */
     int32_t best_certificate;
-    int32_t rays; /* verified ones, of this solve */
+    int32_t rays;       /* verified ones, of this solve */
+    perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
+    double deadline;    /* of the solve, on perp__now()'s clock; 0: none */
     perp__lcp_problem problem;
     perp__lcp_control control;
     perp__method_slot slots[PERP__METHODS];
@@ -68,6 +70,9 @@ struct perp_lcp_solver {
 
 /* x * 2^e for any e that can come up here, exact but for under- and overflow. */
 double perp__shift(double x, int32_t e);
+
+/* True once the time limit has passed. Reads the clock only where there is a limit. */
+int32_t perp__is_late(const perp_lcp_solver *solver);
 
 /* Scales q and the bounds into q_scaled, lower_scaled, upper_scaled; finds omega. */
 void perp__scale_problem(perp_lcp_solver *solver, const double *q);
