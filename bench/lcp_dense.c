@@ -82,8 +82,8 @@ static void measure(perp_context *context, const problem *lcp, int32_t method, d
 int main(void)
 {
     static const int sizes[] = {10, 100, 200, 500, 1000};
-    static const int32_t methods[] = {PERP_LCP_AUTO, PERP_LCP_LEMKE, PERP_LCP_FISCHER,
-                                      PERP_LCP_PGS};
+    static const int32_t methods[] = {PERP_LCP_AUTO, PERP_LCP_LEMKE, PERP_LCP_ACTIVE_SET,
+                                      PERP_LCP_FISCHER, PERP_LCP_PGS};
     double gflops, gbytes;
     perp_context *context = NULL;
     require(perp_context_create(&context, NULL) == PERP_OK, "no context");

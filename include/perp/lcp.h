@@ -62,7 +62,8 @@ typedef struct perp_lcp_progress {
     int32_t method;
     int32_t reserved;
     int64_t iterations;
-    double residual; /* the method's own running estimate; +inf where it has none (lemke) */
+    double residual; /* the method's own running estimate; +inf where it has none (lemke,
+                        active_set on dense problems) */
 } perp_lcp_progress;
 
 /* Called once an iteration (lemke: at the first pivot and every 16). Returns 0 to go on, a positive

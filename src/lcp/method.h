@@ -76,6 +76,7 @@ typedef struct perp__lcp_work {
 extern const perp__lcp_method perp__lcp_lemke;
 extern const perp__lcp_method perp__lcp_pgs;
 extern const perp__lcp_method perp__lcp_fischer;
+extern const perp__lcp_method perp__lcp_active_set;
 extern const perp__lcp_method perp__lcp_active_set_sparse;
 
 /* Calls the monitor and looks at the deadline. Returns -1 to go on, or the outcome to stop with

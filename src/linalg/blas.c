@@ -20,6 +20,9 @@ void dpotrf_(const char *uplo, const int *n, double *A, const int *lda, int *inf
              size_t uplo_length);
 void dpotrs_(const char *uplo, const int *n, const int *columns, const double *A, const int *lda,
              double *B, const int *ldb, int *info, size_t uplo_length);
+void dtrsv_(const char *uplo, const char *trans, const char *diag, const int *n, const double *A,
+            const int *lda, double *x, const int *incx, size_t uplo_length, size_t trans_length,
+            size_t diag_length);
 
 /* Multiplications below which the loops win, and the sizes for LU and Cholesky (measured against
  * OpenBLAS). */
@@ -108,10 +111,14 @@ void perp__cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t l
 {
     int info = 0;
 
-    if (n <= SMALL_CHOLESKY)
+    if (n <= SMALL_CHOLESKY) {
         perp__loops_cholesky_solve(n, columns, L, lda, B, ldb);
-    else
+    } else if (columns == 1) { /* dpotrs would copy L for the sake of one column */
+        dtrsv_("L", "N", "N", &n, L, &lda, B, &one, 1, 1, 1);
+        dtrsv_("L", "T", "N", &n, L, &lda, B, &one, 1, 1, 1);
+    } else {
         dpotrs_("L", &n, &columns, L, &lda, B, &ldb, &info, 1);
+    }
 }
 
 /* int32_t is passed where Fortran's default INTEGER, C's int, is expected. */

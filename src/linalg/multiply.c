@@ -7,19 +7,18 @@
 
 enum { LANES = 8 };
 
-PERP__KERNEL static void add_4_columns_loops(size_t rows, const double *a, size_t stride,
-                                             const double *x, double *restrict y)
+PERP__KERNEL static void add_4_columns_loops(size_t rows, const double *const *a, const double *x,
+                                             double *restrict y)
 {
-    const double *a0 = a, *a1 = a + stride, *a2 = a + 2 * stride, *a3 = a + 3 * stride;
+    const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
     const double x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3];
     size_t i;
 
     for (i = 0; i < rows; i++)
         y[i] = (((y[i] + a0[i] * x0) + a1[i] * x1) + a2[i] * x2) + a3[i] * x3;
 }
-PERP__MULTIVERSION(add_4_columns,
-                   (size_t rows, const double *a, size_t stride, const double *x, double *y),
-                   (rows, a, stride, x, y))
+PERP__MULTIVERSION(add_4_columns, (size_t rows, const double *const *a, const double *x, double *y),
+                   (rows, a, x, y))
 
 PERP__KERNEL static void by_rows_loops(const perp__matrix *M, const double *x, double *y)
 {
@@ -43,19 +42,28 @@ PERP__KERNEL static void by_rows_loops(const perp__matrix *M, const double *x, d
 }
 PERP__MULTIVERSION(by_rows, (const perp__matrix *M, const double *x, double *y), (M, x, y))
 
+/* Columns of zeros in x cost nothing. */
 static void by_columns(const perp__matrix *M, const double *x, double *y)
 {
-    const size_t rows = (size_t)M->rows, stride = M->column_stride;
-    const int32_t whole = M->columns - M->columns % 4;
+    const size_t rows = (size_t)M->rows;
+    const double *columns[4];
+    double factors[4];
+    size_t pending = 0, i, k;
     int32_t j;
-    size_t i;
 
-    for (j = 0; j < whole; j += 4)
-        if (x[j] != 0.0 || x[j + 1] != 0.0 || x[j + 2] != 0.0 || x[j + 3] != 0.0)
-            add_4_columns(rows, M->values + (size_t)j * stride, stride, x + j, y);
-    for (j = whole; j < M->columns; j++)
+    for (j = 0; j < M->columns; j++) {
+        if (x[j] == 0.0)
+            continue;
+        columns[pending] = M->values + (size_t)j * M->column_stride;
+        factors[pending] = x[j];
+        if (++pending == 4) {
+            add_4_columns(rows, columns, factors, y);
+            pending = 0;
+        }
+    }
+    for (k = 0; k < pending; k++)
         for (i = 0; i < rows; i++)
-            y[i] += M->values[i + (size_t)j * stride] * x[j];
+            y[i] += columns[k][i] * factors[k];
 }
 
 static void by_sparse_columns(const perp__matrix *M, const double *x, double *y)

@@ -74,6 +74,8 @@ static const scenario scenarios[] = {
     {"fischer, dense", PERP_LCP_FISCHER, 0, 0, 0, 1},
     {"fischer, sparse", PERP_LCP_FISCHER, 1, 1, 0, 1},
     {"fischer, large sparse", PERP_LCP_FISCHER, 1, 1, 1, 1},
+    {"active set, dense", PERP_LCP_ACTIVE_SET, 1, 0, 0, 1},
+    {"active set, small sparse", PERP_LCP_ACTIVE_SET, 0, 1, 0, 1},
 };
 
 enum { SCENARIOS = sizeof scenarios / sizeof *scenarios };

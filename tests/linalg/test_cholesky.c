@@ -101,25 +101,22 @@ static double *right_hand_sides(gen_random *random, int32_t ldb)
     return B;
 }
 
-static void test_factor_and_solve(void **state)
+static void factor_and_solve(gen_random *random, int32_t columns)
 {
-    gen_random random;
     int32_t o, j;
 
-    (void)state;
-    gen_seed(&random, 11);
     for (o = 0; o < ORDERS; o++) {
         const int32_t n = orders[o], lda = n + 1 + o % 3, ldb = n + 2;
         const size_t bytes = (size_t)lda * (size_t)n * sizeof(double);
-        double *A = positive_definite(&random, n, lda), *B = right_hand_sides(&random, ldb);
-        double *L = check_allocate(bytes + 1, 1), *X = right_hand_sides(&random, ldb);
+        double *A = positive_definite(random, n, lda), *B = right_hand_sides(random, ldb);
+        double *L = check_allocate(bytes + 1, 1), *X = right_hand_sides(random, ldb);
 
         memcpy(L, A, bytes);
         memcpy(X, B, (size_t)ldb * COLUMNS * sizeof *X);
         assert_int_equal(perp__cholesky_factor(n, L, lda), 0);
         check_factor(n, lda, A, L);
-        perp__cholesky_solve(n, COLUMNS, L, lda, X, ldb);
-        for (j = 0; j < COLUMNS; j++) {
+        perp__cholesky_solve(n, columns, L, lda, X, ldb);
+        for (j = 0; j < columns; j++) {
             check_solution(n, lda, A, X + at(0, j, ldb), B + at(0, j, ldb));
             assert_true(X[at(n, j, ldb)] == B[at(n, j, ldb)]); /* the padding stays */
         }
@@ -128,6 +125,16 @@ static void test_factor_and_solve(void **state)
         free(L);
         free(X);
     }
+}
+
+static void test_factor_and_solve(void **state)
+{
+    gen_random random;
+
+    (void)state;
+    gen_seed(&random, 11);
+    factor_and_solve(&random, COLUMNS);
+    factor_and_solve(&random, 1);
 }
 
 /* Integers throughout: the pivots are exact, and the first that is not positive is known. */
