@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -28,6 +30,12 @@ def obstacle(side: int) -> tuple[sparse.csc_matrix, Vector]:
     r2 = (x[:, None] ** 2 + x[None, :] ** 2).ravel()
     height = np.where(r2 < 1, np.sqrt(np.maximum(1 - r2, 0)), (1 - r2) / 2)
     return laplace, laplace @ height
+
+
+def residual(M: Any, q: Vector, z: Vector) -> float:
+    """max |min(z, Mz+q)| / max |q| of any code's z; a z that is not finite has none."""
+    value = np.max(np.abs(np.minimum(z, M @ z + q))) / np.max(np.abs(q))
+    return float(value) if np.isfinite(value) else np.inf
 
 
 def _directions(normal: Vector, count: int) -> Vector:

@@ -52,7 +52,7 @@ PERP = {
         {"method": "pgs", "polish": False, "acceleration": "conjugate_gradient"},
         True,
     ),
-    "auto": ({"method": "auto"}, False),
+    "auto": ({"method": "auto"}, True),
 }
 
 
@@ -62,12 +62,6 @@ class Point(NamedTuple):
     seconds: float
     residual: float
     outcome: str
-
-
-def residual(M: Any, q: Any, z: Any) -> float:
-    """Of any code's z, by the same yardstick; a z that is not finite has none."""
-    value = np.max(np.abs(np.minimum(z, M @ z + q))) / np.max(np.abs(q))
-    return float(value) if np.isfinite(value) else np.inf
 
 
 def perp_points(M: Any, q: Any) -> list[Point]:
@@ -83,7 +77,7 @@ def perp_points(M: Any, q: Any) -> list[Point]:
             while len(results) < 20 and sum(r.seconds for r in results) < 0.5:
                 results.append(solver.solve(q))
             best = min(results, key=lambda r: r.seconds)
-            reached = residual(M, q, best.z)
+            reached = problems.residual(M, q, best.z)
             points.append(Point(f"perp {curve}", tolerance, best.seconds, reached, best.outcome))
     return points
 
@@ -126,7 +120,7 @@ def peer_points(M: Any, q: Any) -> list[Point]:
                 if answer is None:
                     print(f"  {name}: {word}, skipped", file=sys.stderr)
                     break
-                reached = residual(M, q, answer["z"])
+                reached = problems.residual(M, q, answer["z"])
                 points.append(Point(name, tolerance, float(answer["seconds"]), reached, ""))
     return points
 

@@ -302,6 +302,17 @@ static perp_status read_block(perp_lcp_solver *solver)
     return status;
 }
 
+/* A solve that failed returns the best point it met; the start is one of them. */
+static void consider_start(perp_lcp_solver *solver, const double *z0)
+{
+    perp__evaluation worth;
+
+    start_from(solver, z0);
+    worth = perp__evaluate(solver);
+    if (worth.tested < solver->best.worth.tested)
+        keep(solver, &worth, solver->best.outcome, solver->best.method, solver->best.iterations);
+}
+
 static perp_status search(perp_lcp_solver *solver, const double *z0)
 {
     perp__plan_step steps[PERP__PLAN_MOST];
@@ -325,9 +336,12 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         if (status == PERP_OK && ends_the_search(solver))
             break; /* a ray that proves nothing leaves the next method its chance */
     }
-    if (solver->ended >= 0 && !is_good(solver->best.outcome) &&
-        solver->best.outcome != PERP_OUTCOME_RAY)
-        solver->best.outcome = solver->ended;
+    if (status == PERP_OK && !is_good(solver->best.outcome) &&
+        solver->best.outcome != PERP_OUTCOME_RAY) {
+        if (solver->ended >= 0)
+            solver->best.outcome = solver->ended;
+        consider_start(solver, z0);
+    }
     return status;
 }
 

@@ -19,9 +19,9 @@
  */
 #define PERP__ROUGH_SWEEPS_SPARSE 64
 
-/* A direct solve's seconds, to the nearest power of ten; only ever compared with a time limit. */
-#define PERP__SECONDS_DENSE 1e-10 /* times n^3 */
-#define PERP__SECONDS_SPARSE 1e-7 /* times n^1.5: nested dissection on a plane grid */
+/* A direct solve's seconds on a slow machine; only ever compared with a time limit. */
+#define PERP__SECONDS_DENSE 3e-10 /* times n^3 */
+#define PERP__SECONDS_SPARSE 3e-7 /* times n^1.5: nested dissection on a plane grid */
 
 static int32_t diagonal_is_positive(const perp_lcp_solver *solver)
 {

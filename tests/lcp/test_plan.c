@@ -1,0 +1,170 @@
+/* What `auto` tries first, and what is left of a solve that a limit ended. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "run.h"
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+static void solve(run *r, const gen_lcp *problem, double tol, double time_limit)
+{
+    perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
+
+    settings.tol = tol;
+    settings.time_limit = time_limit;
+    run_lcp(r, context, problem, &settings, NULL, "auto");
+}
+
+/* gen_problem's classes are exactly solvable: the distance to the known z tells whether the answer
+ * is as rough as was asked for, or exact. The bound 1e-9 is far above rounding (cond < 1e4) and far
+ * below what a few sweeps reach. */
+static void test_a_loose_tolerance_is_met_by_sweeps(void **state)
+{
+    gen_random random;
+    gen_lcp problem;
+    run rough, fine;
+
+    (void)state;
+    gen_seed(&random, 3);
+    gen_problem(&problem, &random, 300, GEN_M, GEN_PLAIN);
+    solve(&rough, &problem, 1e-2, 0);
+    solve(&fine, &problem, 1e-10, 0);
+    assert_int_equal(rough.result.outcome, PERP_OUTCOME_SOLVED);
+    assert_int_equal(rough.result.method, PERP_LCP_PGS);
+    assert_true(rough.result.residual <= 1e-2);
+    assert_true(run_distance(rough.z, problem.z, problem.n) > 1e-9);
+    assert_int_equal(fine.result.outcome, PERP_OUTCOME_SOLVED);
+    assert_true(run_distance(fine.z, problem.z, problem.n) < 1e-9);
+    run_release(&rough);
+    run_release(&fine);
+    gen_destroy(&problem);
+}
+
+/* Contact problems have zeros on the diagonal: no sweeps, whatever the tolerance. */
+static void test_sweeps_need_a_diagonal(void **state)
+{
+    static const gen_contact_options options = {4, 14, 8, 10, 0.5, 0, 0};
+    gen_random random;
+    gen_lcp problem;
+    run r;
+
+    (void)state;
+    gen_seed(&random, 4);
+    gen_contact(&problem, &random, &options);
+    assert_true(problem.n >= 100);
+    solve(&r, &problem, 1e-2, 0);
+    assert_int_equal(r.result.outcome, PERP_OUTCOME_SOLVED);
+    assert_int_not_equal(r.result.method, PERP_LCP_PGS);
+    run_release(&r);
+    gen_destroy(&problem);
+}
+
+/* A chain of ten sweeps to the tolerance at best; the cap of n / 16 sweeps ends before that, and
+ * the direct methods take over: an unmet loose tolerance never is the answer. */
+static void test_slow_sweeps_are_given_up(void **state)
+{
+    gen_lcp problem;
+    run r;
+
+    (void)state;
+    gen_obstacle(&problem, 64); /* -u'' on 255 nodes: condition 2.6e4 */
+    solve(&r, &problem, 1e-4, 0);
+    assert_int_equal(r.result.outcome, PERP_OUTCOME_SOLVED);
+    assert_int_not_equal(r.result.method, PERP_LCP_PGS);
+    assert_true(run_distance(r.z, problem.z, problem.n) < 1e-9);
+    run_release(&r);
+    gen_destroy(&problem);
+}
+
+/* q < 0 somewhere, so z = 0 has the residual max(-q): nothing worse may come back, and a limit that
+ * passed before anything was done returns z = 0 itself. */
+static void test_a_limit_returns_nothing_worse_than_the_start(void **state)
+{
+    static const int classes[] = {GEN_PD_SYMMETRIC, GEN_PD_UNSYMMETRIC, GEN_P, GEN_M};
+    static const double limits[] = {1e-9, 1e-4, 1e-3, 1e-2};
+    gen_random random;
+    size_t c, k;
+
+    (void)state;
+    gen_seed(&random, 5);
+    for (c = 0; c < sizeof classes / sizeof *classes; c++) {
+        gen_lcp problem;
+        perp_lcp_settings still = run_settings(PERP_LCP_LEMKE);
+        run start;
+
+        gen_problem(&problem, &random, 300, classes[c], GEN_PLAIN);
+        still.max_iterations = 1;
+        still.polish = 0;
+        still.crash = 0;
+        run_lcp(&start, context, &problem, &still, NULL, "one pivot");
+        for (k = 0; k < sizeof limits / sizeof *limits; k++) {
+            run r;
+
+            solve(&r, &problem, 1e-10, limits[k]);
+            assert_true(r.result.outcome == PERP_OUTCOME_SOLVED ||
+                        r.result.outcome == PERP_OUTCOME_TIME_LIMIT);
+            assert_true(r.result.residual <= start.result.residual);
+            run_release(&r);
+        }
+        run_release(&start);
+        gen_destroy(&problem);
+    }
+}
+
+/* A method that cannot improve on the caller's start returns the start: the solution itself, given
+ * as z0 with one pivot and no polish allowed. */
+static void test_a_failed_solve_returns_a_better_start(void **state)
+{
+    perp_lcp_settings settings = run_settings(PERP_LCP_LEMKE);
+    gen_random random;
+    gen_lcp problem;
+    run r;
+    int32_t i;
+
+    (void)state;
+    gen_seed(&random, 6);
+    gen_problem(&problem, &random, 40, GEN_PD_SYMMETRIC, GEN_PLAIN);
+    settings.max_iterations = 1;
+    settings.polish = 0;
+    settings.crash = 0;
+    for (i = 0; i < problem.n; i++) /* near enough to be good, too far to be solved */
+        problem.z[i] += problem.z[i] > 0 ? 1e-6 : 0;
+    run_lcp(&r, context, &problem, &settings, problem.z, "a better start");
+    assert_int_equal(r.result.outcome, PERP_OUTCOME_ITERATION_LIMIT);
+    assert_true(run_distance(r.z, problem.z, problem.n) == 0.0);
+    run_release(&r);
+    gen_destroy(&problem);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_loose_tolerance_is_met_by_sweeps),
+        cmocka_unit_test(test_sweeps_need_a_diagonal),
+        cmocka_unit_test(test_slow_sweeps_are_given_up),
+        cmocka_unit_test(test_a_limit_returns_nothing_worse_than_the_start),
+        cmocka_unit_test(test_a_failed_solve_returns_a_better_start),
+    };
+    return cmocka_run_group_tests(tests, make, destroy);
+}
