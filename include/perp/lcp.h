@@ -172,6 +172,53 @@ PERP_API perp_status perp_lcp_solve(perp_context *context, double *z, double *w,
                                     const perp_matrix *M, const double *q, const double *lower,
                                     const double *upper, const double *z0) PERP_WARN_UNUSED;
 
+/* What is known of a point that is to solve a problem. Values never change. */
+enum perp_verdict_value {
+    PERP_VERDICT_REGULAR = 0,        /* regular block, strictly complementary */
+    PERP_VERDICT_NOT_A_SOLUTION = 1, /* the index set that z shows has no solution */
+    PERP_VERDICT_SINGULAR = 2,       /* the block M_AA was not shown to be regular */
+    PERP_VERDICT_DEGENERATE = 3,     /* some variable is too near its bound, or w_i too near 0 */
+    PERP_VERDICT_TOO_LARGE = 4       /* no proof: a sparse block of more than 2048 rows that is
+                                        not an H-matrix */
+};
+
+/* Returns "regular", "not a solution", "singular", "degenerate", "too large"; "unknown verdict"
+ * otherwise. Static. */
+PERP_API const char *perp_lcp_verdict_text(int32_t verdict);
+
+typedef struct perp_lcp_proof {
+    size_t struct_size;
+    int32_t verdict; /* PERP_VERDICT_... */
+    int32_t index;   /* the row that decided (not a solution, degenerate); else -1 */
+    double radius;   /* regular: a solution z* has |z_i - z*_i| <= radius; else +inf */
+} perp_lcp_proof;
+
+PERP_API perp_status perp_lcp_proof_init(perp_lcp_proof *proof, size_t size);
+
+/* Proves that a true solution lies near z, for the very doubles given, all rounding counted.
+ *
+ * A is the set of variables that z, by the natural map, shows strictly between their bounds; a
+ * solution with that index set solves M_AA z_A = -(q + M z)_A with the others at their bounds. The
+ * proof: M_AA is regular, and in an interval around its solution all of A stays within the bounds
+ * and every other w_i keeps its sign. 'Regular' claims that, and then the solution is isolated.
+ * 'Not a solution' claims that no solution has this index set. 'Singular' says that M_AA could not
+ * be proved regular (its condition is near 1/eps, or it is singular), 'degenerate' that the
+ * interval does not settle row `index`; both leave open whether there is a solution.
+ *
+ * Returns: PERP_OK with the verdict in proof->verdict; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI,
+ *          _HANDLE, _BUSY or _MEMORY, and then nothing was written.
+ * Out:     radii: n entries, |z_i - z*_i| <= radii[i] (+inf without a proof), caller's units; or
+ *                 NULL. 0 where z_i is exactly its bound, and z*_i too.
+ *          proof: initialised by perp_lcp_proof_init.
+ * In:      M, q, lower, upper: as for perp_lcp_solve. z: n entries, the point.
+ * Cost:    |A| = k: about 5 k^3 flops and 4 n^2 doubles (dense M). Sparse M with an H-matrix (so an
+ *          M-matrix) as its block: one or two sparse factorisations.
+ * Source:  Alefeld, Chen & Potra, "Validation of solutions of linear complementarity problems",
+ *          Numer. Math. 83 (1999); Rump, "Verification methods", Acta Numerica 19 (2010). */
+PERP_API perp_status perp_lcp_verify(perp_context *context, double *radii, perp_lcp_proof *proof,
+                                     const perp_matrix *M, const double *q, const double *lower,
+                                     const double *upper, const double *z) PERP_WARN_UNUSED;
+
 #ifdef __cplusplus
 }
 #endif

@@ -93,6 +93,16 @@ static void test_lcp_result(void **state)
     FIELD(perp_lcp_result, has_ray, 60, 4);
 }
 
+static void test_lcp_proof(void **state)
+{
+    (void)state;
+    SIZE(perp_lcp_proof, 24);
+    FIELD(perp_lcp_proof, struct_size, 0, 8);
+    FIELD(perp_lcp_proof, verdict, 8, 4);
+    FIELD(perp_lcp_proof, index, 12, 4);
+    FIELD(perp_lcp_proof, radius, 16, 8);
+}
+
 static void test_world_settings(void **state)
 {
     (void)state;
@@ -249,6 +259,11 @@ static void test_other_values(void **state)
     VALUE(PERP_PIVOT_LEXICOGRAPHIC, 1);
     VALUE(PERP_CERTIFICATE_NONE, 0);
     VALUE(PERP_CERTIFICATE_INFEASIBLE, 1);
+    VALUE(PERP_VERDICT_REGULAR, 0);
+    VALUE(PERP_VERDICT_NOT_A_SOLUTION, 1);
+    VALUE(PERP_VERDICT_SINGULAR, 2);
+    VALUE(PERP_VERDICT_DEGENERATE, 3);
+    VALUE(PERP_VERDICT_TOO_LARGE, 4);
     VALUE(PERP_BODY_DYNAMIC, 0);
     VALUE(PERP_BODY_STATIC, 1);
     VALUE(PERP_BODY_KINEMATIC, 2);
@@ -262,12 +277,12 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_context_settings), cmocka_unit_test(test_matrix),
         cmocka_unit_test(test_lcp_progress),     cmocka_unit_test(test_lcp_settings),
-        cmocka_unit_test(test_lcp_result),       cmocka_unit_test(test_world_settings),
-        cmocka_unit_test(test_body_settings),    cmocka_unit_test(test_body_state),
-        cmocka_unit_test(test_shape_settings),   cmocka_unit_test(test_contact),
-        cmocka_unit_test(test_step_result),      cmocka_unit_test(test_world_stats),
-        cmocka_unit_test(test_status_values),    cmocka_unit_test(test_outcome_values),
-        cmocka_unit_test(test_other_values),
+        cmocka_unit_test(test_lcp_result),       cmocka_unit_test(test_lcp_proof),
+        cmocka_unit_test(test_world_settings),   cmocka_unit_test(test_body_settings),
+        cmocka_unit_test(test_body_state),       cmocka_unit_test(test_shape_settings),
+        cmocka_unit_test(test_contact),          cmocka_unit_test(test_step_result),
+        cmocka_unit_test(test_world_stats),      cmocka_unit_test(test_status_values),
+        cmocka_unit_test(test_outcome_values),   cmocka_unit_test(test_other_values),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 """perp: complementarity problems, and rigid bodies with contact and Coulomb friction.
 
 lcp, LCP    linear complementarity problems with bounds, once or again and again
+lcp_verify  a proof that a solution lies near a point
 World       rigid bodies with contact, stepped in time
 Error       what every failed call raises; bad arguments are ValueErrors, too
 """
@@ -11,6 +12,7 @@ from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
 from ._monitor import Progress
 from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
+from ._verify import Proof, lcp_verify
 from ._version import __version__
 from ._world import World
 
@@ -23,6 +25,7 @@ __all__ = [
     "LcpResult",
     "Momentum",
     "Progress",
+    "Proof",
     "RunResult",
     "Shape",
     "Stats",
@@ -30,6 +33,7 @@ __all__ = [
     "World",
     "__version__",
     "lcp",
+    "lcp_verify",
     "version",
     "version_text",
 ]

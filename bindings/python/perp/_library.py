@@ -38,6 +38,7 @@ _TEXT_FUNCTIONS: dict[str, list[Any]] = {
     "perp_status_text": [c_int32],
     "perp_outcome_text": [c_int32],
     "perp_lcp_method_text": [c_int32],
+    "perp_lcp_verdict_text": [c_int32],
     "perp_contact_mode_text": [c_int32],
     "perp_context_message": [s.ContextPointer],
 }
@@ -59,6 +60,13 @@ _STATUS_FUNCTIONS: dict[str, list[Any]] = {
     "perp_lcp_solve": [s.ContextPointer]
     + [c_void_p] * 3
     + [POINTER(s.LcpResult), POINTER(s.LcpSettings), POINTER(s.Matrix)]
+    + [c_void_p] * 4,
+    "perp_lcp_verify": [
+        s.ContextPointer,
+        c_void_p,
+        POINTER(s.LcpProof),
+        POINTER(s.Matrix),
+    ]
     + [c_void_p] * 4,
     "perp_world_settings_init": [POINTER(s.WorldSettings), c_size_t, c_int32],
     "perp_body_settings_init": [POINTER(s.BodySettings), c_size_t],
@@ -184,6 +192,7 @@ _declare(library)
 
 OUTCOMES = _words(library.perp_outcome_text)
 METHODS = _words(library.perp_lcp_method_text)
+VERDICTS = _words(library.perp_lcp_verdict_text)
 MODES = _words(library.perp_contact_mode_text)
 CERTIFICATES = {0: None, 1: "infeasible"}
 GOOD_OUTCOMES = (0, 1)

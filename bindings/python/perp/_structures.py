@@ -120,6 +120,15 @@ class LcpResult(Structure):
     ]
 
 
+class LcpProof(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("verdict", c_int32),
+        ("index", c_int32),
+        ("radius", c_double),
+    ]
+
+
 class WorldSettings(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -234,6 +243,7 @@ STRUCTS = {
     "perp_lcp_progress": LcpProgress,
     "perp_lcp_settings": LcpSettings,
     "perp_lcp_result": LcpResult,
+    "perp_lcp_proof": LcpProof,
     "perp_world_settings": WorldSettings,
     "perp_body_settings": BodySettings,
     "perp_body_state": BodyState,

@@ -126,4 +126,11 @@ def test_words_are_those_of_the_contract():
         "evaluation_failed",
     ]
     assert list(_library.METHODS.values()) == ["auto", "lemke", "pgs", "fischer", "polish"]
+    assert list(_library.VERDICTS.values()) == [
+        "regular",
+        "not a solution",
+        "singular",
+        "degenerate",
+        "too large",
+    ]
     assert list(_library.MODES.values()) == ["separate", "stick", "slip"]

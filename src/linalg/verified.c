@@ -1,0 +1,224 @@
+#include "linalg/verified.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "linalg/blas.h"
+
+/* Up to this size a product R A that working precision can't tell from I is formed again in doubled
+ * precision: n^3 of its multiplications cost what ten times as many of the others do. */
+#define PERP__LARGEST_DOUBLED 256
+
+double perp__raise(double x, double operations)
+{
+    /* x / (1 - gamma) and the rounding of this very product */
+    return x * (1.0 + PERP__GAMMA(operations + 4.0));
+}
+
+double perp__larger(double a, double b)
+{
+    return b > a || isnan(b) ? b : a;
+}
+
+int32_t perp__is_same(double a, double b)
+{
+    uint64_t bits_a, bits_b;
+
+    memcpy(&bits_a, &a, sizeof a);
+    memcpy(&bits_b, &b, sizeof b);
+    return bits_a == bits_b || (bits_a << 1 == 0 && bits_b << 1 == 0);
+}
+
+double perp__doubled_error(int32_t columns)
+{
+    /* The parts that are summed beside the running sum are at most gamma_n |M||x| together, and
+     * that sum has a relative error of gamma_2n (Ogita, Rump & Oishi, proposition 5.5); the lanes
+     * of the row-wise product add less than 100 operations. */
+    const double gamma = PERP__GAMMA(2.0 * columns + 100.0);
+
+    return gamma * gamma;
+}
+
+void perp__multiply_absolute(const perp__matrix *M, const double *x, double *y)
+{
+    int32_t i, j, k;
+
+    for (i = 0; i < M->rows; i++)
+        y[i] = 0.0;
+    for (j = 0; j < M->columns; j++) {
+        const double size = fabs(x[j]);
+        const double *column = M->values + (size_t)j * M->column_stride;
+
+        if (size == 0.0)
+            continue;
+        if (M->column_starts)
+            for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+                y[M->row_indices[k]] += fabs(M->values[k]) * size;
+        else
+            for (i = 0; i < M->rows; i++)
+                y[i] += fabs(column[(size_t)i * M->row_stride]) * size;
+    }
+}
+
+void perp__verified_layout(perp__arena *arena, perp__verified *v, int32_t n)
+{
+    const size_t count = (size_t)n;
+    const size_t square = count == 0 || count <= SIZE_MAX / count ? count * count : SIZE_MAX;
+
+    v->n = n;
+    v->transposed = perp__arena_take(arena, square, sizeof(double));
+    v->inverse = perp__arena_take(arena, square, sizeof(double));
+    v->defect = perp__arena_take(arena, square, sizeof(double));
+    v->row_sums = perp__arena_take(arena, count, sizeof(double));
+    v->alpha = perp__arena_take(arena, count, sizeof(double));
+    v->work = perp__arena_take(arena, 4 * count, sizeof(double));
+    v->pivots = perp__arena_take(arena, count, sizeof(int32_t));
+}
+
+static double sum_of_sizes(const double *x, int32_t n)
+{
+    double sum = 0.0;
+    int32_t i;
+
+    for (i = 0; i < n; i++)
+        sum += fabs(x[i]);
+    return sum;
+}
+
+/* sum_l |R_il| (row sum l of |A|): what the rounding of row i of R A is measured by. */
+static double weighted_sum(const perp__verified *v, int32_t i)
+{
+    const double *row = v->inverse + (size_t)i * (size_t)v->n;
+    double sum = 0.0;
+    int32_t l;
+
+    for (l = 0; l < v->n; l++)
+        sum += fabs(row[l]) * v->row_sums[l];
+    return perp__raise(sum, 2.0 * v->n);
+}
+
+/* What underflow can have done to a row of R A. */
+static double underflow_of(const perp__verified *v, int32_t i)
+{
+    const double n = v->n;
+    const double sizes =
+        sum_of_sizes(v->inverse + (size_t)i * (size_t)v->n, v->n) + sum_of_sizes(v->row_sums, v->n);
+
+    return perp__raise(DBL_MIN * (8.0 * n * (n + 1.0) + n * sizes), 4.0 * n);
+}
+
+/* Row i of I - R A, in doubled precision. */
+static double alpha_in_doubled(const perp__verified *v, int32_t i, double weighted)
+{
+    const size_t n = (size_t)v->n;
+    double *unit = v->work, *high = unit + n, *low = high + n;
+    perp__matrix A;
+    double sum;
+
+    memset(&A, 0, sizeof A);
+    A.rows = A.columns = v->n;
+    A.row_stride = 1;
+    A.column_stride = n;
+    A.values = v->transposed;
+    memset(unit, 0, n * sizeof *unit);
+    unit[i] = -1.0;
+    perp__multiply_doubled(&A, v->inverse + (size_t)i * n, unit, high, low);
+    sum = sum_of_sizes(high, v->n) + sum_of_sizes(low, v->n);
+    return perp__raise(sum + perp__doubled_error(v->n) * (weighted + 1.0) + underflow_of(v, i),
+                       2.0 * v->n);
+}
+
+static void find_alphas(perp__verified *v)
+{
+    int32_t i;
+
+    v->contraction = 0.0;
+    for (i = 0; i < v->n; i++) {
+        const double weighted = weighted_sum(v, i);
+        const double sum = sum_of_sizes(v->defect + (size_t)i * (size_t)v->n, v->n);
+        double alpha = perp__raise(
+            sum + PERP__GAMMA(v->n + 2.0) * (weighted + 1.0) + underflow_of(v, i), 2.0 * v->n);
+
+        if (!(alpha < 0.125) && v->n <= PERP__LARGEST_DOUBLED)
+            alpha = alpha_in_doubled(v, i, weighted);
+        v->alpha[i] = alpha;
+        v->contraction = perp__larger(v->contraction, alpha);
+    }
+}
+
+static void set_identity(double *X, size_t n)
+{
+    size_t k;
+
+    memset(X, 0, n * n * sizeof *X);
+    for (k = 0; k < n; k++)
+        X[k * (n + 1)] = 1.0;
+}
+
+int32_t perp__verified_factor(perp__verified *v)
+{
+    const size_t n = (size_t)v->n;
+    int32_t i;
+
+    v->contraction = n == 0 ? 0.0 : INFINITY;
+    if (n == 0)
+        return 1;
+    memcpy(v->defect, v->transposed, n * n * sizeof *v->defect);
+    if (perp__lu_factor(v->n, v->defect, v->n, v->pivots) != 0)
+        return 0;
+    set_identity(v->inverse, n);
+    perp__lu_solve_columns(v->n, v->n, v->defect, v->n, v->pivots, v->inverse, v->n, 0);
+    for (i = 0; i < v->n; i++)
+        v->row_sums[i] =
+            perp__raise(sum_of_sizes(v->transposed + (size_t)i * n, v->n), (double)v->n);
+    set_identity(v->defect, n);
+    perp__gemm_subtract(v->n, v->n, v->n, v->transposed, v->n, v->inverse, v->n, v->defect, v->n);
+    find_alphas(v);
+    return v->contraction < 1.0;
+}
+
+void perp__verified_apply(const perp__verified *v, const double *r, double *x)
+{
+    int32_t i;
+
+    for (i = 0; i < v->n; i++)
+        x[i] = 0.0;
+    perp__gemv_transposed_subtract(v->n, v->n, v->inverse, v->n > 0 ? v->n : 1, r, 1, x);
+    for (i = 0; i < v->n; i++)
+        x[i] = -x[i];
+}
+
+/* A bound of |R r|_i over all r in the interval. */
+static double bound_of_row(const perp__verified *v, int32_t i, const double *middle,
+                           const double *width)
+{
+    const double *row = v->inverse + (size_t)i * (size_t)v->n;
+    const double gamma = PERP__GAMMA(v->n + 2.0);
+    double sum = 0.0, sizes = 0.0, spread = 0.0;
+    int32_t l;
+
+    for (l = 0; l < v->n; l++) {
+        const double size = fabs(row[l]);
+
+        sum += row[l] * middle[l];
+        spread += size * (width[l] + gamma * fabs(middle[l]) + 2.0 * DBL_MIN);
+        sizes += size + fabs(middle[l]) + width[l];
+    }
+    return perp__raise(fabs(sum) + spread + DBL_MIN * (8.0 * v->n + sizes), 6.0 * v->n);
+}
+
+void perp__verified_bound(const perp__verified *v, const double *middle, const double *width,
+                          double *delta)
+{
+    /* d = A^-1 r obeys d = R r + (I - R A) d, so ||d|| <= ||R r|| / (1 - ||I - R A||) */
+    double norm = 0.0;
+    int32_t i;
+
+    for (i = 0; i < v->n; i++) {
+        delta[i] = bound_of_row(v, i, middle, width);
+        norm = perp__larger(norm, delta[i]);
+    }
+    norm = perp__raise(norm / (1.0 - v->contraction), 4.0);
+    for (i = 0; i < v->n; i++)
+        delta[i] = perp__raise(delta[i] + v->alpha[i] * norm + DBL_MIN, 4.0);
+}

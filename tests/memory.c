@@ -1,0 +1,46 @@
+#include "memory.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static void *limited_allocate(size_t size, void *user)
+{
+    memory *m = user;
+    void *pointer;
+
+    m->calls++;
+    if (m->calls == m->fails_at)
+        return NULL;
+    pointer = malloc(size);
+    if (pointer) {
+        memset(pointer, 0xa5, size); /* nobody may rely on fresh memory being zero */
+        m->live++;
+    }
+    return pointer;
+}
+
+static void limited_release(void *pointer, void *user)
+{
+    memory *m = user;
+
+    assert_non_null(pointer);
+    m->live--;
+    free(pointer);
+}
+
+perp_context_settings memory_settings(memory *m)
+{
+    perp_context_settings settings;
+
+    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
+    settings.allocate = limited_allocate;
+    settings.release = limited_release;
+    settings.allocator_user = m;
+    return settings;
+}
