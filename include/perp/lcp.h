@@ -24,7 +24,7 @@ extern "C" {
 /* Values never change. */
 enum perp_lcp_method_value {
     PERP_LCP_AUTO = 0,    /* chosen from size, storage and diagonal; falls through on failure */
-    PERP_LCP_LEMKE = 1,   /* complementary pivoting; exact, any M; memory n^2 */
+    PERP_LCP_LEMKE = 1,   /* complementary pivoting; exact, any M; memory n^2, sparse M: factors */
     PERP_LCP_PGS = 2,     /* projected Gauss-Seidel; needs M_ii > 0; cheap, linear convergence */
     PERP_LCP_FISCHER = 3, /* semismooth Newton on the Fischer-Burmeister function */
     PERP_LCP_POLISH = 4,  /* only ever reported: the active set of z0 already solved the problem */
@@ -66,9 +66,9 @@ typedef struct perp_lcp_progress {
                         active_set on dense problems) */
 } perp_lcp_progress;
 
-/* Called once an iteration (lemke: at the first pivot and every 16). Returns 0 to go on, a positive
- * number to stop (outcome 'stopped', best iterate returned), a negative number to abort the call
- * with PERP_ERROR_CALLBACK. Must not call into the same context. */
+/* Called once an iteration (lemke, dense: at the first pivot and every 16). Returns 0 to go on, a
+ * positive number to stop (outcome 'stopped', best iterate returned), a negative number to abort
+ * the call with PERP_ERROR_CALLBACK. Must not call into the same context. */
 typedef int32_t (*perp_lcp_monitor)(const perp_lcp_progress *progress, void *user);
 
 typedef struct perp_lcp_settings {

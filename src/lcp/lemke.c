@@ -50,19 +50,16 @@ static void layout(perp__arena *arena, void *work)
     l->row = perp__arena_take(arena, pairs + 1, sizeof(double));
 }
 
-/* Later attempts differ in what they take for rounding too: contact problems of mass ratio 1e8 have
- * pivots of every size, and no one pair of tolerances tells them all from noise. */
-static void choose_tolerances(perp__lemke *l, int32_t attempt)
+void perp__lemke_tolerances(int32_t attempt, double *slack, double *smallest_pivot)
 {
     static const double slacks[] = {1e-11, 1e-9, 1e-12, 1e-10};
     static const double pivots[] = {1e-11, 1e-9, 1e-11, 1e-10};
 
-    l->slack = slacks[attempt % 4];
-    l->smallest_pivot = pivots[attempt % 4];
+    *slack = slacks[attempt % 4];
+    *smallest_pivot = pivots[attempt % 4];
 }
 
-/* The d of attempt 0 is e; later ones are random in [1, 2], the same in every run (splitmix64). */
-static double cover_entry(int32_t attempt, int32_t k)
+double perp__lemke_cover_entry(int32_t attempt, int32_t k)
 {
     uint64_t x = (uint64_t)attempt * UINT64_C(0x9e3779b97f4a7c15) + (uint64_t)k + 1;
 
@@ -86,7 +83,8 @@ static void add_cover(perp__lemke *l, int32_t attempt)
         int32_t is_v = l->basic[r] >= l->pairs;
 
         if (is_v)
-            l->cover[l->basic[r] - l->pairs] = cover_entry(attempt, l->basic[r] - l->pairs);
+            l->cover[l->basic[r] - l->pairs] =
+                perp__lemke_cover_entry(attempt, l->basic[r] - l->pairs);
         else
             l->cover[l->basic[r]] = 0.0;
         column[r] = is_v ? -l->cover[l->basic[r] - l->pairs] : 0.0;
@@ -268,7 +266,7 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
 
     perp__lemke_start(l);
     add_cover(l, iterate->attempt);
-    choose_tolerances(l, iterate->attempt);
+    perp__lemke_tolerances(iterate->attempt, &l->slack, &l->smallest_pivot);
     iterate->iterations = 0;
     iterate->outcome = follow_path(l, iterate, &entering);
     write_point(l, iterate);

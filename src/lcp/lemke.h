@@ -53,6 +53,13 @@ int32_t perp__lemke_blocking_row(const perp__lemke *l, double own_range);
 int32_t perp__lemke_distance(const perp__lemke *l, int32_t r, double floor, double *far,
                              double *speed);
 
+/* Entry k of the covering vector: e in attempt 0, later random in [1, 2], the same in every run. */
+double perp__lemke_cover_entry(int32_t attempt, int32_t k);
+
+/* Later attempts differ in what they take for rounding too: contact problems of mass ratio 1e8 have
+ * pivots of every size, and no one pair of tolerances tells them all from noise. */
+void perp__lemke_tolerances(int32_t attempt, double *slack, double *smallest_pivot);
+
 /* Writes the problem in standard form, makes free variables basic, splits those that cannot be. */
 void perp__lemke_start(perp__lemke *l);
 

@@ -68,6 +68,7 @@ static const scenario scenarios[] = {
     {"auto, unsolvable", PERP_LCP_AUTO, 1, 0, 0, 0},
     {"lemke, dense", PERP_LCP_LEMKE, 0, 0, 0, 1},
     {"lemke, sparse", PERP_LCP_LEMKE, 1, 1, 0, 1},
+    {"lemke, large sparse", PERP_LCP_LEMKE, 1, 1, 1, 1},
     {"lemke, unsolvable", PERP_LCP_LEMKE, 1, 0, 0, 0},
     {"pgs, dense", PERP_LCP_PGS, 0, 0, 0, 1},
     {"pgs, sparse", PERP_LCP_PGS, 1, 1, 0, 1},
@@ -86,7 +87,7 @@ static void make_problem(gen_lcp *problem, const scenario *s, uint64_t seed)
 
     gen_seed(&random, seed);
     if (s->large) {
-        gen_obstacle_2d(problem, 22); /* more unknowns than `auto` takes for small */
+        gen_obstacle_2d(problem, 22); /* more unknowns than `auto` and lemke take for small */
     } else {
         gen_problem(problem, &random, 12, GEN_PD_SYMMETRIC, s->solvable ? GEN_MIXED : GEN_PLAIN);
         if (!s->solvable) { /* rows 0 and 1 become walls that push against each other */

@@ -1,0 +1,261 @@
+#include "linalg/basis.h"
+
+#include <string.h>
+
+void perp__basis_layout(perp__arena *arena, perp__basis *basis, int32_t n, size_t entries,
+                        int32_t most_spikes, size_t file_entries)
+{
+    const size_t columns = (size_t)n, spikes = (size_t)most_spikes;
+
+    if (entries < columns) /* the first analysis is of a diagonal */
+        entries = columns;
+    basis->capacity = n;
+    basis->most_spikes = most_spikes;
+    basis->file_entries = file_entries;
+    basis->n = basis->kernel = basis->spikes = 0;
+    basis->position_of = perp__arena_take(arena, columns, sizeof(int32_t));
+    basis->kernel_row = perp__arena_take(arena, columns, sizeof(int32_t));
+    basis->single_row = perp__arena_take(arena, columns, sizeof(int32_t));
+    basis->single = perp__arena_take(arena, columns, sizeof(double));
+    basis->starts = perp__arena_take(arena, columns + 1, sizeof(int32_t));
+    basis->rows = perp__arena_take(arena, entries, sizeof(int32_t));
+    basis->values = perp__arena_take(arena, entries, sizeof(double));
+    basis->outer_starts = perp__arena_take(arena, columns + 1, sizeof(int32_t));
+    basis->outer_positions = perp__arena_take(arena, entries, sizeof(int32_t));
+    basis->outer_values = perp__arena_take(arena, entries, sizeof(double));
+    basis->part = perp__arena_take(arena, columns, sizeof(double));
+    basis->spike_starts = perp__arena_take(arena, spikes + 1, sizeof(size_t));
+    basis->spike_position = perp__arena_take(arena, spikes, sizeof(int32_t));
+    basis->spike_pivot = perp__arena_take(arena, spikes, sizeof(double));
+    basis->spike_rows = perp__arena_take(arena, file_entries, sizeof(int32_t));
+    basis->spike_values = perp__arena_take(arena, file_entries, sizeof(double));
+}
+
+static perp__square kernel_of(const perp__basis *basis)
+{
+    perp__square K;
+
+    K.n = basis->kernel;
+    K.values = basis->values;
+    K.column_starts = basis->starts;
+    K.row_indices = basis->rows;
+    return K;
+}
+
+/* A factorisation with room for every kernel there can be. */
+static perp_status make_factor(perp__basis *basis, perp_context *context)
+{
+    perp__square K;
+    perp_status status;
+    int32_t k;
+
+    if (basis->factor && basis->factor_order >= basis->capacity)
+        return PERP_OK;
+    perp__basis_release(basis);
+    basis->kernel = basis->capacity;
+    for (k = 0; k < basis->capacity; k++)
+        basis->starts[k] = basis->rows[k] = k;
+    basis->starts[basis->capacity] = basis->capacity;
+    K = kernel_of(basis);
+    status = perp__factor_klu.analyse(context, &basis->factor, &K);
+    if (status == PERP_OK)
+        basis->factor_order = basis->capacity;
+    return status;
+}
+
+/* Sets single entries aside; the other columns are left one after the other, as they were read. */
+static void read_columns(perp__basis *basis, int32_t n, const int32_t *columns,
+                         const perp__columns *source)
+{
+    int32_t at = 0, r, p;
+
+    basis->kernel = 0;
+    for (r = 0; r < n; r++)
+        basis->kernel_row[r] = 0;
+    for (p = 0; p < n; p++) {
+        int32_t *rows = basis->rows + at;
+        double *values = basis->values + at;
+        int32_t count = source->read(source->user, columns[p], rows, values);
+
+        basis->single_row[p] = -1;
+        if (count == 1 && values[0] != 0.0 && basis->kernel_row[rows[0]] >= 0) {
+            basis->kernel_row[rows[0]] = -1 - p;
+            basis->single_row[p] = rows[0];
+            basis->single[p] = values[0];
+            continue;
+        }
+        basis->position_of[basis->kernel] = p;
+        basis->starts[basis->kernel++] = at;
+        at += count;
+    }
+    basis->starts[basis->kernel] = at;
+    for (r = 0, p = 0; r < n; r++)
+        if (basis->kernel_row[r] >= 0)
+            basis->kernel_row[r] = p++;
+}
+
+/* Splits the columns read into K, in their place, and R. */
+static void split_columns(perp__basis *basis)
+{
+    int32_t inner = 0, outer = 0, c, k;
+
+    for (c = 0; c < basis->kernel; c++) {
+        const int32_t from = basis->starts[c], to = basis->starts[c + 1];
+
+        basis->starts[c] = inner;
+        basis->outer_starts[c] = outer;
+        for (k = from; k < to; k++) {
+            const int32_t row = basis->kernel_row[basis->rows[k]];
+            const double value = basis->values[k];
+
+            if (row >= 0) {
+                basis->rows[inner] = row;
+                basis->values[inner++] = value;
+            } else {
+                basis->outer_positions[outer] = -1 - row;
+                basis->outer_values[outer++] = value;
+            }
+        }
+    }
+    basis->starts[basis->kernel] = inner;
+    basis->outer_starts[basis->kernel] = outer;
+}
+
+perp_status perp__basis_load(perp__basis *basis, perp_context *context, int32_t n,
+                             const int32_t *columns, const perp__columns *source)
+{
+    perp_status status = make_factor(basis, context);
+    perp__square K;
+
+    if (status != PERP_OK)
+        return status;
+    basis->n = n;
+    basis->spikes = 0;
+    basis->spike_starts[0] = 0;
+    read_columns(basis, n, columns, source);
+    split_columns(basis);
+    K = kernel_of(basis);
+    status = perp__factor_klu.reanalyse(basis->factor, &K);
+    if (status == PERP_OK)
+        status = perp__factor_klu.factor(basis->factor, &K, 0);
+    return status;
+}
+
+/* B_0^-1: the kernel first, then the single entries. */
+static void solve_loaded(perp__basis *basis, const double *a, double *x)
+{
+    int32_t r, p, c, k;
+
+    for (r = 0; r < basis->n; r++)
+        if (basis->kernel_row[r] >= 0)
+            basis->part[basis->kernel_row[r]] = a[r];
+    perp__factor_klu.solve(basis->factor, basis->part, 0);
+    for (p = 0; p < basis->n; p++)
+        if (basis->single_row[p] >= 0)
+            x[p] = a[basis->single_row[p]];
+    for (c = 0; c < basis->kernel; c++) {
+        const double value = basis->part[c];
+
+        x[basis->position_of[c]] = value;
+        if (value == 0.0)
+            continue;
+        for (k = basis->outer_starts[c]; k < basis->outer_starts[c + 1]; k++)
+            x[basis->outer_positions[k]] -= basis->outer_values[k] * value;
+    }
+    for (p = 0; p < basis->n; p++)
+        if (basis->single_row[p] >= 0)
+            x[p] /= basis->single[p];
+}
+
+void perp__basis_solve(perp__basis *basis, const double *a, double *x)
+{
+    int32_t j;
+
+    solve_loaded(basis, a, x);
+    for (j = 0; j < basis->spikes; j++) {
+        const int32_t r = basis->spike_position[j];
+        double value = x[r];
+        size_t k;
+
+        if (value == 0.0)
+            continue;
+        value /= basis->spike_pivot[j];
+        x[r] = value;
+        for (k = basis->spike_starts[j]; k < basis->spike_starts[j + 1]; k++)
+            x[basis->spike_rows[k]] -= basis->spike_values[k] * value;
+    }
+}
+
+/* B_0^-T: the single entries first, then the kernel. */
+static void solve_loaded_transposed(perp__basis *basis, const double *e, double *y)
+{
+    int32_t r, p, c, k;
+
+    for (p = 0; p < basis->n; p++)
+        if (basis->single_row[p] >= 0)
+            y[basis->single_row[p]] = e[p] / basis->single[p];
+    for (c = 0; c < basis->kernel; c++) {
+        double sum = e[basis->position_of[c]];
+
+        for (k = basis->outer_starts[c]; k < basis->outer_starts[c + 1]; k++)
+            sum -= basis->outer_values[k] * y[basis->single_row[basis->outer_positions[k]]];
+        basis->part[c] = sum;
+    }
+    perp__factor_klu.solve(basis->factor, basis->part, 1);
+    for (r = 0; r < basis->n; r++)
+        if (basis->kernel_row[r] >= 0)
+            y[r] = basis->part[basis->kernel_row[r]];
+}
+
+void perp__basis_solve_transposed(perp__basis *basis, double *e, double *y)
+{
+    int32_t j;
+
+    for (j = basis->spikes - 1; j >= 0; j--) {
+        double sum = e[basis->spike_position[j]];
+        size_t k;
+
+        for (k = basis->spike_starts[j]; k < basis->spike_starts[j + 1]; k++)
+            sum -= basis->spike_values[k] * e[basis->spike_rows[k]];
+        e[basis->spike_position[j]] = sum / basis->spike_pivot[j];
+    }
+    solve_loaded_transposed(basis, e, y);
+}
+
+int32_t perp__basis_has_room(const perp__basis *basis)
+{
+    return basis->spikes < basis->most_spikes &&
+           basis->spike_starts[basis->spikes] + (size_t)basis->n <= basis->file_entries;
+}
+
+void perp__basis_replace(perp__basis *basis, int32_t r, const double *spike)
+{
+    const int32_t j = basis->spikes++;
+    size_t at = basis->spike_starts[j];
+    int32_t p;
+
+    for (p = 0; p < basis->n; p++) {
+        if (spike[p] == 0.0 || p == r)
+            continue;
+        basis->spike_rows[at] = p;
+        basis->spike_values[at++] = spike[p];
+    }
+    basis->spike_position[j] = r;
+    basis->spike_pivot[j] = spike[r];
+    basis->spike_starts[j + 1] = at;
+}
+
+double perp__basis_condition(perp__basis *basis)
+{
+    perp__square K = kernel_of(basis);
+
+    return K.n == 0 ? 1.0 : perp__factor_klu.condition(basis->factor, &K);
+}
+
+void perp__basis_release(perp__basis *basis)
+{
+    if (basis->factor)
+        perp__factor_klu.destroy(basis->factor);
+    basis->factor = NULL;
+    basis->factor_order = 0;
+}

@@ -1,0 +1,289 @@
+/* Lemke's method with a factored basis, on CSC problems too large for the tableau to be chosen. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "run.h"
+
+/* Large enough for the factored basis. */
+enum { LARGE = 210 };
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+/* Every way to go: from a guess, from the slacks, without the polish, lexicographic. */
+typedef struct way {
+    const char *name;
+    int crash, polish, rule;
+} way;
+
+static const way ways[] = {
+    {"crash", 1, 1, PERP_PIVOT_HARRIS},
+    {"cold", 0, 1, PERP_PIVOT_HARRIS},
+    {"crash, no polish", 1, 0, PERP_PIVOT_HARRIS},
+    {"cold, no polish", 0, 0, PERP_PIVOT_HARRIS},
+    {"lexicographic", 1, 1, PERP_PIVOT_LEXICOGRAPHIC},
+};
+enum { WAYS = sizeof ways / sizeof *ways };
+
+static perp_lcp_settings settings_of(const way *w)
+{
+    perp_lcp_settings settings = run_settings(PERP_LCP_LEMKE);
+
+    settings.crash = w->crash;
+    settings.polish = w->polish;
+    settings.pivot_rule = w->rule;
+    return settings;
+}
+
+/* Solves in every way, those without the polish only if asked to; z, if given, is the only solution
+ * and found to within `tolerance`. */
+static void solve_every_way(const gen_lcp *problem, const double *z, double tolerance,
+                            int unpolished, const char *name)
+{
+    int k;
+
+    for (k = 0; k < WAYS; k++) {
+        perp_lcp_settings settings = settings_of(&ways[k]);
+        char where[160];
+        run r;
+
+        if (!ways[k].polish && !unpolished)
+            continue;
+        snprintf(where, sizeof where, "%s, n = %d, %s", name, (int)problem->n, ways[k].name);
+        run_lcp(&r, context, problem, &settings, NULL, where);
+        if (!run_ok(&r) || r.result.method != PERP_LCP_LEMKE)
+            fail_msg("%s: %s by %s, residual %g", where, perp_outcome_text(r.result.outcome),
+                     perp_lcp_method_text(r.result.method), r.result.residual);
+        if (z && !(run_distance(r.z, z, problem->n) <= tolerance))
+            fail_msg("%s: off by %g", where, run_distance(r.z, z, problem->n));
+        run_release(&r);
+    }
+}
+
+/* Exact solutions. The polish gives them to the last digits; what pivoting alone leaves is eps
+ * times the condition, at most some 1e4 here, times pivots. */
+static void test_every_class(void **state)
+{
+    int class, bounds;
+
+    (void)state;
+    for (class = 0; class < GEN_CLASSES; class ++)
+        for (bounds = 0; bounds < GEN_BOUNDS; bounds++) {
+            gen_random random;
+            gen_lcp dense, problem;
+            char name[64];
+
+            gen_seed(&random, (uint64_t)(100 + 10 * class + bounds));
+            gen_problem(&dense, &random, LARGE, class, bounds);
+            gen_to_csc(&problem, &dense);
+            snprintf(name, sizeof name, "class %d, bounds %d", class, bounds);
+            problem.q = dense.q;
+            problem.lower = dense.lower;
+            problem.upper = dense.upper;
+            solve_every_way(&problem, class == GEN_PSD_LOW_RANK ? NULL : dense.z, 1e-9,
+                            class != GEN_P, name);
+            problem.q = problem.lower = problem.upper = NULL;
+            gen_destroy(&problem);
+            gen_destroy(&dense);
+        }
+}
+
+/* The optimality conditions of  min 1/2 x'H x + c'x,  A x = b,  x_i >= 0 but for the free ones:
+ * M = [H -A'; A 0], the multipliers free. From known x, y and reduced costs; `repeats` rows of A
+ * come twice, and then y is not unique. */
+static void make_program(gen_lcp *problem, gen_random *random, int32_t variables, int32_t rows,
+                         int32_t repeats, int free_too)
+{
+    const int32_t n = variables + rows + repeats;
+    gen_lcp dense;
+    double *M;
+    int32_t i, j, k;
+
+    memset(&dense, 0, sizeof dense);
+    dense.n = n;
+    M = dense.M = check_allocate((size_t)n * (size_t)n, sizeof *M);
+    for (i = 0; i < variables; i++) {
+        M[i * n + i] = 4.0;
+        if (i > 0)
+            M[i * n + i - 1] = M[(i - 1) * n + i] = -1.0;
+    }
+    for (k = 0; k < rows + repeats; k++)
+        for (j = 0; j < variables; j++) {
+            const int32_t i_row = variables + k, twin = variables + k - rows;
+
+            M[i_row * n + j] = k >= rows ? M[twin * n + j]
+                               : j == k  ? 1.0
+                                         : (gen_integer(random, 12) ? 0.0 : gen_dyadic(random, 1));
+            M[j * n + i_row] = -M[i_row * n + j];
+        }
+    gen_to_csc(problem, &dense);
+    problem->z = check_allocate((size_t)n, sizeof(double));
+    problem->w = check_allocate((size_t)n, sizeof(double));
+    problem->q = check_allocate((size_t)n, sizeof(double));
+    problem->lower = check_allocate((size_t)n, sizeof(double));
+    problem->upper = check_allocate((size_t)n, sizeof(double));
+    for (i = 0; i < n; i++) {
+        const int is_free = i >= variables || (free_too && i % 3 == 0);
+
+        problem->upper[i] = INFINITY;
+        problem->lower[i] = is_free ? -INFINITY : 0.0;
+        problem->z[i] = is_free || gen_integer(random, 2) ? 1.0 + fabs(gen_dyadic(random, 4)) : 0.0;
+        if (i >= variables + rows)
+            problem->z[i] = 0.0;
+        problem->w[i] = problem->z[i] == 0.0 && !is_free ? 1.0 : 0.0;
+        problem->q[i] = problem->w[i];
+    }
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            problem->q[i] -= M[i * n + j] * problem->z[j];
+    gen_destroy(&dense);
+}
+
+/* Multipliers without a diagonal: the free variables alone make a singular block, with or without
+ * free x among them; repeated equations make every basis of theirs singular. x is unique. */
+static void test_programs(void **state)
+{
+    int repeats, free_too;
+
+    (void)state;
+    for (repeats = 0; repeats < 2; repeats++)
+        for (free_too = 0; free_too < 2; free_too++) {
+            const int32_t variables = 170;
+            gen_random random;
+            gen_lcp problem;
+            char name[64];
+            int k;
+
+            gen_seed(&random, (uint64_t)(7 + 2 * repeats + free_too));
+            make_program(&problem, &random, variables, 40, 5 * repeats, free_too);
+            snprintf(name, sizeof name, "program, %d, %d", repeats, free_too);
+            for (k = 0; k < WAYS; k++) {
+                perp_lcp_settings settings = settings_of(&ways[k]);
+                run r;
+
+                run_lcp(&r, context, &problem, &settings, NULL, name);
+                if (!run_ok(&r) || !(run_distance(r.z, problem.z, variables) <= 1e-8))
+                    fail_msg("%s, %s: %s, off by %g", name, ways[k].name,
+                             perp_outcome_text(r.result.outcome),
+                             run_distance(r.z, problem.z, variables));
+                run_release(&r);
+            }
+            gen_destroy(&problem);
+        }
+}
+
+/* Contact problems, which no guess helps with: every one is solved, and in every way. */
+static void test_contacts(void **state)
+{
+    static const double ratios[] = {1.0, 1e4, 1e8};
+    int k;
+
+    (void)state;
+    for (k = 0; k < 3; k++) {
+        gen_contact_options options = {12, 36, 4, ratios[k], 1.0, k % 2 ? 4 : 0, k % 2};
+        gen_random random;
+        gen_lcp dense, problem;
+
+        gen_seed(&random, (uint64_t)(300 + k));
+        gen_contact(&dense, &random, &options);
+        gen_to_csc(&problem, &dense);
+        problem.q = dense.q;
+        solve_every_way(&problem, NULL, 0.0, 1, "contacts");
+        problem.q = NULL;
+        gen_destroy(&problem);
+        gen_destroy(&dense);
+    }
+}
+
+/* From a cold start a pivot for every node above the obstacle; after the crash only a few. */
+static void test_obstacle(void **state)
+{
+    gen_lcp problem;
+    int side;
+
+    (void)state;
+    for (side = 16; side <= 64; side *= 2) {
+        perp_lcp_settings settings = run_settings(PERP_LCP_LEMKE);
+        int64_t above = 0;
+        int32_t i;
+        run r;
+
+        gen_obstacle_2d(&problem, side);
+        for (i = 0; i < problem.n; i++)
+            above += problem.z[i] > 0.0;
+        run_lcp(&r, context, &problem, &settings, NULL, "obstacle");
+        assert_true(run_ok(&r));
+        assert_true(run_distance(r.z, problem.z, problem.n) <= 1e-9);
+        assert_true(r.result.iterations <= 60);
+        run_release(&r);
+        settings.crash = 0;
+        if (side < 64) {
+            run_lcp(&r, context, &problem, &settings, NULL, "obstacle, cold");
+            assert_true(run_ok(&r));
+            assert_true(r.result.iterations >= above);
+            run_release(&r);
+        }
+        gen_destroy(&problem);
+    }
+}
+
+/* Walls that push against each other, beside a problem that has a solution: a ray that proves it.
+ */
+static void test_infeasible(void **state)
+{
+    int k;
+
+    (void)state;
+    for (k = 0; k < WAYS; k++) {
+        perp_lcp_settings settings = settings_of(&ways[k]);
+        gen_random random;
+        gen_lcp dense, csc;
+        run r;
+
+        gen_seed(&random, 9);
+        gen_problem(&dense, &random, LARGE, GEN_PD_SYMMETRIC, GEN_PLAIN);
+        memset(dense.M, 0, 2 * (size_t)LARGE * sizeof(double));
+        dense.M[0] = dense.M[LARGE + 1] = 1.0;
+        dense.M[1] = dense.M[LARGE] = -1.0;
+        dense.q[0] = dense.q[1] = -1.0;
+        gen_to_csc(&csc, &dense);
+        csc.q = dense.q;
+        run_lcp(&r, context, &csc, &settings, NULL, ways[k].name);
+        assert_int_equal(r.result.outcome, PERP_OUTCOME_RAY);
+        run_release(&r);
+        csc.q = NULL;
+        gen_destroy(&csc);
+        gen_destroy(&dense);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_class), cmocka_unit_test(test_programs),
+        cmocka_unit_test(test_contacts),    cmocka_unit_test(test_obstacle),
+        cmocka_unit_test(test_infeasible),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
