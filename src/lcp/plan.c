@@ -4,8 +4,9 @@
 
 #include <math.h>
 
-/* Largest n for which `auto` expands a sparse matrix for Lemke's method: 512 MiB of tableau. */
-#define PERP__LARGEST_EXPANSION 8192
+/* Largest n for which `auto` goes on to Lemke's method on a sparse matrix: n pivots from a cold
+ * start take ten seconds there. */
+#define PERP__LARGEST_PATH 8192
 /* Above this `auto` tries Newton's method first on sparse problems: where the obstacle problem of
  * bench/lcp_obstacle.c takes the same time by both. */
 #define PERP__SMALL_SPARSE 64
@@ -93,7 +94,7 @@ static int32_t plan_auto(const perp_lcp_solver *solver, perp__plan_step *steps)
         count = add(steps, count, PERP_LCP_ACTIVE_SET);
     if (sparse)
         count = add(steps, count, PERP_LCP_FISCHER);
-    if (!sparse || solver->n <= PERP__LARGEST_EXPANSION)
+    if (!sparse || solver->n <= PERP__LARGEST_PATH)
         count = add(steps, count, PERP_LCP_LEMKE);
     if (!sparse)
         count = add(steps, count, PERP_LCP_FISCHER);
