@@ -12,7 +12,7 @@
 #include <string.h>
 
 /* Most problems need one, the hardest contact problems met so far a dozen. */
-#define ATTEMPTS 24
+#define ATTEMPTS 9
 
 static perp_status check(const perp__lcp_problem *problem)
 {
@@ -57,6 +57,21 @@ void perp__lemke_tolerances(int32_t attempt, double *slack, double *smallest_piv
 
     *slack = slacks[attempt % 4];
     *smallest_pivot = pivots[attempt % 4];
+}
+
+/* In double, 1e-11 of the largest numbers may be what rounding left of 0; in doubled precision only
+ * the rounding of the data is left. */
+static void choose_tolerances(perp__lemke *l, int32_t attempt)
+{
+    static const double slacks[] = {1e-12, 1e-11, 1e-13, 1e-10};
+    static const double pivots[] = {1e-13, 1e-11, 1e-14, 1e-11};
+
+    if (attempt == 0) {
+        perp__lemke_tolerances(0, &l->slack, &l->smallest_pivot);
+        return;
+    }
+    l->slack = slacks[(attempt - 1) / 2 % 4];
+    l->smallest_pivot = pivots[(attempt - 1) / 2 % 4];
 }
 
 double perp__lemke_cover_entry(int32_t attempt, int32_t k)
@@ -114,24 +129,51 @@ static int32_t first_row(const perp__lemke *l)
     return found;
 }
 
-/* Moves along the column by `step` and makes `entering`, which started at `from`, basic in row r.
- */
-static void pivot(perp__lemke *l, int32_t r, int32_t c, double step, double from)
+static void take_column(perp__lemke *l, int32_t variable)
 {
-    const int32_t entering = l->nonbasic[c], leaving = l->basic[r];
+    if (l->doubled.on)
+        perp__doubled_column(l, variable);
+    else
+        perp__tableau_column(&l->tableau, l->column_of[variable], l->column);
+}
+
+/* The entering variable moves by step + low in its direction. */
+static void move(perp__lemke *l, double step, double low)
+{
     int32_t i;
 
+    if (l->doubled.on) {
+        perp__doubled_move(l, step, low);
+        return;
+    }
     for (i = 0; i < l->pairs; i++)
         l->b[i] -= l->direction * step * l->column[i];
+}
+
+/* Moves along the column of `entering`, which started at `from`, until row r blocks after `far`,
+ * and exchanges the two. Returns 0 where the basis turns out singular. */
+static int32_t pivot(perp__lemke *l, int32_t r, int32_t entering, double far, double from)
+{
+    const int32_t leaving = l->basic[r], c = l->column_of[entering];
+    double low = 0.0;
+    const double step =
+        l->doubled.on ? perp__doubled_step(l, r, far, &low) : far / fabs(l->column[r]);
+
+    move(l, step, low);
     l->b[r] = from + l->direction * step;
-    perp__tableau_row(&l->tableau, r, l->row);
-    perp__tableau_exchange(&l->tableau, r, c, l->column, l->row);
     l->basic[r] = entering;
     l->nonbasic[c] = leaving;
     l->row_of[entering] = r;
     l->column_of[entering] = -1;
     l->row_of[leaving] = -1;
     l->column_of[leaving] = c;
+    if (l->doubled.on) {
+        l->doubled.b_low[r] = l->direction * low;
+        return perp__doubled_exchange(l, r);
+    }
+    perp__tableau_row(&l->tableau, r, l->row);
+    perp__tableau_exchange(&l->tableau, r, c, l->column, l->row);
+    return 1;
 }
 
 /* The partner of what just left at `value` enters; sets its direction. */
@@ -153,25 +195,26 @@ static int32_t advance(perp__lemke *l, int32_t entering, perp_outcome *outcome)
     const int32_t is_x = entering < l->pairs;
     const double own_range = is_x ? l->range[entering] : INFINITY;
     const double from = is_x && l->at_upper[entering] ? own_range : 0.0;
-    const int32_t c = l->column_of[entering];
     double far = 0.0, speed = 1.0;
-    int32_t r, i, leaving, at_upper;
+    int32_t r, leaving, at_upper;
 
-    perp__tableau_column(&l->tableau, c, l->column);
+    take_column(l, entering);
     r = perp__lemke_blocking_row(l, own_range);
     if (r == PERP__NO_ROW) {
         *outcome = PERP_OUTCOME_RAY;
         return -1;
     }
     if (r == PERP__FLIP) {
-        for (i = 0; i < l->pairs; i++)
-            l->b[i] -= l->direction * own_range * l->column[i];
+        move(l, own_range, 0.0);
         return partner_of(l, entering, l->direction > 0.0);
     }
     perp__lemke_distance(l, r, 0.0, &far, &speed);
     leaving = l->basic[r];
     at_upper = leaving < l->pairs && -l->direction * l->column[r] > 0.0;
-    pivot(l, r, c, far / speed, from);
+    if (!pivot(l, r, entering, far, from)) {
+        *outcome = PERP_OUTCOME_STALLED;
+        return -1;
+    }
     if (leaving == perp__lemke_t(l)) {
         *outcome = PERP_OUTCOME_SOLVED;
         return -1;
@@ -182,18 +225,18 @@ static int32_t advance(perp__lemke *l, int32_t entering, perp_outcome *outcome)
 static perp_outcome follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *entering)
 {
     const perp__lcp_problem *p = l->head.problem;
-    const int64_t limit =
-        p->iteration_limit > 0 ? p->iteration_limit : 1000 + 50 * (int64_t)l->pairs;
+    const int64_t limit = p->iteration_limit > 0  ? p->iteration_limit
+                          : iterate->attempt == 0 ? 200 + 8 * (int64_t)l->pairs
+                                                  : 1000 + 20 * (int64_t)l->pairs;
     perp_outcome outcome = PERP_OUTCOME_SOLVED, stop;
-    const int32_t last = l->column_of[perp__lemke_t(l)];
     int32_t r = first_row(l);
 
     if (r < 0)
         return PERP_OUTCOME_SOLVED;
     l->direction = 1.0;
-    perp__tableau_column(&l->tableau, last, l->column);
+    take_column(l, perp__lemke_t(l));
     *entering = l->basic[r];
-    pivot(l, r, last, l->b[r] / l->column[r], 0.0);
+    pivot(l, r, perp__lemke_t(l), -l->b[r], 0.0);
     *entering = partner_of(l, *entering, 0);
     for (iterate->iterations = 1; *entering >= 0; iterate->iterations++) {
         int32_t next;
@@ -264,9 +307,18 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
     perp__lemke *l = work;
     int32_t entering = -1;
 
+    l->doubled.on = 0;
+    if (iterate->attempt > 0) {
+        const perp_status status = perp__doubled_fit(l);
+
+        if (status != PERP_OK)
+            return status;
+    }
     perp__lemke_start(l);
-    add_cover(l, iterate->attempt);
-    perp__lemke_tolerances(iterate->attempt, &l->slack, &l->smallest_pivot);
+    add_cover(l, iterate->attempt > 0 ? iterate->attempt - 1 : 0); /* e twice */
+    choose_tolerances(l, iterate->attempt);
+    if (iterate->attempt > 0)
+        perp__doubled_start(l);
     iterate->iterations = 0;
     iterate->outcome = follow_path(l, iterate, &entering);
     write_point(l, iterate);
@@ -275,6 +327,11 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
     return PERP_OK;
 }
 
+static void release(void *work)
+{
+    perp__doubled_release(work);
+}
+
 const perp__lcp_method perp__lcp_lemke = {
-    PERP_LCP_LEMKE, sizeof(perp__lemke), ATTEMPTS, NULL, check, layout, solve, NULL,
+    PERP_LCP_LEMKE, sizeof(perp__lemke), ATTEMPTS, NULL, check, layout, solve, release,
 };

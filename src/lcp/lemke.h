@@ -2,6 +2,7 @@
 #ifndef PERP_LCP_LEMKE_H
 #define PERP_LCP_LEMKE_H
 
+#include "lcp/lemke_doubled.h"
 #include "lcp/method.h"
 #include "lcp/tableau.h"
 
@@ -31,6 +32,7 @@ typedef struct perp__lemke {
     double slack;          /* of the absolute Harris ratio test, relative to largest_b */
     double smallest_pivot; /* relative to the column's largest entry */
     double direction;      /* +1 or -1: how the entering variable moves */
+    perp__doubled doubled; /* what attempts after the first need */
 } perp__lemke;
 
 /* The name of t. */

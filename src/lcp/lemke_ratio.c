@@ -62,7 +62,9 @@ static int32_t harris_row(const perp__lemke *l, double own_range)
     int32_t found = PERP__NO_ROW, r;
 
     for (r = 0; r < l->pairs; r++) {
-        if (!perp__lemke_distance(l, r, floor, &l->far[r], &l->speed[r]))
+        /* t is no pivot to divide by: the path ends there */
+        if (!perp__lemke_distance(l, r, l->basic[r] == perp__lemke_t(l) ? 0.0 : floor, &l->far[r],
+                                  &l->speed[r]))
             l->speed[r] = 0.0;
         else if (l->far[r] + slack < reach * l->speed[r])
             reach = (l->far[r] + slack) / l->speed[r];
