@@ -17,6 +17,7 @@ typedef struct perp__sparse_lemke {
     perp__lcp_work head;
     perp__basis basis;
     int32_t pairs;
+    int32_t split;    /* free variables are */
     int32_t *pair_of; /* n: pair of the caller's variable, or -1 if that is fixed */
     int32_t *index;   /* caller's variable of a pair */
     int8_t *sign;

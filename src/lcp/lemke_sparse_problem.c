@@ -46,6 +46,7 @@ void perp__sparse_write_pairs(perp__sparse_lemke *l, int32_t free_variables)
     int32_t i;
 
     l->pairs = 0;
+    l->split = free_variables == PERP__FREE_SPLIT;
     for (i = 0; i < p->n; i++) {
         const int32_t above = p->lower[i] == -INFINITY && !is_free(p, i);
 
@@ -161,11 +162,17 @@ void perp__sparse_values(perp__sparse_lemke *l)
 
 perp_status perp__sparse_load(perp__sparse_lemke *l)
 {
+    const perp__lcp_problem *p = l->head.problem;
+    perp__principal principal;
     perp__columns source;
 
     source.user = l;
     source.read = perp__sparse_column;
-    return perp__basis_load(&l->basis, l->head.problem->context, l->pairs, l->basic, &source);
+    principal.block = p->block;
+    principal.index = l->index;
+    principal.sign = l->sign;
+    return perp__basis_load(&l->basis, p->context, l->pairs, l->basic, &source,
+                            l->split ? NULL : &principal);
 }
 
 perp_status perp__sparse_take_places(perp__sparse_lemke *l, const int8_t *places)

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "linalg/condition.h"
+
 void perp__basis_layout(perp__arena *arena, perp__basis *basis, int32_t n, size_t entries,
                         int32_t most_spikes, size_t file_entries)
 {
@@ -24,6 +26,9 @@ void perp__basis_layout(perp__arena *arena, perp__basis *basis, int32_t n, size_
     basis->outer_positions = perp__arena_take(arena, entries, sizeof(int32_t));
     basis->outer_values = perp__arena_take(arena, entries, sizeof(double));
     basis->part = perp__arena_take(arena, columns, sizeof(double));
+    basis->work = perp__arena_take(arena, 2 * columns, sizeof(double));
+    basis->wide = perp__arena_take(arena, columns, sizeof(double));
+    basis->active = perp__arena_take(arena, columns, sizeof(int32_t));
     basis->spike_starts = perp__arena_take(arena, spikes + 1, sizeof(size_t));
     basis->spike_position = perp__arena_take(arena, spikes, sizeof(int32_t));
     basis->spike_pivot = perp__arena_take(arena, spikes, sizeof(double));
@@ -63,11 +68,12 @@ static perp_status make_factor(perp__basis *basis, perp_context *context)
     return status;
 }
 
-/* Sets single entries aside; the other columns are left one after the other, as they were read. */
-static void read_columns(perp__basis *basis, int32_t n, const int32_t *columns,
-                         const perp__columns *source)
+/* Sets single entries aside; the other columns are left one after the other, as they were read.
+ * Returns how many single ones are among them: their rows were taken. */
+static int32_t read_columns(perp__basis *basis, int32_t n, const int32_t *columns,
+                            const perp__columns *source)
 {
-    int32_t at = 0, r, p;
+    int32_t at = 0, left = 0, r, p;
 
     basis->kernel = 0;
     for (r = 0; r < n; r++)
@@ -84,6 +90,7 @@ static void read_columns(perp__basis *basis, int32_t n, const int32_t *columns,
             basis->single[p] = values[0];
             continue;
         }
+        left += count == 1;
         basis->position_of[basis->kernel] = p;
         basis->starts[basis->kernel++] = at;
         at += count;
@@ -92,6 +99,7 @@ static void read_columns(perp__basis *basis, int32_t n, const int32_t *columns,
     for (r = 0, p = 0; r < n; r++)
         if (basis->kernel_row[r] >= 0)
             basis->kernel_row[r] = p++;
+    return left;
 }
 
 /* Splits the columns read into K, in their place, and R. */
@@ -121,24 +129,69 @@ static void split_columns(perp__basis *basis)
     basis->outer_starts[basis->kernel] = outer;
 }
 
+/* Whether every column of the kernel has its own row in it. */
+static int32_t is_principal(const perp__basis *basis)
+{
+    int32_t c;
+
+    for (c = 0; c < basis->kernel; c++)
+        if (basis->kernel_row[basis->position_of[c]] != c)
+            return 0;
+    return 1;
+}
+
+static perp_status factor_kernel(perp__basis *basis, const perp__principal *principal)
+{
+    perp__square K = kernel_of(basis);
+    perp_status status;
+    int32_t c;
+
+    basis->principal.block = NULL;
+    if (principal && is_principal(basis)) {
+        basis->principal = *principal;
+        for (c = 0; c < basis->kernel; c++)
+            basis->active[c] = principal->index[basis->position_of[c]];
+        return perp__sparse_block_factor(principal->block, basis->active, basis->kernel, 0.0);
+    }
+    status = perp__factor_klu.reanalyse(basis->factor, &K);
+    return status == PERP_OK ? perp__factor_klu.factor(basis->factor, &K, 0) : status;
+}
+
 perp_status perp__basis_load(perp__basis *basis, perp_context *context, int32_t n,
-                             const int32_t *columns, const perp__columns *source)
+                             const int32_t *columns, const perp__columns *source,
+                             const perp__principal *principal)
 {
     perp_status status = make_factor(basis, context);
-    perp__square K;
+    int32_t left;
 
     if (status != PERP_OK)
         return status;
     basis->n = n;
     basis->spikes = 0;
     basis->spike_starts[0] = 0;
-    read_columns(basis, n, columns, source);
+    left = read_columns(basis, n, columns, source);
     split_columns(basis);
-    K = kernel_of(basis);
-    status = perp__factor_klu.reanalyse(basis->factor, &K);
-    if (status == PERP_OK)
-        status = perp__factor_klu.factor(basis->factor, &K, 0);
-    return status;
+    return factor_kernel(basis, left == 0 ? principal : NULL);
+}
+
+/* part := K^-1 part, or K^-T part */
+static void solve_kernel(perp__basis *basis, int32_t transposed)
+{
+    const perp__principal *p = &basis->principal;
+    int32_t c;
+
+    if (!p->block) {
+        perp__factor_klu.solve(basis->factor, basis->part, transposed);
+        return;
+    }
+    for (c = 0; c < basis->kernel; c++)
+        basis->wide[basis->active[c]] = p->sign[basis->position_of[c]] * basis->part[c];
+    if (transposed)
+        perp__sparse_block_solve_transposed(p->block, basis->wide);
+    else
+        perp__sparse_block_solve(p->block, basis->wide);
+    for (c = 0; c < basis->kernel; c++)
+        basis->part[c] = -p->sign[basis->position_of[c]] * basis->wide[basis->active[c]];
 }
 
 /* B_0^-1: the kernel first, then the single entries. */
@@ -149,7 +202,7 @@ static void solve_loaded(perp__basis *basis, const double *a, double *x)
     for (r = 0; r < basis->n; r++)
         if (basis->kernel_row[r] >= 0)
             basis->part[basis->kernel_row[r]] = a[r];
-    perp__factor_klu.solve(basis->factor, basis->part, 0);
+    solve_kernel(basis, 0);
     for (p = 0; p < basis->n; p++)
         if (basis->single_row[p] >= 0)
             x[p] = a[basis->single_row[p]];
@@ -201,7 +254,7 @@ static void solve_loaded_transposed(perp__basis *basis, const double *e, double 
             sum -= basis->outer_values[k] * y[basis->single_row[basis->outer_positions[k]]];
         basis->part[c] = sum;
     }
-    perp__factor_klu.solve(basis->factor, basis->part, 1);
+    solve_kernel(basis, 1);
     for (r = 0; r < basis->n; r++)
         if (basis->kernel_row[r] >= 0)
             y[r] = basis->part[basis->kernel_row[r]];
@@ -245,11 +298,22 @@ void perp__basis_replace(perp__basis *basis, int32_t r, const double *spike)
     basis->spike_starts[j + 1] = at;
 }
 
+static void solve_for_condition(void *user, double *x, int32_t transposed)
+{
+    perp__basis *basis = user;
+    const size_t bytes = (size_t)basis->kernel * sizeof *x;
+
+    memcpy(basis->part, x, bytes);
+    solve_kernel(basis, transposed);
+    memcpy(x, basis->part, bytes);
+}
+
 double perp__basis_condition(perp__basis *basis)
 {
     perp__square K = kernel_of(basis);
 
-    return K.n == 0 ? 1.0 : perp__factor_klu.condition(basis->factor, &K);
+    return perp__reciprocal_condition(K.n, perp__norm_1(&K), basis->work, solve_for_condition,
+                                      basis);
 }
 
 void perp__basis_release(perp__basis *basis)

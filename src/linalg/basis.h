@@ -1,16 +1,18 @@
 /* A sparse basis matrix B, factored once and then updated column by column.
  *
  * Columns with a single entry (the slacks) are set aside with their rows; what is left, the kernel,
- * is factored by KLU:   B = [S  R; 0  K]   with S diagonal. Replaced columns follow in product form
- * (Dantzig & Orchard-Hays 1954): B_k = B E_1 ... E_k, where E_j is the identity but for one column,
- * the spike. A file of fixed size holds the spikes; when it is full, B is loaded anew.
+ * is factored:   B = [D  R; 0  K]   with D diagonal. Where the caller knows K for a principal block
+ * of a sparse matrix, that is factored in the cheapest way (linalg/sparse_block.h), else K by KLU.
+ * Replaced columns follow in product form (Dantzig & Orchard-Hays 1954): B_k = B E_1 ... E_k, where
+ * E_j is the identity but for one column, the spike. A file of fixed size holds the spikes; when it
+ * is full, B is loaded anew.
  *
  * Rows are numbered by equations, columns by positions 0 .. n-1 of the basis. */
 #ifndef PERP_LINALG_BASIS_H
 #define PERP_LINALG_BASIS_H
 
 #include "base/arena.h"
-#include "linalg/factor.h"
+#include "linalg/sparse_block.h"
 
 /* Where columns come from. */
 typedef struct perp__columns {
@@ -19,21 +21,33 @@ typedef struct perp__columns {
     int32_t (*read)(const void *user, int32_t column, int32_t *rows, double *values);
 } perp__columns;
 
+/* K = -Sigma S_AA Sigma where every position of the kernel has its row in it too: position p stands
+ * for row and column index[p] of S, ascending, and Sigma_pp = sign[p]. */
+typedef struct perp__principal {
+    perp__sparse_block *block;
+    const int32_t *index;
+    const int8_t *sign;
+} perp__principal;
+
 /* All zero at first. */
 typedef struct perp__basis {
     int32_t capacity, n;
-    perp__factor *factor; /* of the kernel; NULL before the first load */
-    int32_t factor_order; /* largest kernel it can take */
-    int32_t kernel;       /* order of the kernel */
-    int32_t *position_of; /* of a kernel column */
-    int32_t *kernel_row;  /* of a row, or -1 - p where position p has that single entry */
-    int32_t *single_row;  /* of a position, or -1 */
-    double *single;       /* the entry itself */
+    perp__factor *factor;      /* of the kernel; NULL before the first load */
+    perp__principal principal; /* block NULL: the kernel is in `factor` */
+    double *wide;              /* order of S */
+    int32_t *active;           /* A */
+    int32_t factor_order;      /* largest kernel it can take */
+    int32_t kernel;            /* order of the kernel */
+    int32_t *position_of;      /* of a kernel column */
+    int32_t *kernel_row;       /* of a row, or -1 - p where position p has that single entry */
+    int32_t *single_row;       /* of a position, or -1 */
+    double *single;            /* the entry itself */
     int32_t *starts, *rows;
     double *values; /* the kernel, CSC */
     int32_t *outer_starts, *outer_positions;
     double *outer_values; /* R: entries of kernel columns in rows of single entries */
     double *part;         /* right-hand side of the kernel */
+    double *work;         /* 2 n, of the condition */
     int32_t spikes, most_spikes;
     size_t file_entries; /* room in the file */
     size_t *spike_starts;
@@ -48,10 +62,12 @@ typedef struct perp__basis {
 void perp__basis_layout(perp__arena *arena, perp__basis *basis, int32_t n, size_t entries,
                         int32_t most_spikes, size_t file_entries);
 
-/* Factors the first n columns; n no more than in the layout. PERP_OK, PERP__FACTOR_SINGULAR or
- * PERP_ERROR_MEMORY. Asks the context for memory only the first time, or for a larger layout. */
+/* Factors the first n columns; n no more than in the layout; principal may be NULL, and the order
+ * of its S is no more than that either. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. Asks
+ * the context for memory only the first time, or for a larger layout. */
 perp_status perp__basis_load(perp__basis *basis, perp_context *context, int32_t n,
-                             const int32_t *columns, const perp__columns *source);
+                             const int32_t *columns, const perp__columns *source,
+                             const perp__principal *principal);
 
 /* x := B^-1 a; a in rows, x in positions. They may not overlap. */
 void perp__basis_solve(perp__basis *basis, const double *a, double *x);

@@ -236,7 +236,7 @@ perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *
     return status;
 }
 
-void perp__sparse_block_solve(perp__sparse_block *block, double *x)
+static void solve(perp__sparse_block *block, double *x, int32_t transposed)
 {
     int32_t k;
 
@@ -246,12 +246,24 @@ void perp__sparse_block_solve(perp__sparse_block *block, double *x)
     }
     for (k = 0; k < block->count; k++)
         block->x[k] = x[block->active[k]];
-    if (block->kind == PERP__SPARSE_TRIDIAGONAL)
-        perp__tridiagonal_solve(&block->tridiagonal, block->x);
+    if (block->kind != PERP__SPARSE_TRIDIAGONAL)
+        perp__factor_klu.solve(block->lu, block->x, transposed);
+    else if (transposed)
+        perp__tridiagonal_solve_transposed(&block->tridiagonal, block->x);
     else
-        perp__factor_klu.solve(block->lu, block->x, 0);
+        perp__tridiagonal_solve(&block->tridiagonal, block->x);
     for (k = 0; k < block->count; k++)
         x[block->active[k]] = block->x[k];
+}
+
+void perp__sparse_block_solve(perp__sparse_block *block, double *x)
+{
+    solve(block, x, 0);
+}
+
+void perp__sparse_block_solve_transposed(perp__sparse_block *block, double *x)
+{
+    solve(block, x, 1);
 }
 
 void perp__sparse_block_release(perp__sparse_block *block)

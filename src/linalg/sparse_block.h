@@ -57,6 +57,9 @@ perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *
 /* x_A := (S_AA + rho I)^-1 x_A in the n-vector x, whose other entries are not looked at. */
 void perp__sparse_block_solve(perp__sparse_block *block, double *x);
 
+/* The same with the transposed block. */
+void perp__sparse_block_solve_transposed(perp__sparse_block *block, double *x);
+
 void perp__sparse_block_release(perp__sparse_block *block);
 
 #endif

@@ -133,3 +133,26 @@ void perp__tridiagonal_solve(const perp__tridiagonal_factor *factor, double *x)
         x[k] *= factor->pivots[k];
     }
 }
+
+void perp__tridiagonal_solve_transposed(const perp__tridiagonal_factor *factor, double *x)
+{
+    const int32_t n = factor->n;
+    int32_t k;
+
+    for (k = 0; k < n; k++) {
+        if (k > 0)
+            x[k] -= factor->above[k - 1] * x[k - 1];
+        if (k > 1)
+            x[k] -= factor->second[k - 2] * x[k - 2];
+        x[k] *= factor->pivots[k];
+    }
+    for (k = n - 2; k >= 0; k--) {
+        const double value = x[k] - factor->multipliers[k] * x[k + 1];
+
+        x[k] = value;
+        if (factor->exchanged[k]) {
+            x[k] = x[k + 1];
+            x[k + 1] = value;
+        }
+    }
+}

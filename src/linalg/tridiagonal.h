@@ -38,4 +38,7 @@ int32_t perp__tridiagonal_factorise(perp__tridiagonal_factor *factor, const perp
 /* x := block^-1 x, `count` entries. */
 void perp__tridiagonal_solve(const perp__tridiagonal_factor *factor, double *x);
 
+/* x := block^-T x */
+void perp__tridiagonal_solve_transposed(const perp__tridiagonal_factor *factor, double *x);
+
 #endif

@@ -11,6 +11,7 @@
 #include "exact.h"
 #include "gen.h"
 #include "linalg/factor.h"
+#include "linalg/matrix.h"
 
 #define UNIT 0x1p-53
 
@@ -95,6 +96,18 @@ static inline perp__square view_of(const matrix *A, const perp__factor_type *typ
     view.column_starts = type->sparse ? A->starts : NULL;
     view.row_indices = type->sparse ? A->indices : NULL;
     return view;
+}
+
+static inline perp__matrix sparse_view(const matrix *A)
+{
+    perp__matrix M;
+
+    memset(&M, 0, sizeof M);
+    M.rows = M.columns = A->n;
+    M.values = A->values;
+    M.column_starts = A->starts;
+    M.row_indices = A->indices;
+    return M;
 }
 
 /* Sparse, well conditioned, symmetric positive definite if asked for: random with a diagonal that

@@ -44,18 +44,6 @@ static matrix make_matrix(gen_random *random, int32_t n, int which)
     return A;
 }
 
-static perp__matrix sparse_view(const matrix *A)
-{
-    perp__matrix M;
-
-    memset(&M, 0, sizeof M);
-    M.rows = M.columns = A->n;
-    M.values = A->values;
-    M.column_starts = A->starts;
-    M.row_indices = A->indices;
-    return M;
-}
-
 static int32_t choose(gen_random *random, int32_t n, int32_t *active, int32_t of_eight)
 {
     int32_t count = 0, i;
@@ -84,7 +72,8 @@ static matrix block_of(const matrix *A, const double *scale, const int32_t *acti
 /* Entries outside of the block keep their values. Blocks of the tridiagonal matrices may be nearly
  * singular; the backward error is small all the same. */
 static void check_block_solve(gen_random *random, perp__sparse_block *block, const matrix *A,
-                              const double *scale, const int32_t *active, int32_t count, double rho)
+                              const double *scale, const int32_t *active, int32_t count, double rho,
+                              int transposed)
 {
     matrix B = block_of(A, scale, active, count, rho);
     double *x = check_allocate((size_t)A->n + 1, sizeof *x);
@@ -97,14 +86,17 @@ static void check_block_solve(gen_random *random, perp__sparse_block *block, con
         x[i] = 1e300;
     for (k = 0; k < count; k++)
         x[active[k]] = b[k] = gen_normal(random);
-    perp__sparse_block_solve(block, x);
+    if (transposed)
+        perp__sparse_block_solve_transposed(block, x);
+    else
+        perp__sparse_block_solve(block, x);
     for (k = 0; k < count; k++) {
         y[k] = x[active[k]];
         x[active[k]] = 1e300;
     }
     for (i = 0; i < A->n; i++)
         assert_true(x[i] == 1e300);
-    error = backward_error(&B, 0, y, b);
+    error = backward_error(&B, transposed, y, b);
     if (!(error <= tolerance_of(count)))
         fail_msg("n = %d, %d active: backward error %g", (int)A->n, (int)count, error);
     free(x);
@@ -134,7 +126,8 @@ static void check_matrix(gen_random *random, perp__sparse_block *block, int whic
         if (which == GENERAL && status == PERP__FACTOR_SINGULAR)
             continue; /* many entries of its diagonal are zero */
         assert_int_equal(status, PERP_OK);
-        check_block_solve(random, block, &A, scale, active, count, rho);
+        check_block_solve(random, block, &A, scale, active, count, rho, 0);
+        check_block_solve(random, block, &A, scale, active, count, rho, 1);
     }
     free(scale);
     free(active);
@@ -221,7 +214,7 @@ static void test_singular(void **state)
     assert_int_equal(perp__sparse_block_read(&block, &M, ones), PERP_OK);
     assert_int_equal(perp__sparse_block_factor(&block, active, 3, 0.0), PERP__FACTOR_SINGULAR);
     assert_int_equal(perp__sparse_block_factor(&block, active, 3, 0.25), PERP_OK);
-    check_block_solve(&random, &block, &A, ones, active, 3, 0.25);
+    check_block_solve(&random, &block, &A, ones, active, 3, 0.25, 0);
     assert_int_equal(perp__sparse_block_factor(&block, active, 3, 0.0), PERP__FACTOR_SINGULAR);
     perp__sparse_block_release(&block);
     matrix_release(&A);

@@ -1,0 +1,135 @@
+/* Bases that are singular, empty, or without memory. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "linalg/bases.h"
+
+/* Two slacks in one row, a column of zeros, two columns that are the same: said to be singular, and
+ * what is loaded next is right. */
+static void test_singular(void **state)
+{
+    enum { N = 20 };
+    gen_random random;
+    bench b;
+    int kind;
+
+    (void)state;
+    gen_seed(&random, 53);
+    open_bench(&b, context, make_pool(&random, N, N), 4, 4 * N);
+    memset(b.columns.dense + (size_t)(2 * N - 1) * N, 0, N * sizeof(double));
+    for (kind = 0; kind < 4; kind++) {
+        int32_t i;
+
+        for (i = 0; i < N; i++)
+            b.chosen[i] = kind < 2 ? i : N + i;
+        b.chosen[N - 1] = kind == 0 ? 3 : kind == 1 ? 2 * N - 1 : kind == 2 ? N + 4 : 2 * N - 1;
+        assert_int_equal(load(&b), PERP__FACTOR_SINGULAR);
+        b.chosen[N - 1] = N - 1;
+        assert_int_equal(load(&b), PERP_OK);
+        require_solves(&b, &random, tolerance_of(N));
+    }
+    close_bench(&b);
+}
+
+static void test_order_zero(void **state)
+{
+    gen_random random;
+    bench b;
+
+    (void)state;
+    gen_seed(&random, 54);
+    open_bench(&b, context, make_pool(&random, 0, 0), 1, 1);
+    assert_int_equal(load(&b), PERP_OK);
+    perp__basis_solve(&b.basis, NULL, NULL);
+    perp__basis_solve_transposed(&b.basis, NULL, NULL);
+    assert_true(perp__basis_condition(&b.basis) == 1.0);
+    close_bench(&b);
+}
+
+/* An allocator that fails at the k-th call and counts what is alive. */
+typedef struct failing {
+    int32_t calls, fail_at, alive;
+} failing;
+
+static void *failing_allocate(size_t size, void *user)
+{
+    failing *f = user;
+    void *pointer;
+
+    if (++f->calls == f->fail_at)
+        return NULL;
+    pointer = malloc(size);
+    f->alive += pointer != NULL;
+    return pointer;
+}
+
+static void failing_release(void *pointer, void *user)
+{
+    failing *f = user;
+
+    f->alive -= pointer != NULL;
+    free(pointer);
+}
+
+/* The first load allocates and may fail, later ones ask for nothing, whatever their kernels. */
+static void test_memory(void **state)
+{
+    enum { N = 30 };
+    perp_context_settings settings;
+    failing f = {0, 0, 0};
+    perp_context *failing_context;
+    perp_status status = PERP_ERROR_MEMORY;
+    gen_random random;
+    bench b;
+    int32_t k, i;
+
+    (void)state;
+    gen_seed(&random, 55);
+    assert_int_equal(perp_context_settings_init(&settings, sizeof settings), PERP_OK);
+    settings.allocate = failing_allocate;
+    settings.release = failing_release;
+    settings.allocator_user = &f;
+    assert_int_equal(perp_context_create(&failing_context, &settings), PERP_OK);
+    open_bench(&b, failing_context, make_pool(&random, N, N), 4, 4 * N);
+    for (k = 1; status != PERP_OK; k++) {
+        const int32_t alive = f.alive;
+
+        f.calls = 0;
+        f.fail_at = k;
+        status = load(&b);
+        if (status != PERP_OK) {
+            assert_int_equal(status, PERP_ERROR_MEMORY);
+            assert_int_equal(f.alive, alive);
+        }
+    }
+    assert_true(k > 2);
+    f.calls = f.fail_at = 0;
+    for (k = 0; k < 10; k++) {
+        for (i = 0; i < N; i++)
+            b.chosen[i] = gen_integer(&random, 10) < k ? N + i : i;
+        assert_int_equal(load(&b), PERP_OK);
+        require_solves(&b, &random, tolerance_of(N));
+    }
+    assert_int_equal(f.calls, 0);
+    close_bench(&b);
+    perp_context_destroy(failing_context);
+    assert_int_equal(f.alive, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_singular),
+        cmocka_unit_test(test_order_zero),
+        cmocka_unit_test(test_memory),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
