@@ -219,6 +219,83 @@ PERP_API perp_status perp_lcp_verify(perp_context *context, double *radii, perp_
                                      const perp_matrix *M, const double *q, const double *lower,
                                      const double *upper, const double *z) PERP_WARN_UNUSED;
 
+/* Where a variable of a solution stands. Values never change. */
+enum perp_place_value {
+    PERP_PLACE_LOWER = 0,   /* at its lower bound */
+    PERP_PLACE_UPPER = 1,   /* at its upper bound */
+    PERP_PLACE_BETWEEN = 2, /* between its bounds: w_i = 0 */
+    PERP_PLACE_FIXED = 3    /* the bounds are equal */
+};
+
+/* The derivatives of a solution with respect to its data. */
+typedef struct perp_lcp_sensitivity perp_lcp_sensitivity;
+
+typedef struct perp_lcp_sensitivity_info {
+    size_t struct_size;
+    int32_t verdict;  /* PERP_VERDICT_REGULAR: differentiable; _DEGENERATE, _SINGULAR: not;
+                         _NOT_A_SOLUTION: by the front door's own test */
+    int32_t index;    /* the row that decided (degenerate, not a solution); else -1 */
+    int32_t active;   /* variables between their bounds */
+    int32_t reserved; /* 0 */
+    double margin;    /* how far the nearest row is from changing its place, in the units of the
+                         tested residual; degenerate if it is at most settings.tol */
+    double condition; /* estimate of cond_1 of the equilibrated block; 1 if it is empty */
+} perp_lcp_sensitivity_info;
+
+PERP_API perp_status perp_lcp_sensitivity_info_init(perp_lcp_sensitivity_info *info, size_t size);
+
+/* Reads the index set of a solution off z by the natural map and factors its block M_AA.
+ *
+ * With strict complementarity and M_AA regular the solution near z is a smooth function of the
+ * data, M_AA dz_A = -(dq + dM z + M_AN dz_N)_A,  dz_N = the change of the bounds that N stand at.
+ * A degenerate solution is a kink: the products below then are those of the linear piece that
+ * belongs to the index set read, one of several that meet there.
+ *
+ * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY.
+ * Out:     sensitivity: the new handle, whatever the verdict; untouched after failure.
+ *          info: initialised by perp_lcp_sensitivity_info_init.
+ * In:      settings: tol and scaling are used; NULL for the defaults.
+ *          M, q, lower, upper: as for perp_lcp_solve. M's arrays must stay in place and unchanged
+ *             until the handle is destroyed; the others are copied.
+ *          z: n entries, a solution as perp_lcp_solve returns it.
+ * Cost:    one factorisation of M_AA (LAPACK, or KLU for sparse M). The products cost one solve
+ *          each and allocate nothing.
+ * Source:  Cottle, Pang & Stone, section 7.4. */
+PERP_API perp_status perp_lcp_sensitivity_create(
+    perp_context *context, perp_lcp_sensitivity **sensitivity, perp_lcp_sensitivity_info *info,
+    const perp_lcp_settings *settings, const perp_matrix *M, const double *q, const double *lower,
+    const double *upper, const double *z) PERP_WARN_UNUSED;
+
+/* NULL is allowed. */
+PERP_API void perp_lcp_sensitivity_destroy(perp_lcp_sensitivity *sensitivity);
+
+/* Writes the index set used: n times PERP_PLACE_... */
+PERP_API perp_status perp_lcp_sensitivity_places(perp_lcp_sensitivity *sensitivity,
+                                                 int32_t *places) PERP_WARN_UNUSED;
+
+/* dz := the derivative of z in the direction (dq, dM, dlower, dupper).
+ *
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT where the verdict was 'singular' or 'not a solution';
+ *          _NOT_FINITE, _ABI, _HANDLE or _BUSY. After failure dz is untouched.
+ * Out:     dz: n entries.
+ * In:      dq, dlower, dupper: n entries; dM: n by n, any storage; NULL stands for 0. Only the
+ *          bound that a variable is at matters; one whose bounds are equal follows dlower. */
+PERP_API perp_status perp_lcp_sensitivity_forward(perp_lcp_sensitivity *sensitivity, double *dz,
+                                                  const double *dq, const perp_matrix *dM,
+                                                  const double *dlower,
+                                                  const double *dupper) PERP_WARN_UNUSED;
+
+/* The gradient of a function of z with respect to the data, from its gradient g with respect to z:
+ * p := d/dq, p_A = -M_AA^-T g_A and 0 elsewhere. The gradient with respect to M_ij is p_i z_j.
+ *
+ * Returns: as perp_lcp_sensitivity_forward.
+ * Out:     p, lower, upper: n entries each, d/dq, d/dlower and d/dupper; NULL: not needed. p may be
+ *          g itself.
+ * In:      g: n entries. */
+PERP_API perp_status perp_lcp_sensitivity_adjoint(perp_lcp_sensitivity *sensitivity, double *p,
+                                                  double *lower, double *upper,
+                                                  const double *g) PERP_WARN_UNUSED;
+
 #ifdef __cplusplus
 }
 #endif

@@ -12,7 +12,12 @@
 #include "linalg/sparse_block.h"
 
 /* Where z_i stands relative to its bounds. */
-enum perp__place { PERP__AT_LOWER = 0, PERP__AT_UPPER = 1, PERP__BETWEEN = 2, PERP__FIXED = 3 };
+enum perp__place {
+    PERP__AT_LOWER = PERP_PLACE_LOWER,
+    PERP__AT_UPPER = PERP_PLACE_UPPER,
+    PERP__BETWEEN = PERP_PLACE_BETWEEN,
+    PERP__FIXED = PERP_PLACE_FIXED
+};
 
 /* Stop requests, told apart by the front door. Filled by perp__lcp_tick. */
 typedef struct perp__lcp_control {

@@ -5,6 +5,7 @@
 
 #include "base/context.h"
 #include "lcp/verify.h"
+#include "linalg/principal.h"
 
 #define PERP__REFINEMENTS 16
 /* Below this size a sparse block is taken as a dense one at once. */
@@ -19,53 +20,14 @@ static void layout_dense(perp__arena *arena, void *object)
     perp__verified_layout(arena, &v->dense, v->count);
 }
 
-/* Row i of the active block becomes a column. */
-static void fill_dense(perp__verify *v)
+static perp__principal block_of(const perp__verify *v)
 {
-    const size_t count = (size_t)v->count;
-    double *to = v->dense.transposed;
-    size_t r, c;
-    int32_t k;
+    perp__principal block;
 
-    if (v->M.column_starts && count > 0)
-        memset(to, 0, count * count * sizeof *to);
-    for (c = 0; c < count; c++) {
-        const int32_t j = v->active[c];
-
-        if (v->M.column_starts) {
-            for (k = v->M.column_starts[j]; k < v->M.column_starts[j + 1]; k++)
-                if (v->position[v->M.row_indices[k]] >= 0)
-                    to[c + count * (size_t)v->position[v->M.row_indices[k]]] = v->values[k];
-        } else {
-            for (r = 0; r < count; r++)
-                to[c + count * r] = v->values[(size_t)v->active[r] + (size_t)v->n * (size_t)j];
-        }
-    }
-}
-
-static void fill_sparse(perp__verify *v)
-{
-    int32_t at = 0, c, k;
-
-    for (c = 0; c < v->count; c++) {
-        const int32_t j = v->active[c];
-
-        v->starts[c] = at;
-        for (k = v->M.column_starts[j]; k < v->M.column_starts[j + 1]; k++) {
-            const int32_t r = v->position[v->M.row_indices[k]];
-
-            if (r < 0)
-                continue;
-            v->rows[at] = r;
-            v->block[at++] = v->values[k];
-        }
-    }
-    v->starts[v->count] = at;
-    v->dominance.n = v->count;
-    v->dominance.A.n = v->count;
-    v->dominance.A.values = v->block;
-    v->dominance.A.column_starts = v->starts;
-    v->dominance.A.row_indices = v->rows;
+    block.count = v->count;
+    block.active = v->active;
+    block.position = v->position;
+    return block;
 }
 
 /* w := M (high + low) + q, in doubled precision but for its last rounding */
@@ -195,13 +157,14 @@ static int32_t find_delta(perp__verify *v)
 
 static perp_status enclose_dense(perp__verify *v, int32_t *verdict)
 {
+    const perp__principal block = block_of(v);
     perp_status status;
 
     v->uses_dense = 1;
     status = perp__arena_fit(&v->dense_arena, layout_dense, v);
     if (status != PERP_OK)
         return status;
-    fill_dense(v);
+    perp__principal_dense(&v->M, &block, v->dense.transposed, (size_t)v->count, 1);
     *verdict = PERP_VERDICT_SINGULAR;
     if (perp__verified_factor(&v->dense)) {
         refine(v);
@@ -213,10 +176,15 @@ static perp_status enclose_dense(perp__verify *v, int32_t *verdict)
 
 static perp_status enclose_sparse(perp__verify *v, int32_t *verdict)
 {
+    const perp__principal block = block_of(v);
     perp_status status;
 
     v->uses_dense = 0;
-    fill_sparse(v);
+    perp__principal_csc(&v->M, &block, v->starts, v->rows, v->block);
+    v->dominance.n = v->dominance.A.n = v->count;
+    v->dominance.A.values = v->block;
+    v->dominance.A.column_starts = v->starts;
+    v->dominance.A.row_indices = v->rows;
     status = perp__dominance_factor(&v->dominance, v->context);
     *verdict = PERP_VERDICT_SINGULAR;
     if (status == PERP_OK) {

@@ -103,6 +103,19 @@ static void test_lcp_proof(void **state)
     FIELD(perp_lcp_proof, radius, 16, 8);
 }
 
+static void test_lcp_sensitivity_info(void **state)
+{
+    (void)state;
+    SIZE(perp_lcp_sensitivity_info, 40);
+    FIELD(perp_lcp_sensitivity_info, struct_size, 0, 8);
+    FIELD(perp_lcp_sensitivity_info, verdict, 8, 4);
+    FIELD(perp_lcp_sensitivity_info, index, 12, 4);
+    FIELD(perp_lcp_sensitivity_info, active, 16, 4);
+    FIELD(perp_lcp_sensitivity_info, reserved, 20, 4);
+    FIELD(perp_lcp_sensitivity_info, margin, 24, 8);
+    FIELD(perp_lcp_sensitivity_info, condition, 32, 8);
+}
+
 static void test_world_settings(void **state)
 {
     (void)state;
@@ -264,6 +277,10 @@ static void test_other_values(void **state)
     VALUE(PERP_VERDICT_SINGULAR, 2);
     VALUE(PERP_VERDICT_DEGENERATE, 3);
     VALUE(PERP_VERDICT_TOO_LARGE, 4);
+    VALUE(PERP_PLACE_LOWER, 0);
+    VALUE(PERP_PLACE_UPPER, 1);
+    VALUE(PERP_PLACE_BETWEEN, 2);
+    VALUE(PERP_PLACE_FIXED, 3);
     VALUE(PERP_BODY_DYNAMIC, 0);
     VALUE(PERP_BODY_STATIC, 1);
     VALUE(PERP_BODY_KINEMATIC, 2);
@@ -275,14 +292,15 @@ static void test_other_values(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_context_settings), cmocka_unit_test(test_matrix),
-        cmocka_unit_test(test_lcp_progress),     cmocka_unit_test(test_lcp_settings),
-        cmocka_unit_test(test_lcp_result),       cmocka_unit_test(test_lcp_proof),
-        cmocka_unit_test(test_world_settings),   cmocka_unit_test(test_body_settings),
-        cmocka_unit_test(test_body_state),       cmocka_unit_test(test_shape_settings),
-        cmocka_unit_test(test_contact),          cmocka_unit_test(test_step_result),
-        cmocka_unit_test(test_world_stats),      cmocka_unit_test(test_status_values),
-        cmocka_unit_test(test_outcome_values),   cmocka_unit_test(test_other_values),
+        cmocka_unit_test(test_context_settings),     cmocka_unit_test(test_matrix),
+        cmocka_unit_test(test_lcp_progress),         cmocka_unit_test(test_lcp_settings),
+        cmocka_unit_test(test_lcp_result),           cmocka_unit_test(test_lcp_proof),
+        cmocka_unit_test(test_lcp_sensitivity_info), cmocka_unit_test(test_world_settings),
+        cmocka_unit_test(test_body_settings),        cmocka_unit_test(test_body_state),
+        cmocka_unit_test(test_shape_settings),       cmocka_unit_test(test_contact),
+        cmocka_unit_test(test_step_result),          cmocka_unit_test(test_world_stats),
+        cmocka_unit_test(test_status_values),        cmocka_unit_test(test_outcome_values),
+        cmocka_unit_test(test_other_values),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

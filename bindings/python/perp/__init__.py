@@ -1,6 +1,7 @@
 """perp: complementarity problems, and rigid bodies with contact and Coulomb friction.
 
 lcp, LCP    linear complementarity problems with bounds, once or again and again
+lcp_sensitivity  derivatives of a solution with respect to its data
 lcp_verify  a proof that a solution lies near a point
 World       rigid bodies with contact, stepped in time
 Error       what every failed call raises; bad arguments are ValueErrors, too
@@ -12,6 +13,7 @@ from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
 from ._monitor import Progress
 from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
+from ._sensitivity import Sensitivity, lcp_sensitivity
 from ._verify import Proof, lcp_verify
 from ._version import __version__
 from ._world import World
@@ -27,12 +29,14 @@ __all__ = [
     "Progress",
     "Proof",
     "RunResult",
+    "Sensitivity",
     "Shape",
     "Stats",
     "StepResult",
     "World",
     "__version__",
     "lcp",
+    "lcp_sensitivity",
     "lcp_verify",
     "version",
     "version_text",

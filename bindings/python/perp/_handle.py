@@ -54,12 +54,12 @@ class Handle:
     _destroy: Any
     _pointer_type: Any
 
-    def __init__(self, settings: Any) -> None:
+    def __init__(self, *arguments: Any) -> None:
         self._lock = threading.RLock()
         self._context = Context()
         self._pointer = self._pointer_type()
         self._context.check(
-            self._create(self._context.pointer, byref(self._pointer), byref(settings))
+            self._create(self._context.pointer, byref(self._pointer), *arguments)
         )
         self._finalizer = _release_with(self, self._destroy, self._pointer)
 

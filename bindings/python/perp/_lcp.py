@@ -302,7 +302,7 @@ class LCP(Handle):
         self._monitor = monitor
         self._watch = Watch(monitor)
         self._watched = False
-        super().__init__(self._settings)
+        super().__init__(byref(self._settings))
         self.setup(M, lower, upper)
 
     def setup(

@@ -30,6 +30,7 @@ OLDEST_VERSION = 100
 _VOID_FUNCTIONS: dict[str, list[Any]] = {
     "perp_context_destroy": [s.ContextPointer],
     "perp_lcp_solver_destroy": [s.SolverPointer],
+    "perp_lcp_sensitivity_destroy": [s.SensitivityPointer],
     "perp_world_destroy": [s.WorldPointer],
 }
 
@@ -61,6 +62,24 @@ _STATUS_FUNCTIONS: dict[str, list[Any]] = {
     + [c_void_p] * 3
     + [POINTER(s.LcpResult), POINTER(s.LcpSettings), POINTER(s.Matrix)]
     + [c_void_p] * 4,
+    "perp_lcp_sensitivity_create": [
+        s.ContextPointer,
+        POINTER(s.SensitivityPointer),
+        POINTER(s.LcpSensitivityInfo),
+        POINTER(s.LcpSettings),
+        POINTER(s.Matrix),
+    ]
+    + [c_void_p] * 4,
+    "perp_lcp_sensitivity_places": [s.SensitivityPointer, c_void_p],
+    "perp_lcp_sensitivity_forward": [
+        s.SensitivityPointer,
+        c_void_p,
+        c_void_p,
+        POINTER(s.Matrix),
+        c_void_p,
+        c_void_p,
+    ],
+    "perp_lcp_sensitivity_adjoint": [s.SensitivityPointer] + [c_void_p] * 4,
     "perp_lcp_verify": [
         s.ContextPointer,
         c_void_p,
@@ -194,6 +213,7 @@ OUTCOMES = _words(library.perp_outcome_text)
 METHODS = _words(library.perp_lcp_method_text)
 VERDICTS = _words(library.perp_lcp_verdict_text)
 MODES = _words(library.perp_contact_mode_text)
+PLACES = ("lower", "upper", "between", "fixed")
 CERTIFICATES = {0: None, 1: "infeasible"}
 GOOD_OUTCOMES = (0, 1)
 

@@ -34,12 +34,17 @@ class SolverHandle(Structure):
     pass
 
 
+class SensitivityHandle(Structure):
+    pass
+
+
 class WorldHandle(Structure):
     pass
 
 
 ContextPointer = POINTER(ContextHandle)
 SolverPointer = POINTER(SolverHandle)
+SensitivityPointer = POINTER(SensitivityHandle)
 WorldPointer = POINTER(WorldHandle)
 
 AllocateFunction = CFUNCTYPE(c_void_p, c_size_t, c_void_p)
@@ -126,6 +131,18 @@ class LcpProof(Structure):
         ("verdict", c_int32),
         ("index", c_int32),
         ("radius", c_double),
+    ]
+
+
+class LcpSensitivityInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("verdict", c_int32),
+        ("index", c_int32),
+        ("active", c_int32),
+        ("reserved", c_int32),
+        ("margin", c_double),
+        ("condition", c_double),
     ]
 
 
@@ -244,6 +261,7 @@ STRUCTS = {
     "perp_lcp_settings": LcpSettings,
     "perp_lcp_result": LcpResult,
     "perp_lcp_proof": LcpProof,
+    "perp_lcp_sensitivity_info": LcpSensitivityInfo,
     "perp_world_settings": WorldSettings,
     "perp_body_settings": BodySettings,
     "perp_body_state": BodyState,

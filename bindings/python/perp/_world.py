@@ -62,7 +62,7 @@ class World(Handle):
         settings.max_iterations = count(max_iterations, "max_iterations")
         settings.time_limit = limit(time_limit, "time_limit")
         settings.strict = 1 if strict else 0
-        super().__init__(settings)
+        super().__init__(byref(settings))
         self._ground_id: int = library.perp_world_ground(self._pointer)
         self._kinds = {self._ground_id: "static"}
 
