@@ -44,10 +44,10 @@ static void layout(perp__arena *arena, void *work)
     l->column_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
     l->base = perp__arena_take(arena, (size_t)p->n, sizeof(double));
     l->b = perp__arena_take(arena, pairs, sizeof(double));
-    l->column = perp__arena_take(arena, pairs + 1, sizeof(double));
+    l->column = perp__arena_take(arena, perp__tableau_length(most), sizeof(double));
     l->far = perp__arena_take(arena, pairs, sizeof(double));
     l->speed = perp__arena_take(arena, pairs, sizeof(double));
-    l->row = perp__arena_take(arena, pairs + 1, sizeof(double));
+    l->row = perp__arena_take(arena, (size_t)p->n, sizeof(double));
 }
 
 void perp__lemke_tolerances(int32_t attempt, double *slack, double *smallest_pivot)
@@ -171,8 +171,7 @@ static int32_t pivot(perp__lemke *l, int32_t r, int32_t entering, double far, do
         l->doubled.b_low[r] = l->direction * low;
         return perp__doubled_exchange(l, r);
     }
-    perp__tableau_row(&l->tableau, r, l->row);
-    perp__tableau_exchange(&l->tableau, r, c, l->column, l->row);
+    perp__tableau_exchange(&l->tableau, r, c, l->column);
     return 1;
 }
 

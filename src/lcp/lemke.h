@@ -18,15 +18,16 @@ typedef struct perp__lemke {
     int8_t *sign;
     int8_t *at_upper; /* x_k nonbasic rests (or last rested) at range_k */
     double *range;
-    double *cover;      /* d_k */
-    int32_t *twin;      /* pair of -x_k where a free x_k is split, else -1 */
-    int32_t *basic;     /* variable of a row */
-    int32_t *nonbasic;  /* variable of a column */
-    int32_t *row_of;    /* row of a variable, or -1 */
-    int32_t *column_of; /* column of a variable, or -1 */
-    double *base;       /* n: z where all x are 0 */
-    double *b;          /* values of the basic variables */
-    double *column, *row;
+    double *cover;         /* d_k */
+    int32_t *twin;         /* pair of -x_k where a free x_k is split, else -1 */
+    int32_t *basic;        /* variable of a row */
+    int32_t *nonbasic;     /* variable of a column */
+    int32_t *row_of;       /* row of a variable, or -1 */
+    int32_t *column_of;    /* column of a variable, or -1 */
+    double *base;          /* n: z where all x are 0 */
+    double *b;             /* values of the basic variables */
+    double *column;        /* of the entering variable */
+    double *row;           /* n */
     double *far, *speed;   /* of the ratio test, a row each; speed 0: does not block */
     double largest_b;      /* max |b| at the start */
     double slack;          /* of the absolute Harris ratio test, relative to largest_b */
@@ -47,7 +48,7 @@ enum { PERP__NO_ROW = -1, PERP__FLIP = -2 };
 /* The row whose basic variable stops the entering one, whose column is in l->column; PERP__FLIP if
  * that reaches its own other bound, own_range away, before any row blocks; PERP__NO_ROW if nothing
  * does. */
-int32_t perp__lemke_blocking_row(const perp__lemke *l, double own_range);
+int32_t perp__lemke_blocking_row(perp__lemke *l, double own_range);
 
 /* How far the basic variable of row r is from the limit it moves towards, and how fast it moves for
  * a unit of the entering variable. Returns 0 where it does not block: no limit, or slower than

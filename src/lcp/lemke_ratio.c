@@ -88,28 +88,23 @@ static int32_t harris_row(const perp__lemke *l, double own_range)
  * right-hand side adds to the ratio of row r. */
 static double perturbation(const perp__lemke *l, int32_t r, int32_t j)
 {
+    const perp__tableau *t = &l->tableau;
     const int32_t v = l->pairs + j;
     double entry = 0.0;
 
     if (l->row_of[v] == r)
         entry = 1.0;
-    else if (l->column_of[v] >= 0) {
-        const perp__tableau *t = &l->tableau;
-        int32_t k;
-
+    else if (l->column_of[v] >= 0)
         entry = t->T[(size_t)r + (size_t)l->column_of[v] * (size_t)t->leading_dimension];
-        for (k = 0; k < t->pending; k++)
-            entry -= t->U[(size_t)r + (size_t)k * (size_t)t->leading_dimension] *
-                     t->V[(size_t)k + (size_t)l->column_of[v] * (size_t)t->delay];
-    }
     return entry / (l->direction * l->column[r]);
 }
 
 /* Does row a come before row b in the lexicographic order? Their ratios tie. */
-static int32_t comes_before(const perp__lemke *l, int32_t a, int32_t b)
+static int32_t comes_before(perp__lemke *l, int32_t a, int32_t b)
 {
     int32_t j;
 
+    perp__tableau_flush(&l->tableau);
     for (j = 0; j < l->pairs; j++) {
         double difference = perturbation(l, a, j) - perturbation(l, b, j);
         double size = fabs(perturbation(l, a, j)) + fabs(perturbation(l, b, j));
@@ -120,7 +115,7 @@ static int32_t comes_before(const perp__lemke *l, int32_t a, int32_t b)
     return 0;
 }
 
-static int32_t lexicographic_row(const perp__lemke *l, double own_range)
+static int32_t lexicographic_row(perp__lemke *l, double own_range)
 {
     const double floor = pivot_floor(l);
     double least = INFINITY, far, speed, tie;
@@ -143,7 +138,7 @@ static int32_t lexicographic_row(const perp__lemke *l, double own_range)
     return found;
 }
 
-int32_t perp__lemke_blocking_row(const perp__lemke *l, double own_range)
+int32_t perp__lemke_blocking_row(perp__lemke *l, double own_range)
 {
     return l->head.problem->settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC
                ? lexicographic_row(l, own_range)

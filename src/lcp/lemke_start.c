@@ -128,13 +128,12 @@ static double make_free_basic(perp__lemke *l)
             c++;
             continue;
         }
-        perp__tableau_row(&l->tableau, r, l->row);
         value = l->b[r] / l->column[r];
         for (i = 0; i < l->pairs; i++)
             l->b[i] -= l->column[i] * value;
         l->b[r] = value;
         l->basic[r] = l->nonbasic[c];
-        perp__tableau_exchange(&l->tableau, r, c, l->column, l->row);
+        perp__tableau_exchange(&l->tableau, r, c, l->column);
         perp__tableau_drop(&l->tableau, c);
         l->nonbasic[c] = l->nonbasic[l->tableau.columns];
     }

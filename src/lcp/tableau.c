@@ -2,119 +2,221 @@
 
 #include <string.h>
 
-#include "linalg/blas.h"
+/* Exchanges are applied to a column a group at a time. */
+enum { GROUP = 16 };
 
-/* From this size on delayed exchanges beat immediate ones (bench/lcp_dense). */
-#define PERP__DELAY_FROM 96
-#define PERP__DELAY 32
+enum { DELAY = 64 };
+
+/* Small tableaus keep ties and zeros of exact data by plain arithmetic; from this size on the fused
+ * kernels' speed counts. */
+enum { FUSED_FROM = 96 };
+
+static size_t panels_of(int32_t rows)
+{
+    return ((size_t)rows + PERP__PANEL - 1) / PERP__PANEL;
+}
+
+size_t perp__tableau_length(int32_t rows)
+{
+    return panels_of(rows) * PERP__PANEL;
+}
+
+/* An odd number of panels, so that the columns of a tile don't meet in the same cache lines. */
+static size_t leading_dimension_of(int32_t rows)
+{
+    return (panels_of(rows) | 1) * PERP__PANEL;
+}
+
+static size_t width_of(int32_t columns)
+{
+    return ((size_t)columns + PERP__TILE - 1) / PERP__TILE * PERP__TILE;
+}
+
+/* From one panel of U to the next. */
+static size_t stride_of(const perp__tableau *t)
+{
+    return (size_t)t->delay * PERP__PANEL;
+}
+
+/* U(r,0); the next entry is PERP__PANEL further. */
+static double *row_of(const perp__tableau *t, int32_t r)
+{
+    return t->U + (size_t)r / PERP__PANEL * stride_of(t) + (size_t)r % PERP__PANEL;
+}
 
 void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, int32_t columns)
 {
-    size_t ld = (size_t)rows, width = (size_t)columns;
+    const size_t ld = leading_dimension_of(rows), width = width_of(columns);
+    const size_t delay = DELAY;
 
-    t->leading_dimension = rows > 0 ? rows : 1;
-    t->delay = rows >= PERP__DELAY_FROM ? PERP__DELAY : 0;
+    t->kernels = perp__panel_kernels_choose(rows >= FUSED_FROM);
+    t->leading_dimension = (int32_t)ld;
+    t->delay = (int32_t)delay;
     t->T = perp__arena_take(arena, ld * width, sizeof(double));
-    t->U = perp__arena_take(arena, ld * (size_t)t->delay, sizeof(double));
-    t->V = perp__arena_take(arena, width * (size_t)t->delay, sizeof(double));
+    t->U = perp__arena_take(arena, perp__tableau_length(rows) * delay, sizeof(double));
+    t->L = perp__arena_take(arena, delay * delay, sizeof(double));
+    t->V = perp__arena_take(arena, delay * PERP__STRIP, sizeof(double));
+    t->pivots = perp__arena_take(arena, delay, sizeof(double));
+    t->exchanged = perp__arena_take(arena, delay, sizeof(int32_t));
+    t->again = perp__arena_take(arena, delay, sizeof(int32_t));
+    t->last = perp__arena_take(arena, (size_t)rows, sizeof(int32_t));
+    t->started = perp__arena_take(arena, width, sizeof(int32_t));
+}
+
+static void forget(perp__tableau *t)
+{
+    int32_t i;
+
+    t->pending = 0;
+    for (i = 0; i < t->rows; i++)
+        t->last[i] = -1;
+    for (i = 0; i < t->columns; i++)
+        t->started[i] = 0;
 }
 
 void perp__tableau_reset(perp__tableau *t, int32_t rows, int32_t columns)
 {
+    const size_t ld = (size_t)t->leading_dimension;
+    size_t i, j;
+
     t->rows = rows;
     t->columns = columns;
-    t->pending = 0;
+    forget(t);
+    for (j = 0; j < (size_t)columns; j++)
+        for (i = (size_t)rows; i < perp__tableau_length(rows); i++)
+            t->T[i + j * ld] = 0.0;
 }
 
-void perp__tableau_column(const perp__tableau *t, int32_t c, double *column)
+void perp__tableau_column(perp__tableau *t, int32_t c, double *column)
 {
-    const double *from = t->T + (size_t)c * (size_t)t->leading_dimension;
+    const size_t pending = (size_t)t->pending, panels = panels_of(t->rows);
+    const perp__exchanges e = {t->exchanged, t->pivots, t->L, (size_t)t->delay};
+    size_t first, last;
 
-    memcpy(column, from, (size_t)t->rows * sizeof *column);
-    if (t->pending > 0)
-        perp__gemv_subtract(t->rows, t->pending, t->U, t->leading_dimension,
-                            t->V + (size_t)c * (size_t)t->delay, 1, column);
-}
-
-void perp__tableau_row(const perp__tableau *t, int32_t r, double *row)
-{
-    const size_t ld = (size_t)t->leading_dimension;
-    int32_t j;
-
-    for (j = 0; j < t->columns; j++)
-        row[j] = t->T[(size_t)r + (size_t)j * ld];
-    if (t->pending > 0)
-        perp__gemv_transposed_subtract(t->pending, t->columns, t->V, t->delay, t->U + r,
-                                       t->leading_dimension, row);
-}
-
-/* T(i,j) - T(i,c) T(r,j) / p for i != r, j != c */
-static void apply_now(perp__tableau *t, int32_t r, int32_t c, const double *column,
-                      const double *row)
-{
-    const size_t ld = (size_t)t->leading_dimension;
-    int32_t i, j;
-
-    (void)r; /* column[r] is 0 here: row r keeps what exchange() wrote */
-    for (j = 0; j < t->columns; j++) {
-        double *into = t->T + (size_t)j * ld;
-        double factor = row[j];
-
-        if (j == c || factor == 0.0)
-            continue;
-        for (i = 0; i < t->rows; i++)
-            into[i] -= column[i] * factor;
+    memcpy(column, t->T + (size_t)c * (size_t)t->leading_dimension,
+           panels * PERP__PANEL * sizeof *column);
+    for (first = (size_t)t->started[c]; first < pending; first = last) {
+        last = first - first % GROUP + GROUP;
+        if (last > pending)
+            last = pending;
+        t->kernels->eliminate(&e, first, last, t->V, column);
+        t->kernels->subtract_vector(panels, last - first, t->U + first * PERP__PANEL, stride_of(t),
+                                    t->V + first, column);
     }
+}
+
+/* Reads the rows that were exchanged into V, for the columns from `begin`. */
+static void gather(perp__tableau *t, size_t begin, size_t width)
+{
+    const size_t ld = (size_t)t->leading_dimension, pending = (size_t)t->pending;
+    size_t j, k;
+
+    for (j = 0; j < width; j++)
+        for (k = 0; k < pending; k++)
+            t->V[k * PERP__STRIP + j] = t->T[(size_t)t->exchanged[k] + (begin + j) * ld];
+    for (; j < PERP__STRIP; j++)
+        for (k = 0; k < pending; k++)
+            t->V[k * PERP__STRIP + j] = 0.0;
+}
+
+/* Row k of V is known: the row that it belongs to is divided by the pivot. Columns that were
+ * written afresh after exchange k have nothing to do with it. */
+static void divide_row(perp__tableau *t, size_t k, size_t begin, size_t width)
+{
+    const size_t ld = (size_t)t->leading_dimension;
+    double *v = t->V + k * PERP__STRIP;
+    double *into = t->T + (size_t)t->exchanged[k] + begin * ld;
+    size_t j, step = ld;
+
+    if (t->again[k]) {
+        into = t->V + (size_t)t->again[k] * PERP__STRIP;
+        step = 1;
+    }
+    for (j = 0; j < width; j++)
+        if ((size_t)t->started[begin + j] <= k)
+            into[j * step] = v[j] / t->pivots[k];
+        else
+            v[j] = 0.0;
 }
 
 void perp__tableau_flush(perp__tableau *t)
 {
-    if (t->pending > 0)
-        perp__gemm_subtract(t->rows, t->columns, t->pending, t->U, t->leading_dimension, t->V,
-                            t->delay, t->T, t->leading_dimension);
-    t->pending = 0;
+    const size_t ld = (size_t)t->leading_dimension, columns = (size_t)t->columns;
+    const size_t pending = (size_t)t->pending;
+    size_t begin, j, k;
+
+    for (k = 0; k < pending; k++) /* all groups are one now */
+        for (j = 0; j < k; j++)
+            row_of(t, t->exchanged[k])[j * PERP__PANEL] = 0.0;
+    for (begin = 0; begin < columns && pending > 0; begin += PERP__STRIP) {
+        const size_t left = columns - begin, width = left < PERP__STRIP ? left : PERP__STRIP;
+
+        gather(t, begin, width);
+        for (k = 0; k < pending; k++) {
+            t->kernels->subtract_rows(k, t->L + k * (size_t)t->delay, t->V, t->V + k * PERP__STRIP);
+            divide_row(t, k, begin, width);
+        }
+        for (j = 0; j < width; j += PERP__TILE)
+            t->kernels->subtract_tile(panels_of(t->rows), pending, t->U, stride_of(t), t->V + j,
+                                      t->T + (begin + j) * ld, ld);
+    }
+    forget(t);
 }
 
 void perp__tableau_drop(perp__tableau *t, int32_t c)
 {
-    const size_t ld = (size_t)t->leading_dimension, delay = (size_t)t->delay;
-    const size_t last = (size_t)--t->columns;
+    const size_t ld = (size_t)t->leading_dimension;
+    const int32_t last = --t->columns;
 
-    if ((size_t)c == last)
+    if (c == last)
         return;
-    memcpy(t->T + (size_t)c * ld, t->T + last * ld, (size_t)t->rows * sizeof *t->T);
-    memcpy(t->V + (size_t)c * delay, t->V + last * delay, (size_t)t->pending * sizeof *t->V);
+    memcpy(t->T + (size_t)c * ld, t->T + (size_t)last * ld, (size_t)t->rows * sizeof *t->T);
+    t->started[c] = t->started[last];
 }
 
-void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, double *column, double *row)
+/* The row r that exchange k replaces owes nothing to those before any more. Those of earlier groups
+ * have been applied when k's turn comes, so what they did to row r will be overwritten. */
+static void keep_row(perp__tableau *t, int32_t k, int32_t r)
 {
-    const size_t ld = (size_t)t->leading_dimension;
-    const double pivot = column[r];
-    double *into = t->T + (size_t)c * ld;
-    int32_t i, j, k;
+    double *u = row_of(t, r), *owed = t->L + (size_t)k * (size_t)t->delay;
+    int32_t l;
 
-    /* row r and column c are written afresh, and the kept exchanges forget them: taking them as a
-     * difference of large numbers would lose them */
-    for (j = 0; j < t->columns; j++)
-        t->T[(size_t)r + (size_t)j * ld] = row[j] / pivot;
-    for (i = 0; i < t->rows; i++) {
-        column[i] /= pivot;
-        into[i] = -column[i];
-    }
-    into[r] = 1.0 / pivot;
-    for (k = 0; k < t->pending; k++) {
-        t->U[(size_t)r + (size_t)k * ld] = 0.0;
-        t->V[(size_t)k + (size_t)c * (size_t)t->delay] = 0.0;
-    }
-    column[r] = 0.0;
-    row[c] = 0.0;
-    if (t->delay == 0) {
-        apply_now(t, r, c, column, row);
-        return;
-    }
-    memcpy(t->U + (size_t)t->pending * ld, column, (size_t)t->rows * sizeof *column);
-    for (j = 0; j < t->columns; j++)
-        t->V[(size_t)t->pending + (size_t)j * (size_t)t->delay] = row[j];
-    if (++t->pending == t->delay)
+    for (l = 0; l <= t->last[r]; l++)
+        owed[l] = 0.0;
+    for (; l < k; l++)
+        owed[l] = u[(size_t)l * PERP__PANEL];
+    for (l = k - k % GROUP; l < k; l++)
+        u[(size_t)l * PERP__PANEL] = 0.0;
+    t->exchanged[k] = r;
+    t->again[k] = 0;
+    if (t->last[r] >= 0)
+        t->again[t->last[r]] = k;
+    t->last[r] = k;
+}
+
+void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, double *column)
+{
+    const size_t ld = (size_t)t->leading_dimension, length = perp__tableau_length(t->rows);
+    const double pivot = column[r];
+    double *into = t->T + (size_t)c * ld, *u;
+    size_t i, p;
+
+    if (t->pending == t->delay)
         perp__tableau_flush(t);
+    keep_row(t, t->pending, r);
+    t->pivots[t->pending] = pivot;
+    u = t->U + (size_t)t->pending * PERP__PANEL;
+    if (t->kernels->fused)
+        for (i = 0; i < length; i++)
+            column[i] *= 1.0 / pivot;
+    else
+        for (i = 0; i < length; i++)
+            column[i] /= pivot;
+    for (i = 0; i < length; i++)
+        into[i] = -column[i];
+    into[r] = 1.0 / pivot;
+    column[r] = 0.0;
+    for (p = 0; p < panels_of(t->rows); p++)
+        memcpy(u + p * stride_of(t), column + p * PERP__PANEL, PERP__PANEL * sizeof *u);
+    t->started[c] = ++t->pending;
 }

@@ -1,37 +1,48 @@
 /* A condensed simplex tableau with delayed updates.
  *
  * Basic variables depend on the nonbasic ones as x_B = b - T x_N. Exchanging basic row r with
- * nonbasic column c changes T by one rank-1 matrix (beside row r and column c themselves), so the
- * last few exchanges are kept as T - U V and applied together by one matrix product: a pivot reads
- * and writes only its own row and column. */
+ * nonbasic column c changes any other column y of T alike (the product form of the inverse, Dantzig
+ * & Orchard-Hays 1954): y_r becomes y_r / p and y_i becomes y_i - u_i y_r, where p = T(r,c) and
+ * u = T(:,c) / p. So the last exchanges are kept as the columns u of a matrix U and applied to a
+ * column when it is asked for, and to all of T together, as one matrix product, when there are too
+ * many: an exchange reads and writes one column. */
 #ifndef PERP_LCP_TABLEAU_H
 #define PERP_LCP_TABLEAU_H
 
 #include "base/arena.h"
+#include "linalg/panels.h"
 
 typedef struct perp__tableau {
     int32_t rows, columns; /* in use */
     int32_t leading_dimension;
-    int32_t delay;   /* exchanges kept before they are applied; 0: applied at once */
-    int32_t pending; /* exchanges kept now */
-    double *T;       /* leading_dimension by columns, column-major */
-    double *U;       /* leading_dimension by delay */
-    double *V;       /* delay by columns, column-major */
+    int32_t delay;      /* most exchanges kept before they are applied */
+    int32_t pending;    /* exchanges kept now */
+    double *T;          /* leading_dimension by columns, column-major */
+    double *U;          /* in panels; u_r = 0 from its exchange backwards */
+    double *L;          /* delay by delay, row-major: row k is row r of U before exchange k */
+    double *V;          /* of the multiples of U for some columns */
+    double *pivots;     /* p of the exchanges kept */
+    int32_t *exchanged; /* r of the exchanges kept */
+    int32_t *again;     /* the next one kept with the same row, or 0 */
+    int32_t *last;      /* of a row: the last exchange kept, or -1 */
+    int32_t *started;   /* of a column: exchanges kept that are in T already */
+    const perp__panel_kernels *kernels;
 } perp__tableau;
+
+/* Entries of a column with its padding. */
+size_t perp__tableau_length(int32_t rows);
 
 /* Takes memory for up to `rows` by `columns`. */
 void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, int32_t columns);
 
-/* Forgets the kept exchanges; T is filled by the caller afterwards. */
+/* Forgets the kept exchanges. T's `rows` by `columns` entries are filled by the caller. */
 void perp__tableau_reset(perp__tableau *t, int32_t rows, int32_t columns);
 
-/* column[0..rows-1] := T(:,c); row[0..columns-1] := T(r,:), kept exchanges included. */
-void perp__tableau_column(const perp__tableau *t, int32_t c, double *column);
-void perp__tableau_row(const perp__tableau *t, int32_t r, double *row);
+/* column := T(:,c), kept exchanges included; perp__tableau_length entries. */
+void perp__tableau_column(perp__tableau *t, int32_t c, double *column);
 
-/* Exchanges row r and column c, which the caller has just read into `column` and `row`. Both arrays
- * are overwritten. */
-void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, double *column, double *row);
+/* Exchanges row r and column c, which the caller has just read into `column`. It is overwritten. */
+void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, double *column);
 
 /* Forgets column c; the last column takes its place. */
 void perp__tableau_drop(perp__tableau *t, int32_t c);

@@ -1,0 +1,47 @@
+/* Products with a thin matrix U of few columns, kept in panels of 16 rows: U(i,k) is number
+ * (i / 16) * stride + k * 16 + i % 16 of an array, so that the kernels read it front to back. Rows
+ * are padded to whole panels, and what lies in the padding is of no account.
+ *
+ * Every entry of a result is the chain of its own multiply-subtracts in the order of k. The plain
+ * kernels round a product before they subtract it: a difference of equal products is 0 then, which
+ * keeps ties of exact data ties. Those with a fused multiply-subtract are twice as fast. All plain
+ * kernels give the same bits, and so do all fused ones. */
+#ifndef PERP_LINALG_PANELS_H
+#define PERP_LINALG_PANELS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+enum { PERP__PANEL = 16, PERP__TILE = 12, PERP__STRIP = 48 };
+
+/* Exchanges that were kept, one after the other: number k replaced entry rows[k] of a column. */
+typedef struct perp__exchanges {
+    const int32_t *rows;
+    const double *pivots;
+    const double *L; /* row k: what entry rows[k] owes to number 0 .. k-1 */
+    size_t stride;   /* between the rows of L */
+} perp__exchanges;
+
+typedef struct perp__panel_kernels {
+    const char *name;
+    int32_t fused;
+    /* For k = first .. last-1: v[k] := y[rows[k]] - (what it owes to first .. k-1) and then
+     * y[rows[k]] := v[k] / pivots[k]. */
+    void (*eliminate)(const perp__exchanges *e, size_t first, size_t last, double *v, double *y);
+    /* y := y - U v, v of `depth` entries; y is padded too. */
+    void (*subtract_vector)(size_t panels, size_t depth, const double *U, size_t stride,
+                            const double *v, double *y);
+    /* C := C - U V for PERP__TILE columns of C; V is depth by PERP__TILE, its rows PERP__STRIP
+     * apart. */
+    void (*subtract_tile)(size_t panels, size_t depth, const double *U, size_t stride,
+                          const double *V, double *C, size_t ldc);
+    /* x := x - f V for rows of PERP__STRIP entries; V is depth by PERP__STRIP. */
+    void (*subtract_rows)(size_t depth, const double *f, const double *V, double *x);
+} perp__panel_kernels;
+
+/* The fastest kernels this processor has; plain ones where it has no fused ones. */
+const perp__panel_kernels *perp__panel_kernels_choose(int32_t fused);
+/* All that it has: number 0, 1, ..., then NULL. */
+const perp__panel_kernels *perp__panel_kernels_number(int32_t number);
+
+#endif

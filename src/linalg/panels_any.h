@@ -1,0 +1,67 @@
+/* The kernels of panels.h for any processor, in loops that compilers can make vectors of. Included
+ * once for each arithmetic with NAME(x), the name of a function of this set; minus_one(c, a, b) =
+ * c - a b; and FUSED: is that rounded once? */
+
+static void NAME(eliminate)(const perp__exchanges *e, size_t first, size_t last, double *v,
+                            double *y)
+{
+    size_t k, l;
+
+    for (k = first; k < last; k++) {
+        const double *owed = e->L + k * e->stride;
+        double x = y[e->rows[k]];
+
+        for (l = first; l < k; l++)
+            x = minus_one(x, owed[l], v[l]);
+        v[k] = x;
+        y[e->rows[k]] = x / e->pivots[k];
+    }
+}
+
+static void NAME(subtract_vector)(size_t panels, size_t depth, const double *U, size_t stride,
+                                  const double *v, double *y)
+{
+    size_t p, k, i;
+
+    for (p = 0; p < panels; p++) {
+        const double *u = U + p * stride;
+        double *restrict into = y + p * PERP__PANEL;
+
+        for (k = 0; k < depth; k++)
+            for (i = 0; i < PERP__PANEL; i++)
+                into[i] = minus_one(into[i], u[k * PERP__PANEL + i], v[k]);
+    }
+}
+
+static void NAME(subtract_tile)(size_t panels, size_t depth, const double *U, size_t stride,
+                                const double *V, double *C, size_t ldc)
+{
+    size_t p, k, i, j;
+
+    for (p = 0; p < panels; p++)
+        for (j = 0; j < PERP__TILE; j++) {
+            const double *u = U + p * stride;
+            double *restrict into = C + j * ldc + p * PERP__PANEL;
+
+            for (k = 0; k < depth; k++)
+                for (i = 0; i < PERP__PANEL; i++)
+                    into[i] = minus_one(into[i], u[k * PERP__PANEL + i], V[k * PERP__STRIP + j]);
+        }
+}
+
+static void NAME(subtract_rows)(size_t depth, const double *f, const double *V, double *x)
+{
+    size_t k, j;
+
+    for (k = 0; k < depth; k++)
+        for (j = 0; j < PERP__STRIP; j++)
+            x[j] = minus_one(x[j], f[k], V[k * PERP__STRIP + j]);
+}
+
+static const perp__panel_kernels NAME(kernels) = {
+    "any", FUSED, NAME(eliminate), NAME(subtract_vector), NAME(subtract_tile), NAME(subtract_rows),
+};
+
+#undef NAME
+#undef FUSED
+#undef minus_one

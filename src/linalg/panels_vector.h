@@ -1,0 +1,155 @@
+/* The kernels of panels.h in terms of vectors of LANES doubles, included once for each instruction
+ * set and arithmetic with
+ *   NAME(x)     the name of a function of this set      TARGET  its attribute
+ *   lanes       the vector's type, LANES its length     load, store, spread (of one double)
+ *   COLUMNS(X)  X(0) X(1) ... for the columns of a block: 2 vectors by as many columns as the
+ *               registers hold
+ *   minus(c, a, b), minus_one(c, a, b) = c - a b, of vectors and of doubles
+ *   SET         the set's name, and FUSED: is minus rounded once?
+ * NAME, FUSED and the two minus are for one inclusion only. It defines NAME(kernels).
+ *
+ * Accumulators have names of their own: compilers spill what is an array. */
+
+TARGET static void NAME(eliminate)(const perp__exchanges *e, size_t first, size_t last, double *v,
+                                   double *y)
+{
+    size_t k, l;
+
+    for (k = first; k < last; k++) {
+        const double *owed = e->L + k * e->stride;
+        double x = y[e->rows[k]];
+
+        for (l = first; l < k; l++)
+            x = minus_one(x, owed[l], v[l]);
+        v[k] = x;
+        y[e->rows[k]] = x / e->pivots[k];
+    }
+}
+
+/* Vector number q of a column of U. */
+#define U_AT(u, q) load((u) + (q)*LANES / PERP__PANEL * stride + (q)*LANES % PERP__PANEL)
+#define SIX(X) X(0) X(1) X(2) X(3) X(4) X(5)
+#define EIGHT(X) SIX(X) X(6) X(7)
+
+/* Eight vectors of y, which hide the latency of the chains. */
+TARGET static void NAME(eight_vectors)(size_t depth, const double *u, size_t stride,
+                                       const double *v, double *y)
+{
+    size_t k;
+
+#define LOAD(q) lanes y##q = load(y + (q)*LANES);
+#define STEP(q) y##q = minus(y##q, U_AT(u, q), f);
+#define STORE(q) store(y + (q)*LANES, y##q);
+    EIGHT(LOAD)
+    for (k = 0; k < depth; k++, u += PERP__PANEL) {
+        const lanes f = spread(v[k]);
+
+        EIGHT(STEP)
+    }
+    EIGHT(STORE)
+#undef LOAD
+#undef STEP
+#undef STORE
+}
+
+TARGET static void NAME(subtract_vector)(size_t panels, size_t depth, const double *U,
+                                         size_t stride, const double *v, double *y)
+{
+    const size_t together = 8 * LANES / PERP__PANEL;
+    size_t p, q, k;
+
+    for (p = 0; p + together <= panels; p += together)
+        NAME(eight_vectors)(depth, U + p * stride, stride, v, y + p * PERP__PANEL);
+    for (; p < panels; p++)
+        for (q = 0; q < PERP__PANEL; q += 2 * LANES) {
+            const double *u = U + p * stride + q;
+            double *into = y + p * PERP__PANEL + q;
+            lanes a = load(into), b = load(into + LANES);
+
+            for (k = 0; k < depth; k++, u += PERP__PANEL) {
+                const lanes f = spread(v[k]);
+
+                a = minus(a, load(u), f);
+                b = minus(b, load(u + LANES), f);
+            }
+            store(into, a);
+            store(into + LANES, b);
+        }
+}
+
+TARGET static void NAME(block)(size_t depth, const double *u, const double *v, double *c,
+                               size_t ldc)
+{
+    size_t k;
+
+#define LOAD(j) lanes a##j = load(c + (j)*ldc), b##j = load(c + (j)*ldc + LANES);
+#define STEP(j)                       \
+    {                                 \
+        const lanes f = spread(v[j]); \
+        a##j = minus(a##j, a, f);     \
+        b##j = minus(b##j, b, f);     \
+    }
+#define STORE(j)              \
+    store(c + (j)*ldc, a##j); \
+    store(c + (j)*ldc + LANES, b##j);
+    COLUMNS(LOAD)
+    for (k = 0; k < depth; k++, u += PERP__PANEL, v += PERP__STRIP) {
+        const lanes a = load(u), b = load(u + LANES);
+
+        COLUMNS(STEP)
+    }
+    COLUMNS(STORE)
+#undef LOAD
+#undef STEP
+#undef STORE
+}
+
+TARGET static void NAME(subtract_tile)(size_t panels, size_t depth, const double *U, size_t stride,
+                                       const double *V, double *C, size_t ldc)
+{
+    size_t p, i, j;
+
+#define ONE(j) +1
+    for (p = 0; p < panels; p++)
+        for (j = 0; j < PERP__TILE; j += COLUMNS(ONE))
+            for (i = 0; i < PERP__PANEL; i += 2 * LANES)
+                NAME(block)
+    (depth, U + p * stride + i, V + j, C + p * PERP__PANEL + i + j * ldc, ldc);
+#undef ONE
+}
+
+TARGET static void NAME(subtract_rows)(size_t depth, const double *f, const double *V, double *x)
+{
+    size_t j, k;
+
+#define LOAD(q) lanes x##q = load(x + j + (q)*LANES);
+#define STEP(q) x##q = minus(x##q, load(row + (q)*LANES), factor);
+#define STORE(q) store(x + j + (q)*LANES, x##q);
+    for (j = 0; j < PERP__STRIP; j += 6 * LANES) {
+        const double *row = V + j;
+
+        SIX(LOAD)
+        for (k = 0; k < depth; k++, row += PERP__STRIP) {
+            const lanes factor = spread(f[k]);
+
+            SIX(STEP)
+        }
+        SIX(STORE)
+    }
+#undef LOAD
+#undef STEP
+#undef STORE
+}
+
+#undef U_AT
+#undef SIX
+#undef EIGHT
+
+static const perp__panel_kernels NAME(kernels) = {
+    SET, FUSED, NAME(eliminate), NAME(subtract_vector), NAME(subtract_tile), NAME(subtract_rows),
+};
+
+#undef NAME
+#undef FUSED
+#undef minus
+#undef minus_one

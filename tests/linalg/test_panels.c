@@ -1,0 +1,168 @@
+/* The kernels on panels against one multiply-subtract after the other, bit for bit. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "check.h"
+#include "gen.h"
+#include "linalg/panels.h"
+
+static double *numbers(gen_random *random, size_t count)
+{
+    double *x = check_allocate(count, sizeof *x);
+    size_t k;
+
+    for (k = 0; k < count; k++)
+        x[k] = gen_uniform(random, -1.0, 1.0);
+    return x;
+}
+
+static double minus(const perp__panel_kernels *kernels, double c, double a, double b)
+{
+    return kernels->fused ? fma(-a, b, c) : c - a * b;
+}
+
+static double entry(const double *U, size_t stride, size_t i, size_t k)
+{
+    return U[i / PERP__PANEL * stride + k * PERP__PANEL + i % PERP__PANEL];
+}
+
+static void compare_vector(const perp__panel_kernels *kernels, size_t panels, size_t depth)
+{
+    const size_t rows = panels * PERP__PANEL, stride = (depth + 3) * PERP__PANEL;
+    gen_random random;
+    double *U, *v, *y, *expected;
+    size_t i, k;
+
+    gen_seed(&random, panels);
+    U = numbers(&random, panels * stride);
+    v = numbers(&random, depth);
+    y = numbers(&random, rows);
+    expected = check_allocate(rows, sizeof *expected);
+    for (i = 0; i < rows; i++)
+        for (expected[i] = y[i], k = 0; k < depth; k++)
+            expected[i] = minus(kernels, expected[i], entry(U, stride, i, k), v[k]);
+    kernels->subtract_vector(panels, depth, U, stride, v, y);
+    assert_memory_equal(y, expected, rows * sizeof *y);
+    free(U);
+    free(v);
+    free(y);
+    free(expected);
+}
+
+static void compare_tile(const perp__panel_kernels *kernels, size_t panels, size_t depth)
+{
+    const size_t rows = panels * PERP__PANEL, stride = (depth + 3) * PERP__PANEL, ldc = rows + 5;
+    gen_random random;
+    double *U, *V, *C, *expected;
+    size_t i, j, k;
+
+    gen_seed(&random, panels + depth);
+    U = numbers(&random, panels * stride);
+    V = numbers(&random, depth * PERP__STRIP);
+    C = numbers(&random, ldc * PERP__TILE);
+    expected = check_allocate(ldc * PERP__TILE, sizeof *expected);
+    memcpy(expected, C, ldc * PERP__TILE * sizeof *C);
+    for (j = 0; j < PERP__TILE; j++)
+        for (i = 0; i < rows; i++)
+            for (k = 0; k < depth; k++)
+                expected[i + j * ldc] = minus(kernels, expected[i + j * ldc],
+                                              entry(U, stride, i, k), V[k * PERP__STRIP + j]);
+    kernels->subtract_tile(panels, depth, U, stride, V, C, ldc);
+    assert_memory_equal(C, expected, ldc * PERP__TILE * sizeof *C);
+    free(U);
+    free(V);
+    free(C);
+    free(expected);
+}
+
+static void compare_rows(const perp__panel_kernels *kernels, size_t depth)
+{
+    gen_random random;
+    double *f, *V, *x, expected[PERP__STRIP];
+    size_t j, k;
+
+    gen_seed(&random, depth);
+    f = numbers(&random, depth);
+    V = numbers(&random, depth * PERP__STRIP);
+    x = numbers(&random, PERP__STRIP);
+    for (j = 0; j < PERP__STRIP; j++)
+        for (expected[j] = x[j], k = 0; k < depth; k++)
+            expected[j] = minus(kernels, expected[j], f[k], V[k * PERP__STRIP + j]);
+    kernels->subtract_rows(depth, f, V, x);
+    assert_memory_equal(x, expected, sizeof expected);
+    free(f);
+    free(V);
+    free(x);
+}
+
+/* Row 5 comes twice: what the first exchange made of it is what the second one starts from. */
+static void compare_elimination(const perp__panel_kernels *kernels)
+{
+    enum { DEPTH = 7, FIRST = 2, ROWS = 9 };
+    static const int32_t rows[DEPTH] = {0, 1, 5, 3, 8, 5, 2};
+    gen_random random;
+    double *L, *pivots, *y, v[DEPTH], expected_v[DEPTH], expected[ROWS];
+    perp__exchanges e;
+    size_t k, l;
+
+    gen_seed(&random, 5);
+    L = numbers(&random, DEPTH * DEPTH);
+    pivots = numbers(&random, DEPTH);
+    y = numbers(&random, ROWS);
+    memcpy(expected, y, sizeof expected);
+    for (k = FIRST; k < DEPTH; k++) {
+        for (expected_v[k] = expected[rows[k]], l = FIRST; l < k; l++)
+            expected_v[k] = minus(kernels, expected_v[k], L[k * DEPTH + l], expected_v[l]);
+        expected[rows[k]] = expected_v[k] / pivots[k];
+    }
+    e.rows = rows;
+    e.pivots = pivots;
+    e.L = L;
+    e.stride = DEPTH;
+    kernels->eliminate(&e, FIRST, DEPTH, v, y);
+    assert_memory_equal(v + FIRST, expected_v + FIRST, (DEPTH - FIRST) * sizeof *v);
+    assert_memory_equal(y, expected, sizeof expected);
+    free(L);
+    free(pivots);
+    free(y);
+}
+
+static void test_kernels(void **state)
+{
+    const perp__panel_kernels *kernels;
+    int32_t number;
+    size_t panels;
+
+    (void)state;
+    assert_int_equal(perp__panel_kernels_choose(0)->fused, 0);
+    assert_int_equal(perp__panel_kernels_choose(1)->fused, perp__panel_kernels_number(0)->fused);
+    assert_null(perp__panel_kernels_number(-1));
+    for (number = 0; (kernels = perp__panel_kernels_number(number)) != NULL; number++) {
+        for (panels = 1; panels < 12; panels++) {
+            compare_vector(kernels, panels, 1);
+            compare_vector(kernels, panels, 2 * panels + 3);
+            compare_tile(kernels, panels, 1);
+            compare_tile(kernels, panels, 3 * panels);
+        }
+        compare_rows(kernels, 1);
+        compare_rows(kernels, 17);
+        compare_elimination(kernels);
+    }
+    assert_true(number > 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_kernels),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
