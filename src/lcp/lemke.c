@@ -25,12 +25,14 @@ static void layout(perp__arena *arena, void *work)
     perp__lemke *l = work;
     const perp__lcp_problem *p = l->head.problem;
     int32_t i, most = p->n;
-    size_t pairs;
+    size_t pairs, rows;
 
     for (i = 0; i < p->n; i++)
         most += p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
     l->capacity = most;
     pairs = (size_t)most;
+    rows = perp__tableau_length(most);
+    l->kernels = perp__row_kernels_choose();
     perp__tableau_layout(arena, &l->tableau, most, most + 1);
     l->index = perp__arena_take(arena, pairs, sizeof(int32_t));
     l->sign = perp__arena_take(arena, pairs, sizeof(int8_t));
@@ -43,10 +45,12 @@ static void layout(perp__arena *arena, void *work)
     l->row_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
     l->column_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
     l->base = perp__arena_take(arena, (size_t)p->n, sizeof(double));
-    l->b = perp__arena_take(arena, pairs, sizeof(double));
-    l->column = perp__arena_take(arena, perp__tableau_length(most), sizeof(double));
-    l->far = perp__arena_take(arena, pairs, sizeof(double));
-    l->speed = perp__arena_take(arena, pairs, sizeof(double));
+    l->b = perp__arena_take(arena, rows, sizeof(double));
+    l->low = perp__arena_take(arena, rows, sizeof(double));
+    l->high = perp__arena_take(arena, rows, sizeof(double));
+    l->column = perp__arena_take(arena, rows, sizeof(double));
+    l->far = perp__arena_take(arena, rows, sizeof(double));
+    l->speed = perp__arena_take(arena, rows, sizeof(double));
     l->row = perp__arena_take(arena, (size_t)p->n, sizeof(double));
 }
 
@@ -140,14 +144,11 @@ static void take_column(perp__lemke *l, int32_t variable)
 /* The entering variable moves by step + low in its direction. */
 static void move(perp__lemke *l, double step, double low)
 {
-    int32_t i;
-
     if (l->doubled.on) {
         perp__doubled_move(l, step, low);
         return;
     }
-    for (i = 0; i < l->pairs; i++)
-        l->b[i] -= l->direction * step * l->column[i];
+    l->kernels->move(perp__tableau_length(l->pairs), l->direction * step, l->column, l->b);
 }
 
 /* Moves along the column of `entering`, which started at `from`, until row r blocks after `far`,
@@ -167,6 +168,7 @@ static int32_t pivot(perp__lemke *l, int32_t r, int32_t entering, double far, do
     l->column_of[entering] = -1;
     l->row_of[leaving] = -1;
     l->column_of[leaving] = c;
+    perp__lemke_limits(l, entering, &l->low[r], &l->high[r]);
     if (l->doubled.on) {
         l->doubled.b_low[r] = l->direction * low;
         return perp__doubled_exchange(l, r);

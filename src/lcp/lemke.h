@@ -3,6 +3,7 @@
 #define PERP_LCP_LEMKE_H
 
 #include "lcp/lemke_doubled.h"
+#include "lcp/lemke_rows.h"
 #include "lcp/method.h"
 #include "lcp/tableau.h"
 
@@ -18,17 +19,19 @@ typedef struct perp__lemke {
     int8_t *sign;
     int8_t *at_upper; /* x_k nonbasic rests (or last rested) at range_k */
     double *range;
-    double *cover;         /* d_k */
-    int32_t *twin;         /* pair of -x_k where a free x_k is split, else -1 */
-    int32_t *basic;        /* variable of a row */
-    int32_t *nonbasic;     /* variable of a column */
-    int32_t *row_of;       /* row of a variable, or -1 */
-    int32_t *column_of;    /* column of a variable, or -1 */
-    double *base;          /* n: z where all x are 0 */
-    double *b;             /* values of the basic variables */
-    double *column;        /* of the entering variable */
-    double *row;           /* n */
-    double *far, *speed;   /* of the ratio test, a row each; speed 0: does not block */
+    double *cover;       /* d_k */
+    int32_t *twin;       /* pair of -x_k where a free x_k is split, else -1 */
+    int32_t *basic;      /* variable of a row */
+    int32_t *nonbasic;   /* variable of a column */
+    int32_t *row_of;     /* row of a variable, or -1 */
+    int32_t *column_of;  /* column of a variable, or -1 */
+    double *base;        /* n: z where all x are 0 */
+    double *b;           /* values of the basic variables */
+    double *low, *high;  /* limits of the basic variables; -inf and +inf where they have none */
+    double *column;      /* of the entering variable */
+    double *row;         /* n */
+    double *far, *speed; /* of the ratio test, a row each; speed 0: does not block */
+    const perp__row_kernels *kernels;
     double largest_b;      /* max |b| at the start */
     double slack;          /* of the absolute Harris ratio test, relative to largest_b */
     double smallest_pivot; /* relative to the column's largest entry */
@@ -49,6 +52,12 @@ enum { PERP__NO_ROW = -1, PERP__FLIP = -2 };
  * that reaches its own other bound, own_range away, before any row blocks; PERP__NO_ROW if nothing
  * does. */
 int32_t perp__lemke_blocking_row(perp__lemke *l, double own_range);
+
+/* The limits of a basic variable; -inf and +inf where it has none. */
+void perp__lemke_limits(const perp__lemke *l, int32_t variable, double *low, double *high);
+
+/* Writes low and high of every row; a pivot keeps them up to date. */
+void perp__lemke_write_limits(perp__lemke *l);
 
 /* How far the basic variable of row r is from the limit it moves towards, and how fast it moves for
  * a unit of the entering variable. Returns 0 where it does not block: no limit, or slower than

@@ -221,6 +221,7 @@ static int32_t invert(perp__lemke *l)
     }
     for (i = 0; i < l->pairs; i++)
         l->row_of[l->basic[i]] = i;
+    perp__lemke_write_limits(l);
     return 1;
 }
 

@@ -1,13 +1,13 @@
 /* Which row blocks: the ratio tests of Lemke's method. */
 #include "lcp/lemke.h"
 
+#include <float.h>
 #include <math.h>
 
 /* What counts as a tie in the lexicographic test: exact data tie exactly, rounding nearly so. */
 #define PERP__TIE 1e-12
 
-/* A basic variable's limits; -inf and +inf where it has none. */
-static void limits_of(const perp__lemke *l, int32_t variable, double *low, double *high)
+void perp__lemke_limits(const perp__lemke *l, int32_t variable, double *low, double *high)
 {
     const perp__lcp_problem *p = l->head.problem;
 
@@ -24,22 +24,61 @@ static void limits_of(const perp__lemke *l, int32_t variable, double *low, doubl
     }
 }
 
+void perp__lemke_write_limits(perp__lemke *l)
+{
+    int32_t r;
+
+    for (r = 0; r < l->pairs; r++)
+        perp__lemke_limits(l, l->basic[r], &l->low[r], &l->high[r]);
+    for (; (size_t)r < perp__tableau_length(l->pairs); r++) {
+        l->column[r] = l->b[r] = l->low[r] = 0.0;
+        l->high[r] = INFINITY;
+    }
+}
+
 int32_t perp__lemke_distance(const perp__lemke *l, int32_t r, double floor, double *far,
                              double *speed)
 {
     double rate = -l->direction * l->column[r];
-    double low, high;
 
     if (!(fabs(rate) > floor))
         return 0;
-    limits_of(l, l->basic[r], &low, &high);
-    *far = rate < 0.0 ? l->b[r] - low : high - l->b[r];
+    *far = rate < 0.0 ? l->b[r] - l->low[r] : l->high[r] - l->b[r];
     *speed = fabs(rate);
     if (!isfinite(*far))
         return 0;
     if (*far < 0.0)
         *far = 0.0;
     return 1;
+}
+
+/* Harris' two passes with an absolute slack: how far can the entering variable go if every limit is
+ * loosened a little; among the rows that block before that, t first, else the largest pivot. */
+static int32_t harris_row(const perp__lemke *l, double own_range)
+{
+    const perp__lemke_rows rows = {
+        perp__tableau_length(l->pairs),
+        l->b,
+        l->low,
+        l->high,
+        l->column,
+        l->direction,
+        l->slack * l->largest_b,
+        l->smallest_pivot,
+        l->row_of[perp__lemke_t(l)], /* t is no pivot to divide by: the path ends there */
+    };
+    const double reach = l->kernels->reach(&rows, l->far, l->speed);
+    const int32_t t = rows.always;
+    int32_t found;
+
+    if (t >= 0 && l->speed[t] > 0.0 && l->far[t] <= reach * l->speed[t])
+        return l->far[t] / l->speed[t] <= own_range ? t : PERP__FLIP;
+    if (own_range < reach)
+        return PERP__FLIP;
+    found = l->kernels->fastest(rows.length, l->far, l->speed, reach);
+    if (found < 0 && reach < INFINITY) /* the division was rounded down */
+        found = l->kernels->fastest(rows.length, l->far, l->speed, reach * (1.0 + DBL_EPSILON));
+    return found >= 0 ? found : PERP__NO_ROW;
 }
 
 static double pivot_floor(const perp__lemke *l)
@@ -50,38 +89,6 @@ static double pivot_floor(const perp__lemke *l)
     for (r = 0; r < l->pairs; r++)
         largest = fmax(largest, fabs(l->column[r]));
     return l->smallest_pivot * largest;
-}
-
-/* Harris' two passes with an absolute slack: how far can the entering variable go if every limit is
- * loosened a little; among the rows that block before that, t first, else the largest pivot. */
-static int32_t harris_row(const perp__lemke *l, double own_range)
-{
-    const double floor = pivot_floor(l);
-    const double slack = l->slack * l->largest_b;
-    double reach = INFINITY, best = 0.0;
-    int32_t found = PERP__NO_ROW, r;
-
-    for (r = 0; r < l->pairs; r++) {
-        /* t is no pivot to divide by: the path ends there */
-        if (!perp__lemke_distance(l, r, l->basic[r] == perp__lemke_t(l) ? 0.0 : floor, &l->far[r],
-                                  &l->speed[r]))
-            l->speed[r] = 0.0;
-        else if (l->far[r] + slack < reach * l->speed[r])
-            reach = (l->far[r] + slack) / l->speed[r];
-    }
-    if (own_range < reach)
-        found = PERP__FLIP;
-    for (r = 0; r < l->pairs; r++) {
-        if (l->speed[r] == 0.0 || !(l->far[r] <= reach * l->speed[r]))
-            continue;
-        if (l->basic[r] == perp__lemke_t(l))
-            return l->far[r] / l->speed[r] <= own_range ? r : PERP__FLIP;
-        if (found != PERP__FLIP && l->speed[r] > best) {
-            best = l->speed[r];
-            found = r;
-        }
-    }
-    return found;
 }
 
 /* Entry j of the row of B^-1, over the pivot: what the perturbation (e, e^2, ...) of the first

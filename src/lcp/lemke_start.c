@@ -238,8 +238,10 @@ void perp__lemke_start(perp__lemke *l)
         l->column_of[l->nonbasic[k]] = k;
     for (k = 0; k < l->pairs; k++) {
         l->row_of[l->basic[k]] = k;
-        if (l->basic[k] >= l->pairs || !is_free(p, l->index[l->basic[k]]))
-            largest = fmax(largest, fabs(l->b[k]));
+        if (fabs(l->b[k]) > largest &&
+            (l->basic[k] >= l->pairs || !is_free(p, l->index[l->basic[k]])))
+            largest = fabs(l->b[k]);
     }
     l->largest_b = largest;
+    perp__lemke_write_limits(l);
 }

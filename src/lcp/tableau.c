@@ -76,15 +76,9 @@ static void forget(perp__tableau *t)
 
 void perp__tableau_reset(perp__tableau *t, int32_t rows, int32_t columns)
 {
-    const size_t ld = (size_t)t->leading_dimension;
-    size_t i, j;
-
     t->rows = rows;
     t->columns = columns;
     forget(t);
-    for (j = 0; j < (size_t)columns; j++)
-        for (i = (size_t)rows; i < perp__tableau_length(rows); i++)
-            t->T[i + j * ld] = 0.0;
 }
 
 void perp__tableau_column(perp__tableau *t, int32_t c, double *column)
@@ -94,7 +88,9 @@ void perp__tableau_column(perp__tableau *t, int32_t c, double *column)
     size_t first, last;
 
     memcpy(column, t->T + (size_t)c * (size_t)t->leading_dimension,
-           panels * PERP__PANEL * sizeof *column);
+           (size_t)t->rows * sizeof *column);
+    for (last = (size_t)t->rows; last < panels * PERP__PANEL; last++)
+        column[last] = 0.0;
     for (first = (size_t)t->started[c]; first < pending; first = last) {
         last = first - first % GROUP + GROUP;
         if (last > pending)

@@ -38,7 +38,7 @@ void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, in
 /* Forgets the kept exchanges. T's `rows` by `columns` entries are filled by the caller. */
 void perp__tableau_reset(perp__tableau *t, int32_t rows, int32_t columns);
 
-/* column := T(:,c), kept exchanges included; perp__tableau_length entries. */
+/* column := T(:,c), kept exchanges included; perp__tableau_length entries, 0 in the padding. */
 void perp__tableau_column(perp__tableau *t, int32_t c, double *column);
 
 /* Exchanges row r and column c, which the caller has just read into `column`. It is overwritten. */

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "linalg/vectors.h"
+
 #define NAME(x) x##_any
 #define FUSED 0
 #define minus_one(c, a, b) ((c) - (a) * (b))
@@ -14,60 +16,43 @@
 #include "linalg/panels_any.h"
 #endif
 
-#if defined(__GNUC__) && defined(__x86_64__)
+#if PERP__X86
 
-#include <immintrin.h>
-
-#define SET "avx512"
-#define TARGET __attribute__((target("avx512f,avx2,fma")))
-#define lanes __m512d
-#define LANES 8
-#define load _mm512_loadu_pd
-#define store _mm512_storeu_pd
-#define spread _mm512_set1_pd
 #define COLUMNS(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7) X(8) X(9) X(10) X(11)
+#include "linalg/vector_avx512.h"
 
 #define NAME(x) x##_avx512
 #define FUSED 0
-#define minus(c, a, b) _mm512_sub_pd((c), _mm512_mul_pd((a), (b)))
+#define minus minus_product
 #define minus_one(c, a, b) ((c) - (a) * (b))
 #include "linalg/panels_vector.h"
 
 #define NAME(x) x##_avx512_fused
 #define FUSED 1
-#define minus(c, a, b) _mm512_fnmadd_pd((a), (b), (c))
+#define minus minus_fused
 #define minus_one(c, a, b) fma(-(a), (b), (c))
 #include "linalg/panels_vector.h"
 
-#undef SET
-#undef TARGET
-#undef lanes
-#undef LANES
-#undef load
-#undef store
-#undef spread
+#include "linalg/vector_end.h"
 #undef COLUMNS
 
-#define SET "avx2"
-#define TARGET __attribute__((target("avx2,fma")))
-#define lanes __m256d
-#define LANES 4
-#define load _mm256_loadu_pd
-#define store _mm256_storeu_pd
-#define spread _mm256_set1_pd
 #define COLUMNS(X) X(0) X(1) X(2) X(3) X(4) X(5)
+#include "linalg/vector_avx2.h"
 
 #define NAME(x) x##_avx2
 #define FUSED 0
-#define minus(c, a, b) _mm256_sub_pd((c), _mm256_mul_pd((a), (b)))
+#define minus minus_product
 #define minus_one(c, a, b) ((c) - (a) * (b))
 #include "linalg/panels_vector.h"
 
 #define NAME(x) x##_avx2_fused
 #define FUSED 1
-#define minus(c, a, b) _mm256_fnmadd_pd((a), (b), (c))
+#define minus minus_fused
 #define minus_one(c, a, b) fma(-(a), (b), (c))
 #include "linalg/panels_vector.h"
+
+#include "linalg/vector_end.h"
+#undef COLUMNS
 
 #endif
 
@@ -78,12 +63,12 @@ static int32_t find(const perp__panel_kernels **found)
 {
     int32_t count = 0;
 
-#if defined(__GNUC__) && defined(__x86_64__)
-    if (__builtin_cpu_supports("avx512f")) {
+#if PERP__X86
+    if (perp__widest_vectors() >= PERP__VECTOR_AVX512) {
         found[count++] = &kernels_avx512_fused;
         found[count++] = &kernels_avx512;
     }
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+    if (perp__widest_vectors() >= PERP__VECTOR_AVX2) {
         found[count++] = &kernels_avx2_fused;
         found[count++] = &kernels_avx2;
     }

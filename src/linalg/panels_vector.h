@@ -1,11 +1,10 @@
-/* The kernels of panels.h in terms of vectors of LANES doubles, included once for each instruction
- * set and arithmetic with
- *   NAME(x)     the name of a function of this set      TARGET  its attribute
- *   lanes       the vector's type, LANES its length     load, store, spread (of one double)
+/* The kernels of panels.h, a template (linalg/vectors.h), included once for each instruction set
+ * and arithmetic with
+ *   NAME(x)     the name of a function of this set
  *   COLUMNS(X)  X(0) X(1) ... for the columns of a block: 2 vectors by as many columns as the
  *               registers hold
  *   minus(c, a, b), minus_one(c, a, b) = c - a b, of vectors and of doubles
- *   SET         the set's name, and FUSED: is minus rounded once?
+ *   FUSED       is that rounded once?
  * NAME, FUSED and the two minus are for one inclusion only. It defines NAME(kernels).
  *
  * Accumulators have names of their own: compilers spill what is an array. */

@@ -1,0 +1,22 @@
+/* Vectors of 4 doubles, for the templates that linalg/vectors.h tells of. */
+#define SET "avx2"
+#define TARGET __attribute__((target("avx2,fma")))
+#define LANES 4
+#define lanes __m256d
+#define load _mm256_loadu_pd
+#define store _mm256_storeu_pd
+#define spread _mm256_set1_pd
+#define minus_product(c, a, b) _mm256_sub_pd((c), _mm256_mul_pd((a), (b)))
+#define minus_fused(c, a, b) _mm256_fnmadd_pd((a), (b), (c))
+#define add _mm256_add_pd
+#define subtract _mm256_sub_pd
+#define multiply _mm256_mul_pd
+#define divide _mm256_div_pd
+#define absolute(a) _mm256_andnot_pd(_mm256_set1_pd(-0.0), (a))
+#define larger _mm256_max_pd
+#define truth __m256d
+#define less(a, b) _mm256_cmp_pd((a), (b), _CMP_LT_OQ)
+#define at_most(a, b) _mm256_cmp_pd((a), (b), _CMP_LE_OQ)
+#define both _mm256_and_pd
+#define any_of(t) (_mm256_movemask_pd(t) != 0)
+#define pick(t, a, b) _mm256_blendv_pd((b), (a), (t))

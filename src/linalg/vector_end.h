@@ -1,0 +1,22 @@
+/* Forgets the vectors that were defined last. */
+#undef SET
+#undef TARGET
+#undef LANES
+#undef lanes
+#undef load
+#undef store
+#undef spread
+#undef minus_product
+#undef minus_fused
+#undef add
+#undef subtract
+#undef multiply
+#undef divide
+#undef absolute
+#undef larger
+#undef truth
+#undef less
+#undef at_most
+#undef both
+#undef any_of
+#undef pick

@@ -1,0 +1,22 @@
+/* Vectors of one double, for any processor and the templates that linalg/vectors.h tells of. */
+#define SET "any"
+#define TARGET
+#define LANES 1
+#define lanes double
+#define load(from) (*(from))
+#define store(into, a) (*(into) = (a))
+#define spread(a) (a)
+#define minus_product(c, a, b) ((c) - (a) * (b))
+#define minus_fused(c, a, b) fma(-(a), (b), (c))
+#define add(a, b) ((a) + (b))
+#define subtract(a, b) ((a) - (b))
+#define multiply(a, b) ((a) * (b))
+#define divide(a, b) ((a) / (b))
+#define absolute(a) fabs(a)
+#define larger(a, b) ((a) > (b) ? (a) : (b))
+#define truth int
+#define less(a, b) ((a) < (b))
+#define at_most(a, b) ((a) <= (b))
+#define both(t, u) ((t) & (u))
+#define any_of(t) (t)
+#define pick(t, a, b) ((t) ? (a) : (b))

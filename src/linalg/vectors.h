@@ -1,0 +1,36 @@
+/* Kernels in terms of vectors, written once and compiled for each instruction set. A template, a
+ * header of functions NAME(x), is included after one of
+ *   linalg/vector_avx512.h, vector_avx2.h (PERP__X86 only), vector_one.h (any processor)
+ * and before linalg/vector_end.h. Of these it gets
+ *   lanes, a vector of LANES doubles; load, store, spread (of one double); add, subtract, multiply,
+ *   divide, absolute; larger (b where a is NaN); minus_product(c, a, b) = c - a b, and minus_fused,
+ *   rounded once; truth, a vector of truths; less, at_most, both, any_of; pick(t, a, b), a where t;
+ *   TARGET, the attribute of its functions; SET, the set's name.
+ * Each is rounded as IEEE 754 says, so that the bits don't depend on the set. */
+#ifndef PERP_LINALG_VECTORS_H
+#define PERP_LINALG_VECTORS_H
+
+#include <stdint.h>
+
+#if defined(__GNUC__) && defined(__x86_64__)
+#define PERP__X86 1
+#include <immintrin.h>
+#else
+#define PERP__X86 0
+#endif
+
+enum perp__vector_set { PERP__VECTOR_ONE, PERP__VECTOR_AVX2, PERP__VECTOR_AVX512 };
+
+/* The widest vectors of this processor. */
+static inline enum perp__vector_set perp__widest_vectors(void)
+{
+#if PERP__X86
+    if (__builtin_cpu_supports("avx512f"))
+        return PERP__VECTOR_AVX512;
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+        return PERP__VECTOR_AVX2;
+#endif
+    return PERP__VECTOR_ONE;
+}
+
+#endif
