@@ -96,7 +96,7 @@ static enum perp__block_state solve(perp__block_pivoting *b)
     perp__active_block_solve(&b->active, b->trial_places, b->w);
     for (i = 0; i < p->n; i++)
         if (b->trial_places[i] == PERP__BETWEEN)
-            b->trial_z[i] = b->w[i];
+            b->trial_z[i] = b->w[i] + 0.0; /* no -0 */
     multiply(b);
     return state;
 }

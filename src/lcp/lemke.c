@@ -52,6 +52,10 @@ static void layout(perp__arena *arena, void *work)
     l->far = perp__arena_take(arena, rows, sizeof(double));
     l->speed = perp__arena_take(arena, rows, sizeof(double));
     l->row = perp__arena_take(arena, (size_t)p->n, sizeof(double));
+    l->places = perp__arena_take(arena, (size_t)p->n, sizeof(int8_t));
+    if (!p->M->column_starts)
+        perp__block_pivoting_layout(arena, &l->crash, p->n, 1);
+    l->examined = 0;
 }
 
 void perp__lemke_tolerances(int32_t attempt, double *slack, double *smallest_pivot)
@@ -113,18 +117,20 @@ static void add_cover(perp__lemke *l, int32_t attempt)
 }
 
 /* The row that t must make feasible last; of rows that tie, the last, as the lexicographic order of
- * the unit matrix has it. -1: z = base solves the problem. */
+ * the unit matrix has it. -1: the basis solves the problem. */
 static int32_t first_row(const perp__lemke *l)
 {
     double worst = 0.0;
     int32_t found = -1, r;
 
     for (r = 0; r < l->pairs; r++) {
+        const int32_t pair = l->basic[r] < l->pairs ? l->basic[r] : l->basic[r] - l->pairs;
+        const double violation = perp__lemke_violation(l, r);
         double ratio;
 
-        if (l->basic[r] < l->pairs || !(l->b[r] < 0.0))
+        if (l->cover[pair] == 0.0 || violation == 0.0)
             continue;
-        ratio = -l->b[r] / l->cover[l->basic[r] - l->pairs];
+        ratio = violation / fabs(l->cover[pair]);
         if (ratio >= worst) {
             worst = ratio;
             found = r;
@@ -223,22 +229,23 @@ static int32_t advance(perp__lemke *l, int32_t entering, perp_outcome *outcome)
     return partner_of(l, leaving, at_upper);
 }
 
-static perp_outcome follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *entering)
+static perp_outcome follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int64_t most,
+                                int32_t *entering)
 {
     const perp__lcp_problem *p = l->head.problem;
-    const int64_t limit = p->iteration_limit > 0  ? p->iteration_limit
-                          : iterate->attempt == 0 ? 200 + 8 * (int64_t)l->pairs
-                                                  : 1000 + 20 * (int64_t)l->pairs;
+    const int64_t limit = p->iteration_limit > 0 ? p->iteration_limit - l->spent : most;
     perp_outcome outcome = PERP_OUTCOME_SOLVED, stop;
-    int32_t r = first_row(l);
+    int32_t r = first_row(l), leaving, at_upper;
 
+    iterate->iterations = 0;
     if (r < 0)
         return PERP_OUTCOME_SOLVED;
     l->direction = 1.0;
     take_column(l, perp__lemke_t(l));
-    *entering = l->basic[r];
-    pivot(l, r, perp__lemke_t(l), -l->b[r], 0.0);
-    *entering = partner_of(l, *entering, 0);
+    leaving = l->basic[r];
+    at_upper = leaving < l->pairs && l->b[r] > 0.0;
+    pivot(l, r, perp__lemke_t(l), perp__lemke_violation(l, r), 0.0);
+    *entering = partner_of(l, leaving, at_upper);
     for (iterate->iterations = 1; *entering >= 0; iterate->iterations++) {
         int32_t next;
 
@@ -303,25 +310,55 @@ static void write_ray(const perp__lemke *l, int32_t entering, perp__lcp_iterate 
     }
 }
 
+/* From another basis than the cold one. A ray from there proves nothing, so that only a solution or
+ * a stop counts. Returns 0 where the cold start must follow. */
+static int32_t solve_from_guess(perp__lemke *l, perp__lcp_iterate *iterate)
+{
+    const enum perp__lemke_guess guess = perp__lemke_guess_basis(l, iterate);
+    const perp__lcp_problem *p = l->head.problem;
+    int32_t entering = -1;
+
+    if (guess != PERP__GUESS_BASIS)
+        return guess == PERP__GUESS_END;
+    choose_tolerances(l, 0);
+    if (!perp__lemke_start_at(l))
+        return 0;
+    iterate->outcome = follow_path(l, iterate, (int64_t)l->pairs + 16, &entering);
+    iterate->iterations += l->spent;
+    l->spent = iterate->iterations;
+    write_point(l, iterate);
+    return iterate->outcome != PERP_OUTCOME_RAY && iterate->outcome != PERP_OUTCOME_STALLED &&
+           (iterate->outcome != PERP_OUTCOME_ITERATION_LIMIT || p->iteration_limit > 0);
+}
+
 static perp_status solve(void *work, perp__lcp_iterate *iterate)
 {
     perp__lemke *l = work;
-    int32_t entering = -1;
+    int32_t entering = -1, attempt;
 
     l->doubled.on = 0;
-    if (iterate->attempt > 0) {
+    l->spent = 0;
+    if (iterate->attempt == 0) {
+        l->guessed = solve_from_guess(l, iterate);
+        if (l->guessed)
+            return PERP_OK;
+    }
+    attempt = iterate->attempt - l->guessed;
+    if (attempt > 0) {
         const perp_status status = perp__doubled_fit(l);
 
         if (status != PERP_OK)
             return status;
     }
     perp__lemke_start(l);
-    add_cover(l, iterate->attempt > 0 ? iterate->attempt - 1 : 0); /* e twice */
-    choose_tolerances(l, iterate->attempt);
-    if (iterate->attempt > 0)
+    add_cover(l, attempt > 0 ? attempt - 1 : 0); /* e twice */
+    choose_tolerances(l, attempt);
+    if (attempt > 0)
         perp__doubled_start(l);
-    iterate->iterations = 0;
-    iterate->outcome = follow_path(l, iterate, &entering);
+    iterate->outcome = follow_path(
+        l, iterate, attempt == 0 ? 200 + 8 * (int64_t)l->pairs : 1000 + 20 * (int64_t)l->pairs,
+        &entering);
+    iterate->iterations += l->spent;
     write_point(l, iterate);
     if (iterate->outcome == PERP_OUTCOME_RAY)
         write_ray(l, entering, iterate);

@@ -2,9 +2,9 @@
 #ifndef PERP_LCP_LEMKE_H
 #define PERP_LCP_LEMKE_H
 
+#include "lcp/block_pivoting.h"
 #include "lcp/lemke_doubled.h"
 #include "lcp/lemke_rows.h"
-#include "lcp/method.h"
 #include "lcp/tableau.h"
 
 /* Pairs k = 0 .. pairs-1 of (x_k, v_k): z_i = base_i + sign_k x_k with i = index_k,
@@ -37,6 +37,13 @@ typedef struct perp__lemke {
     double smallest_pivot; /* relative to the column's largest entry */
     double direction;      /* +1 or -1: how the entering variable moves */
     perp__doubled doubled; /* what attempts after the first need */
+
+    perp__block_pivoting crash; /* dense M only; its block lies in the tableau's memory */
+    int32_t examined;           /* since the last set-up: `symmetric` is known */
+    int32_t symmetric;
+    int8_t *places;  /* n: a complementary basis to start from */
+    int64_t spent;   /* rounds and pivots of this attempt before the path began */
+    int32_t guessed; /* attempt 0 was no cold start, which is then attempt 1 */
 } perp__lemke;
 
 /* The name of t. */
@@ -74,5 +81,29 @@ void perp__lemke_tolerances(int32_t attempt, double *slack, double *smallest_piv
 
 /* Writes the problem in standard form, makes free variables basic, splits those that cannot be. */
 void perp__lemke_start(perp__lemke *l);
+
+/* The two halves of that for any start: standard form with all x nonbasic at 0; rows, columns and
+ * sizes once the first basis is there. */
+void perp__lemke_fill(perp__lemke *l);
+void perp__lemke_index(perp__lemke *l);
+int32_t perp__lemke_is_free(const perp__lemke *l, int32_t pair);
+
+/* Starts at the complementary basis l->places instead, with the column of t: x basic between the
+ * bounds, else v. Returns 0 if that basis is singular or too nearly so; then nothing is started. */
+int32_t perp__lemke_start_at(perp__lemke *l);
+
+/* By how much the basic variable of row r is outside of its limits; 0 if it is not. */
+double perp__lemke_violation(const perp__lemke *l, int32_t r);
+
+/* What a look for a better start than the cold one led to. */
+enum perp__lemke_guess {
+    PERP__GUESS_NONE,
+    PERP__GUESS_BASIS, /* l->places is worth a try */
+    PERP__GUESS_END    /* the iterate holds a solution, or the end that the monitor asked for */
+};
+
+/* Block pivoting where M looks positive definite, and the basis that a start of the caller's names.
+ * Counts its rounds in l->spent. */
+enum perp__lemke_guess perp__lemke_guess_basis(perp__lemke *l, perp__lcp_iterate *iterate);
 
 #endif

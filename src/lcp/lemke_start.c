@@ -77,6 +77,19 @@ static void name_variables(perp__lemke *l)
     }
 }
 
+void perp__lemke_fill(perp__lemke *l)
+{
+    choose_base(l);
+    fill_tableau(l);
+    perp__tableau_reset(&l->tableau, l->pairs, l->pairs);
+    name_variables(l);
+}
+
+int32_t perp__lemke_is_free(const perp__lemke *l, int32_t pair)
+{
+    return is_free(l->head.problem, l->index[pair]);
+}
+
 static int32_t is_free_equation(const perp__lemke *l, int32_t r)
 {
     return l->basic[r] >= l->pairs && is_free(l->head.problem, l->index[l->basic[r] - l->pairs]);
@@ -211,27 +224,11 @@ static void split_left(perp__lemke *l, int32_t left)
     l->tableau.columns = columns + made;
 }
 
-void perp__lemke_start(perp__lemke *l)
+void perp__lemke_index(perp__lemke *l)
 {
-    const perp__lcp_problem *p = l->head.problem;
     double largest = 0.0;
-    int32_t any_free = 0, left = 0, k;
+    int32_t k;
 
-    choose_base(l);
-    fill_tableau(l);
-    perp__tableau_reset(&l->tableau, l->pairs, l->pairs);
-    name_variables(l);
-    for (k = 0; k < l->pairs; k++)
-        any_free |= is_free(p, l->index[k]);
-    if (any_free) {
-        double size = make_free_basic(l);
-
-        left = count_left(l);
-        if (left > 0) {
-            clear_dependent(l, size);
-            split_left(l, left);
-        }
-    }
     for (k = 0; k <= 2 * l->pairs; k++)
         l->row_of[k] = l->column_of[k] = -1;
     for (k = 0; k < l->tableau.columns; k++)
@@ -239,9 +236,28 @@ void perp__lemke_start(perp__lemke *l)
     for (k = 0; k < l->pairs; k++) {
         l->row_of[l->basic[k]] = k;
         if (fabs(l->b[k]) > largest &&
-            (l->basic[k] >= l->pairs || !is_free(p, l->index[l->basic[k]])))
+            (l->basic[k] >= l->pairs || !perp__lemke_is_free(l, l->basic[k])))
             largest = fabs(l->b[k]);
     }
     l->largest_b = largest;
     perp__lemke_write_limits(l);
+}
+
+void perp__lemke_start(perp__lemke *l)
+{
+    int32_t any_free = 0, k;
+
+    perp__lemke_fill(l);
+    for (k = 0; k < l->pairs; k++)
+        any_free |= perp__lemke_is_free(l, k);
+    if (any_free) {
+        const double size = make_free_basic(l);
+        const int32_t left = count_left(l);
+
+        if (left > 0) {
+            clear_dependent(l, size);
+            split_left(l, left);
+        }
+    }
+    perp__lemke_index(l);
 }
