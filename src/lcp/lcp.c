@@ -302,15 +302,18 @@ static perp_status read_block(perp_lcp_solver *solver)
     return status;
 }
 
-/* A solve that failed returns the best point it met; the start is one of them. */
+/* A solve that failed returns the best point it met; the start is one of them, unless an index set
+ * was solved as well as doubles can and the residual only tells how large the numbers are. */
 static void consider_start(perp_lcp_solver *solver, const double *z0)
 {
     perp__evaluation worth;
 
     start_from(solver, z0);
     worth = perp__evaluate(solver);
-    if (worth.tested < solver->best.worth.tested)
-        keep(solver, &worth, solver->best.outcome, solver->best.method, solver->best.iterations);
+    if (worth.tested < solver->best.worth.tested &&
+        !(solver->best.worth.backward <= 16.0 * DBL_EPSILON))
+        keep(solver, &worth, judge(solver, &worth, solver->best.outcome), solver->best.method,
+             solver->best.iterations);
 }
 
 static perp_status search(perp_lcp_solver *solver, const double *z0)
