@@ -158,8 +158,9 @@ PERP_API perp_status perp_lcp_solver_setup(perp_lcp_solver *solver, const perp_m
  *               only if result->has_ray; or NULL.
  *          result: initialised by perp_lcp_result_init.
  * In:      q: n entries.
- *          z0: n entries, a start (pgs, fischer) or a guess of the active set that is tried first
- *              (lemke, auto; only with polish = 1); projected onto the bounds; or NULL.
+ *          z0: n entries, a start (pgs, fischer) or a guess of the active set: it is tried first
+ *              (lemke, auto; only with polish = 1), and pivoting starts from the basis it names
+ *              (lemke with pivot rule harris, active_set); projected onto the bounds; or NULL.
  * Memory:  none allocated after the first call of a size (third-party factorisations excepted);
  *          under auto a fall-back method makes its memory when it is first needed. */
 PERP_API perp_status perp_lcp_solver_solve(perp_lcp_solver *solver, double *z, double *w,

@@ -132,39 +132,41 @@ static void test_large(void **state)
 
 /* ---- made to cycle -------------------------------------------------------------------------- */
 
-/* Principal pivoting of all infeasible indices goes round on Murty's circulants (Murty 1988,
- * section 4.2); from n = 3 on, z = e / 3 solves I + 2 P. With one index at a time the last one
- * first the method is finite. */
+/* Circulants I + 2 P of odd order are P-matrices. With q = e, solved by 0, and from z = (1, 0, ...)
+ * on, full exchanges go round for ever: the one index that is infeasible hands over to its
+ * neighbour (Ben Gharbia & Gilbert, "Nonconvergence of the plain Newton-min algorithm for linear
+ * complementarity problems with a P-matrix", Math. Programming 134, 2012). With one index at a time
+ * the method is finite. With q = -e, z = e / 3. */
 static void test_circulants(void **state)
 {
-    int32_t n, i;
+    int32_t n, i, kind;
 
     (void)state;
-    for (n = 3; n <= 9; n += 2) {
-        int M[81] = {0}, q[9], turn;
-        perp_lcp_settings settings = active_set(0);
-
-        for (turn = 0; turn < 2; turn++) {
+    for (n = 3; n <= 9; n += 2)
+        for (kind = 0; kind < 4; kind++) {
+            const int turned = kind & 1, sign = kind >> 1 ? 1 : -1;
+            perp_lcp_settings settings = active_set(0);
+            int M[81] = {0}, q[9];
+            double start[9] = {1.0};
             gen_lcp problem;
             run r;
 
-            memset(M, 0, sizeof M);
             for (i = 0; i < n; i++) {
                 const int32_t next = (i + 1) % n;
 
-                q[i] = -1;
+                q[i] = sign;
                 M[i * n + i] = 1;
-                M[turn ? next * n + i : i * n + next] = 2;
+                M[turned ? next * n + i : i * n + next] = 2;
             }
             gen_from_integers(&problem, n, M, q);
-            run_lcp(&r, context, &problem, &settings, NULL, "circulant");
+            run_lcp(&r, context, &problem, &settings, start, "circulant");
             assert_int_equal(r.result.outcome, PERP_OUTCOME_SOLVED);
+            assert_true(sign < 0 || r.result.iterations > 10);
             for (i = 0; i < n; i++) /* condition numbers below 3 */
-                assert_true(fabs(r.z[i] - 1.0 / 3.0) <= 1e-15);
+                assert_true(fabs(r.z[i] - (sign < 0 ? 1.0 / 3.0 : 0.0)) <= 1e-15);
             run_release(&r);
             gen_destroy(&problem);
         }
-    }
 }
 
 /* Lemke's method takes 2^n pivots on Murty's triangle; z = (0, ..., 0, 1). */

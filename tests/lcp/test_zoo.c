@@ -205,6 +205,7 @@ static void test_lexicographic_lemke(void **state)
 
         settings.pivot_rule = PERP_PIVOT_LEXICOGRAPHIC;
         settings.scaling = 0;
+        settings.crash = 0;
         open_cage(&problem, a);
         run_lcp(&r, context, &problem, &settings, NULL, a->name);
         hold_to_the_truth(a, &r, a->name);
