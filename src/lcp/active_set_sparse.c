@@ -15,18 +15,23 @@
 #include <string.h>
 
 #include "lcp/method.h"
+#include "lcp/nested.h"
 #include "lcp/tridiagonal.h"
 #include "linalg/sparse_block.h"
 
 #define SMALLEST 64    /* up to this size a dense factorisation is faster */
 #define ITERATIONS 500 /* default limit */
+#define ROUNDS 3       /* of a rough solve */
 #define PATIENCE 10    /* full exchanges without progress before single ones */
 
 typedef struct active_set_work {
     perp__lcp_work common;
     perp__tridiagonal_lcp tridiagonal;
+    perp__nested nested;
     double *w;       /* n */
     double *product; /* n */
+    double *step;    /* n */
+    double residual; /* of the last equations */
     int32_t *active; /* n: the variables between their bounds */
     int8_t *next;    /* n: places after a full exchange */
 } active_set_work;
@@ -59,6 +64,7 @@ static void layout(perp__arena *arena, void *object)
     perp__tridiagonal_lcp_layout(arena, &work->tridiagonal, tridiagonal ? n : 0);
     work->w = perp__arena_take(arena, n, sizeof(double));
     work->product = perp__arena_take(arena, n, sizeof(double));
+    work->step = perp__arena_take(arena, n, sizeof(double));
     work->active = perp__arena_take(arena, n, sizeof(int32_t));
     work->next = perp__arena_take(arena, n, sizeof(int8_t));
 }
@@ -96,30 +102,50 @@ static void read_places(active_set_work *work, const double *z, int8_t *places)
     }
 }
 
-/* Solves for the variables between their bounds, with the others at theirs; w follows. PERP_OK,
+/* The largest |w| of the variables between their bounds. */
+static double equation_residual(const active_set_work *work, int32_t count)
+{
+    double largest = 0.0;
+    int32_t k;
+
+    for (k = 0; k < count; k++)
+        if (!(fabs(work->w[work->active[k]]) <= largest))
+            largest = fabs(work->w[work->active[k]]);
+    return largest;
+}
+
+/* Solves for the variables between their bounds, starting from z, with the others at theirs; w
+ * follows. Without factors a solve is rough: where no polish follows, it is repeated. PERP_OK,
  * PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
 static perp_status solve_equations(active_set_work *work, const int8_t *places, double *z)
 {
     const perp__lcp_problem *p = work->common.problem;
+    const double goal = p->settings->polish ? INFINITY : 0.1 * p->settings->tol;
     perp_status status;
-    int32_t count = 0, i, k;
+    int32_t count = 0, round, i, k;
 
     for (i = 0; i < p->n; i++) {
         if (places[i] == PERP__BETWEEN)
             work->active[count++] = i;
-        z[i] = places[i] == PERP__BETWEEN    ? 0.0
-               : places[i] == PERP__AT_UPPER ? p->upper[i]
-                                             : p->lower[i];
+        else
+            z[i] = places[i] == PERP__AT_UPPER ? p->upper[i] : p->lower[i];
     }
-    status = perp__sparse_block_factor(p->block, work->active, count, 0.0);
-    if (status != PERP_OK)
-        return status;
     multiply(work, z);
-    for (k = 0; k < count; k++)
-        z[work->active[k]] = -work->w[work->active[k]];
-    perp__sparse_block_solve(p->block, z);
-    multiply(work, z);
-    return PERP_OK;
+    status = perp__sparse_block_approach(p->block, work->active, count);
+    for (round = 0; round < ROUNDS && status == PERP_OK; round++) {
+        const double before = work->residual;
+
+        for (k = 0; k < count; k++)
+            work->step[work->active[k]] = work->w[work->active[k]];
+        status = perp__sparse_block_solve_roughly(p->block, work->step);
+        for (k = 0; k < count && status == PERP_OK; k++)
+            z[work->active[k]] -= work->step[work->active[k]];
+        multiply(work, z);
+        work->residual = equation_residual(work, count);
+        if (work->residual <= goal || (round > 0 && !(work->residual < 0.5 * before)))
+            break;
+    }
+    return status;
 }
 
 static double largest_entry(const double *z, int32_t n)
@@ -143,7 +169,8 @@ static exchange find_exchange(active_set_work *work, const int8_t *places, const
     int32_t i;
 
     for (i = 0; i < p->n; i++) {
-        const double noise = 16.0 * DBL_EPSILON * (p->row_norms[i] * z_largest + fabs(p->q[i]));
+        const double noise = 16.0 * DBL_EPSILON * (p->row_norms[i] * z_largest + fabs(p->q[i])) +
+                             4.0 * work->residual;
         double violation = 0.0;
         int8_t next = places[i];
 
@@ -221,6 +248,40 @@ static perp_status run(active_set_work *work, perp__lcp_iterate *iterate)
     return PERP_OK;
 }
 
+/* From cold, or after a failed attempt. */
+static void start_afresh(active_set_work *work, const double *start, perp__lcp_iterate *iterate)
+{
+    memcpy(iterate->z, start, (size_t)work->common.problem->n * sizeof *start);
+    read_places(work, iterate->z, iterate->places);
+}
+
+/* The first index set. */
+static perp_status start(active_set_work *work, perp__lcp_iterate *iterate)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+    perp__multigrid *grid;
+    perp_status status;
+    int32_t found;
+
+    if (problem->block->kind == PERP__SPARSE_TRIDIAGONAL &&
+        perp__tridiagonal_lcp_places(&work->tridiagonal, &problem->block->T, problem,
+                                     iterate->places))
+        return PERP_OK;
+    status = perp__sparse_block_grid(problem->block, &grid);
+    if (status == PERP_OK && grid)
+        status = perp__nested_fit(&work->nested, grid);
+    if (status != PERP_OK || !grid) {
+        read_places(work, iterate->z, iterate->places);
+        return status;
+    }
+    memcpy(work->step, iterate->z, (size_t)problem->n * sizeof *work->step);
+    found = perp__nested_run(&work->nested, problem, iterate->warm, iterate->z, iterate->places,
+                             &iterate->iterations, &iterate->outcome);
+    if (!found)
+        start_afresh(work, work->step, iterate);
+    return PERP_OK;
+}
+
 static perp_status solve(void *object, perp__lcp_iterate *iterate)
 {
     active_set_work *work = object;
@@ -228,17 +289,23 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     perp_status status;
     int32_t i;
 
-    if (problem->block->kind != PERP__SPARSE_TRIDIAGONAL ||
-        !perp__tridiagonal_lcp_places(&work->tridiagonal, &problem->block->T, problem,
-                                      iterate->places))
-        read_places(work, iterate->z, iterate->places);
-    status = run(work, iterate);
+    iterate->outcome = -1;
+    status = start(work, iterate);
+    if (status == PERP_OK && iterate->outcome < 0)
+        status = run(work, iterate);
     for (i = 0; i < problem->n; i++)
         iterate->z[i] = perp__clamp(iterate->z[i], problem->lower[i], problem->upper[i]);
     iterate->has_places = iterate->outcome == PERP_OUTCOME_SOLVED;
     return status;
 }
 
+static void release(void *object)
+{
+    active_set_work *work = object;
+
+    perp__nested_release(&work->nested);
+}
+
 const perp__lcp_method perp__lcp_active_set_sparse = {
-    PERP_LCP_ACTIVE_SET, sizeof(active_set_work), 1, suits, check, layout, solve, NULL,
+    PERP_LCP_ACTIVE_SET, sizeof(active_set_work), 1, suits, check, layout, solve, release,
 };

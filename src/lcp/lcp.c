@@ -293,7 +293,10 @@ static perp_status read_block(perp_lcp_solver *solver)
 {
     perp_status status;
 
-    if (!solver->M.column_starts || solver->block_read == solver->setups)
+    if (!solver->M.column_starts)
+        return PERP_OK;
+    perp__sparse_block_restart(&solver->block);
+    if (solver->block_read == solver->setups)
         return PERP_OK;
     solver->block_read = 0;
     status = perp__sparse_block_read(&solver->block, &solver->M, solver->factors);

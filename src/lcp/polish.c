@@ -101,7 +101,9 @@ static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, in
     if (uses_dense(solver)) {
         *regular = factor_dense(solver, count, rho);
     } else {
-        status = perp__sparse_block_factor(&solver->block, solver->polish.active, count, rho);
+        status = rho > 0.0
+                     ? perp__sparse_block_factor(&solver->block, solver->polish.active, count, rho)
+                     : perp__sparse_block_approach(&solver->block, solver->polish.active, count);
         *regular = status == PERP_OK;
         if (status == PERP__FACTOR_SINGULAR)
             status = PERP_OK;
@@ -109,11 +111,12 @@ static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, in
     return status;
 }
 
-/* step := block^-1 (scaled residual on the active rows); returns its largest entry. */
-static double newton_step(perp_lcp_solver *solver, int32_t count)
+/* step := block^-1 (scaled residual on the active rows), and its largest entry. PERP_OK,
+ * PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
+static perp_status newton_step(perp_lcp_solver *solver, int32_t count, double *largest)
 {
     perp__polish *p = &solver->polish;
-    double largest = 0.0;
+    perp_status status = PERP_OK;
     int32_t k;
 
     for (k = 0; k < count; k++) {
@@ -126,14 +129,31 @@ static double newton_step(perp_lcp_solver *solver, int32_t count)
     if (uses_dense(solver))
         perp__lu_solve(count, p->block, count > 0 ? count : 1, p->pivots, p->step, 0);
     else
-        perp__sparse_block_solve(&solver->block, p->step);
+        status = perp__sparse_block_solve_roughly(&solver->block, p->step);
+    *largest = 0.0;
     for (k = 0; k < count; k++) {
         double size = fabs(p->step[uses_dense(solver) ? k : p->active[k]]);
 
-        if (!(size <= largest))
-            largest = size;
+        if (!(size <= *largest))
+            *largest = size;
     }
-    return largest;
+    return status;
+}
+
+/* Whether the equations hold as well as a double z allows: a look that costs less than a solve. */
+static int32_t is_refined(const perp_lcp_solver *solver, int32_t count, double z_largest)
+{
+    int32_t k;
+
+    for (k = 0; k < count; k++) {
+        const int32_t i = solver->polish.active[k];
+        const double size = solver->row_norms[i] * z_largest + fabs(solver->q_scaled[i]);
+
+        if (!(fabs(perp__shift(solver->w_high[i], solver->exponents[i] - solver->omega)) <=
+              DBL_EPSILON * size))
+            return 0;
+    }
+    return 1;
 }
 
 static int32_t collect(perp_lcp_solver *solver)
@@ -150,8 +170,8 @@ static int32_t collect(perp_lcp_solver *solver)
     return count;
 }
 
-/* Iterative refinement of M_AA z_A = -(q_A + M_AN z_N), not projected. */
-static void refine(perp_lcp_solver *solver, int32_t count)
+/* Iterative refinement of M_AA z_A = -(q_A + M_AN z_N), not projected. PERP_OK or _MEMORY. */
+static perp_status refine(perp_lcp_solver *solver, int32_t count)
 {
     perp__polish *p = &solver->polish;
     double last = INFINITY;
@@ -159,10 +179,12 @@ static void refine(perp_lcp_solver *solver, int32_t count)
 
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
     for (round = 0; round < PERP__REFINEMENTS && count > 0; round++) {
-        double largest = newton_step(solver, count);
-        double z_largest = 0.0;
+        double largest, z_largest = 0.0;
+        perp_status status = newton_step(solver, count, &largest);
 
-        if (!(largest < 0.5 * last) || largest == 0.0)
+        if (status < 0)
+            return status;
+        if (status != PERP_OK || !(largest < 0.5 * last) || largest == 0.0)
             break; /* no longer converging, or nothing left */
         for (k = 0; k < count; k++) {
             int32_t i = p->active[k];
@@ -173,10 +195,12 @@ static void refine(perp_lcp_solver *solver, int32_t count)
             z_largest = fmax(z_largest, fabs(z));
         }
         perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
-        if (largest <= DBL_EPSILON * z_largest)
+        if (largest <= DBL_EPSILON * z_largest ||
+            (!uses_dense(solver) && is_refined(solver, count, z_largest)))
             break;
         last = largest;
     }
+    return PERP_OK;
 }
 
 /* Moves what left its bounds onto them and frees the rows whose w has the wrong sign beyond
@@ -258,7 +282,9 @@ static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation
         status = factor(solver, count, rho, &regular);
         if (status != PERP_OK || !regular)
             break;
-        refine(solver, count);
+        status = refine(solver, count);
+        if (status != PERP_OK)
+            break;
         changes = repair(solver);
         worth = perp__evaluate(solver);
         if (is_better(solver, &worth, best))

@@ -3,6 +3,7 @@
 #define PERP_LCP_SENSITIVITY_H
 
 #include "lcp/solver.h"
+#include "linalg/kept_factor.h"
 
 #define PERP__SENSITIVITY_MAGIC UINT64_C(0x706572706c637364)
 

@@ -8,6 +8,13 @@
  * an order that rounds the two triangles differently. The solver refines with M itself. */
 #define PERP__ASYMMETRY (8.0 * DBL_EPSILON)
 
+/* Blocks of at least so many rows are left to multigrid. */
+#define PERP__LARGE 4000
+/* Largest sum of a row's positive entries beside the diagonal, relative to it. */
+#define PERP__POSITIVE_SHARE 0.25
+/* Conjugate gradient steps: as many take about as long as a factorisation */
+#define PERP__STEPS 80
+
 static void layout(perp__arena *arena, void *object)
 {
     perp__sparse_block *b = object;
@@ -57,6 +64,35 @@ static int32_t off_diagonal_is_not_positive(const perp__matrix *M)
     return 1;
 }
 
+/* Whether positive entries beside the diagonal are small, in every column. */
+static int32_t is_nearly_z(const perp__matrix *M, const double *scale)
+{
+    int32_t j, k;
+
+    for (j = 0; j < M->columns; j++) {
+        double positive = 0.0, diagonal = 0.0;
+
+        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+
+            if (i == j)
+                diagonal = M->values[k] * scale[j];
+            else if (M->values[k] > 0.0)
+                positive += M->values[k] * scale[i];
+        }
+        if (positive > PERP__POSITIVE_SHARE * diagonal)
+            return 0;
+    }
+    return 1;
+}
+
+static void layout_grid(perp__arena *arena, void *object)
+{
+    perp__sparse_block *b = object;
+
+    b->residual = perp__arena_take(arena, (size_t)b->M->columns, sizeof(double));
+}
+
 /* Columns from left to right meet the mirror images of their entries in the order in which these
  * are stored: one cursor a column. */
 static int32_t is_symmetric(const perp__matrix *M, int32_t *cursor)
@@ -89,6 +125,8 @@ void perp__sparse_block_init(perp__sparse_block *block, perp_context *context)
     block->context = context;
     perp__arena_init(&block->arena, context);
     perp__arena_init(&block->general_arena, context);
+    perp__arena_init(&block->grid_arena, context);
+    perp__multigrid_init(&block->grid, context);
     perp__arena_init(&block->cholesky.arena, context);
     perp__arena_init(&block->cholesky.factor_arena, context);
 }
@@ -102,7 +140,10 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     block->M = M;
     block->scale = scale;
     block->factored = 0;
+    block->on_grid = 0;
     block->ordered = 0;
+    block->grid_built = 0;
+    block->suits_grid = 0;
     block->has_z_signs = positive && off_diagonal_is_not_positive(M);
     block->kind = perp__is_tridiagonal(M) ? PERP__SPARSE_TRIDIAGONAL : PERP__SPARSE_GENERAL;
     status = perp__arena_fit(&block->arena, layout, block);
@@ -112,6 +153,8 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
         perp__tridiagonal_read(&block->T, M, scale);
     else if (positive && is_symmetric(M, block->local))
         block->kind = PERP__SPARSE_SYMMETRIC;
+    block->suits_grid =
+        block->kind == PERP__SPARSE_SYMMETRIC && M->columns >= PERP__LARGE && is_nearly_z(M, scale);
     return PERP_OK;
 }
 
@@ -195,6 +238,36 @@ static perp_status factor_general(perp__sparse_block *b)
     return status == PERP_OK ? perp__factor_klu.factor(b->lu, &A, 0) : status;
 }
 
+perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid **grid)
+{
+    perp_status status = PERP_OK;
+
+    *grid = NULL;
+    if (!block->suits_grid || block->grid_built < 0)
+        return PERP_OK;
+    if (!block->grid_built) {
+        status = perp__multigrid_build(&block->grid, block->M, block->scale);
+        if (status == PERP_OK)
+            status = perp__arena_fit(&block->grid_arena, layout_grid, block);
+        if (status != PERP_OK)
+            return status;
+        block->grid_built = 1;
+    }
+    if (block->grid.levels == 1) /* nothing to coarsen */
+        return PERP_OK;
+    block->on_grid = 0;
+    *grid = &block->grid;
+    return PERP_OK;
+}
+
+void perp__sparse_block_restart(perp__sparse_block *block)
+{
+    if (block->grid_built < 0) {
+        block->grid_built = 1;
+        block->factored = 0;
+    }
+}
+
 static perp_status factor_symmetric(perp__sparse_block *b)
 {
     if (!b->ordered) {
@@ -209,31 +282,47 @@ static perp_status factor_symmetric(perp__sparse_block *b)
     return b->by_lu ? factor_general(b) : PERP_OK;
 }
 
+/* Whether it holds the factors, or else the coarse matrices, of this block. */
+static int32_t holds(const perp__sparse_block *b, const int32_t *active, int32_t count, double rho)
+{
+    return b->count == count && b->rho == rho &&
+           (count == 0 || !memcmp(b->active, active, (size_t)count * sizeof *active));
+}
+
+static void take(perp__sparse_block *b, const int32_t *active, int32_t count, double rho)
+{
+    if (count > 0)
+        memmove(b->active, active, (size_t)count * sizeof *active);
+    b->count = count;
+    b->rho = rho;
+    b->by_lu = 0;
+    b->factored = 0;
+    b->on_grid = 0;
+}
+
+static perp_status factor(perp__sparse_block *b)
+{
+    perp_status status;
+
+    if (b->kind == PERP__SPARSE_TRIDIAGONAL)
+        status = perp__tridiagonal_factorise(&b->tridiagonal, &b->T, b->active, b->count, b->rho)
+                     ? PERP_OK
+                     : PERP__FACTOR_SINGULAR;
+    else if (b->kind == PERP__SPARSE_SYMMETRIC)
+        status = factor_symmetric(b);
+    else
+        status = factor_general(b);
+    b->factored = status == PERP_OK;
+    return status;
+}
+
 perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *active,
                                       int32_t count, double rho)
 {
-    const size_t bytes = (size_t)count * sizeof *active;
-    perp_status status;
-
-    if (block->factored && block->count == count && block->rho == rho &&
-        (count == 0 || !memcmp(block->active, active, bytes)))
+    if (block->factored && holds(block, active, count, rho))
         return PERP_OK;
-    if (count > 0)
-        memmove(block->active, active, bytes);
-    block->count = count;
-    block->rho = rho;
-    block->by_lu = 0;
-    if (block->kind == PERP__SPARSE_TRIDIAGONAL)
-        status =
-            perp__tridiagonal_factorise(&block->tridiagonal, &block->T, block->active, count, rho)
-                ? PERP_OK
-                : PERP__FACTOR_SINGULAR;
-    else if (block->kind == PERP__SPARSE_SYMMETRIC)
-        status = factor_symmetric(block);
-    else
-        status = factor_general(block);
-    block->factored = status == PERP_OK;
-    return status;
+    take(block, active, count, rho);
+    return factor(block);
 }
 
 static void solve(perp__sparse_block *block, double *x, int32_t transposed)
@@ -266,10 +355,59 @@ void perp__sparse_block_solve_transposed(perp__sparse_block *block, double *x)
     solve(block, x, 1);
 }
 
+perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t *active,
+                                        int32_t count)
+{
+    perp__multigrid *grid = NULL;
+    perp_status status = PERP_OK;
+
+    if ((block->factored || block->on_grid) && holds(block, active, count, 0.0))
+        return PERP_OK;
+    if (count >= PERP__LARGE)
+        status = perp__sparse_block_grid(block, &grid);
+    if (status != PERP_OK)
+        return status;
+    take(block, active, count, 0.0);
+    block->on_grid = grid && perp__multigrid_take_block(grid, 0, block->active, count);
+    return block->on_grid ? PERP_OK : factor(block);
+}
+
+/* Returns 0 if multigrid does not get there. */
+static int32_t solve_on_grid(perp__sparse_block *b, double *x)
+{
+    int32_t k;
+
+    for (k = 0; k < b->count; k++)
+        b->residual[b->active[k]] = x[b->active[k]];
+    if (perp__multigrid_solve(&b->grid, b->residual, b->x, PERP__ROUGH, PERP__STEPS) < 0)
+        return 0;
+    for (k = 0; k < b->count; k++)
+        x[b->active[k]] = b->x[b->active[k]];
+    return 1;
+}
+
+perp_status perp__sparse_block_solve_roughly(perp__sparse_block *block, double *x)
+{
+    perp_status status = PERP_OK;
+
+    if (block->on_grid && solve_on_grid(block, x))
+        return PERP_OK;
+    if (block->on_grid) {
+        block->grid_built = -1;
+        block->on_grid = 0;
+        status = factor(block);
+    }
+    if (status == PERP_OK)
+        solve(block, x, 0);
+    return status;
+}
+
 void perp__sparse_block_release(perp__sparse_block *block)
 {
     perp__arena_release(&block->arena);
     perp__arena_release(&block->general_arena);
+    perp__arena_release(&block->grid_arena);
+    perp__multigrid_release(&block->grid);
     perp__sparse_cholesky_release(&block->cholesky);
     perp__factor_klu.destroy(block->lu);
     block->lu = NULL;

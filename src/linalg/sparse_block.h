@@ -1,12 +1,17 @@
 /* Principal blocks of one sparse matrix, factored in the cheapest way its structure allows:
- * tridiagonal elimination, Cholesky, or LU. Factors are kept until another block is asked for. */
+ * tridiagonal elimination, Cholesky, LU, or not at all: large blocks of matrices like Laplace's are
+ * solved by conjugate gradients with multigrid. Factors are kept until another block is asked for.
+ */
 #ifndef PERP_LINALG_SPARSE_BLOCK_H
 #define PERP_LINALG_SPARSE_BLOCK_H
 
 #include "linalg/factor.h"
-#include "linalg/kept_factor.h"
+#include "linalg/multigrid.h"
 #include "linalg/sparse_cholesky.h"
 #include "linalg/tridiagonal.h"
+
+/* What a solve without factors leaves of a residual. */
+#define PERP__ROUGH 1e-6
 
 enum perp__sparse_kind {
     PERP__SPARSE_UNKNOWN = 0,
@@ -22,9 +27,14 @@ typedef struct perp__sparse_block {
     const double *scale;
     int32_t kind;        /* enum perp__sparse_kind */
     int32_t has_z_signs; /* S_ii > 0 and S_ij <= 0 for i != j */
+    /* S is symmetric, and the positive entries beside the diagonal are small: multigrid may serve
+     */
+    int32_t suits_grid;
+    int32_t grid_built; /* 1; -1: it does not serve, found out when built or in a solve */
     /* the last factorisation */
     int32_t factored; /* 1: holds factors */
     int32_t by_lu;    /* of a symmetric matrix whose block is not positive definite */
+    int32_t on_grid;  /* instead of factors there are the coarse matrices */
     double rho;
     int32_t count;
     int32_t *active; /* n */
@@ -37,6 +47,9 @@ typedef struct perp__sparse_block {
     int32_t *local, *starts, *rows; /* n; n + 1; entries + n */
     double *values;
     double *x; /* n */
+    perp__multigrid grid;
+    double *residual; /* n */
+    perp__arena grid_arena;
     perp__factor *lu;
     int32_t lu_capacity;
 } perp__sparse_block;
@@ -56,6 +69,26 @@ perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *
 
 /* x_A := (S_AA + rho I)^-1 x_A in the n-vector x, whose other entries are not looked at. */
 void perp__sparse_block_solve(perp__sparse_block *block, double *x);
+
+/* The same with the transposed block. */
+void perp__sparse_block_solve_transposed(perp__sparse_block *block, double *x);
+
+/* As perp__sparse_block_factor with rho = 0, for rough solves only: large blocks that multigrid
+ * serves are not factored. */
+perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t *active,
+                                        int32_t count);
+
+/* x_A := S_AA^-1 x_A after either; without factors the residual falls to PERP__ROUGH of what it
+ * was. Where multigrid fails, the block is factored after all: PERP_OK, PERP__FACTOR_SINGULAR or
+ * PERP_ERROR_MEMORY. */
+perp_status perp__sparse_block_solve_roughly(perp__sparse_block *block, double *x);
+
+/* The hierarchy of the whole matrix, built when it is first asked for; NULL if it does not serve.
+ * What the caller does with it makes the block forget its factors. PERP_OK or _MEMORY. */
+perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid **grid);
+
+/* Forgets that multigrid failed: the same bits whatever was solved before. */
+void perp__sparse_block_restart(perp__sparse_block *block);
 
 /* The same with the transposed block. */
 void perp__sparse_block_solve_transposed(perp__sparse_block *block, double *x);

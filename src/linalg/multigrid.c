@@ -1,0 +1,249 @@
+/* Coarse matrices of blocks, the cycle, and conjugate gradients with it. */
+#include "linalg/multigrid.h"
+
+#include <math.h>
+#include <string.h>
+
+void perp__coarse_values(const perp__level *fine, const double *fine_values, const int8_t *inside,
+                         const perp__level *coarse, double *values, double *inverse_diagonal,
+                         double *sums)
+{
+    int32_t a, r, k, p;
+
+    for (a = 0; a < coarse->n; a++) {
+        for (r = fine->r_starts[a]; r < fine->r_starts[a + 1]; r++) {
+            const int32_t i = fine->r_rows[r];
+
+            if (inside && !inside[i])
+                continue;
+            for (k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
+                const int32_t j = fine->rows[k];
+                const double product = fine->r_values[r] * fine_values[k];
+
+                if (inside && !inside[j])
+                    continue;
+                for (p = fine->p_starts[j]; p < fine->p_starts[j + 1]; p++)
+                    sums[fine->p_columns[p]] += product * fine->p_values[p];
+            }
+        }
+        for (k = coarse->starts[a]; k < coarse->starts[a + 1]; k++) {
+            double value = sums[coarse->rows[k]];
+
+            sums[coarse->rows[k]] = 0.0;
+            if (coarse->rows[k] == a) {
+                if (!(value > 0.0)) /* an aggregate outside of the block: an equation x = 0 */
+                    value = 1.0;
+                inverse_diagonal[a] = 1.0 / value;
+            }
+            values[k] = value;
+        }
+    }
+}
+
+void perp__multigrid_change_block(perp__multigrid *grid, int32_t top, const int32_t *active,
+                                  int32_t count)
+{
+    perp__level *level = &grid->level[top];
+    int32_t k;
+
+    memset(level->inside, 0, (size_t)level->n * sizeof *level->inside);
+    for (k = 0; k < count; k++) {
+        level->active[k] = active[k];
+        level->inside[active[k]] = 1;
+    }
+    level->active_count = count;
+}
+
+int32_t perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int32_t *active,
+                                   int32_t count)
+{
+    const perp__level *bottom = &grid->level[grid->levels - 1];
+    int32_t k;
+
+    grid->top = top;
+    perp__multigrid_change_block(grid, top, active, count);
+    for (k = top; k + 1 < grid->levels; k++) {
+        const perp__level *fine = &grid->level[k];
+
+        perp__coarse_values(fine, k == top ? fine->values : fine->block_values,
+                            k == top ? fine->inside : NULL, fine + 1, fine[1].block_values,
+                            fine[1].block_inverse_diagonal, grid->sums);
+    }
+    grid->bottom_matrix.values = bottom->block_values;
+    /* aggregates that are all but outside of the block can lose their pivots to rounding */
+    return perp__sparse_cholesky_factor(&grid->bottom, bottom->active, bottom->n, 0.0) ||
+           perp__sparse_cholesky_factor(&grid->bottom, bottom->active, bottom->n, 1e-10);
+}
+
+/* The rows of a level that take part. */
+typedef struct rows {
+    const perp__level *level;
+    const double *values, *inverse_diagonal;
+    const int32_t *list; /* NULL: all */
+    int32_t count;
+} rows;
+
+static rows rows_of(const perp__multigrid *grid, int32_t k)
+{
+    const perp__level *level = &grid->level[k];
+    rows r;
+
+    r.level = level;
+    r.values = k == grid->top ? level->values : level->block_values;
+    r.inverse_diagonal = k == grid->top ? level->inverse_diagonal : level->block_inverse_diagonal;
+    r.list = k == grid->top ? level->active : NULL;
+    r.count = k == grid->top ? level->active_count : level->n;
+    return r;
+}
+
+static double row_times(const rows *r, int32_t i, const double *x)
+{
+    const perp__level *level = r->level;
+    double sum = 0.0;
+    int32_t k;
+
+    for (k = level->starts[i]; k < level->starts[i + 1]; k++)
+        sum += r->values[k] * x[level->rows[k]];
+    return sum;
+}
+
+/* A Gauss-Seidel sweep; x is 0 outside of the block. */
+static void sweep(const rows *r, const double *b, double *x, int32_t forward)
+{
+    int32_t step;
+
+    for (step = 0; step < r->count; step++) {
+        const int32_t k = forward ? step : r->count - 1 - step;
+        const int32_t i = r->list ? r->list[k] : k;
+
+        x[i] += (b[i] - row_times(r, i, x)) * r->inverse_diagonal[i];
+    }
+}
+
+/* b_coarse = P' (b - S x) */
+static void restrict_residual(const rows *r, const double *b, const double *x,
+                              const perp__level *coarse)
+{
+    const perp__level *level = r->level;
+    int32_t k, p;
+
+    memset(coarse->b, 0, (size_t)coarse->n * sizeof(double));
+    for (k = 0; k < r->count; k++) {
+        const int32_t i = r->list ? r->list[k] : k;
+        const double residual = b[i] - row_times(r, i, x);
+
+        for (p = level->p_starts[i]; p < level->p_starts[i + 1]; p++)
+            coarse->b[level->p_columns[p]] += level->p_values[p] * residual;
+    }
+}
+
+/* x += P x_coarse */
+static void prolong(const rows *r, const double *coarse_x, double *x)
+{
+    const perp__level *level = r->level;
+    int32_t k, p;
+
+    for (k = 0; k < r->count; k++) {
+        const int32_t i = r->list ? r->list[k] : k;
+        double sum = 0.0;
+
+        for (p = level->p_starts[i]; p < level->p_starts[i + 1]; p++)
+            sum += level->p_values[p] * coarse_x[level->p_columns[p]];
+        x[i] += sum;
+    }
+}
+
+/* One V-cycle from x = 0, symmetric: sweeps forwards on the way down, backwards on the way up. */
+static void cycle(perp__multigrid *grid, const double *b, double *x)
+{
+    const int32_t last = grid->levels - 1;
+    int32_t k;
+
+    for (k = grid->top; k < last; k++) {
+        const rows r = rows_of(grid, k);
+        const double *b_k = k == grid->top ? b : r.level->b;
+        double *x_k = k == grid->top ? x : r.level->x;
+
+        memset(x_k, 0, (size_t)r.level->n * sizeof *x_k);
+        sweep(&r, b_k, x_k, 1);
+        restrict_residual(&r, b_k, x_k, r.level + 1);
+    }
+    memcpy(grid->level[last].x, grid->level[last].b, (size_t)grid->level[last].n * sizeof(double));
+    perp__sparse_cholesky_solve(&grid->bottom, grid->level[last].x);
+    for (k = last - 1; k >= grid->top; k--) {
+        const rows r = rows_of(grid, k);
+
+        prolong(&r, r.level[1].x, k == grid->top ? x : r.level->x);
+        sweep(&r, k == grid->top ? b : r.level->b, k == grid->top ? x : r.level->x, 0);
+    }
+}
+
+static double dot(const rows *r, const double *x, const double *y)
+{
+    double sum = 0.0;
+    int32_t k;
+
+    for (k = 0; k < r->count; k++)
+        sum += x[r->list[k]] * y[r->list[k]];
+    return sum;
+}
+
+/* direction = preconditioned + beta direction, product = S direction; returns their product. */
+static double new_direction(perp__multigrid *grid, const rows *r, double beta)
+{
+    double curvature = 0.0;
+    int32_t k;
+
+    for (k = 0; k < r->count; k++) {
+        const int32_t i = r->list[k];
+
+        grid->direction[i] = grid->preconditioned[i] + beta * grid->direction[i];
+    }
+    for (k = 0; k < r->count; k++) {
+        const int32_t i = r->list[k];
+
+        grid->product[i] = row_times(r, i, grid->direction);
+        curvature += grid->product[i] * grid->direction[i];
+    }
+    return curvature;
+}
+
+/* Saad, "Iterative Methods for Sparse Linear Systems" (2003), algorithm 9.1. With large jumps of a
+ * coefficient the residual falls late; its norm in the preconditioner, rho, tells more. */
+int32_t perp__multigrid_solve(perp__multigrid *grid, double *b, double *x, double tolerance,
+                              int32_t limit)
+{
+    const rows r = rows_of(grid, grid->top);
+    const size_t bytes = (size_t)r.level->n * sizeof(double);
+    const double square = tolerance * tolerance, goal = square * dot(&r, b, b);
+    double first = 0.0, rho = 0.0;
+    int32_t steps, k;
+
+    if (!isfinite(goal))
+        return -1;
+    memset(x, 0, bytes);
+    memset(grid->direction, 0, bytes);
+    for (steps = 0; !(dot(&r, b, b) <= goal); steps++) {
+        const double before = rho;
+        double curvature, length;
+
+        cycle(grid, b, grid->preconditioned);
+        rho = dot(&r, b, grid->preconditioned);
+        first = steps == 0 ? rho : first;
+        if (steps > 0 && rho >= 0.0 && rho <= square * first)
+            break;
+        if (steps == limit)
+            return -1;
+        curvature = new_direction(grid, &r, steps > 0 ? rho / before : 0.0);
+        if (!(rho > 0.0) || !(curvature > 0.0))
+            return -1;
+        length = rho / curvature;
+        for (k = 0; k < r.count; k++) {
+            const int32_t i = r.list[k];
+
+            x[i] += length * grid->direction[i];
+            b[i] -= length * grid->product[i];
+        }
+    }
+    return steps;
+}

@@ -1,0 +1,94 @@
+/* Algebraic multigrid by smoothed aggregation, for blocks of one sparse symmetric matrix whose
+ * positive entries lie on the diagonal or are small: coarse matrices, and solves with principal
+ * blocks by conjugate gradients. Vanek, Mandel & Brezina, "Algebraic multigrid by smoothed
+ * aggregation for second and fourth order elliptic problems", Computing 56 (1996) 179. */
+#ifndef PERP_LINALG_MULTIGRID_H
+#define PERP_LINALG_MULTIGRID_H
+
+#include "linalg/sparse_cholesky.h"
+
+#define PERP__LEVELS 24
+
+/* A matrix S and how it hangs together with the next coarser one, P' S P. Columns are rows: the
+ * matrices are symmetric. The entries of a row come in any order. */
+typedef struct perp__level {
+    int32_t n, coarse; /* coarse: rows of the next level; 0 on the last one */
+    const int32_t *starts, *rows;
+    const double *values;
+    double *inverse_diagonal;
+    double *block_values; /* of the coarse matrix of a block of a finer level */
+    double *block_inverse_diagonal;
+    double *near_null;  /* t > 0 with S t near 0: what errors look like that sweeps do not remove */
+    int32_t *aggregate; /* the coarse variable that a row belongs to, or -1 */
+    int32_t *p_starts, *p_columns; /* P by rows */
+    double *p_values;
+    int32_t *r_starts, *r_rows; /* P by columns */
+    double *r_values;
+    double *x, *b;   /* the cycle's vectors */
+    int8_t *inside;  /* rows of the block, where this is its level */
+    int32_t *active; /* the same as a list; on the last level: all rows */
+    int32_t active_count;
+    int32_t *own_starts, *own_rows; /* memory of what is const above */
+    double *own_values;
+    size_t entries, p_entries;
+    perp__arena arena, transfer_arena, matrix_arena;
+} perp__level;
+
+typedef struct perp__multigrid {
+    perp_context *context;
+    int32_t levels; /* 0: nothing built; 1: no coarser level was found */
+    perp__level level[PERP__LEVELS];
+    int32_t top;                                  /* the level of the block */
+    double *sums;                                 /* n: a row of a product; zero between uses */
+    int32_t *marks;                               /* n */
+    double *direction, *product, *preconditioned; /* n */
+    perp__arena arena;
+    perp__matrix bottom_matrix; /* the last level as the factorisation sees it */
+    perp__sparse_cholesky bottom;
+    double *ones;
+    perp__arena bottom_arena;
+} perp__multigrid;
+
+void perp__multigrid_init(perp__multigrid *grid, perp_context *context);
+void perp__multigrid_release(perp__multigrid *grid);
+
+/* Builds the hierarchy for diag(scale) M diag(scale), which must have a positive diagonal. PERP_OK
+ * or _MEMORY. */
+perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M,
+                                  const double *scale);
+
+/* Makes the coarse matrices for the block of level `top` (not the last one) with the rows active[0]
+ * < active[1] ...: those of P' S P where the rows of P outside of the block are zero (Graeser &
+ * Kornhuber, "Multigrid methods for obstacle problems", J. Comput. Math. 27 (2009) 1). Returns 0 if
+ * the coarsest one is not positive definite. */
+int32_t perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int32_t *active,
+                                   int32_t count);
+
+/* Other rows of the same level with the coarse matrices that are there: good for few changes. */
+void perp__multigrid_change_block(perp__multigrid *grid, int32_t top, const int32_t *active,
+                                  int32_t count);
+
+/* x_A := S_AA^-1 b_A up to `tolerance`, relative to b in the 2-norm; both are indexed by the rows
+ * of the block's level. b_A is overwritten by the residual, x is zero outside of the block. Returns
+ * the number of conjugate gradient steps, or -1 if `limit` of them do not suffice or the matrix
+ * turns out not to be positive definite. */
+int32_t perp__multigrid_solve(perp__multigrid *grid, double *b, double *x, double tolerance,
+                              int32_t limit);
+
+/* ---- parts ---- */
+
+/* Fills level->near_null. */
+void perp__find_near_null(const perp__level *level);
+
+/* Fills level->aggregate and level->coarse. Rows are coupled if S_ij < 0 and S_ij^2 > threshold^2
+ * S_ii S_jj. */
+void perp__aggregate(perp__level *level, double threshold);
+int32_t perp__is_coupled(const perp__level *level, double threshold, int32_t i, int32_t k);
+
+/* Values and inverse diagonal of P' S P, for the pattern of `coarse`; only rows with inside[i] take
+ * part if it is not NULL. sums: zeroed, and left so. */
+void perp__coarse_values(const perp__level *fine, const double *fine_values, const int8_t *inside,
+                         const perp__level *coarse, double *values, double *inverse_diagonal,
+                         double *sums);
+
+#endif

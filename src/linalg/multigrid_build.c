@@ -1,0 +1,389 @@
+/* The levels of the hierarchy: aggregates, prolongation, coarse matrices. */
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "linalg/multigrid.h"
+
+#define PERP__COARSEST 100      /* rows: from here on a factorisation costs next to nothing */
+#define PERP__SLOWEST 0.8       /* coarse rows per row: coarsening as slow as that does not pay */
+#define PERP__THRESHOLD 0.08    /* on the finest level, half as much on each coarser one */
+#define PERP__DAMPING (2.0 / 3) /* 4/3 over 2, the largest eigenvalue of D^-1 S */
+
+void perp__multigrid_init(perp__multigrid *grid, perp_context *context)
+{
+    int32_t k;
+
+    memset(grid, 0, sizeof *grid);
+    grid->context = context;
+    perp__arena_init(&grid->arena, context);
+    perp__arena_init(&grid->bottom_arena, context);
+    perp__arena_init(&grid->bottom.arena, context);
+    perp__arena_init(&grid->bottom.factor_arena, context);
+    for (k = 0; k < PERP__LEVELS; k++) {
+        perp__arena_init(&grid->level[k].arena, context);
+        perp__arena_init(&grid->level[k].transfer_arena, context);
+        perp__arena_init(&grid->level[k].matrix_arena, context);
+    }
+}
+
+void perp__multigrid_release(perp__multigrid *grid)
+{
+    int32_t k;
+
+    for (k = 0; k < PERP__LEVELS; k++) {
+        perp__arena_release(&grid->level[k].arena);
+        perp__arena_release(&grid->level[k].transfer_arena);
+        perp__arena_release(&grid->level[k].matrix_arena);
+    }
+    perp__sparse_cholesky_release(&grid->bottom);
+    perp__arena_release(&grid->bottom_arena);
+    perp__arena_release(&grid->arena);
+    grid->levels = 0;
+}
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__multigrid *grid = object;
+    const size_t n = (size_t)grid->level[0].n;
+
+    grid->sums = perp__arena_take(arena, n, sizeof(double));
+    grid->marks = perp__arena_take(arena, n, sizeof(int32_t));
+    grid->direction = perp__arena_take(arena, n, sizeof(double));
+    grid->product = perp__arena_take(arena, n, sizeof(double));
+    grid->preconditioned = perp__arena_take(arena, n, sizeof(double));
+}
+
+static void layout_bottom(perp__arena *arena, void *object)
+{
+    perp__multigrid *grid = object;
+
+    grid->ones = perp__arena_take(arena, (size_t)grid->bottom_matrix.columns, sizeof(double));
+}
+
+static void layout_level(perp__arena *arena, void *object)
+{
+    perp__level *level = object;
+    const size_t n = (size_t)level->n;
+
+    level->inverse_diagonal = perp__arena_take(arena, n, sizeof(double));
+    level->block_inverse_diagonal = perp__arena_take(arena, n, sizeof(double));
+    level->near_null = perp__arena_take(arena, n, sizeof(double));
+    level->aggregate = perp__arena_take(arena, n, sizeof(int32_t));
+    level->p_starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
+    level->x = perp__arena_take(arena, n, sizeof(double));
+    level->b = perp__arena_take(arena, n, sizeof(double));
+    level->inside = perp__arena_take(arena, n, sizeof(int8_t));
+    level->active = perp__arena_take(arena, n, sizeof(int32_t));
+}
+
+static void layout_transfer(perp__arena *arena, void *object)
+{
+    perp__level *level = object;
+
+    level->p_columns = perp__arena_take(arena, level->p_entries, sizeof(int32_t));
+    level->p_values = perp__arena_take(arena, level->p_entries, sizeof(double));
+    level->r_starts = perp__arena_take(arena, (size_t)level->coarse + 1, sizeof(int32_t));
+    level->r_rows = perp__arena_take(arena, level->p_entries, sizeof(int32_t));
+    level->r_values = perp__arena_take(arena, level->p_entries, sizeof(double));
+}
+
+/* The finest level borrows the caller's pattern. */
+static void layout_finest(perp__arena *arena, void *object)
+{
+    perp__level *level = object;
+
+    level->own_values = perp__arena_take(arena, level->entries, sizeof(double));
+}
+
+static void layout_matrix(perp__arena *arena, void *object)
+{
+    perp__level *level = object;
+
+    level->own_starts = perp__arena_take(arena, (size_t)level->n + 1, sizeof(int32_t));
+    level->own_rows = perp__arena_take(arena, level->entries, sizeof(int32_t));
+    level->own_values = perp__arena_take(arena, level->entries, sizeof(double));
+    level->block_values = perp__arena_take(arena, level->entries, sizeof(double));
+}
+
+static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, const double *scale)
+{
+    perp__level *level = &grid->level[0];
+    perp_status status;
+    int32_t j, k;
+
+    level->n = M->columns;
+    level->starts = M->column_starts;
+    level->rows = M->row_indices;
+    level->entries = (size_t)M->column_starts[M->columns];
+    status = perp__arena_fit(&grid->arena, layout, grid);
+    if (status == PERP_OK)
+        status = perp__arena_fit(&level->arena, layout_level, level);
+    if (status == PERP_OK)
+        status = perp__arena_fit(&level->matrix_arena, layout_finest, level);
+    if (status != PERP_OK)
+        return status;
+    for (j = 0; j < level->n; j++) {
+        grid->sums[j] = 0.0;
+        for (k = level->starts[j]; k < level->starts[j + 1]; k++) {
+            const int32_t i = level->rows[k];
+
+            level->own_values[k] = M->values[k] * (scale[i] * scale[j]);
+            if (i == j)
+                level->inverse_diagonal[j] = 1.0 / level->own_values[k];
+        }
+    }
+    level->values = level->own_values;
+    return PERP_OK;
+}
+
+/* The diagonal of F, which is S without its weak couplings: they are added to the diagonal such
+ * that F t = S t. The rows of P stay short where couplings are weak in some directions. */
+static double filtered_diagonal(const perp__level *fine, double threshold, int32_t i)
+{
+    const double *t = fine->near_null;
+    const double diagonal = 1.0 / fine->inverse_diagonal[i];
+    double weak = 0.0;
+    int32_t k;
+
+    for (k = fine->starts[i]; k < fine->starts[i + 1]; k++)
+        if (fine->rows[k] != i && !perp__is_coupled(fine, threshold, i, k))
+            weak += fine->values[k] * t[fine->rows[k]];
+    return fmax(diagonal + weak / t[i], 0.1 * diagonal);
+}
+
+/* Where column a of P stands in the row that begins at `start`; a new entry if it is not there. */
+static int32_t place_of(const perp__level *fine, int32_t a, int32_t start, int32_t *end,
+                        int32_t *marks, int32_t writes)
+{
+    if (marks[a] < start) {
+        marks[a] = (*end)++;
+        if (writes) {
+            fine->p_columns[marks[a]] = a;
+            fine->p_values[marks[a]] = 0.0;
+        }
+    }
+    return marks[a];
+}
+
+/* Row i of P = (I - 2/3 diag(F)^-1 F) P0, a damped Jacobi sweep on the aggregates' shares of t.
+ * Without `writes` it only counts. Returns where the row ends. */
+static int32_t prolongation_row(const perp__level *fine, const double *coarse_null,
+                                double threshold, int32_t i, int32_t *marks, int32_t writes)
+{
+    const double *t = fine->near_null;
+    const int32_t start = fine->p_starts[i];
+    const double damping = PERP__DAMPING / filtered_diagonal(fine, threshold, i);
+    int32_t end = start, k, place;
+
+    if (fine->aggregate[i] >= 0) {
+        place = place_of(fine, fine->aggregate[i], start, &end, marks, writes);
+        if (writes)
+            fine->p_values[place] = (1.0 - PERP__DAMPING) * t[i] / coarse_null[fine->aggregate[i]];
+    }
+    for (k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
+        const int32_t j = fine->rows[k], a = fine->aggregate[j];
+
+        if (a < 0 || !perp__is_coupled(fine, threshold, i, k))
+            continue;
+        place = place_of(fine, a, start, &end, marks, writes);
+        if (writes)
+            fine->p_values[place] -= damping * fine->values[k] * t[j] / coarse_null[a];
+    }
+    return end;
+}
+
+static void fill_prolongation(perp__multigrid *grid, perp__level *fine, const double *coarse_null,
+                              double threshold, int32_t writes)
+{
+    int32_t i;
+
+    for (i = 0; i < fine->coarse; i++)
+        grid->marks[i] = -1;
+    fine->p_starts[0] = 0;
+    for (i = 0; i < fine->n; i++)
+        fine->p_starts[i + 1] =
+            prolongation_row(fine, coarse_null, threshold, i, grid->marks, writes);
+}
+
+static void transpose(perp__level *fine)
+{
+    int32_t *starts = fine->r_starts;
+    int32_t i, k;
+
+    for (i = 0; i <= fine->coarse; i++)
+        starts[i] = 0;
+    for (k = 0; k < fine->p_starts[fine->n]; k++)
+        starts[fine->p_columns[k] + 1]++;
+    for (i = 0; i < fine->coarse; i++)
+        starts[i + 1] += starts[i];
+    for (i = 0; i < fine->n; i++)
+        for (k = fine->p_starts[i]; k < fine->p_starts[i + 1]; k++) {
+            const int32_t at = starts[fine->p_columns[k]]++;
+
+            fine->r_rows[at] = i;
+            fine->r_values[at] = fine->p_values[k];
+        }
+    for (i = fine->coarse; i > 0; i--)
+        starts[i] = starts[i - 1];
+    starts[0] = 0;
+}
+
+/* The mean of t over each aggregate. */
+static void coarsen_null(const perp__level *fine, const perp__level *coarse, int32_t *counts)
+{
+    int32_t i;
+
+    for (i = 0; i < coarse->n; i++) {
+        coarse->near_null[i] = 0.0;
+        counts[i] = 0;
+    }
+    for (i = 0; i < fine->n; i++)
+        if (fine->aggregate[i] >= 0) {
+            coarse->near_null[fine->aggregate[i]] += fine->near_null[i];
+            counts[fine->aggregate[i]]++;
+        }
+    for (i = 0; i < coarse->n; i++)
+        coarse->near_null[i] /= counts[i];
+}
+
+/* The pattern of P' S P; without `writes` it only counts. Returns the number of entries. */
+static size_t coarse_pattern(const perp__level *fine, const perp__level *coarse, int32_t *marks,
+                             int32_t writes)
+{
+    size_t entries = 0;
+    int32_t a, r, k, p;
+
+    for (a = 0; a < fine->coarse; a++)
+        marks[a] = -1;
+    for (a = 0; a < fine->coarse; a++) {
+        if (writes)
+            coarse->own_starts[a] = (int32_t)entries;
+        for (r = fine->r_starts[a]; r < fine->r_starts[a + 1]; r++) {
+            const int32_t i = fine->r_rows[r];
+
+            for (k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
+                const int32_t j = fine->rows[k];
+
+                for (p = fine->p_starts[j]; p < fine->p_starts[j + 1]; p++) {
+                    if (marks[fine->p_columns[p]] == a)
+                        continue;
+                    marks[fine->p_columns[p]] = a;
+                    if (writes)
+                        coarse->own_rows[entries] = fine->p_columns[p];
+                    entries++;
+                }
+            }
+        }
+    }
+    if (writes)
+        coarse->own_starts[fine->coarse] = (int32_t)entries;
+    return entries;
+}
+
+/* P by rows and columns. */
+static perp_status make_transfer(perp__multigrid *grid, perp__level *fine,
+                                 const perp__level *coarse, double threshold)
+{
+    perp_status status;
+
+    fill_prolongation(grid, fine, coarse->near_null, threshold, 0);
+    fine->p_entries = (size_t)fine->p_starts[fine->n];
+    status = perp__arena_fit(&fine->transfer_arena, layout_transfer, fine);
+    if (status != PERP_OK)
+        return status;
+    fill_prolongation(grid, fine, coarse->near_null, threshold, 1);
+    transpose(fine);
+    return PERP_OK;
+}
+
+static perp_status make_matrix(perp__multigrid *grid, const perp__level *fine, perp__level *coarse)
+{
+    perp_status status;
+
+    coarse->entries = coarse_pattern(fine, coarse, grid->marks, 0);
+    if (coarse->entries > INT32_MAX)
+        return perp__fail_memory(grid->context, "a coarse matrix");
+    status = perp__arena_fit(&coarse->matrix_arena, layout_matrix, coarse);
+    if (status != PERP_OK)
+        return status;
+    coarse_pattern(fine, coarse, grid->marks, 1);
+    coarse->starts = coarse->own_starts;
+    coarse->rows = coarse->own_rows;
+    coarse->values = coarse->own_values;
+    perp__coarse_values(fine, fine->values, NULL, coarse, coarse->own_values,
+                        coarse->inverse_diagonal, grid->sums);
+    return PERP_OK;
+}
+
+/* Makes the level after `k`, or finds that there is none: then the k-th has coarse = 0. */
+static perp_status make_level(perp__multigrid *grid, int32_t k)
+{
+    perp__level *fine = &grid->level[k], *coarse = fine + 1;
+    const double threshold = ldexp(PERP__THRESHOLD, -k);
+    perp_status status;
+
+    fine->coarse = 0;
+    if (fine->n <= PERP__COARSEST || k + 1 == PERP__LEVELS)
+        return PERP_OK;
+    perp__aggregate(fine, threshold);
+    if (fine->coarse > PERP__SLOWEST * fine->n)
+        fine->coarse = 0;
+    if (fine->coarse == 0)
+        return PERP_OK;
+    coarse->n = fine->coarse;
+    status = perp__arena_fit(&coarse->arena, layout_level, coarse);
+    if (status != PERP_OK)
+        return status;
+    coarsen_null(fine, coarse, grid->marks);
+    status = make_transfer(grid, fine, coarse, threshold);
+    return status == PERP_OK ? make_matrix(grid, fine, coarse) : status;
+}
+
+/* The last level goes to a factorisation, whose values change with the block. */
+static perp_status make_bottom(perp__multigrid *grid)
+{
+    const perp__level *level = &grid->level[grid->levels - 1];
+    perp__matrix *M = &grid->bottom_matrix;
+    perp_status status;
+    int32_t i;
+
+    memset(M, 0, sizeof *M);
+    M->rows = M->columns = level->n;
+    M->column_starts = level->starts;
+    M->row_indices = level->rows;
+    M->values = level->values;
+    status = perp__arena_fit(&grid->bottom_arena, layout_bottom, grid);
+    for (i = 0; i < level->n && status == PERP_OK; i++) {
+        grid->ones[i] = 1.0;
+        level->active[i] = i;
+    }
+    return status == PERP_OK
+               ? perp__sparse_cholesky_analyse(&grid->bottom, grid->context, M, grid->ones)
+               : status;
+}
+
+perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, const double *scale)
+{
+    perp_status status = read_finest(grid, M, scale);
+    int32_t k = 0;
+
+    grid->levels = 0;
+    if (status == PERP_OK)
+        perp__find_near_null(&grid->level[0]);
+    while (status == PERP_OK) {
+        status = make_level(grid, k);
+        if (grid->level[k].coarse == 0)
+            break;
+        k++;
+    }
+    if (status == PERP_OK && k > 0) {
+        grid->levels = k + 1;
+        status = make_bottom(grid);
+    }
+    if (status != PERP_OK)
+        grid->levels = 0;
+    else
+        grid->levels = k + 1;
+    return status;
+}
