@@ -92,6 +92,7 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
     memcpy(iterate->z, b->z, n * sizeof *b->z);
     memcpy(iterate->places, b->places, n);
     iterate->has_places = 1;
+    iterate->block = iterate->outcome == PERP_OUTCOME_SOLVED ? &b->active : NULL;
     return PERP_OK;
 }
 

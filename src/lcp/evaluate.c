@@ -1,6 +1,7 @@
 /* The residuals of DESIGN.md, recomputed from the caller's own data for every method alike. */
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "lcp/solver.h"
 #include "linalg/scale.h"
@@ -55,11 +56,24 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q)
 
     solver->q = q;
     solver->omega = find_omega(solver, q);
+    if (solver->n > 0)
+        solver->multiplied[0] = NAN; /* another q, and M's values may have changed */
     for (i = 0; i < solver->n; i++) {
         solver->q_scaled[i] = perp__shift(q[i], solver->exponents[i] - solver->omega);
         solver->lower_scaled[i] = scale_bound(solver, i, solver->lower[i]);
         solver->upper_scaled[i] = scale_bound(solver, i, solver->upper[i]);
     }
+}
+
+void perp__multiply_point(perp_lcp_solver *solver)
+{
+    const size_t bytes = (size_t)solver->n * sizeof(double);
+
+    if (solver->n == 0 ||
+        (!isnan(solver->multiplied[0]) && memcmp(solver->multiplied, solver->z, bytes) == 0))
+        return;
+    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+    memcpy(solver->multiplied, solver->z, bytes);
 }
 
 /* By how much row i fails to be the row of an exact solution with z's own index set. */
@@ -108,7 +122,7 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
         if (!(size <= z_largest))
             z_largest = size;
     }
-    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+    perp__multiply_point(solver);
     for (i = 0; i < solver->n; i++) {
         double above = solver->z[i] - solver->lower[i];
         double below = solver->z[i] - solver->upper[i];

@@ -129,8 +129,11 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
         }
     }
     note_end(solver, iterate.outcome);
-    return perp__consider(solver, step, own_limit(solver, iterate.outcome), iterate.iterations,
-                          iterate.has_places, z0);
+    solver->ready = iterate.has_places ? iterate.block : NULL;
+    status = perp__consider(solver, step, own_limit(solver, iterate.outcome), iterate.iterations,
+                            iterate.has_places, z0);
+    solver->ready = NULL;
+    return status;
 }
 
 static int32_t ends_the_search(const perp_lcp_solver *solver)

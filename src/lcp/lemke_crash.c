@@ -60,6 +60,7 @@ static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
         memcpy(iterate->z, b->z, n * sizeof *b->z);
         memcpy(iterate->places, b->places, n);
         iterate->has_places = 1;
+        iterate->block = outcome == PERP_OUTCOME_SOLVED ? &b->active : NULL;
         iterate->iterations = b->rounds;
         return PERP__GUESS_END;
     }

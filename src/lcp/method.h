@@ -49,7 +49,9 @@ typedef struct perp__lcp_iterate {
     double *ray;    /* n, scaled direction of z; only with outcome ray */
     double *cover;  /* n, what the artificial variable adds to w along the ray; with outcome ray */
     int32_t has_places;
-    int32_t warm;    /* on entry: z holds a start the caller gave */
+    struct perp__active_block *block; /* dense problems: factors of the active block of `places`,
+                                         where the method has them, else NULL */
+    int32_t warm;                     /* on entry: z holds a start the caller gave */
     int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
     perp_outcome outcome;
     int64_t iterations;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "lcp/active_block.h"
 #include "lcp/solver.h"
 #include "linalg/blas.h"
 
@@ -111,6 +112,12 @@ static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, in
     return status;
 }
 
+/* Where the step of active variable number k lies. */
+static int32_t step_at(const perp_lcp_solver *solver, int32_t k)
+{
+    return uses_dense(solver) && !solver->ready ? k : solver->polish.active[k];
+}
+
 /* step := block^-1 (scaled residual on the active rows), and its largest entry. PERP_OK,
  * PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
 static perp_status newton_step(perp_lcp_solver *solver, int32_t count, double *largest)
@@ -124,15 +131,17 @@ static perp_status newton_step(perp_lcp_solver *solver, int32_t count, double *l
         double r =
             perp__shift(solver->w_high[i] + solver->w_low[i], solver->exponents[i] - solver->omega);
 
-        p->step[uses_dense(solver) ? k : i] = r;
+        p->step[step_at(solver, k)] = r;
     }
-    if (uses_dense(solver))
+    if (solver->ready)
+        perp__active_block_solve(solver->ready, solver->places, p->step);
+    else if (uses_dense(solver))
         perp__lu_solve(count, p->block, count > 0 ? count : 1, p->pivots, p->step, 0);
     else
         status = perp__sparse_block_solve_roughly(&solver->block, p->step);
     *largest = 0.0;
     for (k = 0; k < count; k++) {
-        double size = fabs(p->step[uses_dense(solver) ? k : p->active[k]]);
+        double size = fabs(p->step[step_at(solver, k)]);
 
         if (!(size <= *largest))
             *largest = size;
@@ -177,7 +186,7 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
     double last = INFINITY;
     int32_t round, k;
 
-    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+    perp__multiply_point(solver);
     for (round = 0; round < PERP__REFINEMENTS && count > 0; round++) {
         double largest, z_largest = 0.0;
         perp_status status = newton_step(solver, count, &largest);
@@ -188,13 +197,13 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
             break; /* no longer converging, or nothing left */
         for (k = 0; k < count; k++) {
             int32_t i = p->active[k];
-            double step = p->step[uses_dense(solver) ? k : i];
+            double step = p->step[step_at(solver, k)];
             double z = perp__z_scaled(solver, i, solver->z[i]) - step;
 
             solver->z[i] = perp__z_caller(solver, i, z);
             z_largest = fmax(z_largest, fabs(z));
         }
-        perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+        perp__multiply_point(solver);
         if (largest <= DBL_EPSILON * z_largest ||
             (!uses_dense(solver) && is_refined(solver, count, z_largest)))
             break;
@@ -250,6 +259,7 @@ static void recall(perp_lcp_solver *solver)
     memcpy(solver->z, p->z, bytes);
     memcpy(solver->w_high, p->w_high, bytes);
     memcpy(solver->w_low, p->w_low, bytes);
+    memcpy(solver->multiplied, p->z, bytes);
 }
 
 /* As good as a double gets: nothing more to gain. */
@@ -265,6 +275,32 @@ static int32_t is_better(const perp_lcp_solver *solver, const perp__evaluation *
     return a->tested <= b->tested || (is_exact(solver, a) && a->tested <= 64.0 * b->tested);
 }
 
+/* Refines, repairs, keeps the point if it is the best. */
+static perp_status improve(perp_lcp_solver *solver, int32_t count, int32_t *changes,
+                           perp__evaluation *best)
+{
+    perp_status status = refine(solver, count);
+    perp__evaluation worth;
+
+    if (status != PERP_OK)
+        return status;
+    *changes = repair(solver);
+    worth = perp__evaluate(solver);
+    if (is_better(solver, &worth, best))
+        remember(solver, best, &worth);
+    return status;
+}
+
+/* With the factors that the method left: mostly all that is needed. */
+static perp_status attempt_ready(perp_lcp_solver *solver, perp__evaluation *best)
+{
+    int32_t changes;
+    perp_status status = improve(solver, collect(solver), &changes, best);
+
+    solver->ready = NULL;
+    return status;
+}
+
 /* One value of rho: solve, repair, solve again. */
 static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation *best)
 {
@@ -273,23 +309,14 @@ static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation
     perp_status status = PERP_OK;
 
     for (round = 0; round < rounds && changes > 0; round++) {
-        perp__evaluation worth;
-
         if (round > 0 && perp__is_late(solver))
             break; /* one factorisation is what a time limit may be exceeded by */
-
         count = collect(solver);
         status = factor(solver, count, rho, &regular);
         if (status != PERP_OK || !regular)
             break;
-        status = refine(solver, count);
-        if (status != PERP_OK)
-            break;
-        changes = repair(solver);
-        worth = perp__evaluate(solver);
-        if (is_better(solver, &worth, best))
-            remember(solver, best, &worth);
-        if (is_exact(solver, best))
+        status = improve(solver, count, &changes, best);
+        if (status != PERP_OK || is_exact(solver, best))
             break;
     }
     return status;
@@ -299,16 +326,20 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
 {
     perp_status status = PERP_OK;
     perp__evaluation best = *worth;
+    int32_t done = 0;
     size_t k;
 
     remember(solver, &best, worth);
     memcpy(solver->polish.places, solver->places, (size_t)solver->n);
-    for (k = 0; k < sizeof proximal / sizeof *proximal; k++) {
+    if (solver->ready) {
+        status = attempt_ready(solver, &best);
+        done = is_exact(solver, &best);
+    }
+    for (k = 0; k < sizeof proximal / sizeof *proximal && status == PERP_OK && !done; k++) {
+        recall(solver);
         memcpy(solver->places, solver->polish.places, (size_t)solver->n);
         status = attempt(solver, proximal[k], &best);
-        if (status != PERP_OK || is_exact(solver, &best) || perp__is_late(solver))
-            break;
-        recall(solver);
+        done = is_exact(solver, &best) || perp__is_late(solver);
     }
     recall(solver);
     *worth = best;

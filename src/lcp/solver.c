@@ -87,6 +87,7 @@ static void layout(perp__arena *arena, void *object)
     s->z = perp__arena_take(arena, n, sizeof(double));
     s->w_high = perp__arena_take(arena, n, sizeof(double));
     s->w_low = perp__arena_take(arena, n, sizeof(double));
+    s->multiplied = perp__arena_take(arena, n, sizeof(double));
     s->best.z = perp__arena_take(arena, n, sizeof(double));
     s->best.w = perp__arena_take(arena, n, sizeof(double));
     s->best_ray = perp__arena_take(arena, n, sizeof(double));

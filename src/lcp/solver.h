@@ -53,7 +53,9 @@ struct perp_lcp_solver {
     double *iterate;     /* scaled, what a method works on */
     double *ray, *cover; /* scaled */
     int8_t *places;
-    double *z, *w_high, *w_low; /* the point under evaluation, caller's units */
+    double *z, *w_high, *w_low;       /* the point under evaluation, caller's units */
+    double *multiplied;               /* the z that w_high, w_low are the w of; NaN: none */
+    struct perp__active_block *ready; /* factors that a method left for the polish, or NULL */
     perp__candidate best;
     double *best_ray; /* caller's units, largest entry 1 */
     int32_t best_certificate;
@@ -80,6 +82,9 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q);
 /* Caller's units to scaled ones and back, for the variable z_i. */
 double perp__z_scaled(const perp_lcp_solver *solver, int32_t i, double z);
 double perp__z_caller(const perp_lcp_solver *solver, int32_t i, double z);
+
+/* w_high + w_low = M z + q in doubled precision; costs nothing for the z of the last time. */
+void perp__multiply_point(perp_lcp_solver *solver);
 
 /* Projects solver->z onto the bounds, recomputes w = M z + q in doubled precision (w_high, w_low)
  * and the three numbers. */
