@@ -65,14 +65,13 @@ static void measure(perp_context *context, const problem *lcp, int32_t method, d
             break;
     }
     if (status != PERP_OK) {
-        printf("%6d %-10s %s\n", lcp->n, perp_lcp_method_text(method),
+        printf("%6d %-8s %s\n", lcp->n, perp_lcp_method_text(method),
                perp_context_message(context));
     } else {
         double time = median(times, repeats);
-        printf("%6d %-10s %-10s %-15s %8.1e %8.1e %7lld %11.3f", lcp->n,
-               perp_lcp_method_text(method), perp_lcp_method_text(result.method),
-               perp_outcome_text(result.outcome), result.residual, result.backward_error,
-               (long long)result.iterations, 1e3 * time);
+        printf("%6d %-8s %-8s %-15s %8.1e %8.1e %7lld %11.3f", lcp->n, perp_lcp_method_text(method),
+               perp_lcp_method_text(result.method), perp_outcome_text(result.outcome),
+               result.residual, result.backward_error, (long long)result.iterations, 1e3 * time);
         if (gflops > 0)
             printf(" %9.1f", time * gflops * 1e9 / cubic);
         printf(" %7d\n", repeats);
@@ -89,8 +88,8 @@ int main(void)
     perp_context *context = NULL;
     require(perp_context_create(&context, NULL) == PERP_OK, "no context");
     print_machine_speed(&gflops, &gbytes);
-    printf("\n%6s %-10s %-10s %-15s %8s %8s %7s %11s %9s %7s\n", "n", "method", "answered",
-           "outcome", "residual", "backward", "iter.", "ms", "in LU", "repeats");
+    printf("\n%6s %-8s %-8s %-15s %8s %8s %7s %11s %9s %7s\n", "n", "method", "answered", "outcome",
+           "residual", "backward", "iter.", "ms", "in LU", "repeats");
     for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
         problem lcp;
         create(&lcp, sizes[s]);

@@ -63,6 +63,16 @@ static void expand(active_set_work *a)
     a->M.column_starts = a->M.row_indices = NULL;
 }
 
+static int32_t correct(void *work, const double *residual, double *step)
+{
+    active_set_work *a = work;
+    perp__block_pivoting *b = &a->pivoting;
+
+    memcpy(step, residual, (size_t)a->head.problem->n * sizeof *step);
+    perp__active_block_solve(&b->active, b->places, step);
+    return 1;
+}
+
 static perp_status solve(void *work, perp__lcp_iterate *iterate)
 {
     active_set_work *a = work;
@@ -92,7 +102,8 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
     memcpy(iterate->z, b->z, n * sizeof *b->z);
     memcpy(iterate->places, b->places, n);
     iterate->has_places = 1;
-    iterate->block = iterate->outcome == PERP_OUTCOME_SOLVED ? &b->active : NULL;
+    if (iterate->outcome == PERP_OUTCOME_SOLVED)
+        iterate->correct = correct;
     return PERP_OK;
 }
 

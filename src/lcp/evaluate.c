@@ -1,6 +1,7 @@
 /* The residuals of DESIGN.md, recomputed from the caller's own data for every method alike. */
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "lcp/solver.h"
@@ -9,16 +10,6 @@
 double perp__shift(double x, int32_t e)
 {
     return e >= -1022 && e <= 1022 ? x * perp__power_of_two(e) : ldexp(x, e);
-}
-
-double perp__z_scaled(const perp_lcp_solver *solver, int32_t i, double z)
-{
-    return perp__shift(z, -solver->exponents[i] - solver->omega);
-}
-
-double perp__z_caller(const perp_lcp_solver *solver, int32_t i, double z)
-{
-    return perp__shift(z, solver->exponents[i] + solver->omega);
 }
 
 /* A finite bound stays finite, however far the scaling pushes it. */
@@ -31,49 +22,71 @@ static double scale_bound(const perp_lcp_solver *solver, int32_t i, double bound
     return scaled;
 }
 
-/* omega is the power of two with max |D q| in [omega, 2 omega); 1 where q = 0 */
-static int32_t find_omega(const perp_lcp_solver *solver, const double *q)
-{
-    int32_t largest = 1, found = 0, i;
-
-    for (i = 0; i < solver->n; i++) {
-        int exponent;
-
-        if (q[i] == 0.0)
-            continue;
-        frexp(q[i], &exponent);
-        exponent += solver->exponents[i];
-        if (!found || exponent > largest)
-            largest = exponent;
-        found = 1;
-    }
-    return largest - 1;
-}
-
-void perp__scale_problem(perp_lcp_solver *solver, const double *q)
+/* Powers of two for the exponents and omega as they are, and the bounds with them. */
+static void find_powers(perp_lcp_solver *solver)
 {
     int32_t i;
 
-    solver->q = q;
-    solver->omega = find_omega(solver, q);
-    if (solver->n > 0)
-        solver->multiplied[0] = NAN; /* another q, and M's values may have changed */
+    solver->powers_known = 1;
+    solver->powers_normal = 1;
     for (i = 0; i < solver->n; i++) {
-        solver->q_scaled[i] = perp__shift(q[i], solver->exponents[i] - solver->omega);
+        const int32_t z = solver->exponents[i] + solver->omega;
+        const int32_t w = solver->exponents[i] - solver->omega;
+
+        if (abs(z) > 1022 || abs(w) > 1022) {
+            solver->powers_normal = 0;
+            break;
+        }
+        solver->z_down[i] = perp__power_of_two(-z);
+        solver->z_up[i] = perp__power_of_two(z);
+        solver->w_down[i] = perp__power_of_two(w);
+    }
+    for (i = 0; i < solver->n; i++) {
         solver->lower_scaled[i] = scale_bound(solver, i, solver->lower[i]);
         solver->upper_scaled[i] = scale_bound(solver, i, solver->upper[i]);
     }
 }
 
-void perp__multiply_point(perp_lcp_solver *solver)
+/* floor(log2 |x|) for x other than 0 */
+static int32_t exponent_of(double x)
 {
-    const size_t bytes = (size_t)solver->n * sizeof(double);
+    uint64_t bits;
 
-    if (solver->n == 0 ||
-        (!isnan(solver->multiplied[0]) && memcmp(solver->multiplied, solver->z, bytes) == 0))
-        return;
-    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
-    memcpy(solver->multiplied, solver->z, bytes);
+    memcpy(&bits, &x, sizeof bits);
+    bits = bits >> 52 & 0x7ff;
+    return bits != 0 ? (int32_t)bits - 1023 : ilogb(x);
+}
+
+/* omega is the power of two with max |D q| in [omega, 2 omega); 1 where q = 0 */
+static int32_t find_omega(const perp_lcp_solver *solver, const double *q)
+{
+    int32_t largest = 0, found = 0, i;
+
+    for (i = 0; i < solver->n; i++) {
+        int32_t exponent;
+
+        if (q[i] == 0.0)
+            continue;
+        exponent = exponent_of(q[i]) + solver->exponents[i];
+        if (!found || exponent > largest)
+            largest = exponent;
+        found = 1;
+    }
+    return largest;
+}
+
+void perp__scale_problem(perp_lcp_solver *solver, const double *q)
+{
+    const int32_t omega = find_omega(solver, q);
+    int32_t i;
+
+    solver->q = q;
+    if (!solver->powers_known || omega != solver->omega) {
+        solver->omega = omega;
+        find_powers(solver);
+    }
+    for (i = 0; i < solver->n; i++)
+        solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
 }
 
 /* By how much row i fails to be the row of an exact solution with z's own index set. */
@@ -86,6 +99,14 @@ static double row_violation(double z, double lower, double upper, double w)
     if (z == upper)
         return w > 0.0 ? w : 0.0;
     return fabs(w);
+}
+
+/* perp__mid with the differences from the bounds in hand */
+static double middle(double above, double below, double w)
+{
+    const double least = above < w ? above : w;
+
+    return below > least ? below : least;
 }
 
 /* Once NaN, always NaN. */
@@ -101,7 +122,7 @@ static double relative_violation(const perp_lcp_solver *solver, int32_t i, doubl
         row_violation(solver->z[i], solver->lower[i], solver->upper[i], solver->w_high[i]);
     double size = solver->row_norms[i] * z_largest + fabs(solver->q_scaled[i]);
 
-    violation = perp__shift(violation, solver->exponents[i] - solver->omega);
+    violation = perp__w_scaled(solver, i, violation);
     if (violation == 0.0)
         return 0.0;
     violation /= size; /* +inf where the row has nothing to change */
@@ -122,21 +143,24 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
         if (!(size <= z_largest))
             z_largest = size;
     }
-    perp__multiply_point(solver);
+    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
     for (i = 0; i < solver->n; i++) {
         double above = solver->z[i] - solver->lower[i];
         double below = solver->z[i] - solver->upper[i];
-        const double natural = fabs(perp__mid(0.0, -above, -below, solver->w_high[i]));
-        double tested = fabs(
-            perp__mid(0.0, -perp__z_scaled(solver, i, above), -perp__z_scaled(solver, i, below),
-                      perp__shift(solver->w_high[i], solver->exponents[i] - solver->omega)));
-        double backward = relative_violation(solver, i, z_largest);
+        double w = solver->w_high[i];
 
-        raise_to(&worth.natural, natural);
-        raise_to(&worth.tested, tested);
-        raise_to(&worth.backward, backward);
+        raise_to(&worth.natural, fabs(middle(above, below, w)));
+        raise_to(&worth.tested,
+                 fabs(middle(perp__z_scaled(solver, i, above), perp__z_scaled(solver, i, below),
+                             perp__w_scaled(solver, i, w))));
+        raise_to(&worth.backward, relative_violation(solver, i, z_largest));
     }
     return worth;
+}
+
+int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)
+{
+    return worth->backward <= 4.0 * DBL_EPSILON && worth->tested <= solver->settings.tol;
 }
 
 void perp__read_places(perp_lcp_solver *solver, int8_t *places)
@@ -144,7 +168,7 @@ void perp__read_places(perp_lcp_solver *solver, int8_t *places)
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
-        double w = perp__shift(solver->w_high[i], solver->exponents[i] - solver->omega);
+        double w = perp__w_scaled(solver, i, solver->w_high[i]);
         double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
         double below = perp__z_scaled(solver, i, solver->z[i] - solver->upper[i]);
 

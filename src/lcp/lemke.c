@@ -13,8 +13,6 @@
 
 /* Most problems need one, the hardest contact problems met so far a dozen. */
 #define ATTEMPTS 9
-/* Paths that correct the end of one in doubled precision. */
-#define CORRECTIONS 3
 
 static perp_status check(const perp__lcp_problem *problem)
 {
@@ -51,7 +49,7 @@ static void layout(perp__arena *arena, void *work)
     l->low = perp__arena_take(arena, rows, sizeof(double));
     l->high = perp__arena_take(arena, rows, sizeof(double));
     l->column = perp__arena_take(arena, rows, sizeof(double));
-    l->far = perp__arena_take(arena, rows, sizeof(double));
+    l->far = perp__arena_take(arena, rows + 1, sizeof(double));
     l->speed = perp__arena_take(arena, rows, sizeof(double));
     l->row = perp__arena_take(arena, (size_t)p->n, sizeof(double));
     l->places = perp__arena_take(arena, (size_t)p->n, sizeof(int8_t));
@@ -289,6 +287,8 @@ static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
             iterate->places[i] = upper_side ? PERP__AT_UPPER : PERP__AT_LOWER;
     }
     iterate->has_places = 1;
+    if (!l->doubled.on && l->row_of[perp__lemke_t(l)] < 0)
+        iterate->correct = perp__lemke_correct;
 }
 
 /* The last column is the direction in which nothing blocks. */
@@ -333,35 +333,6 @@ static int32_t solve_from_guess(perp__lemke *l, perp__lcp_iterate *iterate)
            (iterate->outcome != PERP_OUTCOME_ITERATION_LIMIT || p->iteration_limit > 0);
 }
 
-/* The ratio test's slack lets variables go beyond their limits a little. From the basis where the
- * path has ended, with the values it really has, another path leads to one where they do not: its
- * cover has entries for these variables only. If it ends elsewhere the point that is written
- * already stays. */
-static void correct(perp__lemke *l, perp__lcp_iterate *iterate)
-{
-    int32_t round, entering;
-
-    for (round = 0; round < CORRECTIONS; round++) {
-        double far;
-
-        perp__doubled_values(l);
-        far = perp__doubled_cover(l);
-        if (round > 0 || far == 0.0)
-            write_point(l, iterate);
-        if (far == 0.0)
-            return;
-        l->slack = 1e-3 * far / l->largest_b;
-        l->spent = iterate->iterations;
-        if (follow_path(l, iterate, (int64_t)l->pairs + 16, &entering) != PERP_OUTCOME_SOLVED)
-            round = CORRECTIONS;
-        iterate->iterations += l->spent;
-    }
-    if (round > CORRECTIONS)
-        return;
-    perp__doubled_values(l);
-    write_point(l, iterate);
-}
-
 static perp_status solve(void *work, perp__lcp_iterate *iterate)
 {
     perp__lemke *l = work;
@@ -391,8 +362,6 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
         &entering);
     iterate->iterations += l->spent;
     write_point(l, iterate);
-    if (l->doubled.on && iterate->outcome == PERP_OUTCOME_SOLVED)
-        correct(l, iterate);
     if (iterate->outcome == PERP_OUTCOME_RAY)
         write_ray(l, entering, iterate);
     return PERP_OK;

@@ -19,18 +19,19 @@ typedef struct perp__lemke {
     int8_t *sign;
     int8_t *at_upper; /* x_k nonbasic rests (or last rested) at range_k */
     double *range;
-    double *cover;       /* d_k */
-    int32_t *twin;       /* pair of -x_k where a free x_k is split, else -1 */
-    int32_t *basic;      /* variable of a row */
-    int32_t *nonbasic;   /* variable of a column */
-    int32_t *row_of;     /* row of a variable, or -1 */
-    int32_t *column_of;  /* column of a variable, or -1 */
-    double *base;        /* n: z where all x are 0 */
-    double *b;           /* values of the basic variables */
-    double *low, *high;  /* limits of the basic variables; -inf and +inf where they have none */
-    double *column;      /* of the entering variable */
-    double *row;         /* n */
-    double *far, *speed; /* of the ratio test, a row each; speed 0: does not block */
+    double *cover;      /* d_k */
+    int32_t *twin;      /* pair of -x_k where a free x_k is split, else -1 */
+    int32_t *basic;     /* variable of a row */
+    int32_t *nonbasic;  /* variable of a column */
+    int32_t *row_of;    /* row of a variable, or -1 */
+    int32_t *column_of; /* column of a variable, or -1 */
+    double *base;       /* n: z where all x are 0 */
+    double *b;          /* values of the basic variables */
+    double *low, *high; /* limits of the basic variables; -inf and +inf where they have none */
+    double *column;     /* of the entering variable */
+    double *row;        /* n */
+    double *far,
+        *speed; /* of the ratio test, a row each; speed 0: does not block. far has one more */
     const perp__row_kernels *kernels;
     double largest_b;      /* max |b| at the start */
     double slack;          /* of the absolute Harris ratio test, relative to largest_b */
@@ -94,6 +95,10 @@ int32_t perp__lemke_start_at(perp__lemke *l);
 
 /* By how much the basic variable of row r is outside of its limits; 0 if it is not. */
 double perp__lemke_violation(const perp__lemke *l, int32_t r);
+
+/* perp__lcp_iterate's correct: by the last tableau, or by the block of the crash. */
+int32_t perp__lemke_correct(void *work, const double *residual, double *step);
+int32_t perp__lemke_correct_crash(void *work, const double *residual, double *step);
 
 /* What a look for a better start than the cold one led to. */
 enum perp__lemke_guess {

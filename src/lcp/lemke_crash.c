@@ -60,8 +60,9 @@ static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
         memcpy(iterate->z, b->z, n * sizeof *b->z);
         memcpy(iterate->places, b->places, n);
         iterate->has_places = 1;
-        iterate->block = outcome == PERP_OUTCOME_SOLVED ? &b->active : NULL;
         iterate->iterations = b->rounds;
+        if (outcome == PERP_OUTCOME_SOLVED)
+            iterate->correct = perp__lemke_correct_crash;
         return PERP__GUESS_END;
     }
     if (b->infeasible > p->n / PERP__CRASH_PART)

@@ -49,9 +49,11 @@ typedef struct perp__lcp_iterate {
     double *ray;    /* n, scaled direction of z; only with outcome ray */
     double *cover;  /* n, what the artificial variable adds to w along the ray; with outcome ray */
     int32_t has_places;
-    struct perp__active_block *block; /* dense problems: factors of the active block of `places`,
-                                         where the method has them, else NULL */
-    int32_t warm;                     /* on entry: z holds a start the caller gave */
+    /* May be set by the method, with places: step := M_AA^-1 residual_A, A the places between the
+     * bounds, by what the method holds of its last basis and as accurate as that is. Both have n
+     * scaled entries and are 0 outside of A. Returns 0 if it cannot. */
+    int32_t (*correct)(void *work, const double *residual, double *step);
+    int32_t warm;    /* on entry: z holds a start the caller gave */
     int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
     perp_outcome outcome;
     int64_t iterations;

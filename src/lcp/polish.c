@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "lcp/active_block.h"
 #include "lcp/solver.h"
 #include "linalg/blas.h"
 
@@ -112,12 +111,6 @@ static perp_status factor(perp_lcp_solver *solver, int32_t count, double rho, in
     return status;
 }
 
-/* Where the step of active variable number k lies. */
-static int32_t step_at(const perp_lcp_solver *solver, int32_t k)
-{
-    return uses_dense(solver) && !solver->ready ? k : solver->polish.active[k];
-}
-
 /* step := block^-1 (scaled residual on the active rows), and its largest entry. PERP_OK,
  * PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
 static perp_status newton_step(perp_lcp_solver *solver, int32_t count, double *largest)
@@ -131,17 +124,15 @@ static perp_status newton_step(perp_lcp_solver *solver, int32_t count, double *l
         double r =
             perp__shift(solver->w_high[i] + solver->w_low[i], solver->exponents[i] - solver->omega);
 
-        p->step[step_at(solver, k)] = r;
+        p->step[uses_dense(solver) ? k : i] = r;
     }
-    if (solver->ready)
-        perp__active_block_solve(solver->ready, solver->places, p->step);
-    else if (uses_dense(solver))
+    if (uses_dense(solver))
         perp__lu_solve(count, p->block, count > 0 ? count : 1, p->pivots, p->step, 0);
     else
         status = perp__sparse_block_solve_roughly(&solver->block, p->step);
     *largest = 0.0;
     for (k = 0; k < count; k++) {
-        double size = fabs(p->step[step_at(solver, k)]);
+        double size = fabs(p->step[uses_dense(solver) ? k : p->active[k]]);
 
         if (!(size <= *largest))
             *largest = size;
@@ -186,7 +177,7 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
     double last = INFINITY;
     int32_t round, k;
 
-    perp__multiply_point(solver);
+    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
     for (round = 0; round < PERP__REFINEMENTS && count > 0; round++) {
         double largest, z_largest = 0.0;
         perp_status status = newton_step(solver, count, &largest);
@@ -197,13 +188,13 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
             break; /* no longer converging, or nothing left */
         for (k = 0; k < count; k++) {
             int32_t i = p->active[k];
-            double step = p->step[step_at(solver, k)];
+            double step = p->step[uses_dense(solver) ? k : i];
             double z = perp__z_scaled(solver, i, solver->z[i]) - step;
 
             solver->z[i] = perp__z_caller(solver, i, z);
             z_largest = fmax(z_largest, fabs(z));
         }
-        perp__multiply_point(solver);
+        perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
         if (largest <= DBL_EPSILON * z_largest ||
             (!uses_dense(solver) && is_refined(solver, count, z_largest)))
             break;
@@ -259,46 +250,13 @@ static void recall(perp_lcp_solver *solver)
     memcpy(solver->z, p->z, bytes);
     memcpy(solver->w_high, p->w_high, bytes);
     memcpy(solver->w_low, p->w_low, bytes);
-    memcpy(solver->multiplied, p->z, bytes);
-}
-
-/* As good as a double gets: nothing more to gain. */
-static int32_t is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)
-{
-    return worth->backward <= 4.0 * DBL_EPSILON && worth->tested <= solver->settings.tol;
 }
 
 /* An exact solve of an index set beats a rough point of a slightly smaller residual. */
 static int32_t is_better(const perp_lcp_solver *solver, const perp__evaluation *a,
                          const perp__evaluation *b)
 {
-    return a->tested <= b->tested || (is_exact(solver, a) && a->tested <= 64.0 * b->tested);
-}
-
-/* Refines, repairs, keeps the point if it is the best. */
-static perp_status improve(perp_lcp_solver *solver, int32_t count, int32_t *changes,
-                           perp__evaluation *best)
-{
-    perp_status status = refine(solver, count);
-    perp__evaluation worth;
-
-    if (status != PERP_OK)
-        return status;
-    *changes = repair(solver);
-    worth = perp__evaluate(solver);
-    if (is_better(solver, &worth, best))
-        remember(solver, best, &worth);
-    return status;
-}
-
-/* With the factors that the method left: mostly all that is needed. */
-static perp_status attempt_ready(perp_lcp_solver *solver, perp__evaluation *best)
-{
-    int32_t changes;
-    perp_status status = improve(solver, collect(solver), &changes, best);
-
-    solver->ready = NULL;
-    return status;
+    return a->tested <= b->tested || (perp__is_exact(solver, a) && a->tested <= 64.0 * b->tested);
 }
 
 /* One value of rho: solve, repair, solve again. */
@@ -309,14 +267,23 @@ static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation
     perp_status status = PERP_OK;
 
     for (round = 0; round < rounds && changes > 0; round++) {
+        perp__evaluation worth;
+
         if (round > 0 && perp__is_late(solver))
             break; /* one factorisation is what a time limit may be exceeded by */
+
         count = collect(solver);
         status = factor(solver, count, rho, &regular);
         if (status != PERP_OK || !regular)
             break;
-        status = improve(solver, count, &changes, best);
-        if (status != PERP_OK || is_exact(solver, best))
+        status = refine(solver, count);
+        if (status != PERP_OK)
+            break;
+        changes = repair(solver);
+        worth = perp__evaluate(solver);
+        if (is_better(solver, &worth, best))
+            remember(solver, best, &worth);
+        if (perp__is_exact(solver, best))
             break;
     }
     return status;
@@ -326,20 +293,18 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
 {
     perp_status status = PERP_OK;
     perp__evaluation best = *worth;
-    int32_t done = 0;
     size_t k;
 
+    if (perp__polish_correct(solver, worth))
+        return PERP_OK;
     remember(solver, &best, worth);
     memcpy(solver->polish.places, solver->places, (size_t)solver->n);
-    if (solver->ready) {
-        status = attempt_ready(solver, &best);
-        done = is_exact(solver, &best);
-    }
-    for (k = 0; k < sizeof proximal / sizeof *proximal && status == PERP_OK && !done; k++) {
-        recall(solver);
+    for (k = 0; k < sizeof proximal / sizeof *proximal; k++) {
         memcpy(solver->places, solver->polish.places, (size_t)solver->n);
         status = attempt(solver, proximal[k], &best);
-        done = is_exact(solver, &best) || perp__is_late(solver);
+        if (status != PERP_OK || perp__is_exact(solver, &best) || perp__is_late(solver))
+            break;
+        recall(solver);
     }
     recall(solver);
     *worth = best;

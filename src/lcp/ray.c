@@ -66,7 +66,6 @@ int32_t perp__ray_verify(perp_lcp_solver *solver)
         solver->z[i] = perp__shift(solver->ray[i], solver->exponents[i]);
     }
     perp__multiply_doubled(&solver->M, solver->z, NULL, solver->w_high, solver->w_low);
-    solver->multiplied[0] = NAN; /* that was no w */
     for (i = 0; i < solver->n; i++) {
         double slack = PERP__RAY_TOLERANCE * (solver->row_norms[i] + fabs(solver->cover[i]));
         double Mdz = perp__shift(solver->w_high[i], solver->exponents[i]);

@@ -77,6 +77,9 @@ static void layout(perp__arena *arena, void *object)
     s->exponents = perp__arena_take(arena, n, sizeof(int32_t));
     s->work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
     s->row_norms = perp__arena_take(arena, n, sizeof(double));
+    s->z_down = perp__arena_take(arena, n, sizeof(double));
+    s->z_up = perp__arena_take(arena, n, sizeof(double));
+    s->w_down = perp__arena_take(arena, n, sizeof(double));
     s->q_scaled = perp__arena_take(arena, n, sizeof(double));
     s->lower_scaled = perp__arena_take(arena, n, sizeof(double));
     s->upper_scaled = perp__arena_take(arena, n, sizeof(double));
@@ -87,7 +90,6 @@ static void layout(perp__arena *arena, void *object)
     s->z = perp__arena_take(arena, n, sizeof(double));
     s->w_high = perp__arena_take(arena, n, sizeof(double));
     s->w_low = perp__arena_take(arena, n, sizeof(double));
-    s->multiplied = perp__arena_take(arena, n, sizeof(double));
     s->best.z = perp__arena_take(arena, n, sizeof(double));
     s->best.w = perp__arena_take(arena, n, sizeof(double));
     s->best_ray = perp__arena_take(arena, n, sizeof(double));
@@ -110,6 +112,7 @@ static void equilibrate(perp_lcp_solver *solver)
 {
     int32_t i;
 
+    solver->powers_known = 0;
     perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->work);
     perp__scaled_row_norms(&solver->M, solver->exponents, solver->row_norms);
     for (i = 0; i < solver->n; i++)

@@ -49,13 +49,15 @@ struct perp_lcp_solver {
     double *row_norms;     /* 1-norms of the rows of D M D */
     const double *q;       /* the caller's, during a solve */
     int32_t omega;         /* log2 of the power of two near max |D q| */
+    int32_t powers_known;  /* those below are of these exponents and this omega */
+    int32_t powers_normal; /* and none is beyond the range of normal numbers: else use ldexp */
+    double *z_down, *z_up; /* 2^-(e_i + omega), 2^(e_i + omega) */
+    double *w_down;        /* 2^(e_i - omega) */
     double *q_scaled, *lower_scaled, *upper_scaled;
     double *iterate;     /* scaled, what a method works on */
     double *ray, *cover; /* scaled */
     int8_t *places;
-    double *z, *w_high, *w_low;       /* the point under evaluation, caller's units */
-    double *multiplied;               /* the z that w_high, w_low are the w of; NaN: none */
-    struct perp__active_block *ready; /* factors that a method left for the polish, or NULL */
+    double *z, *w_high, *w_low; /* the point under evaluation, caller's units */
     perp__candidate best;
     double *best_ray; /* caller's units, largest entry 1 */
     int32_t best_certificate;
@@ -66,11 +68,13 @@ struct perp_lcp_solver {
     perp__lcp_control control;
     perp__method_slot slots[PERP__METHODS];
     perp__polish polish;
+    int32_t (*correct)(void *work, const double *residual, double *step); /* perp__lcp_iterate's */
+    void *correct_work;
     perp__sparse_block block; /* of sparse problems */
     int64_t block_read;       /* the set-up it was read from */
 };
 
-/* x * 2^e for any e that can come up here, exact but for under- and overflow. */
+/* x 2^e for any e that can come up here, exact but for under- and overflow. */
 double perp__shift(double x, int32_t e);
 
 /* True once the time limit has passed. Reads the clock only where there is a limit. */
@@ -79,16 +83,31 @@ int32_t perp__is_late(const perp_lcp_solver *solver);
 /* Scales q and the bounds into q_scaled, lower_scaled, upper_scaled; finds omega. */
 void perp__scale_problem(perp_lcp_solver *solver, const double *q);
 
-/* Caller's units to scaled ones and back, for the variable z_i. */
-double perp__z_scaled(const perp_lcp_solver *solver, int32_t i, double z);
-double perp__z_caller(const perp_lcp_solver *solver, int32_t i, double z);
+/* Caller's units to scaled ones and back, for the variable z_i, and for w_i. */
+static inline double perp__z_scaled(const perp_lcp_solver *solver, int32_t i, double z)
+{
+    return solver->powers_normal ? z * solver->z_down[i]
+                                 : perp__shift(z, -solver->exponents[i] - solver->omega);
+}
 
-/* w_high + w_low = M z + q in doubled precision; costs nothing for the z of the last time. */
-void perp__multiply_point(perp_lcp_solver *solver);
+static inline double perp__z_caller(const perp_lcp_solver *solver, int32_t i, double z)
+{
+    return solver->powers_normal ? z * solver->z_up[i]
+                                 : perp__shift(z, solver->exponents[i] + solver->omega);
+}
+
+static inline double perp__w_scaled(const perp_lcp_solver *solver, int32_t i, double w)
+{
+    return solver->powers_normal ? w * solver->w_down[i]
+                                 : perp__shift(w, solver->exponents[i] - solver->omega);
+}
 
 /* Projects solver->z onto the bounds, recomputes w = M z + q in doubled precision (w_high, w_low)
  * and the three numbers. */
 perp__evaluation perp__evaluate(perp_lcp_solver *solver);
+
+/* As good as a double gets: nothing more to gain. */
+int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth);
 
 /* Reads places off solver->z and w_high: the side of z - w, in scaled units, on which it lies. */
 void perp__read_places(perp_lcp_solver *solver, int8_t *places);
@@ -99,6 +118,10 @@ perp_status perp__polish_fit(perp_lcp_solver *solver);
 /* Re-solves the index set `places`, starting from solver->z, repairs a few signs, and leaves the
  * best point it met in solver->z with w_high, w_low and its worth. PERP_OK, or _MEMORY. */
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth);
+
+/* One step of refinement of solver->z by solver->correct. True if that gave a point as good as a
+ * double gets, with its worth; else nothing has changed. */
+int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth);
 
 /* Checks the ray in solver->ray against the caller's matrix; true if it is one, and then D ray is
  * in solver->z. The certificate tells whether it proves that no z >= l has M z + q >= 0. */

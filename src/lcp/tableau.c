@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "linalg/multiversion.h"
+
 /* Exchanges are applied to a column a group at a time. */
 enum { GROUP = 16 };
 
@@ -58,6 +60,7 @@ void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, in
     t->V = perp__arena_take(arena, delay * PERP__STRIP, sizeof(double));
     t->pivots = perp__arena_take(arena, delay, sizeof(double));
     t->exchanged = perp__arena_take(arena, delay, sizeof(int32_t));
+    t->entered = perp__arena_take(arena, delay, sizeof(int32_t));
     t->again = perp__arena_take(arena, delay, sizeof(int32_t));
     t->last = perp__arena_take(arena, (size_t)rows, sizeof(int32_t));
     t->started = perp__arena_take(arena, width, sizeof(int32_t));
@@ -98,6 +101,73 @@ void perp__tableau_column(perp__tableau *t, int32_t c, double *column)
         t->kernels->eliminate(&e, first, last, t->V, column);
         t->kernels->subtract_vector(panels, last - first, t->U + first * PERP__PANEL, stride_of(t),
                                     t->V + first, column);
+    }
+}
+
+PERP__KERNEL static void add_4_loops(size_t length, const double *const *a, const double *x,
+                                     double *restrict y)
+{
+    const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
+    const double x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3];
+    size_t i;
+
+    for (i = 0; i < length; i++)
+        y[i] = (((y[i] + a0[i] * x0) + a1[i] * x1) + a2[i] * x2) + a3[i] * x3;
+}
+PERP__MULTIVERSION(add_4, (size_t length, const double *const *a, const double *x, double *y),
+                   (length, a, x, y))
+
+/* y := y + T x for the columns that owe all exchanges kept */
+static void add_untouched(const perp__tableau *t, const double *x, double *y)
+{
+    const size_t length = perp__tableau_length(t->rows);
+    const double *columns[4];
+    double factors[4];
+    int32_t pending = 0, c;
+
+    for (c = 0; c < t->columns; c++) {
+        if (x[c] == 0.0 || t->started[c] > 0)
+            continue;
+        columns[pending] = t->T + (size_t)c * (size_t)t->leading_dimension;
+        factors[pending] = x[c];
+        if (++pending == 4) {
+            add_4(length, columns, factors, y);
+            pending = 0;
+        }
+    }
+    for (c = pending; c < 4 && pending > 0; c++) {
+        columns[c] = columns[0];
+        factors[c] = 0.0;
+    }
+    if (pending > 0)
+        add_4(length, columns, factors, y);
+}
+
+/* As perp__tableau_column for the sum of all columns, each of which joins it after the exchange
+ * that wrote it. */
+void perp__tableau_multiply(perp__tableau *t, const double *x, double *y)
+{
+    const size_t panels = panels_of(t->rows), pending = (size_t)t->pending;
+    double *v = t->V;
+    size_t first, k, i;
+
+    memset(y, 0, panels * PERP__PANEL * sizeof *y);
+    add_untouched(t, x, y);
+    for (k = 0; k < pending; k++) {
+        const double *owed = t->L + k * (size_t)t->delay;
+        const int32_t r = t->exchanged[k], c = t->entered[k];
+        const double *column = t->T + (size_t)c * (size_t)t->leading_dimension;
+
+        first = k - k % GROUP;
+        v[k] = y[r];
+        for (i = first; i < k; i++)
+            v[k] -= owed[i] * v[i];
+        y[r] = v[k] / t->pivots[k];
+        for (i = 0; i < (size_t)t->rows && (size_t)t->started[c] == k + 1 && x[c] != 0.0; i++)
+            y[i] += x[c] * column[i];
+        if (k + 1 == first + GROUP || k + 1 == pending)
+            t->kernels->subtract_vector(panels, k + 1 - first, t->U + first * PERP__PANEL,
+                                        stride_of(t), v + first, y);
     }
 }
 
@@ -168,6 +238,8 @@ void perp__tableau_drop(perp__tableau *t, int32_t c)
         return;
     memcpy(t->T + (size_t)c * ld, t->T + (size_t)last * ld, (size_t)t->rows * sizeof *t->T);
     t->started[c] = t->started[last];
+    if (t->started[c] > 0)
+        t->entered[t->started[c] - 1] = c;
 }
 
 /* The row r that exchange k replaces owes nothing to those before any more. Those of earlier groups
@@ -214,5 +286,6 @@ void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, double *colu
     column[r] = 0.0;
     for (p = 0; p < panels_of(t->rows); p++)
         memcpy(u + p * stride_of(t), column + p * PERP__PANEL, PERP__PANEL * sizeof *u);
+    t->entered[t->pending] = c;
     t->started[c] = ++t->pending;
 }

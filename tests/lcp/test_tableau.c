@@ -48,6 +48,26 @@ static void exchange(long double *T, int32_t rows, int32_t columns, int32_t r, i
     T[at(rows, r, c)] = 1 / pivot;
 }
 
+/* The product with x = (1, 0, -1/2, 1/3, 0, ...) against the columns' sum. */
+static void multiply(perp__tableau *t, const long double *T, double *y)
+{
+    const int32_t rows = t->rows, columns = t->columns;
+    double *x = check_allocate((size_t)columns, sizeof *x);
+    int32_t i, j;
+
+    for (j = 0; j < columns; j++)
+        x[j] = j % 3 == 1 ? 0.0 : (j % 2 ? 1.0 : -1.0) / (j + 1);
+    perp__tableau_multiply(t, x, y);
+    for (i = 0; i < rows; i++) {
+        long double sum = 0;
+
+        for (j = 0; j < columns; j++)
+            sum += T[at(rows, i, j)] * x[j];
+        assert_true(fabsl(y[i] - sum) < 1e-12L);
+    }
+    free(x);
+}
+
 /* Dominant entries next to the diagonal, and pivots there: every tableau on the way stays well
  * conditioned (entries below 3), so that `exchanges` rounding errors of 1e-16 add up to less than
  * 1e-12. */
@@ -86,7 +106,9 @@ static void compare(int32_t rows, int32_t columns, int32_t exchanges)
         perp__tableau_exchange(&s.tableau, r, r + 1, column);
         exchange(T, rows, columns, r, r + 1);
     }
+    multiply(&s.tableau, T, column);
     perp__tableau_flush(&s.tableau);
+    multiply(&s.tableau, T, column);
     for (j = 0; j < columns; j++)
         for (i = 0; i < rows; i++) {
             double entry = s.tableau.T[at(s.tableau.leading_dimension, i, j)];
