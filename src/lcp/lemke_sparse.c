@@ -10,8 +10,10 @@
 
 #include "lcp/lemke.h"
 
-/* From this size on the factored basis is faster than the dense tableau. */
-#define SMALLEST 200
+/* Up to this size, and with a larger part of the entries than 1 / FILLED, the dense tableau is
+ * faster (bench/lcp_sparse.c). */
+#define SMALL 64
+#define FILLED 6
 /* One more than the dense method: the first may be lost on a guess. */
 #define ATTEMPTS 25
 /* Pivots between refactorisations at most. */
@@ -21,7 +23,10 @@
 
 static int32_t suits(const perp__lcp_problem *problem)
 {
-    return problem->M->column_starts && problem->n >= SMALLEST;
+    const int32_t *starts = problem->M->column_starts;
+    const int64_t n = problem->n;
+
+    return starts && n > SMALL && FILLED * (int64_t)starts[n] <= n * n;
 }
 
 static perp_status check(const perp__lcp_problem *problem)
@@ -62,6 +67,8 @@ static void layout(perp__arena *arena, void *work)
         most += p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
     pairs = (size_t)most;
     perp__basis_layout(arena, &l->basis, most, count_entries(p), SPIKES, SPIKES * pairs);
+    perp__tridiagonal_lcp_layout(arena, &l->tridiagonal,
+                                 p->block->kind == PERP__SPARSE_TRIDIAGONAL ? n : 0);
     l->pair_of = perp__arena_take(arena, n, sizeof(int32_t));
     l->base = perp__arena_take(arena, n, sizeof(double));
     l->index = perp__arena_take(arena, pairs, sizeof(int32_t));

@@ -4,6 +4,7 @@
 #define PERP_LCP_LEMKE_SPARSE_H
 
 #include "lcp/method.h"
+#include "lcp/tridiagonal.h"
 #include "linalg/basis.h"
 
 /* Pairs k = 0 .. pairs-1 of (x_k, v_k) as in lcp/lemke.h: z_i = base_i + sign_k x_k with i =
@@ -16,8 +17,10 @@
 typedef struct perp__sparse_lemke {
     perp__lcp_work head;
     perp__basis basis;
+    perp__tridiagonal_lcp tridiagonal;
     int32_t pairs;
     int32_t split;    /* free variables are */
+    double rho;       /* proximal term of the basis; 0 but for the crash */
     int32_t *pair_of; /* n: pair of the caller's variable, or -1 if that is fixed */
     int32_t *index;   /* caller's variable of a pair */
     int8_t *sign;
@@ -83,8 +86,9 @@ void perp__sparse_limit(perp__sparse_lemke *l, int32_t r);
 /* Factors the columns of the variables in `basic`; see perp__basis_load. */
 perp_status perp__sparse_load(perp__sparse_lemke *l);
 
-/* Recomputes b = B^-1 (q + what rests at upper bounds), with one step of refinement. */
-void perp__sparse_values(perp__sparse_lemke *l);
+/* Recomputes b = B^-1 (q + what rests at upper bounds), `rounds` solves with what is left over: two
+ * are a step of refinement, more with rho > 0 the proximal point method. */
+void perp__sparse_values(perp__sparse_lemke *l, int32_t rounds);
 
 /* Makes the complementary basis that `places` describe the current one, factored, with its values.
  * PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */

@@ -118,6 +118,6 @@ perp_status perp__sparse_refresh(perp__sparse_lemke *l)
         perp__sparse_limit(l, k);
     }
     if (status == PERP_OK)
-        perp__sparse_values(l);
+        perp__sparse_values(l, 2);
     return status;
 }

@@ -147,16 +147,24 @@ static void write_residual(perp__sparse_lemke *l)
     }
 }
 
-void perp__sparse_values(perp__sparse_lemke *l)
+void perp__sparse_values(perp__sparse_lemke *l, int32_t rounds)
 {
+    double last = INFINITY;
     int32_t round, r;
 
     memset(l->b, 0, (size_t)l->pairs * sizeof *l->b);
-    for (round = 0; round < 2; round++) {
+    for (round = 0; round < rounds; round++) {
+        double largest = 0.0;
+
         write_residual(l);
         perp__basis_solve(&l->basis, l->rows, l->column);
-        for (r = 0; r < l->pairs; r++)
+        for (r = 0; r < l->pairs; r++) {
             l->b[r] += l->column[r];
+            largest = fmax(largest, fabs(l->column[r]));
+        }
+        if (!(largest < 0.5 * last))
+            break; /* no longer converging */
+        last = largest;
     }
 }
 
@@ -171,6 +179,7 @@ perp_status perp__sparse_load(perp__sparse_lemke *l)
     principal.block = p->block;
     principal.index = l->index;
     principal.sign = l->sign;
+    principal.rho = l->rho;
     return perp__basis_load(&l->basis, p->context, l->pairs, l->basic, &source,
                             l->split ? NULL : &principal);
 }
@@ -192,6 +201,6 @@ perp_status perp__sparse_take_places(perp__sparse_lemke *l, const int8_t *places
         perp__sparse_limit(l, k);
     status = perp__sparse_load(l);
     if (status == PERP_OK)
-        perp__sparse_values(l);
+        perp__sparse_values(l, l->rho > 0.0 ? 1 : 2);
     return status;
 }

@@ -10,13 +10,24 @@
 
 /* Steps of the crash, and how many of them in a row may bring nothing. */
 #define STEPS 200
-#define PATIENCE 6
+#define PATIENCE 3
+/* Below this size a crash that fails costs more than the path from the slacks, so only matrices
+ * that look like P-matrices get one. */
+#define WORTH_IT 400
 /* Violations that pivots remove for less than another step of the crash costs. */
 #define FEW 16
 /* A guess is one if beyond those few at most one pair in so many is violated. */
 #define CLOSE 32
 /* Reciprocal condition below which free variables count as dependent. */
 #define DEPENDENT 1e-13
+/* rho, beside rows near 1. */
+#define PROXIMAL 1e-7
+#define PROXIMAL_ROUNDS 30
+
+static int32_t is_free(const perp__lcp_problem *p, int32_t i)
+{
+    return p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
+}
 
 /* The side of z - w on which a variable lies, for the z on entry. */
 static void read_places(perp__sparse_lemke *l, const double *z)
@@ -50,6 +61,35 @@ static void place_slacks(perp__sparse_lemke *l)
 
     for (k = 0; k < l->pairs; k++)
         l->places[k] = perp__sparse_is_free(l, k) ? PERP__BETWEEN : PERP__AT_LOWER;
+}
+
+/* Of pairs, from those of the caller's variables. */
+static void take_places(perp__sparse_lemke *l, const int8_t *places)
+{
+    int32_t k;
+
+    for (k = 0; k < l->pairs; k++) {
+        const int8_t place = places[l->index[k]];
+
+        l->places[k] = place == PERP__BETWEEN                          ? PERP__BETWEEN
+                       : (place == PERP__AT_UPPER) != (l->sign[k] < 0) ? PERP__AT_UPPER
+                                                                       : PERP__AT_LOWER;
+    }
+}
+
+/* Where the crash begins: near the caller's z0; at the solution of a tridiagonal M-matrix, on which
+ * active sets would creep along one index a step; at the slacks. */
+static void choose_places(perp__sparse_lemke *l, const perp__lcp_iterate *iterate)
+{
+    const perp__lcp_problem *p = l->head.problem;
+
+    if (p->settings->crash && p->block->kind == PERP__SPARSE_TRIDIAGONAL &&
+        perp__tridiagonal_lcp_places(&l->tridiagonal, &p->block->T, p, iterate->places))
+        take_places(l, iterate->places);
+    else if (iterate->warm)
+        read_places(l, iterate->z);
+    else
+        place_slacks(l);
 }
 
 /* Rounding of b in the row of pair k. */
@@ -90,6 +130,19 @@ static int32_t move_violated(perp__sparse_lemke *l)
     return count;
 }
 
+/* The basis of `places`, from the first singular one on that of M + rho I: the active sets of the
+ * proximal point method's first step (Rockafellar 1976), where M need not be P. */
+static perp_status take_near(perp__sparse_lemke *l)
+{
+    perp_status status = perp__sparse_take_places(l, l->places);
+
+    if (status == PERP__FACTOR_SINGULAR && l->rho == 0.0) {
+        l->rho = PROXIMAL;
+        status = perp__sparse_take_places(l, l->places);
+    }
+    return status;
+}
+
 /* Active-set steps from `places` until few violations are left, or nothing is gained any more. Ends
  * with the best basis met as the current one, *violated counts its violations. Singular if the
  * first was; iterate->outcome >= 0 if asked to stop. */
@@ -97,7 +150,7 @@ static perp_status crash(perp__sparse_lemke *l, perp__lcp_iterate *iterate, int3
                          int32_t *violated)
 {
     const size_t bytes = (size_t)l->pairs;
-    perp_status status = perp__sparse_take_places(l, l->places);
+    perp_status status = take_near(l);
     int32_t waited = 0, step;
 
     *violated = INT32_MAX;
@@ -110,39 +163,68 @@ static perp_status crash(perp__sparse_lemke *l, perp__lcp_iterate *iterate, int3
             memcpy(l->best, l->places, bytes);
             waited = 0;
         }
-        if (count <= FEW || step == steps || waited == PATIENCE)
+        if (count <= (l->rho > 0.0 ? 0 : FEW) || step == steps || waited == PATIENCE)
             break;
         iterate->outcome =
             perp__lcp_tick(l->head.problem->control, ++iterate->iterations, INFINITY);
         if (iterate->outcome >= 0)
             return PERP_OK;
         memcpy(l->places, l->next, bytes);
-        status = perp__sparse_take_places(l, l->places);
+        status = take_near(l);
     }
     if (*violated == INT32_MAX || status == PERP_ERROR_MEMORY)
         return status;
-    return memcmp(l->best, l->places, bytes) ? perp__sparse_take_places(l, l->best) : PERP_OK;
+    if (l->rho == 0.0 && !memcmp(l->best, l->places, bytes))
+        return PERP_OK;
+    l->rho = 0.0;
+    status = perp__sparse_take_places(l, l->best);
+    if (status == PERP__FACTOR_SINGULAR && *violated == 0) {
+        l->rho = PROXIMAL;
+        status = perp__sparse_take_places(l, l->best);
+        perp__sparse_values(l, PROXIMAL_ROUNDS);
+    }
+    return status;
+}
+
+/* Whether all variables with a bound have positive diagonal entries. */
+static int32_t could_be_P(const perp__lcp_problem *p)
+{
+    const perp__matrix *M = p->M;
+    int32_t j, k;
+
+    for (j = 0; j < p->n; j++) {
+        double diagonal = 0.0;
+
+        if (p->lower[j] == p->upper[j] || is_free(p, j))
+            continue;
+        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            if (M->row_indices[k] == j)
+                diagonal = M->values[k];
+        if (!(diagonal > 0.0))
+            return 0;
+    }
+    return 1;
 }
 
 perp_status perp__sparse_start_near(perp__sparse_lemke *l, perp__lcp_iterate *iterate,
                                     int32_t *violated)
 {
     const perp__lcp_problem *p = l->head.problem;
-    const perp_lcp_settings *settings = p->settings;
-    int32_t steps = settings->crash ? STEPS : 0;
+    int32_t steps = p->settings->crash ? STEPS : 0;
     perp_status status;
 
-    if (settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC || (!settings->crash && !iterate->warm))
+    if (p->settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
+        return PERP__FACTOR_SINGULAR;
+    if (!iterate->warm && (steps == 0 || (p->n < WORTH_IT && !could_be_P(p))))
         return PERP__FACTOR_SINGULAR;
     if (p->iteration_limit > 0 && p->iteration_limit < steps)
         steps = (int32_t)p->iteration_limit;
     perp__sparse_write_pairs(l, PERP__FREE_BASIC);
-    if (iterate->warm)
-        read_places(l, iterate->z);
-    else
-        place_slacks(l);
+    choose_places(l, iterate);
+    l->rho = 0.0;
     status = crash(l, iterate, steps, violated);
-    if (status == PERP_OK && *violated > FEW + l->pairs / CLOSE)
+    l->rho = 0.0;
+    if (status == PERP_OK && iterate->outcome < 0 && *violated > FEW + l->pairs / CLOSE)
         return PERP__FACTOR_SINGULAR;
     return status;
 }

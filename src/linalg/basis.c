@@ -151,7 +151,8 @@ static perp_status factor_kernel(perp__basis *basis, const perp__principal *prin
         basis->principal = *principal;
         for (c = 0; c < basis->kernel; c++)
             basis->active[c] = principal->index[basis->position_of[c]];
-        return perp__sparse_block_factor(principal->block, basis->active, basis->kernel, 0.0);
+        return perp__sparse_block_factor(principal->block, basis->active, basis->kernel,
+                                         principal->rho);
     }
     status = perp__factor_klu.reanalyse(basis->factor, &K);
     return status == PERP_OK ? perp__factor_klu.factor(basis->factor, &K, 0) : status;

@@ -21,12 +21,13 @@ typedef struct perp__columns {
     int32_t (*read)(const void *user, int32_t column, int32_t *rows, double *values);
 } perp__columns;
 
-/* K = -Sigma S_AA Sigma where every position of the kernel has its row in it too: position p stands
- * for row and column index[p] of S, ascending, and Sigma_pp = sign[p]. */
+/* K = -Sigma (S_AA + rho I) Sigma where every position of the kernel has its row in it too:
+ * position p stands for row and column index[p] of S, ascending, and Sigma_pp = sign[p]. */
 typedef struct perp__principal {
     perp__sparse_block *block;
     const int32_t *index;
     const int8_t *sign;
+    double rho; /* 0 but for bases that need be no more than near */
 } perp__principal;
 
 /* All zero at first. */

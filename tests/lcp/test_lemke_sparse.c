@@ -12,8 +12,8 @@
 
 #include "run.h"
 
-/* Large enough for the factored basis. */
-enum { LARGE = 210 };
+/* Large and empty enough for the factored basis. */
+enum { BLOCKS = 12, ORDER = 17 };
 
 static perp_context *context;
 
@@ -80,6 +80,47 @@ static void solve_every_way(const gen_lcp *problem, const double *z, double tole
     }
 }
 
+/* The dense problem with its M in compressed columns; what it owned is the sparse one's. */
+static void compress(gen_lcp *sparse, gen_lcp *dense)
+{
+    gen_to_csc(sparse, dense);
+    sparse->q = dense->q;
+    sparse->lower = dense->lower;
+    sparse->upper = dense->upper;
+    sparse->z = dense->z;
+    sparse->w = dense->w;
+    free(dense->M);
+}
+
+/* Problems of one class as the blocks of a large one, their variables one by one in turn. */
+static void make_blocks(gen_lcp *problem, gen_random *random, int class, int bounds)
+{
+    const int32_t n = BLOCKS * ORDER;
+    gen_lcp all;
+    int32_t block, i, j;
+
+    gen_begin_dense(&all, n);
+    all.lower = check_allocate((size_t)n, sizeof(double));
+    all.upper = check_allocate((size_t)n, sizeof(double));
+    for (block = 0; block < BLOCKS; block++) {
+        gen_lcp part;
+
+        gen_problem(&part, random, ORDER, class, bounds);
+        for (i = 0; i < ORDER; i++) {
+            const int32_t to = block + BLOCKS * i;
+
+            all.q[to] = part.q[i];
+            all.lower[to] = part.lower ? part.lower[i] : 0.0;
+            all.upper[to] = part.upper ? part.upper[i] : INFINITY;
+            all.z[to] = part.z[i];
+            for (j = 0; j < ORDER; j++)
+                all.M[to * n + block + BLOCKS * j] = part.M[i * ORDER + j];
+        }
+        gen_destroy(&part);
+    }
+    compress(problem, &all);
+}
+
 /* Exact solutions. The polish gives them to the last digits; what pivoting alone leaves is eps
  * times the condition, at most some 1e4 here, times pivots. */
 static void test_every_class(void **state)
@@ -90,21 +131,15 @@ static void test_every_class(void **state)
     for (class = 0; class < GEN_CLASSES; class ++)
         for (bounds = 0; bounds < GEN_BOUNDS; bounds++) {
             gen_random random;
-            gen_lcp dense, problem;
+            gen_lcp problem;
             char name[64];
 
             gen_seed(&random, (uint64_t)(100 + 10 * class + bounds));
-            gen_problem(&dense, &random, LARGE, class, bounds);
-            gen_to_csc(&problem, &dense);
+            make_blocks(&problem, &random, class, bounds);
             snprintf(name, sizeof name, "class %d, bounds %d", class, bounds);
-            problem.q = dense.q;
-            problem.lower = dense.lower;
-            problem.upper = dense.upper;
-            solve_every_way(&problem, class == GEN_PSD_LOW_RANK ? NULL : dense.z, 1e-9,
+            solve_every_way(&problem, class == GEN_PSD_LOW_RANK ? NULL : problem.z, 1e-9,
                             class != GEN_P, name);
-            problem.q = problem.lower = problem.upper = NULL;
             gen_destroy(&problem);
-            gen_destroy(&dense);
         }
 }
 
@@ -119,9 +154,10 @@ static void make_program(gen_lcp *problem, gen_random *random, int32_t variables
     double *M;
     int32_t i, j, k;
 
-    memset(&dense, 0, sizeof dense);
-    dense.n = n;
-    M = dense.M = check_allocate((size_t)n * (size_t)n, sizeof *M);
+    gen_begin_dense(&dense, n);
+    dense.lower = check_allocate((size_t)n, sizeof(double));
+    dense.upper = check_allocate((size_t)n, sizeof(double));
+    M = dense.M;
     for (i = 0; i < variables; i++) {
         M[i * n + i] = 4.0;
         if (i > 0)
@@ -136,27 +172,21 @@ static void make_program(gen_lcp *problem, gen_random *random, int32_t variables
                                          : (gen_integer(random, 12) ? 0.0 : gen_dyadic(random, 1));
             M[j * n + i_row] = -M[i_row * n + j];
         }
-    gen_to_csc(problem, &dense);
-    problem->z = check_allocate((size_t)n, sizeof(double));
-    problem->w = check_allocate((size_t)n, sizeof(double));
-    problem->q = check_allocate((size_t)n, sizeof(double));
-    problem->lower = check_allocate((size_t)n, sizeof(double));
-    problem->upper = check_allocate((size_t)n, sizeof(double));
     for (i = 0; i < n; i++) {
         const int is_free = i >= variables || (free_too && i % 3 == 0);
 
-        problem->upper[i] = INFINITY;
-        problem->lower[i] = is_free ? -INFINITY : 0.0;
-        problem->z[i] = is_free || gen_integer(random, 2) ? 1.0 + fabs(gen_dyadic(random, 4)) : 0.0;
+        dense.upper[i] = INFINITY;
+        dense.lower[i] = is_free ? -INFINITY : 0.0;
+        dense.z[i] = is_free || gen_integer(random, 2) ? 1.0 + fabs(gen_dyadic(random, 4)) : 0.0;
         if (i >= variables + rows)
-            problem->z[i] = 0.0;
-        problem->w[i] = problem->z[i] == 0.0 && !is_free ? 1.0 : 0.0;
-        problem->q[i] = problem->w[i];
+            dense.z[i] = 0.0;
+        dense.w[i] = dense.z[i] == 0.0 && !is_free ? 1.0 : 0.0;
+        dense.q[i] = dense.w[i];
     }
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
-            problem->q[i] -= M[i * n + j] * problem->z[j];
-    gen_destroy(&dense);
+            dense.q[i] -= M[i * n + j] * dense.z[j];
+    compress(problem, &dense);
 }
 
 /* Multipliers without a diagonal: the free variables alone make a singular block, with or without
@@ -200,18 +230,15 @@ static void test_contacts(void **state)
 
     (void)state;
     for (k = 0; k < 3; k++) {
-        gen_contact_options options = {12, 36, 4, ratios[k], 1.0, k % 2 ? 4 : 0, k % 2};
+        gen_contact_options options = {21, 60, 4, ratios[k], 1.0, k % 2 ? 4 : 0, k % 2};
         gen_random random;
         gen_lcp dense, problem;
 
         gen_seed(&random, (uint64_t)(300 + k));
         gen_contact(&dense, &random, &options);
-        gen_to_csc(&problem, &dense);
-        problem.q = dense.q;
+        compress(&problem, &dense);
         solve_every_way(&problem, NULL, 0.0, 1, "contacts");
-        problem.q = NULL;
         gen_destroy(&problem);
-        gen_destroy(&dense);
     }
 }
 
@@ -257,23 +284,25 @@ static void test_infeasible(void **state)
     for (k = 0; k < WAYS; k++) {
         perp_lcp_settings settings = settings_of(&ways[k]);
         gen_random random;
-        gen_lcp dense, csc;
+        gen_lcp problem;
         run r;
+        int32_t at;
 
         gen_seed(&random, 9);
-        gen_problem(&dense, &random, LARGE, GEN_PD_SYMMETRIC, GEN_PLAIN);
-        memset(dense.M, 0, 2 * (size_t)LARGE * sizeof(double));
-        dense.M[0] = dense.M[LARGE + 1] = 1.0;
-        dense.M[1] = dense.M[LARGE] = -1.0;
-        dense.q[0] = dense.q[1] = -1.0;
-        gen_to_csc(&csc, &dense);
-        csc.q = dense.q;
-        run_lcp(&r, context, &csc, &settings, NULL, ways[k].name);
+        make_blocks(&problem, &random, GEN_PD_SYMMETRIC, GEN_PLAIN);
+        for (at = 0; at < problem.column_starts[problem.n]; at++) {
+            const int32_t i = problem.row_indices[at];
+
+            if (i == 0 || i == BLOCKS)
+                problem.values[at] = 0.0;
+        }
+        problem.values[0] = problem.values[problem.column_starts[BLOCKS] + 1] = 1.0;
+        problem.values[1] = problem.values[problem.column_starts[BLOCKS]] = -1.0;
+        problem.q[0] = problem.q[BLOCKS] = -1.0;
+        run_lcp(&r, context, &problem, &settings, NULL, ways[k].name);
         assert_int_equal(r.result.outcome, PERP_OUTCOME_RAY);
         run_release(&r);
-        csc.q = NULL;
-        gen_destroy(&csc);
-        gen_destroy(&dense);
+        gen_destroy(&problem);
     }
 }
 
