@@ -297,6 +297,63 @@ PERP_API perp_status perp_lcp_sensitivity_adjoint(perp_lcp_sensitivity *sensitiv
                                                   double *lower, double *upper,
                                                   const double *g) PERP_WARN_UNUSED;
 
+/* A solution, or a family of them, as perp_lcp_all tells it. The arrays are the library's, and
+ * valid during the visit only. */
+typedef struct perp_lcp_found {
+    size_t struct_size;
+    int32_t dimension;      /* 0: an isolated solution; else that of the family */
+    int32_t vertex_count;   /* at least 1 */
+    int32_t ray_count;      /* 0 unless the family is unbounded */
+    int32_t reserved;       /* 0 */
+    double residual;        /* the largest tested residual of z and the vertices */
+    const double *z, *w;    /* n: the solution, of a family a point inside; M z + q */
+    const int32_t *places;  /* n: PERP_PLACE_..., an index set that shows it */
+    const double *vertices; /* vertex_count times n: the family is their convex hull, */
+    const double *rays;     /* ray_count times n: plus all sums of these with factors >= 0 */
+} perp_lcp_found;
+
+/* Returns 0 to go on, a positive number to stop (outcome 'stopped'), a negative one to abort the
+ * call with PERP_ERROR_CALLBACK. Must not call into the same context. */
+typedef int32_t (*perp_lcp_visit)(const perp_lcp_found *found, void *user);
+
+typedef struct perp_lcp_enumeration {
+    size_t struct_size;
+    int32_t outcome;  /* 'solved': all index sets were looked at; _ITERATION_LIMIT, _TIME_LIMIT,
+                         _STOPPED: not all; _STALLED: a family of more than 10000 vertices is left
+                         out */
+    int32_t isolated; /* solutions reported */
+    int32_t families; /* families reported */
+    int32_t reserved; /* 0 */
+    int64_t nodes;    /* of the tree of index sets */
+    int64_t bases;    /* index sets that were not ruled out on the way; */
+    int64_t singular; /* those of them with a singular block */
+    double seconds;   /* wall time of the call */
+} perp_lcp_enumeration;
+
+PERP_API perp_status perp_lcp_enumeration_init(perp_lcp_enumeration *result, size_t size);
+
+/* Finds all solutions of a small problem.
+ *
+ * The solutions with one index set form a polyhedron, mostly a point or empty. Reported are those
+ * that no other one contains, each once: isolated solutions, and families by their vertices and
+ * rays (two families may meet in points of both). A solution has the front door's residual, at most
+ * settings.tol. This is floating-point arithmetic: a block is singular where a pivot of the
+ * equilibrated matrix is below 1e-11 of its row, and points closer than 1e-8 of the largest entry
+ * are one; perp_lcp_verify proves what is isolated.
+ *
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT (also for n > 60), _NOT_FINITE, _ABI, _HANDLE, _BUSY,
+ *          _MEMORY or _CALLBACK. After a negative status `result` is untouched; visits may have
+ * been made. Out:     result: initialised by perp_lcp_enumeration_init. In:      settings: tol,
+ * scaling, time_limit, max_iterations (nodes), monitor; NULL for the defaults. M, q, lower, upper:
+ * as for perp_lcp_solve. visit: called for each solution; NULL: only counts are wanted. Cost:    up
+ * to 2^n index sets, 3^n with finite bounds on both sides; about 0.3 us a node at n = 20, and
+ * branches are cut where a row can't get its sign any more. Source:  polyhedra of index sets:
+ * Cottle, Pang & Stone, section 3.1; vertices and rays by the double description method. */
+PERP_API perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
+                                  const perp_lcp_settings *settings, const perp_matrix *M,
+                                  const double *q, const double *lower, const double *upper,
+                                  perp_lcp_visit visit, void *user) PERP_WARN_UNUSED;
+
 #ifdef __cplusplus
 }
 #endif

@@ -116,6 +116,38 @@ static void test_lcp_sensitivity_info(void **state)
     FIELD(perp_lcp_sensitivity_info, condition, 32, 8);
 }
 
+static void test_lcp_found(void **state)
+{
+    (void)state;
+    SIZE(perp_lcp_found, 72);
+    FIELD(perp_lcp_found, struct_size, 0, 8);
+    FIELD(perp_lcp_found, dimension, 8, 4);
+    FIELD(perp_lcp_found, vertex_count, 12, 4);
+    FIELD(perp_lcp_found, ray_count, 16, 4);
+    FIELD(perp_lcp_found, reserved, 20, 4);
+    FIELD(perp_lcp_found, residual, 24, 8);
+    FIELD(perp_lcp_found, z, 32, 8);
+    FIELD(perp_lcp_found, w, 40, 8);
+    FIELD(perp_lcp_found, places, 48, 8);
+    FIELD(perp_lcp_found, vertices, 56, 8);
+    FIELD(perp_lcp_found, rays, 64, 8);
+}
+
+static void test_lcp_enumeration(void **state)
+{
+    (void)state;
+    SIZE(perp_lcp_enumeration, 56);
+    FIELD(perp_lcp_enumeration, struct_size, 0, 8);
+    FIELD(perp_lcp_enumeration, outcome, 8, 4);
+    FIELD(perp_lcp_enumeration, isolated, 12, 4);
+    FIELD(perp_lcp_enumeration, families, 16, 4);
+    FIELD(perp_lcp_enumeration, reserved, 20, 4);
+    FIELD(perp_lcp_enumeration, nodes, 24, 8);
+    FIELD(perp_lcp_enumeration, bases, 32, 8);
+    FIELD(perp_lcp_enumeration, singular, 40, 8);
+    FIELD(perp_lcp_enumeration, seconds, 48, 8);
+}
+
 static void test_world_settings(void **state)
 {
     (void)state;
@@ -292,14 +324,24 @@ static void test_other_values(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_context_settings),     cmocka_unit_test(test_matrix),
-        cmocka_unit_test(test_lcp_progress),         cmocka_unit_test(test_lcp_settings),
-        cmocka_unit_test(test_lcp_result),           cmocka_unit_test(test_lcp_proof),
-        cmocka_unit_test(test_lcp_sensitivity_info), cmocka_unit_test(test_world_settings),
-        cmocka_unit_test(test_body_settings),        cmocka_unit_test(test_body_state),
-        cmocka_unit_test(test_shape_settings),       cmocka_unit_test(test_contact),
-        cmocka_unit_test(test_step_result),          cmocka_unit_test(test_world_stats),
-        cmocka_unit_test(test_status_values),        cmocka_unit_test(test_outcome_values),
+        cmocka_unit_test(test_context_settings),
+        cmocka_unit_test(test_matrix),
+        cmocka_unit_test(test_lcp_progress),
+        cmocka_unit_test(test_lcp_settings),
+        cmocka_unit_test(test_lcp_result),
+        cmocka_unit_test(test_lcp_proof),
+        cmocka_unit_test(test_lcp_found),
+        cmocka_unit_test(test_lcp_enumeration),
+        cmocka_unit_test(test_lcp_sensitivity_info),
+        cmocka_unit_test(test_world_settings),
+        cmocka_unit_test(test_body_settings),
+        cmocka_unit_test(test_body_state),
+        cmocka_unit_test(test_shape_settings),
+        cmocka_unit_test(test_contact),
+        cmocka_unit_test(test_step_result),
+        cmocka_unit_test(test_world_stats),
+        cmocka_unit_test(test_status_values),
+        cmocka_unit_test(test_outcome_values),
         cmocka_unit_test(test_other_values),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,12 +1,14 @@
 """perp: complementarity problems, and rigid bodies with contact and Coulomb friction.
 
 lcp, LCP    linear complementarity problems with bounds, once or again and again
+lcp_all     every solution of a small problem, families of solutions included
 lcp_sensitivity  derivatives of a solution with respect to its data
 lcp_verify  a proof that a solution lies near a point
 World       rigid bodies with contact, stepped in time
 Error       what every failed call raises; bad arguments are ValueErrors, too
 """
 
+from ._all import Solution, Solutions, lcp_all
 from ._body import Body, Shape
 from ._errors import Error
 from ._lcp import LCP, LcpResult, lcp
@@ -31,11 +33,14 @@ __all__ = [
     "RunResult",
     "Sensitivity",
     "Shape",
+    "Solution",
+    "Solutions",
     "Stats",
     "StepResult",
     "World",
     "__version__",
     "lcp",
+    "lcp_all",
     "lcp_sensitivity",
     "lcp_verify",
     "version",

@@ -62,6 +62,17 @@ _STATUS_FUNCTIONS: dict[str, list[Any]] = {
     + [c_void_p] * 3
     + [POINTER(s.LcpResult), POINTER(s.LcpSettings), POINTER(s.Matrix)]
     + [c_void_p] * 4,
+    "perp_lcp_all": [
+        s.ContextPointer,
+        POINTER(s.LcpEnumeration),
+        POINTER(s.LcpSettings),
+        POINTER(s.Matrix),
+        c_void_p,
+        c_void_p,
+        c_void_p,
+        s.LcpVisit,
+        c_void_p,
+    ],
     "perp_lcp_sensitivity_create": [
         s.ContextPointer,
         POINTER(s.SensitivityPointer),

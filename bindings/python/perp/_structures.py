@@ -146,6 +146,39 @@ class LcpSensitivityInfo(Structure):
     ]
 
 
+class LcpFound(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("dimension", c_int32),
+        ("vertex_count", c_int32),
+        ("ray_count", c_int32),
+        ("reserved", c_int32),
+        ("residual", c_double),
+        ("z", POINTER(c_double)),
+        ("w", POINTER(c_double)),
+        ("places", POINTER(c_int32)),
+        ("vertices", POINTER(c_double)),
+        ("rays", POINTER(c_double)),
+    ]
+
+
+LcpVisit = CFUNCTYPE(c_int32, POINTER(LcpFound), c_void_p)
+
+
+class LcpEnumeration(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("outcome", c_int32),
+        ("isolated", c_int32),
+        ("families", c_int32),
+        ("reserved", c_int32),
+        ("nodes", c_int64),
+        ("bases", c_int64),
+        ("singular", c_int64),
+        ("seconds", c_double),
+    ]
+
+
 class WorldSettings(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -261,6 +294,8 @@ STRUCTS = {
     "perp_lcp_settings": LcpSettings,
     "perp_lcp_result": LcpResult,
     "perp_lcp_proof": LcpProof,
+    "perp_lcp_found": LcpFound,
+    "perp_lcp_enumeration": LcpEnumeration,
     "perp_lcp_sensitivity_info": LcpSensitivityInfo,
     "perp_world_settings": WorldSettings,
     "perp_body_settings": BodySettings,

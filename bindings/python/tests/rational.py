@@ -1,5 +1,6 @@
 """Linear complementarity problems in rational arithmetic."""
 
+import itertools
 from fractions import Fraction
 
 import numpy as np
@@ -45,3 +46,70 @@ def basic_solution(M, q, lower, upper, places):
         if not (upper[i] == np.inf or z[i] <= Fraction(upper[i])):
             return None
     return z
+
+
+def null_space(A, n):
+    """A basis of {x : A x = 0} of n unknowns."""
+    rows, pivots = [list(map(Fraction, row)) for row in A], []
+    for j in range(n):
+        k = len(pivots)
+        i = next((i for i in range(k, len(rows)) if rows[i][j] != 0), None)
+        if i is None:
+            continue
+        rows[k], rows[i] = rows[i], rows[k]
+        rows[k] = [x / rows[k][j] for x in rows[k]]
+        for i in range(len(rows)):
+            if i != k and rows[i][j] != 0:
+                rows[i] = [x - rows[i][j] * y for x, y in zip(rows[i], rows[k])]
+        pivots.append(j)
+    basis = []
+    for j in range(n):
+        if j not in pivots:
+            x = [Fraction(0)] * n
+            x[j] = Fraction(1)
+            for k, p in enumerate(pivots):
+                x[p] = -rows[k][j]
+            basis.append(x)
+    return basis
+
+
+def faces(M, q):
+    """The maximal polyhedra of solutions of the plain LCP with one index set each, as pairs of
+    frozensets: vertices, and rays with largest entry 1. By brute force: n <= 4 or so."""
+    n = len(q)
+    # x = (z, s), s = 1 for a vertex and 0 for a ray: w = (M | q) x
+    extended = [list(row) + [y] for row, y in zip(M, q)]
+    unit = [[int(i == j) for j in range(n + 1)] for i in range(n)]
+    found = []
+    for mask in range(2**n):
+        equations = [extended[i] if mask >> i & 1 else unit[i] for i in range(n)]
+        others = [unit[i] if mask >> i & 1 else extended[i] for i in range(n)]
+        points = set()
+        for count in range(n + 1):
+            for tight in itertools.combinations(others + [[0] * n + [1]], count):
+                basis = null_space(equations + list(tight), n + 1)
+                if len(basis) != 1:
+                    continue
+                for sign in (1, -1):
+                    x = [sign * t for t in basis[0]]
+                    if x[n] >= 0 and all(sum(a * b for a, b in zip(row, x)) >= 0 for row in others):
+                        size = x[n] if x[n] > 0 else max(map(abs, x))
+                        points.add(tuple(t / size for t in x))
+        if any(x[n] > 0 for x in points):
+            found.append((equations, points))
+
+    def holds(outer, inner):
+        return all(sum(a * b for a, b in zip(row, x)) == 0 for row in outer[0] for x in inner[1])
+
+    kept = []
+    for face in found:
+        if any(holds(other, face) for other in kept):
+            continue
+        kept = [other for other in kept if not holds(face, other)] + [face]
+    return [
+        (
+            frozenset(x[:n] for x in points if x[n] > 0),
+            frozenset(x[:n] for x in points if x[n] == 0),
+        )
+        for _, points in kept
+    ]

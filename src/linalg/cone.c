@@ -1,0 +1,325 @@
+/* Motzkin, Raiffa, Thompson & Thrall, "The double description method" (1953), with the
+ * combinatorial test of adjacency of Fukuda & Prodon, "Double description method revisited" (1996).
+ * Numbers below TOLERANCE of the largest in their row or ray count as 0. */
+#include "linalg/cone.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "linalg/blas.h"
+
+#define PERP__MOST_RAYS 10000
+static const double tolerance = 1e-9;
+
+void perp__cone_release(perp__cone *cone)
+{
+    perp__release(cone->context, cone->A);
+    perp__release(cone->context, cone->work);
+    perp__release(cone->context, cone->chosen);
+    perp__release(cone->context, cone->x);
+    perp__release(cone->context, cone->tight);
+    cone->A = cone->work = cone->x = NULL;
+    cone->chosen = NULL;
+    cone->tight = NULL;
+    cone->capacity = cone->most_rows = cone->most_dimension = 0;
+}
+
+static perp_status reserve(perp__cone *cone, int32_t count)
+{
+    const size_t width = (size_t)cone->most_dimension, capacity = 2 * (size_t)count;
+    double *x;
+    uint64_t *tight;
+
+    if (count <= cone->capacity)
+        return PERP_OK;
+    x = perp__allocate(cone->context, capacity * width, sizeof *x);
+    tight = perp__allocate(cone->context, capacity * 2, sizeof *tight);
+    if (!x || !tight) {
+        perp__release(cone->context, x);
+        perp__release(cone->context, tight);
+        return perp__fail_memory(cone->context, "the rays of a cone");
+    }
+    if (cone->x) {
+        memcpy(x, cone->x, (size_t)cone->capacity * width * sizeof *x);
+        memcpy(tight, cone->tight, (size_t)cone->capacity * 2 * sizeof *tight);
+    }
+    perp__release(cone->context, cone->x);
+    perp__release(cone->context, cone->tight);
+    cone->x = x;
+    cone->tight = tight;
+    cone->capacity = (int32_t)capacity;
+    return PERP_OK;
+}
+
+perp_status perp__cone_fit(perp__cone *cone, int32_t rows, int32_t dimension)
+{
+    const size_t m = (size_t)rows, width = (size_t)dimension;
+
+    cone->rows = rows;
+    cone->dimension = dimension;
+    cone->rays = cone->lines = 0;
+    if (rows <= cone->most_rows && dimension <= cone->most_dimension)
+        return PERP_OK;
+    perp__cone_release(cone);
+    cone->A = perp__allocate(cone->context, m * width, sizeof *cone->A);
+    cone->work = perp__allocate(cone->context, (m + 3 * width) * width, sizeof *cone->work);
+    cone->chosen = perp__allocate(cone->context, 3 * width, sizeof *cone->chosen);
+    if (!cone->A || !cone->work || !cone->chosen)
+        return perp__fail_memory(cone->context, "the constraints of a cone");
+    cone->most_rows = rows;
+    cone->most_dimension = dimension;
+    return reserve(cone, 2 * dimension);
+}
+
+static double largest_of(const double *x, int32_t count)
+{
+    double largest = 0.0;
+    int32_t k;
+
+    for (k = 0; k < count; k++)
+        if (fabs(x[k]) > largest)
+            largest = fabs(x[k]);
+    return largest;
+}
+
+static void normalise(double *x, int32_t count)
+{
+    const double largest = largest_of(x, count);
+    int32_t k;
+
+    for (k = 0; k < count && largest > 0.0; k++)
+        x[k] /= largest;
+}
+
+/* The largest entry of T in rows that are not chosen yet; row 0 comes first. False if it is 0. */
+static int32_t find_pivot(const perp__cone *cone, const double *T, int32_t rank, int32_t *row,
+                          int32_t *column)
+{
+    double best = tolerance;
+    int32_t i, j, k;
+
+    *row = -1;
+    for (i = 0; i < (rank == 0 ? 1 : cone->rows); i++) {
+        int32_t used = 0;
+
+        for (k = 0; k < rank; k++)
+            used |= cone->chosen[k] == i;
+        for (j = 0; j < cone->dimension && !used; j++)
+            if (fabs(T[i * cone->dimension + j]) > best) {
+                best = fabs(T[i * cone->dimension + j]);
+                *row = i;
+                *column = j;
+            }
+    }
+    return *row >= 0;
+}
+
+/* Complete elimination with full pivoting on a copy of A, which stays in `work`. chosen: pivot
+ * rows, then (from `dimension` on) pivot columns. Returns the rank. */
+static int32_t eliminate(perp__cone *cone)
+{
+    const int32_t width = cone->dimension;
+    double *T = cone->work;
+    int32_t rank = 0, row, column = 0, i, j;
+
+    memcpy(T, cone->A, (size_t)cone->rows * (size_t)width * sizeof *T);
+    while (rank < width && find_pivot(cone, T, rank, &row, &column)) {
+        double *pivot_row = T + row * width;
+        const double pivot = pivot_row[column];
+
+        cone->chosen[rank] = row;
+        cone->chosen[width + rank++] = column;
+        for (j = 0; j < width; j++)
+            pivot_row[j] = j == column ? 1.0 : pivot_row[j] / pivot;
+        for (i = 0; i < cone->rows; i++) {
+            const double factor = T[i * width + column];
+
+            for (j = 0; j < width && i != row; j++)
+                T[i * width + j] = j == column ? 0.0 : T[i * width + j] - factor * pivot_row[j];
+        }
+    }
+    return rank;
+}
+
+/* The null space of A, a line for every column without a pivot, behind the work of eliminate. */
+static void find_lines(perp__cone *cone, int32_t rank)
+{
+    const int32_t width = cone->dimension;
+    int32_t j, k;
+
+    cone->lines = 0;
+    for (j = 0; j < width; j++) {
+        double *line = cone->work + (size_t)(cone->rows + cone->lines) * (size_t)width;
+        int32_t is_pivot = 0;
+
+        for (k = 0; k < rank; k++)
+            is_pivot |= cone->chosen[width + k] == j;
+        if (is_pivot)
+            continue;
+        memset(line, 0, (size_t)width * sizeof *line);
+        line[j] = 1.0;
+        for (k = 0; k < rank; k++)
+            line[cone->chosen[width + k]] = -cone->work[cone->chosen[k] * width + j];
+        normalise(line, width);
+        cone->lines++;
+    }
+}
+
+static void mark(perp__cone *cone, int32_t ray, int32_t row)
+{
+    cone->tight[2 * ray + row / 64] |= UINT64_C(1) << (row % 64);
+}
+
+/* The chosen rows B alone make a simplicial cone, its rays are the columns of B^-1; coordinates
+ * without a pivot are 0, where the lines make up for them. */
+static void start(perp__cone *cone, int32_t rank)
+{
+    const int32_t width = cone->dimension;
+    double *B = cone->work + (size_t)(cone->rows + width) * (size_t)width, *X = B + width * width;
+    int32_t r, c;
+
+    for (c = 0; c < rank; c++)
+        for (r = 0; r < rank; r++) {
+            B[r + rank * c] = cone->A[cone->chosen[r] * width + cone->chosen[width + c]];
+            X[r + rank * c] = r == c ? 1.0 : 0.0;
+        }
+    perp__lu_factor(rank, B, rank, cone->chosen + 2 * width);
+    perp__lu_solve_columns(rank, rank, B, rank, cone->chosen + 2 * width, X, rank, 0);
+    memset(cone->x, 0, (size_t)rank * (size_t)width * sizeof *cone->x);
+    memset(cone->tight, 0, (size_t)rank * 2 * sizeof *cone->tight);
+    for (c = 0; c < rank; c++) {
+        for (r = 0; r < rank; r++) {
+            cone->x[c * width + cone->chosen[width + r]] = X[r + rank * c];
+            if (r != c)
+                mark(cone, c, cone->chosen[r]);
+        }
+        normalise(cone->x + c * width, width);
+    }
+    cone->rays = rank;
+}
+
+static int32_t count_bits(uint64_t bits)
+{
+    int32_t count = 0;
+
+    for (; bits != 0; bits &= bits - 1)
+        count++;
+    return count;
+}
+
+/* Two rays span a face of dimension two if no third is tight wherever both are. */
+static int32_t are_adjacent(const perp__cone *cone, int32_t a, int32_t b, int32_t rank)
+{
+    const uint64_t low = cone->tight[2 * a] & cone->tight[2 * b];
+    const uint64_t high = cone->tight[2 * a + 1] & cone->tight[2 * b + 1];
+    int32_t k;
+
+    if (count_bits(low) + count_bits(high) < rank - 2)
+        return 0;
+    for (k = 0; k < cone->rays; k++)
+        if (k != a && k != b && (low & ~cone->tight[2 * k]) == 0 &&
+            (high & ~cone->tight[2 * k + 1]) == 0)
+            return 0;
+    return 1;
+}
+
+/* Appends the point of the span of a and b where row `row` is 0. */
+static perp_status combine(perp__cone *cone, int32_t at, int32_t a, int32_t b, double value_a,
+                           double value_b, int32_t row)
+{
+    const int32_t width = cone->dimension;
+    perp_status status;
+    double *x;
+    int32_t j;
+
+    if (at >= PERP__MOST_RAYS)
+        return PERP__CONE_TOO_LARGE;
+    status = reserve(cone, at + 1);
+    if (status != PERP_OK)
+        return status;
+    x = cone->x + (size_t)at * (size_t)width;
+    for (j = 0; j < width; j++)
+        x[j] = value_a * cone->x[b * width + j] - value_b * cone->x[a * width + j];
+    normalise(x, width);
+    cone->tight[2 * at] = cone->tight[2 * a] & cone->tight[2 * b];
+    cone->tight[2 * at + 1] = cone->tight[2 * a + 1] & cone->tight[2 * b + 1];
+    mark(cone, at, row);
+    return PERP_OK;
+}
+
+static double value_at(const perp__cone *cone, int32_t row, int32_t ray)
+{
+    const double *a = cone->A + (size_t)row * (size_t)cone->dimension;
+    const double *x = cone->x + (size_t)ray * (size_t)cone->dimension;
+    double sum = 0.0;
+    int32_t j;
+
+    for (j = 0; j < cone->dimension; j++)
+        sum += a[j] * x[j];
+    return fabs(sum) <= tolerance ? 0.0 : sum;
+}
+
+/* Cuts the cone with one more half-space. */
+static perp_status cut(perp__cone *cone, int32_t row, int32_t rank)
+{
+    const size_t width = (size_t)cone->dimension;
+    int32_t total = cone->rays, kept = 0, a, b, k;
+
+    for (a = 0; a < cone->rays; a++) {
+        const double value_a = value_at(cone, row, a);
+
+        for (b = 0; value_a > 0.0 && b < cone->rays; b++) {
+            const double value_b = value_at(cone, row, b);
+            perp_status status;
+
+            if (!(value_b < 0.0) || !are_adjacent(cone, a, b, rank))
+                continue;
+            status = combine(cone, total++, a, b, value_a, value_b, row);
+            if (status != PERP_OK)
+                return status;
+        }
+    }
+    for (k = 0; k < total; k++) {
+        const double value = k < cone->rays ? value_at(cone, row, k) : 0.0;
+
+        if (value < 0.0)
+            continue;
+        if (k < cone->rays && value == 0.0)
+            mark(cone, k, row);
+        memmove(cone->x + (size_t)kept * width, cone->x + (size_t)k * width,
+                width * sizeof *cone->x);
+        cone->tight[2 * kept] = cone->tight[2 * k];
+        cone->tight[2 * kept + 1] = cone->tight[2 * k + 1];
+        kept++;
+    }
+    cone->rays = kept;
+    return PERP_OK;
+}
+
+perp_status perp__cone_enumerate(perp__cone *cone)
+{
+    const size_t width = (size_t)cone->dimension;
+    perp_status status = PERP_OK;
+    int32_t rank, i, k;
+
+    for (i = 0; i < cone->rows; i++)
+        normalise(cone->A + (size_t)i * width, cone->dimension);
+    rank = eliminate(cone);
+    find_lines(cone, rank);
+    start(cone, rank);
+    for (i = 0; i < cone->rows && status == PERP_OK; i++) {
+        int32_t used = 0;
+
+        for (k = 0; k < rank; k++)
+            used |= cone->chosen[k] == i;
+        if (!used)
+            status = cut(cone, i, rank);
+    }
+    if (status == PERP_OK)
+        status = reserve(cone, cone->rays + cone->lines);
+    if (status == PERP_OK && cone->lines > 0)
+        memcpy(cone->x + (size_t)cone->rays * width, cone->work + (size_t)cone->rows * width,
+               (size_t)cone->lines * width * sizeof *cone->x);
+    return status;
+}

@@ -1,0 +1,351 @@
+/* perp_lcp_all: bounds, limits, callbacks, refusals, memory. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "memory.h"
+#include "run.h"
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+static perp_lcp_enumeration fresh(void)
+{
+    perp_lcp_enumeration result;
+
+    assert_int_equal(perp_lcp_enumeration_init(&result, sizeof result), PERP_OK);
+    result.nodes = 77;
+    return result;
+}
+
+/* M = -I, q = e, n = 8: 256 isolated solutions. */
+static void make_signs(gen_lcp *problem)
+{
+    int M[64], q[8], i;
+
+    for (i = 0; i < 64; i++)
+        M[i] = i % 9 == 0 ? -1 : 0;
+    for (i = 0; i < 8; i++)
+        q[i] = 1;
+    gen_from_integers(problem, 8, M, q);
+}
+
+typedef struct visits {
+    int32_t count, families;
+    int32_t answer_at, answer; /* what to return at which visit */
+    int32_t rays, vertices;
+} visits;
+
+static int32_t visit(const perp_lcp_found *found, void *user)
+{
+    visits *v = user;
+
+    v->count++;
+    v->families += found->dimension > 0;
+    v->rays += found->ray_count;
+    v->vertices += found->vertex_count;
+    return v->count == v->answer_at ? v->answer : 0;
+}
+
+static perp_status enumerate(const gen_lcp *problem, perp_lcp_enumeration *result,
+                             const perp_lcp_settings *settings, visits *v)
+{
+    return perp_lcp_all(context, result, settings, &problem->view, problem->q, problem->lower,
+                        problem->upper, v ? visit : NULL, v);
+}
+
+/* ---- bounds -------------------------------------------------------------------------------- */
+
+/* w = -z between -1 and 1: both ends, and the middle. */
+static void test_box(void **state)
+{
+    static const int M[] = {-1}, q[] = {0};
+    double lower = -1.0, upper = 1.0;
+    perp_lcp_enumeration result = fresh();
+    gen_lcp problem;
+    visits v = {0};
+
+    (void)state;
+    gen_from_integers(&problem, 1, M, q);
+    assert_int_equal(
+        perp_lcp_all(context, &result, NULL, &problem.view, problem.q, &lower, &upper, visit, &v),
+        PERP_OK);
+    assert_int_equal(result.isolated, 3);
+    lower = upper = 0.5; /* fixed: w is free */
+    assert_int_equal(
+        perp_lcp_all(context, &result, NULL, &problem.view, problem.q, &lower, &upper, visit, &v),
+        PERP_OK);
+    assert_int_equal(result.isolated, 1);
+    gen_destroy(&problem);
+}
+
+/* w = 0 whatever z is: a box, a strip, the plane. */
+static void test_families(void **state)
+{
+    static const int M[] = {0, 0, 0, 0}, q[] = {0, 0};
+    static const struct {
+        double lower[2], upper[2];
+        int vertices, rays;
+    } cases[] = {
+        {{0, 0}, {1, 2}, 4, 0},
+        {{0, -INFINITY}, {1, INFINITY}, 2, 2},
+        {{-INFINITY, -INFINITY}, {INFINITY, INFINITY}, 1, 4},
+        {{-INFINITY, 0}, {0, INFINITY}, 1, 2},
+    };
+    size_t k;
+
+    (void)state;
+    for (k = 0; k < sizeof cases / sizeof *cases; k++) {
+        perp_lcp_enumeration result = fresh();
+        gen_lcp problem;
+        visits v = {0};
+
+        gen_from_integers(&problem, 2, M, q);
+        assert_int_equal(perp_lcp_all(context, &result, NULL, &problem.view, problem.q,
+                                      cases[k].lower, cases[k].upper, visit, &v),
+                         PERP_OK);
+        assert_int_equal(v.count, 1);
+        assert_int_equal(v.families, 1);
+        assert_int_equal(v.vertices, cases[k].vertices);
+        assert_int_equal(v.rays, cases[k].rays);
+        gen_destroy(&problem);
+    }
+}
+
+/* Scaling rows and columns by powers of two scales the solutions and nothing else. */
+static int32_t sum_z(const perp_lcp_found *found, void *user)
+{
+    double *sums = user;
+
+    sums[0] += found->z[0];
+    sums[1] += found->z[1];
+    return 0;
+}
+
+static void test_scaling(void **state)
+{
+    double M[] = {1, 2, 2, 1}, q[] = {-1, -1}, plain[2] = {0, 0}, scaled[2] = {0, 0};
+    perp_lcp_enumeration result = fresh();
+    perp_matrix view;
+
+    (void)state;
+    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, M, 2), PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, sum_z, plain),
+                     PERP_OK);
+    M[0] = 0x1p400;
+    M[1] = M[2] = 0x1p51;
+    M[3] = 0x1p-300;
+    q[0] = -0x1p200;
+    q[1] = -0x1p-150;
+    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, sum_z, scaled),
+                     PERP_OK);
+    assert_int_equal(result.isolated, 3);
+    assert_true(scaled[0] == plain[0] * 0x1p-200 && scaled[1] == plain[1] * 0x1p150);
+}
+
+/* ---- limits and callbacks ------------------------------------------------------------------ */
+
+static int32_t answer_monitor(const perp_lcp_progress *progress, void *user)
+{
+    assert_true(progress->iterations >= 1);
+    return *(const int32_t *)user;
+}
+
+static void test_limits(void **state)
+{
+    perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
+    perp_lcp_enumeration result = fresh();
+    gen_lcp problem;
+    visits v = {0};
+    int32_t answer = 1;
+
+    (void)state;
+    make_signs(&problem);
+    assert_int_equal(enumerate(&problem, &result, NULL, &v), PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    assert_int_equal(v.count, 256);
+    assert_int_equal(enumerate(&problem, &result, NULL, NULL), PERP_OK); /* counts alone */
+    assert_int_equal(result.isolated, 256);
+    settings.max_iterations = 100;
+    v.count = 0;
+    assert_int_equal(enumerate(&problem, &result, &settings, &v), PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_ITERATION_LIMIT);
+    assert_int_equal(result.nodes, 100);
+    assert_true(v.count > 0 && v.count < 100);
+    settings.max_iterations = 0;
+    settings.time_limit = 1e-9;
+    assert_int_equal(enumerate(&problem, &result, &settings, &v), PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_TIME_LIMIT);
+    settings.time_limit = 0.0;
+    settings.monitor = answer_monitor;
+    settings.monitor_user = &answer;
+    assert_int_equal(enumerate(&problem, &result, &settings, &v), PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_STOPPED);
+    answer = -1;
+    result.nodes = 77;
+    assert_int_equal(enumerate(&problem, &result, &settings, &v), PERP_ERROR_CALLBACK);
+    assert_int_equal(result.nodes, 77);
+    gen_destroy(&problem);
+}
+
+static void test_visitor(void **state)
+{
+    static const int ones[] = {1, 1, 1, 1}, minus[] = {-1, -1};
+    perp_lcp_enumeration result = fresh();
+    gen_lcp problem;
+    visits v = {0};
+
+    (void)state;
+    make_signs(&problem);
+    v.answer_at = 10;
+    v.answer = 1;
+    assert_int_equal(enumerate(&problem, &result, NULL, &v), PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_STOPPED);
+    assert_int_equal(v.count, 10); /* and no more */
+    v.count = 0;
+    v.answer = -1;
+    result.nodes = 77;
+    assert_int_equal(enumerate(&problem, &result, NULL, &v), PERP_ERROR_CALLBACK);
+    assert_int_equal(v.count, 10);
+    assert_int_equal(result.nodes, 77);
+    gen_destroy(&problem);
+    gen_from_integers(&problem, 2, ones, minus); /* a family, reported at the end */
+    v.count = 0;
+    v.answer_at = 1;
+    assert_int_equal(enumerate(&problem, &result, NULL, &v), PERP_ERROR_CALLBACK);
+    gen_destroy(&problem);
+}
+
+static int32_t call_again(const perp_lcp_found *found, void *user)
+{
+    perp_lcp_enumeration result = fresh();
+
+    assert_int_equal(found->dimension, 0);
+    assert_int_equal(enumerate(user, &result, NULL, NULL), PERP_ERROR_BUSY);
+    return 0;
+}
+
+static void test_reentry(void **state)
+{
+    perp_lcp_enumeration result = fresh();
+    gen_lcp problem;
+
+    (void)state;
+    make_signs(&problem);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, &problem.view, problem.q, NULL, NULL,
+                                  call_again, &problem),
+                     PERP_OK);
+    gen_destroy(&problem);
+}
+
+/* ---- refusals and memory ------------------------------------------------------------------- */
+
+static void test_refusals(void **state)
+{
+    perp_lcp_settings settings = run_settings(PERP_LCP_AUTO);
+    perp_lcp_enumeration result = fresh();
+    double M[61 * 61] = {0}, q[61] = {0}, bad[2] = {0, NAN}, low[2] = {0, 2}, high[2] = {1, 1};
+    perp_matrix view;
+
+    (void)state;
+    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, M, 2), PERP_OK);
+    assert_int_equal(perp_lcp_all(NULL, &result, NULL, &view, q, NULL, NULL, NULL, NULL),
+                     PERP_ERROR_HANDLE);
+    assert_int_equal(perp_lcp_all(context, NULL, NULL, &view, q, NULL, NULL, NULL, NULL),
+                     PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, NULL, q, NULL, NULL, NULL, NULL),
+                     PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, NULL, NULL, NULL, NULL, NULL),
+                     PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, bad, NULL, NULL, NULL, NULL),
+                     PERP_ERROR_NOT_FINITE);
+    assert_non_null(strstr(perp_context_message(context), "q[1]"));
+    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, low, high, NULL, NULL),
+                     PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(context), "lower[1]"));
+    settings.tol = -1.0;
+    assert_int_equal(perp_lcp_all(context, &result, &settings, &view, q, NULL, NULL, NULL, NULL),
+                     PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 61, 61, M, 61), PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, NULL, NULL),
+                     PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(context), "61 rows"));
+    M[0] = INFINITY;
+    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, NULL, NULL),
+                     PERP_ERROR_NOT_FINITE);
+    assert_int_equal(result.nodes, 77);
+    result.struct_size = 4;
+    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, q, 2), PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, NULL, NULL),
+                     PERP_ERROR_ABI);
+    assert_int_equal(perp_lcp_enumeration_init(NULL, sizeof result), PERP_ERROR_ABI);
+    assert_int_equal(perp_lcp_enumeration_init(&result, 8), PERP_ERROR_ABI);
+}
+
+/* A family, a degenerate point and isolated solutions, every allocation failing in turn. */
+static void test_memory(void **state)
+{
+    static const int M[] = {1, 1, 0, 0, 1, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 2};
+    static const int q[] = {-1, -1, 1, 0};
+    memory m = {0, 0, 0};
+    perp_context_settings settings = memory_settings(&m);
+    perp_status status = PERP_ERROR_MEMORY;
+    perp_context *limited;
+    gen_lcp problem;
+
+    (void)state;
+    gen_from_integers(&problem, 4, M, q);
+    assert_int_equal(perp_context_create(&limited, &settings), PERP_OK);
+    for (m.fails_at = 1; status != PERP_OK; m.fails_at++) {
+        perp_lcp_enumeration result = fresh();
+        visits v = {0};
+
+        m.calls = 0;
+        status =
+            perp_lcp_all(limited, &result, NULL, &problem.view, problem.q, NULL, NULL, visit, &v);
+        assert_int_equal(m.live, 1); /* the context */
+        if (status != PERP_OK) {
+            assert_int_equal(status, PERP_ERROR_MEMORY);
+            assert_int_equal(result.nodes, 77);
+        } else {
+            assert_int_equal(v.families, 2); /* z3 = 0 or 1 */
+        }
+    }
+    assert_true(m.fails_at > 10);
+    gen_destroy(&problem);
+    perp_context_destroy(limited);
+    assert_int_equal(m.live, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_box),      cmocka_unit_test(test_families),
+        cmocka_unit_test(test_scaling),  cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_visitor),  cmocka_unit_test(test_reentry),
+        cmocka_unit_test(test_refusals), cmocka_unit_test(test_memory),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
