@@ -6,7 +6,10 @@
  * with the newest z throughout. Converges for symmetric positive definite S and omega in (0, 2),
  * and for diagonally dominant S and omega <= 1, linearly; otherwise it may stall or diverge, and
  * says so. The residual |mid(z_i - l_i, z_i - u_i, w_i)| of a sweep is read in passing, at the
- * moment each row is updated; a sweep that claims convergence is confirmed by a pass over fixed z.
+ * moment each row is updated; a sweep that claims convergence is confirmed by a product with its z.
+ *
+ * A row without a diagonal entry has no such step. If all of it is zero, w_i = q_i says where z_i
+ * belongs, and there it is held.
  */
 #include <float.h>
 #include <math.h>
@@ -14,7 +17,7 @@
 
 #include "base/context.h"
 #include "lcp/method.h"
-#include "lcp/pgs_rows.h"
+#include "lcp/pgs_sweep.h"
 
 /* A residual this much above the best one seen is divergence. Where S is symmetric and positive
  * definite the residual can grow by the square root of its condition number at most, 1e6 for 1e12;
@@ -32,11 +35,21 @@
 #define SWEEPS_LEAST 200
 #define ENTRIES_MOST 1e10
 
+#define SWEEPS_BETWEEN_TESTS 10
+
+/* Several sweeps go through the matrix together where it does not fit into 256 kB of cache. */
+#define ENTRIES_IN_CACHE 32768
+
 typedef struct pgs_work {
     perp__lcp_work common;
-    perp__rows S;
-    double *step; /* omega / S_ii; 0 in fixed rows */
-    double *best; /* the z of the smallest residual seen */
+    perp__sweeper sweeper;
+    double *step;               /* omega / S_ii; 0 in rows that do not move */
+    double *best;               /* the z of the smallest residual seen, up to a factor 2 */
+    double remembered;          /* its residual */
+    double *x, *y, *high, *low; /* for the tested residual */
+    int64_t next_test;          /* the sweep from when on it is looked at again */
+    double relaxation;          /* the rows were read with these settings; 0: not yet */
+    int32_t scaling, sweep;
 } pgs_work;
 
 static double diagonal_entry(const perp__matrix *M, int32_t i)
@@ -49,17 +62,32 @@ static double diagonal_entry(const perp__matrix *M, int32_t i)
     return 0.0;
 }
 
+static perp_status check_row(const perp__lcp_problem *problem, int32_t i)
+{
+    double diagonal, q = problem->q[i];
+
+    if (!(problem->lower[i] < problem->upper[i]))
+        return PERP_OK;
+    diagonal = diagonal_entry(problem->M, i);
+    if (diagonal > 0.0)
+        return PERP_OK;
+    if (problem->row_norms[i] > 0.0)
+        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
+                          "M(%d,%d) = %g: pgs needs a positive diagonal", (int)i, (int)i, diagonal);
+    if ((q > 0.0 && problem->lower[i] == -INFINITY) || (q < 0.0 && problem->upper[i] == INFINITY))
+        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
+                          "row %d of M is 0 and q[%d] is not: w[%d] = q[%d] for every z", (int)i,
+                          (int)i, (int)i, (int)i);
+    return PERP_OK;
+}
+
 static perp_status check(const perp__lcp_problem *problem)
 {
-    for (int32_t i = 0; i < problem->n; i++) {
-        double diagonal = diagonal_entry(problem->M, i);
+    perp_status status = PERP_OK;
 
-        if (problem->lower[i] < problem->upper[i] && !(diagonal > 0.0))
-            return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                              "M(%d,%d) = %g: pgs needs a positive diagonal", (int)i, (int)i,
-                              diagonal);
-    }
-    return PERP_OK;
+    for (int32_t i = 0; i < problem->n && status == PERP_OK; i++)
+        status = check_row(problem, i);
+    return status;
 }
 
 static void layout(perp__arena *arena, void *object)
@@ -68,81 +96,115 @@ static void layout(perp__arena *arena, void *object)
     const perp__lcp_problem *problem = work->common.problem;
     size_t n = (size_t)problem->n;
 
-    perp__rows_layout(arena, &work->S, problem);
+    perp__sweeper_layout(arena, &work->sweeper, problem);
     work->step = perp__arena_take(arena, n, sizeof(double));
     work->best = perp__arena_take(arena, n, sizeof(double));
+    work->x = perp__arena_take(arena, n, sizeof(double));
+    work->y = perp__arena_take(arena, n, sizeof(double));
+    work->high = perp__arena_take(arena, n, sizeof(double));
+    work->low = perp__arena_take(arena, n, sizeof(double));
+    work->relaxation = 0.0;
 }
 
-static void read_problem(pgs_work *work)
+static int32_t moves(const perp__lcp_problem *problem, int32_t i)
+{
+    return problem->lower[i] < problem->upper[i] && problem->row_norms[i] > 0.0;
+}
+
+/* The matrix is kept from solve to solve, until its set-up or a setting changes. */
+static int32_t is_read(const pgs_work *work)
 {
     const perp__lcp_problem *problem = work->common.problem;
 
-    perp__rows_read(&work->S, problem);
-    for (int32_t i = 0; i < problem->n; i++) {
-        int32_t fixed = !(problem->lower[i] < problem->upper[i]);
+    if (work->relaxation != problem->settings->relaxation ||
+        work->scaling != problem->settings->scaling || work->sweep != problem->settings->sweep)
+        return 0;
+    for (int32_t i = 0; i < problem->n; i++)
+        if (moves(problem, i) != (work->step[i] != 0.0))
+            return 0;
+    return 1;
+}
 
-        work->step[i] = fixed ? 0.0 : problem->settings->relaxation / work->S.diagonal[i];
+static void read_matrix(pgs_work *work)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+
+    work->relaxation = problem->settings->relaxation;
+    work->scaling = problem->settings->scaling;
+    work->sweep = problem->settings->sweep;
+    for (int32_t i = 0; i < problem->n; i++) {
+        double factor = problem->factors[i];
+
+        work->step[i] = moves(problem, i)
+                            ? work->relaxation / (diagonal_entry(problem->M, i) * (factor * factor))
+                            : 0.0;
     }
+    perp__rows_read(&work->sweeper.rows, problem, work->step, work->sweep == PERP_SWEEP_SYMMETRIC);
 }
 
-/* One sweep; returns the residual met on the way, +inf if a number overflowed.
- *
- * Row i waits for z_(i-1): that chain, not the arithmetic, is what a sweep costs. So z_(i-1) stays
- * in a register and enters last, in z_i - omega w_i / S_ii as well as in w_i, and the projection is
- * a branch, which is predicted, and not a minimum and a maximum, which are waited for. */
-static double sweep(const pgs_work *work, double *z)
+/* q and the bounds; a row of zeros is held where its w = q wants it. */
+static void read_problem(pgs_work *work, const double *z)
 {
     const perp__lcp_problem *problem = work->common.problem;
-    const double *q = problem->q, *lower = problem->lower, *upper = problem->upper;
-    double residual = 0.0, previous = 0.0;
-    int32_t finite = 1;
+    perp__sweeper *sweeper = &work->sweeper;
 
+    if (!is_read(work))
+        read_matrix(work);
+    sweeper->keep = 1.0 - work->relaxation;
     for (int32_t i = 0; i < problem->n; i++) {
-        double step = work->step[i], before = work->S.before[i];
-        double w, below, above, r, moved;
+        perp__slice *slice = &sweeper->rows.slices[i / PERP__SLICE];
+        const int32_t row = i % PERP__SLICE;
+        double q = problem->q[i];
 
-        if (step != 0.0) {
-            w = perp__row_times(&work->S, i, z, q[i]);
-            moved = (z[i] - step * w) - step * before * previous;
-            finite &= fabs(moved) <= DBL_MAX;
-            w += before * previous;
-            below = z[i] - lower[i];
-            above = z[i] - upper[i];
-            r = w > above ? w : above;
-            r = fabs(r < below ? r : below);
-            residual = r > residual ? r : residual;
-            if (moved < lower[i])
-                moved = lower[i];
-            else if (moved > upper[i])
-                moved = upper[i];
-            z[i] = moved;
-        }
-        previous = z[i];
+        slice->load[row] = q * work->step[i];
+        slice->lower[row] = problem->lower[i];
+        sweeper->rows.upper[i] = problem->upper[i];
+        if (work->step[i] == 0.0)
+            slice->lower[row] = sweeper->rows.upper[i] = q > 0.0   ? problem->lower[i]
+                                                         : q < 0.0 ? problem->upper[i]
+                                                                   : z[i];
     }
-    return finite ? residual : INFINITY;
+    perp__sweeper_start(sweeper, z);
 }
 
-static double true_residual(const pgs_work *work, const double *z)
+/* The tested residual of z, from the caller's matrix and as precise as the front door's. */
+static double true_residual(pgs_work *work, const double *z)
 {
     const perp__lcp_problem *problem = work->common.problem;
-    double residual = 0.0, previous = 0.0;
+    double residual = 0.0;
 
     for (int32_t i = 0; i < problem->n; i++) {
-        double w = perp__row_times(&work->S, i, z, problem->q[i]) + work->S.before[i] * previous;
+        work->x[i] = problem->factors[i] * z[i];
+        work->y[i] = problem->q[i] / problem->factors[i];
+    }
+    perp__multiply_doubled(problem->M, work->x, work->y, work->high, work->low);
+    for (int32_t i = 0; i < problem->n; i++) {
+        double w = problem->factors[i] * (work->high[i] + work->low[i]);
         double r = fabs(perp__mid(z[i], problem->lower[i], problem->upper[i], w));
 
         if (!(r <= residual) && !isnan(residual)) /* NaN stays */
             residual = r;
-        previous = z[i];
     }
     return residual;
+}
+
+/* A sweep's residual is small enough: is that of its last z? Costs as much as ten sweeps, so after
+ * a no some sweeps pass before the question is asked again. */
+static int32_t is_solved(pgs_work *work, double residual, int64_t sweeps)
+{
+    const double tol = work->common.problem->settings->tol;
+
+    if (!(residual <= tol) || sweeps < work->next_test)
+        return 0;
+    work->next_test = sweeps + SWEEPS_BETWEEN_TESTS;
+    return true_residual(work, work->sweeper.z) <= tol;
 }
 
 static int64_t sweep_limit(const pgs_work *work)
 {
     const perp__lcp_problem *problem = work->common.problem;
     double n = problem->n;
-    double entries = work->S.columns ? 2.0 * n + work->S.starts[problem->n] : n * n;
+    double entries = problem->M->column_starts ? problem->M->column_starts[problem->n] : n * n;
     double sweeps = ENTRIES_MOST / (entries + 1.0);
 
     if (problem->iteration_limit > 0)
@@ -171,46 +233,83 @@ static int32_t hopeless(pgs_progress *progress, double residual, int64_t sweeps)
     return 0;
 }
 
+/* Keeps z where the residual has halved: copies are few, and none comes back much too late. */
+static void remember(pgs_work *work, double residual)
+{
+    if (residual < 0.5 * work->remembered) {
+        work->remembered = residual;
+        memcpy(work->best, work->sweeper.z, (size_t)work->common.problem->n * sizeof(double));
+    }
+}
+
+/* One sweep or a few; returns how many. */
+static int32_t advance(pgs_work *work, int64_t done, int64_t limit, double *residuals)
+{
+    int64_t count = work->sweeper.rows.entries > ENTRIES_IN_CACHE ? PERP__SWEEPS_AT_ONCE : 1;
+
+    if (count > limit - done)
+        count = limit - done;
+    if (work->sweep == PERP_SWEEP_SYMMETRIC) {
+        count = 1;
+        if (done % 2 == 1) {
+            perp__sweep_backward(&work->sweeper, residuals);
+            return 1;
+        }
+    }
+    perp__sweep(&work->sweeper, (int32_t)count, residuals);
+    return (int32_t)count;
+}
+
+/* What the last sweeps mean: an outcome, or -1 to go on. */
+static perp_outcome look_at(pgs_work *work, pgs_progress *progress, const double *residuals,
+                            int32_t count, int64_t before)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+
+    if (is_solved(work, residuals[count - 1], before + count))
+        return PERP_OUTCOME_SOLVED;
+    for (int32_t k = 0; k < count; k++) {
+        perp_outcome request;
+
+        if (residuals[k] < progress->best)
+            progress->best = residuals[k];
+        if (hopeless(progress, residuals[k], before + k + 1))
+            return PERP_OUTCOME_STALLED;
+        request = perp__lcp_tick(problem->control, before + k + 1, residuals[k]);
+        if (request >= 0)
+            return request;
+    }
+    remember(work, residuals[count - 1]);
+    return -1;
+}
+
 static perp_status solve(void *object, perp__lcp_iterate *iterate)
 {
     pgs_work *work = object;
     const perp__lcp_problem *problem = work->common.problem;
-    size_t size = (size_t)problem->n * sizeof(double);
-    int64_t limit;
+    const size_t size = (size_t)problem->n * sizeof(double);
+    const int64_t limit = sweep_limit(work);
     pgs_progress progress = {INFINITY, INFINITY, STAGNATION_SWEEPS};
+    double residuals[PERP__SWEEPS_AT_ONCE] = {INFINITY};
+    perp_outcome outcome = -1;
+    int32_t count = 1;
 
-    read_problem(work);
-    limit = sweep_limit(work);
     if (2 * (int64_t)problem->n > progress.window)
         progress.window = 2 * (int64_t)problem->n;
     memcpy(work->best, iterate->z, size);
+    work->remembered = INFINITY;
+    work->next_test = 0;
+    read_problem(work, iterate->z);
     iterate->has_places = 0;
-    iterate->outcome = PERP_OUTCOME_ITERATION_LIMIT;
-    for (int64_t sweeps = 1; sweeps <= limit; sweeps++) {
-        double residual = sweep(work, iterate->z);
-        perp_outcome request;
-
-        iterate->iterations = sweeps;
-        if (residual <= problem->settings->tol &&
-            true_residual(work, iterate->z) <= problem->settings->tol) {
-            iterate->outcome = PERP_OUTCOME_SOLVED;
-            return PERP_OK;
-        }
-        if (residual < progress.best) {
-            progress.best = residual;
-            memcpy(work->best, iterate->z, size);
-        }
-        if (hopeless(&progress, residual, sweeps)) {
-            iterate->outcome = PERP_OUTCOME_STALLED;
-            break;
-        }
-        request = perp__lcp_tick(problem->control, sweeps, residual);
-        if (request >= 0) {
-            iterate->outcome = request;
-            break;
-        }
+    while (outcome < 0 && iterate->iterations < limit) {
+        count = advance(work, iterate->iterations, limit, residuals);
+        outcome = look_at(work, &progress, residuals, count, iterate->iterations);
+        iterate->iterations += count;
     }
-    memcpy(iterate->z, work->best, size);
+    iterate->outcome = outcome < 0 ? PERP_OUTCOME_ITERATION_LIMIT : outcome;
+    memcpy(iterate->z,
+           residuals[count - 1] <= fmin(work->remembered, DBL_MAX) ? work->sweeper.z : work->best,
+           size);
     return PERP_OK;
 }
 

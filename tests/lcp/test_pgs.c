@@ -101,15 +101,15 @@ static void test_fixed_variables(void **state)
 static perp_status solve_3(double diagonal, int csc, double *z)
 {
     static const double q[] = {-1.0, -1.0, -1.0};
-    static const int32_t starts[] = {0, 1, 2, 3}, rows[] = {0, 1, 2};
-    static const int32_t starts_without[] = {0, 1, 2, 2};
-    double values[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0};
-    double sparse[3] = {1.0, 1.0, 0.0};
+    static const int32_t starts[] = {0, 2, 3, 4}, rows[] = {0, 2, 1, 2};
+    static const int32_t starts_without[] = {0, 2, 3, 3};
+    double values[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.25, 0.0, 0.0};
+    double sparse[4] = {1.0, 0.25, 1.0, 0.0};
     perp_matrix M = dense(values, 3);
     perp_lcp_settings settings = alone(1e-10, 0);
     perp_lcp_result result;
 
-    values[8] = sparse[2] = diagonal;
+    values[8] = sparse[3] = diagonal;
     assert_int_equal(perp_lcp_result_init(&result, sizeof result), PERP_OK);
     if (csc) {
         assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);

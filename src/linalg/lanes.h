@@ -1,0 +1,35 @@
+/* Four doubles in one vector register, for kernels in which the compiler finds no vectors by
+ * itself. GNU C vectors (gcc, clang): plain C operators, one IEEE operation a lane, the same bits
+ * whatever the processor makes of them. Only through variables and pointers: a vector as an
+ * argument would change the calling convention with the processor. */
+#ifndef PERP_LINALG_LANES_H
+#define PERP_LINALG_LANES_H
+
+#include <stdint.h>
+
+enum { PERP__LANES = 4 };
+
+/* At any address, beside any other type. */
+typedef double perp__lanes __attribute__((vector_size(32), aligned(8), may_alias));
+typedef int64_t perp__lane_bits __attribute__((vector_size(32), aligned(8), may_alias));
+
+/* The four doubles from p on, to read or to write. */
+#define PERP__LANES_AT(p) (*(perp__lanes *)(p))
+#define PERP__CONST_LANES_AT(p) (*(const perp__lanes *)(p))
+
+#define PERP__SAME_LANES(x) ((perp__lanes){(x), (x), (x), (x)})
+
+/* where ? a : b, lane by lane; `where` is the result of a comparison. */
+#define PERP__SELECT_LANES(where, a, b)                                \
+    ((perp__lanes)(((perp__lane_bits)(where) & (perp__lane_bits)(a)) | \
+                   (~(perp__lane_bits)(where) & (perp__lane_bits)(b))))
+
+#define PERP__ABSOLUTE_LANES(a)           \
+    ((perp__lanes)((perp__lane_bits)(a) & \
+                   (perp__lane_bits){INT64_MAX, INT64_MAX, INT64_MAX, INT64_MAX}))
+
+/* Inside of an if: keeps the branch where the compiler would take the minimum of two numbers, and
+ * wait for it. A branch is predicted. */
+#define PERP__KEEP_BRANCH() __asm__ volatile("")
+
+#endif
