@@ -17,6 +17,7 @@
 
 #include "base/context.h"
 #include "lcp/method.h"
+#include "lcp/pgs_gradient.h"
 #include "lcp/pgs_sweep.h"
 
 /* A residual this much above the best one seen is divergence. Where S is symmetric and positive
@@ -37,12 +38,18 @@
 
 #define SWEEPS_BETWEEN_TESTS 10
 
+/* Conjugate gradients start again when the residual has grown by this much, so many times. */
+#define GROWTH 10.0
+#define RESTARTS_MOST 3
+
 /* Several sweeps go through the matrix together where it does not fit into 256 kB of cache. */
 #define ENTRIES_IN_CACHE 32768
 
 typedef struct pgs_work {
     perp__lcp_work common;
     perp__sweeper sweeper;
+    perp__gradient gradient;
+    int32_t restarts;           /* of the gradient; RESTARTS_MOST: it is not used */
     double *step;               /* omega / S_ii; 0 in rows that do not move */
     double *best;               /* the z of the smallest residual seen, up to a factor 2 */
     double remembered;          /* its residual */
@@ -97,6 +104,7 @@ static void layout(perp__arena *arena, void *object)
     size_t n = (size_t)problem->n;
 
     perp__sweeper_layout(arena, &work->sweeper, problem);
+    perp__gradient_layout(arena, &work->gradient, n);
     work->step = perp__arena_take(arena, n, sizeof(double));
     work->best = perp__arena_take(arena, n, sizeof(double));
     work->x = perp__arena_take(arena, n, sizeof(double));
@@ -242,6 +250,35 @@ static void remember(pgs_work *work, double residual)
     }
 }
 
+/* One sweep in the order that the settings ask for. */
+static void sweep_once(pgs_work *work, int64_t done, double *residual)
+{
+    if (work->sweep == PERP_SWEEP_SYMMETRIC && done % 2 == 1)
+        perp__sweep_backward(&work->sweeper, residual);
+    else
+        perp__sweep(&work->sweeper, 1, residual);
+}
+
+/* The step of the conjugate gradients is one sweep, or one to and one fro. Where the residual
+ * grows, they start again from the best z; where that happens often, they are left. */
+static void sweep_accelerated(pgs_work *work, int64_t done, double *residual)
+{
+    const int32_t pair = work->sweep == PERP_SWEEP_SYMMETRIC;
+
+    if (!pair || done % 2 == 0)
+        perp__gradient_before(&work->gradient, &work->sweeper);
+    sweep_once(work, done, residual);
+    if (!pair || done % 2 == 1)
+        perp__gradient_after(&work->gradient, &work->sweeper);
+    if (!(*residual <= GROWTH * work->remembered) && work->remembered < INFINITY) {
+        memcpy(work->sweeper.z, work->best, (size_t)work->common.problem->n * sizeof(double));
+        *residual = work->remembered;
+        perp__gradient_restart(&work->gradient);
+        perp__gradient_before(&work->gradient, &work->sweeper);
+        work->restarts++;
+    }
+}
+
 /* One sweep or a few; returns how many. */
 static int32_t advance(pgs_work *work, int64_t done, int64_t limit, double *residuals)
 {
@@ -249,12 +286,13 @@ static int32_t advance(pgs_work *work, int64_t done, int64_t limit, double *resi
 
     if (count > limit - done)
         count = limit - done;
+    if (work->restarts < RESTARTS_MOST) {
+        sweep_accelerated(work, done, residuals);
+        return 1;
+    }
     if (work->sweep == PERP_SWEEP_SYMMETRIC) {
-        count = 1;
-        if (done % 2 == 1) {
-            perp__sweep_backward(&work->sweeper, residuals);
-            return 1;
-        }
+        sweep_once(work, done, residuals);
+        return 1;
     }
     perp__sweep(&work->sweeper, (int32_t)count, residuals);
     return (int32_t)count;
@@ -299,6 +337,9 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     memcpy(work->best, iterate->z, size);
     work->remembered = INFINITY;
     work->next_test = 0;
+    work->restarts =
+        problem->settings->acceleration == PERP_ACCELERATION_CONJUGATE_GRADIENT ? 0 : RESTARTS_MOST;
+    perp__gradient_restart(&work->gradient);
     read_problem(work, iterate->z);
     iterate->has_places = 0;
     while (outcome < 0 && iterate->iterations < limit) {
