@@ -229,9 +229,9 @@ typedef struct pgs_progress {
     int64_t window;
 } pgs_progress;
 
-static int32_t hopeless(pgs_progress *progress, double residual, int64_t sweeps)
+static int32_t hopeless(pgs_progress *progress, double residual, int64_t sweeps, double growth)
 {
-    if (!(residual <= DBL_MAX) || residual > DIVERGENCE * progress->best)
+    if (!(residual <= DBL_MAX) || residual > growth * progress->best)
         return 1;
     if (sweeps % progress->window != 0)
         return 0;
@@ -268,7 +268,9 @@ static void sweep_accelerated(pgs_work *work, int64_t done, double *residual)
     if (!pair || done % 2 == 0)
         perp__gradient_before(&work->gradient, &work->sweeper);
     sweep_once(work, done, residual);
-    if (!pair || done % 2 == 1)
+    if (*residual <= work->common.problem->settings->tol)
+        perp__gradient_restart(&work->gradient); /* z may be the solution: do not move it */
+    else if (!pair || done % 2 == 1)
         perp__gradient_after(&work->gradient, &work->sweeper);
     if (!(*residual <= GROWTH * work->remembered) && work->remembered < INFINITY) {
         memcpy(work->sweeper.z, work->best, (size_t)work->common.problem->n * sizeof(double));
@@ -311,7 +313,8 @@ static perp_outcome look_at(pgs_work *work, pgs_progress *progress, const double
 
         if (residuals[k] < progress->best)
             progress->best = residuals[k];
-        if (hopeless(progress, residuals[k], before + k + 1))
+        if (hopeless(progress, residuals[k], before + k + 1,
+                     work->restarts < RESTARTS_MOST ? INFINITY : DIVERGENCE))
             return PERP_OUTCOME_STALLED;
         request = perp__lcp_tick(problem->control, before + k + 1, residuals[k]);
         if (request >= 0)
