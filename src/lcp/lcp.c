@@ -196,7 +196,8 @@ static perp_outcome own_limit(const perp_lcp_solver *solver, perp_outcome said)
 
 /* One run of a method, from start to candidate. */
 static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
-                            const perp__plan_step *step, int32_t attempt, const double *z0)
+                            const perp__plan_step *step, int32_t attempt, int32_t *paused,
+                            const double *z0)
 {
     perp__lcp_iterate iterate;
     perp_status status;
@@ -233,8 +234,15 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     solver->correct = iterate.has_places ? iterate.correct : NULL;
     solver->correct_work = slot->work;
     note_end(solver, iterate.outcome);
-    return consider(solver, step, own_limit(solver, iterate.outcome), iterate.iterations,
-                    iterate.has_places, z0);
+    status = consider(solver, step, own_limit(solver, iterate.outcome), iterate.iterations,
+                      iterate.has_places, z0);
+    if (*paused && solver->best.method == step->method && !is_good(solver->best.outcome)) {
+        /* a pause was not the method's last word */
+        solver->best.outcome = own_limit(solver, iterate.outcome);
+        solver->best.iterations = iterate.iterations;
+    }
+    *paused = iterate.paused;
+    return status;
 }
 
 static int32_t ends_the_search(const perp_lcp_solver *solver)
@@ -249,7 +257,7 @@ static int32_t ends_the_search(const perp_lcp_solver *solver)
 static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, const double *z0)
 {
     perp__method_slot *slot;
-    int32_t attempts, attempt;
+    int32_t attempts, attempt, paused = 0;
     perp_status status;
 
     present(solver, step);
@@ -264,8 +272,8 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
         status = fit(solver, slot);
     if (solver->settings.pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
         attempts = 1;
-    for (attempt = 0; attempt < attempts && status == PERP_OK; attempt++) {
-        status = run_once(solver, slot, step, attempt, z0);
+    for (attempt = 0; (attempt < attempts || paused) && status == PERP_OK; attempt++) {
+        status = run_once(solver, slot, step, attempt, &paused, z0);
         if (status == PERP_OK && ends_the_search(solver))
             break;
     }

@@ -57,6 +57,9 @@ typedef struct perp__lcp_iterate {
     int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
     perp_outcome outcome;
     int64_t iterations;
+    int32_t
+        paused; /* on return: the method is not at its end, but the polish may be able to finish.
+                   If it is not, the next attempt goes on; z on entry is then of no account */
 } perp__lcp_iterate;
 
 typedef struct perp__lcp_method {

@@ -15,10 +15,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
-#include "lcp/method.h"
-#include "lcp/pgs_gradient.h"
-#include "lcp/pgs_sweep.h"
+#include "lcp/pgs.h"
 
 /* A residual this much above the best one seen is divergence. Where S is symmetric and positive
  * definite the residual can grow by the square root of its condition number at most, 1e6 for 1e12;
@@ -45,61 +42,14 @@
 /* Several sweeps go through the matrix together where it does not fit into 256 kB of cache. */
 #define ENTRIES_IN_CACHE 32768
 
-typedef struct pgs_work {
-    perp__lcp_work common;
-    perp__sweeper sweeper;
-    perp__gradient gradient;
-    int32_t restarts;           /* of the gradient; RESTARTS_MOST: it is not used */
-    double *step;               /* omega / S_ii; 0 in rows that do not move */
-    double *best;               /* the z of the smallest residual seen, up to a factor 2 */
-    double remembered;          /* its residual */
-    double *x, *y, *high, *low; /* for the tested residual */
-    int64_t next_test;          /* the sweep from when on it is looked at again */
-    double relaxation;          /* the rows were read with these settings; 0: not yet */
-    int32_t scaling, sweep;
-} pgs_work;
-
-static double diagonal_entry(const perp__matrix *M, int32_t i)
-{
-    if (!M->column_starts)
-        return M->values[(size_t)i * (M->row_stride + M->column_stride)];
-    for (int32_t p = M->column_starts[i]; p < M->column_starts[i + 1]; p++)
-        if (M->row_indices[p] == i)
-            return M->values[p];
-    return 0.0;
-}
-
-static perp_status check_row(const perp__lcp_problem *problem, int32_t i)
-{
-    double diagonal, q = problem->q[i];
-
-    if (!(problem->lower[i] < problem->upper[i]))
-        return PERP_OK;
-    diagonal = diagonal_entry(problem->M, i);
-    if (diagonal > 0.0)
-        return PERP_OK;
-    if (problem->row_norms[i] > 0.0)
-        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                          "M(%d,%d) = %g: pgs needs a positive diagonal", (int)i, (int)i, diagonal);
-    if ((q > 0.0 && problem->lower[i] == -INFINITY) || (q < 0.0 && problem->upper[i] == INFINITY))
-        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                          "row %d of M is 0 and q[%d] is not: w[%d] = q[%d] for every z", (int)i,
-                          (int)i, (int)i, (int)i);
-    return PERP_OK;
-}
-
-static perp_status check(const perp__lcp_problem *problem)
-{
-    perp_status status = PERP_OK;
-
-    for (int32_t i = 0; i < problem->n && status == PERP_OK; i++)
-        status = check_row(problem, i);
-    return status;
-}
+/* The polish is asked to finish when the active set has stayed the same for a third of all sweeps,
+ * and at least so many; again when there are four times as many. Looked at every so many sweeps. */
+#define SWEEPS_UNCHANGED 30
+#define SWEEPS_BETWEEN_LOOKS 10
 
 static void layout(perp__arena *arena, void *object)
 {
-    pgs_work *work = object;
+    perp__pgs_work *work = object;
     const perp__lcp_problem *problem = work->common.problem;
     size_t n = (size_t)problem->n;
 
@@ -111,72 +61,12 @@ static void layout(perp__arena *arena, void *object)
     work->y = perp__arena_take(arena, n, sizeof(double));
     work->high = perp__arena_take(arena, n, sizeof(double));
     work->low = perp__arena_take(arena, n, sizeof(double));
+    work->places = perp__arena_take(arena, n, sizeof(int8_t));
     work->relaxation = 0.0;
 }
 
-static int32_t moves(const perp__lcp_problem *problem, int32_t i)
-{
-    return problem->lower[i] < problem->upper[i] && problem->row_norms[i] > 0.0;
-}
-
-/* The matrix is kept from solve to solve, until its set-up or a setting changes. */
-static int32_t is_read(const pgs_work *work)
-{
-    const perp__lcp_problem *problem = work->common.problem;
-
-    if (work->relaxation != problem->settings->relaxation ||
-        work->scaling != problem->settings->scaling || work->sweep != problem->settings->sweep)
-        return 0;
-    for (int32_t i = 0; i < problem->n; i++)
-        if (moves(problem, i) != (work->step[i] != 0.0))
-            return 0;
-    return 1;
-}
-
-static void read_matrix(pgs_work *work)
-{
-    const perp__lcp_problem *problem = work->common.problem;
-
-    work->relaxation = problem->settings->relaxation;
-    work->scaling = problem->settings->scaling;
-    work->sweep = problem->settings->sweep;
-    for (int32_t i = 0; i < problem->n; i++) {
-        double factor = problem->factors[i];
-
-        work->step[i] = moves(problem, i)
-                            ? work->relaxation / (diagonal_entry(problem->M, i) * (factor * factor))
-                            : 0.0;
-    }
-    perp__rows_read(&work->sweeper.rows, problem, work->step, work->sweep == PERP_SWEEP_SYMMETRIC);
-}
-
-/* q and the bounds; a row of zeros is held where its w = q wants it. */
-static void read_problem(pgs_work *work, const double *z)
-{
-    const perp__lcp_problem *problem = work->common.problem;
-    perp__sweeper *sweeper = &work->sweeper;
-
-    if (!is_read(work))
-        read_matrix(work);
-    sweeper->keep = 1.0 - work->relaxation;
-    for (int32_t i = 0; i < problem->n; i++) {
-        perp__slice *slice = &sweeper->rows.slices[i / PERP__SLICE];
-        const int32_t row = i % PERP__SLICE;
-        double q = problem->q[i];
-
-        slice->load[row] = q * work->step[i];
-        slice->lower[row] = problem->lower[i];
-        sweeper->rows.upper[i] = problem->upper[i];
-        if (work->step[i] == 0.0)
-            slice->lower[row] = sweeper->rows.upper[i] = q > 0.0   ? problem->lower[i]
-                                                         : q < 0.0 ? problem->upper[i]
-                                                                   : z[i];
-    }
-    perp__sweeper_start(sweeper, z);
-}
-
 /* The tested residual of z, from the caller's matrix and as precise as the front door's. */
-static double true_residual(pgs_work *work, const double *z)
+static double true_residual(perp__pgs_work *work, const double *z)
 {
     const perp__lcp_problem *problem = work->common.problem;
     double residual = 0.0;
@@ -198,7 +88,7 @@ static double true_residual(pgs_work *work, const double *z)
 
 /* A sweep's residual is small enough: is that of its last z? Costs as much as ten sweeps, so after
  * a no some sweeps pass before the question is asked again. */
-static int32_t is_solved(pgs_work *work, double residual, int64_t sweeps)
+static int32_t is_solved(perp__pgs_work *work, double residual, int64_t sweeps)
 {
     const double tol = work->common.problem->settings->tol;
 
@@ -208,7 +98,7 @@ static int32_t is_solved(pgs_work *work, double residual, int64_t sweeps)
     return true_residual(work, work->sweeper.z) <= tol;
 }
 
-static int64_t sweep_limit(const pgs_work *work)
+static int64_t sweep_limit(const perp__pgs_work *work)
 {
     const perp__lcp_problem *problem = work->common.problem;
     double n = problem->n;
@@ -222,14 +112,8 @@ static int64_t sweep_limit(const pgs_work *work)
                                    : (int64_t)sweeps;
 }
 
-/* What makes pgs give up: growth, or no progress from one window of sweeps to the next. */
-typedef struct pgs_progress {
-    double best;
-    double best_before; /* at the end of the last window */
-    int64_t window;
-} pgs_progress;
-
-static int32_t hopeless(pgs_progress *progress, double residual, int64_t sweeps, double growth)
+static int32_t hopeless(perp__pgs_progress *progress, double residual, int64_t sweeps,
+                        double growth)
 {
     if (!(residual <= DBL_MAX) || residual > growth * progress->best)
         return 1;
@@ -242,7 +126,7 @@ static int32_t hopeless(pgs_progress *progress, double residual, int64_t sweeps,
 }
 
 /* Keeps z where the residual has halved: copies are few, and none comes back much too late. */
-static void remember(pgs_work *work, double residual)
+static void remember(perp__pgs_work *work, double residual)
 {
     if (residual < 0.5 * work->remembered) {
         work->remembered = residual;
@@ -251,7 +135,7 @@ static void remember(pgs_work *work, double residual)
 }
 
 /* One sweep in the order that the settings ask for. */
-static void sweep_once(pgs_work *work, int64_t done, double *residual)
+static void sweep_once(perp__pgs_work *work, int64_t done, double *residual)
 {
     if (work->sweep == PERP_SWEEP_SYMMETRIC && done % 2 == 1)
         perp__sweep_backward(&work->sweeper, residual);
@@ -261,7 +145,7 @@ static void sweep_once(pgs_work *work, int64_t done, double *residual)
 
 /* The step of the conjugate gradients is one sweep, or one to and one fro. Where the residual
  * grows, they start again from the best z; where that happens often, they are left. */
-static void sweep_accelerated(pgs_work *work, int64_t done, double *residual)
+static void sweep_accelerated(perp__pgs_work *work, int64_t done, double *residual)
 {
     const int32_t pair = work->sweep == PERP_SWEEP_SYMMETRIC;
 
@@ -282,80 +166,119 @@ static void sweep_accelerated(pgs_work *work, int64_t done, double *residual)
 }
 
 /* One sweep or a few; returns how many. */
-static int32_t advance(pgs_work *work, int64_t done, int64_t limit, double *residuals)
+static int32_t advance(perp__pgs_work *work, int64_t limit, double *residuals)
 {
     int64_t count = work->sweeper.rows.entries > ENTRIES_IN_CACHE ? PERP__SWEEPS_AT_ONCE : 1;
 
-    if (count > limit - done)
-        count = limit - done;
+    if (count > limit - work->sweeps)
+        count = limit - work->sweeps;
     if (work->restarts < RESTARTS_MOST) {
-        sweep_accelerated(work, done, residuals);
-        return 1;
+        sweep_accelerated(work, work->sweeps, residuals);
+        count = 1;
+    } else if (work->sweep == PERP_SWEEP_SYMMETRIC) {
+        sweep_once(work, work->sweeps, residuals);
+        count = 1;
+    } else {
+        perp__sweep(&work->sweeper, (int32_t)count, residuals);
     }
-    if (work->sweep == PERP_SWEEP_SYMMETRIC) {
-        sweep_once(work, done, residuals);
-        return 1;
-    }
-    perp__sweep(&work->sweeper, (int32_t)count, residuals);
+    work->residual = residuals[count - 1];
     return (int32_t)count;
 }
 
+/* Whether the active set has been the same for long enough to ask the polish. */
+static int32_t is_settled(perp__pgs_work *work)
+{
+    const perp__rows *rows = &work->sweeper.rows;
+    const double *z = work->sweeper.z;
+    const int64_t unchanged = work->sweeps / 3;
+    int32_t changes = 0;
+
+    for (int32_t i = 0; i < rows->n; i++) {
+        int8_t place = z[i] <= rows->slices[i / PERP__SLICE].lower[i % PERP__SLICE] ? PERP__AT_LOWER
+                       : z[i] >= rows->upper[i]                                     ? PERP__AT_UPPER
+                                                                                    : PERP__BETWEEN;
+
+        changes += place != work->places[i];
+        work->places[i] = place;
+    }
+    if (changes)
+        work->changed = work->sweeps;
+    return work->sweeps >= work->next_pause &&
+           work->sweeps - work->changed >=
+               (unchanged > SWEEPS_UNCHANGED ? unchanged : SWEEPS_UNCHANGED);
+}
+
 /* What the last sweeps mean: an outcome, or -1 to go on. */
-static perp_outcome look_at(pgs_work *work, pgs_progress *progress, const double *residuals,
-                            int32_t count, int64_t before)
+static perp_outcome look_at(perp__pgs_work *work, const double *residuals, int32_t count)
 {
     const perp__lcp_problem *problem = work->common.problem;
+    const int64_t before = work->sweeps;
 
-    if (is_solved(work, residuals[count - 1], before + count))
+    work->sweeps += count;
+    if (is_solved(work, work->residual, work->sweeps))
         return PERP_OUTCOME_SOLVED;
     for (int32_t k = 0; k < count; k++) {
         perp_outcome request;
 
-        if (residuals[k] < progress->best)
-            progress->best = residuals[k];
-        if (hopeless(progress, residuals[k], before + k + 1,
+        if (residuals[k] < work->progress.best)
+            work->progress.best = residuals[k];
+        if (hopeless(&work->progress, residuals[k], before + k + 1,
                      work->restarts < RESTARTS_MOST ? INFINITY : DIVERGENCE))
             return PERP_OUTCOME_STALLED;
         request = perp__lcp_tick(problem->control, before + k + 1, residuals[k]);
         if (request >= 0)
             return request;
     }
-    remember(work, residuals[count - 1]);
+    remember(work, work->residual);
     return -1;
+}
+
+static void start(perp__pgs_work *work, const double *z)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+    const int32_t accelerated =
+        problem->settings->acceleration == PERP_ACCELERATION_CONJUGATE_GRADIENT;
+
+    work->progress.best = work->progress.best_before = INFINITY;
+    work->progress.window =
+        2 * (int64_t)problem->n > STAGNATION_SWEEPS ? 2 * (int64_t)problem->n : STAGNATION_SWEEPS;
+    memcpy(work->best, z, (size_t)problem->n * sizeof *z);
+    memset(work->places, PERP__FIXED, (size_t)problem->n);
+    work->remembered = work->residual = INFINITY;
+    work->sweeps = work->next_test = work->next_pause = work->changed = 0;
+    work->restarts = accelerated ? 0 : RESTARTS_MOST;
+    perp__gradient_restart(&work->gradient);
+    perp__pgs_read(work, z);
 }
 
 static perp_status solve(void *object, perp__lcp_iterate *iterate)
 {
-    pgs_work *work = object;
+    perp__pgs_work *work = object;
     const perp__lcp_problem *problem = work->common.problem;
-    const size_t size = (size_t)problem->n * sizeof(double);
     const int64_t limit = sweep_limit(work);
-    pgs_progress progress = {INFINITY, INFINITY, STAGNATION_SWEEPS};
-    double residuals[PERP__SWEEPS_AT_ONCE] = {INFINITY};
     perp_outcome outcome = -1;
-    int32_t count = 1;
 
-    if (2 * (int64_t)problem->n > progress.window)
-        progress.window = 2 * (int64_t)problem->n;
-    memcpy(work->best, iterate->z, size);
-    work->remembered = INFINITY;
-    work->next_test = 0;
-    work->restarts =
-        problem->settings->acceleration == PERP_ACCELERATION_CONJUGATE_GRADIENT ? 0 : RESTARTS_MOST;
-    perp__gradient_restart(&work->gradient);
-    read_problem(work, iterate->z);
+    if (iterate->attempt == 0)
+        start(work, iterate->z);
     iterate->has_places = 0;
-    while (outcome < 0 && iterate->iterations < limit) {
-        count = advance(work, iterate->iterations, limit, residuals);
-        outcome = look_at(work, &progress, residuals, count, iterate->iterations);
-        iterate->iterations += count;
+    while (outcome < 0 && !iterate->paused && work->sweeps < limit) {
+        double residuals[PERP__SWEEPS_AT_ONCE];
+        int64_t look = work->sweeps / SWEEPS_BETWEEN_LOOKS;
+        int32_t count = advance(work, limit, residuals);
+
+        outcome = look_at(work, residuals, count);
+        if (problem->settings->polish && work->sweeps / SWEEPS_BETWEEN_LOOKS != look)
+            iterate->paused = outcome < 0 && is_settled(work);
     }
+    if (iterate->paused)
+        work->next_pause = 4 * work->sweeps;
     iterate->outcome = outcome < 0 ? PERP_OUTCOME_ITERATION_LIMIT : outcome;
+    iterate->iterations = work->sweeps;
     memcpy(iterate->z,
-           residuals[count - 1] <= fmin(work->remembered, DBL_MAX) ? work->sweeper.z : work->best,
-           size);
+           work->residual <= fmin(work->remembered, DBL_MAX) ? work->sweeper.z : work->best,
+           (size_t)problem->n * sizeof *iterate->z);
     return PERP_OK;
 }
 
-const perp__lcp_method perp__lcp_pgs = {PERP_LCP_PGS, sizeof(pgs_work), 1,     NULL,
-                                        check,        layout,           solve, NULL};
+const perp__lcp_method perp__lcp_pgs = {
+    PERP_LCP_PGS, sizeof(perp__pgs_work), 1, NULL, perp__pgs_check, layout, solve, NULL};
