@@ -327,11 +327,11 @@ static perp_status solve_near(perp__sparse_lemke *l, perp__lcp_iterate *iterate)
 
     if (status == PERP_OK && violated == 0)
         iterate->outcome = PERP_OUTCOME_SOLVED;
-    if (status == PERP_OK && iterate->outcome >= 0) {
-        write_point(l, iterate);
-    } else if (status == PERP_OK) {
+    if (status == PERP_OK && iterate->outcome < 0) {
         l->guesses = 1;
         status = run(l, iterate, 0, 50 + 10 * (int64_t)violated);
+    } else if (status == PERP_OK && violated < INT32_MAX) {
+        write_point(l, iterate); /* else there is no basis yet, but a point */
     }
     return status;
 }
@@ -365,6 +365,7 @@ static void release(void *work)
     perp__sparse_lemke *l = work;
 
     perp__basis_release(&l->basis);
+    perp__nested_release(&l->nested);
 }
 
 const perp__lcp_method perp__lcp_lemke_sparse = {

@@ -4,6 +4,7 @@
 #define PERP_LCP_LEMKE_SPARSE_H
 
 #include "lcp/method.h"
+#include "lcp/nested.h"
 #include "lcp/tridiagonal.h"
 #include "linalg/basis.h"
 
@@ -18,6 +19,7 @@ typedef struct perp__sparse_lemke {
     perp__lcp_work head;
     perp__basis basis;
     perp__tridiagonal_lcp tridiagonal;
+    perp__nested nested;
     int32_t pairs;
     int32_t split;    /* free variables are */
     double rho;       /* proximal term of the basis; 0 but for the crash */

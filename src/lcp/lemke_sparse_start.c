@@ -8,7 +8,8 @@
 
 #include "lcp/lemke_sparse.h"
 
-/* Steps of the crash, and how many of them in a row may bring nothing. */
+/* Steps of the crash, and how many of them in a row may bring nothing where the sets need not be
+ * monotone. */
 #define STEPS 200
 #define PATIENCE 3
 /* Below this size a crash that fails costs more than the path from the slacks, so only matrices
@@ -77,19 +78,49 @@ static void take_places(perp__sparse_lemke *l, const int8_t *places)
     }
 }
 
-/* Where the crash begins: near the caller's z0; at the solution of a tridiagonal M-matrix, on which
- * active sets would creep along one index a step; at the slacks. */
-static void choose_places(perp__sparse_lemke *l, const perp__lcp_iterate *iterate)
+/* Places by nested iteration, where the matrix suits. Returns 0 where it does not, or status < 0.
+ */
+static perp_status nest(perp__sparse_lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
+    const size_t bytes = (size_t)p->n * sizeof(double);
+    perp__multigrid *grid = NULL;
+    perp_status status = perp__sparse_block_grid(p->block, &grid);
 
-    if (p->settings->crash && p->block->kind == PERP__SPARSE_TRIDIAGONAL &&
-        perp__tridiagonal_lcp_places(&l->tridiagonal, &p->block->T, p, iterate->places))
+    if (status == PERP_OK && grid)
+        status = perp__nested_fit(&l->nested, grid);
+    if (status != PERP_OK || !grid)
+        return status;
+    memcpy(l->far, iterate->z, bytes);
+    if (perp__nested_run(&l->nested, p, iterate->warm, iterate->z, iterate->places,
+                         &iterate->iterations, &iterate->outcome)) {
         take_places(l, iterate->places);
-    else if (iterate->warm)
+        return 1;
+    }
+    memcpy(iterate->z, l->far, bytes);
+    return 0;
+}
+
+/* Where the crash begins: at the solution of a tridiagonal M-matrix, on which active sets would
+ * creep along one index a step; at what nested iteration finds on a grid, where they would creep
+ * too; near the caller's z0; at the slacks. */
+static perp_status choose_places(perp__sparse_lemke *l, perp__lcp_iterate *iterate)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    perp_status found = 0;
+
+    if (p->settings->crash && p->block->kind == PERP__SPARSE_TRIDIAGONAL) {
+        found = perp__tridiagonal_lcp_places(&l->tridiagonal, &p->block->T, p, iterate->places);
+        if (found)
+            take_places(l, iterate->places);
+    } else if (p->settings->crash) {
+        found = nest(l, iterate);
+    }
+    if (found == 0 && iterate->warm)
         read_places(l, iterate->z);
-    else
+    else if (found == 0)
         place_slacks(l);
+    return found < 0 ? found : PERP_OK;
 }
 
 /* Rounding of b in the row of pair k. */
@@ -151,9 +182,9 @@ static perp_status crash(perp__sparse_lemke *l, perp__lcp_iterate *iterate, int3
 {
     const size_t bytes = (size_t)l->pairs;
     perp_status status = take_near(l);
+    const int32_t patience = l->head.problem->block->has_z_signs ? STEPS : PATIENCE;
     int32_t waited = 0, step;
 
-    *violated = INT32_MAX;
     for (step = 0; status == PERP_OK; step++) {
         int32_t count = move_violated(l);
 
@@ -163,7 +194,7 @@ static perp_status crash(perp__sparse_lemke *l, perp__lcp_iterate *iterate, int3
             memcpy(l->best, l->places, bytes);
             waited = 0;
         }
-        if (count <= (l->rho > 0.0 ? 0 : FEW) || step == steps || waited == PATIENCE)
+        if (count <= (l->rho > 0.0 ? 0 : FEW) || step == steps || waited == patience)
             break;
         iterate->outcome =
             perp__lcp_tick(l->head.problem->control, ++iterate->iterations, INFINITY);
@@ -217,12 +248,14 @@ perp_status perp__sparse_start_near(perp__sparse_lemke *l, perp__lcp_iterate *it
         return PERP__FACTOR_SINGULAR;
     if (!iterate->warm && (steps == 0 || (p->n < WORTH_IT && !could_be_P(p))))
         return PERP__FACTOR_SINGULAR;
-    if (p->iteration_limit > 0 && p->iteration_limit < steps)
-        steps = (int32_t)p->iteration_limit;
+    *violated = INT32_MAX;
     perp__sparse_write_pairs(l, PERP__FREE_BASIC);
-    choose_places(l, iterate);
     l->rho = 0.0;
-    status = crash(l, iterate, steps, violated);
+    status = choose_places(l, iterate);
+    if (p->iteration_limit > 0 && p->iteration_limit - iterate->iterations < steps)
+        steps = (int32_t)(p->iteration_limit - iterate->iterations);
+    if (status == PERP_OK && iterate->outcome < 0)
+        status = crash(l, iterate, steps, violated);
     l->rho = 0.0;
     if (status == PERP_OK && iterate->outcome < 0 && *violated > FEW + l->pairs / CLOSE)
         return PERP__FACTOR_SINGULAR;

@@ -90,9 +90,6 @@ perp_status perp__sparse_block_grid(perp__sparse_block *block, perp__multigrid *
 /* Forgets that multigrid failed: the same bits whatever was solved before. */
 void perp__sparse_block_restart(perp__sparse_block *block);
 
-/* The same with the transposed block. */
-void perp__sparse_block_solve_transposed(perp__sparse_block *block, double *x);
-
 void perp__sparse_block_release(perp__sparse_block *block);
 
 #endif
