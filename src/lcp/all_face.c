@@ -96,7 +96,7 @@ perp_status perp__all_point(perp__all *all)
     if (!isfinite(worth.tested))
         return PERP_OK;
     memcpy(solver->places, all->places, (size_t)all->n);
-    if (all->n > 0)
+    if (!(worth.backward <= 4.0 * DBL_EPSILON && worth.tested <= solver->settings.tol))
         status = perp__polish_run(solver, &worth);
     if (status != PERP_OK || !perp__all_is_solution(all, &worth, 0.0))
         return status;

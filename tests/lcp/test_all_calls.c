@@ -131,6 +131,28 @@ static void test_families(void **state)
     }
 }
 
+/* w1 = 0 and w2 = z1 - 1/2 on the unit square: three edges, z2 = 1 up to z1 = 1/2, down along z1 =
+ * 1/2, and z2 = 0 from there. */
+static void test_staircase(void **state)
+{
+    static const int M[] = {0, 0, 1, 0}, q[] = {0, 0};
+    static const double lower[2] = {0, 0}, upper[2] = {1, 1};
+    perp_lcp_enumeration result = fresh();
+    gen_lcp problem;
+    visits v = {0};
+
+    (void)state;
+    gen_from_integers(&problem, 2, M, q);
+    problem.q[1] = -0.5;
+    assert_int_equal(
+        perp_lcp_all(context, &result, NULL, &problem.view, problem.q, lower, upper, visit, &v),
+        PERP_OK);
+    assert_int_equal(result.isolated, 0);
+    assert_int_equal(result.families, 3);
+    assert_int_equal(v.vertices, 6);
+    gen_destroy(&problem);
+}
+
 /* Scaling rows and columns by powers of two scales the solutions and nothing else. */
 static int32_t sum_z(const perp_lcp_found *found, void *user)
 {
@@ -341,10 +363,11 @@ static void test_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_box),      cmocka_unit_test(test_families),
-        cmocka_unit_test(test_scaling),  cmocka_unit_test(test_limits),
-        cmocka_unit_test(test_visitor),  cmocka_unit_test(test_reentry),
-        cmocka_unit_test(test_refusals), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_box),       cmocka_unit_test(test_families),
+        cmocka_unit_test(test_staircase), cmocka_unit_test(test_scaling),
+        cmocka_unit_test(test_limits),    cmocka_unit_test(test_visitor),
+        cmocka_unit_test(test_reentry),   cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_memory),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

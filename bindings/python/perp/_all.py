@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from ctypes import byref
+from ctypes import byref, string_at
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -15,7 +15,7 @@ from ._handle import Context
 from ._lcp import count, limit
 from ._library import OUTCOMES, PLACES, defaults, library
 from ._monitor import Monitor, Watch
-from ._structures import LcpEnumeration, LcpSettings, LcpVisit, Matrix, sized
+from ._structures import LcpEnumeration, LcpFound, LcpSettings, LcpVisit, Matrix, sized
 
 Array = NDArray[np.float64]
 
@@ -72,39 +72,41 @@ class Solutions:
         return self.solutions[index]
 
 
-def _table(pointer: Any, rows: int, n: int) -> Array:
-    if rows * n == 0:
-        return np.empty((rows, n))
-    return np.ctypeslib.as_array(pointer, (rows, n)).copy()
+_PLACES = np.array(PLACES)
 
 
-def _collect(n: int, found: list[Solution], raised: list[BaseException]) -> Generator[int, Any, None]:
+def _table(address: int, rows: int, n: int) -> Array:
+    return np.frombuffer(bytearray(string_at(address, 8 * rows * n))).reshape(rows, n)
+
+
+def _read(s: LcpFound, n: int) -> Solution:
+    return Solution(
+        _table(s.z, 1, n)[0],
+        _table(s.w, 1, n)[0],
+        s.dimension,
+        _table(s.vertices, s.vertex_count, n),
+        _table(s.rays, s.ray_count, n),
+        _PLACES[np.frombuffer(string_at(s.places, 4 * n), dtype=np.int32)],
+        s.residual,
+    )
+
+
+def _collect(
+    n: int, found: list[Solution], raised: list[BaseException]
+) -> Generator[int, Any, None]:
     """Inside its `try` whenever the library calls it: see Watch."""
+    answer = 0
     while True:
-        answer = 0
         try:
             while True:
                 pointer = yield answer
-                s = pointer[0]
-                found.append(
-                    Solution(
-                        _table(s.z, 1, n)[0],
-                        _table(s.w, 1, n)[0],
-                        s.dimension,
-                        _table(s.vertices, s.vertex_count, n),
-                        _table(s.rays, s.ray_count, n),
-                        np.array(PLACES)[[s.places[i] for i in range(n)]]
-                        if n
-                        else np.empty(0, dtype=str),
-                        s.residual,
-                    )
-                )
+                answer = 0
+                found.append(_read(pointer[0], n))
         except GeneratorExit:
             return
         except BaseException as error:
             raised.append(error)
             answer = -1
-            yield answer
 
 
 def lcp_all(

@@ -154,11 +154,11 @@ class LcpFound(Structure):
         ("ray_count", c_int32),
         ("reserved", c_int32),
         ("residual", c_double),
-        ("z", POINTER(c_double)),
-        ("w", POINTER(c_double)),
-        ("places", POINTER(c_int32)),
-        ("vertices", POINTER(c_double)),
-        ("rays", POINTER(c_double)),
+        ("z", c_void_p),
+        ("w", c_void_p),
+        ("places", c_void_p),
+        ("vertices", c_void_p),
+        ("rays", c_void_p),
     ]
 
 

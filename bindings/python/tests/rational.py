@@ -73,26 +73,41 @@ def null_space(A, n):
     return basis
 
 
-def faces(M, q):
-    """The maximal polyhedra of solutions of the plain LCP with one index set each, as pairs of
-    frozensets: vertices, and rays with largest entry 1. By brute force: n <= 4 or so."""
+def faces(M, q, lower, upper):
+    """The maximal polyhedra of solutions with one index set each, as pairs of frozensets:
+    vertices, and rays with largest entry 1. Bounds may be infinite, but not both of a variable.
+    By brute force: n <= 4 or so."""
     n = len(q)
-    # x = (z, s), s = 1 for a vertex and 0 for a ray: w = (M | q) x
-    extended = [list(row) + [y] for row, y in zip(M, q)]
-    unit = [[int(i == j) for j in range(n + 1)] for i in range(n)]
+    # x = (z, s), s = 1 for a vertex and 0 for a ray; all rows are linear in x
+    slack = [list(row) + [y] for row, y in zip(M, q)]
+    below = [
+        [int(i == j) for j in range(n)] + [-Fraction(lower[i])] if lower[i] > -np.inf else None
+        for i in range(n)
+    ]
+    above = [
+        [-int(i == j) for j in range(n)] + [Fraction(upper[i])] if upper[i] < np.inf else None
+        for i in range(n)
+    ]
     found = []
-    for mask in range(2**n):
-        equations = [extended[i] if mask >> i & 1 else unit[i] for i in range(n)]
-        others = [unit[i] if mask >> i & 1 else extended[i] for i in range(n)]
+    for places in itertools.product("blu", repeat=n):
+        equations, others = [], [[0] * n + [1]]
+        for i, place in enumerate(places):
+            equations.append({"b": slack, "l": below, "u": above}[place][i])
+            if place == "b":
+                others += [row for row in (below[i], above[i]) if row]
+            elif lower[i] < upper[i]:
+                others.append(slack[i] if place == "l" else [-x for x in slack[i]])
+        if None in equations:
+            continue
         points = set()
         for count in range(n + 1):
-            for tight in itertools.combinations(others + [[0] * n + [1]], count):
+            for tight in itertools.combinations(others, count):
                 basis = null_space(equations + list(tight), n + 1)
                 if len(basis) != 1:
                     continue
                 for sign in (1, -1):
                     x = [sign * t for t in basis[0]]
-                    if x[n] >= 0 and all(sum(a * b for a, b in zip(row, x)) >= 0 for row in others):
+                    if all(sum(a * b for a, b in zip(row, x)) >= 0 for row in others):
                         size = x[n] if x[n] > 0 else max(map(abs, x))
                         points.add(tuple(t / size for t in x))
         if any(x[n] > 0 for x in points):

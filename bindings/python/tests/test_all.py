@@ -11,8 +11,11 @@ def rounded(points):
     return frozenset(tuple(np.round(np.array(x, dtype=float), 7) + 0.0) for x in points)
 
 
-@pytest.mark.parametrize("n, count", [(1, 40), (2, 120), (3, 100), (4, 15)])
-def test_solution_sets_are_exact(n, count):
+@pytest.mark.parametrize(
+    "n, count, bounded",
+    [(1, 40, False), (2, 120, False), (3, 80, False), (4, 12, False), (1, 40, True), (2, 80, True)],
+)
+def test_solution_sets_are_exact(n, count, bounded):
     """Small integers make singular blocks and ties common: every polyhedron, every vertex and every
     ray is there, once, and nothing else."""
     rng = np.random.default_rng(n)
@@ -24,12 +27,18 @@ def test_solution_sets_are_exact(n, count):
             A = rng.integers(-2, 3, (n, max(1, n - 1)))
             M = A @ A.T
         q = rng.integers(-size, size + 1, n)
-        expected = [(rounded(v), rounded(r)) for v, r in rational.faces(M.tolist(), q.tolist())]
-        found = perp.lcp_all(M, q)
+        lower, upper = np.zeros(n), np.full(n, np.inf)
+        if bounded:
+            lower = rng.choice([-1.0, 0.0, -np.inf], n)
+            width = rng.choice([0.0, 1.0, np.inf], n)
+            upper = np.where(lower == -np.inf, 1.0, np.maximum(lower, -1.0) + width)
+        case = M.tolist(), q.tolist(), lower.tolist(), upper.tolist()
+        expected = [(rounded(v), rounded(r)) for v, r in rational.faces(*case)]
+        found = perp.lcp_all(M, q, lower, upper)
         assert found.exhaustive and found.outcome == "solved"
-        assert len(found) == len(expected), (M.tolist(), q.tolist())
+        assert len(found) == len(expected), case
         for s in found:
-            assert (rounded(s.vertices), rounded(s.rays)) in expected, (M.tolist(), q.tolist())
+            assert (rounded(s.vertices), rounded(s.rays)) in expected, case
             assert s.isolated == (s.dimension == 0) == (len(s.vertices) + len(s.rays) == 1)
             assert s.residual <= 1e-10
             np.testing.assert_allclose(s.w, M @ s.z + q, atol=1e-12)

@@ -74,6 +74,13 @@ def test_constants_are_those_of_the_headers(tmp_path):
         "PERP_LCP_LEMKE": perp._lcp._METHOD_CODES["lemke"],
         "PERP_LCP_PGS": perp._lcp._METHOD_CODES["pgs"],
         "PERP_LCP_FISCHER": perp._lcp._METHOD_CODES["fischer"],
+        "PERP_LCP_ACTIVE_SET": perp._lcp._METHOD_CODES["active_set"],
+        "PERP_SWEEP_FORWARD": perp._lcp._SWEEP_CODES["forward"],
+        "PERP_SWEEP_SYMMETRIC": perp._lcp._SWEEP_CODES["symmetric"],
+        "PERP_ACCELERATION_NONE": perp._lcp._ACCELERATION_CODES["none"],
+        "PERP_ACCELERATION_CONJUGATE_GRADIENT": perp._lcp._ACCELERATION_CODES["conjugate_gradient"],
+        "PERP_VERDICT_REGULAR": 0,
+        **{"PERP_PLACE_" + word.upper(): k for k, word in enumerate(_library.PLACES)},
         **{name: status for status, name in perp._errors._NAMES.items()},
     }
     body = "\n".join(f'printf("%d\\n", (int){name});' for name in constants)
@@ -90,15 +97,17 @@ def test_lcp_defaults_are_the_librarys():
     """Python states defaults of its own, so that help() shows them."""
     theirs = _library.defaults(_structures.LcpSettings)
     mine = _structures.sized(_structures.LcpSettings)
-    perp._lcp._fill(mine, "auto", 1e-10, None, None, 1.0, "harris", True, True)
+    signature = perp._lcp.lcp.__kwdefaults__
+    names = [name for name in perp._lcp._fill.__code__.co_varnames[1:] if name in signature]
+    perp._lcp._fill(mine, *(signature[name] for name in names))
     for field, kind in _structures.LcpSettings._fields_:
         if kind is not _structures.LcpMonitor:
             assert getattr(mine, field) == getattr(theirs, field), field
     assert not theirs.monitor
-    signature = perp._lcp.lcp.__kwdefaults__
-    assert (signature["method"], signature["tol"], signature["relaxation"]) == ("auto", 1e-10, 1.0)
-    assert (signature["pivot_rule"], signature["scaling"]) == ("harris", True)
-    assert (signature["polish"], signature["max_iterations"]) == (True, None)
+    assert set(signature) == {*names, "z0", "monitor"}
+    assert perp.LCP.__init__.__kwdefaults__ == {k: v for k, v in signature.items() if k != "z0"}
+    for call in (perp.lcp_all, perp.lcp_sensitivity):
+        assert all(signature[k] == v for k, v in call.__kwdefaults__.items())
 
 
 def test_world_defaults_are_the_librarys():
@@ -125,7 +134,14 @@ def test_words_are_those_of_the_contract():
         "stopped",
         "evaluation_failed",
     ]
-    assert list(_library.METHODS.values()) == ["auto", "lemke", "pgs", "fischer", "polish"]
+    assert list(_library.METHODS.values()) == [
+        "auto",
+        "lemke",
+        "pgs",
+        "fischer",
+        "polish",
+        "active_set",
+    ]
     assert list(_library.VERDICTS.values()) == [
         "regular",
         "not a solution",
