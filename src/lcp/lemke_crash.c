@@ -2,12 +2,17 @@
  * solves most problems whose matrix is positive definite, and a start that the caller gives names a
  * basis. Only the cold start keeps what makes Lemke's method process copositive matrices, so every
  * other one is a first try, after which the cold one follows. */
+#include <math.h>
 #include <string.h>
 
 #include "lcp/lemke.h"
 
-/* From this size on a crash costs less than the pivots that it saves. */
+/* From these sizes on a crash costs less than the pivots that it saves: one round is a Cholesky
+ * factorisation of the active block where M is symmetric, else LU. */
 #define PERP__CRASH_FROM 8
+#define PERP__CRASH_LU_FROM 256
+/* The more of M is skew, the more rounds it takes: from this part on too many for LU. */
+#define PERP__CRASH_SKEW 1.5
 /* A crash ends after so many rounds, and after so many in a row that did not help. */
 #define PERP__CRASH_ROUNDS 12
 #define PERP__CRASH_PATIENCE 3
@@ -25,10 +30,51 @@ static int32_t diagonal_is_positive(const perp__matrix *M)
     return 1;
 }
 
-static int32_t is_promising(const perp__lcp_problem *p)
+/* |M - M'| / |M + M'| in the Frobenius norm, scaled; in tiles, for the caches. */
+static double skewness(const perp__lcp_problem *p)
 {
-    return p->settings->crash && !p->M->column_starts && p->n >= PERP__CRASH_FROM &&
-           diagonal_is_positive(p->M);
+    enum { TILE = 16 };
+    const perp__matrix *M = p->M;
+    const double *d = p->factors;
+    double skew = 0.0, even = 0.0;
+    int32_t i, j, I, J;
+
+    for (J = 0; J < p->n; J += TILE)
+        for (I = 0; I < p->n; I += TILE)
+            for (j = J; j < J + TILE && j < p->n; j++)
+                for (i = I; i < I + TILE && i < j; i++) {
+                    const double a =
+                        M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
+                    const double b =
+                        M->values[(size_t)j * M->row_stride + (size_t)i * M->column_stride];
+                    const double less = a * (d[i] * d[j]) - b * (d[i] * d[j]);
+                    const double more = a * (d[i] * d[j]) + b * (d[i] * d[j]);
+
+                    skew += less * less;
+                    even += more * more;
+                }
+    for (i = 0; i < p->n; i++) {
+        const double a = M->values[(size_t)i * (M->row_stride + M->column_stride)];
+
+        even += 2.0 * (a * (d[i] * d[i])) * (a * (d[i] * d[i]));
+    }
+    return sqrt(skew / even);
+}
+
+/* What M says, once a set-up. */
+static void examine(perp__lemke *l)
+{
+    const perp__lcp_problem *p = l->head.problem;
+
+    if (l->examined)
+        return;
+    l->examined = 1;
+    l->crashes = p->n >= PERP__CRASH_FROM && diagonal_is_positive(p->M);
+    if (!l->crashes)
+        return;
+    l->symmetric = perp__is_symmetric(p);
+    if (!l->symmetric)
+        l->crashes = p->n >= PERP__CRASH_LU_FROM && skewness(p) <= PERP__CRASH_SKEW;
 }
 
 static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
@@ -38,9 +84,6 @@ static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
     perp__block_pivoting *b = &l->crash;
     perp_outcome outcome;
 
-    if (!l->examined)
-        l->symmetric = perp__is_symmetric(p);
-    l->examined = 1;
     b->active.block = l->tableau.T;
     perp__active_block_begin(&b->active, p, l->symmetric);
     b->active.definite = 1;
@@ -82,7 +125,10 @@ enum perp__lemke_guess perp__lemke_guess_basis(perp__lemke *l, perp__lcp_iterate
         perp__places_of(p, iterate->z, l->places);
     else
         perp__block_pivoting_start(p, l->places);
-    if (is_promising(p))
-        guess = crash(l, iterate);
+    if (p->settings->crash && !p->M->column_starts) {
+        examine(l);
+        if (l->crashes)
+            guess = crash(l, iterate);
+    }
     return guess == PERP__GUESS_NONE && iterate->warm ? PERP__GUESS_BASIS : guess;
 }

@@ -26,7 +26,7 @@ void dtrsv_(const char *uplo, const char *trans, const char *diag, const int *n,
 
 /* Multiplications below which the loops win, and the sizes for LU and Cholesky (measured against
  * OpenBLAS). */
-enum { SMALL_GEMM = 1000, SMALL_GEMV = 400, SMALL_LU = 48, SMALL_CHOLESKY = 32 };
+enum { SMALL_GEMM = 1000, SMALL_GEMV = 400, SMALL_LU = 48, SMALL_CHOLESKY = 56 };
 
 static const int one = 1;
 static const double minus_one = -1.0, plus_one = 1.0;
