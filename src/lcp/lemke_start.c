@@ -14,52 +14,56 @@ static int32_t is_free(const perp__lcp_problem *p, int32_t i)
     return p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
 }
 
-static void choose_base(perp__lemke *l)
+/* Returns whether the pairs are the variables as they come, unchanged in sign. */
+static int32_t choose_base(perp__lemke *l)
 {
     const perp__lcp_problem *p = l->head.problem;
-    int32_t i;
+    int32_t plain = 1, i;
 
     l->pairs = 0;
     for (i = 0; i < p->n; i++) {
-        int32_t k = l->pairs;
+        const double lower = p->lower[i], upper = p->upper[i];
+        const int32_t from_above = lower == -INFINITY && upper != INFINITY, k = l->pairs;
 
-        l->base[i] = is_free(p, i) ? 0.0 : p->lower[i] == -INFINITY ? p->upper[i] : p->lower[i];
-        if (p->lower[i] == p->upper[i])
+        l->base[i] = from_above ? upper : lower == -INFINITY ? 0.0 : lower;
+        plain &= lower != upper && !from_above;
+        if (lower == upper)
             continue; /* a fixed variable is data */
         l->index[k] = i;
-        l->sign[k] = p->lower[i] == -INFINITY && !is_free(p, i) ? -1 : 1;
-        l->range[k] = p->upper[i] - p->lower[i];
+        l->sign[k] = from_above ? -1 : 1;
+        l->range[k] = upper - lower;
         l->at_upper[k] = 0;
         l->twin[k] = -1;
         l->pairs++;
     }
+    return plain;
 }
 
-/* b = sign (q + M base), T = -sign M sign in the pairs, in place of the full scaled M. */
-static void fill_tableau(perp__lemke *l)
+/* b = sign (q + M base), T = -sign M sign in the pairs, in place of -M. */
+static void fill_tableau(perp__lemke *l, int32_t plain)
 {
     const perp__lcp_problem *p = l->head.problem;
     const size_t ld = (size_t)l->tableau.leading_dimension;
     double *T = l->tableau.T;
     int32_t i, j, k;
 
-    perp__lcp_dense(p, T, ld);
+    perp__lcp_dense_times(p, -1.0, T, ld);
     memcpy(l->row, p->q, (size_t)p->n * sizeof *l->row);
     for (j = 0; j < p->n; j++) {
         const double *column = T + (size_t)j * ld;
 
         if (l->base[j] != 0.0)
             for (i = 0; i < p->n; i++)
-                l->row[i] += column[i] * l->base[j];
+                l->row[i] -= column[i] * l->base[j];
     }
     for (k = 0; k < l->pairs; k++)
         l->b[k] = l->sign[k] * l->row[l->index[k]];
-    for (j = 0; j < l->pairs; j++) {
+    for (j = 0; j < l->pairs && !plain; j++) {
         const double *from = T + (size_t)l->index[j] * ld;
         double *into = T + (size_t)j * ld;
 
         for (i = 0; i < l->pairs; i++)
-            into[i] = -(double)(l->sign[i] * l->sign[j]) * from[l->index[i]];
+            into[i] = (double)(l->sign[i] * l->sign[j]) * from[l->index[i]];
     }
 }
 
@@ -79,8 +83,7 @@ static void name_variables(perp__lemke *l)
 
 void perp__lemke_fill(perp__lemke *l)
 {
-    choose_base(l);
-    fill_tableau(l);
+    fill_tableau(l, choose_base(l));
     perp__tableau_reset(&l->tableau, l->pairs, l->pairs);
     name_variables(l);
 }

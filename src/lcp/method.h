@@ -96,8 +96,10 @@ extern const perp__lcp_method perp__lcp_active_set_sparse;
  * (stopped, time_limit); control->aborted tells an abort. Reads the clock only with a deadline. */
 perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, double residual);
 
-/* Scaled M as a dense column-major n by n array. */
+/* Scaled M, or `sign` times that, as a dense column-major n by n array. */
 void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t leading_dimension);
+void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double *dense,
+                           size_t leading_dimension);
 
 /* mid(z - l, z - u, w) without cancellation. */
 double perp__mid(double z, double lower, double upper, double w);

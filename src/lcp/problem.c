@@ -4,6 +4,7 @@
 
 #include "base/clock.h"
 #include "lcp/method.h"
+#include "linalg/multiversion.h"
 
 double perp__clamp(double z, double lower, double upper)
 {
@@ -41,7 +42,7 @@ perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, doub
     return -1;
 }
 
-static void dense_from_csc(const perp__lcp_problem *problem, double *dense, size_t ld)
+static void dense_from_csc(const perp__lcp_problem *problem, double sign, double *dense, size_t ld)
 {
     const perp__matrix *M = problem->M;
     const double *d = problem->factors;
@@ -49,28 +50,69 @@ static void dense_from_csc(const perp__lcp_problem *problem, double *dense, size
 
     for (j = 0; j < problem->n; j++) {
         double *column = dense + (size_t)j * ld;
+        const double d_j = sign * d[j];
 
         memset(column, 0, (size_t)problem->n * sizeof *column);
         for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            column[M->row_indices[k]] = M->values[k] * (d[M->row_indices[k]] * d[j]);
+            column[M->row_indices[k]] = M->values[k] * (d[M->row_indices[k]] * d_j);
     }
+}
+
+PERP__KERNEL static void dense_from_columns_loops(const perp__lcp_problem *problem, double sign,
+                                                  double *dense, size_t ld)
+{
+    const size_t n = (size_t)problem->n, stride = problem->M->column_stride;
+    const double *restrict d = problem->factors;
+    size_t i, j;
+
+    for (j = 0; j < n; j++) {
+        double *restrict column = dense + j * ld;
+        const double *restrict from = problem->M->values + j * stride;
+        const double d_j = sign * d[j];
+
+        for (i = 0; i < n; i++)
+            column[i] = from[i] * (d[i] * d_j);
+    }
+}
+PERP__MULTIVERSION(dense_from_columns,
+                   (const perp__lcp_problem *problem, double sign, double *dense, size_t ld),
+                   (problem, sign, dense, ld))
+
+/* A strip of rows at a time, so that what is read and what is written stay in the cache until their
+ * lines are complete. */
+static void dense_from_rows(const perp__lcp_problem *problem, double sign, double *dense, size_t ld)
+{
+    enum { ROWS = 16 };
+    const size_t n = (size_t)problem->n, stride = problem->M->row_stride;
+    const double *d = problem->factors;
+    size_t begin, i, j;
+
+    for (begin = 0; begin < n; begin += ROWS) {
+        const size_t end = begin + ROWS < n ? begin + ROWS : n;
+
+        for (j = 0; j < n; j++) {
+            const double *from = problem->M->values + j;
+            double *column = dense + j * ld;
+            const double d_j = sign * d[j];
+
+            for (i = begin; i < end; i++)
+                column[i] = from[i * stride] * (d[i] * d_j);
+        }
+    }
+}
+
+void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double *dense,
+                           size_t leading_dimension)
+{
+    if (problem->M->column_starts)
+        dense_from_csc(problem, sign, dense, leading_dimension);
+    else if (problem->M->row_stride == 1)
+        dense_from_columns(problem, sign, dense, leading_dimension);
+    else
+        dense_from_rows(problem, sign, dense, leading_dimension);
 }
 
 void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t leading_dimension)
 {
-    const perp__matrix *M = problem->M;
-    const double *d = problem->factors;
-    int32_t i, j;
-
-    if (M->column_starts) {
-        dense_from_csc(problem, dense, leading_dimension);
-        return;
-    }
-    for (j = 0; j < problem->n; j++) {
-        double *column = dense + (size_t)j * leading_dimension;
-        const double *from = M->values + (size_t)j * M->column_stride;
-
-        for (i = 0; i < problem->n; i++)
-            column[i] = from[(size_t)i * M->row_stride] * (d[i] * d[j]);
-    }
+    perp__lcp_dense_times(problem, 1.0, dense, leading_dimension);
 }

@@ -58,6 +58,7 @@ void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, in
     t->U = perp__arena_take(arena, perp__tableau_length(rows) * delay, sizeof(double));
     t->L = perp__arena_take(arena, delay * delay, sizeof(double));
     t->V = perp__arena_take(arena, delay * PERP__STRIP, sizeof(double));
+    t->rewritten = perp__arena_take(arena, delay * PERP__STRIP, sizeof(double));
     t->pivots = perp__arena_take(arena, delay, sizeof(double));
     t->exchanged = perp__arena_take(arena, delay, sizeof(int32_t));
     t->entered = perp__arena_take(arena, delay, sizeof(int32_t));
@@ -177,32 +178,53 @@ static void gather(perp__tableau *t, size_t begin, size_t width)
     const size_t ld = (size_t)t->leading_dimension, pending = (size_t)t->pending;
     size_t j, k;
 
-    for (j = 0; j < width; j++)
+    for (j = 0; j < width; j++) {
+        const double *column = t->T + (begin + j) * ld;
+
         for (k = 0; k < pending; k++)
-            t->V[k * PERP__STRIP + j] = t->T[(size_t)t->exchanged[k] + (begin + j) * ld];
+            t->V[k * PERP__STRIP + j] = column[t->exchanged[k]];
+    }
     for (; j < PERP__STRIP; j++)
         for (k = 0; k < pending; k++)
             t->V[k * PERP__STRIP + j] = 0.0;
 }
 
-/* Row k of V is known: the row that it belongs to is divided by the pivot. Columns that were
- * written afresh after exchange k have nothing to do with it. */
-static void divide_row(perp__tableau *t, size_t k, size_t begin, size_t width)
+/* V and what becomes of the rows that were exchanged. Columns that were written afresh after
+ * exchange k have nothing to do with it. */
+static void eliminate_rows(perp__tableau *t, size_t begin, size_t width)
 {
-    const size_t ld = (size_t)t->leading_dimension;
-    double *v = t->V + k * PERP__STRIP;
-    double *into = t->T + (size_t)t->exchanged[k] + begin * ld;
-    size_t j, step = ld;
+    const size_t pending = (size_t)t->pending;
+    const int32_t *started = t->started + begin;
+    int32_t newest = 0;
+    size_t j, k;
 
-    if (t->again[k]) {
-        into = t->V + (size_t)t->again[k] * PERP__STRIP;
-        step = 1;
-    }
     for (j = 0; j < width; j++)
-        if ((size_t)t->started[begin + j] <= k)
-            into[j * step] = v[j] / t->pivots[k];
-        else
-            v[j] = 0.0;
+        newest = started[j] > newest ? started[j] : newest;
+    for (k = 0; k < pending; k++) {
+        double *v = t->V + k * PERP__STRIP, *rewritten = t->rewritten + k * PERP__STRIP;
+        double *again = t->V + (size_t)t->again[k] * PERP__STRIP;
+
+        t->kernels->subtract_rows(k, t->L + k * (size_t)t->delay, t->V, t->pivots[k], v, rewritten);
+        for (j = 0; j < width && k < (size_t)newest; j++)
+            if ((size_t)started[j] > k)
+                v[j] = 0.0;
+        for (j = 0; j < width && t->again[k] > 0; j++)
+            if ((size_t)started[j] <= k)
+                again[j] = rewritten[j];
+    }
+}
+
+static void scatter(perp__tableau *t, size_t begin, size_t width)
+{
+    const size_t ld = (size_t)t->leading_dimension, pending = (size_t)t->pending;
+    size_t j, k;
+
+    for (j = 0; j < width; j++) {
+        double *column = t->T + (begin + j) * ld;
+
+        for (k = (size_t)t->started[begin + j]; k < pending; k++)
+            column[t->exchanged[k]] = t->rewritten[k * PERP__STRIP + j];
+    }
 }
 
 void perp__tableau_flush(perp__tableau *t)
@@ -218,10 +240,8 @@ void perp__tableau_flush(perp__tableau *t)
         const size_t left = columns - begin, width = left < PERP__STRIP ? left : PERP__STRIP;
 
         gather(t, begin, width);
-        for (k = 0; k < pending; k++) {
-            t->kernels->subtract_rows(k, t->L + k * (size_t)t->delay, t->V, t->V + k * PERP__STRIP);
-            divide_row(t, k, begin, width);
-        }
+        eliminate_rows(t, begin, width);
+        scatter(t, begin, width);
         for (j = 0; j < width; j += PERP__TILE)
             t->kernels->subtract_tile(panels_of(t->rows), pending, t->U, stride_of(t), t->V + j,
                                       t->T + (begin + j) * ld, ld);
@@ -262,30 +282,18 @@ static void keep_row(perp__tableau *t, int32_t k, int32_t r)
     t->last[r] = k;
 }
 
-void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, double *column)
+void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, const double *column)
 {
-    const size_t ld = (size_t)t->leading_dimension, length = perp__tableau_length(t->rows);
-    const double pivot = column[r];
-    double *into = t->T + (size_t)c * ld, *u;
-    size_t i, p;
+    double *into = t->T + (size_t)c * (size_t)t->leading_dimension, *u;
 
     if (t->pending == t->delay)
         perp__tableau_flush(t);
     keep_row(t, t->pending, r);
-    t->pivots[t->pending] = pivot;
     u = t->U + (size_t)t->pending * PERP__PANEL;
-    if (t->kernels->fused)
-        for (i = 0; i < length; i++)
-            column[i] *= 1.0 / pivot;
-    else
-        for (i = 0; i < length; i++)
-            column[i] /= pivot;
-    for (i = 0; i < length; i++)
-        into[i] = -column[i];
-    into[r] = 1.0 / pivot;
-    column[r] = 0.0;
-    for (p = 0; p < panels_of(t->rows); p++)
-        memcpy(u + p * stride_of(t), column + p * PERP__PANEL, PERP__PANEL * sizeof *u);
+    t->kernels->keep(panels_of(t->rows), column[r], column, into, u, stride_of(t));
+    into[r] = 1.0 / column[r];
+    row_of(t, r)[(size_t)t->pending * PERP__PANEL] = 0.0;
+    t->pivots[t->pending] = column[r];
     t->entered[t->pending] = c;
     t->started[c] = ++t->pending;
 }

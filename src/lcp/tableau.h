@@ -15,13 +15,14 @@
 typedef struct perp__tableau {
     int32_t rows, columns; /* in use */
     int32_t leading_dimension;
-    int32_t delay;   /* most exchanges kept before they are applied */
-    int32_t pending; /* exchanges kept now */
-    double *T;       /* leading_dimension by columns, column-major */
-    double *U;       /* in panels; u_r = 0 from its exchange backwards */
-    double *L;       /* delay by delay, row-major: row k is row r of U before exchange k */
-    double *V;       /* of the multiples of U for some columns */
-    double *pivots;  /* p of the exchanges kept */
+    int32_t delay;     /* most exchanges kept before they are applied */
+    int32_t pending;   /* exchanges kept now */
+    double *T;         /* leading_dimension by columns, column-major */
+    double *U;         /* in panels; u_r = 0 from its exchange backwards */
+    double *L;         /* delay by delay, row-major: row k is row r of U before exchange k */
+    double *rewritten; /* what becomes of the rows exchanged, for some columns */
+    double *V;         /* of the multiples of U for some columns */
+    double *pivots;    /* p of the exchanges kept */
     int32_t *exchanged, *entered; /* r and c of the exchanges kept */
     int32_t *again;               /* the next one kept with the same row, or 0 */
     int32_t *last;                /* of a row: the last exchange kept, or -1 */
@@ -44,8 +45,8 @@ void perp__tableau_column(perp__tableau *t, int32_t c, double *column);
 /* y := T x, kept exchanges included; y has perp__tableau_length entries. */
 void perp__tableau_multiply(perp__tableau *t, const double *x, double *y);
 
-/* Exchanges row r and column c, which the caller has just read into `column`. It is overwritten. */
-void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, double *column);
+/* Exchanges row r and column c, which the caller has just read into `column`. */
+void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, const double *column);
 
 /* Forgets column c; the last column takes its place. */
 void perp__tableau_drop(perp__tableau *t, int32_t c);

@@ -32,11 +32,17 @@ typedef struct perp__panel_kernels {
     void (*subtract_vector)(size_t panels, size_t depth, const double *U, size_t stride,
                             const double *v, double *y);
     /* C := C - U V for PERP__TILE columns of C; V is depth by PERP__TILE, its rows PERP__STRIP
-     * apart. */
+     * apart. Makes the caches ready for the same rows of the columns PERP__STRIP further on. */
     void (*subtract_tile)(size_t panels, size_t depth, const double *U, size_t stride,
                           const double *V, double *C, size_t ldc);
-    /* x := x - f V for rows of PERP__STRIP entries; V is depth by PERP__STRIP. */
-    void (*subtract_rows)(size_t depth, const double *f, const double *V, double *x);
+    /* x := x - f V for rows of PERP__STRIP entries, quotients := x / pivot; V is depth by
+     * PERP__STRIP. */
+    void (*subtract_rows)(size_t depth, const double *f, const double *V, double pivot, double *x,
+                          double *quotients);
+    /* u := column / pivot (fused kernels multiply by 1 / pivot instead), into a column of U, and
+     * into := -u. */
+    void (*keep)(size_t panels, double pivot, const double *column, double *into, double *u,
+                 size_t stride);
 } perp__panel_kernels;
 
 /* The fastest kernels this processor has; plain ones where it has no fused ones. */

@@ -49,17 +49,39 @@ static void NAME(subtract_tile)(size_t panels, size_t depth, const double *U, si
         }
 }
 
-static void NAME(subtract_rows)(size_t depth, const double *f, const double *V, double *x)
+static void NAME(subtract_rows)(size_t depth, const double *f, const double *V, double pivot,
+                                double *x, double *quotients)
 {
     size_t k, j;
 
     for (k = 0; k < depth; k++)
         for (j = 0; j < PERP__STRIP; j++)
             x[j] = minus_one(x[j], f[k], V[k * PERP__STRIP + j]);
+    for (j = 0; j < PERP__STRIP; j++)
+        quotients[j] = x[j] / pivot;
+}
+
+static void NAME(keep)(size_t panels, double pivot, const double *column, double *into, double *u,
+                       size_t stride)
+{
+    const double reciprocal = 1.0 / pivot;
+    size_t i, k;
+
+    for (i = 0; i < panels; i++, column += PERP__PANEL, into += PERP__PANEL, u += stride)
+        for (k = 0; k < PERP__PANEL; k++) {
+            u[k] = FUSED ? column[k] * reciprocal : column[k] / pivot;
+            into[k] = 0.0 - u[k];
+        }
 }
 
 static const perp__panel_kernels NAME(kernels) = {
-    "any", FUSED, NAME(eliminate), NAME(subtract_vector), NAME(subtract_tile), NAME(subtract_rows),
+    "any",
+    FUSED,
+    NAME(eliminate),
+    NAME(subtract_vector),
+    NAME(subtract_tile),
+    NAME(subtract_rows),
+    NAME(keep),
 };
 
 #undef NAME

@@ -91,13 +91,18 @@ TARGET static void NAME(block)(size_t depth, const double *u, const double *v, d
 #define STORE(j)              \
     store(c + (j)*ldc, a##j); \
     store(c + (j)*ldc + LANES, b##j);
+#define AHEAD(j)                             \
+    prefetch(c + ((j) + PERP__STRIP) * ldc); \
+    prefetch(c + ((j) + PERP__STRIP) * ldc + 2 * LANES - 1);
     COLUMNS(LOAD)
+    COLUMNS(AHEAD)
     for (k = 0; k < depth; k++, u += PERP__PANEL, v += PERP__STRIP) {
         const lanes a = load(u), b = load(u + LANES);
 
         COLUMNS(STEP)
     }
     COLUMNS(STORE)
+#undef AHEAD
 #undef LOAD
 #undef STEP
 #undef STORE
@@ -109,21 +114,26 @@ TARGET static void NAME(subtract_tile)(size_t panels, size_t depth, const double
     size_t p, i, j;
 
 #define ONE(j) +1
+#define block NAME(block)
     for (p = 0; p < panels; p++)
         for (j = 0; j < PERP__TILE; j += COLUMNS(ONE))
             for (i = 0; i < PERP__PANEL; i += 2 * LANES)
-                NAME(block)
-    (depth, U + p * stride + i, V + j, C + p * PERP__PANEL + i + j * ldc, ldc);
+                block(depth, U + p * stride + i, V + j, C + p * PERP__PANEL + i + j * ldc, ldc);
+#undef block
 #undef ONE
 }
 
-TARGET static void NAME(subtract_rows)(size_t depth, const double *f, const double *V, double *x)
+TARGET static void NAME(subtract_rows)(size_t depth, const double *f, const double *V, double pivot,
+                                       double *x, double *quotients)
 {
+    const lanes p = spread(pivot);
     size_t j, k;
 
 #define LOAD(q) lanes x##q = load(x + j + (q)*LANES);
 #define STEP(q) x##q = minus(x##q, load(row + (q)*LANES), factor);
-#define STORE(q) store(x + j + (q)*LANES, x##q);
+#define STORE(q)                    \
+    store(x + j + (q)*LANES, x##q); \
+    store(quotients + j + (q)*LANES, divide(x##q, p));
     for (j = 0; j < PERP__STRIP; j += 6 * LANES) {
         const double *row = V + j;
 
@@ -140,12 +150,33 @@ TARGET static void NAME(subtract_rows)(size_t depth, const double *f, const doub
 #undef STORE
 }
 
+TARGET static void NAME(keep)(size_t panels, double pivot, const double *column, double *into,
+                              double *u, size_t stride)
+{
+    const lanes p = spread(FUSED ? 1.0 / pivot : pivot), zero = spread(0.0);
+    size_t i, k;
+
+    for (i = 0; i < panels; i++, column += PERP__PANEL, into += PERP__PANEL, u += stride)
+        for (k = 0; k < PERP__PANEL; k += LANES) {
+            const lanes a = load(column + k), scaled = FUSED ? multiply(a, p) : divide(a, p);
+
+            store(u + k, scaled);
+            store(into + k, subtract(zero, scaled));
+        }
+}
+
 #undef U_AT
 #undef SIX
 #undef EIGHT
 
 static const perp__panel_kernels NAME(kernels) = {
-    SET, FUSED, NAME(eliminate), NAME(subtract_vector), NAME(subtract_tile), NAME(subtract_rows),
+    SET,
+    FUSED,
+    NAME(eliminate),
+    NAME(subtract_vector),
+    NAME(subtract_tile),
+    NAME(subtract_rows),
+    NAME(keep),
 };
 
 #undef NAME

@@ -20,3 +20,4 @@
 #define both _mm256_and_pd
 #define any_of(t) (_mm256_movemask_pd(t) != 0)
 #define pick(t, a, b) _mm256_blendv_pd((b), (a), (t))
+#define prefetch(at) _mm_prefetch((const char *)(at), _MM_HINT_T1)

@@ -20,3 +20,4 @@
 #define both(t, u) ((__mmask8)((t) & (u)))
 #define any_of(t) ((t) != 0)
 #define pick(t, a, b) _mm512_mask_blend_pd((t), (b), (a))
+#define prefetch(at) _mm_prefetch((const char *)(at), _MM_HINT_T1)

@@ -20,3 +20,4 @@
 #undef both
 #undef any_of
 #undef pick
+#undef prefetch

@@ -20,3 +20,4 @@
 #define both(t, u) ((t) & (u))
 #define any_of(t) (t)
 #define pick(t, a, b) ((t) ? (a) : (b))
+#define prefetch(at) ((void)(at))

@@ -85,7 +85,7 @@ static void compare_tile(const perp__panel_kernels *kernels, size_t panels, size
 static void compare_rows(const perp__panel_kernels *kernels, size_t depth)
 {
     gen_random random;
-    double *f, *V, *x, expected[PERP__STRIP];
+    double *f, *V, *x, expected[PERP__STRIP], quotients[PERP__STRIP];
     size_t j, k;
 
     gen_seed(&random, depth);
@@ -95,11 +95,36 @@ static void compare_rows(const perp__panel_kernels *kernels, size_t depth)
     for (j = 0; j < PERP__STRIP; j++)
         for (expected[j] = x[j], k = 0; k < depth; k++)
             expected[j] = minus(kernels, expected[j], f[k], V[k * PERP__STRIP + j]);
-    kernels->subtract_rows(depth, f, V, x);
+    kernels->subtract_rows(depth, f, V, 0.3, x, quotients);
     assert_memory_equal(x, expected, sizeof expected);
+    for (j = 0; j < PERP__STRIP; j++)
+        assert_true(quotients[j] == x[j] / 0.3);
     free(f);
     free(V);
     free(x);
+}
+
+static void compare_keeping(const perp__panel_kernels *kernels, size_t panels)
+{
+    const size_t rows = panels * PERP__PANEL, stride = 3 * PERP__PANEL;
+    gen_random random;
+    double *column, *into, *U;
+    size_t i;
+
+    gen_seed(&random, panels);
+    column = numbers(&random, rows);
+    into = numbers(&random, rows);
+    U = numbers(&random, panels * stride);
+    kernels->keep(panels, 0.7, column, into, U + PERP__PANEL, stride);
+    for (i = 0; i < rows; i++) {
+        const double scaled = kernels->fused ? column[i] * (1.0 / 0.7) : column[i] / 0.7;
+
+        assert_true(entry(U, stride, i, 1) == scaled);
+        assert_true(into[i] == -scaled);
+    }
+    free(column);
+    free(into);
+    free(U);
 }
 
 /* Row 5 comes twice: what the first exchange made of it is what the second one starts from. */
@@ -150,6 +175,7 @@ static void test_kernels(void **state)
             compare_vector(kernels, panels, 2 * panels + 3);
             compare_tile(kernels, panels, 1);
             compare_tile(kernels, panels, 3 * panels);
+            compare_keeping(kernels, panels);
         }
         compare_rows(kernels, 1);
         compare_rows(kernels, 17);
