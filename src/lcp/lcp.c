@@ -12,6 +12,10 @@
 #include "lcp/settings.h"
 #include "lcp/solver.h"
 
+/* A backward error that leaves nothing to gain; from what tolerance on nobody asks for it. */
+#define PERP__EXACT (4.0 * DBL_EPSILON)
+#define PERP__LOOSE 1e-8
+
 static int32_t is_good(perp_outcome outcome)
 {
     return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
@@ -68,12 +72,27 @@ static perp__evaluation fall_back(perp_lcp_solver *solver, const double *z0)
     return worth;
 }
 
+/* Whether a candidate takes the place of the best so far. A verified ray is an answer: only a
+ * solution beats it. */
+static int32_t is_better(const perp__candidate *best, const perp__evaluation *worth,
+                         perp_outcome outcome)
+{
+    if (best->method < 0)
+        return 1;
+    if (is_good(best->outcome) && outcome == best->outcome)
+        return worth->backward < best->worth.backward;
+    if (is_good(best->outcome))
+        return outcome == PERP_OUTCOME_SOLVED;
+    return is_good(outcome) ||
+           (best->outcome != PERP_OUTCOME_RAY &&
+            (outcome == PERP_OUTCOME_RAY || worth->tested < best->worth.tested));
+}
+
 /* Makes solver->z the candidate of `method`: evaluates, polishes, keeps it if it is the best so
  * far or the first. Returns the outcome of this candidate. */
 static perp_status consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
-                            int64_t iterations, int32_t has_places, const double *z0)
+                            const perp__lcp_iterate *iterate, const double *z0)
 {
-    const int32_t method = step->method;
     perp__evaluation worth = perp__evaluate(solver);
     perp_status status = PERP_OK;
     perp_outcome outcome;
@@ -83,19 +102,16 @@ static perp_status consider(perp_lcp_solver *solver, const perp__plan_step *step
         said = PERP_OUTCOME_STALLED;
     }
     if (solver->settings.polish && said != PERP_OUTCOME_RAY && isfinite(worth.tested) &&
-        !step->rough) {
-        if (!has_places)
+        !step->rough && !iterate->far_off) {
+        if (!iterate->has_places)
             perp__read_places(solver, solver->places);
         status = perp__polish_run(solver, &worth);
         if (status != PERP_OK)
             return status;
     }
     outcome = judge(solver, &worth, said);
-    /* a verified ray is an answer: only a solution beats it */
-    if (solver->best.method < 0 || is_good(outcome) ||
-        (solver->best.outcome != PERP_OUTCOME_RAY &&
-         (outcome == PERP_OUTCOME_RAY || worth.tested < solver->best.worth.tested)))
-        keep(solver, &worth, outcome, method, iterations);
+    if (is_better(&solver->best, &worth, outcome))
+        keep(solver, &worth, outcome, step->method, iterate->iterations);
     return PERP_OK;
 }
 
@@ -211,6 +227,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     iterate.cover = solver->cover;
     iterate.warm = z0 != NULL;
     iterate.attempt = attempt;
+    iterate.rays = solver->rays;
     status = slot->method->solve(slot->work, &iterate);
     if (status == PERP_OK && solver->control.aborted)
         status = perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
@@ -234,8 +251,10 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     solver->correct = iterate.has_places ? iterate.correct : NULL;
     solver->correct_work = slot->work;
     note_end(solver, iterate.outcome);
-    status = consider(solver, step, own_limit(solver, iterate.outcome), iterate.iterations,
-                      iterate.has_places, z0);
+    if (attempt + 1 == slot->method->attempts || solver->ended >= 0)
+        iterate.far_off = 0;
+    solver->improvable = iterate.improvable;
+    status = consider(solver, step, own_limit(solver, iterate.outcome), &iterate, z0);
     if (*paused && solver->best.method == step->method && !is_good(solver->best.outcome)) {
         /* a pause was not the method's last word */
         solver->best.outcome = own_limit(solver, iterate.outcome);
@@ -243,6 +262,14 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     }
     *paused = iterate.paused;
     return status;
+}
+
+/* Solved, but not to the last digits, and the method may find them. */
+static int32_t is_improvable(const perp_lcp_solver *solver)
+{
+    return solver->improvable && is_good(solver->best.outcome) && solver->ended < 0 &&
+           solver->best.worth.backward > PERP__EXACT && solver->settings.polish &&
+           solver->settings.tol < PERP__LOOSE;
 }
 
 static int32_t ends_the_search(const perp_lcp_solver *solver)
@@ -274,7 +301,9 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
         attempts = 1;
     for (attempt = 0; (attempt < attempts || paused) && status == PERP_OK; attempt++) {
         status = run_once(solver, slot, step, attempt, &paused, z0);
-        if (status == PERP_OK && ends_the_search(solver))
+        if (status == PERP_OK && ends_the_search(solver) && !is_improvable(solver))
+            break;
+        if (solver->best.outcome == PERP_OUTCOME_RAY && solver->rays > 1)
             break;
     }
     if (solver->best.outcome == PERP_OUTCOME_RAY && attempts > 1 && solver->rays < 2 &&

@@ -13,6 +13,14 @@
 
 /* Most problems need one, the hardest contact problems met so far a dozen. */
 #define ATTEMPTS 9
+/* From this one on a path may be long. */
+#define PATIENT 5
+/* Of these, how many may follow one that left some digits to gain. */
+#define IMPROVEMENTS 5
+/* A t that is larger than this, relative to its start, is no end that a polish could mend. */
+#define FAR_OFF 1e-6
+/* Paths that correct the end of one in doubled precision. */
+#define CORRECTIONS 3
 
 static perp_status check(const perp__lcp_problem *problem)
 {
@@ -67,19 +75,30 @@ void perp__lemke_tolerances(int32_t attempt, double *slack, double *smallest_piv
     *smallest_pivot = pivots[attempt % 4];
 }
 
-/* In double, 1e-11 of the largest numbers may be what rounding left of 0; in doubled precision only
- * the rounding of the data is left. */
-static void choose_tolerances(perp__lemke *l, int32_t attempt)
-{
-    static const double slacks[] = {1e-12, 1e-11, 1e-13, 1e-10};
-    static const double pivots[] = {1e-13, 1e-11, 1e-14, 1e-11};
+/* How the attempts differ. Sizes are relative to the largest number of b, and of the column. */
+typedef struct trial {
+    double perturbation; /* added to b, random between one and two of these */
+    double slack;        /* of the ratio test */
+    double smallest_pivot;
+} trial;
 
-    if (attempt == 0) {
-        perp__lemke_tolerances(0, &l->slack, &l->smallest_pivot);
-        return;
-    }
-    l->slack = slacks[(attempt - 1) / 2 % 4];
-    l->smallest_pivot = pivots[(attempt - 1) / 2 % 4];
+/* In double, 1e-11 of the largest numbers may be what rounding left of 0; in doubled precision only
+ * the rounding of the data is left. The perturbation keeps degenerate problems, as contact problems
+ * are, from wandering about at one vertex. */
+static const trial trials[ATTEMPTS] = {
+    {1e-12, 1e-10, 1e-11}, {1e-11, 1e-14, 1e-13}, {1e-12, 1e-11, 1e-13},
+    {0.0, 1e-12, 1e-13},   {1e-11, 1e-14, 1e-13}, {1e-12, 1e-10, 1e-11},
+    {0.0, 1e-11, 1e-11},   {1e-11, 1e-13, 1e-14}, {1e-13, 1e-12, 1e-13},
+};
+
+static void perturb(perp__lemke *l, int32_t attempt)
+{
+    const double size = trials[attempt].perturbation * l->largest_b;
+    int32_t r;
+
+    for (r = 0; r < l->pairs; r++)
+        if (l->basic[r] >= l->pairs)
+            l->b[r] += size * perp__lemke_cover_entry(ATTEMPTS + attempt, r);
 }
 
 double perp__lemke_cover_entry(int32_t attempt, int32_t k)
@@ -195,6 +214,17 @@ static int32_t partner_of(perp__lemke *l, int32_t leaving, int32_t left_at_upper
     return leaving - l->pairs;
 }
 
+/* Steps of length 0 without end, or steps without end where t is as small as what was done to b. */
+static int32_t is_idle(perp__lemke *l)
+{
+    l->idle++;
+    if (fabs(l->b[l->row_of[perp__lemke_t(l)]]) > l->near_end)
+        l->near = 0;
+    else
+        l->near++;
+    return l->idle > l->most_idle || l->near > l->most_idle;
+}
+
 /* One step of the path: the entering variable goes as far as it can. Returns the next entering
  * variable, or -1 with the outcome set. */
 static int32_t advance(perp__lemke *l, int32_t entering, perp_outcome *outcome)
@@ -216,6 +246,8 @@ static int32_t advance(perp__lemke *l, int32_t entering, perp_outcome *outcome)
         return partner_of(l, entering, l->direction > 0.0);
     }
     perp__lemke_distance(l, r, 0.0, &far, &speed);
+    if (far > 0.0)
+        l->idle = 0;
     leaving = l->basic[r];
     at_upper = leaving < l->pairs && -l->direction * l->column[r] > 0.0;
     if (!pivot(l, r, entering, far, from)) {
@@ -256,6 +288,8 @@ static perp_outcome follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int6
             if (stop >= 0)
                 return stop;
         }
+        if (is_idle(l))
+            return PERP_OUTCOME_STALLED;
         next = advance(l, *entering, &outcome);
         if (next < 0 && outcome == PERP_OUTCOME_RAY)
             return outcome;
@@ -287,8 +321,8 @@ static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
             iterate->places[i] = upper_side ? PERP__AT_UPPER : PERP__AT_LOWER;
     }
     iterate->has_places = 1;
-    if (!l->doubled.on && l->row_of[perp__lemke_t(l)] < 0)
-        iterate->correct = perp__lemke_correct;
+    iterate->correct =
+        !l->doubled.on && l->row_of[perp__lemke_t(l)] < 0 ? perp__lemke_correct : NULL;
 }
 
 /* The last column is the direction in which nothing blocks. */
@@ -322,7 +356,11 @@ static int32_t solve_from_guess(perp__lemke *l, perp__lcp_iterate *iterate)
 
     if (guess != PERP__GUESS_BASIS)
         return guess == PERP__GUESS_END;
-    choose_tolerances(l, 0);
+    l->slack = trials[0].slack;
+    l->smallest_pivot = trials[0].smallest_pivot;
+    l->idle = l->near = 0;
+    l->most_idle = INT32_MAX;
+    l->near_end = -INFINITY;
     if (!perp__lemke_start_at(l))
         return 0;
     iterate->outcome = follow_path(l, iterate, (int64_t)l->pairs + 16, &entering);
@@ -331,6 +369,57 @@ static int32_t solve_from_guess(perp__lemke *l, perp__lcp_iterate *iterate)
     write_point(l, iterate);
     return iterate->outcome != PERP_OUTCOME_RAY && iterate->outcome != PERP_OUTCOME_STALLED &&
            (iterate->outcome != PERP_OUTCOME_ITERATION_LIMIT || p->iteration_limit > 0);
+}
+
+/* The ratio test's slack lets variables go beyond their limits a little. From the basis where the
+ * path has ended, with the values it really has, another path leads to one where they do not: its
+ * cover has entries for these variables only. If it ends elsewhere the point that is written
+ * already stays. */
+static void tighten(perp__lemke *l, perp__lcp_iterate *iterate)
+{
+    int32_t round, entering;
+
+    for (round = 0; round < CORRECTIONS; round++) {
+        double far;
+
+        perp__doubled_values(l);
+        write_point(l, iterate);
+        far = perp__doubled_cover(l);
+        if (far == 0.0)
+            return;
+        l->slack = 1e-3 * far / l->largest_b;
+        l->spent = iterate->iterations;
+        if (follow_path(l, iterate, (int64_t)l->pairs + 16, &entering) != PERP_OUTCOME_SOLVED)
+            round = CORRECTIONS;
+        iterate->iterations += l->spent;
+    }
+    if (round > CORRECTIONS)
+        return;
+    perp__doubled_values(l);
+    write_point(l, iterate);
+}
+
+/* Against wandering: the perturbation, which in double it is for the polish to take away again, and
+ * an end to steps that lead nowhere. */
+static void guard(perp__lemke *l, int32_t attempt)
+{
+    const int32_t perturbed =
+        trials[attempt].perturbation > 0.0 && (attempt > 0 || l->head.problem->settings->polish);
+
+    l->most_idle = 100 + (perturbed ? 1 : 4) * l->pairs;
+    l->near_end = 4.0 * fmax(trials[attempt].perturbation, trials[attempt].slack) * l->largest_b;
+    if (perturbed)
+        perturb(l, attempt);
+}
+
+/* Whether a path that ended elsewhere came near its end. */
+static int32_t is_far_off(const perp__lemke *l, perp_outcome outcome)
+{
+    const int32_t t_row = l->row_of[perp__lemke_t(l)];
+
+    return (outcome == PERP_OUTCOME_RAY || outcome == PERP_OUTCOME_STALLED ||
+            (outcome == PERP_OUTCOME_ITERATION_LIMIT && l->head.problem->iteration_limit <= 0)) &&
+           t_row >= 0 && fabs(l->b[t_row]) > FAR_OFF * l->largest_b;
 }
 
 static perp_status solve(void *work, perp__lcp_iterate *iterate)
@@ -346,6 +435,7 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
             return PERP_OK;
     }
     attempt = iterate->attempt - l->guessed;
+    iterate->improvable = attempt < IMPROVEMENTS;
     if (attempt > 0) {
         const perp_status status = perp__doubled_fit(l);
 
@@ -353,15 +443,24 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
             return status;
     }
     perp__lemke_start(l);
-    add_cover(l, attempt > 0 ? attempt - 1 : 0); /* e twice */
-    choose_tolerances(l, attempt);
+    /* e twice, unless it ended in a ray: another vector must have the second word on that */
+    add_cover(l, attempt == 1 && iterate->rays == 0 ? 0 : attempt);
+    l->slack = trials[attempt].slack;
+    l->smallest_pivot = trials[attempt].smallest_pivot;
     if (attempt > 0)
         perp__doubled_start(l);
-    iterate->outcome = follow_path(
-        l, iterate, attempt == 0 ? 200 + 8 * (int64_t)l->pairs : 1000 + 20 * (int64_t)l->pairs,
-        &entering);
+    l->idle = l->near = 0;
+    l->most_idle = INT32_MAX;
+    l->near_end = -INFINITY;
+    if (l->head.problem->settings->pivot_rule == PERP_PIVOT_HARRIS)
+        guard(l, attempt);
+    iterate->outcome =
+        follow_path(l, iterate, 200 + (attempt < PATIENT ? 8 : 40) * (int64_t)l->pairs, &entering);
     iterate->iterations += l->spent;
     write_point(l, iterate);
+    iterate->far_off = is_far_off(l, iterate->outcome);
+    if (l->doubled.on && iterate->outcome == PERP_OUTCOME_SOLVED)
+        tighten(l, iterate);
     if (iterate->outcome == PERP_OUTCOME_RAY)
         write_ray(l, entering, iterate);
     return PERP_OK;

@@ -37,6 +37,9 @@ typedef struct perp__lemke {
     double slack;          /* of the absolute Harris ratio test, relative to largest_b */
     double smallest_pivot; /* relative to the column's largest entry */
     double direction;      /* +1 or -1: how the entering variable moves */
+    int32_t idle, near,
+        most_idle;         /* steps of length 0 on end, and with t near 0; the most of them */
+    double near_end;       /* t that counts as near 0 */
     perp__doubled doubled; /* what attempts after the first need */
 
     perp__block_pivoting crash; /* dense M only; its block lies in the tableau's memory */

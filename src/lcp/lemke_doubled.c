@@ -8,6 +8,7 @@
  * a column that is 0 in its pivot's row, as most are in contact problems. */
 #include "lcp/lemke_doubled.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -77,6 +78,7 @@ static void layout(perp__arena *arena, void *object)
     d->low = perp__arena_take(arena, columns * n, sizeof(double));
     d->column_low = perp__arena_take(arena, n, sizeof(double));
     d->b_low = perp__arena_take(arena, n, sizeof(double));
+    d->start_b = perp__arena_take(arena, n, sizeof(double));
     d->start_row = perp__arena_take(arena, 2 * n + 1, sizeof(int32_t));
     d->start_column = perp__arena_take(arena, 2 * n + 1, sizeof(int32_t));
     d->taken = perp__arena_take(arena, n, sizeof(int32_t));
@@ -104,40 +106,118 @@ void perp__doubled_start(perp__lemke *l)
     d->on = 1;
     d->count = 0;
     memset(d->b_low, 0, pairs * sizeof *d->b_low);
+    memcpy(d->start_b, l->b, pairs * sizeof *d->start_b);
     memcpy(d->start_row, l->row_of, (2 * pairs + 1) * sizeof *d->start_row);
     memcpy(d->start_column, l->column_of, (2 * pairs + 1) * sizeof *d->start_column);
 }
 
-/* column := E_count^-1 ... E_1^-1 times the variable's column at the start. */
-void perp__doubled_column(perp__lemke *l, int32_t variable)
+/* A variable's column in the tableau at the start; NULL: it was basic, with a unit column. */
+static double *start_of(const perp__lemke *l, int32_t variable)
 {
-    perp__doubled *d = &l->doubled;
+    const int32_t c = l->doubled.start_column[variable];
+
+    return c >= 0 ? l->tableau.T + (size_t)c * (size_t)l->tableau.leading_dimension : NULL;
+}
+
+/* x + x_low := E_count^-1 ... E_1^-1 (x + x_low) */
+static void solve(const perp__lemke *l, double *x, double *x_low)
+{
+    const perp__doubled *d = &l->doubled;
     const size_t n = (size_t)l->pairs;
-    const int32_t c = d->start_column[variable];
     int32_t k;
 
-    memset(d->column_low, 0, n * sizeof *d->column_low);
-    if (c >= 0) {
-        memcpy(l->column, l->tableau.T + (size_t)c * (size_t)l->tableau.leading_dimension,
-               n * sizeof *l->column);
-    } else { /* it was basic */
-        memset(l->column, 0, n * sizeof *l->column);
-        l->column[d->start_row[variable]] = 1.0;
-    }
     for (k = 0; k < d->count; k++) {
         const size_t at = (size_t)k * n;
         const int32_t r = d->rows[k];
         pair value;
 
-        value.high = l->column[r];
-        value.low = d->column_low[r];
+        value.high = x[r];
+        value.low = x_low[r];
         if (value.high == 0.0)
             continue;
         value = quotient(value, (pair){d->pivot_high[k], d->pivot_low[k]});
-        subtract(n, value.high, value.low, d->high + at, d->low + at, l->column, d->column_low);
-        l->column[r] = value.high;
-        d->column_low[r] = value.low;
+        subtract(n, value.high, value.low, d->high + at, d->low + at, x, x_low);
+        x[r] = value.high;
+        x_low[r] = value.low;
     }
+}
+
+void perp__doubled_column(perp__lemke *l, int32_t variable)
+{
+    const size_t bytes = (size_t)l->pairs * sizeof *l->column;
+    const double *start = start_of(l, variable);
+
+    memset(l->doubled.column_low, 0, bytes);
+    if (start) {
+        memcpy(l->column, start, bytes);
+    } else {
+        memset(l->column, 0, bytes);
+        l->column[l->doubled.start_row[variable]] = 1.0;
+    }
+    solve(l, l->column, l->doubled.column_low);
+}
+
+void perp__doubled_values(perp__lemke *l)
+{
+    perp__doubled *d = &l->doubled;
+    const size_t bytes = (size_t)l->pairs * sizeof *l->b;
+    int32_t k;
+
+    memcpy(l->b, d->start_b, bytes);
+    memset(d->b_low, 0, bytes);
+    memset(d->column_low, 0, bytes);
+    for (k = 0; k < l->pairs; k++) {
+        const double *start = start_of(l, k);
+
+        if (l->row_of[k] < 0 && l->at_upper[k] && start) /* nonbasic at its upper bound */
+            subtract((size_t)l->pairs, l->range[k], 0.0, start, d->column_low, l->b, d->b_low);
+    }
+    solve(l, l->b, d->b_low);
+}
+
+/* What a rounding of z and of the row's own data may change. */
+static double noise(const perp__lemke *l, int32_t variable, double z_largest)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    double size = z_largest;
+
+    if (variable >= l->pairs) {
+        const int32_t i = l->index[variable - l->pairs];
+
+        size = p->row_norms[i] * z_largest + fabs(p->q[i]);
+    }
+    return 0.5 * DBL_EPSILON * size;
+}
+
+double perp__doubled_cover(perp__lemke *l)
+{
+    const size_t n = (size_t)l->pairs;
+    double *column = start_of(l, perp__lemke_t(l));
+    double z_largest = 0.0, far = 0.0;
+    int32_t r;
+    size_t i;
+
+    for (r = 0; r < l->pairs; r++)
+        if (l->basic[r] < l->pairs)
+            z_largest = fmax(z_largest, fabs(l->b[r]));
+    memset(column, 0, n * sizeof *column);
+    memset(l->cover, 0, n * sizeof *l->cover);
+    for (r = 0; r < l->pairs; r++) {
+        const int32_t variable = l->basic[r];
+        const double off = perp__lemke_violation(l, r), side = l->b[r] < l->low[r] ? -1.0 : 1.0;
+        const double *start = start_of(l, variable);
+
+        if (off == 0.0)
+            continue;
+        if (off > noise(l, variable, z_largest))
+            far = fmax(far, off);
+        l->cover[variable < l->pairs ? variable : variable - l->pairs] = 1.0;
+        if (!start)
+            column[l->doubled.start_row[variable]] += side;
+        for (i = 0; start && i < n; i++)
+            column[i] += side * start[i];
+    }
+    return far;
 }
 
 double perp__doubled_step(const perp__lemke *l, int32_t r, double far, double *low)

@@ -15,6 +15,7 @@ typedef struct perp__doubled {
     double *pivot_high, *pivot_low;    /* `capacity` of them */
     double *high, *low;                /* `capacity` columns */
     double *column_low, *b_low;        /* the second halves of the method's column and b */
+    double *start_b;                   /* b where the path starts */
     int32_t *start_row, *start_column; /* of a variable in the tableau that the path starts from */
     int32_t *taken;                    /* of a reinversion: the variable whose row it is, or -1 */
     double *kept_high, *kept_low;      /* b during a reinversion */
@@ -42,5 +43,13 @@ void perp__doubled_move(struct perp__lemke *l, double step, double low);
  * Where there is no more room the basis is inverted afresh, and rows may change places. Returns 0
  * if it turns out singular. */
 int32_t perp__doubled_exchange(struct perp__lemke *l, int32_t r);
+
+/* b := the values of the basic variables where the nonbasic ones are at their limits. */
+void perp__doubled_values(struct perp__lemke *l);
+
+/* Makes t's column -1 in the rows whose variables are below their limits, +1 where they are above,
+ * and 0 elsewhere. Returns how far the farthest is off; 0: none is by more than what half a
+ * rounding may change. */
+double perp__doubled_cover(struct perp__lemke *l);
 
 #endif

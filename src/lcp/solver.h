@@ -62,6 +62,7 @@ struct perp_lcp_solver {
     double *best_ray; /* caller's units, largest entry 1 */
     int32_t best_certificate;
     int32_t rays;       /* verified ones, of this solve */
+    int32_t improvable; /* what the last attempt said of itself */
     perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
     double deadline;    /* of the solve, on perp__now()'s clock; 0: none */
     perp__lcp_problem problem;
