@@ -117,36 +117,35 @@ perp_status perp__all_point(perp__all *all)
 
 /* ---- inclusion ----------------------------------------------------------------------------- */
 
-/* Whether row i of a face's equations holds at z (constant = 1) or along it (0). */
-static int32_t keeps_equation(const perp__all *all, const int8_t *places, int32_t i,
-                              const double *z, int32_t constant, double size)
-{
-    const perp_lcp_solver *solver = all->solver;
-    double sum = constant ? solver->q_scaled[i] : 0.0;
-    int32_t j;
-
-    if (places[i] == PERP__BETWEEN) {
-        for (j = 0; j < all->n; j++)
-            sum += all->S[(size_t)j * (size_t)all->n + (size_t)i] * z[j];
-        return fabs(sum) <= same * (all->row_sizes[i] * size + fabs(solver->q_scaled[i]));
-    }
-    if (constant)
-        sum = places[i] == PERP__AT_UPPER ? solver->upper_scaled[i] : solver->lower_scaled[i];
-    else
-        sum = 0.0;
-    return fabs(z[i] - sum) <= same * size;
-}
-
+/* Whether z (constant = 1) or every point along it (0) keeps the equations of an index set: the
+ * bounds first, which cost nothing. */
 static int32_t keeps_equations(const perp__all *all, const int8_t *places, const double *z,
                                int32_t constant)
 {
+    const perp_lcp_solver *solver = all->solver;
     const double largest = largest_of(z, all->n);
     const double size = constant ? fmax(1.0, largest) : largest;
-    int32_t i;
+    int32_t i, j;
 
-    for (i = 0; i < all->n; i++)
-        if (!keeps_equation(all, places, i, z, constant, size))
+    for (i = 0; i < all->n; i++) {
+        const double bound = !constant                     ? 0.0
+                             : places[i] == PERP__AT_UPPER ? solver->upper_scaled[i]
+                                                           : solver->lower_scaled[i];
+
+        if (places[i] != PERP__BETWEEN && !(fabs(z[i] - bound) <= same * size))
             return 0;
+    }
+    for (i = 0; i < all->n; i++) {
+        const double *row = all->levels[0].T + (size_t)i * (size_t)(all->n + 1);
+        double sum = constant ? row[all->n] : 0.0;
+
+        if (places[i] != PERP__BETWEEN)
+            continue;
+        for (j = 0; j < all->n; j++)
+            sum += row[j] * z[j];
+        if (!(fabs(sum) <= same * (all->row_sizes[i] * size + fabs(row[all->n]))))
+            return 0;
+    }
     return 1;
 }
 
