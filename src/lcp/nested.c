@@ -8,7 +8,11 @@
  * nonsmooth Newton method of Graeser & Kornhuber ("Multigrid methods for obstacle problems", J.
  * Comput. Math. 27 (2009) 1) moves them: a projected Gauss-Seidel sweep, whose clamped rows are the
  * index set, then a rough solve with the rest, one or two multigrid cycles. Conjugate gradients
- * take the place of their line search, the sweep of the next step that of their projection. */
+ * take the place of their line search.
+ *
+ * Left out, because they did not pay on grids of 1e4 to 1e5 nodes: more sweeps a step, and many
+ * sweeps along the boundary of the index set alone (half the steps on jumping coefficients, the
+ * same time). */
 #include "lcp/nested.h"
 
 #include <math.h>
@@ -237,8 +241,12 @@ static int32_t correct(perp__nested *nested, int32_t k, lag *behind)
     if (!(k == nested->grid->levels - 1 ? solve_exactly(nested, k, count)
                                         : solve_roughly(nested, k, count, behind)))
         return 0;
-    for (r = 0; r < count; r++)
-        level->z[nested->active[r]] += nested->correction[nested->active[r]];
+    for (r = 0; r < count; r++) {
+        const int32_t i = nested->active[r];
+
+        level->z[i] =
+            perp__clamp(level->z[i] + nested->correction[i], level->lower[i], level->upper[i]);
+    }
     return 1;
 }
 
