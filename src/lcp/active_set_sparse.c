@@ -255,31 +255,42 @@ static void start_afresh(active_set_work *work, const double *start, perp__lcp_i
     read_places(work, iterate->z, iterate->places);
 }
 
-/* The first index set. */
-static perp_status start(active_set_work *work, perp__lcp_iterate *iterate)
+/* The first index set, or with *solved the last one and z. */
+static perp_status start(active_set_work *work, perp__lcp_iterate *iterate, int32_t *solved)
 {
     const perp__lcp_problem *problem = work->common.problem;
+    int32_t found = PERP__TRIDIAGONAL_NO;
     perp__multigrid *grid;
-    perp_status status;
-    int32_t found;
+    perp_status status = PERP_OK;
 
-    if (problem->block->kind == PERP__SPARSE_TRIDIAGONAL &&
-        perp__tridiagonal_lcp_places(&work->tridiagonal, &problem->block->T, problem,
-                                     iterate->places))
-        return PERP_OK;
+    if (problem->block->kind == PERP__SPARSE_TRIDIAGONAL)
+        status = perp__tridiagonal_lcp_solve(&work->tridiagonal, problem, iterate->places,
+                                             iterate->z, &found);
+    *solved = found == PERP__TRIDIAGONAL_SOLVED;
+    if (status != PERP_OK || found != PERP__TRIDIAGONAL_NO)
+        return status;
+    memcpy(work->step, iterate->z, (size_t)problem->n * sizeof *work->step);
     status = perp__sparse_block_grid(problem->block, &grid);
     if (status == PERP_OK && grid)
         status = perp__nested_fit(&work->nested, grid);
-    if (status != PERP_OK || !grid) {
-        read_places(work, iterate->z, iterate->places);
-        return status;
-    }
-    memcpy(work->step, iterate->z, (size_t)problem->n * sizeof *work->step);
-    found = perp__nested_run(&work->nested, problem, iterate->warm, iterate->z, iterate->places,
-                             &iterate->iterations, &iterate->outcome);
-    if (!found)
+    if (status == PERP_OK &&
+        !(grid && perp__nested_run(&work->nested, problem, iterate->warm, iterate->z,
+                                   iterate->places, &iterate->iterations, &iterate->outcome)))
         start_afresh(work, work->step, iterate);
-    return PERP_OK;
+    return status;
+}
+
+/* perp__lcp_iterate's: with the factors of the last equations. A rough solve would not do. */
+static int32_t correct(void *object, const double *residual, double *step)
+{
+    const active_set_work *work = object;
+    const perp__lcp_problem *problem = work->common.problem;
+
+    if (!problem->block->factored)
+        return 0;
+    memcpy(step, residual, (size_t)problem->n * sizeof *step);
+    perp__sparse_block_solve(problem->block, step);
+    return 1;
 }
 
 static perp_status solve(void *object, perp__lcp_iterate *iterate)
@@ -287,15 +298,20 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     active_set_work *work = object;
     const perp__lcp_problem *problem = work->common.problem;
     perp_status status;
-    int32_t i;
+    int32_t solved, i;
 
     iterate->outcome = -1;
-    status = start(work, iterate);
-    if (status == PERP_OK && iterate->outcome < 0)
+    status = start(work, iterate, &solved);
+    if (solved) {
+        iterate->outcome = PERP_OUTCOME_SOLVED;
+        iterate->iterations = 1;
+    } else if (status == PERP_OK && iterate->outcome < 0) {
         status = run(work, iterate);
+    }
     for (i = 0; i < problem->n; i++)
         iterate->z[i] = perp__clamp(iterate->z[i], problem->lower[i], problem->upper[i]);
     iterate->has_places = iterate->outcome == PERP_OUTCOME_SOLVED;
+    iterate->correct = correct;
     return status;
 }
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "lcp/solver.h"
+#include "linalg/multiversion.h"
 #include "linalg/scale.h"
 
 double perp__shift(double x, int32_t e)
@@ -129,10 +130,10 @@ static double relative_violation(const perp_lcp_solver *solver, int32_t i, doubl
     return violation >= 0.0 ? violation : INFINITY;
 }
 
-perp__evaluation perp__evaluate(perp_lcp_solver *solver)
+/* Projects z onto the bounds; returns the largest |z_i|, scaled. */
+static double project(perp_lcp_solver *solver)
 {
-    perp__evaluation worth = {0.0, 0.0, 0.0};
-    double z_largest = 0.0;
+    double largest = 0.0;
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
@@ -140,21 +141,90 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 
         solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
         size = fabs(perp__z_scaled(solver, i, solver->z[i]));
-        if (!(size <= z_largest))
-            z_largest = size;
+        if (!(size <= largest))
+            largest = size;
     }
-    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
-    for (i = 0; i < solver->n; i++) {
+    return largest;
+}
+
+/* Rows from `begin` on. */
+static void measure(const perp_lcp_solver *solver, int32_t begin, double z_largest,
+                    perp__evaluation *worth)
+{
+    int32_t i;
+
+    for (i = begin; i < solver->n; i++) {
         double above = solver->z[i] - solver->lower[i];
         double below = solver->z[i] - solver->upper[i];
         double w = solver->w_high[i];
 
-        raise_to(&worth.natural, fabs(middle(above, below, w)));
-        raise_to(&worth.tested,
+        raise_to(&worth->natural, fabs(middle(above, below, w)));
+        raise_to(&worth->tested,
                  fabs(middle(perp__z_scaled(solver, i, above), perp__z_scaled(solver, i, below),
                              perp__w_scaled(solver, i, w))));
-        raise_to(&worth.backward, relative_violation(solver, i, z_largest));
+        raise_to(&worth->backward, relative_violation(solver, i, z_largest));
     }
+}
+
+enum { LANES = 8 };
+
+/* The largest numbers of the rows i = lane (mod LANES). */
+typedef struct lanes {
+    double natural[LANES], tested[LANES], backward[LANES];
+    double undefined[LANES]; /* 1: a w is NaN */
+} lanes;
+
+/* The same as `measure` without branches, where units are powers of two that a double holds. */
+PERP__KERNEL static void measure_lanes_loops(const perp_lcp_solver *s, int32_t rows,
+                                             double z_largest, lanes *found)
+{
+    const double *restrict z = s->z, *restrict l = s->lower, *restrict u = s->upper;
+    const double *restrict high = s->w_high, *restrict z_down = s->z_down;
+    const double *restrict w_down = s->w_down, *restrict norms = s->row_norms;
+    const double *restrict q = s->q_scaled;
+    int32_t i, k;
+
+    for (i = 0; i < rows; i += LANES)
+        for (k = 0; k < LANES; k++) {
+            const double w = high[i + k], above = z[i + k] - l[i + k], below = z[i + k] - u[i + k];
+            const double natural = fabs(middle(above, below, w));
+            const double tested =
+                fabs(middle(above * z_down[i + k], below * z_down[i + k], w * w_down[i + k]));
+            const double size = norms[i + k] * z_largest + fabs(q[i + k]);
+            double violation = fabs(w), share;
+
+            violation = z[i + k] == u[i + k] ? (w > 0.0 ? w : 0.0) : violation;
+            violation = z[i + k] == l[i + k] ? (w < 0.0 ? -w : 0.0) : violation;
+            violation = l[i + k] == u[i + k] ? 0.0 : violation * w_down[i + k];
+            share = violation / size;
+            share = violation == 0.0 ? 0.0 : share >= 0.0 ? share : INFINITY;
+            found->natural[k] = natural > found->natural[k] ? natural : found->natural[k];
+            found->tested[k] = tested > found->tested[k] ? tested : found->tested[k];
+            found->backward[k] = share > found->backward[k] ? share : found->backward[k];
+            found->undefined[k] = w == w ? found->undefined[k] : 1.0;
+        }
+}
+PERP__MULTIVERSION(measure_lanes,
+                   (const perp_lcp_solver *s, int32_t rows, double z_largest, lanes *found),
+                   (s, rows, z_largest, found))
+
+perp__evaluation perp__evaluate(perp_lcp_solver *solver)
+{
+    const double z_largest = project(solver);
+    const int32_t rows = solver->powers_normal ? solver->n - solver->n % LANES : 0;
+    perp__evaluation worth = {0.0, 0.0, 0.0};
+    lanes found;
+    int32_t k;
+
+    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+    memset(&found, 0, sizeof found);
+    measure_lanes(solver, rows, z_largest, &found);
+    for (k = 0; k < LANES; k++) {
+        raise_to(&worth.natural, found.undefined[k] != 0.0 ? NAN : found.natural[k]);
+        raise_to(&worth.tested, found.undefined[k] != 0.0 ? NAN : found.tested[k]);
+        raise_to(&worth.backward, found.backward[k]);
+    }
+    measure(solver, rows, z_largest, &worth);
     return worth;
 }
 

@@ -27,21 +27,13 @@
 static int32_t diagonal_is_positive(const perp_lcp_solver *solver)
 {
     const perp__matrix *M = &solver->M;
-    int32_t j, k;
+    int32_t j;
 
-    for (j = 0; j < solver->n; j++) {
-        double diagonal = 0.0;
-
-        if (M->column_starts) {
-            for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-                if (M->row_indices[k] == j)
-                    diagonal = M->values[k];
-        } else {
-            diagonal = M->values[(size_t)j * (M->row_stride + M->column_stride)];
-        }
-        if (!(diagonal > 0.0))
+    if (M->column_starts)
+        return solver->block.has_positive_diagonal;
+    for (j = 0; j < solver->n; j++)
+        if (!(M->values[(size_t)j * (M->row_stride + M->column_stride)] > 0.0))
             return 0;
-    }
     return 1;
 }
 

@@ -18,6 +18,7 @@
  * polish decides. */
 #include "lcp/tridiagonal.h"
 
+#include <float.h>
 #include <math.h>
 
 typedef struct perp__run {
@@ -38,6 +39,9 @@ void perp__tridiagonal_lcp_layout(perp__arena *arena, perp__tridiagonal_lcp *wor
 {
     work->runs = perp__arena_take(arena, n, sizeof(run));
     work->q = perp__arena_take(arena, n, sizeof(double));
+    work->x = perp__arena_take(arena, n, sizeof(double));
+    work->active = perp__arena_take(arena, n, sizeof(int32_t));
+    work->examined = 0; /* another matrix, other bounds */
 }
 
 /* Signs, and elimination from the top: a Z-matrix is a nonsingular M-matrix if and only if all its
@@ -139,6 +143,23 @@ static double end_value(const scan *s, int32_t k, int32_t i)
     return k >= 0 && s->runs[k].b == i ? s->runs[k].last[0] : 0.0;
 }
 
+/* Row i, whose w is given, joins the last run on its right: a step of elimination, which is `join`
+ * with single(s, i) in fewer operations. */
+static void append(scan *s, int32_t i, double w)
+{
+    run *r = &s->runs[s->top];
+    const double below = s->T->below[i - 1];
+    const double reciprocal = 1.0 / (s->T->diagonal[i] + below * r->last[2]);
+
+    r->last[0] = -w * reciprocal;
+    r->last[1] *= -below * reciprocal;
+    r->last[2] = -s->T->above[i] * reciprocal;
+    r->first[0] += r->first[2] * r->last[0];
+    r->first[1] += r->first[2] * r->last[1];
+    r->first[2] *= r->last[2];
+    r->b = i;
+}
+
 /* The last run has changed: joins it with what it touches, and lets in the rows on its left whose w
  * has become negative. */
 static void settle(scan *s)
@@ -184,6 +205,27 @@ static run free_run(const scan *s, int32_t i)
     return r;
 }
 
+/* Row i, bounded, comes next. Enters it if its w says so; `ahead` is the run of free variables that
+ * follows, or NULL. Returns whether it entered. */
+static int32_t look_at(scan *s, int32_t i, const run *ahead)
+{
+    const int32_t touches = s->top >= 0 && s->runs[s->top].b == i - 1;
+    double w = s->q[i];
+
+    if (touches)
+        w += s->T->below[i - 1] * s->runs[s->top].last[0];
+    if (!((ahead ? w + s->T->above[i] * ahead->first[0] : w) < 0.0))
+        return 0;
+    if (touches)
+        append(s, i, w);
+    else
+        s->runs[++s->top] = single(s, i);
+    if (ahead)
+        join(&s->runs[s->top], ahead);
+    settle(s);
+    return 1;
+}
+
 /* Free variables are there before their neighbours are looked at: their x may be negative. */
 static void enter_all(scan *s)
 {
@@ -192,26 +234,16 @@ static void enter_all(scan *s)
     s->top = -1;
     while (i < s->T->n) {
         const int32_t is_inside = is_free(s, i);
-        const int32_t has_ahead = !is_inside && is_free(s, i + 1);
+        const int32_t has_ahead = is_inside || is_free(s, i + 1);
         run ahead;
 
-        if (is_inside || has_ahead)
+        if (has_ahead)
             ahead = free_run(s, is_inside ? i : i + 1);
-        if (!is_inside && !is_fixed(s, i)) {
-            double w = s->q[i] + (has_ahead ? s->T->above[i] * ahead.first[0] : 0.0);
-
-            if (i > 0)
-                w += s->T->below[i - 1] * end_value(s, s->top, i - 1);
-            if (w < 0.0) {
-                s->runs[++s->top] = single(s, i);
-                if (has_ahead)
-                    join(&s->runs[s->top], &ahead);
-                settle(s);
-                i = s->runs[s->top].b + 1;
-                continue;
-            }
+        if (!is_inside && !is_fixed(s, i) && look_at(s, i, has_ahead ? &ahead : NULL)) {
+            i = s->runs[s->top].b + 1;
+            continue;
         }
-        if (is_inside || has_ahead) {
+        if (has_ahead) {
             s->runs[++s->top] = ahead;
             settle(s);
             i = ahead.b;
@@ -220,24 +252,120 @@ static void enter_all(scan *s)
     }
 }
 
+/* Writes the places and the list of rows in runs; returns how many these are. */
+static int32_t write_places(const scan *s, int8_t *places, int32_t *active)
+{
+    int32_t count = 0, i, k;
+
+    for (i = 0; i < s->T->n; i++)
+        places[i] = is_fixed(s, i) ? PERP__FIXED : s->sign > 0.0 ? PERP__AT_LOWER : PERP__AT_UPPER;
+    for (k = 0; k <= s->top; k++)
+        for (i = s->runs[k].a; i <= s->runs[k].b; i++) {
+            places[i] = PERP__BETWEEN;
+            active[count++] = i;
+        }
+    return count;
+}
+
+static double row_times(const perp__tridiagonal *T, int32_t i, const double *z)
+{
+    double sum = T->diagonal[i] * z[i];
+
+    if (i > 0)
+        sum += T->below[i - 1] * z[i - 1];
+    return i + 1 < T->n ? sum + T->above[i] * z[i + 1] : sum;
+}
+
+/* z_A = -S_AA^-1 (q_A + S_AN z_N) with the others at their bounds. */
+static perp_status solve_equations(const scan *s, double *z, const int32_t *active, int32_t count,
+                                   double *x)
+{
+    const perp__lcp_problem *p = s->problem;
+    perp_status status = perp__sparse_block_factor(p->block, active, count, 0.0);
+    int32_t i, k;
+
+    if (status != PERP_OK)
+        return status;
+    for (i = 0; i < p->n; i++)
+        z[i] = bound_of(p, i);
+    for (k = 0; k < count; k++)
+        z[active[k]] = 0.0;
+    for (k = 0; k < count; k++)
+        x[active[k]] = -(p->q[active[k]] + row_times(s->T, active[k], z));
+    perp__sparse_block_solve(p->block, x);
+    for (k = 0; k < count; k++)
+        z[active[k]] = x[active[k]];
+    return PERP_OK;
+}
+
+/* Whether z and w have the signs that the places ask for, up to rounding in w. */
+static int32_t signs_hold(const scan *s, const int8_t *places, const double *z)
+{
+    const perp__lcp_problem *p = s->problem;
+    double z_largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < p->n; i++)
+        z_largest = fabs(z[i]) > z_largest ? fabs(z[i]) : z_largest;
+    for (i = 0; i < p->n; i++) {
+        if (places[i] == PERP__BETWEEN) {
+            if (!(z[i] >= p->lower[i] && z[i] <= p->upper[i]))
+                return 0;
+        } else if (places[i] != PERP__FIXED) {
+            const double w = s->sign * (row_times(s->T, i, z) + p->q[i]);
+            const double size = p->row_norms[i] * z_largest + fabs(p->q[i]);
+
+            if (!(w >= -16.0 * DBL_EPSILON * size))
+                return 0;
+        }
+    }
+    return 1;
+}
+
+/* Finds the index set; 0 if this is not a problem for this method. */
+static int32_t find_places(scan *s, perp__tridiagonal_lcp *work, const perp__tridiagonal *T,
+                           const perp__lcp_problem *problem)
+{
+    s->T = T;
+    s->problem = problem;
+    s->q = work->q;
+    s->runs = work->runs;
+    if (!work->examined) {
+        work->examined = 1;
+        work->sign = is_m_matrix(T) ? side_of_bounds(problem) : 0.0;
+    }
+    s->sign = work->sign;
+    if (s->sign == 0.0 || !shift(work, s))
+        return 0;
+    enter_all(s);
+    return 1;
+}
+
 int32_t perp__tridiagonal_lcp_places(perp__tridiagonal_lcp *work, const perp__tridiagonal *T,
                                      const perp__lcp_problem *problem, int8_t *places)
 {
     scan s;
-    int32_t i, k;
 
-    s.T = T;
-    s.problem = problem;
-    s.q = work->q;
-    s.runs = work->runs;
-    s.sign = side_of_bounds(problem);
-    if (s.sign == 0.0 || !is_m_matrix(T) || !shift(work, &s))
+    if (!find_places(&s, work, T, problem))
         return 0;
-    enter_all(&s);
-    for (i = 0; i < problem->n; i++)
-        places[i] = is_fixed(&s, i) ? PERP__FIXED : s.sign > 0.0 ? PERP__AT_LOWER : PERP__AT_UPPER;
-    for (k = 0; k <= s.top; k++)
-        for (i = s.runs[k].a; i <= s.runs[k].b; i++)
-            places[i] = PERP__BETWEEN;
+    write_places(&s, places, work->active);
     return 1;
+}
+
+perp_status perp__tridiagonal_lcp_solve(perp__tridiagonal_lcp *work,
+                                        const perp__lcp_problem *problem, int8_t *places, double *z,
+                                        int32_t *found)
+{
+    perp_status status;
+    scan s;
+    int32_t count;
+
+    *found = PERP__TRIDIAGONAL_NO;
+    if (!find_places(&s, work, &problem->block->T, problem))
+        return PERP_OK;
+    count = write_places(&s, places, work->active);
+    status = solve_equations(&s, z, work->active, count, work->x);
+    *found = status == PERP_OK && signs_hold(&s, places, z) ? PERP__TRIDIAGONAL_SOLVED
+                                                            : PERP__TRIDIAGONAL_PLACES;
+    return status < 0 ? status : PERP_OK;
 }

@@ -5,16 +5,33 @@
 #include "lcp/method.h"
 #include "linalg/tridiagonal.h"
 
+enum {
+    PERP__TRIDIAGONAL_NO = 0, /* no M-matrix, or finite bounds on both sides */
+    PERP__TRIDIAGONAL_PLACES =
+        1, /* an index set near the solution's: rounding decides some signs */
+    PERP__TRIDIAGONAL_SOLVED = 2
+};
+
 typedef struct perp__tridiagonal_lcp {
     struct perp__run *runs; /* n */
     double *q;              /* n, of the problem with its bounds shifted to 0 */
+    double *x;              /* n */
+    int32_t *active;        /* n */
+    int32_t examined;       /* `sign` is that of the problem: 1, -1 (upper bounds), 0: unsuitable */
+    double sign;
 } perp__tridiagonal_lcp;
 
 void perp__tridiagonal_lcp_layout(perp__arena *arena, perp__tridiagonal_lcp *work, size_t n);
 
-/* Finds the index set of the solution. Returns 0 if this is not a problem for this method: T is not
- * an M-matrix, or there are finite bounds on both sides. */
+/* Finds the index set of the solution. Returns 0 if T is not an M-matrix, or there are finite
+ * bounds on both sides. */
 int32_t perp__tridiagonal_lcp_places(perp__tridiagonal_lcp *work, const perp__tridiagonal *T,
                                      const perp__lcp_problem *problem, int8_t *places);
+
+/* The same and the solution. problem->block must be tridiagonal. *found says what came of it; z
+ * is meant to be used with PERP__TRIDIAGONAL_SOLVED only. PERP_OK or _MEMORY. */
+perp_status perp__tridiagonal_lcp_solve(perp__tridiagonal_lcp *work,
+                                        const perp__lcp_problem *problem, int8_t *places, double *z,
+                                        int32_t *found);
 
 #endif

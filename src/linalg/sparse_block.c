@@ -146,6 +146,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     block->ordered = 0;
     block->grid_built = 0;
     block->suits_grid = 0;
+    block->has_positive_diagonal = positive;
     block->has_z_signs = positive && off_diagonal_is_not_positive(M);
     block->kind = perp__is_tridiagonal(M) ? PERP__SPARSE_TRIDIAGONAL : PERP__SPARSE_GENERAL;
     status = perp__arena_fit(&block->arena, layout, block);
