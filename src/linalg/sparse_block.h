@@ -25,7 +25,7 @@ typedef struct perp__sparse_block {
     perp_context *context;
     const perp__matrix *M;
     const double *scale;
-    int32_t kind;        /* enum perp__sparse_kind */
+    int32_t kind; /* enum perp__sparse_kind */
     int32_t has_positive_diagonal;
     int32_t has_z_signs; /* S_ii > 0 and S_ij <= 0 for i != j */
     /* S is symmetric, and the positive entries beside the diagonal are small: multigrid may serve
