@@ -66,9 +66,10 @@ typedef struct perp_lcp_progress {
                         active_set on dense problems) */
 } perp_lcp_progress;
 
-/* Called once an iteration (lemke, dense: at the first pivot and every 16). Returns 0 to go on, a
- * positive number to stop (outcome 'stopped', best iterate returned), a negative number to abort
- * the call with PERP_ERROR_CALLBACK. Must not call into the same context. */
+/* Called once an iteration (lemke, dense: at the first pivot and every 16, and at every round of a
+ * crash). Returns 0 to go on, a positive number to stop (outcome 'stopped', best iterate returned),
+ * a negative number to abort the call with PERP_ERROR_CALLBACK. Must not call into the same
+ * context. */
 typedef int32_t (*perp_lcp_monitor)(const perp_lcp_progress *progress, void *user);
 
 typedef struct perp_lcp_settings {

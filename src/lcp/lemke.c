@@ -284,7 +284,7 @@ static perp_outcome follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int6
         if (iterate->iterations >= limit)
             return PERP_OUTCOME_ITERATION_LIMIT;
         if (iterate->iterations % 16 == 1) {
-            stop = perp__lcp_tick(p->control, iterate->iterations, INFINITY);
+            stop = perp__lcp_tick(p->control, l->spent + iterate->iterations, INFINITY);
             if (stop >= 0)
                 return stop;
         }

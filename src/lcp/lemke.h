@@ -42,12 +42,13 @@ typedef struct perp__lemke {
     double near_end;       /* t that counts as near 0 */
     perp__doubled doubled; /* what attempts after the first need */
 
-    perp__block_pivoting crash; /* dense M only; its block lies in the tableau's memory */
-    int32_t examined;           /* since the last set-up: what M says is known */
-    int32_t symmetric, crashes; /* what it says: a crash may pay */
-    int8_t *places;             /* n: a complementary basis to start from */
-    int64_t spent;              /* rounds and pivots of this attempt before the path began */
-    int32_t guessed;            /* attempt 0 was no cold start, which is then attempt 1 */
+    perp__block_pivoting crash;  /* dense M only; its block lies in the tableau's memory */
+    int32_t examined;            /* since the last set-up: what M says is known */
+    int32_t positive, symmetric; /* the diagonal; M */
+    int32_t crashes;             /* a crash from cold may pay */
+    int8_t *places;              /* n: a complementary basis to start from */
+    int64_t spent;               /* rounds and pivots of this attempt before the path began */
+    int32_t guessed;             /* attempt 0 was no cold start, which is then attempt 1 */
 } perp__lemke;
 
 /* The name of t. */

@@ -69,12 +69,24 @@ static void examine(perp__lemke *l)
     if (l->examined)
         return;
     l->examined = 1;
-    l->crashes = p->n >= PERP__CRASH_FROM && diagonal_is_positive(p->M);
-    if (!l->crashes)
+    l->crashes = l->symmetric = 0;
+    l->positive = p->n >= PERP__CRASH_FROM && diagonal_is_positive(p->M);
+    if (!l->positive)
         return;
     l->symmetric = perp__is_symmetric(p);
-    if (!l->symmetric)
-        l->crashes = p->n >= PERP__CRASH_LU_FROM && skewness(p) <= PERP__CRASH_SKEW;
+    l->crashes = l->symmetric || (p->n >= PERP__CRASH_LU_FROM && skewness(p) <= PERP__CRASH_SKEW);
+}
+
+/* From a good start a round or two are enough, whatever M's symmetry; but the polish, where it is
+ * on, has tried these already. */
+static int32_t may_crash(perp__lemke *l, int32_t warm)
+{
+    const perp__lcp_problem *p = l->head.problem;
+
+    if (!p->settings->crash || p->M->column_starts)
+        return 0;
+    examine(l);
+    return l->crashes || (warm && l->positive && !p->settings->polish);
 }
 
 static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
@@ -125,10 +137,7 @@ enum perp__lemke_guess perp__lemke_guess_basis(perp__lemke *l, perp__lcp_iterate
         perp__places_of(p, iterate->z, l->places);
     else
         perp__block_pivoting_start(p, l->places);
-    if (p->settings->crash && !p->M->column_starts) {
-        examine(l);
-        if (l->crashes)
-            guess = crash(l, iterate);
-    }
+    if (may_crash(l, iterate->warm))
+        guess = crash(l, iterate);
     return guess == PERP__GUESS_NONE && iterate->warm ? PERP__GUESS_BASIS : guess;
 }

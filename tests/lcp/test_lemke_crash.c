@@ -110,6 +110,15 @@ static void test_large_unsymmetric(void **state)
     }
 }
 
+static int32_t count_up(const perp_lcp_progress *progress, void *user)
+{
+    int64_t *last = user;
+
+    assert_true(progress->iterations >= *last);
+    *last = progress->iterations;
+    return 0;
+}
+
 /* Block pivoting goes round on the first four indices (a circulant P-matrix that a fourth variable
  * pushes; by enumeration z = (7, 4, 19, 9) / 9 is the solution), and solves the rest, z = -q, at
  * once. So the crash ends near the solution, and Lemke's method does the rest from there. */
@@ -134,9 +143,13 @@ static void test_a_crash_that_cycles(void **state)
     gen_from_integers(&problem, LARGE, M, q);
     for (crash = 0; crash < 2; crash++) {
         perp_lcp_settings settings = lemke(crash, 0);
+        int64_t last = 0;
         run r;
 
+        settings.monitor = count_up;
+        settings.monitor_user = &last;
         run_lcp(&r, context, &problem, &settings, NULL, "circulant");
+        assert_true(last > 0 && last <= r.result.iterations);
         assert_true(run_ok(&r));
         for (i = 0; i < LARGE; i++) /* exact but for ninths, and t, which starts at 40 */
             assert_true(fabs(r.z[i] - (i < 4 ? ninths[i] / 9.0 : q[i] < 0 ? -q[i] : 0)) <= 1e-13);
