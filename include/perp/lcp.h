@@ -355,6 +355,30 @@ PERP_API perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *r
                                   const double *q, const double *lower, const double *upper,
                                   perp_lcp_visit visit, void *user) PERP_WARN_UNUSED;
 
+/* Solves `count` problems of the same small size n in one call: groups of them side by side in
+ * vector registers, then the few that this does not solve by a solver each.
+ *
+ * Returns: PERP_OK with an outcome a problem; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE,
+ * _BUSY or _MEMORY, and then nothing was written. In messages the index counts through all
+ *          problems: entry i of problem k is [k n + i].
+ * Out:     z: count x n, row k the answer to problem k, as perp_lcp_solve gives it.
+ *          w: count x n, M z + q; or NULL.
+ *          outcomes: count times PERP_OUTCOME_...; or NULL.
+ *          residuals: count tested residuals; or NULL.
+ * In:      settings: as for perp_lcp_solve, NULL for the defaults. The monitor is not called. After
+ *             the time limit the rest have outcome time_limit, z nearest to 0, w nan, residual inf.
+ *             A method other than auto, or n > 32, is one solve after the other.
+ *          threads: 1 to 256 threads of the call's own. The answers have the same bits for any
+ *             number of them. The context's allocator is called by one thread at a time.
+ *          M: count matrices n x n, each by rows; q: count x n; lower, upper: count x n, or NULL
+ *             for 0 and +inf.
+ * Cost:    bench/results/lcp_batch.txt. Memory: the answers once more, until the call succeeds. */
+PERP_API perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t *outcomes,
+                                    double *residuals, const perp_lcp_settings *settings,
+                                    int32_t threads, int64_t count, int32_t n, const double *M,
+                                    const double *q, const double *lower,
+                                    const double *upper) PERP_WARN_UNUSED;
+
 #ifdef __cplusplus
 }
 #endif

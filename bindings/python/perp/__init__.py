@@ -2,6 +2,7 @@
 
 lcp, LCP    linear complementarity problems with bounds, once or again and again
 lcp_all     every solution of a small problem, families of solutions included
+lcp_batch   many small problems in one call
 lcp_sensitivity  derivatives of a solution with respect to its data
 lcp_verify  a proof that a solution lies near a point
 World       rigid bodies with contact, stepped in time
@@ -9,6 +10,7 @@ Error       what every failed call raises; bad arguments are ValueErrors, too
 """
 
 from ._all import Solution, Solutions, lcp_all
+from ._batch import Batch, lcp_batch
 from ._body import Body, Shape
 from ._errors import Error
 from ._lcp import LCP, LcpResult, lcp
@@ -22,6 +24,7 @@ from ._world import World
 
 __all__ = [
     "LCP",
+    "Batch",
     "Body",
     "Contact",
     "Energy",
@@ -41,6 +44,7 @@ __all__ = [
     "__version__",
     "lcp",
     "lcp_all",
+    "lcp_batch",
     "lcp_sensitivity",
     "lcp_verify",
     "version",

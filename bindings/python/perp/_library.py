@@ -12,6 +12,7 @@ from ctypes import (
     c_char_p,
     c_double,
     c_int32,
+    c_int64,
     c_size_t,
     c_uint64,
     c_void_p,
@@ -73,6 +74,10 @@ _STATUS_FUNCTIONS: dict[str, list[Any]] = {
         s.LcpVisit,
         c_void_p,
     ],
+    "perp_lcp_batch": [s.ContextPointer]
+    + [c_void_p] * 4
+    + [POINTER(s.LcpSettings), c_int32, c_int64, c_int32]
+    + [c_void_p] * 4,
     "perp_lcp_sensitivity_create": [
         s.ContextPointer,
         POINTER(s.SensitivityPointer),

@@ -1,0 +1,317 @@
+/* The kernel of perp_lcp_batch for one instruction set; see linalg/vectors.h. Arrays are named by
+ * variables of the functions' own: a store of a vector might change what g points to, for all that
+ * the compiler knows. */
+
+/* LU = the active block, rows and columns of the others those of the unit matrix; its factors,
+ * without pivoting: P-matrices have only positive pivots. Returns 1 in the lanes that have not. */
+static TARGET lanes NAME(factor)(const perp__batch_group *g)
+{
+    const size_t n = (size_t)g->n;
+    double *const LU = g->LU;
+    const double *const M = g->M;
+    const double *const active = g->active;
+    double *const inverses = g->inverse;
+    const lanes one = spread(1.0), zero = spread(0.0);
+    lanes bad = zero;
+    size_t i, j, k;
+
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            const lanes both_active = multiply(load(active + i * LANES), load(active + j * LANES));
+            lanes entry = multiply(load(M + (i * n + j) * LANES), both_active);
+
+            if (i == j)
+                entry = add(entry, subtract(one, both_active));
+            store(LU + (i * n + j) * LANES, entry);
+        }
+    for (k = 0; k < n; k++) {
+        const double *from = LU + k * n * LANES;
+        const lanes pivot = load(from + k * LANES);
+        const truth good = less(multiply(spread(1e-13), load(M + (k * n + k) * LANES)), pivot);
+        const lanes inverse = divide(one, pick(good, pivot, one));
+
+        bad = pick(good, bad, one);
+        store(inverses + k * LANES, inverse);
+        for (i = k + 1; i + 1 < n; i += 2) { /* two rows: what is loaded serves twice */
+            double *into = LU + i * n * LANES, *next = into + n * LANES;
+            const lanes factor = multiply(load(into + k * LANES), inverse);
+            const lanes second = multiply(load(next + k * LANES), inverse);
+
+            store(into + k * LANES, factor);
+            store(next + k * LANES, second);
+            for (j = k + 1; j < n; j++) {
+                const lanes entry = load(from + j * LANES);
+
+                store(into + j * LANES, minus_fused(load(into + j * LANES), factor, entry));
+                store(next + j * LANES, minus_fused(load(next + j * LANES), second, entry));
+            }
+        }
+        for (; i < n; i++) {
+            double *into = LU + i * n * LANES;
+            const lanes factor = multiply(load(into + k * LANES), inverse);
+
+            store(into + k * LANES, factor);
+            for (j = k + 1; j < n; j++)
+                store(into + j * LANES,
+                      minus_fused(load(into + j * LANES), factor, load(from + j * LANES)));
+        }
+    }
+    return bad;
+}
+
+/* x := LU^-1 x */
+static TARGET void NAME(solve_factors)(const perp__batch_group *g, double *x)
+{
+    const size_t n = (size_t)g->n;
+    const double *const LU = g->LU;
+    const double *const inverses = g->inverse;
+    size_t i, k;
+
+    for (k = 0; k < n; k++) {
+        const lanes known = load(x + k * LANES);
+
+        for (i = k + 1; i < n; i++)
+            store(x + i * LANES,
+                  minus_fused(load(x + i * LANES), load(LU + (i * n + k) * LANES), known));
+    }
+    for (k = n; k-- > 0;) {
+        const lanes known = multiply(load(x + k * LANES), load(inverses + k * LANES));
+
+        store(x + k * LANES, known);
+        for (i = 0; i < k; i++)
+            store(x + i * LANES,
+                  minus_fused(load(x + i * LANES), load(LU + (i * n + k) * LANES), known));
+    }
+}
+
+/* norm; returns 1 in the lanes where a number of M or q is not finite, or their sum overflows. */
+static TARGET lanes NAME(find_norms)(const perp__batch_group *g)
+{
+    const size_t n = (size_t)g->n;
+    const double *const M = g->M;
+    double *const norm = g->norm;
+    const double *const q = g->q;
+    const double *const size = g->size;
+    const lanes one = spread(1.0), infinity = spread(INFINITY);
+    lanes bad = spread(0.0);
+    size_t i, j;
+
+    for (i = 0; i < n; i++) {
+        lanes sum = spread(0.0);
+
+        for (j = 0; j < n; j++)
+            sum =
+                add(sum, multiply(absolute(load(M + (i * n + j) * LANES)), load(size + j * LANES)));
+        store(norm + i * LANES, sum);
+        sum = add(sum, absolute(load(q + i * LANES)));
+        bad = pick(less(sum, infinity), bad, one);
+    }
+    return bad;
+}
+
+/* into = -(q + M x), one rounding an addition. */
+static TARGET void NAME(minus_w)(const perp__batch_group *g, const double *x, double *into)
+{
+    const size_t n = (size_t)g->n;
+    const double *const M = g->M;
+    const double *const q = g->q;
+    size_t i, j;
+
+    for (i = 0; i < n; i++) {
+        lanes sum = subtract(spread(0.0), load(q + i * LANES));
+
+        for (j = 0; j < n; j++)
+            sum = minus_fused(sum, load(M + (i * n + j) * LANES), load(x + j * LANES));
+        store(into + i * LANES, sum);
+    }
+}
+
+/* z of the active set, with the others at rest. Returns 1 in the lanes where it is singular. */
+static TARGET lanes NAME(solve_set)(const perp__batch_group *g)
+{
+    const size_t n = (size_t)g->n;
+    const lanes half = spread(0.5), zero = spread(0.0);
+    const lanes bad = NAME(factor)(g);
+    size_t i;
+
+    if (g->rests_at_zero)
+        for (i = 0; i < n; i++)
+            store(g->z + i * LANES, subtract(zero, load(g->q + i * LANES)));
+    else
+        NAME(minus_w)(g, g->rest, g->z); /* rest is 0 in active rows */
+    for (i = 0; i < n; i++)
+        store(g->z + i * LANES, pick(less(half, load(g->active + i * LANES)),
+                                     load(g->z + i * LANES), load(g->rest + i * LANES)));
+    NAME(solve_factors)(g, g->z);
+    return bad;
+}
+
+/* change, target; returns how many indices are out of place, beyond rounding for w. */
+static TARGET lanes NAME(find_changes)(const perp__batch_group *g)
+{
+    const size_t n = (size_t)g->n;
+    const lanes half = spread(0.5), one = spread(1.0), zero = spread(0.0);
+    lanes largest = zero, count = zero;
+    size_t i;
+
+    for (i = 0; i < n; i++)
+        largest = larger(largest,
+                         multiply(absolute(load(g->z + i * LANES)), load(g->z_unit + i * LANES)));
+    NAME(minus_w)(g, g->z, g->high);
+    for (i = 0; i < n; i++) {
+        const lanes z = load(g->z + i * LANES), minus_w = load(g->high + i * LANES);
+        const lanes low = load(g->lower + i * LANES), up = load(g->upper + i * LANES);
+        const lanes rest = load(g->rest + i * LANES);
+        const lanes size =
+            add(multiply(load(g->norm + i * LANES), largest), absolute(load(g->q + i * LANES)));
+        const lanes noise = multiply(spread(16.0 * DBL_EPSILON), size);
+        const truth is_active = less(half, load(g->active + i * LANES));
+        const lanes leaves = pick(less(z, low), one, pick(less(up, z), one, zero));
+        /* at its lower bound and not at its upper one, w too small; or the other way round */
+        const lanes enters =
+            pick(both(both(at_most(rest, low), less(rest, up)), less(noise, minus_w)), one,
+                 pick(both(both(at_most(up, rest), less(low, rest)),
+                           less(noise, subtract(zero, minus_w))),
+                      one, zero));
+        const lanes change = pick(is_active, leaves, enters);
+
+        store(g->change + i * LANES, change);
+        store(g->target + i * LANES, pick(less(z, low), low, up));
+        count = add(count, change);
+    }
+    return count;
+}
+
+/* Exchanges all indices out of place; in lanes where `single` is 1, the last of them alone, which
+ * ends for every P-matrix (Murty 1974). */
+static TARGET void NAME(exchange)(const perp__batch_group *g, lanes single)
+{
+    const lanes half = spread(0.5), one = spread(1.0), zero = spread(0.0);
+    lanes taken = zero;
+    size_t i;
+
+    for (i = (size_t)g->n; i-- > 0;) {
+        const lanes active = load(g->active + i * LANES);
+        const truth takes =
+            both(less(half, load(g->change + i * LANES)), less(multiply(taken, single), half));
+        const truth is_active = less(half, active);
+
+        taken = pick(takes, one, taken);
+        store(g->active + i * LANES, pick(takes, subtract(one, active), active));
+        store(g->rest + i * LANES, pick(takes, pick(is_active, load(g->target + i * LANES), zero),
+                                        load(g->rest + i * LANES)));
+    }
+}
+
+/* Active sets from z at rest. Returns 1 in the lanes where it did not end in a solution. */
+static TARGET lanes NAME(find_set)(const perp__batch_group *g)
+{
+    const lanes one = spread(1.0), zero = spread(0.0), half = spread(0.5);
+    const lanes not_finite = NAME(find_norms)(g);
+    lanes best = spread((double)g->n + 1.0), tries = zero, bad = zero, count;
+    int32_t round;
+
+    memcpy(g->z, g->rest, (size_t)g->n * LANES * sizeof *g->z); /* nothing active: no equations */
+    for (round = 0;; round++) {
+        truth falls;
+
+        if (round > 0 || g->has_free)
+            bad = NAME(solve_set)(g);
+        count = NAME(find_changes)(g);
+        if (!any_of(less(half, count)) || round == PERP__BATCH_ROUNDS)
+            break;
+        falls = less(count, best);
+        tries = pick(falls, spread(PERP__BATCH_TRIES), subtract(tries, one));
+        best = pick(falls, count, best);
+        NAME(exchange)(g, pick(less(tries, zero), one, zero));
+    }
+    return pick(less(half, add(count, not_finite)), one, bad);
+}
+
+/* high + low = M z + q in doubled precision (Ogita, Rump & Oishi 2005, algorithm 5.3), high rounded
+ * from the pair. */
+static TARGET void NAME(multiply_doubled)(const perp__batch_group *g)
+{
+    const size_t n = (size_t)g->n;
+    const double *const M = g->M;
+    double *const high_out = g->high;
+    double *const low_out = g->low;
+    const double *const q = g->q;
+    const double *const z = g->z;
+    size_t i, j;
+
+    for (i = 0; i < n; i++) {
+        lanes high = load(q + i * LANES), low = spread(0.0), sum, part;
+
+        for (j = 0; j < n; j++) {
+            const lanes a = load(M + (i * n + j) * LANES), x = load(z + j * LANES);
+            const lanes product = multiply(a, x);
+            const lanes product_error = minus_fused(product, a, x); /* its negative */
+            lanes sum_error;
+
+            sum = add(high, product);
+            part = subtract(sum, high);
+            sum_error = add(subtract(high, subtract(sum, part)), subtract(product, part));
+            low = add(low, subtract(sum_error, product_error));
+            high = sum;
+        }
+        sum = add(high, low);
+        part = subtract(sum, high);
+        store(low_out + i * LANES, add(subtract(high, subtract(sum, part)), subtract(low, part)));
+        store(high_out + i * LANES, sum);
+    }
+}
+
+/* max |mid((z - l) / (D omega), (z - u) / (D omega), D w / omega)| */
+static TARGET lanes NAME(measure)(const perp__batch_group *g)
+{
+    lanes worst = spread(0.0);
+    size_t i;
+
+    NAME(multiply_doubled)(g);
+    for (i = 0; i < (size_t)g->n; i++) {
+        const lanes z = load(g->z + i * LANES), unit = load(g->z_unit + i * LANES);
+        const lanes above = multiply(subtract(z, load(g->lower + i * LANES)), unit);
+        const lanes below = multiply(subtract(z, load(g->upper + i * LANES)), unit);
+        const lanes w = multiply(load(g->high + i * LANES), load(g->w_unit + i * LANES));
+        const lanes least = pick(less(above, w), above, w);
+
+        worst = larger(absolute(pick(less(least, below), below, least)), worst);
+    }
+    return worst;
+}
+
+/* One refinement of the active rows, kept within the bounds, in the lanes where `wanted` is 1. */
+static TARGET void NAME(refine)(const perp__batch_group *g, truth wanted)
+{
+    const lanes half = spread(0.5), zero = spread(0.0);
+    size_t i;
+
+    for (i = 0; i < (size_t)g->n; i++)
+        store(g->target + i * LANES, pick(both(wanted, less(half, load(g->active + i * LANES))),
+                                          load(g->high + i * LANES), zero));
+    NAME(solve_factors)(g, g->target);
+    for (i = 0; i < (size_t)g->n; i++) {
+        const lanes low = load(g->lower + i * LANES), up = load(g->upper + i * LANES);
+        const lanes z = subtract(load(g->z + i * LANES), load(g->target + i * LANES));
+        const lanes raised = pick(less(z, low), low, z);
+
+        store(g->z + i * LANES, pick(less(up, raised), up, raised));
+    }
+}
+
+static TARGET void NAME(solve)(const perp__batch_group *g)
+{
+    const lanes bad = NAME(find_set)(g);
+    lanes tested = NAME(measure)(g);
+    const truth wanted = less(spread(8.0 * DBL_EPSILON), tested);
+
+    if (any_of(wanted)) {
+        NAME(refine)(g, wanted);
+        tested = NAME(measure)(g);
+    }
+    store(g->tested, pick(less(spread(0.5), bad), spread(INFINITY), tested));
+}
+
+static const perp__batch_kernel NAME(kernel) = {SET, LANES, NAME(solve)};
+#undef NAME
