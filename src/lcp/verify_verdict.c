@@ -3,9 +3,11 @@
 
 #include "lcp/verify.h"
 
-/* What is known of the sign of a number within `width` of x. */
+/* What is known of the sign of a number within `width` of x: nothing where either overflowed. */
 static int32_t sign_of(double x, double width)
 {
+    if (!isfinite(width))
+        return 0;
     return x >= width ? 1 : x < -width ? -1 : 0;
 }
 

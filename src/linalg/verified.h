@@ -1,7 +1,7 @@
 /* Bounds of |A^-1 r| in which every rounding is counted, so that they hold without exception.
  *
- * The rounding mode is left alone: errors are bounded beforehand (Higham, "Accuracy and Stability
- * of Numerical Algorithms", section 3.1). Each operation is taken to obey
+ * The rounding mode is left alone, and is to nearest: errors are bounded beforehand (Higham,
+ * "Accuracy and Stability of Numerical Algorithms", section 3.1). Each operation is taken to obey
  *   fl(a o b) = (a o b)(1 + d) + e,  |d| <= 2^-53,  |e| <= DBL_MIN;
  * e covers gradual underflow, and numbers that a caller's flush-to-zero mode takes for 0. */
 #ifndef PERP_LINALG_VERIFIED_H

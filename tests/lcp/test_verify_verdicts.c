@@ -232,6 +232,17 @@ static void test_subnormal(void **state)
     assert_true(proof.radius >= 0x1p-1060);
 }
 
+/* Scaled, M(1,0) is 2^1025 and overflows; yet w_1 = 2^25 - 2^27 + 1/2 < 0. */
+static void test_overflow(void **state)
+{
+    static const double M[] = {1.0, 0.0, 0.0, 0x1p925, 0x1p-200, -0x1p923, 0.0, 0.0, 1.0};
+    static const double q[] = {-0x1p-1000, 0x1p-101, -0x1p-996};
+    static const double z[] = {0x1p-1000, 0.0, 0x1p-996};
+
+    (void)state;
+    assert_int_not_equal(verify(3, M, q, z).verdict, PERP_VERDICT_REGULAR);
+}
+
 /* ---- refusals and memory ------------------------------------------------------------------- */
 
 typedef struct call {
@@ -348,7 +359,8 @@ int main(void)
         cmocka_unit_test(test_verdicts),  cmocka_unit_test(test_bounds),
         cmocka_unit_test(test_too_large), cmocka_unit_test(test_texts),
         cmocka_unit_test(test_scaling),   cmocka_unit_test(test_subnormal),
-        cmocka_unit_test(test_refusals),  cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_overflow),  cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_memory),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);
