@@ -5,7 +5,7 @@
 #include "linalg/multiversion.h"
 
 /* Exchanges are applied to a column a group at a time. */
-enum { GROUP = 16 };
+enum { GROUP = PERP__GROUP };
 
 enum { DELAY = 64 };
 
@@ -89,6 +89,7 @@ void perp__tableau_column(perp__tableau *t, int32_t c, double *column)
 {
     const size_t pending = (size_t)t->pending, panels = panels_of(t->rows);
     const perp__exchanges e = {t->exchanged, t->pivots, t->L, (size_t)t->delay};
+    double v[GROUP];
     size_t first, last;
 
     memcpy(column, t->T + (size_t)c * (size_t)t->leading_dimension,
@@ -99,9 +100,9 @@ void perp__tableau_column(perp__tableau *t, int32_t c, double *column)
         last = first - first % GROUP + GROUP;
         if (last > pending)
             last = pending;
-        t->kernels->eliminate(&e, first, last, t->V, column);
+        t->kernels->eliminate(&e, first, last, v, column);
         t->kernels->subtract_vector(panels, last - first, t->U + first * PERP__PANEL, stride_of(t),
-                                    t->V + first, column);
+                                    v, column);
     }
 }
 
@@ -117,6 +118,16 @@ PERP__KERNEL static void add_4_loops(size_t length, const double *const *a, cons
 }
 PERP__MULTIVERSION(add_4, (size_t length, const double *const *a, const double *x, double *y),
                    (length, a, x, y))
+
+PERP__KERNEL static void add_1_loops(size_t length, const double *restrict a, double x,
+                                     double *restrict y)
+{
+    size_t i;
+
+    for (i = 0; i < length; i++)
+        y[i] += a[i] * x;
+}
+PERP__MULTIVERSION(add_1, (size_t length, const double *a, double x, double *y), (length, a, x, y))
 
 /* y := y + T x for the columns that owe all exchanges kept */
 static void add_untouched(const perp__tableau *t, const double *x, double *y)
@@ -149,26 +160,27 @@ static void add_untouched(const perp__tableau *t, const double *x, double *y)
 void perp__tableau_multiply(perp__tableau *t, const double *x, double *y)
 {
     const size_t panels = panels_of(t->rows), pending = (size_t)t->pending;
-    double *v = t->V;
-    size_t first, k, i;
+    size_t first, last, k, l;
+    double v[GROUP];
 
     memset(y, 0, panels * PERP__PANEL * sizeof *y);
     add_untouched(t, x, y);
-    for (k = 0; k < pending; k++) {
-        const double *owed = t->L + k * (size_t)t->delay;
-        const int32_t r = t->exchanged[k], c = t->entered[k];
-        const double *column = t->T + (size_t)c * (size_t)t->leading_dimension;
+    for (first = 0; first < pending; first = last) {
+        last = first + GROUP < pending ? first + GROUP : pending;
+        for (k = first; k < last; k++) {
+            const double *owed = t->L + k * (size_t)t->delay;
+            const int32_t r = t->exchanged[k], c = t->entered[k];
 
-        first = k - k % GROUP;
-        v[k] = y[r];
-        for (i = first; i < k; i++)
-            v[k] -= owed[i] * v[i];
-        y[r] = v[k] / t->pivots[k];
-        for (i = 0; i < (size_t)t->rows && (size_t)t->started[c] == k + 1 && x[c] != 0.0; i++)
-            y[i] += x[c] * column[i];
-        if (k + 1 == first + GROUP || k + 1 == pending)
-            t->kernels->subtract_vector(panels, k + 1 - first, t->U + first * PERP__PANEL,
-                                        stride_of(t), v + first, y);
+            v[k - first] = y[r];
+            for (l = first; l < k; l++)
+                v[k - first] -= owed[l] * v[l - first];
+            y[r] = v[k - first] / t->pivots[k];
+            if ((size_t)t->started[c] == k + 1 && x[c] != 0.0)
+                add_1(panels * PERP__PANEL, t->T + (size_t)c * (size_t)t->leading_dimension, x[c],
+                      y);
+        }
+        t->kernels->subtract_vector(panels, last - first, t->U + first * PERP__PANEL, stride_of(t),
+                                    v, y);
     }
 }
 

@@ -12,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { PERP__PANEL = 16, PERP__TILE = 12, PERP__STRIP = 48 };
+enum { PERP__PANEL = 16, PERP__TILE = 12, PERP__STRIP = 48, PERP__GROUP = 8 };
 
 /* Exchanges that were kept, one after the other: number k replaced entry rows[k] of a column. */
 typedef struct perp__exchanges {
@@ -25,8 +25,8 @@ typedef struct perp__exchanges {
 typedef struct perp__panel_kernels {
     const char *name;
     int32_t fused;
-    /* For k = first .. last-1: v[k] := y[rows[k]] - (what it owes to first .. k-1) and then
-     * y[rows[k]] := v[k] / pivots[k]. */
+    /* For k = first .. last-1, at most PERP__GROUP: v[k-first] := y[rows[k]] - (what that owes to
+     * first .. k-1) and then y[rows[k]] := v[k-first] / pivots[k]. */
     void (*eliminate)(const perp__exchanges *e, size_t first, size_t last, double *v, double *y);
     /* y := y - U v, v of `depth` entries; y is padded too. */
     void (*subtract_vector)(size_t panels, size_t depth, const double *U, size_t stride,

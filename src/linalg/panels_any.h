@@ -12,8 +12,8 @@ static void NAME(eliminate)(const perp__exchanges *e, size_t first, size_t last,
         double x = y[e->rows[k]];
 
         for (l = first; l < k; l++)
-            x = minus_one(x, owed[l], v[l]);
-        v[k] = x;
+            x = minus_one(x, owed[l], v[l - first]);
+        v[k - first] = x;
         y[e->rows[k]] = x / e->pivots[k];
     }
 }

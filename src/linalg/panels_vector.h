@@ -9,21 +9,50 @@
  *
  * Accumulators have names of their own: compilers spill what is an array. */
 
+/* x less what it owes to the first, the first two, ... of a group: in registers, since each waits
+ * for the one before. */
+#define OWE_0(x, L) (x)
+#define OWE_1(x, L) minus_one(x, (L)[0], v0)
+#define OWE_2(x, L) minus_one(OWE_1(x, L), (L)[1], v1)
+#define OWE_3(x, L) minus_one(OWE_2(x, L), (L)[2], v2)
+#define OWE_4(x, L) minus_one(OWE_3(x, L), (L)[3], v3)
+#define OWE_5(x, L) minus_one(OWE_4(x, L), (L)[4], v4)
+#define OWE_6(x, L) minus_one(OWE_5(x, L), (L)[5], v5)
+#define OWE_7(x, L) minus_one(OWE_6(x, L), (L)[6], v6)
+
 TARGET static void NAME(eliminate)(const perp__exchanges *e, size_t first, size_t last, double *v,
                                    double *y)
 {
-    size_t k, l;
+    const double *L = e->L + first * e->stride + first, *pivots = e->pivots + first;
+    const int32_t *rows = e->rows + first;
+    const size_t count = last - first, stride = e->stride;
 
-    for (k = first; k < last; k++) {
-        const double *owed = e->L + k * e->stride;
-        double x = y[e->rows[k]];
-
-        for (l = first; l < k; l++)
-            x = minus_one(x, owed[l], v[l]);
-        v[k] = x;
-        y[e->rows[k]] = x / e->pivots[k];
-    }
+#define STEP(k)                                              \
+    const double v##k = OWE_##k(y[rows[k]], L + (k)*stride); \
+                                                             \
+    v[k] = v##k;                                             \
+    y[rows[k]] = v##k / pivots[k];                           \
+    if (count == (k) + 1)                                    \
+        return;
+    STEP(0)
+    STEP(1)
+    STEP(2)
+    STEP(3)
+    STEP(4)
+    STEP(5)
+    STEP(6)
+    STEP(7)
+#undef STEP
 }
+
+#undef OWE_0
+#undef OWE_1
+#undef OWE_2
+#undef OWE_3
+#undef OWE_4
+#undef OWE_5
+#undef OWE_6
+#undef OWE_7
 
 /* Vector number q of a column of U. */
 #define U_AT(u, q) load((u) + (q)*LANES / PERP__PANEL * stride + (q)*LANES % PERP__PANEL)
