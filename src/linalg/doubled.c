@@ -11,62 +11,78 @@
 
 #include "linalg/matrix.h"
 #include "linalg/multiversion.h"
+#include "linalg/vectors.h"
 
-/* high + low + a * x */
-#define PERP__ACCUMULATE(high, low, a, x)                                    \
-    do {                                                                     \
-        const double product = (a) * (x);                                    \
-        const double product_error = fma((a), (x), -product);                \
-        const double sum = (high) + product;                                 \
-        const double part = sum - (high);                                    \
-        const double sum_error = ((high) - (sum - part)) + (product - part); \
-        (high) = sum;                                                        \
-        (low) += sum_error + product_error;                                  \
-    } while (0)
+/* In rows shorter than this the sum of eight sums costs more than it saves. */
+enum { FEW_COLUMNS = 24 };
 
-/* Four columns in one pass save three quarters of the traffic on high and low; each row still adds
- * its products one after the other, as one column at a time would. */
-PERP__KERNEL static void add_4_columns_loops(size_t rows, const double *const *a, const double *x,
-                                             double *restrict high, double *restrict low)
+typedef struct doubled_kernels {
+    void (*add_4_columns)(size_t rows, const double *const *a, const double *x, double *high,
+                          double *low);
+    void (*add_column)(size_t rows, const double *a, double x, double *high, double *low);
+    void (*add_row)(size_t columns, const double *a, const double *x, double *high, double *low);
+} doubled_kernels;
+
+/* high + low + a x */
+PERP__KERNEL static void accumulate(double *high, double *low, double a, double x)
 {
-    const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
-    const double x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3];
-    size_t i;
+    const double product = a * x;
+    const double product_error = fma(a, x, -product);
+    const double sum = *high + product;
+    const double part = sum - *high;
+    const double sum_error = (*high - (sum - part)) + (product - part);
 
-    for (i = 0; i < rows; i++) {
-        double h = high[i], l = low[i];
+    *high = sum;
+    *low += sum_error + product_error;
+}
 
-        PERP__ACCUMULATE(h, l, a0[i], x0);
-        PERP__ACCUMULATE(h, l, a1[i], x1);
-        PERP__ACCUMULATE(h, l, a2[i], x2);
-        PERP__ACCUMULATE(h, l, a3[i], x3);
-        high[i] = h;
-        low[i] = l;
+/* high + low + the sum of 8 pairs, in an order that does not depend on the vectors. */
+PERP__KERNEL static void add_lanes(const double *h, const double *l, double *high, double *low)
+{
+    double error = 0.0;
+    size_t k;
+
+    for (k = 0; k < 8; k++) {
+        accumulate(high, low, h[k], 1.0);
+        error += l[k];
     }
+    *low += error;
 }
-PERP__MULTIVERSION(add_4_columns,
-                   (size_t rows, const double *const *a, const double *x, double *high,
-                    double *low),
-                   (rows, a, x, high, low))
 
-PERP__KERNEL static void add_column_loops(size_t rows, const double *a, double x,
-                                          double *restrict high, double *restrict low)
-{
-    size_t i;
+#define NAME(x) x##_one
+#include "linalg/vector_one.h"
+#include "linalg/doubled_vector.h"
+#include "linalg/vector_end.h"
 
-    for (i = 0; i < rows; i++)
-        PERP__ACCUMULATE(high[i], low[i], a[i], x);
-}
-PERP__MULTIVERSION(add_column, (size_t rows, const double *a, double x, double *high, double *low),
-                   (rows, a, x, high, low))
+#if PERP__X86
+#define NAME(x) x##_avx2
+#include "linalg/vector_avx2.h"
+#include "linalg/doubled_vector.h"
+#include "linalg/vector_end.h"
+
+#define NAME(x) x##_avx512
+#include "linalg/vector_avx512.h"
+#include "linalg/doubled_vector.h"
+#include "linalg/vector_end.h"
+#endif
+
+/* In the order of perp__vector_set. */
+static const doubled_kernels *const kernels[] = {
+    &kernels_one,
+#if PERP__X86
+    &kernels_avx2,
+    &kernels_avx512,
+#endif
+};
 
 static void by_columns(const perp__matrix *M, const double *x, double *high, double *low)
 {
+    const doubled_kernels *k = kernels[perp__widest_vectors()];
     const size_t rows = (size_t)M->rows;
     const double *columns[4];
     double factors[4];
     int32_t j;
-    size_t pending = 0, k;
+    size_t pending = 0, c;
 
     for (j = 0; j < M->columns; j++) {
         if (x[j] == 0.0)
@@ -74,12 +90,22 @@ static void by_columns(const perp__matrix *M, const double *x, double *high, dou
         columns[pending] = M->values + (size_t)j * M->column_stride;
         factors[pending] = x[j];
         if (++pending == 4) {
-            add_4_columns(rows, columns, factors, high, low);
+            k->add_4_columns(rows, columns, factors, high, low);
             pending = 0;
         }
     }
-    for (k = 0; k < pending; k++)
-        add_column(rows, columns[k], factors[k], high, low);
+    for (c = 0; c < pending; c++)
+        k->add_column(rows, columns[c], factors[c], high, low);
+}
+
+/* Columns where x is 0 cost less than leaving them out: they add 0. */
+static void by_rows(const perp__matrix *M, const double *x, double *high, double *low)
+{
+    const doubled_kernels *k = kernels[perp__widest_vectors()];
+    int32_t i;
+
+    for (i = 0; i < M->rows; i++)
+        k->add_row((size_t)M->columns, M->values + (size_t)i * M->row_stride, x, high + i, low + i);
 }
 
 PERP__KERNEL static void by_sparse_columns_loops(const perp__matrix *M, const double *x,
@@ -95,92 +121,13 @@ PERP__KERNEL static void by_sparse_columns_loops(const perp__matrix *M, const do
         for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
 
-            PERP__ACCUMULATE(high[i], low[i], M->values[k], factor);
+            accumulate(high + i, low + i, M->values[k], factor);
         }
     }
 }
 PERP__MULTIVERSION(by_sparse_columns,
                    (const perp__matrix *M, const double *x, double *high, double *low),
                    (M, x, high, low))
-
-/* Rows are summed in strips of columns, each strip in LANES sums that do not wait for each other;
- * so many lanes that compilers keep the loop over them and vectorise it. */
-enum { LANES = 32, STRIP = 512 };
-
-/* The strip's columns where x is not zero. */
-typedef struct strip {
-    size_t count;
-    int32_t full; /* 1: offsets are 0, 1, 2, ... */
-    int32_t offsets[STRIP];
-    double x[STRIP];
-} strip;
-
-/* Adds the products a_k x_k, k < whole, to the lanes k % LANES. */
-PERP__KERNEL static void add_to_lanes(size_t whole, const double *a, const strip *s, double *h,
-                                      double *l)
-{
-    size_t k, lane;
-
-    if (s->full)
-        for (k = 0; k < whole; k += LANES)
-            for (lane = 0; lane < LANES; lane++)
-                PERP__ACCUMULATE(h[lane], l[lane], a[k + lane], s->x[k + lane]);
-    else
-        for (k = 0; k < whole; k += LANES)
-            for (lane = 0; lane < LANES; lane++)
-                PERP__ACCUMULATE(h[lane], l[lane], a[s->offsets[k + lane]], s->x[k + lane]);
-}
-
-PERP__KERNEL static void add_rows_loops(const perp__matrix *M, const double *first, const strip *s,
-                                        double *high, double *low)
-{
-    const size_t whole = s->count - s->count % LANES;
-    int32_t i;
-    size_t k, lane;
-
-    for (i = 0; i < M->rows; i++) {
-        const double *a = first + (size_t)i * M->row_stride;
-        double h[LANES], l[LANES];
-
-        if (whole > 0) {
-            for (lane = 0; lane < LANES; lane++)
-                h[lane] = l[lane] = 0.0;
-            add_to_lanes(whole, a, s, h, l);
-            for (lane = 0; lane < LANES; lane++) {
-                PERP__ACCUMULATE(high[i], low[i], h[lane], 1.0);
-                low[i] += l[lane];
-            }
-        }
-        for (k = whole; k < s->count; k++)
-            PERP__ACCUMULATE(high[i], low[i], a[s->offsets[k]], s->x[k]);
-    }
-}
-PERP__MULTIVERSION(add_rows,
-                   (const perp__matrix *M, const double *first, const strip *s, double *high,
-                    double *low),
-                   (M, first, s, high, low))
-
-static void by_rows(const perp__matrix *M, const double *x, double *high, double *low)
-{
-    int32_t begin, j;
-    strip s;
-
-    for (begin = 0; begin < M->columns; begin += STRIP) {
-        const int32_t width = M->columns - begin < STRIP ? M->columns - begin : STRIP;
-
-        s.count = 0;
-        for (j = 0; j < width; j++) {
-            if (x[begin + j] == 0.0)
-                continue;
-            s.offsets[s.count] = j;
-            s.x[s.count] = x[begin + j];
-            s.count++;
-        }
-        s.full = s.count == (size_t)width;
-        if (s.count > 0)
-            add_rows(M, M->values + begin, &s, high, low);
-    }
-}
 
 void perp__multiply_doubled(const perp__matrix *M, const double *x, const double *add, double *high,
                             double *low)

@@ -21,3 +21,4 @@
 #define any_of(t) (_mm256_movemask_pd(t) != 0)
 #define pick(t, a, b) _mm256_blendv_pd((b), (a), (t))
 #define prefetch(at) _mm_prefetch((const char *)(at), _MM_HINT_T1)
+#define EIGHT_DOUBLES(X) X(0) X(1)

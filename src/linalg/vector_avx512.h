@@ -21,3 +21,4 @@
 #define any_of(t) ((t) != 0)
 #define pick(t, a, b) _mm512_mask_blend_pd((t), (b), (a))
 #define prefetch(at) _mm_prefetch((const char *)(at), _MM_HINT_T1)
+#define EIGHT_DOUBLES(X) X(0)

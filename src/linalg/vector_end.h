@@ -21,3 +21,4 @@
 #undef any_of
 #undef pick
 #undef prefetch
+#undef EIGHT_DOUBLES

@@ -15,12 +15,12 @@
 
 /* |high + low - exact| <= (n u)^2 |M||x| times a small factor: Ogita, Rump & Oishi bound the error
  * of n products and sums by gamma_n^2 |M||x|; with `add`, the lanes' sums and the last rounding to
- * a pair there are at most n + 2 + 2 * 32 * (n / 512 + 1) operations, hence the 2 n + 70. Products
+ * a pair there are at most n + 2 + 2 * 8 operations, hence the 2 n + 20. Products
  * whose error underflows add half a subnormal each. */
 static void check_row(const double *row, size_t stride, size_t n, const double *x, double add,
                       double high, double low)
 {
-    const double operations = 2.0 * (double)n + 70.0;
+    const double operations = 2.0 * (double)n + 20.0;
     double size = fabs(add), error;
     check_sum sum;
     size_t j;
