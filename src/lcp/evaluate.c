@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "lcp/solver.h"
-#include "linalg/multiversion.h"
 #include "linalg/scale.h"
+#include "linalg/vectors.h"
 
 double perp__shift(double x, int32_t e)
 {
@@ -130,10 +130,10 @@ static double relative_violation(const perp_lcp_solver *solver, int32_t i, doubl
     return violation >= 0.0 ? violation : INFINITY;
 }
 
-/* Projects z onto the bounds; returns the largest |z_i|, scaled. */
+/* Each number for itself: any n, any scaling, NaN included. */
 static double project(perp_lcp_solver *solver)
 {
-    double largest = 0.0;
+    double z_largest = 0.0;
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
@@ -141,91 +141,79 @@ static double project(perp_lcp_solver *solver)
 
         solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
         size = fabs(perp__z_scaled(solver, i, solver->z[i]));
-        if (!(size <= largest))
-            largest = size;
+        if (!(size <= z_largest))
+            z_largest = size;
     }
-    return largest;
+    return z_largest;
 }
 
-/* Rows from `begin` on. */
-static void measure(const perp_lcp_solver *solver, int32_t begin, double z_largest,
-                    perp__evaluation *worth)
+static perp__evaluation measure(const perp_lcp_solver *solver, double z_largest)
 {
+    perp__evaluation worth = {0.0, 0.0, 0.0};
     int32_t i;
 
-    for (i = begin; i < solver->n; i++) {
+    for (i = 0; i < solver->n; i++) {
         double above = solver->z[i] - solver->lower[i];
         double below = solver->z[i] - solver->upper[i];
         double w = solver->w_high[i];
 
-        raise_to(&worth->natural, fabs(middle(above, below, w)));
-        raise_to(&worth->tested,
+        raise_to(&worth.natural, fabs(middle(above, below, w)));
+        raise_to(&worth.tested,
                  fabs(middle(perp__z_scaled(solver, i, above), perp__z_scaled(solver, i, below),
                              perp__w_scaled(solver, i, w))));
-        raise_to(&worth->backward, relative_violation(solver, i, z_largest));
+        raise_to(&worth.backward, relative_violation(solver, i, z_largest));
     }
+    return worth;
 }
 
-enum { LANES = 8 };
+#if PERP__X86
+#define NAME(x) x##_avx512
+#include "linalg/vector_avx512.h"
+#include "lcp/evaluate_vector.h"
+#include "linalg/vector_end.h"
 
-/* The largest numbers of the rows i = lane (mod LANES). */
-typedef struct lanes {
-    double natural[LANES], tested[LANES], backward[LANES];
-    double undefined[LANES]; /* 1: a w is NaN */
-} lanes;
+#define NAME(x) x##_avx2
+#include "linalg/vector_avx2.h"
+#include "lcp/evaluate_vector.h"
+#include "linalg/vector_end.h"
+#endif
 
-/* The same as `measure` without branches, where units are powers of two that a double holds. */
-PERP__KERNEL static void measure_lanes_loops(const perp_lcp_solver *s, int32_t rows,
-                                             double z_largest, lanes *found)
+/* In vectors where they serve and no number is beyond the range of doubles. */
+static double project_all(perp_lcp_solver *solver)
 {
-    const double *restrict z = s->z, *restrict l = s->lower, *restrict u = s->upper;
-    const double *restrict high = s->w_high, *restrict z_down = s->z_down;
-    const double *restrict w_down = s->w_down, *restrict norms = s->row_norms;
-    const double *restrict q = s->q_scaled;
-    int32_t i, k;
+#if PERP__X86
+    const enum perp__vector_set set = perp__widest_vectors();
+    double z_largest;
 
-    for (i = 0; i < rows; i += LANES)
-        for (k = 0; k < LANES; k++) {
-            const double w = high[i + k], above = z[i + k] - l[i + k], below = z[i + k] - u[i + k];
-            const double natural = fabs(middle(above, below, w));
-            const double tested =
-                fabs(middle(above * z_down[i + k], below * z_down[i + k], w * w_down[i + k]));
-            const double size = norms[i + k] * z_largest + fabs(q[i + k]);
-            double violation = fabs(w), share;
-
-            violation = z[i + k] == u[i + k] ? (w > 0.0 ? w : 0.0) : violation;
-            violation = z[i + k] == l[i + k] ? (w < 0.0 ? -w : 0.0) : violation;
-            violation = l[i + k] == u[i + k] ? 0.0 : violation * w_down[i + k];
-            share = violation / size;
-            share = violation == 0.0 ? 0.0 : share >= 0.0 ? share : INFINITY;
-            found->natural[k] = natural > found->natural[k] ? natural : found->natural[k];
-            found->tested[k] = tested > found->tested[k] ? tested : found->tested[k];
-            found->backward[k] = share > found->backward[k] ? share : found->backward[k];
-            found->undefined[k] = w == w ? found->undefined[k] : 1.0;
-        }
+    if (solver->powers_normal &&
+        ((set == PERP__VECTOR_AVX512 && solver->n >= 8 && project_avx512(solver, &z_largest)) ||
+         (set >= PERP__VECTOR_AVX2 && solver->n >= 4 && project_avx2(solver, &z_largest))))
+        return z_largest;
+#endif
+    return project(solver);
 }
-PERP__MULTIVERSION(measure_lanes,
-                   (const perp_lcp_solver *s, int32_t rows, double z_largest, lanes *found),
-                   (s, rows, z_largest, found))
+
+static perp__evaluation measure_all(const perp_lcp_solver *solver, double z_largest)
+{
+#if PERP__X86
+    const enum perp__vector_set set = perp__widest_vectors();
+    perp__evaluation worth;
+
+    if (solver->powers_normal &&
+        ((set == PERP__VECTOR_AVX512 && solver->n >= 8 &&
+          measure_avx512(solver, z_largest, &worth)) ||
+         (set >= PERP__VECTOR_AVX2 && solver->n >= 4 && measure_avx2(solver, z_largest, &worth))))
+        return worth;
+#endif
+    return measure(solver, z_largest);
+}
 
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 {
-    const double z_largest = project(solver);
-    const int32_t rows = solver->powers_normal ? solver->n - solver->n % LANES : 0;
-    perp__evaluation worth = {0.0, 0.0, 0.0};
-    lanes found;
-    int32_t k;
+    const double z_largest = project_all(solver);
 
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
-    memset(&found, 0, sizeof found);
-    measure_lanes(solver, rows, z_largest, &found);
-    for (k = 0; k < LANES; k++) {
-        raise_to(&worth.natural, found.undefined[k] != 0.0 ? NAN : found.natural[k]);
-        raise_to(&worth.tested, found.undefined[k] != 0.0 ? NAN : found.tested[k]);
-        raise_to(&worth.backward, found.backward[k]);
-    }
-    measure(solver, rows, z_largest, &worth);
-    return worth;
+    return measure_all(solver, z_largest);
 }
 
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)

@@ -19,6 +19,7 @@
 #define at_most(a, b) _mm256_cmp_pd((a), (b), _CMP_LE_OQ)
 #define both _mm256_and_pd
 #define any_of(t) (_mm256_movemask_pd(t) != 0)
+#define all_of(t) (_mm256_movemask_pd(t) == 0xf)
 #define pick(t, a, b) _mm256_blendv_pd((b), (a), (t))
 #define prefetch(at) _mm_prefetch((const char *)(at), _MM_HINT_T1)
 #define EIGHT_DOUBLES(X) X(0) X(1)

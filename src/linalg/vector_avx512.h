@@ -19,6 +19,7 @@
 #define at_most(a, b) _mm512_cmp_pd_mask((a), (b), _CMP_LE_OQ)
 #define both(t, u) ((__mmask8)((t) & (u)))
 #define any_of(t) ((t) != 0)
+#define all_of(t) ((t) == 0xff)
 #define pick(t, a, b) _mm512_mask_blend_pd((t), (b), (a))
 #define prefetch(at) _mm_prefetch((const char *)(at), _MM_HINT_T1)
 #define EIGHT_DOUBLES(X) X(0)

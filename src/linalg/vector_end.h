@@ -20,5 +20,6 @@
 #undef both
 #undef any_of
 #undef pick
+#undef all_of
 #undef prefetch
 #undef EIGHT_DOUBLES

@@ -19,6 +19,7 @@
 #define at_most(a, b) ((a) <= (b))
 #define both(t, u) ((t) & (u))
 #define any_of(t) (t)
+#define all_of(t) (t)
 #define pick(t, a, b) ((t) ? (a) : (b))
 #define prefetch(at) ((void)(at))
 #define EIGHT_DOUBLES(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)

@@ -1,0 +1,89 @@
+/* The kernels of evaluate.c, a template (linalg/vectors.h) for n >= LANES. NAME(x) is the name of a
+ * function. The last vector may overlap the one before: all that is done can be done twice. */
+
+/* The first entry of the vector after the one at i; n if there is none. */
+static size_t NAME(next)(size_t i, size_t n)
+{
+    return i + LANES == n ? n : i + 2 * LANES <= n ? i + LANES : n - LANES;
+}
+
+TARGET static double NAME(largest)(lanes a)
+{
+    double all[LANES], found = 0.0;
+    size_t k;
+
+    store(all, a);
+    for (k = 0; k < LANES; k++)
+        found = all[k] > found ? all[k] : found;
+    return found;
+}
+
+TARGET static lanes NAME(middle)(lanes above, lanes below, lanes w)
+{
+    const lanes least = pick(less(above, w), above, w);
+
+    return pick(less(least, below), below, least);
+}
+
+TARGET static int32_t NAME(project)(perp_lcp_solver *solver, double *z_largest)
+{
+    const size_t n = (size_t)solver->n;
+    const lanes infinity = spread(INFINITY), zero = spread(0.0);
+    lanes largest = zero;
+    truth good = less(zero, infinity);
+    size_t i;
+
+    for (i = 0; i < n; i = NAME(next)(i, n)) {
+        const lanes lower = load(solver->lower + i), upper = load(solver->upper + i);
+        lanes z = load(solver->z + i), size;
+
+        z = pick(less(z, lower), lower, z);
+        z = pick(less(upper, z), upper, z);
+        store(solver->z + i, z);
+        size = absolute(multiply(z, load(solver->z_down + i)));
+        good = both(good, at_most(size, infinity));
+        largest = larger(size, largest);
+    }
+    *z_largest = NAME(largest)(largest);
+    return all_of(good);
+}
+
+TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_largest,
+                                    perp__evaluation *worth)
+{
+    const size_t n = (size_t)solver->n;
+    const lanes infinity = spread(INFINITY), zero = spread(0.0), size_of_z = spread(z_largest);
+    lanes natural = zero, tested = zero, backward = zero;
+    truth good = less(zero, infinity);
+    size_t i;
+
+    for (i = 0; i < n; i = NAME(next)(i, n)) {
+        const lanes z = load(solver->z + i), w = load(solver->w_high + i);
+        const lanes lower = load(solver->lower + i), upper = load(solver->upper + i);
+        const lanes above = subtract(z, lower), below = subtract(z, upper);
+        const lanes down = load(solver->z_down + i), w_down = load(solver->w_down + i);
+        const lanes residual = absolute(NAME(middle)(above, below, w));
+        const lanes scaled = absolute(
+            NAME(middle)(multiply(above, down), multiply(below, down), multiply(w, w_down)));
+        const truth at_lower = at_most(z, lower), at_upper = at_most(upper, z);
+        const lanes free_row = pick(at_upper, larger(w, zero), absolute(w));
+        const lanes row = pick(at_lower, larger(subtract(zero, w), zero), free_row);
+        const lanes violation = multiply(pick(both(at_lower, at_upper), zero, row), w_down);
+        const lanes norms = load(solver->row_norms + i);
+        const lanes size = add(multiply(norms, size_of_z), absolute(load(solver->q_scaled + i)));
+        const lanes relative = pick(less(zero, violation), divide(violation, size), zero);
+
+        good = both(good, at_most(absolute(w), infinity));
+        good = both(good, both(at_most(residual, infinity), at_most(scaled, infinity)));
+        good = both(good, at_most(relative, infinity));
+        natural = larger(residual, natural);
+        tested = larger(scaled, tested);
+        backward = larger(relative, backward);
+    }
+    worth->natural = NAME(largest)(natural);
+    worth->tested = NAME(largest)(tested);
+    worth->backward = NAME(largest)(backward);
+    return all_of(good);
+}
+
+#undef NAME
