@@ -8,6 +8,7 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
+#include "lcp/candidate.h"
 #include "lcp/plan.h"
 #include "lcp/settings.h"
 #include "lcp/solver.h"
@@ -15,105 +16,6 @@
 /* A backward error that leaves nothing to gain; from what tolerance on nobody asks for it. */
 #define PERP__EXACT (4.0 * DBL_EPSILON)
 #define PERP__LOOSE 1e-8
-
-static int32_t is_good(perp_outcome outcome)
-{
-    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
-}
-
-/* The outcome that the numbers speak for; what the method said where they do not. */
-static perp_outcome judge(const perp_lcp_solver *solver, const perp__evaluation *worth,
-                          perp_outcome said)
-{
-    double tol = solver->settings.tol;
-
-    if (worth->tested <= tol)
-        return PERP_OUTCOME_SOLVED;
-    if (worth->backward <= 16.0 * DBL_EPSILON && worth->tested <= sqrt(tol))
-        return PERP_OUTCOME_ROUNDING_LIMIT;
-    return is_good(said) ? PERP_OUTCOME_STALLED : said;
-}
-
-static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_outcome outcome,
-                 int32_t method, int64_t iterations)
-{
-    size_t bytes = (size_t)solver->n * sizeof(double);
-
-    memcpy(solver->best.z, solver->z, bytes);
-    memcpy(solver->best.w, solver->w_high, bytes);
-    solver->best.worth = *worth;
-    solver->best.outcome = outcome;
-    solver->best.method = method;
-    solver->best.iterations = iterations;
-}
-
-static void start_from(perp_lcp_solver *solver, const double *z0)
-{
-    int32_t i;
-
-    for (i = 0; i < solver->n; i++) {
-        solver->z[i] = perp__clamp(z0 ? z0[i] : 0.0, solver->lower[i], solver->upper[i]);
-        solver->iterate[i] = perp__clamp(perp__z_scaled(solver, i, solver->z[i]),
-                                         solver->lower_scaled[i], solver->upper_scaled[i]);
-    }
-}
-
-/* The method's point is beyond the range of doubles: the start is more modest, or else 0. */
-static perp__evaluation fall_back(perp_lcp_solver *solver, const double *z0)
-{
-    perp__evaluation worth;
-
-    start_from(solver, z0);
-    worth = perp__evaluate(solver);
-    if (!isfinite(worth.tested)) {
-        start_from(solver, NULL);
-        worth = perp__evaluate(solver);
-    }
-    return worth;
-}
-
-/* Whether a candidate takes the place of the best so far. A verified ray is an answer: only a
- * solution beats it. */
-static int32_t is_better(const perp__candidate *best, const perp__evaluation *worth,
-                         perp_outcome outcome)
-{
-    if (best->method < 0)
-        return 1;
-    if (is_good(best->outcome) && outcome == best->outcome)
-        return worth->backward < best->worth.backward;
-    if (is_good(best->outcome))
-        return outcome == PERP_OUTCOME_SOLVED;
-    return is_good(outcome) ||
-           (best->outcome != PERP_OUTCOME_RAY &&
-            (outcome == PERP_OUTCOME_RAY || worth->tested < best->worth.tested));
-}
-
-/* Makes solver->z the candidate of `method`: evaluates, polishes, keeps it if it is the best so
- * far or the first. Returns the outcome of this candidate. */
-static perp_status consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
-                            const perp__lcp_iterate *iterate, const double *z0)
-{
-    perp__evaluation worth = perp__evaluate(solver);
-    perp_status status = PERP_OK;
-    perp_outcome outcome;
-
-    if (!isfinite(worth.tested)) {
-        worth = fall_back(solver, z0);
-        said = PERP_OUTCOME_STALLED;
-    }
-    if (solver->settings.polish && said != PERP_OUTCOME_RAY && isfinite(worth.tested) &&
-        !step->rough && !iterate->far_off) {
-        if (!iterate->has_places)
-            perp__read_places(solver, solver->places);
-        status = perp__polish_run(solver, &worth);
-        if (status != PERP_OK)
-            return status;
-    }
-    outcome = judge(solver, &worth, said);
-    if (is_better(&solver->best, &worth, outcome))
-        keep(solver, &worth, outcome, step->method, iterate->iterations);
-    return PERP_OK;
-}
 
 /* Lays out the method's workspace for this set-up, once. */
 static perp_status fit(perp_lcp_solver *solver, perp__method_slot *slot)
@@ -173,21 +75,6 @@ static perp__method_slot *slot_of(perp_lcp_solver *solver, int32_t method)
     return NULL;
 }
 
-/* Keeps a ray that stood the check. The last word on it comes after all attempts. */
-static void keep_ray(perp_lcp_solver *solver)
-{
-    double largest = 0.0;
-    int32_t i;
-
-    solver->rays++;
-    for (i = 0; i < solver->n; i++)
-        largest = fmax(largest, fabs(solver->z[i]));
-    for (i = 0; i < solver->n; i++)
-        solver->best_ray[i] = solver->z[i] / largest;
-    solver->best_certificate =
-        perp__ray_certificate(solver) ? PERP_CERTIFICATE_INFEASIBLE : PERP_CERTIFICATE_NONE;
-}
-
 int32_t perp__is_late(const perp_lcp_solver *solver)
 {
     return solver->deadline > 0.0 && perp__now() > solver->deadline;
@@ -219,7 +106,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     perp_status status;
     int32_t i;
 
-    start_from(solver, z0);
+    perp__start_from(solver, z0);
     memset(&iterate, 0, sizeof iterate);
     iterate.z = solver->iterate;
     iterate.places = solver->places;
@@ -235,14 +122,14 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
         return status;
     if (iterate.outcome == PERP_OUTCOME_RAY) {
         if (perp__ray_verify(solver))
-            keep_ray(solver);
+            perp__keep_ray(solver);
         else
             iterate.outcome = PERP_OUTCOME_STALLED;
     }
     for (i = 0; i < solver->n; i++) {
         solver->z[i] = perp__z_caller(solver, i, solver->iterate[i]);
         if (!isfinite(solver->z[i])) { /* a method that overflowed has no point to offer */
-            start_from(solver, z0);
+            perp__start_from(solver, z0);
             iterate.outcome = PERP_OUTCOME_STALLED;
             iterate.has_places = 0;
             break;
@@ -254,8 +141,8 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     if (attempt + 1 == slot->method->attempts || solver->ended >= 0)
         iterate.far_off = 0;
     solver->improvable = iterate.improvable;
-    status = consider(solver, step, own_limit(solver, iterate.outcome), &iterate, z0);
-    if (*paused && solver->best.method == step->method && !is_good(solver->best.outcome)) {
+    status = perp__consider(solver, step, own_limit(solver, iterate.outcome), &iterate, z0);
+    if (*paused && solver->best.method == step->method && !perp__is_good(solver->best.outcome)) {
         /* a pause was not the method's last word */
         solver->best.outcome = own_limit(solver, iterate.outcome);
         solver->best.iterations = iterate.iterations;
@@ -267,14 +154,14 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
 /* Solved, but not to the last digits, and the method may find them. */
 static int32_t is_improvable(const perp_lcp_solver *solver)
 {
-    return solver->improvable && is_good(solver->best.outcome) && solver->ended < 0 &&
+    return solver->improvable && perp__is_good(solver->best.outcome) && solver->ended < 0 &&
            solver->best.worth.backward > PERP__EXACT && solver->settings.polish &&
            solver->settings.tol < PERP__LOOSE;
 }
 
 static int32_t ends_the_search(const perp_lcp_solver *solver)
 {
-    return is_good(solver->best.outcome) || solver->ended >= 0 ||
+    return perp__is_good(solver->best.outcome) || solver->ended >= 0 ||
            (solver->best.outcome == PERP_OUTCOME_RAY &&
             solver->best_certificate != PERP_CERTIFICATE_NONE);
 }
@@ -312,22 +199,6 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
     return status;
 }
 
-/* A start that names the right active set solves the problem without any method. */
-static perp_status try_start(perp_lcp_solver *solver, const double *z0)
-{
-    perp__evaluation worth;
-    perp_status status;
-
-    start_from(solver, z0);
-    worth = perp__evaluate(solver);
-    solver->correct = NULL;
-    perp__read_places(solver, solver->places);
-    status = perp__polish_run(solver, &worth);
-    if (status == PERP_OK && is_good(judge(solver, &worth, PERP_OUTCOME_STALLED)))
-        keep(solver, &worth, judge(solver, &worth, PERP_OUTCOME_STALLED), PERP_LCP_POLISH, 0);
-    return status;
-}
-
 /* Looks at the structure of a sparse matrix, once a set-up. */
 static perp_status read_block(perp_lcp_solver *solver)
 {
@@ -345,20 +216,6 @@ static perp_status read_block(perp_lcp_solver *solver)
     return status;
 }
 
-/* A solve that failed returns the best point it met; the start is one of them, unless an index set
- * was solved as well as doubles can and the residual only tells how large the numbers are. */
-static void consider_start(perp_lcp_solver *solver, const double *z0)
-{
-    perp__evaluation worth;
-
-    start_from(solver, z0);
-    worth = perp__evaluate(solver);
-    if (worth.tested < solver->best.worth.tested &&
-        !(solver->best.worth.backward <= 16.0 * DBL_EPSILON))
-        keep(solver, &worth, judge(solver, &worth, solver->best.outcome), solver->best.method,
-             solver->best.iterations);
-}
-
 static perp_status search(perp_lcp_solver *solver, const double *z0)
 {
     perp__plan_step steps[PERP__PLAN_MOST];
@@ -373,7 +230,7 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         status = perp__polish_fit(solver);
     if (status == PERP_OK && z0 && solver->settings.polish &&
         (solver->settings.method == PERP_LCP_AUTO || solver->settings.method == PERP_LCP_LEMKE))
-        status = try_start(solver, z0);
+        status = perp__try_start(solver, z0);
     if (status != PERP_OK || solver->best.method >= 0)
         return status;
     count = perp__lcp_plan(solver, steps);
@@ -382,11 +239,11 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         if (status == PERP_OK && ends_the_search(solver))
             break; /* a ray that proves nothing leaves the next method its chance */
     }
-    if (status == PERP_OK && !is_good(solver->best.outcome) &&
+    if (status == PERP_OK && !perp__is_good(solver->best.outcome) &&
         solver->best.outcome != PERP_OUTCOME_RAY) {
         if (solver->ended >= 0)
             solver->best.outcome = solver->ended;
-        consider_start(solver, z0);
+        perp__consider_start(solver, z0);
     }
     return status;
 }

@@ -1,0 +1,148 @@
+/* Candidates: what a point is called, and which of those met so far is the answer. */
+#include "lcp/candidate.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+int32_t perp__is_good(perp_outcome outcome)
+{
+    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
+/* The outcome that the numbers speak for; what the method said where they do not. */
+static perp_outcome judge(const perp_lcp_solver *solver, const perp__evaluation *worth,
+                          perp_outcome said)
+{
+    double tol = solver->settings.tol;
+
+    if (worth->tested <= tol)
+        return PERP_OUTCOME_SOLVED;
+    if (worth->backward <= 16.0 * DBL_EPSILON && worth->tested <= sqrt(tol))
+        return PERP_OUTCOME_ROUNDING_LIMIT;
+    return perp__is_good(said) ? PERP_OUTCOME_STALLED : said;
+}
+
+static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_outcome outcome,
+                 int32_t method, int64_t iterations)
+{
+    size_t bytes = (size_t)solver->n * sizeof(double);
+
+    memcpy(solver->best.z, solver->z, bytes);
+    memcpy(solver->best.w, solver->w_high, bytes);
+    solver->best.worth = *worth;
+    solver->best.outcome = outcome;
+    solver->best.method = method;
+    solver->best.iterations = iterations;
+}
+
+void perp__start_from(perp_lcp_solver *solver, const double *z0)
+{
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++) {
+        solver->z[i] = perp__clamp(z0 ? z0[i] : 0.0, solver->lower[i], solver->upper[i]);
+        solver->iterate[i] = perp__clamp(perp__z_scaled(solver, i, solver->z[i]),
+                                         solver->lower_scaled[i], solver->upper_scaled[i]);
+    }
+}
+
+/* The method's point is beyond the range of doubles: the start is more modest, or else 0. */
+static perp__evaluation fall_back(perp_lcp_solver *solver, const double *z0)
+{
+    perp__evaluation worth;
+
+    perp__start_from(solver, z0);
+    worth = perp__evaluate(solver);
+    if (!isfinite(worth.tested)) {
+        perp__start_from(solver, NULL);
+        worth = perp__evaluate(solver);
+    }
+    return worth;
+}
+
+/* Whether a candidate takes the place of the best so far. A verified ray is an answer: only a
+ * solution beats it. */
+static int32_t is_better(const perp__candidate *best, const perp__evaluation *worth,
+                         perp_outcome outcome)
+{
+    if (best->method < 0)
+        return 1;
+    if (perp__is_good(best->outcome) && outcome == best->outcome)
+        return worth->backward < best->worth.backward;
+    if (perp__is_good(best->outcome))
+        return outcome == PERP_OUTCOME_SOLVED;
+    return perp__is_good(outcome) ||
+           (best->outcome != PERP_OUTCOME_RAY &&
+            (outcome == PERP_OUTCOME_RAY || worth->tested < best->worth.tested));
+}
+
+perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
+                           const perp__lcp_iterate *iterate, const double *z0)
+{
+    perp__evaluation worth = perp__evaluate(solver);
+    perp_status status = PERP_OK;
+    perp_outcome outcome;
+
+    if (!isfinite(worth.tested)) {
+        worth = fall_back(solver, z0);
+        said = PERP_OUTCOME_STALLED;
+    }
+    if (solver->settings.polish && said != PERP_OUTCOME_RAY && isfinite(worth.tested) &&
+        !step->rough && !iterate->far_off) {
+        if (!iterate->has_places)
+            perp__read_places(solver, solver->places);
+        status = perp__polish_run(solver, &worth);
+        if (status != PERP_OK)
+            return status;
+    }
+    outcome = judge(solver, &worth, said);
+    if (is_better(&solver->best, &worth, outcome))
+        keep(solver, &worth, outcome, step->method, iterate->iterations);
+    return PERP_OK;
+}
+
+/* Keeps a ray that stood the check. The last word on it comes after all attempts. */
+void perp__keep_ray(perp_lcp_solver *solver)
+{
+    double largest = 0.0;
+    int32_t i;
+
+    solver->rays++;
+    for (i = 0; i < solver->n; i++)
+        largest = fmax(largest, fabs(solver->z[i]));
+    for (i = 0; i < solver->n; i++)
+        solver->best_ray[i] = solver->z[i] / largest;
+    solver->best_certificate =
+        perp__ray_certificate(solver) ? PERP_CERTIFICATE_INFEASIBLE : PERP_CERTIFICATE_NONE;
+}
+
+/* A start that names the right active set solves the problem without any method. */
+perp_status perp__try_start(perp_lcp_solver *solver, const double *z0)
+{
+    perp__evaluation worth;
+    perp_status status;
+
+    perp__start_from(solver, z0);
+    worth = perp__evaluate(solver);
+    solver->correct = NULL;
+    perp__read_places(solver, solver->places);
+    status = perp__polish_run(solver, &worth);
+    if (status == PERP_OK && perp__is_good(judge(solver, &worth, PERP_OUTCOME_STALLED)))
+        keep(solver, &worth, judge(solver, &worth, PERP_OUTCOME_STALLED), PERP_LCP_POLISH, 0);
+    return status;
+}
+
+/* A solve that failed returns the best point it met; the start is one of them, unless an index set
+ * was solved as well as doubles can and the residual only tells how large the numbers are. */
+void perp__consider_start(perp_lcp_solver *solver, const double *z0)
+{
+    perp__evaluation worth;
+
+    perp__start_from(solver, z0);
+    worth = perp__evaluate(solver);
+    if (worth.tested < solver->best.worth.tested &&
+        !(solver->best.worth.backward <= 16.0 * DBL_EPSILON))
+        keep(solver, &worth, judge(solver, &worth, solver->best.outcome), solver->best.method,
+             solver->best.iterations);
+}
