@@ -8,15 +8,10 @@
 #include "lcp/lemke.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <string.h>
 
 /* Most problems need one, the hardest contact problems met so far a dozen. */
-#define ATTEMPTS 9
-/* From this one on a path may be long. */
-#define PATIENT 5
-/* Of these, how many may follow one that left some digits to gain. */
-#define IMPROVEMENTS 5
+#define ATTEMPTS 11
 /* A t that is larger than this, relative to its start, is no end that a polish could mend. */
 #define FAR_OFF 1e-6
 /* Paths that correct the end of one in doubled precision. */
@@ -60,62 +55,17 @@ static void layout(perp__arena *arena, void *work)
     l->far = perp__arena_take(arena, rows + 1, sizeof(double));
     l->speed = perp__arena_take(arena, rows, sizeof(double));
     l->row = perp__arena_take(arena, (size_t)p->n, sizeof(double));
+    l->row_unit = perp__arena_take(arena, pairs, sizeof(double));
+    l->column_unit = perp__arena_take(arena, pairs, sizeof(double));
+    l->queue = perp__arena_take(arena, pairs, sizeof(int32_t));
     l->places = perp__arena_take(arena, (size_t)p->n, sizeof(int8_t));
     if (!p->M->column_starts)
         perp__block_pivoting_layout(arena, &l->crash, p->n, 1);
     l->examined = 0;
 }
 
-void perp__lemke_tolerances(int32_t attempt, double *slack, double *smallest_pivot)
-{
-    static const double slacks[] = {1e-11, 1e-9, 1e-12, 1e-10};
-    static const double pivots[] = {1e-11, 1e-9, 1e-11, 1e-10};
-
-    *slack = slacks[attempt % 4];
-    *smallest_pivot = pivots[attempt % 4];
-}
-
-/* How the attempts differ. Sizes are relative to the largest number of b, and of the column. */
-typedef struct trial {
-    double perturbation; /* added to b, random between one and two of these */
-    double slack;        /* of the ratio test */
-    double smallest_pivot;
-} trial;
-
-/* In double, 1e-11 of the largest numbers may be what rounding left of 0; in doubled precision only
- * the rounding of the data is left. The perturbation keeps degenerate problems, as contact problems
- * are, from wandering about at one vertex. */
-static const trial trials[ATTEMPTS] = {
-    {1e-12, 1e-10, 1e-11}, {1e-11, 1e-14, 1e-13}, {1e-12, 1e-11, 1e-13},
-    {0.0, 1e-12, 1e-13},   {1e-11, 1e-14, 1e-13}, {1e-12, 1e-10, 1e-11},
-    {0.0, 1e-11, 1e-11},   {1e-11, 1e-13, 1e-14}, {1e-13, 1e-12, 1e-13},
-};
-
-static void perturb(perp__lemke *l, int32_t attempt)
-{
-    const double size = trials[attempt].perturbation * l->largest_b;
-    int32_t r;
-
-    for (r = 0; r < l->pairs; r++)
-        if (l->basic[r] >= l->pairs)
-            l->b[r] += size * perp__lemke_cover_entry(ATTEMPTS + attempt, r);
-}
-
-double perp__lemke_cover_entry(int32_t attempt, int32_t k)
-{
-    uint64_t x = (uint64_t)attempt * UINT64_C(0x9e3779b97f4a7c15) + (uint64_t)k + 1;
-
-    if (attempt == 0)
-        return 1.0;
-    x *= UINT64_C(0x9e3779b97f4a7c15);
-    x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-    x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
-    x ^= x >> 31;
-    return 1.0 + (double)(x >> 11) * 0x1p-53;
-}
-
 /* Adds the column of t: d in the rows of basic v, 0 in those of basic free x. */
-static void add_cover(perp__lemke *l, int32_t attempt)
+static void add_cover(perp__lemke *l, const perp__lcp_iterate *iterate)
 {
     const int32_t last = l->tableau.columns++;
     double *column = l->tableau.T + (size_t)last * (size_t)l->tableau.leading_dimension;
@@ -125,8 +75,7 @@ static void add_cover(perp__lemke *l, int32_t attempt)
         int32_t is_v = l->basic[r] >= l->pairs;
 
         if (is_v)
-            l->cover[l->basic[r] - l->pairs] =
-                perp__lemke_cover_entry(attempt, l->basic[r] - l->pairs);
+            l->cover[l->basic[r] - l->pairs] = perp__lemke_trial_cover(l, iterate, r);
         else
             l->cover[l->basic[r]] = 0.0;
         column[r] = is_v ? -l->cover[l->basic[r] - l->pairs] : 0.0;
@@ -312,7 +261,7 @@ static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
 
         i = l->index[k];
         if (l->row_of[k] >= 0)
-            iterate->z[i] += l->sign[k] * l->b[l->row_of[k]];
+            iterate->z[i] += l->sign[k] * l->column_unit[k] * l->b[l->row_of[k]];
         else if (l->at_upper[k])
             iterate->z[i] = upper_side ? p->upper[i] : p->lower[i];
         if (l->row_of[k] >= 0 || l->twin[k] >= 0)
@@ -340,9 +289,9 @@ static void write_ray(const perp__lemke *l, int32_t entering, perp__lcp_iterate 
         if (k == entering)
             dx = l->direction;
         i = l->index[k];
-        iterate->ray[i] += l->sign[k] * dx;
+        iterate->ray[i] += l->sign[k] * l->column_unit[k] * dx;
         if (l->twin[k] < 0 || l->sign[k] > 0)
-            iterate->cover[i] = l->sign[k] * l->cover[k] * dt;
+            iterate->cover[i] = l->sign[k] * l->cover[k] / l->row_unit[k] * dt;
     }
 }
 
@@ -356,13 +305,10 @@ static int32_t solve_from_guess(perp__lemke *l, perp__lcp_iterate *iterate)
 
     if (guess != PERP__GUESS_BASIS)
         return guess == PERP__GUESS_END;
-    l->slack = trials[0].slack;
-    l->smallest_pivot = trials[0].smallest_pivot;
-    l->idle = l->near = 0;
-    l->most_idle = INT32_MAX;
-    l->near_end = -INFINITY;
+    perp__lemke_begin_path(l);
     if (!perp__lemke_start_at(l))
         return 0;
+    perp__lemke_reset_units(l);
     iterate->outcome = follow_path(l, iterate, (int64_t)l->pairs + 16, &entering);
     iterate->iterations += l->spent;
     l->spent = iterate->iterations;
@@ -399,19 +345,6 @@ static void tighten(perp__lemke *l, perp__lcp_iterate *iterate)
     write_point(l, iterate);
 }
 
-/* Against wandering: the perturbation, which in double it is for the polish to take away again, and
- * an end to steps that lead nowhere. */
-static void guard(perp__lemke *l, int32_t attempt)
-{
-    const int32_t perturbed =
-        trials[attempt].perturbation > 0.0 && (attempt > 0 || l->head.problem->settings->polish);
-
-    l->most_idle = 100 + (perturbed ? 1 : 4) * l->pairs;
-    l->near_end = 4.0 * fmax(trials[attempt].perturbation, trials[attempt].slack) * l->largest_b;
-    if (perturbed)
-        perturb(l, attempt);
-}
-
 /* Whether a path that ended elsewhere came near its end. */
 static int32_t is_far_off(const perp__lemke *l, perp_outcome outcome)
 {
@@ -425,37 +358,36 @@ static int32_t is_far_off(const perp__lemke *l, perp_outcome outcome)
 static perp_status solve(void *work, perp__lcp_iterate *iterate)
 {
     perp__lemke *l = work;
-    int32_t entering = -1, attempt;
+    const perp_outcome last = l->outcome;
+    int32_t entering = -1;
 
     l->doubled.on = 0;
     l->spent = 0;
     if (iterate->attempt == 0) {
+        l->guessed = 0;
+        perp__lemke_choose_trial(l, iterate, last);
         l->guessed = solve_from_guess(l, iterate);
         if (l->guessed)
             return PERP_OK;
+    } else {
+        perp__lemke_choose_trial(l, iterate, last);
     }
-    attempt = iterate->attempt - l->guessed;
-    iterate->improvable = attempt < IMPROVEMENTS;
-    if (attempt > 0) {
+    if (l->trial->doubled) {
         const perp_status status = perp__doubled_fit(l);
 
         if (status != PERP_OK)
             return status;
     }
     perp__lemke_start(l);
-    /* e twice, unless it ended in a ray: another vector must have the second word on that */
-    add_cover(l, attempt == 1 && iterate->rays == 0 ? 0 : attempt);
-    l->slack = trials[attempt].slack;
-    l->smallest_pivot = trials[attempt].smallest_pivot;
-    if (attempt > 0)
+    perp__lemke_reset_units(l);
+    perp__lemke_choose_units(l, iterate->attempt > 0);
+    add_cover(l, iterate);
+    perp__lemke_begin_path(l);
+    if (l->trial->doubled)
         perp__doubled_start(l);
-    l->idle = l->near = 0;
-    l->most_idle = INT32_MAX;
-    l->near_end = -INFINITY;
-    if (l->head.problem->settings->pivot_rule == PERP_PIVOT_HARRIS)
-        guard(l, attempt);
-    iterate->outcome =
-        follow_path(l, iterate, 200 + (attempt < PATIENT ? 8 : 40) * (int64_t)l->pairs, &entering);
+    perp__lemke_perturb(l, iterate->attempt);
+    l->outcome = iterate->outcome =
+        follow_path(l, iterate, 200 + l->trial->patience * (int64_t)l->pairs, &entering);
     iterate->iterations += l->spent;
     write_point(l, iterate);
     iterate->far_off = is_far_off(l, iterate->outcome);

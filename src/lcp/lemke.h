@@ -7,6 +7,25 @@
 #include "lcp/lemke_rows.h"
 #include "lcp/tableau.h"
 
+/* The covering vector: e; the norms of the rows; what a row needs, and 0.1; random in [1, 2]. */
+enum perp__lemke_cover {
+    PERP__COVER_ONES,
+    PERP__COVER_NORMS,
+    PERP__COVER_NEEDS,
+    PERP__COVER_RANDOM
+};
+
+/* How an attempt goes about it. Sizes are relative to the largest number of b, and of the column.
+ */
+typedef struct perp__lemke_trial {
+    int32_t doubled; /* in doubled precision */
+    enum perp__lemke_cover cover;
+    int32_t patience;      /* pivots a pair */
+    double perturbation;   /* added to b, random between one and two of these */
+    double slack;          /* of the ratio test */
+    double smallest_pivot; /* that is no rounding */
+} perp__lemke_trial;
+
 /* Pairs k = 0 .. pairs-1 of (x_k, v_k): z_i = base_i + sign_k x_k with i = index_k,
  * v_k = sign_k (M z + q)_i + d_k t, x_k in [0, range_k], v_k >= 0 at x_k = 0, v_k <= 0 at
  * x_k = range_k. Variables are named x_k = k, v_k = pairs + k, t = 2 pairs. */
@@ -38,8 +57,13 @@ typedef struct perp__lemke {
     double smallest_pivot; /* relative to the column's largest entry */
     double direction;      /* +1 or -1: how the entering variable moves */
     int32_t idle, near,
-        most_idle;         /* steps of length 0 on end, and with t near 0; the most of them */
-    double near_end;       /* t that counts as near 0 */
+        most_idle;   /* steps of length 0 on end, and with t near 0; the most of them */
+    double near_end; /* t that counts as near 0 */
+    double *row_unit, *column_unit; /* v_k and x_k are measured in 1 / row_unit_k, column_unit_k */
+    int32_t *queue;
+    const perp__lemke_trial *trial;
+    int32_t tried, tried_doubled;
+    perp_outcome outcome;  /* of the last attempt */
     perp__doubled doubled; /* what attempts after the first need */
 
     perp__block_pivoting crash;  /* dense M only; its block lies in the tableau's memory */
@@ -83,6 +107,25 @@ double perp__lemke_cover_entry(int32_t attempt, int32_t k);
 /* Later attempts differ in what they take for rounding too: contact problems of mass ratio 1e8 have
  * pivots of every size, and no one pair of tolerances tells them all from noise. */
 void perp__lemke_tolerances(int32_t attempt, double *slack, double *smallest_pivot);
+
+/* Sets l->trial, given how the last one ended, and what the iterate may say of the next. */
+void perp__lemke_choose_trial(perp__lemke *l, perp__lcp_iterate *iterate, perp_outcome last);
+
+/* d in the row of a basic v. */
+double perp__lemke_trial_cover(const perp__lemke *l, const perp__lcp_iterate *iterate, int32_t r);
+
+/* The trial's tolerances; no end to the path but its own. */
+void perp__lemke_begin_path(perp__lemke *l);
+
+/* Against wandering: the trial's perturbation, and an end to steps that lead nowhere. */
+void perp__lemke_perturb(perp__lemke *l, int32_t attempt);
+
+/* Sets all units to 1. */
+void perp__lemke_reset_units(perp__lemke *l);
+
+/* Takes back a scaling of the rows, where one is found in a tableau that is -M yet. eager: also
+ * where the norms of the rows do not differ much. */
+void perp__lemke_choose_units(perp__lemke *l, int32_t eager);
 
 /* Writes the problem in standard form, makes free variables basic, splits those that cannot be. */
 void perp__lemke_start(perp__lemke *l);

@@ -22,13 +22,13 @@ int32_t perp__lemke_correct(void *work, const double *residual, double *step)
         c = l->column_of[l->pairs + k];
         if (c < 0)
             return 0; /* a free variable's equation has been dropped, or t is in the way */
-        v[c] = -l->sign[k] * residual[l->index[k]];
+        v[c] = -l->sign[k] * l->row_unit[k] * residual[l->index[k]];
     }
     perp__tableau_multiply(&l->tableau, v, x);
     memset(step, 0, (size_t)l->head.problem->n * sizeof *step);
     for (k = 0; k < l->pairs; k++)
         if (l->row_of[k] >= 0)
-            step[l->index[k]] = l->sign[k] * x[l->row_of[k]];
+            step[l->index[k]] = l->sign[k] * l->column_unit[k] * x[l->row_of[k]];
     return 1;
 }
 

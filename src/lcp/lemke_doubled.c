@@ -179,13 +179,11 @@ void perp__doubled_values(perp__lemke *l)
 static double noise(const perp__lemke *l, int32_t variable, double z_largest)
 {
     const perp__lcp_problem *p = l->head.problem;
-    double size = z_largest;
+    const int32_t k = variable < l->pairs ? variable : variable - l->pairs, i = l->index[k];
+    const double size = variable < l->pairs
+                            ? z_largest / l->column_unit[k]
+                            : (p->row_norms[i] * z_largest + fabs(p->q[i])) * l->row_unit[k];
 
-    if (variable >= l->pairs) {
-        const int32_t i = l->index[variable - l->pairs];
-
-        size = p->row_norms[i] * z_largest + fabs(p->q[i]);
-    }
     return 0.5 * DBL_EPSILON * size;
 }
 
@@ -199,7 +197,7 @@ double perp__doubled_cover(perp__lemke *l)
 
     for (r = 0; r < l->pairs; r++)
         if (l->basic[r] < l->pairs)
-            z_largest = fmax(z_largest, fabs(l->b[r]));
+            z_largest = fmax(z_largest, fabs(l->b[r]) * l->column_unit[l->basic[r]]);
     memset(column, 0, n * sizeof *column);
     memset(l->cover, 0, n * sizeof *l->cover);
     for (r = 0; r < l->pairs; r++) {
