@@ -319,9 +319,9 @@ typedef int32_t (*perp_lcp_visit)(const perp_lcp_found *found, void *user);
 
 typedef struct perp_lcp_enumeration {
     size_t struct_size;
-    int32_t outcome;  /* 'solved': all index sets were looked at; _ITERATION_LIMIT, _TIME_LIMIT,
-                         _STOPPED: not all; _STALLED: a family of more than 10000 vertices is left
-                         out */
+    int32_t outcome;  /* 'solved': all index sets were looked at; 'iteration_limit', 'time_limit',
+                         'stopped': not all; 'stalled': a family with too many vertices (10000) is
+                         left out; 'evaluation_failed': the equilibrated M overflows */
     int32_t isolated; /* solutions reported */
     int32_t families; /* families reported */
     int32_t reserved; /* 0 */

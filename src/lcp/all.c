@@ -194,13 +194,26 @@ static perp_status prepare(perp__all *all, const double *q, double started)
     return PERP_OK;
 }
 
+/* False where entries of the equilibrated matrix are beyond the range of doubles. */
+static int32_t is_finite(const perp__all *all)
+{
+    int32_t k;
+
+    for (k = 0; k < all->n * all->n; k++)
+        if (!isfinite(all->S[k]))
+            return 0;
+    return 1;
+}
+
 static perp_status run(perp__all *all, const double *q)
 {
     const double started = perp__now();
     perp_status status = prepare(all, q, started);
 
     all->result.outcome = PERP_OUTCOME_SOLVED;
-    if (status == PERP_OK)
+    if (status == PERP_OK && !is_finite(all))
+        all->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;
+    else if (status == PERP_OK)
         status = perp__all_search(all);
     if (status == PERP_OK && !all->aborted)
         status = perp__all_report_faces(all);

@@ -10,6 +10,8 @@
 #include "linalg/blas.h"
 
 #define PERP__MOST_RAYS 10000
+/* Comparisons of two rays with a third: seconds. */
+#define PERP__MOST_EFFORT 1e9
 static const double tolerance = 1e-9;
 
 void perp__cone_release(perp__cone *cone)
@@ -19,7 +21,8 @@ void perp__cone_release(perp__cone *cone)
     perp__release(cone->context, cone->chosen);
     perp__release(cone->context, cone->x);
     perp__release(cone->context, cone->tight);
-    cone->A = cone->work = cone->x = NULL;
+    perp__release(cone->context, cone->values);
+    cone->A = cone->work = cone->x = cone->values = NULL;
     cone->chosen = NULL;
     cone->tight = NULL;
     cone->capacity = cone->most_rows = cone->most_dimension = 0;
@@ -28,25 +31,30 @@ void perp__cone_release(perp__cone *cone)
 static perp_status reserve(perp__cone *cone, int32_t count)
 {
     const size_t width = (size_t)cone->most_dimension, capacity = 2 * (size_t)count;
-    double *x;
+    double *x, *values;
     uint64_t *tight;
 
     if (count <= cone->capacity)
         return PERP_OK;
     x = perp__allocate(cone->context, capacity * width, sizeof *x);
+    values = perp__allocate(cone->context, capacity, sizeof *values);
     tight = perp__allocate(cone->context, capacity * 2, sizeof *tight);
-    if (!x || !tight) {
+    if (!x || !values || !tight) {
         perp__release(cone->context, x);
+        perp__release(cone->context, values);
         perp__release(cone->context, tight);
         return perp__fail_memory(cone->context, "the rays of a cone");
     }
     if (cone->x) {
         memcpy(x, cone->x, (size_t)cone->capacity * width * sizeof *x);
+        memcpy(values, cone->values, (size_t)cone->capacity * sizeof *values);
         memcpy(tight, cone->tight, (size_t)cone->capacity * 2 * sizeof *tight);
     }
     perp__release(cone->context, cone->x);
+    perp__release(cone->context, cone->values);
     perp__release(cone->context, cone->tight);
     cone->x = x;
+    cone->values = values;
     cone->tight = tight;
     cone->capacity = (int32_t)capacity;
     return PERP_OK;
@@ -59,6 +67,7 @@ perp_status perp__cone_fit(perp__cone *cone, int32_t rows, int32_t dimension)
     cone->rows = rows;
     cone->dimension = dimension;
     cone->rays = cone->lines = 0;
+    cone->effort = 0.0;
     if (rows <= cone->most_rows && dimension <= cone->most_dimension)
         return PERP_OK;
     perp__cone_release(cone);
@@ -209,7 +218,7 @@ static int32_t count_bits(uint64_t bits)
 }
 
 /* Two rays span a face of dimension two if no third is tight wherever both are. */
-static int32_t are_adjacent(const perp__cone *cone, int32_t a, int32_t b, int32_t rank)
+static int32_t are_adjacent(perp__cone *cone, int32_t a, int32_t b, int32_t rank)
 {
     const uint64_t low = cone->tight[2 * a] & cone->tight[2 * b];
     const uint64_t high = cone->tight[2 * a + 1] & cone->tight[2 * b + 1];
@@ -217,6 +226,7 @@ static int32_t are_adjacent(const perp__cone *cone, int32_t a, int32_t b, int32_
 
     if (count_bits(low) + count_bits(high) < rank - 2)
         return 0;
+    cone->effort += cone->rays;
     for (k = 0; k < cone->rays; k++)
         if (k != a && k != b && (low & ~cone->tight[2 * k]) == 0 &&
             (high & ~cone->tight[2 * k + 1]) == 0)
@@ -225,8 +235,7 @@ static int32_t are_adjacent(const perp__cone *cone, int32_t a, int32_t b, int32_
 }
 
 /* Appends the point of the span of a and b where row `row` is 0. */
-static perp_status combine(perp__cone *cone, int32_t at, int32_t a, int32_t b, double value_a,
-                           double value_b, int32_t row)
+static perp_status combine(perp__cone *cone, int32_t at, int32_t a, int32_t b, int32_t row)
 {
     const int32_t width = cone->dimension;
     perp_status status;
@@ -240,8 +249,9 @@ static perp_status combine(perp__cone *cone, int32_t at, int32_t a, int32_t b, d
         return status;
     x = cone->x + (size_t)at * (size_t)width;
     for (j = 0; j < width; j++)
-        x[j] = value_a * cone->x[b * width + j] - value_b * cone->x[a * width + j];
+        x[j] = cone->values[a] * cone->x[b * width + j] - cone->values[b] * cone->x[a * width + j];
     normalise(x, width);
+    cone->values[at] = 0.0;
     cone->tight[2 * at] = cone->tight[2 * a] & cone->tight[2 * b];
     cone->tight[2 * at + 1] = cone->tight[2 * a + 1] & cone->tight[2 * b + 1];
     mark(cone, at, row);
@@ -260,32 +270,16 @@ static double value_at(const perp__cone *cone, int32_t row, int32_t ray)
     return fabs(sum) <= tolerance ? 0.0 : sum;
 }
 
-/* Cuts the cone with one more half-space. */
-static perp_status cut(perp__cone *cone, int32_t row, int32_t rank)
+/* Leaves the rays on the right side of row `row`, of the first `total`. */
+static void drop_outside(perp__cone *cone, int32_t total, int32_t row)
 {
     const size_t width = (size_t)cone->dimension;
-    int32_t total = cone->rays, kept = 0, a, b, k;
+    int32_t kept = 0, k;
 
-    for (a = 0; a < cone->rays; a++) {
-        const double value_a = value_at(cone, row, a);
-
-        for (b = 0; value_a > 0.0 && b < cone->rays; b++) {
-            const double value_b = value_at(cone, row, b);
-            perp_status status;
-
-            if (!(value_b < 0.0) || !are_adjacent(cone, a, b, rank))
-                continue;
-            status = combine(cone, total++, a, b, value_a, value_b, row);
-            if (status != PERP_OK)
-                return status;
-        }
-    }
     for (k = 0; k < total; k++) {
-        const double value = k < cone->rays ? value_at(cone, row, k) : 0.0;
-
-        if (value < 0.0)
+        if (cone->values[k] < 0.0)
             continue;
-        if (k < cone->rays && value == 0.0)
+        if (cone->values[k] == 0.0)
             mark(cone, k, row);
         memmove(cone->x + (size_t)kept * width, cone->x + (size_t)k * width,
                 width * sizeof *cone->x);
@@ -294,6 +288,32 @@ static perp_status cut(perp__cone *cone, int32_t row, int32_t rank)
         kept++;
     }
     cone->rays = kept;
+}
+
+/* Cuts the cone with one more half-space. */
+static perp_status cut(perp__cone *cone, int32_t row, int32_t rank)
+{
+    int32_t total = cone->rays, a, b;
+
+    for (a = 0; a < cone->rays; a++)
+        cone->values[a] = value_at(cone, row, a);
+    for (a = 0; a < cone->rays; a++) {
+        if (!(cone->values[a] > 0.0))
+            continue;
+        cone->effort += cone->rays;
+        for (b = 0; b < cone->rays; b++) {
+            perp_status status;
+
+            if (!(cone->values[b] < 0.0) || !are_adjacent(cone, a, b, rank))
+                continue;
+            status = combine(cone, total++, a, b, row);
+            if (status != PERP_OK)
+                return status;
+            if (cone->effort > PERP__MOST_EFFORT)
+                return PERP__CONE_TOO_LARGE;
+        }
+    }
+    drop_outside(cone, total, row);
     return PERP_OK;
 }
 

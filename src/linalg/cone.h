@@ -17,7 +17,9 @@ typedef struct perp__cone {
     int32_t rays, lines;
     int32_t most_rows, most_dimension; /* there is room for */
     int32_t capacity;                  /* rays of that dimension */
+    double effort;                     /* comparisons made */
     double *x;       /* rays + lines by dimension: the rays, then the lines; largest entry 1 */
+    double *values;  /* capacity: of a row at the rays */
     uint64_t *tight; /* capacity by 2: which rows a ray meets with 0 */
 } perp__cone;
 
@@ -29,7 +31,7 @@ perp_status perp__cone_fit(perp__cone *cone, int32_t rows, int32_t dimension);
 
 /* Row 0 must not be zero. Finds rays and lines with {x} = {sum of rays with factors >= 0, and of
  * lines with any}. PERP_OK, PERP_ERROR_MEMORY, or PERP__CONE_TOO_LARGE where there are more than
- * 10000 rays on the way. */
+ * 10000 rays on the way, or it takes seconds. */
 perp_status perp__cone_enumerate(perp__cone *cone);
 
 void perp__cone_release(perp__cone *cone);

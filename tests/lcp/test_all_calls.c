@@ -185,6 +185,21 @@ static void test_scaling(void **state)
     assert_true(scaled[0] == plain[0] * 0x1p-200 && scaled[1] == plain[1] * 0x1p150);
 }
 
+static void test_overflow(void **state)
+{
+    const double M[] = {1e-300, 1e300, 1e300, 1e-300}, q[] = {-1, -1};
+    perp_lcp_enumeration result = fresh();
+    perp_matrix view;
+
+    (void)state;
+    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, M, 2), PERP_OK);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, NULL, NULL),
+                     PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_EVALUATION_FAILED);
+    assert_int_equal(result.isolated + result.families, 0);
+}
+
 /* ---- limits and callbacks ------------------------------------------------------------------ */
 
 static int32_t answer_monitor(const perp_lcp_progress *progress, void *user)
@@ -365,9 +380,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_box),       cmocka_unit_test(test_families),
         cmocka_unit_test(test_staircase), cmocka_unit_test(test_scaling),
-        cmocka_unit_test(test_limits),    cmocka_unit_test(test_visitor),
-        cmocka_unit_test(test_reentry),   cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_overflow),  cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_visitor),   cmocka_unit_test(test_reentry),
+        cmocka_unit_test(test_refusals),  cmocka_unit_test(test_memory),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);
