@@ -52,51 +52,69 @@ perp__slopes perp__fischer_slopes(double a, double b, double along_a, double alo
     return slopes;
 }
 
-double perp__fischer_bounded(double z, double lower, double upper, double w)
+/* The product's part counts. A bound that is infinite for the arithmetic has none. */
+static int is_inside(double a, double b)
 {
+    return a > 0.0 && b > 0.0 && !isinf(a) && !isinf(b);
+}
+
+double perp__fischer_penalised(double a, double b, double penalty)
+{
+    double phi = perp__fischer(a, b);
+
+    if (penalty == 0.0)
+        return phi;
+    return (1.0 - penalty) * phi + (is_inside(a, b) ? penalty * a * b : 0.0);
+}
+
+perp__slopes perp__fischer_penalised_slopes(double a, double b, double along_a, double along_b,
+                                            double penalty)
+{
+    perp__slopes slopes = perp__fischer_slopes(a, b, along_a, along_b);
+
+    if (penalty == 0.0)
+        return slopes;
+    slopes.z *= 1.0 - penalty;
+    slopes.w *= 1.0 - penalty;
+    /* the product has kinks of its own where a or b is 0 */
+    if (is_inside(a == 0.0 ? along_a : a, b == 0.0 ? along_b : b)) {
+        slopes.z += penalty * b;
+        slopes.w += penalty * a;
+    }
+    return slopes;
+}
+
+double perp__fischer_bounded(double z, double lower, double upper, double w, double penalty)
+{
+    double v;
+
     if (!(lower < upper))
         return 0.0;
     if (isinf(lower) && isinf(upper))
         return w;
-    if (isinf(upper))
-        return perp__fischer(z - lower, w);
-    if (isinf(lower))
-        return -perp__fischer(upper - z, -w);
-    return perp__fischer(z - lower, -perp__fischer(upper - z, -w));
-}
-
-/* Chain rule for phi(z - l, v), v = -phi(u - z, -w): v_z = phi_a, v_w = phi_b of the inner one. */
-static perp__slopes boxed_slopes(double z, double lower, double upper, double w, double along_z,
-                                 double along_w)
-{
-    double v = -perp__fischer(upper - z, -w);
-    perp__slopes inner = perp__fischer_slopes(upper - z, -w, -along_z, -along_w);
-    double along_v = inner.z * along_z + inner.w * along_w;
-    perp__slopes outer = perp__fischer_slopes(z - lower, v, along_z, along_v);
-    perp__slopes slopes;
-
-    slopes.z = outer.z + outer.w * inner.z;
-    slopes.w = outer.w * inner.w;
-    return slopes;
+    v = isinf(upper) ? w : -perp__fischer_penalised(upper - z, -w, penalty);
+    return isinf(lower) ? v : perp__fischer_penalised(z - lower, v, penalty);
 }
 
 perp__slopes perp__fischer_bounded_slopes(double z, double lower, double upper, double w,
-                                          double along_z, double along_w)
+                                          double along_z, double along_w, double penalty)
 {
-    perp__slopes slopes = {1.0, 0.0};
+    perp__slopes fixed = {1.0, 0.0}, inner = {0.0, 1.0}, outer;
+    double v = w;
 
     if (!(lower < upper))
-        return slopes;
-    if (isinf(lower) && isinf(upper)) {
-        slopes.z = 0.0;
-        slopes.w = 1.0;
-        return slopes;
+        return fixed;
+    if (!isinf(upper)) { /* v = -phi(u - z, -w): v_z = phi_a, v_w = phi_b */
+        v = -perp__fischer_penalised(upper - z, -w, penalty);
+        inner = perp__fischer_penalised_slopes(upper - z, -w, -along_z, -along_w, penalty);
     }
-    if (isinf(upper))
-        return perp__fischer_slopes(z - lower, w, along_z, along_w);
     if (isinf(lower))
-        return perp__fischer_slopes(upper - z, -w, -along_z, -along_w);
-    return boxed_slopes(z, lower, upper, w, along_z, along_w);
+        return inner;
+    outer = perp__fischer_penalised_slopes(z - lower, v, along_z,
+                                           inner.z * along_z + inner.w * along_w, penalty);
+    outer.z += outer.w * inner.z;
+    outer.w *= inner.w;
+    return outer;
 }
 
 int perp__fischer_at_kink(double z, double lower, double upper, double w)

@@ -18,15 +18,21 @@ double perp__fischer(double a, double b);
  * (De Luca, Facchinei & Kanzow 1996, procedure in section 7). */
 perp__slopes perp__fischer_slopes(double a, double b, double along_a, double along_b);
 
+/* Chen, Chen & Kanzow (2000) add a penalty p in [0, 1) where both are positive:
+ * phi_p(a, b) = (1 - p) phi(a, b) + p max(a, 0) max(b, 0). */
+double perp__fischer_penalised(double a, double b, double penalty);
+perp__slopes perp__fischer_penalised_slopes(double a, double b, double along_a, double along_b,
+                                            double penalty);
+
 /* Billups (1995) for l <= z <= u: phi(z - l, w), -phi(u - z, -w), phi(z - l, -phi(u - z, -w)) or w,
- * whichever the finite bounds ask for; 0 where l = u. Zero exactly where mid(z - l, z - u, w) is.
- */
-double perp__fischer_bounded(double z, double lower, double upper, double w);
+ * whichever the finite bounds ask for, phi being phi_p; 0 where l = u. Zero exactly where
+ * mid(z - l, z - u, w) is. */
+double perp__fischer_bounded(double z, double lower, double upper, double w, double penalty);
 
 /* Its derivatives by z and w; at kinks the limits along (along_z, along_w). Where l = u they are
  * (1, 0): the row of the Newton system then says that z stays. */
 perp__slopes perp__fischer_bounded_slopes(double z, double lower, double upper, double w,
-                                          double along_z, double along_w);
+                                          double along_z, double along_w, double penalty);
 
 /* True if (z, w) is at a kink. */
 int perp__fischer_at_kink(double z, double lower, double upper, double w);

@@ -43,10 +43,11 @@ static void layout(perp__arena *arena, void *work)
     perp__lcp_fischer.layout(arena, work);
 }
 
-/* The method by its inner interface: unscaled, from z = 0 and without its own start, so that every
- * step is one of Newton's (or of its fall-backs, which would need more than `limit`). */
+/* The method by its inner interface: unscaled, from z = 0 and without its own start. attempt 0: by
+ * active sets where they serve; 2: every step is one of Newton's (or of its fall-backs, which would
+ * need more than `limit`). */
 static void newton(const perp__matrix *M, const gen_lcp *problem, const double *lower,
-                   const double *upper, int limit, const char *where)
+                   const double *upper, int attempt, int limit, const char *where)
 {
     enum { MOST = 8 };
     double ones[MOST], norms[MOST], l[MOST], u[MOST], z[MOST], w[MOST];
@@ -55,6 +56,7 @@ static void newton(const perp__matrix *M, const gen_lcp *problem, const double *
     perp__lcp_problem p;
     perp__lcp_iterate iterate;
     perp__arena arena;
+    perp__sparse_block block;
     perp__lcp_work *work = check_allocate(1, perp__lcp_fischer.work_size);
     double residual = 0.0;
 
@@ -81,7 +83,13 @@ static void newton(const perp__matrix *M, const gen_lcp *problem, const double *
     p.iteration_limit = limit;
     p.control = &control;
     iterate.z = z;
-    iterate.warm = 1;
+    iterate.warm = attempt == 0;
+    iterate.attempt = attempt;
+    perp__sparse_block_init(&block, context);
+    if (M->column_starts) {
+        p.block = &block;
+        assert_int_equal(perp__sparse_block_read(&block, M, ones), PERP_OK);
+    }
     work->problem = &p;
     perp__arena_init(&arena, context);
     assert_int_equal(perp__lcp_fischer.check(&p), PERP_OK);
@@ -98,6 +106,7 @@ static void newton(const perp__matrix *M, const gen_lcp *problem, const double *
     assert_true(residual <= 1e-12 + 1e-13); /* w is rounded: n |M| |z| eps = 8 * 21 * 92 eps */
     perp__lcp_fischer.release(work);
     perp__arena_release(&arena);
+    perp__sparse_block_release(&block);
     free(work);
 }
 
@@ -117,7 +126,8 @@ static void solve_both(const int *entries, const int *load, int32_t n, const dou
 
         assert_int_equal(perp__matrix_read(context, "M", &M, csc ? &sparse.view : &problem.view),
                          PERP_OK);
-        newton(&M, &problem, lower, upper, 12, where);
+        newton(&M, &problem, lower, upper, 0, 12, where);
+        newton(&M, &problem, lower, upper, 2, 12, where);
         run_view(&r, context, csc ? &sparse.view : &problem.view, problem.q, lower, upper,
                  &settings, NULL, where);
         if (r.result.outcome != PERP_OUTCOME_SOLVED)

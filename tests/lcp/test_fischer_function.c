@@ -77,20 +77,20 @@ static void test_equivalent_to_the_minimum(void **state)
 
 /* Central differences with step h: error h^2 |phi'''| / 6 + eps |phi| / h. At a distance >= 1/4
  * from the kinks third derivatives stay below 200, |phi| below 20: 4e-9 + 1e-10 with h = 1e-5. */
-static void require_slopes(double z, double lower, double upper, double w)
+static void require_slopes(double z, double lower, double upper, double w, double p)
 {
     const double h = 1e-5;
-    perp__slopes slopes = perp__fischer_bounded_slopes(z, lower, upper, w, 0.0, 0.0);
-    double by_z = (perp__fischer_bounded(z + h, lower, upper, w) -
-                   perp__fischer_bounded(z - h, lower, upper, w)) /
+    perp__slopes slopes = perp__fischer_bounded_slopes(z, lower, upper, w, 0.0, 0.0, p);
+    double by_z = (perp__fischer_bounded(z + h, lower, upper, w, p) -
+                   perp__fischer_bounded(z - h, lower, upper, w, p)) /
                   (2.0 * h);
-    double by_w = (perp__fischer_bounded(z, lower, upper, w + h) -
-                   perp__fischer_bounded(z, lower, upper, w - h)) /
+    double by_w = (perp__fischer_bounded(z, lower, upper, w + h, p) -
+                   perp__fischer_bounded(z, lower, upper, w - h, p)) /
                   (2.0 * h);
 
     if (!(fabs(slopes.z - by_z) <= 1e-8 && fabs(slopes.w - by_w) <= 1e-8))
-        fail_msg("z %g in [%g, %g], w %g: (%.12g, %.12g), differences (%.12g, %.12g)", z, lower,
-                 upper, w, slopes.z, slopes.w, by_z, by_w);
+        fail_msg("z %g in [%g, %g], w %g, penalty %g: (%.12g, %.12g), differences (%.12g, %.12g)",
+                 z, lower, upper, w, p, slopes.z, slopes.w, by_z, by_w);
 }
 
 static void test_slopes_are_derivatives(void **state)
@@ -105,8 +105,12 @@ static void test_slopes_are_derivatives(void **state)
         const double *b = bounds[k % 4];
         double z = gen_uniform(&random, -4, 4), w = gen_uniform(&random, -4, 4);
 
-        if (hypot(z - b[0], w) > 0.25 && hypot(z - b[1], w) > 0.25)
-            require_slopes(z, b[0], b[1], w);
+        if (!(hypot(z - b[0], w) > 0.25 && hypot(z - b[1], w) > 0.25))
+            continue;
+        require_slopes(z, b[0], b[1], w, 0.0);
+        /* the penalty has kinks along the axes */
+        if (fabs(z - b[0]) > 2e-5 && fabs(z - b[1]) > 2e-5 && fabs(w) > 2e-5)
+            require_slopes(z, b[0], b[1], w, 0.25 * (k % 3 + 1));
     }
 }
 
@@ -146,9 +150,10 @@ static void test_kinks(void **state)
         double corner = isinf(b[0]) || k % 4 == 3 ? b[1] : b[0];
         double along_z = gen_integer(&random, 2) ? 1.0 : -1.0, along_w = gen_dyadic(&random, 8);
         double t = ldexp(1.0, -26); /* exact sums; inner terms of a box change by O(t) = 1.5e-8 */
-        perp__slopes at = perp__fischer_bounded_slopes(corner, b[0], b[1], 0.0, along_z, along_w);
-        perp__slopes near =
-            perp__fischer_bounded_slopes(corner + t * along_z, b[0], b[1], t * along_w, 0.0, 0.0);
+        perp__slopes at =
+            perp__fischer_bounded_slopes(corner, b[0], b[1], 0.0, along_z, along_w, 0.25 * (k % 3));
+        perp__slopes near = perp__fischer_bounded_slopes(corner + t * along_z, b[0], b[1],
+                                                         t * along_w, 0.0, 0.0, 0.25 * (k % 3));
 
         assert_true(perp__fischer_at_kink(corner, b[0], b[1], 0.0));
         assert_false(perp__fischer_at_kink(corner + t * along_z, b[0], b[1], 0.0));
@@ -161,7 +166,7 @@ static void test_bounded(void **state)
 {
     static const double bounds[][2] = {
         {1.0, INFINITY}, {-INFINITY, 2.0}, {-1.0, 2.0}, {-INFINITY, INFINITY}, {1.0, 1.0}};
-    perp__slopes fixed = perp__fischer_bounded_slopes(1.0, 1.0, 1.0, -3.0, 1.0, 1.0);
+    perp__slopes fixed = perp__fischer_bounded_slopes(1.0, 1.0, 1.0, -3.0, 1.0, 1.0, 0.0);
 
     (void)state;
     for (size_t k = 0; k < sizeof bounds / sizeof bounds[0]; k++) {
@@ -169,18 +174,33 @@ static void test_bounded(void **state)
 
         for (double z = -4.0; z <= 4.0; z += 0.5) {
             for (double w = -2.0; w <= 2.0; w += 0.5) {
-                double phi = perp__fischer_bounded(z, l, u, w);
                 double mid = fmax(fmin(z - l, w), z - u);
 
-                if (l == u)
-                    assert_true(phi == 0.0);
-                else
-                    assert_true((phi > 0.0) == (mid > 0.0) && (phi < 0.0) == (mid < 0.0));
+                for (int p = 0; p < 3; p++) {
+                    double phi = perp__fischer_bounded(z, l, u, w, 0.375 * p);
+
+                    if (l == u)
+                        assert_true(phi == 0.0);
+                    else
+                        assert_true((phi > 0.0) == (mid > 0.0) && (phi < 0.0) == (mid < 0.0));
+                }
             }
         }
     }
     assert_true(fixed.z == 1.0 && fixed.w == 0.0);
     assert_false(perp__fischer_at_kink(1.0, 1.0, 1.0, 0.0));
+}
+
+/* Chen, Chen & Kanzow's function by its definition, with a 3-4-5 triangle. */
+static void test_penalty(void **state)
+{
+    (void)state;
+    assert_true(perp__fischer_penalised(3.0, 4.0, 0.25) == 0.75 * 2.0 + 0.25 * 12.0);
+    assert_true(perp__fischer_penalised(-3.0, 4.0, 0.25) == 0.75 * -4.0);
+    assert_true(perp__fischer_penalised(-3.0, -4.0, 0.25) == 0.75 * -12.0);
+    assert_true(perp__fischer_penalised(0.0, 4.0, 0.25) == 0.0);
+    assert_true(perp__fischer_penalised(INFINITY, 4.0, 0.25) == 3.0);
+    assert_true(perp__fischer_penalised(1e-200, 4e200, 0.0) == perp__fischer(1e-200, 4e200));
 }
 
 int main(void)
@@ -192,6 +212,7 @@ int main(void)
         cmocka_unit_test(test_slopes_at_the_extremes),
         cmocka_unit_test(test_kinks),
         cmocka_unit_test(test_bounded),
+        cmocka_unit_test(test_penalty),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

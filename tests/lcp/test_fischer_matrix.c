@@ -1,5 +1,5 @@
-/* The Newton matrices: S + rho I scaled by rows plus a diagonal, through one factorisation that is
- * kept over values, patterns and storages. */
+/* The active blocks of Newton matrices over values, patterns and storages: S_AA + W_A and
+ * S_AA + rho I, symmetric or not, definite or not. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -35,6 +35,7 @@ typedef struct setting {
     perp__arena arena;
     perp__matrix M;
     perp__lcp_problem problem;
+    perp__sparse_block block;
     double factors[N];
 } setting;
 
@@ -63,40 +64,88 @@ static void read_problem(setting *s, const gen_lcp *from, int csc)
     s->problem.factors = s->factors;
     for (int i = 0; i < N; i++)
         s->factors[i] = ldexp(1.0, e[i]);
+    if (csc) {
+        s->problem.block = &s->block;
+        assert_int_equal(perp__sparse_block_read(&s->block, &s->M, s->factors), PERP_OK);
+    }
     assert_int_equal(perp__arena_fit(&s->arena, layout, s), PERP_OK);
-    assert_int_equal(perp__fischer_matrix_read(&s->matrix, &s->problem), PERP_OK);
+    perp__fischer_matrix_read(&s->matrix, &s->problem);
 }
 
-/* H x = b by plain loops over the caller's dense M. Entries of H are below 1e3, those of H^-1 below
- * 1e2 for these slopes (diagonally dominant rows): n * cond * eps = 12 * 1e5 * 2e-16 < 1e-9. */
-static void require_solves(setting *s, const int *M, double rho, gen_random *random)
+static void begin(setting *s)
 {
-    double slope_z[N], slope_w[N], b[N], x[N], y[N], transposed[N];
+    memset(s, 0, sizeof *s);
+    perp__arena_init(&s->arena, context);
+    perp__sparse_block_init(&s->block, context);
+}
+
+static void end(setting *s)
+{
+    perp__fischer_matrix_release(&s->matrix);
+    assert_null(s->matrix.kept.factor);
+    perp__fischer_matrix_release(&s->matrix); /* twice is once */
+    perp__sparse_block_release(&s->block);
+    perp__arena_release(&s->arena);
+}
+
+/* (S_AA + W_A) x = b by plain loops over the caller's dense M; W_i = rho where places tell A. */
+static void require_block(setting *s, const int *M, const double *weights, double rho,
+                          const int8_t *places, gen_random *random)
+{
+    double b[N], x[N];
+
+    for (int i = 0; i < N; i++)
+        b[i] = x[i] = gen_uniform(random, -1, 1);
+    assert_int_equal(weights ? perp__fischer_matrix_factor(&s->matrix, weights)
+                             : perp__fischer_matrix_factor_block(&s->matrix, places, rho),
+                     PERP_OK);
+    perp__fischer_matrix_solve(&s->matrix, x);
+    for (int i = 0; i < N; i++) {
+        double sum = 0.0;
+
+        if (places[i] != PERP__BETWEEN) {
+            assert_true(x[i] == b[i]);
+            continue;
+        }
+        for (int j = 0; j < N; j++)
+            if (places[j] == PERP__BETWEEN)
+                sum += ldexp(M[i * N + j], e[i] + e[j]) * x[j];
+        /* the weights make rows dominant by 1 or more, entries stay below 2e3: N eps 2e3 < 1e-11 */
+        assert_true(fabs((weights ? weights[i] : rho) * x[i] + sum - b[i]) <= 1e-11);
+    }
+}
+
+static void require_solves(setting *s, const int *M, gen_random *random)
+{
+    double weights[N], b[N], y[N] = {0.0}, transposed[N];
+    int8_t places[N];
 
     for (int i = 0; i < N; i++) {
-        slope_w[i] = i % 3 == 0 ? 0.0 : gen_uniform(random, 0.01, 1.0);
-        slope_z[i] = 800.0 * slope_w[i] + gen_uniform(random, 0.5, 1.0);
-        b[i] = x[i] = gen_uniform(random, -1, 1);
+        places[i] = i % 3 == 0 ? PERP__AT_LOWER : PERP__BETWEEN;
+        weights[i] = i % 3 == 0 ? INFINITY : gen_uniform(random, 800.0, 1600.0);
+        b[i] = i % 4 == 0 ? 0.0 : gen_uniform(random, -1, 1);
     }
-    assert_int_equal(perp__fischer_matrix_factor(&s->matrix, slope_z, slope_w, rho), PERP_OK);
-    perp__fischer_matrix_solve(&s->matrix, x);
+    require_block(s, M, weights, 0.0, places, random);
+    require_block(s, M, NULL, 800.0, places, random);
     perp__fischer_matrix_transposed(&s->matrix, b, transposed);
-    perp__multiply(&s->matrix.S, x, y);
+    perp__fischer_matrix_add(&s->matrix, b, y);
+    perp__fischer_matrix_add_column(&s->matrix, 2, -b[2], y);
     for (int i = 0; i < N; i++) {
         double sum = 0.0, across = 0.0;
 
         for (int j = 0; j < N; j++) {
-            sum += ldexp(M[i * N + j], e[i] + e[j]) * x[j];
+            sum += j == 2 ? 0.0 : ldexp(M[i * N + j], e[i] + e[j]) * b[j];
             across += ldexp(M[j * N + i], e[i] + e[j]) * b[j];
         }
-        assert_true(fabs(y[i] - sum) <= 1e-9);
-        assert_true(fabs(transposed[i] - across) <= 1e-9);
-        assert_true(fabs(slope_z[i] * x[i] + slope_w[i] * (sum + rho * x[i]) - b[i]) <= 1e-9);
+        /* N products below 200 and their sums: N^2 eps 200 < 1e-11 */
+        assert_true(fabs(y[i] - sum) <= 1e-11);
+        assert_true(fabs(transposed[i] - across) <= 1e-11);
+        assert_true(perp__fischer_matrix_diagonal(&s->matrix, i) == ldexp(M[i * N + i], 2 * e[i]));
     }
 }
 
 /* 24 entries off the diagonal in places that depend on `shift`, and every third diagonal entry. */
-static void make_entries(int *M, int shift, int factor)
+static void make_entries(int *M, int shift, int factor, int symmetric)
 {
     memset(M, 0, N * N * sizeof *M);
     for (int k = 0; k < 24; k++)
@@ -104,85 +153,112 @@ static void make_entries(int *M, int shift, int factor)
             factor * (k % 5 - 2 ? k % 5 - 2 : 3);
     for (int i = 0; i < N; i += 3)
         M[i * N + i] = 2 * factor;
+    for (int i = 0; i < N && symmetric; i++)
+        for (int j = 0; j < i; j++)
+            M[i * N + j] = M[j * N + i];
 }
 
 static void test_matrices(void **state)
 {
     static const struct {
-        int shift, factor, csc, kept; /* kept: the analysis of the line before serves */
-    } steps[] = {{0, 1, 1, 0}, {0, 1, 1, 1}, {0, 3, 1, 1}, {2, 1, 1, 0}, {5, 2, 1, 0},
+        int shift, factor, csc, symmetric;
+    } steps[] = {{0, 1, 1, 0}, {0, 1, 1, 0}, {0, 3, 1, 1}, {2, 1, 1, 0}, {5, 2, 1, 1},
                  {5, 2, 0, 0}, {1, 1, 0, 1}, {1, 1, 1, 0}, {1, 1, 0, 0}};
     int M[N * N], q[N] = {0};
     gen_random random;
     setting s;
 
     (void)state;
-    memset(&s, 0, sizeof s);
-    perp__arena_init(&s.arena, context);
+    begin(&s);
     gen_seed(&random, 4);
     for (size_t k = 0; k < sizeof steps / sizeof steps[0]; k++) {
-        const perp__factor *before = s.matrix.kept.factor;
-        const int32_t *pattern = s.matrix.kept.pattern;
         gen_lcp full, sparse;
 
-        make_entries(M, steps[k].shift, steps[k].factor);
+        make_entries(M, steps[k].shift, steps[k].factor, steps[k].symmetric);
         gen_from_integers(&full, N, M, q);
         gen_to_csc(&sparse, &full);
         read_problem(&s, steps[k].csc ? &sparse : &full, steps[k].csc);
-        if (steps[k].kept) /* an allocator may return the same address: only this is certain */
-            assert_true(s.matrix.kept.factor == before && s.matrix.kept.pattern == pattern);
-        require_solves(&s, M, 0.0, &random);
-        require_solves(&s, M, 0.25, &random);
+        assert_int_equal(s.matrix.symmetric, steps[k].symmetric);
+        require_solves(&s, M, &random);
+        require_solves(&s, M, &random);
+        if (!steps[k].csc && steps[k].symmetric)
+            assert_int_equal(s.matrix.by, PERP__FISCHER_CHOLESKY);
         gen_destroy(&sparse);
         gen_destroy(&full);
     }
-    perp__fischer_matrix_release(&s.matrix);
-    assert_null(s.matrix.kept.factor);
-    perp__fischer_matrix_release(&s.matrix); /* twice is once */
-    perp__arena_release(&s.arena);
+    end(&s);
 }
 
-/* Where D_z = 0 a singular S makes H singular, and rho regular. */
-static void test_singular(void **state)
+/* The copy of M is made once a set-up, and again for other factors D. */
+static void test_reading(void **state)
 {
     int M[N * N], q[N] = {0};
-    double slope_z[N] = {0.0}, slope_w[N], x[N];
-    gen_lcp full, sparse;
+    gen_lcp full;
+    setting s;
 
     (void)state;
-    for (int i = 0; i < N * N; i++)
-        M[i] = 0;
-    M[0] = 1;
+    begin(&s);
+    make_entries(M, 1, 1, 0);
     gen_from_integers(&full, N, M, q);
-    gen_to_csc(&sparse, &full);
-    for (int csc = 0; csc < 2; csc++) {
-        setting s;
-
-        memset(&s, 0, sizeof s);
-        perp__arena_init(&s.arena, context);
-        read_problem(&s, csc ? &sparse : &full, csc);
-        for (int i = 0; i < N; i++) {
-            slope_w[i] = 0.5;
-            x[i] = i + 1.0;
-        }
-        assert_int_equal(perp__fischer_matrix_factor(&s.matrix, slope_z, slope_w, 0.0),
-                         PERP__FACTOR_SINGULAR);
-        assert_int_equal(perp__fischer_matrix_factor(&s.matrix, slope_z, slope_w, 0.25), PERP_OK);
-        perp__fischer_matrix_solve(&s.matrix, x);
-        assert_true(fabs(x[0] - 1.0 / (0.5 * 1.25)) <= 1e-15);
-        for (int i = 1; i < N; i++)
-            assert_true(x[i] == 8.0 * (i + 1.0)); /* / (1/2 * 1/4): exact */
-        perp__fischer_matrix_release(&s.matrix);
-        perp__arena_release(&s.arena);
-    }
-    gen_destroy(&sparse);
+    read_problem(&s, &full, 0);
+    full.M[0] = 5.0;
+    perp__fischer_matrix_read(&s.matrix, &s.problem);
+    assert_true(perp__fischer_matrix_diagonal(&s.matrix, 0) == 2.0);
+    s.factors[0] = 2.0;
+    perp__fischer_matrix_read(&s.matrix, &s.problem);
+    assert_true(perp__fischer_matrix_diagonal(&s.matrix, 0) == 20.0);
+    full.M[0] = 7.0;
+    read_problem(&s, &full, 0); /* a set-up */
+    assert_true(perp__fischer_matrix_diagonal(&s.matrix, 0) == 7.0);
     gen_destroy(&full);
+    end(&s);
+}
+
+/* S = e_0 e_0' is singular, and S + I / 4 not; [[0, 2], [2, 0]] is symmetric and not definite. */
+static void test_singular(void **state)
+{
+    for (int csc = 0; csc < 2; csc++)
+        for (int swap = 0; swap < 2; swap++) {
+            int M[N * N] = {0}, q[N] = {0};
+            double weights[N], x[N];
+            int8_t places[N];
+            gen_lcp full, sparse;
+            setting s;
+
+            (void)state;
+            M[0] = 1 - swap;
+            M[1] = M[N] = swap;
+            gen_from_integers(&full, N, M, q);
+            gen_to_csc(&sparse, &full);
+            begin(&s);
+            read_problem(&s, csc ? &sparse : &full, csc);
+            for (int i = 0; i < N; i++) {
+                places[i] = PERP__BETWEEN;
+                weights[i] = 0.0;
+                x[i] = i + 1.0;
+            }
+            assert_int_equal(perp__fischer_matrix_factor(&s.matrix, weights),
+                             PERP__FACTOR_SINGULAR);
+            assert_int_equal(perp__fischer_matrix_factor_block(&s.matrix, places, 0.0),
+                             PERP__FACTOR_SINGULAR);
+            assert_int_equal(perp__fischer_matrix_factor_block(&s.matrix, places, 0.25), PERP_OK);
+            perp__fischer_matrix_solve(&s.matrix, x);
+            /* [[1/4, 2], [2, 1/4]]^-1 (1, 2) = (20, 8) / 21 */
+            assert_true(fabs(x[0] - (swap ? 20.0 / 21.0 : 1.0 / 1.25)) <= 1e-14);
+            assert_true(fabs(x[1] - (swap ? 8.0 / 21.0 : 8.0)) <= 1e-14);
+            for (int i = 2; i < N; i++)
+                assert_true(x[i] == 4.0 * (i + 1.0)); /* / 1/4: exact */
+            gen_destroy(&sparse);
+            gen_destroy(&full);
+            end(&s);
+        }
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_matrices),
+        cmocka_unit_test(test_reading),
         cmocka_unit_test(test_singular),
     };
 
