@@ -84,29 +84,6 @@ static void add_cover(perp__lemke *l, const perp__lcp_iterate *iterate)
     l->column_of[perp__lemke_t(l)] = last;
 }
 
-/* The row that t must make feasible last; of rows that tie, the last, as the lexicographic order of
- * the unit matrix has it. -1: the basis solves the problem. */
-static int32_t first_row(const perp__lemke *l)
-{
-    double worst = 0.0;
-    int32_t found = -1, r;
-
-    for (r = 0; r < l->pairs; r++) {
-        const int32_t pair = l->basic[r] < l->pairs ? l->basic[r] : l->basic[r] - l->pairs;
-        const double violation = perp__lemke_violation(l, r);
-        double ratio;
-
-        if (l->cover[pair] == 0.0 || violation == 0.0)
-            continue;
-        ratio = violation / fabs(l->cover[pair]);
-        if (ratio >= worst) {
-            worst = ratio;
-            found = r;
-        }
-    }
-    return found;
-}
-
 static void take_column(perp__lemke *l, int32_t variable)
 {
     if (l->doubled.on)
@@ -216,7 +193,7 @@ static perp_outcome follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int6
     const perp__lcp_problem *p = l->head.problem;
     const int64_t limit = p->iteration_limit > 0 ? p->iteration_limit - l->spent : most;
     perp_outcome outcome = PERP_OUTCOME_SOLVED, stop;
-    int32_t r = first_row(l), leaving, at_upper;
+    int32_t r = perp__lemke_first_row(l), leaving, at_upper;
 
     iterate->iterations = 0;
     if (r < 0)

@@ -143,6 +143,10 @@ int32_t perp__lemke_start_at(perp__lemke *l);
 /* By how much the basic variable of row r is outside of its limits; 0 if it is not. */
 double perp__lemke_violation(const perp__lemke *l, int32_t r);
 
+/* The row that t must make feasible last; of rows that tie, the last, as the lexicographic order of
+ * the unit matrix has it. -1: the basis solves the problem. */
+int32_t perp__lemke_first_row(const perp__lemke *l);
+
 /* perp__lcp_iterate's correct: by the last tableau, or by the block of the crash. */
 int32_t perp__lemke_correct(void *work, const double *residual, double *step);
 int32_t perp__lemke_correct_crash(void *work, const double *residual, double *step);

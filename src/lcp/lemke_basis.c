@@ -1,4 +1,4 @@
-/* The start of Lemke's method at a given complementary basis. */
+/* The start of Lemke's method at a given complementary basis, and the first row of any start. */
 #include <math.h>
 
 #include "lcp/lemke.h"
@@ -82,6 +82,27 @@ static int32_t transform(perp__lemke *l)
 double perp__lemke_violation(const perp__lemke *l, int32_t r)
 {
     return fmax(fmax(l->low[r] - l->b[r], l->b[r] - l->high[r]), 0.0);
+}
+
+int32_t perp__lemke_first_row(const perp__lemke *l)
+{
+    double worst = 0.0;
+    int32_t found = -1, r;
+
+    for (r = 0; r < l->pairs; r++) {
+        const int32_t pair = l->basic[r] < l->pairs ? l->basic[r] : l->basic[r] - l->pairs;
+        const double violation = perp__lemke_violation(l, r);
+        double ratio;
+
+        if (l->cover[pair] == 0.0 || violation == 0.0)
+            continue;
+        ratio = violation / fabs(l->cover[pair]);
+        if (ratio >= worst) {
+            worst = ratio;
+            found = r;
+        }
+    }
+    return found;
 }
 
 /* The column of t: what is infeasible moves to where it is feasible for the t that the worst one
