@@ -229,7 +229,7 @@ static perp_status run(active_set_work *work, perp__lcp_iterate *iterate)
         exchange e;
 
         if (status == PERP__FACTOR_SINGULAR)
-            iterate->outcome = PERP_OUTCOME_STALLED;
+            iterate->outcome = PERP_OUTCOME_SINGULAR;
         if (status != PERP_OK)
             return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
         iterate->iterations++;
@@ -248,36 +248,45 @@ static perp_status run(active_set_work *work, perp__lcp_iterate *iterate)
     return PERP_OK;
 }
 
-/* From cold, or after a failed attempt. */
-static void start_afresh(active_set_work *work, const double *start, perp__lcp_iterate *iterate)
+/* Nested iteration, where the matrix suits. Returns 1, 0 where it does not or got nowhere, or
+ * PERP_ERROR_MEMORY. */
+static perp_status nest(active_set_work *work, perp__lcp_iterate *iterate)
 {
-    memcpy(iterate->z, start, (size_t)work->common.problem->n * sizeof *start);
-    read_places(work, iterate->z, iterate->places);
+    const perp__lcp_problem *problem = work->common.problem;
+    perp__multigrid *grid;
+    perp_status status = perp__sparse_block_grid(problem->block, &grid);
+
+    if (status == PERP_OK && grid)
+        status = perp__nested_fit(&work->nested, grid);
+    if (status != PERP_OK || !grid)
+        return status;
+    return perp__nested_run(&work->nested, problem, iterate->warm, iterate->z, iterate->places,
+                            &iterate->iterations, &iterate->outcome);
 }
 
 /* The first index set, or with *solved the last one and z. */
 static perp_status start(active_set_work *work, perp__lcp_iterate *iterate, int32_t *solved)
 {
     const perp__lcp_problem *problem = work->common.problem;
+    const size_t bytes = (size_t)problem->n * sizeof *work->step;
     int32_t found = PERP__TRIDIAGONAL_NO;
-    perp__multigrid *grid;
     perp_status status = PERP_OK;
 
+    memcpy(work->step, iterate->z, bytes);
     if (problem->block->kind == PERP__SPARSE_TRIDIAGONAL)
         status = perp__tridiagonal_lcp_solve(&work->tridiagonal, problem, iterate->places,
                                              iterate->z, &found);
     *solved = found == PERP__TRIDIAGONAL_SOLVED;
-    if (status != PERP_OK || found != PERP__TRIDIAGONAL_NO)
+    if (status != PERP_OK || found >= PERP__TRIDIAGONAL_NEAR)
         return status;
-    memcpy(work->step, iterate->z, (size_t)problem->n * sizeof *work->step);
-    status = perp__sparse_block_grid(problem->block, &grid);
-    if (status == PERP_OK && grid)
-        status = perp__nested_fit(&work->nested, grid);
-    if (status == PERP_OK &&
-        !(grid && perp__nested_run(&work->nested, problem, iterate->warm, iterate->z,
-                                   iterate->places, &iterate->iterations, &iterate->outcome)))
-        start_afresh(work, work->step, iterate);
-    return status;
+    if (found == PERP__TRIDIAGONAL_FAR)
+        memcpy(iterate->z, work->step, bytes);
+    status = nest(work, iterate);
+    if (status == 0) {
+        memcpy(iterate->z, work->step, bytes);
+        read_places(work, iterate->z, iterate->places);
+    }
+    return status < 0 ? status : PERP_OK;
 }
 
 /* perp__lcp_iterate's: with the factors of the last equations. A rough solve would not do. */

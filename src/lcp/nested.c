@@ -19,12 +19,11 @@
 #include <string.h>
 
 #define FIRST_SWEEPS 2
-#define COARSE_STEPS 8
+#define COARSE_STEPS 15
 #define FINE_STEPS 40
 #define ROUGH 0.2       /* relative residual of a step's equations */
 #define MOST_CYCLES 100 /* where that takes longer, multigrid is not for this matrix */
 #define FEW_CYCLES 4
-#define FEW 0.005    /* share of rows that may still change on a coarse level */
 #define SIMILAR 0.02 /* share of rows */
 
 static void layout(perp__arena *arena, void *object)
@@ -256,7 +255,6 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
                    int64_t *iterations, perp_outcome *request)
 {
     const int32_t n = nested->grid->level[k].n;
-    const int32_t few = k > 0 ? (int32_t)(FEW * n) : 0;
     const int32_t limit = k > 0 ? COARSE_STEPS : FINE_STEPS;
     int32_t step, changes;
     lag behind = {n, 0};
@@ -267,7 +265,7 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
     for (step = 0; step < limit; step++) {
         changes = sweep(nested, k, step % 2);
         behind.changes += changes;
-        if ((step > 0 && changes <= few) || !correct(nested, k, &behind))
+        if ((step > 0 && changes == 0) || !correct(nested, k, &behind))
             return;
         if (k > 0)
             continue;

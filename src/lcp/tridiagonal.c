@@ -14,8 +14,11 @@
  * and where two runs meet, two such pairs give the pair of the whole: one division. The rows are
  * scanned from left to right; a run that grew to the right may draw in rows on its left. Every row
  * enters once, every entry costs one or two merges, so all is O(n). Differences of like signs occur
- * in the constants only; what they round away moves rows with w_i near 0, which the front door's
- * polish decides. */
+ * in the constants only; what they round away moves rows with w_i near 0.
+ *
+ * Positive couplings and bounds on the other side are left out of account at first: where there are
+ * few, as in option prices by central differences or with a cap, the index set is near the right
+ * one. Whether it is right the signs tell in the end, with all of the problem. */
 #include "lcp/tridiagonal.h"
 
 #include <float.h>
@@ -38,14 +41,15 @@ typedef struct scan {
 void perp__tridiagonal_lcp_layout(perp__arena *arena, perp__tridiagonal_lcp *work, size_t n)
 {
     work->runs = perp__arena_take(arena, n, sizeof(run));
+    perp__tridiagonal_layout(arena, &work->Z, n);
     work->q = perp__arena_take(arena, n, sizeof(double));
     work->x = perp__arena_take(arena, n, sizeof(double));
     work->active = perp__arena_take(arena, n, sizeof(int32_t));
     work->examined = 0; /* another matrix, other bounds */
 }
 
-/* Signs, and elimination from the top: a Z-matrix is a nonsingular M-matrix if and only if all its
- * pivots are positive (Berman & Plemmons, "Nonnegative Matrices", chapter 6, condition E17). */
+/* Elimination from the top: a Z-matrix is a nonsingular M-matrix if and only if all its pivots are
+ * positive (Berman & Plemmons, "Nonnegative Matrices", chapter 6, condition E17). */
 static int32_t is_m_matrix(const perp__tridiagonal *T)
 {
     double pivot = 1.0;
@@ -53,24 +57,33 @@ static int32_t is_m_matrix(const perp__tridiagonal *T)
 
     for (i = 0; i < T->n; i++) {
         pivot = T->diagonal[i] - (i > 0 ? T->below[i - 1] * T->above[i - 1] / pivot : 0.0);
-        if (!(pivot > 0.0) || T->below[i] > 0.0 || T->above[i] > 0.0)
+        if (!(pivot > 0.0))
             return 0;
     }
     return 1;
 }
 
-/* 1: lower bounds only; -1: upper bounds only; 0: both. Fixed variables are of either kind. */
+/* The matrix without positive couplings, as central differences leave a few. */
+static void read_z_part(perp__tridiagonal *Z, const perp__tridiagonal *T)
+{
+    int32_t i;
+
+    Z->n = T->n;
+    for (i = 0; i < T->n; i++) {
+        Z->below[i] = T->below[i] < 0.0 ? T->below[i] : 0.0;
+        Z->diagonal[i] = T->diagonal[i];
+        Z->above[i] = T->above[i] < 0.0 ? T->above[i] : 0.0;
+    }
+}
+
+/* 1: lower bounds count; -1: upper ones, where there are more of them. */
 static double side_of_bounds(const perp__lcp_problem *p)
 {
-    int32_t lower = 0, upper = 0, i;
+    int32_t balance = 0, i;
 
-    for (i = 0; i < p->n; i++) {
-        if (p->lower[i] == p->upper[i])
-            continue;
-        lower |= p->lower[i] > -INFINITY;
-        upper |= p->upper[i] < INFINITY;
-    }
-    return lower && upper ? 0.0 : upper ? -1.0 : 1.0;
+    for (i = 0; i < p->n; i++)
+        balance += (p->lower[i] > -INFINITY) - (p->upper[i] < INFINITY);
+    return balance < 0 ? -1.0 : 1.0;
 }
 
 static int32_t is_fixed(const scan *s, int32_t i)
@@ -78,9 +91,15 @@ static int32_t is_fixed(const scan *s, int32_t i)
     return s->problem->lower[i] == s->problem->upper[i];
 }
 
-static double bound_of(const perp__lcp_problem *p, int32_t i)
+/* The bound on the side that counts. */
+static double bound_of(const scan *s, int32_t i)
 {
-    return isfinite(p->lower[i]) ? p->lower[i] : isfinite(p->upper[i]) ? p->upper[i] : 0.0;
+    return s->sign > 0.0 ? s->problem->lower[i] : s->problem->upper[i];
+}
+
+static double finite_bound_of(const scan *s, int32_t i)
+{
+    return isfinite(bound_of(s, i)) ? bound_of(s, i) : 0.0;
 }
 
 /* q of the shifted problem; 0 if it is not finite. */
@@ -88,11 +107,11 @@ static int32_t shift(perp__tridiagonal_lcp *work, const scan *s)
 {
     const perp__tridiagonal *T = s->T;
     const perp__lcp_problem *p = s->problem;
-    double before = 0.0, here = bound_of(p, 0);
+    double before = 0.0, here = finite_bound_of(s, 0);
     int32_t i, finite = 1;
 
     for (i = 0; i < T->n; i++) {
-        const double after = i + 1 < T->n ? bound_of(p, i + 1) : 0.0;
+        const double after = i + 1 < T->n ? finite_bound_of(s, i + 1) : 0.0;
         double q = p->q[i] + T->diagonal[i] * here;
 
         q += i > 0 ? T->below[i - 1] * before : 0.0;
@@ -189,7 +208,7 @@ static void settle(scan *s)
 
 static int32_t is_free(const scan *s, int32_t i)
 {
-    return i < s->T->n && !isfinite(s->problem->lower[i]) && !isfinite(s->problem->upper[i]);
+    return i < s->T->n && !isfinite(bound_of(s, i));
 }
 
 /* The run of free variables from i on. */
@@ -287,55 +306,55 @@ static perp_status solve_equations(const scan *s, double *z, const int32_t *acti
     if (status != PERP_OK)
         return status;
     for (i = 0; i < p->n; i++)
-        z[i] = bound_of(p, i);
+        z[i] = finite_bound_of(s, i);
     for (k = 0; k < count; k++)
         z[active[k]] = 0.0;
     for (k = 0; k < count; k++)
-        x[active[k]] = -(p->q[active[k]] + row_times(s->T, active[k], z));
+        x[active[k]] = -(p->q[active[k]] + row_times(&s->problem->block->T, active[k], z));
     perp__sparse_block_solve(p->block, x);
     for (k = 0; k < count; k++)
         z[active[k]] = x[active[k]];
     return PERP_OK;
 }
 
-/* Whether z and w have the signs that the places ask for, up to rounding in w. */
-static int32_t signs_hold(const scan *s, const int8_t *places, const double *z)
+/* How many z and w do not have the signs that the places ask for, up to rounding in w. */
+static int32_t count_wrong_signs(const scan *s, const int8_t *places, const double *z)
 {
     const perp__lcp_problem *p = s->problem;
     double z_largest = 0.0;
-    int32_t i;
+    int32_t wrong = 0, i;
 
     for (i = 0; i < p->n; i++)
         z_largest = fabs(z[i]) > z_largest ? fabs(z[i]) : z_largest;
     for (i = 0; i < p->n; i++) {
         if (places[i] == PERP__BETWEEN) {
-            if (!(z[i] >= p->lower[i] && z[i] <= p->upper[i]))
-                return 0;
+            wrong += !(z[i] >= p->lower[i] && z[i] <= p->upper[i]);
         } else if (places[i] != PERP__FIXED) {
-            const double w = s->sign * (row_times(s->T, i, z) + p->q[i]);
+            const double w = s->sign * (row_times(&p->block->T, i, z) + p->q[i]);
             const double size = p->row_norms[i] * z_largest + fabs(p->q[i]);
 
-            if (!(w >= -16.0 * DBL_EPSILON * size))
-                return 0;
+            wrong += !(w >= -16.0 * DBL_EPSILON * size);
         }
     }
-    return 1;
+    return wrong;
 }
 
 /* Finds the index set; 0 if this is not a problem for this method. */
 static int32_t find_places(scan *s, perp__tridiagonal_lcp *work, const perp__tridiagonal *T,
                            const perp__lcp_problem *problem)
 {
-    s->T = T;
+    if (!work->examined) {
+        work->examined = 1;
+        read_z_part(&work->Z, T);
+        work->suits = is_m_matrix(&work->Z);
+        work->sign = side_of_bounds(problem);
+    }
+    s->T = &work->Z;
     s->problem = problem;
     s->q = work->q;
     s->runs = work->runs;
-    if (!work->examined) {
-        work->examined = 1;
-        work->sign = is_m_matrix(T) ? side_of_bounds(problem) : 0.0;
-    }
     s->sign = work->sign;
-    if (s->sign == 0.0 || !shift(work, s))
+    if (!work->suits || !shift(work, s))
         return 0;
     enter_all(s);
     return 1;
@@ -365,7 +384,12 @@ perp_status perp__tridiagonal_lcp_solve(perp__tridiagonal_lcp *work,
         return PERP_OK;
     count = write_places(&s, places, work->active);
     status = solve_equations(&s, z, work->active, count, work->x);
-    *found = status == PERP_OK && signs_hold(&s, places, z) ? PERP__TRIDIAGONAL_SOLVED
-                                                            : PERP__TRIDIAGONAL_PLACES;
+    if (status == PERP_OK) {
+        const int32_t wrong = count_wrong_signs(&s, places, z);
+
+        *found = wrong == 0             ? PERP__TRIDIAGONAL_SOLVED
+                 : wrong <= s.T->n / 64 ? PERP__TRIDIAGONAL_NEAR
+                                        : PERP__TRIDIAGONAL_FAR;
+    }
     return status < 0 ? status : PERP_OK;
 }

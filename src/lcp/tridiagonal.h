@@ -6,10 +6,10 @@
 #include "linalg/tridiagonal.h"
 
 enum {
-    PERP__TRIDIAGONAL_NO = 0, /* no M-matrix, or finite bounds on both sides */
-    PERP__TRIDIAGONAL_PLACES =
-        1, /* an index set near the solution's: rounding decides some signs */
-    PERP__TRIDIAGONAL_SOLVED = 2
+    PERP__TRIDIAGONAL_NO = 0,   /* no M-matrix even without its positive couplings */
+    PERP__TRIDIAGONAL_FAR = 1,  /* places where many signs are wrong */
+    PERP__TRIDIAGONAL_NEAR = 2, /* where few are */
+    PERP__TRIDIAGONAL_SOLVED = 3
 };
 
 typedef struct perp__tridiagonal_lcp {
@@ -17,8 +17,10 @@ typedef struct perp__tridiagonal_lcp {
     double *q;              /* n, of the problem with its bounds shifted to 0 */
     double *x;              /* n */
     int32_t *active;        /* n */
-    int32_t examined;       /* `sign` is that of the problem: 1, -1 (upper bounds), 0: unsuitable */
-    double sign;
+    perp__tridiagonal Z;    /* the matrix without its positive couplings */
+    int32_t examined;       /* what follows is that of the problem */
+    int32_t suits;          /* Z is an M-matrix */
+    double sign;            /* 1, or -1: the upper bounds count */
 } perp__tridiagonal_lcp;
 
 void perp__tridiagonal_lcp_layout(perp__arena *arena, perp__tridiagonal_lcp *work, size_t n);

@@ -1,19 +1,13 @@
 #include "linalg/sparse_block.h"
 
-#include <float.h>
-#include <math.h>
 #include <string.h>
 
-/* Entries that mirror each other may differ by this much, relative: matrices are often assembled in
- * an order that rounds the two triangles differently. The solver refines with M itself. */
-#define PERP__ASYMMETRY (8.0 * DBL_EPSILON)
+#include "linalg/sparse_traits.h"
 
 /* Matrices of at least so many rows get a hierarchy, blocks of at least so many are left to it. On
  * plane grids multigrid overtakes Cholesky at 6000 rows, in space at 1000. */
 #define PERP__LARGE_MATRIX 1000
 #define PERP__LARGE_BLOCK 3000
-/* Largest sum of a row's positive entries beside the diagonal, relative to it. */
-#define PERP__POSITIVE_SHARE 0.25
 /* Conjugate gradient steps: as many take about as long as a factorisation */
 #define PERP__STEPS 80
 
@@ -41,84 +35,11 @@ static void layout_general(perp__arena *arena, void *object)
     b->values = perp__arena_take(arena, entries, sizeof(double));
 }
 
-static int32_t diagonal_is_positive(const perp__matrix *M)
-{
-    int32_t j, k;
-
-    for (j = 0; j < M->columns; j++) {
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            if (M->row_indices[k] >= j)
-                break;
-        if (k == M->column_starts[j + 1] || M->row_indices[k] != j || !(M->values[k] > 0.0))
-            return 0;
-    }
-    return 1;
-}
-
-static int32_t off_diagonal_is_not_positive(const perp__matrix *M)
-{
-    int32_t j, k;
-
-    for (j = 0; j < M->columns; j++)
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            if (M->values[k] > 0.0 && M->row_indices[k] != j)
-                return 0;
-    return 1;
-}
-
-/* Whether positive entries beside the diagonal are small, in every column. */
-static int32_t is_nearly_z(const perp__matrix *M, const double *scale)
-{
-    int32_t j, k;
-
-    for (j = 0; j < M->columns; j++) {
-        double positive = 0.0, diagonal = 0.0;
-
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
-            const int32_t i = M->row_indices[k];
-
-            if (i == j)
-                diagonal = M->values[k] * scale[j];
-            else if (M->values[k] > 0.0)
-                positive += M->values[k] * scale[i];
-        }
-        if (positive > PERP__POSITIVE_SHARE * diagonal)
-            return 0;
-    }
-    return 1;
-}
-
 static void layout_grid(perp__arena *arena, void *object)
 {
     perp__sparse_block *b = object;
 
     b->residual = perp__arena_take(arena, (size_t)b->M->columns, sizeof(double));
-}
-
-/* Columns from left to right meet the mirror images of their entries in the order in which these
- * are stored: one cursor a column. */
-static int32_t is_symmetric(const perp__matrix *M, int32_t *cursor)
-{
-    const int32_t n = M->columns;
-    int32_t j, k;
-
-    memcpy(cursor, M->column_starts, (size_t)n * sizeof *cursor);
-    for (j = 0; j < n; j++) {
-        for (k = cursor[j]; k < M->column_starts[j + 1]; k++) {
-            const int32_t i = M->row_indices[k];
-            const double a = M->values[k];
-            double b;
-
-            if (i == j)
-                continue;
-            if (i < j || cursor[i] == M->column_starts[i + 1] || M->row_indices[cursor[i]] != j)
-                return 0; /* no mirror image */
-            b = M->values[cursor[i]++];
-            if (!(fabs(a - b) <= PERP__ASYMMETRY * fabs(a)))
-                return 0;
-        }
-    }
-    return 1;
 }
 
 void perp__sparse_block_init(perp__sparse_block *block, perp_context *context)
@@ -136,7 +57,8 @@ void perp__sparse_block_init(perp__sparse_block *block, perp_context *context)
 perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M,
                                     const double *scale)
 {
-    const int32_t positive = diagonal_is_positive(M);
+    const int32_t positive = perp__has_positive_diagonal(M);
+    int32_t symmetric;
     perp_status status;
 
     block->M = M;
@@ -147,17 +69,18 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     block->grid_built = 0;
     block->suits_grid = 0;
     block->has_positive_diagonal = positive;
-    block->has_z_signs = positive && off_diagonal_is_not_positive(M);
+    block->has_z_signs = positive && perp__has_z_signs(M);
     block->kind = perp__is_tridiagonal(M) ? PERP__SPARSE_TRIDIAGONAL : PERP__SPARSE_GENERAL;
     status = perp__arena_fit(&block->arena, layout, block);
     if (status != PERP_OK)
         return status;
+    symmetric = positive && perp__has_symmetric_entries(M, block->local);
     if (block->kind == PERP__SPARSE_TRIDIAGONAL)
         perp__tridiagonal_read(&block->T, M, scale);
-    else if (positive && is_symmetric(M, block->local))
+    else if (symmetric)
         block->kind = PERP__SPARSE_SYMMETRIC;
-    block->suits_grid = block->kind == PERP__SPARSE_SYMMETRIC && M->columns >= PERP__LARGE_MATRIX &&
-                        is_nearly_z(M, scale);
+    block->suits_grid =
+        symmetric && M->columns >= PERP__LARGE_MATRIX && perp__is_nearly_z(M, scale);
     return PERP_OK;
 }
 
@@ -366,7 +289,7 @@ perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t
 
     if ((block->factored || block->on_grid) && holds(block, active, count, 0.0))
         return PERP_OK;
-    if (count >= PERP__LARGE_BLOCK)
+    if (count >= PERP__LARGE_BLOCK && block->kind != PERP__SPARSE_TRIDIAGONAL)
         status = perp__sparse_block_grid(block, &grid);
     if (status != PERP_OK)
         return status;
