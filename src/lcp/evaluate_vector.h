@@ -7,17 +7,6 @@ static size_t NAME(next)(size_t i, size_t n)
     return i + LANES == n ? n : i + 2 * LANES <= n ? i + LANES : n - LANES;
 }
 
-TARGET static double NAME(largest)(lanes a)
-{
-    double all[LANES], found = 0.0;
-    size_t k;
-
-    store(all, a);
-    for (k = 0; k < LANES; k++)
-        found = all[k] > found ? all[k] : found;
-    return found;
-}
-
 TARGET static lanes NAME(middle)(lanes above, lanes below, lanes w)
 {
     const lanes least = pick(less(above, w), above, w);
@@ -44,7 +33,7 @@ TARGET static int32_t NAME(project)(perp_lcp_solver *solver, double *z_largest)
         good = both(good, at_most(size, infinity));
         largest = larger(size, largest);
     }
-    *z_largest = NAME(largest)(largest);
+    *z_largest = largest_of(largest);
     return all_of(good);
 }
 
@@ -80,9 +69,9 @@ TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_larg
         tested = larger(scaled, tested);
         backward = larger(relative, backward);
     }
-    worth->natural = NAME(largest)(natural);
-    worth->tested = NAME(largest)(tested);
-    worth->backward = NAME(largest)(backward);
+    worth->natural = largest_of(natural);
+    worth->tested = largest_of(tested);
+    worth->backward = largest_of(backward);
     return all_of(good);
 }
 

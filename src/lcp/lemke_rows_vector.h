@@ -1,7 +1,4 @@
-/* The kernels of lemke_rows.h, a template (linalg/vectors.h). It defines NAME(kernels).
- *
- * Rows that lower the reach or raise the largest speed are few: groups of rows are tested together
- * and looked at one by one, in their order, only where the test finds one. */
+/* The kernels of lemke_rows.h, a template (linalg/vectors.h). It defines NAME(kernels). */
 
 TARGET static void NAME(move)(size_t length, double factor, const double *column, double *b)
 {
@@ -15,16 +12,11 @@ TARGET static void NAME(move)(size_t length, double factor, const double *column
 TARGET static double NAME(largest)(size_t length, const double *column)
 {
     lanes h = spread(0.0);
-    double all[LANES], found = 0.0;
     size_t i;
 
     for (i = 0; i < length; i += LANES)
         h = larger(absolute(load(column + i)), h);
-    store(all, h);
-    for (i = 0; i < LANES; i++)
-        if (all[i] > found)
-            found = all[i];
-    return found;
+    return largest_of(h);
 }
 
 /* Distance and speed of one row, whatever its speed. */
@@ -44,54 +36,53 @@ TARGET static double NAME(reach)(const perp__lemke_rows *rows, double *far, doub
     const double floor = rows->smallest_pivot * NAME(largest)(length, rows->column);
     const lanes zero = spread(0.0), most = spread(DBL_MAX), least = spread(floor);
     const lanes turn = spread(-rows->direction), slack = spread(rows->slack);
-    double always_far = 0.0, always_speed = 0.0, reach = INFINITY;
-    size_t i, k;
+    const lanes infinity = spread(INFINITY);
+    lanes reach = infinity;
+    size_t i;
 
-    if (rows->always >= 0)
-        reach = NAME(reach_of)(rows, rows->always, &always_far, &always_speed);
     for (i = 0; i < length; i += LANES) {
         const lanes b = load(rows->b + i), rate = multiply(turn, load(rows->column + i));
         const lanes down = subtract(b, load(rows->low + i));
         const lanes up = subtract(load(rows->high + i), b);
         const lanes distance = pick(less(rate, zero), down, up);
         const lanes far_i = larger(distance, zero), size = absolute(rate);
-        const lanes moves = pick(both(less(least, size), at_most(distance, most)), size, zero);
+        const truth moves = both(less(least, size), at_most(distance, most));
 
         store(far + i, far_i);
-        store(speed + i, moves);
-        if (!any_of(less(add(far_i, slack), multiply(spread(reach), moves))))
-            continue;
-        for (k = i; k < i + LANES; k++)
-            if (far[k] + rows->slack < reach * speed[k])
-                reach = (far[k] + rows->slack) / speed[k];
+        store(speed + i, pick(moves, size, zero));
+        reach = smaller(pick(moves, divide(add(far_i, slack), size), infinity), reach);
     }
     if (rows->always >= 0) {
-        far[rows->always] = always_far;
-        speed[rows->always] = always_speed;
+        const double own =
+            NAME(reach_of)(rows, rows->always, far + rows->always, speed + rows->always);
+
+        reach = smaller(spread(own), reach);
     }
-    return reach;
+    return smallest_of(reach);
 }
 
 TARGET static int32_t NAME(fastest)(size_t length, const double *far, const double *speed,
                                     double reach)
 {
-    const lanes within = spread(reach);
-    double best = 0.0;
-    int32_t found = -1;
-    size_t i, k;
+    const lanes within = spread(reach), zero = spread(0.0);
+    lanes best = zero;
+    size_t i;
 
     for (i = 0; i < length; i += LANES) {
         const lanes s = load(speed + i);
 
-        if (!any_of(both(less(spread(best), s), at_most(load(far + i), multiply(within, s)))))
-            continue;
-        for (k = i; k < i + LANES; k++)
-            if (speed[k] > best && far[k] <= reach * speed[k]) {
-                best = speed[k];
-                found = (int32_t)k;
-            }
+        best = larger(pick(at_most(load(far + i), multiply(within, s)), s, zero), best);
     }
-    return found;
+    best = spread(largest_of(best));
+    if (!any_of(less(zero, best)))
+        return -1;
+    for (i = 0;; i += LANES) {
+        const lanes s = load(speed + i);
+        const truth found = both(at_most(best, s), at_most(load(far + i), multiply(within, s)));
+
+        if (any_of(found))
+            return (int32_t)i + first_of(found);
+    }
 }
 
 static const perp__row_kernels NAME(kernels) = {

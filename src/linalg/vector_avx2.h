@@ -14,6 +14,10 @@
 #define divide _mm256_div_pd
 #define absolute(a) _mm256_andnot_pd(_mm256_set1_pd(-0.0), (a))
 #define larger _mm256_max_pd
+#define smaller _mm256_min_pd
+#define largest_of perp__largest_of_4
+#define smallest_of perp__smallest_of_4
+#define first_of(t) __builtin_ctz((unsigned)_mm256_movemask_pd(t))
 #define truth __m256d
 #define less(a, b) _mm256_cmp_pd((a), (b), _CMP_LT_OQ)
 #define at_most(a, b) _mm256_cmp_pd((a), (b), _CMP_LE_OQ)

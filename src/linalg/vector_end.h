@@ -23,3 +23,7 @@
 #undef all_of
 #undef prefetch
 #undef EIGHT_DOUBLES
+#undef smaller
+#undef largest_of
+#undef smallest_of
+#undef first_of

@@ -14,6 +14,10 @@
 #define divide(a, b) ((a) / (b))
 #define absolute(a) fabs(a)
 #define larger(a, b) ((a) > (b) ? (a) : (b))
+#define smaller(a, b) ((a) < (b) ? (a) : (b))
+#define largest_of(a) (a)
+#define smallest_of(a) (a)
+#define first_of(t) 0
 #define truth int
 #define less(a, b) ((a) < (b))
 #define at_most(a, b) ((a) <= (b))

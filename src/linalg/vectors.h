@@ -3,11 +3,12 @@
  *   linalg/vector_avx512.h, vector_avx2.h (PERP__X86 only), vector_one.h (any processor)
  * and before linalg/vector_end.h. Of these it gets
  *   lanes, a vector of LANES doubles; load, store, spread (of one double); add, subtract, multiply,
- *   divide, absolute; larger (b where a is NaN); minus_product(c, a, b) = c - a b, and minus_fused,
- *   rounded once; truth, a vector of truths; less, at_most, both, any_of, all_of; pick(t, a, b), a
- * where t; EIGHT_DOUBLES(X), X(0) X(1) ... for the vectors of 8 doubles; prefetch(at), a hint;
- * TARGET, the attribute of its functions; SET, the set's name. Each is rounded as IEEE 754 says, so
- * that the bits don't depend on the set. */
+ *   divide, absolute; larger, smaller (b where a is NaN); largest_of, smallest_of (no NaN);
+ * minus_product(c, a, b) = c - a b, and minus_fused, rounded once; truth, a vector of truths; less,
+ * at_most, both, any_of, all_of, first_of; pick(t, a, b), a where t; EIGHT_DOUBLES(X), X(0) X(1)
+ * ... for the vectors of 8 doubles; prefetch(at), a hint; TARGET, the attribute of its functions;
+ * SET, the set's name. Each is rounded as IEEE 754 says, so that the bits don't depend on the set.
+ */
 #ifndef PERP_LINALG_VECTORS_H
 #define PERP_LINALG_VECTORS_H
 
@@ -18,6 +19,22 @@
 #include <immintrin.h>
 #else
 #define PERP__X86 0
+#endif
+
+#if PERP__X86
+__attribute__((target("avx2"))) static inline double perp__largest_of_4(__m256d a)
+{
+    const __m128d two = _mm_max_pd(_mm256_castpd256_pd128(a), _mm256_extractf128_pd(a, 1));
+
+    return _mm_cvtsd_f64(_mm_max_sd(two, _mm_unpackhi_pd(two, two)));
+}
+
+__attribute__((target("avx2"))) static inline double perp__smallest_of_4(__m256d a)
+{
+    const __m128d two = _mm_min_pd(_mm256_castpd256_pd128(a), _mm256_extractf128_pd(a, 1));
+
+    return _mm_cvtsd_f64(_mm_min_sd(two, _mm_unpackhi_pd(two, two)));
+}
 #endif
 
 enum perp__vector_set { PERP__VECTOR_ONE, PERP__VECTOR_AVX2, PERP__VECTOR_AVX512 };
