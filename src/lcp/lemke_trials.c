@@ -16,10 +16,10 @@ static const perp__lemke_trial in_double[] = {
     {0, PERP__COVER_ONES, 8, 1e-12, 1e-10, 1e-11},
     {0, PERP__COVER_NORMS, 8, 1e-12, 1e-10, 1e-11},
     {0, PERP__COVER_NEEDS, 8, 1e-12, 1e-10, 1e-11},
-    {0, PERP__COVER_ONES, 40, 1e-12, 1e-10, 1e-11},
+    {0, PERP__COVER_ONES, 20, 1e-12, 1e-10, 1e-11},
 };
 static const perp__lemke_trial in_doubled[] = {
-    {1, PERP__COVER_ONES, 8, 1e-11, 1e-14, 1e-13},
+    {1, PERP__COVER_ONES, 20, 1e-11, 1e-14, 1e-13},
     {1, PERP__COVER_RANDOM, 8, 1e-12, 1e-11, 1e-13},
     {1, PERP__COVER_RANDOM, 8, 0.0, 1e-12, 1e-13},
     {1, PERP__COVER_RANDOM, 8, 1e-11, 1e-14, 1e-13},
