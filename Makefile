@@ -222,6 +222,9 @@ $(TESTS): $(B)/tests/%: $(B)/obj/tests/%.o $(TEST_HELPER_OBJECTS) $(STATIC) $(B)
 	$(call quietly,LD,$(LINK) -o $@ $< $(TEST_HELPER_OBJECTS) $(STATIC) $(LIBRARY_LIBS) \
 	    $(CMOCKA_LIBS) -ldl -lpthread)
 
+$(B)/obj/tests/lcp/test_regressions.o: TEST_FLAGS += \
+    -DPERP_TEST_REGRESSIONS='"$(abspath tests/regressions)"'
+
 # These load the shared library from where it was built.
 $(B)/obj/tests/abi/%.o: TEST_FLAGS += -DPERP_TEST_SHARED='"$(abspath $(SHARED))"'
 $(filter $(B)/tests/abi/%,$(TESTS)): $(SHARED)

@@ -141,6 +141,26 @@ static void run(perp_context *context, const mode *m, uint64_t first, int count)
     free(times);
 }
 
+/* The format of tests/lcp/test_regressions.c. */
+static void write_problem(uint64_t seed)
+{
+    scene_options o = scene_draw(seed);
+    gen_lcp problem;
+    scene_lcp(&problem, &o);
+    printf("# scene generator %d, seed %llu: %s, mass ratio %g, friction %g, jitter %g\n",
+           SCENE_VERSION, (unsigned long long)seed, scene_class_text(o.class), o.mass_ratio, o.mu,
+           o.jitter);
+    printf("n %d\n", (int)problem.n);
+    for (int i = 0; i < problem.n; i++)
+        if (problem.q[i] != 0)
+            printf("q %d %a\n", i, problem.q[i]);
+    for (int i = 0; i < problem.n; i++)
+        for (int j = 0; j < problem.n; j++)
+            if (problem.M[i * problem.n + j] != 0)
+                printf("M %d %d %a\n", i, j, problem.M[i * problem.n + j]);
+    gen_destroy(&problem);
+}
+
 int main(int argc, char **argv)
 {
     static const char *const usual[] = {"lemke", "lexicographic", "auto", "fischer"};
@@ -149,6 +169,10 @@ int main(int argc, char **argv)
     const int named = argc > 3 ? argc - 3 : 4;
     double gflops, gbytes;
     perp_context *context = NULL;
+    if (argc == 3 && strcmp(argv[1], "write") == 0) {
+        write_problem(strtoull(argv[2], NULL, 10));
+        return 0;
+    }
     require(count > 0, "no instances");
     require(perp_context_create(&context, NULL) == PERP_OK, "no context");
     print_machine_speed(&gflops, &gbytes);

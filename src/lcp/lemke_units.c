@@ -107,15 +107,17 @@ static int32_t is_symmetric(perp__lemke *l)
     return 1;
 }
 
-static double power_near(double x)
+/* The power of two in (x / 2, x]. */
+static double power_below(double x)
 {
     int exponent;
 
     frexp(x, &exponent);
-    return perp__power_of_two(exponent);
+    return perp__power_of_two(exponent - 1);
 }
 
-/* Rows without a diagonal take the unit in which their largest coupling is 1. */
+/* Rows without a diagonal take the unit that brings their largest coupling into [1, 2), as
+ * perp__equilibrate does. */
 static void fit_without_diagonal(perp__lemke *l)
 {
     int32_t i, j;
@@ -132,7 +134,7 @@ static void fit_without_diagonal(perp__lemke *l)
                                        size_of(l, j, i) * l->row_unit[j] * l->column_unit[i]));
         if (!(largest > 0x1p-400 && largest < 0x1p400))
             continue;
-        unit = power_near(largest);
+        unit = power_below(largest);
         l->row_unit[i] /= unit;
         l->column_unit[i] /= unit;
     }
@@ -183,7 +185,7 @@ void perp__lemke_choose_units(perp__lemke *l, int32_t eager)
         return;
     }
     for (i = 0; i < l->pairs; i++) {
-        l->column_unit[i] = power_near(l->column_unit[i]);
+        l->column_unit[i] = power_below(l->column_unit[i]);
         l->row_unit[i] = 1.0 / l->column_unit[i];
     }
     fit_without_diagonal(l);

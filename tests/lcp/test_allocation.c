@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "run.h"
+#include "scene.h"
 
 typedef struct memory {
     int calls, live;
@@ -70,6 +71,7 @@ static const scenario scenarios[] = {
     {"lemke, sparse", PERP_LCP_LEMKE, 1, 1, 0, 1},
     {"lemke, large sparse", PERP_LCP_LEMKE, 1, 1, 1, 1},
     {"lemke, unsolvable", PERP_LCP_LEMKE, 1, 0, 0, 0},
+    {"lemke, doubled", PERP_LCP_LEMKE, 1, 0, 2, 1},
     {"pgs, dense", PERP_LCP_PGS, 0, 0, 0, 1},
     {"pgs, sparse", PERP_LCP_PGS, 1, 1, 0, 1},
     {"fischer, dense", PERP_LCP_FISCHER, 0, 0, 0, 1},
@@ -86,7 +88,11 @@ static void make_problem(gen_lcp *problem, const scenario *s, uint64_t seed)
     gen_random random;
 
     gen_seed(&random, seed);
-    if (s->large) {
+    if (s->large == 2) {
+        const scene_options o = scene_draw(117); /* needs a second path, with memory of its own */
+
+        scene_lcp(problem, &o);
+    } else if (s->large) {
         gen_obstacle_2d(problem, 22); /* more unknowns than `auto` and lemke take for small */
     } else {
         gen_problem(problem, &random, 12, GEN_PD_SYMMETRIC, s->solvable ? GEN_MIXED : GEN_PLAIN);
