@@ -7,7 +7,9 @@
 /* Exchanges are applied to a column a group at a time. */
 enum { GROUP = PERP__GROUP };
 
-enum { DELAY = 64 };
+/* Exchanges kept. Where the path is no longer than that, T is never updated; beyond, a delay means
+ * longer sums for each column and fewer passes over T (bench/lcp_dense). */
+enum { LONGEST_DELAY = 128, DELAY = 64, LONG_DELAY_TO = 256 };
 
 /* Small tableaus keep ties and zeros of exact data by plain arithmetic; from this size on the fused
  * kernels' speed counts. */
@@ -21,6 +23,15 @@ static size_t panels_of(int32_t rows)
 size_t perp__tableau_length(int32_t rows)
 {
     return panels_of(rows) * PERP__PANEL;
+}
+
+static size_t delay_of(int32_t rows)
+{
+    const size_t length = perp__tableau_length(rows);
+
+    if (rows > LONG_DELAY_TO)
+        return DELAY;
+    return length < LONGEST_DELAY ? length : LONGEST_DELAY;
 }
 
 /* An odd number of panels, so that the columns of a tile don't meet in the same cache lines. */
@@ -49,7 +60,7 @@ static double *row_of(const perp__tableau *t, int32_t r)
 void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, int32_t columns)
 {
     const size_t ld = leading_dimension_of(rows), width = width_of(columns);
-    const size_t delay = DELAY;
+    const size_t delay = delay_of(rows);
 
     t->kernels = perp__panel_kernels_choose(rows >= FUSED_FROM);
     t->leading_dimension = (int32_t)ld;
