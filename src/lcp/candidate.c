@@ -109,12 +109,12 @@ void perp__keep_ray(perp_lcp_solver *solver)
     int32_t i;
 
     solver->rays++;
+    solver->best_certificate =
+        perp__ray_certificate(solver) ? PERP_CERTIFICATE_INFEASIBLE : PERP_CERTIFICATE_NONE;
     for (i = 0; i < solver->n; i++)
         largest = fmax(largest, fabs(solver->z[i]));
     for (i = 0; i < solver->n; i++)
         solver->best_ray[i] = solver->z[i] / largest;
-    solver->best_certificate =
-        perp__ray_certificate(solver) ? PERP_CERTIFICATE_INFEASIBLE : PERP_CERTIFICATE_NONE;
 }
 
 /* A start that names the right active set solves the problem without any method. */

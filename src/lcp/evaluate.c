@@ -208,12 +208,33 @@ static perp__evaluation measure_all(const perp_lcp_solver *solver, double z_larg
     return measure(solver, z_largest);
 }
 
+/* What doubled precision may leave wrong in w: where z is as large as 1e24, far along a null vector
+ * of M, it has lost q, and a w of 0 says nothing. */
+static double doubt(const perp_lcp_solver *solver, double z_largest)
+{
+    const double unit = 0.5 * DBL_EPSILON * solver->n;
+    double largest = 0.0;
+    int32_t i;
+
+    if (z_largest <= 0x1p30)
+        return 0.0;
+    for (i = 0; i < solver->n; i++)
+        largest = fmax(largest, solver->row_norms[i]);
+    return unit * unit * largest * z_largest;
+}
+
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 {
     const double z_largest = project_all(solver);
+    perp__evaluation worth;
+    double least;
 
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
-    return measure_all(solver, z_largest);
+    worth = measure_all(solver, z_largest);
+    least = doubt(solver, z_largest);
+    if (worth.tested < least)
+        worth.tested = least;
+    return worth;
 }
 
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)

@@ -8,6 +8,9 @@
 /* Rounding that a ray computed by pivoting may carry, relative to |M||ray| of the row. */
 #define PERP__RAY_TOLERANCE 1e-9
 
+/* A ray over its least entry may have to be taken so many times to have entries of few bits. */
+#define PERP__LARGEST_MULTIPLE 63
+
 /* Directions in which z_i can go for ever. */
 static int32_t recedes(double lower, double upper, double direction)
 {
@@ -107,18 +110,13 @@ static void column_product(const perp__matrix *M, const double *y, int32_t j, do
 }
 
 /* Farkas: y >= 0 with M'y <= 0 and y'(q + M l) < 0 leaves no z >= l with M z + q >= 0, whatever the
- * class of M. For copositive-plus M every secondary ray is such a y in exact arithmetic (CPS 1992,
- * theorem 4.4.11); a y that rounding moved off M'y <= 0 proves nothing and is not called a proof.
- */
-int32_t perp__ray_certificate(perp_lcp_solver *solver)
+ * class of M. y is in solver->z. */
+static int32_t proves_infeasible(const perp_lcp_solver *solver)
 {
     double total = 0.0, size = 0.0;
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
-        if (solver->lower[i] == -INFINITY || solver->upper[i] != INFINITY)
-            return 0;
-        /* y in the caller's units is D ray, which perp__ray_verify left in z */
         total += solver->q[i] * solver->z[i];
         size += fabs(solver->q[i] * solver->z[i]);
     }
@@ -133,4 +131,59 @@ int32_t perp__ray_certificate(perp_lcp_solver *solver)
         size += fabs(sum * solver->lower[i]);
     }
     return total < -2.0 * (double)solver->n * DBL_EPSILON * size;
+}
+
+/* x rounded to 24 bits. */
+static double shortened(double x)
+{
+    int exponent;
+    const double mantissa = frexp(x, &exponent);
+
+    return ldexp(floor(ldexp(mantissa, 24) + 0.5), exponent - 24);
+}
+
+/* solver->z := `times` the ray over its least entry, if these are numbers of few bits but for
+ * rounding; entries that are rounding themselves become 0. */
+static int32_t make_short(perp_lcp_solver *solver, int32_t times, double least)
+{
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++) {
+        const double y = perp__shift(solver->ray[i], solver->exponents[i]);
+        const double wanted = solver->ray[i] <= PERP__RAY_TOLERANCE ? 0.0 : times * (y / least);
+
+        solver->z[i] = shortened(wanted);
+        if (!(fabs(wanted - solver->z[i]) <= PERP__RAY_TOLERANCE * wanted))
+            return 0;
+    }
+    return 1;
+}
+
+/* For copositive-plus M every secondary ray is such a y in exact arithmetic (CPS 1992, theorem
+ * 4.4.11). Where M is positive semidefinite y must even be a null vector of M + M' exactly, and the
+ * least rounding of y spoils the proof. Data of whole numbers, and powers of two times these, have
+ * null vectors of that kind: odd multiples of the ray are tried. What rounding of general data
+ * leaves of a null vector is none: the problem as it stands may have a solution, however large, and
+ * no proof is possible. */
+int32_t perp__ray_certificate(perp_lcp_solver *solver)
+{
+    double least = INFINITY;
+    int32_t i, times;
+
+    for (i = 0; i < solver->n; i++) {
+        if (solver->lower[i] == -INFINITY || solver->upper[i] != INFINITY)
+            return 0;
+    }
+    /* y in the caller's units is D ray, which perp__ray_verify left in z */
+    if (proves_infeasible(solver))
+        return 1;
+    for (i = 0; i < solver->n; i++)
+        if (solver->ray[i] > PERP__RAY_TOLERANCE)
+            least = fmin(least, solver->z[i]);
+    for (times = 1; times <= PERP__LARGEST_MULTIPLE; times += 2)
+        if (make_short(solver, times, least) && proves_infeasible(solver))
+            return 1;
+    for (i = 0; i < solver->n; i++)
+        solver->z[i] = perp__shift(solver->ray[i], solver->exponents[i]);
+    return 0;
 }

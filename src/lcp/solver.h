@@ -125,7 +125,8 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth);
 int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth);
 
 /* Checks the ray in solver->ray against the caller's matrix; true if it is one, and then D ray is
- * in solver->z. The certificate tells whether it proves that no z >= l has M z + q >= 0. */
+ * in solver->z. The certificate tells whether it, or a vector within its rounding that is left
+ * there instead, proves that no z >= l has M z + q >= 0. */
 int32_t perp__ray_verify(perp_lcp_solver *solver);
 int32_t perp__ray_certificate(perp_lcp_solver *solver);
 

@@ -1,0 +1,200 @@
+/* Rays and what they prove. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "run.h"
+#include "scene.h"
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+static const int32_t methods[] = {PERP_LCP_LEMKE, PERP_LCP_AUTO};
+
+/* M = sum b b' over integer vectors b with b'y = 0, y a vector of small integers > 0: positive
+ * semidefinite and singular along y, exactly. q'y < 0 leaves nothing: y'(M z + q) = q'y. */
+static void make_singular(gen_lcp *problem, gen_random *random, int32_t n, double *y)
+{
+    double b[8];
+    int32_t k, i, j;
+
+    gen_begin_dense(problem, n);
+    for (i = 0; i < n; i++)
+        y[i] = 1 + gen_integer(random, 9);
+    for (k = 0; k < n + 2; k++) {
+        const int32_t p = gen_integer(random, n), r = (p + 1 + gen_integer(random, n - 1)) % n;
+
+        memset(b, 0, sizeof b);
+        b[p] = y[r];
+        b[r] = -y[p];
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n; j++)
+                problem->M[i * n + j] += b[i] * b[j];
+    }
+    for (i = 0; i < n; i++)
+        problem->q[i] = gen_integer(random, 11) - 5;
+}
+
+static double product(const double *a, const double *b, int32_t n)
+{
+    double sum = 0.0;
+    int32_t i;
+
+    for (i = 0; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+/* Every infeasible one is certified, though the ray's largest entry is made 1 and thirds and
+ * sevenths are no doubles. */
+static void test_whole_null_vectors(void **state)
+{
+    gen_random random;
+    int round, infeasible = 0;
+    size_t m;
+
+    (void)state;
+    gen_seed(&random, 61);
+    for (round = 0; round < 400; round++) {
+        const int32_t n = 2 + gen_integer(&random, 5);
+        double y[8];
+        gen_lcp problem;
+
+        make_singular(&problem, &random, n, y);
+        for (m = 0; m < 2; m++) {
+            perp_lcp_settings settings = run_settings(methods[m]);
+            run r;
+
+            run_lcp(&r, context, &problem, &settings, NULL, "singular");
+            if (product(problem.q, y, n) < 0.0) {
+                assert_int_equal(r.result.outcome, PERP_OUTCOME_RAY);
+                assert_int_equal(r.result.certificate, PERP_CERTIFICATE_INFEASIBLE);
+                infeasible++;
+            }
+            run_release(&r);
+        }
+        gen_destroy(&problem);
+    }
+    assert_true(infeasible > 200);
+}
+
+/* Scaling rows and columns by powers of two keeps every certificate. */
+static void test_scaled_null_vectors(void **state)
+{
+    gen_random random;
+    int round;
+
+    (void)state;
+    gen_seed(&random, 62);
+    for (round = 0; round < 100; round++) {
+        perp_lcp_settings settings = run_settings(PERP_LCP_LEMKE);
+        double y[8];
+        gen_lcp problem;
+        int32_t i, j;
+        run r;
+
+        make_singular(&problem, &random, 4, y);
+        problem.q[0] -= 1000;
+        for (i = 0; i < 4; i++) {
+            const double factor = ldexp(1.0, gen_integer(&random, 41) - 20);
+
+            problem.q[i] *= factor;
+            for (j = 0; j < 4; j++) {
+                problem.M[4 * i + j] *= factor;
+                problem.M[4 * j + i] *= factor;
+            }
+        }
+        run_lcp(&r, context, &problem, &settings, NULL, "scaled");
+        assert_int_equal(r.result.outcome, PERP_OUTCOME_RAY);
+        assert_int_equal(r.result.certificate, PERP_CERTIFICATE_INFEASIBLE);
+        run_release(&r);
+        gen_destroy(&problem);
+    }
+}
+
+/* Two walls that close in on a body between them, with friction: gaps < 0 and a cone that is not
+ * pointed. The multiplier (1, 1) of the normals proves that nothing gives way. */
+static void test_closing_walls(void **state)
+{
+    /* normals at +1 and -1, two directions of friction each, mu = 1 */
+    static const int M[] = {1, -1, 0,  0,  0, 0,  0, 0, -1, 1, 0,  0, 0,  0,  0, 0,
+                            0, 0,  1,  -1, 1, -1, 1, 0, 0,  0, -1, 1, -1, 1,  1, 0,
+                            0, 0,  1,  -1, 1, -1, 0, 1, 0,  0, -1, 1, -1, 1,  0, 1,
+                            1, 0,  -1, -1, 0, 0,  0, 0, 0,  1, 0,  0, -1, -1, 0, 0};
+    static const int q[] = {-1, -1, 0, 0, 0, 0, 0, 0};
+    gen_lcp problem;
+    size_t m;
+
+    (void)state;
+    gen_from_integers(&problem, 8, M, q);
+    for (m = 0; m < 2; m++) {
+        perp_lcp_settings settings = run_settings(methods[m]);
+        run r;
+
+        run_lcp(&r, context, &problem, &settings, NULL, "closing walls");
+        assert_int_equal(r.result.outcome, PERP_OUTCOME_RAY);
+        assert_true(r.result.has_ray);
+        run_release(&r);
+    }
+    gen_destroy(&problem);
+}
+
+/* A ray is told only after a second covering vector has led to one too: the bimatrix game's first
+ * path is one pivot long, and there are two. */
+static int32_t count_starts(const perp_lcp_progress *progress, void *user)
+{
+    *(int *)user += progress->method == PERP_LCP_LEMKE && progress->iterations == 1;
+    return 0;
+}
+
+static void test_second_opinion(void **state)
+{
+    static const int M[] = {0, 0, 10, 30, 0, 0, 20, 15, 10, 30, 0, 0, 20, 15, 0, 0};
+    static const int q[] = {-1, -1, -1, -1};
+    perp_lcp_settings settings = run_settings(PERP_LCP_LEMKE);
+    int starts = 0;
+    gen_lcp problem;
+    run r;
+
+    (void)state;
+    gen_from_integers(&problem, 4, M, q);
+    settings.monitor = count_starts;
+    settings.monitor_user = &starts;
+    run_lcp(&r, context, &problem, &settings, NULL, "bimatrix");
+    assert_int_equal(r.result.outcome, PERP_OUTCOME_RAY);
+    assert_int_equal(r.result.certificate, PERP_CERTIFICATE_NONE); /* it has three solutions */
+    assert_int_equal(starts, 2);
+    run_release(&r);
+    gen_destroy(&problem);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_whole_null_vectors),
+        cmocka_unit_test(test_scaled_null_vectors),
+        cmocka_unit_test(test_closing_walls),
+        cmocka_unit_test(test_second_opinion),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
