@@ -67,7 +67,7 @@ static void layout(perp__arena *arena, void *work)
 /* Adds the column of t: d in the rows of basic v, 0 in those of basic free x. */
 static void add_cover(perp__lemke *l, const perp__lcp_iterate *iterate)
 {
-    const int32_t last = l->tableau.columns++;
+    const int32_t last = l->tableau.columns;
     double *column = l->tableau.T + (size_t)last * (size_t)l->tableau.leading_dimension;
     int32_t r;
 
@@ -80,6 +80,7 @@ static void add_cover(perp__lemke *l, const perp__lcp_iterate *iterate)
             l->cover[l->basic[r]] = 0.0;
         column[r] = is_v ? -l->cover[l->basic[r] - l->pairs] : 0.0;
     }
+    perp__tableau_reset(&l->tableau, l->pairs, last + 1);
     l->nonbasic[last] = perp__lemke_t(l);
     l->column_of[perp__lemke_t(l)] = last;
 }

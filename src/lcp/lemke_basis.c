@@ -110,7 +110,7 @@ int32_t perp__lemke_first_row(const perp__lemke *l)
  * between them. */
 static void add_cover(perp__lemke *l)
 {
-    const int32_t last = l->tableau.columns++;
+    const int32_t last = l->tableau.columns;
     double *column = l->tableau.T + (size_t)last * (size_t)l->tableau.leading_dimension;
     double worst = 0.0;
     int32_t r;
@@ -129,6 +129,7 @@ static void add_cover(perp__lemke *l)
         column[r] = -d;
         l->cover[variable < l->pairs ? variable : variable - l->pairs] = d;
     }
+    perp__tableau_reset(&l->tableau, l->pairs, last + 1);
     l->nonbasic[last] = perp__lemke_t(l);
     l->column_of[perp__lemke_t(l)] = last;
 }

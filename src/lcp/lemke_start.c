@@ -196,7 +196,6 @@ static void split_left(perp__lemke *l, int32_t left)
     int32_t made = 0, c, r, i;
 
     l->pairs += left;
-    l->tableau.rows = l->pairs;
     for (r = 0; r < before; r++) /* v_k = pairs + k */
         if (l->basic[r] >= before)
             l->basic[r] += left;
@@ -224,7 +223,7 @@ static void split_left(perp__lemke *l, int32_t left)
         made++;
         r++;
     }
-    l->tableau.columns = columns + made;
+    perp__tableau_reset(&l->tableau, l->pairs, columns + made);
 }
 
 void perp__lemke_index(perp__lemke *l)

@@ -36,7 +36,8 @@ size_t perp__tableau_length(int32_t rows);
 /* Takes memory for up to `rows` by `columns`. */
 void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, int32_t columns);
 
-/* Forgets the kept exchanges. T's `rows` by `columns` entries are filled by the caller. */
+/* Forgets the kept exchanges: T, as the caller fills it, is `rows` by `columns` from here on. To be
+ * called again whenever a row or a column joins. */
 void perp__tableau_reset(perp__tableau *t, int32_t rows, int32_t columns);
 
 /* column := T(:,c), kept exchanges included; perp__tableau_length entries, 0 in the padding. */
