@@ -296,7 +296,7 @@ static TARGET void NAME(refine)(const perp__batch_group *g, truth wanted)
         const lanes z = subtract(load(g->z + i * LANES), load(g->target + i * LANES));
         const lanes raised = pick(less(z, low), low, z);
 
-        store(g->z + i * LANES, pick(less(up, raised), up, raised));
+        store(g->z + i * LANES, add(pick(less(up, raised), up, raised), zero)); /* -0 + 0 = 0 */
     }
 }
 
