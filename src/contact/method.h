@@ -1,0 +1,84 @@
+/* What a method for frictional contact sees of a problem, and what it hands back, in the caller's
+ * units. Checks, residuals, acceptance, exact zeros, timing and fall-backs live in the front door.
+ *
+ *   u = W r + q,   W = H M^-1 H' + compliance,   q = H M^-1 f + w
+ *
+ * The rows of contact k are starts[k] .. starts[k+1]-1: the normal, then dims[k] - 1 tangents,
+ * then, where rolling[k] > 0, as many rows of rolling (2 in 3-D, 1 in 2-D), then, where spinning[k]
+ * > 0, one of spinning (3-D). Tangential, rolling and spinning impulses lie in discs of radius mu
+ * r_n, rolling r_n and spinning r_n, and each opposes its own part of u (maximal dissipation); the
+ * normal ones obey 0 <= r_n perp u_n >= 0. With s = mu |u_t| + rolling |u_r| + spinning |u_s| this
+ * is r in K, u + s e_n in K*, perpendicular (De Saxce & Feng 1998). Bilateral rows, u_i = 0 with
+ * r_i of any sign, come last: rows .. size-1. */
+#ifndef PERP_CONTACT_METHOD_H
+#define PERP_CONTACT_METHOD_H
+
+#include "base/arena.h"
+#include "linalg/matrix.h"
+
+struct perp__bodies; /* contact/bodies.h */
+
+typedef struct perp__contact_control {
+    double deadline; /* on perp__now()'s clock; 0: none */
+    int32_t (*tick)(void *tick_user, int64_t iterations, double residual); /* nonzero: stop */
+    void *tick_user;
+} perp__contact_control;
+
+typedef struct perp__contact_problem {
+    perp_context *context;
+    int32_t contacts;
+    int32_t rows;           /* of the contacts */
+    int32_t size;           /* rows and bilateral rows */
+    int32_t has_discs;      /* some contact rolls or spins: its cone is no Lorentz cone */
+    const int32_t *starts;  /* contacts + 1 */
+    const int32_t *dims;    /* contacts: 1, 2 or 3 */
+    const double *mu;       /* contacts, >= 0; of no account where dims is 1 */
+    const double *rolling;  /* contacts, >= 0; NULL: none */
+    const double *spinning; /* contacts, >= 0; NULL: none */
+    const double *trace;    /* contacts: t_k = trace(W_kk) > 0, then W_ii of the bilateral rows */
+    const double *q;        /* size */
+    const perp__matrix *W;  /* size by size, dense or CSC, maybe slightly unsymmetric; NULL where
+                               only the bodies are known: perp__contact_delassus makes it */
+    const struct perp__bodies *bodies; /* block-diagonal M with H; NULL where W was given */
+    double tol;
+    int64_t iteration_limit; /* <= 0: the method's own */
+    const perp__contact_control *control;
+} perp__contact_problem;
+
+typedef struct perp__contact_iterate {
+    double *r;     /* size; on entry the start, projected onto the cones */
+    double *u;     /* size; W r + q as the method last knew it */
+    int8_t *modes; /* contacts, PERP_CONTACT_...: the final active set, if has_modes */
+    int32_t has_modes;
+    int32_t warm;    /* on entry: r is a start that the caller gave */
+    int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
+    double residual; /* the method's own estimate of the tested residual */
+    perp_outcome outcome;
+    int64_t iterations;
+} perp__contact_iterate;
+
+typedef struct perp__contact_method {
+    int32_t id;       /* PERP_CONTACT_METHOD_... */
+    size_t work_size; /* bytes of the method's own workspace struct */
+    int32_t attempts; /* how often it may start afresh before it has failed */
+    int32_t needs_delassus;
+    /* PERP_OK, or PERP_ERROR_ARGUMENT with a message, where the method can't take the problem */
+    perp_status (*check)(const perp__contact_problem *problem);
+    /* Takes the workspace arrays; `work` is the method's struct, problem its first member. */
+    void (*layout)(perp__arena *arena, void *work);
+    /* PERP_OK with iterate->outcome, or PERP_ERROR_MEMORY / _CALLBACK. */
+    perp_status (*solve)(void *work, perp__contact_iterate *iterate);
+    /* Releases what is not in the arena (factorisations); may be NULL. */
+    void (*release)(void *work);
+} perp__contact_method;
+
+/* First member of every method's workspace struct. */
+typedef struct perp__contact_work {
+    const perp__contact_problem *problem;
+} perp__contact_work;
+
+extern const perp__contact_method perp__contact_sweep;
+extern const perp__contact_method perp__contact_newton;
+extern const perp__contact_method perp__contact_lemke;
+
+#endif
