@@ -303,12 +303,17 @@ test-c: static $(TEST_HELPER_OBJECTS)
 test-python: library $(VENV)/ready
 	@$(ENVIRONMENT) scripts/run-all-tests
 
-#: make valgrind          the C tests under valgrind; leaks are failures
+#: make valgrind          the C tests under valgrind; leaks are failures; ALL=1: the slow ones too
 VALGRIND := valgrind -q --error-exitcode=99 --leak-check=full --errors-for-leak-kinds=definite,indirect \
     --show-leak-kinds=definite,indirect --suppressions=scripts/valgrind.supp
+# Half a minute to three minutes each under valgrind; what they call, quicker suites call as well.
+SLOW_UNDER_VALGRIND := $(addprefix $(B)/tests/,lcp/test_regressions lcp/test_contact_lcp \
+    lcp/test_active_set_sparse lcp/test_exhaustive lcp/test_lemke_crash lcp/test_active_set \
+    lcp/test_determinism lcp/test_pgs_options linalg/test_blas seeds/test_ball seeds/test_ramp)
 .PHONY: valgrind
 valgrind: $(TESTS)
-	@RUNNER='$(VALGRIND)' scripts/run-tests $(TESTS)
+	@RUNNER='$(VALGRIND)' scripts/run-tests \
+	    $(if $(filter 1,$(ALL)),$(TESTS),$(filter-out $(SLOW_UNDER_VALGRIND),$(TESTS)))
 
 #: make check             test, and every check below
 .PHONY: check check-abi check-headers check-consumer
