@@ -296,7 +296,7 @@ static TARGET void NAME(refine)(const perp__batch_group *g, truth wanted)
         const lanes z = subtract(load(g->z + i * LANES), load(g->target + i * LANES));
         const lanes raised = pick(less(z, low), low, z);
 
-        store(g->z + i * LANES, add(pick(less(up, raised), up, raised), zero)); /* -0 + 0 = 0 */
+        store(g->z + i * LANES, pick(less(up, raised), up, raised));
     }
 }
 
@@ -305,11 +305,15 @@ static TARGET void NAME(solve)(const perp__batch_group *g)
     const lanes bad = NAME(find_set)(g);
     lanes tested = NAME(measure)(g);
     const truth wanted = less(spread(8.0 * DBL_EPSILON), tested);
+    size_t i;
 
     if (any_of(wanted)) {
         NAME(refine)(g, wanted);
         tested = NAME(measure)(g);
     }
+    for (i = 0; i < (size_t)g->n;
+         i++) /* which lanes went through refine may change a zero's sign */
+        store(g->z + i * LANES, add(load(g->z + i * LANES), spread(0.0)));
     store(g->tested, pick(less(spread(0.5), bad), spread(INFINITY), tested));
 }
 
