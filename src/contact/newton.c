@@ -1,0 +1,193 @@
+/* Method `newton`: an interior point method to where the active set shows, and a semismooth Newton
+ * method from there. The Delassus matrix is used as given, unsymmetric or rank-deficient. */
+#include "contact/newton.h"
+
+#include <math.h>
+#include <string.h>
+
+#include <perp/world.h>
+
+#include "base/clock.h"
+
+#define ID 2 /* PERP_CONTACT_METHOD_NEWTON */
+
+static const perp__newton_plan plans[] = {
+    {0.99, 1.0, 1.0}, {0.9, 0.8, 0.8}, {0.95, 0.7, 1.0}, {0.9, 0.5, 0.5}};
+#define ATTEMPTS (int32_t)(sizeof plans / sizeof plans[0])
+
+static perp_status check(const perp__contact_problem *problem)
+{
+    return perp__newton_matrix_check(problem);
+}
+
+static void layout(perp__arena *arena, void *work)
+{
+    perp__newton *s = work;
+    const perp__contact_problem *problem = s->common.problem;
+    size_t n = (size_t)problem->size;
+    size_t blocks = (size_t)(problem->contacts + problem->size - problem->rows);
+    double **const vectors[] = {&s->b,  &s->x,      &s->z,   &s->y,     &s->gap,  &s->slope, &s->dx,
+                                &s->dz, &s->change, &s->rhs, &s->trial, &s->best, &s->r};
+
+    perp__newton_blocks_layout(arena, &s->blocks, problem);
+    perp__newton_matrix_layout(arena, &s->matrix, problem);
+    s->scalings = perp__arena_take(arena, blocks, sizeof *s->scalings);
+    s->L = perp__arena_take(arena, 9 * blocks, sizeof(double));
+    s->R = perp__arena_take(arena, 9 * blocks, sizeof(double));
+    for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
+        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+}
+
+perp_outcome perp__newton_tick(const perp__newton *s, perp_status *status)
+{
+    const perp__contact_control *control = s->common.problem->control;
+    int64_t iterations = s->matrix.factorisations;
+
+    *status = PERP_OK;
+    if (iterations >= s->limit)
+        return PERP_OUTCOME_ITERATION_LIMIT;
+    if (!control)
+        return -1;
+    if (control->deadline > 0.0 && perp__now() >= control->deadline)
+        return PERP_OUTCOME_TIME_LIMIT;
+    if (control->tick) {
+        int32_t request = control->tick(control->tick_user, iterations, s->residual);
+
+        if (request < 0)
+            *status = PERP_ERROR_CALLBACK;
+        if (request != 0)
+            return PERP_OUTCOME_STOPPED;
+    }
+    return -1;
+}
+
+static void read_right_side(perp__newton *s)
+{
+    const perp__newton_blocks *b = &s->blocks;
+    const double *q = s->common.problem->q;
+    int32_t i;
+
+    s->unit = 0.0;
+    for (i = 0; i < b->n; i++) {
+        s->b[i] = q[b->rows[i]] * b->scales[i];
+        s->unit = fmax(s->unit, fabs(s->b[i]));
+    }
+    if (!(s->unit > 0.0))
+        s->unit = 1.0;
+    for (i = 0; i < b->n; i++)
+        s->b[i] /= s->unit;
+}
+
+static void start_cold(perp__newton *s)
+{
+    const perp__newton_blocks *b = &s->blocks;
+    int32_t k;
+
+    memset(s->x, 0, (size_t)b->n * sizeof *s->x);
+    memset(s->z, 0, (size_t)b->n * sizeof *s->z);
+    for (k = 0; k < b->contacts; k++)
+        s->x[b->starts[k]] = s->z[b->starts[k]] = 1.0;
+}
+
+/* x = p(v), z = p(-v) at v = x - z of the start, smoothed the more the further it is off. */
+static void start_warm(perp__newton *s, const double *r)
+{
+    const perp__newton_blocks *b = &s->blocks;
+    double eps;
+    int32_t i, k;
+
+    for (i = 0; i < b->n; i++)
+        s->x[i] = r[b->rows[i]] / (b->scales[i] * s->unit);
+    perp__newton_multiply(&s->matrix, s->x, s->y);
+    for (i = 0; i < b->n; i++)
+        s->y[i] += s->b[i];
+    s->residual = perp__natural_map(b, s->x, s->y, s->dz, NULL);
+    eps = fmax(0.3 * s->residual, 1e-3);
+    memset(s->z, 0, (size_t)b->n * sizeof *s->z);
+    for (k = 0; k < b->contacts; k++) {
+        int32_t at = b->starts[k], d = b->starts[k + 1] - at;
+        double negative[3];
+
+        for (i = 0; i < d; i++)
+            negative[i] = -s->dz[at + i];
+        perp__cone_smooth(d, &s->dz[at], eps * eps, &s->x[at]);
+        perp__cone_smooth(d, negative, eps * eps, &s->z[at]);
+    }
+}
+
+/* r and the modes from the best x, u = W r + q. */
+static void finish(perp__newton *s, perp__contact_iterate *iterate)
+{
+    const perp__contact_problem *problem = s->common.problem;
+    const perp__newton_blocks *b = &s->blocks;
+    int32_t i, k;
+
+    perp__newton_multiply(&s->matrix, s->best, s->y);
+    for (i = 0; i < b->n; i++)
+        s->y[i] += s->b[i];
+    perp__natural_map(b, s->best, s->y, s->trial, NULL);
+    memset(iterate->r, 0, (size_t)problem->size * sizeof *iterate->r);
+    for (k = 0; k < b->blocks; k++) {
+        int32_t at = b->starts[k], d = b->starts[k + 1] - at;
+        double low, high;
+
+        if (k < b->contacts) {
+            perp__cone_values(d, &s->trial[at], &low, &high);
+            iterate->modes[k] = high <= 0.0          ? PERP_CONTACT_SEPARATE
+                                : low > 0.0 && d > 1 ? PERP_CONTACT_STICK
+                                                     : PERP_CONTACT_SLIP;
+            perp__cone_project(d, &s->trial[at], &s->trial[at]);
+        }
+        for (i = 0; i < d; i++)
+            iterate->r[b->rows[at + i]] = s->trial[at + i] * b->scales[at + i] * s->unit;
+    }
+    perp__multiply(problem->W, iterate->r, iterate->u);
+    for (i = 0; i < problem->size; i++)
+        iterate->u[i] += problem->q[i];
+    iterate->has_modes = 1;
+    iterate->residual = s->best_residual;
+}
+
+static perp_status solve(void *work, perp__contact_iterate *iterate)
+{
+    perp__newton *s = work;
+    const perp__contact_problem *problem = s->common.problem;
+    perp_status status;
+
+    iterate->iterations = 0;
+    iterate->has_modes = 0;
+    iterate->outcome = PERP_OUTCOME_STALLED;
+    if (problem->has_discs)
+        return PERP_OK; /* not for these cones */
+    perp__newton_blocks_read(&s->blocks, problem);
+    status = perp__newton_matrix_read(&s->matrix, &s->blocks, problem);
+    if (status != PERP_OK)
+        return status;
+    s->plan = &plans[iterate->attempt < ATTEMPTS ? iterate->attempt : ATTEMPTS - 1];
+    s->limit = problem->iteration_limit > 0 ? problem->iteration_limit : INT64_MAX;
+    s->best_residual = INFINITY;
+    read_right_side(s);
+    if (iterate->warm && iterate->attempt == 0)
+        start_warm(s, iterate->r);
+    else
+        start_cold(s);
+    status = perp__interior_run(s, &iterate->outcome);
+    iterate->iterations = s->matrix.factorisations;
+    if (status != PERP_OK || !isfinite(s->best_residual))
+        return status;
+    finish(s, iterate);
+    if (iterate->residual <= problem->tol)
+        iterate->outcome = PERP_OUTCOME_SOLVED;
+    return PERP_OK;
+}
+
+static void release(void *work)
+{
+    perp__newton *s = work;
+
+    perp__newton_matrix_release(&s->matrix);
+}
+
+const perp__contact_method perp__contact_newton = {
+    ID, sizeof(perp__newton), ATTEMPTS, 1, check, layout, solve, release,
+};
