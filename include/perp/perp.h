@@ -5,6 +5,7 @@
 #include <perp/base.h>
 #include <perp/lcp.h>
 #include <perp/matrix.h>
+#include <perp/ncp.h>
 #include <perp/world.h>
 
 #endif

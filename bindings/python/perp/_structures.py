@@ -179,6 +179,72 @@ class LcpEnumeration(Structure):
     ]
 
 
+NcpFunction = CFUNCTYPE(c_int32, POINTER(c_double), POINTER(c_double), c_void_p)
+
+
+class NcpProblem(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("n", c_int32),
+        ("storage", c_int32),
+        ("column_starts", c_void_p),
+        ("row_indices", c_void_p),
+        ("function", NcpFunction),
+        ("jacobian", NcpFunction),
+        ("lower", c_void_p),
+        ("upper", c_void_p),
+        ("user", c_void_p),
+    ]
+
+
+class NcpProgress(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("method", c_int32),
+        ("restarts", c_int32),
+        ("iterations", c_int64),
+        ("evaluations", c_int64),
+        ("residual", c_double),
+    ]
+
+
+NcpMonitor = CFUNCTYPE(c_int32, POINTER(NcpProgress), c_void_p)
+
+
+class NcpSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("method", c_int32),
+        ("max_iterations", c_int32),
+        ("tol", c_double),
+        ("time_limit", c_double),
+        ("penalty", c_double),
+        ("restarts", c_int32),
+        ("scaling", c_int32),
+        ("polish", c_int32),
+        ("reserved", c_int32),
+        ("monitor", NcpMonitor),
+        ("monitor_user", c_void_p),
+    ]
+
+
+class NcpResult(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("outcome", c_int32),
+        ("method", c_int32),
+        ("iterations", c_int64),
+        ("residual", c_double),
+        ("natural_residual", c_double),
+        ("backward_error", c_double),
+        ("seconds", c_double),
+        ("function_evaluations", c_int64),
+        ("jacobian_evaluations", c_int64),
+        ("restarts", c_int32),
+        ("trapped", c_int32),
+    ]
+
+
 class WorldSettings(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -297,6 +363,10 @@ STRUCTS = {
     "perp_lcp_found": LcpFound,
     "perp_lcp_enumeration": LcpEnumeration,
     "perp_lcp_sensitivity_info": LcpSensitivityInfo,
+    "perp_ncp_problem": NcpProblem,
+    "perp_ncp_progress": NcpProgress,
+    "perp_ncp_settings": NcpSettings,
+    "perp_ncp_result": NcpResult,
     "perp_world_settings": WorldSettings,
     "perp_body_settings": BodySettings,
     "perp_body_state": BodyState,

@@ -1,0 +1,153 @@
+/* Jacobians by differences of F, within the bounds and around holes of its domain. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "ncp/model.h"
+
+#define FORWARD 0x1p-26     /* about sqrt(eps): the errors of truncation and rounding balance */
+#define CENTRAL 0x1p-17     /* about cbrt(eps) */
+#define KEPT 1e-3           /* of the largest value a variable had, where it is near 0 now */
+#define SHRINKS 6           /* tries, each to the other side of z_j or */
+#define SHRINK (1.0 / 32.0) /* with a shorter step */
+
+static double size_of(const perp__ncp_model *m, int32_t j)
+{
+    double size = fmax(fabs(m->z_caller[j]), KEPT * m->largest[j]);
+
+    if (size == 0.0 && isfinite(m->lower[j]))
+        size = fabs(m->lower[j]);
+    if (size == 0.0 && isfinite(m->upper[j]))
+        size = fabs(m->upper[j]);
+    for (int32_t i = 0; i < m->n && size == 0.0; i++)
+        size = m->largest[i];
+    return size > 0.0 ? size : 1.0;
+}
+
+/* z + step, within the bounds, or 0 if there is no room; the step is what was really added. */
+static double fit_step(const perp__ncp_model *m, int32_t j, double step)
+{
+    const double z = m->z_caller[j];
+    const double room = step > 0.0 ? m->upper[j] - z : z - m->lower[j];
+    volatile double there = z + (fabs(step) <= room ? step : copysign(room, step));
+
+    return perp__ncp_clamp(there, m->lower[j], m->upper[j]) - z;
+}
+
+static double choose_step(const perp__ncp_model *m, int32_t j)
+{
+    const double wanted = size_of(m, j) * FORWARD;
+    const double up = fit_step(m, j, wanted), down = fit_step(m, j, -wanted);
+
+    return fabs(up) >= 0.5 * fabs(down) ? up : down;
+}
+
+static void put(perp__ncp_model *m, int32_t j, const double *high, const double *low, double width)
+{
+    const size_t n = (size_t)m->n;
+    const int by_rows = m->problem.storage == PERP_STORAGE_ROW_MAJOR;
+
+    if (m->sparse)
+        for (int32_t k = m->pattern_starts[j]; k < m->pattern_starts[j + 1]; k++)
+            m->given[k] = (high[m->pattern_rows[k]] - low[m->pattern_rows[k]]) / width;
+    else
+        for (size_t i = 0; i < n; i++)
+            m->given[by_rows ? i * n + (size_t)j : (size_t)j * n + i] = (high[i] - low[i]) / width;
+}
+
+/* F at z + sign * (the steps of count columns), into F */
+static perp_status shift(perp__ncp_model *m, const int32_t *columns, int32_t count, double sign,
+                         double *F)
+{
+    perp_status status;
+
+    for (int32_t k = 0; k < count; k++)
+        m->shifted[columns[k]] = m->z_caller[columns[k]] + sign * m->step[columns[k]];
+    status = perp__ncp_call(m, m->shifted, F);
+    for (int32_t k = 0; k < count; k++)
+        m->shifted[columns[k]] = m->z_caller[columns[k]];
+    return status;
+}
+
+/* One column by itself, where the others' company, or this side of it, was outside. */
+static perp_status search(perp__ncp_model *m, int32_t j)
+{
+    perp_status status = PERP__NCP_OUTSIDE;
+    double wanted = m->step[j];
+
+    for (int32_t k = 0; k < SHRINKS && status == PERP__NCP_OUTSIDE; k++) {
+        m->step[j] = fit_step(m, j, wanted);
+        if (m->step[j] != 0.0)
+            status = shift(m, &j, 1, 1.0, m->w_shifted);
+        wanted *= k % 2 == 0 ? -1.0 : SHRINK;
+    }
+    if (status == PERP_OK)
+        put(m, j, m->w_shifted, m->w_caller, m->step[j]);
+    return status;
+}
+
+static int32_t has_room(const perp__ncp_model *m, const int32_t *columns, int32_t count)
+{
+    for (int32_t k = 0; k < count; k++) {
+        const int32_t j = columns[k];
+
+        if (m->z_caller[j] - m->step[j] < m->lower[j] || m->z_caller[j] - m->step[j] > m->upper[j])
+            return 0;
+    }
+    return 1;
+}
+
+/* The columns of one colour together, else one after the other. */
+static perp_status group(perp__ncp_model *m, const int32_t *columns, int32_t count)
+{
+    double *high = m->w_shifted, *low = m->w_shifted + m->n;
+    perp_status status = shift(m, columns, count, 1.0, high);
+    int32_t both = 0;
+
+    if (status == PERP_OK && m->central && has_room(m, columns, count)) {
+        const perp_status other = shift(m, columns, count, -1.0, low);
+
+        both = other == PERP_OK;
+        status = other < 0 ? other : PERP_OK;
+    }
+    if (status == PERP_OK)
+        for (int32_t k = 0; k < count; k++)
+            put(m, columns[k], high, both ? low : m->w_caller,
+                (both ? 2.0 : 1.0) * m->step[columns[k]]);
+    if (status == PERP__NCP_OUTSIDE) {
+        status = PERP_OK;
+        for (int32_t k = 0; k < count && status == PERP_OK; k++)
+            status = search(m, columns[k]);
+    }
+    return status;
+}
+
+static void choose_steps(perp__ncp_model *m)
+{
+    for (int32_t j = 0; j < m->n; j++)
+        m->largest[j] = fmax(m->largest[j], fabs(m->z_caller[j]));
+    for (int32_t j = 0; j < m->n; j++) {
+        const double wide = size_of(m, j) * CENTRAL;
+
+        m->step[j] = choose_step(m, j);
+        m->shifted[j] = m->z_caller[j];
+        if (m->central && m->z_caller[j] - m->lower[j] >= wide &&
+            m->upper[j] - m->z_caller[j] >= wide)
+            m->step[j] = fit_step(m, j, wide);
+    }
+}
+
+perp_status perp__ncp_differences(perp__ncp_model *m)
+{
+    const size_t count = m->sparse ? (size_t)m->pattern_starts[m->n] : (size_t)m->n * (size_t)m->n;
+    const perp__ncp_colours *c = &m->colours;
+    perp_status status = PERP_OK;
+
+    perp__ncp_colour(m);
+    if (count > 0)
+        memset(m->given, 0, count * sizeof(double)); /* the columns of fixed variables */
+    choose_steps(m);
+    for (int32_t k = 0; k < c->count && status == PERP_OK; k++)
+        status = group(m, c->order + c->starts[k], c->starts[k + 1] - c->starts[k]);
+    return status;
+}

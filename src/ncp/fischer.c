@@ -1,0 +1,107 @@
+/* Semismooth Newton on Phi(z) = 0, Phi the Fischer-Burmeister function for boxes: De Luca,
+ * Facchinei & Kanzow, "A semismooth equation approach to the solution of nonlinear complementarity
+ * problems", Math. Prog. 75 (1996), with Billups' composition for bounds and steps projected onto
+ * them. It begins with the Newton steps of active sets, as long as those help (a crash). Where H is
+ * singular or its step does not help: S + rho I, then Levenberg-Marquardt, then down the gradient.
+ */
+#include <math.h>
+
+#include "ncp/method.h"
+
+#define CRASHES 50         /* most active-set steps at the start */
+#define CRASH_PROGRESS 0.9 /* of Psi, or they end */
+#define HALVINGS 12
+
+/* rho, one after the other until a direction serves. */
+static const double proximal[] = {0.0, 1e-10, 1e-6, 1e-3, 1e-1};
+
+/* All return 1 if they moved, 0 if not, or a negative status. */
+static perp_status crash_step(perp__ncp_walk *f)
+{
+    const double asked = (CRASH_PROGRESS - 1.0) * f->psi;
+    perp_status status;
+
+    perp__ncp_slopes(f, PERP__NCP_NATURAL);
+    status = perp__ncp_newton(f, 0.0);
+    if (status != PERP_OK)
+        return status < 0 ? status : 0;
+    return perp__ncp_search(f, f->psi + asked, 0.0, 3);
+}
+
+static perp_status newton_step(perp__ncp_walk *f)
+{
+    for (size_t k = 0; k < sizeof proximal / sizeof proximal[0]; k++) {
+        perp_status status = perp__ncp_newton(f, proximal[k]);
+
+        if (status < 0)
+            return status;
+        if (status != PERP_OK)
+            continue;
+        status = perp__ncp_search(f, perp__ncp_reference(f), -2.0 * f->psi, HALVINGS);
+        if (status != 0)
+            return status;
+    }
+    return 0;
+}
+
+static perp_status regularised_step(perp__ncp_walk *f)
+{
+    perp_status status = perp__ncp_regularised(f);
+    double slope = 0.0;
+
+    if (status != PERP_OK)
+        return status < 0 ? status : 0;
+    for (int32_t i = 0; i < f->model->n; i++)
+        slope += f->gradient[i] * f->d[i];
+    return slope < 0.0 ? perp__ncp_search(f, f->psi, slope, HALVINGS) : 0;
+}
+
+static perp_status step(perp__ncp_walk *f, int32_t *crashing)
+{
+    perp_status moved = 0;
+
+    if (*crashing) {
+        moved = crash_step(f);
+        *crashing = moved == 1 && f->iterations < CRASHES;
+    }
+    if (moved != 0)
+        return moved;
+    perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
+    moved = newton_step(f);
+    if (moved != 0)
+        return moved;
+    perp__ncp_gradient(f);
+    moved = regularised_step(f);
+    if (moved != 0)
+        return moved;
+    perp__ncp_steepest(f);
+    return perp__ncp_search_projected(f);
+}
+
+perp_status perp__ncp_fischer(perp__ncp_walk *f)
+{
+    double last = INFINITY;
+    int32_t crashing = 1;
+
+    for (f->iterations = 0;; f->iterations++) {
+        perp_status status = perp__ncp_tick(f->model, &f->outcome, f->iterations, f->residual);
+
+        if (status != PERP_OK || f->outcome >= 0)
+            return status;
+        status = perp__ncp_look(f);
+        f->outcome = PERP_OUTCOME_SINGULAR;
+        if (status != PERP_OK)
+            return status < 0 ? status : PERP_OK;
+        f->outcome = PERP_OUTCOME_SOLVED;
+        if (perp__ncp_is_there(f, last))
+            return PERP_OK;
+        f->outcome = PERP_OUTCOME_ITERATION_LIMIT;
+        if (f->iterations >= f->limit)
+            return PERP_OK;
+        last = f->residual;
+        status = step(f, &crashing);
+        f->outcome = PERP_OUTCOME_STALLED;
+        if (status != 1)
+            return status < 0 ? status : PERP_OK;
+    }
+}

@@ -1,0 +1,120 @@
+/* A problem as the methods see it: F and its Jacobian in scaled coordinates, counted, with failures
+ * told apart, and the residuals of a point.
+ *
+ *   z = z_caller / D,  w = D F(D z),  S = D J D  with D = diag(2^e_i),
+ *
+ * exact but for under- and overflow. Callbacks are only ever called within the bounds. */
+#ifndef PERP_NCP_MODEL_H
+#define PERP_NCP_MODEL_H
+
+#include <perp/ncp.h>
+
+#include "base/arena.h"
+
+/* Beside PERP_OK and the negative statuses: not defined here. */
+enum { PERP__NCP_OUTSIDE = 1 };
+
+/* How the columns of a pattern are evaluated together: those of a colour share no row. */
+typedef struct perp__ncp_colours {
+    int32_t known; /* the rest is of this problem's pattern */
+    int32_t count;
+    int32_t *of;     /* n: the colour of a column, -1 where the variable is fixed */
+    int32_t *starts; /* n + 1, */
+    int32_t *order;  /* n: columns by colour */
+    int32_t *row_starts, *row_columns; /* the pattern by rows */
+    int32_t *marks;                    /* n */
+} perp__ncp_colours;
+
+typedef struct perp__ncp_control {
+    perp_ncp_monitor monitor;
+    void *monitor_user;
+    double deadline; /* on perp__now()'s clock; 0: none */
+    int32_t method;
+    int32_t restarts;
+} perp__ncp_control;
+
+typedef struct perp__ncp_model {
+    perp_context *context;
+    perp_ncp_problem problem; /* its pointers lead to copies */
+    int32_t n;
+    int32_t sparse;
+    double *lower, *upper; /* caller's units */
+    int32_t *pattern_starts, *pattern_rows;
+    int32_t scaling;         /* 0: D is 1 throughout */
+    int32_t *exponents;      /* log2 of D */
+    int32_t *exponents_work; /* 2 n */
+    double *D;
+    double *low, *high; /* the bounds, scaled; a finite one stays finite */
+
+    /* S, dense by columns, or CSC in the caller's pattern and the diagonal; the caller's entry k is
+     * entry place[k] of that */
+    double *S;
+    size_t entries;
+    int32_t *starts, *rows, *place, *diagonal;
+    double *given; /* J as the caller wrote it, or as differences made it, in his order */
+
+    double *z_caller, *w_caller; /* of the last evaluation */
+    double *shifted, *w_shifted; /* differences */
+    double *step, *largest;      /* differences: steps, and the largest |z_i| met */
+    perp__ncp_colours colours;
+    int32_t central; /* differences to both sides */
+
+    int64_t function_evaluations, jacobian_evaluations;
+    perp__ncp_control control;
+} perp__ncp_model;
+
+/* Takes the arrays for problem, n, pattern_entries; the model's problem then has to be copied in.
+ */
+void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *model);
+
+/* Copies the caller's problem into the arrays laid out for it. */
+void perp__ncp_model_read(perp__ncp_model *model, const perp_ncp_problem *problem);
+
+/* D := 1, or the equilibration of the Jacobian in S. Updates S and the scaled bounds. */
+void perp__ncp_model_unscale(perp__ncp_model *model);
+void perp__ncp_model_equilibrate(perp__ncp_model *model);
+
+/* w := D F(D z) in scaled coordinates, z projected onto the bounds by the caller of this. PERP_OK,
+ * PERP__NCP_OUTSIDE or PERP_ERROR_CALLBACK. The caller's units stay in z_caller, w_caller. */
+perp_status perp__ncp_evaluate(perp__ncp_model *model, const double *z, double *w);
+
+/* S := the Jacobian at z, where w = D F(D z). By differences where the callback has no value. As
+ * above. */
+perp_status perp__ncp_linearise(perp__ncp_model *model, const double *z, const double *w);
+
+/* given := differences of F at z_caller, where F is w_caller. */
+perp_status perp__ncp_differences(perp__ncp_model *model);
+
+/* Colours the columns of the caller's pattern, once. A dense matrix has a colour a column. */
+void perp__ncp_colour(perp__ncp_model *model);
+
+/* y += S x, and y := S' x. */
+void perp__ncp_add(const perp__ncp_model *model, const double *x, double *y);
+void perp__ncp_transposed(const perp__ncp_model *model, const double *x, double *y);
+
+/* One call of the function, counted and checked, in the caller's units. */
+perp_status perp__ncp_call(perp__ncp_model *model, const double *z, double *F);
+
+static inline double perp__ncp_clamp(double z, double lower, double upper)
+{
+    return z < lower ? lower : z > upper ? upper : z;
+}
+
+/* mid(z - l, z - u, w) for l <= z <= u, without cancellation */
+static inline double perp__ncp_mid(double z, double lower, double upper, double w)
+{
+    const double above = z - lower, below = z - upper;
+    const double least = above < w ? above : w;
+
+    return below > least ? below : least;
+}
+
+/* Calls the monitor and looks at the deadline. *outcome: -1 to go on, or what to stop with.
+ * PERP_OK, or PERP_ERROR_CALLBACK. */
+perp_status perp__ncp_tick(perp__ncp_model *model, perp_outcome *outcome, int64_t iterations,
+                           double residual);
+
+/* max |mid(z - l, z - u, w)| in scaled units; NaN stays. */
+double perp__ncp_residual(const perp__ncp_model *model, const double *z, const double *w);
+
+#endif

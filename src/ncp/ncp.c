@@ -1,0 +1,231 @@
+/* The front door: checks, runs methods from the start and from perturbations of it, judges, and
+ * reports. No method grades itself. */
+#include "ncp/ncp.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "base/clock.h"
+#include "base/context.h"
+#include "ncp/settings.h"
+#include "ncp/solver.h"
+
+#define ITERATIONS 200 /* the default limit of a run */
+
+static int32_t is_good(const perp_ncp_solver *solver)
+{
+    return solver->best_method >= 0 && (solver->best.outcome == PERP_OUTCOME_SOLVED ||
+                                        solver->best.outcome == PERP_OUTCOME_ROUNDING_LIMIT);
+}
+
+/* Keeps solver->candidate if it is the best point yet. */
+static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcome said)
+{
+    const size_t bytes = (size_t)solver->model.n * sizeof(double);
+    perp__ncp_worth worth;
+    perp_status status = perp__ncp_judge(solver, &worth);
+
+    if (status != PERP_OK)
+        return status < 0 ? status : PERP_OK;
+    if (worth.outcome < 0) /* a method that thinks it is there, and is not, is stuck */
+        worth.outcome = said == PERP_OUTCOME_SOLVED ? PERP_OUTCOME_STALLED : said;
+    if (solver->best_method >= 0 && !(worth.tested < solver->best.tested))
+        return PERP_OK;
+    solver->best = worth;
+    solver->best_method = method;
+    if (bytes > 0) {
+        memcpy(solver->best_z, solver->candidate, bytes);
+        memcpy(solver->best_w, solver->model.w_caller, bytes);
+    }
+    return PERP_OK;
+}
+
+static void leave_walk(perp_ncp_solver *solver, const double *from)
+{
+    const perp__ncp_model *m = &solver->model;
+
+    for (int32_t i = 0; i < m->n; i++)
+        solver->candidate[i] = perp__ncp_clamp(from[i] * m->D[i], m->lower[i], m->upper[i]);
+}
+
+/* The polish goes on from the best point of the run. */
+static perp_status polish(perp_ncp_solver *solver)
+{
+    perp__ncp_walk *f = &solver->walk;
+    perp_status status;
+
+    if (solver->model.n > 0)
+        memcpy(f->z, f->best, (size_t)solver->model.n * sizeof(double));
+    status = perp__ncp_stand(f);
+    if (status == PERP_OK)
+        status = perp__ncp_polish(f);
+    return status < 0 ? status : PERP_OK;
+}
+
+/* One run of a method from solver->candidate. */
+static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty)
+{
+    perp__ncp_walk *f = &solver->walk;
+    perp_status status;
+
+    perp__ncp_model_unscale(&solver->model);
+    solver->model.control.method = method;
+    f->penalty = penalty;
+    f->target = 0.25 * solver->settings.tol;
+    f->finish = solver->settings.polish;
+    f->limit = solver->settings.max_iterations > 0 ? solver->settings.max_iterations : ITERATIONS;
+    f->steps = 0;
+    f->rescaled = 0;
+    f->omega = 1.0;
+    f->best_residual = INFINITY;
+    f->iterations = 0;
+    if (solver->model.n > 0)
+        memcpy(f->z, solver->candidate, (size_t)solver->model.n * sizeof(double));
+    status = perp__ncp_stand(f);
+    if (status == PERP_OK)
+        status = perp__ncp_fischer(f);
+    if (status != PERP_OK)
+        return status < 0 ? status : PERP_OK;
+    solver->iterations += f->iterations;
+    if (f->outcome == PERP_OUTCOME_STOPPED || f->outcome == PERP_OUTCOME_TIME_LIMIT)
+        solver->ended = f->outcome;
+    if (solver->settings.polish && solver->ended < 0)
+        status = polish(solver);
+    if (status == PERP_OK) {
+        leave_walk(solver, f->best);
+        status = consider(solver, method, f->outcome);
+    }
+    return status;
+}
+
+/* Both methods from solver->candidate, or the one asked for. */
+static perp_status run_both(perp_ncp_solver *solver, double penalty)
+{
+    const int32_t asked = solver->settings.method;
+
+    return run(solver, asked == PERP_NCP_AUTO ? PERP_NCP_FISCHER : asked, penalty);
+}
+
+static int32_t is_over(const perp_ncp_solver *solver)
+{
+    return is_good(solver) || solver->ended >= 0;
+}
+
+static perp_status search(perp_ncp_solver *solver, const double *z0)
+{
+    perp__ncp_control *control = &solver->model.control;
+    const size_t bytes = (size_t)solver->model.n * sizeof(double);
+    double unit = 0.0;
+    perp_status status = perp__ncp_find_start(solver, z0);
+
+    if (status != PERP_OK)
+        return status;
+    if (bytes > 0)
+        memcpy(solver->candidate, solver->start, bytes);
+    status = run_both(solver, solver->settings.penalty);
+    for (int32_t i = 0; i < solver->model.n; i++) /* the problem's own sizes */
+        unit = fmax(unit, fmax(fabs(solver->start[i]), solver->walk.omega * solver->model.D[i]));
+    for (int32_t k = 0; status == PERP_OK && solver->settings.method == PERP_NCP_AUTO &&
+                        k < solver->settings.restarts && !is_over(solver);
+         k++) {
+        control->restarts++;
+        perp__ncp_perturb(solver, k, unit);
+        status = run_both(solver, solver->settings.penalty);
+    }
+    if (status == PERP_OK && !is_good(solver) && solver->best_method >= 0) {
+        status = perp__ncp_look_for_trap(solver, &solver->trapped);
+        if (solver->trapped)
+            solver->best.outcome = PERP_OUTCOME_STALLED;
+        if (solver->ended >= 0)
+            solver->best.outcome = solver->ended;
+    }
+    return status;
+}
+
+static perp_status check_call(perp_ncp_solver *solver, const double *z,
+                              const perp_ncp_result *result, const double *z0)
+{
+    perp_context *context = solver->context;
+    perp_status status;
+
+    if (!solver->setups)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "the solver has no problem yet: call perp_ncp_solver_setup first");
+    status = perp__struct_check(context, "result", result, sizeof *result, PERP__NCP_RESULT_FIRST);
+    if (status == PERP_OK && solver->model.n > 0)
+        status = perp__check_pointer(context, "z", z);
+    if (status == PERP_OK && z0)
+        status = perp__check_finite(context, "z0", z0, (size_t)solver->model.n);
+    return status;
+}
+
+/* F was defined nowhere: the start, and nothing else. */
+static void give_up(perp_ncp_solver *solver)
+{
+    for (int32_t i = 0; i < solver->model.n; i++) {
+        solver->best_z[i] = solver->start[i];
+        solver->best_w[i] = NAN;
+    }
+    solver->best.tested = solver->best.natural = solver->best.backward = INFINITY;
+    solver->best.outcome = PERP_OUTCOME_EVALUATION_FAILED;
+    solver->best_method =
+        solver->settings.method == PERP_NCP_AUTO ? PERP_NCP_FISCHER : solver->settings.method;
+}
+
+static void write_out(perp_ncp_solver *solver, double *z, double *w, perp_ncp_result *result,
+                      double seconds)
+{
+    const size_t bytes = (size_t)solver->model.n * sizeof(double);
+    perp_ncp_result own;
+
+    memset(&own, 0, sizeof own);
+    own.outcome = solver->best.outcome;
+    own.method = solver->best_method;
+    own.iterations = solver->iterations;
+    own.residual = solver->best.tested;
+    own.natural_residual = solver->best.natural;
+    own.backward_error = solver->best.backward;
+    own.seconds = seconds;
+    own.function_evaluations = solver->model.function_evaluations;
+    own.jacobian_evaluations = solver->model.jacobian_evaluations;
+    own.restarts = solver->model.control.restarts;
+    own.trapped = solver->trapped;
+    if (bytes > 0) {
+        memcpy(z, solver->best_z, bytes);
+        if (w)
+            memcpy(w, solver->best_w, bytes);
+    }
+    perp__struct_write(result, &own, sizeof own);
+}
+
+perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_ncp_result *result,
+                            const double *z0)
+{
+    const double started = perp__now();
+    perp__ncp_model *m = &solver->model;
+    perp_status status = check_call(solver, z, result, z0);
+
+    if (status != PERP_OK)
+        return status;
+    memset(&m->control, 0, sizeof m->control);
+    m->control.monitor = solver->settings.monitor;
+    m->control.monitor_user = solver->settings.monitor_user;
+    if (solver->settings.time_limit > 0.0)
+        m->control.deadline = started + solver->settings.time_limit;
+    m->function_evaluations = m->jacobian_evaluations = 0;
+    m->scaling = solver->settings.scaling;
+    m->central = 0;
+    solver->best_method = -1;
+    solver->iterations = 0;
+    solver->ended = -1;
+    solver->trapped = 0;
+    status = search(solver, z0);
+    if (status == PERP__NCP_OUTSIDE || (status == PERP_OK && solver->best_method < 0)) {
+        give_up(solver);
+        status = PERP_OK;
+    }
+    if (status == PERP_OK)
+        write_out(solver, z, w, result, perp__now() - started);
+    return status;
+}

@@ -1,0 +1,66 @@
+/* The last digits: the natural map at z shows which variables are at a bound; those are set to it,
+ * and the others solve F_A(z) = 0 by Newton's method, as long as the residual falls. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "ncp/method.h"
+
+#define STEPS 20
+
+/* z + d, bounds exactly where the active set says so. PERP_OK with trial_w, or a failure. */
+static perp_status attempt(perp__ncp_walk *f)
+{
+    const perp__ncp_model *m = f->model;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        double z = f->z[i] + f->d[i];
+
+        if (f->slope_z[i] != 0.0) /* at the nearer bound, or fixed */
+            z = f->z[i] - m->low[i] <= m->high[i] - f->z[i] ? m->low[i] : m->high[i];
+        f->trial_z[i] = perp__ncp_clamp(z, m->low[i], m->high[i]);
+    }
+    return perp__ncp_evaluate(f->model, f->trial_z, f->trial_w);
+}
+
+/* 1 if the residual did not rise, 0 if it did, or a negative status. */
+static perp_status step(perp__ncp_walk *f)
+{
+    perp_status status;
+
+    perp__ncp_slopes(f, PERP__NCP_NATURAL);
+    status = perp__ncp_newton(f, 0.0);
+    if (status == PERP__FACTOR_SINGULAR)
+        status = perp__ncp_newton(f, DBL_EPSILON);
+    if (status == PERP_OK)
+        status = attempt(f);
+    if (status != PERP_OK)
+        return status < 0 ? status : 0;
+    if (!(perp__ncp_residual(f->model, f->trial_z, f->trial_w) <= f->residual))
+        return 0;
+    memcpy(f->z, f->trial_z, (size_t)f->model->n * sizeof(double));
+    status = perp__ncp_stand(f);
+    return status < 0 ? status : status == PERP_OK;
+}
+
+perp_status perp__ncp_polish(perp__ncp_walk *f)
+{
+    const int32_t by_differences = f->model->problem.jacobian == NULL;
+    perp_status moved = 1;
+
+    for (int32_t k = 0; k < STEPS && f->model->n > 0; k++) {
+        const double last = f->residual;
+        const perp_status status = perp__ncp_look(f);
+
+        moved = status == PERP_OK ? step(f) : status < 0 ? status : 0;
+        if (moved < 0)
+            return moved;
+        if (moved && f->residual <= 0.5 * last && f->residual > 0.0)
+            continue;
+        if (!by_differences || f->model->central || f->residual <= 8.0 * DBL_EPSILON * f->omega)
+            break;
+        f->model->central = 1; /* the step was no better than the Jacobian: once more */
+    }
+    f->model->central = 0;
+    return PERP_OK;
+}

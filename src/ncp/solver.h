@@ -1,0 +1,49 @@
+/* The solver's own memory, shared by the files of the front door only. */
+#ifndef PERP_NCP_SOLVER_H
+#define PERP_NCP_SOLVER_H
+
+#include "base/arena.h"
+#include "ncp/method.h"
+#include "ncp/ncp.h"
+
+#define PERP__NCP_MAGIC UINT64_C(0x7065727063706e73)
+
+/* What a point is worth, recomputed from F and J there. */
+typedef struct perp__ncp_worth {
+    double tested, natural, backward;
+    perp_outcome outcome; /* solved or rounding_limit; else what the method said */
+} perp__ncp_worth;
+
+struct perp_ncp_solver {
+    uint64_t magic;
+    perp_context *context;
+    perp_ncp_settings settings;
+    perp__arena arena;
+    int32_t setups; /* 0: no problem yet */
+    perp__ncp_model model;
+    perp__ncp_walk walk;
+    double *start;     /* z0, projected; moved to where F is defined */
+    double *candidate; /* caller's units */
+    double *best_z, *best_w;
+    perp__ncp_worth best;
+    int32_t best_method; /* -1: no point yet */
+    int64_t iterations;
+    perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
+    int32_t trapped;
+    uint64_t random;
+};
+
+/* The numbers of solver->candidate; F is left in model.w_caller. PERP_OK, PERP__NCP_OUTSIDE or
+ * PERP_ERROR_CALLBACK. */
+perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth);
+
+/* *trapped := whether best_z is a stationary point of the merit function, within rounding. */
+perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped);
+
+/* candidate := start, perturbed; the attempts differ in size and direction. */
+void perp__ncp_perturb(perp_ncp_solver *solver, int32_t attempt, double unit);
+
+/* start := z0, or near it where F is not defined there. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
+perp_status perp__ncp_find_start(perp_ncp_solver *solver, const double *z0);
+
+#endif

@@ -1,0 +1,298 @@
+/* The point at which a method stands, and the systems of its Newton steps. */
+#include "ncp/walk.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "lcp/fischer_function.h"
+#include "linalg/scale.h"
+
+#define DRIFT 0x1p16 /* of a diagonal entry from 1 before the scaling is found anew */
+#define RESCALINGS 20
+
+void perp__ncp_walk_layout(perp__arena *arena, perp__ncp_walk *f)
+{
+    const perp__ncp_model *m = f->model;
+    const size_t n = (size_t)m->n;
+    double **const vectors[] = {&f->z,         &f->w,        &f->phi,     &f->trial_z, &f->trial_w,
+                                &f->trial_phi, &f->equation, &f->slope_z, &f->slope_w, &f->d,
+                                &f->gradient,  &f->part,     &f->image,   &f->best};
+    const size_t entries = m->sparse ? (size_t)m->problem.column_starts[n] + n : n * n;
+
+    for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
+        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    f->H = perp__arena_take(arena, entries, sizeof(double));
+    f->squared = perp__arena_take(arena, m->sparse ? 0 : entries, sizeof(double));
+}
+
+void perp__ncp_walk_release(perp__ncp_walk *f)
+{
+    perp__kept_factor_release(&f->factor);
+    perp__kept_factor_release(&f->square_factor);
+}
+
+static double merit(const perp__ncp_walk *f, const double *z, const double *w, double *phi)
+{
+    const perp__ncp_model *m = f->model;
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        phi[i] = perp__fischer_bounded(z[i], m->low[i], m->high[i], w[i], f->penalty);
+        sum += phi[i] * phi[i];
+    }
+    return 0.5 * sum;
+}
+
+/* What z, w are worth. */
+static void appraise(perp__ncp_walk *f)
+{
+    f->psi = merit(f, f->z, f->w, f->phi);
+    f->residual = perp__ncp_residual(f->model, f->z, f->w);
+    if (f->residual < f->best_residual) {
+        f->best_residual = f->residual;
+        if (f->model->n > 0)
+            memcpy(f->best, f->z, (size_t)f->model->n * sizeof(double));
+    }
+}
+
+perp_status perp__ncp_stand(perp__ncp_walk *f)
+{
+    perp_status status = perp__ncp_evaluate(f->model, f->z, f->w);
+
+    if (status == PERP_OK)
+        appraise(f);
+    return status;
+}
+
+static int32_t has_drifted(const perp__ncp_walk *f)
+{
+    const perp__ncp_model *m = f->model;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        const double s = m->sparse ? m->S[m->diagonal[i]] : m->S[(size_t)i * ((size_t)m->n + 1)];
+
+        if (s > DRIFT || (s > 0.0 && s * DRIFT < 1.0))
+            return 1;
+    }
+    return 0;
+}
+
+/* The same points in the units of another scaling. Psi is another function then, so the past counts
+ * no more. */
+static void rescale(perp__ncp_walk *f)
+{
+    perp__ncp_model *m = f->model;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        f->z[i] *= m->D[i];
+        f->best[i] *= m->D[i];
+        f->w[i] /= m->D[i];
+    }
+    perp__ncp_model_equilibrate(m);
+    for (int32_t i = 0; i < m->n; i++) {
+        f->z[i] = perp__ncp_clamp(f->z[i] / m->D[i], m->low[i], m->high[i]);
+        f->best[i] /= m->D[i];
+        f->w[i] *= m->D[i];
+    }
+    f->rescaled++;
+    f->steps = 0;
+    f->best_residual = INFINITY;
+    appraise(f);
+}
+
+static double find_omega(perp__ncp_walk *f)
+{
+    const perp__ncp_model *m = f->model;
+    double most = 0.0;
+    int exponent;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        f->part[i] = -f->z[i];
+        f->image[i] = f->w[i];
+    }
+    perp__ncp_add(m, f->part, f->image);
+    for (int32_t i = 0; i < m->n; i++)
+        most = fmax(most, fabs(f->image[i]));
+    if (!(most > 0.0) || isinf(most))
+        return 1.0;
+    frexp(most, &exponent);
+    return ldexp(1.0, exponent - 1);
+}
+
+perp_status perp__ncp_look(perp__ncp_walk *f)
+{
+    perp_status status = perp__ncp_linearise(f->model, f->z, f->w);
+
+    if (status != PERP_OK)
+        return status;
+    if (f->model->scaling && f->rescaled < RESCALINGS && (f->rescaled == 0 || has_drifted(f)))
+        rescale(f);
+    f->omega = find_omega(f);
+    return PERP_OK;
+}
+
+/* At kinks the limits along the direction that is 1 in every variable at a kink (De Luca,
+ * Facchinei & Kanzow 1996, section 7). */
+static void fischer_slopes(perp__ncp_walk *f)
+{
+    const perp__ncp_model *m = f->model;
+    int32_t kinks = 0;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        f->part[i] = perp__fischer_at_kink(f->z[i], m->low[i], m->high[i], f->w[i]) ? 1.0 : 0.0;
+        f->image[i] = 0.0;
+        kinks += f->part[i] != 0.0;
+    }
+    if (kinks > 0)
+        perp__ncp_add(m, f->part, f->image);
+    for (int32_t i = 0; i < m->n; i++) {
+        const perp__slopes slopes = perp__fischer_bounded_slopes(
+            f->z[i], m->low[i], m->high[i], f->w[i], f->part[i], f->image[i], f->penalty);
+
+        f->slope_z[i] = slopes.z;
+        f->slope_w[i] = slopes.w;
+        f->equation[i] = f->phi[i];
+    }
+}
+
+static void natural_slopes(perp__ncp_walk *f)
+{
+    const perp__ncp_model *m = f->model;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        const double above = f->z[i] - m->low[i], below = f->z[i] - m->high[i];
+        const int32_t between = m->low[i] < m->high[i] && above > f->w[i] && below < f->w[i];
+
+        f->slope_z[i] = between ? 0.0 : 1.0;
+        f->slope_w[i] = between ? 1.0 : 0.0;
+        f->equation[i] = perp__ncp_mid(f->z[i], m->low[i], m->high[i], f->w[i]);
+    }
+}
+
+void perp__ncp_slopes(perp__ncp_walk *f, enum perp__ncp_equation equation)
+{
+    if (equation == PERP__NCP_NATURAL)
+        natural_slopes(f);
+    else
+        fischer_slopes(f);
+}
+
+/* H := D_z + D_w (S + rho I) */
+static void fill(perp__ncp_walk *f, double rho)
+{
+    const perp__ncp_model *m = f->model;
+    const int32_t n = m->n;
+
+    for (int32_t j = 0; j < n; j++) {
+        if (m->sparse) {
+            for (int32_t k = m->starts[j]; k < m->starts[j + 1]; k++)
+                f->H[k] = f->slope_w[m->rows[k]] * m->S[k];
+            f->H[m->diagonal[j]] += f->slope_w[j] * rho + f->slope_z[j];
+        } else {
+            double *column = f->H + (size_t)j * (size_t)n;
+            const double *from = m->S + (size_t)j * (size_t)n;
+
+            for (int32_t i = 0; i < n; i++)
+                column[i] = f->slope_w[i] * from[i];
+            column[j] += f->slope_w[j] * rho + f->slope_z[j];
+        }
+    }
+}
+
+static perp_status factor(perp__ncp_walk *f, perp__kept_factor *kept, const double *values)
+{
+    const perp__ncp_model *m = f->model;
+    const perp__square square = {m->n, values, m->starts, m->rows};
+    const perp__factor_type *type = m->sparse ? &perp__factor_klu : &perp__factor_lapack;
+    perp_status status = perp__kept_factor_analyse(kept, m->context, type, &square);
+
+    return status != PERP_OK ? status : type->factor(kept->factor, &square, 0);
+}
+
+static perp_status solve(const perp__ncp_walk *f, const perp__kept_factor *kept, double *x)
+{
+    kept->type->solve(kept->factor, x, 0);
+    for (int32_t i = 0; i < f->model->n; i++)
+        if (!isfinite(x[i]))
+            return PERP__FACTOR_SINGULAR;
+    return PERP_OK;
+}
+
+perp_status perp__ncp_newton(perp__ncp_walk *f, double rho)
+{
+    perp_status status;
+
+    fill(f, rho);
+    status = factor(f, &f->factor, f->H);
+    if (status != PERP_OK)
+        return status;
+    for (int32_t i = 0; i < f->model->n; i++)
+        f->d[i] = -f->equation[i];
+    return solve(f, &f->factor, f->d);
+}
+
+void perp__ncp_gradient(perp__ncp_walk *f)
+{
+    for (int32_t i = 0; i < f->model->n; i++)
+        f->part[i] = f->slope_w[i] * f->phi[i];
+    perp__ncp_transposed(f->model, f->part, f->gradient);
+    for (int32_t i = 0; i < f->model->n; i++)
+        f->gradient[i] += f->slope_z[i] * f->phi[i];
+}
+
+perp_status perp__ncp_regularised(perp__ncp_walk *f)
+{
+    const size_t n = (size_t)f->model->n;
+    double largest = 0.0, nu;
+    perp_status status;
+
+    if (f->model->sparse)
+        return PERP__FACTOR_SINGULAR;
+    fill(f, 0.0);
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j <= i; j++) {
+            double sum = 0.0;
+
+            for (size_t k = 0; k < n; k++)
+                sum += f->H[i * n + k] * f->H[j * n + k];
+            f->squared[i * n + j] = f->squared[j * n + i] = sum;
+        }
+    for (size_t i = 0; i < n; i++)
+        largest = fmax(largest, f->squared[i * (n + 1)]);
+    nu = fmax(1e-14, fmin(1e-2, f->residual / f->omega)) * largest;
+    for (size_t i = 0; i < n; i++) {
+        f->squared[i * (n + 1)] += nu;
+        f->d[i] = -f->gradient[i];
+    }
+    status = factor(f, &f->square_factor, f->squared);
+    return status != PERP_OK ? status : solve(f, &f->square_factor, f->d);
+}
+
+void perp__ncp_steepest(perp__ncp_walk *f)
+{
+    const perp__ncp_model *m = f->model;
+    double square = 0.0, size = 0.0;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        f->d[i] = m->low[i] < m->high[i] ? f->gradient[i] : 0.0;
+        f->image[i] = 0.0;
+        square += f->d[i] * f->d[i];
+    }
+    perp__ncp_add(m, f->d, f->image);
+    for (int32_t i = 0; i < m->n; i++) {
+        const double r = f->slope_z[i] * f->d[i] + f->slope_w[i] * f->image[i];
+
+        size += r * r;
+    }
+    for (int32_t i = 0; i < m->n; i++)
+        f->d[i] *= size > 0.0 ? -square / size : 0.0;
+}
+
+int32_t perp__ncp_is_there(const perp__ncp_walk *f, double last)
+{
+    if (f->residual == 0.0)
+        return 1;
+    if (!(f->residual <= f->target * f->omega))
+        return 0;
+    return !f->finish || f->residual > 0.5 * last;
+}

@@ -1,0 +1,82 @@
+/* A run of Newton's method on a nonsmooth equation Phi(z) = 0 whose zeros are the solutions: the
+ * point, its merit Psi = |Phi|^2 / 2, the directions and the steps. All in scaled coordinates, and
+ * always within the bounds: steps are projected (Kanzow, Munson & Ferris 1999). */
+#ifndef PERP_NCP_WALK_H
+#define PERP_NCP_WALK_H
+
+#include "linalg/kept_factor.h"
+#include "ncp/model.h"
+
+#define PERP__NCP_MEMORY 8 /* values of Psi that the nonmonotone search looks back on */
+
+/* Which equation the slopes are of. */
+enum perp__ncp_equation {
+    PERP__NCP_FISCHER_BURMEISTER,
+    PERP__NCP_NATURAL /* mid(z - l, z - u, w): its Newton step is that of an active set */
+};
+
+typedef struct perp__ncp_walk {
+    perp__ncp_model *model;
+    double penalty;
+    double target;  /* natural residual over omega at which a method may stop */
+    int32_t finish; /* and goes on while that brings digits */
+    int64_t limit;
+    double *z, *w, *phi;
+    double psi, residual;
+    double omega; /* of the last linearisation: power of two near max |w - S z| */
+    double *trial_z, *trial_w, *trial_phi;
+    double trial_psi;
+    double *equation; /* the right-hand side that slope_z, slope_w belong to */
+    double *slope_z, *slope_w;
+    double *d, *gradient, *part, *image;
+    double *H, *squared; /* squared: dense only, H'H */
+    perp__kept_factor factor, square_factor;
+    double recent[PERP__NCP_MEMORY];
+    int64_t steps;
+    double *best;
+    double best_residual;
+    int32_t rescaled; /* how often */
+    int64_t iterations;
+    perp_outcome outcome;
+} perp__ncp_walk;
+
+void perp__ncp_walk_layout(perp__arena *arena, perp__ncp_walk *walk);
+void perp__ncp_walk_release(perp__ncp_walk *walk);
+
+/* Stands at z, which is within the bounds: w, Phi, Psi. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
+perp_status perp__ncp_stand(perp__ncp_walk *walk);
+
+/* S at z, a new scaling where the old one has drifted, omega. Statuses as above. */
+perp_status perp__ncp_look(perp__ncp_walk *walk);
+
+/* Slopes and right-hand side of an equation at z. */
+void perp__ncp_slopes(perp__ncp_walk *walk, enum perp__ncp_equation equation);
+
+/* d := -(D_z + D_w (S + rho I))^-1 times the right-hand side. PERP_OK, PERP__FACTOR_SINGULAR or
+ * _MEMORY. */
+perp_status perp__ncp_newton(perp__ncp_walk *walk, double rho);
+
+/* gradient := H' Phi, the gradient of Psi for the slopes of Fischer-Burmeister. */
+void perp__ncp_gradient(perp__ncp_walk *walk);
+
+/* d := -(H'H + nu I)^-1 H' Phi: Levenberg-Marquardt. Dense problems only; else SINGULAR. */
+perp_status perp__ncp_regularised(perp__ncp_walk *walk);
+
+/* d := -t gradient with the t that minimises |Phi + H d|. */
+void perp__ncp_steepest(perp__ncp_walk *walk);
+
+/* Moves to P(z + t d), t = 1, 1/2, ..., the first with Psi <= reference + beta t slope. Returns 1,
+ * 0 if there is none, or PERP_ERROR_CALLBACK. */
+perp_status perp__ncp_search(perp__ncp_walk *walk, double reference, double slope,
+                             int32_t halvings);
+
+/* As that, where Psi has to fall by beta of what gradient promises: for steepest descent. */
+perp_status perp__ncp_search_projected(perp__ncp_walk *walk);
+
+/* The largest of the last values of Psi. */
+double perp__ncp_reference(const perp__ncp_walk *walk);
+
+/* True if the method may stop here. */
+int32_t perp__ncp_is_there(const perp__ncp_walk *walk, double last_residual);
+
+#endif
