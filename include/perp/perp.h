@@ -3,6 +3,7 @@
 #define PERP_PERP_H
 
 #include <perp/base.h>
+#include <perp/contact.h>
 #include <perp/lcp.h>
 #include <perp/matrix.h>
 #include <perp/ncp.h>

@@ -31,6 +31,7 @@
 #define PERP_WORLD_H
 
 #include <perp/base.h>
+#include <perp/contact.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -47,13 +48,6 @@ enum perp_body_kind_value {
     PERP_BODY_DYNAMIC = 0,  /* moved by forces and contacts */
     PERP_BODY_STATIC = 1,   /* never moves */
     PERP_BODY_KINEMATIC = 2 /* moves with the velocity it was given, whatever touches it */
-};
-
-/* Values never change. */
-enum perp_contact_mode_value {
-    PERP_CONTACT_SEPARATE = 0,
-    PERP_CONTACT_STICK = 1,
-    PERP_CONTACT_SLIP = 2
 };
 
 typedef struct perp_world_settings {
@@ -168,9 +162,6 @@ PERP_API perp_status perp_shape_settings_init(perp_shape_settings *settings, siz
 PERP_API perp_status perp_contact_init(perp_contact *contact, size_t size);
 PERP_API perp_status perp_step_result_init(perp_step_result *result, size_t size);
 PERP_API perp_status perp_world_stats_init(perp_world_stats *stats, size_t size);
-
-/* Returns "separate", "stick" or "slip"; "unknown mode" otherwise. Static. */
-PERP_API const char *perp_contact_mode_text(int32_t mode);
 
 /* Creates a world that holds one static body, the ground.
  * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY.

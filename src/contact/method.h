@@ -43,6 +43,7 @@ typedef struct perp__contact_problem {
     double tol;
     int64_t iteration_limit; /* <= 0: the method's own */
     const perp__contact_control *control;
+    int32_t cone; /* 0: exact, and so for every method but lemke; else edges of a polyhedron */
 } perp__contact_problem;
 
 typedef struct perp__contact_iterate {
@@ -55,6 +56,7 @@ typedef struct perp__contact_iterate {
     double residual; /* the method's own estimate of the tested residual */
     perp_outcome outcome;
     int64_t iterations;
+    double *ray; /* size: a direction in which impulses may grow for ever; with outcome ray */
 } perp__contact_iterate;
 
 typedef struct perp__contact_method {

@@ -8,6 +8,7 @@
 perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
                              const perp_lcp_settings *settings);
 void perp__lcp_destroy(perp_lcp_solver *solver);
+perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *settings);
 perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const double *lower,
                             const double *upper);
 perp_status perp__lcp_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,

@@ -142,7 +142,7 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
     return PERP_OK;
 }
 
-static perp_status set(perp_lcp_solver *solver, const perp_lcp_settings *settings)
+perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *settings)
 {
     int32_t scaling = solver->settings.scaling;
     perp_status status = perp__lcp_settings_read(solver->context, &solver->settings, settings);
@@ -185,7 +185,8 @@ perp_status perp_lcp_solver_set(perp_lcp_solver *solver, const perp_lcp_settings
 {
     perp_status status = enter(solver);
 
-    return status != PERP_OK ? status : perp__leave(solver->context, set(solver, settings));
+    return status != PERP_OK ? status
+                             : perp__leave(solver->context, perp__lcp_set(solver, settings));
 }
 
 perp_status perp_lcp_solver_setup(perp_lcp_solver *solver, const perp_matrix *M,

@@ -40,20 +40,6 @@ perp_status perp_world_stats_init(perp_world_stats *stats, size_t size)
     return perp__struct_init(stats, size, PERP__SIZE_THROUGH(perp_world_stats, seconds_project));
 }
 
-const char *perp_contact_mode_text(int32_t mode)
-{
-    switch (mode) {
-    case PERP_CONTACT_SEPARATE:
-        return "separate";
-    case PERP_CONTACT_STICK:
-        return "stick";
-    case PERP_CONTACT_SLIP:
-        return "slip";
-    default:
-        return "unknown mode";
-    }
-}
-
 perp_status perp__world_enter(const perp_world *world)
 {
     if (!world || world->magic != PERP__WORLD_MAGIC)

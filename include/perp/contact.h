@@ -1,0 +1,261 @@
+/* perp/contact.h: contact with Coulomb friction over somebody else's dynamics.
+ *
+ *   M v = f + H'r + G's,     u = H v + w,     0 = G v + b
+ *
+ * v: n velocities, f: M times the velocities without contact (momentum and impulses of the forces),
+ * r: impulses and u: velocities of the contacts, s: impulses of the bilateral rows (joints). Gap
+ * and restitution are folded into w by the caller (w_n = gap / h, or the share e of the old
+ * velocity). Or, with v eliminated,
+ *
+ *   u = W r + q,     W = H M^-1 H' + compliance,     q = H M^-1 f + w.
+ *
+ * The rows of a contact are its normal first, r_n >= 0 and u_n > 0 where it opens; then its
+ * tangents (none in dimension 1, one in 2, two in 3); then, where its coefficient of rolling
+ * friction is > 0, its rolling rows (one in 2, two in 3 dimensions); then, where its coefficient of
+ * spinning friction is > 0, its spinning row (3 dimensions). Contact after contact, without gaps.
+ * The law:
+ *
+ *   0 <= r_n  perp  u_n >= 0                                                   (Signorini)
+ *   |r_t| <= mu r_n,   r_t = -mu r_n u_t / |u_t|  where u_t != 0               (Coulomb)
+ *
+ * and the same with rolling r_n and spinning r_n for their rows. With s = mu |u_t| this is r in K
+ * and u + s e_n in K*, perpendicular to each other, for the cone K = {|r_t| <= mu r_n}: the
+ * friction cone itself, no dilation of u.
+ *
+ * Uniqueness: docs/contact.md. With redundant contacts (four feet of a table) only v and the
+ * resultants H'r are determined; with friction even v may not be (a wedge).
+ *
+ * Sources: De Saxce & Feng, Math. Comput. Modelling 28 (1998); Acary & Brogliato, "Numerical
+ * Methods for Nonsmooth Dynamical Systems" (2008); Stewart & Trinkle, IJNME 39 (1996).
+ */
+#ifndef PERP_CONTACT_H
+#define PERP_CONTACT_H
+
+#include <perp/base.h>
+#include <perp/matrix.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What a contact does. Values never change. */
+enum perp_contact_mode_value {
+    PERP_CONTACT_SEPARATE = 0, /* no impulse */
+    PERP_CONTACT_STICK = 1,    /* it presses and nothing slides */
+    PERP_CONTACT_SLIP = 2      /* it presses and slides (or rolls, or spins) */
+};
+
+/* Values never change. */
+enum perp_contact_method_value {
+    PERP_CONTACT_METHOD_AUTO = 0,   /* sweeps, then newton, then lemke with a refinement */
+    PERP_CONTACT_METHOD_SWEEP = 1,  /* block Gauss-Seidel with an exact solver a contact */
+    PERP_CONTACT_METHOD_NEWTON = 2, /* second order, on the cones */
+    PERP_CONTACT_METHOD_LEMKE = 3,  /* pivoting on polyhedral cones; dense, for hundreds of rows */
+    PERP_CONTACT_METHOD_POLISH = 4  /* only ever reported: the start r0 was the answer */
+};
+
+/* What a ray proves. Values never change. */
+enum perp_contact_certificate_value {
+    PERP_CONTACT_CERTIFICATE_NONE = 0,
+    PERP_CONTACT_CERTIFICATE_INFEASIBLE = 1 /* no velocities keep all u_n >= 0: the ray y has
+                                               y_n >= 0, nothing on other rows of contacts,
+                                               W y = 0 (H'y = 0) and y'q < 0, checked in the
+                                               caller's data */
+};
+
+/* Contacts and their coefficients. */
+typedef struct perp_contact_laws {
+    size_t struct_size;
+    int32_t contacts;
+    int32_t dim;              /* of every contact where dims is NULL: 1, 2 or 3; default 3 */
+    const int32_t *dims;      /* contacts: 1 (frictionless), 2 or 3; or NULL */
+    const double *mu;         /* contacts, >= 0; not read where the dimension is 1; NULL: 0 */
+    const double *rolling;    /* contacts, >= 0; a length; NULL: none. Adds rows where > 0 */
+    const double *spinning;   /* contacts, >= 0; a length; NULL: none. Adds a row where > 0 */
+    const double *compliance; /* all rows, >= 0: added to the diagonal of W; NULL: rigid */
+    int32_t bilateral;        /* rows past those of the contacts that are bilateral, u_i = 0. With
+                                 perp_contact_dynamics it is the rows of G, and may be left 0 */
+    int32_t reserved;         /* 0 */
+} perp_contact_laws;
+
+/* x := M^-1 x for `columns` right-hand sides of n entries each, one after the other. Returns 0, or
+ * any other number to abort the call with PERP_ERROR_CALLBACK. Must give the same answer to the
+ * same question, and must not call into the same context. */
+typedef int32_t (*perp_contact_mass_solve)(double *x, int32_t columns, void *user);
+
+/* The dynamics: M and G, or a callback in the place of M. */
+typedef struct perp_contact_dynamics {
+    size_t struct_size;
+    int32_t n;                     /* velocities */
+    int32_t reserved;              /* 0 */
+    const perp_matrix *M;          /* n by n, symmetric positive definite, dense or CSC; or NULL */
+    perp_contact_mass_solve solve; /* in the place of M: exactly one of the two */
+    void *user;
+    const perp_matrix *H; /* rows of the contacts by n, dense or CSC */
+    const perp_matrix *G; /* bilateral rows by n, or NULL */
+} perp_contact_dynamics;
+
+/* What the monitor sees. Filled by the library. */
+typedef struct perp_contact_progress {
+    size_t struct_size;
+    int32_t method;
+    int32_t reserved;
+    int64_t iterations;
+    double residual; /* the method's own running estimate; +inf where it has none */
+} perp_contact_progress;
+
+/* Called every iteration or every few. Returns 0 to go on, a positive number to stop (outcome
+ * 'stopped', best iterate returned), a negative number to abort the call with PERP_ERROR_CALLBACK.
+ * Must not call into the same context. */
+typedef int32_t (*perp_contact_monitor)(const perp_contact_progress *progress, void *user);
+
+typedef struct perp_contact_settings {
+    size_t struct_size;
+    int32_t method;               /* PERP_CONTACT_METHOD_...; default auto */
+    int32_t cone;                 /* 0 (default): exact. k >= 3: in 3 dimensions a polyhedron with k
+                                     edges inscribed in the cone, the first along the first tangent; it
+                                     holds back by as little as cos(pi / k) mu. Taken by lemke alone,
+                                     which auto then is. Up to 1024 */
+    double tol;                   /* tested residual that counts as solved; default 1e-8; > 0 */
+    int32_t max_iterations;       /* of a method; 0 (default): the method's own limit */
+    int32_t reserved;             /* 0 */
+    double time_limit;            /* seconds; 0 (default): none, and no decision reads the clock */
+    perp_contact_monitor monitor; /* NULL (default): none */
+    void *monitor_user;
+} perp_contact_settings;
+
+/* Residuals are those of the impulses returned, recomputed from the caller's data with u in doubled
+ * precision. t_k is the trace of contact k's block of W (an inverse mass), D_k the friction disc,
+ * interval or polygon of size mu r_n. Velocities are in the units of u, impulses in those of r. */
+typedef struct perp_contact_result {
+    size_t struct_size;
+    int32_t outcome;    /* PERP_OUTCOME_... */
+    int32_t method;     /* that gave the answer, PERP_CONTACT_METHOD_... */
+    int64_t iterations; /* of its last attempt */
+    double residual;    /* tested residual, dimensionless, the one compared with tol: max sqrt(t_k)
+                           |r - P_K(r - (u + s e_n) / t_k)| / omega, omega = max |q_k| / sqrt(t_k) */
+    double natural_residual;     /* max |r - P_K(r - (u + s e_n) / t_k)|, impulse */
+    double backward_error;       /* largest change of a contact's u that makes the law exact, over
+                                    sum_j |W_kj| |r_j| + |q_k|; 2^-52 is one unit */
+    double signorini_velocity;   /* max |min(u_n, t_k r_n)| */
+    double signorini_impulse;    /* max |min(u_n / t_k, r_n)| */
+    double cone;                 /* max |r_t| - mu r_n where above 0, impulse */
+    double dissipation_velocity; /* max t_k |r_t - P_D(r_t - u_t / t_k)| */
+    double dissipation_impulse;  /* max |r_t - P_D(r_t - u_t / t_k)| */
+    double bilateral;            /* max |u_i| of the bilateral rows, velocity */
+    double seconds;              /* wall time of the call */
+    int32_t certificate;         /* PERP_CONTACT_CERTIFICATE_... */
+    int32_t has_ray;             /* 1 if a verified ray was found (and written, if asked for) */
+} perp_contact_result;
+
+/* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size. */
+PERP_API perp_status perp_contact_laws_init(perp_contact_laws *laws, size_t size);
+PERP_API perp_status perp_contact_dynamics_init(perp_contact_dynamics *dynamics, size_t size);
+PERP_API perp_status perp_contact_settings_init(perp_contact_settings *settings, size_t size);
+PERP_API perp_status perp_contact_result_init(perp_contact_result *result, size_t size);
+
+/* Returns "separate", "stick" or "slip"; "unknown mode" otherwise. Static. */
+PERP_API const char *perp_contact_mode_text(int32_t mode);
+
+/* Returns "auto", "sweep", "newton", "lemke", "polish"; "unknown method" otherwise. Static. */
+PERP_API const char *perp_contact_method_text(int32_t method);
+
+/* A problem with its workspace. */
+typedef struct perp_contact_solver perp_contact_solver;
+
+/* Creates a solver without a problem.
+ *
+ * Returns: PERP_OK, PERP_ERROR_HANDLE, _BUSY, _ARGUMENT, _NOT_FINITE, _ABI or _MEMORY.
+ * Out:     solver: the new solver; untouched after failure.
+ * In:      settings: copied; NULL for the defaults. */
+PERP_API perp_status perp_contact_solver_create(perp_context *context, perp_contact_solver **solver,
+                                                const perp_contact_settings *settings)
+    PERP_WARN_UNUSED;
+
+/* Releases a solver; NULL is allowed. Ignored inside a callback of the solver's own context. */
+PERP_API void perp_contact_solver_destroy(perp_contact_solver *solver);
+
+/* Replaces the settings; problem and workspace stay.
+ * Returns: PERP_OK, or a negative status with the old settings still in force. */
+PERP_API perp_status perp_contact_solver_set(
+    perp_contact_solver *solver, const perp_contact_settings *settings) PERP_WARN_UNUSED;
+
+/* Gives the solver contacts and dynamics: checks every number, factors M, forms W.
+ *
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT (sizes, mu < 0, M not symmetric positive definite, unsorted
+ *          indices, a contact or bilateral row that moves nothing, ...), _NOT_FINITE, _ABI,
+ *          _HANDLE, _BUSY, _MEMORY or _CALLBACK. After failure the solver has the problem it had,
+ *          or, after _MEMORY and _CALLBACK, none.
+ * In:      laws: copied.
+ *          dynamics: the views are copied, the arrays of M, H and G are not: they must stay in
+ *             place and unchanged until the next setup or destroy.
+ * Cost:    a factorisation of M and a solve for each row; W is dense, rows^2 doubles. */
+PERP_API perp_status
+perp_contact_solver_setup_dynamics(perp_contact_solver *solver, const perp_contact_laws *laws,
+                                   const perp_contact_dynamics *dynamics) PERP_WARN_UNUSED;
+
+/* Gives the solver contacts and the Delassus matrix W.
+ *
+ * Returns: as above, without _CALLBACK.
+ * In:      laws: copied.
+ *          W: square, rows of the contacts plus laws->bilateral; dense or CSC. It is used as it is
+ *             given, slightly unsymmetric or not. The view is copied, its arrays are not (unless
+ *             there is compliance): they must stay in place and unchanged as above.
+ * Cost:    one pass over W. */
+PERP_API perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
+                                                        const perp_contact_laws *laws,
+                                                        const perp_matrix *W) PERP_WARN_UNUSED;
+
+/* Solves the problem that was set up with dynamics, for one f, w and b.
+ *
+ * Returns: PERP_OK with the outcome in result->outcome; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI,
+ *          _HANDLE, _BUSY, _MEMORY or _CALLBACK. After a negative status nothing was written.
+ * Out:     v: n velocities after the impulses; or NULL.
+ *          r: rows impulses, within their cones; then the bilateral ones. The best iterate found,
+ *             whatever the outcome. 0.0 on every row of a contact that separates.
+ *          u: as r: velocities (with compliance: plus compliance times impulse); or NULL. Where the
+ *             outcome is good: u_n is 0.0 of every contact that presses, all of u where it sticks,
+ *             and the bilateral rows.
+ *          modes: contacts times PERP_CONTACT_...; or NULL.
+ *          ray: as r: a direction of impulses, largest entry 1, written only if result->has_ray; or
+ *             NULL.
+ *          result: initialised by perp_contact_result_init.
+ * In:      f: n entries. w: rows entries. b: bilateral entries; NULL: 0.
+ *          r0: as r, a start, projected onto the cones; or NULL.
+ * Memory:  none allocated after the first call of a size (third-party factorisations excepted);
+ *          under auto a fall-back method makes its memory when it is first needed. */
+PERP_API perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, double *v,
+                                                        double *r, double *u, int32_t *modes,
+                                                        double *ray, perp_contact_result *result,
+                                                        const double *f, const double *w,
+                                                        const double *b,
+                                                        const double *r0) PERP_WARN_UNUSED;
+
+/* Solves the problem that was set up with W, for one q; arguments and statuses as above. */
+PERP_API perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, double *r,
+                                                        double *u, int32_t *modes, double *ray,
+                                                        perp_contact_result *result,
+                                                        const double *q,
+                                                        const double *r0) PERP_WARN_UNUSED;
+
+/* Create, set up, solve and destroy in one call; arguments and statuses as above. */
+PERP_API perp_status perp_contact_solve(perp_context *context, double *v, double *r, double *u,
+                                        int32_t *modes, double *ray, perp_contact_result *result,
+                                        const perp_contact_settings *settings,
+                                        const perp_contact_laws *laws,
+                                        const perp_contact_dynamics *dynamics, const double *f,
+                                        const double *w, const double *b,
+                                        const double *r0) PERP_WARN_UNUSED;
+PERP_API perp_status perp_contact_solve_delassus(perp_context *context, double *r, double *u,
+                                                 int32_t *modes, double *ray,
+                                                 perp_contact_result *result,
+                                                 const perp_contact_settings *settings,
+                                                 const perp_contact_laws *laws,
+                                                 const perp_matrix *W, const double *q,
+                                                 const double *r0) PERP_WARN_UNUSED;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

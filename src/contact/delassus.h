@@ -1,0 +1,31 @@
+/* The matrix W as the methods see it: the caller's, or one of our own. */
+#ifndef PERP_CONTACT_DELASSUS_H
+#define PERP_CONTACT_DELASSUS_H
+
+#include "base/arena.h"
+#include "linalg/matrix.h"
+
+/* A copy of W with compliance on its diagonal; all zero at first. */
+typedef struct perp__delassus {
+    perp__arena arena;
+    perp__matrix given;
+    int32_t missing; /* diagonal entries that a sparse W lacks */
+    double *values;
+    int32_t *starts, *rows;
+} perp__delassus;
+
+/* W := own copy of W + diag(compliance). PERP_OK or _MEMORY. */
+perp_status perp__delassus_add(perp__delassus *own, perp_context *context, perp__matrix *W,
+                               const double *compliance);
+
+/* Diagonal of W. */
+void perp__delassus_diagonal(const perp__matrix *W, double *diagonal);
+
+/* out := |W| |x| + |add| */
+void perp__absolute_product(const perp__matrix *W, const double *x, const double *add, double *out);
+
+/* high + low := A'x + add in doubled precision; add may be NULL. */
+void perp__transposed_doubled(const perp__matrix *A, const double *x, const double *add,
+                              double *high, double *low);
+
+#endif

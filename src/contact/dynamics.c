@@ -1,0 +1,273 @@
+#include "contact/dynamics.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "contact/delassus.h"
+#include "linalg/blas.h"
+
+/* Columns of W that are solved for at a time. */
+enum { BLOCK = 32 };
+
+static void lay_out_lines(perp__arena *arena, perp__dynamics *own, int32_t which)
+{
+    const perp__matrix *A = which ? &own->G : &own->H;
+    const size_t entries = A->column_starts ? (size_t)A->column_starts[A->columns] : 0;
+
+    own->line_starts[which] = NULL;
+    if (!A->column_starts)
+        return;
+    own->line_starts[which] = perp__arena_take(arena, (size_t)A->rows + 2, sizeof(int32_t));
+    own->line_columns[which] = perp__arena_take(arena, entries, sizeof(int32_t));
+    own->line_values[which] = perp__arena_take(arena, entries, sizeof(double));
+}
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp__dynamics *own = object;
+    const size_t n = (size_t)own->n, size = (size_t)own->size;
+    const size_t larger = n > size ? n : size;
+
+    own->factor =
+        own->has_M && !own->M.column_starts ? perp__arena_take(arena, n, n * sizeof(double)) : NULL;
+    own->ones = perp__arena_take(arena, n, sizeof(double));
+    own->all = perp__arena_take(arena, n, sizeof(int32_t));
+    lay_out_lines(arena, own, 0);
+    lay_out_lines(arena, own, 1);
+    own->W = perp__arena_take(arena, size, size * sizeof(double));
+    own->block = perp__arena_take(arena, n, BLOCK * sizeof(double));
+    own->high = perp__arena_take(arena, larger, sizeof(double));
+    own->low = perp__arena_take(arena, larger, sizeof(double));
+    own->more_high = perp__arena_take(arena, larger, sizeof(double));
+    own->more_low = perp__arena_take(arena, larger, sizeof(double));
+}
+
+/* The rows of a sparse A, one after the other. */
+static void read_lines(perp__dynamics *own, int32_t which)
+{
+    const perp__matrix *A = which ? &own->G : &own->H;
+    int32_t *starts = own->line_starts[which];
+    int32_t i, j, k;
+
+    if (!A->column_starts)
+        return;
+    memset(starts, 0, ((size_t)A->rows + 2) * sizeof *starts);
+    for (k = 0; k < A->column_starts[A->columns]; k++)
+        starts[A->row_indices[k] + 2]++;
+    for (i = 0; i < A->rows; i++)
+        starts[i + 2] += starts[i + 1];
+    for (j = 0; j < A->columns; j++)
+        for (k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
+            const int32_t to = starts[A->row_indices[k] + 1]++;
+
+            own->line_columns[which][to] = j;
+            own->line_values[which][to] = A->values[k];
+        }
+}
+
+/* x := row i of (H, G), dense. */
+static void spread_row(const perp__dynamics *own, int32_t i, double *x)
+{
+    const int32_t which = i >= own->H.rows;
+    const perp__matrix *A = which ? &own->G : &own->H;
+    const int32_t row = which ? i - own->H.rows : i;
+    int32_t j, k;
+
+    if (A->column_starts) {
+        memset(x, 0, (size_t)own->n * sizeof *x);
+        for (k = own->line_starts[which][row]; k < own->line_starts[which][row + 1]; k++)
+            x[own->line_columns[which][k]] = own->line_values[which][k];
+    } else {
+        for (j = 0; j < own->n; j++)
+            x[j] = A->values[(size_t)row * A->row_stride + (size_t)j * A->column_stride];
+    }
+}
+
+static perp_status not_definite(perp_context *context, int32_t pivot)
+{
+    if (pivot > 0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "M is not positive definite: the leading block of order %d is not",
+                          (int)pivot);
+    return perp__fail(context, PERP_ERROR_ARGUMENT, "M is not positive definite");
+}
+
+static perp_status factor_mass(perp__dynamics *own)
+{
+    const size_t n = (size_t)own->n;
+    perp_status status;
+    int32_t pivot;
+    size_t i, j;
+
+    for (i = 0; i < n; i++) {
+        own->ones[i] = 1.0;
+        own->all[i] = (int32_t)i;
+    }
+    if (!own->has_M || n == 0)
+        return PERP_OK;
+    if (own->factor) {
+        for (j = 0; j < n; j++)
+            for (i = 0; i < n; i++)
+                own->factor[i + j * n] =
+                    own->M.values[i * own->M.row_stride + j * own->M.column_stride];
+        pivot = perp__cholesky_factor(own->n, own->factor, own->n);
+        return pivot ? not_definite(own->context, pivot) : PERP_OK;
+    }
+    status = perp__sparse_cholesky_analyse(&own->cholesky, own->context, &own->M, own->ones);
+    if (status == PERP_OK && !perp__sparse_cholesky_factor(&own->cholesky, own->all, own->n, 0.0))
+        status = not_definite(own->context, 0);
+    return status;
+}
+
+/* x := M^-1 x for `columns` right-hand sides. */
+static perp_status solve_mass(perp__dynamics *own, double *x, int32_t columns)
+{
+    const size_t n = (size_t)own->n;
+    int32_t c;
+    size_t i;
+
+    if (n == 0 || columns == 0)
+        return PERP_OK;
+    if (own->solve) {
+        if (own->solve(x, columns, own->user) != 0)
+            return perp__fail(own->context, PERP_ERROR_CALLBACK, "dynamics.solve asked to abort");
+        for (i = 0; i < n * (size_t)columns; i++)
+            if (!isfinite(x[i]))
+                return perp__fail(own->context, PERP_ERROR_NOT_FINITE,
+                                  "dynamics.solve made entry %zu of right-hand side %zu %g", i % n,
+                                  i / n, x[i]);
+    } else if (own->factor) {
+        perp__cholesky_solve(own->n, columns, own->factor, own->n, x, own->n);
+    } else {
+        for (c = 0; c < columns; c++)
+            perp__sparse_cholesky_solve(&own->cholesky, x + (size_t)c * n);
+    }
+    return PERP_OK;
+}
+
+static void relative(const perp__dynamics *own, const double *v, double *u)
+{
+    perp__multiply(&own->H, v, u);
+    if (own->G.rows > 0)
+        perp__multiply(&own->G, v, u + own->H.rows);
+}
+
+/* W = (H, G) M^-1 (H, G)', symmetric by averaging. */
+static perp_status form_delassus(perp__dynamics *own)
+{
+    const size_t n = (size_t)own->n, size = (size_t)own->size;
+    perp_status status = PERP_OK;
+    int32_t begin, c;
+    size_t i, j;
+
+    for (begin = 0; begin < own->size && status == PERP_OK; begin += BLOCK) {
+        const int32_t columns = own->size - begin < BLOCK ? own->size - begin : BLOCK;
+
+        for (c = 0; c < columns; c++)
+            spread_row(own, begin + c, own->block + (size_t)c * n);
+        status = solve_mass(own, own->block, columns);
+        for (c = 0; c < columns && status == PERP_OK; c++)
+            relative(own, own->block + (size_t)c * n, own->W + (size_t)(begin + c) * size);
+    }
+    for (j = 0; j < size && status == PERP_OK; j++)
+        for (i = 0; i <= j; i++) {
+            const double mean = 0.5 * own->W[i + j * size] + 0.5 * own->W[j + i * size];
+
+            own->W[i + j * size] = own->W[j + i * size] = mean;
+            if (!isfinite(mean))
+                return perp__fail(own->context, PERP_ERROR_NOT_FINITE,
+                                  "W(%zu,%zu) = (H M^-1 H')(%zu,%zu) is %g", i, j, i, j, mean);
+        }
+    return status;
+}
+
+perp_status perp__dynamics_setup(perp__dynamics *own)
+{
+    perp_status status;
+
+    own->arena.context = own->context;
+    status = perp__arena_fit(&own->arena, lay_out, own);
+    if (status != PERP_OK)
+        return status;
+    read_lines(own, 0);
+    read_lines(own, 1);
+    status = factor_mass(own);
+    return status == PERP_OK ? form_delassus(own) : status;
+}
+
+/* high + low := f + H'r + G's */
+static void right_hand_side(perp__dynamics *own, const double *f, const double *r)
+{
+    size_t i;
+
+    if (!r) {
+        memcpy(own->high, f, (size_t)own->n * sizeof *f);
+        memset(own->low, 0, (size_t)own->n * sizeof *f);
+        return;
+    }
+    perp__transposed_doubled(&own->H, r, f, own->high, own->low);
+    if (own->G.rows == 0)
+        return;
+    perp__transposed_doubled(&own->G, r + own->H.rows, own->high, own->more_high, own->more_low);
+    for (i = 0; i < (size_t)own->n; i++) {
+        own->high[i] = own->more_high[i];
+        own->low[i] += own->more_low[i];
+    }
+}
+
+perp_status perp__dynamics_velocities(perp__dynamics *own, const double *f, const double *r,
+                                      double *v, double *v_low)
+{
+    const size_t n = (size_t)own->n;
+    perp_status status;
+    size_t i;
+
+    right_hand_side(own, f, r);
+    for (i = 0; i < n; i++) {
+        v[i] = own->high[i] + own->low[i];
+        v_low[i] = 0.0;
+    }
+    status = solve_mass(own, v, 1);
+    if (status != PERP_OK || !own->has_M)
+        return status;
+    /* the residual f + H'r + G's - M v, rounded once; its solution is what v lacks */
+    for (i = 0; i < n; i++)
+        own->high[i] = -own->high[i];
+    perp__multiply_doubled(&own->M, v, own->high, own->more_high, own->more_low);
+    for (i = 0; i < n; i++)
+        v_low[i] = own->low[i] - own->more_high[i] - own->more_low[i];
+    status = solve_mass(own, v_low, 1);
+    for (i = 0; i < n; i++) {
+        const double sum = v[i] + v_low[i];
+
+        v_low[i] = isfinite(sum) ? v_low[i] - (sum - v[i]) : 0.0;
+        v[i] = sum;
+    }
+    return status;
+}
+
+static void relative_doubled(perp__dynamics *own, const perp__matrix *A, const double *v,
+                             const double *v_low, const double *add, double *u)
+{
+    int32_t i;
+
+    perp__multiply_doubled(A, v, add, own->high, own->low);
+    perp__multiply(A, v_low, own->more_high);
+    for (i = 0; i < A->rows; i++)
+        u[i] = own->high[i] + (own->low[i] + own->more_high[i]);
+}
+
+void perp__dynamics_relative(perp__dynamics *own, const double *v, const double *v_low,
+                             const double *w, const double *b, double *u)
+{
+    relative_doubled(own, &own->H, v, v_low, w, u);
+    if (own->G.rows > 0)
+        relative_doubled(own, &own->G, v, v_low, b, u + own->H.rows);
+}
+
+void perp__dynamics_release(perp__dynamics *own)
+{
+    perp__sparse_cholesky_release(&own->cholesky);
+    perp__arena_release(&own->arena);
+}

@@ -1,0 +1,52 @@
+/* M v = f + H'r + G's, u = H v + w, 0 = G v + b, with M dense, sparse or a callback. */
+#ifndef PERP_CONTACT_DYNAMICS_H
+#define PERP_CONTACT_DYNAMICS_H
+
+#include <perp/contact.h>
+
+#include "base/arena.h"
+#include "linalg/matrix.h"
+#include "linalg/sparse_cholesky.h"
+
+typedef struct perp__dynamics {
+    perp_context *context;
+    int32_t n;
+    int32_t size; /* rows of H and of G */
+    int32_t has_M;
+    perp__matrix M, H, G; /* G: 0 rows if there is none */
+    perp_contact_mass_solve solve;
+    void *user;
+    perp__arena arena;
+    perp__sparse_cholesky cholesky; /* sparse M */
+    double *factor;                 /* n by n: dense M */
+    double *ones;                   /* n */
+    int32_t *all;                   /* n: 0, 1, 2, ... */
+    int32_t *line_starts[2];        /* rows of H and G, where those are sparse, else NULL */
+    int32_t *line_columns[2];
+    double *line_values[2];
+    double *W;                                 /* size by size */
+    double *block;                             /* n by PERP__DYNAMICS_BLOCK, and a column of W */
+    double *high, *low, *more_high, *more_low; /* n or size, the larger */
+} perp__dynamics;
+
+/* Checks everything but positive definiteness and fills own's views; `rows` is what the contacts
+ * need of H. */
+perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int32_t rows,
+                                const perp_contact_dynamics *dynamics);
+
+/* Makes room, factors M and forms W. PERP_OK, PERP_ERROR_ARGUMENT (M not positive definite),
+ * _NOT_FINITE, _MEMORY or _CALLBACK. */
+perp_status perp__dynamics_setup(perp__dynamics *own);
+
+/* v + v_low := M^-1 (f + H'r + G's), refined once in doubled precision where M is known; (r, s)
+ * NULL: 0. PERP_OK, _CALLBACK or _NOT_FINITE. */
+perp_status perp__dynamics_velocities(perp__dynamics *own, const double *f, const double *r,
+                                      double *v, double *v_low);
+
+/* u := (H v + w, G v + b), rounded once; b may be NULL. */
+void perp__dynamics_relative(perp__dynamics *own, const double *v, const double *v_low,
+                             const double *w, const double *b, double *u);
+
+void perp__dynamics_release(perp__dynamics *own);
+
+#endif

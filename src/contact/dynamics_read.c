@@ -1,0 +1,131 @@
+/* Checks of the dynamics that a caller hands over. */
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "contact/dynamics.h"
+#include "contact/settings.h"
+
+/* Of sqrt(M_ii M_jj): mass matrices from the field are symmetric to rounding. */
+#define SYMMETRIC 1e-8
+
+/* M(i,j), by bisection where M is sparse. */
+static double entry(const perp__matrix *M, int32_t i, int32_t j)
+{
+    int32_t low, high;
+
+    if (!M->column_starts)
+        return M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
+    low = M->column_starts[j];
+    high = M->column_starts[j + 1];
+    while (low < high) {
+        const int32_t middle = low + (high - low) / 2;
+
+        if (M->row_indices[middle] < i)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < M->column_starts[j + 1] && M->row_indices[low] == i ? M->values[low] : 0.0;
+}
+
+static perp_status check_pair(perp_context *context, const perp__matrix *M, int32_t i, int32_t j)
+{
+    const double a = entry(M, i, j), b = entry(M, j, i);
+
+    if (a == b || fabs(a - b) <= SYMMETRIC * sqrt(entry(M, i, i)) * sqrt(entry(M, j, j)))
+        return PERP_OK;
+    return perp__fail(context, PERP_ERROR_ARGUMENT,
+                      "M(%d,%d) is %g but M(%d,%d) is %g: M is not symmetric", (int)i, (int)j, a,
+                      (int)j, (int)i, b);
+}
+
+static perp_status check_mass(perp_context *context, const perp__matrix *M)
+{
+    perp_status status = PERP_OK;
+    int32_t i, j, k;
+
+    for (i = 0; i < M->rows; i++)
+        if (!(entry(M, i, i) > 0.0))
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "M(%d,%d) is %g: M is not positive definite", (int)i, (int)i,
+                              entry(M, i, i));
+    for (j = 0; j < M->columns && status == PERP_OK; j++) {
+        if (M->column_starts)
+            for (k = M->column_starts[j]; k < M->column_starts[j + 1] && status == PERP_OK; k++)
+                status = check_pair(context, M, M->row_indices[k], j);
+        else
+            for (i = 0; i < j && status == PERP_OK; i++)
+                status = check_pair(context, M, i, j);
+    }
+    return status;
+}
+
+static perp_status read_mass(perp_context *context, perp__dynamics *own,
+                             const perp_contact_dynamics *dynamics)
+{
+    perp_status status;
+
+    if (!dynamics->M == !dynamics->solve)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "dynamics.M and dynamics.solve are %s: exactly one is needed",
+                          dynamics->M ? "both given" : "both NULL");
+    own->has_M = dynamics->M != NULL;
+    own->solve = dynamics->solve;
+    own->user = dynamics->user;
+    if (!own->has_M)
+        return PERP_OK;
+    status = perp__matrix_read(context, "M", &own->M, dynamics->M);
+    if (status == PERP_OK && (own->M.rows != own->n || own->M.columns != own->n))
+        status = perp__fail(context, PERP_ERROR_ARGUMENT, "M is %d by %d, expected %d by %d",
+                            (int)own->M.rows, (int)own->M.columns, (int)own->n, (int)own->n);
+    return status == PERP_OK ? check_mass(context, &own->M) : status;
+}
+
+static perp_status read_rows(perp_context *context, const char *name, perp__matrix *own,
+                             const perp_matrix *given, int32_t rows, int32_t n)
+{
+    perp_status status = perp__matrix_read(context, name, own, given);
+
+    if (status == PERP_OK && own->columns != n)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                            "%s has %d columns, expected one for each of the %d velocities", name,
+                            (int)own->columns, (int)n);
+    if (status == PERP_OK && rows >= 0 && own->rows != rows)
+        status =
+            perp__fail(context, PERP_ERROR_ARGUMENT, "%s has %d rows, but the contacts have %d",
+                       name, (int)own->rows, (int)rows);
+    return status;
+}
+
+perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int32_t rows,
+                                const perp_contact_dynamics *dynamics)
+{
+    perp_contact_dynamics read;
+    perp_status status = perp__check_pointer(context, "dynamics", dynamics);
+
+    memset(&read, 0, sizeof read);
+    if (status == PERP_OK)
+        status = perp__struct_read(context, "dynamics", &read, sizeof read, dynamics,
+                                   PERP__CONTACT_DYNAMICS_FIRST);
+    if (status != PERP_OK)
+        return status;
+    if (read.n < 0 || read.reserved != 0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "dynamics.%s is %d",
+                          read.n < 0 ? "n" : "reserved",
+                          (int)(read.n < 0 ? read.n : read.reserved));
+    own->context = context;
+    own->n = read.n;
+    status = read_mass(context, own, &read);
+    if (status == PERP_OK)
+        status = read_rows(context, "H", &own->H, read.H, rows, read.n);
+    memset(&own->G, 0, sizeof own->G);
+    own->G.columns = read.n;
+    own->G.row_stride = own->G.column_stride = 1;
+    if (status == PERP_OK && read.G)
+        status = read_rows(context, "G", &own->G, read.G, -1, read.n);
+    if (status == PERP_OK && own->G.rows > INT32_MAX - own->H.rows)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT, "H and G have too many rows");
+    own->size = status == PERP_OK ? own->H.rows + own->G.rows : 0;
+    return status;
+}

@@ -1,0 +1,285 @@
+/* Natural maps in forms that do not cancel: r - P(r - d) is d where r - d is inside, and d plus
+ * what P takes away where it is not, with |r - d| - |r| = (|d|^2 - 2 r.d) / (|r - d| + |r|). */
+#include "contact/law.h"
+
+#include <float.h>
+#include <math.h>
+
+#include <perp/contact.h>
+
+/* Of the radius: r nearer to the edge of its disc than this is on it. */
+#define EDGE (8.0 * DBL_EPSILON)
+
+int32_t perp__contact_parts(const perp__contact_problem *problem, int32_t k,
+                            perp__contact_part parts[3])
+{
+    const int32_t tangents = problem->dims[k] - 1;
+    int32_t row = problem->starts[k] + 1, count = 0;
+
+    if (tangents > 0) {
+        parts[count].row = row;
+        parts[count].size = tangents;
+        parts[count++].coefficient = problem->mu[k];
+        row += tangents;
+    }
+    if (problem->rolling && problem->rolling[k] > 0.0) {
+        parts[count].row = row;
+        parts[count].size = tangents;
+        parts[count++].coefficient = problem->rolling[k];
+        row += tangents;
+    }
+    if (problem->spinning && problem->spinning[k] > 0.0) {
+        parts[count].row = row;
+        parts[count].size = 1;
+        parts[count++].coefficient = problem->spinning[k];
+    }
+    return count;
+}
+
+void perp__contact_direction(int32_t edges, int32_t j, double d[2])
+{
+    const double pi = 3.14159265358979323846;
+    const int32_t opposite = edges % 2 == 0 && j >= edges / 2;
+    const int32_t i = opposite ? j - edges / 2 : j;
+
+    if (4 * i % edges == 0) {
+        d[0] = i == 0 ? 1.0 : 4 * i == 2 * edges ? -1.0 : 0.0;
+        d[1] = 4 * i == edges ? 1.0 : 4 * i == 3 * edges ? -1.0 : 0.0;
+    } else {
+        d[0] = cos(2.0 * pi * i / edges);
+        d[1] = sin(2.0 * pi * i / edges);
+    }
+    if (opposite) {
+        d[0] = 0.0 - d[0];
+        d[1] = 0.0 - d[1];
+    }
+}
+
+/* excess := x - P(x) for the polygon of `radius`. Returns 0 inside, 1 on an edge, 2 at a vertex. */
+static int32_t polygon_excess(int32_t edges, double radius, const double x[2], double excess[2])
+{
+    const double pi = 3.14159265358979323846;
+    double angle = atan2(x[1], x[0]), a[2], b[2], normal[2], length, out, along, span;
+    int32_t j = (int32_t)floor(angle * edges / (2.0 * pi));
+
+    j = (j % edges + edges) % edges;
+    perp__contact_direction(edges, j, a);
+    perp__contact_direction(edges, (j + 1) % edges, b);
+    normal[0] = a[0] + b[0];
+    normal[1] = a[1] + b[1];
+    length = hypot(normal[0], normal[1]);
+    normal[0] /= length;
+    normal[1] /= length;
+    out = normal[0] * x[0] + normal[1] * x[1] - radius * (0.5 * length);
+    excess[0] = excess[1] = 0.0;
+    if (!(out > 0.0))
+        return 0;
+    /* along the edge, from its middle; beyond its ends the vertex is nearest */
+    along = normal[0] * x[1] - normal[1] * x[0];
+    span = radius * sin(pi / edges);
+    if (fabs(along) <= span) {
+        excess[0] = out * normal[0];
+        excess[1] = out * normal[1];
+        return 1;
+    }
+    excess[0] = x[0] - radius * (along > 0.0 ? b[0] : a[0]);
+    excess[1] = x[1] - radius * (along > 0.0 ? b[1] : a[1]);
+    return 2;
+}
+
+static double norm(const double *x, int32_t size)
+{
+    return size == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
+}
+
+void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double *r)
+{
+    const int32_t normal = problem->starts[k];
+    perp__contact_part parts[3];
+    const int32_t count = perp__contact_parts(problem, k, parts);
+    int32_t p, i;
+
+    if (!(r[normal] > 0.0))
+        r[normal] = 0.0;
+    for (p = 0; p < count; p++) {
+        double *x = r + parts[p].row, excess[2];
+        const double radius = parts[p].coefficient * r[normal];
+        const double length = norm(x, parts[p].size);
+
+        if (radius == 0.0) {
+            for (i = 0; i < parts[p].size; i++)
+                x[i] = 0.0;
+        } else if (parts[p].size == 2 && problem->cone > 0) {
+            if (polygon_excess(problem->cone, radius, x, excess))
+                for (i = 0; i < 2; i++)
+                    x[i] -= excess[i];
+        } else if (length > radius) {
+            for (i = 0; i < parts[p].size; i++)
+                x[i] *= radius / length;
+        }
+    }
+}
+
+/* out := r - P_D(r - d). Returns whether r - d is outside of the disc. */
+static int32_t part_map(const perp__contact_problem *problem, const perp__contact_part *part,
+                        double radius, const double *r, const double *d, double *out)
+{
+    double x[2] = {0.0, 0.0}, excess[2], length, over;
+    int32_t i;
+
+    for (i = 0; i < part->size; i++) {
+        x[i] = r[i] - d[i];
+        out[i] = d[i];
+    }
+    if (radius == 0.0) {
+        for (i = 0; i < part->size; i++)
+            out[i] = r[i];
+        return norm(d, part->size) > 0.0;
+    }
+    if (part->size == 2 && problem->cone > 0) {
+        if (!polygon_excess(problem->cone, radius, x, excess))
+            return 0;
+        out[0] += excess[0];
+        out[1] += excess[1];
+        return 1;
+    }
+    length = norm(x, part->size);
+    if (length <= radius)
+        return 0;
+    over = norm(r, part->size) - radius;
+    for (i = 0; i < part->size; i++)
+        over += d[i] * (d[i] - 2.0 * r[i]) / (length + norm(r, part->size));
+    for (i = 0; i < part->size; i++)
+        out[i] += over * (x[i] / length);
+    return 1;
+}
+
+/* Distance of -u from the normal cone of the polygon at r: nothing inside, the normal on an edge,
+ * all between the normals of its two edges at a vertex. */
+static double polygon_change(int32_t edges, double radius, const double *r, const double *u)
+{
+    const double pi = 3.14159265358979323846;
+    const double speed = hypot(u[0], u[1]);
+    int32_t j = (int32_t)floor(atan2(r[1], r[0]) * edges / (2.0 * pi));
+    double angle = pi * (2 * j + 1) / edges, width = 0.0, along;
+
+    if (r[0] * cos(angle) + r[1] * sin(angle) < radius * (cos(pi / edges) - EDGE))
+        return speed;
+    along = r[1] * cos(angle) - r[0] * sin(angle);
+    if (fabs(along) > radius * (sin(pi / edges) - EDGE)) {
+        angle += along > 0.0 ? pi / edges : -pi / edges;
+        width = pi / edges;
+    }
+    /* angle from there to -u */
+    angle =
+        fabs(atan2(u[0] * sin(angle) - u[1] * cos(angle), -u[0] * cos(angle) - u[1] * sin(angle)));
+    if (angle <= width)
+        return 0.0;
+    return angle - width < 0.5 * pi ? speed * sin(angle - width) : speed;
+}
+
+/* Smallest change of the part's u for which -u is in the normal cone of the disc at r. */
+static double part_change(const perp__contact_problem *problem, const perp__contact_part *part,
+                          double radius, const double *r, const double *u)
+{
+    const double length = norm(r, part->size), speed = norm(u, part->size);
+    double against = 0.0, across;
+    int32_t i;
+
+    if (radius == 0.0)
+        return 0.0;
+    if (part->size == 2 && problem->cone > 0)
+        return polygon_change(problem->cone, radius, r, u);
+    if (length < radius * (1.0 - EDGE))
+        return speed;
+    for (i = 0; i < part->size; i++)
+        against += r[i] * u[i] / length;
+    if (against >= 0.0 || part->size == 1)
+        return against >= 0.0 ? speed : 0.0;
+    across = (r[0] * u[1] - r[1] * u[0]) / length;
+    return fabs(across);
+}
+
+/* |r - P_K(r - d)| for the exact cone, d = (u + s e_n) / t. */
+static double cone_map(const perp__contact_part *part, double r_n, double d_n, const double *r,
+                       const double *d, int32_t *mode)
+{
+    const double mu = part->coefficient;
+    const double x_n = r_n - d_n;
+    double x[2], length, over, c, out_n, sum;
+    int32_t i;
+
+    for (i = 0; i < part->size; i++)
+        x[i] = r[i] - d[i];
+    length = norm(x, part->size);
+    if (mu * length <= -x_n || (mu == 0.0 && x_n <= 0.0)) {
+        *mode = PERP_CONTACT_SEPARATE;
+        return hypot(r_n, norm(r, part->size));
+    }
+    if (mu == 0.0) {
+        *mode = length > 0.0 ? PERP_CONTACT_SLIP : PERP_CONTACT_STICK;
+        return fabs(d_n);
+    }
+    if (length <= mu * x_n) {
+        *mode = PERP_CONTACT_STICK;
+        return hypot(d_n, norm(d, part->size));
+    }
+    *mode = PERP_CONTACT_SLIP;
+    over = norm(r, part->size) - mu * r_n + mu * d_n;
+    for (i = 0; i < part->size; i++)
+        over += d[i] * (d[i] - 2.0 * r[i]) / (length + norm(r, part->size));
+    c = over / (1.0 + mu * mu);
+    out_n = d_n - mu * c;
+    for (sum = 0.0, i = 0; i < part->size; i++)
+        sum = hypot(sum, d[i] + c * (x[i] / length));
+    return hypot(out_n, sum);
+}
+
+/* Normal and parts one by one: contacts that roll or spin, and polyhedra. */
+static void judge_parts(const perp__contact_problem *problem, const perp__contact_part *parts,
+                        int32_t count, const double *r, const double *u, double r_n, double u_n,
+                        double t, perp__contact_law *law)
+{
+    int32_t p, i, slips = 0;
+
+    for (p = 0; p < count; p++) {
+        const double radius = parts[p].coefficient * r_n;
+        const double *r_p = r + parts[p].row, *u_p = u + parts[p].row;
+        double d[2] = {0.0, 0.0}, out[2] = {0.0, 0.0}, length;
+
+        for (i = 0; i < parts[p].size; i++)
+            d[i] = u_p[i] / t;
+        slips |= part_map(problem, &parts[p], radius, r_p, d, out);
+        length = norm(r_p, parts[p].size) - radius;
+        law->cone = fmax(law->cone, length);
+        law->dissipation = hypot(law->dissipation, norm(out, parts[p].size));
+        if (r_n > 0.0)
+            law->change = hypot(law->change, part_change(problem, &parts[p], radius, r_p, u_p));
+    }
+    law->natural = hypot(law->signorini, law->dissipation);
+    law->mode = r_n <= u_n / t ? PERP_CONTACT_SEPARATE
+                : slips        ? PERP_CONTACT_SLIP
+                               : PERP_CONTACT_STICK;
+}
+
+void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
+                         const double *u, perp__contact_law *law)
+{
+    const int32_t row = problem->starts[k];
+    const double t = problem->trace[k], r_n = r[row], u_n = u[row];
+    perp__contact_part parts[3];
+    const int32_t count = perp__contact_parts(problem, k, parts);
+    double d[2] = {0.0, 0.0};
+    int32_t i;
+
+    law->signorini = fabs(fmin(r_n, u_n / t));
+    law->cone = law->dissipation = 0.0;
+    law->change = r_n > 0.0 ? fabs(u_n) : fmax(0.0, 0.0 - u_n);
+    judge_parts(problem, parts, count, r, u, r_n, u_n, t, law);
+    if (count != 1 || problem->cone > 0)
+        return;
+    for (i = 0; i < parts[0].size; i++)
+        d[i] = u[parts[0].row + i] / t;
+    law->natural = cone_map(&parts[0], r_n, u_n / t + parts[0].coefficient * norm(d, parts[0].size),
+                            r + parts[0].row, d, &law->mode);
+}

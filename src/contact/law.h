@@ -1,0 +1,40 @@
+/* The law of one contact: its friction parts, projections, natural maps and distances, for exact
+ * and polyhedral cones. Vectors are those of the whole problem. */
+#ifndef PERP_CONTACT_LAW_H
+#define PERP_CONTACT_LAW_H
+
+#include "contact/method.h"
+
+/* Sliding, rolling or spinning friction: `size` rows from `row` on, r_part in a disc (2 rows) or an
+ * interval (1) of radius coefficient * r_n. */
+typedef struct perp__contact_part {
+    int32_t row;
+    int32_t size;
+    double coefficient;
+} perp__contact_part;
+
+/* Returns how many parts contact k has. */
+int32_t perp__contact_parts(const perp__contact_problem *problem, int32_t k,
+                            perp__contact_part parts[3]);
+
+/* Vertex j of the regular polygon with `edges` vertices in the unit circle, 0 at the first tangent;
+ * opposite vertices are opposite to the last bit. */
+void perp__contact_direction(int32_t edges, int32_t j, double d[2]);
+
+/* r: normal impulses of contact k to >= 0, then the parts to the nearest point of their discs. */
+void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double *r);
+
+/* What the law of a contact says of (r, u), r within its cone. */
+typedef struct perp__contact_law {
+    double natural;     /* |r - P_K(r - (u + s e_n) / t)| */
+    double change;      /* smallest change of u for which (r, u) obey the law */
+    double signorini;   /* |min(r_n, u_n / t)|, impulse */
+    double cone;        /* how far r is outside, impulse */
+    double dissipation; /* |r_t - P_D(r_t - u_t / t)|, impulse */
+    int32_t mode;       /* PERP_CONTACT_..., by the side on which r - (u + s e_n) / t lies */
+} perp__contact_law;
+
+void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
+                         const double *u, perp__contact_law *law);
+
+#endif

@@ -1,0 +1,299 @@
+/* Checks and keeps what a problem is made of. */
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "contact/settings.h"
+#include "contact/solver.h"
+
+static int32_t dim_of(const perp_contact_laws *laws, int32_t k)
+{
+    return laws->dims ? laws->dims[k] : laws->dim;
+}
+
+static int32_t is_positive(const double *x, int32_t k)
+{
+    return x && x[k] > 0.0;
+}
+
+static int32_t rows_of(const perp_contact_laws *laws, int32_t k)
+{
+    const int32_t dim = dim_of(laws, k);
+
+    return dim + (is_positive(laws->rolling, k) ? dim - 1 : 0) + is_positive(laws->spinning, k);
+}
+
+static perp_status check_coefficients(perp_context *context, const char *name, const double *x,
+                                      int32_t count)
+{
+    int32_t k;
+
+    for (k = 0; x && k < count; k++) {
+        if (!isfinite(x[k]))
+            return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s[%d] is %g", name, (int)k, x[k]);
+        if (x[k] < 0.0)
+            return perp__fail(context, PERP_ERROR_ARGUMENT, "%s[%d] is %g, expected a number >= 0",
+                              name, (int)k, x[k]);
+    }
+    return PERP_OK;
+}
+
+static perp_status check_dims(perp_context *context, const perp_contact_laws *laws)
+{
+    int32_t k;
+
+    if (!laws->dims && (laws->dim < 1 || laws->dim > 3))
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "laws.dim is %d, expected 1, 2 or 3",
+                          (int)laws->dim);
+    for (k = 0; k < laws->contacts; k++) {
+        const int32_t dim = dim_of(laws, k);
+
+        if (dim < 1 || dim > 3)
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "laws.dims[%d] is %d, expected 1, 2 or 3", (int)k, (int)dim);
+        if (dim < 2 && is_positive(laws->rolling, k))
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "laws.rolling[%d] is %g, but contact %d has dimension 1", (int)k,
+                              laws->rolling[k], (int)k);
+        if (dim < 3 && is_positive(laws->spinning, k))
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "laws.spinning[%d] is %g, but contact %d has dimension %d", (int)k,
+                              laws->spinning[k], (int)k, (int)dim);
+    }
+    return PERP_OK;
+}
+
+/* Everything but compliance, whose length is not known yet; `rows` is what the contacts need. */
+static perp_status read_laws(perp_context *context, perp_contact_laws *own, int32_t *rows,
+                             const perp_contact_laws *laws)
+{
+    perp_status status = perp_contact_laws_init(own, sizeof *own);
+    int64_t sum = 0;
+    int32_t k;
+
+    if (status == PERP_OK)
+        status = perp__check_pointer(context, "laws", laws);
+    if (status == PERP_OK)
+        status =
+            perp__struct_read(context, "laws", own, sizeof *own, laws, PERP__CONTACT_LAWS_FIRST);
+    if (status != PERP_OK)
+        return status;
+    if (own->contacts < 0 || own->bilateral < 0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "laws.%s is %d",
+                          own->contacts < 0 ? "contacts" : "bilateral",
+                          (int)(own->contacts < 0 ? own->contacts : own->bilateral));
+    if (own->reserved != 0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "laws.reserved is %d, 0 expected",
+                          (int)own->reserved);
+    status = check_coefficients(context, "laws.mu", own->mu, own->contacts);
+    if (status == PERP_OK)
+        status = check_coefficients(context, "laws.rolling", own->rolling, own->contacts);
+    if (status == PERP_OK)
+        status = check_coefficients(context, "laws.spinning", own->spinning, own->contacts);
+    if (status == PERP_OK)
+        status = check_dims(context, own);
+    for (k = 0; status == PERP_OK && k < own->contacts; k++)
+        sum += rows_of(own, k);
+    if (status == PERP_OK && sum > INT32_MAX - (int64_t)own->bilateral)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT, "laws.contacts is %d, too many rows",
+                            (int)own->contacts);
+    *rows = (int32_t)sum;
+    return status;
+}
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp_contact_solver *s = object;
+    const size_t contacts = (size_t)s->contacts, size = (size_t)s->size;
+    const size_t n = s->entrance == PERP__ENTRANCE_DYNAMICS ? (size_t)s->dynamics.n : 0;
+
+    s->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
+    s->dims = perp__arena_take(arena, contacts, sizeof(int32_t));
+    s->mu = perp__arena_take(arena, contacts, sizeof(double));
+    s->rolling = perp__arena_take(arena, contacts, sizeof(double));
+    s->spinning = perp__arena_take(arena, contacts, sizeof(double));
+    s->compliance = perp__arena_take(arena, size, sizeof(double));
+    s->diagonal = perp__arena_take(arena, size, sizeof(double));
+    s->trace = perp__arena_take(arena, contacts + size, sizeof(double));
+    s->q = perp__arena_take(arena, size, sizeof(double));
+    s->scale = perp__arena_take(arena, size, sizeof(double));
+    s->high = perp__arena_take(arena, size, sizeof(double));
+    s->low = perp__arena_take(arena, size, sizeof(double));
+    s->r = perp__arena_take(arena, size, sizeof(double));
+    s->u = perp__arena_take(arena, size, sizeof(double));
+    s->start = perp__arena_take(arena, size, sizeof(double));
+    s->ray = perp__arena_take(arena, size, sizeof(double));
+    s->best.r = perp__arena_take(arena, size, sizeof(double));
+    s->best.u = perp__arena_take(arena, size, sizeof(double));
+    s->v = perp__arena_take(arena, n, sizeof(double));
+    s->v_low = perp__arena_take(arena, n, sizeof(double));
+    s->modes = perp__arena_take(arena, contacts, sizeof(int8_t));
+    s->best.modes = perp__arena_take(arena, contacts, sizeof(int8_t));
+}
+
+static void keep(double *own, const double *given, int32_t count)
+{
+    int32_t k;
+
+    for (k = 0; k < count; k++)
+        own[k] = given ? given[k] : 0.0;
+}
+
+static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws)
+{
+    int32_t k;
+
+    solver->starts[0] = 0;
+    for (k = 0; k < solver->contacts; k++) {
+        solver->dims[k] = dim_of(laws, k);
+        solver->starts[k + 1] = solver->starts[k] + rows_of(laws, k);
+    }
+    keep(solver->mu, laws->mu, solver->contacts);
+    keep(solver->rolling, laws->rolling, solver->contacts);
+    keep(solver->spinning, laws->spinning, solver->contacts);
+    keep(solver->compliance, laws->compliance, solver->size);
+    solver->rolls = solver->spins = solver->complies = 0;
+    for (k = 0; k < solver->contacts; k++) {
+        solver->rolls |= solver->rolling[k] > 0.0;
+        solver->spins |= solver->spinning[k] > 0.0;
+    }
+    for (k = 0; k < solver->size; k++)
+        solver->complies |= solver->compliance[k] > 0.0;
+    solver->has_discs = solver->rolls || solver->spins;
+}
+
+/* t_k = trace(W_kk). A contact or joint between things that can't move is a mistake in the scene:
+ * no impulse changes its velocity. */
+static perp_status read_traces(perp_contact_solver *solver)
+{
+    int32_t k, i;
+
+    perp__delassus_diagonal(&solver->W, solver->diagonal);
+    for (i = 0; i < solver->size; i++)
+        if (!(solver->diagonal[i] >= 0.0))
+            return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                              "W(%d,%d) is %g, expected a number >= 0", (int)i, (int)i,
+                              solver->diagonal[i]);
+    for (k = 0; k < solver->contacts; k++) {
+        solver->trace[k] = 0.0;
+        for (i = solver->starts[k]; i < solver->starts[k + 1]; i++)
+            solver->trace[k] += solver->diagonal[i];
+        i = solver->starts[k];
+        if (!(solver->diagonal[i] > 0.0) || !isfinite(solver->trace[k]))
+            return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                              "contact %d: its normal impulse moves nothing, W(%d,%d) is %g",
+                              (int)k, (int)i, (int)i, solver->diagonal[i]);
+    }
+    for (i = solver->rows; i < solver->size; i++) {
+        solver->trace[solver->contacts + i - solver->rows] = solver->diagonal[i];
+        if (!(solver->diagonal[i] > 0.0))
+            return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                              "bilateral row %d: its impulse moves nothing, W(%d,%d) is 0",
+                              (int)(i - solver->rows), (int)i, (int)i);
+    }
+    return PERP_OK;
+}
+
+static void present(perp_contact_solver *solver)
+{
+    perp__contact_problem *p = &solver->problem;
+
+    memset(p, 0, sizeof *p);
+    p->context = solver->context;
+    p->contacts = solver->contacts;
+    p->rows = solver->rows;
+    p->size = solver->size;
+    p->has_discs = solver->has_discs;
+    p->starts = solver->starts;
+    p->dims = solver->dims;
+    p->mu = solver->mu;
+    p->rolling = solver->rolls ? solver->rolling : NULL;
+    p->spinning = solver->spins ? solver->spinning : NULL;
+    p->trace = solver->trace;
+    p->q = solver->q;
+    p->W = &solver->W;
+    p->control = &solver->control;
+}
+
+/* The matrix of the methods, after the laws were kept. */
+static perp_status make_delassus(perp_contact_solver *solver)
+{
+    perp_status status = PERP_OK;
+
+    if (solver->entrance == PERP__ENTRANCE_DYNAMICS) {
+        const size_t size = (size_t)solver->size;
+        size_t i;
+
+        status = perp__dynamics_setup(&solver->dynamics);
+        memset(&solver->W, 0, sizeof solver->W);
+        solver->W.rows = solver->W.columns = solver->size;
+        solver->W.row_stride = 1;
+        solver->W.column_stride = size;
+        solver->W.values = solver->dynamics.W;
+        for (i = 0; status == PERP_OK && i < size; i++)
+            solver->dynamics.W[i + i * size] += solver->compliance[i];
+    } else if (solver->complies) {
+        status =
+            perp__delassus_add(&solver->delassus, solver->context, &solver->W, solver->compliance);
+    }
+    return status;
+}
+
+/* Reads W or the dynamics into `next`, and the bilateral rows into laws. */
+static perp_status read_matrices(perp_contact_solver *next, perp_contact_laws *laws,
+                                 const perp_contact_dynamics *dynamics, const perp_matrix *W)
+{
+    perp_context *context = next->context;
+    const int32_t needed = next->rows + laws->bilateral;
+    perp_status status;
+
+    if (next->entrance == PERP__ENTRANCE_DYNAMICS) {
+        status = perp__dynamics_read(context, &next->dynamics, next->rows, dynamics);
+        if (status == PERP_OK && laws->bilateral != 0 && laws->bilateral != next->dynamics.G.rows)
+            status =
+                perp__fail(context, PERP_ERROR_ARGUMENT, "laws.bilateral is %d, but G has %d rows",
+                           (int)laws->bilateral, (int)next->dynamics.G.rows);
+        laws->bilateral = status == PERP_OK ? next->dynamics.G.rows : 0;
+        return status;
+    }
+    status = perp__matrix_read(context, "W", &next->W, W);
+    if (status == PERP_OK && (next->W.rows != needed || next->W.columns != needed))
+        status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                            "W is %d by %d, but the contacts have %d rows and %d are bilateral",
+                            (int)next->W.rows, (int)next->W.columns, (int)next->rows,
+                            (int)laws->bilateral);
+    return status;
+}
+
+perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_laws *laws,
+                                const perp_contact_dynamics *dynamics, const perp_matrix *W)
+{
+    perp_contact_solver next = *solver;
+    perp_contact_laws own;
+    perp_status status = read_laws(solver->context, &own, &next.rows, laws);
+
+    if (status != PERP_OK)
+        return status;
+    next.entrance = W ? PERP__ENTRANCE_DELASSUS : PERP__ENTRANCE_DYNAMICS;
+    next.contacts = own.contacts;
+    status = read_matrices(&next, &own, dynamics, W);
+    if (status != PERP_OK)
+        return status;
+    next.size = next.rows + own.bilateral;
+    status = check_coefficients(solver->context, "laws.compliance", own.compliance, next.size);
+    if (status == PERP_OK)
+        status = perp__arena_fit(&next.arena, lay_out, &next);
+    if (status != PERP_OK)
+        return status;
+    /* from here on the old problem is gone */
+    next.setups++;
+    *solver = next;
+    keep_laws(solver, &own);
+    present(solver);
+    status = make_delassus(solver);
+    if (status == PERP_OK)
+        status = read_traces(solver);
+    if (status != PERP_OK)
+        solver->entrance = PERP__NO_PROBLEM;
+    return status;
+}

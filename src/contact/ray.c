@@ -1,0 +1,223 @@
+/* Proofs that there are no velocities that keep all contacts apart.
+ *
+ * Farkas: either some v has H_n v + w_n >= 0 and G v + b = 0, or some y_n >= 0 and s have
+ * H_n'y_n + G's = 0 and y_n'w_n + s'b < 0. In terms of W: u_n >= 0 is impossible for u = W r + q if
+ * y'W = 0 and y'q < 0. Such a y is the secondary ray of the LCP of the normal impulses alone, whose
+ * matrix is symmetric and positive semidefinite: infeasible problems, and only those, end in one.
+ */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "contact/solver.h"
+
+/* Of |W| |y|: what rounding leaves of a sum that is 0. */
+#define NOTHING (64.0 * DBL_EPSILON)
+
+static int32_t has_certificate_form(const perp_contact_solver *solver, const double *y)
+{
+    int32_t k, i;
+
+    for (k = 0; k < solver->contacts; k++) {
+        if (!(y[solver->starts[k]] >= 0.0))
+            return 0;
+        for (i = solver->starts[k] + 1; i < solver->starts[k + 1]; i++)
+            if (y[i] != 0.0)
+                return 0;
+    }
+    return 1;
+}
+
+/* True if A'y is 0 to rounding. high, low, absolute: columns of A. */
+static int32_t annihilates(const perp__matrix *A, const double *y, double *high, double *low,
+                           double *absolute)
+{
+    int32_t j, k;
+
+    perp__transposed_doubled(A, y, NULL, high, low);
+    for (j = 0; j < A->columns; j++) {
+        double sum = 0.0;
+
+        if (A->column_starts)
+            for (k = A->column_starts[j]; k < A->column_starts[j + 1]; k++)
+                sum += fabs(A->values[k] * y[A->row_indices[k]]);
+        else
+            for (k = 0; k < A->rows; k++)
+                sum += fabs(A->values[(size_t)k * A->row_stride + (size_t)j * A->column_stride] *
+                            y[k]);
+        absolute[j] += sum;
+        if (!(fabs(high[j]) <= NOTHING * absolute[j]))
+            return 0;
+    }
+    return 1;
+}
+
+/* H'y + G's = 0 in the caller's H and G, through the dynamics' own buffers. */
+static int32_t annihilates_dynamics(perp_contact_solver *solver, const double *y)
+{
+    perp__dynamics *d = &solver->dynamics;
+    double *absolute = solver->v;
+    int32_t j, k, i;
+
+    perp__transposed_doubled(&d->H, y, NULL, d->high, d->low);
+    if (d->G.rows > 0) {
+        perp__transposed_doubled(&d->G, y + d->H.rows, d->high, d->more_high, d->more_low);
+        for (j = 0; j < d->n; j++)
+            d->high[j] = d->more_high[j] + (d->low[j] + d->more_low[j]);
+    }
+    for (j = 0; j < d->n; j++)
+        absolute[j] = 0.0;
+    for (i = 0; i < 2; i++) {
+        const perp__matrix *A = i ? &d->G : &d->H;
+        const double *x = i ? y + d->H.rows : y;
+
+        for (j = 0; j < A->columns; j++)
+            if (A->column_starts)
+                for (k = A->column_starts[j]; k < A->column_starts[j + 1]; k++)
+                    absolute[j] += fabs(A->values[k] * x[A->row_indices[k]]);
+            else
+                for (k = 0; k < A->rows; k++)
+                    absolute[j] += fabs(
+                        A->values[(size_t)k * A->row_stride + (size_t)j * A->column_stride] * x[k]);
+    }
+    for (j = 0; j < d->n; j++)
+        if (!(fabs(d->high[j]) <= NOTHING * absolute[j]))
+            return 0;
+    return 1;
+}
+
+/* y'q < 0 by more than rounding. q: what the caller gave, or H M^-1 f + w; since H'y = 0 the load f
+ * is of no account. */
+static int32_t is_against(const perp_contact_solver *solver, const double *y)
+{
+    const perp__contact_call *call = solver->call;
+    double sum = 0.0, error = 0.0, absolute = 0.0;
+    int32_t i;
+
+    for (i = 0; i < solver->size; i++) {
+        const double given = solver->entrance == PERP__ENTRANCE_DELASSUS ? call->q[i]
+                             : i < solver->rows                          ? call->w[i]
+                             : call->b                                   ? call->b[i - solver->rows]
+                                                                         : 0.0;
+        const double product = y[i] * given, next = sum + product, part = next - sum;
+
+        error += fma(y[i], given, -product) + ((sum - (next - part)) + (product - part));
+        absolute += fabs(product);
+        sum = next;
+    }
+    return sum + error < -NOTHING * absolute;
+}
+
+void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction)
+{
+    double largest = 0.0;
+    int32_t i, proves;
+
+    if (solver->certificate != PERP_CONTACT_CERTIFICATE_NONE)
+        return;
+    for (i = 0; i < solver->size; i++)
+        largest = fmax(largest, fabs(direction[i]));
+    if (!(largest > 0.0) || !isfinite(largest))
+        return;
+    for (i = 0; i < solver->size; i++)
+        solver->ray[i] = direction[i] / largest;
+    solver->has_ray = 1;
+    if (!has_certificate_form(solver, solver->ray) || !is_against(solver, solver->ray))
+        return;
+    if (solver->complies) /* a soft row gives way: W y = 0 must hold with it */
+        for (i = 0; i < solver->size; i++)
+            if (solver->compliance[i] > 0.0 && solver->ray[i] != 0.0)
+                return;
+    if (solver->entrance == PERP__ENTRANCE_DYNAMICS) {
+        proves = annihilates_dynamics(solver, solver->ray);
+    } else {
+        memset(solver->scale, 0, (size_t)solver->size * sizeof(double));
+        proves = annihilates(&solver->W, solver->ray, solver->high, solver->low, solver->scale);
+    }
+    if (proves)
+        solver->certificate = PERP_CONTACT_CERTIFICATE_INFEASIBLE;
+}
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp_contact_solver *solver = object;
+    perp__contact_ray *own = &solver->feasibility;
+    const size_t n = (size_t)own->n;
+
+    own->M = perp__arena_take(arena, n, n * sizeof(double));
+    own->q = perp__arena_take(arena, n, sizeof(double));
+    own->lower = perp__arena_take(arena, n, sizeof(double));
+    own->z = perp__arena_take(arena, n, sizeof(double));
+    own->direction = perp__arena_take(arena, n, sizeof(double));
+}
+
+static int32_t row_of(const perp_contact_solver *solver, int32_t i)
+{
+    return i < solver->contacts ? solver->starts[i] : solver->rows + i - solver->contacts;
+}
+
+static double entry(const perp__matrix *W, int32_t i, int32_t j)
+{
+    int32_t k;
+
+    if (!W->column_starts)
+        return W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride];
+    for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
+        if (W->row_indices[k] == i)
+            return W->values[k];
+    return 0.0;
+}
+
+/* y = 0 but for rounding where it matters not: what is nothing beside the rest is written as 0. */
+static void lift(perp_contact_solver *solver)
+{
+    perp__contact_ray *own = &solver->feasibility;
+    int32_t i;
+
+    memset(solver->start, 0, (size_t)solver->size * sizeof(double));
+    for (i = 0; i < own->n; i++)
+        solver->start[row_of(solver, i)] = own->direction[i];
+}
+
+perp_status perp__contact_find_ray(perp_contact_solver *solver)
+{
+    enum { MOST = 3000 };
+    perp__contact_ray *own = &solver->feasibility;
+    perp_lcp_result result;
+    perp_matrix M;
+    perp_status status = PERP_OK;
+    int32_t i, j;
+
+    own->n = solver->contacts + solver->size - solver->rows;
+    if (own->n > MOST)
+        return PERP_OK;
+    if (!own->lcp)
+        status = perp__lcp_create(solver->context, &own->lcp, NULL);
+    if (status == PERP_OK && own->fitted != solver->setups)
+        status = perp__arena_fit(&own->arena, lay_out, solver);
+    if (status != PERP_OK)
+        return status;
+    own->fitted = solver->setups;
+    for (j = 0; j < own->n; j++) {
+        own->q[j] = solver->q[row_of(solver, j)];
+        own->lower[j] = j < solver->contacts ? 0.0 : -INFINITY;
+        for (i = 0; i < own->n; i++)
+            own->M[(size_t)j * (size_t)own->n + (size_t)i] =
+                entry(&solver->W, row_of(solver, i), row_of(solver, j));
+    }
+    status = perp_matrix_init(&M, sizeof M);
+    if (status == PERP_OK)
+        status = perp_matrix_dense(&M, PERP_STORAGE_COLUMN_MAJOR, own->n, own->n, own->M,
+                                   own->n > 1 ? own->n : 1);
+    if (status == PERP_OK)
+        status = perp_lcp_result_init(&result, sizeof result);
+    if (status == PERP_OK)
+        status = perp__lcp_setup(own->lcp, &M, own->lower, NULL);
+    if (status == PERP_OK)
+        status = perp__lcp_solve(own->lcp, own->z, NULL, own->direction, &result, own->q, NULL);
+    if (status == PERP_OK && result.has_ray) {
+        lift(solver);
+        perp__contact_keep_ray(solver, solver->start);
+    }
+    return status;
+}

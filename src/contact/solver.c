@@ -1,0 +1,214 @@
+/* The life of a solver: create, set, setup, destroy, and the public entrances. */
+#include "contact/solver.h"
+
+#include <string.h>
+
+#include "base/context.h"
+#include "contact/settings.h"
+
+static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {&perp__contact_lemke};
+
+static perp_status create(perp_context *context, perp_contact_solver **solver,
+                          const perp_contact_settings *settings)
+{
+    perp_contact_settings own;
+    perp_status status = perp__contact_settings_read(context, &own, settings);
+    perp_contact_solver *made;
+    int32_t k;
+
+    if (status != PERP_OK)
+        return status;
+    made = perp__allocate(context, 1, sizeof *made);
+    if (!made)
+        return perp__fail_memory(context, "a contact solver");
+    memset(made, 0, sizeof *made);
+    made->magic = PERP__CONTACT_SOLVER_MAGIC;
+    made->context = context;
+    made->settings = own;
+    perp__arena_init(&made->arena, context);
+    perp__arena_init(&made->delassus.arena, context);
+    perp__arena_init(&made->dynamics.arena, context);
+    perp__arena_init(&made->dynamics.cholesky.arena, context);
+    perp__arena_init(&made->dynamics.cholesky.factor_arena, context);
+    perp__arena_init(&made->feasibility.arena, context);
+    for (k = 0; k < PERP__CONTACT_METHODS; k++) {
+        made->slots[k].method = methods[k];
+        perp__arena_init(&made->slots[k].arena, context);
+    }
+    perp__attach(context);
+    *solver = made;
+    return PERP_OK;
+}
+
+static void destroy(perp_contact_solver *solver)
+{
+    perp_context *context;
+    int32_t k;
+
+    if (!solver)
+        return;
+    context = solver->context;
+    for (k = 0; k < PERP__CONTACT_METHODS; k++) {
+        perp__contact_slot *slot = &solver->slots[k];
+
+        if (slot->work && slot->method->release)
+            slot->method->release(slot->work);
+        perp__release(context, slot->work);
+        perp__arena_release(&slot->arena);
+    }
+    perp__lcp_destroy(solver->feasibility.lcp);
+    perp__arena_release(&solver->feasibility.arena);
+    perp__dynamics_release(&solver->dynamics);
+    perp__arena_release(&solver->delassus.arena);
+    perp__arena_release(&solver->arena);
+    solver->magic = 0;
+    perp__release(context, solver);
+    perp__detach(context);
+}
+
+static perp_status enter(perp_contact_solver *solver)
+{
+    if (!solver || solver->magic != PERP__CONTACT_SOLVER_MAGIC)
+        return PERP_ERROR_HANDLE;
+    return perp__enter(solver->context);
+}
+
+perp_status perp_contact_solver_create(perp_context *context, perp_contact_solver **solver,
+                                       const perp_contact_settings *settings)
+{
+    perp_status status = perp__enter_to_create(context);
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(context, "solver", solver);
+    if (status == PERP_OK)
+        status = create(context, solver, settings);
+    return perp__leave(context, status);
+}
+
+void perp_contact_solver_destroy(perp_contact_solver *solver)
+{
+    /* inside one of its own callbacks the solver's memory is in use: that call is refused */
+    if (solver && solver->magic == PERP__CONTACT_SOLVER_MAGIC && !solver->context->busy)
+        destroy(solver);
+}
+
+perp_status perp_contact_solver_set(perp_contact_solver *solver,
+                                    const perp_contact_settings *settings)
+{
+    perp_status status = enter(solver);
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__contact_settings_read(solver->context, &solver->settings, settings);
+    return perp__leave(solver->context, status);
+}
+
+perp_status perp_contact_solver_setup_dynamics(perp_contact_solver *solver,
+                                               const perp_contact_laws *laws,
+                                               const perp_contact_dynamics *dynamics)
+{
+    perp_status status = enter(solver);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(solver->context, perp__contact_setup(solver, laws, dynamics, NULL));
+}
+
+static perp_status setup_delassus(perp_contact_solver *solver, const perp_contact_laws *laws,
+                                  const perp_matrix *W)
+{
+    perp_status status = perp__check_pointer(solver->context, "W", W);
+
+    return status == PERP_OK ? perp__contact_setup(solver, laws, NULL, W) : status;
+}
+
+perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
+                                               const perp_contact_laws *laws, const perp_matrix *W)
+{
+    perp_status status = enter(solver);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(solver->context, setup_delassus(solver, laws, W));
+}
+
+perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, double *v, double *r,
+                                               double *u, int32_t *modes, double *ray,
+                                               perp_contact_result *result, const double *f,
+                                               const double *w, const double *b, const double *r0)
+{
+    const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0};
+    perp_status status = enter(solver);
+
+    if (status != PERP_OK)
+        return status;
+    if (solver->entrance == PERP__ENTRANCE_DELASSUS)
+        status = perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                            "the solver was set up with W: call "
+                            "perp_contact_solver_solve_delassus");
+    else
+        status = perp__contact_solve(solver, &call);
+    return perp__leave(solver->context, status);
+}
+
+perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, double *r, double *u,
+                                               int32_t *modes, double *ray,
+                                               perp_contact_result *result, const double *q,
+                                               const double *r0)
+{
+    const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0};
+    perp_status status = enter(solver);
+
+    if (status != PERP_OK)
+        return status;
+    if (solver->entrance == PERP__ENTRANCE_DYNAMICS)
+        status = perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                            "the solver was set up with dynamics: call "
+                            "perp_contact_solver_solve_dynamics");
+    else
+        status = perp__contact_solve(solver, &call);
+    return perp__leave(solver->context, status);
+}
+
+perp_status perp_contact_solve(perp_context *context, double *v, double *r, double *u,
+                               int32_t *modes, double *ray, perp_contact_result *result,
+                               const perp_contact_settings *settings, const perp_contact_laws *laws,
+                               const perp_contact_dynamics *dynamics, const double *f,
+                               const double *w, const double *b, const double *r0)
+{
+    const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0};
+    perp_contact_solver *solver = NULL;
+    perp_status status = perp__enter_to_create(context);
+
+    if (status != PERP_OK)
+        return status;
+    status = create(context, &solver, settings);
+    if (status == PERP_OK)
+        status = perp__contact_setup(solver, laws, dynamics, NULL);
+    if (status == PERP_OK)
+        status = perp__contact_solve(solver, &call);
+    destroy(solver);
+    return perp__leave(context, status);
+}
+
+perp_status perp_contact_solve_delassus(perp_context *context, double *r, double *u, int32_t *modes,
+                                        double *ray, perp_contact_result *result,
+                                        const perp_contact_settings *settings,
+                                        const perp_contact_laws *laws, const perp_matrix *W,
+                                        const double *q, const double *r0)
+{
+    const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0};
+    perp_contact_solver *solver = NULL;
+    perp_status status = perp__enter_to_create(context);
+
+    if (status != PERP_OK)
+        return status;
+    status = create(context, &solver, settings);
+    if (status == PERP_OK)
+        status = setup_delassus(solver, laws, W);
+    if (status == PERP_OK)
+        status = perp__contact_solve(solver, &call);
+    destroy(solver);
+    return perp__leave(context, status);
+}

@@ -1,0 +1,130 @@
+/* The solver's own memory, shared by the files of the front door only. */
+#ifndef PERP_CONTACT_SOLVER_H
+#define PERP_CONTACT_SOLVER_H
+
+#include <perp/contact.h>
+
+#include "base/arena.h"
+#include "contact/delassus.h"
+#include "contact/dynamics.h"
+#include "contact/method.h"
+#include "lcp/lcp.h"
+
+#define PERP__CONTACT_SOLVER_MAGIC UINT64_C(0x70657270636f6e74)
+#define PERP__CONTACT_METHODS 1
+
+enum perp__contact_entrance {
+    PERP__NO_PROBLEM = 0,
+    PERP__ENTRANCE_DELASSUS = 1,
+    PERP__ENTRANCE_DYNAMICS = 2
+};
+
+/* What a point is worth: the numbers of perp_contact_result, all from the caller's data. */
+typedef struct perp__contact_worth {
+    double tested, natural, backward;
+    double signorini_velocity, signorini_impulse, cone;
+    double dissipation_velocity, dissipation_impulse, bilateral;
+} perp__contact_worth;
+
+/* A method's workspace, made when the method first runs. */
+typedef struct perp__contact_slot {
+    const perp__contact_method *method;
+    void *work;
+    perp__arena arena;
+    int64_t fitted; /* the set-up its arrays were laid out for */
+} perp__contact_slot;
+
+typedef struct perp__contact_candidate {
+    double *r, *u;
+    int8_t *modes;
+    perp__contact_worth worth;
+    perp_outcome outcome;
+    int32_t method; /* -1: none yet */
+    int64_t iterations;
+} perp__contact_candidate;
+
+/* Arguments of one solve. */
+typedef struct perp__contact_call {
+    double *v, *r, *u;
+    int32_t *modes;
+    double *ray;
+    perp_contact_result *result;
+    const double *f, *w, *b; /* with dynamics */
+    const double *q;         /* with W */
+    const double *r0;
+} perp__contact_call;
+
+/* Impulses of the normals and the bilateral rows alone: an LCP that tells whether there are any
+ * velocities that keep the contacts apart. */
+typedef struct perp__contact_ray {
+    perp_lcp_solver *lcp;
+    perp__arena arena;
+    int64_t fitted;
+    int32_t n;
+    double *M, *q, *lower, *z, *direction;
+} perp__contact_ray;
+
+struct perp_contact_solver {
+    uint64_t magic;
+    perp_context *context;
+    perp_contact_settings settings;
+    perp__arena arena;
+    int32_t entrance; /* PERP__NO_PROBLEM or how the problem came */
+    int64_t setups;
+    int32_t contacts, rows, size;
+    int32_t has_discs;
+    int32_t *starts, *dims;
+    double *mu;
+    double *rolling, *spinning, *compliance; /* room for them; none: NULL in laws */
+    int32_t rolls, spins, complies;
+    double *diagonal, *trace;
+    perp__matrix W; /* with compliance */
+    perp__delassus delassus;
+    perp__dynamics dynamics;
+    /* of a solve */
+    double *q, *scale, *high, *low;
+    double *r, *u, *start; /* the point under evaluation */
+    double *v, *v_low;
+    int8_t *modes;
+    double *ray; /* best one, largest entry 1 */
+    int32_t has_ray, certificate;
+    double omega;
+    const perp__contact_call *call;
+    perp__contact_candidate best;
+    perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
+    int32_t aborted;    /* the monitor returned a negative number */
+    int32_t running;    /* the method that does */
+    double deadline;
+    perp__contact_problem problem;
+    perp__contact_control control;
+    perp__contact_slot slots[PERP__CONTACT_METHODS];
+    perp__contact_ray feasibility;
+};
+
+/* Reads the laws and lays out the arrays: problem.c. With dynamics, `dynamics` is not NULL, else W
+ * is. */
+perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_laws *laws,
+                                const perp_contact_dynamics *dynamics, const perp_matrix *W);
+
+/* The whole solve: contact.c. */
+perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call);
+
+/* q, and with it omega, for this call: evaluation.c. PERP_OK, _CALLBACK or _NOT_FINITE. */
+perp_status perp__contact_load(perp_contact_solver *solver);
+
+/* Projects solver->r onto its cones, writes the zeros of the contacts that separate, recomputes u
+ * and judges: evaluation.c. Status as above. modes: those of the method's active set, or NULL. */
+perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *modes,
+                                   perp__contact_worth *worth);
+
+/* Writes the zeros of the velocities that the modes know: evaluation.c. */
+void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u);
+
+/* Asks whether velocities exist that keep every u_n >= 0; if not, the proof is in solver->ray, and
+ * has_ray and certificate are set: ray.c. PERP_OK or _MEMORY. */
+perp_status perp__contact_find_ray(perp_contact_solver *solver);
+
+/* Checks the direction in solver->ray and scales it; sets has_ray and certificate: ray.c. */
+void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction);
+
+#endif

@@ -1,0 +1,120 @@
+/* The binary interface of perp/contact.h, pinned: see test_layout.c. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <perp/perp.h>
+
+#define SIZE(type, size) assert_int_equal(sizeof(type), size)
+#define FIELD(type, field, offset, size)             \
+    assert_int_equal(offsetof(type, field), offset); \
+    assert_int_equal(sizeof(((type *)0)->field), size)
+#define VALUE(name, value) assert_int_equal(name, value)
+
+static void test_contact_laws(void **state)
+{
+    (void)state;
+    SIZE(perp_contact_laws, 64);
+    FIELD(perp_contact_laws, struct_size, 0, 8);
+    FIELD(perp_contact_laws, contacts, 8, 4);
+    FIELD(perp_contact_laws, dim, 12, 4);
+    FIELD(perp_contact_laws, dims, 16, 8);
+    FIELD(perp_contact_laws, mu, 24, 8);
+    FIELD(perp_contact_laws, rolling, 32, 8);
+    FIELD(perp_contact_laws, spinning, 40, 8);
+    FIELD(perp_contact_laws, compliance, 48, 8);
+    FIELD(perp_contact_laws, bilateral, 56, 4);
+    FIELD(perp_contact_laws, reserved, 60, 4);
+}
+
+static void test_contact_dynamics(void **state)
+{
+    (void)state;
+    SIZE(perp_contact_dynamics, 56);
+    FIELD(perp_contact_dynamics, struct_size, 0, 8);
+    FIELD(perp_contact_dynamics, n, 8, 4);
+    FIELD(perp_contact_dynamics, reserved, 12, 4);
+    FIELD(perp_contact_dynamics, M, 16, 8);
+    FIELD(perp_contact_dynamics, solve, 24, 8);
+    FIELD(perp_contact_dynamics, user, 32, 8);
+    FIELD(perp_contact_dynamics, H, 40, 8);
+    FIELD(perp_contact_dynamics, G, 48, 8);
+}
+
+static void test_contact_progress(void **state)
+{
+    (void)state;
+    SIZE(perp_contact_progress, 32);
+    FIELD(perp_contact_progress, struct_size, 0, 8);
+    FIELD(perp_contact_progress, method, 8, 4);
+    FIELD(perp_contact_progress, reserved, 12, 4);
+    FIELD(perp_contact_progress, iterations, 16, 8);
+    FIELD(perp_contact_progress, residual, 24, 8);
+}
+
+static void test_contact_settings(void **state)
+{
+    (void)state;
+    SIZE(perp_contact_settings, 56);
+    FIELD(perp_contact_settings, struct_size, 0, 8);
+    FIELD(perp_contact_settings, method, 8, 4);
+    FIELD(perp_contact_settings, cone, 12, 4);
+    FIELD(perp_contact_settings, tol, 16, 8);
+    FIELD(perp_contact_settings, max_iterations, 24, 4);
+    FIELD(perp_contact_settings, reserved, 28, 4);
+    FIELD(perp_contact_settings, time_limit, 32, 8);
+    FIELD(perp_contact_settings, monitor, 40, 8);
+    FIELD(perp_contact_settings, monitor_user, 48, 8);
+}
+
+static void test_contact_result(void **state)
+{
+    (void)state;
+    SIZE(perp_contact_result, 112);
+    FIELD(perp_contact_result, struct_size, 0, 8);
+    FIELD(perp_contact_result, outcome, 8, 4);
+    FIELD(perp_contact_result, method, 12, 4);
+    FIELD(perp_contact_result, iterations, 16, 8);
+    FIELD(perp_contact_result, residual, 24, 8);
+    FIELD(perp_contact_result, natural_residual, 32, 8);
+    FIELD(perp_contact_result, backward_error, 40, 8);
+    FIELD(perp_contact_result, signorini_velocity, 48, 8);
+    FIELD(perp_contact_result, signorini_impulse, 56, 8);
+    FIELD(perp_contact_result, cone, 64, 8);
+    FIELD(perp_contact_result, dissipation_velocity, 72, 8);
+    FIELD(perp_contact_result, dissipation_impulse, 80, 8);
+    FIELD(perp_contact_result, bilateral, 88, 8);
+    FIELD(perp_contact_result, seconds, 96, 8);
+    FIELD(perp_contact_result, certificate, 104, 4);
+    FIELD(perp_contact_result, has_ray, 108, 4);
+}
+
+static void test_values(void **state)
+{
+    (void)state;
+    VALUE(PERP_CONTACT_SEPARATE, 0);
+    VALUE(PERP_CONTACT_STICK, 1);
+    VALUE(PERP_CONTACT_SLIP, 2);
+    VALUE(PERP_CONTACT_METHOD_AUTO, 0);
+    VALUE(PERP_CONTACT_METHOD_SWEEP, 1);
+    VALUE(PERP_CONTACT_METHOD_NEWTON, 2);
+    VALUE(PERP_CONTACT_METHOD_LEMKE, 3);
+    VALUE(PERP_CONTACT_METHOD_POLISH, 4);
+    VALUE(PERP_CONTACT_CERTIFICATE_NONE, 0);
+    VALUE(PERP_CONTACT_CERTIFICATE_INFEASIBLE, 1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_contact_laws),     cmocka_unit_test(test_contact_dynamics),
+        cmocka_unit_test(test_contact_progress), cmocka_unit_test(test_contact_settings),
+        cmocka_unit_test(test_contact_result),   cmocka_unit_test(test_values),
+    };
+
+    if (sizeof(void *) != 8 || sizeof(long) != 8)
+        return 0;
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
