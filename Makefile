@@ -132,7 +132,7 @@ STATIC := $(B)/lib/libperp.a
 SHARED_FILE := $(B)/lib/libperp.so.$(VERSION)
 SHARED := $(B)/lib/libperp.so
 
-TEST_HELPERS := $(sort $(wildcard tests/*.c))
+TEST_HELPERS := $(sort $(wildcard tests/*.c tests/*/problems*.c))
 TEST_SOURCES := $(sort $(wildcard tests/*/test_*.c))
 TEST_HELPER_OBJECTS := $(TEST_HELPERS:%.c=$(B)/obj/%.o)
 TEST_OBJECTS := $(TEST_SOURCES:%.c=$(B)/obj/%.o)
@@ -145,7 +145,7 @@ EXAMPLE_OBJECTS := $(EXAMPLE_SOURCES:%.c=$(B)/obj/%.o)
 EXAMPLE_HELPER_OBJECTS := $(EXAMPLE_HELPERS:%.c=$(B)/obj/%.o)
 
 BENCH_SOURCES := $(sort $(wildcard bench/*.c))
-BENCH_HELPERS := $(sort $(wildcard tests/scene*.c tests/piles*.c)) tests/gen_base.c
+BENCH_HELPERS := $(sort $(wildcard tests/scene*.c tests/piles*.c tests/ncp/problems*.c)) tests/gen_base.c
 BENCH_HELPER_OBJECTS := $(BENCH_HELPERS:%.c=$(B)/obj/%.o)
 BENCHES := $(BENCH_SOURCES:%.c=$(B)/%)
 BENCH_OBJECTS := $(BENCH_SOURCES:%.c=$(B)/obj/%.o)
