@@ -1,0 +1,95 @@
+/* Contacts in the space of bodies whose mass matrix falls into blocks.
+ *
+ * M = L L' block by block; with y = L'v and the pieces P_kb = H_kb L_b^-T of row group k ("unit": a
+ * contact, or one bilateral row) on block b,
+ *   W = P P' + compliance,   q = P L^-1 f + w,   v = L^-T (L^-1 f + P'r),
+ * so that one copy of P serves both products, and no product with W ever forms W.
+ *
+ * The blocks are the connected components of M's pattern; where all of these lie in groups of 6 (or
+ * of 3) consecutive unknowns, as rigid bodies do, the groups are the blocks. */
+#ifndef PERP_CONTACT_BODIES_H
+#define PERP_CONTACT_BODIES_H
+
+#include "base/arena.h"
+#include "linalg/matrix.h"
+
+/* The largest block. */
+enum { PERP__BODY_WIDTH_MOST = 12 };
+
+typedef struct perp__bodies {
+    perp__arena units_arena, blocks_arena, pieces_arena;
+    int32_t n, contacts, units, size; /* size: rows of all units */
+    int32_t width;                    /* of every block, the smaller ones padded */
+    int32_t blocks;
+    int64_t pieces, entries; /* entries: of `values` */
+    int32_t *block_of;       /* n */
+    int32_t *place_of;       /* n: where in its block */
+    int32_t *rows;           /* units + 1: first row of each unit */
+    int32_t *unit_of;        /* size */
+    double *compliance;      /* size */
+    int64_t *piece_starts;   /* units + 1 */
+    int32_t *mark;           /* work: max(n, units) + 1 */
+    int32_t *dofs;           /* blocks by width: the unknowns, -1 where padded */
+    double *factors;         /* blocks by width by width, row-major: L (unit where padded) */
+    double *y;               /* work: blocks by width */
+    int64_t *block_starts;   /* blocks + 1: into block_pieces */
+    int32_t *block_units;    /* per piece, by block: its unit, ascending */
+    int64_t *block_pieces;   /* and the piece */
+    int32_t *piece_blocks;   /* per piece; ascending within a unit */
+    int64_t *piece_values;   /* per piece: where in `values` it begins */
+    int64_t *cursors;        /* work: most pieces of a unit */
+    double *coupling;        /* work: most_rows by most_rows */
+    double *values;          /* each piece: rows of its unit by width, row-major */
+    int32_t most_pieces;     /* of a unit */
+    int32_t most_rows;
+} perp__bodies;
+
+typedef struct perp__bodies_input {
+    int32_t n, contacts, size;     /* size: rows of H and of G */
+    const int32_t *starts;         /* contacts + 1: first rows; the last is the rows of H */
+    const perp__matrix *M, *H, *G; /* G may be NULL */
+    const double *compliance;      /* size; may be NULL */
+} perp__bodies_input;
+
+void perp__bodies_init(perp__bodies *bodies, perp_context *context);
+void perp__bodies_release(perp__bodies *bodies);
+
+/* Reads everything that f and w do not change. *suits is 0, and the bodies are of no use, where M
+ * has a connected component of more than PERP__BODY_WIDTH_MOST unknowns. PERP_OK;
+ * PERP_ERROR_MEMORY; PERP_ERROR_ARGUMENT where a block is not positive definite: the message tells
+ * the unknown. M's lower triangle is used. Linear in the entries of M and H (dense ones: in n
+ * size). */
+perp_status perp__bodies_setup(perp__bodies *bodies, const perp__bodies_input *input,
+                               int32_t *suits);
+
+/* q := H M^-1 f + w and (b for the rows of G); w has the rows of H, b those of G (NULL: none). */
+void perp__bodies_load(const perp__bodies *bodies, const double *f, const double *w,
+                       const double *b, double *q);
+
+/* trace[k] := trace(W_kk), units. */
+void perp__bodies_traces(const perp__bodies *bodies, double *trace);
+
+/* u := W r + q in working precision; q may be NULL. */
+void perp__bodies_multiply(const perp__bodies *bodies, const double *r, const double *q, double *u);
+
+/* v := M^-1 (f + H'r), G's rows included; f may be NULL. */
+void perp__bodies_velocity(const perp__bodies *bodies, const double *f, const double *r, double *v);
+
+/* y := P'r, in blocks by width. */
+void perp__bodies_gather(const perp__bodies *bodies, const double *r, double *y);
+
+/* W_kk of unit k, row-major with stride of its rows. */
+void perp__bodies_diagonal(const perp__bodies *bodies, int32_t unit, double *W);
+
+/* W in compressed columns: entries, or -1 where there are more than INT32_MAX; then, with room for
+ * these, the matrix. Units that share a block are coupled densely. */
+int64_t perp__bodies_delassus_entries(const perp__bodies *bodies);
+void perp__bodies_delassus(const perp__bodies *bodies, int32_t *column_starts, int32_t *row_indices,
+                           double *values);
+
+/* For bodies_pieces.c, the last part of the setup: the entries of a column that are not zero. */
+typedef void (*perp__visitor)(void *user, int32_t row, int32_t column, double value);
+void perp__visit_column(const perp__matrix *A, int32_t column, perp__visitor visit, void *user);
+perp_status perp__bodies_fill_pieces(perp__bodies *bodies, const perp__bodies_input *input);
+
+#endif

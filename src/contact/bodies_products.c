@@ -1,0 +1,262 @@
+/* Products with P, W and M^-1; every sum in one fixed order. */
+#include <string.h>
+
+#include "contact/bodies.h"
+
+/* x := L^-1 x, in blocks */
+static void solve_lower(const perp__bodies *b, double *y)
+{
+    const int32_t width = b->width;
+    const double *L = b->factors;
+
+    for (int32_t block = 0; block < b->blocks; block++, y += width, L += width * width)
+        for (int32_t i = 0; i < width; i++) {
+            double sum = y[i];
+
+            for (int32_t j = 0; j < i; j++)
+                sum -= L[i * width + j] * y[j];
+            y[i] = sum / L[i * width + i];
+        }
+}
+
+/* y := L^-T y */
+static void solve_upper(const perp__bodies *b, double *y)
+{
+    const int32_t width = b->width;
+    const double *L = b->factors;
+
+    for (int32_t block = 0; block < b->blocks; block++, y += width, L += width * width)
+        for (int32_t i = width - 1; i >= 0; i--) {
+            double sum = y[i];
+
+            for (int32_t j = i + 1; j < width; j++)
+                sum -= L[j * width + i] * y[j];
+            y[i] = sum / L[i * width + i];
+        }
+}
+
+static void to_blocks(const perp__bodies *b, const double *x, double *y)
+{
+    for (int64_t k = 0; k < (int64_t)b->blocks * b->width; k++)
+        y[k] = b->dofs[k] < 0 ? 0.0 : x[b->dofs[k]];
+}
+
+/* out := P y + add; add may be NULL */
+static void times_y(const perp__bodies *b, const double *y, const double *add, double *out)
+{
+    const int32_t width = b->width;
+
+    for (int32_t k = 0; k < b->units; k++)
+        for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++) {
+            double sum = add ? add[i] : 0.0;
+
+            for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+                const double *p =
+                    b->values + b->piece_values[piece] + (int64_t)(i - b->rows[k]) * width;
+                const double *x = y + (int64_t)b->piece_blocks[piece] * width;
+
+                for (int32_t j = 0; j < width; j++)
+                    sum += p[j] * x[j];
+            }
+            out[i] = sum;
+        }
+}
+
+void perp__bodies_gather(const perp__bodies *b, const double *r, double *y)
+{
+    const int32_t width = b->width;
+
+    memset(y, 0, (size_t)b->blocks * (size_t)width * sizeof *y);
+    for (int32_t k = 0; k < b->units; k++)
+        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+            const double *p = b->values + b->piece_values[piece];
+            double *x = y + (int64_t)b->piece_blocks[piece] * width;
+
+            for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++, p += width)
+                for (int32_t j = 0; j < width; j++)
+                    x[j] += p[j] * r[i];
+        }
+}
+
+void perp__bodies_load(const perp__bodies *b, const double *f, const double *w, const double *g,
+                       double *q)
+{
+    const int32_t rows = b->rows[b->contacts];
+
+    to_blocks(b, f, b->y);
+    solve_lower(b, b->y);
+    for (int32_t i = 0; i < b->size; i++)
+        q[i] = i < rows ? w[i] : g ? g[i - rows] : 0.0;
+    times_y(b, b->y, q, q);
+}
+
+void perp__bodies_traces(const perp__bodies *b, double *trace)
+{
+    for (int32_t k = 0; k < b->units; k++) {
+        double sum = 0.0;
+
+        for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++)
+            sum += b->compliance[i];
+        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+            const double *p = b->values + b->piece_values[piece];
+            const int32_t count = (b->rows[k + 1] - b->rows[k]) * b->width;
+
+            for (int32_t j = 0; j < count; j++)
+                sum += p[j] * p[j];
+        }
+        trace[k] = sum;
+    }
+}
+
+void perp__bodies_multiply(const perp__bodies *b, const double *r, const double *q, double *u)
+{
+    perp__bodies_gather(b, r, b->y);
+    times_y(b, b->y, q, u);
+    for (int32_t i = 0; i < b->size; i++)
+        u[i] += b->compliance[i] * r[i];
+}
+
+void perp__bodies_velocity(const perp__bodies *b, const double *f, const double *r, double *v)
+{
+    const int64_t padded = (int64_t)b->blocks * b->width;
+
+    if (f)
+        to_blocks(b, f, b->y);
+    else
+        memset(b->y, 0, (size_t)padded * sizeof *b->y);
+    solve_lower(b, b->y);
+    for (int32_t k = 0; k < b->units; k++) /* gather, added */
+        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+            const double *p = b->values + b->piece_values[piece];
+            double *x = b->y + (int64_t)b->piece_blocks[piece] * b->width;
+
+            for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++, p += b->width)
+                for (int32_t j = 0; j < b->width; j++)
+                    x[j] += p[j] * r[i];
+        }
+    solve_upper(b, b->y);
+    for (int64_t k = 0; k < padded; k++)
+        if (b->dofs[k] >= 0)
+            v[b->dofs[k]] = b->y[k];
+}
+
+/* ---- W ----------------------------------------------------------------------------------------
+ */
+
+/* W[i * stride + c] += sum of row i of one piece times row c of the other */
+static void add_product(const double *p, int32_t rows, const double *other, int32_t columns,
+                        int32_t width, double *W, int32_t stride)
+{
+    for (int32_t i = 0; i < rows; i++)
+        for (int32_t c = 0; c < columns; c++) {
+            double sum = 0.0;
+
+            for (int32_t j = 0; j < width; j++)
+                sum += p[i * width + j] * other[c * width + j];
+            W[i * stride + c] += sum;
+        }
+}
+
+void perp__bodies_diagonal(const perp__bodies *b, int32_t unit, double *W)
+{
+    const int32_t rows = b->rows[unit + 1] - b->rows[unit];
+
+    for (int32_t i = 0; i < rows * rows; i++)
+        W[i] = 0.0;
+    for (int32_t i = 0; i < rows; i++)
+        W[i * rows + i] = b->compliance[b->rows[unit] + i];
+    for (int64_t piece = b->piece_starts[unit]; piece < b->piece_starts[unit + 1]; piece++) {
+        const double *p = b->values + b->piece_values[piece];
+
+        add_product(p, rows, p, rows, b->width, W, rows);
+    }
+}
+
+/* The units that share a block with one unit, in ascending order: each of its blocks has a sorted
+ * list, and a cursor in it. */
+static void start_neighbours(const perp__bodies *b, int32_t unit)
+{
+    const int64_t first = b->piece_starts[unit];
+
+    for (int64_t piece = first; piece < b->piece_starts[unit + 1]; piece++)
+        b->cursors[piece - first] = b->block_starts[b->piece_blocks[piece]];
+}
+
+/* The next one, or -1. Where W is not NULL, the coupling W[its rows][the unit's rows], with stride
+ * of the latter. */
+static int32_t next_neighbour(const perp__bodies *b, int32_t unit, double *W)
+{
+    const int64_t first = b->piece_starts[unit], count = b->piece_starts[unit + 1] - first;
+    const int32_t columns = b->rows[unit + 1] - b->rows[unit];
+    int32_t next = -1;
+
+    for (int64_t c = 0; c < count; c++)
+        if (b->cursors[c] < b->block_starts[b->piece_blocks[first + c] + 1]) {
+            const int32_t other = b->block_units[b->cursors[c]];
+
+            if (next < 0 || other < next)
+                next = other;
+        }
+    if (next < 0)
+        return -1;
+    for (int32_t i = 0; W && i < (b->rows[next + 1] - b->rows[next]) * columns; i++)
+        W[i] = 0.0;
+    for (int64_t c = 0; c < count; c++) {
+        const int64_t at = b->cursors[c];
+
+        if (at >= b->block_starts[b->piece_blocks[first + c] + 1] || b->block_units[at] != next)
+            continue;
+        b->cursors[c]++;
+        if (W)
+            add_product(b->values + b->piece_values[b->block_pieces[at]],
+                        b->rows[next + 1] - b->rows[next], b->values + b->piece_values[first + c],
+                        columns, b->width, W, columns);
+    }
+    for (int32_t i = 0; W && next == unit && i < columns; i++)
+        W[i * columns + i] += b->compliance[b->rows[unit] + i];
+    return next;
+}
+
+int64_t perp__bodies_delassus_entries(const perp__bodies *b)
+{
+    int64_t entries = 0;
+
+    for (int32_t k = 0; k < b->units; k++) {
+        int32_t other;
+
+        start_neighbours(b, k);
+        while ((other = next_neighbour(b, k, NULL)) >= 0)
+            entries +=
+                (int64_t)(b->rows[other + 1] - b->rows[other]) * (b->rows[k + 1] - b->rows[k]);
+    }
+    return entries <= INT32_MAX ? entries : -1;
+}
+
+void perp__bodies_delassus(const perp__bodies *b, int32_t *column_starts, int32_t *row_indices,
+                           double *values)
+{
+    int32_t at = 0;
+
+    for (int32_t k = 0; k < b->units; k++) {
+        const int32_t columns = b->rows[k + 1] - b->rows[k];
+        int32_t height = 0, row = 0, other;
+
+        start_neighbours(b, k);
+        while ((other = next_neighbour(b, k, NULL)) >= 0)
+            height += b->rows[other + 1] - b->rows[other];
+        for (int32_t c = 0; c < columns; c++)
+            column_starts[b->rows[k] + c] = at + c * height;
+        start_neighbours(b, k);
+        while ((other = next_neighbour(b, k, b->coupling)) >= 0) {
+            const int32_t rows = b->rows[other + 1] - b->rows[other];
+
+            for (int32_t i = 0; i < rows; i++, row++)
+                for (int32_t c = 0; c < columns; c++) {
+                    row_indices[at + c * height + row] = b->rows[other] + i;
+                    values[at + c * height + row] = b->coupling[i * columns + c];
+                }
+        }
+        at += columns * height;
+    }
+    column_starts[b->size] = at;
+}
