@@ -6,7 +6,8 @@
 #include "base/context.h"
 #include "contact/settings.h"
 
-static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {&perp__contact_lemke};
+static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {&perp__contact_newton,
+                                                                           &perp__contact_lemke};
 
 static perp_status create(perp_context *context, perp_contact_solver **solver,
                           const perp_contact_settings *settings)

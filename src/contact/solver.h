@@ -11,7 +11,7 @@
 #include "lcp/lcp.h"
 
 #define PERP__CONTACT_SOLVER_MAGIC UINT64_C(0x70657270636f6e74)
-#define PERP__CONTACT_METHODS 1
+#define PERP__CONTACT_METHODS 2
 
 enum perp__contact_entrance {
     PERP__NO_PROBLEM = 0,

@@ -5,6 +5,8 @@ lcp_all     every solution of a small problem, families of solutions included
 lcp_batch   many small problems in one call
 lcp_sensitivity  derivatives of a solution with respect to its data
 lcp_verify  a proof that a solution lies near a point
+contact     contact with friction over dynamics of your own
+contact_delassus  the same from the matrix W that couples the contacts
 World       rigid bodies with contact, stepped in time
 Error       what every failed call raises; bad arguments are ValueErrors, too
 """
@@ -12,6 +14,7 @@ Error       what every failed call raises; bad arguments are ValueErrors, too
 from ._all import Solution, Solutions, lcp_all
 from ._batch import Batch, lcp_batch
 from ._body import Body, Shape
+from ._contact import ContactResult, contact, contact_delassus
 from ._errors import Error
 from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
@@ -27,6 +30,7 @@ __all__ = [
     "Batch",
     "Body",
     "Contact",
+    "ContactResult",
     "Energy",
     "Error",
     "LcpResult",
@@ -42,6 +46,8 @@ __all__ = [
     "StepResult",
     "World",
     "__version__",
+    "contact",
+    "contact_delassus",
     "lcp",
     "lcp_all",
     "lcp_batch",

@@ -61,6 +61,14 @@ def bound(value: Any, name: str, n: int) -> NDArray[np.float64] | None:
     return vector(array, name, n)
 
 
+def _check_rectangle(shape: tuple[int, ...], name: str) -> tuple[int, int]:
+    if len(shape) != 2:
+        raise argument_error(f"{name} has shape {tuple(shape)}, expected (rows, columns)")
+    if max(shape) > INT32_MAX:
+        raise argument_error(f"{name} has shape {tuple(shape)}, more than 32-bit indices number")
+    return shape[0], shape[1]
+
+
 def _check_square(shape: tuple[int, ...]) -> int:
     if len(shape) != 2 or shape[0] != shape[1]:
         raise argument_error(f"M has shape {tuple(shape)}, expected (n, n)")
@@ -80,54 +88,65 @@ def view(matrix: Matrix, M: Any) -> tuple[int, int, Any]:
     Returns the number of rows, the number of stored entries, and what owns the memory, to be kept
     as long as the view is used.
     """
-    return _view_sparse(matrix, M) if is_sparse(M) else _view_dense(matrix, M)
+    if not is_sparse(M):
+        M = real(M, "M")
+    n = _check_square(M.shape)
+    entries, owner = view_rectangle(matrix, M, "M")
+    return n, entries, owner
 
 
-def _view_dense(matrix: Matrix, M: Any) -> tuple[int, int, Any]:
-    array = real(M, "M")
-    n = _check_square(array.shape)
-    least = _item * max(n, 1)
+def view_rectangle(matrix: Matrix, A: Any, name: str) -> tuple[int, Any]:
+    """Points `matrix` at the matrix A. Returns the number of stored entries and what owns the
+    memory."""
+    return _view_sparse(matrix, A, name) if is_sparse(A) else _view_dense(matrix, A, name)
+
+
+def _view_dense(matrix: Matrix, A: Any, name: str) -> tuple[int, Any]:
+    array = real(A, name)
+    rows, columns = _check_rectangle(array.shape, name)
     down, right = array.strides
-    if n <= 1:
+    if rows <= 1 and columns <= 1:
         storage, step = COLUMN_MAJOR, _item
-    elif right == _item and down >= least and down % _item == 0:
+    elif right == _item and down >= _item * max(columns, 1) and down % _item == 0:
         storage, step = ROW_MAJOR, down
-    elif down == _item and right >= least and right % _item == 0:
+    elif down == _item and right >= _item * max(rows, 1) and right % _item == 0:
         storage, step = COLUMN_MAJOR, right
     else:
         array = np.asfortranarray(array)
-        storage, step = COLUMN_MAJOR, least
+        storage, step = COLUMN_MAJOR, _item * max(rows, 1)
     matrix.storage = storage
-    matrix.rows = matrix.columns = n
+    matrix.rows, matrix.columns = rows, columns
     matrix.leading_dimension = step // _item
     matrix.values = address(array)
     matrix.column_starts = matrix.row_indices = None
-    return n, n * n, array
+    return rows * columns, array
 
 
-def _view_sparse(matrix: Matrix, M: Any) -> tuple[int, int, Any]:
-    n = _check_square(M.shape)
-    if np.dtype(M.dtype).kind == "c":
-        raise argument_error("M is complex")
-    csc = M.tocsc()
+def _view_sparse(matrix: Matrix, A: Any, name: str) -> tuple[int, Any]:
+    shape = _check_rectangle(A.shape, name)
+    if np.dtype(A.dtype).kind == "c":
+        raise argument_error(f"{name} is complex")
+    csc = A.tocsc()
     if not csc.has_canonical_format:
-        csc = csc.copy() if csc is M or np.shares_memory(csc.data, M.data) else csc
+        csc = csc.copy() if csc is A or np.shares_memory(csc.data, A.data) else csc
         csc.sum_duplicates()  # sorts, too
-    if len(csc.indptr) != n + 1:
-        raise argument_error(f"M.indptr has {len(csc.indptr)} entries, expected {n + 1}")
+    if len(csc.indptr) != shape[1] + 1:
+        raise argument_error(
+            f"{name}.indptr has {len(csc.indptr)} entries, expected {shape[1] + 1}"
+        )
     entries = int(csc.indptr[-1])
     if min(len(csc.indices), len(csc.data)) < entries:
-        raise argument_error(f"M has fewer than {entries} indices or values")
-    starts = _indices(csc.indptr, "M.indptr")
-    rows = _indices(csc.indices, "M.indices")
-    values = np.ascontiguousarray(real(csc.data, "M"))
+        raise argument_error(f"{name} has fewer than {entries} indices or values")
+    starts = _indices(csc.indptr, f"{name}.indptr")
+    rows = _indices(csc.indices, f"{name}.indices")
+    values = np.ascontiguousarray(real(csc.data, name))
     matrix.storage = CSC
-    matrix.rows = matrix.columns = n
+    matrix.rows, matrix.columns = shape
     matrix.leading_dimension = 0
     matrix.values = address(values)
     matrix.column_starts = address(starts)
     matrix.row_indices = address(rows)
-    return n, entries, (starts, rows, values)
+    return entries, (starts, rows, values)
 
 
 def _indices(value: Any, name: str) -> NDArray[np.int32]:

@@ -42,6 +42,7 @@ _TEXT_FUNCTIONS: dict[str, list[Any]] = {
     "perp_lcp_method_text": [c_int32],
     "perp_lcp_verdict_text": [c_int32],
     "perp_contact_mode_text": [c_int32],
+    "perp_contact_method_text": [c_int32],
     "perp_context_message": [s.ContextPointer],
 }
 
@@ -103,6 +104,25 @@ _STATUS_FUNCTIONS: dict[str, list[Any]] = {
         POINTER(s.Matrix),
     ]
     + [c_void_p] * 4,
+    "perp_contact_settings_init": [POINTER(s.ContactSettings), c_size_t],
+    "perp_contact_solve": [s.ContextPointer]
+    + [c_void_p] * 5
+    + [
+        POINTER(s.ContactResult),
+        POINTER(s.ContactSettings),
+        POINTER(s.ContactLaws),
+        POINTER(s.ContactDynamics),
+    ]
+    + [c_void_p] * 4,
+    "perp_contact_solve_delassus": [s.ContextPointer]
+    + [c_void_p] * 4
+    + [
+        POINTER(s.ContactResult),
+        POINTER(s.ContactSettings),
+        POINTER(s.ContactLaws),
+        POINTER(s.Matrix),
+    ]
+    + [c_void_p] * 2,
     "perp_world_settings_init": [POINTER(s.WorldSettings), c_size_t, c_int32],
     "perp_body_settings_init": [POINTER(s.BodySettings), c_size_t],
     "perp_shape_settings_init": [POINTER(s.ShapeSettings), c_size_t],
@@ -229,6 +249,7 @@ OUTCOMES = _words(library.perp_outcome_text)
 METHODS = _words(library.perp_lcp_method_text)
 VERDICTS = _words(library.perp_lcp_verdict_text)
 MODES = _words(library.perp_contact_mode_text)
+CONTACT_METHODS = _words(library.perp_contact_method_text)
 PLACES = ("lower", "upper", "between", "fixed")
 CERTIFICATES = {0: None, 1: "infeasible"}
 GOOD_OUTCOMES = (0, 1)

@@ -35,11 +35,16 @@ class Watch:
     library calls: property.__get__, a function in C, hands its first argument on to send().
     """
 
-    def __init__(self, monitor: Optional[Monitor]) -> None:
+    def __init__(
+        self,
+        monitor: Optional[Monitor],
+        kind: Any = LcpMonitor,
+        methods: dict[int, str] = METHODS,
+    ) -> None:
         self._raised: list[BaseException] = []
-        watch = _watch(monitor, self._raised)
+        watch = _watch(monitor, self._raised, methods)
         next(watch)
-        self.function = LcpMonitor(property(watch.send).__get__)
+        self.function = kind(property(watch.send).__get__)
 
     def raise_caught(self) -> None:
         """Raises what the callback caught, if anything, after the library has returned."""
@@ -50,7 +55,9 @@ class Watch:
                 self._raised.clear()
 
 
-def _watch(monitor: Optional[Monitor], raised: list[BaseException]) -> Generator[int, Any, None]:
+def _watch(
+    monitor: Optional[Monitor], raised: list[BaseException], methods: dict[int, str]
+) -> Generator[int, Any, None]:
     answer = 0
     while True:
         try:
@@ -59,7 +66,7 @@ def _watch(monitor: Optional[Monitor], raised: list[BaseException]) -> Generator
                 answer = 0
                 if monitor is not None:
                     now = pointer[0]
-                    method = METHODS.get(now.method, "unknown method")
+                    method = methods.get(now.method, "unknown method")
                     answer = 1 if monitor(Progress(method, now.iterations, now.residual)) else 0
         except GeneratorExit:
             return

@@ -38,6 +38,10 @@ class SensitivityHandle(Structure):
     pass
 
 
+class ContactSolverHandle(Structure):
+    pass
+
+
 class WorldHandle(Structure):
     pass
 
@@ -45,6 +49,7 @@ class WorldHandle(Structure):
 ContextPointer = POINTER(ContextHandle)
 SolverPointer = POINTER(SolverHandle)
 SensitivityPointer = POINTER(SensitivityHandle)
+ContactSolverPointer = POINTER(ContactSolverHandle)
 WorldPointer = POINTER(WorldHandle)
 
 AllocateFunction = CFUNCTYPE(c_void_p, c_size_t, c_void_p)
@@ -245,6 +250,85 @@ class NcpResult(Structure):
     ]
 
 
+class ContactLaws(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("contacts", c_int32),
+        ("dim", c_int32),
+        ("dims", c_void_p),
+        ("mu", c_void_p),
+        ("rolling", c_void_p),
+        ("spinning", c_void_p),
+        ("compliance", c_void_p),
+        ("bilateral", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+ContactMassSolve = CFUNCTYPE(c_int32, POINTER(c_double), c_int32, c_void_p)
+
+
+class ContactDynamics(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("n", c_int32),
+        ("reserved", c_int32),
+        ("M", POINTER(Matrix)),
+        ("solve", ContactMassSolve),
+        ("user", c_void_p),
+        ("H", POINTER(Matrix)),
+        ("G", POINTER(Matrix)),
+    ]
+
+
+class ContactProgress(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("method", c_int32),
+        ("reserved", c_int32),
+        ("iterations", c_int64),
+        ("residual", c_double),
+    ]
+
+
+ContactMonitor = CFUNCTYPE(c_int32, POINTER(ContactProgress), c_void_p)
+
+
+class ContactSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("method", c_int32),
+        ("cone", c_int32),
+        ("tol", c_double),
+        ("max_iterations", c_int32),
+        ("reserved", c_int32),
+        ("time_limit", c_double),
+        ("monitor", ContactMonitor),
+        ("monitor_user", c_void_p),
+    ]
+
+
+class ContactResult(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("outcome", c_int32),
+        ("method", c_int32),
+        ("iterations", c_int64),
+        ("residual", c_double),
+        ("natural_residual", c_double),
+        ("backward_error", c_double),
+        ("signorini_velocity", c_double),
+        ("signorini_impulse", c_double),
+        ("cone", c_double),
+        ("dissipation_velocity", c_double),
+        ("dissipation_impulse", c_double),
+        ("bilateral", c_double),
+        ("seconds", c_double),
+        ("certificate", c_int32),
+        ("has_ray", c_int32),
+    ]
+
+
 class WorldSettings(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -367,6 +451,11 @@ STRUCTS = {
     "perp_ncp_progress": NcpProgress,
     "perp_ncp_settings": NcpSettings,
     "perp_ncp_result": NcpResult,
+    "perp_contact_laws": ContactLaws,
+    "perp_contact_dynamics": ContactDynamics,
+    "perp_contact_progress": ContactProgress,
+    "perp_contact_settings": ContactSettings,
+    "perp_contact_result": ContactResult,
     "perp_world_settings": WorldSettings,
     "perp_body_settings": BodySettings,
     "perp_body_state": BodyState,

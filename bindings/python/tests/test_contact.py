@@ -1,0 +1,227 @@
+"""Frictional contact over dynamics that Python hands over."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import perp
+from perp import _library, _structures
+
+EPS = np.finfo(float).eps
+NAN = float("nan")
+
+
+def random_dynamics(seed, n=9, contacts=4, dim=3):
+    """A body that falls onto contacts in general position."""
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((n, n))
+    M = A @ A.T + np.eye(n)
+    H = rng.standard_normal((contacts * dim, n))
+    return M, rng.standard_normal(n), H, np.zeros(contacts * dim), rng.uniform(0.1, 1, contacts)
+
+
+def check_law(r, mu, dim, scale):
+    """Signorini and Coulomb, in other words than the library's."""
+    for k, (p, u) in enumerate(zip(r.impulse.reshape(-1, dim), r.velocity.reshape(-1, dim))):
+        assert p[0] >= 0 and u[0] >= -scale
+        assert min(p[0], u[0]) <= scale
+        pt, ut = p[1:], u[1:]
+        assert np.linalg.norm(pt) <= mu[k] * p[0] * (1 + 4 * EPS)
+        # power lost to friction is the most that the cone allows
+        assert abs(pt @ ut + mu[k] * p[0] * np.linalg.norm(ut)) <= scale
+        if r.modes[k] == "separate":
+            assert (p == 0).all()
+        if r.modes[k] == "stick":
+            assert (u == 0).all()
+
+
+@pytest.mark.parametrize("method", ["auto", "newton"])
+@pytest.mark.parametrize("seed", range(8))
+def test_law_and_dynamics_hold(method, seed):
+    M, f, H, w, mu = random_dynamics(seed)
+    r = perp.contact(M, f, H, w, mu, method=method, tol=1e-12)
+    assert r.ok
+    check_law(r, mu, 3, 1e-10)
+    # 1e-12 asked for, numbers of order 1 to 100
+    assert np.abs(M @ r.v - f - H.T @ r.impulse).max() <= 1e-12 * np.abs(M).max()
+    assert np.abs(H @ r.v + w - r.velocity).max() <= 1e-10
+    # without contact the energy in terms of M is f M^-1 f / 2; inelastic contact only takes
+    assert r.v @ M @ r.v <= f @ np.linalg.solve(M, f) * (1 + 1e-12)
+
+
+def test_dense_sparse_and_callback_agree():
+    M, f, H, w, mu = random_dynamics(3)
+    inverse = np.linalg.inv(M)
+    answers = [
+        perp.contact(M_, f, H_, w, mu, tol=1e-12)
+        for M_ in (M, np.asfortranarray(M), sp.csc_matrix(M), lambda x: inverse @ x)
+        for H_ in (H, sp.csr_matrix(H))
+    ]
+    W = H @ inverse @ H.T
+    for W_ in (W, sp.coo_matrix(W)):
+        answers.append(perp.contact_delassus(W_, H @ inverse @ f + w, mu, tol=1e-12))
+    for r in answers:
+        assert r.ok
+        assert np.abs(r.impulse - answers[0].impulse).max() <= 1e-10
+        assert (r.modes == answers[0].modes).all()
+
+
+@pytest.mark.parametrize("dim", [1, 2, 3])
+def test_one_contact_in_every_mode(dim):
+    W = np.eye(dim)
+    r = perp.contact_delassus(W, [0.5, 1, 0][:dim], 0.5, dim=dim)
+    assert r.modes == ["separate"] and (r.impulse == 0).all() and r.velocity[0] == 0.5
+    r = perp.contact_delassus(W, [-1, 0.25, 0][:dim], 0.5, dim=dim)
+    assert r.modes == ["stick"] and (r.velocity == 0).all()
+    if dim > 1:
+        r = perp.contact_delassus(W, [-1, 2, 0][:dim], 0.5, dim=dim, tol=1e-12)
+        assert r.modes == ["slip"] and r.velocity[0] == 0
+        assert r.velocity[1] == pytest.approx(1.5, abs=1e-12)
+
+
+def test_polyhedron_loses_a_cosine():
+    """Sliding between two vertices of a k-gon: the force along the slip is mu cos(pi / k)."""
+    for k in (4, 8, 16):
+        angle = np.pi / k
+        # slip along a normal of an edge; both vertices serve, the sum of their shares is free
+        q = [-1, 2 * np.cos(angle), 2 * np.sin(angle)]
+        r = perp.contact_delassus(np.eye(3), q, 0.5, cone=k, tol=1e-12)
+        assert r.ok and r.method == "lemke"
+        along = np.array([np.cos(angle), np.sin(angle)])
+        assert -r.impulse[1:] @ along == pytest.approx(0.5 * np.cos(np.pi / k), abs=1e-12)
+
+
+def test_answer_turns_with_the_tangents():
+    M, f, H, w, mu = random_dynamics(5)
+    base = perp.contact(M, f, H, w, mu, tol=1e-12)
+    c, s = np.cos(0.7), np.sin(0.7)
+    turn = np.kron(np.eye(4), np.array([[1, 0, 0], [0, c, s], [0, -s, c]]))
+    turned = perp.contact(M, f, turn @ H, turn @ w, mu, tol=1e-12)
+    assert (base.modes == turned.modes).all()
+    assert np.abs(turn @ base.impulse - turned.impulse).max() <= 1e-10
+    assert np.abs(base.v - turned.v).max() <= 1e-10
+
+
+def test_joints_and_mixed_dimensions():
+    M, f, H, w, mu = random_dynamics(6)
+    G, b = np.random.default_rng(1).standard_normal((2, 9)), np.array([0.25, -0.5])
+    dims = [3, 1, 2, 3]
+    H, w = H[:9], w[:9]
+    r = perp.contact(M, f, H, w, mu, dim=dims, bilateral=(G, b), tol=1e-12)
+    assert r.ok and len(r.impulse) == 9 and len(r.bilateral_impulse) == 2
+    assert np.abs(G @ r.v + b).max() <= 1e-10
+    residual = M @ r.v - f - H.T @ r.impulse - G.T @ r.bilateral_impulse
+    assert np.abs(residual).max() <= 1e-12 * np.abs(M).max()
+
+
+def test_compliance_is_a_spring():
+    # u = r + q + c r = 0 at r = 1 / (1 + c)
+    r = perp.contact_delassus([[1.0]], [-1.0], 0.0, dim=1, compliance=3.0)
+    assert r.impulse[0] == 0.25 and r.velocity[0] == 0.0
+
+
+def test_opposed_walls_have_no_solution():
+    H = np.array([[1.0], [-1.0]])
+    for M in ([[2.0]], lambda x: x / 2):
+        r = perp.contact(M, [0.0], H, [-1.0, -1.0], 0.0, dim=1)
+        assert r.outcome == "ray" and not r.ok and r.certificate == "infeasible"
+        assert (r.ray == [1, 1]).all()
+
+
+def test_start_and_monitor():
+    M, f, H, w, mu = random_dynamics(7)
+    r = perp.contact(M, f, H, w, mu, tol=1e-10)
+    again = perp.contact(M, f, H, w, mu, r0=r.impulse, tol=1e-10)
+    assert again.ok and again.method == "polish" and again.iterations == 0
+    seen = []
+    stopped = perp.contact(M, f, H, w, mu, tol=1e-12, monitor=lambda p: seen.append(p) or True)
+    assert stopped.outcome == "stopped" and len(seen) == 1
+
+    def fail(progress):
+        raise KeyError("monitor")
+
+    with pytest.raises(KeyError, match="monitor"):
+        perp.contact(M, f, H, w, mu, monitor=fail)
+
+
+def test_exceptions_in_the_mass_solve_come_through():
+    _, f, H, w, mu = random_dynamics(7)
+
+    def fail(x):
+        raise RuntimeError("no factor")
+
+    with pytest.raises(RuntimeError, match="no factor"):
+        perp.contact(fail, f, H, w, mu)
+    with pytest.raises(ValueError, match="shape"):
+        perp.contact(lambda x: x[:, 0], f, H, w, mu)
+    with pytest.raises(ValueError, match="nan"):
+        perp.contact(lambda x: x * NAN, f, H, w, mu)
+
+
+GOOD = {
+    "M": np.eye(3),
+    "f": np.array([0.0, 0.0, -1.0]),
+    "H": np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]),
+    "w": np.zeros(3),
+    "mu": [0.5],
+}
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        ({"M": np.ones((2, 2))}, ["M", "2 by 2", "3 by 3"]),
+        ({"M": np.diag([1.0, -1, 1])}, ["M(1,1)", "definite"]),
+        ({"M": np.array([[1.0, 2, 0], [2, 1, 0], [0, 0, 1]])}, ["M", "definite"]),
+        ({"M": np.array([[1.0, 0.5, 0], [0, 1, 0], [0, 0, 1]])}, ["M(0,1)", "symmetric"]),
+        ({"M": np.eye(3) * NAN}, ["M(0,0)", "nan"]),
+        ({"f": [0.0, 0, NAN]}, ["f[2]", "nan"]),
+        ({"w": [0.0, 0]}, ["w", "(2,)", "(3,)"]),
+        ({"w": [0.0, 0, NAN]}, ["w[2]"]),
+        ({"H": np.eye(2)}, ["w", "(3,)", "(2,)"]),
+        ({"H": np.array([[0.0, 0], [1, 0], [0, 1]])}, ["H", "columns"]),
+        ({"H": np.zeros((3, 3))}, ["contact 0", "moves nothing"]),
+        ({"mu": [-0.5]}, ["mu[0]", "-0.5"]),
+        ({"mu": [NAN]}, ["mu[0]", "nan"]),
+        ({"mu": [0.5, 0.5]}, ["H", "3 rows", "6"]),
+        ({"dim": 4}, ["dim", "4"]),
+        ({"dim": [3, 3]}, ["dim", "2 entries"]),
+        ({"dim": 2.0}, ["dim"]),
+        ({"rolling": -1.0}, ["rolling[0]"]),
+        ({"rolling": 1.0}, ["H", "3 rows", "5"]),
+        ({"spinning": 1.0, "dim": [2], "mu": 0.0}, ["spinning[0]", "dimension 2"]),
+        ({"compliance": -1.0}, ["compliance[0]"]),
+        ({"compliance": [1.0]}, ["compliance", "(1,)"]),
+        ({"r0": [1.0]}, ["r0"]),
+        ({"r0": [0.0, NAN, 0.0]}, ["r0[1]"]),
+        ({"bilateral": (np.ones((1, 2)), [0.0])}, ["G", "columns"]),
+        ({"bilateral": (np.zeros((1, 3)), [0.0])}, ["bilateral row 0"]),
+        ({"bilateral": (np.ones((1, 3)), [NAN])}, ["b[0]"]),
+        ({"cone": 2}, ["cone", "2"]),
+        ({"cone": "round"}, ["cone", "round"]),
+        ({"cone": 8, "method": "newton"}, ["cone", "newton"]),
+        ({"cone": 5000}, ["cone", "1024"]),
+        ({"method": "pgs"}, ["method", "'newton'"]),
+        ({"method": "polish"}, ["method"]),
+        ({"tol": 0.0}, ["tol"]),
+        ({"time_limit": 0.0}, ["time_limit"]),
+        ({"max_iterations": 0}, ["max_iterations"]),
+    ],
+)
+def test_refusals(arguments, words):
+    with pytest.raises(ValueError) as info:
+        perp.contact(**{**GOOD, **arguments})
+    for word in words:
+        assert word in str(info.value)
+
+
+def test_defaults_are_the_librarys():
+    theirs = _library.defaults(_structures.ContactSettings)
+    for call in (perp.contact, perp.contact_delassus):
+        defaults = call.__kwdefaults__
+        mine = _structures.sized(_structures.ContactSettings)
+        names = ("method", "cone", "tol", "max_iterations", "time_limit")
+        perp._contact._fill(mine, *(defaults[name] for name in names))
+        for field, kind in _structures.ContactSettings._fields_:
+            if kind is not _structures.ContactMonitor:
+                assert getattr(mine, field) == getattr(theirs, field), field
