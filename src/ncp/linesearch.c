@@ -78,6 +78,15 @@ perp_status perp__ncp_search(perp__ncp_walk *f, double reference, double slope, 
     return 0;
 }
 
+perp_status perp__ncp_leap(perp__ncp_walk *f)
+{
+    const perp_status status = attempt(f, 1.0);
+
+    if (status == PERP_OK)
+        move(f);
+    return status < 0 ? status : status == PERP_OK;
+}
+
 perp_status perp__ncp_search_projected(perp__ncp_walk *f)
 {
     double t = 1.0;

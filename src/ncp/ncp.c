@@ -84,7 +84,8 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty)
         memcpy(f->z, solver->candidate, (size_t)solver->model.n * sizeof(double));
     status = perp__ncp_stand(f);
     if (status == PERP_OK)
-        status = perp__ncp_fischer(f);
+        status = method == PERP_NCP_JOSEPHY ? perp__ncp_josephy(f, &solver->linear)
+                                            : perp__ncp_fischer(f);
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
     solver->iterations += f->iterations;
@@ -99,31 +100,37 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty)
     return status;
 }
 
-/* Both methods from solver->candidate, or the one asked for. */
-static perp_status run_both(perp_ncp_solver *solver, double penalty)
-{
-    const int32_t asked = solver->settings.method;
-
-    return run(solver, asked == PERP_NCP_AUTO ? PERP_NCP_FISCHER : asked, penalty);
-}
-
 static int32_t is_over(const perp_ncp_solver *solver)
 {
     return is_good(solver) || solver->ended >= 0;
 }
 
+/* Both methods from `from`, or the one asked for. */
+static perp_status run_all(perp_ncp_solver *solver, const double *from)
+{
+    const int32_t asked = solver->settings.method;
+    const size_t bytes = (size_t)solver->model.n * sizeof(double);
+    perp_status status = PERP_OK;
+
+    for (int32_t method = PERP_NCP_FISCHER; method <= PERP_NCP_JOSEPHY && status == PERP_OK;
+         method++)
+        if ((asked == PERP_NCP_AUTO || asked == method) && !is_over(solver)) {
+            if (bytes > 0)
+                memcpy(solver->candidate, from, bytes);
+            status = run(solver, method, solver->settings.penalty);
+        }
+    return status;
+}
+
 static perp_status search(perp_ncp_solver *solver, const double *z0)
 {
     perp__ncp_control *control = &solver->model.control;
-    const size_t bytes = (size_t)solver->model.n * sizeof(double);
     double unit = 0.0;
     perp_status status = perp__ncp_find_start(solver, z0);
 
     if (status != PERP_OK)
         return status;
-    if (bytes > 0)
-        memcpy(solver->candidate, solver->start, bytes);
-    status = run_both(solver, solver->settings.penalty);
+    status = run_all(solver, solver->start);
     for (int32_t i = 0; i < solver->model.n; i++) /* the problem's own sizes */
         unit = fmax(unit, fmax(fabs(solver->start[i]), solver->walk.omega * solver->model.D[i]));
     for (int32_t k = 0; status == PERP_OK && solver->settings.method == PERP_NCP_AUTO &&
@@ -131,7 +138,7 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
          k++) {
         control->restarts++;
         perp__ncp_perturb(solver, k, unit);
-        status = run_both(solver, solver->settings.penalty);
+        status = run_all(solver, solver->perturbed);
     }
     if (status == PERP_OK && !is_good(solver) && solver->best_method >= 0) {
         status = perp__ncp_look_for_trap(solver, &solver->trapped);

@@ -24,6 +24,7 @@ perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
     made->context = context;
     made->settings = own;
     perp__arena_init(&made->arena, context);
+    perp__arena_init(&made->linear.arena, context);
     perp__attach(context);
     *solver = made;
     return PERP_OK;
@@ -37,6 +38,7 @@ void perp__ncp_destroy(perp_ncp_solver *solver)
         return;
     context = solver->context;
     perp__ncp_walk_release(&solver->walk);
+    perp__ncp_linear_release(&solver->linear);
     perp__arena_release(&solver->arena);
     solver->magic = 0;
     perp__release(context, solver);
@@ -50,6 +52,7 @@ static void layout(perp__arena *arena, void *object)
 
     s->walk.model = &s->model;
     s->start = perp__arena_take(arena, n, sizeof(double));
+    s->perturbed = perp__arena_take(arena, n, sizeof(double));
     s->candidate = perp__arena_take(arena, n, sizeof(double));
     s->best_z = perp__arena_take(arena, n, sizeof(double));
     s->best_w = perp__arena_take(arena, n, sizeof(double));

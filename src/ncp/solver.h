@@ -22,7 +22,9 @@ struct perp_ncp_solver {
     int32_t setups; /* 0: no problem yet */
     perp__ncp_model model;
     perp__ncp_walk walk;
-    double *start;     /* z0, projected; moved to where F is defined */
+    perp__ncp_linear linear;
+    double *start; /* z0, projected; moved to where F is defined */
+    double *perturbed;
     double *candidate; /* caller's units */
     double *best_z, *best_w;
     perp__ncp_worth best;
@@ -40,7 +42,7 @@ perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth);
 /* *trapped := whether best_z is a stationary point of the merit function, within rounding. */
 perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped);
 
-/* candidate := start, perturbed; the attempts differ in size and direction. */
+/* perturbed := start, perturbed; the attempts differ in size and direction. */
 void perp__ncp_perturb(perp_ncp_solver *solver, int32_t attempt, double unit);
 
 /* start := z0, or near it where F is not defined there. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */

@@ -33,7 +33,7 @@ void perp__ncp_perturb(perp_ncp_solver *solver, int32_t attempt, double unit)
 
         if (solver->start[i] + shift < m->lower[i] || solver->start[i] + shift > m->upper[i])
             shift = -shift; /* into the box, not onto its boundary */
-        solver->candidate[i] = perp__ncp_clamp(solver->start[i] + shift, m->lower[i], m->upper[i]);
+        solver->perturbed[i] = perp__ncp_clamp(solver->start[i] + shift, m->lower[i], m->upper[i]);
     }
 }
 

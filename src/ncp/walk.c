@@ -177,8 +177,7 @@ void perp__ncp_slopes(perp__ncp_walk *f, enum perp__ncp_equation equation)
         fischer_slopes(f);
 }
 
-/* H := D_z + D_w (S + rho I) */
-static void fill(perp__ncp_walk *f, double rho)
+void perp__ncp_fill(perp__ncp_walk *f, double rho)
 {
     const perp__ncp_model *m = f->model;
     const int32_t n = m->n;
@@ -222,7 +221,7 @@ perp_status perp__ncp_newton(perp__ncp_walk *f, double rho)
 {
     perp_status status;
 
-    fill(f, rho);
+    perp__ncp_fill(f, rho);
     status = factor(f, &f->factor, f->H);
     if (status != PERP_OK)
         return status;
@@ -248,7 +247,7 @@ perp_status perp__ncp_regularised(perp__ncp_walk *f)
 
     if (f->model->sparse)
         return PERP__FACTOR_SINGULAR;
-    fill(f, 0.0);
+    perp__ncp_fill(f, 0.0);
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j <= i; j++) {
             double sum = 0.0;

@@ -52,6 +52,9 @@ perp_status perp__ncp_look(perp__ncp_walk *walk);
 /* Slopes and right-hand side of an equation at z. */
 void perp__ncp_slopes(perp__ncp_walk *walk, enum perp__ncp_equation equation);
 
+/* H := D_z + D_w (S + rho I) */
+void perp__ncp_fill(perp__ncp_walk *walk, double rho);
+
 /* d := -(D_z + D_w (S + rho I))^-1 times the right-hand side. PERP_OK, PERP__FACTOR_SINGULAR or
  * _MEMORY. */
 perp_status perp__ncp_newton(perp__ncp_walk *walk, double rho);
@@ -70,7 +73,10 @@ void perp__ncp_steepest(perp__ncp_walk *walk);
 perp_status perp__ncp_search(perp__ncp_walk *walk, double reference, double slope,
                              int32_t halvings);
 
-/* As that, where Psi has to fall by beta of what gradient promises: for steepest descent. */
+/* Moves to P(z + d) wherever F is defined there, whatever Psi. Returns as above. */
+perp_status perp__ncp_leap(perp__ncp_walk *walk);
+
+/* As the search, where Psi has to fall by beta of what gradient promises: for steepest descent. */
 perp_status perp__ncp_search_projected(perp__ncp_walk *walk);
 
 /* The largest of the last values of Psi. */

@@ -1,0 +1,222 @@
+/* Josephy-Newton: z_N solves the linear complementarity problem of the linearisation at z (Josephy,
+ * "Newton's method for generalized equations", 1979), by the front door of perp/lcp.h; then a step
+ * towards it. Full steps are taken on trust for a while, and taken back where Psi has not fallen by
+ * then (the watchdog of Chamberlain, Powell, Lemarechal & Pedersen 1982, as in Dirkse & Ferris,
+ * "The PATH solver", 1995). Where the linear problem has no solution, rho (z - z_k) is added. */
+#include <math.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "base/context.h"
+#include "lcp/lcp.h"
+#include "ncp/method.h"
+
+#define TRUST 5      /* full steps before the watchdog looks */
+#define PROGRESS 0.9 /* what Psi must have come down to by then, relatively */
+#define TOO_FAR 1e4  /* the factor of Psi at which it looks at once */
+#define HALVINGS 20
+
+/* rho, until the linear problem has a solution; S has a unit diagonal */
+static const double proximal[] = {0.0, 1e-3, 1e-1, 1.0, 10.0, 1e3};
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__ncp_linear *l = object;
+
+    l->q = perp__arena_take(arena, (size_t)l->n, sizeof(double));
+    l->z = perp__arena_take(arena, (size_t)l->n, sizeof(double));
+    l->kept_z = perp__arena_take(arena, (size_t)l->n, sizeof(double));
+    l->kept_d = perp__arena_take(arena, (size_t)l->n, sizeof(double));
+}
+
+void perp__ncp_linear_release(perp__ncp_linear *l)
+{
+    perp__lcp_destroy(l->lcp);
+    l->lcp = NULL;
+    perp__arena_release(&l->arena);
+}
+
+static perp_status fit(perp__ncp_linear *l, const perp__ncp_model *m)
+{
+    perp_lcp_settings settings;
+    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
+
+    if (status == PERP_OK && (!l->fitted || l->n != m->n)) {
+        l->fitted = 0;
+        l->n = m->n;
+        status = perp__arena_fit(&l->arena, layout, l);
+        l->fitted = status == PERP_OK;
+    }
+    if (status == PERP_OK && !l->lcp)
+        status = perp__lcp_create(m->context, &l->lcp, &settings);
+    return status;
+}
+
+/* q := w - (S + rho I) z; 0 if that overflows */
+static int32_t find_offset(perp__ncp_walk *f, perp__ncp_linear *l, double rho)
+{
+    const perp__ncp_model *m = f->model;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        f->part[i] = -f->z[i];
+        l->q[i] = f->w[i] - rho * f->z[i];
+    }
+    perp__ncp_add(m, f->part, l->q);
+    for (int32_t i = 0; i < m->n; i++)
+        if (!isfinite(l->q[i]))
+            return 0;
+    return 1;
+}
+
+/* The time that is left is the linear problem's, too. */
+static perp_status limit_time(const perp__ncp_model *m, perp__ncp_linear *l)
+{
+    perp_lcp_settings settings;
+    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
+
+    if (status != PERP_OK || !(m->control.deadline > 0.0))
+        return status;
+    settings.time_limit = fmax(1e-6, m->control.deadline - perp__now());
+    return perp__lcp_set(l->lcp, &settings);
+}
+
+/* l->z := the solution of the linearisation with rho. 1 if it has one, 0 if not. */
+static perp_status solve_linear(perp__ncp_walk *f, perp__ncp_linear *l, double rho)
+{
+    const perp__ncp_model *m = f->model;
+    perp_lcp_result result;
+    perp_matrix M;
+    perp_status status = perp_lcp_result_init(&result, sizeof result);
+
+    for (int32_t i = 0; i < m->n; i++) {
+        f->slope_z[i] = 0.0;
+        f->slope_w[i] = 1.0;
+    }
+    perp__ncp_fill(f, rho);
+    if (!find_offset(f, l, rho))
+        return 0;
+    if (status == PERP_OK)
+        status = perp_matrix_init(&M, sizeof M);
+    if (status == PERP_OK && m->sparse)
+        status = perp_matrix_csc(&M, m->n, m->n, m->starts, m->rows, f->H);
+    else if (status == PERP_OK)
+        status = perp_matrix_dense(&M, PERP_STORAGE_COLUMN_MAJOR, m->n, m->n, f->H, m->n);
+    if (status == PERP_OK)
+        status = limit_time(m, l);
+    if (status == PERP_OK)
+        status = perp__lcp_setup(l->lcp, &M, m->low, m->high);
+    if (status == PERP_OK)
+        status = perp__lcp_solve(l->lcp, l->z, NULL, NULL, &result, l->q, f->z);
+    if (status != PERP_OK)
+        return status;
+    return result.outcome == PERP_OUTCOME_SOLVED || result.outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
+/* d := z_N - z. Returns as solve_linear. */
+static perp_status find_direction(perp__ncp_walk *f, perp__ncp_linear *l)
+{
+    perp_status found = 0;
+
+    for (size_t k = 0; k < sizeof proximal / sizeof proximal[0] && found == 0; k++)
+        found = solve_linear(f, l, proximal[k]);
+    for (int32_t i = 0; i < f->model->n && found == 1; i++)
+        f->d[i] = l->z[i] - f->z[i];
+    return found;
+}
+
+static void keep(const perp__ncp_walk *f, perp__ncp_linear *l)
+{
+    const size_t bytes = (size_t)f->model->n * sizeof(double);
+
+    memcpy(l->kept_z, f->z, bytes);
+    memcpy(l->kept_d, f->d, bytes);
+    l->kept_psi = f->psi;
+    l->since = 0;
+}
+
+/* Down the gradient, where all else fails. */
+static perp_status descend(perp__ncp_walk *f)
+{
+    perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
+    perp__ncp_gradient(f);
+    perp__ncp_steepest(f);
+    return perp__ncp_search_projected(f);
+}
+
+/* Back to the point kept, and from there a step that is checked. */
+static perp_status go_back(perp__ncp_walk *f, perp__ncp_linear *l)
+{
+    const size_t bytes = (size_t)f->model->n * sizeof(double);
+    perp_status status;
+
+    memcpy(f->z, l->kept_z, bytes);
+    memcpy(f->d, l->kept_d, bytes);
+    status = perp__ncp_stand(f);
+    f->steps = 0;
+    l->since = -1; /* the next point is kept */
+    if (status == PERP_OK)
+        status = perp__ncp_search(f, f->psi, -2.0 * f->psi, HALVINGS);
+    else if (status > 0)
+        return 0;
+    if (status != 0)
+        return status;
+    status = perp__ncp_look(f);
+    return status == PERP_OK ? descend(f) : status < 0 ? status : 0;
+}
+
+/* 1 if it moved, 0 if not, or a negative status. */
+static perp_status step(perp__ncp_walk *f, perp__ncp_linear *l)
+{
+    perp_status moved;
+
+    moved = find_direction(f, l);
+    if (moved < 0)
+        return moved;
+    if (moved == 0) {
+        l->since = -1;
+        return descend(f);
+    }
+    if (l->since < 0 || f->psi <= PROGRESS * l->kept_psi)
+        keep(f, l);
+    else if (l->since >= TRUST || f->psi > TOO_FAR * l->kept_psi)
+        return go_back(f, l);
+    l->since++;
+    moved = perp__ncp_leap(f);
+    if (moved != 0)
+        return moved;
+    return perp__ncp_search(f, perp__ncp_reference(f), -2.0 * f->psi, HALVINGS);
+}
+
+perp_status perp__ncp_josephy(perp__ncp_walk *f, perp__ncp_linear *l)
+{
+    double last = INFINITY;
+    perp_status status = fit(l, f->model);
+
+    l->since = -1;
+    for (f->iterations = 0; status == PERP_OK; f->iterations++) {
+        const int32_t rescaled = f->rescaled;
+
+        status = perp__ncp_tick(f->model, &f->outcome, f->iterations, f->residual);
+        if (status != PERP_OK || f->outcome >= 0)
+            return status;
+        status = perp__ncp_look(f);
+        f->outcome = PERP_OUTCOME_SINGULAR;
+        if (status != PERP_OK)
+            return status < 0 ? status : PERP_OK;
+        if (f->rescaled != rescaled)
+            l->since = -1; /* the point kept is in other units */
+        f->outcome = PERP_OUTCOME_SOLVED;
+        if (perp__ncp_is_there(f, last))
+            return PERP_OK;
+        f->outcome = PERP_OUTCOME_ITERATION_LIMIT;
+        if (f->iterations >= f->limit)
+            return PERP_OK;
+        last = f->residual;
+        status = step(f, l);
+        f->outcome = PERP_OUTCOME_STALLED;
+        if (status != 1)
+            return status < 0 ? status : PERP_OK;
+        status = PERP_OK;
+    }
+    return status;
+}
