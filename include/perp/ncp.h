@@ -172,6 +172,42 @@ PERP_API perp_status perp_ncp_solve(perp_context *context, double *z, double *w,
                                     const perp_ncp_problem *problem,
                                     const double *z0) PERP_WARN_UNUSED;
 
+/* How a Jacobian callback compares with differences of F. Entries are numbered from 0. */
+typedef struct perp_ncp_check {
+    size_t struct_size;
+    int32_t wrong;       /* entries that differ by more than differences can be wrong */
+    int32_t missing;     /* entries not in the CSC pattern whose difference isn't 0 */
+    int32_t row, column; /* the entry with the worst disagreement; -1 if n = 0 */
+    double given;        /* there: the callback's value, */
+    double difference;   /* the value by differences, */
+    double uncertainty;  /* and the estimated error of that */
+    int32_t missing_row; /* the missing entry with the largest difference; -1 if there is none */
+    int32_t missing_column;
+    double missing_difference;
+    int32_t unchecked; /* columns that could not be checked: a fixed variable, or F is not
+                          defined next to z */
+    int32_t reserved;  /* 0 */
+} perp_ncp_check;
+
+PERP_API perp_status perp_ncp_check_init(perp_ncp_check *check, size_t size);
+
+/* Compares problem->jacobian at z with central differences, extrapolated from two steps
+ * (Richardson), which tell their own error; one-sided where a bound is near.
+ *
+ * An entry is wrong if it is further from the difference than 8 times the estimated error and 1e-7
+ * of itself.
+ *
+ * Returns: PERP_OK with the verdict in check; PERP_ERROR_ARGUMENT (also: no jacobian callback, z
+ *          outside of the bounds, F or J not defined at z), _NOT_FINITE, _ABI, _HANDLE, _BUSY,
+ *          _MEMORY or _CALLBACK, and then nothing was written.
+ * Out:     check: initialised by perp_ncp_check_init.
+ * In:      problem: as for perp_ncp_solver_setup. z: n entries, within the bounds; a point without
+ *          special values (0, 1) shows more.
+ * Cost:    one call of the Jacobian, about 4 n of the function. */
+PERP_API perp_status perp_ncp_check_jacobian(perp_context *context, perp_ncp_check *check,
+                                             const perp_ncp_problem *problem,
+                                             const double *z) PERP_WARN_UNUSED;
+
 #ifdef __cplusplus
 }
 #endif

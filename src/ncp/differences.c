@@ -11,7 +11,7 @@
 #define SHRINKS 6           /* tries, each to the other side of z_j or */
 #define SHRINK (1.0 / 32.0) /* with a shorter step */
 
-static double size_of(const perp__ncp_model *m, int32_t j)
+double perp__ncp_size(const perp__ncp_model *m, int32_t j)
 {
     double size = fmax(fabs(m->z_caller[j]), KEPT * m->largest[j]);
 
@@ -24,8 +24,7 @@ static double size_of(const perp__ncp_model *m, int32_t j)
     return size > 0.0 ? size : 1.0;
 }
 
-/* z + step, within the bounds, or 0 if there is no room; the step is what was really added. */
-static double fit_step(const perp__ncp_model *m, int32_t j, double step)
+double perp__ncp_fit_step(const perp__ncp_model *m, int32_t j, double step)
 {
     const double z = m->z_caller[j];
     const double room = step > 0.0 ? m->upper[j] - z : z - m->lower[j];
@@ -36,8 +35,8 @@ static double fit_step(const perp__ncp_model *m, int32_t j, double step)
 
 static double choose_step(const perp__ncp_model *m, int32_t j)
 {
-    const double wanted = size_of(m, j) * FORWARD;
-    const double up = fit_step(m, j, wanted), down = fit_step(m, j, -wanted);
+    const double wanted = perp__ncp_size(m, j) * FORWARD;
+    const double up = perp__ncp_fit_step(m, j, wanted), down = perp__ncp_fit_step(m, j, -wanted);
 
     return fabs(up) >= 0.5 * fabs(down) ? up : down;
 }
@@ -76,7 +75,7 @@ static perp_status search(perp__ncp_model *m, int32_t j)
     double wanted = m->step[j];
 
     for (int32_t k = 0; k < SHRINKS && status == PERP__NCP_OUTSIDE; k++) {
-        m->step[j] = fit_step(m, j, wanted);
+        m->step[j] = perp__ncp_fit_step(m, j, wanted);
         if (m->step[j] != 0.0)
             status = shift(m, &j, 1, 1.0, m->w_shifted);
         wanted *= k % 2 == 0 ? -1.0 : SHRINK;
@@ -127,13 +126,13 @@ static void choose_steps(perp__ncp_model *m)
     for (int32_t j = 0; j < m->n; j++)
         m->largest[j] = fmax(m->largest[j], fabs(m->z_caller[j]));
     for (int32_t j = 0; j < m->n; j++) {
-        const double wide = size_of(m, j) * CENTRAL;
+        const double wide = perp__ncp_size(m, j) * CENTRAL;
 
         m->step[j] = choose_step(m, j);
         m->shifted[j] = m->z_caller[j];
         if (m->central && m->z_caller[j] - m->lower[j] >= wide &&
             m->upper[j] - m->z_caller[j] >= wide)
-            m->step[j] = fit_step(m, j, wide);
+            m->step[j] = perp__ncp_fit_step(m, j, wide);
     }
 }
 

@@ -192,8 +192,7 @@ perp_status perp__ncp_evaluate(perp__ncp_model *m, const double *z, double *w)
     return status;
 }
 
-/* The callback's values. */
-static perp_status ask(perp__ncp_model *m)
+perp_status perp__ncp_ask(perp__ncp_model *m)
 {
     const size_t count = m->sparse ? (size_t)m->pattern_starts[m->n] : (size_t)m->n * (size_t)m->n;
     int32_t said;
@@ -222,7 +221,7 @@ perp_status perp__ncp_linearise(perp__ncp_model *m, const double *z, const doubl
     }
     m->jacobian_evaluations++;
     if (m->problem.jacobian)
-        status = ask(m);
+        status = perp__ncp_ask(m);
     if (status == PERP__NCP_OUTSIDE)
         status = perp__ncp_differences(m);
     if (status == PERP_OK)

@@ -82,8 +82,16 @@ perp_status perp__ncp_evaluate(perp__ncp_model *model, const double *z, double *
  * above. */
 perp_status perp__ncp_linearise(perp__ncp_model *model, const double *z, const double *w);
 
+/* given := the callback's Jacobian at z_caller. Statuses as above. */
+perp_status perp__ncp_ask(perp__ncp_model *model);
+
 /* given := differences of F at z_caller, where F is w_caller. */
 perp_status perp__ncp_differences(perp__ncp_model *model);
+
+/* What differences take for the size of z_j. The step that really is added to z_j where this one is
+ * wanted: a double's, and within the bounds; 0 if there is no room. */
+double perp__ncp_size(const perp__ncp_model *model, int32_t j);
+double perp__ncp_fit_step(const perp__ncp_model *model, int32_t j, double step);
 
 /* Colours the columns of the caller's pattern, once. A dense matrix has a colour a column. */
 void perp__ncp_colour(perp__ncp_model *model);

@@ -77,6 +77,25 @@ static void test_ncp_result(void **state)
     FIELD(perp_ncp_result, trapped, 76, 4);
 }
 
+static void test_ncp_check(void **state)
+{
+    (void)state;
+    SIZE(perp_ncp_check, 72);
+    FIELD(perp_ncp_check, struct_size, 0, 8);
+    FIELD(perp_ncp_check, wrong, 8, 4);
+    FIELD(perp_ncp_check, missing, 12, 4);
+    FIELD(perp_ncp_check, row, 16, 4);
+    FIELD(perp_ncp_check, column, 20, 4);
+    FIELD(perp_ncp_check, given, 24, 8);
+    FIELD(perp_ncp_check, difference, 32, 8);
+    FIELD(perp_ncp_check, uncertainty, 40, 8);
+    FIELD(perp_ncp_check, missing_row, 48, 4);
+    FIELD(perp_ncp_check, missing_column, 52, 4);
+    FIELD(perp_ncp_check, missing_difference, 56, 8);
+    FIELD(perp_ncp_check, unchecked, 64, 4);
+    FIELD(perp_ncp_check, reserved, 68, 4);
+}
+
 static void test_values(void **state)
 {
     (void)state;
@@ -90,7 +109,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ncp_problem),  cmocka_unit_test(test_ncp_progress),
         cmocka_unit_test(test_ncp_settings), cmocka_unit_test(test_ncp_result),
-        cmocka_unit_test(test_values),
+        cmocka_unit_test(test_ncp_check),    cmocka_unit_test(test_values),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

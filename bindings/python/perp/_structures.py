@@ -250,6 +250,24 @@ class NcpResult(Structure):
     ]
 
 
+class NcpCheck(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("wrong", c_int32),
+        ("missing", c_int32),
+        ("row", c_int32),
+        ("column", c_int32),
+        ("given", c_double),
+        ("difference", c_double),
+        ("uncertainty", c_double),
+        ("missing_row", c_int32),
+        ("missing_column", c_int32),
+        ("missing_difference", c_double),
+        ("unchecked", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
 class ContactLaws(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -451,6 +469,7 @@ STRUCTS = {
     "perp_ncp_progress": NcpProgress,
     "perp_ncp_settings": NcpSettings,
     "perp_ncp_result": NcpResult,
+    "perp_ncp_check": NcpCheck,
     "perp_contact_laws": ContactLaws,
     "perp_contact_dynamics": ContactDynamics,
     "perp_contact_progress": ContactProgress,

@@ -1,0 +1,232 @@
+/* A Jacobian callback against differences of F that tell their own error: Richardson's
+ * extrapolation from the steps h and h/2. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "base/context.h"
+#include "ncp/settings.h"
+#include "ncp/solver.h"
+
+#define STEP 0x1p-11  /* near eps^(1/5), for an error of the fourth order */
+#define CERTAIN 8.0   /* times the estimated error */
+#define RELATIVE 1e-7 /* of the entry */
+#define ROUNDING 16.0 /* units of F's last place, which are taken for its own error */
+#define SHRINKS 8
+
+/* F at the four points of a column, and its value and error by differences. */
+typedef struct column {
+    int32_t j;
+    double *far_high, *near_high, *far_low, *near_low; /* z +- h, z +- h/2; n entries each */
+    double high, low; /* the steps of the two sides, low < 0; 0: F itself stands for that side */
+} column;
+
+perp_status perp_ncp_check_init(perp_ncp_check *check, size_t size)
+{
+    return perp__struct_init(check, size, PERP__NCP_CHECK_FIRST);
+}
+
+/* far and near := F at z + step and z + step/2, or F and a step of 0. The point in the walk's own
+ * vector z, which is left as it was. */
+static perp_status look(perp_ncp_solver *solver, int32_t j, double *step, double *far, double *near)
+{
+    perp__ncp_model *m = &solver->model;
+    double *z = solver->walk.z;
+    const double here = z[j];
+    perp_status status = PERP__NCP_OUTSIDE;
+
+    *step = perp__ncp_fit_step(m, j, *step);
+    for (int32_t k = 0; k < SHRINKS && *step != 0.0 && status == PERP__NCP_OUTSIDE; k++) {
+        if (k > 0)
+            *step = perp__ncp_fit_step(m, j, 0.25 * *step);
+        z[j] = here + *step;
+        status = perp__ncp_call(m, z, far);
+        if (status == PERP_OK) {
+            z[j] = here + 0.5 * *step;
+            status = perp__ncp_call(m, z, near);
+        }
+    }
+    z[j] = here;
+    if (status != PERP__NCP_OUTSIDE)
+        return status;
+    *step = 0.0;
+    memcpy(far, solver->best_w, (size_t)m->n * sizeof(double));
+    memcpy(near, solver->best_w, (size_t)m->n * sizeof(double));
+    return PERP_OK;
+}
+
+/* PERP_OK, PERP__NCP_OUTSIDE if neither side is defined, or an error. */
+static perp_status sample(perp_ncp_solver *solver, column *c)
+{
+    const double h = perp__ncp_size(&solver->model, c->j) * STEP;
+    perp_status status;
+
+    c->high = h;
+    c->low = -h;
+    status = look(solver, c->j, &c->high, c->far_high, c->near_high);
+    if (status == PERP_OK)
+        status = look(solver, c->j, &c->low, c->far_low, c->near_low);
+    if (status == PERP_OK && c->high == 0.0 && c->low == 0.0)
+        return PERP__NCP_OUTSIDE;
+    if (status == PERP_OK && c->high > -c->low && c->low != 0.0) { /* to both sides alike */
+        c->high = -c->low;
+        status = look(solver, c->j, &c->high, c->far_high, c->near_high);
+    } else if (status == PERP_OK && c->high < -c->low && c->high != 0.0) {
+        c->low = -c->high;
+        status = look(solver, c->j, &c->low, c->far_low, c->near_low);
+    }
+    return status;
+}
+
+/* dF_i/dz_j, and how wrong that may be. */
+static double difference(const column *c, int32_t i, double *uncertainty)
+{
+    const double width = c->high - c->low;
+    const int32_t central = c->high != 0.0 && c->low != 0.0;
+    const double wide = (c->far_high[i] - c->far_low[i]) / width;
+    const double narrow = (c->near_high[i] - c->near_low[i]) / (0.5 * width);
+    const double best = central ? narrow + (narrow - wide) / 3.0 : narrow + (narrow - wide);
+    const double size = fmax(fabs(c->far_high[i]), fabs(c->far_low[i]));
+
+    *uncertainty = fabs(best - narrow) + ROUNDING * DBL_EPSILON * size / width;
+    return best;
+}
+
+static void compare(perp_ncp_check *check, const column *c, int32_t i, double given, double *worst)
+{
+    double uncertainty;
+    const double found = difference(c, i, &uncertainty);
+    const double allowed = CERTAIN * uncertainty + RELATIVE * fmax(fabs(given), fabs(found));
+    const double apart = fabs(given - found);
+    const double ratio = apart > 0.0 ? apart / allowed : 0.0;
+
+    check->wrong += ratio > 1.0;
+    if (ratio > *worst) {
+        *worst = ratio;
+        check->row = i;
+        check->column = c->j;
+        check->given = given;
+        check->difference = found;
+        check->uncertainty = uncertainty;
+    }
+}
+
+static void look_for_missing(perp_ncp_check *check, const column *c, int32_t i)
+{
+    double uncertainty;
+    const double found = difference(c, i, &uncertainty);
+
+    if (!(fabs(found) > CERTAIN * uncertainty))
+        return;
+    check->missing++;
+    if (fabs(found) > fabs(check->missing_difference)) {
+        check->missing_row = i;
+        check->missing_column = c->j;
+        check->missing_difference = found;
+    }
+}
+
+static void compare_column(const perp__ncp_model *m, perp_ncp_check *check, const column *c,
+                           double *worst)
+{
+    const size_t n = (size_t)m->n, j = (size_t)c->j;
+    const int by_rows = m->problem.storage == PERP_STORAGE_ROW_MAJOR;
+    int32_t k = m->sparse ? m->pattern_starts[j] : 0;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        if (!m->sparse) {
+            compare(check, c, i, m->given[by_rows ? (size_t)i * n + j : j * n + (size_t)i], worst);
+        } else if (k < m->pattern_starts[j + 1] && m->pattern_rows[k] == i) {
+            compare(check, c, i, m->given[k], worst);
+            k++;
+        } else {
+            look_for_missing(check, c, i);
+        }
+    }
+}
+
+/* walk.z := z, best_w := F(z), given := J(z) */
+static perp_status begin(perp_ncp_solver *solver, const double *z)
+{
+    perp__ncp_model *m = &solver->model;
+    perp_status status;
+
+    perp__ncp_model_unscale(m);
+    for (int32_t i = 0; i < m->n; i++) {
+        if (!(z[i] >= m->lower[i] && z[i] <= m->upper[i]))
+            return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                              "z[%d] = %g is outside of its bounds", (int)i, z[i]);
+        solver->walk.z[i] = z[i];
+        m->largest[i] = fabs(z[i]);
+    }
+    status = perp__ncp_evaluate(m, solver->walk.z, solver->best_w);
+    if (status == PERP__NCP_OUTSIDE)
+        return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                          "problem.function is not defined at z");
+    if (status == PERP_OK)
+        status = perp__ncp_ask(m);
+    if (status == PERP__NCP_OUTSIDE)
+        return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                          "problem.jacobian is not defined at z");
+    return status;
+}
+
+static perp_status check_all(perp_ncp_solver *solver, perp_ncp_check *check, const double *z)
+{
+    const perp__ncp_model *m = &solver->model;
+    perp__ncp_walk *f = &solver->walk;
+    column c = {0, f->trial_z, f->trial_w, f->part, f->image, 0.0, 0.0};
+    double worst = -1.0;
+    perp_status status = begin(solver, z);
+
+    check->row = check->column = check->missing_row = check->missing_column = -1;
+    for (c.j = 0; c.j < m->n && status == PERP_OK; c.j++) {
+        if (m->lower[c.j] < m->upper[c.j])
+            status = sample(solver, &c);
+        else
+            status = PERP__NCP_OUTSIDE;
+        if (status == PERP_OK)
+            compare_column(m, check, &c, &worst);
+        check->unchecked += status == PERP__NCP_OUTSIDE;
+        status = status < 0 ? status : PERP_OK;
+    }
+    return status;
+}
+
+static perp_status check_problem(perp_context *context, perp_ncp_check *own,
+                                 const perp_ncp_problem *problem, const double *z)
+{
+    perp_ncp_solver *solver = NULL;
+    perp_status status = perp__ncp_create(context, &solver, NULL);
+
+    if (status == PERP_OK)
+        status = perp__ncp_setup(solver, problem);
+    if (status == PERP_OK && !solver->model.problem.jacobian)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.jacobian is NULL");
+    if (status == PERP_OK && solver->model.n > 0)
+        status = perp__check_pointer(context, "z", z);
+    if (status == PERP_OK)
+        status = perp__check_finite(context, "z", z, (size_t)solver->model.n);
+    if (status == PERP_OK)
+        status = check_all(solver, own, z);
+    perp__ncp_destroy(solver);
+    return status;
+}
+
+perp_status perp_ncp_check_jacobian(perp_context *context, perp_ncp_check *check,
+                                    const perp_ncp_problem *problem, const double *z)
+{
+    perp_ncp_check own;
+    perp_status status = perp__enter_to_create(context);
+
+    if (status != PERP_OK)
+        return status;
+    memset(&own, 0, sizeof own);
+    status = perp__struct_check(context, "check", check, sizeof *check, PERP__NCP_CHECK_FIRST);
+    if (status == PERP_OK)
+        status = check_problem(context, &own, problem, z);
+    if (status == PERP_OK)
+        perp__struct_write(check, &own, sizeof own);
+    return perp__leave(context, status);
+}

@@ -1,0 +1,306 @@
+/* Functions that are not defined everywhere, and callbacks that stop or abort a solve. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+#include <perp/perp.h>
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+/* How a callback behaves: the value it returns at which call. */
+typedef struct behaviour {
+    int calls, at, value;
+    int says_nan; /* outside of the domain: NaN and 0, not 1 */
+    perp_context *inside;
+    perp_ncp_solver *solver;
+} behaviour;
+
+/* 1 + log(z_0) + z_1/2 = 0 and z_1 + z_0 >= 1, z_1 >= 0: defined for z_0 > 0 only.
+ * With z_1 = 1 - z_0: 3/2 + log(z_0) = z_0/2. */
+static int32_t logarithm(double *F, const double *z, void *user)
+{
+    behaviour *b = user;
+
+    if (++b->calls == b->at && b->value < 0)
+        return b->value;
+    if (!(z[0] > 0) && !b->says_nan)
+        return 1;
+    F[0] = 1 + log(z[0]) + z[1] / 2;
+    F[1] = z[1] + z[0] - 1;
+    return 0;
+}
+
+static int32_t logarithm_jacobian(double *J, const double *z, void *user)
+{
+    (void)user;
+    J[0] = 1 / z[0];
+    J[1] = 1;
+    J[2] = 0.5;
+    J[3] = 1;
+    return 0;
+}
+
+static perp_ncp_problem problem_of(behaviour *b)
+{
+    static const double lower[] = {-INFINITY, 0};
+    perp_ncp_problem problem;
+
+    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
+    problem.n = 2;
+    problem.function = logarithm;
+    problem.jacobian = logarithm_jacobian;
+    problem.lower = lower;
+    problem.user = b;
+    return problem;
+}
+
+static perp_ncp_result new_result(void)
+{
+    perp_ncp_result result;
+
+    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
+    return result;
+}
+
+/* Newton's full step leads outside from each of these; and two of them are outside. */
+static void test_logarithm(void **state)
+{
+    static const double starts[][2] = {{1, 0},    {50, 3}, {1e-3, 0}, {1e3, 1e3},
+                                       {0.3, 10}, {0, 0},  {-5, 1}};
+
+    (void)state;
+    for (int method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++)
+        for (size_t s = 0; s < 2 * sizeof starts / sizeof *starts; s++) {
+            behaviour b = {0};
+            perp_ncp_problem problem = problem_of(&b);
+            perp_ncp_settings settings;
+            perp_ncp_result result = new_result();
+            double z[2];
+
+            b.says_nan = s % 2 == 1;
+            if (method == PERP_NCP_AUTO)
+                problem.jacobian = NULL;
+            assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
+            settings.method = method;
+            assert_int_equal(
+                perp_ncp_solve(context, z, NULL, &result, &settings, &problem, starts[s / 2]),
+                PERP_OK);
+            assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+            assert_true(fabs(z[1] - (1 - z[0])) <= 1e-12);
+            assert_true(fabs(1.5 + log(z[0]) - z[0] / 2) <= 1e-12);
+        }
+}
+
+static int32_t nowhere(double *F, const double *z, void *user)
+{
+    (void)user;
+    F[0] = z[0];
+    return 1;
+}
+
+static int32_t not_a_number(double *F, const double *z, void *user)
+{
+    (void)user;
+    (void)z;
+    F[0] = 1; /* and F[1] is left out */
+    return 0;
+}
+
+static void test_nowhere(void **state)
+{
+    perp_ncp_function functions[] = {nowhere, not_a_number};
+    const double z0[] = {-3, 4};
+
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        behaviour b = {0};
+        perp_ncp_problem problem = problem_of(&b);
+        perp_ncp_result result = new_result();
+        double z[2], w[2];
+
+        problem.lower = NULL;
+        problem.function = functions[k];
+        assert_int_equal(perp_ncp_solve(context, z, w, &result, NULL, &problem, z0), PERP_OK);
+        assert_int_equal(result.outcome, PERP_OUTCOME_EVALUATION_FAILED);
+        assert_true(z[0] == 0 && z[1] == 4); /* z0, projected */
+        assert_true(isnan(w[0]) && isnan(w[1]));
+        assert_true(isinf(result.residual) && isinf(result.natural_residual));
+        assert_int_equal(result.trapped, 0);
+    }
+}
+
+/* A Jacobian that is not defined: differences take its place. */
+static int32_t no_jacobian(double *J, const double *z, void *user)
+{
+    (void)z;
+    (void)user;
+    J[0] = 1;
+    return 0;
+}
+
+static void test_jacobian_outside(void **state)
+{
+    const double z0[] = {0.5, 0.5};
+    behaviour b = {0};
+    perp_ncp_problem problem = problem_of(&b);
+    perp_ncp_result result = new_result();
+    double z[2];
+
+    (void)state;
+    problem.jacobian = no_jacobian;
+    assert_int_equal(perp_ncp_solve(context, z, NULL, &result, NULL, &problem, z0), PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+}
+
+static int32_t abort_jacobian(double *J, const double *z, void *user)
+{
+    behaviour *b = user;
+
+    return b->calls >= b->at ? b->value : logarithm_jacobian(J, z, user);
+}
+
+/* Aborted at any call: the status, a message, and nothing written. */
+static void test_abort(void **state)
+{
+    const double z0[] = {50, 3};
+    int aborted = 1;
+
+    (void)state;
+    for (int which = 0; which < 3; which++)
+        for (int at = 1; aborted || at == 1; at++) {
+            behaviour b = {0};
+            perp_ncp_problem problem = problem_of(&b);
+            perp_ncp_result result, before;
+            double z[2] = {7, 8}, w[2] = {9, 10};
+
+            b.at = at;
+            b.value = -3;
+            if (which == 1)
+                problem.jacobian = abort_jacobian;
+            else if (which == 2)
+                problem.jacobian = NULL;
+            memset(&result, 0x5a, sizeof result);
+            result.struct_size = sizeof result;
+            before = result;
+            aborted = perp_ncp_solve(context, z, w, &result, NULL, &problem, z0) != PERP_OK;
+            if (!aborted)
+                continue;
+            assert_memory_equal(&result, &before, sizeof result);
+            assert_true(z[0] == 7 && z[1] == 8 && w[0] == 9 && w[1] == 10);
+            assert_non_null(strstr(perp_context_message(context), "-3"));
+            assert_int_equal(perp_ncp_solve(context, z, w, &result, NULL, &problem, z0),
+                             which == 1 ? PERP_ERROR_CALLBACK : PERP_OK);
+        }
+}
+
+/* ---- monitors and limits --------------------------------------------------------------------- */
+
+static int32_t watch(const perp_ncp_progress *progress, void *user)
+{
+    behaviour *b = user;
+
+    assert_int_equal(progress->struct_size, sizeof *progress);
+    assert_true(progress->residual >= 0);
+    assert_true(progress->evaluations > 0);
+    return ++b->calls == b->at ? b->value : 0;
+}
+
+static void test_monitor(void **state)
+{
+    const double z0[] = {50, 3};
+
+    (void)state;
+    for (int method = PERP_NCP_FISCHER; method <= PERP_NCP_JOSEPHY; method++) {
+        behaviour b = {0}, m = {0};
+        perp_ncp_problem problem = problem_of(&b);
+        perp_ncp_settings settings;
+        perp_ncp_result result = new_result();
+        double z[2] = {0, 0};
+
+        assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
+        settings.method = method;
+        settings.monitor = watch;
+        settings.monitor_user = &m;
+        m.at = 2;
+        m.value = 1;
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
+                         PERP_OK);
+        assert_int_equal(result.outcome, PERP_OUTCOME_STOPPED);
+        assert_int_equal(result.iterations, 1);
+        assert_true(z[0] > 0);
+        m.calls = 0;
+        m.value = -1;
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
+                         PERP_ERROR_CALLBACK);
+        settings.monitor = NULL;
+        settings.max_iterations = 1;
+        settings.polish = 0;
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
+                         PERP_OK);
+        assert_int_equal(result.outcome, PERP_OUTCOME_ITERATION_LIMIT);
+        assert_int_equal(result.iterations, 1);
+        settings.max_iterations = 0;
+        settings.time_limit = 1e-9;
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
+                         PERP_OK);
+        assert_int_equal(result.outcome, PERP_OUTCOME_TIME_LIMIT);
+    }
+}
+
+/* A callback that calls back. */
+static int32_t intrude(double *F, const double *z, void *user)
+{
+    behaviour *b = user;
+    perp_ncp_result result = new_result();
+    double other[2];
+
+    assert_int_equal(perp_ncp_solver_solve(b->solver, other, NULL, &result, NULL), PERP_ERROR_BUSY);
+    perp_ncp_solver_destroy(b->solver); /* ignored */
+    return logarithm(F, z, user);
+}
+
+static void test_busy(void **state)
+{
+    const double z0[] = {1, 0};
+    behaviour b = {0};
+    perp_ncp_problem problem = problem_of(&b);
+    perp_ncp_result result = new_result();
+    double z[2];
+
+    (void)state;
+    problem.function = intrude;
+    assert_int_equal(perp_ncp_solver_create(context, &b.solver, NULL), PERP_OK);
+    assert_int_equal(perp_ncp_solver_setup(b.solver, &problem), PERP_OK);
+    assert_int_equal(perp_ncp_solver_solve(b.solver, z, NULL, &result, z0), PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    perp_ncp_solver_destroy(b.solver);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_logarithm),        cmocka_unit_test(test_nowhere),
+        cmocka_unit_test(test_jacobian_outside), cmocka_unit_test(test_abort),
+        cmocka_unit_test(test_monitor),          cmocka_unit_test(test_busy),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}

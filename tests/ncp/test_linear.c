@@ -1,0 +1,267 @@
+/* Linear problems with every kind of bounds: the exact solution that they were made from, and the
+ * linear complementarity solver, against every method, storage and sort of Jacobian. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "check.h"
+#include "gen.h"
+
+enum { MOST = 40 };
+
+/* What the callbacks see: and whether they were ever asked outside of the bounds. */
+typedef struct linear {
+    const gen_lcp *problem;
+    int storage;
+    int outside, calls;
+} linear;
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+static void look(linear *l, const double *z)
+{
+    const gen_lcp *p = l->problem;
+
+    l->calls++;
+    for (int32_t i = 0; i < p->n; i++)
+        l->outside +=
+            !(z[i] >= (p->lower ? p->lower[i] : 0) && z[i] <= (p->upper ? p->upper[i] : INFINITY));
+}
+
+static int32_t function(double *F, const double *z, void *user)
+{
+    linear *l = user;
+    const gen_lcp *p = l->problem;
+
+    look(l, z);
+    for (int32_t i = 0; i < p->n; i++) {
+        F[i] = p->q[i];
+        if (p->M)
+            for (int32_t j = 0; j < p->n; j++)
+                F[i] += p->M[i * p->n + j] * z[j];
+    }
+    for (int32_t j = 0; j < p->n && !p->M; j++)
+        for (int32_t k = p->column_starts[j]; k < p->column_starts[j + 1]; k++)
+            F[p->row_indices[k]] += p->values[k] * z[j];
+    return 0;
+}
+
+static int32_t jacobian(double *J, const double *z, void *user)
+{
+    linear *l = user;
+    const gen_lcp *p = l->problem;
+
+    look(l, z);
+    if (l->storage == PERP_STORAGE_CSC) {
+        memcpy(J, p->values, (size_t)p->column_starts[p->n] * sizeof *J);
+        return 0;
+    }
+    for (int32_t i = 0; i < p->n; i++)
+        for (int32_t j = 0; j < p->n; j++)
+            J[l->storage == PERP_STORAGE_ROW_MAJOR ? i * p->n + j : i + j * p->n] =
+                p->M[i * p->n + j];
+    return 0;
+}
+
+static perp_ncp_problem problem_of(linear *l, int with_jacobian)
+{
+    perp_ncp_problem problem;
+
+    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
+    problem.n = l->problem->n;
+    problem.storage = l->storage;
+    if (l->storage == PERP_STORAGE_CSC) {
+        problem.column_starts = l->problem->column_starts;
+        problem.row_indices = l->problem->row_indices;
+    }
+    problem.function = function;
+    problem.jacobian = with_jacobian ? jacobian : NULL;
+    problem.lower = l->problem->lower;
+    problem.upper = l->problem->upper;
+    problem.user = l;
+    return problem;
+}
+
+static double distance(const double *a, const double *b, int32_t n)
+{
+    double most = 0;
+
+    for (int32_t i = 0; i < n; i++)
+        most = fmax(most, fabs(a[i] - b[i]));
+    return most;
+}
+
+static void check(linear *l, int method, int with_jacobian, const char *where)
+{
+    const perp_ncp_problem problem = problem_of(l, with_jacobian);
+    const int32_t n = l->problem->n;
+    perp_ncp_settings settings;
+    perp_ncp_result result;
+    double z[MOST], w[MOST], again[MOST], z0[MOST];
+
+    for (int32_t i = 0; i < n; i++)
+        z0[i] = i % 3 - 1.0;
+    l->outside = 0;
+    assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
+    settings.method = method;
+    assert_int_equal(perp_ncp_solve(context, z, w, &result, &settings, &problem, z0), PERP_OK);
+    if (result.outcome != PERP_OUTCOME_SOLVED)
+        fail_msg("%s: %s", where, perp_outcome_text(result.outcome));
+    assert_int_equal(l->outside, 0);
+    assert_true(method == PERP_NCP_AUTO || result.method == method);
+    /* entries are of size 4 and below, |z| too, n = 12: rounding times a condition below 1e4 */
+    if (!(distance(z, l->problem->z, n) <= 1e-10) || !(result.natural_residual <= 1e-12))
+        fail_msg("%s: off by %g, natural residual %g", where, distance(z, l->problem->z, n),
+                 result.natural_residual);
+    for (int32_t i = 0; i < n; i++) {
+        const double low = l->problem->lower ? l->problem->lower[i] : 0;
+
+        assert_true(z[i] >= low);
+        /* off the index set: exactly the bound */
+        if (l->problem->z[i] == low && l->problem->w[i] > 0)
+            assert_true(z[i] == low);
+    }
+    assert_int_equal(perp_ncp_solve(context, again, w, &result, &settings, &problem, z0), PERP_OK);
+    assert_memory_equal(z, again, (size_t)n * sizeof *z);
+}
+
+static void test_random(void **state)
+{
+    gen_random random;
+
+    (void)state;
+    gen_seed(&random, 20261);
+    for (int class = 0; class < GEN_CLASSES; class ++) {
+        if (class == GEN_PSD_LOW_RANK)
+            continue; /* solutions are not unique */
+        for (int bounds = 0; bounds < GEN_BOUNDS; bounds++)
+            for (int repeat = 0; repeat < 5; repeat++) {
+                linear l = {0};
+                gen_lcp dense, sparse;
+
+                gen_problem(&dense, &random, 12, class, bounds);
+                gen_to_csc(&sparse, &dense);
+                sparse.q = dense.q;
+                sparse.lower = dense.lower;
+                sparse.upper = dense.upper;
+                sparse.z = dense.z;
+                sparse.w = dense.w;
+                sparse.n = dense.n;
+                for (int variant = 0; variant < 15; variant++) {
+                    char where[80];
+
+                    l.storage = variant % 3;
+                    l.problem = l.storage == PERP_STORAGE_CSC ? &sparse : &dense;
+                    snprintf(where, sizeof where, "class %d bounds %d repeat %d variant %d", class,
+                             bounds, repeat, variant);
+                    if (variant < 12)
+                        check(&l, variant / 3 % 2 ? PERP_NCP_JOSEPHY : PERP_NCP_FISCHER,
+                              variant < 6, where);
+                    else
+                        check(&l, PERP_NCP_AUTO, 1, where);
+                }
+                free(sparse.column_starts);
+                free(sparse.row_indices);
+                free(sparse.values);
+                gen_destroy(&dense);
+            }
+    }
+}
+
+/* A singular problem, many solutions: the residual is all there is to check. */
+static void test_low_rank(void **state)
+{
+    gen_random random;
+
+    (void)state;
+    gen_seed(&random, 77);
+    for (int repeat = 0; repeat < 20; repeat++) {
+        linear l = {0};
+        gen_lcp dense;
+        perp_ncp_problem problem;
+        perp_ncp_result result;
+        double z[MOST];
+
+        gen_problem(&dense, &random, 10, GEN_PSD_LOW_RANK, repeat % GEN_BOUNDS);
+        l.problem = &dense;
+        l.storage = PERP_STORAGE_ROW_MAJOR;
+        problem = problem_of(&l, 1);
+        assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, NULL, &problem, NULL), PERP_OK);
+        assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+        gen_destroy(&dense);
+    }
+}
+
+static int near(double a, double b)
+{
+    return fabs(a - b) <= 1e-12 * fabs(b); /* sums of ten terms, in another order */
+}
+
+/* The marks of a point that is no solution are those of the linear problem. */
+static void test_residuals(void **state)
+{
+    gen_random random;
+
+    (void)state;
+    gen_seed(&random, 5);
+    for (int repeat = 0; repeat < 30; repeat++) {
+        linear l = {0};
+        gen_lcp dense;
+        perp_ncp_problem problem;
+        perp_ncp_settings settings;
+        perp_ncp_result result;
+        check_measures expected;
+        double z[MOST], w[MOST];
+
+        gen_problem(&dense, &random, 10, repeat % GEN_CLASSES, repeat / 2 % GEN_BOUNDS);
+        l.problem = &dense;
+        l.storage = PERP_STORAGE_ROW_MAJOR;
+        problem = problem_of(&l, 1);
+        assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
+        assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
+        settings.tol = 1e6; /* any point will do */
+        settings.polish = 0;
+        settings.scaling = repeat % 2;
+        assert_int_equal(perp_ncp_solve(context, z, w, &result, &settings, &problem, dense.q),
+                         PERP_OK);
+        check_measure(&expected,
+                      &(check_lcp){&dense.view, dense.q, dense.lower, dense.upper, repeat % 2}, z,
+                      w);
+        assert_true(expected.residual > 1e-3); /* or this test would test nothing */
+        assert_true(near(result.residual, expected.residual));
+        assert_true(near(result.natural_residual, expected.natural_residual));
+        assert_true(near(result.backward_error, expected.backward_error));
+        gen_destroy(&dense);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_random),
+                                       cmocka_unit_test(test_low_rank),
+                                       cmocka_unit_test(test_residuals)};
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
