@@ -7,6 +7,7 @@ lcp_sensitivity  derivatives of a solution with respect to its data
 lcp_verify  a proof that a solution lies near a point
 contact     contact with friction over dynamics of your own
 contact_delassus  the same from the matrix W that couples the contacts
+fclib       (perp.fclib, imported by name) problems in FCLIB's files
 World       rigid bodies with contact, stepped in time
 Error       what every failed call raises; bad arguments are ValueErrors, too
 """

@@ -130,3 +130,58 @@ def test_other_files_are_refused(tmp_path):
         fclib.read(tmp_path / "text.hdf5")
     with pytest.raises(perp.Error, match="q is missing"):
         fclib.write(tmp_path / "none.hdf5", fclib.Problem(3, np.ones(1), W=sparse.eye(3)))
+
+
+def test_solutions_in_closed_form():
+    # sticks: r = -q, as |(-0.25, 0)| < 0.5
+    result = small_local().solve(tol=1e-12)
+    assert result.ok and list(result.modes) == ["stick"]
+    assert np.allclose(result.impulse, [1, -0.25, 0], rtol=0, atol=1e-14)
+    # The last velocity is held by the bilateral row. The normal one and the tangential ones have
+    # mass 2 each: without contact (0.25, 0, -1), so that r_n = 2 and the contact slips by
+    # 0.25 - 0.5 * 2 / 2 < 0: it sticks with r_t = -0.5.
+    problem = small_global()
+    result = problem.solve(tol=1e-12)
+    assert result.ok and list(result.modes) == ["stick"]
+    assert np.allclose(result.v, 0, atol=1e-15)
+    assert np.allclose(result.impulse[:3], [2, -0.5, 0], rtol=0, atol=1e-14)
+
+
+def test_local_and_global_forms_agree(tmp_path):
+    """W = H M^-1 H', V = H M^-1 G', R = G M^-1 G' is the same problem, bilateral row and all."""
+    problem = small_global()
+    problem.f = np.array([3.0, 0.5, -2.0, 1.0])  # slips
+    inverse = sparse.diags(1.0 / problem.M.diagonal())
+    H, G = problem.H, problem.G
+    local = fclib.Problem(
+        3,
+        problem.mu,
+        W=H @ inverse @ H.T,
+        q=H @ (inverse @ problem.f) + problem.w,
+        V=H @ inverse @ G.T,
+        R=G @ inverse @ G.T,
+        s=G @ (inverse @ problem.f) + problem.b,
+    )
+    fclib.write(tmp_path / "local.hdf5", local)
+    one = problem.solve(tol=1e-12)
+    two = fclib.read(tmp_path / "local.hdf5").solve(tol=1e-12)
+    assert one.ok and two.ok and list(one.modes) == list(two.modes) == ["slip"]
+    assert np.allclose(one.velocity, two.velocity, rtol=0, atol=1e-14)
+    assert np.allclose(one.impulse, two.impulse, rtol=0, atol=1e-14)
+
+
+def test_the_command(tmp_path, capsys):
+    for name, problem in (("one.hdf5", small_local()), ("two.hdf5", small_global())):
+        fclib.write(tmp_path / name, problem)
+    names = [str(tmp_path / "one.hdf5"), str(tmp_path / "two.hdf5")]
+    assert fclib.main(names) == 0
+    head, *lines = capsys.readouterr().out.splitlines()
+    assert head.split()[:3] == ["file", "contacts", "outcome"]
+    assert [line.split()[:3] for line in lines] == [
+        ["one.hdf5", "1", "solved"],
+        ["two.hdf5", "1", "solved"],
+    ]
+    (tmp_path / "text.hdf5").write_text("no HDF5")
+    assert fclib.main([str(tmp_path / "text.hdf5"), names[0]]) == 2
+    assert len(capsys.readouterr().out.splitlines()) == 3  # the other one is solved all the same
+    assert fclib.main([*names, "--cone", "8", "--method", "lemke"]) == 0
