@@ -4,10 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
-#include "contact/settings.h"
 #include "contact/solver.h"
 
 /* A backward error that leaves no better double. */
@@ -19,14 +17,13 @@ enum origin { FROM_BEST, FROM_LAST };
 typedef struct plan_step {
     int32_t method;
     enum origin origin;
+    int64_t limit; /* of iterations; 0: the method's own */
 } plan_step;
 
-enum { PLAN_MOST = 5 };
+enum { PLAN_MOST = 6 };
 
-static int32_t is_good(perp_outcome outcome)
-{
-    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
-}
+/* Sweeps before newton takes over, and the rows of contacts up to which pivoting is a fall-back. */
+enum { FIRST_SWEEPS = 1000, LEMKE_MOST = 600 };
 
 static perp_outcome outcome_of(const perp_contact_solver *solver, const perp__contact_worth *worth,
                                perp_outcome said)
@@ -37,7 +34,7 @@ static perp_outcome outcome_of(const perp_contact_solver *solver, const perp__co
         return PERP_OUTCOME_SOLVED;
     if (worth->backward <= ROUNDING && worth->tested <= sqrt(tol))
         return PERP_OUTCOME_ROUNDING_LIMIT;
-    return is_good(said) ? PERP_OUTCOME_STALLED : said;
+    return perp__contact_is_good(said) ? PERP_OUTCOME_STALLED : said;
 }
 
 /* Evaluates solver->r and keeps it if it is the best so far. */
@@ -56,9 +53,10 @@ static perp_status consider(perp_contact_solver *solver, int32_t method, perp_ou
     if (isnan(worth.tested))
         worth.tested = INFINITY;
     outcome = outcome_of(solver, &worth, said);
-    if (best->method >= 0 && is_good(best->outcome) >= is_good(outcome) &&
+    if (best->method >= 0 &&
+        perp__contact_is_good(best->outcome) >= perp__contact_is_good(outcome) &&
         best->worth.tested <= worth.tested) {
-        if (!is_good(best->outcome))
+        if (!perp__contact_is_good(best->outcome))
             best->outcome = outcome; /* what the last method said */
         return PERP_OK;
     }
@@ -72,6 +70,8 @@ static perp_status consider(perp_contact_solver *solver, int32_t method, perp_ou
     }
     if (solver->contacts > 0)
         memcpy(best->modes, solver->modes, (size_t)solver->contacts);
+    if (solver->entrance == PERP__ENTRANCE_DYNAMICS && solver->dynamics.n > 0)
+        memcpy(solver->best_v, solver->v, (size_t)solver->dynamics.n * sizeof(double));
     return PERP_OK;
 }
 
@@ -185,20 +185,66 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
 
 static int32_t ends_the_search(const perp_contact_solver *solver)
 {
-    return is_good(solver->best.outcome) || solver->ended >= 0 ||
+    return perp__contact_is_good(solver->best.outcome) || solver->ended >= 0 ||
            solver->certificate != PERP_CONTACT_CERTIFICATE_NONE;
+}
+
+/* Whether a step of auto's is worth a try: newton is for Lorentz cones, and what needs W needs one
+ * that can be numbered. */
+static perp_status suits(perp_contact_solver *solver, perp__contact_slot *slot, int32_t *suited)
+{
+    perp_status status = PERP_OK;
+
+    *suited = slot->method->id != PERP_CONTACT_METHOD_NEWTON || !solver->has_discs;
+    if (!*suited)
+        return PERP_OK;
+    if (slot->method->id == PERP_CONTACT_METHOD_LEMKE && solver->rows > LEMKE_MOST)
+        *suited = 0;
+    if (*suited && slot->method->needs_delassus)
+        status = perp__contact_delassus(solver, suited);
+    if (status == PERP_OK && *suited && slot->method->check(&solver->problem) != PERP_OK)
+        *suited = 0;
+    return status;
+}
+
+/* The method that the caller chose must be able to. */
+static perp_status check_chosen(perp_contact_solver *solver, perp__contact_slot *slot)
+{
+    int32_t made = 1;
+    perp_status status = PERP_OK;
+
+    if (slot->method->id == PERP_CONTACT_METHOD_NEWTON && solver->has_discs)
+        return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                          "settings.method newton can't take rolling or spinning friction: use "
+                          "sweep, lemke or auto");
+    if (slot->method->needs_delassus)
+        status = perp__contact_delassus(solver, &made);
+    if (status == PERP_OK && !made)
+        status = perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                            "settings.method %s needs W, which has more than 2^31 entries",
+                            perp_contact_method_text(slot->method->id));
+    return status == PERP_OK ? slot->method->check(&solver->problem) : status;
 }
 
 static perp_status run(perp_contact_solver *solver, const plan_step *step)
 {
     perp__contact_slot *slot = slot_of(solver, step->method);
-    perp_status status = slot->method->check(&solver->problem);
-    int32_t attempt;
+    perp_status status = PERP_OK;
+    int32_t attempt, attempts, suited = 1;
 
+    if (solver->settings.method == step->method || solver->settings.cone > 0)
+        status = check_chosen(solver, slot);
+    else
+        status = suits(solver, slot, &suited);
+    if (status != PERP_OK || !suited)
+        return status;
     solver->running = step->method;
-    if (status == PERP_OK)
-        status = fit(solver, slot);
-    for (attempt = 0; attempt < slot->method->attempts && status == PERP_OK; attempt++) {
+    solver->problem.iteration_limit =
+        solver->settings.max_iterations > 0 ? solver->settings.max_iterations : step->limit;
+    status = fit(solver, slot);
+    /* other attempts start afresh, not from the last point */
+    attempts = step->origin == FROM_LAST ? 1 : slot->method->attempts;
+    for (attempt = 0; attempt < attempts && status == PERP_OK; attempt++) {
         status = run_once(solver, slot, step->origin, attempt);
         if (ends_the_search(solver))
             break;
@@ -206,31 +252,48 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
     return status;
 }
 
-static int32_t plan(perp_contact_solver *solver, plan_step *steps)
+/* Contacts without friction and planar ones: their polyhedra are the cones themselves. */
+static int32_t is_polyhedral(const perp_contact_solver *solver)
 {
-    static const plan_step automatic[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST},
-                                          {PERP_CONTACT_METHOD_NEWTON, FROM_BEST},
-                                          {PERP_CONTACT_METHOD_LEMKE, FROM_BEST},
-                                          {PERP_CONTACT_METHOD_NEWTON, FROM_LAST},
-                                          {PERP_CONTACT_METHOD_SWEEP, FROM_LAST}};
+    int32_t k;
+
+    for (k = 0; k < solver->contacts; k++)
+        if (solver->dims[k] == 3 && (solver->mu[k] > 0.0 || solver->has_discs))
+            return 0;
+    return 1;
+}
+
+static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
+{
+    static const plan_step conic[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0},
+                                      {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0},
+                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0},
+                                      {PERP_CONTACT_METHOD_SWEEP, FROM_LAST, 0}};
+    static const plan_step polyhedral[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS},
+                                           {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0},
+                                           {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0},
+                                           {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0}};
     const int32_t chosen = solver->settings.method;
-    int32_t count = 0, k;
 
     if (solver->settings.cone > 0 ||
         (chosen != PERP_CONTACT_METHOD_AUTO && chosen != PERP_CONTACT_METHOD_LEMKE)) {
         steps[0].method = solver->settings.cone > 0 ? PERP_CONTACT_METHOD_LEMKE : chosen;
         steps[0].origin = FROM_BEST;
+        steps[0].limit = 0;
         return 1;
     }
-    for (k = chosen == PERP_CONTACT_METHOD_LEMKE ? 2 : 0; k < PLAN_MOST; k++) {
-        perp__contact_slot *slot = slot_of(solver, automatic[k].method);
-
-        if (!slot || (chosen == PERP_CONTACT_METHOD_AUTO &&
-                      slot->method->check(&solver->problem) != PERP_OK))
-            continue;
-        steps[count++] = automatic[k];
+    if (chosen == PERP_CONTACT_METHOD_LEMKE) { /* and what refines its answer */
+        memcpy(steps, conic + 3, 3 * sizeof *steps);
+        return 3;
     }
-    return count;
+    if (is_polyhedral(solver)) {
+        memcpy(steps, polyhedral, sizeof polyhedral);
+        return (int32_t)(sizeof polyhedral / sizeof *polyhedral);
+    }
+    memcpy(steps, conic, sizeof conic);
+    return (int32_t)(sizeof conic / sizeof *conic);
 }
 
 /* The caller's start, or no impulses at all. */
@@ -266,7 +329,7 @@ static perp_status search(perp_contact_solver *solver)
     }
     if (status == PERP_OK && !ends_the_search(solver))
         status = perp__contact_find_ray(solver);
-    if (status != PERP_OK || is_good(solver->best.outcome))
+    if (status != PERP_OK || perp__contact_is_good(solver->best.outcome))
         return status;
     if (solver->certificate != PERP_CONTACT_CERTIFICATE_NONE ||
         (solver->has_ray && solver->settings.cone > 0))
@@ -278,107 +341,10 @@ static perp_status search(perp_contact_solver *solver)
     return PERP_OK;
 }
 
-static perp_status check_vector(perp_context *context, const char *name, const double *x,
-                                int32_t count)
-{
-    perp_status status = PERP_OK;
-
-    if (count > 0)
-        status = perp__check_pointer(context, name, x);
-    return status == PERP_OK ? perp__check_finite(context, name, x, (size_t)count) : status;
-}
-
-static perp_status check_call(const perp_contact_solver *solver, const perp__contact_call *call)
-{
-    perp_context *context = solver->context;
-    const int32_t by_W = solver->entrance == PERP__ENTRANCE_DELASSUS;
-    perp_status status;
-
-    if (solver->entrance == PERP__NO_PROBLEM)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "the solver has no problem: call perp_contact_solver_setup_dynamics or "
-                          "_setup_delassus first");
-    status = perp__struct_check(context, "result", call->result, sizeof *call->result,
-                                PERP__CONTACT_RESULT_FIRST);
-    if (status == PERP_OK && solver->size > 0)
-        status = perp__check_pointer(context, "r", call->r);
-    if (status == PERP_OK && by_W)
-        status = check_vector(context, "q", call->q, solver->size);
-    if (status == PERP_OK && !by_W)
-        status = check_vector(context, "f", call->f, solver->dynamics.n);
-    if (status == PERP_OK && !by_W)
-        status = check_vector(context, "w", call->w, solver->rows);
-    if (status == PERP_OK && !by_W && call->b)
-        status = check_vector(context, "b", call->b, solver->size - solver->rows);
-    if (status == PERP_OK && call->r0)
-        status = check_vector(context, "r0", call->r0, solver->size);
-    if (status == PERP_OK && slot_of((perp_contact_solver *)solver, PERP_CONTACT_METHOD_LEMKE) &&
-        solver->settings.method != PERP_CONTACT_METHOD_AUTO &&
-        !slot_of((perp_contact_solver *)solver, solver->settings.method))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "settings.method %s is not available",
-                            perp_contact_method_text(solver->settings.method));
-    return status;
-}
-
-static void write_result(const perp_contact_solver *solver, double seconds)
-{
-    const perp__contact_worth *worth = &solver->best.worth;
-    perp_contact_result own;
-
-    memset(&own, 0, sizeof own);
-    own.outcome = solver->best.outcome;
-    own.method = solver->best.method;
-    own.iterations = solver->best.iterations;
-    own.residual = worth->tested;
-    own.natural_residual = worth->natural;
-    own.backward_error = worth->backward;
-    own.signorini_velocity = worth->signorini_velocity;
-    own.signorini_impulse = worth->signorini_impulse;
-    own.cone = worth->cone;
-    own.dissipation_velocity = worth->dissipation_velocity;
-    own.dissipation_impulse = worth->dissipation_impulse;
-    own.bilateral = worth->bilateral;
-    own.seconds = seconds;
-    if (own.outcome == PERP_OUTCOME_RAY) {
-        own.has_ray = 1;
-        own.certificate = solver->certificate;
-    }
-    perp__struct_write(solver->call->result, &own, sizeof own);
-}
-
-static perp_status write_out(perp_contact_solver *solver, double started)
-{
-    const perp__contact_call *call = solver->call;
-    const size_t bytes = (size_t)solver->size * sizeof(double);
-    perp_status status = PERP_OK;
-    int32_t k;
-
-    if (is_good(solver->best.outcome))
-        perp__contact_write_zeros(solver, solver->best.modes, solver->best.u);
-    if (call->v && solver->dynamics.n > 0) {
-        status = perp__dynamics_velocities(&solver->dynamics, call->f, solver->best.r, solver->v,
-                                           solver->v_low);
-        if (status != PERP_OK)
-            return status;
-        memcpy(call->v, solver->v, (size_t)solver->dynamics.n * sizeof(double));
-    }
-    if (bytes > 0) {
-        memcpy(call->r, solver->best.r, bytes);
-        if (call->u)
-            memcpy(call->u, solver->best.u, bytes);
-        if (call->ray && solver->best.outcome == PERP_OUTCOME_RAY)
-            memcpy(call->ray, solver->ray, bytes);
-    }
-    for (k = 0; call->modes && k < solver->contacts; k++)
-        call->modes[k] = solver->best.modes[k];
-    write_result(solver, perp__now() - started);
-    return PERP_OK;
-}
-
 perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call)
 {
     const double started = perp__now();
-    perp_status status = check_call(solver, call);
+    perp_status status = perp__contact_check_call(solver, call);
 
     if (status != PERP_OK)
         return status;
@@ -393,7 +359,7 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     solver->problem.cone = solver->settings.cone;
     status = search(solver);
     if (status == PERP_OK)
-        status = write_out(solver, started);
+        perp__contact_write_out(solver, perp__now() - started);
     solver->call = NULL;
     return status;
 }

@@ -192,3 +192,67 @@ void perp__transposed_doubled(const perp__matrix *A, const double *x, const doub
     transposed.column_stride = A->row_stride;
     perp__multiply_doubled(&transposed, x, add, high, low);
 }
+
+static void lay_out_bodies(perp__arena *arena, void *object)
+{
+    perp__delassus *own = object;
+
+    own->values = perp__arena_take(arena, (size_t)own->entries, sizeof(double));
+    own->rows = perp__arena_take(arena, (size_t)own->entries, sizeof(int32_t));
+    own->starts = perp__arena_take(arena, (size_t)own->given.rows + 1, sizeof(int32_t));
+}
+
+perp_status perp__delassus_of_bodies(perp__delassus *own, perp_context *context,
+                                     const perp__bodies *bodies, perp__matrix *W, int32_t *made)
+{
+    perp_status status;
+
+    own->entries = perp__bodies_delassus_entries(bodies);
+    *made = own->entries >= 0;
+    if (!*made)
+        return PERP_OK;
+    memset(&own->given, 0, sizeof own->given);
+    own->given.rows = own->given.columns = bodies->size;
+    own->given.row_stride = own->given.column_stride = 1;
+    own->arena.context = context;
+    status = perp__arena_fit(&own->arena, lay_out_bodies, own);
+    if (status != PERP_OK)
+        return status;
+    perp__bodies_delassus(bodies, own->starts, own->rows, own->values);
+    *W = own->given;
+    W->values = own->values;
+    W->column_starts = own->starts;
+    W->row_indices = own->rows;
+    return PERP_OK;
+}
+
+void perp__absolute_bodies(const perp__bodies *bodies, const double *x, const double *add,
+                           double *y, double *out)
+{
+    const size_t width = (size_t)bodies->width;
+    int32_t unit, row;
+    int64_t piece;
+    size_t i;
+
+    memset(y, 0, (size_t)bodies->blocks * width * sizeof *y);
+    for (unit = 0; unit < bodies->units; unit++)
+        for (piece = bodies->piece_starts[unit]; piece < bodies->piece_starts[unit + 1]; piece++) {
+            const double *P = bodies->values + bodies->piece_values[piece];
+            double *y_b = y + (size_t)bodies->piece_blocks[piece] * width;
+
+            for (row = bodies->rows[unit]; row < bodies->rows[unit + 1]; row++, P += width)
+                for (i = 0; i < width; i++)
+                    y_b[i] += fabs(P[i] * x[row]);
+        }
+    for (row = 0; row < bodies->size; row++)
+        out[row] = fabs(add[row]) + fabs(bodies->compliance[row] * x[row]);
+    for (unit = 0; unit < bodies->units; unit++)
+        for (piece = bodies->piece_starts[unit]; piece < bodies->piece_starts[unit + 1]; piece++) {
+            const double *P = bodies->values + bodies->piece_values[piece];
+            const double *y_b = y + (size_t)bodies->piece_blocks[piece] * width;
+
+            for (row = bodies->rows[unit]; row < bodies->rows[unit + 1]; row++, P += width)
+                for (i = 0; i < width; i++)
+                    out[row] += fabs(P[i]) * y_b[i];
+        }
+}

@@ -3,6 +3,7 @@
 #define PERP_CONTACT_DELASSUS_H
 
 #include "base/arena.h"
+#include "contact/bodies.h"
 #include "linalg/matrix.h"
 
 /* A copy of W with compliance on its diagonal; all zero at first. */
@@ -10,6 +11,7 @@ typedef struct perp__delassus {
     perp__arena arena;
     perp__matrix given;
     int32_t missing; /* diagonal entries that a sparse W lacks */
+    int64_t entries; /* of W of the bodies */
     double *values;
     int32_t *starts, *rows;
 } perp__delassus;
@@ -23,6 +25,16 @@ void perp__delassus_diagonal(const perp__matrix *W, double *diagonal);
 
 /* out := |W| |x| + |add| */
 void perp__absolute_product(const perp__matrix *W, const double *x, const double *add, double *out);
+
+/* W of the bodies, compressed columns in own's memory. *made is 0 if it has too many entries.
+ * PERP_OK or _MEMORY. */
+perp_status perp__delassus_of_bodies(perp__delassus *own, perp_context *context,
+                                     const perp__bodies *bodies, perp__matrix *W, int32_t *made);
+
+/* The same sum by way of the bodies, |P| (|P|' |x|) + |compliance x| + |add|; y: work, blocks times
+ * width. */
+void perp__absolute_bodies(const perp__bodies *bodies, const double *x, const double *add,
+                           double *y, double *out);
 
 /* high + low := A'x + add in doubled precision; add may be NULL. */
 void perp__transposed_doubled(const perp__matrix *A, const double *x, const double *add,

@@ -16,7 +16,7 @@ static void lay_out_lines(perp__arena *arena, perp__dynamics *own, int32_t which
     const size_t entries = A->column_starts ? (size_t)A->column_starts[A->columns] : 0;
 
     own->line_starts[which] = NULL;
-    if (!A->column_starts)
+    if (!A->column_starts || !own->forms_W)
         return;
     own->line_starts[which] = perp__arena_take(arena, (size_t)A->rows + 2, sizeof(int32_t));
     own->line_columns[which] = perp__arena_take(arena, entries, sizeof(int32_t));
@@ -35,8 +35,11 @@ static void lay_out(perp__arena *arena, void *object)
     own->all = perp__arena_take(arena, n, sizeof(int32_t));
     lay_out_lines(arena, own, 0);
     lay_out_lines(arena, own, 1);
-    own->W = perp__arena_take(arena, size, size * sizeof(double));
-    own->block = perp__arena_take(arena, n, BLOCK * sizeof(double));
+    own->W = own->block = NULL;
+    if (own->forms_W) {
+        own->W = perp__arena_take(arena, size, size * sizeof(double));
+        own->block = perp__arena_take(arena, n, BLOCK * sizeof(double));
+    }
     own->high = perp__arena_take(arena, larger, sizeof(double));
     own->low = perp__arena_take(arena, larger, sizeof(double));
     own->more_high = perp__arena_take(arena, larger, sizeof(double));
@@ -190,10 +193,12 @@ perp_status perp__dynamics_setup(perp__dynamics *own)
     status = perp__arena_fit(&own->arena, lay_out, own);
     if (status != PERP_OK)
         return status;
-    read_lines(own, 0);
-    read_lines(own, 1);
+    if (own->forms_W) {
+        read_lines(own, 0);
+        read_lines(own, 1);
+    }
     status = factor_mass(own);
-    return status == PERP_OK ? form_delassus(own) : status;
+    return status == PERP_OK && own->forms_W ? form_delassus(own) : status;
 }
 
 /* high + low := f + H'r + G's */

@@ -13,6 +13,7 @@ typedef struct perp__dynamics {
     int32_t n;
     int32_t size; /* rows of H and of G */
     int32_t has_M;
+    int32_t forms_W;
     perp__matrix M, H, G; /* G: 0 rows if there is none */
     perp_contact_mass_solve solve;
     void *user;
@@ -34,8 +35,8 @@ typedef struct perp__dynamics {
 perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int32_t rows,
                                 const perp_contact_dynamics *dynamics);
 
-/* Makes room, factors M and forms W. PERP_OK, PERP_ERROR_ARGUMENT (M not positive definite),
- * _NOT_FINITE, _MEMORY or _CALLBACK. */
+/* Makes room, factors M and, if own->forms_W, forms W. PERP_OK, PERP_ERROR_ARGUMENT (M not positive
+ * definite), _NOT_FINITE, _MEMORY or _CALLBACK. */
 perp_status perp__dynamics_setup(perp__dynamics *own);
 
 /* v + v_low := M^-1 (f + H'r + G's), refined once in doubled precision where M is known; (r, s)

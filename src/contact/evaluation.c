@@ -39,9 +39,20 @@ perp_status perp__contact_load(perp_contact_solver *solver)
             perp__dynamics_relative(&solver->dynamics, solver->v, solver->v_low, call->w, call->b,
                                     solver->q);
     }
+    solver->is_free = 1;
     if (status == PERP_OK)
         measure_load(solver);
     return status;
+}
+
+static int32_t is_zero(const double *x, int32_t count)
+{
+    int32_t i;
+
+    for (i = 0; i < count; i++)
+        if (x[i] != 0.0)
+            return 0;
+    return 1;
 }
 
 /* u = W r + q, or with dynamics H v + w, v = M^-1 (f + H'r + G's). */
@@ -51,6 +62,12 @@ static perp_status compute_velocities(perp_contact_solver *solver)
     perp_status status;
     int32_t i;
 
+    if (solver->is_free && is_zero(solver->r, solver->size)) {
+        if (solver->size > 0)
+            memcpy(solver->u, solver->q, (size_t)solver->size * sizeof(double));
+        return PERP_OK;
+    }
+    solver->is_free = 0;
     if (solver->entrance == PERP__ENTRANCE_DELASSUS) {
         perp__multiply_doubled(&solver->W, solver->r, solver->q, solver->high, solver->low);
         for (i = 0; i < solver->size; i++)
@@ -115,7 +132,11 @@ static void judge(perp_contact_solver *solver, perp__contact_worth *worth)
     int32_t k, i;
 
     memset(worth, 0, sizeof *worth);
-    perp__absolute_product(&solver->W, solver->r, solver->q, solver->scale);
+    if (solver->has_bodies)
+        perp__absolute_bodies(&solver->bodies, solver->r, solver->q, solver->bodies.y,
+                              solver->scale);
+    else
+        perp__absolute_product(&solver->W, solver->r, solver->q, solver->scale);
     for (k = 0; k < p->contacts; k++)
         judge_contact(solver, k, worth);
     for (i = p->rows; i < p->size; i++) {

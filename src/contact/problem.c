@@ -127,6 +127,7 @@ static void lay_out(perp__arena *arena, void *object)
     s->best.u = perp__arena_take(arena, size, sizeof(double));
     s->v = perp__arena_take(arena, n, sizeof(double));
     s->v_low = perp__arena_take(arena, n, sizeof(double));
+    s->best_v = perp__arena_take(arena, n, sizeof(double));
     s->modes = perp__arena_take(arena, contacts, sizeof(int8_t));
     s->best.modes = perp__arena_take(arena, contacts, sizeof(int8_t));
 }
@@ -162,13 +163,33 @@ static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws
     solver->has_discs = solver->rolls || solver->spins;
 }
 
+/* The diagonal of W, from W or from the bodies. high serves as a block of 3 + 3 + 1 rows. */
+static void read_diagonal(perp_contact_solver *solver)
+{
+    double block[36];
+    int32_t unit, i;
+
+    if (!solver->has_bodies) {
+        perp__delassus_diagonal(&solver->W, solver->diagonal);
+        return;
+    }
+    for (unit = 0; unit < solver->bodies.units; unit++) {
+        const int32_t begin = solver->bodies.rows[unit];
+        const int32_t rows = solver->bodies.rows[unit + 1] - begin;
+
+        perp__bodies_diagonal(&solver->bodies, unit, block);
+        for (i = 0; i < rows; i++)
+            solver->diagonal[begin + i] = block[i * rows + i];
+    }
+}
+
 /* t_k = trace(W_kk). A contact or joint between things that can't move is a mistake in the scene:
  * no impulse changes its velocity. */
 static perp_status read_traces(perp_contact_solver *solver)
 {
     int32_t k, i;
 
-    perp__delassus_diagonal(&solver->W, solver->diagonal);
+    read_diagonal(solver);
     for (i = 0; i < solver->size; i++)
         if (!(solver->diagonal[i] >= 0.0))
             return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
@@ -211,31 +232,68 @@ static void present(perp_contact_solver *solver)
     p->spinning = solver->spins ? solver->spinning : NULL;
     p->trace = solver->trace;
     p->q = solver->q;
-    p->W = &solver->W;
+    p->W = solver->has_bodies ? NULL : &solver->W;
+    p->bodies = solver->has_bodies ? &solver->bodies : NULL;
     p->control = &solver->control;
 }
 
-/* The matrix of the methods, after the laws were kept. */
-static perp_status make_delassus(perp_contact_solver *solver)
+static perp_status read_bodies(perp_contact_solver *solver)
+{
+    perp__bodies_input input;
+
+    solver->has_bodies = 0;
+    if (solver->entrance != PERP__ENTRANCE_DYNAMICS || !solver->dynamics.has_M)
+        return PERP_OK;
+    memset(&input, 0, sizeof input);
+    input.n = solver->dynamics.n;
+    input.contacts = solver->contacts;
+    input.size = solver->size;
+    input.starts = solver->starts;
+    input.M = &solver->dynamics.M;
+    input.H = &solver->dynamics.H;
+    input.G = solver->dynamics.G.rows > 0 ? &solver->dynamics.G : NULL;
+    input.compliance = solver->complies ? solver->compliance : NULL;
+    return perp__bodies_setup(&solver->bodies, &input, &solver->has_bodies);
+}
+
+/* The matrix of the methods, or the bodies, after the laws were kept. */
+static perp_status make_matrices(perp_contact_solver *solver)
+{
+    const size_t size = (size_t)solver->size;
+    perp_status status = read_bodies(solver);
+    size_t i;
+
+    if (status != PERP_OK)
+        return status;
+    if (solver->entrance == PERP__ENTRANCE_DELASSUS)
+        return solver->complies ? perp__delassus_add(&solver->delassus, solver->context, &solver->W,
+                                                     solver->compliance)
+                                : PERP_OK;
+    solver->dynamics.forms_W = !solver->has_bodies;
+    status = perp__dynamics_setup(&solver->dynamics);
+    if (status != PERP_OK || solver->has_bodies)
+        return status;
+    memset(&solver->W, 0, sizeof solver->W);
+    solver->W.rows = solver->W.columns = solver->size;
+    solver->W.row_stride = 1;
+    solver->W.column_stride = size;
+    solver->W.values = solver->dynamics.W;
+    for (i = 0; i < size; i++)
+        solver->dynamics.W[i + i * size] += solver->compliance[i];
+    return PERP_OK;
+}
+
+perp_status perp__contact_delassus(perp_contact_solver *solver, int32_t *made)
 {
     perp_status status = PERP_OK;
 
-    if (solver->entrance == PERP__ENTRANCE_DYNAMICS) {
-        const size_t size = (size_t)solver->size;
-        size_t i;
-
-        status = perp__dynamics_setup(&solver->dynamics);
-        memset(&solver->W, 0, sizeof solver->W);
-        solver->W.rows = solver->W.columns = solver->size;
-        solver->W.row_stride = 1;
-        solver->W.column_stride = size;
-        solver->W.values = solver->dynamics.W;
-        for (i = 0; status == PERP_OK && i < size; i++)
-            solver->dynamics.W[i + i * size] += solver->compliance[i];
-    } else if (solver->complies) {
-        status =
-            perp__delassus_add(&solver->delassus, solver->context, &solver->W, solver->compliance);
-    }
+    *made = 1;
+    if (solver->problem.W)
+        return PERP_OK;
+    status = perp__delassus_of_bodies(&solver->delassus, solver->context, &solver->bodies,
+                                      &solver->W, made);
+    if (status == PERP_OK && *made)
+        solver->problem.W = &solver->W;
     return status;
 }
 
@@ -289,10 +347,10 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
     next.setups++;
     *solver = next;
     keep_laws(solver, &own);
-    present(solver);
-    status = make_delassus(solver);
+    status = make_matrices(solver);
     if (status == PERP_OK)
         status = read_traces(solver);
+    present(solver);
     if (status != PERP_OK)
         solver->entrance = PERP__NO_PROBLEM;
     return status;

@@ -185,12 +185,15 @@ perp_status perp__contact_find_ray(perp_contact_solver *solver)
     perp__contact_ray *own = &solver->feasibility;
     perp_lcp_result result;
     perp_matrix M;
-    perp_status status = PERP_OK;
-    int32_t i, j;
+    perp_status status;
+    int32_t i, j, made;
 
     own->n = solver->contacts + solver->size - solver->rows;
     if (own->n > MOST)
         return PERP_OK;
+    status = perp__contact_delassus(solver, &made);
+    if (status != PERP_OK || !made)
+        return status;
     if (!own->lcp)
         status = perp__lcp_create(solver->context, &own->lcp, NULL);
     if (status == PERP_OK && own->fitted != solver->setups)

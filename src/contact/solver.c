@@ -6,8 +6,8 @@
 #include "base/context.h"
 #include "contact/settings.h"
 
-static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {&perp__contact_newton,
-                                                                           &perp__contact_lemke};
+static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {
+    &perp__contact_sweep, &perp__contact_newton, &perp__contact_lemke};
 
 static perp_status create(perp_context *context, perp_contact_solver **solver,
                           const perp_contact_settings *settings)
@@ -32,6 +32,7 @@ static perp_status create(perp_context *context, perp_contact_solver **solver,
     perp__arena_init(&made->dynamics.cholesky.arena, context);
     perp__arena_init(&made->dynamics.cholesky.factor_arena, context);
     perp__arena_init(&made->feasibility.arena, context);
+    perp__bodies_init(&made->bodies, context);
     for (k = 0; k < PERP__CONTACT_METHODS; k++) {
         made->slots[k].method = methods[k];
         perp__arena_init(&made->slots[k].arena, context);
@@ -59,6 +60,7 @@ static void destroy(perp_contact_solver *solver)
     }
     perp__lcp_destroy(solver->feasibility.lcp);
     perp__arena_release(&solver->feasibility.arena);
+    perp__bodies_release(&solver->bodies);
     perp__dynamics_release(&solver->dynamics);
     perp__arena_release(&solver->delassus.arena);
     perp__arena_release(&solver->arena);

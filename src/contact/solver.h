@@ -5,13 +5,14 @@
 #include <perp/contact.h>
 
 #include "base/arena.h"
+#include "contact/bodies.h"
 #include "contact/delassus.h"
 #include "contact/dynamics.h"
 #include "contact/method.h"
 #include "lcp/lcp.h"
 
 #define PERP__CONTACT_SOLVER_MAGIC UINT64_C(0x70657270636f6e74)
-#define PERP__CONTACT_METHODS 2
+#define PERP__CONTACT_METHODS 3
 
 enum perp__contact_entrance {
     PERP__NO_PROBLEM = 0,
@@ -78,13 +79,17 @@ struct perp_contact_solver {
     double *rolling, *spinning, *compliance; /* room for them; none: NULL in laws */
     int32_t rolls, spins, complies;
     double *diagonal, *trace;
-    perp__matrix W; /* with compliance */
+    perp__matrix W; /* with compliance; made when first needed where has_bodies */
     perp__delassus delassus;
     perp__dynamics dynamics;
+    perp__bodies bodies;
+    int32_t has_bodies; /* M falls into blocks */
     /* of a solve */
     double *q, *scale, *high, *low;
     double *r, *u, *start; /* the point under evaluation */
-    double *v, *v_low;
+    double *v, *v_low;     /* of the last evaluation; before one, without contacts: is_free */
+    double *best_v;
+    int32_t is_free;
     int8_t *modes;
     double *ray; /* best one, largest entry 1 */
     int32_t has_ray, certificate;
@@ -106,6 +111,16 @@ struct perp_contact_solver {
 perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_laws *laws,
                                 const perp_contact_dynamics *dynamics, const perp_matrix *W);
 
+/* Checks of a call before, and its outputs after: call.c. */
+perp_status perp__contact_check_call(const perp_contact_solver *solver,
+                                     const perp__contact_call *call);
+void perp__contact_write_out(perp_contact_solver *solver, double seconds);
+
+static inline int32_t perp__contact_is_good(perp_outcome outcome)
+{
+    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
 /* The whole solve: contact.c. */
 perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call);
 
@@ -119,6 +134,10 @@ perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *mo
 
 /* Writes the zeros of the velocities that the modes know: evaluation.c. */
 void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u);
+
+/* Makes W where only the bodies are known: problem.c. *made is 0 if it has more entries than 32-bit
+ * indices number. PERP_OK or _MEMORY. */
+perp_status perp__contact_delassus(perp_contact_solver *solver, int32_t *made);
 
 /* Asks whether velocities exist that keep every u_n >= 0; if not, the proof is in solver->ray, and
  * has_ray and certificate are set: ray.c. PERP_OK or _MEMORY. */

@@ -35,7 +35,7 @@ def check_law(r, mu, dim, scale):
             assert (u == 0).all()
 
 
-@pytest.mark.parametrize("method", ["auto", "newton"])
+@pytest.mark.parametrize("method", ["auto", "newton", "sweep"])
 @pytest.mark.parametrize("seed", range(8))
 def test_law_and_dynamics_hold(method, seed):
     M, f, H, w, mu = random_dynamics(seed)

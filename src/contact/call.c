@@ -1,0 +1,93 @@
+/* What a solve is called with, and what it hands back. */
+#include <string.h>
+
+#include "base/check.h"
+#include "base/context.h"
+#include "contact/settings.h"
+#include "contact/solver.h"
+
+static perp_status check_vector(perp_context *context, const char *name, const double *x,
+                                int32_t count)
+{
+    perp_status status = PERP_OK;
+
+    if (count > 0)
+        status = perp__check_pointer(context, name, x);
+    return status == PERP_OK ? perp__check_finite(context, name, x, (size_t)count) : status;
+}
+
+perp_status perp__contact_check_call(const perp_contact_solver *solver,
+                                     const perp__contact_call *call)
+{
+    perp_context *context = solver->context;
+    const int32_t by_W = solver->entrance == PERP__ENTRANCE_DELASSUS;
+    perp_status status;
+
+    if (solver->entrance == PERP__NO_PROBLEM)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "the solver has no problem: call perp_contact_solver_setup_dynamics or "
+                          "_setup_delassus first");
+    status = perp__struct_check(context, "result", call->result, sizeof *call->result,
+                                PERP__CONTACT_RESULT_FIRST);
+    if (status == PERP_OK && solver->size > 0)
+        status = perp__check_pointer(context, "r", call->r);
+    if (status == PERP_OK && by_W)
+        status = check_vector(context, "q", call->q, solver->size);
+    if (status == PERP_OK && !by_W)
+        status = check_vector(context, "f", call->f, solver->dynamics.n);
+    if (status == PERP_OK && !by_W)
+        status = check_vector(context, "w", call->w, solver->rows);
+    if (status == PERP_OK && !by_W && call->b)
+        status = check_vector(context, "b", call->b, solver->size - solver->rows);
+    if (status == PERP_OK && call->r0)
+        status = check_vector(context, "r0", call->r0, solver->size);
+    return status;
+}
+
+static void write_result(const perp_contact_solver *solver, double seconds)
+{
+    const perp__contact_worth *worth = &solver->best.worth;
+    perp_contact_result own;
+
+    memset(&own, 0, sizeof own);
+    own.outcome = solver->best.outcome;
+    own.method = solver->best.method;
+    own.iterations = solver->best.iterations;
+    own.residual = worth->tested;
+    own.natural_residual = worth->natural;
+    own.backward_error = worth->backward;
+    own.signorini_velocity = worth->signorini_velocity;
+    own.signorini_impulse = worth->signorini_impulse;
+    own.cone = worth->cone;
+    own.dissipation_velocity = worth->dissipation_velocity;
+    own.dissipation_impulse = worth->dissipation_impulse;
+    own.bilateral = worth->bilateral;
+    own.seconds = seconds;
+    if (own.outcome == PERP_OUTCOME_RAY) {
+        own.has_ray = 1;
+        own.certificate = solver->certificate;
+    }
+    perp__struct_write(solver->call->result, &own, sizeof own);
+}
+
+void perp__contact_write_out(perp_contact_solver *solver, double seconds)
+{
+    const perp__contact_call *call = solver->call;
+    const size_t bytes = (size_t)solver->size * sizeof(double);
+    int32_t k;
+
+    if (perp__contact_is_good(solver->best.outcome))
+        perp__contact_write_zeros(solver, solver->best.modes, solver->best.u);
+    if (call->v && solver->dynamics.n > 0)
+        memcpy(call->v, solver->best_v, (size_t)solver->dynamics.n * sizeof(double));
+    if (bytes > 0) {
+        memcpy(call->r, solver->best.r, bytes);
+        if (call->u)
+            memcpy(call->u, solver->best.u, bytes);
+        if (call->ray && solver->best.outcome == PERP_OUTCOME_RAY)
+            memcpy(call->ray, solver->ray, bytes);
+    }
+    for (k = 0; call->modes && k < solver->contacts; k++)
+        call->modes[k] = solver->best.modes[k];
+    write_result(solver, seconds);
+}
