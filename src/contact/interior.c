@@ -16,8 +16,8 @@
 #define ENOUGH 1e-13 /* residual after which nothing more is tried */
 #define FREE 1e-11   /* regularises bilateral rows that depend on each other */
 
-/* y, gap, slope and L = J of (x, z); returns the average of x'z over the cones. */
-static double evaluate(perp__newton *s, double eps)
+/* y, gap and slope of (x, z). */
+static void evaluate(perp__newton *s, double eps)
 {
     const perp__newton_blocks *b = &s->blocks;
     int32_t k, i;
@@ -35,18 +35,34 @@ static double evaluate(perp__newton *s, double eps)
             s->gap[at + i] = s->y[at + i] - s->z[at + i] + (i == 0 ? smooth : 0.0);
         }
     }
-    return 0.0;
 }
 
-static double average(const perp__newton *s, const double *x, const double *z)
+/* The average of (x + a dx)'(z + a dz) over the cones. */
+static double average(const perp__newton *s, double a)
 {
     int32_t last = s->blocks.starts[s->blocks.contacts];
     double sum = 0.0;
     int32_t i;
 
     for (i = 0; i < last; i++)
-        sum += x[i] * z[i];
+        sum += a == 0.0 ? s->x[i] * s->z[i] : (s->x[i] + a * s->dx[i]) * (s->z[i] + a * s->dz[i]);
     return s->blocks.contacts ? sum / (double)s->blocks.contacts : 0.0;
+}
+
+/* No gap is left where more z_1 closes it. */
+static void raise_slack(perp__newton *s)
+{
+    const perp__newton_blocks *b = &s->blocks;
+    int32_t k;
+
+    for (k = 0; k < b->contacts; k++) {
+        int32_t at = b->starts[k];
+
+        if (s->gap[at] > 0.0) {
+            s->z[at] += s->gap[at];
+            s->gap[at] = 0.0;
+        }
+    }
 }
 
 /* L = J and R = G. Returns 0 where (x, z) has come too close to the boundary to be scaled. */
@@ -149,18 +165,6 @@ static double solve(perp__newton *s)
     return most;
 }
 
-/* The average of (x + a dx)'(z + a dz). */
-static double average_after(const perp__newton *s, double a)
-{
-    int32_t last = s->blocks.starts[s->blocks.contacts];
-    double sum = 0.0;
-    int32_t i;
-
-    for (i = 0; i < last; i++)
-        sum += (s->x[i] + a * s->dx[i]) * (s->z[i] + a * s->dz[i]);
-    return sum / (double)s->blocks.contacts;
-}
-
 /* One step; its length in *taken. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
 static perp_status advance(perp__newton *s, double g, double *taken)
 {
@@ -173,7 +177,7 @@ static perp_status advance(perp__newton *s, double g, double *taken)
         return status;
     set_rhs(s, 0.0, 0);
     a = fmin(1.0, part * solve(s));
-    ratio = g > 0.0 ? fmax(average_after(s, a), 0.0) / g : 0.0;
+    ratio = g > 0.0 ? fmax(average(s, a), 0.0) / g : 0.0;
     sigma = fmin(1.0, fmax(ratio * ratio * ratio, 0.5 * (1.0 - a) * (1.0 - a) * (1.0 - a)));
     set_rhs(s, sigma * g, 1);
     a = fmin(1.0, part * solve(s));
@@ -220,17 +224,21 @@ perp_status perp__interior_run(perp__newton *s, perp_outcome *outcome)
 
     *outcome = PERP_OUTCOME_STALLED;
     for (step = 0; step <= STEPS; step++) {
-        double g = average(s, s->x, s->z);
+        double g = average(s, 0.0);
         perp_status status = PERP_OK;
         perp_outcome request;
         int32_t stuck;
 
         evaluate(s, fmin(g, EPS_MOST));
+        if (s->plan->raise) {
+            raise_slack(s);
+            g = average(s, 0.0);
+        }
         s->residual = perp__natural_map(&s->blocks, s->x, s->y, NULL, NULL);
         stuck = shorts >= 3 || step == STEPS || !isfinite(s->residual);
         if (s->residual <= leave || stuck) {
             status = polish(s);
-            if (status != PERP_OK || stuck || s->best_residual <= ENOUGH)
+            if (status != PERP_OK || stuck || s->best_residual <= PERP__NEWTON_ENOUGH)
                 return status;
             leave = fmin(leave, s->residual) * 0.1;
         }

@@ -5,7 +5,7 @@
 
 #define DELTA 1e-9     /* carries the steps along null(A) */
 #define PATIENCE 3     /* polish steps that do not bring the residual down to a half */
-#define ROUNDING 4e-16 /* of a map in units of |b|: no step makes it better */
+#define ROUNDING 1e-15 /* no step is worth its factorisation */
 
 double perp__natural_map(const perp__newton_blocks *b, const double *x, const double *y, double *v,
                          double *phi)
@@ -38,6 +38,62 @@ double perp__natural_map(const perp__newton_blocks *b, const double *x, const do
     return largest;
 }
 
+/* Nearest point of {|p_t| <= mu p_n}. */
+static void project_friction(int32_t d, double mu, const double *v, double *p)
+{
+    double n = d == 1 ? 0.0 : (d == 2 ? fabs(v[1]) : hypot(v[1], v[2]));
+    int32_t i;
+
+    for (i = 0; i < d; i++)
+        p[i] = v[i];
+    if (n <= mu * v[0])
+        return;
+    p[0] = fmax(0.0, (v[0] + mu * n) / (1.0 + mu * mu));
+    for (i = 1; i < d; i++)
+        p[i] = mu * p[0] * (v[i] / n);
+}
+
+/* sqrt(t) |r - P(r - (u + s e_n) / t)| / omega of block k */
+static double tested(const perp__newton *s, int32_t k, const double *x, const double *y)
+{
+    const perp__newton_blocks *b = &s->blocks;
+    int32_t at = b->starts[k], d = b->starts[k + 1] - at;
+    double scale = b->scales[at + d - 1]; /* 1 / sqrt(t) */
+    double mu = d > 1 ? scale / b->scales[at] : 0.0;
+    double r[3], v[3] = {0.0, 0.0, 0.0}, p[3], sum = 0.0;
+    int32_t i;
+
+    /* impulses and velocities over t, both in units of unit scale */
+    for (i = 0; i < d; i++) {
+        r[i] = x[at + i] * (i == 0 && d > 1 ? 1.0 / mu : 1.0);
+        v[i] = r[i] - y[at + i] * (i == 0 && d > 1 ? mu : 1.0);
+    }
+    if (d > 1)
+        v[0] -= mu * (d == 2 ? fabs(y[at + 1]) : hypot(y[at + 1], y[at + 2]));
+    if (k >= b->contacts)
+        p[0] = v[0];
+    else if (d == 1)
+        p[0] = fmax(v[0], 0.0);
+    else
+        project_friction(d, mu, v, p);
+    for (i = 0; i < d; i++)
+        sum += (r[i] - p[i]) * (r[i] - p[i]);
+    return sqrt(sum) * (s->unit / s->omega);
+}
+
+double perp__natural_tested(const perp__newton *s, const double *x, const double *y)
+{
+    double largest = 0.0;
+    int32_t k;
+
+    for (k = 0; k < s->blocks.blocks; k++) {
+        double one = tested(s, k, x, y);
+
+        largest = one <= largest ? largest : one; /* keeps a NaN */
+    }
+    return largest;
+}
+
 /* L = V J and R = I - V + delta V at v = x - z, J = I + e1 y_t' / |y_t|. */
 static void set_block(perp__newton *s, int32_t k, const double *v, const double *y)
 {
@@ -66,6 +122,19 @@ static void keep_best(perp__newton *s, double residual)
     }
 }
 
+/* y, v, phi and the tested residual at trial. */
+static double measure(perp__newton *s, double *y, double *v, double *phi)
+{
+    double residual;
+    int32_t i;
+
+    perp__newton_multiply(&s->matrix, s->trial, y);
+    for (i = 0; i < s->blocks.n; i++)
+        y[i] += s->b[i];
+    residual = perp__natural_map(&s->blocks, s->trial, y, v, phi);
+    return isfinite(residual) ? perp__natural_tested(s, s->trial, y) : residual;
+}
+
 perp_status perp__natural_polish(perp__newton *s, int32_t steps)
 {
     const perp__newton_blocks *b = &s->blocks;
@@ -74,18 +143,14 @@ perp_status perp__natural_polish(perp__newton *s, int32_t steps)
     double *y = s->change, *v = s->dz, *phi = s->rhs;
 
     for (step = 0;; step++) {
-        double residual;
+        double residual = measure(s, y, v, phi);
         perp_status status;
 
-        perp__newton_multiply(&s->matrix, s->trial, y);
-        for (i = 0; i < b->n; i++)
-            y[i] += s->b[i];
-        residual = perp__natural_map(b, s->trial, y, v, phi);
         keep_best(s, residual);
         waited = residual < 0.5 * milestone ? 0 : waited + 1;
         milestone = fmin(milestone, residual);
         if (!isfinite(residual) || residual <= ROUNDING || step >= steps || waited >= PATIENCE ||
-            (waited > 0 && s->best_residual < 1e-13))
+            (waited > 0 && s->best_residual < PERP__NEWTON_ENOUGH))
             return PERP_OK;
         for (k = 0; k < b->blocks; k++)
             set_block(s, k, &v[b->starts[k]], &y[b->starts[k]]);

@@ -12,7 +12,9 @@
 #define ID 2 /* PERP_CONTACT_METHOD_NEWTON */
 
 static const perp__newton_plan plans[] = {
-    {0.99, 1.0, 1.0}, {0.9, 0.8, 0.8}, {0.95, 0.7, 1.0}, {0.9, 0.5, 0.5}};
+    {0.99, 1.0, 1.0, 0, 0, 0.0, 0}, {0.9, 0.8, 0.8, 1, 0, 0.0, 0},  {0.99, 1.0, 1.0, 0, 1, 0.0, 0},
+    {0.99, 1.0, 1.0, 0, 1, 1.0, 0}, {0.99, 1.0, 1.0, 0, 1, 0.0, 1}, {0.99, 1.0, 1.0, 0, 1, 1.0, 2},
+    {0.99, 1.0, 1.0, 0, 1, 0.0, 3}, {0.99, 1.0, 1.0, 0, 1, 1.0, 4}};
 #define ATTEMPTS (int32_t)(sizeof plans / sizeof plans[0])
 
 static perp_status check(const perp__contact_problem *problem)
@@ -26,8 +28,9 @@ static void layout(perp__arena *arena, void *work)
     const perp__contact_problem *problem = s->common.problem;
     size_t n = (size_t)problem->size;
     size_t blocks = (size_t)(problem->contacts + problem->size - problem->rows);
-    double **const vectors[] = {&s->b,  &s->x,      &s->z,   &s->y,     &s->gap,  &s->slope, &s->dx,
-                                &s->dz, &s->change, &s->rhs, &s->trial, &s->best, &s->r};
+    double **const vectors[] = {&s->b,     &s->x,  &s->z,       &s->y,     &s->gap,   &s->slope,
+                                &s->dx,    &s->dz, &s->change,  &s->rhs,   &s->trial, &s->best,
+                                &s->cover, &s->v,  &s->tangent, &s->ahead, &s->along, &s->error};
 
     perp__newton_blocks_layout(arena, &s->blocks, problem);
     perp__newton_matrix_layout(arena, &s->matrix, problem);
@@ -76,6 +79,27 @@ static void read_right_side(perp__newton *s)
         s->unit = 1.0;
     for (i = 0; i < b->n; i++)
         s->b[i] /= s->unit;
+}
+
+/* The largest |q_k| / sqrt(t_k). */
+static double load(const perp__contact_problem *problem)
+{
+    double omega = 0.0;
+    int32_t i, k;
+
+    for (k = 0; k < problem->contacts; k++) {
+        double length = 0.0;
+
+        for (i = problem->starts[k]; i < problem->starts[k + 1]; i++)
+            length = hypot(length, problem->q[i]);
+        omega = fmax(omega, length / sqrt(problem->trace[k]));
+    }
+    for (i = problem->rows; i < problem->size; i++) {
+        double trace = problem->trace[problem->contacts + i - problem->rows];
+
+        omega = fmax(omega, fabs(problem->q[i]) / (trace > 0.0 ? sqrt(trace) : 1.0));
+    }
+    return omega > 0.0 ? omega : 1.0;
 }
 
 static void start_cold(perp__newton *s)
@@ -133,9 +157,9 @@ static void finish(perp__newton *s, perp__contact_iterate *iterate)
 
         if (k < b->contacts) {
             perp__cone_values(d, &s->trial[at], &low, &high);
-            iterate->modes[k] = high <= 0.0          ? PERP_CONTACT_SEPARATE
-                                : low > 0.0 && d > 1 ? PERP_CONTACT_STICK
-                                                     : PERP_CONTACT_SLIP;
+            iterate->modes[k] = high <= 0.0 ? PERP_CONTACT_SEPARATE
+                                : low > 0.0 && (d > 1 || problem->dims[k] == 1) ? PERP_CONTACT_STICK
+                                                                                : PERP_CONTACT_SLIP;
             perp__cone_project(d, &s->trial[at], &s->trial[at]);
         }
         for (i = 0; i < d; i++)
@@ -167,11 +191,13 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     s->limit = problem->iteration_limit > 0 ? problem->iteration_limit : INT64_MAX;
     s->best_residual = INFINITY;
     read_right_side(s);
+    s->omega = load(problem);
     if (iterate->warm && iterate->attempt == 0)
         start_warm(s, iterate->r);
     else
         start_cold(s);
-    status = perp__interior_run(s, &iterate->outcome);
+    status = s->plan->path ? perp__path_run(s, &iterate->outcome)
+                           : perp__interior_run(s, &iterate->outcome);
     iterate->iterations = s->matrix.factorisations;
     if (status != PERP_OK || !isfinite(s->best_residual))
         return status;

@@ -9,10 +9,18 @@
 #include "contact/cone.h"
 #include "contact/newton_matrix.h"
 
-/* How an attempt goes: the part of a step that may be taken to the boundary, and the weight tau of
- * the derivative of |z_t| in the system's matrix, `far` from the solution and near it. */
+/* A tested residual after which nothing more is tried. */
+#define PERP__NEWTON_ENOUGH 1e-12
+
+/* How an attempt goes. */
 typedef struct perp__newton_plan {
-    double step, tau_far, tau_near;
+    double step; /* the part of the way to the boundary that a step may go */
+    double tau_far,
+        tau_near;      /* weight of the derivative of |z_t|, far from the solution and near */
+    int32_t raise;     /* z_1 is raised to where no gap is left */
+    int32_t path;      /* first along the path of path.c, to ever smaller t */
+    double compliance; /* there: t times this is added to A */
+    uint64_t cover;    /* there: seed of the covering vector, 0: ones */
 } perp__newton_plan;
 
 typedef struct perp__newton {
@@ -29,10 +37,15 @@ typedef struct perp__newton {
     double *slope;                /* z_t / s, and 0 for the normals */
     double *dx, *dz, *change, *rhs;
     double *trial, *best; /* the polish: x, and the best x */
-    double best_residual; /* natural residual of best, in the units of A x + b */
-    double residual;      /* the same of x */
-    double *r;            /* size, for the tested residual */
+    double best_residual; /* tested residual of best */
+    double residual;      /* natural residual of x, in the units of A x + b */
+    double omega;         /* of the tested residual */
+    double *cover;        /* the path's covering vector */
+    double *v, *tangent, *ahead, *along, *error;
 } perp__newton;
+
+/* The tested residual, as the front door defines it, of impulses x with y = A x + b. */
+double perp__natural_tested(const perp__newton *newton, const double *x, const double *y);
 
 /* |x - P(x - z)| with z = y + |y_t| e1, over the contacts, and |y| over the bilateral rows; writes
  * the map to phi and the argument v = x - z to v unless they are NULL. phi may be v. */
@@ -48,8 +61,9 @@ perp_status perp__natural_polish(perp__newton *newton, int32_t steps);
  * smaller residuals while that fails. PERP_OK with *outcome, or PERP_ERROR_MEMORY, _CALLBACK. */
 perp_status perp__interior_run(perp__newton *newton, perp_outcome *outcome);
 
-/* The tested residual of unit * x, with r left in newton->r. */
-double perp__newton_tested(perp__newton *newton, const double *x);
+/* The path of solutions that path.c follows, and interior points from places on it. As
+ * perp__interior_run. */
+perp_status perp__path_run(perp__newton *newton, perp_outcome *outcome);
 
 /* -1 to go on, or the outcome to stop with; *status tells of an abort. */
 perp_outcome perp__newton_tick(const perp__newton *newton, perp_status *status);
