@@ -225,9 +225,9 @@ static perp_status begin(perp__newton *s)
     }
 }
 
-/* Newton's method from the predicted (ahead, *t) across the tangent. Returns how many steps it
- * took, 0 if it does not converge, or PERP_ERROR_MEMORY. On success the system there is factored.
- */
+/* Newton's method from the predicted (ahead, *t) across the tangent. Returns how often the system
+ * was factored, 0 if it does not converge, or PERP_ERROR_MEMORY. On success it is the system at the
+ * new point that is factored last. */
 static int32_t correct(perp__newton *s, double *t, double tangent_t)
 {
     double size, last = INFINITY;
@@ -239,10 +239,10 @@ static int32_t correct(perp__newton *s, double *t, double tangent_t)
 
         if (status < 0)
             return status;
+        if (status == PERP_OK && size <= (step > 0 ? CLOSE : 1e-2 * CLOSE) * *t)
+            return step + 1;
         if (status != PERP_OK || !(size < 0.7 * last))
             return 0;
-        if (size <= CLOSE * *t && step > 0)
-            return step;
         last = size;
         solve(s, *t, s->error, s->dz);
         dt = -dot(s->tangent, s->dz, n) / (dot(s->tangent, s->along, n) + tangent_t);
@@ -282,7 +282,7 @@ static int32_t advance(perp__newton *s, double *t, double *tangent_t, double *le
         return taken;
     memcpy(s->v, s->ahead, (size_t)n * sizeof *s->v);
     *t = next;
-    *length *= taken <= 2 ? GROW : 1.0;
+    *length *= taken <= 3 ? GROW : 1.0;
     return 1;
 }
 
