@@ -5,6 +5,8 @@ lcp_all     every solution of a small problem, families of solutions included
 lcp_batch   many small problems in one call
 lcp_sensitivity  derivatives of a solution with respect to its data
 lcp_verify  a proof that a solution lies near a point
+ncp         nonlinear complementarity problems with bounds, from functions
+ncp_check_jacobian  a Jacobian against differences of its function
 contact     contact with friction over dynamics of your own
 contact_delassus  the same from the matrix W that couples the contacts
 fclib       (perp.fclib, imported by name) problems in FCLIB's files
@@ -20,6 +22,7 @@ from ._errors import Error
 from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
 from ._monitor import Progress
+from ._ncp import JacobianCheck, NcpResult, ncp, ncp_check_jacobian
 from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
 from ._sensitivity import Sensitivity, lcp_sensitivity
 from ._verify import Proof, lcp_verify
@@ -34,8 +37,10 @@ __all__ = [
     "ContactResult",
     "Energy",
     "Error",
+    "JacobianCheck",
     "LcpResult",
     "Momentum",
+    "NcpResult",
     "Progress",
     "Proof",
     "RunResult",
@@ -54,6 +59,8 @@ __all__ = [
     "lcp_batch",
     "lcp_sensitivity",
     "lcp_verify",
+    "ncp",
+    "ncp_check_jacobian",
     "version",
     "version_text",
 ]

@@ -42,6 +42,7 @@ _TEXT_FUNCTIONS: dict[str, list[Any]] = {
     "perp_lcp_method_text": [c_int32],
     "perp_lcp_verdict_text": [c_int32],
     "perp_contact_mode_text": [c_int32],
+    "perp_ncp_method_text": [c_int32],
     "perp_contact_method_text": [c_int32],
     "perp_context_message": [s.ContextPointer],
 }
@@ -123,6 +124,22 @@ _STATUS_FUNCTIONS: dict[str, list[Any]] = {
         POINTER(s.Matrix),
     ]
     + [c_void_p] * 2,
+    "perp_ncp_settings_init": [POINTER(s.NcpSettings), c_size_t],
+    "perp_ncp_solve": [
+        s.ContextPointer,
+        c_void_p,
+        c_void_p,
+        POINTER(s.NcpResult),
+        POINTER(s.NcpSettings),
+        POINTER(s.NcpProblem),
+        c_void_p,
+    ],
+    "perp_ncp_check_jacobian": [
+        s.ContextPointer,
+        POINTER(s.NcpCheck),
+        POINTER(s.NcpProblem),
+        c_void_p,
+    ],
     "perp_world_settings_init": [POINTER(s.WorldSettings), c_size_t, c_int32],
     "perp_body_settings_init": [POINTER(s.BodySettings), c_size_t],
     "perp_shape_settings_init": [POINTER(s.ShapeSettings), c_size_t],
@@ -247,6 +264,7 @@ _declare(library)
 
 OUTCOMES = _words(library.perp_outcome_text)
 METHODS = _words(library.perp_lcp_method_text)
+NCP_METHODS = _words(library.perp_ncp_method_text)
 VERDICTS = _words(library.perp_lcp_verdict_text)
 MODES = _words(library.perp_contact_mode_text)
 CONTACT_METHODS = _words(library.perp_contact_method_text)

@@ -184,7 +184,8 @@ class LcpEnumeration(Structure):
     ]
 
 
-NcpFunction = CFUNCTYPE(c_int32, POINTER(c_double), POINTER(c_double), c_void_p)
+# the two arrays as addresses: what the callbacks make of them is cheaper than a POINTER
+NcpFunction = CFUNCTYPE(c_int32, c_void_p, c_void_p, c_void_p)
 
 
 class NcpProblem(Structure):

@@ -1,0 +1,388 @@
+"""Nonlinear complementarity problems with bounds."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from ctypes import byref, c_double
+from dataclasses import dataclass
+from typing import Any, Callable, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _arrays, _errors
+from ._handle import Context
+from ._lcp import code, count, limit
+from ._library import GOOD_OUTCOMES, NCP_METHODS, OUTCOMES, library
+from ._monitor import Monitor, Watch
+from ._structures import NcpCheck, NcpFunction, NcpMonitor, NcpProblem, NcpSettings, sized
+from ._structures import NcpResult as CResult
+
+Array = NDArray[np.float64]
+
+_METHOD_CODES = {word: k for k, word in NCP_METHODS.items()}
+_NO_FUNCTION = NcpFunction()
+
+
+@dataclass(eq=False)
+class NcpResult:
+    """The answer to one problem. See ncp() for what was asked."""
+
+    z: Array  # within the bounds; the best iterate, whatever the outcome
+    w: Array  # F(z)
+    outcome: str  # "solved", "rounding_limit", "stalled", "iteration_limit", ...
+    ok: bool  # solved, or as near as a double can come
+    residual: float  # dimensionless, the one compared with tol
+    natural_residual: float  # max |mid(z - lower, z - upper, w)|, in the caller's units
+    backward_error: float  # row-wise, of the linearisation at z; 2**-52 is one unit
+    iterations: int  # Newton steps, all runs together
+    seconds: float
+    method: str  # the method that gave the answer
+    function_evaluations: int  # calls of F, those for differences included
+    jacobian_evaluations: int
+    restarts: int  # starts from perturbed points
+    trapped: bool  # z is no solution, but a stationary point of the merit function
+
+    def __repr__(self) -> str:
+        return (
+            f"<perp.NcpResult {self.outcome} by {self.method}, n={len(self.z)}, "
+            f"residual={self.residual:.2g}, iterations={self.iterations}>"
+        )
+
+
+@dataclass(eq=False)
+class JacobianCheck:
+    """How a Jacobian compares with differences of F."""
+
+    ok: bool  # nothing wrong, nothing missing, every column checked
+    wrong: int  # entries that differ by more than differences can be wrong
+    missing: int  # entries not in the sparse pattern whose difference isn't 0
+    entry: Optional[tuple[int, int]]  # row and column with the worst disagreement,
+    given: float  # J's value there,
+    difference: float  # the value by differences,
+    uncertainty: float  # and the estimated error of that
+    missing_entry: Optional[tuple[int, int]]  # the missing entry with the largest difference
+    missing_difference: float
+    unchecked: int  # columns of fixed variables, or next to which F is not defined
+
+
+class _Callbacks:
+    """F and J as the library calls them. What they raise is kept, and ends the call."""
+
+    def __init__(self, F: Any, J: Any, start: Array, pattern: Any) -> None:
+        if not callable(F):
+            raise _errors.argument_error("F is not callable")
+        if J is not None and not callable(J):
+            raise _errors.argument_error("J is neither callable nor None")
+        self._F, self._J, self._n = F, J, len(start)
+        self._views: dict[tuple[int, int], Array] = {}
+        self.raised: list[BaseException] = []
+        self.problem = sized(NcpProblem)
+        self.problem.n = self._n
+        self._choose_storage(start, pattern)
+        self._function = NcpFunction(self._call_function)
+        self._jacobian = _NO_FUNCTION if J is None else NcpFunction(self._call_jacobian)
+        self.problem.function, self.problem.jacobian = self._function, self._jacobian
+
+    def _choose_storage(self, start: Array, pattern: Any) -> None:
+        """Dense, or the pattern given, or the one that J has at the start."""
+        first = None if self._J is None or pattern is not None else self._J(start.copy())
+        self._starts = self._rows = None
+        if pattern is None and not _arrays.is_sparse(first):
+            self.problem.storage = _arrays.ROW_MAJOR
+            self._entries = self._n * self._n
+            return
+        self._starts, self._rows = _pattern(first if pattern is None else pattern, self._n)
+        self._columns = np.repeat(np.arange(self._n), np.diff(self._starts))
+        self._entries = len(self._rows)
+        self.problem.storage = _arrays.CSC
+        self.problem.column_starts = _arrays.address(self._starts)
+        self.problem.row_indices = _arrays.address(self._rows)
+
+    def _view(self, address: int, length: int) -> Array:
+        """The library's memory as an array; it is the same few places again and again."""
+        view = self._views.get((address, length))
+        if view is None:
+            memory = (c_double * length).from_address(address or id(self))
+            view = self._views[address, length] = np.ctypeslib.as_array(memory)
+        return view
+
+    def _call_function(self, out: int, z: int, _: Any) -> int:
+        try:
+            if self.raised:
+                return -1
+            n = self._n
+            values = _arrays.real(self._F(self._view(z, n).copy()), "F(z)")
+            if values.shape != (n,):
+                raise _errors.argument_error(f"F(z) has shape {values.shape}, expected ({n},)")
+            self._view(out, n)[:] = values
+            return 0
+        except BaseException as error:
+            self.raised.append(error)
+            return -1
+
+    def _call_jacobian(self, out: int, z: int, _: Any) -> int:
+        try:
+            if self.raised:
+                return -1
+            self._store(self._J(self._view(z, self._n).copy()), self._view(out, self._entries))
+            return 0
+        except BaseException as error:
+            self.raised.append(error)
+            return -1
+
+    def _store(self, J: Any, out: Array) -> None:
+        n = self._n
+        if getattr(J, "shape", None) != (n, n):
+            J = J if _arrays.is_sparse(J) else _arrays.real(J, "J(z)")
+            if J.shape != (n, n):
+                raise _errors.argument_error(f"J(z) has shape {J.shape}, expected ({n}, {n})")
+        if self._rows is None:
+            dense = J.toarray() if _arrays.is_sparse(J) else _arrays.real(J, "J(z)")
+            out.reshape(n, n)[:] = dense
+        elif not _arrays.is_sparse(J):
+            dense = _arrays.real(J, "J(z)")
+            out[:] = dense[self._rows, self._columns]
+            if np.count_nonzero(dense) > np.count_nonzero(out):
+                raise _errors.argument_error("J(z) has entries outside of the pattern")
+        else:
+            self._store_sparse(J, out)
+
+    def _store_sparse(self, J: Any, out: Array) -> None:
+        csc = J.tocsc()
+        if not csc.has_canonical_format:
+            csc = csc.copy()
+            csc.sum_duplicates()
+        if np.array_equal(csc.indptr, self._starts) and np.array_equal(csc.indices, self._rows):
+            out[:] = csc.data
+            return
+        # some of the pattern's entries were left out: find the others' places
+        n = np.int64(self._n)
+        columns = np.repeat(np.arange(self._n, dtype=np.int64), np.diff(csc.indptr))
+        mine = self._columns * n + self._rows
+        theirs = columns * n + csc.indices
+        places = np.minimum(np.searchsorted(mine, theirs), max(len(mine) - 1, 0))
+        out[:] = 0.0
+        if len(theirs) and (len(mine) == 0 or not np.array_equal(mine[places], theirs)):
+            lost = 0 if len(mine) == 0 else int(np.argmax(mine[places] != theirs))
+            raise _errors.argument_error(
+                f"J(z) has the entry ({int(csc.indices[lost])}, {int(columns[lost])}), which "
+                "is not in the pattern: state it by pattern="
+            )
+        out[places] = csc.data
+
+    @contextmanager
+    def catching(self) -> Iterator[None]:
+        """Python runs the handler of a signal, such as Ctrl-C's, at the next bytecode of the main
+        thread: the first one of a callback, before its `try`. ctypes hands such an exception to
+        sys.unraisablehook and goes on."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = sys.unraisablehook
+
+        def hook(lost: Any) -> None:
+            if "ctypes callback" in (lost.err_msg or "") and lost.exc_value is not None:
+                self.raised.append(lost.exc_value)
+            else:
+                before(lost)
+
+        sys.unraisablehook = hook
+        try:
+            yield
+        finally:
+            sys.unraisablehook = before
+
+    def raise_caught(self) -> None:
+        if self.raised:
+            try:
+                raise self.raised[0]
+            finally:
+                self.raised.clear()
+
+
+def _pattern(pattern: Any, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Column starts and sorted row indices of what a matrix stores, or where an array isn't 0."""
+    if not _arrays.is_sparse(pattern):
+        array = np.asarray(pattern)
+        if array.shape != (n, n):
+            raise _errors.argument_error(f"pattern has shape {array.shape}, expected ({n}, {n})")
+        columns, rows = np.nonzero(array.T)
+        starts = np.searchsorted(columns, np.arange(n + 1))
+        return starts.astype(np.int32), rows.astype(np.int32)
+    if pattern.shape != (n, n):
+        raise _errors.argument_error(f"pattern has shape {pattern.shape}, expected ({n}, {n})")
+    csc = pattern.tocsc().copy()
+    csc.sum_duplicates()  # sorts, too; zeros that are stored stay
+    if int(csc.indptr[-1]) > _arrays.INT32_MAX:
+        raise _errors.argument_error("pattern has more entries than a 32-bit index can number")
+    return csc.indptr.astype(np.int32), csc.indices.astype(np.int32)
+
+
+def _fill(
+    settings: NcpSettings,
+    method: str,
+    tol: float,
+    max_iterations: Optional[int],
+    time_limit: Optional[float],
+    penalty: float,
+    restarts: int,
+    scaling: bool,
+    polish: bool,
+) -> None:
+    settings.method = code(method, _METHOD_CODES, "method")
+    settings.max_iterations = count(max_iterations, "max_iterations")
+    settings.tol = tol
+    settings.time_limit = limit(time_limit, "time_limit")
+    settings.penalty = penalty
+    settings.restarts = restarts
+    settings.scaling = 1 if scaling else 0
+    settings.polish = 1 if polish else 0
+
+
+def _bounds(
+    problem: NcpProblem, lower: Optional[ArrayLike], upper: Optional[ArrayLike], n: int
+) -> tuple[Optional[Array], Optional[Array]]:
+    low, high = _arrays.bound(lower, "lower", n), _arrays.bound(upper, "upper", n)
+    problem.lower = None if low is None else _arrays.address(low)
+    problem.upper = None if high is None else _arrays.address(high)
+    return low, high
+
+
+def _vector(value: ArrayLike, name: str) -> Array:
+    array = _arrays.real(value, name)
+    if array.ndim != 1:
+        raise _errors.argument_error(f"{name} has shape {array.shape}, expected (n,)")
+    return np.ascontiguousarray(array)
+
+
+def ncp(
+    F: Callable[[Array], ArrayLike],
+    J: Optional[Callable[[Array], Any]],
+    z0: ArrayLike,
+    lower: Optional[ArrayLike] = None,
+    upper: Optional[ArrayLike] = None,
+    *,
+    method: str = "auto",
+    tol: float = 1e-10,
+    max_iterations: Optional[int] = None,
+    time_limit: Optional[float] = None,
+    monitor: Optional[Monitor] = None,
+    pattern: Any = None,
+    penalty: float = 0.0,
+    restarts: int = 20,
+    scaling: bool = True,
+    polish: bool = True,
+) -> NcpResult:
+    """Finds z in [lower, upper] with w = F(z) such that, for every i, w[i] >= 0 where z[i] is at
+    its lower bound, w[i] <= 0 at its upper bound, and w[i] = 0 between.
+
+    F: a function of an (n,) array that returns one. NaN or infinity says that z is outside of its
+        domain; it is only called within the bounds.
+    J: its Jacobian, dF_i/dz_j at row i and column j: returns an (n, n) array or a SciPy sparse
+        matrix. None: finite differences, few calls of F where pattern is sparse.
+    z0: (n,), the start.
+    lower, upper: (n,), or a number for all; None is 0 and +inf. Infinite bounds are allowed.
+    method: "auto", "fischer" or "josephy".
+    tol: the residual (dimensionless) that counts as solved.
+    max_iterations (of one run of a method), time_limit (seconds): None is 200, and none.
+    monitor: called with an object that has method, iterations and residual as the solve goes on;
+        a true answer stops it (outcome "stopped"), an exception ends the call.
+    pattern: a sparse matrix, or an array, that is not 0 where J ever is; by default that of J(z0).
+    penalty: of fischer, the weight of max(a,0) max(b,0), in [0, 1).
+    restarts: of auto, at most so many starts from perturbed points.
+    scaling: equilibrate by powers of two.  polish: go on to the limit of rounding.
+
+    Returns an NcpResult: check its `ok` or its `outcome`. Exceptions raised in F and J come out of
+    the call. Raises Error where the call itself did not make sense.
+    """
+    start = _vector(z0, "z0")
+    n = len(start)
+    settings, result = sized(NcpSettings), sized(CResult)
+    _fill(settings, method, tol, max_iterations, time_limit, penalty, restarts, scaling, polish)
+    low, high = _arrays.bound(lower, "lower", n), _arrays.bound(upper, "upper", n)
+    projected = np.minimum(
+        np.maximum(start, 0.0 if low is None else low), np.inf if high is None else high
+    )
+    callbacks = _Callbacks(F, J, projected, pattern)
+    low, high = _bounds(callbacks.problem, low, high, n)
+    watch = None
+    if monitor is not None:
+        watch = Watch(monitor, NcpMonitor, NCP_METHODS)
+        settings.monitor = watch.function
+    context = Context()
+    z, w = np.empty(n), np.empty(n)
+    with callbacks.catching():
+        status = library.perp_ncp_solve(
+            context.pointer,
+            _arrays.address(z),
+            _arrays.address(w),
+            byref(result),
+            byref(settings),
+            byref(callbacks.problem),
+            _arrays.address(start),
+        )
+    callbacks.raise_caught()
+    if watch is not None:
+        watch.raise_caught()
+    context.check(status)
+    del low, high  # the bounds were read up to here
+    return NcpResult(
+        z,
+        w,
+        OUTCOMES[result.outcome],
+        result.outcome in GOOD_OUTCOMES,
+        result.residual,
+        result.natural_residual,
+        result.backward_error,
+        result.iterations,
+        result.seconds,
+        NCP_METHODS[result.method],
+        result.function_evaluations,
+        result.jacobian_evaluations,
+        result.restarts,
+        bool(result.trapped),
+    )
+
+
+def ncp_check_jacobian(
+    F: Callable[[Array], ArrayLike],
+    J: Callable[[Array], Any],
+    z: ArrayLike,
+    lower: Optional[ArrayLike] = None,
+    upper: Optional[ArrayLike] = None,
+    *,
+    pattern: Any = None,
+) -> JacobianCheck:
+    """Compares J at z with central differences of F that tell their own error. The arguments are
+    those of ncp(); z has to be within the bounds. Returns a JacobianCheck that names the worst
+    entry, and the worst one that a sparse pattern lacks."""
+    point = _vector(z, "z")
+    if J is None:
+        raise _errors.argument_error("J is None: there is nothing to check")
+    callbacks = _Callbacks(F, J, point, pattern)
+    low, high = _bounds(callbacks.problem, lower, upper, len(point))
+    check = sized(NcpCheck)
+    context = Context()
+    with callbacks.catching():
+        status = library.perp_ncp_check_jacobian(
+            context.pointer, byref(check), byref(callbacks.problem), _arrays.address(point)
+        )
+    callbacks.raise_caught()
+    context.check(status)
+    del low, high
+    return JacobianCheck(
+        check.wrong == check.missing == check.unchecked == 0,
+        check.wrong,
+        check.missing,
+        None if check.row < 0 else (check.row, check.column),
+        check.given,
+        check.difference,
+        check.uncertainty,
+        None if check.missing_row < 0 else (check.missing_row, check.missing_column),
+        check.missing_difference,
+        check.unchecked,
+    )
