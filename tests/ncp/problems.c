@@ -171,6 +171,19 @@ int32_t zoo_jacobian_values(double *values, const double *z, void *user)
     return problem->equations(problem, z, problem->scratch, &J);
 }
 
+void zoo_view(zoo_problem *problem, perp_ncp_problem *view)
+{
+    view->n = problem->n;
+    view->storage = problem->sparse ? PERP_STORAGE_CSC : PERP_STORAGE_COLUMN_MAJOR;
+    view->column_starts = problem->column_starts;
+    view->row_indices = problem->row_indices;
+    view->function = zoo_function;
+    view->jacobian = zoo_jacobian_values;
+    view->lower = problem->lower;
+    view->upper = problem->upper;
+    view->user = problem;
+}
+
 double zoo_residual(const zoo_problem *problem, const double *z, const double *F)
 {
     double largest = 0;

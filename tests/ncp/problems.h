@@ -76,6 +76,9 @@ void zoo_destroy(zoo_problem *problem);
 int32_t zoo_function(double *F, const double *z, void *user);
 int32_t zoo_jacobian_values(double *values, const double *z, void *user);
 
+/* Fills an initialised view; it refers to the zoo_problem, which is its user pointer. */
+void zoo_view(zoo_problem *problem, perp_ncp_problem *view);
+
 /* max_i |z_i - mid(lower_i, z_i - F_i, upper_i)| */
 double zoo_residual(const zoo_problem *problem, const double *z, const double *F);
 
