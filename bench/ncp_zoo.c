@@ -2,10 +2,13 @@
  * and what the first of them took: Newton steps, calls of F and J (by callback), perturbed starts,
  * the natural residual in the problem's own units, and the median of three in ms. 'nonzeros' is the
  * Jacobian's pattern. A capital T marks a point where the merit function has trapped the method.
- * Problems whose source begins with 'in the manner of' have data of our own. */
+ * A solve has five seconds. Problems whose source begins with 'in the manner of' have data of our
+ * own. */
 #include "measure.h"
 
 #include "../tests/ncp/problems.h"
+
+#define TIME_LIMIT 5.0 /* seconds a solve */
 
 static void print_row(const zoo_problem *problem, int32_t method, int solved,
                       const perp_ncp_result *result, double time)
@@ -34,7 +37,7 @@ static void measure(perp_context *context, zoo_problem *problem, int32_t method)
     perp_ncp_result_init(&first, sizeof first);
     perp_ncp_result_init(&result, sizeof result);
     settings.method = method;
-    settings.time_limit = 20;
+    settings.time_limit = TIME_LIMIT;
     zoo_view(problem, &view);
     require(perp_ncp_solver_create(context, &solver, &settings) == PERP_OK, "no solver");
     require(perp_ncp_solver_setup(solver, &view) == PERP_OK, perp_context_message(context));

@@ -48,11 +48,12 @@ struct zoo_problem {
 
 /* What is known about the solutions. */
 enum zoo_knowledge {
-    ZOO_UNKNOWN = 0, /* none is stated */
-    ZOO_SOME = 1,    /* the stated ones are solutions; there may be others */
-    ZOO_ALL = 2,     /* there are no others */
-    ZOO_FAMILY = 3,  /* the stated ones are points of a continuum */
-    ZOO_SINGULAR = 4 /* as ZOO_ALL, but a small residual says little: the Jacobian is singular */
+    ZOO_UNKNOWN = 0,  /* none is stated */
+    ZOO_SOME = 1,     /* the stated ones are solutions; there may be others */
+    ZOO_ALL = 2,      /* there are no others */
+    ZOO_FAMILY = 3,   /* the stated ones are points of a continuum */
+    ZOO_SINGULAR = 4, /* as ZOO_ALL, but a small residual says little: the Jacobian is singular */
+    ZOO_UNIQUE = 5    /* none is stated, and there is exactly one */
 };
 
 typedef struct zoo_entry {

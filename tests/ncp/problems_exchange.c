@@ -173,6 +173,6 @@ const zoo_entry zoo_exchanges[] = {
     {"scarf", "Scarf & Hansen 1973, activity analysis, as scarfmcp of GAMS", build_scarf, 0, 0,
      ZOO_SOME, 0},
     {"exchange", "pure exchange with gross substitutes, generated", build_exchange, 0, 0,
-     ZOO_UNKNOWN, 0},
+     ZOO_UNIQUE, 0},
     {NULL, NULL, NULL, 0, 0, 0, 0},
 };

@@ -272,14 +272,14 @@ static void build_put(zoo_problem *p, int32_t size)
 
 const zoo_entry zoo_grids[] = {
     {"obstacle-1d", "u = (|x| - 1/2)_+^2 (linear)", build_string, 63, 1023, ZOO_ALL, 0},
-    {"obstacle-2d", "membrane over a hemisphere (linear)", build_hemisphere, 225, 9801, ZOO_UNKNOWN,
+    {"obstacle-2d", "membrane over a hemisphere (linear)", build_hemisphere, 225, 9801, ZOO_UNIQUE,
      0},
     {"obstacle-mcplib", "Ciarlet 1978, as obstacle of MCPLIB (linear, both bounds)",
-     build_obstacles, 225, 9801, ZOO_UNKNOWN, 0},
+     build_obstacles, 225, 9801, ZOO_UNIQUE, 0},
     {"torsion", "elastic-plastic torsion, MINPACK-2 (Averick et al. 1992), c = 5 (linear)",
-     build_torsion, 225, 9801, ZOO_UNKNOWN, 0},
+     build_torsion, 225, 9801, ZOO_UNIQUE, 0},
     {"bearing", "journal bearing, MINPACK-2, e = 0.1, b = 10 (linear)", build_bearing, 225, 9801,
-     ZOO_UNKNOWN, 0},
+     ZOO_UNIQUE, 0},
     {"bearing-barus", "the same with viscosity exp(3 p)", build_bearing_barus, 225, 9801,
      ZOO_UNKNOWN, 0},
     {"bratu-1d", "Bratu 1914, lambda = 2", build_bratu, 63, 10000, ZOO_UNKNOWN, 0},

@@ -278,7 +278,7 @@ const zoo_entry zoo_mechanics[] = {
      ZOO_ALL, 0},
     {"coulomb-stick", "the same with more friction", build_stick, 0, 0, ZOO_ALL, 0},
     {"truss-stop", "von Mises 1923, snap-through onto a stop", build_truss, 0, 0, ZOO_ALL, 1},
-    {"beam-floor", "clamped beam, stiffening foundation, floor", build_beam, 60, 400, ZOO_UNKNOWN,
+    {"beam-floor", "clamped beam, stiffening foundation, floor", build_beam, 60, 400, ZOO_UNIQUE,
      0},
     {"pendulum-control", "in the manner of opt_cont of MCPLIB: bounded torque", build_pendulum, 200,
      10000, ZOO_UNKNOWN, 0},

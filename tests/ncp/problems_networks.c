@@ -290,7 +290,7 @@ const zoo_entry zoo_networks[] = {
     {"three-countries", "Miranda & Fackler 2002, spatial equilibrium (linear)",
      build_three_countries, 0, 0, ZOO_ALL, 0},
     {"trade-ring", "in the manner of sppe and tobin of MCPLIB, generated", build_ring, 200, 10000,
-     ZOO_UNKNOWN, 0},
+     ZOO_UNIQUE, 0},
     {"two-rings", "in the manner of Bertsekas & Gafni 1982, coefficients and demands our own",
      build_two_rings, 0, 0, ZOO_UNKNOWN, 0},
     {"traffic-grid", "Wardrop 1952 on a generated grid, four destinations", build_traffic, 320,
