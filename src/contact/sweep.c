@@ -49,10 +49,14 @@ static int64_t sweep_limit(const perp__sweep_work *work)
                                    : (int64_t)sweeps;
 }
 
-static double sweep(perp__sweep_work *work, int32_t backward)
+/* One sweep, from where mixing the last ones leads to. */
+static double sweep(perp__sweep_work *work)
 {
-    return work->common.problem->bodies ? perp__sweep_bodies(work, backward)
-                                        : perp__sweep_matrix(work, backward);
+    if (work->sweeps > 0)
+        perp__mixing_after(&work->mixing, work->row_weights, work->r, work->y);
+    perp__mixing_before(&work->mixing, work->r);
+    work->sweeps++;
+    return work->common.problem->bodies ? perp__sweep_bodies(work) : perp__sweep_matrix(work);
 }
 
 /* -1 to go on, or the outcome to stop with. */
@@ -99,7 +103,8 @@ static int32_t is_solved(perp__sweep_work *work, double change)
 
     if (!(change <= work->share * tol) || work->sweeps < work->next_test)
         return 0;
-    residual = perp__sweep_residual(work, work->r, work->u);
+    perp__sweep_turn(work, -1, work->r, work->x);
+    residual = perp__sweep_residual(work, work->x, work->u);
     if (residual <= tol) {
         work->residual = residual;
         return 1;
@@ -115,13 +120,14 @@ static void start(perp__sweep_work *work, const perp__contact_iterate *iterate)
     const size_t bytes = (size_t)work->size * sizeof *work->r;
 
     perp__sweep_read(work);
-    if (iterate->warm)
-        memcpy(work->r, iterate->r, bytes);
-    else
-        memset(work->r, 0, bytes);
-    if (problem->bodies)
-        perp__bodies_gather(problem->bodies, work->r, work->y);
+    memset(work->r, 0, bytes);
+    if (iterate->warm) {
+        perp__sweep_turn(work, 1, iterate->r, work->r);
+        if (problem->bodies)
+            perp__bodies_gather(problem->bodies, iterate->r, work->y);
+    }
     memcpy(work->best, work->r, bytes);
+    perp__mixing_forget(&work->mixing);
     memset(work->modes, 0, (size_t)problem->contacts * sizeof *work->modes);
     work->least = work->least_before = work->remembered = work->residual = INFINITY;
     work->share = 1.0;
@@ -134,16 +140,18 @@ static void finish(perp__sweep_work *work, perp__contact_iterate *iterate, perp_
     const size_t bytes = (size_t)work->size * sizeof *work->r;
 
     if (outcome != PERP_OUTCOME_SOLVED) {
-        const double last = perp__sweep_residual(work, work->r, work->u);
-        const double best = perp__sweep_residual(work, work->best, work->u);
+        double best;
 
-        if (last < best)
-            perp__sweep_residual(work, work->r, work->u);
-        else
-            memcpy(work->r, work->best, bytes);
-        work->residual = last < best ? last : best;
+        perp__sweep_turn(work, -1, work->best, work->x);
+        best = perp__sweep_residual(work, work->x, work->u);
+        perp__sweep_turn(work, -1, work->r, work->x);
+        work->residual = perp__sweep_residual(work, work->x, work->u);
+        if (!(work->residual <= best)) {
+            perp__sweep_turn(work, -1, work->best, work->x);
+            work->residual = perp__sweep_residual(work, work->x, work->u);
+        }
     }
-    memcpy(iterate->r, work->r, bytes);
+    memcpy(iterate->r, work->x, bytes);
     memcpy(iterate->u, work->u, bytes);
     memcpy(iterate->modes, work->modes, (size_t)work->common.problem->contacts);
     iterate->has_modes = outcome == PERP_OUTCOME_SOLVED;
@@ -161,9 +169,8 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
 
     start(work, iterate);
     while (outcome < 0 && work->sweeps < limit) {
-        const double change = sweep(work, 0);
+        const double change = sweep(work);
 
-        work->sweeps++;
         remember(work, change);
         if (is_solved(work, change))
             outcome = PERP_OUTCOME_SOLVED;

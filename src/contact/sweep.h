@@ -6,8 +6,12 @@
 #include "contact/bodies.h"
 #include "contact/local.h"
 #include "contact/method.h"
+#include "contact/sweep_mixing.h"
 
-enum { PERP__CONTACT_ROWS_MOST = 6 }; /* normal, 2 tangents, 2 of rolling, 1 of spinning */
+enum {
+    PERP__CONTACT_ROWS_MOST = 6, /* normal, 2 tangents, 2 of rolling, 1 of spinning */
+    PERP__PACKED_WIDTH = 6
+};
 
 /* The parts of a contact that rolls or spins; its local problem is solved by turns. */
 typedef struct perp__sweep_discs {
@@ -15,17 +19,36 @@ typedef struct perp__sweep_discs {
     double W[PERP__CONTACT_ROWS_MOST * PERP__CONTACT_ROWS_MOST];
 } perp__sweep_discs;
 
+/* A contact of at most 3 rows on at most 2 blocks of 6 unknowns (sweep_packed.c). */
+typedef struct perp__packed_contact {
+    double P[36]; /* 3 rows, in the order that sweep_packed.c tells */
+    double q[3], compliance[2];
+    perp__local local;
+    double weight; /* trace / omega^2 */
+    int32_t blocks[2];
+} perp__packed_contact;
+
+typedef struct perp__packed_result {
+    double change; /* |dr|^2 */
+    int32_t mode;
+} perp__packed_result;
+
 typedef struct perp__sweep_work {
     perp__contact_work common;
     int32_t units, size;
-    int32_t *rows;               /* units + 1 */
-    perp__local *local;          /* units */
-    perp__sweep_discs *discs;    /* contacts, if some roll or spin */
-    double *weights;             /* units: sqrt(trace) / omega */
-    double *r, *u;               /* size */
-    int8_t *modes;               /* contacts */
-    double *best;                /* size: the r of the smallest residual */
-    double *y;                   /* bodies: P'r */
+    int32_t *rows;                /* units + 1 */
+    perp__local *local;           /* units */
+    perp__sweep_discs *discs;     /* contacts, if some roll or spin */
+    double *weights;              /* units: sqrt(trace) / omega */
+    double *row_weights;          /* size: the same for each row */
+    double *r;                    /* size; the tangents of packed contacts turned */
+    double *x, *u;                /* size: r in the caller's frame, and W x + q */
+    int8_t *modes;                /* contacts */
+    double *best;                 /* size: the r of the smallest change, up to a factor 2 */
+    double *y;                    /* bodies: P'r in blocks by width, then a block of zeros */
+    int8_t *packs;                /* contacts: is packed */
+    perp__packed_contact *packed; /* contacts; NULL where there are no bodies of width 6 */
+    perp__mixing mixing;
     int64_t sweeps, next_test;   /* done; the one from when on the residual is computed again */
     double least, least_before;  /* change; and at the end of the last window */
     double remembered, residual; /* the change that led to `best`; the residual of r in the end */
@@ -36,10 +59,19 @@ typedef struct perp__sweep_work {
     double *entries;
 } perp__sweep_work;
 
-/* One pass over all units, the last first if `backward`. Returns the largest weighted change of r,
- * max sqrt(t_k) |dr_k| / omega; NaN or infinity where a number overflowed. */
-double perp__sweep_bodies(perp__sweep_work *work, int32_t backward);
-double perp__sweep_matrix(perp__sweep_work *work, int32_t backward);
+/* One pass over all units. Returns the largest weighted change of r, max sqrt(t_k) |dr_k| / omega;
+ * NaN or infinity where a number overflowed. */
+double perp__sweep_bodies(perp__sweep_work *work);
+double perp__sweep_matrix(perp__sweep_work *work);
+
+/* Whether contact k can be packed; packs it; one pass over contacts from .. to - 1, all packed,
+ * which raises *most to the largest squared change. */
+int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k);
+void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *packed);
+void perp__sweep_packed(perp__sweep_work *work, int32_t from, int32_t to, double *most);
+
+/* to := from, the tangents of packed contacts turned into their frames (1) or back (-1). */
+void perp__sweep_turn(const perp__sweep_work *work, int32_t which, const double *from, double *to);
 
 /* u_k given, with the current r: the unit's next r, and dr. Returns the mode. */
 int32_t perp__sweep_unit(perp__sweep_work *work, int32_t unit, double *u, double *dr);
@@ -51,7 +83,7 @@ void perp__sweep_layout(perp__arena *arena, void *work);
 /* (W r + q)_i by the rows of W. */
 double perp__sweep_row(const perp__sweep_work *work, int32_t i, const double *r);
 
-/* The tested residual of r, with u := W r + q. */
-double perp__sweep_residual(perp__sweep_work *work, const double *r, double *u);
+/* The tested residual of x, in the caller's frame, with u := W x + q. */
+double perp__sweep_residual(perp__sweep_work *work, const double *x, double *u);
 
 #endif

@@ -34,19 +34,29 @@ static double visit(perp__sweep_work *work, const perp__bodies *b, int32_t k)
             for (int32_t j = 0; j < width; j++)
                 y[j] += p[j] * dr[i];
     }
-    return work->weights[k] * sqrt(sum);
+    return work->weights[k] * work->weights[k] * sum;
 }
 
-double perp__sweep_bodies(perp__sweep_work *work, int32_t backward)
+double perp__sweep_bodies(perp__sweep_work *work)
 {
     const perp__bodies *bodies = work->common.problem->bodies;
     double most = 0.0;
+    int32_t k = 0;
 
-    for (int32_t k = 0; k < work->units; k++) {
-        const double change = visit(work, bodies, backward ? work->units - 1 - k : k);
+    while (k < work->units) {
+        int32_t end = k;
+        double change;
 
+        while (end < bodies->contacts && work->packs[end])
+            end++;
+        if (end > k) {
+            perp__sweep_packed(work, k, end, &most);
+            k = end;
+            continue;
+        }
+        change = visit(work, bodies, k++);
         if (!(change <= most) && !isnan(most))
             most = change;
     }
-    return most;
+    return sqrt(most);
 }

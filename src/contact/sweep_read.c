@@ -9,6 +9,36 @@ static int64_t count_entries(const perp__matrix *W)
     return W->column_starts ? (int64_t)W->column_starts[W->columns] : (int64_t)W->rows * W->columns;
 }
 
+static void layout_bodies(perp__arena *arena, perp__sweep_work *work, const perp__bodies *b)
+{
+    const size_t contacts = (size_t)b->contacts, y_size = (size_t)b->blocks * (size_t)b->width;
+
+    work->y = perp__arena_take(arena, y_size + (size_t)b->width, sizeof(double));
+    work->packs = perp__arena_take(arena, contacts, sizeof *work->packs);
+    work->packed = NULL;
+    if (b->width == PERP__PACKED_WIDTH)
+        work->packed = perp__arena_take(arena, contacts, sizeof *work->packed);
+    perp__mixing_layout(arena, &work->mixing, (size_t)b->size, y_size);
+    work->entry_starts = NULL;
+    work->columns = NULL;
+    work->entries = NULL;
+}
+
+static void layout_matrix(perp__arena *arena, perp__sweep_work *work, const perp__matrix *W)
+{
+    const size_t size = (size_t)work->size, entries = (size_t)count_entries(W);
+
+    work->y = NULL;
+    work->packs = NULL;
+    work->packed = NULL;
+    work->entry_starts = perp__arena_take(arena, size + 1, sizeof *work->entry_starts);
+    work->entries = perp__arena_take(arena, entries, sizeof(double));
+    work->columns = NULL;
+    if (W->column_starts)
+        work->columns = perp__arena_take(arena, entries, sizeof *work->columns);
+    perp__mixing_layout(arena, &work->mixing, size, 0);
+}
+
 void perp__sweep_layout(perp__arena *arena, void *object)
 {
     perp__sweep_work *work = object;
@@ -22,26 +52,16 @@ void perp__sweep_layout(perp__arena *arena, void *object)
     work->local = perp__arena_take(arena, units, sizeof *work->local);
     work->discs = perp__arena_take(arena, problem->has_discs ? contacts : 0, sizeof *work->discs);
     work->weights = perp__arena_take(arena, units, sizeof(double));
+    work->row_weights = perp__arena_take(arena, size, sizeof(double));
     work->r = perp__arena_take(arena, size, sizeof(double));
+    work->x = perp__arena_take(arena, size, sizeof(double));
     work->u = perp__arena_take(arena, size, sizeof(double));
     work->best = perp__arena_take(arena, size, sizeof(double));
     work->modes = perp__arena_take(arena, contacts, sizeof *work->modes);
-    if (problem->bodies) {
-        const perp__bodies *b = problem->bodies;
-
-        work->y = perp__arena_take(arena, (size_t)b->blocks * (size_t)b->width, sizeof(double));
-        work->entry_starts = NULL;
-        work->columns = NULL;
-        work->entries = NULL;
-        return;
-    }
-    work->y = NULL;
-    work->entry_starts = perp__arena_take(arena, size + 1, sizeof *work->entry_starts);
-    work->entries = perp__arena_take(arena, (size_t)count_entries(problem->W), sizeof(double));
-    work->columns = NULL;
-    if (problem->W->column_starts)
-        work->columns =
-            perp__arena_take(arena, (size_t)count_entries(problem->W), sizeof *work->columns);
+    if (problem->bodies)
+        layout_bodies(arena, work, problem->bodies);
+    else
+        layout_matrix(arena, work, problem->W);
 }
 
 static void read_rows(perp__sweep_work *work)
@@ -114,10 +134,31 @@ static void read_discs(perp__sweep_work *work, int32_t k, const double *W)
         perp__local_make_disc(&discs->spinning, 1, W + row * rows + row, rows);
 }
 
+static void read_unit(perp__sweep_work *work, int32_t k, double omega)
+{
+    const perp__contact_problem *problem = work->common.problem;
+    const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
+    double W[PERP__CONTACT_ROWS_MOST * PERP__CONTACT_ROWS_MOST];
+
+    read_diagonal(work, k, W);
+    perp__local_make(&work->local[k], contact ? problem->dims[k] : 1, W, rows,
+                     contact ? problem->mu[k] : 0.0);
+    if (contact && problem->has_discs)
+        read_discs(work, k, W);
+    work->weights[k] = sqrt(problem->trace[k]) / omega;
+    for (int32_t i = work->rows[k]; i < work->rows[k + 1]; i++)
+        work->row_weights[i] = work->weights[k];
+    if (contact && problem->bodies) {
+        work->packs[k] = (int8_t)(work->packed && perp__sweep_packs(work, k));
+        if (work->packs[k])
+            perp__sweep_pack(work, k, &work->packed[k]);
+    }
+}
+
 void perp__sweep_read(perp__sweep_work *work)
 {
     const perp__contact_problem *problem = work->common.problem;
-    double W[PERP__CONTACT_ROWS_MOST * PERP__CONTACT_ROWS_MOST], omega = 0.0;
+    double omega = 0.0;
 
     memcpy(work->rows, problem->starts, ((size_t)problem->contacts + 1) * sizeof *work->rows);
     for (int32_t k = problem->contacts; k < work->units; k++)
@@ -131,15 +172,10 @@ void perp__sweep_read(perp__sweep_work *work)
             sum += problem->q[i] * problem->q[i];
         omega = fmax(omega, sqrt(sum / problem->trace[k]));
     }
-    for (int32_t k = 0; k < work->units; k++) {
-        const int32_t contact = k < problem->contacts;
-        const int32_t rows = work->rows[k + 1] - work->rows[k];
-
-        read_diagonal(work, k, W);
-        perp__local_make(&work->local[k], contact ? problem->dims[k] : 1, W, rows,
-                         contact ? problem->mu[k] : 0.0);
-        if (contact && problem->has_discs)
-            read_discs(work, k, W);
-        work->weights[k] = sqrt(problem->trace[k]) / (omega > 0.0 ? omega : 1.0);
-    }
+    for (int32_t k = 0; k < work->units; k++)
+        read_unit(work, k, omega > 0.0 ? omega : 1.0);
+    if (problem->bodies)
+        memset(work->y, 0,
+               (size_t)(problem->bodies->blocks + 1) * (size_t)problem->bodies->width *
+                   sizeof *work->y);
 }

@@ -128,7 +128,7 @@ static double cone_map(int32_t dim, double mu, double t, const double *r, const 
     for (int32_t i = 0; i < dim; i++) {
         double e = r[i];
 
-        if (length <= mu * x[0])
+        if (x[0] > 0.0 && length <= mu * x[0])
             e = d[i];
         else if (normal > 0.0)
             e = i == 0 ? r[0] - normal : r[i] - mu * normal * (x[i] / length);
@@ -164,19 +164,19 @@ static double unit_map(const perp__sweep_work *work, int32_t k, const double *r,
     return sqrt(sum);
 }
 
-double perp__sweep_residual(perp__sweep_work *work, const double *r, double *u)
+double perp__sweep_residual(perp__sweep_work *work, const double *x, double *u)
 {
     const perp__contact_problem *problem = work->common.problem;
     double residual = 0.0;
 
     if (problem->bodies)
-        perp__bodies_multiply(problem->bodies, r, problem->q, u);
+        perp__bodies_multiply(problem->bodies, x, problem->q, u);
     else
         for (int32_t i = 0; i < work->size; i++)
-            u[i] = perp__sweep_row(work, i, r);
+            u[i] = perp__sweep_row(work, i, x);
     for (int32_t k = 0; k < work->units; k++) {
         const double part =
-            work->weights[k] * unit_map(work, k, r + work->rows[k], u + work->rows[k]);
+            work->weights[k] * unit_map(work, k, x + work->rows[k], u + work->rows[k]);
 
         if (!(part <= residual) && !isnan(residual)) /* NaN stays */
             residual = part;

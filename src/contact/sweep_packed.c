@@ -1,0 +1,153 @@
+/* Contacts of rigid bodies, the common case in one piece of memory: at most 3 rows on at most 2
+ * blocks of 6 unknowns, tangents turned to where the local problem is diagonal. A row that a
+ * frictionless or planar contact lacks is zero, and so is the piece of a contact with the ground.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "contact/local_step.h"
+#include "contact/sweep.h"
+#include "linalg/lanes.h"
+
+enum { WIDTH = PERP__PACKED_WIDTH, ROW = 2 * WIDTH };
+
+int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k)
+{
+    const perp__contact_problem *problem = work->common.problem;
+    const perp__bodies *b = problem->bodies;
+    const int32_t first = problem->starts[k], dim = problem->dims[k];
+
+    return b->width == WIDTH && problem->starts[k + 1] - first == dim &&
+           b->piece_starts[k + 1] - b->piece_starts[k] <= 2 &&
+           (dim < 3 || b->compliance[first + 1] == b->compliance[first + 2]);
+}
+
+/* Row: unknowns 0 to 3 of the one block, 0 to 3 of the other, 4 and 5 of both. */
+static void pack_row(double *row, int32_t which, double factor, const double *piece)
+{
+    for (int32_t j = 0; j < WIDTH; j++)
+        row[j < 4 ? 4 * which + j : 4 + 2 * which + j] += factor * piece[j];
+}
+
+void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *c)
+{
+    const perp__contact_problem *problem = work->common.problem;
+    const perp__bodies *b = problem->bodies;
+    const perp__local *local = &work->local[k];
+    const int32_t first = problem->starts[k], dim = problem->dims[k];
+    const int64_t start = b->piece_starts[k];
+    const double turn[2][2] = {{local->turn[0], local->turn[1]}, {-local->turn[1], local->turn[0]}};
+
+    memset(c, 0, sizeof *c);
+    c->blocks[0] = c->blocks[1] = b->blocks;
+    for (int64_t piece = start; piece < b->piece_starts[k + 1]; piece++) {
+        const double *p = b->values + b->piece_values[piece];
+        const int32_t which = (int32_t)(piece - start);
+
+        c->blocks[which] = b->piece_blocks[piece];
+        pack_row(c->P, which, 1.0, p);
+        for (int32_t i = 1; i < dim; i++)
+            for (int32_t j = 1; j < dim; j++)
+                pack_row(c->P + i * ROW, which, turn[i - 1][j - 1], p + j * WIDTH);
+    }
+    for (int32_t i = 0; i < dim; i++) {
+        c->q[i] = problem->q[first + i];
+        c->compliance[i > 0] = b->compliance[first + i];
+    }
+    if (dim == 3) {
+        c->q[1] = turn[0][0] * problem->q[first + 1] + turn[0][1] * problem->q[first + 2];
+        c->q[2] = turn[1][0] * problem->q[first + 1] + turn[1][1] * problem->q[first + 2];
+    }
+    c->local = *local;
+    if (dim < 3) /* the rows that are missing stick at 0 */
+        c->local.s[1] = c->local.inverse_s[1] = 1.0;
+    if (dim < 2)
+        c->local.s[0] = c->local.inverse_s[0] = 1.0;
+    c->weight = work->weights[k] * work->weights[k];
+}
+
+#define SUM(v) ((((v)[0] + (v)[2]) + ((v)[1] + (v)[3])))
+
+PERP__KERNEL static void visit_loops(perp__packed_contact *c, double *y, double *r, int32_t dim,
+                                     perp__packed_result *result)
+{
+    double *first = y + (size_t)c->blocks[0] * WIDTH, *second = y + (size_t)c->blocks[1] * WIDTH;
+    perp__lanes a = PERP__LANES_AT(first), b = PERP__LANES_AT(second);
+    perp__lanes ends = {first[4], first[5], second[4], second[5]};
+    const double *P = c->P;
+    double u[3], x[3] = {r[0], dim > 1 ? r[1] : 0.0, dim > 2 ? r[2] : 0.0}, d[3];
+
+    for (int32_t i = 0; i < 3; i++, P += ROW) {
+        const perp__lanes sum = PERP__CONST_LANES_AT(P) * a + PERP__CONST_LANES_AT(P + 4) * b +
+                                PERP__CONST_LANES_AT(P + 8) * ends;
+
+        u[i] = SUM(sum) + (c->q[i] + c->compliance[i > 0] * x[i]);
+        d[i] = x[i];
+    }
+    result->mode = perp__step_3(&c->local, u, x);
+    for (int32_t i = 0; i < 3; i++)
+        d[i] = x[i] - d[i];
+    result->change = d[0] * d[0] + (d[1] * d[1] + d[2] * d[2]);
+    if (result->change == 0.0)
+        return;
+    r[0] = x[0];
+    if (dim > 1)
+        r[1] = x[1];
+    if (dim > 2)
+        r[2] = x[2];
+    P = c->P;
+    for (int32_t i = 0; i < 3; i++, P += ROW) {
+        const perp__lanes step = PERP__SAME_LANES(d[i]);
+
+        a += PERP__CONST_LANES_AT(P) * step;
+        b += PERP__CONST_LANES_AT(P + 4) * step;
+        ends += PERP__CONST_LANES_AT(P + 8) * step;
+    }
+    PERP__LANES_AT(first) = a;
+    PERP__LANES_AT(second) = b;
+    first[4] = ends[0];
+    first[5] = ends[1];
+    second[4] = ends[2];
+    second[5] = ends[3];
+}
+
+PERP__KERNEL static void run_loops(perp__sweep_work *work, int32_t from, int32_t to, double *most)
+{
+    const int32_t *starts = work->rows;
+    perp__packed_contact *c = work->packed;
+    double worst = *most;
+
+    for (int32_t k = from; k < to; k++) {
+        perp__packed_result result;
+        double change;
+
+        visit_loops(&c[k], work->y, work->r + starts[k], starts[k + 1] - starts[k], &result);
+        work->modes[k] = (int8_t)result.mode;
+        change = c[k].weight * result.change;
+        if (!(change <= worst))
+            worst = isnan(worst) ? worst : change;
+    }
+    *most = worst;
+}
+
+PERP__MULTIVERSION(run, (perp__sweep_work * work, int32_t from, int32_t to, double *most),
+                   (work, from, to, most))
+
+void perp__sweep_packed(perp__sweep_work *work, int32_t from, int32_t to, double *most)
+{
+    run(work, from, to, most);
+}
+
+void perp__sweep_turn(const perp__sweep_work *work, int32_t which, const double *from, double *to)
+{
+    memcpy(to, from, (size_t)work->size * sizeof *to);
+    for (int32_t k = 0; work->packed && k < work->common.problem->contacts; k++) {
+        const double *turn = work->local[k].turn;
+        const int32_t first = work->rows[k];
+
+        if (!work->packs[k] || work->rows[k + 1] - first < 3)
+            continue;
+        to[first + 1] = turn[0] * from[first + 1] + which * (turn[1] * from[first + 2]);
+        to[first + 2] = turn[0] * from[first + 2] - which * (turn[1] * from[first + 1]);
+    }
+}
