@@ -197,13 +197,48 @@ static void test_ray(void **state)
     assert_true(a.ray[0] == 1.0 && a.ray[1] == 1.0);
 }
 
+/* A Hilbert matrix in integers, cond = 1.5e10: v = 1 solves M v = f exactly. One step of refinement
+ * with the residual in doubled precision squares what rounding left, (cond eps)^2 = 1e-11. */
+static void test_refinement(void **state)
+{
+    enum { N = 8 };
+    const perp_contact_settings settings = settings_of(0);
+    perp_contact_laws laws = laws_of(0, 3, NULL);
+    double M[N * N], f[N] = {0.0}, v[N];
+    perp_contact_dynamics dynamics;
+    perp_contact_result result;
+    perp_matrix mass, none;
+    int32_t i, j;
+
+    (void)state;
+    for (j = 0; j < N; j++)
+        for (i = 0; i < N; i++) {
+            M[i + j * N] = 360360.0 / (i + j + 1);
+            f[i] += M[i + j * N];
+        }
+    assert_int_equal(perp_matrix_init(&mass, sizeof mass), PERP_OK);
+    assert_int_equal(perp_matrix_init(&none, sizeof none), PERP_OK);
+    assert_int_equal(perp_matrix_dense(&mass, PERP_STORAGE_ROW_MAJOR, N, N, M, N), PERP_OK);
+    assert_int_equal(perp_matrix_dense(&none, PERP_STORAGE_ROW_MAJOR, 0, N, NULL, N), PERP_OK);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
+    dynamics.n = N;
+    dynamics.M = &mass;
+    dynamics.H = &none;
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
+    assert_int_equal(perp_contact_solve(context, v, NULL, NULL, NULL, NULL, &result, &settings,
+                                        &laws, &dynamics, f, NULL, NULL, NULL),
+                     PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    for (i = 0; i < N; i++)
+        assert_true(fabs(v[i] - 1.0) <= 1e-10);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_modes),
-        cmocka_unit_test(test_slope),
-        cmocka_unit_test(test_dynamics),
-        cmocka_unit_test(test_ray),
+        cmocka_unit_test(test_modes),      cmocka_unit_test(test_slope),
+        cmocka_unit_test(test_dynamics),   cmocka_unit_test(test_ray),
+        cmocka_unit_test(test_refinement),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

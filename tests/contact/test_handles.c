@@ -1,0 +1,114 @@
+/* The life of a contact solver: handles, calls in the wrong order, callbacks that call back. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include "hand_over.h"
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+static void require_refused(perp_status found, perp_status expected, const char *words)
+{
+    assert_int_equal(found, expected);
+    if (!strstr(perp_context_message(context), words))
+        fail_msg("message '%s' without '%s'", perp_context_message(context), words);
+}
+
+static int32_t reenter(const perp_contact_progress *progress, void *user)
+{
+    perp_contact_solver *solver = *(perp_contact_solver **)user;
+
+    (void)progress;
+    assert_int_equal(perp_contact_solver_set(solver, NULL), PERP_ERROR_BUSY);
+    perp_contact_solver_destroy(solver); /* ignored */
+    return -1;
+}
+
+static void test_handles(void **state)
+{
+    perp_contact_solver *solver = NULL, *const none = NULL;
+    perp_contact_settings settings;
+    hand_over p;
+
+    (void)state;
+    hand_make(&p, 3, 5, 2, 3, 1, 1.0);
+    assert_int_equal(perp_contact_solver_create(NULL, &solver, NULL), PERP_ERROR_HANDLE);
+    assert_int_equal(perp_contact_solver_create(context, NULL, NULL), PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_contact_solver_set(none, NULL), PERP_ERROR_HANDLE);
+    assert_int_equal(perp_contact_solver_setup_delassus(none, NULL, NULL), PERP_ERROR_HANDLE);
+    assert_int_equal(perp_contact_solver_setup_dynamics(none, NULL, NULL), PERP_ERROR_HANDLE);
+    perp_contact_solver_destroy(NULL);
+    settings = p.settings;
+    settings.tol = 1e-14;
+    settings.monitor = reenter;
+    settings.monitor_user = &solver;
+    assert_int_equal(perp_contact_solver_create(context, &solver, &settings), PERP_OK);
+    require_refused(perp_contact_solver_solve_dynamics(solver, NULL, p.r, NULL, NULL, NULL,
+                                                       &p.result, p.f, p.w, p.b, NULL),
+                    PERP_ERROR_ARGUMENT, "the solver has no problem");
+    require_refused(perp_contact_solver_setup_dynamics(solver, &p.laws, NULL), PERP_ERROR_ARGUMENT,
+                    "dynamics is NULL");
+    assert_int_equal(perp_contact_solver_setup_dynamics(solver, &p.laws, &p.dynamics), PERP_OK);
+    require_refused(
+        perp_contact_solver_solve_delassus(solver, p.r, NULL, NULL, NULL, &p.result, p.f, NULL),
+        PERP_ERROR_ARGUMENT, "set up with dynamics");
+    require_refused(perp_contact_solver_solve_dynamics(solver, NULL, p.r, NULL, NULL, NULL,
+                                                       &p.result, p.f, p.w, p.b, NULL),
+                    PERP_ERROR_CALLBACK, "abort");
+    assert_int_equal(perp_contact_solver_set(solver, NULL), PERP_OK);
+    p.mu[0] = -1.0; /* a setup that is refused leaves the problem that was there */
+    assert_int_equal(perp_contact_solver_setup_dynamics(solver, &p.laws, &p.dynamics),
+                     PERP_ERROR_ARGUMENT);
+    assert_int_equal(perp_contact_solver_solve_dynamics(solver, NULL, p.r, NULL, NULL, NULL,
+                                                        &p.result, p.f, p.w, p.b, NULL),
+                     PERP_OK);
+    perp_contact_solver_destroy(solver);
+}
+
+static void test_inits(void **state)
+{
+    perp_contact_laws laws;
+    perp_contact_dynamics dynamics;
+    perp_contact_settings settings;
+    perp_contact_result result;
+
+    (void)state;
+    assert_int_equal(perp_contact_laws_init(NULL, sizeof laws), PERP_ERROR_ABI);
+    assert_int_equal(perp_contact_laws_init(&laws, 8), PERP_ERROR_ABI);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, 8), PERP_ERROR_ABI);
+    assert_int_equal(perp_contact_settings_init(&settings, 8), PERP_ERROR_ABI);
+    assert_int_equal(perp_contact_result_init(&result, 8), PERP_ERROR_ABI);
+    assert_string_equal(perp_contact_method_text(PERP_CONTACT_METHOD_SWEEP), "sweep");
+    assert_string_equal(perp_contact_method_text(5), "unknown method");
+    assert_string_equal(perp_contact_method_text(-1), "unknown method");
+    assert_string_equal(perp_contact_mode_text(PERP_CONTACT_SLIP), "slip");
+    assert_string_equal(perp_contact_mode_text(3), "unknown mode");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_handles),
+        cmocka_unit_test(test_inits),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}

@@ -1,0 +1,342 @@
+/* Every refusal of contact.h: the status, a message that names argument and index, outputs
+ * untouched, and a solver that works as before. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include "hand_over.h"
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+enum { N = 5, CONTACTS = 2 };
+
+typedef struct call {
+    hand_over p;
+    double r0[HAND_SIZE], rolling[CONTACTS], spinning[CONTACTS], compliance[HAND_SIZE];
+    int32_t starts[N + 1], rows[N * N];
+    const double *start;
+} call;
+
+static void prepare(call *c)
+{
+    memset(c, 0, sizeof *c);
+    hand_make(&c->p, 3, N, CONTACTS, 3, 1, 1.0);
+}
+
+static perp_status run(call *c)
+{
+    return hand_solve(&c->p, context, c->start);
+}
+
+/* The call is refused with the status and a message that holds the words. */
+static void require(call *c, perp_status status, const char *words)
+{
+    const hand_over before = c->p;
+    perp_status found = run(c);
+
+    if (found != status)
+        fail_msg("status %d instead of %d, expected: %s; message: %s", (int)found, (int)status,
+                 words, perp_context_message(context));
+    if (!strstr(perp_context_message(context), words))
+        fail_msg("message '%s' without '%s'", perp_context_message(context), words);
+    assert_memory_equal(before.r, c->p.r, sizeof before.r);
+    assert_memory_equal(before.v, c->p.v, sizeof before.v);
+    assert_memory_equal(&before.result, &c->p.result, sizeof before.result);
+    /* and what is good still works */
+    prepare(c);
+    assert_int_equal(run(c), PERP_OK);
+    assert_string_equal(perp_context_message(context), "");
+    prepare(c);
+}
+
+static void test_laws(void **state)
+{
+    call c;
+
+    (void)state;
+    prepare(&c);
+    c.p.laws.contacts = -1;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.contacts is -1");
+    c.p.laws.reserved = 1;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.reserved is 1");
+    c.p.laws.bilateral = -1;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.bilateral is -1");
+    c.p.laws.bilateral = 2;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.bilateral is 2, but G has 1 rows");
+    c.p.laws.struct_size = 3;
+    require(&c, PERP_ERROR_ABI, "laws.struct_size");
+    c.p.dims[1] = 4;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.dims[1] is 4");
+    c.p.dims[1] = 0;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.dims[1] is 0");
+    c.p.laws.dims = NULL;
+    c.p.laws.dim = 7;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.dim is 7");
+    c.p.dims[1] = 2;
+    require(&c, PERP_ERROR_ARGUMENT, "H has 6 rows, but the contacts have 5");
+    c.p.mu[1] = -0.5;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.mu[1] is -0.5");
+    c.p.mu[0] = NAN;
+    require(&c, PERP_ERROR_NOT_FINITE, "laws.mu[0] is nan");
+    c.p.mu[0] = INFINITY;
+    require(&c, PERP_ERROR_NOT_FINITE, "laws.mu[0] is inf");
+    c.rolling[1] = -1.0;
+    c.p.laws.rolling = c.rolling;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.rolling[1] is -1");
+    c.rolling[1] = 1.0;
+    c.p.laws.rolling = c.rolling;
+    require(&c, PERP_ERROR_ARGUMENT, "H has 6 rows, but the contacts have 8");
+    c.spinning[0] = 1.0;
+    c.p.laws.spinning = c.spinning;
+    c.p.dims[0] = 2;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.spinning[0] is 1, but contact 0 has dimension 2");
+    c.rolling[0] = 1.0;
+    c.p.laws.rolling = c.rolling;
+    c.p.dims[0] = 1;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.rolling[0] is 1, but contact 0 has dimension 1");
+    c.compliance[6] = -1e-3; /* of the joint */
+    c.p.laws.compliance = c.compliance;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.compliance[6] is -0.001");
+    c.compliance[2] = NAN;
+    c.p.laws.compliance = c.compliance;
+    require(&c, PERP_ERROR_NOT_FINITE, "laws.compliance[2] is nan");
+}
+
+static int32_t no_solve(double *x, int32_t columns, void *user)
+{
+    (void)columns;
+    if (user)
+        x[1] = NAN;
+    return user ? 0 : 1;
+}
+
+static void test_dynamics(void **state)
+{
+    static int some;
+    call c;
+    int32_t i;
+
+    (void)state;
+    prepare(&c);
+    c.p.dynamics.n = -1;
+    require(&c, PERP_ERROR_ARGUMENT, "dynamics.n is -1");
+    c.p.dynamics.n = N + 1;
+    require(&c, PERP_ERROR_ARGUMENT, "M is 5 by 5, expected 6 by 6");
+    c.p.dynamics.reserved = 1;
+    require(&c, PERP_ERROR_ARGUMENT, "dynamics.reserved is 1");
+    c.p.dynamics.struct_size = 1 << 20;
+    require(&c, PERP_ERROR_ABI, "dynamics.struct_size");
+    c.p.dynamics.M = NULL;
+    require(&c, PERP_ERROR_ARGUMENT, "dynamics.M and dynamics.solve are both NULL");
+    c.p.dynamics.solve = no_solve;
+    require(&c, PERP_ERROR_ARGUMENT, "dynamics.M and dynamics.solve are both given");
+    c.p.dynamics.M = NULL;
+    c.p.dynamics.solve = no_solve;
+    require(&c, PERP_ERROR_CALLBACK, "dynamics.solve asked to abort");
+    c.p.dynamics.M = NULL;
+    c.p.dynamics.solve = no_solve;
+    c.p.dynamics.user = &some;
+    require(&c, PERP_ERROR_NOT_FINITE, "dynamics.solve made entry 1 of right-hand side 0 nan");
+    c.p.dynamics.H = NULL;
+    require(&c, PERP_ERROR_ARGUMENT, "H is NULL");
+    c.p.H_view.columns = 4;
+    require(&c, PERP_ERROR_ARGUMENT, "H has 4 columns");
+    c.p.H_view.leading_dimension = 2;
+    require(&c, PERP_ERROR_ARGUMENT, "H.leading_dimension is 2");
+    c.p.H[7] = NAN;
+    require(&c, PERP_ERROR_NOT_FINITE, "H(1,1) is nan");
+    c.p.G_view.columns = 4;
+    require(&c, PERP_ERROR_ARGUMENT, "G has 4 columns");
+    c.p.G[2] = INFINITY;
+    require(&c, PERP_ERROR_NOT_FINITE, "G(0,2) is inf");
+    c.p.M[6] = -1.0;
+    require(&c, PERP_ERROR_ARGUMENT, "M(1,1) is -1: M is not positive definite");
+    c.p.M[1] += 1.0;
+    require(&c, PERP_ERROR_ARGUMENT, "M is not symmetric");
+    c.p.M[1] = c.p.M[N] = 100.0;
+    require(&c, PERP_ERROR_ARGUMENT, "not positive definite");
+    for (i = 0; i < N; i++)
+        c.p.H[3 + i * 6] = 0.0;
+    require(&c, PERP_ERROR_ARGUMENT, "contact 1: its normal impulse moves nothing, W(3,3) is 0");
+    for (i = 0; i < N; i++)
+        c.p.G[i] = 0.0;
+    require(&c, PERP_ERROR_ARGUMENT, "bilateral row 0: its impulse moves nothing");
+}
+
+static void test_sparse(void **state)
+{
+    call c;
+    int32_t j, i;
+
+    (void)state;
+    prepare(&c);
+    for (i = 0; i < 4; i++) {
+        prepare(&c);
+        for (j = 0; j <= N; j++)
+            c.starts[j] = j * N;
+        for (j = 0; j < N * N; j++)
+            c.rows[j] = j % N;
+        assert_int_equal(perp_matrix_csc(&c.p.M_view, N, N, c.starts, c.rows, c.p.M), PERP_OK);
+        if (i == 0) {
+            assert_int_equal(run(&c), PERP_OK);
+        } else if (i == 1) {
+            c.rows[2] = 1;
+            require(&c, PERP_ERROR_ARGUMENT, "M.row_indices[2] = 1 is not above");
+        } else if (i == 2) {
+            c.starts[0] = 1;
+            require(&c, PERP_ERROR_ARGUMENT, "M.column_starts[0] is 1");
+        } else {
+            c.p.M[1] += 1.0;
+            require(&c, PERP_ERROR_ARGUMENT, "M is not symmetric");
+        }
+    }
+}
+
+static void test_vectors_and_settings(void **state)
+{
+    call c;
+
+    (void)state;
+    prepare(&c);
+    c.p.f[4] = NAN;
+    require(&c, PERP_ERROR_NOT_FINITE, "f[4] is nan");
+    c.p.w[5] = INFINITY;
+    require(&c, PERP_ERROR_NOT_FINITE, "w[5] is inf");
+    c.p.b[0] = NAN;
+    require(&c, PERP_ERROR_NOT_FINITE, "b[0] is nan");
+    c.r0[6] = NAN;
+    c.start = c.r0;
+    require(&c, PERP_ERROR_NOT_FINITE, "r0[6] is nan");
+    c.p.result.struct_size = 8;
+    require(&c, PERP_ERROR_ABI, "result.struct_size is 8");
+    c.p.settings.method = 77;
+    require(&c, PERP_ERROR_ARGUMENT, "settings.method is 77");
+    c.p.settings.method = PERP_CONTACT_METHOD_POLISH;
+    require(&c, PERP_ERROR_ARGUMENT, "settings.method is 4, which is only ever reported");
+    c.p.settings.cone = 2;
+    require(&c, PERP_ERROR_ARGUMENT, "settings.cone is 2");
+    c.p.settings.cone = 8;
+    c.p.settings.method = PERP_CONTACT_METHOD_SWEEP;
+    require(&c, PERP_ERROR_ARGUMENT, "a polyhedron, which the method sweep can't take");
+    c.p.settings.cone = 4096;
+    require(&c, PERP_ERROR_ARGUMENT, "settings.cone is 4096");
+    c.p.settings.tol = 0.0;
+    require(&c, PERP_ERROR_ARGUMENT, "settings.tol is 0");
+    c.p.settings.tol = NAN;
+    require(&c, PERP_ERROR_NOT_FINITE, "settings.tol is nan");
+    c.p.settings.time_limit = -1.0;
+    require(&c, PERP_ERROR_ARGUMENT, "settings.time_limit is -1");
+    c.p.settings.max_iterations = -1;
+    require(&c, PERP_ERROR_ARGUMENT, "settings.max_iterations is -1");
+    c.p.settings.reserved = 1;
+    require(&c, PERP_ERROR_ARGUMENT, "settings.reserved is 1");
+    c.p.settings.struct_size = 0;
+    require(&c, PERP_ERROR_ABI, "settings.struct_size");
+}
+
+static perp_status delassus(const perp_contact_laws *laws, int32_t storage, int32_t n,
+                            const double *W, const double *q, double *r)
+{
+    perp_contact_result result;
+    perp_matrix view;
+
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
+    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+    assert_int_equal(perp_matrix_dense(&view, storage, n, n, W, n), PERP_OK);
+    return perp_contact_solve_delassus(context, r, NULL, NULL, NULL, &result, NULL, laws,
+                                       W ? &view : NULL, q, NULL);
+}
+
+static void require_refused(perp_status found, perp_status expected, const char *words)
+{
+    assert_int_equal(found, expected);
+    if (!strstr(perp_context_message(context), words))
+        fail_msg("message '%s' without '%s'", perp_context_message(context), words);
+}
+
+static void test_delassus(void **state)
+{
+    const double W[4] = {1, 0, 0, 1}, negative[4] = {1, 0, 0, -1}, nothing[4] = {0, 0, 0, 1};
+    const double nan[4] = {1, 0, NAN, 1}, q[2] = {-1, 0.25}, mu = 0.5;
+    double r[2] = {5.0, 5.0};
+    perp_contact_laws laws;
+
+    (void)state;
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
+    laws.contacts = 1;
+    laws.dim = 2;
+    laws.mu = &mu;
+    require_refused(delassus(&laws, 0, 2, NULL, q, r), PERP_ERROR_ARGUMENT, "W is NULL");
+    require_refused(delassus(NULL, 0, 2, W, q, r), PERP_ERROR_ARGUMENT, "laws is NULL");
+    require_refused(delassus(&laws, 9, 2, W, q, r), PERP_ERROR_ARGUMENT, "W.storage is 9");
+    require_refused(delassus(&laws, 0, 1, W, q, r), PERP_ERROR_ARGUMENT,
+                    "W is 1 by 1, but the contacts have 2 rows and 0 are bilateral");
+    require_refused(delassus(&laws, 0, 2, negative, q, r), PERP_ERROR_ARGUMENT, "W(1,1) is -1");
+    require_refused(delassus(&laws, 0, 2, nothing, q, r), PERP_ERROR_ARGUMENT,
+                    "contact 0: its normal impulse moves nothing");
+    require_refused(delassus(&laws, 0, 2, nan, q, r), PERP_ERROR_NOT_FINITE, "W(0,1) is nan");
+    require_refused(delassus(&laws, 0, 2, W, NULL, r), PERP_ERROR_ARGUMENT, "q is NULL");
+    require_refused(delassus(&laws, 0, 2, W, q, NULL), PERP_ERROR_ARGUMENT, "r is NULL");
+    assert_true(r[0] == 5.0 && r[1] == 5.0);
+    assert_int_equal(delassus(&laws, 0, 2, W, q, r), PERP_OK);
+}
+
+static void test_methods_that_cannot(void **state)
+{
+    const double W[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, q[3] = {-1, 1, 1}, mu = 0.5, rolling = 0.1;
+    perp_contact_settings settings;
+    perp_contact_result result;
+    perp_contact_laws laws;
+    perp_matrix view;
+    double r[3];
+
+    (void)state;
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
+    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
+    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 3, 3, W, 3), PERP_OK);
+    laws.contacts = 1;
+    laws.dim = 2;
+    laws.mu = &mu;
+    laws.rolling = &rolling;
+    settings.method = PERP_CONTACT_METHOD_NEWTON;
+    require_refused(perp_contact_solve_delassus(context, r, NULL, NULL, NULL, &result, &settings,
+                                                &laws, &view, q, NULL),
+                    PERP_ERROR_ARGUMENT, "newton can't take rolling");
+    settings.method = PERP_CONTACT_METHOD_LEMKE; /* 2-D: exact */
+    assert_int_equal(perp_contact_solve_delassus(context, r, NULL, NULL, NULL, &result, &settings,
+                                                 &laws, &view, q, NULL),
+                     PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    assert_true(fabs(r[1] + 0.5) <= 1e-12 && fabs(r[2] + 0.1) <= 1e-12);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_laws),     cmocka_unit_test(test_dynamics),
+        cmocka_unit_test(test_sparse),   cmocka_unit_test(test_vectors_and_settings),
+        cmocka_unit_test(test_delassus), cmocka_unit_test(test_methods_that_cannot),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
