@@ -4,6 +4,7 @@
 
 #include <perp/base.h>
 #include <perp/contact.h>
+#include <perp/friction.h>
 #include <perp/lcp.h>
 #include <perp/matrix.h>
 #include <perp/ncp.h>

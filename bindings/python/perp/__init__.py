@@ -10,6 +10,8 @@ ncp_check_jacobian  a Jacobian against differences of its function
 contact     contact with friction over dynamics of your own
 contact_delassus  the same from the matrix W that couples the contacts
 fclib       (perp.fclib, imported by name) problems in FCLIB's files
+load_friction  every acceleration where friction depends on the load (screws, gears, guides)
+load_friction_inverse  the torque for an acceleration, and what else that torque may do
 World       rigid bodies with contact, stepped in time
 Error       what every failed call raises; bad arguments are ValueErrors, too
 """
@@ -19,6 +21,13 @@ from ._batch import Batch, lcp_batch
 from ._body import Body, Shape
 from ._contact import ContactResult, contact, contact_delassus
 from ._errors import Error
+from ._friction import (
+    InverseLoad,
+    LoadSolution,
+    LoadSolutions,
+    load_friction,
+    load_friction_inverse,
+)
 from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
 from ._monitor import Progress
@@ -38,7 +47,10 @@ __all__ = [
     "Energy",
     "Error",
     "JacobianCheck",
+    "InverseLoad",
     "LcpResult",
+    "LoadSolution",
+    "LoadSolutions",
     "Momentum",
     "NcpResult",
     "Progress",
@@ -61,6 +73,8 @@ __all__ = [
     "lcp_verify",
     "ncp",
     "ncp_check_jacobian",
+    "load_friction",
+    "load_friction_inverse",
     "version",
     "version_text",
 ]

@@ -32,6 +32,7 @@ _VOID_FUNCTIONS: dict[str, list[Any]] = {
     "perp_context_destroy": [s.ContextPointer],
     "perp_lcp_solver_destroy": [s.SolverPointer],
     "perp_lcp_sensitivity_destroy": [s.SensitivityPointer],
+    "perp_load_friction_destroy": [s.LoadFrictionPointer],
     "perp_world_destroy": [s.WorldPointer],
 }
 
@@ -41,6 +42,9 @@ _TEXT_FUNCTIONS: dict[str, list[Any]] = {
     "perp_outcome_text": [c_int32],
     "perp_lcp_method_text": [c_int32],
     "perp_lcp_verdict_text": [c_int32],
+    "perp_load_kind_text": [c_int32],
+    "perp_load_mode_text": [c_int32],
+    "perp_load_reason_text": [c_int32],
     "perp_contact_mode_text": [c_int32],
     "perp_ncp_method_text": [c_int32],
     "perp_contact_method_text": [c_int32],
@@ -138,6 +142,34 @@ _STATUS_FUNCTIONS: dict[str, list[Any]] = {
         s.ContextPointer,
         POINTER(s.NcpCheck),
         POINTER(s.NcpProblem),
+        c_void_p,
+    ],
+    "perp_load_system_init": [POINTER(s.LoadSystem), c_size_t],
+    "perp_load_settings_init": [POINTER(s.LoadSettings), c_size_t],
+    "perp_load_friction_create": [
+        s.ContextPointer,
+        POINTER(s.LoadFrictionPointer),
+        POINTER(s.LoadSettings),
+        POINTER(s.LoadSystem),
+    ],
+    "perp_load_friction_set": [s.LoadFrictionPointer, POINTER(s.LoadSystem)],
+    "perp_load_friction_solve": [
+        s.LoadFrictionPointer,
+        POINTER(s.LoadSummary),
+        c_void_p,
+        c_void_p,
+    ],
+    "perp_load_friction_get": [s.LoadFrictionPointer, POINTER(s.LoadFound), c_int32],
+    "perp_load_friction_uniqueness": [
+        s.LoadFrictionPointer,
+        POINTER(s.LoadUniqueness),
+        c_void_p,
+    ],
+    "perp_load_friction_inverse": [
+        s.LoadFrictionPointer,
+        c_void_p,
+        POINTER(s.LoadInverse),
+        c_void_p,
         c_void_p,
     ],
     "perp_world_settings_init": [POINTER(s.WorldSettings), c_size_t, c_int32],
@@ -268,6 +300,9 @@ NCP_METHODS = _words(library.perp_ncp_method_text)
 VERDICTS = _words(library.perp_lcp_verdict_text)
 MODES = _words(library.perp_contact_mode_text)
 CONTACT_METHODS = _words(library.perp_contact_method_text)
+LOAD_KINDS = _words(library.perp_load_kind_text)
+LOAD_MODES = _words(library.perp_load_mode_text)
+LOAD_REASONS = _words(library.perp_load_reason_text)
 PLACES = ("lower", "upper", "between", "fixed")
 CERTIFICATES = {0: None, 1: "infeasible"}
 GOOD_OUTCOMES = (0, 1)

@@ -46,7 +46,12 @@ class WorldHandle(Structure):
     pass
 
 
+class LoadFrictionHandle(Structure):
+    pass
+
+
 ContextPointer = POINTER(ContextHandle)
+LoadFrictionPointer = POINTER(LoadFrictionHandle)
 SolverPointer = POINTER(SolverHandle)
 SensitivityPointer = POINTER(SensitivityHandle)
 ContactSolverPointer = POINTER(ContactSolverHandle)
@@ -456,6 +461,92 @@ class WorldStats(Structure):
 
 
 # The C name of each struct that crosses the boundary.
+class LoadSystem(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("n", c_int32),
+        ("reserved", c_int32),
+        ("A", c_void_p),
+        ("C", c_void_p),
+        ("b", c_void_p),
+        ("d", c_void_p),
+        ("mu", c_void_p),
+        ("mu_static", c_void_p),
+        ("normal_inertia", c_void_p),
+        ("stiffness", c_double),
+        ("damping", c_double),
+    ]
+
+
+class LoadSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("tol", c_double),
+        ("most_patterns", c_int64),
+        ("starts", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+class LoadFound(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("kind", c_int32),
+        ("stable", c_int32),
+        ("flutter", c_int32),
+        ("at_vertex", c_int32),
+        ("dimension", c_int32),
+        ("vertex_count", c_int32),
+        ("ray_count", c_int32),
+        ("reserved", c_int32),
+        ("residual", c_double),
+        ("acceleration", c_void_p),
+        ("normal_force", c_void_p),
+        ("friction", c_void_p),
+        ("modes", c_void_p),
+        ("eigenvalues", c_void_p),
+        ("vertices", c_void_p),
+        ("rays", c_void_p),
+    ]
+
+
+class LoadSummary(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("count", c_int32),
+        ("families", c_int32),
+        ("stable", c_int32),
+        ("exhaustive", c_int32),
+        ("patterns", c_int64),
+    ]
+
+
+class LoadUniqueness(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("verdict", c_int32),
+        ("exact", c_int32),
+        ("margin", c_double),
+        ("determinant", c_double),
+        ("norm", c_double),
+        ("radius", c_double),
+    ]
+
+
+class LoadInverse(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("well_posed", c_int32),
+        ("accelerations", c_int32),
+        ("exhaustive", c_int32),
+        ("stable", c_int32),
+        ("flutter", c_int32),
+        ("undetermined", c_int32),
+        ("reason", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
 STRUCTS = {
     "perp_context_settings": ContextSettings,
     "perp_matrix": Matrix,
@@ -466,6 +557,12 @@ STRUCTS = {
     "perp_lcp_found": LcpFound,
     "perp_lcp_enumeration": LcpEnumeration,
     "perp_lcp_sensitivity_info": LcpSensitivityInfo,
+    "perp_load_system": LoadSystem,
+    "perp_load_settings": LoadSettings,
+    "perp_load_found": LoadFound,
+    "perp_load_summary": LoadSummary,
+    "perp_load_uniqueness": LoadUniqueness,
+    "perp_load_inverse": LoadInverse,
     "perp_ncp_problem": NcpProblem,
     "perp_ncp_progress": NcpProgress,
     "perp_ncp_settings": NcpSettings,

@@ -1,0 +1,290 @@
+"""Load-dependent friction: A q'' + b + diag(mu sgn q') |C q'' + d| = tau."""
+
+from __future__ import annotations
+
+from ctypes import byref, string_at
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _arrays
+from ._errors import argument_error
+from ._handle import Context, _release_with
+from ._library import LOAD_KINDS, LOAD_MODES, LOAD_REASONS, defaults, library
+from ._structures import (
+    LoadFound,
+    LoadFrictionPointer,
+    LoadInverse,
+    LoadSettings,
+    LoadSummary,
+    LoadSystem,
+    LoadUniqueness,
+    Matrix,
+    sized,
+)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadSolution:
+    """One acceleration that a torque may have; of a family, a point inside."""
+
+    acceleration: Array  # q''
+    normal_force: Array  # C q'' + d
+    friction: Array  # f: A q'' + b + f = tau
+    kind: str  # "dynamic", "static" (all stick), "mixed" (some stick), "family"
+    modes: list[str]  # of each coordinate: "slide", "stick", "forward", "backward", "stopped"
+    stable: bool  # compliant contacts settle on it
+    flutter: bool  # unstable though no effective inertia is negative
+    eigenvalues: NDArray[np.complex128]  # 2 n, of the compliant contacts
+    at_vertex: bool  # data next to these have more solutions, or fewer
+    dimension: int  # 0; of a family at least 1
+    vertices: Array  # (k, n): the family is their convex hull,
+    directions: Array  # (m, n): plus sums of these with factors >= 0
+    residual: float  # relative
+
+    def __repr__(self) -> str:
+        verdict = "stable" if self.stable else "unstable"
+        return f"<perp.LoadSolution {self.kind} {self.acceleration} {verdict}>"
+
+
+@dataclass(frozen=True, eq=False)
+class LoadSolutions:
+    """What load_friction() found: a sequence of LoadSolution, and whether there can be several."""
+
+    solutions: list[LoadSolution]
+    exhaustive: bool  # there are no others
+    unique_for_all_tau: Optional[bool]  # None: not decided
+    margin: float  # all mu may be multiplied by less than this before uniqueness is lost, in motion
+    margin_exact: bool  # else margin is a lower bound
+    determinant: float  # the smallest det(I + G D); nan for n > 12
+    norm: float  # ||G||_2 < 1 is sufficient for uniqueness,
+    radius: float  # and so is rho(|G|) < 1
+    patterns: int  # combinations of signs and modes looked at
+
+    def __len__(self) -> int:
+        return len(self.solutions)
+
+    def __iter__(self) -> Any:
+        return iter(self.solutions)
+
+    def __getitem__(self, index: int) -> LoadSolution:
+        return self.solutions[index]
+
+
+@dataclass(frozen=True, eq=False)
+class InverseLoad:
+    """What load_friction_inverse() found."""
+
+    tau: Array
+    well_posed: bool  # tau has the wanted acceleration alone, and that is stable
+    reason: Optional[str]  # what is not; None if well posed
+    stable: bool  # the wanted motion is
+    solutions: list[LoadSolution]  # all that tau may do
+    exhaustive: bool  # there are no others
+
+    def __repr__(self) -> str:
+        return f"<perp.LoadInverse tau={self.tau} {self.reason or 'well posed'}>"
+
+
+def _square(value: Any, name: str, n: int) -> Array:
+    array = np.atleast_1d(_arrays.real(value.toarray() if _arrays.is_sparse(value) else value, name))
+    if array.ndim == 1 and n == 1 and array.shape == (1,):
+        array = array.reshape(1, 1)
+    if array.shape != (n, n):
+        raise argument_error(f"{name} has shape {array.shape}, expected ({n}, {n})")
+    return np.asfortranarray(array)
+
+
+def _vector(value: Any, name: str, n: int) -> Optional[Array]:
+    """Scalars stand for n of their kind."""
+    return _arrays.bound(value, name, n)
+
+
+class Friction:
+    """The handle: a system, and questions about it."""
+
+    def __init__(
+        self, A: Any, b: Any, C: Any, d: Any, mu: Any, mu_static: Any = None, *,
+        stiffness: float = 1.0, damping: Optional[float] = None, normal_inertia: Any = None,
+        tol: Optional[float] = None, most_patterns: Optional[int] = None,
+        starts: Optional[int] = None,
+    ) -> None:
+        first = np.atleast_1d(_arrays.real(A.toarray() if _arrays.is_sparse(A) else A, "A"))
+        self.n = n = len(first)
+        self.context, system = Context(), defaults(LoadSystem)
+        settings = defaults(LoadSettings)
+        if tol is not None:
+            settings.tol = tol
+        if most_patterns is not None:
+            settings.most_patterns = most_patterns
+        if starts is not None:
+            settings.starts = starts
+        system.n = n
+        kept: list[Any] = []
+        for name, value in (("A", A), ("C", C), ("normal_inertia", normal_inertia)):
+            if value is not None or name == "C":
+                matrix = sized(Matrix)
+                _, _, owner = _arrays.view(matrix, _square(value, name, n))
+                setattr(system, name, _pointer(matrix))
+                kept += [matrix, owner]
+        for name, value in (("b", b), ("d", d), ("mu", mu), ("mu_static", mu_static)):
+            vector = _vector(value, name, n)
+            if vector is not None:
+                setattr(system, name, _arrays.address(vector))
+                kept.append(vector)
+        system.stiffness = stiffness
+        system.damping = 2 * np.sqrt(abs(stiffness)) if damping is None else damping
+        self.pointer = LoadFrictionPointer()
+        self.context.check(
+            library.perp_load_friction_create(
+                self.context.pointer, byref(self.pointer), byref(settings), byref(system)
+            )
+        )
+        _release_with(self, library.perp_load_friction_destroy, self.pointer)
+
+    def vector(self, value: Any, name: str) -> Array:
+        vector = _vector(value, name, self.n)
+        if vector is None:
+            raise argument_error(f"{name} is None")
+        return vector
+
+    def solve(self, tau: Any, velocity: Any) -> LoadSummary:
+        summary = sized(LoadSummary)
+        torque, v = self.vector(tau, "tau"), self.vector(velocity, "velocity")
+        self.context.check(
+            library.perp_load_friction_solve(
+                self.pointer, byref(summary), _arrays.address(torque), _arrays.address(v)
+            )
+        )
+        return summary
+
+    def solutions(self, count: int) -> list[LoadSolution]:
+        answers, found = [], sized(LoadFound)
+        for index in range(count):
+            self.context.check(library.perp_load_friction_get(self.pointer, byref(found), index))
+            answers.append(self._read(found))
+        return answers
+
+    def _read(self, s: LoadFound) -> LoadSolution:
+        n = self.n
+        modes = np.frombuffer(string_at(s.modes, 4 * n), dtype=np.int32)
+        return LoadSolution(
+            _table(s.acceleration, 1, n)[0],
+            _table(s.normal_force, 1, n)[0],
+            _table(s.friction, 1, n)[0],
+            LOAD_KINDS[s.kind],
+            [LOAD_MODES[mode] for mode in modes],
+            bool(s.stable),
+            bool(s.flutter),
+            _table(s.eigenvalues, 1, 4 * n)[0].view(np.complex128),
+            bool(s.at_vertex),
+            s.dimension,
+            _table(s.vertices, s.vertex_count, n),
+            _table(s.rays, s.ray_count, n),
+            s.residual,
+        )
+
+    def uniqueness(self, velocity: Any) -> LoadUniqueness:
+        result, v = sized(LoadUniqueness), self.vector(velocity, "velocity")
+        self.context.check(
+            library.perp_load_friction_uniqueness(self.pointer, byref(result), _arrays.address(v))
+        )
+        return result
+
+
+def _pointer(matrix: Matrix) -> int:
+    from ctypes import addressof
+
+    return addressof(matrix)
+
+
+def _table(address: int, rows: int, n: int) -> Array:
+    return np.frombuffer(bytearray(string_at(address, 8 * rows * n))).reshape(rows, n)
+
+
+def load_friction(
+    A: Any,
+    b: ArrayLike,
+    C: Any,
+    d: ArrayLike,
+    mu: ArrayLike,
+    velocity: ArrayLike,
+    tau: ArrayLike,
+    mu_static: Optional[ArrayLike] = None,
+    *,
+    stiffness: float = 1.0,
+    damping: Optional[float] = None,
+    normal_inertia: Any = None,
+    tol: Optional[float] = None,
+    most_patterns: Optional[int] = None,
+    starts: Optional[int] = None,
+) -> LoadSolutions:
+    """Finds every acceleration that a torque may have where friction depends on the load:
+
+        A q'' + b + f = tau,   f_i = mu_i |N_i| sgn q_i',   N = C q'' + d
+
+    and |f_i| <= mu_static_i |N_i| where a coordinate is at rest (velocity exactly 0.0). A and C are
+    (n, n), the rest (n,); a scalar stands for n of its kind, and for n = 1 all may be scalars.
+
+    Stability is that of contacts with this stiffness and damping (default: 2 sqrt(stiffness)) and
+    inertia in normal direction (default: 1). Up to most_patterns combinations of signs are
+    enumerated; beyond, `exhaustive` is False.
+    """
+    friction = Friction(
+        A, b, C, d, mu, mu_static, stiffness=stiffness, damping=damping,
+        normal_inertia=normal_inertia, tol=tol, most_patterns=most_patterns, starts=starts,
+    )
+    summary = friction.solve(tau, velocity)
+    solutions = friction.solutions(summary.count)
+    unique = friction.uniqueness(velocity)
+    return LoadSolutions(
+        solutions,
+        bool(summary.exhaustive),
+        {0: True, 1: False}.get(unique.verdict),
+        unique.margin,
+        bool(unique.exact),
+        unique.determinant,
+        unique.norm,
+        unique.radius,
+        summary.patterns,
+    )
+
+
+def load_friction_inverse(
+    A: Any,
+    b: ArrayLike,
+    C: Any,
+    d: ArrayLike,
+    mu: ArrayLike,
+    velocity: ArrayLike,
+    acceleration: ArrayLike,
+    mu_static: Optional[ArrayLike] = None,
+    **settings: Any,
+) -> InverseLoad:
+    """Finds the torque for a wanted acceleration, and says whether that torque gives this
+    acceleration: `well_posed`, or `reason`. Arguments and settings as for load_friction()."""
+    friction = Friction(A, b, C, d, mu, mu_static, **settings)
+    n = friction.n
+    tau, result = np.empty(n), sized(LoadInverse)
+    v, x = friction.vector(velocity, "velocity"), friction.vector(acceleration, "acceleration")
+    friction.context.check(
+        library.perp_load_friction_inverse(
+            friction.pointer,
+            _arrays.address(tau),
+            byref(result),
+            _arrays.address(v),
+            _arrays.address(x),
+        )
+    )
+    return InverseLoad(
+        tau,
+        bool(result.well_posed),
+        LOAD_REASONS[result.reason] or None,
+        bool(result.stable),
+        friction.solutions(result.accelerations),
+        bool(result.exhaustive),
+    )

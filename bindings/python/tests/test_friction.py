@@ -1,0 +1,137 @@
+"""Load-dependent friction: the counts of the theory's problem (j), and random systems against
+enumeration in rational arithmetic."""
+
+import itertools
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import rational
+
+import perp
+
+J = dict(A=[[1]], b=[0], C=[[3]], d=[2], mu=[0.5])  # inertias 5/2 and -1/2
+
+COUNTS = [
+    (1, {-1: [], -2 / 3: [-2 / 3], 0: [-2, -0.4], 3: [-8, 0.8]}),
+    (-1, {-1: [-0.8, 0], -2 / 3: [-2 / 3], 0: [], 3: []}),
+    (0, {-2: [-1.2], -1: [-0.8, 0], -5 / 6: [-11 / 15, -1 / 3, 0], 0: [0], 1: [0], 2: [0.4]}),
+]
+
+
+@pytest.mark.parametrize("velocity, cases", COUNTS)
+def test_scalar_counts(velocity, cases):
+    for tau, expected in cases.items():
+        r = perp.load_friction(velocity=[velocity], tau=[tau], **J)
+        assert r.exhaustive and r.unique_for_all_tau is False
+        assert r.margin == pytest.approx(2 / 3, rel=1e-15)
+        assert [s.acceleration[0] for s in r] == pytest.approx(expected, rel=1e-15, abs=1e-15)
+        for s in r:
+            assert s.kind == ("static" if velocity == 0 and s.acceleration[0] == 0 else "dynamic")
+
+
+def test_scalars_are_enough():
+    r = perp.load_friction(1, 0, 3, 2, 0.1, 1.0, 0.5)
+    assert r.unique_for_all_tau and len(r) == 1 and r[0].stable
+
+
+def test_half_line():
+    (s,) = perp.load_friction(1, 0, 2, 2, 0.5, 1.0, -1.0)
+    assert s.kind == "family" and s.dimension == 1
+    assert s.vertices == pytest.approx(np.array([[-1.0]]))
+    assert len(s.directions) == 1 and s.directions[0][0] < 0
+
+
+def test_inverse():
+    r = perp.load_friction_inverse(velocity=[1], acceleration=[-2], **J)
+    assert r.tau == pytest.approx([0.0]) and not r.well_posed and "unstable" in r.reason
+    assert len(r.solutions) == 2
+    r = perp.load_friction_inverse(velocity=[1], acceleration=[-0.4], **J)
+    assert not r.well_posed and "other accelerations" in r.reason
+    r = perp.load_friction_inverse(1, 0, 3, 2, 0.1, 1.0, 1.0)
+    assert r.well_posed and r.reason is None and r.tau == pytest.approx([1.5])
+
+
+def exact(A, b, C, d, mu, mu_static, velocity, tau):
+    """All accelerations with regular patterns, as a set of tuples of Fractions; None if a pattern is
+    singular."""
+    n = len(b)
+    found = set()
+    moving = [[(0, g) for g in (1, -1)], [("stick", 0)] + [(s, g) for s in (1, -1) for g in (1, -1)]]
+    for pattern in itertools.product(*(moving[v == 0] for v in velocity)):
+        K, rhs = [], []
+        for i, (mode, g) in enumerate(pattern):
+            if mode == "stick":
+                K.append([Fraction(int(i == j)) for j in range(n)])
+                rhs.append(Fraction(0))
+                continue
+            t = mu[i] * g * (mode or (1 if velocity[i] > 0 else -1))
+            K.append([A[i][j] + t * C[i][j] for j in range(n)])
+            rhs.append(tau[i] - b[i] - t * d[i])
+        x = rational.solve(K, rhs)
+        if x is None:
+            return None
+        normal = [sum(c * y for c, y in zip(C[i], x)) + d[i] for i in range(n)]
+        for i, (mode, g) in enumerate(pattern):
+            if mode == "stick":
+                f = tau[i] - b[i] - sum(a * y for a, y in zip(A[i], x))
+                if abs(f) > mu_static[i] * abs(normal[i]):
+                    break
+            elif g * normal[i] < 0 or (mode and mode * x[i] <= 0):
+                break
+        else:
+            found.add(tuple(x))
+    return found
+
+
+@pytest.mark.parametrize("n, count", [(1, 150), (2, 150), (3, 40)])
+def test_random_systems(n, count):
+    """Small integers: normal forces of exactly 0, limits of static friction that are met exactly,
+    coordinates at rest. Every answer is there, once, and nothing else."""
+    rng = np.random.default_rng(n)
+    counts, singular = {}, 0
+    for _ in range(count):
+        L = rng.integers(-2, 3, (n, n))
+        A = L @ L.T + np.eye(n, dtype=int)
+        C, d, b, tau = (rng.integers(-3, 4, size) for size in ((n, n), n, n, n))
+        mu = rng.integers(0, 5, n) / 4
+        mu_static = mu + rng.integers(0, 2, n) / 4
+        velocity = rng.integers(-1, 2, n)
+        as_fractions = [[Fraction(float(x)) for x in v] for v in (mu, mu_static)]
+        lists = [[[Fraction(int(x)) for x in row] for row in m] for m in (A, C)]
+        vectors = [[Fraction(int(x)) for x in v] for v in (b, d, tau)]
+        expected = exact(lists[0], vectors[0], lists[1], vectors[1], *as_fractions,
+                         velocity.tolist(), vectors[2])
+        r = perp.load_friction(A, b, C, d, mu, velocity.astype(float), tau, mu_static)
+        assert r.exhaustive
+        if expected is None:
+            singular += 1
+            continue
+        case = A, b, C, d, mu, mu_static, velocity, tau
+        points = sorted([float(x) for x in point] for point in expected)
+        assert len(r) == len(points), case
+        # components of the answers are small fractions: 1e-13 is a hundred roundings
+        got = sorted(s.acceleration.tolist() for s in r)
+        for x in points:
+            assert min(np.max(np.abs(np.array(x) - y)) for y in got) <= 1e-13 * (1 + max(map(abs, x)))
+        if r.unique_for_all_tau:
+            assert len(r) == 1, case
+        counts[len(r)] = counts.get(len(r), 0) + 1
+    assert len(counts) >= 3 and counts[1] > 0 and singular < count
+
+
+@pytest.mark.parametrize(
+    "change, text",
+    [
+        (dict(A=[[-1]]), "A is not positive definite"),
+        (dict(mu=[-1]), "mu"),
+        (dict(tau=[float("nan")]), "tau"),
+        (dict(velocity=[1, 2]), "velocity has shape"),
+        (dict(C=np.ones((2, 2))), "C has shape"),
+        (dict(mu_static=[0.1]), "mu_static"),
+        (dict(A=np.ones((0, 0)), C=np.ones((0, 0)), b=[], d=[], mu=[], velocity=[], tau=[]), "n is 0"),
+    ],
+)
+def test_refusals(change, text):
+    with pytest.raises(ValueError, match=text):
+        perp.load_friction(**{**J, "velocity": [1], "tau": [0], **change})

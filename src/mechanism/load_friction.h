@@ -1,0 +1,118 @@
+/* What the files of load-dependent friction share. All matrices column-major, n by n. */
+#ifndef PERP_MECHANISM_LOAD_FRICTION_H
+#define PERP_MECHANISM_LOAD_FRICTION_H
+
+#include <perp/friction.h>
+
+#include "base/arena.h"
+#include "base/check.h"
+#include "linalg/cone.h"
+#include "linalg/matrix.h"
+
+#define PERP__LOAD_SYSTEM_FIRST PERP__SIZE_THROUGH(perp_load_system, damping)
+#define PERP__LOAD_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_load_settings, reserved)
+
+#define PERP__FRICTION_MAGIC UINT64_C(0x7065727066726963)
+
+/* One choice of mode and sign of the normal force a coordinate: within it the system is linear. */
+typedef struct perp__friction_pattern {
+    int8_t *mode; /* PERP_LOAD_...; sliding with the sign of that coordinate's motion */
+    int8_t
+        *side; /* sign of N_i that the friction counts with; 0: doesn't matter (mu_i = 0, sticks) */
+} perp__friction_pattern;
+
+/* An answer that is kept. */
+typedef struct perp__friction_answer {
+    struct perp__friction_answer *next;
+    int32_t kind, stable, flutter, at_vertex;
+    int32_t dimension, vertices, rays;
+    double residual;
+    double *x, *normal, *friction; /* n */
+    double *width;                 /* n: what tol is worth in x */
+    double *eigenvalues;           /* 4 n */
+    double *points;                /* vertices + rays times n; x itself where isolated */
+    int32_t *modes;                /* n */
+    perp__friction_pattern pattern;
+} perp__friction_answer;
+
+/* The question: which x = q'' solve A x + b + f = tau, where coordinate i moves with sign[i], or,
+ * sign[i] = 0, sticks at x_i = stop[i] with |f_i| <= mu_stick[i] |N_i|, or slides away from there.
+ */
+typedef struct perp__friction_question {
+    const double *tau;
+    int8_t *sign;
+    double *stop;     /* 0 at rest; in a step, -v_i / h */
+    double *mu_stick; /* static friction at rest; in a step that of the motion before */
+    int8_t *stopped;  /* sticking there is a stop from motion */
+} perp__friction_question;
+
+struct perp_load_friction {
+    uint64_t magic;
+    perp_context *context;
+    perp__arena arena;
+    perp_load_settings settings;
+    int32_t n;
+    double stiffness, damping;
+    double *A, *C, *S, *Y; /* S: normal inertia; Y = S + C A^-1 C' */
+    double *b, *d, *mu, *mu_static;
+    double *tau;  /* of the question */
+    double *size; /* 1 / sqrt(A_ii): the unit of x_i, up to one factor */
+    perp__matrix A_view, C_view;
+    perp__friction_question question;
+    perp__friction_pattern pattern;
+    perp__friction_answer *answers;
+    int32_t count;
+    int32_t insist; /* patterns are solved to the end even where they are clearly wrong */
+    /* work */
+    double *K, *inverse, *null; /* n by n; null: its last columns span what K maps to 0 */
+    double *x, *x_low, *rhs, *slope, *load; /* slope: mu_i sign_i side_i; load: sizes of the rows */
+    double *normal, *normal_low, *product, *product_low, *width, *normal_width;
+    int32_t *list, *columns; /* coordinates that don't stick; the order of pivots */
+    double *work;            /* 6 n^2 + 4 n */
+    perp__cone cone;
+};
+
+/* Solves the pattern: regular, x, x_low, normal and width are filled and 0 is returned; else the
+ * dimension of the null space, whose basis is in `null`, or -1 where the equations contradict each
+ * other. */
+int32_t perp__friction_solve_pattern(perp_load_friction *f);
+
+/* With x, normal and width of the pattern: whether its signs and modes hold; *at_vertex: only
+ * within tol. */
+int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex);
+
+/* Keeps the point of the pattern, or the family of which it is one. PERP_OK or _MEMORY. */
+perp_status perp__friction_keep_point(perp_load_friction *f, int32_t at_vertex);
+perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension);
+perp__friction_answer *perp__friction_answer_create(perp_load_friction *f, int32_t points);
+void perp__friction_answer_release(perp_load_friction *f, perp__friction_answer *answer);
+void perp__friction_release_answers(perp_load_friction *f);
+
+/* The number of patterns, or more than `most`. */
+int64_t perp__friction_patterns(const perp_load_friction *f, int64_t most);
+/* Answers all patterns, or what a search finds. Answers are sorted and labelled. */
+perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *summary);
+perp_status perp__friction_search(perp_load_friction *f, perp_load_summary *summary);
+
+/* Copies tau and velocity's signs into the question, as forward dynamics asks it. */
+void perp__friction_ask(perp_load_friction *f, const double *tau, const double *velocity);
+
+/* Eigenvalues of the compliant contacts in the pattern; writes stable, flutter and 4 n numbers. */
+void perp__friction_label(perp_load_friction *f, const perp__friction_pattern *pattern,
+                          int32_t *stable, int32_t *flutter, double *eigenvalues);
+
+/* perp_load_friction_uniqueness; velocity may be NULL. */
+void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity);
+
+/* Another handle of the same settings with room for n coordinates, and with a system. */
+perp_status perp__friction_create_like(const perp_load_friction *f, perp_load_friction **made,
+                                       const perp_load_system *system);
+void perp__friction_release(perp_load_friction *f);
+
+/* n finite numbers. */
+perp_status perp__friction_check_vector(perp_load_friction *f, const char *name, const double *x);
+
+/* The handle of a public call, entered. */
+perp_status perp__friction_enter(perp_load_friction *f);
+
+#endif
