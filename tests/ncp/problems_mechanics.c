@@ -73,6 +73,9 @@ static void build_lubrication(zoo_problem *p, int32_t N)
     for (int32_t i = 1; i <= N; i++)
         start[i - 1] = fmax(0, 1 - fabs((-2 + i * dx) / 2));
     start[N] = 1.6;
+    double *flatter = zoo_start(p, 2);
+    for (int32_t i = 0; i < N; i++)
+        flatter[i] = 0.5 * start[i];
     zoo_bounds(p, N, N + 1, -INFINITY, INFINITY);
     p->scale = 100;
 }
