@@ -10,6 +10,8 @@
 
 /* A backward error that leaves no better double. */
 #define ROUNDING (16.0 * DBL_EPSILON)
+/* A tested residual from which the active set may be the solution's. */
+#define POLISHED 1e-2
 
 /* Where a step of the plan starts from. */
 enum origin { FROM_BEST, FROM_LAST };
@@ -17,10 +19,11 @@ enum origin { FROM_BEST, FROM_LAST };
 typedef struct plan_step {
     int32_t method;
     enum origin origin;
-    int64_t limit; /* of iterations; 0: the method's own */
+    int64_t limit;   /* of iterations; 0: the method's own */
+    int32_t attempt; /* the first one of the method */
 } plan_step;
 
-enum { PLAN_MOST = 6 };
+enum { PLAN_MOST = 13 };
 
 /* Sweeps before newton takes over, and the rows of contacts up to which pivoting is a fall-back. */
 enum { FIRST_SWEEPS = 1000, LEMKE_MOST = 600 };
@@ -39,7 +42,7 @@ static perp_outcome outcome_of(const perp_contact_solver *solver, const perp__co
 
 /* Evaluates solver->r and keeps it if it is the best so far. */
 static perp_status consider(perp_contact_solver *solver, int32_t method, perp_outcome said,
-                            const perp__contact_iterate *iterate)
+                            const perp__contact_iterate *iterate, perp__contact_worth *found)
 {
     perp__contact_candidate *best = &solver->best;
     perp__contact_worth worth;
@@ -52,6 +55,8 @@ static perp_status consider(perp_contact_solver *solver, int32_t method, perp_ou
         return status;
     if (isnan(worth.tested))
         worth.tested = INFINITY;
+    if (found)
+        *found = worth;
     outcome = outcome_of(solver, &worth, said);
     if (best->method >= 0 &&
         perp__contact_is_good(best->outcome) >= perp__contact_is_good(outcome) &&
@@ -73,6 +78,17 @@ static perp_status consider(perp_contact_solver *solver, int32_t method, perp_ou
     if (solver->entrance == PERP__ENTRANCE_DYNAMICS && solver->dynamics.n > 0)
         memcpy(solver->best_v, solver->v, (size_t)solver->dynamics.n * sizeof(double));
     return PERP_OK;
+}
+
+perp_status perp__contact_consider_polish(perp_contact_solver *solver, perp__contact_worth *worth)
+{
+    perp__contact_iterate iterate;
+
+    memset(&iterate, 0, sizeof iterate);
+    iterate.modes = solver->modes;
+    iterate.has_modes = 1;
+    iterate.iterations = solver->best.iterations;
+    return consider(solver, solver->running, solver->best.outcome, &iterate, worth);
 }
 
 /* The methods' view of the monitor and the clock. */
@@ -147,12 +163,19 @@ static int32_t is_finite(const double *x, int32_t count)
     return 1;
 }
 
+static int32_t ends_the_search(const perp_contact_solver *solver)
+{
+    return perp__contact_is_good(solver->best.outcome) || solver->ended >= 0 ||
+           solver->certificate != PERP_CONTACT_CERTIFICATE_NONE;
+}
+
 /* One run of a method, from start to candidate. */
 static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slot,
                             enum origin origin, int32_t attempt)
 {
     const size_t bytes = (size_t)solver->size * sizeof(double);
     perp__contact_iterate iterate;
+    perp__contact_worth worth;
     perp_status status;
 
     if (origin == FROM_BEST && bytes > 0)
@@ -180,13 +203,10 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
     }
     if (solver->deadline > 0.0 && solver->ended < 0 && perp__now() > solver->deadline)
         solver->ended = PERP_OUTCOME_TIME_LIMIT;
-    return consider(solver, slot->method->id, iterate.outcome, &iterate);
-}
-
-static int32_t ends_the_search(const perp_contact_solver *solver)
-{
-    return perp__contact_is_good(solver->best.outcome) || solver->ended >= 0 ||
-           solver->certificate != PERP_CONTACT_CERTIFICATE_NONE;
+    status = consider(solver, slot->method->id, iterate.outcome, &iterate, &worth);
+    if (status == PERP_OK && !ends_the_search(solver) && worth.tested <= POLISHED)
+        status = perp__contact_polish_run(solver);
+    return status;
 }
 
 /* Whether a step of auto's is worth a try: newton is for Lorentz cones, and what needs W needs one
@@ -245,7 +265,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
     /* other attempts start afresh, not from the last point */
     attempts = step->origin == FROM_LAST ? 1 : slot->method->attempts;
     for (attempt = 0; attempt < attempts && status == PERP_OK; attempt++) {
-        status = run_once(solver, slot, step->origin, attempt);
+        status = run_once(solver, slot, step->origin, step->attempt + attempt);
         if (ends_the_search(solver))
             break;
     }
@@ -265,16 +285,24 @@ static int32_t is_polyhedral(const perp_contact_solver *solver)
 
 static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
 {
-    static const plan_step conic[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0},
-                                      {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0},
-                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0},
-                                      {PERP_CONTACT_METHOD_SWEEP, FROM_LAST, 0}};
-    static const plan_step polyhedral[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS},
-                                           {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0},
-                                           {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0},
-                                           {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0}};
+    /* pivoting on polyhedra that fit ever closer, newton's polish after each */
+    static const plan_step conic[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0},
+                                      {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0},
+                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0},
+                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 1},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0},
+                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 2},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0},
+                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 3},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0},
+                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 4},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0}};
+    static const plan_step polyhedral[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0},
+                                           {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0},
+                                           {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0},
+                                           {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0}};
     const int32_t chosen = solver->settings.method;
 
     if (solver->settings.cone > 0 ||
@@ -282,11 +310,12 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         steps[0].method = solver->settings.cone > 0 ? PERP_CONTACT_METHOD_LEMKE : chosen;
         steps[0].origin = FROM_BEST;
         steps[0].limit = 0;
+        steps[0].attempt = 0;
         return 1;
     }
     if (chosen == PERP_CONTACT_METHOD_LEMKE) { /* and what refines its answer */
-        memcpy(steps, conic + 3, 3 * sizeof *steps);
-        return 3;
+        memcpy(steps, conic + 3, 10 * sizeof *steps);
+        return 10;
     }
     if (is_polyhedral(solver)) {
         memcpy(steps, polyhedral, sizeof polyhedral);
@@ -303,7 +332,7 @@ static perp_status try_start(perp_contact_solver *solver)
 
     for (i = 0; i < solver->size; i++)
         solver->r[i] = solver->call->r0 ? solver->call->r0[i] : 0.0;
-    return consider(solver, PERP_CONTACT_METHOD_POLISH, PERP_OUTCOME_ITERATION_LIMIT, NULL);
+    return consider(solver, PERP_CONTACT_METHOD_POLISH, PERP_OUTCOME_ITERATION_LIMIT, NULL, NULL);
 }
 
 static perp_status search(perp_contact_solver *solver)

@@ -139,6 +139,20 @@ static void start_warm(perp__newton *s, const double *r)
     }
 }
 
+static perp_status polish_start(perp__newton *s, const double *r)
+{
+    const perp__newton_blocks *b = &s->blocks;
+    int32_t k, i;
+
+    start_warm(s, r);
+    for (i = 0; i < b->n; i++)
+        s->trial[i] = s->dz[i];
+    for (k = 0; k < b->contacts; k++)
+        perp__cone_project(b->starts[k + 1] - b->starts[k], &s->trial[b->starts[k]],
+                           &s->trial[b->starts[k]]);
+    return perp__natural_polish(s, 12);
+}
+
 /* r and the modes from the best x, u = W r + q. */
 static void finish(perp__newton *s, perp__contact_iterate *iterate)
 {
@@ -192,9 +206,16 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     s->best_residual = INFINITY;
     read_right_side(s);
     s->omega = load(problem);
-    if (iterate->warm && iterate->attempt == 0)
+    if (iterate->warm && iterate->attempt == 0) {
+        status = polish_start(s, iterate->r);
+        if (status != PERP_OK || s->best_residual <= PERP__NEWTON_ENOUGH) {
+            finish(s, iterate);
+            iterate->outcome = PERP_OUTCOME_SOLVED;
+            iterate->iterations = s->matrix.factorisations;
+            return status;
+        }
         start_warm(s, iterate->r);
-    else
+    } else
         start_cold(s);
     status = s->plan->path ? perp__path_run(s, &iterate->outcome)
                            : perp__interior_run(s, &iterate->outcome);

@@ -20,7 +20,15 @@
 #include "lcp/lcp.h"
 
 /* Edges where the exact cone was asked for and this is only its start. */
-enum { EDGES = 8 };
+enum { EDGES = 10 };
+
+/* Attempts after the first look closer: each disc's polygon has its vertices near the direction in
+ * which the last answer pushed, NARROWER times as close as the time before, and further and further
+ * apart from there on. Away from that direction the polygon is coarse, in its window the error is
+ * of second order in the distance of the vertices. */
+#define NARROWER 0.0625
+#define FIRST_WIDTH 0.05 /* radians, between the middle vertex and the next, of attempt 1 */
+#define WIDEST 2.0       /* the last vertex before the opposite one */
 
 /* More unknowns than this are more than pivoting serves. */
 enum { MOST_UNKNOWNS = 20000 };
@@ -38,7 +46,9 @@ typedef struct pyramid {
     int32_t n;
     unknown *unknowns;
     double *M, *q, *lower, *z, *direction;
-    double *W; /* dense copy of a sparse W */
+    double *W;      /* dense copy of a sparse W */
+    double *angles; /* 3 contacts: of the impulses of the discs at the last answer */
+    double width;   /* 0: regular polygons */
 } pyramid;
 
 static int32_t edges_of(const perp__contact_problem *problem, const perp__contact_part *part)
@@ -90,6 +100,7 @@ static void layout(perp__arena *arena, void *work)
     p->lower = perp__arena_take(arena, n, sizeof(double));
     p->z = perp__arena_take(arena, n, sizeof(double));
     p->direction = perp__arena_take(arena, n, sizeof(double));
+    p->angles = perp__arena_take(arena, 3 * (size_t)problem->contacts, sizeof(double));
     p->W = problem->W->column_starts ? perp__arena_take(arena, size, size * sizeof(double)) : NULL;
 }
 
@@ -102,6 +113,30 @@ static unknown *add_unknown(pyramid *p, int32_t row, int32_t size, double x, dou
     added->d[0] = x;
     added->d[1] = y;
     return added;
+}
+
+/* Vertex j of the polygon of a disc, part c of contact k. */
+static void vertex(const pyramid *p, int32_t edges, int32_t k, int32_t c, int32_t j, double d[2])
+{
+    const double angle = p->angles[3 * k + c];
+    double offset = 0.0;
+
+    if (p->width == 0.0) {
+        perp__contact_direction(edges, j, d);
+        return;
+    }
+    if (j == EDGES - 1) {
+        d[0] = -cos(angle); /* to the last bit opposite to vertex 0 */
+        d[1] = -sin(angle);
+        return;
+    }
+    if (j > 0) {
+        const double steps = (EDGES - 2) / 2 - 1, growth = pow(WIDEST / p->width, 1.0 / steps);
+
+        offset = p->width * pow(growth, (j - 1) / 2) * (j % 2 ? 1.0 : -1.0);
+    }
+    d[0] = cos(angle + offset);
+    d[1] = sin(angle + offset);
 }
 
 /* Contact by contact: r_n, then for each part its betas and its lambda; then the bilateral rows. */
@@ -123,7 +158,7 @@ static void number_unknowns(pyramid *p)
                 double d[2] = {j == 0 ? 1.0 : -1.0, 0.0};
 
                 if (parts[c].size == 2)
-                    perp__contact_direction(edges, j, d);
+                    vertex(p, edges, k, c, j, d);
                 add_unknown(p, parts[c].row, parts[c].size, d[0], d[1]);
             }
             if (edges > 0)
@@ -247,6 +282,28 @@ static void read_modes(const pyramid *p, int8_t *modes)
     }
 }
 
+/* Where the discs of r push, or, where there is no impulse, would push first. */
+static void read_angles(pyramid *p, const double *r, const double *u)
+{
+    const perp__contact_problem *problem = p->base.problem;
+    int32_t k, c;
+
+    for (k = 0; k < problem->contacts; k++) {
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+
+        for (c = 0; c < count; c++) {
+            const double *x = r + parts[c].row, *y = u + parts[c].row;
+
+            p->angles[3 * k + c] = 0.0;
+            if (parts[c].size == 2 && (x[0] != 0.0 || x[1] != 0.0))
+                p->angles[3 * k + c] = atan2(x[1], x[0]);
+            else if (parts[c].size == 2)
+                p->angles[3 * k + c] = atan2(0.0 - y[1], 0.0 - y[0]);
+        }
+    }
+}
+
 static int32_t watch(const perp_lcp_progress *progress, void *user)
 {
     const perp__contact_control *control = user;
@@ -284,8 +341,12 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     pyramid *p = work;
     const perp__contact_problem *problem = p->base.problem;
     perp_lcp_result result;
+    int32_t i;
     perp_status status = perp_lcp_result_init(&result, sizeof result);
 
+    p->width = 0.0;
+    if (iterate->attempt > 0 && problem->cone == 0)
+        p->width = FIRST_WIDTH * pow(NARROWER, iterate->attempt - 1);
     number_unknowns(p);
     spread_sparse(p);
     fill_impulses(p);
@@ -298,6 +359,9 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
         return status;
     gather(p, p->z, iterate->r);
     perp__multiply(problem->W, iterate->r, iterate->u);
+    for (i = 0; i < problem->size; i++)
+        iterate->u[i] += problem->q[i];
+    read_angles(p, iterate->r, iterate->u);
     iterate->outcome = result.outcome;
     iterate->iterations = result.iterations;
     if (result.outcome == PERP_OUTCOME_RAY)

@@ -32,6 +32,7 @@ static perp_status create(perp_context *context, perp_contact_solver **solver,
     perp__arena_init(&made->dynamics.cholesky.arena, context);
     perp__arena_init(&made->dynamics.cholesky.factor_arena, context);
     perp__arena_init(&made->feasibility.arena, context);
+    perp__arena_init(&made->polish.arena, context);
     perp__bodies_init(&made->bodies, context);
     for (k = 0; k < PERP__CONTACT_METHODS; k++) {
         made->slots[k].method = methods[k];
@@ -60,6 +61,7 @@ static void destroy(perp_contact_solver *solver)
     }
     perp__lcp_destroy(solver->feasibility.lcp);
     perp__arena_release(&solver->feasibility.arena);
+    perp__arena_release(&solver->polish.arena);
     perp__bodies_release(&solver->bodies);
     perp__dynamics_release(&solver->dynamics);
     perp__arena_release(&solver->delassus.arena);

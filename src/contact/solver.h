@@ -9,6 +9,7 @@
 #include "contact/delassus.h"
 #include "contact/dynamics.h"
 #include "contact/method.h"
+#include "contact/polish.h"
 #include "lcp/lcp.h"
 
 #define PERP__CONTACT_SOLVER_MAGIC UINT64_C(0x70657270636f6e74)
@@ -104,6 +105,7 @@ struct perp_contact_solver {
     perp__contact_control control;
     perp__contact_slot slots[PERP__CONTACT_METHODS];
     perp__contact_ray feasibility;
+    perp__contact_polish polish;
 };
 
 /* Reads the laws and lays out the arrays: problem.c. With dynamics, `dynamics` is not NULL, else W
@@ -126,6 +128,10 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
 
 /* q, and with it omega, for this call: evaluation.c. PERP_OK, _CALLBACK or _NOT_FINITE. */
 perp_status perp__contact_load(perp_contact_solver *solver);
+
+/* Evaluates solver->r, as the polish left it with the modes in solver->modes, and keeps it if it is
+ * the best so far: contact.c. */
+perp_status perp__contact_consider_polish(perp_contact_solver *solver, perp__contact_worth *worth);
 
 /* Projects solver->r onto its cones, writes the zeros of the contacts that separate, recomputes u
  * and judges: evaluation.c. Status as above. modes: those of the method's active set, or NULL. */

@@ -1,0 +1,379 @@
+/* Newton's method on the equations of one active set:
+ *
+ *   contact presses   u_n = 0
+ *   part sticks       u_p = 0
+ *   part slips        |r_p| = coefficient r_n,   r_p x u_p = 0   (2 rows; of 1 row the first alone)
+ *   bilateral         u_i = 0
+ *
+ * and afterwards the signs: r_n >= 0, u_n >= 0, |r_p| <= coefficient r_n, r_p'u_p <= 0. What has
+ * the wrong one changes its place, for a few rounds. Redundant contacts leave the equations
+ * singular but consistent: they are regularised and the solution is refined towards that of the
+ * equations as they stand (a proximal point iteration, Rockafellar 1976), so that r moves no
+ * further than it must. Unlike a natural map, these equations are smooth on all of the active set:
+ * contacts with tiny impulses or slip speeds do not shorten the way from which Newton's method
+ * converges. */
+#include "contact/polish.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "contact/law.h"
+#include "contact/solver.h"
+#include "linalg/blas.h"
+
+#define REGULAR 1e-10 /* relative to the traces */
+
+enum { ROUNDS = 12, STEPS = 6, REFINEMENTS = 12, PATIENCE = 3 };
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__contact_polish *p = object;
+    const size_t n = (size_t)p->room;
+
+    p->K = perp__arena_take(arena, n * n, sizeof(double));
+    p->factors = perp__arena_take(arena, n * n, sizeof(double));
+    p->rhs = perp__arena_take(arena, n, sizeof(double));
+    p->step = perp__arena_take(arena, n, sizeof(double));
+    p->error = perp__arena_take(arena, n, sizeof(double));
+    p->rows = perp__arena_take(arena, n, sizeof(int32_t));
+    p->pivots = perp__arena_take(arena, n, sizeof(int32_t));
+    p->place = perp__arena_take(arena, n, sizeof(int32_t));
+    p->presses = perp__arena_take(arena, n, 1);
+    p->parts = perp__arena_take(arena, 3 * n, 1);
+}
+
+static double length_of(const double *x, int32_t size)
+{
+    return size == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
+}
+
+/* The side of the kink on which each contact and each part lies. */
+static void read_set(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
+                     const double *u)
+{
+    int32_t k, c, i;
+
+    for (k = 0; k < problem->contacts; k++) {
+        const int32_t normal = problem->starts[k];
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+
+        p->presses[k] = r[normal] > u[normal] / problem->trace[k];
+        for (c = 0; c < count; c++) {
+            const int32_t row = parts[c].row;
+            double x[2] = {0.0, 0.0};
+
+            for (i = 0; i < parts[c].size; i++)
+                x[i] = r[row + i] - u[row + i] / problem->trace[k];
+            p->parts[3 * k + c] =
+                !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
+                : length_of(x, parts[c].size) > parts[c].coefficient * r[normal] &&
+                        length_of(r + row, parts[c].size) > 0.0
+                    ? PERP__PART_SLIPS
+                    : PERP__PART_STICKS;
+        }
+    }
+}
+
+static void add_row(perp__contact_polish *p, int32_t row)
+{
+    p->place[row] = p->n;
+    p->rows[p->n++] = row;
+}
+
+static void number_rows(perp__contact_polish *p, const perp__contact_problem *problem, double *r)
+{
+    int32_t k, c, i;
+
+    p->n = 0;
+    for (i = 0; i < problem->size; i++)
+        p->place[i] = -1;
+    for (k = 0; k < problem->contacts; k++) {
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+
+        if (p->presses[k])
+            add_row(p, problem->starts[k]);
+        for (c = 0; c < count; c++)
+            for (i = 0; p->parts[3 * k + c] != PERP__PART_NONE && i < parts[c].size; i++)
+                add_row(p, parts[c].row + i);
+    }
+    for (i = problem->rows; i < problem->size; i++)
+        add_row(p, i);
+    for (i = 0; i < problem->size; i++)
+        if (p->place[i] < 0)
+            r[i] = 0.0;
+}
+
+/* K = W of the active rows, column by column. */
+static void copy_block(perp__contact_polish *p, const perp__matrix *W)
+{
+    const size_t n = (size_t)p->n;
+    size_t i, j;
+    int32_t k;
+
+    for (j = 0; j < n; j++) {
+        double *column = p->K + j * n;
+
+        if (!W->column_starts) {
+            for (i = 0; i < n; i++)
+                column[i] = W->values[(size_t)p->rows[i] * W->row_stride +
+                                      (size_t)p->rows[j] * W->column_stride];
+            continue;
+        }
+        memset(column, 0, n * sizeof *column);
+        for (k = W->column_starts[p->rows[j]]; k < W->column_starts[p->rows[j] + 1]; k++)
+            if (p->place[W->row_indices[k]] >= 0)
+                column[p->place[W->row_indices[k]]] = W->values[k];
+    }
+}
+
+/* The two equations of a part of two rows that slips, in the units of velocities. */
+static void write_slip(perp__contact_polish *p, const perp__contact_part *part, int32_t normal,
+                       double t, const double *r, const double *u)
+{
+    const size_t n = (size_t)p->n, a = (size_t)p->place[part->row], b = a + 1;
+    const double length = hypot(r[part->row], r[part->row + 1]);
+    const double d[2] = {r[part->row] / length, r[part->row + 1] / length};
+    size_t j;
+
+    for (j = 0; j < n; j++) {
+        double *column = p->K + j * n;
+
+        column[b] = d[0] * column[b] - d[1] * column[a];
+        column[a] = 0.0;
+    }
+    p->K[b + a * n] += u[part->row + 1] / length;
+    p->K[b + b * n] -= u[part->row] / length;
+    p->K[a + a * n] = t * d[0];
+    p->K[a + b * n] = t * d[1];
+    p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
+    p->rhs[a] = -t * (length - part->coefficient * r[normal]);
+    p->rhs[b] = -(d[0] * u[part->row + 1] - d[1] * u[part->row]);
+}
+
+static void write_slip_line(perp__contact_polish *p, const perp__contact_part *part, int32_t normal,
+                            double t, const double *r)
+{
+    const size_t n = (size_t)p->n, a = (size_t)p->place[part->row];
+    const double sign = r[part->row] < 0.0 ? -1.0 : 1.0;
+    size_t j;
+
+    for (j = 0; j < n; j++)
+        p->K[a + j * n] = 0.0;
+    p->K[a + a * n] = t;
+    p->K[a + (size_t)p->place[normal] * n] = -t * sign * part->coefficient;
+    p->rhs[a] = -t * (r[part->row] - sign * part->coefficient * r[normal]);
+}
+
+/* K, the right-hand side and the factors of the regularised K. Returns 0 where that is singular. */
+static int32_t set_up(perp__contact_polish *p, const perp__contact_problem *problem,
+                      const double *r, const double *u)
+{
+    const size_t n = (size_t)p->n;
+    int32_t k, c, i;
+
+    copy_block(p, problem->W);
+    for (i = 0; i < p->n; i++)
+        p->rhs[i] = -u[p->rows[i]];
+    for (k = 0; k < problem->contacts; k++) {
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+
+        for (c = 0; c < count; c++)
+            if (p->parts[3 * k + c] == PERP__PART_SLIPS) {
+                if (parts[c].size == 2)
+                    write_slip(p, &parts[c], problem->starts[k], problem->trace[k], r, u);
+                else
+                    write_slip_line(p, &parts[c], problem->starts[k], problem->trace[k], r);
+            }
+    }
+    memcpy(p->factors, p->K, n * n * sizeof *p->K);
+    for (k = 0; k < problem->contacts; k++)
+        for (i = problem->starts[k]; i < problem->starts[k + 1]; i++)
+            if (p->place[i] >= 0)
+                p->factors[(size_t)p->place[i] * (n + 1)] += REGULAR * problem->trace[k];
+    for (i = problem->rows; i < problem->size; i++)
+        p->factors[(size_t)p->place[i] * (n + 1)] +=
+            REGULAR * problem->trace[problem->contacts + i - problem->rows];
+    return perp__lu_factor(p->n, p->factors, p->n, p->pivots) == 0;
+}
+
+static double largest(const double *x, int32_t n)
+{
+    double most = 0.0;
+    int32_t i;
+
+    for (i = 0; i < n; i++)
+        if (!(fabs(x[i]) <= most))
+            most = fabs(x[i]);
+    return most;
+}
+
+/* step = K^-1 rhs by refinement with the factors of what is near K. */
+static void solve_step(perp__contact_polish *p)
+{
+    const size_t bytes = (size_t)p->n * sizeof(double);
+    double last = INFINITY;
+    int32_t k, i;
+
+    memset(p->step, 0, bytes);
+    memcpy(p->error, p->rhs, bytes);
+    for (k = 0; k < REFINEMENTS; k++) {
+        const double size = largest(p->error, p->n);
+
+        if (!(size < 0.9 * last) || size == 0.0)
+            return;
+        last = size;
+        perp__lu_solve(p->n, p->factors, p->n, p->pivots, p->error, 0);
+        for (i = 0; i < p->n; i++)
+            p->step[i] += p->error[i];
+        memcpy(p->error, p->rhs, bytes);
+        perp__gemv_subtract(p->n, p->n, p->K, p->n, p->step, 1, p->error);
+    }
+}
+
+static void velocities(perp_contact_solver *solver)
+{
+    int32_t i;
+
+    perp__multiply_doubled(solver->problem.W, solver->r, solver->q, solver->high, solver->low);
+    for (i = 0; i < solver->size; i++)
+        solver->u[i] = solver->high[i];
+}
+
+/* Newton's steps while they bring the equations down. Returns 0 where K was singular. */
+static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
+{
+    const perp__contact_problem *problem = &solver->problem;
+    double least = INFINITY;
+    int32_t step, i;
+
+    for (step = 0; step < STEPS; step++) {
+        double size;
+
+        velocities(solver);
+        if (!set_up(p, problem, solver->r, solver->u))
+            return 0;
+        size = largest(p->rhs, p->n);
+        if (!(size < 0.5 * least))
+            return step > 0;
+        least = size;
+        solve_step(p);
+        for (i = 0; i < p->n; i++)
+            solver->r[p->rows[i]] += p->step[i];
+        if (!isfinite(largest(p->step, p->n)))
+            return 0;
+    }
+    return 1;
+}
+
+/* Moves what has the wrong sign to its other place. Returns how many did. */
+static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *problem,
+                          const double *r, const double *u)
+{
+    int32_t changes = 0, k, c, i;
+
+    for (k = 0; k < problem->contacts; k++) {
+        const int32_t normal = problem->starts[k];
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+        const int32_t presses = p->presses[k] ? r[normal] > 0.0 : u[normal] < 0.0;
+        const int32_t flips = presses != p->presses[k];
+
+        changes += flips;
+        p->presses[k] = (int8_t)presses;
+        for (c = 0; c < count; c++) {
+            int8_t *state = &p->parts[3 * k + c];
+            const double *x = r + parts[c].row, *y = u + parts[c].row;
+            const double radius = parts[c].coefficient * r[normal];
+            double power = 0.0;
+
+            if (parts[c].coefficient == 0.0)
+                continue;
+            if (flips) {
+                *state = presses ? PERP__PART_STICKS : PERP__PART_NONE;
+                continue;
+            }
+            for (i = 0; i < parts[c].size; i++)
+                power += x[i] * y[i];
+            if (*state == PERP__PART_STICKS && length_of(x, parts[c].size) > radius * (1 + 1e-14)) {
+                *state = PERP__PART_SLIPS;
+                changes++;
+            } else if (*state == PERP__PART_SLIPS && power > 0.0) {
+                *state = PERP__PART_STICKS;
+                changes++;
+            }
+        }
+    }
+    return changes;
+}
+
+static perp_status fit(perp_contact_solver *solver, perp__contact_polish *p)
+{
+    perp_status status;
+
+    if (p->fitted == solver->setups)
+        return PERP_OK;
+    p->fitted = 0;
+    p->room = solver->size;
+    status = perp__arena_fit(&p->arena, layout, p);
+    if (status == PERP_OK)
+        p->fitted = solver->setups;
+    return status;
+}
+
+static void write_modes(const perp__contact_polish *p, const perp__contact_problem *problem,
+                        int8_t *modes)
+{
+    int32_t k, c;
+
+    for (k = 0; k < problem->contacts; k++) {
+        modes[k] = p->presses[k] ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
+        for (c = 0; c < 3 && p->presses[k]; c++)
+            if (p->parts[3 * k + c] == PERP__PART_SLIPS)
+                modes[k] = PERP_CONTACT_SLIP;
+    }
+}
+
+perp_status perp__contact_polish_run(perp_contact_solver *solver)
+{
+    perp__contact_polish *p = &solver->polish;
+    const perp__contact_problem *problem = &solver->problem;
+    double best = INFINITY;
+    int32_t round, waited = 0;
+    perp_status status;
+
+    if (solver->size == 0 || solver->size > PERP__POLISH_MOST || problem->cone > 0 || !problem->W)
+        return PERP_OK;
+    status = fit(solver, p);
+    if (status != PERP_OK)
+        return status;
+    memset(p->parts, PERP__PART_NONE, 3 * (size_t)p->room);
+    read_set(p, problem, solver->r, solver->u);
+    for (round = 0; round < ROUNDS && waited < PATIENCE; round++) {
+        double residual;
+        perp__contact_worth worth;
+
+        number_rows(p, problem, solver->r);
+        if (!follow(solver, p))
+            return PERP_OK;
+        velocities(solver);
+        /* the sides before the front door clips r to its cones */
+        memcpy(solver->start, solver->r, (size_t)solver->size * sizeof(double));
+        {
+            const int32_t changes = change_set(p, problem, solver->r, solver->u);
+
+            write_modes(p, problem, solver->modes);
+            status = perp__contact_consider_polish(solver, &worth);
+            if (status != PERP_OK || perp__contact_is_good(solver->best.outcome) || changes == 0)
+                return status;
+        }
+        residual = worth.tested;
+        waited = residual < 0.5 * best ? 0 : waited + 1;
+        best = fmin(best, residual);
+        memcpy(solver->r, solver->start, (size_t)solver->size * sizeof(double));
+    }
+    return PERP_OK;
+}

@@ -1,0 +1,34 @@
+/* Newton's method on the equations of one active set; what the front door tries on every point that
+ * comes near a solution. */
+#ifndef PERP_CONTACT_POLISH_H
+#define PERP_CONTACT_POLISH_H
+
+#include "contact/method.h"
+
+/* What a friction part of a contact that presses does. */
+enum perp__part_state { PERP__PART_NONE, PERP__PART_STICKS, PERP__PART_SLIPS };
+
+typedef struct perp__contact_polish {
+    perp__arena arena;
+    int64_t fitted;
+    int32_t room;    /* rows that K has room for */
+    int32_t n;       /* rows of the active set */
+    int32_t *place;  /* of a row in the system, -1: r is 0 there */
+    int32_t *rows;   /* the other way round */
+    int8_t *presses; /* contacts */
+    int8_t *parts;   /* 3 contacts: enum perp__part_state */
+    int32_t *pivots;
+    double *K, *factors;        /* n by n; factors of K + a regularisation */
+    double *rhs, *step, *error; /* n */
+} perp__contact_polish;
+
+/* Most rows of an active set that is polished. */
+enum { PERP__POLISH_MOST = 1500 };
+
+struct perp_contact_solver;
+
+/* Reads the active set off solver->r and u and follows it to where it ends; the best point met is
+ * left in the front door as any method's. PERP_OK or a negative status. */
+perp_status perp__contact_polish_run(struct perp_contact_solver *solver);
+
+#endif
