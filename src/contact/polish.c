@@ -353,27 +353,23 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
     memset(p->parts, PERP__PART_NONE, 3 * (size_t)p->room);
     read_set(p, problem, solver->r, solver->u);
     for (round = 0; round < ROUNDS && waited < PATIENCE; round++) {
-        double residual;
         perp__contact_worth worth;
+        int32_t changes;
 
         number_rows(p, problem, solver->r);
         if (!follow(solver, p))
             return PERP_OK;
         velocities(solver);
-        /* the sides before the front door clips r to its cones */
+        changes = change_set(p, problem, solver->r, solver->u);
+        write_modes(p, problem, solver->modes);
+        /* the next round goes on from r as it is, not clipped to its cones */
         memcpy(solver->start, solver->r, (size_t)solver->size * sizeof(double));
-        {
-            const int32_t changes = change_set(p, problem, solver->r, solver->u);
-
-            write_modes(p, problem, solver->modes);
-            status = perp__contact_consider_polish(solver, &worth);
-            if (status != PERP_OK || perp__contact_is_good(solver->best.outcome) || changes == 0)
-                return status;
-        }
-        residual = worth.tested;
-        waited = residual < 0.5 * best ? 0 : waited + 1;
-        best = fmin(best, residual);
+        status = perp__contact_consider_polish(solver, &worth);
+        if (status != PERP_OK || perp__contact_is_good(solver->best.outcome) || changes == 0)
+            return status;
         memcpy(solver->r, solver->start, (size_t)solver->size * sizeof(double));
+        waited = worth.tested < 0.5 * best ? 0 : waited + 1;
+        best = fmin(best, worth.tested);
     }
     return PERP_OK;
 }
