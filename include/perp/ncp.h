@@ -139,10 +139,14 @@ PERP_API perp_status perp_ncp_solver_setup(perp_ncp_solver *solver,
 
 /* Solves the problem from one start.
  *
- * What counts is judged at the point returned, not by the method: with J = J(z), q = F(z) - J z,
- * D the power-of-two equilibration of J and omega the power of two near max |D q| (1 if q = 0), the
- * tested residual is max |mid((z - l)/(D omega), (z - u)/(D omega), D w/omega)|: that of the linear
- * problem (J, q) in perp/lcp.h. 'solved' is tested residual <= tol; 'rounding_limit' that tol was
+ * What counts is judged at the point returned, not by the method: with J = J(z), q = F(z) - J z, D
+ * the power-of-two equilibration of J (as perp/lcp.h has it), and omega the power of two near
+ * max(|D q|, |z/D|, 2^-64 |D F(z0)|) (1 if that is 0), the tested residual is
+ * max |mid((z - l)/(D omega), (z - u)/(D omega), D w/omega)|. (omega = |D q|, as for linear
+ * problems, would be rounding alone where F is homogeneous.) 'solved' is tested residual <= tol,
+ * and
+ * <= sqrt(tol) with the J, D and omega of the start, as a guard against scales that have run away;
+ * 'rounding_limit' that tol was
  * missed but the backward error of (J, q) is at most 16 eps and the tested residual at most
  * sqrt(tol); 'evaluation_failed' that F was defined neither at z0 nor near it (z is then z0
  * projected onto the bounds, w NaN); 'singular' that the Jacobian had no use at the last point;

@@ -5,7 +5,8 @@
 
 #include "ncp/model.h"
 
-#define FORWARD 0x1p-26     /* about sqrt(eps): the errors of truncation and rounding balance */
+#define FORWARD 0x1p-26 /* about sqrt(eps): the errors of truncation and rounding balance */
+#define NOISE (4.0 * DBL_EPSILON)
 #define CENTRAL 0x1p-17     /* about cbrt(eps) */
 #define KEPT 1e-3           /* of the largest value a variable had, where it is near 0 now */
 #define SHRINKS 6           /* tries, each to the other side of z_j or */
@@ -41,6 +42,16 @@ static double choose_step(const perp__ncp_model *m, int32_t j)
     return fabs(up) >= 0.5 * fabs(down) ? up : down;
 }
 
+/* What rounding alone may have made is no derivative: a zero stays one. */
+static double quotient(double high, double low, double width)
+{
+    const double difference = high - low;
+
+    if (fabs(difference) <= NOISE * fmax(fabs(high), fabs(low)))
+        return 0.0;
+    return difference / width;
+}
+
 static void put(perp__ncp_model *m, int32_t j, const double *high, const double *low, double width)
 {
     const size_t n = (size_t)m->n;
@@ -48,10 +59,11 @@ static void put(perp__ncp_model *m, int32_t j, const double *high, const double 
 
     if (m->sparse)
         for (int32_t k = m->pattern_starts[j]; k < m->pattern_starts[j + 1]; k++)
-            m->given[k] = (high[m->pattern_rows[k]] - low[m->pattern_rows[k]]) / width;
+            m->given[k] = quotient(high[m->pattern_rows[k]], low[m->pattern_rows[k]], width);
     else
         for (size_t i = 0; i < n; i++)
-            m->given[by_rows ? i * n + (size_t)j : (size_t)j * n + i] = (high[i] - low[i]) / width;
+            m->given[by_rows ? i * n + (size_t)j : (size_t)j * n + i] =
+                quotient(high[i], low[i], width);
 }
 
 /* F at z + sign * (the steps of count columns), into F */
@@ -134,6 +146,14 @@ static void choose_steps(perp__ncp_model *m)
             m->upper[j] - m->z_caller[j] >= wide)
             m->step[j] = perp__ncp_fit_step(m, j, wide);
     }
+}
+
+int32_t perp__ncp_sharpen(perp__ncp_model *m)
+{
+    const int32_t news = !m->problem.jacobian && !m->central;
+
+    m->central = 1;
+    return news;
 }
 
 perp_status perp__ncp_differences(perp__ncp_model *m)

@@ -68,6 +68,13 @@ static perp_status step(perp__ncp_walk *f, int32_t *crashing)
         return moved;
     perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
     moved = newton_step(f);
+    if (moved == 0 && perp__ncp_sharpen(f->model)) {
+        moved = perp__ncp_look(f);
+        if (moved != PERP_OK)
+            return moved < 0 ? moved : 0;
+        perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
+        moved = newton_step(f);
+    }
     if (moved != 0)
         return moved;
     perp__ncp_gradient(f);

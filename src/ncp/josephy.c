@@ -153,6 +153,7 @@ static perp_status go_back(perp__ncp_walk *f, perp__ncp_linear *l)
     memcpy(f->d, l->kept_d, bytes);
     status = perp__ncp_stand(f);
     f->steps = 0;
+    perp__ncp_sharpen(f->model);
     l->since = -1; /* the next point is kept */
     if (status == PERP_OK)
         status = perp__ncp_search(f, f->psi, -2.0 * f->psi, HALVINGS);
@@ -194,8 +195,6 @@ perp_status perp__ncp_josephy(perp__ncp_walk *f, perp__ncp_linear *l)
 
     l->since = -1;
     for (f->iterations = 0; status == PERP_OK; f->iterations++) {
-        const int32_t rescaled = f->rescaled;
-
         status = perp__ncp_tick(f->model, &f->outcome, f->iterations, f->residual);
         if (status != PERP_OK || f->outcome >= 0)
             return status;
@@ -203,8 +202,6 @@ perp_status perp__ncp_josephy(perp__ncp_walk *f, perp__ncp_linear *l)
         f->outcome = PERP_OUTCOME_SINGULAR;
         if (status != PERP_OK)
             return status < 0 ? status : PERP_OK;
-        if (f->rescaled != rescaled)
-            l->since = -1; /* the point kept is in other units */
         f->outcome = PERP_OUTCOME_SOLVED;
         if (perp__ncp_is_there(f, last))
             return PERP_OK;

@@ -28,18 +28,12 @@ static double violation(double z, double lower, double upper, double w)
     return fabs(w);
 }
 
-/* part := D |S| row sums, image := D q; returns omega. */
+/* part := row sums of |S|, image := D q; returns omega. */
 static double find_scales(perp__ncp_walk *f)
 {
     const perp__ncp_model *m = f->model;
-    double most = 0.0;
-    int exponent;
+    const double omega = perp__ncp_omega(m, f->z, f->w, f->part, f->image);
 
-    for (int32_t i = 0; i < m->n; i++) {
-        f->part[i] = -f->z[i];
-        f->image[i] = f->w[i];
-    }
-    perp__ncp_add(m, f->part, f->image);
     memset(f->part, 0, (size_t)m->n * sizeof(double));
     for (int32_t j = 0; j < m->n; j++)
         if (m->sparse)
@@ -48,12 +42,7 @@ static double find_scales(perp__ncp_walk *f)
         else
             for (int32_t i = 0; i < m->n; i++)
                 f->part[i] += fabs(m->S[(size_t)j * (size_t)m->n + (size_t)i]);
-    for (int32_t i = 0; i < m->n; i++)
-        most = fmax(most, fabs(f->image[i]));
-    if (!(most > 0.0) || isinf(most))
-        return 1.0;
-    frexp(most, &exponent);
-    return ldexp(1.0, exponent - 1);
+    return omega;
 }
 
 static void measure(perp_ncp_solver *solver, perp__ncp_worth *worth, double omega)
@@ -84,6 +73,7 @@ perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
     const double tol = solver->settings.tol;
     perp_status status;
     double omega = 1.0;
+    int32_t sane;
 
     memset(worth, 0, sizeof *worth);
     perp__ncp_model_unscale(m);
@@ -108,9 +98,11 @@ perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
     }
     measure(solver, worth, omega);
     worth->outcome = -1;
-    if (worth->tested <= tol)
+    worth->at_start = perp__ncp_residual_at_start(m, solver->candidate, m->w_caller);
+    sane = worth->at_start <= sqrt(tol);
+    if (worth->tested <= tol && sane)
         worth->outcome = PERP_OUTCOME_SOLVED;
-    else if (worth->backward <= 16.0 * DBL_EPSILON && worth->tested <= sqrt(tol))
+    else if (worth->backward <= 16.0 * DBL_EPSILON && worth->tested <= sqrt(tol) && sane)
         worth->outcome = PERP_OUTCOME_ROUNDING_LIMIT;
     return PERP_OK;
 }
@@ -159,7 +151,7 @@ perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped)
     *trapped = 0;
     perp__ncp_model_unscale(m);
     memcpy(f->z, solver->best_z, (size_t)m->n * sizeof(double));
-    f->rescaled = 0;
+    f->scaled = 0;
     f->best_residual = INFINITY;
     status = perp__ncp_stand(f);
     if (status == PERP_OK)

@@ -9,6 +9,9 @@
 #include "base/context.h"
 #include "linalg/scale.h"
 
+#define NEGLIGIBLE 0x1p-20
+#define VANISHED 0x1p-64 /* of F at the start: below that only its rounding is left */
+
 void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
 {
     const size_t n = (size_t)m->n;
@@ -30,6 +33,8 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
     m->w_shifted = perp__arena_take(arena, 2 * n, sizeof(double));
     m->step = perp__arena_take(arena, n, sizeof(double));
     m->largest = perp__arena_take(arena, n, sizeof(double));
+    m->F_start = perp__arena_take(arena, n, sizeof(double));
+    m->D_start = perp__arena_take(arena, n, sizeof(double));
     m->colours.of = perp__arena_take(arena, n, sizeof(int32_t));
     m->colours.starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
     m->colours.order = perp__arena_take(arena, n, sizeof(int32_t));
@@ -140,8 +145,41 @@ static void scale_matrix(perp__ncp_model *m)
         }
 }
 
-void perp__ncp_model_equilibrate(perp__ncp_model *m)
+/* largest[i] := max |J_ij|, |J_ji|, j != i; where[i] := the place of J_ii in `given`, or -1. */
+static void look_around(const perp__ncp_model *m, double *largest, int32_t *where)
 {
+    const int32_t n = m->n;
+
+    for (int32_t i = 0; i < n; i++) {
+        largest[i] = 0.0;
+        where[i] = -1;
+    }
+    for (int32_t j = 0; j < n; j++) {
+        const int32_t from = m->sparse ? m->pattern_starts[j] : 0;
+        const int32_t to = m->sparse ? m->pattern_starts[j + 1] : n;
+
+        for (int32_t k = from; k < to; k++) { /* a transposed matrix has the same maxima */
+            const int32_t i = m->sparse ? m->pattern_rows[k] : k;
+            const double size =
+                fabs(m->given[m->sparse ? (size_t)k : (size_t)j * (size_t)n + (size_t)k]);
+
+            if (i == j) {
+                where[j] = k;
+            } else {
+                largest[i] = fmax(largest[i], size);
+                largest[j] = fmax(largest[j], size);
+            }
+        }
+    }
+}
+
+/* Diagonal entries that are next to nothing beside their row and column say nothing about the size
+ * of a variable: at z = 0, z^3 has the slope 0, or by differences h^2. For the scaling they are 0.
+ */
+static void find_exponents(perp__ncp_model *m)
+{
+    double *largest = m->w_shifted, *kept = m->w_shifted + m->n;
+    int32_t *where = m->exponents;
     perp__matrix J;
 
     memset(&J, 0, sizeof J);
@@ -151,7 +189,30 @@ void perp__ncp_model_equilibrate(perp__ncp_model *m)
     J.row_indices = m->pattern_rows;
     J.row_stride = m->problem.storage == PERP_STORAGE_ROW_MAJOR ? (size_t)m->n : 1;
     J.column_stride = m->problem.storage == PERP_STORAGE_ROW_MAJOR ? 1 : (size_t)m->n;
+    look_around(m, largest, where);
+    for (int32_t i = 0; i < m->n; i++) {
+        double *entry = where[i] < 0 ? NULL
+                                     : m->given + (m->sparse ? (size_t)where[i]
+                                                             : (size_t)i * ((size_t)m->n + 1));
+
+        kept[i] = entry ? *entry : 0.0;
+        if (entry && fabs(*entry) < NEGLIGIBLE * largest[i])
+            *entry = 0.0;
+    }
     perp__equilibrate(&J, m->scaling, m->exponents, m->exponents_work);
+    for (int32_t j = 0; j < m->n; j++) {
+        if (!m->sparse)
+            m->given[(size_t)j * ((size_t)m->n + 1)] = kept[j];
+        for (int32_t k = m->sparse ? m->pattern_starts[j] : 0;
+             m->sparse && k < m->pattern_starts[j + 1]; k++)
+            if (m->pattern_rows[k] == j)
+                m->given[k] = kept[j];
+    }
+}
+
+void perp__ncp_model_equilibrate(perp__ncp_model *m)
+{
+    find_exponents(m);
     for (int32_t i = 0; i < m->n; i++)
         m->D[i] = perp__power_of_two(m->exponents[i]);
     scale_bounds(m);
@@ -291,6 +352,48 @@ perp_status perp__ncp_tick(perp__ncp_model *m, perp_outcome *outcome, int64_t it
     if (*outcome < 0 && control->deadline > 0.0 && perp__now() > control->deadline)
         *outcome = PERP_OUTCOME_TIME_LIMIT;
     return PERP_OK;
+}
+
+double perp__ncp_omega(const perp__ncp_model *m, const double *z, const double *w, double *minus_z,
+                       double *offset)
+{
+    double most = 0.0;
+    int exponent;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        minus_z[i] = -z[i];
+        offset[i] = w[i];
+    }
+    perp__ncp_add(m, minus_z, offset);
+    for (int32_t i = 0; i < m->n; i++)
+        most =
+            fmax(most, fmax(fmax(fabs(offset[i]), fabs(z[i])), VANISHED * m->D[i] * m->F_start[i]));
+    if (!(most > 0.0) || isinf(most))
+        return 1.0;
+    frexp(most, &exponent);
+    return ldexp(1.0, exponent - 1);
+}
+
+void perp__ncp_mark_start(perp__ncp_model *m, double omega)
+{
+    if (m->omega_start > 0.0)
+        return;
+    m->omega_start = omega;
+    memcpy(m->D_start, m->D, (size_t)m->n * sizeof(double));
+}
+
+double perp__ncp_residual_at_start(const perp__ncp_model *m, const double *z, const double *w)
+{
+    double most = 0.0;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        const double D = m->D_start[i];
+        const double r = perp__ncp_mid(z[i] / D, m->lower[i] / D, m->upper[i] / D, D * w[i]);
+
+        if (m->lower[i] < m->upper[i] && !(fabs(r) <= most) && !isnan(most))
+            most = fabs(r);
+    }
+    return m->omega_start > 0.0 ? most / m->omega_start : 0.0;
 }
 
 double perp__ncp_residual(const perp__ncp_model *m, const double *z, const double *w)

@@ -57,7 +57,9 @@ typedef struct perp__ncp_model {
     double *shifted, *w_shifted; /* differences */
     double *step, *largest;      /* differences: steps, and the largest |z_i| met */
     perp__ncp_colours colours;
-    int32_t central; /* differences to both sides */
+    double *F_start, *D_start; /* |F| in the caller's units, and D, at the start of the solve */
+    double omega_start;        /* and omega; 0: not known */
+    int32_t central;           /* differences to both sides */
 
     int64_t function_evaluations, jacobian_evaluations;
     perp__ncp_control control;
@@ -87,6 +89,9 @@ perp_status perp__ncp_ask(perp__ncp_model *model);
 
 /* given := differences of F at z_caller, where F is w_caller. */
 perp_status perp__ncp_differences(perp__ncp_model *model);
+
+/* From now on, differences to both sides. True if that is news: differences were to one side. */
+int32_t perp__ncp_sharpen(perp__ncp_model *model);
 
 /* What differences take for the size of z_j. The step that really is added to z_j where this one is
  * wanted: a double's, and within the bounds; 0 if there is no room. */
@@ -121,6 +126,18 @@ static inline double perp__ncp_mid(double z, double lower, double upper, double 
  * PERP_OK, or PERP_ERROR_CALLBACK. */
 perp_status perp__ncp_tick(perp__ncp_model *model, perp_outcome *outcome, int64_t iterations,
                            double residual);
+
+/* The unit of the tested residual: the power of two near max(|q|, |z|), q = w - S z, or what is
+ * left of F at the start where it has vanished. q is left in `offset`; minus_z is scratch. */
+double perp__ncp_omega(const perp__ncp_model *model, const double *z, const double *w,
+                       double *minus_z, double *offset);
+
+/* D and omega are those of the start, if these are the first. */
+void perp__ncp_mark_start(perp__ncp_model *model, double omega);
+
+/* The tested residual of z, w in the caller's units, by the D and omega of the start; 0 if those
+ * are not known. */
+double perp__ncp_residual_at_start(const perp__ncp_model *model, const double *z, const double *w);
 
 /* max |mid(z - l, z - u, w)| in scaled units; NaN stays. */
 double perp__ncp_residual(const perp__ncp_model *model, const double *z, const double *w);

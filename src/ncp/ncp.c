@@ -13,10 +13,21 @@
 
 #define ITERATIONS 200 /* the default limit of a run */
 
+static int32_t is_solution(const perp__ncp_worth *worth)
+{
+    return worth->outcome == PERP_OUTCOME_SOLVED || worth->outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
 static int32_t is_good(const perp_ncp_solver *solver)
 {
-    return solver->best_method >= 0 && (solver->best.outcome == PERP_OUTCOME_SOLVED ||
-                                        solver->best.outcome == PERP_OUTCOME_ROUNDING_LIMIT);
+    return solver->best_method >= 0 && is_solution(&solver->best);
+}
+
+static int32_t is_better(const perp__ncp_worth *a, const perp__ncp_worth *b)
+{
+    if (is_solution(a) != is_solution(b))
+        return is_solution(a);
+    return fmax(a->tested, a->at_start) < fmax(b->tested, b->at_start);
 }
 
 /* Keeps solver->candidate if it is the best point yet. */
@@ -30,7 +41,7 @@ static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcom
         return status < 0 ? status : PERP_OK;
     if (worth.outcome < 0) /* a method that thinks it is there, and is not, is stuck */
         worth.outcome = said == PERP_OUTCOME_SOLVED ? PERP_OUTCOME_STALLED : said;
-    if (solver->best_method >= 0 && !(worth.tested < solver->best.tested))
+    if (solver->best_method >= 0 && !is_better(&worth, &solver->best))
         return PERP_OK;
     solver->best = worth;
     solver->best_method = method;
@@ -71,12 +82,13 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty)
 
     perp__ncp_model_unscale(&solver->model);
     solver->model.control.method = method;
+    solver->model.central = 0;
     f->penalty = penalty;
     f->target = 0.25 * solver->settings.tol;
     f->finish = solver->settings.polish;
     f->limit = solver->settings.max_iterations > 0 ? solver->settings.max_iterations : ITERATIONS;
     f->steps = 0;
-    f->rescaled = 0;
+    f->scaled = 0;
     f->omega = 1.0;
     f->best_residual = INFINITY;
     f->iterations = 0;
@@ -222,7 +234,6 @@ perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_
         m->control.deadline = started + solver->settings.time_limit;
     m->function_evaluations = m->jacobian_evaluations = 0;
     m->scaling = solver->settings.scaling;
-    m->central = 0;
     solver->best_method = -1;
     solver->iterations = 0;
     solver->ended = -1;

@@ -23,29 +23,34 @@ static perp_status attempt(perp__ncp_walk *f)
     return perp__ncp_evaluate(f->model, f->trial_z, f->trial_w);
 }
 
+/* Where the block is singular, rho I keeps the step short; the solution still attracts. */
+static const double proximal[] = {0.0, 1e-14, 1e-11, 1e-8};
+
 /* 1 if the residual did not rise, 0 if it did, or a negative status. */
 static perp_status step(perp__ncp_walk *f)
 {
-    perp_status status;
-
     perp__ncp_slopes(f, PERP__NCP_NATURAL);
-    status = perp__ncp_newton(f, 0.0);
-    if (status == PERP__FACTOR_SINGULAR)
-        status = perp__ncp_newton(f, DBL_EPSILON);
-    if (status == PERP_OK)
-        status = attempt(f);
-    if (status != PERP_OK)
-        return status < 0 ? status : 0;
-    if (!(perp__ncp_residual(f->model, f->trial_z, f->trial_w) <= f->residual))
-        return 0;
-    memcpy(f->z, f->trial_z, (size_t)f->model->n * sizeof(double));
-    status = perp__ncp_stand(f);
-    return status < 0 ? status : status == PERP_OK;
+    for (size_t k = 0; k < sizeof proximal / sizeof proximal[0]; k++) {
+        perp_status status = perp__ncp_newton(f, proximal[k]);
+
+        if (status == PERP_OK)
+            status = attempt(f);
+        if (status < 0)
+            return status;
+        if (status == PERP_OK &&
+            perp__ncp_residual(f->model, f->trial_z, f->trial_w) <= f->residual) {
+            memcpy(f->z, f->trial_z, (size_t)f->model->n * sizeof(double));
+            status = perp__ncp_stand(f);
+            return status < 0 ? status : status == PERP_OK;
+        }
+        if (f->residual <= 8.0 * DBL_EPSILON * f->omega)
+            break; /* nothing to gain */
+    }
+    return 0;
 }
 
 perp_status perp__ncp_polish(perp__ncp_walk *f)
 {
-    const int32_t by_differences = f->model->problem.jacobian == NULL;
     perp_status moved = 1;
 
     for (int32_t k = 0; k < STEPS && f->model->n > 0; k++) {
@@ -57,10 +62,8 @@ perp_status perp__ncp_polish(perp__ncp_walk *f)
             return moved;
         if (moved && f->residual <= 0.5 * last && f->residual > 0.0)
             continue;
-        if (!by_differences || f->model->central || f->residual <= 8.0 * DBL_EPSILON * f->omega)
-            break;
-        f->model->central = 1; /* the step was no better than the Jacobian: once more */
+        if (f->residual <= 8.0 * DBL_EPSILON * f->omega || !perp__ncp_sharpen(f->model))
+            break; /* else the step was no better than the Jacobian: once more */
     }
-    f->model->central = 0;
     return PERP_OK;
 }

@@ -11,6 +11,7 @@
 /* What a point is worth, recomputed from F and J there. */
 typedef struct perp__ncp_worth {
     double tested, natural, backward;
+    double at_start;      /* tested, by the scales of the start */
     perp_outcome outcome; /* solved or rounding_limit; else what the method said */
 } perp__ncp_worth;
 

@@ -7,8 +7,7 @@
 #include "lcp/fischer_function.h"
 #include "linalg/scale.h"
 
-#define DRIFT 0x1p16 /* of a diagonal entry from 1 before the scaling is found anew */
-#define RESCALINGS 20
+#define FAR 0x1p24
 
 void perp__ncp_walk_layout(perp__arena *arena, perp__ncp_walk *f)
 {
@@ -64,21 +63,8 @@ perp_status perp__ncp_stand(perp__ncp_walk *f)
     return status;
 }
 
-static int32_t has_drifted(const perp__ncp_walk *f)
-{
-    const perp__ncp_model *m = f->model;
-
-    for (int32_t i = 0; i < m->n; i++) {
-        const double s = m->sparse ? m->S[m->diagonal[i]] : m->S[(size_t)i * ((size_t)m->n + 1)];
-
-        if (s > DRIFT || (s > 0.0 && s * DRIFT < 1.0))
-            return 1;
-    }
-    return 0;
-}
-
-/* The same points in the units of another scaling. Psi is another function then, so the past counts
- * no more. */
+/* The same points in the units of another scaling. Psi is another function then: a run has one
+ * scaling, or Psi could grow without end from one to the next. */
 static void rescale(perp__ncp_walk *f)
 {
     perp__ncp_model *m = f->model;
@@ -94,29 +80,10 @@ static void rescale(perp__ncp_walk *f)
         f->best[i] /= m->D[i];
         f->w[i] *= m->D[i];
     }
-    f->rescaled++;
+    f->scaled = 1;
     f->steps = 0;
     f->best_residual = INFINITY;
     appraise(f);
-}
-
-static double find_omega(perp__ncp_walk *f)
-{
-    const perp__ncp_model *m = f->model;
-    double most = 0.0;
-    int exponent;
-
-    for (int32_t i = 0; i < m->n; i++) {
-        f->part[i] = -f->z[i];
-        f->image[i] = f->w[i];
-    }
-    perp__ncp_add(m, f->part, f->image);
-    for (int32_t i = 0; i < m->n; i++)
-        most = fmax(most, fabs(f->image[i]));
-    if (!(most > 0.0) || isinf(most))
-        return 1.0;
-    frexp(most, &exponent);
-    return ldexp(1.0, exponent - 1);
 }
 
 perp_status perp__ncp_look(perp__ncp_walk *f)
@@ -125,9 +92,10 @@ perp_status perp__ncp_look(perp__ncp_walk *f)
 
     if (status != PERP_OK)
         return status;
-    if (f->model->scaling && f->rescaled < RESCALINGS && (f->rescaled == 0 || has_drifted(f)))
+    if (f->model->scaling && !f->scaled)
         rescale(f);
-    f->omega = find_omega(f);
+    f->omega = perp__ncp_omega(f->model, f->z, f->w, f->part, f->image);
+    perp__ncp_mark_start(f->model, f->omega);
     return PERP_OK;
 }
 
@@ -208,11 +176,13 @@ static perp_status factor(perp__ncp_walk *f, perp__kept_factor *kept, const doub
     return status != PERP_OK ? status : type->factor(kept->factor, &square, 0);
 }
 
+/* A step far beyond the problem's own size is one along a null vector of a matrix that rounding
+ * alone keeps regular. */
 static perp_status solve(const perp__ncp_walk *f, const perp__kept_factor *kept, double *x)
 {
     kept->type->solve(kept->factor, x, 0);
     for (int32_t i = 0; i < f->model->n; i++)
-        if (!isfinite(x[i]))
+        if (!(fabs(x[i]) <= FAR * f->omega))
             return PERP__FACTOR_SINGULAR;
     return PERP_OK;
 }

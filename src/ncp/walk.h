@@ -35,7 +35,7 @@ typedef struct perp__ncp_walk {
     int64_t steps;
     double *best;
     double best_residual;
-    int32_t rescaled; /* how often */
+    int32_t scaled; /* the run has its scaling */
     int64_t iterations;
     perp_outcome outcome;
 } perp__ncp_walk;
@@ -46,7 +46,7 @@ void perp__ncp_walk_release(perp__ncp_walk *walk);
 /* Stands at z, which is within the bounds: w, Phi, Psi. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
 perp_status perp__ncp_stand(perp__ncp_walk *walk);
 
-/* S at z, a new scaling where the old one has drifted, omega. Statuses as above. */
+/* S at z, the run's scaling with its first, omega. Statuses as above. */
 perp_status perp__ncp_look(perp__ncp_walk *walk);
 
 /* Slopes and right-hand side of an equation at z. */

@@ -133,17 +133,6 @@ static int run_entry(const zoo_entry *entry, int32_t method)
     return failures;
 }
 
-/* Not judged fairly yet: q = F - J z vanishes together with F, and the tested residual, which is
- * relative to q, stays large whatever z is. */
-static int is_open(const zoo_entry *entry)
-{
-    static const char *const open_problems[] = {"exchange", "powell-singular"};
-    for (size_t k = 0; k < sizeof open_problems / sizeof *open_problems; k++)
-        if (strcmp(entry->name, open_problems[k]) == 0)
-            return 1;
-    return 0;
-}
-
 static void auto_solves_all_from_every_start(void **state)
 {
     int32_t count;
@@ -151,7 +140,7 @@ static void auto_solves_all_from_every_start(void **state)
     int failures = 0;
     (void)state;
     for (int32_t e = 0; e < count; e++)
-        failures += is_open(&table[e]) ? 0 : run_entry(&table[e], PERP_NCP_AUTO);
+        failures += run_entry(&table[e], PERP_NCP_AUTO);
     assert_int_equal(failures, 0);
 }
 
