@@ -47,6 +47,7 @@ static void layout_blocks(perp__arena *arena, void *object)
     b->dofs = perp__arena_take(arena, padded, sizeof *b->dofs);
     b->factors = perp__arena_take(arena, padded, (size_t)b->width * sizeof *b->factors);
     b->y = perp__arena_take(arena, padded, sizeof *b->y);
+    b->free = perp__arena_take(arena, padded, sizeof *b->free);
     b->block_starts = perp__arena_take(arena, (size_t)b->blocks + 1, sizeof *b->block_starts);
 }
 
@@ -206,6 +207,7 @@ static perp_status fill_blocks(perp__bodies *bodies, const perp__bodies_input *i
 {
     const size_t width = (size_t)bodies->width, padded = (size_t)bodies->blocks * width;
 
+    memset(bodies->free, 0, padded * sizeof *bodies->free);
     memset(bodies->factors, 0, padded * width * sizeof *bodies->factors);
     for (size_t k = 0; k < padded; k++)
         bodies->dofs[k] = -1;

@@ -32,6 +32,7 @@ typedef struct perp__bodies {
     int32_t *dofs;           /* blocks by width: the unknowns, -1 where padded */
     double *factors;         /* blocks by width by width, row-major: L (unit where padded) */
     double *y;               /* work: blocks by width */
+    double *free;            /* blocks by width: L^-1 f of the last load; 0 before */
     int64_t *block_starts;   /* blocks + 1: into block_pieces */
     int32_t *block_units;    /* per piece, by block: its unit, ascending */
     int64_t *block_pieces;   /* and the piece */

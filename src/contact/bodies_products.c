@@ -83,11 +83,11 @@ void perp__bodies_load(const perp__bodies *b, const double *f, const double *w, 
 {
     const int32_t rows = b->rows[b->contacts];
 
-    to_blocks(b, f, b->y);
-    solve_lower(b, b->y);
+    to_blocks(b, f, b->free);
+    solve_lower(b, b->free);
     for (int32_t i = 0; i < b->size; i++)
         q[i] = i < rows ? w[i] : g ? g[i - rows] : 0.0;
-    times_y(b, b->y, q, q);
+    times_y(b, b->free, q, q);
 }
 
 void perp__bodies_traces(const perp__bodies *b, double *trace)

@@ -12,6 +12,10 @@ enum { PERP__SEPARATE = 0, PERP__STICK = 1, PERP__SLIP = 2 };
 #define PERP__SLIP_ACCURACY 5e-16
 #define PERP__SLIP_STEPS 100
 
+/* Newton's method, near: the next step squares this error. */
+#define PERP__NEAR 1e-5
+#define PERP__NEAR_STEPS 4
+
 /* r_t = -c / (s + l) with |r_t| = mu r_n, r_n = z - a'r_t, given that l = 0 asks for more friction
  * than there is, mu > 0 and z > 0. Returns r_n; l is the start, then the root. */
 PERP__KERNEL static double perp__slip(double mu, double z, const double *a, const double *s,
@@ -63,6 +67,37 @@ PERP__KERNEL static double perp__slip(double mu, double z, const double *a, cons
     return normal < INFINITY ? normal : 0.0;
 }
 
+/* The same from a multiplier near the root, with Newton's method alone. Returns 0, and r of no
+ * account, where a few steps don't end at a root at which the function rises. */
+PERP__KERNEL static int32_t perp__slip_near(double mu, double z, const double *a, const double *s,
+                                            const double *c, double *l, double *r, double *normal)
+{
+    double x = *l;
+
+    for (int32_t step = 0; step < PERP__NEAR_STEPS && x > 0.0; step++) {
+        const double p = s[0] + x, q = s[1] + x, inverse = 1.0 / (p * q);
+        const double i0 = q * inverse, i1 = p * inverse;
+        const double r0 = -c[0] * i0, r1 = -c[1] * i1;
+        const double square = r0 * r0 + r1 * r1, length = sqrt(square);
+        const double n = z - (a[0] * r0 + a[1] * r1), excess = mu * n - length;
+        const double slope =
+            mu * ((a[0] * r0 * i0 + a[1] * r1 * i1) * square + n * (r0 * r0 * i0 + r1 * r1 * i1));
+        const double move = excess * square / slope;
+
+        if (!(slope > 0.0))
+            return 0;
+        x -= move;
+        if (fabs(excess) <= PERP__NEAR * length) { /* r follows to second order */
+            r[0] = r0 + r0 * (i0 * move);
+            r[1] = r1 + r1 * (i1 * move);
+            *normal = z - (a[0] * r[0] + a[1] * r[1]);
+            *l = x;
+            return *normal > 0.0 && x > 0.0;
+        }
+    }
+    return 0;
+}
+
 PERP__KERNEL static int32_t perp__step_3(perp__local *local, const double *u, double *r)
 {
     const double *a = local->a, *s = local->s;
@@ -90,6 +125,8 @@ PERP__KERNEL static int32_t perp__step_3(perp__local *local, const double *u, do
     }
     c[0] = c0 - s[0] * r[1];
     c[1] = c1 - s[1] * r[2];
+    if (perp__slip_near(local->mu, z, a, s, c, &local->slip, r + 1, r))
+        return PERP__SLIP;
     r[0] = perp__slip(local->mu, z, a, s, c, &local->slip, r + 1);
     return PERP__SLIP;
 }

@@ -28,6 +28,14 @@
 #define STAGNATION_SWEEPS 500
 #define STAGNATION_FACTOR 0.99
 
+/* The kind of sweep changes where the change fell by less than this within so many. */
+#define WINDOW_SWEEPS 60
+#define WINDOW_FACTOR 0.8
+
+/* The guess that all comes to rest is taken where its residual is at most so much of that of r = 0.
+ */
+#define GOOD_GUESS 1.0
+
 /* The residual is looked at again after so many sweeps. */
 #define SWEEPS_BETWEEN_TESTS 5
 
@@ -52,11 +60,31 @@ static int64_t sweep_limit(const perp__sweep_work *work)
 /* One sweep, from where mixing the last ones leads to. */
 static double sweep(perp__sweep_work *work)
 {
-    if (work->sweeps > 0)
-        perp__mixing_after(&work->mixing, work->row_weights, work->r, work->y);
-    perp__mixing_before(&work->mixing, work->r);
+    const int32_t backward = work->symmetric && work->phase;
+
+    if (!backward) {
+        if (work->sweeps > 0)
+            perp__mixing_after(&work->mixing, work->row_weights, work->r, work->y);
+        perp__mixing_before(&work->mixing, work->r);
+    }
+    work->phase = work->symmetric && !work->phase;
     work->sweeps++;
-    return work->common.problem->bodies ? perp__sweep_bodies(work) : perp__sweep_matrix(work);
+    return work->common.problem->bodies ? perp__sweep_bodies(work, backward)
+                                        : perp__sweep_matrix(work, backward);
+}
+
+/* Some problems like sweeps to and fro, mixed by pairs, better: where progress is slow, the other
+ * kind is tried for a while. */
+static void alternate(perp__sweep_work *work)
+{
+    if (work->sweeps < work->window_end || work->phase)
+        return;
+    if (work->least > WINDOW_FACTOR * work->window_least) {
+        work->symmetric = !work->symmetric;
+        perp__mixing_forget(&work->mixing);
+    }
+    work->window_least = work->least;
+    work->window_end = work->sweeps + WINDOW_SWEEPS;
 }
 
 /* -1 to go on, or the outcome to stop with. */
@@ -103,7 +131,7 @@ static int32_t is_solved(perp__sweep_work *work, double change)
 
     if (!(change <= work->share * tol) || work->sweeps < work->next_test)
         return 0;
-    perp__sweep_turn(work, -1, work->r, work->x);
+    perp__sweep_export(work, work->r);
     residual = perp__sweep_residual(work, work->x, work->u);
     if (residual <= tol) {
         work->residual = residual;
@@ -114,6 +142,20 @@ static int32_t is_solved(perp__sweep_work *work, double change)
     return 0;
 }
 
+/* Begins with the guess that all comes to rest, if it is a good one. */
+static void settle(perp__sweep_work *work)
+{
+    const size_t blocks = (size_t)work->common.problem->bodies->blocks;
+    const double before = perp__sweep_residual(work, work->r, work->u);
+
+    perp__sweep_settle(work);
+    perp__sweep_export(work, work->r);
+    if (perp__sweep_residual(work, work->x, work->u) <= GOOD_GUESS * before)
+        return;
+    memset(work->r, 0, (size_t)work->size * sizeof *work->r);
+    memset(work->y, 0, blocks * PERP__PACKED_WIDTH * sizeof *work->y);
+}
+
 static void start(perp__sweep_work *work, const perp__contact_iterate *iterate)
 {
     const perp__contact_problem *problem = work->common.problem;
@@ -122,9 +164,11 @@ static void start(perp__sweep_work *work, const perp__contact_iterate *iterate)
     perp__sweep_read(work);
     memset(work->r, 0, bytes);
     if (iterate->warm) {
-        perp__sweep_turn(work, 1, iterate->r, work->r);
+        perp__sweep_import(work, iterate->r);
         if (problem->bodies)
             perp__bodies_gather(problem->bodies, iterate->r, work->y);
+    } else if (work->all_packed) {
+        settle(work);
     }
     memcpy(work->best, work->r, bytes);
     perp__mixing_forget(&work->mixing);
@@ -132,6 +176,9 @@ static void start(perp__sweep_work *work, const perp__contact_iterate *iterate)
     work->least = work->least_before = work->remembered = work->residual = INFINITY;
     work->share = 1.0;
     work->sweeps = work->next_test = 0;
+    work->symmetric = work->phase = 0;
+    work->window_least = INFINITY;
+    work->window_end = WINDOW_SWEEPS;
 }
 
 /* The better of the last r and the remembered one. */
@@ -142,12 +189,12 @@ static void finish(perp__sweep_work *work, perp__contact_iterate *iterate, perp_
     if (outcome != PERP_OUTCOME_SOLVED) {
         double best;
 
-        perp__sweep_turn(work, -1, work->best, work->x);
+        perp__sweep_export(work, work->best);
         best = perp__sweep_residual(work, work->x, work->u);
-        perp__sweep_turn(work, -1, work->r, work->x);
+        perp__sweep_export(work, work->r);
         work->residual = perp__sweep_residual(work, work->x, work->u);
         if (!(work->residual <= best)) {
-            perp__sweep_turn(work, -1, work->best, work->x);
+            perp__sweep_export(work, work->best);
             work->residual = perp__sweep_residual(work, work->x, work->u);
         }
     }
@@ -178,6 +225,7 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
             outcome = PERP_OUTCOME_STALLED;
         else
             outcome = tick(problem->control, work->sweeps, change);
+        alternate(work);
     }
     finish(work, iterate, outcome < 0 ? PERP_OUTCOME_ITERATION_LIMIT : outcome);
     return PERP_OK;

@@ -37,26 +37,28 @@ static double visit(perp__sweep_work *work, const perp__bodies *b, int32_t k)
     return work->weights[k] * work->weights[k] * sum;
 }
 
-double perp__sweep_bodies(perp__sweep_work *work)
+double perp__sweep_bodies(perp__sweep_work *work, int32_t backward)
 {
     const perp__bodies *bodies = work->common.problem->bodies;
+    const int32_t step = backward ? -1 : 1, stop = backward ? -1 : work->units;
+    int32_t k = backward ? work->units - 1 : 0;
     double most = 0.0;
-    int32_t k = 0;
 
-    while (k < work->units) {
+    while (k != stop) {
         int32_t end = k;
         double change;
 
-        while (end < bodies->contacts && work->packs[end])
-            end++;
-        if (end > k) {
+        while (end != stop && end < bodies->contacts && work->packs[end])
+            end += step;
+        if (end != k) {
             perp__sweep_packed(work, k, end, &most);
             k = end;
             continue;
         }
-        change = visit(work, bodies, k++);
+        change = visit(work, bodies, k);
         if (!(change <= most) && !isnan(most))
             most = change;
+        k += step;
     }
     return sqrt(most);
 }

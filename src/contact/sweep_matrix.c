@@ -18,11 +18,12 @@ double perp__sweep_row(const perp__sweep_work *work, int32_t i, const double *r)
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-double perp__sweep_matrix(perp__sweep_work *work)
+double perp__sweep_matrix(perp__sweep_work *work, int32_t backward)
 {
     double most = 0.0;
 
-    for (int32_t k = 0; k < work->units; k++) {
+    for (int32_t step = 0; step < work->units; step++) {
+        const int32_t k = backward ? work->units - 1 - step : step;
         const int32_t first = work->rows[k], rows = work->rows[k + 1] - first;
         double u[PERP__CONTACT_ROWS_MOST], dr[PERP__CONTACT_ROWS_MOST], sum = 0.0;
         int32_t mode;

@@ -9,7 +9,7 @@
 #include "contact/sweep.h"
 #include "linalg/lanes.h"
 
-enum { WIDTH = PERP__PACKED_WIDTH, ROW = 2 * WIDTH };
+enum { WIDTH = PERP__PACKED_WIDTH, ROW = PERP__PACKED_ROW };
 
 int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k)
 {
@@ -22,11 +22,10 @@ int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k)
            (dim < 3 || b->compliance[first + 1] == b->compliance[first + 2]);
 }
 
-/* Row: unknowns 0 to 3 of the one block, 0 to 3 of the other, 4 and 5 of both. */
 static void pack_row(double *row, int32_t which, double factor, const double *piece)
 {
     for (int32_t j = 0; j < WIDTH; j++)
-        row[j < 4 ? 4 * which + j : 4 + 2 * which + j] += factor * piece[j];
+        row[perp__packed_place(which, j)] += factor * piece[j];
 }
 
 void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *c)
@@ -117,7 +116,7 @@ PERP__KERNEL static void run_loops(perp__sweep_work *work, int32_t from, int32_t
     perp__packed_contact *c = work->packed;
     double worst = *most;
 
-    for (int32_t k = from; k < to; k++) {
+    for (int32_t k = from; k != to; k += from < to ? 1 : -1) {
         perp__packed_result result;
         double change;
 
@@ -138,7 +137,8 @@ void perp__sweep_packed(perp__sweep_work *work, int32_t from, int32_t to, double
     run(work, from, to, most);
 }
 
-void perp__sweep_turn(const perp__sweep_work *work, int32_t which, const double *from, double *to)
+/* to := from with the tangents of packed contacts turned into their frames (1) or back (-1) */
+static void turn(const perp__sweep_work *work, int32_t which, const double *from, double *to)
 {
     memcpy(to, from, (size_t)work->size * sizeof *to);
     for (int32_t k = 0; work->packed && k < work->common.problem->contacts; k++) {
@@ -149,5 +149,27 @@ void perp__sweep_turn(const perp__sweep_work *work, int32_t which, const double 
             continue;
         to[first + 1] = turn[0] * from[first + 1] + which * (turn[1] * from[first + 2]);
         to[first + 2] = turn[0] * from[first + 2] - which * (turn[1] * from[first + 1]);
+    }
+}
+
+void perp__sweep_import(perp__sweep_work *work, const double *x)
+{
+    turn(work, 1, x, work->r);
+}
+
+/* Slips near the edge of their cones may be outside of them by a hair. */
+void perp__sweep_export(perp__sweep_work *work, const double *r)
+{
+    turn(work, -1, r, work->x);
+    for (int32_t k = 0; k < work->common.problem->contacts; k++) {
+        double *x = work->x + work->rows[k], sum = 0.0, most;
+
+        for (int32_t i = 1; i < work->local[k].dim; i++)
+            sum += x[i] * x[i];
+        most = work->local[k].mu * x[0];
+        if (!(sum > most * most))
+            continue;
+        for (int32_t i = 1; i < work->local[k].dim; i++)
+            x[i] *= most / sqrt(sum);
     }
 }

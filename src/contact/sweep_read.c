@@ -16,8 +16,10 @@ static void layout_bodies(perp__arena *arena, perp__sweep_work *work, const perp
     work->y = perp__arena_take(arena, y_size + (size_t)b->width, sizeof(double));
     work->packs = perp__arena_take(arena, contacts, sizeof *work->packs);
     work->packed = NULL;
-    if (b->width == PERP__PACKED_WIDTH)
+    if (b->width == PERP__PACKED_WIDTH) {
         work->packed = perp__arena_take(arena, contacts, sizeof *work->packed);
+        perp__levels_layout(arena, &work->levels, b);
+    }
     perp__mixing_layout(arena, &work->mixing, (size_t)b->size, y_size);
     work->entry_starts = NULL;
     work->columns = NULL;
@@ -152,6 +154,7 @@ static void read_unit(perp__sweep_work *work, int32_t k, double omega)
         work->packs[k] = (int8_t)(work->packed && perp__sweep_packs(work, k));
         if (work->packs[k])
             perp__sweep_pack(work, k, &work->packed[k]);
+        work->all_packed &= work->packs[k];
     }
 }
 
@@ -172,6 +175,7 @@ void perp__sweep_read(perp__sweep_work *work)
             sum += problem->q[i] * problem->q[i];
         omega = fmax(omega, sqrt(sum / problem->trace[k]));
     }
+    work->all_packed = work->packed && work->units == problem->contacts;
     for (int32_t k = 0; k < work->units; k++)
         read_unit(work, k, omega > 0.0 ? omega : 1.0);
     if (problem->bodies)

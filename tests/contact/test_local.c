@@ -103,6 +103,10 @@ static void draw(gen_random *random, int32_t dim, double spread, double *W, doub
         }
 }
 
+/* How near to the edge of its cone a slip has to be. From a known multiplier it gets there to
+ * second order of 1e-5 in one step. */
+static double edge = 1e-15;
+
 /* How far (r, u) is from the law, relative to what was summed up to get there. */
 static double violation(int32_t dim, int32_t mode, const double *W, const double *b, double mu,
                         const double *r, const double *u)
@@ -125,10 +129,10 @@ static double violation(int32_t dim, int32_t mode, const double *W, const double
     worst = fabs(u[0]) / size;
     if (dim == 1)
         return worst;
-    assert_true(tangent <= mu * r[0] * (1 + 1e-15));
+    assert_true(tangent <= mu * r[0] * (1 + edge));
     if (mode == STICK)
         return fmax(worst, speed / size);
-    assert_true(tangent >= mu * r[0] * (1 - 1e-15));
+    assert_true(tangent >= mu * r[0] * (1 - edge));
     if (mu == 0.0)
         return worst;
     return fmax(worst, (speed + along / tangent) / size); /* u_t against r_t */
@@ -244,6 +248,38 @@ static void test_isotropy(void **state)
     }
 }
 
+/* Steps from the solution, which begin at its slip multiplier, stay there. */
+static void test_again(void **state)
+{
+    gen_random random;
+
+    (void)state;
+    gen_seed(&random, 15);
+    edge = 1e-8;
+    for (int32_t trial = 0; trial < 3000; trial++) {
+        double W[9], b[3], r[3] = {0, 0, 0}, u[3];
+        const double mu = trial % 2 ? 0.5 : 3.0;
+        perp__local local;
+        int32_t mode = 0;
+
+        draw(&random, 3, trial % 3 ? 1.0 : 10.0, W, b);
+        perp__local_make(&local, 3, W, 3, mu);
+        for (int32_t step = 0; step < 4; step++) {
+            for (int32_t i = 0; i < 3; i++) {
+                u[i] = b[i];
+                for (int32_t j = 0; j < 3; j++)
+                    u[i] += W[i * 3 + j] * r[j];
+            }
+            if (step > 0)
+                assert_true(violation(3, mode, W, b, mu, r, u) <= (step > 1 ? 1e-11 : 1e-8));
+            if (step > 0 && mode != perp__local_step(&local, u, r))
+                break; /* on the edge of two modes */
+            else if (step == 0)
+                mode = perp__local_step(&local, u, r);
+        }
+    }
+}
+
 /* W that no simulator should make, but one will: zero, rank one, indefinite. Never NaN. */
 static void test_singular(void **state)
 {
@@ -306,7 +342,8 @@ int main(void)
         cmocka_unit_test(test_take_off),       cmocka_unit_test(test_identity),
         cmocka_unit_test(test_plane),          cmocka_unit_test(test_law_on_random_data),
         cmocka_unit_test(test_slip_by_search), cmocka_unit_test(test_isotropy),
-        cmocka_unit_test(test_singular),       cmocka_unit_test(test_discs)};
+        cmocka_unit_test(test_singular),       cmocka_unit_test(test_discs),
+        cmocka_unit_test(test_again)};
 
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

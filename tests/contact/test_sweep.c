@@ -336,6 +336,49 @@ static void test_bilateral(void **state)
     end(&f);
 }
 
+/* Piles at rest, whatever their height: settling level by level is nearly the solution. */
+static void test_high_piles(void **state)
+{
+    (void)state;
+    for (int32_t k = 0; k < 6; k++) {
+        piles_options options = piles_defaults();
+        fixture f;
+
+        options.class = k % 2 ? PILES_TOWER : PILES_COLUMN;
+        options.layers = k < 4 ? 10 : 40;
+        options.contacts = k % 2 ? 36 * options.layers - 24 : 4 * options.layers;
+        options.shuffled = k / 2 % 2;
+        options.mass_ratio = k < 4 ? 1.0 : 1e4;
+        begin(&f, &options);
+        f.problem.tol = 1e-4;
+        assert_int_equal(run(&f), PERP_OUTCOME_SOLVED);
+        assert_in_range(f.iterate.iterations, 1, 10); /* hundreds without */
+        assert_true(law(&f) <= 4 * f.problem.tol);
+        end(&f);
+    }
+}
+
+/* A start that the caller gives is where it begins; body space and W agree on the way. */
+static void test_warm_start(void **state)
+{
+    piles_options options = piles_defaults();
+    fixture f;
+
+    (void)state;
+    options.class = PILES_WALL;
+    options.layers = 3;
+    options.motion = PILES_IMPACT;
+    begin(&f, &options);
+    assert_int_equal(run(&f), PERP_OUTCOME_SOLVED);
+    for (int32_t i = 0; i < f.p.rows; i++)
+        f.q[i] *= 1.0 + 2e-5 * sin(i);
+    f.iterate.warm = 1;
+    f.problem.tol = 1e-4; /* more than the change of q */
+    assert_int_equal(run(&f), PERP_OUTCOME_SOLVED);
+    assert_in_range(f.iterate.iterations, 1, 3);
+    end(&f);
+}
+
 static int32_t count_ticks(void *user, int64_t iterations, double residual)
 {
     (void)residual;
@@ -353,6 +396,7 @@ static void test_stops(void **state)
 
     (void)state;
     options.contacts = 120;
+    options.motion = PILES_IMPACT;
     begin(&f, &options);
     f.problem.iteration_limit = 5;
     assert_int_equal(run(&f), PERP_OUTCOME_ITERATION_LIMIT);
@@ -417,7 +461,8 @@ int main(void)
         cmocka_unit_test(test_piles),       cmocka_unit_test(test_slope),
         cmocka_unit_test(test_discs),       cmocka_unit_test(test_bilateral),
         cmocka_unit_test(test_stops),       cmocka_unit_test(test_no_solution),
-        cmocka_unit_test(test_determinism),
+        cmocka_unit_test(test_determinism), cmocka_unit_test(test_high_piles),
+        cmocka_unit_test(test_warm_start),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

@@ -1,0 +1,211 @@
+/* A first guess for what rests on the ground: level by level from the top, each body settles on
+ * those below it as if they were fixed, and hands its load on to them. Where all come to rest the
+ * guess is a solution, whatever the height, while sweeps carry the news of the load through a pile
+ * of n levels in the order of n^2 of them. (Cf. shock propagation: Guendelman, Bridson & Fedkiw,
+ * ACM Trans. Graph. 22 (2003) 871, from the ground up.)
+ *
+ * A body's level is how many supports are below it, at least: a contact supports a body if the
+ * free body would move into the other one, stopped. */
+#include <math.h>
+#include <string.h>
+
+#include "contact/sweep.h"
+
+/* The contacts of a level go round at most so often, until they change by so much of tol: first
+ * without friction, because friction in the first rounds would leave bodies that are wedged in for
+ * no reason, and these drive others apart. */
+#define ROUNDS_SMOOTH 20
+#define ROUNDS_MOST 30
+#define ACCURACY 0.1
+
+void perp__levels_layout(perp__arena *arena, perp__levels *levels, const perp__bodies *b)
+{
+    const size_t blocks = (size_t)b->blocks + 1, contacts = (size_t)b->contacts;
+
+    levels->of_block = perp__arena_take(arena, blocks, sizeof *levels->of_block);
+    levels->queue = perp__arena_take(arena, blocks, sizeof *levels->queue);
+    levels->starts = perp__arena_take(arena, blocks + 2, sizeof *levels->starts);
+    levels->contacts = perp__arena_take(arena, contacts, sizeof *levels->contacts);
+    levels->rest = perp__arena_take(arena, blocks * (size_t)b->width, sizeof(double));
+}
+
+/* Normal velocity of a packed contact with its block 1 - which stopped, block `which` free. */
+static double approach(const perp__sweep_work *work, const perp__packed_contact *c, int32_t which)
+{
+    const double *y = work->levels.rest + (size_t)c->blocks[1 - which] * PERP__PACKED_WIDTH;
+    double sum = c->q[0];
+
+    for (int32_t j = 0; j < PERP__PACKED_WIDTH; j++)
+        sum += c->P[perp__packed_place(1 - which, j)] * y[j];
+    return sum;
+}
+
+/* Levels by breadth-first search from the ground, 0; -1: no support. Returns the highest. */
+static int32_t find_levels(perp__sweep_work *work)
+{
+    const perp__bodies *b = work->common.problem->bodies;
+    perp__levels *levels = &work->levels;
+    int32_t tail = 0, most = 0;
+
+    for (int32_t i = 0; i < b->blocks; i++)
+        levels->of_block[i] = -1;
+    levels->of_block[b->blocks] = 0; /* the ground */
+    for (int32_t k = 0; k < b->contacts; k++) {
+        const perp__packed_contact *c = &work->packed[k];
+        const int32_t block = c->blocks[0];
+
+        if (c->blocks[1] == b->blocks && block < b->blocks && levels->of_block[block] < 0 &&
+            approach(work, c, 0) < 0.0) {
+            levels->of_block[block] = 1;
+            levels->queue[tail++] = block;
+        }
+    }
+    for (int32_t head = 0; head < tail; head++) {
+        const int32_t block = levels->queue[head];
+
+        most = levels->of_block[block];
+        for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
+            const perp__packed_contact *c = &work->packed[b->block_units[at]];
+            const int32_t which = c->blocks[0] == block, other = c->blocks[which];
+
+            if (levels->of_block[other] < 0 && approach(work, c, which) < 0.0) {
+                levels->of_block[other] = most + 1;
+                levels->queue[tail++] = other;
+            }
+        }
+    }
+    return most;
+}
+
+static int32_t level_of(const perp__levels *levels, const perp__packed_contact *c)
+{
+    const int32_t a = levels->of_block[c->blocks[0]], b = levels->of_block[c->blocks[1]];
+
+    return a < 0 || b < 0 ? 0 : a > b ? a : b;
+}
+
+/* Contacts in the order of their levels; those without support come first. */
+static void sort_contacts(perp__sweep_work *work, int32_t most)
+{
+    perp__levels *levels = &work->levels;
+    const int32_t contacts = work->common.problem->contacts;
+
+    memset(levels->starts, 0, ((size_t)most + 2) * sizeof *levels->starts);
+    for (int32_t k = 0; k < contacts; k++)
+        levels->starts[level_of(levels, &work->packed[k]) + 1]++;
+    for (int32_t level = 0; level <= most; level++)
+        levels->starts[level + 1] += levels->starts[level];
+    for (int32_t k = 0; k < contacts; k++)
+        levels->contacts[levels->starts[level_of(levels, &work->packed[k])]++] = k;
+    memmove(levels->starts + 1, levels->starts, ((size_t)most + 1) * sizeof *levels->starts);
+    levels->starts[0] = 0;
+}
+
+/* The contact's own problem where only blocks of this level can move. */
+static void make_local(perp__sweep_work *work, int32_t k, int32_t level)
+{
+    const perp__levels *levels = &work->levels;
+    const perp__packed_contact *c = &work->packed[k];
+    const int32_t dim = c->local.dim;
+    double W[9];
+
+    for (int32_t i = 0; i < dim; i++)
+        for (int32_t j = 0; j < dim; j++) {
+            double sum = i == j ? c->compliance[i > 0] : 0.0;
+
+            for (int32_t which = 0; which < 2; which++)
+                for (int32_t l = 0;
+                     levels->of_block[c->blocks[which]] == level && l < PERP__PACKED_WIDTH; l++) {
+                    const int32_t place = perp__packed_place(which, l);
+
+                    sum += c->P[i * PERP__PACKED_ROW + place] * c->P[j * PERP__PACKED_ROW + place];
+                }
+            W[i * dim + j] = sum;
+        }
+    perp__local_make(&work->local[k], dim, W, dim, c->local.mu);
+}
+
+/* y += P'd of the blocks whose level is `level` (moves = 1) or lower (0) */
+static void push(perp__sweep_work *work, const perp__packed_contact *c, int32_t level,
+                 int32_t moves, const double *d)
+{
+    for (int32_t which = 0; which < 2; which++) {
+        double *y = work->y + (size_t)c->blocks[which] * PERP__PACKED_WIDTH;
+
+        if ((work->levels.of_block[c->blocks[which]] == level) != moves)
+            continue;
+        for (int32_t l = 0; l < PERP__PACKED_WIDTH; l++) {
+            const int32_t place = perp__packed_place(which, l);
+
+            for (int32_t i = 0; i < c->local.dim; i++)
+                y[l] += c->P[i * PERP__PACKED_ROW + place] * d[i];
+        }
+    }
+}
+
+/* One contact against what is fixed; returns the weighted square of the change. */
+static double settle(perp__sweep_work *work, int32_t k, int32_t level, int32_t smooth)
+{
+    const perp__packed_contact *c = &work->packed[k];
+    const int32_t dim = c->local.dim;
+    double *r = work->r + work->rows[k], u[3], d[3], change = 0.0;
+
+    for (int32_t i = 0; i < dim; i++) {
+        u[i] = c->q[i] + c->compliance[i > 0] * r[i];
+        d[i] = r[i];
+    }
+    for (int32_t which = 0; which < 2; which++) {
+        const double *from =
+            work->levels.of_block[c->blocks[which]] == level ? work->y : work->levels.rest;
+        const double *y = from + (size_t)c->blocks[which] * PERP__PACKED_WIDTH;
+
+        for (int32_t i = 0; i < dim; i++)
+            for (int32_t l = 0; l < PERP__PACKED_WIDTH; l++)
+                u[i] += c->P[i * PERP__PACKED_ROW + perp__packed_place(which, l)] * y[l];
+    }
+    work->local[k].mu = smooth ? 0.0 : c->local.mu;
+    perp__local_step(&work->local[k], u, r);
+    for (int32_t i = 0; i < dim; i++) {
+        d[i] = r[i] - d[i];
+        change += d[i] * d[i];
+    }
+    if (change > 0.0)
+        push(work, c, level, 1, d);
+    return c->weight * change;
+}
+
+void perp__sweep_settle(perp__sweep_work *work)
+{
+    const perp__bodies *b = work->common.problem->bodies;
+    const double enough = ACCURACY * work->common.problem->tol;
+    perp__levels *levels = &work->levels;
+    int32_t most;
+
+    for (int32_t i = 0; i < b->blocks * b->width; i++)
+        levels->rest[i] = -b->free[i];
+    for (int32_t i = 0; i < b->width; i++)
+        levels->rest[b->blocks * b->width + i] = 0.0;
+    most = find_levels(work);
+    sort_contacts(work, most);
+    for (int32_t level = most; level > 0; level--) {
+        const int32_t *first = levels->contacts + levels->starts[level];
+        const int32_t count = levels->starts[level + 1] - levels->starts[level];
+
+        for (int32_t i = 0; i < count; i++)
+            make_local(work, first[i], level);
+        for (int32_t smooth = 1; smooth >= 0; smooth--) {
+            const int32_t rounds = smooth ? ROUNDS_SMOOTH : ROUNDS_MOST;
+            double change = INFINITY;
+
+            for (int32_t round = 0; round < rounds && change > enough * enough; round++) {
+                change = 0.0;
+                for (int32_t i = 0; i < count; i++)
+                    change = fmax(change, settle(work, first[i], level, smooth));
+            }
+        }
+        for (int32_t i = 0; i < count; i++) {
+            push(work, &work->packed[first[i]], level, 0, work->r + work->rows[first[i]]);
+            work->local[first[i]] = work->packed[first[i]].local;
+        }
+    }
+}
