@@ -50,35 +50,35 @@ static void project_friction(int32_t d, double mu, const double *v, double *p)
         return;
     p[0] = fmax(0.0, (v[0] + mu * n) / (1.0 + mu * mu));
     for (i = 1; i < d; i++)
-        p[i] = mu * p[0] * (v[i] / n);
+        p[i] = n > 0.0 ? mu * p[0] * (v[i] / n) : 0.0;
 }
 
 /* sqrt(t) |r - P(r - (u + s e_n) / t)| / omega of block k */
 static double tested(const perp__newton *s, int32_t k, const double *x, const double *y)
 {
+    const perp__contact_problem *problem = s->common.problem;
     const perp__newton_blocks *b = &s->blocks;
+    const double t = problem->trace[k] > 0.0 ? problem->trace[k] : 1.0;
     int32_t at = b->starts[k], d = b->starts[k + 1] - at;
-    double scale = b->scales[at + d - 1]; /* 1 / sqrt(t) */
-    double mu = d > 1 ? scale / b->scales[at] : 0.0;
-    double r[3], v[3] = {0.0, 0.0, 0.0}, p[3], sum = 0.0;
+    double r[3], v[3] = {0.0, 0.0, 0.0}, p[3], u[3] = {0.0, 0.0, 0.0}, sum = 0.0;
     int32_t i;
 
-    /* impulses and velocities over t, both in units of unit scale */
     for (i = 0; i < d; i++) {
-        r[i] = x[at + i] * (i == 0 && d > 1 ? 1.0 / mu : 1.0);
-        v[i] = r[i] - y[at + i] * (i == 0 && d > 1 ? mu : 1.0);
+        r[i] = x[at + i] * b->scales[at + i] * s->unit;
+        u[i] = y[at + i] / b->scales[at + i] * s->unit;
+        v[i] = r[i] - u[i] / t;
     }
     if (d > 1)
-        v[0] -= mu * (d == 2 ? fabs(y[at + 1]) : hypot(y[at + 1], y[at + 2]));
+        v[0] -= problem->mu[k] * hypot(u[1], u[2]) / t;
     if (k >= b->contacts)
-        p[0] = v[0];
-    else if (d == 1)
+        return fabs(u[0]) / sqrt(t) / s->omega;
+    if (d == 1)
         p[0] = fmax(v[0], 0.0);
     else
-        project_friction(d, mu, v, p);
+        project_friction(d, problem->mu[k], v, p);
     for (i = 0; i < d; i++)
-        sum += (r[i] - p[i]) * (r[i] - p[i]);
-    return sqrt(sum) * (s->unit / s->omega);
+        sum = hypot(sum, r[i] - p[i]);
+    return sum * sqrt(t) / s->omega;
 }
 
 double perp__natural_tested(const perp__newton *s, const double *x, const double *y)

@@ -5,11 +5,9 @@
 #include <math.h>
 #include <string.h>
 
-#include <perp/world.h>
+#include <perp/contact.h>
 
 #include "base/clock.h"
-
-#define ID 2 /* PERP_CONTACT_METHOD_NEWTON */
 
 static const perp__newton_plan plans[] = {
     {0.99, 1.0, 1.0, 0, 0, 0.0, 0}, {0.9, 0.8, 0.8, 1, 0, 0.0, 0},  {0.99, 1.0, 1.0, 0, 1, 0.0, 0},
@@ -179,9 +177,13 @@ static void finish(perp__newton *s, perp__contact_iterate *iterate)
         for (i = 0; i < d; i++)
             iterate->r[b->rows[at + i]] = s->trial[at + i] * b->scales[at + i] * s->unit;
     }
-    perp__multiply(problem->W, iterate->r, iterate->u);
-    for (i = 0; i < problem->size; i++)
-        iterate->u[i] += problem->q[i];
+    if (problem->bodies) {
+        perp__bodies_multiply(problem->bodies, iterate->r, problem->q, iterate->u);
+    } else {
+        perp__multiply(problem->W, iterate->r, iterate->u);
+        for (i = 0; i < problem->size; i++)
+            iterate->u[i] += problem->q[i];
+    }
     iterate->has_modes = 1;
     iterate->residual = s->best_residual;
 }
@@ -236,5 +238,5 @@ static void release(void *work)
 }
 
 const perp__contact_method perp__contact_newton = {
-    ID, sizeof(perp__newton), ATTEMPTS, 1, check, layout, solve, release,
+    PERP_CONTACT_METHOD_NEWTON, sizeof(perp__newton), ATTEMPTS, 0, check, layout, solve, release,
 };

@@ -306,7 +306,7 @@ perp_status perp__path_run(perp__newton *s, perp_outcome *outcome)
     *outcome = PERP_OUTCOME_STALLED;
     choose_cover(s);
     status = begin(s);
-    for (step = 0; status == PERP_OK && step < STEPS && t > LAST; step++) {
+    for (step = 0; status == PERP_OK && step < STEPS && t > LAST && t <= 2.0 * FIRST; step++) {
         perp_outcome request = perp__newton_tick(s, &status);
 
         if (request >= 0 || status != PERP_OK) {
