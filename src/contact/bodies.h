@@ -63,7 +63,11 @@ void perp__bodies_release(perp__bodies *bodies);
 perp_status perp__bodies_setup(perp__bodies *bodies, const perp__bodies_input *input,
                                int32_t *suits);
 
-/* q := H M^-1 f + w and (b for the rows of G); w has the rows of H, b those of G (NULL: none). */
+/* Keeps L^-1 f, the velocities without contact, from which sweeps guess what comes to rest. */
+void perp__bodies_force(const perp__bodies *bodies, const double *f);
+
+/* The same, and q := H M^-1 f + w and (b for the rows of G); w has the rows of H, b those of G
+ * (NULL: none). */
 void perp__bodies_load(const perp__bodies *bodies, const double *f, const double *w,
                        const double *b, double *q);
 

@@ -78,13 +78,18 @@ void perp__bodies_gather(const perp__bodies *b, const double *r, double *y)
         }
 }
 
+void perp__bodies_force(const perp__bodies *b, const double *f)
+{
+    to_blocks(b, f, b->free);
+    solve_lower(b, b->free);
+}
+
 void perp__bodies_load(const perp__bodies *b, const double *f, const double *w, const double *g,
                        double *q)
 {
     const int32_t rows = b->rows[b->contacts];
 
-    to_blocks(b, f, b->free);
-    solve_lower(b, b->free);
+    perp__bodies_force(b, f);
     for (int32_t i = 0; i < b->size; i++)
         q[i] = i < rows ? w[i] : g ? g[i - rows] : 0.0;
     times_y(b, b->free, q, q);

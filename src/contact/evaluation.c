@@ -38,6 +38,8 @@ perp_status perp__contact_load(perp_contact_solver *solver)
         if (status == PERP_OK)
             perp__dynamics_relative(&solver->dynamics, solver->v, solver->v_low, call->w, call->b,
                                     solver->q);
+        if (solver->has_bodies)
+            perp__bodies_force(&solver->bodies, call->f);
     }
     solver->is_free = 1;
     if (status == PERP_OK)
