@@ -140,6 +140,75 @@ typedef struct perp_load_inverse {
     int32_t reserved;      /* 0 */
 } perp_load_inverse;
 
+/* A step in time. */
+typedef struct perp_load_step {
+    size_t struct_size;
+    int32_t chosen;     /* the answer that was taken; -1: the equations of the step have none, and
+                           the velocity stays */
+    int32_t answers;    /* of the equations of the step */
+    int32_t exhaustive; /* 1: there are no others */
+    int32_t stable;     /* 1: the answer that was taken is stable */
+    int32_t stopped;    /* coordinates that come to rest in this step */
+    int32_t jam;        /* 1: one of them by an impulse, not by the acceleration */
+    int32_t accelerations; /* answers of the rigid system before the step */
+    int32_t reserved;      /* 0 */
+} perp_load_step;
+
+/* Sliding contacts that give: with x the displacements of n coordinates, x = 0 where all contacts
+ * just touch, and constant matrices,
+ *
+ *   mass x'' + normal' N + tangent' diag(mu sgn(tangent x')) |N| = force,
+ *   N = stiffness delta + damping delta',   delta = normal x  (penetration; N < 0: the other
+ * flank).
+ */
+typedef struct perp_compliant_system {
+    size_t struct_size;
+    int32_t n;                  /* coordinates; at least 1 */
+    int32_t contacts;           /* p, at least 1 */
+    const perp_matrix *mass;    /* n by n, symmetric positive definite */
+    const perp_matrix *normal;  /* p by n */
+    const perp_matrix *tangent; /* p by n */
+    const double *force;        /* n; NULL: 0 */
+    const double *mu;           /* p, >= 0 */
+    double stiffness;           /* > 0 */
+    double damping;             /* >= 0 */
+} perp_compliant_system;
+
+/* How a compliant run ended. Values never change. */
+enum perp_compliant_end_value {
+    PERP_COMPLIANT_TIME = 0,    /* at t_end */
+    PERP_COMPLIANT_STOPPED = 1, /* a contact stopped sliding */
+    PERP_COMPLIANT_STEPS = 2,   /* most_steps taken */
+    PERP_COMPLIANT_FAILED = 3   /* steps became too short: no digits left */
+};
+
+typedef struct perp_compliant_settings {
+    size_t struct_size;
+    double tol;         /* error of a step, beside the largest value so far; default 1e-9 */
+    double first_step;  /* default 0: chosen */
+    int64_t most_steps; /* default 10^6 */
+} perp_compliant_settings;
+
+typedef struct perp_compliant_result {
+    size_t struct_size;
+    int32_t end;         /* PERP_COMPLIANT_TIME, ... */
+    int32_t contact;     /* that stopped; else -1 */
+    double t;            /* when it ended */
+    double next_step;    /* to go on with as first_step */
+    double least_normal; /* smallest and largest normal force on the way */
+    double largest_normal;
+    int64_t steps;
+    int64_t rejected;
+} perp_compliant_result;
+
+typedef struct perp_compliant_stability {
+    size_t struct_size;
+    int32_t stable;  /* 1: all eigenvalues have negative real parts */
+    int32_t flutter; /* 1: not stable, though Re gamma > 0 for all */
+    double growth;   /* the largest real part of an eigenvalue, 1 / time */
+} perp_compliant_stability;
+
+typedef struct perp_compliant perp_compliant;
 typedef struct perp_load_friction perp_load_friction;
 
 PERP_API perp_status perp_load_system_init(perp_load_system *system, size_t size);
@@ -148,6 +217,12 @@ PERP_API perp_status perp_load_found_init(perp_load_found *found, size_t size);
 PERP_API perp_status perp_load_summary_init(perp_load_summary *summary, size_t size);
 PERP_API perp_status perp_load_uniqueness_init(perp_load_uniqueness *uniqueness, size_t size);
 PERP_API perp_status perp_load_inverse_init(perp_load_inverse *inverse, size_t size);
+PERP_API perp_status perp_load_step_init(perp_load_step *step, size_t size);
+PERP_API perp_status perp_compliant_system_init(perp_compliant_system *system, size_t size);
+PERP_API perp_status perp_compliant_settings_init(perp_compliant_settings *settings, size_t size);
+PERP_API perp_status perp_compliant_result_init(perp_compliant_result *result, size_t size);
+PERP_API perp_status perp_compliant_stability_init(perp_compliant_stability *stability,
+                                                   size_t size);
 
 /* Return the words ("dynamic", ...; "slide", ...; a sentence, "" for PERP_LOAD_WELL_POSED);
  * "unknown kind", "unknown mode", "unknown reason" otherwise. */
@@ -215,6 +290,77 @@ PERP_API perp_status perp_load_friction_uniqueness(perp_load_friction *friction,
 PERP_API perp_status perp_load_friction_inverse(perp_load_friction *friction, double *tau,
                                                 perp_load_inverse *inverse, const double *velocity,
                                                 const double *acceleration) PERP_WARN_UNUSED;
+
+/* A step in time, implicit in the velocity: x = (v_next - v) / h solves
+ *
+ *   A x + b + f = tau,   f_i = mu_i |N_i| Sgn v_next_i,   N = C x + d,   Sgn 0 = [-1, 1],
+ *
+ * with mu_static_i where v_i = v_next_i = 0. One coordinate has a step at every state: where the
+ * rigid system has no acceleration, it stops within the step (the impulsive jam), and its v_next is
+ * exactly 0.0. All answers are found and kept as by perp_load_friction_solve, acceleration being x.
+ * One is taken:
+ * - a stable one if there is any;
+ * - of these, one whose normal forces have the signs of `previous` where coordinates move (for
+ *   n = 1, one on the same side of the unstable answer as `previous`, which is what compliant
+ *   contacts do);
+ * - of these, one that leaves most coordinates at rest where they are at rest;
+ * - of these, the one with the least x'A x.
+ *
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY.
+ * Out:     next: n velocities; normal: n normal forces N, or NULL. They may be `velocity` and
+ *             `previous`.
+ *          step: initialised by perp_load_step_init; or NULL.
+ * In:      tau, velocity: n entries. previous: n normal forces of the step before, of which nan is
+ *             unknown; NULL: all unknown. h > 0.
+ * Cost:    5^n patterns, and those of perp_load_friction_solve.
+ * Source:  docs/friction.md. */
+PERP_API perp_status perp_load_friction_step(perp_load_friction *friction, double *next,
+                                             double *normal, perp_load_step *step,
+                                             const double *tau, const double *velocity,
+                                             const double *previous, double h) PERP_WARN_UNUSED;
+
+/* Takes a system of compliant contacts. It is released by perp_compliant_destroy.
+ *
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY.
+ * Out:     compliant: the handle; untouched after failure.
+ * In:      system: is copied. */
+PERP_API perp_status perp_compliant_create(perp_context *context, perp_compliant **compliant,
+                                           const perp_compliant_system *system) PERP_WARN_UNUSED;
+
+/* Releases the handle; NULL is accepted. */
+PERP_API void perp_compliant_destroy(perp_compliant *compliant);
+
+/* Linearises the contacts where they slide in the directions `slip` with normal forces of the signs
+ * `load`: delta'' + Gamma (stiffness delta + damping delta') = const,
+ * Gamma = normal mass^-1 (normal' + tangent' diag(mu slip load)).
+ *
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT (an entry of slip that is not -1, 0 or 1, of load not -1 or
+ *          1), _ABI, _HANDLE or _BUSY.
+ * Out:     stability: initialised by perp_compliant_stability_init. Stable if and only if, for all
+ *          gamma, Re gamma > 0 and damping^2 Re(gamma) |gamma|^2 > stiffness Im(gamma)^2.
+ *          gamma: p eigenvalues of Gamma as pairs (real, imaginary); or NULL.
+ *          eigenvalues: the 2 p roots of l^2 + gamma (damping l + stiffness), as pairs; or NULL.
+ * In:      slip, load: p signs; slip 0: without friction. */
+PERP_API perp_status perp_compliant_linearise(perp_compliant *compliant,
+                                              perp_compliant_stability *stability, double *gamma,
+                                              double *eigenvalues, const int32_t *slip,
+                                              const int32_t *load) PERP_WARN_UNUSED;
+
+/* Integrates from t = 0 until t_end, or until a contact stops sliding: there |tangent x'| is 0 to
+ * the last digits of t. (Which contacts stick afterwards is for the rigid model to say.)
+ *
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT (also where a contact with mu > 0 doesn't slide at first),
+ *          _NOT_FINITE, _ABI, _HANDLE or _BUSY.
+ * Out:     x, v: n each; N: p normal forces, or NULL; x may be x0, v may be v0.
+ *          result: initialised by perp_compliant_result_init.
+ * In:      settings: NULL for the defaults.
+ * Cost:    about 5 p^3 + 15 n p a step.
+ * Source:  L-stable SDIRK of order 4 with 5 stages: Hairer & Wanner, "Solving ODE II", table
+ * IV.6.5; within a stage the signs of N are iterated. */
+PERP_API perp_status perp_compliant_run(perp_compliant *compliant, double *x, double *v, double *N,
+                                        perp_compliant_result *result,
+                                        const perp_compliant_settings *settings, const double *x0,
+                                        const double *v0, double t_end) PERP_WARN_UNUSED;
 
 #ifdef __cplusplus
 }

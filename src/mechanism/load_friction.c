@@ -8,6 +8,7 @@
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/blas.h"
+#include "mechanism/copy.h"
 
 /* ---- checks -------------------------------------------------------------------------------- */
 
@@ -25,75 +26,6 @@ static perp_status check_settings(perp_context *context, const perp_load_setting
     return PERP_OK;
 }
 
-/* A caller's n by n view to `to`, column-major; NULL: `diagonal` times the unit matrix. */
-static perp_status copy_matrix(perp_context *context, const char *name, int32_t n, double *to,
-                               const perp_matrix *from)
-{
-    const size_t size = (size_t)n;
-    perp__matrix own;
-    perp_status status;
-    size_t i, j;
-    int32_t k;
-
-    memset(to, 0, size * size * sizeof *to);
-    if (!from)
-        return perp__check_pointer(context, name, from);
-    status = perp__matrix_read(context, name, &own, from);
-    if (status != PERP_OK)
-        return status;
-    if (own.rows != n || own.columns != n)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is %d by %d, expected %d by %d", name,
-                          (int)own.rows, (int)own.columns, (int)n, (int)n);
-    for (j = 0; j < size; j++) {
-        if (own.column_starts)
-            for (k = own.column_starts[j]; k < own.column_starts[j + 1]; k++)
-                to[(size_t)own.row_indices[k] + size * j] = own.values[k];
-        else
-            for (i = 0; i < size; i++)
-                to[i + size * j] = own.values[i * own.row_stride + j * own.column_stride];
-    }
-    return PERP_OK;
-}
-
-/* Symmetric up to rounding, and positive definite; `factor` receives its Cholesky factor. */
-static perp_status check_inertia(perp_context *context, const char *name, int32_t n,
-                                 const double *A, double *factor)
-{
-    const size_t size = (size_t)n;
-    size_t i, j;
-    int32_t failed;
-
-    for (j = 0; j < size; j++)
-        for (i = 0; i < j; i++)
-            if (!(fabs(A[i + size * j] - A[j + size * i]) <=
-                  1e-12 * (fabs(A[i + size * j]) + fabs(A[j + size * i])) +
-                      1e-15 * sqrt(fabs(A[i + size * i] * A[j + size * j]))))
-                return perp__fail(context, PERP_ERROR_ARGUMENT,
-                                  "%s is not symmetric: entry (%zu, %zu) is %g, its mirror %g",
-                                  name, i, j, A[i + size * j], A[j + size * i]);
-    memcpy(factor, A, size * size * sizeof *factor);
-    failed = perp__cholesky_factor(n, factor, n);
-    if (failed != 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "%s is not positive definite (leading block of %d rows)", name,
-                          (int)failed);
-    return PERP_OK;
-}
-
-static perp_status copy_vector(perp_context *context, const char *name, int32_t n, double *to,
-                               const double *from)
-{
-    perp_status status = PERP_OK;
-
-    if (from)
-        status = perp__check_finite(context, name, from, (size_t)n);
-    if (status == PERP_OK && from)
-        memcpy(to, from, (size_t)n * sizeof *to);
-    if (status == PERP_OK && !from)
-        memset(to, 0, (size_t)n * sizeof *to);
-    return status;
-}
-
 static perp_status copy_friction(perp_load_friction *f, const perp_load_system *system)
 {
     perp_context *context = f->context;
@@ -101,10 +33,10 @@ static perp_status copy_friction(perp_load_friction *f, const perp_load_system *
     int32_t i;
 
     if (status == PERP_OK)
-        status = copy_vector(context, "mu", f->n, f->mu, system->mu);
+        status = perp__copy_vector(context, "mu", f->n, f->mu, system->mu);
     if (status == PERP_OK)
-        status = copy_vector(context, "mu_static", f->n, f->mu_static,
-                             system->mu_static ? system->mu_static : system->mu);
+        status = perp__copy_vector(context, "mu_static", f->n, f->mu_static,
+                                   system->mu_static ? system->mu_static : system->mu);
     for (i = 0; i < f->n && status == PERP_OK; i++) {
         if (f->mu[i] < 0.0)
             return perp__fail(context, PERP_ERROR_ARGUMENT, "mu[%d] is %g, negative", (int)i,
@@ -114,17 +46,6 @@ static perp_status copy_friction(perp_load_friction *f, const perp_load_system *
                               (int)i, f->mu_static[i], (int)i, f->mu[i]);
     }
     return status;
-}
-
-static perp_status check_contacts(perp_context *context, const perp_load_system *system)
-{
-    if (!(system->stiffness > 0.0 && isfinite(system->stiffness)))
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "stiffness is %g, expected a positive number", system->stiffness);
-    if (!(system->damping >= 0.0 && isfinite(system->damping)))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "damping is %g, expected a number >= 0",
-                          system->damping);
-    return PERP_OK;
 }
 
 /* ---- the system ---------------------------------------------------------------------------- */
@@ -155,29 +76,30 @@ static void derive(perp_load_friction *f)
 static perp_status take(perp_load_friction *f, const perp_load_system *system)
 {
     perp_context *context = f->context;
-    perp_status status = copy_matrix(context, "A", f->n, f->A, system->A);
+    perp_status status = perp__copy_matrix(context, "A", f->n, f->n, f->A, system->A);
     int32_t i;
 
     if (status == PERP_OK)
-        status = copy_matrix(context, "C", f->n, f->C, system->C);
+        status = perp__copy_matrix(context, "C", f->n, f->n, f->C, system->C);
     if (status == PERP_OK && system->normal_inertia)
-        status = copy_matrix(context, "normal_inertia", f->n, f->S, system->normal_inertia);
+        status =
+            perp__copy_matrix(context, "normal_inertia", f->n, f->n, f->S, system->normal_inertia);
     else
         memset(f->S, 0, (size_t)f->n * (size_t)f->n * sizeof *f->S);
     for (i = 0; i < f->n && !system->normal_inertia; i++)
         f->S[(size_t)i * ((size_t)f->n + 1)] = 1.0;
     if (status == PERP_OK)
-        status = copy_vector(context, "b", f->n, f->b, system->b);
+        status = perp__copy_vector(context, "b", f->n, f->b, system->b);
     if (status == PERP_OK)
-        status = copy_vector(context, "d", f->n, f->d, system->d);
+        status = perp__copy_vector(context, "d", f->n, f->d, system->d);
     if (status == PERP_OK)
         status = copy_friction(f, system);
     if (status == PERP_OK)
-        status = check_contacts(context, system);
+        status = perp__check_compliance(context, system->stiffness, system->damping);
     if (status == PERP_OK)
-        status = check_inertia(context, "normal_inertia", f->n, f->S, f->work);
+        status = perp__check_inertia(context, "normal_inertia", f->n, f->S, f->work);
     if (status == PERP_OK)
-        status = check_inertia(context, "A", f->n, f->A, f->work);
+        status = perp__check_inertia(context, "A", f->n, f->A, f->work);
     if (status != PERP_OK)
         return status;
     f->stiffness = system->stiffness;
@@ -220,7 +142,8 @@ static void layout(perp__arena *arena, void *object)
     f->list = perp__arena_take(arena, n, sizeof(int32_t));
     f->columns = perp__arena_take(arena, n, sizeof(int32_t));
     f->question.sign = perp__arena_take(arena, n, 1);
-    f->question.stopped = perp__arena_take(arena, n, 1);
+    f->question.way = perp__arena_take(arena, n, 1);
+    f->regular = perp__arena_take(arena, n, 1);
     f->pattern.mode = perp__arena_take(arena, n, 1);
     f->pattern.side = perp__arena_take(arena, n, 1);
 }

@@ -43,7 +43,7 @@ typedef struct perp__friction_question {
     int8_t *sign;
     double *stop;     /* 0 at rest; in a step, -v_i / h */
     double *mu_stick; /* static friction at rest; in a step that of the motion before */
-    int8_t *stopped;  /* sticking there is a stop from motion */
+    int8_t *way;      /* in a step, the sign of the motion before it */
 } perp__friction_question;
 
 struct perp_load_friction {
@@ -62,7 +62,8 @@ struct perp_load_friction {
     perp__friction_pattern pattern;
     perp__friction_answer *answers;
     int32_t count;
-    int32_t insist; /* patterns are solved to the end even where they are clearly wrong */
+    int32_t insist;  /* patterns are solved to the end even where they are clearly wrong */
+    int8_t *regular; /* of a step: a stable acceleration stops this coordinate within it */
     /* work */
     double *K, *inverse, *null; /* n by n; null: its last columns span what K maps to 0 */
     double *x, *x_low, *rhs, *slope, *load; /* slope: mu_i sign_i side_i; load: sizes of the rows */

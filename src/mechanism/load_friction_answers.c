@@ -154,6 +154,16 @@ static void keep(perp_load_friction *f, perp__friction_answer *a)
     f->count++;
 }
 
+/* What a step does to a coordinate that moved before: it goes on, or stops, or turns round. */
+static int32_t name_mode(int32_t mode, int32_t way)
+{
+    if (way != 0 && mode == PERP_LOAD_STICK)
+        return PERP_LOAD_STOPPED;
+    if ((way > 0 && mode == PERP_LOAD_FORWARD) || (way < 0 && mode == PERP_LOAD_BACKWARD))
+        return PERP_LOAD_SLIDE;
+    return mode;
+}
+
 static void describe(perp_load_friction *f, perp__friction_answer *a)
 {
     const size_t n = (size_t)f->n;
@@ -175,7 +185,7 @@ static void describe(perp_load_friction *f, perp__friction_answer *a)
             a->residual = fmax(a->residual, mode == PERP_LOAD_STICK || f->load[i] == 0.0
                                                 ? 0.0
                                                 : fabs(f->rhs[i]) / f->load[i]);
-        a->modes[i] = mode == PERP_LOAD_STICK && f->question.stopped[i] ? PERP_LOAD_STOPPED : mode;
+        a->modes[i] = name_mode(mode, f->question.way[i]);
         sticks += mode == PERP_LOAD_STICK;
     }
     a->kind = a->dimension > 0 ? PERP_LOAD_FAMILY

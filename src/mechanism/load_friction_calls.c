@@ -136,7 +136,7 @@ void perp__friction_ask(perp_load_friction *f, const double *tau, const double *
         memcpy(f->tau, tau, n * sizeof *tau);
     f->question.tau = f->tau;
     memset(f->question.stop, 0, n * sizeof *f->question.stop);
-    memset(f->question.stopped, 0, n);
+    memset(f->question.way, 0, n);
     memcpy(f->question.mu_stick, f->mu_static, n * sizeof *f->mu_static);
     for (i = 0; i < f->n; i++)
         f->question.sign[i] = (int8_t)((velocity[i] > 0.0) - (velocity[i] < 0.0));

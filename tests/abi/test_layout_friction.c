@@ -105,6 +105,72 @@ static void test_load_inverse(void **state)
     FIELD(perp_load_inverse, reserved, 36, 4);
 }
 
+static void test_load_step(void **state)
+{
+    (void)state;
+    SIZE(perp_load_step, 40);
+    FIELD(perp_load_step, struct_size, 0, 8);
+    FIELD(perp_load_step, chosen, 8, 4);
+    FIELD(perp_load_step, answers, 12, 4);
+    FIELD(perp_load_step, exhaustive, 16, 4);
+    FIELD(perp_load_step, stable, 20, 4);
+    FIELD(perp_load_step, stopped, 24, 4);
+    FIELD(perp_load_step, jam, 28, 4);
+    FIELD(perp_load_step, accelerations, 32, 4);
+    FIELD(perp_load_step, reserved, 36, 4);
+}
+
+static void test_compliant_system(void **state)
+{
+    (void)state;
+    SIZE(perp_compliant_system, 72);
+    FIELD(perp_compliant_system, struct_size, 0, 8);
+    FIELD(perp_compliant_system, n, 8, 4);
+    FIELD(perp_compliant_system, contacts, 12, 4);
+    FIELD(perp_compliant_system, mass, 16, 8);
+    FIELD(perp_compliant_system, normal, 24, 8);
+    FIELD(perp_compliant_system, tangent, 32, 8);
+    FIELD(perp_compliant_system, force, 40, 8);
+    FIELD(perp_compliant_system, mu, 48, 8);
+    FIELD(perp_compliant_system, stiffness, 56, 8);
+    FIELD(perp_compliant_system, damping, 64, 8);
+}
+
+static void test_compliant_settings(void **state)
+{
+    (void)state;
+    SIZE(perp_compliant_settings, 32);
+    FIELD(perp_compliant_settings, struct_size, 0, 8);
+    FIELD(perp_compliant_settings, tol, 8, 8);
+    FIELD(perp_compliant_settings, first_step, 16, 8);
+    FIELD(perp_compliant_settings, most_steps, 24, 8);
+}
+
+static void test_compliant_result(void **state)
+{
+    (void)state;
+    SIZE(perp_compliant_result, 64);
+    FIELD(perp_compliant_result, struct_size, 0, 8);
+    FIELD(perp_compliant_result, end, 8, 4);
+    FIELD(perp_compliant_result, contact, 12, 4);
+    FIELD(perp_compliant_result, t, 16, 8);
+    FIELD(perp_compliant_result, next_step, 24, 8);
+    FIELD(perp_compliant_result, least_normal, 32, 8);
+    FIELD(perp_compliant_result, largest_normal, 40, 8);
+    FIELD(perp_compliant_result, steps, 48, 8);
+    FIELD(perp_compliant_result, rejected, 56, 8);
+}
+
+static void test_compliant_stability(void **state)
+{
+    (void)state;
+    SIZE(perp_compliant_stability, 24);
+    FIELD(perp_compliant_stability, struct_size, 0, 8);
+    FIELD(perp_compliant_stability, stable, 8, 4);
+    FIELD(perp_compliant_stability, flutter, 12, 4);
+    FIELD(perp_compliant_stability, growth, 16, 8);
+}
+
 static void test_values(void **state)
 {
     (void)state;
@@ -127,15 +193,21 @@ static void test_values(void **state)
     VALUE(PERP_LOAD_SEVERAL, 4);
     VALUE(PERP_LOAD_AT_REST, 5);
     VALUE(PERP_LOAD_NOT_ENUMERATED, 6);
+    VALUE(PERP_COMPLIANT_TIME, 0);
+    VALUE(PERP_COMPLIANT_STOPPED, 1);
+    VALUE(PERP_COMPLIANT_STEPS, 2);
+    VALUE(PERP_COMPLIANT_FAILED, 3);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_load_system),     cmocka_unit_test(test_load_settings),
-        cmocka_unit_test(test_load_found),      cmocka_unit_test(test_load_summary),
-        cmocka_unit_test(test_load_uniqueness), cmocka_unit_test(test_load_inverse),
-        cmocka_unit_test(test_values),
+        cmocka_unit_test(test_load_system),         cmocka_unit_test(test_load_settings),
+        cmocka_unit_test(test_load_found),          cmocka_unit_test(test_load_summary),
+        cmocka_unit_test(test_load_uniqueness),     cmocka_unit_test(test_load_inverse),
+        cmocka_unit_test(test_load_step),           cmocka_unit_test(test_compliant_system),
+        cmocka_unit_test(test_compliant_settings),  cmocka_unit_test(test_compliant_result),
+        cmocka_unit_test(test_compliant_stability), cmocka_unit_test(test_values),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

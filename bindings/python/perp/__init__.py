@@ -11,6 +11,8 @@ contact     contact with friction over dynamics of your own
 contact_delassus  the same from the matrix W that couples the contacts
 fclib       (perp.fclib, imported by name) problems in FCLIB's files
 load_friction  every acceleration where friction depends on the load (screws, gears, guides)
+load_friction_step  a step in time over it, through jams
+Compliant   sliding contacts that give: stability, integration
 load_friction_inverse  the torque for an acceleration, and what else that torque may do
 World       rigid bodies with contact, stepped in time
 Error       what every failed call raises; bad arguments are ValueErrors, too
@@ -19,14 +21,17 @@ Error       what every failed call raises; bad arguments are ValueErrors, too
 from ._all import Solution, Solutions, lcp_all
 from ._batch import Batch, lcp_batch
 from ._body import Body, Shape
+from ._compliant import Compliant, CompliantRun, Linearisation
 from ._contact import ContactResult, contact, contact_delassus
 from ._errors import Error
 from ._friction import (
     InverseLoad,
     LoadSolution,
     LoadSolutions,
+    LoadStepped,
     load_friction,
     load_friction_inverse,
+    load_friction_step,
 )
 from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
@@ -42,6 +47,8 @@ __all__ = [
     "LCP",
     "Batch",
     "Body",
+    "Compliant",
+    "CompliantRun",
     "Contact",
     "ContactResult",
     "Energy",
@@ -49,8 +56,10 @@ __all__ = [
     "JacobianCheck",
     "InverseLoad",
     "LcpResult",
+    "Linearisation",
     "LoadSolution",
     "LoadSolutions",
+    "LoadStepped",
     "Momentum",
     "NcpResult",
     "Progress",
@@ -75,6 +84,7 @@ __all__ = [
     "ncp_check_jacobian",
     "load_friction",
     "load_friction_inverse",
+    "load_friction_step",
     "version",
     "version_text",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import byref, string_at
+from ctypes import addressof, byref, string_at
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -18,6 +18,7 @@ from ._structures import (
     LoadFrictionPointer,
     LoadInverse,
     LoadSettings,
+    LoadStep,
     LoadSummary,
     LoadSystem,
     LoadUniqueness,
@@ -104,6 +105,21 @@ def _vector(value: Any, name: str, n: int) -> Optional[Array]:
     return _arrays.bound(value, name, n)
 
 
+@dataclass(frozen=True, eq=False)
+class LoadStepped:
+    """What load_friction_step() did."""
+
+    velocity: Array  # at the end of the step; exactly 0.0 where a coordinate stops or stays at rest
+    normal_force: Array  # of the answer that was taken: `previous` of the next step
+    chosen: Optional[int]  # index of that answer in solutions; None: there is none
+    solutions: list[LoadSolution]  # of the step's equations; acceleration is (velocity - v) / h
+    exhaustive: bool  # there are no others
+    stable: bool  # the answer that was taken is
+    stopped: int  # coordinates that came to rest
+    jam: bool  # one of them by an impulse, not by an acceleration
+    accelerations: int  # of the rigid system before the step
+
+
 class Friction:
     """The handle: a system, and questions about it."""
 
@@ -129,7 +145,7 @@ class Friction:
             if value is not None or name == "C":
                 matrix = sized(Matrix)
                 _, _, owner = _arrays.view(matrix, _square(value, name, n))
-                setattr(system, name, _pointer(matrix))
+                setattr(system, name, addressof(matrix))
                 kept += [matrix, owner]
         for name, value in (("b", b), ("d", d), ("mu", mu), ("mu_static", mu_static)):
             vector = _vector(value, name, n)
@@ -194,12 +210,6 @@ class Friction:
             library.perp_load_friction_uniqueness(self.pointer, byref(result), _arrays.address(v))
         )
         return result
-
-
-def _pointer(matrix: Matrix) -> int:
-    from ctypes import addressof
-
-    return addressof(matrix)
 
 
 def _table(address: int, rows: int, n: int) -> Array:
@@ -287,4 +297,52 @@ def load_friction_inverse(
         bool(result.stable),
         friction.solutions(result.accelerations),
         bool(result.exhaustive),
+    )
+
+
+def load_friction_step(
+    A: Any,
+    b: ArrayLike,
+    C: Any,
+    d: ArrayLike,
+    mu: ArrayLike,
+    velocity: ArrayLike,
+    tau: ArrayLike,
+    h: float,
+    mu_static: Optional[ArrayLike] = None,
+    *,
+    previous: Optional[ArrayLike] = None,
+    **settings: Any,
+) -> LoadStepped:
+    """Steps the velocity by the time h, implicitly: where the rigid system has no acceleration it
+    stops within the step, by an impulse (`jam`). Of several answers a stable one is taken whose
+    normal forces are on the side of `previous`, those of the step before (nan: unknown); all are
+    returned. Other arguments and settings as for load_friction()."""
+    friction = Friction(A, b, C, d, mu, mu_static, **settings)
+    n = friction.n
+    result, after, normal = sized(LoadStep), np.empty(n), np.empty(n)
+    torque, v = friction.vector(tau, "tau"), friction.vector(velocity, "velocity")
+    before = _vector(previous, "previous", n)
+    friction.context.check(
+        library.perp_load_friction_step(
+            friction.pointer,
+            _arrays.address(after),
+            _arrays.address(normal),
+            byref(result),
+            _arrays.address(torque),
+            _arrays.address(v),
+            None if before is None else _arrays.address(before),
+            h,
+        )
+    )
+    return LoadStepped(
+        after,
+        normal,
+        None if result.chosen < 0 else result.chosen,
+        friction.solutions(result.answers),
+        bool(result.exhaustive),
+        bool(result.stable),
+        result.stopped,
+        bool(result.jam),
+        result.accelerations,
     )

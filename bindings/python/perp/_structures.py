@@ -50,8 +50,13 @@ class LoadFrictionHandle(Structure):
     pass
 
 
+class CompliantHandle(Structure):
+    pass
+
+
 ContextPointer = POINTER(ContextHandle)
 LoadFrictionPointer = POINTER(LoadFrictionHandle)
+CompliantPointer = POINTER(CompliantHandle)
 SolverPointer = POINTER(SolverHandle)
 SensitivityPointer = POINTER(SensitivityHandle)
 ContactSolverPointer = POINTER(ContactSolverHandle)
@@ -547,6 +552,67 @@ class LoadInverse(Structure):
     ]
 
 
+class LoadStep(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("chosen", c_int32),
+        ("answers", c_int32),
+        ("exhaustive", c_int32),
+        ("stable", c_int32),
+        ("stopped", c_int32),
+        ("jam", c_int32),
+        ("accelerations", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+class CompliantSystem(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("n", c_int32),
+        ("contacts", c_int32),
+        ("mass", c_void_p),
+        ("normal", c_void_p),
+        ("tangent", c_void_p),
+        ("force", c_void_p),
+        ("mu", c_void_p),
+        ("stiffness", c_double),
+        ("damping", c_double),
+    ]
+
+
+class CompliantSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("tol", c_double),
+        ("first_step", c_double),
+        ("most_steps", c_int64),
+    ]
+
+
+class CompliantResult(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("end", c_int32),
+        ("contact", c_int32),
+        ("t", c_double),
+        ("next_step", c_double),
+        ("least_normal", c_double),
+        ("largest_normal", c_double),
+        ("steps", c_int64),
+        ("rejected", c_int64),
+    ]
+
+
+class CompliantStability(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("stable", c_int32),
+        ("flutter", c_int32),
+        ("growth", c_double),
+    ]
+
+
 STRUCTS = {
     "perp_context_settings": ContextSettings,
     "perp_matrix": Matrix,
@@ -563,6 +629,11 @@ STRUCTS = {
     "perp_load_summary": LoadSummary,
     "perp_load_uniqueness": LoadUniqueness,
     "perp_load_inverse": LoadInverse,
+    "perp_load_step": LoadStep,
+    "perp_compliant_system": CompliantSystem,
+    "perp_compliant_settings": CompliantSettings,
+    "perp_compliant_result": CompliantResult,
+    "perp_compliant_stability": CompliantStability,
     "perp_ncp_problem": NcpProblem,
     "perp_ncp_progress": NcpProgress,
     "perp_ncp_settings": NcpSettings,

@@ -135,3 +135,67 @@ def test_random_systems(n, count):
 def test_refusals(change, text):
     with pytest.raises(ValueError, match=text):
         perp.load_friction(**{**J, "velocity": [1], "tau": [0], **change})
+
+
+def test_steps():
+    """The sets of the theory's implicit stepping, v = 1 and h = 1e-3; jams; the choice by `previous`."""
+    for tau, expected in ((-1, [0]), (-2 / 3, [0, 1499 / 1500]), (0, [0, 499 / 500, 2499 / 2500])):
+        r = perp.load_friction_step(velocity=[1], tau=[tau], h=1e-3, **J)
+        assert [1 + 1e-3 * s.acceleration[0] for s in r.solutions] == pytest.approx(
+            expected, rel=1e-15, abs=1e-15
+        )
+        assert r.jam == (tau < 0) and r.stable and r.exhaustive
+        assert r.velocity[0] == (0.0 if tau < 0 else pytest.approx(expected[-1]))
+        assert r.solutions[r.chosen].modes == (["stopped"] if tau < 0 else ["slide"])
+    for previous, jam in ((0.5, False), (-3.9, False), (-4.1, True)):
+        r = perp.load_friction_step(velocity=[1], tau=[0], h=1e-3, previous=[previous], **J)
+        assert r.jam == jam and (r.normal_force[0] < 0) == jam
+
+
+def screw(stiffness, damping=0.0, torque=0.0):
+    """The lead screw of the theory's problem (k)."""
+    s, c, r = np.sin(np.pi / 36), np.cos(np.pi / 36), 0.01
+    return perp.Compliant(
+        np.diag([2e-5, 50]), [[r * s, -c]], [[r * c, s]], 0.2, stiffness, damping, [torque, -100]
+    )
+
+
+def test_compliant_screw():
+    """Eigenvalues and times of reference_output.txt, which has the digits given here."""
+    compliant, c, pitch = screw(1e9, 1e4), np.cos(np.pi / 36), 0.01 * np.tan(np.pi / 36)
+    good, bad = compliant.linearise(1, 1), compliant.linearise(1, -1)
+    assert good.stable and good.eigenvalues.real == pytest.approx([-721.527437388666] * 2, rel=1e-13)
+    assert not bad.stable and not bad.flutter
+    assert bad.growth == pytest.approx(5497.54859542658, rel=1e-13)
+    N = -69.547005614481321 * 1.001
+    run = compliant.run([0, -N / 1e9 / c], [10, 10 * pitch], 0.02, samples=50)
+    assert run.end == "stopped" and run.contact == 0
+    assert run.t == pytest.approx(0.0016688277341284424, rel=1e-7)
+    assert run.samples.shape == (5, 6)  # of 0.4 ms, the last one short
+    run = screw(1e8, torque=-0.1).run([0, 1e-8 / c], [10, 10 * pitch], 0.05)
+    assert run.t == pytest.approx(0.0011570925232247487, rel=1e-7)
+
+
+def test_compliant_refusals():
+    with pytest.raises(ValueError, match="does not slide"):
+        screw(1e9).run([0, 0], [0, 0], 1.0)
+    with pytest.raises(ValueError, match="stiffness"):
+        screw(-1.0)
+    with pytest.raises(ValueError, match="normal has shape|tangent has shape"):
+        perp.Compliant(np.eye(2), [[1, 0]], [[1, 0, 0]], 0.1, 1.0)
+
+
+def test_large_systems_say_that_they_were_not_enumerated():
+    n = 30
+    r = perp.load_friction(np.eye(n), 0, 3 * np.eye(n), 2, 0.5, 1.0, 0.0, starts=8)
+    assert not r.exhaustive and not r.margin_exact and r.unique_for_all_tau is False and len(r) > 1
+    r = perp.load_friction(np.eye(n), 0, 3 * np.eye(n), 2, 0.3, 1.0, 0.0, starts=8)
+    assert not r.exhaustive and r.unique_for_all_tau is True and len(r) == 1
+    assert r.margin == pytest.approx(1 / 0.9, rel=1e-6)
+
+
+def test_limits_of_enumeration():
+    """Blocks of (j): every one of the 2^n patterns has an answer, and one is stable."""
+    n = 8
+    r = perp.load_friction(np.eye(n), 0, 3 * np.eye(n), 2, 0.5, 1.0, 0.0)
+    assert r.exhaustive and len(r) == 2**n and sum(s.stable for s in r) == 1

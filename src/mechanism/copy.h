@@ -1,0 +1,22 @@
+/* Checked copies of what callers hand over, and checks of inertia and compliance. */
+#ifndef PERP_MECHANISM_COPY_H
+#define PERP_MECHANISM_COPY_H
+
+#include <perp/matrix.h>
+
+/* A caller's view to `to`, column-major without gaps. */
+perp_status perp__copy_matrix(perp_context *context, const char *name, int32_t rows,
+                              int32_t columns, double *to, const perp_matrix *from);
+
+/* n finite numbers; NULL: 0. */
+perp_status perp__copy_vector(perp_context *context, const char *name, int32_t n, double *to,
+                              const double *from);
+
+/* Refuses what is not symmetric up to rounding and positive definite; `factor`, which may be A,
+ * receives the Cholesky factor. */
+perp_status perp__check_inertia(perp_context *context, const char *name, int32_t n, const double *A,
+                                double *factor);
+
+perp_status perp__check_compliance(perp_context *context, double stiffness, double damping);
+
+#endif
