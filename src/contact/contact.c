@@ -21,9 +21,10 @@ typedef struct plan_step {
     enum origin origin;
     int64_t limit;   /* of iterations; 0: the method's own */
     int32_t attempt; /* the first one of the method */
+    int32_t count;   /* of attempts at most; 0: all that the method has */
 } plan_step;
 
-enum { PLAN_MOST = 13 };
+enum { PLAN_MOST = 16 };
 
 /* Sweeps before newton takes over, and the rows of contacts up to which pivoting is a fall-back. */
 enum { FIRST_SWEEPS = 1000, LEMKE_MOST = 600 };
@@ -262,8 +263,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
     solver->problem.iteration_limit =
         solver->settings.max_iterations > 0 ? solver->settings.max_iterations : step->limit;
     status = fit(solver, slot);
-    /* other attempts start afresh, not from the last point */
-    attempts = step->origin == FROM_LAST ? 1 : slot->method->attempts;
+    attempts = step->count > 0 ? step->count : slot->method->attempts - step->attempt;
     for (attempt = 0; attempt < attempts && status == PERP_OK; attempt++) {
         status = run_once(solver, slot, step->origin, step->attempt + attempt);
         if (ends_the_search(solver))
@@ -285,24 +285,29 @@ static int32_t is_polyhedral(const perp_contact_solver *solver)
 
 static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
 {
-    /* pivoting on polyhedra that fit ever closer, newton's polish after each */
-    static const plan_step conic[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0},
-                                      {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0},
-                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0},
-                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 1},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0},
-                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 2},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0},
-                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 3},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0},
-                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 4},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0}};
-    static const plan_step polyhedral[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0},
-                                           {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0},
-                                           {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0},
-                                           {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0}};
+    /* pivoting on polyhedra that fit ever closer, newton's polish after each; its paths are the
+     * last resort */
+    static const plan_step conic[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0, 2},
+                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 1, 1},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 2, 1},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 3, 1},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 4, 1},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 5, 1},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 2, 0},
+                                      {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1}};
+    static const plan_step polyhedral[] = {
+        {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1},
+        {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0, 1},
+        {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0, 0},
+        {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1}};
     const int32_t chosen = solver->settings.method;
 
     if (solver->settings.cone > 0 ||
@@ -310,12 +315,12 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         steps[0].method = solver->settings.cone > 0 ? PERP_CONTACT_METHOD_LEMKE : chosen;
         steps[0].origin = FROM_BEST;
         steps[0].limit = 0;
-        steps[0].attempt = 0;
+        steps[0].attempt = steps[0].count = 0;
         return 1;
     }
     if (chosen == PERP_CONTACT_METHOD_LEMKE) { /* and what refines its answer */
-        memcpy(steps, conic + 3, 10 * sizeof *steps);
-        return 10;
+        memcpy(steps, conic + 2, 12 * sizeof *steps);
+        return 12;
     }
     if (is_polyhedral(solver)) {
         memcpy(steps, polyhedral, sizeof polyhedral);

@@ -22,7 +22,10 @@
 #include "contact/solver.h"
 #include "linalg/blas.h"
 
-#define REGULAR 1e-10 /* relative to the traces */
+/* Relative to the traces: for most, and for what ends without its signs wrong, but not solved: then
+ * the smallest singular values are smaller than this. */
+#define REGULAR 1e-10
+#define LESS_REGULAR 1e-13
 
 enum { ROUNDS = 12, STEPS = 6, REFINEMENTS = 12, PATIENCE = 3 };
 
@@ -36,6 +39,7 @@ static void layout(perp__arena *arena, void *object)
     p->rhs = perp__arena_take(arena, n, sizeof(double));
     p->step = perp__arena_take(arena, n, sizeof(double));
     p->error = perp__arena_take(arena, n, sizeof(double));
+    p->units = perp__arena_take(arena, n, sizeof(double));
     p->rows = perp__arena_take(arena, n, sizeof(int32_t));
     p->pivots = perp__arena_take(arena, n, sizeof(int32_t));
     p->place = perp__arena_take(arena, n, sizeof(int32_t));
@@ -167,6 +171,27 @@ static void write_slip_line(perp__contact_polish *p, const perp__contact_part *p
     p->rhs[a] = -t * (r[part->row] - sign * part->coefficient * r[normal]);
 }
 
+/* K and the right-hand side in units in which the traces are 1. */
+static void scale(perp__contact_polish *p, const perp__contact_problem *problem)
+{
+    const size_t n = (size_t)p->n;
+    size_t i, j;
+    int32_t k, row;
+
+    for (k = 0; k < problem->contacts; k++)
+        for (row = problem->starts[k]; row < problem->starts[k + 1]; row++)
+            if (p->place[row] >= 0)
+                p->units[p->place[row]] = 1.0 / sqrt(problem->trace[k]);
+    for (row = problem->rows; row < problem->size; row++)
+        p->units[p->place[row]] =
+            1.0 / sqrt(problem->trace[problem->contacts + row - problem->rows]);
+    for (j = 0; j < n; j++) {
+        p->rhs[j] *= p->units[j];
+        for (i = 0; i < n; i++)
+            p->K[i + j * n] *= p->units[i] * p->units[j];
+    }
+}
+
 /* K, the right-hand side and the factors of the regularised K. Returns 0 where that is singular. */
 static int32_t set_up(perp__contact_polish *p, const perp__contact_problem *problem,
                       const double *r, const double *u)
@@ -189,14 +214,10 @@ static int32_t set_up(perp__contact_polish *p, const perp__contact_problem *prob
                     write_slip_line(p, &parts[c], problem->starts[k], problem->trace[k], r);
             }
     }
+    scale(p, problem);
     memcpy(p->factors, p->K, n * n * sizeof *p->K);
-    for (k = 0; k < problem->contacts; k++)
-        for (i = problem->starts[k]; i < problem->starts[k + 1]; i++)
-            if (p->place[i] >= 0)
-                p->factors[(size_t)p->place[i] * (n + 1)] += REGULAR * problem->trace[k];
-    for (i = problem->rows; i < problem->size; i++)
-        p->factors[(size_t)p->place[i] * (n + 1)] +=
-            REGULAR * problem->trace[problem->contacts + i - problem->rows];
+    for (i = 0; i < p->n; i++)
+        p->factors[(size_t)i * (n + 1)] += p->regular;
     return perp__lu_factor(p->n, p->factors, p->n, p->pivots) == 0;
 }
 
@@ -262,7 +283,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
         least = size;
         solve_step(p);
         for (i = 0; i < p->n; i++)
-            solver->r[p->rows[i]] += p->step[i];
+            solver->r[p->rows[i]] += p->step[i] * p->units[i];
         if (!isfinite(largest(p->step, p->n)))
             return 0;
     }
@@ -350,6 +371,7 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
     status = fit(solver, p);
     if (status != PERP_OK)
         return status;
+    p->regular = REGULAR;
     memset(p->parts, PERP__PART_NONE, 3 * (size_t)p->room);
     read_set(p, problem, solver->r, solver->u);
     for (round = 0; round < ROUNDS && waited < PATIENCE; round++) {
@@ -365,8 +387,11 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
         /* the next round goes on from r as it is, not clipped to its cones */
         memcpy(solver->start, solver->r, (size_t)solver->size * sizeof(double));
         status = perp__contact_consider_polish(solver, &worth);
-        if (status != PERP_OK || perp__contact_is_good(solver->best.outcome) || changes == 0)
+        if (status != PERP_OK || perp__contact_is_good(solver->best.outcome) ||
+            (changes == 0 && p->regular < REGULAR))
             return status;
+        if (changes == 0)
+            p->regular = LESS_REGULAR;
         memcpy(solver->r, solver->start, (size_t)solver->size * sizeof(double));
         waited = worth.tested < 0.5 * best ? 0 : waited + 1;
         best = fmin(best, worth.tested);

@@ -12,14 +12,15 @@ typedef struct perp__contact_polish {
     perp__arena arena;
     int64_t fitted;
     int32_t room;    /* rows that K has room for */
+    double regular;  /* added to the diagonal of K before it is factored */
     int32_t n;       /* rows of the active set */
     int32_t *place;  /* of a row in the system, -1: r is 0 there */
     int32_t *rows;   /* the other way round */
     int8_t *presses; /* contacts */
     int8_t *parts;   /* 3 contacts: enum perp__part_state */
     int32_t *pivots;
-    double *K, *factors;        /* n by n; factors of K + a regularisation */
-    double *rhs, *step, *error; /* n */
+    double *K, *factors;                /* n by n; factors of K + a regularisation */
+    double *rhs, *step, *error, *units; /* n */
 } perp__contact_polish;
 
 /* Most rows of an active set that is polished. */

@@ -23,12 +23,13 @@
 enum { EDGES = 10 };
 
 /* Attempts after the first look closer: each disc's polygon has its vertices near the direction in
- * which the last answer pushed, NARROWER times as close as the time before, and further and further
- * apart from there on. Away from that direction the polygon is coarse, in its window the error is
- * of second order in the distance of the vertices. */
-#define NARROWER 0.0625
-#define FIRST_WIDTH 0.05 /* radians, between the middle vertex and the next, of attempt 1 */
-#define WIDEST 2.0       /* the last vertex before the opposite one */
+ * which the last answer pushed and further and further apart from there on. In the window, `width`
+ * radians to either side of the middle, the error is of second order in it. An answer in the window
+ * narrows it. */
+#define WIDTH 0.2  /* of attempt 1 */
+#define LEAST 1e-6 /* narrower, the vertices could hardly be told apart */
+#define NARROWER 0.125
+#define WIDEST 2.0 /* the last vertex before the opposite one */
 
 /* More unknowns than this are more than pivoting serves. */
 enum { MOST_UNKNOWNS = 20000 };
@@ -46,9 +47,10 @@ typedef struct pyramid {
     int32_t n;
     unknown *unknowns;
     double *M, *q, *lower, *z, *direction;
-    double *W;      /* dense copy of a sparse W */
-    double *angles; /* 3 contacts: of the impulses of the discs at the last answer */
-    double width;   /* 0: regular polygons */
+    double *W;               /* dense copy of a sparse W */
+    double *angles, *widths; /* 3 contacts: where the discs pushed at the last answer; windows */
+    int32_t regular;         /* polygons, without a window */
+    double *guess;           /* z of the last answer with respect to new windows */
 } pyramid;
 
 static int32_t edges_of(const perp__contact_problem *problem, const perp__contact_part *part)
@@ -101,6 +103,8 @@ static void layout(perp__arena *arena, void *work)
     p->z = perp__arena_take(arena, n, sizeof(double));
     p->direction = perp__arena_take(arena, n, sizeof(double));
     p->angles = perp__arena_take(arena, 3 * (size_t)problem->contacts, sizeof(double));
+    p->widths = perp__arena_take(arena, 3 * (size_t)problem->contacts, sizeof(double));
+    p->guess = perp__arena_take(arena, n, sizeof(double));
     p->W = problem->W->column_starts ? perp__arena_take(arena, size, size * sizeof(double)) : NULL;
 }
 
@@ -118,10 +122,10 @@ static unknown *add_unknown(pyramid *p, int32_t row, int32_t size, double x, dou
 /* Vertex j of the polygon of a disc, part c of contact k. */
 static void vertex(const pyramid *p, int32_t edges, int32_t k, int32_t c, int32_t j, double d[2])
 {
-    const double angle = p->angles[3 * k + c];
+    const double angle = p->angles[3 * k + c], width = p->widths[3 * k + c];
     double offset = 0.0;
 
-    if (p->width == 0.0) {
+    if (p->regular) {
         perp__contact_direction(edges, j, d);
         return;
     }
@@ -131,9 +135,9 @@ static void vertex(const pyramid *p, int32_t edges, int32_t k, int32_t c, int32_
         return;
     }
     if (j > 0) {
-        const double steps = (EDGES - 2) / 2 - 1, growth = pow(WIDEST / p->width, 1.0 / steps);
+        const double steps = (EDGES - 2) / 2 - 1, growth = pow(WIDEST / width, 1.0 / steps);
 
-        offset = p->width * pow(growth, (j - 1) / 2) * (j % 2 ? 1.0 : -1.0);
+        offset = width * pow(growth, (j - 1) / 2) * (j % 2 ? 1.0 : -1.0);
     }
     d[0] = cos(angle + offset);
     d[1] = sin(angle + offset);
@@ -282,8 +286,9 @@ static void read_modes(const pyramid *p, int8_t *modes)
     }
 }
 
-/* Where the discs of r push, or, where there is no impulse, would push first. */
-static void read_angles(pyramid *p, const double *r, const double *u)
+/* The next windows: about where the discs of r push, or, where there is no impulse, would push
+ * first. */
+static void set_windows(pyramid *p, const double *r, const double *u)
 {
     const perp__contact_problem *problem = p->base.problem;
     int32_t k, c;
@@ -294,14 +299,50 @@ static void read_angles(pyramid *p, const double *r, const double *u)
 
         for (c = 0; c < count; c++) {
             const double *x = r + parts[c].row, *y = u + parts[c].row;
+            double *angle = &p->angles[3 * k + c], *width = &p->widths[3 * k + c], last = *angle;
+            double turn;
 
-            p->angles[3 * k + c] = 0.0;
-            if (parts[c].size == 2 && (x[0] != 0.0 || x[1] != 0.0))
-                p->angles[3 * k + c] = atan2(x[1], x[0]);
-            else if (parts[c].size == 2)
-                p->angles[3 * k + c] = atan2(0.0 - y[1], 0.0 - y[0]);
+            if (parts[c].size != 2)
+                continue;
+            *angle = x[0] != 0.0 || x[1] != 0.0 ? atan2(x[1], x[0]) : atan2(0.0 - y[1], 0.0 - y[0]);
+            turn = fabs(remainder(*angle - last, 2.0 * 3.14159265358979323846));
+            *width = p->regular       ? WIDTH
+                     : turn <= *width ? fmax(LEAST, NARROWER * *width)
+                                      : fmin(WIDTH, turn);
         }
     }
+}
+
+/* z of the last answer: every disc pushes along the vertex in the middle of its new window. */
+static void set_guess(pyramid *p, const double *r, const double *u)
+{
+    const perp__contact_problem *problem = p->base.problem;
+    int32_t at = 0, k, c, j;
+
+    for (k = 0; k < problem->contacts; k++) {
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+
+        p->guess[at++] = r[problem->starts[k]];
+        for (c = 0; c < count; c++) {
+            const int32_t edges = edges_of(problem, &parts[c]);
+            const double *x = r + parts[c].row, *y = u + parts[c].row;
+            const double length = parts[c].size == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
+            const double radius = parts[c].coefficient * r[problem->starts[k]];
+
+            for (j = 0; j < edges; j++)
+                p->guess[at + j] = 0.0;
+            if (edges == 0)
+                continue;
+            p->guess[at + (parts[c].size == 1 && x[0] < 0.0)] = length;
+            p->guess[at + edges] = length < 0.999 * radius ? 0.0
+                                   : parts[c].size == 1    ? fabs(y[0])
+                                                           : hypot(y[0], y[1]);
+            at += edges + 1;
+        }
+    }
+    for (k = problem->rows; k < problem->size; k++)
+        p->guess[at++] = r[k];
 }
 
 static int32_t watch(const perp_lcp_progress *progress, void *user)
@@ -344,9 +385,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     int32_t i;
     perp_status status = perp_lcp_result_init(&result, sizeof result);
 
-    p->width = 0.0;
-    if (iterate->attempt > 0 && problem->cone == 0)
-        p->width = FIRST_WIDTH * pow(NARROWER, iterate->attempt - 1);
+    p->regular = iterate->attempt == 0 || problem->cone > 0;
     number_unknowns(p);
     spread_sparse(p);
     fill_impulses(p);
@@ -354,14 +393,16 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     if (status == PERP_OK)
         status = prepare(p);
     if (status == PERP_OK)
-        status = perp__lcp_solve(p->lcp, p->z, NULL, p->direction, &result, p->q, NULL);
+        status = perp__lcp_solve(p->lcp, p->z, NULL, p->direction, &result, p->q,
+                                 p->regular ? NULL : p->guess);
     if (status != PERP_OK)
         return status;
     gather(p, p->z, iterate->r);
     perp__multiply(problem->W, iterate->r, iterate->u);
     for (i = 0; i < problem->size; i++)
         iterate->u[i] += problem->q[i];
-    read_angles(p, iterate->r, iterate->u);
+    set_windows(p, iterate->r, iterate->u);
+    set_guess(p, iterate->r, iterate->u);
     iterate->outcome = result.outcome;
     iterate->iterations = result.iterations;
     if (result.outcome == PERP_OUTCOME_RAY)
