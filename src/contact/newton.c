@@ -9,11 +9,15 @@
 
 #include "base/clock.h"
 
+/* A warm start goes by the first, and the next attempt by the first again, afresh. */
 static const perp__newton_plan plans[] = {
     {0.99, 1.0, 1.0, 0, 0, 0.0, 0}, {0.9, 0.8, 0.8, 1, 0, 0.0, 0},  {0.99, 1.0, 1.0, 0, 1, 0.0, 0},
     {0.99, 1.0, 1.0, 0, 1, 1.0, 0}, {0.99, 1.0, 1.0, 0, 1, 0.0, 1}, {0.99, 1.0, 1.0, 0, 1, 1.0, 2},
     {0.99, 1.0, 1.0, 0, 1, 0.0, 3}, {0.99, 1.0, 1.0, 0, 1, 1.0, 4}};
-#define ATTEMPTS (int32_t)(sizeof plans / sizeof plans[0])
+#define PLANS (int32_t)(sizeof plans / sizeof plans[0])
+#define LONG_PLANS 4 /* as many for problems of more unknowns than MANY */
+#define MANY 1000
+#define WARM_STEPS 12 /* of the polish, straight from a warm start */
 
 static perp_status check(const perp__contact_problem *problem)
 {
@@ -111,15 +115,14 @@ static void start_cold(perp__newton *s)
         s->x[b->starts[k]] = s->z[b->starts[k]] = 1.0;
 }
 
-/* x = p(v), z = p(-v) at v = x - z of the start, smoothed the more the further it is off. */
-static void start_warm(perp__newton *s, const double *r)
+/* x = p(v), z = p(-v) at v = x - z(x), which is left in dz, smoothed the more the further x is off.
+ */
+static void start_warm(perp__newton *s)
 {
     const perp__newton_blocks *b = &s->blocks;
     double eps;
     int32_t i, k;
 
-    for (i = 0; i < b->n; i++)
-        s->x[i] = r[b->rows[i]] / (b->scales[i] * s->unit);
     perp__newton_multiply(&s->matrix, s->x, s->y);
     for (i = 0; i < b->n; i++)
         s->y[i] += s->b[i];
@@ -135,20 +138,6 @@ static void start_warm(perp__newton *s, const double *r)
         perp__cone_smooth(d, &s->dz[at], eps * eps, &s->x[at]);
         perp__cone_smooth(d, negative, eps * eps, &s->z[at]);
     }
-}
-
-static perp_status polish_start(perp__newton *s, const double *r)
-{
-    const perp__newton_blocks *b = &s->blocks;
-    int32_t k, i;
-
-    start_warm(s, r);
-    for (i = 0; i < b->n; i++)
-        s->trial[i] = s->dz[i];
-    for (k = 0; k < b->contacts; k++)
-        perp__cone_project(b->starts[k + 1] - b->starts[k], &s->trial[b->starts[k]],
-                           &s->trial[b->starts[k]]);
-    return perp__natural_polish(s, 12);
 }
 
 /* r and the modes from the best x, u = W r + q. */
@@ -188,6 +177,42 @@ static void finish(perp__newton *s, perp__contact_iterate *iterate)
     iterate->residual = s->best_residual;
 }
 
+/* The polish from r, and the interior point method from near it if that is not enough. */
+static perp_status run_warm(perp__newton *s, const double *r, perp_outcome *outcome)
+{
+    const perp__newton_blocks *b = &s->blocks;
+    perp_status status;
+    int32_t i, k;
+
+    for (i = 0; i < b->n; i++)
+        s->x[i] = r[b->rows[i]] / (b->scales[i] * s->unit);
+    start_warm(s);
+    memcpy(s->trial, s->dz, (size_t)b->n * sizeof *s->trial);
+    for (k = 0; k < b->contacts; k++)
+        perp__cone_project(b->starts[k + 1] - b->starts[k], &s->trial[b->starts[k]],
+                           &s->trial[b->starts[k]]);
+    status = perp__natural_polish(s, WARM_STEPS);
+    *outcome = PERP_OUTCOME_STALLED;
+    if (status != PERP_OK || s->best_residual <= PERP__NEWTON_ENOUGH)
+        return status;
+    return perp__interior_run(s, outcome);
+}
+
+static perp_status run(perp__newton *s, perp__contact_iterate *iterate)
+{
+    int32_t attempt =
+        iterate->warm && iterate->attempt > 0 ? iterate->attempt - 1 : iterate->attempt;
+
+    if (attempt >= (s->blocks.n > MANY ? LONG_PLANS : PLANS))
+        return PERP_OK;
+    s->plan = &plans[attempt];
+    if (iterate->warm && iterate->attempt == 0)
+        return run_warm(s, iterate->r, &iterate->outcome);
+    start_cold(s);
+    return s->plan->path ? perp__path_run(s, &iterate->outcome)
+                         : perp__interior_run(s, &iterate->outcome);
+}
+
 static perp_status solve(void *work, perp__contact_iterate *iterate)
 {
     perp__newton *s = work;
@@ -203,24 +228,11 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     status = perp__newton_matrix_read(&s->matrix, &s->blocks, problem);
     if (status != PERP_OK)
         return status;
-    s->plan = &plans[iterate->attempt < ATTEMPTS ? iterate->attempt : ATTEMPTS - 1];
     s->limit = problem->iteration_limit > 0 ? problem->iteration_limit : INT64_MAX;
-    s->best_residual = INFINITY;
-    read_right_side(s);
+    s->best_residual = s->residual = INFINITY;
     s->omega = load(problem);
-    if (iterate->warm && iterate->attempt == 0) {
-        status = polish_start(s, iterate->r);
-        if (status != PERP_OK || s->best_residual <= PERP__NEWTON_ENOUGH) {
-            finish(s, iterate);
-            iterate->outcome = PERP_OUTCOME_SOLVED;
-            iterate->iterations = s->matrix.factorisations;
-            return status;
-        }
-        start_warm(s, iterate->r);
-    } else
-        start_cold(s);
-    status = s->plan->path ? perp__path_run(s, &iterate->outcome)
-                           : perp__interior_run(s, &iterate->outcome);
+    read_right_side(s);
+    status = run(s, iterate);
     iterate->iterations = s->matrix.factorisations;
     if (status != PERP_OK || !isfinite(s->best_residual))
         return status;
@@ -238,5 +250,5 @@ static void release(void *work)
 }
 
 const perp__contact_method perp__contact_newton = {
-    PERP_CONTACT_METHOD_NEWTON, sizeof(perp__newton), ATTEMPTS, 0, check, layout, solve, release,
+    PERP_CONTACT_METHOD_NEWTON, sizeof(perp__newton), PLANS + 1, 0, check, layout, solve, release,
 };

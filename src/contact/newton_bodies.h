@@ -32,6 +32,9 @@ void perp__newton_bodies_layout(perp__arena *arena, perp__newton_bodies *own,
 /* The pattern and its analysis. PERP_OK or PERP_ERROR_MEMORY. */
 perp_status perp__newton_bodies_read(perp__newton_bodies *own, const perp__newton_blocks *blocks,
                                      const perp__contact_problem *problem);
+/* Where row `row`, one of its pattern, stands in `column`. */
+int64_t perp__newton_bodies_find(const perp__newton_bodies *own, int32_t column, int32_t row);
+
 void perp__newton_bodies_multiply(const perp__newton_bodies *own, const double *x, double *out);
 perp_status perp__newton_bodies_factor(perp__newton_bodies *own, const double *L, const double *R,
                                        int32_t keep_pivots);
