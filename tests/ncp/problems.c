@@ -199,9 +199,9 @@ double zoo_residual(const zoo_problem *problem, const double *z, const double *F
 /* The groups, one after the other. */
 const zoo_entry *zoo_table(int32_t *count)
 {
-    static const zoo_entry *const groups[] = {zoo_classic,   zoo_programs, zoo_markets,
-                                              zoo_exchanges, zoo_grids,    zoo_mechanics,
-                                              zoo_networks,  zoo_systems};
+    static const zoo_entry *const groups[] = {zoo_classic,   zoo_programs,  zoo_more_programs,
+                                              zoo_markets,   zoo_exchanges, zoo_grids,
+                                              zoo_mechanics, zoo_networks,  zoo_systems};
     static zoo_entry table[100];
     int32_t k = 0;
     for (size_t g = 0; g < sizeof groups / sizeof *groups; g++) {

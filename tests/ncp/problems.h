@@ -35,8 +35,9 @@ struct zoo_problem {
     int32_t n, size;
     zoo_equations equations;
     double *lower, *upper;
-    double *data; /* the problem's own */
-    double scale; /* of F near its solutions; residuals are judged relative to it */
+    double *data;     /* the problem's own */
+    const void *form; /* of problems that differ in it alone */
+    double scale;     /* of F near its solutions; residuals are judged relative to it */
     int32_t sparse, nonzeros;
     int32_t *column_starts, *row_indices; /* NULL if dense */
     int32_t *slots;
@@ -116,7 +117,7 @@ static inline double zoo_random(uint64_t *state)
 }
 
 /* The groups that make the table, each ended by a name that is NULL. */
-extern const zoo_entry zoo_classic[], zoo_programs[], zoo_markets[], zoo_exchanges[], zoo_grids[],
-    zoo_mechanics[], zoo_networks[], zoo_systems[];
+extern const zoo_entry zoo_classic[], zoo_programs[], zoo_more_programs[], zoo_markets[],
+    zoo_exchanges[], zoo_grids[], zoo_mechanics[], zoo_networks[], zoo_systems[];
 
 #endif
