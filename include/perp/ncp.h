@@ -71,10 +71,12 @@ typedef int32_t (*perp_ncp_monitor)(const perp_ncp_progress *progress, void *use
 typedef struct perp_ncp_settings {
     size_t struct_size;
     int32_t method;           /* PERP_NCP_...; default PERP_NCP_AUTO */
-    int32_t max_iterations;   /* Newton steps of one run of a method; 0 (default): 200 */
+    int32_t max_iterations;   /* Newton steps of one run of a method; 0 (default): 200, but 100
+                                 for fischer under auto */
     double tol;               /* tested residual that counts as solved; default 1e-10; > 0 */
     double time_limit;        /* seconds; 0 (default): none, and no decision reads the clock */
-    double penalty;           /* fischer: weight of max(a,0) max(b,0), in [0, 1); default 0 */
+    double penalty;           /* fischer: weight of max(a,0) max(b,0), in [0, 1); default
+                               0.1; 0: the plain function */
     int32_t restarts;         /* auto: most perturbed starts; default 20; >= 0 */
     int32_t scaling;          /* 1 (default): equilibrate by powers of two; 0: as it is */
     int32_t polish;           /* 1 (default): on to the limit of rounding; 0: stop at tol */

@@ -55,7 +55,7 @@ static void measure(perp_ncp_solver *solver, perp__ncp_worth *worth, double omeg
         z_largest = fmax(z_largest, fabs(f->z[i]));
     for (int32_t i = 0; i < m->n; i++) {
         const double z = solver->candidate[i], size = f->part[i] * z_largest + fabs(f->image[i]);
-        const double wrong = m->D[i] * violation(z, m->lower[i], m->upper[i], m->w_caller[i]);
+        const double wrong = violation(z, m->lower[i], m->upper[i], m->w_caller[i]) / m->w_unit[i];
 
         raise_to(&worth->natural, fabs(perp__ncp_mid(z, m->lower[i], m->upper[i], m->w_caller[i])));
         raise_to(&worth->tested,
@@ -88,8 +88,8 @@ perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
     if (status == PERP_OK && m->n > 0) {
         perp__ncp_model_equilibrate(m);
         for (int32_t i = 0; i < m->n; i++) {
-            f->z[i] /= m->D[i];
-            f->w[i] *= m->D[i];
+            f->z[i] /= m->z_unit[i];
+            f->w[i] /= m->w_unit[i];
         }
         omega = find_scales(f);
     } else if (m->n > 0) {

@@ -23,6 +23,8 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
     m->low = perp__arena_take(arena, n, sizeof(double));
     m->high = perp__arena_take(arena, n, sizeof(double));
     m->D = perp__arena_take(arena, n, sizeof(double));
+    m->z_unit = perp__arena_take(arena, n, sizeof(double));
+    m->w_unit = perp__arena_take(arena, n, sizeof(double));
     m->exponents = perp__arena_take(arena, n, sizeof(int32_t));
     m->exponents_work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
     m->S = perp__arena_take(arena, all, sizeof(double));
@@ -103,11 +105,16 @@ void perp__ncp_model_read(perp__ncp_model *m, const perp_ncp_problem *problem)
     m->colours.known = 0;
 }
 
-static void scale_bounds(perp__ncp_model *m)
+void perp__ncp_model_set_unit(perp__ncp_model *m, double unit)
 {
+    m->unit = unit;
     for (int32_t i = 0; i < m->n; i++) {
-        double low = m->lower[i] / m->D[i], high = m->upper[i] / m->D[i];
+        double low, high;
 
+        m->z_unit[i] = m->D[i] * unit;
+        m->w_unit[i] = unit / m->D[i];
+        low = m->lower[i] / m->z_unit[i];
+        high = m->upper[i] / m->z_unit[i];
         m->low[i] = isinf(low) && isfinite(m->lower[i]) ? -DBL_MAX : low;
         m->high[i] = isinf(high) && isfinite(m->upper[i]) ? DBL_MAX : high;
     }
@@ -119,7 +126,7 @@ void perp__ncp_model_unscale(perp__ncp_model *m)
         m->exponents[i] = 0;
         m->D[i] = 1.0;
     }
-    scale_bounds(m);
+    perp__ncp_model_set_unit(m, 1.0);
 }
 
 /* S := D J D from `given`, whatever D is. */
@@ -215,7 +222,7 @@ void perp__ncp_model_equilibrate(perp__ncp_model *m)
     find_exponents(m);
     for (int32_t i = 0; i < m->n; i++)
         m->D[i] = perp__power_of_two(m->exponents[i]);
-    scale_bounds(m);
+    perp__ncp_model_set_unit(m, 1.0);
     scale_matrix(m);
 }
 
@@ -243,10 +250,10 @@ perp_status perp__ncp_evaluate(perp__ncp_model *m, const double *z, double *w)
     perp_status status;
 
     for (int32_t i = 0; i < m->n; i++)
-        m->z_caller[i] = perp__ncp_clamp(m->D[i] * z[i], m->lower[i], m->upper[i]);
+        m->z_caller[i] = perp__ncp_clamp(m->z_unit[i] * z[i], m->lower[i], m->upper[i]);
     status = perp__ncp_call(m, m->z_caller, m->w_caller);
     for (int32_t i = 0; i < m->n && status == PERP_OK; i++) {
-        w[i] = m->D[i] * m->w_caller[i];
+        w[i] = m->w_caller[i] / m->w_unit[i];
         if (!isfinite(w[i]))
             status = PERP__NCP_OUTSIDE;
     }
@@ -277,8 +284,8 @@ perp_status perp__ncp_linearise(perp__ncp_model *m, const double *z, const doubl
     perp_status status = PERP__NCP_OUTSIDE;
 
     for (int32_t i = 0; i < m->n; i++) {
-        m->z_caller[i] = perp__ncp_clamp(m->D[i] * z[i], m->lower[i], m->upper[i]);
-        m->w_caller[i] = w[i] / m->D[i];
+        m->z_caller[i] = perp__ncp_clamp(m->z_unit[i] * z[i], m->lower[i], m->upper[i]);
+        m->w_caller[i] = w[i] * m->w_unit[i];
     }
     m->jacobian_evaluations++;
     if (m->problem.jacobian)
@@ -366,8 +373,8 @@ double perp__ncp_omega(const perp__ncp_model *m, const double *z, const double *
     }
     perp__ncp_add(m, minus_z, offset);
     for (int32_t i = 0; i < m->n; i++)
-        most =
-            fmax(most, fmax(fmax(fabs(offset[i]), fabs(z[i])), VANISHED * m->D[i] * m->F_start[i]));
+        most = fmax(
+            most, fmax(fmax(fabs(offset[i]), fabs(z[i])), VANISHED * m->F_start[i] / m->w_unit[i]));
     if (!(most > 0.0) || isinf(most))
         return 1.0;
     frexp(most, &exponent);
@@ -378,7 +385,7 @@ void perp__ncp_mark_start(perp__ncp_model *m, double omega)
 {
     if (m->omega_start > 0.0)
         return;
-    m->omega_start = omega;
+    m->omega_start = omega * m->unit;
     memcpy(m->D_start, m->D, (size_t)m->n * sizeof(double));
 }
 

@@ -1,7 +1,8 @@
 /* A problem as the methods see it: F and its Jacobian in scaled coordinates, counted, with failures
  * told apart, and the residuals of a point.
  *
- *   z = z_caller / D,  w = D F(D z),  S = D J D  with D = diag(2^e_i),
+ *   z = z_caller / (D unit),  w = D F / unit,  S = D J D  with D = diag(2^e_i), a power of two
+ * `unit`,
  *
  * exact but for under- and overflow. Callbacks are only ever called within the bounds. */
 #ifndef PERP_NCP_MODEL_H
@@ -43,8 +44,9 @@ typedef struct perp__ncp_model {
     int32_t scaling;         /* 0: D is 1 throughout */
     int32_t *exponents;      /* log2 of D */
     int32_t *exponents_work; /* 2 n */
-    double *D;
-    double *low, *high; /* the bounds, scaled; a finite one stays finite */
+    double *D, unit;
+    double *z_unit, *w_unit; /* D unit, unit/D: what 1 is in the caller's units */
+    double *low, *high;      /* the bounds, scaled; a finite one stays finite */
 
     /* S, dense by columns, or CSC in the caller's pattern and the diagonal; the caller's entry k is
      * entry place[k] of that */
@@ -72,15 +74,18 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *model);
 /* Copies the caller's problem into the arrays laid out for it. */
 void perp__ncp_model_read(perp__ncp_model *model, const perp_ncp_problem *problem);
 
-/* D := 1, or the equilibration of the Jacobian in S. Updates S and the scaled bounds. */
+/* D := 1, or the equilibration of the last Jacobian, and S with it; unit := 1. */
 void perp__ncp_model_unscale(perp__ncp_model *model);
 void perp__ncp_model_equilibrate(perp__ncp_model *model);
 
-/* w := D F(D z) in scaled coordinates, z projected onto the bounds by the caller of this. PERP_OK,
+/* Another unit; z, w and the bounds in it. */
+void perp__ncp_model_set_unit(perp__ncp_model *model, double unit);
+
+/* w := F in scaled coordinates, z projected onto the bounds by the caller of this. PERP_OK,
  * PERP__NCP_OUTSIDE or PERP_ERROR_CALLBACK. The caller's units stay in z_caller, w_caller. */
 perp_status perp__ncp_evaluate(perp__ncp_model *model, const double *z, double *w);
 
-/* S := the Jacobian at z, where w = D F(D z). By differences where the callback has no value. As
+/* S := the Jacobian at z, where w is F. By differences where the callback has no value. As
  * above. */
 perp_status perp__ncp_linearise(perp__ncp_model *model, const double *z, const double *w);
 

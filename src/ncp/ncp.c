@@ -11,7 +11,8 @@
 #include "ncp/settings.h"
 #include "ncp/solver.h"
 
-#define ITERATIONS 200 /* the default limit of a run */
+#define ITERATIONS 200       /* the default limit of a run */
+#define FIRST_ITERATIONS 100 /* of fischer under auto: josephy is there to take over */
 
 static int32_t is_solution(const perp__ncp_worth *worth)
 {
@@ -57,7 +58,7 @@ static void leave_walk(perp_ncp_solver *solver, const double *from)
     const perp__ncp_model *m = &solver->model;
 
     for (int32_t i = 0; i < m->n; i++)
-        solver->candidate[i] = perp__ncp_clamp(from[i] * m->D[i], m->lower[i], m->upper[i]);
+        solver->candidate[i] = perp__ncp_clamp(from[i] * m->z_unit[i], m->lower[i], m->upper[i]);
 }
 
 /* The polish goes on from the best point of the run. */
@@ -87,6 +88,9 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty)
     f->target = 0.25 * solver->settings.tol;
     f->finish = solver->settings.polish;
     f->limit = solver->settings.max_iterations > 0 ? solver->settings.max_iterations : ITERATIONS;
+    if (solver->settings.max_iterations == 0 && solver->settings.method == PERP_NCP_AUTO &&
+        method == PERP_NCP_FISCHER)
+        f->limit = FIRST_ITERATIONS;
     f->steps = 0;
     f->scaled = 0;
     f->omega = 1.0;
@@ -118,7 +122,7 @@ static int32_t is_over(const perp_ncp_solver *solver)
 }
 
 /* Both methods from `from`, or the one asked for. */
-static perp_status run_all(perp_ncp_solver *solver, const double *from)
+static perp_status run_all(perp_ncp_solver *solver, const double *from, double penalty)
 {
     const int32_t asked = solver->settings.method;
     const size_t bytes = (size_t)solver->model.n * sizeof(double);
@@ -129,7 +133,7 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from)
         if ((asked == PERP_NCP_AUTO || asked == method) && !is_over(solver)) {
             if (bytes > 0)
                 memcpy(solver->candidate, from, bytes);
-            status = run(solver, method, solver->settings.penalty);
+            status = run(solver, method, penalty);
         }
     return status;
 }
@@ -142,15 +146,16 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
 
     if (status != PERP_OK)
         return status;
-    status = run_all(solver, solver->start);
+    status = run_all(solver, solver->start, solver->settings.penalty);
     for (int32_t i = 0; i < solver->model.n; i++) /* the problem's own sizes */
-        unit = fmax(unit, fmax(fabs(solver->start[i]), solver->walk.omega * solver->model.D[i]));
+        unit = fmax(unit, fmax(fabs(solver->start[i]),
+                               solver->model.omega_start * solver->model.D_start[i]));
     for (int32_t k = 0; status == PERP_OK && solver->settings.method == PERP_NCP_AUTO &&
                         k < solver->settings.restarts && !is_over(solver);
          k++) {
         control->restarts++;
         perp__ncp_perturb(solver, k, unit);
-        status = run_all(solver, solver->perturbed);
+        status = run_all(solver, solver->perturbed, k % 2 == 0 ? solver->settings.penalty : 0.0);
     }
     if (status == PERP_OK && !is_good(solver) && solver->best_method >= 0) {
         status = perp__ncp_look_for_trap(solver, &solver->trapped);

@@ -17,6 +17,7 @@ perp_status perp_ncp_settings_init(perp_ncp_settings *settings, size_t size)
 
     if (status == PERP_OK) {
         settings->tol = 1e-10;
+        settings->penalty = 0.1;
         settings->restarts = 20;
         settings->scaling = 1;
         settings->polish = 1;

@@ -68,17 +68,22 @@ perp_status perp__ncp_stand(perp__ncp_walk *f)
 static void rescale(perp__ncp_walk *f)
 {
     perp__ncp_model *m = f->model;
+    double unit;
 
     for (int32_t i = 0; i < m->n; i++) {
-        f->z[i] *= m->D[i];
-        f->best[i] *= m->D[i];
-        f->w[i] /= m->D[i];
+        f->z[i] *= m->z_unit[i];
+        f->w[i] *= m->w_unit[i];
     }
     perp__ncp_model_equilibrate(m);
     for (int32_t i = 0; i < m->n; i++) {
-        f->z[i] = perp__ncp_clamp(f->z[i] / m->D[i], m->low[i], m->high[i]);
-        f->best[i] /= m->D[i];
+        f->z[i] /= m->D[i];
         f->w[i] *= m->D[i];
+    }
+    unit = perp__ncp_omega(m, f->z, f->w, f->part, f->image);
+    perp__ncp_model_set_unit(m, unit);
+    for (int32_t i = 0; i < m->n; i++) {
+        f->z[i] = perp__ncp_clamp(f->z[i] / unit, m->low[i], m->high[i]);
+        f->w[i] /= unit;
     }
     f->scaled = 1;
     f->steps = 0;
@@ -92,7 +97,7 @@ perp_status perp__ncp_look(perp__ncp_walk *f)
 
     if (status != PERP_OK)
         return status;
-    if (f->model->scaling && !f->scaled)
+    if (!f->scaled)
         rescale(f);
     f->omega = perp__ncp_omega(f->model, f->z, f->w, f->part, f->image);
     perp__ncp_mark_start(f->model, f->omega);

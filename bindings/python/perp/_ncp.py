@@ -272,7 +272,7 @@ def ncp(
     time_limit: Optional[float] = None,
     monitor: Optional[Monitor] = None,
     pattern: Any = None,
-    penalty: float = 0.0,
+    penalty: float = 0.1,
     restarts: int = 20,
     scaling: bool = True,
     polish: bool = True,
@@ -288,11 +288,12 @@ def ncp(
     lower, upper: (n,), or a number for all; None is 0 and +inf. Infinite bounds are allowed.
     method: "auto", "fischer" or "josephy".
     tol: the residual (dimensionless) that counts as solved.
-    max_iterations (of one run of a method), time_limit (seconds): None is 200, and none.
+    max_iterations (of one run of a method), time_limit (seconds): None is 200 (fischer under
+        auto: 100), and none.
     monitor: called with an object that has method, iterations and residual as the solve goes on;
         a true answer stops it (outcome "stopped"), an exception ends the call.
     pattern: a sparse matrix, or an array, that is not 0 where J ever is; by default that of J(z0).
-    penalty: of fischer, the weight of max(a,0) max(b,0), in [0, 1).
+    penalty: of fischer, the weight of max(a,0) max(b,0), in [0, 1); 0 is the plain function.
     restarts: of auto, at most so many starts from perturbed points.
     scaling: equilibrate by powers of two.  polish: go on to the limit of rounding.
 
