@@ -32,9 +32,8 @@
 #define WINDOW_SWEEPS 60
 #define WINDOW_FACTOR 0.8
 
-/* The guess that all comes to rest is taken where its residual is at most so much of that of r = 0.
- */
-#define GOOD_GUESS 1.0
+/* From a start with a residual of so many times tol, sweeps are there at once. */
+#define NEAR_ENOUGH 3.0
 
 /* The residual is looked at again after so many sweeps. */
 #define SWEEPS_BETWEEN_TESTS 5
@@ -142,34 +141,43 @@ static int32_t is_solved(perp__sweep_work *work, double change)
     return 0;
 }
 
-/* Begins with the guess that all comes to rest, if it is a good one. */
-static void settle(perp__sweep_work *work)
+/* Begins at x, in the caller's frame. */
+static void begin_at(perp__sweep_work *work, const double *x)
 {
-    const size_t blocks = (size_t)work->common.problem->bodies->blocks;
-    const double before = perp__sweep_residual(work, work->r, work->u);
+    const perp__contact_problem *problem = work->common.problem;
 
-    perp__sweep_settle(work);
-    perp__sweep_export(work, work->r);
-    if (perp__sweep_residual(work, work->x, work->u) <= GOOD_GUESS * before)
-        return;
-    memset(work->r, 0, (size_t)work->size * sizeof *work->r);
-    memset(work->y, 0, blocks * PERP__PACKED_WIDTH * sizeof *work->y);
+    perp__sweep_import(work, x);
+    if (problem->bodies)
+        perp__bodies_gather(problem->bodies, x, work->y);
 }
 
-static void start(perp__sweep_work *work, const perp__contact_iterate *iterate)
+/* Begins with the guess that all comes to rest, if it is better than x. */
+static void settle(perp__sweep_work *work, const double *x)
+{
+    const double given = perp__sweep_residual(work, x, work->u);
+
+    if (given <= NEAR_ENOUGH * work->common.problem->tol) {
+        begin_at(work, x);
+        return;
+    }
+    perp__sweep_settle(work);
+    perp__sweep_export(work, work->r);
+    if (!(perp__sweep_residual(work, work->x, work->u) <= given))
+        begin_at(work, x);
+}
+
+static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
 {
     const perp__contact_problem *problem = work->common.problem;
     const size_t bytes = (size_t)work->size * sizeof *work->r;
 
     perp__sweep_read(work);
-    memset(work->r, 0, bytes);
-    if (iterate->warm) {
-        perp__sweep_import(work, iterate->r);
-        if (problem->bodies)
-            perp__bodies_gather(problem->bodies, iterate->r, work->y);
-    } else if (work->all_packed) {
-        settle(work);
-    }
+    if (!iterate->warm)
+        memset(iterate->r, 0, bytes);
+    if (work->all_packed)
+        settle(work, iterate->r);
+    else
+        begin_at(work, iterate->r);
     memcpy(work->best, work->r, bytes);
     perp__mixing_forget(&work->mixing);
     memset(work->modes, 0, (size_t)problem->contacts * sizeof *work->modes);

@@ -181,8 +181,11 @@ void perp__sweep_settle(perp__sweep_work *work)
     perp__levels *levels = &work->levels;
     int32_t most;
 
-    for (int32_t i = 0; i < b->blocks * b->width; i++)
+    memset(work->r, 0, (size_t)work->size * sizeof *work->r);
+    for (int32_t i = 0; i < b->blocks * b->width; i++) {
         levels->rest[i] = -b->free[i];
+        work->y[i] = 0.0;
+    }
     for (int32_t i = 0; i < b->width; i++)
         levels->rest[b->blocks * b->width + i] = 0.0;
     most = find_levels(work);
