@@ -26,8 +26,10 @@ typedef struct plan_step {
 
 enum { PLAN_MOST = 16 };
 
-/* Sweeps before newton takes over, and the rows of contacts up to which pivoting is a fall-back. */
-enum { FIRST_SWEEPS = 1000, LEMKE_MOST = 600 };
+/* Sweeps before newton takes over: many where a rough answer is asked for, which they may give, few
+ * where they are to lead to newton's way. Rows of contacts up to which pivoting is a fall-back. */
+#define ROUGH 1e-5
+enum { ROUGH_SWEEPS = 1000, FIRST_SWEEPS = 100, LEMKE_MOST = 600 };
 
 static perp_outcome outcome_of(const perp_contact_solver *solver, const perp__contact_worth *worth,
                                perp_outcome said)
@@ -327,6 +329,8 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         return (int32_t)(sizeof polyhedral / sizeof *polyhedral);
     }
     memcpy(steps, conic, sizeof conic);
+    if (solver->settings.tol >= ROUGH)
+        steps[0].limit = ROUGH_SWEEPS;
     return (int32_t)(sizeof conic / sizeof *conic);
 }
 
