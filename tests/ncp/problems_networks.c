@@ -293,7 +293,7 @@ const zoo_entry zoo_networks[] = {
      ZOO_UNIQUE, 0},
     {"two-rings", "in the manner of Bertsekas & Gafni 1982, coefficients and demands our own",
      build_two_rings, 0, 0, ZOO_UNKNOWN, 0},
-    {"traffic-grid", "Wardrop 1952 on a generated grid, four destinations", build_traffic, 320,
-     9680, ZOO_UNKNOWN, 0},
+    {"traffic-grid", "Wardrop 1952 on a generated grid, four destinations", build_traffic, 180,
+     2000, ZOO_UNKNOWN, 0},
     {NULL, NULL, NULL, 0, 0, 0, 0},
 };
