@@ -255,7 +255,8 @@ PERP_API void perp_load_friction_destroy(perp_load_friction *friction);
  * Returns: PERP_OK, also where there is none; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE,
  * _BUSY or _MEMORY; then the handle keeps no answers. Out:     summary: initialised by
  * perp_load_summary_init. In:      tau, velocity: n entries; of the velocity only the signs count,
- * 0.0 is at rest. Cost:    2^n patterns in motion, 5^n at rest, n^3 each (1 us at n = 8). */
+ * 0.0 is at rest. Cost:    2^n patterns in motion, 5^n at rest, n^3 each (1 us at n = 4, 4 at 8, 20
+ * at 12). */
 PERP_API perp_status perp_load_friction_solve(perp_load_friction *friction,
                                               perp_load_summary *summary, const double *tau,
                                               const double *velocity) PERP_WARN_UNUSED;

@@ -169,6 +169,19 @@ static void residuals(perp_load_friction *f, double *residual)
     }
 }
 
+/* The same in working precision, for a first look. */
+static void rough_residuals(perp_load_friction *f, double *residual)
+{
+    int32_t i;
+
+    perp__multiply(&f->A_view, f->x, f->product);
+    perp__multiply(&f->C_view, f->x, f->normal);
+    for (i = 0; i < f->n; i++) {
+        f->normal[i] += f->d[i];
+        residual[i] = f->question.tau[i] - f->b[i] - f->product[i] - f->slope[i] * f->normal[i];
+    }
+}
+
 /* x_L += inverse residual_L; the rank first rows of `inverse` belong to columns[0], ... */
 static void correct(perp_load_friction *f, int32_t m, int32_t rank, const double *residual)
 {
@@ -286,13 +299,16 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f)
     }
     top = load_block(f, m);
     rank = reduce(f, m, top, &least);
-    for (round = 0; round < 3; round++) {
+    rough_residuals(f, f->rhs);
+    correct(f, m, rank, f->rhs);
+    if (rank == m && least > regular && !f->insist) {
+        rough_residuals(f, f->rhs);
+        find_loads(f);
+        if (clearly_wrong(f))
+            return -1;
+    }
+    for (round = 0; round < 2; round++) {
         residuals(f, f->rhs);
-        if (round == 1 && rank == m && least > regular && !f->insist) {
-            find_loads(f);
-            if (clearly_wrong(f))
-                return -1;
-        }
         correct(f, m, rank, f->rhs);
     }
     residuals(f, f->rhs);
