@@ -1,0 +1,81 @@
+"""The picture of lead_screw.py: half-lines of torque over acceleration, compliant runs, jam times."""
+
+import os
+
+import numpy as np
+from simulate_picture import BLUE, INK, QUIET, RED, STYLE, plt, subtitle
+
+import perp
+
+
+def draw_half_lines(axes, rigid):
+    A, b, C, d, mu = rigid
+    axes.set_title("Torque over acceleration")
+    subtitle(axes, "screw turning forward; friction adds inertia or takes it")
+    vertex = -d / C
+    spread = np.array([0, 1900.0])
+    for side, colour in ((1, BLUE), (-1, RED)):
+        x = vertex + side * spread
+        axes.plot(x, A * x + b + mu * np.abs(C * x + d), color=colour, lw=2.4)
+        word = "N > 0: stable" if side > 0 else "N < 0: unstable"
+        place = (-1150, 0.17) if side > 0 else (-3950, 0.03)
+        axes.text(*place, word, ha="right" if side > 0 else "left", color=colour)
+    for torque in (0.0, -0.1):
+        found = perp.load_friction(*rigid, 1.0, torque)
+        axes.axhline(torque, color=QUIET, lw=0.9, ls=(0, (4, 3)))
+        for s in found:
+            axes.plot(
+                s.acceleration[0], torque, "o", ms=8, mew=1.8, mec=BLUE if s.stable else RED,
+                mfc=BLUE if s.stable else "white", zorder=4,
+            )
+        count = {0: "no acceleration", 2: "two accelerations"}[len(found)]
+        axes.annotate(
+            f"T = {torque:g}: {count}", (450, torque), (0, -14),
+            textcoords="offset points", color=INK, ha="right", fontsize=9.5,
+        )
+    axes.plot(vertex, A * vertex + b, "s", ms=5, color=INK, zorder=5)
+    axes.set(xlabel="angular acceleration (rad/s²)", ylabel="torque (N m)")
+    axes.set(xlim=(-4400, 500), ylim=(-0.15, 0.3))
+    axes.set_xticks([-4000, -3000, -2000, -1000])
+
+
+def draw_runs(axes, divide, runs):
+    axes.set_title("Compliant thread, T = 0")
+    subtitle(axes, "started 0.1 % to either side of the unstable answer")
+    for run, colour, text in zip(runs, (BLUE, RED), ("to N > 0", "into a jam")):
+        t, N = 1e3 * run.samples[:, 0], run.samples[:, -1]
+        axes.plot(t, N, color=colour, lw=1.8)
+        axes.plot(t[-1], N[-1], "o", color=colour, ms=6)
+        axes.annotate(
+            f"{text}: at rest\nafter {t[-1]:.3f} ms", (t[-1], N[-1]),
+            (-8, 30) if colour == BLUE else (14, 10), textcoords="offset points",
+            ha="right" if colour == BLUE else "left", color=colour, fontsize=9.5,
+        )
+    axes.axhline(divide, color=QUIET, lw=0.9, ls=(0, (4, 3)))
+    axes.set(xlabel="time (ms)", ylabel="normal force (N)", ylim=(-430, 190))
+
+
+def draw_times(axes, stiffnesses, times):
+    axes.set_title("No acceleration: the jam")
+    subtitle(axes, "T = -0.1; time to rest from 10 rad/s")
+    axes.loglog(stiffnesses, 1e3 * times, "o-", color=RED, ms=5, lw=1.6, label="compliant runs")
+    law = 1e3 * times[-1] * np.sqrt(stiffnesses[-1] / stiffnesses)
+    axes.loglog(stiffnesses, law, color=INK, lw=1, ls=(0, (4, 3)), label="stiffness$^{-1/2}$")
+    axes.set(xlabel="stiffness (N/m)", ylabel="time (ms)")
+    axes.legend(frameon=False)
+
+
+def draw(folder, rigid, divide, runs, stiffnesses, times):
+    """Writes lead_screw.png and lead_screw.svg; returns their paths."""
+    os.makedirs(folder, exist_ok=True)
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(1, 3, figsize=(14.5, 4.6), layout="constrained")
+        figure.get_layout_engine().set(w_pad=0.15, h_pad=0.12, wspace=0.04)
+        draw_half_lines(axes[0], rigid)
+        draw_runs(axes[1], divide, runs)
+        draw_times(axes[2], stiffnesses, times)
+        paths = [os.path.join(folder, f"lead_screw.{kind}") for kind in ("png", "svg")]
+        figure.savefig(paths[0], dpi=110)
+        figure.savefig(paths[1], metadata={"Date": None})
+        plt.close(figure)
+    return paths
