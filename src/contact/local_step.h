@@ -13,7 +13,7 @@ enum { PERP__SEPARATE = 0, PERP__STICK = 1, PERP__SLIP = 2 };
 #define PERP__SLIP_STEPS 100
 
 /* Newton's method, near: the next step squares this error. */
-#define PERP__NEAR 1e-5
+#define PERP__NEAR 1e-4
 #define PERP__NEAR_STEPS 4
 
 /* r_t = -c / (s + l) with |r_t| = mu r_n, r_n = z - a'r_t, given that l = 0 asks for more friction

@@ -94,10 +94,10 @@ PERP__KERNEL static void visit_loops(perp__packed_contact *c, double *y, double 
         r[1] = x[1];
     if (dim > 2)
         r[2] = x[2];
-    P = c->P;
-    for (int32_t i = 0; i < 3; i++, P += ROW) {
+    for (int32_t i = 2; i >= 0; i--) { /* the normal last: its step is known last */
         const perp__lanes step = PERP__SAME_LANES(d[i]);
 
+        P = c->P + i * ROW;
         a += PERP__CONST_LANES_AT(P) * step;
         b += PERP__CONST_LANES_AT(P + 4) * step;
         ends += PERP__CONST_LANES_AT(P + 8) * step;
