@@ -7,11 +7,12 @@
 #include <math.h>
 #include <string.h>
 
-#define EPS_MOST 1e-2 /* eps = min(g, this): sqrt(g) would stall */
-#define EXIT 1e-6     /* residual at which the polish is tried first */
-#define STEPS 100     /* most iterations of one attempt */
-#define SHORT 0.05    /* three steps in a row under this: stalled */
-#define CENTRE 0.1    /* a step under this is taken again towards the central path */
+#define EPS_PART 0.1 /* eps = this times g; sqrt(g) would stall */
+#define EPS_MOST 1e-2
+#define EXIT 1e-6  /* residual at which the polish is tried first */
+#define STEPS 100  /* most iterations of one attempt */
+#define SHORT 0.05 /* three steps in a row under this: stalled */
+#define CENTRE 0.1 /* a step under this is taken again towards the central path */
 #define POLISH_STEPS 8
 #define ENOUGH 1e-13 /* residual after which nothing more is tried */
 #define FREE 1e-11   /* regularises bilateral rows that depend on each other */
@@ -49,7 +50,8 @@ static double average(const perp__newton *s, double a)
     return s->blocks.contacts ? sum / (double)s->blocks.contacts : 0.0;
 }
 
-/* No gap is left where more z_1 closes it. */
+/* No gap is left where more z_1 closes it: s is convex, so that a step leaves gaps of this kind, of
+ * the size of its curvature, where z_t is small. */
 static void raise_slack(perp__newton *s)
 {
     const perp__newton_blocks *b = &s->blocks;
@@ -229,11 +231,9 @@ perp_status perp__interior_run(perp__newton *s, perp_outcome *outcome)
         perp_outcome request;
         int32_t stuck;
 
-        evaluate(s, fmin(g, EPS_MOST));
-        if (s->plan->raise) {
-            raise_slack(s);
-            g = average(s, 0.0);
-        }
+        evaluate(s, fmin(EPS_PART * g, EPS_MOST));
+        raise_slack(s);
+        g = average(s, 0.0);
         s->residual = perp__natural_map(&s->blocks, s->x, s->y, NULL, NULL);
         stuck = shorts >= 3 || step == STEPS || !isfinite(s->residual);
         if (s->residual <= leave || stuck) {

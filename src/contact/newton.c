@@ -10,10 +10,10 @@
 #include "base/clock.h"
 
 /* A warm start goes by the first, and the next attempt by the first again, afresh. */
-static const perp__newton_plan plans[] = {
-    {0.99, 1.0, 1.0, 0, 0, 0.0, 0}, {0.9, 0.8, 0.8, 1, 0, 0.0, 0},  {0.99, 1.0, 1.0, 0, 1, 0.0, 0},
-    {0.99, 1.0, 1.0, 0, 1, 1.0, 0}, {0.99, 1.0, 1.0, 0, 1, 0.0, 1}, {0.99, 1.0, 1.0, 0, 1, 1.0, 2},
-    {0.99, 1.0, 1.0, 0, 1, 0.0, 3}, {0.99, 1.0, 1.0, 0, 1, 1.0, 4}};
+static const perp__newton_plan plans[] = {{0.95, 1.0, 1.0, 0, 0.0, 0}, {0.9, 0.8, 0.8, 0, 0.0, 0},
+                                          {0.95, 1.0, 1.0, 1, 0.0, 0}, {0.95, 1.0, 1.0, 1, 1.0, 0},
+                                          {0.95, 1.0, 1.0, 1, 0.0, 1}, {0.95, 1.0, 1.0, 1, 1.0, 2},
+                                          {0.95, 1.0, 1.0, 1, 0.0, 3}, {0.95, 1.0, 1.0, 1, 1.0, 4}};
 #define PLANS (int32_t)(sizeof plans / sizeof plans[0])
 #define LONG_PLANS 4 /* as many for problems of more unknowns than MANY */
 #define MANY 1000

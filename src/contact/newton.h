@@ -2,8 +2,8 @@
  *
  * x = (mu r_n, r_t) sqrt(t) / a and z = a ((u_n + mu |u_t|) / mu, u_t) / sqrt(t), t = trace(W_kk),
  * lie in the Lorentz cone and are perpendicular; z = A x + b + |z_t| e1 (De Saxce & Feng 1998).
- * a = sqrt(max(mu, 1)) shares a large mu between the two. All is divided by `unit`, the largest
- * |b_i|. Bilateral rows have z = 0 and any x. */
+ * a = sqrt(max(mu, 1) min(10 mu, 1)) shares a large or small mu between the two. All is divided by
+ * `unit`, the largest |b_i|. Bilateral rows have z = 0 and any x. */
 #ifndef PERP_CONTACT_NEWTON_H
 #define PERP_CONTACT_NEWTON_H
 
@@ -17,7 +17,6 @@
 typedef struct perp__newton_plan {
     double step;              /* the part of the way to the boundary that a step may go */
     double tau_far, tau_near; /* weight of |z_t|'s derivative, far from the solution and near */
-    int32_t raise;            /* z_1 is raised to where no gap is left */
     int32_t path;             /* first along the path of path.c, to ever smaller t */
     double compliance;        /* there: t times this is added to A */
     uint64_t cover;           /* there: seed of the covering vector, 0: ones */

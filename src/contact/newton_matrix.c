@@ -54,7 +54,7 @@ void perp__newton_blocks_read(perp__newton_blocks *blocks, const perp__contact_p
         blocks->unknowns[i] = -1;
     for (k = 0; k < problem->contacts; k++) {
         double scale = 1.0 / sqrt(problem->trace[k]);
-        double balance = sqrt(fmax(problem->mu[k], 1.0));
+        double balance = sqrt(fmax(problem->mu[k], 1.0) * fmin(10.0 * problem->mu[k], 1.0));
 
         if (problem->dims[k] == 1 || !(problem->mu[k] > 0.0))
             add_block(blocks, problem->starts[k], 1, scale, scale);

@@ -47,7 +47,8 @@ static void solve_sparse(newton_scene *s)
     assert_int_equal(s->outcome, PERP_OUTCOME_SOLVED);
 }
 
-/* One particle of mass 1/2 on a plane, W = 2 I: u = 2 r + q in every mode. */
+/* One particle of mass 1/2 on a plane, W = 2 I: u = 2 r + q in every mode. The method is content
+ * with a tested residual of 1e-15, which is 1e-14 of these q, and mu up to 2.5 multiplies it. */
 static void test_one_particle_in_every_mode(void **state)
 {
     static const struct {
@@ -75,7 +76,7 @@ static void test_one_particle_in_every_mode(void **state)
         solve(&s);
         assert_int_equal(s.modes[0], cases[k].mode);
         for (int32_t i = 0; i < 3; i++)
-            assert_true(fabs(s.r[i] - cases[k].r[i]) <= 1e-14);
+            assert_true(fabs(s.r[i] - cases[k].r[i]) <= 1e-13);
     }
 }
 
