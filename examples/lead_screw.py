@@ -1,9 +1,10 @@
-"""A lead screw whose friction takes more inertia than there is: two accelerations for one torque, none
-for another, which of them is real, and the jam. (Dupont 1993; see docs/friction.md.)
+"""A lead screw whose friction takes more inertia than there is: two accelerations for one torque,
+none for another, which of them is real, and the jam. (Dupont 1993; see docs/friction.md.)
 
     python examples/lead_screw.py [--output FOLDER | --no-picture]
 
-A nut of mass m under a weight W rides on a screw of radius r and lead angle 5 degrees, x = r tan(lead) th:
+A nut of mass m under a weight W rides on a screw of radius r and lead angle 5 degrees,
+x = r tan(lead) th:
 
     J th'' = T - r (N sin + F cos),  m x'' = N cos - F sin - W,  F = mu |N| sgn th'
 
@@ -30,7 +31,7 @@ def rigid(mu):
 
 
 def compliant(mu, torque, stiffness, damping):
-    """The same screw with a thread that gives: coordinates th and x, penetration r th sin - x cos."""
+    """The same with a thread that gives: coordinates th and x, penetration r th sin - x cos."""
     s, c = math.sin(LEAD), math.cos(LEAD)
     return perp.Compliant(
         np.diag([J, M]), [[R * s, -c]], [[R * c, s]], mu, stiffness, damping, [torque, -W]

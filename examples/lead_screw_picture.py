@@ -1,4 +1,4 @@
-"""The picture of lead_screw.py: half-lines of torque over acceleration, compliant runs, jam times."""
+"""The picture of lead_screw.py: torque over acceleration, compliant runs, jam times."""
 
 import os
 

@@ -143,8 +143,8 @@ typedef struct perp_load_inverse {
 /* A step in time. */
 typedef struct perp_load_step {
     size_t struct_size;
-    int32_t chosen;     /* the answer that was taken; -1: the equations of the step have none, and
-                           the velocity stays */
+    int32_t chosen;     /* the answer that was taken; -1: a search (not exhaustive) found none, and
+                              the velocity stays */
     int32_t answers;    /* of the equations of the step */
     int32_t exhaustive; /* 1: there are no others */
     int32_t stable;     /* 1: the answer that was taken is stable */
@@ -296,10 +296,10 @@ PERP_API perp_status perp_load_friction_inverse(perp_load_friction *friction, do
  *
  *   A x + b + f = tau,   f_i = mu_i |N_i| Sgn v_next_i,   N = C x + d,   Sgn 0 = [-1, 1],
  *
- * with mu_static_i where v_i = v_next_i = 0. One coordinate has a step at every state: where the
- * rigid system has no acceleration, it stops within the step (the impulsive jam), and its v_next is
- * exactly 0.0. All answers are found and kept as by perp_load_friction_solve, acceleration being x.
- * One is taken:
+ * with mu_static_i where v_i = v_next_i = 0. Such a step exists at every state, for every h and n,
+ * because friction never drives: where the rigid system has no acceleration, a coordinate stops
+ * within the step (the impulsive jam), and its v_next is exactly 0.0. All answers are found and
+ * kept as by perp_load_friction_solve, acceleration being x. One is taken:
  * - a stable one if there is any;
  * - of these, one whose normal forces have the signs of `previous` where coordinates move (for
  *   n = 1, one on the same side of the unstable answer as `previous`, which is what compliant

@@ -81,13 +81,17 @@ static int32_t keeps(const perp_load_friction *f, const perp__friction_answer *a
             normal += f->C[at(f, i, j)] * x[j];
             normal_size += fabs(f->C[at(f, i, j)] * x[j]);
         }
+        if (!(a->pattern.side[i] * normal >= -same * normal_size))
+            return 0;
         if (sticks) {
             if (!(fabs(x[i] - constant * f->question.stop[i]) <=
                   same * fabs(f->question.stop[i])) ||
                 !(fabs(row) <= f->question.mu_stick[i] * fabs(normal) + same * size))
                 return 0;
         } else if (!(fabs(row + t * normal) <= same * (size + fabs(t) * normal_size)) ||
-                   !(a->pattern.side[i] * normal >= -same * normal_size)) {
+                   (f->question.sign[i] == 0 &&
+                    !(sign * (x[i] - constant * f->question.stop[i]) >=
+                      -same * (fabs(x[i]) + fabs(f->question.stop[i]))))) {
             return 0;
         }
     }
@@ -287,7 +291,7 @@ static void map_ray(const perp_load_friction *f, int32_t dimension, int32_t k, d
     }
 }
 
-static perp_status keep_polyhedron(perp_load_friction *f, int32_t dimension)
+static perp_status keep_polyhedron(perp_load_friction *f, int32_t dimension, uint32_t sides)
 {
     const int32_t total = f->cone.rays + 2 * f->cone.lines;
     const size_t n = (size_t)f->n;
@@ -323,6 +327,9 @@ static perp_status keep_polyhedron(perp_load_friction *f, int32_t dimension)
     a->dimension = total == 1 ? 0 : dimension;
     a->at_vertex = 1;
     describe(f, a);
+    for (i = k = 0; i < f->n; i++) /* what sticks belongs to the family on this side alone */
+        if (f->pattern.mode[i] == PERP_LOAD_STICK && f->question.mu_stick[i] > 0.0)
+            a->pattern.side[i] = (sides >> k++) & 1u ? -1 : 1;
     keep(f, a);
     return PERP_OK;
 }
@@ -346,7 +353,7 @@ perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension)
         if (status == PERP__CONE_TOO_LARGE)
             return PERP_OK;
         if (status == PERP_OK)
-            status = keep_polyhedron(f, dimension);
+            status = keep_polyhedron(f, dimension, sides);
     }
     return status;
 }

@@ -4,6 +4,7 @@
  *
  * and x_i = stop_i where they stick. Solved with complete pivoting and corrected by residuals in
  * doubled precision, then compared with what the pattern assumes. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -234,14 +235,31 @@ static void find_widths(perp_load_friction *f, int32_t m, int32_t rank)
 
 /* ---- the pattern --------------------------------------------------------------------------- */
 
-static int32_t clearly_wrong(const perp_load_friction *f)
+/* `noise`: of x in its units, by rounding. */
+static int32_t clearly_wrong(const perp_load_friction *f, double noise)
 {
+    int32_t i, j;
+
+    for (i = 0; i < f->n; i++) {
+        double limit = clearly * (f->normal_width[i] / f->settings.tol);
+
+        for (j = 0; j < f->n; j++)
+            limit += fabs(f->C[at(f, i, j)]) * f->size[j] * noise;
+        if (f->pattern.side[i] * f->normal[i] < -limit)
+            return 1;
+    }
+    return 0;
+}
+
+/* A generous bound of what rounding does to a solution with pivots of at least `least` top. */
+static double noise_of(const perp_load_friction *f, double top, double least)
+{
+    double largest = 0.0;
     int32_t i;
 
     for (i = 0; i < f->n; i++)
-        if (f->pattern.side[i] * f->normal[i] < -clearly * (f->normal_width[i] / f->settings.tol))
-            return 1;
-    return 0;
+        largest = fmax(largest, f->size[i] * f->load[i]);
+    return 1e3 * f->n * DBL_EPSILON * largest / (top * least);
 }
 
 /* The null space in the caller's units: with columns[k] = free, x_columns[l] = -K_lk. */
@@ -304,7 +322,7 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f)
     if (rank == m && least > regular && !f->insist) {
         rough_residuals(f, f->rhs);
         find_loads(f);
-        if (clearly_wrong(f))
+        if (clearly_wrong(f, noise_of(f, top, least)))
             return -1;
     }
     for (round = 0; round < 2; round++) {

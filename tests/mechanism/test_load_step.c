@@ -157,6 +157,93 @@ static void test_two_coordinates(void **state)
     finish(&a);
 }
 
+/* Steps have an answer whatever the system, because friction never drives: the map is coercive. And
+ * with tau = b none adds energy. */
+static void test_existence(void **state)
+{
+    uint64_t seed = 21;
+    int round, none = 0;
+
+    (void)state;
+    for (round = 0; round < 600; round++) {
+        const double h = pow(10, -(round % 4)), zero[3] = {0, 0, 0};
+        const int n = 1 + round % 3;
+        double numbers[27], A3[9], next[3];
+        perp_load_step step = step_result();
+        asked a;
+        int i, j, k;
+
+        for (i = 0; i < 27; i++) {
+            seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+            numbers[i] = (double)(int64_t)(seed >> 33) / 1073741824.0 - 1.0;
+        }
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n; j++)
+                for (A3[n * i + j] = 0.1 * (i == j), k = 0; k < n; k++)
+                    A3[n * i + j] += numbers[n * i + k] * numbers[n * j + k];
+        for (i = 0; i < n; i++)
+            numbers[18 + i] = 3 * fabs(numbers[18 + i]); /* mu */
+        describe(&a, n, A3, zero, numbers + 9, numbers + 21, numbers + 18);
+        start(&a, NULL);
+        assert_int_equal(
+            perp_load_friction_step(a.friction, next, NULL, &step, zero, numbers + 24, NULL, h),
+            PERP_OK);
+        assert_int_equal(step.exhaustive, 1);
+        assert_true(step.answers > 0 && step.chosen >= 0);
+        none += step.accelerations == 0;
+        for (k = 0; k < step.answers; k++) {
+            double before = 0, after = 0;
+
+            for (i = 0; i < n; i++)
+                for (j = 0; j < n; j++) {
+                    const double *x = answer(&a, k).acceleration, *v = numbers + 24;
+
+                    before += v[i] * A3[n * i + j] * v[j];
+                    after += (v[i] + h * x[i]) * A3[n * i + j] * (v[j] + h * x[j]);
+                }
+            assert_true(after <= before * (1 + 1e-12));
+        }
+        finish(&a);
+    }
+    assert_true(none > 25);
+}
+
+/* The belt (q): mass 1 on a spring of 100, belt speed 0.2, friction 5 at rest and 3 in motion.
+ * Sticks for 0.2, slips for (2 / w)(pi - atan((Fs - Fk) w / (k V))) = 0.4712...; steps of h shift
+ * each of the two transitions by at most h, the motion by O(h). */
+static void test_belt(void **state)
+{
+    const double m = 1, none = 0, load = 1, kinetic = 3, static_friction = 5, h = 2e-4, belt = 0.2;
+    const double period = 0.67123889803846899;
+    double x = 0, u = 0, first = 0, last = 0, lowest = 1, highest = 0;
+    perp_load_step step = step_result();
+    int k, slips = 0;
+    asked a;
+
+    (void)state;
+    describe(&a, 1, &m, &none, &none, &load, &kinetic)->mu_static = &static_friction;
+    start(&a, NULL);
+    for (k = 0; k < 20000; k++) {
+        const double pull = -100 * x, before = u; /* u: relative to the belt */
+
+        assert_int_equal(perp_load_friction_step(a.friction, &u, NULL, &step, &pull, &u, NULL, h),
+                         PERP_OK);
+        x += h * (belt + u);
+        if (before == 0.0 && u != 0.0) {
+            first = slips == 0 ? k * h : first;
+            last = k * h;
+            slips++;
+        }
+        lowest = slips > 1 ? fmin(lowest, x) : lowest;
+        highest = fmax(highest, x);
+    }
+    assert_true(slips == 6);
+    assert_true(fabs((last - first) / (slips - 1) - period) < 3 * h);
+    assert_true(fabs(highest - 0.058284271247461901) < 2 * h);
+    assert_true(fabs(lowest - 0.001715728752538099) < 2 * h);
+    finish(&a);
+}
+
 static void test_refusals(void **state)
 {
     const double tau = 0, bad = NAN, infinite = INFINITY, v = 1;
@@ -188,9 +275,14 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_answers),         cmocka_unit_test(test_continuity),
-        cmocka_unit_test(test_regular_stop),    cmocka_unit_test(test_static_friction),
-        cmocka_unit_test(test_two_coordinates), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_answers),
+        cmocka_unit_test(test_continuity),
+        cmocka_unit_test(test_regular_stop),
+        cmocka_unit_test(test_static_friction),
+        cmocka_unit_test(test_two_coordinates),
+        cmocka_unit_test(test_existence),
+        cmocka_unit_test(test_belt),
+        cmocka_unit_test(test_refusals),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -109,7 +109,9 @@ class Compliant:
         normal force of sign load[i]."""
         result, p = sized(CompliantStability), self.p
         gamma, roots = np.empty(p, complex), np.empty(2 * p, complex)
-        signs = [np.ascontiguousarray(np.broadcast_to(x, (p,)), dtype=np.int32) for x in (slip, load)]
+        signs = [
+            np.ascontiguousarray(np.broadcast_to(x, (p,)), dtype=np.int32) for x in (slip, load)
+        ]
         self._context.check(
             library.perp_compliant_linearise(
                 self._pointer,

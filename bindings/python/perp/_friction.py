@@ -92,7 +92,8 @@ class InverseLoad:
 
 
 def _square(value: Any, name: str, n: int) -> Array:
-    array = np.atleast_1d(_arrays.real(value.toarray() if _arrays.is_sparse(value) else value, name))
+    dense = value.toarray() if _arrays.is_sparse(value) else value
+    array = np.atleast_1d(_arrays.real(dense, name))
     if array.ndim == 1 and n == 1 and array.shape == (1,):
         array = array.reshape(1, 1)
     if array.shape != (n, n):
