@@ -1,7 +1,8 @@
-/* What a solve is called with, and what it hands back. */
+/* What a solve is called with, what it asks on the way, and what it hands back. */
 #include <string.h>
 
 #include "base/check.h"
+#include "base/clock.h"
 #include "base/context.h"
 #include "contact/settings.h"
 #include "contact/solver.h"
@@ -42,6 +43,35 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
     if (status == PERP_OK && call->r0)
         status = check_vector(context, "r0", call->r0, solver->size);
     return status;
+}
+
+int32_t perp__contact_tick(void *user, int64_t iterations, double residual)
+{
+    perp_contact_solver *solver = user;
+    perp_contact_progress progress;
+    int32_t answer;
+
+    if (solver->ended >= 0)
+        return 1;
+    if (solver->settings.monitor) {
+        memset(&progress, 0, sizeof progress);
+        progress.struct_size = sizeof progress;
+        progress.method = solver->running;
+        progress.iterations = iterations;
+        progress.residual = residual;
+        answer = solver->settings.monitor(&progress, solver->settings.monitor_user);
+        if (answer < 0)
+            solver->aborted = 1;
+        if (answer != 0) {
+            solver->ended = PERP_OUTCOME_STOPPED;
+            return 1;
+        }
+    }
+    if (solver->deadline > 0.0 && perp__now() > solver->deadline) {
+        solver->ended = PERP_OUTCOME_TIME_LIMIT;
+        return 1;
+    }
+    return 0;
 }
 
 static void write_result(const perp_contact_solver *solver, double seconds)

@@ -94,36 +94,6 @@ perp_status perp__contact_consider_polish(perp_contact_solver *solver, perp__con
     return consider(solver, solver->running, solver->best.outcome, &iterate, worth);
 }
 
-/* The methods' view of the monitor and the clock. */
-static int32_t tick(void *user, int64_t iterations, double residual)
-{
-    perp_contact_solver *solver = user;
-    perp_contact_progress progress;
-    int32_t answer;
-
-    if (solver->ended >= 0)
-        return 1;
-    if (solver->settings.monitor) {
-        memset(&progress, 0, sizeof progress);
-        progress.struct_size = sizeof progress;
-        progress.method = solver->running;
-        progress.iterations = iterations;
-        progress.residual = residual;
-        answer = solver->settings.monitor(&progress, solver->settings.monitor_user);
-        if (answer < 0)
-            solver->aborted = 1;
-        if (answer != 0) {
-            solver->ended = PERP_OUTCOME_STOPPED;
-            return 1;
-        }
-    }
-    if (solver->deadline > 0.0 && perp__now() > solver->deadline) {
-        solver->ended = PERP_OUTCOME_TIME_LIMIT;
-        return 1;
-    }
-    return 0;
-}
-
 static perp__contact_slot *slot_of(perp_contact_solver *solver, int32_t method)
 {
     int32_t k;
@@ -165,6 +135,9 @@ static int32_t is_finite(const double *x, int32_t count)
             return 0;
     return 1;
 }
+
+/* Contacts and bilateral rows up to which a proof of infeasibility is looked for before newton. */
+enum { EARLY_RAY = 200 };
 
 static int32_t ends_the_search(const perp_contact_solver *solver)
 {
@@ -348,6 +321,8 @@ static perp_status search(perp_contact_solver *solver)
 {
     plan_step steps[PLAN_MOST];
     int32_t count = plan(solver, steps), k;
+    /* where it is cheap, the question whether there are any velocities at all comes early */
+    const int32_t late = solver->contacts + solver->size - solver->rows > EARLY_RAY;
     perp_status status;
 
     solver->best.method = -1;
@@ -362,11 +337,11 @@ static perp_status search(perp_contact_solver *solver)
         return status;
     for (k = 0; k < count && status == PERP_OK; k++) {
         status = run(solver, &steps[k]);
+        if (status == PERP_OK && !ends_the_search(solver) && k == (late ? count - 1 : 0))
+            status = perp__contact_find_ray(solver);
         if (ends_the_search(solver))
             break;
     }
-    if (status == PERP_OK && !ends_the_search(solver))
-        status = perp__contact_find_ray(solver);
     if (status != PERP_OK || perp__contact_is_good(solver->best.outcome))
         return status;
     if (solver->certificate != PERP_CONTACT_CERTIFICATE_NONE ||
@@ -390,7 +365,7 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     solver->deadline =
         solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0;
     solver->control.deadline = solver->deadline;
-    solver->control.tick = tick;
+    solver->control.tick = perp__contact_tick;
     solver->control.tick_user = solver;
     solver->problem.tol = solver->settings.tol;
     solver->problem.iteration_limit = solver->settings.max_iterations;

@@ -2,9 +2,7 @@
  *
  * Farkas: either some v has H_n v + w_n >= 0 and G v + b = 0, or some y_n >= 0 and s have
  * H_n'y_n + G's = 0 and y_n'w_n + s'b < 0. In terms of W: u_n >= 0 is impossible for u = W r + q if
- * y'W = 0 and y'q < 0. Such a y is the secondary ray of the LCP of the normal impulses alone, whose
- * matrix is symmetric and positive semidefinite: infeasible problems, and only those, end in one.
- */
+ * y'W = 0 and y'q < 0. Here such a y is checked; ray_search.c finds it. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -136,91 +134,4 @@ void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction
     }
     if (proves)
         solver->certificate = PERP_CONTACT_CERTIFICATE_INFEASIBLE;
-}
-
-static void lay_out(perp__arena *arena, void *object)
-{
-    perp_contact_solver *solver = object;
-    perp__contact_ray *own = &solver->feasibility;
-    const size_t n = (size_t)own->n;
-
-    own->M = perp__arena_take(arena, n, n * sizeof(double));
-    own->q = perp__arena_take(arena, n, sizeof(double));
-    own->lower = perp__arena_take(arena, n, sizeof(double));
-    own->z = perp__arena_take(arena, n, sizeof(double));
-    own->direction = perp__arena_take(arena, n, sizeof(double));
-}
-
-static int32_t row_of(const perp_contact_solver *solver, int32_t i)
-{
-    return i < solver->contacts ? solver->starts[i] : solver->rows + i - solver->contacts;
-}
-
-static double entry(const perp__matrix *W, int32_t i, int32_t j)
-{
-    int32_t k;
-
-    if (!W->column_starts)
-        return W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride];
-    for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
-        if (W->row_indices[k] == i)
-            return W->values[k];
-    return 0.0;
-}
-
-/* y = 0 but for rounding where it matters not: what is nothing beside the rest is written as 0. */
-static void lift(perp_contact_solver *solver)
-{
-    perp__contact_ray *own = &solver->feasibility;
-    int32_t i;
-
-    memset(solver->start, 0, (size_t)solver->size * sizeof(double));
-    for (i = 0; i < own->n; i++)
-        solver->start[row_of(solver, i)] = own->direction[i];
-}
-
-perp_status perp__contact_find_ray(perp_contact_solver *solver)
-{
-    enum { MOST = 3000 };
-    perp__contact_ray *own = &solver->feasibility;
-    perp_lcp_result result;
-    perp_matrix M;
-    perp_status status;
-    int32_t i, j, made;
-
-    own->n = solver->contacts + solver->size - solver->rows;
-    if (own->n > MOST)
-        return PERP_OK;
-    status = perp__contact_delassus(solver, &made);
-    if (status != PERP_OK || !made)
-        return status;
-    if (!own->lcp)
-        status = perp__lcp_create(solver->context, &own->lcp, NULL);
-    if (status == PERP_OK && own->fitted != solver->setups)
-        status = perp__arena_fit(&own->arena, lay_out, solver);
-    if (status != PERP_OK)
-        return status;
-    own->fitted = solver->setups;
-    for (j = 0; j < own->n; j++) {
-        own->q[j] = solver->q[row_of(solver, j)];
-        own->lower[j] = j < solver->contacts ? 0.0 : -INFINITY;
-        for (i = 0; i < own->n; i++)
-            own->M[(size_t)j * (size_t)own->n + (size_t)i] =
-                entry(&solver->W, row_of(solver, i), row_of(solver, j));
-    }
-    status = perp_matrix_init(&M, sizeof M);
-    if (status == PERP_OK)
-        status = perp_matrix_dense(&M, PERP_STORAGE_COLUMN_MAJOR, own->n, own->n, own->M,
-                                   own->n > 1 ? own->n : 1);
-    if (status == PERP_OK)
-        status = perp_lcp_result_init(&result, sizeof result);
-    if (status == PERP_OK)
-        status = perp__lcp_setup(own->lcp, &M, own->lower, NULL);
-    if (status == PERP_OK)
-        status = perp__lcp_solve(own->lcp, own->z, NULL, own->direction, &result, own->q, NULL);
-    if (status == PERP_OK && result.has_ray) {
-        lift(solver);
-        perp__contact_keep_ray(solver, solver->start);
-    }
-    return status;
 }

@@ -64,6 +64,10 @@ typedef struct perp__contact_ray {
     int64_t fitted;
     int32_t n;
     double *M, *q, *lower, *z, *direction;
+    int32_t count;            /* rows of the block below */
+    int32_t *active, *pivots; /* n */
+    double *K, *step;         /* n by n; n */
+    double *zeros;            /* as many as velocities or rows */
 } perp__contact_ray;
 
 struct perp_contact_solver {
@@ -113,6 +117,9 @@ struct perp_contact_solver {
 perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_laws *laws,
                                 const perp_contact_dynamics *dynamics, const perp_matrix *W);
 
+/* The methods' view of the monitor and the clock; user: the solver. Nonzero: stop. call.c. */
+int32_t perp__contact_tick(void *user, int64_t iterations, double residual);
+
 /* Checks of a call before, and its outputs after: call.c. */
 perp_status perp__contact_check_call(const perp_contact_solver *solver,
                                      const perp__contact_call *call);
@@ -146,7 +153,7 @@ void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes,
 perp_status perp__contact_delassus(perp_contact_solver *solver, int32_t *made);
 
 /* Asks whether velocities exist that keep every u_n >= 0; if not, the proof is in solver->ray, and
- * has_ray and certificate are set: ray.c. PERP_OK or _MEMORY. */
+ * has_ray and certificate are set: ray_search.c. PERP_OK, _MEMORY, _CALLBACK or _NOT_FINITE. */
 perp_status perp__contact_find_ray(perp_contact_solver *solver);
 
 /* Checks the direction in solver->ray and scales it; sets has_ray and certificate: ray.c. */

@@ -1,0 +1,265 @@
+/* Finds the y of ray.c: y_n >= 0 and s with W y = 0 and y'q < 0.
+ *
+ * Such a y is the secondary ray of the LCP of the normal impulses alone (bilateral ones free),
+ * whose matrix N is a block of W, symmetric and positive semidefinite: infeasible problems, and
+ * only those, end in one. Rounding hides this where N is singular only to its last bits. Then the
+ * problem with N + eps D, D the diagonal, always has a solution z, and eps z tends to the y of
+ * least D-norm with eps; where z is large, its positive part shows which rows take part, and
+ * Newton's method with the residual W y in doubled precision, from H and M where those are known,
+ * does the rest. */
+#include <math.h>
+#include <string.h>
+
+#include "contact/solver.h"
+#include "linalg/blas.h"
+
+/* Most rows of N: it is dense. */
+enum { MOST = 3000 };
+
+/* Beside D: what makes N regular, and what makes the block that is refined so. */
+#define SOFT 1e-7
+#define REGULAR 1e-12
+
+/* Of the largest: what takes part. Impulses on rows that don't are of order eps beside it. */
+#define TAKES_PART 1e-4
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp_contact_solver *solver = object;
+    perp__contact_ray *own = &solver->feasibility;
+    const size_t n = (size_t)own->n, size = (size_t)solver->size;
+    const size_t velocities =
+        solver->entrance == PERP__ENTRANCE_DYNAMICS ? (size_t)solver->dynamics.n : 0;
+
+    own->M = perp__arena_take(arena, n, n * sizeof(double));
+    own->K = perp__arena_take(arena, n, n * sizeof(double));
+    own->q = perp__arena_take(arena, n, sizeof(double));
+    own->lower = perp__arena_take(arena, n, sizeof(double));
+    own->z = perp__arena_take(arena, n, sizeof(double));
+    own->direction = perp__arena_take(arena, n, sizeof(double));
+    own->step = perp__arena_take(arena, n, sizeof(double));
+    own->active = perp__arena_take(arena, n, sizeof(int32_t));
+    own->pivots = perp__arena_take(arena, n, sizeof(int32_t));
+    own->zeros = perp__arena_take(arena, size > velocities ? size : velocities, sizeof(double));
+}
+
+/* Row of W that row i of N is. */
+static int32_t row_of(const perp_contact_solver *solver, int32_t i)
+{
+    return i < solver->contacts ? solver->starts[i] : solver->rows + i - solver->contacts;
+}
+
+static double entry(const perp__matrix *W, int32_t i, int32_t j)
+{
+    int32_t k;
+
+    if (!W->column_starts)
+        return W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride];
+    for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
+        if (W->row_indices[k] == i)
+            return W->values[k];
+    return 0.0;
+}
+
+static void fill(perp_contact_solver *solver)
+{
+    perp__contact_ray *own = &solver->feasibility;
+    const size_t n = (size_t)own->n;
+    int32_t i, j;
+
+    for (j = 0; j < own->n; j++) {
+        own->q[j] = solver->q[row_of(solver, j)];
+        own->lower[j] = j < solver->contacts ? 0.0 : -INFINITY;
+        for (i = 0; i < own->n; i++)
+            own->M[(size_t)i + (size_t)j * n] =
+                entry(&solver->W, row_of(solver, i), row_of(solver, j));
+    }
+}
+
+static perp_status solve(perp__contact_ray *own, perp_lcp_result *result)
+{
+    perp_matrix M;
+    perp_status status = perp_matrix_init(&M, sizeof M);
+
+    if (status == PERP_OK)
+        status = perp_matrix_dense(&M, PERP_STORAGE_COLUMN_MAJOR, own->n, own->n, own->M,
+                                   own->n > 1 ? own->n : 1);
+    if (status == PERP_OK)
+        status = perp_lcp_result_init(result, sizeof *result);
+    if (status == PERP_OK)
+        status = perp__lcp_setup(own->lcp, &M, own->lower, NULL);
+    return status == PERP_OK
+               ? perp__lcp_solve(own->lcp, own->z, NULL, own->direction, result, own->q, NULL)
+               : status;
+}
+
+/* y := x on the rows of N, 0 elsewhere. */
+static void lift(const perp_contact_solver *solver, const double *x, double *y)
+{
+    const perp__contact_ray *own = &solver->feasibility;
+    int32_t i;
+
+    memset(y, 0, (size_t)solver->size * sizeof *y);
+    for (i = 0; i < own->n; i++)
+        y[row_of(solver, i)] = x[i];
+}
+
+/* direction := the part of z that takes part, largest entry 1, and its rows. False if there is
+ * none, or z is no larger than what N with a solution would have. */
+static int32_t read_direction(perp_contact_solver *solver)
+{
+    perp__contact_ray *own = &solver->feasibility;
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < own->n; i++)
+        largest = fmax(largest, fabs(own->z[i]));
+    own->count = 0;
+    if (!(largest > 0.0) || !isfinite(largest))
+        return 0;
+    for (i = 0; i < own->n; i++) {
+        own->direction[i] = own->z[i] / largest;
+        if (i < solver->contacts && own->direction[i] < TAKES_PART)
+            own->direction[i] = 0.0;
+        else
+            own->active[own->count++] = i;
+    }
+    return own->count > 0;
+}
+
+static int32_t factor(perp__contact_ray *own)
+{
+    int32_t i, j;
+
+    for (j = 0; j < own->count; j++)
+        for (i = 0; i < own->count; i++) {
+            const size_t at = (size_t)own->active[i] + (size_t)own->active[j] * (size_t)own->n;
+
+            own->K[(size_t)i + (size_t)j * (size_t)own->count] =
+                own->M[at] * (i == j ? 1.0 + REGULAR : 1.0);
+        }
+    return perp__lu_factor(own->count, own->K, own->count, own->pivots) == 0;
+}
+
+/* u := W y, from H and M where those are known. */
+static perp_status multiply(perp_contact_solver *solver, const double *y, double *u)
+{
+    perp__dynamics *d = &solver->dynamics;
+    perp_status status;
+    int32_t i;
+
+    if (solver->entrance == PERP__ENTRANCE_DELASSUS) {
+        perp__multiply_doubled(&solver->W, y, NULL, u, solver->low);
+        return PERP_OK;
+    }
+    status = perp__dynamics_velocities(d, solver->feasibility.zeros, y, solver->v, solver->v_low);
+    solver->is_free = 0;
+    if (status != PERP_OK)
+        return status;
+    perp__dynamics_relative(d, solver->v, solver->v_low, solver->feasibility.zeros, NULL, u);
+    for (i = 0; solver->complies && i < solver->size; i++)
+        u[i] += solver->compliance[i] * y[i];
+    return PERP_OK;
+}
+
+/* Newton's method for W y = 0 in the rows that take part, next to where it starts. */
+static perp_status refine(perp_contact_solver *solver)
+{
+    enum { STEPS = 5 };
+    perp__contact_ray *own = &solver->feasibility;
+    perp_status status = PERP_OK;
+    int32_t step, i;
+
+    for (step = 0; step < STEPS && status == PERP_OK; step++) {
+        lift(solver, own->direction, solver->start);
+        status = multiply(solver, solver->start, solver->u);
+        for (i = 0; i < own->count; i++)
+            own->step[i] = solver->u[row_of(solver, own->active[i])];
+        perp__lu_solve(own->count, own->K, own->count, own->pivots, own->step, 0);
+        for (i = 0; i < own->count; i++)
+            own->direction[own->active[i]] -= own->step[i];
+    }
+    return status;
+}
+
+/* A direction that Newton's method changed beyond recognition was none. */
+static int32_t is_still_one(const perp_contact_solver *solver)
+{
+    const perp__contact_ray *own = &solver->feasibility;
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < own->n; i++) {
+        if (!isfinite(own->direction[i]))
+            return 0;
+        largest = fmax(largest, fabs(own->direction[i]));
+    }
+    return largest > 0.1;
+}
+
+static perp_status search_softened(perp_contact_solver *solver)
+{
+    perp__contact_ray *own = &solver->feasibility;
+    const size_t n = (size_t)own->n;
+    perp_lcp_result result;
+    perp_status status;
+    size_t i;
+
+    for (i = 0; i < n; i++)
+        own->M[i + i * n] *= 1.0 + SOFT;
+    status = solve(own, &result);
+    for (i = 0; i < n; i++)
+        own->M[i + i * n] /= 1.0 + SOFT;
+    if (status != PERP_OK || result.outcome > PERP_OUTCOME_ROUNDING_LIMIT ||
+        !read_direction(solver) || !factor(own))
+        return status;
+    status = refine(solver);
+    if (status == PERP_OK && is_still_one(solver)) {
+        lift(solver, own->direction, solver->start);
+        perp__contact_keep_ray(solver, solver->start);
+    }
+    return status;
+}
+
+static void clear(perp_contact_solver *solver)
+{
+    perp__contact_ray *own = &solver->feasibility;
+    int32_t count = solver->size, i;
+
+    if (solver->entrance == PERP__ENTRANCE_DYNAMICS && solver->dynamics.n > count)
+        count = solver->dynamics.n;
+    for (i = 0; i < count; i++)
+        own->zeros[i] = 0.0;
+}
+
+perp_status perp__contact_find_ray(perp_contact_solver *solver)
+{
+    perp__contact_ray *own = &solver->feasibility;
+    perp_lcp_result result;
+    perp_status status;
+    int32_t made;
+
+    own->n = solver->contacts + solver->size - solver->rows;
+    if (own->n > MOST)
+        return PERP_OK;
+    status = perp__contact_delassus(solver, &made);
+    if (status != PERP_OK || !made)
+        return status;
+    if (!own->lcp)
+        status = perp__lcp_create(solver->context, &own->lcp, NULL);
+    if (status == PERP_OK && own->fitted != solver->setups)
+        status = perp__arena_fit(&own->arena, lay_out, solver);
+    if (status != PERP_OK)
+        return status;
+    own->fitted = solver->setups;
+    clear(solver);
+    fill(solver);
+    status = solve(own, &result);
+    if (status == PERP_OK && result.has_ray) {
+        lift(solver, own->direction, solver->start);
+        perp__contact_keep_ray(solver, solver->start);
+    }
+    if (status == PERP_OK && solver->certificate == PERP_CONTACT_CERTIFICATE_NONE)
+        status = search_softened(solver);
+    return status;
+}
