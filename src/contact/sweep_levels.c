@@ -9,7 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "contact/sweep.h"
+#include "contact/local_step.h"
+#include "contact/sweep_packed.h"
 
 /* The contacts of a level go round at most so often, until they change by so much of tol: first
  * without friction, because friction in the first rounds would leave bodies that are wedged in for
@@ -125,54 +126,78 @@ static void make_local(perp__sweep_work *work, int32_t k, int32_t level)
     perp__local_make(&work->local[k], dim, W, dim, c->local.mu);
 }
 
-/* y += P'd of the blocks whose level is `level` (moves = 1) or lower (0) */
-static void push(perp__sweep_work *work, const perp__packed_contact *c, int32_t level,
-                 int32_t moves, const double *d)
+/* What a contact of this level does to the blocks of lower ones. */
+static void hand_on(perp__sweep_work *work, int32_t k, int32_t level)
 {
+    const perp__packed_contact *c = &work->packed[k];
+    const double *r = work->r + work->rows[k];
+
     for (int32_t which = 0; which < 2; which++) {
         double *y = work->y + (size_t)c->blocks[which] * PERP__PACKED_WIDTH;
 
-        if ((work->levels.of_block[c->blocks[which]] == level) != moves)
+        if (work->levels.of_block[c->blocks[which]] == level ||
+            c->blocks[which] == work->common.problem->bodies->blocks)
             continue;
         for (int32_t l = 0; l < PERP__PACKED_WIDTH; l++) {
             const int32_t place = perp__packed_place(which, l);
 
             for (int32_t i = 0; i < c->local.dim; i++)
-                y[l] += c->P[i * PERP__PACKED_ROW + place] * d[i];
+                y[l] += c->P[i * PERP__PACKED_ROW + place] * r[i];
         }
     }
 }
 
-/* One contact against what is fixed; returns the weighted square of the change. */
-static double settle(perp__sweep_work *work, int32_t k, int32_t level, int32_t smooth)
+/* d := the step from x, given u; both in the packed contact's frame, which is not the local one's.
+ */
+PERP__KERNEL static void step_turned(perp__local *local, const double *u, const double *x,
+                                     double *d)
 {
-    const perp__packed_contact *c = &work->packed[k];
-    const int32_t dim = c->local.dim;
-    double *r = work->r + work->rows[k], u[3], d[3], change = 0.0;
+    const double *t = local->turn;
+    const double v[3] = {u[0], t[0] * u[1] + t[1] * u[2], t[0] * u[2] - t[1] * u[1]};
+    double r[3] = {x[0], t[0] * x[1] + t[1] * x[2], t[0] * x[2] - t[1] * x[1]};
 
-    for (int32_t i = 0; i < dim; i++) {
-        u[i] = c->q[i] + c->compliance[i > 0] * r[i];
-        d[i] = r[i];
-    }
-    for (int32_t which = 0; which < 2; which++) {
-        const double *from =
-            work->levels.of_block[c->blocks[which]] == level ? work->y : work->levels.rest;
-        const double *y = from + (size_t)c->blocks[which] * PERP__PACKED_WIDTH;
-
-        for (int32_t i = 0; i < dim; i++)
-            for (int32_t l = 0; l < PERP__PACKED_WIDTH; l++)
-                u[i] += c->P[i * PERP__PACKED_ROW + perp__packed_place(which, l)] * y[l];
-    }
-    work->local[k].mu = smooth ? 0.0 : c->local.mu;
-    perp__local_step(&work->local[k], u, r);
-    for (int32_t i = 0; i < dim; i++) {
-        d[i] = r[i] - d[i];
-        change += d[i] * d[i];
-    }
-    if (change > 0.0)
-        push(work, c, level, 1, d);
-    return c->weight * change;
+    perp__step_3(local, v, r);
+    d[0] = r[0] - x[0];
+    d[1] = t[0] * r[1] - t[1] * r[2] - x[1];
+    d[2] = t[0] * r[2] + t[1] * r[1] - x[2];
 }
+
+/* One round of a level's contacts against what is fixed. Raises *most to the largest weighted
+ * square of a change. Blocks that are fixed are read from `rest`, and what is pushed into them is
+ * dropped. */
+PERP__KERNEL static void settle_loops(perp__sweep_work *work, const int32_t *contacts,
+                                      int32_t count, int32_t level, double *most)
+{
+    const int32_t *of_block = work->levels.of_block;
+
+    for (int32_t i = 0; i < count; i++) {
+        const int32_t k = contacts[i], dim = work->rows[k + 1] - work->rows[k];
+        const perp__packed_contact *c = &work->packed[k];
+        double *r = work->r + work->rows[k], nowhere[2][PERP__PACKED_WIDTH], *block[2];
+        double x[3] = {r[0], dim > 1 ? r[1] : 0.0, dim > 2 ? r[2] : 0.0}, u[3], d[3];
+
+        for (int32_t which = 0; which < 2; which++) {
+            const size_t at = (size_t)c->blocks[which] * PERP__PACKED_WIDTH;
+
+            block[which] = work->y + at;
+            if (of_block[c->blocks[which]] == level)
+                continue;
+            block[which] = nowhere[which];
+            memcpy(nowhere[which], work->levels.rest + at, sizeof nowhere[which]);
+        }
+        perp__packed_velocity(c, block[0], block[1], x, u);
+        step_turned(&work->local[k], u, x, d);
+        for (int32_t j = 0; j < dim; j++)
+            r[j] += d[j];
+        *most = fmax(*most, c->weight * (d[0] * d[0] + (d[1] * d[1] + d[2] * d[2])));
+        perp__packed_push(c, d, block[0], block[1]);
+    }
+}
+
+PERP__MULTIVERSION(settle,
+                   (perp__sweep_work * work, const int32_t *contacts, int32_t count, int32_t level,
+                    double *most),
+                   (work, contacts, count, level, most))
 
 void perp__sweep_settle(perp__sweep_work *work)
 {
@@ -200,14 +225,15 @@ void perp__sweep_settle(perp__sweep_work *work)
             const int32_t rounds = smooth ? ROUNDS_SMOOTH : ROUNDS_MOST;
             double change = INFINITY;
 
+            for (int32_t i = 0; i < count; i++)
+                work->local[first[i]].mu = smooth ? 0.0 : work->packed[first[i]].local.mu;
             for (int32_t round = 0; round < rounds && change > enough * enough; round++) {
                 change = 0.0;
-                for (int32_t i = 0; i < count; i++)
-                    change = fmax(change, settle(work, first[i], level, smooth));
+                settle(work, first, count, level, &change);
             }
         }
         for (int32_t i = 0; i < count; i++) {
-            push(work, &work->packed[first[i]], level, 0, work->r + work->rows[first[i]]);
+            hand_on(work, first[i], level);
             work->local[first[i]] = work->packed[first[i]].local;
         }
     }

@@ -6,8 +6,7 @@
 #include <string.h>
 
 #include "contact/local_step.h"
-#include "contact/sweep.h"
-#include "linalg/lanes.h"
+#include "contact/sweep_packed.h"
 
 enum { WIDTH = PERP__PACKED_WIDTH, ROW = PERP__PACKED_ROW };
 
@@ -65,24 +64,15 @@ void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *c
     c->weight = work->weights[k] * work->weights[k];
 }
 
-#define SUM(v) ((((v)[0] + (v)[2]) + ((v)[1] + (v)[3])))
-
 PERP__KERNEL static void visit_loops(perp__packed_contact *c, double *y, double *r, int32_t dim,
                                      perp__packed_result *result)
 {
     double *first = y + (size_t)c->blocks[0] * WIDTH, *second = y + (size_t)c->blocks[1] * WIDTH;
-    perp__lanes a = PERP__LANES_AT(first), b = PERP__LANES_AT(second);
-    perp__lanes ends = {first[4], first[5], second[4], second[5]};
-    const double *P = c->P;
-    double u[3], x[3] = {r[0], dim > 1 ? r[1] : 0.0, dim > 2 ? r[2] : 0.0}, d[3];
+    double x[3] = {r[0], dim > 1 ? r[1] : 0.0, dim > 2 ? r[2] : 0.0}, u[3], d[3];
 
-    for (int32_t i = 0; i < 3; i++, P += ROW) {
-        const perp__lanes sum = PERP__CONST_LANES_AT(P) * a + PERP__CONST_LANES_AT(P + 4) * b +
-                                PERP__CONST_LANES_AT(P + 8) * ends;
-
-        u[i] = SUM(sum) + (c->q[i] + c->compliance[i > 0] * x[i]);
+    perp__packed_velocity(c, first, second, x, u);
+    for (int32_t i = 0; i < 3; i++)
         d[i] = x[i];
-    }
     result->mode = perp__step_3(&c->local, u, x);
     for (int32_t i = 0; i < 3; i++)
         d[i] = x[i] - d[i];
@@ -94,20 +84,7 @@ PERP__KERNEL static void visit_loops(perp__packed_contact *c, double *y, double 
         r[1] = x[1];
     if (dim > 2)
         r[2] = x[2];
-    for (int32_t i = 2; i >= 0; i--) { /* the normal last: its step is known last */
-        const perp__lanes step = PERP__SAME_LANES(d[i]);
-
-        P = c->P + i * ROW;
-        a += PERP__CONST_LANES_AT(P) * step;
-        b += PERP__CONST_LANES_AT(P + 4) * step;
-        ends += PERP__CONST_LANES_AT(P + 8) * step;
-    }
-    PERP__LANES_AT(first) = a;
-    PERP__LANES_AT(second) = b;
-    first[4] = ends[0];
-    first[5] = ends[1];
-    second[4] = ends[2];
-    second[5] = ends[3];
+    perp__packed_push(c, d, first, second);
 }
 
 PERP__KERNEL static void run_loops(perp__sweep_work *work, int32_t from, int32_t to, double *most)
