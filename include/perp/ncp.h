@@ -143,7 +143,7 @@ PERP_API perp_status perp_ncp_solver_setup(perp_ncp_solver *solver,
  *
  * What counts is judged at the point returned, not by the method: with J = J(z), q = F(z) - J z, D
  * the power-of-two equilibration of J (as perp/lcp.h has it), and omega the power of two near
- * max(|D q|, |z/D|, 2^-64 |D F(z0)|) (1 if that is 0), the tested residual is
+ * max(|D q|, |z/D|, 2^-20 |z0/D|) (1 if that is 0), the tested residual is
  * max |mid((z - l)/(D omega), (z - u)/(D omega), D w/omega)|. (omega = |D q|, as for linear
  * problems, would be rounding alone where F is homogeneous.) 'solved' is tested residual <= tol,
  * and

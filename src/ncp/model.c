@@ -10,7 +10,7 @@
 #include "linalg/scale.h"
 
 #define NEGLIGIBLE 0x1p-20
-#define VANISHED 0x1p-64 /* of F at the start: below that only its rounding is left */
+#define VANISHED 0x1p-20 /* of z at the start */
 
 void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
 {
@@ -35,7 +35,7 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
     m->w_shifted = perp__arena_take(arena, 2 * n, sizeof(double));
     m->step = perp__arena_take(arena, n, sizeof(double));
     m->largest = perp__arena_take(arena, n, sizeof(double));
-    m->F_start = perp__arena_take(arena, n, sizeof(double));
+    m->z_start = perp__arena_take(arena, n, sizeof(double));
     m->D_start = perp__arena_take(arena, n, sizeof(double));
     m->colours.of = perp__arena_take(arena, n, sizeof(int32_t));
     m->colours.starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
@@ -373,8 +373,8 @@ double perp__ncp_omega(const perp__ncp_model *m, const double *z, const double *
     }
     perp__ncp_add(m, minus_z, offset);
     for (int32_t i = 0; i < m->n; i++)
-        most = fmax(
-            most, fmax(fmax(fabs(offset[i]), fabs(z[i])), VANISHED * m->F_start[i] / m->w_unit[i]));
+        most = fmax(fmax(most, fabs(offset[i])),
+                    fmax(fabs(z[i]), VANISHED * m->z_start[i] / m->z_unit[i]));
     if (!(most > 0.0) || isinf(most))
         return 1.0;
     frexp(most, &exponent);

@@ -59,7 +59,7 @@ typedef struct perp__ncp_model {
     double *shifted, *w_shifted; /* differences */
     double *step, *largest;      /* differences: steps, and the largest |z_i| met */
     perp__ncp_colours colours;
-    double *F_start, *D_start; /* |F| in the caller's units, and D, at the start of the solve */
+    double *z_start, *D_start; /* |z| in the caller's units, and D, at the start of the solve */
     double omega_start;        /* and omega; 0: not known */
     int32_t central;           /* differences to both sides */
 

@@ -76,7 +76,7 @@ perp_status perp__ncp_find_start(perp_ncp_solver *solver, const double *z0)
             memcpy(solver->start, solver->candidate, (size_t)m->n * sizeof(double));
     }
     for (int32_t i = 0; i < m->n && status == PERP_OK; i++)
-        m->F_start[i] = fabs(m->w_caller[i]);
+        m->z_start[i] = fabs(solver->start[i]);
     m->omega_start = 0.0;
     return status;
 }

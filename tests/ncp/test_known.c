@@ -271,6 +271,29 @@ static void test_line(void **state)
     }
 }
 
+/* Far out F is e^330: no start may be so far off that its scales make a residual of 1e30 small. */
+static void test_far_start(void **state)
+{
+    const known *k = &problems[4];
+    const double starts[][5] = {{9, 9, 9, 9, 9}, {3, 14, 2, 6, 1}, {0, 0, 0, 0, 20}};
+
+    (void)state;
+    for (size_t s = 0; s < sizeof starts / sizeof *starts; s++)
+        for (int method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++) {
+            perp_ncp_problem problem = problem_of(k);
+            perp_ncp_settings settings;
+            perp_ncp_result result;
+            double z[5];
+
+            assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
+            assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
+            settings.method = method;
+            assert_int_equal(
+                perp_ncp_solve(context, z, NULL, &result, &settings, &problem, starts[s]), PERP_OK);
+            assert_true(natural(k, z) <= 1e-12 || result.outcome != PERP_OUTCOME_SOLVED);
+        }
+}
+
 /* One method alone, from where the merit function leads to its false minimum. */
 static void test_trap(void **state)
 {
@@ -294,6 +317,7 @@ static void test_trap(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_known), cmocka_unit_test(test_line),
+                                       cmocka_unit_test(test_far_start),
                                        cmocka_unit_test(test_trap)};
 
     return cmocka_run_group_tests(tests, make, destroy);
