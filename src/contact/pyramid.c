@@ -17,10 +17,7 @@
 
 #include "base/context.h"
 #include "contact/law.h"
-#include "lcp/lcp.h"
-
-/* Edges where the exact cone was asked for and this is only its start. */
-enum { EDGES = 10 };
+#include "contact/pyramid.h"
 
 /* Attempts after the first look closer: each disc's polygon has its vertices near the direction in
  * which the last answer pushed and further and further apart from there on. In the window, `width`
@@ -29,57 +26,13 @@ enum { EDGES = 10 };
 #define WIDTH 0.2  /* of attempt 1 */
 #define LEAST 1e-6 /* narrower, the vertices could hardly be told apart */
 #define NARROWER 0.125
-#define WIDEST 2.0 /* the last vertex before the opposite one */
 
 /* More unknowns than this are more than pivoting serves. */
 enum { MOST_UNKNOWNS = 20000 };
 
-/* Unknown of the LCP: z_j acts on `row` and, with size 2, the next, along d. Slip speeds act on
- * nothing: row -1. */
-typedef struct unknown {
-    int32_t row, size;
-    double d[2];
-} unknown;
-
-typedef struct pyramid {
-    perp__contact_work base;
-    perp_lcp_solver *lcp;
-    int32_t n;
-    unknown *unknowns;
-    double *M, *q, *lower, *z, *direction;
-    double *W;               /* dense copy of a sparse W */
-    double *angles, *widths; /* 3 contacts: where the discs pushed at the last answer; windows */
-    int32_t regular;         /* polygons, without a window */
-    double *guess;           /* z of the last answer with respect to new windows */
-} pyramid;
-
-static int32_t edges_of(const perp__contact_problem *problem, const perp__contact_part *part)
-{
-    if (part->coefficient == 0.0)
-        return 0;
-    return part->size == 1 ? 2 : problem->cone > 0 ? problem->cone : EDGES;
-}
-
-static int64_t count_unknowns(const perp__contact_problem *problem)
-{
-    int64_t n = problem->size - problem->rows;
-    int32_t k, p;
-
-    for (k = 0; k < problem->contacts; k++) {
-        perp__contact_part parts[3];
-        const int32_t count = perp__contact_parts(problem, k, parts);
-
-        n++;
-        for (p = 0; p < count; p++)
-            if (edges_of(problem, &parts[p]) > 0)
-                n += edges_of(problem, &parts[p]) + 1;
-    }
-    return n;
-}
-
 static perp_status check(const perp__contact_problem *problem)
 {
-    const int64_t n = count_unknowns(problem);
+    const int64_t n = perp__pyramid_count(problem);
 
     if (n <= MOST_UNKNOWNS)
         return PERP_OK;
@@ -91,12 +44,12 @@ static perp_status check(const perp__contact_problem *problem)
 
 static void layout(perp__arena *arena, void *work)
 {
-    pyramid *p = work;
+    perp__pyramid *p = work;
     const perp__contact_problem *problem = p->base.problem;
-    const size_t n = (size_t)count_unknowns(problem), size = (size_t)problem->size;
+    const size_t n = (size_t)perp__pyramid_count(problem), size = (size_t)problem->size;
 
     p->n = (int32_t)n;
-    p->unknowns = perp__arena_take(arena, n, sizeof(unknown));
+    p->unknowns = perp__arena_take(arena, n, sizeof(perp__unknown));
     p->M = perp__arena_take(arena, n, n * sizeof(double));
     p->q = perp__arena_take(arena, n, sizeof(double));
     p->lower = perp__arena_take(arena, n, sizeof(double));
@@ -108,187 +61,9 @@ static void layout(perp__arena *arena, void *work)
     p->W = problem->W->column_starts ? perp__arena_take(arena, size, size * sizeof(double)) : NULL;
 }
 
-static unknown *add_unknown(pyramid *p, int32_t row, int32_t size, double x, double y)
-{
-    unknown *added = &p->unknowns[p->n++];
-
-    added->row = row;
-    added->size = size;
-    added->d[0] = x;
-    added->d[1] = y;
-    return added;
-}
-
-/* Vertex j of the polygon of a disc, part c of contact k. */
-static void vertex(const pyramid *p, int32_t edges, int32_t k, int32_t c, int32_t j, double d[2])
-{
-    const double angle = p->angles[3 * k + c], width = p->widths[3 * k + c];
-    double offset = 0.0;
-
-    if (p->regular) {
-        perp__contact_direction(edges, j, d);
-        return;
-    }
-    if (j == EDGES - 1) {
-        d[0] = -cos(angle); /* to the last bit opposite to vertex 0 */
-        d[1] = -sin(angle);
-        return;
-    }
-    if (j > 0) {
-        const double steps = (EDGES - 2) / 2 - 1, growth = pow(WIDEST / width, 1.0 / steps);
-
-        offset = width * pow(growth, (j - 1) / 2) * (j % 2 ? 1.0 : -1.0);
-    }
-    d[0] = cos(angle + offset);
-    d[1] = sin(angle + offset);
-}
-
-/* Contact by contact: r_n, then for each part its betas and its lambda; then the bilateral rows. */
-static void number_unknowns(pyramid *p)
-{
-    const perp__contact_problem *problem = p->base.problem;
-    int32_t k, c, j;
-
-    p->n = 0;
-    for (k = 0; k < problem->contacts; k++) {
-        perp__contact_part parts[3];
-        const int32_t count = perp__contact_parts(problem, k, parts);
-
-        add_unknown(p, problem->starts[k], 1, 1.0, 0.0);
-        for (c = 0; c < count; c++) {
-            const int32_t edges = edges_of(problem, &parts[c]);
-
-            for (j = 0; j < edges; j++) {
-                double d[2] = {j == 0 ? 1.0 : -1.0, 0.0};
-
-                if (parts[c].size == 2)
-                    vertex(p, edges, k, c, j, d);
-                add_unknown(p, parts[c].row, parts[c].size, d[0], d[1]);
-            }
-            if (edges > 0)
-                add_unknown(p, -1, 0, 0.0, 0.0);
-        }
-    }
-    for (k = problem->rows; k < problem->size; k++)
-        add_unknown(p, k, 1, 1.0, 0.0);
-}
-
-static void spread_sparse(pyramid *p)
-{
-    const perp__matrix *W = p->base.problem->W;
-    const size_t size = (size_t)W->rows;
-    int32_t j, k;
-
-    if (!p->W || size == 0)
-        return;
-    memset(p->W, 0, size * size * sizeof(double));
-    for (j = 0; j < W->columns; j++)
-        for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
-            p->W[(size_t)W->row_indices[k] + (size_t)j * size] = W->values[k];
-}
-
-static double product(const double *W, size_t row_stride, size_t column_stride, const unknown *a,
-                      const unknown *b)
-{
-    double sum = 0.0;
-    int32_t i, j;
-
-    for (i = 0; i < a->size; i++)
-        for (j = 0; j < b->size; j++)
-            sum += a->d[i] * b->d[j] *
-                   W[(size_t)(a->row + i) * row_stride + (size_t)(b->row + j) * column_stride];
-    return sum;
-}
-
-static void fill_impulses(pyramid *p)
-{
-    const perp__contact_problem *problem = p->base.problem;
-    const perp__matrix *W = problem->W;
-    const double *values = p->W ? p->W : W->values;
-    const size_t row_stride = p->W ? 1 : W->row_stride;
-    const size_t column_stride = p->W ? (size_t)problem->size : W->column_stride;
-    const size_t n = (size_t)p->n;
-    size_t i, j;
-    int32_t c;
-
-    for (j = 0; j < n; j++)
-        for (i = 0; i < n; i++)
-            p->M[i + j * n] =
-                p->unknowns[i].size == 0 || p->unknowns[j].size == 0
-                    ? 0.0
-                    : product(values, row_stride, column_stride, &p->unknowns[i], &p->unknowns[j]);
-    for (i = 0; i < n; i++) {
-        const unknown *a = &p->unknowns[i];
-
-        p->q[i] = 0.0;
-        for (c = 0; c < a->size; c++)
-            p->q[i] += a->d[c] * problem->q[a->row + c];
-        p->lower[i] = a->size > 0 && a->row >= problem->rows ? -INFINITY : 0.0;
-    }
-}
-
-/* The rows and columns of the slip speeds. */
-static void fill_speeds(pyramid *p)
-{
-    const perp__contact_problem *problem = p->base.problem;
-    const size_t n = (size_t)p->n;
-    size_t at = 0;
-    int32_t k, c, j;
-
-    for (k = 0; k < problem->contacts; k++) {
-        perp__contact_part parts[3];
-        const int32_t count = perp__contact_parts(problem, k, parts);
-        const size_t normal = at++;
-
-        for (c = 0; c < count; c++) {
-            const int32_t edges = edges_of(problem, &parts[c]);
-            const size_t lambda = at + (size_t)edges;
-
-            for (j = 0; j < edges; j++, at++) {
-                p->M[at + lambda * n] = 1.0;
-                p->M[lambda + at * n] = -1.0;
-            }
-            if (edges > 0)
-                p->M[at++ + normal * n] = parts[c].coefficient;
-        }
-    }
-}
-
-/* x := the impulses that z stands for. */
-static void gather(const pyramid *p, const double *z, double *x)
-{
-    int32_t i, c;
-
-    for (i = 0; i < p->base.problem->size; i++)
-        x[i] = 0.0;
-    for (i = 0; i < p->n; i++)
-        for (c = 0; c < p->unknowns[i].size; c++)
-            x[p->unknowns[i].row + c] += p->unknowns[i].d[c] * z[i];
-}
-
-static void read_modes(const pyramid *p, int8_t *modes)
-{
-    const perp__contact_problem *problem = p->base.problem;
-    int32_t at = 0, k, c;
-
-    for (k = 0; k < problem->contacts; k++) {
-        perp__contact_part parts[3];
-        const int32_t count = perp__contact_parts(problem, k, parts);
-
-        modes[k] = p->z[at++] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
-        for (c = 0; c < count; c++) {
-            const int32_t edges = edges_of(problem, &parts[c]);
-
-            at += edges > 0 ? edges + 1 : 0;
-            if (modes[k] == PERP_CONTACT_STICK && (edges == 0 || p->z[at - 1] > 0.0))
-                modes[k] = PERP_CONTACT_SLIP;
-        }
-    }
-}
-
 /* The next windows: about where the discs of r push, or, where there is no impulse, would push
  * first. */
-static void set_windows(pyramid *p, const double *r, const double *u)
+static void set_windows(perp__pyramid *p, const double *r, const double *u)
 {
     const perp__contact_problem *problem = p->base.problem;
     int32_t k, c;
@@ -314,7 +89,7 @@ static void set_windows(pyramid *p, const double *r, const double *u)
 }
 
 /* z of the last answer: every disc pushes along the vertex in the middle of its new window. */
-static void set_guess(pyramid *p, const double *r, const double *u)
+static void set_guess(perp__pyramid *p, const double *r, const double *u)
 {
     const perp__contact_problem *problem = p->base.problem;
     int32_t at = 0, k, c, j;
@@ -325,7 +100,7 @@ static void set_guess(pyramid *p, const double *r, const double *u)
 
         p->guess[at++] = r[problem->starts[k]];
         for (c = 0; c < count; c++) {
-            const int32_t edges = edges_of(problem, &parts[c]);
+            const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
             const double *x = r + parts[c].row, *y = u + parts[c].row;
             const double length = parts[c].size == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
             const double radius = parts[c].coefficient * r[problem->starts[k]];
@@ -353,7 +128,7 @@ static int32_t watch(const perp_lcp_progress *progress, void *user)
 }
 
 /* A solver for this call's tolerance and limits. */
-static perp_status prepare(pyramid *p)
+static perp_status prepare(perp__pyramid *p)
 {
     const perp__contact_problem *problem = p->base.problem;
     perp_lcp_settings settings;
@@ -379,17 +154,17 @@ static perp_status prepare(pyramid *p)
 
 static perp_status solve(void *work, perp__contact_iterate *iterate)
 {
-    pyramid *p = work;
+    perp__pyramid *p = work;
     const perp__contact_problem *problem = p->base.problem;
     perp_lcp_result result;
     int32_t i;
     perp_status status = perp_lcp_result_init(&result, sizeof result);
 
     p->regular = iterate->attempt == 0 || problem->cone > 0;
-    number_unknowns(p);
-    spread_sparse(p);
-    fill_impulses(p);
-    fill_speeds(p);
+    perp__pyramid_number(p);
+    perp__pyramid_spread(p);
+    perp__pyramid_fill_impulses(p);
+    perp__pyramid_fill_speeds(p);
     if (status == PERP_OK)
         status = prepare(p);
     if (status == PERP_OK)
@@ -397,7 +172,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
                                  p->regular ? NULL : p->guess);
     if (status != PERP_OK)
         return status;
-    gather(p, p->z, iterate->r);
+    perp__pyramid_gather(p, p->z, iterate->r);
     perp__multiply(problem->W, iterate->r, iterate->u);
     for (i = 0; i < problem->size; i++)
         iterate->u[i] += problem->q[i];
@@ -406,11 +181,11 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     iterate->outcome = result.outcome;
     iterate->iterations = result.iterations;
     if (result.outcome == PERP_OUTCOME_RAY)
-        gather(p, p->direction, iterate->ray);
+        perp__pyramid_gather(p, p->direction, iterate->ray);
     /* an exact cone's contacts may do something else than the polyhedron's */
     if ((result.outcome == PERP_OUTCOME_SOLVED || result.outcome == PERP_OUTCOME_ROUNDING_LIMIT) &&
         problem->cone > 0) {
-        read_modes(p, iterate->modes);
+        perp__pyramid_modes(p, iterate->modes);
         iterate->has_modes = 1;
     }
     return PERP_OK;
@@ -418,11 +193,11 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
 
 static void release(void *work)
 {
-    pyramid *p = work;
+    perp__pyramid *p = work;
 
     perp__lcp_destroy(p->lcp);
     p->lcp = NULL;
 }
 
 const perp__contact_method perp__contact_lemke = {
-    PERP_CONTACT_METHOD_LEMKE, sizeof(pyramid), 1, 1, check, layout, solve, release};
+    PERP_CONTACT_METHOD_LEMKE, sizeof(perp__pyramid), 1, 1, check, layout, solve, release};
