@@ -9,10 +9,11 @@
 
 #define EPS_PART 0.1 /* eps = this times g; sqrt(g) would stall */
 #define EPS_MOST 1e-2
-#define EXIT 1e-6  /* residual at which the polish is tried first */
-#define STEPS 100  /* most iterations of one attempt */
-#define SHORT 0.05 /* three steps in a row under this: stalled */
-#define CENTRE 0.1 /* a step under this is taken again towards the central path */
+#define EXIT 1e-6   /* residual at which the polish is tried first */
+#define STEPS 100   /* most iterations of one attempt */
+#define SHORT 0.05  /* three steps in a row under this: stalled */
+#define PATIENCE 30 /* steps that do not halve the residual */
+#define CENTRE 0.1  /* a step under this is taken again towards the central path */
 #define POLISH_STEPS 8
 #define ENOUGH 1e-13 /* residual after which nothing more is tried */
 #define FREE 1e-11   /* regularises bilateral rows that depend on each other */
@@ -221,8 +222,8 @@ static double tau_of(const perp__newton *s)
 
 perp_status perp__interior_run(perp__newton *s, perp_outcome *outcome)
 {
-    double leave = EXIT, taken = 1.0;
-    int32_t shorts = 0, step;
+    double leave = EXIT, taken = 1.0, milestone = INFINITY;
+    int32_t shorts = 0, waited = 0, step;
 
     *outcome = PERP_OUTCOME_STALLED;
     for (step = 0; step <= STEPS; step++) {
@@ -235,7 +236,9 @@ perp_status perp__interior_run(perp__newton *s, perp_outcome *outcome)
         raise_slack(s);
         g = average(s, 0.0);
         s->residual = perp__natural_map(&s->blocks, s->x, s->y, NULL, NULL);
-        stuck = shorts >= 3 || step == STEPS || !isfinite(s->residual);
+        waited = s->residual < 0.5 * milestone ? 0 : waited + 1;
+        milestone = waited ? milestone : s->residual;
+        stuck = shorts >= 3 || waited > PATIENCE || step == STEPS || !isfinite(s->residual);
         if (s->residual <= leave || stuck) {
             status = polish(s);
             if (status != PERP_OK || stuck || s->best_residual <= PERP__NEWTON_ENOUGH)

@@ -15,7 +15,7 @@ static const perp__newton_plan plans[] = {{0.95, 1.0, 1.0, 0, 0.0, 0}, {0.9, 0.8
                                           {0.95, 1.0, 1.0, 1, 0.0, 1}, {0.95, 1.0, 1.0, 1, 1.0, 2},
                                           {0.95, 1.0, 1.0, 1, 0.0, 3}, {0.95, 1.0, 1.0, 1, 1.0, 4}};
 #define PLANS (int32_t)(sizeof plans / sizeof plans[0])
-#define LONG_PLANS 4 /* as many for problems of more unknowns than MANY */
+#define LONG_PLANS 3 /* as many for problems of more unknowns than MANY */
 #define MANY 1000
 #define WARM_STEPS 12 /* of the polish, straight from a warm start */
 

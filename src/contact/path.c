@@ -16,6 +16,8 @@
 #define LAST 1e-9      /* no use beyond */
 #define INTERIOR 1e-2  /* t at which the interior point method is tried, then at tenths of it */
 #define STEPS 400
+#define FACTORISATIONS 2000 /* of one path, for problems of few unknowns */
+#define EFFORT 600000       /* factorisations times unknowns, for the others */
 #define CORRECTIONS 6
 #define CLOSE 0.1 /* E is small enough at this times t */
 #define GROW 2.0
@@ -299,6 +301,8 @@ static void choose_cover(perp__newton *s)
 
 perp_status perp__path_run(perp__newton *s, perp_outcome *outcome)
 {
+    const int64_t most =
+        FACTORISATIONS < EFFORT / (1 + s->blocks.n) ? FACTORISATIONS : EFFORT / (1 + s->blocks.n);
     double t = FIRST, tangent_t = -1.0, length = 1.0, next = INTERIOR, size;
     int32_t step, moved;
     perp_status status;
@@ -313,6 +317,8 @@ perp_status perp__path_run(perp__newton *s, perp_outcome *outcome)
             *outcome = request;
             return status;
         }
+        if (s->matrix.factorisations > most)
+            break;
         moved = advance(s, &t, &tangent_t, &length);
         if (moved <= 0)
             return moved;
