@@ -185,6 +185,9 @@ static void build_watson(zoo_problem *p, int32_t size)
     zoo_start(p, 0);
     zoo_start(p, 1);
     zoo_set(zoo_start(p, 0), (double[]){0, 1, 2, 3, 4}, 5);
+    zoo_start(p, 3);
+    zoo_start(p, 5);
+    zoo_start(p, 8);
     zoo_set(zoo_solution(p), (double[]){0, 0, 1, 2, 3}, 5);
     p->scale = 2 * exp(1);
 }
