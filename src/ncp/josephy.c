@@ -68,16 +68,15 @@ static int32_t find_offset(perp__ncp_walk *f, perp__ncp_linear *l, double rho)
     return 1;
 }
 
-/* The time that is left is the linear problem's, too. */
+/* The time that is left is the linear problem's, too; none may be left over from the last solve. */
 static perp_status limit_time(const perp__ncp_model *m, perp__ncp_linear *l)
 {
     perp_lcp_settings settings;
     perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
 
-    if (status != PERP_OK || !(m->control.deadline > 0.0))
-        return status;
-    settings.time_limit = fmax(1e-6, m->control.deadline - perp__now());
-    return perp__lcp_set(l->lcp, &settings);
+    if (m->control.deadline > 0.0)
+        settings.time_limit = fmax(1e-6, m->control.deadline - perp__now());
+    return status == PERP_OK ? perp__lcp_set(l->lcp, &settings) : status;
 }
 
 /* l->z := the solution of the linearisation with rho. 1 if it has one, 0 if not. */

@@ -78,6 +78,9 @@ void perp__ncp_model_read(perp__ncp_model *model, const perp_ncp_problem *proble
 void perp__ncp_model_unscale(perp__ncp_model *model);
 void perp__ncp_model_equilibrate(perp__ncp_model *model);
 
+/* S := D J D from the last Jacobian, whatever D is. */
+void perp__ncp_scale_matrix(perp__ncp_model *model);
+
 /* Another unit; z, w and the bounds in it. */
 void perp__ncp_model_set_unit(perp__ncp_model *model, double unit);
 
