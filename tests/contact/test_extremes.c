@@ -1,0 +1,145 @@
+/* The edge of sticking at every scale, and towers of very different masses. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include <perp/perp.h>
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+static const int32_t methods[] = {PERP_CONTACT_METHOD_AUTO, PERP_CONTACT_METHOD_SWEEP,
+                                  PERP_CONTACT_METHOD_NEWTON, PERP_CONTACT_METHOD_LEMKE};
+
+enum { METHODS = sizeof methods / sizeof *methods };
+
+/* A brick on a slope whose mu is 1e-9 above or below tan(angle), at the default tolerance: it holds
+ * with velocity 0.0, or it moves with g h (sin - mu cos), 3e-10 of g h, to six digits. */
+static void test_edge_of_sticking(void **state)
+{
+    static const double gravities[] = {1e-12, 9.81, 1e12}, masses[] = {1e-6, 1.0, 1e8};
+    const double angle = 0.3, h = 0.01;
+    int32_t g, m, k, dim, above;
+
+    (void)state;
+    for (g = 0; g < 3; g++)
+        for (m = 0; m < 3; m++)
+            for (k = 0; k < METHODS; k++)
+                for (dim = 2; dim <= 3; dim++)
+                    for (above = 0; above < 2; above++) {
+                        const double mu = tan(angle) * (above ? 1 + 1e-9 : 1 - 1e-9);
+                        const double s = gravities[g] * h, w = 1 / masses[m];
+                        const double q[3] = {-s * cos(angle), s * sin(angle), 0.0};
+                        const double W[9] = {w, 0, 0, 0, w, 0, 0, 0, w}, W2[4] = {w, 0, 0, w};
+                        perp_contact_settings settings;
+                        perp_contact_result result;
+                        perp_contact_laws laws;
+                        perp_matrix view;
+                        double r[3], u[3];
+                        int32_t mode;
+
+                        assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
+                        assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
+                        assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
+                        assert_int_equal(perp_matrix_init(&view, sizeof view), 0);
+                        assert_int_equal(
+                            perp_matrix_dense(&view, 0, dim, dim, dim == 3 ? W : W2, dim), 0);
+                        settings.method = methods[k];
+                        laws.contacts = 1;
+                        laws.dim = dim;
+                        laws.mu = &mu;
+                        assert_int_equal(perp_contact_solve_delassus(context, r, u, &mode, NULL,
+                                                                     &result, &settings, &laws,
+                                                                     &view, q, NULL),
+                                         PERP_OK);
+                        assert_int_equal(mode, above ? PERP_CONTACT_STICK : PERP_CONTACT_SLIP);
+                        if (above)
+                            assert_true(u[1] == 0.0 && (dim == 2 || u[2] == 0.0));
+                        else
+                            assert_true(fabs(u[1] / (s * (sin(angle) - mu * cos(angle))) - 1) <=
+                                        1e-6);
+                    }
+}
+
+/* A block on a block, pushed with a tenth of its weight: the impulses are the weights. Heavy over
+ * light, r_1 - r_2 is the light one's weight, which impulses of the heavy one's size hold to 2^-53
+ * of themselves: that is the rounding limit. */
+static void test_two_blocks(void **state)
+{
+    static const double ratios[] = {1.0, 1e2, 1e4, 1e8};
+    const double s = 9.81 * 0.01, mu[2] = {0.5, 0.5};
+    int32_t a, order, k, i, j;
+
+    (void)state;
+    for (a = 0; a < 4; a++)
+        for (order = 0; order < 2; order++)
+            for (k = 0; k < METHODS; k++) {
+                const double m[2] = {order ? ratios[a] : 1.0, order ? 1.0 : ratios[a]};
+                const double f[4] = {0.0, -m[0] * s, 0.1 * m[1] * s, -m[1] * s}, w[4] = {0.0};
+                const double expected[4] = {(m[0] + m[1]) * s, -0.1 * m[1] * s, m[1] * s,
+                                            -0.1 * m[1] * s};
+                double M[16] = {0.0}, r[4], v[4];
+                const double H[16] = {0, 1, 0, -1, 1, 0, -1, 0, 0, 0, 0, 1, 0, 0, 1, 0};
+                perp_contact_dynamics dynamics;
+                perp_contact_settings settings;
+                perp_contact_result result;
+                perp_contact_laws laws;
+                perp_matrix mass, rows;
+
+                for (i = 0; i < 2; i++)
+                    for (j = 0; j < 2; j++)
+                        M[5 * (2 * i + j)] = m[i];
+                assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
+                assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
+                assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
+                assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
+                assert_int_equal(perp_matrix_init(&mass, sizeof mass), 0);
+                assert_int_equal(perp_matrix_init(&rows, sizeof rows), 0);
+                assert_int_equal(perp_matrix_dense(&mass, 0, 4, 4, M, 4), 0);
+                assert_int_equal(perp_matrix_dense(&rows, 0, 4, 4, H, 4), 0);
+                settings.method = methods[k];
+                settings.tol = 1e-10;
+                laws.contacts = 2;
+                laws.dim = 2;
+                laws.mu = mu;
+                dynamics.n = 4;
+                dynamics.M = &mass;
+                dynamics.H = &rows;
+                assert_int_equal(perp_contact_solve(context, v, r, NULL, NULL, NULL, &result,
+                                                    &settings, &laws, &dynamics, f, w, NULL, NULL),
+                                 PERP_OK);
+                if (result.outcome > PERP_OUTCOME_ROUNDING_LIMIT)
+                    fail_msg("ratio %g, order %d, %s: %s, residual %g", ratios[a], (int)order,
+                             perp_contact_method_text(methods[k]),
+                             perp_outcome_text(result.outcome), result.residual);
+                for (i = 0; i < 4; i++)
+                    assert_true(fabs(r[i] - expected[i]) <= 1e-6 * fabs(expected[i]));
+            }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_edge_of_sticking),
+        cmocka_unit_test(test_two_blocks),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
