@@ -241,7 +241,8 @@ PERP_API perp_status perp_load_friction_create(perp_context *context, perp_load_
                                                const perp_load_settings *settings,
                                                const perp_load_system *system) PERP_WARN_UNUSED;
 
-/* Replaces the system by another one of the same n. After failure the old one stays. */
+/* Replaces the system by another one of the same n, and drops the answers. After failure the old
+ * system stays, with its answers. Returns as perp_load_friction_create. */
 PERP_API perp_status perp_load_friction_set(perp_load_friction *friction,
                                             const perp_load_system *system) PERP_WARN_UNUSED;
 
@@ -253,10 +254,11 @@ PERP_API void perp_load_friction_destroy(perp_load_friction *friction);
  * and Lemke's method find, and summary.exhaustive is 0.
  *
  * Returns: PERP_OK, also where there is none; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE,
- * _BUSY or _MEMORY; then the handle keeps no answers. Out:     summary: initialised by
- * perp_load_summary_init. In:      tau, velocity: n entries; of the velocity only the signs count,
- * 0.0 is at rest. Cost:    2^n patterns in motion, 5^n at rest, n^3 each (1 us at n = 4, 4 at 8, 20
- * at 12). */
+ *          _BUSY or _MEMORY (then the handle keeps no answers, else those it had).
+ * Out:     summary: initialised by perp_load_summary_init.
+ * In:      tau, velocity: n entries; of the velocity only the signs count, 0.0 is at rest.
+ * Cost:    2^n patterns in motion, 5^n at rest, n^3 each: 1 us at n = 4, 4 us at 8, 20 us at 12. No
+ *          memory, once the answers have room. */
 PERP_API perp_status perp_load_friction_solve(perp_load_friction *friction,
                                               perp_load_summary *summary, const double *tau,
                                               const double *velocity) PERP_WARN_UNUSED;
@@ -356,8 +358,8 @@ PERP_API perp_status perp_compliant_linearise(perp_compliant *compliant,
  *          result: initialised by perp_compliant_result_init.
  * In:      settings: NULL for the defaults.
  * Cost:    about 5 p^3 + 15 n p a step.
- * Source:  L-stable SDIRK of order 4 with 5 stages: Hairer & Wanner, "Solving ODE II", table
- * IV.6.5; within a stage the signs of N are iterated. */
+ * Source:  L-stable SDIRK of order 4 with 5 stages: Hairer & Wanner, "Solving ODE II",
+ *          table IV.6.5; within a stage the signs of N are iterated. */
 PERP_API perp_status perp_compliant_run(perp_compliant *compliant, double *x, double *v, double *N,
                                         perp_compliant_result *result,
                                         const perp_compliant_settings *settings, const double *x0,

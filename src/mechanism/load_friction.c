@@ -153,6 +153,7 @@ void perp__friction_release(perp_load_friction *f)
     perp_context *context = f->context;
 
     perp__friction_release_answers(f);
+    perp__friction_release_spare(f);
     perp__cone_release(&f->cone);
     perp__arena_release(&f->arena);
     f->magic = 0;

@@ -26,6 +26,7 @@ typedef struct perp__friction_answer {
     struct perp__friction_answer *next;
     int32_t kind, stable, flutter, at_vertex;
     int32_t dimension, vertices, rays;
+    int32_t room; /* for points */
     double residual;
     double *x, *normal, *friction; /* n */
     double *width;                 /* n: what tol is worth in x */
@@ -61,6 +62,7 @@ struct perp_load_friction {
     perp__friction_question question;
     perp__friction_pattern pattern;
     perp__friction_answer *answers;
+    perp__friction_answer *spare; /* of earlier answers, with room for a point */
     int32_t count;
     int32_t insist;  /* patterns are solved to the end even where they are clearly wrong */
     int8_t *regular; /* of a step: a stable acceleration stops this coordinate within it */
@@ -88,6 +90,7 @@ perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension)
 perp__friction_answer *perp__friction_answer_create(perp_load_friction *f, int32_t points);
 void perp__friction_answer_release(perp_load_friction *f, perp__friction_answer *answer);
 void perp__friction_release_answers(perp_load_friction *f);
+void perp__friction_release_spare(perp_load_friction *f);
 
 /* The number of patterns, or more than `most`. */
 int64_t perp__friction_patterns(const perp_load_friction *f, int64_t most);

@@ -16,6 +16,16 @@ static size_t at(const perp_load_friction *f, int32_t i, int32_t j)
 
 /* ---- memory -------------------------------------------------------------------------------- */
 
+static perp__friction_answer *take_spare(perp_load_friction *f)
+{
+    perp__friction_answer *a = f->spare;
+
+    f->spare = a->next;
+    a->next = NULL;
+    a->residual = 0.0;
+    return a;
+}
+
 perp__friction_answer *perp__friction_answer_create(perp_load_friction *f, int32_t points)
 {
     const size_t n = (size_t)f->n;
@@ -23,11 +33,14 @@ perp__friction_answer *perp__friction_answer_create(perp_load_friction *f, int32
     perp__friction_answer *a;
     double *block;
 
+    if (points == 1 && f->spare)
+        return take_spare(f);
     a = perp__allocate(f->context, 1, sizeof *a + doubles * sizeof(double) + n * 4 + n * 2);
     if (!a)
         return NULL;
     memset(a, 0, sizeof *a);
     block = (double *)(void *)(a + 1);
+    a->room = points;
     a->x = block;
     a->normal = block + n;
     a->friction = block + 2 * n;
@@ -40,9 +53,25 @@ perp__friction_answer *perp__friction_answer_create(perp_load_friction *f, int32
     return a;
 }
 
+/* Points are kept for the next ones; families are rare and of any size. */
 void perp__friction_answer_release(perp_load_friction *f, perp__friction_answer *answer)
 {
-    perp__release(f->context, answer);
+    if (answer->room == 1) {
+        answer->next = f->spare;
+        f->spare = answer;
+    } else {
+        perp__release(f->context, answer);
+    }
+}
+
+void perp__friction_release_spare(perp_load_friction *f)
+{
+    while (f->spare) {
+        perp__friction_answer *next = f->spare->next;
+
+        perp__release(f->context, f->spare);
+        f->spare = next;
+    }
 }
 
 void perp__friction_release_answers(perp_load_friction *f)
@@ -209,6 +238,7 @@ perp_status perp__friction_keep_point(perp_load_friction *f, int32_t at_vertex)
     if (!a)
         return perp__fail_memory(f->context, "an acceleration");
     a->vertices = 1;
+    a->dimension = a->rays = 0;
     a->at_vertex = at_vertex;
     memcpy(a->x, f->x, size);
     memcpy(a->width, f->width, size);

@@ -198,12 +198,42 @@ static void test_memory(void **state)
     }
 }
 
+/* Once the answers have room, questions and steps ask for no memory. */
+static void test_no_memory_later(void **state)
+{
+    memory m = {0, 0, 0};
+    const perp_context_settings settings = memory_settings(&m);
+    const double other[] = {-1, 4};
+    perp_load_step step;
+    double v[2] = {1, 1};
+    int32_t before, k;
+    asked a;
+
+    (void)state;
+    assert_int_equal(perp_load_step_init(&step, sizeof step), PERP_OK);
+    describe(&a, 2, A2, zero, C2, one, one);
+    assert_int_equal(perp_context_create(&a.context, &settings), PERP_OK);
+    assert_int_equal(perp_load_friction_create(a.context, &a.friction, NULL, &a.system), PERP_OK);
+    assert_int_equal(perp_load_friction_step(a.friction, v, NULL, &step, zero, one, NULL, 1e-3),
+                     PERP_OK);
+    before = m.calls;
+    for (k = 0; k < 20; k++) {
+        assert_int_equal(ask(&a, zero, one), 4);
+        assert_int_equal(ask(&a, other, one), 2);
+        assert_int_equal(perp_load_friction_step(a.friction, v, NULL, &step, zero, one, NULL, 1e-3),
+                         PERP_OK);
+    }
+    assert_int_equal(m.calls, before);
+    finish(&a);
+    assert_int_equal(m.live, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_systems),   cmocka_unit_test(test_settings),
         cmocka_unit_test(test_questions), cmocka_unit_test(test_set),
-        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_memory),    cmocka_unit_test(test_no_memory_later),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
