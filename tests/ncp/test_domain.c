@@ -228,7 +228,7 @@ static void test_monitor(void **state)
     const double z0[] = {50, 3};
 
     (void)state;
-    for (int method = PERP_NCP_FISCHER; method <= PERP_NCP_JOSEPHY; method++) {
+    for (int method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++) {
         behaviour b = {0}, m = {0};
         perp_ncp_problem problem = problem_of(&b);
         perp_ncp_settings settings;
@@ -245,6 +245,7 @@ static void test_monitor(void **state)
                          PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_STOPPED);
         assert_int_equal(result.iterations, 1);
+        assert_int_equal(m.calls, 2); /* and no other run after that */
         assert_true(z[0] > 0);
         m.calls = 0;
         m.value = -1;
@@ -252,16 +253,49 @@ static void test_monitor(void **state)
                          PERP_ERROR_CALLBACK);
         settings.monitor = NULL;
         settings.max_iterations = 1;
+        settings.restarts = 0;
         settings.polish = 0;
         assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
                          PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_ITERATION_LIMIT);
-        assert_int_equal(result.iterations, 1);
+        assert_int_equal(result.iterations, method == PERP_NCP_AUTO ? 2 : 1);
         settings.max_iterations = 0;
         settings.time_limit = 1e-9;
         assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
                          PERP_OK);
         assert_int_equal(result.outcome, PERP_OUTCOME_TIME_LIMIT);
+    }
+}
+
+/* No solution: z_1 has to grow for ever, and with it the other row, beside which the rest becomes
+ * nothing. */
+static int32_t runaway(double *F, const double *z, void *user)
+{
+    (void)user;
+    F[0] = exp(z[1]) * (1 + z[0]);
+    F[1] = -1 / (1 + z[1]);
+    return 0;
+}
+
+static void test_scales_that_run_away(void **state)
+{
+    (void)state;
+    for (int method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++) {
+        behaviour b = {0};
+        perp_ncp_problem problem = problem_of(&b);
+        perp_ncp_settings settings;
+        perp_ncp_result result = new_result();
+        double z[2];
+
+        problem.lower = NULL;
+        problem.function = runaway;
+        problem.jacobian = NULL;
+        assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
+        settings.method = method;
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, NULL),
+                         PERP_OK);
+        assert_true(result.outcome != PERP_OUTCOME_SOLVED &&
+                    result.outcome != PERP_OUTCOME_ROUNDING_LIMIT);
     }
 }
 
@@ -297,9 +331,13 @@ static void test_busy(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_logarithm),        cmocka_unit_test(test_nowhere),
-        cmocka_unit_test(test_jacobian_outside), cmocka_unit_test(test_abort),
-        cmocka_unit_test(test_monitor),          cmocka_unit_test(test_busy),
+        cmocka_unit_test(test_logarithm),
+        cmocka_unit_test(test_nowhere),
+        cmocka_unit_test(test_jacobian_outside),
+        cmocka_unit_test(test_abort),
+        cmocka_unit_test(test_monitor),
+        cmocka_unit_test(test_scales_that_run_away),
+        cmocka_unit_test(test_busy),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

@@ -294,6 +294,47 @@ static void test_far_start(void **state)
         }
 }
 
+/* 'solved' is what tol says, wherever a run ends; and the polish goes on from there. */
+static void test_tolerance(void **state)
+{
+    const known *k = &problems[0];
+    perp_ncp_problem problem = problem_of(k);
+    int missed = 0;
+
+    (void)state;
+    for (int steps = 1; steps <= 8; steps++)
+        for (int digits = 1; digits <= 13; digits++) {
+            perp_ncp_settings settings;
+            perp_ncp_result result;
+            double z[4];
+
+            assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
+            assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
+            settings.method = PERP_NCP_FISCHER;
+            settings.max_iterations = steps;
+            settings.tol = pow(10, -digits);
+            settings.polish = 0;
+            assert_int_equal(
+                perp_ncp_solve(context, z, NULL, &result, &settings, &problem, k->starts[1]),
+                PERP_OK);
+            assert_int_equal(result.outcome == PERP_OUTCOME_SOLVED,
+                             result.residual <= settings.tol);
+            if (result.outcome == PERP_OUTCOME_SOLVED)
+                continue;
+            missed++;
+            assert_int_equal(result.outcome, PERP_OUTCOME_ITERATION_LIMIT);
+            settings.polish = 1;
+            assert_int_equal(
+                perp_ncp_solve(context, z, NULL, &result, &settings, &problem, k->starts[1]),
+                PERP_OK);
+            if (steps >= 4) { /* near enough to a solution for Newton's method on its index set */
+                assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+                assert_true(natural(k, z) <= 1e-12);
+            }
+        }
+    assert_true(missed > 20); /* or this test would test nothing */
+}
+
 /* One method alone, from where the merit function leads to its false minimum. */
 static void test_trap(void **state)
 {
@@ -316,9 +357,9 @@ static void test_trap(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_known), cmocka_unit_test(test_line),
-                                       cmocka_unit_test(test_far_start),
-                                       cmocka_unit_test(test_trap)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_known), cmocka_unit_test(test_line), cmocka_unit_test(test_far_start),
+        cmocka_unit_test(test_tolerance), cmocka_unit_test(test_trap)};
 
     return cmocka_run_group_tests(tests, make, destroy);
 }
