@@ -185,11 +185,14 @@ PERP_API perp_status perp_contact_solver_set(
  * Returns: PERP_OK; PERP_ERROR_ARGUMENT (sizes, mu < 0, M not symmetric positive definite, unsorted
  *          indices, a contact or bilateral row that moves nothing, ...), _NOT_FINITE, _ABI,
  *          _HANDLE, _BUSY, _MEMORY or _CALLBACK. After failure the solver has the problem it had,
- *          or, after _MEMORY and _CALLBACK, none.
+ *          or none, where the fault came to light only at work (a factorisation, W, memory, the
+ *          callback); a solve then says so.
  * In:      laws: copied.
  *          dynamics: the views are copied, the arrays of M, H and G are not: they must stay in
  *             place and unchanged until the next setup or destroy.
- * Cost:    a factorisation of M and a solve for each row; W is dense, rows^2 doubles. */
+ * Cost:    where M falls into blocks of up to 12 unknowns, as that of rigid bodies does: linear in
+ *          the entries of M and H. Else a factorisation of M, a solve for each row, and W, rows^2
+ *          doubles. With the same sizes and patterns it allocates nothing. */
 PERP_API perp_status
 perp_contact_solver_setup_dynamics(perp_contact_solver *solver, const perp_contact_laws *laws,
                                    const perp_contact_dynamics *dynamics) PERP_WARN_UNUSED;
