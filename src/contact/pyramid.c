@@ -74,7 +74,8 @@ static void set_windows(perp__pyramid *p, const double *r, const double *u)
 
         for (c = 0; c < count; c++) {
             const double *x = r + parts[c].row, *y = u + parts[c].row;
-            double *angle = &p->angles[3 * k + c], *width = &p->widths[3 * k + c], last = *angle;
+            double *angle = &p->angles[3 * k + c], *width = &p->widths[3 * k + c];
+            const double last = p->regular ? 0.0 : *angle; /* of no account after regular ones */
             double turn;
 
             if (parts[c].size != 2)
