@@ -147,7 +147,7 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
     if (status != PERP_OK)
         return status;
     status = run_all(solver, solver->start, solver->settings.penalty);
-    for (int32_t i = 0; i < solver->model.n; i++) /* the problem's own sizes */
+    for (int32_t i = 0; status == PERP_OK && i < solver->model.n; i++) /* the problem's own sizes */
         unit = fmax(unit, fmax(fabs(solver->start[i]),
                                solver->model.omega_start * solver->model.D_start[i]));
     for (int32_t k = 0; status == PERP_OK && solver->settings.method == PERP_NCP_AUTO &&
