@@ -10,6 +10,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "contact/solver.h"
 #include "linalg/blas.h"
 
@@ -76,11 +77,20 @@ static void fill(perp_contact_solver *solver)
     }
 }
 
-static perp_status solve(perp__contact_ray *own, perp_lcp_result *result)
+/* The LCP of M, q and lower, within what is left of the time limit. */
+static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
 {
+    perp__contact_ray *own = &solver->feasibility;
+    perp_lcp_settings settings;
     perp_matrix M;
-    perp_status status = perp_matrix_init(&M, sizeof M);
+    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
 
+    if (solver->deadline > 0.0)
+        settings.time_limit = fmax(1e-9, solver->deadline - perp__now());
+    if (status == PERP_OK)
+        status = perp__lcp_set(own->lcp, &settings);
+    if (status == PERP_OK)
+        status = perp_matrix_init(&M, sizeof M);
     if (status == PERP_OK)
         status = perp_matrix_dense(&M, PERP_STORAGE_COLUMN_MAJOR, own->n, own->n, own->M,
                                    own->n > 1 ? own->n : 1);
@@ -207,7 +217,7 @@ static perp_status search_softened(perp_contact_solver *solver)
 
     for (i = 0; i < n; i++)
         own->M[i + i * n] *= 1.0 + SOFT;
-    status = solve(own, &result);
+    status = solve(solver, &result);
     for (i = 0; i < n; i++)
         own->M[i + i * n] /= 1.0 + SOFT;
     if (status != PERP_OK || result.outcome > PERP_OUTCOME_ROUNDING_LIMIT ||
@@ -254,7 +264,7 @@ perp_status perp__contact_find_ray(perp_contact_solver *solver)
     own->fitted = solver->setups;
     clear(solver);
     fill(solver);
-    status = solve(own, &result);
+    status = solve(solver, &result);
     if (status == PERP_OK && result.has_ray) {
         lift(solver, own->direction, solver->start);
         perp__contact_keep_ray(solver, solver->start);
