@@ -2,9 +2,9 @@
  * pyramids and heaps of 4 to 60 contacts with redundant points, mass ratios 1 to 1e8, friction 0 to
  * 1e3, at rest, pushed or in impact, in one to three dimensions. All of them have a solution. How
  * many are solved at tol 1e-12, to which residual, and how fast, in a solver made for each: 'cold'
- * in microseconds a contact, set-up included. 'false' counts rays and answers that do not stand a
- * check of their own: |M v - f - H'r|, |u - H v - w| and the laws, relative to the problem's
- * scales.
+ * in microseconds a contact, set-up included, ten seconds at most. 'false' counts rays and answers
+ * that do not stand a check of their own: |M v - f - H'r|, |u - H v - w| and the laws, relative to
+ * the problem's scales.
  *
  *   contact_random [first seed [count [method...]]]      default: 1 300 auto newton sweep
  */
@@ -130,6 +130,7 @@ static void solve(perp_context *context, int32_t method, uint64_t seed, row *row
     perp_contact_laws_init(&contact_laws, sizeof contact_laws);
     settings.method = method;
     settings.tol = 1e-12;
+    settings.time_limit = 10;
     dynamics.n = p.n;
     dynamics.M = &p.M;
     dynamics.H = &p.H;
