@@ -363,11 +363,14 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
     perp__contact_polish *p = &solver->polish;
     const perp__contact_problem *problem = &solver->problem;
     double best = INFINITY;
-    int32_t round, waited = 0;
+    int32_t round, waited = 0, made = 0;
     perp_status status;
 
-    if (solver->size == 0 || solver->size > PERP__POLISH_MOST || problem->cone > 0 || !problem->W)
+    if (solver->size == 0 || solver->size > PERP__POLISH_MOST || problem->cone > 0)
         return PERP_OK;
+    status = perp__contact_delassus(solver, &made);
+    if (status != PERP_OK || !made)
+        return status;
     status = fit(solver, p);
     if (status != PERP_OK)
         return status;

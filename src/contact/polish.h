@@ -23,8 +23,8 @@ typedef struct perp__contact_polish {
     double *rhs, *step, *error, *units; /* n */
 } perp__contact_polish;
 
-/* Most rows of an active set that is polished. */
-enum { PERP__POLISH_MOST = 1500 };
+/* Most rows of a problem that is polished: the factors are dense. */
+enum { PERP__POLISH_MOST = 600 };
 
 struct perp_contact_solver;
 
