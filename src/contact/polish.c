@@ -33,13 +33,13 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__contact_polish *p = object;
     const size_t n = (size_t)p->room;
+    double **const vectors[] = {&p->rhs, &p->step, &p->error, &p->units};
+    size_t k;
 
     p->K = perp__arena_take(arena, n * n, sizeof(double));
     p->factors = perp__arena_take(arena, n * n, sizeof(double));
-    p->rhs = perp__arena_take(arena, n, sizeof(double));
-    p->step = perp__arena_take(arena, n, sizeof(double));
-    p->error = perp__arena_take(arena, n, sizeof(double));
-    p->units = perp__arena_take(arena, n, sizeof(double));
+    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
     p->rows = perp__arena_take(arena, n, sizeof(int32_t));
     p->pivots = perp__arena_take(arena, n, sizeof(int32_t));
     p->place = perp__arena_take(arena, n, sizeof(int32_t));
@@ -133,42 +133,43 @@ static void copy_block(perp__contact_polish *p, const perp__matrix *W)
     }
 }
 
-/* The two equations of a part of two rows that slips, in the units of velocities. */
+/* |r_p| = coefficient r_n in the row `a` of K, whose entries are 0, in the units of velocities. */
+static void write_length(perp__contact_polish *p, const perp__contact_part *part, int32_t normal,
+                         double t, const double *r)
+{
+    const size_t n = (size_t)p->n, a = (size_t)p->place[part->row];
+    const double length = length_of(r + part->row, part->size);
+    int32_t i;
+
+    for (i = 0; i < part->size; i++)
+        p->K[a + (a + (size_t)i) * n] = t * (r[part->row + i] / length);
+    p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
+    p->rhs[a] = -t * (length - part->coefficient * r[normal]);
+}
+
+/* The equations of a part that slips: in the first row its length, in the second r_p x u_p / |r_p|.
+ */
 static void write_slip(perp__contact_polish *p, const perp__contact_part *part, int32_t normal,
                        double t, const double *r, const double *u)
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row], b = a + 1;
-    const double length = hypot(r[part->row], r[part->row + 1]);
-    const double d[2] = {r[part->row] / length, r[part->row + 1] / length};
+    const double *x = r + part->row, *y = u + part->row;
+    const double length = length_of(x, part->size);
     size_t j;
 
     for (j = 0; j < n; j++) {
         double *column = p->K + j * n;
 
-        column[b] = d[0] * column[b] - d[1] * column[a];
+        if (part->size == 2)
+            column[b] = (x[0] * column[b] - x[1] * column[a]) / length;
         column[a] = 0.0;
     }
-    p->K[b + a * n] += u[part->row + 1] / length;
-    p->K[b + b * n] -= u[part->row] / length;
-    p->K[a + a * n] = t * d[0];
-    p->K[a + b * n] = t * d[1];
-    p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
-    p->rhs[a] = -t * (length - part->coefficient * r[normal]);
-    p->rhs[b] = -(d[0] * u[part->row + 1] - d[1] * u[part->row]);
-}
-
-static void write_slip_line(perp__contact_polish *p, const perp__contact_part *part, int32_t normal,
-                            double t, const double *r)
-{
-    const size_t n = (size_t)p->n, a = (size_t)p->place[part->row];
-    const double sign = r[part->row] < 0.0 ? -1.0 : 1.0;
-    size_t j;
-
-    for (j = 0; j < n; j++)
-        p->K[a + j * n] = 0.0;
-    p->K[a + a * n] = t;
-    p->K[a + (size_t)p->place[normal] * n] = -t * sign * part->coefficient;
-    p->rhs[a] = -t * (r[part->row] - sign * part->coefficient * r[normal]);
+    if (part->size == 2) {
+        p->K[b + a * n] += y[1] / length;
+        p->K[b + b * n] -= y[0] / length;
+        p->rhs[b] = -(x[0] * y[1] - x[1] * y[0]) / length;
+    }
+    write_length(p, part, normal, t, r);
 }
 
 /* K and the right-hand side in units in which the traces are 1. */
@@ -207,12 +208,8 @@ static int32_t set_up(perp__contact_polish *p, const perp__contact_problem *prob
         const int32_t count = perp__contact_parts(problem, k, parts);
 
         for (c = 0; c < count; c++)
-            if (p->parts[3 * k + c] == PERP__PART_SLIPS) {
-                if (parts[c].size == 2)
-                    write_slip(p, &parts[c], problem->starts[k], problem->trace[k], r, u);
-                else
-                    write_slip_line(p, &parts[c], problem->starts[k], problem->trace[k], r);
-            }
+            if (p->parts[3 * k + c] == PERP__PART_SLIPS)
+                write_slip(p, &parts[c], problem->starts[k], problem->trace[k], r, u);
     }
     scale(p, problem);
     memcpy(p->factors, p->K, n * n * sizeof *p->K);
