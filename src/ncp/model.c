@@ -269,6 +269,8 @@ double perp__ncp_residual_at_start(const perp__ncp_model *m, const double *z, co
 {
     double most = 0.0;
 
+    if (!(m->omega_start > 0.0))
+        return 0.0; /* it never came to a linearisation */
     for (int32_t i = 0; i < m->n; i++) {
         const double D = m->D_start[i];
         const double r = perp__ncp_mid(z[i] / D, m->lower[i] / D, m->upper[i] / D, D * w[i]);
@@ -276,7 +278,7 @@ double perp__ncp_residual_at_start(const perp__ncp_model *m, const double *z, co
         if (m->lower[i] < m->upper[i] && !(fabs(r) <= most) && !isnan(most))
             most = fabs(r);
     }
-    return m->omega_start > 0.0 ? most / m->omega_start : 0.0;
+    return most / m->omega_start;
 }
 
 double perp__ncp_residual(const perp__ncp_model *m, const double *z, const double *w)

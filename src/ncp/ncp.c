@@ -138,6 +138,20 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
     return status;
 }
 
+/* The largest |z_i| of the start, or what its scales take for that. */
+static double own_size(const perp_ncp_solver *solver)
+{
+    const perp__ncp_model *m = &solver->model;
+    double size = 0.0;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        size = fmax(size, fabs(solver->start[i]));
+        if (m->omega_start > 0.0)
+            size = fmax(size, m->omega_start * m->D_start[i]);
+    }
+    return size;
+}
+
 static perp_status search(perp_ncp_solver *solver, const double *z0)
 {
     perp__ncp_control *control = &solver->model.control;
@@ -147,9 +161,8 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
     if (status != PERP_OK)
         return status;
     status = run_all(solver, solver->start, solver->settings.penalty);
-    for (int32_t i = 0; status == PERP_OK && i < solver->model.n; i++) /* the problem's own sizes */
-        unit = fmax(unit, fmax(fabs(solver->start[i]),
-                               solver->model.omega_start * solver->model.D_start[i]));
+    if (status == PERP_OK)
+        unit = own_size(solver);
     for (int32_t k = 0; status == PERP_OK && solver->settings.method == PERP_NCP_AUTO &&
                         k < solver->settings.restarts && !is_over(solver);
          k++) {
