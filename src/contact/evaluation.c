@@ -5,25 +5,6 @@
 #include "contact/law.h"
 #include "contact/solver.h"
 
-/* omega: the largest |q_k| / sqrt(t_k), an impulse times the root of an inverse mass. */
-static void measure_load(perp_contact_solver *solver)
-{
-    const perp__contact_problem *p = &solver->problem;
-    double omega = 0.0;
-    int32_t k, i;
-
-    for (k = 0; k < p->contacts; k++) {
-        double length = 0.0;
-
-        for (i = p->starts[k]; i < p->starts[k + 1]; i++)
-            length = hypot(length, solver->q[i]);
-        omega = fmax(omega, length / sqrt(p->trace[k]));
-    }
-    for (i = p->rows; i < p->size; i++)
-        omega = fmax(omega, fabs(solver->q[i]) / sqrt(p->trace[p->contacts + i - p->rows]));
-    solver->omega = omega > 0.0 ? omega : 1.0;
-}
-
 perp_status perp__contact_load(perp_contact_solver *solver)
 {
     const perp__contact_call *call = solver->call;
@@ -43,7 +24,7 @@ perp_status perp__contact_load(perp_contact_solver *solver)
     }
     solver->is_free = 1;
     if (status == PERP_OK)
-        measure_load(solver);
+        solver->omega = perp__contact_omega(&solver->problem);
     return status;
 }
 

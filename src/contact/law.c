@@ -283,3 +283,23 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
     law->natural = cone_map(&parts[0], r_n, u_n / t + parts[0].coefficient * norm(d, parts[0].size),
                             r + parts[0].row, d, &law->mode);
 }
+
+double perp__contact_omega(const perp__contact_problem *problem)
+{
+    double omega = 0.0;
+    int32_t i, k;
+
+    for (k = 0; k < problem->contacts; k++) {
+        double length = 0.0;
+
+        for (i = problem->starts[k]; i < problem->starts[k + 1]; i++)
+            length = hypot(length, problem->q[i]);
+        omega = fmax(omega, length / sqrt(problem->trace[k]));
+    }
+    for (i = problem->rows; i < problem->size; i++) {
+        double trace = problem->trace[problem->contacts + i - problem->rows];
+
+        omega = fmax(omega, fabs(problem->q[i]) / (trace > 0.0 ? sqrt(trace) : 1.0));
+    }
+    return omega > 0.0 ? omega : 1.0;
+}

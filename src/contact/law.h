@@ -37,4 +37,8 @@ typedef struct perp__contact_law {
 void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
                          const double *u, perp__contact_law *law);
 
+/* omega of the tested residual: the largest |q_k| / sqrt(t_k), an impulse times the root of an
+ * inverse mass; 1 if that is 0. */
+double perp__contact_omega(const perp__contact_problem *problem);
+
 #endif

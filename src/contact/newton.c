@@ -8,6 +8,7 @@
 #include <perp/contact.h>
 
 #include "base/clock.h"
+#include "contact/law.h"
 
 /* A warm start goes by the first, and the next attempt by the first again, afresh. */
 static const perp__newton_plan plans[] = {{0.95, 1.0, 1.0, 0, 0.0, 0}, {0.9, 0.8, 0.8, 0, 0.0, 0},
@@ -81,27 +82,6 @@ static void read_right_side(perp__newton *s)
         s->unit = 1.0;
     for (i = 0; i < b->n; i++)
         s->b[i] /= s->unit;
-}
-
-/* The largest |q_k| / sqrt(t_k). */
-static double load(const perp__contact_problem *problem)
-{
-    double omega = 0.0;
-    int32_t i, k;
-
-    for (k = 0; k < problem->contacts; k++) {
-        double length = 0.0;
-
-        for (i = problem->starts[k]; i < problem->starts[k + 1]; i++)
-            length = hypot(length, problem->q[i]);
-        omega = fmax(omega, length / sqrt(problem->trace[k]));
-    }
-    for (i = problem->rows; i < problem->size; i++) {
-        double trace = problem->trace[problem->contacts + i - problem->rows];
-
-        omega = fmax(omega, fabs(problem->q[i]) / (trace > 0.0 ? sqrt(trace) : 1.0));
-    }
-    return omega > 0.0 ? omega : 1.0;
 }
 
 static void start_cold(perp__newton *s)
@@ -230,7 +210,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
         return status;
     s->limit = problem->iteration_limit > 0 ? problem->iteration_limit : INT64_MAX;
     s->best_residual = s->residual = INFINITY;
-    s->omega = load(problem);
+    s->omega = perp__contact_omega(problem);
     read_right_side(s);
     status = run(s, iterate);
     iterate->iterations = s->matrix.factorisations;
