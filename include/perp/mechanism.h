@@ -1,0 +1,349 @@
+/* perp/mechanism.h: mechanisms in generalised coordinates, with contacts and friction.
+ *
+ *   M(q) dv - k(t,q,v) dt = H'dr + G'ds + B'dy,     q' = N(q) v
+ *
+ * q: coordinates, v: velocities, k: forces with the gyroscopic ones. The mechanism is given by
+ * callbacks for M, k, and the rows of three kinds of constraints:
+ *
+ *   contacts   gap_j(t,q) >= 0. The rows of contact j in H: the gradient of its gap (the normal),
+ *              then its tangents (none in dimension 1, one in 2, two in 3), contact after contact,
+ *              as in perp/contact.h. u = H v + drift: separating, then sliding velocity. Impulses
+ * r: 0 <= r_n perp gap >= 0, and |r_t| <= mu r_n, opposite to u_t where that is not 0. bilateral
+ * c_i(t,q) = 0, G its gradients. dry        friction of a given bound (Tresca): groups of one row
+ * or of two in B, slip u = B v + drift, |y| <= bound(t,q,v) h, opposite to u where that is not 0.
+ *
+ * Three questions can be asked: a step in time, a run of steps, and all accelerations of a state.
+ * Impulses, not forces, are a step's unknowns: a step exists also where no acceleration does.
+ *
+ * A step's answer is one solution of its complementarity problem. There may be others (a wedge,
+ * redundant contacts): docs/mechanism.md says when there are, and which of them a step takes.
+ *
+ * Sources: D. E. Stewart & J. C. Trinkle, "Dynamics, friction, and complementarity problems" (1995)
+ * and IJNME 39 (1996); M. Anitescu & F. A. Potra, Nonlinear Dynamics 14 (1997); J. J. Moreau,
+ * "Unilateral contact and dry friction in finite freedom dynamics" (1988). */
+#ifndef PERP_MECHANISM_H
+#define PERP_MECHANISM_H
+
+#include <perp/base.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* How a step discretises the equations. Values never change. */
+enum perp_mechanism_scheme_value {
+    PERP_MECHANISM_FROZEN = 0,   /* M, k, H at the step's start; gaps linearised (Stewart-Trinkle
+                                    1996): one complementarity problem */
+    PERP_MECHANISM_IMPLICIT = 1, /* M, k, H and gaps at the step's end (Stewart & Trinkle 1995): a
+                                    nonlinear complementarity problem, with frozen as the start */
+    PERP_MECHANISM_THETA = 2 /* Moreau-Jean: velocities at closed contacts, k weighted by theta */
+};
+
+/* What an impact gives back. e is the contact's restitution. Values never change. */
+enum perp_mechanism_law_value {
+    PERP_MECHANISM_MOREAU = 0, /* 0 <= r_n perp u_n+ + e u_n- >= 0 */
+    PERP_MECHANISM_NEWTON = 1, /* the same with max(-u_n-, 0): u_n+ >= e max(-u_n-, 0) */
+    PERP_MECHANISM_POISSON =
+        2 /* the impulse of expansion is at least e times that of compression */
+};
+
+/* What a contact or a dry group does. Values never change; those of enum perp_contact_mode_value.
+ */
+enum perp_mechanism_mode_value {
+    PERP_MECHANISM_SEPARATE = 0,
+    PERP_MECHANISM_STICK = 1,
+    PERP_MECHANISM_SLIP = 2
+};
+
+/* Callbacks return 0 when done; a positive number where q is outside of what the mechanism is
+ * defined for (a step then says 'evaluation_failed', or is shortened); a negative one to abort the
+ * call with PERP_ERROR_CALLBACK. Numbers that are not finite are an error too. They must not call
+ * into the same context, and give the same answer to the same question. All matrices are written
+ * row by row without gaps, n = velocities wide; everything is 0 before the call unless said. */
+
+/* M: n by n, symmetric positive definite. */
+typedef int32_t (*perp_mechanism_mass)(double *M, const double *q, void *user);
+/* k: n forces: applied, gravity, -C(q,v)v. */
+typedef int32_t (*perp_mechanism_force)(double *k, double t, const double *q, const double *v,
+                                        void *user);
+/* gap: contacts; > 0 separated. H, drift: rows as above; drift is u at v = 0 (moving walls, belts;
+ * for a normal the partial derivative of the gap by t). mu: contacts; holds the model's. */
+typedef int32_t (*perp_mechanism_contacts)(double *gap, double *H, double *drift, double *mu,
+                                           double t, const double *q, void *user);
+/* c: bilateral; G: bilateral by n; drift: partial derivative of c by t. */
+typedef int32_t (*perp_mechanism_bilateral)(double *c, double *G, double *drift, double t,
+                                            const double *q, void *user);
+/* bound: dry; >= 0, a force. B: dry * dry_dim by n. drift: dry * dry_dim. */
+typedef int32_t (*perp_mechanism_dry)(double *bound, double *B, double *drift, double t,
+                                      const double *q, const double *v, void *user);
+/* rate := N(q) v, `coordinates` entries. */
+typedef int32_t (*perp_mechanism_kinematics)(double *rate, const double *q, const double *v,
+                                             void *user);
+/* Puts q back where it belongs (unit quaternions) after a step has moved it. */
+typedef int32_t (*perp_mechanism_normalise)(double *q, void *user);
+/* bias := d/dt(H) v + d/dt(drift), rows of H, then those of G and of B: what the rows'
+ * accelerations are at v' = 0. */
+typedef int32_t (*perp_mechanism_curvature)(double *bias, double t, const double *q,
+                                            const double *v, void *user);
+
+typedef struct perp_mechanism_model {
+    size_t struct_size;
+    int32_t velocities;         /* n; at least 1 */
+    int32_t coordinates;        /* of q; 0 (default): n; another number needs `kinematics` */
+    int32_t contacts;           /* default 0 */
+    int32_t dim;                /* of every contact where dims is NULL: 1, 2 (default) or 3 */
+    const int32_t *dims;        /* contacts: 1 (frictionless), 2 or 3; or NULL */
+    int32_t bilateral;          /* rows of G; default 0 */
+    int32_t dry;                /* groups of dry friction; default 0 */
+    int32_t dry_dim;            /* rows of each: 1 (default), or 2: a disc */
+    int32_t reserved;           /* 0 */
+    const double *mu;           /* contacts, >= 0: of sliding; NULL: 0 */
+    const double *mu_static;    /* contacts, >= mu: where the contact did not slide; NULL: mu */
+    const double *stribeck;     /* contacts, a speed > 0: mu + (mu_static - mu) exp(-(|u_t|/s)^2);
+                                   NULL, or 0 at a contact: mu_static only where it did not slide */
+    const double *restitution;  /* contacts, in [0, 1]; NULL: 0 */
+    perp_mechanism_mass mass;   /* NULL: the identity */
+    perp_mechanism_force force; /* NULL: 0 */
+    perp_mechanism_contacts contact_rows;    /* needed where contacts > 0 */
+    perp_mechanism_bilateral bilateral_rows; /* needed where bilateral > 0 */
+    perp_mechanism_dry dry_rows;             /* needed where dry > 0 */
+    perp_mechanism_kinematics kinematics;    /* NULL: q' = v */
+    perp_mechanism_normalise normalise;      /* NULL: nothing to do */
+    perp_mechanism_curvature curvature;      /* NULL: by differences; accelerations only */
+    void *user;                              /* handed to all of them */
+} perp_mechanism_model;
+
+typedef struct perp_mechanism_settings {
+    size_t struct_size;
+    int32_t scheme;        /* PERP_MECHANISM_FROZEN (default), ... */
+    int32_t law;           /* PERP_MECHANISM_MOREAU (default), ... */
+    int32_t cone;          /* 0 (default): exact; k >= 3: a polyhedron of k edges, perp/contact.h */
+    int32_t project;       /* 1 (default): removes penetration and drift of c after the step */
+    double theta;          /* of PERP_MECHANISM_THETA; in [0, 1]; default 0.5 */
+    double tol;            /* tested residual of a step's problem that counts; default 1e-10; > 0 */
+    double error;          /* of perp_mechanism_run: 0 (default): steps of equal length; > 0: steps
+                              chosen so that a step's estimated error in q and h v, beside the
+                              largest value so far (at least 1e-3 of it each), is below this */
+    double shortest;       /* step of such a run; 0 (default): 2^-40 of its span */
+    double longest;        /* 0 (default): its span */
+    double time_limit;     /* seconds of a call; 0 (default): none */
+    int64_t most_patterns; /* more combinations of modes are not enumerated by
+                              perp_mechanism_accelerations; default 2^22; >= 1 */
+    int32_t directions;    /* in 3 dimensions, of a slip that starts: tried at first, then made
+                              exact; default 16; >= 3 */
+    int32_t starts;        /* covering vectors of the search beyond most_patterns; default 16 */
+    double stiffness;      /* of compliant contacts, for the label 'stable'; > 0; default 1 */
+    double damping;        /* >= 0; default 2 */
+} perp_mechanism_settings;
+
+/* One step. */
+typedef struct perp_mechanism_step {
+    size_t struct_size;
+    int32_t outcome;     /* PERP_OUTCOME_...; the state moved unless it is ray, evaluation_failed or
+                            singular */
+    int32_t scheme;      /* that gave the answer: FROZEN where the implicit problem had no answer */
+    int32_t closed;      /* contacts with an impulse */
+    int32_t sticking;    /* of those and of the dry groups */
+    int32_t impacts;     /* contacts with restitution > 0 that were hit */
+    int32_t certificate; /* of a ray: PERP_CONTACT_CERTIFICATE_... */
+    int32_t has_ray;     /* 1: a verified ray was found (and written, if asked for) */
+    int32_t method;      /* of the last contact problem, PERP_CONTACT_METHOD_... */
+    double residual;     /* tested residual, the largest of the step's problems */
+    double penetration;  /* max(-gap, 0), the largest, at the end */
+    double drift;        /* the largest |c|, at the end */
+    double error;        /* estimate (perp_mechanism_run with settings.error > 0); else nan */
+    double seconds;
+    int64_t iterations;  /* of all problems of the step */
+    int64_t evaluations; /* of the contact rows, or of the force if there are none */
+} perp_mechanism_step;
+
+/* What an observer sees. The arrays are the library's, valid during the call. */
+typedef struct perp_mechanism_view {
+    size_t struct_size;
+    double t, h;            /* the end of the step, and its length; h = 0 at the start of a run */
+    const double *q;        /* coordinates */
+    const double *v;        /* n */
+    const double *impulse;  /* rows of H, of G, of B */
+    const double *velocity; /* the same: u */
+    const int32_t *modes;   /* contacts, then dry groups: PERP_MECHANISM_... */
+    const perp_mechanism_step *step;
+} perp_mechanism_view;
+
+/* Called at the start and after every step. Returns 0 to go on, a positive number to stop (outcome
+ * 'stopped'), a negative one to abort with PERP_ERROR_CALLBACK. */
+typedef int32_t (*perp_mechanism_observer)(const perp_mechanism_view *view, void *user);
+
+typedef struct perp_mechanism_run_result {
+    size_t struct_size;
+    int32_t outcome;    /* solved, or that of the step that ended the run; stopped; time_limit;
+                           stalled where steps became shorter than the shortest */
+    int32_t fallbacks;  /* steps of the implicit scheme that frozen answered */
+    double t;           /* reached: q and v are those there */
+    double error;       /* sum of the steps' estimates; nan with equal steps */
+    double residual;    /* the largest of all steps */
+    double penetration; /* the same */
+    double drift;       /* the same */
+    double seconds;
+    int64_t steps;
+    int64_t rejected; /* steps that were tried again shorter */
+    int64_t iterations;
+    int64_t evaluations;
+} perp_mechanism_run_result;
+
+/* Why a state has the number of accelerations it has. Values never change. */
+enum perp_mechanism_reason_value {
+    PERP_MECHANISM_ALWAYS_ONE = 0,       /* at most one contact force pattern for any load: every
+                                            principal minor of the contact matrix is positive */
+    PERP_MECHANISM_NEGATIVE_INERTIA = 1, /* a single sliding contact pulls itself in: n'M^-1 (n - mu
+                                            d) < 0 */
+    PERP_MECHANISM_ZERO_INERTIA = 2,     /* the same = 0 */
+    PERP_MECHANISM_COUPLED = 3,          /* several contacts together: a principal minor < 0 */
+    PERP_MECHANISM_REDUNDANT = 4,        /* contacts that share a load: a principal minor = 0 */
+    PERP_MECHANISM_UNDECIDED = 5         /* too many contacts to look at every minor */
+};
+
+/* One acceleration with its forces. The arrays are the handle's, valid until its next call. */
+typedef struct perp_mechanism_found {
+    size_t struct_size;
+    int32_t stable;       /* 1: compliant contacts settle on it (docs/mechanism.md) */
+    int32_t flutter;      /* 1: unstable though no eigenvalue of it says so without damping */
+    int32_t at_vertex;    /* 1: within rounding of a change of modes */
+    int32_t dimension;    /* 0; of a family of forces or accelerations, at least 1 */
+    int32_t free;         /* dimension of the accelerations in that family; 0: forces alone */
+    int32_t vertex_count; /* of the family, at least 1 */
+    int32_t ray_count;
+    int32_t reserved;
+    double residual;                /* largest violation of the laws, relative */
+    const double *acceleration;     /* n: v' */
+    const double *force;            /* rows of H, of G, of B */
+    const double *row_acceleration; /* the same: u' */
+    const int32_t *modes;           /* contacts, then dry groups */
+    const double *eigenvalues; /* of the compliant contacts: eigenvalue_count (real, imaginary) */
+    int32_t eigenvalue_count;
+    int32_t reserved_too;   /* 0 */
+    const double *vertices; /* vertex_count times rows of force */
+    const double *rays;     /* ray_count times rows of force */
+} perp_mechanism_found;
+
+typedef struct perp_mechanism_summary {
+    size_t struct_size;
+    int32_t count; /* answers, families included */
+    int32_t families;
+    int32_t stable;     /* stable ones among them */
+    int32_t exhaustive; /* 1: there are no others (in 3 dimensions: none with slips that start but
+                           those found from settings.directions) */
+    int32_t closed;     /* contacts that take part: gap and u_n are 0 */
+    int32_t impact;     /* 1: a closed contact approaches: an impact comes before any acceleration;
+                           count is 0 */
+    int32_t reason;     /* PERP_MECHANISM_ALWAYS_ONE, ... */
+    int32_t contact;    /* that the reason names first; else -1 */
+    double inertia;     /* the smallest n'M^-1 (n - mu d) of a contact that slides (or may: the
+                           worst direction), times that of n'M^-1 n: the sign decides; +inf: none */
+    int64_t patterns;   /* combinations of modes looked at */
+} perp_mechanism_summary;
+
+typedef struct perp_mechanism perp_mechanism;
+
+/* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size. */
+PERP_API perp_status perp_mechanism_model_init(perp_mechanism_model *model, size_t size);
+PERP_API perp_status perp_mechanism_settings_init(perp_mechanism_settings *settings, size_t size);
+PERP_API perp_status perp_mechanism_step_init(perp_mechanism_step *step, size_t size);
+PERP_API perp_status perp_mechanism_run_result_init(perp_mechanism_run_result *result, size_t size);
+PERP_API perp_status perp_mechanism_found_init(perp_mechanism_found *found, size_t size);
+PERP_API perp_status perp_mechanism_summary_init(perp_mechanism_summary *summary, size_t size);
+
+/* Return "frozen", ...; "moreau", ...; a sentence. Static; "unknown ..." otherwise. Modes: see
+ * perp_contact_mode_text. */
+PERP_API const char *perp_mechanism_scheme_text(int32_t scheme);
+PERP_API const char *perp_mechanism_law_text(int32_t law);
+PERP_API const char *perp_mechanism_reason_text(int32_t reason);
+
+/* Takes a mechanism. No callback is called.
+ *
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT (no velocities, mu < 0, mu_static < mu, restitution outside
+ *          [0, 1], a callback that is missing, ...), _NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY.
+ * Out:     mechanism: the handle; untouched after failure.
+ * In:      settings: copied; NULL for the defaults. model: copied with its arrays. */
+PERP_API perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechanism,
+                                           const perp_mechanism_settings *settings,
+                                           const perp_mechanism_model *model) PERP_WARN_UNUSED;
+
+/* Releases the handle; NULL is accepted. Ignored inside a callback of its own context. */
+PERP_API void perp_mechanism_destroy(perp_mechanism *mechanism);
+
+/* Replaces the settings. After failure the old ones are still in force. */
+PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
+                                        const perp_mechanism_settings *settings) PERP_WARN_UNUSED;
+
+/* Steps from (t, q0, v0) to t + h.
+ *
+ * Gaps below 0 count as 0 and are opened afterwards by the smallest displacement in the metric of
+ * M, to first order. Restitution: docs/mechanism.md. Where rows that hold (closed normals, sticking
+ * tangents, bilateral ones) determine a velocity it carries no rounding: at rest it is 0.0.
+ *
+ * Where the step's outcome is ray, evaluation_failed or singular, q and v are q0 and v0, impulses
+ * are 0.
+ *
+ * Returns: PERP_OK with the outcome in step->outcome; PERP_ERROR_ARGUMENT (h <= 0, M not symmetric
+ *          positive definite, a bound or mu < 0, ...), _NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY
+ *          or _CALLBACK, and then nothing was written.
+ * Out:     q, v: may be q0 and v0.
+ *          impulse, velocity: rows of H, of G, of B: r, s, y and u at the end, of both stages of an
+ *             impact together; or NULL.
+ *          modes: contacts, then dry groups; or NULL.
+ *          ray: rows as impulse: impulses that no motion can answer, written only if step->has_ray;
+ *             or NULL.
+ *          step: initialised by perp_mechanism_step_init.
+ * In:      h > 0. q0: coordinates. v0: n.
+ * Memory:  none allocated after the first call (third-party factorisations excepted; a method that
+ *          auto falls back on makes its memory when it is first needed).
+ * Cost:    frozen: one call of each callback, a Cholesky factorisation of M, one contact problem.
+ */
+PERP_API perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double *v,
+                                            double *impulse, double *velocity, int32_t *modes,
+                                            double *ray, perp_mechanism_step *step, double t,
+                                            double h, const double *q0,
+                                            const double *v0) PERP_WARN_UNUSED;
+
+/* Steps from t0 to t1: in ceil((t1 - t0) / h) steps of equal length up to rounding, or, with
+ * settings.error > 0, in steps chosen by their estimated error (step doubling), the first of h.
+ *
+ * Returns: as perp_mechanism_advance; t1 <= t0 is refused.
+ * Out:     q, v: at result->t; may be q0 and v0.
+ *          result: initialised by perp_mechanism_run_result_init.
+ * In:      observer: NULL for none. */
+PERP_API perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, double *v,
+                                        perp_mechanism_run_result *result, double t0, double t1,
+                                        double h, const double *q0, const double *v0,
+                                        perp_mechanism_observer observer,
+                                        void *user) PERP_WARN_UNUSED;
+
+/* Finds all accelerations of a state, with their forces, and keeps them in the handle: every
+ * combination of modes (separate, stick, slip) of the contacts that are closed (gap and u_n are 0
+ * up to rounding) and of the dry groups. There may be none (Painleve's paradox: perp_mechanism_
+ * advance still steps over it, by an impact without collision), one, several, or families.
+ *
+ * Up to settings.most_patterns combinations (and 12 contacts) all are looked at; beyond, Lemke's
+ * method from several covering vectors finds some, and summary->exhaustive is 0.
+ *
+ * Returns: PERP_OK, also where there is none; else as perp_mechanism_advance (then the handle keeps
+ *          no answers).
+ * Out:     summary: initialised by perp_mechanism_summary_init.
+ * Source:  docs/mechanism.md; P. Lotstedt, SIAM J. Appl. Math. 42 (1982); F. Genot & B. Brogliato,
+ *          Eur. J. Mech. A 18 (1999). */
+PERP_API perp_status perp_mechanism_accelerations(perp_mechanism *mechanism,
+                                                  perp_mechanism_summary *summary, double t,
+                                                  const double *q,
+                                                  const double *v) PERP_WARN_UNUSED;
+
+/* Gives answer `index`, from 0, of the last perp_mechanism_accelerations: fewer contacts that press
+ * come first. */
+PERP_API perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism,
+                                                     perp_mechanism_found *found,
+                                                     int32_t index) PERP_WARN_UNUSED;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
