@@ -7,6 +7,7 @@
 #include <perp/friction.h>
 #include <perp/lcp.h>
 #include <perp/matrix.h>
+#include <perp/mechanism.h>
 #include <perp/ncp.h>
 #include <perp/world.h>
 

@@ -20,6 +20,8 @@ from ctypes import (
 )
 from typing import TypeVar
 
+from ._structures_mechanism import MECHANISM_STRUCTS
+
 Vector3 = c_double * 3
 Vector4 = c_double * 4
 Matrix3 = c_double * 9
@@ -465,7 +467,6 @@ class WorldStats(Structure):
     ]
 
 
-# The C name of each struct that crosses the boundary.
 class LoadSystem(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -613,6 +614,7 @@ class CompliantStability(Structure):
     ]
 
 
+# The C name of each struct that crosses the boundary.
 STRUCTS = {
     "perp_context_settings": ContextSettings,
     "perp_matrix": Matrix,
@@ -651,6 +653,7 @@ STRUCTS = {
     "perp_contact": Contact,
     "perp_step_result": StepResult,
     "perp_world_stats": WorldStats,
+    **MECHANISM_STRUCTS,
 }
 
 S = TypeVar("S", bound=Structure)
