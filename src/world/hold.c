@@ -16,6 +16,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "linalg/orthogonal.h"
 #include "world/spatial.h"
 
 /* Rows of a group of bodies, gathered in the island's workspace. */

@@ -322,13 +322,6 @@ perp_status perp__solve_rows(perp_world *world, int32_t n, int32_t same_matrix);
 /* velocity.c: exact velocities of an island from the solution of its problem. */
 void perp__exact_velocities(perp_world *world, const perp__island *island, size_t twist);
 
-/* orthogonal.c */
-int32_t perp__orthogonal_rows(double *rows, double *targets, int32_t *taken, double *norms,
-                              double *basis, double *particular, int32_t m, int32_t n);
-void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y);
-
-int32_t perp__in_span(const double *basis, int32_t rank, int32_t n, int32_t i, double *unit);
-
 /* integrate.c */
 void perp__integrate(perp_world *world, double h);
 void perp__turn(const perp_world *world, perp__state *state, const double *turn);

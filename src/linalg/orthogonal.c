@@ -1,6 +1,5 @@
-/* An orthonormal basis of the span of some rows, found by the modified Gram-Schmidt process with
- * threshold pivoting, and what is left of a vector outside that span. */
-#include "world/world.h"
+/* The modified Gram-Schmidt process with threshold pivoting. */
+#include "linalg/orthogonal.h"
 
 #include <math.h>
 #include <string.h>
@@ -77,9 +76,6 @@ static double new_direction(double *q, const double *row, double norm, double ta
     return eta / length;
 }
 
-/* rows: m by n, row by row, each of length 1; destroyed. targets: m; destroyed. Finds the rank, an
- * orthonormal basis of the rows (rank by n) and the shortest `particular` that meets the targets of
- * the rows taken; the others are met as far as they are consistent. taken: m, norms: m. */
 int32_t perp__orthogonal_rows(double *rows, double *targets, int32_t *taken, double *norms,
                               double *basis, double *particular, int32_t m, int32_t n)
 {
@@ -112,8 +108,7 @@ int32_t perp__orthogonal_rows(double *rows, double *targets, int32_t *taken, dou
     return rank;
 }
 
-/* y := what is left of y outside the span of the basis. Twice: the second pass removes what
- * rounding of the first one left. */
+/* Twice: the second pass removes what rounding of the first one left. */
 void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
 {
     int32_t pass, k;
@@ -126,8 +121,6 @@ void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
         }
 }
 
-/* Whether the rows determine coordinate i: its unit vector lies in the span of the basis. unit: n
- * entries of scratch. */
 int32_t perp__in_span(const double *basis, int32_t rank, int32_t n, int32_t i, double *unit)
 {
     double share = 0.0;

@@ -1,0 +1,120 @@
+/* One step, the front door: arguments, scheme, and the state that stays where there is no step. */
+#include <math.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "base/context.h"
+#include "mechanism/frozen.h"
+
+static const char *const scheme_texts[] = {"frozen", "implicit", "theta"};
+static const char *const law_texts[] = {"moreau", "newton", "poisson"};
+
+const char *perp_mechanism_scheme_text(int32_t scheme)
+{
+    return scheme >= 0 && scheme < 3 ? scheme_texts[scheme] : "unknown scheme";
+}
+
+const char *perp_mechanism_law_text(int32_t law)
+{
+    return law >= 0 && law < 3 ? law_texts[law] : "unknown law";
+}
+
+perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
+                                        const double *v)
+{
+    perp_status status = perp__check_pointer(m->context, "q0", q);
+
+    if (status == PERP_OK)
+        status = perp__check_pointer(m->context, "v0", v);
+    if (status == PERP_OK)
+        status = perp__check_finite(m->context, "t", &t, 1);
+    if (status == PERP_OK)
+        status = perp__check_finite(m->context, "q0", q, (size_t)m->coordinates);
+    if (status == PERP_OK)
+        status = perp__check_finite(m->context, "v0", v, (size_t)m->n);
+    return status;
+}
+
+/* The state before the step, and no impulses. */
+static void stay(const perp_mechanism *m, perp__mechanism_state *to, const double *q0,
+                 const double *v0)
+{
+    memcpy(to->q, q0, (size_t)m->coordinates * sizeof *to->q);
+    memcpy(to->v, v0, (size_t)m->n * sizeof *to->v);
+    memset(to->impulse, 0, (size_t)m->rows * sizeof *to->impulse);
+    memset(to->velocity, 0, (size_t)m->rows * sizeof *to->velocity);
+    memset(to->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *to->modes);
+}
+
+perp_status perp__advance(perp_mechanism *m, perp__mechanism_state *to, perp_mechanism_step *step,
+                          double t, double h, const double *q0, const double *v0)
+{
+    const int64_t before = m->evaluations;
+    perp_status status;
+
+    perp_mechanism_step_init(step, sizeof *step);
+    step->error = (double)NAN;
+    status = perp__advance_frozen(m, to, step, t, h, q0, v0);
+    if (status == PERP__OUTSIDE) {
+        step->outcome = PERP_OUTCOME_EVALUATION_FAILED;
+        status = PERP_OK;
+    }
+    if (status == PERP_OK && !perp__outcome_moves(step->outcome))
+        stay(m, to, q0, v0);
+    step->evaluations = m->evaluations - before;
+    return status;
+}
+
+static void copy_out(double *to, const double *from, int32_t count)
+{
+    if (to)
+        memcpy(to, from, (size_t)count * sizeof *to);
+}
+
+static perp_status advance(perp_mechanism *m, double *q, double *v, double *impulse,
+                           double *velocity, int32_t *modes, double *ray, perp_mechanism_step *step,
+                           double t, double h, const double *q0, const double *v0)
+{
+    const double began = perp__now();
+    perp__mechanism_state *to = &m->next;
+    perp_mechanism_step own;
+    perp_status status = perp__check_pointer(m->context, "q", q);
+
+    if (status == PERP_OK)
+        status = perp__check_pointer(m->context, "v", v);
+    if (status == PERP_OK)
+        status =
+            perp__struct_check(m->context, "step", step, sizeof *step, PERP__MECHANISM_STEP_FIRST);
+    if (status == PERP_OK)
+        status = perp__mechanism_check_state(m, t, q0, v0);
+    if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
+        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
+    if (status == PERP_OK)
+        status = perp__advance(m, to, &own, t, h, q0, v0);
+    if (status != PERP_OK)
+        return status;
+    copy_out(q, to->q, m->coordinates);
+    copy_out(v, to->v, m->n);
+    copy_out(impulse, to->impulse, m->rows);
+    copy_out(velocity, to->velocity, m->rows);
+    if (modes)
+        memcpy(modes, to->modes, (size_t)(m->contacts + m->dry) * sizeof *modes);
+    if (own.has_ray)
+        copy_out(ray, to->ray, m->rows);
+    own.seconds = perp__now() - began;
+    perp__struct_write(step, &own, sizeof own);
+    return PERP_OK;
+}
+
+perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double *v, double *impulse,
+                                   double *velocity, int32_t *modes, double *ray,
+                                   perp_mechanism_step *step, double t, double h, const double *q0,
+                                   const double *v0)
+{
+    perp_status status = perp__mechanism_enter(mechanism);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(mechanism->context,
+                       advance(mechanism, q, v, impulse, velocity, modes, ray, step, t, h, q0, v0));
+}

@@ -1,0 +1,282 @@
+/* Problems in velocities, put to the contact solver.
+ *
+ * Friction of a given bound is no contact of its own kind: a coordinate is added that a unit of
+ * force presses against a stop, M_a y = -bound + r_n, 0 <= r_n perp y >= 0, which makes r_n =
+ * bound; the friction of that contact, with coefficient 1, is what was asked for. The same holds
+ * for the share of a contact's friction that a known impulse (pressure) carries: |r_t| <= mu (r_n +
+ * p) is the sum of two discs in the same plane. */
+#include "mechanism/assembly.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__assembly *a = object;
+    const size_t columns = (size_t)a->most_columns, rows = (size_t)a->most_rows;
+    const size_t contacts = (size_t)a->most_contacts;
+    double **const vectors[] = {&a->w, &a->b, &a->r, &a->u, &a->ray};
+    size_t k;
+
+    a->M = perp__arena_take(arena, columns * columns, sizeof(double));
+    a->H = perp__arena_take(arena, rows * columns, sizeof(double));
+    a->G = perp__arena_take(arena, rows * columns, sizeof(double));
+    a->f = perp__arena_take(arena, columns, sizeof(double));
+    a->v = perp__arena_take(arena, columns, sizeof(double));
+    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
+    a->mu = perp__arena_take(arena, contacts, sizeof(double));
+    a->dims = perp__arena_take(arena, contacts, sizeof(int32_t));
+    a->modes = perp__arena_take(arena, contacts, sizeof(int32_t));
+    a->source = perp__arena_take(arena, contacts, sizeof(int32_t));
+}
+
+perp_status perp__assembly_create(perp_mechanism *m, perp__assembly *a, int32_t pressures,
+                                  double tol, int32_t cone)
+{
+    perp_contact_settings settings;
+    perp_status status;
+
+    a->most_contacts = m->contacts + m->dry + (pressures ? m->contacts : 0);
+    a->most_columns = m->n + m->dry + (pressures ? m->contacts : 0);
+    a->most_rows = m->rows + m->dry + (pressures ? m->contact_rows : 0) + 1;
+    perp__arena_init(&a->arena, m->context);
+    status = perp__arena_fit(&a->arena, layout, a);
+    if (status != PERP_OK)
+        return perp__fail_memory(m->context, "a mechanism's contact problems");
+    perp_contact_settings_init(&settings, sizeof settings);
+    settings.tol = tol;
+    settings.cone = cone;
+    status = perp_contact_solver_create(m->inner, &a->solver, &settings);
+    return status == PERP_OK ? status : perp__mechanism_fail_inner(m, status, "a contact solver");
+}
+
+void perp__assembly_release(perp__assembly *a)
+{
+    perp_contact_solver_destroy(a->solver);
+    a->solver = NULL;
+    perp__arena_release(&a->arena);
+}
+
+perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t bilateral,
+                                 perp__velocity_answer *answer)
+{
+    perp_contact_laws laws;
+    perp_contact_dynamics dynamics;
+    perp_contact_result result;
+    perp_matrix M, H, G;
+    perp_status status;
+
+    perp_contact_laws_init(&laws, sizeof laws);
+    perp_contact_dynamics_init(&dynamics, sizeof dynamics);
+    perp_contact_result_init(&result, sizeof result);
+    perp_matrix_init(&M, sizeof M);
+    perp_matrix_init(&H, sizeof H);
+    perp_matrix_init(&G, sizeof G);
+    perp_matrix_dense(&M, PERP_STORAGE_COLUMN_MAJOR, a->columns, a->columns, a->M, a->columns);
+    perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, a->rows, a->columns, a->H, a->columns);
+    perp_matrix_dense(&G, PERP_STORAGE_ROW_MAJOR, bilateral, a->columns, a->G, a->columns);
+    laws.contacts = a->contacts;
+    laws.dims = a->dims;
+    laws.mu = a->mu;
+    laws.bilateral = bilateral;
+    dynamics.n = a->columns;
+    dynamics.M = &M;
+    dynamics.H = &H;
+    dynamics.G = bilateral > 0 ? &G : NULL;
+    status = perp_contact_solver_setup_dynamics(a->solver, &laws, &dynamics);
+    if (status == PERP_OK)
+        status = perp_contact_solver_solve_dynamics(a->solver, a->v, a->r, a->u, a->modes, a->ray,
+                                                    &result, a->f, a->w, a->b, NULL);
+    if (status != PERP_OK)
+        return perp__mechanism_fail_inner(m, status, "the contact problem of the step");
+    answer->outcome = result.outcome;
+    answer->method = result.method;
+    answer->certificate = result.certificate;
+    answer->has_ray = result.has_ray;
+    answer->residual = result.residual;
+    answer->iterations += result.iterations;
+    return PERP_OK;
+}
+
+/* ---- the problem in velocities ------------------------------------------------------------- */
+
+/* An added coordinate whose contact presses with `impulse`, and the rows whose friction it bounds.
+ * Its mass makes both rows of W alike. */
+static void add_pressed(perp_mechanism *m, perp__assembly *a, const perp__velocity_problem *problem,
+                        int32_t source, int32_t first, int32_t rows, double impulse, double mu)
+{
+    const size_t n = (size_t)m->n, width = (size_t)a->columns;
+    const size_t column = (size_t)a->next_column++, row = (size_t)a->rows;
+    double inverse_mass = 0.0;
+    size_t i, k;
+
+    for (i = 0; i < (size_t)rows; i++)
+        for (k = 0; k < n; k++) {
+            const double entry = problem->terms->J[((size_t)first + i) * n + k];
+
+            a->H[(row + 1 + i) * width + k] = entry;
+            inverse_mass += entry * entry / problem->terms->M[k * (n + 1)];
+        }
+    for (i = 0; i < (size_t)rows; i++)
+        a->w[row + 1 + i] = problem->terms->drift[(size_t)first + i];
+    a->H[row * width + column] = 1.0;
+    a->M[column * (width + 1)] = inverse_mass > 0.0 ? 1.0 / inverse_mass : 1.0;
+    a->f[column] = -impulse;
+    a->w[row] = 0.0;
+    a->mu[a->contacts] = mu;
+    a->dims[a->contacts] = rows + 1;
+    a->source[a->contacts++] = source;
+    a->rows += rows + 1;
+}
+
+static void add_contact(perp_mechanism *m, perp__assembly *a, const perp__velocity_problem *problem,
+                        int32_t j)
+{
+    const size_t n = (size_t)m->n, width = (size_t)a->columns;
+    int32_t i;
+
+    for (i = m->starts[j]; i < m->starts[j + 1]; i++) {
+        const size_t row = (size_t)(a->rows + i - m->starts[j]);
+
+        memcpy(a->H + row * width, problem->terms->J + (size_t)i * n, n * sizeof *a->H);
+        a->w[row] = problem->terms->drift[i] + (i == m->starts[j] ? problem->shift[j] : 0.0);
+    }
+    a->mu[a->contacts] = problem->friction[j];
+    a->dims[a->contacts] = m->dims[j];
+    a->source[a->contacts++] = j;
+    a->rows += m->dims[j];
+}
+
+static int32_t has_pressure(const perp_mechanism *m, const perp__velocity_problem *problem,
+                            int32_t j)
+{
+    return problem->pressure && problem->included[j] && m->dims[j] > 1 &&
+           problem->friction[j] * problem->pressure[j] > 0.0;
+}
+
+static int32_t count_columns(const perp_mechanism *m, const perp__velocity_problem *problem)
+{
+    int32_t columns = m->n, i;
+
+    for (i = 0; i < m->contacts; i++)
+        columns += has_pressure(m, problem, i);
+    for (i = 0; i < m->dry; i++)
+        columns += problem->dry[i] > 0.0;
+    return columns;
+}
+
+static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_problem *problem)
+{
+    const size_t n = (size_t)m->n;
+    size_t width, i;
+    int32_t j;
+
+    a->columns = count_columns(m, problem);
+    a->contacts = a->rows = 0;
+    width = (size_t)a->columns;
+    memset(a->M, 0, width * width * sizeof *a->M);
+    memset(a->H, 0, (size_t)a->most_rows * width * sizeof *a->H);
+    memset(a->G, 0, (size_t)a->most_rows * width * sizeof *a->G);
+    for (i = 0; i < n; i++)
+        memcpy(a->M + i * width, problem->terms->M + i * n, n * sizeof *a->M);
+    memcpy(a->f, problem->momentum, n * sizeof *a->f);
+    for (j = 0; j < m->contacts; j++)
+        if (problem->included[j])
+            add_contact(m, a, problem, j);
+    a->next_column = m->n;
+    for (j = 0; j < m->contacts; j++)
+        if (has_pressure(m, problem, j))
+            add_pressed(m, a, problem, -1 - j, m->starts[j] + 1, m->dims[j] - 1,
+                        problem->pressure[j], problem->friction[j]);
+    for (j = 0; j < m->dry; j++)
+        if (problem->dry[j] > 0.0)
+            add_pressed(m, a, problem, m->contacts + j,
+                        m->contact_rows + m->bilateral + j * m->model.dry_dim, m->model.dry_dim,
+                        problem->dry[j], 1.0);
+    for (j = 0; j < m->bilateral; j++) {
+        const size_t row = (size_t)(m->contact_rows + j);
+
+        memcpy(a->G + (size_t)j * width, problem->terms->J + row * n, n * sizeof *a->G);
+        a->b[j] = problem->terms->drift[row];
+    }
+}
+
+/* ---- the solution -------------------------------------------------------------------------- */
+
+/* Contact c of the assembly, whose rows start at `row`. */
+static void take_contact(perp_mechanism *m, perp__assembly *a, perp__velocity_answer *answer,
+                         int32_t c, int32_t row)
+{
+    const int32_t source = a->source[c], mode = a->modes[c];
+    const int32_t j = source < 0 ? -1 - source : source;
+    const int32_t dry = source >= m->contacts;
+    const int32_t first =
+        dry ? m->contact_rows + m->bilateral + (j - m->contacts) * m->model.dry_dim
+            : m->starts[j] + (source < 0);
+    const int32_t skip = dry || source < 0; /* the normal of an added coordinate */
+    int32_t i;
+
+    for (i = skip; i < a->dims[c]; i++) {
+        const int32_t at = first + i - skip;
+
+        answer->r[at] += a->r[row + i];
+        answer->ray[at] += a->ray[row + i];
+        if ((i > 0 && mode == PERP_CONTACT_STICK) || (i == 0 && mode != PERP_CONTACT_SEPARATE))
+            answer->holds[at] = 1;
+    }
+    /* |friction| of an added coordinate's contact is settled by its tangents alone */
+    if (source >= 0)
+        answer->modes[j] = dry && mode == PERP_CONTACT_SEPARATE ? PERP_CONTACT_SLIP : mode;
+    else if (answer->modes[j] != PERP_CONTACT_SEPARATE && mode == PERP_CONTACT_STICK)
+        answer->modes[j] = PERP_CONTACT_STICK;
+}
+
+static void take_solution(perp_mechanism *m, perp__assembly *a, perp__velocity_answer *answer)
+{
+    int32_t row = 0, c, i;
+
+    for (c = 0; c < a->contacts; c++) {
+        take_contact(m, a, answer, c, row);
+        row += a->dims[c];
+    }
+    for (i = 0; i < m->bilateral; i++) {
+        answer->r[m->contact_rows + i] = a->r[row + i];
+        answer->ray[m->contact_rows + i] = a->ray[row + i];
+        answer->holds[m->contact_rows + i] = 1;
+    }
+    memcpy(answer->v, a->v, (size_t)m->n * sizeof *answer->v);
+}
+
+perp_status perp__solve_velocities(perp_mechanism *m, perp__velocity_answer *answer,
+                                   const perp__velocity_problem *problem)
+{
+    perp__assembly *a = &m->assembly;
+    perp_status status = PERP_OK;
+    int32_t j;
+
+    memset(answer->r, 0, (size_t)m->rows * sizeof *answer->r);
+    memset(answer->ray, 0, (size_t)m->rows * sizeof *answer->ray);
+    memset(answer->holds, 0, (size_t)m->rows * sizeof *answer->holds);
+    memset(answer->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
+    answer->certificate = answer->has_ray = 0;
+    for (j = 0; j < m->dry; j++)
+        answer->modes[m->contacts + j] = PERP_CONTACT_SLIP; /* without a bound it slides */
+    assemble(m, a, problem);
+    if (a->contacts == 0 && m->bilateral == 0) {
+        memcpy(answer->v, problem->momentum, (size_t)m->n * sizeof *answer->v);
+        perp__solve_mass(m, problem->terms, answer->v);
+        answer->outcome = PERP_OUTCOME_SOLVED;
+        answer->residual = 0.0;
+    } else {
+        memset(a->ray, 0, (size_t)a->most_rows * sizeof *a->ray);
+        status = perp__assembly_solve(m, a, m->bilateral, answer);
+        if (status != PERP_OK)
+            return status;
+        take_solution(m, a, answer);
+    }
+    perp__hold_velocities(m, answer, problem);
+    return status;
+}

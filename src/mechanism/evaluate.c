@@ -1,0 +1,206 @@
+/* The callbacks, called and checked. */
+#include "mechanism/mechanism.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "mechanism/copy.h"
+
+/* What a callback returned. */
+static perp_status judge(perp_mechanism *m, const char *name, int32_t answer)
+{
+    if (answer < 0)
+        return perp__fail(m->context, PERP_ERROR_CALLBACK, "the %s callback returned %d", name,
+                          (int)answer);
+    return answer > 0 ? PERP__OUTSIDE : PERP_OK;
+}
+
+static perp_status check(perp_mechanism *m, const char *name, const double *x, size_t count)
+{
+    size_t i;
+
+    for (i = 0; i < count; i++)
+        if (!isfinite(x[i]))
+            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "%s[%zu] of its callback is %g",
+                              name, i, x[i]);
+    return PERP_OK;
+}
+
+static perp_status check_not_negative(perp_mechanism *m, const char *name, const double *x,
+                                      int32_t count)
+{
+    int32_t i;
+
+    for (i = 0; i < count; i++)
+        if (x[i] < 0.0)
+            return perp__fail(m->context, PERP_ERROR_ARGUMENT,
+                              "%s[%d] of its callback is %g, negative", name, (int)i, x[i]);
+    return PERP_OK;
+}
+
+perp_status perp__evaluate_mass(perp_mechanism *m, perp__terms *terms, double t, const double *q)
+{
+    const size_t n = (size_t)m->n;
+    perp_status status = PERP_OK;
+    size_t i;
+
+    (void)t;
+    memset(terms->M, 0, n * n * sizeof *terms->M);
+    if (m->model.mass)
+        status = judge(m, "mass", m->model.mass(terms->M, q, m->model.user));
+    else
+        for (i = 0; i < n; i++)
+            terms->M[i * (n + 1)] = 1.0;
+    if (status == PERP_OK)
+        status = check(m, "M", terms->M, n * n);
+    if (status == PERP_OK)
+        status = perp__check_inertia(m->context, "M", m->n, terms->M, terms->factor);
+    return status;
+}
+
+perp_status perp__evaluate_force(perp_mechanism *m, double *k, double t, const double *q,
+                                 const double *v)
+{
+    perp_status status;
+
+    memset(k, 0, (size_t)m->n * sizeof *k);
+    if (!m->model.force)
+        return PERP_OK;
+    if (m->contacts == 0)
+        m->evaluations++;
+    status = judge(m, "force", m->model.force(k, t, q, v, m->model.user));
+    return status == PERP_OK ? check(m, "k", k, (size_t)m->n) : status;
+}
+
+static perp_status evaluate_contacts(perp_mechanism *m, perp__terms *terms, double t,
+                                     const double *q)
+{
+    const size_t rows = (size_t)m->contact_rows, n = (size_t)m->n;
+    perp_status status;
+    int32_t j;
+    size_t i;
+
+    memset(terms->gap, 0, (size_t)m->contacts * sizeof *terms->gap);
+    memcpy(terms->mu, m->mu, (size_t)m->contacts * sizeof *terms->mu);
+    m->evaluations++;
+    status = judge(
+        m, "contact_rows",
+        m->model.contact_rows(terms->gap, terms->J, terms->drift, terms->mu, t, q, m->model.user));
+    if (status == PERP_OK)
+        status = check(m, "gap", terms->gap, (size_t)m->contacts);
+    if (status == PERP_OK)
+        status = check(m, "H", terms->J, rows * n);
+    if (status == PERP_OK)
+        status = check(m, "drift (contacts)", terms->drift, rows);
+    if (status == PERP_OK)
+        status = check(m, "mu", terms->mu, (size_t)m->contacts);
+    if (status == PERP_OK)
+        status = check_not_negative(m, "mu", terms->mu, m->contacts);
+    for (j = 0; j < m->contacts && status == PERP_OK; j++) {
+        const double *normal = terms->J + (size_t)m->starts[j] * n;
+
+        for (i = 0; i < n && normal[i] == 0.0; i++)
+            ;
+        if (i == n)
+            status = perp__fail(m->context, PERP_ERROR_ARGUMENT,
+                                "H of its callback: the normal of contact %d is zero", (int)j);
+    }
+    return status;
+}
+
+static perp_status evaluate_bilateral(perp_mechanism *m, perp__terms *terms, double t,
+                                      const double *q)
+{
+    const size_t rows = (size_t)m->bilateral, n = (size_t)m->n;
+    double *G = terms->J + (size_t)m->contact_rows * n;
+    double *drift = terms->drift + m->contact_rows;
+    perp_status status;
+
+    memset(terms->c, 0, rows * sizeof *terms->c);
+    status = judge(m, "bilateral_rows",
+                   m->model.bilateral_rows(terms->c, G, drift, t, q, m->model.user));
+    if (status == PERP_OK)
+        status = check(m, "c", terms->c, rows);
+    if (status == PERP_OK)
+        status = check(m, "G", G, rows * n);
+    if (status == PERP_OK)
+        status = check(m, "drift (bilateral)", drift, rows);
+    return status;
+}
+
+static perp_status evaluate_dry(perp_mechanism *m, perp__terms *terms, double t, const double *q,
+                                const double *v)
+{
+    const size_t first = (size_t)(m->contact_rows + m->bilateral), n = (size_t)m->n;
+    double *B = terms->J + first * n;
+    perp_status status;
+
+    memset(terms->bound, 0, (size_t)m->dry * sizeof *terms->bound);
+    status =
+        judge(m, "dry_rows",
+              m->model.dry_rows(terms->bound, B, terms->drift + first, t, q, v, m->model.user));
+    if (status == PERP_OK)
+        status = check(m, "bound", terms->bound, (size_t)m->dry);
+    if (status == PERP_OK)
+        status = check_not_negative(m, "bound", terms->bound, m->dry);
+    if (status == PERP_OK)
+        status = check(m, "B", B, (size_t)m->dry_rows * n);
+    if (status == PERP_OK)
+        status = check(m, "drift (dry)", terms->drift + first, (size_t)m->dry_rows);
+    return status;
+}
+
+perp_status perp__evaluate_rows(perp_mechanism *m, perp__terms *terms, double t, const double *q,
+                                const double *v)
+{
+    perp_status status = PERP_OK;
+
+    memset(terms->J, 0, (size_t)m->rows * (size_t)m->n * sizeof *terms->J);
+    memset(terms->drift, 0, (size_t)m->rows * sizeof *terms->drift);
+    if (m->contacts > 0)
+        status = evaluate_contacts(m, terms, t, q);
+    if (status == PERP_OK && m->bilateral > 0)
+        status = evaluate_bilateral(m, terms, t, q);
+    if (status == PERP_OK && m->dry > 0)
+        status = evaluate_dry(m, terms, t, q, v);
+    return status;
+}
+
+perp_status perp__evaluate_all(perp_mechanism *m, perp__terms *terms, double t, const double *q,
+                               const double *v)
+{
+    perp_status status = perp__evaluate_mass(m, terms, t, q);
+
+    if (status == PERP_OK)
+        status = perp__evaluate_force(m, terms->k, t, q, v);
+    if (status == PERP_OK)
+        status = perp__evaluate_rows(m, terms, t, q, v);
+    return status;
+}
+
+perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, double h,
+                                const double *v)
+{
+    const double *rate = v;
+    perp_status status = PERP_OK;
+    int32_t i;
+
+    if (m->model.kinematics) {
+        memset(q1, 0, (size_t)m->coordinates * sizeof *q1);
+        status = judge(m, "kinematics", m->model.kinematics(q1, q0, v, m->model.user));
+        if (status == PERP_OK)
+            status = check(m, "rate", q1, (size_t)m->coordinates);
+        rate = q1;
+    }
+    if (status != PERP_OK)
+        return status;
+    for (i = 0; i < m->coordinates; i++)
+        q1[i] = q0[i] + h * rate[i];
+    if (m->model.normalise) {
+        status = judge(m, "normalise", m->model.normalise(q1, m->model.user));
+        if (status == PERP_OK)
+            status = check(m, "q", q1, (size_t)m->coordinates);
+    }
+    return status;
+}

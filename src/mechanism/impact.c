@@ -1,0 +1,136 @@
+/* Restitution: the second stage of a step in which something was hit.
+ *
+ * The first stage, without restitution, moves the positions. A contact with e > 0 that it presses
+ * was hit if it approached faster than the step's forces make it, u_n- < -h |a_n|: slower approach
+ * is resting contact, which would else bounce at speeds of order g h for ever. The second stage
+ * starts from the same momentum:
+ *
+ *   Moreau   0 <= r_n perp u_n+ + e u_n- >= 0        where the contact touches,
+ *   Newton   0 <= r_n perp u_n+ - e max(-u_n-, 0) >= 0,
+ *   Poisson  compression: 0 <= c perp u_n >= 0; then expansion from its velocities with e c given:
+ *            0 <= x perp u_n+ >= 0, |r_t| <= mu (e c + x)   (Anitescu & Potra 1997),
+ *
+ * and contacts that do not touch yet must not be passed, u_n+ + gap'/h >= 0 with the gap' that the
+ * first stage leaves. */
+#include "mechanism/mechanism.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "mechanism/frozen.h"
+
+static int32_t is_hit(const perp_mechanism *m, const perp__velocity_answer *answer, int32_t j)
+{
+    const int32_t row = m->starts[j];
+    const double before = m->start_velocity[row];
+
+    return m->restitution[j] > 0.0 && answer->holds[row] &&
+           before < -fabs(m->free_velocity[row] - before);
+}
+
+int32_t perp__count_impacts(const perp_mechanism *m, const perp__velocity_answer *answer)
+{
+    int32_t count = 0, j;
+
+    for (j = 0; j < m->contacts; j++)
+        count += is_hit(m, answer, j);
+    return count;
+}
+
+/* share: how much of e counts; 0 in Poisson's compression. */
+static void shift_contacts(perp_mechanism *m, const perp__velocity_problem *problem, double share)
+{
+    const perp__velocity_answer *first = &m->answer;
+    int32_t j;
+
+    for (j = 0; j < m->contacts; j++) {
+        const int32_t row = m->starts[j];
+        const double e = share * m->restitution[j], before = m->start_velocity[row];
+        const double law =
+            m->settings.law == PERP_MECHANISM_MOREAU ? e * before : -e * fmax(-before, 0.0);
+
+        m->impact_shift[j] = law;
+        if (!first->holds[row]) /* gap' / h */
+            m->impact_shift[j] = fmax(law, problem->shift[j] + first->u[row]);
+    }
+}
+
+static void add_iterations(perp_mechanism *m)
+{
+    m->answer.iterations += m->second.iterations;
+    m->answer.residual = fmax(m->answer.residual, m->second.residual);
+    m->answer.method = m->second.method;
+    m->answer.outcome = m->second.outcome;
+    m->answer.certificate = m->second.certificate;
+    m->answer.has_ray = m->second.has_ray;
+    memcpy(m->answer.ray, m->second.ray, (size_t)m->rows * sizeof *m->answer.ray);
+}
+
+/* second := solution of the second stage's problem; taken over where it is one. */
+static perp_status solve_second(perp_mechanism *m, const perp__velocity_problem *problem)
+{
+    perp_status status;
+
+    m->second.iterations = 0;
+    status = perp__solve_velocities(m, &m->second, problem);
+    if (status != PERP_OK)
+        return status;
+    add_iterations(m);
+    if (perp__outcome_moves(m->second.outcome)) {
+        memcpy(m->answer.v, m->second.v, (size_t)m->n * sizeof *m->answer.v);
+        memcpy(m->answer.u, m->second.u, (size_t)m->rows * sizeof *m->answer.u);
+        memcpy(m->answer.r, m->second.r, (size_t)m->rows * sizeof *m->answer.r);
+        memcpy(m->answer.holds, m->second.holds, (size_t)m->rows);
+        memcpy(m->answer.modes, m->second.modes,
+               (size_t)(m->contacts + m->dry) * sizeof *m->answer.modes);
+    }
+    return PERP_OK;
+}
+
+/* Expansion, from the compression in m->answer. */
+static perp_status expand(perp_mechanism *m, const perp__velocity_problem *compression)
+{
+    const size_t n = (size_t)m->n;
+    perp__velocity_problem problem = *compression;
+    double *compressed = m->free_velocity; /* no longer needed: impulses of the compression */
+    perp_status status;
+    int32_t j;
+    size_t k;
+
+    memcpy(compressed, m->answer.r, (size_t)m->rows * sizeof *compressed);
+    perp__multiply_mass(m, problem.terms, m->momentum, m->answer.v);
+    for (j = 0; j < m->contacts; j++) {
+        const size_t row = (size_t)m->starts[j];
+
+        m->pressure[j] = m->restitution[j] * m->answer.r[row];
+        for (k = 0; k < n; k++)
+            m->momentum[k] += problem.terms->J[row * n + k] * m->pressure[j];
+    }
+    memset(m->dry_bound, 0, (size_t)m->dry * sizeof *m->dry_bound); /* used in the compression */
+    problem.pressure = m->pressure;
+    status = solve_second(m, &problem);
+    for (j = 0; j < m->rows && status == PERP_OK; j++)
+        m->answer.r[j] += compressed[j];
+    for (j = 0; j < m->contacts && status == PERP_OK; j++) {
+        const int32_t row = m->starts[j];
+
+        m->answer.r[row] += m->pressure[j];
+        if (m->answer.modes[j] == PERP_CONTACT_SEPARATE && m->answer.r[row] > 0.0)
+            m->answer.modes[j] = PERP_CONTACT_SLIP;
+    }
+    return status;
+}
+
+perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem)
+{
+    const int32_t poisson = m->settings.law == PERP_MECHANISM_POISSON;
+    perp__velocity_problem stage = *problem;
+    perp_status status;
+
+    shift_contacts(m, problem, poisson ? 0.0 : 1.0);
+    stage.shift = m->impact_shift;
+    status = solve_second(m, &stage);
+    if (status == PERP_OK && poisson && perp__outcome_moves(m->answer.outcome))
+        status = expand(m, &stage);
+    return status;
+}

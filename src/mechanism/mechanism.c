@@ -1,0 +1,249 @@
+/* The life of a mechanism: create, set, destroy. */
+#include "mechanism/mechanism.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "mechanism/assembly.h"
+#include "mechanism/mechanism_read.h"
+
+static void take_vector(perp__arena *arena, double **vector, size_t count)
+{
+    *vector = perp__arena_take(arena, count, sizeof(double));
+}
+
+static void layout_terms(perp__arena *arena, const perp_mechanism *m, perp__terms *terms)
+{
+    const size_t n = (size_t)m->n, rows = (size_t)m->rows;
+
+    take_vector(arena, &terms->M, n * n);
+    take_vector(arena, &terms->factor, n * n);
+    take_vector(arena, &terms->k, n);
+    take_vector(arena, &terms->gap, (size_t)m->contacts);
+    take_vector(arena, &terms->mu, (size_t)m->contacts);
+    take_vector(arena, &terms->J, rows * n);
+    take_vector(arena, &terms->drift, rows);
+    take_vector(arena, &terms->c, (size_t)m->bilateral);
+    take_vector(arena, &terms->bound, (size_t)m->dry);
+}
+
+static void layout_answer(perp__arena *arena, const perp_mechanism *m,
+                          perp__velocity_answer *answer)
+{
+    const size_t rows = (size_t)m->rows;
+
+    take_vector(arena, &answer->v, (size_t)m->n);
+    take_vector(arena, &answer->r, rows);
+    take_vector(arena, &answer->u, rows);
+    take_vector(arena, &answer->ray, rows);
+    answer->modes = perp__arena_take(arena, (size_t)(m->contacts + m->dry), sizeof(int32_t));
+    answer->holds = perp__arena_take(arena, rows, 1);
+}
+
+static void layout_state(perp__arena *arena, const perp_mechanism *m, perp__mechanism_state *state)
+{
+    const size_t rows = (size_t)m->rows;
+
+    take_vector(arena, &state->q, (size_t)m->coordinates);
+    take_vector(arena, &state->v, (size_t)m->n);
+    take_vector(arena, &state->impulse, rows);
+    take_vector(arena, &state->velocity, rows);
+    take_vector(arena, &state->ray, rows);
+    state->modes = perp__arena_take(arena, (size_t)(m->contacts + m->dry), sizeof(int32_t));
+}
+
+size_t perp__mechanism_work(const perp_mechanism *m)
+{
+    const size_t n = (size_t)m->n, rows = (size_t)m->rows;
+
+    return rows * n + 4 * rows + 2 * n * n + 8 * n + 2 * (size_t)m->coordinates;
+}
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp_mechanism *m = object;
+    const size_t n = (size_t)m->n, rows = (size_t)m->rows, contacts = (size_t)m->contacts;
+    double **const of_contacts[] = {&m->mu,    &m->mu_static, &m->stribeck, &m->restitution,
+                                    &m->shift, &m->friction,  &m->pressure, &m->impact_shift};
+    perp__mechanism_state *const states[] = {&m->now, &m->next, &m->trial, &m->half};
+    size_t k;
+
+    m->dims = perp__arena_take(arena, contacts, sizeof(int32_t));
+    m->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
+    for (k = 0; k < sizeof of_contacts / sizeof *of_contacts; k++)
+        take_vector(arena, of_contacts[k], contacts);
+    layout_terms(arena, m, &m->begin);
+    layout_terms(arena, m, &m->end);
+    layout_answer(arena, m, &m->answer);
+    layout_answer(arena, m, &m->second);
+    for (k = 0; k < sizeof states / sizeof *states; k++)
+        layout_state(arena, m, states[k]);
+    take_vector(arena, &m->momentum, n);
+    take_vector(arena, &m->free, n);
+    take_vector(arena, &m->dry_bound, (size_t)m->dry);
+    take_vector(arena, &m->start_velocity, rows);
+    take_vector(arena, &m->free_velocity, rows);
+    take_vector(arena, &m->moved, (size_t)m->coordinates);
+    take_vector(arena, &m->work, perp__mechanism_work(m));
+    m->included = perp__arena_take(arena, contacts, 1);
+    m->indices = perp__arena_take(arena, 2 * rows + n, sizeof(int32_t));
+}
+
+perp_status perp__mechanism_fail_inner(perp_mechanism *m, perp_status status, const char *what)
+{
+    const char *message = perp_context_message(m->inner);
+
+    if (status == PERP_ERROR_MEMORY)
+        return perp__fail_memory(m->context, what);
+    return perp__fail(m->context, status, "%s: %s", what, message ? message : "");
+}
+
+static void release_assemblies(perp_mechanism *m)
+{
+    perp__assembly_release(&m->assembly);
+    perp__assembly_release(&m->projection);
+}
+
+/* The solvers for these settings, in `assembly` and `projection`. */
+static perp_status create_assemblies(perp_mechanism *m, const perp_mechanism_settings *settings,
+                                     perp__assembly *assembly, perp__assembly *projection)
+{
+    const int32_t poisson = settings->law == PERP_MECHANISM_POISSON;
+    perp_status status;
+
+    memset(assembly, 0, sizeof *assembly);
+    memset(projection, 0, sizeof *projection);
+    status = perp__assembly_create(m, assembly, poisson, settings->tol, settings->cone);
+    if (status == PERP_OK)
+        status = perp__assembly_create(m, projection, 0, 1e-10, 0);
+    if (status != PERP_OK) {
+        perp__assembly_release(assembly);
+        perp__assembly_release(projection);
+    }
+    return status;
+}
+
+static void release(perp_mechanism *m)
+{
+    perp_context *context = m->context;
+
+    release_assemblies(m);
+    perp_context_destroy(m->inner);
+    perp__arena_release(&m->arena);
+    m->magic = 0;
+    perp__release(context, m);
+}
+
+/* A handle with sizes and room, but without the numbers of the model. */
+static perp_status make(perp_context *context, perp_mechanism **made,
+                        const perp_mechanism_settings *settings, const perp_mechanism_model *model)
+{
+    perp_mechanism *m = perp__allocate(context, 1, sizeof *m);
+    perp_context_settings inner;
+    perp_status status;
+
+    if (!m)
+        return perp__fail_memory(context, "a mechanism");
+    memset(m, 0, sizeof *m);
+    m->magic = PERP__MECHANISM_MAGIC;
+    m->context = context;
+    m->settings = *settings;
+    perp__arena_init(&m->arena, context);
+    perp__arena_init(&m->assembly.arena, context);
+    perp__arena_init(&m->projection.arena, context);
+    perp__mechanism_sizes(m, model);
+    status = perp__arena_fit(&m->arena, layout, m);
+    perp_context_settings_init(&inner, sizeof inner);
+    inner.allocate = context->allocate;
+    inner.release = context->release;
+    inner.allocator_user = context->allocator_user;
+    if (status == PERP_OK && perp_context_create(&m->inner, &inner) != PERP_OK)
+        status = perp__fail_memory(context, "a mechanism");
+    if (status == PERP_OK) {
+        perp__mechanism_take(m, model);
+        status = create_assemblies(m, settings, &m->assembly, &m->projection);
+    }
+    if (status != PERP_OK) {
+        release(m);
+        return status;
+    }
+    *made = m;
+    return PERP_OK;
+}
+
+static perp_status create(perp_context *context, perp_mechanism **mechanism,
+                          const perp_mechanism_settings *settings,
+                          const perp_mechanism_model *model)
+{
+    perp_mechanism_settings own;
+    perp_mechanism_model read;
+    perp_mechanism *m = NULL;
+    perp_status status = perp__check_pointer(context, "mechanism", mechanism);
+
+    if (status == PERP_OK)
+        status = perp__mechanism_settings_read(context, &own, settings);
+    if (status == PERP_OK)
+        status = perp__mechanism_model_read(context, &read, model);
+    if (status == PERP_OK)
+        status = make(context, &m, &own, &read);
+    if (status != PERP_OK)
+        return status;
+    perp__attach(context);
+    *mechanism = m;
+    return PERP_OK;
+}
+
+perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechanism,
+                                  const perp_mechanism_settings *settings,
+                                  const perp_mechanism_model *model)
+{
+    perp_status status = perp__enter_to_create(context);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(context, create(context, mechanism, settings, model));
+}
+
+void perp_mechanism_destroy(perp_mechanism *mechanism)
+{
+    if (mechanism && mechanism->magic == PERP__MECHANISM_MAGIC && !mechanism->context->busy) {
+        perp_context *context = mechanism->context;
+
+        release(mechanism);
+        perp__detach(context);
+    }
+}
+
+perp_status perp__mechanism_enter(perp_mechanism *m)
+{
+    if (!m || m->magic != PERP__MECHANISM_MAGIC)
+        return PERP_ERROR_HANDLE;
+    return perp__enter(m->context);
+}
+
+static perp_status set(perp_mechanism *m, const perp_mechanism_settings *settings)
+{
+    perp_mechanism_settings own;
+    perp__assembly assembly, projection;
+    perp_status status = perp__mechanism_settings_read(m->context, &own, settings);
+
+    if (status == PERP_OK)
+        status = create_assemblies(m, &own, &assembly, &projection);
+    if (status != PERP_OK)
+        return status;
+    release_assemblies(m);
+    m->assembly = assembly;
+    m->projection = projection;
+    m->settings = own;
+    return PERP_OK;
+}
+
+perp_status perp_mechanism_set(perp_mechanism *mechanism, const perp_mechanism_settings *settings)
+{
+    perp_status status = perp__mechanism_enter(mechanism);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(mechanism->context, set(mechanism, settings));
+}

@@ -1,0 +1,111 @@
+/* Penetration and the drift of bilateral constraints are removed from the positions alone:
+ *
+ *   min 1/2 d'M d   subject to   gap + n'd >= 0,   c + G d = 0,   q := q + N d,
+ *
+ * a frictionless contact problem, solved with the rows at q and then again, until what is left is
+ * rounding (Newton's method). Where overlaps have no way out (opposed walls) q stays. */
+#include "mechanism/mechanism.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "mechanism/assembly.h"
+#include "mechanism/frozen.h"
+
+#define MOST_PASSES 6
+
+/* What rounding of q makes of a gap or of c, in units of sum |J_i| |q|. */
+#define ROUNDING (16.0 * PERP__EPS)
+
+static double rounding_of(const perp_mechanism *m, int32_t row, const double *q)
+{
+    const double *J = m->end.J + (size_t)row * (size_t)m->n;
+    double size = 0.0, largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < m->coordinates; i++)
+        largest = fmax(largest, fabs(q[i]));
+    for (i = 0; i < m->n; i++)
+        size += fabs(J[i]) * (m->coordinates == m->n ? fabs(q[i]) : largest);
+    return ROUNDING * size;
+}
+
+/* Measures; returns whether there is more than rounding. */
+static int32_t measure(const perp_mechanism *m, perp_mechanism_step *step, const double *q)
+{
+    int32_t more = 0, j;
+
+    step->penetration = step->drift = 0.0;
+    for (j = 0; j < m->contacts; j++) {
+        step->penetration = fmax(step->penetration, -m->end.gap[j]);
+        more = more || -m->end.gap[j] > rounding_of(m, m->starts[j], q);
+    }
+    for (j = 0; j < m->bilateral; j++) {
+        step->drift = fmax(step->drift, fabs(m->end.c[j]));
+        more = more || fabs(m->end.c[j]) > rounding_of(m, m->contact_rows + j, q);
+    }
+    return more;
+}
+
+static void assemble(perp_mechanism *m, perp__assembly *a)
+{
+    const size_t n = (size_t)m->n;
+    int32_t j;
+
+    a->columns = m->n;
+    a->contacts = a->rows = 0;
+    memcpy(a->M, m->end.M, n * n * sizeof *a->M);
+    memset(a->f, 0, n * sizeof *a->f);
+    for (j = 0; j < m->contacts; j++) {
+        memcpy(a->H + (size_t)a->rows * n, m->end.J + (size_t)m->starts[j] * n, n * sizeof *a->H);
+        a->w[a->rows++] = m->end.gap[j];
+        a->mu[a->contacts] = 0.0;
+        a->dims[a->contacts++] = 1;
+    }
+    for (j = 0; j < m->bilateral; j++) {
+        memcpy(a->G + (size_t)j * n, m->end.J + (size_t)(m->contact_rows + j) * n,
+               n * sizeof *a->G);
+        a->b[j] = m->end.c[j];
+    }
+}
+
+/* One displacement; moved: whether it is one that helps. */
+static perp_status displace(perp_mechanism *m, double *q, double t, int32_t *moved)
+{
+    perp__velocity_answer answer;
+    perp_status status = perp__evaluate_mass(m, &m->end, t, q);
+
+    *moved = 0;
+    memset(&answer, 0, sizeof answer);
+    if (status != PERP_OK)
+        return status;
+    assemble(m, &m->projection);
+    status = perp__assembly_solve(m, &m->projection, m->bilateral, &answer);
+    if (status != PERP_OK || !perp__outcome_moves(answer.outcome))
+        return status;
+    status = perp__evaluate_move(m, m->moved, q, 1.0, m->projection.v);
+    if (status == PERP_OK) {
+        memcpy(q, m->moved, (size_t)m->coordinates * sizeof *q);
+        *moved = 1;
+    }
+    return status;
+}
+
+perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *q, double t,
+                          const double *v)
+{
+    perp_status status;
+    int32_t pass, moved = m->settings.project;
+
+    step->penetration = step->drift = 0.0;
+    if (m->contacts + m->bilateral == 0)
+        return PERP_OK;
+    status = perp__evaluate_rows(m, &m->end, t, q, v);
+    for (pass = 0; status == PERP_OK && measure(m, step, q) && moved && pass < MOST_PASSES;
+         pass++) {
+        status = displace(m, q, t, &moved);
+        if (status == PERP_OK && moved)
+            status = perp__evaluate_rows(m, &m->end, t, q, v);
+    }
+    return status;
+}

@@ -1,0 +1,173 @@
+/* Runs: steps one after the other, with an observer. */
+#include "mechanism/run.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "base/context.h"
+#include "mechanism/frozen.h"
+
+/* How far a span may be from a whole number of steps and count as one, in steps. */
+#define WHOLE 1e-9
+
+static void copy_state(const perp_mechanism *m, perp__mechanism_state *to,
+                       const perp__mechanism_state *from)
+{
+    memcpy(to->q, from->q, (size_t)m->coordinates * sizeof *to->q);
+    memcpy(to->v, from->v, (size_t)m->n * sizeof *to->v);
+    memcpy(to->impulse, from->impulse, (size_t)m->rows * sizeof *to->impulse);
+    memcpy(to->velocity, from->velocity, (size_t)m->rows * sizeof *to->velocity);
+    memcpy(to->modes, from->modes, (size_t)(m->contacts + m->dry) * sizeof *to->modes);
+}
+
+/* Shows m->now; PERP_OK, or PERP_ERROR_CALLBACK. */
+static perp_status show(perp__run *run, double h, const perp_mechanism_step *step)
+{
+    perp_mechanism *m = run->m;
+    perp_mechanism_view view;
+    int32_t answer;
+
+    if (!run->observer)
+        return PERP_OK;
+    memset(&view, 0, sizeof view);
+    view.struct_size = sizeof view;
+    view.t = run->t;
+    view.h = h;
+    view.q = m->now.q;
+    view.v = m->now.v;
+    view.impulse = m->now.impulse;
+    view.velocity = m->now.velocity;
+    view.modes = m->now.modes;
+    view.step = step;
+    answer = run->observer(&view, run->user);
+    if (answer < 0)
+        return perp__fail(m->context, PERP_ERROR_CALLBACK, "the observer returned %d", (int)answer);
+    if (answer > 0) {
+        run->result.outcome = PERP_OUTCOME_STOPPED;
+        run->ended = 1;
+    }
+    return PERP_OK;
+}
+
+perp_status perp__run_take(perp__run *run, const perp__mechanism_state *next, double t, double h,
+                           const perp_mechanism_step *step)
+{
+    perp_mechanism *m = run->m;
+
+    run->result.residual = fmax(run->result.residual, step->residual);
+    run->result.iterations += step->iterations;
+    if (!perp__outcome_moves(step->outcome)) {
+        run->result.outcome = step->outcome;
+        run->ended = 1;
+        return PERP_OK;
+    }
+    run->result.penetration = fmax(run->result.penetration, step->penetration);
+    run->result.drift = fmax(run->result.drift, step->drift);
+    run->result.fallbacks += step->scheme != m->settings.scheme;
+    run->result.steps++;
+    run->t = t;
+    copy_state(m, &m->now, next);
+    if (run->deadline > 0.0 && perp__now() > run->deadline) {
+        run->result.outcome = PERP_OUTCOME_TIME_LIMIT;
+        run->ended = 1;
+    }
+    return show(run, h, step);
+}
+
+/* Steps of equal length. */
+static perp_status run_equal(perp__run *run, double t0, double t1, double h)
+{
+    perp_mechanism *m = run->m;
+    const double exact = (t1 - t0) / h, near = nearbyint(exact);
+    const int32_t whole = fabs(exact - near) <= WHOLE && near >= 1.0;
+    const double count = whole ? near : ceil(exact), length = whole ? h : (t1 - t0) / count;
+    perp_mechanism_step step;
+    perp_status status = PERP_OK;
+    double k;
+
+    for (k = 1.0; k <= count && status == PERP_OK && !run->ended; k += 1.0) {
+        const double t = k == count ? t1 : t0 + k * length;
+
+        status = perp__advance(m, &m->next, &step, run->t, length, m->now.q, m->now.v);
+        if (status == PERP_OK)
+            status = perp__run_take(run, &m->next, t, length, &step);
+    }
+    return status;
+}
+
+static perp_status check(perp_mechanism *m, const double *q, const double *v,
+                         const perp_mechanism_run_result *result, double t0, double t1, double h,
+                         const double *q0, const double *v0)
+{
+    perp_status status = perp__check_pointer(m->context, "q", q);
+
+    if (status == PERP_OK)
+        status = perp__check_pointer(m->context, "v", v);
+    if (status == PERP_OK)
+        status = perp__struct_check(m->context, "result", result, sizeof *result,
+                                    PERP__MECHANISM_RUN_FIRST);
+    if (status == PERP_OK)
+        status = perp__mechanism_check_state(m, t0, q0, v0);
+    if (status == PERP_OK && !(t1 > t0 && isfinite(t1)))
+        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "t1 is %g, expected more than t0 = %g",
+                            t1, t0);
+    if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
+        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
+    if (status == PERP_OK && (t1 - t0) / h > 1e15)
+        status =
+            perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g: too many steps to %g", h, t1);
+    return status;
+}
+
+static perp_status run_from(perp__run *run, double t0, double t1, double h, const double *q0,
+                            const double *v0)
+{
+    perp_mechanism *m = run->m;
+    const int64_t before = m->evaluations;
+    perp_mechanism_step step;
+    perp_status status;
+
+    perp_mechanism_step_init(&step, sizeof step);
+    step.error = run->result.error = (double)NAN;
+    memcpy(m->now.q, q0, (size_t)m->coordinates * sizeof *q0);
+    memcpy(m->now.v, v0, (size_t)m->n * sizeof *v0);
+    memset(m->now.impulse, 0, (size_t)m->rows * sizeof *m->now.impulse);
+    memset(m->now.velocity, 0, (size_t)m->rows * sizeof *m->now.velocity);
+    memset(m->now.modes, 0, (size_t)(m->contacts + m->dry) * sizeof *m->now.modes);
+    run->t = t0;
+    status = show(run, 0.0, &step);
+    if (status == PERP_OK && !run->ended)
+        status = run_equal(run, t0, t1, h);
+    run->result.t = run->t;
+    run->result.evaluations = m->evaluations - before;
+    return status;
+}
+
+perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, double *v,
+                               perp_mechanism_run_result *result, double t0, double t1, double h,
+                               const double *q0, const double *v0, perp_mechanism_observer observer,
+                               void *user)
+{
+    const double began = perp__now();
+    perp__run run = {0};
+    perp_status status = perp__mechanism_enter(mechanism);
+
+    if (status != PERP_OK)
+        return status;
+    run.m = mechanism;
+    run.observer = observer;
+    run.user = user;
+    if (mechanism->settings.time_limit > 0.0)
+        run.deadline = began + mechanism->settings.time_limit;
+    status = check(mechanism, q, v, result, t0, t1, h, q0, v0);
+    if (status == PERP_OK)
+        status = run_from(&run, t0, t1, h, q0, v0);
+    if (status == PERP_OK) {
+        memcpy(q, mechanism->now.q, (size_t)mechanism->coordinates * sizeof *q);
+        memcpy(v, mechanism->now.v, (size_t)mechanism->n * sizeof *v);
+        run.result.seconds = perp__now() - began;
+        perp__struct_write(result, &run.result, sizeof run.result);
+    }
+    return perp__leave(mechanism->context, status);
+}
