@@ -145,7 +145,8 @@ EXAMPLE_OBJECTS := $(EXAMPLE_SOURCES:%.c=$(B)/obj/%.o)
 EXAMPLE_HELPER_OBJECTS := $(EXAMPLE_HELPERS:%.c=$(B)/obj/%.o)
 
 BENCH_SOURCES := $(sort $(wildcard bench/*.c))
-BENCH_HELPERS := $(sort $(wildcard tests/scene*.c tests/piles*.c tests/ncp/problems*.c)) tests/gen_base.c
+BENCH_HELPERS := $(sort $(wildcard tests/scene*.c tests/piles*.c tests/machines*.c \
+    tests/ncp/problems*.c)) tests/gen_base.c
 BENCH_HELPER_OBJECTS := $(BENCH_HELPERS:%.c=$(B)/obj/%.o)
 BENCHES := $(BENCH_SOURCES:%.c=$(B)/%)
 BENCH_OBJECTS := $(BENCH_SOURCES:%.c=$(B)/obj/%.o)
