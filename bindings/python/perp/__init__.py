@@ -10,6 +10,7 @@ ncp_check_jacobian  a Jacobian against differences of its function
 contact     contact with friction over dynamics of your own
 contact_delassus  the same from the matrix W that couples the contacts
 fclib       (perp.fclib, imported by name) problems in FCLIB's files
+Mechanism   mechanisms in coordinates of your own, by functions: stepped in time
 load_friction  every acceleration where friction depends on the load (screws, gears, guides)
 load_friction_step  a step in time over it, through jams
 Compliant   sliding contacts that give: stability, integration
@@ -35,6 +36,9 @@ from ._friction import (
 )
 from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
+from ._mechanism import Mechanism
+from ._mechanism_callbacks import OutsideDomain
+from ._mechanism_results import MechanismRun, MechanismStats, MechanismStep
 from ._monitor import Progress
 from ._ncp import JacobianCheck, NcpResult, ncp, ncp_check_jacobian
 from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
@@ -60,8 +64,13 @@ __all__ = [
     "LoadSolution",
     "LoadSolutions",
     "LoadStepped",
+    "Mechanism",
+    "MechanismRun",
+    "MechanismStats",
+    "MechanismStep",
     "Momentum",
     "NcpResult",
+    "OutsideDomain",
     "Progress",
     "Proof",
     "RunResult",

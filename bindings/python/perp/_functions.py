@@ -6,6 +6,7 @@ from ctypes import POINTER, c_char_p, c_double, c_int32, c_int64, c_size_t, c_ui
 from typing import Any
 
 from . import _structures as s
+from . import _structures_mechanism as m
 
 VOID_FUNCTIONS: dict[str, list[Any]] = {
     "perp_context_destroy": [s.ContextPointer],
@@ -13,6 +14,7 @@ VOID_FUNCTIONS: dict[str, list[Any]] = {
     "perp_lcp_sensitivity_destroy": [s.SensitivityPointer],
     "perp_load_friction_destroy": [s.LoadFrictionPointer],
     "perp_compliant_destroy": [s.CompliantPointer],
+    "perp_mechanism_destroy": [m.MechanismPointer],
     "perp_world_destroy": [s.WorldPointer],
 }
 
@@ -26,6 +28,8 @@ TEXT_FUNCTIONS: dict[str, list[Any]] = {
     "perp_load_mode_text": [c_int32],
     "perp_load_reason_text": [c_int32],
     "perp_contact_mode_text": [c_int32],
+    "perp_mechanism_scheme_text": [c_int32],
+    "perp_mechanism_law_text": [c_int32],
     "perp_ncp_method_text": [c_int32],
     "perp_contact_method_text": [c_int32],
     "perp_context_message": [s.ContextPointer],
@@ -186,6 +190,31 @@ STATUS_FUNCTIONS: dict[str, list[Any]] = {
         c_void_p,
         c_void_p,
         c_double,
+    ],
+    "perp_mechanism_model_init": [POINTER(m.MechanismModel), c_size_t],
+    "perp_mechanism_settings_init": [POINTER(m.MechanismSettings), c_size_t],
+    "perp_mechanism_create": [
+        s.ContextPointer,
+        POINTER(m.MechanismPointer),
+        POINTER(m.MechanismSettings),
+        POINTER(m.MechanismModel),
+    ],
+    "perp_mechanism_set": [m.MechanismPointer, POINTER(m.MechanismSettings)],
+    "perp_mechanism_advance": [m.MechanismPointer]
+    + [c_void_p] * 6
+    + [POINTER(m.MechanismStep), c_double, c_double, c_void_p, c_void_p],
+    "perp_mechanism_run": [
+        m.MechanismPointer,
+        c_void_p,
+        c_void_p,
+        POINTER(m.MechanismRunResult),
+        c_double,
+        c_double,
+        c_double,
+        c_void_p,
+        c_void_p,
+        m.MechanismObserver,
+        c_void_p,
     ],
     "perp_world_settings_init": [POINTER(s.WorldSettings), c_size_t, c_int32],
     "perp_body_settings_init": [POINTER(s.BodySettings), c_size_t],

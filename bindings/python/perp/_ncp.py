@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from ctypes import byref, c_double
+from ctypes import byref
 from dataclasses import dataclass
 from typing import Any, Callable, Optional
 
@@ -14,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _errors
+from ._callbacks import Callbacks
 from ._handle import Context
 from ._lcp import code, count, limit
 from ._library import GOOD_OUTCOMES, NCP_METHODS, OUTCOMES, library
@@ -69,7 +66,7 @@ class JacobianCheck:
     unchecked: int  # columns of fixed variables, or next to which F is not defined
 
 
-class _Callbacks:
+class _Callbacks(Callbacks):
     """F and J as the library calls them. What they raise is kept, and ends the call."""
 
     def __init__(self, F: Any, J: Any, start: Array, pattern: Any) -> None:
@@ -77,9 +74,8 @@ class _Callbacks:
             raise _errors.argument_error("F is not callable")
         if J is not None and not callable(J):
             raise _errors.argument_error("J is neither callable nor None")
+        super().__init__()
         self._F, self._J, self._n = F, J, len(start)
-        self._views: dict[tuple[int, int], Array] = {}
-        self.raised: list[BaseException] = []
         self.problem = sized(NcpProblem)
         self.problem.n = self._n
         self._choose_storage(start, pattern)
@@ -102,23 +98,15 @@ class _Callbacks:
         self.problem.column_starts = _arrays.address(self._starts)
         self.problem.row_indices = _arrays.address(self._rows)
 
-    def _view(self, address: int, length: int) -> Array:
-        """The library's memory as an array; it is the same few places again and again."""
-        view = self._views.get((address, length))
-        if view is None:
-            memory = (c_double * length).from_address(address or id(self))
-            view = self._views[address, length] = np.ctypeslib.as_array(memory)
-        return view
-
     def _call_function(self, out: int, z: int, _: Any) -> int:
         try:
             if self.raised:
                 return -1
             n = self._n
-            values = _arrays.real(self._F(self._view(z, n).copy()), "F(z)")
+            values = _arrays.real(self._F(self.view(z, n).copy()), "F(z)")
             if values.shape != (n,):
                 raise _errors.argument_error(f"F(z) has shape {values.shape}, expected ({n},)")
-            self._view(out, n)[:] = values
+            self.view(out, n)[:] = values
             return 0
         except BaseException as error:
             self.raised.append(error)
@@ -128,7 +116,7 @@ class _Callbacks:
         try:
             if self.raised:
                 return -1
-            self._store(self._J(self._view(z, self._n).copy()), self._view(out, self._entries))
+            self._store(self._J(self.view(z, self._n).copy()), self.view(out, self._entries))
             return 0
         except BaseException as error:
             self.raised.append(error)
@@ -173,35 +161,6 @@ class _Callbacks:
                 "is not in the pattern: state it by pattern="
             )
         out[places] = csc.data
-
-    @contextmanager
-    def catching(self) -> Iterator[None]:
-        """Python runs the handler of a signal, such as Ctrl-C's, at the next bytecode of the main
-        thread: the first one of a callback, before its `try`. ctypes hands such an exception to
-        sys.unraisablehook and goes on."""
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        before = sys.unraisablehook
-
-        def hook(lost: Any) -> None:
-            if "ctypes callback" in (lost.err_msg or "") and lost.exc_value is not None:
-                self.raised.append(lost.exc_value)
-            else:
-                before(lost)
-
-        sys.unraisablehook = hook
-        try:
-            yield
-        finally:
-            sys.unraisablehook = before
-
-    def raise_caught(self) -> None:
-        if self.raised:
-            try:
-                raise self.raised[0]
-            finally:
-                self.raised.clear()
 
 
 def _pattern(pattern: Any, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

@@ -1,0 +1,266 @@
+"""Mechanisms in generalised coordinates, with contacts and friction, from functions."""
+
+from __future__ import annotations
+
+from ctypes import byref, c_void_p
+from typing import Any, Callable, Optional, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _arrays
+from ._callbacks import Array
+from ._contact import _cone
+from ._lcp import code, limit
+from ._library import MECHANISM_SCHEMES, defaults, library
+from ._mechanism_base import MechanismBase
+from ._mechanism_results import (
+    MechanismRun,
+    MechanismStep,
+    make_run,
+    make_step,
+    read_view,
+    words,
+)
+from ._structures_mechanism import (
+    MechanismObserver,
+    MechanismRunResult,
+)
+from ._structures_mechanism import MechanismStep as CStep
+
+_SCHEME_CODES = {word: k for k, word in MECHANISM_SCHEMES.items()}
+
+
+class Mechanism(MechanismBase):
+    """A mechanism with n velocities v and coordinates q, q' = v unless `kinematics` says otherwise:
+
+        mass(q) v' = force(t, q, v) + H.T r + G.T s + B.T y
+
+    r, s, y: forces of contacts, of bilateral constraints, and of dry friction of a given bound
+    (Tresca). Functions get copies of q and v; what they return is checked. Exceptions raised in
+    them come out of the call; raise perp.OutsideDomain where q is outside of what they are
+    defined for.
+
+    n: how many velocities.
+    mass: mass(q) returns (n, n), symmetric positive definite; or a constant array, (n,) for a
+        diagonal; None: the identity.
+    force: force(t, q, v) returns (n,): applied forces, gravity, -C(q, v) v; or a constant array.
+    contacts: contacts(q), or contacts(t, q) if it has two arguments without default, returns
+        gap (k,), positive where separated,
+        normal (k, n), the gap's gradient,
+        tangent (k, n) in the plane, (k, 2, n) in space, (sum of dim - 1, n) with mixed dim; left
+            out without friction,
+        drift (optional), the rows' velocities at v = 0 (moving walls, belts): (k,) for normals
+            alone, the gaps' partial derivatives by t; (k, dim) or (rows,) for all,
+        mu (optional), (k,) or a number, instead of the coefficient below;
+        as a tuple, a dict, or an object with these names. One contact may leave out the first axis.
+    mu: of sliding; mu_static: where the contact did not slide; stribeck: speed s of
+        mu + (mu_static - mu) exp(-(speed/s)**2), or 0; restitution: in [0, 1]. Each (k,), or a
+        number for all.
+    law: of impacts, "moreau", "newton" or "poisson".
+    bilateral: bilateral(q), or (t, q), returns c (m,), its gradient G (m, n) and, if it depends on
+        time, drift (m,), the partial derivative of c: c = 0.
+    tresca: tresca(t, q, v) returns bound (d,), a force, B (d, n), or (d, 2, n) for discs, and
+        optionally drift, the slip at v = 0; or these as a constant.
+    coordinates: how many q there are, if not n; then kinematics(q, v) returns q' (coordinates,).
+    normalise: normalise(q) returns q put back where it belongs after a step (unit quaternions).
+    curvature: curvature(t, q, v) returns d/dt(rows) v + d/dt(drift), all rows: for
+        accelerations(); None: by differences.
+    contact_count, dim (1, 2 or 3, or one a contact), bilateral_count, tresca_count, tresca_dim:
+        sizes; those not given are found by calling the functions once, at the first state.
+
+    Units are any consistent ones. Raises Error where an argument makes no sense.
+    """
+
+    def __init__(
+        self,
+        n: int,
+        *,
+        mass: Union[None, ArrayLike, Callable[[Array], ArrayLike]] = None,
+        force: Union[None, ArrayLike, Callable[[float, Array, Array], ArrayLike]] = None,
+        contacts: Optional[Callable[..., Any]] = None,
+        mu: ArrayLike = 0.0,
+        mu_static: Optional[ArrayLike] = None,
+        stribeck: Optional[ArrayLike] = None,
+        restitution: ArrayLike = 0.0,
+        law: str = "moreau",
+        bilateral: Optional[Callable[..., Any]] = None,
+        tresca: Any = None,
+        coordinates: Optional[int] = None,
+        kinematics: Optional[Callable[[Array, Array], ArrayLike]] = None,
+        normalise: Optional[Callable[[Array], ArrayLike]] = None,
+        curvature: Optional[Callable[[float, Array, Array], ArrayLike]] = None,
+        contact_count: Optional[int] = None,
+        dim: Union[None, int, ArrayLike] = None,
+        bilateral_count: Optional[int] = None,
+        tresca_count: Optional[int] = None,
+        tresca_dim: Optional[int] = None,
+    ) -> None:
+        super().__init__(
+            n,
+            coordinates,
+            law,
+            dict(
+                mass=mass,
+                force=force,
+                contacts=contacts,
+                bilateral=bilateral,
+                tresca=tresca,
+                kinematics=kinematics,
+                normalise=normalise,
+                curvature=curvature,
+            ),
+            dict(mu=mu, mu_static=mu_static, stribeck=stribeck, restitution=restitution),
+            dict(
+                contact_count=contact_count,
+                dim=dim,
+                bilateral_count=bilateral_count,
+                tresca_count=tresca_count,
+                tresca_dim=tresca_dim,
+            ),
+        )
+
+    def step(
+        self,
+        t: float,
+        q: ArrayLike,
+        v: ArrayLike,
+        h: float,
+        *,
+        scheme: str = "frozen",
+        cone: Union[str, int] = "exact",
+        tol: float = 1e-10,
+        theta: float = 0.5,
+        project: bool = True,
+        time_limit: Optional[float] = None,
+    ) -> MechanismStep:
+        """Steps from (t, q, v) to t + h. q: (coordinates,), v: (n,). Settings as for simulate().
+
+        The answer is one solution of the step's problem; there may be others. With outcome "ray",
+        "evaluation_failed" or "singular" the state did not move. Raises Error where the call
+        itself did not make sense.
+        """
+        with self._lock:
+            time, place, speed = self._state(t, q, v, ("t", "q", "v"))
+            length = _arrays.number(h, "h")
+            self._set(**_stepping(scheme, cone, tol, theta, project, time_limit))
+            sizes = self.coordinates, self.n, self._row_count, self._row_count
+            arrays = [np.empty(size) for size in sizes]
+            modes, ray = np.empty(self._mode_count, dtype=np.int32), np.empty(self._row_count)
+            result = defaults(CStep)
+            self._call(
+                library.perp_mechanism_advance,
+                *map(_arrays.address, arrays),
+                _arrays.address(modes),
+                _arrays.address(ray),
+                byref(result),
+                time,
+                length,
+                _arrays.address(place),
+                _arrays.address(speed),
+            )
+            said = words(_arrays.address(modes), self._mode_count)
+            return make_step(
+                result, time + length, length, arrays, said, ray if result.has_ray else None
+            )
+
+    def simulate(
+        self,
+        q0: ArrayLike,
+        v0: ArrayLike,
+        t_end: float,
+        dt: float,
+        *,
+        scheme: str = "frozen",
+        cone: Union[str, int] = "exact",
+        tol: float = 1e-10,
+        error: float = 0.0,
+        t0: float = 0.0,
+        theta: float = 0.5,
+        project: bool = True,
+        shortest: float = 0.0,
+        longest: float = 0.0,
+        time_limit: Optional[float] = None,
+        callback: Optional[Callable[[MechanismStep], Any]] = None,
+    ) -> MechanismRun:
+        """Steps from (t0, q0, v0) to t_end and keeps every step.
+
+        dt: the step, made a little shorter so that a whole number of them ends at t_end; with
+            error > 0 the first one.
+        scheme: "frozen" (mass, force and contacts at the step's start), "implicit" (at its end),
+            or "theta" (Moreau-Jean, forces weighted by theta).
+        cone: "exact", or the number of edges of polyhedral cones (contacts in space).
+        tol: the tested residual (dimensionless) that counts as solved.
+        error: 0 for equal steps, or the estimated error a step may have, beside the largest value
+            of q and dt v so far; then steps are from shortest to longest (0: no limit).
+        project: remove penetration, and the drift of bilateral constraints, after each step.
+        time_limit: seconds for the whole run; None: none.
+        callback: called with a MechanismStep at the start and after every step; a true answer
+            stops the run (outcome "stopped"), an exception ends it.
+
+        Returns a MechanismRun: check its `ok` or its `outcome`. Raises Error where the call itself
+        did not make sense.
+        """
+        with self._lock:
+            time, place, speed = self._state(t0, q0, v0, ("t0", "q0", "v0"))
+            end, length = _arrays.number(t_end, "t_end"), _arrays.number(dt, "dt")
+            self._set(
+                error=error,
+                shortest=shortest,
+                longest=longest,
+                **_stepping(scheme, cone, tol, theta, project, time_limit),
+            )
+            steps: list[MechanismStep] = []
+            observer = MechanismObserver(self._observer(steps, callback))
+            q, v, result = place.copy(), speed.copy(), defaults(MechanismRunResult)
+            self._call(
+                library.perp_mechanism_run,
+                _arrays.address(q),
+                _arrays.address(v),
+                byref(result),
+                time,
+                end,
+                length,
+                _arrays.address(place),
+                _arrays.address(speed),
+                observer,
+                c_void_p(),
+            )
+            return make_run(result, steps)
+
+    def _observer(
+        self, steps: list[MechanismStep], callback: Optional[Callable[[MechanismStep], Any]]
+    ) -> Callable[[Any, Any], int]:
+        raised = self._callbacks.raised
+        sizes = self.coordinates, self.n, self._row_count, self._mode_count
+
+        def observe(view: Any, _: Any) -> int:
+            try:
+                if raised:
+                    return -1
+                steps.append(read_view(view[0], sizes))
+                return 1 if callback is not None and callback(steps[-1]) else 0
+            except BaseException as error:
+                raised.append(error)
+                return -1
+
+        return observe
+
+
+def _stepping(
+    scheme: str,
+    cone: Union[str, int],
+    tol: float,
+    theta: float,
+    project: bool,
+    time_limit: Optional[float],
+) -> dict[str, Any]:
+    """The settings of a step as the library's fields."""
+    return dict(
+        scheme=code(scheme, _SCHEME_CODES, "scheme"),
+        cone=_cone(cone),
+        tol=tol,
+        theta=theta,
+        project=1 if project else 0,
+        time_limit=limit(time_limit, "time_limit"),
+    )

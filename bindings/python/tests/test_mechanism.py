@@ -1,0 +1,691 @@
+"""Mechanisms by functions: against closed forms, and what the functions may do."""
+
+import gc
+import os
+import signal
+import subprocess
+import sys
+import threading
+import weakref
+from collections import namedtuple
+
+import numpy as np
+import pytest
+
+import perp
+from perp import _library, _structures_mechanism
+from perp._mechanism_callbacks import takes_time
+
+G = 9.81
+RAMP = np.radians(10)
+CAP = 0.3 * G * np.cos(RAMP)  # of friction on the ramp, mass 1
+
+
+def ramp(**changes):
+    """Problem (a), R1: the normal force is known, so is the bound of friction."""
+    return perp.Mechanism(
+        1, **{"force": [G * np.sin(RAMP)], "tresca": (CAP, [[1.0]]), **changes}
+    )
+
+
+def rod(mu, l=1.0, inertia=1 / 3, cap=0.0, tips=(-1,), mass=1.0, **changes):
+    """A rod with centre (x, y) and angle; its ends, rounded with radius cap, touch the floor."""
+
+    def contacts(q):
+        s, c = np.sin(q[2]), np.cos(q[2])
+        gap = [q[1] + k * l * s - cap for k in tips]
+        normal = [[0, 1, k * l * c] for k in tips]
+        tangent = [[1, 0, -k * l * s + cap] for k in tips]
+        return gap, normal, tangent
+
+    return perp.Mechanism(
+        3, mass=[mass, mass, inertia], force=[0, -mass * G, 0], contacts=contacts, mu=mu, **changes
+    )
+
+
+PAINLEVE = [np.sqrt(0.2), np.sqrt(0.8), np.arctan(2)]  # the tip at the origin
+
+
+def puck(**changes):
+    """A mass on a floor in space."""
+    return perp.Mechanism(
+        3,
+        force=[0, 0, -G],
+        contacts=lambda q: (q[2], [0, 0, 1], [[1, 0, 0], [0, 1, 0]]),
+        **{"mu": 0.5, **changes},
+    )
+
+
+def falling(**changes):
+    """A mass above a floor, in one dimension."""
+    given = dict(force=[-G], contacts=lambda q: (q, [[1.0]]))
+    return perp.Mechanism(1, **{**given, **changes})
+
+
+def chain(n, **changes):
+    """Problem (f): balls in a row that touch."""
+    gradients = np.diff(np.eye(n), axis=0)
+    return perp.Mechanism(n, contacts=lambda q: (np.diff(q), gradients), **changes)
+
+
+## Closed forms
+
+
+def test_ramp_stops():
+    """v is exactly 0 from step 17; x = h sum max(0, v0 - k h a): theory.md (a)."""
+    run = ramp().simulate([0], [2], 3.0, 0.1)
+    assert run.ok and run.outcome == "solved" and run.stats.steps == 30
+    assert (run.v[:17] > 0).all() and (run.v[17:] == 0.0).all()
+    assert (run.q[17:] == run.q[17]).all()
+    # 17 sums of numbers below 2, half a unit of 2**-52 each
+    assert run.q[-1] == pytest.approx(1.5750711918848154, abs=17 * 2**-52)
+    assert set(run.modes[1:17, 0]) == {"slip"} and set(run.modes[17:, 0]) == {"stick"}
+    np.testing.assert_allclose(run.t, np.linspace(0, 3, 31), rtol=1e-15)
+    # at rest the force is -m g sin th
+    assert run.impulse[-1, 0] / 0.1 == pytest.approx(-1.7034886229125867, rel=1e-14)
+    assert run.q.shape == run.v.shape == run.impulse.shape == run.velocity.shape == (31, 1)
+
+
+def test_ramp_by_contact():
+    """The same brick on its plane, with the normal force to be found."""
+    m = perp.Mechanism(
+        2,
+        force=[G * np.sin(RAMP), -G * np.cos(RAMP)],
+        contacts=lambda q: ([q[1]], [[0, 1]], [[1, 0]]),
+        mu=0.3,
+    )
+    run = m.simulate([0, 0], [2, 0], 3.0, 0.1)
+    assert (run.v[:17, 0] > 0).all() and (run.v[17:] == 0.0).all()
+    assert run.q[-1, 0] == pytest.approx(1.5750711918848154, abs=1e-14)
+    assert run.impulse.shape == (31, 2) and m.rows.contacts == slice(0, 2)
+
+
+@pytest.mark.parametrize("law", ["moreau", "newton", "poisson"])
+def test_chains(law):
+    """Problem (f), and two balls 1:3 with e = 1/2: (-1/8, 3/8), up to the tolerance of the two
+    problems of an impact."""
+    for n, e in ((3, 0), (3, 0.5), (3, 1), (5, 0.5), (5, 1)):
+        r = chain(n, restitution=e, law=law).step(0, np.zeros(n), np.eye(n)[0], 1e-3)
+        expected = np.full(n, (1 + e) / n) - e * np.eye(n)[0]
+        np.testing.assert_allclose(r.v, expected, atol=1e-10)
+        assert r.ok and r.impacts == (1 if e else 0)  # one contact is hit, all have impulses
+    r = chain(2, mass=[1, 3], restitution=0.5, law=law).step(0, [0, 0], [1, 0], 1e-3)
+    np.testing.assert_allclose(r.v, [-1 / 8, 3 / 8], atol=1e-10)
+
+
+def test_ball_comes_to_rest():
+    """e = 1/2 from h = 1: at rest after 1.3545709 s (problem (c)), then exactly."""
+    run = falling(restitution=0.5).simulate([1], [0], 2.0, 1e-3)
+    late = run.t > 1.3545709 + 0.05  # impacts are up to a step late, and there are tens of them
+    assert (run.v[late] == 0.0).all() and (run.q[late] == run.q[-1]).all()
+    assert run.q.min() > -1e-12 and run.stats.penetration == 0
+
+
+@pytest.mark.parametrize(
+    "h, expected",
+    [
+        (1e-2, (-0.57057, 0.285285, 0.637916652961)),
+        (1e-4, (-0.5997057, 0.29985285, 0.670491355847)),
+        (1e-6, (-0.599997057, 0.2999985285, 0.670817102876)),
+    ],
+)
+def test_rod_without_acceleration(h, expected):
+    """Problem (e): no acceleration exists, but a step does: an impact without collision. The
+    digits are those of theory.md: 12 after the point."""
+    r = rod(2.0).step(0, PAINLEVE, [-1, 0, 0], h)
+    np.testing.assert_allclose(r.v, expected, atol=1e-12)
+    assert r.ok and r.modes.tolist() == ["stick"]
+    assert (r.velocity == 0.0).all()  # the tip stops dead
+
+
+def test_falling_rod():
+    """Problem (e'): where the rod ends up after 400 steps of another stepper, which does not
+    project: its penetration, 5e-7, is closed by velocities."""
+    m = rod(0.6, l=0.25, inertia=0.002, cap=0.05, tips=(-1, 1))
+    run = m.simulate([0, 1, np.radians(30)], [0, 0, 4], 1.0, 0.0025)
+    assert run.ok and run.stats.steps == 400
+    assert run.q[-1] == pytest.approx([-0.2302629534, 0.05, np.pi], abs=1e-7)
+    assert (run.v[-1] == 0.0).all()
+
+
+def pendulum(**changes):
+    return perp.Mechanism(
+        2,
+        force=[0, -G],
+        bilateral=lambda q: ((q @ q - 1) / 2, q),
+        **changes,
+    )
+
+
+def test_pendulum():
+    """From the horizontal: the lowest point after K(1/2) / sqrt(g), at the speed sqrt(2 g); the
+    method is of order 1."""
+    quarter = 1.8540746773013719 / np.sqrt(G)
+    errors = []
+    for steps in (200, 400):
+        run = pendulum().simulate([1, 0], [0, 0], quarter, quarter / steps)
+        assert run.ok and run.stats.steps == steps
+        errors.append(np.linalg.norm(run.q[-1] - [0, -1]))
+        assert run.stats.drift < 1e-6  # projected: what is left is of second order in h^2
+    assert errors[1] < 0.02 and errors[0] / errors[1] == pytest.approx(2, abs=0.1)
+    assert run.velocity[-1] == 0.0 and run.impulse.shape == (401, 1)
+    drifting = pendulum().simulate([1, 0], [0, 0], quarter, quarter / 400, project=False)
+    assert drifting.stats.drift > 100 * run.stats.drift
+
+
+def test_puck_slides_straight():
+    """Problem (b): implicit steps slide h sum max(0, v0 - k h mu g), in the first direction."""
+    h, heading = 0.01, np.array([np.cos(0.3), np.sin(0.3), 0])
+    run = puck().simulate([0, 0, 0], 3 * heading, 1.0, h)
+    distance = h * np.maximum(0, 3 - h * 0.5 * G * np.arange(1, 101)).sum()
+    # a hundred steps, each solved to a few roundings
+    np.testing.assert_allclose(run.q[-1], distance * heading, atol=1e-12)
+    assert (run.v[-1] == 0.0).all() and run.modes[-1, 0] == "stick"
+    polygon = puck().simulate([0, 0, 0], 3 * heading, 1.0, h, cone=4)
+    assert np.linalg.norm(polygon.q[-1]) > 1.05 * distance
+
+
+def test_belt():
+    """A mass on a belt of speed 1/4: it is dragged along, then has exactly the belt's velocity."""
+    m = perp.Mechanism(
+        2,
+        force=[0, -G],
+        contacts=lambda q: ([q[1]], [[0, 1]], [[1, 0]], [[0, -0.25]]),
+        mu=0.5,
+    )
+    run = m.simulate([0, 0], [0, 0], 0.2, 0.01)
+    assert run.v[-1, 0] == 0.25 and run.modes[-1, 0] == "stick" and (run.velocity[-1] == 0).all()
+
+
+def test_moving_floor():
+    """A floor that rises by t^2 / 2 from under a mass: contacts(t, q)."""
+    floor = falling(contacts=lambda t, q: (q - t * t / 2, [[1.0]], None, [-t]))
+    run = floor.simulate([0], [0], 1.0, 0.01)
+    assert run.q[-1] == pytest.approx(0.5, abs=0.01)  # of first order
+    assert run.v[-1] == pytest.approx(1.0, abs=0.02)
+
+
+def test_closing_walls():
+    """Two walls that meet: no velocity is possible, which the ray proves; nothing moves."""
+    m = perp.Mechanism(1, contacts=lambda q: ([0, 0], [[1], [-1]], None, [-1, -1]))
+    r = m.step(0, [0.5], [0.25], 0.1)
+    assert r.outcome == "ray" and not r.ok and r.certificate == "infeasible"
+    assert r.q == [0.5] and r.v == [0.25] and (r.impulse == 0).all()
+    assert r.ray == pytest.approx(r.ray[0] * np.ones(2)) and r.ray[0] > 0
+    run = m.simulate([0.5], [0.25], 1.0, 0.1)
+    assert run.outcome == "ray" and not run.ok and run.q[-1] == 0.5
+
+
+def test_quaternion():
+    """A spin about one axis: coordinates, kinematics, normalise. n = 3 but q has 4 entries."""
+
+    def kinematics(q, w):
+        a, x, y, z = q
+        E = [[-x, -y, -z], [a, z, -y], [-z, a, x], [y, -x, a]]
+        return np.array(E) @ w / 2
+
+    sizes = []
+
+    def normalise(q):
+        sizes.append(np.linalg.norm(q))
+        return q / sizes[-1]
+
+    m = perp.Mechanism(3, mass=[1, 2, 3], coordinates=4, kinematics=kinematics, normalise=normalise)
+    run = m.simulate([1, 0, 0, 0], [0, 0, 1.0], 1.0, 0.001)
+    assert run.q.shape == (1001, 4) and max(sizes) > 1
+    np.testing.assert_allclose(np.linalg.norm(run.q, axis=1), 1, rtol=1e-15)
+    # h^2 / 12 of the angle's rate is lost in each step
+    np.testing.assert_allclose(run.q[-1], [np.cos(0.5), 0, 0, np.sin(0.5)], atol=1e-7)
+
+
+## What functions may return
+
+Rows = namedtuple("Rows", "mu gap tangent normal")
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        (0.0, [0, 1], [1, 0], None, 0.3),
+        ([0.0], [[0, 1]], [[1, 0]], [0.0], [0.3]),
+        ([0.0], [[0, 1]], [[[1, 0]]], [0.0, 0.0], 0.3),
+        {"gap": [0.0], "normal": [[0, 1]], "tangent": [[1, 0]], "mu": 0.3, "drift": [[0, 0]]},
+        Rows(0.3, [0.0], [[1, 0]], [[0, 1]]),
+        [np.float32([0]), np.array([[0, 1]], order="F"), np.int8([[1, 0]]), 0, 0.3],
+    ],
+)
+def test_forms_of_contacts(answer):
+    m = perp.Mechanism(2, force=[0, -1], contacts=lambda q: answer)
+    r = m.step(0, [0, 0], [1, 0], 1.0)
+    np.testing.assert_allclose(r.v, [0.7, 0], atol=1e-15)
+    np.testing.assert_allclose(r.impulse, [1, -0.3], atol=1e-15)
+
+
+def test_dimensions_may_differ():
+    """A corner without friction on one side."""
+    m = perp.Mechanism(
+        3,
+        force=[1, 0, -1],
+        contacts=lambda q: ([-q[0], q[2]], [[-1, 0, 0], [0, 0, 1]], [[1, 0, 0], [0, 1, 0]]),
+        dim=[1, 3],
+        mu=[0, 0.25],
+    )
+    r = m.step(0, [0, 0, 0], [0, 1, 0], 1.0)
+    np.testing.assert_allclose(r.v, [0, 0.75, 0], atol=1e-15)
+    assert r.impulse.shape == (4,) and r.modes.shape == (2,) and m.rows.contacts == slice(0, 4)
+
+
+def test_rows_of_all_kinds():
+    m = perp.Mechanism(
+        3,
+        force=[3, -2, 5],
+        contacts=lambda q: ([q[1]], [[0, 1, 0]]),
+        bilateral=lambda t, q: ([q[2] - t], [[0, 0, 1]], [-1]),
+        tresca=lambda t, q, v: ([1.0], [[1, 0, 0]]),
+    )
+    r = m.step(0, [0, 0, 0], [0, 0, 1], 0.5)
+    np.testing.assert_allclose(r.v, [1, 0, 1], atol=1e-15)
+    np.testing.assert_allclose(r.impulse, [1, -2.5, -0.5], atol=1e-15)
+    np.testing.assert_allclose(r.impulse[m.rows.contacts], [1], atol=1e-15)
+    assert m.rows == (slice(0, 1), slice(1, 2), slice(2, 3))
+    assert r.modes.tolist() == ["stick", "slip"]  # contacts, then groups of tresca
+
+
+def test_discs():
+    m = perp.Mechanism(2, tresca=([0.5], np.eye(2)[None]))
+    r = m.step(0, [0, 0], [3, 4], 1.0)
+    np.testing.assert_allclose(r.v, [2.7, 3.6], atol=1e-14)
+    assert perp.Mechanism(2, tresca=(6, np.eye(2))).step(0, [0, 0], [3, 4], 1.0).v.tolist() == [0, 0]
+
+
+def test_no_contact_yet():
+    m = perp.Mechanism(2, contacts=lambda q: ([], np.zeros((0, 2)), np.zeros((0, 2))))
+    assert m.step(0, [0, 0], [1, 2], 0.5).q.tolist() == [0.5, 1.0]
+
+
+def test_sizes_that_are_given_are_not_looked_for():
+    calls = []
+    m = falling(contacts=lambda q: calls.append(q) or (q, [[1.0]]), contact_count=1, dim=1)
+    r = m.step(0, [1], [0], 0.1)
+    assert len(calls) == r.evaluations
+    calls.clear()
+    m = falling(contacts=lambda q: calls.append(q) or (q, [[1.0]]))
+    assert m.rows.contacts == slice(0, 2)  # one contact of dimension 2 until it is known better
+    r = m.step(0, [1], [0], 0.1)
+    assert len(calls) == r.evaluations + 1 and m.rows.contacts == slice(0, 1)
+
+
+def test_functions_may_keep_and_change_what_they_get():
+    kept = []
+
+    def force(t, q, v):
+        kept.append((q, v))
+        q[:], v[:] = 7, 7
+        return [-G]
+
+    run = falling(force=force).simulate([1], [0], 0.1, 0.01)
+    assert run.q[-1] == pytest.approx(1 - G * 0.01 * 0.55)
+    assert all(q == v == 7 for q, v in kept)
+
+
+@pytest.mark.parametrize(
+    "function, expected",
+    [
+        (lambda q: 0, False),
+        (lambda t, q: 0, True),
+        (lambda q, scale=1: 0, False),
+        (lambda t, q, scale=1: 0, True),
+        (lambda *arguments: 0, False),
+        (np.add, False),  # no signature, or one that says nothing
+    ],
+)
+def test_who_gets_the_time(function, expected):
+    if function is np.add and hasattr(np.add, "__signature__"):
+        pytest.skip("this NumPy tells what np.add takes")
+    assert takes_time(function) == expected
+
+
+## Runs
+
+
+def test_callback_sees_every_step_and_stops():
+    seen = []
+    run = ramp().simulate([0], [2], 3.0, 0.1, callback=lambda s: seen.append(s) or s.t > 0.45)
+    assert run.outcome == "stopped" and run.stats.steps == 5 and len(seen) == 6
+    assert seen[0].h == 0 and seen[0].v == 2 and seen[1].h == pytest.approx(0.1)
+    assert [s.v[0] for s in seen] == run.v[:, 0].tolist()
+    assert seen[-1].modes.tolist() == ["slip"] and seen[-1].ok
+
+
+def test_starts_at_any_time():
+    m = perp.Mechanism(1, force=lambda t, q, v: [t])
+    run = m.simulate([0], [0], 3.0, 0.5, t0=2.0)
+    assert run.t.tolist() == [2.0, 2.5, 3.0]
+
+
+def test_the_same_bits():
+    runs = [rod(2.0).simulate(PAINLEVE, [-1, 0, 0], 0.3, 1e-3) for _ in range(2)]
+    for name in ("t", "q", "v", "impulse", "velocity", "modes"):
+        np.testing.assert_array_equal(getattr(runs[0], name), getattr(runs[1], name))
+
+
+def test_steps_are_those_of_a_run():
+    m, q, v = rod(2.0), np.array(PAINLEVE), np.array([-1.0, 0, 0])
+    run = m.simulate(q, v, 0.25, 2**-6)
+    for k in range(16):
+        r = m.step(k * 2**-6, q, v, 2**-6)
+        q, v = r.q, r.v
+    np.testing.assert_array_equal(run.q[-1], q)
+    np.testing.assert_array_equal(run.v[-1], v)
+
+
+def test_outside_of_the_domain():
+    def force(t, q, v):
+        if q[0] < 0.9:
+            raise perp.OutsideDomain
+        return [-G]
+
+    m = perp.Mechanism(1, force=force)
+    r = m.step(0, [0.5], [0], 0.1)
+    assert r.outcome == "evaluation_failed" and not r.ok
+    assert r.q == [0.5] and r.v == [0]
+    run = m.simulate([1], [0], 1.0, 0.05)
+    assert run.outcome == "evaluation_failed" and len(run.t) == run.stats.steps + 1
+    assert run.q[-1] < 0.9
+
+
+## Refusals
+
+
+@pytest.mark.parametrize(
+    "arguments, text",
+    [
+        (dict(n=0), "n is 0"),
+        (dict(n=1.5), "n is 1.5"),
+        (dict(coordinates=0), "coordinates is 0"),
+        (dict(coordinates=2), "kinematics"),
+        (dict(mu=-0.1), "mu"),
+        (dict(mu=[0.5, np.nan]), r"mu\[1\]"),
+        (dict(mu=0.5, mu_static=0.4), "mu_static"),
+        (dict(restitution=1.5), "restitution"),
+        (dict(restitution=[0.5, -1]), r"restitution\[1\]"),
+        (dict(mu=[1, 2], restitution=[0, 0, 0]), "restitution has shape"),
+        (dict(stribeck=-1.0), "stribeck"),
+        (dict(law="kick"), "law is 'kick', expected one of 'moreau'"),
+        (dict(dim=4), "dim is 4"),
+        (dict(dim=[2, 2], contact_count=3), "dim has 2 entries for 3 contacts"),
+        (dict(contacts=None, contact_count=1), "contact_rows"),
+        (dict(bilateral_count=1), "bilateral_rows"),
+        (dict(tresca_count=1), "dry_rows"),
+        (dict(contact_count=-1), "contact_count"),
+        (dict(contacts=3), "contacts is neither callable nor None"),
+        (dict(mass=[[1, 2], [3, 4]]), r"mass has shape \(2, 2\), expected \(1, 1\)"),
+        (dict(force="much"), "force is not an array of numbers"),
+    ],
+)
+def test_refusals(arguments, text):
+    good = dict(n=1, contacts=lambda q: ([q[0]] * 2, [[1.0]] * 2))
+    with pytest.raises(ValueError, match=text):
+        perp.Mechanism(**{**good, **arguments})
+
+
+@pytest.mark.parametrize(
+    "arguments, text",
+    [
+        (dict(mass=lambda q: np.eye(3)), r"mass\(q\) has shape \(3, 3\), expected \(2, 2\)"),
+        (dict(mass=lambda q: "heavy"), r"mass\(q\) is not an array of numbers"),
+        (dict(mass=[1, -1]), "M"),
+        (dict(mass=[[1, 0.5], [0, 1]]), "M"),
+        (dict(mass=[1, np.nan]), "M"),
+        (dict(force=lambda t, q, v: [1.0]), r"force\(t, q, v\) has shape \(1,\), expected \(2,\)"),
+        (dict(force=lambda t, q, v: [1j, 0]), r"force\(t, q, v\) is complex"),
+        (dict(force=[np.inf, 0]), "k"),
+        (dict(contacts=lambda q: 3.0), r"contacts\(q\) returned float, expected gap, normal"),
+        (dict(contacts=lambda q: None), r"contacts\(q\) returned NoneType"),
+        (dict(contacts=lambda q: (1,)), r"contacts\(q\) returned 1 items"),
+        (dict(contacts=lambda q: {"gap": 1, "normals": 2}), "has 'normals', expected gap"),
+        (dict(contacts=lambda q: {"gap": 1}), r"contacts\(q\) returned no normal"),
+        (
+            dict(contacts=lambda t, q: ([1, 2], [[1, 0]])),
+            r"contacts\(t, q\): normal has shape \(1, 2\), expected \(2, 2\)",
+        ),
+        (
+            dict(contacts=lambda q: ([1.0], [[1, 0]], [[1, 0, 0]])),
+            r"contacts\(q\): tangent has shape \(1, 3\), expected \(1, 2\) or \(1, 2, 2\)",
+        ),
+        (
+            dict(contacts=lambda q: ([1.0], [[1, 0]], [[0, 1]]), mu=[0, 0]),
+            r"contacts\(q\): gap has shape \(1,\), expected \(2,\)",
+        ),
+        (
+            dict(contacts=lambda q: ([1.0], [[1, 0]], [[0, 1]], [1, 2, 3])),
+            r"contacts\(q\): drift has shape \(3,\)",
+        ),
+        (dict(contacts=lambda q: ([1.0], [[1, 0]]), dim=2), r"contacts\(q\) returned no tangent"),
+        (
+            dict(contacts=lambda q: ([1.0], [[1, 0]], [[0, 1]]), dim=1),
+            r"contacts\(q\) returned a tangent, but dim is 1",
+        ),
+        (
+            dict(contacts=lambda q: ([1.0], [[1, 0]], [[0, 1]], None, [-1])),
+            r"mu\[0\]",
+        ),
+        (dict(contacts=lambda q: ([np.nan], [[1, 0]])), "gap"),
+        (dict(contacts=lambda q: ([0], [[np.nan, 0]])), "H"),
+        (
+            dict(bilateral=lambda q: ([0.0], [[1, 0, 0]])),
+            r"bilateral\(q\): G has shape \(1, 3\), expected \(1, 2\)",
+        ),
+        (dict(bilateral=lambda q: ([np.nan], [[1, 0]])), "c"),
+        (dict(tresca=([1.0], [[1, 0, 0]])), r"tresca: B has shape \(1, 3\)"),
+        (dict(tresca=(-1.0, [[1, 0]])), "bound"),
+        (
+            dict(kinematics=lambda q, v: [1.0]),
+            r"kinematics\(q, v\) has shape \(1,\), expected \(2,\)",
+        ),
+        (dict(normalise=lambda q: None), r"normalise\(q\)"),
+    ],
+)
+def test_refusals_of_what_functions_return(arguments, text):
+    m = perp.Mechanism(2, **arguments)
+    with pytest.raises(ValueError, match=text):
+        m.step(0, [0, 0], [0, 0], 0.1)
+
+
+@pytest.mark.parametrize(
+    "arguments, text",
+    [
+        (dict(q=[0, 0]), r"q has shape \(2,\), expected \(1,\)"),
+        (dict(v=[[0]]), r"v has shape \(1, 1\)"),
+        (dict(q=[np.nan]), r"q0?\[0\]"),
+        (dict(v=[np.inf]), r"v0?\[0\]"),
+        (dict(t=np.nan), r"t\[0\] is nan"),
+        (dict(h=0), "h is"),
+        (dict(h=-1), "h is"),
+        (dict(scheme="leapfrog"), "scheme is 'leapfrog'"),
+        (dict(cone=2), "cone is 2"),
+        (dict(tol=0), "tol"),
+        (dict(theta=2, scheme="theta"), "theta"),
+        (dict(time_limit=-1), "time_limit"),
+    ],
+)
+def test_refusals_of_states_and_settings(arguments, text):
+    with pytest.raises(ValueError, match=text):
+        ramp().step(**{**dict(t=0, q=[0], v=[1], h=0.1), **arguments})
+
+
+def test_refusals_of_runs():
+    for arguments, text in (
+        (dict(t_end=0), "t1"),
+        (dict(dt=0), "h"),
+        (dict(error=-1), "error"),
+        (dict(shortest=-1), "shortest"),
+    ):
+        with pytest.raises(ValueError, match=text):
+            ramp().simulate(**{**dict(q0=[0], v0=[1], t_end=1, dt=0.1), **arguments})
+
+
+def test_a_refusal_leaves_the_old_settings():
+    m = ramp()
+    before = m.simulate([0], [2], 1.0, 0.1)
+    with pytest.raises(ValueError, match="tol"):
+        m.simulate([0], [2], 1.0, 0.1, tol=-1)
+    np.testing.assert_array_equal(m.simulate([0], [2], 1.0, 0.1).q, before.q)
+
+
+## What functions raise
+
+
+class Mine(Exception):
+    pass
+
+
+NAMES = ("mass", "force", "contacts", "bilateral", "tresca", "kinematics", "normalise")
+
+
+def complete(fail):
+    """A mechanism that calls every function."""
+
+    def said(name, answer):
+        def function(*arguments):
+            fail(name)
+            return answer(*arguments)
+
+        return function
+
+    functions = dict(
+        mass=said("mass", lambda q: np.eye(3)),
+        force=said("force", lambda t, q, v: [0, 0, -1]),
+        contacts=said("contacts", lambda q: ([q[2]], [[0, 0, 1]])),
+        bilateral=said("bilateral", lambda q: ([q[0]], [[1, 0, 0]])),
+        tresca=said("tresca", lambda t, q, v: ([0.1], [[0, 1, 0]])),
+        kinematics=said("kinematics", lambda q, v: v),
+        normalise=said("normalise", lambda q: q),
+    )
+    sizes = dict(contact_count=1, dim=1, bilateral_count=1, tresca_count=1, tresca_dim=1)
+    return perp.Mechanism(3, **functions, **sizes)
+
+
+@pytest.mark.parametrize("which", [*NAMES, "callback"])
+@pytest.mark.parametrize("error", [Mine, KeyboardInterrupt, SystemExit])
+def test_exceptions_come_out(which, error):
+    calls = []
+
+    def fail(name):
+        calls.append(name)
+        if name == which and calls.count(name) == 3:
+            raise error("from inside")
+
+    m = complete(fail)
+    with pytest.raises(error, match="from inside"):
+        m.simulate([0, 0, 0], [0, 1, 0], 1.0, 0.1, callback=lambda step: fail("callback"))
+    assert calls.count(which) == 3 and calls[-1] == which  # nothing is called after it
+    assert m.step(0, [0, 0, 0], [0, 1, 0], 0.1).ok  # and the mechanism is as good as before
+
+
+def test_functions_may_not_use_their_own_mechanism():
+    def force(t, q, v):
+        m.step(0, q, v, 0.1)
+
+    m = perp.Mechanism(1, force=force)
+    with pytest.raises(perp.Error) as caught:
+        m.step(0, [0], [0], 0.1)
+    assert caught.value.name == "PERP_ERROR_BUSY"
+
+
+def test_functions_may_use_another():
+    other = perp.Mechanism(1, force=[1.0])
+    m = perp.Mechanism(1, force=lambda t, q, v: other.step(t, q, v, 1.0).v - v)
+    assert m.step(0, [0], [0], 0.5).v == 0.5
+
+
+INTERRUPTED = """
+import os, signal, threading
+import perp
+m = perp.Mechanism(1, force=[-1.0], contacts=lambda q: (q, [[1.0]]))
+threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+try:
+    while True:
+        m.simulate([0], [0], 1e6, 1e-3)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_ctrl_c():
+    assert signal.SIGINT
+    run = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=60
+    )
+    assert run.stdout == "interrupted\n" and run.stderr == ""
+
+
+## Lifetime
+
+
+def test_nothing_is_kept_alive():
+    m = falling()
+    m.step(0, [1], [0], 0.1)
+    run = m.simulate([1], [0], 0.1, 0.01, callback=lambda step: None)
+    handle = m._handle
+    gone = [weakref.ref(x) for x in (m, m._callbacks, m._handle._context)]
+    finalizer = handle._finalizer
+    del m, handle
+    gc.collect()
+    assert [x() for x in gone] == [None] * 3 and not finalizer.alive
+    assert run.ok
+
+
+def test_the_first_handle_is_released():
+    m = falling()
+    first = m._handle._finalizer
+    m.step(0, [1], [0], 0.1)
+    assert not first.alive and m._handle._finalizer.alive
+
+
+def test_close():
+    with ramp() as m:
+        m.step(0, [0], [1], 0.1)
+    m.close()
+    for call in (lambda: m.step(0, [0], [1], 0.1), lambda: m.simulate([0], [1], 1, 0.1)):
+        with pytest.raises(perp.Error, match="closed"):
+            call()
+
+
+def test_threads():
+    shared, answers = falling(restitution=0.5), [None] * 4
+
+    def work(k):
+        m = shared if k % 2 else falling(restitution=0.5)
+        answers[k] = m.simulate([1], [0], 0.6, 0.01).q
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for answer in answers:
+        np.testing.assert_array_equal(answer, answers[0])
+
+
+def test_defaults_are_the_librarys():
+    """Python states defaults of its own, so that help() shows them."""
+    theirs = _library.defaults(_structures_mechanism.MechanismSettings)
+    words = {"scheme": _library.MECHANISM_SCHEMES, "law": _library.MECHANISM_LAWS}
+    calls = (perp.Mechanism.step, perp.Mechanism.simulate)
+    for name in {name for call in calls for name in call.__kwdefaults__}:
+        stated = {call.__kwdefaults__[name] for call in calls if name in call.__kwdefaults__}
+        assert len(stated) == 1
+        (value,) = stated
+        if name == "cone":
+            assert value == "exact" and theirs.cone == 0
+        elif name == "time_limit":
+            assert value is None and theirs.time_limit == 0
+        elif name in ("t0", "callback"):
+            assert not value
+        else:
+            assert words.get(name, {}).get(getattr(theirs, name), getattr(theirs, name)) == value
+    assert perp.Mechanism.__init__.__kwdefaults__["law"] == _library.MECHANISM_LAWS[theirs.law]
+    assert list(_library.MECHANISM_SCHEMES.values()) == ["frozen", "implicit", "theta"]
+    assert list(_library.MECHANISM_LAWS.values()) == ["moreau", "newton", "poisson"]
