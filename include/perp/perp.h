@@ -8,7 +8,6 @@
 #include <perp/lcp.h>
 #include <perp/matrix.h>
 #include <perp/mechanism.h>
-#include <perp/mechanism.h>
 #include <perp/ncp.h>
 #include <perp/world.h>
 
