@@ -250,13 +250,27 @@ static void take_solution(perp_mechanism *m, perp__assembly *a, perp__velocity_a
     memcpy(answer->v, a->v, (size_t)m->n * sizeof *answer->v);
 }
 
+/* The callbacks' numbers are finite each; together they may overflow. */
+static perp_status check_momentum(perp_mechanism *m, const double *momentum)
+{
+    int32_t i;
+
+    for (i = 0; i < m->n; i++)
+        if (!isfinite(momentum[i]))
+            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "M v0 + h k: entry %d is %g",
+                              (int)i, momentum[i]);
+    return PERP_OK;
+}
+
 perp_status perp__solve_velocities(perp_mechanism *m, perp__velocity_answer *answer,
                                    const perp__velocity_problem *problem)
 {
     perp__assembly *a = &m->assembly;
-    perp_status status = PERP_OK;
+    perp_status status = check_momentum(m, problem->momentum);
     int32_t j;
 
+    if (status != PERP_OK)
+        return status;
     memset(answer->r, 0, (size_t)m->rows * sizeof *answer->r);
     memset(answer->ray, 0, (size_t)m->rows * sizeof *answer->ray);
     memset(answer->holds, 0, (size_t)m->rows * sizeof *answer->holds);

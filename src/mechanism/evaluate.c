@@ -195,8 +195,12 @@ perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0,
     }
     if (status != PERP_OK)
         return status;
-    for (i = 0; i < m->coordinates; i++)
+    for (i = 0; i < m->coordinates; i++) {
         q1[i] = q0[i] + h * rate[i];
+        if (!isfinite(q1[i]))
+            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "q + h N(q) v: entry %d is %g",
+                              (int)i, q1[i]);
+    }
     if (m->model.normalise) {
         status = judge(m, "normalise", m->model.normalise(q1, m->model.user));
         if (status == PERP_OK)

@@ -108,6 +108,8 @@ static perp_status check(perp_mechanism *m, const double *q, const double *v,
         status = perp__struct_check(m->context, "result", result, sizeof *result,
                                     PERP__MECHANISM_RUN_FIRST);
     if (status == PERP_OK)
+        status = perp__check_finite(m->context, "t0", &t0, 1);
+    if (status == PERP_OK)
         status = perp__mechanism_check_state(m, t0, q0, v0);
     if (status == PERP_OK && !(t1 > t0 && isfinite(t1)))
         status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "t1 is %g, expected more than t0 = %g",
