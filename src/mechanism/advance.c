@@ -54,7 +54,10 @@ perp_status perp__advance(perp_mechanism *m, perp__mechanism_state *to, perp_mec
 
     perp_mechanism_step_init(step, sizeof *step);
     step->error = (double)NAN;
-    status = perp__advance_frozen(m, to, step, t, h, q0, v0);
+    if (m->settings.scheme == PERP_MECHANISM_IMPLICIT)
+        status = perp__advance_implicit(m, to, step, t, h, q0, v0);
+    else
+        status = perp__advance_frozen(m, to, step, t, h, q0, v0);
     if (status == PERP__OUTSIDE) {
         step->outcome = PERP_OUTCOME_EVALUATION_FAILED;
         status = PERP_OK;

@@ -6,6 +6,7 @@
 
 #include "base/context.h"
 #include "mechanism/assembly.h"
+#include "mechanism/implicit.h"
 #include "mechanism/mechanism_read.h"
 
 static void take_vector(perp__arena *arena, double **vector, size_t count)
@@ -129,6 +130,7 @@ static void release(perp_mechanism *m)
     perp_context *context = m->context;
 
     release_assemblies(m);
+    perp__implicit_release(m, m->scheme_work);
     perp_context_destroy(m->inner);
     perp__arena_release(&m->arena);
     m->magic = 0;
@@ -164,6 +166,8 @@ static perp_status make(perp_context *context, perp_mechanism **made,
         perp__mechanism_take(m, model);
         status = create_assemblies(m, settings, &m->assembly, &m->projection);
     }
+    if (status == PERP_OK)
+        status = perp__implicit_create(m, &m->scheme_work, settings);
     if (status != PERP_OK) {
         release(m);
         return status;
@@ -226,13 +230,20 @@ static perp_status set(perp_mechanism *m, const perp_mechanism_settings *setting
 {
     perp_mechanism_settings own;
     perp__assembly assembly, projection;
+    void *scheme_work = NULL;
     perp_status status = perp__mechanism_settings_read(m->context, &own, settings);
 
     if (status == PERP_OK)
+        status = perp__implicit_create(m, &scheme_work, &own);
+    if (status == PERP_OK)
         status = create_assemblies(m, &own, &assembly, &projection);
-    if (status != PERP_OK)
+    if (status != PERP_OK) {
+        perp__implicit_release(m, scheme_work);
         return status;
+    }
     release_assemblies(m);
+    perp__implicit_release(m, m->scheme_work);
+    m->scheme_work = scheme_work;
     m->assembly = assembly;
     m->projection = projection;
     m->settings = own;

@@ -110,7 +110,7 @@ struct perp_mechanism {
     double *work;     /* perp__mechanism_work(m) doubles, nobody's beyond a function */
     int32_t *indices; /* 2 rows, the same */
     int64_t evaluations;
-    void *scheme_work; /* of the implicit scheme, made when first needed */
+    void *scheme_work; /* of the implicit scheme; NULL with another */
     void *found_work;  /* of accelerations, the same */
 };
 
@@ -155,6 +155,9 @@ void perp__hold_velocities(perp_mechanism *m, perp__velocity_answer *answer,
 /* q: moved; m->end holds the rows there afterwards. Writes what is left of penetration and |c|. */
 perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *q, double t,
                           const double *v);
+/* What rounding of q makes of the gap or the c of this row. */
+double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int32_t row,
+                          const double *q);
 
 /* ---- the schemes: from (t, q0, v0) to `to`; fill step, but not seconds ---- */
 perp_status perp__advance_frozen(perp_mechanism *m, perp__mechanism_state *to,

@@ -17,9 +17,10 @@
 /* What rounding of q makes of a gap or of c, in units of sum |J_i| |q|. */
 #define ROUNDING (16.0 * PERP__EPS)
 
-static double rounding_of(const perp_mechanism *m, int32_t row, const double *q)
+double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int32_t row,
+                          const double *q)
 {
-    const double *J = m->end.J + (size_t)row * (size_t)m->n;
+    const double *J = terms->J + (size_t)row * (size_t)m->n;
     double size = 0.0, largest = 0.0;
     int32_t i;
 
@@ -38,11 +39,11 @@ static int32_t measure(const perp_mechanism *m, perp_mechanism_step *step, const
     step->penetration = step->drift = 0.0;
     for (j = 0; j < m->contacts; j++) {
         step->penetration = fmax(step->penetration, -m->end.gap[j]);
-        more = more || -m->end.gap[j] > rounding_of(m, m->starts[j], q);
+        more = more || -m->end.gap[j] > perp__gap_rounding(m, &m->end, m->starts[j], q);
     }
     for (j = 0; j < m->bilateral; j++) {
         step->drift = fmax(step->drift, fabs(m->end.c[j]));
-        more = more || fabs(m->end.c[j]) > rounding_of(m, m->contact_rows + j, q);
+        more = more || fabs(m->end.c[j]) > perp__gap_rounding(m, &m->end, m->contact_rows + j, q);
     }
     return more;
 }
