@@ -46,7 +46,7 @@ def whole(value: Any, name: str, most: int = _arrays.INT32_MAX) -> int:
     raise argument_error(f"{name} is {value!r}, expected a whole number")
 
 
-def _dims(dim: Any) -> Union[None, int, NDArray[np.int32]]:
+def _dims(dim: Any) -> Union[int, NDArray[np.int32], None]:
     if dim is None:
         return None
     dims = np.asarray(dim)
@@ -88,9 +88,10 @@ class MechanismBase:
         """The sizes that are stated, or that follow from something else that is."""
         counts: dict[str, Optional[int]] = {}
         for name in ("contact_count", "bilateral_count", "tresca_count", "tresca_dim"):
-            counts[name] = None if sizes[name] is None else whole(sizes[name], name)
-            if counts[name] is not None and counts[name] < 0:
-                raise argument_error(f"{name} is {counts[name]}, expected at least 0")
+            count = None if sizes[name] is None else whole(sizes[name], name)
+            if count is not None and count < 0:
+                raise argument_error(f"{name} is {count}, expected at least 0")
+            counts[name] = count
         dims = _dims(sizes["dim"])
         lengths = [len(x) for x in self._coefficients.values() if x.ndim]
         lengths += [len(dims)] if isinstance(dims, np.ndarray) else []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Callable, Optional, Union
 
@@ -28,7 +28,7 @@ class Sizes:
     """How many rows there are; None: not known yet."""
 
     contacts: Optional[int]
-    dims: Union[None, int, NDArray[np.int32]]  # of every contact, or of each
+    dims: Union[int, NDArray[np.int32], None]  # of every contact, or of each
     bilateral: Optional[int]
     tresca: Optional[int]
     tresca_dim: Optional[int]
@@ -111,7 +111,7 @@ class MechanismCallbacks(Callbacks):
     """Calls the functions, checks the shapes of what they return, and writes it where the library
     wants it."""
 
-    def __init__(self, n: int, coordinates: int, functions: dict[str, Any]) -> None:
+    def __init__(self, n: int, coordinates: int, functions: Mapping[str, Any]) -> None:
         super().__init__()
         self._n, self._m = n, coordinates
         for name, function in functions.items():
@@ -126,7 +126,9 @@ class MechanismCallbacks(Callbacks):
         }
         self._mass = self._constant("mass", self._square)
         self._force = self._constant("force", lambda x, name: _arrays.vector(x, name, n))
-        self._tresca = self._constant("tresca", lambda x, name: _parts(x, name, _TRESCA_WORDS, 2))
+        self._tresca: Optional[list[Any]] = self._constant(
+            "tresca", lambda x, name: _parts(x, name, _TRESCA_WORDS, 2)
+        )
 
     def _constant(self, name: str, read: Any) -> Any:
         value = self._functions[name]
@@ -317,7 +319,7 @@ class MechanismCallbacks(Callbacks):
         model.velocities, model.coordinates = self._n, self._m
         model.contacts, model.dims = self._contacts, _arrays.address(self._dims)
         model.bilateral, model.dry, model.dry_dim = self._bilateral, self._dry, self._dry_dim
-        kinds = dict(MechanismModel._fields_)
+        kinds: dict[str, Any] = {field[0]: field[1] for field in MechanismModel._fields_}
         for name, field in _FIELDS.items():
             if self._functions[name] is not None:
                 callback = kinds[field](self.guarded(getattr(self, f"_fill_{name}")))

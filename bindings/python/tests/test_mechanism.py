@@ -20,14 +20,14 @@ def ramp(**changes):
     )
 
 
-def rod(mu, l=1.0, inertia=1 / 3, cap=0.0, tips=(-1,), mass=1.0, **changes):
+def rod(mu, half=1.0, inertia=1 / 3, cap=0.0, tips=(-1,), mass=1.0, **changes):
     """A rod with centre (x, y) and angle; its ends, rounded with radius cap, touch the floor."""
 
     def contacts(q):
         s, c = np.sin(q[2]), np.cos(q[2])
-        gap = [q[1] + k * l * s - cap for k in tips]
-        normal = [[0, 1, k * l * c] for k in tips]
-        tangent = [[1, 0, -k * l * s + cap] for k in tips]
+        gap = [q[1] + k * half * s - cap for k in tips]
+        normal = [[0, 1, k * half * c] for k in tips]
+        tangent = [[1, 0, -k * half * s + cap] for k in tips]
         return gap, normal, tangent
 
     return perp.Mechanism(
@@ -133,7 +133,7 @@ def test_rod_without_acceleration(h, expected):
 def test_falling_rod():
     """Problem (e'): where the rod ends up after 400 steps of another stepper, which does not
     project: its penetration, 5e-7, is closed by velocities."""
-    m = rod(0.6, l=0.25, inertia=0.002, cap=0.05, tips=(-1, 1))
+    m = rod(0.6, half=0.25, inertia=0.002, cap=0.05, tips=(-1, 1))
     run = m.simulate([0, 1, np.radians(30)], [0, 0, 4], 1.0, 0.0025)
     assert run.ok and run.stats.steps == 400
     assert run.q[-1] == pytest.approx([-0.2302629534, 0.05, np.pi], abs=1e-7)

@@ -15,7 +15,6 @@ from test_mechanism import falling, ramp
 import perp
 from perp import _library, _structures_mechanism
 
-
 ## Refusals
 
 
