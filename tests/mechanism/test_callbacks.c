@@ -1,16 +1,16 @@
 /* Callbacks of a mechanism that fail, that answer nonsense, or that do what they must not. */
-#include "rig.h"
+#include "tabled.h"
 
 #include "memory.h"
 
 /* What a refused call must leave alone. */
 typedef struct outputs {
-    double q[RIG_N], v[RIG_N], impulse[RIG_ROWS], velocity[RIG_ROWS], ray[RIG_ROWS];
-    int32_t modes[RIG_ROWS];
+    double q[TABLED_N], v[TABLED_N], impulse[TABLED_ROWS], velocity[TABLED_ROWS], ray[TABLED_ROWS];
+    int32_t modes[TABLED_ROWS];
     perp_mechanism_step step;
 } outputs;
 
-static void keep(outputs *o, const rig *r)
+static void keep(outputs *o, const tabled *r)
 {
     memset(o, 0, sizeof *o);
     memcpy(o->q, r->q, sizeof o->q);
@@ -22,7 +22,7 @@ static void keep(outputs *o, const rig *r)
     o->step = r->step;
 }
 
-static void same(const outputs *o, const rig *r)
+static void same(const outputs *o, const tabled *r)
 {
     assert_memory_equal(o->q, r->q, sizeof o->q);
     assert_memory_equal(o->v, r->v, sizeof o->v);
@@ -34,17 +34,17 @@ static void same(const outputs *o, const rig *r)
 }
 
 /* The step is refused with this text, leaves all outputs alone, and the next one works. */
-static void refused(rig *r, perp_status status, const char *text)
+static void refused(tabled *r, perp_status status, const char *text)
 {
     perp_mechanism_run_result result;
-    double q[RIG_N], v[RIG_N];
+    double q[TABLED_N], v[TABLED_N];
     outputs before;
 
     memset(r->impulse, 7, sizeof r->impulse);
     memset(r->modes, 7, sizeof r->modes);
     keep(&before, r);
-    assert_int_equal(rig_try(r, 0.125), status);
-    rig_says(r, text);
+    assert_int_equal(tabled_try(r, 0.125), status);
+    tabled_says(r, text);
     same(&before, r);
     memcpy(q, r->q, sizeof q);
     memcpy(v, r->v, sizeof v);
@@ -53,13 +53,13 @@ static void refused(rig *r, perp_status status, const char *text)
     assert_int_equal(
         perp_mechanism_run(r->mechanism, q, v, &result, 0, 1, 0.125, r->q, r->v, NULL, NULL),
         status);
-    rig_says(r, text);
+    tabled_says(r, text);
     assert_memory_equal(q, r->q, sizeof q);
     assert_memory_equal(v, r->v, sizeof v);
     assert_int_equal(result.outcome, -7);
-    r->array = RIG_NOTHING;
-    r->callback = RIG_NONE;
-    assert_int_equal(rig_advance(r, 0.125), PERP_OUTCOME_SOLVED);
+    r->array = TABLED_NOTHING;
+    r->callback = TABLED_NONE;
+    assert_int_equal(tabled_advance(r, 0.125), PERP_OUTCOME_SOLVED);
     memset(r->q, 0, sizeof r->q);
     memset(r->v, 0, sizeof r->v);
     r->v[0] = 2.0;
@@ -71,28 +71,28 @@ static void test_not_finite(void **state)
         int32_t array, entry;
         const char *text;
     } arrays[] = {
-        {RIG_M, 7, "M[7] of its callback is"},
-        {RIG_K, 4, "k[4] of its callback is"},
-        {RIG_GAP, 1, "gap[1] of its callback is"},
-        {RIG_H, 24, "H[24] of its callback is"},
-        {RIG_DRIFT, 4, "drift (contacts)[4] of its callback is"},
-        {RIG_MU, 1, "mu[1] of its callback is"},
-        {RIG_C, 0, "c[0] of its callback is"},
-        {RIG_G, 2, "G[2] of its callback is"},
-        {RIG_C_DRIFT, 0, "drift (bilateral)[0] of its callback is"},
-        {RIG_BOUND, 0, "bound[0] of its callback is"},
-        {RIG_B, 3, "B[3] of its callback is"},
-        {RIG_B_DRIFT, 0, "drift (dry)[0] of its callback is"},
-        {RIG_RATE, 4, "rate[4] of its callback is"},
-        {RIG_Q, 1, "q[1] of its callback is"},
+        {TABLED_M, 7, "M[7] of its callback is"},
+        {TABLED_K, 4, "k[4] of its callback is"},
+        {TABLED_GAP, 1, "gap[1] of its callback is"},
+        {TABLED_H, 24, "H[24] of its callback is"},
+        {TABLED_DRIFT, 4, "drift (contacts)[4] of its callback is"},
+        {TABLED_MU, 1, "mu[1] of its callback is"},
+        {TABLED_C, 0, "c[0] of its callback is"},
+        {TABLED_G, 2, "G[2] of its callback is"},
+        {TABLED_C_DRIFT, 0, "drift (bilateral)[0] of its callback is"},
+        {TABLED_BOUND, 0, "bound[0] of its callback is"},
+        {TABLED_B, 3, "B[3] of its callback is"},
+        {TABLED_B_DRIFT, 0, "drift (dry)[0] of its callback is"},
+        {TABLED_RATE, 4, "rate[4] of its callback is"},
+        {TABLED_Q, 1, "q[1] of its callback is"},
     };
     static const double values[] = {NAN, INFINITY, -INFINITY};
     size_t i, k;
-    rig r;
+    tabled r;
 
     (void)state;
-    rig_make_everything(&r);
-    rig_open(&r);
+    tabled_make_everything(&r);
+    tabled_open(&r);
     for (i = 0; i < sizeof arrays / sizeof *arrays; i++)
         for (k = 0; k < 3; k++) {
             r.array = arrays[i].array;
@@ -100,7 +100,7 @@ static void test_not_finite(void **state)
             r.value = values[k];
             refused(&r, PERP_ERROR_NOT_FINITE, arrays[i].text);
         }
-    rig_close(&r);
+    tabled_close(&r);
 }
 
 static void test_nonsense(void **state)
@@ -110,50 +110,50 @@ static void test_nonsense(void **state)
         double value;
         const char *text;
     } wrong[] = {
-        {RIG_M, 1, 0.5, "M is not symmetric: entry (0, 1)"},
-        {RIG_M, 12, -1.0, "M is not positive definite (leading block of 3 rows)"},
-        {RIG_M, 24, 0.0, "M is not positive definite (leading block of 5 rows)"},
-        {RIG_H, 2, 0.0, "the normal of contact 0 is zero"},
-        {RIG_H, 16, 0.0, "the normal of contact 1 is zero"},
-        {RIG_MU, 1, -0.25, "mu[1] of its callback is -0.25, negative"},
-        {RIG_BOUND, 0, -0.25, "bound[0] of its callback is -0.25, negative"},
+        {TABLED_M, 1, 0.5, "M is not symmetric: entry (0, 1)"},
+        {TABLED_M, 12, -1.0, "M is not positive definite (leading block of 3 rows)"},
+        {TABLED_M, 24, 0.0, "M is not positive definite (leading block of 5 rows)"},
+        {TABLED_H, 2, 0.0, "the normal of contact 0 is zero"},
+        {TABLED_H, 16, 0.0, "the normal of contact 1 is zero"},
+        {TABLED_MU, 1, -0.25, "mu[1] of its callback is -0.25, negative"},
+        {TABLED_BOUND, 0, -0.25, "bound[0] of its callback is -0.25, negative"},
     };
     size_t i;
-    rig r;
+    tabled r;
 
     (void)state;
-    rig_make_everything(&r);
-    rig_open(&r);
+    tabled_make_everything(&r);
+    tabled_open(&r);
     for (i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         r.array = wrong[i].array;
         r.entry = wrong[i].entry;
         r.value = wrong[i].value;
         refused(&r, PERP_ERROR_ARGUMENT, wrong[i].text);
     }
-    rig_close(&r);
+    tabled_close(&r);
 }
 
 /* Numbers that are finite each, and overflow together. */
 static void test_overflow(void **state)
 {
-    rig r;
+    tabled r;
 
     (void)state;
-    rig_make_everything(&r);
-    rig_open(&r);
+    tabled_make_everything(&r);
+    tabled_open(&r);
     r.v[2] = 1e308;
     r.M[12] = 100.0;
-    assert_int_equal(rig_try(&r, 0.125), PERP_ERROR_NOT_FINITE);
-    rig_says(&r, "M v0 + h k: entry 2 is inf");
-    rig_close(&r);
-    rig_make_everything(&r);
-    rig_open(&r);
+    assert_int_equal(tabled_try(&r, 0.125), PERP_ERROR_NOT_FINITE);
+    tabled_says(&r, "M v0 + h k: entry 2 is inf");
+    tabled_close(&r);
+    tabled_make_everything(&r);
+    tabled_open(&r);
     r.v[2] = 1e308;
     r.q[2] = 1e308;
     r.M[12] = 1.0;
-    assert_int_equal(rig_try(&r, 100.0), PERP_ERROR_NOT_FINITE);
-    rig_says(&r, "q + h N(q) v: entry 2 is inf");
-    rig_close(&r);
+    assert_int_equal(tabled_try(&r, 100.0), PERP_ERROR_NOT_FINITE);
+    tabled_says(&r, "q + h N(q) v: entry 2 is inf");
+    tabled_close(&r);
 }
 
 /* A positive answer: outside of what the mechanism is defined for; a negative one: abort. */
@@ -163,15 +163,15 @@ static void test_answers(void **state)
         "",         "mass",       "force",    "contact_rows", "bilateral_rows",
         "dry_rows", "kinematics", "normalise"};
     perp_mechanism_run_result result;
-    double q[RIG_N], v[RIG_N];
+    double q[TABLED_N], v[TABLED_N];
     char text[64];
     int32_t callback, i;
-    rig r;
+    tabled r;
 
     (void)state;
-    rig_make_everything(&r);
-    rig_open(&r);
-    for (callback = RIG_MASS; callback <= RIG_NORMALISE; callback++) {
+    tabled_make_everything(&r);
+    tabled_open(&r);
+    for (callback = TABLED_MASS; callback <= TABLED_NORMALISE; callback++) {
         r.callback = callback;
         r.answer = -5;
         text[0] = 0;
@@ -182,11 +182,11 @@ static void test_answers(void **state)
         memcpy(q, r.q, sizeof q);
         memcpy(v, r.v, sizeof v);
         r.step.has_ray = 7;
-        assert_int_equal(rig_advance(&r, 0.125), PERP_OUTCOME_EVALUATION_FAILED);
+        assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_EVALUATION_FAILED);
         assert_memory_equal(q, r.q, sizeof q); /* the state stays */
         assert_memory_equal(v, r.v, sizeof v);
         for (i = 0; i < 7; i++)
-            rig_zero(r.impulse[i], "impulse");
+            tabled_zero(r.impulse[i], "impulse");
         assert_int_equal(r.step.has_ray, 0);
         assert_int_equal(r.step.closed, 0);
         assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
@@ -196,23 +196,23 @@ static void test_answers(void **state)
         assert_int_equal(result.outcome, PERP_OUTCOME_EVALUATION_FAILED);
         assert_int_equal(result.steps, 0);
         assert_true(result.t == 0.0);
-        r.callback = RIG_NONE;
+        r.callback = TABLED_NONE;
     }
-    rig_close(&r);
+    tabled_close(&r);
 }
 
 /* ---- calls from inside ---------------------------------------------------------------------- */
 
 static void call_everything(void *user, int32_t callback)
 {
-    rig *r = user;
+    tabled *r = user;
     perp_mechanism_run_result result;
     perp_mechanism *other = NULL;
-    double q[RIG_N] = {0}, v[RIG_N] = {0};
+    double q[TABLED_N] = {0}, v[TABLED_N] = {0};
 
     (void)callback;
     assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
-    assert_int_equal(rig_try(r, 0.125), PERP_ERROR_BUSY);
+    assert_int_equal(tabled_try(r, 0.125), PERP_ERROR_BUSY);
     assert_int_equal(perp_mechanism_run(r->mechanism, q, v, &result, 0, 1, 1, q, v, NULL, NULL),
                      PERP_ERROR_BUSY);
     assert_int_equal(perp_mechanism_set(r->mechanism, NULL), PERP_ERROR_BUSY);
@@ -224,31 +224,31 @@ static void call_everything(void *user, int32_t callback)
 static int32_t observe(const perp_mechanism_view *view, void *user)
 {
     (void)view;
-    call_everything(user, RIG_NONE);
+    call_everything(user, TABLED_NONE);
     return 0;
 }
 
 static void test_reentry(void **state)
 {
     perp_mechanism_run_result result;
-    rig r, twin;
+    tabled r, twin;
 
     (void)state;
-    rig_make_everything(&r);
-    rig_make_everything(&twin);
-    rig_open(&r);
-    rig_open(&twin);
+    tabled_make_everything(&r);
+    tabled_make_everything(&twin);
+    tabled_open(&r);
+    tabled_open(&twin);
     r.inside = call_everything;
-    assert_int_equal(rig_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
-    assert_int_equal(rig_advance(&twin, 0.125), PERP_OUTCOME_SOLVED);
+    assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
+    assert_int_equal(tabled_advance(&twin, 0.125), PERP_OUTCOME_SOLVED);
     assert_memory_equal(r.v, twin.v, sizeof r.v);
     assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(
         perp_mechanism_run(r.mechanism, r.q, r.v, &result, 0, 1, 0.125, r.q, r.v, observe, &r),
         PERP_OK);
     assert_int_equal(result.steps, 8);
-    rig_close(&r);
-    rig_close(&twin);
+    tabled_close(&r);
+    tabled_close(&twin);
 }
 
 /* ---- memory --------------------------------------------------------------------------------- */
@@ -258,9 +258,9 @@ static perp_status live(const perp_context_settings *from, int32_t law, int32_t 
 {
     perp_mechanism_run_result result;
     perp_status status;
-    rig r;
+    tabled r;
 
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.settings.law = law;
     r.settings.cone = cone;
     r.restitution[0] = 0.5;
@@ -273,7 +273,7 @@ static perp_status live(const perp_context_settings *from, int32_t law, int32_t 
     r.q[3] = 0.01;
     r.v[2] = -3.0;
     if (status == PERP_OK)
-        status = rig_try(&r, 0.125);
+        status = tabled_try(&r, 0.125);
     if (status == PERP_OK) {
         assert_int_equal(r.step.impacts, 1);
         r.settings.tol = 1e-9;
@@ -319,32 +319,32 @@ static void test_memory_of_a_step(void **state)
     memory m = {0, 0, 0};
     perp_context_settings settings = memory_settings(&m);
     int32_t asked = 0, asked_to_set = 0, k;
-    rig r;
+    tabled r;
 
     (void)state;
     for (k = 0; k <= asked || k <= asked_to_set; k++) { /* 0: to count */
-        rig_make_everything(&r);
+        tabled_make_everything(&r);
         m.fails_at = 0;
         assert_int_equal(perp_context_create(&r.context, &settings), PERP_OK);
         assert_int_equal(perp_mechanism_create(r.context, &r.mechanism, NULL, &r.model), PERP_OK);
         m.calls = 0;
         m.fails_at = k;
-        assert_int_equal(rig_try(&r, 0.125), k > 0 && k <= asked ? PERP_ERROR_MEMORY : PERP_OK);
+        assert_int_equal(tabled_try(&r, 0.125), k > 0 && k <= asked ? PERP_ERROR_MEMORY : PERP_OK);
         asked = k == 0 ? m.calls : asked;
         if (k > 0 && k <= asked) {
-            rig_says(&r, "memory");
-            rig_near(r.v[0], 2.0, 0.0, "v");
+            tabled_says(&r, "memory");
+            tabled_near(r.v[0], 2.0, 0.0, "v");
         }
         m.fails_at = 0;
-        assert_int_equal(rig_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
+        assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
         m.calls = 0;
         m.fails_at = k;
         assert_int_equal(perp_mechanism_set(r.mechanism, &r.settings),
                          k > 0 && k <= asked_to_set ? PERP_ERROR_MEMORY : PERP_OK);
         asked_to_set = k == 0 ? m.calls : asked_to_set;
         m.fails_at = 0;
-        assert_int_equal(rig_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
-        rig_close(&r);
+        assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
+        tabled_close(&r);
         assert_int_equal(m.live, 0);
     }
     assert_true(asked_to_set > 1);
@@ -357,10 +357,10 @@ static void test_no_memory_later(void **state)
     perp_context_settings settings = memory_settings(&m);
     perp_mechanism_run_result result;
     int32_t before, k;
-    rig r;
+    tabled r;
 
     (void)state;
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.settings.law = PERP_MECHANISM_POISSON;
     r.restitution[0] = 0.5;
     assert_int_equal(perp_context_create(&r.context, &settings), PERP_OK);
@@ -369,18 +369,18 @@ static void test_no_memory_later(void **state)
     assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
     r.v[2] = -3.0;
     r.q[2] = -0.01; /* with an impact and a projection, the largest problems */
-    assert_int_equal(rig_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
+    assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
     before = m.calls;
     for (k = 0; k < 20; k++) {
         r.v[2] = k % 2 ? -3.0 : 0.0;
         r.q[2] = k % 3 ? 0.0 : -0.01;
-        assert_int_equal(rig_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
+        assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
     }
     assert_int_equal(
         perp_mechanism_run(r.mechanism, r.q, r.v, &result, 0, 1, 0.01, r.q, r.v, NULL, NULL),
         PERP_OK);
     assert_int_equal(m.calls, before);
-    rig_close(&r);
+    tabled_close(&r);
     assert_int_equal(m.live, 0);
 }
 

@@ -1,9 +1,9 @@
 /* Mechanisms: their life, and every argument that is refused. */
-#include "rig.h"
+#include "tabled.h"
 
 /* ---- what create refuses ------------------------------------------------------------------- */
 
-static void refuse(rig *r, perp_status status, const char *text)
+static void refuse(tabled *r, perp_status status, const char *text)
 {
     perp_mechanism *const before = (perp_mechanism *)(void *)r;
     perp_mechanism *mechanism = before;
@@ -12,69 +12,69 @@ static void refuse(rig *r, perp_status status, const char *text)
     assert_int_equal(perp_mechanism_create(r->context, &mechanism, &r->settings, &r->model),
                      status);
     assert_ptr_equal(mechanism, before); /* untouched */
-    rig_says(r, text);
+    tabled_says(r, text);
     perp_context_destroy(r->context);
 }
 
 static void test_sizes(void **state)
 {
-    rig r;
+    tabled r;
 
     (void)state;
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.velocities = 0;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.velocities is 0");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.velocities = -3;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.velocities is -3");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.coordinates = -1;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.coordinates is -1");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.contacts = -1;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.contacts is -1");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.contacts = INT32_MAX;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.contacts is 2147483647");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.bilateral = -1;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.bilateral is -1");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.dry = -1;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.dry is -1");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.dry_dim = 3;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.dry_dim is 3");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.dims[1] = 4;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.dims[1] is 4");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.dims = NULL;
     r.model.dim = 0;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.dim is 0");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.struct_size = 8;
     refuse(&r, PERP_ERROR_ABI, "model.struct_size");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.settings.struct_size = 0;
     refuse(&r, PERP_ERROR_ABI, "settings.struct_size");
 }
 
 static void test_missing_callbacks(void **state)
 {
-    rig r;
+    tabled r;
 
     (void)state;
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.contact_rows = NULL;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.contact_rows is NULL");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.bilateral_rows = NULL;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.bilateral_rows is NULL");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.dry_rows = NULL;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.dry_rows is NULL");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.coordinates = 6;
     r.model.kinematics = NULL;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.kinematics is NULL");
@@ -92,7 +92,7 @@ static void test_coefficients(void **state)
     static const char *const names[] = {"model.mu", "model.mu_static", "model.stribeck",
                                         "model.restitution"};
     size_t i, k;
-    rig r;
+    tabled r;
 
     (void)state;
     for (i = 0; i < sizeof wrong / sizeof *wrong; i++)
@@ -100,19 +100,19 @@ static void test_coefficients(void **state)
             double *const arrays[] = {r.mu, r.mu_static, r.stribeck, r.restitution};
             char text[64] = "";
 
-            rig_make_everything(&r);
+            tabled_make_everything(&r);
             arrays[k][1] = wrong[i].value;
             strcat(strcat(text, names[k]), wrong[i].what);
             refuse(&r, wrong[i].status, text);
         }
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.mu_static[0] = 0.25;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.mu_static[0] = 0.25 < mu[0] = 0.5");
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.model.mu = NULL; /* 0: the static one may be anything */
-    rig_open(&r);
-    rig_close(&r);
-    rig_make_everything(&r);
+    tabled_open(&r);
+    tabled_close(&r);
+    tabled_make_everything(&r);
     r.restitution[1] = 1.25;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.restitution[1] is 1.25");
 }
@@ -161,12 +161,12 @@ static void test_settings(void **state)
 #undef CHANGE
     perp_mechanism_settings settings;
     size_t i;
-    rig r, twin;
+    tabled r, twin;
 
     (void)state;
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     r.settings.law = PERP_MECHANISM_NEWTON;
-    rig_open(&r);
+    tabled_open(&r);
     for (i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         char *const field = (char *)&settings + wrong[i].at;
         const int32_t small = (int32_t)(isnan(wrong[i].value) ? 0 : wrong[i].value);
@@ -180,44 +180,45 @@ static void test_settings(void **state)
         else
             memcpy(field, &wrong[i].value, sizeof wrong[i].value);
         assert_int_equal(perp_mechanism_set(r.mechanism, &settings), PERP_ERROR_ARGUMENT);
-        rig_says(&r, wrong[i].text);
+        tabled_says(&r, wrong[i].text);
         twin = r;
         twin.settings = settings;
         twin.model.user = &twin;
         refuse(&twin, PERP_ERROR_ARGUMENT, wrong[i].text);
     }
-    assert_int_equal(rig_advance(&r, 0.125), PERP_OUTCOME_SOLVED); /* the old ones are in force */
+    assert_int_equal(tabled_advance(&r, 0.125),
+                     PERP_OUTCOME_SOLVED); /* the old ones are in force */
     assert_int_equal(perp_mechanism_set(r.mechanism, NULL), PERP_OK);
-    assert_int_equal(rig_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
+    assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
     assert_int_equal(perp_mechanism_set(NULL, NULL), PERP_ERROR_HANDLE);
-    rig_close(&r);
+    tabled_close(&r);
 }
 
 /* Settings that are set are the ones that count: e = 1/2 for a ball that comes in with -1. */
 static void test_set(void **state)
 {
-    rig r;
+    tabled r;
 
     (void)state;
-    rig_make(&r, 1, 1, 1);
+    tabled_make(&r, 1, 1, 1);
     r.H[0] = 1.0;
     r.restitution[0] = 0.5;
     r.settings.law = PERP_MECHANISM_MOREAU;
-    rig_open(&r);
+    tabled_open(&r);
     r.q[0] = -0.25;
     r.v[0] = -1.0;
     r.settings.project = 0;
     assert_int_equal(perp_mechanism_set(r.mechanism, &r.settings), PERP_OK);
-    assert_int_equal(rig_advance(&r, 0.5), PERP_OUTCOME_SOLVED);
-    rig_near(r.v[0], 0.5, 0.0, "v");
-    rig_near(r.step.penetration, 0.25, 0.0, "penetration");
+    assert_int_equal(tabled_advance(&r, 0.5), PERP_OUTCOME_SOLVED);
+    tabled_near(r.v[0], 0.5, 0.0, "v");
+    tabled_near(r.step.penetration, 0.25, 0.0, "penetration");
     r.settings.project = 1;
     assert_int_equal(perp_mechanism_set(r.mechanism, &r.settings), PERP_OK);
     r.q[0] = -0.25;
     r.v[0] = -1.0;
-    assert_int_equal(rig_advance(&r, 0.5), PERP_OUTCOME_SOLVED);
-    rig_near(r.q[0], 0.0, 1e-15, "q"); /* one rounding of the displacement */
-    rig_close(&r);
+    assert_int_equal(tabled_advance(&r, 0.5), PERP_OUTCOME_SOLVED);
+    tabled_near(r.q[0], 0.0, 1e-15, "q"); /* one rounding of the displacement */
+    tabled_close(&r);
 }
 
 /* ---- a handle's life ------------------------------------------------------------------------ */
@@ -226,30 +227,30 @@ static void test_life(void **state)
 {
     perp_mechanism *mechanism = NULL;
     perp_context *context;
-    rig r;
+    tabled r;
 
     (void)state;
-    rig_make_everything(&r);
+    tabled_make_everything(&r);
     perp_mechanism_destroy(NULL);
     assert_int_equal(perp_mechanism_create(NULL, &mechanism, &r.settings, &r.model),
                      PERP_ERROR_HANDLE);
     assert_int_equal(perp_context_create(&r.context, NULL), PERP_OK);
     assert_int_equal(perp_mechanism_create(r.context, NULL, &r.settings, &r.model),
                      PERP_ERROR_ARGUMENT);
-    rig_says(&r, "mechanism is NULL");
+    tabled_says(&r, "mechanism is NULL");
     assert_int_equal(perp_mechanism_create(r.context, &mechanism, &r.settings, NULL),
                      PERP_ERROR_ARGUMENT);
-    rig_says(&r, "model is NULL");
+    tabled_says(&r, "model is NULL");
     assert_null(mechanism);
     assert_int_equal(perp_mechanism_create(r.context, &r.mechanism, NULL, &r.model), PERP_OK);
     memset(r.dims, 7, sizeof r.dims); /* the model was copied with its arrays */
     memset(r.mu, 7, sizeof r.mu);
-    r.dims[0] = 3; /* the rig itself needs them */
+    r.dims[0] = 3; /* the tabled itself needs them */
     r.dims[1] = 2;
     context = r.context;
     perp_context_destroy(context); /* lives on in the mechanism */
-    assert_int_equal(rig_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
-    rig_near(r.v[0], 2.0 - 0.125 * 0.5 * 9.81 / (1.0 - 0.25 * 0.25 / 2.0), 2e-1, "v");
+    assert_int_equal(tabled_advance(&r, 0.125), PERP_OUTCOME_SOLVED);
+    tabled_near(r.v[0], 2.0 - 0.125 * 0.5 * 9.81 / (1.0 - 0.25 * 0.25 / 2.0), 2e-1, "v");
     perp_mechanism_destroy(r.mechanism);
 }
 
@@ -286,55 +287,55 @@ static void test_step_arguments(void **state)
     static const double lengths[] = {0.0, -1.0, NAN, INFINITY};
     static const double bad[] = {NAN, INFINITY, -INFINITY};
     double *const arrays[] = {NULL, NULL};
-    double q[RIG_N] = {0}, v[RIG_N] = {0}, out[RIG_N] = {7, 7, 7, 7, 7};
+    double q[TABLED_N] = {0}, v[TABLED_N] = {0}, out[TABLED_N] = {7, 7, 7, 7, 7};
     size_t i;
-    rig r;
+    tabled r;
 
     (void)state;
     (void)arrays;
-    rig_make_everything(&r);
-    rig_open(&r);
+    tabled_make_everything(&r);
+    tabled_open(&r);
 #define STEP(a, b, step, t, h, c, d) \
     perp_mechanism_advance(r.mechanism, a, b, NULL, NULL, NULL, NULL, step, t, h, c, d)
     assert_int_equal(
         perp_mechanism_advance(NULL, out, out, NULL, NULL, NULL, NULL, &r.step, 0, 1, q, v),
         PERP_ERROR_HANDLE);
     assert_int_equal(STEP(NULL, out, &r.step, 0, 1, q, v), PERP_ERROR_ARGUMENT);
-    rig_says(&r, "q is NULL");
+    tabled_says(&r, "q is NULL");
     assert_int_equal(STEP(out, NULL, &r.step, 0, 1, q, v), PERP_ERROR_ARGUMENT);
-    rig_says(&r, "v is NULL");
+    tabled_says(&r, "v is NULL");
     assert_int_equal(STEP(out, out, NULL, 0, 1, q, v), PERP_ERROR_ARGUMENT);
-    rig_says(&r, "step is NULL");
+    tabled_says(&r, "step is NULL");
     assert_int_equal(STEP(out, out, &r.step, 0, 1, NULL, v), PERP_ERROR_ARGUMENT);
-    rig_says(&r, "q0 is NULL");
+    tabled_says(&r, "q0 is NULL");
     assert_int_equal(STEP(out, out, &r.step, 0, 1, q, NULL), PERP_ERROR_ARGUMENT);
-    rig_says(&r, "v0 is NULL");
+    tabled_says(&r, "v0 is NULL");
     for (i = 0; i < 4; i++) {
         assert_int_equal(STEP(out, out, &r.step, 0, lengths[i], q, v), PERP_ERROR_ARGUMENT);
-        rig_says(&r, "h is");
+        tabled_says(&r, "h is");
     }
     for (i = 0; i < 3; i++) {
         assert_int_equal(STEP(out, out, &r.step, bad[i], 1, q, v), PERP_ERROR_NOT_FINITE);
-        rig_says(&r, "t[0] is");
+        tabled_says(&r, "t[0] is");
         q[3] = bad[i];
         assert_int_equal(STEP(out, out, &r.step, 0, 1, q, v), PERP_ERROR_NOT_FINITE);
-        rig_says(&r, "q0[3] is");
+        tabled_says(&r, "q0[3] is");
         q[3] = 0.0;
         v[4] = bad[i];
         assert_int_equal(STEP(out, out, &r.step, 0, 1, q, v), PERP_ERROR_NOT_FINITE);
-        rig_says(&r, "v0[4] is");
+        tabled_says(&r, "v0[4] is");
         v[4] = 0.0;
     }
     r.step.struct_size = 16;
     assert_int_equal(STEP(out, out, &r.step, 0, 1, q, v), PERP_ERROR_ABI);
-    rig_says(&r, "step.struct_size");
+    tabled_says(&r, "step.struct_size");
     for (i = 0; i < 5; i++)
         assert_true(out[i] == 7.0);
-    assert_int_equal(r.calls[RIG_MASS], 0);
+    assert_int_equal(r.calls[TABLED_MASS], 0);
     r.step.struct_size = sizeof r.step;
     assert_int_equal(STEP(out, out, &r.step, 0, 1, q, v), PERP_OK);
 #undef STEP
-    rig_close(&r);
+    tabled_close(&r);
 }
 
 static void test_run_arguments(void **state)
@@ -342,13 +343,13 @@ static void test_run_arguments(void **state)
     static const double ends[] = {1.0, 0.5, NAN, INFINITY, -INFINITY};
     static const double lengths[] = {0.0, -1.0, NAN, INFINITY, 1e-16};
     perp_mechanism_run_result result;
-    double q[RIG_N] = {0}, v[RIG_N] = {0}, out[RIG_N] = {7, 7, 7, 7, 7};
+    double q[TABLED_N] = {0}, v[TABLED_N] = {0}, out[TABLED_N] = {7, 7, 7, 7, 7};
     size_t i;
-    rig r;
+    tabled r;
 
     (void)state;
-    rig_make_everything(&r);
-    rig_open(&r);
+    tabled_make_everything(&r);
+    tabled_open(&r);
     assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
 #define RUN(a, b, result, t0, t1, h, c, d) \
     perp_mechanism_run(r.mechanism, a, b, result, t0, t1, h, c, d, NULL, NULL)
@@ -357,16 +358,16 @@ static void test_run_arguments(void **state)
     assert_int_equal(RUN(NULL, out, &result, 1, 2, 1, q, v), PERP_ERROR_ARGUMENT);
     assert_int_equal(RUN(out, NULL, &result, 1, 2, 1, q, v), PERP_ERROR_ARGUMENT);
     assert_int_equal(RUN(out, out, NULL, 1, 2, 1, q, v), PERP_ERROR_ARGUMENT);
-    rig_says(&r, "result is NULL");
+    tabled_says(&r, "result is NULL");
     assert_int_equal(RUN(out, out, &result, 1, 2, 1, NULL, v), PERP_ERROR_ARGUMENT);
     assert_int_equal(RUN(out, out, &result, 1, 2, 1, q, NULL), PERP_ERROR_ARGUMENT);
     assert_int_equal(RUN(out, out, &result, NAN, 2, 1, q, v), PERP_ERROR_NOT_FINITE);
-    rig_says(&r, "t0[0] is");
+    tabled_says(&r, "t0[0] is");
     for (i = 0; i < 5; i++) {
         assert_int_equal(RUN(out, out, &result, 1, ends[i], 1, q, v), PERP_ERROR_ARGUMENT);
-        rig_says(&r, "t1 is");
+        tabled_says(&r, "t1 is");
         assert_int_equal(RUN(out, out, &result, 1, 2, lengths[i], q, v), PERP_ERROR_ARGUMENT);
-        rig_says(&r, "h is");
+        tabled_says(&r, "h is");
     }
     q[0] = NAN;
     assert_int_equal(RUN(out, out, &result, 1, 2, 1, q, v), PERP_ERROR_NOT_FINITE);
@@ -378,7 +379,7 @@ static void test_run_arguments(void **state)
     result.struct_size = sizeof result;
     assert_int_equal(RUN(out, out, &result, 1, 2, 1, q, v), PERP_OK);
 #undef RUN
-    rig_close(&r);
+    tabled_close(&r);
 }
 
 int main(void)

@@ -1,13 +1,13 @@
-#include "rig.h"
+#include "tabled.h"
 
 /* One array after a callback has written it. */
-static void spoil(const rig *r, int32_t array, double *x)
+static void spoil(const tabled *r, int32_t array, double *x)
 {
     if (r->array == array)
         x[r->entry] = r->value;
 }
 
-static int32_t called(rig *r, int32_t callback)
+static int32_t called(tabled *r, int32_t callback)
 {
     r->calls[callback]++;
     if (r->inside)
@@ -17,33 +17,33 @@ static int32_t called(rig *r, int32_t callback)
 
 static int32_t mass(double *M, const double *q, void *user)
 {
-    rig *r = user;
+    tabled *r = user;
     const size_t n = (size_t)r->model.velocities;
 
     (void)q;
     memcpy(M, r->M, n * n * sizeof *M);
-    spoil(r, RIG_M, M);
-    return called(r, RIG_MASS);
+    spoil(r, TABLED_M, M);
+    return called(r, TABLED_MASS);
 }
 
 static int32_t force(double *k, double t, const double *q, const double *v, void *user)
 {
-    rig *r = user;
+    tabled *r = user;
 
     (void)t;
     (void)q;
     (void)v;
     memcpy(k, r->k, (size_t)r->model.velocities * sizeof *k);
-    spoil(r, RIG_K, k);
-    return called(r, RIG_FORCE);
+    spoil(r, TABLED_K, k);
+    return called(r, TABLED_FORCE);
 }
 
-static int32_t dim_of(const rig *r, int32_t j)
+static int32_t dim_of(const tabled *r, int32_t j)
 {
     return r->model.dims ? r->model.dims[j] : r->model.dim;
 }
 
-static double linear(const rig *r, const double *row, double start, double drift, double t,
+static double linear(const tabled *r, const double *row, double start, double drift, double t,
                      const double *q)
 {
     double sum = start + drift * t;
@@ -57,7 +57,7 @@ static double linear(const rig *r, const double *row, double start, double drift
 static int32_t contacts(double *gap, double *H, double *drift, double *mu, double t,
                         const double *q, void *user)
 {
-    rig *r = user;
+    tabled *r = user;
     const int32_t n = r->model.velocities;
     int32_t j, row = 0;
 
@@ -67,16 +67,16 @@ static int32_t contacts(double *gap, double *H, double *drift, double *mu, doubl
     }
     memcpy(H, r->H, (size_t)(row * n) * sizeof *H);
     memcpy(drift, r->drift, (size_t)row * sizeof *drift);
-    spoil(r, RIG_GAP, gap);
-    spoil(r, RIG_H, H);
-    spoil(r, RIG_DRIFT, drift);
-    spoil(r, RIG_MU, mu);
-    return called(r, RIG_CONTACTS);
+    spoil(r, TABLED_GAP, gap);
+    spoil(r, TABLED_H, H);
+    spoil(r, TABLED_DRIFT, drift);
+    spoil(r, TABLED_MU, mu);
+    return called(r, TABLED_CONTACTS);
 }
 
 static int32_t bilateral(double *c, double *G, double *drift, double t, const double *q, void *user)
 {
-    rig *r = user;
+    tabled *r = user;
     const int32_t n = r->model.velocities;
     int32_t j;
 
@@ -84,16 +84,16 @@ static int32_t bilateral(double *c, double *G, double *drift, double t, const do
         c[j] = linear(r, r->G + j * n, r->c[j], r->c_drift[j], t, q);
     memcpy(G, r->G, (size_t)(r->model.bilateral * n) * sizeof *G);
     memcpy(drift, r->c_drift, (size_t)r->model.bilateral * sizeof *drift);
-    spoil(r, RIG_C, c);
-    spoil(r, RIG_G, G);
-    spoil(r, RIG_C_DRIFT, drift);
-    return called(r, RIG_BILATERAL);
+    spoil(r, TABLED_C, c);
+    spoil(r, TABLED_G, G);
+    spoil(r, TABLED_C_DRIFT, drift);
+    return called(r, TABLED_BILATERAL);
 }
 
 static int32_t dry(double *bound, double *B, double *drift, double t, const double *q,
                    const double *v, void *user)
 {
-    rig *r = user;
+    tabled *r = user;
     const size_t rows = (size_t)(r->model.dry * r->model.dry_dim);
 
     (void)t;
@@ -102,35 +102,35 @@ static int32_t dry(double *bound, double *B, double *drift, double t, const doub
     memcpy(bound, r->bound, (size_t)r->model.dry * sizeof *bound);
     memcpy(B, r->B, rows * (size_t)r->model.velocities * sizeof *B);
     memcpy(drift, r->b_drift, rows * sizeof *drift);
-    spoil(r, RIG_BOUND, bound);
-    spoil(r, RIG_B, B);
-    spoil(r, RIG_B_DRIFT, drift);
-    return called(r, RIG_DRY);
+    spoil(r, TABLED_BOUND, bound);
+    spoil(r, TABLED_B, B);
+    spoil(r, TABLED_B_DRIFT, drift);
+    return called(r, TABLED_DRY);
 }
 
 static int32_t kinematics(double *rate, const double *q, const double *v, void *user)
 {
-    rig *r = user;
+    tabled *r = user;
 
     (void)q;
     memcpy(rate, v, (size_t)r->model.velocities * sizeof *rate);
-    spoil(r, RIG_RATE, rate);
-    return called(r, RIG_KINEMATICS);
+    spoil(r, TABLED_RATE, rate);
+    return called(r, TABLED_KINEMATICS);
 }
 
 static int32_t normalise(double *q, void *user)
 {
-    rig *r = user;
+    tabled *r = user;
 
-    spoil(r, RIG_Q, q);
-    return called(r, RIG_NORMALISE);
+    spoil(r, TABLED_Q, q);
+    return called(r, TABLED_NORMALISE);
 }
 
-void rig_make(rig *r, int32_t n, int32_t contact_count, int32_t dim)
+void tabled_make(tabled *r, int32_t n, int32_t contact_count, int32_t dim)
 {
     int32_t i;
 
-    assert_true(n <= RIG_N);
+    assert_true(n <= TABLED_N);
     memset(r, 0, sizeof *r);
     assert_int_equal(perp_mechanism_model_init(&r->model, sizeof r->model), PERP_OK);
     assert_int_equal(perp_mechanism_settings_init(&r->settings, sizeof r->settings), PERP_OK);
@@ -151,13 +151,13 @@ void rig_make(rig *r, int32_t n, int32_t contact_count, int32_t dim)
         r->M[i * (n + 1)] = 1.0;
 }
 
-void rig_make_everything(rig *r)
+void tabled_make_everything(tabled *r)
 {
     static const double H[] = {0, 0, 1, 0, 0, /**/ 1, 0, 0,      0, 0, /**/ 0, 1, 0,
                                0, 0, 0, 1, 0, 0,      0, /**/ 1, 0, 0, 0,      0};
     int32_t i;
 
-    rig_make(r, 5, 2, 2);
+    tabled_make(r, 5, 2, 2);
     r->dims[0] = 3;
     r->dims[1] = 2;
     r->model.dims = r->dims;
@@ -182,33 +182,33 @@ void rig_make_everything(rig *r)
     r->v[0] = 2.0;
 }
 
-void rig_open(rig *r)
+void tabled_open(tabled *r)
 {
     assert_int_equal(perp_context_create(&r->context, NULL), PERP_OK);
     if (perp_mechanism_create(r->context, &r->mechanism, &r->settings, &r->model) != PERP_OK)
         fail_msg("create: %s", perp_context_message(r->context));
 }
 
-void rig_close(rig *r)
+void tabled_close(tabled *r)
 {
     perp_mechanism_destroy(r->mechanism);
     perp_context_destroy(r->context);
 }
 
-perp_status rig_try(rig *r, double h)
+perp_status tabled_try(tabled *r, double h)
 {
     return perp_mechanism_advance(r->mechanism, r->q, r->v, r->impulse, r->velocity, r->modes,
                                   r->ray, &r->step, 0.0, h, r->q, r->v);
 }
 
-int32_t rig_advance(rig *r, double h)
+int32_t tabled_advance(tabled *r, double h)
 {
-    if (rig_try(r, h) != PERP_OK)
+    if (tabled_try(r, h) != PERP_OK)
         fail_msg("step: %s", perp_context_message(r->context));
     return r->step.outcome;
 }
 
-double rig_energy(const rig *r, const double *v)
+double tabled_energy(const tabled *r, const double *v)
 {
     const int32_t n = r->model.velocities;
     double energy = 0.0;
@@ -220,19 +220,19 @@ double rig_energy(const rig *r, const double *v)
     return energy;
 }
 
-void rig_near(double value, double expected, double tolerance, const char *what)
+void tabled_near(double value, double expected, double tolerance, const char *what)
 {
     if (!(fabs(value - expected) <= tolerance * fmax(1.0, fabs(expected))))
         fail_msg("%s is %.17g, expected %.17g", what, value, expected);
 }
 
-void rig_zero(double value, const char *what)
+void tabled_zero(double value, const char *what)
 {
     if (value != 0.0 || signbit(value))
         fail_msg("%s is %.17g, expected 0.0", what, value);
 }
 
-void rig_says(const rig *r, const char *text)
+void tabled_says(const tabled *r, const char *text)
 {
     if (!strstr(perp_context_message(r->context), text))
         fail_msg("'%s' does not say '%s'", perp_context_message(r->context), text);
