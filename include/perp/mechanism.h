@@ -36,7 +36,9 @@ enum perp_mechanism_scheme_value {
                                     1996): one complementarity problem */
     PERP_MECHANISM_IMPLICIT = 1, /* M, k, H and gaps at the step's end (Stewart & Trinkle 1995): a
                                     nonlinear complementarity problem, with frozen as the start */
-    PERP_MECHANISM_THETA = 2 /* Moreau-Jean: velocities at closed contacts, k weighted by theta */
+    PERP_MECHANISM_THETA = 2 /* Moreau-Jean: k weighted between both ends, theta at the end's; M, H
+                                in the middle for theta = 1/2, which is of order 2 without events;
+                                an iteration for k */
 };
 
 /* What an impact gives back. e is the contact's restitution. Values never change. */
@@ -298,7 +300,9 @@ PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
  * Memory:  none allocated after the first call (third-party factorisations excepted; a method that
  *          auto falls back on makes its memory when it is first needed).
  * Cost:    frozen: one call of each callback, a Cholesky factorisation of M, one contact problem.
- */
+ *          theta: k at least three times, the rows twice, a contact problem for each iterate (one
+ *          where k does not depend on q and v). Where the iteration does not converge the outcome
+ *          is iteration_limit. */
 PERP_API perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double *v,
                                             double *impulse, double *velocity, int32_t *modes,
                                             double *ray, perp_mechanism_step *step, double t,

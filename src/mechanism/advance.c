@@ -54,10 +54,16 @@ perp_status perp__advance(perp_mechanism *m, perp__mechanism_state *to, perp_mec
 
     perp_mechanism_step_init(step, sizeof *step);
     step->error = (double)NAN;
-    if (m->settings.scheme == PERP_MECHANISM_IMPLICIT)
+    switch (m->settings.scheme) {
+    case PERP_MECHANISM_IMPLICIT:
         status = perp__advance_implicit(m, to, step, t, h, q0, v0);
-    else
+        break;
+    case PERP_MECHANISM_THETA:
+        status = perp__advance_theta(m, to, step, t, h, q0, v0);
+        break;
+    default:
         status = perp__advance_frozen(m, to, step, t, h, q0, v0);
+    }
     if (status == PERP__OUTSIDE) {
         step->outcome = PERP_OUTCOME_EVALUATION_FAILED;
         status = PERP_OK;

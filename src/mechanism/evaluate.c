@@ -182,13 +182,19 @@ perp_status perp__evaluate_all(perp_mechanism *m, perp__terms *terms, double t, 
 perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, double h,
                                 const double *v)
 {
+    return perp__evaluate_move_at(m, q1, q0, q0, h, v);
+}
+
+perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *q0,
+                                   const double *at, double h, const double *v)
+{
     const double *rate = v;
     perp_status status = PERP_OK;
     int32_t i;
 
     if (m->model.kinematics) {
         memset(q1, 0, (size_t)m->coordinates * sizeof *q1);
-        status = judge(m, "kinematics", m->model.kinematics(q1, q0, v, m->model.user));
+        status = judge(m, "kinematics", m->model.kinematics(q1, at, v, m->model.user));
         if (status == PERP_OK)
             status = check(m, "rate", q1, (size_t)m->coordinates);
         rate = q1;

@@ -8,6 +8,7 @@
 #include "mechanism/assembly.h"
 #include "mechanism/implicit.h"
 #include "mechanism/mechanism_read.h"
+#include "mechanism/theta.h"
 
 static void take_vector(perp__arena *arena, double **vector, size_t count)
 {
@@ -131,6 +132,7 @@ static void release(perp_mechanism *m)
 
     release_assemblies(m);
     perp__implicit_release(m, m->scheme_work);
+    perp__theta_release(m);
     perp_context_destroy(m->inner);
     perp__arena_release(&m->arena);
     m->magic = 0;

@@ -85,6 +85,7 @@ typedef struct perp__mechanism_state {
 } perp__mechanism_state;
 
 typedef struct perp__acceleration perp__acceleration;
+typedef struct perp__theta perp__theta;
 
 struct perp_mechanism {
     uint64_t magic;
@@ -110,8 +111,9 @@ struct perp_mechanism {
     double *work;     /* perp__mechanism_work(m) doubles, nobody's beyond a function */
     int32_t *indices; /* 2 rows, the same */
     int64_t evaluations;
-    void *scheme_work; /* of the implicit scheme; NULL with another */
-    void *found_work;  /* of accelerations, the same */
+    void *scheme_work;       /* of the implicit scheme; NULL with another */
+    void *found_work;        /* of accelerations, the same */
+    perp__theta *theta_work; /* of the theta scheme, made when first needed */
 };
 
 /* ---- evaluate.c: PERP_OK, PERP__OUTSIDE, or a negative status with its message ---- */
@@ -123,9 +125,12 @@ perp_status perp__evaluate_rows(perp_mechanism *m, perp__terms *terms, double t,
                                 const double *v);
 perp_status perp__evaluate_all(perp_mechanism *m, perp__terms *terms, double t, const double *q,
                                const double *v);
-/* q1 := q0 + h N(q0) v, normalised. q1 may not be q0. work: `coordinates` doubles. */
+/* q1 := q0 + h N(q0) v, normalised. q1 may not be q0. */
 perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, double h,
                                 const double *v);
+/* q1 := q0 + h N(at) v, normalised. q1 may be neither q0 nor at. */
+perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *q0,
+                                   const double *at, double h, const double *v);
 
 /* ---- rows.c: what rows make of velocities ---- */
 /* u := J v + drift, all rows. */
