@@ -3,6 +3,7 @@
 #define PERP_PERP_H
 
 #include <perp/base.h>
+#include <perp/bristle.h>
 #include <perp/contact.h>
 #include <perp/friction.h>
 #include <perp/lcp.h>

@@ -1,0 +1,258 @@
+/* Stribeck's and LuGre's friction.
+ *
+ * At constant v, with x = stiffness |v| h / g, z' = v - (x / h) z has the solution
+ *
+ *   z(h) = z + (v h - z x) phi(x),   mean z = z + (v h - z x) psi(x),
+ *   phi(x) = (1 - exp(-x)) / x,  psi(x) = (1 - phi(x)) / x,  chi(x) = (1/2 - psi(x)) / x,
+ *
+ * and phi' = psi - phi, psi' = 2 chi - psi. For large x, v h - z x = (g sgn(v) / stiffness - z) x
+ * is written so that nothing overflows. */
+#include <perp/bristle.h>
+
+#include <math.h>
+
+#include "base/check.h"
+#include "base/context.h"
+
+#define FIRST PERP__SIZE_THROUGH(perp_bristle, damping)
+
+typedef struct curve {
+    double force; /* g(v) */
+    double slope; /* dg / d|v| */
+} curve;
+
+perp_status perp_bristle_init(perp_bristle *law, size_t size)
+{
+    return perp__struct_init(law, size, FIRST);
+}
+
+/* ---- checks -------------------------------------------------------------------------------- */
+
+static perp_status check_number(perp_context *context, const char *name, double value)
+{
+    if (isfinite(value))
+        return PERP_OK;
+    return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s is %g", name, value);
+}
+
+/* 'above': the value must be > 0, else >= 0. */
+static perp_status check_size(perp_context *context, const char *name, double value, int above)
+{
+    perp_status status = check_number(context, name, value);
+
+    if (status != PERP_OK || value > 0.0 || (value == 0.0 && !above))
+        return status;
+    return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is %g, expected %s", name, value,
+                      above ? "> 0" : ">= 0");
+}
+
+static perp_status check_stribeck(perp_context *context, perp_bristle *law)
+{
+    perp_status status = check_size(context, "law.kinetic", law->kinetic, 1);
+
+    if (status == PERP_OK)
+        status = check_size(context, "law.breakaway", law->breakaway, 0);
+    if (status != PERP_OK)
+        return status;
+    if (law->breakaway == 0.0)
+        law->breakaway = law->kinetic;
+    if (law->breakaway < law->kinetic)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "law.breakaway is %g, below law.kinetic = %g", law->breakaway,
+                          law->kinetic);
+    status = check_size(context, "law.speed", law->speed, law->breakaway > law->kinetic);
+    if (status == PERP_OK)
+        status = check_size(context, "law.viscosity", law->viscosity, 0);
+    return status;
+}
+
+/* Reads the caller's law into `own`. */
+static perp_status take(perp_context *context, perp_bristle *own, const perp_bristle *law,
+                        int bristles)
+{
+    perp_status status = perp__check_pointer(context, "law", law);
+
+    perp_bristle_init(own, sizeof *own);
+    if (status == PERP_OK)
+        status = perp__struct_read(context, "law", own, sizeof *own, law, FIRST);
+    if (status == PERP_OK)
+        status = check_stribeck(context, own);
+    if (status == PERP_OK && bristles)
+        status = check_size(context, "law.stiffness", own->stiffness, 1);
+    if (status == PERP_OK && bristles)
+        status = check_size(context, "law.damping", own->damping, 0);
+    return status;
+}
+
+static perp_status enter(perp_context *context)
+{
+    return context ? perp__enter(context) : PERP_OK;
+}
+
+static perp_status leave(perp_context *context, perp_status status)
+{
+    return context ? perp__leave(context, status) : status;
+}
+
+/* ---- the laws ------------------------------------------------------------------------------ */
+
+static curve stribeck(const perp_bristle *law, double v)
+{
+    curve g = {law->kinetic, 0.0};
+
+    if (law->breakaway > law->kinetic) {
+        const double ratio = fabs(v) / law->speed, bell = exp(-ratio * ratio);
+        const double more = (law->breakaway - law->kinetic) * bell;
+
+        g.force += more;
+        if (bell > 0.0) /* else ratio may be infinite */
+            g.slope = -2.0 * more * ratio / law->speed;
+    }
+    return g;
+}
+
+/* One step: where z ends, how far that is, its mean, and the derivatives by v. */
+typedef struct stretch {
+    double end, change, mean, end_slope, mean_slope;
+} stretch;
+
+/* x <= 1: by chi's series, sum over k of (-x)^k / (k + 3)!. */
+static stretch short_stretch(const perp_bristle *law, curve g, double z, double v, double h)
+{
+    const double x = law->stiffness * fabs(v) * h / g.force, sense = (v > 0.0) - (v < 0.0);
+    const double x_slope =
+        sense * law->stiffness * h * (1.0 - fabs(v) * g.slope / g.force) / g.force;
+    const double way = v * h - z * x, way_slope = h - z * x_slope;
+    double term = 1.0 / 6, chi = 0.0, phi, psi;
+    stretch s;
+    int k;
+
+    for (k = 4; k < 24; k++) { /* 1/23! < 1e-22 */
+        chi += term;
+        term *= -x / k;
+    }
+    psi = 0.5 - x * chi;
+    phi = 1.0 - x * psi;
+    s.change = way * phi;
+    s.end = z + s.change;
+    s.mean = z + way * psi;
+    s.end_slope = way_slope * phi + way * (psi - phi) * x_slope;
+    s.mean_slope = way_slope * psi + way * (2.0 * chi - psi) * x_slope;
+    return s;
+}
+
+/* x > 1, maybe infinite: relative to the bend of steady sliding; x phi' = exp(-x) - phi. */
+static stretch long_stretch(const perp_bristle *law, curve g, double z, double v, double h)
+{
+    const double x = law->stiffness * fabs(v) * h / g.force, rest = exp(-x);
+    const double phi = -expm1(-x) / x, sense = v > 0.0 ? 1.0 : -1.0;
+    const double steady = sense * g.force / law->stiffness, steady_slope = g.slope / law->stiffness;
+    const double growth = (1.0 - fabs(v) * g.slope / g.force) / v; /* x' / x */
+    stretch s;
+
+    s.change = (steady - z) * -expm1(-x);
+    s.end = steady + (z - steady) * rest;
+    s.mean = steady + (z - steady) * phi;
+    s.end_slope =
+        steady_slope * (1.0 - rest) - (rest > 0.0 ? (z - steady) * rest * x * growth : 0.0);
+    s.mean_slope = steady_slope * (1.0 - phi) + (z - steady) * (rest - phi) * growth;
+    return s;
+}
+
+/* ---- the calls ----------------------------------------------------------------------------- */
+
+perp_status perp_stribeck_force(perp_context *context, double *force, double *slope,
+                                const perp_bristle *law, double v)
+{
+    perp_status status = enter(context);
+    perp_bristle own;
+    curve g;
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(context, "force", force);
+    if (status == PERP_OK)
+        status = take(context, &own, law, 0);
+    if (status == PERP_OK)
+        status = check_number(context, "v", v);
+    if (status == PERP_OK) {
+        g = stribeck(&own, v);
+        *force = (v > 0.0 ? g.force : v < 0.0 ? -g.force : 0.0) + own.viscosity * v;
+        if (slope)
+            *slope = g.slope + own.viscosity;
+    }
+    return leave(context, status);
+}
+
+perp_status perp_lugre_force(perp_context *context, double *force, double *rate,
+                             const perp_bristle *law, double z, double v)
+{
+    perp_status status = enter(context);
+    perp_bristle own;
+    double bend;
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(context, "force", force);
+    if (status == PERP_OK)
+        status = take(context, &own, law, 1);
+    if (status == PERP_OK)
+        status = check_number(context, "z", z);
+    if (status == PERP_OK)
+        status = check_number(context, "v", v);
+    if (status == PERP_OK) {
+        bend = v - own.stiffness * fabs(v) * z / stribeck(&own, v).force;
+        *force = own.stiffness * z + own.damping * bend + own.viscosity * v;
+        if (rate)
+            *rate = bend;
+    }
+    return leave(context, status);
+}
+
+perp_status perp_lugre_step(perp_context *context, double *next, double *force, double *slope,
+                            const perp_bristle *law, double z, double v, double h)
+{
+    perp_status status = enter(context);
+    perp_bristle own;
+    stretch s;
+    curve g;
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(context, "next", next);
+    if (status == PERP_OK)
+        status = perp__check_pointer(context, "force", force);
+    if (status == PERP_OK)
+        status = take(context, &own, law, 1);
+    if (status == PERP_OK)
+        status = check_number(context, "z", z);
+    if (status == PERP_OK)
+        status = check_number(context, "v", v);
+    if (status == PERP_OK)
+        status = check_size(context, "h", h, 1);
+    if (status == PERP_OK) {
+        g = stribeck(&own, v);
+        s = own.stiffness * fabs(v) * h <= g.force ? short_stretch(&own, g, z, v, h)
+                                                   : long_stretch(&own, g, z, v, h);
+        *next = s.end;
+        *force = own.stiffness * s.mean + own.damping * (s.change / h) + own.viscosity * v;
+        if (slope)
+            *slope = own.stiffness * s.mean_slope + own.damping * (s.end_slope / h) + own.viscosity;
+    }
+    return leave(context, status);
+}
+
+perp_status perp_lugre_passive(perp_context *context, int32_t *passive, const perp_bristle *law)
+{
+    perp_status status = enter(context);
+    perp_bristle own;
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(context, "passive", passive);
+    if (status == PERP_OK)
+        status = take(context, &own, law, 1);
+    if (status == PERP_OK)
+        *passive = own.viscosity * own.kinetic >= own.damping * (own.breakaway - own.kinetic);
+    return leave(context, status);
+}
