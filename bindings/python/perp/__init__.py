@@ -15,6 +15,7 @@ load_friction  every acceleration where friction depends on the load (screws, ge
 load_friction_step  a step in time over it, through jams
 Compliant   sliding contacts that give: stability, integration
 load_friction_inverse  the torque for an acceleration, and what else that torque may do
+stribeck, LuGre  friction that depends on speed, and on bristles that bend
 World       rigid bodies with contact, stepped in time
 Error       what every failed call raises; bad arguments are ValueErrors, too
 """
@@ -22,6 +23,7 @@ Error       what every failed call raises; bad arguments are ValueErrors, too
 from ._all import Solution, Solutions, lcp_all
 from ._batch import Batch, lcp_batch
 from ._body import Body, Shape
+from ._bristle import LuGre, Stribeck, stribeck
 from ._compliant import Compliant, CompliantRun, Linearisation
 from ._contact import ContactResult, contact, contact_delassus
 from ._errors import Error
@@ -64,6 +66,7 @@ __all__ = [
     "LoadSolution",
     "LoadSolutions",
     "LoadStepped",
+    "LuGre",
     "Mechanism",
     "MechanismRun",
     "MechanismStats",
@@ -78,6 +81,7 @@ __all__ = [
     "Shape",
     "Solution",
     "Solutions",
+    "Stribeck",
     "Stats",
     "StepResult",
     "World",
@@ -94,6 +98,7 @@ __all__ = [
     "load_friction_step",
     "ncp",
     "ncp_check_jacobian",
+    "stribeck",
     "version",
     "version_text",
 ]

@@ -614,6 +614,18 @@ class CompliantStability(Structure):
     ]
 
 
+class Bristle(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("kinetic", c_double),
+        ("breakaway", c_double),
+        ("speed", c_double),
+        ("viscosity", c_double),
+        ("stiffness", c_double),
+        ("damping", c_double),
+    ]
+
+
 # The C name of each struct that crosses the boundary.
 STRUCTS = {
     "perp_context_settings": ContextSettings,
@@ -636,6 +648,7 @@ STRUCTS = {
     "perp_compliant_settings": CompliantSettings,
     "perp_compliant_result": CompliantResult,
     "perp_compliant_stability": CompliantStability,
+    "perp_bristle": Bristle,
     "perp_ncp_problem": NcpProblem,
     "perp_ncp_progress": NcpProgress,
     "perp_ncp_settings": NcpSettings,
