@@ -13,14 +13,13 @@ static int euler_stop(double *distance, double v, double a, double h)
 }
 
 /* Straight, however the heading lies to the axes, and at rest to the last bit. */
-static void test_plane(void **state)
+static void slide_on_plane(int32_t scheme)
 {
     static const double headings[] = {0, 10, 53.13, 90, 200, 315};
     const double h = 1e-3;
     int32_t name;
     size_t k;
 
-    (void)state;
     for (name = MACHINE_PLANE; name <= MACHINE_FLOOR; name++)
         for (k = 0; k < sizeof headings / sizeof *headings; k++) {
             const double angle = headings[k] * MACHINE_PI / 180;
@@ -30,6 +29,7 @@ static void test_plane(void **state)
             rig r;
 
             rig_open(&r, name);
+            r.settings.scheme = scheme;
             r.machine.v[0] = 3 * cos(angle);
             r.machine.v[1] = 3 * sin(angle);
             rig_start(&r);
@@ -47,6 +47,13 @@ static void test_plane(void **state)
                 assert_true(r.q[2] == 0.0);
             rig_close(&r);
         }
+}
+
+static void test_plane(void **state)
+{
+    (void)state;
+    slide_on_plane(PERP_MECHANISM_FROZEN);
+    slide_on_plane(PERP_MECHANISM_IMPLICIT);
 }
 
 /* A polyhedron of 8 edges instead of the cone, at 10 degrees from one: too far, and off the
@@ -77,11 +84,10 @@ static void test_plane_polyhedral(void **state)
 
 /* Sliding keeps the moment about the floor, so that the speed of rolling is right at any h; from
  * there on the point of contact rests to the last bit. */
-static void test_roll(void **state)
+static void roll(int32_t scheme)
 {
     int32_t name, k;
 
-    (void)state;
     for (name = MACHINE_ROLL_BALL; name <= MACHINE_ROLL_BACK; name++)
         for (k = 0; k < 3; k++) {
             const double h = 0.01 / (1 << 2 * k);
@@ -89,6 +95,7 @@ static void test_roll(void **state)
             rig r;
 
             rig_open(&r, name);
+            r.settings.scheme = scheme;
             rig_start(&r);
             when = machine_value(&r.machine, "rolls from");
             while (r.t < r.machine.end - 1e-9) {
@@ -108,6 +115,13 @@ static void test_roll(void **state)
             near(r.v[0], machine_value(&r.machine, "v"), 1e-11, r.machine.name);
             rig_close(&r);
         }
+}
+
+static void test_roll(void **state)
+{
+    (void)state;
+    roll(PERP_MECHANISM_FROZEN);
+    roll(PERP_MECHANISM_IMPLICIT);
 }
 
 /* Down a slope it rolls from rest where mu is large enough, else it slides and turns. */
@@ -215,15 +229,15 @@ static void test_belt_of_one_coefficient(void **state)
 }
 
 /* The finger slides to a stop, with the normal force of the theory in each step. */
-static void test_finger(void **state)
+static void push_finger(int32_t scheme)
 {
     const double h = 1e-3;
     double length, normal, a;
     int stop, step;
     rig r;
 
-    (void)state;
     rig_open(&r, MACHINE_FINGER);
+    r.settings.scheme = scheme;
     rig_start(&r);
     normal = machine_value(&r.machine, "normal force");
     a = 0.5 * normal - 1;
@@ -238,6 +252,13 @@ static void test_finger(void **state)
     }
     near(r.q[0], length, 1e-12, "place of the stop");
     rig_close(&r);
+}
+
+static void test_finger(void **state)
+{
+    (void)state;
+    push_finger(PERP_MECHANISM_FROZEN);
+    push_finger(PERP_MECHANISM_IMPLICIT);
 }
 
 /* mu = 0.5 jams where cot(angle) < 0.5, however fast it comes and however short the step, as long
