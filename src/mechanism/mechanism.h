@@ -111,9 +111,9 @@ struct perp_mechanism {
     double *work;     /* perp__mechanism_work(m) doubles, nobody's beyond a function */
     int32_t *indices; /* 2 rows, the same */
     int64_t evaluations;
-    void *scheme_work;       /* of the implicit scheme; NULL with another */
-    void *found_work;        /* of accelerations, the same */
-    perp__theta *theta_work; /* of the theta scheme, made when first needed */
+    void *scheme_work;              /* of the implicit scheme; NULL with another */
+    perp__acceleration *found_work; /* of accelerations, made when first needed */
+    perp__theta *theta_work;        /* of the theta scheme, made when first needed */
 };
 
 /* ---- evaluate.c: PERP_OK, PERP__OUTSIDE, or a negative status with its message ---- */
@@ -184,6 +184,10 @@ int32_t perp__count_impacts(const perp_mechanism *m, const perp__velocity_answer
 /* Second stage: m->answer, of the first stage, is replaced by velocities and impulses after the
  * impacts. */
 perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem);
+
+/* ---- accelerations.c ---- */
+/* NULL is accepted. */
+void perp__found_release(perp__acceleration *a);
 
 /* mechanism.c */
 perp_status perp__mechanism_enter(perp_mechanism *m);

@@ -1,0 +1,115 @@
+#include "linalg/pivoting.h"
+
+#include <math.h>
+#include <string.h>
+
+static void exchange(double *a, double *b)
+{
+    const double kept = *a;
+
+    *a = *b;
+    *b = kept;
+}
+
+/* Brings the largest entry of what is left to (k,k); returns its size. */
+static double bring_pivot(perp__pivoting *p, int32_t k)
+{
+    const size_t n = (size_t)p->n;
+    size_t row = (size_t)k, column = (size_t)k, i, j;
+    double largest = -1.0;
+
+    for (i = (size_t)k; i < n; i++)
+        for (j = (size_t)k; j < n; j++)
+            if (fabs(p->K[i * n + j]) > largest) {
+                largest = fabs(p->K[i * n + j]);
+                row = i;
+                column = j;
+            }
+    for (j = 0; j < n && row != (size_t)k; j++) {
+        exchange(p->K + row * n + j, p->K + (size_t)k * n + j);
+        exchange(p->E + row * n + j, p->E + (size_t)k * n + j);
+    }
+    if (column != (size_t)k) {
+        const int32_t name = p->columns[column];
+
+        for (i = 0; i < n; i++)
+            exchange(p->K + i * n + column, p->K + i * n + (size_t)k);
+        p->columns[column] = p->columns[k];
+        p->columns[k] = name;
+    }
+    if ((row != (size_t)k) != (column != (size_t)k))
+        p->sign = -p->sign;
+    return largest;
+}
+
+static void eliminate(perp__pivoting *p, int32_t k)
+{
+    const size_t n = (size_t)p->n;
+    double *pivot_row = p->K + (size_t)k * n, *unit_row = p->E + (size_t)k * n;
+    const double pivot = pivot_row[k];
+    size_t i, j;
+
+    if (pivot < 0.0)
+        p->sign = -p->sign;
+    for (j = 0; j < n; j++) {
+        pivot_row[j] /= pivot;
+        unit_row[j] /= pivot;
+    }
+    for (i = 0; i < n; i++) {
+        double *row = p->K + i * n, *unit = p->E + i * n;
+        const double factor = row[k];
+
+        if (i == (size_t)k || factor == 0.0)
+            continue;
+        for (j = (size_t)k + 1; j < n; j++)
+            row[j] -= factor * pivot_row[j];
+        row[k] = 0.0;
+        for (j = 0; j < n; j++)
+            unit[j] -= factor * unit_row[j];
+    }
+}
+
+void perp__pivoting_eliminate(perp__pivoting *p, double singular)
+{
+    const size_t n = (size_t)p->n;
+    size_t i;
+
+    memset(p->E, 0, n * n * sizeof *p->E);
+    for (i = 0; i < n; i++) {
+        p->E[i * (n + 1)] = 1.0;
+        p->columns[i] = (int32_t)i;
+    }
+    p->sign = 1;
+    for (p->rank = 0; p->rank < p->n; p->rank++) {
+        if (!(bring_pivot(p, p->rank) > singular)) {
+            p->sign = 0;
+            return;
+        }
+        eliminate(p, p->rank);
+    }
+}
+
+void perp__pivoting_solve(const perp__pivoting *p, double *x, const double *b)
+{
+    const size_t n = (size_t)p->n;
+    size_t k, r;
+
+    for (k = 0; k < n; k++) {
+        double sum = 0.0;
+
+        for (r = 0; r < n && k < (size_t)p->rank; r++)
+            sum += p->E[k * n + r] * b[r];
+        x[p->columns[k]] = sum;
+    }
+}
+
+void perp__pivoting_null(const perp__pivoting *p, double *direction, int32_t k)
+{
+    const size_t n = (size_t)p->n, column = (size_t)(p->rank + k);
+    size_t l;
+
+    memset(direction, 0, n * sizeof *direction);
+    direction[p->columns[column]] = 1.0;
+    for (l = 0; l < (size_t)p->rank; l++)
+        direction[p->columns[l]] = -p->K[l * n + column];
+}

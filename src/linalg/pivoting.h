@@ -1,0 +1,27 @@
+/* Small dense linear systems of any rank: Gauss-Jordan elimination with complete pivoting. */
+#ifndef PERP_LINALG_PIVOTING_H
+#define PERP_LINALG_PIVOTING_H
+
+#include <stdint.h>
+
+/* Matrices n by n, row by row. After the elimination E K = (I X; 0 0) in the order of `columns`:
+ * rows of E beyond the rank annihilate K. */
+typedef struct perp__pivoting {
+    int32_t n;
+    int32_t rank;
+    int32_t sign;     /* of the determinant; 0 where the rank is below n */
+    double *K;        /* overwritten: X in its last n - rank columns */
+    double *E;        /* filled */
+    int32_t *columns; /* n: filled */
+} perp__pivoting;
+
+/* A pivot below `singular` is 0. */
+void perp__pivoting_eliminate(perp__pivoting *p, double singular);
+
+/* x: the solution of K x = b that is 0 at columns without a pivot. */
+void perp__pivoting_solve(const perp__pivoting *p, double *x, const double *b);
+
+/* direction: vector k, from 0, of a basis of the null space. */
+void perp__pivoting_null(const perp__pivoting *p, double *direction, int32_t k);
+
+#endif

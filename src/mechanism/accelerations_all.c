@@ -1,0 +1,71 @@
+/* Every pattern of modes, one after the other. */
+#include <math.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "mechanism/accelerations.h"
+
+/* Clock readings are rare: once in so many patterns. */
+#define PATTERNS_A_READING 256
+
+perp_status perp__found_try(perp__acceleration *a)
+{
+    const int32_t dimension = perp__found_solve(a);
+    int32_t at_vertex;
+
+    perp__found_note_sign(a);
+    if (dimension > 0)
+        return perp__found_keep_family(a, dimension);
+    if (dimension < 0 ||
+        !perp__found_keeps(a, &a->pattern, a->f, a->u, a->f_width, a->u_width, 0, 1, &at_vertex))
+        return PERP_OK;
+    return perp__found_keep_point(a, at_vertex);
+}
+
+/* The number of patterns, or more than `most`. */
+static int64_t count_patterns(const perp__acceleration *a, int64_t most)
+{
+    int64_t product = 1;
+    int32_t i;
+
+    for (i = 0; i < a->units && product <= most; i++)
+        product *= perp__found_choices(a, a->unit + i);
+    return product;
+}
+
+static perp_status enumerate(perp__acceleration *a, perp_mechanism_summary *summary,
+                             int64_t patterns)
+{
+    const double limit = a->m->settings.time_limit, began = limit > 0.0 ? perp__now() : 0.0;
+    perp_status status = PERP_OK;
+    int64_t k;
+
+    for (k = 0; k < patterns && status == PERP_OK; k++) {
+        int64_t rest = k;
+        int32_t i;
+
+        if (limit > 0.0 && k % PATTERNS_A_READING == 0 && perp__now() - began > limit) {
+            summary->exhaustive = 0;
+            break;
+        }
+        for (i = 0; i < a->units; i++) {
+            const int32_t count = perp__found_choices(a, a->unit + i);
+
+            perp__found_choose(a, i, (int32_t)(rest % count));
+            rest /= count;
+        }
+        status = perp__found_try(a);
+    }
+    summary->patterns = k;
+    return status;
+}
+
+perp_status perp__found_all(perp__acceleration *a, perp_mechanism_summary *summary)
+{
+    const int64_t most = a->m->settings.most_patterns, patterns = count_patterns(a, most);
+
+    summary->exhaustive = patterns <= most && a->closed <= PERP__MOST_CONTACTS;
+    if (summary->exhaustive)
+        return enumerate(a, summary, patterns);
+    return PERP_OK;
+}
