@@ -29,7 +29,7 @@ static void layout(perp__arena *arena, void *object)
     perp__implicit *s = of->s;
     double **const of_unknowns[] = {&s->z,       &s->w,       &s->start, &s->lower, &s->upper,
                                     &s->changed, &s->shifted, &s->at,    &s->F};
-    double **const of_rows[] = {&s->r, &s->u, &s->inverse_mass};
+    double **const of_rows[] = {&s->r, &s->u, &s->inverse_mass, &s->bent_r};
     size_t k;
 
     s->discs = perp__arena_take(arena, (size_t)(m->contacts + m->dry), sizeof *s->discs);
@@ -39,6 +39,8 @@ static void layout(perp__arena *arena, void *object)
         *of_rows[k] = perp__arena_take(arena, (size_t)m->rows, sizeof(double));
     s->q = perp__arena_take(arena, (size_t)m->coordinates, sizeof(double));
     s->steps = perp__arena_take(arena, (size_t)m->n, sizeof(double));
+    s->bent_at = perp__arena_take(arena, (size_t)m->n, sizeof(double));
+    s->bent = perp__arena_take(arena, (size_t)m->n * (size_t)s->most, sizeof(double));
 }
 
 static perp_status set_up(perp_mechanism *m, perp__implicit *s)
@@ -128,7 +130,7 @@ static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_st
     perp_status status = perp_ncp_result_init(&result, sizeof result);
 
     *found = 0;
-    s->is_at = 0;
+    s->is_at = s->is_bent = 0;
     s->failed = PERP_OK;
     perp__implicit_number(m, s);
     perp__implicit_start(m, s, s->start);

@@ -47,9 +47,12 @@ typedef struct perp__implicit {
     double *steps;                         /* n: sizes of the velocities */
     double *inverse_mass;                  /* rows: J M^-1 J' at the step's start */
     double speed;                          /* of the step, in the metric of M */
-    double noise;  /* rounding of gap / h, the largest, beside the speeds of its row */
-    int32_t is_at; /* 1: `at` holds a point */
-    double t, h;   /* of the step, and where it starts */
+    double noise;             /* rounding of gap / h, the largest, beside the speeds of its row */
+    int32_t is_at;            /* 1: `at` holds a point */
+    double *bent;             /* size by n: columns of v beyond M and J, by differences */
+    double *bent_at, *bent_r; /* n, rows: velocities and impulses of those */
+    int32_t is_bent;
+    double t, h; /* of the step, and where it starts */
     const double *q0, *v0;
     perp_status failed; /* of a callback that asked to abort */
 } perp__implicit;
@@ -68,14 +71,23 @@ double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
 /* Direction of edge j of a polygon. */
 void perp__implicit_edge(int32_t edges, int32_t j, double d[2]);
 
-/* ---- implicit_function.c: F and its Jacobian; user: the mechanism ---- */
+/* ---- implicit_function.c ---- */
+/* F, for the solver; user: the mechanism. */
 int32_t perp__implicit_function(double *F, const double *z, void *user);
-int32_t perp__implicit_jacobian(double *J, const double *z, void *user);
-/* m->end, m->friction, s->q, s->r, s->u, s->F at z. As the evaluations in mechanism.h. */
+/* m->end, m->friction, s->q, s->r, s->u and F at z, as the evaluations in mechanism.h. */
+perp_status perp__implicit_evaluate_at(perp_mechanism *m, perp__implicit *s, double *F,
+                                       const double *z);
+/* The same with F in s->F, where it is not already at z. */
 perp_status perp__implicit_evaluate(perp_mechanism *m, perp__implicit *s, const double *z);
 /* What the row's gap (or c) at s->q, `now`, is beyond the linear one, as a speed. */
 double perp__implicit_curvature(perp_mechanism *m, perp__implicit *s, int32_t row, double now,
                                 double before);
+
+/* What a callback of the solver returns for that status. */
+int32_t perp__implicit_reply(perp_mechanism *m, perp__implicit *s, perp_status status);
+
+/* ---- implicit_jacobian.c ---- */
+int32_t perp__implicit_jacobian(double *J, const double *z, void *user);
 
 /* ---- implicit_answer.c ---- */
 /* m->answer := the solution z with F(z) = w, with the velocities held that the laws prescribe. */
