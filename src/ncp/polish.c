@@ -1,6 +1,5 @@
 /* The last digits: the natural map at z shows which variables are at a bound; those are set to it,
  * and the others solve F_A(z) = 0 by Newton's method, as long as the residual falls. */
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -43,7 +42,7 @@ static perp_status step(perp__ncp_walk *f)
             status = perp__ncp_stand(f);
             return status < 0 ? status : status == PERP_OK;
         }
-        if (f->residual <= 8.0 * DBL_EPSILON * f->omega)
+        if (f->residual <= PERP__NCP_ROUNDING * f->omega)
             break; /* nothing to gain */
     }
     return 0;
@@ -62,7 +61,7 @@ perp_status perp__ncp_polish(perp__ncp_walk *f)
             return moved;
         if (moved && f->residual <= 0.5 * last && f->residual > 0.0)
             continue;
-        if (f->residual <= 8.0 * DBL_EPSILON * f->omega || !perp__ncp_sharpen(f->model))
+        if (f->residual <= PERP__NCP_ROUNDING * f->omega || !perp__ncp_sharpen(f->model))
             break; /* else the step was no better than the Jacobian: once more */
     }
     return PERP_OK;

@@ -268,5 +268,5 @@ int32_t perp__ncp_is_there(const perp__ncp_walk *f, double last)
         return 1;
     if (!(f->residual <= f->target * f->omega))
         return 0;
-    return !f->finish || f->residual > 0.5 * last;
+    return !f->finish || f->residual > 0.5 * last || f->residual <= PERP__NCP_ROUNDING * f->omega;
 }

@@ -7,6 +7,9 @@
 #include "linalg/kept_factor.h"
 #include "ncp/model.h"
 
+/* A residual over omega that further steps do not make smaller: rounding of F. */
+#define PERP__NCP_ROUNDING (8.0 * 2.220446049250313e-16)
+
 #define PERP__NCP_MEMORY 8 /* values of Psi that the nonmonotone search looks back on */
 
 /* Which equation the slopes are of. */
