@@ -262,11 +262,15 @@ void perp__ncp_steepest(perp__ncp_walk *f)
         f->d[i] *= size > 0.0 ? -square / size : 0.0;
 }
 
+/* A start that leaves no more than rounding is there. Later points must show it by a step that does
+ * not help: omega may have run away by then, and is no measure. */
 int32_t perp__ncp_is_there(const perp__ncp_walk *f, double last)
 {
     if (f->residual == 0.0)
         return 1;
     if (!(f->residual <= f->target * f->omega))
         return 0;
-    return !f->finish || f->residual > 0.5 * last || f->residual <= PERP__NCP_ROUNDING * f->omega;
+    if (!f->finish || f->residual > 0.5 * last)
+        return 1;
+    return isinf(last) && f->residual <= PERP__NCP_ROUNDING * f->omega;
 }
