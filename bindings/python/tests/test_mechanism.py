@@ -339,6 +339,30 @@ def test_who_gets_the_time(function, expected):
 ## Runs
 
 
+def test_schemes():
+    """Of a free fall: the velocity is g t with each; the path is of order 1, and exact with theta's
+    mean of two ends. Of the pendulum: all near the truth, theta nearest."""
+    h, t = 0.1, 1.0
+    for scheme, path in (
+        ("frozen", -G * t * (t + h) / 2),
+        ("implicit", -G * t * (t + h) / 2),
+        ("theta", -G * t * t / 2),
+    ):
+        run = falling().simulate([10], [0], t, h, scheme=scheme)
+        assert run.ok and run.stats.fallbacks == 0
+        # ten steps of a few roundings
+        assert run.v[-1] == pytest.approx(-G * t, rel=1e-14)
+        assert run.q[-1] - 10 == pytest.approx(path, rel=1e-13)
+    quarter, errors = 1.8540746773013719 / np.sqrt(G), {}
+    for scheme in ("frozen", "implicit", "theta"):
+        run = pendulum().simulate([1, 0], [0, 0], quarter, quarter / 200, scheme=scheme)
+        assert run.ok
+        errors[scheme] = np.linalg.norm(run.q[-1] - [0, -1])
+    assert max(errors.values()) < 0.02 and errors["theta"] < 1e-3
+    step = falling().step(0, [10], [0], 0.1, scheme="implicit")
+    assert step.scheme == "implicit"
+
+
 def test_callback_sees_every_step_and_stops():
     seen = []
     run = ramp().simulate([0], [2], 3.0, 0.1, callback=lambda s: seen.append(s) or s.t > 0.45)
