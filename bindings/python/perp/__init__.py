@@ -10,7 +10,7 @@ ncp_check_jacobian  a Jacobian against differences of its function
 contact     contact with friction over dynamics of your own
 contact_delassus  the same from the matrix W that couples the contacts
 fclib       (perp.fclib, imported by name) problems in FCLIB's files
-Mechanism   mechanisms in coordinates of your own, by functions: stepped in time
+Mechanism   mechanisms in coordinates of your own, by functions: steps, all accelerations
 load_friction  every acceleration where friction depends on the load (screws, gears, guides)
 load_friction_step  a step in time over it, through jams
 Compliant   sliding contacts that give: stability, integration
@@ -39,6 +39,7 @@ from ._friction import (
 from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
 from ._mechanism import Mechanism
+from ._mechanism_accelerations import Acceleration, Accelerations
 from ._mechanism_callbacks import OutsideDomain
 from ._mechanism_results import MechanismRun, MechanismStats, MechanismStep
 from ._monitor import Progress
@@ -51,6 +52,8 @@ from ._world import World
 
 __all__ = [
     "LCP",
+    "Acceleration",
+    "Accelerations",
     "Batch",
     "Body",
     "Compliant",

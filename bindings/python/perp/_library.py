@@ -110,6 +110,7 @@ LOAD_MODES = _words(library.perp_load_mode_text)
 LOAD_REASONS = _words(library.perp_load_reason_text)
 MECHANISM_SCHEMES = _words(library.perp_mechanism_scheme_text)
 MECHANISM_LAWS = _words(library.perp_mechanism_law_text)
+MECHANISM_REASONS = _words(library.perp_mechanism_reason_text)
 PLACES = ("lower", "upper", "between", "fixed")
 CERTIFICATES = {0: None, 1: "infeasible"}
 GOOD_OUTCOMES = (0, 1)

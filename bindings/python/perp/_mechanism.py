@@ -13,7 +13,8 @@ from ._callbacks import Array
 from ._contact import _cone
 from ._lcp import code, limit
 from ._library import MECHANISM_SCHEMES, defaults, library
-from ._mechanism_base import MechanismBase
+from ._mechanism_accelerations import Accelerations, make_accelerations, read_acceleration
+from ._mechanism_base import MechanismBase, whole
 from ._mechanism_results import (
     MechanismRun,
     MechanismStep,
@@ -23,8 +24,10 @@ from ._mechanism_results import (
     words,
 )
 from ._structures_mechanism import (
+    MechanismFound,
     MechanismObserver,
     MechanismRunResult,
+    MechanismSummary,
 )
 from ._structures_mechanism import MechanismStep as CStep
 
@@ -245,6 +248,55 @@ class Mechanism(MechanismBase):
                 return -1
 
         return observe
+
+    def accelerations(
+        self,
+        t: float,
+        q: ArrayLike,
+        v: ArrayLike,
+        *,
+        most_patterns: int = 2**22,
+        directions: int = 16,
+        starts: int = 16,
+        stiffness: float = 1.0,
+        damping: float = 2.0,
+        tol: float = 1e-10,
+        time_limit: Optional[float] = None,
+    ) -> Accelerations:
+        """Finds all accelerations of a state, with their forces: every combination of separate,
+        stick and slip. There may be none, one, several, or families. q: (coordinates,), v: (n,).
+
+        most_patterns: more combinations (or 12 contacts) are not enumerated: `exhaustive` is then
+            False, and Lemke's method from so many `starts` finds some.
+        directions: in space, of a slip that starts: tried at first, then made exact.
+        stiffness, damping: of compliant contacts, which tell what is `stable`.
+        """
+        with self._lock:
+            time, place, speed = self._state(t, q, v, ("t", "q", "v"))
+            self._set(
+                most_patterns=whole(most_patterns, "most_patterns", 2**62),
+                directions=whole(directions, "directions"),
+                starts=whole(starts, "starts"),
+                stiffness=stiffness,
+                damping=damping,
+                tol=tol,
+                time_limit=limit(time_limit, "time_limit"),
+            )
+            summary = defaults(MechanismSummary)
+            self._call(
+                library.perp_mechanism_accelerations,
+                byref(summary),
+                time,
+                _arrays.address(place),
+                _arrays.address(speed),
+            )
+            solutions, found = [], defaults(MechanismFound)
+            for index in range(summary.count):
+                self._call(library.perp_mechanism_get_acceleration, byref(found), index)
+                solutions.append(
+                    read_acceleration(found, self.n, self._row_count, self._mode_count)
+                )
+            return make_accelerations(summary, solutions)
 
 
 def _stepping(
