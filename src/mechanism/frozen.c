@@ -28,6 +28,8 @@ void perp__prepare_step(perp_mechanism *m, double h, const double *v0)
     for (j = 0; j < m->dry; j++)
         m->dry_bound[j] = h * terms->bound[j];
     for (j = 0; j < m->contacts; j++) {
+        if (m->settings.law == PERP_MECHANISM_POISSON) /* jam.c alone asks */
+            m->start_speed[j] = perp__sliding_speed(m, terms, j, m->start_velocity, v0);
         m->shift[j] = fmax(terms->gap[j], 0.0) / h;
         m->included[j] =
             m->shift[j] + m->free_velocity[m->starts[j]] <= 0.0 || terms->gap[j] <= 0.0;

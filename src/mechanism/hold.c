@@ -29,8 +29,7 @@ typedef struct held {
     int32_t count, rank, moving; /* moving: some target is not 0 */
 } held;
 
-/* x := L^-1 x, and x := L^-T x. */
-static void forward(const perp_mechanism *m, const perp__terms *terms, double *x)
+void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double *x)
 {
     const size_t n = (size_t)m->n;
     size_t i, k;
@@ -42,6 +41,7 @@ static void forward(const perp_mechanism *m, const perp__terms *terms, double *x
     }
 }
 
+/* x := L^-T x. */
 static void backward(const perp_mechanism *m, const perp__terms *terms, double *x)
 {
     const size_t n = (size_t)m->n;
@@ -91,7 +91,7 @@ static void gather(const perp_mechanism *m, held *h, const perp__velocity_answer
         if (!answer->holds[i])
             continue;
         memcpy(row, problem->terms->J + (size_t)i * n, n * sizeof *row);
-        forward(m, problem->terms, row);
+        perp__solve_lower(m, problem->terms, row);
         norm = length_of(row, n);
         if (norm == 0.0)
             continue;
@@ -129,7 +129,7 @@ static void fix_coordinates(const perp_mechanism *m, held *h, const perp__veloci
 
         memset(h->unit, 0, n * sizeof *h->unit);
         h->unit[i] = 1.0;
-        forward(m, problem->terms, h->unit);
+        perp__solve_lower(m, problem->terms, h->unit);
         length = length_of(h->unit, n);
         perp__project_out(h->basis, h->rank, m->n, h->unit);
         if (length_of(h->unit, n) <= SPAN_TOLERANCE * length && !h->moving)
@@ -163,7 +163,7 @@ static int32_t hold(const perp_mechanism *m, held *h, perp__velocity_answer *ans
     h->rank = perp__orthogonal_rows(h->rows, h->targets, h->taken, h->norms, h->basis,
                                     h->particular, h->count, m->n);
     add_free(m, answer, problem, h->y);
-    forward(m, problem->terms, h->y);
+    perp__solve_lower(m, problem->terms, h->y);
     size = length_of(h->y, n) + length_of(h->particular, n);
     if (h->rank == m->n)
         memcpy(h->y, h->particular, n * sizeof *h->y);

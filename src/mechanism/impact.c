@@ -2,7 +2,8 @@
  *
  * The first stage, without restitution, moves the positions. A contact with e > 0 that it presses
  * was hit if it approached faster than the step's forces make it, u_n- < -h |a_n|: slower approach
- * is resting contact, which would else bounce at speeds of order g h for ever. The second stage
+ * is resting contact, which would else bounce at speeds of order g h for ever. Under Poisson's law
+ * an impulse without approach is an impact too where sliding cannot go on (jam.c). The second stage
  * starts from the same momentum:
  *
  *   Moreau   0 <= r_n perp u_n+ + e u_n- >= 0        where the contact touches,
@@ -10,8 +11,15 @@
  *   Poisson  compression: 0 <= c perp u_n >= 0; then expansion from its velocities with e c given:
  *            0 <= x perp u_n+ >= 0, |r_t| <= mu (e c + x)   (Anitescu & Potra 1997),
  *
- * and contacts that do not touch yet must not be passed, u_n+ + gap'/h >= 0 with the gap' that the
- * first stage leaves. */
+ * and contacts that did not touch must not be passed, u_n+ + gap'/h >= 0 with the gap' that the
+ * first stage leaves. Where a stage has no solution that was found, the velocities of the stage
+ * before stand, and the outcome tells.
+ *
+ * Energy. Without friction and with the same e everywhere no law adds any; Moreau and Newton then
+ * leave (1 - e^2) of what a plastic impact takes, all of it where e = 1. With friction Moreau's and
+ * Newton's laws can add energy (T. R. Kane's double pendulum), also with a single contact.
+ * Poisson's with the same e everywhere was never seen to; with e that differ between contacts it
+ * can. tests/mechanism/test_impact.c looks at random impacts. */
 #include "mechanism/mechanism.h"
 
 #include <math.h>
@@ -19,16 +27,18 @@
 
 #include "mechanism/frozen.h"
 
-static int32_t is_hit(const perp_mechanism *m, const perp__velocity_answer *answer, int32_t j)
+static int32_t is_hit(perp_mechanism *m, const perp__velocity_answer *answer, int32_t j)
 {
     const int32_t row = m->starts[j];
     const double before = m->start_velocity[row];
 
-    return m->restitution[j] > 0.0 && answer->holds[row] &&
-           before < -fabs(m->free_velocity[row] - before);
+    if (!(m->restitution[j] > 0.0) || !answer->holds[row])
+        return 0;
+    return before < -fabs(m->free_velocity[row] - before) ||
+           (m->settings.law == PERP_MECHANISM_POISSON && perp__is_jammed(m, answer, j));
 }
 
-int32_t perp__count_impacts(const perp_mechanism *m, const perp__velocity_answer *answer)
+int32_t perp__count_impacts(perp_mechanism *m, const perp__velocity_answer *answer)
 {
     int32_t count = 0, j;
 
@@ -46,12 +56,12 @@ static void shift_contacts(perp_mechanism *m, const perp__velocity_problem *prob
     for (j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];
         const double e = share * m->restitution[j], before = m->start_velocity[row];
-        const double law =
-            m->settings.law == PERP_MECHANISM_MOREAU ? e * before : -e * fmax(-before, 0.0);
 
-        m->impact_shift[j] = law;
-        if (!first->holds[row]) /* gap' / h */
-            m->impact_shift[j] = fmax(law, problem->shift[j] + first->u[row]);
+        if (m->begin.gap[j] > 0.0 && !first->holds[row])
+            m->impact_shift[j] = problem->shift[j] + first->u[row]; /* gap' / h */
+        else
+            m->impact_shift[j] =
+                m->settings.law == PERP_MECHANISM_MOREAU ? e * before : -e * fmax(-before, 0.0);
     }
 }
 
@@ -66,7 +76,12 @@ static void add_iterations(perp_mechanism *m)
     memcpy(m->answer.ray, m->second.ray, (size_t)m->rows * sizeof *m->answer.ray);
 }
 
-/* second := solution of the second stage's problem; taken over where it is one. */
+static int32_t is_good(int32_t outcome)
+{
+    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
+/* second := solution of a problem of the second stage; taken over where it is one. */
 static perp_status solve_second(perp_mechanism *m, const perp__velocity_problem *problem)
 {
     perp_status status;
@@ -76,7 +91,7 @@ static perp_status solve_second(perp_mechanism *m, const perp__velocity_problem 
     if (status != PERP_OK)
         return status;
     add_iterations(m);
-    if (perp__outcome_moves(m->second.outcome)) {
+    if (is_good(m->second.outcome)) {
         memcpy(m->answer.v, m->second.v, (size_t)m->n * sizeof *m->answer.v);
         memcpy(m->answer.u, m->second.u, (size_t)m->rows * sizeof *m->answer.u);
         memcpy(m->answer.r, m->second.r, (size_t)m->rows * sizeof *m->answer.r);
@@ -109,16 +124,19 @@ static perp_status expand(perp_mechanism *m, const perp__velocity_problem *compr
     memset(m->dry_bound, 0, (size_t)m->dry * sizeof *m->dry_bound); /* used in the compression */
     problem.pressure = m->pressure;
     status = solve_second(m, &problem);
-    for (j = 0; j < m->rows && status == PERP_OK; j++)
+    if (status != PERP_OK || !is_good(m->answer.outcome))
+        return status;
+    for (j = 0; j < m->rows; j++)
         m->answer.r[j] += compressed[j];
-    for (j = 0; j < m->contacts && status == PERP_OK; j++) {
+    for (j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];
 
         m->answer.r[row] += m->pressure[j];
         if (m->answer.modes[j] == PERP_CONTACT_SEPARATE && m->answer.r[row] > 0.0)
-            m->answer.modes[j] = PERP_CONTACT_SLIP;
+            m->answer.modes[j] = m->dims[j] == 1 || m->answer.holds[row + 1] ? PERP_CONTACT_STICK
+                                                                             : PERP_CONTACT_SLIP;
     }
-    return status;
+    return PERP_OK;
 }
 
 perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem)
@@ -130,7 +148,7 @@ perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem 
     shift_contacts(m, problem, poisson ? 0.0 : 1.0);
     stage.shift = m->impact_shift;
     status = solve_second(m, &stage);
-    if (status == PERP_OK && poisson && perp__outcome_moves(m->answer.outcome))
+    if (status == PERP_OK && poisson && is_good(m->answer.outcome))
         status = expand(m, &stage);
     return status;
 }

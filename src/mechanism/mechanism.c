@@ -66,8 +66,9 @@ static void layout(perp__arena *arena, void *object)
 {
     perp_mechanism *m = object;
     const size_t n = (size_t)m->n, rows = (size_t)m->rows, contacts = (size_t)m->contacts;
-    double **const of_contacts[] = {&m->mu,    &m->mu_static, &m->stribeck, &m->restitution,
-                                    &m->shift, &m->friction,  &m->pressure, &m->impact_shift};
+    double **const of_contacts[] = {&m->mu,       &m->mu_static,    &m->stribeck,
+                                    &m->shift,    &m->friction,     &m->restitution,
+                                    &m->pressure, &m->impact_shift, &m->start_speed};
     perp__mechanism_state *const states[] = {&m->now, &m->next, &m->trial, &m->half};
     size_t k;
 

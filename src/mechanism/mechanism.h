@@ -106,6 +106,7 @@ struct perp_mechanism {
     double *impact_shift;   /* contacts: of the second stage */
     double *start_velocity; /* rows: u at the step's start */
     double *free_velocity;  /* rows: u of `free` */
+    double *start_speed;    /* contacts: |u_t| at the step's start, under Poisson's law */
     double *moved;          /* coordinates */
     int8_t *included;
     double *work;     /* perp__mechanism_work(m) doubles, nobody's beyond a function */
@@ -143,6 +144,9 @@ void perp__add_impulses(const perp_mechanism *m, const perp__terms *terms, doubl
 void perp__multiply_mass(const perp_mechanism *m, const perp__terms *terms, double *y,
                          const double *x);
 void perp__solve_mass(const perp_mechanism *m, const perp__terms *terms, double *x);
+/* Sliding speed of contact j, 0.0 where it is rounding. */
+double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t j,
+                           const double *u, const double *v);
 /* The coefficients of friction that count where a step starts with row velocities u. */
 void perp__friction_of_speed(const perp_mechanism *m, const perp__terms *terms, double *friction,
                              const double *u, const double *v);
@@ -153,6 +157,8 @@ perp_status perp__solve_velocities(perp_mechanism *m, perp__velocity_answer *ans
                                    const perp__velocity_problem *problem);
 
 /* ---- hold.c: velocities in what the rows that hold leave free ---- */
+/* x := L^-1 x, with M = L L'. */
+void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double *x);
 void perp__hold_velocities(perp_mechanism *m, perp__velocity_answer *answer,
                            const perp__velocity_problem *problem);
 
@@ -180,7 +186,7 @@ perp_status perp__advance(perp_mechanism *m, perp__mechanism_state *to, perp_mec
 
 /* ---- impact.c ---- */
 /* The contacts with restitution that were hit in the step that `answer` solves. */
-int32_t perp__count_impacts(const perp_mechanism *m, const perp__velocity_answer *answer);
+int32_t perp__count_impacts(perp_mechanism *m, const perp__velocity_answer *answer);
 /* Second stage: m->answer, of the first stage, is replaced by velocities and impulses after the
  * impacts. */
 perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem);
@@ -188,6 +194,10 @@ perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem 
 /* ---- accelerations.c ---- */
 /* NULL is accepted. */
 void perp__found_release(perp__acceleration *a);
+
+/* ---- jam.c ---- */
+/* Whether sliding in contact j ended though it was not hit: Painleve's impact without collision. */
+int32_t perp__is_jammed(perp_mechanism *m, const perp__velocity_answer *answer, int32_t j);
 
 /* mechanism.c */
 perp_status perp__mechanism_enter(perp_mechanism *m);

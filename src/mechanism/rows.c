@@ -63,9 +63,8 @@ void perp__solve_mass(const perp_mechanism *m, const perp__terms *terms, double 
     perp__cholesky_solve(m->n, 1, terms->factor, m->n, x, m->n);
 }
 
-/* Sliding speed of a contact, 0.0 where it is rounding. */
-static double sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t j,
-                            const double *u, const double *v)
+double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t j,
+                           const double *u, const double *v)
 {
     const size_t n = (size_t)m->n;
     double speed = 0.0, size = 0.0;
@@ -95,7 +94,7 @@ void perp__friction_of_speed(const perp_mechanism *m, const perp__terms *terms, 
         friction[j] = terms->mu[j];
         if (!(at_rest > terms->mu[j]) || m->dims[j] == 1)
             continue;
-        speed = sliding_speed(m, terms, j, u, v);
+        speed = perp__sliding_speed(m, terms, j, u, v);
         if (speed == 0.0)
             friction[j] = at_rest;
         else if (m->stribeck[j] > 0.0)
