@@ -4,7 +4,8 @@
  * the known one or to 1. order: how error fell since the row above, log2 of their ratio if steps
  * are half as long. The row `order` gives that over all rows beside the one that theory expects:
  * 1 of frozen and implicit; 2 of theta where motions are smooth or end in friction, 1 where there
- * are impacts. Events fall into steps as they like, so that single rows of such machines scatter.
+ * are impacts, a turn against friction or a friction that jumps. Events fall into steps as they
+ * like, so that single rows of machines with events scatter.
  * ms: of a run, the best of 3. us/step: the same for a step. drift: the largest |c| or penetration,
  * with projection. energy: the largest change, where none should be.
  *
@@ -28,9 +29,9 @@ typedef struct task {
 } task;
 
 static const task tasks[TASKS] = {
-    {MACHINE_RAMP_R1, 50, 2, 0},  {MACHINE_RAMP_R3, 50, 2, 0},   {MACHINE_RAMP_R5, 50, 2, 0},
+    {MACHINE_RAMP_R1, 50, 2, 0},  {MACHINE_RAMP_R3, 50, 2, 0},   {MACHINE_RAMP_R5, 50, 1, 0},
     {MACHINE_RAMP_R6, 50, 2, 0},  {MACHINE_RAMP_R7, 500, 2, 0},  {MACHINE_PLANE, 50, 2, 0},
-    {MACHINE_FLOOR, 50, 2, 0},    {MACHINE_ROLL_BALL, 50, 2, 0}, {MACHINE_BELT, 100, 2, 0},
+    {MACHINE_FLOOR, 50, 2, 0},    {MACHINE_ROLL_BALL, 50, 2, 0}, {MACHINE_BELT, 100, 1, 0},
     {MACHINE_BALL, 100, 1, 0},    {MACHINE_BLOCK, 100, 1, 0},    {MACHINE_ROD_FALL, 200, 1, 0},
     {MACHINE_PENDULUM, 50, 2, 1}, {MACHINE_SPIN, 100, 2, 1},
 };

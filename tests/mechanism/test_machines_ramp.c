@@ -1,6 +1,7 @@
 /* A brick on a ramp with a known normal force, m v' in m g sin th + F(t) - mu m g cos th Sgn v.
- * The step is v+ = soft(v + h k/m, h c/m), x+ = x + h v+, with k at the step's start (frozen) or
- * end (implicit): that is what a step must give up to rounding, and v is 0.0 where it sticks. */
+ * The step is v+ = soft(v + h k/m, h c/m), with k at the step's start and x+ = x + h v+ (frozen), k
+ * at its end and the same (implicit), or the means of k and of v (theta = 1/2): that is what a step
+ * must give up to rounding, and v is 0.0 where it sticks. */
 #include "rig.h"
 
 static double drive(const machine_ramp *ramp, double t)
@@ -19,19 +20,24 @@ static void follow(int32_t name, int32_t scheme)
 {
     const double h = name == MACHINE_RAMP_R7 ? 1e-2 : 1e-3;
     const machine_ramp *ramp;
-    int32_t k;
+    int32_t step;
     rig r;
 
     rig_open(&r, name);
     r.settings.scheme = scheme;
     rig_start(&r);
     ramp = &r.machine.data.ramp;
-    for (k = 0; k < 2000; k++) {
-        const double t = scheme == PERP_MECHANISM_IMPLICIT ? r.t + h : r.t,
-                     free = r.v[0] + h * drive(ramp, t) / ramp->mass,
+    for (step = 0; step < 2000; step++) {
+        const double theta = scheme == PERP_MECHANISM_IMPLICIT ? 1
+                             : scheme == PERP_MECHANISM_THETA  ? 0.5
+                                                               : 0,
+                     k0 = drive(ramp, r.t), k1 = drive(ramp, r.t + h),
+                     free = r.v[0] + h * ((1 - theta) * k0 + theta * k1) / ramp->mass,
                      left = fabs(free) - h * cap(ramp) / ramp->mass,
                      impulse = left > 0 ? -h * copysign(cap(ramp), free) : -ramp->mass * free,
-                     v = left > 0 ? copysign(left, free) : 0.0, x = r.q[0] + h * v;
+                     v = left > 0 ? copysign(left, free) : 0.0,
+                     mean = scheme == PERP_MECHANISM_THETA ? (v + r.v[0]) / 2 : v,
+                     x = r.q[0] + h * mean;
 
         rig_step(&r, h);
         /* a few roundings of numbers below 8 */
@@ -53,7 +59,7 @@ static void test_formula(void **state)
 
     (void)state;
     for (name = MACHINE_RAMP_R1; name <= MACHINE_RAMP_R7; name++)
-        for (scheme = PERP_MECHANISM_FROZEN; scheme <= PERP_MECHANISM_IMPLICIT; scheme++)
+        for (scheme = PERP_MECHANISM_FROZEN; scheme <= PERP_MECHANISM_THETA; scheme++)
             follow(name, scheme);
 }
 

@@ -2,13 +2,15 @@
  * pushed finger, and bodies that slide until they roll. */
 #include "rig.h"
 
-/* Steps of constant deceleration a from v: v+ = max(0, v - h a). The step of the stop, and where.
- */
-static int euler_stop(double *distance, double v, double a, double h)
+/* Steps of constant deceleration a from v: v+ = max(0, v - h a). The step of the stop, and where:
+ * places move with v+, those of the theta scheme with the mean of v and v+. */
+static int stop_of(double *distance, int32_t scheme, double v, double a, double h)
 {
     int n = (int)floor(v / (h * a));
 
     *distance = h * (n * v - a * h * n * (n + 1) / 2);
+    if (scheme == PERP_MECHANISM_THETA)
+        *distance += h * v / 2;
     return n + 1;
 }
 
@@ -24,7 +26,7 @@ static void slide_on_plane(int32_t scheme)
         for (k = 0; k < sizeof headings / sizeof *headings; k++) {
             const double angle = headings[k] * MACHINE_PI / 180;
             double length;
-            const int stop = euler_stop(&length, 3, 0.5 * MACHINE_GRAVITY, h);
+            const int stop = stop_of(&length, scheme, 3, 0.5 * MACHINE_GRAVITY, h);
             int step;
             rig r;
 
@@ -54,6 +56,7 @@ static void test_plane(void **state)
     (void)state;
     slide_on_plane(PERP_MECHANISM_FROZEN);
     slide_on_plane(PERP_MECHANISM_IMPLICIT);
+    slide_on_plane(PERP_MECHANISM_THETA);
 }
 
 /* A polyhedron of 8 edges instead of the cone, at 10 degrees from one: too far, and off the
@@ -122,6 +125,7 @@ static void test_roll(void **state)
     (void)state;
     roll(PERP_MECHANISM_FROZEN);
     roll(PERP_MECHANISM_IMPLICIT);
+    roll(PERP_MECHANISM_THETA);
 }
 
 /* Down a slope it rolls from rest where mu is large enough, else it slides and turns. */
@@ -241,7 +245,7 @@ static void push_finger(int32_t scheme)
     rig_start(&r);
     normal = machine_value(&r.machine, "normal force");
     a = 0.5 * normal - 1;
-    stop = euler_stop(&length, 1, a, h);
+    stop = stop_of(&length, scheme, 1, a, h);
     for (step = 1; step <= stop + 200; step++) {
         rig_step(&r, h);
         assert_int_equal(rig_rests(&r), step >= stop);
@@ -259,6 +263,7 @@ static void test_finger(void **state)
     (void)state;
     push_finger(PERP_MECHANISM_FROZEN);
     push_finger(PERP_MECHANISM_IMPLICIT);
+    push_finger(PERP_MECHANISM_THETA);
 }
 
 /* mu = 0.5 jams where cot(angle) < 0.5, however fast it comes and however short the step, as long
