@@ -18,9 +18,9 @@ from ._mechanism_base import MechanismBase, whole
 from ._mechanism_results import (
     MechanismRun,
     MechanismStep,
+    Recorder,
     make_run,
     make_step,
-    read_view,
     words,
 )
 from ._structures_mechanism import (
@@ -213,8 +213,9 @@ class Mechanism(MechanismBase):
                 longest=longest,
                 **_stepping(scheme, cone, tol, theta, project, time_limit),
             )
-            steps: list[MechanismStep] = []
-            observer = MechanismObserver(self._observer(steps, callback))
+            sizes = self.coordinates, self.n, self._row_count, self._mode_count
+            recorder = Recorder(*sizes)
+            observer = MechanismObserver(self._observer(recorder, callback))
             q, v, result = place.copy(), speed.copy(), defaults(MechanismRunResult)
             self._call(
                 library.perp_mechanism_run,
@@ -229,20 +230,19 @@ class Mechanism(MechanismBase):
                 observer,
                 c_void_p(),
             )
-            return make_run(result, steps)
+            return make_run(result, recorder)
 
     def _observer(
-        self, steps: list[MechanismStep], callback: Optional[Callable[[MechanismStep], Any]]
+        self, recorder: Recorder, callback: Optional[Callable[[MechanismStep], Any]]
     ) -> Callable[[Any, Any], int]:
         raised = self._callbacks.raised
-        sizes = self.coordinates, self.n, self._row_count, self._mode_count
 
         def observe(view: Any, _: Any) -> int:
             try:
                 if raised:
                     return -1
-                steps.append(read_view(view[0], sizes))
-                return 1 if callback is not None and callback(steps[-1]) else 0
+                recorder.add(view[0])
+                return 1 if callback is not None and callback(recorder.step(view[0])) else 0
             except BaseException as error:
                 raised.append(error)
                 return -1

@@ -20,7 +20,8 @@ from ._structures_mechanism import MechanismModel
 class OutsideDomain(Exception):
     """Raised by a function of a perp.Mechanism where q is outside of what it is defined for: the
     step's outcome is then "evaluation_failed" (or the step is shortened, if errors are
-    controlled)."""
+    controlled). From the first state of a mechanism whose sizes are not given it comes out of the
+    call."""
 
 
 @dataclass

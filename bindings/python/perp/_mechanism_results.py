@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import string_at
+from ctypes import c_double, string_at
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -93,18 +93,18 @@ class MechanismRun:
         return f"<perp.MechanismRun {self.outcome}, {self.stats.steps} steps, t={self.t[-1]:g}>"
 
 
+def _bytes(address: Optional[int], count: int) -> bytes:
+    return string_at(address, count) if count and address else bytes(count)
+
+
 def read(address: Optional[int], count: int) -> Array:
     """A copy of so many doubles of the library's."""
-    if not count or not address:
-        return np.zeros(count)
-    return np.frombuffer(bytearray(string_at(address, 8 * count)))
+    return np.frombuffer(bytearray(_bytes(address, 8 * count)))
 
 
 def words(address: Optional[int], count: int) -> Words:
     """The modes that the library wrote."""
-    if not count or not address:
-        return _MODE_WORDS[np.zeros(count, dtype=np.int32)]
-    return _MODE_WORDS[np.frombuffer(string_at(address, 4 * count), dtype=np.int32)]
+    return _MODE_WORDS[np.frombuffer(_bytes(address, 4 * count), dtype=np.int32)]
 
 
 def make_step(
@@ -138,33 +138,44 @@ def make_step(
     )
 
 
-def read_view(view: MechanismView, sizes: tuple[int, int, int, int]) -> MechanismStep:
-    """What an observer is shown: coordinates, velocities, rows and modes in these numbers."""
-    m, n, rows, modes = sizes
-    arrays = [
-        read(view.q, m),
-        read(view.v, n),
-        read(view.impulse, rows),
-        read(view.velocity, rows),
-    ]
-    step = view.step[0] if view.step else CStep()
-    return make_step(step, view.t, view.h, arrays, words(view.modes, modes), None)
+class Recorder:
+    """Keeps what an observer is shown, as bytes: a run may have a million steps."""
+
+    def __init__(self, coordinates: int, n: int, rows: int, modes: int) -> None:
+        self._modes = modes
+        self._widths = {"q": coordinates, "v": n, "impulse": rows, "velocity": rows}
+        self._kept = {name: bytearray() for name in ("t", *self._widths, "modes")}
+
+    def add(self, view: MechanismView) -> None:
+        kept = self._kept
+        kept["t"] += c_double(view.t)
+        for name, width in self._widths.items():
+            kept[name] += _bytes(getattr(view, name), 8 * width)
+        kept["modes"] += _bytes(view.modes, 4 * self._modes)
+
+    def step(self, view: MechanismView) -> MechanismStep:
+        """The same for a callback."""
+        arrays = [read(getattr(view, name), width) for name, width in self._widths.items()]
+        step, modes = view.step[0] if view.step else CStep(), words(view.modes, self._modes)
+        return make_step(step, view.t, view.h, arrays, modes, None)
+
+    def tables(self) -> dict[str, Any]:
+        """An array for each name, a row for each call of add()."""
+        t = np.frombuffer(self._kept["t"])
+        tables = {
+            name: np.frombuffer(self._kept[name]).reshape(len(t), width)
+            for name, width in self._widths.items()
+        }
+        codes = np.frombuffer(self._kept["modes"], dtype=np.int32)
+        return {"t": t, **tables, "modes": _MODE_WORDS[codes].reshape(len(t), self._modes)}
 
 
-def make_run(result: MechanismRunResult, steps: list[MechanismStep]) -> MechanismRun:
-    def table(name: str) -> Any:
-        return np.array([getattr(step, name) for step in steps])
-
+def make_run(result: MechanismRunResult, recorder: Recorder) -> MechanismRun:
     return MechanismRun(
-        table("t"),
-        table("q"),
-        table("v"),
-        table("impulse"),
-        table("velocity"),
-        table("modes"),
-        OUTCOMES[result.outcome],
-        result.outcome in GOOD_OUTCOMES,
-        MechanismStats(
+        **recorder.tables(),
+        outcome=OUTCOMES[result.outcome],
+        ok=result.outcome in GOOD_OUTCOMES,
+        stats=MechanismStats(
             result.steps,
             result.rejected,
             result.fallbacks,

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import perp
-from perp._mechanism_callbacks import takes_time
 
 G = 9.81
 RAMP = np.radians(10)
@@ -319,21 +318,6 @@ def test_functions_may_keep_and_change_what_they_get():
     run = falling(force=force).simulate([1], [0], 0.1, 0.01)
     assert run.q[-1] == pytest.approx(1 - G * 0.01 * 0.55)
     assert all(q == v == 7 for q, v in kept)
-
-
-@pytest.mark.parametrize(
-    "function, expected",
-    [
-        (lambda q: 0, False),
-        (lambda t, q: 0, True),
-        (lambda q, scale=1: 0, False),
-        (lambda t, q, scale=1: 0, True),
-        (lambda *arguments: 0, False),
-        (max, False),  # has no signature
-    ],
-)
-def test_who_gets_the_time(function, expected):
-    assert takes_time(function) == expected
 
 
 ## Runs

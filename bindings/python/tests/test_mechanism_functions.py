@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+import tracemalloc
 import weakref
 
 import numpy as np
@@ -14,6 +15,23 @@ from test_mechanism import falling, ramp
 
 import perp
 from perp import _library, _structures_mechanism
+from perp._mechanism_callbacks import takes_time
+
+
+@pytest.mark.parametrize(
+    "function, expected",
+    [
+        (lambda q: 0, False),
+        (lambda t, q: 0, True),
+        (lambda q, scale=1: 0, False),
+        (lambda t, q, scale=1: 0, True),
+        (lambda *arguments: 0, False),
+        (max, False),  # has no signature
+    ],
+)
+def test_who_gets_the_time(function, expected):
+    assert takes_time(function) == expected
+
 
 ## Refusals
 
@@ -310,3 +328,15 @@ def test_defaults_are_the_librarys():
     assert perp.Mechanism.__init__.__kwdefaults__["law"] == _library.MECHANISM_LAWS[theirs.law]
     assert list(_library.MECHANISM_SCHEMES.values()) == ["frozen", "implicit", "theta"]
     assert list(_library.MECHANISM_LAWS.values()) == ["moreau", "newton", "poisson"]
+
+
+def test_runs_keep_what_they_need():
+    """A run of many steps takes the memory of its arrays, not of an object for each step."""
+    tracemalloc.start()
+    run = perp.Mechanism(1).simulate([0], [1], 1.0, 1e-4)
+    kept, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(run.t) == 10001
+    # t, q and v are 24 bytes a step; bytearrays grow by an eighth at a time
+    assert kept < 100 * len(run.t)
+    run.q[:] = 0  # may be written
