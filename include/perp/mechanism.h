@@ -192,16 +192,21 @@ typedef struct perp_mechanism_run_result {
     int64_t evaluations;
 } perp_mechanism_run_result;
 
-/* Why a state has the number of accelerations it has. Values never change. */
+/* Why a state has the number of accelerations it has: what the contacts are, whatever the loads.
+ * Every pattern of modes is a linear system; its determinant is a principal minor of the contact
+ * matrix. In 3 dimensions slips that start are those of settings.directions. Values never change.
+ */
 enum perp_mechanism_reason_value {
-    PERP_MECHANISM_ALWAYS_ONE = 0,       /* at most one contact force pattern for any load: every
-                                            principal minor of the contact matrix is positive */
-    PERP_MECHANISM_NEGATIVE_INERTIA = 1, /* a single sliding contact pulls itself in: n'M^-1 (n - mu
-                                            d) < 0 */
+    PERP_MECHANISM_ALWAYS_ONE = 0,       /* one acceleration for any load: every principal minor is
+                                            positive */
+    PERP_MECHANISM_NEGATIVE_INERTIA = 1, /* a single contact that slides, or may, pulls itself in:
+                                            n'M^-1 (n - mu d) < 0 */
     PERP_MECHANISM_ZERO_INERTIA = 2,     /* the same = 0 */
     PERP_MECHANISM_COUPLED = 3,          /* several contacts together: a principal minor < 0 */
     PERP_MECHANISM_REDUNDANT = 4,        /* contacts that share a load: a principal minor = 0 */
-    PERP_MECHANISM_UNDECIDED = 5         /* too many contacts to look at every minor */
+    PERP_MECHANISM_UNDECIDED = 5,      /* too many contacts to look at every minor; or an impact */
+    PERP_MECHANISM_STATIC_FRICTION = 6 /* a contact at rest has mu_static > mu: it may stick or
+                                          start to slip under the same load */
 };
 
 /* One acceleration with its forces. The arrays are the handle's, valid until its next call. */
@@ -236,11 +241,12 @@ typedef struct perp_mechanism_summary {
                            those found from settings.directions) */
     int32_t closed;     /* contacts that take part: gap and u_n are 0 */
     int32_t impact;     /* 1: a closed contact approaches: an impact comes before any acceleration;
-                           count is 0 */
+                           count is 0, nothing was looked at */
     int32_t reason;     /* PERP_MECHANISM_ALWAYS_ONE, ... */
-    int32_t contact;    /* that the reason names first; else -1 */
-    double inertia;     /* the smallest n'M^-1 (n - mu d) of a contact that slides (or may: the
-                           worst direction), times that of n'M^-1 n: the sign decides; +inf: none */
+    int32_t contact;    /* that the reason names first, or that approaches; else -1 */
+    double inertia;     /* the smallest of n'M^-1 (n - mu d) / n'M^-1 n of a contact that slides
+                           along d (at rest: the worst direction), with M^-1 of what the bilateral
+                           rows leave free: the effective inverse inertia; +inf: no friction */
     int64_t patterns;   /* combinations of modes looked at */
 } perp_mechanism_summary;
 

@@ -15,6 +15,7 @@ static const char *const reason_texts[] = {
     "contacts pull each other in",
     "contacts share a load",
     "too many contacts to decide",
+    "friction is larger at rest than in motion",
 };
 
 const char *perp_mechanism_reason_text(int32_t reason)

@@ -50,7 +50,7 @@ static void find_acceleration(perp__acceleration *a, perp__found_answer *answer)
     perp__hold_velocities(m, &held, &problem);
 }
 
-/* |M v' - k - J'f| beside its terms, the largest. */
+/* |M v' - k - J'f| beside its terms, in units of sqrt(M_ii). */
 static double dynamic_residual(const perp__acceleration *a, const perp__found_answer *answer)
 {
     const perp_mechanism *m = a->m;
@@ -59,6 +59,7 @@ static double dynamic_residual(const perp__acceleration *a, const perp__found_an
     size_t i, k;
 
     for (i = 0; i < n; i++) {
+        const double unit = sqrt(m->begin.M[i * (n + 1)]);
         double sum = -m->begin.k[i], size = fabs(sum);
 
         for (k = 0; k < n; k++) {
@@ -73,30 +74,25 @@ static double dynamic_residual(const perp__acceleration *a, const perp__found_an
             sum -= term;
             size += fabs(term);
         }
-        if (size > 0.0)
-            worst = fmax(worst, fabs(sum) / size);
-        largest = fmax(largest, size);
+        worst = fmax(worst, fabs(sum) / unit);
+        largest = fmax(largest, size / unit);
     }
-    return largest > 0.0 ? worst : 0.0;
+    return largest > 0.0 ? worst / largest : 0.0;
 }
 
-/* How far u' of row i is off where it is to be 0 (sign 0) or not negative (sign 1). */
-static double row_residual(const perp__acceleration *a, const perp__found_answer *answer, int32_t i,
+/* How far u' of active row r is off where it is to be 0 (sign 0) or not negative (sign 1). */
+static double row_residual(const perp__acceleration *a, const perp__found_answer *answer, int32_t r,
                            int32_t sign)
 {
     const perp_mechanism *m = a->m;
-    const size_t n = (size_t)m->n;
-    double sum = a->bias[i], size = a->size[i];
+    const size_t n = (size_t)m->n, row = (size_t)a->row_of[r];
+    double sum = a->bias[row], size = a->load[r];
     size_t k;
 
-    for (k = 0; k < n; k++) {
-        const double term = m->begin.J[(size_t)i * n + k] * answer->acceleration[k];
-
-        sum += term;
-        size += fabs(term);
-    }
-    for (k = 0; k < n; k++) /* what v' is a sum of may be larger than v' */
-        size += fabs(m->begin.J[(size_t)i * n + k] * a->velocity[k]);
+    for (k = 0; k < n; k++)
+        sum += m->begin.J[row * n + k] * answer->acceleration[k];
+    for (k = 0; k < (size_t)a->active; k++)
+        size += fabs(a->W[(size_t)r * (size_t)a->active + k] * answer->force[a->row_of[k]]);
     sum = sign ? fmax(-sum, 0.0) : fabs(sum);
     return size > 0.0 ? sum / size : 0.0;
 }
@@ -112,13 +108,13 @@ static double unit_residual(const perp__acceleration *a, const perp__found_answe
     int32_t i;
 
     if (!unit->dry) {
-        worst = row_residual(a, answer, row, mode == PERP_MECHANISM_SEPARATE);
+        worst = row_residual(a, answer, unit->row, mode == PERP_MECHANISM_SEPARATE);
         worst = fmax(worst, size < 0.0 ? -size / (fabs(size) + answer->width[row] / SMALL) : 0.0);
     }
     for (i = 0; i < unit->tangents; i++) {
         length = hypot(length, f[tangent + i]);
         if (mode == PERP_MECHANISM_STICK)
-            worst = fmax(worst, row_residual(a, answer, tangent + i, 0));
+            worst = fmax(worst, row_residual(a, answer, unit->row + !unit->dry + i, 0));
     }
     limit = (unit->dry                      ? 1.0
              : mode == PERP_MECHANISM_STICK ? unit->mu_stick
@@ -142,11 +138,9 @@ static void name_modes(const perp__acceleration *a, perp__found_answer *answer)
 
         answer->pressing += perp__found_presses(unit, mode);
         if (mode == PERP_MECHANISM_SLIP && !unit->dry && !unit->friction && !unit->moves) {
-            const int32_t tangent = a->row_of[unit->row] + 1;
-
             mode = PERP_MECHANISM_STICK; /* nothing holds it, but it does not move either */
             for (i = 0; i < unit->tangents; i++)
-                if (row_residual(a, answer, tangent + i, 0) > SMALL)
+                if (row_residual(a, answer, unit->row + 1 + i, 0) > SMALL)
                     mode = PERP_MECHANISM_SLIP;
         }
         answer->modes[unit->source] = mode;
@@ -161,7 +155,7 @@ void perp__found_describe(perp__acceleration *a, perp__found_answer *answer)
     find_acceleration(a, answer);
     answer->residual = dynamic_residual(a, answer);
     for (i = 0; i < m->bilateral; i++)
-        answer->residual = fmax(answer->residual, row_residual(a, answer, m->contact_rows + i, 0));
+        answer->residual = fmax(answer->residual, row_residual(a, answer, a->bilateral_row + i, 0));
     for (i = 0; i < a->units; i++)
         answer->residual = fmax(answer->residual, unit_residual(a, answer, i));
     name_modes(a, answer);

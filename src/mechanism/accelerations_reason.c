@@ -86,6 +86,17 @@ static double inertia_of(const perp__acceleration *a, const perp__unit *unit)
     return (normal - unit->mu * coupling) / normal;
 }
 
+/* A contact at rest that has more friction than it slips with. */
+static int32_t first_with_static_friction(const perp__acceleration *a)
+{
+    int32_t i;
+
+    for (i = 0; i < a->closed; i++)
+        if (a->unit[i].friction && !a->unit[i].moves && a->unit[i].mu_stick > a->unit[i].mu)
+            return a->unit[i].source;
+    return -1;
+}
+
 void perp__found_reason(const perp__acceleration *a, perp_mechanism_summary *summary)
 {
     int32_t worst = -1, i;
@@ -115,6 +126,8 @@ void perp__found_reason(const perp__acceleration *a, perp_mechanism_summary *sum
         summary->reason = PERP_MECHANISM_REDUNDANT;
         summary->contact = a->singular_unit;
     } else {
-        summary->reason = PERP_MECHANISM_ALWAYS_ONE;
+        summary->contact = first_with_static_friction(a);
+        summary->reason =
+            summary->contact >= 0 ? PERP_MECHANISM_STATIC_FRICTION : PERP_MECHANISM_ALWAYS_ONE;
     }
 }

@@ -180,6 +180,7 @@ static void test_values(void **state)
     VALUE(PERP_MECHANISM_COUPLED, 3);
     VALUE(PERP_MECHANISM_REDUNDANT, 4);
     VALUE(PERP_MECHANISM_UNDECIDED, 5);
+    VALUE(PERP_MECHANISM_STATIC_FRICTION, 6);
 }
 
 int main(void)
