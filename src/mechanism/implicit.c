@@ -14,6 +14,7 @@
 #include "mechanism/frozen.h"
 
 #define COARSEST 1e-6 /* tolerance, however short the step is */
+#define MOST_STEPS 50 /* of Newton, of each method: an answer is near, or there is none */
 
 /* ---- memory -------------------------------------------------------------------------------- */
 
@@ -67,6 +68,7 @@ static perp_status create_solver(perp_mechanism *m, perp__implicit *s)
     int32_t i;
 
     s->settings.restarts = 0;
+    s->settings.max_iterations = MOST_STEPS;
     for (i = 0; i < s->most; i++) {
         s->lower[i] = -INFINITY;
         s->upper[i] = INFINITY;
@@ -122,6 +124,11 @@ void perp__implicit_release(perp_mechanism *m, void *made)
 
 /* ---- the step ------------------------------------------------------------------------------ */
 
+static int32_t is_solution(int32_t outcome)
+{
+    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
 /* s->z, s->w := the problem's solution, from the frozen answer; found: whether there is one. */
 static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_step *step,
                          int32_t *found)
@@ -146,9 +153,10 @@ static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_st
     if (status != PERP_OK)
         return perp__mechanism_fail_inner(m, status, "the implicit step");
     step->iterations += result.iterations;
-    if (result.outcome != PERP_OUTCOME_SOLVED && result.outcome != PERP_OUTCOME_ROUNDING_LIMIT)
+    if (!is_solution(result.outcome))
         return PERP_OK;
-    step->residual = fmax(step->residual, result.residual);
+    s->outcome = result.outcome;
+    s->residual = result.residual;
     status = perp__implicit_evaluate(m, s, s->z);
     *found = status == PERP_OK;
     return status == PERP__OUTSIDE ? PERP_OK : status;
@@ -168,6 +176,18 @@ static int32_t include_passed(perp_mechanism *m)
     return more;
 }
 
+/* Where the frozen step has no answer its last iterate may be anything: the start is then the
+ * motion without impulses. */
+static void start_free(perp_mechanism *m)
+{
+    perp__velocity_answer *answer = &m->answer;
+
+    memcpy(answer->v, m->free, (size_t)m->n * sizeof *answer->v);
+    memcpy(answer->u, m->free_velocity, (size_t)m->rows * sizeof *answer->u);
+    memset(answer->r, 0, (size_t)m->rows * sizeof *answer->r);
+    memset(answer->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
+}
+
 /* m->answer := the implicit step's, if there is one. */
 static perp_status find(perp_mechanism *m, perp_mechanism_step *step, int32_t *found)
 {
@@ -183,6 +203,8 @@ static perp_status find(perp_mechanism *m, perp_mechanism_step *step, int32_t *f
     status = perp__solve_frozen(m, &problem);
     if (status != PERP_OK || !perp__outcome_moves(m->answer.outcome))
         return status;
+    if (!is_solution(m->answer.outcome))
+        start_free(m);
     do
         status = solve(m, s, step, found);
     while (status == PERP_OK && *found && include_passed(m));

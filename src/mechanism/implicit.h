@@ -52,6 +52,8 @@ typedef struct perp__implicit {
     double *bent;             /* size by n: columns of v beyond M and J, by differences */
     double *bent_at, *bent_r; /* n, rows: velocities and impulses of those */
     int32_t is_bent;
+    int32_t outcome; /* of the solver */
+    double residual;
     double t, h; /* of the step, and where it starts */
     const double *q0, *v0;
     perp_status failed; /* of a callback that asked to abort */

@@ -119,6 +119,10 @@ void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z
     memset(answer->holds, 0, (size_t)m->rows * sizeof *answer->holds);
     for (j = 0; j < m->contacts + m->dry; j++)
         answer->modes[j] = j < m->contacts ? PERP_MECHANISM_SEPARATE : PERP_MECHANISM_SLIP;
+    memset(answer->ray, 0, (size_t)m->rows * sizeof *answer->ray);
+    answer->outcome = s->outcome;
+    answer->residual = s->residual;
+    answer->certificate = answer->has_ray = 0;
     memcpy(answer->v, z, (size_t)m->n * sizeof *z);
     for (k = 0; k < s->discs_count; k++)
         take(m, s, s->discs + k, z, w);
