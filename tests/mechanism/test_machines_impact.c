@@ -50,7 +50,7 @@ static void test_ball(void **state)
 
 /* All laws that treat the chain at once agree: (1 + e)/n - e, and (1 + e)/n for all others. None of
  * them gives what a row of steel balls does. */
-static void test_chains(void **state)
+static void hit_chains(int32_t scheme)
 {
     static const int32_t names[] = {MACHINE_CHAIN_3, MACHINE_CHAIN_5, MACHINE_CHAIN_UNLIKE},
                          laws[] = {PERP_MECHANISM_MOREAU, PERP_MECHANISM_NEWTON,
@@ -59,7 +59,6 @@ static void test_chains(void **state)
     int a, b, k;
     int32_t i;
 
-    (void)state;
     for (a = 0; a < 3; a++)
         for (b = 0; b < 3; b++)
             for (k = 0; k < 3; k++) {
@@ -69,6 +68,7 @@ static void test_chains(void **state)
                 rig r;
 
                 rig_open(&r, names[a]);
+                r.settings.scheme = scheme;
                 r.settings.law = laws[b];
                 n = r.machine.model.velocities;
                 for (i = 0; i + 1 < n; i++)
@@ -87,6 +87,15 @@ static void test_chains(void **state)
                 assert_int_equal(r.step.impacts, e > 0);
                 rig_close(&r);
             }
+}
+
+static void test_chains(void **state)
+{
+    int32_t scheme;
+
+    (void)state;
+    for (scheme = PERP_MECHANISM_FROZEN; scheme <= PERP_MECHANISM_THETA; scheme++)
+        hit_chains(scheme);
 }
 
 /* A block comes down on its other corner without gravity: one step, exact at any length. */
