@@ -177,8 +177,9 @@ typedef int32_t (*perp_mechanism_observer)(const perp_mechanism_view *view, void
 
 typedef struct perp_mechanism_run_result {
     size_t struct_size;
-    int32_t outcome;    /* solved, or that of the step that ended the run; stopped; time_limit;
-                           stalled where steps became shorter than the shortest */
+    int32_t outcome;    /* that of the step that ended the run; stopped; time_limit; stalled where
+                           steps became shorter than the shortest; else that of the first step
+                           that was not solved; solved */
     int32_t fallbacks;  /* steps of the implicit scheme that frozen answered */
     double t;           /* reached: q and v are those there */
     double error;       /* sum of the steps' estimates; nan with equal steps */
@@ -303,8 +304,9 @@ PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
  *             or NULL.
  *          step: initialised by perp_mechanism_step_init.
  * In:      h > 0. q0: coordinates. v0: n.
- * Memory:  none allocated after the first call (third-party factorisations excepted; a method that
- *          auto falls back on makes its memory when it is first needed).
+ * Memory:  none allocated after the first call in which as many contacts take part (third-party
+ *          factorisations excepted; a method that auto falls back on makes its memory when it is
+ *          first needed).
  * Cost:    frozen: one call of each callback, a Cholesky factorisation of M, one contact problem.
  *          theta: k at least three times, the rows twice, a contact problem for each iterate (one
  *          where k does not depend on q and v). Where the iteration does not converge the outcome

@@ -36,9 +36,10 @@ perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const doubl
 }
 
 /* The state before the step, and no impulses. */
-static void stay(const perp_mechanism *m, perp__mechanism_state *to, const double *q0,
-                 const double *v0)
+static void stay(const perp_mechanism *m, perp__mechanism_state *to, perp_mechanism_step *step,
+                 const double *q0, const double *v0)
 {
+    step->closed = step->sticking = step->impacts = 0;
     memcpy(to->q, q0, (size_t)m->coordinates * sizeof *to->q);
     memcpy(to->v, v0, (size_t)m->n * sizeof *to->v);
     memset(to->impulse, 0, (size_t)m->rows * sizeof *to->impulse);
@@ -69,7 +70,7 @@ perp_status perp__advance(perp_mechanism *m, perp__mechanism_state *to, perp_mec
         status = PERP_OK;
     }
     if (status == PERP_OK && !perp__outcome_moves(step->outcome))
-        stay(m, to, q0, v0);
+        stay(m, to, step, q0, v0);
     step->evaluations = m->evaluations - before;
     return status;
 }

@@ -34,7 +34,7 @@ static void layout(perp__arena *arena, void *object)
 }
 
 perp_status perp__assembly_create(perp_mechanism *m, perp__assembly *a, int32_t pressures,
-                                  double tol, int32_t cone)
+                                  double tol, int32_t cone, double time_limit)
 {
     perp_contact_settings settings;
     perp_status status;
@@ -49,6 +49,7 @@ perp_status perp__assembly_create(perp_mechanism *m, perp__assembly *a, int32_t 
     perp_contact_settings_init(&settings, sizeof settings);
     settings.tol = tol;
     settings.cone = cone;
+    settings.time_limit = time_limit;
     status = perp_contact_solver_create(m->inner, &a->solver, &settings);
     return status == PERP_OK ? status : perp__mechanism_fail_inner(m, status, "a contact solver");
 }
@@ -206,9 +207,19 @@ static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_
 
 /* ---- the solution -------------------------------------------------------------------------- */
 
+/* A group that slides holds back with its bound, however small that is beside other impulses. */
+static void slide(const double *u, double bound, double *r, int32_t rows)
+{
+    const double speed = rows == 1 ? fabs(u[0]) : hypot(u[0], u[1]);
+    int32_t i;
+
+    for (i = 0; i < rows && speed > 0.0; i++)
+        r[i] = -bound * (u[i] / speed);
+}
+
 /* Contact c of the assembly, whose rows start at `row`. */
 static void take_contact(perp_mechanism *m, perp__assembly *a, perp__velocity_answer *answer,
-                         int32_t c, int32_t row)
+                         const perp__velocity_problem *problem, int32_t c, int32_t row)
 {
     const int32_t source = a->source[c], mode = a->modes[c];
     const int32_t j = source < 0 ? -1 - source : source;
@@ -219,6 +230,8 @@ static void take_contact(perp_mechanism *m, perp__assembly *a, perp__velocity_an
     const int32_t skip = dry || source < 0; /* the normal of an added coordinate */
     int32_t i;
 
+    if (dry && mode == PERP_CONTACT_SLIP)
+        slide(a->u + row + 1, problem->dry[j - m->contacts], a->r + row + 1, a->dims[c] - 1);
     for (i = skip; i < a->dims[c]; i++) {
         const int32_t at = first + i - skip;
 
@@ -234,12 +247,13 @@ static void take_contact(perp_mechanism *m, perp__assembly *a, perp__velocity_an
         answer->modes[j] = PERP_CONTACT_STICK;
 }
 
-static void take_solution(perp_mechanism *m, perp__assembly *a, perp__velocity_answer *answer)
+static void take_solution(perp_mechanism *m, perp__assembly *a, perp__velocity_answer *answer,
+                          const perp__velocity_problem *problem)
 {
     int32_t row = 0, c, i;
 
     for (c = 0; c < a->contacts; c++) {
-        take_contact(m, a, answer, c, row);
+        take_contact(m, a, answer, problem, c, row);
         row += a->dims[c];
     }
     for (i = 0; i < m->bilateral; i++) {
@@ -289,7 +303,7 @@ perp_status perp__solve_velocities(perp_mechanism *m, perp__velocity_answer *ans
         status = perp__assembly_solve(m, a, m->bilateral, answer);
         if (status != PERP_OK)
             return status;
-        take_solution(m, a, answer);
+        take_solution(m, a, answer, problem);
     }
     perp__hold_velocities(m, answer, problem);
     return status;

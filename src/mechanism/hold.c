@@ -203,7 +203,7 @@ void perp__hold_velocities(perp_mechanism *m, perp__velocity_answer *answer,
     h.unit = h.y + n;
     h.taken = m->indices;
     gather(m, &h, answer, problem);
-    if (h.count > 0 && hold(m, &h, answer, problem))
+    if (hold(m, &h, answer, problem))
         memcpy(answer->v, h.y, n * sizeof *answer->v);
     perp__row_velocities(m, problem->terms, answer->u, answer->v);
     for (i = 0; i < m->rows; i++) {

@@ -117,9 +117,10 @@ static perp_status create_assemblies(perp_mechanism *m, const perp_mechanism_set
 
     memset(assembly, 0, sizeof *assembly);
     memset(projection, 0, sizeof *projection);
-    status = perp__assembly_create(m, assembly, poisson, settings->tol, settings->cone);
+    status = perp__assembly_create(m, assembly, poisson, settings->tol, settings->cone,
+                                   settings->time_limit);
     if (status == PERP_OK)
-        status = perp__assembly_create(m, projection, 0, 1e-10, 0);
+        status = perp__assembly_create(m, projection, 0, 1e-10, 0, settings->time_limit);
     if (status != PERP_OK) {
         perp__assembly_release(assembly);
         perp__assembly_release(projection);

@@ -3,7 +3,8 @@
  *   min 1/2 d'M d   subject to   gap + n'd >= 0,   c + G d = 0,   q := q + N d,
  *
  * a frictionless contact problem, solved with the rows at q and then again, until what is left is
- * rounding (Newton's method). Where overlaps have no way out (opposed walls) q stays. */
+ * rounding (Newton's method) or until that stops to help. Where overlaps have no way out (opposed
+ * walls) q stays. Only contacts that d closes are part of the problem. */
 #include "mechanism/mechanism.h"
 
 #include <math.h>
@@ -58,6 +59,8 @@ static void assemble(perp_mechanism *m, perp__assembly *a)
     memcpy(a->M, m->end.M, n * n * sizeof *a->M);
     memset(a->f, 0, n * sizeof *a->f);
     for (j = 0; j < m->contacts; j++) {
+        if (!m->included[j])
+            continue;
         memcpy(a->H + (size_t)a->rows * n, m->end.J + (size_t)m->starts[j] * n, n * sizeof *a->H);
         a->w[a->rows++] = m->end.gap[j];
         a->mu[a->contacts] = 0.0;
@@ -70,24 +73,71 @@ static void assemble(perp_mechanism *m, perp__assembly *a)
     }
 }
 
-/* One displacement; moved: whether it is one that helps. */
-static perp_status displace(perp_mechanism *m, double *q, double t, int32_t *moved)
+/* Includes contacts that the displacement would close; whether there were any. */
+static int32_t include_passed(perp_mechanism *m, const double *displacement)
+{
+    const size_t n = (size_t)m->n;
+    int32_t more = 0, j;
+    size_t k;
+
+    for (j = 0; j < m->contacts; j++) {
+        const double *normal = m->end.J + (size_t)m->starts[j] * n;
+        double gap = m->end.gap[j];
+
+        for (k = 0; k < n && !m->included[j]; k++)
+            gap += normal[k] * displacement[k];
+        if (m->included[j] || gap >= 0.0)
+            continue;
+        m->included[j] = 1;
+        more = 1;
+    }
+    return more;
+}
+
+/* m->projection.v := the displacement; found: whether there is one. */
+static perp_status solve(perp_mechanism *m, int32_t *found)
 {
     perp__velocity_answer answer;
-    perp_status status = perp__evaluate_mass(m, &m->end, t, q);
+    perp_status status;
+    int32_t j;
 
-    *moved = 0;
-    memset(&answer, 0, sizeof answer);
-    if (status != PERP_OK)
-        return status;
-    assemble(m, &m->projection);
-    status = perp__assembly_solve(m, &m->projection, m->bilateral, &answer);
-    if (status != PERP_OK || !perp__outcome_moves(answer.outcome))
+    for (j = 0; j < m->contacts; j++)
+        m->included[j] = m->end.gap[j] <= 0.0;
+    do {
+        memset(&answer, 0, sizeof answer);
+        assemble(m, &m->projection);
+        status = perp__assembly_solve(m, &m->projection, m->bilateral, &answer);
+        *found = status == PERP_OK && perp__outcome_moves(answer.outcome);
+    } while (*found && include_passed(m, m->projection.v));
+    return status;
+}
+
+/* One displacement of q, which is kept if it helps; m->end follows. */
+static perp_status displace(perp_mechanism *m, perp_mechanism_step *step, double *q, double t,
+                            const double *v, int32_t *helps)
+{
+    const double penetration = step->penetration, drift = step->drift;
+    const size_t size = (size_t)m->coordinates * sizeof *q;
+    perp_status status = perp__evaluate_mass(m, &m->end, t, q);
+    int32_t found = 0;
+
+    *helps = 0;
+    if (status == PERP_OK)
+        status = solve(m, &found);
+    if (status != PERP_OK || !found)
         return status;
     status = perp__evaluate_move(m, m->moved, q, 1.0, m->projection.v);
-    if (status == PERP_OK) {
-        memcpy(q, m->moved, (size_t)m->coordinates * sizeof *q);
-        *moved = 1;
+    if (status == PERP_OK)
+        status = perp__evaluate_rows(m, &m->end, t, m->moved, v);
+    if (status != PERP_OK)
+        return status;
+    measure(m, step, m->moved);
+    *helps = step->penetration < penetration || step->drift < drift;
+    if (*helps)
+        memcpy(q, m->moved, size);
+    else {
+        status = perp__evaluate_rows(m, &m->end, t, q, v);
+        measure(m, step, q);
     }
     return status;
 }
@@ -96,17 +146,13 @@ perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *
                           const double *v)
 {
     perp_status status;
-    int32_t pass, moved = m->settings.project;
+    int32_t pass, go_on = m->settings.project;
 
     step->penetration = step->drift = 0.0;
     if (m->contacts + m->bilateral == 0)
         return PERP_OK;
     status = perp__evaluate_rows(m, &m->end, t, q, v);
-    for (pass = 0; status == PERP_OK && measure(m, step, q) && moved && pass < MOST_PASSES;
-         pass++) {
-        status = displace(m, q, t, &moved);
-        if (status == PERP_OK && moved)
-            status = perp__evaluate_rows(m, &m->end, t, q, v);
-    }
+    for (pass = 0; status == PERP_OK && measure(m, step, q) && go_on && pass < MOST_PASSES; pass++)
+        status = displace(m, step, q, t, v, &go_on);
     return status;
 }

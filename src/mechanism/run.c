@@ -50,6 +50,14 @@ static perp_status show(perp__run *run, double h, const perp_mechanism_step *ste
     return PERP_OK;
 }
 
+/* The run's outcome is the first one that is not good, if any; else the worse of the good ones. */
+static void note(perp__run *run, int32_t outcome)
+{
+    if (run->result.outcome == PERP_OUTCOME_SOLVED ||
+        (run->result.outcome == PERP_OUTCOME_ROUNDING_LIMIT && outcome != PERP_OUTCOME_SOLVED))
+        run->result.outcome = outcome;
+}
+
 perp_status perp__run_take(perp__run *run, const perp__mechanism_state *next, double t, double h,
                            const perp_mechanism_step *step)
 {
@@ -67,8 +75,9 @@ perp_status perp__run_take(perp__run *run, const perp__mechanism_state *next, do
     run->result.fallbacks += step->scheme != m->settings.scheme;
     run->result.steps++;
     run->t = t;
+    note(run, step->outcome);
     copy_state(m, &m->now, next);
-    if (run->deadline > 0.0 && perp__now() > run->deadline) {
+    if (run->deadline > 0.0 && t < run->end && perp__now() > run->deadline) {
         run->result.outcome = PERP_OUTCOME_TIME_LIMIT;
         run->ended = 1;
     }
@@ -160,6 +169,7 @@ perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, double *v,
     run.m = mechanism;
     run.observer = observer;
     run.user = user;
+    run.end = t1;
     if (mechanism->settings.time_limit > 0.0)
         run.deadline = began + mechanism->settings.time_limit;
     status = check(mechanism, q, v, result, t0, t1, h, q0, v0);
