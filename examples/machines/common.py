@@ -1,0 +1,40 @@
+"""What the scripts of this folder share: the command line, and the look of their pictures."""
+
+import argparse
+import os
+import sys
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+
+G = 9.81
+
+
+def run(name, text, report, draw, panels, size):
+    """Prints what report() has to say, and has draw(axes, what it returned) draw it."""
+    parser = argparse.ArgumentParser(description=text.split("\n")[0])
+    parser.add_argument("--output", default=".", help=f"folder for {name}.png and .svg")
+    parser.add_argument("--no-picture", action="store_true")
+    arguments = parser.parse_args()
+    data = report()
+    if arguments.no_picture:
+        return
+    from simulate_picture import STYLE, plt
+
+    os.makedirs(arguments.output, exist_ok=True)
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(1, panels, figsize=size, layout="constrained", squeeze=False)
+        figure.get_layout_engine().set(w_pad=0.15, h_pad=0.12, wspace=0.04)
+        draw(axes[0], data)
+        for kind in ("png", "svg"):
+            path = os.path.join(arguments.output, f"{name}.{kind}")
+            figure.savefig(path, dpi=100, **({"metadata": {"Date": None}} if kind == "svg" else {}))
+            print("wrote", path)
+        plt.close(figure)
+
+
+def bisect(is_above, low, high, steps=50):
+    """The number between low and high at which is_above turns true."""
+    for _ in range(steps):
+        middle = (low + high) / 2
+        low, high = (low, middle) if is_above(middle) else (middle, high)
+    return (low + high) / 2
