@@ -69,7 +69,7 @@ static void eliminate(perp__pivoting *p, int32_t k)
     }
 }
 
-void perp__pivoting_eliminate(perp__pivoting *p, double singular)
+void perp__pivoting_eliminate(perp__pivoting *p, double singular, int32_t most)
 {
     const size_t n = (size_t)p->n;
     size_t i;
@@ -81,7 +81,7 @@ void perp__pivoting_eliminate(perp__pivoting *p, double singular)
     }
     p->sign = 1;
     for (p->rank = 0; p->rank < p->n; p->rank++) {
-        if (!(bring_pivot(p, p->rank) > singular)) {
+        if (p->rank == most || !(bring_pivot(p, p->rank) > singular)) {
             p->sign = 0;
             return;
         }

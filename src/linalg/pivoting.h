@@ -15,8 +15,8 @@ typedef struct perp__pivoting {
     int32_t *columns; /* n: filled */
 } perp__pivoting;
 
-/* A pivot below `singular` is 0. */
-void perp__pivoting_eliminate(perp__pivoting *p, double singular);
+/* A pivot of at most `singular` is 0, and so are those beyond the first `most`. */
+void perp__pivoting_eliminate(perp__pivoting *p, double singular, int32_t most);
 
 /* x: the solution of K x = b that is 0 at columns without a pivot. */
 void perp__pivoting_solve(const perp__pivoting *p, double *x, const double *b);

@@ -42,11 +42,13 @@ static void layout(perp__arena *arena, void *object)
     perp__acceleration *a = object;
     const size_t n = (size_t)a->m->n, rows = (size_t)a->m->rows, square = rows * rows;
     const size_t units = (size_t)(a->m->contacts + a->m->dry);
-    double **const matrices[] = {&a->W, &a->held, &a->system.K, &a->system.E, &a->null};
+    double **const matrices[] = {&a->W,    &a->held,      &a->system.K, &a->system.E,
+                                 &a->null, &a->turning.K, &a->turning.E};
     double **const vectors[] = {&a->bias, &a->size,    &a->beta,    &a->load,     &a->scale,
                                 &a->x,    &a->x_width, &a->rhs,     &a->rhs_load, &a->known,
                                 &a->f,    &a->u,       &a->f_width, &a->u_width,  &a->zeros};
-    int32_t **const indices[] = {&a->row_of, &a->first, &a->count, &a->system.columns};
+    int32_t **const indices[] = {&a->row_of, &a->first, &a->count, &a->system.columns,
+                                 &a->turning.columns};
     size_t k;
 
     for (k = 0; k < sizeof matrices / sizeof *matrices; k++)
@@ -62,6 +64,8 @@ static void layout(perp__arena *arena, void *object)
     a->coefficient = perp__arena_take(arena, 3 * rows, sizeof(double));
     a->work = perp__arena_take(arena, 4 * square + 8 * rows + 4 * n, sizeof(double));
     a->row_work = perp__arena_take(arena, DIFFERENCE_ROWS * rows, sizeof(double));
+    a->angle = perp__arena_take(arena, units, sizeof(double));
+    a->turn_work = perp__arena_take(arena, 3 * rows, sizeof(double));
     a->velocity = perp__arena_take(arena, n, sizeof(double));
 }
 
@@ -109,7 +113,7 @@ static perp_status find(perp__acceleration *a, perp_mechanism_summary *summary, 
     perp_status status;
     int32_t impact;
 
-    a->has_singular = a->has_negative = 0;
+    a->has_singular = a->has_negative = a->incomplete = 0;
     status = perp__found_state(a, &impact, t, q, v);
     if (status != PERP_OK)
         return status;

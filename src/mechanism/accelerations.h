@@ -73,10 +73,15 @@ struct perp__acceleration {
     double *f, *u;             /* active: of the particular solution */
     double *f_width, *u_width; /* what counts as 0 there */
     double *null;              /* active by active: rows are directions of f */
+    perp__pivoting turning;    /* of the angles of slips */
+    double *turn_work;         /* 3 rows */
     double *work;              /* 4 active^2 + 8 rows + 4 n */
     double *row_work;          /* 32 rows, of differences */
     double *velocity;          /* n: M^-1 k */
+    double *angle;             /* units: of the polygons of their discs */
     double *zeros;             /* rows */
+    int32_t impossible;        /* 1: an inequality of a family never holds */
+    int32_t incomplete;        /* 1: a family was too large to be listed */
     perp__found_answer *answers, *spare;
     int32_t answer_count;
     int64_t patterns;
@@ -98,9 +103,20 @@ int32_t perp__found_starts(const perp__unit *unit, int32_t mode);
 int32_t perp__found_presses(const perp__unit *unit, int32_t mode);
 /* Solves: 0, or the dimension of the null space (then `null` is filled), or -1: no solution. */
 int32_t perp__found_solve(perp__acceleration *a);
+/* The same with pivots of at most `singular` of the largest entry, and those beyond `most`, as 0.
+ */
+int32_t perp__found_solve_to(perp__acceleration *a, double singular, int32_t most);
+/* f := f + the forces of the unknowns x of the system. */
+void perp__found_add_forces(const perp__acceleration *a, double *f, const double *x);
 /* u := W f + beta (or W f alone) and, where width is not NULL, the size of its terms. */
 void perp__found_row_accelerations(const perp__acceleration *a, double *u, double *size,
                                    const double *f, int32_t homogeneous);
+
+/* ---- accelerations_turn.c ---- */
+/* Slips of the pattern that start in a plane. */
+int32_t perp__found_turning(const perp__acceleration *a);
+/* Turns them until friction is opposite to the acceleration; as perp__found_solve, or -1. */
+int32_t perp__found_turn(perp__acceleration *a, double singular);
 
 /* ---- accelerations_keep.c ---- */
 /* Whether forces f with row accelerations u do what the pattern says. `strict`: of a slip that
@@ -109,7 +125,8 @@ int32_t perp__found_keeps(const perp__acceleration *a, const perp__found_pattern
                           const double *f, const double *u, const double *f_width,
                           const double *u_width, int32_t homogeneous, int32_t strict,
                           int32_t *at_vertex);
-perp_status perp__found_keep_point(perp__acceleration *a, int32_t at_vertex);
+/* The point f; dimension: of the family that stands for, or 0. */
+perp_status perp__found_keep_point(perp__acceleration *a, int32_t at_vertex, int32_t dimension);
 /* The new answer with its points joins the list, or goes where another one has it already. */
 void perp__found_keep(perp__acceleration *a, perp__found_answer *answer);
 perp__found_answer *perp__found_create(perp__acceleration *a, int32_t points);
@@ -125,6 +142,18 @@ void perp__found_describe(perp__acceleration *a, perp__found_answer *answer);
 /* ---- accelerations_family.c ---- */
 perp_status perp__found_keep_family(perp__acceleration *a, int32_t dimension);
 
+/* ---- accelerations_points.c ---- */
+/* The polyhedron of the cone, in `null` directions, as an answer without a description; NULL where
+ * it is empty. PERP_OK or _MEMORY. */
+perp_status perp__found_polyhedron(perp__acceleration *a, int32_t dimension,
+                                   perp__found_answer **made);
+/* The rank of the points' differences, as forces or as accelerations. */
+int32_t perp__found_rank(perp__acceleration *a, const perp__found_answer *answer,
+                         int32_t accelerations);
+/* Whether the middle does what the pattern says; *at_vertex: at a limit, and so is the family. */
+int32_t perp__found_is_kept(perp__acceleration *a, const perp__found_answer *answer,
+                            int32_t *at_vertex);
+
 /* ---- accelerations_label.c ---- */
 void perp__found_label(perp__acceleration *a, perp__found_answer *answer);
 
@@ -134,9 +163,19 @@ void perp__found_hold_bilateral(perp__acceleration *a);
 void perp__found_note_sign(perp__acceleration *a);
 void perp__found_reason(const perp__acceleration *a, perp_mechanism_summary *summary);
 
+/* ---- accelerations_search.c ---- */
+/* Answers where there are too many patterns, or too large a family: Lemke's method. */
+perp_status perp__found_search(perp__acceleration *a, perp_mechanism_summary *summary);
+
+/* ---- accelerations_seed.c ---- */
+/* Tries the pattern of one solution that the contact solver gives, where nothing slides yet and
+ * slips start in a plane: contacts that share a load, whose directions Newton's method does not
+ * find from anywhere. */
+perp_status perp__found_seed(perp__acceleration *a);
+
 /* ---- accelerations_all.c ---- */
-/* Solves the pattern and keeps what holds. */
-perp_status perp__found_try(perp__acceleration *a);
+/* Solves the pattern and keeps what holds. singular: of perp__found_turn. */
+perp_status perp__found_try(perp__acceleration *a, double singular);
 /* All patterns, or what a search finds; writes exhaustive and patterns. */
 perp_status perp__found_all(perp__acceleration *a, perp_mechanism_summary *summary);
 

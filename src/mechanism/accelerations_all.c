@@ -8,18 +8,19 @@
 /* Clock readings are rare: once in so many patterns. */
 #define PATTERNS_A_READING 256
 
-perp_status perp__found_try(perp__acceleration *a)
+perp_status perp__found_try(perp__acceleration *a, double singular)
 {
-    const int32_t dimension = perp__found_solve(a);
-    int32_t at_vertex;
+    int32_t dimension = perp__found_solve(a), at_vertex;
 
     perp__found_note_sign(a);
+    if (perp__found_turning(a) > 0)
+        dimension = perp__found_turn(a, singular);
     if (dimension > 0)
         return perp__found_keep_family(a, dimension);
     if (dimension < 0 ||
         !perp__found_keeps(a, &a->pattern, a->f, a->u, a->f_width, a->u_width, 0, 1, &at_vertex))
         return PERP_OK;
-    return perp__found_keep_point(a, at_vertex);
+    return perp__found_keep_point(a, at_vertex, 0);
 }
 
 /* The number of patterns, or more than `most`. */
@@ -54,7 +55,7 @@ static perp_status enumerate(perp__acceleration *a, perp_mechanism_summary *summ
             perp__found_choose(a, i, (int32_t)(rest % count));
             rest /= count;
         }
-        status = perp__found_try(a);
+        status = perp__found_try(a, PERP__FOUND_TOLERANCE);
     }
     summary->patterns = k;
     return status;
@@ -64,8 +65,15 @@ perp_status perp__found_all(perp__acceleration *a, perp_mechanism_summary *summa
 {
     const int64_t most = a->m->settings.most_patterns, patterns = count_patterns(a, most);
 
+    perp_status status = PERP_OK;
+
     summary->exhaustive = patterns <= most && a->closed <= PERP__MOST_CONTACTS;
     if (summary->exhaustive)
-        return enumerate(a, summary, patterns);
-    return PERP_OK;
+        status = enumerate(a, summary, patterns);
+    if (status == PERP_OK)
+        status = perp__found_seed(a);
+    summary->exhaustive = summary->exhaustive && !a->incomplete;
+    if (status == PERP_OK && !summary->exhaustive)
+        status = perp__found_search(a, summary);
+    return status;
 }

@@ -1,6 +1,12 @@
 /* A pattern whose forces are not unique: f = f_0 + sum of null directions, cut by the inequalities
- * of the pattern. The polyhedron is given by its vertices and rays. In 3 dimensions a disc of
- * friction is replaced by a regular polygon within it. */
+ * of the pattern. The polyhedron is given by its vertices and rays.
+ *
+ * In 3 dimensions a disc of friction is replaced by a regular polygon: at first around it (where
+ * nothing is left there is no answer), turned so that it cuts off what is outside of the disc,
+ * until the middle of what is left is inside; then within the disc, with corners in the directions
+ * of that middle. So no family is missed, and all of its points are answers, but not all answers
+ * are there.
+ */
 #include <math.h>
 #include <string.h>
 
@@ -10,18 +16,25 @@
 /* Entries of an inequality below this, beside its terms, are rounding. */
 #define ROUNDING 1e-11
 #define PI 3.14159265358979323846
+/* Turns of the polygons until the middle is in the discs. */
+#define MOST_CUTS 24
+/* Polyhedra of more have too many vertices. */
+#define LARGEST_DIMENSION 10
 
-/* An inequality constant + row . f >= 0 on the active forces. size: of what is summed up. */
+/* An inequality constant + row . f >= 0 on the active forces. size: of what is summed up. strict:
+ * where it is 0 in the whole family, another pattern has that family (one in which the contact
+ * presses, or sticks). */
 typedef struct inequality {
     double constant, size;
     const double *row;
+    int32_t strict;
 } inequality;
 
 static void put(perp__acceleration *a, int32_t dimension, const inequality *g)
 {
     const size_t active = (size_t)a->active;
     double *to = a->cone.A + (size_t)a->cone.rows * (size_t)(dimension + 1);
-    double largest = 0.0;
+    double largest = 0.0, moving = 0.0;
     int32_t k;
     size_t i;
 
@@ -37,7 +50,10 @@ static void put(perp__acceleration *a, int32_t dimension, const inequality *g)
         if (fabs(to[k]) <= ROUNDING * size)
             to[k] = 0.0;
         largest = fmax(largest, fabs(to[k]));
+        moving = k > 0 ? fmax(moving, fabs(to[k])) : 0.0;
     }
+    if (moving == 0.0 && (to[0] < 0.0 || (g->strict && to[0] == 0.0)))
+        a->impossible = 1;
     if (largest > 0.0)
         a->cone.rows++;
 }
@@ -56,6 +72,7 @@ static void put_acceleration(perp__acceleration *a, int32_t dimension, int32_t r
         sum[i] = way_0 * a->W[(size_t)row * active + i] +
                  (two ? way_1 * a->W[(size_t)(row + 1) * active + i] : 0.0);
     g.row = sum;
+    g.strict = 1;
     put(a, dimension, &g);
 }
 
@@ -71,6 +88,7 @@ static void put_friction(perp__acceleration *a, int32_t dimension, const perp__u
     g.constant = unit->dry ? factor * unit->bound : 0.0;
     g.size = 0.0;
     g.row = row;
+    g.strict = 0;
     if (!unit->dry)
         row[unit->row] = factor;
     if (unit->tangents > 0)
@@ -80,26 +98,29 @@ static void put_friction(perp__acceleration *a, int32_t dimension, const perp__u
     put(a, dimension, &g);
 }
 
-/* Edges of the polygon of a disc: as many as there is room for. */
-static int32_t edges_of(const perp__acceleration *a)
+/* Discs of friction that the family has to stay in. */
+static int32_t count_discs(const perp__acceleration *a)
 {
-    int32_t discs = 0, others = 1, i, edges;
+    int32_t discs = 0, i;
 
-    for (i = 0; i < a->units; i++) {
-        const int32_t sticks = a->pattern.mode[i] == PERP_MECHANISM_STICK;
+    for (i = 0; i < a->units; i++)
+        discs += a->pattern.mode[i] == PERP_MECHANISM_STICK && a->unit[i].tangents == 2;
+    return discs;
+}
 
-        discs += sticks && a->unit[i].tangents == 2;
-        others += 3;
-    }
-    if (discs == 0)
-        return 2;
-    edges = (PERP__CONE_ROWS - others) / discs;
-    if (edges > a->m->settings.directions)
-        edges = a->m->settings.directions;
+/* Edges of their polygons: fewer where there are many corners, and as many as there is room for. */
+static int32_t edges_of(const perp__acceleration *a, int32_t dimension, int32_t discs)
+{
+    int32_t edges = dimension <= 2 ? a->m->settings.directions : dimension <= 4 ? 6 : 4;
+
+    while (edges > 3 && 1 + 3 * a->units + edges * discs > PERP__CONE_ROWS)
+        edges--;
     return edges;
 }
 
-static void put_unit(perp__acceleration *a, int32_t dimension, int32_t index, int32_t edges)
+/* inside: polygons within the discs; else around them. */
+static void put_unit(perp__acceleration *a, int32_t dimension, int32_t index, int32_t edges,
+                     int32_t inside)
 {
     const perp__unit *unit = a->unit + index;
     const int32_t mode = a->pattern.mode[index];
@@ -120,9 +141,12 @@ static void put_unit(perp__acceleration *a, int32_t dimension, int32_t index, in
         put_friction(a, dimension, unit, limit, 1.0, 0.0);
         put_friction(a, dimension, unit, limit, -1.0, 0.0);
     }
-    for (k = 0; unit->tangents == 2 && k < edges; k++)
-        put_friction(a, dimension, unit, limit * cos(PI / edges), cos(2.0 * PI * (k + 0.5) / edges),
-                     sin(2.0 * PI * (k + 0.5) / edges));
+    for (k = 0; unit->tangents == 2 && k < edges; k++) {
+        const double angle = a->angle[index] + 2.0 * PI * (k + (inside ? 0.5 : 0.0)) / edges;
+
+        put_friction(a, dimension, unit, inside ? limit * cos(PI / edges) : limit, cos(angle),
+                     sin(angle));
+    }
 }
 
 /* Forces in units of the loads, so that points have entries near 1. */
@@ -138,189 +162,88 @@ static void scale_directions(perp__acceleration *a, int32_t dimension)
         a->null[i] *= size;
 }
 
-/* ---- the points ---------------------------------------------------------------------------- */
+/* ---- the family ----------------------------------------------------------------------------- */
 
-static int32_t is_vertex(const perp__acceleration *a, int32_t dimension, int32_t k)
+static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t discs,
+                             int32_t inside, perp__found_answer **made)
 {
-    return k < a->cone.rays &&
-           a->cone.x[(size_t)k * (size_t)(dimension + 1)] > PERP__FAMILY_TOLERANCE;
-}
+    const int32_t edges = discs > 0 ? edges_of(a, dimension, discs) : 0;
+    perp_status status = perp__cone_fit(&a->cone, 1 + 3 * a->units + edges * discs, dimension + 1);
+    int32_t i;
 
-/* Generator k of the cone, times `sign`, as a point or a direction in all rows. */
-static void map_point(const perp__acceleration *a, int32_t dimension, int32_t k, double sign,
-                      double *to)
-{
-    const double *y = a->cone.x + (size_t)k * (size_t)(dimension + 1);
-    const double s = is_vertex(a, dimension, k) ? y[0] : 0.0;
-    int32_t i, c;
-
-    memset(to, 0, (size_t)a->m->rows * sizeof *to);
-    for (i = 0; i < a->active; i++) {
-        double sum = s * a->f[i], size = fabs(sum);
-
-        for (c = 0; c < dimension; c++) {
-            const double term = y[c + 1] * a->null[(size_t)c * (size_t)a->active + (size_t)i];
-
-            sum += term;
-            size += fabs(term);
-        }
-        if (fabs(sum) <= ROUNDING * size)
-            sum = 0.0;
-        to[a->row_of[i]] = s > 0.0 ? sum / s : sign * sum;
-    }
-}
-
-static void map_points(perp__acceleration *a, int32_t dimension, perp__found_answer *answer)
-{
-    const size_t rows = (size_t)a->m->rows;
-    int32_t next = 0, k;
-
-    for (k = 0; k < a->cone.rays; k++)
-        if (is_vertex(a, dimension, k))
-            map_point(a, dimension, k, 1.0, answer->points + (size_t)next++ * rows);
-    answer->vertices = next;
-    for (k = 0; k < a->cone.rays + a->cone.lines; k++) {
-        if (is_vertex(a, dimension, k))
-            continue;
-        map_point(a, dimension, k, 1.0, answer->points + (size_t)next++ * rows);
-        if (k >= a->cone.rays)
-            map_point(a, dimension, k, -1.0, answer->points + (size_t)next++ * rows);
-    }
-    answer->rays = next - answer->vertices;
-}
-
-/* The rank of the points' differences, as forces or as accelerations. */
-static int32_t rank_of(perp__acceleration *a, const perp__found_answer *answer,
-                       int32_t accelerations)
-{
-    const size_t active = (size_t)a->active, rows = (size_t)a->m->rows;
-    double *basis = a->work, *d = basis + active * active, *u = d + active, largest = 0.0;
-    const int32_t points = answer->vertices + answer->rays;
-    int32_t rank = 0, k, pass, c;
-    size_t i;
-
-    for (pass = 0; pass < 2; pass++) /* sizes first */
-        for (k = 1; k < points && rank < a->active; k++) {
-            const double *point = answer->points + (size_t)k * rows;
-            double length = 0.0;
-
-            for (i = 0; i < active; i++)
-                d[i] = (point[a->row_of[i]] -
-                        (k < answer->vertices ? answer->points[a->row_of[i]] : 0.0)) /
-                       a->scale[i];
-            if (accelerations) {
-                for (i = 0; i < active; i++)
-                    d[i] *= a->scale[i];
-                perp__found_row_accelerations(a, u, NULL, d, 1);
-                for (i = 0; i < active; i++)
-                    d[i] = u[i] * a->scale[i];
-            }
-            for (c = 0; c < rank; c++) {
-                double dot = 0.0;
-
-                for (i = 0; i < active; i++)
-                    dot += d[i] * basis[(size_t)c * active + i];
-                for (i = 0; i < active; i++)
-                    d[i] -= dot * basis[(size_t)c * active + i];
-            }
-            for (i = 0; i < active; i++)
-                length = hypot(length, d[i]);
-            if (pass == 0) {
-                for (i = 0; i < active; i++)
-                    largest = fmax(largest, fabs(point[a->row_of[i]]) / a->scale[i]);
-            } else if (length > PERP__FAMILY_TOLERANCE * largest) {
-                for (i = 0; i < active; i++)
-                    basis[(size_t)rank * active + i] = d[i] / length;
-                rank++;
-            }
-        }
-    return rank;
-}
-
-/* The middle of the vertices, and a unit of every ray. */
-static void find_middle(const perp__acceleration *a, perp__found_answer *answer)
-{
-    const size_t rows = (size_t)a->m->rows;
-    int32_t k;
-    size_t i;
-
-    for (i = 0; i < rows; i++) {
-        double sum = 0.0, extra = 0.0;
-
-        for (k = 0; k < answer->vertices; k++)
-            sum += answer->points[(size_t)k * rows + i];
-        for (; k < answer->vertices + answer->rays; k++)
-            extra += answer->points[(size_t)k * rows + i];
-        answer->force[i] = sum / answer->vertices + extra;
-        answer->width[i] = PERP__FAMILY_TOLERANCE * fabs(answer->force[i]);
-    }
-}
-
-/* Whether the middle is at a limit: then the whole family is. */
-static int32_t is_at_vertex(perp__acceleration *a, const perp__found_answer *answer)
-{
-    const size_t active = (size_t)a->active;
-    double *f = a->work, *u = f + active, *f_width = u + active, *u_width = f_width + active;
-    int32_t at_vertex = 0;
-    size_t i;
-
-    for (i = 0; i < active; i++) {
-        f[i] = answer->force[a->row_of[i]];
-        f_width[i] = answer->width[a->row_of[i]];
-    }
-    perp__found_row_accelerations(a, u, u_width, f, 0);
-    for (i = 0; i < active; i++)
-        u_width[i] *= PERP__FAMILY_TOLERANCE;
-    perp__found_keeps(a, &answer->pattern, f, u, f_width, u_width, 0, 0, &at_vertex);
-    return at_vertex;
-}
-
-static perp_status keep_polyhedron(perp__acceleration *a, int32_t dimension)
-{
-    const int32_t total = a->cone.rays + 2 * a->cone.lines;
-    const size_t units = (size_t)a->units;
-    perp__found_answer *answer;
-    int32_t k, vertices = 0;
-
-    for (k = 0; k < a->cone.rays; k++)
-        vertices += is_vertex(a, dimension, k);
-    if (vertices == 0)
+    *made = NULL;
+    if (status != PERP_OK)
+        return status;
+    a->cone.dimension = dimension + 1;
+    memset(a->cone.A, 0, (size_t)(dimension + 1) * sizeof *a->cone.A);
+    a->cone.A[0] = 1.0;
+    a->cone.rows = 1;
+    a->impossible = 0;
+    for (i = 0; i < a->units && !a->impossible; i++)
+        put_unit(a, dimension, i, edges, inside);
+    if (a->impossible)
         return PERP_OK;
-    answer = perp__found_create(a, total);
-    if (!answer)
-        return perp__fail_memory(a->m->context, "a family of accelerations");
-    map_points(a, dimension, answer);
-    answer->dimension = total == 1 ? 0 : rank_of(a, answer, 0);
-    answer->free = answer->dimension == 0 ? 0 : rank_of(a, answer, 1);
-    memcpy(answer->pattern.mode, a->pattern.mode, units);
-    memcpy(answer->pattern.way, a->pattern.way, 2 * units * sizeof *answer->pattern.way);
-    find_middle(a, answer);
-    answer->at_vertex = is_at_vertex(a, answer);
+    status = dimension > LARGEST_DIMENSION ? PERP__CONE_TOO_LARGE : perp__cone_enumerate(&a->cone);
+    if (status == PERP__CONE_TOO_LARGE) {
+        a->incomplete = 1;
+        return PERP_OK;
+    }
+    return status == PERP_OK ? perp__found_polyhedron(a, dimension, made) : status;
+}
+
+/* Turns the polygons to where the middle is. */
+static void aim(perp__acceleration *a, const perp__found_answer *answer)
+{
+    int32_t i;
+
+    for (i = 0; i < a->units; i++) {
+        const perp__unit *unit = a->unit + i;
+        const double *f = answer->force + a->row_of[unit->row] + !unit->dry;
+
+        if (unit->tangents == 2)
+            a->angle[i] = atan2(f[1], f[0]);
+    }
+}
+
+static void keep_polyhedron(perp__acceleration *a, perp__found_answer *answer, int32_t at_vertex)
+{
+    answer->dimension = answer->vertices + answer->rays == 1 ? 0 : perp__found_rank(a, answer, 0);
+    answer->free = answer->dimension == 0 ? 0 : perp__found_rank(a, answer, 1);
+    answer->at_vertex = at_vertex;
     if (answer->dimension == 0)
         answer->vertices = 1;
     perp__found_describe(a, answer);
     perp__found_keep(a, answer);
-    return PERP_OK;
 }
 
 perp_status perp__found_keep_family(perp__acceleration *a, int32_t dimension)
 {
-    const int32_t edges = edges_of(a);
-    int32_t i;
-    perp_status status =
-        perp__cone_fit(&a->cone, 1 + a->units * (edges > 2 ? edges + 2 : 4), dimension + 1);
+    const int32_t discs = count_discs(a);
+    perp__found_answer *answer = NULL, *inner = NULL;
+    int32_t at_vertex = 0, holds = 0, round;
+    perp_status status = PERP_OK;
 
-    if (status != PERP_OK)
-        return perp__fail_memory(a->m->context, "a family of accelerations");
-    a->cone.dimension = dimension + 1;
     scale_directions(a, dimension);
-    memset(a->cone.A, 0, (size_t)(dimension + 1) * sizeof *a->cone.A);
-    a->cone.A[0] = 1.0;
-    a->cone.rows = 1;
-    for (i = 0; i < a->units; i++)
-        put_unit(a, dimension, i, edges);
-    status = perp__cone_enumerate(&a->cone);
-    if (status == PERP__CONE_TOO_LARGE)
-        return PERP_OK;
-    return status == PERP_OK ? keep_polyhedron(a, dimension) : status;
+    memset(a->angle, 0, (size_t)a->units * sizeof *a->angle);
+    for (round = 0; round < MOST_CUTS && status == PERP_OK && !holds; round++) {
+        if (answer)
+            perp__found_release_answer(a, answer);
+        status = enumerate(a, dimension, discs, 0, &answer);
+        if (status != PERP_OK || !answer)
+            return status;
+        holds = discs == 0 || perp__found_is_kept(a, answer, &at_vertex);
+        aim(a, answer);
+    }
+    if (discs > 0) {
+        perp__found_release_answer(a, answer);
+        if (holds)
+            status = enumerate(a, dimension, discs, 1, &inner);
+        answer = inner;
+        a->incomplete = a->incomplete || !inner;
+    }
+    if (status != PERP_OK || !answer)
+        return status;
+    perp__found_is_kept(a, answer, &at_vertex);
+    keep_polyhedron(a, answer, at_vertex);
+    return PERP_OK;
 }

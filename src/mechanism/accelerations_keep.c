@@ -201,9 +201,20 @@ static int32_t contains(perp__acceleration *a, const perp__found_answer *outer,
     return 1;
 }
 
+static int32_t is_turned(const perp__acceleration *a, const perp__found_answer *answer)
+{
+    int32_t i;
+
+    for (i = 0; i < a->units; i++)
+        if (a->unit[i].tangents == 2 && perp__found_starts(a->unit + i, answer->pattern.mode[i]))
+            return 1;
+    return 0;
+}
+
 static int32_t is_same(const perp__acceleration *a, const perp__found_answer *one,
                        const perp__found_answer *other)
 {
+    const double same = is_turned(a, one) || is_turned(a, other) ? SAME_FORCE : 1e-14;
     double largest = 0.0;
     int32_t i;
 
@@ -214,7 +225,7 @@ static int32_t is_same(const perp__acceleration *a, const perp__found_answer *on
         const double width = one->width[row] + other->width[row];
 
         if (!(fabs(one->points[row] - other->points[row]) <=
-              4.0 * width + 1e-14 * largest * a->scale[i]))
+              4.0 * width + same * largest * a->scale[i]))
             return 0;
     }
     return 1;
@@ -262,7 +273,7 @@ void perp__found_keep(perp__acceleration *a, perp__found_answer *answer)
     a->answer_count++;
 }
 
-perp_status perp__found_keep_point(perp__acceleration *a, int32_t at_vertex)
+perp_status perp__found_keep_point(perp__acceleration *a, int32_t at_vertex, int32_t dimension)
 {
     const size_t units = (size_t)a->units, rows = (size_t)a->m->rows;
     perp__found_answer *answer = perp__found_create(a, 1);
@@ -271,7 +282,8 @@ perp_status perp__found_keep_point(perp__acceleration *a, int32_t at_vertex)
     if (!answer)
         return perp__fail_memory(a->m->context, "an acceleration");
     answer->vertices = 1;
-    answer->rays = answer->dimension = answer->free = 0;
+    answer->rays = answer->free = 0;
+    answer->dimension = dimension;
     answer->at_vertex = at_vertex;
     memcpy(answer->pattern.mode, a->pattern.mode, units);
     memcpy(answer->pattern.way, a->pattern.way, 2 * units * sizeof *answer->pattern.way);

@@ -248,14 +248,24 @@ static void find_null_space(perp__acceleration *a)
     }
 }
 
+void perp__found_add_forces(const perp__acceleration *a, double *f, const double *x)
+{
+    add_forces(a, f, x, 0);
+}
+
 int32_t perp__found_solve(perp__acceleration *a)
+{
+    return perp__found_solve_to(a, SINGULAR, a->active);
+}
+
+int32_t perp__found_solve_to(perp__acceleration *a, double singular, int32_t most)
 {
     const size_t active = (size_t)a->active;
     double *size = a->work + (size_t)a->active;
     int32_t r;
 
     list_columns(a);
-    perp__pivoting_eliminate(&a->system, SINGULAR * load_matrix(a));
+    perp__pivoting_eliminate(&a->system, singular * load_matrix(a), most);
     memset(a->x, 0, (size_t)a->system.n * sizeof *a->x);
     memcpy(a->f, a->known, active * sizeof *a->f);
     correct(a);

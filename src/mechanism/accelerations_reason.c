@@ -26,7 +26,7 @@ void perp__found_hold_bilateral(perp__acceleration *a)
         for (j = 0; j < n; j++)
             a->system.K[i * n + j] =
                 a->W[(b + i) * active + b + j] * a->scale[b + i] * a->scale[b + j];
-    perp__pivoting_eliminate(&a->system, SINGULAR * 4.0);
+    perp__pivoting_eliminate(&a->system, SINGULAR * 4.0, a->system.n);
     for (j = 0; j < active; j++) {
         for (k = 0; k < n; k++)
             rhs[k] = a->W[(b + k) * active + j] * a->scale[b + k];

@@ -15,7 +15,7 @@
 
 #include <perp/perp.h>
 
-enum { TABLE_N = 12, TABLE_ROWS = 48 };
+enum { TABLE_N = 30, TABLE_ROWS = 48 };
 
 typedef struct table {
     perp_context *context;
