@@ -51,6 +51,7 @@ static void eliminate(perp__pivoting *p, int32_t k)
 
     if (pivot < 0.0)
         p->sign = -p->sign;
+    p->product *= fabs(pivot);
     for (j = 0; j < n; j++) {
         pivot_row[j] /= pivot;
         unit_row[j] /= pivot;
@@ -80,6 +81,7 @@ void perp__pivoting_eliminate(perp__pivoting *p, double singular, int32_t most)
         p->columns[i] = (int32_t)i;
     }
     p->sign = 1;
+    p->product = 1.0;
     for (p->rank = 0; p->rank < p->n; p->rank++) {
         if (p->rank == most || !(bring_pivot(p, p->rank) > singular)) {
             p->sign = 0;

@@ -10,6 +10,7 @@ typedef struct perp__pivoting {
     int32_t n;
     int32_t rank;
     int32_t sign;     /* of the determinant; 0 where the rank is below n */
+    double product;   /* of the pivots, without that sign */
     double *K;        /* overwritten: X in its last n - rank columns */
     double *E;        /* filled */
     int32_t *columns; /* n: filled */

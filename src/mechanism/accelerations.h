@@ -18,6 +18,7 @@
 /* The same of a family's points, which the double description method gives to 1e-9 or so. */
 #define PERP__FAMILY_TOLERANCE 1e-8
 #define PERP__MOST_CONTACTS 12
+#define PERP__MOST_ANGLES 4
 
 typedef struct perp__unit {
     int32_t source; /* contact, or contacts + dry group */
@@ -106,6 +107,8 @@ int32_t perp__found_solve(perp__acceleration *a);
 /* The same with pivots of at most `singular` of the largest entry, and those beyond `most`, as 0.
  */
 int32_t perp__found_solve_to(perp__acceleration *a, double singular, int32_t most);
+/* Makes f meet the equations of the pattern that was solved last. */
+void perp__found_correct(perp__acceleration *a);
 /* f := f + the forces of the unknowns x of the system. */
 void perp__found_add_forces(const perp__acceleration *a, double *f, const double *x);
 /* u := W f + beta (or W f alone) and, where width is not NULL, the size of its terms. */
@@ -115,8 +118,14 @@ void perp__found_row_accelerations(const perp__acceleration *a, double *u, doubl
 /* ---- accelerations_turn.c ---- */
 /* Slips of the pattern that start in a plane. */
 int32_t perp__found_turning(const perp__acceleration *a);
+int32_t perp__found_turns(const perp__acceleration *a, int32_t unit);
 /* Turns them until friction is opposite to the acceleration; as perp__found_solve, or -1. */
 int32_t perp__found_turn(perp__acceleration *a, double singular);
+
+/* ---- accelerations_angle.c ---- */
+/* All directions of the only slip of the pattern that starts in a plane, up to
+ * PERP__MOST_ANGLES; -1 where the pattern is singular. */
+int32_t perp__found_angles(perp__acceleration *a, double *angles);
 
 /* ---- accelerations_keep.c ---- */
 /* Whether forces f with row accelerations u do what the pattern says. `strict`: of a slip that

@@ -7,20 +7,55 @@
 
 /* Clock readings are rare: once in so many patterns. */
 #define PATTERNS_A_READING 256
+#define PI 3.14159265358979323846
 
-perp_status perp__found_try(perp__acceleration *a, double singular)
+static perp_status keep(perp__acceleration *a, int32_t dimension)
 {
-    int32_t dimension = perp__found_solve(a), at_vertex;
+    int32_t at_vertex;
 
-    perp__found_note_sign(a);
-    if (perp__found_turning(a) > 0)
-        dimension = perp__found_turn(a, singular);
     if (dimension > 0)
         return perp__found_keep_family(a, dimension);
     if (dimension < 0 ||
         !perp__found_keeps(a, &a->pattern, a->f, a->u, a->f_width, a->u_width, 0, 1, &at_vertex))
         return PERP_OK;
     return perp__found_keep_point(a, at_vertex, 0);
+}
+
+perp_status perp__found_try(perp__acceleration *a, double singular)
+{
+    const int32_t dimension = perp__found_solve(a);
+
+    perp__found_note_sign(a);
+    if (perp__found_turning(a) == 0)
+        return keep(a, dimension);
+    return keep(a, perp__found_turn(a, singular));
+}
+
+/* The same with a slip that starts in the first of the directions: all of its directions are found
+ * at once. In the others there is nothing left to do. */
+static perp_status try_directions(perp__acceleration *a)
+{
+    const int32_t ways = a->m->settings.directions;
+    double angles[PERP__MOST_ANGLES], *way;
+    perp_status status = PERP_OK;
+    int32_t index = 0, count, k;
+
+    while (!perp__found_turns(a, index))
+        index++;
+    perp__found_solve(a);
+    perp__found_note_sign(a);
+    way = a->pattern.way + 2 * (size_t)index;
+    if (way[0] != 1.0)
+        return PERP_OK;
+    count = perp__found_angles(a, angles);
+    for (k = 0; k < (count < 0 ? ways : count) && status == PERP_OK; k++) {
+        const double angle = count < 0 ? 2.0 * PI * k / ways : angles[k];
+
+        way[0] = cos(angle);
+        way[1] = sin(angle);
+        status = keep(a, perp__found_turn(a, PERP__FOUND_TOLERANCE));
+    }
+    return status;
 }
 
 /* The number of patterns, or more than `most`. */
@@ -55,7 +90,8 @@ static perp_status enumerate(perp__acceleration *a, perp_mechanism_summary *summ
             perp__found_choose(a, i, (int32_t)(rest % count));
             rest /= count;
         }
-        status = perp__found_try(a, PERP__FOUND_TOLERANCE);
+        status = perp__found_turning(a) == 1 ? try_directions(a)
+                                             : perp__found_try(a, PERP__FOUND_TOLERANCE);
     }
     summary->patterns = k;
     return status;

@@ -1,6 +1,7 @@
 /* What there is to say of an answer whose forces are known: M v' = k + J'f, u' = J v' + bias, the
  * modes, and how well the laws are met. Rows that hold have u' = 0 exactly, and v' is found in what
  * they leave free: at rest it is 0.0. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -97,8 +98,9 @@ static double row_residual(const perp__acceleration *a, const perp__found_answer
     return size > 0.0 ? sum / size : 0.0;
 }
 
+/* largest: of the forces in their units. */
 static double unit_residual(const perp__acceleration *a, const perp__found_answer *answer,
-                            int32_t index)
+                            int32_t index, double largest)
 {
     const perp__unit *unit = a->unit + index;
     const int32_t mode = answer->pattern.mode[index], row = a->row_of[unit->row];
@@ -109,7 +111,7 @@ static double unit_residual(const perp__acceleration *a, const perp__found_answe
 
     if (!unit->dry) {
         worst = row_residual(a, answer, unit->row, mode == PERP_MECHANISM_SEPARATE);
-        worst = fmax(worst, size < 0.0 ? -size / (fabs(size) + answer->width[row] / SMALL) : 0.0);
+        worst = fmax(worst, -size / (largest * a->scale[unit->row]));
     }
     for (i = 0; i < unit->tangents; i++) {
         length = hypot(length, f[tangent + i]);
@@ -120,9 +122,7 @@ static double unit_residual(const perp__acceleration *a, const perp__found_answe
              : mode == PERP_MECHANISM_STICK ? unit->mu_stick
                                             : unit->mu) *
             fmax(size, 0.0);
-    if (length > limit)
-        worst = fmax(worst, (length - limit) / (length + limit));
-    return worst;
+    return fmax(worst, (length - limit) / (largest * a->scale[unit->row + !unit->dry]));
 }
 
 static void name_modes(const perp__acceleration *a, perp__found_answer *answer)
@@ -150,14 +150,17 @@ static void name_modes(const perp__acceleration *a, perp__found_answer *answer)
 void perp__found_describe(perp__acceleration *a, perp__found_answer *answer)
 {
     const perp_mechanism *m = a->m;
+    double largest = DBL_MIN;
     int32_t i;
 
     find_acceleration(a, answer);
+    for (i = 0; i < a->active; i++)
+        largest = fmax(largest, fabs(answer->force[a->row_of[i]]) / a->scale[i]);
     answer->residual = dynamic_residual(a, answer);
     for (i = 0; i < m->bilateral; i++)
         answer->residual = fmax(answer->residual, row_residual(a, answer, a->bilateral_row + i, 0));
     for (i = 0; i < a->units; i++)
-        answer->residual = fmax(answer->residual, unit_residual(a, answer, i));
+        answer->residual = fmax(answer->residual, unit_residual(a, answer, i, largest));
     name_modes(a, answer);
     perp__found_label(a, answer);
 }

@@ -58,8 +58,9 @@ static void put(perp__acceleration *a, int32_t dimension, const inequality *g)
         a->cone.rows++;
 }
 
+/* way_0 u_row' + way_1 u_row+1' >= 0, the second only of `two`. */
 static void put_acceleration(perp__acceleration *a, int32_t dimension, int32_t row, double way_0,
-                             double way_1, int32_t two)
+                             double way_1, int32_t two, int32_t strict)
 {
     const size_t active = (size_t)a->active;
     double *sum = a->work;
@@ -72,8 +73,21 @@ static void put_acceleration(perp__acceleration *a, int32_t dimension, int32_t r
         sum[i] = way_0 * a->W[(size_t)row * active + i] +
                  (two ? way_1 * a->W[(size_t)(row + 1) * active + i] : 0.0);
     g.row = sum;
-    g.strict = 1;
+    g.strict = strict;
     put(a, dimension, &g);
+}
+
+/* A slip that starts: u_t' along its way, and nothing across. */
+static void put_start(perp__acceleration *a, int32_t dimension, const perp__unit *unit,
+                      const double *way)
+{
+    const int32_t row = unit->row + !unit->dry, two = unit->tangents == 2;
+
+    put_acceleration(a, dimension, row, way[0], way[1], two, 1);
+    if (two) {
+        put_acceleration(a, dimension, row, -way[1], way[0], 1, 0);
+        put_acceleration(a, dimension, row, way[1], -way[0], 1, 0);
+    }
 }
 
 /* bound + factor f_normal - way . f_tangent >= 0; normal < 0: none. */
@@ -113,7 +127,7 @@ static int32_t edges_of(const perp__acceleration *a, int32_t dimension, int32_t 
 {
     int32_t edges = dimension <= 2 ? a->m->settings.directions : dimension <= 4 ? 6 : 4;
 
-    while (edges > 3 && 1 + 3 * a->units + edges * discs > PERP__CONE_ROWS)
+    while (edges > 3 && 1 + 4 * a->units + edges * discs > PERP__CONE_ROWS)
         edges--;
     return edges;
 }
@@ -129,12 +143,11 @@ static void put_unit(perp__acceleration *a, int32_t dimension, int32_t index, in
     int32_t k;
 
     if (!unit->dry && mode == PERP_MECHANISM_SEPARATE)
-        put_acceleration(a, dimension, unit->row, 1.0, 0.0, 0);
+        put_acceleration(a, dimension, unit->row, 1.0, 0.0, 0, 1);
     else if (!unit->dry)
         put_friction(a, dimension, unit, 1.0, 0.0, 0.0);
     if (perp__found_starts(unit, mode))
-        put_acceleration(a, dimension, unit->dry ? unit->row : unit->row + 1, way[0], way[1],
-                         unit->tangents == 2);
+        put_start(a, dimension, unit, way);
     if (mode != PERP_MECHANISM_STICK)
         return;
     if (unit->tangents == 1) {
@@ -168,7 +181,7 @@ static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t d
                              int32_t inside, perp__found_answer **made)
 {
     const int32_t edges = discs > 0 ? edges_of(a, dimension, discs) : 0;
-    perp_status status = perp__cone_fit(&a->cone, 1 + 3 * a->units + edges * discs, dimension + 1);
+    perp_status status = perp__cone_fit(&a->cone, 1 + 4 * a->units + edges * discs, dimension + 1);
     int32_t i;
 
     *made = NULL;

@@ -253,6 +253,18 @@ void perp__found_add_forces(const perp__acceleration *a, double *f, const double
     add_forces(a, f, x, 0);
 }
 
+void perp__found_correct(perp__acceleration *a)
+{
+    double *change = a->work;
+    int32_t r;
+
+    perp__found_row_accelerations(a, a->u, NULL, a->f, 0);
+    for (r = 0; r < a->system.n; r++)
+        a->rhs[r] = -a->u[a->first[r]] * a->scale[a->first[r]];
+    perp__pivoting_solve(&a->system, change, a->rhs);
+    add_forces(a, a->f, change, 0);
+}
+
 int32_t perp__found_solve(perp__acceleration *a)
 {
     return perp__found_solve_to(a, SINGULAR, a->active);

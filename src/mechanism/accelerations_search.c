@@ -17,6 +17,8 @@
 #include "mechanism/accelerations.h"
 
 #define ROUGH 1e-6
+/* Of the LCP's answers, relative to their terms. */
+#define WIDE 1e-9
 #define PI 3.14159265358979323846
 
 typedef struct search {
@@ -181,6 +183,41 @@ static void take_pattern(perp__acceleration *a, search *s)
     }
 }
 
+static double length_of(const double *x, int32_t count)
+{
+    return count == 0 ? 0.0 : count == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
+}
+
+/* Contacts that neither press nor separate belong to those that press, and slips without an
+ * acceleration to what sticks: so that one pattern has the whole family. */
+static void widen_pattern(perp__acceleration *a, search *s)
+{
+    double *u = a->u, *size = a->u_width;
+    int32_t index, i;
+
+    perp__found_row_accelerations(a, u, size, s->force, 0);
+    for (index = 0; index < a->units; index++) {
+        const perp__unit *unit = a->unit + index;
+        const int32_t t = unit->row + !unit->dry;
+        const double speed = length_of(u + t, unit->tangents);
+        double *way = a->pattern.way + 2 * (size_t)index;
+        int8_t *mode = a->pattern.mode + index;
+
+        if (*mode == PERP_MECHANISM_SEPARATE) {
+            if (!(fabs(u[unit->row]) <= WIDE * size[unit->row]))
+                continue;
+            *mode = PERP_MECHANISM_SLIP;
+            for (i = 0; i < unit->tangents && unit->friction; i++)
+                way[i] = unit->moves ? unit->way[i] : speed > 0.0 ? u[t + i] / speed : i == 0;
+        }
+        if (perp__found_starts(unit, *mode) &&
+            speed <= WIDE * length_of(size + t, unit->tangents)) {
+            *mode = PERP_MECHANISM_STICK;
+            way[0] = way[1] = 0.0;
+        }
+    }
+}
+
 /* The pattern's own point or family; of one that is too large, the solution that was found. */
 static perp_status try_pattern(perp__acceleration *a, search *s)
 {
@@ -192,6 +229,7 @@ static perp_status try_pattern(perp__acceleration *a, search *s)
     if (dimension <= 0 || perp__found_turning(a) > 0)
         return perp__found_try(a, ROUGH);
     memcpy(a->f, s->force, active * sizeof *a->f);
+    perp__found_correct(a);
     perp__found_row_accelerations(a, a->u, a->u_width, a->f, 0);
     for (i = 0; i < active; i++) {
         a->u_width[i] *= PERP__FAMILY_TOLERANCE;
@@ -233,6 +271,7 @@ static perp_status run(perp__acceleration *a, search *s, perp_lcp_solver *solver
         if (status == PERP_OK && (result.outcome == PERP_OUTCOME_SOLVED ||
                                   result.outcome == PERP_OUTCOME_ROUNDING_LIMIT)) {
             take_pattern(a, s);
+            widen_pattern(a, s);
             status = try_pattern(a, s);
         }
     }

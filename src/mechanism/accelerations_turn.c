@@ -16,7 +16,7 @@
 #define LONGEST_TURN 0.5
 #define SETTLED 1e-13
 
-static int32_t turns(const perp__acceleration *a, int32_t index)
+int32_t perp__found_turns(const perp__acceleration *a, int32_t index)
 {
     return a->unit[index].tangents == 2 &&
            perp__found_starts(a->unit + index, a->pattern.mode[index]);
@@ -32,7 +32,7 @@ int32_t perp__found_turning(const perp__acceleration *a)
     int32_t count = 0, i;
 
     for (i = 0; i < a->units; i++)
-        count += turns(a, i);
+        count += perp__found_turns(a, i);
     return count;
 }
 
@@ -73,7 +73,7 @@ static double turn(perp__acceleration *a)
 
     p->n = perp__found_turning(a);
     for (j = 0; j < a->units; j++) {
-        if (!turns(a, j))
+        if (!perp__found_turns(a, j))
             continue;
         turn_accelerations(a, j, change);
         for (i = 0, row = 0; i < a->units; i++) {
@@ -81,7 +81,7 @@ static double turn(perp__acceleration *a)
             const int32_t t = tangent_of(a->unit + i);
             double entry;
 
-            if (!turns(a, i))
+            if (!perp__found_turns(a, i))
                 continue;
             entry = cross(way, change + t);
             if (i == j)
@@ -99,7 +99,7 @@ static double turn(perp__acceleration *a)
     for (i = 0, row = 0; i < a->units; i++) {
         double *way = a->pattern.way + 2 * (size_t)i, kept = way[0], angle;
 
-        if (!turns(a, i))
+        if (!perp__found_turns(a, i))
             continue;
         angle = fmax(-LONGEST_TURN, fmin(LONGEST_TURN, step[row++]));
         largest = fmax(largest, fabs(angle));
