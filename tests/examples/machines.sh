@@ -6,7 +6,7 @@ machine() {
     # shellcheck disable=SC2086 # words
     "$python" "$root/examples/machines/$1.py" $picture >"$work/$1" 2>&1 </dev/null
     name_of_machine=$1
-    [ "$picture" = --no-picture ] || shows 'picture' "^wrote .*$1.svg\$"
+    [ "$picture" = --no-picture ] || shows 'picture' "^wrote .*.svg\$"
 }
 
 # shows WHAT PATTERN: of the machine that ran last
@@ -64,3 +64,9 @@ machine table
 shows 'family' '^    forces from 25 35 -*0 40$'
 shows 'other end' '^    to          60 -*0 35 5$'
 shows 'wrench' '^a thousand legs: solved, wrench 100.000000 10.000000 30.000000, '
+
+# all reach their order within what four halvings show
+machine orders
+shows 'frozen' '^pendulum  frozen .* \(0.9[0-9]\|1.0[0-9]\)$'
+shows 'implicit' '^brick  *implicit .* \(0.9[0-9]\|1.0[0-9]\)$'
+shows 'theta' '^pendulum  theta .* \(1.9[0-9]\|2.0[0-9]\)$'
