@@ -5,18 +5,20 @@
  * q: coordinates, v: velocities, k: forces with the gyroscopic ones. The mechanism is given by
  * callbacks for M, k, and the rows of three kinds of constraints:
  *
- *   contacts   gap_j(t,q) >= 0. The rows of contact j in H: the gradient of its gap (the normal),
- *              then its tangents (none in dimension 1, one in 2, two in 3), contact after contact,
- *              as in perp/contact.h. u = H v + drift: separating, then sliding velocity. Impulses
- * r: 0 <= r_n perp gap >= 0, and |r_t| <= mu r_n, opposite to u_t where that is not 0. bilateral
- * c_i(t,q) = 0, G its gradients. dry        friction of a given bound (Tresca): groups of one row
- * or of two in B, slip u = B v + drift, |y| <= bound(t,q,v) h, opposite to u where that is not 0.
+ * - contacts: gap_j(t,q) >= 0. The rows of contact j in H are the gradient of its gap (the normal),
+ *   then its tangents (none in dimension 1, one in 2, two in 3), contact after contact, as in
+ *   perp/contact.h. u = H v + drift: separating, then sliding velocity. Impulses r: 0 <= r_n perp
+ *   gap >= 0, and |r_t| <= mu r_n, opposite to u_t where that is not 0.
+ * - bilateral: c_i(t,q) = 0, G its gradients.
+ * - dry: friction of a given bound (Tresca), groups of one row or of two in B, slip u = B v +
+ * drift, |y| <= bound(t,q,v) h, opposite to u where that is not 0.
  *
- * Three questions can be asked: a step in time, a run of steps, and all accelerations of a state.
- * Impulses, not forces, are a step's unknowns: a step exists also where no acceleration does.
+ * Four questions can be asked: a step in time, a run of steps, all accelerations of a state, and
+ * all answers of a step. Impulses, not forces, are a step's unknowns: a step exists also where no
+ * acceleration does.
  *
  * A step's answer is one solution of its complementarity problem. There may be others (a wedge,
- * redundant contacts): docs/mechanism.md says when there are, and which of them a step takes.
+ * redundant contacts): perp_mechanism_answers tells all of them, settings.select which to take.
  *
  * Sources: D. E. Stewart & J. C. Trinkle, "Dynamics, friction, and complementarity problems" (1995)
  * and IJNME 39 (1996); M. Anitescu & F. A. Potra, Nonlinear Dynamics 14 (1997); J. J. Moreau,
@@ -55,6 +57,15 @@ enum perp_mechanism_mode_value {
     PERP_MECHANISM_SEPARATE = 0,
     PERP_MECHANISM_STICK = 1,
     PERP_MECHANISM_SLIP = 2
+};
+
+/* Which velocities a step takes where its problem has several. "Nearest" and "freest" are looked
+ * for among the stable ones of perp_mechanism_answers, if there are any. Values never change. */
+enum perp_mechanism_select_value {
+    PERP_MECHANISM_ANY = 0,     /* those that the solver finds: nothing is known of others */
+    PERP_MECHANISM_NEAREST = 1, /* the least change of velocity, |v+ - v| in the metric of M: what
+                                   moves goes on moving, what rests stays at rest */
+    PERP_MECHANISM_FREEST = 2   /* the least impulses, |v+ - v - h M^-1 k| in that metric */
 };
 
 /* Callbacks return 0 when done; a positive number where q is outside of what the mechanism is
@@ -136,6 +147,10 @@ typedef struct perp_mechanism_settings {
     int32_t starts;        /* covering vectors of the search beyond most_patterns; default 16 */
     double stiffness;      /* of compliant contacts, for the label 'stable'; > 0; default 1 */
     double damping;        /* >= 0; default 2 */
+    int32_t select;        /* PERP_MECHANISM_ANY (default), ...; NEAREST and FREEST enumerate in
+                              every frozen step, and so in those that implicit steps start from;
+                              not for THETA */
+    int32_t reserved;      /* 0 */
 } perp_mechanism_settings;
 
 /* One step. */
@@ -157,6 +172,9 @@ typedef struct perp_mechanism_step {
     double seconds;
     int64_t iterations;  /* of all problems of the step */
     int64_t evaluations; /* of the contact rows, or of the force if there are none */
+    int32_t answers;     /* with settings.select: velocities that the step's problem has, families
+                            included; 0: not looked for */
+    int32_t exhaustive;  /* 1: there are no others */
 } perp_mechanism_step;
 
 /* What an observer sees. The arrays are the library's, valid during the call. */
@@ -261,10 +279,11 @@ PERP_API perp_status perp_mechanism_run_result_init(perp_mechanism_run_result *r
 PERP_API perp_status perp_mechanism_found_init(perp_mechanism_found *found, size_t size);
 PERP_API perp_status perp_mechanism_summary_init(perp_mechanism_summary *summary, size_t size);
 
-/* Return "frozen", ...; "moreau", ...; a sentence. Static; "unknown ..." otherwise. Modes: see
- * perp_contact_mode_text. */
+/* Return "frozen", ...; "moreau", ...; "any", ...; a sentence. Static; "unknown ..." otherwise.
+ * Modes: see perp_contact_mode_text. */
 PERP_API const char *perp_mechanism_scheme_text(int32_t scheme);
 PERP_API const char *perp_mechanism_law_text(int32_t law);
+PERP_API const char *perp_mechanism_select_text(int32_t select);
 PERP_API const char *perp_mechanism_reason_text(int32_t reason);
 
 /* Takes a mechanism. No callback is called.
@@ -348,8 +367,20 @@ PERP_API perp_status perp_mechanism_accelerations(perp_mechanism *mechanism,
                                                   const double *q,
                                                   const double *v) PERP_WARN_UNUSED;
 
-/* Gives answer `index`, from 0, of the last perp_mechanism_accelerations: fewer contacts that press
- * come first. */
+/* Finds all answers of a frozen step from (t, q0, v0) to t + h, before restitution, and keeps them
+ * as accelerations v' = (v+ - v0) / h, with forces f = r / h, and u' = (u+ + max(gap, 0) / h) / h
+ * of a normal, u+ / h of the other rows. All contacts take part (up to 12; beyond, those within
+ * reach, and summary->exhaustive is 0). A wedge that is pulled may come out or jam; the jam of
+ * Painleve's rod is an answer beside its accelerations. 'stable' is that of compliant contacts, as
+ * for accelerations.
+ *
+ * Returns, Out: as perp_mechanism_accelerations; h <= 0 is refused. */
+PERP_API perp_status perp_mechanism_answers(perp_mechanism *mechanism,
+                                            perp_mechanism_summary *summary, double t, double h,
+                                            const double *q0, const double *v0) PERP_WARN_UNUSED;
+
+/* Gives answer `index`, from 0, of the last perp_mechanism_accelerations or perp_mechanism_answers:
+ * fewer contacts that press come first. */
 PERP_API perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism,
                                                      perp_mechanism_found *found,
                                                      int32_t index) PERP_WARN_UNUSED;

@@ -106,17 +106,23 @@ static perp_status make(perp_mechanism *m)
 
 /* ---- the question -------------------------------------------------------------------------- */
 
-static perp_status find(perp__acceleration *a, perp_mechanism_summary *summary, double t,
-                        const double *q, const double *v)
+perp_status perp__found_open(perp_mechanism *m)
+{
+    const perp_status status = m->found_work ? PERP_OK : make(m);
+    perp__acceleration *a = m->found_work;
+
+    if (a) {
+        a->asked = a->has_singular = a->has_negative = a->incomplete = 0;
+        perp__found_release_answers(a);
+    }
+    return status;
+}
+
+perp_status perp__found_look(perp__acceleration *a, perp_mechanism_summary *summary, int32_t impact)
 {
     const perp__found_answer *answer;
     perp_status status;
-    int32_t impact;
 
-    a->has_singular = a->has_negative = a->incomplete = 0;
-    status = perp__found_state(a, &impact, t, q, v);
-    if (status != PERP_OK)
-        return status;
     summary->closed = a->closed;
     summary->exhaustive = 1;
     summary->contact = impact;
@@ -143,22 +149,21 @@ static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summ
 {
     perp_mechanism_summary own;
     perp__acceleration *a;
+    int32_t impact;
     perp_status status = perp__struct_check(m->context, "summary", summary, sizeof *summary,
                                             PERP__MECHANISM_SUMMARY_FIRST);
 
     if (status == PERP_OK)
         status = perp__mechanism_check_state(m, t, q, v);
-    if (status == PERP_OK && !m->found_work)
-        status = make(m);
-    a = m->found_work;
-    if (a) {
-        a->asked = 0;
-        perp__found_release_answers(a);
-    }
+    if (status == PERP_OK)
+        status = perp__found_open(m);
     if (status != PERP_OK)
         return status;
+    a = m->found_work;
     perp_mechanism_summary_init(&own, sizeof own);
-    status = find(a, &own, t, q, v);
+    status = perp__found_state(a, &impact, t, q, v);
+    if (status == PERP_OK)
+        status = perp__found_look(a, &own, impact);
     if (status != PERP_OK) {
         perp__found_release_answers(a);
         return status;

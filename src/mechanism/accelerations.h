@@ -96,6 +96,17 @@ perp_status perp__found_bias(perp__acceleration *a, double t, const double *q, c
 perp_status perp__found_state(perp__acceleration *a, int32_t *impact, double t, const double *q,
                               const double *v);
 
+/* W, beta and their sizes, from M, k and J in m->begin and from bias and size. */
+void perp__found_reduce(perp__acceleration *a);
+
+/* ---- accelerations.c ---- */
+/* m->found_work with its room, and without answers. */
+perp_status perp__found_open(perp_mechanism *m);
+/* Finds, labels, sorts and counts answers; impact: a contact that approaches, so that there are
+ * none, or -1. */
+perp_status perp__found_look(perp__acceleration *a, perp_mechanism_summary *summary,
+                             int32_t impact);
+
 /* ---- accelerations_pattern.c ---- */
 int32_t perp__found_choices(const perp__acceleration *a, const perp__unit *unit);
 void perp__found_choose(perp__acceleration *a, int32_t unit, int32_t choice);

@@ -124,8 +124,7 @@ static int32_t find_units(perp__acceleration *a, const double *q, const double *
     return impact;
 }
 
-/* W, beta, and their sizes. */
-static void reduce(perp__acceleration *a)
+void perp__found_reduce(perp__acceleration *a)
 {
     const perp_mechanism *m = a->m;
     const size_t n = (size_t)m->n, active = (size_t)a->active;
@@ -175,7 +174,7 @@ perp_status perp__found_state(perp__acceleration *a, int32_t *impact, double t, 
         return perp__fail(m->context, PERP_ERROR_ARGUMENT,
                           "q is outside of what the mechanism is defined for");
     if (status == PERP_OK && *impact < 0) {
-        reduce(a);
+        perp__found_reduce(a);
         perp__found_hold_bilateral(a);
     }
     return status;

@@ -8,6 +8,7 @@
 
 static const char *const scheme_texts[] = {"frozen", "implicit", "theta"};
 static const char *const law_texts[] = {"moreau", "newton", "poisson"};
+static const char *const select_texts[] = {"any", "nearest", "freest"};
 
 const char *perp_mechanism_scheme_text(int32_t scheme)
 {
@@ -17,6 +18,11 @@ const char *perp_mechanism_scheme_text(int32_t scheme)
 const char *perp_mechanism_law_text(int32_t law)
 {
     return law >= 0 && law < 3 ? law_texts[law] : "unknown law";
+}
+
+const char *perp_mechanism_select_text(int32_t select)
+{
+    return select >= 0 && select < 3 ? select_texts[select] : "unknown selection";
 }
 
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,

@@ -129,6 +129,8 @@ perp_status perp__advance_frozen(perp_mechanism *m, perp__mechanism_state *to,
     perp__prepare_step(m, h, v0);
     perp__pose(m, &problem);
     status = perp__solve_frozen(m, &problem);
+    if (status == PERP_OK && m->settings.select != PERP_MECHANISM_ANY)
+        status = perp__select_answer(m, step, &problem, h, v0);
     if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
         status = perp__evaluate_move(m, to->q, q0, h, m->answer.v);
     if (status == PERP_OK && perp__outcome_moves(m->answer.outcome)) {

@@ -10,8 +10,8 @@
 #include "base/check.h"
 
 #define PERP__MECHANISM_MODEL_FIRST PERP__SIZE_THROUGH(perp_mechanism_model, user)
-#define PERP__MECHANISM_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_mechanism_settings, damping)
-#define PERP__MECHANISM_STEP_FIRST PERP__SIZE_THROUGH(perp_mechanism_step, evaluations)
+#define PERP__MECHANISM_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_mechanism_settings, reserved)
+#define PERP__MECHANISM_STEP_FIRST PERP__SIZE_THROUGH(perp_mechanism_step, exhaustive)
 #define PERP__MECHANISM_RUN_FIRST PERP__SIZE_THROUGH(perp_mechanism_run_result, evaluations)
 #define PERP__MECHANISM_FOUND_FIRST PERP__SIZE_THROUGH(perp_mechanism_found, rays)
 #define PERP__MECHANISM_SUMMARY_FIRST PERP__SIZE_THROUGH(perp_mechanism_summary, patterns)
@@ -183,6 +183,12 @@ perp_status perp__advance_theta(perp_mechanism *m, perp__mechanism_state *to,
 /* The scheme of the settings, with the state kept where there is no step. */
 perp_status perp__advance(perp_mechanism *m, perp__mechanism_state *to, perp_mechanism_step *step,
                           double t, double h, const double *q0, const double *v0);
+
+/* ---- answers.c ---- */
+/* With the step prepared: where its problem has several answers, m->answer becomes the one that the
+ * settings select. Writes step->answers and exhaustive. */
+perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
+                                const perp__velocity_problem *problem, double h, const double *v0);
 
 /* ---- impact.c ---- */
 /* The contacts with restitution that were hit in the step that `answer` solves. */

@@ -103,6 +103,9 @@ static perp_status check_settings(perp_context *context, const perp_mechanism_se
     if (s->cone != 0 && (s->cone < 3 || s->cone > 1024))
         return perp__fail(context, PERP_ERROR_ARGUMENT,
                           "settings.cone is %d, expected 0 or 3 to 1024", (int)s->cone);
+    if (s->select < PERP_MECHANISM_ANY || s->select > PERP_MECHANISM_FREEST)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "settings.select is %d, not one of PERP_MECHANISM_...", (int)s->select);
     if (!(s->theta >= 0.0 && s->theta <= 1.0))
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.theta is %g, not in [0, 1]",
                           s->theta);

@@ -45,7 +45,7 @@ static void test_mechanism_model(void **state)
 static void test_mechanism_settings(void **state)
 {
     (void)state;
-    SIZE(perp_mechanism_settings, 104);
+    SIZE(perp_mechanism_settings, 112);
     FIELD(perp_mechanism_settings, struct_size, 0, 8);
     FIELD(perp_mechanism_settings, scheme, 8, 4);
     FIELD(perp_mechanism_settings, law, 12, 4);
@@ -62,12 +62,14 @@ static void test_mechanism_settings(void **state)
     FIELD(perp_mechanism_settings, starts, 84, 4);
     FIELD(perp_mechanism_settings, stiffness, 88, 8);
     FIELD(perp_mechanism_settings, damping, 96, 8);
+    FIELD(perp_mechanism_settings, select, 104, 4);
+    FIELD(perp_mechanism_settings, reserved, 108, 4);
 }
 
 static void test_mechanism_step(void **state)
 {
     (void)state;
-    SIZE(perp_mechanism_step, 96);
+    SIZE(perp_mechanism_step, 104);
     FIELD(perp_mechanism_step, struct_size, 0, 8);
     FIELD(perp_mechanism_step, outcome, 8, 4);
     FIELD(perp_mechanism_step, scheme, 12, 4);
@@ -84,6 +86,8 @@ static void test_mechanism_step(void **state)
     FIELD(perp_mechanism_step, seconds, 72, 8);
     FIELD(perp_mechanism_step, iterations, 80, 8);
     FIELD(perp_mechanism_step, evaluations, 88, 8);
+    FIELD(perp_mechanism_step, answers, 96, 4);
+    FIELD(perp_mechanism_step, exhaustive, 100, 4);
 }
 
 static void test_mechanism_view(void **state)

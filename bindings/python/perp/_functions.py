@@ -30,6 +30,7 @@ TEXT_FUNCTIONS: dict[str, list[Any]] = {
     "perp_contact_mode_text": [c_int32],
     "perp_mechanism_scheme_text": [c_int32],
     "perp_mechanism_law_text": [c_int32],
+    "perp_mechanism_select_text": [c_int32],
     "perp_mechanism_reason_text": [c_int32],
     "perp_ncp_method_text": [c_int32],
     "perp_contact_method_text": [c_int32],
@@ -247,6 +248,14 @@ STATUS_FUNCTIONS: dict[str, list[Any]] = {
     "perp_mechanism_accelerations": [
         m.MechanismPointer,
         POINTER(m.MechanismSummary),
+        c_double,
+        c_void_p,
+        c_void_p,
+    ],
+    "perp_mechanism_answers": [
+        m.MechanismPointer,
+        POINTER(m.MechanismSummary),
+        c_double,
         c_double,
         c_void_p,
         c_void_p,

@@ -12,7 +12,7 @@ from . import _arrays
 from ._callbacks import Array
 from ._contact import _cone
 from ._lcp import code, limit
-from ._library import MECHANISM_SCHEMES, defaults, library
+from ._library import MECHANISM_SCHEMES, MECHANISM_SELECTIONS, defaults, library
 from ._mechanism_accelerations import Accelerations, make_accelerations, read_acceleration
 from ._mechanism_base import MechanismBase, whole
 from ._mechanism_results import (
@@ -32,6 +32,7 @@ from ._structures_mechanism import (
 from ._structures_mechanism import MechanismStep as CStep
 
 _SCHEME_CODES = {word: k for k, word in MECHANISM_SCHEMES.items()}
+_SELECT_CODES = {word: k for k, word in MECHANISM_SELECTIONS.items()}
 
 
 class Mechanism(MechanismBase):
@@ -135,18 +136,20 @@ class Mechanism(MechanismBase):
         tol: float = 1e-10,
         theta: float = 0.5,
         project: bool = True,
+        select: str = "any",
         time_limit: Optional[float] = None,
     ) -> MechanismStep:
         """Steps from (t, q, v) to t + h. q: (coordinates,), v: (n,). Settings as for simulate().
 
-        The answer is one solution of the step's problem; there may be others. With outcome "ray",
+        The answer is one solution of the step's problem; answers() tells whether there are others,
+        and `select` which to take. With outcome "ray",
         "evaluation_failed" or "singular" the state did not move. Raises Error where the call
         itself did not make sense.
         """
         with self._lock:
             time, place, speed = self._state(t, q, v, ("t", "q", "v"))
             length = _arrays.number(h, "h")
-            self._set(**_stepping(scheme, cone, tol, theta, project, time_limit))
+            self._set(**_stepping(scheme, cone, tol, theta, project, select, time_limit))
             sizes = self.coordinates, self.n, self._row_count, self._row_count
             arrays = [np.empty(size) for size in sizes]
             modes, ray = np.empty(self._mode_count, dtype=np.int32), np.empty(self._row_count)
@@ -181,6 +184,7 @@ class Mechanism(MechanismBase):
         t0: float = 0.0,
         theta: float = 0.5,
         project: bool = True,
+        select: str = "any",
         shortest: float = 0.0,
         longest: float = 0.0,
         time_limit: Optional[float] = None,
@@ -197,6 +201,9 @@ class Mechanism(MechanismBase):
         error: 0 for equal steps, or the estimated error a step may have, beside the largest value
             of q and dt v so far; then steps are from shortest to longest (0: no limit).
         project: remove penetration, and the drift of bilateral constraints, after each step.
+        select: which velocities a frozen step takes where its problem has several: "any" that the
+            solver finds; "nearest" to those before, or the "freest" of impulses, of the stable
+            ones of answers(). The last two look for all of them in every step.
         time_limit: seconds for the whole run; None: none.
         callback: called with a MechanismStep at the start and after every step; a true answer
             stops the run (outcome "stopped"), an exception ends it.
@@ -211,7 +218,7 @@ class Mechanism(MechanismBase):
                 error=error,
                 shortest=shortest,
                 longest=longest,
-                **_stepping(scheme, cone, tol, theta, project, time_limit),
+                **_stepping(scheme, cone, tol, theta, project, select, time_limit),
             )
             sizes = self.coordinates, self.n, self._row_count, self._mode_count
             recorder = Recorder(*sizes)
@@ -282,21 +289,45 @@ class Mechanism(MechanismBase):
                 tol=tol,
                 time_limit=limit(time_limit, "time_limit"),
             )
-            summary = defaults(MechanismSummary)
-            self._call(
-                library.perp_mechanism_accelerations,
-                byref(summary),
-                time,
-                _arrays.address(place),
-                _arrays.address(speed),
+            return self._found(library.perp_mechanism_accelerations, (time,), place, speed)
+
+    def answers(
+        self,
+        t: float,
+        q: ArrayLike,
+        v: ArrayLike,
+        h: float,
+        *,
+        most_patterns: int = 2**22,
+        directions: int = 16,
+        tol: float = 1e-10,
+        time_limit: Optional[float] = None,
+    ) -> Accelerations:
+        """Finds all answers of a frozen step from (t, q, v) to t + h, before restitution, as
+        accelerations: each `acceleration` is the change of v over h, each `force` an impulse over
+        h. A wedge may jam or come out; a rod that jams has an answer without an acceleration.
+        """
+        with self._lock:
+            time, place, speed = self._state(t, q, v, ("t", "q", "v"))
+            length = _arrays.number(h, "h")
+            self._set(
+                most_patterns=whole(most_patterns, "most_patterns", 2**62),
+                directions=whole(directions, "directions"),
+                tol=tol,
+                time_limit=limit(time_limit, "time_limit"),
             )
-            solutions, found = [], defaults(MechanismFound)
-            for index in range(summary.count):
-                self._call(library.perp_mechanism_get_acceleration, byref(found), index)
-                solutions.append(
-                    read_acceleration(found, self.n, self._row_count, self._mode_count)
-                )
-            return make_accelerations(summary, solutions)
+            return self._found(library.perp_mechanism_answers, (time, length), place, speed)
+
+    def _found(
+        self, ask: Callable[..., int], when: tuple[float, ...], place: Array, speed: Array
+    ) -> Accelerations:
+        summary = defaults(MechanismSummary)
+        self._call(ask, byref(summary), *when, _arrays.address(place), _arrays.address(speed))
+        solutions, found = [], defaults(MechanismFound)
+        for index in range(summary.count):
+            self._call(library.perp_mechanism_get_acceleration, byref(found), index)
+            solutions.append(read_acceleration(found, self.n, self._row_count, self._mode_count))
+        return make_accelerations(summary, solutions)
 
 
 def _stepping(
@@ -305,6 +336,7 @@ def _stepping(
     tol: float,
     theta: float,
     project: bool,
+    select: str,
     time_limit: Optional[float],
 ) -> dict[str, Any]:
     """The settings of a step as the library's fields."""
@@ -314,5 +346,6 @@ def _stepping(
         tol=tol,
         theta=theta,
         project=1 if project else 0,
+        select=code(select, _SELECT_CODES, "select"),
         time_limit=limit(time_limit, "time_limit"),
     )

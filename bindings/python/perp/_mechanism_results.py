@@ -53,6 +53,8 @@ class MechanismStep:
     seconds: float
     iterations: int
     evaluations: int  # of the contacts, or of the force if there are none
+    answers: Optional[int]  # with select: how many the step's problem has; else None
+    exhaustive: bool  # with select: there are no others
 
     def __repr__(self) -> str:
         return f"<perp.MechanismStep {self.outcome}, t={self.t:g}, v={self.v}>"
@@ -135,6 +137,8 @@ def make_step(
         step.seconds,
         step.iterations,
         step.evaluations,
+        step.answers or None,
+        bool(step.exhaustive),
     )
 
 

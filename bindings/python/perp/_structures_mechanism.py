@@ -80,6 +80,8 @@ class MechanismSettings(Structure):
         ("starts", c_int32),
         ("stiffness", c_double),
         ("damping", c_double),
+        ("select", c_int32),
+        ("reserved", c_int32),
     ]
 
 
@@ -101,6 +103,8 @@ class MechanismStep(Structure):
         ("seconds", c_double),
         ("iterations", c_int64),
         ("evaluations", c_int64),
+        ("answers", c_int32),
+        ("exhaustive", c_int32),
     ]
 
 

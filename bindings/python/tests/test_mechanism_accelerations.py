@@ -213,3 +213,26 @@ def test_defaults_are_the_librarys():
             assert value is None and theirs.time_limit == 0
         else:
             assert getattr(theirs, name) == value, name
+
+
+def test_answers_of_a_step():
+    """A wedge with half angle 10 degrees and mu = 0.3 > tan(10 degrees), pulled from rest with a
+    force of 1: it jams, or comes out with velocity h; both solve the step's problem."""
+    s, c = np.sin(np.radians(10)), np.cos(np.radians(10))
+
+    def faces(q):
+        gap = [c * q[0] + s * q[1], -c * q[0] + s * q[1]]
+        return gap, [[c, s], [-c, s]], [[-s, c], [s, c]]
+
+    wedge = perp.Mechanism(2, force=[0, 1], contacts=faces, mu=0.3)
+    answers = wedge.answers(0, [0, 0], [0, 0], 1e-2)
+    assert answers.exhaustive and len(answers) == answers.count >= 2
+    assert {tuple(a.acceleration) for a in answers} == {(0, 0), (0, 1)}
+    for select, velocity in ("nearest", 0.0), ("freest", 1e-2):
+        step = wedge.step(0, [0, 0], [0, 0], 1e-2, select=select)
+        assert step.v[1] == velocity and step.answers == len(answers) and step.exhaustive
+    assert wedge.step(0, [0, 0], [0, 0], 1e-2).answers is None
+    with pytest.raises(perp.Error, match="select"):
+        wedge.step(0, [0, 0], [0, 0], 1e-2, select="best")
+    with pytest.raises(perp.Error, match="h is 0"):
+        wedge.answers(0, [0, 0], [0, 0], 0)

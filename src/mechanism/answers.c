@@ -1,0 +1,226 @@
+/* All answers of a frozen step, and the one that is selected.
+ *
+ * With v' = (v+ - v) / h and f = r / h the problem of a step is that of a state at rest:
+ *
+ *   M v' = k + J'f,   0 <= f_n perp u_n' >= 0,   friction of u_t',
+ *   u' = J v' + (J v + drift + shift) / h = (u+ + shift) / h,
+ *
+ * whose patterns accelerations_*.c enumerate. What slides at the step's end need not slide its way
+ * at the start. */
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "mechanism/accelerations.h"
+#include "mechanism/frozen.h"
+
+static void add_unit(perp__acceleration *a, int32_t source, int32_t first, int32_t rows)
+{
+    const perp_mechanism *m = a->m;
+    perp__unit *unit = a->unit + a->units++;
+    int32_t i;
+
+    memset(unit, 0, sizeof *unit);
+    unit->source = source;
+    unit->row = a->active;
+    unit->dry = source >= m->contacts;
+    unit->tangents = rows - !unit->dry;
+    if (unit->dry)
+        unit->bound = m->begin.bound[source - m->contacts];
+    else
+        unit->mu = unit->mu_stick = m->friction[source];
+    unit->friction = unit->tangents > 0 && (unit->bound > 0.0 || unit->mu > 0.0);
+    for (i = 0; i < rows; i++)
+        a->row_of[a->active++] = first + i;
+}
+
+/* Returns whether contacts were left out. */
+static int32_t add_units(perp__acceleration *a)
+{
+    const perp_mechanism *m = a->m;
+    int32_t j, left_out = 0;
+
+    a->units = a->active = 0;
+    for (j = 0; j < m->contacts; j++) {
+        if (m->contacts <= PERP__MOST_CONTACTS || m->included[j])
+            add_unit(a, j, m->starts[j], m->dims[j]);
+        else
+            left_out = 1;
+    }
+    a->closed = a->units;
+    a->bilateral_row = a->active;
+    for (j = 0; j < m->bilateral; j++)
+        a->row_of[a->active++] = m->contact_rows + j;
+    for (j = 0; j < m->dry; j++)
+        add_unit(a, m->contacts + j, m->contact_rows + m->bilateral + j * m->model.dry_dim,
+                 m->model.dry_dim);
+    return left_out;
+}
+
+/* What a row's u' is at v' = 0, and the size of its terms. */
+static void set_bias(perp__acceleration *a, double h, const double *v0)
+{
+    const perp_mechanism *m = a->m;
+    const size_t n = (size_t)m->n;
+    int32_t i, contact = 0;
+    size_t k;
+
+    for (i = 0; i < m->rows; i++) {
+        double shift, size = fabs(m->begin.drift[i]);
+
+        while (contact < m->contacts && i >= m->starts[contact + 1])
+            contact++;
+        shift = contact < m->contacts && i == m->starts[contact] ? m->shift[contact] : 0.0;
+        for (k = 0; k < n; k++)
+            size += fabs(m->begin.J[(size_t)i * n + k] * v0[k]);
+        a->bias[i] = (m->start_velocity[i] + shift) / h;
+        a->size[i] = (size + shift) / h;
+    }
+}
+
+/* With m->begin evaluated and the step prepared. */
+static perp_status find(perp_mechanism *m, perp_mechanism_summary *summary, double h,
+                        const double *v0)
+{
+    perp__acceleration *a;
+    perp_status status = perp__found_open(m);
+    int32_t left_out;
+
+    if (status != PERP_OK)
+        return status;
+    a = m->found_work;
+    left_out = add_units(a);
+    set_bias(a, h, v0);
+    perp__found_reduce(a);
+    perp__found_hold_bilateral(a);
+    status = perp__found_look(a, summary, -1);
+    if (status != PERP_OK)
+        perp__found_release_answers(a);
+    else if (left_out)
+        summary->exhaustive = 0;
+    return status;
+}
+
+/* ---- selection ----------------------------------------------------------------------------- */
+
+/* |v' - other|^2 in the metric of M; other: NULL: 0. */
+static double distance(const perp_mechanism *m, const double *acceleration, const double *other)
+{
+    const size_t n = (size_t)m->n;
+    double sum = 0.0;
+    size_t i, k;
+
+    for (i = 0; i < n; i++)
+        for (k = 0; k < n; k++)
+            sum += (acceleration[i] - (other ? other[i] : 0.0)) * m->begin.M[i * n + k] *
+                   (acceleration[k] - (other ? other[k] : 0.0));
+    return sum;
+}
+
+static const perp__found_answer *best_answer(const perp_mechanism *m, const perp__acceleration *a,
+                                             int32_t stable)
+{
+    const double *from = m->settings.select == PERP_MECHANISM_FREEST ? a->velocity : NULL;
+    const perp__found_answer *answer, *best = NULL;
+    double least = INFINITY;
+
+    for (answer = a->answers; answer; answer = answer->next) {
+        const double length = distance(m, answer->acceleration, from);
+
+        if ((stable && !answer->stable) || !(length < least))
+            continue;
+        least = length;
+        best = answer;
+    }
+    return best;
+}
+
+/* m->answer := the answer: impulses, modes, rows that hold, and velocities from these. */
+static void take(perp_mechanism *m, const perp__acceleration *a, const perp__found_answer *found,
+                 const perp__velocity_problem *problem, double h)
+{
+    perp__velocity_answer *answer = &m->answer;
+    int32_t i, j;
+
+    memset(answer->holds, 0, (size_t)m->rows);
+    memset(answer->holds + m->contact_rows, 1, (size_t)m->bilateral);
+    memcpy(answer->modes, found->modes, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
+    for (j = 0; j < a->units; j++) {
+        const perp__unit *unit = a->unit + j;
+        const int32_t mode = found->pattern.mode[j];
+
+        for (i = 0; i < unit->tangents + !unit->dry; i++)
+            answer->holds[a->row_of[unit->row + i]] =
+                (int8_t)(mode == PERP_MECHANISM_STICK ||
+                         (i == 0 && perp__found_presses(unit, mode)));
+    }
+    for (i = 0; i < m->rows; i++)
+        answer->r[i] = h * found->force[i];
+    memcpy(answer->v, problem->momentum, (size_t)m->n * sizeof *answer->v);
+    perp__add_impulses(m, problem->terms, answer->v, answer->r);
+    perp__solve_mass(m, problem->terms, answer->v);
+    answer->outcome = PERP_OUTCOME_SOLVED;
+    answer->residual = found->residual;
+    answer->certificate = answer->has_ray = 0;
+    perp__hold_velocities(m, answer, problem);
+}
+
+perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
+                                const perp__velocity_problem *problem, double h, const double *v0)
+{
+    const perp__found_answer *answer;
+    perp_mechanism_summary summary;
+    perp_status status;
+
+    perp_mechanism_summary_init(&summary, sizeof summary);
+    status = find(m, &summary, h, v0);
+    if (status != PERP_OK)
+        return status;
+    step->answers = summary.count;
+    step->exhaustive = summary.exhaustive;
+    answer = best_answer(m, m->found_work, summary.stable > 0);
+    if (answer && summary.count > 1)
+        take(m, m->found_work, answer, problem, h);
+    perp__found_release_answers(m->found_work);
+    return PERP_OK;
+}
+
+/* ---- the question -------------------------------------------------------------------------- */
+
+static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, double t, double h,
+                           const double *q0, const double *v0)
+{
+    perp_mechanism_summary own;
+    perp_status status = perp__struct_check(m->context, "summary", summary, sizeof *summary,
+                                            PERP__MECHANISM_SUMMARY_FIRST);
+
+    if (status == PERP_OK)
+        status = perp__mechanism_check_state(m, t, q0, v0);
+    if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
+        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
+    if (status == PERP_OK)
+        status = perp__evaluate_all(m, &m->begin, t, q0, v0);
+    if (status == PERP__OUTSIDE)
+        status = perp__fail(m->context, PERP_ERROR_ARGUMENT,
+                            "q0 is outside of what the mechanism is defined for");
+    if (status != PERP_OK)
+        return status;
+    perp__prepare_step(m, h, v0);
+    perp_mechanism_summary_init(&own, sizeof own);
+    status = find(m, &own, h, v0);
+    if (status != PERP_OK)
+        return status;
+    ((perp__acceleration *)m->found_work)->asked = 1;
+    perp__struct_write(summary, &own, sizeof own);
+    return PERP_OK;
+}
+
+perp_status perp_mechanism_answers(perp_mechanism *mechanism, perp_mechanism_summary *summary,
+                                   double t, double h, const double *q0, const double *v0)
+{
+    perp_status status = perp__mechanism_enter(mechanism);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(mechanism->context, answers(mechanism, summary, t, h, q0, v0));
+}
