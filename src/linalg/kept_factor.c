@@ -37,10 +37,14 @@ perp_status perp__kept_factor_analyse(perp__kept_factor *kept, perp_context *con
 
     if (is_analysed(kept, type, A))
         return PERP_OK;
+    if (kept->factor && kept->type == type && !type->sparse && A->n <= kept->most) {
+        kept->n = A->n;
+        return type->reanalyse(kept->factor, A);
+    }
     perp__kept_factor_release(kept);
     kept->context = context;
     kept->type = type;
-    kept->n = A->n;
+    kept->n = kept->most = A->n;
     status = type->analyse(context, &kept->factor, A);
     if (status == PERP_OK && A->column_starts)
         status = keep_pattern(kept, A);

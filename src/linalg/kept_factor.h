@@ -1,4 +1,5 @@
-/* A factorisation kept from set-up to set-up: analysed again only for another size or pattern. */
+/* A factorisation kept from set-up to set-up: analysed again only for another size or pattern, and
+ * with new memory only, if dense, for a larger one than ever. */
 #ifndef PERP_LINALG_KEPT_FACTOR_H
 #define PERP_LINALG_KEPT_FACTOR_H
 
@@ -9,8 +10,8 @@ typedef struct perp__kept_factor {
     perp_context *context;
     const perp__factor_type *type;
     perp__factor *factor; /* NULL: nothing analysed */
-    int32_t n;
-    int32_t *pattern; /* column starts and row indices that were analysed; NULL if dense */
+    int32_t n, most;      /* of the matrix at hand; of the largest that there is memory for */
+    int32_t *pattern;     /* column starts and row indices that were analysed; NULL if dense */
 } perp__kept_factor;
 
 /* Analyses A's pattern unless it is the one analysed already. PERP_OK or PERP_ERROR_MEMORY, and
