@@ -63,6 +63,7 @@ static perp_status reserve(perp__cone *cone, int32_t count)
 perp_status perp__cone_fit(perp__cone *cone, int32_t rows, int32_t dimension)
 {
     const size_t m = (size_t)rows, width = (size_t)dimension;
+    perp_status status;
 
     cone->rows = rows;
     cone->dimension = dimension;
@@ -78,7 +79,10 @@ perp_status perp__cone_fit(perp__cone *cone, int32_t rows, int32_t dimension)
         return perp__fail_memory(cone->context, "the constraints of a cone");
     cone->most_rows = rows;
     cone->most_dimension = dimension;
-    return reserve(cone, 2 * dimension);
+    status = reserve(cone, 2 * dimension);
+    if (status != PERP_OK) /* or the next call would find room for rays that is not there */
+        perp__cone_release(cone);
+    return status;
 }
 
 static double largest_of(const double *x, int32_t count)

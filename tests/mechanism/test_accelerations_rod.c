@@ -349,6 +349,47 @@ static void test_impact(void **state)
     table_close(&r.table);
 }
 
+/* Where there is one acceleration, motion follows it: over a short time T, in steps of T^2, the
+ * mean acceleration (v(T) - v) / T differs by a multiple of T. */
+static void check_motion(int32_t scheme, double omega)
+{
+    double last = 0.0, T;
+
+    for (T = 1e-1; T > 1e-3; T /= 8) {
+        double v[3], q[3], difference = 0.0;
+        perp_mechanism_run_result result;
+        rod r;
+        int i;
+
+        rod_open(&r, 0);
+        r.table.settings.scheme = scheme;
+        assert_int_equal(perp_mechanism_set(r.table.mechanism, &r.table.settings), PERP_OK);
+        assert_int_equal(rod_ask(&r, 1.0, omega, 0.5), 1);
+        assert_int_equal(table_get(&r.table, 0)->modes[0], PERP_MECHANISM_SLIP);
+        assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
+        assert_int_equal(perp_mechanism_run(r.table.mechanism, q, v, &result, 0.0, T, T * T,
+                                            r.table.q, r.table.v, NULL, NULL),
+                         PERP_OK);
+        table_get(&r.table, 0); /* steps don't touch the answers */
+        for (i = 0; i < 3; i++)
+            difference =
+                fmax(difference, fabs((v[i] - r.table.v[i]) / T - r.table.found.acceleration[i]));
+        if (last > 0.0) /* first order: 8, with a tenth for the second at T = 0.1 */
+            assert_true(last / difference > 6.0 && last / difference < 10.0);
+        last = difference;
+        table_close(&r.table);
+    }
+    assert_true(last < 0.1); /* of accelerations near 10 */
+}
+
+static void test_motion(void **state)
+{
+    (void)state;
+    check_motion(PERP_MECHANISM_FROZEN, 1.0);
+    check_motion(PERP_MECHANISM_IMPLICIT, -2.0);
+    check_motion(PERP_MECHANISM_THETA, 1.0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -359,6 +400,7 @@ int main(void)
         cmocka_unit_test(test_first_critical_friction),
         cmocka_unit_test(test_second_critical_friction),
         cmocka_unit_test(test_impact),
+        cmocka_unit_test(test_motion),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
