@@ -310,7 +310,8 @@ VALGRIND := valgrind -q --error-exitcode=99 --leak-check=full --errors-for-leak-
 # Half a minute to three minutes each under valgrind; what they call, quicker suites call as well.
 SLOW_UNDER_VALGRIND := $(addprefix $(B)/tests/,lcp/test_regressions lcp/test_contact_lcp \
     lcp/test_active_set_sparse lcp/test_exhaustive lcp/test_lemke_crash lcp/test_active_set \
-    lcp/test_determinism lcp/test_pgs_options linalg/test_blas seeds/test_ball seeds/test_ramp)
+    lcp/test_determinism lcp/test_pgs_options linalg/test_blas seeds/test_ball seeds/test_ramp \
+    mechanism/test_machines_ramp mechanism/test_machines_schemes mechanism/test_machines_slide)
 .PHONY: valgrind
 valgrind: $(TESTS)
 	@RUNNER='$(VALGRIND)' scripts/run-tests \

@@ -208,9 +208,9 @@ static void test_peg_diagram(void **state)
     int a, b, inside = 0;
 
     (void)state;
-    for (a = -15; a <= 15; a++)
-        for (b = -29; b <= 29; b++) {
-            const double across = 0.4999 * a, moment = 0.4999 * b + 0.01;
+    for (a = -8; a <= 8; a++)
+        for (b = -15; b <= 15; b++) {
+            const double across = 0.93 * a, moment = 0.97 * b + 0.01;
             const int slides =
                 fabs(moment + mu * (1 + lambda) * across) < lambda && fabs(across) < 1 / mu;
 
@@ -218,7 +218,7 @@ static void test_peg_diagram(void **state)
                 fail_msg("load (%g, %g): should %s", across, moment, slides ? "slide" : "jam");
             inside += slides;
         }
-    assert_int_equal(inside > 200, 1);
+    assert_true(inside > 50);
 }
 
 /* Along each edge of it, 1e-7 decides. */

@@ -124,7 +124,7 @@ static void roll(int32_t scheme)
     int32_t name, k;
 
     for (name = MACHINE_ROLL_BALL; name <= MACHINE_ROLL_BACK; name++)
-        for (k = 0; k < 3; k++) {
+        for (k = 0; k < 2; k++) {
             const double h = 0.01 / (1 << 2 * k);
             double when, where = 0, rolls_from = -1;
             rig r;
@@ -146,7 +146,7 @@ static void roll(int32_t scheme)
             }
             near(rolls_from, when, h * (1 + 1e-9), "rolls from");
             near(where, machine_value(&r.machine, "rolls at"), 8 * h, "rolls at");
-            /* a rounding of 200 (the spin times its radius' inverse) a step, up to 8000 steps */
+            /* a rounding of 200 (the spin times its radius' inverse) a step, up to 2000 steps */
             near(r.v[0], machine_value(&r.machine, "v"), 1e-11, r.machine.name);
             rig_close(&r);
         }
