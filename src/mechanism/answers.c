@@ -205,7 +205,7 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, d
                             "q0 is outside of what the mechanism is defined for");
     if (status != PERP_OK)
         return status;
-    perp__prepare_step(m, h, v0);
+    perp__prepare_step(m, h, q0, v0);
     perp_mechanism_summary_init(&own, sizeof own);
     status = find(m, &own, h, v0);
     if (status != PERP_OK)

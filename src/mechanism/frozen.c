@@ -12,7 +12,7 @@
 
 #include "mechanism/frozen.h"
 
-void perp__prepare_step(perp_mechanism *m, double h, const double *v0)
+void perp__prepare_step(perp_mechanism *m, double h, const double *q0, const double *v0)
 {
     const perp__terms *terms = &m->begin;
     int32_t j, i;
@@ -28,11 +28,14 @@ void perp__prepare_step(perp_mechanism *m, double h, const double *v0)
     for (j = 0; j < m->dry; j++)
         m->dry_bound[j] = h * terms->bound[j];
     for (j = 0; j < m->contacts; j++) {
+        const int32_t row = m->starts[j];
+
+        if (fabs(terms->gap[j]) <= perp__gap_rounding(m, terms, row, q0))
+            m->begin.gap[j] = 0.0;
         if (m->settings.law == PERP_MECHANISM_POISSON) /* jam.c alone asks */
             m->start_speed[j] = perp__sliding_speed(m, terms, j, m->start_velocity, v0);
         m->shift[j] = fmax(terms->gap[j], 0.0) / h;
-        m->included[j] =
-            m->shift[j] + m->free_velocity[m->starts[j]] <= 0.0 || terms->gap[j] <= 0.0;
+        m->included[j] = terms->gap[j] <= 0.0 || m->shift[j] + m->free_velocity[row] <= 0.0;
     }
 }
 
@@ -126,7 +129,7 @@ perp_status perp__advance_frozen(perp_mechanism *m, perp__mechanism_state *to,
     step->scheme = PERP_MECHANISM_FROZEN;
     if (status != PERP_OK)
         return status;
-    perp__prepare_step(m, h, v0);
+    perp__prepare_step(m, h, q0, v0);
     perp__pose(m, &problem);
     status = perp__solve_frozen(m, &problem);
     if (status == PERP_OK && m->settings.select != PERP_MECHANISM_ANY)

@@ -4,8 +4,10 @@
 
 #include "mechanism/mechanism.h"
 
-/* With m->begin evaluated: momentum, shifts, coefficients, bounds and the contacts within reach. */
-void perp__prepare_step(perp_mechanism *m, double h, const double *v0);
+/* With m->begin evaluated: momentum, shifts, coefficients, bounds and the contacts within reach. A
+ * gap that is no more than rounding of q0 counts as 0: moving by it would not change q, and a body
+ * at rest would keep a velocity of rounding. */
+void perp__prepare_step(perp_mechanism *m, double h, const double *q0, const double *v0);
 
 /* The problem of what was prepared. */
 void perp__pose(perp_mechanism *m, perp__velocity_problem *problem);

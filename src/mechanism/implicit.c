@@ -198,7 +198,7 @@ static perp_status find(perp_mechanism *m, perp_mechanism_step *step, int32_t *f
     *found = 0;
     if (status != PERP_OK)
         return status;
-    perp__prepare_step(m, s->h, s->v0);
+    perp__prepare_step(m, s->h, s->q0, s->v0);
     perp__pose(m, &problem);
     status = perp__solve_frozen(m, &problem);
     if (status != PERP_OK || !perp__outcome_moves(m->answer.outcome))
