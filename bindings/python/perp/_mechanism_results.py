@@ -87,8 +87,8 @@ class MechanismRun:
     impulse: Array  # (steps + 1, rows); 0 at the start
     velocity: Array  # (steps + 1, rows)
     modes: Words  # (steps + 1, contacts + groups of tresca)
-    outcome: str  # "solved", or that of the step that ended the run; "stopped", "stalled", ...
-    ok: bool
+    outcome: str  # of the step that ended the run, "stopped", "time_limit", "stalled"; else that of
+    ok: bool  # the first step that was not solved; "solved"
     stats: MechanismStats
 
     def __repr__(self) -> str:
