@@ -142,9 +142,8 @@ class Mechanism(MechanismBase):
         """Steps from (t, q, v) to t + h. q: (coordinates,), v: (n,). Settings as for simulate().
 
         The answer is one solution of the step's problem; answers() tells whether there are others,
-        and `select` which to take. With outcome "ray",
-        "evaluation_failed" or "singular" the state did not move. Raises Error where the call
-        itself did not make sense.
+        and `select` which to take. With outcome "ray", "evaluation_failed" or "singular" the state
+        did not move. Raises Error where the call itself did not make sense.
         """
         with self._lock:
             time, place, speed = self._state(t, q, v, ("t", "q", "v"))

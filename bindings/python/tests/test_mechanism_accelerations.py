@@ -208,7 +208,8 @@ def test_exceptions_come_out():
 
 def test_defaults_are_the_librarys():
     theirs = _library.defaults(_structures_mechanism.MechanismSettings)
-    for name, value in perp.Mechanism.accelerations.__kwdefaults__.items():
+    calls = (perp.Mechanism.accelerations, perp.Mechanism.answers)
+    for name, value in (item for call in calls for item in call.__kwdefaults__.items()):
         if name == "time_limit":
             assert value is None and theirs.time_limit == 0
         else:

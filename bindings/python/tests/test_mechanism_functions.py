@@ -311,7 +311,7 @@ def test_threads():
 def test_defaults_are_the_librarys():
     """Python states defaults of its own, so that help() shows them."""
     theirs = _library.defaults(_structures_mechanism.MechanismSettings)
-    words = {"scheme": _library.MECHANISM_SCHEMES, "law": _library.MECHANISM_LAWS}
+    words = {"scheme": _library.MECHANISM_SCHEMES, "select": _library.MECHANISM_SELECTIONS}
     calls = (perp.Mechanism.step, perp.Mechanism.simulate)
     for name in {name for call in calls for name in call.__kwdefaults__}:
         stated = {call.__kwdefaults__[name] for call in calls if name in call.__kwdefaults__}
@@ -326,6 +326,7 @@ def test_defaults_are_the_librarys():
         else:
             assert words.get(name, {}).get(getattr(theirs, name), getattr(theirs, name)) == value
     assert perp.Mechanism.__init__.__kwdefaults__["law"] == _library.MECHANISM_LAWS[theirs.law]
+    assert list(_library.MECHANISM_SELECTIONS.values()) == ["any", "nearest", "freest"]
     assert list(_library.MECHANISM_SCHEMES.values()) == ["frozen", "implicit", "theta"]
     assert list(_library.MECHANISM_LAWS.values()) == ["moreau", "newton", "poisson"]
 
