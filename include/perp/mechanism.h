@@ -135,8 +135,11 @@ typedef struct perp_mechanism_settings {
     double theta;          /* of PERP_MECHANISM_THETA; in [0, 1]; default 0.5 */
     double tol;            /* tested residual of a step's problem that counts; default 1e-10; > 0 */
     double error;          /* of perp_mechanism_run: 0 (default): steps of equal length; > 0: steps
-                              chosen so that a step's estimated error in q and h v, beside the
-                              largest value so far (at least 1e-3 of it each), is below this */
+                              chosen so that a step's estimated error is below this: in q and h v,
+                              beside the largest q so far (or h v with the first h; at least 1e-3 of
+                              the largest of all), and in v but where it jumps, beside the largest
+                              so far in the norm of M. Forces that a contact or friction takes up
+                              count where it holds */
     double shortest;       /* step of such a run; 0 (default): 2^-40 of its span */
     double longest;        /* 0 (default): its span */
     double time_limit;     /* seconds of a call; 0 (default): none */

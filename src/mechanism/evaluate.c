@@ -179,6 +179,19 @@ perp_status perp__evaluate_all(perp_mechanism *m, perp__terms *terms, double t, 
     return status;
 }
 
+perp_status perp__evaluate_rate(perp_mechanism *m, double *rate, const double *q, const double *v)
+{
+    perp_status status;
+
+    if (!m->model.kinematics) {
+        memcpy(rate, v, (size_t)m->n * sizeof *rate);
+        return PERP_OK;
+    }
+    memset(rate, 0, (size_t)m->coordinates * sizeof *rate);
+    status = judge(m, "kinematics", m->model.kinematics(rate, q, v, m->model.user));
+    return status == PERP_OK ? check(m, "rate", rate, (size_t)m->coordinates) : status;
+}
+
 perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, double h,
                                 const double *v)
 {
@@ -188,21 +201,13 @@ perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0,
 perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *q0,
                                    const double *at, double h, const double *v)
 {
-    const double *rate = v;
-    perp_status status = PERP_OK;
+    perp_status status = perp__evaluate_rate(m, q1, at, v);
     int32_t i;
 
-    if (m->model.kinematics) {
-        memset(q1, 0, (size_t)m->coordinates * sizeof *q1);
-        status = judge(m, "kinematics", m->model.kinematics(q1, at, v, m->model.user));
-        if (status == PERP_OK)
-            status = check(m, "rate", q1, (size_t)m->coordinates);
-        rate = q1;
-    }
     if (status != PERP_OK)
         return status;
     for (i = 0; i < m->coordinates; i++) {
-        q1[i] = q0[i] + h * rate[i];
+        q1[i] = q0[i] + h * q1[i];
         if (!isfinite(q1[i]))
             return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "q + h N(q) v: entry %d is %g",
                               (int)i, q1[i]);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "mechanism/adaptive.h"
 #include "mechanism/assembly.h"
 #include "mechanism/implicit.h"
 #include "mechanism/mechanism_read.h"
@@ -136,6 +137,7 @@ static void release(perp_mechanism *m)
     release_assemblies(m);
     perp__implicit_release(m, m->scheme_work);
     perp__theta_release(m);
+    perp__adaptive_release(m);
     perp_context_destroy(m->inner);
     perp__arena_release(&m->arena);
     m->magic = 0;

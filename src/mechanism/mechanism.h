@@ -86,6 +86,7 @@ typedef struct perp__mechanism_state {
 
 typedef struct perp__acceleration perp__acceleration;
 typedef struct perp__theta perp__theta;
+typedef struct perp__adaptive perp__adaptive;
 
 struct perp_mechanism {
     uint64_t magic;
@@ -115,6 +116,7 @@ struct perp_mechanism {
     void *scheme_work;              /* of the implicit scheme; NULL with another */
     perp__acceleration *found_work; /* of accelerations, made when first needed */
     perp__theta *theta_work;        /* of the theta scheme, made when first needed */
+    perp__adaptive *adaptive_work;  /* of runs that choose their steps, the same */
 };
 
 /* ---- evaluate.c: PERP_OK, PERP__OUTSIDE, or a negative status with its message ---- */
@@ -126,6 +128,8 @@ perp_status perp__evaluate_rows(perp_mechanism *m, perp__terms *terms, double t,
                                 const double *v);
 perp_status perp__evaluate_all(perp_mechanism *m, perp__terms *terms, double t, const double *q,
                                const double *v);
+/* rate := N(q) v; may be neither q nor v. */
+perp_status perp__evaluate_rate(perp_mechanism *m, double *rate, const double *q, const double *v);
 /* q1 := q0 + h N(q0) v, normalised. q1 may not be q0. */
 perp_status perp__evaluate_move(perp_mechanism *m, double *q1, const double *q0, double h,
                                 const double *v);

@@ -6,6 +6,7 @@
 
 #include "base/clock.h"
 #include "base/context.h"
+#include "mechanism/adaptive.h"
 #include "mechanism/frozen.h"
 
 /* How far a span may be from a whole number of steps and count as one, in steps. */
@@ -149,7 +150,8 @@ static perp_status run_from(perp__run *run, double t0, double t1, double h, cons
     run->t = t0;
     status = show(run, 0.0, &step);
     if (status == PERP_OK && !run->ended)
-        status = run_equal(run, t0, t1, h);
+        status =
+            m->settings.error > 0.0 ? perp__run_adaptive(run, t1, h) : run_equal(run, t0, t1, h);
     run->result.t = run->t;
     run->result.evaluations = m->evaluations - before;
     return status;

@@ -1,0 +1,57 @@
+/* Runs in steps chosen by their estimated error: what is kept from step to step. */
+#ifndef PERP_MECHANISM_ADAPTIVE_H
+#define PERP_MECHANISM_ADAPTIVE_H
+
+#include "mechanism/run.h"
+
+/* An impact in a step, or a slip that turns round. */
+typedef struct perp__event {
+    double late;    /* by how much the step comes after it, a time; 0: none */
+    double error;   /* what that makes of q, or of v, estimated */
+    double after;   /* its time, from the step's start */
+    int32_t impact; /* velocities jump */
+} perp__event;
+
+struct perp__adaptive {
+    perp__arena arena;
+    double *largest;              /* coordinates: of |q|, so far, or what stands in for it */
+    double *scale;                /* coordinates: the same, with the step at hand */
+    double *rate, *moved;         /* coordinates: scratch */
+    double *difference, *scratch; /* n */
+    double *force[3];             /* n: k at the start, in the middle, at the end */
+    perp_mechanism_step full, first, second;
+    perp__event event;           /* of the step at hand */
+    double fastest, speed_scale; /* of v in the norm of M, so far; with the step at hand */
+    double error, speed;         /* estimates of it: of q and h v, of v, */
+    double hidden;               /* of what friction may hide */
+    double first_speed;          /* of the first attempt at it */
+    double h, proper;            /* the next step; the one that an impact cut short */
+    double shortest, longest;    /* bounds */
+    double unit;                 /* a time: unit |v| stands in for |q| */
+    int32_t order;               /* of the scheme */
+    int32_t started;             /* m->now.modes are those of a step */
+    int32_t refused;             /* attempts in a row */
+};
+
+/* ---- adaptive_event.c ---- */
+/* After the half step `to` of `length` from `from`, begun `start` after the step's start: a->event
+ * where one in it matters most. */
+perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a,
+                                  const perp__mechanism_state *from,
+                                  const perp__mechanism_state *to, double start, double length);
+/* Largest |x_i| beside the scale. */
+double perp__beside_scale(const perp_mechanism *m, const double *x, const double *scale);
+
+/* ---- adaptive_error.c ---- */
+/* a->scale and a->speed_scale, for a step whose answers are in m->trial and m->half. */
+perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a);
+/* a->error, a->speed and a->hidden of it. */
+perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double t, double h);
+/* a->largest, with the step that was taken. */
+void perp__adaptive_learn(const perp_mechanism *m, perp__adaptive *a);
+
+/* ---- adaptive.c ---- */
+perp_status perp__run_adaptive(perp__run *run, double t1, double h);
+void perp__adaptive_release(perp_mechanism *m);
+
+#endif
