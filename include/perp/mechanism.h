@@ -329,7 +329,8 @@ PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
  * Memory:  none allocated after the first call in which as many contacts take part (third-party
  *          factorisations excepted; a method that auto falls back on makes its memory when it is
  *          first needed).
- * Cost:    frozen: one call of each callback, a Cholesky factorisation of M, one contact problem.
+ * Cost:    frozen: one call of each callback, of the rows a second one at the step's end (a run
+ *          keeps them for the next step), a Cholesky factorisation of M, one contact problem.
  *          theta: k at least three times, the rows twice, a contact problem for each iterate (one
  *          where k does not depend on q and v). Where the iteration does not converge the outcome
  *          is iteration_limit. */

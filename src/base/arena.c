@@ -12,12 +12,22 @@ void perp__arena_init(perp__arena *arena, perp_context *context)
     arena->context = context;
 }
 
+/* Numbers below have a product that fits twice over. */
+#define SMALL ((size_t)1 << (4 * sizeof(size_t) - 1))
+
+static int overflows(size_t offset, size_t count, size_t size)
+{
+    if (count < SMALL && size < SMALL && offset < SIZE_MAX / 4) /* spares a division */
+        return 0;
+    return offset == SIZE_MAX || (size != 0 && count > (SIZE_MAX / 2 - offset) / size);
+}
+
 void *perp__arena_take(perp__arena *arena, size_t count, size_t size)
 {
     size_t offset = arena->used;
     size_t bytes;
 
-    if (offset == SIZE_MAX || (size != 0 && count > (SIZE_MAX / 2 - offset) / size)) {
+    if (overflows(offset, count, size)) {
         arena->used = SIZE_MAX; /* an overflow while measuring: the fit will fail */
         return NULL;
     }

@@ -33,19 +33,40 @@ static void add(double *y, double s, const double *x, int32_t n)
         y[i] += s * x[i];
 }
 
-/* The row to take next, or -1 if none is left that is independent. norms: m entries. */
-static int32_t choose_row(const double *rows, double *norms, const int32_t *taken, int32_t m,
-                          int32_t n)
+/* Where a vector is not 0: rows of large systems mostly are. Sums over less than that are the same
+ * bits. */
+typedef struct span {
+    int32_t first, count;
+} span;
+
+static span span_of(const double *x, int32_t n)
+{
+    span s = {0, n};
+
+    while (s.count > 0 && x[s.first + s.count - 1] == 0.0)
+        s.count--;
+    while (s.count > 0 && x[s.first] == 0.0) {
+        s.first++;
+        s.count--;
+    }
+    return s;
+}
+
+static double length_of(const double *row, int32_t n)
+{
+    const span s = span_of(row, n);
+
+    return sqrt(dot(row + s.first, row + s.first, s.count));
+}
+
+/* The row to take next, or -1 if none is left that is independent. */
+static int32_t choose_row(const double *norms, int32_t m)
 {
     double largest = 0.0;
     int32_t i;
 
-    for (i = 0; i < m; i++) {
-        norms[i] = taken[i]
-                       ? 0.0
-                       : sqrt(dot(rows + (size_t)i * (size_t)n, rows + (size_t)i * (size_t)n, n));
+    for (i = 0; i < m; i++)
         largest = fmax(largest, norms[i]);
-    }
     if (!(largest > RANK_TOLERANCE))
         return -1;
     for (i = 0; norms[i] < PIVOT_THRESHOLD * largest; i++)
@@ -65,15 +86,31 @@ static double new_direction(double *q, const double *row, double norm, double ta
         q[i] = row[i] / norm;
     for (k = 0; k < rank; k++) { /* a second time: the first leaves rounding / norm */
         const double *b = basis + (size_t)k * (size_t)n;
-        double share = dot(b, q, n);
+        const span s = span_of(b, n);
+        double share = dot(b + s.first, q + s.first, s.count);
 
-        add(q, -share, b, n);
-        eta -= share * dot(b, particular, n);
+        if (share == 0.0)
+            continue;
+        add(q + s.first, -share, b + s.first, s.count);
+        eta -= share * dot(b + s.first, particular + s.first, s.count);
     }
-    length = sqrt(dot(q, q, n));
+    length = length_of(q, n);
     for (i = 0; i < n; i++)
         q[i] /= length;
     return eta / length;
+}
+
+/* Removes the direction q from a row. */
+static void remove_direction(double *row, double *target, double *norm, const double *q, span s,
+                             double eta, int32_t n)
+{
+    const double share = dot(row + s.first, q + s.first, s.count);
+
+    if (share == 0.0)
+        return;
+    add(row + s.first, -share, q + s.first, s.count);
+    *target -= share * eta;
+    *norm = length_of(row, n);
 }
 
 int32_t perp__orthogonal_rows(double *rows, double *targets, int32_t *taken, double *norms,
@@ -83,27 +120,26 @@ int32_t perp__orthogonal_rows(double *rows, double *targets, int32_t *taken, dou
 
     memset(taken, 0, (size_t)m * sizeof *taken);
     memset(particular, 0, (size_t)n * sizeof *particular);
+    for (i = 0; i < m; i++)
+        norms[i] = length_of(rows + (size_t)i * (size_t)n, n);
     for (rank = 0; rank < n; rank++) {
         double *q = basis + (size_t)rank * (size_t)n;
         double eta;
+        span s;
 
-        pick = m > 0 ? choose_row(rows, norms, taken, m, n) : -1;
+        pick = choose_row(norms, m);
         if (pick < 0)
             break;
         eta = new_direction(q, rows + (size_t)pick * (size_t)n, norms[pick], targets[pick], basis,
                             particular, rank, n);
         taken[pick] = 1;
-        add(particular, eta, q, n);
-        for (i = 0; i < m; i++) {
-            double *row = rows + (size_t)i * (size_t)n;
-            double share;
-
-            if (taken[i])
-                continue;
-            share = dot(row, q, n);
-            add(row, -share, q, n);
-            targets[i] -= share * eta;
-        }
+        norms[pick] = 0.0;
+        s = span_of(q, n);
+        add(particular + s.first, eta, q + s.first, s.count);
+        for (i = 0; i < m; i++)
+            if (!taken[i])
+                remove_direction(rows + (size_t)i * (size_t)n, &targets[i], &norms[i], q, s, eta,
+                                 n);
     }
     return rank;
 }
@@ -116,8 +152,11 @@ void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
     for (pass = 0; pass < 2; pass++)
         for (k = 0; k < rank; k++) {
             const double *q = basis + (size_t)k * (size_t)n;
+            const span s = span_of(q, n);
+            const double share = dot(q + s.first, y + s.first, s.count);
 
-            add(y, -dot(q, y, n), q, n);
+            if (share != 0.0)
+                add(y + s.first, -share, q + s.first, s.count);
         }
 }
 

@@ -105,6 +105,7 @@ static perp_status advance(perp_mechanism *m, double *q, double *v, double *impu
         status = perp__mechanism_check_state(m, t, q0, v0);
     if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
         status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
+    m->keeps = 0; /* between calls what the callbacks read may have changed */
     if (status == PERP_OK)
         status = perp__advance(m, to, &own, t, h, q0, v0);
     if (status != PERP_OK)

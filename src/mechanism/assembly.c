@@ -114,6 +114,7 @@ static void add_pressed(perp_mechanism *m, perp__assembly *a, const perp__veloci
     double inverse_mass = 0.0;
     size_t i, k;
 
+    memset(a->H + row * width, 0, ((size_t)rows + 1) * width * sizeof *a->H);
     for (i = 0; i < (size_t)rows; i++)
         for (k = 0; k < n; k++) {
             const double entry = problem->terms->J[((size_t)first + i) * n + k];
@@ -133,6 +134,13 @@ static void add_pressed(perp_mechanism *m, perp__assembly *a, const perp__veloci
     a->rows += rows + 1;
 }
 
+/* A row of n entries with zeros behind it. */
+static void copy_row(double *to, const double *from, size_t n, size_t width)
+{
+    memcpy(to, from, n * sizeof *to);
+    memset(to + n, 0, (width - n) * sizeof *to);
+}
+
 static void add_contact(perp_mechanism *m, perp__assembly *a, const perp__velocity_problem *problem,
                         int32_t j)
 {
@@ -142,7 +150,7 @@ static void add_contact(perp_mechanism *m, perp__assembly *a, const perp__veloci
     for (i = m->starts[j]; i < m->starts[j + 1]; i++) {
         const size_t row = (size_t)(a->rows + i - m->starts[j]);
 
-        memcpy(a->H + row * width, problem->terms->J + (size_t)i * n, n * sizeof *a->H);
+        copy_row(a->H + row * width, problem->terms->J + (size_t)i * n, n, width);
         a->w[row] = problem->terms->drift[i] + (i == m->starts[j] ? problem->shift[j] : 0.0);
     }
     a->mu[a->contacts] = problem->friction[j];
@@ -178,11 +186,9 @@ static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_
     a->columns = count_columns(m, problem);
     a->contacts = a->rows = 0;
     width = (size_t)a->columns;
-    memset(a->M, 0, width * width * sizeof *a->M);
-    memset(a->H, 0, (size_t)a->most_rows * width * sizeof *a->H);
-    memset(a->G, 0, (size_t)a->most_rows * width * sizeof *a->G);
     for (i = 0; i < n; i++)
-        memcpy(a->M + i * width, problem->terms->M + i * n, n * sizeof *a->M);
+        copy_row(a->M + i * width, problem->terms->M + i * n, n, width);
+    memset(a->M + n * width, 0, (width - n) * width * sizeof *a->M);
     memcpy(a->f, problem->momentum, n * sizeof *a->f);
     for (j = 0; j < m->contacts; j++)
         if (problem->included[j])
@@ -200,7 +206,7 @@ static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_
     for (j = 0; j < m->bilateral; j++) {
         const size_t row = (size_t)(m->contact_rows + j);
 
-        memcpy(a->G + (size_t)j * width, problem->terms->J + row * n, n * sizeof *a->G);
+        copy_row(a->G + (size_t)j * width, problem->terms->J + row * n, n, width);
         a->b[j] = problem->terms->drift[row];
     }
 }

@@ -25,8 +25,9 @@
 typedef struct held {
     double *rows, *targets, *norms;        /* count by n, count, count */
     double *basis, *particular, *y, *unit; /* n by n, n, n, n */
+    double *components;                    /* n: of `particular` along the basis */
     int32_t *taken;
-    int32_t count, rank, moving; /* moving: some target is not 0 */
+    int32_t count, rank;
 } held;
 
 void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double *x)
@@ -34,10 +35,14 @@ void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double
     const size_t n = (size_t)m->n;
     size_t i, k;
 
-    for (i = 0; i < n; i++) {
-        for (k = 0; k < i; k++)
-            x[i] -= terms->factor[i + n * k] * x[k];
-        x[i] /= terms->factor[i * (n + 1)];
+    for (k = 0; k < n; k++) {
+        const double *column = terms->factor + n * k;
+
+        if (x[k] == 0.0)
+            continue;
+        x[k] /= column[k];
+        for (i = k + 1; i < n; i++)
+            x[i] -= column[i] * x[k];
     }
 }
 
@@ -60,7 +65,8 @@ static double length_of(const double *x, size_t n)
     size_t i;
 
     for (i = 0; i < n; i++)
-        length = hypot(length, x[i]);
+        if (x[i] != 0.0)
+            length = hypot(length, x[i]);
     return length;
 }
 
@@ -98,7 +104,6 @@ static void gather(const perp_mechanism *m, held *h, const perp__velocity_answer
         for (k = 0; k < n; k++)
             row[k] /= norm;
         target = target_of(m, problem, i, contact < m->contacts ? contact : -1);
-        h->moving = h->moving || target != 0.0;
         h->targets[h->count++] = target / norm;
     }
 }
@@ -116,6 +121,51 @@ static void add_free(const perp_mechanism *m, const perp__velocity_answer *answe
             x[k] += problem->terms->J[(size_t)i * n + k] * answer->r[i];
 }
 
+/* Whether the rows determine coordinate i, and with rows alone whose targets are 0. */
+static int32_t is_at_rest(const perp_mechanism *m, held *h, const perp__terms *terms, size_t i)
+{
+    const size_t n = (size_t)m->n;
+    double length, share = 0.0;
+    int32_t j;
+    size_t k;
+
+    memset(h->unit, 0, n * sizeof *h->unit);
+    h->unit[i] = 1.0;
+    perp__solve_lower(m, terms, h->unit); /* 0 before i */
+    length = length_of(h->unit, n);
+    for (j = 0; j < h->rank; j++) {
+        const double *q = h->basis + (size_t)j * n;
+        double along = 0.0;
+
+        for (k = i; k < n; k++)
+            along += q[k] * h->unit[k];
+        if (along != 0.0 && h->components[j] != 0.0)
+            return 0;
+        share += along * along;
+    }
+    if (share < 0.5 * length * length) /* far off, as most are: not worth the exact test */
+        return 0;
+    perp__project_out(h->basis, h->rank, m->n, h->unit);
+    return length_of(h->unit, n) <= SPAN_TOLERANCE * length;
+}
+
+/* Components of the particular solution along the basis: exactly 0 where rows of other bodies
+ * alone have targets. */
+static void find_components(const perp_mechanism *m, held *h)
+{
+    const size_t n = (size_t)m->n;
+    int32_t j;
+    size_t k;
+
+    for (j = 0; j < h->rank; j++) {
+        const double *q = h->basis + (size_t)j * n;
+
+        h->components[j] = 0.0;
+        for (k = 0; k < n; k++)
+            h->components[j] += q[k] * h->particular[k];
+    }
+}
+
 /* A coordinate that the rows determine, or that one row alone does, without rounding. */
 static void fix_coordinates(const perp_mechanism *m, held *h, const perp__velocity_answer *answer,
                             const perp__velocity_problem *problem, double *v)
@@ -124,17 +174,10 @@ static void fix_coordinates(const perp_mechanism *m, held *h, const perp__veloci
     int32_t row, contact = 0;
     size_t i, k, only;
 
-    for (i = 0; i < n; i++) {
-        double length;
-
-        memset(h->unit, 0, n * sizeof *h->unit);
-        h->unit[i] = 1.0;
-        perp__solve_lower(m, problem->terms, h->unit);
-        length = length_of(h->unit, n);
-        perp__project_out(h->basis, h->rank, m->n, h->unit);
-        if (length_of(h->unit, n) <= SPAN_TOLERANCE * length && !h->moving)
+    find_components(m, h);
+    for (i = 0; i < n && h->rank > 0; i++)
+        if (v[i] == 0.0 || is_at_rest(m, h, problem->terms, i)) /* never -0.0 */
             v[i] = 0.0;
-    }
     for (row = 0; row < m->rows; row++) {
         while (contact < m->contacts && row >= m->starts[contact + 1])
             contact++;
@@ -201,6 +244,7 @@ void perp__hold_velocities(perp_mechanism *m, perp__velocity_answer *answer,
     h.particular = h.basis + n * n;
     h.y = h.particular + n;
     h.unit = h.y + n;
+    h.components = h.unit + n;
     h.taken = m->indices;
     gather(m, &h, answer, problem);
     if (hold(m, &h, answer, problem))

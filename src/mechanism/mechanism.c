@@ -89,6 +89,8 @@ static void layout(perp__arena *arena, void *object)
     take_vector(arena, &m->start_velocity, rows);
     take_vector(arena, &m->free_velocity, rows);
     take_vector(arena, &m->moved, (size_t)m->coordinates);
+    take_vector(arena, &m->kept_q, (size_t)m->coordinates);
+    take_vector(arena, &m->kept_v, n);
     take_vector(arena, &m->work, perp__mechanism_work(m));
     m->included = perp__arena_take(arena, contacts, 1);
     m->indices = perp__arena_take(arena, 2 * rows + n, sizeof(int32_t));

@@ -113,7 +113,10 @@ struct perp_mechanism {
     double *work;     /* perp__mechanism_work(m) doubles, nobody's beyond a function */
     int32_t *indices; /* 2 rows, the same */
     int64_t evaluations;
-    void *scheme_work;              /* of the implicit scheme; NULL with another */
+    double *kept_q, *kept_v; /* coordinates, n: where m->end holds the rows at kept_t, */
+    double kept_t;
+    int32_t keeps;     /* 1: and it still does: the next step of a run need not ask again */
+    void *scheme_work; /* of the implicit scheme; NULL with another */
     perp__acceleration *found_work; /* of accelerations, made when first needed */
     perp__theta *theta_work;        /* of the theta scheme, made when first needed */
     perp__adaptive *adaptive_work;  /* of runs that choose their steps, the same */
@@ -126,6 +129,8 @@ perp_status perp__evaluate_force(perp_mechanism *m, double *k, double t, const d
 /* Gaps, bilateral values and all rows; the bounds of dry friction need v. */
 perp_status perp__evaluate_rows(perp_mechanism *m, perp__terms *terms, double t, const double *q,
                                 const double *v);
+/* The rows just evaluated in m->end are those at t, q, v. */
+void perp__keep_rows(perp_mechanism *m, double t, const double *q, const double *v);
 perp_status perp__evaluate_all(perp_mechanism *m, perp__terms *terms, double t, const double *q,
                                const double *v);
 /* rate := N(q) v; may be neither q nor v. */

@@ -154,5 +154,7 @@ perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *
     status = perp__evaluate_rows(m, &m->end, t, q, v);
     for (pass = 0; status == PERP_OK && measure(m, step, q) && go_on && pass < MOST_PASSES; pass++)
         status = displace(m, step, q, t, v, &go_on);
+    if (status == PERP_OK)
+        perp__keep_rows(m, t, q, v);
     return status;
 }

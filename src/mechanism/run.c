@@ -12,6 +12,9 @@
 /* How far a span may be from a whole number of steps and count as one, in steps. */
 #define WHOLE 1e-9
 
+/* Roundings between t + h and t0 + k h, relative. */
+#define SAME 1e-15
+
 static void copy_state(const perp_mechanism *m, perp__mechanism_state *to,
                        const perp__mechanism_state *from)
 {
@@ -100,6 +103,8 @@ static perp_status run_equal(perp__run *run, double t0, double t1, double h)
         const double t = k == count ? t1 : t0 + k * length;
 
         status = perp__advance(m, &m->next, &step, run->t, length, m->now.q, m->now.v);
+        if (m->kept_t != t && fabs(m->kept_t - t) <= SAME * fmax(fabs(run->t), fabs(t)))
+            m->kept_t = t; /* the same instant, summed in another way */
         if (status == PERP_OK)
             status = perp__run_take(run, &m->next, t, length, &step);
     }
@@ -142,6 +147,7 @@ static perp_status run_from(perp__run *run, double t0, double t1, double h, cons
 
     perp_mechanism_step_init(&step, sizeof step);
     step.error = run->result.error = (double)NAN;
+    m->keeps = 0;
     memcpy(m->now.q, q0, (size_t)m->coordinates * sizeof *q0);
     memcpy(m->now.v, v0, (size_t)m->n * sizeof *v0);
     memset(m->now.impulse, 0, (size_t)m->rows * sizeof *m->now.impulse);

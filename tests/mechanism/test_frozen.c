@@ -121,6 +121,45 @@ static void test_belt(void **state)
     }
 }
 
+/* Rows that lie along no axis, positions that are rounded: at rest is at rest all the same, in
+ * every step, and beside a body that moves and one that closes a gap. */
+static void test_rest_beside_motion(void **state)
+{
+    const double s = sin(0.3), c = cos(0.3);
+    int32_t k, i;
+    tabled r;
+
+    (void)state;
+    tabled_make(&r, 5, 3, 2); /* a brick on a slope (x, y), another one above it, a ball */
+    r.H[0] = -s;
+    r.H[1] = c;
+    r.H[5] = c;
+    r.H[6] = s;
+    r.H[12] = -s;
+    r.H[13] = c;
+    r.H[17] = c;
+    r.H[18] = s;
+    r.H[24] = 1.0;
+    r.mu[0] = r.mu[1] = 0.5;
+    r.k[1] = r.k[3] = r.k[4] = -9.81;
+    r.q[0] = 0.1 * c; /* on the slope up to rounding */
+    r.q[1] = 0.1 * s;
+    for (k = 0; k < 7; k++)
+        r.q[1] = nextafter(r.q[1], 1.0);
+    r.q[2] = -0.2 * s; /* 0.2 above it */
+    r.q[3] = 0.2 * c;
+    r.q[4] = 1.0;
+    tabled_open(&r);
+    for (k = 0; k < 300; k++) {
+        assert_int_equal(tabled_advance(&r, 0.01), PERP_OUTCOME_SOLVED);
+        for (i = 0; i < 2; i++)
+            tabled_zero(r.v[i], "v");
+    }
+    for (i = 0; i < 5; i++) /* by then all have landed */
+        tabled_zero(r.v[i], "v");
+    tabled_close(&r);
+}
+
 /* ---- where no acceleration exists ------------------------------------------------------------ */
 
 /* theory.md (e): a rod that slips on its tip, tan theta = 2; n and t at its start. */
@@ -373,11 +412,17 @@ static void test_determinism(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ramp),          cmocka_unit_test(test_threshold),
-        cmocka_unit_test(test_belt),          cmocka_unit_test(test_rod),
-        cmocka_unit_test(test_reach),         cmocka_unit_test(test_reach_in_turns),
-        cmocka_unit_test(test_closing_walls), cmocka_unit_test(test_overlapped_walls),
-        cmocka_unit_test(test_wedge),         cmocka_unit_test(test_determinism),
+        cmocka_unit_test(test_ramp),
+        cmocka_unit_test(test_threshold),
+        cmocka_unit_test(test_belt),
+        cmocka_unit_test(test_rest_beside_motion),
+        cmocka_unit_test(test_rod),
+        cmocka_unit_test(test_reach),
+        cmocka_unit_test(test_reach_in_turns),
+        cmocka_unit_test(test_closing_walls),
+        cmocka_unit_test(test_overlapped_walls),
+        cmocka_unit_test(test_wedge),
+        cmocka_unit_test(test_determinism),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -122,6 +122,36 @@ static void test_steps(void **state)
     tabled_close(&twin);
 }
 
+/* The rows at the end of a step are those of the next one's start: a run asks for them once, a
+ * call by itself asks for its own. */
+static void test_evaluations(void **state)
+{
+    static const double lengths[] = {0.0625, 0.1}; /* with sums of h that are exact, and not */
+    perp_mechanism_run_result result;
+    seen s = {.stop_at = -1};
+    int32_t i;
+
+    (void)state;
+    for (i = 0; i < 2; i++) {
+        int32_t steps, k;
+        tabled r;
+
+        make_sled(&r);
+        result = run(&r, &s, 0.0, 1.0, lengths[i], PERP_OK);
+        steps = (int32_t)result.steps;
+        assert_int_equal(steps, i == 0 ? 16 : 10);
+        assert_int_equal(r.calls[TABLED_CONTACTS], steps + 1);
+        assert_int_equal(r.calls[TABLED_FORCE], steps);
+        assert_int_equal(result.evaluations, steps + 1);
+        for (k = 1; k <= 3; k++) {
+            assert_int_equal(tabled_advance(&r, 0.1), PERP_OUTCOME_SOLVED);
+            assert_int_equal(r.calls[TABLED_CONTACTS], steps + 1 + 2 * k);
+            assert_int_equal(r.step.evaluations, 2);
+        }
+        tabled_close(&r);
+    }
+}
+
 static void test_stop(void **state)
 {
     perp_mechanism_run_result result;
@@ -248,6 +278,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_times),
         cmocka_unit_test(test_steps),
+        cmocka_unit_test(test_evaluations),
+
         cmocka_unit_test(test_stop),
         cmocka_unit_test(test_abort),
         cmocka_unit_test(test_time_limit),
