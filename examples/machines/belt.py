@@ -1,10 +1,10 @@
-"""A mass on a spring and a moving belt: stick-slip, with Coulomb's law and two coefficients, and with
-LuGre's bristles beside it. (See docs/machines.md.)
+"""A mass on a spring and a moving belt: stick-slip, with Coulomb's law and two coefficients, and
+with LuGre's bristles beside it. (See docs/machines.md.)
 
     python examples/machines/belt.py [--output FOLDER | --no-picture]
 
-m = 1, k = 100, belt 0.2 m/s; friction holds up to 5 N, and slides with 3 N. The mass sticks for
-2 (5 - 3) / (k V) = 0.2 s and slips for (2/w)(pi - atan((5 - 3) w / (k V))) s, w = sqrt(k/m). While it
+m = 1, k = 100, belt 0.2 m/s; friction holds up to 5 N, and slides with 3 N. The mass sticks for 2
+(5 - 3) / (k V) = 0.2 s and slips for (2/w)(pi - atan((5 - 3) w / (k V))) s, w = sqrt(k/m). While it
 sticks its velocity is the belt's, 0.2 exactly.
 """
 

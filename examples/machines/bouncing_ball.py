@@ -1,9 +1,10 @@
-"""A ball that bounces infinitely often in a finite time, and then lies still. (See docs/machines.md.)
+"""A ball that bounces infinitely often in a finite time, and then lies still. (See
+docs/machines.md.)
 
     python examples/machines/bouncing_ball.py [--output FOLDER | --no-picture]
 
-Dropped from 1 m with restitution e it is at rest after sqrt(2/g) (1 + e)/(1 - e) seconds. Steps of a
-given length can't show every bounce; what they must do is come to rest, exactly, and in time.
+Dropped from 1 m with restitution e it is at rest after sqrt(2/g) (1 + e)/(1 - e) seconds. Steps of
+a given length can't show every bounce; what they must do is come to rest, exactly, and in time.
 """
 
 import math

@@ -11,7 +11,7 @@ G = 9.81
 
 def run(name, text, report, draw, panels, size):
     """Prints what report() has to say, and has draw(axes, what it returned) draw it."""
-    parser = argparse.ArgumentParser(description=text.split("\n")[0])
+    parser = argparse.ArgumentParser(description=" ".join(text.split("\n\n")[0].split()))
     parser.add_argument("--output", default=".", help=f"folder for {name}.png and .svg")
     parser.add_argument("--no-picture", action="store_true")
     arguments = parser.parse_args()

@@ -50,7 +50,8 @@ MACHINES = {"pendulum": (pendulum, 50, 5), "brick": (brick, 50, 5), "rod": (rod,
 
 def report():
     errors = {}
-    print("machine   scheme         " + "  ".join(f"{f'h/{2**k}':>8}" for k in range(5)) + "   order")
+    shares = "  ".join(f"{f'h/{2**k}':>8}" for k in range(5))
+    print("machine   scheme         " + shares + "   order")
     for name, (make, coarsest, halvings) in MACHINES.items():
         mechanism, q0, v0, end, exact = make()
         steps = end / (coarsest * 2.0 ** np.arange(halvings))

@@ -1,5 +1,5 @@
-"""A peg in a hole: which loads push it in and which jam it, asked of steps over a grid of loads, with
-Whitney's diagram on top; and how deep it must be not to wedge. (See docs/machines.md.)
+"""A peg in a hole: which loads push it in and which jam it, asked of steps over a grid of loads,
+with Whitney's diagram on top; and how deep it must be not to wedge. (See docs/machines.md.)
 
     python examples/machines/peg_in_hole.py [--output FOLDER | --no-picture]
 
@@ -9,7 +9,8 @@ across, and turned by M about the middle of its tip. With lambda = l / (2 r mu) 
     |M / (r F_z) + mu (1 + lambda) F_x / F_z| < lambda,   |F_x / F_z| < 1 / mu,
 
 and jams otherwise. If l <= 2 mu r it can wedge: jam under any load, or none. (D. E. Whitney,
-"Quasi-static assembly of compliantly supported rigid parts", J. Dyn. Syst. Meas. Control 104 (1982).)
+"Quasi-static assembly of compliantly supported rigid parts", J. Dyn. Syst. Meas. Control 104
+(1982).)
 """
 
 import math
@@ -80,8 +81,8 @@ def report():
     grid = [(x, y) for x in np.linspace(-7.1, 7.1, 36) for y in np.linspace(-10.1, 10.1, 52)]
     jams = [any(peg.stays(depth, *load) for peg in pegs) for load in grid]
     wrong = sum(jam == slides(depth, *load) for load, jam in zip(grid, jams))
-    print(f"lambda = {long:.6f}; {len(grid)} loads: {sum(jams)} jam, {len(grid) - sum(jams)} slide in, "
-          f"{wrong} not as in Whitney's diagram")
+    print(f"lambda = {long:.6f}; {len(grid)} loads: {sum(jams)} jam, "
+          f"{len(grid) - sum(jams)} slide in, {wrong} not as in Whitney's diagram")
     edge = bisect(lambda m: any(peg.stays(depth, 0.0, m) for peg in pegs), 0.0, 10.0)
     print(f"without a force across it jams from M / (r F_z) = {edge:.9f} on")
     deepest = bisect(lambda depth: not Peg(PAIRS[0]).wedges(depth), 0.001, 0.01)
@@ -126,7 +127,8 @@ def draw(axes, data):
     axes[0].set(xlabel="$F_x / F_z$", ylabel="$M / (r F_z)$", xlim=(-7.2, 7.2), ylim=(-10.3, 10.3))
 
     for panel, deep, text in (
-        (axes[1], 0.012, "12 mm deep: the line through the points\nleaves the cones; it can't wedge"),
+        (axes[1], 0.012,
+         "12 mm deep: the line through the points\nleaves the cones; it can't wedge"),
         (axes[2], 0.0032, "3.2 mm: the line is in both cones;\npulled out it may stay"),
     ):
         draw_peg(panel, deep)

@@ -1,10 +1,10 @@
-"""A brick on a ramp: seven motions with Coulomb's law, beside their closed forms. (Stewart & Trinkle's
-first example; see docs/machines.md.)
+"""A brick on a ramp: seven motions with Coulomb's law, beside their closed forms. (Stewart &
+Trinkle's first example; see docs/machines.md.)
 
     python examples/machines/ramp.py [--output FOLDER | --no-picture]
 
-m v' is in m g sin th + F(t) - mu m g cos th Sgn v, with Sgn 0 = [-1, 1]: m = 1, th = 10 degrees. Where
-the brick sticks its velocity is 0.0, not nearly so.
+m v' is in m g sin th + F(t) - mu m g cos th Sgn v, with Sgn 0 = [-1, 1]: m = 1, th = 10 degrees.
+Where the brick sticks its velocity is 0.0, not nearly so.
 """
 
 import math

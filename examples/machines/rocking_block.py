@@ -2,8 +2,8 @@
 
     python examples/machines/rocking_block.py [--output FOLDER | --no-picture]
 
-Half-width b, half-height h, tan(alpha) = b/h. Each time the other corner lands, inelastically, the block
-keeps 1 - 1.5 sin(alpha)^2 of its spin; if b/h is at least sqrt(2) it stops dead.
+Half-width b, half-height h, tan(alpha) = b/h. Each time the other corner lands, inelastically, the
+block keeps 1 - 1.5 sin(alpha)^2 of its spin; if b/h is at least sqrt(2) it stops dead.
 """
 
 import math
@@ -40,7 +40,7 @@ def tilted(b, h, angle):
 
 
 def ratio(b, h):
-    """Spin after over spin before: a step in which the left corner lands, turning about the right."""
+    """Spin after over spin before, of a step in which the left corner lands."""
     answer = block(b, h, mu=10.0).step(0, [0, h, 0], [-h, -b, 1], 1e-9)
     assert answer.ok
     return answer.v[2]
@@ -60,7 +60,8 @@ def report():
     keeps = 1 - 1.5 * math.sin(alpha) ** 2
     print(f"keeps {ratio(b, h):.7f} of its spin, by the formula {keeps:.7f}")
     dead = 2 ** 0.5 * h
-    print(f"b/h = sqrt(2): keeps {ratio(dead * 1.000001, h)}, just below {ratio(dead * 0.999, h):.6f}")
+    print(f"b/h = sqrt(2): keeps {ratio(dead * 1.000001, h)}, "
+          f"just below {ratio(dead * 0.999, h):.6f}")
     slips = block(b, h, mu=0.148).step(0, [0, h, 0], [-h, -b, 1], 1e-9).modes
     sticks = block(b, h, mu=0.149).step(0, [0, h, 0], [-h, -b, 1], 1e-9).modes
     print(f"the landing corner: {slips[0]} at mu = 0.148, {sticks[0]} at mu = 0.149 "

@@ -3,7 +3,8 @@
 
     python examples/machines/sliding_finger.py [--output FOLDER | --no-picture]
 
-The finger of length l is hinged to a carriage on a rail and pressed down by a torque; at the angle a
+The finger of length l is hinged to a carriage on a rail and pressed down by a torque; at the angle
+a
 
     M x'' = F - mu N,   N = torque / (l (cos a - mu sin a)).
 
@@ -95,7 +96,9 @@ def draw(axes, data):
         place.plot(left, y, "o", color=INK, ms=4, zorder=4)
         place.annotate("", (left - 0.12, y), (left - 0.3, y),
                        arrowprops=dict(arrowstyle="-|>", color=INK, lw=1.4))
-        place.add_patch(Arc((left + x, 0), 0.24, 0.24, theta1=180 - degrees, theta2=180, color=colour))
+        place.add_patch(
+            Arc((left + x, 0), 0.24, 0.24, theta1=180 - degrees, theta2=180, color=colour)
+        )
         place.text(left + x + 0.05, 0.03, f"{degrees}°: " + ("slides" if degrees < 63 else "jams"),
                    color=colour)
     place.set_aspect("equal")

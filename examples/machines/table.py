@@ -1,9 +1,11 @@
-"""A rigid table on more legs than it takes: the load is shared, how is open. (See docs/machines.md.)
+"""A rigid table on more legs than it takes: the load is shared, how is open. (See
+docs/machines.md.)
 
     python examples/machines/table.py [--output FOLDER | --no-picture]
 
-Four legs at (+-1, +-1/2), a weight of 100 at (0.3, 0.1). Forces that push one diagonal and relieve the
-other by the same t don't show in the table's balance: t in [-12.5, 22.5] keeps all legs pressed.
+Four legs at (+-1, +-1/2), a weight of 100 at (0.3, 0.1). Forces that push one diagonal and relieve
+the other by the same t don't show in the table's balance: t in [-12.5, 22.5] keeps all legs
+pressed.
 """
 
 import numpy as np

@@ -1,9 +1,10 @@
-"""A wedge in a groove: pulled, it comes out or it jams, and both are answers. (See docs/machines.md.)
+"""A wedge in a groove: pulled, it comes out or it jams, and both are answers. (See
+docs/machines.md.)
 
     python examples/machines/wedge.py [--output FOLDER | --no-picture]
 
-Half-angle 10 degrees, mu = 0.3 on either face. Above mu = tan(10 degrees) the two faces can press on
-each other through the wedge as hard as they like: nothing in rigid bodies says whether they do.
+Half-angle 10 degrees, mu = 0.3 on either face. Above mu = tan(10 degrees) the two faces can press
+on each other through the wedge as hard as they like: nothing in rigid bodies says whether they do.
 """
 
 import math
