@@ -163,6 +163,8 @@ static void run_adaptive(const task *t, perp_context *context, const machine *m)
         settings.error = pow(10, -3 - k);
         snprintf(name, sizeof name, "to %.0e", settings.error);
         measure_adaptive(&r, context, m, &settings, m->end / t->coarsest);
+        if (isnan(r.record.result.error)) /* equal steps: this library chooses none */
+            break;
         print_row(t, &r, name, NAN);
     }
     fflush(stdout);
