@@ -145,15 +145,17 @@ typedef struct perp_mechanism_settings {
     double time_limit;     /* seconds of a call; 0 (default): none */
     int64_t most_patterns; /* more combinations of modes are not enumerated by
                               perp_mechanism_accelerations; default 2^22; >= 1 */
-    int32_t directions;    /* in 3 dimensions, of a slip that starts: tried at first, then made
-                              exact; default 16; >= 3 */
-    int32_t starts;        /* covering vectors of the search beyond most_patterns; default 16 */
-    double stiffness;      /* of compliant contacts, for the label 'stable'; > 0; default 1 */
-    double damping;        /* >= 0; default 2 */
-    int32_t select;        /* PERP_MECHANISM_ANY (default), ...; NEAREST and FREEST enumerate in
-                              every frozen step, and so in those that implicit steps start from;
-                              not for THETA */
-    int32_t reserved;      /* 0 */
+    int32_t directions; /* in 3 dimensions, of slips that start, with two or more of them at once:
+                           tried at first (every second of them with three or four, every fourth
+                           with more), then made exact; default 16; >= 3. One alone is found by
+                           the zeros of a polynomial */
+    int32_t starts;     /* covering vectors of the search beyond most_patterns; default 16 */
+    double stiffness;   /* of compliant contacts, for the label 'stable'; > 0; default 1 */
+    double damping;     /* >= 0; default 2 */
+    int32_t select;     /* PERP_MECHANISM_ANY (default), ...; NEAREST and FREEST enumerate in
+                           every frozen step, and so in those that implicit steps start from;
+                           not for THETA */
+    int32_t reserved;   /* 0 */
 } perp_mechanism_settings;
 
 /* One step. */
@@ -259,8 +261,8 @@ typedef struct perp_mechanism_summary {
     int32_t count; /* answers, families included */
     int32_t families;
     int32_t stable;     /* stable ones among them */
-    int32_t exhaustive; /* 1: there are no others (in 3 dimensions: none with slips that start but
-                           those found from settings.directions) */
+    int32_t exhaustive; /* 1: there are no others (in 3 dimensions: none with several slips that
+                           start but those found from settings.directions) */
     int32_t closed;     /* contacts that take part: gap and u_n are 0 */
     int32_t impact;     /* 1: a closed contact approaches: an impact comes before any acceleration;
                            count is 0, nothing was looked at */
@@ -358,8 +360,18 @@ PERP_API perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, do
  * up to rounding) and of the dry groups. There may be none (Painleve's paradox: perp_mechanism_
  * advance still steps over it, by an impact without collision), one, several, or families.
  *
- * Up to settings.most_patterns combinations (and 12 contacts) all are looked at; beyond, Lemke's
- * method from several covering vectors finds some, and summary->exhaustive is 0.
+ * A contact is closed where its gap is at most 1e-12 of sum |H_i q_i| (with other coordinates than
+ * velocities, of sum |H_i| max |q|), and takes part where |u_n| is at most 1e-12 of
+ * sum |H_i v_i| + |drift|; sliding velocities are judged alike. What a slip that starts has is mu,
+ * with Stribeck's curve mu_static.
+ *
+ * Forces that are not unique are families: polyhedra, by their vertices and rays. In 3 dimensions,
+ * where a contact sticks, polygons within its disc of friction stand for it, so that the family
+ * holds more than its vertices tell. Of one with more than 10 dimensions one point is given.
+ *
+ * Up to settings.most_patterns combinations (and 12 contacts) all are looked at; beyond, and where
+ * a family is too large, Lemke's method from several covering vectors finds some, and
+ * summary->exhaustive is 0. settings.time_limit ends either.
  *
  * Returns: PERP_OK, also where there is none; else as perp_mechanism_advance (then the handle keeps
  *          no answers).

@@ -13,6 +13,8 @@
 
 /* Relative size that counts as nothing: of forces and accelerations. */
 #define PERP__FOUND_TOLERANCE 1e-12
+/* A pivot below this, beside the largest entry of an equilibrated system, is 0. */
+#define PERP__FOUND_SINGULAR (4.0 * PERP__FOUND_TOLERANCE)
 /* Of gaps and velocities, beside the terms of their sums. */
 #define PERP__CLOSED_TOLERANCE 1e-12
 /* The same of a family's points, which the double description method gives to 1e-9 or so. */
@@ -82,6 +84,7 @@ struct perp__acceleration {
     double *angle;             /* units: of the polygons of their discs */
     double *zeros;             /* rows */
     int32_t impossible;        /* 1: an inequality of a family never holds */
+    int32_t complete;          /* 1: every pattern was looked at */
     int32_t incomplete;        /* 1: a family was too large to be listed */
     perp__found_answer *answers, *spare;
     int32_t answer_count;
@@ -115,9 +118,9 @@ int32_t perp__found_starts(const perp__unit *unit, int32_t mode);
 int32_t perp__found_presses(const perp__unit *unit, int32_t mode);
 /* Solves: 0, or the dimension of the null space (then `null` is filled), or -1: no solution. */
 int32_t perp__found_solve(perp__acceleration *a);
-/* The same with pivots of at most `singular` of the largest entry, and those beyond `most`, as 0.
- */
-int32_t perp__found_solve_to(perp__acceleration *a, double singular, int32_t most);
+/* The same without widths and null space, with pivots of at most `singular` of the largest entry,
+ * and those beyond `most`, as 0. */
+void perp__found_solve_roughly(perp__acceleration *a, double singular, int32_t most);
 /* Makes f meet the equations of the pattern that was solved last. */
 void perp__found_correct(perp__acceleration *a);
 /* f := f + the forces of the unknowns x of the system. */

@@ -21,18 +21,36 @@ static perp_status keep(perp__acceleration *a, int32_t dimension)
     return perp__found_keep_point(a, at_vertex, 0);
 }
 
+/* With many slips that start in a plane at once their directions are many: every second, then every
+ * fourth of each are where Newton's method starts. */
+static int32_t is_start(const perp__acceleration *a, int32_t turning)
+{
+    const int32_t stride = turning <= 2 ? 1 : turning <= 4 ? 2 : 4;
+    const int32_t ways = a->m->settings.directions;
+    int32_t i;
+
+    for (i = 0; i < a->units && stride > 1 && ways >= 2 * stride; i++) {
+        const double *way = a->pattern.way + 2 * (size_t)i;
+        int32_t k;
+
+        if (!perp__found_turns(a, i))
+            continue;
+        k = (int32_t)lround(atan2(way[1], way[0]) / (2.0 * PI) * ways);
+        if ((k + ways) % ways % stride != 0)
+            return 0;
+    }
+    return 1;
+}
+
 perp_status perp__found_try(perp__acceleration *a, double singular)
 {
-    const int32_t dimension = perp__found_solve(a);
-
-    perp__found_note_sign(a);
     if (perp__found_turning(a) == 0)
-        return keep(a, dimension);
+        return keep(a, perp__found_solve(a));
     return keep(a, perp__found_turn(a, singular));
 }
 
-/* The same with a slip that starts in the first of the directions: all of its directions are found
- * at once. In the others there is nothing left to do. */
+/* A slip that starts in the first of the directions: all of its directions are found at once. In
+ * the others there is nothing left to do. */
 static perp_status try_directions(perp__acceleration *a)
 {
     const int32_t ways = a->m->settings.directions;
@@ -42,8 +60,6 @@ static perp_status try_directions(perp__acceleration *a)
 
     while (!perp__found_turns(a, index))
         index++;
-    perp__found_solve(a);
-    perp__found_note_sign(a);
     way = a->pattern.way + 2 * (size_t)index;
     if (way[0] != 1.0)
         return PERP_OK;
@@ -55,6 +71,26 @@ static perp_status try_directions(perp__acceleration *a)
         way[1] = sin(angle);
         status = keep(a, perp__found_turn(a, PERP__FOUND_TOLERANCE));
     }
+    return status;
+}
+
+static perp_status try_pattern(perp__acceleration *a)
+{
+    const int32_t turning = perp__found_turning(a);
+    perp_status status;
+    int32_t dimension;
+
+    if (turning == 0) {
+        dimension = perp__found_solve(a);
+        perp__found_note_sign(a);
+        return keep(a, dimension);
+    }
+    perp__found_solve_roughly(a, PERP__FOUND_SINGULAR, a->active);
+    perp__found_note_sign(a);
+    if (turning == 1)
+        status = try_directions(a);
+    else
+        status = is_start(a, turning) ? perp__found_try(a, PERP__FOUND_TOLERANCE) : PERP_OK;
     return status;
 }
 
@@ -81,7 +117,7 @@ static perp_status enumerate(perp__acceleration *a, perp_mechanism_summary *summ
         int32_t i;
 
         if (limit > 0.0 && k % PATTERNS_A_READING == 0 && perp__now() - began > limit) {
-            summary->exhaustive = 0;
+            summary->exhaustive = a->complete = 0;
             break;
         }
         for (i = 0; i < a->units; i++) {
@@ -90,8 +126,7 @@ static perp_status enumerate(perp__acceleration *a, perp_mechanism_summary *summ
             perp__found_choose(a, i, (int32_t)(rest % count));
             rest /= count;
         }
-        status = perp__found_turning(a) == 1 ? try_directions(a)
-                                             : perp__found_try(a, PERP__FOUND_TOLERANCE);
+        status = try_pattern(a);
     }
     summary->patterns = k;
     return status;
@@ -104,6 +139,7 @@ perp_status perp__found_all(perp__acceleration *a, perp_mechanism_summary *summa
     perp_status status = PERP_OK;
 
     summary->exhaustive = patterns <= most && a->closed <= PERP__MOST_CONTACTS;
+    a->complete = summary->exhaustive;
     if (summary->exhaustive)
         status = enumerate(a, summary, patterns);
     if (status == PERP_OK)

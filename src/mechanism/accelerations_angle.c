@@ -24,7 +24,7 @@ static int32_t sample(perp__acceleration *a, int32_t index, double angle, double
 
     way[0] = cos(angle);
     way[1] = sin(angle);
-    perp__found_solve(a);
+    perp__found_solve_roughly(a, PERP__FOUND_SINGULAR, a->active);
     *value = a->system.sign * a->system.product * (way[0] * a->u[t + 1] - way[1] * a->u[t]);
     return a->system.sign != 0;
 }

@@ -122,6 +122,8 @@ static double unit_residual(const perp__acceleration *a, const perp__found_answe
              : mode == PERP_MECHANISM_STICK ? unit->mu_stick
                                             : unit->mu) *
             fmax(size, 0.0);
+    if (unit->tangents == 0)
+        return worst;
     return fmax(worst, (length - limit) / (largest * a->scale[unit->row + !unit->dry]));
 }
 

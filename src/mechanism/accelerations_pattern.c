@@ -7,7 +7,7 @@
 #include "mechanism/accelerations.h"
 
 /* A pivot below this, beside the largest entry of the equilibrated system, is 0. */
-#define SINGULAR (4.0 * PERP__FOUND_TOLERANCE)
+#define SINGULAR PERP__FOUND_SINGULAR
 
 int32_t perp__found_choices(const perp__acceleration *a, const perp__unit *unit)
 {
@@ -265,22 +265,22 @@ void perp__found_correct(perp__acceleration *a)
     add_forces(a, a->f, change, 0);
 }
 
-int32_t perp__found_solve(perp__acceleration *a)
+void perp__found_solve_roughly(perp__acceleration *a, double singular, int32_t most)
 {
-    return perp__found_solve_to(a, SINGULAR, a->active);
-}
-
-int32_t perp__found_solve_to(perp__acceleration *a, double singular, int32_t most)
-{
-    const size_t active = (size_t)a->active;
-    double *size = a->work + (size_t)a->active;
-    int32_t r;
-
     list_columns(a);
     perp__pivoting_eliminate(&a->system, singular * load_matrix(a), most);
     memset(a->x, 0, (size_t)a->system.n * sizeof *a->x);
-    memcpy(a->f, a->known, active * sizeof *a->f);
+    memcpy(a->f, a->known, (size_t)a->active * sizeof *a->f);
     correct(a);
+    perp__found_row_accelerations(a, a->u, NULL, a->f, 0);
+}
+
+int32_t perp__found_solve(perp__acceleration *a)
+{
+    double *size = a->work + (size_t)a->active;
+    int32_t r;
+
+    perp__found_solve_roughly(a, SINGULAR, a->active);
     correct(a);
     perp__found_row_accelerations(a, a->u, size, a->f, 0);
     for (r = 0; r < a->system.n; r++)

@@ -8,7 +8,7 @@
 
 #include "mechanism/accelerations.h"
 
-#define SINGULAR (4.0 * PERP__FOUND_TOLERANCE)
+#define SINGULAR PERP__FOUND_SINGULAR
 
 /* held := W - W_b W_bb^+ W_b', the same where the bilateral rows hold. */
 void perp__found_hold_bilateral(perp__acceleration *a)
@@ -114,7 +114,7 @@ void perp__found_reason(const perp__acceleration *a, perp_mechanism_summary *sum
     if (summary->inertia < -SINGULAR) {
         summary->reason = PERP_MECHANISM_NEGATIVE_INERTIA;
         summary->contact = worst;
-    } else if (!summary->exhaustive) {
+    } else if (!a->complete) {
         summary->reason = PERP_MECHANISM_UNDECIDED;
     } else if (a->has_negative) {
         summary->reason = PERP_MECHANISM_COUPLED;

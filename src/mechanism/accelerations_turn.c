@@ -12,9 +12,12 @@
 
 #include "mechanism/accelerations.h"
 
-#define MOST_ROUNDS 25
+#define MOST_ROUNDS 20
 #define LONGEST_TURN 0.5
 #define SETTLED 1e-13
+/* Turns larger than this after so many rounds lead nowhere. */
+#define NEAR 0.1
+#define PATIENCE 7
 
 int32_t perp__found_turns(const perp__acceleration *a, int32_t index)
 {
@@ -114,18 +117,19 @@ static double turn(perp__acceleration *a)
 
 int32_t perp__found_turn(perp__acceleration *a, double singular)
 {
-    int32_t round, dimension, settled = 0;
+    int32_t round, rank;
 
-    dimension = perp__found_solve_to(a, singular, a->active);
-    for (round = 0; round < MOST_ROUNDS && !settled && dimension >= 0; round++) {
-        const int32_t rank = a->system.rank;
+    perp__found_solve_roughly(a, singular, a->active);
+    rank = a->system.rank;
+    for (round = 0; round < MOST_ROUNDS; round++) {
         const double largest = turn(a);
 
-        if (largest < 0.0)
+        if (largest < 0.0 || (round >= PATIENCE && largest > NEAR))
             return -1;
-        settled = largest <= SETTLED;
+        if (largest <= SETTLED)
+            return perp__found_solve(a);
         /* with the rank of the start, what is left without a pivot becomes consistent at the end */
-        perp__found_solve_to(a, 0.0, rank);
+        perp__found_solve_roughly(a, 0.0, rank);
     }
-    return settled ? perp__found_solve(a) : -1;
+    return -1;
 }

@@ -146,6 +146,39 @@ static void test_coupled(void **state)
     assert_true(counts[0] == 0 && counts[1] > 50 && counts[3] > 5); /* at rest there is one */
 }
 
+/* Contacts at rest have an answer for every load, and one where friction is small. */
+static void test_existence(void **state)
+{
+    int contacts, k, i, j;
+
+    (void)state;
+    seed = 3;
+    for (contacts = 2; contacts <= 3; contacts++)
+        for (k = 0; k < 40; k++) {
+            const double mu = k % 2 ? 0.15 : draw(0.2, 1.5);
+            table s;
+
+            table_make(&s, 9, contacts, 3);
+            for (i = 0; i < 9; i++) {
+                for (j = 0; j < 3 * contacts; j++)
+                    s.H[9 * j + i] = (i == j) + draw(-0.3, 0.3);
+                s.k[i] = draw(-1.0, 1.0);
+            }
+            for (j = 0; j < contacts; j++)
+                s.mu[j] = mu;
+            table_open(&s);
+            assert_true(table_ask(&s) >= 1);
+            assert_int_equal(s.summary.exhaustive, 1);
+            if (k % 2) {
+                assert_int_equal(s.summary.count, 1);
+                assert_int_equal(s.summary.reason, PERP_MECHANISM_ALWAYS_ONE);
+            }
+            for (i = 0; i < s.summary.count; i++)
+                assert_true(table_get(&s, i)->residual <= 1e-12);
+            table_close(&s);
+        }
+}
+
 /* ---- a table: a body of mass 3 on four legs at (+-1, +-0.5, -0.7) of its mass centre ----------
  */
 
@@ -368,13 +401,41 @@ static void test_few_patterns(void **state)
     table_close(&s);
 }
 
+/* A time limit that the first patterns use up. */
+static void test_time(void **state)
+{
+    table s;
+    int j;
+
+    (void)state;
+    table_make(&s, 20, 10, 2);
+    for (j = 0; j < 10; j++) {
+        s.H[(2 * j) * 20 + 2 * j + 1] = 1.0;
+        s.H[(2 * j + 1) * 20 + 2 * j] = 1.0;
+        s.k[2 * j + 1] = -1.0;
+    }
+    s.mu[3] = 0.5;
+    s.settings.time_limit = 1e-9;
+    table_open(&s);
+    table_ask(&s);
+    assert_int_equal(s.summary.exhaustive, 0);
+    assert_true(s.summary.patterns < 2048);
+    s.settings.time_limit = 0.0;
+    assert_int_equal(perp_mechanism_set(s.mechanism, &s.settings), PERP_OK);
+    assert_int_equal(table_ask(&s), 1);
+    assert_int_equal(s.summary.exhaustive, 1);
+    assert_int_equal(s.summary.patterns, 2048); /* nine without friction: 2^9 4 */
+    table_close(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_oblique),      cmocka_unit_test(test_coupled),
         cmocka_unit_test(test_table),        cmocka_unit_test(test_disc),
         cmocka_unit_test(test_many_blocks),  cmocka_unit_test(test_many_corners),
-        cmocka_unit_test(test_few_patterns),
+        cmocka_unit_test(test_few_patterns), cmocka_unit_test(test_existence),
+        cmocka_unit_test(test_time),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
