@@ -333,6 +333,8 @@ PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
  *          first needed).
  * Cost:    frozen: one call of each callback, of the rows a second one at the step's end (a run
  *          keeps them for the next step), a Cholesky factorisation of M, one contact problem.
+ *          implicit: that, then a factorisation a Newton step, mostly two to six of them, and
+ *          about n + 7 calls of each callback, of which n are for derivatives.
  *          theta: k at least three times, the rows twice, a contact problem for each iterate (one
  *          where k does not depend on q and v). Where the iteration does not converge the outcome
  *          is iteration_limit. */

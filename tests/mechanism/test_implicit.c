@@ -258,6 +258,51 @@ static void test_quaternion(void **state)
     near(log2(errors[1] / errors[2]), 1, 0.05, "order");
 }
 
+/* The rod in other units of length and mass falls the same way: nothing in the scheme has a
+ * dimension. Rounding differs, and grows through the impacts. */
+static void test_units(void **state)
+{
+    static const double lengths[] = {1e-5, 1e6}, masses[] = {1e8, 1e-9};
+    size_t k;
+
+    (void)state;
+    for (k = 0; k < 2; k++) {
+        const double length = lengths[k];
+        rig a, b;
+        machine_body *body;
+        int i;
+
+        rig_run_to(&a, MACHINE_ROD_FALL, PERP_MECHANISM_IMPLICIT, 1);
+        rig_open(&b, MACHINE_ROD_FALL);
+        b.settings.scheme = PERP_MECHANISM_IMPLICIT;
+        body = &b.machine.data.body;
+        body->mass *= masses[k];
+        body->inertia *= masses[k] * length * length;
+        body->radius *= length;
+        for (i = 0; i < 2; i++) {
+            body->along[i] *= length;
+            body->across[i] *= length;
+            body->gravity[i] *= length;
+            b.machine.q[i] *= length;
+            b.machine.v[i] *= length;
+        }
+        rig_start(&b);
+        while (a.t < 1) {
+            rig_step(&a, 0.01);
+            rig_step(&b, 0.01);
+            assert_int_equal(b.step.scheme, PERP_MECHANISM_IMPLICIT);
+            for (i = 0; i < 3; i++) {
+                const double unit = i < 2 ? length : 1;
+
+                near(b.q[i] / unit, a.q[i], 1e-9, "place");
+                near(b.v[i] / unit, a.v[i], 1e-9, "velocity");
+            }
+        }
+        rig_close(&a);
+        rig_close(&b);
+    }
+}
+
 /* Two mechanisms, the same bits. */
 static void test_deterministic(void **state)
 {
@@ -280,11 +325,17 @@ static void test_deterministic(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_constant_geometry), cmocka_unit_test(test_rest),
-        cmocka_unit_test(test_threshold),         cmocka_unit_test(test_drift),
-        cmocka_unit_test(test_penetration),       cmocka_unit_test(test_energy),
-        cmocka_unit_test(test_rod_fall),          cmocka_unit_test(test_without_collision),
-        cmocka_unit_test(test_quaternion),        cmocka_unit_test(test_deterministic),
+        cmocka_unit_test(test_constant_geometry),
+        cmocka_unit_test(test_rest),
+        cmocka_unit_test(test_threshold),
+        cmocka_unit_test(test_drift),
+        cmocka_unit_test(test_penetration),
+        cmocka_unit_test(test_energy),
+        cmocka_unit_test(test_rod_fall),
+        cmocka_unit_test(test_without_collision),
+        cmocka_unit_test(test_quaternion),
+        cmocka_unit_test(test_deterministic),
+        cmocka_unit_test(test_units),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
