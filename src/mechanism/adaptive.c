@@ -131,17 +131,25 @@ static int32_t same_modes(const perp_mechanism *m, const perp__mechanism_state *
            0;
 }
 
+static int32_t row_turns(const perp_mechanism *m, int32_t row, double weight)
+{
+    const double u = m->next.velocity[row];
+
+    return u != 0.0 && (u + weight * (u - m->trial.velocity[row])) * u <= 0.0;
+}
+
 /* Whether an extrapolated slip would turn round. */
 static int32_t turns(const perp_mechanism *m, double weight)
 {
-    int32_t i;
+    int32_t i, j;
 
-    for (i = 0; i < m->rows; i++) {
-        const double u = m->next.velocity[i];
-
-        if (u != 0.0 && (u + weight * (u - m->trial.velocity[i])) * u <= 0.0)
+    for (j = 0; j < m->contacts; j++)
+        for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
+            if (m->next.modes[j] == PERP_MECHANISM_SLIP && row_turns(m, i, weight))
+                return 1;
+    for (i = m->contact_rows + m->bilateral; i < m->rows; i++)
+        if (row_turns(m, i, weight))
             return 1;
-    }
     return 0;
 }
 
