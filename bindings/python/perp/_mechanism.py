@@ -274,7 +274,8 @@ class Mechanism(MechanismBase):
 
         most_patterns: more combinations (or 12 contacts) are not enumerated: `exhaustive` is then
             False, and Lemke's method from so many `starts` finds some.
-        directions: in space, of a slip that starts: tried at first, then made exact.
+        directions: in space, of several slips that start at once: tried at first, then made
+            exact.
         stiffness, damping: of compliant contacts, which tell what is `stable`.
         """
         with self._lock:
