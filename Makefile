@@ -308,7 +308,7 @@ test-python: library $(VENV)/ready
 VALGRIND := valgrind -q --error-exitcode=99 --leak-check=full --errors-for-leak-kinds=definite,indirect \
     --show-leak-kinds=definite,indirect --suppressions=scripts/valgrind.supp
 # Half a minute to three minutes each under valgrind; what they call, quicker suites call as well.
-SLOW_UNDER_VALGRIND := $(addprefix $(B)/tests/,lcp/test_regressions lcp/test_contact_lcp \
+SLOW_UNDER_VALGRIND := $(addprefix $(B)/tests/,mechanism/test_large lcp/test_regressions lcp/test_contact_lcp \
     lcp/test_active_set_sparse lcp/test_exhaustive lcp/test_lemke_crash lcp/test_active_set \
     lcp/test_determinism lcp/test_pgs_options linalg/test_blas seeds/test_ball seeds/test_ramp \
     mechanism/test_machines_ramp mechanism/test_machines_schemes mechanism/test_machines_slide)

@@ -25,7 +25,7 @@
 typedef struct held {
     double *rows, *targets, *norms;        /* count by n, count, count */
     double *basis, *particular, *y, *unit; /* n by n, n, n, n */
-    double *components;                    /* n: of `particular` along the basis */
+    double *components; /* n: of `particular` along the basis; n more of scratch behind */
     int32_t *taken;
     int32_t count, rank;
 } held;
@@ -125,13 +125,14 @@ static void add_free(const perp_mechanism *m, const perp__velocity_answer *answe
 static int32_t is_at_rest(const perp_mechanism *m, held *h, const perp__terms *terms, size_t i)
 {
     const size_t n = (size_t)m->n;
-    double length, share = 0.0;
+    double *rest = h->components + n, length;
     int32_t j;
     size_t k;
 
     memset(h->unit, 0, n * sizeof *h->unit);
     h->unit[i] = 1.0;
     perp__solve_lower(m, terms, h->unit); /* 0 before i */
+    memcpy(rest, h->unit, n * sizeof *rest);
     length = length_of(h->unit, n);
     for (j = 0; j < h->rank; j++) {
         const double *q = h->basis + (size_t)j * n;
@@ -139,14 +140,14 @@ static int32_t is_at_rest(const perp_mechanism *m, held *h, const perp__terms *t
 
         for (k = i; k < n; k++)
             along += q[k] * h->unit[k];
-        if (along != 0.0 && h->components[j] != 0.0)
+        if (along == 0.0)
+            continue;
+        if (h->components[j] != 0.0)
             return 0;
-        share += along * along;
+        for (k = 0; k < n; k++)
+            rest[k] -= along * q[k];
     }
-    if (share < 0.5 * length * length) /* far off, as most are: not worth the exact test */
-        return 0;
-    perp__project_out(h->basis, h->rank, m->n, h->unit);
-    return length_of(h->unit, n) <= SPAN_TOLERANCE * length;
+    return length_of(rest, n) <= SPAN_TOLERANCE * length;
 }
 
 /* Components of the particular solution along the basis: exactly 0 where rows of other bodies
