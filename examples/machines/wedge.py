@@ -46,6 +46,9 @@ def report():
     for s in found:
         size = "" if s.dimension == 0 else f", forces a family of dimension {s.dimension}"
         print(f"    acceleration {s.acceleration[1]:.6f}, {'/'.join(s.modes)}{size}")
+    for select in ("nearest", "freest"):
+        speed = wedge(1.0).step(0, [0, 0], [0, 0], 1e-3, select=select).v[1]
+        print(f"    a step of 1 ms that takes the {select} answer: velocity {speed:g}")
     print(f"it can jam above mu = {bisect(jams, 0.01, 0.9):.9f}, tan(10 degrees) is "
           f"{math.tan(SLOPE):.9f}")
     held = [s for s in answers(-1.0) if s.dimension][0]

@@ -57,6 +57,8 @@ shows 'pushed' '^pushed in at 1 m/s: velocity -*0.0, -*0.0$'
 shows 'two answers' '^pulled by 1 N, at rest: 2 answers '
 shows 'out' '^    acceleration 1.000000, separate/separate$'
 shows 'jam' '^    acceleration -*0.000000, stick/stick, forces a family of dimension 2$'
+shows 'nearest answer' ' takes the nearest answer: velocity -*0$'
+shows 'freest answer' ' takes the freest answer: velocity 0.001$'
 shows 'threshold' '^it can jam above mu = 0.17632[67][0-9]*, '
 shows 'least force' ' at least 1.065892394 N (closed form 1.065892394)'
 
