@@ -4,7 +4,9 @@ step in time goes through it all the same. (Stewart & Trinkle 1996; see docs/mec
     python examples/falling_rod.py [--output FOLDER | --no-picture]
 
 A rod of 0.5 m between the centres of its caps, which have radius 0.05 m, falls turning onto a floor
-with friction 0.6. Where it lies after a second is computed with shorter and shorter steps.
+with friction 0.6. Where it lies after a second is computed with shorter and shorter steps. Their
+error is at most proportional to h, but jumps with where in a step the impacts fall, so that
+extrapolation gains a digit and not two; steps that end at the impacts gain more.
 """
 
 import argparse
@@ -54,7 +56,6 @@ def report():
         runs.append(rod().simulate(START, SPEED, 1.0, h))
         assert runs[-1].ok
     ends = np.array([run.q[-1, 0] for run in runs])
-    limit = (4 * ends[-1] - ends[-2]) / 3
     print("       h        x(1)   order")
     for k, (h, x) in enumerate(zip(steps, ends)):
         order = ""
@@ -62,7 +63,11 @@ def report():
             before, after = ends[k - 1] - ends[k - 2], x - ends[k - 1]
             order = f"{np.log(before / after) / np.log(4):8.3f}"
         print(f"{h:8.2e} {x:11.7f}{order}")
-    print(f"limit of x(1) by extrapolation: {limit:.5f}")
+    print(f"by extrapolation: {(4 * ends[-1] - ends[-2]) / 3:.5f}")
+    chosen = rod().simulate(START, SPEED, 1.0, 1e-3, scheme="theta", error=1e-8)
+    limit = chosen.q[-1, 0]
+    print(f"in {chosen.stats.steps} steps of a chosen length: {limit:.6f}")
+
     others = np.geomspace(3e-3, 3e-4, 20)  # impacts fall elsewhere in a step; at rest after 0.6 s
     errors = [abs(rod().simulate(START, SPEED, 0.6, h).q[-1, 0] - limit) for h in others]
     print(f"with {len(others)} other steps the error is at most {max(errors / others):.2f} h")
