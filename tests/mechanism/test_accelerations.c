@@ -415,6 +415,44 @@ static void test_held(void **state)
     table_close(&s);
 }
 
+/* No constant has a dimension: masses, lengths and times in other units (powers of two) change no
+ * bit but exponents. */
+static void test_units(void **state)
+{
+    double reference[4] = {0};
+    int mass, length;
+
+    (void)state;
+    for (mass = -60; mass <= 60; mass += 60)
+        for (length = -40; length <= 40; length += 40) {
+            const double force = ldexp(1.0, mass + length);
+            table s;
+            int i;
+
+            make_box(&s, 0.6 * 2.0 * GRAVITY * force, 0.5);
+            s.k[1] *= force;
+            s.M[0] = s.M[4] = ldexp(2.0, mass);
+            s.M[8] = ldexp(3.0, mass + 2 * length);
+            for (i = 0; i < 4; i++)
+                s.H[3 * i + 2] = ldexp(s.H[3 * i + 2], length);
+            table_open(&s);
+            assert_int_equal(table_ask(&s), 1);
+            assert_int_equal(table_get(&s, 0)->dimension, 0);
+            assert_int_equal(s.found.stable, 1);
+            for (i = 0; i < 4; i++) {
+                if (mass == -60 && length == -40)
+                    reference[i] = s.found.force[i] / force;
+                assert_true(s.found.force[i] == reference[i] * force);
+            }
+            s.k[0] = 0.4 * 2.0 * GRAVITY * force; /* and the family */
+            assert_int_equal(table_ask(&s), 1);
+            assert_int_equal(table_get(&s, 0)->dimension, 1);
+            assert_int_equal(s.found.free, 0);
+            assert_true(s.found.acceleration[0] == 0.0);
+            table_close(&s);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -427,6 +465,7 @@ int main(void)
         cmocka_unit_test(test_dry),
         cmocka_unit_test(test_bilateral),
         cmocka_unit_test(test_held),
+        cmocka_unit_test(test_units),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
