@@ -40,10 +40,8 @@ perp_status perp_mechanism_summary_init(perp_mechanism_summary *summary, size_t 
 static void layout(perp__arena *arena, void *object)
 {
     perp__acceleration *a = object;
-    const size_t n = (size_t)a->m->n, rows = (size_t)a->m->rows, square = rows * rows;
+    const size_t n = (size_t)a->m->n, rows = (size_t)a->m->rows;
     const size_t units = (size_t)(a->m->contacts + a->m->dry);
-    double **const matrices[] = {&a->W,    &a->held,      &a->system.K, &a->system.E,
-                                 &a->null, &a->turning.K, &a->turning.E};
     double **const vectors[] = {&a->bias, &a->size,    &a->beta,    &a->load,     &a->scale,
                                 &a->x,    &a->x_width, &a->rhs,     &a->rhs_load, &a->known,
                                 &a->f,    &a->u,       &a->f_width, &a->u_width,  &a->zeros};
@@ -51,8 +49,6 @@ static void layout(perp__arena *arena, void *object)
                                  &a->turning.columns};
     size_t k;
 
-    for (k = 0; k < sizeof matrices / sizeof *matrices; k++)
-        *matrices[k] = perp__arena_take(arena, square, sizeof(double));
     for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
     for (k = 0; k < sizeof indices / sizeof *indices; k++)
@@ -62,11 +58,32 @@ static void layout(perp__arena *arena, void *object)
     a->pattern.mode = perp__arena_take(arena, units, 1);
     a->pattern.way = perp__arena_take(arena, 2 * units, sizeof(double));
     a->coefficient = perp__arena_take(arena, 3 * rows, sizeof(double));
-    a->work = perp__arena_take(arena, 4 * square + 8 * rows + 4 * n, sizeof(double));
     a->row_work = perp__arena_take(arena, DIFFERENCE_ROWS * rows, sizeof(double));
     a->angle = perp__arena_take(arena, units, sizeof(double));
     a->turn_work = perp__arena_take(arena, 3 * rows, sizeof(double));
     a->velocity = perp__arena_take(arena, n, sizeof(double));
+}
+
+/* What grows with the square of the rows that take part: few of many, in most states. */
+static void layout_blocks(perp__arena *arena, void *object)
+{
+    perp__acceleration *a = object;
+    const size_t active = (size_t)a->active, square = active * active;
+    double **const matrices[] = {&a->W,    &a->held,      &a->system.K, &a->system.E,
+                                 &a->null, &a->turning.K, &a->turning.E};
+    size_t k;
+
+    for (k = 0; k < sizeof matrices / sizeof *matrices; k++)
+        *matrices[k] = perp__arena_take(arena, square, sizeof(double));
+    a->work =
+        perp__arena_take(arena, 4 * square + 8 * active + 4 * (size_t)a->m->n, sizeof(double));
+}
+
+perp_status perp__found_make_room(perp__acceleration *a)
+{
+    if (perp__arena_fit(&a->blocks, layout_blocks, a) != PERP_OK)
+        return perp__fail_memory(a->m->context, "accelerations");
+    return PERP_OK;
 }
 
 void perp__found_release(perp__acceleration *a)
@@ -82,6 +99,7 @@ void perp__found_release(perp__acceleration *a)
     }
     perp__cone_release(&a->cone);
     perp__arena_release(&a->arena);
+    perp__arena_release(&a->blocks);
     perp__release(a->m->context, a);
 }
 
@@ -95,6 +113,7 @@ static perp_status make(perp_mechanism *m)
     a->m = m;
     a->cone.context = m->context;
     perp__arena_init(&a->arena, m->context);
+    perp__arena_init(&a->blocks, m->context);
     if (perp__arena_fit(&a->arena, layout, a) != PERP_OK) {
         perp__found_release(a);
         return perp__fail_memory(m->context, "accelerations");

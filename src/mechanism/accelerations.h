@@ -53,6 +53,7 @@ typedef struct perp__found_answer {
 
 struct perp__acceleration {
     perp__arena arena;
+    perp__arena blocks; /* matrices of the rows that take part */
     perp_mechanism *m;
     perp__cone cone;
     int32_t asked; /* there are answers, or it is known that there are none */
@@ -78,7 +79,7 @@ struct perp__acceleration {
     double *null;              /* active by active: rows are directions of f */
     perp__pivoting turning;    /* of the angles of slips */
     double *turn_work;         /* 3 rows */
-    double *work;              /* 4 active^2 + 8 rows + 4 n */
+    double *work;              /* 4 active^2 + 8 active + 4 n */
     double *row_work;          /* 32 rows, of differences */
     double *velocity;          /* n: M^-1 k */
     double *angle;             /* units: of the polygons of their discs */
@@ -99,10 +100,13 @@ perp_status perp__found_bias(perp__acceleration *a, double t, const double *q, c
 perp_status perp__found_state(perp__acceleration *a, int32_t *impact, double t, const double *q,
                               const double *v);
 
-/* W, beta and their sizes, from M, k and J in m->begin and from bias and size. */
-void perp__found_reduce(perp__acceleration *a);
+/* W, beta and their sizes, from M, k and J in m->begin and from bias and size; and `held`. PERP_OK
+ * or _MEMORY. */
+perp_status perp__found_reduce(perp__acceleration *a);
 
 /* ---- accelerations.c ---- */
+/* Room for the matrices of the active rows; what they held is lost. */
+perp_status perp__found_make_room(perp__acceleration *a);
 /* m->found_work with its room, and without answers. */
 perp_status perp__found_open(perp_mechanism *m);
 /* Finds, labels, sorts and counts answers; impact: a contact that approaches, so that there are

@@ -124,12 +124,15 @@ static int32_t find_units(perp__acceleration *a, const double *q, const double *
     return impact;
 }
 
-void perp__found_reduce(perp__acceleration *a)
+perp_status perp__found_reduce(perp__acceleration *a)
 {
     const perp_mechanism *m = a->m;
     const size_t n = (size_t)m->n, active = (size_t)a->active;
+    perp_status status = perp__found_make_room(a);
     size_t i, j, k;
 
+    if (status != PERP_OK)
+        return status;
     memcpy(a->velocity, m->begin.k, n * sizeof *a->velocity);
     perp__solve_mass(m, &m->begin, a->velocity);
     for (i = 0; i < active; i++) {
@@ -156,6 +159,8 @@ void perp__found_reduce(perp__acceleration *a)
         frexp(a->W[i * (active + 1)], &exponent);
         a->scale[i] = ldexp(1.0, -(exponent / 2));
     }
+    perp__found_hold_bilateral(a);
+    return PERP_OK;
 }
 
 perp_status perp__found_state(perp__acceleration *a, int32_t *impact, double t, const double *q,
@@ -173,9 +178,7 @@ perp_status perp__found_state(perp__acceleration *a, int32_t *impact, double t, 
     if (status == PERP__OUTSIDE)
         return perp__fail(m->context, PERP_ERROR_ARGUMENT,
                           "q is outside of what the mechanism is defined for");
-    if (status == PERP_OK && *impact < 0) {
-        perp__found_reduce(a);
-        perp__found_hold_bilateral(a);
-    }
+    if (status == PERP_OK && *impact < 0)
+        status = perp__found_reduce(a);
     return status;
 }

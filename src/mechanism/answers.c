@@ -91,9 +91,9 @@ static perp_status find(perp_mechanism *m, perp_mechanism_summary *summary, doub
     a = m->found_work;
     left_out = add_units(a);
     set_bias(a, h, v0);
-    perp__found_reduce(a);
-    perp__found_hold_bilateral(a);
-    status = perp__found_look(a, summary, -1);
+    status = perp__found_reduce(a);
+    if (status == PERP_OK)
+        status = perp__found_look(a, summary, -1);
     if (status != PERP_OK)
         perp__found_release_answers(a);
     else if (left_out)
