@@ -75,9 +75,10 @@ static void bead_reference(double *state, double mu, double time, int steps)
 static const double bead_q[3] = {1, 0, 0.5}, bead_v[3] = {0, 2, 0};
 
 /* Error of q and v at 0.5 s. */
-static double bead_error(int32_t scheme, int32_t cone, int32_t project, int steps, double *leaves)
+static double bead_error(int32_t scheme, double mu, int32_t cone, int32_t project, int steps,
+                         double *leaves)
 {
-    const double mu = 0.2, h = 0.5 / steps;
+    const double h = 0.5 / steps;
     double state[6], q[3], v[3], impulse[3], error = 0;
     int32_t modes[1];
     asked a;
@@ -116,25 +117,43 @@ static void test_bead(void **state)
     (void)state;
     for (project = 0; project < 2; project++) {
         for (k = 0; k < 3; k++) {
-            errors[k] = bead_error(PERP_MECHANISM_IMPLICIT, 0, project, 50 << k, &leaves);
+            errors[k] = bead_error(PERP_MECHANISM_IMPLICIT, 0.2, 0, project, 50 << k, &leaves);
             near(leaves, 0, 1e-14, "distance from the bowl"); /* of places of 1: some eps */
         }
         near(log2(errors[0] / errors[1]), 1, 0.15, "order");
         near(log2(errors[1] / errors[2]), 1, 0.1, "order");
     }
-    bead_error(PERP_MECHANISM_FROZEN, 0, 0, 50, &leaves);
+    bead_error(PERP_MECHANISM_FROZEN, 0.2, 0, 0, 50, &leaves);
     assert_true(leaves > 1e-4); /* h^2 v^2 / 2 and more */
+}
+
+/* theta has order 2 here without friction, and 1 with it: the direction of the slip turns, and it
+ * is that of the step's end. */
+static void test_bead_theta(void **state)
+{
+    double errors[2][2], leaves;
+    int k, rough;
+
+    (void)state;
+    for (rough = 0; rough < 2; rough++) {
+        for (k = 0; k < 2; k++)
+            errors[rough][k] =
+                bead_error(PERP_MECHANISM_THETA, 0.2 * rough, 0, 1, 50 << k, &leaves);
+        near(log2(errors[rough][0] / errors[rough][1]), 2 - rough, 0.1, "order of theta");
+    }
+    /* beside implicit steps, whose geometry is that of the end, too */
+    assert_true(errors[1][0] < 0.5 * bead_error(PERP_MECHANISM_IMPLICIT, 0.2, 0, 1, 50, &leaves));
 }
 
 /* A polygon of k edges turns the force by up to pi / k and weakens it by cos(pi / k). */
 static void test_bead_polygon(void **state)
 {
-    double leaves, exact = bead_error(PERP_MECHANISM_IMPLICIT, 0, 1, 400, &leaves), error;
+    double leaves, exact = bead_error(PERP_MECHANISM_IMPLICIT, 0.2, 0, 1, 400, &leaves), error;
     int k;
 
     (void)state;
     for (k = 8; k <= 64; k *= 2) {
-        error = bead_error(PERP_MECHANISM_IMPLICIT, k, 1, 400, &leaves);
+        error = bead_error(PERP_MECHANISM_IMPLICIT, 0.2, k, 1, 400, &leaves);
         /* mu g t pi / k of sideways speed, and what the step makes */
         near(error, 0, exact + 0.2 * GRAVITY * 0.5 * 3.2 / k, "error with a polygon");
     }
@@ -299,9 +318,10 @@ static void test_stiff(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_bead),      cmocka_unit_test(test_bead_polygon),
-        cmocka_unit_test(test_bead_rest), cmocka_unit_test(test_reach),
-        cmocka_unit_test(test_bound),     cmocka_unit_test(test_stiff),
+        cmocka_unit_test(test_bead),         cmocka_unit_test(test_bead_theta),
+        cmocka_unit_test(test_bead_polygon), cmocka_unit_test(test_bead_rest),
+        cmocka_unit_test(test_reach),        cmocka_unit_test(test_bound),
+        cmocka_unit_test(test_stiff),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
