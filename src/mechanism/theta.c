@@ -102,6 +102,8 @@ static perp_status prepare(perp_mechanism *m, perp__theta *w, double t, double h
 
         m->shift[j] = open ? gap / h : 0.0;
         m->included[j] = !open;
+        if (m->settings.law == PERP_MECHANISM_POISSON) /* jam.c alone asks */
+            m->start_speed[j] = perp__sliding_speed(m, &m->begin, j, m->start_velocity, v0);
     }
     status = evaluate_geometry(m, w, t, h, q0, v0);
     if (status != PERP_OK)
