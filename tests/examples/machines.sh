@@ -62,6 +62,13 @@ shows 'freest answer' ' takes the freest answer: velocity 0.001$'
 shows 'threshold' '^it can jam above mu = 0.17632[67][0-9]*, '
 shows 'least force' ' at least 1.065892394 N (closed form 1.065892394)'
 
+machine drawer
+shows 'two inertias' 'inertia +4.666667 kg, stable$'
+shows 'negative' 'inertia -0.666667 kg, unstable$'
+shows 'none' '^held back by 1 N: 0 accelerations$'
+shows 'critical offset' '^none beyond h = 0.37500000[0-9]*, '
+shows 'jam' ' from 1 m/s: velocity 0.0, a jam$'
+
 machine table
 shows 'family' '^    forces from 25 35 -*0 40$'
 shows 'other end' '^    to          60 -*0 35 5$'
