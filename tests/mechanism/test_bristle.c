@@ -110,10 +110,7 @@ static void by_runge_kutta(const perp_bristle *law, double *z, double *mean, dou
 
     for (k = 0; k < steps; k++) {
         for (stage = 0; stage < 4; stage++) {
-            place = *z + (stage == 0   ? 0
-                          : stage == 3 ? dt
-                                       : dt / 2) *
-                             rate[stage > 0 ? stage - 1 : 0] * (stage > 0);
+            place = stage == 0 ? *z : *z + (stage == 3 ? dt : dt / 2) * rate[stage - 1];
             assert_int_equal(perp_lugre_force(NULL, &force, &rate[stage], law, place, v), PERP_OK);
             sum += place * (stage == 0 || stage == 3 ? 1 : 2);
         }
