@@ -311,7 +311,8 @@ VALGRIND := valgrind -q --error-exitcode=99 --leak-check=full --errors-for-leak-
 SLOW_UNDER_VALGRIND := $(addprefix $(B)/tests/,mechanism/test_large lcp/test_regressions lcp/test_contact_lcp \
     lcp/test_active_set_sparse lcp/test_exhaustive lcp/test_lemke_crash lcp/test_active_set \
     lcp/test_determinism lcp/test_pgs_options linalg/test_blas seeds/test_ball seeds/test_ramp \
-    mechanism/test_machines_ramp mechanism/test_machines_schemes mechanism/test_machines_slide)
+    mechanism/test_machines_ramp mechanism/test_machines_schemes mechanism/test_machines_slide \
+    mechanism/test_accelerations_space mechanism/test_impact_energy mechanism/test_implicit)
 .PHONY: valgrind
 valgrind: $(TESTS)
 	@RUNNER='$(VALGRIND)' scripts/run-tests \
