@@ -144,7 +144,7 @@ typedef struct perp_mechanism_settings {
     double longest;        /* 0 (default): its span */
     double time_limit;     /* seconds of a call; 0 (default): none */
     int64_t most_patterns; /* more combinations of modes are not enumerated by
-                              perp_mechanism_accelerations; default 2^22; >= 1 */
+                              perp_mechanism_accelerations, _answers; default 2^22; >= 1 */
     int32_t directions; /* in 3 dimensions, of slips that start, with two or more of them at once:
                            tried at first (every second of them with three or four, every fourth
                            with more), then made exact; default 16; >= 3. One alone is found by

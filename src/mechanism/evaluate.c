@@ -39,13 +39,12 @@ static perp_status check_not_negative(perp_mechanism *m, const char *name, const
     return PERP_OK;
 }
 
-perp_status perp__evaluate_mass(perp_mechanism *m, perp__terms *terms, double t, const double *q)
+perp_status perp__evaluate_mass(perp_mechanism *m, perp__terms *terms, const double *q)
 {
     const size_t n = (size_t)m->n;
     perp_status status = PERP_OK;
     size_t i;
 
-    (void)t;
     memset(terms->M, 0, n * n * sizeof *terms->M);
     if (m->model.mass)
         status = judge(m, "mass", m->model.mass(terms->M, q, m->model.user));
@@ -200,7 +199,7 @@ perp_status perp__evaluate_rows(perp_mechanism *m, perp__terms *terms, double t,
 perp_status perp__evaluate_all(perp_mechanism *m, perp__terms *terms, double t, const double *q,
                                const double *v)
 {
-    perp_status status = perp__evaluate_mass(m, terms, t, q);
+    perp_status status = perp__evaluate_mass(m, terms, q);
 
     if (status == PERP_OK)
         status = perp__evaluate_force(m, terms->k, t, q, v);

@@ -96,7 +96,6 @@ void perp__friction_release_spare(perp_load_friction *f);
 int64_t perp__friction_patterns(const perp_load_friction *f, int64_t most);
 /* Answers all patterns, or what a search finds. Answers are sorted and labelled. */
 perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *summary);
-perp_status perp__friction_search(perp_load_friction *f, perp_load_summary *summary);
 
 /* Copies tau and velocity's signs into the question, as forward dynamics asks it. */
 void perp__friction_ask(perp_load_friction *f, const double *tau, const double *velocity);

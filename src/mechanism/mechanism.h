@@ -123,7 +123,7 @@ struct perp_mechanism {
 };
 
 /* ---- evaluate.c: PERP_OK, PERP__OUTSIDE, or a negative status with its message ---- */
-perp_status perp__evaluate_mass(perp_mechanism *m, perp__terms *terms, double t, const double *q);
+perp_status perp__evaluate_mass(perp_mechanism *m, perp__terms *terms, const double *q);
 perp_status perp__evaluate_force(perp_mechanism *m, double *k, double t, const double *q,
                                  const double *v);
 /* Gaps, bilateral values and all rows; the bounds of dry friction need v. */

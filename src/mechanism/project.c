@@ -118,7 +118,7 @@ static perp_status displace(perp_mechanism *m, perp_mechanism_step *step, double
 {
     const double penetration = step->penetration, drift = step->drift;
     const size_t size = (size_t)m->coordinates * sizeof *q;
-    perp_status status = perp__evaluate_mass(m, &m->end, t, q);
+    perp_status status = perp__evaluate_mass(m, &m->end, q);
     int32_t found = 0;
 
     *helps = 0;

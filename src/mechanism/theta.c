@@ -73,9 +73,9 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w, double t
     if (ahead > 0.0)
         status = perp__evaluate_move(m, w->at, q0, ahead * h, v0);
     if (status == PERP_OK)
-        status = perp__evaluate_mass(m, &m->begin, t, w->at);
+        status = perp__evaluate_mass(m, &m->begin, w->at);
     if (status == PERP__OUTSIDE)
-        status = perp__evaluate_mass(m, &m->begin, t, q0);
+        status = perp__evaluate_mass(m, &m->begin, q0);
     if (status == PERP_OK && ahead > 0.0 && m->rows > 0) {
         status = predict_rows(m, w, t, h, q0, v0);
         if (status == PERP_OK)
