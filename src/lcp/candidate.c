@@ -5,11 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-int32_t perp__is_good(perp_outcome outcome)
-{
-    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
-}
-
 /* The outcome that the numbers speak for; what the method said where they do not. */
 static perp_outcome judge(const perp_lcp_solver *solver, const perp__evaluation *worth,
                           perp_outcome said)

@@ -2,11 +2,9 @@
 #ifndef PERP_LCP_CANDIDATE_H
 #define PERP_LCP_CANDIDATE_H
 
+#include "base/outcome.h"
 #include "lcp/plan.h"
 #include "lcp/solver.h"
-
-/* Whether the outcome counts as an answer: solved or rounding_limit. */
-int32_t perp__is_good(perp_outcome outcome);
 
 /* Sets solver->z and, scaled, solver->iterate to z0 (NULL: 0), projected onto the bounds. */
 void perp__start_from(perp_lcp_solver *solver, const double *z0);

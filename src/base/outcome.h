@@ -1,0 +1,44 @@
+/* The gate: the one place where recomputed residuals become an outcome, for every problem class. */
+#ifndef PERP_BASE_OUTCOME_H
+#define PERP_BASE_OUTCOME_H
+
+#include <math.h>
+
+#include <perp/base.h>
+
+/* What the residuals recomputed from the caller's own data say of a point (DESIGN's definitions).
+ * Two witnesses, because each alone is fooled: the tested residual by a row that hides behind a
+ * larger one, the own residual by rows that consist of rounding alone. */
+typedef struct perp__evidence {
+    double tested;   /* ||r'||_inf */
+    double own;      /* the largest residual of a row or contact beside its own terms */
+    double backward; /* row-wise backward error; INFINITY where the class has none */
+    int32_t sound;   /* all that would be returned is finite, and nothing else speaks against it */
+} perp__evidence;
+
+/* The outcome of a point: solved, rounding_limit, or what the method `said` where the numbers do not
+ * speak for the point (stalled, where it said something good or, with -1, nothing). Nobody writes
+ * an outcome after the gate but to make it worse. NaN never passes. */
+perp_outcome perp__gate(const perp__evidence *evidence, double tol, perp_outcome said);
+
+/* Whether the outcome counts as an answer: solved or rounding_limit. */
+static inline int32_t perp__is_good(perp_outcome outcome)
+{
+    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
+/* The worse of two outcomes: what a whole is called after its parts. Any that is no answer is worse
+ * than any that is, rounding_limit worse than solved; of two failures the first stays. */
+perp_outcome perp__worse_outcome(perp_outcome first, perp_outcome second);
+
+/* Raises a maximum. Once NaN, always NaN. */
+static inline void perp__raise_to(double *largest, double value)
+{
+    if (!isnan(*largest) && !(value <= *largest))
+        *largest = value;
+}
+
+/* Whether all entries are finite; x may be NULL where count is 0. */
+int32_t perp__all_finite(const double *x, size_t count);
+
+#endif
