@@ -156,6 +156,73 @@ static void spread(const check_item *list, size_t count, int32_t n, int32_t *exp
         ;
 }
 
+/* Rows with a negative diagonal: the largest of it and the couplings to positive ones to a unit. */
+static void scale_negative(const check_item *list, size_t count, int32_t n, const double *diagonal,
+                           int32_t *exponents)
+{
+    int32_t i;
+    size_t p;
+
+    for (i = 0; i < n; i++) {
+        int32_t e = unit_diagonal(diagonal[i]);
+
+        if (!(diagonal[i] < 0) || exponents[i] != UNSET)
+            continue;
+        for (p = 0; p < count; p++) {
+            int32_t other = list[p].row == i ? list[p].column : list[p].row;
+            int power;
+
+            if ((list[p].row != i && list[p].column != i) || !(diagonal[other] > 0))
+                continue;
+            frexp(list[p].value, &power);
+            if (limited(1 - power - exponents[other]) < e)
+                e = limited(1 - power - exponents[other]);
+        }
+        exponents[i] = e;
+    }
+}
+
+/* floor(log2) of the largest entry of S in row and column i; INT_MIN if there is none. */
+static void look_for_largest(const check_item *list, size_t count, int32_t n,
+                             const int32_t *exponents, int *largest)
+{
+    int32_t i;
+    size_t p;
+
+    for (i = 0; i < n; i++)
+        largest[i] = INT_MIN;
+    for (p = 0; p < count; p++) {
+        const int32_t r = list[p].row, c = list[p].column;
+        int power;
+
+        frexp(list[p].value, &power);
+        power += exponents[r] + exponents[c] - 1;
+        largest[r] = power > largest[r] ? power : largest[r];
+        largest[c] = power > largest[c] ? power : largest[c];
+    }
+}
+
+/* Where entries of 2^40 are left: sixteen rounds of halving the exponents of the largest entries,
+ * in the rows that show one and in those without a positive diagonal. */
+static void balance(const check_item *list, size_t count, int32_t n, const double *diagonal,
+                    int32_t *exponents, int *largest)
+{
+    char *noisy = check_allocate((size_t)n, 1);
+    int32_t i;
+    int round, any = 0;
+
+    for (round = 0; round < 16; round++) {
+        look_for_largest(list, count, n, exponents, largest);
+        for (i = 0; i < n; i++)
+            if (largest[i] >= 40)
+                any = noisy[i] = 1;
+        for (i = 0; i < n && any; i++)
+            if (largest[i] != INT_MIN && (noisy[i] || !(diagonal[i] > 0)))
+                exponents[i] = limited(exponents[i] - largest[i] / 2);
+    }
+    free(noisy);
+}
+
 void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents)
 {
     size_t count, p;
@@ -169,33 +236,58 @@ void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents)
             diagonal[list[p].row] = list[p].value;
     for (i = 0; i < M->rows; i++)
         exponents[i] = !scaling ? 0 : diagonal[i] > 0 ? unit_diagonal(diagonal[i]) : UNSET;
-    spread(list, count, M->rows, exponents, largest);
-    for (i = 0; i < M->rows; i++)
-        if (exponents[i] == UNSET && diagonal[i] < 0)
-            exponents[i] = unit_diagonal(diagonal[i]);
+    if (scaling)
+        scale_negative(list, count, M->rows, diagonal, exponents);
     spread(list, count, M->rows, exponents, largest);
     for (i = 0; i < M->rows; i++)
         if (exponents[i] == UNSET) {
             exponents[i] = 0;
             spread(list, count, M->rows, exponents, largest);
         }
+    if (scaling)
+        balance(list, count, M->rows, diagonal, exponents, largest);
     free(diagonal);
     free(largest);
     free(list);
 }
 
-int32_t check_omega(const check_lcp *problem, const int32_t *exponents)
+/* part[i] := the lowest index that row i hangs together with, through entries of M. */
+static void find_parts(const perp_matrix *M, int32_t *part)
 {
-    int32_t i, largest = INT32_MIN;
+    size_t count, p;
+    check_item *list = check_items(M, &count);
+    int32_t i;
+    int changed = 1;
+
+    for (i = 0; i < M->rows; i++)
+        part[i] = i;
+    while (changed)
+        for (changed = 0, p = 0; p < count; p++) {
+            int32_t *a = &part[list[p].row], *b = &part[list[p].column];
+
+            changed |= *a != *b;
+            *a = *b = *a < *b ? *a : *b;
+        }
+    free(list);
+}
+
+/* log2 of a row's omega, that of its part. */
+static void check_omega(const check_lcp *problem, const int32_t *exponents, const int32_t *part,
+                        int32_t *omega)
+{
+    int32_t i, k, n = problem->M->rows;
     int power;
 
-    for (i = 0; i < problem->M->rows; i++)
+    for (k = 0; k < n; k++)
+        omega[k] = INT32_MIN;
+    for (i = 0; i < n; i++)
         if (problem->q[i] != 0) {
             frexp(problem->q[i], &power);
-            if (power - 1 + exponents[i] > largest)
-                largest = power - 1 + exponents[i];
+            if (power - 1 + exponents[i] > omega[part[i]])
+                omega[part[i]] = power - 1 + exponents[i];
         }
-    return largest == INT32_MIN ? 0 : largest;
+    for (i = n - 1; i >= 0; i--) /* a part has the number of its first row: that one comes last */
+        omega[i] = omega[part[i]] == INT32_MIN ? 0 : omega[part[i]];
 }
 
 /* ---- residuals and backward error ---------------------------------------------------------- */
@@ -266,30 +358,35 @@ static void measure_row(check_measures *m, const check_lcp *problem, const doubl
 
 void check_measure(check_measures *m, const check_lcp *problem, const double *z, const double *w)
 {
-    int32_t n = problem->M->rows, i, omega;
+    int32_t n = problem->M->rows, i;
     int32_t *e = check_allocate((size_t)n, sizeof *e),
-            *shift = check_allocate((size_t)n, sizeof *shift);
+            *shift = check_allocate((size_t)n, sizeof *shift),
+            *part = check_allocate((size_t)n, sizeof *part),
+            *omega = check_allocate((size_t)n, sizeof *omega);
     double *exact = check_allocate((size_t)n, sizeof *exact),
            *scaled = check_allocate((size_t)n, sizeof *scaled);
-    double *norms = check_allocate((size_t)n, sizeof *norms), z_norm = 0.0;
+    double *norms = check_allocate((size_t)n, sizeof *norms),
+           *z_norms = check_allocate((size_t)n, sizeof *z_norms);
 
     memset(m, 0, sizeof *m);
     check_exponents(problem->M, problem->scaling, e);
-    omega = check_omega(problem, e);
+    find_parts(problem->M, part);
+    check_omega(problem, e, part, omega);
     for (i = 0; i < n; i++)
-        shift[i] = e[i] - omega;
+        shift[i] = e[i] - omega[i];
     check_multiply(problem->M, 0, z, problem->q, NULL, exact);
     check_multiply(problem->M, 0, z, problem->q, shift, scaled);
     check_row_norms(problem->M, e, norms);
     for (i = 0; i < n; i++)
-        check_raise(&z_norm, ldexp(fabs(z[i]), -e[i] - omega));
+        check_raise(&z_norms[part[i]], ldexp(fabs(z[i]), -e[i] - omega[i]));
     for (i = 0; i < n; i++) {
         double gap = missing(z[i], check_lower(problem, i), check_upper(problem, i), scaled[i]);
+        double z_norm = z_norms[part[i]];
         double size = (z_norm > 0 ? norms[i] * z_norm : 0.0) + ldexp(fabs(problem->q[i]), shift[i]);
         /* roundings of n products in double-double, and what each loses to underflow */
         double noise = EPS * EPS * (double)n * (double)n * size + ldexp(n, shift[i] - 1074);
 
-        measure_row(m, problem, z, i, exact[i], scaled[i], e[i], omega);
+        measure_row(m, problem, z, i, exact[i], scaled[i], e[i], omega[i]);
         if (gap > 0)
             check_raise(&m->backward_error, size > 0 ? gap / size : INFINITY);
         check_raise(&m->noise, noise);
@@ -303,9 +400,12 @@ void check_measure(check_measures *m, const check_lcp *problem, const double *z,
             check_raise(&m->w_error,
                         fabs(w[i] - exact[i]) / (EPS * fabs(exact[i]) + noise + 0x1p-1073));
     }
+    free(z_norms);
     free(norms);
     free(scaled);
     free(exact);
+    free(omega);
+    free(part);
     free(shift);
     free(e);
 }

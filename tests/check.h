@@ -34,12 +34,13 @@ void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents);
 /* 1-norms of the rows of the equilibrated M. */
 void check_row_norms(const perp_matrix *M, const int32_t *exponents, double *norms);
 
-/* log2 of omega. */
-int32_t check_omega(const check_lcp *problem, const int32_t *exponents);
-
 /* w may be NULL. */
 void check_measure(check_measures *measures, const check_lcp *problem, const double *z,
                    const double *w);
+
+/* The largest residual of a row beside its own terms and those of its neighbours, w = Mz + q given:
+ * the second witness for `solved` at this tolerance. */
+double check_own(const check_lcp *problem, const double *z, const double *w, double tol);
 
 /* Checks everything a solve handed back: measures as reported, outcome as its definition says, z
  * within the bounds, finite numbers, ray and certificate. settings NULL: the defaults. Returns

@@ -69,18 +69,38 @@ static const char *check_units(const perp_lcp_result *result, const check_measur
     return NULL;
 }
 
-static const char *check_outcome(const perp_lcp_result *result, double tol)
+/* Where the second witness is nearer to tol than this factor, roundings may decide. */
+#define CLOSE 4.0
+
+static const char *check_good(const check_lcp *problem, const double *z, const double *w,
+                              const perp_lcp_result *result, double tol)
 {
     int within = result->residual <= tol;
     int limit = result->backward_error <= 16 * EPS && result->residual <= sqrt(tol);
+    int solved = result->outcome == PERP_OUTCOME_SOLVED;
+    int good = solved || result->outcome == PERP_OUTCOME_ROUNDING_LIMIT, finite = 1;
+    double own;
 
-    if ((result->outcome == PERP_OUTCOME_SOLVED) != within)
-        return COMPLAIN("outcome %s with residual %g, tol %g", perp_outcome_text(result->outcome),
-                        result->residual, tol);
-    if ((result->outcome == PERP_OUTCOME_ROUNDING_LIMIT) != (!within && limit))
+    if ((solved && !within) || (good && !within && !limit))
         return COMPLAIN("outcome %s with residual %g, backward error %g, tol %g",
                         perp_outcome_text(result->outcome), result->residual,
                         result->backward_error, tol);
+    for (int32_t i = 0; w && i < problem->M->rows; i++)
+        finite &= isfinite(w[i]);
+    if (good && !finite)
+        return COMPLAIN("outcome %s with w that is not finite", perp_outcome_text(result->outcome));
+    if (!w || !finite || !within)
+        return NULL;
+    own = check_own(problem, z, w, tol);
+    /* numbers that are 1e-250 of others underflow on the way: neither answer is wrong there */
+    if (solved ? own > CLOSE * tol : own < tol / CLOSE && result->residual > 1e-250)
+        return COMPLAIN("outcome %s with residual %g, own residual %g, tol %g",
+                        perp_outcome_text(result->outcome), result->residual, own, tol);
+    return NULL;
+}
+
+static const char *check_outcome(const perp_lcp_result *result)
+{
     if (result->outcome < PERP_OUTCOME_SOLVED || result->outcome > PERP_OUTCOME_STOPPED)
         return COMPLAIN("outcome is %d", (int)result->outcome);
     if (result->has_ray != (result->outcome == PERP_OUTCOME_RAY))
@@ -211,7 +231,9 @@ const char *check_lcp_result(const perp_matrix *M, const double *q, const double
     if (!wrong)
         wrong = check_units(result, &m, M->rows);
     if (!wrong)
-        wrong = check_outcome(result, tol);
+        wrong = check_good(&problem, z, w, result, tol);
+    if (!wrong)
+        wrong = check_outcome(result);
     if (!wrong && result->has_ray && ray)
         wrong = check_ray_result(&problem, ray, result->certificate);
     return wrong;

@@ -120,7 +120,7 @@ static double equation_residual(const active_set_work *work, int32_t count)
 static perp_status solve_equations(active_set_work *work, const int8_t *places, double *z)
 {
     const perp__lcp_problem *p = work->common.problem;
-    const double goal = p->settings->polish ? INFINITY : 0.1 * p->settings->tol;
+    const double goal = p->settings->polish ? INFINITY : 0.1 * p->tol;
     perp_status status;
     int32_t count = 0, round, i, k;
 

@@ -47,7 +47,7 @@ int32_t perp__all_is_solution(const perp__all *all, const perp__evaluation *wort
 
 static double margin_of(const perp_lcp_solver *solver, int32_t i)
 {
-    const double w = perp__shift(solver->w_high[i], solver->exponents[i] - solver->omega);
+    const double w = perp__w_scaled(solver, i, solver->w_high[i]);
     const double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
     const double below = perp__z_scaled(solver, i, solver->upper[i] - solver->z[i]);
 

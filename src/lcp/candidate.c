@@ -5,19 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-/* The outcome that the numbers speak for; what the method said where they do not. */
-static perp_outcome judge(const perp_lcp_solver *solver, const perp__evaluation *worth,
-                          perp_outcome said)
-{
-    double tol = solver->settings.tol;
-
-    if (worth->tested <= tol)
-        return PERP_OUTCOME_SOLVED;
-    if (worth->backward <= 16.0 * DBL_EPSILON && worth->tested <= sqrt(tol))
-        return PERP_OUTCOME_ROUNDING_LIMIT;
-    return perp__is_good(said) ? PERP_OUTCOME_STALLED : said;
-}
-
 static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_outcome outcome,
                  int32_t method, int64_t iterations)
 {
@@ -91,7 +78,8 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
         if (status != PERP_OK)
             return status;
     }
-    outcome = judge(solver, &worth, said);
+    outcome = perp__lcp_judge(solver, &worth, said);
+    solver->refused = worth.tested <= solver->settings.tol && !perp__is_good(outcome);
     if (is_better(&solver->best, &worth, outcome))
         keep(solver, &worth, outcome, step->method, iterate->iterations);
     return PERP_OK;
@@ -116,6 +104,7 @@ void perp__keep_ray(perp_lcp_solver *solver)
 perp_status perp__try_start(perp_lcp_solver *solver, const double *z0)
 {
     perp__evaluation worth;
+    perp_outcome outcome;
     perp_status status;
 
     perp__start_from(solver, z0);
@@ -123,8 +112,11 @@ perp_status perp__try_start(perp_lcp_solver *solver, const double *z0)
     solver->correct = NULL;
     perp__read_places(solver, solver->places);
     status = perp__polish_run(solver, &worth);
-    if (status == PERP_OK && perp__is_good(judge(solver, &worth, PERP_OUTCOME_STALLED)))
-        keep(solver, &worth, judge(solver, &worth, PERP_OUTCOME_STALLED), PERP_LCP_POLISH, 0);
+    if (status != PERP_OK)
+        return status;
+    outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+    if (perp__is_good(outcome))
+        keep(solver, &worth, outcome, PERP_LCP_POLISH, 0);
     return status;
 }
 
@@ -138,6 +130,6 @@ void perp__consider_start(perp_lcp_solver *solver, const double *z0)
     worth = perp__evaluate(solver);
     if (worth.tested < solver->best.worth.tested &&
         !(solver->best.worth.backward <= 16.0 * DBL_EPSILON))
-        keep(solver, &worth, judge(solver, &worth, solver->best.outcome), solver->best.method,
-             solver->best.iterations);
+        keep(solver, &worth, perp__lcp_judge(solver, &worth, solver->best.outcome),
+             solver->best.method, solver->best.iterations);
 }

@@ -4,9 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/outcome.h"
 #include "lcp/solver.h"
 #include "linalg/scale.h"
 #include "linalg/vectors.h"
+
+/* Scaled z beyond which doubled precision may have lost q. */
+#define PERP__DOUBTFUL 0x1p30
 
 double perp__shift(double x, int32_t e)
 {
@@ -23,7 +27,7 @@ static double scale_bound(const perp_lcp_solver *solver, int32_t i, double bound
     return scaled;
 }
 
-/* Powers of two for the exponents and omega as they are, and the bounds with them. */
+/* Powers of two for the exponents and omegas as they are, and the bounds with them. */
 static void find_powers(perp_lcp_solver *solver)
 {
     int32_t i;
@@ -31,8 +35,8 @@ static void find_powers(perp_lcp_solver *solver)
     solver->powers_known = 1;
     solver->powers_normal = 1;
     for (i = 0; i < solver->n; i++) {
-        const int32_t z = solver->exponents[i] + solver->omega;
-        const int32_t w = solver->exponents[i] - solver->omega;
+        const int32_t z = solver->exponents[i] + solver->omega[i];
+        const int32_t w = solver->exponents[i] - solver->omega[i];
 
         if (abs(z) > 1022 || abs(w) > 1022) {
             solver->powers_normal = 0;
@@ -58,40 +62,42 @@ static int32_t exponent_of(double x)
     return bits != 0 ? (int32_t)bits - 1023 : ilogb(x);
 }
 
-/* omega is the power of two with max |D q| in [omega, 2 omega); 1 where q = 0 */
-static int32_t find_omega(const perp_lcp_solver *solver, const double *q)
+/* omega of a part is the power of two with max |D q| in [omega, 2 omega) there; 1 where q = 0.
+ * Returns whether one of them has changed. */
+static int32_t find_omegas(perp_lcp_solver *solver, const double *q)
 {
-    int32_t largest = 0, found = 0, i;
+    int32_t *largest = solver->part_omega;
+    int32_t changed = !solver->powers_known, i;
 
+    for (i = 0; i < solver->parts; i++)
+        largest[i] = INT32_MIN;
     for (i = 0; i < solver->n; i++) {
-        int32_t exponent;
+        const int32_t exponent = q[i] == 0.0 ? INT32_MIN : exponent_of(q[i]) + solver->exponents[i];
 
-        if (q[i] == 0.0)
-            continue;
-        exponent = exponent_of(q[i]) + solver->exponents[i];
-        if (!found || exponent > largest)
-            largest = exponent;
-        found = 1;
+        if (exponent > largest[solver->part[i]])
+            largest[solver->part[i]] = exponent;
     }
-    return largest;
+    for (i = 0; i < solver->n; i++) {
+        const int32_t omega = largest[solver->part[i]];
+
+        changed |= solver->omega[i] != (omega == INT32_MIN ? 0 : omega);
+        solver->omega[i] = omega == INT32_MIN ? 0 : omega;
+    }
+    return changed;
 }
 
 void perp__scale_problem(perp_lcp_solver *solver, const double *q)
 {
-    const int32_t omega = find_omega(solver, q);
     int32_t i;
 
     solver->q = q;
-    if (!solver->powers_known || omega != solver->omega) {
-        solver->omega = omega;
+    if (find_omegas(solver, q))
         find_powers(solver);
-    }
     for (i = 0; i < solver->n; i++)
         solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
 }
 
-/* By how much row i fails to be the row of an exact solution with z's own index set. */
-static double row_violation(double z, double lower, double upper, double w)
+double perp__row_violation(double z, double lower, double upper, double w)
 {
     if (lower == upper)
         return 0.0;
@@ -110,18 +116,11 @@ static double middle(double above, double below, double w)
     return below > least ? below : least;
 }
 
-/* Once NaN, always NaN. */
-static void raise_to(double *largest, double value)
-{
-    if (!isnan(*largest) && !(value <= *largest))
-        *largest = value;
-}
-
-static double relative_violation(const perp_lcp_solver *solver, int32_t i, double z_largest)
+static double relative_violation(const perp_lcp_solver *solver, int32_t i)
 {
     double violation =
-        row_violation(solver->z[i], solver->lower[i], solver->upper[i], solver->w_high[i]);
-    double size = solver->row_norms[i] * z_largest + fabs(solver->q_scaled[i]);
+        perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i], solver->w_high[i]);
+    double size = solver->row_norms[i] * perp__reach_of(solver, i) + fabs(solver->q_scaled[i]);
 
     violation = perp__w_scaled(solver, i, violation);
     if (violation == 0.0)
@@ -130,24 +129,54 @@ static double relative_violation(const perp_lcp_solver *solver, int32_t i, doubl
     return violation >= 0.0 ? violation : INFINITY;
 }
 
-/* Each number for itself: any n, any scaling, NaN included. */
-static double project(perp_lcp_solver *solver)
+void perp__find_reach(perp_lcp_solver *solver)
 {
-    double z_largest = 0.0;
     int32_t i;
 
-    for (i = 0; i < solver->n; i++) {
-        double size;
-
-        solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
-        size = fabs(perp__z_scaled(solver, i, solver->z[i]));
-        if (!(size <= z_largest))
-            z_largest = size;
-    }
-    return z_largest;
+    memset(solver->reach, 0, (size_t)solver->parts * sizeof *solver->reach);
+    for (i = 0; i < solver->n; i++)
+        perp__raise_to(&solver->reach[solver->part[i]],
+                       fabs(perp__z_scaled(solver, i, solver->z[i])));
 }
 
-static perp__evaluation measure(const perp_lcp_solver *solver, double z_largest)
+/* Each number for itself: any n, any scaling, any parts, NaN included. */
+static void project(perp_lcp_solver *solver)
+{
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++)
+        solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
+    perp__find_reach(solver);
+}
+
+/* What doubled precision may leave wrong in w: where z is as large as 1e24, far along a null vector
+ * of M, it has lost q, and a w of 0 says nothing. */
+static double doubt(const perp_lcp_solver *solver, int32_t i)
+{
+    const double unit = 0.5 * DBL_EPSILON * solver->n;
+
+    return perp__reach_of(solver, i) <= PERP__DOUBTFUL ? 0.0 : unit * unit * solver->terms[i];
+}
+
+/* The scaled residual of row i, at the end of w's interval where it is larger. */
+static double tested_residual(const perp_lcp_solver *solver, int32_t i, double above, double below)
+{
+    const double w = perp__w_scaled(solver, i, solver->w_high[i]), margin = doubt(solver, i);
+    double residual;
+
+    above = perp__z_scaled(solver, i, above);
+    below = perp__z_scaled(solver, i, below);
+    if (!(margin < INFINITY) && isfinite(w)) /* it may be anything */
+        return fmax(fabs(above), fabs(below));
+    if (!(margin < INFINITY))
+        return fabs(middle(above, below, w));
+    residual = fabs(middle(above, below, w - margin));
+    if (margin != 0.0)
+        perp__raise_to(&residual, fabs(middle(above, below, w + margin)));
+    return residual;
+}
+
+static perp__evaluation measure(const perp_lcp_solver *solver)
 {
     perp__evaluation worth = {0.0, 0.0, 0.0};
     int32_t i;
@@ -157,11 +186,9 @@ static perp__evaluation measure(const perp_lcp_solver *solver, double z_largest)
         double below = solver->z[i] - solver->upper[i];
         double w = solver->w_high[i];
 
-        raise_to(&worth.natural, fabs(middle(above, below, w)));
-        raise_to(&worth.tested,
-                 fabs(middle(perp__z_scaled(solver, i, above), perp__z_scaled(solver, i, below),
-                             perp__w_scaled(solver, i, w))));
-        raise_to(&worth.backward, relative_violation(solver, i, z_largest));
+        perp__raise_to(&worth.natural, fabs(middle(above, below, w)));
+        perp__raise_to(&worth.tested, tested_residual(solver, i, above, below));
+        perp__raise_to(&worth.backward, relative_violation(solver, i));
     }
     return worth;
 }
@@ -178,63 +205,48 @@ static perp__evaluation measure(const perp_lcp_solver *solver, double z_largest)
 #include "linalg/vector_end.h"
 #endif
 
-/* In vectors where they serve and no number is beyond the range of doubles. */
-static double project_all(perp_lcp_solver *solver)
+/* In vectors where they serve: M is one part and no number is beyond the range of doubles. */
+static void project_all(perp_lcp_solver *solver)
 {
 #if PERP__X86
     const enum perp__vector_set set = perp__widest_vectors();
-    double z_largest;
 
-    if (solver->powers_normal &&
-        ((set == PERP__VECTOR_AVX512 && solver->n >= 8 && project_avx512(solver, &z_largest)) ||
-         (set >= PERP__VECTOR_AVX2 && solver->n >= 4 && project_avx2(solver, &z_largest))))
-        return z_largest;
+    if (solver->powers_normal && solver->parts == 1 &&
+        ((set == PERP__VECTOR_AVX512 && solver->n >= 8 && project_avx512(solver, solver->reach)) ||
+         (set >= PERP__VECTOR_AVX2 && solver->n >= 4 && project_avx2(solver, solver->reach))))
+        return;
 #endif
-    return project(solver);
+    project(solver);
 }
 
-static perp__evaluation measure_all(const perp_lcp_solver *solver, double z_largest)
+static perp__evaluation measure_all(const perp_lcp_solver *solver)
 {
 #if PERP__X86
     const enum perp__vector_set set = perp__widest_vectors();
     perp__evaluation worth;
 
-    if (solver->powers_normal &&
+    if (solver->powers_normal && solver->parts == 1 && solver->reach[0] <= PERP__DOUBTFUL &&
         ((set == PERP__VECTOR_AVX512 && solver->n >= 8 &&
-          measure_avx512(solver, z_largest, &worth)) ||
-         (set >= PERP__VECTOR_AVX2 && solver->n >= 4 && measure_avx2(solver, z_largest, &worth))))
+          measure_avx512(solver, solver->reach[0], &worth)) ||
+         (set >= PERP__VECTOR_AVX2 && solver->n >= 4 &&
+          measure_avx2(solver, solver->reach[0], &worth))))
         return worth;
 #endif
-    return measure(solver, z_largest);
-}
-
-/* What doubled precision may leave wrong in w: where z is as large as 1e24, far along a null vector
- * of M, it has lost q, and a w of 0 says nothing. */
-static double doubt(const perp_lcp_solver *solver, double z_largest)
-{
-    const double unit = 0.5 * DBL_EPSILON * solver->n;
-    double largest = 0.0;
-    int32_t i;
-
-    if (z_largest <= 0x1p30)
-        return 0.0;
-    for (i = 0; i < solver->n; i++)
-        largest = fmax(largest, solver->row_norms[i]);
-    return unit * unit * largest * z_largest;
+    return measure(solver);
 }
 
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 {
-    const double z_largest = project_all(solver);
-    perp__evaluation worth;
-    double least;
+    int32_t k;
 
+    project_all(solver);
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
-    worth = measure_all(solver, z_largest);
-    least = doubt(solver, z_largest);
-    if (worth.tested < least)
-        worth.tested = least;
-    return worth;
+    for (k = 0; k < solver->parts; k++)
+        if (!(solver->reach[k] <= PERP__DOUBTFUL)) {
+            perp__find_terms(solver, solver->exponents); /* for doubt() */
+            break;
+        }
+    return measure_all(solver);
 }
 
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)

@@ -81,7 +81,7 @@ static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate
 {
     const perp__lcp_problem *problem = f->common.problem;
     int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit : ITERATIONS;
-    double goal = AIM * problem->settings->tol;
+    double goal = AIM * problem->tol;
     milestone last = {INFINITY, INFINITY, 0};
 
     iterate->outcome = PERP_OUTCOME_ITERATION_LIMIT;
@@ -102,7 +102,7 @@ static perp_status run(perp__fischer_state *f, int32_t active, perp__lcp_iterate
             break;
         }
     }
-    if (f->best_residual <= problem->settings->tol)
+    if (f->best_residual <= problem->tol)
         iterate->outcome = PERP_OUTCOME_SOLVED;
     return PERP_OK;
 }

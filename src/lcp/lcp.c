@@ -54,6 +54,7 @@ static void present(perp_lcp_solver *solver, const perp__plan_step *step)
     p->upper = solver->upper_scaled;
     p->block = solver->M.column_starts ? &solver->block : NULL;
     p->settings = &solver->settings;
+    p->tol = solver->settings.tol;
     p->iteration_limit = step->iteration_limit;
     p->control = &solver->control;
     solver->control.method = step->method;
@@ -100,7 +101,7 @@ static perp_outcome own_limit(const perp_lcp_solver *solver, perp_outcome said)
 /* One run of a method, from start to candidate. */
 static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
                             const perp__plan_step *step, int32_t attempt, int32_t *paused,
-                            const double *z0)
+                            int64_t *iterations, const double *z0)
 {
     perp__lcp_iterate iterate;
     perp_status status;
@@ -143,12 +144,44 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     solver->improvable = iterate.improvable;
     status = perp__consider(solver, step, own_limit(solver, iterate.outcome), &iterate, z0);
     if (*paused && solver->best.method == step->method && !perp__is_good(solver->best.outcome)) {
-        /* a pause was not the method's last word */
-        solver->best.outcome = own_limit(solver, iterate.outcome);
+        /* a pause was not the method's last word; only the gate says anything good */
+        const perp_outcome last = own_limit(solver, iterate.outcome);
+
+        solver->best.outcome = perp__is_good(last) ? PERP_OUTCOME_STALLED : last;
         solver->best.iterations = iterate.iterations;
     }
     *paused = iterate.paused;
+    *iterations = iterate.iterations;
+    if (!iterate.paused)
+        solver->spent += iterate.iterations;
     return status;
+}
+
+/* A method that stops where the first witness is content goes on from there where the second is
+ * not, up to a hundredth and a ten-thousandth of tol, as far as its iterations reach. */
+static int32_t goes_on(perp_lcp_solver *solver)
+{
+    perp__lcp_problem *p = &solver->problem;
+
+    if (!solver->refused || solver->ended >= 0 || !(p->tol > 1e-4 * p->settings->tol))
+        return 0;
+    p->tol *= 1e-2;
+    return 1;
+}
+
+/* What the step and the caller's budget leave for the next attempt; false if that is nothing. */
+static int32_t has_iterations_left(perp_lcp_solver *solver, const perp__plan_step *step)
+{
+    const int64_t budget = solver->settings.max_iterations;
+    int64_t *limit = &solver->problem.iteration_limit;
+
+    *limit = step->iteration_limit;
+    if (budget > 0 && (*limit <= 0 || *limit > budget - solver->spent))
+        *limit = budget - solver->spent;
+    if (budget <= 0 || *limit > 0)
+        return 1;
+    solver->ended = PERP_OUTCOME_ITERATION_LIMIT;
+    return 0;
 }
 
 /* Solved, but not to the last digits, and the method may find them. */
@@ -172,6 +205,7 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
 {
     perp__method_slot *slot;
     int32_t attempts, attempt, paused = 0;
+    int64_t iterations = 0;
     perp_status status;
 
     present(solver, step);
@@ -187,12 +221,18 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
     if (solver->settings.pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
         attempts = 1;
     for (attempt = 0; (attempt < attempts || paused) && status == PERP_OK; attempt++) {
-        status = run_once(solver, slot, step, attempt, &paused, z0);
+        if (!has_iterations_left(solver, step))
+            break;
+        status = run_once(solver, slot, step, attempt, &paused, &iterations, z0);
+        while (status == PERP_OK && !paused && goes_on(solver) && has_iterations_left(solver, step))
+            status = run_once(solver, slot, step, attempt, &paused, &iterations, solver->z);
         if (status == PERP_OK && ends_the_search(solver) && !is_improvable(solver))
             break;
         if (solver->best.outcome == PERP_OUTCOME_RAY && solver->rays > 1)
             break;
     }
+    if (paused)
+        solver->spent += iterations;
     if (solver->best.outcome == PERP_OUTCOME_RAY && attempts > 1 && solver->rays < 2 &&
         solver->best_certificate == PERP_CERTIFICATE_NONE)
         solver->best.outcome = PERP_OUTCOME_STALLED;
@@ -226,6 +266,7 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     solver->best_certificate = PERP_CERTIFICATE_NONE;
     solver->rays = 0;
     solver->ended = -1;
+    solver->spent = 0;
     if (status == PERP_OK && solver->settings.polish)
         status = perp__polish_fit(solver);
     if (status == PERP_OK && z0 && solver->settings.polish &&
@@ -269,6 +310,12 @@ static perp_status check_call(perp_lcp_solver *solver, const double *z,
     return status;
 }
 
+/* What overflowed on the way is as large as can be. */
+static double number(double residual)
+{
+    return isnan(residual) ? INFINITY : residual;
+}
+
 static void write_out(perp_lcp_solver *solver, double *z, double *w, double *ray,
                       perp_lcp_result *result, double seconds)
 {
@@ -278,10 +325,10 @@ static void write_out(perp_lcp_solver *solver, double *z, double *w, double *ray
     memset(&own, 0, sizeof own);
     own.outcome = solver->best.outcome;
     own.method = solver->best.method;
-    own.iterations = solver->best.iterations;
-    own.residual = solver->best.worth.tested;
-    own.natural_residual = solver->best.worth.natural;
-    own.backward_error = solver->best.worth.backward;
+    own.iterations = solver->spent;
+    own.residual = number(solver->best.worth.tested);
+    own.natural_residual = number(solver->best.worth.natural);
+    own.backward_error = number(solver->best.worth.backward);
     own.seconds = seconds;
     if (own.outcome == PERP_OUTCOME_RAY) {
         own.has_ray = 1;

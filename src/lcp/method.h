@@ -38,6 +38,7 @@ typedef struct perp__lcp_problem {
     const double *q, *lower, *upper; /* scaled; infinite bounds stay infinite */
     perp__sparse_block *block; /* blocks of the scaled matrix, factored; NULL if it is dense */
     const perp_lcp_settings *settings;
+    double tol;              /* where a method may stop: settings->tol, or less */
     int64_t iteration_limit; /* <= 0: the method's own */
     perp__lcp_control *control;
 } perp__lcp_problem;

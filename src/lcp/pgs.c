@@ -90,7 +90,7 @@ static double true_residual(perp__pgs_work *work, const double *z)
  * a no some sweeps pass before the question is asked again. */
 static int32_t is_solved(perp__pgs_work *work, double residual, int64_t sweeps)
 {
-    const double tol = work->common.problem->settings->tol;
+    const double tol = work->common.problem->tol;
 
     if (!(residual <= tol) || sweeps < work->next_test)
         return 0;
@@ -152,7 +152,7 @@ static void sweep_accelerated(perp__pgs_work *work, int64_t done, double *residu
     if (!pair || done % 2 == 0)
         perp__gradient_before(&work->gradient, &work->sweeper);
     sweep_once(work, done, residual);
-    if (*residual <= work->common.problem->settings->tol)
+    if (*residual <= work->common.problem->tol)
         perp__gradient_restart(&work->gradient); /* z may be the solution: do not move it */
     else if (!pair || done % 2 == 1)
         perp__gradient_after(&work->gradient, &work->sweeper);

@@ -97,12 +97,6 @@ static int32_t plan_auto(const perp_lcp_solver *solver, perp__plan_step *steps)
 
 int32_t perp__lcp_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
 {
-    int32_t count, k;
-
-    count = solver->settings.method == PERP_LCP_AUTO ? plan_auto(solver, steps)
-                                                     : add(steps, 0, solver->settings.method);
-    if (solver->settings.max_iterations > 0)
-        for (k = 0; k < count; k++)
-            steps[k].iteration_limit = solver->settings.max_iterations;
-    return count;
+    return solver->settings.method == PERP_LCP_AUTO ? plan_auto(solver, steps)
+                                                    : add(steps, 0, solver->settings.method);
 }

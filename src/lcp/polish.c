@@ -121,8 +121,7 @@ static perp_status newton_step(perp_lcp_solver *solver, int32_t count, double *l
 
     for (k = 0; k < count; k++) {
         int32_t i = p->active[k];
-        double r =
-            perp__shift(solver->w_high[i] + solver->w_low[i], solver->exponents[i] - solver->omega);
+        double r = perp__w_scaled(solver, i, solver->w_high[i] + solver->w_low[i]);
 
         p->step[uses_dense(solver) ? k : i] = r;
     }
@@ -141,16 +140,17 @@ static perp_status newton_step(perp_lcp_solver *solver, int32_t count, double *l
 }
 
 /* Whether the equations hold as well as a double z allows: a look that costs less than a solve. */
-static int32_t is_refined(const perp_lcp_solver *solver, int32_t count, double z_largest)
+static int32_t is_refined(perp_lcp_solver *solver, int32_t count)
 {
     int32_t k;
 
+    perp__find_reach(solver);
     for (k = 0; k < count; k++) {
         const int32_t i = solver->polish.active[k];
-        const double size = solver->row_norms[i] * z_largest + fabs(solver->q_scaled[i]);
+        const double size =
+            solver->row_norms[i] * perp__reach_of(solver, i) + fabs(solver->q_scaled[i]);
 
-        if (!(fabs(perp__shift(solver->w_high[i], solver->exponents[i] - solver->omega)) <=
-              DBL_EPSILON * size))
+        if (!(fabs(perp__w_scaled(solver, i, solver->w_high[i])) <= DBL_EPSILON * size))
             return 0;
     }
     return 1;
@@ -196,7 +196,7 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
         }
         perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
         if (largest <= DBL_EPSILON * z_largest ||
-            (!uses_dense(solver) && is_refined(solver, count, z_largest)))
+            (!uses_dense(solver) && is_refined(solver, count)))
             break;
         last = largest;
     }
@@ -208,16 +208,15 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
 static int32_t repair(perp_lcp_solver *solver)
 {
     int8_t *places = solver->places;
-    double z_largest = 0.0;
     int32_t changes = 0, i;
 
-    for (i = 0; i < solver->n; i++)
-        z_largest = fmax(z_largest, fabs(perp__z_scaled(solver, i, solver->z[i])));
+    perp__find_reach(solver);
     for (i = 0; i < solver->n; i++) {
         int8_t before = places[i];
         double noise =
-            16.0 * DBL_EPSILON * (solver->row_norms[i] * z_largest + fabs(solver->q_scaled[i]));
-        double w = perp__shift(solver->w_high[i], solver->exponents[i] - solver->omega);
+            16.0 * DBL_EPSILON *
+            (solver->row_norms[i] * perp__reach_of(solver, i) + fabs(solver->q_scaled[i]));
+        double w = perp__w_scaled(solver, i, solver->w_high[i]);
 
         if (before == PERP__BETWEEN && solver->z[i] < solver->lower[i])
             places[i] = PERP__AT_LOWER;

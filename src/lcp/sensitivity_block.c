@@ -96,7 +96,7 @@ static perp_status factor(perp_lcp_sensitivity *s, double *condition)
 /* How far row i is from changing its place, in the units of the tested residual. */
 static double margin_of(const perp_lcp_solver *solver, int32_t i)
 {
-    const double w = perp__shift(solver->w_high[i], solver->exponents[i] - solver->omega);
+    const double w = perp__w_scaled(solver, i, solver->w_high[i]);
     const double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
     const double below = perp__z_scaled(solver, i, solver->upper[i] - solver->z[i]);
 
@@ -119,7 +119,7 @@ static int32_t find_worst(const perp_lcp_solver *solver)
     int32_t worst = -1, i;
 
     for (i = 0; i < solver->n; i++) {
-        const double w = perp__shift(solver->w_high[i], solver->exponents[i] - solver->omega);
+        const double w = perp__w_scaled(solver, i, solver->w_high[i]);
         const double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
         const double below = perp__z_scaled(solver, i, solver->z[i] - solver->upper[i]);
         const double residual = fabs(perp__mid(0.0, -above, -below, w));

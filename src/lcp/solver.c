@@ -7,6 +7,7 @@
 #include "base/check.h"
 #include "base/context.h"
 #include "lcp/settings.h"
+#include "linalg/lines.h"
 #include "linalg/scale.h"
 
 static const perp__lcp_method *const methods[PERP__METHODS] = {
@@ -76,6 +77,16 @@ static void layout(perp__arena *arena, void *object)
     s->factors = perp__arena_take(arena, n, sizeof(double));
     s->exponents = perp__arena_take(arena, n, sizeof(int32_t));
     s->work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    s->part = perp__arena_take(arena, n, sizeof(int32_t));
+    s->omega = perp__arena_take(arena, n, sizeof(int32_t));
+    s->part_omega = perp__arena_take(arena, n, sizeof(int32_t));
+    s->reach = perp__arena_take(arena, n, sizeof(double));
+    s->units = perp__arena_take(arena, n, sizeof(int32_t));
+    s->cut = perp__arena_take(arena, n, sizeof(int32_t));
+    s->terms = perp__arena_take(arena, n, sizeof(double));
+    s->most = perp__arena_take(arena, n, sizeof(double));
+    s->carried = perp__arena_take(arena, n, sizeof(double));
+    s->neighbours = perp__arena_take(arena, n, sizeof(double));
     s->row_norms = perp__arena_take(arena, n, sizeof(double));
     s->z_down = perp__arena_take(arena, n, sizeof(double));
     s->z_up = perp__arena_take(arena, n, sizeof(double));
@@ -113,8 +124,10 @@ static void equilibrate(perp_lcp_solver *solver)
     int32_t i;
 
     solver->powers_known = 0;
-    perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->work);
-    perp__scaled_row_norms(&solver->M, solver->exponents, solver->row_norms);
+    solver->witness_known = 0;
+    perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->row_norms,
+                      solver->work);
+    solver->parts = perp__find_parts(&solver->M, solver->part);
     for (i = 0; i < solver->n; i++)
         solver->factors[i] = perp__power_of_two(solver->exponents[i]);
 }

@@ -48,11 +48,18 @@ struct perp_lcp_solver {
     int32_t *work;         /* 2 n */
     double *row_norms;     /* 1-norms of the rows of D M D */
     const double *q;       /* the caller's, during a solve */
-    int32_t omega;         /* log2 of the power of two near max |D q| */
-    int32_t powers_known;  /* those below are of these exponents and this omega */
+    int32_t *part, parts;  /* the part of M that a row belongs to, and how many there are */
+    int32_t *omega;        /* a row's: log2 of the power of two near max |D q| in its part */
+    int32_t *part_omega;   /* the same, a part's */
+    int32_t powers_known;  /* those below are of these exponents and omegas */
     int32_t powers_normal; /* and none is beyond the range of normal numbers: else use ldexp */
     double *z_down, *z_up; /* 2^-(e_i + omega), 2^(e_i + omega) */
     double *w_down;        /* 2^(e_i - omega) */
+    double *reach;         /* a part's largest |z_i|, scaled, of the point evaluated last */
+    int32_t witness_known; /* the next three are of this matrix */
+    int32_t *units, *cut;  /* see lcp/witness.c */
+    double *terms, *most, *carried, *neighbours;
+    double witness_tol;
     double *q_scaled, *lower_scaled, *upper_scaled;
     double *iterate;     /* scaled, what a method works on */
     double *ray, *cover; /* scaled */
@@ -63,6 +70,8 @@ struct perp_lcp_solver {
     int32_t best_certificate;
     int32_t rays;       /* verified ones, of this solve */
     int32_t improvable; /* what the last attempt said of itself */
+    int32_t refused;    /* the last candidate passed the first witness, not the second */
+    int64_t spent;      /* iterations of all attempts that ended */
     perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
     double deadline;    /* of the solve, on perp__now()'s clock; 0: none */
     perp__lcp_problem problem;
@@ -88,24 +97,48 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q);
 static inline double perp__z_scaled(const perp_lcp_solver *solver, int32_t i, double z)
 {
     return solver->powers_normal ? z * solver->z_down[i]
-                                 : perp__shift(z, -solver->exponents[i] - solver->omega);
+                                 : perp__shift(z, -solver->exponents[i] - solver->omega[i]);
 }
 
 static inline double perp__z_caller(const perp_lcp_solver *solver, int32_t i, double z)
 {
     return solver->powers_normal ? z * solver->z_up[i]
-                                 : perp__shift(z, solver->exponents[i] + solver->omega);
+                                 : perp__shift(z, solver->exponents[i] + solver->omega[i]);
 }
 
 static inline double perp__w_scaled(const perp_lcp_solver *solver, int32_t i, double w)
 {
     return solver->powers_normal ? w * solver->w_down[i]
-                                 : perp__shift(w, solver->exponents[i] - solver->omega);
+                                 : perp__shift(w, solver->exponents[i] - solver->omega[i]);
+}
+
+/* reach := the largest |z_i|, scaled, of every part. */
+void perp__find_reach(perp_lcp_solver *solver);
+
+static inline double perp__reach_of(const perp_lcp_solver *solver, int32_t i)
+{
+    return solver->reach[solver->part[i]];
 }
 
 /* Projects solver->z onto the bounds, recomputes w = M z + q in doubled precision (w_high, w_low)
  * and the three numbers. */
 perp__evaluation perp__evaluate(perp_lcp_solver *solver);
+
+/* What the point of the last perp__evaluate is called (base/outcome.h): the gate, with the second
+ * witness where the first has passed. */
+perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
+                             perp_outcome said);
+
+/* terms[i] := sum_j |M_ij z_j| + |q_i| of solver->z and carried[j] := |z_j|, in units 2^units[i]
+ * beside omega. */
+void perp__find_terms(perp_lcp_solver *solver, const int32_t *units);
+
+/* The largest own residual of a row of the point of the last perp__evaluate; or 0 where a look at
+ * its violations shows that it is at most settings.tol. */
+double perp__lcp_own_residual(perp_lcp_solver *solver);
+
+/* By how much row i fails to be the row of an exact solution with z's own index set. */
+double perp__row_violation(double z, double lower, double upper, double w);
 
 /* As good as a double gets: nothing more to gain. */
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth);

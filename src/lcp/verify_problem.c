@@ -127,7 +127,7 @@ void perp__verify_scale(perp__verify *v, const perp__matrix *M, const double *q)
 {
     int32_t i;
 
-    perp__equilibrate(M, 1, v->exponents, v->work);
+    perp__equilibrate(M, 1, v->exponents, v->width, v->work);
     v->omega = find_omega(v, q);
     scale_matrix(v, M);
     for (i = 0; i < v->n; i++) {

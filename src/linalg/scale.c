@@ -1,4 +1,5 @@
-/* Symmetric equilibration: breadth-first from the rows whose diagonal fixes their scale.
+/* Symmetric equilibration: breadth-first from the rows whose diagonal fixes their scale, then
+ * balanced where that leaves entries that no unit explains.
  *
  * All arithmetic is on the binary exponents, so that scaling row and column i of M by 2^k moves e_i
  * by exactly -k and no rounding or overflow can interfere.
@@ -11,7 +12,15 @@
 #include <math.h>
 #include <string.h>
 
-enum { LARGEST = 511, UNSET = -1 };
+#include "linalg/lines.h"
+
+enum { LARGEST = 511, UNSET = -1, UNSET_NEGATIVE = -2, NO_ENTRY = INT32_MIN };
+
+/* log2 of an entry of the scaled matrix from which on something else in its row and column, the
+ * diagonal or the coupling that gave the row its scale, is noise beside it. */
+#define NOISE 40
+/* Rounds of balancing; each halves what is left of the exponents. */
+#define ROUNDS 16
 
 double perp__power_of_two(int32_t e)
 {
@@ -45,33 +54,10 @@ static int32_t unit_diagonal(double diagonal)
     return clamp(-((p - (p & 1)) / 2));
 }
 
-/* Column j of M, or row j where that is the contiguous one: couplings count both ways. */
-typedef struct line {
-    int32_t count;
-    const double *values;
-    const int32_t *indices; /* NULL: 0, 1, 2, ... */
-} line;
-
-static line line_of(const perp__matrix *M, int32_t j)
-{
-    line l;
-
-    if (M->column_starts) {
-        l.count = M->column_starts[j + 1] - M->column_starts[j];
-        l.values = l.count > 0 ? M->values + M->column_starts[j] : NULL;
-        l.indices = l.count > 0 ? M->row_indices + M->column_starts[j] : NULL;
-    } else {
-        l.count = M->rows;
-        l.values = M->values + (size_t)j * (M->row_stride == 1 ? M->column_stride : M->row_stride);
-        l.indices = NULL;
-    }
-    return l;
-}
-
 /* Where entry i of column j is stored, or NULL. */
 static const double *entry_of(const perp__matrix *M, int32_t i, int32_t j)
 {
-    const line l = line_of(M, j);
+    const perp__line l = perp__line_of(M, j);
     int32_t low = 0, high = l.count;
 
     if (!M->column_starts)
@@ -104,11 +90,13 @@ static int has_symmetric_pattern(const perp__matrix *M)
 typedef struct search {
     const perp__matrix *M;
     int32_t *exponents;
-    int32_t *level; /* or UNSET */
+    int32_t *level; /* or UNSET, UNSET_NEGATIVE: with a negative diagonal */
     int32_t *queue;
     int32_t queued;
     int32_t unset; /* rows that are left */
     int32_t symmetric;
+    int32_t negative; /* rows with a negative diagonal */
+    int32_t wanted;   /* the kind of unset rows that the search goes to now */
 } search;
 
 static void enqueue(search *s, int32_t i, int32_t exponent, int32_t level)
@@ -127,7 +115,7 @@ static void couple(search *s, int32_t from, int32_t to, double value)
     if (value == 0.0)
         return;
     exponent = exponent_of(value) + s->exponents[from];
-    if (s->level[to] == UNSET)
+    if (s->level[to] == s->wanted)
         enqueue(s, to, exponent, level);
     else if (s->level[to] == level && exponent > s->exponents[to])
         s->exponents[to] = exponent;
@@ -136,13 +124,13 @@ static void couple(search *s, int32_t from, int32_t to, double value)
 /* The couplings of row j to rows after its level: those in its column, and their mirror images. */
 static void couple_column(search *s, int32_t j)
 {
-    const line l = line_of(s->M, j);
+    const perp__line l = perp__line_of(s->M, j);
     int32_t k;
 
     for (k = 0; k < l.count; k++) {
         const int32_t i = l.indices ? l.indices[k] : k;
 
-        if (s->level[i] != UNSET && s->level[i] <= s->level[j])
+        if (s->level[i] >= 0 && s->level[i] <= s->level[j])
             continue;
         couple(s, j, i, l.values[k]);
         if (s->symmetric)
@@ -156,9 +144,9 @@ static void couple_rows(search *s, int32_t level)
     int32_t j, k;
 
     for (j = 0; j < s->M->columns; j++) {
-        const line l = line_of(s->M, j);
+        const perp__line l = perp__line_of(s->M, j);
 
-        if (s->level[j] != UNSET && s->level[j] <= level)
+        if (s->level[j] >= 0 && s->level[j] <= level)
             continue;
         for (k = 0; k < l.count; k++)
             if (s->level[l.indices[k]] == level)
@@ -166,55 +154,69 @@ static void couple_rows(search *s, int32_t level)
     }
 }
 
+/* One level from the rows queue[begin..end), which are on `level`. */
+static void spread_once(search *s, int32_t begin, int32_t end, int32_t level)
+{
+    int32_t k;
+
+    for (k = begin; k < end; k++)
+        couple_column(s, s->queue[k]);
+    if (!s->symmetric)
+        couple_rows(s, level);
+    for (k = end; k < s->queued; k++)
+        s->exponents[s->queue[k]] = clamp(-s->exponents[s->queue[k]]);
+}
+
 /* From the rows in the queue, on level 0, to all that hang together with them. */
 static void spread(search *s)
 {
-    int32_t begin = 0, end, level, k;
+    int32_t begin = 0, end, level;
 
     for (level = 0; begin < s->queued && s->unset > 0; level++) {
         end = s->queued;
-        for (k = begin; k < end; k++)
-            couple_column(s, s->queue[k]);
-        if (!s->symmetric)
-            couple_rows(s, level);
-        for (k = end; k < s->queued; k++)
-            s->exponents[s->queue[k]] = clamp(-s->exponents[s->queue[k]]);
+        spread_once(s, begin, end, level);
         begin = end;
     }
     s->queued = 0;
 }
 
-/* Puts every unset row whose diagonal has the sign on level 0. */
-static void start_at_diagonals(search *s, double sign)
+/* Puts every row whose diagonal is positive on level 0, and marks those with a negative one. */
+static void start_at_diagonals(search *s)
 {
     int32_t i;
 
     for (i = 0; i < s->M->rows; i++) {
         const double *diagonal = entry_of(s->M, i, i);
 
-        if (s->level[i] == UNSET && diagonal && sign * *diagonal > 0.0)
+        if (diagonal && *diagonal > 0.0)
             enqueue(s, i, unit_diagonal(*diagonal), 0);
+        else if (diagonal && *diagonal < 0.0)
+            s->level[i] = UNSET_NEGATIVE, s->negative++;
     }
 }
 
-/* Lowest index of i's component so far, in a forest of parents with lower indices. */
-static int32_t root_of(int32_t *parents, int32_t i)
+/* Rows with a negative diagonal: the largest of it and of the couplings to positive ones to a unit.
+ * A coupling that is noise beside the diagonal gives no row its scale. */
+static void scale_negative_diagonals(search *s)
 {
-    while (parents[i] != i) {
-        parents[i] = parents[parents[i]];
-        i = parents[i];
+    const int32_t begin = s->queued;
+    int32_t i, k;
+
+    if (s->negative == 0)
+        return;
+    s->wanted = UNSET_NEGATIVE;
+    spread_once(s, 0, begin, 0);
+    for (i = 0; i < s->M->rows; i++)
+        if (s->level[i] == UNSET_NEGATIVE)
+            enqueue(s, i, LARGEST, 0);
+    for (k = begin; k < s->queued; k++) {
+        const int32_t own = unit_diagonal(*entry_of(s->M, s->queue[k], s->queue[k]));
+
+        s->level[s->queue[k]] = 0;
+        if (own < s->exponents[s->queue[k]])
+            s->exponents[s->queue[k]] = own;
     }
-    return i;
-}
-
-static void join(int32_t *parents, int32_t i, int32_t j)
-{
-    const int32_t a = root_of(parents, i), b = root_of(parents, j);
-
-    if (a < b)
-        parents[b] = a;
-    else
-        parents[a] = b;
+    s->wanted = UNSET;
 }
 
 /* What is left has no diagonal at all: each component starts at its lowest index. */
@@ -227,11 +229,11 @@ static void start_at_lowest(search *s)
     for (i = 0; i < n; i++)
         parents[i] = i;
     for (j = 0; j < n; j++) {
-        const line l = line_of(s->M, j);
+        const perp__line l = perp__line_of(s->M, j);
 
         for (k = 0; k < l.count && s->level[j] == UNSET; k++)
             if (l.values[k] != 0.0)
-                join(parents, l.indices ? l.indices[k] : k, j);
+                perp__join(parents, l.indices ? l.indices[k] : k, j);
     }
     /* the queue grows into parents that have been read: no more roots than rows up to here */
     for (i = 0; i < n; i++)
@@ -239,30 +241,116 @@ static void start_at_lowest(search *s)
             enqueue(s, i, 0, 0);
 }
 
-void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents, int32_t *work)
+/* largest[i] := log2 of the largest entry in row and column i of the scaled matrix. */
+static void find_largest(const perp__matrix *M, const int32_t *exponents, int32_t *largest)
 {
-    search s;
+    int32_t i, j, k;
+
+    for (i = 0; i < M->rows; i++)
+        largest[i] = NO_ENTRY;
+    for (j = 0; j < M->rows; j++) {
+        const perp__line l = perp__line_of(M, j);
+
+        for (k = 0; k < l.count; k++) {
+            int32_t size;
+
+            if (l.values[k] == 0.0)
+                continue;
+            i = l.indices ? l.indices[k] : k;
+            size = exponent_of(l.values[k]) + exponents[i] + exponents[j];
+            if (size > largest[i])
+                largest[i] = size;
+            if (size > largest[j])
+                largest[j] = size;
+        }
+    }
+}
+
+/* Rounds of Ruiz' equilibration of the rows that are free, and of those that show noise. */
+static void balance(const perp__matrix *M, int32_t *free, int32_t *exponents, int32_t *largest)
+{
+    int32_t round, i, changed = 1;
+
+    for (round = 0; round < ROUNDS && changed; round++) {
+        find_largest(M, exponents, largest);
+        changed = 0;
+        for (i = 0; i < M->rows; i++) {
+            free[i] |= largest[i] >= NOISE;
+            if (!free[i] || largest[i] == NO_ENTRY || largest[i] / 2 == 0)
+                continue;
+            exponents[i] = clamp(exponents[i] - largest[i] / 2);
+            changed = 1;
+        }
+    }
+}
+
+void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work)
+{
     int32_t i;
 
+    for (i = 0; i < M->rows; i++)
+        work[i] = 1;
+    balance(M, work, exponents, work + M->rows);
+}
+
+/* Where entries of 2^40 and more are left, the scale of a row came from noise: such rows are
+ * balanced, with those that have no positive diagonal. */
+static void balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *work)
+{
+    int32_t *largest = work + M->rows;
+    int32_t noisy = 0, i;
+
+    find_largest(M, exponents, largest);
+    for (i = 0; i < M->rows; i++) {
+        const double *diagonal = entry_of(M, i, i);
+
+        noisy |= largest[i] >= NOISE;
+        work[i] = !(diagonal && *diagonal > 0.0);
+    }
+    if (noisy)
+        balance(M, work, exponents, largest);
+}
+
+/* From the diagonals through the couplings. */
+static void search_scales(const perp__matrix *M, int32_t *exponents, int32_t *work)
+{
+    search s;
+
+    memset(&s, 0, sizeof s);
     s.M = M;
     s.exponents = exponents;
     s.level = work;
     s.queue = work + M->rows;
-    s.queued = 0;
     s.unset = M->rows;
-    for (i = 0; i < M->rows; i++) {
-        exponents[i] = 0;
+    s.wanted = UNSET;
+    for (int32_t i = 0; i < M->rows; i++)
         s.level[i] = UNSET;
-    }
-    if (!enabled)
-        return;
-    start_at_diagonals(&s, 1.0);
+    start_at_diagonals(&s);
     if (s.unset == 0)
         return;
     s.symmetric = has_symmetric_pattern(M);
-    spread(&s);
-    start_at_diagonals(&s, -1.0);
+    scale_negative_diagonals(&s);
     spread(&s);
     start_at_lowest(&s);
     spread(&s);
+}
+
+void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
+                       double *row_norms, int32_t *work)
+{
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < M->rows; i++)
+        exponents[i] = 0;
+    if (enabled)
+        search_scales(M, exponents, work);
+    perp__scaled_row_norms(M, exponents, row_norms);
+    for (i = 0; i < M->rows; i++)
+        if (!(row_norms[i] <= largest))
+            largest = row_norms[i];
+    if (!enabled || largest < perp__power_of_two(NOISE))
+        return;
+    balance_noise(M, exponents, work);
+    perp__scaled_row_norms(M, exponents, row_norms);
 }

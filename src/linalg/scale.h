@@ -6,15 +6,25 @@
 
 /* Finds e with S = D M D, D = diag(2^e_i):
  * - a row with M_ii > 0: S_ii in [1/2, 2) (e_i depends on M_ii alone, so that scaling row and
- * column i of M by 2^k changes e_i by exactly -k);
- * - a row without: its largest coupling |S_ij| or |S_ji| (j != i) to rows that already have their
- *   e_j is brought into [1, 2) or as near as a power of two allows; rows are reached breadth first
- *   from the rows with M_ii > 0, and a component that has none starts at its lowest index with e =
- * 0 (or from M_ii < 0: |M_ii| to a unit);
+ *   column i of M by 2^k changes e_i by exactly -k);
+ * - a row with M_ii < 0: the largest of |M_ii| and its couplings to rows of the first kind to a
+ *   unit;
+ * - a row with M_ii = 0: its largest coupling |S_ij| or |S_ji| to rows that already have their e_j
+ *   is brought into [1, 2) or as near as a power of two allows; rows are reached breadth first from
+ *   those with a diagonal, and a component that has none starts at its lowest index with e = 0;
  * - a row and column of zeros: e_i = 0.
- * |e_i| <= 511, so that every 2^(e_i+e_j) is a normal number. enabled = 0: all e_i = 0.
- * exponents: n entries; work: 2 n entries of int32. */
-void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents, int32_t *work);
+ * Where this leaves entries of 2^40 and more, a row's scale came from noise (a diagonal or a
+ * coupling 2^-40 of another entry): such rows, and those without a positive diagonal, are balanced
+ * towards a largest entry of 1 in row and column. All on exponents alone, so that powers of two in
+ * M change nothing but e. |e_i| <= 511, so that every 2^(e_i+e_j) is a normal number. enabled = 0:
+ * all e_i = 0. exponents: n entries; row_norms: n, the 1-norms of the rows of S; work: 2 n entries
+ * of int32. */
+void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
+                       double *row_norms, int32_t *work);
+
+/* Goes on from `exponents` to the largest entry of every row and column near 1 (Ruiz,
+ * RAL-TR-2001-034, for max(|M|, |M'|)), whatever the diagonal is. */
+void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work);
 
 /* 2^e, |e| <= 1022, without a call to the maths library. */
 double perp__power_of_two(int32_t e);

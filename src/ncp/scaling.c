@@ -108,7 +108,7 @@ static void find_exponents(perp__ncp_model *m)
         if (entry && fabs(*entry) < NEGLIGIBLE * largest[i])
             *entry = 0.0;
     }
-    perp__equilibrate(&J, m->scaling, m->exponents, m->exponents_work);
+    perp__equilibrate(&J, m->scaling, m->exponents, largest, m->exponents_work);
     for (int32_t j = 0; j < m->n; j++) {
         if (!m->sparse)
             m->given[(size_t)j * ((size_t)m->n + 1)] = kept[j];

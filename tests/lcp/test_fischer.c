@@ -80,6 +80,7 @@ static void newton(const perp__matrix *M, const gen_lcp *problem, const double *
     p.lower = l;
     p.upper = u;
     p.settings = &settings;
+    p.tol = settings.tol;
     p.iteration_limit = limit;
     p.control = &control;
     iterate.z = z;

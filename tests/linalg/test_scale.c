@@ -17,9 +17,10 @@ enum { LARGEST = 60 };
 static void equilibrate(const perp__matrix *M, int32_t *e)
 {
     int32_t work[2 * LARGEST + 1];
+    double norms[LARGEST];
 
     work[2 * M->rows] = 77;
-    perp__equilibrate(M, 1, e, work);
+    perp__equilibrate(M, 1, e, norms, work);
     assert_int_equal(work[2 * M->rows], 77);
 }
 
@@ -70,7 +71,8 @@ static void test_diagonal(void **state)
     for (i = 0; i < 12; i++) {
         entries[13 * i] = sizes[i];
         if (i > 0)
-            entries[13 * i - 1] = 1e200; /* couplings don't count where there is a diagonal */
+            /* couplings don't count where there is a diagonal, up to 2^40 times their fair share */
+            entries[13 * i - 1] = sqrt(sizes[i]) * sqrt(sizes[i - 1]) * 0x1p38;
     }
     exponents_of(12, entries, e);
     for (i = 0; i < 12; i++) {
@@ -78,6 +80,24 @@ static void test_diagonal(void **state)
 
         assert_true(scaled >= 0.5 && scaled < 2.0);
     }
+}
+
+/* A diagonal, or a coupling that gave a row its scale, of 2^-40 of another entry is noise. */
+static void test_noise(void **state)
+{
+    /* [[1, 2^60], [2^60, 1]]: both diagonals are; 2^-30 each makes the coupling 1 */
+    static const double diagonals[4] = {1, 0x1p60, 0x1p60, 1};
+    /* F18: [[1, e, 0], [e, -1, 2], [0, 2, -1]]: the couplings e are noise beside -1. Row 2 has its
+     * couplings to rows with a positive diagonal, none, and its own -1. */
+    static const double negative[9] = {1, 1e-13, 0, 1e-13, -1, 2, 0, 2, -1};
+    /* [[1, e, e], [e, 0, 2], [e, 2, 0]], e = 2^-50: 2 would become 2^101; 101 / 2 = 50 of it goes to
+     * either row. What is left, 2^1, is near enough. */
+    static const double corner[9] = {1, 0x1p-50, 0x1p-50, 0x1p-50, 0, 2, 0x1p-50, 2, 0};
+
+    (void)state;
+    expect(2, diagonals, (const int32_t[2]){-30, -30});
+    expect(3, negative, (const int32_t[3]){0, 0, 0});
+    expect(3, corner, (const int32_t[3]){0, 0, 0});
 }
 
 static void test_couplings(void **state)
@@ -164,9 +184,9 @@ static void test_clamp(void **state)
     entries[1 + 5 * 1] = 0x1.fp1023; /* 2^-512 */
     entries[2 + 5 * 2] = 1.0;
     entries[3 + 5 * 0] = 0x1p-1074; /* 2^(1074 - 511) */
-    entries[4 + 5 * 2] = 0x1p1023;  /* 2^-1023 */
+    entries[4 + 5 * 2] = 0x1p1023;  /* 2^-1023; the diagonal 1 is noise beside it */
     exponents_of(5, entries, e);
-    assert_true(e[0] == 511 && e[1] == -511 && e[2] == 0 && e[3] == 511 && e[4] == -511);
+    assert_true(e[0] == 511 && e[1] == -511 && e[2] < 0 && e[3] == 511 && e[4] == -511);
     for (i = 0; i < 5; i++)
         assert_true(e[i] >= -511 && e[i] <= 511);
 }
@@ -175,11 +195,12 @@ static void test_disabled(void **state)
 {
     static const double entries[4] = {100.0, 3.0, 4.0, 0.0};
     int32_t e[2] = {5, 5}, work[4];
+    double norms[2];
     views v;
 
     (void)state;
     views_make(&v, 2, 2, entries);
-    perp__equilibrate(&v.view[0], 0, e, work);
+    perp__equilibrate(&v.view[0], 0, e, norms, work);
     assert_true(e[0] == 0 && e[1] == 0);
     views_release(&v);
 }
@@ -258,6 +279,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_power_of_two),       cmocka_unit_test(test_diagonal),
+        cmocka_unit_test(test_noise),
         cmocka_unit_test(test_couplings),          cmocka_unit_test(test_breadth_first),
         cmocka_unit_test(test_without_diagonal),   cmocka_unit_test(test_zero_and_empty),
         cmocka_unit_test(test_stored_zeros),       cmocka_unit_test(test_clamp),

@@ -1,0 +1,207 @@
+/* The second witness for `solved`: each row's violation beside what the row and its neighbours
+ * carry.
+ *
+ * The tested residual is taken beside the largest number of a part of M, so a row of small numbers
+ * can hide behind a row of large ones; and a near-singular basis with huge z fools it. A row beside
+ * its own terms alone would be too strict: in a right answer some rows consist of rounding. In
+ * units in which the largest entry of every row and column of M is near 1 (Ruiz),
+ *
+ *     t_i   = sum_j |M_ij z_j| + |q_i|
+ *     s_j   = max(|z_j|, max of t_k / |M_kj| over rows k with a significant |M_kj|)
+ *     own_i = v_i / (t_i + sum_j |M_ij| s_j + floor max t)
+ *
+ * where v_i is the violation of w_i's sign or equation, s_j how far z_j's own rows would let it
+ * move, and the largest t that of the rows that hang together by significant couplings. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/outcome.h"
+#include "lcp/solver.h"
+#include "linalg/lines.h"
+#include "linalg/scale.h"
+
+/* What a row may miss beside the largest t, in units of tol: below it the far tail of a solution
+ * that fades out would fail at loose tolerances. */
+#define FLOOR 1e-5
+/* Beside the largest t that much is always granted: rounding. */
+#define ROUNDING (16.0 * DBL_EPSILON)
+
+/* How far the scaled rows may differ in size from Ruiz' without a closer look. */
+#define RANGE 1024.0
+
+static double floor_of(double tol)
+{
+    return fmax(FLOOR, ROUNDING / tol);
+}
+
+/* Whether no row is far from others in its units, and none hangs on them by a coupling that may be
+ * cut, which a look at the first row and column shows: then all rows are beside one largest t. */
+static int32_t is_close_knit(const perp_lcp_solver *solver)
+{
+    const perp__matrix *M = &solver->M;
+    const double least = RANGE * sqrt(solver->settings.tol);
+    int32_t i;
+
+    if (M->column_starts)
+        return 0;
+    for (i = 0; i < solver->n; i++) {
+        const double above = M->values[(size_t)i * M->column_stride];
+        const double below = M->values[(size_t)i * M->row_stride];
+        const double size =
+            fmax(fabs(above), fabs(below)) * solver->factors[0] * solver->factors[i];
+
+        if (!(size >= least && solver->row_norms[i] >= 0.5 && solver->row_norms[i] <= RANGE))
+            return 0;
+    }
+    return 1;
+}
+
+/* Whether the violations are so small that no look at the neighbours is needed: 0, small beside the
+ * row's own q, or a quarter of what is granted anyway (max |q| is at least 1 in every part). */
+static int32_t is_surely_small(const perp_lcp_solver *solver)
+{
+    const double tol = solver->settings.tol;
+    int32_t close_knit = -1, i;
+
+    for (i = 0; i < solver->n; i++) {
+        const double v = perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i],
+                                             solver->w_high[i]);
+
+        if (v == 0.0 || v <= tol * fabs(solver->q[i]))
+            continue;
+        if (close_knit < 0)
+            close_knit = is_close_knit(solver);
+        if (!close_knit || !(perp__w_scaled(solver, i, v) <= 0.25 * ROUNDING))
+            return 0;
+    }
+    return 1;
+}
+
+/* |M_ij| in these units */
+static double entry(const int32_t *units, int32_t i, int32_t j, double value)
+{
+    return perp__shift(fabs(value), units[i] + units[j]);
+}
+
+/* Units, and the parts that are left when couplings below `least` are cut. */
+static void look_at_matrix(perp_lcp_solver *solver, double least)
+{
+    int32_t i, j, k;
+
+    memcpy(solver->units, solver->exponents, (size_t)solver->n * sizeof *solver->units);
+    perp__balance(&solver->M, solver->units, solver->work);
+    for (i = 0; i < solver->n; i++)
+        solver->cut[i] = i;
+    for (j = 0; j < solver->n; j++) {
+        const perp__line l = perp__line_of(&solver->M, j);
+
+        for (k = 0; k < l.count; k++) {
+            i = l.indices ? l.indices[k] : k;
+            if (entry(solver->units, i, j, l.values[k]) >= least)
+                perp__join(solver->cut, i, j);
+        }
+    }
+    perp__number_parts(solver->cut, solver->n);
+    solver->witness_tol = solver->settings.tol;
+    solver->witness_known = 1;
+}
+
+/* One pass over M. For each entry row i, column j: sums[i] += |M_ij| x[j], or, with `most`,
+ * most[j] = max(most[j], x[i] / |M_ij|) where |M_ij| >= least. */
+static void pass(const perp_lcp_solver *solver, const int32_t *units, const double *x, double *sums,
+                 double *most, double least)
+{
+    const int32_t by_rows = perp__lines_are_rows(&solver->M);
+    int32_t line, k;
+
+    for (line = 0; line < solver->n; line++) {
+        const perp__line l = perp__line_of(&solver->M, line);
+
+        for (k = 0; k < l.count; k++) {
+            const int32_t at = l.indices ? l.indices[k] : k;
+            const int32_t i = by_rows ? line : at, j = by_rows ? at : line;
+            double size;
+
+            if (l.values[k] == 0.0)
+                continue;
+            size = entry(units, i, j, l.values[k]);
+            if (sums)
+                sums[i] += size * x[j];
+            else if (size >= least && !(x[i] / size <= most[j]))
+                most[j] = x[i] / size;
+        }
+    }
+}
+
+/* v_i; z that is next to a bound, beside what it may carry, counts as on it. */
+static double violation_of(const perp_lcp_solver *solver, int32_t i, double carried)
+{
+    const double near = solver->settings.tol * carried;
+    const double lower = solver->lower[i], upper = solver->upper[i], z = solver->z[i];
+    const int32_t shift = -solver->units[i] - solver->omega[i];
+    const int32_t at_lower = perp__shift(z - lower, shift) <= near;
+    const int32_t at_upper = perp__shift(upper - z, shift) <= near;
+
+    if (at_lower && at_upper)
+        return 0.0;
+    return perp__row_violation(at_lower   ? lower
+                               : at_upper ? upper
+                                          : z,
+                               lower, upper, solver->w_high[i]);
+}
+
+void perp__find_terms(perp_lcp_solver *solver, const int32_t *units)
+{
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++) {
+        solver->carried[i] = perp__shift(fabs(solver->z[i]), -units[i] - solver->omega[i]);
+        solver->terms[i] = perp__shift(fabs(solver->q[i]), units[i] - solver->omega[i]);
+    }
+    pass(solver, units, solver->carried, solver->terms, NULL, 0.0);
+}
+
+double perp__lcp_own_residual(perp_lcp_solver *solver)
+{
+    const double tol = solver->settings.tol, least = sqrt(tol);
+    double own = 0.0;
+    int32_t i;
+
+    if (is_surely_small(solver))
+        return 0.0;
+    if (!solver->witness_known || solver->witness_tol != tol)
+        look_at_matrix(solver, least);
+    perp__find_terms(solver, solver->units);
+    for (i = 0; i < solver->n; i++)
+        solver->most[i] = 0.0;
+    for (i = 0; i < solver->n; i++)
+        perp__raise_to(&solver->most[solver->cut[i]], solver->terms[i]);
+    pass(solver, solver->units, solver->terms, NULL, solver->carried, least);
+    memcpy(solver->neighbours, solver->terms, (size_t)solver->n * sizeof *solver->terms);
+    pass(solver, solver->units, solver->carried, solver->neighbours, NULL, 0.0);
+    for (i = 0; i < solver->n; i++) {
+        const double v = violation_of(solver, i, solver->carried[i]);
+        const double size = solver->neighbours[i] + floor_of(tol) * solver->most[solver->cut[i]];
+
+        if (v != 0.0)
+            perp__raise_to(&own, perp__shift(v, solver->units[i] - solver->omega[i]) / size);
+    }
+    return own;
+}
+
+perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
+                             perp_outcome said)
+{
+    const size_t n = (size_t)solver->n;
+    perp__evidence evidence;
+
+    evidence.tested = worth->tested;
+    evidence.backward = worth->backward;
+    evidence.own = INFINITY;
+    evidence.sound = worth->tested <= sqrt(solver->settings.tol) &&
+                     perp__all_finite(solver->z, n) && perp__all_finite(solver->w_high, n);
+    if (evidence.sound)
+        evidence.own = perp__lcp_own_residual(solver);
+    return perp__gate(&evidence, solver->settings.tol, said);
+}

@@ -1,0 +1,75 @@
+/* The stored lines of a square matrix, columns or rows, and what hangs together through them. */
+#ifndef PERP_LINALG_LINES_H
+#define PERP_LINALG_LINES_H
+
+#include "linalg/matrix.h"
+
+/* Column j of M, or row j where that is the contiguous one. */
+typedef struct perp__line {
+    int32_t count;
+    const double *values;
+    const int32_t *indices; /* NULL: 0, 1, 2, ... */
+} perp__line;
+
+static inline perp__line perp__line_of(const perp__matrix *M, int32_t j)
+{
+    perp__line l;
+
+    if (M->column_starts) {
+        l.count = M->column_starts[j + 1] - M->column_starts[j];
+        l.values = l.count > 0 ? M->values + M->column_starts[j] : NULL;
+        l.indices = l.count > 0 ? M->row_indices + M->column_starts[j] : NULL;
+    } else {
+        l.count = M->rows;
+        l.values = M->values + (size_t)j * (M->row_stride == 1 ? M->column_stride : M->row_stride);
+        l.indices = NULL;
+    }
+    return l;
+}
+
+/* Whether the lines are rows. */
+static inline int32_t perp__lines_are_rows(const perp__matrix *M)
+{
+    return !M->column_starts && M->row_stride != 1;
+}
+
+/* Lowest index of i's part so far, in a forest of parents with lower indices. */
+static inline int32_t perp__root_of(int32_t *parents, int32_t i)
+{
+    while (parents[i] != i) {
+        parents[i] = parents[parents[i]];
+        i = parents[i];
+    }
+    return i;
+}
+
+/* Puts i and j into one part. True if they were in two. */
+static inline int32_t perp__join(int32_t *parents, int32_t i, int32_t j)
+{
+    const int32_t a = perp__root_of(parents, i), b = perp__root_of(parents, j);
+
+    if (a < b)
+        parents[b] = a;
+    else
+        parents[a] = b;
+    return a != b;
+}
+
+/* Numbers the parts of a forest 0, 1, ... in the order of their lowest indices: parents[i] becomes
+ * the number of i's part. Returns how many there are. */
+static inline int32_t perp__number_parts(int32_t *parents, int32_t n)
+{
+    int32_t count = 0, i;
+
+    for (i = 0; i < n; i++) /* a parent is lower, so it has its number, coded as -1 - number */
+        parents[i] = parents[i] == i ? -1 - count++ : parents[parents[i]];
+    for (i = 0; i < n; i++)
+        parents[i] = -1 - parents[i];
+    return count;
+}
+
+/* part[i] := number of the part of M that row and column i belong to: parts share no entry other
+ * than 0. Returns how many there are. */
+int32_t perp__find_parts(const perp__matrix *M, int32_t *part);
+
+#endif
