@@ -39,7 +39,8 @@ void check_measure(check_measures *measures, const check_lcp *problem, const dou
                    const double *w);
 
 /* The largest residual of a row beside its own terms and those of its neighbours, w = Mz + q given:
- * the second witness for `solved` at this tolerance. */
+ * the second witness for `solved` at this tolerance. NaN where a row is so small beside the others
+ * that doubles in one unit can't hold both: no verdict is wrong there. */
 double check_own(const check_lcp *problem, const double *z, const double *w, double tol);
 
 /* Checks everything a solve handed back: measures as reported, outcome as its definition says, z

@@ -105,11 +105,14 @@ double check_own(const check_lcp *problem, const double *z, const double *w, dou
     rows r = {check_allocate((size_t)n, bytes), check_allocate((size_t)n, bytes),
               check_allocate((size_t)n, bytes), check_allocate((size_t)n, sizeof *r.part)};
     const long double floor = fmax(1e-5, 16 * 0x1p-52 / tol);
+    long double largest = 0.0;
     double own = 0.0;
 
     check_exponents(problem->M, problem->scaling, units);
     find_units(list, count, n, units);
     fill(&r, problem, list, count, units, z, tol);
+    for (i = 0; i < n; i++)
+        largest = r.terms[i] > largest ? r.terms[i] : largest;
     for (i = 0; i < n; i++) {
         const long double v = violation(problem, &r, i, units[i], z[i], w[i], tol);
         long double most = 0.0;
@@ -117,6 +120,8 @@ double check_own(const check_lcp *problem, const double *z, const double *w, dou
         for (k = 0; k < n && v > 0; k++)
             if (r.part[k] == r.part[i] && r.terms[k] > most)
                 most = r.terms[k];
+        if (v > 0 && r.around[i] + floor * most < 1e-250L * largest)
+            own = NAN;
         if (v > 0)
             check_raise(&own, (double)(ldexpl(v, units[i]) / (r.around[i] + floor * most)));
     }

@@ -62,26 +62,25 @@ static int32_t exponent_of(double x)
     return bits != 0 ? (int32_t)bits - 1023 : ilogb(x);
 }
 
-/* omega of a part is the power of two with max |D q| in [omega, 2 omega) there; 1 where q = 0.
- * Returns whether one of them has changed. */
-static int32_t find_omegas(perp_lcp_solver *solver, const double *q)
+int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas)
 {
+    const double *q = solver->q;
     int32_t *largest = solver->part_omega;
-    int32_t changed = !solver->powers_known, i;
+    int32_t changed = 0, i;
 
     for (i = 0; i < solver->parts; i++)
         largest[i] = INT32_MIN;
     for (i = 0; i < solver->n; i++) {
-        const int32_t exponent = q[i] == 0.0 ? INT32_MIN : exponent_of(q[i]) + solver->exponents[i];
+        const int32_t exponent = q[i] == 0.0 ? INT32_MIN : exponent_of(q[i]) + exponents[i];
 
         if (exponent > largest[solver->part[i]])
             largest[solver->part[i]] = exponent;
     }
     for (i = 0; i < solver->n; i++) {
-        const int32_t omega = largest[solver->part[i]];
+        const int32_t found = largest[solver->part[i]], omega = found == INT32_MIN ? 0 : found;
 
-        changed |= solver->omega[i] != (omega == INT32_MIN ? 0 : omega);
-        solver->omega[i] = omega == INT32_MIN ? 0 : omega;
+        changed |= omegas[i] != omega;
+        omegas[i] = omega;
     }
     return changed;
 }
@@ -91,7 +90,7 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q)
     int32_t i;
 
     solver->q = q;
-    if (find_omegas(solver, q))
+    if (perp__find_omegas(solver, solver->exponents, solver->omega) || !solver->powers_known)
         find_powers(solver);
     for (i = 0; i < solver->n; i++)
         solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
@@ -243,7 +242,7 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
     for (k = 0; k < solver->parts; k++)
         if (!(solver->reach[k] <= PERP__DOUBTFUL)) {
-            perp__find_terms(solver, solver->exponents); /* for doubt() */
+            perp__find_terms(solver, solver->exponents, solver->omega); /* for doubt() */
             break;
         }
     return measure_all(solver);

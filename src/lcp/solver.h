@@ -129,9 +129,13 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver);
 perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
                              perp_outcome said);
 
-/* terms[i] := sum_j |M_ij z_j| + |q_i| of solver->z and carried[j] := |z_j|, in units 2^units[i]
- * beside omega. */
-void perp__find_terms(perp_lcp_solver *solver, const int32_t *units);
+/* omegas[i] := log2 of the power of two near max 2^exponents |q| over the part of row i; 0 where
+ * that is 0. Returns whether one of them has changed. */
+int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas);
+
+/* terms[i] := sum_j |M_ij z_j| + |q_i| of solver->z and carried[j] := |z_j|, where M, z and q are
+ * scaled by 2^units and divided by 2^omegas. */
+void perp__find_terms(perp_lcp_solver *solver, const int32_t *units, const int32_t *omegas);
 
 /* The largest own residual of a row of the point of the last perp__evaluate; or 0 where a look at
  * its violations shows that it is at most settings.tol. */

@@ -78,68 +78,73 @@ static int32_t is_surely_small(const perp_lcp_solver *solver)
     return 1;
 }
 
-/* |M_ij| in these units */
-static double entry(const int32_t *units, int32_t i, int32_t j, double value)
+/* The entries of M other than 0, one after the other. */
+typedef struct cursor {
+    const perp__matrix *M;
+    perp__line line;
+    int32_t at, next; /* the line, and the next of its entries */
+    int32_t i, j;     /* row and column of `value` */
+    double value;
+} cursor;
+
+static cursor first(const perp__matrix *M)
 {
-    return perp__shift(fabs(value), units[i] + units[j]);
+    cursor c = {M, {0, NULL, NULL}, -1, 0, 0, 0, 0.0};
+
+    return c;
+}
+
+static int32_t advance(cursor *c)
+{
+    do {
+        while (c->next == c->line.count) {
+            if (++c->at == c->M->columns)
+                return 0;
+            c->line = perp__line_of(c->M, c->at);
+            c->next = 0;
+        }
+        c->value = c->line.values[c->next];
+        c->i = c->line.indices ? c->line.indices[c->next] : c->next;
+        c->next++;
+    } while (c->value == 0.0);
+    c->j = c->at;
+    if (perp__lines_are_rows(c->M)) {
+        c->j = c->i;
+        c->i = c->at;
+    }
+    return 1;
+}
+
+/* |M_ij| in these units */
+static double entry(const int32_t *units, const cursor *c)
+{
+    return perp__shift(fabs(c->value), units[c->i] + units[c->j]);
 }
 
 /* Units, and the parts that are left when couplings below `least` are cut. */
 static void look_at_matrix(perp_lcp_solver *solver, double least)
 {
-    int32_t i, j, k;
+    cursor c = first(&solver->M);
+    int32_t i;
 
     memcpy(solver->units, solver->exponents, (size_t)solver->n * sizeof *solver->units);
     perp__balance(&solver->M, solver->units, solver->work);
     for (i = 0; i < solver->n; i++)
         solver->cut[i] = i;
-    for (j = 0; j < solver->n; j++) {
-        const perp__line l = perp__line_of(&solver->M, j);
-
-        for (k = 0; k < l.count; k++) {
-            i = l.indices ? l.indices[k] : k;
-            if (entry(solver->units, i, j, l.values[k]) >= least)
-                perp__join(solver->cut, i, j);
-        }
-    }
+    while (advance(&c))
+        if (entry(solver->units, &c) >= least)
+            perp__join(solver->cut, c.i, c.j);
     perp__number_parts(solver->cut, solver->n);
     solver->witness_tol = solver->settings.tol;
     solver->witness_known = 1;
 }
 
-/* One pass over M. For each entry row i, column j: sums[i] += |M_ij| x[j], or, with `most`,
- * most[j] = max(most[j], x[i] / |M_ij|) where |M_ij| >= least. */
-static void pass(const perp_lcp_solver *solver, const int32_t *units, const double *x, double *sums,
-                 double *most, double least)
-{
-    const int32_t by_rows = perp__lines_are_rows(&solver->M);
-    int32_t line, k;
-
-    for (line = 0; line < solver->n; line++) {
-        const perp__line l = perp__line_of(&solver->M, line);
-
-        for (k = 0; k < l.count; k++) {
-            const int32_t at = l.indices ? l.indices[k] : k;
-            const int32_t i = by_rows ? line : at, j = by_rows ? at : line;
-            double size;
-
-            if (l.values[k] == 0.0)
-                continue;
-            size = entry(units, i, j, l.values[k]);
-            if (sums)
-                sums[i] += size * x[j];
-            else if (size >= least && !(x[i] / size <= most[j]))
-                most[j] = x[i] / size;
-        }
-    }
-}
-
 /* v_i; z that is next to a bound, beside what it may carry, counts as on it. */
-static double violation_of(const perp_lcp_solver *solver, int32_t i, double carried)
+static double violation_of(const perp_lcp_solver *solver, int32_t i, int32_t omega)
 {
-    const double near = solver->settings.tol * carried;
+    const double near = solver->settings.tol * solver->carried[i];
     const double lower = solver->lower[i], upper = solver->upper[i], z = solver->z[i];
-    const int32_t shift = -solver->units[i] - solver->omega[i];
+    const int32_t shift = -solver->units[i] - omega;
     const int32_t at_lower = perp__shift(z - lower, shift) <= near;
     const int32_t at_upper = perp__shift(upper - z, shift) <= near;
 
@@ -151,20 +156,45 @@ static double violation_of(const perp_lcp_solver *solver, int32_t i, double carr
                                lower, upper, solver->w_high[i]);
 }
 
-void perp__find_terms(perp_lcp_solver *solver, const int32_t *units)
+void perp__find_terms(perp_lcp_solver *solver, const int32_t *units, const int32_t *omegas)
 {
+    cursor c = first(&solver->M);
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
-        solver->carried[i] = perp__shift(fabs(solver->z[i]), -units[i] - solver->omega[i]);
-        solver->terms[i] = perp__shift(fabs(solver->q[i]), units[i] - solver->omega[i]);
+        solver->carried[i] = perp__shift(fabs(solver->z[i]), -units[i] - omegas[i]);
+        solver->terms[i] = perp__shift(fabs(solver->q[i]), units[i] - omegas[i]);
     }
-    pass(solver, units, solver->carried, solver->terms, NULL, 0.0);
+    while (advance(&c))
+        solver->terms[c.i] += perp__shift(fabs(c.value * solver->z[c.j]), units[c.i] - omegas[c.i]);
+}
+
+/* carried := s, neighbours := t + |M| s, most := the largest t of a cut part. */
+static void find_neighbours(perp_lcp_solver *solver, double least)
+{
+    cursor c = first(&solver->M);
+    int32_t i;
+
+    while (advance(&c)) {
+        const double size = entry(solver->units, &c);
+
+        if (size >= least && !(solver->terms[c.i] / size <= solver->carried[c.j]))
+            solver->carried[c.j] = solver->terms[c.i] / size;
+    }
+    for (i = 0; i < solver->n; i++) {
+        solver->neighbours[i] = solver->terms[i];
+        solver->most[i] = 0.0;
+    }
+    for (c = first(&solver->M); advance(&c);)
+        solver->neighbours[c.i] += entry(solver->units, &c) * solver->carried[c.j];
+    for (i = 0; i < solver->n; i++)
+        perp__raise_to(&solver->most[solver->cut[i]], solver->terms[i]);
 }
 
 double perp__lcp_own_residual(perp_lcp_solver *solver)
 {
     const double tol = solver->settings.tol, least = sqrt(tol);
+    int32_t *omegas = solver->work;
     double own = 0.0;
     int32_t i;
 
@@ -172,20 +202,15 @@ double perp__lcp_own_residual(perp_lcp_solver *solver)
         return 0.0;
     if (!solver->witness_known || solver->witness_tol != tol)
         look_at_matrix(solver, least);
-    perp__find_terms(solver, solver->units);
-    for (i = 0; i < solver->n; i++)
-        solver->most[i] = 0.0;
-    for (i = 0; i < solver->n; i++)
-        perp__raise_to(&solver->most[solver->cut[i]], solver->terms[i]);
-    pass(solver, solver->units, solver->terms, NULL, solver->carried, least);
-    memcpy(solver->neighbours, solver->terms, (size_t)solver->n * sizeof *solver->terms);
-    pass(solver, solver->units, solver->carried, solver->neighbours, NULL, 0.0);
+    perp__find_omegas(solver, solver->units, omegas);
+    perp__find_terms(solver, solver->units, omegas);
+    find_neighbours(solver, least);
     for (i = 0; i < solver->n; i++) {
-        const double v = violation_of(solver, i, solver->carried[i]);
+        const double v = violation_of(solver, i, omegas[i]);
         const double size = solver->neighbours[i] + floor_of(tol) * solver->most[solver->cut[i]];
 
         if (v != 0.0)
-            perp__raise_to(&own, perp__shift(v, solver->units[i] - solver->omega[i]) / size);
+            perp__raise_to(&own, perp__shift(v, solver->units[i] - omegas[i]) / size);
     }
     return own;
 }
