@@ -46,7 +46,7 @@ static const char *check_numbers(const check_lcp *problem, const double *z, cons
     }
     if (!(result->seconds >= 0.0) || result->iterations < 0)
         return COMPLAIN("%g seconds, %ld iterations", result->seconds, (long)result->iterations);
-    if (result->method <= PERP_LCP_AUTO || result->method > PERP_LCP_ACTIVE_SET)
+    if (result->method <= PERP_LCP_AUTO || result->method > PERP_LCP_PATTERNS)
         return COMPLAIN("method is %d", (int)result->method);
     if (!agree(result->residual, m->residual, 0, m->noise) &&
         !(m->overflow && result->residual >= m->residual))

@@ -28,7 +28,9 @@ enum perp_lcp_method_value {
     PERP_LCP_PGS = 2,     /* projected Gauss-Seidel; needs M_ii > 0; cheap, linear convergence */
     PERP_LCP_FISCHER = 3, /* semismooth Newton on the Fischer-Burmeister function */
     PERP_LCP_POLISH = 4,  /* only ever reported: the active set of z0 already solved the problem */
-    PERP_LCP_ACTIVE_SET = 5 /* primal-dual active sets; a few factorisations; P-matrices */
+    PERP_LCP_ACTIVE_SET = 5, /* primal-dual active sets; a few factorisations; P-matrices */
+    PERP_LCP_PATTERNS = 6    /* only ever reported: enumeration of the index sets, by which auto has
+                                the last word where n <= 12 */
 };
 
 /* How Lemke's method chooses among the rows that tie in the ratio test. Values never change. */

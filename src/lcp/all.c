@@ -165,20 +165,25 @@ static perp_status check(perp_context *context, const perp_lcp_solver *solver,
     return status;
 }
 
-/* Everything but the tree: scaled data, limits. */
-static perp_status prepare(perp__all *all, const double *q, double started)
+static void limit(perp__all *all, double started)
+{
+    perp_lcp_solver *solver = all->solver;
+
+    memset(&solver->control, 0, sizeof solver->control);
+    solver->control.monitor = solver->settings.monitor;
+    solver->control.monitor_user = solver->settings.monitor_user;
+    if (solver->settings.time_limit > 0.0)
+        solver->control.deadline = started + solver->settings.time_limit;
+    all->limit = solver->settings.max_iterations;
+}
+
+perp_status perp__all_prepare(perp__all *all)
 {
     perp_lcp_solver *solver = all->solver;
     perp__lcp_problem problem;
     perp_status status;
 
     all->n = solver->n;
-    perp__scale_problem(solver, q);
-    memset(&solver->control, 0, sizeof solver->control);
-    solver->control.monitor = solver->settings.monitor;
-    solver->control.monitor_user = solver->settings.monitor_user;
-    if (solver->settings.time_limit > 0.0)
-        solver->control.deadline = started + solver->settings.time_limit;
     status = perp__polish_fit(solver);
     if (status == PERP_OK)
         status = perp__arena_fit(&all->arena, layout, all);
@@ -208,8 +213,11 @@ static int32_t is_finite(const perp__all *all)
 static perp_status run(perp__all *all, const double *q)
 {
     const double started = perp__now();
-    perp_status status = prepare(all, q, started);
+    perp_status status;
 
+    limit(all, started);
+    perp__scale_problem(all->solver, q);
+    status = perp__all_prepare(all);
     all->result.outcome = PERP_OUTCOME_SOLVED;
     if (status == PERP_OK && !is_finite(all))
         all->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;

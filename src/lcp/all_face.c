@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/outcome.h"
 #include "lcp/all.h"
 
 /* Scaled numbers that differ by less, beside the largest, are the same. */
@@ -85,6 +86,12 @@ static perp_status keep_point(perp__all *all, double residual)
     return perp__all_keep(all, all->solver->places, point, 1, 0, residual);
 }
 
+void perp__all_offer(perp__all *all, const perp__evaluation *worth)
+{
+    all->found = perp__is_good(perp__lcp_judge(all->solver, worth, PERP_OUTCOME_STALLED));
+    all->ended |= all->found;
+}
+
 perp_status perp__all_point(perp__all *all)
 {
     perp_lcp_solver *solver = all->solver;
@@ -98,7 +105,9 @@ perp_status perp__all_point(perp__all *all)
     memcpy(solver->places, all->places, (size_t)all->n);
     if (!(worth.backward <= 4.0 * DBL_EPSILON && worth.tested <= solver->settings.tol))
         status = perp__polish_run(solver, &worth);
-    if (status != PERP_OK || !perp__all_is_solution(all, &worth, 0.0))
+    if (status == PERP_OK && all->first)
+        perp__all_offer(all, &worth);
+    if (status != PERP_OK || all->first || !perp__all_is_solution(all, &worth, 0.0))
         return status;
     perp__read_places(solver, solver->places);
     if (!is_clear(all))

@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "lcp/candidate.h"
+#include "lcp/last_word.h"
 #include "lcp/plan.h"
 #include "lcp/settings.h"
 #include "lcp/solver.h"
@@ -280,6 +281,8 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         if (status == PERP_OK && ends_the_search(solver))
             break; /* a ray that proves nothing leaves the next method its chance */
     }
+    if (status == PERP_OK && perp__has_last_word(solver) && !ends_the_search(solver))
+        status = perp__last_word(solver);
     if (status == PERP_OK && !perp__is_good(solver->best.outcome) &&
         solver->best.outcome != PERP_OUTCOME_RAY) {
         if (solver->ended >= 0)

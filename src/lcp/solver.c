@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "base/context.h"
+#include "lcp/last_word.h"
 #include "lcp/settings.h"
 #include "linalg/lines.h"
 #include "linalg/scale.h"
@@ -60,6 +61,7 @@ void perp__lcp_destroy(perp_lcp_solver *solver)
         perp__arena_release(&slot->arena);
     }
     perp__polish_release(&solver->polish);
+    perp__last_word_release(solver);
     perp__sparse_block_release(&solver->block);
     perp__arena_release(&solver->arena);
     solver->magic = 0;
