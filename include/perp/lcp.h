@@ -356,7 +356,8 @@ PERP_API perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *r
                                   perp_lcp_visit visit, void *user) PERP_WARN_UNUSED;
 
 /* Solves `count` problems of the same small size n in one call: groups of them side by side in
- * vector registers, then the few that this does not solve by a solver each.
+ * vector registers, then those that this does not surely solve by a solver each: the outcomes are
+ * those of perp_lcp_solve. (A matrix that falls into parts is one of these.)
  *
  * Returns: PERP_OK with an outcome a problem; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE,
  * _BUSY or _MEMORY, and then nothing was written. In messages the index counts through all
@@ -365,9 +366,10 @@ PERP_API perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *r
  *          w: count x n, M z + q; or NULL.
  *          outcomes: count times PERP_OUTCOME_...; or NULL.
  *          residuals: count tested residuals; or NULL.
- * In:      settings: as for perp_lcp_solve, NULL for the defaults. The monitor is not called. After
- *             the time limit the rest have outcome time_limit, z nearest to 0, w nan, residual inf.
- *             A method other than auto, or n > 32, is one solve after the other.
+ * In:      settings: as for perp_lcp_solve, NULL for the defaults. The monitor is not called. The
+ *             time limit is the call's: a problem gets what is left of it, and once it is over
+ *             the rest have outcome time_limit, z nearest to 0, w nan, residual inf. A method
+ *             other than auto, or n > 32, is one solve after the other.
  *          threads: 1 to 256 threads of the call's own. The answers have the same bits for any
  *             number of them. The context's allocator is called by one thread at a time.
  *          M: count matrices n x n, each by rows; q: count x n; lower, upper: count x n, or NULL
