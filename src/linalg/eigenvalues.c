@@ -286,20 +286,27 @@ static int32_t iterate(const square *A, double norm, double *real, double *imagi
     return 0;
 }
 
-/* Where products of a few entries might leave the range of doubles, A := A / 2^e with a largest
- * entry in [1/2, 1). Returns e, else 0, or INT32_MAX if A is not finite. */
-static int32_t scale(const square *A)
+/* NaN if one of them is. */
+static double largest_entry(const square *A)
 {
     const size_t entries = (size_t)A->n * (size_t)A->n;
     double largest = 0.0;
-    int exponent;
     size_t k;
 
     for (k = 0; k < entries; k++)
         perp__raise_to(&largest, fabs(A->a[k]));
-    if (!isfinite(largest))
-        return INT32_MAX;
-    frexp(largest, &exponent);
+    return largest;
+}
+
+/* Where products of a few entries might leave the range of doubles, A := A / 2^e with a largest
+ * entry in [1/2, 1). Returns e, else 0. */
+static int32_t scale(const square *A)
+{
+    const size_t entries = (size_t)A->n * (size_t)A->n;
+    int exponent;
+    size_t k;
+
+    frexp(largest_entry(A), &exponent);
     if (abs(exponent) < 200)
         return 0;
     for (k = 0; k < entries; k++)
@@ -310,12 +317,12 @@ static int32_t scale(const square *A)
 int32_t perp__eigenvalues(int32_t n, double *A, double *real, double *imaginary)
 {
     const square view = {n, A};
-    const int32_t exponent = scale(&view);
     double norm = 0.0;
-    int32_t failed = exponent == INT32_MAX, i, j;
+    int32_t failed = !isfinite(largest_entry(&view)), exponent = 0, i, j;
 
     if (!failed) {
         balance(&view);
+        exponent = scale(&view);
         to_hessenberg(&view);
         for (j = 0; j < n; j++)
             for (i = 0; i < n && i <= j + 1; i++)
