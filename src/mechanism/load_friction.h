@@ -81,6 +81,9 @@ struct perp_load_friction {
  * other. */
 int32_t perp__friction_solve_pattern(perp_load_friction *f);
 
+/* normal, rhs and load of x in the pattern. */
+void perp__friction_evaluate(perp_load_friction *f);
+
 /* With x, normal and width of the pattern: whether its signs and modes hold; *at_vertex: only
  * within tol. */
 int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex);

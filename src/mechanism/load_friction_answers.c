@@ -198,6 +198,7 @@ static int32_t name_mode(int32_t mode, int32_t way)
     return mode;
 }
 
+/* a->x is f->x, and evaluated. */
 static void describe(perp_load_friction *f, perp__friction_answer *a)
 {
     const size_t n = (size_t)f->n;
@@ -207,18 +208,15 @@ static void describe(perp_load_friction *f, perp__friction_answer *a)
     memcpy(a->pattern.side, f->pattern.side, n);
     for (i = 0; i < f->n; i++) {
         const int32_t mode = f->pattern.mode[i];
-        double row = f->b[i] - f->question.tau[i], normal = f->d[i];
+        double row = f->b[i] - f->question.tau[i];
 
-        for (j = 0; j < f->n; j++) {
+        for (j = 0; j < f->n; j++)
             row += f->A[at(f, i, j)] * a->x[j];
-            normal += f->C[at(f, i, j)] * a->x[j];
-        }
-        a->normal[i] = a->dimension > 0 ? normal : f->normal[i];
+        a->normal[i] = f->normal[i];
         a->friction[i] = mode == PERP_LOAD_STICK ? -row : f->slope[i] * a->normal[i];
-        if (a->dimension == 0)
-            perp__raise_to(&a->residual, mode == PERP_LOAD_STICK || f->load[i] == 0.0
-                                             ? 0.0
-                                             : fabs(f->rhs[i]) / f->load[i]);
+        perp__raise_to(&a->residual, mode == PERP_LOAD_STICK || f->load[i] == 0.0
+                                         ? 0.0
+                                         : fabs(f->rhs[i]) / f->load[i]);
         a->modes[i] = name_mode(mode, f->question.way[i]);
         sticks += mode == PERP_LOAD_STICK;
     }
@@ -231,20 +229,21 @@ static void describe(perp_load_friction *f, perp__friction_answer *a)
         a->stable = 0;
 }
 
-/* Whether all that would be told of an answer is finite, and a family keeps its rows and signs,
- * each beside its own terms. (Eigenvalues may be unknown, then it is not stable.) */
-static int32_t is_answer(const perp_load_friction *f, const perp__friction_answer *a)
+/* Whether all that would be told of an answer is finite. (Eigenvalues may be unknown, then it is
+ * not stable.) */
+static int32_t is_finite(const perp_load_friction *f, const perp__friction_answer *a)
 {
     const size_t n = (size_t)f->n, points = (size_t)(a->vertices + a->rays);
 
     return perp__all_finite(a->points, points * n) && perp__all_finite(a->x, n) &&
            perp__all_finite(a->normal, n) && perp__all_finite(a->friction, n) &&
-           perp__all_finite(&a->residual, 1) && (a->dimension == 0 || contains(f, a, a));
+           perp__all_finite(&a->residual, 1);
 }
 
-static void keep_answer(perp_load_friction *f, perp__friction_answer *a)
+/* Keeps it if it is one. */
+static void keep_true(perp_load_friction *f, perp__friction_answer *a, int32_t holds)
 {
-    if (is_answer(f, a)) {
+    if (holds && is_finite(f, a)) {
         keep(f, a);
     } else {
         f->unsettled = 1;
@@ -266,7 +265,7 @@ perp_status perp__friction_keep_point(perp_load_friction *f, int32_t at_vertex)
     memcpy(a->width, f->width, size);
     memcpy(a->points, f->x, size);
     describe(f, a);
-    keep_answer(f, a);
+    keep_true(f, a, 1);
     return PERP_OK;
 }
 
@@ -378,11 +377,15 @@ static perp_status keep_polyhedron(perp_load_friction *f, int32_t dimension, uin
     }
     a->dimension = total == 1 ? 0 : dimension;
     a->at_vertex = 1;
+    memcpy(f->x_low, f->x, n * sizeof *f->x); /* the other sides start from it, too */
+    memcpy(f->x, a->x, n * sizeof *f->x);
+    perp__friction_evaluate(f);
     describe(f, a);
+    memcpy(f->x, f->x_low, n * sizeof *f->x);
     for (i = k = 0; i < f->n; i++) /* what sticks belongs to the family on this side alone */
         if (f->pattern.mode[i] == PERP_LOAD_STICK && f->question.mu_stick[i] > 0.0)
             a->pattern.side[i] = (sides >> k++) & 1u ? -1 : 1;
-    keep_answer(f, a);
+    keep_true(f, a, contains(f, a, a)); /* each row beside its own terms */
     return PERP_OK;
 }
 

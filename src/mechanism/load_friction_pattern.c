@@ -218,6 +218,12 @@ static void find_loads(perp_load_friction *f)
     }
 }
 
+void perp__friction_evaluate(perp_load_friction *f)
+{
+    residuals(f, f->rhs);
+    find_loads(f);
+}
+
 /* What tol is worth in x, and from there in the normal forces. */
 static void find_widths(perp_load_friction *f, int32_t m, int32_t rank)
 {
@@ -353,8 +359,7 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f)
         residuals(f, f->rhs);
         correct(f, m, rank, f->rhs);
     }
-    residuals(f, f->rhs);
-    find_loads(f);
+    perp__friction_evaluate(f);
     find_widths(f, m, rank);
     if (!is_finite(f))
         return give_up(f);
@@ -376,16 +381,10 @@ static int32_t is_met(double value, double width, int32_t *at_vertex)
     return 1;
 }
 
-/* Whether the equation of coordinate i, which moves, holds: beside the row's own terms, or what tol
- * is worth in x where these are rounding themselves. */
+/* Whether the equation of coordinate i, which moves, holds beside the row's own terms. */
 static int32_t row_holds(const perp_load_friction *f, int32_t i)
 {
-    double width = fmax(f->settings.tol, 16.0 * DBL_EPSILON) * f->load[i];
-    int32_t j;
-
-    for (j = 0; j < f->n && !(fabs(f->rhs[i]) <= width); j++)
-        width += (fabs(f->A[at(f, i, j)]) + fabs(f->slope[i] * f->C[at(f, i, j)])) * f->width[j];
-    return fabs(f->rhs[i]) <= width;
+    return fabs(f->rhs[i]) <= fmax(f->settings.tol, 16.0 * DBL_EPSILON) * f->load[i];
 }
 
 int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex)
