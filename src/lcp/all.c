@@ -9,6 +9,7 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
+#include "base/outcome.h"
 #include "lcp/settings.h"
 
 #define PERP__ENUMERATION_FIRST PERP__SIZE_THROUGH(perp_lcp_enumeration, seconds)
@@ -60,14 +61,22 @@ static void to_caller(const perp__all *all, const perp__face *face, double *poin
 static perp_status visit(perp__all *all, const perp__face *face, const double *points)
 {
     perp_lcp_found found;
+    const size_t entries = (size_t)(face->vertices + face->rays) * (size_t)all->n;
     perp__evaluation worth;
+    double largest = 0.0;
     int32_t answer, i;
 
     if (all->silent)
         return PERP_OK;
     memcpy(all->places, face->places, (size_t)all->n);
     find_middle(all, face);
+    for (i = 0; i < all->n; i++)
+        largest = fmax(largest, fabs(all->z[i]));
     worth = perp__all_evaluate(all, all->z);
+    if (!perp__all_is_solution(all, &worth, largest) || !perp__all_finite(points, entries)) {
+        all->incomplete = 1;
+        return PERP_OK;
+    }
     for (i = 0; i < all->n; i++)
         all->codes[i] = face->places[i];
     memset(&found, 0, sizeof found);

@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "base/outcome.h"
 #include "lcp/all.h"
+#include "lcp/evidence.h"
 
 /* Scaled numbers that differ by less, beside the largest, are the same. */
 static const double same = 1e-8;
@@ -40,10 +41,9 @@ perp__evaluation perp__all_evaluate(perp__all *all, const double *z)
 
 int32_t perp__all_is_solution(const perp__all *all, const perp__evaluation *worth, double size)
 {
-    const double tol = all->solver->settings.tol;
+    const perp__evidence evidence = perp__evidence_of(all->solver, worth, fmax(1.0, size));
 
-    return worth->tested <= tol * fmax(1.0, size) ||
-           (worth->backward <= 16.0 * DBL_EPSILON && worth->tested <= sqrt(tol));
+    return perp__is_good(perp__gate(&evidence, all->solver->settings.tol, -1));
 }
 
 static double margin_of(const perp_lcp_solver *solver, int32_t i)
@@ -100,8 +100,10 @@ perp_status perp__all_point(perp__all *all)
     perp__face face;
     int32_t i;
 
-    if (!isfinite(worth.tested))
+    if (!isfinite(worth.tested)) {
+        all->incomplete = 1;
         return PERP_OK;
+    }
     memcpy(solver->places, all->places, (size_t)all->n);
     if (!(worth.backward <= 4.0 * DBL_EPSILON && worth.tested <= solver->settings.tol))
         status = perp__polish_run(solver, &worth);

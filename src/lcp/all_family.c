@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/outcome.h"
 #include "lcp/all.h"
 
 /* Entries this small beside their row are rounding. */
@@ -200,6 +201,11 @@ perp_status perp__all_family(perp__all *all, const perp__tree_level *level)
     int32_t vertices, rays;
 
     find_affine_set(all, level);
+    if (!perp__all_finite(all->origin, n) ||
+        !perp__all_finite(all->directions, n * (size_t)level->pending)) {
+        all->incomplete = 1;
+        return PERP_OK;
+    }
     if (perp__all_is_covered(all, all->origin, all->directions, level->pending))
         return PERP_OK;
     status = perp__cone_fit(&all->cone, 2 * all->n + 1, level->pending + 1);
