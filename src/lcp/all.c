@@ -11,6 +11,7 @@
 #include "base/context.h"
 #include "base/outcome.h"
 #include "lcp/settings.h"
+#include "linalg/lines.h"
 
 #define PERP__ENUMERATION_FIRST PERP__SIZE_THROUGH(perp_lcp_enumeration, seconds)
 
@@ -208,14 +209,26 @@ perp_status perp__all_prepare(perp__all *all)
     return PERP_OK;
 }
 
-/* False where entries of the equilibrated matrix are beyond the range of doubles. */
-static int32_t is_finite(const perp__all *all)
+/* False where entries of the equilibrated matrix are beyond the range of doubles; those that have
+ * become 0 there hide index sets. */
+static int32_t is_finite(perp__all *all)
 {
-    int32_t k;
+    const perp__matrix *M = &all->solver->M;
+    int32_t line, k;
 
-    for (k = 0; k < all->n * all->n; k++)
-        if (!isfinite(all->S[k]))
-            return 0;
+    for (line = 0; line < all->n; line++) {
+        const perp__line l = perp__line_of(M, line);
+
+        for (k = 0; k < l.count; k++) {
+            const int32_t at = l.indices ? l.indices[k] : k;
+            const double entry =
+                perp__lines_are_rows(M) ? all->S[line + all->n * at] : all->S[at + all->n * line];
+
+            if (!isfinite(entry))
+                return 0;
+            all->incomplete |= entry == 0.0 && l.values[k] != 0.0;
+        }
+    }
     return 1;
 }
 

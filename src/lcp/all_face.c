@@ -7,7 +7,6 @@
 #include "base/context.h"
 #include "base/outcome.h"
 #include "lcp/all.h"
-#include "lcp/evidence.h"
 
 /* Scaled numbers that differ by less, beside the largest, are the same. */
 static const double same = 1e-8;
@@ -41,7 +40,7 @@ perp__evaluation perp__all_evaluate(perp__all *all, const double *z)
 
 int32_t perp__all_is_solution(const perp__all *all, const perp__evaluation *worth, double size)
 {
-    const perp__evidence evidence = perp__evidence_of(all->solver, worth, fmax(1.0, size));
+    const perp__evidence evidence = perp__lcp_evidence(all->solver, worth, fmax(1.0, size));
 
     return perp__is_good(perp__gate(&evidence, all->solver->settings.tol, -1));
 }

@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "lcp/evidence.h"
 #include "lcp/sensitivity.h"
 #include "linalg/principal.h"
 
@@ -138,7 +137,7 @@ static int32_t find_worst(const perp_lcp_solver *solver)
 static void judge(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,
                   const perp__evaluation *worth)
 {
-    const perp__evidence evidence = perp__evidence_of(s->solver, worth, 1.0);
+    const perp__evidence evidence = perp__lcp_evidence(s->solver, worth, 1.0);
     int32_t i, least = -1;
 
     info->margin = INFINITY;

@@ -3,6 +3,7 @@
 #define PERP_LCP_SOLVER_H
 
 #include "base/arena.h"
+#include "base/outcome.h"
 #include "lcp/lcp.h"
 #include "lcp/method.h"
 #include "lcp/polish.h"
@@ -124,6 +125,12 @@ static inline double perp__reach_of(const perp_lcp_solver *solver, int32_t i)
 /* Projects solver->z onto the bounds, recomputes w = M z + q in doubled precision (w_high, w_low)
  * and the three numbers. */
 perp__evaluation perp__evaluate(perp_lcp_solver *solver);
+
+/* What the gate is told of the point of the last perp__evaluate; the second witness is asked where
+ * the first may pass. `unit`: that of a point which is not refined, so that rounding is beside its
+ * largest entry; 1 else. */
+perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,
+                                  double unit);
 
 /* What the point of the last perp__evaluate is called (base/outcome.h): the gate, with the second
  * witness where the first has passed. */

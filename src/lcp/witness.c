@@ -215,18 +215,23 @@ double perp__lcp_own_residual(perp_lcp_solver *solver)
     return own;
 }
 
+perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,
+                                  double unit)
+{
+    const size_t n = (size_t)solver->n;
+    perp__evidence evidence = {worth->tested / unit, INFINITY, worth->backward, 0};
+
+    if (evidence.tested <= sqrt(solver->settings.tol))
+        evidence.sound = perp__all_finite(solver->z, n) && perp__all_finite(solver->w_high, n);
+    if (evidence.sound)
+        evidence.own = perp__lcp_own_residual(solver) / unit;
+    return evidence;
+}
+
 perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
                              perp_outcome said)
 {
-    const size_t n = (size_t)solver->n;
-    perp__evidence evidence;
+    const perp__evidence evidence = perp__lcp_evidence(solver, worth, 1.0);
 
-    evidence.tested = worth->tested;
-    evidence.backward = worth->backward;
-    evidence.own = INFINITY;
-    evidence.sound = worth->tested <= sqrt(solver->settings.tol) &&
-                     perp__all_finite(solver->z, n) && perp__all_finite(solver->w_high, n);
-    if (evidence.sound)
-        evidence.own = perp__lcp_own_residual(solver);
     return perp__gate(&evidence, solver->settings.tol, said);
 }

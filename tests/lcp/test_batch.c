@@ -550,7 +550,7 @@ static void test_verdicts_are_the_front_doors(void **state)
         many p;
         size_t k;
 
-        create_hostile(&p, 1 + round % 6, 2000 + (uint64_t)round, 0);
+        create_hostile(&p, 1 + round % 6, 2000 + (uint64_t)round, 1);
         assert_int_equal(solve(&p, NULL, 1), PERP_OK);
         for (k = 0; k < COUNT; k++) {
             const size_t n = (size_t)p.n;
