@@ -62,12 +62,34 @@ static int32_t exponent_of(double x)
     return bits != 0 ? (int32_t)bits - 1023 : ilogb(x);
 }
 
-int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas)
+static int32_t find_omega(const perp_lcp_solver *solver, const int32_t *exponents)
+{
+    int32_t largest = INT32_MIN, i;
+
+    for (i = 0; i < solver->n; i++) {
+        const int32_t exponent = exponent_of(solver->q[i]) + exponents[i];
+
+        if (solver->q[i] != 0.0 && exponent > largest)
+            largest = exponent;
+    }
+    return largest == INT32_MIN ? 0 : largest;
+}
+
+int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas,
+                          int32_t known)
 {
     const double *q = solver->q;
     int32_t *largest = solver->part_omega;
-    int32_t changed = 0, i;
+    int32_t changed = !known, i;
 
+    if (solver->parts == 1) {
+        const int32_t omega = find_omega(solver, exponents);
+
+        changed = !known || omegas[0] != omega;
+        for (i = 0; i < solver->n && changed; i++)
+            omegas[i] = omega;
+        return changed;
+    }
     for (i = 0; i < solver->parts; i++)
         largest[i] = INT32_MIN;
     for (i = 0; i < solver->n; i++) {
@@ -90,21 +112,10 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q)
     int32_t i;
 
     solver->q = q;
-    if (perp__find_omegas(solver, solver->exponents, solver->omega) || !solver->powers_known)
+    if (perp__find_omegas(solver, solver->exponents, solver->omega, solver->powers_known))
         find_powers(solver);
     for (i = 0; i < solver->n; i++)
         solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
-}
-
-double perp__row_violation(double z, double lower, double upper, double w)
-{
-    if (lower == upper)
-        return 0.0;
-    if (z == lower)
-        return w < 0.0 ? -w : 0.0;
-    if (z == upper)
-        return w > 0.0 ? w : 0.0;
-    return fabs(w);
 }
 
 /* perp__mid with the differences from the bounds in hand */
@@ -115,13 +126,10 @@ static double middle(double above, double below, double w)
     return below > least ? below : least;
 }
 
-static double relative_violation(const perp_lcp_solver *solver, int32_t i)
+static double relative_violation(const perp_lcp_solver *solver, int32_t i, double violation)
 {
-    double violation =
-        perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i], solver->w_high[i]);
     double size = solver->row_norms[i] * perp__reach_of(solver, i) + fabs(solver->q_scaled[i]);
 
-    violation = perp__w_scaled(solver, i, violation);
     if (violation == 0.0)
         return 0.0;
     violation /= size; /* +inf where the row has nothing to change */
@@ -177,17 +185,20 @@ static double tested_residual(const perp_lcp_solver *solver, int32_t i, double a
 
 static perp__evaluation measure(const perp_lcp_solver *solver)
 {
-    perp__evaluation worth = {0.0, 0.0, 0.0};
+    perp__evaluation worth = {0.0, 0.0, 0.0, 0.0};
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
         double above = solver->z[i] - solver->lower[i];
         double below = solver->z[i] - solver->upper[i];
-        double w = solver->w_high[i];
+        double w = solver->w_high[i], violation;
 
         perp__raise_to(&worth.natural, fabs(middle(above, below, w)));
         perp__raise_to(&worth.tested, tested_residual(solver, i, above, below));
-        perp__raise_to(&worth.backward, relative_violation(solver, i));
+        violation = perp__w_scaled(
+            solver, i, perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i], w));
+        perp__raise_to(&worth.violation, violation);
+        perp__raise_to(&worth.backward, relative_violation(solver, i, violation));
     }
     return worth;
 }

@@ -205,7 +205,8 @@ static int32_t ends_the_search(const perp_lcp_solver *solver)
 static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, const double *z0)
 {
     perp__method_slot *slot;
-    int32_t attempts, attempt, paused = 0;
+    const double *start = z0;
+    int32_t attempts, attempt = 0, paused = 0;
     int64_t iterations = 0;
     perp_status status;
 
@@ -221,15 +222,14 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
         status = fit(solver, slot);
     if (solver->settings.pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
         attempts = 1;
-    for (attempt = 0; (attempt < attempts || paused) && status == PERP_OK; attempt++) {
-        if (!has_iterations_left(solver, step))
-            break;
-        status = run_once(solver, slot, step, attempt, &paused, &iterations, z0);
-        while (status == PERP_OK && !paused && goes_on(solver) && has_iterations_left(solver, step))
-            status = run_once(solver, slot, step, attempt, &paused, &iterations, solver->z);
-        if (status == PERP_OK && ends_the_search(solver) && !is_improvable(solver))
-            break;
-        if (solver->best.outcome == PERP_OUTCOME_RAY && solver->rays > 1)
+    while (status == PERP_OK && has_iterations_left(solver, step)) {
+        status = run_once(solver, slot, step, attempt, &paused, &iterations, start);
+        start = z0;
+        if (status == PERP_OK && !paused && goes_on(solver))
+            start = solver->z;
+        else if (status != PERP_OK || (ends_the_search(solver) && !is_improvable(solver)) ||
+                 (solver->best.outcome == PERP_OUTCOME_RAY && solver->rays > 1) ||
+                 (++attempt >= attempts && !paused))
             break;
     }
     if (paused)

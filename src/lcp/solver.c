@@ -127,6 +127,7 @@ static void equilibrate(perp_lcp_solver *solver)
 
     solver->powers_known = 0;
     solver->witness_known = 0;
+    solver->close_knit = -1;
     perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->row_norms,
                       solver->work);
     solver->parts = perp__find_parts(&solver->M, solver->part);
@@ -144,7 +145,8 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
     if (status != PERP_OK)
         return status;
     next.n = next.M.rows;
-    status = perp__arena_fit(&next.arena, layout, &next);
+    if (solver->setups == 0 || next.n != solver->n) /* else the arrays are there */
+        status = perp__arena_fit(&next.arena, layout, &next);
     if (status != PERP_OK)
         return status;
     for (i = 0; i < next.n; i++) {

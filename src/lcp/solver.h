@@ -16,6 +16,7 @@ typedef struct perp__evaluation {
     double natural;
     double tested;
     double backward;
+    double violation; /* of a row's sign or equation on the index set of z, scaled */
 } perp__evaluation;
 
 /* A method's workspace, made when the method first runs. */
@@ -57,6 +58,7 @@ struct perp_lcp_solver {
     double *z_down, *z_up; /* 2^-(e_i + omega), 2^(e_i + omega) */
     double *w_down;        /* 2^(e_i - omega) */
     double *reach;         /* a part's largest |z_i|, scaled, of the point evaluated last */
+    int32_t close_knit;    /* 1, 0 or -1 (not looked yet), for this tolerance */
     int32_t witness_known; /* the next three are of this matrix */
     int32_t *units, *cut;  /* see lcp/witness.c */
     double *terms, *most, *carried, *neighbours;
@@ -138,8 +140,10 @@ perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *wo
                              perp_outcome said);
 
 /* omegas[i] := log2 of the power of two near max 2^exponents |q| over the part of row i; 0 where
- * that is 0. Returns whether one of them has changed. */
-int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas);
+ * that is 0. Returns whether one of them has changed; what they hold on entry counts if it is
+ * `known`. */
+int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas,
+                          int32_t known);
 
 /* terms[i] := sum_j |M_ij z_j| + |q_i| of solver->z and carried[j] := |z_j|, where M, z and q are
  * scaled by 2^units and divided by 2^omegas. */
@@ -147,10 +151,19 @@ void perp__find_terms(perp_lcp_solver *solver, const int32_t *units, const int32
 
 /* The largest own residual of a row of the point of the last perp__evaluate; or 0 where a look at
  * its violations shows that it is at most settings.tol. */
-double perp__lcp_own_residual(perp_lcp_solver *solver);
+double perp__lcp_own_residual(perp_lcp_solver *solver, const perp__evaluation *worth);
 
 /* By how much row i fails to be the row of an exact solution with z's own index set. */
-double perp__row_violation(double z, double lower, double upper, double w);
+static inline double perp__row_violation(double z, double lower, double upper, double w)
+{
+    if (lower == upper)
+        return 0.0;
+    if (z == lower)
+        return w < 0.0 ? -w : 0.0;
+    if (z == upper)
+        return w > 0.0 ? w : 0.0;
+    return fabs(w);
+}
 
 /* As good as a double gets: nothing more to gain. */
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth);

@@ -57,24 +57,28 @@ static int32_t is_close_knit(const perp_lcp_solver *solver)
     return 1;
 }
 
-/* Whether the violations are so small that no look at the neighbours is needed: 0, small beside the
- * row's own q, or a quarter of what is granted anyway (max |q| is at least 1 in every part). */
-static int32_t is_surely_small(const perp_lcp_solver *solver)
+/* Whether the violations are so small that no look at the neighbours is needed: 0, a quarter of
+ * what is granted anyway (max |q| is at least 1 in every part), or small beside the row's own q. */
+static int32_t is_surely_small(perp_lcp_solver *solver, const perp__evaluation *worth)
 {
     const double tol = solver->settings.tol;
-    int32_t close_knit = -1, i;
+    int32_t i;
 
-    for (i = 0; i < solver->n; i++) {
-        const double v = perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i],
-                                             solver->w_high[i]);
-
-        if (v == 0.0 || v <= tol * fabs(solver->q[i]))
-            continue;
-        if (close_knit < 0)
-            close_knit = is_close_knit(solver);
-        if (!close_knit || !(perp__w_scaled(solver, i, v) <= 0.25 * ROUNDING))
-            return 0;
+    if (worth->violation == 0.0)
+        return 1;
+    if (worth->violation <= 0.25 * ROUNDING) {
+        if (solver->close_knit < 0 || solver->witness_tol != tol) {
+            solver->close_knit = is_close_knit(solver);
+            solver->witness_known = 0;
+            solver->witness_tol = tol;
+        }
+        if (solver->close_knit)
+            return 1;
     }
+    for (i = 0; i < solver->n; i++)
+        if (!(perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i],
+                                  solver->w_high[i]) <= tol * fabs(solver->q[i])))
+            return 0;
     return 1;
 }
 
@@ -135,6 +139,8 @@ static void look_at_matrix(perp_lcp_solver *solver, double least)
         if (entry(solver->units, &c) >= least)
             perp__join(solver->cut, c.i, c.j);
     perp__number_parts(solver->cut, solver->n);
+    if (solver->witness_tol != solver->settings.tol)
+        solver->close_knit = -1;
     solver->witness_tol = solver->settings.tol;
     solver->witness_known = 1;
 }
@@ -191,18 +197,18 @@ static void find_neighbours(perp_lcp_solver *solver, double least)
         perp__raise_to(&solver->most[solver->cut[i]], solver->terms[i]);
 }
 
-double perp__lcp_own_residual(perp_lcp_solver *solver)
+double perp__lcp_own_residual(perp_lcp_solver *solver, const perp__evaluation *worth)
 {
     const double tol = solver->settings.tol, least = sqrt(tol);
     int32_t *omegas = solver->work;
     double own = 0.0;
     int32_t i;
 
-    if (is_surely_small(solver))
+    if (is_surely_small(solver, worth))
         return 0.0;
     if (!solver->witness_known || solver->witness_tol != tol)
         look_at_matrix(solver, least);
-    perp__find_omegas(solver, solver->units, omegas);
+    perp__find_omegas(solver, solver->units, omegas, 0);
     perp__find_terms(solver, solver->units, omegas);
     find_neighbours(solver, least);
     for (i = 0; i < solver->n; i++) {
@@ -224,7 +230,7 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
     if (evidence.tested <= sqrt(solver->settings.tol))
         evidence.sound = perp__all_finite(solver->z, n) && perp__all_finite(solver->w_high, n);
     if (evidence.sound)
-        evidence.own = perp__lcp_own_residual(solver) / unit;
+        evidence.own = perp__lcp_own_residual(solver, worth) / unit;
     return evidence;
 }
 
