@@ -340,7 +340,7 @@ PERP_API void perp_compliant_destroy(perp_compliant *compliant);
  * Gamma = normal mass^-1 (normal' + tangent' diag(mu slip load)).
  *
  * Returns: PERP_OK; PERP_ERROR_ARGUMENT (an entry of slip that is not -1, 0 or 1, of load not -1 or
- *          1), _ABI, _HANDLE or _BUSY.
+ *          1), _NOT_FINITE (eigenvalues that overflow), _ABI, _HANDLE or _BUSY.
  * Out:     stability: initialised by perp_compliant_stability_init. Stable if and only if, for all
  *          gamma, Re gamma > 0 and damping^2 Re(gamma) |gamma|^2 > stiffness Im(gamma)^2.
  *          gamma: p eigenvalues of Gamma as pairs (real, imaginary); or NULL.
