@@ -7,6 +7,8 @@
 
 #include <perp/contact.h>
 
+#include "base/outcome.h"
+
 /* Of the radius: r nearer to the edge of its disc than this is on it. */
 #define EDGE (8.0 * DBL_EPSILON)
 
@@ -284,22 +286,27 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
                             r + parts[0].row, d, &law->mode);
 }
 
-double perp__contact_omega(const perp__contact_problem *problem)
+void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *part, int32_t parts,
+                          double *drive, double *omega)
 {
-    double omega = 0.0;
+    const int32_t units = problem->contacts + problem->size - problem->rows;
     int32_t i, k;
 
-    for (k = 0; k < problem->contacts; k++) {
-        double length = 0.0;
+    for (k = 0; k < parts; k++)
+        drive[k] = 0.0;
+    for (k = 0; k < units; k++) {
+        const int32_t row = problem->rows + k - problem->contacts;
+        const int32_t begin = k < problem->contacts ? problem->starts[k] : row;
+        const int32_t end = k < problem->contacts ? problem->starts[k + 1] : row + 1;
+        double length = fabs(problem->q[begin]);
 
-        for (i = problem->starts[k]; i < problem->starts[k + 1]; i++)
+        for (i = begin + 1; i < end; i++)
             length = hypot(length, problem->q[i]);
-        omega = fmax(omega, length / sqrt(problem->trace[k]));
+        perp__raise_to(&drive[part ? part[k] : 0], length / sqrt(problem->trace[k]));
     }
-    for (i = problem->rows; i < problem->size; i++) {
-        double trace = problem->trace[problem->contacts + i - problem->rows];
+    for (k = 0; k < units; k++) {
+        const double own = drive[part ? part[k] : 0];
 
-        omega = fmax(omega, fabs(problem->q[i]) / (trace > 0.0 ? sqrt(trace) : 1.0));
+        omega[k] = own == 0.0 ? 1.0 : own;
     }
-    return omega > 0.0 ? omega : 1.0;
 }

@@ -37,8 +37,10 @@ typedef struct perp__contact_law {
 void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
                          const double *u, perp__contact_law *law);
 
-/* omega of the tested residual: the largest |q_k| / sqrt(t_k), an impulse times the root of an
- * inverse mass; 1 if that is 0. */
-double perp__contact_omega(const perp__contact_problem *problem);
+/* omega of the tested residual, of each contact and bilateral row: the largest |q_k| / sqrt(t_k) of
+ * its part, an impulse times the root of an inverse mass; 1 if that is 0. drive: parts: the maxima
+ * as they are. part: NULL if there is only one part. */
+void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *part, int32_t parts,
+                          double *drive, double *omega);
 
 #endif

@@ -15,6 +15,7 @@
 
 #include <perp/contact.h>
 
+#include "base/clock.h"
 #include "base/context.h"
 #include "contact/law.h"
 #include "contact/pyramid.h"
@@ -26,6 +27,9 @@
 #define WIDTH 0.2  /* of attempt 1 */
 #define LEAST 1e-6 /* narrower, the vertices could hardly be told apart */
 #define NARROWER 0.125
+
+/* A time limit that is over. */
+#define SOON 1e-9
 
 /* More unknowns than this are more than pivoting serves. */
 enum { MOST_UNKNOWNS = 20000 };
@@ -139,6 +143,8 @@ static perp_status prepare(perp__pyramid *p)
     settings.tol = fmin(settings.tol, problem->tol);
     settings.monitor = watch;
     settings.monitor_user = (void *)(uintptr_t)problem->control;
+    if (problem->control->deadline > 0.0)
+        settings.time_limit = fmax(SOON, problem->control->deadline - perp__now());
     if (problem->iteration_limit > 0)
         settings.max_iterations = (int32_t)problem->iteration_limit;
     if (status == PERP_OK && !p->lcp)

@@ -87,6 +87,7 @@ static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
 
     if (solver->deadline > 0.0)
         settings.time_limit = fmax(1e-9, solver->deadline - perp__now());
+    settings.max_iterations = solver->settings.max_iterations;
     if (status == PERP_OK)
         status = perp__lcp_set(own->lcp, &settings);
     if (status == PERP_OK)
@@ -98,9 +99,10 @@ static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
         status = perp_lcp_result_init(result, sizeof *result);
     if (status == PERP_OK)
         status = perp__lcp_setup(own->lcp, &M, own->lower, NULL);
-    return status == PERP_OK
-               ? perp__lcp_solve(own->lcp, own->z, NULL, own->direction, result, own->q, NULL)
-               : status;
+    if (status == PERP_OK)
+        status = perp__lcp_solve(own->lcp, own->z, NULL, own->direction, result, own->q, NULL);
+    solver->iterations += result->iterations;
+    return status;
 }
 
 /* y := x on the rows of N, 0 elsewhere. */
