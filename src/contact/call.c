@@ -74,17 +74,15 @@ int32_t perp__contact_tick(void *user, int64_t iterations, double residual)
     return 0;
 }
 
-int32_t perp__contact_spend(perp_contact_solver *solver)
+int32_t perp__contact_polish_step(perp_contact_solver *solver)
 {
     const int64_t limit = solver->settings.max_iterations;
 
-    if (limit > 0 && solver->slot->spent >= limit) {
-        solver->said = PERP_OUTCOME_ITERATION_LIMIT;
+    if (limit > 0 && solver->polished >= limit)
         return 0;
-    }
-    if (perp__contact_tick(solver, solver->slot->spent, solver->best.worth.tested))
+    if (perp__contact_tick(solver, solver->polished, solver->best.worth.tested))
         return 0;
-    solver->slot->spent++;
+    solver->polished++;
     solver->iterations++;
     return 1;
 }

@@ -277,7 +277,6 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
     if (status != PERP_OK || !suited)
         return status;
     solver->running = step->method;
-    solver->slot = slot;
     solver->problem.iteration_limit = step->limit;
     status = fit(solver, slot);
     attempts = step->count > 0 ? step->count : slot->method->attempts - step->attempt;
@@ -376,7 +375,7 @@ static void forget(perp_contact_solver *solver)
     solver->ended = -1;
     solver->said = PERP_OUTCOME_ITERATION_LIMIT;
     solver->aborted = 0;
-    solver->iterations = 0;
+    solver->iterations = solver->polished = 0;
     for (k = 0; k < PERP__CONTACT_METHODS; k++)
         solver->slots[k].spent = 0;
 }

@@ -281,7 +281,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
         double size;
 
         velocities(solver);
-        if (!perp__contact_spend(solver))
+        if (!perp__contact_polish_step(solver))
             return step > 0;
         if (!set_up(p, problem, solver->r, solver->u))
             return 0;

@@ -116,11 +116,11 @@ struct perp_contact_solver {
     const perp__contact_call *call;
     perp__contact_candidate best;
     perp_outcome said;  /* by the last method */
-    int64_t iterations; /* of all that ran */
+    int64_t iterations; /* of all that ran, */
+    int64_t polished;   /* and of the polish */
     perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
     int32_t aborted;    /* the monitor returned a negative number */
-    int32_t running;    /* the method that does, and its slot */
-    perp__contact_slot *slot;
+    int32_t running;    /* the method that does */
     double deadline;
     perp__contact_problem problem;
     perp__contact_control control;
@@ -137,9 +137,9 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
 /* The methods' view of the monitor and the clock; user: the solver. Nonzero: stop. call.c. */
 int32_t perp__contact_tick(void *user, int64_t iterations, double residual);
 
-/* Takes one more iteration of what limits and monitor grant the method that runs. Returns 0 where
- * there is none left. */
-int32_t perp__contact_spend(perp_contact_solver *solver);
+/* Takes one more step of the polish from what limits and monitor grant. Returns 0 where there is
+ * none left. */
+int32_t perp__contact_polish_step(perp_contact_solver *solver);
 
 /* Checks of a call before, and its outputs after: call.c. */
 perp_status perp__contact_check_call(const perp_contact_solver *solver,
