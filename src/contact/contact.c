@@ -283,7 +283,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
     for (attempt = 0; attempt < attempts && status == PERP_OK; attempt++) {
         if (is_spent(solver, slot))
             solver->said = PERP_OUTCOME_ITERATION_LIMIT;
-        if (check_clock(solver) || is_spent(solver, slot))
+        if (is_spent(solver, slot) || (solver->iterations > 0 && check_clock(solver)))
             break;
         status = run_once(solver, slot, step->origin, step->attempt + attempt, &worth);
         if (status == PERP_OK && step->method == PERP_CONTACT_METHOD_SWEEP)

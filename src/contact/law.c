@@ -286,11 +286,26 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
                             r + parts[0].row, d, &law->mode);
 }
 
+/* |q| / sqrt(trace), by the short way where no square leaves the range of doubles. */
+static double share(const double *q, int32_t begin, int32_t end, double trace)
+{
+    double sum = 0.0, length = 0.0;
+    int32_t i;
+
+    for (i = begin; i < end; i++)
+        sum += q[i] * q[i];
+    if (sum / trace > DBL_MIN && sum / trace < INFINITY && sum > DBL_MIN)
+        return sqrt(sum / trace);
+    for (i = begin; i < end; i++)
+        length = hypot(length, q[i]);
+    return length / sqrt(trace);
+}
+
 void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *part, int32_t parts,
                           double *drive, double *omega)
 {
     const int32_t units = problem->contacts + problem->size - problem->rows;
-    int32_t i, k;
+    int32_t k;
 
     for (k = 0; k < parts; k++)
         drive[k] = 0.0;
@@ -298,11 +313,9 @@ void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *p
         const int32_t row = problem->rows + k - problem->contacts;
         const int32_t begin = k < problem->contacts ? problem->starts[k] : row;
         const int32_t end = k < problem->contacts ? problem->starts[k + 1] : row + 1;
-        double length = fabs(problem->q[begin]);
 
-        for (i = begin + 1; i < end; i++)
-            length = hypot(length, problem->q[i]);
-        perp__raise_to(&drive[part ? part[k] : 0], length / sqrt(problem->trace[k]));
+        perp__raise_to(&drive[part ? part[k] : 0],
+                       share(problem->q, begin, end, problem->trace[k]));
     }
     for (k = 0; k < units; k++) {
         const double own = drive[part ? part[k] : 0];
