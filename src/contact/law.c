@@ -323,3 +323,21 @@ void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *p
         omega[k] = own == 0.0 ? 1.0 : own;
     }
 }
+
+/* Within what has an inverse. */
+static double power_near(double x)
+{
+    int32_t exponent = 0;
+
+    (void)frexp(x, &exponent);
+    return ldexp(1.0, exponent > 1000 ? 1000 : exponent < -1000 ? -1000 : exponent);
+}
+
+void perp__contact_units(const perp__contact_problem *problem, int32_t k, double *impulse,
+                         double *velocity)
+{
+    const double root = sqrt(problem->trace[k]);
+
+    *impulse = power_near(problem->omega[k] / root);
+    *velocity = power_near(problem->omega[k] * root);
+}

@@ -38,8 +38,9 @@ typedef struct perp__contact_problem {
     const double *trace;    /* contacts: t_k = trace(W_kk) > 0, then W_ii of the bilateral rows */
     const double *q;        /* size */
     const double *omega;    /* contacts and bilateral rows: unit of the tested residual */
-    const int32_t *part;    /* of each of those: parts that nothing couples; NULL: one */
+    const int32_t *part;    /* of each of those: what noise alone couples is apart; NULL: one */
     int32_t parts;
+    int32_t leaks;         /* there is such noise */
     const perp__matrix *W; /* size by size, dense or CSC, maybe slightly unsymmetric; NULL where
                               only the bodies are known: perp__contact_delassus makes it */
     const struct perp__bodies *bodies; /* block-diagonal M with H; NULL where W was given */

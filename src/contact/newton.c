@@ -80,7 +80,7 @@ static void read_right_side(perp__newton *s)
 {
     const perp__newton_blocks *b = &s->blocks;
     const perp__contact_problem *problem = s->common.problem;
-    const int32_t *part = problem->part;
+    const int32_t *part = problem->leaks ? NULL : problem->part;
     double *largest = s->R; /* of each part */
     int32_t i;
 

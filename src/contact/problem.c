@@ -250,8 +250,9 @@ static void present(perp_contact_solver *solver)
     p->trace = solver->trace;
     p->q = solver->q;
     p->omega = solver->omega;
-    p->part = solver->leaks ? NULL : solver->part;
-    p->parts = solver->leaks ? 1 : solver->parts;
+    p->part = solver->part;
+    p->parts = solver->parts;
+    p->leaks = solver->leaks;
     p->W = solver->has_bodies ? NULL : &solver->W;
     p->bodies = solver->has_bodies ? &solver->bodies : NULL;
     p->control = &solver->control;

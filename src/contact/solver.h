@@ -67,10 +67,11 @@ typedef struct perp__contact_ray {
     int64_t fitted;
     int32_t n;
     double *M, *q, *lower, *z, *direction;
-    int32_t count;            /* rows of the block below */
-    int32_t *active, *pivots; /* n */
-    double *K, *step;         /* n by n; n */
-    double *zeros;            /* as many as velocities or rows */
+    double *impulse, *velocity; /* n: the units of z and of the rows */
+    int32_t count;              /* rows of the block below */
+    int32_t *active, *pivots;   /* n */
+    double *K, *step;           /* n by n; n */
+    double *zeros;              /* as many as velocities or rows */
 } perp__contact_ray;
 
 struct perp_contact_solver {
