@@ -9,6 +9,10 @@
 
 #include "base/outcome.h"
 
+/* A sum of squares between this and its inverse has lost nothing to the range of doubles; nor has
+ * the quotient of two such. */
+#define SMALL 1e-150
+
 /* Of the radius: r nearer to the edge of its disc than this is on it. */
 #define EDGE (8.0 * DBL_EPSILON)
 
@@ -286,19 +290,31 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
                             r + parts[0].row, d, &law->mode);
 }
 
-/* |q| / sqrt(trace), by the short way where no square leaves the range of doubles. */
-static double share(const double *q, int32_t begin, int32_t end, double trace)
+double perp__contact_length(const double *x, int32_t begin, int32_t end)
 {
     double sum = 0.0, length = 0.0;
     int32_t i;
 
     for (i = begin; i < end; i++)
-        sum += q[i] * q[i];
-    if (sum / trace > DBL_MIN && sum / trace < INFINITY && sum > DBL_MIN)
-        return sqrt(sum / trace);
+        sum += x[i] * x[i];
+    if (sum >= SMALL && sum <= 1.0 / SMALL)
+        return sqrt(sum);
     for (i = begin; i < end; i++)
-        length = hypot(length, q[i]);
-    return length / sqrt(trace);
+        length = hypot(length, x[i]);
+    return length;
+}
+
+/* |q| / sqrt(trace), with one rounding less where that leaves no square out of range. */
+static double share(const double *q, int32_t begin, int32_t end, double trace)
+{
+    double sum = 0.0;
+    int32_t i;
+
+    for (i = begin; i < end; i++)
+        sum += q[i] * q[i];
+    if (sum >= SMALL && sum <= 1.0 / SMALL && trace >= SMALL && trace <= 1.0 / SMALL)
+        return sqrt(sum / trace);
+    return perp__contact_length(q, begin, end) / sqrt(trace);
 }
 
 void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *part, int32_t parts,

@@ -37,6 +37,9 @@ typedef struct perp__contact_law {
 void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
                          const double *u, perp__contact_law *law);
 
+/* |x| of the entries begin .. end-1. */
+double perp__contact_length(const double *x, int32_t begin, int32_t end);
+
 /* omega of the tested residual, of each contact and bilateral row: the largest |q_k| / sqrt(t_k) of
  * its part, an impulse times the root of an inverse mass; 1 if that is 0. drive: parts: the maxima
  * as they are. part: NULL if there is only one part. */

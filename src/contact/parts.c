@@ -66,22 +66,20 @@ static void visit_bodies(perp_contact_solver *solver, visitor visit)
     int64_t at;
 
     for (block = 0; block < b->blocks; block++) {
-        double most = -1.0, length = 0.0;
+        double *lengths = solver->terms, most = -1.0;
         int32_t first = -1;
 
         for (at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
             const int32_t unit = b->block_units[at];
-            const double own = piece_length(b, unit, b->block_pieces[at]);
 
-            if (own / solver->root[unit] > most) {
-                most = own / solver->root[unit];
-                length = own;
+            lengths[unit] = piece_length(b, unit, b->block_pieces[at]);
+            if (lengths[unit] > most * solver->root[unit]) {
+                most = lengths[unit] / solver->root[unit];
                 first = unit;
             }
         }
         for (at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
-            visit(solver, first, b->block_units[at],
-                  length * piece_length(b, b->block_units[at], b->block_pieces[at]));
+            visit(solver, first, b->block_units[at], lengths[first] * lengths[b->block_units[at]]);
     }
 }
 

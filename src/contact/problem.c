@@ -106,6 +106,8 @@ static void lay_out_parts(perp__arena *arena, perp_contact_solver *s)
     const size_t units = (size_t)s->units, size = (size_t)s->size;
     double **const numbers[] = {&s->root, &s->omega, &s->drive,      &s->terms,
                                 &s->lack, &s->wide,  &s->most_speed, &s->most_energy};
+    const size_t count = sizeof numbers / sizeof *numbers;
+    double *all = perp__arena_take(arena, units, count * sizeof(double));
     size_t k;
 
     s->unit_of = perp__arena_take(arena, size, sizeof(int32_t));
@@ -113,8 +115,8 @@ static void lay_out_parts(perp__arena *arena, perp_contact_solver *s)
     s->number = perp__arena_take(arena, units, sizeof(int32_t));
     s->evidence = perp__arena_take(arena, units, sizeof(perp__evidence));
     s->best.evidence = perp__arena_take(arena, units, sizeof(perp__evidence));
-    for (k = 0; k < sizeof numbers / sizeof *numbers; k++)
-        *numbers[k] = perp__arena_take(arena, units, sizeof(double));
+    for (k = 0; k < count; k++)
+        *numbers[k] = all ? all + k * units : NULL; /* none while the arena only measures */
 }
 
 static void lay_out(perp__arena *arena, void *object)

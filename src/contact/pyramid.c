@@ -63,7 +63,7 @@ static void layout(perp__arena *arena, void *work)
     p->widths = perp__arena_take(arena, 3 * (size_t)problem->contacts, sizeof(double));
     p->guess = perp__arena_take(arena, n, sizeof(double));
     p->impulse = perp__arena_take(arena, size, sizeof(double));
-    p->velocity = perp__arena_take(arena, size, sizeof(double));
+    p->per_velocity = perp__arena_take(arena, size, sizeof(double));
     p->W = problem->W->column_starts ? perp__arena_take(arena, size, size * sizeof(double)) : NULL;
 }
 
@@ -118,8 +118,8 @@ static void set_guess(perp__pyramid *p, const double *r, const double *u)
                 continue;
             p->guess[at + (parts[c].size == 1 && x[0] < 0.0)] = length / p->impulse[k];
             p->guess[at + edges] = length < 0.999 * radius ? 0.0
-                                   : parts[c].size == 1    ? fabs(y[0]) / p->velocity[k]
-                                                           : hypot(y[0], y[1]) / p->velocity[k];
+                                   : parts[c].size == 1    ? fabs(y[0]) * p->per_velocity[k]
+                                                           : hypot(y[0], y[1]) * p->per_velocity[k];
             at += edges + 1;
         }
     }

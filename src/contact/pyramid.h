@@ -23,8 +23,8 @@ typedef struct perp__pyramid {
     double *angles, *widths; /* 3 contacts: where the discs pushed at the last answer; windows */
     int32_t regular;         /* polygons, without a window */
     double *guess;           /* z of the last answer with respect to new windows */
-    double *impulse;         /* contacts and bilateral rows: units of z and of the LCP's rows, */
-    double *velocity;        /* the other way round for slip speeds */
+    double *impulse;         /* contacts and bilateral rows: the unit of z; and 1 over that of */
+    double *per_velocity;    /* the rows; for slip speeds the other way round */
 } perp__pyramid;
 
 /* Vertices of a part's polygon; 0 where its coefficient is. */

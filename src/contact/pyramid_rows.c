@@ -82,8 +82,10 @@ void perp__pyramid_number(perp__pyramid *p)
     int32_t k, c, j;
 
     p->n = 0;
-    for (k = 0; k < problem->contacts + problem->size - problem->rows; k++)
-        perp__contact_units(problem, k, &p->impulse[k], &p->velocity[k]);
+    for (k = 0; k < problem->contacts + problem->size - problem->rows; k++) {
+        perp__contact_units(problem, k, &p->impulse[k], &p->per_velocity[k]);
+        p->per_velocity[k] = 1.0 / p->per_velocity[k];
+    }
     for (k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
@@ -151,7 +153,7 @@ static void fill_column(perp__pyramid *p, size_t j)
         column[i] = 0.0;
         if (a->size > 0 && b->size > 0 && perp__contact_couples(problem, a->unit, b->unit))
             column[i] = product(values, row_stride, column_stride, a, b) *
-                        (p->impulse[b->unit] / p->velocity[a->unit]);
+                        (p->impulse[b->unit] * p->per_velocity[a->unit]);
     }
 }
 
@@ -169,7 +171,7 @@ int32_t perp__pyramid_fill_impulses(perp__pyramid *p)
         fill_column(p, (size_t)i);
         p->q[i] = 0.0;
         for (c = 0; c < a->size; c++)
-            p->q[i] += a->d[c] * problem->q[a->row + c] / p->velocity[a->unit];
+            p->q[i] += a->d[c] * problem->q[a->row + c] * p->per_velocity[a->unit];
         p->lower[i] = a->size > 0 && a->row >= problem->rows ? -INFINITY : 0.0;
     }
     return 1;

@@ -20,16 +20,6 @@
 #define FLOOR 1e-5
 #define ROUNDING (16.0 * DBL_EPSILON)
 
-static double block_length(const double *x, int32_t begin, int32_t end)
-{
-    double length = fabs(x[begin]);
-    int32_t i;
-
-    for (i = begin + 1; i < end; i++)
-        length = hypot(length, x[i]);
-    return length;
-}
-
 /* change / scale, both >= 0 */
 static double relative_change(double change, double scale)
 {
@@ -108,7 +98,8 @@ void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *wor
         memset(solver->evidence, 0, (size_t)solver->parts * sizeof *solver->evidence);
     absolute(solver, solver->r, solver->q, solver->scale);
     for (k = 0; k < solver->units; k++)
-        solver->terms[k] = block_length(solver->scale, begin_of(solver, k), end_of(solver, k));
+        solver->terms[k] =
+            perp__contact_length(solver->scale, begin_of(solver, k), end_of(solver, k));
     for (k = 0; k < solver->contacts; k++)
         judge_contact(solver, k, worth);
     for (; k < solver->units; k++)
@@ -127,9 +118,10 @@ static void heed_modes(perp_contact_solver *solver)
 
         if (solver->modes[k] == PERP_CONTACT_SEPARATE)
             continue;
-        perp__raise_to(&solver->lack[k], solver->modes[k] == PERP_CONTACT_STICK
-                                             ? block_length(solver->u, row, solver->starts[k + 1])
-                                             : fabs(solver->u[row]));
+        perp__raise_to(&solver->lack[k],
+                       solver->modes[k] == PERP_CONTACT_STICK
+                           ? perp__contact_length(solver->u, row, solver->starts[k + 1])
+                           : fabs(solver->u[row]));
     }
 }
 
@@ -174,7 +166,7 @@ static void widen(perp_contact_solver *solver, double *wide)
     }
     absolute(solver, push, solver->scale, moves);
     for (k = 0; k < solver->units; k++)
-        wide[k] = block_length(moves, begin_of(solver, k), end_of(solver, k)) +
+        wide[k] = perp__contact_length(moves, begin_of(solver, k), end_of(solver, k)) +
                   share * fmin(solver->most_speed[solver->part[k]],
                                solver->root[k] * solver->most_energy[solver->part[k]]);
 }
