@@ -387,12 +387,25 @@ static int32_t may_prove(const perp_contact_solver *solver)
            !(solver->settings.max_iterations > 0 && solver->said == PERP_OUTCOME_ITERATION_LIMIT);
 }
 
+/* What the methods did not solve together, part by part. */
+static perp_status run_apart(perp_contact_solver *solver)
+{
+    perp__contact_worth worth;
+    int32_t some = 0;
+    perp_status status = perp__contact_solve_apart(solver, &some);
+
+    check_clock(solver);
+    return status == PERP_OK && some ? perp__contact_consider_polish(solver, &worth) : status;
+}
+
 static perp_status search(perp_contact_solver *solver)
 {
     plan_step steps[PLAN_MOST];
     int32_t count = plan(solver, steps), k;
     /* where it is cheap, the question whether there are any velocities at all comes early */
     const int32_t late = solver->units > EARLY_RAY;
+    /* auto goes on with every part by itself as soon as sweeps have shown which need it */
+    const int32_t apart = solver->settings.method == PERP_CONTACT_METHOD_AUTO ? 0 : count - 1;
     perp_status status;
 
     forget(solver);
@@ -403,6 +416,8 @@ static perp_status search(perp_contact_solver *solver)
         status = run(solver, &steps[k]);
         if (status == PERP_OK && k == (late ? count - 1 : 0) && may_prove(solver))
             status = perp__contact_find_ray(solver);
+        if (status == PERP_OK && k == apart && !ends_the_search(solver))
+            status = run_apart(solver);
     }
     return status;
 }

@@ -74,6 +74,22 @@ typedef struct perp__contact_ray {
     double *zeros;              /* as many as velocities or rows */
 } perp__contact_ray;
 
+/* A part by itself, with a solver of its own. */
+typedef struct perp__contact_apart {
+    perp_contact_solver *solver; /* NULL until it is first needed */
+    perp__arena arena;
+    int32_t room; /* rows */
+    int32_t size, contacts, bilateral;
+    double least;          /* tested residual so far */
+    int32_t *rows, *units; /* of the whole: size; contacts */
+    int32_t *dims, *modes; /* contacts */
+    double *mu, *rolling, *spinning;
+    double *W, *q, *r0, *r, *u, *ray; /* size by size, column by column; size */
+} perp__contact_apart;
+
+/* Most rows of a part that is solved by itself: W is dense. */
+enum { PERP__APART_MOST = 600 };
+
 struct perp_contact_solver {
     uint64_t magic;
     perp_context *context;
@@ -127,8 +143,14 @@ struct perp_contact_solver {
     perp__contact_control control;
     perp__contact_slot slots[PERP__CONTACT_METHODS];
     perp__contact_ray feasibility;
+    perp__contact_apart apart;
     perp__contact_polish polish;
 };
+
+/* A solver without a problem, in a context that is entered; and its end: solver.c. */
+perp_status perp__contact_create(perp_context *context, perp_contact_solver **solver,
+                                 const perp_contact_settings *settings);
+void perp__contact_destroy(perp_contact_solver *solver);
 
 /* Reads the laws and lays out the arrays: problem.c. With dynamics, `dynamics` is not NULL, else W
  * is. */
@@ -171,6 +193,10 @@ void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *wor
 void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth);
 perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
                                    const perp__contact_candidate *point, perp_outcome said);
+
+/* Solves the parts of the best point that are not solved, each by itself, into solver->r and modes;
+ * *some is 0 where there are none: apart.c. PERP_OK or a negative status. */
+perp_status perp__contact_solve_apart(perp_contact_solver *solver, int32_t *some);
 
 /* Writes the zeros of the velocities that the modes know: evaluation.c. */
 void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u);
