@@ -32,64 +32,6 @@ enum { PLAN_MOST = 16 };
 #define ROUGH 1e-5
 enum { ROUGH_SWEEPS = 1000, FIRST_SWEEPS = 100, LEMKE_MOST = 600 };
 
-static void keep(perp_contact_solver *solver)
-{
-    perp__contact_candidate *best = &solver->best;
-    const size_t size = (size_t)solver->size;
-
-    if (solver->parts > 0)
-        memcpy(best->evidence, solver->evidence, (size_t)solver->parts * sizeof *best->evidence);
-    if (size > 0) {
-        memcpy(best->r, solver->r, size * sizeof(double));
-        memcpy(best->u, solver->u, size * sizeof(double));
-    }
-    if (solver->contacts > 0)
-        memcpy(best->modes, solver->modes, (size_t)solver->contacts);
-    if (solver->entrance == PERP__ENTRANCE_DYNAMICS && solver->dynamics.n > 0)
-        memcpy(solver->best_v, solver->v, (size_t)solver->dynamics.n * sizeof(double));
-}
-
-/* Whether the point under evaluation takes the place of the best. */
-static int32_t is_better(const perp_contact_solver *solver, const perp__contact_candidate *point)
-{
-    const perp__contact_candidate *best = &solver->best;
-
-    if (best->method < 0)
-        return 1;
-    if (perp__is_good(point->outcome) != perp__is_good(best->outcome))
-        return perp__is_good(point->outcome);
-    if (point->worth.sound != best->worth.sound)
-        return point->worth.sound;
-    return point->worth.tested < best->worth.tested;
-}
-
-/* Evaluates solver->r and keeps it if it is the best so far. */
-static perp_status consider(perp_contact_solver *solver, int32_t method, const int8_t *modes,
-                            perp__contact_worth *found)
-{
-    perp__contact_candidate point = {0};
-    perp_status status = perp__contact_evaluate(solver, modes, &point.worth);
-
-    if (status != PERP_OK)
-        return status;
-    point.evidence = solver->evidence;
-    point.method = method;
-    point.outcome = perp__contact_verdict(solver, &point, solver->said);
-    *found = point.worth;
-    if (!is_better(solver, &point))
-        return PERP_OK;
-    solver->best.worth = point.worth;
-    solver->best.outcome = point.outcome;
-    solver->best.method = method;
-    keep(solver);
-    return PERP_OK;
-}
-
-perp_status perp__contact_consider_polish(perp_contact_solver *solver, perp__contact_worth *worth)
-{
-    return consider(solver, solver->running, solver->modes, worth);
-}
-
 static perp__contact_slot *slot_of(perp_contact_solver *solver, int32_t method)
 {
     int32_t k;
@@ -200,7 +142,8 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
         solver->said = PERP_OUTCOME_STALLED;
     }
     check_clock(solver);
-    status = consider(solver, slot->method->id, iterate.has_modes ? iterate.modes : NULL, worth);
+    status = perp__contact_consider(solver, slot->method->id,
+                                    iterate.has_modes ? iterate.modes : NULL, worth);
     if (status == PERP_OK && !ends_the_search(solver) && worth->tested <= POLISHED)
         status = perp__contact_polish_run(solver);
     return status == PERP_OK ? check_abort(solver) : status;
@@ -362,7 +305,7 @@ static perp_status try_start(perp_contact_solver *solver)
 
     for (i = 0; i < solver->size; i++)
         solver->r[i] = solver->call->r0 ? solver->call->r0[i] : 0.0;
-    return consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
+    return perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
 }
 
 static void forget(perp_contact_solver *solver)
@@ -395,7 +338,9 @@ static perp_status run_apart(perp_contact_solver *solver)
     perp_status status = perp__contact_solve_apart(solver, &some);
 
     check_clock(solver);
-    return status == PERP_OK && some ? perp__contact_consider_polish(solver, &worth) : status;
+    return status == PERP_OK && some
+               ? perp__contact_consider(solver, solver->running, solver->modes, &worth)
+               : status;
 }
 
 static perp_status search(perp_contact_solver *solver)

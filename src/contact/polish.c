@@ -397,7 +397,7 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
         write_modes(p, problem, solver->modes);
         /* the next round goes on from r as it is, not clipped to its cones */
         memcpy(solver->start, solver->r, (size_t)solver->size * sizeof(double));
-        status = perp__contact_consider_polish(solver, &worth);
+        status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
         if (status != PERP_OK || perp__is_good(solver->best.outcome) ||
             (changes == 0 && p->regular < REGULAR))
             return status;

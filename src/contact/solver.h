@@ -178,9 +178,10 @@ void perp__contact_find_parts(perp_contact_solver *solver);
 /* q, and with it omega, for this call: evaluation.c. PERP_OK, _CALLBACK or _NOT_FINITE. */
 perp_status perp__contact_load(perp_contact_solver *solver);
 
-/* Evaluates solver->r, as the polish left it with the modes in solver->modes, and keeps it if it is
- * the best so far: contact.c. */
-perp_status perp__contact_consider_polish(perp_contact_solver *solver, perp__contact_worth *worth);
+/* Evaluates solver->r, with the modes of the method's active set or NULL, and keeps it if it is the
+ * best so far: candidate.c. */
+perp_status perp__contact_consider(perp_contact_solver *solver, int32_t method, const int8_t *modes,
+                                   perp__contact_worth *worth);
 
 /* Projects solver->r onto its cones, writes the zeros of the contacts that separate, recomputes u
  * and judges: evaluation.c. Status as above. modes: those of the method's active set, or NULL. */
