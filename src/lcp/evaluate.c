@@ -149,11 +149,17 @@ void perp__find_reach(perp_lcp_solver *solver)
 /* Each number for itself: any n, any scaling, any parts, NaN included. */
 static void project(perp_lcp_solver *solver)
 {
+    double largest = 0.0;
     int32_t i;
 
-    for (i = 0; i < solver->n; i++)
+    for (i = 0; i < solver->n; i++) {
         solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
-    perp__find_reach(solver);
+        perp__raise_to(&largest, fabs(perp__z_scaled(solver, i, solver->z[i])));
+    }
+    if (solver->parts == 1)
+        solver->reach[0] = largest;
+    else
+        perp__find_reach(solver);
 }
 
 /* What doubled precision may leave wrong in w: where z is as large as 1e24, far along a null vector
@@ -162,7 +168,7 @@ static double doubt(const perp_lcp_solver *solver, int32_t i)
 {
     const double unit = 0.5 * DBL_EPSILON * solver->n;
 
-    return perp__reach_of(solver, i) <= PERP__DOUBTFUL ? 0.0 : unit * unit * solver->terms[i];
+    return solver->doubtful ? unit * unit * solver->terms[i] : 0.0;
 }
 
 /* The scaled residual of row i, at the end of w's interval where it is larger. */
@@ -235,7 +241,7 @@ static perp__evaluation measure_all(const perp_lcp_solver *solver)
     const enum perp__vector_set set = perp__widest_vectors();
     perp__evaluation worth;
 
-    if (solver->powers_normal && solver->parts == 1 && solver->reach[0] <= PERP__DOUBTFUL &&
+    if (solver->powers_normal && solver->parts == 1 && !solver->doubtful &&
         ((set == PERP__VECTOR_AVX512 && solver->n >= 8 &&
           measure_avx512(solver, solver->reach[0], &worth)) ||
          (set >= PERP__VECTOR_AVX2 && solver->n >= 4 &&
@@ -251,11 +257,11 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 
     project_all(solver);
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+    solver->doubtful = 0;
     for (k = 0; k < solver->parts; k++)
-        if (!(solver->reach[k] <= PERP__DOUBTFUL)) {
-            perp__find_terms(solver, solver->exponents, solver->omega); /* for doubt() */
-            break;
-        }
+        solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);
+    if (solver->doubtful)
+        perp__find_terms(solver, solver->exponents, solver->omega);
     return measure_all(solver);
 }
 

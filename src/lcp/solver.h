@@ -58,6 +58,7 @@ struct perp_lcp_solver {
     double *z_down, *z_up; /* 2^-(e_i + omega), 2^(e_i + omega) */
     double *w_down;        /* 2^(e_i - omega) */
     double *reach;         /* a part's largest |z_i|, scaled, of the point evaluated last */
+    int32_t doubtful;      /* w may have lost q in doubled precision: terms tell by how much */
     int32_t close_knit;    /* 1, 0 or -1 (not looked yet), for this tolerance */
     int32_t witness_known; /* the next three are of this matrix */
     int32_t *units, *cut;  /* see lcp/witness.c */

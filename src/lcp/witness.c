@@ -224,11 +224,12 @@ double perp__lcp_own_residual(perp_lcp_solver *solver, const perp__evaluation *w
 perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,
                                   double unit)
 {
-    const size_t n = (size_t)solver->n;
     perp__evidence evidence = {worth->tested / unit, INFINITY, worth->backward, 0};
 
-    if (evidence.tested <= sqrt(solver->settings.tol))
-        evidence.sound = perp__all_finite(solver->z, n) && perp__all_finite(solver->w_high, n);
+    if (evidence.tested <=
+        sqrt(solver->settings.tol)) /* reach: that of z, so z is finite with it */
+        evidence.sound = perp__all_finite(solver->reach, (size_t)solver->parts) &&
+                         perp__all_finite(solver->w_high, (size_t)solver->n);
     if (evidence.sound)
         evidence.own = perp__lcp_own_residual(solver, worth) / unit;
     return evidence;
