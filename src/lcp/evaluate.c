@@ -168,7 +168,7 @@ static double doubt(const perp_lcp_solver *solver, int32_t i)
 {
     const double unit = 0.5 * DBL_EPSILON * solver->n;
 
-    return solver->doubtful ? unit * unit * solver->terms[i] : 0.0;
+    return solver->doubtful ? unit * unit * solver->witness.terms[i] : 0.0;
 }
 
 /* The scaled residual of row i, at the end of w's interval where it is larger. */

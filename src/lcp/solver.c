@@ -83,12 +83,6 @@ static void layout(perp__arena *arena, void *object)
     s->omega = perp__arena_take(arena, n, sizeof(int32_t));
     s->part_omega = perp__arena_take(arena, n, sizeof(int32_t));
     s->reach = perp__arena_take(arena, n, sizeof(double));
-    s->units = perp__arena_take(arena, n, sizeof(int32_t));
-    s->cut = perp__arena_take(arena, n, sizeof(int32_t));
-    s->terms = perp__arena_take(arena, n, sizeof(double));
-    s->most = perp__arena_take(arena, n, sizeof(double));
-    s->carried = perp__arena_take(arena, n, sizeof(double));
-    s->neighbours = perp__arena_take(arena, n, sizeof(double));
     s->row_norms = perp__arena_take(arena, n, sizeof(double));
     s->z_down = perp__arena_take(arena, n, sizeof(double));
     s->z_up = perp__arena_take(arena, n, sizeof(double));
@@ -99,6 +93,7 @@ static void layout(perp__arena *arena, void *object)
     s->iterate = perp__arena_take(arena, n, sizeof(double));
     s->ray = perp__arena_take(arena, n, sizeof(double));
     s->cover = perp__arena_take(arena, n, sizeof(double));
+    perp__witness_layout(arena, &s->witness, n);
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
     s->z = perp__arena_take(arena, n, sizeof(double));
     s->w_high = perp__arena_take(arena, n, sizeof(double));
@@ -126,8 +121,7 @@ static void equilibrate(perp_lcp_solver *solver)
     int32_t i;
 
     solver->powers_known = 0;
-    solver->witness_known = 0;
-    solver->close_knit = -1;
+    solver->witness.known = 0;
     perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->row_norms,
                       solver->work);
     solver->parts = perp__find_parts(&solver->M, solver->part);

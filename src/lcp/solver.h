@@ -7,6 +7,7 @@
 #include "lcp/lcp.h"
 #include "lcp/method.h"
 #include "lcp/polish.h"
+#include "lcp/witness.h"
 
 #define PERP__SOLVER_MAGIC UINT64_C(0x706572706c637073)
 #define PERP__METHODS 6
@@ -59,11 +60,7 @@ struct perp_lcp_solver {
     double *w_down;        /* 2^(e_i - omega) */
     double *reach;         /* a part's largest |z_i|, scaled, of the point evaluated last */
     int32_t doubtful;      /* w may have lost q in doubled precision: terms tell by how much */
-    int32_t close_knit;    /* 1, 0 or -1 (not looked yet), for this tolerance */
-    int32_t witness_known; /* the next three are of this matrix */
-    int32_t *units, *cut;  /* see lcp/witness.c */
-    double *terms, *most, *carried, *neighbours;
-    double witness_tol;
+    perp__witness witness;
     double *q_scaled, *lower_scaled, *upper_scaled;
     double *iterate;     /* scaled, what a method works on */
     double *ray, *cover; /* scaled */
@@ -146,8 +143,8 @@ perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *wo
 int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas,
                           int32_t known);
 
-/* terms[i] := sum_j |M_ij z_j| + |q_i| of solver->z and carried[j] := |z_j|, where M, z and q are
- * scaled by 2^units and divided by 2^omegas. */
+/* witness.terms[i] := sum_j |M_ij z_j| + |q_i| of solver->z, scaled by 2^units and divided by
+ * 2^omegas. */
 void perp__find_terms(perp_lcp_solver *solver, const int32_t *units, const int32_t *omegas);
 
 /* The largest own residual of a row of the point of the last perp__evaluate; or 0 where a look at
