@@ -67,9 +67,12 @@ static int32_t find_omega(const perp_lcp_solver *solver, const int32_t *exponent
     int32_t largest = INT32_MIN, i;
 
     for (i = 0; i < solver->n; i++) {
-        const int32_t exponent = exponent_of(solver->q[i]) + exponents[i];
+        int32_t exponent;
 
-        if (solver->q[i] != 0.0 && exponent > largest)
+        if (solver->q[i] == 0.0)
+            continue;
+        exponent = exponent_of(solver->q[i]) + exponents[i];
+        if (exponent > largest)
             largest = exponent;
     }
     return largest == INT32_MIN ? 0 : largest;
