@@ -6,6 +6,7 @@
 
 #include "base/outcome.h"
 #include "lcp/solver.h"
+#include "linalg/lines.h"
 #include "linalg/scale.h"
 #include "linalg/vectors.h"
 
@@ -254,12 +255,56 @@ static perp__evaluation measure_all(const perp_lcp_solver *solver)
     return measure(solver);
 }
 
+/* high + low += a b */
+static void accumulate(double a, double b, double *high, double *low)
+{
+    const double product = a * b, sum = *high + product, back = sum - *high;
+
+    *low += fma(a, b, -product) + ((*high - (sum - back)) + (product - back));
+    *high = sum;
+}
+
+/* Rows in which products or partial sums went beyond the range of doubles: once more in scaled
+ * units, where they don't, and back. What is infinite then is beyond it. */
+static void recompute(perp_lcp_solver *solver)
+{
+    const int32_t *e = solver->exponents, *omega = solver->omega;
+    perp__cursor c = perp__first(&solver->M);
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++) {
+        solver->recomputed[i] = !isfinite(solver->w_high[i]) || !isfinite(solver->w_low[i]);
+        if (!solver->recomputed[i])
+            continue;
+        solver->w_high[i] = perp__shift(solver->q[i], e[i] - omega[i]);
+        solver->w_low[i] = 0.0;
+    }
+    while (perp__advance(&c))
+        if (solver->recomputed[c.i] && solver->z[c.j] != 0.0)
+            accumulate(perp__shift(c.value, e[c.i] + e[c.j]),
+                       perp__shift(solver->z[c.j], -e[c.j] - omega[c.j]), &solver->w_high[c.i],
+                       &solver->w_low[c.i]);
+    for (i = 0; i < solver->n; i++)
+        if (solver->recomputed[i]) {
+            const double sum = solver->w_high[i] + solver->w_low[i];
+
+            solver->w_low[i] =
+                perp__shift((solver->w_high[i] - sum) + solver->w_low[i], omega[i] - e[i]);
+            solver->w_high[i] = perp__shift(sum, omega[i] - e[i]);
+        }
+}
+
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 {
     int32_t k;
 
     project_all(solver);
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+    solver->w_finite = perp__all_finite(solver->w_high, (size_t)solver->n);
+    if (!solver->w_finite) {
+        recompute(solver);
+        solver->w_finite = perp__all_finite(solver->w_high, (size_t)solver->n);
+    }
     solver->doubtful = 0;
     for (k = 0; k < solver->parts; k++)
         solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);

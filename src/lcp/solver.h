@@ -59,6 +59,8 @@ struct perp_lcp_solver {
     double *z_down, *z_up; /* 2^-(e_i + omega), 2^(e_i + omega) */
     double *w_down;        /* 2^(e_i - omega) */
     double *reach;         /* a part's largest |z_i|, scaled, of the point evaluated last */
+    int32_t w_finite;      /* that of the last evaluation */
+    int32_t *recomputed;   /* n: rows of it that overflowed on the way */
     int32_t doubtful;      /* w may have lost q in doubled precision: terms tell by how much */
     perp__witness witness;
     double *q_scaled, *lower_scaled, *upper_scaled;
@@ -106,6 +108,15 @@ static inline double perp__z_caller(const perp_lcp_solver *solver, int32_t i, do
 {
     return solver->powers_normal ? z * solver->z_up[i]
                                  : perp__shift(z, solver->exponents[i] + solver->omega[i]);
+}
+
+/* The same for a point of a method or a face: bounds come back as they are, however far the scaling
+ * has pushed them. */
+static inline double perp__z_exact(const perp_lcp_solver *solver, int32_t i, double z)
+{
+    return z == solver->lower_scaled[i]   ? solver->lower[i]
+           : z == solver->upper_scaled[i] ? solver->upper[i]
+                                          : perp__z_caller(solver, i, z);
 }
 
 static inline double perp__w_scaled(const perp_lcp_solver *solver, int32_t i, double w)

@@ -69,45 +69,8 @@ static int32_t is_surely_small(const perp_lcp_solver *solver, const perp__evalua
     return 1;
 }
 
-/* The entries of M other than 0, one after the other. */
-typedef struct cursor {
-    const perp__matrix *M;
-    perp__line line;
-    int32_t at, next; /* the line, and the next of its entries */
-    int32_t i, j;     /* row and column of `value` */
-    double value;
-} cursor;
-
-static cursor first(const perp__matrix *M)
-{
-    cursor c = {M, {0, NULL, NULL}, -1, 0, 0, 0, 0.0};
-
-    return c;
-}
-
-static int32_t advance(cursor *c)
-{
-    do {
-        while (c->next == c->line.count) {
-            if (++c->at == c->M->columns)
-                return 0;
-            c->line = perp__line_of(c->M, c->at);
-            c->next = 0;
-        }
-        c->value = c->line.values[c->next];
-        c->i = c->line.indices ? c->line.indices[c->next] : c->next;
-        c->next++;
-    } while (c->value == 0.0);
-    c->j = c->at;
-    if (perp__lines_are_rows(c->M)) {
-        c->j = c->i;
-        c->i = c->at;
-    }
-    return 1;
-}
-
 /* |M_ij| in these units */
-static double entry(const int32_t *units, const cursor *c)
+static double entry(const int32_t *units, const perp__cursor *c)
 {
     return perp__shift(fabs(c->value), units[c->i] + units[c->j]);
 }
@@ -115,12 +78,12 @@ static double entry(const int32_t *units, const cursor *c)
 /* The parts that are left when couplings below `least` are cut. */
 static void find_cut(const perp__matrix *M, perp__witness_units *u, double least)
 {
-    cursor c = first(M);
+    perp__cursor c = perp__first(M);
     int32_t i;
 
     for (i = 0; i < M->rows; i++)
         u->cut[i] = i;
-    while (advance(&c))
+    while (perp__advance(&c))
         if (entry(u->exponents, &c) >= least)
             perp__join(u->cut, c.i, c.j);
     perp__number_parts(u->cut, M->rows);
@@ -148,12 +111,12 @@ static void look_at_matrix(perp_lcp_solver *solver, double least)
 void perp__find_terms(perp_lcp_solver *solver, const int32_t *units, const int32_t *omegas)
 {
     perp__witness *witness = &solver->witness;
-    cursor c = first(&solver->M);
+    perp__cursor c = perp__first(&solver->M);
     int32_t i;
 
     for (i = 0; i < solver->n; i++)
         witness->terms[i] = perp__shift(fabs(solver->q[i]), units[i] - omegas[i]);
-    while (advance(&c))
+    while (perp__advance(&c))
         witness->terms[c.i] +=
             perp__shift(fabs(c.value * solver->z[c.j]), units[c.i] - omegas[c.i]);
 }
@@ -182,13 +145,13 @@ static double violation_of(const perp_lcp_solver *solver, const perp__witness_un
 static void find_violations(perp_lcp_solver *solver, const perp__witness_units *u, double least)
 {
     perp__witness *witness = &solver->witness;
-    cursor c = first(&solver->M);
+    perp__cursor c = perp__first(&solver->M);
     int32_t i;
 
     for (i = 0; i < solver->n; i++)
         witness->carried[i] =
             perp__shift(fabs(solver->z[i]), -u->exponents[i] - witness->omegas[i]);
-    while (advance(&c)) {
+    while (perp__advance(&c)) {
         const double size = entry(u->exponents, &c);
 
         if (size >= least && !(witness->terms[c.i] <= size * witness->carried[c.j]))
@@ -213,10 +176,10 @@ static void find_violations(perp_lcp_solver *solver, const perp__witness_units *
 static void find_neighbours(perp_lcp_solver *solver, const perp__witness_units *u, double least)
 {
     perp__witness *witness = &solver->witness;
-    cursor c = first(&solver->M);
+    perp__cursor c = perp__first(&solver->M);
     int32_t i;
 
-    while (advance(&c)) {
+    while (perp__advance(&c)) {
         const double size = entry(u->exponents, &c);
 
         if (witness->is_free[c.j] && size >= least &&
@@ -227,7 +190,7 @@ static void find_neighbours(perp_lcp_solver *solver, const perp__witness_units *
         witness->around[i] = witness->terms[i];
         witness->most[i] = 0.0;
     }
-    for (c = first(&solver->M); advance(&c);)
+    for (c = perp__first(&solver->M); perp__advance(&c);)
         witness->around[c.i] += entry(u->exponents, &c) * witness->carried[c.j];
     for (i = 0; i < solver->n; i++)
         perp__raise_to(&witness->most[u->cut[i]], witness->rounding[i]);
@@ -291,8 +254,7 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
 
     if (evidence.tested <=
         sqrt(solver->settings.tol)) /* reach: that of z, so z is finite with it */
-        evidence.sound = perp__all_finite(solver->reach, (size_t)solver->parts) &&
-                         perp__all_finite(solver->w_high, (size_t)solver->n);
+        evidence.sound = perp__all_finite(solver->reach, (size_t)solver->parts) && solver->w_finite;
     if (evidence.sound)
         evidence.own = perp__lcp_own_residual(solver, worth) / unit;
     return evidence;
