@@ -169,7 +169,7 @@ PERP_API perp_status perp_world_stats_init(perp_world_stats *stats, size_t size)
 PERP_API perp_status perp_world_create(perp_context *context, perp_world **world,
                                        const perp_world_settings *settings) PERP_WARN_UNUSED;
 
-/* Releases a world; NULL is allowed. */
+/* Releases a world; NULL is allowed. Ignored inside a callback of the world's own context. */
 PERP_API void perp_world_destroy(perp_world *world);
 
 /* Returns the id of the world's static body; 0 if `world` is not a world. */

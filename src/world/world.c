@@ -42,9 +42,7 @@ perp_status perp_world_stats_init(perp_world_stats *stats, size_t size)
 
 perp_status perp__world_enter(const perp_world *world)
 {
-    if (!world || world->magic != PERP__WORLD_MAGIC)
-        return PERP_ERROR_HANDLE;
-    return perp__enter(world->context);
+    return perp__enter_handle(world, PERP__WORLD_MAGIC);
 }
 
 void *perp__grown(perp_context *context, void *old, size_t used, size_t size)
@@ -242,11 +240,12 @@ void perp_world_destroy(perp_world *world)
 {
     perp_context *context;
 
-    if (!world || world->magic != PERP__WORLD_MAGIC)
+    if (!perp__enter_to_destroy(world, PERP__WORLD_MAGIC))
         return;
     context = world->context;
     release_world(world);
     perp__detach(context);
+    perp__leave(context, PERP_OK);
 }
 
 perp_body perp_world_ground(const perp_world *world)
