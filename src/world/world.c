@@ -124,16 +124,16 @@ static perp_status check_settings(perp_context *context, const perp_world_settin
 /* method, max_iterations, tol and time_limit are the LCP's, which checks them. */
 static perp_status make_solver(perp_world *world)
 {
-    perp_lcp_settings settings;
-    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
+    perp_lcp_settings *settings = &world->solver_settings;
+    perp_status status = perp_lcp_settings_init(settings, sizeof *settings);
 
     if (status != PERP_OK)
         return status;
-    settings.method = world->settings.method;
-    settings.max_iterations = world->settings.max_iterations;
-    settings.tol = world->settings.tol;
-    settings.time_limit = world->settings.time_limit;
-    status = perp__lcp_create(world->context, &world->solver, &settings);
+    settings->method = world->settings.method;
+    settings->max_iterations = world->settings.max_iterations;
+    settings->tol = world->settings.tol;
+    settings->time_limit = world->settings.time_limit;
+    status = perp__lcp_create(world->context, &world->solver, settings);
     if (status == PERP_OK)
         status = perp_lcp_result_init(&world->work.result, sizeof world->work.result);
     return status;
