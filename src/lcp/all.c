@@ -292,7 +292,7 @@ perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
                          const double *lower, const double *upper, perp_lcp_visit visitor,
                          void *user)
 {
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;

@@ -168,15 +168,13 @@ perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *sett
 
 static perp_status enter(perp_lcp_solver *solver)
 {
-    if (!solver || solver->magic != PERP__SOLVER_MAGIC)
-        return PERP_ERROR_HANDLE;
-    return perp__enter(solver->context);
+    return perp__enter_handle(solver, PERP__SOLVER_MAGIC);
 }
 
 perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
                                    const perp_lcp_settings *settings)
 {
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
@@ -188,9 +186,13 @@ perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solv
 
 void perp_lcp_solver_destroy(perp_lcp_solver *solver)
 {
-    /* inside one of its own callbacks the solver's memory is in use: that call is refused */
-    if (solver && solver->magic == PERP__SOLVER_MAGIC && !solver->context->busy)
-        perp__lcp_destroy(solver);
+    perp_context *context;
+
+    if (!perp__enter_to_destroy(solver, PERP__SOLVER_MAGIC))
+        return;
+    context = solver->context;
+    perp__lcp_destroy(solver);
+    perp__leave(context, PERP_OK);
 }
 
 perp_status perp_lcp_solver_set(perp_lcp_solver *solver, const perp_lcp_settings *settings)
@@ -227,7 +229,7 @@ perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *
                            const double *upper, const double *z0)
 {
     perp_lcp_solver *solver = NULL;
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
