@@ -52,6 +52,7 @@ static void layout(perp__arena *arena, void *object)
 
     s->walk.model = &s->model;
     s->start = perp__arena_take(arena, n, sizeof(double));
+    s->unit = perp__arena_take(arena, n, sizeof(double));
     s->perturbed = perp__arena_take(arena, n, sizeof(double));
     s->candidate = perp__arena_take(arena, n, sizeof(double));
     s->best_z = perp__arena_take(arena, n, sizeof(double));

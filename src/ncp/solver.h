@@ -3,6 +3,7 @@
 #define PERP_NCP_SOLVER_H
 
 #include "base/arena.h"
+#include "base/outcome.h"
 #include "ncp/method.h"
 #include "ncp/ncp.h"
 
@@ -10,9 +11,11 @@
 
 /* What a point is worth, recomputed from F and J there. */
 typedef struct perp__ncp_worth {
-    double tested, natural, backward;
-    double at_start;      /* tested, by the scales of the start */
-    perp_outcome outcome; /* solved or rounding_limit; else what the method said */
+    perp__evidence
+        evidence; /* tested, own, backward; sound: finite, and at_start is no objection */
+    double natural;
+    double at_start;   /* tested, by the scales of the start */
+    perp_outcome said; /* by the method */
 } perp__ncp_worth;
 
 struct perp_ncp_solver {
@@ -26,12 +29,12 @@ struct perp_ncp_solver {
     perp__ncp_linear linear;
     double *start; /* z0, projected; moved to where F is defined */
     double *perturbed;
+    double *unit;      /* of a perturbation */
     double *candidate; /* caller's units */
     double *best_z, *best_w;
     perp__ncp_worth best;
     int32_t best_method; /* -1: no point yet */
     int64_t iterations;
-    perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
     int32_t trapped;
     uint64_t random;
 };
@@ -40,11 +43,15 @@ struct perp_ncp_solver {
  * PERP_ERROR_CALLBACK. */
 perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth);
 
+/* The largest own residual of a row of walk.z, where F is walk.w in the scaled coordinates of the
+ * last Jacobian there; leaves the model in others. */
+double perp__ncp_own_residual(perp_ncp_solver *solver);
+
 /* *trapped := whether best_z is a stationary point of the merit function, within rounding. */
 perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped);
 
 /* perturbed := start, perturbed; the attempts differ in size and direction. */
-void perp__ncp_perturb(perp_ncp_solver *solver, int32_t attempt, double unit);
+void perp__ncp_perturb(perp_ncp_solver *solver, int32_t attempt);
 
 /* start := z0, or near it where F is not defined there. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
 perp_status perp__ncp_find_start(perp_ncp_solver *solver, const double *z0);
