@@ -166,24 +166,22 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
     return status;
 }
 
-/* unit[i] := the largest |z_j| of the start in row i's part, or what its scales take for that; in
- * the whole problem where the part has none. */
-static void own_sizes(perp_ncp_solver *solver, double *unit)
+/* unit[i] := what the scales of the start take for the size of z_i; the largest of those where that
+ * is 0. */
+static void own_sizes(perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
     double largest = 0.0;
 
-    memset(m->most, 0, (size_t)m->n * sizeof(double));
     for (int32_t i = 0; i < m->n; i++) {
-        double *most = &m->most[m->part[i]];
+        const double size = m->start_known ? m->omega_start[i] * m->D_start[i] : 0.0;
 
-        *most = fmax(*most, fabs(solver->start[i]));
-        if (m->start_known)
-            *most = fmax(*most, m->omega_start[i] * m->D_start[i]);
-        largest = fmax(largest, *most);
+        solver->unit[i] = fmax(fabs(solver->start[i]), size);
+        largest = fmax(largest, solver->unit[i]);
     }
     for (int32_t i = 0; i < m->n; i++)
-        unit[i] = m->most[m->part[i]] > 0.0 ? m->most[m->part[i]] : largest;
+        if (solver->unit[i] == 0.0)
+            solver->unit[i] = largest;
 }
 
 /* Both methods from perturbed starts. */
@@ -193,7 +191,7 @@ static perp_status restart(perp_ncp_solver *solver)
     perp_status status = PERP_OK;
 
     if (most > 0 && !is_over(solver))
-        own_sizes(solver, solver->unit);
+        own_sizes(solver);
     for (int32_t k = 0; k < most && status == PERP_OK && !is_over(solver); k++) {
         solver->model.control.restarts++;
         perp__ncp_perturb(solver, k);

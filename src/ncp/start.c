@@ -27,7 +27,7 @@ void perp__ncp_perturb(perp_ncp_solver *solver, int32_t attempt)
 
     for (int32_t i = 0; i < m->n; i++) {
         const double width = m->upper[i] - m->lower[i];
-        const double size = fmin(factor * fmax(fabs(solver->start[i]), solver->unit[i]), width);
+        const double size = fmin(factor * solver->unit[i], width);
 
         double shift = size * random_number(solver);
 
