@@ -190,14 +190,38 @@ static perp_status restart(perp_ncp_solver *solver)
     const int32_t most = solver->settings.method == PERP_NCP_AUTO ? solver->settings.restarts : 0;
     perp_status status = PERP_OK;
 
-    if (most > 0 && !is_over(solver))
-        own_sizes(solver);
+    own_sizes(solver);
     for (int32_t k = 0; k < most && status == PERP_OK && !is_over(solver); k++) {
         solver->model.control.restarts++;
         perp__ncp_perturb(solver, k);
         status = run_all(solver, solver->perturbed, k % 2 == 0 ? solver->settings.penalty : 0.0);
     }
     return status;
+}
+
+/* Each part that is not solved where all are best, with the others held; then the whole. */
+static perp_status part_by_part(perp_ncp_solver *solver)
+{
+    perp_outcome said = PERP_OUTCOME_SOLVED;
+    int32_t method = solver->best_method;
+    perp_status status = PERP_OK;
+
+    for (int32_t p = 0;
+         p < solver->parts.count && status == PERP_OK && solver->model.control.ended < 0; p++) {
+        perp__ncp_hold_others(solver, p);
+        status = consider(solver, method, PERP_OUTCOME_STALLED);
+        if (status == PERP_OK && !is_over(solver))
+            status = run_all(solver, solver->start, solver->settings.penalty);
+        if (status == PERP_OK)
+            status = restart(solver);
+        if (status != PERP_OK || solver->best_method < 0)
+            continue;
+        perp__ncp_gather(solver, p);
+        said = perp__worse_outcome(said, verdict(solver, &solver->best));
+        method = solver->best_method;
+    }
+    perp__ncp_hold_others(solver, -1);
+    return status == PERP_OK ? consider(solver, method, said) : status;
 }
 
 static perp_status search(perp_ncp_solver *solver, const double *z0)
@@ -208,8 +232,8 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
     if (status != PERP_OK)
         return status;
     status = run_all(solver, solver->start, solver->settings.penalty);
-    if (status == PERP_OK)
-        status = restart(solver);
+    if (status == PERP_OK && !is_over(solver))
+        status = perp__ncp_split(solver) ? part_by_part(solver) : restart(solver);
     if (status == PERP_OK && solver->best_method < 0) { /* no time for a step, or no J anywhere */
         memcpy(solver->candidate, solver->start, (size_t)solver->model.n * sizeof(double));
         status = consider(solver, control->method, PERP_OUTCOME_SINGULAR);

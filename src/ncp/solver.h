@@ -18,6 +18,13 @@ typedef struct perp__ncp_worth {
     perp_outcome said; /* by the method */
 } perp__ncp_worth;
 
+/* What is kept while the parts of a problem are solved one by one. */
+typedef struct perp__ncp_parts {
+    int32_t *of, count;            /* the part of a row */
+    double *z;                     /* the best of every part */
+    double *lower, *upper, *start; /* of the whole */
+} perp__ncp_parts;
+
 struct perp_ncp_solver {
     uint64_t magic;
     perp_context *context;
@@ -27,6 +34,7 @@ struct perp_ncp_solver {
     perp__ncp_model model;
     perp__ncp_walk walk;
     perp__ncp_linear linear;
+    perp__ncp_parts parts;
     double *start; /* z0, projected; moved to where F is defined */
     double *perturbed;
     double *unit;      /* of a perturbation */
@@ -46,6 +54,16 @@ perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth);
 /* The largest own residual of a row of walk.z, where F is walk.w in the scaled coordinates of the
  * last Jacobian there; leaves the model in others. */
 double perp__ncp_own_residual(perp_ncp_solver *solver);
+
+/* Whether there is more than one part to solve (and not too many), from the best point yet. */
+int32_t perp__ncp_split(perp_ncp_solver *solver);
+
+/* Fixes all variables but those of part p (-1: none) at the best that is known of them; forgets the
+ * best point. candidate := the best of all parts. */
+void perp__ncp_hold_others(perp_ncp_solver *solver, int32_t p);
+
+/* Takes part p of the best point. */
+void perp__ncp_gather(perp_ncp_solver *solver, int32_t p);
 
 /* *trapped := whether best_z is a stationary point of the merit function, within rounding. */
 perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped);
