@@ -21,20 +21,22 @@ static double violation(double z, double lower, double upper, double w)
     return fabs(w);
 }
 
-/* Row sums of |S| into f->part, the largest |z| of a row's part into f->image. */
+/* Row sums of |S| into f->part, the largest |z_j| that row i hangs together with into f->image. */
 static void find_sizes(perp__ncp_walk *f)
 {
     const perp__ncp_model *m = f->model;
     const perp__matrix S = perp__ncp_view(m);
+    const int32_t *part = m->part + m->n;
 
+    memset(m->most, 0, 2 * (size_t)m->n * sizeof(double));
     for (int32_t i = 0; i < m->n; i++)
-        f->part[i] = m->most[i] = 0.0;
+        f->part[i] = 0.0;
     for (int32_t j = 0; j < m->n; j++) {
         const perp__line l = perp__line_of(&S, j);
 
         for (int32_t k = 0; k < l.count; k++)
             f->part[l.indices ? l.indices[k] : k] += fabs(l.values[k]);
-        m->most[m->part[j]] = fmax(m->most[m->part[j]], fabs(f->z[j]));
+        m->most[part[j]] = fmax(m->most[part[j]], fabs(f->z[j]));
     }
     for (int32_t i = 0; i < m->n; i++)
         f->image[i] = m->most[m->part[i]];

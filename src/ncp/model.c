@@ -7,9 +7,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
-#include "linalg/lines.h"
-
-#define VANISHED 0x1p-20 /* of z at the start */
 
 void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
 {
@@ -22,11 +19,11 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
     m->low = perp__arena_take(arena, n, sizeof(double));
     m->high = perp__arena_take(arena, n, sizeof(double));
     m->D = perp__arena_take(arena, n, sizeof(double));
-    m->unit = perp__arena_take(arena, n, sizeof(double));
-    m->part = perp__arena_take(arena, n, sizeof(int32_t));
-    m->omega = perp__arena_take(arena, n, sizeof(double));
+    m->unit = perp__arena_take(arena, 2 * n, sizeof(double));
+    m->part = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    m->omega = perp__arena_take(arena, 2 * n, sizeof(double));
+    m->most = perp__arena_take(arena, 2 * n, sizeof(double));
     m->offset = perp__arena_take(arena, n, sizeof(double));
-    m->most = perp__arena_take(arena, n, sizeof(double));
     m->z_unit = perp__arena_take(arena, n, sizeof(double));
     m->w_unit = perp__arena_take(arena, n, sizeof(double));
     m->exponents = perp__arena_take(arena, n, sizeof(int32_t));
@@ -42,7 +39,7 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
     m->sizes = perp__arena_take(arena, n, sizeof(double));
     m->z_start = perp__arena_take(arena, n, sizeof(double));
     m->D_start = perp__arena_take(arena, n, sizeof(double));
-    m->omega_start = perp__arena_take(arena, n, sizeof(double));
+    m->omega_start = perp__arena_take(arena, 2 * n, sizeof(double));
     m->colours.of = perp__arena_take(arena, n, sizeof(int32_t));
     m->colours.starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
     m->colours.order = perp__arena_take(arena, n, sizeof(int32_t));
@@ -86,17 +83,6 @@ static void pad(perp__ncp_model *m)
     m->entries = (size_t)count;
 }
 
-/* The parts of the caller's pattern. */
-static void find_parts(perp__ncp_model *m)
-{
-    for (int32_t i = 0; i < m->n; i++)
-        m->part[i] = i;
-    for (int32_t j = 0; j < m->n; j++)
-        for (int32_t k = m->starts[j]; k < m->starts[j + 1]; k++)
-            perp__join(m->part, m->rows[k], j);
-    perp__number_parts(m->part, m->n);
-}
-
 void perp__ncp_model_read(perp__ncp_model *m, const perp_ncp_problem *problem)
 {
     const size_t n = (size_t)m->n;
@@ -118,10 +104,6 @@ void perp__ncp_model_read(perp__ncp_model *m, const perp_ncp_problem *problem)
         m->problem.column_starts = m->pattern_starts;
         m->problem.row_indices = m->pattern_rows;
         pad(m);
-        find_parts(m);
-    } else {
-        for (size_t i = 0; i < n; i++)
-            m->part[i] = 0; /* until there is a Jacobian */
     }
     m->colours.known = 0;
 }
@@ -195,11 +177,7 @@ perp_status perp__ncp_linearise(perp__ncp_model *m, const double *z, const doubl
     perp__ncp_scale_matrix(m);
     if (!perp__all_finite(m->S, m->entries))
         return PERP__NCP_OUTSIDE;
-    if (!m->sparse) {
-        const perp__matrix S = perp__ncp_view(m);
-
-        perp__find_parts(&S, m->part);
-    }
+    perp__ncp_find_parts(m, m->part, NULL, NULL, 0.0);
     m->known = 1;
     return PERP_OK;
 }
@@ -286,79 +264,4 @@ perp_status perp__ncp_tick(perp__ncp_model *m, perp_outcome *outcome, int64_t it
     perp__ncp_is_late(m);
     *outcome = control->ended;
     return PERP_OK;
-}
-
-/* Of a row's own z and q. */
-static double size_of(const perp__ncp_model *m, int32_t i, double z)
-{
-    return fmax(fabs(m->offset[i]), fmax(fabs(z), VANISHED * m->z_start[i] / m->z_unit[i]));
-}
-
-void perp__ncp_find_omega(perp__ncp_model *m, const double *z, const double *w)
-{
-    double *minus_z = m->omega;
-
-    for (int32_t i = 0; i < m->n; i++) {
-        minus_z[i] = -z[i];
-        m->offset[i] = w[i];
-        m->most[i] = 0.0;
-    }
-    perp__ncp_add(m, minus_z, m->offset);
-    for (int32_t i = 0; i < m->n; i++)
-        m->most[m->part[i]] = fmax(m->most[m->part[i]], size_of(m, i, z[i]));
-    for (int32_t i = 0; i < m->n; i++) {
-        const double most = m->most[m->part[i]];
-        int exponent;
-
-        frexp(most, &exponent);
-        m->omega[i] = most == 0.0 ? 0.0 : isinf(most) ? NAN : ldexp(1.0, exponent - 1);
-    }
-}
-
-void perp__ncp_mark_start(perp__ncp_model *m)
-{
-    if (m->start_known)
-        return;
-    m->start_known = 1;
-    for (int32_t i = 0; i < m->n; i++) {
-        m->omega_start[i] = m->omega[i] * m->unit[i];
-        m->D_start[i] = m->D[i];
-    }
-}
-
-double perp__ncp_residual_at_start(const perp__ncp_model *m, const double *z, const double *w)
-{
-    double most = 0.0;
-
-    for (int32_t i = 0; i < m->n && m->start_known; i++) {
-        const double D = m->D_start[i];
-        const double r = perp__ncp_mid(z[i] / D, m->lower[i] / D, m->upper[i] / D, D * w[i]);
-
-        if (m->lower[i] < m->upper[i] && m->omega_start[i] > 0.0)
-            perp__raise_to(&most, fabs(r) / m->omega_start[i]);
-    }
-    return most;
-}
-
-double perp__ncp_residual(const perp__ncp_model *m, const double *z, const double *w)
-{
-    double most = 0.0;
-
-    for (int32_t i = 0; i < m->n; i++)
-        if (m->low[i] < m->high[i])
-            perp__raise_to(&most, fabs(perp__ncp_mid(z[i], m->low[i], m->high[i], w[i])));
-    return most;
-}
-
-double perp__ncp_tested(const perp__ncp_model *m, const double *z, const double *w)
-{
-    double most = 0.0;
-
-    for (int32_t i = 0; i < m->n; i++) {
-        const double r = fabs(perp__ncp_mid(z[i], m->low[i], m->high[i], w[i]));
-
-        if (m->low[i] < m->high[i] && r != 0.0)
-            perp__raise_to(&most, r / m->omega[i]);
-    }
-    return most;
 }

@@ -1,11 +1,12 @@
 /* A problem as the methods see it: F and its Jacobian in scaled coordinates, counted, with failures
  * told apart, and the residuals of a point.
  *
- *   z = z_caller / (D unit),  w = D F / unit,  S = D J D (S_ij unit_j / unit_i between parts)
+ *   z_j = z_caller_j / (D_j unit_z_j),  w_i = D_i F_i / unit_w_i,  S = the Jacobian of that
  *
- * with D = diag(2^e_i) and a power of two `unit` for each part that the Jacobian falls into: exact
- * but for under- and overflow, and no part's numbers depend on another's. Callbacks are only ever
- * called at finite points within the bounds. */
+ * with powers of two D = diag(2^e_i), so that S is the equilibrated D J D, and a unit for all that
+ * hangs together (units.c): exact but for under- and overflow, and no part's numbers depend on
+ * another's. Arrays of 2 n belong to the rows, then to the columns. Callbacks are only ever called
+ * at finite points within the bounds. */
 #ifndef PERP_NCP_MODEL_H
 #define PERP_NCP_MODEL_H
 
@@ -47,12 +48,12 @@ typedef struct perp__ncp_model {
     int32_t scaling;         /* 0: D is 1 throughout */
     int32_t *exponents;      /* log2 of D */
     int32_t *exponents_work; /* 2 n */
-    double *D, *unit;
+    double *D, *unit;        /* unit: 2 n */
     double *z_unit, *w_unit; /* D unit, unit/D: what 1 is in the caller's units */
-    int32_t *part; /* which part a row belongs to: of the pattern, or of a last dense Jacobian */
-    double *omega, *offset; /* see perp__ncp_find_omega */
-    double *most;           /* of a part */
-    double *low, *high;     /* the bounds, scaled; a finite one stays finite */
+    int32_t *part;           /* 2 n: what hangs together by the last Jacobian */
+    double *omega, *offset;  /* 2 n, n: see perp__ncp_find_omega */
+    double *most;            /* 2 n: of a part */
+    double *low, *high;      /* the bounds, scaled; a finite one stays finite */
 
     /* S, dense by columns, or CSC in the caller's pattern and the diagonal; the caller's entry k is
      * entry place[k] of that */
@@ -70,7 +71,7 @@ typedef struct perp__ncp_model {
     int32_t start_known; /* D_start, omega_start */
     double *z_start;     /* |z| in the caller's units at the start of the solve, */
     double *D_start;     /* D there, */
-    double *omega_start; /* and omega; 0: none */
+    double *omega_start; /* and omega, 2 n; 0: none */
     int32_t central;     /* differences to both sides */
 
     int64_t function_evaluations, jacobian_evaluations;
@@ -158,9 +159,16 @@ perp_status perp__ncp_tick(perp__ncp_model *model, perp_outcome *outcome, int64_
 /* True once the time is over; the outcome is in control.ended then. */
 int32_t perp__ncp_is_late(perp__ncp_model *model);
 
-/* omega[i] := the unit of the tested residual in row i, the power of two near max(|q|, |z|) in its
- * part, offset = q = w - S z, or what is left of |z| at the start where it has vanished; 0 where
- * all that is 0. */
+/* part: 2 n, which rows and columns of S hang together by entries other than 0; or, with `row` and
+ * `column`, by those of at least `least` times row[i] and column[j]. */
+void perp__ncp_find_parts(const perp__ncp_model *model, int32_t *part, const double *row,
+                          const double *column, double least);
+
+/* |z_j| in scaled coordinates, or what is left of it at the start where it has vanished. */
+double perp__ncp_size_left(const perp__ncp_model *model, int32_t j, double z);
+
+/* omega := the units of the tested residual, the power of two near max(|q|, |z|) of all that hangs
+ * together, |z| at least as large as what is left; 0 where all that is 0. offset := q = w - S z. */
 void perp__ncp_find_omega(perp__ncp_model *model, const double *z, const double *w);
 
 /* D and omega are those of the start, if these are the first. */

@@ -174,7 +174,7 @@ static void own_sizes(perp_ncp_solver *solver)
     double largest = 0.0;
 
     for (int32_t i = 0; i < m->n; i++) {
-        const double size = m->start_known ? m->omega_start[i] * m->D_start[i] : 0.0;
+        const double size = m->start_known ? m->omega_start[m->n + i] * m->D_start[i] : 0.0;
 
         solver->unit[i] = fmax(fabs(solver->start[i]), size);
         largest = fmax(largest, solver->unit[i]);

@@ -2,6 +2,7 @@
  * not bring down together is solved part by part, as each would be by itself. */
 #include <string.h>
 
+#include "linalg/lines.h"
 #include "ncp/solver.h"
 
 #define MOST_PARTS 64 /* a run for one of them looks at all */
@@ -9,15 +10,11 @@
 int32_t perp__ncp_split(perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
+    const perp__matrix S = perp__ncp_view(m);
     perp__ncp_parts *parts = &solver->parts;
     const size_t bytes = (size_t)m->n * sizeof(double);
 
-    parts->count = 0;
-    for (int32_t i = 0; i < m->n; i++) {
-        parts->of[i] = m->part[i];
-        if (m->part[i] >= parts->count)
-            parts->count = m->part[i] + 1;
-    }
+    parts->count = m->known ? perp__find_parts(&S, parts->of) : 0;
     if (solver->best_method < 0 || parts->count < 2 || parts->count > MOST_PARTS)
         return 0;
     memcpy(parts->z, solver->best_z, bytes);

@@ -11,7 +11,7 @@ void perp__ncp_model_set_units(perp__ncp_model *m)
     for (int32_t i = 0; i < m->n; i++) {
         double low, high;
 
-        m->z_unit[i] = m->D[i] * m->unit[i];
+        m->z_unit[i] = m->D[i] * m->unit[m->n + i];
         m->w_unit[i] = m->unit[i] / m->D[i];
         low = m->lower[i] / m->z_unit[i];
         high = m->upper[i] / m->z_unit[i];
@@ -25,7 +25,7 @@ static void set_powers(perp__ncp_model *m)
 {
     for (int32_t i = 0; i < m->n; i++) {
         m->D[i] = perp__power_of_two(m->exponents[i]);
-        m->unit[i] = 1.0;
+        m->unit[i] = m->unit[m->n + i] = 1.0;
     }
     perp__ncp_model_set_units(m);
 }
@@ -37,12 +37,12 @@ void perp__ncp_model_unscale(perp__ncp_model *m)
     set_powers(m);
 }
 
-/* What a value of J_ij is in scaled coordinates. Rows that were in different parts when they got
- * their units may be coupled here. */
+/* What a value of J_ij is in scaled coordinates. What did not hang together when it got its units
+ * may do so here. */
 static double scaled(const perp__ncp_model *m, int32_t i, int32_t j, double value)
 {
     value *= m->D[i] * m->D[j];
-    return m->unit[i] == m->unit[j] ? value : value * (m->unit[j] / m->unit[i]);
+    return m->unit[i] == m->unit[m->n + j] ? value : value * (m->unit[m->n + j] / m->unit[i]);
 }
 
 void perp__ncp_scale_matrix(perp__ncp_model *m)

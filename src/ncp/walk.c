@@ -71,6 +71,13 @@ perp_status perp__ncp_stand(perp__ncp_walk *f)
     return status;
 }
 
+/* omega, or that of the other side where all is 0; D unit and unit/D stay normal numbers. */
+static double unit_of(double omega, double other)
+{
+    omega = omega > 0.0 ? omega : other > 0.0 ? other : 1.0;
+    return fmin(fmax(omega, 0x1p-511), 0x1p511);
+}
+
 /* The same points in the units of another scaling. Psi is another function then: a run has one
  * scaling, or Psi could grow without end from one to the next. */
 static void rescale(perp__ncp_walk *f)
@@ -87,11 +94,16 @@ static void rescale(perp__ncp_walk *f)
         f->w[i] *= m->D[i];
     }
     perp__ncp_find_omega(m, f->z, f->w);
-    for (int32_t i = 0; i < m->n; i++) /* D unit and unit/D stay normal numbers */
-        m->unit[i] = m->omega[i] > 0.0 ? fmin(fmax(m->omega[i], 0x1p-511), 0x1p511) : 1.0;
-    perp__ncp_model_set_units(m);
     for (int32_t i = 0; i < m->n; i++) {
-        f->z[i] = perp__ncp_clamp(f->z[i] / m->unit[i], m->low[i], m->high[i]);
+        const double row = m->omega[i], column = m->omega[m->n + i];
+
+        m->unit[i] = unit_of(row, column);
+        m->unit[m->n + i] = unit_of(column, row);
+    }
+    perp__ncp_model_set_units(m);
+    perp__ncp_scale_matrix(m);
+    for (int32_t i = 0; i < m->n; i++) {
+        f->z[i] = perp__ncp_clamp(f->z[i] / m->unit[m->n + i], m->low[i], m->high[i]);
         f->w[i] /= m->unit[i];
     }
     f->steps = 0;
@@ -200,9 +212,13 @@ static perp_status factor(perp__ncp_walk *f, perp__kept_factor *kept, const doub
  * alone keeps regular. */
 static perp_status solve(const perp__ncp_walk *f, const perp__kept_factor *kept, double *x)
 {
+    double largest = 0.0;
+
+    for (int32_t i = 0; i < 2 * f->model->n; i++)
+        largest = fmax(largest, f->model->omega[i]);
     kept->type->solve(kept->factor, x, 0);
     for (int32_t i = 0; i < f->model->n; i++)
-        if (!(fabs(x[i]) <= FAR * f->model->omega[i]))
+        if (!(fabs(x[i]) <= FAR * largest))
             return PERP__FACTOR_SINGULAR;
     return PERP_OK;
 }

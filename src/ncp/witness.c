@@ -10,8 +10,7 @@
 #include "linalg/lines.h"
 #include "ncp/solver.h"
 
-#define FLOOR 1e-5           /* of the largest terms of the part: rows that are rounding alone */
-#define VANISHED_OWN 0x1p-20 /* of z at the start */
+#define FLOOR 1e-5 /* of the largest terms of the part: rows that are rounding alone */
 
 /* The arrays, by what the walk calls them; all n. */
 typedef struct witness {
@@ -20,7 +19,7 @@ typedef struct witness {
     double *row, *column;  /* largest entries */
     double *terms, *reach; /* |S||z| + |q|; how large z_j might be for all that the rows can tell */
     double *carried;       /* |S| reach */
-    int32_t *part;         /* of the strong couplings */
+    int32_t *part;         /* by strong couplings */
 } witness;
 
 static witness witness_of(perp_ncp_solver *solver)
@@ -48,8 +47,7 @@ static void find_terms(const witness *t, const perp_ncp_solver *solver)
     for (int32_t i = 0; i < m->n; i++) {
         t->row[i] = t->column[i] = t->carried[i] = 0.0;
         t->terms[i] = fabs(m->offset[i]);
-        t->reach[i] = fmax(fabs(solver->walk.z[i]), VANISHED_OWN * m->z_start[i] / m->z_unit[i]);
-        t->part[i] = i;
+        t->reach[i] = perp__ncp_size_left(m, i, solver->walk.z[i]);
     }
     for (int32_t j = 0; j < m->n; j++) {
         const perp__line l = perp__line_of(&t->S, j);
@@ -65,7 +63,7 @@ static void find_terms(const witness *t, const perp_ncp_solver *solver)
     }
 }
 
-/* reach, carried, and the parts. */
+/* reach and carried. */
 static void find_reach(const witness *t)
 {
     for (int32_t j = 0; j < t->S.rows; j++) {
@@ -75,10 +73,8 @@ static void find_reach(const witness *t)
             const int32_t i = l.indices ? l.indices[k] : k;
             const double size = fabs(l.values[k]);
 
-            if (size > 0.0 && size >= t->strong * fmax(t->row[i], t->column[j])) {
+            if (size > 0.0 && size >= t->strong * fmax(t->row[i], t->column[j]))
                 t->reach[j] = fmax(t->reach[j], t->terms[i] / size);
-                perp__join(t->part, i, j);
-            }
         }
         for (int32_t k = 0; k < l.count; k++)
             t->carried[l.indices ? l.indices[k] : k] += fabs(l.values[k]) * t->reach[j];
@@ -118,8 +114,8 @@ double perp__ncp_own_residual(perp_ncp_solver *solver)
     t = witness_of(solver);
     find_terms(&t, solver);
     find_reach(&t);
-    perp__number_parts(t.part, m->n);
-    memset(m->most, 0, (size_t)m->n * sizeof(double));
+    perp__ncp_find_parts(m, t.part, t.row, t.column, t.strong);
+    memset(m->most, 0, 2 * (size_t)m->n * sizeof(double));
     for (int32_t i = 0; i < m->n; i++)
         m->most[t.part[i]] = fmax(m->most[t.part[i]], t.terms[i]);
     for (int32_t i = 0; i < m->n; i++) {
