@@ -22,6 +22,7 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
     m->unit = perp__arena_take(arena, 2 * n, sizeof(double));
     m->part = perp__arena_take(arena, 2 * n, sizeof(int32_t));
     m->omega = perp__arena_take(arena, 2 * n, sizeof(double));
+    m->group = perp__arena_take(arena, n, sizeof(int32_t));
     m->most = perp__arena_take(arena, 2 * n, sizeof(double));
     m->offset = perp__arena_take(arena, n, sizeof(double));
     m->z_unit = perp__arena_take(arena, n, sizeof(double));
@@ -178,6 +179,7 @@ perp_status perp__ncp_linearise(perp__ncp_model *m, const double *z, const doubl
     if (!perp__all_finite(m->S, m->entries))
         return PERP__NCP_OUTSIDE;
     perp__ncp_find_parts(m, m->part, NULL, NULL, 0.0);
+    perp__ncp_join_groups(m);
     m->known = 1;
     return PERP_OK;
 }

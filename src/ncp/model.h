@@ -51,6 +51,7 @@ typedef struct perp__ncp_model {
     double *D, *unit;        /* unit: 2 n */
     double *z_unit, *w_unit; /* D unit, unit/D: what 1 is in the caller's units */
     int32_t *part;           /* 2 n: what hangs together by the last Jacobian */
+    int32_t *group, groups;  /* n: what any Jacobian of this solve, or the pattern, couples */
     double *omega, *offset;  /* 2 n, n: see perp__ncp_find_omega */
     double *most;            /* 2 n: of a part */
     double *low, *high;      /* the bounds, scaled; a finite one stays finite */
@@ -163,6 +164,11 @@ int32_t perp__ncp_is_late(perp__ncp_model *model);
  * `column`, by those of at least `least` times row[i] and column[j]. */
 void perp__ncp_find_parts(const perp__ncp_model *model, int32_t *part, const double *row,
                           const double *column, double least);
+
+/* A solve begins: groups of one, or those of the pattern. The last Jacobian's couplings join them.
+ */
+void perp__ncp_start_groups(perp__ncp_model *model);
+void perp__ncp_join_groups(perp__ncp_model *model);
 
 /* |z_j| in scaled coordinates, or what is left of it at the start where it has vanished. */
 double perp__ncp_size_left(const perp__ncp_model *model, int32_t j, double z);

@@ -166,22 +166,27 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
     return status;
 }
 
-/* unit[i] := what the scales of the start take for the size of z_i; the largest of those where that
- * is 0. */
+/* unit[i] := the largest of what the start, or its scales, take for the sizes of the variables of
+ * i's part; of all where that is 0. */
 static void own_sizes(perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
-    double largest = 0.0;
+    double *of_part = m->most, largest = 0.0;
 
+    memset(of_part, 0, (size_t)m->n * sizeof(double));
     for (int32_t i = 0; i < m->n; i++) {
-        const double size = m->start_known ? m->omega_start[m->n + i] * m->D_start[i] : 0.0;
+        double *most = &of_part[solver->parts.of[i]];
 
-        solver->unit[i] = fmax(fabs(solver->start[i]), size);
-        largest = fmax(largest, solver->unit[i]);
+        *most = fmax(*most, fabs(solver->start[i]));
+        if (m->start_known)
+            *most = fmax(*most, m->omega_start[m->n + i] * m->D_start[i]);
+        largest = fmax(largest, *most);
     }
-    for (int32_t i = 0; i < m->n; i++)
-        if (solver->unit[i] == 0.0)
-            solver->unit[i] = largest;
+    for (int32_t i = 0; i < m->n; i++) {
+        const double most = of_part[solver->parts.of[i]];
+
+        solver->unit[i] = most > 0.0 ? most : largest;
+    }
 }
 
 /* Both methods from perturbed starts. */

@@ -10,11 +10,11 @@
 int32_t perp__ncp_split(perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
-    const perp__matrix S = perp__ncp_view(m);
     perp__ncp_parts *parts = &solver->parts;
     const size_t bytes = (size_t)m->n * sizeof(double);
 
-    parts->count = m->known ? perp__find_parts(&S, parts->of) : 0;
+    memcpy(parts->of, m->group, (size_t)m->n * sizeof *parts->of);
+    parts->count = perp__number_parts(parts->of, m->n);
     if (solver->best_method < 0 || parts->count < 2 || parts->count > MOST_PARTS)
         return 0;
     memcpy(parts->z, solver->best_z, bytes);

@@ -81,5 +81,6 @@ perp_status perp__ncp_find_start(perp_ncp_solver *solver, const double *z0)
     for (int32_t i = 0; i < m->n && status == PERP_OK; i++)
         m->z_start[i] = fabs(solver->start[i]);
     m->start_known = 0;
+    perp__ncp_start_groups(m);
     return status;
 }

@@ -35,6 +35,27 @@ void perp__ncp_find_parts(const perp__ncp_model *m, int32_t *part, const double 
     perp__number_parts(part, 2 * n);
 }
 
+void perp__ncp_start_groups(perp__ncp_model *m)
+{
+    m->groups = m->n;
+    for (int32_t i = 0; i < m->n; i++)
+        m->group[i] = i;
+    for (int32_t j = 0; m->sparse && j < m->n; j++)
+        for (int32_t k = m->starts[j]; k < m->starts[j + 1]; k++)
+            m->groups -= perp__join(m->group, m->rows[k], j);
+}
+
+/* A dense Jacobian that falls apart at one point may not do so at others. */
+void perp__ncp_join_groups(perp__ncp_model *m)
+{
+    const size_t n = (size_t)m->n;
+
+    for (int32_t j = 0; !m->sparse && m->groups > 1 && j < m->n; j++)
+        for (int32_t i = 0; i < m->n; i++)
+            if (m->S[(size_t)j * n + (size_t)i] != 0.0)
+                m->groups -= perp__join(m->group, i, j);
+}
+
 double perp__ncp_size_left(const perp__ncp_model *m, int32_t j, double z)
 {
     return fmax(fabs(z), VANISHED * m->z_start[j] / m->z_unit[j]);
