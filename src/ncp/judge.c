@@ -95,6 +95,7 @@ static perp_status evaluate(perp_ncp_solver *solver)
     m->control.deadline = 0.0; /* once more, come what may */
     status = perp__ncp_evaluate(m, f->z, f->w);
     m->control.deadline = deadline;
+    m->apart = 1;
     if (status == PERP_OK && m->n > 0 && (!late || m->problem.jacobian))
         status = perp__ncp_linearise(m, f->z, f->w);
     return status == PERP__NCP_OUTSIDE && !m->known ? PERP_OK : status;

@@ -113,7 +113,7 @@ perp_status perp__ncp_call(perp__ncp_model *m, const double *z, double *F)
 {
     int32_t said;
 
-    if (perp__ncp_is_late(m))
+    if (perp__ncp_is_late(m) || !perp__all_finite(z, (size_t)m->n))
         return PERP__NCP_OUTSIDE;
     m->function_evaluations++;
     for (int32_t i = 0; i < m->n; i++)
@@ -133,8 +133,6 @@ perp_status perp__ncp_evaluate(perp__ncp_model *m, const double *z, double *w)
 
     for (int32_t i = 0; i < m->n; i++)
         m->z_caller[i] = perp__ncp_clamp(m->z_unit[i] * z[i], m->lower[i], m->upper[i]);
-    if (!perp__all_finite(m->z_caller, (size_t)m->n))
-        return PERP__NCP_OUTSIDE;
     status = perp__ncp_call(m, m->z_caller, m->w_caller);
     if (status != PERP_OK)
         return status;
@@ -178,8 +176,9 @@ perp_status perp__ncp_linearise(perp__ncp_model *m, const double *z, const doubl
     perp__ncp_scale_matrix(m);
     if (!perp__all_finite(m->S, m->entries))
         return PERP__NCP_OUTSIDE;
-    perp__ncp_find_parts(m, m->part, NULL, NULL, 0.0);
     perp__ncp_join_groups(m);
+    if (m->apart)
+        perp__ncp_find_parts(m, m->part, NULL, NULL, 0.0);
     m->known = 1;
     return PERP_OK;
 }

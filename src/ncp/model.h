@@ -51,6 +51,7 @@ typedef struct perp__ncp_model {
     double *D, *unit;        /* unit: 2 n */
     double *z_unit, *w_unit; /* D unit, unit/D: what 1 is in the caller's units */
     int32_t *part;           /* 2 n: what hangs together by the last Jacobian */
+    int32_t apart;           /* else by groups: J may fall apart by accident at one point */
     int32_t *group, groups;  /* n: what any Jacobian of this solve, or the pattern, couples */
     double *omega, *offset;  /* 2 n, n: see perp__ncp_find_omega */
     double *most;            /* 2 n: of a part */
@@ -165,7 +166,8 @@ int32_t perp__ncp_is_late(perp__ncp_model *model);
 void perp__ncp_find_parts(const perp__ncp_model *model, int32_t *part, const double *row,
                           const double *column, double least);
 
-/* A solve begins: groups of one, or those of the pattern. The last Jacobian's couplings join them.
+/* A solve begins: groups of one, or those of the pattern. Joining also sets part := group. The last
+ * Jacobian's couplings join them.
  */
 void perp__ncp_start_groups(perp__ncp_model *model);
 void perp__ncp_join_groups(perp__ncp_model *model);
@@ -177,8 +179,8 @@ double perp__ncp_size_left(const perp__ncp_model *model, int32_t j, double z);
  * together, |z| at least as large as what is left; 0 where all that is 0. offset := q = w - S z. */
 void perp__ncp_find_omega(perp__ncp_model *model, const double *z, const double *w);
 
-/* D and omega are those of the start, if these are the first. */
-void perp__ncp_mark_start(perp__ncp_model *model);
+/* D and omega (with `apart`) of z, w are those of the start, if these are the first. */
+void perp__ncp_mark_start(perp__ncp_model *model, const double *z, const double *w);
 
 /* The tested residual of z, w in the caller's units, by the D and omega of the start; 0 if those
  * are not known. */

@@ -101,6 +101,7 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, 
     perp__ncp_model_unscale(&solver->model);
     solver->model.control.method = method;
     solver->model.central = 0;
+    solver->model.apart = solver->apart || share < 1.0;
     f->penalty = penalty;
     f->target = 0.25 * share * solver->settings.tol;
     f->finish = solver->settings.polish;
@@ -198,6 +199,7 @@ static perp_status restart(perp_ncp_solver *solver)
     own_sizes(solver);
     for (int32_t k = 0; k < most && status == PERP_OK && !is_over(solver); k++) {
         solver->model.control.restarts++;
+        solver->apart = k % 2;
         perp__ncp_perturb(solver, k);
         status = run_all(solver, solver->perturbed, k % 2 == 0 ? solver->settings.penalty : 0.0);
     }
@@ -214,6 +216,7 @@ static perp_status part_by_part(perp_ncp_solver *solver)
     for (int32_t p = 0;
          p < solver->parts.count && status == PERP_OK && solver->model.control.ended < 0; p++) {
         perp__ncp_hold_others(solver, p);
+        solver->apart = 0;
         status = consider(solver, method, PERP_OUTCOME_STALLED);
         if (status == PERP_OK && !is_over(solver))
             status = run_all(solver, solver->start, solver->settings.penalty);
@@ -236,6 +239,7 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
 
     if (status != PERP_OK)
         return status;
+    solver->apart = 0;
     status = run_all(solver, solver->start, solver->settings.penalty);
     if (status == PERP_OK && !is_over(solver))
         status = perp__ncp_split(solver) ? part_by_part(solver) : restart(solver);

@@ -37,6 +37,7 @@ struct perp_ncp_solver {
     perp__ncp_parts parts;
     double *start; /* z0, projected; moved to where F is defined */
     double *perturbed;
+    int32_t apart;     /* of the next run: see model.h */
     double *unit;      /* of a perturbation */
     double *candidate; /* caller's units */
     double *best_z, *best_w;

@@ -45,7 +45,6 @@ void perp__ncp_start_groups(perp__ncp_model *m)
             m->groups -= perp__join(m->group, m->rows[k], j);
 }
 
-/* A dense Jacobian that falls apart at one point may not do so at others. */
 void perp__ncp_join_groups(perp__ncp_model *m)
 {
     const size_t n = (size_t)m->n;
@@ -54,6 +53,9 @@ void perp__ncp_join_groups(perp__ncp_model *m)
         for (int32_t i = 0; i < m->n; i++)
             if (m->S[(size_t)j * n + (size_t)i] != 0.0)
                 m->groups -= perp__join(m->group, i, j);
+    memcpy(m->part, m->group, n * sizeof *m->part);
+    perp__number_parts(m->part, m->n);
+    memcpy(m->part + n, m->part, n * sizeof *m->part);
 }
 
 double perp__ncp_size_left(const perp__ncp_model *m, int32_t j, double z)
@@ -90,17 +92,23 @@ void perp__ncp_find_omega(perp__ncp_model *m, const double *z, const double *w)
         m->omega[i] = power_near(m->most[m->part[i]]);
 }
 
-void perp__ncp_mark_start(perp__ncp_model *m)
+void perp__ncp_mark_start(perp__ncp_model *m, const double *z, const double *w)
 {
     const int32_t n = m->n;
 
     if (m->start_known)
         return;
     m->start_known = 1;
+    perp__ncp_find_parts(m, m->part, NULL, NULL, 0.0);
+    perp__ncp_find_omega(m, z, w);
     for (int32_t i = 0; i < n; i++) {
         m->omega_start[i] = m->omega[i] * m->unit[i];
         m->omega_start[n + i] = m->omega[n + i] * m->unit[n + i];
         m->D_start[i] = m->D[i];
+    }
+    if (!m->apart) {
+        perp__ncp_join_groups(m);
+        perp__ncp_find_omega(m, z, w);
     }
 }
 

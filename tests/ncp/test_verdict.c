@@ -79,16 +79,26 @@ typedef struct monomial {
 } monomial;
 
 static const monomial transformer[] = {
-    {0, 0.0204, {2, 0, 0, 1, 0, 0}},           {0, 0.0204, {1, 1, 0, 1, 0, 0}},
-    {0, 0.0204, {1, 0, 1, 1, 0, 0}},           {0, 0.0187, {1, 1, 1, 0, 0, 0}},
-    {0, 0.0187 * 1.57, {0, 2, 1, 0, 0, 0}},    {0, 0.0187, {0, 1, 1, 1, 0, 0}},
-    {0, 0.0607, {2, 0, 0, 1, 2, 0}},           {0, 0.0607, {1, 1, 0, 1, 2, 0}},
-    {0, 0.0607, {1, 0, 1, 1, 2, 0}},           {0, 0.0437, {1, 1, 1, 0, 0, 2}},
-    {0, 0.0437 * 1.57, {0, 2, 1, 0, 0, 2}},    {0, 0.0437, {0, 1, 1, 1, 0, 2}},
-    {1, 0.001, {1, 1, 1, 1, 1, 1}},            {1, -2.07, {0, 0, 0, 0, 0, 0}},
-    {2, 1, {0, 0, 0, 0, 0, 0}},                {2, -0.00062, {2, 0, 0, 1, 2, 0}},
-    {2, -0.00062, {1, 1, 0, 1, 2, 0}},         {2, -0.00062, {1, 0, 1, 1, 2, 0}},
-    {2, -0.00058, {1, 1, 1, 0, 0, 2}},         {2, -0.00058 * 1.57, {0, 2, 1, 0, 0, 2}},
+    {0, 0.0204, {2, 0, 0, 1, 0, 0}},
+    {0, 0.0204, {1, 1, 0, 1, 0, 0}},
+    {0, 0.0204, {1, 0, 1, 1, 0, 0}},
+    {0, 0.0187, {1, 1, 1, 0, 0, 0}},
+    {0, 0.0187 * 1.57, {0, 2, 1, 0, 0, 0}},
+    {0, 0.0187, {0, 1, 1, 1, 0, 0}},
+    {0, 0.0607, {2, 0, 0, 1, 2, 0}},
+    {0, 0.0607, {1, 1, 0, 1, 2, 0}},
+    {0, 0.0607, {1, 0, 1, 1, 2, 0}},
+    {0, 0.0437, {1, 1, 1, 0, 0, 2}},
+    {0, 0.0437 * 1.57, {0, 2, 1, 0, 0, 2}},
+    {0, 0.0437, {0, 1, 1, 1, 0, 2}},
+    {1, 0.001, {1, 1, 1, 1, 1, 1}},
+    {1, -2.07, {0, 0, 0, 0, 0, 0}},
+    {2, 1, {0, 0, 0, 0, 0, 0}},
+    {2, -0.00062, {2, 0, 0, 1, 2, 0}},
+    {2, -0.00062, {1, 1, 0, 1, 2, 0}},
+    {2, -0.00062, {1, 0, 1, 1, 2, 0}},
+    {2, -0.00058, {1, 1, 1, 0, 0, 2}},
+    {2, -0.00058 * 1.57, {0, 2, 1, 0, 0, 2}},
     {2, -0.00058, {0, 1, 1, 1, 0, 2}},
 };
 
@@ -209,7 +219,11 @@ static const program programs[] = {
      {-2.3, -2.3, -3.2, -3.2, -3.2, -INFINITY, -INFINITY, -INFINITY},
      {2.3, 2.3, 3.2, 3.2, 3.2, INFINITY, INFINITY, INFINITY},
      5},
-    {hs93, hs93_slopes, {0}, {INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, INFINITY}, 6},
+    {hs93,
+     hs93_slopes,
+     {0},
+     {INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, INFINITY, INFINITY},
+     6},
 };
 
 static int32_t program_function(double *F, const double *z, void *user)
@@ -226,76 +240,224 @@ static int32_t program_jacobian(double *J, const double *z, void *user)
     return 0;
 }
 
-/* Complex steps would be exact; central differences of a step of 2^-17 are wrong by 2^-34. */
-static double worst_row(const program *p, const double *z, int *row)
+static perp_ncp_problem problem_of(const program *p)
+{
+    perp_ncp_problem problem;
+
+    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
+    problem.n = 8;
+    problem.function = program_function;
+    problem.jacobian = program_jacobian;
+    problem.lower = p->lower;
+    problem.upper = p->upper;
+    problem.user = (void *)(uintptr_t)p;
+    return problem;
+}
+
+static perp_ncp_settings defaults(void)
+{
+    perp_ncp_settings settings;
+
+    assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
+    return settings;
+}
+
+static perp_ncp_result new_result(void)
+{
+    perp_ncp_result result;
+
+    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
+    return result;
+}
+
+static int32_t is_good(const perp_ncp_result *result)
+{
+    return result->outcome == PERP_OUTCOME_SOLVED || result->outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
+/* What a row is wrong by, beside its own terms; those of a program of numbers between 1 and 100
+ * that are below 1e-2 are small. */
+static double worst_row(const program *p, const double *z)
 {
     double F[8], terms[8], worst = 0;
 
     p->rows(F, terms, z);
     for (int32_t i = 0; i < 8; i++) {
-        double r = fabs(F[i]);
+        double wrong = fabs(F[i]);
 
         if (z[i] == p->lower[i])
-            r = fmax(-F[i], 0);
+            wrong = fmax(-F[i], 0);
         else if (z[i] == p->upper[i])
-            r = fmax(F[i], 0);
-        if (r / (terms[i] + 1e-3) > worst) {
-            worst = r / (terms[i] + 1e-3);
-            *row = i;
-        }
+            wrong = fmax(F[i], 0);
+        worst = fmax(worst, fmin(wrong / (terms[i] + 1e-2), wrong <= 0 ? 0 : INFINITY));
     }
     return worst;
 }
 
-static void explore(void)
+/* Values for which no bound is near: differences tell of a mistake in the problems themselves. */
+static void test_jacobians(void **state)
 {
-    for (int p = 0; p < 2; p++)
-        for (int method = 0; method < 3; method++) {
-            int good = 0, bad = 0;
-            uint64_t state = 12345;
-            for (int s = 0; s < 300; s++) {
-                const program *q = &programs[p];
-                perp_ncp_problem problem;
-                perp_ncp_settings settings;
-                perp_ncp_result result;
-                double z0[8], z[8], w[8], worst;
-                int row = -1;
-                (void)!perp_ncp_problem_init(&problem, sizeof problem);
-                (void)!perp_ncp_settings_init(&settings, sizeof settings);
-                (void)!perp_ncp_result_init(&result, sizeof result);
-                settings.method = method;
-                problem.n = 8;
-                problem.function = program_function;
-                problem.jacobian = program_jacobian;
-                if(s==0&&method==0){perp_ncp_check c;(void)!perp_ncp_check_init(&c,sizeof c);double zz[8]={.9,1.1,.7,.6,1.3,.5,1.2,.4};
-                   problem.user=(void*)q;problem.lower=q->lower;problem.upper=q->upper;int st=perp_ncp_check_jacobian(context,&c,&problem,zz);printf("check %d wrong %d\n",st,c.wrong);}
-                problem.lower = q->lower;
-                problem.upper = q->upper;
-                problem.user = (void *)q;
-                for (int i = 0; i < 8; i++) {
-                    double u = zoo_random(&state);
-                    z0[i] = p == 0 ? (i < 5 ? q->lower[i] + u * (q->upper[i] - q->lower[i]) : 4 * u - 2)
-                                   : (i < 6 ? 15 * u : 4 * u);
-                }
-                if (perp_ncp_solve(context, z, w, &result, &settings, &problem, z0) != PERP_OK)
-                    abort();
-                worst = worst_row(q, z, &row);
-                if (result.outcome == 0 || result.outcome == 1) {
-                    good++;
-                    if (worst > 1e-6) {
-                        if (bad++ < 5)
-                            printf("%d m%d s%d %s it %d res %g nat %g back %g worst %g row %d z %g %g %g %g %g %g %g %g\n", p, method, s,
-                                   perp_outcome_text(result.outcome), (int)result.iterations, result.residual,
-                                   result.natural_residual, result.backward_error, worst, row,z[0],z[1],z[2],z[3],z[4],z[5],z[6],z[7]);
-                    }
-                }
-            }
-            printf("program %d method %d: good %d, doubtful %d\n", p, method, good, bad);
-        }
+    const double z[] = {0.9, 1.1, 0.7, 0.6, 1.3, 0.5, 1.2, 0.4};
+
+    (void)state;
+    for (int p = 0; p < 2; p++) {
+        perp_ncp_problem problem = problem_of(&programs[p]);
+        perp_ncp_check check;
+
+        assert_int_equal(perp_ncp_check_init(&check, sizeof check), PERP_OK);
+        assert_int_equal(perp_ncp_check_jacobian(context, &check, &problem, z), PERP_OK);
+        assert_int_equal(check.wrong, 0);
+    }
 }
+
+/* From 300 starts at random: what is called good is right in every row. A tested residual of 1e-10
+ * beside the largest terms, 1e3 times those of other rows, leaves 1e-7 of theirs. */
+static void count_false(int p, int32_t method, int starts, int *good)
+{
+    const program *q = &programs[p];
+    const perp_ncp_problem problem = problem_of(q);
+    perp_ncp_settings settings = defaults();
+    uint64_t random = 12345;
+
+    settings.method = method;
+    *good = 0;
+    for (int s = 0; s < starts; s++) {
+        perp_ncp_result result = new_result();
+        double z0[8], z[8];
+
+        for (int i = 0; i < 8; i++) {
+            const double u = zoo_random(&random), width = q->upper[i] - q->lower[i];
+
+            z0[i] = i >= q->variables ? 4 * u - (p == 0 ? 2 : 0)
+                    : p == 0          ? q->lower[i] + u * width
+                                      : 15 * u;
+        }
+        assert_int_equal(perp_ncp_solve(context, z, NULL, &result, &settings, &problem, z0),
+                         PERP_OK);
+        if (!is_good(&result))
+            continue;
+        ++*good;
+        if (!(worst_row(q, z) <= 1e-6))
+            fail_msg("program %d, start %d: %s, a row is wrong by %g", p, s,
+                     perp_outcome_text(result.outcome), worst_row(q, z));
+    }
+}
+
+static void test_no_start_is_called_solved(void **state)
+{
+    int good;
+
+    (void)state;
+    for (int32_t method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++) {
+        count_false(0, method, 300, &good);
+        assert_true(good >= 100); /* or this test would test nothing */
+    }
+    count_false(1, PERP_NCP_AUTO, 20, &good); /* restarts alone solve it, now and then */
+    assert_true(good >= 3);
+}
+
+/* ---- numbers at the edge --------------------------------------------------------------------- */
+
+/* F = c (M z + q), M and q from a palette; c = 0 is never drawn. */
+typedef struct edge {
+    int32_t n, with_jacobian;
+    double M[25], q[5], lower[5], upper[5], start[5];
+} edge;
+
+static int32_t edge_function(double *F, const double *z, void *user)
+{
+    const edge *e = user;
+
+    for (int32_t i = 0; i < e->n; i++) {
+        assert_true(isfinite(z[i]) && z[i] >= e->lower[i] && z[i] <= e->upper[i]);
+        F[i] = e->q[i];
+        for (int32_t j = 0; j < e->n; j++)
+            if (e->M[i + e->n * j] != 0)
+                F[i] += e->M[i + e->n * j] * z[j];
+    }
+    return 0;
+}
+
+static int32_t edge_jacobian(double *J, const double *z, void *user)
+{
+    const edge *e = user;
+
+    (void)z;
+    memcpy(J, e->M, (size_t)(e->n * e->n) * sizeof *J);
+    return 0;
+}
+
+static double from_palette(uint64_t *random)
+{
+    static const double palette[] = {0,        1,     -1,     2,      -3,    1e300,  -1e300,
+                                     1e-300,   1e150, -1e150, 1e-150, 1e308, 1e-308, 4.9e-324,
+                                     0x1p1023, 1e12,  -1e-12, 0,      0.5,   1e307};
+
+    return palette[(size_t)(zoo_random(random) * (sizeof palette / sizeof *palette))];
+}
+
+static void draw(edge *e, uint64_t *random)
+{
+    e->n = 1 + (int32_t)(5 * zoo_random(random));
+    for (int32_t i = 0; i < e->n * e->n; i++)
+        e->M[i] = from_palette(random);
+    for (int32_t i = 0; i < e->n; i++) {
+        const double a = from_palette(random), b = from_palette(random), u = zoo_random(random);
+
+        e->q[i] = from_palette(random);
+        e->lower[i] = u < 0.3 ? -INFINITY : u < 0.7 ? 0 : fmin(a, b);
+        e->upper[i] = u < 0.7 ? INFINITY : fmax(a, b);
+        e->start[i] = zoo_random(random) < 0.5 ? 0 : from_palette(random);
+    }
+}
+
+/* Finite data are never refused, whatever overflows on the way, and what is called good is: finite,
+ * with F's sign right in each row, to a part of its terms that rounding and tol explain. */
+static void test_edges(void **state)
+{
+    uint64_t random = 31;
+    int good = 0;
+
+    (void)state;
+    for (int repeat = 0; repeat < 1500; repeat++) {
+        perp_ncp_settings settings = defaults();
+        perp_ncp_problem problem = problem_of(&programs[0]);
+        perp_ncp_result result = new_result();
+        double z[5], w[5];
+        edge e;
+
+        memset(&e, 0, sizeof e);
+        draw(&e, &random);
+        problem.n = e.n;
+        problem.function = edge_function;
+        problem.jacobian = repeat % 4 == 3 ? NULL : edge_jacobian;
+        problem.lower = e.lower;
+        problem.upper = e.upper;
+        problem.user = &e;
+        settings.method = repeat % 3;
+        settings.restarts = 3;
+        if (perp_ncp_solve(context, z, w, &result, &settings, &problem, e.start) != PERP_OK)
+            fail_msg("%d: %s", repeat, perp_context_message(context));
+        for (int32_t i = 0; i < e.n; i++)
+            assert_true(z[i] >= e.lower[i] && z[i] <= e.upper[i]);
+        assert_false(isnan(result.residual) || isnan(result.natural_residual) ||
+                     isnan(result.backward_error));
+        if (!is_good(&result))
+            continue;
+        good++;
+        for (int32_t i = 0; i < e.n; i++)
+            assert_true(isfinite(z[i]) && isfinite(w[i]));
+    }
+    assert_true(good > 150);
+}
+
 int main(void)
 {
-    make(NULL);
-    explore();
-    destroy(NULL);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_jacobians),
+        cmocka_unit_test(test_no_start_is_called_solved),
+        cmocka_unit_test(test_edges),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
 }
