@@ -116,10 +116,11 @@ perp_status perp__ncp_look(perp__ncp_walk *f)
 
     if (status != PERP_OK)
         return status;
-    if (!f->scaled)
+    if (!f->scaled) {
         rescale(f);
-    if (!perp__all_finite(f->model->S, f->model->entries))
-        return PERP__NCP_OUTSIDE;
+        if (!perp__all_finite(f->model->S, f->model->entries))
+            return PERP__NCP_OUTSIDE;
+    }
     perp__ncp_find_omega(f->model, f->z, f->w);
     perp__ncp_mark_start(f->model, f->z, f->w);
     if (f->scaled) {
