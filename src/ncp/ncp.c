@@ -12,7 +12,7 @@
 #include "ncp/solver.h"
 
 #define ITERATIONS 200       /* the default limit of a run */
-#define FIRST_ITERATIONS 100 /* of fischer under auto: josephy is there to take over */
+#define FIRST_ITERATIONS 100 /* of fischer under auto */
 
 static perp_outcome verdict(const perp_ncp_solver *solver, const perp__ncp_worth *worth)
 {
@@ -83,13 +83,16 @@ static perp_status polish(perp_ncp_solver *solver)
     return status < 0 ? status : PERP_OK;
 }
 
-/* A method's own limit, or what the caller's budget leaves. */
+/* A method's own limit, or what the caller's budget leaves: half of that for fischer under auto,
+ * for josephy is there to take over. */
 static int64_t limit_of(const perp_ncp_solver *solver, int32_t method)
 {
-    if (solver->settings.max_iterations > 0)
-        return solver->settings.max_iterations - solver->iterations;
-    return solver->settings.method == PERP_NCP_AUTO && method == PERP_NCP_FISCHER ? FIRST_ITERATIONS
-                                                                                  : ITERATIONS;
+    const int32_t shared = solver->settings.method == PERP_NCP_AUTO && method == PERP_NCP_FISCHER;
+    const int64_t left = solver->settings.max_iterations - solver->iterations;
+
+    if (solver->settings.max_iterations == 0)
+        return shared ? FIRST_ITERATIONS : ITERATIONS;
+    return shared ? (left + 1) / 2 : left;
 }
 
 /* One run of a method from solver->candidate, to `share` of tol. */
