@@ -31,6 +31,10 @@ typedef struct check_measures {
 /* log2 of the symmetric equilibration of M, n entries. */
 void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents);
 
+/* The same from the diagonals of that sign first, those of -1 without a look at entries of 2^40.
+ * Whether there are diagonals of both signs. */
+int check_exponents_from(const perp_matrix *M, int scaling, int sign, int32_t *exponents);
+
 /* 1-norms of the rows of the equilibrated M. */
 void check_row_norms(const perp_matrix *M, const int32_t *exponents, double *norms);
 
@@ -39,7 +43,8 @@ void check_measure(check_measures *measures, const check_lcp *problem, const dou
                    const double *w);
 
 /* The largest residual of a row beside its own terms and those of its neighbours, w = Mz + q given:
- * the second witness for `solved` at this tolerance. */
+ * the second witness for `solved` at this tolerance. NaN where a row is so small beside the others
+ * that doubles in one unit can't hold both: no verdict is wrong there. */
 double check_own(const check_lcp *problem, const double *z, const double *w, double tol);
 
 /* Checks everything a solve handed back: measures as reported, outcome as its definition says, z

@@ -1,5 +1,7 @@
 #include "newton_scene.h"
 
+#include "contact/law.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -82,12 +84,17 @@ static perp_status make_attempts(const perp__contact_problem *p, perp__contact_w
     return status;
 }
 
-perp_status newton_run(const perp__contact_problem *p, newton_scene *s)
+perp_status newton_run(const perp__contact_problem *given, newton_scene *s)
 {
     perp__contact_work *work = gen_allocate(1, perp__contact_newton.work_size);
+    perp__contact_problem whole = *given;
+    const perp__contact_problem *p = &whole;
     perp_status status = perp__contact_newton.check(p);
+    double omega[NEWTON_ROWS], drive;
     perp__arena arena;
 
+    perp__contact_omegas(p, NULL, 1, &drive, omega);
+    whole.omega = omega;
     work->problem = p;
     perp__arena_init(&arena, p->context);
     if (status == PERP_OK)

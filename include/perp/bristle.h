@@ -43,8 +43,9 @@ PERP_API perp_status perp_bristle_init(perp_bristle *law, size_t size);
 
 /* Gives the force of steady sliding and its derivative.
  *
- * Returns: PERP_OK; PERP_ERROR_ARGUMENT (kinetic <= 0, breakaway < kinetic, ...), _NOT_FINITE,
- *          _ABI; also _HANDLE or _BUSY for a context that is given. Then nothing was written.
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT (kinetic <= 0, breakaway < kinetic, ...), _NOT_FINITE
+ *          (also of the result), _ABI; also _HANDLE or _BUSY for a context that is given. Then
+ *          nothing was written.
  * Out:     force: 0 at v = 0, the middle of its set. slope: dF/dv, at v = 0 that on either side of
  *          it; or NULL.
  * In:      context: or NULL. stiffness and damping are not looked at. */

@@ -117,7 +117,9 @@ typedef struct perp_contact_settings {
                                      holds back by as little as cos(pi / k) mu. Taken by lemke alone,
                                      which auto then is. Up to 1024 */
     double tol;                   /* tested residual that counts as solved; default 1e-8; > 0 */
-    int32_t max_iterations;       /* of a method; 0 (default): the method's own limit */
+    int32_t max_iterations;       /* of each method, all its attempts together, and of the polish; 0
+                                     (default): their own limits. Where it is reached no proof of
+                                     infeasibility is looked for */
     int32_t reserved;             /* 0 */
     double time_limit;            /* seconds; 0 (default): none, and no decision reads the clock */
     perp_contact_monitor monitor; /* NULL (default): none */
@@ -126,14 +128,18 @@ typedef struct perp_contact_settings {
 
 /* Residuals are those of the impulses returned, recomputed from the caller's data with u in doubled
  * precision. t_k is the trace of contact k's block of W (an inverse mass), D_k the friction disc,
- * interval or polygon of size mu r_n. Velocities are in the units of u, impulses in those of r. */
+ * interval or polygon of size mu r_n. Velocities are in the units of u, impulses in those of r.
+ * Parts of the problem that W does not couple, or by less than 2^-40 sqrt(t_j t_k), are judged each
+ * by itself, and the outcome is that of the worst. */
 typedef struct perp_contact_result {
     size_t struct_size;
     int32_t outcome;    /* PERP_OUTCOME_... */
     int32_t method;     /* that gave the answer, PERP_CONTACT_METHOD_... */
-    int64_t iterations; /* of its last attempt */
+    int64_t iterations; /* sweeps, pivots and Newton steps of all that ran in the call */
     double residual;    /* tested residual, dimensionless, the one compared with tol: max sqrt(t_k)
-                           |r - P_K(r - (u + s e_n) / t_k)| / omega, omega = max |q_k| / sqrt(t_k) */
+                           |r - P_K(r - (u + s e_n) / t_k)| / omega, omega = max |q_k| / sqrt(t_k)
+                           over the contact's part. A good outcome says besides that each contact
+                           is right beside its own terms (docs/contact.md) */
     double natural_residual;     /* max |r - P_K(r - (u + s e_n) / t_k)|, impulse */
     double backward_error;       /* largest change of a contact's u that makes the law exact, over
                                     sum_j |W_kj| |r_j| + |q_k|; 2^-52 is one unit */
@@ -143,7 +149,7 @@ typedef struct perp_contact_result {
     double dissipation_velocity; /* max t_k |r_t - P_D(r_t - u_t / t_k)| */
     double dissipation_impulse;  /* max |r_t - P_D(r_t - u_t / t_k)| */
     double bilateral;            /* max |u_i| of the bilateral rows, velocity */
-    double seconds;              /* wall time of the call */
+    double seconds;              /* wall time of the whole call */
     int32_t certificate;         /* PERP_CONTACT_CERTIFICATE_... */
     int32_t has_ray;             /* 1 if a verified ray was found (and written, if asked for) */
 } perp_contact_result;

@@ -112,7 +112,8 @@ typedef struct perp_load_summary {
     int32_t count;      /* answers, families included */
     int32_t families;   /* families among them */
     int32_t stable;     /* stable ones among them */
-    int32_t exhaustive; /* 1: there are no others */
+    int32_t exhaustive; /* 1: there are no others; 0 too where numbers of a pattern overflow, or
+                           its equations are not solved to tol beside each row's own terms */
     int64_t patterns;   /* combinations of signs and modes looked at */
 } perp_load_summary;
 
@@ -309,7 +310,8 @@ PERP_API perp_status perp_load_friction_inverse(perp_load_friction *friction, do
  * - of these, one that leaves most coordinates at rest where they are at rest;
  * - of these, the one with the least x'A x.
  *
- * Returns: PERP_OK; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY.
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT, _NOT_FINITE (also if next is not: next and normal are
+ *          untouched then), _ABI, _HANDLE, _BUSY or _MEMORY.
  * Out:     next: n velocities; normal: n normal forces N, or NULL. They may be `velocity` and
  *             `previous`.
  *          step: initialised by perp_load_step_init; or NULL.
@@ -338,7 +340,7 @@ PERP_API void perp_compliant_destroy(perp_compliant *compliant);
  * Gamma = normal mass^-1 (normal' + tangent' diag(mu slip load)).
  *
  * Returns: PERP_OK; PERP_ERROR_ARGUMENT (an entry of slip that is not -1, 0 or 1, of load not -1 or
- *          1), _ABI, _HANDLE or _BUSY.
+ *          1), _NOT_FINITE (eigenvalues that overflow), _ABI, _HANDLE or _BUSY.
  * Out:     stability: initialised by perp_compliant_stability_init. Stable if and only if, for all
  *          gamma, Re gamma > 0 and damping^2 Re(gamma) |gamma|^2 > stiffness Im(gamma)^2.
  *          gamma: p eigenvalues of Gamma as pairs (real, imaginary); or NULL.

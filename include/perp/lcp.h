@@ -28,7 +28,9 @@ enum perp_lcp_method_value {
     PERP_LCP_PGS = 2,     /* projected Gauss-Seidel; needs M_ii > 0; cheap, linear convergence */
     PERP_LCP_FISCHER = 3, /* semismooth Newton on the Fischer-Burmeister function */
     PERP_LCP_POLISH = 4,  /* only ever reported: the active set of z0 already solved the problem */
-    PERP_LCP_ACTIVE_SET = 5 /* primal-dual active sets; a few factorisations; P-matrices */
+    PERP_LCP_ACTIVE_SET = 5, /* primal-dual active sets; a few factorisations; P-matrices */
+    PERP_LCP_PATTERNS = 6    /* only ever reported: enumeration of the index sets, by which auto has
+                                the last word where n <= 12 */
 };
 
 /* How Lemke's method chooses among the rows that tie in the ratio test. Values never change. */
@@ -204,8 +206,8 @@ PERP_API perp_status perp_lcp_proof_init(perp_lcp_proof *proof, size_t size);
  * proof: M_AA is regular, and in an interval around its solution all of A stays within the bounds
  * and every other w_i keeps its sign. 'Regular' claims that, and then the solution is isolated.
  * 'Not a solution' claims that no solution has this index set. 'Singular' says that M_AA could not
- * be proved regular (its condition is near 1/eps, or it is singular), 'degenerate' that the
- * interval does not settle row `index`; both leave open whether there is a solution.
+ * be proved regular (its condition is near 1/eps, it is singular, or radii overflow), 'degenerate'
+ * that the interval does not settle row `index`; both leave open whether there is a solution.
  *
  * Returns: PERP_OK with the verdict in proof->verdict; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI,
  *          _HANDLE, _BUSY or _MEMORY, and then nothing was written.
@@ -278,7 +280,7 @@ PERP_API perp_status perp_lcp_sensitivity_places(perp_lcp_sensitivity *sensitivi
 /* dz := the derivative of z in the direction (dq, dM, dlower, dupper).
  *
  * Returns: PERP_OK; PERP_ERROR_ARGUMENT where the verdict was 'singular' or 'not a solution';
- *          _NOT_FINITE, _ABI, _HANDLE or _BUSY. After failure dz is untouched.
+ *          _NOT_FINITE (also if dz is not), _ABI, _HANDLE or _BUSY. After failure dz is untouched.
  * Out:     dz: n entries.
  * In:      dq, dlower, dupper: n entries; dM: n by n, any storage; NULL stands for 0. Only the
  *          bound that a variable is at matters; one whose bounds are equal follows dlower. */
@@ -321,7 +323,8 @@ typedef struct perp_lcp_enumeration {
     size_t struct_size;
     int32_t outcome;  /* 'solved': all index sets were looked at; 'iteration_limit', 'time_limit',
                          'stopped': not all; 'stalled': a family with too many vertices (10000) is
-                         left out; 'evaluation_failed': the equilibrated M overflows */
+                         left out, or an index set whose numbers overflow; 'evaluation_failed': the
+                         equilibrated M overflows */
     int32_t isolated; /* solutions reported */
     int32_t families; /* families reported */
     int32_t reserved; /* 0 */
@@ -356,7 +359,8 @@ PERP_API perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *r
                                   perp_lcp_visit visit, void *user) PERP_WARN_UNUSED;
 
 /* Solves `count` problems of the same small size n in one call: groups of them side by side in
- * vector registers, then the few that this does not solve by a solver each.
+ * vector registers, then those that this does not surely solve by a solver each: the outcomes are
+ * those of perp_lcp_solve. (A matrix that falls into parts is one of these.)
  *
  * Returns: PERP_OK with an outcome a problem; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE,
  * _BUSY or _MEMORY, and then nothing was written. In messages the index counts through all
@@ -365,9 +369,10 @@ PERP_API perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *r
  *          w: count x n, M z + q; or NULL.
  *          outcomes: count times PERP_OUTCOME_...; or NULL.
  *          residuals: count tested residuals; or NULL.
- * In:      settings: as for perp_lcp_solve, NULL for the defaults. The monitor is not called. After
- *             the time limit the rest have outcome time_limit, z nearest to 0, w nan, residual inf.
- *             A method other than auto, or n > 32, is one solve after the other.
+ * In:      settings: as for perp_lcp_solve, NULL for the defaults. The monitor is not called. The
+ *             time limit is the call's: a problem gets what is left of it, and once it is over
+ *             the rest have outcome time_limit, z nearest to 0, w nan, residual inf. A method
+ *             other than auto, or n > 32, is one solve after the other.
  *          threads: 1 to 256 threads of the call's own. The answers have the same bits for any
  *             number of them. The context's allocator is called by one thread at a time.
  *          M: count matrices n x n, each by rows; q: count x n; lower, upper: count x n, or NULL

@@ -142,13 +142,15 @@ typedef struct perp_mechanism_settings {
                               count where it holds */
     double shortest;       /* step of such a run; 0 (default): 2^-40 of its span */
     double longest;        /* 0 (default): its span */
-    double time_limit;     /* seconds of a call; 0 (default): none */
+    double time_limit;     /* seconds of a call, with all that it solves; 0 (default): none. What is
+                              under way then ends: a step with its last iterate and the outcome
+                              time_limit, a run where it is, answers with those found so far */
     int64_t most_patterns; /* more combinations of modes are not enumerated by
                               perp_mechanism_accelerations, _answers; default 2^22; >= 1 */
     int32_t directions; /* in 3 dimensions, of slips that start, with two or more of them at once:
                            tried at first (every second of them with three or four, every fourth
                            with more), then made exact; default 16; >= 3. One alone is found by
-                           the zeros of a polynomial */
+                           the zeros of a polynomial. At most 1024 */
     int32_t starts;     /* covering vectors of the search beyond most_patterns; default 16 */
     double stiffness;   /* of compliant contacts, for the label 'stable'; > 0; default 1 */
     double damping;     /* >= 0; default 2 */
@@ -170,12 +172,13 @@ typedef struct perp_mechanism_step {
     int32_t certificate; /* of a ray: PERP_CONTACT_CERTIFICATE_... */
     int32_t has_ray;     /* 1: a verified ray was found (and written, if asked for) */
     int32_t method;      /* of the last contact problem, PERP_CONTACT_METHOD_... */
-    double residual;     /* tested residual, the largest of the step's problems */
+    double residual;     /* tested residual, the largest of the problems that the outcome is of: of
+                            both stages of an impact, of all iterates for k what is left at the end */
     double penetration;  /* max(-gap, 0), the largest, at the end */
     double drift;        /* the largest |c|, at the end */
     double error;        /* estimate (perp_mechanism_run with settings.error > 0); else nan */
-    double seconds;
-    int64_t iterations;  /* of all problems of the step */
+    double seconds;      /* wall time of the step */
+    int64_t iterations;  /* of all problems and attempts of the step, projection's included */
     int64_t evaluations; /* of the contact rows, or of the force if there are none */
     int32_t answers;     /* with settings.select: velocities that the step's problem has, families
                             included; 0: not looked for */
@@ -209,10 +212,10 @@ typedef struct perp_mechanism_run_result {
     double residual;    /* the largest of all steps */
     double penetration; /* the same */
     double drift;       /* the same */
-    double seconds;
+    double seconds;     /* wall time of the call */
     int64_t steps;
-    int64_t rejected; /* steps that were tried again shorter */
-    int64_t iterations;
+    int64_t rejected;   /* steps that were tried again shorter */
+    int64_t iterations; /* of all steps, rejected ones included */
     int64_t evaluations;
 } perp_mechanism_run_result;
 
@@ -310,6 +313,11 @@ PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
 
 /* Steps from (t, q0, v0) to t + h.
  *
+ * solved: the laws' tested residuals are at most settings.tol, v and the impulses belong together,
+ * M (v - v0) = h k + J'r up to max(16 tol, 1e-8) of its terms, and all numbers are finite.
+ * rounding_limit: tol is below what rounding of q makes of gap / h. The outcome of a whole is that
+ * of its worst part.
+ *
  * Gaps below 0 count as 0 and are opened afterwards by the smallest displacement in the metric of
  * M, to first order. Restitution: docs/mechanism.md. Where rows that hold (closed normals, sticking
  * tangents, bilateral ones) determine a velocity it carries no rounding: at rest it is 0.0.
@@ -318,8 +326,9 @@ PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
  * are 0.
  *
  * Returns: PERP_OK with the outcome in step->outcome; PERP_ERROR_ARGUMENT (h <= 0, M not symmetric
- *          positive definite, a bound or mu < 0, ...), _NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY
- *          or _CALLBACK, and then nothing was written.
+ *          positive definite, a bound or mu < 0, ...), _NOT_FINITE (also where finite numbers
+ *          overflow together), _ABI, _HANDLE, _BUSY, _MEMORY or _CALLBACK, and then nothing was
+ *          written.
  * Out:     q, v: may be q0 and v0.
  *          impulse, velocity: rows of H, of G, of B: r, s, y and u at the end, of both stages of an
  *             impact together; or NULL.
@@ -373,7 +382,8 @@ PERP_API perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, do
  *
  * Up to settings.most_patterns combinations (and 12 contacts) all are looked at; beyond, and where
  * a family is too large, Lemke's method from several covering vectors finds some, and
- * summary->exhaustive is 0. settings.time_limit ends either.
+ * summary->exhaustive is 0. settings.time_limit ends either. An answer whose residual is more than
+ * 1e-8 (numbers that overflow, or vanish) is none, and then exhaustive is 0, too.
  *
  * Returns: PERP_OK, also where there is none; else as perp_mechanism_advance (then the handle keeps
  *          no answers).

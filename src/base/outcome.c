@@ -30,10 +30,10 @@ perp_outcome perp__worse_outcome(perp_outcome first, perp_outcome second)
 
 int32_t perp__all_finite(const double *x, size_t count)
 {
+    double nothing = 0.0; /* NaN once a NaN or an infinity is met: no branch in the loop */
     size_t i;
 
     for (i = 0; i < count; i++)
-        if (!(fabs(x[i]) < INFINITY))
-            return 0;
-    return 1;
+        nothing += 0.0 * x[i];
+    return nothing == 0.0;
 }

@@ -74,7 +74,20 @@ int32_t perp__contact_tick(void *user, int64_t iterations, double residual)
     return 0;
 }
 
-static void write_result(const perp_contact_solver *solver, double seconds)
+int32_t perp__contact_polish_step(perp_contact_solver *solver)
+{
+    const int64_t limit = solver->settings.max_iterations;
+
+    if (limit > 0 && solver->polished >= limit)
+        return 0;
+    if (perp__contact_tick(solver, solver->polished, solver->best.worth.tested))
+        return 0;
+    solver->polished++;
+    solver->iterations++;
+    return 1;
+}
+
+static void write_result(const perp_contact_solver *solver, double started)
 {
     const perp__contact_worth *worth = &solver->best.worth;
     perp_contact_result own;
@@ -82,7 +95,7 @@ static void write_result(const perp_contact_solver *solver, double seconds)
     memset(&own, 0, sizeof own);
     own.outcome = solver->best.outcome;
     own.method = solver->best.method;
-    own.iterations = solver->best.iterations;
+    own.iterations = solver->iterations;
     own.residual = worth->tested;
     own.natural_residual = worth->natural;
     own.backward_error = worth->backward;
@@ -92,7 +105,7 @@ static void write_result(const perp_contact_solver *solver, double seconds)
     own.dissipation_velocity = worth->dissipation_velocity;
     own.dissipation_impulse = worth->dissipation_impulse;
     own.bilateral = worth->bilateral;
-    own.seconds = seconds;
+    own.seconds = perp__now() - started;
     if (own.outcome == PERP_OUTCOME_RAY) {
         own.has_ray = 1;
         own.certificate = solver->certificate;
@@ -100,13 +113,13 @@ static void write_result(const perp_contact_solver *solver, double seconds)
     perp__struct_write(solver->call->result, &own, sizeof own);
 }
 
-void perp__contact_write_out(perp_contact_solver *solver, double seconds)
+void perp__contact_write_out(perp_contact_solver *solver, double started)
 {
     const perp__contact_call *call = solver->call;
     const size_t bytes = (size_t)solver->size * sizeof(double);
     int32_t k;
 
-    if (perp__contact_is_good(solver->best.outcome))
+    if (perp__is_good(solver->best.outcome))
         perp__contact_write_zeros(solver, solver->best.modes, solver->best.u);
     if (call->v && solver->dynamics.n > 0)
         memcpy(call->v, solver->best_v, (size_t)solver->dynamics.n * sizeof(double));
@@ -119,5 +132,5 @@ void perp__contact_write_out(perp_contact_solver *solver, double seconds)
     }
     for (k = 0; call->modes && k < solver->contacts; k++)
         call->modes[k] = solver->best.modes[k];
-    write_result(solver, seconds);
+    write_result(solver, started);
 }

@@ -1,6 +1,5 @@
 /* The front door: tries the start, runs the methods of the plan, recomputes every residual, keeps
  * the best point, says what it is worth. */
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -8,10 +7,12 @@
 #include "base/context.h"
 #include "contact/solver.h"
 
-/* A backward error that leaves no better double. */
-#define ROUNDING (16.0 * DBL_EPSILON)
 /* A tested residual from which the active set may be the solution's. */
 #define POLISHED 1e-2
+
+/* How often sweeps are sent for more, and the least that they are sent for. */
+enum { SHARPER = 3 };
+#define LEAST_TOL 1e-15
 
 /* Where a step of the plan starts from. */
 enum origin { FROM_BEST, FROM_LAST };
@@ -30,69 +31,6 @@ enum { PLAN_MOST = 16 };
  * where they are to lead to newton's way. Rows of contacts up to which pivoting is a fall-back. */
 #define ROUGH 1e-5
 enum { ROUGH_SWEEPS = 1000, FIRST_SWEEPS = 100, LEMKE_MOST = 600 };
-
-static perp_outcome outcome_of(const perp_contact_solver *solver, const perp__contact_worth *worth,
-                               perp_outcome said)
-{
-    const double tol = solver->settings.tol;
-
-    if (worth->tested <= tol)
-        return PERP_OUTCOME_SOLVED;
-    if (worth->backward <= ROUNDING && worth->tested <= sqrt(tol))
-        return PERP_OUTCOME_ROUNDING_LIMIT;
-    return perp__contact_is_good(said) ? PERP_OUTCOME_STALLED : said;
-}
-
-/* Evaluates solver->r and keeps it if it is the best so far. */
-static perp_status consider(perp_contact_solver *solver, int32_t method, perp_outcome said,
-                            const perp__contact_iterate *iterate, perp__contact_worth *found)
-{
-    perp__contact_candidate *best = &solver->best;
-    perp__contact_worth worth;
-    const size_t size = (size_t)solver->size;
-    perp_status status = perp__contact_evaluate(
-        solver, iterate && iterate->has_modes ? iterate->modes : NULL, &worth);
-    perp_outcome outcome;
-
-    if (status != PERP_OK)
-        return status;
-    if (isnan(worth.tested))
-        worth.tested = INFINITY;
-    if (found)
-        *found = worth;
-    outcome = outcome_of(solver, &worth, said);
-    if (best->method >= 0 &&
-        perp__contact_is_good(best->outcome) >= perp__contact_is_good(outcome) &&
-        best->worth.tested <= worth.tested) {
-        if (!perp__contact_is_good(best->outcome))
-            best->outcome = outcome; /* what the last method said */
-        return PERP_OK;
-    }
-    best->worth = worth;
-    best->outcome = outcome;
-    best->method = method;
-    best->iterations = iterate ? iterate->iterations : 0;
-    if (size > 0) {
-        memcpy(best->r, solver->r, size * sizeof(double));
-        memcpy(best->u, solver->u, size * sizeof(double));
-    }
-    if (solver->contacts > 0)
-        memcpy(best->modes, solver->modes, (size_t)solver->contacts);
-    if (solver->entrance == PERP__ENTRANCE_DYNAMICS && solver->dynamics.n > 0)
-        memcpy(solver->best_v, solver->v, (size_t)solver->dynamics.n * sizeof(double));
-    return PERP_OK;
-}
-
-perp_status perp__contact_consider_polish(perp_contact_solver *solver, perp__contact_worth *worth)
-{
-    perp__contact_iterate iterate;
-
-    memset(&iterate, 0, sizeof iterate);
-    iterate.modes = solver->modes;
-    iterate.has_modes = 1;
-    iterate.iterations = solver->best.iterations;
-    return consider(solver, solver->running, solver->best.outcome, &iterate, worth);
-}
 
 static perp__contact_slot *slot_of(perp_contact_solver *solver, int32_t method)
 {
@@ -126,62 +64,108 @@ static perp_status fit(perp_contact_solver *solver, perp__contact_slot *slot)
     return status;
 }
 
-static int32_t is_finite(const double *x, int32_t count)
-{
-    int32_t i;
-
-    for (i = 0; i < count; i++)
-        if (!isfinite(x[i]))
-            return 0;
-    return 1;
-}
-
 /* Contacts and bilateral rows up to which a proof of infeasibility is looked for before newton. */
 enum { EARLY_RAY = 200 };
 
 static int32_t ends_the_search(const perp_contact_solver *solver)
 {
-    return perp__contact_is_good(solver->best.outcome) || solver->ended >= 0 ||
+    return perp__is_good(solver->best.outcome) || solver->ended >= 0 ||
            solver->certificate != PERP_CONTACT_CERTIFICATE_NONE;
+}
+
+/* What is left of the caller's max_iterations for a method; the method's own limit where there is
+ * none: 0. */
+static int64_t iterations_left(const perp_contact_solver *solver, const perp__contact_slot *slot)
+{
+    return solver->settings.max_iterations > 0 ? solver->settings.max_iterations - slot->spent : 0;
+}
+
+static int32_t is_spent(const perp_contact_solver *solver, const perp__contact_slot *slot)
+{
+    return solver->settings.max_iterations > 0 && iterations_left(solver, slot) <= 0;
+}
+
+static void begin(perp_contact_solver *solver, const perp__contact_slot *slot,
+                  perp__contact_iterate *iterate)
+{
+    memset(iterate, 0, sizeof *iterate);
+    iterate->r = solver->r;
+    iterate->u = solver->u;
+    iterate->modes = solver->modes;
+    iterate->ray = solver->start;
+    iterate->warm = solver->call->r0 != NULL || solver->best.method != PERP_CONTACT_METHOD_POLISH;
+    iterate->residual = INFINITY;
+    if (solver->settings.max_iterations > 0)
+        solver->problem.iteration_limit = iterations_left(solver, slot);
+}
+
+static int32_t check_clock(perp_contact_solver *solver)
+{
+    if (solver->deadline > 0.0 && solver->ended < 0 && perp__now() > solver->deadline)
+        solver->ended = PERP_OUTCOME_TIME_LIMIT;
+    return solver->ended >= 0;
+}
+
+static perp_status check_abort(perp_contact_solver *solver)
+{
+    return solver->aborted
+               ? perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort")
+               : PERP_OK;
 }
 
 /* One run of a method, from start to candidate. */
 static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slot,
-                            enum origin origin, int32_t attempt)
+                            enum origin origin, int32_t attempt, perp__contact_worth *worth)
 {
     const size_t bytes = (size_t)solver->size * sizeof(double);
     perp__contact_iterate iterate;
-    perp__contact_worth worth;
     perp_status status;
 
     if (origin == FROM_BEST && bytes > 0)
         memcpy(solver->r, solver->best.r, bytes);
-    memset(&iterate, 0, sizeof iterate);
-    iterate.r = solver->r;
-    iterate.u = solver->u;
-    iterate.modes = solver->modes;
-    iterate.ray = solver->start;
-    iterate.warm = solver->call->r0 != NULL || solver->best.method != PERP_CONTACT_METHOD_POLISH;
+    begin(solver, slot, &iterate);
     iterate.attempt = attempt;
-    iterate.residual = INFINITY;
     status = slot->method->solve(slot->work, &iterate);
-    if (status == PERP_OK && solver->aborted)
-        status = perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
+    solver->iterations += iterate.iterations;
+    slot->spent += iterate.iterations;
+    if (status == PERP_OK)
+        status = check_abort(solver);
     if (status != PERP_OK)
         return status;
     if (iterate.outcome == PERP_OUTCOME_RAY)
         perp__contact_keep_ray(solver, iterate.ray);
-    if (!is_finite(solver->r, solver->size)) { /* a method that overflowed has no point to offer */
+    solver->said = iterate.outcome;
+    if (!perp__all_finite(solver->r, (size_t)solver->size)) { /* overflowed: no point to offer */
         if (bytes > 0)
             memcpy(solver->r, solver->best.r, bytes);
         iterate.has_modes = 0;
-        iterate.outcome = PERP_OUTCOME_STALLED;
+        solver->said = PERP_OUTCOME_STALLED;
     }
-    if (solver->deadline > 0.0 && solver->ended < 0 && perp__now() > solver->deadline)
-        solver->ended = PERP_OUTCOME_TIME_LIMIT;
-    status = consider(solver, slot->method->id, iterate.outcome, &iterate, &worth);
-    if (status == PERP_OK && !ends_the_search(solver) && worth.tested <= POLISHED)
+    check_clock(solver);
+    status = perp__contact_consider(solver, slot->method->id,
+                                    iterate.has_modes ? iterate.modes : NULL, worth);
+    if (status == PERP_OK && !ends_the_search(solver) && worth->tested <= POLISHED)
         status = perp__contact_polish_run(solver);
+    return status == PERP_OK ? check_abort(solver) : status;
+}
+
+/* Sweeps end at the tested residual. Where some contact's own is not there by then, they go on, to
+ * a smaller one. */
+static perp_status run_on(perp_contact_solver *solver, perp__contact_slot *slot,
+                          const perp__contact_worth *worth)
+{
+    const double tol = solver->settings.tol;
+    perp__contact_worth next = *worth;
+    perp_status status = PERP_OK;
+    int32_t round;
+
+    for (round = 0; round < SHARPER && status == PERP_OK && !ends_the_search(solver); round++) {
+        if (!(next.tested <= tol) || !(next.own < 1.0) || is_spent(solver, slot))
+            break;
+        solver->problem.tol = fmax(LEAST_TOL, 0.5 * next.tested * tol / next.own);
+        status = run_once(solver, slot, FROM_BEST, 0, &next);
+    }
+    solver->problem.tol = tol;
     return status;
 }
 
@@ -225,6 +209,7 @@ static perp_status check_chosen(perp_contact_solver *solver, perp__contact_slot 
 static perp_status run(perp_contact_solver *solver, const plan_step *step)
 {
     perp__contact_slot *slot = slot_of(solver, step->method);
+    perp__contact_worth worth;
     perp_status status = PERP_OK;
     int32_t attempt, attempts, suited = 1;
 
@@ -235,12 +220,17 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
     if (status != PERP_OK || !suited)
         return status;
     solver->running = step->method;
-    solver->problem.iteration_limit =
-        solver->settings.max_iterations > 0 ? solver->settings.max_iterations : step->limit;
+    solver->problem.iteration_limit = step->limit;
     status = fit(solver, slot);
     attempts = step->count > 0 ? step->count : slot->method->attempts - step->attempt;
     for (attempt = 0; attempt < attempts && status == PERP_OK; attempt++) {
-        status = run_once(solver, slot, step->origin, step->attempt + attempt);
+        if (is_spent(solver, slot))
+            solver->said = PERP_OUTCOME_ITERATION_LIMIT;
+        if (is_spent(solver, slot) || (solver->iterations > 0 && check_clock(solver)))
+            break;
+        status = run_once(solver, slot, step->origin, step->attempt + attempt, &worth);
+        if (status == PERP_OK && step->method == PERP_CONTACT_METHOD_SWEEP)
+            status = run_on(solver, slot, &worth);
         if (ends_the_search(solver))
             break;
     }
@@ -310,11 +300,47 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
 /* The caller's start, or no impulses at all. */
 static perp_status try_start(perp_contact_solver *solver)
 {
+    perp__contact_worth worth;
     int32_t i;
 
     for (i = 0; i < solver->size; i++)
         solver->r[i] = solver->call->r0 ? solver->call->r0[i] : 0.0;
-    return consider(solver, PERP_CONTACT_METHOD_POLISH, PERP_OUTCOME_ITERATION_LIMIT, NULL, NULL);
+    return perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
+}
+
+static void forget(perp_contact_solver *solver)
+{
+    int32_t k;
+
+    solver->best.method = -1;
+    solver->has_ray = 0;
+    solver->certificate = PERP_CONTACT_CERTIFICATE_NONE;
+    solver->ended = -1;
+    solver->said = PERP_OUTCOME_ITERATION_LIMIT;
+    solver->aborted = 0;
+    solver->iterations = solver->polished = 0;
+    for (k = 0; k < PERP__CONTACT_METHODS; k++)
+        solver->slots[k].spent = 0;
+}
+
+/* No proof is looked for with a budget that is used up. */
+static int32_t may_prove(const perp_contact_solver *solver)
+{
+    return !ends_the_search(solver) &&
+           !(solver->settings.max_iterations > 0 && solver->said == PERP_OUTCOME_ITERATION_LIMIT);
+}
+
+/* What the methods did not solve together, part by part. */
+static perp_status run_apart(perp_contact_solver *solver)
+{
+    perp__contact_worth worth;
+    int32_t some = 0;
+    perp_status status = perp__contact_solve_apart(solver, &some);
+
+    check_clock(solver);
+    return status == PERP_OK && some
+               ? perp__contact_consider(solver, solver->running, solver->modes, &worth)
+               : status;
 }
 
 static perp_status search(perp_contact_solver *solver)
@@ -322,36 +348,34 @@ static perp_status search(perp_contact_solver *solver)
     plan_step steps[PLAN_MOST];
     int32_t count = plan(solver, steps), k;
     /* where it is cheap, the question whether there are any velocities at all comes early */
-    const int32_t late = solver->contacts + solver->size - solver->rows > EARLY_RAY;
+    const int32_t late = solver->units > EARLY_RAY;
+    /* auto goes on with every part by itself as soon as sweeps have shown which need it */
+    const int32_t apart = solver->settings.method == PERP_CONTACT_METHOD_AUTO ? 0 : count - 1;
     perp_status status;
 
-    solver->best.method = -1;
-    solver->has_ray = 0;
-    solver->certificate = PERP_CONTACT_CERTIFICATE_NONE;
-    solver->ended = -1;
-    solver->aborted = 0;
+    forget(solver);
     status = perp__contact_load(solver);
     if (status == PERP_OK)
         status = try_start(solver);
-    if (status != PERP_OK || ends_the_search(solver))
-        return status;
-    for (k = 0; k < count && status == PERP_OK; k++) {
+    for (k = 0; k < count && status == PERP_OK && !ends_the_search(solver); k++) {
         status = run(solver, &steps[k]);
-        if (status == PERP_OK && !ends_the_search(solver) && k == (late ? count - 1 : 0))
+        if (status == PERP_OK && k == (late ? count - 1 : 0) && may_prove(solver))
             status = perp__contact_find_ray(solver);
-        if (ends_the_search(solver))
-            break;
+        if (status == PERP_OK && k == apart && !ends_the_search(solver))
+            status = run_apart(solver);
     }
-    if (status != PERP_OK || perp__contact_is_good(solver->best.outcome))
-        return status;
+    return status;
+}
+
+/* What the search ended with. */
+static perp_outcome last_word(const perp_contact_solver *solver)
+{
     if (solver->certificate != PERP_CONTACT_CERTIFICATE_NONE ||
         (solver->has_ray && solver->settings.cone > 0))
-        solver->best.outcome = PERP_OUTCOME_RAY;
-    else if (solver->ended >= 0)
-        solver->best.outcome = solver->ended;
-    else if (solver->best.outcome == PERP_OUTCOME_RAY) /* its ray was none */
-        solver->best.outcome = PERP_OUTCOME_STALLED;
-    return PERP_OK;
+        return PERP_OUTCOME_RAY;
+    if (solver->ended >= 0)
+        return solver->ended;
+    return solver->said == PERP_OUTCOME_RAY ? PERP_OUTCOME_STALLED : solver->said; /* it was none */
 }
 
 perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call)
@@ -371,8 +395,10 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     solver->problem.iteration_limit = solver->settings.max_iterations;
     solver->problem.cone = solver->settings.cone;
     status = search(solver);
-    if (status == PERP_OK)
-        perp__contact_write_out(solver, perp__now() - started);
+    if (status == PERP_OK) {
+        solver->best.outcome = perp__contact_verdict(solver, &solver->best, last_word(solver));
+        perp__contact_write_out(solver, started);
+    }
     solver->call = NULL;
     return status;
 }

@@ -2,13 +2,46 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/context.h"
 #include "contact/law.h"
 #include "contact/solver.h"
+
+/* A part that nothing drives has no impulses: beside which size any could be right, nobody knows.
+ */
+static void rest(perp_contact_solver *solver)
+{
+    const perp__contact_problem *p = &solver->problem;
+    int32_t i;
+
+    for (i = 0; solver->rests && i < p->size; i++)
+        if (solver->drive[solver->part[solver->unit_of[i]]] == 0.0)
+            solver->r[i] = 0.0;
+}
+
+/* Finite data may make numbers that no double holds. */
+static perp_status check_load(perp_contact_solver *solver)
+{
+    int32_t i, k;
+
+    for (i = 0; i < solver->size; i++)
+        if (!isfinite(solver->q[i]))
+            return perp__fail(solver->context, PERP_ERROR_NOT_FINITE,
+                              "row %d of q = H M^-1 f + w is %g", (int)i, solver->q[i]);
+    for (k = 0; k < solver->units; k++)
+        if (!(solver->omega[k] < INFINITY))
+            return perp__fail(solver->context, PERP_ERROR_NOT_FINITE,
+                              "%s %d: omega, the largest |q| / sqrt(t) of its part, is %g",
+                              k < solver->contacts ? "contact" : "bilateral row",
+                              (int)(k < solver->contacts ? k : k - solver->contacts),
+                              solver->omega[k]);
+    return PERP_OK;
+}
 
 perp_status perp__contact_load(perp_contact_solver *solver)
 {
     const perp__contact_call *call = solver->call;
     perp_status status = PERP_OK;
+    int32_t p;
 
     if (solver->entrance == PERP__ENTRANCE_DELASSUS) {
         if (solver->size > 0)
@@ -23,9 +56,14 @@ perp_status perp__contact_load(perp_contact_solver *solver)
             perp__bodies_force(&solver->bodies, call->f);
     }
     solver->is_free = 1;
-    if (status == PERP_OK)
-        solver->omega = perp__contact_omega(&solver->problem);
-    return status;
+    if (status != PERP_OK)
+        return status;
+    perp__contact_omegas(&solver->problem, solver->part, solver->parts, solver->drive,
+                         solver->omega);
+    solver->rests = 0;
+    for (p = 0; p < solver->parts; p++)
+        solver->rests |= solver->drive[p] == 0.0;
+    return check_load(solver);
 }
 
 static int32_t is_zero(const double *x, int32_t count)
@@ -68,71 +106,6 @@ static perp_status compute_velocities(perp_contact_solver *solver)
     return PERP_OK;
 }
 
-static double block_length(const double *x, int32_t begin, int32_t end)
-{
-    double length = 0.0;
-    int32_t i;
-
-    for (i = begin; i < end; i++)
-        length = hypot(length, x[i]);
-    return length;
-}
-
-/* change / scale, both >= 0 */
-static double relative_change(double change, double scale)
-{
-    return change == 0.0 ? 0.0 : scale > 0.0 ? change / scale : INFINITY;
-}
-
-static void raise(double *most, double value)
-{
-    if (!(value <= *most)) /* a NaN stays */
-        *most = value;
-}
-
-static void judge_contact(perp_contact_solver *solver, int32_t k, perp__contact_worth *worth)
-{
-    const perp__contact_problem *p = &solver->problem;
-    const double t = p->trace[k];
-    perp__contact_law law;
-
-    perp__contact_judge(p, k, solver->r, solver->u, &law);
-    solver->modes[k] = (int8_t)law.mode;
-    raise(&worth->natural, law.natural);
-    raise(&worth->tested, sqrt(t) * law.natural / solver->omega);
-    raise(&worth->backward,
-          relative_change(law.change, block_length(solver->scale, p->starts[k], p->starts[k + 1])));
-    raise(&worth->signorini_impulse, law.signorini);
-    raise(&worth->signorini_velocity, t * law.signorini);
-    raise(&worth->cone, law.cone);
-    raise(&worth->dissipation_impulse, law.dissipation);
-    raise(&worth->dissipation_velocity, t * law.dissipation);
-}
-
-static void judge(perp_contact_solver *solver, perp__contact_worth *worth)
-{
-    const perp__contact_problem *p = &solver->problem;
-    int32_t k, i;
-
-    memset(worth, 0, sizeof *worth);
-    if (solver->has_bodies)
-        perp__absolute_bodies(&solver->bodies, solver->r, solver->q, solver->bodies.y,
-                              solver->scale);
-    else
-        perp__absolute_product(&solver->W, solver->r, solver->q, solver->scale);
-    for (k = 0; k < p->contacts; k++)
-        judge_contact(solver, k, worth);
-    for (i = p->rows; i < p->size; i++) {
-        const double t = p->trace[p->contacts + i - p->rows];
-        const double speed = fabs(solver->u[i]);
-
-        raise(&worth->natural, speed / t);
-        raise(&worth->tested, speed / sqrt(t) / solver->omega);
-        raise(&worth->backward, relative_change(speed, solver->scale[i]));
-        raise(&worth->bilateral, speed);
-    }
-}
-
 /* Writes r = 0 of the contacts that separate; returns whether that changed anything. */
 static int32_t separate(perp_contact_solver *solver, const int8_t *modes)
 {
@@ -172,19 +145,22 @@ perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *mo
 
     for (k = 0; k < p->contacts; k++)
         perp__contact_clip(p, k, solver->r);
+    rest(solver);
     if (modes)
         separate(solver, modes);
     status = compute_velocities(solver);
     if (status != PERP_OK)
         return status;
-    judge(solver, worth);
+    perp__contact_measure(solver, worth);
     /* far from a solution the sides on which a point lies are no active set */
     if (!modes && worth->tested <= sqrt(solver->settings.tol) && separate(solver, solver->modes)) {
         status = compute_velocities(solver);
         if (status == PERP_OK)
-            judge(solver, worth);
+            perp__contact_measure(solver, worth);
     }
     reconcile(solver, modes);
+    if (status == PERP_OK)
+        perp__contact_weigh(solver, worth);
     return status;
 }
 

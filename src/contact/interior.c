@@ -199,17 +199,7 @@ static perp_status advance(perp__newton *s, double g, double *taken)
 /* The polish from P(x - z). */
 static perp_status polish(perp__newton *s)
 {
-    const perp__newton_blocks *b = &s->blocks;
-    int32_t k, i;
-
-    for (k = 0; k < b->blocks; k++) {
-        int32_t at = b->starts[k], d = b->starts[k + 1] - at;
-
-        for (i = 0; i < d; i++)
-            s->trial[at + i] = s->x[at + i] - (k < b->contacts ? s->z[at + i] : 0.0);
-        if (k < b->contacts)
-            perp__cone_project(d, &s->trial[at], &s->trial[at]);
-    }
+    perp__natural_start(s);
     return perp__natural_polish(s, POLISH_STEPS);
 }
 

@@ -7,6 +7,12 @@
 
 #include <perp/contact.h>
 
+#include "base/outcome.h"
+
+/* A sum of squares between this and its inverse has lost nothing to the range of doubles; nor has
+ * the quotient of two such. */
+#define SMALL 1e-150
+
 /* Of the radius: r nearer to the edge of its disc than this is on it. */
 #define EDGE (8.0 * DBL_EPSILON)
 
@@ -284,22 +290,70 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
                             r + parts[0].row, d, &law->mode);
 }
 
-double perp__contact_omega(const perp__contact_problem *problem)
+double perp__contact_length(const double *x, int32_t begin, int32_t end)
 {
-    double omega = 0.0;
-    int32_t i, k;
+    double sum = 0.0, length = 0.0;
+    int32_t i;
 
-    for (k = 0; k < problem->contacts; k++) {
-        double length = 0.0;
+    for (i = begin; i < end; i++)
+        sum += x[i] * x[i];
+    if (sum >= SMALL && sum <= 1.0 / SMALL)
+        return sqrt(sum);
+    for (i = begin; i < end; i++)
+        length = hypot(length, x[i]);
+    return length;
+}
 
-        for (i = problem->starts[k]; i < problem->starts[k + 1]; i++)
-            length = hypot(length, problem->q[i]);
-        omega = fmax(omega, length / sqrt(problem->trace[k]));
+/* |q| / sqrt(trace), with one rounding less where that leaves no square out of range. */
+static double share(const double *q, int32_t begin, int32_t end, double trace)
+{
+    double sum = 0.0;
+    int32_t i;
+
+    for (i = begin; i < end; i++)
+        sum += q[i] * q[i];
+    if (sum >= SMALL && sum <= 1.0 / SMALL && trace >= SMALL && trace <= 1.0 / SMALL)
+        return sqrt(sum / trace);
+    return perp__contact_length(q, begin, end) / sqrt(trace);
+}
+
+void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *part, int32_t parts,
+                          double *drive, double *omega)
+{
+    const int32_t units = problem->contacts + problem->size - problem->rows;
+    int32_t k;
+
+    for (k = 0; k < parts; k++)
+        drive[k] = 0.0;
+    for (k = 0; k < units; k++) {
+        const int32_t row = problem->rows + k - problem->contacts;
+        const int32_t begin = k < problem->contacts ? problem->starts[k] : row;
+        const int32_t end = k < problem->contacts ? problem->starts[k + 1] : row + 1;
+
+        perp__raise_to(&drive[part ? part[k] : 0],
+                       share(problem->q, begin, end, problem->trace[k]));
     }
-    for (i = problem->rows; i < problem->size; i++) {
-        double trace = problem->trace[problem->contacts + i - problem->rows];
+    for (k = 0; k < units; k++) {
+        const double own = drive[part ? part[k] : 0];
 
-        omega = fmax(omega, fabs(problem->q[i]) / (trace > 0.0 ? sqrt(trace) : 1.0));
+        omega[k] = own == 0.0 ? 1.0 : own;
     }
-    return omega > 0.0 ? omega : 1.0;
+}
+
+/* Within what has an inverse. */
+static double power_near(double x)
+{
+    int32_t exponent = 0;
+
+    (void)frexp(x, &exponent);
+    return ldexp(1.0, exponent > 1000 ? 1000 : exponent < -1000 ? -1000 : exponent);
+}
+
+void perp__contact_units(const perp__contact_problem *problem, int32_t k, double *impulse,
+                         double *velocity)
+{
+    const double root = sqrt(problem->trace[k]);
+
+    *impulse = power_near(problem->omega[k] / root);
+    *velocity = power_near(problem->omega[k] * root);
 }

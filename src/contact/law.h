@@ -37,8 +37,25 @@ typedef struct perp__contact_law {
 void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
                          const double *u, perp__contact_law *law);
 
-/* omega of the tested residual: the largest |q_k| / sqrt(t_k), an impulse times the root of an
- * inverse mass; 1 if that is 0. */
-double perp__contact_omega(const perp__contact_problem *problem);
+/* |x| of the entries begin .. end-1. */
+double perp__contact_length(const double *x, int32_t begin, int32_t end);
+
+/* omega of the tested residual, of each contact and bilateral row: the largest |q_k| / sqrt(t_k) of
+ * its part, an impulse times the root of an inverse mass; 1 if that is 0. drive: parts: the maxima
+ * as they are. part: NULL if there is only one part. */
+void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *part, int32_t parts,
+                          double *drive, double *omega);
+
+/* Units of contact or bilateral row k in which traces and omegas are 1, as near as powers of two
+ * come: what an LCP of its rows is given in. */
+void perp__contact_units(const perp__contact_problem *problem, int32_t k, double *impulse,
+                         double *velocity);
+
+/* Whether the couplings between units a and b are more than noise. */
+static inline int32_t perp__contact_couples(const perp__contact_problem *problem, int32_t a,
+                                            int32_t b)
+{
+    return !problem->part || problem->part[a] == problem->part[b];
+}
 
 #endif

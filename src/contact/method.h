@@ -37,8 +37,12 @@ typedef struct perp__contact_problem {
     const double *spinning; /* contacts, >= 0; NULL: none */
     const double *trace;    /* contacts: t_k = trace(W_kk) > 0, then W_ii of the bilateral rows */
     const double *q;        /* size */
-    const perp__matrix *W;  /* size by size, dense or CSC, maybe slightly unsymmetric; NULL where
-                               only the bodies are known: perp__contact_delassus makes it */
+    const double *omega;    /* contacts and bilateral rows: unit of the tested residual */
+    const int32_t *part;    /* of each of those: what noise alone couples is apart; NULL: one */
+    int32_t parts;
+    int32_t leaks;         /* there is such noise */
+    const perp__matrix *W; /* size by size, dense or CSC, maybe slightly unsymmetric; NULL where
+                              only the bodies are known: perp__contact_delassus makes it */
     const struct perp__bodies *bodies; /* block-diagonal M with H; NULL where W was given */
     double tol;
     int64_t iteration_limit; /* <= 0: the method's own */

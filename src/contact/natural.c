@@ -64,21 +64,21 @@ static double tested(const perp__newton *s, int32_t k, const double *x, const do
     int32_t i;
 
     for (i = 0; i < d; i++) {
-        r[i] = x[at + i] * b->scales[at + i] * s->unit;
-        u[i] = y[at + i] / b->scales[at + i] * s->unit;
+        r[i] = x[at + i] * b->scales[at + i] * s->units[at + i];
+        u[i] = y[at + i] / b->scales[at + i] * s->units[at + i];
         v[i] = r[i] - u[i] / t;
     }
     if (d > 1)
         v[0] -= problem->mu[k] * hypot(u[1], u[2]) / t;
     if (k >= b->contacts)
-        return fabs(u[0]) / sqrt(t) / s->omega;
+        return fabs(u[0]) / sqrt(t) / problem->omega[k];
     if (d == 1)
         p[0] = fmax(v[0], 0.0);
     else
         project_friction(d, problem->mu[k], v, p);
     for (i = 0; i < d; i++)
         sum = hypot(sum, r[i] - p[i]);
-    return sum * sqrt(t) / s->omega;
+    return sum * sqrt(t) / problem->omega[k];
 }
 
 double perp__natural_tested(const perp__newton *s, const double *x, const double *y)
@@ -135,6 +135,21 @@ static double measure(perp__newton *s, double *y, double *v, double *phi)
     return isfinite(residual) ? perp__natural_tested(s, s->trial, y) : residual;
 }
 
+void perp__natural_start(perp__newton *s)
+{
+    const perp__newton_blocks *b = &s->blocks;
+    int32_t k, i;
+
+    for (k = 0; k < b->blocks; k++) {
+        int32_t at = b->starts[k], d = b->starts[k + 1] - at;
+
+        for (i = 0; i < d; i++)
+            s->trial[at + i] = s->x[at + i] - (k < b->contacts ? s->z[at + i] : 0.0);
+        if (k < b->contacts)
+            perp__cone_project(d, &s->trial[at], &s->trial[at]);
+    }
+}
+
 perp_status perp__natural_polish(perp__newton *s, int32_t steps)
 {
     const perp__newton_blocks *b = &s->blocks;
@@ -150,7 +165,7 @@ perp_status perp__natural_polish(perp__newton *s, int32_t steps)
         waited = residual < 0.5 * milestone ? 0 : waited + 1;
         milestone = fmin(milestone, residual);
         if (!isfinite(residual) || residual <= ROUNDING || step >= steps || waited >= PATIENCE ||
-            (waited > 0 && s->best_residual < PERP__NEWTON_ENOUGH))
+            (waited > 0 && s->best_residual < PERP__NEWTON_ENOUGH) || perp__newton_is_spent(s))
             return PERP_OK;
         for (k = 0; k < b->blocks; k++)
             set_block(s, k, &v[b->starts[k]], &y[b->starts[k]]);

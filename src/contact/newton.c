@@ -31,9 +31,10 @@ static void layout(perp__arena *arena, void *work)
     const perp__contact_problem *problem = s->common.problem;
     size_t n = (size_t)problem->size;
     size_t blocks = (size_t)(problem->contacts + problem->size - problem->rows);
-    double **const vectors[] = {&s->b,     &s->x,  &s->z,       &s->y,     &s->gap,   &s->slope,
-                                &s->dx,    &s->dz, &s->change,  &s->rhs,   &s->trial, &s->best,
-                                &s->cover, &s->v,  &s->tangent, &s->ahead, &s->along, &s->error};
+    double **const vectors[] = {&s->b,     &s->x,     &s->z,     &s->y,      &s->gap,
+                                &s->slope, &s->dx,    &s->dz,    &s->change, &s->rhs,
+                                &s->trial, &s->best,  &s->cover, &s->v,      &s->tangent,
+                                &s->ahead, &s->along, &s->error, &s->units};
 
     perp__newton_blocks_layout(arena, &s->blocks, problem);
     perp__newton_matrix_layout(arena, &s->matrix, problem);
@@ -67,21 +68,36 @@ perp_outcome perp__newton_tick(const perp__newton *s, perp_status *status)
     return -1;
 }
 
+int32_t perp__newton_is_spent(const perp__newton *s)
+{
+    const perp__contact_control *control = s->common.problem->control;
+
+    return s->matrix.factorisations >= s->limit ||
+           (control && control->deadline > 0.0 && perp__now() >= control->deadline);
+}
+
 static void read_right_side(perp__newton *s)
 {
     const perp__newton_blocks *b = &s->blocks;
-    const double *q = s->common.problem->q;
+    const perp__contact_problem *problem = s->common.problem;
+    const int32_t *part = problem->leaks ? NULL : problem->part;
+    double *largest = s->R; /* of each part */
     int32_t i;
 
-    s->unit = 0.0;
+    for (i = 0; i < b->blocks; i++)
+        largest[i] = 0.0;
     for (i = 0; i < b->n; i++) {
-        s->b[i] = q[b->rows[i]] * b->scales[i];
-        s->unit = fmax(s->unit, fabs(s->b[i]));
+        const int32_t p = part ? part[b->owners[i]] : 0;
+
+        s->b[i] = problem->q[b->rows[i]] * b->scales[i];
+        largest[p] = fmax(largest[p], fabs(s->b[i]));
     }
-    if (!(s->unit > 0.0))
-        s->unit = 1.0;
-    for (i = 0; i < b->n; i++)
-        s->b[i] /= s->unit;
+    for (i = 0; i < b->n; i++) {
+        const double most = largest[part ? part[b->owners[i]] : 0];
+
+        s->units[i] = most > 0.0 ? most : 1.0;
+        s->b[i] /= s->units[i];
+    }
 }
 
 static void start_cold(perp__newton *s)
@@ -144,7 +160,7 @@ static void finish(perp__newton *s, perp__contact_iterate *iterate)
             perp__cone_project(d, &s->trial[at], &s->trial[at]);
         }
         for (i = 0; i < d; i++)
-            iterate->r[b->rows[at + i]] = s->trial[at + i] * b->scales[at + i] * s->unit;
+            iterate->r[b->rows[at + i]] = s->trial[at + i] * b->scales[at + i] * s->units[at + i];
     }
     if (problem->bodies) {
         perp__bodies_multiply(problem->bodies, iterate->r, problem->q, iterate->u);
@@ -165,7 +181,7 @@ static perp_status run_warm(perp__newton *s, const double *r, perp_outcome *outc
     int32_t i, k;
 
     for (i = 0; i < b->n; i++)
-        s->x[i] = r[b->rows[i]] / (b->scales[i] * s->unit);
+        s->x[i] = r[b->rows[i]] / (b->scales[i] * s->units[i]);
     start_warm(s);
     memcpy(s->trial, s->dz, (size_t)b->n * sizeof *s->trial);
     for (k = 0; k < b->contacts; k++)
@@ -210,15 +226,21 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
         return status;
     s->limit = problem->iteration_limit > 0 ? problem->iteration_limit : INT64_MAX;
     s->best_residual = s->residual = INFINITY;
-    s->omega = perp__contact_omega(problem);
     read_right_side(s);
     status = run(s, iterate);
+    if (status == PERP_OK &&
+        iterate->outcome != PERP_OUTCOME_STALLED) { /* cut short: where it was */
+        perp__natural_start(s);
+        status = perp__natural_polish(s, 0);
+    }
     iterate->iterations = s->matrix.factorisations;
     if (status != PERP_OK || !isfinite(s->best_residual))
         return status;
     finish(s, iterate);
     if (iterate->residual <= problem->tol)
         iterate->outcome = PERP_OUTCOME_SOLVED;
+    else if (iterate->outcome == PERP_OUTCOME_STALLED && iterate->iterations >= s->limit)
+        iterate->outcome = PERP_OUTCOME_ITERATION_LIMIT;
     return PERP_OK;
 }
 

@@ -3,7 +3,7 @@
  * x = (mu r_n, r_t) sqrt(t) / a and z = a ((u_n + mu |u_t|) / mu, u_t) / sqrt(t), t = trace(W_kk),
  * lie in the Lorentz cone and are perpendicular; z = A x + b + |z_t| e1 (De Saxce & Feng 1998).
  * a = sqrt(max(mu, 1) min(10 mu, 1)) shares a large or small mu between the two. All is divided by
- * `unit`, the largest |b_i|. Bilateral rows have z = 0 and any x. */
+ * a unit, the largest |b_i| of the part. Bilateral rows have z = 0 and any x. */
 #ifndef PERP_CONTACT_NEWTON_H
 #define PERP_CONTACT_NEWTON_H
 
@@ -28,9 +28,9 @@ typedef struct perp__newton {
     perp__newton_matrix matrix;
     const perp__newton_plan *plan;
     int64_t limit;
-    double unit;
     perp__cone_scaling *scalings; /* blocks */
     double *L, *R;                /* nine a block */
+    double *units;                /* of each unknown */
     double *b, *x, *z, *y;        /* y = A x + b */
     double *gap;                  /* y + s e1 - z, s = sqrt(|z_t|^2 + eps^2) */
     double *slope;                /* z_t / s, and 0 for the normals */
@@ -38,7 +38,6 @@ typedef struct perp__newton {
     double *trial, *best; /* the polish: x, and the best x */
     double best_residual; /* tested residual of best */
     double residual;      /* natural residual of x, in the units of A x + b */
-    double omega;         /* of the tested residual */
     double *cover;        /* the path's covering vector */
     double *v, *tangent, *ahead, *along, *error;
 } perp__newton;
@@ -53,7 +52,7 @@ double perp__natural_map(const perp__newton_blocks *blocks, const double *x, con
 
 /* Semismooth Newton (Qi & Sun 1993) on the natural map from newton->trial:
  * (V (J A + delta I) + I - V) dx = -phi, at most `steps` of them. Keeps the best point. PERP_OK or
- * PERP_ERROR_MEMORY. */
+ * PERP_ERROR_MEMORY. With no steps it only looks at the point. */
 perp_status perp__natural_polish(perp__newton *newton, int32_t steps);
 
 /* Interior point from (x, z), both inside of the cones. It calls the polish at `exit`, and at ever
@@ -64,7 +63,13 @@ perp_status perp__interior_run(perp__newton *newton, perp_outcome *outcome);
  * perp__interior_run. */
 perp_status perp__path_run(perp__newton *newton, perp_outcome *outcome);
 
+/* trial := P(x - z). */
+void perp__natural_start(perp__newton *newton);
+
 /* -1 to go on, or the outcome to stop with; *status tells of an abort. */
 perp_outcome perp__newton_tick(const perp__newton *newton, perp_status *status);
+
+/* Whether limit or clock allow no factorisation more: asked before each. */
+int32_t perp__newton_is_spent(const perp__newton *newton);
 
 #endif

@@ -219,7 +219,8 @@ static perp_status begin(perp__newton *s)
     for (step = 0;; step++) {
         perp_status status = linearise(s, s->v, FIRST, &size);
 
-        if (status != PERP_OK || size <= 1e-6 * FIRST || step >= FIRST_STEPS)
+        if (status != PERP_OK || size <= 1e-6 * FIRST || step >= FIRST_STEPS ||
+            perp__newton_is_spent(s))
             return status;
         solve(s, FIRST, s->error, s->dz);
         for (i = 0; i < b->n; i++)
@@ -235,7 +236,7 @@ static int32_t correct(perp__newton *s, double *t, double tangent_t)
     double size, last = INFINITY;
     int32_t n = s->blocks.n, step, i;
 
-    for (step = 0; step < CORRECTIONS; step++) {
+    for (step = 0; step < CORRECTIONS && !perp__newton_is_spent(s); step++) {
         perp_status status = linearise(s, s->ahead, *t, &size);
         double dt;
 

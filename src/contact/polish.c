@@ -33,7 +33,7 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__contact_polish *p = object;
     const size_t n = (size_t)p->room;
-    double **const vectors[] = {&p->rhs, &p->step, &p->error, &p->units};
+    double **const vectors[] = {&p->rhs, &p->step, &p->error, &p->units, &p->weights};
     size_t k;
 
     p->K = perp__arena_take(arena, n * n, sizeof(double));
@@ -172,7 +172,17 @@ static void write_slip(perp__contact_polish *p, const perp__contact_part *part, 
     write_length(p, part, normal, t, r);
 }
 
-/* K and the right-hand side in units in which the traces are 1. */
+/* Those of impulses; velocities are multiplied by the weights. */
+static void set_unit(perp__contact_polish *p, const perp__contact_problem *problem, int32_t row,
+                     int32_t k)
+{
+    const double root = sqrt(problem->trace[k]);
+
+    p->units[p->place[row]] = problem->omega[k] / root;
+    p->weights[p->place[row]] = 1.0 / (root * problem->omega[k]);
+}
+
+/* K and the right-hand side in units in which traces and omegas are 1. */
 static void scale(perp__contact_polish *p, const perp__contact_problem *problem)
 {
     const size_t n = (size_t)p->n;
@@ -182,14 +192,13 @@ static void scale(perp__contact_polish *p, const perp__contact_problem *problem)
     for (k = 0; k < problem->contacts; k++)
         for (row = problem->starts[k]; row < problem->starts[k + 1]; row++)
             if (p->place[row] >= 0)
-                p->units[p->place[row]] = 1.0 / sqrt(problem->trace[k]);
+                set_unit(p, problem, row, k);
     for (row = problem->rows; row < problem->size; row++)
-        p->units[p->place[row]] =
-            1.0 / sqrt(problem->trace[problem->contacts + row - problem->rows]);
+        set_unit(p, problem, row, problem->contacts + row - problem->rows);
     for (j = 0; j < n; j++) {
-        p->rhs[j] *= p->units[j];
+        p->rhs[j] *= p->weights[j];
         for (i = 0; i < n; i++)
-            p->K[i + j * n] *= p->units[i] * p->units[j];
+            p->K[i + j * n] *= p->weights[i] * p->units[j];
     }
 }
 
@@ -272,6 +281,8 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
         double size;
 
         velocities(solver);
+        if (!perp__contact_polish_step(solver))
+            return step > 0;
         if (!set_up(p, problem, solver->r, solver->u))
             return 0;
         size = largest(p->rhs, p->n);
@@ -386,8 +397,8 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
         write_modes(p, problem, solver->modes);
         /* the next round goes on from r as it is, not clipped to its cones */
         memcpy(solver->start, solver->r, (size_t)solver->size * sizeof(double));
-        status = perp__contact_consider_polish(solver, &worth);
-        if (status != PERP_OK || perp__contact_is_good(solver->best.outcome) ||
+        status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
+        if (status != PERP_OK || perp__is_good(solver->best.outcome) ||
             (changes == 0 && p->regular < REGULAR))
             return status;
         if (changes == 0)

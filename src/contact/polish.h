@@ -19,8 +19,8 @@ typedef struct perp__contact_polish {
     int8_t *presses; /* contacts */
     int8_t *parts;   /* 3 contacts: enum perp__part_state */
     int32_t *pivots;
-    double *K, *factors;                /* n by n; factors of K + a regularisation */
-    double *rhs, *step, *error, *units; /* n */
+    double *K, *factors;                          /* n by n; factors of K + a regularisation */
+    double *rhs, *step, *error, *units, *weights; /* n */
 } perp__contact_polish;
 
 /* Most rows of a problem that is polished: the factors are dense. */

@@ -101,6 +101,24 @@ static perp_status read_laws(perp_context *context, perp_contact_laws *own, int3
     return status;
 }
 
+static void lay_out_parts(perp__arena *arena, perp_contact_solver *s)
+{
+    const size_t units = (size_t)s->units, size = (size_t)s->size;
+    double **const numbers[] = {&s->root, &s->omega, &s->drive,      &s->terms,
+                                &s->lack, &s->wide,  &s->most_speed, &s->most_energy};
+    const size_t count = sizeof numbers / sizeof *numbers;
+    double *all = perp__arena_take(arena, units, count * sizeof(double));
+    size_t k;
+
+    s->unit_of = perp__arena_take(arena, size, sizeof(int32_t));
+    s->part = perp__arena_take(arena, units, sizeof(int32_t));
+    s->number = perp__arena_take(arena, units, sizeof(int32_t));
+    s->evidence = perp__arena_take(arena, units, sizeof(perp__evidence));
+    s->best.evidence = perp__arena_take(arena, units, sizeof(perp__evidence));
+    for (k = 0; k < count; k++)
+        *numbers[k] = all ? all + k * units : NULL; /* none while the arena only measures */
+}
+
 static void lay_out(perp__arena *arena, void *object)
 {
     perp_contact_solver *s = object;
@@ -115,6 +133,7 @@ static void lay_out(perp__arena *arena, void *object)
     s->compliance = perp__arena_take(arena, size, sizeof(double));
     s->diagonal = perp__arena_take(arena, size, sizeof(double));
     s->trace = perp__arena_take(arena, contacts + size, sizeof(double));
+    lay_out_parts(arena, s);
     s->q = perp__arena_take(arena, size, sizeof(double));
     s->scale = perp__arena_take(arena, size, sizeof(double));
     s->high = perp__arena_take(arena, size, sizeof(double));
@@ -207,10 +226,10 @@ static perp_status read_traces(perp_contact_solver *solver)
     }
     for (i = solver->rows; i < solver->size; i++) {
         solver->trace[solver->contacts + i - solver->rows] = solver->diagonal[i];
-        if (!(solver->diagonal[i] > 0.0))
+        if (!(solver->diagonal[i] > 0.0) || !isfinite(solver->diagonal[i]))
             return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                              "bilateral row %d: its impulse moves nothing, W(%d,%d) is 0",
-                              (int)(i - solver->rows), (int)i, (int)i);
+                              "bilateral row %d: its impulse moves nothing, W(%d,%d) is %g",
+                              (int)(i - solver->rows), (int)i, (int)i, solver->diagonal[i]);
     }
     return PERP_OK;
 }
@@ -232,6 +251,10 @@ static void present(perp_contact_solver *solver)
     p->spinning = solver->spins ? solver->spinning : NULL;
     p->trace = solver->trace;
     p->q = solver->q;
+    p->omega = solver->omega;
+    p->part = solver->part;
+    p->parts = solver->parts;
+    p->leaks = solver->leaks;
     p->W = solver->has_bodies ? NULL : &solver->W;
     p->bodies = solver->has_bodies ? &solver->bodies : NULL;
     p->control = &solver->control;
@@ -338,6 +361,7 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
     if (status != PERP_OK)
         return status;
     next.size = next.rows + own.bilateral;
+    next.units = next.contacts + own.bilateral;
     status = check_coefficients(solver->context, "laws.compliance", own.compliance, next.size);
     if (status == PERP_OK)
         status = perp__arena_fit(&next.arena, lay_out, &next);
@@ -350,6 +374,8 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
     status = make_matrices(solver);
     if (status == PERP_OK)
         status = read_traces(solver);
+    if (status == PERP_OK)
+        perp__contact_find_parts(solver);
     present(solver);
     if (status != PERP_OK)
         solver->entrance = PERP__NO_PROBLEM;

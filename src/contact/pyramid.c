@@ -15,6 +15,7 @@
 
 #include <perp/contact.h>
 
+#include "base/clock.h"
 #include "base/context.h"
 #include "contact/law.h"
 #include "contact/pyramid.h"
@@ -26,6 +27,9 @@
 #define WIDTH 0.2  /* of attempt 1 */
 #define LEAST 1e-6 /* narrower, the vertices could hardly be told apart */
 #define NARROWER 0.125
+
+/* A time limit that is over. */
+#define SOON 1e-9
 
 /* More unknowns than this are more than pivoting serves. */
 enum { MOST_UNKNOWNS = 20000 };
@@ -58,6 +62,8 @@ static void layout(perp__arena *arena, void *work)
     p->angles = perp__arena_take(arena, 3 * (size_t)problem->contacts, sizeof(double));
     p->widths = perp__arena_take(arena, 3 * (size_t)problem->contacts, sizeof(double));
     p->guess = perp__arena_take(arena, n, sizeof(double));
+    p->impulse = perp__arena_take(arena, size, sizeof(double));
+    p->per_velocity = perp__arena_take(arena, size, sizeof(double));
     p->W = problem->W->column_starts ? perp__arena_take(arena, size, size * sizeof(double)) : NULL;
 }
 
@@ -99,7 +105,7 @@ static void set_guess(perp__pyramid *p, const double *r, const double *u)
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        p->guess[at++] = r[problem->starts[k]];
+        p->guess[at++] = r[problem->starts[k]] / p->impulse[k];
         for (c = 0; c < count; c++) {
             const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
             const double *x = r + parts[c].row, *y = u + parts[c].row;
@@ -110,15 +116,15 @@ static void set_guess(perp__pyramid *p, const double *r, const double *u)
                 p->guess[at + j] = 0.0;
             if (edges == 0)
                 continue;
-            p->guess[at + (parts[c].size == 1 && x[0] < 0.0)] = length;
+            p->guess[at + (parts[c].size == 1 && x[0] < 0.0)] = length / p->impulse[k];
             p->guess[at + edges] = length < 0.999 * radius ? 0.0
-                                   : parts[c].size == 1    ? fabs(y[0])
-                                                           : hypot(y[0], y[1]);
+                                   : parts[c].size == 1    ? fabs(y[0]) * p->per_velocity[k]
+                                                           : hypot(y[0], y[1]) * p->per_velocity[k];
             at += edges + 1;
         }
     }
     for (k = problem->rows; k < problem->size; k++)
-        p->guess[at++] = r[k];
+        p->guess[at++] = r[k] / p->impulse[problem->contacts + k - problem->rows];
 }
 
 static int32_t watch(const perp_lcp_progress *progress, void *user)
@@ -139,6 +145,8 @@ static perp_status prepare(perp__pyramid *p)
     settings.tol = fmin(settings.tol, problem->tol);
     settings.monitor = watch;
     settings.monitor_user = (void *)(uintptr_t)problem->control;
+    if (problem->control->deadline > 0.0)
+        settings.time_limit = fmax(SOON, problem->control->deadline - perp__now());
     if (problem->iteration_limit > 0)
         settings.max_iterations = (int32_t)problem->iteration_limit;
     if (status == PERP_OK && !p->lcp)
@@ -164,10 +172,11 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     p->regular = iterate->attempt == 0 || problem->cone > 0;
     perp__pyramid_number(p);
     perp__pyramid_spread(p);
-    perp__pyramid_fill_impulses(p);
+    iterate->outcome = PERP_OUTCOME_TIME_LIMIT;
+    if (status != PERP_OK || !perp__pyramid_fill_impulses(p))
+        return status; /* with the start */
     perp__pyramid_fill_speeds(p);
-    if (status == PERP_OK)
-        status = prepare(p);
+    status = prepare(p);
     if (status == PERP_OK)
         status = perp__lcp_solve(p->lcp, p->z, NULL, p->direction, &result, p->q,
                                  p->regular ? NULL : p->guess);

@@ -8,6 +8,7 @@
 /* Unknown of the LCP: z_j acts on `row` and, with size 2, the next, along d. Slip speeds act on
  * nothing: row -1. */
 typedef struct perp__unknown {
+    int32_t unit; /* its contact or bilateral row */
     int32_t row, size;
     double d[2];
 } perp__unknown;
@@ -22,6 +23,8 @@ typedef struct perp__pyramid {
     double *angles, *widths; /* 3 contacts: where the discs pushed at the last answer; windows */
     int32_t regular;         /* polygons, without a window */
     double *guess;           /* z of the last answer with respect to new windows */
+    double *impulse;         /* contacts and bilateral rows: the unit of z; and 1 over that of */
+    double *per_velocity;    /* the rows; for slip speeds the other way round */
 } perp__pyramid;
 
 /* Vertices of a part's polygon; 0 where its coefficient is. */
@@ -32,9 +35,9 @@ int64_t perp__pyramid_count(const perp__contact_problem *problem);
 void perp__pyramid_number(perp__pyramid *p);
 
 /* Fills p->W from a sparse W; then M, q and lower, all but the slip speeds' rows and columns, which
- * are last. */
+ * are last. The second returns 0 where the time is over before it is done. */
 void perp__pyramid_spread(perp__pyramid *p);
-void perp__pyramid_fill_impulses(perp__pyramid *p);
+int32_t perp__pyramid_fill_impulses(perp__pyramid *p);
 void perp__pyramid_fill_speeds(perp__pyramid *p);
 
 /* x := the impulses that z stands for; the modes that it shows. */

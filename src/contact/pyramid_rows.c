@@ -4,6 +4,7 @@
 
 #include <perp/contact.h>
 
+#include "base/clock.h"
 #include "contact/law.h"
 #include "contact/pyramid.h"
 
@@ -37,15 +38,16 @@ int64_t perp__pyramid_count(const perp__contact_problem *problem)
     return n;
 }
 
-static perp__unknown *add_unknown(perp__pyramid *p, int32_t row, int32_t size, double x, double y)
+static void add_unknown(perp__pyramid *p, int32_t unit, int32_t row, int32_t size, double x,
+                        double y)
 {
     perp__unknown *added = &p->unknowns[p->n++];
 
+    added->unit = unit;
     added->row = row;
     added->size = size;
     added->d[0] = x;
     added->d[1] = y;
-    return added;
 }
 
 /* Vertex j of the polygon of a disc, part c of contact k. */
@@ -80,11 +82,15 @@ void perp__pyramid_number(perp__pyramid *p)
     int32_t k, c, j;
 
     p->n = 0;
+    for (k = 0; k < problem->contacts + problem->size - problem->rows; k++) {
+        perp__contact_units(problem, k, &p->impulse[k], &p->per_velocity[k]);
+        p->per_velocity[k] = 1.0 / p->per_velocity[k];
+    }
     for (k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        add_unknown(p, problem->starts[k], 1, 1.0, 0.0);
+        add_unknown(p, k, problem->starts[k], 1, 1.0, 0.0);
         for (c = 0; c < count; c++) {
             const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
 
@@ -93,14 +99,14 @@ void perp__pyramid_number(perp__pyramid *p)
 
                 if (parts[c].size == 2)
                     vertex(p, edges, k, c, j, d);
-                add_unknown(p, parts[c].row, parts[c].size, d[0], d[1]);
+                add_unknown(p, k, parts[c].row, parts[c].size, d[0], d[1]);
             }
             if (edges > 0)
-                add_unknown(p, -1, 0, 0.0, 0.0);
+                add_unknown(p, k, -1, 0, 0.0, 0.0);
         }
     }
     for (k = problem->rows; k < problem->size; k++)
-        add_unknown(p, k, 1, 1.0, 0.0);
+        add_unknown(p, problem->contacts + k - problem->rows, k, 1, 1.0, 0.0);
 }
 
 void perp__pyramid_spread(perp__pyramid *p)
@@ -130,31 +136,45 @@ static double product(const double *W, size_t row_stride, size_t column_stride,
     return sum;
 }
 
-void perp__pyramid_fill_impulses(perp__pyramid *p)
+static void fill_column(perp__pyramid *p, size_t j)
 {
     const perp__contact_problem *problem = p->base.problem;
     const perp__matrix *W = problem->W;
     const double *values = p->W ? p->W : W->values;
     const size_t row_stride = p->W ? 1 : W->row_stride;
     const size_t column_stride = p->W ? (size_t)problem->size : W->column_stride;
-    const size_t n = (size_t)p->n;
-    size_t i, j;
-    int32_t c;
+    const perp__unknown *b = &p->unknowns[j];
+    double *column = p->M + j * (size_t)p->n;
+    size_t i;
 
-    for (j = 0; j < n; j++)
-        for (i = 0; i < n; i++)
-            p->M[i + j * n] =
-                p->unknowns[i].size == 0 || p->unknowns[j].size == 0
-                    ? 0.0
-                    : product(values, row_stride, column_stride, &p->unknowns[i], &p->unknowns[j]);
-    for (i = 0; i < n; i++) {
+    for (i = 0; i < (size_t)p->n; i++) {
         const perp__unknown *a = &p->unknowns[i];
 
+        column[i] = 0.0;
+        if (a->size > 0 && b->size > 0 && perp__contact_couples(problem, a->unit, b->unit))
+            column[i] = product(values, row_stride, column_stride, a, b) *
+                        (p->impulse[b->unit] * p->per_velocity[a->unit]);
+    }
+}
+
+int32_t perp__pyramid_fill_impulses(perp__pyramid *p)
+{
+    const perp__contact_problem *problem = p->base.problem;
+    const double deadline = problem->control ? problem->control->deadline : 0.0;
+    int32_t i, c;
+
+    for (i = 0; i < p->n; i++) {
+        const perp__unknown *a = &p->unknowns[i];
+
+        if (deadline > 0.0 && perp__now() >= deadline)
+            return 0;
+        fill_column(p, (size_t)i);
         p->q[i] = 0.0;
         for (c = 0; c < a->size; c++)
-            p->q[i] += a->d[c] * problem->q[a->row + c];
+            p->q[i] += a->d[c] * problem->q[a->row + c] * p->per_velocity[a->unit];
         p->lower[i] = a->size > 0 && a->row >= problem->rows ? -INFINITY : 0.0;
     }
+    return 1;
 }
 
 /* The rows and columns of the slip speeds. */
@@ -193,7 +213,8 @@ void perp__pyramid_gather(const perp__pyramid *p, const double *z, double *x)
         x[i] = 0.0;
     for (i = 0; i < p->n; i++)
         for (c = 0; c < p->unknowns[i].size; c++)
-            x[p->unknowns[i].row + c] += p->unknowns[i].d[c] * z[i];
+            x[p->unknowns[i].row + c] +=
+                p->unknowns[i].d[c] * (z[i] * p->impulse[p->unknowns[i].unit]);
 }
 
 void perp__pyramid_modes(const perp__pyramid *p, int8_t *modes)

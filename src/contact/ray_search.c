@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "contact/law.h"
 #include "contact/solver.h"
 #include "linalg/blas.h"
 
@@ -35,6 +36,8 @@ static void lay_out(perp__arena *arena, void *object)
     own->M = perp__arena_take(arena, n, n * sizeof(double));
     own->K = perp__arena_take(arena, n, n * sizeof(double));
     own->q = perp__arena_take(arena, n, sizeof(double));
+    own->impulse = perp__arena_take(arena, n, sizeof(double));
+    own->velocity = perp__arena_take(arena, n, sizeof(double));
     own->lower = perp__arena_take(arena, n, sizeof(double));
     own->z = perp__arena_take(arena, n, sizeof(double));
     own->direction = perp__arena_take(arena, n, sizeof(double));
@@ -68,12 +71,17 @@ static void fill(perp_contact_solver *solver)
     const size_t n = (size_t)own->n;
     int32_t i, j;
 
+    for (j = 0; j < own->n; j++)
+        perp__contact_units(&solver->problem, j, &own->impulse[j], &own->velocity[j]);
     for (j = 0; j < own->n; j++) {
-        own->q[j] = solver->q[row_of(solver, j)];
+        own->q[j] = solver->q[row_of(solver, j)] / own->velocity[j];
         own->lower[j] = j < solver->contacts ? 0.0 : -INFINITY;
         for (i = 0; i < own->n; i++)
             own->M[(size_t)i + (size_t)j * n] =
-                entry(&solver->W, row_of(solver, i), row_of(solver, j));
+                perp__contact_couples(&solver->problem, i, j)
+                    ? entry(&solver->W, row_of(solver, i), row_of(solver, j)) *
+                          (own->impulse[j] / own->velocity[i])
+                    : 0.0;
     }
 }
 
@@ -87,6 +95,7 @@ static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
 
     if (solver->deadline > 0.0)
         settings.time_limit = fmax(1e-9, solver->deadline - perp__now());
+    settings.max_iterations = solver->settings.max_iterations;
     if (status == PERP_OK)
         status = perp__lcp_set(own->lcp, &settings);
     if (status == PERP_OK)
@@ -98,9 +107,10 @@ static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
         status = perp_lcp_result_init(result, sizeof *result);
     if (status == PERP_OK)
         status = perp__lcp_setup(own->lcp, &M, own->lower, NULL);
-    return status == PERP_OK
-               ? perp__lcp_solve(own->lcp, own->z, NULL, own->direction, result, own->q, NULL)
-               : status;
+    if (status == PERP_OK)
+        status = perp__lcp_solve(own->lcp, own->z, NULL, own->direction, result, own->q, NULL);
+    solver->iterations += result->iterations;
+    return status;
 }
 
 /* y := x on the rows of N, 0 elsewhere. */
@@ -111,7 +121,7 @@ static void lift(const perp_contact_solver *solver, const double *x, double *y)
 
     memset(y, 0, (size_t)solver->size * sizeof *y);
     for (i = 0; i < own->n; i++)
-        y[row_of(solver, i)] = x[i];
+        y[row_of(solver, i)] = x[i] * own->impulse[i];
 }
 
 /* direction := the part of z that takes part, largest entry 1, and its rows. False if there is
@@ -184,7 +194,8 @@ static perp_status refine(perp_contact_solver *solver)
         lift(solver, own->direction, solver->start);
         status = multiply(solver, solver->start, solver->u);
         for (i = 0; i < own->count; i++)
-            own->step[i] = solver->u[row_of(solver, own->active[i])];
+            own->step[i] =
+                solver->u[row_of(solver, own->active[i])] / own->velocity[own->active[i]];
         perp__lu_solve(own->count, own->K, own->count, own->pivots, own->step, 0);
         for (i = 0; i < own->count; i++)
             own->direction[own->active[i]] -= own->step[i];

@@ -9,8 +9,8 @@
 static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {
     &perp__contact_sweep, &perp__contact_newton, &perp__contact_lemke};
 
-static perp_status create(perp_context *context, perp_contact_solver **solver,
-                          const perp_contact_settings *settings)
+perp_status perp__contact_create(perp_context *context, perp_contact_solver **solver,
+                                 const perp_contact_settings *settings)
 {
     perp_contact_settings own;
     perp_status status = perp__contact_settings_read(context, &own, settings);
@@ -33,6 +33,7 @@ static perp_status create(perp_context *context, perp_contact_solver **solver,
     perp__arena_init(&made->dynamics.cholesky.factor_arena, context);
     perp__arena_init(&made->feasibility.arena, context);
     perp__arena_init(&made->polish.arena, context);
+    perp__arena_init(&made->apart.arena, context);
     perp__bodies_init(&made->bodies, context);
     for (k = 0; k < PERP__CONTACT_METHODS; k++) {
         made->slots[k].method = methods[k];
@@ -43,7 +44,7 @@ static perp_status create(perp_context *context, perp_contact_solver **solver,
     return PERP_OK;
 }
 
-static void destroy(perp_contact_solver *solver)
+void perp__contact_destroy(perp_contact_solver *solver)
 {
     perp_context *context;
     int32_t k;
@@ -62,6 +63,8 @@ static void destroy(perp_contact_solver *solver)
     perp__lcp_destroy(solver->feasibility.lcp);
     perp__arena_release(&solver->feasibility.arena);
     perp__arena_release(&solver->polish.arena);
+    perp__contact_destroy(solver->apart.solver);
+    perp__arena_release(&solver->apart.arena);
     perp__bodies_release(&solver->bodies);
     perp__dynamics_release(&solver->dynamics);
     perp__arena_release(&solver->delassus.arena);
@@ -87,7 +90,7 @@ perp_status perp_contact_solver_create(perp_context *context, perp_contact_solve
         return status;
     status = perp__check_pointer(context, "solver", solver);
     if (status == PERP_OK)
-        status = create(context, solver, settings);
+        status = perp__contact_create(context, solver, settings);
     return perp__leave(context, status);
 }
 
@@ -95,7 +98,7 @@ void perp_contact_solver_destroy(perp_contact_solver *solver)
 {
     /* inside one of its own callbacks the solver's memory is in use: that call is refused */
     if (solver && solver->magic == PERP__CONTACT_SOLVER_MAGIC && !solver->context->busy)
-        destroy(solver);
+        perp__contact_destroy(solver);
 }
 
 perp_status perp_contact_solver_set(perp_contact_solver *solver,
@@ -188,12 +191,12 @@ perp_status perp_contact_solve(perp_context *context, double *v, double *r, doub
 
     if (status != PERP_OK)
         return status;
-    status = create(context, &solver, settings);
+    status = perp__contact_create(context, &solver, settings);
     if (status == PERP_OK)
         status = perp__contact_setup(solver, laws, dynamics, NULL);
     if (status == PERP_OK)
         status = perp__contact_solve(solver, &call);
-    destroy(solver);
+    perp__contact_destroy(solver);
     return perp__leave(context, status);
 }
 
@@ -209,11 +212,11 @@ perp_status perp_contact_solve_delassus(perp_context *context, double *r, double
 
     if (status != PERP_OK)
         return status;
-    status = create(context, &solver, settings);
+    status = perp__contact_create(context, &solver, settings);
     if (status == PERP_OK)
         status = setup_delassus(solver, laws, W);
     if (status == PERP_OK)
         status = perp__contact_solve(solver, &call);
-    destroy(solver);
+    perp__contact_destroy(solver);
     return perp__leave(context, status);
 }

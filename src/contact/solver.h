@@ -5,6 +5,7 @@
 #include <perp/contact.h>
 
 #include "base/arena.h"
+#include "base/outcome.h"
 #include "contact/bodies.h"
 #include "contact/delassus.h"
 #include "contact/dynamics.h"
@@ -23,9 +24,10 @@ enum perp__contact_entrance {
 
 /* What a point is worth: the numbers of perp_contact_result, all from the caller's data. */
 typedef struct perp__contact_worth {
-    double tested, natural, backward;
+    double tested, own, natural, backward;
     double signorini_velocity, signorini_impulse, cone;
     double dissipation_velocity, dissipation_impulse, bilateral;
+    int32_t sound; /* everything that would be returned is finite */
 } perp__contact_worth;
 
 /* A method's workspace, made when the method first runs. */
@@ -34,15 +36,16 @@ typedef struct perp__contact_slot {
     void *work;
     perp__arena arena;
     int64_t fitted; /* the set-up its arrays were laid out for */
+    int64_t spent;  /* iterations of this call */
 } perp__contact_slot;
 
 typedef struct perp__contact_candidate {
     double *r, *u;
     int8_t *modes;
     perp__contact_worth worth;
+    perp__evidence *evidence; /* parts */
     perp_outcome outcome;
     int32_t method; /* -1: none yet */
-    int64_t iterations;
 } perp__contact_candidate;
 
 /* Arguments of one solve. */
@@ -64,11 +67,28 @@ typedef struct perp__contact_ray {
     int64_t fitted;
     int32_t n;
     double *M, *q, *lower, *z, *direction;
-    int32_t count;            /* rows of the block below */
-    int32_t *active, *pivots; /* n */
-    double *K, *step;         /* n by n; n */
-    double *zeros;            /* as many as velocities or rows */
+    double *impulse, *velocity; /* n: the units of z and of the rows */
+    int32_t count;              /* rows of the block below */
+    int32_t *active, *pivots;   /* n */
+    double *K, *step;           /* n by n; n */
+    double *zeros;              /* as many as velocities or rows */
 } perp__contact_ray;
+
+/* A part by itself, with a solver of its own. */
+typedef struct perp__contact_apart {
+    perp_contact_solver *solver; /* NULL until it is first needed */
+    perp__arena arena;
+    int32_t room; /* rows */
+    int32_t size, contacts, bilateral;
+    double least;          /* tested residual so far */
+    int32_t *rows, *units; /* of the whole: size; contacts */
+    int32_t *dims, *modes; /* contacts */
+    double *mu, *rolling, *spinning;
+    double *W, *q, *r0, *r, *u, *ray; /* size by size, column by column; size */
+} perp__contact_apart;
+
+/* Most rows of a part that is solved by itself: W is dense. */
+enum { PERP__APART_MOST = 600 };
 
 struct perp_contact_solver {
     uint64_t magic;
@@ -84,7 +104,19 @@ struct perp_contact_solver {
     double *rolling, *spinning, *compliance; /* room for them; none: NULL in laws */
     int32_t rolls, spins, complies;
     double *diagonal, *trace;
-    perp__matrix W; /* with compliance; made when first needed where has_bodies */
+    /* units: the contacts, then the bilateral rows */
+    int32_t units, parts;
+    int32_t leaks;                    /* some of the parts are coupled, by noise */
+    int32_t *unit_of;                 /* size */
+    int32_t *part, *number;           /* units: the part it is in; work */
+    double *root;                     /* units: sqrt(trace) */
+    double *omega;                    /* units: of its part */
+    double *drive;                    /* parts: omega, 0 where q is */
+    int32_t rests;                    /* some part is not driven at all */
+    perp__evidence *evidence;         /* parts: what the point under evaluation is worth */
+    double *terms, *lack, *wide;      /* units: of its velocity; what that lacks of the law; work */
+    double *most_speed, *most_energy; /* parts: work */
+    perp__matrix W;                   /* with compliance; made when first needed where has_bodies */
     perp__delassus delassus;
     perp__dynamics dynamics;
     perp__bodies bodies;
@@ -98,9 +130,11 @@ struct perp_contact_solver {
     int8_t *modes;
     double *ray; /* best one, largest entry 1 */
     int32_t has_ray, certificate;
-    double omega;
     const perp__contact_call *call;
     perp__contact_candidate best;
+    perp_outcome said;  /* by the last method */
+    int64_t iterations; /* of all that ran, */
+    int64_t polished;   /* and of the polish */
     perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
     int32_t aborted;    /* the monitor returned a negative number */
     int32_t running;    /* the method that does */
@@ -109,8 +143,14 @@ struct perp_contact_solver {
     perp__contact_control control;
     perp__contact_slot slots[PERP__CONTACT_METHODS];
     perp__contact_ray feasibility;
+    perp__contact_apart apart;
     perp__contact_polish polish;
 };
+
+/* A solver without a problem, in a context that is entered; and its end: solver.c. */
+perp_status perp__contact_create(perp_context *context, perp_contact_solver **solver,
+                                 const perp_contact_settings *settings);
+void perp__contact_destroy(perp_contact_solver *solver);
 
 /* Reads the laws and lays out the arrays: problem.c. With dynamics, `dynamics` is not NULL, else W
  * is. */
@@ -120,30 +160,44 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
 /* The methods' view of the monitor and the clock; user: the solver. Nonzero: stop. call.c. */
 int32_t perp__contact_tick(void *user, int64_t iterations, double residual);
 
+/* Takes one more step of the polish from what limits and monitor grant. Returns 0 where there is
+ * none left. */
+int32_t perp__contact_polish_step(perp_contact_solver *solver);
+
 /* Checks of a call before, and its outputs after: call.c. */
 perp_status perp__contact_check_call(const perp_contact_solver *solver,
                                      const perp__contact_call *call);
-void perp__contact_write_out(perp_contact_solver *solver, double seconds);
-
-static inline int32_t perp__contact_is_good(perp_outcome outcome)
-{
-    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
-}
+void perp__contact_write_out(perp_contact_solver *solver, double started);
 
 /* The whole solve: contact.c. */
 perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call);
 
+/* Finds the parts of the problem that was set up: parts.c. */
+void perp__contact_find_parts(perp_contact_solver *solver);
+
 /* q, and with it omega, for this call: evaluation.c. PERP_OK, _CALLBACK or _NOT_FINITE. */
 perp_status perp__contact_load(perp_contact_solver *solver);
 
-/* Evaluates solver->r, as the polish left it with the modes in solver->modes, and keeps it if it is
- * the best so far: contact.c. */
-perp_status perp__contact_consider_polish(perp_contact_solver *solver, perp__contact_worth *worth);
+/* Evaluates solver->r, with the modes of the method's active set or NULL, and keeps it if it is the
+ * best so far: candidate.c. */
+perp_status perp__contact_consider(perp_contact_solver *solver, int32_t method, const int8_t *modes,
+                                   perp__contact_worth *worth);
 
 /* Projects solver->r onto its cones, writes the zeros of the contacts that separate, recomputes u
  * and judges: evaluation.c. Status as above. modes: those of the method's active set, or NULL. */
 perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *modes,
                                    perp__contact_worth *worth);
+
+/* verdict.c: the numbers of (r, u), and the modes by the side on which each contact lies; what the
+ * modes as they are now make of them; and the outcome of a point, the worst of its parts'. */
+void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *worth);
+void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth);
+perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
+                                   const perp__contact_candidate *point, perp_outcome said);
+
+/* Solves the parts of the best point that are not solved, each by itself, into solver->r and modes;
+ * *some is 0 where there are none: apart.c. PERP_OK or a negative status. */
+perp_status perp__contact_solve_apart(perp_contact_solver *solver, int32_t *some);
 
 /* Writes the zeros of the velocities that the modes know: evaluation.c. */
 void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u);

@@ -136,7 +136,7 @@ static void read_discs(perp__sweep_work *work, int32_t k, const double *W)
         perp__local_make_disc(&discs->spinning, 1, W + row * rows + row, rows);
 }
 
-static void read_unit(perp__sweep_work *work, int32_t k, double omega)
+static void read_unit(perp__sweep_work *work, int32_t k)
 {
     const perp__contact_problem *problem = work->common.problem;
     const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
@@ -147,7 +147,7 @@ static void read_unit(perp__sweep_work *work, int32_t k, double omega)
                      contact ? problem->mu[k] : 0.0);
     if (contact && problem->has_discs)
         read_discs(work, k, W);
-    work->weights[k] = sqrt(problem->trace[k]) / omega;
+    work->weights[k] = sqrt(problem->trace[k]) / problem->omega[k];
     for (int32_t i = work->rows[k]; i < work->rows[k + 1]; i++)
         work->row_weights[i] = work->weights[k];
     if (contact && problem->bodies) {
@@ -161,23 +161,15 @@ static void read_unit(perp__sweep_work *work, int32_t k, double omega)
 void perp__sweep_read(perp__sweep_work *work)
 {
     const perp__contact_problem *problem = work->common.problem;
-    double omega = 0.0;
 
     memcpy(work->rows, problem->starts, ((size_t)problem->contacts + 1) * sizeof *work->rows);
     for (int32_t k = problem->contacts; k < work->units; k++)
         work->rows[k + 1] = work->rows[k] + 1;
     if (!problem->bodies)
         read_rows(work);
-    for (int32_t k = 0; k < work->units; k++) {
-        double sum = 0.0;
-
-        for (int32_t i = work->rows[k]; i < work->rows[k + 1]; i++)
-            sum += problem->q[i] * problem->q[i];
-        omega = fmax(omega, sqrt(sum / problem->trace[k]));
-    }
     work->all_packed = work->packed && work->units == problem->contacts;
     for (int32_t k = 0; k < work->units; k++)
-        read_unit(work, k, omega > 0.0 ? omega : 1.0);
+        read_unit(work, k);
     if (problem->bodies)
         memset(work->y, 0,
                (size_t)(problem->bodies->blocks + 1) * (size_t)problem->bodies->width *

@@ -9,7 +9,9 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
+#include "base/outcome.h"
 #include "lcp/settings.h"
+#include "linalg/lines.h"
 
 #define PERP__ENUMERATION_FIRST PERP__SIZE_THROUGH(perp_lcp_enumeration, seconds)
 
@@ -60,14 +62,22 @@ static void to_caller(const perp__all *all, const perp__face *face, double *poin
 static perp_status visit(perp__all *all, const perp__face *face, const double *points)
 {
     perp_lcp_found found;
+    const size_t entries = (size_t)(face->vertices + face->rays) * (size_t)all->n;
     perp__evaluation worth;
+    double largest = 0.0;
     int32_t answer, i;
 
     if (all->silent)
         return PERP_OK;
     memcpy(all->places, face->places, (size_t)all->n);
     find_middle(all, face);
+    for (i = 0; i < all->n; i++)
+        largest = fmax(largest, fabs(all->z[i]));
     worth = perp__all_evaluate(all, all->z);
+    if (!perp__all_is_solution(all, &worth, largest) || !perp__all_finite(points, entries)) {
+        all->incomplete = 1;
+        return PERP_OK;
+    }
     for (i = 0; i < all->n; i++)
         all->codes[i] = face->places[i];
     memset(&found, 0, sizeof found);
@@ -165,20 +175,25 @@ static perp_status check(perp_context *context, const perp_lcp_solver *solver,
     return status;
 }
 
-/* Everything but the tree: scaled data, limits. */
-static perp_status prepare(perp__all *all, const double *q, double started)
+static void limit(perp__all *all, double started)
+{
+    perp_lcp_solver *solver = all->solver;
+
+    memset(&solver->control, 0, sizeof solver->control);
+    solver->control.monitor = solver->settings.monitor;
+    solver->control.monitor_user = solver->settings.monitor_user;
+    if (solver->settings.time_limit > 0.0)
+        solver->control.deadline = started + solver->settings.time_limit;
+    all->limit = solver->settings.max_iterations;
+}
+
+perp_status perp__all_prepare(perp__all *all)
 {
     perp_lcp_solver *solver = all->solver;
     perp__lcp_problem problem;
     perp_status status;
 
     all->n = solver->n;
-    perp__scale_problem(solver, q);
-    memset(&solver->control, 0, sizeof solver->control);
-    solver->control.monitor = solver->settings.monitor;
-    solver->control.monitor_user = solver->settings.monitor_user;
-    if (solver->settings.time_limit > 0.0)
-        solver->control.deadline = started + solver->settings.time_limit;
     status = perp__polish_fit(solver);
     if (status == PERP_OK)
         status = perp__arena_fit(&all->arena, layout, all);
@@ -194,22 +209,37 @@ static perp_status prepare(perp__all *all, const double *q, double started)
     return PERP_OK;
 }
 
-/* False where entries of the equilibrated matrix are beyond the range of doubles. */
-static int32_t is_finite(const perp__all *all)
+/* False where entries of the equilibrated matrix are beyond the range of doubles; those that have
+ * become 0 there hide index sets. */
+static int32_t is_finite(perp__all *all)
 {
-    int32_t k;
+    const perp__matrix *M = &all->solver->M;
+    int32_t line, k;
 
-    for (k = 0; k < all->n * all->n; k++)
-        if (!isfinite(all->S[k]))
-            return 0;
+    for (line = 0; line < all->n; line++) {
+        const perp__line l = perp__line_of(M, line);
+
+        for (k = 0; k < l.count; k++) {
+            const int32_t at = l.indices ? l.indices[k] : k;
+            const double entry =
+                perp__lines_are_rows(M) ? all->S[line + all->n * at] : all->S[at + all->n * line];
+
+            if (!isfinite(entry))
+                return 0;
+            all->incomplete |= entry == 0.0 && l.values[k] != 0.0;
+        }
+    }
     return 1;
 }
 
 static perp_status run(perp__all *all, const double *q)
 {
     const double started = perp__now();
-    perp_status status = prepare(all, q, started);
+    perp_status status;
 
+    limit(all, started);
+    perp__scale_problem(all->solver, q);
+    status = perp__all_prepare(all);
     all->result.outcome = PERP_OUTCOME_SOLVED;
     if (status == PERP_OK && !is_finite(all))
         all->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;

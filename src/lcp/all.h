@@ -60,7 +60,14 @@ typedef struct perp__all {
     int32_t aborted;    /* by a negative answer of the visitor or the monitor */
     int32_t incomplete; /* a family was too large */
     int32_t silent;     /* the caller wants to hear no more */
+    int64_t limit;      /* on nodes; 0: none */
+    int32_t first;      /* end at the first solution that the gate takes, */
+    int32_t found;      /* which is left in solver->z, with w_high */
 } perp__all;
+
+/* Lays out the memory and the equilibrated matrix of the solver's problem, which is scaled
+ * (perp__scale_problem). PERP_OK or _MEMORY. */
+perp_status perp__all_prepare(perp__all *all);
 
 /* Visits all index sets that are not ruled out on the way. A negative status ends it, `ended` too.
  */
@@ -78,6 +85,9 @@ perp_status perp__all_family(perp__all *all, const perp__tree_level *level);
 /* Puts the scaled z into the solver, variables at a bound of all->places exactly there, and
  * evaluates it. */
 perp__evaluation perp__all_evaluate(perp__all *all, const double *z);
+
+/* In the search for the first solution: takes the point just evaluated if the gate does. */
+void perp__all_offer(perp__all *all, const perp__evaluation *worth);
 
 /* The front door's test. Points of a family are not refined: `size` allows for their rounding. */
 int32_t perp__all_is_solution(const perp__all *all, const perp__evaluation *worth, double size);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/outcome.h"
 #include "lcp/all.h"
 
 /* Scaled numbers that differ by less, beside the largest, are the same. */
@@ -39,10 +40,9 @@ perp__evaluation perp__all_evaluate(perp__all *all, const double *z)
 
 int32_t perp__all_is_solution(const perp__all *all, const perp__evaluation *worth, double size)
 {
-    const double tol = all->solver->settings.tol;
+    const perp__evidence evidence = perp__lcp_evidence(all->solver, worth, fmax(1.0, size));
 
-    return worth->tested <= tol * fmax(1.0, size) ||
-           (worth->backward <= 16.0 * DBL_EPSILON && worth->tested <= sqrt(tol));
+    return perp__is_good(perp__gate(&evidence, all->solver->settings.tol, -1));
 }
 
 static double margin_of(const perp_lcp_solver *solver, int32_t i)
@@ -85,6 +85,12 @@ static perp_status keep_point(perp__all *all, double residual)
     return perp__all_keep(all, all->solver->places, point, 1, 0, residual);
 }
 
+void perp__all_offer(perp__all *all, const perp__evaluation *worth)
+{
+    all->found = perp__is_good(perp__lcp_judge(all->solver, worth, PERP_OUTCOME_STALLED));
+    all->ended |= all->found;
+}
+
 perp_status perp__all_point(perp__all *all)
 {
     perp_lcp_solver *solver = all->solver;
@@ -93,12 +99,16 @@ perp_status perp__all_point(perp__all *all)
     perp__face face;
     int32_t i;
 
-    if (!isfinite(worth.tested))
+    if (!isfinite(worth.tested)) {
+        all->incomplete = 1;
         return PERP_OK;
+    }
     memcpy(solver->places, all->places, (size_t)all->n);
     if (!(worth.backward <= 4.0 * DBL_EPSILON && worth.tested <= solver->settings.tol))
         status = perp__polish_run(solver, &worth);
-    if (status != PERP_OK || !perp__all_is_solution(all, &worth, 0.0))
+    if (status == PERP_OK && all->first)
+        perp__all_offer(all, &worth);
+    if (status != PERP_OK || all->first || !perp__all_is_solution(all, &worth, 0.0))
         return status;
     perp__read_places(solver, solver->places);
     if (!is_clear(all))

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/outcome.h"
 #include "lcp/all.h"
 
 /* Entries this small beside their row are rounding. */
@@ -150,6 +151,23 @@ static int32_t collect_vertices(perp__all *all, double *points, double *residual
     return count;
 }
 
+/* In the search for the first solution: offers the vertices until one is taken. */
+static void offer_vertices(perp__all *all)
+{
+    const perp__cone *cone = &all->cone;
+    int32_t r;
+
+    for (r = 0; r < cone->rays && !all->found; r++) {
+        perp__evaluation worth;
+
+        if (!(cone->x[r * cone->dimension] > noise))
+            continue;
+        expand(all, cone->x + r * cone->dimension, all->z);
+        worth = perp__all_evaluate(all, all->z);
+        perp__all_offer(all, &worth);
+    }
+}
+
 /* The others, and the lines in both directions, with largest entry 1. */
 static int32_t collect_rays(perp__all *all, double *points)
 {
@@ -183,6 +201,11 @@ perp_status perp__all_family(perp__all *all, const perp__tree_level *level)
     int32_t vertices, rays;
 
     find_affine_set(all, level);
+    if (!perp__all_finite(all->origin, n) ||
+        !perp__all_finite(all->directions, n * (size_t)level->pending)) {
+        all->incomplete = 1;
+        return PERP_OK;
+    }
     if (perp__all_is_covered(all, all->origin, all->directions, level->pending))
         return PERP_OK;
     status = perp__cone_fit(&all->cone, 2 * all->n + 1, level->pending + 1);
@@ -194,7 +217,9 @@ perp_status perp__all_family(perp__all *all, const perp__tree_level *level)
         all->incomplete = 1;
         return PERP_OK;
     }
-    if (status != PERP_OK)
+    if (status == PERP_OK && all->first)
+        offer_vertices(all);
+    if (status != PERP_OK || all->first)
         return status;
     points =
         perp__allocate(all->context, ((size_t)all->cone.rays + 2 * (size_t)all->cone.lines + 1) * n,

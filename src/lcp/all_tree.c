@@ -141,11 +141,10 @@ static int32_t is_possible(const perp__all *all, const perp__tree_level *level, 
 /* The monitor, the clock and the limit on nodes. */
 static void tick(perp__all *all)
 {
-    const int64_t limit = all->solver->settings.max_iterations;
     perp_outcome outcome;
 
     all->result.nodes++;
-    if (limit > 0 && all->result.nodes >= limit) {
+    if (all->limit > 0 && all->result.nodes >= all->limit) {
         all->result.outcome = PERP_OUTCOME_ITERATION_LIMIT;
         all->ended = 1;
     }

@@ -1,5 +1,6 @@
 /* Many small problems in one call: groups of them side by side in vectors, shared out among
  * threads; what the kernel cannot take or does not solve goes to a solver of its own. */
+#include <float.h>
 #include <math.h>
 #include <pthread.h>
 #include <string.h>
@@ -7,6 +8,7 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
+#include "base/outcome.h"
 #include "lcp/batch_group.h"
 #include "lcp/lcp.h"
 #include "lcp/settings.h"
@@ -84,18 +86,58 @@ static void end_worker(batch_worker *worker)
     perp__arena_release(&worker->arena);
 }
 
+/* z nearest to 0, with nothing known about it. */
+static void leave_unsolved(const batch *b, int64_t problem)
+{
+    const size_t n = (size_t)b->data.n, at = (size_t)problem * n;
+    size_t i;
+
+    for (i = 0; i < n; i++) {
+        const double low = b->data.lower ? b->data.lower[at + i] : 0.0;
+        const double up = b->data.upper ? b->data.upper[at + i] : INFINITY;
+
+        b->answers.z[at + i] = low > 0.0 ? low : up < 0.0 ? up : 0.0;
+        if (b->answers.w)
+            b->answers.w[at + i] = NAN;
+    }
+    b->answers.outcomes[problem] = PERP_OUTCOME_TIME_LIMIT;
+    b->answers.residuals[problem] = INFINITY;
+}
+
+static int32_t is_late(const batch *b)
+{
+    return b->deadline > 0.0 && perp__now() > b->deadline;
+}
+
+/* A solver with what is left of the call's time. */
+static perp_status fit_solver(batch_worker *worker)
+{
+    const batch *b = worker->batch;
+    perp_lcp_settings settings = *b->settings;
+
+    if (b->deadline > 0.0) /* never 0, which is no limit */
+        settings.time_limit = fmax(b->deadline - perp__now(), DBL_MIN);
+    else if (worker->solver)
+        return PERP_OK;
+    return worker->solver ? perp__lcp_set(worker->solver, &settings)
+                          : perp__lcp_create(&worker->context, &worker->solver, &settings);
+}
+
 /* One problem by a solver of its own. */
 static perp_status solve_alone(batch_worker *worker, int64_t problem)
 {
     const batch *b = worker->batch;
     const perp__batch_data *data = &b->data;
     const size_t n = (size_t)data->n, at = (size_t)problem * n;
-    perp_status status = PERP_OK;
     perp_lcp_result result;
+    perp_status status;
     perp_matrix M;
 
-    if (!worker->solver)
-        status = perp__lcp_create(&worker->context, &worker->solver, b->settings);
+    if (is_late(b)) {
+        leave_unsolved(b, problem);
+        return PERP_OK;
+    }
+    status = fit_solver(worker);
     if (status == PERP_OK) {
         perp_matrix_init(&M, sizeof M);
         perp_lcp_result_init(&result, sizeof result);
@@ -115,21 +157,23 @@ static perp_status solve_alone(batch_worker *worker, int64_t problem)
     return status;
 }
 
-/* Takes lane k's answer if it is one. */
+/* Takes the lane's answer if it is surely one: own is +inf where it or w may not be finite. */
 static int32_t take_answer(batch_worker *worker, int64_t problem, int32_t lane)
 {
     const batch *b = worker->batch;
     const perp__batch_group *g = &worker->group;
     const size_t n = (size_t)g->n, width = (size_t)g->width, at = (size_t)problem * n;
+    const perp__evidence evidence = {g->tested[lane], g->own[lane], INFINITY, 1};
+    const perp_outcome outcome = perp__gate(&evidence, b->settings->tol, -1);
     size_t i;
 
-    if (!(g->tested[lane] <= b->settings->tol))
+    if (!perp__is_good(outcome))
         return 0;
     for (i = 0; i < n; i++)
         b->answers.z[at + i] = g->z[i * width + (size_t)lane];
     for (i = 0; b->answers.w && i < n; i++)
         b->answers.w[at + i] = g->high[i * width + (size_t)lane];
-    b->answers.outcomes[problem] = PERP_OUTCOME_SOLVED;
+    b->answers.outcomes[problem] = outcome;
     b->answers.residuals[problem] = g->tested[lane];
     return 1;
 }
@@ -148,24 +192,6 @@ static perp_status solve_group(batch_worker *worker, int64_t first)
     return status;
 }
 
-/* z nearest to 0, with nothing known about it. */
-static void leave_unsolved(const batch *b, int64_t problem)
-{
-    const size_t n = (size_t)b->data.n, at = (size_t)problem * n;
-    size_t i;
-
-    for (i = 0; i < n; i++) {
-        const double low = b->data.lower ? b->data.lower[at + i] : 0.0;
-        const double up = b->data.upper ? b->data.upper[at + i] : INFINITY;
-
-        b->answers.z[at + i] = low > 0.0 ? low : up < 0.0 ? up : 0.0;
-        if (b->answers.w)
-            b->answers.w[at + i] = NAN;
-    }
-    b->answers.outcomes[problem] = PERP_OUTCOME_TIME_LIMIT;
-    b->answers.residuals[problem] = INFINITY;
-}
-
 static void *work(void *object)
 {
     batch_worker *worker = object;
@@ -181,7 +207,7 @@ static void *work(void *object)
     for (at = worker->first; at < worker->end && worker->status == PERP_OK; at += stride) {
         int64_t k;
 
-        if (b->deadline > 0.0 && perp__now() > b->deadline)
+        if (is_late(b))
             for (k = at; k < at + stride && k < worker->end; k++)
                 leave_unsolved(b, k);
         else
@@ -347,6 +373,7 @@ perp_status perp_lcp_batch(perp_context *context, double *z, double *w, int32_t 
         own.monitor = NULL;
         b.settings = &own;
         b.data.scaling = own.scaling;
+        b.data.max_iterations = own.max_iterations;
         if (own.method == PERP_LCP_AUTO && n > 0 && n <= PERP__BATCH_LARGEST)
             b.kernel = perp__batch_kernel_number(0);
         status = solve_all(&b, &arena, threads);

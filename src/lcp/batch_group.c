@@ -11,6 +11,10 @@
  * single exchanges take over. Random problems of order 12 need 2 to 5 rounds. */
 #define PERP__BATCH_ROUNDS 24
 #define PERP__BATCH_TRIES 3.0
+/* Scaled numbers, rows and variables, that add up to no more than this need no care. Beside a row
+ * that large a coupling of the other size is far from the noise (2^-40) that equilibration cuts. */
+#define PERP__BATCH_LARGE 0x1p24
+#define PERP__BATCH_COUPLED 0x1p-12
 
 #define NAME(x) x##_one
 #include "linalg/vector_one.h"
@@ -67,6 +71,7 @@ void perp__batch_group_layout(perp__arena *arena, void *object)
     g->high = perp__arena_take(arena, row, sizeof(double));
     g->low = perp__arena_take(arena, row, sizeof(double));
     g->tested = perp__arena_take(arena, (size_t)g->width, sizeof(double));
+    g->own = perp__arena_take(arena, (size_t)g->width, sizeof(double));
 }
 
 /* Copies the matrices, a stream a problem. */
@@ -136,31 +141,29 @@ static int32_t read_units(const perp__batch_group *g, int32_t scaling, size_t la
     for (i = 0; i < n; i++) {
         const double diagonal = g->M[(i * n + i) * width + lane];
         const double q = g->q[i * width + lane];
-        const int32_t e = scaling ? unit_diagonal(diagonal) : 0;
+        const int32_t e = scaling ? unit_diagonal(diagonal) : 0, p = binary_exponent(q);
 
-        takes &= diagonal >= DBL_MIN && (q == 0.0 || fabs(q) >= DBL_MIN);
+        takes &= diagonal >= DBL_MIN && (p > -1023 || q == 0.0);
         exponents[i] = e;
-        if (q != 0.0 && binary_exponent(q) + e > omega)
-            omega = binary_exponent(q) + e;
+        if (p > -1023 && p + e > omega)
+            omega = p + e;
     }
     if (omega == INT32_MIN)
         omega = 0;
     takes &= omega > -480 && omega < 480; /* |e| <= 512 */
-    for (i = 0; takes && i < n; i++) {
-        const int32_t e = exponents[i];
+    for (i = 0; i < n; i++) {             /* a lane that is not taken runs along in units of 1 */
+        const int32_t e = takes ? exponents[i] : 0, shift = takes ? omega : 0;
 
-        g->size[i * width + lane] = power_of_two(e + omega);
-        g->z_unit[i * width + lane] = power_of_two(-e - omega);
-        g->w_unit[i * width + lane] = power_of_two(e - omega);
+        g->size[i * width + lane] = power_of_two(e + shift);
+        g->z_unit[i * width + lane] = power_of_two(-e - shift);
+        g->w_unit[i * width + lane] = power_of_two(e - shift);
     }
-    for (i = 0; !takes && i < n; i++)
-        g->size[i * width + lane] = g->z_unit[i * width + lane] = g->w_unit[i * width + lane] = 1.0;
     return takes;
 }
 
 /* z starts at its lower bound, else at its upper one; where it has neither, it is active. */
-static void read_vectors(perp__batch_group *g, const perp__batch_data *data, int64_t problem,
-                         size_t lane)
+static void read_bounds(perp__batch_group *g, const perp__batch_data *data, int64_t problem,
+                        size_t lane)
 {
     const size_t n = (size_t)g->n, width = (size_t)g->width;
     const size_t at = (size_t)problem * n;
@@ -172,7 +175,6 @@ static void read_vectors(perp__batch_group *g, const perp__batch_data *data, int
         const int32_t is_free = low == -INFINITY && up == INFINITY;
 
         g->has_free |= is_free;
-        g->q[i * width + lane] = data->q[at + i];
         g->lower[i * width + lane] = low;
         g->upper[i * width + lane] = up;
         g->active[i * width + lane] = is_free;
@@ -180,21 +182,43 @@ static void read_vectors(perp__batch_group *g, const perp__batch_data *data, int
     }
 }
 
+/* The same for all lanes where there are no bounds but 0. */
+static void start_at_zero(perp__batch_group *g)
+{
+    const size_t all = (size_t)g->n * (size_t)g->width;
+    size_t i;
+
+    for (i = 0; i < all; i++) {
+        g->lower[i] = g->active[i] = g->rest[i] = 0.0;
+        g->upper[i] = INFINITY;
+    }
+}
+
 void perp__batch_group_read(perp__batch_group *group, const perp__batch_data *data, int64_t first,
                             int32_t *takes)
 {
     const size_t n = (size_t)group->n;
+    const size_t width = (size_t)group->width;
     const double *from[8];
+    size_t i;
     int32_t k;
 
     group->has_free = 0;
+    group->most_rounds = data->max_iterations > 0 && data->max_iterations < PERP__BATCH_ROUNDS
+                             ? data->max_iterations
+                             : PERP__BATCH_ROUNDS;
     group->rests_at_zero = !data->lower && !data->upper;
     for (k = 0; k < group->width; k++) {
         const int64_t problem = first + k < data->count ? first + k : data->count - 1;
 
         from[k] = data->M + (size_t)problem * n * n;
-        read_vectors(group, data, problem, (size_t)k);
+        for (i = 0; i < n; i++)
+            group->q[i * width + (size_t)k] = data->q[(size_t)problem * n + i];
+        if (!group->rests_at_zero)
+            read_bounds(group, data, problem, (size_t)k);
     }
+    if (group->rests_at_zero)
+        start_at_zero(group);
     read_matrices(group, from);
     for (k = 0; k < group->width; k++)
         takes[k] = read_units(group, data->scaling, (size_t)k);

@@ -13,6 +13,7 @@ typedef struct perp__batch_group {
     int32_t n, width;      /* width: problems in a group, the doubles of a vector */
     int32_t rests_at_zero; /* all lower bounds are 0, and no upper bound is finite */
     int32_t has_free;      /* some variable has no bound and is active from the start */
+    int32_t most_rounds;   /* of exchanges */
     double *M, *LU;        /* n x n vectors, row by row */
     double *q, *lower, *upper;
     double *z_unit, *w_unit; /* 1 / (D omega) and D / omega: the tested residual's units */
@@ -24,6 +25,9 @@ typedef struct perp__batch_group {
     double *inverse;         /* of LU's pivots */
     double *z, *high, *low;  /* the point and w = M z + q in doubled precision */
     double *tested;          /* one vector: the tested residual, +inf where the kernel gave up */
+    double *own;             /* one vector: at least the own residual of every row; +inf where more
+                                must be looked at to say: numbers that are not finite or too large,
+                                a matrix that may fall into parts */
 } perp__batch_group;
 
 /* Solves the group by active sets (Kostreva 1978; Judice & Pires 1994), n and all inputs set. The
@@ -45,6 +49,7 @@ typedef struct perp__batch_data {
     int64_t count;
     int32_t n;
     int32_t scaling;
+    int32_t max_iterations; /* 0: the kernel's own limit */
     const double *M, *q, *lower, *upper;
 } perp__batch_data;
 

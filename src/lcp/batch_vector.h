@@ -84,7 +84,8 @@ static TARGET void NAME(solve_factors)(const perp__batch_group *g, double *x)
     }
 }
 
-/* norm; returns 1 in the lanes where a number of M or q is not finite, or their sum overflows. */
+/* norm; returns 1 in the lanes where a number of M or q is not finite, or a row of D M D is large.
+ */
 static TARGET lanes NAME(find_norms)(const perp__batch_group *g)
 {
     const size_t n = (size_t)g->n;
@@ -92,7 +93,7 @@ static TARGET lanes NAME(find_norms)(const perp__batch_group *g)
     double *const norm = g->norm;
     const double *const q = g->q;
     const double *const size = g->size;
-    const lanes one = spread(1.0), infinity = spread(INFINITY);
+    const lanes one = spread(1.0), large = spread(PERP__BATCH_LARGE);
     lanes bad = spread(0.0);
     size_t i, j;
 
@@ -104,7 +105,7 @@ static TARGET lanes NAME(find_norms)(const perp__batch_group *g)
                 add(sum, multiply(absolute(load(M + (i * n + j) * LANES)), load(size + j * LANES)));
         store(norm + i * LANES, sum);
         sum = add(sum, absolute(load(q + i * LANES)));
-        bad = pick(less(sum, infinity), bad, one);
+        bad = pick(less(multiply(sum, load(g->w_unit + i * LANES)), large), bad, one);
     }
     return bad;
 }
@@ -134,32 +135,37 @@ static TARGET lanes NAME(solve_set)(const perp__batch_group *g)
     const lanes bad = NAME(factor)(g);
     size_t i;
 
-    if (g->rests_at_zero)
-        for (i = 0; i < n; i++)
-            store(g->z + i * LANES, subtract(zero, load(g->q + i * LANES)));
-    else
+    if (!g->rests_at_zero)
         NAME(minus_w)(g, g->rest, g->z); /* rest is 0 in active rows */
-    for (i = 0; i < n; i++)
-        store(g->z + i * LANES, pick(less(half, load(g->active + i * LANES)),
-                                     load(g->z + i * LANES), load(g->rest + i * LANES)));
+    for (i = 0; i < n; i++) {
+        const lanes known =
+            g->rests_at_zero ? subtract(zero, load(g->q + i * LANES)) : load(g->z + i * LANES);
+
+        store(g->z + i * LANES,
+              pick(less(half, load(g->active + i * LANES)), known, load(g->rest + i * LANES)));
+    }
     NAME(solve_factors)(g, g->z);
     return bad;
 }
 
-/* change, target; returns how many indices are out of place, beyond rounding for w. */
-static TARGET lanes NAME(find_changes)(const perp__batch_group *g)
+/* change, target; returns how many indices are out of place, beyond rounding for w. z_is_zero: in
+ * all lanes. */
+static TARGET lanes NAME(find_changes)(const perp__batch_group *g, int32_t z_is_zero)
 {
     const size_t n = (size_t)g->n;
     const lanes half = spread(0.5), one = spread(1.0), zero = spread(0.0);
     lanes largest = zero, count = zero;
     size_t i;
 
-    for (i = 0; i < n; i++)
+    for (i = 0; i < n && !z_is_zero; i++)
         largest = larger(largest,
                          multiply(absolute(load(g->z + i * LANES)), load(g->z_unit + i * LANES)));
-    NAME(minus_w)(g, g->z, g->high);
+    if (!z_is_zero)
+        NAME(minus_w)(g, g->z, g->high);
     for (i = 0; i < n; i++) {
-        const lanes z = load(g->z + i * LANES), minus_w = load(g->high + i * LANES);
+        const lanes z = load(g->z + i * LANES);
+        const lanes minus_w =
+            z_is_zero ? subtract(zero, load(g->q + i * LANES)) : load(g->high + i * LANES);
         const lanes low = load(g->lower + i * LANES), up = load(g->upper + i * LANES);
         const lanes rest = load(g->rest + i * LANES);
         const lanes size =
@@ -217,8 +223,8 @@ static TARGET lanes NAME(find_set)(const perp__batch_group *g)
 
         if (round > 0 || g->has_free)
             bad = NAME(solve_set)(g);
-        count = NAME(find_changes)(g);
-        if (!any_of(less(half, count)) || round == PERP__BATCH_ROUNDS)
+        count = NAME(find_changes)(g, round == 0 && g->rests_at_zero);
+        if (!any_of(less(half, count)) || round == g->most_rounds)
             break;
         falls = less(count, best);
         tries = pick(falls, spread(PERP__BATCH_TRIES), subtract(tries, one));
@@ -262,7 +268,8 @@ static TARGET void NAME(multiply_doubled)(const perp__batch_group *g)
     }
 }
 
-/* max |mid((z - l) / (D omega), (z - u) / (D omega), D w / omega)| */
+/* change := |mid((z - l) / (D omega), (z - u) / (D omega), D w / omega)|; returns the largest. A
+ * NaN is lost here: find_own meets it. */
 static TARGET lanes NAME(measure)(const perp__batch_group *g)
 {
     lanes worst = spread(0.0);
@@ -275,10 +282,69 @@ static TARGET lanes NAME(measure)(const perp__batch_group *g)
         const lanes below = multiply(subtract(z, load(g->upper + i * LANES)), unit);
         const lanes w = multiply(load(g->high + i * LANES), load(g->w_unit + i * LANES));
         const lanes least = pick(less(above, w), above, w);
+        const lanes residual = absolute(pick(less(least, below), below, least));
 
-        worst = larger(absolute(pick(less(least, below), below, least)), worst);
+        store(g->change + i * LANES, residual);
+        worst = larger(residual, worst);
     }
     return worst;
+}
+
+/* Whether each index is coupled, beyond noise, to one before it: then the matrix does not fall into
+ * parts, and one omega serves all of its rows. (Some that don't fall apart fail this, too.) */
+static TARGET truth NAME(is_one_part)(const perp__batch_group *g)
+{
+    const size_t n = (size_t)g->n;
+    const double *const M = g->M, *const w_unit = g->w_unit, *const size = g->size;
+    const lanes least = spread(PERP__BATCH_COUPLED);
+    truth one_part = at_most(least, least);
+    size_t i, j;
+
+    for (j = 1; j < n; j++) {
+        lanes largest = spread(0.0);
+        truth coupled;
+
+        for (i = j - 1;; i--) {
+            const lanes entry = larger(absolute(load(M + (i * n + j) * LANES)),
+                                       absolute(load(M + (j * n + i) * LANES)));
+            const lanes units = multiply(load(w_unit + i * LANES), load(size + j * LANES));
+
+            largest = larger(multiply(entry, units), largest);
+            coupled = at_most(least, largest);
+            if (i == 0 || all_of(coupled))
+                break;
+        }
+        one_part = both(one_part, coupled);
+    }
+    return one_part;
+}
+
+/* An upper bound of the own residuals: each row's violation beside the terms q_i and M_ii z_i
+ * alone. +inf where the point or the matrix needs a closer look than the kernel's. */
+static TARGET lanes NAME(find_own)(const perp__batch_group *g)
+{
+    const size_t n = (size_t)g->n;
+    const double *const M = g->M, *const q = g->q, *const z = g->z, *const high = g->high;
+    const double *const active = g->active, *const residual = g->change;
+    const double *const z_unit = g->z_unit, *const w_unit = g->w_unit;
+    const lanes half = spread(0.5), zero = spread(0.0), infinity = spread(INFINITY);
+    lanes own = zero, sizes = zero;
+    size_t i;
+
+    for (i = 0; i < n; i++) {
+        const lanes point = load(z + i * LANES), unit = load(w_unit + i * LANES);
+        const lanes w = multiply(absolute(load(high + i * LANES)), unit);
+        const lanes term = multiply(load(M + (i * n + i) * LANES), point);
+        const lanes terms = add(absolute(load(q + i * LANES)), absolute(term));
+        const lanes violation =
+            pick(less(half, load(active + i * LANES)), w, load(residual + i * LANES));
+
+        own = larger(pick(less(zero, violation), divide(violation, multiply(terms, unit)), zero),
+                     own);
+        sizes = add(sizes, add(multiply(absolute(point), load(z_unit + i * LANES)), w));
+    }
+    return pick(both(at_most(sizes, spread(PERP__BATCH_LARGE)), NAME(is_one_part)(g)), own,
+                infinity);
 }
 
 /* One refinement of the active rows, kept within the bounds, in the lanes where `wanted` is 1. */
@@ -315,6 +381,7 @@ static TARGET void NAME(solve)(const perp__batch_group *g)
          i++) /* which lanes went through refine may change a zero's sign */
         store(g->z + i * LANES, add(load(g->z + i * LANES), spread(0.0)));
     store(g->tested, pick(less(spread(0.5), bad), spread(INFINITY), tested));
+    store(g->own, NAME(find_own)(g));
 }
 
 static const perp__batch_kernel NAME(kernel) = {SET, LANES, NAME(solve)};

@@ -85,6 +85,15 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
     return PERP_OK;
 }
 
+void perp__consider_point(perp_lcp_solver *solver, int32_t method, int64_t iterations)
+{
+    const perp__evaluation worth = perp__evaluate(solver);
+    const perp_outcome outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+
+    if (is_better(&solver->best, &worth, outcome))
+        keep(solver, &worth, outcome, method, iterations);
+}
+
 /* Keeps a ray that stood the check. The last word on it comes after all attempts. */
 void perp__keep_ray(perp_lcp_solver *solver)
 {

@@ -14,6 +14,9 @@ void perp__start_from(perp_lcp_solver *solver, const double *z0);
 perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
                            const perp__lcp_iterate *iterate, const double *z0);
 
+/* Keeps solver->z as it is, by this method, if it is the best so far. */
+void perp__consider_point(perp_lcp_solver *solver, int32_t method, int64_t iterations);
+
 /* Keeps the start, projected, if nothing better was met. */
 void perp__consider_start(perp_lcp_solver *solver, const double *z0);
 

@@ -62,26 +62,47 @@ static int32_t exponent_of(double x)
     return bits != 0 ? (int32_t)bits - 1023 : ilogb(x);
 }
 
-/* omega of a part is the power of two with max |D q| in [omega, 2 omega) there; 1 where q = 0.
- * Returns whether one of them has changed. */
-static int32_t find_omegas(perp_lcp_solver *solver, const double *q)
+static int32_t find_omega(const perp_lcp_solver *solver, const int32_t *exponents)
 {
-    int32_t *largest = solver->part_omega;
-    int32_t changed = !solver->powers_known, i;
+    int32_t largest = INT32_MIN, i;
 
+    for (i = 0; i < solver->n; i++) {
+        const int32_t exponent = exponent_of(solver->q[i]) + exponents[i];
+
+        if (solver->q[i] != 0.0 && exponent > largest)
+            largest = exponent;
+    }
+    return largest == INT32_MIN ? 0 : largest;
+}
+
+int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas,
+                          int32_t known)
+{
+    const double *q = solver->q;
+    int32_t *largest = solver->part_omega;
+    int32_t changed = !known, i;
+
+    if (solver->parts == 1) {
+        const int32_t omega = find_omega(solver, exponents);
+
+        changed = !known || omegas[0] != omega;
+        for (i = 0; i < solver->n && changed; i++)
+            omegas[i] = omega;
+        return changed;
+    }
     for (i = 0; i < solver->parts; i++)
         largest[i] = INT32_MIN;
     for (i = 0; i < solver->n; i++) {
-        const int32_t exponent = q[i] == 0.0 ? INT32_MIN : exponent_of(q[i]) + solver->exponents[i];
+        const int32_t exponent = q[i] == 0.0 ? INT32_MIN : exponent_of(q[i]) + exponents[i];
 
         if (exponent > largest[solver->part[i]])
             largest[solver->part[i]] = exponent;
     }
     for (i = 0; i < solver->n; i++) {
-        const int32_t omega = largest[solver->part[i]];
+        const int32_t found = largest[solver->part[i]], omega = found == INT32_MIN ? 0 : found;
 
-        changed |= solver->omega[i] != (omega == INT32_MIN ? 0 : omega);
-        solver->omega[i] = omega == INT32_MIN ? 0 : omega;
+        changed |= omegas[i] != omega;
+        omegas[i] = omega;
     }
     return changed;
 }
@@ -91,21 +112,10 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q)
     int32_t i;
 
     solver->q = q;
-    if (find_omegas(solver, q))
+    if (perp__find_omegas(solver, solver->exponents, solver->omega, solver->powers_known))
         find_powers(solver);
     for (i = 0; i < solver->n; i++)
         solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
-}
-
-double perp__row_violation(double z, double lower, double upper, double w)
-{
-    if (lower == upper)
-        return 0.0;
-    if (z == lower)
-        return w < 0.0 ? -w : 0.0;
-    if (z == upper)
-        return w > 0.0 ? w : 0.0;
-    return fabs(w);
 }
 
 /* perp__mid with the differences from the bounds in hand */
@@ -116,13 +126,10 @@ static double middle(double above, double below, double w)
     return below > least ? below : least;
 }
 
-static double relative_violation(const perp_lcp_solver *solver, int32_t i)
+static double relative_violation(const perp_lcp_solver *solver, int32_t i, double violation)
 {
-    double violation =
-        perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i], solver->w_high[i]);
     double size = solver->row_norms[i] * perp__reach_of(solver, i) + fabs(solver->q_scaled[i]);
 
-    violation = perp__w_scaled(solver, i, violation);
     if (violation == 0.0)
         return 0.0;
     violation /= size; /* +inf where the row has nothing to change */
@@ -142,11 +149,17 @@ void perp__find_reach(perp_lcp_solver *solver)
 /* Each number for itself: any n, any scaling, any parts, NaN included. */
 static void project(perp_lcp_solver *solver)
 {
+    double largest = 0.0;
     int32_t i;
 
-    for (i = 0; i < solver->n; i++)
+    for (i = 0; i < solver->n; i++) {
         solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
-    perp__find_reach(solver);
+        perp__raise_to(&largest, fabs(perp__z_scaled(solver, i, solver->z[i])));
+    }
+    if (solver->parts == 1)
+        solver->reach[0] = largest;
+    else
+        perp__find_reach(solver);
 }
 
 /* What doubled precision may leave wrong in w: where z is as large as 1e24, far along a null vector
@@ -155,7 +168,7 @@ static double doubt(const perp_lcp_solver *solver, int32_t i)
 {
     const double unit = 0.5 * DBL_EPSILON * solver->n;
 
-    return perp__reach_of(solver, i) <= PERP__DOUBTFUL ? 0.0 : unit * unit * solver->terms[i];
+    return solver->doubtful ? unit * unit * solver->witness.terms[i] : 0.0;
 }
 
 /* The scaled residual of row i, at the end of w's interval where it is larger. */
@@ -178,17 +191,20 @@ static double tested_residual(const perp_lcp_solver *solver, int32_t i, double a
 
 static perp__evaluation measure(const perp_lcp_solver *solver)
 {
-    perp__evaluation worth = {0.0, 0.0, 0.0};
+    perp__evaluation worth = {0.0, 0.0, 0.0, 0.0};
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
         double above = solver->z[i] - solver->lower[i];
         double below = solver->z[i] - solver->upper[i];
-        double w = solver->w_high[i];
+        double w = solver->w_high[i], violation;
 
         perp__raise_to(&worth.natural, fabs(middle(above, below, w)));
         perp__raise_to(&worth.tested, tested_residual(solver, i, above, below));
-        perp__raise_to(&worth.backward, relative_violation(solver, i));
+        violation = perp__w_scaled(
+            solver, i, perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i], w));
+        perp__raise_to(&worth.violation, violation);
+        perp__raise_to(&worth.backward, relative_violation(solver, i, violation));
     }
     return worth;
 }
@@ -225,7 +241,7 @@ static perp__evaluation measure_all(const perp_lcp_solver *solver)
     const enum perp__vector_set set = perp__widest_vectors();
     perp__evaluation worth;
 
-    if (solver->powers_normal && solver->parts == 1 && solver->reach[0] <= PERP__DOUBTFUL &&
+    if (solver->powers_normal && solver->parts == 1 && !solver->doubtful &&
         ((set == PERP__VECTOR_AVX512 && solver->n >= 8 &&
           measure_avx512(solver, solver->reach[0], &worth)) ||
          (set >= PERP__VECTOR_AVX2 && solver->n >= 4 &&
@@ -241,11 +257,11 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 
     project_all(solver);
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+    solver->doubtful = 0;
     for (k = 0; k < solver->parts; k++)
-        if (!(solver->reach[k] <= PERP__DOUBTFUL)) {
-            perp__find_terms(solver, solver->exponents); /* for doubt() */
-            break;
-        }
+        solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);
+    if (solver->doubtful)
+        perp__find_terms(solver, solver->exponents, solver->omega);
     return measure_all(solver);
 }
 

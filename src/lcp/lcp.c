@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "lcp/candidate.h"
+#include "lcp/last_word.h"
 #include "lcp/plan.h"
 #include "lcp/settings.h"
 #include "lcp/solver.h"
@@ -204,7 +205,8 @@ static int32_t ends_the_search(const perp_lcp_solver *solver)
 static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, const double *z0)
 {
     perp__method_slot *slot;
-    int32_t attempts, attempt, paused = 0;
+    const double *start = z0;
+    int32_t attempts, attempt = 0, paused = 0;
     int64_t iterations = 0;
     perp_status status;
 
@@ -220,15 +222,14 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
         status = fit(solver, slot);
     if (solver->settings.pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
         attempts = 1;
-    for (attempt = 0; (attempt < attempts || paused) && status == PERP_OK; attempt++) {
-        if (!has_iterations_left(solver, step))
-            break;
-        status = run_once(solver, slot, step, attempt, &paused, &iterations, z0);
-        while (status == PERP_OK && !paused && goes_on(solver) && has_iterations_left(solver, step))
-            status = run_once(solver, slot, step, attempt, &paused, &iterations, solver->z);
-        if (status == PERP_OK && ends_the_search(solver) && !is_improvable(solver))
-            break;
-        if (solver->best.outcome == PERP_OUTCOME_RAY && solver->rays > 1)
+    while (status == PERP_OK && has_iterations_left(solver, step)) {
+        status = run_once(solver, slot, step, attempt, &paused, &iterations, start);
+        start = z0;
+        if (status == PERP_OK && !paused && goes_on(solver))
+            start = solver->z;
+        else if (status != PERP_OK || (ends_the_search(solver) && !is_improvable(solver)) ||
+                 (solver->best.outcome == PERP_OUTCOME_RAY && solver->rays > 1) ||
+                 (++attempt >= attempts && !paused))
             break;
     }
     if (paused)
@@ -280,6 +281,8 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         if (status == PERP_OK && ends_the_search(solver))
             break; /* a ray that proves nothing leaves the next method its chance */
     }
+    if (status == PERP_OK && perp__has_last_word(solver) && !ends_the_search(solver))
+        status = perp__last_word(solver);
     if (status == PERP_OK && !perp__is_good(solver->best.outcome) &&
         solver->best.outcome != PERP_OUTCOME_RAY) {
         if (solver->ended >= 0)

@@ -31,7 +31,9 @@ static int32_t is_coupled(const perp__lemke *l, int32_t i, int32_t j)
 {
     const double product = size_of(l, i, j) * size_of(l, j, i);
 
-    return product > 0.0 && product >= PERP__SIGNIFICANT * fmin(l->row_unit[i], l->row_unit[j]);
+    /* products beyond the range of doubles have no logarithm to go by */
+    return product > 0.0 && product < INFINITY &&
+           product >= PERP__SIGNIFICANT * fmin(l->row_unit[i], l->row_unit[j]);
 }
 
 /* row_unit := the row's largest |M_ij M_ji|, for is_coupled. */

@@ -83,10 +83,15 @@ int32_t perp__ray_verify(perp_lcp_solver *solver)
     return 1;
 }
 
-/* sum_i y_i M_ij and the sum of the terms' sizes, for one column of the caller's M. */
-static void column_product(const perp__matrix *M, const double *y, int32_t j, double *sum,
+/* Products below this have lost digits to underflow: nothing is proved by them. */
+#define PERP__LEAST_PRODUCT 0x1p-960
+
+/* sum_i y_i S_ij and the sum of the terms' sizes, for one column of the scaled M; NaN where a term
+ * is beyond the range of doubles. */
+static void column_product(const perp_lcp_solver *solver, const double *y, int32_t j, double *sum,
                            double *size)
 {
+    const perp__matrix *M = &solver->M;
     double high = 0.0, low = 0.0, total = 0.0;
     int32_t count = M->column_starts ? M->column_starts[j + 1] - M->column_starts[j] : M->rows;
     int32_t k;
@@ -94,13 +99,16 @@ static void column_product(const perp__matrix *M, const double *y, int32_t j, do
     for (k = 0; k < count; k++) {
         int32_t at = M->column_starts ? M->column_starts[j] + k : 0;
         int32_t i = M->column_starts ? M->row_indices[at] : k;
-        double entry = M->column_starts
+        double value = M->column_starts
                            ? M->values[at]
                            : M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
+        double entry = perp__shift(value, solver->exponents[i] + solver->exponents[j]);
         double product = entry * y[i];
         double next = high + product;
         double back = next - high;
 
+        if (value != 0.0 && y[i] != 0.0 && !(fabs(product) >= PERP__LEAST_PRODUCT))
+            product = NAN;
         low += fma(entry, y[i], -product) + ((high - (next - back)) + (product - back));
         high = next;
         total += fabs(product);
@@ -110,25 +118,33 @@ static void column_product(const perp__matrix *M, const double *y, int32_t j, do
 }
 
 /* Farkas: y >= 0 with M'y <= 0 and y'(q + M l) < 0 leaves no z >= l with M z + q >= 0, whatever the
- * class of M. y is in solver->z. */
-static int32_t proves_infeasible(const perp_lcp_solver *solver)
+ * class of M. y is in solver->z; all in the scaled problem's units, with one omega for all parts.
+ */
+static int32_t proves_infeasible(perp_lcp_solver *solver)
 {
-    double total = 0.0, size = 0.0;
-    int32_t i;
+    double *y = solver->witness.around, total = 0.0, size = 0.0;
+    int32_t omega = INT32_MIN, i;
 
     for (i = 0; i < solver->n; i++) {
-        total += solver->q[i] * solver->z[i];
-        size += fabs(solver->q[i] * solver->z[i]);
+        y[i] = perp__shift(solver->z[i], -solver->exponents[i]);
+        omega = solver->omega[i] > omega ? solver->omega[i] : omega;
     }
     for (i = 0; i < solver->n; i++) {
+        const double q = perp__shift(solver->q[i], solver->exponents[i] - omega);
+
+        total += q * y[i];
+        size += fabs(q * y[i]);
+    }
+    for (i = 0; i < solver->n; i++) {
+        const double lower = perp__shift(solver->lower[i], -solver->exponents[i] - omega);
         double sum, terms;
 
-        column_product(&solver->M, solver->z, i, &sum, &terms);
+        column_product(solver, y, i, &sum, &terms);
         /* doubled precision leaves (n eps)^2 of the terms; anything above that is a true sign */
-        if (sum > (double)solver->n * DBL_EPSILON * DBL_EPSILON * terms)
+        if (!(sum <= (double)solver->n * DBL_EPSILON * DBL_EPSILON * terms))
             return 0;
-        total += sum * solver->lower[i];
-        size += fabs(sum * solver->lower[i]);
+        total += sum * lower;
+        size += fabs(sum * lower);
     }
     return total < -2.0 * (double)solver->n * DBL_EPSILON * size;
 }

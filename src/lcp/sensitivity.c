@@ -200,9 +200,10 @@ static perp_status forward(perp_lcp_sensitivity *s, double *dz, const double *dq
     perp__sensitivity_solve(s, s->rhs, 0);
     for (k = 0; k < s->count; k++)
         s->move[s->active[k]] = -s->rhs[s->active[k]];
-    if (s->n > 0)
+    status = perp__check_finite(s->context, "dz", s->move, (size_t)s->n);
+    if (status == PERP_OK && s->n > 0)
         memcpy(dz, s->move, (size_t)s->n * sizeof *dz);
-    return PERP_OK;
+    return status;
 }
 
 perp_status perp_lcp_sensitivity_forward(perp_lcp_sensitivity *sensitivity, double *dz,
@@ -255,18 +256,26 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
     perp__sensitivity_solve(s, s->rhs, 1);
     for (i = 0; i < s->n; i++) {
         const int32_t place = s->places[i];
-        const double moved = place == PERP__BETWEEN || !(place == PERP__AT_UPPER ? upper : lower)
-                                 ? 0.0
-                                 : s->move[i] + column_times(&s->solver->M, i, s->rhs);
+        const int32_t asked = place == PERP__AT_UPPER ? upper != NULL : lower != NULL;
+
+        s->product[i] = place == PERP__BETWEEN || !asked
+                            ? 0.0
+                            : s->move[i] + column_times(&s->solver->M, i, s->rhs);
+    }
+    status = perp__check_finite(s->context, "p", s->rhs, (size_t)s->n);
+    if (status == PERP_OK)
+        status = perp__check_finite(s->context, "lower or upper", s->product, (size_t)s->n);
+    for (i = 0; i < s->n && status == PERP_OK; i++) {
+        const int32_t is_upper = s->places[i] == PERP__AT_UPPER;
 
         if (p)
             p[i] = s->rhs[i];
         if (lower)
-            lower[i] = place == PERP__AT_LOWER || place == PERP__FIXED ? moved : 0.0;
+            lower[i] = is_upper ? 0.0 : s->product[i];
         if (upper)
-            upper[i] = place == PERP__AT_UPPER ? moved : 0.0;
+            upper[i] = is_upper ? s->product[i] : 0.0;
     }
-    return PERP_OK;
+    return status;
 }
 
 perp_status perp_lcp_sensitivity_adjoint(perp_lcp_sensitivity *sensitivity, double *p,

@@ -134,22 +134,14 @@ static int32_t find_worst(const perp_lcp_solver *solver)
     return worst;
 }
 
-/* The front door's own test of a solution. */
-static int32_t is_solution(const perp_lcp_solver *solver, const perp__evaluation *worth)
-{
-    const double tol = solver->settings.tol;
-
-    return worth->tested <= tol ||
-           (worth->backward <= 16.0 * DBL_EPSILON && worth->tested <= sqrt(tol));
-}
-
 static void judge(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,
                   const perp__evaluation *worth)
 {
+    const perp__evidence evidence = perp__lcp_evidence(s->solver, worth, 1.0);
     int32_t i, least = -1;
 
     info->margin = INFINITY;
-    for (i = 0; i < s->n; i++) {
+    for (i = 0; i < s->n && !isnan(info->margin); i++) {
         const double margin = margin_of(s->solver, i);
 
         if (!(margin >= info->margin)) {
@@ -158,7 +150,7 @@ static void judge(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,
         }
     }
     info->index = -1;
-    if (!is_solution(s->solver, worth)) {
+    if (!perp__is_good(perp__gate(&evidence, s->solver->settings.tol, -1))) {
         info->verdict = PERP_VERDICT_NOT_A_SOLUTION;
         info->index = find_worst(s->solver);
     } else if (!(info->condition * DBL_EPSILON < 1.0)) {

@@ -27,9 +27,10 @@ perp_status perp_lcp_result_init(perp_lcp_result *result, size_t size)
 
 const char *perp_lcp_method_text(int32_t method)
 {
-    static const char *const texts[] = {"auto", "lemke", "pgs", "fischer", "polish", "active_set"};
+    static const char *const texts[] = {"auto",   "lemke",      "pgs",     "fischer",
+                                        "polish", "active_set", "patterns"};
 
-    return method >= 0 && method <= PERP_LCP_ACTIVE_SET ? texts[method] : "unknown method";
+    return method >= 0 && method <= PERP_LCP_PATTERNS ? texts[method] : "unknown method";
 }
 
 static perp_status check_flag(perp_context *context, const char *name, int32_t flag)
@@ -53,7 +54,7 @@ static perp_status check_choices(perp_context *context, const perp_lcp_settings 
 {
     perp_status status = PERP_OK;
 
-    if (own->method == PERP_LCP_POLISH)
+    if (own->method == PERP_LCP_POLISH || own->method == PERP_LCP_PATTERNS)
         status = perp__fail(context, PERP_ERROR_ARGUMENT,
                             "settings.method is %d, which is only ever reported", own->method);
     if (status == PERP_OK)

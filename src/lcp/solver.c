@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "base/context.h"
+#include "lcp/last_word.h"
 #include "lcp/settings.h"
 #include "linalg/lines.h"
 #include "linalg/scale.h"
@@ -60,6 +61,7 @@ void perp__lcp_destroy(perp_lcp_solver *solver)
         perp__arena_release(&slot->arena);
     }
     perp__polish_release(&solver->polish);
+    perp__last_word_release(solver);
     perp__sparse_block_release(&solver->block);
     perp__arena_release(&solver->arena);
     solver->magic = 0;
@@ -81,12 +83,6 @@ static void layout(perp__arena *arena, void *object)
     s->omega = perp__arena_take(arena, n, sizeof(int32_t));
     s->part_omega = perp__arena_take(arena, n, sizeof(int32_t));
     s->reach = perp__arena_take(arena, n, sizeof(double));
-    s->units = perp__arena_take(arena, n, sizeof(int32_t));
-    s->cut = perp__arena_take(arena, n, sizeof(int32_t));
-    s->terms = perp__arena_take(arena, n, sizeof(double));
-    s->most = perp__arena_take(arena, n, sizeof(double));
-    s->carried = perp__arena_take(arena, n, sizeof(double));
-    s->neighbours = perp__arena_take(arena, n, sizeof(double));
     s->row_norms = perp__arena_take(arena, n, sizeof(double));
     s->z_down = perp__arena_take(arena, n, sizeof(double));
     s->z_up = perp__arena_take(arena, n, sizeof(double));
@@ -97,6 +93,7 @@ static void layout(perp__arena *arena, void *object)
     s->iterate = perp__arena_take(arena, n, sizeof(double));
     s->ray = perp__arena_take(arena, n, sizeof(double));
     s->cover = perp__arena_take(arena, n, sizeof(double));
+    perp__witness_layout(arena, &s->witness, n);
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
     s->z = perp__arena_take(arena, n, sizeof(double));
     s->w_high = perp__arena_take(arena, n, sizeof(double));
@@ -124,7 +121,7 @@ static void equilibrate(perp_lcp_solver *solver)
     int32_t i;
 
     solver->powers_known = 0;
-    solver->witness_known = 0;
+    solver->witness.known = 0;
     perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->row_norms,
                       solver->work);
     solver->parts = perp__find_parts(&solver->M, solver->part);
@@ -142,7 +139,8 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
     if (status != PERP_OK)
         return status;
     next.n = next.M.rows;
-    status = perp__arena_fit(&next.arena, layout, &next);
+    if (solver->setups == 0 || next.n != solver->n) /* else the arrays are there */
+        status = perp__arena_fit(&next.arena, layout, &next);
     if (status != PERP_OK)
         return status;
     for (i = 0; i < next.n; i++) {

@@ -3,9 +3,11 @@
 #define PERP_LCP_SOLVER_H
 
 #include "base/arena.h"
+#include "base/outcome.h"
 #include "lcp/lcp.h"
 #include "lcp/method.h"
 #include "lcp/polish.h"
+#include "lcp/witness.h"
 
 #define PERP__SOLVER_MAGIC UINT64_C(0x706572706c637073)
 #define PERP__METHODS 6
@@ -15,6 +17,7 @@ typedef struct perp__evaluation {
     double natural;
     double tested;
     double backward;
+    double violation; /* of a row's sign or equation on the index set of z, scaled */
 } perp__evaluation;
 
 /* A method's workspace, made when the method first runs. */
@@ -56,10 +59,8 @@ struct perp_lcp_solver {
     double *z_down, *z_up; /* 2^-(e_i + omega), 2^(e_i + omega) */
     double *w_down;        /* 2^(e_i - omega) */
     double *reach;         /* a part's largest |z_i|, scaled, of the point evaluated last */
-    int32_t witness_known; /* the next three are of this matrix */
-    int32_t *units, *cut;  /* see lcp/witness.c */
-    double *terms, *most, *carried, *neighbours;
-    double witness_tol;
+    int32_t doubtful;      /* w may have lost q in doubled precision: terms tell by how much */
+    perp__witness witness;
     double *q_scaled, *lower_scaled, *upper_scaled;
     double *iterate;     /* scaled, what a method works on */
     double *ray, *cover; /* scaled */
@@ -78,6 +79,7 @@ struct perp_lcp_solver {
     perp__lcp_control control;
     perp__method_slot slots[PERP__METHODS];
     perp__polish polish;
+    struct perp__all *tree; /* of the last word on small problems; NULL until it is asked */
     int32_t (*correct)(void *work, const double *residual, double *step); /* perp__lcp_iterate's */
     void *correct_work;
     perp__sparse_block block; /* of sparse problems */
@@ -124,21 +126,42 @@ static inline double perp__reach_of(const perp_lcp_solver *solver, int32_t i)
  * and the three numbers. */
 perp__evaluation perp__evaluate(perp_lcp_solver *solver);
 
+/* What the gate is told of the point of the last perp__evaluate; the second witness is asked where
+ * the first may pass. `unit`: that of a point which is not refined, so that rounding is beside its
+ * largest entry; 1 else. */
+perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,
+                                  double unit);
+
 /* What the point of the last perp__evaluate is called (base/outcome.h): the gate, with the second
  * witness where the first has passed. */
 perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
                              perp_outcome said);
 
-/* terms[i] := sum_j |M_ij z_j| + |q_i| of solver->z and carried[j] := |z_j|, in units 2^units[i]
- * beside omega. */
-void perp__find_terms(perp_lcp_solver *solver, const int32_t *units);
+/* omegas[i] := log2 of the power of two near max 2^exponents |q| over the part of row i; 0 where
+ * that is 0. Returns whether one of them has changed; what they hold on entry counts if it is
+ * `known`. */
+int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas,
+                          int32_t known);
+
+/* witness.terms[i] := sum_j |M_ij z_j| + |q_i| of solver->z, scaled by 2^units and divided by
+ * 2^omegas. */
+void perp__find_terms(perp_lcp_solver *solver, const int32_t *units, const int32_t *omegas);
 
 /* The largest own residual of a row of the point of the last perp__evaluate; or 0 where a look at
  * its violations shows that it is at most settings.tol. */
-double perp__lcp_own_residual(perp_lcp_solver *solver);
+double perp__lcp_own_residual(perp_lcp_solver *solver, const perp__evaluation *worth);
 
 /* By how much row i fails to be the row of an exact solution with z's own index set. */
-double perp__row_violation(double z, double lower, double upper, double w);
+static inline double perp__row_violation(double z, double lower, double upper, double w)
+{
+    if (lower == upper)
+        return 0.0;
+    if (z == lower)
+        return w < 0.0 ? -w : 0.0;
+    if (z == upper)
+        return w > 0.0 ? w : 0.0;
+    return fabs(w);
+}
 
 /* As good as a double gets: nothing more to gain. */
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth);

@@ -11,6 +11,7 @@
 
 #include "base/check.h"
 #include "base/context.h"
+#include "base/outcome.h"
 
 #define PERP__PROOF_FIRST PERP__SIZE_THROUGH(perp_lcp_proof, radius)
 
@@ -62,6 +63,7 @@ static perp_status check(perp_context *context, perp__matrix *own, const perp_lc
     return status;
 }
 
+/* A radius that is not finite proves nothing. */
 static void write_out(const perp__verify *v, double *radii, perp_lcp_proof *proof, int32_t verdict,
                       int32_t index)
 {
@@ -69,17 +71,16 @@ static void write_out(const perp__verify *v, double *radii, perp_lcp_proof *proo
     int32_t i;
 
     memset(&own, 0, sizeof own);
+    for (i = 0; i < v->n && verdict == PERP_VERDICT_REGULAR; i++)
+        perp__raise_to(&own.radius, perp__verify_radius(v, i));
+    if (!isfinite(own.radius))
+        verdict = PERP_VERDICT_SINGULAR;
+    if (verdict != PERP_VERDICT_REGULAR)
+        own.radius = INFINITY;
     own.verdict = verdict;
     own.index = index;
-    own.radius = verdict == PERP_VERDICT_REGULAR ? 0.0 : INFINITY;
-    for (i = 0; i < v->n; i++) {
-        const double radius =
-            verdict == PERP_VERDICT_REGULAR ? perp__verify_radius(v, i) : INFINITY;
-
-        own.radius = perp__larger(own.radius, radius);
-        if (radii)
-            radii[i] = radius;
-    }
+    for (i = 0; i < v->n && radii; i++)
+        radii[i] = verdict == PERP_VERDICT_REGULAR ? perp__verify_radius(v, i) : INFINITY;
     perp__struct_write(proof, &own, sizeof own);
 }
 

@@ -6,6 +6,9 @@
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
+#include <stdlib.h>
+
+#include "base/outcome.h"
 
 typedef struct square {
     int32_t n;
@@ -17,11 +20,26 @@ static double *at(const square *A, int32_t i, int32_t j)
     return A->a + (size_t)i + (size_t)A->n * (size_t)j;
 }
 
+/* The e that brings 4^e column into [row / 2, 2 row), and is nearest to 0. On exponents: no number
+ * on the way overflows, and there is nothing to iterate. */
+static int32_t balancing_exponent(double row, double column)
+{
+    int row_exponent, column_exponent;
+    const double r = frexp(row, &row_exponent), c = frexp(column, &column_exponent);
+    const int up = row_exponent - 1 - column_exponent, down = column_exponent - row_exponent - 1;
+
+    if (column < 0.5 * row)
+        return up % 2 == 0 ? up / 2 + (c < r) : (up + 1) / 2;
+    if (column >= 2.0 * row)
+        return -(down % 2 == 0 ? down / 2 + (c >= r) : (down + 1) / 2);
+    return 0;
+}
+
 /* Scales a row by 1/f and its column by f, f a power of two that brings their norms together.
  * Returns whether that was worth it. */
 static int32_t balance_row(const square *A, int32_t i)
 {
-    double row = 0.0, column = 0.0, before, f = 1.0;
+    double row = 0.0, column = 0.0, f;
     int32_t j;
 
     for (j = 0; j < A->n; j++)
@@ -31,16 +49,8 @@ static int32_t balance_row(const square *A, int32_t i)
         }
     if (!(row > 0.0 && column > 0.0 && row + column <= DBL_MAX))
         return 0;
-    before = row + column;
-    while (column < 0.5 * row) {
-        f *= 2.0;
-        column *= 4.0;
-    }
-    while (column >= 2.0 * row) {
-        f *= 0.5;
-        column *= 0.25;
-    }
-    if (!((row + column) / f < 0.95 * before) || !isfinite(f) || f <= DBL_MIN)
+    f = ldexp(1.0, balancing_exponent(row, column));
+    if (!(row / f + column * f < 0.95 * (row + column)) || !isfinite(f) || f <= DBL_MIN)
         return 0;
     for (j = 0; j < A->n; j++)
         *at(A, i, j) /= f;
@@ -276,22 +286,53 @@ static int32_t iterate(const square *A, double norm, double *real, double *imagi
     return 0;
 }
 
+/* NaN if one of them is. */
+static double largest_entry(const square *A)
+{
+    const size_t entries = (size_t)A->n * (size_t)A->n;
+    double largest = 0.0;
+    size_t k;
+
+    for (k = 0; k < entries; k++)
+        perp__raise_to(&largest, fabs(A->a[k]));
+    return largest;
+}
+
+/* Where products of a few entries might leave the range of doubles, A := A / 2^e with a largest
+ * entry in [1/2, 1). Returns e, else 0. */
+static int32_t scale(const square *A)
+{
+    const size_t entries = (size_t)A->n * (size_t)A->n;
+    int exponent;
+    size_t k;
+
+    frexp(largest_entry(A), &exponent);
+    if (abs(exponent) < 200)
+        return 0;
+    for (k = 0; k < entries; k++)
+        A->a[k] = ldexp(A->a[k], -exponent);
+    return exponent;
+}
+
 int32_t perp__eigenvalues(int32_t n, double *A, double *real, double *imaginary)
 {
     const square view = {n, A};
     double norm = 0.0;
-    int32_t failed = 0, i, j;
+    int32_t failed = !isfinite(largest_entry(&view)), exponent = 0, i, j;
 
-    for (j = 0; j < n; j++)
-        for (i = 0; i < n; i++)
-            failed |= !isfinite(*at(&view, i, j));
     if (!failed) {
         balance(&view);
+        exponent = scale(&view);
         to_hessenberg(&view);
         for (j = 0; j < n; j++)
             for (i = 0; i < n && i <= j + 1; i++)
                 norm += fabs(*at(&view, i, j));
         failed = iterate(&view, norm, real, imaginary);
+    }
+    for (i = 0; i < n && !failed; i++) {
+        real[i] = ldexp(real[i], exponent);
+        imaginary[i] = ldexp(imaginary[i], exponent);
+        failed = !isfinite(real[i]) || !isfinite(imaginary[i]);
     }
     for (i = 0; i < n && failed; i++)
         real[i] = imaginary[i] = NAN;

@@ -1,6 +1,7 @@
 /* The modified Gram-Schmidt process with threshold pivoting. */
 #include "linalg/orthogonal.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -59,17 +60,19 @@ static double length_of(const double *row, int32_t n)
     return sqrt(dot(row + s.first, row + s.first, s.count));
 }
 
-/* The row to take next, or -1 if none is left that is independent. */
+/* The row to take next, or -1 if none is left that is independent. One with a norm that is no
+ * number, or too large for one, never is. */
 static int32_t choose_row(const double *norms, int32_t m)
 {
     double largest = 0.0;
     int32_t i;
 
     for (i = 0; i < m; i++)
-        largest = fmax(largest, norms[i]);
+        if (norms[i] <= DBL_MAX)
+            largest = fmax(largest, norms[i]);
     if (!(largest > RANK_TOLERANCE))
         return -1;
-    for (i = 0; norms[i] < PIVOT_THRESHOLD * largest; i++)
+    for (i = 0; !(norms[i] >= PIVOT_THRESHOLD * largest && norms[i] <= DBL_MAX); i++)
         ;
     return i;
 }

@@ -62,6 +62,10 @@ static void layout(perp__arena *arena, void *object)
     a->angle = perp__arena_take(arena, units, sizeof(double));
     a->turn_work = perp__arena_take(arena, 3 * rows, sizeof(double));
     a->velocity = perp__arena_take(arena, n, sizeof(double));
+    a->seed.momentum = perp__arena_take(arena, n, sizeof(double));
+    a->seed.friction = perp__arena_take(arena, (size_t)a->m->contacts, sizeof(double));
+    a->seed.dry = perp__arena_take(arena, (size_t)a->m->dry, sizeof(double));
+    a->seed.included = perp__arena_take(arena, (size_t)a->m->contacts, 1);
 }
 
 /* What grows with the square of the rows that take part: few of many, in most states. */

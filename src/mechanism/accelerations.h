@@ -84,9 +84,13 @@ struct perp__acceleration {
     double *velocity;          /* n: M^-1 k */
     double *angle;             /* units: of the polygons of their discs */
     double *zeros;             /* rows */
-    int32_t impossible;        /* 1: an inequality of a family never holds */
-    int32_t complete;          /* 1: every pattern was looked at */
-    int32_t incomplete;        /* 1: a family was too large to be listed */
+    struct {
+        double *momentum, *friction, *dry; /* n, contacts, dry */
+        int8_t *included;                  /* contacts */
+    } seed;                                /* a problem of its own: a step may be asking */
+    int32_t impossible;                    /* 1: an inequality of a family never holds */
+    int32_t complete;                      /* 1: every pattern was looked at */
+    int32_t incomplete;                    /* 1: a family was too large to be listed */
     perp__found_answer *answers, *spare;
     int32_t answer_count;
     int64_t patterns;
@@ -154,7 +158,8 @@ int32_t perp__found_keeps(const perp__acceleration *a, const perp__found_pattern
                           int32_t *at_vertex);
 /* The point f; dimension: of the family that stands for, or 0. */
 perp_status perp__found_keep_point(perp__acceleration *a, int32_t at_vertex, int32_t dimension);
-/* The new answer with its points joins the list, or goes where another one has it already. */
+/* The new answer with its points is described and joins the list, or goes where another one has it
+ * already, or where its residuals say that it is none. */
 void perp__found_keep(perp__acceleration *a, perp__found_answer *answer);
 perp__found_answer *perp__found_create(perp__acceleration *a, int32_t points);
 void perp__found_release_answer(perp__acceleration *a, perp__found_answer *answer);

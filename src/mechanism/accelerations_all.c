@@ -2,7 +2,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/clock.h"
 #include "mechanism/accelerations.h"
 
 /* Clock readings are rare: once in so many patterns. */
@@ -108,7 +107,6 @@ static int64_t count_patterns(const perp__acceleration *a, int64_t most)
 static perp_status enumerate(perp__acceleration *a, perp_mechanism_summary *summary,
                              int64_t patterns)
 {
-    const double limit = a->m->settings.time_limit, began = limit > 0.0 ? perp__now() : 0.0;
     perp_status status = PERP_OK;
     int64_t k;
 
@@ -116,7 +114,7 @@ static perp_status enumerate(perp__acceleration *a, perp_mechanism_summary *summ
         int64_t rest = k;
         int32_t i;
 
-        if (limit > 0.0 && k % PATTERNS_A_READING == 0 && perp__now() - began > limit) {
+        if (k % PATTERNS_A_READING == 0 && perp__mechanism_is_late(a->m)) {
             summary->exhaustive = a->complete = 0;
             break;
         }

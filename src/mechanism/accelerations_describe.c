@@ -43,7 +43,7 @@ static void find_acceleration(perp__acceleration *a, perp__found_answer *answer)
     held.v = answer->acceleration;
     held.r = answer->force;
     held.u = answer->row_acceleration;
-    held.holds = m->answer.holds;
+    held.holds = m->second.holds;
     mark_rows(a, answer, held.holds);
     memcpy(held.v, terms.k, (size_t)m->n * sizeof *held.v);
     perp__add_impulses(m, &terms, held.v, held.r);
@@ -75,10 +75,10 @@ static double dynamic_residual(const perp__acceleration *a, const perp__found_an
             sum -= term;
             size += fabs(term);
         }
-        worst = fmax(worst, fabs(sum) / unit);
-        largest = fmax(largest, size / unit);
+        perp__raise_to(&worst, fabs(sum) / unit);
+        perp__raise_to(&largest, size / unit);
     }
-    return largest > 0.0 ? worst / largest : 0.0;
+    return largest == 0.0 ? 0.0 : worst / largest;
 }
 
 /* How far u' of active row r is off where it is to be 0 (sign 0) or not negative (sign 1). */
@@ -94,8 +94,9 @@ static double row_residual(const perp__acceleration *a, const perp__found_answer
         sum += m->begin.J[row * n + k] * answer->acceleration[k];
     for (k = 0; k < (size_t)a->active; k++)
         size += fabs(a->W[(size_t)r * (size_t)a->active + k] * answer->force[a->row_of[k]]);
-    sum = sign ? fmax(-sum, 0.0) : fabs(sum);
-    return size > 0.0 ? sum / size : 0.0;
+    if (!sign || sum < 0.0)
+        return size == 0.0 ? 0.0 : fabs(sum) / size;
+    return sum >= 0.0 ? 0.0 : sum; /* NaN */
 }
 
 /* largest: of the forces in their units. */
@@ -111,20 +112,20 @@ static double unit_residual(const perp__acceleration *a, const perp__found_answe
 
     if (!unit->dry) {
         worst = row_residual(a, answer, unit->row, mode == PERP_MECHANISM_SEPARATE);
-        worst = fmax(worst, -size / (largest * a->scale[unit->row]));
+        perp__raise_to(&worst, -size / (largest * a->scale[unit->row]));
     }
     for (i = 0; i < unit->tangents; i++) {
         length = hypot(length, f[tangent + i]);
         if (mode == PERP_MECHANISM_STICK)
-            worst = fmax(worst, row_residual(a, answer, unit->row + !unit->dry + i, 0));
+            perp__raise_to(&worst, row_residual(a, answer, unit->row + !unit->dry + i, 0));
     }
     limit = (unit->dry                      ? 1.0
              : mode == PERP_MECHANISM_STICK ? unit->mu_stick
                                             : unit->mu) *
             fmax(size, 0.0);
-    if (unit->tangents == 0)
-        return worst;
-    return fmax(worst, (length - limit) / (largest * a->scale[unit->row + !unit->dry]));
+    if (unit->tangents > 0)
+        perp__raise_to(&worst, (length - limit) / (largest * a->scale[unit->row + !unit->dry]));
+    return worst;
 }
 
 static void name_modes(const perp__acceleration *a, perp__found_answer *answer)
@@ -160,9 +161,9 @@ void perp__found_describe(perp__acceleration *a, perp__found_answer *answer)
         largest = fmax(largest, fabs(answer->force[a->row_of[i]]) / a->scale[i]);
     answer->residual = dynamic_residual(a, answer);
     for (i = 0; i < m->bilateral; i++)
-        answer->residual = fmax(answer->residual, row_residual(a, answer, a->bilateral_row + i, 0));
+        perp__raise_to(&answer->residual, row_residual(a, answer, a->bilateral_row + i, 0));
     for (i = 0; i < a->units; i++)
-        answer->residual = fmax(answer->residual, unit_residual(a, answer, i, largest));
+        perp__raise_to(&answer->residual, unit_residual(a, answer, i, largest));
     name_modes(a, answer);
     perp__found_label(a, answer);
 }

@@ -225,7 +225,6 @@ static void keep_polyhedron(perp__acceleration *a, perp__found_answer *answer, i
     answer->at_vertex = at_vertex;
     if (answer->dimension == 0)
         answer->vertices = 1;
-    perp__found_describe(a, answer);
     perp__found_keep(a, answer);
 }
 

@@ -243,10 +243,31 @@ static void take_label(perp__found_answer *old, const perp__found_answer *new_on
            2 * (size_t)old->eigenvalue_count * sizeof *old->eigenvalues);
 }
 
+/* Whether what would be handed out is an answer: numbers overflow, and a pattern's tests are those
+ * of its equations. */
+static int32_t is_sound(const perp__acceleration *a, const perp__found_answer *answer)
+{
+    const size_t rows = (size_t)a->m->rows;
+    const perp__evidence evidence = {
+        answer->residual, answer->residual, INFINITY,
+        perp__all_finite(answer->acceleration, (size_t)a->m->n) &&
+            perp__all_finite(answer->force, rows) &&
+            perp__all_finite(answer->row_acceleration, rows) &&
+            perp__all_finite(answer->points, (size_t)(answer->vertices + answer->rays) * rows)};
+
+    return perp__is_good(perp__gate(&evidence, PERP__FAMILY_TOLERANCE, -1));
+}
+
 void perp__found_keep(perp__acceleration *a, perp__found_answer *answer)
 {
     perp__found_answer **link = &a->answers;
 
+    perp__found_describe(a, answer);
+    if (!is_sound(a, answer)) {
+        perp__found_release_answer(a, answer);
+        a->incomplete = 1;
+        return;
+    }
     while (*link) {
         perp__found_answer *old = *link;
 
@@ -294,7 +315,6 @@ perp_status perp__found_keep_point(perp__acceleration *a, int32_t at_vertex, int
         answer->width[a->row_of[i]] = a->f_width[i];
     }
     memcpy(answer->points, answer->force, rows * sizeof *answer->points);
-    perp__found_describe(a, answer);
     perp__found_keep(a, answer);
     return PERP_OK;
 }

@@ -11,7 +11,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/clock.h"
 #include "base/context.h"
 #include "lcp/lcp.h"
 #include "mechanism/accelerations.h"
@@ -240,20 +239,27 @@ static perp_status try_pattern(perp__acceleration *a, search *s)
     return perp__found_keep_point(a, 0, dimension);
 }
 
+static void search_settings(perp_lcp_settings *settings)
+{
+    perp_lcp_settings_init(settings, sizeof *settings);
+    settings->method = PERP_LCP_LEMKE;
+}
+
 static perp_status run(perp__acceleration *a, search *s, perp_lcp_solver *solver,
                        perp_mechanism_summary *summary)
 {
-    const double limit = a->m->settings.time_limit, began = limit > 0.0 ? perp__now() : 0.0;
+    perp_lcp_settings settings;
     perp_matrix view;
     perp_status status = PERP_OK;
     int32_t start, i;
 
+    search_settings(&settings);
     perp_matrix_init(&view, sizeof view);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, s->size, s->size, s->M, s->size);
     for (start = 0; start < a->m->settings.starts && status == PERP_OK; start++) {
         perp_lcp_result result;
 
-        if (limit > 0.0 && perp__now() - began > limit)
+        if (perp__mechanism_is_late(a->m))
             break;
         for (i = 0; i < s->size; i++) { /* Knuth's MMIX generator; the first time all 1 */
             s->seed = s->seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
@@ -261,15 +267,17 @@ static perp_status run(perp__acceleration *a, search *s, perp_lcp_solver *solver
         }
         perp_lcp_result_init(&result, sizeof result);
         rescale(s, s->unit, 0);
-        status = perp__lcp_setup(solver, &view, s->lower, NULL);
+        settings.time_limit = perp__mechanism_time_left(a->m);
+        status = perp__lcp_set(solver, &settings);
+        if (status == PERP_OK)
+            status = perp__lcp_setup(solver, &view, s->lower, NULL);
         if (status == PERP_OK)
             status = perp__lcp_solve(solver, s->z, NULL, NULL, &result, s->q, NULL);
         rescale(s, s->unit, 1);
         for (i = 0; i < s->size && status == PERP_OK; i++)
             s->z[i] *= s->unit[i];
         summary->patterns++;
-        if (status == PERP_OK && (result.outcome == PERP_OUTCOME_SOLVED ||
-                                  result.outcome == PERP_OUTCOME_ROUNDING_LIMIT)) {
+        if (status == PERP_OK && perp__is_good(result.outcome)) {
             take_pattern(a, s);
             widen_pattern(a, s);
             status = try_pattern(a, s);
@@ -295,8 +303,7 @@ perp_status perp__found_search(perp__acceleration *a, perp_mechanism_summary *su
     doubles = 2 * size * active + size * size + 4 * size + active;
     s.columns = perp__allocate(context, doubles, sizeof *s.columns);
     s.first = perp__allocate(context, (size_t)a->units + 1, sizeof *s.first);
-    perp_lcp_settings_init(&settings, sizeof settings);
-    settings.method = PERP_LCP_LEMKE;
+    search_settings(&settings);
     status = s.columns && s.first ? perp__lcp_create(context, &solver, &settings)
                                   : perp__fail_memory(context, "the LCP of accelerations");
     if (status == PERP_OK) {

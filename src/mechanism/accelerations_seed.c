@@ -23,37 +23,37 @@ static int32_t applies(const perp__acceleration *a)
 
 static void fill(perp__acceleration *a, perp__velocity_problem *problem)
 {
-    perp_mechanism *m = a->m;
+    const perp_mechanism *m = a->m;
     const size_t n = (size_t)m->n;
     int32_t i, j;
     size_t k;
 
-    memcpy(m->momentum, m->begin.k, n * sizeof *m->momentum);
-    memset(m->included, 0, (size_t)m->contacts);
-    memset(m->friction, 0, (size_t)m->contacts * sizeof *m->friction);
-    memset(m->dry_bound, 0, (size_t)m->dry * sizeof *m->dry_bound);
+    memcpy(a->seed.momentum, m->begin.k, n * sizeof *a->seed.momentum);
+    memset(a->seed.included, 0, (size_t)m->contacts);
+    memset(a->seed.friction, 0, (size_t)m->contacts * sizeof *a->seed.friction);
+    memset(a->seed.dry, 0, (size_t)m->dry * sizeof *a->seed.dry);
     for (i = 0; i < a->units; i++) {
         const perp__unit *unit = a->unit + i;
 
         if (!unit->dry) {
-            m->included[unit->source] = 1;
-            m->friction[unit->source] = unit->friction ? unit->mu : 0.0;
+            a->seed.included[unit->source] = 1;
+            a->seed.friction[unit->source] = unit->friction ? unit->mu : 0.0;
         } else if (!unit->moves) {
-            m->dry_bound[unit->source - m->contacts] = unit->bound;
+            a->seed.dry[unit->source - m->contacts] = unit->bound;
         } else {
             for (j = 0; j < unit->tangents; j++) {
                 const double *row = m->begin.J + (size_t)a->row_of[unit->row + j] * n;
 
                 for (k = 0; k < n; k++)
-                    m->momentum[k] -= row[k] * unit->bound * unit->way[j];
+                    a->seed.momentum[k] -= row[k] * unit->bound * unit->way[j];
             }
         }
     }
-    problem->momentum = m->momentum;
+    problem->momentum = a->seed.momentum;
     problem->shift = a->zeros;
-    problem->friction = m->friction;
-    problem->included = m->included;
-    problem->dry = m->dry_bound;
+    problem->friction = a->seed.friction;
+    problem->included = a->seed.included;
+    problem->dry = a->seed.dry;
 }
 
 static void take_pattern(perp__acceleration *a, const perp__velocity_answer *answer)
@@ -89,10 +89,11 @@ perp_status perp__found_seed(perp__acceleration *a)
     terms.drift = a->bias;
     problem.terms = &terms;
     fill(a, &problem);
-    status = perp__solve_velocities(m, &m->answer, &problem);
-    if (status != PERP_OK || (m->answer.outcome != PERP_OUTCOME_SOLVED &&
-                              m->answer.outcome != PERP_OUTCOME_ROUNDING_LIMIT))
+    m->second.iterations = 0;
+    status = perp__solve_velocities(m, &m->second, &problem);
+    m->answer.iterations += m->second.iterations; /* of the step that asks, if one does */
+    if (status != PERP_OK || !perp__is_good(m->second.outcome))
         return status;
-    take_pattern(a, &m->answer);
+    take_pattern(a, &m->second);
     return perp__found_turning(a) > 0 ? perp__found_try(a, ROUGH) : PERP_OK;
 }

@@ -2,6 +2,7 @@
  * rounding: 1e-12 of sum |H_i q_i|, the terms that a gap is a sum of (with coordinates other than
  * velocities, sum |H_i| max |q|); it takes part where its normal velocity is 0 up to 1e-12 of
  * sum |H_i v_i| + |drift|. Sliding velocities are judged alike. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -138,6 +139,7 @@ perp_status perp__found_reduce(perp__acceleration *a)
     for (i = 0; i < active; i++) {
         const size_t row = (size_t)a->row_of[i];
         const double *J = m->begin.J + row * n;
+        int32_t moves = 0;
         int exponent;
 
         a->beta[i] = a->bias[row];
@@ -145,6 +147,7 @@ perp_status perp__found_reduce(perp__acceleration *a)
         for (k = 0; k < n; k++) {
             a->beta[i] += J[k] * a->velocity[k];
             a->load[i] += fabs(J[k] * a->velocity[k]);
+            moves = moves || J[k] != 0.0;
         }
         memcpy(a->work, J, n * sizeof *a->work);
         perp__solve_mass(m, &m->begin, a->work);
@@ -156,9 +159,15 @@ perp_status perp__found_reduce(perp__acceleration *a)
                 sum += other[k] * a->work[k];
             a->W[i * active + j] = a->W[j * active + i] = sum;
         }
+        if (moves && a->W[i * (active + 1)] < DBL_MIN) /* it has no digits to tell signs by */
+            a->incomplete = 1;
         frexp(a->W[i * (active + 1)], &exponent);
         a->scale[i] = ldexp(1.0, -(exponent / 2));
     }
+    if (!perp__all_finite(a->W, active * active) || !perp__all_finite(a->beta, active) ||
+        !perp__all_finite(a->load, active) || !perp__all_finite(a->velocity, n))
+        return perp__fail(m->context, PERP_ERROR_NOT_FINITE,
+                          "accelerations: M^-1 k, J M^-1 J' or d/dt(J) v overflows");
     perp__found_hold_bilateral(a);
     return PERP_OK;
 }

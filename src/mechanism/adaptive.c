@@ -82,9 +82,15 @@ static int32_t moves(const perp__adaptive *a)
            perp__outcome_moves(a->second.outcome);
 }
 
-static int32_t is_solved(const perp_mechanism_step *step)
+/* Of the answer that the halves make. */
+static perp_outcome halves_outcome(const perp__adaptive *a)
 {
-    return step->outcome == PERP_OUTCOME_SOLVED || step->outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+    return perp__worse_outcome(a->first.outcome, a->second.outcome);
+}
+
+static int32_t is_solved(const perp__adaptive *a)
+{
+    return perp__is_good(a->full.outcome) && perp__is_good(halves_outcome(a));
 }
 
 /* The step in one and in two, and the estimates. Where one of them does not move, it is the last
@@ -95,7 +101,8 @@ static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, doubl
     perp_status status = perp__advance(m, &m->trial, &a->full, t, h, m->now.q, m->now.v);
 
     memset(&a->event, 0, sizeof a->event);
-    a->second = a->first = a->full;
+    perp_mechanism_step_init(&a->first, sizeof a->first);
+    perp_mechanism_step_init(&a->second, sizeof a->second);
     if (status == PERP_OK && moves(a))
         status = perp__advance(m, &m->half, &a->first, t, half, m->now.q, m->now.v);
     if (status == PERP_OK && moves(a))
@@ -156,9 +163,9 @@ static int32_t turns(const perp_mechanism *m, double weight)
 static int32_t is_smooth(const perp_mechanism *m, const perp__adaptive *a, double weight)
 {
     return a->event.late == 0.0 && a->full.impacts + a->first.impacts + a->second.impacts == 0 &&
-           is_solved(&a->full) && is_solved(&a->first) && is_solved(&a->second) &&
-           same_modes(m, &m->trial, &m->next) && same_modes(m, &m->half, &m->next) &&
-           (!a->started || same_modes(m, &m->now, &m->next)) && !turns(m, weight);
+           is_solved(a) && same_modes(m, &m->trial, &m->next) &&
+           same_modes(m, &m->half, &m->next) && (!a->started || same_modes(m, &m->now, &m->next)) &&
+           !turns(m, weight);
 }
 
 static void extrapolate(double *full, const double *halves, double weight, int32_t count)
@@ -210,12 +217,20 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
         status = improve(m, a, t, weight);
     if (status == PERP_OK)
         answer = &m->trial;
-    else if (status != PERP__OUTSIDE)
+    if (status == PERP_OK || status == PERP__OUTSIDE)
+        status = perp__mechanism_check_end(m, answer);
+    if (status != PERP_OK)
         return status;
     step = a->second;
+    step.outcome = halves_outcome(a);
+    if (answer == &m->trial) { /* the whole step has a part in it */
+        step.outcome = perp__worse_outcome(step.outcome, a->full.outcome);
+        perp__raise_to(&step.residual, a->full.residual);
+    }
     step.scheme = worse_scheme(m, &a->first, &a->second);
     step.impacts += a->first.impacts;
-    step.residual = fmax(step.residual, fmax(a->full.residual, a->first.residual));
+    perp__raise_to(&step.residual, a->first.residual);
+    step.seconds += a->full.seconds + a->first.seconds;
     step.iterations += a->full.iterations + a->first.iterations;
     step.evaluations += a->full.evaluations + a->first.evaluations;
     step.error = a->error;
@@ -260,9 +275,13 @@ static void shorten(const perp_mechanism *m, perp__adaptive *a, double h, int32_
 /* Ends a run that is refused steps longer than the shortest. */
 static perp_status give_up(perp__run *run, const perp__adaptive *a)
 {
-    if (!moves(a))
-        return perp__run_take(run, &run->m->next, run->t, 0.0,
-                              perp__outcome_moves(a->full.outcome) ? &a->second : &a->full);
+    if (!moves(a)) {
+        const perp_mechanism_step *last = !perp__outcome_moves(a->full.outcome)    ? &a->full
+                                          : !perp__outcome_moves(a->first.outcome) ? &a->first
+                                                                                   : &a->second;
+
+        return perp__run_take(run, &run->m->next, run->t, 0.0, last);
+    }
     run->result.outcome = PERP_OUTCOME_STALLED;
     run->ended = 1;
     return PERP_OK;
@@ -273,7 +292,7 @@ static perp_status refuse(perp__run *run, perp__adaptive *a, double h, int32_t s
     shorten(run->m, a, h, solved);
     run->result.rejected++;
     run->result.iterations += a->full.iterations + a->first.iterations + a->second.iterations;
-    if (run->deadline > 0.0 && perp__now() > run->deadline) {
+    if (perp__mechanism_is_late(run->m)) {
         run->result.outcome = PERP_OUTCOME_TIME_LIMIT;
         run->ended = 1;
         return PERP_OK;
@@ -294,7 +313,7 @@ static perp_status step(perp__run *run, perp__adaptive *a, double t1)
         a->full.outcome = PERP_OUTCOME_EVALUATION_FAILED;
     else if (status != PERP_OK)
         return status;
-    solved = moves(a) && is_solved(&a->full) && is_solved(&a->first) && is_solved(&a->second);
+    solved = moves(a) && is_solved(a);
     fine = moves(a) && (solved || a->refused >= MOST_UNSOLVED) && verdict(a) <= m->settings.error;
     if (!fine)
         return refuse(run, a, h, moves(a) && verdict(a) > m->settings.error);

@@ -56,6 +56,7 @@ static void stay(const perp_mechanism *m, perp__mechanism_state *to, perp_mechan
 perp_status perp__advance(perp_mechanism *m, perp__mechanism_state *to, perp_mechanism_step *step,
                           double t, double h, const double *q0, const double *v0)
 {
+    const double began = perp__now();
     const int64_t before = m->evaluations;
     perp_status status;
 
@@ -78,7 +79,8 @@ perp_status perp__advance(perp_mechanism *m, perp__mechanism_state *to, perp_mec
     if (status == PERP_OK && !perp__outcome_moves(step->outcome))
         stay(m, to, step, q0, v0);
     step->evaluations = m->evaluations - before;
-    return status;
+    step->seconds = perp__now() - began;
+    return status == PERP_OK ? perp__mechanism_check_end(m, to) : status;
 }
 
 static void copy_out(double *to, const double *from, int32_t count)
@@ -91,7 +93,6 @@ static perp_status advance(perp_mechanism *m, double *q, double *v, double *impu
                            double *velocity, int32_t *modes, double *ray, perp_mechanism_step *step,
                            double t, double h, const double *q0, const double *v0)
 {
-    const double began = perp__now();
     perp__mechanism_state *to = &m->next;
     perp_mechanism_step own;
     perp_status status = perp__check_pointer(m->context, "q", q);
@@ -118,7 +119,6 @@ static perp_status advance(perp_mechanism *m, double *q, double *v, double *impu
         memcpy(modes, to->modes, (size_t)(m->contacts + m->dry) * sizeof *modes);
     if (own.has_ray)
         copy_out(ray, to->ray, m->rows);
-    own.seconds = perp__now() - began;
     perp__struct_write(step, &own, sizeof own);
     return PERP_OK;
 }

@@ -135,10 +135,12 @@ static const perp__found_answer *best_answer(const perp_mechanism *m, const perp
     return best;
 }
 
-/* m->answer := the answer: impulses, modes, rows that hold, and velocities from these. */
+/* m->answer := the answer: impulses, modes, rows that hold, and velocities from these. The laws are
+ * judged by the residual of its description. */
 static void take(perp_mechanism *m, const perp__acceleration *a, const perp__found_answer *found,
                  const perp__velocity_problem *problem, double h)
 {
+    const perp__evidence evidence = {found->residual, found->residual, INFINITY, 1};
     perp__velocity_answer *answer = &m->answer;
     int32_t i, j;
 
@@ -159,10 +161,11 @@ static void take(perp_mechanism *m, const perp__acceleration *a, const perp__fou
     memcpy(answer->v, problem->momentum, (size_t)m->n * sizeof *answer->v);
     perp__add_impulses(m, problem->terms, answer->v, answer->r);
     perp__solve_mass(m, problem->terms, answer->v);
-    answer->outcome = PERP_OUTCOME_SOLVED;
+    answer->outcome = perp__gate(&evidence, m->settings.tol, -1);
     answer->residual = found->residual;
     answer->certificate = answer->has_ray = 0;
     perp__hold_velocities(m, answer, problem);
+    perp__judge_motion(m, answer, problem);
 }
 
 perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,

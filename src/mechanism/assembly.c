@@ -34,9 +34,8 @@ static void layout(perp__arena *arena, void *object)
 }
 
 perp_status perp__assembly_create(perp_mechanism *m, perp__assembly *a, int32_t pressures,
-                                  double tol, int32_t cone, double time_limit)
+                                  double tol, int32_t cone)
 {
-    perp_contact_settings settings;
     perp_status status;
 
     a->most_contacts = m->contacts + m->dry + (pressures ? m->contacts : 0);
@@ -46,11 +45,10 @@ perp_status perp__assembly_create(perp_mechanism *m, perp__assembly *a, int32_t 
     status = perp__arena_fit(&a->arena, layout, a);
     if (status != PERP_OK)
         return perp__fail_memory(m->context, "a mechanism's contact problems");
-    perp_contact_settings_init(&settings, sizeof settings);
-    settings.tol = tol;
-    settings.cone = cone;
-    settings.time_limit = time_limit;
-    status = perp_contact_solver_create(m->inner, &a->solver, &settings);
+    perp_contact_settings_init(&a->settings, sizeof a->settings);
+    a->settings.tol = tol;
+    a->settings.cone = cone;
+    status = perp_contact_solver_create(m->inner, &a->solver, &a->settings);
     return status == PERP_OK ? status : perp__mechanism_fail_inner(m, status, "a contact solver");
 }
 
@@ -68,7 +66,7 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     perp_contact_dynamics dynamics;
     perp_contact_result result;
     perp_matrix M, H, G;
-    perp_status status;
+    perp_status status = PERP_OK;
 
     perp_contact_laws_init(&laws, sizeof laws);
     perp_contact_dynamics_init(&dynamics, sizeof dynamics);
@@ -87,7 +85,12 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     dynamics.M = &M;
     dynamics.H = &H;
     dynamics.G = bilateral > 0 ? &G : NULL;
-    status = perp_contact_solver_setup_dynamics(a->solver, &laws, &dynamics);
+    if (m->deadline > 0.0 || a->settings.time_limit > 0.0) {
+        a->settings.time_limit = perp__mechanism_time_left(m);
+        status = perp_contact_solver_set(a->solver, &a->settings);
+    }
+    if (status == PERP_OK)
+        status = perp_contact_solver_setup_dynamics(a->solver, &laws, &dynamics);
     if (status == PERP_OK)
         status = perp_contact_solver_solve_dynamics(a->solver, a->v, a->r, a->u, a->modes, a->ray,
                                                     &result, a->f, a->w, a->b, NULL);
@@ -236,7 +239,7 @@ static void take_contact(perp_mechanism *m, perp__assembly *a, perp__velocity_an
     const int32_t skip = dry || source < 0; /* the normal of an added coordinate */
     int32_t i;
 
-    if (dry && mode == PERP_CONTACT_SLIP)
+    if (dry && mode == PERP_CONTACT_SLIP && (m->settings.cone == 0 || a->dims[c] == 2))
         slide(a->u + row + 1, problem->dry[j - m->contacts], a->r + row + 1, a->dims[c] - 1);
     for (i = skip; i < a->dims[c]; i++) {
         const int32_t at = first + i - skip;
@@ -302,7 +305,7 @@ perp_status perp__solve_velocities(perp_mechanism *m, perp__velocity_answer *ans
     if (a->contacts == 0 && m->bilateral == 0) {
         memcpy(answer->v, problem->momentum, (size_t)m->n * sizeof *answer->v);
         perp__solve_mass(m, problem->terms, answer->v);
-        answer->outcome = PERP_OUTCOME_SOLVED;
+        answer->outcome = PERP_OUTCOME_SOLVED; /* until it is judged: there are no laws */
         answer->residual = 0.0;
     } else {
         memset(a->ray, 0, (size_t)a->most_rows * sizeof *a->ray);
@@ -312,5 +315,6 @@ perp_status perp__solve_velocities(perp_mechanism *m, perp__velocity_answer *ans
         take_solution(m, a, answer, problem);
     }
     perp__hold_velocities(m, answer, problem);
+    perp__judge_motion(m, answer, problem);
     return status;
 }

@@ -6,7 +6,7 @@
 
 /* Makes room and a solver. pressures: contacts with friction of a pressure; PERP_OK or _MEMORY. */
 perp_status perp__assembly_create(perp_mechanism *m, perp__assembly *a, int32_t pressures,
-                                  double tol, int32_t cone, double time_limit);
+                                  double tol, int32_t cone);
 void perp__assembly_release(perp__assembly *a);
 
 /* Sets up and solves what a->... describe; fills a->v, r, u, modes, ray and answer's outcome.

@@ -111,17 +111,27 @@ static curve stribeck(const perp_bristle *law, double v)
     return g;
 }
 
+/* a b c / d, where only the result may be out of range. */
+static double ratio_of(double a, double b, double c, double d)
+{
+    int i, j, k, l;
+    const double mantissa = frexp(a, &i) * frexp(b, &j) * frexp(c, &k) / frexp(d, &l);
+
+    return ldexp(mantissa, i + j + k - l);
+}
+
 /* One step: where z ends, how far that is, its mean, and the derivatives by v. */
 typedef struct stretch {
     double end, change, mean, end_slope, mean_slope;
 } stretch;
 
 /* x <= 1: by chi's series, sum over k of (-x)^k / (k + 3)!. */
-static stretch short_stretch(const perp_bristle *law, curve g, double z, double v, double h)
+static stretch short_stretch(const perp_bristle *law, curve g, double x, double z, double v,
+                             double h)
 {
-    const double x = law->stiffness * fabs(v) * h / g.force, sense = (v > 0.0) - (v < 0.0);
+    const double sense = (v > 0.0) - (v < 0.0);
     const double x_slope =
-        sense * law->stiffness * h * (1.0 - fabs(v) * g.slope / g.force) / g.force;
+        sense * ratio_of(law->stiffness, h, 1.0 - fabs(v) * g.slope / g.force, g.force);
     const double way = v * h - z * x, way_slope = h - z * x_slope;
     double term = 1.0 / 6, chi = 0.0, phi, psi;
     stretch s;
@@ -142,9 +152,9 @@ static stretch short_stretch(const perp_bristle *law, curve g, double z, double 
 }
 
 /* x > 1, maybe infinite: relative to the bend of steady sliding; x phi' = exp(-x) - phi. */
-static stretch long_stretch(const perp_bristle *law, curve g, double z, double v, double h)
+static stretch long_stretch(const perp_bristle *law, curve g, double x, double z, double v)
 {
-    const double x = law->stiffness * fabs(v) * h / g.force, rest = exp(-x);
+    const double rest = exp(-x);
     const double phi = -expm1(-x) / x, sense = v > 0.0 ? 1.0 : -1.0;
     const double steady = sense * g.force / law->stiffness, steady_slope = g.slope / law->stiffness;
     const double growth = (1.0 - fabs(v) * g.slope / g.force) / v; /* x' / x */
@@ -165,6 +175,7 @@ perp_status perp_stribeck_force(perp_context *context, double *force, double *sl
                                 const perp_bristle *law, double v)
 {
     perp_status status = enter(context);
+    double whole = 0.0, tangent = 0.0;
     perp_bristle own;
     curve g;
 
@@ -177,9 +188,16 @@ perp_status perp_stribeck_force(perp_context *context, double *force, double *sl
         status = check_number(context, "v", v);
     if (status == PERP_OK) {
         g = stribeck(&own, v);
-        *force = (v > 0.0 ? g.force : v < 0.0 ? -g.force : 0.0) + own.viscosity * v;
+        whole = (v > 0.0 ? g.force : v < 0.0 ? -g.force : 0.0) + own.viscosity * v;
+        tangent = g.slope + own.viscosity;
+        status = check_number(context, "force", whole);
+    }
+    if (status == PERP_OK && slope)
+        status = check_number(context, "slope", tangent);
+    if (status == PERP_OK) {
+        *force = whole;
         if (slope)
-            *slope = g.slope + own.viscosity;
+            *slope = tangent;
     }
     return leave(context, status);
 }
@@ -189,7 +207,7 @@ perp_status perp_lugre_force(perp_context *context, double *force, double *rate,
 {
     perp_status status = enter(context);
     perp_bristle own;
-    double bend;
+    double bend = 0.0, whole = 0.0;
 
     if (status != PERP_OK)
         return status;
@@ -201,8 +219,14 @@ perp_status perp_lugre_force(perp_context *context, double *force, double *rate,
     if (status == PERP_OK)
         status = check_number(context, "v", v);
     if (status == PERP_OK) {
-        bend = v - own.stiffness * fabs(v) * z / stribeck(&own, v).force;
-        *force = own.stiffness * z + own.damping * bend + own.viscosity * v;
+        bend = v - ratio_of(own.stiffness, fabs(v), z, stribeck(&own, v).force);
+        whole = own.stiffness * z + own.damping * bend + own.viscosity * v;
+        status = check_number(context, "rate", bend);
+    }
+    if (status == PERP_OK)
+        status = check_number(context, "force", whole);
+    if (status == PERP_OK) {
+        *force = whole;
         if (rate)
             *rate = bend;
     }
@@ -214,6 +238,7 @@ perp_status perp_lugre_step(perp_context *context, double *next, double *force, 
 {
     perp_status status = enter(context);
     perp_bristle own;
+    double mean, tangent, x;
     stretch s;
     curve g;
 
@@ -232,14 +257,34 @@ perp_status perp_lugre_step(perp_context *context, double *next, double *force, 
         status = check_size(context, "h", h, 1);
     if (status == PERP_OK) {
         g = stribeck(&own, v);
-        s = own.stiffness * fabs(v) * h <= g.force ? short_stretch(&own, g, z, v, h)
-                                                   : long_stretch(&own, g, z, v, h);
+        x = ratio_of(own.stiffness, fabs(v), h, g.force);
+        s = x <= 1.0 ? short_stretch(&own, g, x, z, v, h) : long_stretch(&own, g, x, z, v);
+        mean = own.stiffness * s.mean + own.damping * (s.change / h) + own.viscosity * v;
+        tangent = own.stiffness * s.mean_slope + own.damping * (s.end_slope / h) + own.viscosity;
+        status = check_number(context, "next", s.end);
+        if (status == PERP_OK)
+            status = check_number(context, "force", mean);
+        if (status == PERP_OK && slope)
+            status = check_number(context, "slope", tangent);
+    }
+    if (status == PERP_OK) {
         *next = s.end;
-        *force = own.stiffness * s.mean + own.damping * (s.change / h) + own.viscosity * v;
+        *force = mean;
         if (slope)
-            *slope = own.stiffness * s.mean_slope + own.damping * (s.end_slope / h) + own.viscosity;
+            *slope = tangent;
     }
     return leave(context, status);
+}
+
+/* viscosity kinetic >= damping (breakaway - kinetic), in units in which no product overflows. */
+static int32_t is_passive(const perp_bristle *law)
+{
+    int force, rate;
+
+    (void)frexp(law->breakaway, &force);
+    (void)frexp(fmax(law->viscosity, law->damping), &rate);
+    return ldexp(law->viscosity, -rate) * ldexp(law->kinetic, -force) >=
+           ldexp(law->damping, -rate) * ldexp(law->breakaway - law->kinetic, -force);
 }
 
 perp_status perp_lugre_passive(perp_context *context, int32_t *passive, const perp_bristle *law)
@@ -253,6 +298,6 @@ perp_status perp_lugre_passive(perp_context *context, int32_t *passive, const pe
     if (status == PERP_OK)
         status = take(context, &own, law, 1);
     if (status == PERP_OK)
-        *passive = own.viscosity * own.kinetic >= own.damping * (own.breakaway - own.kinetic);
+        *passive = is_passive(&own);
     return leave(context, status);
 }

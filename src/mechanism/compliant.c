@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/outcome.h"
 #include "linalg/blas.h"
 #include "mechanism/copy.h"
 #include "mechanism/stability.h"
@@ -95,6 +96,19 @@ static void couple(const perp_compliant *c, double *to, const double *from)
         }
 }
 
+/* Numbers that are finite each may overflow together. */
+static perp_status check_finite(perp_compliant *c)
+{
+    const size_t n = (size_t)c->n, p = (size_t)c->p;
+
+    if (perp__all_finite(c->free, n) && perp__all_finite(c->response, n * p) &&
+        perp__all_finite(c->drag, n * p) && perp__all_finite(c->P, p * p) &&
+        perp__all_finite(c->Q, p * p))
+        return PERP_OK;
+    return perp__fail(c->context, PERP_ERROR_NOT_FINITE,
+                      "mass^-1 force, or normal mass^-1 (normal' + tangent' mu), overflows");
+}
+
 static perp_status take(perp_compliant *c, const perp_compliant_system *s)
 {
     perp_context *context = c->context;
@@ -129,7 +143,7 @@ static perp_status take(perp_compliant *c, const perp_compliant_system *s)
     respond(c, c->drag, c->tangent, c->mu);
     couple(c, c->P, c->response);
     couple(c, c->Q, c->drag);
-    return PERP_OK;
+    return check_finite(c);
 }
 
 static void release(perp_compliant *c)
@@ -237,6 +251,9 @@ static perp_status linearise(perp_compliant *c, perp_compliant_stability *stabil
         for (k = 0; k < p; k++)
             c->matrix[k + p * l] = c->P[k + p * l] + c->Q[k + p * l] * (slip[l] * load[l]);
     verdict = perp__stability_of(c->p, c->matrix, c->stiffness, c->damping, c->gamma, c->roots);
+    if (!perp__all_finite(c->gamma, 2 * p) || !perp__all_finite(c->roots, 4 * p))
+        return perp__fail(c->context, PERP_ERROR_NOT_FINITE,
+                          "the eigenvalues of the compliant contacts overflow");
     memset(&own, 0, sizeof own);
     own.stable = verdict.stable;
     own.flutter = verdict.flutter;

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/outcome.h"
 #include "linalg/blas.h"
 #include "mechanism/compliant.h"
 
@@ -155,17 +156,19 @@ static double error_of(perp_compliant *c)
         const double top_v = fmax(c->top_v[i], fabs(c->next_v[i]));
 
         if (c->error_x[i] != 0.0)
-            error = fmax(error, fabs(c->error_x[i]) / top_x);
+            perp__raise_to(&error, fabs(c->error_x[i]) / top_x);
         if (c->error_v[i] != 0.0)
-            error = fmax(error, fabs(c->error_v[i]) / top_v);
+            perp__raise_to(&error, fabs(c->error_v[i]) / top_v);
     }
     for (k = 0; k < c->p; k++) {
         const double delta = row_times(c->normal, c->p, k, c->next_x, c->n);
         const double wrong = row_times(c->normal, c->p, k, c->error_x, c->n);
 
         if (wrong != 0.0)
-            error = fmax(error, fabs(wrong) / fmax(c->top_delta[k], fabs(delta)));
+            perp__raise_to(&error, fabs(wrong) / fmax(c->top_delta[k], fabs(delta)));
     }
+    if (!perp__all_finite(c->next_x, (size_t)c->n) || !perp__all_finite(c->next_v, (size_t)c->n))
+        return INFINITY;
     return error;
 }
 
@@ -366,6 +369,9 @@ static perp_status run_checked(perp_compliant *c, double *x, double *v, double *
     if (status != PERP_OK)
         return status;
     integrate(c, &run);
+    if (!perp__all_finite(c->N, (size_t)c->p))
+        return perp__fail(c->context, PERP_ERROR_NOT_FINITE, "the normal forces overflow at t = %g",
+                          run.t);
     run.result.t = run.t;
     memcpy(x, c->x, size);
     memcpy(v, c->v, size);

@@ -105,7 +105,7 @@ void perp__report_answer(const perp_mechanism *m, perp__mechanism_state *to,
     step->method = answer->method;
     step->certificate = answer->certificate;
     step->has_ray = answer->has_ray;
-    step->residual = fmax(step->residual, answer->residual);
+    perp__raise_to(&step->residual, answer->residual);
     step->iterations += answer->iterations;
     step->closed = step->sticking = 0;
     for (j = 0; j < m->contacts; j++)

@@ -15,10 +15,6 @@
 
 #include "linalg/orthogonal.h"
 
-/* Exact velocities must agree with the solution's as well as that is known; where they do not (a
- * problem stopped early), the solution's stand. */
-#define AGREEMENT 1e-8
-
 /* A coordinate counts as determined if no more than this of it is outside the span. */
 #define SPAN_TOLERANCE 1e-10
 
@@ -66,7 +62,7 @@ static double length_of(const double *x, size_t n)
 
     for (i = 0; i < n; i++)
         if (x[i] != 0.0)
-            length = hypot(length, x[i]);
+            length = length == 0.0 ? fabs(x[i]) : hypot(length, x[i]);
     return length;
 }
 
@@ -201,8 +197,8 @@ static int32_t hold(const perp_mechanism *m, held *h, perp__velocity_answer *ans
                     const perp__velocity_problem *problem)
 {
     const size_t n = (size_t)m->n;
-    double *v = h->y, size, distance = 0.0;
-    size_t i;
+    double *v = h->y, size;
+    size_t i, k;
 
     h->rank = perp__orthogonal_rows(h->rows, h->targets, h->taken, h->norms, h->basis,
                                     h->particular, h->count, m->n);
@@ -222,13 +218,12 @@ static int32_t hold(const perp_mechanism *m, held *h, perp__velocity_answer *ans
         h->unit[i] = v[i] - answer->v[i];
     for (i = 0; i < n; i++) { /* L'(v - v_solution) */
         double sum = 0.0;
-        size_t k;
 
         for (k = i; k < n; k++)
             sum += problem->terms->factor[k + n * i] * h->unit[k];
-        distance = hypot(distance, sum);
+        h->unit[i] = sum; /* no longer needed */
     }
-    return distance <= AGREEMENT * size;
+    return length_of(h->unit, n) <= PERP__AGREEMENT * size;
 }
 
 void perp__hold_velocities(perp_mechanism *m, perp__velocity_answer *answer,
@@ -236,7 +231,7 @@ void perp__hold_velocities(perp_mechanism *m, perp__velocity_answer *answer,
 {
     const size_t n = (size_t)m->n, rows = (size_t)m->rows;
     held h = {0};
-    int32_t i, contact = 0;
+    int32_t i, contact = 0, agrees;
 
     h.rows = m->work;
     h.targets = h.rows + rows * n;
@@ -248,10 +243,11 @@ void perp__hold_velocities(perp_mechanism *m, perp__velocity_answer *answer,
     h.components = h.unit + n;
     h.taken = m->indices;
     gather(m, &h, answer, problem);
-    if (hold(m, &h, answer, problem))
+    agrees = h.count == 0 || hold(m, &h, answer, problem);
+    if (agrees && h.count > 0) /* else the solution's are as good */
         memcpy(answer->v, h.y, n * sizeof *answer->v);
     perp__row_velocities(m, problem->terms, answer->u, answer->v);
-    for (i = 0; i < m->rows; i++) {
+    for (i = 0; i < m->rows && agrees; i++) {
         while (contact < m->contacts && i >= m->starts[contact + 1])
             contact++;
         if (answer->holds[i])

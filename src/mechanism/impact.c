@@ -68,17 +68,12 @@ static void shift_contacts(perp_mechanism *m, const perp__velocity_problem *prob
 static void add_iterations(perp_mechanism *m)
 {
     m->answer.iterations += m->second.iterations;
-    m->answer.residual = fmax(m->answer.residual, m->second.residual);
+    perp__raise_to(&m->answer.residual, m->second.residual);
     m->answer.method = m->second.method;
-    m->answer.outcome = m->second.outcome;
+    m->answer.outcome = perp__worse_outcome(m->answer.outcome, m->second.outcome);
     m->answer.certificate = m->second.certificate;
     m->answer.has_ray = m->second.has_ray;
     memcpy(m->answer.ray, m->second.ray, (size_t)m->rows * sizeof *m->answer.ray);
-}
-
-static int32_t is_good(int32_t outcome)
-{
-    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
 }
 
 /* second := solution of a problem of the second stage; taken over where it is one. */
@@ -91,7 +86,7 @@ static perp_status solve_second(perp_mechanism *m, const perp__velocity_problem 
     if (status != PERP_OK)
         return status;
     add_iterations(m);
-    if (is_good(m->second.outcome)) {
+    if (perp__is_good(m->second.outcome)) {
         memcpy(m->answer.v, m->second.v, (size_t)m->n * sizeof *m->answer.v);
         memcpy(m->answer.u, m->second.u, (size_t)m->rows * sizeof *m->answer.u);
         memcpy(m->answer.r, m->second.r, (size_t)m->rows * sizeof *m->answer.r);
@@ -124,7 +119,7 @@ static perp_status expand(perp_mechanism *m, const perp__velocity_problem *compr
     memset(m->dry_bound, 0, (size_t)m->dry * sizeof *m->dry_bound); /* used in the compression */
     problem.pressure = m->pressure;
     status = solve_second(m, &problem);
-    if (status != PERP_OK || !is_good(m->answer.outcome))
+    if (status != PERP_OK || !perp__is_good(m->answer.outcome))
         return status;
     for (j = 0; j < m->rows; j++)
         m->answer.r[j] += compressed[j];
@@ -148,7 +143,7 @@ perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem 
     shift_contacts(m, problem, poisson ? 0.0 : 1.0);
     stage.shift = m->impact_shift;
     status = solve_second(m, &stage);
-    if (status == PERP_OK && poisson && is_good(m->answer.outcome))
+    if (status == PERP_OK && poisson && perp__is_good(m->answer.outcome))
         status = expand(m, &stage);
     return status;
 }

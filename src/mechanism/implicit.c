@@ -124,9 +124,15 @@ void perp__implicit_release(perp_mechanism *m, void *made)
 
 /* ---- the step ------------------------------------------------------------------------------ */
 
-static int32_t is_solution(int32_t outcome)
+/* The solver was asked for no more than rounding of q leaves of gap / h, or says itself that
+ * rounding is what is left: a backward error of as little. */
+static void judge(const perp_mechanism *m, perp__implicit *s, const perp_ncp_result *result)
 {
-    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+    const perp__evidence evidence = {result->residual, result->residual, 0.0, 1};
+
+    s->residual = result->residual;
+    s->outcome = perp__worse_outcome(result->outcome,
+                                     perp__gate(&evidence, m->settings.tol, result->outcome));
 }
 
 /* s->z, s->w := the problem's solution, from the frozen answer; found: whether there is one. */
@@ -142,6 +148,7 @@ static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_st
     perp__implicit_number(m, s);
     perp__implicit_start(m, s, s->start);
     s->settings.tol = fmin(fmax(m->settings.tol, s->noise), fmax(m->settings.tol, COARSEST));
+    s->settings.time_limit = perp__mechanism_time_left(m);
     if (status == PERP_OK)
         status = perp_ncp_solver_set(s->solver, &s->settings);
     if (status == PERP_OK)
@@ -153,10 +160,9 @@ static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_st
     if (status != PERP_OK)
         return perp__mechanism_fail_inner(m, status, "the implicit step");
     step->iterations += result.iterations;
-    if (!is_solution(result.outcome))
+    if (!perp__is_good(result.outcome))
         return PERP_OK;
-    s->outcome = result.outcome;
-    s->residual = result.residual;
+    judge(m, s, &result);
     status = perp__implicit_evaluate(m, s, s->z);
     *found = status == PERP_OK;
     return status == PERP__OUTSIDE ? PERP_OK : status;
@@ -203,7 +209,7 @@ static perp_status find(perp_mechanism *m, perp_mechanism_step *step, int32_t *f
     status = perp__solve_frozen(m, &problem);
     if (status != PERP_OK || !perp__outcome_moves(m->answer.outcome))
         return status;
-    if (!is_solution(m->answer.outcome))
+    if (!perp__is_good(m->answer.outcome))
         start_free(m);
     do
         status = solve(m, s, step, found);
@@ -227,8 +233,10 @@ perp_status perp__advance_implicit(perp_mechanism *m, perp__mechanism_state *to,
     s->q0 = q0;
     s->v0 = v0;
     status = find(m, step, &found);
-    if (status == PERP_OK && !found)
+    if (status == PERP_OK && !found) {
+        step->iterations += m->answer.iterations; /* which the frozen step counts anew */
         return perp__advance_frozen(m, to, step, t, h, q0, v0);
+    }
     if (status == PERP_OK)
         status = perp__evaluate_move(m, to->q, q0, h, m->answer.v);
     if (status != PERP_OK)

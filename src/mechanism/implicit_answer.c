@@ -134,6 +134,7 @@ void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z
     perp__pose(m, &problem);
     problem.terms = &m->end;
     perp__hold_velocities(m, answer, &problem);
+    perp__judge_motion(m, answer, &problem);
     for (j = 0; j < m->bilateral; j++) { /* u of c at q+ is G v + drift itself */
         const int32_t row = m->contact_rows + j;
         const double curvature = perp__implicit_curvature(m, s, row, m->end.c[j], m->begin.c[j]);

@@ -64,8 +64,9 @@ struct perp_load_friction {
     perp__friction_answer *answers;
     perp__friction_answer *spare; /* of earlier answers, with room for a point */
     int32_t count;
-    int32_t insist;  /* patterns are solved to the end even where they are clearly wrong */
-    int8_t *regular; /* of a step: a stable acceleration stops this coordinate within it */
+    int32_t unsettled; /* of some pattern it is not known whether it has an answer */
+    int32_t insist;    /* patterns are solved to the end even where they are clearly wrong */
+    int8_t *regular;   /* of a step: a stable acceleration stops this coordinate within it */
     /* work */
     double *K, *inverse, *null; /* n by n; null: its last columns span what K maps to 0 */
     double *x, *x_low, *rhs, *slope, *load; /* slope: mu_i sign_i side_i; load: sizes of the rows */
@@ -79,6 +80,9 @@ struct perp_load_friction {
  * dimension of the null space, whose basis is in `null`, or -1 where the equations contradict each
  * other. */
 int32_t perp__friction_solve_pattern(perp_load_friction *f);
+
+/* normal, rhs and load of x in the pattern. */
+void perp__friction_evaluate(perp_load_friction *f);
 
 /* With x, normal and width of the pattern: whether its signs and modes hold; *at_vertex: only
  * within tol. */

@@ -272,6 +272,7 @@ perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *
 
     memset(summary, 0, sizeof *summary);
     perp__friction_release_answers(f);
+    f->unsettled = 0;
     summary->exhaustive = patterns <= most;
     summary->patterns = summary->exhaustive ? patterns : 0;
     status = summary->exhaustive ? enumerate(f, patterns) : search(f, &summary->patterns);
@@ -279,6 +280,7 @@ perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *
         perp__friction_release_answers(f);
         return status;
     }
+    summary->exhaustive &= !f->unsettled;
     f->answers = sort(f, f->answers, f->count);
     for (a = f->answers; a; a = a->next) {
         summary->count++;

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/outcome.h"
 #include "mechanism/load_friction.h"
 
 /* Points of a family are the double description method's, which works to 1e-9 or so. */
@@ -197,6 +198,7 @@ static int32_t name_mode(int32_t mode, int32_t way)
     return mode;
 }
 
+/* a->x is f->x, and evaluated. */
 static void describe(perp_load_friction *f, perp__friction_answer *a)
 {
     const size_t n = (size_t)f->n;
@@ -206,18 +208,15 @@ static void describe(perp_load_friction *f, perp__friction_answer *a)
     memcpy(a->pattern.side, f->pattern.side, n);
     for (i = 0; i < f->n; i++) {
         const int32_t mode = f->pattern.mode[i];
-        double row = f->b[i] - f->question.tau[i], normal = f->d[i];
+        double row = f->b[i] - f->question.tau[i];
 
-        for (j = 0; j < f->n; j++) {
+        for (j = 0; j < f->n; j++)
             row += f->A[at(f, i, j)] * a->x[j];
-            normal += f->C[at(f, i, j)] * a->x[j];
-        }
-        a->normal[i] = a->dimension > 0 ? normal : f->normal[i];
+        a->normal[i] = f->normal[i];
         a->friction[i] = mode == PERP_LOAD_STICK ? -row : f->slope[i] * a->normal[i];
-        if (a->dimension == 0)
-            a->residual = fmax(a->residual, mode == PERP_LOAD_STICK || f->load[i] == 0.0
-                                                ? 0.0
-                                                : fabs(f->rhs[i]) / f->load[i]);
+        perp__raise_to(&a->residual, mode == PERP_LOAD_STICK || f->load[i] == 0.0
+                                         ? 0.0
+                                         : fabs(f->rhs[i]) / f->load[i]);
         a->modes[i] = name_mode(mode, f->question.way[i]);
         sticks += mode == PERP_LOAD_STICK;
     }
@@ -228,6 +227,28 @@ static void describe(perp_load_friction *f, perp__friction_answer *a)
     perp__friction_label(f, &f->pattern, &a->stable, &a->flutter, a->eigenvalues);
     if (a->dimension > 0) /* one direction is free: nothing brings it back */
         a->stable = 0;
+}
+
+/* Whether all that would be told of an answer is finite. (Eigenvalues may be unknown, then it is
+ * not stable.) */
+static int32_t is_finite(const perp_load_friction *f, const perp__friction_answer *a)
+{
+    const size_t n = (size_t)f->n, points = (size_t)(a->vertices + a->rays);
+
+    return perp__all_finite(a->points, points * n) && perp__all_finite(a->x, n) &&
+           perp__all_finite(a->normal, n) && perp__all_finite(a->friction, n) &&
+           perp__all_finite(&a->residual, 1);
+}
+
+/* Keeps it if it is one. */
+static void keep_true(perp_load_friction *f, perp__friction_answer *a, int32_t holds)
+{
+    if (holds && is_finite(f, a)) {
+        keep(f, a);
+    } else {
+        f->unsettled = 1;
+        perp__friction_answer_release(f, a);
+    }
 }
 
 perp_status perp__friction_keep_point(perp_load_friction *f, int32_t at_vertex)
@@ -244,7 +265,7 @@ perp_status perp__friction_keep_point(perp_load_friction *f, int32_t at_vertex)
     memcpy(a->width, f->width, size);
     memcpy(a->points, f->x, size);
     describe(f, a);
-    keep(f, a);
+    keep_true(f, a, 1);
     return PERP_OK;
 }
 
@@ -356,11 +377,15 @@ static perp_status keep_polyhedron(perp_load_friction *f, int32_t dimension, uin
     }
     a->dimension = total == 1 ? 0 : dimension;
     a->at_vertex = 1;
+    memcpy(f->x_low, f->x, n * sizeof *f->x); /* the other sides start from it, too */
+    memcpy(f->x, a->x, n * sizeof *f->x);
+    perp__friction_evaluate(f);
     describe(f, a);
+    memcpy(f->x, f->x_low, n * sizeof *f->x);
     for (i = k = 0; i < f->n; i++) /* what sticks belongs to the family on this side alone */
         if (f->pattern.mode[i] == PERP_LOAD_STICK && f->question.mu_stick[i] > 0.0)
             a->pattern.side[i] = (sides >> k++) & 1u ? -1 : 1;
-    keep(f, a);
+    keep_true(f, a, contains(f, a, a)); /* each row beside its own terms */
     return PERP_OK;
 }
 
@@ -371,8 +396,10 @@ perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension)
     int32_t i;
 
     for (i = 0; i < f->n; i++)
-        if (f->pattern.mode[i] == PERP_LOAD_STICK && f->question.mu_stick[i] > 0.0)
+        if (f->pattern.mode[i] == PERP_LOAD_STICK && f->question.mu_stick[i] > 0.0) {
+            f->unsettled |= most == 4096;
             most = most < 4096 ? 2 * most : most;
+        }
     for (sides = 0; sides < most && status == PERP_OK; sides++) {
         status = perp__cone_fit(&f->cone, 4 * f->n + 1, dimension + 1);
         f->cone.dimension = dimension + 1;
@@ -380,8 +407,10 @@ perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension)
             return status;
         put_rows(f, dimension, sides);
         status = perp__cone_enumerate(&f->cone);
-        if (status == PERP__CONE_TOO_LARGE)
+        if (status == PERP__CONE_TOO_LARGE) {
+            f->unsettled = 1;
             return PERP_OK;
+        }
         if (status == PERP_OK)
             status = keep_polyhedron(f, dimension, sides);
     }

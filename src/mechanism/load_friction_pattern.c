@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/outcome.h"
 #include "mechanism/load_friction.h"
 
 /* A pivot below this many tol of the largest entry is 0: the effective inertia may be. */
@@ -16,6 +17,8 @@ static const double singular = 4.0;
 static const double clearly = 1e-3;
 /* ... if no pivot is smaller than this. */
 static const double regular = 1e-8;
+/* With entries up to here elimination with complete pivoting does not overflow. */
+static const double largest = 0x1p1000;
 
 static size_t at(const perp_load_friction *f, int32_t i, int32_t j)
 {
@@ -55,7 +58,7 @@ static double load_block(perp_load_friction *f, int32_t m)
 
             f->K[at(f, r, c)] = (a + friction) * unit;
             f->inverse[at(f, r, c)] = r == c ? 1.0 : 0.0;
-            top = fmax(top, (fabs(a) + fabs(friction)) * unit);
+            perp__raise_to(&top, (fabs(a) + fabs(friction)) * unit);
         }
         f->columns[r] = r;
     }
@@ -215,6 +218,12 @@ static void find_loads(perp_load_friction *f)
     }
 }
 
+void perp__friction_evaluate(perp_load_friction *f)
+{
+    residuals(f, f->rhs);
+    find_loads(f);
+}
+
 /* What tol is worth in x, and from there in the normal forces. */
 static void find_widths(perp_load_friction *f, int32_t m, int32_t rank)
 {
@@ -254,12 +263,12 @@ static int32_t clearly_wrong(const perp_load_friction *f, double noise)
 /* A generous bound of what rounding does to a solution with pivots of at least `least` top. */
 static double noise_of(const perp_load_friction *f, double top, double least)
 {
-    double largest = 0.0;
+    double load = 0.0;
     int32_t i;
 
     for (i = 0; i < f->n; i++)
-        largest = fmax(largest, f->size[i] * f->load[i]);
-    return 1e3 * f->n * DBL_EPSILON * largest / (top * least);
+        perp__raise_to(&load, f->size[i] * f->load[i]);
+    return 1e3 * f->n * DBL_EPSILON * load / (top * least);
 }
 
 /* The null space in the caller's units: with columns[k] = free, x_columns[l] = -K_lk. */
@@ -302,6 +311,25 @@ static int32_t is_consistent(const perp_load_friction *f, int32_t m, int32_t ran
     return 1;
 }
 
+/* Whether all that an answer is judged by is a number. */
+static int32_t is_finite(const perp_load_friction *f)
+{
+    const double *const vectors[] = {f->x, f->rhs, f->load, f->normal, f->width, f->normal_width};
+    size_t k;
+
+    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        if (!perp__all_finite(vectors[k], (size_t)f->n))
+            return 0;
+    return 1;
+}
+
+/* Numbers beyond the range of doubles: nothing is known of the pattern. */
+static int32_t give_up(perp_load_friction *f)
+{
+    f->unsettled = 1;
+    return -1;
+}
+
 int32_t perp__friction_solve_pattern(perp_load_friction *f)
 {
     double top, least;
@@ -316,6 +344,8 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f)
             f->list[m++] = i;
     }
     top = load_block(f, m);
+    if (!(top <= largest))
+        return give_up(f);
     rank = reduce(f, m, top, &least);
     rough_residuals(f, f->rhs);
     correct(f, m, rank, f->rhs);
@@ -329,9 +359,10 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f)
         residuals(f, f->rhs);
         correct(f, m, rank, f->rhs);
     }
-    residuals(f, f->rhs);
-    find_loads(f);
+    perp__friction_evaluate(f);
     find_widths(f, m, rank);
+    if (!is_finite(f))
+        return give_up(f);
     if (rank == m)
         return 0;
     if (!is_consistent(f, m, rank, f->rhs))
@@ -350,11 +381,23 @@ static int32_t is_met(double value, double width, int32_t *at_vertex)
     return 1;
 }
 
+/* Whether the equation of coordinate i, which moves, holds beside the row's own terms. */
+static int32_t row_holds(const perp_load_friction *f, int32_t i)
+{
+    return fabs(f->rhs[i]) <= fmax(f->settings.tol, 16.0 * DBL_EPSILON) * f->load[i];
+}
+
 int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex)
 {
     int32_t i, j;
 
     *at_vertex = 0;
+    for (i = 0; i < f->n; i++) {
+        if (f->pattern.mode[i] != PERP_LOAD_STICK && !row_holds(f, i)) {
+            f->unsettled = 1; /* the pattern's equations have a solution, and this is not it */
+            return 0;
+        }
+    }
     for (i = 0; i < f->n; i++) {
         const int32_t mode = f->pattern.mode[i];
         const double normal = f->normal[i] + f->normal_low[i];

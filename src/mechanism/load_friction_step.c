@@ -149,13 +149,15 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
 
         own->stopped += sticks && velocity[i] != 0.0;
         own->jam |= sticks && velocity[i] != 0.0 && !f->regular[i];
-        next[i] = sticks ? 0.0 : taken ? velocity[i] + h * taken->x[i] : velocity[i];
-        if (normal && taken)
-            normal[i] = taken->normal[i];
-        else if (normal)
-            normal[i] = NAN;
+        f->x[i] = sticks ? 0.0 : taken ? velocity[i] + h * taken->x[i] : velocity[i];
     }
-    return PERP_OK;
+    status = perp__check_finite(f->context, "next", f->x, (size_t)f->n);
+    for (i = 0; i < f->n && status == PERP_OK; i++) {
+        next[i] = f->x[i];
+        if (normal)
+            normal[i] = taken ? taken->normal[i] : NAN;
+    }
+    return status;
 }
 
 static perp_status check(perp_load_friction *f, const double *next, const perp_load_step *step,

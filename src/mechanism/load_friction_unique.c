@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/outcome.h"
 #include "linalg/blas.h"
 #include "linalg/eigenvalues.h"
 #include "mechanism/load_friction.h"
@@ -59,46 +60,62 @@ static void load_signed(const perp_load_friction *f, double *to, double unit)
     }
 }
 
+/* The sign is right where the product of the pivots is beyond the range of doubles: +-inf, or the
+ * smallest number. */
 static double determinant(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n;
-    double product = 1.0;
+    double product = 1.0, value;
+    int exponent, total = 0;
     size_t i;
 
     load_signed(f, f->work, 1.0);
     perp__lu_factor(f->n, f->work, f->n, f->list);
-    for (i = 0; i < n; i++)
+    for (i = 0; i < n; i++) {
         product *= f->list[i] == (int32_t)i + 1 ? f->work[i + n * i] : -f->work[i + n * i];
-    return product;
+        product = frexp(product, &exponent);
+        total += isfinite(product) && product != 0.0 ? exponent : 0;
+    }
+    value = ldexp(product, total);
+    return value == 0.0 && product != 0.0 ? nextafter(0.0, product) : value;
 }
 
-/* All D: the smallest determinant, and the largest real eigenvalue of any G D. */
+/* All D: the smallest determinant, and the largest real eigenvalue of any G D; a bound of it by
+ * norms where an eigenvalue is not known. */
 static void enumerate(perp_load_friction *f, perp_load_uniqueness *u)
 {
     const size_t n = (size_t)f->n;
     double *real = f->work + square_of(f), *imaginary = real + n, largest = 0.0;
+    int32_t settled = 1;
     uint32_t signs;
     size_t i;
 
     u->determinant = INFINITY;
     for (signs = 0; signs < 1u << n; signs++) {
+        double value;
+
         for (i = 0; i < n; i++)
             f->pattern.side[i] = (signs >> i) & 1u ? -1 : 1;
-        u->determinant = fmin(u->determinant, determinant(f));
+        value = determinant(f);
+        settled &= !isnan(value);
+        u->determinant = fmin(u->determinant, value);
         if (signs >= 1u << (n - 1))
             continue; /* G (-D) has the eigenvalues of G D with the other sign */
         load_signed(f, f->work, 0.0);
-        if (perp__eigenvalues(f->n, f->work, real, imaginary) != 0)
-            continue;
-        for (i = 0; i < n; i++)
+        settled &= perp__eigenvalues(f->n, f->work, real, imaginary) == 0;
+        for (i = 0; i < n && settled; i++)
             if (fabs(imaginary[i]) <= as_good_as_real * fabs(real[i]))
                 largest = fmax(largest, fabs(real[i]));
     }
-    u->exact = 1;
+    if (!settled)
+        largest = fmin(u->norm, u->radius);
+    u->exact = settled;
     u->margin = largest > 0.0 ? 1.0 / largest : INFINITY;
-    u->verdict = !(u->determinant > 0.0) ? PERP_LOAD_NOT_UNIQUE
-                 : u->margin > 1.0       ? PERP_LOAD_UNIQUE
-                                         : PERP_LOAD_UNDECIDED;
+    u->verdict = u->determinant <= 0.0 ? PERP_LOAD_NOT_UNIQUE
+                 : u->margin > 1.0     ? PERP_LOAD_UNIQUE
+                                       : PERP_LOAD_UNDECIDED;
+    if (!settled)
+        u->determinant = NAN;
 }
 
 /* An upper bound of the spectral radius of |G|: the Collatz-Wielandt quotient of a positive vector
@@ -152,6 +169,7 @@ static double find_norm(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n, square = square_of(f);
     double low = 0.0, high = 0.0, frobenius = 0.0;
+    int32_t round;
     size_t i, j;
 
     for (j = 0; j < n; j++)
@@ -162,7 +180,7 @@ static double find_norm(perp_load_friction *f)
     memset(f->null, 0, square * sizeof *f->null);
     perp__gemm_subtract(f->n, f->n, f->n, f->work, f->n, f->K, f->n, f->null, f->n);
     high = sqrt(frobenius) * (1.0 + 1e-12);
-    while (high - low > 1e-12 * high) {
+    for (round = 0; round < 64 && high - low > 1e-12 * high; round++) {
         const double middle = 0.5 * (low + high);
 
         if (is_above(f, middle))
@@ -229,6 +247,12 @@ void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const
 
     memset(u, 0, sizeof *u);
     find_G(f);
+    if (!perp__all_finite(f->K, square_of(f))) {
+        u->norm = u->radius = INFINITY;
+        u->determinant = NAN;
+        u->verdict = PERP_LOAD_UNDECIDED;
+        return;
+    }
     u->norm = find_norm(f);
     u->radius = find_radius(f);
     if (f->n <= LARGEST_EXACT)

@@ -4,12 +4,16 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/context.h"
 #include "mechanism/adaptive.h"
 #include "mechanism/assembly.h"
 #include "mechanism/implicit.h"
 #include "mechanism/mechanism_read.h"
 #include "mechanism/theta.h"
+
+/* Seconds that count as a time limit that has passed: 0 would be none. */
+#define SHORTEST 1e-9
 
 static void take_vector(perp__arena *arena, double **vector, size_t count)
 {
@@ -120,10 +124,9 @@ static perp_status create_assemblies(perp_mechanism *m, const perp_mechanism_set
 
     memset(assembly, 0, sizeof *assembly);
     memset(projection, 0, sizeof *projection);
-    status = perp__assembly_create(m, assembly, poisson, settings->tol, settings->cone,
-                                   settings->time_limit);
+    status = perp__assembly_create(m, assembly, poisson, settings->tol, settings->cone);
     if (status == PERP_OK)
-        status = perp__assembly_create(m, projection, 0, 1e-10, 0, settings->time_limit);
+        status = perp__assembly_create(m, projection, 0, 1e-10, 0);
     if (status != PERP_OK) {
         perp__assembly_release(assembly);
         perp__assembly_release(projection);
@@ -230,9 +233,24 @@ void perp_mechanism_destroy(perp_mechanism *mechanism)
 
 perp_status perp__mechanism_enter(perp_mechanism *m)
 {
+    perp_status status;
+
     if (!m || m->magic != PERP__MECHANISM_MAGIC)
         return PERP_ERROR_HANDLE;
-    return perp__enter(m->context);
+    status = perp__enter(m->context);
+    if (status == PERP_OK)
+        m->deadline = m->settings.time_limit > 0.0 ? perp__now() + m->settings.time_limit : 0.0;
+    return status;
+}
+
+int32_t perp__mechanism_is_late(const perp_mechanism *m)
+{
+    return m->deadline > 0.0 && perp__now() > m->deadline;
+}
+
+double perp__mechanism_time_left(const perp_mechanism *m)
+{
+    return m->deadline > 0.0 ? fmax(m->deadline - perp__now(), SHORTEST) : 0.0;
 }
 
 static perp_status set(perp_mechanism *m, const perp_mechanism_settings *settings)

@@ -8,6 +8,7 @@
 
 #include "base/arena.h"
 #include "base/check.h"
+#include "base/outcome.h"
 
 #define PERP__MECHANISM_MODEL_FIRST PERP__SIZE_THROUGH(perp_mechanism_model, user)
 #define PERP__MECHANISM_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_mechanism_settings, reserved)
@@ -18,6 +19,12 @@
 
 #define PERP__MECHANISM_MAGIC UINT64_C(0x706572706d656368)
 #define PERP__EPS 2.220446049250313e-16
+
+/* The velocities of an answer and its impulses belong together up to this, beside the terms of
+ * their balance: impulses are known up to tol times what bodies and levers make of that.
+ * Velocities that hold.c finds have to be as near to the solution's; where they are not (a problem
+ * stopped early) the solution's stand. */
+#define PERP__AGREEMENT 1e-8
 
 /* Beside the negative statuses: q is outside of what the mechanism is defined for. */
 enum { PERP__OUTSIDE = 1 };
@@ -66,6 +73,7 @@ typedef struct perp__velocity_answer {
 /* The contact solver with the problem that it is given. */
 typedef struct perp__assembly {
     perp__arena arena;
+    perp_contact_settings settings;
     perp_contact_solver *solver;
     int32_t columns, contacts, rows; /* of the problem at hand */
     int32_t next_column;             /* first that is not given away */
@@ -94,6 +102,7 @@ struct perp_mechanism {
     perp_context *inner; /* of the solvers that work for the mechanism */
     perp__arena arena;
     perp_mechanism_settings settings;
+    double deadline;            /* of the call, for perp__now(); 0: none */
     perp_mechanism_model model; /* its arrays: the copies below */
     int32_t n, coordinates, contacts, contact_rows, bilateral, dry, dry_rows, rows;
     int32_t *dims, *starts; /* contacts; starts: contacts + 1, first rows */
@@ -171,6 +180,13 @@ void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double
 void perp__hold_velocities(perp_mechanism *m, perp__velocity_answer *answer,
                            const perp__velocity_problem *problem);
 
+/* ---- judge.c ---- */
+/* The answer's outcome, after what v and r leave of the problem's momentum balance. */
+void perp__judge_motion(perp_mechanism *m, perp__velocity_answer *answer,
+                        const perp__velocity_problem *problem);
+/* PERP_OK, or a refusal that names what overflowed. */
+perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__mechanism_state *state);
+
 /* ---- project.c ---- */
 /* q: moved; m->end holds the rows there afterwards. Writes what is left of penetration and |c|. */
 perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *q, double t,
@@ -179,7 +195,7 @@ perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *
 double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                           const double *q);
 
-/* ---- the schemes: from (t, q0, v0) to `to`; fill step, but not seconds ---- */
+/* ---- the schemes: from (t, q0, v0) to `to`; fill step, but not seconds and evaluations ---- */
 perp_status perp__advance_frozen(perp_mechanism *m, perp__mechanism_state *to,
                                  perp_mechanism_step *step, double t, double h, const double *q0,
                                  const double *v0);
@@ -215,7 +231,11 @@ void perp__found_release(perp__acceleration *a);
 int32_t perp__is_jammed(perp_mechanism *m, const perp__velocity_answer *answer, int32_t j);
 
 /* mechanism.c */
+/* Enters the context and sets the deadline. */
 perp_status perp__mechanism_enter(perp_mechanism *m);
+int32_t perp__mechanism_is_late(const perp_mechanism *m);
+/* What is left of the call's time, for a solver's settings: 0 without a limit, else > 0. */
+double perp__mechanism_time_left(const perp_mechanism *m);
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v);
 size_t perp__mechanism_work(const perp_mechanism *m);

@@ -5,7 +5,8 @@
 
 #include "base/context.h"
 
-#define LARGEST 10000000 /* so that sizes of arrays fit */
+#define LARGEST 10000000     /* so that sizes of arrays fit */
+#define MOST_DIRECTIONS 1024 /* of a slip that starts; as of perp/contact.h's cones */
 
 /* ---- defaults ------------------------------------------------------------------------------ */
 
@@ -71,9 +72,10 @@ static perp_status check_search(perp_context *context, const perp_mechanism_sett
     if (s->most_patterns < 1)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.most_patterns is %lld, below 1",
                           (long long)s->most_patterns);
-    if (s->directions < 3)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.directions is %d, below 3",
-                          (int)s->directions);
+    if (s->directions < 3 || s->directions > MOST_DIRECTIONS)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "settings.directions is %d, expected 3 to %d", (int)s->directions,
+                          MOST_DIRECTIONS);
     if (s->starts < 1)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.starts is %d, below 1",
                           (int)s->starts);

@@ -25,7 +25,7 @@ double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int
     double size = 0.0, largest = 0.0;
     int32_t i;
 
-    for (i = 0; i < m->coordinates; i++)
+    for (i = 0; i < m->coordinates && m->coordinates != m->n; i++)
         largest = fmax(largest, fabs(q[i]));
     for (i = 0; i < m->n; i++)
         size += fabs(J[i]) * (m->coordinates == m->n ? fabs(q[i]) : largest);
@@ -95,7 +95,7 @@ static int32_t include_passed(perp_mechanism *m, const double *displacement)
 }
 
 /* m->projection.v := the displacement; found: whether there is one. */
-static perp_status solve(perp_mechanism *m, int32_t *found)
+static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, int32_t *found)
 {
     perp__velocity_answer answer;
     perp_status status;
@@ -108,6 +108,7 @@ static perp_status solve(perp_mechanism *m, int32_t *found)
         assemble(m, &m->projection);
         status = perp__assembly_solve(m, &m->projection, m->bilateral, &answer);
         *found = status == PERP_OK && perp__outcome_moves(answer.outcome);
+        step->iterations += answer.iterations;
     } while (*found && include_passed(m, m->projection.v));
     return status;
 }
@@ -123,7 +124,7 @@ static perp_status displace(perp_mechanism *m, perp_mechanism_step *step, double
 
     *helps = 0;
     if (status == PERP_OK)
-        status = solve(m, &found);
+        status = solve(m, step, &found);
     if (status != PERP_OK || !found)
         return status;
     status = perp__evaluate_move(m, m->moved, q, 1.0, m->projection.v);
@@ -152,7 +153,9 @@ perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *
     if (m->contacts + m->bilateral == 0)
         return PERP_OK;
     status = perp__evaluate_rows(m, &m->end, t, q, v);
-    for (pass = 0; status == PERP_OK && measure(m, step, q) && go_on && pass < MOST_PASSES; pass++)
+    for (pass = 0; status == PERP_OK && measure(m, step, q) && go_on && pass < MOST_PASSES &&
+                   !(pass > 0 && perp__mechanism_is_late(m));
+         pass++)
         status = displace(m, step, q, t, v, &go_on);
     if (status == PERP_OK)
         perp__keep_rows(m, t, q, v);

@@ -54,20 +54,12 @@ static perp_status show(perp__run *run, double h, const perp_mechanism_step *ste
     return PERP_OK;
 }
 
-/* The run's outcome is the first one that is not good, if any; else the worse of the good ones. */
-static void note(perp__run *run, int32_t outcome)
-{
-    if (run->result.outcome == PERP_OUTCOME_SOLVED ||
-        (run->result.outcome == PERP_OUTCOME_ROUNDING_LIMIT && outcome != PERP_OUTCOME_SOLVED))
-        run->result.outcome = outcome;
-}
-
 perp_status perp__run_take(perp__run *run, const perp__mechanism_state *next, double t, double h,
                            const perp_mechanism_step *step)
 {
     perp_mechanism *m = run->m;
 
-    run->result.residual = fmax(run->result.residual, step->residual);
+    perp__raise_to(&run->result.residual, step->residual);
     run->result.iterations += step->iterations;
     if (!perp__outcome_moves(step->outcome)) {
         run->result.outcome = step->outcome;
@@ -79,9 +71,9 @@ perp_status perp__run_take(perp__run *run, const perp__mechanism_state *next, do
     run->result.fallbacks += step->scheme != m->settings.scheme;
     run->result.steps++;
     run->t = t;
-    note(run, step->outcome);
+    run->result.outcome = perp__worse_outcome(run->result.outcome, step->outcome);
     copy_state(m, &m->now, next);
-    if (run->deadline > 0.0 && t < run->end && perp__now() > run->deadline) {
+    if (t < run->end && perp__mechanism_is_late(m)) {
         run->result.outcome = PERP_OUTCOME_TIME_LIMIT;
         run->ended = 1;
     }
@@ -178,8 +170,6 @@ perp_status perp_mechanism_run(perp_mechanism *mechanism, double *q, double *v,
     run.observer = observer;
     run.user = user;
     run.end = t1;
-    if (mechanism->settings.time_limit > 0.0)
-        run.deadline = began + mechanism->settings.time_limit;
     status = check(mechanism, q, v, result, t0, t1, h, q0, v0);
     if (status == PERP_OK)
         status = run_from(&run, t0, t1, h, q0, v0);

@@ -9,8 +9,8 @@ typedef struct perp__run {
     perp_mechanism_run_result result;
     perp_mechanism_observer observer;
     void *user;
-    double t, end, deadline; /* deadline: 0: none */
-    int32_t ended;           /* result.outcome says why */
+    double t, end;
+    int32_t ended; /* result.outcome says why */
 } perp__run;
 
 /* Takes a step to `next` at t: m->now, result, observer. A step without motion ends the run. */

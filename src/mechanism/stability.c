@@ -5,6 +5,7 @@
 
 #include <math.h>
 
+#include "base/outcome.h"
 #include "linalg/eigenvalues.h"
 
 typedef struct number {
@@ -65,7 +66,7 @@ static void roots_of(number gamma, double stiffness, double damping, number root
 perp__stability perp__stability_of(int32_t p, double *Gamma, double stiffness, double damping,
                                    double *gamma, double *roots)
 {
-    const double ratio = damping * damping / stiffness;
+    const double zeta = damping / sqrt(stiffness);
     perp__stability verdict = {1, 0};
     int32_t positive = 1, i;
 
@@ -81,8 +82,9 @@ perp__stability perp__stability_of(int32_t p, double *Gamma, double stiffness, d
         roots[4 * i + 2] = root[1].re;
         roots[4 * i + 3] = root[1].im;
         positive &= g.re > 0.0;
-        verdict.stable &= g.re > 0.0 && ratio * g.re > (g.im / size) * (g.im / size);
+        verdict.stable &= g.re > 0.0 && zeta * sqrt(g.re) > fabs(g.im) / size &&
+                          perp__all_finite(roots + 4 * i, 4);
     }
-    verdict.flutter = positive && !verdict.stable && ratio > 0.0;
+    verdict.flutter = positive && !verdict.stable && zeta > 0.0;
     return verdict;
 }

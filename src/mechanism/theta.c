@@ -236,11 +236,21 @@ static int32_t follows(perp_mechanism *m, perp__theta *w, double relative)
     return 1;
 }
 
+/* The iteration for k ended with that defect, beside the terms of the balance. */
+static void judge(perp_mechanism *m, double lacking)
+{
+    const perp__evidence evidence = {lacking, lacking, lacking, 1};
+
+    perp__raise_to(&m->answer.residual, lacking);
+    m->answer.outcome =
+        perp__worse_outcome(m->answer.outcome, perp__gate(&evidence, m->settings.tol, -1));
+}
+
 /* m->answer, w->q and w->p belong together afterwards, or the outcome says that they do not. */
 static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_step *step, double t,
                            double h, const double *q0, const double *v0)
 {
-    const double tol = fmax(m->settings.tol, 64.0 * PERP__EPS);
+    const double tol = fmax(m->settings.tol, 16.0 * PERP__EPS); /* no rounding is below */
     perp_status status;
     double lacking = 0.0;
     int32_t pass;
@@ -248,7 +258,9 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
     memcpy(w->v, v0, (size_t)m->n * sizeof *w->v);
     correct_drift(m, w, v0);
     status = perp__theta_force(m, w, t, h, q0, v0, w->v);
-    for (pass = 0; status == PERP_OK && pass < MOST_ITERATES; pass++) {
+    for (pass = 0;
+         status == PERP_OK && pass < MOST_ITERATES && !(pass > 0 && perp__mechanism_is_late(m));
+         pass++) {
         gather_impulse(m, w, h, v0);
         if (pass > 0) {
             double relative;
@@ -257,7 +269,7 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
 
             lacking = defect(m, w);
             if (lacking <= tol * size && !again) {
-                step->residual = fmax(step->residual, size > 0.0 ? lacking / size : 0.0);
+                judge(m, size > 0.0 ? lacking / size : 0.0);
                 return PERP_OK;
             }
             if (!w->tried_matrix && lacking > SLOW * change)
@@ -272,7 +284,9 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
         status = perp__theta_force(m, w, t, h, q0, v0, w->v);
     }
     if (status == PERP_OK)
-        m->answer.outcome = PERP_OUTCOME_ITERATION_LIMIT;
+        m->answer.outcome = perp__worse_outcome(
+            m->answer.outcome,
+            pass < MOST_ITERATES ? PERP_OUTCOME_TIME_LIMIT : PERP_OUTCOME_ITERATION_LIMIT);
     return status;
 }
 

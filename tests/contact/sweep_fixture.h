@@ -14,6 +14,7 @@
 #include <cmocka.h>
 
 #include "contact/bodies.h"
+#include "contact/law.h"
 #include "contact/method.h"
 #include "piles.h"
 
@@ -125,13 +126,17 @@ static inline perp_outcome run(fixture *f)
 {
     perp__arena arena;
     perp__contact_work *work = gen_allocate(1, perp__contact_sweep.work_size);
+    double *omega = gen_allocate((size_t)f->problem.size, sizeof *omega), drive;
 
+    perp__contact_omegas(&f->problem, NULL, 1, &drive, omega);
+    f->problem.omega = omega;
     work->problem = &f->problem;
     perp__arena_init(&arena, context);
     assert_int_equal(perp__contact_sweep.check(&f->problem), PERP_OK);
     assert_int_equal(perp__arena_fit(&arena, perp__contact_sweep.layout, work), PERP_OK);
     assert_int_equal(perp__contact_sweep.solve(work, &f->iterate), PERP_OK);
     perp__arena_release(&arena);
+    free(omega);
     free(work);
     return f->iterate.outcome;
 }

@@ -189,15 +189,19 @@ static void test_overflow(void **state)
 {
     const double M[] = {1e-300, 1e300, 1e300, 1e-300}, q[] = {-1, -1};
     perp_lcp_enumeration result = fresh();
+    double sum[2] = {0.0, 0.0};
     perp_matrix view;
 
     (void)state;
     assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_COLUMN_MAJOR, 2, 2, M, 2), PERP_OK);
-    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, NULL, NULL),
+    /* (1e-300, 1e-300) solves it; so do (1e300, 0) and (0, 1e300), but w = 1e600 is no double: the
+     * list is not all there is, and says so */
+    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, NULL, NULL, sum_z, sum),
                      PERP_OK);
-    assert_int_equal(result.outcome, PERP_OUTCOME_EVALUATION_FAILED);
-    assert_int_equal(result.isolated + result.families, 0);
+    assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
+    assert_int_equal(result.isolated, 1);
+    assert_int_equal(result.families, 0);
 }
 
 /* ---- limits and callbacks ------------------------------------------------------------------ */
@@ -375,14 +379,84 @@ static void test_memory(void **state)
     assert_int_equal(m.live, 0);
 }
 
+/* 1e-300 z = 1e10 has the solution 1e310, which no double is: none is reported, and nobody says
+ * that there is none. */
+static void test_a_solution_out_of_range(void **state)
+{
+    const double M = 1e-300, q = -1e10;
+    perp_lcp_enumeration result = fresh();
+    visits v = {0, 0, 0, 0, 0, 0};
+    perp_matrix view;
+
+    (void)state;
+    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1);
+    assert_int_equal(perp_lcp_all(context, &result, NULL, &view, &q, NULL, NULL, visit, &v),
+                     PERP_OK);
+    assert_int_equal(v.count, 0);
+    assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
+}
+
+/* Whatever the numbers, what is reported is finite. */
+static int32_t visit_finite(const perp_lcp_found *found, void *user)
+{
+    const int32_t n = *(const int32_t *)user;
+    int32_t i;
+
+    assert_true(found->residual < INFINITY);
+    for (i = 0; i < n; i++)
+        assert_true(isfinite(found->z[i]) && isfinite(found->w[i]));
+    for (i = 0; i < n * found->vertex_count; i++)
+        assert_true(isfinite(found->vertices[i]));
+    for (i = 0; i < n * found->ray_count; i++)
+        assert_true(isfinite(found->rays[i]));
+    return 0;
+}
+
+static void test_reports_are_finite(void **state)
+{
+    static const double sizes[] = {0.0, 0.0, 0.0, 1e-310, 1e-300, 1e-150, 1e-12,
+                                   1.0, 1.0, 3.0, 1e12,   1e150,  1e300,  1.7976931348623157e308};
+    gen_random random;
+    int round;
+
+    (void)state;
+    gen_seed(&random, 91);
+    for (round = 0; round < 4000; round++) {
+        int32_t n = 1 + gen_integer(&random, 4), i;
+        double M[16], q[4], l[4], u[4];
+        perp_lcp_enumeration result = fresh();
+        perp_matrix view;
+
+        for (i = 0; i < n * n; i++)
+            M[i] = sizes[gen_integer(&random, 14)] * (gen_integer(&random, 2) ? 1.0 : -1.0);
+        for (i = 0; i < n; i++) {
+            q[i] = sizes[gen_integer(&random, 14)] * (gen_integer(&random, 2) ? 1.0 : -1.0);
+            l[i] = gen_integer(&random, 4) ? 0.0 : -sizes[gen_integer(&random, 14)];
+            u[i] = gen_integer(&random, 4) ? INFINITY : sizes[gen_integer(&random, 14)];
+        }
+        assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+        perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, M, n);
+        assert_int_equal(perp_lcp_all(context, &result, NULL, &view, q, l, u, visit_finite, &n),
+                         PERP_OK);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_box),       cmocka_unit_test(test_families),
-        cmocka_unit_test(test_staircase), cmocka_unit_test(test_scaling),
-        cmocka_unit_test(test_overflow),  cmocka_unit_test(test_limits),
-        cmocka_unit_test(test_visitor),   cmocka_unit_test(test_reentry),
-        cmocka_unit_test(test_refusals),  cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_box),
+        cmocka_unit_test(test_families),
+        cmocka_unit_test(test_staircase),
+        cmocka_unit_test(test_scaling),
+        cmocka_unit_test(test_overflow),
+        cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_visitor),
+        cmocka_unit_test(test_reentry),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_a_solution_out_of_range),
+        cmocka_unit_test(test_reports_are_finite),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

@@ -163,7 +163,7 @@ static void test_objections_to_a_solution(void **state)
     SPOIL("outcome", wrong.result.outcome = PERP_OUTCOME_STALLED);
     SPOIL("outcome", wrong.result.outcome = 99);
     SPOIL("method auto", wrong.result.method = PERP_LCP_AUTO);
-    SPOIL("method", wrong.result.method = 6);
+    SPOIL("method", wrong.result.method = PERP_LCP_PATTERNS + 1);
     SPOIL("ray", wrong.result.has_ray = 1);
     SPOIL("certificate", wrong.result.certificate = PERP_CERTIFICATE_INFEASIBLE);
     SPOIL("seconds", wrong.result.seconds = NAN);

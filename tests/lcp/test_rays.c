@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "lcp/solver.h"
 #include "run.h"
 #include "scene.h"
 
@@ -187,13 +188,54 @@ static void test_second_opinion(void **state)
     gen_destroy(&problem);
 }
 
+/* Along a ray a row that moves has dw = 0, one that rests dw >= 0; slack is for rounding. The sums
+ * here are exact: by hand, dw = M dz + d is 0 or off by 1e-6 of its terms, which is no rounding. */
+static void test_what_a_ray_is(void **state)
+{
+    static const struct {
+        double M[4], ray[2], cover[2];
+        int is_ray;
+    } cases[] = {
+        {{-1, 0, 0, 1}, {1, 0}, {1, 1}, 1},             /* dw = (0, 1) */
+        {{-1, 0, 0, 1}, {1, 0}, {1 + 1e-6, 1}, 0},      /* dw_0 = 1e-6, moves */
+        {{-1, 0, 0, 1}, {1, 0}, {1 - 1e-6, 1}, 0},      /* dw_0 = -1e-6 */
+        {{0, 0, 0, 1}, {1, 0}, {0, 0}, 1},              /* dw = 0 */
+        {{0, 0, -1, 1}, {1, 0}, {0, 1}, 1},             /* dw_1 = 0, rests */
+        {{0, 0, -1, 1}, {1, 0}, {0, 1 - 1e-6}, 0},      /* dw_1 = -1e-6, rests */
+        {{0, 0, -1, 1}, {1, 0}, {0, 1 + 1e-6}, 1},      /* dw_1 = 1e-6, rests */
+        {{1, -1, -1, 1}, {0.5, 0.5}, {0, 0}, 1},        /* dw = 0 */
+        {{1, -1, -1 - 1e-6, 1}, {0.5, 0.5}, {0, 0}, 0}, /* dw_1 = -5e-7 */
+        {{1, -1, -1, 1}, {0, 0}, {1, 1}, 0},            /* not a direction */
+        {{-1, 0, 0, 1}, {-1, 0}, {1, 1}, 0},            /* leaves z >= 0 */
+    };
+    size_t k, i;
+
+    (void)state;
+    for (k = 0; k < sizeof cases / sizeof *cases; k++) {
+        perp_lcp_solver *solver = NULL;
+        perp_matrix M;
+
+        assert_int_equal(perp_lcp_solver_create(context, &solver, NULL), PERP_OK);
+        assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
+        perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 2, 2, cases[k].M, 2);
+        assert_int_equal(perp_lcp_solver_setup(solver, &M, NULL, NULL), PERP_OK);
+        for (i = 0; i < 2; i++) { /* all scales are 1: diagonals are 0 or +-1 */
+            assert_int_equal(solver->exponents[i], 0);
+            solver->ray[i] = cases[k].ray[i];
+            solver->cover[i] = cases[k].cover[i];
+        }
+        if (perp__ray_verify(solver) != cases[k].is_ray)
+            fail_msg("case %d", (int)k);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_whole_null_vectors),
-        cmocka_unit_test(test_scaled_null_vectors),
-        cmocka_unit_test(test_closing_walls),
-        cmocka_unit_test(test_second_opinion),
+        cmocka_unit_test(test_whole_null_vectors), cmocka_unit_test(test_scaled_null_vectors),
+        cmocka_unit_test(test_closing_walls),      cmocka_unit_test(test_second_opinion),
+        cmocka_unit_test(test_what_a_ray_is),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

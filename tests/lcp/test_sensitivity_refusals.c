@@ -223,6 +223,37 @@ static void test_memory(void **state)
     }
 }
 
+/* z = 1e300, dz/dq = -1e300: a change of 1e10 moves z beyond all doubles. That is refused by name,
+ * and smaller ones are right: they are products of one number each. */
+static void test_products_that_overflow(void **state)
+{
+    const double large = 1e10, small = 1.0;
+    perp_lcp_sensitivity *s = NULL;
+    double dz = 42.0, p = 42.0, lower = 42.0;
+    call c;
+
+    (void)state;
+    prepare(&c);
+    perp_matrix_dense(&c.view, PERP_STORAGE_ROW_MAJOR, 1, 1, c.M, 1);
+    c.M[0] = 1e-300;
+    c.q[0] = -1.0;
+    c.upper[0] = INFINITY;
+    c.z[0] = 1e300;
+    assert_int_equal(create(&c, &s), PERP_OK);
+    assert_int_equal(c.info.verdict, PERP_VERDICT_REGULAR);
+    assert_int_equal(perp_lcp_sensitivity_forward(s, &dz, &large, NULL, NULL, NULL),
+                     PERP_ERROR_NOT_FINITE);
+    assert_non_null(strstr(perp_context_message(context), "dz"));
+    assert_int_equal(perp_lcp_sensitivity_adjoint(s, &p, &lower, NULL, &large),
+                     PERP_ERROR_NOT_FINITE);
+    assert_true(dz == 42.0 && p == 42.0 && lower == 42.0);
+    assert_int_equal(perp_lcp_sensitivity_forward(s, &dz, &small, NULL, NULL, NULL), PERP_OK);
+    assert_true(fabs(dz + 1e300) <= 4e-16 * 1e300); /* two roundings */
+    assert_int_equal(perp_lcp_sensitivity_adjoint(s, &p, &lower, NULL, &small), PERP_OK);
+    assert_true(fabs(p + 1e300) <= 4e-16 * 1e300 && lower == 0.0);
+    perp_lcp_sensitivity_destroy(s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -230,6 +261,7 @@ int main(void)
         cmocka_unit_test(test_products),
         cmocka_unit_test(test_outlives_context),
         cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_products_that_overflow),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

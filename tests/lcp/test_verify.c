@@ -342,12 +342,137 @@ static void test_sparse(void **state)
     gen_destroy(&problem);
 }
 
+/* ---- the last bits ------------------------------------------------------------------------- */
+
+/* w_0 = 1 + t + s - 1 - s + r in all orders, t = -2^-130, s = 2^-60, r = 2^-200: below 0, exactly,
+ * but where t is added beside s and that beside 1 doubled precision keeps r alone, which is not. */
+static void test_lost_in_doubled_precision(void **state)
+{
+    static const double terms[] = {-0x1p-130, 0x1p-60, -1.0, -0x1p-60, 0x1p-200};
+    int order, storage, i;
+
+    (void)state;
+    for (order = 0; order < 120; order++)
+        for (storage = 0; storage < 2; storage++) {
+            double M[36] = {0}, q[6] = {1.0}, l[6] = {0}, u[6] = {INFINITY}, z[6] = {0}, left[5];
+            perp_lcp_proof proof;
+            perp_matrix view;
+            check_sum sum;
+            int rest = order, n = 6;
+
+            memcpy(left, terms, sizeof left);
+            check_sum_clear(&sum);
+            check_sum_add(&sum, 1.0, 1.0);
+            for (i = 1; i < n; i++) { /* z_i = 1, fixed */
+                const int k = rest % (n - i);
+
+                rest /= n - i;
+                M[storage == 0 ? i : 6 * i] = left[k];
+                check_sum_add(&sum, left[k], 1.0);
+                memmove(left + k, left + k + 1, (size_t)(n - i - k - 1) * sizeof *left);
+                l[i] = u[i] = z[i] = 1.0;
+            }
+            for (i = 0; i < n; i++)
+                M[7 * i] = 1.0;
+            assert_true(check_sum_value(&sum, 0) < 0.0);
+            assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+            perp_matrix_dense(&view,
+                              storage == 0 ? PERP_STORAGE_ROW_MAJOR : PERP_STORAGE_COLUMN_MAJOR, n,
+                              n, M, n);
+            assert_int_equal(perp_lcp_proof_init(&proof, sizeof proof), PERP_OK);
+            assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
+            assert_int_not_equal(proof.verdict, PERP_VERDICT_REGULAR);
+        }
+}
+
+/* Row 0 is a combination of equations that determine the others, so that w_0 is 0 but for the tiny
+ * number that a fixed variable adds: its sign is known exactly, whatever the solution (thirds and
+ * sevenths) is, and no claim may contradict it. */
+static void test_signs_of_tiny_sums(void **state)
+{
+    enum { LARGEST = 5 };
+    gen_random random;
+    int round, proved = 0;
+
+    (void)state;
+    gen_seed(&random, 77);
+    for (round = 0; round < 20000; round++) {
+        const int32_t m = 1 + gen_integer(&random, LARGEST - 2), n = m + 2;
+        const double tiny =
+            ldexp(gen_integer(&random, 2) ? 1.0 : -1.0, -60 - gen_integer(&random, 60));
+        double M[LARGEST * LARGEST] = {0}, q[LARGEST] = {0}, z[LARGEST] = {0};
+        double l[LARGEST], u[LARGEST];
+        int64_t A[LARGEST * LARGEST], b[LARGEST], x[LARGEST], det;
+        perp_lcp_proof proof;
+        perp_matrix view;
+        int32_t i, j;
+
+        for (i = 1; i <= m; i++) {
+            const double c = gen_integer(&random, 7) - 3;
+
+            l[i] = -INFINITY;
+            u[i] = INFINITY;
+            q[i] = gen_integer(&random, 19) - 9;
+            b[i - 1] = -(int64_t)q[i];
+            q[0] += c * q[i];
+            for (j = 1; j <= m; j++) {
+                M[n * i + j] = gen_integer(&random, 19) - 9;
+                A[m * (i - 1) + j - 1] = (int64_t)M[n * i + j];
+                M[j] += c * M[n * i + j];
+            }
+        }
+        det = rational_solve(m, A, b, x);
+        if (det == 0)
+            continue;
+        for (i = 1; i <= m; i++)
+            z[i] = (double)x[i - 1] / (double)det;
+        M[n * n - 1] = z[n - 1] = l[n - 1] = u[n - 1] = 1.0;
+        z[0] = -1.0; /* M_00 = 0: read as at its bound, whatever rounding says of w_0 */
+        M[n - 1] = tiny;
+        l[0] = 0.0;
+        u[0] = INFINITY;
+        assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+        perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, n, n, M, n);
+        assert_int_equal(perp_lcp_proof_init(&proof, sizeof proof), PERP_OK);
+        assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
+        if (proof.verdict == PERP_VERDICT_REGULAR)
+            assert_true(tiny > 0.0);
+        if (proof.verdict == PERP_VERDICT_NOT_A_SOLUTION)
+            assert_true(tiny < 0.0);
+        proved +=
+            proof.verdict == PERP_VERDICT_REGULAR || proof.verdict == PERP_VERDICT_NOT_A_SOLUTION;
+    }
+    assert_true(proved > 1000);
+}
+
+/* z* = 1e308 lies farther from z = -1.7e308 than doubles reach: no radius, no proof. */
+static void test_no_infinite_radius(void **state)
+{
+    const double M = 1e-300, q = -1e8, l = -INFINITY, u = INFINITY, z = -1.7e308;
+    double radius = 0.0;
+    perp_lcp_proof proof;
+    perp_matrix view;
+
+    (void)state;
+    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1);
+    assert_int_equal(perp_lcp_proof_init(&proof, sizeof proof), PERP_OK);
+    assert_int_equal(perp_lcp_verify(context, &radius, &proof, &view, &q, &l, &u, &z), PERP_OK);
+    assert_int_equal(proof.verdict, PERP_VERDICT_SINGULAR);
+    assert_true(radius == INFINITY && proof.radius == INFINITY);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_classes), cmocka_unit_test(test_rational),
-        cmocka_unit_test(test_hilbert), cmocka_unit_test(test_usefulness),
+        cmocka_unit_test(test_classes),
+        cmocka_unit_test(test_rational),
+        cmocka_unit_test(test_hilbert),
+        cmocka_unit_test(test_usefulness),
         cmocka_unit_test(test_sparse),
+        cmocka_unit_test(test_lost_in_doubled_precision),
+        cmocka_unit_test(test_signs_of_tiny_sums),
+        cmocka_unit_test(test_no_infinite_radius),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

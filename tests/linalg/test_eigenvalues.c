@@ -144,12 +144,83 @@ static void test_special(void **state)
     assert_true(isnan(re[0]) && isnan(im[1]));
 }
 
+/* 2^k A has the eigenvalues of A times 2^k: the very bits, as long as no number of either is
+ * subnormal. */
+static void test_powers_of_two(void **state)
+{
+    static const double A[16] = {4, -1, 2, 0.5, 3, 1, -2, 7, 0.25, 5, -6, 1, 2, 8, 3, -1};
+    double scaled[16], re[4], im[4], scaled_re[4], scaled_im[4];
+    int k, i;
+
+    (void)state;
+    memcpy(scaled, A, sizeof A);
+    assert_int_equal(perp__eigenvalues(4, scaled, re, im), 0);
+    for (k = -960; k <= 1019; k += 1) {
+        for (i = 0; i < 16; i++)
+            scaled[i] = ldexp(A[i], k);
+        assert_int_equal(perp__eigenvalues(4, scaled, scaled_re, scaled_im), 0);
+        for (i = 0; i < 4; i++)
+            assert_true(scaled_re[i] == ldexp(re[i], k) && scaled_im[i] == ldexp(im[i], k));
+    }
+}
+
+/* Entries from the smallest to the largest double: it ends, with numbers or with nans. */
+static void test_all_sizes(void **state)
+{
+    static const double sizes[] = {0.0,
+                                   4.9e-324,
+                                   1e-308,
+                                   1e-160,
+                                   1e-100,
+                                   1e-8,
+                                   1.0,
+                                   3.0,
+                                   1e12,
+                                   1e100,
+                                   1e154,
+                                   1e300,
+                                   1.7976931348623157e308};
+    uint64_t seed = 1;
+    int round, i;
+
+    (void)state;
+    for (round = 0; round < 20000; round++) {
+        const int32_t n = 1 + round % 6;
+        double A[36], re[6], im[6];
+        int32_t failed;
+
+        for (i = 0; i < n * n; i++) {
+            seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+            A[i] = sizes[(seed >> 33) % 13] * ((seed >> 60) & 1 ? 1.0 : -1.0);
+        }
+        failed = perp__eigenvalues(n, A, re, im);
+        for (i = 0; i < n; i++)
+            assert_true(failed ? isnan(re[i]) && isnan(im[i]) : isfinite(re[i]) && isfinite(im[i]));
+    }
+}
+
+/* x^2 - 3 x + 2 - a b, a b = 6: 4 and -1, however the coupling is shared out. */
+static void test_balance(void **state)
+{
+    static const double expected[] = {4, -1}, zero[2] = {0, 0};
+    int k;
+
+    (void)state;
+    for (k = -1020; k <= 1020; k++) {
+        double A[4] = {1, ldexp(3, -k), ldexp(2, k), 2}, re[2], im[2];
+
+        assert_int_equal(perp__eigenvalues(2, A, re, im), 0);
+        assert_set(2, re, im, expected, zero, 1e-14); /* a few roundings */
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_companion),    cmocka_unit_test(test_circulant),
         cmocka_unit_test(test_badly_scaled), cmocka_unit_test(test_traces),
-        cmocka_unit_test(test_special),
+        cmocka_unit_test(test_special),      cmocka_unit_test(test_powers_of_two),
+        cmocka_unit_test(test_all_sizes),    cmocka_unit_test(test_balance),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

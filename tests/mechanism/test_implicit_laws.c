@@ -310,6 +310,9 @@ static void attempt(gen_random *random, int32_t dim, int32_t edges, double h, ta
     if (step.scheme == PERP_MECHANISM_IMPLICIT) {
         const double left = violation(&s, q0, v0, q, v, r, 0.3, h, edges);
 
+        /* what rounding of gap / h leaves is called that, no less and no more */
+        assert_in_range(step.outcome, PERP_OUTCOME_SOLVED, PERP_OUTCOME_ROUNDING_LIMIT);
+        assert_int_equal(step.outcome == PERP_OUTCOME_SOLVED, step.residual <= settings.tol);
         /* gaps are known up to 16 eps of their terms, |q| of up to 4 in three of them; polygons,
            with more than one way to a force, are solved to tol = 1e-10 of speeds up to 5 */
         if (!(left < (edges > 0 ? 1e-9 : 1e-11) + 4e-14 / h))

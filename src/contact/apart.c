@@ -1,0 +1,219 @@
+/* Parts that the methods did not solve together are solved one by one, each a problem of its own
+ * with its block of W: what a part is worth is not to depend on what else there is. */
+#include <math.h>
+#include <string.h>
+
+#include <perp/contact.h>
+
+#include "base/clock.h"
+#include "contact/law.h"
+#include "contact/solver.h"
+
+/* A time limit that is over. */
+#define SOON 1e-9
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp__contact_apart *own = object;
+    const size_t n = (size_t)own->room;
+    double **const vectors[] = {&own->mu, &own->rolling, &own->spinning, &own->q,
+                                &own->r0, &own->r,       &own->u,        &own->ray};
+    size_t k;
+
+    own->W = perp__arena_take(arena, n, n * sizeof(double));
+    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    own->rows = perp__arena_take(arena, n, sizeof(int32_t));
+    own->units = perp__arena_take(arena, n, sizeof(int32_t));
+    own->dims = perp__arena_take(arena, n, sizeof(int32_t));
+    own->modes = perp__arena_take(arena, n, sizeof(int32_t));
+}
+
+static int32_t is_solved(const perp_contact_solver *solver, int32_t part)
+{
+    return perp__is_good(perp__gate(&solver->best.evidence[part], solver->settings.tol, -1));
+}
+
+static int32_t count_rows(const perp_contact_solver *solver, int32_t part)
+{
+    int32_t count = 0, i;
+
+    for (i = 0; i < solver->size; i++)
+        count += solver->part[solver->unit_of[i]] == part;
+    return count;
+}
+
+/* The part's rows, its contacts and their coefficients. */
+static void list(const perp_contact_solver *solver, perp__contact_apart *own, int32_t part)
+{
+    int32_t i, k;
+
+    own->size = own->contacts = 0;
+    for (i = 0; i < solver->size; i++)
+        if (solver->part[solver->unit_of[i]] == part)
+            own->rows[own->size++] = i;
+    for (k = 0; k < solver->contacts; k++)
+        if (solver->part[k] == part) {
+            own->units[own->contacts] = k;
+            own->dims[own->contacts] = solver->dims[k];
+            own->mu[own->contacts] = solver->mu[k];
+            own->rolling[own->contacts] = solver->rolling[k];
+            own->spinning[own->contacts++] = solver->spinning[k];
+        }
+    own->bilateral = 0;
+    for (k = solver->contacts; k < solver->units; k++)
+        own->bilateral += solver->part[k] == part;
+}
+
+/* W, column by column, and q of the part's rows. */
+static void copy(perp_contact_solver *solver, perp__contact_apart *own)
+{
+    const perp__matrix *W = &solver->W;
+    const size_t n = (size_t)own->size;
+    int32_t *place = solver->number; /* of a unit's first row in the part */
+    size_t i, j;
+    int32_t k;
+
+    for (i = n; i-- > 0;)
+        place[solver->unit_of[own->rows[i]]] = (int32_t)i;
+    for (j = 0; j < n; j++) {
+        const int32_t from = own->rows[j];
+        double *column = own->W + j * n;
+
+        own->q[j] = solver->q[from];
+        own->r0[j] = solver->best.r[from];
+        if (!W->column_starts) {
+            for (i = 0; i < n; i++)
+                column[i] = W->values[(size_t)own->rows[i] * W->row_stride +
+                                      (size_t)from * W->column_stride];
+            continue;
+        }
+        memset(column, 0, n * sizeof *column);
+        for (k = W->column_starts[from]; k < W->column_starts[from + 1]; k++) {
+            const int32_t row = W->row_indices[k], unit = solver->unit_of[row];
+
+            if (solver->part[unit] == solver->part[solver->unit_of[from]])
+                column[place[unit] + row - (unit < solver->contacts ? solver->starts[unit] : row)] =
+                    W->values[k];
+        }
+    }
+}
+
+static perp_status set_up(perp_contact_solver *solver, perp__contact_apart *own)
+{
+    perp_contact_laws laws;
+    perp_matrix W;
+    perp_status status = PERP_OK;
+
+    if (!own->solver)
+        status = perp__contact_create(solver->context, &own->solver, NULL);
+    if (status != PERP_OK)
+        return status;
+    own->solver->settings = solver->settings;
+    perp_contact_laws_init(&laws, sizeof laws);
+    laws.contacts = own->contacts;
+    laws.dims = own->dims;
+    laws.mu = own->mu;
+    laws.rolling = own->rolling;
+    laws.spinning = own->spinning;
+    laws.bilateral = own->bilateral;
+    status = perp_matrix_init(&W, sizeof W);
+    if (status == PERP_OK)
+        status = perp_matrix_dense(&W, PERP_STORAGE_COLUMN_MAJOR, own->size, own->size, own->W,
+                                   own->size);
+    return status == PERP_OK ? perp__contact_setup(own->solver, &laws, NULL, &W) : status;
+}
+
+/* What was found to the whole: a proof, or impulses that are better than those of before. */
+static void hand_back(perp_contact_solver *solver, perp__contact_apart *own,
+                      const perp_contact_result *result)
+{
+    int32_t i;
+
+    solver->iterations += result->iterations;
+    if (!perp__is_good(result->outcome))
+        solver->said = result->outcome;
+    if (result->outcome == PERP_OUTCOME_STOPPED || result->outcome == PERP_OUTCOME_TIME_LIMIT)
+        solver->ended = result->outcome;
+    if (result->has_ray) {
+        memset(solver->start, 0, (size_t)solver->size * sizeof *solver->start);
+        for (i = 0; i < own->size; i++)
+            solver->start[own->rows[i]] = own->ray[i];
+        perp__contact_keep_ray(solver, solver->start);
+    }
+    if (!perp__is_good(result->outcome) && !(result->residual < own->least))
+        return;
+    own->least = result->residual;
+    solver->running = result->method;
+    for (i = 0; i < own->size; i++)
+        solver->r[own->rows[i]] = own->r[i];
+    for (i = 0; i < own->contacts; i++)
+        solver->modes[own->units[i]] = (int8_t)own->modes[i];
+}
+
+/* From where the whole has brought it, then from the start that the caller gave. */
+static perp_status solve_part(perp_contact_solver *solver, int32_t part)
+{
+    perp__contact_apart *own = &solver->apart;
+    perp_contact_result result;
+    perp__contact_call call = {.r = own->r,
+                               .u = own->u,
+                               .modes = own->modes,
+                               .ray = own->ray,
+                               .result = &result,
+                               .q = own->q,
+                               .r0 = own->r0};
+    perp_status status = perp_contact_result_init(&result, sizeof result);
+    int32_t attempt, i;
+
+    list(solver, own, part);
+    copy(solver, own);
+    if (status == PERP_OK)
+        status = set_up(solver, own);
+    own->least = solver->best.evidence[part].tested;
+    for (attempt = 0; attempt < 2 && status == PERP_OK; attempt++) {
+        if (solver->deadline > 0.0)
+            own->solver->settings.time_limit = fmax(SOON, solver->deadline - perp__now());
+        status = perp__contact_solve(own->solver, &call);
+        if (status == PERP_OK)
+            hand_back(solver, own, &result);
+        if (status != PERP_OK || perp__is_good(result.outcome) || result.has_ray ||
+            solver->ended >= 0)
+            break;
+        for (i = 0; i < own->size && solver->call->r0; i++)
+            own->r0[i] = solver->call->r0[own->rows[i]];
+        call.r0 = solver->call->r0 ? own->r0 : NULL;
+    }
+    return status;
+}
+
+perp_status perp__contact_solve_apart(perp_contact_solver *solver, int32_t *some)
+{
+    perp__contact_apart *own = &solver->apart;
+    perp_status status;
+    int32_t part, made = 1;
+
+    if (solver->parts < 2 || solver->leaks || solver->settings.max_iterations > 0)
+        return PERP_OK;
+    own->room = 0;
+    for (part = 0; part < solver->parts; part++) {
+        const int32_t rows = is_solved(solver, part) ? 0 : count_rows(solver, part);
+
+        own->room = rows <= PERP__APART_MOST && rows > own->room ? rows : own->room;
+    }
+    if (own->room == 0)
+        return PERP_OK;
+    status = perp__contact_delassus(solver, &made);
+    if (status == PERP_OK && made)
+        status = perp__arena_fit(&own->arena, lay_out, own);
+    if (status != PERP_OK || !made)
+        return status;
+    *some = 1;
+    memcpy(solver->r, solver->best.r, (size_t)solver->size * sizeof *solver->r);
+    if (solver->contacts > 0)
+        memcpy(solver->modes, solver->best.modes, (size_t)solver->contacts);
+    for (part = 0; part < solver->parts && status == PERP_OK && solver->ended < 0; part++)
+        if (!is_solved(solver, part) && count_rows(solver, part) <= own->room)
+            status = solve_part(solver, part);
+    return status;
+}

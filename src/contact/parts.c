@@ -1,0 +1,131 @@
+/* The parts that a problem falls into: contacts and bilateral rows that no significant coupling
+ * connects. Each part is judged by itself, in its own units. */
+#include <math.h>
+#include <string.h>
+
+#include "contact/solver.h"
+
+/* Beside sqrt(t_k t_j), which bounds what contacts k and j can have of each other: a coupling that
+ * is no more than this is noise where a zero should be. */
+#define NOISE 0x1p-40
+
+static int32_t find(int32_t *parent, int32_t k)
+{
+    while (parent[k] != k) {
+        parent[k] = parent[parent[k]];
+        k = parent[k];
+    }
+    return k;
+}
+
+/* The smaller number is the root, so that the parts' order is that of their first units. */
+static void join(int32_t *parent, int32_t a, int32_t b)
+{
+    a = find(parent, a);
+    b = find(parent, b);
+    parent[a > b ? a : b] = a < b ? a : b;
+}
+
+/* Calls visit for every pair of rows that W couples. */
+typedef void (*visitor)(perp_contact_solver *solver, int32_t a, int32_t b, double coupling);
+
+static void visit_matrix(perp_contact_solver *solver, visitor visit)
+{
+    const perp__matrix *W = &solver->W;
+    const int32_t *unit_of = solver->unit_of;
+    int32_t i, j, k;
+
+    for (j = 0; j < solver->size; j++)
+        if (W->column_starts)
+            for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
+                visit(solver, unit_of[W->row_indices[k]], unit_of[j], W->values[k]);
+        else
+            for (i = 0; i < solver->size; i++)
+                visit(solver, unit_of[i], unit_of[j],
+                      W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride]);
+}
+
+static double piece_length(const perp__bodies *b, int32_t unit, int64_t piece)
+{
+    const int32_t entries = (b->rows[unit + 1] - b->rows[unit]) * b->width;
+    const double *P = b->values + b->piece_values[piece];
+    double sum = 0.0;
+    int32_t i;
+
+    for (i = 0; i < entries; i++)
+        sum += P[i] * P[i];
+    return sqrt(sum);
+}
+
+/* What two contacts have of each other through a block is at most |P_k| |P_j|: on each block the
+ * one with the largest share is coupled with all others, and that finds all that are. */
+static void visit_bodies(perp_contact_solver *solver, visitor visit)
+{
+    const perp__bodies *b = &solver->bodies;
+    int32_t block;
+    int64_t at;
+
+    for (block = 0; block < b->blocks; block++) {
+        double *lengths = solver->terms, most = -1.0;
+        int32_t first = -1;
+
+        for (at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
+            const int32_t unit = b->block_units[at];
+
+            lengths[unit] = piece_length(b, unit, b->block_pieces[at]);
+            if (lengths[unit] > most * solver->root[unit]) {
+                most = lengths[unit] / solver->root[unit];
+                first = unit;
+            }
+        }
+        for (at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
+            visit(solver, first, b->block_units[at], lengths[first] * lengths[b->block_units[at]]);
+    }
+}
+
+static void connect(perp_contact_solver *solver, int32_t a, int32_t b, double coupling)
+{
+    if (a != b && fabs(coupling) > NOISE * solver->root[a] * solver->root[b])
+        join(solver->part, a, b);
+}
+
+static void look_for_noise(perp_contact_solver *solver, int32_t a, int32_t b, double coupling)
+{
+    solver->leaks |= coupling != 0.0 && solver->part[a] != solver->part[b];
+}
+
+static void visit_couplings(perp_contact_solver *solver, visitor visit)
+{
+    if (solver->has_bodies)
+        visit_bodies(solver, visit);
+    else
+        visit_matrix(solver, visit);
+}
+
+void perp__contact_find_parts(perp_contact_solver *solver)
+{
+    int32_t k, i;
+
+    for (k = 0; k < solver->units; k++) {
+        solver->part[k] = k;
+        solver->root[k] = sqrt(solver->trace[k]);
+    }
+    for (k = 0; k < solver->contacts; k++)
+        for (i = solver->starts[k]; i < solver->starts[k + 1]; i++)
+            solver->unit_of[i] = k;
+    for (i = solver->rows; i < solver->size; i++)
+        solver->unit_of[i] = solver->contacts + i - solver->rows;
+    visit_couplings(solver, connect);
+    solver->parts = 0;
+    for (k = 0; k < solver->units; k++) {
+        const int32_t root = find(solver->part, k);
+
+        /* a root comes before all others of its part, and has its number by then */
+        solver->number[k] = root == k ? solver->parts++ : solver->number[root];
+    }
+    if (solver->units > 0)
+        memcpy(solver->part, solver->number, (size_t)solver->units * sizeof *solver->part);
+    solver->leaks = 0;
+    if (solver->parts > 1)
+        visit_couplings(solver, look_for_noise);
+}

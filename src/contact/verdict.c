@@ -1,0 +1,222 @@
+/* What a point is worth, part by part: the tested residual, beside the largest free velocity of the
+ * part, and the own residual, beside the terms of each contact itself. Each alone is fooled: the
+ * one by a light contact that hides behind a heavy one, the other by contacts where all is noise.
+ *
+ * The own residual of contact k is what u_k lacks of its law, as a velocity, over
+ *
+ *   S_k + sum_j |W_kj| S_j / t_j + floor min(max S_j, sqrt(t_k) max S_j / sqrt(t_j)),
+ *
+ * S_k = |W_k| |r| + |q_k|. The second term is what the impulses that its neighbours have to do with
+ * would change here; in the third, over the contact's part, the former maximum is right where light
+ * bodies lie on heavy ones, the latter where rows have different units. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "contact/law.h"
+#include "contact/solver.h"
+
+/* Of the largest terms of the part; and no residual is asked to be less than this rounding. */
+#define FLOOR 1e-5
+#define ROUNDING (16.0 * DBL_EPSILON)
+
+/* change / scale, both >= 0 */
+static double relative_change(double change, double scale)
+{
+    return change == 0.0 ? 0.0 : scale > 0.0 ? change / scale : INFINITY;
+}
+
+static int32_t end_of(const perp_contact_solver *solver, int32_t k)
+{
+    return k < solver->contacts ? solver->starts[k + 1] : solver->rows + k - solver->contacts + 1;
+}
+
+static int32_t begin_of(const perp_contact_solver *solver, int32_t k)
+{
+    return k < solver->contacts ? solver->starts[k] : solver->rows + k - solver->contacts;
+}
+
+/* out := |W| |x| + |add| */
+static void absolute(perp_contact_solver *solver, const double *x, const double *add, double *out)
+{
+    if (solver->has_bodies)
+        perp__absolute_bodies(&solver->bodies, x, add, solver->bodies.y, out);
+    else
+        perp__absolute_product(&solver->W, x, add, out);
+}
+
+static void judge_contact(perp_contact_solver *solver, int32_t k, perp__contact_worth *worth)
+{
+    const perp__contact_problem *p = &solver->problem;
+    perp__evidence *part = &solver->evidence[solver->part[k]];
+    const double t = p->trace[k];
+    perp__contact_law law;
+
+    perp__contact_judge(p, k, solver->r, solver->u, &law);
+    solver->modes[k] = (int8_t)law.mode;
+    solver->lack[k] = t * law.natural;
+    perp__raise_to(&worth->natural, law.natural);
+    perp__raise_to(&part->tested, solver->root[k] * law.natural / solver->omega[k]);
+    perp__raise_to(&part->backward, relative_change(law.change, solver->terms[k]));
+    perp__raise_to(&worth->signorini_impulse, law.signorini);
+    perp__raise_to(&worth->signorini_velocity, t * law.signorini);
+    perp__raise_to(&worth->cone, law.cone);
+    perp__raise_to(&worth->dissipation_impulse, law.dissipation);
+    perp__raise_to(&worth->dissipation_velocity, t * law.dissipation);
+}
+
+static void judge_bilateral(perp_contact_solver *solver, int32_t k, perp__contact_worth *worth)
+{
+    perp__evidence *part = &solver->evidence[solver->part[k]];
+    const double speed = fabs(solver->u[begin_of(solver, k)]);
+
+    solver->lack[k] = speed;
+    perp__raise_to(&worth->natural, speed / solver->trace[k]);
+    perp__raise_to(&part->tested, speed / solver->root[k] / solver->omega[k]);
+    perp__raise_to(&part->backward, relative_change(speed, solver->terms[k]));
+    perp__raise_to(&worth->bilateral, speed);
+}
+
+static void gather(const perp_contact_solver *solver, perp__contact_worth *worth)
+{
+    int32_t p;
+
+    worth->tested = worth->own = worth->backward = 0.0;
+    for (p = 0; p < solver->parts; p++) {
+        perp__raise_to(&worth->tested, solver->evidence[p].tested);
+        perp__raise_to(&worth->own, solver->evidence[p].own);
+        perp__raise_to(&worth->backward, solver->evidence[p].backward);
+    }
+}
+
+void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *worth)
+{
+    int32_t k;
+
+    memset(worth, 0, sizeof *worth);
+    if (solver->parts > 0)
+        memset(solver->evidence, 0, (size_t)solver->parts * sizeof *solver->evidence);
+    absolute(solver, solver->r, solver->q, solver->scale);
+    for (k = 0; k < solver->units; k++)
+        solver->terms[k] =
+            perp__contact_length(solver->scale, begin_of(solver, k), end_of(solver, k));
+    for (k = 0; k < solver->contacts; k++)
+        judge_contact(solver, k, worth);
+    for (; k < solver->units; k++)
+        judge_bilateral(solver, k, worth);
+    gather(solver, worth);
+}
+
+/* What is said of a contact must hold beside its own terms: one that presses does not move along
+ * its normal, one that sticks not at all. */
+static void heed_modes(perp_contact_solver *solver)
+{
+    int32_t k;
+
+    for (k = 0; k < solver->contacts; k++) {
+        const int32_t row = solver->starts[k];
+
+        if (solver->modes[k] == PERP_CONTACT_SEPARATE)
+            continue;
+        perp__raise_to(&solver->lack[k],
+                       solver->modes[k] == PERP_CONTACT_STICK
+                           ? perp__contact_length(solver->u, row, solver->starts[k + 1])
+                           : fabs(solver->u[row]));
+    }
+}
+
+/* own := the largest lack[k] / terms[k] of each part. */
+static void compare(perp_contact_solver *solver, const double *terms)
+{
+    int32_t k, p;
+
+    for (p = 0; p < solver->parts; p++)
+        solver->evidence[p].own = 0.0;
+    for (k = 0; k < solver->units; k++)
+        perp__raise_to(&solver->evidence[solver->part[k]].own,
+                       relative_change(solver->lack[k], terms[k]));
+}
+
+/* Whether the terms of the contacts alone leave something open that may still be an answer. */
+static int32_t is_open(const perp_contact_solver *solver)
+{
+    const double tol = solver->settings.tol;
+    int32_t p;
+
+    for (p = 0; p < solver->parts; p++)
+        if (!(solver->evidence[p].own <= tol) && solver->evidence[p].tested <= sqrt(tol))
+            return 1;
+    return 0;
+}
+
+/* wide := the whole denominator. */
+static void widen(perp_contact_solver *solver, double *wide)
+{
+    const double share = fmax(FLOOR, ROUNDING / solver->settings.tol);
+    double *push = solver->high, *moves = solver->low;
+    int32_t k, i, p;
+
+    for (p = 0; p < solver->parts; p++)
+        solver->most_speed[p] = solver->most_energy[p] = 0.0;
+    for (k = 0; k < solver->units; k++) {
+        perp__raise_to(&solver->most_speed[solver->part[k]], solver->terms[k]);
+        perp__raise_to(&solver->most_energy[solver->part[k]], solver->terms[k] / solver->root[k]);
+        for (i = begin_of(solver, k); i < end_of(solver, k); i++)
+            push[i] = solver->terms[k] / solver->trace[k];
+    }
+    absolute(solver, push, solver->scale, moves);
+    for (k = 0; k < solver->units; k++)
+        wide[k] = perp__contact_length(moves, begin_of(solver, k), end_of(solver, k)) +
+                  share * fmin(solver->most_speed[solver->part[k]],
+                               solver->root[k] * solver->most_energy[solver->part[k]]);
+}
+
+static int32_t is_sound(const perp_contact_solver *solver, const perp__contact_worth *worth)
+{
+    const double numbers[] = {worth->natural,
+                              worth->tested,
+                              worth->backward,
+                              worth->signorini_velocity,
+                              worth->signorini_impulse,
+                              worth->cone,
+                              worth->dissipation_velocity,
+                              worth->dissipation_impulse,
+                              worth->bilateral};
+    const size_t size = (size_t)solver->size;
+
+    return perp__all_finite(numbers, sizeof numbers / sizeof *numbers) &&
+           perp__all_finite(solver->r, size) && perp__all_finite(solver->u, size) &&
+           (solver->entrance != PERP__ENTRANCE_DYNAMICS ||
+            perp__all_finite(solver->v, (size_t)solver->dynamics.n));
+}
+
+void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth)
+{
+    int32_t p;
+
+    heed_modes(solver);
+    compare(solver, solver->terms);
+    if (is_open(solver)) {
+        widen(solver, solver->wide);
+        compare(solver, solver->wide);
+    }
+    gather(solver, worth);
+    worth->sound = is_sound(solver, worth);
+    for (p = 0; p < solver->parts; p++)
+        solver->evidence[p].sound = worth->sound;
+}
+
+perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
+                                   const perp__contact_candidate *point, perp_outcome said)
+{
+    perp__evidence whole = {0.0, 0.0, 0.0, 0};
+    perp_outcome outcome;
+    int32_t p;
+
+    whole.sound = point->worth.sound;
+    outcome = perp__gate(&whole, solver->settings.tol, said);
+    for (p = 0; p < solver->parts; p++)
+        outcome = perp__worse_outcome(outcome,
+                                      perp__gate(&point->evidence[p], solver->settings.tol, said));
+    return outcome;
+}

@@ -1,0 +1,81 @@
+/* What the outcome of velocities and impulses rests on beside the laws, which the solvers judge:
+ * v is made of other things than r (hold.c), and the two have to belong together. */
+#include <math.h>
+
+#include "base/context.h"
+#include "mechanism/mechanism.h"
+
+/* What bodies and levers make of a residual: up to 6 was seen in random problems. */
+#define LEVERS 16.0
+
+/* sum := M v - momentum - J'r; size: of its terms. */
+static void balance(const perp_mechanism *m, const perp__velocity_answer *answer,
+                    const perp__velocity_problem *problem, double *sum, double *size)
+{
+    const size_t n = (size_t)m->n;
+    size_t i, k;
+
+    for (i = 0; i < n; i++) {
+        sum[i] = -problem->momentum[i];
+        size[i] = fabs(sum[i]);
+        for (k = 0; k < n; k++) {
+            const double term = problem->terms->M[i * n + k] * answer->v[k];
+
+            sum[i] += term;
+            size[i] += fabs(term);
+        }
+    }
+    for (i = 0; i < (size_t)m->rows; i++) {
+        if (answer->r[i] == 0.0)
+            continue;
+        for (k = 0; k < n; k++) {
+            const double term = problem->terms->J[i * n + k] * answer->r[i];
+
+            sum[k] -= term;
+            size[k] += fabs(term);
+        }
+    }
+}
+
+void perp__judge_motion(perp_mechanism *m, perp__velocity_answer *answer,
+                        const perp__velocity_problem *problem)
+{
+    const size_t n = (size_t)m->n;
+    double *sum = m->work, *size = sum + n, largest = 0.0, worst = 0.0;
+    /* impulses are known as well as the laws are met, up to levers */
+    const double tol = fmax(PERP__AGREEMENT, LEVERS * fmax(m->settings.tol, answer->residual));
+    perp__evidence evidence = {0.0, 0.0, INFINITY, 1};
+    size_t i;
+
+    balance(m, answer, problem, sum, size);
+    for (i = 0; i < n; i++) { /* in units of one energy */
+        const double unit = sqrt(problem->terms->M[i * (n + 1)]);
+
+        perp__raise_to(&worst, fabs(sum[i]) / unit);
+        perp__raise_to(&largest, size[i] / unit);
+    }
+    evidence.tested = evidence.own = worst > 0.0 ? worst / largest : worst;
+    answer->outcome = perp__worse_outcome(answer->outcome, perp__gate(&evidence, tol, -1));
+}
+
+perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__mechanism_state *state)
+{
+    const struct {
+        const char *name;
+        const double *x;
+        int32_t count;
+    } parts[] = {{"q", state->q, m->coordinates},
+                 {"v", state->v, m->n},
+                 {"impulse", state->impulse, m->rows},
+                 {"velocity", state->velocity, m->rows}};
+    size_t k;
+    int32_t i;
+
+    for (k = 0; k < sizeof parts / sizeof *parts; k++)
+        for (i = 0; i < parts[k].count; i++)
+            if (!isfinite(parts[k].x[i]))
+                return perp__fail(m->context, PERP_ERROR_NOT_FINITE,
+                                  "%s at the end of the step: entry %d is %g", parts[k].name,
+                                  (int)i, parts[k].x[i]);
+    return PERP_OK;
+}

@@ -1,0 +1,410 @@
+/* What a good outcome promises: every contact right beside its own terms, finite numbers; and what
+ * limits promise: that they hold, and that what was met by then is returned. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include <perp/perp.h>
+
+#include "piles.h"
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+static const int32_t methods[] = {PERP_CONTACT_METHOD_AUTO, PERP_CONTACT_METHOD_SWEEP,
+                                  PERP_CONTACT_METHOD_NEWTON, PERP_CONTACT_METHOD_LEMKE};
+
+enum { METHODS = sizeof methods / sizeof *methods, MOST = 10 };
+
+static int32_t is_good(int32_t outcome)
+{
+    return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
+/* ---- contacts beside their own terms ---------------------------------------------------------
+ */
+
+/* A tower of boxes without friction, contact k under body k, on W of contacts: what lies on contact
+ * k is M_k = m_k + ... + m_(n-1), and at rest r_k = M_k g h. */
+typedef struct tower {
+    int32_t n;
+    double mass[MOST], W[MOST * MOST], q[MOST], r[MOST], u[MOST];
+    int32_t modes[MOST];
+    perp_contact_settings settings;
+    perp_contact_result result;
+} tower;
+
+#define FALL 0.1 /* g h */
+
+static void build(tower *t)
+{
+    int32_t k;
+
+    for (k = 0; k < t->n * t->n; k++)
+        t->W[k] = 0.0;
+    for (k = 0; k < t->n; k++) {
+        t->W[k + k * t->n] = 1.0 / t->mass[k] + (k > 0 ? 1.0 / t->mass[k - 1] : 0.0);
+        if (k > 0)
+            t->W[k + (k - 1) * t->n] = t->W[k - 1 + k * t->n] = -1.0 / t->mass[k - 1];
+        t->q[k] = k == 0 ? -FALL : 0.0;
+    }
+    assert_int_equal(perp_contact_settings_init(&t->settings, sizeof t->settings), 0);
+    assert_int_equal(perp_contact_result_init(&t->result, sizeof t->result), 0);
+}
+
+static void solve(tower *t, const double *r0)
+{
+    perp_contact_laws laws;
+    perp_matrix W;
+
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
+    assert_int_equal(perp_matrix_init(&W, sizeof W), 0);
+    assert_int_equal(perp_matrix_dense(&W, 0, t->n, t->n, t->W, t->n), 0);
+    laws.contacts = t->n;
+    laws.dim = 1;
+    assert_int_equal(perp_contact_solve_delassus(context, t->r, t->u, t->modes, NULL, &t->result,
+                                                 &t->settings, &laws, &W, t->q, r0),
+                     PERP_OK);
+}
+
+static double weight_on(const tower *t, int32_t k)
+{
+    double sum = 0.0;
+
+    for (; k < t->n; k++)
+        sum += t->mass[k];
+    return sum * FALL;
+}
+
+/* A grain of 1e-9 kg on a block of 1e9 kg: without its impulse, or with ten times that, nothing in
+ * the units of the block is wrong by 1e-8, and the grain is at u_n = -0.1 or 0.9 m/s. Such a start
+ * is no answer. Of r, 1e-6 is what velocities right to 1e-8 leave. */
+static void test_grain_on_a_block(void **state)
+{
+    static const double starts[] = {0.0, 10.0};
+    int32_t m, s;
+
+    (void)state;
+    for (m = 0; m < METHODS; m++)
+        for (s = 0; s < 2; s++) {
+            tower t = {.n = 2, .mass = {1e9, 1e-9}};
+            double r0[2];
+
+            build(&t);
+            t.settings.method = methods[m];
+            r0[0] = 1e9 * FALL + 1e-9 * FALL * starts[s];
+            r0[1] = 1e-9 * FALL * starts[s];
+            solve(&t, r0);
+            assert_true(is_good(t.result.outcome));
+            assert_true(fabs(t.r[1] / (1e-9 * FALL) - 1.0) <= 1e-6);
+        }
+}
+
+/* Towers with masses from 1e9 down to 1e-9: an answer called good has every impulse right, not the
+ * largest alone. With the heavy below the terms of a velocity are some g h; right to 1e-8 of that
+ * for each contact they leave r_k right to n times as much, as W^-1 adds up the masses on k. */
+static void test_mixed_towers(void **state)
+{
+    int32_t good = 0, m, k;
+    uint64_t seed;
+
+    (void)state;
+    for (seed = 1; seed <= 100; seed++)
+        for (m = 0; m < METHODS; m++) {
+            gen_random random;
+            tower t = {.n = 0};
+
+            gen_seed(&random, seed);
+            t.n = 2 + gen_integer(&random, MOST - 1);
+            for (k = 0; k < t.n; k++)
+                t.mass[k] = pow(10.0, 9 - 18 * (k + gen_uniform(&random, 0, 1)) / t.n);
+            build(&t);
+            t.settings.method = methods[m];
+            solve(&t, NULL);
+            if (!is_good(t.result.outcome))
+                continue;
+            good += methods[m] == PERP_CONTACT_METHOD_AUTO;
+            for (k = 0; k < t.n; k++)
+                assert_true(fabs(t.r[k] / weight_on(&t, k) - 1.0) <= 1e-6);
+        }
+    assert_int_equal(good, 100); /* pivoting finds all of them */
+}
+
+/* ---- limits ----------------------------------------------------------------------------------
+ */
+
+typedef struct watch {
+    int64_t last[8], calls; /* by method: the last count seen; in all */
+    int64_t stop_at;        /* calls; 0: never */
+} watch;
+
+static int32_t look(const perp_contact_progress *progress, void *user)
+{
+    watch *w = user;
+
+    w->last[progress->method] = progress->iterations;
+    return ++w->calls == w->stop_at;
+}
+
+static perp_contact_result run(const piles *p, const perp_contact_settings *settings)
+{
+    double *v = gen_allocate((size_t)p->n, sizeof *v),
+           *r = gen_allocate((size_t)p->rows, sizeof *r);
+    perp_contact_dynamics dynamics;
+    perp_contact_result result;
+    perp_contact_laws laws;
+    int32_t i;
+
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
+    dynamics.n = p->n;
+    dynamics.M = &p->M;
+    dynamics.H = &p->H;
+    laws.contacts = p->contacts;
+    laws.dims = p->dims;
+    laws.mu = p->mu;
+    assert_int_equal(perp_contact_solve(context, v, r, NULL, NULL, NULL, &result, settings, &laws,
+                                        &dynamics, p->f, p->w, NULL, NULL),
+                     PERP_OK);
+    for (i = 0; i < p->n; i++)
+        assert_true(isfinite(v[i]));
+    free(v);
+    free(r);
+    return result;
+}
+
+static void make_pile(piles *p)
+{
+    piles_options o = piles_defaults();
+
+    o.class = PILES_BALLS;
+    o.contacts = 60;
+    o.motion = PILES_IMPACT;
+    o.mass_ratio = 100;
+    piles_make(p, &o);
+}
+
+static perp_contact_settings settings_of(int32_t method, int32_t limit)
+{
+    perp_contact_settings settings;
+
+    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
+    settings.method = method;
+    settings.max_iterations = limit;
+    settings.tol = 1e-14; /* more than there is to be had */
+    return settings;
+}
+
+/* A method takes no more than its limit, and the polish no more than as many steps. */
+static void test_iterations_hold(void **state)
+{
+    static const int32_t limits[] = {1, 2, 3, 7, 20, 60, 150};
+    size_t k;
+    piles p;
+
+    (void)state;
+    make_pile(&p);
+    for (k = 0; k < sizeof limits / sizeof *limits; k++) {
+        perp_contact_settings settings = settings_of(PERP_CONTACT_METHOD_SWEEP, limits[k]);
+
+        assert_true(run(&p, &settings).iterations <= 2 * limits[k]);
+        settings = settings_of(PERP_CONTACT_METHOD_NEWTON, limits[k]);
+        assert_true(run(&p, &settings).iterations <= 2 * limits[k]);
+    }
+    piles_destroy(&p);
+}
+
+/* On more rows than are polished there is nothing beside the method. A limit falls into each of its
+ * stages: the interior point's steps, the semismooth ones, the path. */
+static void test_newton_holds(void **state)
+{
+    piles_options o = piles_defaults();
+    int32_t limit;
+    piles p;
+
+    (void)state;
+    o.class = PILES_BALLS;
+    o.contacts = 210;
+    o.mass_ratio = 1e4;
+    piles_make(&p, &o);
+    assert_true(p.rows > 600);
+    for (limit = 1; limit <= 120; limit += limit < 40 ? 1 : 40) {
+        const perp_contact_settings settings = settings_of(PERP_CONTACT_METHOD_NEWTON, limit);
+
+        assert_true(run(&p, &settings).iterations <= limit);
+    }
+    piles_destroy(&p);
+}
+
+/* Iterations are those of all that ran: at least what the monitor saw of each method. */
+static void test_iterations_of_all(void **state)
+{
+    perp_contact_settings settings = settings_of(PERP_CONTACT_METHOD_AUTO, 0);
+    piles_options o = piles_defaults();
+    watch w = {{0}, 0, 0};
+    perp_contact_result result;
+    int64_t seen = 0;
+    int32_t m;
+    piles p;
+
+    (void)state;
+    o.class = PILES_WALL; /* hit, it is too much for a hundred sweeps */
+    o.contacts = 300;
+    o.motion = PILES_IMPACT;
+    o.mu = 1.0;
+    piles_make(&p, &o);
+    settings.monitor = look;
+    settings.monitor_user = &w;
+    result = run(&p, &settings);
+    for (m = 0; m < METHODS; m++)
+        seen += w.last[m];
+    assert_true(w.last[PERP_CONTACT_METHOD_SWEEP] > 0);
+    assert_true(w.last[PERP_CONTACT_METHOD_NEWTON] > 0 || w.last[PERP_CONTACT_METHOD_LEMKE] > 0);
+    assert_true(result.iterations >= seen);
+    piles_destroy(&p);
+}
+
+/* A time that is over leaves one step of the method that is first, no more. */
+static void test_no_time(void **state)
+{
+    int32_t m;
+    piles p;
+
+    (void)state;
+    make_pile(&p);
+    for (m = 0; m < METHODS; m++) {
+        perp_contact_settings settings = settings_of(methods[m], 0);
+        perp_contact_result result;
+
+        settings.time_limit = 1e-12;
+        result = run(&p, &settings);
+        assert_int_equal(result.outcome, PERP_OUTCOME_TIME_LIMIT);
+        assert_true(result.iterations <= 1);
+    }
+    piles_destroy(&p);
+}
+
+/* An interior point method that is cut short hands over where it is, not where it began. */
+static void test_cut_short(void **state)
+{
+    perp_contact_settings settings = settings_of(PERP_CONTACT_METHOD_NEWTON, 0);
+    perp_contact_result result;
+    watch w = {{0}, 0, 1};
+    double begun;
+    piles p;
+
+    (void)state;
+    make_pile(&p);
+    settings.monitor = look;
+    settings.monitor_user = &w;
+    begun = run(&p, &settings).residual;
+    w.calls = 0;
+    w.stop_at = 12; /* steps of which each but the first few halves the residual */
+    result = run(&p, &settings);
+    assert_int_equal(result.outcome, PERP_OUTCOME_STOPPED);
+    assert_true(result.residual <= 0.1 * begun);
+    piles_destroy(&p);
+}
+
+/* Walls that close on a body: the proof that there are no velocities is not begun with a budget
+ * that is used up. */
+static void test_no_proof_without_budget(void **state)
+{
+    int32_t limit;
+
+    (void)state;
+    for (limit = 0; limit <= 1; limit++) {
+        tower t = {.n = 2, .mass = {1.0, 1.0}};
+
+        build(&t);
+        t.W[0] = t.W[3] = 1.0;
+        t.W[1] = t.W[2] = -1.0;
+        t.q[0] = t.q[1] = -1.0;
+        t.settings.method = PERP_CONTACT_METHOD_SWEEP;
+        t.settings.max_iterations = limit;
+        solve(&t, NULL);
+        assert_int_equal(t.result.outcome, limit ? PERP_OUTCOME_ITERATION_LIMIT : PERP_OUTCOME_RAY);
+        assert_int_equal(t.result.has_ray, !limit);
+    }
+}
+
+/* ---- numbers out of range --------------------------------------------------------------------
+ */
+
+/* Impulses of 1e400 are none. */
+static void test_impulse_out_of_range(void **state)
+{
+    int32_t m;
+
+    (void)state;
+    for (m = 0; m < METHODS; m++) {
+        tower t = {.n = 1, .mass = {1e200}};
+
+        build(&t);
+        t.q[0] = -1e200;
+        t.settings.method = methods[m];
+        solve(&t, NULL);
+        assert_false(is_good(t.result.outcome));
+        assert_true(isfinite(t.r[0]) && isfinite(t.u[0]));
+    }
+}
+
+/* Where omega itself is, that is said. */
+static void test_omega_out_of_range(void **state)
+{
+    const double W[] = {1e-300}, q[] = {-1e300};
+    double r[1] = {77.0}, u[1];
+    perp_contact_result result;
+    perp_contact_laws laws;
+    perp_matrix view;
+
+    (void)state;
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
+    assert_int_equal(perp_matrix_init(&view, sizeof view), 0);
+    assert_int_equal(perp_matrix_dense(&view, 0, 1, 1, W, 1), 0);
+    laws.contacts = 1;
+    laws.dim = 1;
+    assert_int_equal(perp_contact_solve_delassus(context, r, u, NULL, NULL, &result, NULL, &laws,
+                                                 &view, q, NULL),
+                     PERP_ERROR_NOT_FINITE);
+    assert_string_equal(perp_context_message(context),
+                        "contact 0: omega, the largest |q| / sqrt(t) of its part, is inf");
+    assert_true(r[0] == 77.0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_grain_on_a_block),
+        cmocka_unit_test(test_mixed_towers),
+        cmocka_unit_test(test_iterations_hold),
+        cmocka_unit_test(test_newton_holds),
+        cmocka_unit_test(test_iterations_of_all),
+        cmocka_unit_test(test_no_time),
+        cmocka_unit_test(test_cut_short),
+        cmocka_unit_test(test_no_proof_without_budget),
+        cmocka_unit_test(test_impulse_out_of_range),
+        cmocka_unit_test(test_omega_out_of_range),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
