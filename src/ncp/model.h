@@ -161,10 +161,9 @@ perp_status perp__ncp_tick(perp__ncp_model *model, perp_outcome *outcome, int64_
 /* True once the time is over; the outcome is in control.ended then. */
 int32_t perp__ncp_is_late(perp__ncp_model *model);
 
-/* part: 2 n, which rows and columns of S hang together by entries other than 0; or, with `row` and
- * `column`, by those of at least `least` times row[i] and column[j]. */
-void perp__ncp_find_parts(const perp__ncp_model *model, int32_t *part, const double *row,
-                          const double *column, double least);
+/* part: 2 n, which rows and columns of S hang together by entries other than 0 of at least `least`.
+ */
+void perp__ncp_find_parts(const perp__ncp_model *model, int32_t *part, double least);
 
 /* A solve begins: groups of one, or those of the pattern. Joining also sets part := group. The last
  * Jacobian's couplings join them.

@@ -13,8 +13,7 @@
 
 #define VANISHED 0x1p-20 /* of z at the start */
 
-void perp__ncp_find_parts(const perp__ncp_model *m, int32_t *part, const double *row,
-                          const double *column, double least)
+void perp__ncp_find_parts(const perp__ncp_model *m, int32_t *part, double least)
 {
     const perp__matrix S = perp__ncp_view(m);
     const int32_t n = m->n;
@@ -28,7 +27,7 @@ void perp__ncp_find_parts(const perp__ncp_model *m, int32_t *part, const double 
             const int32_t i = l.indices ? l.indices[k] : k;
             const double size = fabs(l.values[k]);
 
-            if (size > 0.0 && (!row || size >= least * fmax(row[i], column[j])))
+            if (size > 0.0 && size >= least)
                 perp__join(part, i, n + j);
         }
     }
@@ -99,7 +98,7 @@ void perp__ncp_mark_start(perp__ncp_model *m, const double *z, const double *w)
     if (m->start_known)
         return;
     m->start_known = 1;
-    perp__ncp_find_parts(m, m->part, NULL, NULL, 0.0);
+    perp__ncp_find_parts(m, m->part, 0.0);
     perp__ncp_find_omega(m, z, w);
     for (int32_t i = 0; i < n; i++) {
         m->omega_start[i] = m->omega[i] * m->unit[i];
