@@ -72,7 +72,8 @@ typedef struct perp_ncp_settings {
     size_t struct_size;
     int32_t method;           /* PERP_NCP_...; default PERP_NCP_AUTO */
     int32_t max_iterations;   /* Newton steps of the call, all runs together, the polish (20 a run
-                                 at most) left out; 0 (default): 200 a run, but 100 for fischer
+                                 at most) left out, half of it for fischer under auto; 0
+                                 (default): 200 a run, but 100 for fischer
                                  under auto, and no limit for all together */
     double tol;               /* tested residual that counts as solved; default 1e-10; > 0 */
     double time_limit;        /* seconds of the call; 0 (default): none, and no decision reads the
