@@ -300,11 +300,8 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 
     project_all(solver);
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
-    solver->w_finite = perp__all_finite(solver->w_high, (size_t)solver->n);
-    if (!solver->w_finite) {
+    if (!perp__all_finite(solver->w_high, (size_t)solver->n))
         recompute(solver);
-        solver->w_finite = perp__all_finite(solver->w_high, (size_t)solver->n);
-    }
     solver->doubtful = 0;
     for (k = 0; k < solver->parts; k++)
         solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);

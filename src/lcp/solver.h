@@ -59,7 +59,6 @@ struct perp_lcp_solver {
     double *z_down, *z_up; /* 2^-(e_i + omega), 2^(e_i + omega) */
     double *w_down;        /* 2^(e_i - omega) */
     double *reach;         /* a part's largest |z_i|, scaled, of the point evaluated last */
-    int32_t w_finite;      /* that of the last evaluation */
     int32_t *recomputed;   /* n: rows of it that overflowed on the way */
     int32_t doubtful;      /* w may have lost q in doubled precision: terms tell by how much */
     perp__witness witness;

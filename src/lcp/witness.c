@@ -252,9 +252,9 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
 {
     perp__evidence evidence = {worth->tested / unit, INFINITY, worth->backward, 0};
 
-    if (evidence.tested <=
-        sqrt(solver->settings.tol)) /* reach: that of z, so z is finite with it */
-        evidence.sound = perp__all_finite(solver->reach, (size_t)solver->parts) && solver->w_finite;
+    if (evidence.tested <= sqrt(solver->settings.tol))
+        evidence.sound = perp__all_finite(solver->z, (size_t)solver->n) &&
+                         perp__all_finite(solver->w_high, (size_t)solver->n);
     if (evidence.sound)
         evidence.own = perp__lcp_own_residual(solver, worth) / unit;
     return evidence;
