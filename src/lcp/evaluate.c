@@ -264,11 +264,27 @@ static void accumulate(double a, double b, double *high, double *low)
     *high = sum;
 }
 
-/* Rows in which products or partial sums went beyond the range of doubles: once more in scaled
- * units, where they don't, and back. What is infinite then is beyond it. */
+/* log2 of a power of two near the largest scaled |z_j|, where that is above 1; else 0. */
+static int32_t find_excess(const perp_lcp_solver *solver)
+{
+    int32_t most = 0, j;
+
+    for (j = 0; j < solver->n; j++)
+        if (solver->z[j] != 0.0) {
+            const int32_t power =
+                exponent_of(solver->z[j]) - solver->exponents[j] - solver->omega[j];
+
+            most = power > most ? power : most;
+        }
+    return most;
+}
+
+/* Rows in which products or partial sums went beyond the range of doubles: once more in units where
+ * the largest scaled z is near 1, and back. What is infinite then is beyond that range. */
 static void recompute(perp_lcp_solver *solver)
 {
     const int32_t *e = solver->exponents, *omega = solver->omega;
+    const int32_t excess = find_excess(solver);
     perp__cursor c = perp__first(&solver->M);
     int32_t i;
 
@@ -276,21 +292,22 @@ static void recompute(perp_lcp_solver *solver)
         solver->recomputed[i] = !isfinite(solver->w_high[i]) || !isfinite(solver->w_low[i]);
         if (!solver->recomputed[i])
             continue;
-        solver->w_high[i] = perp__shift(solver->q[i], e[i] - omega[i]);
+        solver->w_high[i] = perp__shift(solver->q[i], e[i] - omega[i] - excess);
         solver->w_low[i] = 0.0;
     }
     while (perp__advance(&c))
         if (solver->recomputed[c.i] && solver->z[c.j] != 0.0)
             accumulate(perp__shift(c.value, e[c.i] + e[c.j]),
-                       perp__shift(solver->z[c.j], -e[c.j] - omega[c.j]), &solver->w_high[c.i],
-                       &solver->w_low[c.i]);
+                       perp__shift(solver->z[c.j], -e[c.j] - omega[c.j] - excess),
+                       &solver->w_high[c.i], &solver->w_low[c.i]);
     for (i = 0; i < solver->n; i++)
         if (solver->recomputed[i]) {
             const double sum = solver->w_high[i] + solver->w_low[i];
+            const double rest = (solver->w_high[i] - sum) + solver->w_low[i];
 
+            solver->w_high[i] = perp__shift(sum, omega[i] + excess - e[i]);
             solver->w_low[i] =
-                perp__shift((solver->w_high[i] - sum) + solver->w_low[i], omega[i] - e[i]);
-            solver->w_high[i] = perp__shift(sum, omega[i] - e[i]);
+                isfinite(solver->w_high[i]) ? perp__shift(rest, omega[i] + excess - e[i]) : 0.0;
         }
 }
 
