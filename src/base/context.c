@@ -126,6 +126,8 @@ int32_t perp__enter_to_destroy(const void *handle, uint64_t magic)
 
 perp_status perp__leave(perp_context *context, perp_status status)
 {
+    if (status == PERP_OK)
+        context->message[0] = '\0'; /* what went wrong on the way was mended */
     context->busy = 0;
     release_if_unused(context);
     return status;
