@@ -495,20 +495,29 @@ static void test_doubt_about_the_block(void **state)
     assert_true(proved > 100 && refuted > 100 && doubtful > 100);
 }
 
-/* z* = 1e308 lies farther from z = -1.7e308 than doubles reach: no radius, no proof. */
+/* z* = 1e308 lies farther from z = -1.7e308 than doubles reach: no radius, no proof. Nor where z,
+ * in units of q, is beyond them. */
 static void test_no_infinite_radius(void **state)
 {
     const double M = 1e-300, q = -1e8, l = -INFINITY, u = INFINITY, z = -1.7e308;
+    const double minus = -1.0, small = -1e-300, large = 1e300;
     double radius = 0.0;
     perp_lcp_proof proof;
-    perp_matrix view;
+    perp_matrix view, view_1;
 
     (void)state;
     assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1);
+    assert_int_equal(perp_matrix_init(&view_1, sizeof view_1), PERP_OK);
+    perp_matrix_dense(&view_1, PERP_STORAGE_ROW_MAJOR, 1, 1, &minus, 1);
     assert_int_equal(perp_lcp_proof_init(&proof, sizeof proof), PERP_OK);
     assert_int_equal(perp_lcp_verify(context, &radius, &proof, &view, &q, &l, &u, &z), PERP_OK);
     assert_int_equal(proof.verdict, PERP_VERDICT_SINGULAR);
+    assert_true(radius == INFINITY && proof.radius == INFINITY);
+    assert_int_equal(perp_lcp_verify(context, &radius, &proof, &view_1, &small, NULL, NULL, &large),
+                     PERP_OK);
+    assert_int_equal(proof.verdict, PERP_VERDICT_SINGULAR);
+    assert_int_equal(proof.index, -1);
     assert_true(radius == INFINITY && proof.radius == INFINITY);
 }
 
