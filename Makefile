@@ -60,7 +60,7 @@ SONAME := libperp.so.$(ABI_VERSION)
 
 ## What the goals need from the machine
 
-NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers
+NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate
 TEST_GOALS := test test-c tests check check-abi check-consumer valgrind run $(B)/tests/%
 PYTHON_GOALS := test test-python check run bench python $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
@@ -317,6 +317,11 @@ SLOW_UNDER_VALGRIND := $(addprefix $(B)/tests/,mechanism/test_large lcp/test_reg
 valgrind: $(TESTS)
 	@RUNNER='$(VALGRIND)' scripts/run-tests \
 	    $(if $(filter 1,$(ALL)),$(TESTS),$(filter-out $(SLOW_UNDER_VALGRIND),$(TESTS)))
+
+#: make mutate            breaks what decides about answers, one line at a time: do the tests notice?
+.PHONY: mutate
+mutate:
+	@CC='$(CC)' scripts/mutate --build '$(BUILD_DIR)/mutants'
 
 #: make check             test, and every check below
 .PHONY: check check-abi check-headers check-consumer

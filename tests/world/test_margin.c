@@ -9,10 +9,10 @@
 
 #include "world/scene.h"
 
-/* A ball of mass 1 comes with 10 m/s upon one of mass 1.5 at rest, which has a wall 0.02 m behind it.
- * Nothing of the latter two moves when the step of 0.01 s begins; without the wall both balls would
- * go on with 10 / 2.5 = 4 m/s, momentum kept, 0.04 m in the step. So the wall must count: it lets
- * them close by their 0.02 m, with 2 m/s, and no further. */
+/* A ball of mass 1 comes with 10 m/s upon one of mass 1.5 at rest, which has a wall 0.02 m behind
+ * it. Nothing of the latter two moves when the step of 0.01 s begins; without the wall both balls
+ * would go on with 10 / 2.5 = 4 m/s, momentum kept, 0.04 m in the step. So the wall must count: it
+ * lets them close by their 0.02 m, with 2 m/s, and no further. */
 static void test_pushed_by_what_is_fast(void **state)
 {
     const double gap = 0.02, h = 0.01;
@@ -39,10 +39,68 @@ static void test_pushed_by_what_is_fast(void **state)
     scene_close(&s);
 }
 
+/* Equal balls that come with 10 m/s each, 0.15 m apart: within 0.01 s they would overlap by 0.05 m,
+ * though neither is faster than the gap over the step. They close it, and share what is left. */
+static void test_both_are_fast(void **state)
+{
+    const double gap = 0.15, h = 0.01;
+    perp_body_settings settings = scene_settings();
+    perp_body balls[2];
+    scene s;
+    int i;
+
+    (void)state;
+    scene_open(&s, 0, 0.0, 0.0, 0.0);
+    for (i = 0; i < 2; i++) {
+        settings.position[0] = i * (2.0 + gap);
+        settings.velocity[0] = i == 0 ? 10.0 : -10.0;
+        balls[i] = scene_add(&s, &settings);
+        scene_sphere(&s, balls[i], 1.0, 0.0, 0.0);
+    }
+    scene_step(&s, h);
+    for (i = 0; i < 2; i++) /* as above */
+        scene_near(scene_state(&s, balls[i]).velocity[0], (i == 0 ? 0.5 : -0.5) * gap / h,
+                   8.0 * 3.0 * EPSILON / h, "speed");
+    scene_close(&s);
+}
+
+/* A ball of restitution 1 sinks upon the floor slower than gravity makes it within a step, which is
+ * no impact, and nears a wall that this step does not reach, which is none either: it rests on the
+ * floor, and goes on. */
+static void test_not_yet(void **state)
+{
+    const double gap = 0.15, h = 0.01;
+    perp_body_settings settings = scene_settings();
+    perp_world_stats stats;
+    perp_body ball;
+    scene s;
+
+    (void)state;
+    scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+    settings.velocity[0] = 10.0;
+    settings.velocity[2] = -0.5 * GRAVITY * h;
+    settings.position[2] = 1.0;
+    ball = scene_add(&s, &settings);
+    scene_sphere(&s, ball, 1.0, 0.0, 1.0);
+    scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0);
+    scene_plane(&s, s.ground, -1.0, 0.0, 0.0, -1.0 - gap, 0.0, 1.0);
+    scene_step(&s, h);
+    assert_int_equal(perp_world_stats_init(&stats, sizeof stats), PERP_OK);
+    SCENE_OK(&s, perp_world_get_stats(s.world, &stats));
+    assert_int_equal(stats.impacts, 0);
+    assert_true(scene_state(&s, ball).velocity[0] == 10.0);
+    assert_true(scene_state(&s, ball).velocity[2] == 0.0);
+    scene_step(&s, h);
+    assert_true(scene_state(&s, ball).velocity[0] < 0.0);
+    scene_close(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pushed_by_what_is_fast),
+        cmocka_unit_test(test_both_are_fast),
+        cmocka_unit_test(test_not_yet),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
