@@ -255,6 +255,47 @@ static void test_numbers(void **state)
     perp_contact_solver_destroy(solver);
 }
 
+/* Contact 1 has units of a millionth: t = 1e12, terms 2e6, as 2 in contact 0's. Beside 2 e-5 of
+ * that contact 0 lacks all of its 1e-7; beside a share of 2e6 it would lack nothing. */
+static void test_units_of_the_floor(void **state)
+{
+    static const rig mixed = {2, 1, 0, {1, 1e-3, 1e-3, 1e12}, {0}, {-1e-7, -1e6}, {0}};
+    perp_contact_solver *solver = solved(&mixed, 1);
+    perp__contact_worth worth;
+
+    (void)state;
+    assert_int_equal(solver->parts, 1);
+    solver->r[0] = 0.0;
+    solver->r[1] = 1e-6;
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_true(worth.tested <= 1e-6);
+    /* 1e-7 over 2e-5 and its own terms twice; the coupling changes a hundredth of it */
+    assert_true(fabs(worth.own / (1e-7 / (2e-5 + 2e-7)) - 1.0) <= 0.02);
+    perp_contact_solver_destroy(solver);
+}
+
+/* Parts are what couplings above noise, 2^-40 of what there can be, connect; whether the rest is 0
+ * is known too, for a part solved by itself would not see it. */
+static void test_parts_and_leaks(void **state)
+{
+    static const struct {
+        double coupling;
+        int32_t parts, leaks;
+    } cases[] = {{0, 2, 0}, {0x1p-50, 2, 1}, {-0x1p-50, 2, 1}, {0x1p-30, 1, 0}, {0x1p-2, 1, 0}};
+    size_t k;
+
+    (void)state;
+    for (k = 0; k < sizeof cases / sizeof *cases; k++) {
+        const double c = cases[k].coupling;
+        const rig two = {2, 1, 0, {1, c, c, 1}, {0}, {-1, -1}, {0}};
+        perp_contact_solver *solver = solved(&two, 1);
+
+        assert_int_equal(solver->parts, cases[k].parts);
+        assert_int_equal(solver->leaks, cases[k].leaks);
+        perp_contact_solver_destroy(solver);
+    }
+}
+
 /* u_n = 1/2 and next to no impulse obey the law to 1e-12, but not as a contact that presses, whose
  * u_n would be told to be 0. */
 static void test_modes_must_hold(void **state)
@@ -312,9 +353,10 @@ static void test_what_is_sound(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_the_better_point), cmocka_unit_test(test_what_a_proof_is),
-        cmocka_unit_test(test_the_worst_part),   cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_modes_must_hold),  cmocka_unit_test(test_what_is_sound),
+        cmocka_unit_test(test_the_better_point),   cmocka_unit_test(test_what_a_proof_is),
+        cmocka_unit_test(test_the_worst_part),     cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_units_of_the_floor), cmocka_unit_test(test_parts_and_leaks),
+        cmocka_unit_test(test_modes_must_hold),    cmocka_unit_test(test_what_is_sound),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

@@ -148,10 +148,10 @@ static void test_walls(void **state)
     tabled_near(r.impulse[0], 0.5, 1e-15, "behind");
 }
 
-/* A ball of mass 3 hits one of mass 1, e = 1, before a wall that it would reach if it was alone. The
- * plastic stage, with 3/4 of the speed, leaves 1/8 h to the wall: the ball may go there within the
- * next step, 1/8 fast, no further, and the other one is faster by 1. Without a wall it would go on
- * with 1/2. */
+/* A ball of mass 3 hits one of mass 1, e = 1, before a wall that it would reach if it was alone.
+ * The plastic stage, with 3/4 of the speed, leaves 1/8 h to the wall: the ball may go there within
+ * the next step, 1/8 fast, no further, and the other one is faster by 1. Without a wall it would go
+ * on with 1/2. */
 static void test_a_wall_not_touched_yet(void **state)
 {
     const double h = 1.0 / 1024;
