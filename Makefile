@@ -16,6 +16,14 @@ all: library
 
 ## Switches
 
+# Fuzz targets are built by clang, on a library that counts what it covers.
+FUZZ_GOALS := fuzz fuzz-check fuzz-merge fuzzers
+ifneq ($(filter $(FUZZ_GOALS),$(MAKECMDGOALS)),)
+ifeq ($(origin CC),default)
+CC = clang
+endif
+SANITIZE := fuzzer-no-link,address,undefined
+endif
 ifeq ($(origin CC),default)
 CC = cc
 endif
@@ -61,13 +69,14 @@ SONAME := libperp.so.$(ABI_VERSION)
 ## What the goals need from the machine
 
 NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate
-TEST_GOALS := test test-c tests check check-abi check-consumer valgrind run $(B)/tests/%
+TEST_GOALS := test test-c test-threads tests check check-abi check-consumer valgrind run $(B)/tests/%
 PYTHON_GOALS := test test-python check run bench python $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
 
 needs := library \
     $(if $(filter 1,$(GPL)),gpl) \
     $(if $(filter $(TEST_GOALS),$(goals)),tests) \
+    $(if $(filter $(FUZZ_GOALS),$(goals)),fuzz) \
     $(if $(filter $(PYTHON_GOALS),$(goals)),python)
 needs := $(strip $(needs))
 CERTIFICATES := $(BUILD_DIR)/certificates.pem
@@ -256,6 +265,35 @@ $(BENCHES): $(B)/%: $(B)/obj/%.o $(BENCH_HELPER_OBJECTS) $(SHARED) $(B)/link-fla
 	@mkdir -p $(@D)
 	$(call quietly,LD,$(LINK) -o $@ $< $(BENCH_HELPER_OBJECTS) -L$(B)/lib -lperp -lm -lpthread $(RPATH))
 
+## Fuzz targets: tests/fuzz/fuzz_NAME.c becomes build/.../fuzz/NAME, on an instrumented library
+
+FUZZ_SOURCES := $(sort $(wildcard tests/fuzz/fuzz_*.c))
+FUZZ_NAMES := $(FUZZ_SOURCES:tests/fuzz/fuzz_%.c=%)
+FUZZ_HELPERS := tests/fuzz/fuzz.c tests/fuzz/oracle.c tests/fuzz/oracle_integer.c tests/fuzz/problem.c \
+    tests/fuzz/laws.c
+FUZZ_OBJECTS := $(FUZZ_SOURCES:%.c=$(B)/obj/%.o) $(FUZZ_HELPERS:%.c=$(B)/obj/%.o) \
+    $(B)/obj/tests/fuzz/standalone.o
+FUZZERS := $(FUZZ_NAMES:%=$(B)/fuzz/%)
+FUZZ_ALONE := $(FUZZ_NAMES:%=$(B)/fuzz/alone/%)
+
+.PHONY: fuzzers
+fuzzers: $(FUZZERS)
+# FUZZ_FLAGS=-DFUZZ_AUTO_IS_COMPLETE=1 asserts what tests/fuzz/fuzz.h keeps back.
+FUZZ_FLAGS ?=
+FUZZ_PARTS = $(FUZZ_HELPERS:%.c=$(B)/obj/%.o) $(B)/obj/tests/rational.o $(STATIC)
+$(FUZZ_OBJECTS): TEST_FLAGS = -Iinclude $(FUZZ_FLAGS)
+$(FUZZ_OBJECTS): $(B)/fuzz-flags
+$(B)/fuzz-flags: FORCE
+	$(call record,$(FUZZ_FLAGS))
+$(FUZZERS): $(B)/fuzz/%: $(B)/obj/tests/fuzz/fuzz_%.o $(FUZZ_PARTS) $(B)/link-flags
+	@mkdir -p $(@D)
+	$(call quietly,LD,$(LINK) -fsanitize=fuzzer -o $@ $< $(FUZZ_PARTS) $(LIBRARY_LIBS) -lpthread)
+$(FUZZ_ALONE): $(B)/fuzz/alone/%: $(B)/obj/tests/fuzz/fuzz_%.o $(B)/obj/tests/fuzz/standalone.o \
+    $(FUZZ_PARTS) $(B)/link-flags
+	@mkdir -p $(@D)
+	$(call quietly,LD,$(LINK) -o $@ $< $(B)/obj/tests/fuzz/standalone.o $(FUZZ_PARTS) \
+	    $(LIBRARY_LIBS) -lpthread)
+
 ## Python: a virtual environment with what the binding's tests and the plots need
 
 VENV := $(BUILD_DIR)/venv
@@ -300,6 +338,12 @@ test-c: static $(TEST_HELPER_OBJECTS)
 	@$(AGAIN) -k tests || true
 	@scripts/run-tests $(TESTS)
 
+#: make test-threads      the tests with threads: SANITIZE=thread BLAS=internal tells of races
+THREAD_TESTS := $(addprefix $(B)/tests/,base/test_threads lcp/test_batch)
+.PHONY: test-threads
+test-threads: $(THREAD_TESTS)
+	@scripts/run-tests $(THREAD_TESTS)
+
 #: make test-python       the Python tests alone
 test-python: library $(VENV)/ready
 	@$(ENVIRONMENT) scripts/run-all-tests
@@ -322,6 +366,24 @@ valgrind: $(TESTS)
 .PHONY: mutate
 mutate:
 	@CC='$(CC)' scripts/mutate --build '$(BUILD_DIR)/mutants'
+
+TARGETS ?= $(FUZZ_NAMES)
+SECONDS ?= 60
+RUNS ?= 8000
+#: make fuzz              each fuzz target for SECONDS (60) over its corpus; TARGETS='lcp world'
+#:                        picks; finds go to build/fuzz, crashes to build/fuzz/crashes
+#: make fuzz-check        the corpora, and RUNS inputs of a fixed seed a target
+#: make fuzz-merge        take what fuzzing found into tests/fuzz/corpus, minimised
+#: make fuzz-alone        the corpora without libFuzzer, by any compiler
+.PHONY: fuzz fuzz-check fuzz-merge fuzz-alone
+fuzz: $(TARGETS:%=$(B)/fuzz/%)
+	@FINDS='$(BUILD_DIR)/fuzz' scripts/fuzz run $(SECONDS) $(B)/fuzz $(TARGETS)
+fuzz-check: $(TARGETS:%=$(B)/fuzz/%)
+	@FINDS='$(BUILD_DIR)/fuzz' scripts/fuzz check $(RUNS) $(B)/fuzz $(TARGETS)
+fuzz-merge: $(TARGETS:%=$(B)/fuzz/%)
+	@FINDS='$(BUILD_DIR)/fuzz' scripts/fuzz merge $(B)/fuzz $(TARGETS)
+fuzz-alone: $(TARGETS:%=$(B)/fuzz/alone/%)
+	@scripts/fuzz alone $(B)/fuzz/alone $(TARGETS)
 
 #: make check             test, and every check below
 .PHONY: check check-abi check-headers check-consumer
@@ -406,4 +468,4 @@ help:
 	@echo 'CFLAGS, CPPFLAGS and LDFLAGS are used as they come.'
 
 -include $(wildcard $(patsubst %.o,%.d,$(OBJECTS) $(TEST_OBJECTS) $(TEST_HELPER_OBJECTS) \
-    $(EXAMPLE_OBJECTS) $(EXAMPLE_HELPER_OBJECTS) $(BENCH_OBJECTS)))
+    $(EXAMPLE_OBJECTS) $(EXAMPLE_HELPER_OBJECTS) $(BENCH_OBJECTS) $(FUZZ_OBJECTS)))

@@ -223,17 +223,22 @@ static void balance(const check_item *list, size_t count, int32_t n, const doubl
     free(noisy);
 }
 
-void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents)
+int check_exponents_from(const perp_matrix *M, int scaling, int sign, int32_t *exponents)
 {
     size_t count, p;
     check_item *list = check_items(M, &count);
     int *largest = check_allocate((size_t)M->rows, sizeof *largest);
     double *diagonal = check_allocate((size_t)M->rows, sizeof *diagonal);
     int32_t i;
+    int first = 0, other = 0;
 
     for (p = 0; p < count; p++)
         if (list[p].row == list[p].column)
-            diagonal[list[p].row] = list[p].value;
+            diagonal[list[p].row] = sign * list[p].value;
+    for (i = 0; i < M->rows; i++) {
+        first |= diagonal[i] > 0;
+        other |= diagonal[i] < 0;
+    }
     for (i = 0; i < M->rows; i++)
         exponents[i] = !scaling ? 0 : diagonal[i] > 0 ? unit_diagonal(diagonal[i]) : UNSET;
     if (scaling)
@@ -244,11 +249,17 @@ void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents)
             exponents[i] = 0;
             spread(list, count, M->rows, exponents, largest);
         }
-    if (scaling)
+    if (scaling && sign > 0)
         balance(list, count, M->rows, diagonal, exponents, largest);
     free(diagonal);
     free(largest);
     free(list);
+    return first && other;
+}
+
+void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents)
+{
+    check_exponents_from(M, scaling, 1, exponents);
 }
 
 /* part[i] := the lowest index that row i hangs together with, through entries of M. */

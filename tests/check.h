@@ -31,6 +31,10 @@ typedef struct check_measures {
 /* log2 of the symmetric equilibration of M, n entries. */
 void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents);
 
+/* The same from the diagonals of that sign first, those of -1 without a look at entries of 2^40.
+ * Whether there are diagonals of both signs. */
+int check_exponents_from(const perp_matrix *M, int scaling, int sign, int32_t *exponents);
+
 /* 1-norms of the rows of the equilibrated M. */
 void check_row_norms(const perp_matrix *M, const int32_t *exponents, double *norms);
 

@@ -36,98 +36,158 @@ static void find_units(const check_item *list, size_t count, int32_t n, int32_t 
 }
 
 typedef struct rows {
-    long double *terms, *carried, *around;
+    long double *terms, *reach, *carried, *around, *rounding;
     int32_t *part;
+    const int32_t *units;
+    const check_item *list;
+    size_t count;
+    double least; /* sqrt(tol) */
 } rows;
 
-static void fill(rows *r, const check_lcp *problem, const check_item *list, size_t count,
-                 const int32_t *units, const double *z, double tol)
+static long double size_of(const rows *r, size_t p)
+{
+    return ldexpl(fabsl((long double)r->list[p].value),
+                  r->units[r->list[p].row] + r->units[r->list[p].column]);
+}
+
+/* terms, rounding: t, and t where large terms cancel. reach: how large z_j may be for its rows. */
+static void find_terms(rows *r, const check_lcp *problem, const double *z, const double *w)
+{
+    const int32_t n = problem->M->rows;
+    int32_t i;
+    size_t p;
+
+    for (i = 0; i < n; i++) {
+        r->terms[i] = ldexpl(fabsl((long double)problem->q[i]), r->units[i]);
+        r->reach[i] = r->carried[i] = ldexpl(fabsl((long double)z[i]), -r->units[i]);
+    }
+    for (p = 0; p < r->count; p++)
+        r->terms[r->list[p].row] +=
+            ldexpl(fabsl((long double)r->list[p].value * (long double)z[r->list[p].column]),
+                   r->units[r->list[p].row]);
+    for (i = 0; i < n; i++)
+        r->rounding[i] = ldexpl(fabsl((long double)w[i]), r->units[i]) <= r->least * r->terms[i]
+                             ? r->terms[i]
+                             : 0;
+    for (p = 0; p < r->count; p++) {
+        const long double t = r->terms[r->list[p].row] / size_of(r, p);
+
+        if (size_of(r, p) >= r->least && t > r->reach[r->list[p].column])
+            r->reach[r->list[p].column] = t;
+    }
+}
+
+/* Which bounds z_i is next to: bit 0 the lower, bit 1 the upper. */
+static int bounds_near(const check_lcp *problem, const rows *r, int32_t i, double z, double tol)
+{
+    const long double near = ldexpl(tol * r->reach[i], r->units[i]);
+
+    return ((long double)z - check_lower(problem, i) <= near) +
+           2 * (check_upper(problem, i) - (long double)z <= near);
+}
+
+static void find_neighbours(rows *r, const check_lcp *problem, const double *z, double tol)
 {
     const int32_t n = problem->M->rows;
     int32_t i;
     size_t p;
     int changed = 1;
 
+    for (p = 0; p < r->count; p++) {
+        const int32_t j = r->list[p].column;
+        const long double t = r->rounding[r->list[p].row] / size_of(r, p);
+
+        if (size_of(r, p) >= r->least && !bounds_near(problem, r, j, z[j], tol) &&
+            t > r->carried[j])
+            r->carried[j] = t;
+    }
     for (i = 0; i < n; i++) {
-        r->carried[i] = ldexpl(fabsl((long double)z[i]), -units[i]);
-        r->terms[i] = ldexpl(fabsl((long double)problem->q[i]), units[i]);
+        r->around[i] = r->terms[i];
         r->part[i] = i;
     }
-    for (p = 0; p < count; p++)
-        r->terms[list[p].row] += ldexpl(
-            fabsl((long double)list[p].value * (long double)z[list[p].column]), units[list[p].row]);
-    for (p = 0; p < count; p++) {
-        const int32_t k = list[p].row, j = list[p].column;
-        const long double size = ldexpl(fabsl((long double)list[p].value), units[k] + units[j]);
-
-        if (size >= sqrt(tol) && r->terms[k] / size > r->carried[j])
-            r->carried[j] = r->terms[k] / size;
-    }
-    for (i = 0; i < n; i++)
-        r->around[i] = r->terms[i];
-    for (p = 0; p < count; p++)
-        r->around[list[p].row] +=
-            ldexpl(fabsl((long double)list[p].value), units[list[p].row] + units[list[p].column]) *
-            r->carried[list[p].column];
+    for (p = 0; p < r->count; p++)
+        r->around[r->list[p].row] += size_of(r, p) * r->carried[r->list[p].column];
     while (changed)
-        for (changed = 0, p = 0; p < count; p++) {
-            int32_t *a = &r->part[list[p].row], *b = &r->part[list[p].column];
+        for (changed = 0, p = 0; p < r->count; p++) {
+            int32_t *a = &r->part[r->list[p].row], *b = &r->part[r->list[p].column];
 
-            if (ldexpl(fabsl((long double)list[p].value),
-                       units[list[p].row] + units[list[p].column]) < sqrt(tol))
+            if (size_of(r, p) < r->least)
                 continue;
             changed |= *a != *b;
             *a = *b = *a < *b ? *a : *b;
         }
 }
 
-static long double violation(const check_lcp *problem, const rows *r, int32_t i, int32_t unit,
-                             double z, double w, double tol)
+static long double violation(const check_lcp *problem, int32_t i, double w, int near)
 {
-    const long double near = ldexpl(tol * r->carried[i], unit);
-    const double l = check_lower(problem, i), u = check_upper(problem, i);
-
-    if (l == u || ((long double)z - l <= near && (long double)u - z <= near))
-        return 0.0;
-    if ((long double)z - l <= near)
-        return w < 0 ? -w : 0.0;
-    if ((long double)u - z <= near)
-        return w > 0 ? w : 0.0;
+    if (check_lower(problem, i) == check_upper(problem, i) || near == 3)
+        return 0.0L;
+    if (near == 1)
+        return w < 0 ? -w : 0.0L;
+    if (near == 2)
+        return w > 0 ? w : 0.0L;
     return fabs(w);
+}
+
+static double own_residual(rows *r, const check_lcp *problem, const double *z, const double *w,
+                           double tol)
+{
+    const long double floor = fmax(1e-5, 16 * 0x1p-52 / tol);
+    const int32_t n = problem->M->rows;
+    long double largest = 0.0L;
+    double own = 0.0;
+    int32_t i, k;
+
+    find_terms(r, problem, z, w);
+    find_neighbours(r, problem, z, tol);
+    for (i = 0; i < n; i++)
+        largest = r->terms[i] > largest ? r->terms[i] : largest;
+    for (i = 0; i < n; i++) {
+        const long double v =
+            ldexpl(violation(problem, i, w[i], bounds_near(problem, r, i, z[i], tol)), r->units[i]);
+        long double most = 0.0L;
+
+        if (!(v > 0))
+            continue;
+        for (k = 0; k < n; k++)
+            if (r->part[k] == r->part[i] && r->rounding[k] > most)
+                most = r->rounding[k];
+        check_raise(&own, r->around[i] + floor * most < 1e-250L * largest
+                              ? NAN
+                              : (double)(v / (r->around[i] + floor * most)));
+    }
+    return own;
 }
 
 double check_own(const check_lcp *problem, const double *z, const double *w, double tol)
 {
-    const int32_t n = problem->M->rows;
-    size_t count, bytes = sizeof(long double);
+    const size_t n = (size_t)problem->M->rows, bytes = sizeof(long double);
+    size_t count;
     check_item *list = check_items(problem->M, &count);
-    int32_t *units = check_allocate((size_t)n, sizeof *units), i, k;
-    rows r = {check_allocate((size_t)n, bytes), check_allocate((size_t)n, bytes),
-              check_allocate((size_t)n, bytes), check_allocate((size_t)n, sizeof *r.part)};
-    const long double floor = fmax(1e-5, 16 * 0x1p-52 / tol);
-    long double largest = 0.0;
+    int32_t *units = check_allocate(n, sizeof *units);
+    rows r = {check_allocate(n, bytes),
+              check_allocate(n, bytes),
+              check_allocate(n, bytes),
+              check_allocate(n, bytes),
+              check_allocate(n, bytes),
+              check_allocate(n, sizeof *r.part),
+              units,
+              list,
+              count,
+              sqrt(tol)};
     double own = 0.0;
+    int both = 1, sign;
 
-    check_exponents(problem->M, problem->scaling, units);
-    find_units(list, count, n, units);
-    fill(&r, problem, list, count, units, z, tol);
-    for (i = 0; i < n; i++)
-        largest = r.terms[i] > largest ? r.terms[i] : largest;
-    for (i = 0; i < n; i++) {
-        const long double v = violation(problem, &r, i, units[i], z[i], w[i], tol);
-        long double most = 0.0;
-
-        for (k = 0; k < n && v > 0; k++)
-            if (r.part[k] == r.part[i] && r.terms[k] > most)
-                most = r.terms[k];
-        if (v > 0 && r.around[i] + floor * most < 1e-250L * largest)
-            own = NAN;
-        if (v > 0)
-            check_raise(&own, (double)(ldexpl(v, units[i]) / (r.around[i] + floor * most)));
+    for (sign = 1; sign >= -1 && (sign == 1 || (both && problem->scaling)); sign -= 2) {
+        both = check_exponents_from(problem->M, problem->scaling, sign, units);
+        find_units(list, count, problem->M->rows, units);
+        check_raise(&own, own_residual(&r, problem, z, w, tol));
     }
     free(r.part);
+    free(r.rounding);
     free(r.around);
     free(r.carried);
+    free(r.reach);
     free(r.terms);
     free(units);
     free(list);

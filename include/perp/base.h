@@ -128,11 +128,16 @@ PERP_API perp_status perp_context_create(perp_context **context,
                                          const perp_context_settings *settings) PERP_WARN_UNUSED;
 
 /* Releases a context. Solvers and worlds created from it stay usable until they are destroyed
- * themselves; the context's memory goes with the last of them. */
+ * themselves; the context's memory goes with the last of them. Nothing new is made from it, and
+ * whatever is given it says PERP_ERROR_HANDLE.
+ *
+ * Inside a callback (allocator, log, monitor, a model's functions) the call around it needs its
+ * memory: there this and the destruction of whatever was made from the context are ignored. */
 PERP_API void perp_context_destroy(perp_context *context);
 
 /* Returns the message of the last failure on this context, "" if the last call succeeded. The
- * string is valid until the next call that uses the context, its solvers or its worlds. */
+ * string is valid until the next call that uses the context, its solvers or its worlds; destroying
+ * one of these keeps it. */
 PERP_API const char *perp_context_message(const perp_context *context);
 
 #ifdef __cplusplus

@@ -247,7 +247,7 @@ PERP_API perp_status perp_load_friction_create(perp_context *context, perp_load_
 PERP_API perp_status perp_load_friction_set(perp_load_friction *friction,
                                             const perp_load_system *system) PERP_WARN_UNUSED;
 
-/* Releases the handle; NULL is accepted. */
+/* Releases the handle; NULL is accepted. Ignored inside a callback of its own context. */
 PERP_API void perp_load_friction_destroy(perp_load_friction *friction);
 
 /* Forward dynamics: finds the accelerations that a torque may have, and keeps them in the handle.
@@ -332,7 +332,7 @@ PERP_API perp_status perp_load_friction_step(perp_load_friction *friction, doubl
 PERP_API perp_status perp_compliant_create(perp_context *context, perp_compliant **compliant,
                                            const perp_compliant_system *system) PERP_WARN_UNUSED;
 
-/* Releases the handle; NULL is accepted. */
+/* Releases the handle; NULL is accepted. Ignored inside a callback of its own context. */
 PERP_API void perp_compliant_destroy(perp_compliant *compliant);
 
 /* Linearises the contacts where they slide in the directions `slip` with normal forces of the signs

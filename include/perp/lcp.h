@@ -270,7 +270,7 @@ PERP_API perp_status perp_lcp_sensitivity_create(
     const perp_lcp_settings *settings, const perp_matrix *M, const double *q, const double *lower,
     const double *upper, const double *z) PERP_WARN_UNUSED;
 
-/* NULL is allowed. */
+/* NULL is allowed. Ignored inside a callback of its own context. */
 PERP_API void perp_lcp_sensitivity_destroy(perp_lcp_sensitivity *sensitivity);
 
 /* Writes the index set used: n times PERP_PLACE_... */

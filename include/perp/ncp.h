@@ -63,18 +63,21 @@ typedef struct perp_ncp_progress {
     double residual;     /* natural residual in the method's scaled units */
 } perp_ncp_progress;
 
-/* Called once an iteration. Returns 0 to go on, a positive number to stop (outcome 'stopped', best
- * iterate returned), a negative one to abort the call with PERP_ERROR_CALLBACK. Must not call into
- * the same context. */
+/* Called once an iteration, those of the polish included. Returns 0 to go on, a positive number to
+ * stop (outcome 'stopped', best iterate returned), a negative one to abort the call with
+ * PERP_ERROR_CALLBACK. Must not call into the same context. */
 typedef int32_t (*perp_ncp_monitor)(const perp_ncp_progress *progress, void *user);
 
 typedef struct perp_ncp_settings {
     size_t struct_size;
     int32_t method;           /* PERP_NCP_...; default PERP_NCP_AUTO */
-    int32_t max_iterations;   /* Newton steps of one run of a method; 0 (default): 200, but 100
-                                 for fischer under auto */
+    int32_t max_iterations;   /* Newton steps of the call, all runs together, the polish (20 a run
+                                 at most) left out, half of it for fischer under auto; 0
+                                 (default): 200 a run, but 100 for fischer
+                                 under auto, and no limit for all together */
     double tol;               /* tested residual that counts as solved; default 1e-10; > 0 */
-    double time_limit;        /* seconds; 0 (default): none, and no decision reads the clock */
+    double time_limit;        /* seconds of the call; 0 (default): none, and no decision reads the
+                                 clock. Looked at before each call of F: one more may follow */
     double penalty;           /* fischer: weight of max(a,0) max(b,0), in [0, 1); default
                                0.1; 0: the plain function */
     int32_t restarts;         /* auto: most perturbed starts; default 20; >= 0 */
@@ -89,8 +92,8 @@ typedef struct perp_ncp_result {
     size_t struct_size;
     int32_t outcome;              /* PERP_OUTCOME_... */
     int32_t method;               /* the method that gave the answer, PERP_NCP_... */
-    int64_t iterations;           /* Newton steps, all runs together */
-    double residual;              /* tested residual, dimensionless: the one compared with tol */
+    int64_t iterations;           /* Newton steps of all runs of the call, without the polish */
+    double residual;              /* tested residual of z, dimensionless: compared with tol */
     double natural_residual;      /* max |mid(z - l, z - u, w)| in the caller's units */
     double backward_error;        /* row-wise, of the linearisation at z; 2^-52 is one unit */
     double seconds;               /* wall time of the call */
@@ -141,18 +144,19 @@ PERP_API perp_status perp_ncp_solver_setup(perp_ncp_solver *solver,
 
 /* Solves the problem from one start.
  *
- * What counts is judged at the point returned, not by the method: with J = J(z), q = F(z) - J z, D
- * the power-of-two equilibration of J (as perp/lcp.h has it), and omega the power of two near
- * max(|D q|, |z/D|, 2^-20 |z0/D|) (1 if that is 0), the tested residual is
- * max |mid((z - l)/(D omega), (z - u)/(D omega), D w/omega)|. (omega = |D q|, as for linear
- * problems, would be rounding alone where F is homogeneous.) 'solved' is tested residual <= tol,
- * and
- * <= sqrt(tol) with the J, D and omega of the start, as a guard against scales that have run away;
- * 'rounding_limit' that tol was
- * missed but the backward error of (J, q) is at most 16 eps and the tested residual at most
- * sqrt(tol); 'evaluation_failed' that F was defined neither at z0 nor near it (z is then z0
- * projected onto the bounds, w NaN); 'singular' that the Jacobian had no use at the last point;
- * 'stalled' that no run of any method got further.
+ * What counts is judged at the point returned, not by the method: with J = J(z), q = F(z) - J z and
+ * D the power-of-two equilibration of J (as perp/lcp.h has it), rows and variables hang together by
+ * entries of J other than 0. All that hangs together has one unit omega, the power of two near
+ * max(|D q|, |z/D|, 2^-20 |z0/D|), and independent parts of a system don't see each other. The
+ * tested residual is max |mid((z - l)/(D omega_z), (z - u)/(D omega_z), D w/omega_w)|. (omega =
+ * |D q|, as for linear problems, would be rounding alone where F is homogeneous.) 'solved' is
+ * tested residual <= tol, and <= sqrt(tol) with the J, D and omega of the start, as a guard against
+ * scales that have run away, and no row wrong by more than tol of what it and its neighbours carry;
+ * 'rounding_limit' that tol was missed, but the backward error of (J, q) is at most 16 eps and the
+ * others at most sqrt(tol); both come with finite z and w only. 'evaluation_failed' that F was
+ * defined neither at z0 nor near it (z is then z0 projected onto the bounds, w NaN); 'singular'
+ * that the Jacobian had no use at the last point; 'stalled' that no run of any method got further.
+ * Up to 64 parts that are not solved together are solved one by one.
  *
  * Returns: PERP_OK with the outcome in result->outcome; PERP_ERROR_ARGUMENT (no problem set up),
  *          PERP_ERROR_NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY or _CALLBACK. After a negative

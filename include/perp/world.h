@@ -58,9 +58,10 @@ typedef struct perp_world_settings {
                                     4 .. 64; default 8. Planar friction is exact. */
     int32_t method;              /* PERP_LCP_... of the contact problems; default PERP_LCP_AUTO;
                                     PERP_LCP_PGS serves without friction only */
-    int32_t max_iterations;      /* of one contact problem; 0 (default): the method's own limit */
-    double tol;                  /* tested residual of one contact problem; default 1e-10 */
-    double time_limit;           /* seconds for one contact problem; 0 (default): none */
+    int32_t max_iterations;      /* of a whole step; 0 (default): the methods' own limits */
+    double tol;                  /* residual that counts as solved, see below; default 1e-10 */
+    double time_limit;           /* seconds for a whole step; 0 (default): none, and no decision
+                                    reads the clock */
     int32_t strict;              /* 1: a step that is not solved leaves the state untouched;
                                     0 (default): on a limit it advances with the best iterate */
     int32_t reserved;
@@ -125,10 +126,11 @@ typedef struct perp_contact {
 
 typedef struct perp_step_result {
     size_t struct_size;
-    int32_t outcome;  /* the worst of the islands': solved and rounding_limit are good */
-    int32_t advanced; /* 1 if the state moved on; 0 if it was left untouched */
-    int64_t iterations;
-    double residual; /* the largest tested residual of the islands */
+    int32_t outcome;    /* the worst of the islands': solved and rounding_limit are good */
+    int32_t advanced;   /* 1 if the state moved on; 0 if it was left untouched */
+    int64_t iterations; /* of all methods and problems of the step, projection included */
+    double residual;    /* the largest tested residual of the islands' velocities, each beside its
+                           island's numbers; where sweeps gave them, that of perp_world_step */
     int32_t contacts;
     int32_t islands; /* islands that needed a solve */
 } perp_step_result;
@@ -143,9 +145,9 @@ typedef struct perp_world_stats {
     int32_t rows_friction;  /* one an edge of a friction cone */
     int32_t rows_cone;      /* one a contact with friction */
     int32_t impacts;        /* islands that solved a second problem for restitution */
-    int64_t iterations;     /* last step */
+    int64_t iterations;     /* last step, as in its result */
     int64_t steps;          /* since creation */
-    double residual;        /* last step */
+    double residual;        /* last step, as in its result */
     double seconds_collide; /* since creation, by phase */
     double seconds_solve;
     double seconds_integrate;
@@ -169,7 +171,7 @@ PERP_API perp_status perp_world_stats_init(perp_world_stats *stats, size_t size)
 PERP_API perp_status perp_world_create(perp_context *context, perp_world **world,
                                        const perp_world_settings *settings) PERP_WARN_UNUSED;
 
-/* Releases a world; NULL is allowed. */
+/* Releases a world; NULL is allowed. Ignored inside a callback of the world's own context. */
 PERP_API void perp_world_destroy(perp_world *world);
 
 /* Returns the id of the world's static body; 0 if `world` is not a world. */
@@ -209,6 +211,18 @@ PERP_API perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, 
  * Returns: PERP_OK with the outcome in result->outcome, PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI,
  *          _HANDLE, _BUSY or _MEMORY; after a negative status the state is untouched.
  * Out:     result: initialised by perp_step_result_init; or NULL.
+ * 'solved' says: every island's problem is solved to tol beside its own numbers, and every body and
+ * contact beside its own, however small they are beside their neighbours': momentum beside the
+ * sizes of its terms, Signorini's law and slips beside those of the contact's velocity, friction
+ * beside the contact's normal impulse. 'rounding_limit' says the same to sqrt(tol), where doubles
+ * give no more.
+ *
+ * On a limit ('iteration_limit', 'time_limit') and where a method stalls, a few sweeps over the
+ * contacts take over, which keep bodies apart as far as they come; at least eight for each problem
+ * are made, also after the limit, and counted as iterations. A time limit is overrun by that
+ * much, and by what a method does between two looks at the clock. Numbers beyond the range of
+ * doubles, in states or contacts, are PERP_ERROR_NOT_FINITE.
+ *
  * Where no step exists (outcome 'ray': restitutions differ on contacts that oppose each other, or
  * kinematic bodies close on one between them) the state is left untouched. */
 PERP_API perp_status perp_world_step(perp_world *world, perp_step_result *result,

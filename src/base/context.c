@@ -64,7 +64,7 @@ perp_status perp_context_create(perp_context **context, const perp_context_setti
 
 static void release_if_unused(perp_context *context)
 {
-    if (context->destroyed && context->children == 0) {
+    if (context->destroyed && context->children == 0 && !context->busy) {
         context->magic = 0;
         context->release(context, context->allocator_user);
     }
@@ -72,7 +72,7 @@ static void release_if_unused(perp_context *context)
 
 void perp_context_destroy(perp_context *context)
 {
-    if (!is_context(context))
+    if (!is_context(context) || context->busy)
         return;
     context->destroyed = 1;
     release_if_unused(context);
@@ -83,11 +83,8 @@ const char *perp_context_message(const perp_context *context)
     return is_context(context) ? context->message : "";
 }
 
-perp_status perp__enter(perp_context *context)
+static perp_status open_call(perp_context *context)
 {
-    /* a destroyed context lives on in its children, which pass it here */
-    if (!context || context->magic != PERP__CONTEXT_MAGIC)
-        return PERP_ERROR_HANDLE;
     if (context->busy)
         return PERP_ERROR_BUSY;
     context->busy = 1;
@@ -95,14 +92,42 @@ perp_status perp__enter(perp_context *context)
     return PERP_OK;
 }
 
-perp_status perp__enter_to_create(perp_context *context)
+perp_status perp__enter(perp_context *context)
 {
-    return is_context(context) ? perp__enter(context) : PERP_ERROR_HANDLE;
+    return is_context(context) ? open_call(context) : PERP_ERROR_HANDLE;
+}
+
+/* The context behind a handle; NULL if that is not one of this kind. */
+static perp_context *context_of(const void *handle, uint64_t magic)
+{
+    perp__handle head = {0, NULL};
+
+    if (handle)
+        memcpy(&head, handle, sizeof head); /* what the struct is called is its layer's affair */
+    return head.magic == magic ? head.context : NULL;
+}
+
+perp_status perp__enter_handle(const void *handle, uint64_t magic)
+{
+    perp_context *context = context_of(handle, magic);
+
+    return context ? open_call(context) : PERP_ERROR_HANDLE;
+}
+
+int32_t perp__enter_to_destroy(const void *handle, uint64_t magic)
+{
+    perp_context *context = context_of(handle, magic);
+
+    if (!context || context->busy)
+        return 0;
+    context->busy = 1;
+    return 1;
 }
 
 perp_status perp__leave(perp_context *context, perp_status status)
 {
     context->busy = 0;
+    release_if_unused(context);
     return status;
 }
 

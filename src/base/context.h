@@ -20,12 +20,22 @@ struct perp_context {
     char message[PERP__MESSAGE_SIZE];
 };
 
-/* Opens a public call: refuses what is not a context and what is already inside a call, clears the
- * message. Every successful enter is closed by a leave, which passes `status` through. */
+/* How the struct behind every handle begins; a destroyed one has magic 0. */
+typedef struct perp__handle {
+    uint64_t magic;
+    perp_context *context;
+} perp__handle;
+
+/* Opens a public call that is given a context: refuses what is none, what was destroyed and lives
+ * on only in what it made, and what is already inside a call; clears the message. Every successful
+ * enter is closed by a leave, which passes `status` through. */
 perp_status perp__enter(perp_context *context);
-/* The same for calls that create something: refuses a context that was destroyed and lives on only
- * in what it made. */
-perp_status perp__enter_to_create(perp_context *context);
+/* The same for a call that is given something made from a context, which may be destroyed. */
+perp_status perp__enter_handle(const void *handle, uint64_t magic);
+/* Whether a handle may be destroyed now, and then a call is open that perp__leave closes: not if it
+ * is none, and not inside a callback, where the call around it needs its memory. Keeps the
+ * message, which the caller may want to read still. */
+int32_t perp__enter_to_destroy(const void *handle, uint64_t magic);
 perp_status perp__leave(perp_context *context, perp_status status);
 
 /* Writes the message (and logs it) and returns `status`. */

@@ -76,15 +76,13 @@ void perp__contact_destroy(perp_contact_solver *solver)
 
 static perp_status enter(perp_contact_solver *solver)
 {
-    if (!solver || solver->magic != PERP__CONTACT_SOLVER_MAGIC)
-        return PERP_ERROR_HANDLE;
-    return perp__enter(solver->context);
+    return perp__enter_handle(solver, PERP__CONTACT_SOLVER_MAGIC);
 }
 
 perp_status perp_contact_solver_create(perp_context *context, perp_contact_solver **solver,
                                        const perp_contact_settings *settings)
 {
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
@@ -96,9 +94,13 @@ perp_status perp_contact_solver_create(perp_context *context, perp_contact_solve
 
 void perp_contact_solver_destroy(perp_contact_solver *solver)
 {
-    /* inside one of its own callbacks the solver's memory is in use: that call is refused */
-    if (solver && solver->magic == PERP__CONTACT_SOLVER_MAGIC && !solver->context->busy)
-        perp__contact_destroy(solver);
+    perp_context *context;
+
+    if (!perp__enter_to_destroy(solver, PERP__CONTACT_SOLVER_MAGIC))
+        return;
+    context = solver->context;
+    perp__contact_destroy(solver);
+    perp__leave(context, PERP_OK);
 }
 
 perp_status perp_contact_solver_set(perp_contact_solver *solver,
@@ -187,7 +189,7 @@ perp_status perp_contact_solve(perp_context *context, double *v, double *r, doub
 {
     const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0};
     perp_contact_solver *solver = NULL;
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
@@ -208,7 +210,7 @@ perp_status perp_contact_solve_delassus(perp_context *context, double *r, double
 {
     const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0};
     perp_contact_solver *solver = NULL;
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;

@@ -49,7 +49,8 @@ static void to_caller(const perp__all *all, const perp__face *face, double *poin
         for (i = 0; i < all->n; i++) {
             const double scaled = face->points[(size_t)k * (size_t)all->n + (size_t)i];
 
-            x[i] = perp__z_caller(all->solver, i, scaled);
+            x[i] = k < face->vertices ? perp__z_exact(all->solver, i, scaled)
+                                      : perp__z_caller(all->solver, i, scaled);
             if (k < face->vertices)
                 x[i] = perp__clamp(x[i], all->solver->lower[i], all->solver->upper[i]);
             largest = fmax(largest, fabs(x[i]));
@@ -291,7 +292,7 @@ perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
                          const double *lower, const double *upper, perp_lcp_visit visitor,
                          void *user)
 {
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;

@@ -6,6 +6,7 @@
 
 #include "base/outcome.h"
 #include "lcp/solver.h"
+#include "linalg/lines.h"
 #include "linalg/scale.h"
 #include "linalg/vectors.h"
 
@@ -67,9 +68,12 @@ static int32_t find_omega(const perp_lcp_solver *solver, const int32_t *exponent
     int32_t largest = INT32_MIN, i;
 
     for (i = 0; i < solver->n; i++) {
-        const int32_t exponent = exponent_of(solver->q[i]) + exponents[i];
+        int32_t exponent;
 
-        if (solver->q[i] != 0.0 && exponent > largest)
+        if (solver->q[i] == 0.0)
+            continue;
+        exponent = exponent_of(solver->q[i]) + exponents[i];
+        if (exponent > largest)
             largest = exponent;
     }
     return largest == INT32_MIN ? 0 : largest;
@@ -168,7 +172,7 @@ static double doubt(const perp_lcp_solver *solver, int32_t i)
 {
     const double unit = 0.5 * DBL_EPSILON * solver->n;
 
-    return solver->doubtful ? unit * unit * solver->terms[i] : 0.0;
+    return solver->doubtful ? unit * unit * solver->witness.terms[i] : 0.0;
 }
 
 /* The scaled residual of row i, at the end of w's interval where it is larger. */
@@ -251,12 +255,70 @@ static perp__evaluation measure_all(const perp_lcp_solver *solver)
     return measure(solver);
 }
 
+/* high + low += a b */
+static void accumulate(double a, double b, double *high, double *low)
+{
+    const double product = a * b, sum = *high + product, back = sum - *high;
+
+    *low += fma(a, b, -product) + ((*high - (sum - back)) + (product - back));
+    *high = sum;
+}
+
+/* log2 of a power of two near the largest scaled |z_j|, where that is above 1; else 0. */
+static int32_t find_excess(const perp_lcp_solver *solver)
+{
+    int32_t most = 0, j;
+
+    for (j = 0; j < solver->n; j++)
+        if (solver->z[j] != 0.0) {
+            const int32_t power =
+                exponent_of(solver->z[j]) - solver->exponents[j] - solver->omega[j];
+
+            most = power > most ? power : most;
+        }
+    return most;
+}
+
+/* Rows in which products or partial sums went beyond the range of doubles: once more in units where
+ * the largest scaled z is near 1, and back. What is infinite then is beyond that range. */
+static void recompute(perp_lcp_solver *solver)
+{
+    const int32_t *e = solver->exponents, *omega = solver->omega;
+    const int32_t excess = find_excess(solver);
+    perp__cursor c = perp__first(&solver->M);
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++) {
+        solver->recomputed[i] = !isfinite(solver->w_high[i]) || !isfinite(solver->w_low[i]);
+        if (!solver->recomputed[i])
+            continue;
+        solver->w_high[i] = perp__shift(solver->q[i], e[i] - omega[i] - excess);
+        solver->w_low[i] = 0.0;
+    }
+    while (perp__advance(&c))
+        if (solver->recomputed[c.i] && solver->z[c.j] != 0.0)
+            accumulate(perp__shift(c.value, e[c.i] + e[c.j]),
+                       perp__shift(solver->z[c.j], -e[c.j] - omega[c.j] - excess),
+                       &solver->w_high[c.i], &solver->w_low[c.i]);
+    for (i = 0; i < solver->n; i++)
+        if (solver->recomputed[i]) {
+            const double sum = solver->w_high[i] + solver->w_low[i];
+            const double rest = (solver->w_high[i] - sum) + solver->w_low[i];
+
+            solver->w_high[i] = perp__shift(sum, omega[i] + excess - e[i]);
+            solver->w_low[i] =
+                isfinite(solver->w_high[i]) ? perp__shift(rest, omega[i] + excess - e[i]) : 0.0;
+        }
+}
+
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 {
     int32_t k;
 
     project_all(solver);
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+    if (!perp__all_finite(solver->w_high, (size_t)solver->n))
+        recompute(solver);
     solver->doubtful = 0;
     for (k = 0; k < solver->parts; k++)
         solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);

@@ -129,7 +129,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
             iterate.outcome = PERP_OUTCOME_STALLED;
     }
     for (i = 0; i < solver->n; i++) {
-        solver->z[i] = perp__z_caller(solver, i, solver->iterate[i]);
+        solver->z[i] = perp__z_exact(solver, i, solver->iterate[i]);
         if (!isfinite(solver->z[i])) { /* a method that overflowed has no point to offer */
             perp__start_from(solver, z0);
             iterate.outcome = PERP_OUTCOME_STALLED;

@@ -122,7 +122,7 @@ static void column_product(const perp_lcp_solver *solver, const double *y, int32
  */
 static int32_t proves_infeasible(perp_lcp_solver *solver)
 {
-    double *y = solver->neighbours, total = 0.0, size = 0.0;
+    double *y = solver->witness.around, total = 0.0, size = 0.0;
     int32_t omega = INT32_MIN, i;
 
     for (i = 0; i < solver->n; i++) {

@@ -103,7 +103,7 @@ perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitiv
                                         const double *q, const double *lower, const double *upper,
                                         const double *z)
 {
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
@@ -113,17 +113,20 @@ perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitiv
 
 void perp_lcp_sensitivity_destroy(perp_lcp_sensitivity *sensitivity)
 {
-    if (sensitivity && sensitivity->magic == PERP__SENSITIVITY_MAGIC && !sensitivity->context->busy)
-        destroy(sensitivity);
+    perp_context *context;
+
+    if (!perp__enter_to_destroy(sensitivity, PERP__SENSITIVITY_MAGIC))
+        return;
+    context = sensitivity->context;
+    destroy(sensitivity);
+    perp__leave(context, PERP_OK);
 }
 
 /* ---- products ------------------------------------------------------------------------------ */
 
 static perp_status enter(perp_lcp_sensitivity *s)
 {
-    if (!s || s->magic != PERP__SENSITIVITY_MAGIC)
-        return PERP_ERROR_HANDLE;
-    return perp__enter(s->context);
+    return perp__enter_handle(s, PERP__SENSITIVITY_MAGIC);
 }
 
 static perp_status check_verdict(const perp_lcp_sensitivity *s)

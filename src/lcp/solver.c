@@ -82,13 +82,8 @@ static void layout(perp__arena *arena, void *object)
     s->part = perp__arena_take(arena, n, sizeof(int32_t));
     s->omega = perp__arena_take(arena, n, sizeof(int32_t));
     s->part_omega = perp__arena_take(arena, n, sizeof(int32_t));
+    s->recomputed = perp__arena_take(arena, n, sizeof(int32_t));
     s->reach = perp__arena_take(arena, n, sizeof(double));
-    s->units = perp__arena_take(arena, n, sizeof(int32_t));
-    s->cut = perp__arena_take(arena, n, sizeof(int32_t));
-    s->terms = perp__arena_take(arena, n, sizeof(double));
-    s->most = perp__arena_take(arena, n, sizeof(double));
-    s->carried = perp__arena_take(arena, n, sizeof(double));
-    s->neighbours = perp__arena_take(arena, n, sizeof(double));
     s->row_norms = perp__arena_take(arena, n, sizeof(double));
     s->z_down = perp__arena_take(arena, n, sizeof(double));
     s->z_up = perp__arena_take(arena, n, sizeof(double));
@@ -99,6 +94,7 @@ static void layout(perp__arena *arena, void *object)
     s->iterate = perp__arena_take(arena, n, sizeof(double));
     s->ray = perp__arena_take(arena, n, sizeof(double));
     s->cover = perp__arena_take(arena, n, sizeof(double));
+    perp__witness_layout(arena, &s->witness, n);
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
     s->z = perp__arena_take(arena, n, sizeof(double));
     s->w_high = perp__arena_take(arena, n, sizeof(double));
@@ -126,8 +122,7 @@ static void equilibrate(perp_lcp_solver *solver)
     int32_t i;
 
     solver->powers_known = 0;
-    solver->witness_known = 0;
-    solver->close_knit = -1;
+    solver->witness.known = 0;
     perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->row_norms,
                       solver->work);
     solver->parts = perp__find_parts(&solver->M, solver->part);
@@ -173,15 +168,13 @@ perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *sett
 
 static perp_status enter(perp_lcp_solver *solver)
 {
-    if (!solver || solver->magic != PERP__SOLVER_MAGIC)
-        return PERP_ERROR_HANDLE;
-    return perp__enter(solver->context);
+    return perp__enter_handle(solver, PERP__SOLVER_MAGIC);
 }
 
 perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
                                    const perp_lcp_settings *settings)
 {
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
@@ -193,9 +186,13 @@ perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solv
 
 void perp_lcp_solver_destroy(perp_lcp_solver *solver)
 {
-    /* inside one of its own callbacks the solver's memory is in use: that call is refused */
-    if (solver && solver->magic == PERP__SOLVER_MAGIC && !solver->context->busy)
-        perp__lcp_destroy(solver);
+    perp_context *context;
+
+    if (!perp__enter_to_destroy(solver, PERP__SOLVER_MAGIC))
+        return;
+    context = solver->context;
+    perp__lcp_destroy(solver);
+    perp__leave(context, PERP_OK);
 }
 
 perp_status perp_lcp_solver_set(perp_lcp_solver *solver, const perp_lcp_settings *settings)
@@ -232,7 +229,7 @@ perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *
                            const double *upper, const double *z0)
 {
     perp_lcp_solver *solver = NULL;
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;

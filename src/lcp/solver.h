@@ -7,6 +7,7 @@
 #include "lcp/lcp.h"
 #include "lcp/method.h"
 #include "lcp/polish.h"
+#include "lcp/witness.h"
 
 #define PERP__SOLVER_MAGIC UINT64_C(0x706572706c637073)
 #define PERP__METHODS 6
@@ -58,12 +59,9 @@ struct perp_lcp_solver {
     double *z_down, *z_up; /* 2^-(e_i + omega), 2^(e_i + omega) */
     double *w_down;        /* 2^(e_i - omega) */
     double *reach;         /* a part's largest |z_i|, scaled, of the point evaluated last */
+    int32_t *recomputed;   /* n: rows of it that overflowed on the way */
     int32_t doubtful;      /* w may have lost q in doubled precision: terms tell by how much */
-    int32_t close_knit;    /* 1, 0 or -1 (not looked yet), for this tolerance */
-    int32_t witness_known; /* the next three are of this matrix */
-    int32_t *units, *cut;  /* see lcp/witness.c */
-    double *terms, *most, *carried, *neighbours;
-    double witness_tol;
+    perp__witness witness;
     double *q_scaled, *lower_scaled, *upper_scaled;
     double *iterate;     /* scaled, what a method works on */
     double *ray, *cover; /* scaled */
@@ -111,6 +109,15 @@ static inline double perp__z_caller(const perp_lcp_solver *solver, int32_t i, do
                                  : perp__shift(z, solver->exponents[i] + solver->omega[i]);
 }
 
+/* The same for a point of a method or a face: bounds come back as they are, however far the scaling
+ * has pushed them. */
+static inline double perp__z_exact(const perp_lcp_solver *solver, int32_t i, double z)
+{
+    return z == solver->lower_scaled[i]   ? solver->lower[i]
+           : z == solver->upper_scaled[i] ? solver->upper[i]
+                                          : perp__z_caller(solver, i, z);
+}
+
 static inline double perp__w_scaled(const perp_lcp_solver *solver, int32_t i, double w)
 {
     return solver->powers_normal ? w * solver->w_down[i]
@@ -146,8 +153,8 @@ perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *wo
 int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas,
                           int32_t known);
 
-/* terms[i] := sum_j |M_ij z_j| + |q_i| of solver->z and carried[j] := |z_j|, where M, z and q are
- * scaled by 2^units and divided by 2^omegas. */
+/* witness.terms[i] := sum_j |M_ij z_j| + |q_i| of solver->z, scaled by 2^units and divided by
+ * 2^omegas. */
 void perp__find_terms(perp_lcp_solver *solver, const int32_t *units, const int32_t *omegas);
 
 /* The largest own residual of a row of the point of the last perp__evaluate; or 0 where a look at

@@ -131,7 +131,7 @@ perp_status perp_lcp_verify(perp_context *context, double *radii, perp_lcp_proof
                             const perp_matrix *M, const double *q, const double *lower,
                             const double *upper, const double *z)
 {
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;

@@ -7,17 +7,25 @@
  * units in which the largest entry of every row and column of M is near 1 (Ruiz),
  *
  *     t_i   = sum_j |M_ij z_j| + |q_i|
- *     s_j   = max(|z_j|, max of t_k / |M_kj| over rows k with a significant |M_kj|)
+ *     s_j   = |z_j|, and where z_j is free the largest t_k / |M_kj| of rows k that cancel,
+ *             |w_k| <= sqrt(tol) t_k, with a significant |M_kj| >= sqrt(tol)
  *     own_i = v_i / (t_i + sum_j |M_ij| s_j + floor max t)
  *
- * where v_i is the violation of w_i's sign or equation, s_j how far z_j's own rows would let it
- * move, and the largest t that of the rows that hang together by significant couplings. */
+ * where v_i is the violation of w_i's sign or equation, and s_j the size of which z_j carries
+ * roundings. Roundings arise where terms cancel and travel through free variables; rows and
+ * variables at rest pass none on. The largest t is that of the rows that cancel, among those that
+ * hang together by significant couplings.
+ *
+ * Units are not unique: of two diagonals of different sign one can be noise beside their coupling,
+ * and nobody knows which. Then the search for units starts from either, and the worse one counts.
+ */
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "base/outcome.h"
 #include "lcp/solver.h"
+#include "lcp/witness.h"
 #include "linalg/lines.h"
 #include "linalg/scale.h"
 
@@ -27,133 +35,103 @@
 /* Beside the largest t that much is always granted: rounding. */
 #define ROUNDING (16.0 * DBL_EPSILON)
 
-/* How far the scaled rows may differ in size from Ruiz' without a closer look. */
-#define RANGE 1024.0
-
 static double floor_of(double tol)
 {
     return fmax(FLOOR, ROUNDING / tol);
 }
 
-/* Whether no row is far from others in its units, and none hangs on them by a coupling that may be
- * cut, which a look at the first row and column shows: then all rows are beside one largest t. */
-static int32_t is_close_knit(const perp_lcp_solver *solver)
+/* sum_j |M_ij z_j| + |q_i| of a row of a dense M. */
+static double terms_of_row(const perp_lcp_solver *solver, int32_t i)
 {
-    const perp__matrix *M = &solver->M;
-    const double least = RANGE * sqrt(solver->settings.tol);
-    int32_t i;
+    const double *row = solver->M.values + (size_t)i * solver->M.row_stride;
+    double sum = fabs(solver->q[i]);
+    int32_t j;
 
-    if (M->column_starts)
-        return 0;
-    for (i = 0; i < solver->n; i++) {
-        const double above = M->values[(size_t)i * M->column_stride];
-        const double below = M->values[(size_t)i * M->row_stride];
-        const double size =
-            fmax(fabs(above), fabs(below)) * solver->factors[0] * solver->factors[i];
-
-        if (!(size >= least && solver->row_norms[i] >= 0.5 && solver->row_norms[i] <= RANGE))
-            return 0;
-    }
-    return 1;
+    for (j = 0; j < solver->n; j++)
+        sum += fabs(row[(size_t)j * solver->M.column_stride] * solver->z[j]);
+    return sum;
 }
 
-/* Whether the violations are so small that no look at the neighbours is needed: 0, a quarter of
- * what is granted anyway (max |q| is at least 1 in every part), or small beside the row's own q. */
-static int32_t is_surely_small(perp_lcp_solver *solver, const perp__evaluation *worth)
+/* Whether every violation is small beside q_i alone, or the terms of its row. */
+static int32_t is_surely_small(const perp_lcp_solver *solver, const perp__evaluation *worth)
 {
     const double tol = solver->settings.tol;
     int32_t i;
 
-    if (worth->violation == 0.0)
-        return 1;
-    if (worth->violation <= 0.25 * ROUNDING) {
-        if (solver->close_knit < 0 || solver->witness_tol != tol) {
-            solver->close_knit = is_close_knit(solver);
-            solver->witness_known = 0;
-            solver->witness_tol = tol;
-        }
-        if (solver->close_knit)
-            return 1;
-    }
-    for (i = 0; i < solver->n; i++)
-        if (!(perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i],
-                                  solver->w_high[i]) <= tol * fabs(solver->q[i])))
+    for (i = 0; i < solver->n && worth->violation != 0.0; i++) {
+        const double v = perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i],
+                                             solver->w_high[i]);
+
+        if (!(v <= tol * fabs(solver->q[i])) &&
+            (solver->M.column_starts || !(v <= tol * terms_of_row(solver, i))))
             return 0;
-    return 1;
-}
-
-/* The entries of M other than 0, one after the other. */
-typedef struct cursor {
-    const perp__matrix *M;
-    perp__line line;
-    int32_t at, next; /* the line, and the next of its entries */
-    int32_t i, j;     /* row and column of `value` */
-    double value;
-} cursor;
-
-static cursor first(const perp__matrix *M)
-{
-    cursor c = {M, {0, NULL, NULL}, -1, 0, 0, 0, 0.0};
-
-    return c;
-}
-
-static int32_t advance(cursor *c)
-{
-    do {
-        while (c->next == c->line.count) {
-            if (++c->at == c->M->columns)
-                return 0;
-            c->line = perp__line_of(c->M, c->at);
-            c->next = 0;
-        }
-        c->value = c->line.values[c->next];
-        c->i = c->line.indices ? c->line.indices[c->next] : c->next;
-        c->next++;
-    } while (c->value == 0.0);
-    c->j = c->at;
-    if (perp__lines_are_rows(c->M)) {
-        c->j = c->i;
-        c->i = c->at;
     }
     return 1;
 }
 
 /* |M_ij| in these units */
-static double entry(const int32_t *units, const cursor *c)
+static double entry(const int32_t *units, const perp__cursor *c)
 {
     return perp__shift(fabs(c->value), units[c->i] + units[c->j]);
 }
 
-/* Units, and the parts that are left when couplings below `least` are cut. */
-static void look_at_matrix(perp_lcp_solver *solver, double least)
+/* The parts that are left when couplings below `least` are cut. */
+static void find_cut(const perp__matrix *M, perp__witness_units *u, double least)
 {
-    cursor c = first(&solver->M);
+    perp__cursor c = perp__first(M);
     int32_t i;
 
-    memcpy(solver->units, solver->exponents, (size_t)solver->n * sizeof *solver->units);
-    perp__balance(&solver->M, solver->units, solver->work);
-    for (i = 0; i < solver->n; i++)
-        solver->cut[i] = i;
-    while (advance(&c))
-        if (entry(solver->units, &c) >= least)
-            perp__join(solver->cut, c.i, c.j);
-    perp__number_parts(solver->cut, solver->n);
-    if (solver->witness_tol != solver->settings.tol)
-        solver->close_knit = -1;
-    solver->witness_tol = solver->settings.tol;
-    solver->witness_known = 1;
+    for (i = 0; i < M->rows; i++)
+        u->cut[i] = i;
+    while (perp__advance(&c))
+        if (entry(u->exponents, &c) >= least)
+            perp__join(u->cut, c.i, c.j);
+    perp__number_parts(u->cut, M->rows);
 }
 
-/* v_i; z that is next to a bound, beside what it may carry, counts as on it. */
-static double violation_of(const perp_lcp_solver *solver, int32_t i, int32_t omega)
+static void look_at_matrix(perp_lcp_solver *solver, double least)
 {
-    const double near = solver->settings.tol * solver->carried[i];
+    perp__witness *witness = &solver->witness;
+    int32_t k;
+
+    memcpy(witness->units[0].exponents, solver->exponents,
+           (size_t)solver->n * sizeof *solver->exponents);
+    witness->count = 1;
+    if (solver->settings.scaling)
+        witness->count +=
+            perp__equilibrate_negative(&solver->M, witness->units[1].exponents, solver->work);
+    for (k = 0; k < witness->count; k++) {
+        perp__balance(&solver->M, witness->units[k].exponents, solver->work);
+        find_cut(&solver->M, &witness->units[k], least);
+    }
+    witness->tol = solver->settings.tol;
+    witness->known = 1;
+}
+
+void perp__find_terms(perp_lcp_solver *solver, const int32_t *units, const int32_t *omegas)
+{
+    perp__witness *witness = &solver->witness;
+    perp__cursor c = perp__first(&solver->M);
+    int32_t i;
+
+    for (i = 0; i < solver->n; i++)
+        witness->terms[i] = perp__shift(fabs(solver->q[i]), units[i] - omegas[i]);
+    while (perp__advance(&c))
+        witness->terms[c.i] +=
+            perp__shift(fabs(c.value * solver->z[c.j]), units[c.i] - omegas[c.i]);
+}
+
+/* v_i; z that is next to a bound, beside what it may carry, counts as on it. Then it is not free.
+ */
+static double violation_of(const perp_lcp_solver *solver, const perp__witness_units *u, int32_t i,
+                           double near, int32_t *is_free)
+{
     const double lower = solver->lower[i], upper = solver->upper[i], z = solver->z[i];
-    const int32_t shift = -solver->units[i] - omega;
+    const int32_t shift = -u->exponents[i] - solver->witness.omegas[i];
     const int32_t at_lower = perp__shift(z - lower, shift) <= near;
     const int32_t at_upper = perp__shift(upper - z, shift) <= near;
 
+    *is_free = !at_lower && !at_upper;
     if (at_lower && at_upper)
         return 0.0;
     return perp__row_violation(at_lower   ? lower
@@ -162,63 +140,111 @@ static double violation_of(const perp_lcp_solver *solver, int32_t i, int32_t ome
                                lower, upper, solver->w_high[i]);
 }
 
-void perp__find_terms(perp_lcp_solver *solver, const int32_t *units, const int32_t *omegas)
+/* wrong := v; carried := |z_j|, or INFINITY where z_j is free: what its rows give comes next. A
+ * bound is near beside all that z_j's rows, whether they cancel or not, would let it be. */
+static void find_violations(perp_lcp_solver *solver, const perp__witness_units *u, double least)
 {
-    cursor c = first(&solver->M);
+    perp__witness *witness = &solver->witness;
+    perp__cursor c = perp__first(&solver->M);
     int32_t i;
 
-    for (i = 0; i < solver->n; i++) {
-        solver->carried[i] = perp__shift(fabs(solver->z[i]), -units[i] - omegas[i]);
-        solver->terms[i] = perp__shift(fabs(solver->q[i]), units[i] - omegas[i]);
+    for (i = 0; i < solver->n; i++)
+        witness->carried[i] =
+            perp__shift(fabs(solver->z[i]), -u->exponents[i] - witness->omegas[i]);
+    while (perp__advance(&c)) {
+        const double size = entry(u->exponents, &c);
+
+        if (size >= least && !(witness->terms[c.i] <= size * witness->carried[c.j]))
+            witness->carried[c.j] = witness->terms[c.i] / size;
     }
-    while (advance(&c))
-        solver->terms[c.i] += perp__shift(fabs(c.value * solver->z[c.j]), units[c.i] - omegas[c.i]);
+    for (i = 0; i < solver->n; i++) {
+        const int32_t shift = u->exponents[i] - witness->omegas[i];
+        const double near = solver->settings.tol * witness->carried[i];
+
+        witness->wrong[i] =
+            perp__shift(violation_of(solver, u, i, near, &witness->is_free[i]), shift);
+        witness->carried[i] =
+            perp__shift(fabs(solver->z[i]), -u->exponents[i] - witness->omegas[i]);
+        if (!(perp__shift(fabs(solver->w_high[i]), shift) <= least * witness->terms[i]))
+            witness->rounding[i] = 0.0;
+        else
+            witness->rounding[i] = witness->terms[i];
+    }
 }
 
-/* carried := s, neighbours := t + |M| s, most := the largest t of a cut part. */
-static void find_neighbours(perp_lcp_solver *solver, double least)
+/* around := t + |M| s, most := the largest t of a row of a cut part that cancels. */
+static void find_neighbours(perp_lcp_solver *solver, const perp__witness_units *u, double least)
 {
-    cursor c = first(&solver->M);
+    perp__witness *witness = &solver->witness;
+    perp__cursor c = perp__first(&solver->M);
     int32_t i;
 
-    while (advance(&c)) {
-        const double size = entry(solver->units, &c);
+    while (perp__advance(&c)) {
+        const double size = entry(u->exponents, &c);
 
-        if (size >= least && !(solver->terms[c.i] / size <= solver->carried[c.j]))
-            solver->carried[c.j] = solver->terms[c.i] / size;
+        if (witness->is_free[c.j] && size >= least &&
+            !(witness->rounding[c.i] <= size * witness->carried[c.j]))
+            witness->carried[c.j] = witness->rounding[c.i] / size;
     }
     for (i = 0; i < solver->n; i++) {
-        solver->neighbours[i] = solver->terms[i];
-        solver->most[i] = 0.0;
+        witness->around[i] = witness->terms[i];
+        witness->most[i] = 0.0;
     }
-    for (c = first(&solver->M); advance(&c);)
-        solver->neighbours[c.i] += entry(solver->units, &c) * solver->carried[c.j];
+    for (c = perp__first(&solver->M); perp__advance(&c);)
+        witness->around[c.i] += entry(u->exponents, &c) * witness->carried[c.j];
     for (i = 0; i < solver->n; i++)
-        perp__raise_to(&solver->most[solver->cut[i]], solver->terms[i]);
+        perp__raise_to(&witness->most[u->cut[i]], witness->rounding[i]);
+}
+
+static double own_residual(perp_lcp_solver *solver, const perp__witness_units *u)
+{
+    const double tol = solver->settings.tol, least = sqrt(tol);
+    perp__witness *witness = &solver->witness;
+    double own = 0.0;
+    int32_t i;
+
+    perp__find_omegas(solver, u->exponents, witness->omegas, 0);
+    perp__find_terms(solver, u->exponents, witness->omegas);
+    find_violations(solver, u, least);
+    find_neighbours(solver, u, least);
+    for (i = 0; i < solver->n; i++)
+        if (witness->wrong[i] != 0.0)
+            perp__raise_to(&own, witness->wrong[i] / (witness->around[i] +
+                                                      floor_of(tol) * witness->most[u->cut[i]]));
+    return own;
 }
 
 double perp__lcp_own_residual(perp_lcp_solver *solver, const perp__evaluation *worth)
 {
-    const double tol = solver->settings.tol, least = sqrt(tol);
-    int32_t *omegas = solver->work;
+    perp__witness *witness = &solver->witness;
     double own = 0.0;
-    int32_t i;
+    int32_t k;
 
     if (is_surely_small(solver, worth))
         return 0.0;
-    if (!solver->witness_known || solver->witness_tol != tol)
-        look_at_matrix(solver, least);
-    perp__find_omegas(solver, solver->units, omegas, 0);
-    perp__find_terms(solver, solver->units, omegas);
-    find_neighbours(solver, least);
-    for (i = 0; i < solver->n; i++) {
-        const double v = violation_of(solver, i, omegas[i]);
-        const double size = solver->neighbours[i] + floor_of(tol) * solver->most[solver->cut[i]];
-
-        if (v != 0.0)
-            perp__raise_to(&own, perp__shift(v, solver->units[i] - omegas[i]) / size);
-    }
+    if (!witness->known || witness->tol != solver->settings.tol)
+        look_at_matrix(solver, sqrt(solver->settings.tol));
+    for (k = 0; k < witness->count; k++)
+        perp__raise_to(&own, own_residual(solver, &witness->units[k]));
     return own;
+}
+
+void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n)
+{
+    int32_t k;
+
+    for (k = 0; k < 2; k++) {
+        witness->units[k].exponents = perp__arena_take(arena, n, sizeof(int32_t));
+        witness->units[k].cut = perp__arena_take(arena, n, sizeof(int32_t));
+    }
+    witness->omegas = perp__arena_take(arena, n, sizeof(int32_t));
+    witness->is_free = perp__arena_take(arena, n, sizeof(int32_t));
+    witness->terms = perp__arena_take(arena, n, sizeof(double));
+    witness->carried = perp__arena_take(arena, n, sizeof(double));
+    witness->rounding = perp__arena_take(arena, n, sizeof(double));
+    witness->wrong = perp__arena_take(arena, n, sizeof(double));
+    witness->around = perp__arena_take(arena, n, sizeof(double));
+    witness->most = perp__arena_take(arena, n, sizeof(double));
 }
 
 perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,
@@ -226,9 +252,8 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
 {
     perp__evidence evidence = {worth->tested / unit, INFINITY, worth->backward, 0};
 
-    if (evidence.tested <=
-        sqrt(solver->settings.tol)) /* reach: that of z, so z is finite with it */
-        evidence.sound = perp__all_finite(solver->reach, (size_t)solver->parts) &&
+    if (evidence.tested <= sqrt(solver->settings.tol))
+        evidence.sound = perp__all_finite(solver->z, (size_t)solver->n) &&
                          perp__all_finite(solver->w_high, (size_t)solver->n);
     if (evidence.sound)
         evidence.own = perp__lcp_own_residual(solver, worth) / unit;

@@ -33,6 +33,44 @@ static inline int32_t perp__lines_are_rows(const perp__matrix *M)
     return !M->column_starts && M->row_stride != 1;
 }
 
+/* The entries of M other than 0, one after the other: perp__first, then perp__advance until it is
+ * false. */
+typedef struct perp__cursor {
+    const perp__matrix *M;
+    perp__line line;
+    int32_t at, next; /* the line, and the next of its entries */
+    int32_t i, j;     /* row and column of `value` */
+    double value;
+} perp__cursor;
+
+static inline perp__cursor perp__first(const perp__matrix *M)
+{
+    perp__cursor c = {M, {0, NULL, NULL}, -1, 0, 0, 0, 0.0};
+
+    return c;
+}
+
+static inline int32_t perp__advance(perp__cursor *c)
+{
+    do {
+        while (c->next == c->line.count) {
+            if (++c->at == c->M->columns)
+                return 0;
+            c->line = perp__line_of(c->M, c->at);
+            c->next = 0;
+        }
+        c->value = c->line.values[c->next];
+        c->i = c->line.indices ? c->line.indices[c->next] : c->next;
+        c->next++;
+    } while (c->value == 0.0);
+    c->j = c->at;
+    if (perp__lines_are_rows(c->M)) {
+        c->j = c->i;
+        c->i = c->at;
+    }
+    return 1;
+}
+
 /* Lowest index of i's part so far, in a forest of parents with lower indices. */
 static inline int32_t perp__root_of(int32_t *parents, int32_t i)
 {

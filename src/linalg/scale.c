@@ -14,7 +14,7 @@
 
 #include "linalg/lines.h"
 
-enum { LARGEST = 511, UNSET = -1, UNSET_NEGATIVE = -2, NO_ENTRY = INT32_MIN };
+enum { LARGEST = 511, UNSET = -1, UNSET_OTHER = -2, NO_ENTRY = INT32_MIN };
 
 /* log2 of an entry of the scaled matrix from which on something else in its row and column, the
  * diagonal or the coupling that gave the row its scale, is noise beside it. */
@@ -90,13 +90,13 @@ static int has_symmetric_pattern(const perp__matrix *M)
 typedef struct search {
     const perp__matrix *M;
     int32_t *exponents;
-    int32_t *level; /* or UNSET, UNSET_NEGATIVE: with a negative diagonal */
+    int32_t *level; /* or UNSET, UNSET_OTHER: with a diagonal of the other sign */
     int32_t *queue;
     int32_t queued;
     int32_t unset; /* rows that are left */
     int32_t symmetric;
-    int32_t negative; /* rows with a negative diagonal */
-    int32_t wanted;   /* the kind of unset rows that the search goes to now */
+    int32_t others; /* rows whose diagonal has the other sign */
+    int32_t wanted; /* the kind of unset rows that the search goes to now */
 } search;
 
 static void enqueue(search *s, int32_t i, int32_t exponent, int32_t level)
@@ -181,33 +181,33 @@ static void spread(search *s)
 }
 
 /* Puts every row whose diagonal is positive on level 0, and marks those with a negative one. */
-static void start_at_diagonals(search *s)
+static void start_at_diagonals(search *s, double sign)
 {
     int32_t i;
 
     for (i = 0; i < s->M->rows; i++) {
         const double *diagonal = entry_of(s->M, i, i);
 
-        if (diagonal && *diagonal > 0.0)
+        if (diagonal && sign * *diagonal > 0.0)
             enqueue(s, i, unit_diagonal(*diagonal), 0);
-        else if (diagonal && *diagonal < 0.0)
-            s->level[i] = UNSET_NEGATIVE, s->negative++;
+        else if (diagonal && *diagonal != 0.0)
+            s->level[i] = UNSET_OTHER, s->others++;
     }
 }
 
-/* Rows with a negative diagonal: the largest of it and of the couplings to positive ones to a unit.
- * A coupling that is noise beside the diagonal gives no row its scale. */
-static void scale_negative_diagonals(search *s)
+/* Rows whose diagonal has the other sign: the largest of it and of the couplings to the first ones
+ * to a unit. A coupling that is noise beside the diagonal gives no row its scale. */
+static void scale_other_diagonals(search *s)
 {
     const int32_t begin = s->queued;
     int32_t i, k;
 
-    if (s->negative == 0)
+    if (s->others == 0)
         return;
-    s->wanted = UNSET_NEGATIVE;
+    s->wanted = UNSET_OTHER;
     spread_once(s, 0, begin, 0);
     for (i = 0; i < s->M->rows; i++)
-        if (s->level[i] == UNSET_NEGATIVE)
+        if (s->level[i] == UNSET_OTHER)
             enqueue(s, i, LARGEST, 0);
     for (k = begin; k < s->queued; k++) {
         const int32_t own = unit_diagonal(*entry_of(s->M, s->queue[k], s->queue[k]));
@@ -311,8 +311,9 @@ static void balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *wo
         balance(M, work, exponents, largest);
 }
 
-/* From the diagonals through the couplings. */
-static void search_scales(const perp__matrix *M, int32_t *exponents, int32_t *work)
+/* From the diagonals of a sign through the couplings. Returns whether there are diagonals of both.
+ */
+static int32_t search_scales(const perp__matrix *M, double sign, int32_t *exponents, int32_t *work)
 {
     search s;
 
@@ -325,14 +326,20 @@ static void search_scales(const perp__matrix *M, int32_t *exponents, int32_t *wo
     s.wanted = UNSET;
     for (int32_t i = 0; i < M->rows; i++)
         s.level[i] = UNSET;
-    start_at_diagonals(&s);
+    start_at_diagonals(&s, sign);
     if (s.unset == 0)
-        return;
+        return 0;
     s.symmetric = has_symmetric_pattern(M);
-    scale_negative_diagonals(&s);
+    scale_other_diagonals(&s);
     spread(&s);
     start_at_lowest(&s);
     spread(&s);
+    return s.others > 0 && s.others < M->rows;
+}
+
+int32_t perp__equilibrate_negative(const perp__matrix *M, int32_t *exponents, int32_t *work)
+{
+    return search_scales(M, -1.0, exponents, work);
 }
 
 void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
@@ -344,7 +351,7 @@ void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponent
     for (i = 0; i < M->rows; i++)
         exponents[i] = 0;
     if (enabled)
-        search_scales(M, exponents, work);
+        search_scales(M, 1.0, exponents, work);
     perp__scaled_row_norms(M, exponents, row_norms);
     for (i = 0; i < M->rows; i++)
         if (!(row_norms[i] <= largest))

@@ -199,7 +199,7 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
 perp_status perp_compliant_create(perp_context *context, perp_compliant **compliant,
                                   const perp_compliant_system *system)
 {
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
@@ -208,12 +208,14 @@ perp_status perp_compliant_create(perp_context *context, perp_compliant **compli
 
 void perp_compliant_destroy(perp_compliant *compliant)
 {
-    if (compliant && compliant->magic == PERP__COMPLIANT_MAGIC && !compliant->context->busy) {
-        perp_context *context = compliant->context;
+    perp_context *context;
 
-        release(compliant);
-        perp__detach(context);
-    }
+    if (!perp__enter_to_destroy(compliant, PERP__COMPLIANT_MAGIC))
+        return;
+    context = compliant->context;
+    release(compliant);
+    perp__detach(context);
+    perp__leave(context, PERP_OK);
 }
 
 /* ---- linearisation ------------------------------------------------------------------------- */
@@ -275,11 +277,8 @@ perp_status perp_compliant_linearise(perp_compliant *compliant, perp_compliant_s
                                      double *gamma, double *eigenvalues, const int32_t *slip,
                                      const int32_t *load)
 {
-    perp_status status;
+    perp_status status = perp__enter_handle(compliant, PERP__COMPLIANT_MAGIC);
 
-    if (!compliant || compliant->magic != PERP__COMPLIANT_MAGIC)
-        return PERP_ERROR_HANDLE;
-    status = perp__enter(compliant->context);
     if (status != PERP_OK)
         return status;
     return perp__leave(compliant->context,

@@ -386,11 +386,8 @@ perp_status perp_compliant_run(perp_compliant *compliant, double *x, double *v, 
                                const perp_compliant_settings *settings, const double *x0,
                                const double *v0, double t_end)
 {
-    perp_status status;
+    perp_status status = perp__enter_handle(compliant, PERP__COMPLIANT_MAGIC);
 
-    if (!compliant || compliant->magic != PERP__COMPLIANT_MAGIC)
-        return PERP_ERROR_HANDLE;
-    status = perp__enter(compliant->context);
     if (status != PERP_OK)
         return status;
     return perp__leave(compliant->context,

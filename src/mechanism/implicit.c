@@ -68,7 +68,7 @@ static perp_status create_solver(perp_mechanism *m, perp__implicit *s)
     int32_t i;
 
     s->settings.restarts = 0;
-    s->settings.max_iterations = MOST_STEPS;
+    s->settings.max_iterations = 2 * MOST_STEPS;
     for (i = 0; i < s->most; i++) {
         s->lower[i] = -INFINITY;
         s->upper[i] = INFINITY;

@@ -244,7 +244,7 @@ perp_status perp_load_friction_create(perp_context *context, perp_load_friction 
                                       const perp_load_settings *settings,
                                       const perp_load_system *system)
 {
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
@@ -253,10 +253,12 @@ perp_status perp_load_friction_create(perp_context *context, perp_load_friction 
 
 void perp_load_friction_destroy(perp_load_friction *friction)
 {
-    if (friction && friction->magic == PERP__FRICTION_MAGIC && !friction->context->busy) {
-        perp_context *context = friction->context;
+    perp_context *context;
 
-        perp__friction_release(friction);
-        perp__detach(context);
-    }
+    if (!perp__enter_to_destroy(friction, PERP__FRICTION_MAGIC))
+        return;
+    context = friction->context;
+    perp__friction_release(friction);
+    perp__detach(context);
+    perp__leave(context, PERP_OK);
 }

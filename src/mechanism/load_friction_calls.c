@@ -82,9 +82,7 @@ const char *perp_load_reason_text(int32_t reason)
 
 perp_status perp__friction_enter(perp_load_friction *f)
 {
-    if (!f || f->magic != PERP__FRICTION_MAGIC)
-        return PERP_ERROR_HANDLE;
-    return perp__enter(f->context);
+    return perp__enter_handle(f, PERP__FRICTION_MAGIC);
 }
 
 perp_status perp__friction_check_vector(perp_load_friction *f, const char *name, const double *x)

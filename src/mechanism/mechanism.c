@@ -214,7 +214,7 @@ perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechan
                                   const perp_mechanism_settings *settings,
                                   const perp_mechanism_model *model)
 {
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
@@ -223,21 +223,20 @@ perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechan
 
 void perp_mechanism_destroy(perp_mechanism *mechanism)
 {
-    if (mechanism && mechanism->magic == PERP__MECHANISM_MAGIC && !mechanism->context->busy) {
-        perp_context *context = mechanism->context;
+    perp_context *context;
 
-        release(mechanism);
-        perp__detach(context);
-    }
+    if (!perp__enter_to_destroy(mechanism, PERP__MECHANISM_MAGIC))
+        return;
+    context = mechanism->context;
+    release(mechanism);
+    perp__detach(context);
+    perp__leave(context, PERP_OK);
 }
 
 perp_status perp__mechanism_enter(perp_mechanism *m)
 {
-    perp_status status;
+    const perp_status status = perp__enter_handle(m, PERP__MECHANISM_MAGIC);
 
-    if (!m || m->magic != PERP__MECHANISM_MAGIC)
-        return PERP_ERROR_HANDLE;
-    status = perp__enter(m->context);
     if (status == PERP_OK)
         m->deadline = m->settings.time_limit > 0.0 ? perp__now() + m->settings.time_limit : 0.0;
     return status;

@@ -218,7 +218,7 @@ perp_status perp_ncp_check_jacobian(perp_context *context, perp_ncp_check *check
                                     const perp_ncp_problem *problem, const double *z)
 {
     perp_ncp_check own;
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;

@@ -3,11 +3,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "linalg/lines.h"
 #include "ncp/model.h"
 
 #define FORWARD 0x1p-26 /* about sqrt(eps): the errors of truncation and rounding balance */
 #define NOISE (4.0 * DBL_EPSILON)
 #define CENTRAL 0x1p-17     /* about cbrt(eps) */
+#define NEGLIGIBLE 0x1p-30  /* of a row: less than differences can tell from 0 */
 #define KEPT 1e-3           /* of the largest value a variable had, where it is near 0 now */
 #define SHRINKS 6           /* tries, each to the other side of z_j or */
 #define SHRINK (1.0 / 32.0) /* with a shorter step */
@@ -140,6 +142,7 @@ static void choose_steps(perp__ncp_model *m)
     for (int32_t j = 0; j < m->n; j++) {
         const double wide = perp__ncp_size(m, j) * CENTRAL;
 
+        m->sizes[j] = perp__ncp_size(m, j);
         m->step[j] = choose_step(m, j);
         m->shifted[j] = m->z_caller[j];
         if (m->central && m->z_caller[j] - m->lower[j] >= wide &&
@@ -156,6 +159,34 @@ int32_t perp__ncp_sharpen(perp__ncp_model *m)
     return news;
 }
 
+/* Entries with which z_j, as large as it is, would move F_i by next to nothing beside the other
+ * entries of the row are zero: at z = 0, z^3 has the slope 0, and by differences h^2. */
+static void drop_noise(perp__ncp_model *m)
+{
+    const perp__matrix J = perp__ncp_given(m);
+    const int32_t by_rows = perp__lines_are_rows(&J);
+    double *largest = m->w_shifted;
+
+    for (int32_t i = 0; i < m->n; i++)
+        largest[i] = 0.0;
+    for (int32_t pass = 0; pass < 2; pass++)
+        for (int32_t j = 0; j < m->n; j++) {
+            const perp__line l = perp__line_of(&J, j);
+
+            for (int32_t k = 0; k < l.count; k++) {
+                const int32_t other = l.indices ? l.indices[k] : k;
+                const int32_t row = by_rows ? j : other;
+                double *entry = m->given + (l.values - m->given) + k;
+                const double moved = fabs(*entry) * m->sizes[by_rows ? other : j];
+
+                if (pass == 0)
+                    largest[row] = fmax(largest[row], moved);
+                else if (moved < NEGLIGIBLE * largest[row])
+                    *entry = 0.0;
+            }
+        }
+}
+
 perp_status perp__ncp_differences(perp__ncp_model *m)
 {
     const size_t count = m->sparse ? (size_t)m->pattern_starts[m->n] : (size_t)m->n * (size_t)m->n;
@@ -168,5 +199,7 @@ perp_status perp__ncp_differences(perp__ncp_model *m)
     choose_steps(m);
     for (int32_t k = 0; k < c->count && status == PERP_OK; k++)
         status = group(m, c->order + c->starts[k], c->starts[k + 1] - c->starts[k]);
+    if (status == PERP_OK)
+        drop_noise(m);
     return status;
 }

@@ -8,6 +8,7 @@
 
 #include "base/clock.h"
 #include "base/context.h"
+#include "base/outcome.h"
 #include "lcp/lcp.h"
 #include "ncp/method.h"
 
@@ -52,7 +53,7 @@ static perp_status fit(perp__ncp_linear *l, const perp__ncp_model *m)
     return status;
 }
 
-/* q := w - (S + rho I) z; 0 if that overflows */
+/* q := w - (S + rho I) z; 0 if that or the matrix overflows */
 static int32_t find_offset(perp__ncp_walk *f, perp__ncp_linear *l, double rho)
 {
     const perp__ncp_model *m = f->model;
@@ -62,10 +63,7 @@ static int32_t find_offset(perp__ncp_walk *f, perp__ncp_linear *l, double rho)
         l->q[i] = f->w[i] - rho * f->z[i];
     }
     perp__ncp_add(m, f->part, l->q);
-    for (int32_t i = 0; i < m->n; i++)
-        if (!isfinite(l->q[i]))
-            return 0;
-    return 1;
+    return perp__all_finite(l->q, (size_t)m->n) && perp__all_finite(f->H, m->entries);
 }
 
 /* The time that is left is the linear problem's, too; none may be left over from the last solve. */
@@ -108,7 +106,7 @@ static perp_status solve_linear(perp__ncp_walk *f, perp__ncp_linear *l, double r
         status = perp__lcp_solve(l->lcp, l->z, NULL, NULL, &result, l->q, f->z);
     if (status != PERP_OK)
         return status;
-    return result.outcome == PERP_OUTCOME_SOLVED || result.outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+    return perp__is_good(result.outcome);
 }
 
 /* d := z_N - z. Returns as solve_linear. */
@@ -116,7 +114,9 @@ static perp_status find_direction(perp__ncp_walk *f, perp__ncp_linear *l)
 {
     perp_status found = 0;
 
-    for (size_t k = 0; k < sizeof proximal / sizeof proximal[0] && found == 0; k++)
+    for (size_t k = 0;
+         k < sizeof proximal / sizeof proximal[0] && found == 0 && !perp__ncp_is_late(f->model);
+         k++)
         found = solve_linear(f, l, proximal[k]);
     for (int32_t i = 0; i < f->model->n && found == 1; i++)
         f->d[i] = l->z[i] - f->z[i];

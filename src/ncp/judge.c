@@ -1,20 +1,13 @@
 /* The residuals of DESIGN.md, of the linear problem (J(z), F(z) - J(z) z). */
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
+#include "linalg/lines.h"
 #include "ncp/solver.h"
 
 /* A cosine below which a column of H is orthogonal to Phi: well above rounding, far below what a
  * descent method would call progress. */
 #define ORTHOGONAL 1e-4
-
-/* Once NaN, always NaN. */
-static void raise_to(double *largest, double value)
-{
-    if (!isnan(*largest) && !(value <= *largest))
-        *largest = value;
-}
 
 /* By how much row i fails to be the row of an exact solution with z's own index set. */
 static double violation(double z, double lower, double upper, double w)
@@ -28,82 +21,117 @@ static double violation(double z, double lower, double upper, double w)
     return fabs(w);
 }
 
-/* part := row sums of |S|, image := D q; returns omega. */
-static double find_scales(perp__ncp_walk *f)
+/* Row sums of |S| into f->part, the largest |z_j| that row i hangs together with into f->image. */
+static void find_sizes(perp__ncp_walk *f)
 {
     const perp__ncp_model *m = f->model;
-    const double omega = perp__ncp_omega(m, f->z, f->w, f->part, f->image);
+    const perp__matrix S = perp__ncp_view(m);
+    const int32_t *part = m->part + m->n;
 
-    memset(f->part, 0, (size_t)m->n * sizeof(double));
-    for (int32_t j = 0; j < m->n; j++)
-        if (m->sparse)
-            for (int32_t k = m->starts[j]; k < m->starts[j + 1]; k++)
-                f->part[m->rows[k]] += fabs(m->S[k]);
-        else
-            for (int32_t i = 0; i < m->n; i++)
-                f->part[i] += fabs(m->S[(size_t)j * (size_t)m->n + (size_t)i]);
-    return omega;
+    memset(m->most, 0, 2 * (size_t)m->n * sizeof(double));
+    for (int32_t i = 0; i < m->n; i++)
+        f->part[i] = 0.0;
+    for (int32_t j = 0; j < m->n; j++) {
+        const perp__line l = perp__line_of(&S, j);
+
+        for (int32_t k = 0; k < l.count; k++)
+            f->part[l.indices ? l.indices[k] : k] += fabs(l.values[k]);
+        m->most[part[j]] = fmax(m->most[part[j]], fabs(f->z[j]));
+    }
+    for (int32_t i = 0; i < m->n; i++)
+        f->image[i] = m->most[m->part[i]];
 }
 
-static void measure(perp_ncp_solver *solver, perp__ncp_worth *worth, double omega)
+static double backward_error(const perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
     const perp__ncp_walk *f = &solver->walk;
-    double z_largest = 0.0;
+    double most = 0.0;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        const double wrong =
+            violation(solver->candidate[i], m->lower[i], m->upper[i], m->w_caller[i]);
+        const double eta = wrong / m->w_unit[i] / (f->part[i] * f->image[i] + fabs(m->offset[i]));
+
+        if (wrong > 0.0)
+            perp__raise_to(&most, eta >= 0.0 ? eta : INFINITY);
+    }
+    return most;
+}
+
+/* The candidate, in the coordinates of the equilibrated Jacobian there. */
+static void measure(perp_ncp_solver *solver, perp__evidence *evidence)
+{
+    perp__ncp_model *m = &solver->model;
+    perp__ncp_walk *f = &solver->walk;
+
+    perp__ncp_model_equilibrate(m);
+    for (int32_t i = 0; i < m->n; i++) {
+        f->z[i] /= m->z_unit[i];
+        f->w[i] /= m->w_unit[i];
+    }
+    perp__ncp_find_omega(m, f->z, f->w);
+    find_sizes(f);
+    evidence->tested = perp__ncp_tested(m, f->z, f->w);
+    evidence->backward = backward_error(solver);
+    evidence->own = evidence->tested;
+    if (evidence->tested <= sqrt(solver->settings.tol))
+        evidence->own = perp__ncp_own_residual(solver);
+}
+
+/* F, and J where it can be had: differences take many calls of F, for which there may be no time
+ * left, and the last J that is known has to do then. */
+static perp_status evaluate(perp_ncp_solver *solver)
+{
+    perp__ncp_model *m = &solver->model;
+    perp__ncp_walk *f = &solver->walk;
+    const int32_t late = perp__ncp_is_late(m);
+    const double deadline = m->control.deadline;
+    perp_status status;
+
+    perp__ncp_model_unscale(m);
+    if (m->n > 0)
+        memcpy(f->z, solver->candidate, (size_t)m->n * sizeof(double));
+    m->control.deadline = 0.0; /* once more, come what may */
+    status = perp__ncp_evaluate(m, f->z, f->w);
+    m->control.deadline = deadline;
+    m->apart = 1;
+    if (status == PERP_OK && m->n > 0 && (!late || m->problem.jacobian))
+        status = perp__ncp_linearise(m, f->z, f->w);
+    return status == PERP__NCP_OUTSIDE && !m->known ? PERP_OK : status;
+}
+
+static double natural_residual(const perp_ncp_solver *solver)
+{
+    const perp__ncp_model *m = &solver->model;
+    double most = 0.0;
 
     for (int32_t i = 0; i < m->n; i++)
-        z_largest = fmax(z_largest, fabs(f->z[i]));
-    for (int32_t i = 0; i < m->n; i++) {
-        const double z = solver->candidate[i], size = f->part[i] * z_largest + fabs(f->image[i]);
-        const double wrong = violation(z, m->lower[i], m->upper[i], m->w_caller[i]) / m->w_unit[i];
-
-        raise_to(&worth->natural, fabs(perp__ncp_mid(z, m->lower[i], m->upper[i], m->w_caller[i])));
-        raise_to(&worth->tested,
-                 fabs(perp__ncp_mid(f->z[i], m->low[i], m->high[i], f->w[i])) / omega);
-        if (wrong > 0.0)
-            raise_to(&worth->backward, wrong / size >= 0.0 ? wrong / size : INFINITY);
-    }
+        perp__raise_to(&most, fabs(perp__ncp_mid(solver->candidate[i], m->lower[i], m->upper[i],
+                                                 m->w_caller[i])));
+    return most;
 }
 
 perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
 {
     perp__ncp_model *m = &solver->model;
-    perp__ncp_walk *f = &solver->walk;
-    const size_t bytes = (size_t)m->n * sizeof(double);
-    const double tol = solver->settings.tol;
-    perp_status status;
-    double omega = 1.0;
-    int32_t sane;
+    perp__evidence *evidence = &worth->evidence;
+    const perp_status status = evaluate(solver);
 
-    memset(worth, 0, sizeof *worth);
-    perp__ncp_model_unscale(m);
-    if (m->n > 0)
-        memcpy(f->z, solver->candidate, bytes);
-    status = perp__ncp_evaluate(m, f->z, f->w);
     if (status != PERP_OK)
         return status;
-    status = perp__ncp_linearise(m, f->z, f->w);
-    if (status < 0)
-        return status;
-    if (status == PERP_OK && m->n > 0) {
-        perp__ncp_model_equilibrate(m);
-        for (int32_t i = 0; i < m->n; i++) {
-            f->z[i] /= m->z_unit[i];
-            f->w[i] /= m->w_unit[i];
-        }
-        omega = find_scales(f);
-    } else if (m->n > 0) {
-        memset(f->part, 0, bytes); /* no Jacobian: no scales, and no backward error */
-        memset(f->image, 0, bytes);
-    }
-    measure(solver, worth, omega);
-    worth->outcome = -1;
+    worth->natural = natural_residual(solver);
     worth->at_start = perp__ncp_residual_at_start(m, solver->candidate, m->w_caller);
-    sane = worth->at_start <= sqrt(tol);
-    if (worth->tested <= tol && sane)
-        worth->outcome = PERP_OUTCOME_SOLVED;
-    else if (worth->backward <= 16.0 * DBL_EPSILON && worth->tested <= sqrt(tol) && sane)
-        worth->outcome = PERP_OUTCOME_ROUNDING_LIMIT;
+    if (m->known && m->n > 0) {
+        measure(solver, evidence);
+    } else { /* no scales but those of the start */
+        evidence->tested = m->start_known ? worth->at_start : worth->natural;
+        evidence->own = m->start_known || worth->natural == 0.0 ? evidence->tested : INFINITY;
+        evidence->backward = INFINITY;
+    }
+    evidence->sound = worth->at_start <= sqrt(solver->settings.tol) &&
+                      perp__all_finite(solver->candidate, (size_t)m->n) &&
+                      perp__all_finite(m->w_caller, (size_t)m->n);
     return PERP_OK;
 }
 
@@ -111,31 +139,24 @@ perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
 static int32_t is_stationary(const perp__ncp_walk *f)
 {
     const perp__ncp_model *m = f->model;
-    const int32_t n = m->n;
+    const perp__matrix S = perp__ncp_view(m);
     double phi = 0.0;
 
-    for (int32_t i = 0; i < n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         phi += f->phi[i] * f->phi[i];
-    for (int32_t j = 0; j < n; j++) {
+    for (int32_t j = 0; j < m->n; j++) {
+        const perp__line l = perp__line_of(&S, j);
         const double g = f->gradient[j];
         double square = 0.0;
 
         if ((f->z[j] <= m->low[j] && g >= 0.0) || (f->z[j] >= m->high[j] && g <= 0.0))
             continue;
-        if (m->sparse)
-            for (int32_t k = m->starts[j]; k < m->starts[j + 1]; k++) {
-                const int32_t i = m->rows[k];
-                const double h = f->slope_w[i] * m->S[k] + (i == j ? f->slope_z[j] : 0.0);
+        for (int32_t k = 0; k < l.count; k++) {
+            const int32_t i = l.indices ? l.indices[k] : k;
+            const double h = f->slope_w[i] * l.values[k] + (i == j ? f->slope_z[j] : 0.0);
 
-                square += h * h;
-            }
-        else
-            for (int32_t i = 0; i < n; i++) {
-                const double h = f->slope_w[i] * m->S[(size_t)j * (size_t)n + (size_t)i] +
-                                 (i == j ? f->slope_z[j] : 0.0);
-
-                square += h * h;
-            }
+            square += h * h;
+        }
         if (!(fabs(g) <= ORTHOGONAL * sqrt(square) * sqrt(phi)))
             return 0;
     }
@@ -151,8 +172,7 @@ perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped)
     *trapped = 0;
     perp__ncp_model_unscale(m);
     memcpy(f->z, solver->best_z, (size_t)m->n * sizeof(double));
-    f->scaled = 0;
-    f->best_residual = INFINITY;
+    f->scaled = f->any = 0;
     status = perp__ncp_stand(f);
     if (status == PERP_OK)
         status = perp__ncp_look(f);

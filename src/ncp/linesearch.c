@@ -54,11 +54,7 @@ static void move(perp__ncp_walk *f)
     swap(&f->w, &f->trial_w);
     swap(&f->phi, &f->trial_phi);
     f->psi = f->trial_psi;
-    f->residual = perp__ncp_residual(f->model, f->z, f->w);
-    if (f->residual < f->best_residual) {
-        f->best_residual = f->residual;
-        memcpy(f->best, f->z, (size_t)f->model->n * sizeof(double));
-    }
+    perp__ncp_note(f);
 }
 
 perp_status perp__ncp_search(perp__ncp_walk *f, double reference, double slope, int32_t halvings)

@@ -6,8 +6,7 @@
 
 #include "base/clock.h"
 #include "base/context.h"
-
-#define VANISHED 0x1p-20 /* of z at the start */
+#include "base/outcome.h"
 
 void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
 {
@@ -20,6 +19,12 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
     m->low = perp__arena_take(arena, n, sizeof(double));
     m->high = perp__arena_take(arena, n, sizeof(double));
     m->D = perp__arena_take(arena, n, sizeof(double));
+    m->unit = perp__arena_take(arena, 2 * n, sizeof(double));
+    m->part = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    m->omega = perp__arena_take(arena, 2 * n, sizeof(double));
+    m->group = perp__arena_take(arena, n, sizeof(int32_t));
+    m->most = perp__arena_take(arena, 2 * n, sizeof(double));
+    m->offset = perp__arena_take(arena, n, sizeof(double));
     m->z_unit = perp__arena_take(arena, n, sizeof(double));
     m->w_unit = perp__arena_take(arena, n, sizeof(double));
     m->exponents = perp__arena_take(arena, n, sizeof(int32_t));
@@ -32,8 +37,10 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
     m->w_shifted = perp__arena_take(arena, 2 * n, sizeof(double));
     m->step = perp__arena_take(arena, n, sizeof(double));
     m->largest = perp__arena_take(arena, n, sizeof(double));
+    m->sizes = perp__arena_take(arena, n, sizeof(double));
     m->z_start = perp__arena_take(arena, n, sizeof(double));
     m->D_start = perp__arena_take(arena, n, sizeof(double));
+    m->omega_start = perp__arena_take(arena, 2 * n, sizeof(double));
     m->colours.of = perp__arena_take(arena, n, sizeof(int32_t));
     m->colours.starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
     m->colours.order = perp__arena_take(arena, n, sizeof(int32_t));
@@ -106,6 +113,8 @@ perp_status perp__ncp_call(perp__ncp_model *m, const double *z, double *F)
 {
     int32_t said;
 
+    if (perp__ncp_is_late(m) || !perp__all_finite(z, (size_t)m->n))
+        return PERP__NCP_OUTSIDE;
     m->function_evaluations++;
     for (int32_t i = 0; i < m->n; i++)
         F[i] = NAN; /* what the callback leaves out is not what it wrote before */
@@ -115,10 +124,7 @@ perp_status perp__ncp_call(perp__ncp_model *m, const double *z, double *F)
                           (int)said);
     if (said > 0)
         return PERP__NCP_OUTSIDE;
-    for (int32_t i = 0; i < m->n; i++)
-        if (!isfinite(F[i]))
-            return PERP__NCP_OUTSIDE;
-    return PERP_OK;
+    return perp__all_finite(F, (size_t)m->n) ? PERP_OK : PERP__NCP_OUTSIDE;
 }
 
 perp_status perp__ncp_evaluate(perp__ncp_model *m, const double *z, double *w)
@@ -128,12 +134,11 @@ perp_status perp__ncp_evaluate(perp__ncp_model *m, const double *z, double *w)
     for (int32_t i = 0; i < m->n; i++)
         m->z_caller[i] = perp__ncp_clamp(m->z_unit[i] * z[i], m->lower[i], m->upper[i]);
     status = perp__ncp_call(m, m->z_caller, m->w_caller);
-    for (int32_t i = 0; i < m->n && status == PERP_OK; i++) {
+    if (status != PERP_OK)
+        return status;
+    for (int32_t i = 0; i < m->n; i++)
         w[i] = m->w_caller[i] / m->w_unit[i];
-        if (!isfinite(w[i]))
-            status = PERP__NCP_OUTSIDE;
-    }
-    return status;
+    return perp__all_finite(w, (size_t)m->n) ? PERP_OK : PERP__NCP_OUTSIDE;
 }
 
 perp_status perp__ncp_ask(perp__ncp_model *m)
@@ -149,16 +154,14 @@ perp_status perp__ncp_ask(perp__ncp_model *m)
                           (int)said);
     if (said > 0)
         return PERP__NCP_OUTSIDE;
-    for (size_t k = 0; k < count; k++)
-        if (!isfinite(m->given[k]))
-            return PERP__NCP_OUTSIDE;
-    return PERP_OK;
+    return perp__all_finite(m->given, count) ? PERP_OK : PERP__NCP_OUTSIDE;
 }
 
 perp_status perp__ncp_linearise(perp__ncp_model *m, const double *z, const double *w)
 {
     perp_status status = PERP__NCP_OUTSIDE;
 
+    m->known = 0;
     for (int32_t i = 0; i < m->n; i++) {
         m->z_caller[i] = perp__ncp_clamp(m->z_unit[i] * z[i], m->lower[i], m->upper[i]);
         m->w_caller[i] = w[i] * m->w_unit[i];
@@ -168,12 +171,30 @@ perp_status perp__ncp_linearise(perp__ncp_model *m, const double *z, const doubl
         status = perp__ncp_ask(m);
     if (status == PERP__NCP_OUTSIDE)
         status = perp__ncp_differences(m);
-    if (status == PERP_OK)
-        perp__ncp_scale_matrix(m);
-    for (size_t k = 0; k < m->entries && status == PERP_OK; k++)
-        if (!isfinite(m->S[k]))
-            status = PERP__NCP_OUTSIDE;
-    return status;
+    if (status != PERP_OK)
+        return status;
+    perp__ncp_scale_matrix(m);
+    if (!perp__all_finite(m->S, m->entries))
+        return PERP__NCP_OUTSIDE;
+    perp__ncp_join_groups(m);
+    if (m->apart)
+        perp__ncp_find_parts(m, m->part, 0.0);
+    m->known = 1;
+    return PERP_OK;
+}
+
+perp__matrix perp__ncp_view(const perp__ncp_model *m)
+{
+    perp__matrix S;
+
+    memset(&S, 0, sizeof S);
+    S.rows = S.columns = m->n;
+    S.values = m->S;
+    S.row_stride = 1;
+    S.column_stride = (size_t)m->n;
+    S.column_starts = m->sparse ? m->starts : NULL;
+    S.row_indices = m->rows;
+    return S;
 }
 
 void perp__ncp_add(const perp__ncp_model *m, const double *x, double *y)
@@ -209,10 +230,19 @@ void perp__ncp_transposed(const perp__ncp_model *m, const double *x, double *y)
     }
 }
 
+int32_t perp__ncp_is_late(perp__ncp_model *m)
+{
+    perp__ncp_control *control = &m->control;
+
+    if (control->ended < 0 && control->deadline > 0.0 && perp__now() > control->deadline)
+        control->ended = PERP_OUTCOME_TIME_LIMIT;
+    return control->deadline > 0.0 && control->ended == PERP_OUTCOME_TIME_LIMIT;
+}
+
 perp_status perp__ncp_tick(perp__ncp_model *m, perp_outcome *outcome, int64_t iterations,
                            double residual)
 {
-    const perp__ncp_control *control = &m->control;
+    perp__ncp_control *control = &m->control;
 
     *outcome = -1;
     if (control->monitor) {
@@ -230,66 +260,9 @@ perp_status perp__ncp_tick(perp__ncp_model *m, perp_outcome *outcome, int64_t it
         if (said < 0)
             return perp__fail(m->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
         if (said > 0)
-            *outcome = PERP_OUTCOME_STOPPED;
+            control->ended = PERP_OUTCOME_STOPPED;
     }
-    if (*outcome < 0 && control->deadline > 0.0 && perp__now() > control->deadline)
-        *outcome = PERP_OUTCOME_TIME_LIMIT;
+    perp__ncp_is_late(m);
+    *outcome = control->ended;
     return PERP_OK;
-}
-
-double perp__ncp_omega(const perp__ncp_model *m, const double *z, const double *w, double *minus_z,
-                       double *offset)
-{
-    double most = 0.0;
-    int exponent;
-
-    for (int32_t i = 0; i < m->n; i++) {
-        minus_z[i] = -z[i];
-        offset[i] = w[i];
-    }
-    perp__ncp_add(m, minus_z, offset);
-    for (int32_t i = 0; i < m->n; i++)
-        most = fmax(fmax(most, fabs(offset[i])),
-                    fmax(fabs(z[i]), VANISHED * m->z_start[i] / m->z_unit[i]));
-    if (!(most > 0.0) || isinf(most))
-        return 1.0;
-    frexp(most, &exponent);
-    return ldexp(1.0, exponent - 1);
-}
-
-void perp__ncp_mark_start(perp__ncp_model *m, double omega)
-{
-    if (m->omega_start > 0.0)
-        return;
-    m->omega_start = omega * m->unit;
-    memcpy(m->D_start, m->D, (size_t)m->n * sizeof(double));
-}
-
-double perp__ncp_residual_at_start(const perp__ncp_model *m, const double *z, const double *w)
-{
-    double most = 0.0;
-
-    if (!(m->omega_start > 0.0))
-        return 0.0; /* it never came to a linearisation */
-    for (int32_t i = 0; i < m->n; i++) {
-        const double D = m->D_start[i];
-        const double r = perp__ncp_mid(z[i] / D, m->lower[i] / D, m->upper[i] / D, D * w[i]);
-
-        if (m->lower[i] < m->upper[i] && !(fabs(r) <= most) && !isnan(most))
-            most = fabs(r);
-    }
-    return most / m->omega_start;
-}
-
-double perp__ncp_residual(const perp__ncp_model *m, const double *z, const double *w)
-{
-    double most = 0.0;
-
-    for (int32_t i = 0; i < m->n; i++) {
-        double r = fabs(perp__ncp_mid(z[i], m->low[i], m->high[i], w[i]));
-
-        if (m->low[i] < m->high[i] && !(r <= most) && !isnan(most))
-            most = r;
-    }
-    return most;
 }

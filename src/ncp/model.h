@@ -1,16 +1,19 @@
 /* A problem as the methods see it: F and its Jacobian in scaled coordinates, counted, with failures
  * told apart, and the residuals of a point.
  *
- *   z = z_caller / (D unit),  w = D F / unit,  S = D J D  with D = diag(2^e_i), a power of two
- * `unit`,
+ *   z_j = z_caller_j / (D_j unit_z_j),  w_i = D_i F_i / unit_w_i,  S = the Jacobian of that
  *
- * exact but for under- and overflow. Callbacks are only ever called within the bounds. */
+ * with powers of two D = diag(2^e_i), so that S is the equilibrated D J D, and a unit for all that
+ * hangs together (units.c): exact but for under- and overflow, and no part's numbers depend on
+ * another's. Arrays of 2 n belong to the rows, then to the columns. Callbacks are only ever called
+ * at finite points within the bounds. */
 #ifndef PERP_NCP_MODEL_H
 #define PERP_NCP_MODEL_H
 
 #include <perp/ncp.h>
 
 #include "base/arena.h"
+#include "linalg/matrix.h"
 
 /* Beside PERP_OK and the negative statuses: not defined here. */
 enum { PERP__NCP_OUTSIDE = 1 };
@@ -29,7 +32,8 @@ typedef struct perp__ncp_colours {
 typedef struct perp__ncp_control {
     perp_ncp_monitor monitor;
     void *monitor_user;
-    double deadline; /* on perp__now()'s clock; 0: none */
+    double deadline;    /* on perp__now()'s clock; 0: none */
+    perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
     int32_t method;
     int32_t restarts;
 } perp__ncp_control;
@@ -44,8 +48,13 @@ typedef struct perp__ncp_model {
     int32_t scaling;         /* 0: D is 1 throughout */
     int32_t *exponents;      /* log2 of D */
     int32_t *exponents_work; /* 2 n */
-    double *D, unit;
+    double *D, *unit;        /* unit: 2 n */
     double *z_unit, *w_unit; /* D unit, unit/D: what 1 is in the caller's units */
+    int32_t *part;           /* 2 n: what hangs together by the last Jacobian */
+    int32_t apart;           /* else by groups: J may fall apart by accident at one point */
+    int32_t *group, groups;  /* n: what any Jacobian of this solve, or the pattern, couples */
+    double *omega, *offset;  /* 2 n, n: see perp__ncp_find_omega */
+    double *most;            /* 2 n: of a part */
     double *low, *high;      /* the bounds, scaled; a finite one stays finite */
 
     /* S, dense by columns, or CSC in the caller's pattern and the diagonal; the caller's entry k is
@@ -54,14 +63,18 @@ typedef struct perp__ncp_model {
     size_t entries;
     int32_t *starts, *rows, *place, *diagonal;
     double *given; /* J as the caller wrote it, or as differences made it, in his order */
+    int32_t known; /* all of that */
 
     double *z_caller, *w_caller; /* of the last evaluation */
     double *shifted, *w_shifted; /* differences */
-    double *step, *largest;      /* differences: steps, and the largest |z_i| met */
+    double *step, *largest;      /* differences: steps, the largest |z_i| met, */
+    double *sizes;               /* and what is taken for the size of z_i */
     perp__ncp_colours colours;
-    double *z_start, *D_start; /* |z| in the caller's units, and D, at the start of the solve */
-    double omega_start;        /* and omega; 0: not known */
-    int32_t central;           /* differences to both sides */
+    int32_t start_known; /* D_start, omega_start */
+    double *z_start;     /* |z| in the caller's units at the start of the solve, */
+    double *D_start;     /* D there, */
+    double *omega_start; /* and omega, 2 n; 0: none */
+    int32_t central;     /* differences to both sides */
 
     int64_t function_evaluations, jacobian_evaluations;
     perp__ncp_control control;
@@ -78,11 +91,21 @@ void perp__ncp_model_read(perp__ncp_model *model, const perp_ncp_problem *proble
 void perp__ncp_model_unscale(perp__ncp_model *model);
 void perp__ncp_model_equilibrate(perp__ncp_model *model);
 
+/* D := the D that makes the largest entry of every row and column of S about 1, whatever the
+ * diagonal is, and S with it; unit := 1. */
+void perp__ncp_model_balance(perp__ncp_model *model);
+
 /* S := D J D from the last Jacobian, whatever D is. */
 void perp__ncp_scale_matrix(perp__ncp_model *model);
 
-/* Another unit; z, w and the bounds in it. */
-void perp__ncp_model_set_unit(perp__ncp_model *model, double unit);
+/* z_unit, w_unit and the bounds for D and `unit` as they are. */
+void perp__ncp_model_set_units(perp__ncp_model *model);
+
+/* The last Jacobian as the caller or differences gave it. */
+perp__matrix perp__ncp_given(const perp__ncp_model *model);
+
+/* S, by columns. */
+perp__matrix perp__ncp_view(const perp__ncp_model *model);
 
 /* w := F in scaled coordinates, z projected onto the bounds by the caller of this. PERP_OK,
  * PERP__NCP_OUTSIDE or PERP_ERROR_CALLBACK. The caller's units stay in z_caller, w_caller. */
@@ -135,19 +158,35 @@ static inline double perp__ncp_mid(double z, double lower, double upper, double 
 perp_status perp__ncp_tick(perp__ncp_model *model, perp_outcome *outcome, int64_t iterations,
                            double residual);
 
-/* The unit of the tested residual: the power of two near max(|q|, |z|), q = w - S z, or what is
- * left of F at the start where it has vanished. q is left in `offset`; minus_z is scratch. */
-double perp__ncp_omega(const perp__ncp_model *model, const double *z, const double *w,
-                       double *minus_z, double *offset);
+/* True once the time is over; the outcome is in control.ended then. */
+int32_t perp__ncp_is_late(perp__ncp_model *model);
 
-/* D and omega are those of the start, if these are the first. */
-void perp__ncp_mark_start(perp__ncp_model *model, double omega);
+/* part: 2 n, which rows and columns of S hang together by entries other than 0 of at least `least`.
+ */
+void perp__ncp_find_parts(const perp__ncp_model *model, int32_t *part, double least);
+
+/* A solve begins: groups of one, or those of the pattern. Joining also sets part := group. The last
+ * Jacobian's couplings join them.
+ */
+void perp__ncp_start_groups(perp__ncp_model *model);
+void perp__ncp_join_groups(perp__ncp_model *model);
+
+/* |z_j| in scaled coordinates, or what is left of it at the start where it has vanished. */
+double perp__ncp_size_left(const perp__ncp_model *model, int32_t j, double z);
+
+/* omega := the units of the tested residual, the power of two near max(|q|, |z|) of all that hangs
+ * together, |z| at least as large as what is left; 0 where all that is 0. offset := q = w - S z. */
+void perp__ncp_find_omega(perp__ncp_model *model, const double *z, const double *w);
+
+/* D and omega (with `apart`) of z, w are those of the start, if these are the first. */
+void perp__ncp_mark_start(perp__ncp_model *model, const double *z, const double *w);
 
 /* The tested residual of z, w in the caller's units, by the D and omega of the start; 0 if those
  * are not known. */
 double perp__ncp_residual_at_start(const perp__ncp_model *model, const double *z, const double *w);
 
-/* max |mid(z - l, z - u, w)| in scaled units; NaN stays. */
+/* max |mid(z - l, z - u, w)| in scaled units, and over omega; NaN stays. */
 double perp__ncp_residual(const perp__ncp_model *model, const double *z, const double *w);
+double perp__ncp_tested(const perp__ncp_model *model, const double *z, const double *w);
 
 #endif

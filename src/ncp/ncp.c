@@ -12,23 +12,32 @@
 #include "ncp/solver.h"
 
 #define ITERATIONS 200       /* the default limit of a run */
-#define FIRST_ITERATIONS 100 /* of fischer under auto: josephy is there to take over */
+#define FIRST_ITERATIONS 100 /* of fischer under auto */
 
-static int32_t is_solution(const perp__ncp_worth *worth)
+static perp_outcome verdict(const perp_ncp_solver *solver, const perp__ncp_worth *worth)
 {
-    return worth->outcome == PERP_OUTCOME_SOLVED || worth->outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+    return perp__gate(&worth->evidence, solver->settings.tol, worth->said);
 }
 
 static int32_t is_good(const perp_ncp_solver *solver)
 {
-    return solver->best_method >= 0 && is_solution(&solver->best);
+    return solver->best_method >= 0 && perp__is_good(verdict(solver, &solver->best));
 }
 
-static int32_t is_better(const perp__ncp_worth *a, const perp__ncp_worth *b)
+/* The largest of what speaks against a point. */
+static double objection(const perp__ncp_worth *worth)
 {
-    if (is_solution(a) != is_solution(b))
-        return is_solution(a);
-    return fmax(a->tested, a->at_start) < fmax(b->tested, b->at_start);
+    return fmax(fmax(worth->evidence.tested, worth->evidence.own), worth->at_start);
+}
+
+static int32_t is_better(const perp_ncp_solver *solver, const perp__ncp_worth *a,
+                         const perp__ncp_worth *b)
+{
+    const int32_t good = perp__is_good(verdict(solver, a));
+
+    if (good != perp__is_good(verdict(solver, b)))
+        return good;
+    return objection(a) < objection(b);
 }
 
 /* Keeps solver->candidate if it is the best point yet. */
@@ -40,9 +49,8 @@ static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcom
 
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
-    if (worth.outcome < 0) /* a method that thinks it is there, and is not, is stuck */
-        worth.outcome = said == PERP_OUTCOME_SOLVED ? PERP_OUTCOME_STALLED : said;
-    if (solver->best_method >= 0 && !is_better(&worth, &solver->best))
+    worth.said = said;
+    if (solver->best_method >= 0 && !is_better(solver, &worth, &solver->best))
         return PERP_OK;
     solver->best = worth;
     solver->best_method = method;
@@ -75,8 +83,20 @@ static perp_status polish(perp_ncp_solver *solver)
     return status < 0 ? status : PERP_OK;
 }
 
-/* One run of a method from solver->candidate. */
-static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty)
+/* A method's own limit, or what the caller's budget leaves: half of that for fischer under auto,
+ * for josephy is there to take over. */
+static int64_t limit_of(const perp_ncp_solver *solver, int32_t method)
+{
+    const int32_t shared = solver->settings.method == PERP_NCP_AUTO && method == PERP_NCP_FISCHER;
+    const int64_t left = solver->settings.max_iterations - solver->iterations;
+
+    if (solver->settings.max_iterations == 0)
+        return shared ? FIRST_ITERATIONS : ITERATIONS;
+    return shared ? (left + 1) / 2 : left;
+}
+
+/* One run of a method from solver->candidate, to `share` of tol. */
+static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, double share)
 {
     perp__ncp_walk *f = &solver->walk;
     perp_status status;
@@ -84,17 +104,13 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty)
     perp__ncp_model_unscale(&solver->model);
     solver->model.control.method = method;
     solver->model.central = 0;
+    solver->model.apart = solver->apart || share < 1.0;
     f->penalty = penalty;
-    f->target = 0.25 * solver->settings.tol;
+    f->target = 0.25 * share * solver->settings.tol;
     f->finish = solver->settings.polish;
-    f->limit = solver->settings.max_iterations > 0 ? solver->settings.max_iterations : ITERATIONS;
-    if (solver->settings.max_iterations == 0 && solver->settings.method == PERP_NCP_AUTO &&
-        method == PERP_NCP_FISCHER)
-        f->limit = FIRST_ITERATIONS;
+    f->limit = limit_of(solver, method);
     f->steps = 0;
-    f->scaled = 0;
-    f->omega = 1.0;
-    f->best_residual = INFINITY;
+    f->scaled = f->any = 0;
     f->iterations = 0;
     if (solver->model.n > 0)
         memcpy(f->z, solver->candidate, (size_t)solver->model.n * sizeof(double));
@@ -104,11 +120,9 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty)
                                             : perp__ncp_fischer(f);
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
-    solver->iterations += f->iterations;
-    if (f->outcome == PERP_OUTCOME_STOPPED || f->outcome == PERP_OUTCOME_TIME_LIMIT)
-        solver->ended = f->outcome;
-    if (solver->settings.polish && solver->ended < 0)
+    if (solver->settings.polish && solver->model.control.ended < 0)
         status = polish(solver);
+    solver->iterations += f->iterations;
     if (status == PERP_OK) {
         leave_walk(solver, f->best);
         status = consider(solver, method, f->outcome);
@@ -116,9 +130,27 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty)
     return status;
 }
 
-static int32_t is_over(const perp_ncp_solver *solver)
+static int32_t is_over(perp_ncp_solver *solver)
 {
-    return is_good(solver) || solver->ended >= 0;
+    if (solver->settings.max_iterations > 0 &&
+        solver->iterations >= solver->settings.max_iterations && solver->model.control.ended < 0)
+        solver->model.control.ended = PERP_OUTCOME_ITERATION_LIMIT;
+    return is_good(solver) || solver->model.control.ended >= 0;
+}
+
+/* A method that stops where its own scales are content, and the gate is not, goes on from there, up
+ * to a hundredth and a ten-thousandth of tol; where digits are wanted and auto has other starts,
+ * those are better. */
+static perp_status run_on(perp_ncp_solver *solver, int32_t method, double penalty)
+{
+    const int32_t last = solver->settings.polish && solver->settings.method == PERP_NCP_AUTO;
+    perp_status status = run(solver, method, penalty, 1.0);
+
+    for (double share = last ? 0.0 : 1e-2; share > 1e-5 && status == PERP_OK && !is_over(solver) &&
+                                           solver->walk.outcome == PERP_OUTCOME_SOLVED;
+         share *= 1e-2)
+        status = run(solver, method, penalty, share);
+    return status;
 }
 
 /* Both methods from `from`, or the one asked for. */
@@ -133,50 +165,98 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
         if ((asked == PERP_NCP_AUTO || asked == method) && !is_over(solver)) {
             if (bytes > 0)
                 memcpy(solver->candidate, from, bytes);
-            status = run(solver, method, penalty);
+            status = run_on(solver, method, penalty);
         }
     return status;
 }
 
-/* The largest |z_i| of the start, or what its scales take for that. */
-static double own_size(const perp_ncp_solver *solver)
+/* unit[i] := the largest of what the start, or its scales, take for the sizes of the variables of
+ * i's part; of all where that is 0. */
+static void own_sizes(perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
-    double size = 0.0;
+    double *of_part = m->most, largest = 0.0;
 
+    memset(of_part, 0, (size_t)m->n * sizeof(double));
     for (int32_t i = 0; i < m->n; i++) {
-        size = fmax(size, fabs(solver->start[i]));
-        if (m->omega_start > 0.0)
-            size = fmax(size, m->omega_start * m->D_start[i]);
+        double *most = &of_part[solver->parts.of[i]];
+
+        *most = fmax(*most, fabs(solver->start[i]));
+        if (m->start_known)
+            *most = fmax(*most, m->omega_start[m->n + i] * m->D_start[i]);
+        largest = fmax(largest, *most);
     }
-    return size;
+    for (int32_t i = 0; i < m->n; i++) {
+        const double most = of_part[solver->parts.of[i]];
+
+        solver->unit[i] = most > 0.0 ? most : largest;
+    }
+}
+
+/* Both methods from perturbed starts. */
+static perp_status restart(perp_ncp_solver *solver)
+{
+    const int32_t most = solver->settings.method == PERP_NCP_AUTO ? solver->settings.restarts : 0;
+    perp_status status = PERP_OK;
+
+    own_sizes(solver);
+    for (int32_t k = 0; k < most && status == PERP_OK && !is_over(solver); k++) {
+        solver->model.control.restarts++;
+        solver->apart = k % 2;
+        perp__ncp_perturb(solver, k);
+        status = run_all(solver, solver->perturbed, k % 2 == 0 ? solver->settings.penalty : 0.0);
+    }
+    return status;
+}
+
+/* Each part that is not solved where all are best, with the others held; then the whole. */
+static perp_status part_by_part(perp_ncp_solver *solver)
+{
+    perp_outcome said = PERP_OUTCOME_SOLVED;
+    int32_t method = solver->best_method;
+    perp_status status = PERP_OK;
+
+    for (int32_t p = 0;
+         p < solver->parts.count && status == PERP_OK && solver->model.control.ended < 0; p++) {
+        perp__ncp_hold_others(solver, p);
+        solver->apart = 0;
+        status = consider(solver, method, PERP_OUTCOME_STALLED);
+        if (status == PERP_OK && !is_over(solver))
+            status = run_all(solver, solver->start, solver->settings.penalty);
+        if (status == PERP_OK)
+            status = restart(solver);
+        if (status != PERP_OK || solver->best_method < 0)
+            continue;
+        perp__ncp_gather(solver, p);
+        said = perp__worse_outcome(said, verdict(solver, &solver->best));
+        method = solver->best_method;
+    }
+    perp__ncp_hold_others(solver, -1);
+    return status == PERP_OK ? consider(solver, method, said) : status;
 }
 
 static perp_status search(perp_ncp_solver *solver, const double *z0)
 {
-    perp__ncp_control *control = &solver->model.control;
-    double unit = 0.0;
+    const perp__ncp_control *control = &solver->model.control;
     perp_status status = perp__ncp_find_start(solver, z0);
 
     if (status != PERP_OK)
         return status;
+    solver->apart = 0;
     status = run_all(solver, solver->start, solver->settings.penalty);
-    if (status == PERP_OK)
-        unit = own_size(solver);
-    for (int32_t k = 0; status == PERP_OK && solver->settings.method == PERP_NCP_AUTO &&
-                        k < solver->settings.restarts && !is_over(solver);
-         k++) {
-        control->restarts++;
-        perp__ncp_perturb(solver, k, unit);
-        status = run_all(solver, solver->perturbed, k % 2 == 0 ? solver->settings.penalty : 0.0);
+    if (status == PERP_OK && !is_over(solver))
+        status = perp__ncp_split(solver) ? part_by_part(solver) : restart(solver);
+    if (status == PERP_OK && solver->best_method < 0) { /* no time for a step, or no J anywhere */
+        memcpy(solver->candidate, solver->start, (size_t)solver->model.n * sizeof(double));
+        status = consider(solver, control->method, PERP_OUTCOME_SINGULAR);
     }
-    if (status == PERP_OK && !is_good(solver) && solver->best_method >= 0) {
+    if (status == PERP_OK && solver->best_method >= 0 && !is_over(solver)) {
         status = perp__ncp_look_for_trap(solver, &solver->trapped);
         if (solver->trapped)
-            solver->best.outcome = PERP_OUTCOME_STALLED;
-        if (solver->ended >= 0)
-            solver->best.outcome = solver->ended;
+            solver->best.said = PERP_OUTCOME_STALLED;
     }
+    if (control->ended >= 0)
+        solver->best.said = control->ended;
     return status;
 }
 
@@ -197,17 +277,25 @@ static perp_status check_call(perp_ncp_solver *solver, const double *z,
     return status;
 }
 
-/* F was defined nowhere: the start, and nothing else. */
+/* F was defined nowhere, as far as time went: the start, and nothing else. */
 static void give_up(perp_ncp_solver *solver)
 {
     for (int32_t i = 0; i < solver->model.n; i++) {
         solver->best_z[i] = solver->start[i];
         solver->best_w[i] = NAN;
     }
-    solver->best.tested = solver->best.natural = solver->best.backward = INFINITY;
-    solver->best.outcome = PERP_OUTCOME_EVALUATION_FAILED;
+    solver->best.evidence = (perp__evidence){INFINITY, INFINITY, INFINITY, 0};
+    solver->best.natural = INFINITY;
+    solver->best.said = solver->model.control.ended >= 0 ? solver->model.control.ended
+                                                         : PERP_OUTCOME_EVALUATION_FAILED;
     solver->best_method =
         solver->settings.method == PERP_NCP_AUTO ? PERP_NCP_FISCHER : solver->settings.method;
+}
+
+/* What overflowed on the way is as large as can be. */
+static double number(double residual)
+{
+    return isnan(residual) ? INFINITY : residual;
 }
 
 static void write_out(perp_ncp_solver *solver, double *z, double *w, perp_ncp_result *result,
@@ -217,12 +305,12 @@ static void write_out(perp_ncp_solver *solver, double *z, double *w, perp_ncp_re
     perp_ncp_result own;
 
     memset(&own, 0, sizeof own);
-    own.outcome = solver->best.outcome;
+    own.outcome = verdict(solver, &solver->best);
     own.method = solver->best_method;
     own.iterations = solver->iterations;
-    own.residual = solver->best.tested;
-    own.natural_residual = solver->best.natural;
-    own.backward_error = solver->best.backward;
+    own.residual = number(solver->best.evidence.tested);
+    own.natural_residual = number(solver->best.natural);
+    own.backward_error = number(solver->best.evidence.backward);
     own.seconds = seconds;
     own.function_evaluations = solver->model.function_evaluations;
     own.jacobian_evaluations = solver->model.jacobian_evaluations;
@@ -246,6 +334,7 @@ perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_
     if (status != PERP_OK)
         return status;
     memset(&m->control, 0, sizeof m->control);
+    m->control.ended = -1;
     m->control.monitor = solver->settings.monitor;
     m->control.monitor_user = solver->settings.monitor_user;
     if (solver->settings.time_limit > 0.0)
@@ -254,7 +343,6 @@ perp_status perp__ncp_solve(perp_ncp_solver *solver, double *z, double *w, perp_
     m->scaling = solver->settings.scaling;
     solver->best_method = -1;
     solver->iterations = 0;
-    solver->ended = -1;
     solver->trapped = 0;
     status = search(solver, z0);
     if (status == PERP__NCP_OUTSIDE || (status == PERP_OK && solver->best_method < 0)) {

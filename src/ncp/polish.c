@@ -42,7 +42,7 @@ static perp_status step(perp__ncp_walk *f)
             status = perp__ncp_stand(f);
             return status < 0 ? status : status == PERP_OK;
         }
-        if (f->residual <= PERP__NCP_ROUNDING * f->omega)
+        if (f->relative <= PERP__NCP_ROUNDING)
             break; /* nothing to gain */
     }
     return 0;
@@ -50,18 +50,20 @@ static perp_status step(perp__ncp_walk *f)
 
 perp_status perp__ncp_polish(perp__ncp_walk *f)
 {
-    perp_status moved = 1;
-
     for (int32_t k = 0; k < STEPS && f->model->n > 0; k++) {
         const double last = f->residual;
-        const perp_status status = perp__ncp_look(f);
+        perp_outcome ended;
+        perp_status moved, status = perp__ncp_tick(f->model, &ended, f->iterations, last);
 
+        if (status != PERP_OK || ended >= 0)
+            return status;
+        status = perp__ncp_look(f);
         moved = status == PERP_OK ? step(f) : status < 0 ? status : 0;
         if (moved < 0)
             return moved;
         if (moved && f->residual <= 0.5 * last && f->residual > 0.0)
             continue;
-        if (f->residual <= PERP__NCP_ROUNDING * f->omega || !perp__ncp_sharpen(f->model))
+        if (f->relative <= PERP__NCP_ROUNDING || !perp__ncp_sharpen(f->model))
             break; /* else the step was no better than the Jacobian: once more */
     }
     return PERP_OK;

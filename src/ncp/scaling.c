@@ -6,30 +6,43 @@
 #include "linalg/scale.h"
 #include "ncp/model.h"
 
-#define NEGLIGIBLE 0x1p-20 /* of a diagonal entry's row and column */
-
-void perp__ncp_model_set_unit(perp__ncp_model *m, double unit)
+void perp__ncp_model_set_units(perp__ncp_model *m)
 {
-    m->unit = unit;
     for (int32_t i = 0; i < m->n; i++) {
         double low, high;
 
-        m->z_unit[i] = m->D[i] * unit;
-        m->w_unit[i] = unit / m->D[i];
+        m->z_unit[i] = m->D[i] * m->unit[m->n + i];
+        m->w_unit[i] = m->unit[i] / m->D[i];
         low = m->lower[i] / m->z_unit[i];
         high = m->upper[i] / m->z_unit[i];
-        m->low[i] = isinf(low) && isfinite(m->lower[i]) ? -DBL_MAX : low;
-        m->high[i] = isinf(high) && isfinite(m->upper[i]) ? DBL_MAX : high;
+        m->low[i] = isinf(low) && isfinite(m->lower[i]) ? copysign(DBL_MAX, low) : low;
+        m->high[i] = isinf(high) && isfinite(m->upper[i]) ? copysign(DBL_MAX, high) : high;
     }
+}
+
+/* D from the exponents, in units of 1. */
+static void set_powers(perp__ncp_model *m)
+{
+    for (int32_t i = 0; i < m->n; i++) {
+        m->D[i] = perp__power_of_two(m->exponents[i]);
+        m->unit[i] = m->unit[m->n + i] = 1.0;
+    }
+    perp__ncp_model_set_units(m);
 }
 
 void perp__ncp_model_unscale(perp__ncp_model *m)
 {
-    for (int32_t i = 0; i < m->n; i++) {
+    for (int32_t i = 0; i < m->n; i++)
         m->exponents[i] = 0;
-        m->D[i] = 1.0;
-    }
-    perp__ncp_model_set_unit(m, 1.0);
+    set_powers(m);
+}
+
+/* What a value of J_ij is in scaled coordinates. What did not hang together when it got its units
+ * may do so here. */
+static double scaled(const perp__ncp_model *m, int32_t i, int32_t j, double value)
+{
+    value *= m->D[i] * m->D[j];
+    return m->unit[i] == m->unit[m->n + j] ? value : value * (m->unit[m->n + j] / m->unit[i]);
 }
 
 void perp__ncp_scale_matrix(perp__ncp_model *m)
@@ -40,7 +53,7 @@ void perp__ncp_scale_matrix(perp__ncp_model *m)
         memset(m->S, 0, m->entries * sizeof(double));
         for (int32_t j = 0; j < n; j++)
             for (int32_t k = m->pattern_starts[j]; k < m->pattern_starts[j + 1]; k++)
-                m->S[m->place[k]] = m->given[k] * (m->D[m->pattern_rows[k]] * m->D[j]);
+                m->S[m->place[k]] = scaled(m, m->pattern_rows[k], j, m->given[k]);
         return;
     }
     for (int32_t j = 0; j < n; j++)
@@ -50,45 +63,13 @@ void perp__ncp_scale_matrix(perp__ncp_model *m)
                                      ? (size_t)i * (size_t)n + (size_t)j
                                      : at;
 
-            m->S[at] = m->given[there] * (m->D[i] * m->D[j]);
+            m->S[at] = scaled(m, i, j, m->given[there]);
         }
 }
 
-/* largest[i] := max |J_ij|, |J_ji|, j != i; where[i] := the place of J_ii in `given`, or -1. */
-static void look_around(const perp__ncp_model *m, double *largest, int32_t *where)
+perp__matrix perp__ncp_given(const perp__ncp_model *m)
 {
-    const int32_t n = m->n;
-
-    for (int32_t i = 0; i < n; i++) {
-        largest[i] = 0.0;
-        where[i] = -1;
-    }
-    for (int32_t j = 0; j < n; j++) {
-        const int32_t from = m->sparse ? m->pattern_starts[j] : 0;
-        const int32_t to = m->sparse ? m->pattern_starts[j + 1] : n;
-
-        for (int32_t k = from; k < to; k++) { /* a transposed matrix has the same maxima */
-            const int32_t i = m->sparse ? m->pattern_rows[k] : k;
-            const double size =
-                fabs(m->given[m->sparse ? (size_t)k : (size_t)j * (size_t)n + (size_t)k]);
-
-            if (i == j) {
-                where[j] = k;
-            } else {
-                largest[i] = fmax(largest[i], size);
-                largest[j] = fmax(largest[j], size);
-            }
-        }
-    }
-}
-
-/* Diagonal entries that are next to nothing beside their row and column say nothing about the size
- * of a variable: at z = 0, z^3 has the slope 0, or by differences h^2. For the scaling they are 0.
- */
-static void find_exponents(perp__ncp_model *m)
-{
-    double *largest = m->w_shifted, *kept = m->w_shifted + m->n;
-    int32_t *where = m->exponents;
+    const int32_t by_rows = m->problem.storage == PERP_STORAGE_ROW_MAJOR;
     perp__matrix J;
 
     memset(&J, 0, sizeof J);
@@ -96,34 +77,25 @@ static void find_exponents(perp__ncp_model *m)
     J.values = m->given;
     J.column_starts = m->sparse ? m->pattern_starts : NULL;
     J.row_indices = m->pattern_rows;
-    J.row_stride = m->problem.storage == PERP_STORAGE_ROW_MAJOR ? (size_t)m->n : 1;
-    J.column_stride = m->problem.storage == PERP_STORAGE_ROW_MAJOR ? 1 : (size_t)m->n;
-    look_around(m, largest, where);
-    for (int32_t i = 0; i < m->n; i++) {
-        double *entry = where[i] < 0 ? NULL
-                                     : m->given + (m->sparse ? (size_t)where[i]
-                                                             : (size_t)i * ((size_t)m->n + 1));
-
-        kept[i] = entry ? *entry : 0.0;
-        if (entry && fabs(*entry) < NEGLIGIBLE * largest[i])
-            *entry = 0.0;
-    }
-    perp__equilibrate(&J, m->scaling, m->exponents, largest, m->exponents_work);
-    for (int32_t j = 0; j < m->n; j++) {
-        if (!m->sparse)
-            m->given[(size_t)j * ((size_t)m->n + 1)] = kept[j];
-        for (int32_t k = m->sparse ? m->pattern_starts[j] : 0;
-             m->sparse && k < m->pattern_starts[j + 1]; k++)
-            if (m->pattern_rows[k] == j)
-                m->given[k] = kept[j];
-    }
+    J.row_stride = by_rows ? (size_t)m->n : 1;
+    J.column_stride = by_rows ? 1 : (size_t)m->n;
+    return J;
 }
 
 void perp__ncp_model_equilibrate(perp__ncp_model *m)
 {
-    find_exponents(m);
-    for (int32_t i = 0; i < m->n; i++)
-        m->D[i] = perp__power_of_two(m->exponents[i]);
-    perp__ncp_model_set_unit(m, 1.0);
+    const perp__matrix J = perp__ncp_given(m);
+
+    perp__equilibrate(&J, m->scaling, m->exponents, m->most, m->exponents_work);
+    set_powers(m);
+    perp__ncp_scale_matrix(m);
+}
+
+void perp__ncp_model_balance(perp__ncp_model *m)
+{
+    const perp__matrix J = perp__ncp_given(m);
+
+    perp__balance(&J, m->exponents, m->exponents_work);
+    set_powers(m);
     perp__ncp_scale_matrix(m);
 }

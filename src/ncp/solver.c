@@ -52,9 +52,15 @@ static void layout(perp__arena *arena, void *object)
 
     s->walk.model = &s->model;
     s->start = perp__arena_take(arena, n, sizeof(double));
+    s->unit = perp__arena_take(arena, n, sizeof(double));
     s->perturbed = perp__arena_take(arena, n, sizeof(double));
     s->candidate = perp__arena_take(arena, n, sizeof(double));
     s->best_z = perp__arena_take(arena, n, sizeof(double));
+    s->parts.of = perp__arena_take(arena, n, sizeof(int32_t));
+    s->parts.z = perp__arena_take(arena, n, sizeof(double));
+    s->parts.lower = perp__arena_take(arena, n, sizeof(double));
+    s->parts.upper = perp__arena_take(arena, n, sizeof(double));
+    s->parts.start = perp__arena_take(arena, n, sizeof(double));
     s->best_w = perp__arena_take(arena, n, sizeof(double));
     perp__ncp_model_layout(arena, &s->model);
     perp__ncp_walk_layout(arena, &s->walk);
@@ -84,15 +90,13 @@ perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *pro
 
 static perp_status enter(perp_ncp_solver *solver)
 {
-    if (!solver || solver->magic != PERP__NCP_MAGIC)
-        return PERP_ERROR_HANDLE;
-    return perp__enter(solver->context);
+    return perp__enter_handle(solver, PERP__NCP_MAGIC);
 }
 
 perp_status perp_ncp_solver_create(perp_context *context, perp_ncp_solver **solver,
                                    const perp_ncp_settings *settings)
 {
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;
@@ -104,9 +108,13 @@ perp_status perp_ncp_solver_create(perp_context *context, perp_ncp_solver **solv
 
 void perp_ncp_solver_destroy(perp_ncp_solver *solver)
 {
-    /* inside one of its own callbacks the solver's memory is in use: that call is refused */
-    if (solver && solver->magic == PERP__NCP_MAGIC && !solver->context->busy)
-        perp__ncp_destroy(solver);
+    perp_context *context;
+
+    if (!perp__enter_to_destroy(solver, PERP__NCP_MAGIC))
+        return;
+    context = solver->context;
+    perp__ncp_destroy(solver);
+    perp__leave(context, PERP_OK);
 }
 
 perp_status perp_ncp_solver_set(perp_ncp_solver *solver, const perp_ncp_settings *settings)
@@ -142,7 +150,7 @@ perp_status perp_ncp_solve(perp_context *context, double *z, double *w, perp_ncp
                            const double *z0)
 {
     perp_ncp_solver *solver = NULL;
-    perp_status status = perp__enter_to_create(context);
+    perp_status status = perp__enter(context);
 
     if (status != PERP_OK)
         return status;

@@ -3,6 +3,7 @@
 #define PERP_NCP_SOLVER_H
 
 #include "base/arena.h"
+#include "base/outcome.h"
 #include "ncp/method.h"
 #include "ncp/ncp.h"
 
@@ -10,10 +11,19 @@
 
 /* What a point is worth, recomputed from F and J there. */
 typedef struct perp__ncp_worth {
-    double tested, natural, backward;
-    double at_start;      /* tested, by the scales of the start */
-    perp_outcome outcome; /* solved or rounding_limit; else what the method said */
+    perp__evidence
+        evidence; /* tested, own, backward; sound: finite, and at_start is no objection */
+    double natural;
+    double at_start;   /* tested, by the scales of the start */
+    perp_outcome said; /* by the method */
 } perp__ncp_worth;
+
+/* What is kept while the parts of a problem are solved one by one. */
+typedef struct perp__ncp_parts {
+    int32_t *of, count;            /* the part of a row */
+    double *z;                     /* the best of every part */
+    double *lower, *upper, *start; /* of the whole */
+} perp__ncp_parts;
 
 struct perp_ncp_solver {
     uint64_t magic;
@@ -24,14 +34,16 @@ struct perp_ncp_solver {
     perp__ncp_model model;
     perp__ncp_walk walk;
     perp__ncp_linear linear;
+    perp__ncp_parts parts;
     double *start; /* z0, projected; moved to where F is defined */
     double *perturbed;
+    int32_t apart;     /* of the next run: see model.h */
+    double *unit;      /* of a perturbation */
     double *candidate; /* caller's units */
     double *best_z, *best_w;
     perp__ncp_worth best;
     int32_t best_method; /* -1: no point yet */
     int64_t iterations;
-    perp_outcome ended; /* stopped or time_limit, once that has happened; else -1 */
     int32_t trapped;
     uint64_t random;
 };
@@ -40,11 +52,25 @@ struct perp_ncp_solver {
  * PERP_ERROR_CALLBACK. */
 perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth);
 
+/* The largest own residual of a row of walk.z, where F is walk.w in the scaled coordinates of the
+ * last Jacobian there; leaves the model in others. */
+double perp__ncp_own_residual(perp_ncp_solver *solver);
+
+/* Whether there is more than one part to solve (and not too many), from the best point yet. */
+int32_t perp__ncp_split(perp_ncp_solver *solver);
+
+/* Fixes all variables but those of part p (-1: none) at the best that is known of them; forgets the
+ * best point. candidate := the best of all parts. */
+void perp__ncp_hold_others(perp_ncp_solver *solver, int32_t p);
+
+/* Takes part p of the best point. */
+void perp__ncp_gather(perp_ncp_solver *solver, int32_t p);
+
 /* *trapped := whether best_z is a stationary point of the merit function, within rounding. */
 perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped);
 
 /* perturbed := start, perturbed; the attempts differ in size and direction. */
-void perp__ncp_perturb(perp_ncp_solver *solver, int32_t attempt, double unit);
+void perp__ncp_perturb(perp_ncp_solver *solver, int32_t attempt);
 
 /* start := z0, or near it where F is not defined there. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
 perp_status perp__ncp_find_start(perp_ncp_solver *solver, const double *z0);

@@ -19,7 +19,7 @@ static double random_number(perp_ncp_solver *solver)
     return ldexp((double)(x >> 11), -52) - 1.0;
 }
 
-void perp__ncp_perturb(perp_ncp_solver *solver, int32_t attempt, double unit)
+void perp__ncp_perturb(perp_ncp_solver *solver, int32_t attempt)
 {
     const perp__ncp_model *m = &solver->model;
     static const int32_t sizes[] = {0, 2, 4, 6, 8, 10, -2, -4};
@@ -27,7 +27,7 @@ void perp__ncp_perturb(perp_ncp_solver *solver, int32_t attempt, double unit)
 
     for (int32_t i = 0; i < m->n; i++) {
         const double width = m->upper[i] - m->lower[i];
-        const double size = fmin(factor * fmax(fabs(solver->start[i]), unit), width);
+        const double size = fmin(factor * solver->unit[i], width);
 
         double shift = size * random_number(solver);
 
@@ -57,6 +57,7 @@ static void move_in(perp_ncp_solver *solver, double size)
 perp_status perp__ncp_find_start(perp_ncp_solver *solver, const double *z0)
 {
     perp__ncp_model *m = &solver->model;
+    const double deadline = m->control.deadline;
     double unit = 0.0;
     perp_status status;
 
@@ -67,7 +68,9 @@ perp_status perp__ncp_find_start(perp_ncp_solver *solver, const double *z0)
         m->largest[i] = fabs(solver->start[i]);
     }
     unit = unit > 0.0 ? unit : 1.0;
+    m->control.deadline = 0.0; /* one call of F, come what may */
     status = perp__ncp_call(m, solver->start, m->w_caller);
+    m->control.deadline = deadline;
     for (int32_t k = 0; k < START_TRIES && status == PERP__NCP_OUTSIDE; k++) {
         /* 1, 1/2, 2, 1/4, ... */
         move_in(solver, ldexp(unit, k % 2 == 0 ? k / 2 : -(k + 1) / 2));
@@ -77,6 +80,7 @@ perp_status perp__ncp_find_start(perp_ncp_solver *solver, const double *z0)
     }
     for (int32_t i = 0; i < m->n && status == PERP_OK; i++)
         m->z_start[i] = fabs(solver->start[i]);
-    m->omega_start = 0.0;
+    m->start_known = 0;
+    perp__ncp_start_groups(m);
     return status;
 }

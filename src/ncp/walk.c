@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/outcome.h"
 #include "lcp/fischer_function.h"
 #include "linalg/scale.h"
 
@@ -42,16 +43,23 @@ static double merit(const perp__ncp_walk *f, const double *z, const double *w, d
     return 0.5 * sum;
 }
 
-/* What z, w are worth. */
-static void appraise(perp__ncp_walk *f)
+void perp__ncp_note(perp__ncp_walk *f)
 {
-    f->psi = merit(f, f->z, f->w, f->phi);
     f->residual = perp__ncp_residual(f->model, f->z, f->w);
-    if (f->residual < f->best_residual) {
+    f->relative = f->scaled ? perp__ncp_tested(f->model, f->z, f->w) : f->residual;
+    if (!f->any || f->residual < f->best_residual) {
+        f->any = 1;
         f->best_residual = f->residual;
         if (f->model->n > 0)
             memcpy(f->best, f->z, (size_t)f->model->n * sizeof(double));
     }
+}
+
+/* What z, w are worth. */
+static void appraise(perp__ncp_walk *f)
+{
+    f->psi = merit(f, f->z, f->w, f->phi);
+    perp__ncp_note(f);
 }
 
 perp_status perp__ncp_stand(perp__ncp_walk *f)
@@ -63,12 +71,18 @@ perp_status perp__ncp_stand(perp__ncp_walk *f)
     return status;
 }
 
+/* omega, or that of the other side where all is 0; D unit and unit/D stay normal numbers. */
+static double unit_of(double omega, double other)
+{
+    omega = omega > 0.0 ? omega : other > 0.0 ? other : 1.0;
+    return fmin(fmax(omega, 0x1p-511), 0x1p511);
+}
+
 /* The same points in the units of another scaling. Psi is another function then: a run has one
  * scaling, or Psi could grow without end from one to the next. */
 static void rescale(perp__ncp_walk *f)
 {
     perp__ncp_model *m = f->model;
-    double unit;
 
     for (int32_t i = 0; i < m->n; i++) {
         f->z[i] *= m->z_unit[i];
@@ -79,16 +93,21 @@ static void rescale(perp__ncp_walk *f)
         f->z[i] /= m->D[i];
         f->w[i] *= m->D[i];
     }
-    unit = perp__ncp_omega(m, f->z, f->w, f->part, f->image);
-    perp__ncp_model_set_unit(m, unit);
+    perp__ncp_find_omega(m, f->z, f->w);
     for (int32_t i = 0; i < m->n; i++) {
-        f->z[i] = perp__ncp_clamp(f->z[i] / unit, m->low[i], m->high[i]);
-        f->w[i] /= unit;
+        const double row = m->omega[i], column = m->omega[m->n + i];
+
+        m->unit[i] = unit_of(row, column);
+        m->unit[m->n + i] = unit_of(column, row);
     }
-    f->scaled = 1;
+    perp__ncp_model_set_units(m);
+    perp__ncp_scale_matrix(m);
+    for (int32_t i = 0; i < m->n; i++) {
+        f->z[i] = perp__ncp_clamp(f->z[i] / m->unit[m->n + i], m->low[i], m->high[i]);
+        f->w[i] /= m->unit[i];
+    }
     f->steps = 0;
-    f->best_residual = INFINITY;
-    appraise(f);
+    f->any = 0;
 }
 
 perp_status perp__ncp_look(perp__ncp_walk *f)
@@ -97,10 +116,19 @@ perp_status perp__ncp_look(perp__ncp_walk *f)
 
     if (status != PERP_OK)
         return status;
-    if (!f->scaled)
+    if (!f->scaled) {
         rescale(f);
-    f->omega = perp__ncp_omega(f->model, f->z, f->w, f->part, f->image);
-    perp__ncp_mark_start(f->model, f->omega);
+        if (!perp__all_finite(f->model->S, f->model->entries))
+            return PERP__NCP_OUTSIDE;
+    }
+    perp__ncp_find_omega(f->model, f->z, f->w);
+    perp__ncp_mark_start(f->model, f->z, f->w);
+    if (f->scaled) {
+        f->relative = perp__ncp_tested(f->model, f->z, f->w);
+    } else {
+        f->scaled = 1;
+        appraise(f);
+    }
     return PERP_OK;
 }
 
@@ -185,9 +213,13 @@ static perp_status factor(perp__ncp_walk *f, perp__kept_factor *kept, const doub
  * alone keeps regular. */
 static perp_status solve(const perp__ncp_walk *f, const perp__kept_factor *kept, double *x)
 {
+    double largest = 0.0;
+
+    for (int32_t i = 0; i < 2 * f->model->n; i++)
+        largest = fmax(largest, f->model->omega[i]);
     kept->type->solve(kept->factor, x, 0);
     for (int32_t i = 0; i < f->model->n; i++)
-        if (!(fabs(x[i]) <= FAR * f->omega))
+        if (!(fabs(x[i]) <= FAR * largest))
             return PERP__FACTOR_SINGULAR;
     return PERP_OK;
 }
@@ -223,7 +255,7 @@ perp_status perp__ncp_regularised(perp__ncp_walk *f)
     if (f->model->sparse)
         return PERP__FACTOR_SINGULAR;
     perp__ncp_fill(f, 0.0);
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; i < n && !perp__ncp_is_late(f->model); i++) /* n^3 / 2 */
         for (size_t j = 0; j <= i; j++) {
             double sum = 0.0;
 
@@ -231,9 +263,11 @@ perp_status perp__ncp_regularised(perp__ncp_walk *f)
                 sum += f->H[i * n + k] * f->H[j * n + k];
             f->squared[i * n + j] = f->squared[j * n + i] = sum;
         }
+    if (perp__ncp_is_late(f->model))
+        return PERP__FACTOR_SINGULAR;
     for (size_t i = 0; i < n; i++)
         largest = fmax(largest, f->squared[i * (n + 1)]);
-    nu = fmax(1e-14, fmin(1e-2, f->residual / f->omega)) * largest;
+    nu = fmax(1e-14, fmin(1e-2, f->relative)) * largest;
     for (size_t i = 0; i < n; i++) {
         f->squared[i * (n + 1)] += nu;
         f->d[i] = -f->gradient[i];
@@ -268,9 +302,9 @@ int32_t perp__ncp_is_there(const perp__ncp_walk *f, double last)
 {
     if (f->residual == 0.0)
         return 1;
-    if (!(f->residual <= f->target * f->omega))
+    if (!(f->relative <= f->target))
         return 0;
     if (!f->finish || f->residual > 0.5 * last)
         return 1;
-    return isinf(last) && f->residual <= PERP__NCP_ROUNDING * f->omega;
+    return isinf(last) && f->relative <= PERP__NCP_ROUNDING;
 }

@@ -26,7 +26,7 @@ typedef struct perp__ncp_walk {
     int64_t limit;
     double *z, *w, *phi;
     double psi, residual;
-    double omega; /* of the last linearisation: power of two near max |w - S z| */
+    double relative; /* the residual over omega of the last linearisation */
     double *trial_z, *trial_w, *trial_phi;
     double trial_psi;
     double *equation; /* the right-hand side that slope_z, slope_w belong to */
@@ -38,6 +38,7 @@ typedef struct perp__ncp_walk {
     int64_t steps;
     double *best;
     double best_residual;
+    int32_t any;    /* best is a point */
     int32_t scaled; /* the run has its scaling */
     int64_t iterations;
     perp_outcome outcome;
@@ -45,6 +46,9 @@ typedef struct perp__ncp_walk {
 
 void perp__ncp_walk_layout(perp__arena *arena, perp__ncp_walk *walk);
 void perp__ncp_walk_release(perp__ncp_walk *walk);
+
+/* residual, relative and the best point yet, for z and w. */
+void perp__ncp_note(perp__ncp_walk *walk);
 
 /* Stands at z, which is within the bounds: w, Phi, Psi. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
 perp_status perp__ncp_stand(perp__ncp_walk *walk);

@@ -37,42 +37,47 @@ static double deepest(const perp__contact_set *set)
     return largest;
 }
 
-static perp__world_contact *island_contact(const perp_world *world, const perp__island *island,
-                                           int32_t i)
-{
-    return &world->overlaps.contacts[world->contact_order[island->first_contact + i]];
-}
-
 static int32_t overlaps(const perp_world *world, const perp__island *island)
 {
     int32_t i;
 
     for (i = 0; i < island->contacts; i++)
-        if (overlap_of(island_contact(world, island, i)) > 0.0)
+        if (overlap_of(perp__island_contact(world, &world->overlaps, island, i)) > 0.0)
             return 1;
     return 0;
 }
 
-/* dq = M^-1 n c of each body, kept in its motion. Returns the largest way a point of one goes. */
-static double find_shifts(perp_world *world, const perp__island *island)
+/* dq = M^-1 n c of each body, kept in its motion. */
+static void find_shifts(perp_world *world, const perp__island *island)
 {
-    double largest = 0.0;
     int32_t i, j;
 
     for (i = 0; i < island->bodies; i++) {
-        int32_t body = world->body_order[island->first_body + i];
-        perp__motion *motion = &world->motions[body];
-        double *shift = motion->solved;
+        perp__motion *motion = perp__island_motion(world, island, i);
 
-        memset(shift, 0, sizeof motion->solved);
+        memset(motion->solved, 0, sizeof motion->solved);
         for (j = 0; j < motion->touched; j++) {
             const perp__link *link = &world->links[motion->first_link + j];
             const perp__world_contact *contact = &world->overlaps.contacts[link->contact];
 
-            perp__add6(shift, world->work.z[contact->first_row], contact->response[link->side][0]);
+            perp__add6(motion->solved, world->work.z[contact->first_row],
+                       contact->response[link->side][0]);
         }
-        largest = fmax(largest, perp__length3(shift) +
-                                    perp__length3(shift + 3) * world->bodies[body].radius);
+    }
+}
+
+/* The largest way a point of a body goes. */
+static double longest_way(const perp_world *world, const perp__island *island)
+{
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < island->bodies; i++) {
+        int32_t body = world->body_order[island->first_body + i];
+        const double *shift = world->motions[body].solved;
+
+        perp__raise_to(&largest, perp__length3(shift) +
+                                     perp__length3(shift + 3) * world->bodies[body].radius);
     }
     return largest;
 }
@@ -90,25 +95,45 @@ static void apply(perp_world *world, const perp__island *island)
     }
 }
 
+/* Shifts from the problem's solution, or by sweeps where the budget leaves no more. Returns in
+ * *found whether they are any good. */
+static perp_status solve_shifts(perp_world *world, const perp__island *island, int32_t *found)
+{
+    perp_outcome said = perp__may_pivot(world, island->rows);
+    perp_status status = PERP_OK;
+
+    if (said == PERP_OUTCOME_SOLVED) {
+        perp__assemble_matrix(world, &world->overlaps, island);
+        world->work.set_up = 0;
+        status = perp__solve_rows(world, island->rows);
+        said = world->work.result.outcome;
+        find_shifts(world, island);
+    }
+    if (said == PERP_OUTCOME_TIME_LIMIT || said == PERP_OUTCOME_ITERATION_LIMIT) {
+        perp__start_sweeps(world, &world->overlaps, island, PERP__TWIST_SOLVED);
+        perp__sweep_island(world, &world->overlaps, island, perp__seconds_left(world));
+        said = PERP_OUTCOME_SOLVED;
+    }
+    *found = perp__is_good(said);
+    return status;
+}
+
 /* Corrects the island if that takes no long way; *left tells if it was left as it is. */
 static perp_status project_island(perp_world *world, const perp__island *island, double longest,
                                   int32_t *left)
 {
-    int32_t i;
+    int32_t found, i;
     perp_status status;
 
     for (i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = island_contact(world, island, i);
+        perp__world_contact *contact = perp__island_contact(world, &world->overlaps, island, i);
 
         perp__contact_jacobian(world, world->next, contact);
         world->work.q[contact->first_row] = contact->gap;
+        contact->target = 0.0 - contact->gap;
     }
-    perp__assemble_matrix(world, &world->overlaps, island);
-    status = perp__solve_rows(world, island->rows, 0);
-    *left = status != PERP_OK ||
-            (world->work.result.outcome != PERP_OUTCOME_SOLVED &&
-             world->work.result.outcome != PERP_OUTCOME_ROUNDING_LIMIT) ||
-            !(find_shifts(world, island) <= longest);
+    status = solve_shifts(world, island, &found);
+    *left = status != PERP_OK || !found || !(longest_way(world, island) <= longest);
     if (!*left)
         apply(world, island);
     return status;
@@ -140,6 +165,8 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
 
     *left = 0;
     perp__place(world, world->next);
+    for (i = 0; i < world->body_slots; i++) /* static bodies have no way */
+        memset(world->motions[i].solved, 0, sizeof world->motions[i].solved);
     if (equally)
         weigh_equally(world);
     /* neighbours that the correction could push into each other */

@@ -60,7 +60,14 @@ static void write_record(const perp_world *world, const perp__world_contact *con
     record->mode = mode_of(contact);
 }
 
-/* Of the contacts that took part. */
+static int32_t is_finite(const perp_contact *record)
+{
+    return perp__all_finite(record->position, 3) && perp__all_finite(record->normal, 3) &&
+           perp__all_finite(&record->gap, 1) && perp__all_finite(record->impulse, 3) &&
+           perp__all_finite(record->velocity, 3);
+}
+
+/* Of the contacts that took part. Arms and turns near the largest numbers can leave their range. */
 perp_status perp__write_records(perp_world *world)
 {
     int32_t i, count = 0;
@@ -70,9 +77,18 @@ perp_status perp__write_records(perp_world *world)
         count += world->contacts.contacts[i].included;
     status = reserve(world, count);
     world->next_record_count = 0;
-    for (i = 0; i < world->contacts.count && status == PERP_OK; i++)
-        if (world->contacts.contacts[i].included)
-            write_record(world, &world->contacts.contacts[i],
-                         &world->next_records[world->next_record_count++]);
+    for (i = 0; i < world->contacts.count && status == PERP_OK; i++) {
+        const perp__world_contact *contact = &world->contacts.contacts[i];
+        perp_contact *record = &world->next_records[world->next_record_count];
+
+        if (!contact->included)
+            continue;
+        write_record(world, contact, record);
+        if (!is_finite(record))
+            status = perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                                "the step takes contact %d beyond the range of numbers",
+                                (int)world->next_record_count);
+        world->next_record_count++;
+    }
     return status;
 }

@@ -24,88 +24,18 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
-#include "lcp/lcp.h"
 #include "world/spatial.h"
 
 /* A gap below this share of the bodies' size is near: such contacts take part from the start. */
 #define NEAR 1e-3
 
-static void lay_out_rows(perp__arena *arena, perp__island_work *work)
-{
-    size_t rows = (size_t)work->max_rows;
-
-    /* rows squared: two factors, so that the arena sees an overflow */
-    work->matrix = perp__arena_take(arena, rows, rows * sizeof *work->matrix);
-    work->q = perp__arena_take(arena, rows, sizeof *work->q);
-    work->z = perp__arena_take(arena, rows, sizeof *work->z);
-}
-
-static void lay_out(perp__arena *arena, void *object)
-{
-    perp_world *world = object;
-    perp__island_work *work = &world->work;
-    size_t held = (size_t)work->max_held_rows;
-    size_t columns = (size_t)work->max_columns;
-
-    lay_out_rows(arena, work);
-    work->held_rows = perp__arena_take(arena, held, columns * sizeof *work->held_rows);
-    work->targets = perp__arena_take(arena, held, sizeof *work->targets);
-    work->norms = perp__arena_take(arena, held, sizeof *work->norms);
-    work->taken = perp__arena_take(arena, held, sizeof *work->taken);
-    work->basis = perp__arena_take(arena, columns, columns * sizeof *work->basis);
-    work->particular = perp__arena_take(arena, columns, sizeof *work->particular);
-    work->loose = perp__arena_take(arena, columns, sizeof *work->loose);
-    work->unit = perp__arena_take(arena, columns, sizeof *work->unit);
-    work->group_bodies = perp__arena_take(arena, columns, sizeof *work->group_bodies);
-}
-
-perp_status perp__fit_island_work(perp_world *world, int32_t velocities)
-{
-    perp__island_work *work = &world->work;
-    int32_t axes = world->settings.planar ? 2 : 3;
-    int32_t i;
-
-    work->max_rows = work->max_held_rows = work->max_columns = 0;
-    for (i = 0; i < world->island_count; i++) {
-        const perp__island *island = &world->islands[i];
-
-        if (island->rows > work->max_rows)
-            work->max_rows = island->rows;
-        if (velocities && axes * island->contacts > work->max_held_rows)
-            work->max_held_rows = axes * island->contacts;
-        if (velocities && world->dof * island->bodies > work->max_columns)
-            work->max_columns = world->dof * island->bodies;
-    }
-    return perp__arena_fit(&world->island_arena, lay_out, world);
-}
-
-perp_status perp__solve_rows(perp_world *world, int32_t n, int32_t same_matrix)
-{
-    perp__island_work *work = &world->work;
-    perp_matrix W;
-    perp_status status = PERP_OK;
-
-    if (!same_matrix) {
-        status = perp_matrix_init(&W, sizeof W);
-        if (status == PERP_OK)
-            status = perp_matrix_dense(&W, PERP_STORAGE_COLUMN_MAJOR, n, n, work->matrix, n);
-        if (status == PERP_OK)
-            status = perp__lcp_setup(world->solver, &W, NULL, NULL);
-    }
-    if (status == PERP_OK)
-        status = perp__lcp_solve(world->solver, work->z, NULL, NULL, &work->result, work->q, NULL);
-    if (status == PERP_ERROR_ARGUMENT && world->settings.method == PERP_LCP_PGS)
-        status = perp__fail(world->context, status,
-                            "the world's method is pgs, which can't solve contacts with friction "
-                            "(rows without a diagonal): take auto, lemke or fischer");
-    return status;
-}
+/* A point whose own residual is above this is no start for sweeps: none at all is a better one. */
+#define FAR_OFF 1e-3
 
 static perp__world_contact *island_contact(const perp_world *world, const perp__island *island,
                                            int32_t i)
 {
-    return &world->contacts.contacts[world->contact_order[island->first_contact + i]];
+    return perp__island_contact(world, &world->contacts, island, i);
 }
 
 /* A gap that is not told apart from 0 is 0: rounding of coordinates must not move what rests. */
@@ -131,7 +61,8 @@ static void write_q(perp_world *world, const perp__island *island)
     }
 }
 
-/* Impulses along the axes. Without a normal impulse there is no friction. */
+/* Impulses along the axes. Without a normal impulse there is no friction; what rounding took out of
+ * the cone goes back. */
 static void read_impulses(perp_world *world, const perp__island *island)
 {
     int32_t i, j;
@@ -139,21 +70,22 @@ static void read_impulses(perp_world *world, const perp__island *island)
     for (i = 0; i < island->contacts; i++) {
         perp__world_contact *contact = island_contact(world, island, i);
         const double *z = world->work.z + contact->first_row;
+        double gauge, most = contact->friction * z[0];
 
         contact->impulse[0] = z[0];
-        contact->impulse[1] = contact->impulse[2] = 0.0;
-        if (z[0] == 0.0)
+        contact->impulse[1] = contact->impulse[2] = contact->slip = 0.0;
+        if (z[0] == 0.0 || contact->edges == 0)
             continue;
+        contact->slip = z[contact->edges + 1];
         for (j = 0; j < contact->edges; j++) {
             contact->impulse[1] += world->edge[j][0] * z[1 + j];
             contact->impulse[2] += world->edge[j][1] * z[1 + j];
         }
+        gauge = perp__gauge(world, contact->impulse + 1);
+        if (gauge > most)
+            for (j = 1; j < 3; j++)
+                contact->impulse[j] *= most / gauge;
     }
-}
-
-static int32_t severity(perp_outcome outcome)
-{
-    return outcome == PERP_OUTCOME_RAY ? INT32_MAX : outcome;
 }
 
 static int32_t moves_by_itself(const perp_world *world, int32_t body)
@@ -183,30 +115,98 @@ static int32_t is_solvable(const perp_world *world, const perp__island *island, 
     return 1;
 }
 
-/* Solves for the targets that stand, and writes the twist. A ray where there is a solution is a
- * failure of the method, not of the scene. */
-static perp_status solve_stage(perp_world *world, const perp__island *island,
-                               perp__verdict *verdict, int64_t *iterations)
+/* The island's problem, if the budget allows: *said is how that ended. A ray where there is a
+ * solution is a failure of the method, not of the scene. */
+static perp_status pivot(perp_world *world, const perp__island *island, int32_t stage,
+                         perp_outcome *said)
 {
-    perp_lcp_result *result = &world->work.result;
     perp_status status;
 
+    *said = perp__may_pivot(world, island->rows);
+    world->work.fresh = 0;
+    if (*said != PERP_OUTCOME_SOLVED)
+        return PERP_OK;
+    if (!world->work.set_up)
+        perp__assemble_matrix(world, &world->contacts, island);
     write_q(world, island);
-    status = perp__solve_rows(world, island->rows, verdict->stages > 0);
+    status = perp__solve_rows(world, island->rows);
+    *said = world->work.result.outcome;
+    world->work.fresh = status == PERP_OK;
+    if (*said == PERP_OUTCOME_RAY && is_solvable(world, island, stage))
+        *said = PERP_OUTCOME_STALLED;
+    return status;
+}
+
+/* Velocities and impulses as the problem's solution has them, and what they are worth. */
+static perp__evidence take_solution(perp_world *world, const perp__island *island, size_t twist)
+{
+    const perp_lcp_result *result = &world->work.result;
+    perp__evidence evidence = {result->residual, 0.0, result->backward_error, 1};
+
+    read_impulses(world, island);
+    perp__exact_velocities(world, island, twist, &evidence);
+    return evidence;
+}
+
+/* Sweeps from the solution, or from nothing where that is `far` off. Which share of the time they
+ * get is the island's of the contacts, half of it: later rounds may come. */
+static perp__evidence take_sweeps(perp_world *world, const perp__island *island, size_t twist,
+                                  int32_t far)
+{
+    const double share = 0.5 * island->contacts / world->contacts.count;
+    perp__evidence evidence = {0.0, 0.0, INFINITY, 1};
+    int32_t i;
+
+    if (far)
+        perp__start_sweeps(world, &world->contacts, island, PERP__TWIST_FREE);
+    perp__sweep_island(world, &world->contacts, island, share * perp__seconds_left(world));
+    for (i = 0; i < island->contacts; i++) {
+        perp__world_contact *contact = island_contact(world, island, i);
+        const double most = contact->friction * contact->impulse[0];
+        double u[3];
+
+        perp__relative_velocity(world, contact, PERP__TWIST_SOLVED, u);
+        contact->slip =
+            perp__gauge(world, contact->impulse + 1) < most ? 0.0 : perp__slip(world, u + 1);
+    }
+    perp__exact_velocities(world, island, twist, &evidence);
+    evidence.tested = evidence.own; /* no row of an island counts for more than a contact's own */
+    return evidence;
+}
+
+/* Solves for the targets that stand, writes the twist, and judges it. What a method or a budget
+ * leaves short of an answer is swept, and kept where that betters it. */
+static perp_status solve_stage(perp_world *world, const perp__island *island,
+                               perp__verdict *verdict)
+{
+    const size_t twist = verdict->stages > 0 ? PERP__TWIST_AFTER : PERP__TWIST_MOVING;
+    const double tol = world->settings.tol;
+    perp__evidence evidence = {INFINITY, INFINITY, INFINITY, 0}, swept;
+    perp_outcome said, outcome;
+    perp_status status = pivot(world, island, ++verdict->stages, &said);
+    int32_t far;
+
     if (status != PERP_OK)
         return status;
-    verdict->stages++;
-    verdict->residual = fmax(verdict->residual, result->residual);
-    if (result->outcome == PERP_OUTCOME_RAY && is_solvable(world, island, verdict->stages))
-        result->outcome = PERP_OUTCOME_STALLED;
-    if (severity(result->outcome) > severity(verdict->outcome))
-        verdict->outcome = result->outcome;
-    *iterations += result->iterations;
-    if (result->outcome == PERP_OUTCOME_RAY)
+    if (said == PERP_OUTCOME_RAY) {
+        verdict->outcome = said;
+        verdict->residual = world->work.result.residual;
         return PERP_OK;
-    read_impulses(world, island);
-    perp__exact_velocities(world, island,
-                           verdict->stages > 1 ? PERP__TWIST_AFTER : PERP__TWIST_MOVING);
+    }
+    if (world->work.fresh)
+        evidence = take_solution(world, island, twist);
+    outcome = perp__gate(&evidence, tol, said);
+    far = !(evidence.own <= FAR_OFF);
+    if (!perp__is_good(outcome)) {
+        swept = take_sweeps(world, island, twist, far);
+        if (far || swept.own < evidence.own)
+            evidence = swept;
+        else
+            evidence = take_solution(world, island, twist);
+        outcome = perp__gate(&evidence, tol, said);
+    }
+    verdict->outcome = perp__worse_outcome(verdict->outcome, outcome);
+    perp__raise_to(&verdict->residual, evidence.tested);
     return PERP_OK;
 }
 
@@ -267,7 +267,7 @@ static void copy_twists(perp_world *world, const perp__island *island, size_t to
 
 /* Both stages. */
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
-                                perp__verdict *verdict, int64_t *iterations)
+                                perp__verdict *verdict)
 {
     perp_status status;
 
@@ -275,12 +275,12 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
     copy_twists(world, island, PERP__TWIST_AFTER, PERP__TWIST_FREE);
     if (!first_targets(world, island, h))
         return PERP_OK;
-    perp__assemble_matrix(world, &world->contacts, island);
-    status = solve_stage(world, island, verdict, iterations);
+    world->work.set_up = 0;
+    status = solve_stage(world, island, verdict);
     if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
         return status;
     if (second_targets(world, island, h))
-        return solve_stage(world, island, verdict, iterations);
+        return solve_stage(world, island, verdict);
     copy_twists(world, island, PERP__TWIST_AFTER, PERP__TWIST_MOVING);
     return PERP_OK;
 }
@@ -355,7 +355,7 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
 
         if (!has_changed(world, island))
             continue;
-        status = solve_island(world, island, h, &verdict, &summary->iterations);
+        status = solve_island(world, island, h, &verdict);
         for (k = 0; k < island->bodies; k++)
             world->motions[world->body_order[island->first_body + k]].verdict = verdict;
         if (verdict.outcome == PERP_OUTCOME_RAY) {
@@ -376,9 +376,8 @@ static void summarise(const perp_world *world, perp__solve_summary *summary)
         const perp__verdict *verdict =
             &world->motions[world->body_order[world->islands[i].first_body]].verdict;
 
-        if (severity(verdict->outcome) > severity(summary->outcome))
-            summary->outcome = verdict->outcome;
-        summary->residual = fmax(summary->residual, verdict->residual);
+        summary->outcome = perp__worse_outcome(summary->outcome, verdict->outcome);
+        perp__raise_to(&summary->residual, verdict->residual);
         summary->solved += verdict->stages > 0;
         summary->impacts += verdict->stages > 1;
     }

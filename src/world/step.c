@@ -31,10 +31,34 @@ static void lay_out_shapes(perp__arena *arena, void *object)
     world->extents = perp__arena_take(arena, count, sizeof *world->extents);
 }
 
+static perp_status fail_range(const perp_world *world, int32_t body)
+{
+    return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                      "the step takes body %d beyond the range of numbers", (int)body);
+}
+
+/* Forces and times near the largest numbers can leave the range of doubles. */
+static perp_status check_next(const perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->body_slots; i++) {
+        const perp__state *state = &world->next[i];
+
+        if (world->bodies[i].alive &&
+            (!perp__all_finite(state->position, 3) || !perp__all_finite(state->orientation, 4) ||
+             !perp__all_finite(&state->angle, 1) || !perp__all_finite(state->velocity, 3) ||
+             !perp__all_finite(state->angular_velocity, 3)))
+            return fail_range(world, i);
+    }
+    return PERP_OK;
+}
+
 /* Bodies in place, with the velocities that forces alone would give them. */
 static perp_status prepare(perp_world *world, double h)
 {
     perp_status status = perp__arena_fit(&world->body_arena, lay_out_bodies, world);
+    int32_t i;
 
     if (status == PERP_OK)
         status = perp__arena_fit(&world->shape_arena, lay_out_shapes, world);
@@ -43,6 +67,9 @@ static perp_status prepare(perp_world *world, double h)
     perp__place(world, world->states);
     perp__free_velocities(world, h);
     perp__find_reaches(world);
+    for (i = 0; i < world->body_slots; i++) /* what can be reached is no less than any speed */
+        if (world->bodies[i].alive && !perp__all_finite(&world->motions[i].reach, 1))
+            return fail_range(world, i);
     return PERP_OK;
 }
 
@@ -59,7 +86,6 @@ static void lap(double *clock, double *seconds)
 static perp_status meet(perp_world *world, double h, perp__solve_summary *summary,
                         perp_world_stats *stats, double *clock)
 {
-    int64_t iterations = 0;
     int32_t round;
     perp_status status = PERP_OK;
 
@@ -71,11 +97,10 @@ static perp_status meet(perp_world *world, double h, perp__solve_summary *summar
         lap(clock, &stats->seconds_solve);
         if (status != PERP_OK)
             break;
-        iterations += summary->iterations;
         if (summary->outcome == PERP_OUTCOME_RAY || !perp__raise_reaches(world))
             break;
     }
-    summary->iterations = iterations;
+    world->budget.until = world->budget.deadline;
     return status;
 }
 
@@ -101,37 +126,7 @@ static int32_t may_advance(const perp_world *world, perp_outcome outcome)
 {
     if (outcome == PERP_OUTCOME_RAY)
         return 0;
-    return !world->settings.strict || outcome == PERP_OUTCOME_SOLVED ||
-           outcome == PERP_OUTCOME_ROUNDING_LIMIT;
-}
-
-static int32_t is_finite(const double *x, int32_t count)
-{
-    int32_t i;
-
-    for (i = 0; i < count; i++)
-        if (!isfinite(x[i]))
-            return 0;
-    return 1;
-}
-
-/* Forces and times near the largest numbers can leave the range of doubles. */
-static perp_status check_next(const perp_world *world)
-{
-    int32_t i;
-
-    for (i = 0; i < world->body_slots; i++) {
-        const perp__state *state = &world->next[i];
-
-        if (!world->bodies[i].alive)
-            continue;
-        if (!is_finite(state->position, 3) || !is_finite(state->orientation, 4) ||
-            !is_finite(&state->angle, 1) || !is_finite(state->velocity, 3) ||
-            !is_finite(state->angular_velocity, 3))
-            return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
-                              "the step takes body %d beyond the range of numbers", (int)i);
-    }
-    return PERP_OK;
+    return !world->settings.strict || perp__is_good(outcome);
 }
 
 static void commit(perp_world *world)
@@ -168,15 +163,17 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
     perp_world_stats stats = world->stats;
     perp__solve_summary summary;
     double clock = perp__now();
-    perp_status status = prepare(world, h);
+    perp_status status;
 
+    world->budget.spent = 0;
+    perp__open_budget(world);
+    status = prepare(world, h);
     if (status == PERP_OK)
         status = meet(world, h, &summary, &stats, &clock);
     if (status != PERP_OK)
         return status;
     count_rows(world, &stats);
     result->outcome = summary.outcome;
-    result->iterations = stats.iterations = summary.iterations;
     result->residual = stats.residual = summary.residual;
     result->contacts = stats.contacts;
     result->islands = summary.solved;
@@ -186,6 +183,7 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
         status = advance(world, h, &stats, &clock);
     if (status != PERP_OK)
         return status;
+    result->iterations = stats.iterations = world->budget.spent;
     world->stats = stats;
     if (result->advanced)
         commit(world);

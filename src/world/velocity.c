@@ -16,43 +16,9 @@
 /* Rounding of a sum relative to its terms: what a velocity that should be 0 may come out as. */
 #define ROUNDING (256.0 * PERP__EPSILON)
 
-/* Exact velocities must agree with the solution's as well as that is known, relative to the largest
- * terms of the island, and meet the rows; what a solution stopped early says of contacts fails
- * this, and its own velocities stand. */
-#define AGREEMENT 1e-8
-
 static int32_t is_dynamic(const perp_world *world, int32_t body)
 {
     return world->bodies[body].kind == PERP_BODY_DYNAMIC;
-}
-
-static perp__motion *island_motion(const perp_world *world, const perp__island *island, int32_t i)
-{
-    return &world->motions[world->body_order[island->first_body + i]];
-}
-
-static perp__world_contact *island_contact(const perp_world *world, const perp__island *island,
-                                           int32_t i)
-{
-    return &world->contacts.contacts[world->contact_order[island->first_contact + i]];
-}
-
-/* |L^-1 twist|: twice its square root is the kinetic energy. */
-static double mass_norm(const perp__motion *motion, const double *twist)
-{
-    double turning[3];
-
-    perp__apply3(turning, motion->inverse_factor, twist + 3);
-    return hypot(motion->root_mass * perp__length3(twist), perp__length3(turning));
-}
-
-/* |L' row'|: the largest row-velocity of a twist of mass norm 1. */
-static double row_norm(const perp__motion *motion, const double *row)
-{
-    double turning[3];
-
-    perp__apply_transposed3(turning, motion->factor, row + 3);
-    return hypot(motion->root_inverse_mass * perp__length3(row), perp__length3(turning));
 }
 
 /* Velocities as the solution has them, v = v_f + M^-1 J' r, and for each body the size of the terms
@@ -62,13 +28,13 @@ static void solved_velocities(perp_world *world, const perp__island *island)
     int32_t i, j, axis;
 
     for (i = 0; i < island->bodies; i++) {
-        perp__motion *motion = island_motion(world, island, i);
+        perp__motion *motion = perp__island_motion(world, island, i);
         double change[6];
 
         memcpy(change, motion->free, sizeof change);
         perp__add6(change, -1.0, motion->start);
         memcpy(motion->solved, motion->free, sizeof motion->solved);
-        motion->strength = mass_norm(motion, motion->start) + mass_norm(motion, change);
+        motion->strength = perp__mass_norm(motion, motion->start) + perp__mass_norm(motion, change);
         for (j = 0; j < motion->touched; j++) {
             const perp__link *link = &world->links[motion->first_link + j];
             const perp__world_contact *contact = &world->contacts.contacts[link->contact];
@@ -79,45 +45,9 @@ static void solved_velocities(perp_world *world, const perp__island *island)
                 perp__add6(motion->solved, contact->impulse[axis],
                            contact->response[link->side][axis]);
                 motion->strength += fabs(contact->impulse[axis]) *
-                                    row_norm(motion, contact->rows[link->side][axis]);
+                                    perp__row_norm(motion, contact->rows[link->side][axis]);
             }
         }
-    }
-}
-
-/* Size of the terms that make the relative velocity along an axis. */
-static double axis_scale(const perp_world *world, const perp__world_contact *contact, int32_t axis)
-{
-    const int32_t bodies[2] = {contact->body_a, contact->body_b};
-    double scale = axis == 0 ? fabs(contact->target) : 0.0;
-    int32_t side, i;
-
-    for (side = 0; side < 2; side++) {
-        const perp__motion *motion = &world->motions[bodies[side]];
-        const double *row = contact->rows[side][axis];
-
-        if (is_dynamic(world, bodies[side]))
-            scale += row_norm(motion, row) * motion->strength;
-        else
-            for (i = 0; i < 6; i++)
-                scale += fabs(row[i] * motion->start[i]);
-    }
-    return scale;
-}
-
-static void relative_velocity(const perp_world *world, const perp__world_contact *contact,
-                              double *u)
-{
-    const int32_t bodies[2] = {contact->body_a, contact->body_b};
-    int32_t side, axis;
-
-    memset(u, 0, 3 * sizeof *u);
-    for (side = 0; side < 2; side++) {
-        const perp__motion *motion = &world->motions[bodies[side]];
-        const double *twist = is_dynamic(world, bodies[side]) ? motion->solved : motion->start;
-
-        for (axis = 0; axis < 3; axis++)
-            u[axis] += perp__dot6(contact->rows[side][axis], twist);
     }
 }
 
@@ -125,20 +55,19 @@ static void relative_velocity(const perp_world *world, const perp__world_contact
  * Sticks: closed and no slip speed lambda, or one within rounding. */
 static void classify(const perp_world *world, perp__world_contact *contact)
 {
-    const double *z = world->work.z + contact->first_row;
     double u[3], normal;
 
-    relative_velocity(world, contact, u);
-    normal = ROUNDING * axis_scale(world, contact, 0);
+    perp__relative_velocity(world, contact, PERP__TWIST_SOLVED, u);
+    normal = ROUNDING * perp__axis_scale(world, contact, 0);
     contact->closed = contact->impulse[0] > 0.0 || fabs(u[0] - contact->target) <= normal;
     contact->sticks = 0;
     if (!contact->closed || contact->edges == 0)
         return;
-    if (contact->impulse[0] > 0.0 && z[contact->edges + 1] == 0.0)
+    if (contact->impulse[0] > 0.0 && contact->slip == 0.0)
         contact->sticks = 1;
     else
-        contact->sticks = hypot(u[1], u[2]) <= ROUNDING * (axis_scale(world, contact, 1) +
-                                                           axis_scale(world, contact, 2));
+        contact->sticks = hypot(u[1], u[2]) <= ROUNDING * (perp__axis_scale(world, contact, 1) +
+                                                           perp__axis_scale(world, contact, 2));
 }
 
 /* Bodies held by what is held already, until no more are found. */
@@ -147,7 +76,7 @@ static void hold_single_bodies(perp_world *world, const perp__island *island, si
     int32_t found, i;
 
     for (i = 0; i < island->bodies; i++) {
-        perp__motion *motion = island_motion(world, island, i);
+        perp__motion *motion = perp__island_motion(world, island, i);
 
         motion->held = 0;
         motion->root = PERP__ROOT_NONE;
@@ -156,7 +85,7 @@ static void hold_single_bodies(perp_world *world, const perp__island *island, si
     do {
         found = 0;
         for (i = 0; i < island->bodies; i++)
-            if (!island_motion(world, island, i)->held)
+            if (!perp__island_motion(world, island, i)->held)
                 found += perp__hold_body(world, world->body_order[island->first_body + i], twist);
     } while (found > 0);
 }
@@ -179,7 +108,8 @@ static void find_groups(perp_world *world, const perp__island *island)
         world->parent[body] = body;
     }
     for (i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = island_contact(world, island, i);
+        const perp__world_contact *contact =
+            perp__island_contact(world, &world->contacts, island, i);
         int32_t a = contact->body_a, b = contact->body_b;
 
         if (!contact->closed || !is_dynamic(world, a) || !is_dynamic(world, b) ||
@@ -224,47 +154,6 @@ static void hold_groups(perp_world *world, const perp__island *island, size_t tw
     }
 }
 
-/* Velocities meet the rows: what is closed neither opens nor closes, what sticks does not slip, and
- * nothing else closes further than its target. */
-static int32_t meets_rows(const perp_world *world, const perp__world_contact *contact, size_t twist)
-{
-    double u[3], excess;
-    int32_t axis;
-
-    perp__relative_velocity(world, contact, twist, u);
-    excess = u[0] - contact->target;
-    if (contact->closed)
-        excess = -fabs(excess);
-    if (!(excess >= -AGREEMENT * axis_scale(world, contact, 0)))
-        return 0;
-    for (axis = 1; axis < 3 && contact->sticks; axis++)
-        if (!(fabs(u[axis]) <= AGREEMENT * axis_scale(world, contact, axis)))
-            return 0;
-    return 1;
-}
-
-static int32_t agrees(perp_world *world, const perp__island *island, size_t twist)
-{
-    double strongest = 0.0;
-    int32_t i;
-
-    for (i = 0; i < island->bodies; i++)
-        strongest = fmax(strongest, island_motion(world, island, i)->strength);
-    for (i = 0; i < island->bodies; i++) {
-        perp__motion *motion = island_motion(world, island, i);
-        double difference[6];
-
-        memcpy(difference, perp__twist(motion, twist), sizeof difference);
-        perp__add6(difference, -1.0, motion->solved);
-        if (!(mass_norm(motion, difference) <= AGREEMENT * strongest))
-            return 0;
-    }
-    for (i = 0; i < island->contacts; i++)
-        if (!meets_rows(world, island_contact(world, island, i), twist))
-            return 0;
-    return 1;
-}
-
 /* Relative velocity as reported: what a holding contact holds is exact. */
 static void write_velocity(perp_world *world, perp__world_contact *contact, size_t twist,
                            int32_t exact)
@@ -280,23 +169,42 @@ static void write_velocity(perp_world *world, perp__world_contact *contact, size
         contact->velocity[1] = contact->velocity[2] = 0.0;
 }
 
-void perp__exact_velocities(perp_world *world, const perp__island *island, size_t twist)
+/* What the rows give must be an answer, or no worse than what the impulses give: a solution stopped
+ * early says things of its contacts that do not hold. */
+static int32_t hold(perp_world *world, const perp__island *island, size_t twist,
+                    perp__evidence *evidence)
+{
+    const double tol = world->settings.tol;
+    perp__evidence held = *evidence;
+
+    if (!(evidence->own <= sqrt(tol)) || !perp__may_hold(world, island))
+        return 0;
+    hold_single_bodies(world, island, twist);
+    hold_groups(world, island, twist);
+    held.own = perp__own_residual(world, island, twist);
+    if (!perp__is_good(perp__gate(&held, tol, -1)) && !(held.own <= evidence->own))
+        return 0;
+    *evidence = held;
+    return 1;
+}
+
+void perp__exact_velocities(perp_world *world, const perp__island *island, size_t twist,
+                            perp__evidence *evidence)
 {
     int32_t i, exact;
 
     solved_velocities(world, island);
+    evidence->own = perp__own_residual(world, island, PERP__TWIST_SOLVED);
     for (i = 0; i < island->contacts; i++)
-        classify(world, island_contact(world, island, i));
-    hold_single_bodies(world, island, twist);
-    hold_groups(world, island, twist);
-    exact = agrees(world, island, twist);
+        classify(world, perp__island_contact(world, &world->contacts, island, i));
+    exact = hold(world, island, twist, evidence);
     for (i = 0; i < island->bodies && !exact; i++) {
-        perp__motion *motion = island_motion(world, island, i);
+        perp__motion *motion = perp__island_motion(world, island, i);
 
         memcpy(perp__twist(motion, twist), motion->solved, sizeof motion->solved);
     }
     for (i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = island_contact(world, island, i);
+        perp__world_contact *contact = perp__island_contact(world, &world->contacts, island, i);
 
         if (!exact)
             contact->closed = contact->impulse[0] > 0.0;

@@ -42,9 +42,7 @@ perp_status perp_world_stats_init(perp_world_stats *stats, size_t size)
 
 perp_status perp__world_enter(const perp_world *world)
 {
-    if (!world || world->magic != PERP__WORLD_MAGIC)
-        return PERP_ERROR_HANDLE;
-    return perp__enter(world->context);
+    return perp__enter_handle(world, PERP__WORLD_MAGIC);
 }
 
 void *perp__grown(perp_context *context, void *old, size_t used, size_t size)
@@ -126,16 +124,16 @@ static perp_status check_settings(perp_context *context, const perp_world_settin
 /* method, max_iterations, tol and time_limit are the LCP's, which checks them. */
 static perp_status make_solver(perp_world *world)
 {
-    perp_lcp_settings settings;
-    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
+    perp_lcp_settings *settings = &world->solver_settings;
+    perp_status status = perp_lcp_settings_init(settings, sizeof *settings);
 
     if (status != PERP_OK)
         return status;
-    settings.method = world->settings.method;
-    settings.max_iterations = world->settings.max_iterations;
-    settings.tol = world->settings.tol;
-    settings.time_limit = world->settings.time_limit;
-    status = perp__lcp_create(world->context, &world->solver, &settings);
+    settings->method = world->settings.method;
+    settings->max_iterations = world->settings.max_iterations;
+    settings->tol = world->settings.tol;
+    settings->time_limit = world->settings.time_limit;
+    status = perp__lcp_create(world->context, &world->solver, settings);
     if (status == PERP_OK)
         status = perp_lcp_result_init(&world->work.result, sizeof world->work.result);
     return status;
@@ -242,11 +240,12 @@ void perp_world_destroy(perp_world *world)
 {
     perp_context *context;
 
-    if (!world || world->magic != PERP__WORLD_MAGIC)
+    if (!perp__enter_to_destroy(world, PERP__WORLD_MAGIC))
         return;
     context = world->context;
     release_world(world);
     perp__detach(context);
+    perp__leave(context, PERP_OK);
 }
 
 perp_body perp_world_ground(const perp_world *world)

@@ -5,11 +5,13 @@
  *   islands      bodies that touch, directly or through others                 (island.c)
  *   solve        per island: rows, complementarity problem, exact velocities   (contact_rows.c,
  *                                                                    solve.c, velocity.c)
+ *   judge        what that is worth, each contact beside its own terms         (verdict.c)
+ *   sweep        where a budget or a method ended short of an answer           (sweep.c)
  *   integrate    the next positions                                            (integrate.c)
  *   project      what penetrates is pushed apart                               (projection.c)
  *   commit       next states become states, records become the last step's     (step.c)
  *
- * and nothing that a caller can see changes before the commit. */
+ * within a budget (budget.c), and nothing that a caller can see changes before the commit. */
 #ifndef PERP_WORLD_WORLD_H
 #define PERP_WORLD_WORLD_H
 
@@ -17,6 +19,7 @@
 #include <perp/world.h>
 
 #include "base/arena.h"
+#include "base/outcome.h"
 #include "world/collide/collide.h"
 
 #define PERP__WORLD_MAGIC UINT64_C(0x70657270776f726c)
@@ -126,6 +129,7 @@ typedef struct perp__world_contact {
     double free[3];           /* with the free twists */
     double target;            /* where the contact is closed, the normal velocity is this */
     double impulse[3];
+    double slip; /* 0: the solution holds it tangentially, if it presses */
     double velocity[3];
     int32_t first_row; /* in the island's problem */
     int32_t edges;     /* friction directions; 0: frictionless, one row */
@@ -174,8 +178,19 @@ typedef struct perp__island_work {
     double *loose;
     double *unit;
     int32_t *group_bodies;
-    perp_lcp_result result; /* of the last solve */
+    perp_lcp_result result; /* of the last solve, */
+    int32_t fresh;          /* which is that of the problem at hand */
+    int32_t set_up;         /* the solver has the matrix of the island at hand */
 } perp__island_work;
+
+/* What the step may still spend. */
+typedef struct perp__budget {
+    int32_t limited;    /* by time */
+    double until;       /* the phase at hand; on perp__now()'s clock */
+    double deadline;    /* the step */
+    int64_t iterations; /* left; INT64_MAX: no limit */
+    int64_t spent;      /* iterations of all methods */
+} perp__budget;
 
 struct perp_world {
     uint64_t magic;
@@ -219,6 +234,8 @@ struct perp_world {
     perp__contact_set contacts; /* of the step */
     perp__contact_set overlaps; /* of the projection */
     perp_lcp_solver *solver;
+    perp_lcp_settings solver_settings;
+    perp__budget budget;
 
     perp_contact *records; /* of the last step */
     perp_contact *next_records;
@@ -292,6 +309,7 @@ void perp__assemble_matrix(perp_world *world, const perp__contact_set *set,
 #define PERP__TWIST_FREE offsetof(perp__motion, free)
 #define PERP__TWIST_MOVING offsetof(perp__motion, moving)
 #define PERP__TWIST_AFTER offsetof(perp__motion, after)
+#define PERP__TWIST_SOLVED offsetof(perp__motion, solved)
 
 static inline double *perp__twist(perp__motion *motion, size_t twist)
 {
@@ -303,24 +321,73 @@ static inline const double *perp__const_twist(const perp__motion *motion, size_t
     return (const double *)((const char *)motion + twist);
 }
 
+static inline perp__motion *perp__island_motion(const perp_world *world, const perp__island *island,
+                                                int32_t i)
+{
+    return &world->motions[world->body_order[island->first_body + i]];
+}
+
+static inline perp__world_contact *perp__island_contact(const perp_world *world,
+                                                        const perp__contact_set *set,
+                                                        const perp__island *island, int32_t i)
+{
+    return &set->contacts[world->contact_order[island->first_contact + i]];
+}
+
+/* budget.c */
+void perp__open_budget(perp_world *world);
+/* Of the phase at hand; INFINITY without a limit. */
+double perp__seconds_left(const perp_world *world);
+void perp__spend(perp_world *world, int64_t iterations);
+/* SOLVED if a complementarity problem of so many rows may be tried, else the limit in the way. */
+perp_outcome perp__may_pivot(const perp_world *world, int32_t rows);
+/* Whether there is time for exact velocities of an island. */
+int32_t perp__may_hold(const perp_world *world, const perp__island *island);
+
+/* verdict.c */
+/* |L^-1 twist|: twice its square is the kinetic energy. */
+double perp__mass_norm(const perp__motion *motion, const double *twist);
+/* |L' row'|: the largest row-velocity of a twist of mass norm 1. */
+double perp__row_norm(const perp__motion *motion, const double *row);
+/* Size of the terms that make the relative velocity along an axis. */
+double perp__axis_scale(const perp_world *world, const perp__world_contact *contact, int32_t axis);
+/* The mu r_n that friction r needs: 1 on the boundary of the polygon of the edges. */
+double perp__gauge(const perp_world *world, const double *r);
+/* lambda: the largest speed against an edge. */
+double perp__slip(const perp_world *world, const double *u);
+/* The largest residual of a body or contact beside its own terms; `solved` and `strength` of the
+ * bodies must be those of the impulses. */
+double perp__own_residual(const perp_world *world, const perp__island *island, size_t twist);
+
+/* sweep.c: works on `solved` of the bodies and the impulses of the contacts. */
+/* No impulses, and the twists `from`; PERP__TWIST_SOLVED: 0. */
+void perp__start_sweeps(perp_world *world, perp__contact_set *set, const perp__island *island,
+                        size_t from);
+/* Sweeps until nothing changes any more, or `seconds` and the least number have passed. */
+void perp__sweep_island(perp_world *world, perp__contact_set *set, const perp__island *island,
+                        double seconds);
+
+/* island_work.c */
+/* Makes the workspace fit the largest island. velocities: with that of velocity.c. */
+perp_status perp__fit_island_work(perp_world *world, int32_t velocities);
+/* Solves the problem of n rows, work.z from work.matrix and work.q; work.result tells how it went.
+ * With work.set_up the matrix is that of the last call. */
+perp_status perp__solve_rows(perp_world *world, int32_t n);
+
 /* solve.c */
 typedef struct perp__solve_summary {
     perp_outcome outcome;
-    int64_t iterations;
     double residual;
     int32_t solved;  /* islands that needed a solve */
     int32_t impacts; /* and those that needed two */
 } perp__solve_summary;
 
-/* Makes the workspace fit the largest island. velocities: with that of velocity.c. */
-perp_status perp__fit_island_work(perp_world *world, int32_t velocities);
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
-/* Solves the problem of n rows, work.z from work.matrix and work.q; work.result tells how it went.
- * same_matrix: as in the last call. */
-perp_status perp__solve_rows(perp_world *world, int32_t n, int32_t same_matrix);
 
-/* velocity.c: exact velocities of an island from the solution of its problem. */
-void perp__exact_velocities(perp_world *world, const perp__island *island, size_t twist);
+/* velocity.c: exact velocities of an island from its impulses. Writes evidence->own, what they are
+ * worth; the rest of the evidence is that of the impulses. */
+void perp__exact_velocities(perp_world *world, const perp__island *island, size_t twist,
+                            perp__evidence *evidence);
 
 /* integrate.c */
 void perp__integrate(perp_world *world, double h);

@@ -355,11 +355,74 @@ static void test_trap(void **state)
     assert_true(result.residual > 1e-3);
 }
 
+/* z_0^2 + 1 = 0 and z_0 = 0: steps about z_0 = 0 go on to the limit, but at the best point every
+ * direction is orthogonal to what is left. */
+static int32_t hopeless(double *F, const double *z, void *user)
+{
+    (void)user;
+    F[0] = z[0] * z[0] + 1;
+    F[1] = z[0];
+    return 0;
+}
+
+static int32_t hopeless_jacobian(double *J, const double *z, void *user)
+{
+    (void)user;
+    J[0] = 2 * z[0];
+    J[1] = 1;
+    J[2] = J[3] = 0;
+    return 0;
+}
+
+/* A limit of iterations is no reason to go on where only another start can help; a solver that has
+ * been in a trap does not say so of its next answer. */
+static void test_trap_at_the_limit(void **state)
+{
+    static const double free_below[] = {-INFINITY, -INFINITY};
+    const double start[] = {1, 1};
+    const known hole = {.name = "hopeless", .n = 2, .function = hopeless};
+    perp_ncp_problem problem = problem_of(&hole), solvable = problem_of(&problems[3]);
+    perp_ncp_settings settings;
+    perp_ncp_solver *solver = NULL;
+    perp_ncp_result result;
+    double z[2];
+
+    (void)state;
+    problem.jacobian = hopeless_jacobian;
+    problem.lower = free_below;
+    assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
+    settings.restarts = settings.scaling = 0; /* in units in which the columns stay different */
+    settings.polish = 0;
+    assert_int_equal(perp_ncp_solver_create(context, &solver, &settings), PERP_OK);
+    assert_int_equal(perp_ncp_solver_setup(solver, &problem), PERP_OK);
+    assert_int_equal(perp_ncp_solver_solve(solver, z, NULL, &result, start), PERP_OK);
+    assert_int_equal(result.method, PERP_NCP_FISCHER); /* it ended at its limit of 100 */
+    assert_true(result.iterations > 100);
+    assert_int_equal(result.trapped, 1);
+    assert_int_equal(result.outcome, PERP_OUTCOME_STALLED);
+    settings.max_iterations = 5; /* a budget that is spent asks no further questions */
+    assert_int_equal(perp_ncp_solver_set(solver, &settings), PERP_OK);
+    assert_int_equal(perp_ncp_solver_solve(solver, z, NULL, &result, start), PERP_OK);
+    assert_int_equal(result.iterations, 5);
+    assert_int_equal(result.trapped, 0);
+    assert_int_equal(result.outcome, PERP_OUTCOME_ITERATION_LIMIT);
+    settings.max_iterations = 0;
+    settings.restarts = 20;
+    assert_int_equal(perp_ncp_solver_set(solver, &settings), PERP_OK);
+    assert_int_equal(perp_ncp_solver_setup(solver, &solvable), PERP_OK);
+    assert_int_equal(perp_ncp_solver_solve(solver, z, NULL, &result, NULL), PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    assert_int_equal(result.trapped, 0);
+    perp_ncp_solver_destroy(solver);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_known), cmocka_unit_test(test_line), cmocka_unit_test(test_far_start),
-        cmocka_unit_test(test_tolerance), cmocka_unit_test(test_trap)};
+        cmocka_unit_test(test_known),     cmocka_unit_test(test_line),
+        cmocka_unit_test(test_far_start), cmocka_unit_test(test_tolerance),
+        cmocka_unit_test(test_trap),      cmocka_unit_test(test_trap_at_the_limit)};
 
     return cmocka_run_group_tests(tests, make, destroy);
 }

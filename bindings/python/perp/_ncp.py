@@ -247,7 +247,7 @@ def ncp(
     lower, upper: (n,), or a number for all; None is 0 and +inf. Infinite bounds are allowed.
     method: "auto", "fischer" or "josephy".
     tol: the residual (dimensionless) that counts as solved.
-    max_iterations (of one run of a method), time_limit (seconds): None is 200 (fischer under
+    max_iterations (of the call), time_limit (seconds): None is 200 (fischer under
         auto: 100), and none.
     monitor: called with an object that has method, iterations and residual as the solve goes on;
         a true answer stops it (outcome "stopped"), an exception ends the call.

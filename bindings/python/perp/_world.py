@@ -30,7 +30,7 @@ class World(Handle):
     planar: bodies move in the x-y plane and turn about z.
     friction_directions: edges of the polyhedral friction cone, even, 4 .. 64. Planar friction is
         exact.
-    method, tol, max_iterations, time_limit: of each contact problem, as for lcp().
+    method, tol: of each contact problem, as for lcp(). max_iterations, time_limit: of a whole step.
     strict: a step that is not solved leaves the state untouched; otherwise, on a limit, it
         advances with the best iterate.
     """

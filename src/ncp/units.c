@@ -1,0 +1,162 @@
+/* The units in which residuals count.
+ *
+ * w_i hangs together with z_j where J_ij is not 0. What hangs together has one unit omega, and
+ * nothing else has a say in it: not another part of the system, and, where rows have no diagonal,
+ * not those that w_i shares no variable with either (the prices and amounts of a linear program).
+ */
+#include <math.h>
+#include <string.h>
+
+#include "base/outcome.h"
+#include "linalg/lines.h"
+#include "ncp/model.h"
+
+#define VANISHED 0x1p-20 /* of z at the start */
+
+void perp__ncp_find_parts(const perp__ncp_model *m, int32_t *part, double least)
+{
+    const perp__matrix S = perp__ncp_view(m);
+    const int32_t n = m->n;
+
+    for (int32_t i = 0; i < 2 * n; i++)
+        part[i] = i;
+    for (int32_t j = 0; j < n; j++) {
+        const perp__line l = perp__line_of(&S, j);
+
+        for (int32_t k = 0; k < l.count; k++) {
+            const int32_t i = l.indices ? l.indices[k] : k;
+            const double size = fabs(l.values[k]);
+
+            if (size > 0.0 && size >= least)
+                perp__join(part, i, n + j);
+        }
+    }
+    perp__number_parts(part, 2 * n);
+}
+
+void perp__ncp_start_groups(perp__ncp_model *m)
+{
+    m->groups = m->n;
+    for (int32_t i = 0; i < m->n; i++)
+        m->group[i] = i;
+    for (int32_t j = 0; m->sparse && j < m->n; j++)
+        for (int32_t k = m->starts[j]; k < m->starts[j + 1]; k++)
+            m->groups -= perp__join(m->group, m->rows[k], j);
+}
+
+void perp__ncp_join_groups(perp__ncp_model *m)
+{
+    const size_t n = (size_t)m->n;
+
+    for (int32_t j = 0; !m->sparse && m->groups > 1 && j < m->n; j++)
+        for (int32_t i = 0; i < m->n; i++)
+            if (m->S[(size_t)j * n + (size_t)i] != 0.0)
+                m->groups -= perp__join(m->group, i, j);
+    memcpy(m->part, m->group, n * sizeof *m->part);
+    perp__number_parts(m->part, m->n);
+    memcpy(m->part + n, m->part, n * sizeof *m->part);
+}
+
+double perp__ncp_size_left(const perp__ncp_model *m, int32_t j, double z)
+{
+    return fmax(fabs(z), VANISHED * m->z_start[j] / m->z_unit[j]);
+}
+
+static double power_near(double most)
+{
+    int exponent;
+
+    frexp(most, &exponent);
+    return most == 0.0 ? 0.0 : isinf(most) ? NAN : ldexp(1.0, exponent - 1);
+}
+
+void perp__ncp_find_omega(perp__ncp_model *m, const double *z, const double *w)
+{
+    const int32_t n = m->n;
+    double *minus_z = m->omega;
+
+    for (int32_t i = 0; i < n; i++) {
+        minus_z[i] = -z[i];
+        m->offset[i] = w[i];
+        m->most[i] = m->most[n + i] = 0.0;
+    }
+    perp__ncp_add(m, minus_z, m->offset);
+    for (int32_t i = 0; i < n; i++) {
+        double *row = &m->most[m->part[i]], *column = &m->most[m->part[n + i]];
+
+        *row = fmax(*row, fabs(m->offset[i]));
+        *column = fmax(*column, perp__ncp_size_left(m, i, z[i]));
+    }
+    for (int32_t i = 0; i < 2 * n; i++)
+        m->omega[i] = power_near(m->most[m->part[i]]);
+}
+
+void perp__ncp_mark_start(perp__ncp_model *m, const double *z, const double *w)
+{
+    const int32_t n = m->n;
+
+    if (m->start_known)
+        return;
+    m->start_known = 1;
+    perp__ncp_find_parts(m, m->part, 0.0);
+    perp__ncp_find_omega(m, z, w);
+    for (int32_t i = 0; i < n; i++) {
+        m->omega_start[i] = m->omega[i] * m->unit[i];
+        m->omega_start[n + i] = m->omega[n + i] * m->unit[n + i];
+        m->D_start[i] = m->D[i];
+    }
+    if (!m->apart) {
+        perp__ncp_join_groups(m);
+        perp__ncp_find_omega(m, z, w);
+    }
+}
+
+static double over(double x, double omega)
+{
+    return x == 0.0 ? 0.0 : x / omega;
+}
+
+/* |mid(z - low, z - high, w)|, each over its unit */
+static double relative(double z, double low, double high, double w, double omega_z, double omega_w)
+{
+    const double above = over(z - low, omega_z), below = over(z - high, omega_z);
+
+    w = over(w, omega_w);
+    return fabs(perp__ncp_mid(0.0, -above, -below, w));
+}
+
+double perp__ncp_residual_at_start(const perp__ncp_model *m, const double *z, const double *w)
+{
+    const double *omega_w = m->omega_start, *omega_z = m->omega_start + m->n;
+    double most = 0.0;
+
+    for (int32_t i = 0; i < m->n && m->start_known; i++) {
+        const double D = m->D_start[i];
+
+        if (m->lower[i] < m->upper[i] && omega_z[i] > 0.0 && omega_w[i] > 0.0)
+            perp__raise_to(&most, relative(z[i] / D, m->lower[i] / D, m->upper[i] / D, D * w[i],
+                                           omega_z[i], omega_w[i]));
+    }
+    return most;
+}
+
+double perp__ncp_residual(const perp__ncp_model *m, const double *z, const double *w)
+{
+    double most = 0.0;
+
+    for (int32_t i = 0; i < m->n; i++)
+        if (m->low[i] < m->high[i])
+            perp__raise_to(&most, fabs(perp__ncp_mid(z[i], m->low[i], m->high[i], w[i])));
+    return most;
+}
+
+double perp__ncp_tested(const perp__ncp_model *m, const double *z, const double *w)
+{
+    double most = 0.0;
+
+    for (int32_t i = 0; i < m->n; i++)
+        if (m->low[i] < m->high[i])
+            perp__raise_to(&most, relative(z[i], m->low[i], m->high[i], w[i], m->omega[m->n + i],
+                                           m->omega[i]));
+    return most;
+}

@@ -1,0 +1,439 @@
+#include "oracle.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "fuzz.h"
+
+wide *oracle_wide(int32_t count, const double *x)
+{
+    wide *copy = fuzz_take(count, sizeof *copy);
+    int32_t i;
+
+    for (i = 0; i < count; i++)
+        copy[i] = x[i];
+    return copy;
+}
+
+wide oracle_abs(wide x)
+{
+    return x < 0 ? -x : x;
+}
+
+/* long double has the exponents of __float128 on x86; one Newton step doubles its digits. */
+wide oracle_sqrt(wide x)
+{
+    wide root = sqrtl((long double)x);
+
+    return root > 0 ? (root + x / root) / 2 : 0;
+}
+
+static wide larger(wide a, wide b)
+{
+    return a > b ? a : b;
+}
+
+void oracle_multiply(int32_t rows, int32_t columns, const wide *A, const wide *x, const wide *add,
+                     wide *w, wide *t)
+{
+    int32_t i, j;
+
+    for (i = 0; i < rows; i++) {
+        wide sum = add ? add[i] : 0, size = oracle_abs(sum);
+
+        for (j = 0; j < columns; j++) {
+            sum += A[i * columns + j] * x[j];
+            size += oracle_abs(A[i * columns + j] * x[j]);
+        }
+        w[i] = sum;
+        if (t)
+            t[i] = size;
+    }
+}
+
+/* The row at or below k with the largest entry of column k beside its own largest. */
+static int32_t pivot_row(int32_t n, const wide *A, int32_t k)
+{
+    int32_t i, j, found = k;
+    wide best = 0;
+
+    for (i = k; i < n; i++) {
+        wide largest = 0;
+
+        for (j = k; j < n; j++)
+            largest = larger(largest, oracle_abs(A[i * n + j]));
+        if (largest > 0 && oracle_abs(A[i * n + k]) / largest > best) {
+            best = oracle_abs(A[i * n + k]) / largest;
+            found = i;
+        }
+    }
+    return found;
+}
+
+static void exchange(wide *a, wide *b, int32_t count)
+{
+    int32_t k;
+
+    for (k = 0; k < count; k++) {
+        wide kept = a[k];
+
+        a[k] = b[k];
+        b[k] = kept;
+    }
+}
+
+int oracle_solve(int32_t n, int32_t columns, wide *A, wide *b)
+{
+    int32_t i, j, k;
+
+    for (k = 0; k < n; k++) {
+        int32_t p = pivot_row(n, A, k);
+
+        if (A[p * n + k] == 0)
+            return 0;
+        exchange(&A[p * n], &A[k * n], n);
+        exchange(&b[p * columns], &b[k * columns], columns);
+        for (i = 0; i < n; i++) {
+            wide factor = i == k ? 0 : A[i * n + k] / A[k * n + k];
+
+            if (factor == 0)
+                continue;
+            for (j = k; j < n; j++)
+                A[i * n + j] -= factor * A[k * n + j];
+            for (j = 0; j < columns; j++)
+                b[i * columns + j] -= factor * b[k * columns + j];
+        }
+    }
+    for (k = 0; k < n; k++)
+        for (j = 0; j < columns; j++)
+            b[k * columns + j] /= A[k * n + k];
+    return 1;
+}
+
+/* ---- what a row carries ---------------------------------------------------------------------- */
+
+/* The largest log2 |A_ij| + e_i + e_j of row and column i; -inf where both are empty. */
+static long double largest_of(int32_t n, const wide *A, const long double *e, int32_t i)
+{
+    long double largest = -INFINITY;
+    int32_t j;
+
+    for (j = 0; j < n; j++) {
+        wide x = larger(oracle_abs(A[i * n + j]), oracle_abs(A[j * n + i]));
+
+        if (x > 0)
+            largest = fmaxl(largest, log2l((long double)x) + e[i] + e[j]);
+    }
+    return largest;
+}
+
+/* Ruiz' equilibration: rows and columns by 2^e_i; half of what is missing in each of 20 rounds. */
+static void equilibrate(int32_t n, const wide *A, long double *e)
+{
+    int32_t round, i;
+
+    memset(e, 0, (size_t)n * sizeof *e);
+    for (round = 0; round < 20; round++)
+        for (i = 0; i < n; i++) {
+            long double largest = largest_of(n, A, e, i);
+
+            if (isfinite(largest))
+                e[i] -= largest / 2;
+        }
+    for (i = 0; i < n; i++)
+        e[i] = roundl(fminl(fmaxl(e[i], -8000), 8000));
+}
+
+typedef struct scaled {
+    int32_t n;
+    wide *A, *D; /* equilibrated, |entries|; the factors */
+    wide *t;     /* in those units */
+    int *joined; /* n by n: significant */
+} scaled;
+
+static void find_significant(scaled *s, double tol)
+{
+    wide *largest = fuzz_take(s->n, sizeof *largest);
+    int32_t n = s->n, i, j;
+
+    for (i = 0; i < n; i++)
+        for (j = 0, largest[i] = 0; j < n; j++)
+            largest[i] = larger(largest[i], larger(s->A[i * n + j], s->A[j * n + i]));
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            s->joined[i * n + j] =
+                s->A[i * n + j] > 0 &&
+                s->A[i * n + j] >= oracle_sqrt(tol) * larger(largest[i], largest[j]);
+}
+
+static scaled scale(int32_t n, const wide *A, const wide *t, double tol)
+{
+    long double *e = fuzz_take(n, sizeof *e);
+    scaled s = {n, fuzz_take(n * n, sizeof(wide)), fuzz_take(n, sizeof(wide)),
+                fuzz_take(n, sizeof(wide)), fuzz_take(n * n, sizeof(int))};
+    int32_t i, j;
+
+    equilibrate(n, A, e);
+    for (i = 0; i < n; i++)
+        s.D[i] = exp2l(e[i]);
+    for (i = 0; i < n; i++) {
+        s.t[i] = t[i] * s.D[i];
+        for (j = 0; j < n; j++)
+            s.A[i * n + j] = oracle_abs(A[i * n + j]) * s.D[i] * s.D[j];
+    }
+    find_significant(&s, tol);
+    return s;
+}
+
+/* largest[i] := the largest t of the rows that row i is connected with. */
+static void spread(const scaled *s, wide *largest)
+{
+    int32_t n = s->n, i, j, changed = 1;
+
+    memcpy(largest, s->t, (size_t)n * sizeof *largest);
+    while (changed)
+        for (changed = 0, i = 0; i < n; i++)
+            for (j = 0; j < n; j++)
+                if ((s->joined[i * n + j] || s->joined[j * n + i]) && largest[j] > largest[i]) {
+                    largest[i] = largest[j];
+                    changed = 1;
+                }
+}
+
+/* What the couplings of row i that are not significant bring in, up to tol of what is carried where
+ * they come from. */
+static wide through_noise(const scaled *s, const wide *z, double tol, int32_t i)
+{
+    int32_t n = s->n, j, k;
+    wide sum = 0;
+
+    for (j = 0; j < n; j++) {
+        wide from = 0, brought = s->A[i * n + j] * oracle_abs(z[j]) / s->D[j];
+
+        for (k = 0; k < n; k++)
+            if (s->joined[k * n + j])
+                from = larger(from, s->t[k]);
+        if (!s->joined[i * n + j])
+            sum += brought < tol * from ? brought : tol * from;
+    }
+    return sum;
+}
+
+void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, double tol, int unit,
+                    wide *carried, wide *zhat)
+{
+    scaled s = scale(n, A, t, tol);
+    wide *near = fuzz_take(n, sizeof *near), *largest = fuzz_take(n, sizeof *largest);
+    int32_t i, j;
+
+    for (j = 0; j < n; j++)
+        for (near[j] = oracle_abs(z[j]) / s.D[j], i = 0; i < n; i++)
+            if (s.joined[i * n + j])
+                near[j] = larger(near[j], s.t[i] / s.A[i * n + j]);
+    spread(&s, largest);
+    for (i = 0; i < n; i++) {
+        wide sum = s.t[i] + larger(1e-5, 16 * DBL_EPSILON / tol) * largest[i] +
+                   through_noise(&s, z, tol, i) / tol + unit * larger(1, s.D[i]);
+
+        for (j = 0; j < n; j++)
+            sum += s.A[i * n + j] * near[j];
+        carried[i] = sum / s.D[i];
+        if (zhat)
+            zhat[i] = near[i] * s.D[i];
+    }
+}
+
+/* What row i is off by because numbers end at 2^-1074. */
+static wide grain(int32_t n, const wide *row)
+{
+    wide sum = 0;
+    int32_t j;
+
+    for (j = 0; j < n; j++)
+        sum += oracle_abs(row[j]);
+    return sum * (wide)0x1p-1073 + (wide)0x1p-1073;
+}
+
+double oracle_limit(int32_t outcome, double tol)
+{
+    return 1e3 * (outcome == PERP_OUTCOME_SOLVED ? fmax(tol, 16 * DBL_EPSILON)
+                                                 : sqrt(fmax(tol, 16 * DBL_EPSILON)));
+}
+
+/* ---- complementarity with bounds ------------------------------------------------------------- */
+
+/* The violation of row i at a point whose z_i may be off a bound by `slack`. */
+static wide violation(const oracle_point *p, int32_t i, wide slack)
+{
+    wide z = p->z[i], w = p->w[i], worst = oracle_abs(w);
+
+    if (p->lower[i] == p->upper[i])
+        return 0;
+    if (isfinite(p->lower[i]) && z - p->lower[i] <= slack && w >= 0)
+        return 0;
+    if (isfinite(p->upper[i]) && p->upper[i] - z <= slack && w <= 0)
+        return 0;
+    return worst;
+}
+
+static void check_bounds(const oracle_point *p)
+{
+    int32_t i;
+
+    for (i = 0; i < p->n; i++)
+        if (!(p->z[i] >= p->lower[i] && p->z[i] <= p->upper[i]) && !isnan(p->z[i]))
+            fuzz_fail("%s: z is within the bounds: z[%d] = %.17g, [%.17g, %.17g]", p->where, i,
+                      p->z[i], p->lower[i], p->upper[i]);
+}
+
+void oracle_check_point(const oracle_point *p)
+{
+    double limit = oracle_limit(p->outcome, p->tol);
+    int mark = fuzz_mark();
+    wide *carried = fuzz_take(p->n, sizeof *carried), *zhat = fuzz_take(p->n, sizeof *zhat);
+    wide *M, *z;
+    int32_t i;
+
+    check_bounds(p);
+    if (!fuzz_good(p->outcome))
+        return;
+    fuzz_finite("z", p->z, p->n);
+    if (limit > 0.1)
+        return;
+    M = oracle_wide(p->n * p->n, p->M);
+    z = oracle_wide(p->n, p->z);
+    for (i = 0; p->start && i < p->n; i++)
+        z[i] = larger(oracle_abs(z[i]), oracle_abs(p->start[i]) * (wide)0x1p-20);
+    oracle_carried(p->n, M, z, p->t, p->tol, p->homogeneous, carried, zhat);
+    for (i = 0; i < p->n; i++) {
+        wide v = violation(p, i, limit * zhat[i]);
+
+        if (v > limit * carried[i] + grain(p->n, &M[i * p->n]))
+            fuzz_fail("%s: '%s' with tol %g: row %d is violated by %.3Lg, it and its neighbours "
+                      "carry %.3Lg (ratio %.3Lg)",
+                      p->where, perp_outcome_text(p->outcome), p->tol, i, (long double)v,
+                      (long double)carried[i], (long double)(v / carried[i]));
+    }
+    fuzz_drop_to(mark);
+}
+
+int oracle_is_exact(const oracle_point *p)
+{
+    int32_t i;
+
+    for (i = 0; i < p->n; i++)
+        if (!isfinite(p->z[i]) || violation(p, i, 0) != 0)
+            return 0;
+    return 1;
+}
+
+/* ---- contact laws ---------------------------------------------------------------------------- */
+
+static wide norm(const wide *x, int32_t count)
+{
+    wide sum = 0;
+    int32_t k;
+
+    for (k = 0; k < count; k++)
+        sum += x[k] * x[k];
+    return oracle_sqrt(sum);
+}
+
+/* The radius of the disc that the impulses of a friction law stay in. */
+static wide radius(const oracle_contacts *c, const oracle_law *law)
+{
+    return law->mu * (law->normal < 0 ? (wide)1 : (wide)c->r[law->normal]);
+}
+
+/* 1e-12: some roundings of the scaling into the disc; 1e-307: those at the end of the doubles. */
+static void check_cone(const oracle_contacts *c, const oracle_law *law)
+{
+    wide *r = oracle_wide(law->rows, &c->r[law->first]);
+    wide size = norm(r, law->rows);
+
+    if (law->kind == ORACLE_NORMAL && !(r[0] >= 0))
+        fuzz_fail("%s: r_n >= 0: row %d has %g", c->where, law->first, c->r[law->first]);
+    if (law->kind == ORACLE_FRICTION && size > radius(c, law) * (1 + (wide)1e-12) + (wide)1e-307)
+        fuzz_fail("%s: impulses lie within their cones: row %d has %Lg, the cone %Lg", c->where,
+                  law->first, (long double)size, (long double)radius(c, law));
+}
+
+/* How far r_t is from the projection of r_t - u_t / t onto the disc, in units of velocity. */
+static wide slip_error(const oracle_contacts *c, const oracle_law *law, const wide *u, wide trace)
+{
+    wide moved[3], error[3], size, share;
+    int32_t k;
+
+    if (trace <= 0)
+        return 0;
+    for (k = 0; k < law->rows; k++)
+        moved[k] = c->r[law->first + k] - u[law->first + k] / trace;
+    size = norm(moved, law->rows);
+    share = size > radius(c, law) ? radius(c, law) / size : 1;
+    for (k = 0; k < law->rows; k++)
+        error[k] = trace * (c->r[law->first + k] - share * moved[k]);
+    return norm(error, law->rows);
+}
+
+static wide law_error(const oracle_contacts *c, const oracle_law *law, const wide *u)
+{
+    wide trace = 0, pressed;
+    int32_t k;
+
+    for (k = 0; k < law->rows; k++)
+        trace += c->W[(law->first + k) * c->rows + law->first + k];
+    switch (law->kind) {
+    case ORACLE_NORMAL:
+        pressed = trace * c->r[law->first];
+        return oracle_abs(u[law->first] < pressed ? u[law->first] : pressed);
+    case ORACLE_FRICTION:
+        return law->polyhedral ? 0 : slip_error(c, law, u, trace);
+    default:
+        return norm(&u[law->first], law->rows);
+    }
+}
+
+static void check_law(const oracle_contacts *c, const oracle_law *law, const wide *u,
+                      const wide *carried)
+{
+    static const char *const names[] = {"Signorini's law", "Coulomb's law", "a bilateral row"};
+    wide most = 0, error = law_error(c, law, u);
+    double limit = oracle_limit(c->outcome, c->tol);
+    int32_t k;
+
+    for (k = law->block; k < law->block + law->block_rows; k++)
+        most = larger(most, carried[k] + grain(c->rows, &c->W[k * c->rows]) / limit);
+    if (error > limit * most)
+        fuzz_fail("%s: '%s' with tol %g: %s at row %d is violated by %.3Lg, its terms are %.3Lg "
+                  "(ratio %.3Lg)",
+                  c->where, perp_outcome_text(c->outcome), c->tol, names[law->kind], law->first,
+                  (long double)error, (long double)most, (long double)(error / most));
+    for (k = law->first; c->u && k < law->first + law->rows; k++)
+        if (oracle_abs(c->u[k] - u[k]) > limit * most)
+            fuzz_fail("%s: u is what the impulses lead to: u[%d] is %g instead of %Lg", c->where, k,
+                      c->u[k], (long double)u[k]);
+}
+
+void oracle_check_contacts(const oracle_contacts *c)
+{
+    int32_t rows = c->rows, k, homogeneous = 1;
+    wide *u = fuzz_take(rows, sizeof *u), *t = fuzz_take(rows, sizeof *t);
+    wide *carried = fuzz_take(rows, sizeof *carried), *r = oracle_wide(rows, c->r);
+
+    if (fuzz_good(c->outcome))
+        fuzz_finite("r", c->r, rows);
+    for (k = 0; k < rows; k++)
+        if (!isfinite(c->r[k]))
+            return;
+    for (k = 0; k < c->laws; k++)
+        check_cone(c, &c->law[k]);
+    if (!fuzz_good(c->outcome) || oracle_limit(c->outcome, c->tol) > 0.1)
+        return;
+    oracle_multiply(rows, rows, c->W, r, c->q, u, t);
+    for (k = 0; k < rows; k++)
+        homogeneous = homogeneous && c->q[k] == 0;
+    oracle_carried(rows, c->W, r, c->t ? c->t : t, c->tol, homogeneous, carried, NULL);
+    for (k = 0; k < c->laws; k++)
+        check_law(c, &c->law[k], u, carried);
+}

@@ -1,0 +1,181 @@
+/* Limits hold on every way: in differences, line searches, restarts, the polish and the linear
+ * problems. Counted in calls, for no test may fail for time: a callback waits until the time is
+ * over, and nothing but the look at the best point may follow. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+#include <time.h>
+
+#include <cmocka.h>
+#include <perp/perp.h>
+
+enum { N = 12 };
+
+#define LIMIT 2e-3 /* seconds */
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+/* Time of the processor is less than what has passed on the wall. */
+static double now(void)
+{
+    return (double)clock() / CLOCKS_PER_SEC;
+}
+
+typedef struct watched {
+    int calls, wait_at, stop_at, looks;
+} watched;
+
+/* A chain with Billups' false minimum at its end: 0 is a trap, and only another start solves it. */
+static int32_t chain(double *F, const double *z, void *user)
+{
+    watched *u = user;
+
+    if (++u->calls == u->wait_at) {
+        const double until = now() + 2 * LIMIT;
+
+        while (now() < until)
+            continue;
+    }
+    for (int i = 0; i < N; i++)
+        F[i] = z[i] * z[i] * z[i] + 4 * z[i] - (i > 0 ? z[i - 1] : 0) - (i + 1);
+    F[N - 1] = (z[N - 1] - 1) * (z[N - 1] - 1) - 1.01 + 1e-3 * z[0];
+    return 0;
+}
+
+static int32_t watch(const perp_ncp_progress *progress, void *user)
+{
+    watched *u = user;
+
+    (void)progress;
+    return ++u->looks == u->stop_at;
+}
+
+static perp_ncp_result solve(watched *u, const perp_ncp_settings *settings, double *z)
+{
+    perp_ncp_problem problem;
+    perp_ncp_result result;
+
+    assert_int_equal(perp_ncp_problem_init(&problem, sizeof problem), PERP_OK);
+    assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
+    problem.n = N;
+    problem.function = chain;
+    problem.user = u;
+    assert_int_equal(perp_ncp_solve(context, z, NULL, &result, settings, &problem, NULL), PERP_OK);
+    assert_true(isfinite(result.residual) && isfinite(result.natural_residual));
+    for (int i = 0; i < N; i++)
+        assert_true(z[i] >= 0 && isfinite(z[i]));
+    return result;
+}
+
+static perp_ncp_settings defaults(int32_t method)
+{
+    perp_ncp_settings settings;
+
+    assert_int_equal(perp_ncp_settings_init(&settings, sizeof settings), PERP_OK);
+    settings.method = method;
+    return settings;
+}
+
+static int is_good(const perp_ncp_result *result)
+{
+    return result->outcome == PERP_OUTCOME_SOLVED || result->outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
+/* Wherever the time ends, one more call of F, at the point returned, is all. */
+static void test_time(void **state)
+{
+    (void)state;
+    for (int32_t method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++)
+        for (int at = 1; at < 300; at += at < 40 ? 1 : 13) {
+            perp_ncp_settings settings = defaults(method);
+            watched u = {0};
+            perp_ncp_result result;
+            double z[N];
+
+            u.wait_at = at;
+            settings.time_limit = LIMIT;
+            result = solve(&u, &settings, z);
+            if (u.calls < at)
+                continue; /* over before; for a good reason or for want of time */
+            assert_true(u.calls <= at + 1);
+            if (!is_good(&result))
+                assert_int_equal(result.outcome, PERP_OUTCOME_TIME_LIMIT);
+            assert_int_equal(result.trapped, 0);
+        }
+}
+
+/* The monitor is asked in the polish, too, and never again once it has said stop. */
+static void test_stop(void **state)
+{
+    (void)state;
+    for (int32_t method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++)
+        for (int at = 1, stopped = 1; stopped; at += 1 + at / 8) {
+            perp_ncp_settings settings = defaults(method);
+            watched u = {0};
+            perp_ncp_result result;
+            double z[N];
+
+            u.stop_at = at;
+            settings.monitor = watch;
+            settings.monitor_user = &u;
+            result = solve(&u, &settings, z);
+            stopped = u.looks >= at;
+            assert_true(u.looks <= at);
+            if (stopped && !is_good(&result))
+                assert_int_equal(result.outcome, PERP_OUTCOME_STOPPED);
+        }
+}
+
+/* Of all methods and starts together; and the more is granted, the better the point. */
+static void test_iterations(void **state)
+{
+    (void)state;
+    for (int32_t method = PERP_NCP_AUTO; method <= PERP_NCP_JOSEPHY; method++) {
+        double last = INFINITY;
+
+        for (int32_t most = 1; most <= 40; most++) {
+            perp_ncp_settings settings = defaults(method);
+            watched u = {0};
+            perp_ncp_result result;
+            double z[N];
+
+            settings.max_iterations = most;
+            settings.polish = 0;
+            result = solve(&u, &settings, z);
+            assert_true(result.iterations <= most);
+            if (result.iterations == most && !is_good(&result))
+                assert_int_equal(result.outcome, PERP_OUTCOME_ITERATION_LIMIT);
+            assert_true(most > 1 || !is_good(&result)); /* or this test would test nothing */
+            /* a point is compared by its own scales, which may differ by some powers of two */
+            assert_true(result.natural_residual <= 4 * last);
+            last = fmin(last, result.natural_residual);
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_time),
+        cmocka_unit_test(test_stop),
+        cmocka_unit_test(test_iterations),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
