@@ -120,24 +120,98 @@ static void test_next_to_a_bound(void **state)
     perp_lcp_solver_destroy(solver);
 }
 
-/* Rows of terms 1, 2^-27 and 2^-27, in a chain, each coupled by 2^-13, which is significant: row 2
- * may miss 16 units of rounding of the largest, 2^-48, whatever tol and its own terms, no more. */
+/* Rows of terms 2, 2^-12 and 2^-26 that cancel, in a chain, each coupled by 2^-13, which is
+ * significant: row 2 may miss 16 units of rounding of the largest, 2^-47, whatever tol and its own
+ * terms, no more. */
 static void test_rounding_beside_the_largest(void **state)
 {
     static const double M[9] = {1, 0, 0, 0x1p-13, 1, 0, 0, 0x1p-13, 1};
-    static const double z[3] = {0, 0x1p-27, 0x1p-27};
-    const double missing[] = {0x1p-48, 0x1p-47};
+    static const double z[3] = {1, 0x1p-27, 0x1p-27};
+    const double missing[] = {0x1p-47, 0x1p-46};
     int32_t k;
 
     (void)state;
     for (k = 0; k < 2; k++) {
-        const double q[3] = {1, -0x1p-27, -0x1p-27 - 0x1p-40 - missing[k]};
+        const double q[3] = {-1, -0x1p-13 - 0x1p-27, -0x1p-27 - 0x1p-40 - missing[k]};
         perp_lcp_solver *solver = posed(3, M, NULL, NULL, q);
 
         solver->settings.tol = 1e-12; /* a hundred-thousandth of that is less than rounding */
         assert_int_equal(judged(solver, z), k ? PERP_OUTCOME_STALLED : PERP_OUTCOME_SOLVED);
         perp_lcp_solver_destroy(solver);
     }
+}
+
+/* Two equations, 3 z_1 = 3 and z_0 = -1e-6, and noise of either sign on the diagonal: at (0, 1) z_0
+ * is wrong by 1e-6, though in units that make one of the diagonals 1 that is nothing. */
+static void test_noise_on_the_diagonal(void **state)
+{
+    static const double lower[2] = {-INFINITY, -INFINITY}, upper[2] = {INFINITY, INFINITY};
+    static const double q[2] = {3, 1e-6}, wrong[2] = {0, 1}, right[2] = {-1e-6 + 1e-12, 1};
+    int32_t sign;
+
+    (void)state;
+    for (sign = -1; sign <= 1; sign += 2) {
+        const double M[4] = {sign * 1e-12, -3, 1, -sign * 1e-12};
+        perp_lcp_solver *solver = posed(2, M, lower, upper, q);
+
+        assert_int_equal(judged(solver, wrong), PERP_OUTCOME_STALLED);
+        if (sign > 0) /* w = (-1e-18, 0) */
+            assert_int_equal(judged(solver, right), PERP_OUTCOME_SOLVED);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
+/* Row 1 is small, but z_0 carries what rounding leaves of row 0's ones: 2^-10 of tol 2 is passed on
+ * to it, by far more than its own terms, 2^-26, and the floor of 1e-5 grant. Ten times that is not.
+ */
+static void test_roundings_travel(void **state)
+{
+    static const double M[9] = {1, 0, 1, 0x1p-10, 1, 0, 0, 0, 1};
+    static const double lower[3] = {-INFINITY, -INFINITY, -INFINITY};
+    static const double upper[3] = {INFINITY, INFINITY, INFINITY};
+    static const double z[3] = {0x1p-20, 0x1p-27, 1}, missing[] = {0x1p-43, 0x1p-40};
+    int32_t k;
+
+    (void)state;
+    for (k = 0; k < 2; k++) {
+        const double q[3] = {-1 - 0x1p-20, -0x1p-30 - 0x1p-27 - missing[k], -1};
+        perp_lcp_solver *solver = posed(3, M, lower, upper, q);
+
+        solver->settings.tol = 1e-10;
+        assert_int_equal(judged(solver, z), k ? PERP_OUTCOME_STALLED : PERP_OUTCOME_SOLVED);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
+/* As above with a looser tol: a millionth is 2e-2 of what row 2 and its neighbours are made of. */
+static void test_small_rows_count(void **state)
+{
+    static const double M[9] = {1, 0, 0, 0x1p-8, 1, 0, 0, 0x1p-8, 1};
+    static const double q[3] = {-1, -0x1p-8 - 0x1p-20, -0x1p-28 - 0x1p-20 - 0x1p-20};
+    static const double z[3] = {1, 0x1p-20, 0x1p-20};
+    perp_lcp_solver *solver = posed(3, M, NULL, NULL, q);
+
+    (void)state;
+    solver->settings.tol = 1e-6;
+    assert_int_equal(judged(solver, z), PERP_OUTCOME_STALLED);
+    perp_lcp_solver_destroy(solver);
+}
+
+/* 2^1010 2^20 - 2^1010 2^20 + z_2 - 1 = 0 at z_2 = 1, whatever overflows on the way. */
+static void test_overflow_on_the_way(void **state)
+{
+    static const double M[9] = {1, 0, 0, 0, 1, 0, 0x1p1010, -0x1p1010, 1};
+    static const double lower[3] = {0x1p20, 0x1p20, 0}, upper[3] = {0x1p20, 0x1p20, INFINITY};
+    static const double q[3] = {0, 0, -1}, z[3] = {0x1p20, 0x1p20, 1};
+    perp_lcp_solver *solver = posed(3, M, lower, upper, q);
+    perp__evaluation worth;
+
+    (void)state;
+    memcpy(solver->z, z, sizeof z);
+    worth = perp__evaluate(solver);
+    assert_true(solver->w_high[2] == 0.0);
+    assert_true(worth.natural == 0.0);
+    perp_lcp_solver_destroy(solver);
 }
 
 /* A variable that no row and no number holds: at infinity it is no answer, whatever w is. */
@@ -166,6 +240,10 @@ int main(void)
         cmocka_unit_test(test_which_candidate_stays),
         cmocka_unit_test(test_next_to_a_bound),
         cmocka_unit_test(test_rounding_beside_the_largest),
+        cmocka_unit_test(test_noise_on_the_diagonal),
+        cmocka_unit_test(test_roundings_travel),
+        cmocka_unit_test(test_small_rows_count),
+        cmocka_unit_test(test_overflow_on_the_way),
         cmocka_unit_test(test_not_finite),
     };
 
