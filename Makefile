@@ -36,6 +36,10 @@ SANITIZE ?=
 GPL ?= 0
 BLAS ?= system
 WERROR ?= 0
+# Folders of tests/ that are tested; empty: all.
+LAYERS ?=
+# Tests that run, and files that are compiled for them, at a time.
+export JOBS ?= $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 1)
 
 ifeq ($(filter system internal,$(BLAS)),)
 $(error BLAS is '$(BLAS)'; it can be 'system' or 'internal')
@@ -142,7 +146,7 @@ SHARED_FILE := $(B)/lib/libperp.so.$(VERSION)
 SHARED := $(B)/lib/libperp.so
 
 TEST_HELPERS := $(sort $(wildcard tests/*.c tests/*/problems*.c))
-TEST_SOURCES := $(sort $(wildcard tests/*/test_*.c))
+TEST_SOURCES := $(sort $(wildcard $(or $(LAYERS:%=tests/%/test_*.c),tests/*/test_*.c)))
 TEST_HELPER_OBJECTS := $(TEST_HELPERS:%.c=$(B)/obj/%.o)
 TEST_OBJECTS := $(TEST_SOURCES:%.c=$(B)/obj/%.o)
 TESTS := $(TEST_SOURCES:%.c=$(B)/%)
@@ -329,13 +333,13 @@ bench: library benches $(VENV)/ready
 # What can't be compiled counts as failed, and the rest is tested all the same.
 #: make test              every test: C, Python, examples, README
 .PHONY: test test-c test-python
-test: library $(TEST_HELPER_OBJECTS) $(VENV)/ready
-	@$(AGAIN) -k tests examples || true
+test: $(VENV)/ready
+	@$(AGAIN) -j$(JOBS) -k library tests examples || true
 	@$(ENVIRONMENT) scripts/run-all-tests $(TESTS)
 
 #: make test-c            the C tests alone
-test-c: static $(TEST_HELPER_OBJECTS)
-	@$(AGAIN) -k tests || true
+test-c:
+	@$(AGAIN) -j$(JOBS) -k static tests || true
 	@scripts/run-tests $(TESTS)
 
 #: make test-threads      the tests with threads: SANITIZE=thread BLAS=internal tells of races
@@ -348,19 +352,16 @@ test-threads: $(THREAD_TESTS)
 test-python: library $(VENV)/ready
 	@$(ENVIRONMENT) scripts/run-all-tests
 
-#: make valgrind          the C tests under valgrind; leaks are failures; ALL=1: the slow ones too
+#: make valgrind          C tests under valgrind; leaks are failures; ALL=1: all of them
 VALGRIND := valgrind -q --error-exitcode=99 --leak-check=full --errors-for-leak-kinds=definite,indirect \
     --show-leak-kinds=definite,indirect --suppressions=scripts/valgrind.supp
-# Half a minute to three minutes each under valgrind; what they call, quicker suites call as well.
-SLOW_UNDER_VALGRIND := $(addprefix $(B)/tests/,mechanism/test_large lcp/test_regressions lcp/test_contact_lcp \
-    lcp/test_active_set_sparse lcp/test_exhaustive lcp/test_lemke_crash lcp/test_active_set \
-    lcp/test_determinism lcp/test_pgs_options linalg/test_blas seeds/test_ball seeds/test_ramp \
-    mechanism/test_machines_ramp mechanism/test_machines_schemes mechanism/test_machines_slide \
-    mechanism/test_accelerations_space mechanism/test_impact_energy mechanism/test_implicit)
+# Address sanitizer sees leaks and overruns in every test; valgrind adds reads of what was not set.
+# By default a suite or two of each layer, with those of memory, handles and refusals.
+UNDER_VALGRIND := %allocation %handles %refusals %sizes %calls %callbacks %arena %context %storage \
+    %_failures %test_contact %test_front_door %test_known %test_run %test_step %test_batch %test_impact
 .PHONY: valgrind
-valgrind: $(TESTS)
-	@RUNNER='$(VALGRIND)' scripts/run-tests \
-	    $(if $(filter 1,$(ALL)),$(TESTS),$(filter-out $(SLOW_UNDER_VALGRIND),$(TESTS)))
+valgrind: $(if $(filter 1,$(ALL)),$(TESTS),$(filter $(UNDER_VALGRIND),$(TESTS)))
+	@RUNNER='$(VALGRIND)' scripts/run-tests $^
 
 #: make mutate            breaks what decides about answers, one line at a time: do the tests notice?
 .PHONY: mutate
@@ -464,6 +465,7 @@ help:
 	@sed -n 's/^#: //p' Makefile
 	@echo
 	@echo 'Switches: CC=clang  DEBUG=1  SANITIZE=address,undefined  BLAS=internal  WERROR=1  V=1'
+	@echo '          LAYERS="lcp ncp" (only these folders of tests/)  JOBS=n (tests at a time)'
 	@echo '          GPL=1 (also UMFPACK and CHOLMOD; the result is under the GPL)'
 	@echo 'CFLAGS, CPPFLAGS and LDFLAGS are used as they come.'
 

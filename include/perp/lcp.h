@@ -77,8 +77,10 @@ typedef int32_t (*perp_lcp_monitor)(const perp_lcp_progress *progress, void *use
 typedef struct perp_lcp_settings {
     size_t struct_size;
     int32_t method;           /* PERP_LCP_...; default PERP_LCP_AUTO */
-    int32_t max_iterations;   /* pivots, sweeps or Newton steps; 0 (default): the method's limit */
-    double tol;               /* tested residual that counts as solved; default 1e-10; > 0 */
+    int32_t max_iterations;   /* pivots, sweeps, Newton steps and nodes, of all methods and attempts
+                                 of   the call together; 0 (default): each method's own limit */
+    double tol;               /* tested residual, and every row's own residual, that count as
+                                 solved; default 1e-10; > 0 */
     double time_limit;        /* seconds; 0 (default): none, and no decision reads the clock */
     double relaxation;        /* pgs: over- or under-relaxation in (0, 2); default 1 */
     int32_t pivot_rule;       /* lemke: PERP_PIVOT_...; default PERP_PIVOT_HARRIS */
@@ -97,7 +99,7 @@ typedef struct perp_lcp_result {
     size_t struct_size;
     int32_t outcome;         /* PERP_OUTCOME_... */
     int32_t method;          /* the method that gave the answer, PERP_LCP_... */
-    int64_t iterations;      /* pivots, sweeps or Newton steps of its last attempt */
+    int64_t iterations;      /* pivots, sweeps, Newton steps, nodes: of all methods and attempts */
     double residual;         /* tested residual, dimensionless: the one compared with tol */
     double natural_residual; /* max |mid(z - l, z - u, w)| in the caller's units */
     double backward_error;   /* row-wise, on the index set read from z; 2^-52 is one unit */

@@ -7,6 +7,9 @@
 
 #include "base/check.h"
 
+/* The value of busy while a handle is destroyed, which is no call: it keeps the last message. */
+#define DESTROYS 2
+
 static void *default_allocate(size_t size, void *user)
 {
     (void)user;
@@ -120,12 +123,14 @@ int32_t perp__enter_to_destroy(const void *handle, uint64_t magic)
 
     if (!context || context->busy)
         return 0;
-    context->busy = 1;
+    context->busy = DESTROYS;
     return 1;
 }
 
 perp_status perp__leave(perp_context *context, perp_status status)
 {
+    if (status == PERP_OK && context->busy != DESTROYS)
+        context->message[0] = '\0'; /* what went wrong on the way was mended */
     context->busy = 0;
     release_if_unused(context);
     return status;

@@ -13,6 +13,9 @@
 /* Scaled z beyond which doubled precision may have lost q. */
 #define PERP__DOUBTFUL 0x1p30
 
+/* Larger than any exponent that comes up, and far from the end of int32_t. */
+#define LARGE (1 << 20)
+
 double perp__shift(double x, int32_t e)
 {
     return e >= -1022 && e <= 1022 ? x * perp__power_of_two(e) : ldexp(x, e);
@@ -264,50 +267,58 @@ static void accumulate(double a, double b, double *high, double *low)
     *high = sum;
 }
 
-/* log2 of a power of two near the largest scaled |z_j|, where that is above 1; else 0. */
-static int32_t find_excess(const perp_lcp_solver *solver)
-{
-    int32_t most = 0, j;
-
-    for (j = 0; j < solver->n; j++)
-        if (solver->z[j] != 0.0) {
-            const int32_t power =
-                exponent_of(solver->z[j]) - solver->exponents[j] - solver->omega[j];
-
-            most = power > most ? power : most;
-        }
-    return most;
-}
-
-/* Rows in which products or partial sums went beyond the range of doubles: once more in units where
- * the largest scaled z is near 1, and back. What is infinite then is beyond that range. */
-static void recompute(perp_lcp_solver *solver)
+/* Powers of two that bring the largest |M_ij|, scaled, to [1, 2), and |z_j| and |q_i / M_ij| below
+ * 2: their log2. */
+static void find_sizes(const perp_lcp_solver *solver, int32_t *entries, int32_t *point)
 {
     const int32_t *e = solver->exponents, *omega = solver->omega;
-    const int32_t excess = find_excess(solver);
     perp__cursor c = perp__first(&solver->M);
     int32_t i;
 
+    *entries = *point = -LARGE;
+    while (perp__advance(&c)) {
+        const int32_t power = exponent_of(c.value) + e[c.i] + e[c.j];
+
+        *entries = power > *entries ? power : *entries;
+    }
+    for (i = 0; i < solver->n; i++) {
+        const double z = solver->z[i], q = solver->q[i];
+        const int32_t of_z = z != 0.0 ? exponent_of(z) - e[i] - omega[i] : -LARGE;
+        const int32_t of_q = q != 0.0 ? exponent_of(q) + e[i] - omega[i] - *entries : -LARGE;
+
+        *point = of_z > *point ? of_z : of_q > *point ? of_q : *point;
+    }
+}
+
+/* Rows in which products or partial sums went beyond the range of doubles: once more in units where
+ * nothing is much larger than 1, and back. What is infinite then is beyond that range. */
+static void recompute(perp_lcp_solver *solver)
+{
+    const int32_t *e = solver->exponents, *omega = solver->omega;
+    perp__cursor c = perp__first(&solver->M);
+    int32_t entries, point, i;
+
+    find_sizes(solver, &entries, &point);
     for (i = 0; i < solver->n; i++) {
         solver->recomputed[i] = !isfinite(solver->w_high[i]) || !isfinite(solver->w_low[i]);
         if (!solver->recomputed[i])
             continue;
-        solver->w_high[i] = perp__shift(solver->q[i], e[i] - omega[i] - excess);
+        solver->w_high[i] = perp__shift(solver->q[i], e[i] - omega[i] - entries - point);
         solver->w_low[i] = 0.0;
     }
     while (perp__advance(&c))
         if (solver->recomputed[c.i] && solver->z[c.j] != 0.0)
-            accumulate(perp__shift(c.value, e[c.i] + e[c.j]),
-                       perp__shift(solver->z[c.j], -e[c.j] - omega[c.j] - excess),
+            accumulate(perp__shift(c.value, e[c.i] + e[c.j] - entries),
+                       perp__shift(solver->z[c.j], -e[c.j] - omega[c.j] - point),
                        &solver->w_high[c.i], &solver->w_low[c.i]);
     for (i = 0; i < solver->n; i++)
         if (solver->recomputed[i]) {
+            const int32_t back = omega[i] + entries + point - e[i];
             const double sum = solver->w_high[i] + solver->w_low[i];
             const double rest = (solver->w_high[i] - sum) + solver->w_low[i];
 
-            solver->w_high[i] = perp__shift(sum, omega[i] + excess - e[i]);
-            solver->w_low[i] =
-                isfinite(solver->w_high[i]) ? perp__shift(rest, omega[i] + excess - e[i]) : 0.0;
+            solver->w_high[i] = perp__shift(sum, back);
+            solver->w_low[i] = isfinite(solver->w_high[i]) ? perp__shift(rest, back) : 0.0;
         }
 }
 

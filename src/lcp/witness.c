@@ -35,6 +35,9 @@
 /* Beside the largest t that much is always granted: rounding. */
 #define ROUNDING (16.0 * DBL_EPSILON)
 
+/* By how much a point that is not refined may miss the second witness. */
+#define LOOSEST 64.0
+
 static double floor_of(double tol)
 {
     return fmax(FLOOR, ROUNDING / tol);
@@ -255,8 +258,8 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
     if (evidence.tested <= sqrt(solver->settings.tol))
         evidence.sound = perp__all_finite(solver->z, (size_t)solver->n) &&
                          perp__all_finite(solver->w_high, (size_t)solver->n);
-    if (evidence.sound)
-        evidence.own = perp__lcp_own_residual(solver, worth) / unit;
+    if (evidence.sound) /* beside its own terms a row has no large numbers of others to excuse it */
+        evidence.own = perp__lcp_own_residual(solver, worth) / fmin(unit, LOOSEST);
     return evidence;
 }
 

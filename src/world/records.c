@@ -79,10 +79,11 @@ perp_status perp__write_records(perp_world *world)
     world->next_record_count = 0;
     for (i = 0; i < world->contacts.count && status == PERP_OK; i++) {
         const perp__world_contact *contact = &world->contacts.contacts[i];
-        perp_contact *record = &world->next_records[world->next_record_count];
+        perp_contact *record;
 
         if (!contact->included)
             continue;
+        record = &world->next_records[world->next_record_count];
         write_record(world, contact, record);
         if (!is_finite(record))
             status = perp__fail(world->context, PERP_ERROR_NOT_FINITE,

@@ -40,10 +40,11 @@ static int32_t visit(const perp_lcp_found *found, void *user)
     int32_t n = l->problem->n, k;
     int mark = fuzz_mark();
 
-    lcp_problem_check("lcp_all", l->problem, found->z, found->w, PERP_OUTCOME_SOLVED, l->tol, 0);
+    lcp_problem_check("lcp_all", l->problem, found->z, found->w, PERP_OUTCOME_ROUNDING_LIMIT,
+                      l->tol, 0);
     for (k = 0; k < found->vertex_count; k++)
         lcp_problem_check("lcp_all, a vertex", l->problem, &found->vertices[k * n], NULL,
-                          PERP_OUTCOME_SOLVED, l->tol, 0);
+                          PERP_OUTCOME_ROUNDING_LIMIT, l->tol, 0);
     for (k = 0; k < found->ray_count; k++)
         check_ray(l->problem, found->places, &found->rays[k * n]);
     if (l->problem->integer && l->count < MOST_FOUND) {
