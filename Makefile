@@ -72,7 +72,7 @@ SONAME := libperp.so.$(ABI_VERSION)
 
 ## What the goals need from the machine
 
-NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers
+NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate
 TEST_GOALS := test test-c test-threads tests check check-abi check-consumer valgrind run $(B)/tests/%
 PYTHON_GOALS := test test-python check run bench python $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
@@ -363,7 +363,11 @@ UNDER_VALGRIND := %allocation %handles %refusals %sizes %calls %callbacks %arena
 valgrind: $(if $(filter 1,$(ALL)),$(TESTS),$(filter $(UNDER_VALGRIND),$(TESTS)))
 	@RUNNER='$(VALGRIND)' scripts/run-tests $^
 
-#: make check             test, and every check below
+#: make mutate            breaks what decides about answers, one line at a time: do the tests notice?
+.PHONY: mutate
+mutate:
+	@CC='$(CC)' scripts/mutate --build '$(BUILD_DIR)/mutants'
+
 TARGETS ?= $(FUZZ_NAMES)
 SECONDS ?= 60
 RUNS ?= 8000
@@ -382,6 +386,7 @@ fuzz-merge: $(TARGETS:%=$(B)/fuzz/%)
 fuzz-alone: $(TARGETS:%=$(B)/fuzz/alone/%)
 	@scripts/fuzz alone $(B)/fuzz/alone $(TARGETS)
 
+#: make check             test, and every check below
 .PHONY: check check-abi check-headers check-consumer
 check: test check-abi check-headers check-consumer format-check
 

@@ -188,37 +188,68 @@ static void test_second_opinion(void **state)
     gen_destroy(&problem);
 }
 
+/* The solver with M, bounds and q in place, all scales 1 or not. */
+static perp_lcp_solver *posed(int32_t n, const double *entries, const double *lower,
+                              const double *upper, const double *q)
+{
+    perp_lcp_solver *solver = NULL;
+    perp_matrix M;
+
+    assert_int_equal(perp_lcp_solver_create(context, &solver, NULL), PERP_OK);
+    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
+    perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, n, n, entries, n);
+    assert_int_equal(perp_lcp_solver_setup(solver, &M, lower, upper), PERP_OK);
+    perp__scale_problem(solver, q);
+    return solver;
+}
+
 /* Along a ray a row that moves has dw = 0, one that rests dw >= 0; slack is for rounding. The sums
  * here are exact: by hand, dw = M dz + d is 0 or off by 1e-6 of its terms, which is no rounding. */
 static void test_what_a_ray_is(void **state)
 {
+    static const double inf = INFINITY;
     static const struct {
         double M[4], ray[2], cover[2];
         int is_ray;
+        double lower[2], upper[2];
     } cases[] = {
-        {{-1, 0, 0, 1}, {1, 0}, {1, 1}, 1},             /* dw = (0, 1) */
-        {{-1, 0, 0, 1}, {1, 0}, {1 + 1e-6, 1}, 0},      /* dw_0 = 1e-6, moves */
-        {{-1, 0, 0, 1}, {1, 0}, {1 - 1e-6, 1}, 0},      /* dw_0 = -1e-6 */
-        {{0, 0, 0, 1}, {1, 0}, {0, 0}, 1},              /* dw = 0 */
-        {{0, 0, -1, 1}, {1, 0}, {0, 1}, 1},             /* dw_1 = 0, rests */
-        {{0, 0, -1, 1}, {1, 0}, {0, 1 - 1e-6}, 0},      /* dw_1 = -1e-6, rests */
-        {{0, 0, -1, 1}, {1, 0}, {0, 1 + 1e-6}, 1},      /* dw_1 = 1e-6, rests */
-        {{1, -1, -1, 1}, {0.5, 0.5}, {0, 0}, 1},        /* dw = 0 */
-        {{1, -1, -1 - 1e-6, 1}, {0.5, 0.5}, {0, 0}, 0}, /* dw_1 = -5e-7 */
-        {{1, -1, -1, 1}, {0, 0}, {1, 1}, 0},            /* not a direction */
-        {{-1, 0, 0, 1}, {-1, 0}, {1, 1}, 0},            /* leaves z >= 0 */
+        {{-1, 0, 0, 1}, {1, 0}, {1, 1}, 1, {0, 0}, {inf, inf}},             /* dw = (0, 1) */
+        {{-1, 0, 0, 1}, {1, 0}, {1 + 1e-6, 1}, 0, {0, 0}, {inf, inf}},      /* dw_0 = 1e-6, moves */
+        {{-1, 0, 0, 1}, {1, 0}, {1 - 1e-6, 1}, 0, {0, 0}, {inf, inf}},      /* dw_0 = -1e-6 */
+        {{0, 0, 0, 1}, {1, 0}, {0, 0}, 1, {0, 0}, {inf, inf}},              /* dw = 0 */
+        {{0, 0, -1, 1}, {1, 0}, {0, 1}, 1, {0, 0}, {inf, inf}},             /* dw_1 = 0, rests */
+        {{0, 0, -1, 1}, {1, 0}, {0, 1 - 1e-6}, 0, {0, 0}, {inf, inf}},      /* dw_1 = -1e-6 */
+        {{0, 0, -1, 1}, {1, 0}, {0, 1 + 1e-6}, 1, {0, 0}, {inf, inf}},      /* dw_1 = 1e-6 */
+        {{1, -1, -1, 1}, {0.5, 0.5}, {0, 0}, 1, {0, 0}, {inf, inf}},        /* dw = 0 */
+        {{1, -1, -1 - 1e-6, 1}, {0.5, 0.5}, {0, 0}, 0, {0, 0}, {inf, inf}}, /* dw_1 = -5e-7 */
+        {{1, -1, -1, 1}, {0, 0}, {1, 1}, 0, {0, 0}, {inf, inf}},            /* not a direction */
+        {{-1, 0, 0, 1}, {-1, 0}, {1, 1}, 0, {0, 0}, {inf, inf}},            /* leaves z >= 0 */
+        {{1, 0, 0, 1}, {1, 0}, {-1, 1}, 0, {0, 0}, {inf, inf}},             /* the cover falls */
+        {{1, 0, 0, 1}, {-1, 0}, {1, 1}, 0, {0, 0}, {inf, inf}},             /* z_0 falls */
+        {{1, 0, 0, 1}, {0, 0}, {1, 1}, 0, {-inf, -inf}, {inf, inf}},        /* nothing moves */
+        /* from an upper bound: down for ever, w and cover the other way round */
+        {{-1, 0, 0, 1}, {-1, 0}, {-1, 1}, 1, {-inf, 0}, {0, inf}},
+        {{-1, 0, 0, 1}, {1, 0}, {-1, 1}, 0, {-inf, 0}, {0, inf}},
+        {{0, 0, -1, 1}, {1, 0}, {0, -1}, 1, {0, -inf}, {inf, 0}},       /* dw_1 = -2 may fall */
+        {{0, 0, 1, 1}, {1, 0}, {0, -1}, 1, {0, -inf}, {inf, 0}},        /* dw_1 = 0 */
+        {{0, 0, 1, 1}, {1, 0}, {0, -1 + 1e-6}, 0, {0, -inf}, {inf, 0}}, /* may not rise */
+        {{0, 0, 1, 1}, {1, 0}, {0, 1}, 0, {0, -inf}, {inf, 0}},         /* nor may the cover */
+        /* between two bounds nothing goes on for ever, but w may go either way */
+        {{-1, 0, 0, 1}, {1, 0}, {1, 1}, 0, {0, 0}, {1, inf}},
+        {{0, 0, -1, 1}, {1, 0}, {0, 0}, 1, {0, 0}, {inf, 1}},
+        {{0, 0, 1, 1}, {1, 0}, {0, 0}, 1, {0, 0}, {inf, 1}},
+        /* free: |M dz| is no more than what covers it, whatever the sign */
+        {{1, 0, 0, 1}, {1, 0}, {1, 0}, 1, {-inf, 0}, {inf, inf}},
+        {{1, 0, 0, 1}, {-1, 0}, {1, 0}, 1, {-inf, 0}, {inf, inf}},
+        {{1, 0, 0, 1}, {1, 0}, {1 - 1e-6, 0}, 0, {-inf, 0}, {inf, inf}},
     };
+    static const double q[2] = {-1, -1};
     size_t k, i;
 
     (void)state;
     for (k = 0; k < sizeof cases / sizeof *cases; k++) {
-        perp_lcp_solver *solver = NULL;
-        perp_matrix M;
+        perp_lcp_solver *solver = posed(2, cases[k].M, cases[k].lower, cases[k].upper, q);
 
-        assert_int_equal(perp_lcp_solver_create(context, &solver, NULL), PERP_OK);
-        assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
-        perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 2, 2, cases[k].M, 2);
-        assert_int_equal(perp_lcp_solver_setup(solver, &M, NULL, NULL), PERP_OK);
         for (i = 0; i < 2; i++) { /* all scales are 1: diagonals are 0 or +-1 */
             assert_int_equal(solver->exponents[i], 0);
             solver->ray[i] = cases[k].ray[i];
@@ -230,12 +261,69 @@ static void test_what_a_ray_is(void **state)
     }
 }
 
+/* Farkas: y >= 0, M'y <= 0 and y'(q + M l) < 0, exactly; and no upper bounds. A y that is not one
+ * by a hair proves nothing, and most of these problems have a solution. */
+static void test_what_a_proof_is(void **state)
+{
+    static const double inf = INFINITY;
+    static const struct {
+        int32_t n;
+        double M[16], q[4], y[4];
+        int proves;
+        double lower, upper; /* of all */
+    } cases[] = {
+        {2, {1, -1, -1, 1}, {-1, -1}, {1, 1}, 1, 0, inf},
+        {2, {1, -1, -1, 1}, {-3, 1}, {1, 1}, 1, 0, inf},
+        {2, {1, -1, -1, 1}, {1, -1}, {1, 1}, 0, 0, inf},     /* z = (0, 1) */
+        {2, {1, -1, -1, 1}, {1, 1}, {1, 1}, 0, 0, inf},      /* z = 0 */
+        {2, {0, 1, 0, 0}, {-1, 0}, {1, 0}, 0, 0, inf},       /* M'y = (0, 1); z = (0, 1) */
+        {2, {0, 0x1p-90, 0, 0}, {-1, 0}, {1, 0}, 0, 0, inf}, /* z = (0, 2^90) */
+        {2, {0, -1, 0, 0}, {-1, 0}, {1, 0}, 1, 0, inf},
+        {1, {-1}, {-1}, {1}, 1, 0, inf},
+        {1, {-1}, {-1}, {1}, 0, -2, inf},    /* z = -2, w = 1 */
+        {1, {-1}, {0.25}, {1}, 1, 0.5, inf}, /* w = 1/4 - z <= -1/4 */
+        {1, {-1}, {-1}, {1}, 0, 0, 1},       /* z = 1, w = -2 */
+        {1, {-1}, {-1}, {1}, 0, -inf, inf},  /* z = -1 */
+        /* 2^53 + 1 - 2^53 - 1/2 > 0, but not if it is summed up in doubles */
+        {4,
+         {1, -1, 0, 0, -1, 1, 0, 0, 0, 0, 1, -1, 0, 0, -1, 1},
+         {0x1p53, 1, -0x1p53, -0.5},
+         {1, 1, 1, 1},
+         0,
+         0,
+         inf},
+        /* M'y = (2^-1100, -2^-600): feasible with z_0 = 2^500 */
+        {2, {1, 0, 0x1p-500, -1}, {1, -1}, {0, 0x1p-600}, 0, 0, inf},
+    };
+    size_t k;
+    int32_t i;
+
+    (void)state;
+    for (k = 0; k < sizeof cases / sizeof *cases; k++) {
+        double lower[4], upper[4];
+        perp_lcp_solver *solver;
+
+        for (i = 0; i < 4; i++) {
+            lower[i] = cases[k].lower;
+            upper[i] = cases[k].upper;
+        }
+        solver = posed(cases[k].n, cases[k].M, lower, upper, cases[k].q);
+        for (i = 0; i < cases[k].n; i++) { /* as perp__ray_verify leaves them */
+            solver->z[i] = cases[k].y[i];
+            solver->ray[i] = ldexp(cases[k].y[i], -solver->exponents[i]);
+        }
+        if (perp__ray_certificate(solver) != cases[k].proves)
+            fail_msg("case %d", (int)k);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_whole_null_vectors), cmocka_unit_test(test_scaled_null_vectors),
         cmocka_unit_test(test_closing_walls),      cmocka_unit_test(test_second_opinion),
-        cmocka_unit_test(test_what_a_ray_is),
+        cmocka_unit_test(test_what_a_ray_is),      cmocka_unit_test(test_what_a_proof_is),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

@@ -445,20 +445,79 @@ static void test_signs_of_tiny_sums(void **state)
     assert_true(proved > 1000);
 }
 
-/* z* = 1e308 lies farther from z = -1.7e308 than doubles reach: no radius, no proof. */
+/* A block of determinant 1 and integers so large that an approximate inverse is hardly one: what
+ * refinement leaves of a start that is off by 1/4 may be as large as before, and so is the doubt
+ * about w_2 = z_0 - z*_0 + d, which depends on no z but that: without z_2 in it, w_2 = d at every
+ * solution of the equations, and there is a solution if and only if d >= 0. */
+static void test_doubt_about_the_block(void **state)
+{
+    gen_random random;
+    int round, proved = 0, refuted = 0, doubtful = 0;
+
+    (void)state;
+    gen_seed(&random, 78);
+    for (round = 0; round < 20000; round++) {
+        static const double l[3] = {-INFINITY, -INFINITY, 0}, u[3] = {INFINITY, INFINITY, INFINITY};
+        const double limit = ldexp(1.0, 24 + round % 4), exact[2] = {3, -5};
+        const double d = ldexp(gen_integer(&random, 2) ? 1.0 : -1.0, -gen_integer(&random, 20) - 3);
+        double A[4] = {1, 0, 0, 1}, M[9] = {0}, q[3], z[3] = {0, 0, -1};
+        perp_lcp_proof proof;
+        perp_matrix view;
+        int32_t i;
+
+        while (fmax(fmax(fabs(A[0]), fabs(A[1])), fmax(fabs(A[2]), fabs(A[3]))) < limit) {
+            const int row = gen_integer(&random, 2);
+            const double times = 1 + gen_integer(&random, 30);
+
+            A[2 * row] += times * A[2 - 2 * row]; /* of determinant 1 again */
+            A[2 * row + 1] += times * A[3 - 2 * row];
+        }
+        for (i = 0; i < 2; i++) {
+            M[3 * i] = A[2 * i];
+            M[3 * i + 1] = A[2 * i + 1];
+            q[i] = -(A[2 * i] * exact[0] + A[2 * i + 1] * exact[1]);
+            z[i] = exact[i] + 0.25 * gen_normal(&random);
+        }
+        M[6] = 1.0;
+        q[2] = d - exact[0];
+        assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+        perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 3, 3, M, 3);
+        assert_int_equal(perp_lcp_proof_init(&proof, sizeof proof), PERP_OK);
+        assert_int_equal(perp_lcp_verify(context, NULL, &proof, &view, q, l, u, z), PERP_OK);
+        if (proof.verdict == PERP_VERDICT_REGULAR)
+            assert_true(d > 0.0);
+        if (proof.verdict == PERP_VERDICT_NOT_A_SOLUTION)
+            assert_true(d < 0.0);
+        proved += proof.verdict == PERP_VERDICT_REGULAR;
+        refuted += proof.verdict == PERP_VERDICT_NOT_A_SOLUTION;
+        doubtful += proof.verdict == PERP_VERDICT_DEGENERATE;
+    }
+    assert_true(proved > 100 && refuted > 100 && doubtful > 100);
+}
+
+/* z* = 1e308 lies farther from z = -1.7e308 than doubles reach: no radius, no proof. Nor where z,
+ * in units of q, is beyond them. */
 static void test_no_infinite_radius(void **state)
 {
     const double M = 1e-300, q = -1e8, l = -INFINITY, u = INFINITY, z = -1.7e308;
+    const double minus = -1.0, small = -1e-300, large = 1e300;
     double radius = 0.0;
     perp_lcp_proof proof;
-    perp_matrix view;
+    perp_matrix view, view_1;
 
     (void)state;
     assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1);
+    assert_int_equal(perp_matrix_init(&view_1, sizeof view_1), PERP_OK);
+    perp_matrix_dense(&view_1, PERP_STORAGE_ROW_MAJOR, 1, 1, &minus, 1);
     assert_int_equal(perp_lcp_proof_init(&proof, sizeof proof), PERP_OK);
     assert_int_equal(perp_lcp_verify(context, &radius, &proof, &view, &q, &l, &u, &z), PERP_OK);
     assert_int_equal(proof.verdict, PERP_VERDICT_SINGULAR);
+    assert_true(radius == INFINITY && proof.radius == INFINITY);
+    assert_int_equal(perp_lcp_verify(context, &radius, &proof, &view_1, &small, NULL, NULL, &large),
+                     PERP_OK);
+    assert_int_equal(proof.verdict, PERP_VERDICT_SINGULAR);
+    assert_int_equal(proof.index, -1);
     assert_true(radius == INFINITY && proof.radius == INFINITY);
 }
 
@@ -472,6 +531,7 @@ int main(void)
         cmocka_unit_test(test_sparse),
         cmocka_unit_test(test_lost_in_doubled_precision),
         cmocka_unit_test(test_signs_of_tiny_sums),
+        cmocka_unit_test(test_doubt_about_the_block),
         cmocka_unit_test(test_no_infinite_radius),
     };
 

@@ -160,6 +160,24 @@ static void test_rest_beside_motion(void **state)
     tabled_close(&r);
 }
 
+/* A speed too small for a double is 0.0, not -0.0: beside a body that rests. */
+static void test_too_slow_for_a_double(void **state)
+{
+    tabled r;
+
+    (void)state;
+    tabled_make(&r, 2, 1, 1);
+    r.M[0] = 1e300;
+    r.k[0] = -1e-50; /* v = -1e-352 */
+    r.k[1] = -9.81;
+    r.H[1] = 1.0;
+    tabled_open(&r);
+    assert_int_equal(tabled_advance(&r, 0.01), PERP_OUTCOME_SOLVED);
+    tabled_zero(r.v[0], "v[0]");
+    tabled_zero(r.v[1], "v[1]");
+    tabled_close(&r);
+}
+
 /* ---- where no acceleration exists ------------------------------------------------------------ */
 
 /* theory.md (e): a rod that slips on its tip, tan theta = 2; n and t at its start. */
@@ -350,6 +368,7 @@ int main(void)
         cmocka_unit_test(test_threshold),
         cmocka_unit_test(test_belt),
         cmocka_unit_test(test_rest_beside_motion),
+        cmocka_unit_test(test_too_slow_for_a_double),
         cmocka_unit_test(test_rod),
         cmocka_unit_test(test_reach),
         cmocka_unit_test(test_reach_in_turns),

@@ -1,0 +1,363 @@
+/* From numbers to verdicts: a part that fails fails the whole, nothing that is not finite passes,
+ * of two points the better one stays, and what a proof is. Points and proofs are made by hand. */
+#include <float.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include <perp/perp.h>
+
+#include "contact/solver.h"
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+/* A solver after a solve by W, row by row, or by H of a unit mass; its points can be replaced. */
+typedef struct rig {
+    int32_t contacts, dim, joints;
+    double W[16], H[4], q[4], compliance[4];
+} rig;
+
+static perp_contact_solver *solved(const rig *p, int32_t by_W)
+{
+    const int32_t rows = p->contacts * p->dim, size = rows + p->joints;
+    static const double one = 1.0, none = 0.0;
+    double r[4], u[4];
+    perp_contact_dynamics dynamics;
+    perp_contact_solver *solver;
+    perp_contact_result result;
+    perp_contact_laws laws;
+    perp_matrix W, H, M, G;
+
+    assert_int_equal(perp_contact_solver_create(context, &solver, NULL), PERP_OK);
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
+    perp_matrix_init(&W, sizeof W);
+    perp_matrix_init(&H, sizeof H);
+    perp_matrix_init(&M, sizeof M);
+    perp_matrix_init(&G, sizeof G);
+    perp_matrix_dense(&W, PERP_STORAGE_ROW_MAJOR, size, size, p->W, size);
+    perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, rows, 1, p->H, 1);
+    perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 1, 1, &one, 1);
+    perp_matrix_dense(&G, PERP_STORAGE_ROW_MAJOR, p->joints, 1, p->H + rows, 1);
+    laws.contacts = p->contacts;
+    laws.dim = p->dim;
+    laws.bilateral = p->joints;
+    laws.compliance = p->compliance;
+    dynamics.n = 1;
+    dynamics.M = &M;
+    dynamics.H = &H;
+    dynamics.G = p->joints > 0 ? &G : NULL;
+    if (by_W) {
+        assert_int_equal(perp_contact_solver_setup_delassus(solver, &laws, &W), PERP_OK);
+        assert_int_equal(
+            perp_contact_solver_solve_delassus(solver, r, u, NULL, NULL, &result, p->q, NULL),
+            PERP_OK);
+    } else {
+        assert_int_equal(perp_contact_solver_setup_dynamics(solver, &laws, &dynamics), PERP_OK);
+        assert_int_equal(perp_contact_solver_solve_dynamics(solver, NULL, r, u, NULL, NULL, &result,
+                                                            &none, p->q, p->q + rows, NULL),
+                         PERP_OK);
+    }
+    return solver;
+}
+
+/* Whether the point takes the place of the best. */
+static int32_t offer(perp_contact_solver *solver, double r0, double r1)
+{
+    perp__contact_worth worth;
+
+    solver->r[0] = r0;
+    solver->r[1] = r1;
+    assert_int_equal(perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth),
+                     PERP_OK);
+    return solver->best.r[0] == r0 && solver->best.r[1] == r1;
+}
+
+/* A grain of 1e-9 kg on a block of 1e9 kg, falling with 0.1: r = (1e8, 1e-10). */
+static const rig grain = {2, 1, 0, {1e-9, -1e-9, -1e-9, 1e9}, {0}, {-0.1, 0.0}, {0}};
+
+/* Without the grain's impulse its speed is all wrong, but that is little beside the block; with too
+ * much for the block by 5e-9 of it all is well, though by the tested residual that is less near. */
+static void test_the_better_point(void **state)
+{
+    perp_contact_solver *solver = solved(&grain, 1);
+
+    (void)state;
+    solver->best.method = -1; /* none yet */
+    assert_true(offer(solver, 2e8, 0.0));
+    assert_true(offer(solver, 1.5e8, 0.0));  /* nearer */
+    assert_false(offer(solver, 1.8e8, 0.0)); /* less near */
+    assert_true(offer(solver, 1e8, 0.0));
+    assert_int_equal(solver->best.outcome, PERP_OUTCOME_STALLED);
+    assert_true(solver->best.worth.tested <= 2e-9);
+    assert_true(offer(solver, 1e8 + 0.5, 1e-10));
+    assert_int_equal(solver->best.outcome, PERP_OUTCOME_SOLVED);
+    assert_true(solver->best.worth.tested > 4e-9);
+    assert_false(offer(solver, 1e8, 0.0));
+    assert_true(offer(solver, 1e8, 1e-10));
+    perp_contact_solver_destroy(solver);
+}
+
+/* y proves that no velocities exist if y_n >= 0, no tangent takes part, H'y + G's = 0 (W y = 0) and
+ * y'q < 0, all by more than rounding; and no soft row gives way. A unit mass on a line. */
+static void test_what_a_proof_is(void **state)
+{
+    static const struct {
+        rig p;
+        double y[4];
+        int32_t proves;
+    } cases[] = {
+        /* opposed walls that close */
+        {{2, 1, 0, {1, -1, -1, 1}, {1, -1}, {-1, -1}, {0}}, {1, 1}, 1},
+        {{2, 1, 0, {1, -1, -1, 1}, {1, -1}, {-3, 1}, {0}}, {1, 1}, 1},
+        /* that open, that stay as they are */
+        {{2, 1, 0, {1, -1, -1, 1}, {1, -1}, {1, 1}, {0}}, {1, 1}, 0},
+        {{2, 1, 0, {1, -1, -1, 1}, {1, -1}, {1, -1}, {0}}, {1, 1}, 0},
+        /* walls do not pull */
+        {{2, 1, 0, {1, -1, -1, 1}, {1, -1}, {1, 1}, {0}}, {-1, -1}, 0},
+        /* the mass would move, a lot or by 1e-6 */
+        {{2, 1, 0, {1, -1, -1, 1}, {1, -1}, {-1, -1}, {0}}, {1, 0.5}, 0},
+        {{2, 1, 0, {1, -1, -1, 1}, {1, -1}, {-1, -1}, {0}}, {1, 1 - 1e-6}, 0},
+        /* a soft wall: gives way; takes no part in the proof */
+        {{2, 1, 0, {1, -1, -1, 1}, {1, -1}, {-1, -1}, {0, 0.5}}, {1, 1}, 0},
+        {{2, 1, 0, {1, -1, -1, 1}, {1, -1}, {-1, -1}, {0, 1e-30}}, {1, 1}, 0},
+        /* tangents on one line with the normals: friction proves nothing, the normals do */
+        {{2,
+          2,
+          0,
+          {1, 1, -1, -1, 1, 1, -1, -1, -1, -1, 1, 1, -1, -1, 1, 1},
+          {1, 1, -1, -1},
+          {0, -1, 0, -1},
+          {0}},
+         {0, 1, 0, 1},
+         0},
+        {{2,
+          2,
+          0,
+          {1, 1, -1, -1, 1, 1, -1, -1, -1, -1, 1, 1, -1, -1, 1, 1},
+          {1, 1, -1, -1},
+          {-1, 0, -1, 0},
+          {0}},
+         {1, 0, 1, 0},
+         1},
+        /* a joint that asks for a speed into the wall: pulls or not */
+        {{1, 1, 1, {1, 1, 1, 1}, {1, 1}, {-1, 1}, {0}}, {1, -1}, 1},
+        {{1, 1, 1, {1, -1, -1, 1}, {1, -1}, {-1, -1}, {0}}, {1, 1}, 1},
+        {{1, 1, 1, {1, -1, -1, 1}, {1, -1}, {-1, -1}, {0}}, {1, 0.5}, 0},
+    };
+    int32_t by_W;
+    size_t k;
+
+    (void)state;
+    for (k = 0; k < sizeof cases / sizeof *cases; k++)
+        for (by_W = 0; by_W < 2; by_W++) {
+            const rig *p = &cases[k].p;
+            perp_contact_solver *solver = solved(p, by_W);
+            const perp__contact_call call = {
+                .q = p->q, .w = p->q, .b = p->q + p->contacts * p->dim};
+
+            solver->call = &call;
+            solver->certificate = PERP_CONTACT_CERTIFICATE_NONE;
+            perp__contact_keep_ray(solver, cases[k].y);
+            if ((solver->certificate == PERP_CONTACT_CERTIFICATE_INFEASIBLE) != cases[k].proves)
+                fail_msg("case %d by %s", (int)k, by_W ? "W" : "H");
+            solver->call = NULL;
+            perp_contact_solver_destroy(solver);
+        }
+}
+
+/* The whole is as bad as its worst part, wherever that is, and as what is not finite. */
+static void test_the_worst_part(void **state)
+{
+    static const rig three = {3, 1, 0, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0}, {-1, -1, -1}, {0}};
+    static const perp__evidence kinds[] = {
+        {0.0, 0.0, 0.0, 1}, {1e-6, 1e-6, 0.0, 1}, {1.0, 1.0, 1.0, 1}, {0.0, 1.0, 1.0, 1}};
+    static const perp_outcome alone[] = {PERP_OUTCOME_SOLVED, PERP_OUTCOME_ROUNDING_LIMIT,
+                                         PERP_OUTCOME_STALLED, PERP_OUTCOME_STALLED};
+    perp_contact_solver *solver = solved(&three, 1);
+    perp__contact_candidate point = solver->best;
+    perp__evidence evidence[3];
+    int32_t k, part, i;
+
+    (void)state;
+    assert_int_equal(solver->parts, 3);
+    point.evidence = evidence;
+    for (k = 0; k < 4; k++)
+        for (part = 0; part < 3; part++) {
+            for (i = 0; i < 3; i++)
+                evidence[i] = kinds[i == part ? k : 0];
+            point.worth.sound = 1;
+            assert_int_equal(perp__contact_verdict(solver, &point, PERP_OUTCOME_STALLED), alone[k]);
+            point.worth.sound = 0;
+            assert_int_equal(perp__contact_verdict(solver, &point, PERP_OUTCOME_STALLED),
+                             PERP_OUTCOME_STALLED);
+        }
+    perp_contact_solver_destroy(solver);
+}
+
+/* A ball that comes with 1, and a joint that is to stop 2 with W = 4: by hand, each beside its own
+ * terms |W| |r| + |q|, and as a velocity over sqrt(W) in units of |q| / sqrt(W). */
+static void test_numbers(void **state)
+{
+    static const rig two = {1, 1, 1, {1, 0, 0, 4}, {0}, {-1, 2}, {0}};
+    static const struct {
+        double r[2], tested[2], backward[2];
+    } cases[] = {
+        {{1, -0.5}, {0, 0}, {0, 0}},                 /* right */
+        {{0, -0.5}, {1, 0}, {1, 0}},                 /* u_0 = -1 */
+        {{2, -0.5}, {1, 0}, {1.0 / 3, 0}},           /* u_0 = 1, presses */
+        {{1, 0}, {0, 1}, {0, 1}},                    /* u_1 = 2 */
+        {{1, -0.25}, {0, 0.5}, {0, 1.0 / 3}},        /* u_1 = 1 */
+        {{1, -0.75}, {0, 0.5}, {0, 0.2}},            /* u_1 = -1 */
+        {{1.5, -1}, {0.5, 1}, {0.5 / 2.5, 1.0 / 3}}, /* u = (0.5, -2) */
+    };
+    perp_contact_solver *solver = solved(&two, 1);
+    size_t k, i;
+
+    (void)state;
+    assert_int_equal(solver->parts, 2);
+    for (k = 0; k < sizeof cases / sizeof *cases; k++) {
+        perp__contact_worth worth;
+
+        memcpy(solver->r, cases[k].r, sizeof cases[k].r);
+        assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+        for (i = 0; i < 2; i++) {
+            const perp__evidence *part = &solver->evidence[i];
+
+            assert_true(fabs(part->tested - cases[k].tested[i]) <= 4 * DBL_EPSILON);
+            assert_true(fabs(part->backward - cases[k].backward[i]) <= 4 * DBL_EPSILON);
+            /* far from an answer the neighbours are not looked at */
+            assert_true(fabs(part->own - cases[k].backward[i]) <= 4 * DBL_EPSILON);
+        }
+        assert_true(worth.tested == fmax(solver->evidence[0].tested, solver->evidence[1].tested));
+        assert_true(worth.own == fmax(solver->evidence[0].own, solver->evidence[1].own));
+        assert_true(worth.bilateral == fabs(solver->u[1]));
+    }
+    perp_contact_solver_destroy(solver);
+}
+
+/* Contact 1 has units of a millionth: t = 1e12, terms 2e6, as 2 in contact 0's. Beside 2 e-5 of
+ * that contact 0 lacks all of its 1e-7; beside a share of 2e6 it would lack nothing. */
+static void test_units_of_the_floor(void **state)
+{
+    static const rig mixed = {2, 1, 0, {1, 1e-3, 1e-3, 1e12}, {0}, {-1e-7, -1e6}, {0}};
+    perp_contact_solver *solver = solved(&mixed, 1);
+    perp__contact_worth worth;
+
+    (void)state;
+    assert_int_equal(solver->parts, 1);
+    solver->r[0] = 0.0;
+    solver->r[1] = 1e-6;
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_true(worth.tested <= 1e-6);
+    /* 1e-7 over 2e-5 and its own terms twice; the coupling changes a hundredth of it */
+    assert_true(fabs(worth.own / (1e-7 / (2e-5 + 2e-7)) - 1.0) <= 0.02);
+    perp_contact_solver_destroy(solver);
+}
+
+/* Parts are what couplings above noise, 2^-40 of what there can be, connect; whether the rest is 0
+ * is known too, for a part solved by itself would not see it. */
+static void test_parts_and_leaks(void **state)
+{
+    static const struct {
+        double coupling;
+        int32_t parts, leaks;
+    } cases[] = {{0, 2, 0}, {0x1p-50, 2, 1}, {-0x1p-50, 2, 1}, {0x1p-30, 1, 0}, {0x1p-2, 1, 0}};
+    size_t k;
+
+    (void)state;
+    for (k = 0; k < sizeof cases / sizeof *cases; k++) {
+        const double c = cases[k].coupling;
+        const rig two = {2, 1, 0, {1, c, c, 1}, {0}, {-1, -1}, {0}};
+        perp_contact_solver *solver = solved(&two, 1);
+
+        assert_int_equal(solver->parts, cases[k].parts);
+        assert_int_equal(solver->leaks, cases[k].leaks);
+        perp_contact_solver_destroy(solver);
+    }
+}
+
+/* u_n = 1/2 and next to no impulse obey the law to 1e-12, but not as a contact that presses, whose
+ * u_n would be told to be 0. */
+static void test_modes_must_hold(void **state)
+{
+    static const rig leaves = {1, 1, 0, {1}, {0}, {0.5}, {0}};
+    static const int8_t modes[] = {PERP_CONTACT_SEPARATE, PERP_CONTACT_STICK, PERP_CONTACT_SLIP};
+    size_t k;
+
+    (void)state;
+    for (k = 0; k < 3; k++) {
+        perp_contact_solver *solver = solved(&leaves, 1);
+        perp__contact_worth worth;
+
+        solver->r[0] = 1e-12;
+        assert_int_equal(perp__contact_evaluate(solver, &modes[k], &worth), PERP_OK);
+        assert_true(worth.tested <= 1e-11);
+        /* beside its terms, 1/2, and once more that for its neighbours, itself */
+        assert_true(k == 0 ? worth.own == 0.0 : fabs(worth.own - 0.5) <= 1e-4);
+        perp_contact_solver_destroy(solver);
+    }
+}
+
+/* Every number that would be returned: one of them spoilt, in an answer that is right. */
+static void test_what_is_sound(void **state)
+{
+    static const rig ball = {1, 1, 0, {1}, {1}, {-1}, {0}};
+    static const double bad[] = {NAN, INFINITY, -INFINITY}, none = 0.0;
+    const perp__contact_call call = {.q = ball.q, .w = ball.q, .f = &none};
+    int32_t by_W, which, k;
+
+    (void)state;
+    for (by_W = 0; by_W < 2; by_W++)
+        for (which = 0; which < 3 + !by_W; which++)
+            for (k = 0; k < 3; k++) {
+                perp_contact_solver *solver = solved(&ball, by_W);
+                double *const outputs[] = {NULL, solver->r, solver->u, solver->v};
+                perp__contact_worth worth;
+
+                solver->call = &call;
+                solver->r[0] = 1.0;
+                assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+                assert_true(worth.sound);
+                if (which == 0)
+                    worth.cone = bad[k];
+                else
+                    outputs[which][0] = bad[k];
+                perp__contact_weigh(solver, &worth);
+                assert_false(worth.sound);
+                assert_false(solver->evidence[0].sound);
+                solver->call = NULL;
+                perp_contact_solver_destroy(solver);
+            }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_the_better_point),   cmocka_unit_test(test_what_a_proof_is),
+        cmocka_unit_test(test_the_worst_part),     cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_units_of_the_floor), cmocka_unit_test(test_parts_and_leaks),
+        cmocka_unit_test(test_modes_must_hold),    cmocka_unit_test(test_what_is_sound),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}

@@ -1,0 +1,251 @@
+/* The judge of points: what is doubted, what is compared with what, and which candidate stays. The
+ * points are made by hand, and what they violate follows from exact sums. */
+#include <float.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "lcp/candidate.h"
+#include "lcp/solver.h"
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+/* The solver with all of the problem in place, M row by row. */
+static perp_lcp_solver *posed(int32_t n, const double *entries, const double *lower,
+                              const double *upper, const double *q)
+{
+    perp_lcp_solver *solver = NULL;
+    perp_matrix M;
+
+    assert_int_equal(perp_lcp_solver_create(context, &solver, NULL), PERP_OK);
+    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
+    perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, n, n, entries, n);
+    assert_int_equal(perp_lcp_solver_setup(solver, &M, lower, upper), PERP_OK);
+    perp__scale_problem(solver, q);
+    return solver;
+}
+
+static perp_outcome judged(perp_lcp_solver *solver, const double *z)
+{
+    perp__evaluation worth;
+
+    memcpy(solver->z, z, (size_t)solver->n * sizeof *z);
+    worth = perp__evaluate(solver);
+    return perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+}
+
+/* z_0 to z_3 are fixed, w_4 = z_0 + z_1 - z_2 - z_3 + z_4 +- 1 = +-1 at z_4 = 0, its bound, on the
+ * wrong side of 0. Beside z_0 doubled precision keeps 2^56, beside that no 1: it gives w_4 = 0,
+ * where w_4 may be anything. */
+static void test_lost_beside_large_z(void **state)
+{
+    static const double M[25] = {1, 0, 0, 0, 0, 0, 1, 0, 0, 0,  0,  0, 1,
+                                 0, 0, 0, 0, 0, 1, 0, 1, 1, -1, -1, 1};
+    static const double z[5] = {0x1p110, 0x1p56, 0x1p56, 0x1p110, 0};
+    int32_t sign;
+
+    (void)state;
+    for (sign = -1; sign <= 1; sign += 2) {
+        const double q[5] = {1, 1, 1, 1, sign};
+        double lower[5], upper[5];
+        perp_lcp_solver *solver;
+
+        memcpy(lower, z, sizeof z);
+        memcpy(upper, z, sizeof z);
+        lower[4] = sign < 0 ? 0.0 : -INFINITY;
+        upper[4] = sign < 0 ? INFINITY : 0.0;
+        solver = posed(5, M, lower, upper, q);
+        assert_int_equal(judged(solver, z), PERP_OUTCOME_STALLED);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
+/* A verified ray stays where a point is no answer, however near; a good point takes its place, and
+ * of good ones the better. */
+static void test_which_candidate_stays(void **state)
+{
+    static const double M = 1, q = -1;
+    perp_lcp_solver *solver = posed(1, &M, NULL, NULL, &q);
+
+    (void)state;
+    memset(&solver->best.worth, 0, sizeof solver->best.worth);
+    solver->best.worth.tested = 1.0;
+    solver->best.outcome = PERP_OUTCOME_RAY;
+    solver->best.method = PERP_LCP_LEMKE;
+    solver->z[0] = 0.75;
+    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    assert_int_equal(solver->best.outcome, PERP_OUTCOME_RAY);
+    solver->z[0] = 1.0 + 1e-12;
+    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    assert_int_equal(solver->best.outcome, PERP_OUTCOME_SOLVED);
+    solver->z[0] = 1.0 + 2e-12;
+    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    assert_true(solver->best.z[0] == 1.0 + 1e-12);
+    solver->z[0] = 1.0;
+    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    assert_true(solver->best.z[0] == 1.0);
+    solver->z[0] = 0.5;
+    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    assert_true(solver->best.z[0] == 1.0);
+    perp_lcp_solver_destroy(solver);
+}
+
+/* z = 1e-11 where w = 1: beside the 1 that row 0 carries, z is on its bound. 1e-9 is not. */
+static void test_next_to_a_bound(void **state)
+{
+    static const double M = 1, q = 1, near = 1e-11, far = 1e-9;
+    perp_lcp_solver *solver = posed(1, &M, NULL, NULL, &q);
+
+    (void)state;
+    assert_int_equal(judged(solver, &near), PERP_OUTCOME_SOLVED);
+    assert_int_equal(judged(solver, &far), PERP_OUTCOME_STALLED);
+    perp_lcp_solver_destroy(solver);
+}
+
+/* Rows of terms 2, 2^-12 and 2^-26 that cancel, in a chain, each coupled by 2^-13, which is
+ * significant: row 2 may miss 16 units of rounding of the largest, 2^-47, whatever tol and its own
+ * terms, no more. */
+static void test_rounding_beside_the_largest(void **state)
+{
+    static const double M[9] = {1, 0, 0, 0x1p-13, 1, 0, 0, 0x1p-13, 1};
+    static const double z[3] = {1, 0x1p-27, 0x1p-27};
+    const double missing[] = {0x1p-47, 0x1p-46};
+    int32_t k;
+
+    (void)state;
+    for (k = 0; k < 2; k++) {
+        const double q[3] = {-1, -0x1p-13 - 0x1p-27, -0x1p-27 - 0x1p-40 - missing[k]};
+        perp_lcp_solver *solver = posed(3, M, NULL, NULL, q);
+
+        solver->settings.tol = 1e-12; /* a hundred-thousandth of that is less than rounding */
+        assert_int_equal(judged(solver, z), k ? PERP_OUTCOME_STALLED : PERP_OUTCOME_SOLVED);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
+/* Two equations, 3 z_1 = 3 and z_0 = -1e-6, and noise of either sign on the diagonal: at (0, 1) z_0
+ * is wrong by 1e-6, though in units that make one of the diagonals 1 that is nothing. */
+static void test_noise_on_the_diagonal(void **state)
+{
+    static const double lower[2] = {-INFINITY, -INFINITY}, upper[2] = {INFINITY, INFINITY};
+    static const double q[2] = {3, 1e-6}, wrong[2] = {0, 1}, right[2] = {-1e-6 + 1e-12, 1};
+    int32_t sign;
+
+    (void)state;
+    for (sign = -1; sign <= 1; sign += 2) {
+        const double M[4] = {sign * 1e-12, -3, 1, -sign * 1e-12};
+        perp_lcp_solver *solver = posed(2, M, lower, upper, q);
+
+        assert_int_equal(judged(solver, wrong), PERP_OUTCOME_STALLED);
+        if (sign > 0) /* w = (-1e-18, 0) */
+            assert_int_equal(judged(solver, right), PERP_OUTCOME_SOLVED);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
+/* Row 1 is small, but z_0 carries what rounding leaves of row 0's ones: 2^-10 of tol 2 is passed on
+ * to it, by far more than its own terms, 2^-26, and the floor of 1e-5 grant. Ten times that is not.
+ */
+static void test_roundings_travel(void **state)
+{
+    static const double M[9] = {1, 0, 1, 0x1p-10, 1, 0, 0, 0, 1};
+    static const double lower[3] = {-INFINITY, -INFINITY, -INFINITY};
+    static const double upper[3] = {INFINITY, INFINITY, INFINITY};
+    static const double z[3] = {0x1p-20, 0x1p-27, 1}, missing[] = {0x1p-43, 0x1p-40};
+    int32_t k;
+
+    (void)state;
+    for (k = 0; k < 2; k++) {
+        const double q[3] = {-1 - 0x1p-20, -0x1p-30 - 0x1p-27 - missing[k], -1};
+        perp_lcp_solver *solver = posed(3, M, lower, upper, q);
+
+        solver->settings.tol = 1e-10;
+        assert_int_equal(judged(solver, z), k ? PERP_OUTCOME_STALLED : PERP_OUTCOME_SOLVED);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
+/* As above with a looser tol: a millionth is 2e-2 of what row 2 and its neighbours are made of. */
+static void test_small_rows_count(void **state)
+{
+    static const double M[9] = {1, 0, 0, 0x1p-8, 1, 0, 0, 0x1p-8, 1};
+    static const double q[3] = {-1, -0x1p-8 - 0x1p-20, -0x1p-28 - 0x1p-20 - 0x1p-20};
+    static const double z[3] = {1, 0x1p-20, 0x1p-20};
+    perp_lcp_solver *solver = posed(3, M, NULL, NULL, q);
+
+    (void)state;
+    solver->settings.tol = 1e-6;
+    assert_int_equal(judged(solver, z), PERP_OUTCOME_STALLED);
+    perp_lcp_solver_destroy(solver);
+}
+
+/* 2^1010 2^20 - 2^1010 2^20 + z_2 - 1 = 0 at z_2 = 1, whatever overflows on the way. */
+static void test_overflow_on_the_way(void **state)
+{
+    static const double M[9] = {1, 0, 0, 0, 1, 0, 0x1p1010, -0x1p1010, 1};
+    static const double lower[3] = {0x1p20, 0x1p20, 0}, upper[3] = {0x1p20, 0x1p20, INFINITY};
+    static const double q[3] = {0, 0, -1}, z[3] = {0x1p20, 0x1p20, 1};
+    perp_lcp_solver *solver = posed(3, M, lower, upper, q);
+    perp__evaluation worth;
+
+    (void)state;
+    memcpy(solver->z, z, sizeof z);
+    worth = perp__evaluate(solver);
+    assert_true(solver->w_high[2] == 0.0);
+    assert_true(worth.natural == 0.0);
+    perp_lcp_solver_destroy(solver);
+}
+
+/* A variable that no row and no number holds: at infinity it is no answer, whatever w is. */
+static void test_not_finite(void **state)
+{
+    static const int32_t starts[3] = {0, 0, 1}, rows[1] = {1};
+    static const double values[1] = {1}, q[2] = {0, -1}, z[2] = {0, 1}, away[2] = {INFINITY, 1};
+    perp_lcp_solver *solver = NULL;
+    perp_matrix M;
+
+    (void)state;
+    assert_int_equal(perp_lcp_solver_create(context, &solver, NULL), PERP_OK);
+    assert_int_equal(perp_matrix_init(&M, sizeof M), PERP_OK);
+    assert_int_equal(perp_matrix_csc(&M, 2, 2, starts, rows, values), PERP_OK);
+    assert_int_equal(perp_lcp_solver_setup(solver, &M, NULL, NULL), PERP_OK);
+    perp__scale_problem(solver, q);
+    assert_int_equal(judged(solver, z), PERP_OUTCOME_SOLVED);
+    assert_int_equal(judged(solver, away), PERP_OUTCOME_STALLED);
+    perp_lcp_solver_destroy(solver);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lost_beside_large_z),
+        cmocka_unit_test(test_which_candidate_stays),
+        cmocka_unit_test(test_next_to_a_bound),
+        cmocka_unit_test(test_rounding_beside_the_largest),
+        cmocka_unit_test(test_noise_on_the_diagonal),
+        cmocka_unit_test(test_roundings_travel),
+        cmocka_unit_test(test_small_rows_count),
+        cmocka_unit_test(test_overflow_on_the_way),
+        cmocka_unit_test(test_not_finite),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
