@@ -16,9 +16,9 @@ typedef struct perp__evidence {
     int32_t sound;   /* all that would be returned is finite, and nothing else speaks against it */
 } perp__evidence;
 
-/* The outcome of a point: solved, rounding_limit, or what the method `said` where the numbers do not
- * speak for the point (stalled, where it said something good or, with -1, nothing). Nobody writes
- * an outcome after the gate but to make it worse. NaN never passes. */
+/* The outcome of a point: solved, rounding_limit, or what the method `said` where the numbers do
+ * not speak for the point (stalled, where it said something good or, with -1, nothing). Nobody
+ * writes an outcome after the gate but to make it worse. NaN never passes. */
 perp_outcome perp__gate(const perp__evidence *evidence, double tol, perp_outcome said);
 
 /* Whether the outcome counts as an answer: solved or rounding_limit. */

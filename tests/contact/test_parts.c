@@ -308,10 +308,10 @@ static void test_stacks(void **state)
                 draw(&s, seed);
                 for (part = 0; part < PARTS; part++) {
                     own = alone_of(&s, part);
-                    run(&own, entrance, methods[m], 0, 1e-10);
+                    run(&own, (enum entrance)entrance, methods[m], 0, 1e-10);
                     good &= is_good(&own);
                 }
-                run(&s, entrance, methods[m], 0, 1e-10);
+                run(&s, (enum entrance)entrance, methods[m], 0, 1e-10);
                 assert_int_equal(is_good(&s), good);
                 if (!good)
                     continue;
@@ -333,12 +333,12 @@ static void test_polyhedra(void **state)
     for (seed = 1; seed <= 40; seed++)
         for (entrance = 0; entrance < ENTRANCES; entrance++) {
             draw(&s, seed);
-            run(&s, entrance, PERP_CONTACT_METHOD_LEMKE, 8, 1e-10);
+            run(&s, (enum entrance)entrance, PERP_CONTACT_METHOD_LEMKE, 8, 1e-10);
             assert_true(is_good(&s));
             hand_back(&s, entrance < DENSE_W);
             for (part = 0; part < PARTS; part++) {
                 own[part] = alone_of(&s, part);
-                run(&own[part], entrance, PERP_CONTACT_METHOD_LEMKE, 8, 1e-10);
+                run(&own[part], (enum entrance)entrance, PERP_CONTACT_METHOD_LEMKE, 8, 1e-10);
                 assert_true(is_good(&own[part]));
                 hand_back(&own[part], entrance < DENSE_W);
                 for (i = 0; i < s.parts[part].size; i++)

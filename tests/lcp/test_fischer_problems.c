@@ -134,8 +134,8 @@ static void test_contact(void **state)
         run_release(&r);
         gen_destroy(&problem);
     }
-    /* without a polish the method's own last digits decide whether rows at rest hold beside their own
-     * terms: one in ten does not */
+    /* without a polish the method's own last digits decide whether rows at rest hold beside their
+     * own terms: one in ten does not */
     if (!(10 * solved >= 9 * all))
         fail_msg("%d of %d", solved, all);
 }

@@ -90,8 +90,8 @@ static void test_noise(void **state)
     /* F18: [[1, e, 0], [e, -1, 2], [0, 2, -1]]: the couplings e are noise beside -1. Row 2 has its
      * couplings to rows with a positive diagonal, none, and its own -1. */
     static const double negative[9] = {1, 1e-13, 0, 1e-13, -1, 2, 0, 2, -1};
-    /* [[1, e, e], [e, 0, 2], [e, 2, 0]], e = 2^-50: 2 would become 2^101; 101 / 2 = 50 of it goes to
-     * either row. What is left, 2^1, is near enough. */
+    /* [[1, e, e], [e, 0, 2], [e, 2, 0]], e = 2^-50: 2 would become 2^101; 101 / 2 = 50 of it goes
+     * to either row. What is left, 2^1, is near enough. */
     static const double corner[9] = {1, 0x1p-50, 0x1p-50, 0x1p-50, 0, 2, 0x1p-50, 2, 0};
 
     (void)state;
@@ -278,12 +278,17 @@ static void test_invariance_contact(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_power_of_two),       cmocka_unit_test(test_diagonal),
+        cmocka_unit_test(test_power_of_two),
+        cmocka_unit_test(test_diagonal),
         cmocka_unit_test(test_noise),
-        cmocka_unit_test(test_couplings),          cmocka_unit_test(test_breadth_first),
-        cmocka_unit_test(test_without_diagonal),   cmocka_unit_test(test_zero_and_empty),
-        cmocka_unit_test(test_stored_zeros),       cmocka_unit_test(test_clamp),
-        cmocka_unit_test(test_disabled),           cmocka_unit_test(test_invariance_random),
+        cmocka_unit_test(test_couplings),
+        cmocka_unit_test(test_breadth_first),
+        cmocka_unit_test(test_without_diagonal),
+        cmocka_unit_test(test_zero_and_empty),
+        cmocka_unit_test(test_stored_zeros),
+        cmocka_unit_test(test_clamp),
+        cmocka_unit_test(test_disabled),
+        cmocka_unit_test(test_invariance_random),
         cmocka_unit_test(test_invariance_contact),
     };
 
