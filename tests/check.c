@@ -262,19 +262,18 @@ void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents)
     check_exponents_from(M, scaling, 1, exponents);
 }
 
-/* part[i] := the lowest index that row i hangs together with, through entries of M. */
-static void find_parts(const perp_matrix *M, int32_t *part)
+void check_parts(const perp_matrix *M, int32_t *part)
 {
     size_t count, p;
     check_item *list = check_items(M, &count);
     int32_t i;
     int changed = 1;
 
-    for (i = 0; i < M->rows; i++)
+    for (i = 0; i < 2 * M->rows; i++)
         part[i] = i;
     while (changed)
         for (changed = 0, p = 0; p < count; p++) {
-            int32_t *a = &part[list[p].row], *b = &part[list[p].column];
+            int32_t *a = &part[list[p].row], *b = &part[M->rows + list[p].column];
 
             changed |= *a != *b;
             *a = *b = *a < *b ? *a : *b;
@@ -289,7 +288,7 @@ static void check_omega(const check_lcp *problem, const int32_t *exponents, cons
     int32_t i, k, n = problem->M->rows;
     int power;
 
-    for (k = 0; k < n; k++)
+    for (k = 0; k < 2 * n; k++)
         omega[k] = INT32_MIN;
     for (i = 0; i < n; i++)
         if (problem->q[i] != 0) {
@@ -297,7 +296,8 @@ static void check_omega(const check_lcp *problem, const int32_t *exponents, cons
             if (power - 1 + exponents[i] > omega[part[i]])
                 omega[part[i]] = power - 1 + exponents[i];
         }
-    for (i = n - 1; i >= 0; i--) /* a part has the number of its first row: that one comes last */
+    for (i = 2 * n - 1; i >= 0;
+         i--) /* a part has the number of its first row: that one comes last */
         omega[i] = omega[part[i]] == INT32_MIN ? 0 : omega[part[i]];
 }
 
@@ -372,16 +372,16 @@ void check_measure(check_measures *m, const check_lcp *problem, const double *z,
     int32_t n = problem->M->rows, i;
     int32_t *e = check_allocate((size_t)n, sizeof *e),
             *shift = check_allocate((size_t)n, sizeof *shift),
-            *part = check_allocate((size_t)n, sizeof *part),
-            *omega = check_allocate((size_t)n, sizeof *omega);
+            *part = check_allocate(2 * (size_t)n, sizeof *part),
+            *omega = check_allocate(2 * (size_t)n, sizeof *omega);
     double *exact = check_allocate((size_t)n, sizeof *exact),
            *scaled = check_allocate((size_t)n, sizeof *scaled);
     double *norms = check_allocate((size_t)n, sizeof *norms),
-           *z_norms = check_allocate((size_t)n, sizeof *z_norms);
+           *z_norms = check_allocate(2 * (size_t)n, sizeof *z_norms);
 
     memset(m, 0, sizeof *m);
     check_exponents(problem->M, problem->scaling, e);
-    find_parts(problem->M, part);
+    check_parts(problem->M, part);
     check_omega(problem, e, part, omega);
     for (i = 0; i < n; i++)
         shift[i] = e[i] - omega[i];
@@ -389,7 +389,7 @@ void check_measure(check_measures *m, const check_lcp *problem, const double *z,
     check_multiply(problem->M, 0, z, problem->q, shift, scaled);
     check_row_norms(problem->M, e, norms);
     for (i = 0; i < n; i++)
-        check_raise(&z_norms[part[i]], ldexp(fabs(z[i]), -e[i] - omega[i]));
+        check_raise(&z_norms[part[n + i]], ldexp(fabs(z[i]), -e[i] - omega[n + i]));
     for (i = 0; i < n; i++) {
         double gap = missing(z[i], check_lower(problem, i), check_upper(problem, i), scaled[i]);
         double z_norm = z_norms[part[i]];
@@ -397,7 +397,7 @@ void check_measure(check_measures *m, const check_lcp *problem, const double *z,
         /* roundings of n products in double-double, and what each loses to underflow */
         double noise = EPS * EPS * (double)n * (double)n * size + ldexp(n, shift[i] - 1074);
 
-        measure_row(m, problem, z, i, exact[i], scaled[i], e[i], omega[i]);
+        measure_row(m, problem, z, i, exact[i], scaled[i], e[i], omega[n + i]);
         if (gap > 0)
             check_raise(&m->backward_error, size > 0 ? gap / size : INFINITY);
         check_raise(&m->noise, noise);

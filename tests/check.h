@@ -35,6 +35,10 @@ void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents);
  * Whether there are diagonals of both signs. */
 int check_exponents_from(const perp_matrix *M, int scaling, int sign, int32_t *exponents);
 
+/* part[i], part[n + j] := the lowest row that row i, or column j, hangs together with through
+ * entries of M; n + j for a column of zeros. 2 n entries. */
+void check_parts(const perp_matrix *M, int32_t *part);
+
 /* 1-norms of the rows of the equilibrated M. */
 void check_row_norms(const perp_matrix *M, const int32_t *exponents, double *norms);
 

@@ -37,7 +37,7 @@ static void find_units(const check_item *list, size_t count, int32_t n, int32_t 
 
 typedef struct rows {
     long double *terms, *reach, *carried, *around, *rounding;
-    int32_t *part;
+    int32_t *part, *tied;
     const int32_t *units;
     const check_item *list;
     size_t count;
@@ -101,21 +101,32 @@ static void find_neighbours(rows *r, const check_lcp *problem, const double *z, 
             t > r->carried[j])
             r->carried[j] = t;
     }
-    for (i = 0; i < n; i++) {
+    check_parts(problem->M, r->part);
+    for (i = 0; i < n; i++) { /* columns after rows; tied where M ties them together */
+        r->tied[i] = r->part[i] == r->part[n + i];
         r->around[i] = r->terms[i];
         r->part[i] = i;
+        r->part[n + i] = n + i;
     }
     for (p = 0; p < r->count; p++)
         r->around[r->list[p].row] += size_of(r, p) * r->carried[r->list[p].column];
-    while (changed)
-        for (changed = 0, p = 0; p < r->count; p++) {
-            int32_t *a = &r->part[r->list[p].row], *b = &r->part[r->list[p].column];
+    while (changed) {
+        changed = 0;
+        for (i = 0; i < n; i++)
+            if (r->tied[i] && r->part[i] != r->part[n + i]) {
+                changed = 1;
+                r->part[i] = r->part[n + i] =
+                    r->part[i] < r->part[n + i] ? r->part[i] : r->part[n + i];
+            }
+        for (p = 0; p < r->count; p++) {
+            int32_t *a = &r->part[r->list[p].row], *b = &r->part[n + r->list[p].column];
 
             if (size_of(r, p) < r->least)
                 continue;
             changed |= *a != *b;
             *a = *b = *a < *b ? *a : *b;
         }
+    }
 }
 
 static long double violation(const check_lcp *problem, int32_t i, double w, int near)
@@ -170,7 +181,8 @@ double check_own(const check_lcp *problem, const double *z, const double *w, dou
               check_allocate(n, bytes),
               check_allocate(n, bytes),
               check_allocate(n, bytes),
-              check_allocate(n, sizeof *r.part),
+              check_allocate(2 * n, sizeof *r.part),
+              check_allocate(n, sizeof *r.tied),
               units,
               list,
               count,
@@ -183,6 +195,7 @@ double check_own(const check_lcp *problem, const double *z, const double *w, dou
         find_units(list, count, problem->M->rows, units);
         check_raise(&own, own_residual(&r, problem, z, w, tol));
     }
+    free(r.tied);
     free(r.part);
     free(r.rounding);
     free(r.around);

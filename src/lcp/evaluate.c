@@ -39,7 +39,7 @@ static void find_powers(perp_lcp_solver *solver)
     solver->powers_known = 1;
     solver->powers_normal = 1;
     for (i = 0; i < solver->n; i++) {
-        const int32_t z = solver->exponents[i] + solver->omega[i];
+        const int32_t z = solver->exponents[i] + solver->omega[solver->n + i];
         const int32_t w = solver->exponents[i] - solver->omega[i];
 
         if (abs(z) > 1022 || abs(w) > 1022) {
@@ -93,7 +93,7 @@ int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int
         const int32_t omega = find_omega(solver, exponents);
 
         changed = !known || omegas[0] != omega;
-        for (i = 0; i < solver->n && changed; i++)
+        for (i = 0; i < 2 * solver->n && changed; i++)
             omegas[i] = omega;
         return changed;
     }
@@ -105,7 +105,7 @@ int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int
         if (exponent > largest[solver->part[i]])
             largest[solver->part[i]] = exponent;
     }
-    for (i = 0; i < solver->n; i++) {
+    for (i = 0; i < 2 * solver->n; i++) {
         const int32_t found = largest[solver->part[i]], omega = found == INT32_MIN ? 0 : found;
 
         changed |= omegas[i] != omega;
@@ -149,7 +149,7 @@ void perp__find_reach(perp_lcp_solver *solver)
 
     memset(solver->reach, 0, (size_t)solver->parts * sizeof *solver->reach);
     for (i = 0; i < solver->n; i++)
-        perp__raise_to(&solver->reach[solver->part[i]],
+        perp__raise_to(&solver->reach[solver->part[solver->n + i]],
                        fabs(perp__z_scaled(solver, i, solver->z[i])));
 }
 
@@ -283,7 +283,7 @@ static void find_sizes(const perp_lcp_solver *solver, int32_t *entries, int32_t 
     }
     for (i = 0; i < solver->n; i++) {
         const double z = solver->z[i], q = solver->q[i];
-        const int32_t of_z = z != 0.0 ? exponent_of(z) - e[i] - omega[i] : -LARGE;
+        const int32_t of_z = z != 0.0 ? exponent_of(z) - e[i] - omega[solver->n + i] : -LARGE;
         const int32_t of_q = q != 0.0 ? exponent_of(q) + e[i] - omega[i] - *entries : -LARGE;
 
         *point = of_z > *point ? of_z : of_q > *point ? of_q : *point;
@@ -309,7 +309,7 @@ static void recompute(perp_lcp_solver *solver)
     while (perp__advance(&c))
         if (solver->recomputed[c.i] && solver->z[c.j] != 0.0)
             accumulate(perp__shift(c.value, e[c.i] + e[c.j] - entries),
-                       perp__shift(solver->z[c.j], -e[c.j] - omega[c.j] - point),
+                       perp__shift(solver->z[c.j], -e[c.j] - omega[solver->n + c.j] - point),
                        &solver->w_high[c.i], &solver->w_low[c.i]);
     for (i = 0; i < solver->n; i++)
         if (solver->recomputed[i]) {

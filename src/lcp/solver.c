@@ -79,11 +79,11 @@ static void layout(perp__arena *arena, void *object)
     s->factors = perp__arena_take(arena, n, sizeof(double));
     s->exponents = perp__arena_take(arena, n, sizeof(int32_t));
     s->work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    s->part = perp__arena_take(arena, n, sizeof(int32_t));
-    s->omega = perp__arena_take(arena, n, sizeof(int32_t));
-    s->part_omega = perp__arena_take(arena, n, sizeof(int32_t));
+    s->part = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    s->omega = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    s->part_omega = perp__arena_take(arena, 2 * n, sizeof(int32_t));
     s->recomputed = perp__arena_take(arena, n, sizeof(int32_t));
-    s->reach = perp__arena_take(arena, n, sizeof(double));
+    s->reach = perp__arena_take(arena, 2 * n, sizeof(double));
     s->row_norms = perp__arena_take(arena, n, sizeof(double));
     s->z_down = perp__arena_take(arena, n, sizeof(double));
     s->z_up = perp__arena_take(arena, n, sizeof(double));

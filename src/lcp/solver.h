@@ -51,8 +51,9 @@ struct perp_lcp_solver {
     int32_t *work;         /* 2 n */
     double *row_norms;     /* 1-norms of the rows of D M D */
     const double *q;       /* the caller's, during a solve */
-    int32_t *part, parts;  /* the part of M that a row belongs to, and how many there are */
-    int32_t *omega;        /* a row's: log2 of the power of two near max |D q| in its part */
+    int32_t *part, parts; /* 2 n: the part of M that a row, or n + a column, belongs to; how many */
+    int32_t *omega; /* 2 n: a row's, then a column's: log2 of the power of two near max |D q| in
+                       its part */
     int32_t *part_omega;   /* the same, a part's */
     int32_t powers_known;  /* those below are of these exponents and omegas */
     int32_t powers_normal; /* and none is beyond the range of normal numbers: else use ldexp */
@@ -99,14 +100,16 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q);
 /* Caller's units to scaled ones and back, for the variable z_i, and for w_i. */
 static inline double perp__z_scaled(const perp_lcp_solver *solver, int32_t i, double z)
 {
-    return solver->powers_normal ? z * solver->z_down[i]
-                                 : perp__shift(z, -solver->exponents[i] - solver->omega[i]);
+    return solver->powers_normal
+               ? z * solver->z_down[i]
+               : perp__shift(z, -solver->exponents[i] - solver->omega[solver->n + i]);
 }
 
 static inline double perp__z_caller(const perp_lcp_solver *solver, int32_t i, double z)
 {
-    return solver->powers_normal ? z * solver->z_up[i]
-                                 : perp__shift(z, solver->exponents[i] + solver->omega[i]);
+    return solver->powers_normal
+               ? z * solver->z_up[i]
+               : perp__shift(z, solver->exponents[i] + solver->omega[solver->n + i]);
 }
 
 /* The same for a point of a method or a face: bounds come back as they are, however far the scaling
@@ -147,9 +150,9 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
 perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
                              perp_outcome said);
 
-/* omegas[i] := log2 of the power of two near max 2^exponents |q| over the part of row i; 0 where
- * that is 0. Returns whether one of them has changed; what they hold on entry counts if it is
- * `known`. */
+/* omegas[i], omegas[n + j] := log2 of the power of two near max 2^exponents |q| over the part of
+ * row i, of column j; 0 where that is 0. Returns whether one of them has changed; what they hold on
+ * entry counts if it is `known`. */
 int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas,
                           int32_t known);
 

@@ -78,18 +78,23 @@ static double entry(const int32_t *units, const perp__cursor *c)
     return perp__shift(fabs(c->value), units[c->i] + units[c->j]);
 }
 
-/* The parts that are left when couplings below `least` are cut. */
-static void find_cut(const perp__matrix *M, perp__witness_units *u, double least)
+/* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M
+ * falls into parts between them: then there is no common size. */
+static void find_cut(const perp_lcp_solver *solver, perp__witness_units *u, double least)
 {
-    perp__cursor c = perp__first(M);
+    const int32_t n = solver->n;
+    perp__cursor c = perp__first(&solver->M);
     int32_t i;
 
-    for (i = 0; i < M->rows; i++)
+    for (i = 0; i < 2 * n; i++)
         u->cut[i] = i;
+    for (i = 0; i < n; i++)
+        if (solver->part[i] == solver->part[n + i])
+            perp__join(u->cut, i, n + i);
     while (perp__advance(&c))
         if (entry(u->exponents, &c) >= least)
-            perp__join(u->cut, c.i, c.j);
-    perp__number_parts(u->cut, M->rows);
+            perp__join(u->cut, c.i, n + c.j);
+    perp__number_parts(u->cut, 2 * n);
 }
 
 static void look_at_matrix(perp_lcp_solver *solver, double least)
@@ -105,7 +110,7 @@ static void look_at_matrix(perp_lcp_solver *solver, double least)
             perp__equilibrate_negative(&solver->M, witness->units[1].exponents, solver->work);
     for (k = 0; k < witness->count; k++) {
         perp__balance(&solver->M, witness->units[k].exponents, solver->work);
-        find_cut(&solver->M, &witness->units[k], least);
+        find_cut(solver, &witness->units[k], least);
     }
     witness->tol = solver->settings.tol;
     witness->known = 1;
@@ -130,7 +135,7 @@ static double violation_of(const perp_lcp_solver *solver, const perp__witness_un
                            double near, int32_t *is_free)
 {
     const double lower = solver->lower[i], upper = solver->upper[i], z = solver->z[i];
-    const int32_t shift = -u->exponents[i] - solver->witness.omegas[i];
+    const int32_t shift = -u->exponents[i] - solver->witness.omegas[solver->n + i];
     const int32_t at_lower = perp__shift(z - lower, shift) <= near;
     const int32_t at_upper = perp__shift(upper - z, shift) <= near;
 
@@ -153,7 +158,7 @@ static void find_violations(perp_lcp_solver *solver, const perp__witness_units *
 
     for (i = 0; i < solver->n; i++)
         witness->carried[i] =
-            perp__shift(fabs(solver->z[i]), -u->exponents[i] - witness->omegas[i]);
+            perp__shift(fabs(solver->z[i]), -u->exponents[i] - witness->omegas[solver->n + i]);
     while (perp__advance(&c)) {
         const double size = entry(u->exponents, &c);
 
@@ -167,7 +172,7 @@ static void find_violations(perp_lcp_solver *solver, const perp__witness_units *
         witness->wrong[i] =
             perp__shift(violation_of(solver, u, i, near, &witness->is_free[i]), shift);
         witness->carried[i] =
-            perp__shift(fabs(solver->z[i]), -u->exponents[i] - witness->omegas[i]);
+            perp__shift(fabs(solver->z[i]), -u->exponents[i] - witness->omegas[solver->n + i]);
         if (!(perp__shift(fabs(solver->w_high[i]), shift) <= least * witness->terms[i]))
             witness->rounding[i] = 0.0;
         else
@@ -191,7 +196,7 @@ static void find_neighbours(perp_lcp_solver *solver, const perp__witness_units *
     }
     for (i = 0; i < solver->n; i++) {
         witness->around[i] = witness->terms[i];
-        witness->most[i] = 0.0;
+        witness->most[i] = witness->most[solver->n + i] = 0.0;
     }
     for (c = perp__first(&solver->M); perp__advance(&c);)
         witness->around[c.i] += entry(u->exponents, &c) * witness->carried[c.j];
@@ -238,16 +243,16 @@ void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n)
 
     for (k = 0; k < 2; k++) {
         witness->units[k].exponents = perp__arena_take(arena, n, sizeof(int32_t));
-        witness->units[k].cut = perp__arena_take(arena, n, sizeof(int32_t));
+        witness->units[k].cut = perp__arena_take(arena, 2 * n, sizeof(int32_t));
     }
-    witness->omegas = perp__arena_take(arena, n, sizeof(int32_t));
+    witness->omegas = perp__arena_take(arena, 2 * n, sizeof(int32_t));
     witness->is_free = perp__arena_take(arena, n, sizeof(int32_t));
     witness->terms = perp__arena_take(arena, n, sizeof(double));
     witness->carried = perp__arena_take(arena, n, sizeof(double));
     witness->rounding = perp__arena_take(arena, n, sizeof(double));
     witness->wrong = perp__arena_take(arena, n, sizeof(double));
     witness->around = perp__arena_take(arena, n, sizeof(double));
-    witness->most = perp__arena_take(arena, n, sizeof(double));
+    witness->most = perp__arena_take(arena, 2 * n, sizeof(double));
 }
 
 perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,

@@ -106,8 +106,9 @@ static inline int32_t perp__number_parts(int32_t *parents, int32_t n)
     return count;
 }
 
-/* part[i] := number of the part of M that row and column i belong to: parts share no entry other
- * than 0. Returns how many there are. */
+/* part[i] := number of the part of M that row i belongs to, part[n + j] := that of column j: parts
+ * share no entry other than 0. Rows and columns apart, because complementarity couples z_i and w_i
+ * by signs alone, not by size. Returns how many there are. part: 2 n entries. */
 int32_t perp__find_parts(const perp__matrix *M, int32_t *part);
 
 #endif

@@ -135,6 +135,25 @@ static void judge(const perp_mechanism *m, perp__implicit *s, const perp_ncp_res
                                      perp__gate(&evidence, m->settings.tol, result->outcome));
 }
 
+/* Where velocities pass through 0, rows consist of the rounding of gaps and forces alone, which no
+ * linear terms show: the second witness is asked again for what these are good to. */
+static perp_status ask_again(const perp_mechanism *m, perp__implicit *s, perp_ncp_result *result)
+{
+    const int64_t iterations = result->iterations;
+    perp_status status;
+
+    if (perp__is_good(result->outcome) || !(result->residual <= m->settings.tol) ||
+        s->settings.tol >= COARSEST)
+        return PERP_OK;
+    s->settings.tol = COARSEST;
+    memcpy(s->start, s->z, (size_t)s->size * sizeof *s->z);
+    status = perp_ncp_solver_set(s->solver, &s->settings);
+    if (status == PERP_OK)
+        status = perp_ncp_solver_solve(s->solver, s->z, s->w, result, s->start);
+    result->iterations += iterations;
+    return status;
+}
+
 /* s->z, s->w := the problem's solution, from the frozen answer; found: whether there is one. */
 static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_step *step,
                          int32_t *found)
@@ -155,6 +174,8 @@ static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_st
         status = set_up(m, s);
     if (status == PERP_OK)
         status = perp_ncp_solver_solve(s->solver, s->z, s->w, &result, s->start);
+    if (status == PERP_OK)
+        status = ask_again(m, s, &result);
     if (s->failed != PERP_OK)
         return s->failed; /* with its message */
     if (status != PERP_OK)

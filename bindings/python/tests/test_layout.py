@@ -141,6 +141,7 @@ def test_words_are_those_of_the_contract():
         "fischer",
         "polish",
         "active_set",
+        "patterns",
     ]
     assert list(_library.VERDICTS.values()) == [
         "regular",
