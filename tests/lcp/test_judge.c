@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "gen.h"
 #include "lcp/candidate.h"
 #include "lcp/solver.h"
 
@@ -106,6 +107,54 @@ static void test_which_candidate_stays(void **state)
     perp__consider_point(solver, PERP_LCP_PGS, 0);
     assert_true(solver->best.z[0] == 1.0);
     perp_lcp_solver_destroy(solver);
+}
+
+/* A method that ends at infinity has offered nothing: the start is the candidate. */
+static void test_a_point_out_of_range(void **state)
+{
+    static const double M = 1, q = -1, z0 = 0.5;
+    perp_lcp_solver *solver = posed(1, &M, NULL, NULL, &q);
+    perp__lcp_iterate iterate;
+    perp__plan_step step;
+
+    (void)state;
+    memset(&iterate, 0, sizeof iterate);
+    memset(&step, 0, sizeof step);
+    step.method = PERP_LCP_PGS;
+    step.rough = 1;
+    solver->best.method = -1;
+    solver->z[0] = INFINITY;
+    assert_int_equal(perp__consider(solver, &step, PERP_OUTCOME_ITERATION_LIMIT, &iterate, &z0),
+                     PERP_OK);
+    assert_true(solver->best.z[0] == 0.5 && solver->best.worth.tested == 0.5);
+    assert_int_equal(solver->best.outcome, PERP_OUTCOME_STALLED);
+    perp_lcp_solver_destroy(solver);
+}
+
+/* The residuals of a batch have no dimension either: z and w of 2^-700 round as those of 1 do, to
+ * eps of eps, 2^-106, at the least, where they are not 0. */
+static void test_a_batch_of_small_numbers(void **state)
+{
+    enum { COUNT = 64, N = 6 };
+    static double M[COUNT * N * N], q[COUNT * N], z[COUNT * N], residuals[COUNT];
+    int32_t outcomes[COUNT], rounded = 0, k, i;
+    gen_random random;
+
+    (void)state;
+    gen_seed(&random, 79);
+    for (i = 0; i < COUNT * N * N; i++)
+        M[i] = gen_uniform(&random, -1, 1) + (i % (N * N) % (N + 1) == 0 ? 8.0 : 0.0);
+    for (i = 0; i < COUNT * N; i++)
+        q[i] = ldexp(gen_uniform(&random, -1, 1), -700);
+    assert_int_equal(
+        perp_lcp_batch(context, z, NULL, outcomes, residuals, NULL, 1, COUNT, N, M, q, NULL, NULL),
+        PERP_OK);
+    for (k = 0; k < COUNT; k++) {
+        assert_int_equal(outcomes[k], PERP_OUTCOME_SOLVED);
+        assert_true(residuals[k] == 0.0 || residuals[k] >= 0x1p-106);
+        rounded += residuals[k] > 0.0;
+    }
+    assert_true(rounded > 0);
 }
 
 /* z = 1e-11 where w = 1: beside the 1 that row 0 carries, z is on its bound. 1e-9 is not. */
@@ -238,6 +287,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lost_beside_large_z),
         cmocka_unit_test(test_which_candidate_stays),
+        cmocka_unit_test(test_a_point_out_of_range),
+        cmocka_unit_test(test_a_batch_of_small_numbers),
         cmocka_unit_test(test_next_to_a_bound),
         cmocka_unit_test(test_rounding_beside_the_largest),
         cmocka_unit_test(test_noise_on_the_diagonal),
