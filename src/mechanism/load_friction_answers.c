@@ -10,6 +10,9 @@
 /* Points of a family are the double description method's, which works to 1e-9 or so. */
 static const double same = 1e-8;
 
+/* What friction may miss beside the terms of its row and of its load. */
+#define HELD 1e-9
+
 static size_t at(const perp_load_friction *f, int32_t i, int32_t j)
 {
     return (size_t)i + (size_t)f->n * (size_t)j;
@@ -240,10 +243,32 @@ static int32_t is_finite(const perp_load_friction *f, const perp__friction_answe
            perp__all_finite(&a->residual, 1);
 }
 
+/* Whether what sticks is held by its friction: beside the terms of its own rows, not the largest of
+ * the system. */
+static int32_t is_held(const perp_load_friction *f, const perp__friction_answer *a)
+{
+    int32_t i, j;
+
+    for (i = 0; i < f->n; i++) {
+        double terms = fabs(f->d[i]), size = fabs(f->b[i]) + fabs(f->question.tau[i]);
+
+        if (a->pattern.mode[i] != PERP_LOAD_STICK)
+            continue;
+        for (j = 0; j < f->n; j++) {
+            terms += fabs(f->C[at(f, i, j)] * a->x[j]);
+            size += fabs(f->A[at(f, i, j)] * a->x[j]);
+        }
+        if (!(fabs(a->friction[i]) <=
+              f->question.mu_stick[i] * (fabs(a->normal[i]) + HELD * terms) + HELD * size))
+            return 0;
+    }
+    return 1;
+}
+
 /* Keeps it if it is one. */
 static void keep_true(perp_load_friction *f, perp__friction_answer *a, int32_t holds)
 {
-    if (holds && is_finite(f, a)) {
+    if (holds && is_finite(f, a) && is_held(f, a)) {
         keep(f, a);
     } else {
         f->unsettled = 1;

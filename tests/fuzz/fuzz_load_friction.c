@@ -79,7 +79,7 @@ static void check_motion(const char *where, const load_problem *p, const double 
             size += oracle_abs((wide)p->A.dense[i * n + j] * x[j]);
         }
         size += oracle_abs(f[i]) + p->mu_static[i] * t[i]; /* what f is computed from */
-        if (oracle_abs(sum) > size * (wide)1e-6)
+        if (oracle_abs(sum) > size * (wide)1e-6 + DBL_MIN)
             fuzz_fail("%s: A q'' + b + f = tau: row %d is off by %Lg of %Lg", where, i,
                       (long double)sum, (long double)size);
         if (oracle_abs(normal[i] - N[i]) > t[i] * (wide)1e-6 + DBL_MIN) /* the grid of denormals */
