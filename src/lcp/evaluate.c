@@ -15,6 +15,7 @@
 
 /* Larger than any exponent that comes up, and far from the end of int32_t. */
 #define LARGE (1 << 20)
+#define ROW_KEPT INT32_MIN
 
 double perp__shift(double x, int32_t e)
 {
@@ -198,7 +199,7 @@ static double tested_residual(const perp_lcp_solver *solver, int32_t i, double a
 
 static perp__evaluation measure(const perp_lcp_solver *solver)
 {
-    perp__evaluation worth = {0.0, 0.0, 0.0, 0.0};
+    perp__evaluation worth = {0.0, 0.0, 0.0};
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
@@ -210,7 +211,6 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
         perp__raise_to(&worth.tested, tested_residual(solver, i, above, below));
         violation = perp__w_scaled(
             solver, i, perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i], w));
-        perp__raise_to(&worth.violation, violation);
         perp__raise_to(&worth.backward, relative_violation(solver, i, violation));
     }
     return worth;
@@ -267,58 +267,62 @@ static void accumulate(double a, double b, double *high, double *low)
     *high = sum;
 }
 
-/* Powers of two that bring the largest |M_ij|, scaled, to [1, 2), and |z_j| and |q_i / M_ij| below
- * 2: their log2. */
-static void find_sizes(const perp_lcp_solver *solver, int32_t *entries, int32_t *point)
+/* Whether products or partial sums of row i went beyond the range of doubles. */
+static int32_t overflowed(const perp_lcp_solver *solver, int32_t i)
 {
-    const int32_t *e = solver->exponents, *omega = solver->omega;
+    return !isfinite(solver->w_high[i]) || !isfinite(solver->w_low[i]);
+}
+
+/* row_size[i] := log2 of a power of two near the largest term of row i, where it overflowed; else
+ * ROW_KEPT. */
+static void find_row_sizes(perp_lcp_solver *solver)
+{
     perp__cursor c = perp__first(&solver->M);
     int32_t i;
 
-    *entries = *point = -LARGE;
-    while (perp__advance(&c)) {
-        const int32_t power = exponent_of(c.value) + e[c.i] + e[c.j];
-
-        *entries = power > *entries ? power : *entries;
-    }
     for (i = 0; i < solver->n; i++) {
-        const double z = solver->z[i], q = solver->q[i];
-        const int32_t of_z = z != 0.0 ? exponent_of(z) - e[i] - omega[solver->n + i] : -LARGE;
-        const int32_t of_q = q != 0.0 ? exponent_of(q) + e[i] - omega[i] - *entries : -LARGE;
-
-        *point = of_z > *point ? of_z : of_q > *point ? of_q : *point;
-    }
-}
-
-/* Rows in which products or partial sums went beyond the range of doubles: once more in units where
- * nothing is much larger than 1, and back. What is infinite then is beyond that range. */
-static void recompute(perp_lcp_solver *solver)
-{
-    const int32_t *e = solver->exponents, *omega = solver->omega;
-    perp__cursor c = perp__first(&solver->M);
-    int32_t entries, point, i;
-
-    find_sizes(solver, &entries, &point);
-    for (i = 0; i < solver->n; i++) {
-        solver->recomputed[i] = !isfinite(solver->w_high[i]) || !isfinite(solver->w_low[i]);
-        if (!solver->recomputed[i])
-            continue;
-        solver->w_high[i] = perp__shift(solver->q[i], e[i] - omega[i] - entries - point);
-        solver->w_low[i] = 0.0;
+        solver->row_size[i] = ROW_KEPT;
+        if (overflowed(solver, i))
+            solver->row_size[i] = solver->q[i] != 0.0 ? exponent_of(solver->q[i]) : -LARGE;
     }
     while (perp__advance(&c))
-        if (solver->recomputed[c.i] && solver->z[c.j] != 0.0)
-            accumulate(perp__shift(c.value, e[c.i] + e[c.j] - entries),
-                       perp__shift(solver->z[c.j], -e[c.j] - omega[solver->n + c.j] - point),
-                       &solver->w_high[c.i], &solver->w_low[c.i]);
+        if (solver->row_size[c.i] != ROW_KEPT && solver->z[c.j] != 0.0) {
+            const int32_t size = exponent_of(c.value) + exponent_of(solver->z[c.j]);
+
+            if (size > solver->row_size[c.i])
+                solver->row_size[c.i] = size;
+        }
+}
+
+/* Rows that overflowed once more in units where their largest term is near 1, and back. What is
+ * infinite then is beyond the range of doubles. */
+static void recompute(perp_lcp_solver *solver)
+{
+    perp__cursor c = perp__first(&solver->M);
+    int32_t i;
+
+    find_row_sizes(solver);
     for (i = 0; i < solver->n; i++)
-        if (solver->recomputed[i]) {
-            const int32_t back = omega[i] + entries + point - e[i];
+        if (solver->row_size[i] != ROW_KEPT) {
+            solver->w_high[i] = perp__shift(solver->q[i], -solver->row_size[i]);
+            solver->w_low[i] = 0.0;
+        }
+    while (perp__advance(&c))
+        if (solver->row_size[c.i] != ROW_KEPT && solver->z[c.j] != 0.0) {
+            const int32_t power = exponent_of(c.value);
+
+            accumulate(perp__shift(c.value, -power),
+                       perp__shift(solver->z[c.j], power - solver->row_size[c.i]),
+                       &solver->w_high[c.i], &solver->w_low[c.i]);
+        }
+    for (i = 0; i < solver->n; i++)
+        if (solver->row_size[i] != ROW_KEPT) {
             const double sum = solver->w_high[i] + solver->w_low[i];
             const double rest = (solver->w_high[i] - sum) + solver->w_low[i];
 
-            solver->w_high[i] = perp__shift(sum, back);
-            solver->w_low[i] = isfinite(solver->w_high[i]) ? perp__shift(rest, back) : 0.0;
+            solver->w_high[i] = perp__shift(sum, solver->row_size[i]);
+            solver->w_low[i] =
+                isfinite(solver->w_high[i]) ? perp__shift(rest, solver->row_size[i]) : 0.0;
         }
 }
 

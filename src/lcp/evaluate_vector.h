@@ -42,7 +42,7 @@ TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_larg
 {
     const size_t n = (size_t)solver->n;
     const lanes infinity = spread(INFINITY), zero = spread(0.0), size_of_z = spread(z_largest);
-    lanes natural = zero, tested = zero, backward = zero, most = zero;
+    lanes natural = zero, tested = zero, backward = zero;
     truth good = less(zero, infinity);
     size_t i;
 
@@ -68,12 +68,10 @@ TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_larg
         natural = larger(residual, natural);
         tested = larger(scaled, tested);
         backward = larger(relative, backward);
-        most = larger(violation, most);
     }
     worth->natural = largest_of(natural);
     worth->tested = largest_of(tested);
     worth->backward = largest_of(backward);
-    worth->violation = largest_of(most);
     return all_of(good);
 }
 

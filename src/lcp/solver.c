@@ -82,7 +82,7 @@ static void layout(perp__arena *arena, void *object)
     s->part = perp__arena_take(arena, 2 * n, sizeof(int32_t));
     s->omega = perp__arena_take(arena, 2 * n, sizeof(int32_t));
     s->part_omega = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    s->recomputed = perp__arena_take(arena, n, sizeof(int32_t));
+    s->row_size = perp__arena_take(arena, n, sizeof(int32_t));
     s->reach = perp__arena_take(arena, 2 * n, sizeof(double));
     s->row_norms = perp__arena_take(arena, n, sizeof(double));
     s->z_down = perp__arena_take(arena, n, sizeof(double));

@@ -17,7 +17,6 @@ typedef struct perp__evaluation {
     double natural;
     double tested;
     double backward;
-    double violation; /* of a row's sign or equation on the index set of z, scaled */
 } perp__evaluation;
 
 /* A method's workspace, made when the method first runs. */
@@ -60,7 +59,7 @@ struct perp_lcp_solver {
     double *z_down, *z_up; /* 2^-(e_i + omega), 2^(e_i + omega) */
     double *w_down;        /* 2^(e_i - omega) */
     double *reach;         /* a part's largest |z_i|, scaled, of the point evaluated last */
-    int32_t *recomputed;   /* n: rows of it that overflowed on the way */
+    int32_t *row_size;     /* n: see evaluate.c, recompute */
     int32_t doubtful;      /* w may have lost q in doubled precision: terms tell by how much */
     perp__witness witness;
     double *q_scaled, *lower_scaled, *upper_scaled;
@@ -162,7 +161,7 @@ void perp__find_terms(perp_lcp_solver *solver, const int32_t *units, const int32
 
 /* The largest own residual of a row of the point of the last perp__evaluate; or 0 where a look at
  * its violations shows that it is at most settings.tol. */
-double perp__lcp_own_residual(perp_lcp_solver *solver, const perp__evaluation *worth);
+double perp__lcp_own_residual(perp_lcp_solver *solver);
 
 /* By how much row i fails to be the row of an exact solution with z's own index set. */
 static inline double perp__row_violation(double z, double lower, double upper, double w)

@@ -35,6 +35,9 @@
 /* Beside the largest t that much is always granted: rounding. */
 #define ROUNDING (16.0 * DBL_EPSILON)
 
+/* Sizes below this have lost digits, or all, to underflow. */
+#define LEAST_SIZE 0x1p-960
+
 /* By how much a point that is not refined may miss the second witness. */
 #define LOOSEST 64.0
 
@@ -56,12 +59,12 @@ static double terms_of_row(const perp_lcp_solver *solver, int32_t i)
 }
 
 /* Whether every violation is small beside q_i alone, or the terms of its row. */
-static int32_t is_surely_small(const perp_lcp_solver *solver, const perp__evaluation *worth)
+static int32_t is_surely_small(const perp_lcp_solver *solver)
 {
     const double tol = solver->settings.tol;
     int32_t i;
 
-    for (i = 0; i < solver->n && worth->violation != 0.0; i++) {
+    for (i = 0; i < solver->n; i++) {
         const double v = perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i],
                                              solver->w_high[i]);
 
@@ -204,6 +207,21 @@ static void find_neighbours(perp_lcp_solver *solver, const perp__witness_units *
         perp__raise_to(&witness->most[u->cut[i]], witness->rounding[i]);
 }
 
+/* A row so much smaller than others of its part that their common unit underflows: its violation
+ * beside its own terms, in the caller's units. */
+static double alone(const perp_lcp_solver *solver, int32_t i)
+{
+    const double v =
+        perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i], solver->w_high[i]);
+    double terms = fabs(solver->q[i]);
+    perp__cursor c = perp__first(&solver->M);
+
+    while (v != 0.0 && perp__advance(&c))
+        if (c.i == i)
+            terms += fabs(c.value * solver->z[c.j]);
+    return v != 0.0 ? v / terms : 0.0;
+}
+
 static double own_residual(perp_lcp_solver *solver, const perp__witness_units *u)
 {
     const double tol = solver->settings.tol, least = sqrt(tol);
@@ -215,20 +233,24 @@ static double own_residual(perp_lcp_solver *solver, const perp__witness_units *u
     perp__find_terms(solver, u->exponents, witness->omegas);
     find_violations(solver, u, least);
     find_neighbours(solver, u, least);
-    for (i = 0; i < solver->n; i++)
-        if (witness->wrong[i] != 0.0)
-            perp__raise_to(&own, witness->wrong[i] / (witness->around[i] +
-                                                      floor_of(tol) * witness->most[u->cut[i]]));
+    for (i = 0; i < solver->n; i++) {
+        const double size = witness->around[i] + floor_of(tol) * witness->most[u->cut[i]];
+
+        if (!(size >= LEAST_SIZE))
+            perp__raise_to(&own, alone(solver, i));
+        else if (witness->wrong[i] != 0.0)
+            perp__raise_to(&own, witness->wrong[i] / size);
+    }
     return own;
 }
 
-double perp__lcp_own_residual(perp_lcp_solver *solver, const perp__evaluation *worth)
+double perp__lcp_own_residual(perp_lcp_solver *solver)
 {
     perp__witness *witness = &solver->witness;
     double own = 0.0;
     int32_t k;
 
-    if (is_surely_small(solver, worth))
+    if (is_surely_small(solver))
         return 0.0;
     if (!witness->known || witness->tol != solver->settings.tol)
         look_at_matrix(solver, sqrt(solver->settings.tol));
@@ -264,7 +286,7 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
         evidence.sound = perp__all_finite(solver->z, (size_t)solver->n) &&
                          perp__all_finite(solver->w_high, (size_t)solver->n);
     if (evidence.sound) /* beside its own terms a row has no large numbers of others to excuse it */
-        evidence.own = perp__lcp_own_residual(solver, worth) / fmin(unit, LOOSEST);
+        evidence.own = perp__lcp_own_residual(solver) / fmin(unit, LOOSEST);
     return evidence;
 }
 
