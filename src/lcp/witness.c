@@ -55,7 +55,7 @@ static double terms_of_row(const perp_lcp_solver *solver, int32_t i)
 
     for (j = 0; j < solver->n; j++)
         sum += fabs(row[(size_t)j * solver->M.column_stride] * solver->z[j]);
-    return sum;
+    return isfinite(sum) ? sum : 0.0; /* what overflows proves nothing */
 }
 
 /* Whether every violation is small beside q_i alone, or the terms of its row. */
@@ -207,8 +207,8 @@ static void find_neighbours(perp_lcp_solver *solver, const perp__witness_units *
         perp__raise_to(&witness->most[u->cut[i]], witness->rounding[i]);
 }
 
-/* A row so much smaller than others of its part that their common unit underflows: its violation
- * beside its own terms, in the caller's units. */
+/* A row so much smaller than others of its part that their common unit underflows, or whose terms
+ * overflow: its violation beside its own terms, in the caller's units. */
 static double alone(const perp_lcp_solver *solver, int32_t i)
 {
     const double v =
@@ -219,7 +219,7 @@ static double alone(const perp_lcp_solver *solver, int32_t i)
     while (v != 0.0 && perp__advance(&c))
         if (c.i == i)
             terms += fabs(c.value * solver->z[c.j]);
-    return v != 0.0 ? v / terms : 0.0;
+    return v != 0.0 ? (terms < INFINITY ? v / terms : INFINITY) : 0.0;
 }
 
 static double own_residual(perp_lcp_solver *solver, const perp__witness_units *u)
@@ -236,7 +236,7 @@ static double own_residual(perp_lcp_solver *solver, const perp__witness_units *u
     for (i = 0; i < solver->n; i++) {
         const double size = witness->around[i] + floor_of(tol) * witness->most[u->cut[i]];
 
-        if (!(size >= LEAST_SIZE))
+        if (!(size >= LEAST_SIZE && size < INFINITY))
             perp__raise_to(&own, alone(solver, i));
         else if (witness->wrong[i] != 0.0)
             perp__raise_to(&own, witness->wrong[i] / size);
