@@ -75,6 +75,11 @@ static perp_status visit(perp__all *all, const perp__face *face, const double *p
     for (i = 0; i < all->n; i++)
         largest = fmax(largest, fabs(all->z[i]));
     worth = perp__all_evaluate(all, all->z);
+    if (face->dimension > 0 && !perp__all_is_solution(all, &worth, 0.0)) {
+        /* the mean of vertices far apart loses what one vertex holds */
+        memcpy(all->z, face->points, (size_t)all->n * sizeof *all->z);
+        worth = perp__all_evaluate(all, all->z);
+    }
     if (!perp__all_is_solution(all, &worth, largest) || !perp__all_finite(points, entries)) {
         all->incomplete = 1;
         return PERP_OK;
