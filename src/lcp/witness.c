@@ -38,9 +38,6 @@
 /* Sizes below this have lost digits, or all, to underflow. */
 #define LEAST_SIZE 0x1p-960
 
-/* By how much a point that is not refined may miss the second witness. */
-#define LOOSEST 64.0
-
 static double floor_of(double tol)
 {
     return fmax(FLOOR, ROUNDING / tol);
@@ -286,7 +283,7 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
         evidence.sound = perp__all_finite(solver->z, (size_t)solver->n) &&
                          perp__all_finite(solver->w_high, (size_t)solver->n);
     if (evidence.sound) /* beside its own terms a row has no large numbers of others to excuse it */
-        evidence.own = perp__lcp_own_residual(solver) / fmin(unit, LOOSEST);
+        evidence.own = perp__lcp_own_residual(solver);
     return evidence;
 }
 
