@@ -358,7 +358,7 @@ VALGRIND := valgrind -q --error-exitcode=99 --leak-check=full --errors-for-leak-
 # Address sanitizer sees leaks and overruns in every test; valgrind adds reads of what was not set.
 # By default a suite or two of each layer, with those of memory, handles and refusals.
 UNDER_VALGRIND := %allocation %handles %refusals %sizes %calls %callbacks %arena %context %storage \
-    %_failures %test_contact %test_front_door %test_known %test_run %test_step %test_batch %test_impact
+    %_failures %test_contact %test_front_door %test_known %test_run %test_step %test_impact
 .PHONY: valgrind
 valgrind: $(if $(filter 1,$(ALL)),$(TESTS),$(filter $(UNDER_VALGRIND),$(TESTS)))
 	@RUNNER='$(VALGRIND)' scripts/run-tests $^

@@ -105,9 +105,14 @@ static perp_context *context_of(const void *handle, uint64_t magic)
 {
     perp__handle head = {0, NULL};
 
+    /* what the struct is called is its layer's affair; of a stranger no more than the magic is read
+     */
     if (handle)
-        memcpy(&head, handle, sizeof head); /* what the struct is called is its layer's affair */
-    return head.magic == magic ? head.context : NULL;
+        memcpy(&head.magic, handle, sizeof head.magic);
+    if (head.magic != magic)
+        return NULL;
+    memcpy(&head, handle, sizeof head);
+    return head.context;
 }
 
 perp_status perp__enter_handle(const void *handle, uint64_t magic)
