@@ -135,8 +135,8 @@ SHARED_FLAGS = -shared -Wl,-soname,$(SONAME) -Wl,-Bsymbolic -Wl,--version-script
 ## Files
 
 BLAS_OTHER := $(if $(filter internal,$(BLAS)),src/linalg/blas.c,src/linalg/blas_internal.c)
-GPL_SOURCES := src/linalg/factor_umfpack.c src/linalg/factor_cholmod.c
-SOURCES := $(sort $(wildcard src/*/*.c src/world/collide/*.c))
+GPL_SOURCES := src/linalg/factor/umfpack.c src/linalg/factor/cholmod.c
+SOURCES := $(sort $(wildcard src/*/*.c src/*/*/*.c))
 SOURCES := $(filter-out $(BLAS_OTHER) $(if $(filter 1,$(GPL)),,$(GPL_SOURCES)),$(SOURCES))
 OBJECTS := $(SOURCES:%.c=$(B)/obj/%.o)
 HEADERS := $(sort $(wildcard include/perp/*.h))
@@ -403,7 +403,7 @@ check-headers:
 check-consumer: library
 	@CC='$(CC) $(SANITIZE_FLAGS)' MAKE='$(AGAIN)' scripts/check-consumer
 
-FORMATTED := $(wildcard include/perp/*.h src/*/*.[ch] src/world/collide/*.[ch] tests/*.[ch] \
+FORMATTED := $(wildcard include/perp/*.h src/*/*.[ch] src/*/*/*.[ch] tests/*.[ch] \
     tests/*/*.[ch] examples/*.[ch] bench/*.[ch])
 CLANG_FORMAT ?= clang-format
 #: make format            clang-format all sources; make format-check only looks

@@ -8,7 +8,7 @@
 #include "lcp/solver.h"
 #include "linalg/lines.h"
 #include "linalg/scale.h"
-#include "linalg/vectors.h"
+#include "linalg/lanes/vectors.h"
 
 /* Scaled z beyond which doubled precision may have lost q. */
 #define PERP__DOUBTFUL 0x1p30
@@ -218,14 +218,14 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
 
 #if PERP__X86
 #define NAME(x) x##_avx512
-#include "linalg/vector_avx512.h"
+#include "linalg/lanes/vector_avx512.h"
 #include "lcp/evaluate_vector.h"
-#include "linalg/vector_end.h"
+#include "linalg/lanes/vector_end.h"
 
 #define NAME(x) x##_avx2
-#include "linalg/vector_avx2.h"
+#include "linalg/lanes/vector_avx2.h"
 #include "lcp/evaluate_vector.h"
-#include "linalg/vector_end.h"
+#include "linalg/lanes/vector_end.h"
 #endif
 
 /* In vectors where they serve: M is one part and no number is beyond the range of doubles. */

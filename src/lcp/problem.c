@@ -4,7 +4,7 @@
 
 #include "base/clock.h"
 #include "lcp/method.h"
-#include "linalg/multiversion.h"
+#include "linalg/lanes/multiversion.h"
 
 double perp__clamp(double z, double lower, double upper)
 {

@@ -3,7 +3,7 @@
 #include "linalg/blas.h"
 
 #include "linalg/condition.h"
-#include "linalg/loops.h"
+#include "linalg/lanes/loops.h"
 
 /* Fortran's own symbols. Compilers pass the lengths of character arguments after all others. */
 void dgemm_(const char *transa, const char *transb, const int *m, const int *n, const int *k,

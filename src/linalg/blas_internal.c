@@ -2,7 +2,7 @@
  * the order of the unblocked loops, so that the bits depend on nothing but the numbers. */
 #include "linalg/blas.h"
 
-#include "linalg/loops.h"
+#include "linalg/lanes/loops.h"
 
 /* A block of A, ROWS by DEPTH, stays in the second-level cache; a panel of LU is PANEL wide. */
 enum { ROWS = 192, DEPTH = 64, PANEL = 32 };

@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "linalg/factor.h"
+#include "linalg/factor/factor.h"
 
 /* x := A^-1 x, or A^-T x. */
 typedef void (*perp__solve_function)(void *user, double *x, int32_t transposed);

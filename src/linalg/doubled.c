@@ -10,8 +10,8 @@
 #include <string.h>
 
 #include "linalg/matrix.h"
-#include "linalg/multiversion.h"
-#include "linalg/vectors.h"
+#include "linalg/lanes/multiversion.h"
+#include "linalg/lanes/vectors.h"
 
 /* In rows shorter than this the sum of eight sums costs more than it saves. */
 enum { FEW_COLUMNS = 24 };
@@ -50,20 +50,20 @@ PERP__KERNEL static void add_lanes(const double *h, const double *l, double *hig
 }
 
 #define NAME(x) x##_one
-#include "linalg/vector_one.h"
+#include "linalg/lanes/vector_one.h"
 #include "linalg/doubled_vector.h"
-#include "linalg/vector_end.h"
+#include "linalg/lanes/vector_end.h"
 
 #if PERP__X86
 #define NAME(x) x##_avx2
-#include "linalg/vector_avx2.h"
+#include "linalg/lanes/vector_avx2.h"
 #include "linalg/doubled_vector.h"
-#include "linalg/vector_end.h"
+#include "linalg/lanes/vector_end.h"
 
 #define NAME(x) x##_avx512
-#include "linalg/vector_avx512.h"
+#include "linalg/lanes/vector_avx512.h"
 #include "linalg/doubled_vector.h"
-#include "linalg/vector_end.h"
+#include "linalg/lanes/vector_end.h"
 #endif
 
 /* In the order of perp__vector_set. */

@@ -3,7 +3,7 @@
 #ifndef PERP_LINALG_KEPT_FACTOR_H
 #define PERP_LINALG_KEPT_FACTOR_H
 
-#include "linalg/factor.h"
+#include "linalg/factor/factor.h"
 
 /* All zero at first. */
 typedef struct perp__kept_factor {

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "linalg/matrix.h"
-#include "linalg/multiversion.h"
+#include "linalg/lanes/multiversion.h"
 
 enum { LANES = 8 };
 

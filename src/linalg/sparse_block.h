@@ -5,7 +5,7 @@
 #ifndef PERP_LINALG_SPARSE_BLOCK_H
 #define PERP_LINALG_SPARSE_BLOCK_H
 
-#include "linalg/factor.h"
+#include "linalg/factor/factor.h"
 #include "linalg/multigrid.h"
 #include "linalg/sparse_cholesky.h"
 #include "linalg/tridiagonal.h"

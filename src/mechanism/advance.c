@@ -4,7 +4,7 @@
 
 #include "base/clock.h"
 #include "base/context.h"
-#include "mechanism/frozen.h"
+#include "mechanism/schemes/frozen.h"
 
 static const char *const scheme_texts[] = {"frozen", "implicit", "theta"};
 static const char *const law_texts[] = {"moreau", "newton", "poisson"};

@@ -11,8 +11,8 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "mechanism/accelerations.h"
-#include "mechanism/frozen.h"
+#include "mechanism/accelerations/accelerations.h"
+#include "mechanism/schemes/frozen.h"
 
 static void add_unit(perp__acceleration *a, int32_t source, int32_t first, int32_t rows)
 {

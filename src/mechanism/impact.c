@@ -25,7 +25,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "mechanism/frozen.h"
+#include "mechanism/schemes/frozen.h"
 
 static int32_t is_hit(perp_mechanism *m, const perp__velocity_answer *answer, int32_t j)
 {

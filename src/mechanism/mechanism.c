@@ -6,11 +6,11 @@
 
 #include "base/clock.h"
 #include "base/context.h"
-#include "mechanism/adaptive.h"
+#include "mechanism/schemes/adaptive.h"
 #include "mechanism/assembly.h"
-#include "mechanism/implicit.h"
+#include "mechanism/schemes/implicit.h"
 #include "mechanism/mechanism_read.h"
-#include "mechanism/theta.h"
+#include "mechanism/schemes/theta.h"
 
 /* Seconds that count as a time limit that has passed: 0 would be none. */
 #define SHORTEST 1e-9

@@ -11,7 +11,7 @@
 #include <string.h>
 
 #include "mechanism/assembly.h"
-#include "mechanism/frozen.h"
+#include "mechanism/schemes/frozen.h"
 
 #define MOST_PASSES 6
 

@@ -6,8 +6,8 @@
 
 #include "base/clock.h"
 #include "base/context.h"
-#include "mechanism/adaptive.h"
-#include "mechanism/frozen.h"
+#include "mechanism/schemes/adaptive.h"
+#include "mechanism/schemes/frozen.h"
 
 /* How far a span may be from a whole number of steps and count as one, in steps. */
 #define WHOLE 1e-9

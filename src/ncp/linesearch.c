@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "lcp/fischer_function.h"
+#include "lcp/fischer/function.h"
 #include "ncp/walk.h"
 
 #define BETA 1e-4 /* Armijo's */

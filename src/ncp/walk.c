@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/outcome.h"
-#include "lcp/fischer_function.h"
+#include "lcp/fischer/function.h"
 #include "linalg/scale.h"
 
 #define FAR 0x1p24

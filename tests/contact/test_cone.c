@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "contact/cone.h"
+#include "contact/newton/cone.h"
 #include "gen.h"
 
 #define TRIALS 2000

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "contact/local.h"
+#include "contact/sweep/local.h"
 #include "gen.h"
 
 enum { SEPARATE, STICK, SLIP };

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "contact/sweep_mixing.h"
+#include "contact/sweep/mixing.h"
 #include "gen.h"
 
 enum { N = 4, Y = 2 };

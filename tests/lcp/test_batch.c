@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "lcp/batch_group.h"
+#include "lcp/batch/group.h"
 #include "memory.h"
 #include "run.h"
 

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "gen.h"
-#include "lcp/fischer_function.h"
+#include "lcp/fischer/function.h"
 
 /* Rounding of the five operations in phi: quotient, hypot (1 ulp), two sums, quotient, product. */
 #define ROUNDING (6.0 * DBL_EPSILON)

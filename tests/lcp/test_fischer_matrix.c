@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "gen.h"
-#include "lcp/fischer_matrix.h"
+#include "lcp/fischer/matrix.h"
 
 #define N 12
 

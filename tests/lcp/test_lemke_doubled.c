@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "lcp/lemke.h"
+#include "lcp/lemke/lemke.h"
 #include "run.h"
 
 enum { N = 10 };

@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "gen.h"
-#include "lcp/lemke_rows.h"
+#include "lcp/lemke/rows.h"
 
 enum { LENGTH = 64 };
 

@@ -12,7 +12,7 @@
 #include <cmocka.h>
 
 #include "gen.h"
-#include "lcp/pgs_sweep.h"
+#include "lcp/pgs/sweep.h"
 
 static perp_context *context;
 

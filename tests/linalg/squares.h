@@ -10,7 +10,7 @@
 #include "check.h"
 #include "exact.h"
 #include "gen.h"
-#include "linalg/factor.h"
+#include "linalg/factor/factor.h"
 #include "linalg/matrix.h"
 
 #define UNIT 0x1p-53

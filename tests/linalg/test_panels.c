@@ -11,7 +11,7 @@
 
 #include "check.h"
 #include "gen.h"
-#include "linalg/panels.h"
+#include "linalg/lanes/panels.h"
 
 static double *numbers(gen_random *random, size_t count)
 {

@@ -2,7 +2,7 @@
  * momentum. A point mass falls on a floor; the answers are made by hand. */
 #include "rig.h"
 
-#include "mechanism/frozen.h"
+#include "mechanism/schemes/frozen.h"
 
 enum { PLANE = 2 };
 

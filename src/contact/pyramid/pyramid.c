@@ -1,0 +1,213 @@
+/* Lemke's method: friction cones as polyhedra, the contact problem as an LCP (Stewart & Trinkle
+ * 1996; Anitescu & Potra 1997). For each contact, with directions d_1 .. d_k that span its tangent
+ * plane positively, r_t = sum_j beta_j d_j and
+ *
+ *   0 <= r_n    perp  u_n             >= 0
+ *   0 <= beta_j perp  d_j'u_t + lambda >= 0
+ *   0 <= lambda perp  mu r_n - sum_j beta_j >= 0
+ *
+ * and the same for rolling and spinning friction; bilateral rows are equations. At the solution
+ * lambda is the slip speed against the polygon: lambda = 0 is stick, r_n = 0 separation.
+ *
+ * A row with one tangent takes two opposite directions, which is exact. */
+#include <math.h>
+#include <string.h>
+
+#include <perp/contact.h>
+
+#include "base/clock.h"
+#include "base/context.h"
+#include "contact/law.h"
+#include "contact/pyramid/pyramid.h"
+
+/* Attempts after the first look closer: each disc's polygon has its vertices near the direction in
+ * which the last answer pushed and further and further apart from there on. In the window, `width`
+ * radians to either side of the middle, the error is of second order in it. An answer in the window
+ * narrows it. */
+#define WIDTH 0.2  /* of attempt 1 */
+#define LEAST 1e-6 /* narrower, the vertices could hardly be told apart */
+#define NARROWER 0.125
+
+/* A time limit that is over. */
+#define SOON 1e-9
+
+/* More unknowns than this are more than pivoting serves. */
+enum { MOST_UNKNOWNS = 20000 };
+
+static perp_status check(const perp__contact_problem *problem)
+{
+    const int64_t n = perp__pyramid_count(problem);
+
+    if (n <= MOST_UNKNOWNS)
+        return PERP_OK;
+    return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
+                      "the method lemke takes up to %d unknowns, and the contacts' polyhedral "
+                      "cones have %lld",
+                      (int)MOST_UNKNOWNS, (long long)n);
+}
+
+static void layout(perp__arena *arena, void *work)
+{
+    perp__pyramid *p = work;
+    const perp__contact_problem *problem = p->base.problem;
+    const size_t n = (size_t)perp__pyramid_count(problem), size = (size_t)problem->size;
+
+    p->n = (int32_t)n;
+    p->unknowns = perp__arena_take(arena, n, sizeof(perp__unknown));
+    p->M = perp__arena_take(arena, n, n * sizeof(double));
+    p->q = perp__arena_take(arena, n, sizeof(double));
+    p->lower = perp__arena_take(arena, n, sizeof(double));
+    p->z = perp__arena_take(arena, n, sizeof(double));
+    p->direction = perp__arena_take(arena, n, sizeof(double));
+    p->angles = perp__arena_take(arena, 3 * (size_t)problem->contacts, sizeof(double));
+    p->widths = perp__arena_take(arena, 3 * (size_t)problem->contacts, sizeof(double));
+    p->guess = perp__arena_take(arena, n, sizeof(double));
+    p->impulse = perp__arena_take(arena, size, sizeof(double));
+    p->per_velocity = perp__arena_take(arena, size, sizeof(double));
+    p->W = problem->W->column_starts ? perp__arena_take(arena, size, size * sizeof(double)) : NULL;
+}
+
+/* The next windows: about where the discs of r push, or, where there is no impulse, would push
+ * first. */
+static void set_windows(perp__pyramid *p, const double *r, const double *u)
+{
+    const perp__contact_problem *problem = p->base.problem;
+    int32_t k, c;
+
+    for (k = 0; k < problem->contacts; k++) {
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+
+        for (c = 0; c < count; c++) {
+            const double *x = r + parts[c].row, *y = u + parts[c].row;
+            double *angle = &p->angles[3 * k + c], *width = &p->widths[3 * k + c];
+            const double last = p->regular ? 0.0 : *angle; /* of no account after regular ones */
+            double turn;
+
+            if (parts[c].size != 2)
+                continue;
+            *angle = x[0] != 0.0 || x[1] != 0.0 ? atan2(x[1], x[0]) : atan2(0.0 - y[1], 0.0 - y[0]);
+            turn = fabs(remainder(*angle - last, 2.0 * 3.14159265358979323846));
+            *width = p->regular       ? WIDTH
+                     : turn <= *width ? fmax(LEAST, NARROWER * *width)
+                                      : fmin(WIDTH, turn);
+        }
+    }
+}
+
+/* z of the last answer: every disc pushes along the vertex in the middle of its new window. */
+static void set_guess(perp__pyramid *p, const double *r, const double *u)
+{
+    const perp__contact_problem *problem = p->base.problem;
+    int32_t at = 0, k, c, j;
+
+    for (k = 0; k < problem->contacts; k++) {
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+
+        p->guess[at++] = r[problem->starts[k]] / p->impulse[k];
+        for (c = 0; c < count; c++) {
+            const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
+            const double *x = r + parts[c].row, *y = u + parts[c].row;
+            const double length = parts[c].size == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
+            const double radius = parts[c].coefficient * r[problem->starts[k]];
+
+            for (j = 0; j < edges; j++)
+                p->guess[at + j] = 0.0;
+            if (edges == 0)
+                continue;
+            p->guess[at + (parts[c].size == 1 && x[0] < 0.0)] = length / p->impulse[k];
+            p->guess[at + edges] = length < 0.999 * radius ? 0.0
+                                   : parts[c].size == 1    ? fabs(y[0]) * p->per_velocity[k]
+                                                           : hypot(y[0], y[1]) * p->per_velocity[k];
+            at += edges + 1;
+        }
+    }
+    for (k = problem->rows; k < problem->size; k++)
+        p->guess[at++] = r[k] / p->impulse[problem->contacts + k - problem->rows];
+}
+
+static int32_t watch(const perp_lcp_progress *progress, void *user)
+{
+    const perp__contact_control *control = user;
+
+    return control->tick(control->tick_user, progress->iterations, progress->residual);
+}
+
+/* A solver for this call's tolerance and limits. */
+static perp_status prepare(perp__pyramid *p)
+{
+    const perp__contact_problem *problem = p->base.problem;
+    perp_lcp_settings settings;
+    perp_matrix M;
+    perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
+
+    settings.tol = fmin(settings.tol, problem->tol);
+    settings.monitor = watch;
+    settings.monitor_user = (void *)(uintptr_t)problem->control;
+    if (problem->control->deadline > 0.0)
+        settings.time_limit = fmax(SOON, problem->control->deadline - perp__now());
+    if (problem->iteration_limit > 0)
+        settings.max_iterations = (int32_t)problem->iteration_limit;
+    if (status == PERP_OK && !p->lcp)
+        status = perp__lcp_create(problem->context, &p->lcp, &settings);
+    if (status == PERP_OK)
+        status = perp__lcp_set(p->lcp, &settings);
+    if (status == PERP_OK)
+        status = perp_matrix_init(&M, sizeof M);
+    if (status == PERP_OK)
+        status =
+            perp_matrix_dense(&M, PERP_STORAGE_COLUMN_MAJOR, p->n, p->n, p->M, p->n > 1 ? p->n : 1);
+    return status == PERP_OK ? perp__lcp_setup(p->lcp, &M, p->lower, NULL) : status;
+}
+
+static perp_status solve(void *work, perp__contact_iterate *iterate)
+{
+    perp__pyramid *p = work;
+    const perp__contact_problem *problem = p->base.problem;
+    perp_lcp_result result;
+    int32_t i;
+    perp_status status = perp_lcp_result_init(&result, sizeof result);
+
+    p->regular = iterate->attempt == 0 || problem->cone > 0;
+    perp__pyramid_number(p);
+    perp__pyramid_spread(p);
+    iterate->outcome = PERP_OUTCOME_TIME_LIMIT;
+    if (status != PERP_OK || !perp__pyramid_fill_impulses(p))
+        return status; /* with the start */
+    perp__pyramid_fill_speeds(p);
+    status = prepare(p);
+    if (status == PERP_OK)
+        status = perp__lcp_solve(p->lcp, p->z, NULL, p->direction, &result, p->q,
+                                 p->regular ? NULL : p->guess);
+    if (status != PERP_OK)
+        return status;
+    perp__pyramid_gather(p, p->z, iterate->r);
+    perp__multiply(problem->W, iterate->r, iterate->u);
+    for (i = 0; i < problem->size; i++)
+        iterate->u[i] += problem->q[i];
+    set_windows(p, iterate->r, iterate->u);
+    set_guess(p, iterate->r, iterate->u);
+    iterate->outcome = result.outcome;
+    iterate->iterations = result.iterations;
+    if (result.outcome == PERP_OUTCOME_RAY)
+        perp__pyramid_gather(p, p->direction, iterate->ray);
+    /* an exact cone's contacts may do something else than the polyhedron's */
+    if ((result.outcome == PERP_OUTCOME_SOLVED || result.outcome == PERP_OUTCOME_ROUNDING_LIMIT) &&
+        problem->cone > 0) {
+        perp__pyramid_modes(p, iterate->modes);
+        iterate->has_modes = 1;
+    }
+    return PERP_OK;
+}
+
+static void release(void *work)
+{
+    perp__pyramid *p = work;
+
+    perp__lcp_destroy(p->lcp);
+    p->lcp = NULL;
+}
+
+const perp__contact_method perp__contact_lemke = {
+    PERP_CONTACT_METHOD_LEMKE, sizeof(perp__pyramid), 1, 1, check, layout, solve, release};

@@ -1,0 +1,178 @@
+#include "contact/sweep/mixing.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "linalg/lanes/lanes.h"
+#include "linalg/lanes/multiversion.h"
+
+/* Added to F'F, of its trace. */
+#define RIDGE 1e-10
+
+void perp__mixing_layout(perp__arena *arena, perp__mixing *mixing, size_t size, size_t y_size)
+{
+    mixing->size = (int32_t)size;
+    mixing->y_size = (int32_t)y_size;
+    mixing->before = perp__arena_take(arena, size, sizeof(double));
+    mixing->f = perp__arena_take(arena, size, sizeof(double));
+    mixing->r = perp__arena_take(arena, size, sizeof(double));
+    mixing->y = perp__arena_take(arena, y_size, sizeof(double));
+    mixing->F = perp__arena_take(arena, size, PERP__MIXING_DEPTH * sizeof(double));
+    mixing->R = perp__arena_take(arena, size, PERP__MIXING_DEPTH * sizeof(double));
+    mixing->Y = perp__arena_take(arena, y_size, PERP__MIXING_DEPTH * sizeof(double));
+}
+
+void perp__mixing_forget(perp__mixing *mixing)
+{
+    mixing->count = mixing->next = mixing->has_last = 0;
+    mixing->norm = INFINITY;
+    memset(mixing->f, 0, (size_t)mixing->size * sizeof *mixing->f);
+    memset(mixing->r, 0, (size_t)mixing->size * sizeof *mixing->r);
+    for (int32_t i = 0; i < mixing->y_size; i++)
+        mixing->y[i] = 0.0;
+}
+
+void perp__mixing_before(perp__mixing *mixing, const double *r)
+{
+    memcpy(mixing->before, r, (size_t)mixing->size * sizeof *r);
+}
+
+/* ---- kernels ----------------------------------------------------------------------------------
+ */
+
+PERP__KERNEL static void dot_loops(const double *a, const double *b, int32_t n, double *result)
+{
+    perp__lanes even = PERP__SAME_LANES(0.0), odd = PERP__SAME_LANES(0.0);
+    double rest = 0.0;
+    int32_t i = 0;
+
+    for (; i + 8 <= n; i += 8) {
+        even += PERP__CONST_LANES_AT(a + i) * PERP__CONST_LANES_AT(b + i);
+        odd += PERP__CONST_LANES_AT(a + i + 4) * PERP__CONST_LANES_AT(b + i + 4);
+    }
+    for (; i < n; i++)
+        rest += a[i] * b[i];
+    even += odd;
+    *result = ((even[0] + even[1]) + (even[2] + even[3])) + rest;
+}
+PERP__MULTIVERSION(dot, (const double *a, const double *b, int32_t n, double *result),
+                   (a, b, n, result))
+
+/* f := weights (r - before) with F := f - f of the last sweep, R := r - r of the last sweep */
+PERP__KERNEL static void difference_loops(perp__mixing *m, const double *weights, const double *r,
+                                          double *F, double *R)
+{
+    for (int32_t i = 0; i < m->size; i++) {
+        const double f = weights[i] * (r[i] - m->before[i]);
+
+        F[i] = f - m->f[i];
+        R[i] = r[i] - m->r[i];
+        m->f[i] = f;
+        m->r[i] = r[i];
+    }
+}
+PERP__MULTIVERSION(difference,
+                   (perp__mixing * m, const double *weights, const double *r, double *F, double *R),
+                   (m, weights, r, F, R))
+
+/* x := x - sum_k factors[k] D_k, the D_k one after the other in memory */
+PERP__KERNEL static void combine_loops(double *x, const double *D, const double *factors,
+                                       int32_t count, int32_t n)
+{
+    int32_t k = 0;
+
+    for (; k + 1 < count; k += 2) {
+        const double *a = D + (size_t)k * (size_t)n, *b = a + n;
+        const double s = factors[k], t = factors[k + 1];
+
+        for (int32_t i = 0; i < n; i++)
+            x[i] -= s * a[i] + t * b[i];
+    }
+    for (; k < count; k++) {
+        const double *a = D + (size_t)k * (size_t)n;
+
+        for (int32_t i = 0; i < n; i++)
+            x[i] -= factors[k] * a[i];
+    }
+}
+PERP__MULTIVERSION(combine,
+                   (double *x, const double *D, const double *factors, int32_t count, int32_t n),
+                   (x, D, factors, count, n))
+
+/* ---- least squares ----------------------------------------------------------------------------
+ */
+
+/* x := (F'F + ridge)^-1 F'f; 0 where that breaks down. */
+static int32_t least_squares(const perp__mixing *m, double *x)
+{
+    double L[PERP__MIXING_DEPTH][PERP__MIXING_DEPTH], ridge = 0.0;
+    const int32_t n = m->count;
+
+    for (int32_t i = 0; i < n; i++) {
+        ridge += RIDGE * m->gram[i][i];
+        dot(m->F + (size_t)i * (size_t)m->size, m->f, m->size, &x[i]);
+    }
+    for (int32_t i = 0; i < n; i++)
+        for (int32_t j = 0; j <= i; j++) {
+            double sum = m->gram[i][j] + (i == j ? ridge : 0.0);
+
+            for (int32_t k = 0; k < j; k++)
+                sum -= L[i][k] * L[j][k];
+            if (i == j && !(sum > 0.0))
+                return 0;
+            L[i][j] = i == j ? sqrt(sum) : sum / L[j][j];
+        }
+    for (int32_t i = 0; i < n; i++) {
+        for (int32_t k = 0; k < i; k++)
+            x[i] -= L[i][k] * x[k];
+        x[i] /= L[i][i];
+    }
+    for (int32_t i = n - 1; i >= 0; i--) {
+        for (int32_t k = i + 1; k < n; k++)
+            x[i] -= L[k][i] * x[k];
+        x[i] /= L[i][i];
+    }
+    return 1;
+}
+
+static void add_difference(perp__mixing *m, const double *weights, const double *r, const double *y)
+{
+    const int32_t at = m->next;
+    const size_t size = (size_t)m->size, y_size = (size_t)m->y_size;
+    double *Y = m->Y + (size_t)at * y_size;
+
+    difference(m, weights, r, m->F + (size_t)at * size, m->R + (size_t)at * size);
+    for (int32_t i = 0; i < m->y_size; i++) {
+        Y[i] = y[i] - m->y[i];
+        m->y[i] = y[i];
+    }
+    if (!m->has_last) { /* nothing to differ from yet */
+        m->has_last = 1;
+        return;
+    }
+    m->next = (at + 1) % PERP__MIXING_DEPTH;
+    if (m->count < PERP__MIXING_DEPTH)
+        m->count++;
+    for (int32_t k = 0; k < m->count; k++) {
+        dot(m->F + (size_t)k * size, m->F + (size_t)at * size, m->size, &m->gram[at][k]);
+        m->gram[k][at] = m->gram[at][k];
+    }
+}
+
+void perp__mixing_after(perp__mixing *m, const double *weights, double *r, double *y)
+{
+    double norm, x[PERP__MIXING_DEPTH];
+
+    add_difference(m, weights, r, y);
+    dot(m->f, m->f, m->size, &norm);
+    if (!(norm <= m->norm)) {
+        m->count = m->next = 0; /* the last sweep is kept to differ from */
+        m->norm = norm;
+        return;
+    }
+    m->norm = norm;
+    if (m->count == 0 || !least_squares(m, x))
+        return;
+    combine(r, m->R, x, m->count, m->size);
+    combine(y, m->Y, x, m->count, m->y_size);
+}

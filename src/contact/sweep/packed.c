@@ -1,0 +1,152 @@
+/* Contacts of rigid bodies, the common case in one piece of memory: at most 3 rows on at most 2
+ * blocks of 6 unknowns, tangents turned to where the local problem is diagonal. A row that a
+ * frictionless or planar contact lacks is zero, and so is the piece of a contact with the ground.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "contact/sweep/local_step.h"
+#include "contact/sweep/packed.h"
+
+enum { WIDTH = PERP__PACKED_WIDTH, ROW = PERP__PACKED_ROW };
+
+int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k)
+{
+    const perp__contact_problem *problem = work->common.problem;
+    const perp__bodies *b = problem->bodies;
+    const int32_t first = problem->starts[k], dim = problem->dims[k];
+
+    return b->width == WIDTH && problem->starts[k + 1] - first == dim &&
+           b->piece_starts[k + 1] - b->piece_starts[k] <= 2 &&
+           (dim < 3 || b->compliance[first + 1] == b->compliance[first + 2]);
+}
+
+static void pack_row(double *row, int32_t which, double factor, const double *piece)
+{
+    for (int32_t j = 0; j < WIDTH; j++)
+        row[perp__packed_place(which, j)] += factor * piece[j];
+}
+
+void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *c)
+{
+    const perp__contact_problem *problem = work->common.problem;
+    const perp__bodies *b = problem->bodies;
+    const perp__local *local = &work->local[k];
+    const int32_t first = problem->starts[k], dim = problem->dims[k];
+    const int64_t start = b->piece_starts[k];
+    const double turn[2][2] = {{local->turn[0], local->turn[1]}, {-local->turn[1], local->turn[0]}};
+
+    memset(c, 0, sizeof *c);
+    c->blocks[0] = c->blocks[1] = b->blocks;
+    for (int64_t piece = start; piece < b->piece_starts[k + 1]; piece++) {
+        const double *p = b->values + b->piece_values[piece];
+        const int32_t which = (int32_t)(piece - start);
+
+        c->blocks[which] = b->piece_blocks[piece];
+        pack_row(c->P, which, 1.0, p);
+        for (int32_t i = 1; i < dim; i++)
+            for (int32_t j = 1; j < dim; j++)
+                pack_row(c->P + i * ROW, which, turn[i - 1][j - 1], p + j * WIDTH);
+    }
+    for (int32_t i = 0; i < dim; i++) {
+        c->q[i] = problem->q[first + i];
+        c->compliance[i > 0] = b->compliance[first + i];
+    }
+    if (dim == 3) {
+        c->q[1] = turn[0][0] * problem->q[first + 1] + turn[0][1] * problem->q[first + 2];
+        c->q[2] = turn[1][0] * problem->q[first + 1] + turn[1][1] * problem->q[first + 2];
+    }
+    c->local = *local;
+    if (dim < 3) /* the rows that are missing stick at 0 */
+        c->local.s[1] = c->local.inverse_s[1] = 1.0;
+    if (dim < 2)
+        c->local.s[0] = c->local.inverse_s[0] = 1.0;
+    c->weight = work->weights[k] * work->weights[k];
+}
+
+PERP__KERNEL static void visit_loops(perp__packed_contact *c, double *y, double *r, int32_t dim,
+                                     perp__packed_result *result)
+{
+    double *first = y + (size_t)c->blocks[0] * WIDTH, *second = y + (size_t)c->blocks[1] * WIDTH;
+    double x[3] = {r[0], dim > 1 ? r[1] : 0.0, dim > 2 ? r[2] : 0.0}, u[3], d[3];
+
+    perp__packed_velocity(c, first, second, x, u);
+    for (int32_t i = 0; i < 3; i++)
+        d[i] = x[i];
+    result->mode = perp__step_3(&c->local, u, x);
+    for (int32_t i = 0; i < 3; i++)
+        d[i] = x[i] - d[i];
+    result->change = d[0] * d[0] + (d[1] * d[1] + d[2] * d[2]);
+    if (result->change == 0.0)
+        return;
+    r[0] = x[0];
+    if (dim > 1)
+        r[1] = x[1];
+    if (dim > 2)
+        r[2] = x[2];
+    perp__packed_push(c, d, first, second);
+}
+
+PERP__KERNEL static void run_loops(perp__sweep_work *work, int32_t from, int32_t to, double *most)
+{
+    const int32_t *starts = work->rows;
+    perp__packed_contact *c = work->packed;
+    double worst = *most;
+
+    for (int32_t k = from; k != to; k += from < to ? 1 : -1) {
+        perp__packed_result result;
+        double change;
+
+        visit_loops(&c[k], work->y, work->r + starts[k], starts[k + 1] - starts[k], &result);
+        work->modes[k] = (int8_t)result.mode;
+        change = c[k].weight * result.change;
+        if (!(change <= worst))
+            worst = isnan(worst) ? worst : change;
+    }
+    *most = worst;
+}
+
+PERP__MULTIVERSION(run, (perp__sweep_work * work, int32_t from, int32_t to, double *most),
+                   (work, from, to, most))
+
+void perp__sweep_packed(perp__sweep_work *work, int32_t from, int32_t to, double *most)
+{
+    run(work, from, to, most);
+}
+
+/* to := from with the tangents of packed contacts turned into their frames (1) or back (-1) */
+static void turn(const perp__sweep_work *work, int32_t which, const double *from, double *to)
+{
+    memcpy(to, from, (size_t)work->size * sizeof *to);
+    for (int32_t k = 0; work->packed && k < work->common.problem->contacts; k++) {
+        const double *turn = work->local[k].turn;
+        const int32_t first = work->rows[k];
+
+        if (!work->packs[k] || work->rows[k + 1] - first < 3)
+            continue;
+        to[first + 1] = turn[0] * from[first + 1] + which * (turn[1] * from[first + 2]);
+        to[first + 2] = turn[0] * from[first + 2] - which * (turn[1] * from[first + 1]);
+    }
+}
+
+void perp__sweep_import(perp__sweep_work *work, const double *x)
+{
+    turn(work, 1, x, work->r);
+}
+
+/* Slips near the edge of their cones may be outside of them by a hair. */
+void perp__sweep_export(perp__sweep_work *work, const double *r)
+{
+    turn(work, -1, r, work->x);
+    for (int32_t k = 0; k < work->common.problem->contacts; k++) {
+        double *x = work->x + work->rows[k], sum = 0.0, most;
+
+        for (int32_t i = 1; i < work->local[k].dim; i++)
+            sum += x[i] * x[i];
+        most = work->local[k].mu * x[0];
+        if (!(sum > most * most))
+            continue;
+        for (int32_t i = 1; i < work->local[k].dim; i++)
+            x[i] *= most / sqrt(sum);
+    }
+}

@@ -1,0 +1,177 @@
+/* What sweeps need of a problem: local problems, weights, W by rows. */
+#include <math.h>
+#include <string.h>
+
+#include "contact/sweep/sweep.h"
+
+static int64_t count_entries(const perp__matrix *W)
+{
+    return W->column_starts ? (int64_t)W->column_starts[W->columns] : (int64_t)W->rows * W->columns;
+}
+
+static void layout_bodies(perp__arena *arena, perp__sweep_work *work, const perp__bodies *b)
+{
+    const size_t contacts = (size_t)b->contacts, y_size = (size_t)b->blocks * (size_t)b->width;
+
+    work->y = perp__arena_take(arena, y_size + (size_t)b->width, sizeof(double));
+    work->packs = perp__arena_take(arena, contacts, sizeof *work->packs);
+    work->packed = NULL;
+    if (b->width == PERP__PACKED_WIDTH) {
+        work->packed = perp__arena_take(arena, contacts, sizeof *work->packed);
+        perp__levels_layout(arena, &work->levels, b);
+    }
+    perp__mixing_layout(arena, &work->mixing, (size_t)b->size, y_size);
+    work->entry_starts = NULL;
+    work->columns = NULL;
+    work->entries = NULL;
+}
+
+static void layout_matrix(perp__arena *arena, perp__sweep_work *work, const perp__matrix *W)
+{
+    const size_t size = (size_t)work->size, entries = (size_t)count_entries(W);
+
+    work->y = NULL;
+    work->packs = NULL;
+    work->packed = NULL;
+    work->entry_starts = perp__arena_take(arena, size + 1, sizeof *work->entry_starts);
+    work->entries = perp__arena_take(arena, entries, sizeof(double));
+    work->columns = NULL;
+    if (W->column_starts)
+        work->columns = perp__arena_take(arena, entries, sizeof *work->columns);
+    perp__mixing_layout(arena, &work->mixing, size, 0);
+}
+
+void perp__sweep_layout(perp__arena *arena, void *object)
+{
+    perp__sweep_work *work = object;
+    const perp__contact_problem *problem = work->common.problem;
+    const size_t size = (size_t)problem->size, contacts = (size_t)problem->contacts;
+    const size_t units = contacts + size - (size_t)problem->rows;
+
+    work->units = (int32_t)units;
+    work->size = problem->size;
+    work->rows = perp__arena_take(arena, units + 1, sizeof *work->rows);
+    work->local = perp__arena_take(arena, units, sizeof *work->local);
+    work->discs = perp__arena_take(arena, problem->has_discs ? contacts : 0, sizeof *work->discs);
+    work->weights = perp__arena_take(arena, units, sizeof(double));
+    work->row_weights = perp__arena_take(arena, size, sizeof(double));
+    work->r = perp__arena_take(arena, size, sizeof(double));
+    work->x = perp__arena_take(arena, size, sizeof(double));
+    work->u = perp__arena_take(arena, size, sizeof(double));
+    work->best = perp__arena_take(arena, size, sizeof(double));
+    work->modes = perp__arena_take(arena, contacts, sizeof *work->modes);
+    if (problem->bodies)
+        layout_bodies(arena, work, problem->bodies);
+    else
+        layout_matrix(arena, work, problem->W);
+}
+
+static void read_rows(perp__sweep_work *work)
+{
+    const perp__matrix *W = work->common.problem->W;
+
+    if (!W->column_starts) {
+        for (int32_t i = 0; i < W->rows; i++) {
+            work->entry_starts[i] = (int64_t)i * W->columns;
+            for (int32_t j = 0; j < W->columns; j++)
+                work->entries[work->entry_starts[i] + j] =
+                    W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride];
+        }
+        work->entry_starts[W->rows] = (int64_t)W->rows * W->columns;
+        return;
+    }
+    memset(work->entry_starts, 0, ((size_t)work->size + 1) * sizeof *work->entry_starts);
+    for (int32_t k = 0; k < W->column_starts[W->columns]; k++)
+        work->entry_starts[W->row_indices[k] + 1]++;
+    for (int32_t i = 0; i < work->size; i++)
+        work->entry_starts[i + 1] += work->entry_starts[i];
+    for (int32_t j = 0; j < W->columns; j++)
+        for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++) {
+            const int64_t at = work->entry_starts[W->row_indices[k]]++;
+
+            work->columns[at] = j;
+            work->entries[at] = W->values[k];
+        }
+    memmove(work->entry_starts + 1, work->entry_starts,
+            (size_t)work->size * sizeof *work->entry_starts);
+    work->entry_starts[0] = 0;
+}
+
+/* W_kk of a unit, row-major. */
+static void read_diagonal(const perp__sweep_work *work, int32_t unit, double *W)
+{
+    const int32_t first = work->rows[unit], rows = work->rows[unit + 1] - first;
+
+    if (work->common.problem->bodies) {
+        perp__bodies_diagonal(work->common.problem->bodies, unit, W);
+        return;
+    }
+    memset(W, 0, (size_t)(rows * rows) * sizeof *W);
+    for (int32_t i = 0; i < rows; i++) {
+        const int64_t start = work->entry_starts[first + i];
+
+        if (!work->columns) {
+            memcpy(W + i * rows, work->entries + start + first, (size_t)rows * sizeof *W);
+            continue;
+        }
+        for (int64_t k = start; k < work->entry_starts[first + i + 1]; k++)
+            if (work->columns[k] >= first && work->columns[k] < first + rows)
+                W[i * rows + work->columns[k] - first] = work->entries[k];
+    }
+}
+
+static void read_discs(perp__sweep_work *work, int32_t k, const double *W)
+{
+    const perp__contact_problem *problem = work->common.problem;
+    const int32_t rows = work->rows[k + 1] - work->rows[k];
+    perp__sweep_discs *discs = &work->discs[k];
+    int32_t row = problem->dims[k];
+
+    memcpy(discs->W, W, (size_t)(rows * rows) * sizeof *W);
+    if (problem->rolling && problem->rolling[k] > 0.0) {
+        perp__local_make_disc(&discs->rolling, problem->dims[k] - 1, W + row * rows + row, rows);
+        row += problem->dims[k] - 1;
+    }
+    if (problem->spinning && problem->spinning[k] > 0.0)
+        perp__local_make_disc(&discs->spinning, 1, W + row * rows + row, rows);
+}
+
+static void read_unit(perp__sweep_work *work, int32_t k)
+{
+    const perp__contact_problem *problem = work->common.problem;
+    const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
+    double W[PERP__CONTACT_ROWS_MOST * PERP__CONTACT_ROWS_MOST];
+
+    read_diagonal(work, k, W);
+    perp__local_make(&work->local[k], contact ? problem->dims[k] : 1, W, rows,
+                     contact ? problem->mu[k] : 0.0);
+    if (contact && problem->has_discs)
+        read_discs(work, k, W);
+    work->weights[k] = sqrt(problem->trace[k]) / problem->omega[k];
+    for (int32_t i = work->rows[k]; i < work->rows[k + 1]; i++)
+        work->row_weights[i] = work->weights[k];
+    if (contact && problem->bodies) {
+        work->packs[k] = (int8_t)(work->packed && perp__sweep_packs(work, k));
+        if (work->packs[k])
+            perp__sweep_pack(work, k, &work->packed[k]);
+        work->all_packed &= work->packs[k];
+    }
+}
+
+void perp__sweep_read(perp__sweep_work *work)
+{
+    const perp__contact_problem *problem = work->common.problem;
+
+    memcpy(work->rows, problem->starts, ((size_t)problem->contacts + 1) * sizeof *work->rows);
+    for (int32_t k = problem->contacts; k < work->units; k++)
+        work->rows[k + 1] = work->rows[k] + 1;
+    if (!problem->bodies)
+        read_rows(work);
+    work->all_packed = work->packed && work->units == problem->contacts;
+    for (int32_t k = 0; k < work->units; k++)
+        read_unit(work, k);
+    if (problem->bodies)
+        memset(work->y, 0,
+               (size_t)(problem->bodies->blocks + 1) * (size_t)problem->bodies->width *
+                   sizeof *work->y);
+}

@@ -1,0 +1,243 @@
+/* Nonsmooth contact dynamics' block Gauss-Seidel (Jean, Comput. Methods Appl. Mech. Eng. 177 (1999)
+ * 235): unit by unit, with the newest r throughout, the exact solution of the unit's own problem
+ *   u_k = W_kk r_k + b_k,   b_k = q_k + sum_{j != k} W_kj r_j.
+ * A sweep's largest change of r, max sqrt(t_k) |dr_k| / omega, is of the size of the tested
+ * residual and costs nothing; once it is small the residual itself is computed. No theorem says
+ * that the sweeps converge for Coulomb's law, and where they stagnate or diverge that is said.
+ */
+#include "contact/sweep/sweep.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/clock.h"
+
+/* PERP_CONTACT_METHOD_SWEEP */
+#define METHOD_SWEEP 1
+
+/* Default limit: that many sweeps, less where they would visit more than VISITS_MOST units. */
+#define SWEEPS_MOST 10000
+#define SWEEPS_LEAST 200
+#define VISITS_MOST 1e9
+
+/* Growth of the change over its smallest that is divergence. */
+#define DIVERGENCE 1e8
+
+/* Stagnation: the smallest change fell by less than 1 % within so many sweeps. */
+#define STAGNATION_SWEEPS 500
+#define STAGNATION_FACTOR 0.99
+
+/* The kind of sweep changes where the change fell by less than this within so many. */
+#define WINDOW_SWEEPS 60
+#define WINDOW_FACTOR 0.8
+
+/* From a start with a residual of so many times tol, sweeps are there at once. */
+#define NEAR_ENOUGH 3.0
+
+/* The residual is looked at again after so many sweeps. */
+#define SWEEPS_BETWEEN_TESTS 5
+
+static perp_status check(const perp__contact_problem *problem)
+{
+    (void)problem; /* every one that the front door lets through, with the exact cone */
+    return PERP_OK;
+}
+
+static int64_t sweep_limit(const perp__sweep_work *work)
+{
+    const int64_t limit = work->common.problem->iteration_limit;
+    const double sweeps = VISITS_MOST / (work->units + 1.0);
+
+    if (limit > 0)
+        return limit;
+    return sweeps > SWEEPS_MOST    ? SWEEPS_MOST
+           : sweeps < SWEEPS_LEAST ? SWEEPS_LEAST
+                                   : (int64_t)sweeps;
+}
+
+/* One sweep, from where mixing the last ones leads to. */
+static double sweep(perp__sweep_work *work)
+{
+    const int32_t backward = work->symmetric && work->phase;
+
+    if (!backward) {
+        if (work->sweeps > 0)
+            perp__mixing_after(&work->mixing, work->row_weights, work->r, work->y);
+        perp__mixing_before(&work->mixing, work->r);
+    }
+    work->phase = work->symmetric && !work->phase;
+    work->sweeps++;
+    return work->common.problem->bodies ? perp__sweep_bodies(work, backward)
+                                        : perp__sweep_matrix(work, backward);
+}
+
+/* Some problems like sweeps to and fro, mixed by pairs, better: where progress is slow, the other
+ * kind is tried for a while. */
+static void alternate(perp__sweep_work *work)
+{
+    if (work->sweeps < work->window_end || work->phase)
+        return;
+    if (work->least > WINDOW_FACTOR * work->window_least) {
+        work->symmetric = !work->symmetric;
+        perp__mixing_forget(&work->mixing);
+    }
+    work->window_least = work->least;
+    work->window_end = work->sweeps + WINDOW_SWEEPS;
+}
+
+/* -1 to go on, or the outcome to stop with. */
+static perp_outcome tick(const perp__contact_control *control, int64_t sweeps, double residual)
+{
+    if (!control)
+        return -1;
+    if (control->tick && control->tick(control->tick_user, sweeps, residual) != 0)
+        return PERP_OUTCOME_STOPPED;
+    if (control->deadline > 0.0 && perp__now() > control->deadline)
+        return PERP_OUTCOME_TIME_LIMIT;
+    return -1;
+}
+
+static int32_t hopeless(perp__sweep_work *work, double change)
+{
+    if (!(change <= DBL_MAX) || change > DIVERGENCE * work->least)
+        return 1;
+    if (work->sweeps % STAGNATION_SWEEPS != 0)
+        return 0;
+    if (work->least > STAGNATION_FACTOR * work->least_before)
+        return 1;
+    work->least_before = work->least;
+    return 0;
+}
+
+/* Keeps the r where the change has halved: copies are few. */
+static void remember(perp__sweep_work *work, double change)
+{
+    if (change < work->least)
+        work->least = change;
+    if (change < 0.5 * work->remembered) {
+        work->remembered = change;
+        memcpy(work->best, work->r, (size_t)work->size * sizeof *work->best);
+    }
+}
+
+/* A sweep that hardly changes r: is r the solution? `share` of tol is what the change has to be
+ * for the question to be worth its cost. */
+static int32_t is_solved(perp__sweep_work *work, double change)
+{
+    const double tol = work->common.problem->tol;
+    double residual;
+
+    if (!(change <= work->share * tol) || work->sweeps < work->next_test)
+        return 0;
+    perp__sweep_export(work, work->r);
+    residual = perp__sweep_residual(work, work->x, work->u);
+    if (residual <= tol) {
+        work->residual = residual;
+        return 1;
+    }
+    work->next_test = work->sweeps + SWEEPS_BETWEEN_TESTS;
+    work->share = fmax(1e-3, fmin(0.9 * work->share, change / residual));
+    return 0;
+}
+
+/* Begins at x, in the caller's frame. */
+static void begin_at(perp__sweep_work *work, const double *x)
+{
+    const perp__contact_problem *problem = work->common.problem;
+
+    perp__sweep_import(work, x);
+    if (problem->bodies)
+        perp__bodies_gather(problem->bodies, x, work->y);
+}
+
+/* Begins with the guess that all comes to rest, if it is better than x. */
+static void settle(perp__sweep_work *work, const double *x)
+{
+    const double given = perp__sweep_residual(work, x, work->u);
+
+    if (given <= NEAR_ENOUGH * work->common.problem->tol) {
+        begin_at(work, x);
+        return;
+    }
+    perp__sweep_settle(work);
+    perp__sweep_export(work, work->r);
+    if (!(perp__sweep_residual(work, work->x, work->u) <= given))
+        begin_at(work, x);
+}
+
+static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
+{
+    const perp__contact_problem *problem = work->common.problem;
+    const size_t bytes = (size_t)work->size * sizeof *work->r;
+
+    perp__sweep_read(work);
+    if (!iterate->warm)
+        memset(iterate->r, 0, bytes);
+    if (work->all_packed)
+        settle(work, iterate->r);
+    else
+        begin_at(work, iterate->r);
+    memcpy(work->best, work->r, bytes);
+    perp__mixing_forget(&work->mixing);
+    memset(work->modes, 0, (size_t)problem->contacts * sizeof *work->modes);
+    work->least = work->least_before = work->remembered = work->residual = INFINITY;
+    work->share = 1.0;
+    work->sweeps = work->next_test = 0;
+    work->symmetric = work->phase = 0;
+    work->window_least = INFINITY;
+    work->window_end = WINDOW_SWEEPS;
+}
+
+/* The better of the last r and the remembered one. */
+static void finish(perp__sweep_work *work, perp__contact_iterate *iterate, perp_outcome outcome)
+{
+    const size_t bytes = (size_t)work->size * sizeof *work->r;
+
+    if (outcome != PERP_OUTCOME_SOLVED) {
+        double best;
+
+        perp__sweep_export(work, work->best);
+        best = perp__sweep_residual(work, work->x, work->u);
+        perp__sweep_export(work, work->r);
+        work->residual = perp__sweep_residual(work, work->x, work->u);
+        if (!(work->residual <= best)) {
+            perp__sweep_export(work, work->best);
+            work->residual = perp__sweep_residual(work, work->x, work->u);
+        }
+    }
+    memcpy(iterate->r, work->x, bytes);
+    memcpy(iterate->u, work->u, bytes);
+    memcpy(iterate->modes, work->modes, (size_t)work->common.problem->contacts);
+    iterate->has_modes = outcome == PERP_OUTCOME_SOLVED;
+    iterate->residual = work->residual;
+    iterate->iterations = work->sweeps;
+    iterate->outcome = outcome;
+}
+
+static perp_status solve(void *object, perp__contact_iterate *iterate)
+{
+    perp__sweep_work *work = object;
+    const perp__contact_problem *problem = work->common.problem;
+    const int64_t limit = sweep_limit(work);
+    perp_outcome outcome = -1;
+
+    start(work, iterate);
+    while (outcome < 0 && work->sweeps < limit) {
+        const double change = sweep(work);
+
+        remember(work, change);
+        if (is_solved(work, change))
+            outcome = PERP_OUTCOME_SOLVED;
+        else if (hopeless(work, change))
+            outcome = PERP_OUTCOME_STALLED;
+        else
+            outcome = tick(problem->control, work->sweeps, change);
+        alternate(work);
+    }
+    finish(work, iterate, outcome < 0 ? PERP_OUTCOME_ITERATION_LIMIT : outcome);
+    return PERP_OK;
+}
+
+const perp__contact_method perp__contact_sweep = {
+    METHOD_SWEEP, sizeof(perp__sweep_work), 1, 0, check, perp__sweep_layout, solve, NULL};

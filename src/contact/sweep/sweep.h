@@ -1,0 +1,116 @@
+/* Block Gauss-Seidel: the workspace, shared by its files. A unit is a contact or a bilateral row.
+ */
+#ifndef PERP_CONTACT_SWEEP_H
+#define PERP_CONTACT_SWEEP_H
+
+#include "contact/bodies.h"
+#include "contact/sweep/local.h"
+#include "contact/method.h"
+#include "contact/sweep/mixing.h"
+
+enum {
+    PERP__CONTACT_ROWS_MOST = 6, /* normal, 2 tangents, 2 of rolling, 1 of spinning */
+    PERP__PACKED_WIDTH = 6,
+    PERP__PACKED_ROW = 12
+};
+
+/* The parts of a contact that rolls or spins; its local problem is solved by turns. */
+typedef struct perp__sweep_discs {
+    perp__local rolling, spinning;
+    double W[PERP__CONTACT_ROWS_MOST * PERP__CONTACT_ROWS_MOST];
+} perp__sweep_discs;
+
+/* A contact of at most 3 rows on at most 2 blocks of 6 unknowns (sweep_packed.c). */
+typedef struct perp__packed_contact {
+    double P[36]; /* 3 rows, in the order that sweep_packed.c tells */
+    double q[3], compliance[2];
+    perp__local local;
+    double weight; /* trace / omega^2 */
+    int32_t blocks[2];
+} perp__packed_contact;
+
+/* Where unknown j of block 0 or 1 is in a row of P: 0 to 3 of the one, 0 to 3 of the other, 4 and 5
+ * of both. */
+static inline int32_t perp__packed_place(int32_t which, int32_t j)
+{
+    return j < 4 ? 4 * which + j : 4 + 2 * which + j;
+}
+
+/* What a settling pile is sorted into (sweep_levels.c). */
+typedef struct perp__levels {
+    int32_t *of_block; /* blocks + 1 */
+    int32_t *queue;    /* blocks + 1 */
+    int32_t *starts;   /* levels + 1 <= blocks + 3: into contacts */
+    int32_t *contacts;
+    double *rest; /* blocks + 1 by width: the y at which a block stands still */
+} perp__levels;
+
+typedef struct perp__packed_result {
+    double change; /* |dr|^2 */
+    int32_t mode;
+} perp__packed_result;
+
+typedef struct perp__sweep_work {
+    perp__contact_work common;
+    int32_t units, size;
+    int32_t *rows;                /* units + 1 */
+    perp__local *local;           /* units */
+    perp__sweep_discs *discs;     /* contacts, if some roll or spin */
+    double *weights;              /* units: sqrt(trace) / omega */
+    double *row_weights;          /* size: the same for each row */
+    double *r;                    /* size; the tangents of packed contacts turned */
+    double *x, *u;                /* size: r in the caller's frame, and W x + q */
+    int8_t *modes;                /* contacts */
+    double *best;                 /* size: the r of the smallest change, up to a factor 2 */
+    double *y;                    /* bodies: P'r in blocks by width, then a block of zeros */
+    int8_t *packs;                /* contacts: is packed */
+    perp__packed_contact *packed; /* contacts; NULL where there are no bodies of width 6 */
+    int32_t all_packed;
+    perp__levels levels; /* if packed */
+    perp__mixing mixing;
+    int64_t sweeps, next_test;   /* done; the one from when on the residual is computed again */
+    double least, least_before;  /* change; and at the end of the last window */
+    double remembered, residual; /* the change that led to `best`; the residual of r in the end */
+    int32_t symmetric, phase;    /* every other sweep goes backward; the next one does */
+    double window_least;
+    int64_t window_end;
+    double share; /* of tol: the change that makes the residual worth its cost */
+    /* W by rows; columns NULL: dense */
+    int64_t *entry_starts; /* size + 1 */
+    int32_t *columns;
+    double *entries;
+} perp__sweep_work;
+
+/* One pass over all units, the last first if `backward`. Returns the largest weighted change of r,
+ * max sqrt(t_k) |dr_k| / omega; NaN or infinity where a number overflowed. */
+double perp__sweep_bodies(perp__sweep_work *work, int32_t backward);
+double perp__sweep_matrix(perp__sweep_work *work, int32_t backward);
+
+/* Whether contact k can be packed; packs it; one pass over the contacts from `from` up or down to
+ * before `to`, all packed, which raises *most to the largest squared change. */
+int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k);
+void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *packed);
+void perp__sweep_packed(perp__sweep_work *work, int32_t from, int32_t to, double *most);
+
+/* r := x of the caller's frame; x := r in the caller's frame, within its cones. */
+void perp__sweep_import(perp__sweep_work *work, const double *x);
+void perp__sweep_export(perp__sweep_work *work, const double *r);
+
+/* r and y := a guess for piles at rest; all units are packed contacts. */
+void perp__levels_layout(perp__arena *arena, perp__levels *levels, const perp__bodies *bodies);
+void perp__sweep_settle(perp__sweep_work *work);
+
+/* u_k given, with the current r: the unit's next r, and dr. Returns the mode. */
+int32_t perp__sweep_unit(perp__sweep_work *work, int32_t unit, double *u, double *dr);
+
+/* W by rows from problem->W; the local problems from either. */
+void perp__sweep_read(perp__sweep_work *work);
+void perp__sweep_layout(perp__arena *arena, void *work);
+
+/* (W r + q)_i by the rows of W. */
+double perp__sweep_row(const perp__sweep_work *work, int32_t i, const double *r);
+
+/* The tested residual of x, in the caller's frame, with u := W x + q. */
+double perp__sweep_residual(perp__sweep_work *work, const double *x, double *u);
+
+#endif

@@ -1,0 +1,334 @@
+#include "lcp/active_set/active_block.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "linalg/blas.h"
+
+/* Below this order a new factorisation costs less than keeping the old one. */
+#define PERP__KEEP_FROM 64
+#define PERP__MOST_CHANGES 128
+/* Changes are kept up to this part of the block's order (bench/lcp_dense). */
+#define PERP__CHANGED_PART 8
+/* Pivots below this part of the largest one are rounding. */
+#define PERP__SINGULAR_PIVOT 1e-14
+/* A matrix taken for definite has larger ones. */
+#define PERP__INDEFINITE_PIVOT 1e-10
+
+static size_t at(int32_t i, int32_t j, int32_t ld)
+{
+    return (size_t)i + (size_t)j * (size_t)ld;
+}
+
+void perp__active_block_layout(perp__arena *arena, perp__active_block *b, int32_t n, int32_t lent)
+{
+    const size_t size = (size_t)n;
+    size_t capacity;
+
+    b->capacity = n < PERP__KEEP_FROM                           ? 0
+                  : n / PERP__CHANGED_PART > PERP__MOST_CHANGES ? PERP__MOST_CHANGES
+                                                                : n / PERP__CHANGED_PART;
+    capacity = (size_t)b->capacity;
+    b->order = perp__arena_take(arena, size, sizeof(int32_t));
+    b->position = perp__arena_take(arena, size, sizeof(int32_t));
+    b->pivots = perp__arena_take(arena, size, sizeof(int32_t));
+    b->changed = perp__arena_take(arena, capacity, sizeof(int32_t));
+    b->column_of = perp__arena_take(arena, size, sizeof(int32_t));
+    b->used = perp__arena_take(arena, capacity, sizeof(int32_t));
+    b->schur_pivots = perp__arena_take(arena, capacity, sizeof(int32_t));
+    b->border = perp__arena_take(arena, size * capacity, sizeof(double));
+    b->solved = perp__arena_take(arena, size * capacity, sizeof(double));
+    b->corner = perp__arena_take(arena, capacity * capacity, sizeof(double));
+    b->schur = perp__arena_take(arena, capacity * capacity, sizeof(double));
+    b->x = perp__arena_take(arena, size, sizeof(double));
+    b->y = perp__arena_take(arena, capacity, sizeof(double));
+    if (!lent)
+        b->block = perp__arena_take(arena, size * size, sizeof(double));
+}
+
+void perp__active_block_begin(perp__active_block *b, const perp__lcp_problem *problem,
+                              int32_t symmetric)
+{
+    b->M = *problem->M;
+    if (symmetric && b->M.row_stride != 1) { /* M' will do, and its columns lie in one piece */
+        b->M.column_stride = b->M.row_stride;
+        b->M.row_stride = 1;
+    }
+    b->factors = problem->factors;
+    b->symmetric = symmetric;
+    b->transposed = b->M.row_stride != 1;
+    b->count = b->kept = b->changes = 0;
+}
+
+/* Of the scaled M. */
+static double entry(const perp__active_block *b, int32_t i, int32_t j)
+{
+    return b->M.values[(size_t)i * b->M.row_stride + (size_t)j * b->M.column_stride] *
+           (b->factors[i] * b->factors[j]);
+}
+
+/* M(order, j) from row number `first` on, or M(j, order) if `row`. */
+static void gather(const perp__active_block *b, int32_t j, int32_t row, int32_t first, double *into)
+{
+    const size_t fixed = row ? b->M.row_stride : b->M.column_stride;
+    const size_t stride = row ? b->M.column_stride : b->M.row_stride;
+    const double *from = b->M.values + (size_t)j * fixed;
+    const double *d = b->factors;
+    int32_t r;
+
+    for (r = first; r < b->count; r++)
+        into[r] = from[(size_t)b->order[r] * stride] * (d[b->order[r]] * d[j]);
+}
+
+static void collect(perp__active_block *b, const int8_t *places)
+{
+    int32_t i;
+
+    b->count = b->kept = b->changes = 0;
+    for (i = 0; i < b->M.rows; i++) {
+        b->position[i] = b->column_of[i] = -1;
+        if (places[i] != PERP__BETWEEN)
+            continue;
+        b->position[i] = b->count;
+        b->order[b->count++] = i;
+    }
+}
+
+/* No pivot that rounding could have made, and for `definite` a determinant > 0. Without `pivots`
+ * the diagonal holds the roots of Cholesky. */
+static enum perp__block_state judge(const double *factored, int32_t n, const int32_t *pivots,
+                                    int32_t definite)
+{
+    double least = INFINITY, largest = 0.0;
+    int32_t negative = 0, k;
+
+    for (k = 0; k < n; k++) {
+        double pivot = factored[at(k, k, n)];
+
+        if (!isfinite(pivot))
+            return PERP__BLOCK_SINGULAR;
+        negative ^= pivot < 0.0;
+        if (pivots)
+            negative ^= pivots[k] != k + 1;
+        else
+            pivot *= pivot;
+        least = fmin(least, fabs(pivot));
+        largest = fmax(largest, fabs(pivot));
+    }
+    if (least < PERP__SINGULAR_PIVOT * largest)
+        return PERP__BLOCK_SINGULAR;
+    if (definite && (negative || least < PERP__INDEFINITE_PIVOT * largest))
+        return PERP__BLOCK_INDEFINITE;
+    return PERP__BLOCK_READY;
+}
+
+static enum perp__block_state factor_cholesky(perp__active_block *b)
+{
+    int32_t c;
+
+    for (c = 0; c < b->count; c++)
+        gather(b, b->order[c], 0, c, b->block + at(0, c, b->count));
+    if (perp__cholesky_factor(b->count, b->block, b->count) != 0)
+        return PERP__BLOCK_INDEFINITE;
+    return judge(b->block, b->count, NULL, b->definite);
+}
+
+static enum perp__block_state factor_lu(perp__active_block *b)
+{
+    int32_t c;
+
+    for (c = 0; c < b->count; c++)
+        gather(b, b->order[c], b->transposed, 0, b->block + at(0, c, b->count));
+    if (perp__lu_factor(b->count, b->block, b->count, b->pivots) != 0)
+        return PERP__BLOCK_SINGULAR;
+    return judge(b->block, b->count, b->pivots, b->definite);
+}
+
+static enum perp__block_state factor(perp__active_block *b, const int8_t *places)
+{
+    enum perp__block_state state = PERP__BLOCK_INDEFINITE;
+
+    collect(b, places);
+    if (b->count == 0)
+        return PERP__BLOCK_READY;
+    b->by_cholesky = b->symmetric;
+    if (b->by_cholesky)
+        state = factor_cholesky(b);
+    if (state == PERP__BLOCK_INDEFINITE && !(b->symmetric && b->definite)) {
+        b->by_cholesky = 0;
+        state = factor_lu(b);
+    }
+    if (state != PERP__BLOCK_READY)
+        b->count = 0;
+    return state;
+}
+
+static void solve_old(const perp__active_block *b, int32_t columns, double *X)
+{
+    if (b->count == 0)
+        return;
+    if (b->by_cholesky)
+        perp__cholesky_solve(b->count, columns, b->block, b->count, X, b->M.rows);
+    else
+        perp__lu_solve_columns(b->count, columns, b->block, b->count, b->pivots, X, b->M.rows,
+                               b->transposed);
+}
+
+/* The columns of the upper right block and the rows of the lower left one, for kept changes from
+ * `first` on. */
+static void add_borders(perp__active_block *b, int32_t first)
+{
+    const size_t bytes = (size_t)b->count * sizeof(double);
+    int32_t k;
+
+    for (k = first; k < b->kept; k++) {
+        const int32_t i = b->changed[k];
+        double *border = b->border + at(0, k, b->M.rows), *solved = b->solved + at(0, k, b->M.rows);
+
+        if (b->position[i] >= 0) { /* it left */
+            memset(border, 0, bytes);
+            border[b->position[i]] = -1.0;
+            memcpy(solved, border, bytes);
+        } else {
+            gather(b, i, 0, 0, solved);
+            if (b->symmetric)
+                memcpy(border, solved, bytes);
+            else
+                gather(b, i, 1, 0, border);
+        }
+    }
+    solve_old(b, b->kept - first, b->solved + at(0, first, b->M.rows));
+}
+
+/* Rows and columns of corner = M_EE - border' solved, from `first` on. */
+static void add_corner(perp__active_block *b, int32_t first)
+{
+    const int32_t n = b->M.rows;
+    int32_t k, p;
+
+    for (k = first; k < b->kept; k++) {
+        double *column = b->corner + at(0, k, b->capacity);
+        const int32_t i = b->changed[k], entered = b->position[i] < 0;
+
+        for (p = 0; p <= k; p++) {
+            const int32_t j = b->changed[p], both = entered && b->position[j] < 0;
+
+            column[p] = both ? entry(b, j, i) : 0.0;
+            b->y[p] = both ? entry(b, i, j) : 0.0;
+        }
+        perp__gemv_transposed_subtract(b->count, k + 1, b->border, n, b->solved + at(0, k, n), 1,
+                                       column);
+        if (b->symmetric)
+            memcpy(b->y, column, (size_t)k * sizeof *column);
+        else
+            perp__gemv_transposed_subtract(b->count, k, b->solved, n, b->border + at(0, k, n), 1,
+                                           b->y);
+        for (p = 0; p < k; p++)
+            b->corner[at(k, p, b->capacity)] = b->y[p];
+    }
+}
+
+/* Finds which indices tell A from A0. Returns how many of them have no column yet. */
+static int32_t compare(perp__active_block *b, const int8_t *places, int32_t most)
+{
+    int32_t fresh = 0, i;
+
+    b->changes = 0;
+    for (i = 0; i < b->M.rows; i++) {
+        if ((places[i] == PERP__BETWEEN) == (b->position[i] >= 0))
+            continue;
+        fresh += b->column_of[i] < 0;
+        b->changes++;
+        if (b->changes > most || b->kept + fresh > b->capacity)
+            return -1;
+    }
+    return fresh;
+}
+
+/* The old factors with a border, if that is cheaper. */
+static int32_t update(perp__active_block *b, const int8_t *places)
+{
+    const int32_t first = b->kept;
+    int32_t fresh, i, p, q;
+
+    fresh = compare(b, places, b->count / PERP__CHANGED_PART);
+    if (fresh < 0)
+        return 0;
+    for (i = 0, q = 0; i < b->M.rows; i++) {
+        if ((places[i] == PERP__BETWEEN) == (b->position[i] >= 0))
+            continue;
+        if (b->column_of[i] < 0) {
+            b->column_of[i] = b->kept;
+            b->changed[b->kept++] = i;
+        }
+        b->used[q++] = b->column_of[i];
+    }
+    if (fresh > 0) {
+        add_borders(b, first);
+        add_corner(b, first);
+    }
+    for (q = 0; q < b->changes; q++)
+        for (p = 0; p < b->changes; p++)
+            b->schur[at(p, q, b->changes)] = b->corner[at(b->used[p], b->used[q], b->capacity)];
+    return b->changes == 0 ||
+           (perp__lu_factor(b->changes, b->schur, b->changes, b->schur_pivots) == 0 &&
+            judge(b->schur, b->changes, b->schur_pivots, 0) == PERP__BLOCK_READY);
+}
+
+enum perp__block_state perp__active_block_choose(perp__active_block *b, const int8_t *places)
+{
+    if (b->count > 0 && update(b, places))
+        return PERP__BLOCK_READY;
+    return factor(b, places);
+}
+
+void perp__active_block_solve(perp__active_block *b, const int8_t *places, double *r)
+{
+    const int32_t n = b->M.rows;
+    int32_t k;
+
+    for (k = 0; k < b->count; k++)
+        b->x[k] = r[b->order[k]];
+    solve_old(b, 1, b->x);
+    for (k = 0; k < b->changes; k++) {
+        const int32_t i = b->changed[b->used[k]];
+
+        b->y[k] = b->position[i] < 0 ? r[i] : 0.0;
+        perp__gemv_transposed_subtract(b->count, 1, b->border + at(0, b->used[k], n), n, b->x, 1,
+                                       b->y + k);
+    }
+    if (b->changes > 0)
+        perp__lu_solve(b->changes, b->schur, b->changes, b->schur_pivots, b->y, 0);
+    for (k = 0; k < b->changes; k++)
+        perp__gemv_subtract(b->count, 1, b->solved + at(0, b->used[k], n), n, b->y + k, 1, b->x);
+    for (k = 0; k < b->count; k++)
+        if (places[b->order[k]] == PERP__BETWEEN)
+            r[b->order[k]] = b->x[k];
+    for (k = 0; k < b->changes; k++)
+        if (b->position[b->changed[b->used[k]]] < 0)
+            r[b->changed[b->used[k]]] = b->y[k];
+}
+
+int32_t perp__is_symmetric(const perp__lcp_problem *problem)
+{
+    const perp__matrix *M = problem->M;
+    const double *d = problem->factors;
+    enum { TILE = 16 };
+    int32_t i, j, I, J;
+
+    for (J = 0; J < M->rows; J += TILE)
+        for (I = J; I < M->rows; I += TILE)
+            for (j = J; j < J + TILE && j < M->rows; j++)
+                for (i = I > j ? I : j + 1; i < I + TILE && i < M->rows; i++) {
+                    const double a =
+                        M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
+                    const double b =
+                        M->values[(size_t)j * M->row_stride + (size_t)i * M->column_stride];
+
+                    if (a != b && !(fabs(a * (d[i] * d[j]) - b * (d[i] * d[j])) <=
+                                    64.0 * DBL_EPSILON * problem->row_norms[i]))
+                        return 0;
+                }
+    return 1;
+}

@@ -1,0 +1,182 @@
+/* Given an index set, solve M_AA z_A = -(q_A + M_AN z_N), and move every index that is infeasible
+ * to where it belongs: z_i outside of its bounds onto the nearer one, w_i of the wrong sign into A.
+ * Few rounds of that solve most problems with a P-matrix (Kostreva, "Block pivot methods for
+ * solving the complementarity problem", Linear Algebra and its Applications 21, 1978), but it can
+ * cycle. So where the number of infeasibilities does not fall for some rounds, only the last
+ * infeasible index moves until it does, as in Murty's method, which is finite for P-matrices
+ * (Judice & Pires, "A block principal pivoting algorithm for large-scale strictly monotone linear
+ * complementarity problems", Computers & Operations Research 21, 1994; bounds: the same authors,
+ * "Basic-set algorithm for a generalized linear complementarity problem", JOTA 74, 1992). */
+#include "lcp/active_set/block_pivoting.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Rounding that a sign must exceed, in units of the terms of its row. */
+#define PERP__NOISE (64.0 * DBL_EPSILON)
+
+void perp__block_pivoting_layout(perp__arena *arena, perp__block_pivoting *b, int32_t n,
+                                 int32_t lent)
+{
+    const size_t size = (size_t)n;
+
+    perp__active_block_layout(arena, &b->active, n, lent);
+    b->places = perp__arena_take(arena, size, sizeof(int8_t));
+    b->trial_places = perp__arena_take(arena, size, sizeof(int8_t));
+    b->trial_z = perp__arena_take(arena, size, sizeof(double));
+    b->z = perp__arena_take(arena, size, sizeof(double));
+    b->w = perp__arena_take(arena, size, sizeof(double));
+    b->x = perp__arena_take(arena, size, sizeof(double));
+}
+
+static int8_t resting_place(const perp__lcp_problem *p, int32_t i)
+{
+    if (p->lower[i] == p->upper[i])
+        return PERP__FIXED;
+    if (p->lower[i] != -INFINITY)
+        return PERP__AT_LOWER;
+    return p->upper[i] != INFINITY ? PERP__AT_UPPER : PERP__BETWEEN;
+}
+
+void perp__block_pivoting_start(const perp__lcp_problem *problem, int8_t *places)
+{
+    int32_t i;
+
+    for (i = 0; i < problem->n; i++)
+        places[i] = resting_place(problem, i);
+}
+
+void perp__places_of(const perp__lcp_problem *problem, const double *z, int8_t *places)
+{
+    int32_t i;
+
+    for (i = 0; i < problem->n; i++)
+        places[i] = problem->lower[i] == problem->upper[i] ? PERP__FIXED
+                    : z[i] <= problem->lower[i]            ? PERP__AT_LOWER
+                    : z[i] >= problem->upper[i]            ? PERP__AT_UPPER
+                                                           : PERP__BETWEEN;
+}
+
+/* w = M z + q */
+static void multiply(perp__block_pivoting *b)
+{
+    const perp__lcp_problem *p = b->problem;
+    const double *d = p->factors;
+    int32_t i;
+
+    for (i = 0; i < p->n; i++)
+        b->x[i] = d[i] * b->trial_z[i];
+    perp__multiply(&b->active.M, b->x, b->w);
+    for (i = 0; i < p->n; i++)
+        b->w[i] = d[i] * b->w[i] + p->q[i];
+}
+
+/* The z that `trial_places` stands for, and its w. */
+static enum perp__block_state solve(perp__block_pivoting *b)
+{
+    const perp__lcp_problem *p = b->problem;
+    enum perp__block_state state = perp__active_block_choose(&b->active, b->trial_places);
+    int32_t any = 0, i;
+
+    if (state != PERP__BLOCK_READY)
+        return state;
+    for (i = 0; i < p->n; i++) {
+        b->trial_z[i] = b->trial_places[i] == PERP__BETWEEN    ? 0.0
+                        : b->trial_places[i] == PERP__AT_UPPER ? p->upper[i]
+                                                               : p->lower[i];
+        any |= b->trial_z[i] != 0.0;
+    }
+    if (any)
+        multiply(b);
+    else
+        memcpy(b->w, p->q, (size_t)p->n * sizeof *b->w);
+    for (i = 0; i < p->n; i++)
+        b->w[i] = -b->w[i];
+    perp__active_block_solve(&b->active, b->trial_places, b->w);
+    for (i = 0; i < p->n; i++)
+        if (b->trial_places[i] == PERP__BETWEEN)
+            b->trial_z[i] = b->w[i] + 0.0; /* no -0 */
+    multiply(b);
+    return state;
+}
+
+/* Where index i belongs; its own place if it is feasible. */
+static int8_t belongs(const perp__block_pivoting *b, int32_t i, double z_largest)
+{
+    const perp__lcp_problem *p = b->problem;
+    const int8_t place = b->trial_places[i];
+    const double noise =
+        PERP__NOISE *
+        (place == PERP__BETWEEN ? z_largest : p->row_norms[i] * z_largest + fabs(p->q[i]));
+
+    if (place == PERP__BETWEEN && b->trial_z[i] < p->lower[i] - noise)
+        return PERP__AT_LOWER;
+    if (place == PERP__BETWEEN && b->trial_z[i] > p->upper[i] + noise)
+        return PERP__AT_UPPER;
+    if ((place == PERP__AT_LOWER && b->w[i] < -noise) ||
+        (place == PERP__AT_UPPER && b->w[i] > noise))
+        return PERP__BETWEEN;
+    return place;
+}
+
+/* How many indices are infeasible; -1 if z is not finite. */
+static int32_t count_infeasible(const perp__block_pivoting *b, double *z_largest)
+{
+    int32_t count = 0, i;
+
+    *z_largest = 0.0;
+    for (i = 0; i < b->problem->n; i++) {
+        if (!isfinite(b->trial_z[i]) || !isfinite(b->w[i]))
+            return -1;
+        *z_largest = fmax(*z_largest, fabs(b->trial_z[i]));
+    }
+    for (i = 0; i < b->problem->n; i++)
+        count += belongs(b, i, *z_largest) != b->trial_places[i];
+    return count;
+}
+
+/* All infeasible indices, or the last one. */
+static void exchange(perp__block_pivoting *b, double z_largest, int32_t single)
+{
+    int32_t i, done = 0;
+
+    for (i = b->problem->n - 1; i >= 0 && !(single && done); i--) {
+        const int8_t place = belongs(b, i, z_largest);
+
+        done |= place != b->trial_places[i];
+        b->trial_places[i] = place;
+    }
+}
+
+perp_outcome perp__block_pivoting_run(perp__block_pivoting *b)
+{
+    const size_t bytes = (size_t)b->problem->n;
+    int32_t waited = 0, count;
+    double z_largest;
+
+    memcpy(b->trial_places, b->places, bytes);
+    b->infeasible = INT32_MAX;
+    for (b->rounds = 0;; b->rounds++) {
+        perp_outcome stop;
+
+        if (solve(b) != PERP__BLOCK_READY || (count = count_infeasible(b, &z_largest)) < 0)
+            return PERP_OUTCOME_SINGULAR;
+        if (count < b->infeasible) {
+            b->infeasible = count;
+            waited = 0;
+            memcpy(b->places, b->trial_places, bytes);
+            memcpy(b->z, b->trial_z, bytes * sizeof *b->z);
+        } else if (++waited > b->patience + b->single_patience) {
+            return PERP_OUTCOME_STALLED;
+        }
+        if (count == 0)
+            return PERP_OUTCOME_SOLVED;
+        if (b->rounds >= b->round_limit)
+            return PERP_OUTCOME_ITERATION_LIMIT;
+        stop = perp__lcp_tick(b->problem->control, b->rounds, INFINITY);
+        if (stop >= 0)
+            return stop;
+        exchange(b, z_largest, waited > b->patience);
+    }
+}

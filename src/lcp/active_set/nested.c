@@ -1,0 +1,324 @@
+/* Obstacle-like problems from coarse to fine. With z = r + P y, r a bound where there is one, the
+ * problem of the next coarser level is
+ *
+ *   y in [0 or -inf, ...], P' S P y + P' (S r + q)   complementary,
+ *
+ * which keeps z within its bounds, as P >= 0 for M-matrices. Its solution, brought back to the
+ * finer level, has an index set that a few rows beside the true boundary differ from. The truncated
+ * nonsmooth Newton method of Graeser & Kornhuber ("Multigrid methods for obstacle problems", J.
+ * Comput. Math. 27 (2009) 1) moves them: a projected Gauss-Seidel sweep, whose clamped rows are the
+ * index set, then a rough solve with the rest, one or two multigrid cycles. Conjugate gradients
+ * take the place of their line search.
+ *
+ * Left out, because they did not pay on grids of 1e4 to 1e5 nodes: more sweeps a step, and many
+ * sweeps along the boundary of the index set alone (half the steps on jumping coefficients, the
+ * same time). */
+#include "lcp/active_set/nested.h"
+
+#include <math.h>
+#include <string.h>
+
+#define FIRST_SWEEPS 2
+#define COARSE_STEPS 15
+#define FINE_STEPS 40
+#define ROUGH 0.2       /* relative residual of a step's equations */
+#define MOST_CYCLES 100 /* where that takes longer, multigrid is not for this matrix */
+#define FEW_CYCLES 4
+#define SIMILAR 0.02 /* share of rows */
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__nested *nested = object;
+    const perp__multigrid *grid = nested->grid;
+    int32_t k;
+
+    nested->correction = perp__arena_take(arena, (size_t)grid->level[0].n, sizeof(double));
+    nested->active = perp__arena_take(arena, (size_t)grid->level[0].n, sizeof(int32_t));
+    for (k = 0; k < grid->levels; k++) {
+        perp__nested_level *level = &nested->level[k];
+        const size_t n = (size_t)grid->level[k].n;
+
+        level->own_q = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));
+        level->own_lower = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));
+        level->own_upper = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));
+        level->z = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));
+        level->places = perp__arena_take(arena, k > 0 ? n : 0, sizeof(int8_t));
+        level->residual = perp__arena_take(arena, n, sizeof(double));
+    }
+}
+
+perp_status perp__nested_fit(perp__nested *nested, perp__multigrid *grid)
+{
+    nested->grid = grid;
+    nested->arena.context = grid->context;
+    return perp__arena_fit(&nested->arena, layout, nested);
+}
+
+void perp__nested_release(perp__nested *nested)
+{
+    if (nested->grid)
+        perp__arena_release(&nested->arena);
+}
+
+/* r of row i: a bound, or 0 */
+static double reference(const perp__nested_level *level, int32_t i)
+{
+    return isfinite(level->lower[i])   ? level->lower[i]
+           : isfinite(level->upper[i]) ? level->upper[i]
+                                       : 0.0;
+}
+
+static double row_times(const perp__level *grid, int32_t i, const double *x)
+{
+    double sum = 0.0;
+    int32_t k;
+
+    for (k = grid->starts[i]; k < grid->starts[i + 1]; k++)
+        sum += grid->values[k] * x[grid->rows[k]];
+    return sum;
+}
+
+/* The bounds of an aggregate are the tightest of its rows, in the aggregate's share of t. */
+static void coarsen_bounds(const perp__nested *nested, int32_t k)
+{
+    const perp__level *grid = &nested->grid->level[k];
+    const perp__nested_level *fine = &nested->level[k], *coarse = fine + 1;
+    int32_t i;
+
+    for (i = 0; i < grid->coarse; i++) {
+        coarse->own_lower[i] = -INFINITY;
+        coarse->own_upper[i] = INFINITY;
+    }
+    for (i = 0; i < grid->n; i++) {
+        const int32_t a = grid->aggregate[i];
+        const double r = reference(fine, i);
+
+        if (a >= 0) {
+            const double share = grid[1].near_null[a] / grid->near_null[i];
+
+            coarse->own_lower[a] = fmax(coarse->own_lower[a], (fine->lower[i] - r) * share);
+            coarse->own_upper[a] = fmin(coarse->own_upper[a], (fine->upper[i] - r) * share);
+        }
+    }
+}
+
+/* q of the next level: P' (S r + q) */
+static void coarsen_load(const perp__nested *nested, int32_t k)
+{
+    const perp__level *grid = &nested->grid->level[k];
+    const perp__nested_level *fine = &nested->level[k];
+    int32_t i, p;
+
+    for (i = 0; i < grid->n; i++)
+        nested->correction[i] = reference(fine, i);
+    memset(fine[1].own_q, 0, (size_t)grid->coarse * sizeof(double));
+    for (i = 0; i < grid->n; i++) {
+        const double load = row_times(grid, i, nested->correction) + fine->q[i];
+
+        for (p = grid->p_starts[i]; p < grid->p_starts[i + 1]; p++)
+            fine[1].own_q[grid->p_columns[p]] += grid->p_values[p] * load;
+    }
+}
+
+static void coarsen(perp__nested *nested, int32_t k)
+{
+    perp__nested_level *coarse = &nested->level[k + 1];
+
+    coarsen_bounds(nested, k);
+    coarsen_load(nested, k);
+    coarse->q = coarse->own_q;
+    coarse->lower = coarse->own_lower;
+    coarse->upper = coarse->own_upper;
+}
+
+/* z = r + P y */
+static void prolong(const perp__nested *nested, int32_t k)
+{
+    const perp__level *grid = &nested->grid->level[k];
+    const perp__nested_level *fine = &nested->level[k];
+    int32_t i, p;
+
+    for (i = 0; i < grid->n; i++) {
+        double z = reference(fine, i);
+
+        for (p = grid->p_starts[i]; p < grid->p_starts[i + 1]; p++)
+            z += grid->p_values[p] * fine[1].z[grid->p_columns[p]];
+        fine->z[i] = perp__clamp(z, fine->lower[i], fine->upper[i]);
+    }
+}
+
+static int8_t place_of(const perp__nested_level *level, int32_t i, double z)
+{
+    return level->lower[i] == level->upper[i] ? PERP__FIXED
+           : z <= level->lower[i]             ? PERP__AT_LOWER
+           : z >= level->upper[i]             ? PERP__AT_UPPER
+                                              : PERP__BETWEEN;
+}
+
+/* A projected Gauss-Seidel sweep. Notes where each row ended; returns how many notes changed. */
+static int32_t sweep(const perp__nested *nested, int32_t k, int32_t forward)
+{
+    const perp__level *grid = &nested->grid->level[k];
+    const perp__nested_level *level = &nested->level[k];
+    int32_t changes = 0, step;
+
+    for (step = 0; step < grid->n; step++) {
+        const int32_t i = forward ? step : grid->n - 1 - step;
+        const double w = row_times(grid, i, level->z) + level->q[i];
+        const double z = level->z[i] - w * grid->inverse_diagonal[i];
+        const int8_t place = place_of(level, i, z);
+
+        level->z[i] = perp__clamp(z, level->lower[i], level->upper[i]);
+        changes += place != level->places[i];
+        level->places[i] = place;
+    }
+    return changes;
+}
+
+static int32_t list_active(const perp__nested *nested, int32_t k)
+{
+    const perp__nested_level *level = &nested->level[k];
+    int32_t count = 0, i;
+
+    for (i = 0; i < nested->grid->level[k].n; i++)
+        if (level->places[i] == PERP__BETWEEN)
+            nested->active[count++] = i;
+    return count;
+}
+
+/* How far the coarse matrices have fallen behind the index set. */
+typedef struct lag {
+    int32_t changes; /* rows that changed since they were made */
+    int32_t cycles;  /* what the last solve took */
+} lag;
+
+/* correction := S_AA^-1 residual on the last level. Returns 0 if that fails. */
+static int32_t solve_exactly(perp__nested *nested, int32_t k, int32_t count)
+{
+    perp__multigrid *grid = nested->grid;
+    double *residual = nested->level[k].residual;
+
+    grid->bottom_matrix.values = grid->level[k].values;
+    if (!perp__sparse_cholesky_factor(&grid->bottom, nested->active, count, 0.0))
+        return 0;
+    perp__sparse_cholesky_solve(&grid->bottom, residual);
+    memcpy(nested->correction, residual, (size_t)grid->level[k].n * sizeof *residual);
+    return 1;
+}
+
+/* The same by multigrid, roughly. Coarse matrices of an index set that has changed since serve
+ * while the cycles stay few: making them costs as much as three or four. */
+static int32_t solve_roughly(perp__nested *nested, int32_t k, int32_t count, lag *behind)
+{
+    perp__multigrid *grid = nested->grid;
+
+    if (behind->changes <= SIMILAR * grid->level[k].n && behind->cycles <= FEW_CYCLES) {
+        perp__multigrid_change_block(grid, k, nested->active, count);
+    } else {
+        if (!perp__multigrid_take_block(grid, k, nested->active, count))
+            return 0;
+        behind->changes = 0;
+    }
+    behind->cycles = perp__multigrid_solve(grid, nested->level[k].residual, nested->correction,
+                                           ROUGH, MOST_CYCLES);
+    return behind->cycles >= 0;
+}
+
+/* Newton's step for the rows between their bounds. */
+static int32_t correct(perp__nested *nested, int32_t k, lag *behind)
+{
+    const perp__level *rows = &nested->grid->level[k];
+    const perp__nested_level *level = &nested->level[k];
+    const int32_t count = list_active(nested, k);
+    int32_t r;
+
+    for (r = 0; r < count; r++) {
+        const int32_t i = nested->active[r];
+
+        level->residual[i] = -(row_times(rows, i, level->z) + level->q[i]);
+    }
+    if (!(k == nested->grid->levels - 1 ? solve_exactly(nested, k, count)
+                                        : solve_roughly(nested, k, count, behind)))
+        return 0;
+    for (r = 0; r < count; r++) {
+        const int32_t i = nested->active[r];
+
+        level->z[i] =
+            perp__clamp(level->z[i] + nested->correction[i], level->lower[i], level->upper[i]);
+    }
+    return 1;
+}
+
+/* Sweeps and corrections until the index set settles, or as far as they get. The finest level may
+ * stop on request. */
+static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32_t k,
+                   int64_t *iterations, perp_outcome *request)
+{
+    const int32_t n = nested->grid->level[k].n;
+    const int32_t limit = k > 0 ? COARSE_STEPS : FINE_STEPS;
+    int32_t step, changes;
+    lag behind = {n, 0};
+
+    memset(nested->level[k].places, PERP__FIXED, (size_t)n); /* none of what a sweep notes */
+    for (step = 1; step < FIRST_SWEEPS; step++)
+        sweep(nested, k, step % 2);
+    for (step = 0; step < limit; step++) {
+        changes = sweep(nested, k, step % 2);
+        behind.changes += changes;
+        if ((step > 0 && changes == 0) || !correct(nested, k, &behind))
+            return;
+        if (k > 0)
+            continue;
+        *request = perp__lcp_tick(problem->control, ++*iterations, INFINITY);
+        if (*request < 0 && problem->iteration_limit > 0 && *iterations >= problem->iteration_limit)
+            *request = PERP_OUTCOME_ITERATION_LIMIT;
+        if (*request >= 0)
+            return;
+    }
+}
+
+static int32_t is_finite(const double *z, int32_t n)
+{
+    int32_t i;
+
+    for (i = 0; i < n; i++)
+        if (!isfinite(z[i]))
+            return 0;
+    return 1;
+}
+
+/* The problems of all levels, and a start on the coarsest one. */
+static void coarsen_all(perp__nested *nested)
+{
+    const int32_t last = nested->grid->levels - 1;
+    const perp__nested_level *level = &nested->level[last];
+    int32_t k, i;
+
+    for (k = 0; k < last; k++)
+        coarsen(nested, k);
+    for (i = 0; i < nested->grid->level[last].n; i++)
+        level->z[i] = perp__clamp(0.0, level->lower[i], level->upper[i]);
+}
+
+int32_t perp__nested_run(perp__nested *nested, const perp__lcp_problem *problem, int32_t warm,
+                         double *z, int8_t *places, int64_t *iterations, perp_outcome *request)
+{
+    const int32_t last = nested->grid->levels - 1;
+    perp__nested_level *finest = &nested->level[0];
+    int32_t k;
+
+    *request = -1;
+    finest->q = problem->q;
+    finest->lower = problem->lower;
+    finest->upper = problem->upper;
+    finest->z = z;
+    finest->places = places;
+    if (!warm)
+        coarsen_all(nested);
+    for (k = warm ? 0 : last; k >= 0; k--) {
+        if (!warm && k < last)
+            prolong(nested, k);
+        settle(nested, problem, k, iterations, request);
+    }
+    return is_finite(z, problem->n);
+}

@@ -1,0 +1,336 @@
+/* Primal-dual active sets on a sparse matrix: Hintermueller, Ito & Kunisch, "The primal-dual active
+ * set strategy as a semismooth Newton method", SIAM J. Optim. 13 (2002) 865. Given an index set,
+ * the equations of the variables between their bounds are solved, then every variable outside of
+ * its bounds moves to the nearer one, and every variable at a bound whose w has the wrong sign is
+ * freed.
+ *
+ * For an M-matrix with bounds on one side the sets shrink from the second step on: the method ends.
+ * For other P-matrices it can cycle; block principal pivoting (Judice & Pires, "A block principal
+ * pivoting algorithm for large-scale strictly monotone linear complementarity problems", Computers
+ * Oper. Res. 21 (1994) 587) then exchanges one index at a time until fewer signs are wrong.
+ *
+ * The start is the solution's index set where the matrix is a tridiagonal M-matrix. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "lcp/method.h"
+#include "lcp/active_set/nested.h"
+#include "lcp/active_set/tridiagonal.h"
+#include "linalg/sparse_block.h"
+
+#define SMALLEST 64    /* up to this size a dense factorisation is faster */
+#define ITERATIONS 500 /* default limit */
+#define ROUNDS 3       /* of a rough solve */
+#define PATIENCE 10    /* full exchanges without progress before single ones */
+
+typedef struct active_set_work {
+    perp__lcp_work common;
+    perp__tridiagonal_lcp tridiagonal;
+    perp__nested nested;
+    double *w;       /* n */
+    double *product; /* n */
+    double *step;    /* n */
+    double residual; /* of the last equations */
+    int32_t *active; /* n: the variables between their bounds */
+    int8_t *next;    /* n: places after a full exchange */
+} active_set_work;
+
+/* What an exchange would do. */
+typedef struct exchange {
+    int32_t count;    /* wrong signs */
+    int32_t last;     /* the largest index that has one */
+    double violation; /* the largest, in the units of the tested residual */
+} exchange;
+
+static int32_t suits(const perp__lcp_problem *problem)
+{
+    return problem->M->column_starts && problem->n > SMALLEST;
+}
+
+static perp_status check(const perp__lcp_problem *problem)
+{
+    (void)problem;
+    return PERP_OK;
+}
+
+static void layout(perp__arena *arena, void *object)
+{
+    active_set_work *work = object;
+    const perp__lcp_problem *problem = work->common.problem;
+    const size_t n = (size_t)problem->n;
+    const int32_t tridiagonal = problem->block->kind == PERP__SPARSE_TRIDIAGONAL;
+
+    perp__tridiagonal_lcp_layout(arena, &work->tridiagonal, tridiagonal ? n : 0);
+    work->w = perp__arena_take(arena, n, sizeof(double));
+    work->product = perp__arena_take(arena, n, sizeof(double));
+    work->step = perp__arena_take(arena, n, sizeof(double));
+    work->active = perp__arena_take(arena, n, sizeof(int32_t));
+    work->next = perp__arena_take(arena, n, sizeof(int8_t));
+}
+
+/* w = S z + q */
+static void multiply(active_set_work *work, const double *z)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+    const double *d = problem->factors;
+    int32_t i;
+
+    for (i = 0; i < problem->n; i++)
+        work->product[i] = d[i] * z[i];
+    perp__multiply(problem->M, work->product, work->w);
+    for (i = 0; i < problem->n; i++)
+        work->w[i] = d[i] * work->w[i] + problem->q[i];
+}
+
+/* The side on which z - w lies: the active sets of the natural map at the start. */
+static void read_places(active_set_work *work, const double *z, int8_t *places)
+{
+    const perp__lcp_problem *p = work->common.problem;
+    int32_t i;
+
+    multiply(work, z);
+    for (i = 0; i < p->n; i++) {
+        if (p->lower[i] == p->upper[i])
+            places[i] = PERP__FIXED;
+        else if (z[i] - p->lower[i] <= work->w[i])
+            places[i] = PERP__AT_LOWER;
+        else if (z[i] - p->upper[i] >= work->w[i])
+            places[i] = PERP__AT_UPPER;
+        else
+            places[i] = PERP__BETWEEN;
+    }
+}
+
+/* The largest |w| of the variables between their bounds. */
+static double equation_residual(const active_set_work *work, int32_t count)
+{
+    double largest = 0.0;
+    int32_t k;
+
+    for (k = 0; k < count; k++)
+        if (!(fabs(work->w[work->active[k]]) <= largest))
+            largest = fabs(work->w[work->active[k]]);
+    return largest;
+}
+
+/* Solves for the variables between their bounds, starting from z, with the others at theirs; w
+ * follows. Without factors a solve is rough: where no polish follows, it is repeated. PERP_OK,
+ * PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
+static perp_status solve_equations(active_set_work *work, const int8_t *places, double *z)
+{
+    const perp__lcp_problem *p = work->common.problem;
+    const double goal = p->settings->polish ? INFINITY : 0.1 * p->tol;
+    perp_status status;
+    int32_t count = 0, round, i, k;
+
+    for (i = 0; i < p->n; i++) {
+        if (places[i] == PERP__BETWEEN)
+            work->active[count++] = i;
+        else
+            z[i] = places[i] == PERP__AT_UPPER ? p->upper[i] : p->lower[i];
+    }
+    multiply(work, z);
+    status = perp__sparse_block_approach(p->block, work->active, count);
+    for (round = 0; round < ROUNDS && status == PERP_OK; round++) {
+        const double before = work->residual;
+
+        for (k = 0; k < count; k++)
+            work->step[work->active[k]] = work->w[work->active[k]];
+        status = perp__sparse_block_solve_roughly(p->block, work->step);
+        for (k = 0; k < count && status == PERP_OK; k++)
+            z[work->active[k]] -= work->step[work->active[k]];
+        multiply(work, z);
+        work->residual = equation_residual(work, count);
+        if (work->residual <= goal || (round > 0 && !(work->residual < 0.5 * before)))
+            break;
+    }
+    return status;
+}
+
+static double largest_entry(const double *z, int32_t n)
+{
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < n; i++)
+        if (!(fabs(z[i]) <= largest))
+            largest = fabs(z[i]);
+    return largest;
+}
+
+/* Fills work->next. Wrong signs of w count beyond rounding only: a degenerate variable stays at its
+ * bound once it is there. */
+static exchange find_exchange(active_set_work *work, const int8_t *places, const double *z)
+{
+    const perp__lcp_problem *p = work->common.problem;
+    const double z_largest = largest_entry(z, p->n);
+    exchange e = {0, -1, 0.0};
+    int32_t i;
+
+    for (i = 0; i < p->n; i++) {
+        const double noise = 16.0 * DBL_EPSILON * (p->row_norms[i] * z_largest + fabs(p->q[i])) +
+                             4.0 * work->residual;
+        double violation = 0.0;
+        int8_t next = places[i];
+
+        if (places[i] == PERP__BETWEEN && z[i] < p->lower[i]) {
+            next = PERP__AT_LOWER;
+            violation = p->lower[i] - z[i];
+        } else if (places[i] == PERP__BETWEEN && z[i] > p->upper[i]) {
+            next = PERP__AT_UPPER;
+            violation = z[i] - p->upper[i];
+        } else if ((places[i] == PERP__AT_LOWER && work->w[i] < -noise) ||
+                   (places[i] == PERP__AT_UPPER && work->w[i] > noise)) {
+            next = PERP__BETWEEN;
+            violation = fabs(work->w[i]);
+        }
+        work->next[i] = next;
+        if (next != places[i]) {
+            e.count++;
+            e.last = i;
+            e.violation = fmax(e.violation, violation);
+        }
+    }
+    return e;
+}
+
+/* How often a full exchange may fail to lower the number of wrong signs: for ever where the sets
+ * are monotone. */
+typedef struct safeguard {
+    int32_t fewest, patience;
+} safeguard;
+
+static void apply_exchange(active_set_work *work, safeguard *guard, const exchange *e,
+                           int8_t *places)
+{
+    const perp__lcp_problem *p = work->common.problem;
+
+    if (e->count < guard->fewest) {
+        guard->fewest = e->count;
+        guard->patience = PATIENCE;
+    } else if (!p->block->has_z_signs && guard->patience-- <= 0) {
+        places[e->last] = work->next[e->last];
+        return;
+    }
+    memcpy(places, work->next, (size_t)p->n * sizeof *places);
+}
+
+static perp_status run(active_set_work *work, perp__lcp_iterate *iterate)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+    const int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit : ITERATIONS;
+    safeguard guard = {problem->n + 1, PATIENCE};
+
+    iterate->outcome = PERP_OUTCOME_ITERATION_LIMIT;
+    while (iterate->iterations < limit) {
+        perp_status status = solve_equations(work, iterate->places, iterate->z);
+        perp_outcome request;
+        exchange e;
+
+        if (status == PERP__FACTOR_SINGULAR)
+            iterate->outcome = PERP_OUTCOME_SINGULAR;
+        if (status != PERP_OK)
+            return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
+        iterate->iterations++;
+        e = find_exchange(work, iterate->places, iterate->z);
+        if (e.count == 0) {
+            iterate->outcome = PERP_OUTCOME_SOLVED;
+            return PERP_OK;
+        }
+        request = perp__lcp_tick(problem->control, iterate->iterations, e.violation);
+        if (request >= 0) {
+            iterate->outcome = request;
+            return PERP_OK;
+        }
+        apply_exchange(work, &guard, &e, iterate->places);
+    }
+    return PERP_OK;
+}
+
+/* Nested iteration, where the matrix suits. Returns 1, 0 where it does not or got nowhere, or
+ * PERP_ERROR_MEMORY. */
+static perp_status nest(active_set_work *work, perp__lcp_iterate *iterate)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+    perp__multigrid *grid;
+    perp_status status = perp__sparse_block_grid(problem->block, &grid);
+
+    if (status == PERP_OK && grid)
+        status = perp__nested_fit(&work->nested, grid);
+    if (status != PERP_OK || !grid)
+        return status;
+    return perp__nested_run(&work->nested, problem, iterate->warm, iterate->z, iterate->places,
+                            &iterate->iterations, &iterate->outcome);
+}
+
+/* The first index set, or with *solved the last one and z. */
+static perp_status start(active_set_work *work, perp__lcp_iterate *iterate, int32_t *solved)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+    const size_t bytes = (size_t)problem->n * sizeof *work->step;
+    int32_t found = PERP__TRIDIAGONAL_NO;
+    perp_status status = PERP_OK;
+
+    memcpy(work->step, iterate->z, bytes);
+    if (problem->block->kind == PERP__SPARSE_TRIDIAGONAL)
+        status = perp__tridiagonal_lcp_solve(&work->tridiagonal, problem, iterate->places,
+                                             iterate->z, &found);
+    *solved = found == PERP__TRIDIAGONAL_SOLVED;
+    if (status != PERP_OK || found >= PERP__TRIDIAGONAL_NEAR)
+        return status;
+    if (found == PERP__TRIDIAGONAL_FAR)
+        memcpy(iterate->z, work->step, bytes);
+    status = nest(work, iterate);
+    if (status == 0) {
+        memcpy(iterate->z, work->step, bytes);
+        read_places(work, iterate->z, iterate->places);
+    }
+    return status < 0 ? status : PERP_OK;
+}
+
+/* perp__lcp_iterate's: with the factors of the last equations. A rough solve would not do. */
+static int32_t correct(void *object, const double *residual, double *step)
+{
+    const active_set_work *work = object;
+    const perp__lcp_problem *problem = work->common.problem;
+
+    if (!problem->block->factored)
+        return 0;
+    memcpy(step, residual, (size_t)problem->n * sizeof *step);
+    perp__sparse_block_solve(problem->block, step);
+    return 1;
+}
+
+static perp_status solve(void *object, perp__lcp_iterate *iterate)
+{
+    active_set_work *work = object;
+    const perp__lcp_problem *problem = work->common.problem;
+    perp_status status;
+    int32_t solved, i;
+
+    iterate->outcome = -1;
+    status = start(work, iterate, &solved);
+    if (solved) {
+        iterate->outcome = PERP_OUTCOME_SOLVED;
+        iterate->iterations = 1;
+    } else if (status == PERP_OK && iterate->outcome < 0) {
+        status = run(work, iterate);
+    }
+    for (i = 0; i < problem->n; i++)
+        iterate->z[i] = perp__clamp(iterate->z[i], problem->lower[i], problem->upper[i]);
+    iterate->has_places = iterate->outcome == PERP_OUTCOME_SOLVED;
+    iterate->correct = correct;
+    return status;
+}
+
+static void release(void *object)
+{
+    active_set_work *work = object;
+
+    perp__nested_release(&work->nested);
+}
+
+const perp__lcp_method perp__lcp_active_set_sparse = {
+    PERP_LCP_ACTIVE_SET, sizeof(active_set_work), 1, suits, check, layout, solve, release,
+};

@@ -1,0 +1,225 @@
+#include "lcp/batch/group.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "linalg/lanes/multiversion.h"
+#include "linalg/lanes/vectors.h"
+
+/* Rounds of exchanges; and how many rounds may pass without fewer indices out of place before
+ * single exchanges take over. Random problems of order 12 need 2 to 5 rounds. */
+#define PERP__BATCH_ROUNDS 24
+#define PERP__BATCH_TRIES 3.0
+/* Scaled numbers, rows and variables, that add up to no more than this need no care. Beside a row
+ * that large a coupling of the other size is far from the noise (2^-40) that equilibration cuts. */
+#define PERP__BATCH_LARGE 0x1p24
+#define PERP__BATCH_COUPLED 0x1p-12
+
+#define NAME(x) x##_one
+#include "linalg/lanes/vector_one.h"
+#include "lcp/batch/vector.h"
+#include "linalg/lanes/vector_end.h"
+
+#if PERP__X86
+#define NAME(x) x##_avx512
+#include "linalg/lanes/vector_avx512.h"
+#include "lcp/batch/vector.h"
+#include "linalg/lanes/vector_end.h"
+
+#define NAME(x) x##_avx2
+#include "linalg/lanes/vector_avx2.h"
+#include "lcp/batch/vector.h"
+#include "linalg/lanes/vector_end.h"
+#endif
+
+static const perp__batch_kernel *const kernels[] = {
+    &kernel_one,
+#if PERP__X86
+    &kernel_avx2,
+    &kernel_avx512,
+#endif
+};
+
+const perp__batch_kernel *perp__batch_kernel_number(int32_t number)
+{
+    const int32_t widest = (int32_t)perp__widest_vectors();
+
+    return number >= 0 && number <= widest ? kernels[widest - number] : NULL;
+}
+
+void perp__batch_group_layout(perp__arena *arena, void *object)
+{
+    perp__batch_group *g = object;
+    const size_t row = (size_t)g->n * (size_t)g->width, all = row * (size_t)g->n;
+
+    g->M = perp__arena_take(arena, all, sizeof(double));
+    g->LU = perp__arena_take(arena, all, sizeof(double));
+    g->q = perp__arena_take(arena, row, sizeof(double));
+    g->lower = perp__arena_take(arena, row, sizeof(double));
+    g->upper = perp__arena_take(arena, row, sizeof(double));
+    g->z_unit = perp__arena_take(arena, row, sizeof(double));
+    g->w_unit = perp__arena_take(arena, row, sizeof(double));
+    g->size = perp__arena_take(arena, row, sizeof(double));
+    g->norm = perp__arena_take(arena, row, sizeof(double));
+    g->active = perp__arena_take(arena, row, sizeof(double));
+    g->rest = perp__arena_take(arena, row, sizeof(double));
+    g->target = perp__arena_take(arena, row, sizeof(double));
+    g->change = perp__arena_take(arena, row, sizeof(double));
+    g->inverse = perp__arena_take(arena, row, sizeof(double));
+    g->z = perp__arena_take(arena, row, sizeof(double));
+    g->high = perp__arena_take(arena, row, sizeof(double));
+    g->low = perp__arena_take(arena, row, sizeof(double));
+    g->tested = perp__arena_take(arena, (size_t)g->width, sizeof(double));
+    g->own = perp__arena_take(arena, (size_t)g->width, sizeof(double));
+}
+
+/* Copies the matrices, a stream a problem. */
+PERP__KERNEL static void read_matrices_loops(size_t entries, size_t width, double *restrict into,
+                                             const double *const *from)
+{
+    size_t i, k;
+
+    for (i = 0; i < entries; i++)
+        for (k = 0; k < width; k++)
+            into[i * width + k] = from[k][i];
+}
+
+/* Eight and four streams have loops of their own, which compilers unroll. */
+static void read_matrices(const perp__batch_group *g, const double *const *from)
+{
+    const size_t entries = (size_t)g->n * (size_t)g->n;
+
+    if (g->width == 8)
+        read_matrices_loops(entries, 8, g->M, from);
+    else if (g->width == 4)
+        read_matrices_loops(entries, 4, g->M, from);
+    else
+        read_matrices_loops(entries, (size_t)g->width, g->M, from);
+}
+
+static uint64_t bits_of(double value)
+{
+    uint64_t bits;
+
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+/* floor(log2 |value|) of a normal number; -1023 of 0 and of what is smaller. */
+static int32_t binary_exponent(double value)
+{
+    return (int32_t)(bits_of(value) >> 52 & 0x7ff) - 1023;
+}
+
+static double power_of_two(int32_t e)
+{
+    const uint64_t bits = (uint64_t)(e + 1023) << 52;
+    double power;
+
+    memcpy(&power, &bits, sizeof power);
+    return power;
+}
+
+/* As perp__unit_diagonal for normal numbers: their half exponents never reach its limits. */
+static int32_t unit_diagonal(double diagonal)
+{
+    const int32_t p = binary_exponent(diagonal) + 1;
+
+    return -((p - (p & 1)) / 2);
+}
+
+/* The units of the tested residual. Returns 0 where the kernel must leave the problem to a solver:
+ * not every diagonal entry fixes its own scale, or a power of two is out of range. */
+static int32_t read_units(const perp__batch_group *g, int32_t scaling, size_t lane)
+{
+    const size_t n = (size_t)g->n, width = (size_t)g->width;
+    int32_t exponents[PERP__BATCH_LARGEST];
+    int32_t omega = INT32_MIN, takes = 1;
+    size_t i;
+
+    for (i = 0; i < n; i++) {
+        const double diagonal = g->M[(i * n + i) * width + lane];
+        const double q = g->q[i * width + lane];
+        const int32_t e = scaling ? unit_diagonal(diagonal) : 0, p = binary_exponent(q);
+
+        takes &= diagonal >= DBL_MIN && (p > -1023 || q == 0.0);
+        exponents[i] = e;
+        if (p > -1023 && p + e > omega)
+            omega = p + e;
+    }
+    if (omega == INT32_MIN)
+        omega = 0;
+    takes &= omega > -480 && omega < 480; /* |e| <= 512 */
+    for (i = 0; i < n; i++) {             /* a lane that is not taken runs along in units of 1 */
+        const int32_t e = takes ? exponents[i] : 0, shift = takes ? omega : 0;
+
+        g->size[i * width + lane] = power_of_two(e + shift);
+        g->z_unit[i * width + lane] = power_of_two(-e - shift);
+        g->w_unit[i * width + lane] = power_of_two(e - shift);
+    }
+    return takes;
+}
+
+/* z starts at its lower bound, else at its upper one; where it has neither, it is active. */
+static void read_bounds(perp__batch_group *g, const perp__batch_data *data, int64_t problem,
+                        size_t lane)
+{
+    const size_t n = (size_t)g->n, width = (size_t)g->width;
+    const size_t at = (size_t)problem * n;
+    size_t i;
+
+    for (i = 0; i < n; i++) {
+        const double low = data->lower ? data->lower[at + i] : 0.0;
+        const double up = data->upper ? data->upper[at + i] : INFINITY;
+        const int32_t is_free = low == -INFINITY && up == INFINITY;
+
+        g->has_free |= is_free;
+        g->lower[i * width + lane] = low;
+        g->upper[i * width + lane] = up;
+        g->active[i * width + lane] = is_free;
+        g->rest[i * width + lane] = is_free ? 0.0 : low > -INFINITY ? low : up;
+    }
+}
+
+/* The same for all lanes where there are no bounds but 0. */
+static void start_at_zero(perp__batch_group *g)
+{
+    const size_t all = (size_t)g->n * (size_t)g->width;
+    size_t i;
+
+    for (i = 0; i < all; i++) {
+        g->lower[i] = g->active[i] = g->rest[i] = 0.0;
+        g->upper[i] = INFINITY;
+    }
+}
+
+void perp__batch_group_read(perp__batch_group *group, const perp__batch_data *data, int64_t first,
+                            int32_t *takes)
+{
+    const size_t n = (size_t)group->n;
+    const size_t width = (size_t)group->width;
+    const double *from[8];
+    size_t i;
+    int32_t k;
+
+    group->has_free = 0;
+    group->most_rounds = data->max_iterations > 0 && data->max_iterations < PERP__BATCH_ROUNDS
+                             ? data->max_iterations
+                             : PERP__BATCH_ROUNDS;
+    group->rests_at_zero = !data->lower && !data->upper;
+    for (k = 0; k < group->width; k++) {
+        const int64_t problem = first + k < data->count ? first + k : data->count - 1;
+
+        from[k] = data->M + (size_t)problem * n * n;
+        for (i = 0; i < n; i++)
+            group->q[i * width + (size_t)k] = data->q[(size_t)problem * n + i];
+        if (!group->rests_at_zero)
+            read_bounds(group, data, problem, (size_t)k);
+    }
+    if (group->rests_at_zero)
+        start_at_zero(group);
+    read_matrices(group, from);
+    for (k = 0; k < group->width; k++)
+        takes[k] = read_units(group, data->scaling, (size_t)k);
+}

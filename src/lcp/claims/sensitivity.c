@@ -1,0 +1,306 @@
+/* Derivatives of a solution with respect to the data.
+ *
+ * Near a strictly complementary solution with a regular block M_AA the index set stays, and
+ *   M_AA dz_A = -(dq + dM z + M_AN dz_N)_A,  dz_N = the movement of the bounds they are at,
+ * N the variables at a bound (Cottle, Pang & Stone, section 7.4). One factorisation serves all
+ * products; the adjoint uses its transpose. */
+#include "lcp/claims/sensitivity.h"
+
+#include <string.h>
+
+#include "base/check.h"
+#include "base/context.h"
+#include "lcp/settings.h"
+
+#define PERP__SENSITIVITY_INFO_FIRST PERP__SIZE_THROUGH(perp_lcp_sensitivity_info, condition)
+
+perp_status perp_lcp_sensitivity_info_init(perp_lcp_sensitivity_info *info, size_t size)
+{
+    return perp__struct_init(info, size, PERP__SENSITIVITY_INFO_FIRST);
+}
+
+/* ---- life ---------------------------------------------------------------------------------- */
+
+static void destroy(perp_lcp_sensitivity *s)
+{
+    perp_context *context = s->context;
+
+    perp__kept_factor_release(&s->kept);
+    perp__arena_release(&s->arena);
+    perp__lcp_destroy(s->solver);
+    s->magic = 0;
+    perp__release(context, s);
+    perp__detach(context);
+}
+
+/* Takes the problem into a solver of its own, and z as the point that is evaluated. */
+static perp_status take_problem(perp_lcp_sensitivity *s, const perp_lcp_settings *settings,
+                                const perp_matrix *M, const double *q, const double *lower,
+                                const double *upper, const double *z)
+{
+    perp_context *context = s->context;
+    perp_status status = perp__lcp_create(context, &s->solver, settings);
+
+    if (status == PERP_OK)
+        status = perp__lcp_setup(s->solver, M, lower, upper);
+    if (status != PERP_OK)
+        return status;
+    s->n = s->solver->n;
+    if (s->n > 0)
+        status = perp__check_pointer(context, "q", q);
+    if (status == PERP_OK)
+        status = perp__check_finite(context, "q", q, (size_t)s->n);
+    if (status == PERP_OK && s->n > 0)
+        status = perp__check_pointer(context, "z", z);
+    if (status == PERP_OK)
+        status = perp__check_finite(context, "z", z, (size_t)s->n);
+    if (status != PERP_OK)
+        return status;
+    perp__scale_problem(s->solver, q);
+    if (s->n > 0)
+        memcpy(s->solver->z, z, (size_t)s->n * sizeof *z);
+    return PERP_OK;
+}
+
+static perp_status create(perp_context *context, perp_lcp_sensitivity **sensitivity,
+                          perp_lcp_sensitivity_info *info, const perp_lcp_settings *settings,
+                          const perp_matrix *M, const double *q, const double *lower,
+                          const double *upper, const double *z)
+{
+    perp_lcp_sensitivity_info own;
+    perp_lcp_sensitivity *made;
+    perp_status status = perp__check_pointer(context, "sensitivity", sensitivity);
+
+    if (status == PERP_OK)
+        status =
+            perp__struct_check(context, "info", info, sizeof *info, PERP__SENSITIVITY_INFO_FIRST);
+    if (status != PERP_OK)
+        return status;
+    made = perp__allocate(context, 1, sizeof *made);
+    if (!made)
+        return perp__fail_memory(context, "sensitivities");
+    memset(made, 0, sizeof *made);
+    memset(&own, 0, sizeof own);
+    made->magic = PERP__SENSITIVITY_MAGIC;
+    made->context = context;
+    perp__arena_init(&made->arena, context);
+    perp__attach(context);
+    status = take_problem(made, settings, M, q, lower, upper, z);
+    if (status == PERP_OK)
+        status = perp__sensitivity_prepare(made, &own);
+    if (status != PERP_OK) {
+        destroy(made);
+        return status;
+    }
+    perp__struct_write(info, &own, sizeof own);
+    *sensitivity = made;
+    return PERP_OK;
+}
+
+perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitivity **sensitivity,
+                                        perp_lcp_sensitivity_info *info,
+                                        const perp_lcp_settings *settings, const perp_matrix *M,
+                                        const double *q, const double *lower, const double *upper,
+                                        const double *z)
+{
+    perp_status status = perp__enter(context);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(context,
+                       create(context, sensitivity, info, settings, M, q, lower, upper, z));
+}
+
+void perp_lcp_sensitivity_destroy(perp_lcp_sensitivity *sensitivity)
+{
+    perp_context *context;
+
+    if (!perp__enter_to_destroy(sensitivity, PERP__SENSITIVITY_MAGIC))
+        return;
+    context = sensitivity->context;
+    destroy(sensitivity);
+    perp__leave(context, PERP_OK);
+}
+
+/* ---- products ------------------------------------------------------------------------------ */
+
+static perp_status enter(perp_lcp_sensitivity *s)
+{
+    return perp__enter_handle(s, PERP__SENSITIVITY_MAGIC);
+}
+
+static perp_status check_verdict(const perp_lcp_sensitivity *s)
+{
+    if (s->verdict == PERP_VERDICT_REGULAR || s->verdict == PERP_VERDICT_DEGENERATE)
+        return PERP_OK;
+    return perp__fail(s->context, PERP_ERROR_ARGUMENT, "z has no derivatives: it is %s%s",
+                      s->verdict == PERP_VERDICT_SINGULAR ? "a solution whose block is " : "",
+                      perp_lcp_verdict_text(s->verdict));
+}
+
+/* NULL is allowed, for 0. */
+static perp_status check_change(const perp_lcp_sensitivity *s, const char *name, const double *x)
+{
+    return x ? perp__check_finite(s->context, name, x, (size_t)s->n) : PERP_OK;
+}
+
+static perp_status read_change(const perp_lcp_sensitivity *s, perp__matrix *own,
+                               const perp_matrix *dM)
+{
+    perp_status status = perp__matrix_read(s->context, "dM", own, dM);
+
+    if (status == PERP_OK && (own->rows != s->n || own->columns != s->n))
+        status = perp__fail(s->context, PERP_ERROR_ARGUMENT, "dM is %d by %d, expected %d by %d",
+                            (int)own->rows, (int)own->columns, (int)s->n, (int)s->n);
+    return status;
+}
+
+/* rhs := dM z + M_.N dz_N + dq, dz_N := the movement of the bounds */
+static void find_rhs(perp_lcp_sensitivity *s, const perp__matrix *dM, const double *dq,
+                     const double *dlower, const double *dupper)
+{
+    int32_t i;
+
+    if (s->n == 0)
+        return;
+    for (i = 0; i < s->n; i++) {
+        const double *moved = s->places[i] == PERP__BETWEEN    ? NULL
+                              : s->places[i] == PERP__AT_UPPER ? dupper
+                                                               : dlower;
+
+        s->move[i] = moved ? moved[i] : 0.0;
+    }
+    perp__multiply(&s->solver->M, s->move, s->rhs);
+    for (i = 0; dq && i < s->n; i++)
+        s->rhs[i] += dq[i];
+    if (dM) {
+        perp__multiply(dM, s->solver->z, s->product);
+        for (i = 0; i < s->n; i++)
+            s->rhs[i] += s->product[i];
+    }
+}
+
+static perp_status forward(perp_lcp_sensitivity *s, double *dz, const double *dq,
+                           const perp_matrix *dM, const double *dlower, const double *dupper)
+{
+    perp__matrix own;
+    perp_status status = check_verdict(s);
+    int32_t k;
+
+    if (status == PERP_OK && s->n > 0)
+        status = perp__check_pointer(s->context, "dz", dz);
+    if (status == PERP_OK)
+        status = check_change(s, "dq", dq);
+    if (status == PERP_OK)
+        status = check_change(s, "dlower", dlower);
+    if (status == PERP_OK)
+        status = check_change(s, "dupper", dupper);
+    if (status == PERP_OK && dM)
+        status = read_change(s, &own, dM);
+    if (status != PERP_OK)
+        return status;
+    find_rhs(s, dM ? &own : NULL, dq, dlower, dupper);
+    perp__sensitivity_solve(s, s->rhs, 0);
+    for (k = 0; k < s->count; k++)
+        s->move[s->active[k]] = -s->rhs[s->active[k]];
+    status = perp__check_finite(s->context, "dz", s->move, (size_t)s->n);
+    if (status == PERP_OK && s->n > 0)
+        memcpy(dz, s->move, (size_t)s->n * sizeof *dz);
+    return status;
+}
+
+perp_status perp_lcp_sensitivity_forward(perp_lcp_sensitivity *sensitivity, double *dz,
+                                         const double *dq, const perp_matrix *dM,
+                                         const double *dlower, const double *dupper)
+{
+    perp_status status = enter(sensitivity);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(sensitivity->context, forward(sensitivity, dz, dq, dM, dlower, dupper));
+}
+
+/* sum_i M_ij p_i */
+static double column_times(const perp__matrix *M, int32_t j, const double *p)
+{
+    double sum = 0.0;
+    int32_t i, k;
+
+    if (M->column_starts) {
+        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            sum += M->values[k] * p[M->row_indices[k]];
+    } else {
+        const double *column = M->values + (size_t)j * M->column_stride;
+
+        for (i = 0; i < M->rows; i++)
+            sum += column[(size_t)i * M->row_stride] * p[i];
+    }
+    return sum;
+}
+
+/* rhs := p, p_A = -M_AA^-T g_A and 0 elsewhere; for a direction (d, e) of q and of the bounds of N
+ * then g'dz = p'd + sum_N (g + M'p)_j e_j, since M_AA dz_A = -(d_A + M_AN e). */
+static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, double *upper,
+                           const double *g)
+{
+    perp_status status = check_verdict(s);
+    int32_t i;
+
+    if (status == PERP_OK && s->n > 0)
+        status = perp__check_pointer(s->context, "g", g);
+    if (status == PERP_OK)
+        status = perp__check_finite(s->context, "g", g, (size_t)s->n);
+    if (status != PERP_OK)
+        return status;
+    for (i = 0; i < s->n; i++) {
+        s->rhs[i] = s->places[i] == PERP__BETWEEN ? -g[i] : 0.0;
+        s->move[i] = g[i]; /* g may be the caller's p */
+    }
+    perp__sensitivity_solve(s, s->rhs, 1);
+    for (i = 0; i < s->n; i++) {
+        const int32_t place = s->places[i];
+        const int32_t asked = place == PERP__AT_UPPER ? upper != NULL : lower != NULL;
+
+        s->product[i] = place == PERP__BETWEEN || !asked
+                            ? 0.0
+                            : s->move[i] + column_times(&s->solver->M, i, s->rhs);
+    }
+    status = perp__check_finite(s->context, "p", s->rhs, (size_t)s->n);
+    if (status == PERP_OK)
+        status = perp__check_finite(s->context, "lower or upper", s->product, (size_t)s->n);
+    for (i = 0; i < s->n && status == PERP_OK; i++) {
+        const int32_t is_upper = s->places[i] == PERP__AT_UPPER;
+
+        if (p)
+            p[i] = s->rhs[i];
+        if (lower)
+            lower[i] = is_upper ? 0.0 : s->product[i];
+        if (upper)
+            upper[i] = is_upper ? s->product[i] : 0.0;
+    }
+    return status;
+}
+
+perp_status perp_lcp_sensitivity_adjoint(perp_lcp_sensitivity *sensitivity, double *p,
+                                         double *lower, double *upper, const double *g)
+{
+    perp_status status = enter(sensitivity);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(sensitivity->context, adjoint(sensitivity, p, lower, upper, g));
+}
+
+perp_status perp_lcp_sensitivity_places(perp_lcp_sensitivity *sensitivity, int32_t *places)
+{
+    perp_status status = enter(sensitivity);
+    int32_t i;
+
+    if (status != PERP_OK)
+        return status;
+    if (sensitivity->n > 0)
+        status = perp__check_pointer(sensitivity->context, "places", places);
+    for (i = 0; status == PERP_OK && i < sensitivity->n; i++)
+        places[i] = sensitivity->places[i];
+    return perp__leave(sensitivity->context, status);
+}

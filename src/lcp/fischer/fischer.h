@@ -1,0 +1,68 @@
+/* The parts of the semismooth Newton method: the point it stands at, its starts, its two kinds of
+ * step. In the notation of De Luca, Facchinei & Kanzow (1996): F(z) = S z + q, Phi_i = phi of row
+ * i, Psi = 1/2 |Phi|^2, H = D_z + D_w S in the B-subdifferential of Phi. */
+#ifndef PERP_LCP_FISCHER_H
+#define PERP_LCP_FISCHER_H
+
+#include "lcp/fischer/function.h"
+#include "lcp/fischer/matrix.h"
+
+#define PERP__FISCHER_MEMORY 8 /* values of Psi that the line search looks back on */
+
+typedef struct perp__fischer_state {
+    perp__lcp_work common;
+    perp__fischer_matrix S;
+    double penalty;
+    double *z, *w, *phi; /* the point, F and Phi there; z belongs to the caller */
+    double psi;
+    double recent[PERP__FISCHER_MEMORY]; /* Psi of the last points, in a ring */
+    int64_t steps;
+    double *slope_z, *slope_w;             /* D_z and D_w */
+    double *weights, *d, *image;           /* a direction's system, the direction, S d */
+    double *trial_z, *trial_w, *trial_phi; /* where it may lead */
+    double *correction, *part, *work;      /* for one function's own use */
+    double *best;                          /* within the bounds, the smallest natural residual */
+    double best_residual;
+    /* active-set steps, see fischer_active.c */
+    int8_t *places, *next_places; /* the index set to solve for, and the one after it */
+    int32_t has_places;           /* 0: to be read off z and w */
+    double rho;
+    double *kept_z; /* the watchdog's point */
+    double kept_psi;
+    int32_t watched, failures;
+} perp__fischer_state;
+
+/* w = F(z) */
+void perp__fischer_multiply(const perp__fischer_state *f, const double *z, double *w);
+
+/* phi = Phi(z) with w = F(z) given; returns Psi(z). */
+double perp__fischer_evaluate(const perp__fischer_state *f, const double *z, const double *w,
+                              double *phi);
+
+/* Keeps z, projected onto the bounds, if its natural residual is the smallest so far. Uses trial_z,
+ * trial_w, part. */
+void perp__fischer_judge(perp__fischer_state *f);
+
+/* Finds w, Phi and Psi at f->z, and judges it. */
+void perp__fischer_stand(perp__fischer_state *f);
+
+/* Stands at trial_z instead. */
+void perp__fischer_move(perp__fischer_state *f);
+
+/* x is given on the rows of infinite weight W; on the others it is the right side b of
+ * (W + S) x = b. Solves with the factors there are; image := S x. Uses part. */
+void perp__fischer_solve_rows(perp__fischer_state *f, double *x, double *image);
+
+/* Improves f->z by a few cheap steps: projected Gauss-Seidel sweeps or extragradient steps (`steps`
+ * > 0), or projected Jacobi steps (`jacobi` > 0). */
+void perp__fischer_start(perp__fischer_state *f, int32_t steps, int32_t jacobi);
+
+/* One step by a regularised active set. Returns 1 if z moved, 0 if it did not and Newton's step is
+ * to be made, or PERP_ERROR_MEMORY. */
+perp_status perp__fischer_active_step(perp__fischer_state *f);
+
+/* One step by Newton's direction for Phi, or else by the gradient of Psi, with a line search.
+ * Returns 1 if z moved, 0 if nothing more can be done, or PERP_ERROR_MEMORY. */
+perp_status perp__fischer_newton_step(perp__fischer_state *f);
+
+#endif

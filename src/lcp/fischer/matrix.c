@@ -1,0 +1,211 @@
+#include "lcp/fischer/matrix.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "linalg/lanes/multiversion.h"
+
+static int32_t is_sparse(const perp__fischer_matrix *matrix)
+{
+    return matrix->column_starts != NULL;
+}
+
+void perp__fischer_matrix_layout(perp__arena *arena, perp__fischer_matrix *matrix,
+                                 const perp__lcp_problem *problem)
+{
+    const perp__matrix *M = problem->M;
+    const size_t n = (size_t)problem->n;
+    const int32_t sparse = M->column_starts != NULL;
+    const size_t entries = sparse ? (size_t)M->column_starts[n] + n : n * n;
+
+    matrix->is_read = 0;
+    matrix->S_values = perp__arena_take(arena, entries, sizeof(double));
+    matrix->block = perp__arena_take(arena, entries, sizeof(double));
+    matrix->factors = perp__arena_take(arena, n, sizeof(double));
+    matrix->packed = perp__arena_take(arena, n, sizeof(double));
+    matrix->active = perp__arena_take(arena, n, sizeof(int32_t));
+    matrix->pivots = perp__arena_take(arena, n, sizeof(int32_t));
+    matrix->column_starts = NULL;
+    matrix->row_indices = matrix->diagonal = NULL;
+    if (sparse) {
+        matrix->column_starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
+        matrix->row_indices = perp__arena_take(arena, entries, sizeof(int32_t));
+        matrix->diagonal = perp__arena_take(arena, n, sizeof(int32_t));
+    }
+}
+
+static int32_t append(perp__fischer_matrix *matrix, int32_t at, int32_t row, double value)
+{
+    matrix->row_indices[at] = row;
+    matrix->S_values[at] = value;
+    return at + 1;
+}
+
+static void read_sparse(perp__fischer_matrix *matrix, const perp__lcp_problem *problem)
+{
+    const perp__matrix *M = problem->M;
+    const double *d = problem->factors;
+    int32_t at = 0;
+
+    for (int32_t j = 0; j < problem->n; j++) {
+        int32_t k = M->column_starts[j];
+
+        matrix->column_starts[j] = at;
+        for (; k < M->column_starts[j + 1] && M->row_indices[k] < j; k++)
+            at =
+                append(matrix, at, M->row_indices[k], M->values[k] * (d[M->row_indices[k]] * d[j]));
+        matrix->diagonal[j] = at;
+        if (k == M->column_starts[j + 1] || M->row_indices[k] != j)
+            at = append(matrix, at, j, 0.0);
+        for (; k < M->column_starts[j + 1]; k++)
+            at =
+                append(matrix, at, M->row_indices[k], M->values[k] * (d[M->row_indices[k]] * d[j]));
+    }
+    matrix->column_starts[problem->n] = at;
+}
+
+/* By tiles, so that the columns of one and the rows of the other stay in the cache. */
+static int32_t is_symmetric_dense(const double *values, int32_t n)
+{
+    enum { TILE = 32 };
+
+    for (int32_t j = 0; j < n; j += TILE)
+        for (int32_t i = j; i < n; i += TILE)
+            for (int32_t c = j; c < n && c < j + TILE; c++)
+                for (int32_t r = i > c ? i : c + 1; r < n && r < i + TILE; r++)
+                    if (values[(size_t)c * (size_t)n + (size_t)r] !=
+                        values[(size_t)r * (size_t)n + (size_t)c])
+                        return 0;
+    return 1;
+}
+
+/* Columns from left to right meet the mirror images of their entries in the order in which these
+ * are stored: one cursor a column. */
+static int32_t is_symmetric_sparse(const perp__matrix *S, int32_t *cursor)
+{
+    memcpy(cursor, S->column_starts, (size_t)S->columns * sizeof *cursor);
+    for (int32_t j = 0; j < S->columns; j++)
+        for (int32_t k = S->column_starts[j]; k < S->column_starts[j + 1]; k++) {
+            const int32_t i = S->row_indices[k], at = cursor[i]++;
+
+            if (at >= S->column_starts[i + 1] || S->row_indices[at] != j ||
+                S->values[at] != S->values[k])
+                return 0;
+        }
+    return 1;
+}
+
+void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_problem *problem)
+{
+    perp__matrix *S = &matrix->S;
+    const size_t bytes = (size_t)problem->n * sizeof(double);
+
+    matrix->problem = problem;
+    matrix->factored = 0; /* the first pivots of a solve owe nothing to the solve before */
+    matrix->count = 0;
+    if (problem->n == 0 || (matrix->is_read && !memcmp(matrix->factors, problem->factors, bytes)))
+        return;
+    memcpy(matrix->factors, problem->factors, bytes);
+    S->rows = S->columns = problem->n;
+    S->row_stride = 1;
+    S->column_stride = (size_t)problem->n;
+    S->values = matrix->S_values;
+    S->column_starts = matrix->column_starts;
+    S->row_indices = matrix->row_indices;
+    matrix->is_read = 1;
+    if (is_sparse(matrix)) {
+        read_sparse(matrix, problem);
+        matrix->symmetric = is_symmetric_sparse(S, matrix->active);
+    } else {
+        perp__lcp_dense(problem, matrix->S_values, (size_t)problem->n);
+        matrix->symmetric = is_symmetric_dense(matrix->S_values, problem->n);
+    }
+}
+
+double perp__fischer_matrix_diagonal(const perp__fischer_matrix *matrix, int32_t j)
+{
+    if (is_sparse(matrix))
+        return matrix->S_values[matrix->diagonal[j]];
+    return matrix->S_values[(size_t)j * (matrix->S.column_stride + 1)];
+}
+
+/* y += x0 a0 + x1 a1 + x2 a2 + x3 a3 */
+PERP__KERNEL static void add_columns_loops(size_t n, const double *const *a, const double *x,
+                                           double *restrict y)
+{
+    const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
+    const double x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3];
+
+    for (size_t i = 0; i < n; i++)
+        y[i] = (((y[i] + a0[i] * x0) + a1[i] * x1) + a2[i] * x2) + a3[i] * x3;
+}
+PERP__MULTIVERSION(add_columns, (size_t n, const double *const *a, const double *x, double *y),
+                   (n, a, x, y))
+
+PERP__KERNEL static void add_one_loops(size_t n, const double *a, double x, double *restrict y)
+{
+    for (size_t i = 0; i < n; i++)
+        y[i] += a[i] * x;
+}
+PERP__MULTIVERSION(add_one, (size_t n, const double *a, double x, double *y), (n, a, x, y))
+
+static void add_dense(const perp__matrix *S, const double *x, double *y)
+{
+    const double *columns[4];
+    double factors[4];
+    int32_t count = 0;
+
+    for (int32_t j = 0; j < S->columns; j++) {
+        if (x[j] == 0.0)
+            continue;
+        columns[count] = S->values + (size_t)j * S->column_stride;
+        factors[count++] = x[j];
+        if (count == 4) {
+            add_columns((size_t)S->rows, columns, factors, y);
+            count = 0;
+        }
+    }
+    for (int32_t k = 0; k < count; k++)
+        add_one((size_t)S->rows, columns[k], factors[k], y);
+}
+
+void perp__fischer_matrix_add(const perp__fischer_matrix *matrix, const double *x, double *y)
+{
+    if (!is_sparse(matrix)) {
+        add_dense(&matrix->S, x, y);
+        return;
+    }
+    for (int32_t j = 0; j < matrix->S.columns; j++)
+        if (x[j] != 0.0)
+            perp__fischer_matrix_add_column(matrix, j, x[j], y);
+}
+
+void perp__fischer_matrix_add_column(const perp__fischer_matrix *matrix, int32_t j, double x,
+                                     double *y)
+{
+    const perp__matrix *S = &matrix->S;
+
+    if (!is_sparse(matrix)) {
+        add_one((size_t)S->rows, S->values + (size_t)j * S->column_stride, x, y);
+        return;
+    }
+    for (int32_t k = S->column_starts[j]; k < S->column_starts[j + 1]; k++)
+        y[S->row_indices[k]] += S->values[k] * x;
+}
+
+void perp__fischer_matrix_transposed(const perp__fischer_matrix *matrix, const double *x, double *y)
+{
+    const perp__matrix *S = &matrix->S;
+
+    for (int32_t j = 0; j < S->columns; j++) {
+        double sum = 0.0;
+
+        if (S->column_starts)
+            for (int32_t p = S->column_starts[j]; p < S->column_starts[j + 1]; p++)
+                sum += S->values[p] * x[S->row_indices[p]];
+        else
+            for (int32_t i = 0; i < S->rows; i++)
+                sum += S->values[(size_t)j * S->column_stride + (size_t)i] * x[i];
+        y[j] = sum;
+    }
+}

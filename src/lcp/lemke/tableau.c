@@ -1,0 +1,322 @@
+#include "lcp/lemke/tableau.h"
+
+#include <string.h>
+
+#include "linalg/lanes/multiversion.h"
+
+/* Exchanges are applied to a column a group at a time. */
+enum { GROUP = PERP__GROUP };
+
+/* Exchanges kept. Where the path is no longer than that, T is never updated; beyond, a delay means
+ * longer sums for each column and fewer passes over T (bench/lcp_dense). */
+enum { LONGEST_DELAY = 128, DELAY = 64, LONG_DELAY_TO = 256 };
+
+/* Small tableaus keep ties and zeros of exact data by plain arithmetic; from this size on the fused
+ * kernels' speed counts. */
+enum { FUSED_FROM = 96 };
+
+static size_t panels_of(int32_t rows)
+{
+    return ((size_t)rows + PERP__PANEL - 1) / PERP__PANEL;
+}
+
+size_t perp__tableau_length(int32_t rows)
+{
+    return panels_of(rows) * PERP__PANEL;
+}
+
+static size_t delay_of(int32_t rows)
+{
+    const size_t length = perp__tableau_length(rows);
+
+    if (rows > LONG_DELAY_TO)
+        return DELAY;
+    return length < LONGEST_DELAY ? length : LONGEST_DELAY;
+}
+
+/* An odd number of panels, so that the columns of a tile don't meet in the same cache lines. */
+static size_t leading_dimension_of(int32_t rows)
+{
+    return (panels_of(rows) | 1) * PERP__PANEL;
+}
+
+static size_t width_of(int32_t columns)
+{
+    return ((size_t)columns + PERP__TILE - 1) / PERP__TILE * PERP__TILE;
+}
+
+/* From one panel of U to the next. */
+static size_t stride_of(const perp__tableau *t)
+{
+    return (size_t)t->delay * PERP__PANEL;
+}
+
+/* U(r,0); the next entry is PERP__PANEL further. */
+static double *row_of(const perp__tableau *t, int32_t r)
+{
+    return t->U + (size_t)r / PERP__PANEL * stride_of(t) + (size_t)r % PERP__PANEL;
+}
+
+void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, int32_t columns)
+{
+    const size_t ld = leading_dimension_of(rows), width = width_of(columns);
+    const size_t delay = delay_of(rows);
+
+    t->kernels = perp__panel_kernels_choose(rows >= FUSED_FROM);
+    t->leading_dimension = (int32_t)ld;
+    t->delay = (int32_t)delay;
+    t->T = perp__arena_take(arena, ld * width, sizeof(double));
+    t->U = perp__arena_take(arena, perp__tableau_length(rows) * delay, sizeof(double));
+    t->L = perp__arena_take(arena, delay * delay, sizeof(double));
+    t->V = perp__arena_take(arena, delay * PERP__STRIP, sizeof(double));
+    t->rewritten = perp__arena_take(arena, delay * PERP__STRIP, sizeof(double));
+    t->pivots = perp__arena_take(arena, delay, sizeof(double));
+    t->exchanged = perp__arena_take(arena, delay, sizeof(int32_t));
+    t->entered = perp__arena_take(arena, delay, sizeof(int32_t));
+    t->again = perp__arena_take(arena, delay, sizeof(int32_t));
+    t->last = perp__arena_take(arena, (size_t)rows, sizeof(int32_t));
+    t->started = perp__arena_take(arena, width, sizeof(int32_t));
+}
+
+static void forget(perp__tableau *t)
+{
+    int32_t i;
+
+    t->pending = 0;
+    for (i = 0; i < t->rows; i++)
+        t->last[i] = -1;
+    for (i = 0; i < t->columns; i++)
+        t->started[i] = 0;
+}
+
+void perp__tableau_reset(perp__tableau *t, int32_t rows, int32_t columns)
+{
+    t->rows = rows;
+    t->columns = columns;
+    forget(t);
+}
+
+void perp__tableau_column(perp__tableau *t, int32_t c, double *column)
+{
+    const size_t pending = (size_t)t->pending, panels = panels_of(t->rows);
+    const perp__exchanges e = {t->exchanged, t->pivots, t->L, (size_t)t->delay};
+    double v[GROUP];
+    size_t first, last;
+
+    memcpy(column, t->T + (size_t)c * (size_t)t->leading_dimension,
+           (size_t)t->rows * sizeof *column);
+    for (last = (size_t)t->rows; last < panels * PERP__PANEL; last++)
+        column[last] = 0.0;
+    for (first = (size_t)t->started[c]; first < pending; first = last) {
+        last = first - first % GROUP + GROUP;
+        if (last > pending)
+            last = pending;
+        t->kernels->eliminate(&e, first, last, v, column);
+        t->kernels->subtract_vector(panels, last - first, t->U + first * PERP__PANEL, stride_of(t),
+                                    v, column);
+    }
+}
+
+PERP__KERNEL static void add_4_loops(size_t length, const double *const *a, const double *x,
+                                     double *restrict y)
+{
+    const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
+    const double x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3];
+    size_t i;
+
+    for (i = 0; i < length; i++)
+        y[i] = (((y[i] + a0[i] * x0) + a1[i] * x1) + a2[i] * x2) + a3[i] * x3;
+}
+PERP__MULTIVERSION(add_4, (size_t length, const double *const *a, const double *x, double *y),
+                   (length, a, x, y))
+
+PERP__KERNEL static void add_1_loops(size_t length, const double *restrict a, double x,
+                                     double *restrict y)
+{
+    size_t i;
+
+    for (i = 0; i < length; i++)
+        y[i] += a[i] * x;
+}
+PERP__MULTIVERSION(add_1, (size_t length, const double *a, double x, double *y), (length, a, x, y))
+
+/* y := y + T x for the columns that owe all exchanges kept */
+static void add_untouched(const perp__tableau *t, const double *x, double *y)
+{
+    const size_t length = perp__tableau_length(t->rows);
+    const double *columns[4];
+    double factors[4];
+    int32_t pending = 0, c;
+
+    for (c = 0; c < t->columns; c++) {
+        if (x[c] == 0.0 || t->started[c] > 0)
+            continue;
+        columns[pending] = t->T + (size_t)c * (size_t)t->leading_dimension;
+        factors[pending] = x[c];
+        if (++pending == 4) {
+            add_4(length, columns, factors, y);
+            pending = 0;
+        }
+    }
+    for (c = pending; c < 4 && pending > 0; c++) {
+        columns[c] = columns[0];
+        factors[c] = 0.0;
+    }
+    if (pending > 0)
+        add_4(length, columns, factors, y);
+}
+
+/* As perp__tableau_column for the sum of all columns, each of which joins it after the exchange
+ * that wrote it. */
+void perp__tableau_multiply(perp__tableau *t, const double *x, double *y)
+{
+    const size_t panels = panels_of(t->rows), pending = (size_t)t->pending;
+    size_t first, last, k, l;
+    double v[GROUP];
+
+    memset(y, 0, panels * PERP__PANEL * sizeof *y);
+    add_untouched(t, x, y);
+    for (first = 0; first < pending; first = last) {
+        last = first + GROUP < pending ? first + GROUP : pending;
+        for (k = first; k < last; k++) {
+            const double *owed = t->L + k * (size_t)t->delay;
+            const int32_t r = t->exchanged[k], c = t->entered[k];
+
+            v[k - first] = y[r];
+            for (l = first; l < k; l++)
+                v[k - first] -= owed[l] * v[l - first];
+            y[r] = v[k - first] / t->pivots[k];
+            if ((size_t)t->started[c] == k + 1 && x[c] != 0.0)
+                add_1(panels * PERP__PANEL, t->T + (size_t)c * (size_t)t->leading_dimension, x[c],
+                      y);
+        }
+        t->kernels->subtract_vector(panels, last - first, t->U + first * PERP__PANEL, stride_of(t),
+                                    v, y);
+    }
+}
+
+/* Reads the rows that were exchanged into V, for the columns from `begin`. */
+static void gather(perp__tableau *t, size_t begin, size_t width)
+{
+    const size_t ld = (size_t)t->leading_dimension, pending = (size_t)t->pending;
+    size_t j, k;
+
+    for (j = 0; j < width; j++) {
+        const double *column = t->T + (begin + j) * ld;
+
+        for (k = 0; k < pending; k++)
+            t->V[k * PERP__STRIP + j] = column[t->exchanged[k]];
+    }
+    for (; j < PERP__STRIP; j++)
+        for (k = 0; k < pending; k++)
+            t->V[k * PERP__STRIP + j] = 0.0;
+}
+
+/* V and what becomes of the rows that were exchanged. Columns that were written afresh after
+ * exchange k have nothing to do with it. */
+static void eliminate_rows(perp__tableau *t, size_t begin, size_t width)
+{
+    const size_t pending = (size_t)t->pending;
+    const int32_t *started = t->started + begin;
+    int32_t newest = 0;
+    size_t j, k;
+
+    for (j = 0; j < width; j++)
+        newest = started[j] > newest ? started[j] : newest;
+    for (k = 0; k < pending; k++) {
+        double *v = t->V + k * PERP__STRIP, *rewritten = t->rewritten + k * PERP__STRIP;
+        double *again = t->V + (size_t)t->again[k] * PERP__STRIP;
+
+        t->kernels->subtract_rows(k, t->L + k * (size_t)t->delay, t->V, t->pivots[k], v, rewritten);
+        for (j = 0; j < width && k < (size_t)newest; j++)
+            if ((size_t)started[j] > k)
+                v[j] = 0.0;
+        for (j = 0; j < width && t->again[k] > 0; j++)
+            if ((size_t)started[j] <= k)
+                again[j] = rewritten[j];
+    }
+}
+
+static void scatter(perp__tableau *t, size_t begin, size_t width)
+{
+    const size_t ld = (size_t)t->leading_dimension, pending = (size_t)t->pending;
+    size_t j, k;
+
+    for (j = 0; j < width; j++) {
+        double *column = t->T + (begin + j) * ld;
+
+        for (k = (size_t)t->started[begin + j]; k < pending; k++)
+            column[t->exchanged[k]] = t->rewritten[k * PERP__STRIP + j];
+    }
+}
+
+void perp__tableau_flush(perp__tableau *t)
+{
+    const size_t ld = (size_t)t->leading_dimension, columns = (size_t)t->columns;
+    const size_t pending = (size_t)t->pending;
+    size_t begin, j, k;
+
+    for (k = 0; k < pending; k++) /* all groups are one now */
+        for (j = 0; j < k; j++)
+            row_of(t, t->exchanged[k])[j * PERP__PANEL] = 0.0;
+    for (begin = 0; begin < columns && pending > 0; begin += PERP__STRIP) {
+        const size_t left = columns - begin, width = left < PERP__STRIP ? left : PERP__STRIP;
+
+        gather(t, begin, width);
+        eliminate_rows(t, begin, width);
+        scatter(t, begin, width);
+        for (j = 0; j < width; j += PERP__TILE)
+            t->kernels->subtract_tile(panels_of(t->rows), pending, t->U, stride_of(t), t->V + j,
+                                      t->T + (begin + j) * ld, ld);
+    }
+    forget(t);
+}
+
+void perp__tableau_drop(perp__tableau *t, int32_t c)
+{
+    const size_t ld = (size_t)t->leading_dimension;
+    const int32_t last = --t->columns;
+
+    if (c == last)
+        return;
+    memcpy(t->T + (size_t)c * ld, t->T + (size_t)last * ld, (size_t)t->rows * sizeof *t->T);
+    t->started[c] = t->started[last];
+    if (t->started[c] > 0)
+        t->entered[t->started[c] - 1] = c;
+}
+
+/* The row r that exchange k replaces owes nothing to those before any more. Those of earlier groups
+ * have been applied when k's turn comes, so what they did to row r will be overwritten. */
+static void keep_row(perp__tableau *t, int32_t k, int32_t r)
+{
+    double *u = row_of(t, r), *owed = t->L + (size_t)k * (size_t)t->delay;
+    int32_t l;
+
+    for (l = 0; l <= t->last[r]; l++)
+        owed[l] = 0.0;
+    for (; l < k; l++)
+        owed[l] = u[(size_t)l * PERP__PANEL];
+    for (l = k - k % GROUP; l < k; l++)
+        u[(size_t)l * PERP__PANEL] = 0.0;
+    t->exchanged[k] = r;
+    t->again[k] = 0;
+    if (t->last[r] >= 0)
+        t->again[t->last[r]] = k;
+    t->last[r] = k;
+}
+
+void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, const double *column)
+{
+    double *into = t->T + (size_t)c * (size_t)t->leading_dimension, *u;
+
+    if (t->pending == t->delay)
+        perp__tableau_flush(t);
+    keep_row(t, t->pending, r);
+    u = t->U + (size_t)t->pending * PERP__PANEL;
+    t->kernels->keep(panels_of(t->rows), column[r], column, into, u, stride_of(t));
+    into[r] = 1.0 / column[r];
+    row_of(t, r)[(size_t)t->pending * PERP__PANEL] = 0.0;
+    t->pivots[t->pending] = column[r];
+    t->entered[t->pending] = c;
+    t->started[c] = ++t->pending;
+}

@@ -1,0 +1,195 @@
+/* Units for Lemke's method where rows of M have been scaled.
+ *
+ * w_i may be measured in any unit: the problem stays the same if row i of M and q_i are multiplied
+ * by R_i > 0, but M loses its symmetry, and with it what makes the path well behaved. Where a
+ * diagonal R with |M_ij| R_j = |M_ji| R_i exists, it is found along the couplings and taken back.
+ */
+#include <math.h>
+
+#include "lcp/lemke/lemke.h"
+#include "linalg/scale.h"
+
+/* Couplings with |M_ij M_ji| below this, relative to the row's largest, may be rounding. */
+#define PERP__SIGNIFICANT 0x1p-60
+/* Row norms that differ by more than this make a look at the couplings worth its price. */
+#define PERP__SPREAD 0x1p14
+
+void perp__lemke_reset_units(perp__lemke *l)
+{
+    int32_t k;
+
+    for (k = 0; k < l->pairs; k++)
+        l->row_unit[k] = l->column_unit[k] = 1.0;
+}
+
+static double size_of(const perp__lemke *l, int32_t i, int32_t j)
+{
+    return fabs(l->tableau.T[(size_t)i + (size_t)j * (size_t)l->tableau.leading_dimension]);
+}
+
+static int32_t is_coupled(const perp__lemke *l, int32_t i, int32_t j)
+{
+    const double product = size_of(l, i, j) * size_of(l, j, i);
+
+    /* products beyond the range of doubles have no logarithm to go by */
+    return product > 0.0 && product < INFINITY &&
+           product >= PERP__SIGNIFICANT * fmin(l->row_unit[i], l->row_unit[j]);
+}
+
+/* row_unit := the row's largest |M_ij M_ji|, for is_coupled. */
+static void find_strongest(perp__lemke *l)
+{
+    int32_t i, j;
+
+    for (i = 0; i < l->pairs; i++)
+        l->row_unit[i] = 0.0;
+    for (j = 0; j < l->pairs; j++)
+        for (i = 0; i <= j; i++) {
+            const double product = size_of(l, i, j) * size_of(l, j, i);
+
+            l->row_unit[i] = fmax(l->row_unit[i], product);
+            l->row_unit[j] = fmax(l->row_unit[j], product);
+        }
+}
+
+/* column_unit := log2 sqrt(R), breadth first from one row of every component, with mean 0 there. */
+static void find_units(perp__lemke *l)
+{
+    const int32_t n = l->pairs;
+    int32_t *queue = l->queue;
+    int32_t root, begin = 0, end = 0, first, i, k;
+
+    for (i = 0; i < n; i++)
+        l->column_unit[i] = NAN;
+    for (root = 0; root < n; root++) {
+        double mean = 0.0;
+
+        if (!isnan(l->column_unit[root]))
+            continue;
+        first = end;
+        l->column_unit[root] = 0.0;
+        for (queue[end++] = root; begin < end; begin++) {
+            const int32_t j = queue[begin];
+
+            for (i = 0; i < n; i++)
+                if (isnan(l->column_unit[i]) && is_coupled(l, i, j)) {
+                    l->column_unit[i] =
+                        l->column_unit[j] + 0.5 * (log2(size_of(l, i, j)) - log2(size_of(l, j, i)));
+                    queue[end++] = i;
+                }
+        }
+        for (k = first; k < end; k++)
+            mean += l->column_unit[queue[k]] / (end - first);
+        for (k = first; k < end; k++)
+            l->column_unit[queue[k]] -= mean;
+    }
+}
+
+/* Does R make M symmetric in size, up to a factor of two? column_unit becomes sqrt(R). */
+static int32_t is_symmetric(perp__lemke *l)
+{
+    double least = INFINITY, most = -INFINITY;
+    int32_t i, j;
+
+    for (i = 0; i < l->pairs; i++) {
+        least = fmin(least, l->column_unit[i]);
+        most = fmax(most, l->column_unit[i]);
+        l->column_unit[i] = exp2(l->column_unit[i]);
+    }
+    if (!(most - least >= 2.0 && most - least <= 400.0))
+        return 0; /* it does already; or the range of doubles is too small */
+    for (j = 0; j < l->pairs; j++)
+        for (i = 0; i < j; i++) {
+            const double factor = l->column_unit[j] / l->column_unit[i];
+            const double above = size_of(l, i, j) * factor, below = size_of(l, j, i) / factor;
+
+            if (is_coupled(l, i, j) && !(above <= 2.0 * below && below <= 2.0 * above))
+                return 0;
+        }
+    return 1;
+}
+
+/* The power of two in (x / 2, x]. */
+static double power_below(double x)
+{
+    int exponent;
+
+    frexp(x, &exponent);
+    return perp__power_of_two(exponent - 1);
+}
+
+/* Rows without a diagonal take the unit that brings their largest coupling into [1, 2), as
+ * perp__equilibrate does. */
+static void fit_without_diagonal(perp__lemke *l)
+{
+    int32_t i, j;
+
+    for (i = 0; i < l->pairs; i++) {
+        double largest = 0.0, unit;
+
+        if (size_of(l, i, i) != 0.0)
+            continue;
+        for (j = 0; j < l->pairs; j++)
+            if (size_of(l, j, j) != 0.0)
+                largest =
+                    fmax(largest, fmax(size_of(l, i, j) * l->row_unit[i] * l->column_unit[j],
+                                       size_of(l, j, i) * l->row_unit[j] * l->column_unit[i]));
+        if (!(largest > 0x1p-400 && largest < 0x1p400))
+            continue;
+        unit = power_below(largest);
+        l->row_unit[i] /= unit;
+        l->column_unit[i] /= unit;
+    }
+}
+
+static void apply(perp__lemke *l)
+{
+    const size_t ld = (size_t)l->tableau.leading_dimension;
+    int32_t i, j;
+
+    for (j = 0; j < l->pairs; j++) {
+        double *column = l->tableau.T + (size_t)j * ld;
+
+        for (i = 0; i < l->pairs; i++)
+            column[i] *= l->row_unit[i] * l->column_unit[j];
+        l->b[j] *= l->row_unit[j];
+        l->range[j] /= l->column_unit[j];
+    }
+    perp__lemke_index(l);
+}
+
+/* Whether the tableau is the start's, -M, and rows are so unlike that units may matter. */
+static int32_t is_worth_a_look(const perp__lemke *l, int32_t eager)
+{
+    const double *norms = l->head.problem->row_norms;
+    double least = INFINITY, most = 0.0;
+    int32_t k;
+
+    for (k = 0; k < l->pairs; k++) {
+        if (l->basic[k] != l->pairs + k)
+            return 0;
+        least = fmin(least, norms[l->index[k]]);
+        most = fmax(most, norms[l->index[k]]);
+    }
+    return l->tableau.columns == l->pairs && (eager || most > PERP__SPREAD * least);
+}
+
+void perp__lemke_choose_units(perp__lemke *l, int32_t eager)
+{
+    int32_t i;
+
+    if (!is_worth_a_look(l, eager))
+        return;
+    find_strongest(l);
+    find_units(l);
+    if (!is_symmetric(l)) {
+        perp__lemke_reset_units(l);
+        return;
+    }
+    for (i = 0; i < l->pairs; i++) {
+        l->column_unit[i] = power_below(l->column_unit[i]);
+        l->row_unit[i] = 1.0 / l->column_unit[i];
+    }
+    fit_without_diagonal(l);
+    apply(l);
+}

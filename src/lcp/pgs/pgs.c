@@ -1,0 +1,284 @@
+/* Projected Gauss-Seidel with over-relaxation (Cryer, SIAM J. Control 9 (1971) 385; for bounds and
+ * unsymmetric M: Cottle, Pang & Stone (1992), section 5.2): row by row,
+ *
+ *   w_i = (S z)_i + q_i,    z_i := mid(l_i, u_i, z_i - omega w_i / S_ii),
+ *
+ * with the newest z throughout. Converges for symmetric positive definite S and omega in (0, 2),
+ * and for diagonally dominant S and omega <= 1, linearly; otherwise it may stall or diverge, and
+ * says so. The residual |mid(z_i - l_i, z_i - u_i, w_i)| of a sweep is read in passing, at the
+ * moment each row is updated; a sweep that claims convergence is confirmed by a product with its z.
+ *
+ * A row without a diagonal entry has no such step. If all of it is zero, w_i = q_i says where z_i
+ * belongs, and there it is held.
+ */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "lcp/pgs/pgs.h"
+
+/* A residual this much above the best one seen is divergence. Where S is symmetric and positive
+ * definite the residual can grow by the square root of its condition number at most, 1e6 for 1e12;
+ * such a problem would stagnate all the same. */
+#define DIVERGENCE 1e6
+
+/* Stagnation: the best residual fell by less than 1 % over max(1000, 2 n) sweeps. The next digit
+ * would cost more than 2e5 sweeps. 2 n, because news travels against the sweep's direction by one
+ * row a sweep, and a residual may be flat until it has arrived. */
+#define STAGNATION_SWEEPS 1000
+#define STAGNATION_FACTOR 0.99
+
+/* Default limit: 10000 sweeps, less where they would touch more than 1e10 entries, at least 200. */
+#define SWEEPS_MOST 10000
+#define SWEEPS_LEAST 200
+#define ENTRIES_MOST 1e10
+
+#define SWEEPS_BETWEEN_TESTS 10
+
+/* Conjugate gradients start again when the residual has grown by this much, so many times. */
+#define GROWTH 10.0
+#define RESTARTS_MOST 3
+
+/* Several sweeps go through the matrix together where it does not fit into 256 kB of cache. */
+#define ENTRIES_IN_CACHE 32768
+
+/* The polish is asked to finish when the active set has stayed the same for a third of all sweeps,
+ * and at least so many; again when there are four times as many. Looked at every so many sweeps. */
+#define SWEEPS_UNCHANGED 30
+#define SWEEPS_BETWEEN_LOOKS 10
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__pgs_work *work = object;
+    const perp__lcp_problem *problem = work->common.problem;
+    size_t n = (size_t)problem->n;
+
+    perp__sweeper_layout(arena, &work->sweeper, problem);
+    perp__gradient_layout(arena, &work->gradient, n);
+    work->step = perp__arena_take(arena, n, sizeof(double));
+    work->best = perp__arena_take(arena, n, sizeof(double));
+    work->x = perp__arena_take(arena, n, sizeof(double));
+    work->y = perp__arena_take(arena, n, sizeof(double));
+    work->high = perp__arena_take(arena, n, sizeof(double));
+    work->low = perp__arena_take(arena, n, sizeof(double));
+    work->places = perp__arena_take(arena, n, sizeof(int8_t));
+    work->relaxation = 0.0;
+}
+
+/* The tested residual of z, from the caller's matrix and as precise as the front door's. */
+static double true_residual(perp__pgs_work *work, const double *z)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+    double residual = 0.0;
+
+    for (int32_t i = 0; i < problem->n; i++) {
+        work->x[i] = problem->factors[i] * z[i];
+        work->y[i] = problem->q[i] / problem->factors[i];
+    }
+    perp__multiply_doubled(problem->M, work->x, work->y, work->high, work->low);
+    for (int32_t i = 0; i < problem->n; i++) {
+        double w = problem->factors[i] * (work->high[i] + work->low[i]);
+        double r = fabs(perp__mid(z[i], problem->lower[i], problem->upper[i], w));
+
+        if (!(r <= residual) && !isnan(residual)) /* NaN stays */
+            residual = r;
+    }
+    return residual;
+}
+
+/* A sweep's residual is small enough: is that of its last z? Costs as much as ten sweeps, so after
+ * a no some sweeps pass before the question is asked again. */
+static int32_t is_solved(perp__pgs_work *work, double residual, int64_t sweeps)
+{
+    const double tol = work->common.problem->tol;
+
+    if (!(residual <= tol) || sweeps < work->next_test)
+        return 0;
+    work->next_test = sweeps + SWEEPS_BETWEEN_TESTS;
+    return true_residual(work, work->sweeper.z) <= tol;
+}
+
+static int64_t sweep_limit(const perp__pgs_work *work)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+    double n = problem->n;
+    double entries = problem->M->column_starts ? problem->M->column_starts[problem->n] : n * n;
+    double sweeps = ENTRIES_MOST / (entries + 1.0);
+
+    if (problem->iteration_limit > 0)
+        return problem->iteration_limit;
+    return sweeps > SWEEPS_MOST    ? SWEEPS_MOST
+           : sweeps < SWEEPS_LEAST ? SWEEPS_LEAST
+                                   : (int64_t)sweeps;
+}
+
+static int32_t hopeless(perp__pgs_progress *progress, double residual, int64_t sweeps,
+                        double growth)
+{
+    if (!(residual <= DBL_MAX) || residual > growth * progress->best)
+        return 1;
+    if (sweeps % progress->window != 0)
+        return 0;
+    if (progress->best > STAGNATION_FACTOR * progress->best_before)
+        return 1;
+    progress->best_before = progress->best;
+    return 0;
+}
+
+/* Keeps z where the residual has halved: copies are few, and none comes back much too late. */
+static void remember(perp__pgs_work *work, double residual)
+{
+    if (residual < 0.5 * work->remembered) {
+        work->remembered = residual;
+        memcpy(work->best, work->sweeper.z, (size_t)work->common.problem->n * sizeof(double));
+    }
+}
+
+/* One sweep in the order that the settings ask for. */
+static void sweep_once(perp__pgs_work *work, int64_t done, double *residual)
+{
+    if (work->sweep == PERP_SWEEP_SYMMETRIC && done % 2 == 1)
+        perp__sweep_backward(&work->sweeper, residual);
+    else
+        perp__sweep(&work->sweeper, 1, residual);
+}
+
+/* The step of the conjugate gradients is one sweep, or one to and one fro. Where the residual
+ * grows, they start again from the best z; where that happens often, they are left. */
+static void sweep_accelerated(perp__pgs_work *work, int64_t done, double *residual)
+{
+    const int32_t pair = work->sweep == PERP_SWEEP_SYMMETRIC;
+
+    if (!pair || done % 2 == 0)
+        perp__gradient_before(&work->gradient, &work->sweeper);
+    sweep_once(work, done, residual);
+    if (*residual <= work->common.problem->tol)
+        perp__gradient_restart(&work->gradient); /* z may be the solution: do not move it */
+    else if (!pair || done % 2 == 1)
+        perp__gradient_after(&work->gradient, &work->sweeper);
+    if (!(*residual <= GROWTH * work->remembered) && work->remembered < INFINITY) {
+        memcpy(work->sweeper.z, work->best, (size_t)work->common.problem->n * sizeof(double));
+        *residual = work->remembered;
+        perp__gradient_restart(&work->gradient);
+        perp__gradient_before(&work->gradient, &work->sweeper);
+        work->restarts++;
+    }
+}
+
+/* One sweep or a few; returns how many. */
+static int32_t advance(perp__pgs_work *work, int64_t limit, double *residuals)
+{
+    int64_t count = work->sweeper.rows.entries > ENTRIES_IN_CACHE ? PERP__SWEEPS_AT_ONCE : 1;
+
+    if (count > limit - work->sweeps)
+        count = limit - work->sweeps;
+    if (work->restarts < RESTARTS_MOST) {
+        sweep_accelerated(work, work->sweeps, residuals);
+        count = 1;
+    } else if (work->sweep == PERP_SWEEP_SYMMETRIC) {
+        sweep_once(work, work->sweeps, residuals);
+        count = 1;
+    } else {
+        perp__sweep(&work->sweeper, (int32_t)count, residuals);
+    }
+    work->residual = residuals[count - 1];
+    return (int32_t)count;
+}
+
+/* Whether the active set has been the same for long enough to ask the polish. */
+static int32_t is_settled(perp__pgs_work *work)
+{
+    const perp__rows *rows = &work->sweeper.rows;
+    const double *z = work->sweeper.z;
+    const int64_t unchanged = work->sweeps / 3;
+    int32_t changes = 0;
+
+    for (int32_t i = 0; i < rows->n; i++) {
+        int8_t place = z[i] <= rows->slices[i / PERP__SLICE].lower[i % PERP__SLICE] ? PERP__AT_LOWER
+                       : z[i] >= rows->upper[i]                                     ? PERP__AT_UPPER
+                                                                                    : PERP__BETWEEN;
+
+        changes += place != work->places[i];
+        work->places[i] = place;
+    }
+    if (changes)
+        work->changed = work->sweeps;
+    return work->sweeps >= work->next_pause &&
+           work->sweeps - work->changed >=
+               (unchanged > SWEEPS_UNCHANGED ? unchanged : SWEEPS_UNCHANGED);
+}
+
+/* What the last sweeps mean: an outcome, or -1 to go on. */
+static perp_outcome look_at(perp__pgs_work *work, const double *residuals, int32_t count)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+    const int64_t before = work->sweeps;
+
+    work->sweeps += count;
+    if (is_solved(work, work->residual, work->sweeps))
+        return PERP_OUTCOME_SOLVED;
+    for (int32_t k = 0; k < count; k++) {
+        perp_outcome request;
+
+        if (residuals[k] < work->progress.best)
+            work->progress.best = residuals[k];
+        if (hopeless(&work->progress, residuals[k], before + k + 1,
+                     work->restarts < RESTARTS_MOST ? INFINITY : DIVERGENCE))
+            return PERP_OUTCOME_STALLED;
+        request = perp__lcp_tick(problem->control, before + k + 1, residuals[k]);
+        if (request >= 0)
+            return request;
+    }
+    remember(work, work->residual);
+    return -1;
+}
+
+static void start(perp__pgs_work *work, const double *z)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+    const int32_t accelerated =
+        problem->settings->acceleration == PERP_ACCELERATION_CONJUGATE_GRADIENT;
+
+    work->progress.best = work->progress.best_before = INFINITY;
+    work->progress.window =
+        2 * (int64_t)problem->n > STAGNATION_SWEEPS ? 2 * (int64_t)problem->n : STAGNATION_SWEEPS;
+    memcpy(work->best, z, (size_t)problem->n * sizeof *z);
+    memset(work->places, PERP__FIXED, (size_t)problem->n);
+    work->remembered = work->residual = INFINITY;
+    work->sweeps = work->next_test = work->next_pause = work->changed = 0;
+    work->restarts = accelerated ? 0 : RESTARTS_MOST;
+    perp__gradient_restart(&work->gradient);
+    perp__pgs_read(work, z);
+}
+
+static perp_status solve(void *object, perp__lcp_iterate *iterate)
+{
+    perp__pgs_work *work = object;
+    const perp__lcp_problem *problem = work->common.problem;
+    const int64_t limit = sweep_limit(work);
+    perp_outcome outcome = -1;
+
+    if (iterate->attempt == 0)
+        start(work, iterate->z);
+    iterate->has_places = 0;
+    while (outcome < 0 && !iterate->paused && work->sweeps < limit) {
+        double residuals[PERP__SWEEPS_AT_ONCE];
+        int64_t look = work->sweeps / SWEEPS_BETWEEN_LOOKS;
+        int32_t count = advance(work, limit, residuals);
+
+        outcome = look_at(work, residuals, count);
+        if (problem->settings->polish && work->sweeps / SWEEPS_BETWEEN_LOOKS != look)
+            iterate->paused = outcome < 0 && is_settled(work);
+    }
+    if (iterate->paused)
+        work->next_pause = 4 * work->sweeps;
+    iterate->outcome = outcome < 0 ? PERP_OUTCOME_ITERATION_LIMIT : outcome;
+    iterate->iterations = work->sweeps;
+    memcpy(iterate->z,
+           work->residual <= fmin(work->remembered, DBL_MAX) ? work->sweeper.z : work->best,
+           (size_t)problem->n * sizeof *iterate->z);
+    return PERP_OK;
+}
+
+const perp__lcp_method perp__lcp_pgs = {
+    PERP_LCP_PGS, sizeof(perp__pgs_work), 1, NULL, perp__pgs_check, layout, solve, NULL};

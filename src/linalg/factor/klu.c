@@ -1,0 +1,141 @@
+/* Sparse LU of matrices that come in blocks: Davis & Palamadai Natarajan, "Algorithm 907: KLU",
+ * ACM TOMS 37 (2010). Ordering and pivots are kept from one matrix to the next of its pattern. */
+#include <klu.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "linalg/condition.h"
+#include "linalg/factor/factor.h"
+
+/* Kept pivots serve while the factors grow at most this much more than with pivots of their own:
+ * the backward error grows alike, and two digits are less than one step of refinement returns. */
+#define PERP__GROWTH_ALLOWED 100.0
+
+struct perp__factor {
+    perp_context *context;
+    int32_t n;
+    klu_common common;
+    klu_symbolic *symbolic; /* NULL if n = 0 */
+    klu_numeric *numeric;   /* NULL if there are no factors */
+    double fresh_growth;    /* reciprocal pivot growth when the kept pivots were chosen */
+    double *work;           /* 2 n */
+};
+
+static void destroy(perp__factor *factor)
+{
+    if (!factor)
+        return;
+    klu_free_numeric(&factor->numeric, &factor->common);
+    klu_free_symbolic(&factor->symbolic, &factor->common);
+    perp__release(factor->context, factor->work);
+    perp__release(factor->context, factor);
+}
+
+static perp_status reanalyse(perp__factor *factor, const perp__square *A)
+{
+    klu_free_numeric(&factor->numeric, &factor->common);
+    klu_free_symbolic(&factor->symbolic, &factor->common);
+    factor->n = A->n;
+    if (A->n == 0)
+        return PERP_OK;
+    /* KLU reads the pattern only, but does not say so in its types */
+    factor->symbolic =
+        klu_analyze(A->n, (int *)A->column_starts, (int *)A->row_indices, &factor->common);
+    if (factor->symbolic)
+        return PERP_OK;
+    factor->n = 0;
+    return perp__fail_memory(factor->context, "a sparse factorisation");
+}
+
+static perp_status analyse(perp_context *context, perp__factor **factor, const perp__square *A)
+{
+    perp__factor *made = perp__allocate(context, 1, sizeof *made);
+
+    if (!made)
+        return perp__fail_memory(context, "a sparse factorisation");
+    memset(made, 0, sizeof *made);
+    made->context = context;
+    klu_defaults(&made->common);
+    made->work = perp__allocate(context, 2 * (size_t)A->n, sizeof *made->work);
+    if (!made->work || reanalyse(made, A) != PERP_OK) {
+        destroy(made);
+        return perp__fail_memory(context, "a sparse factorisation");
+    }
+    *factor = made;
+    return PERP_OK;
+}
+
+static int has_bad_pivot(const perp__factor *factor)
+{
+    const double *pivots = factor->numeric->Udiag;
+    int32_t k;
+
+    for (k = 0; k < factor->n; k++)
+        if (pivots[k] == 0.0 || !isfinite(pivots[k]))
+            return 1;
+    return 0;
+}
+
+static double growth(perp__factor *factor, const perp__square *A)
+{
+    klu_rgrowth((int *)A->column_starts, (int *)A->row_indices, (double *)A->values,
+                factor->symbolic, factor->numeric, &factor->common);
+    return factor->common.rgrowth;
+}
+
+/* Factors with the kept pivots; 0 if they do not serve. */
+static int refactored(perp__factor *factor, const perp__square *A)
+{
+    return factor->numeric &&
+           klu_refactor((int *)A->column_starts, (int *)A->row_indices, (double *)A->values,
+                        factor->symbolic, factor->numeric, &factor->common) &&
+           !has_bad_pivot(factor) &&
+           growth(factor, A) * PERP__GROWTH_ALLOWED >= factor->fresh_growth;
+}
+
+static perp_status factor_values(perp__factor *factor, const perp__square *A, int32_t keep_pivots)
+{
+    if (factor->n == 0 || (keep_pivots && refactored(factor, A)))
+        return PERP_OK;
+    klu_free_numeric(&factor->numeric, &factor->common);
+    factor->numeric = klu_factor((int *)A->column_starts, (int *)A->row_indices,
+                                 (double *)A->values, factor->symbolic, &factor->common);
+    if (!factor->numeric && factor->common.status < 0)
+        return perp__fail_memory(factor->context, "a sparse factorisation");
+    if (!factor->numeric)
+        return PERP__FACTOR_SINGULAR;
+    if (has_bad_pivot(factor)) {
+        klu_free_numeric(&factor->numeric, &factor->common);
+        return PERP__FACTOR_SINGULAR;
+    }
+    factor->fresh_growth = growth(factor, A);
+    return PERP_OK;
+}
+
+static void solve(perp__factor *factor, double *x, int32_t transposed)
+{
+    if (!factor->numeric)
+        return;
+    if (transposed)
+        klu_tsolve(factor->symbolic, factor->numeric, factor->n, 1, x, &factor->common);
+    else
+        klu_solve(factor->symbolic, factor->numeric, factor->n, 1, x, &factor->common);
+}
+
+static void solve_for_condition(void *user, double *x, int32_t transposed)
+{
+    solve(user, x, transposed);
+}
+
+static double condition(perp__factor *factor, const perp__square *A)
+{
+    if (factor->n > 0 && !factor->numeric)
+        return 0.0;
+    return perp__reciprocal_condition(factor->n, perp__norm_1(A), factor->work, solve_for_condition,
+                                      factor);
+}
+
+const perp__factor_type perp__factor_klu = {
+    "klu", 1, 0, analyse, reanalyse, factor_values, solve, condition, destroy,
+};

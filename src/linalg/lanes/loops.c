@@ -1,0 +1,254 @@
+#include "linalg/lanes/loops.h"
+
+#include <math.h>
+
+#include "linalg/lanes/multiversion.h"
+
+enum { LANES = 8 };
+
+static const double *column(const double *A, int32_t lda, int32_t j)
+{
+    return A + (size_t)lda * (size_t)j;
+}
+
+/* y := y - x0 a0 - x1 a1 - x2 a2 - x3 a3, from left to right. */
+PERP__KERNEL static void subtract_4_loops(size_t m, const double *a, size_t lda, const double *x,
+                                          size_t incx, double *restrict y)
+{
+    const double *a0 = a, *a1 = a + lda, *a2 = a + 2 * lda, *a3 = a + 3 * lda;
+    const double x0 = x[0], x1 = x[incx], x2 = x[2 * incx], x3 = x[3 * incx];
+    size_t i;
+
+    for (i = 0; i < m; i++)
+        y[i] = (((y[i] - a0[i] * x0) - a1[i] * x1) - a2[i] * x2) - a3[i] * x3;
+}
+PERP__MULTIVERSION(subtract_4,
+                   (size_t m, const double *a, size_t lda, const double *x, size_t incx, double *y),
+                   (m, a, lda, x, incx, y))
+
+PERP__KERNEL static void subtract_1_loops(size_t m, const double *a, double x, double *restrict y)
+{
+    size_t i;
+
+    for (i = 0; i < m; i++)
+        y[i] -= a[i] * x;
+}
+PERP__MULTIVERSION(subtract_1, (size_t m, const double *a, double x, double *y), (m, a, x, y))
+
+void perp__loops_gemv_subtract(int32_t m, int32_t n, const double *A, int32_t lda, const double *x,
+                               int32_t incx, double *y)
+{
+    const size_t stride = (size_t)incx;
+    int32_t j;
+
+    for (j = 0; j + 4 <= n; j += 4)
+        subtract_4((size_t)m, column(A, lda, j), (size_t)lda, x + (size_t)j * stride, stride, y);
+    for (; j < n; j++)
+        subtract_1((size_t)m, column(A, lda, j), x[(size_t)j * stride], y);
+}
+
+/* Two columns of C minus four of A times a 4 by 2 block of B; each entry's order of summation is
+ * that of subtract_4. */
+PERP__KERNEL static void subtract_4_by_2_loops(size_t m, const double *a, size_t lda,
+                                               const double *b, size_t ldb, double *restrict c,
+                                               double *restrict d)
+{
+    const double *a0 = a, *a1 = a + lda, *a2 = a + 2 * lda, *a3 = a + 3 * lda;
+    const double b0 = b[0], b1 = b[1], b2 = b[2], b3 = b[3];
+    const double d0 = b[ldb], d1 = b[ldb + 1], d2 = b[ldb + 2], d3 = b[ldb + 3];
+    size_t i;
+
+    for (i = 0; i < m; i++) {
+        c[i] = (((c[i] - a0[i] * b0) - a1[i] * b1) - a2[i] * b2) - a3[i] * b3;
+        d[i] = (((d[i] - a0[i] * d0) - a1[i] * d1) - a2[i] * d2) - a3[i] * d3;
+    }
+}
+PERP__MULTIVERSION(subtract_4_by_2,
+                   (size_t m, const double *a, size_t lda, const double *b, size_t ldb, double *c,
+                    double *d),
+                   (m, a, lda, b, ldb, c, d))
+
+void perp__loops_gemm_subtract(int32_t m, int32_t n, int32_t k, const double *A, int32_t lda,
+                               const double *B, int32_t ldb, double *C, int32_t ldc)
+{
+    int32_t j, p;
+
+    for (j = 0; j + 2 <= n; j += 2) {
+        const double *b = column(B, ldb, j);
+        double *c = C + (size_t)ldc * (size_t)j, *d = c + ldc;
+
+        for (p = 0; p + 4 <= k; p += 4)
+            subtract_4_by_2((size_t)m, column(A, lda, p), (size_t)lda, b + p, (size_t)ldb, c, d);
+        for (; p < k; p++) {
+            subtract_1((size_t)m, column(A, lda, p), b[p], c);
+            subtract_1((size_t)m, column(A, lda, p), b[(size_t)ldb + (size_t)p], d);
+        }
+    }
+    if (j < n)
+        perp__loops_gemv_subtract(m, k, A, lda, column(B, ldb, j), 1, C + (size_t)ldc * (size_t)j);
+}
+
+/* a' x, x contiguous */
+PERP__KERNEL static double sum_of_lanes(size_t m, const double *a, const double *x)
+{
+    const size_t whole = m - m % LANES;
+    double s[LANES] = {0.0};
+    size_t i, lane;
+
+    for (i = 0; i < whole; i += LANES)
+        for (lane = 0; lane < LANES; lane++)
+            s[lane] += a[i + lane] * x[i + lane];
+    for (i = whole; i < m; i++)
+        s[i - whole] += a[i] * x[i];
+    return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+}
+
+PERP__KERNEL static void subtract_dots_loops(size_t m, size_t n, const double *A, size_t lda,
+                                             const double *x, double *y)
+{
+    size_t j;
+
+    for (j = 0; j < n; j++)
+        y[j] -= sum_of_lanes(m, A + j * lda, x);
+}
+PERP__MULTIVERSION(subtract_dots,
+                   (size_t m, size_t n, const double *A, size_t lda, const double *x, double *y),
+                   (m, n, A, lda, x, y))
+
+void perp__loops_gemv_transposed_subtract(int32_t m, int32_t n, const double *A, int32_t lda,
+                                          const double *x, int32_t incx, double *y)
+{
+    int32_t i, j;
+
+    if (incx == 1) {
+        subtract_dots((size_t)m, (size_t)n, A, (size_t)lda, x, y);
+        return;
+    }
+    for (j = 0; j < n; j++) {
+        const double *a = column(A, lda, j);
+        double sum = 0.0;
+
+        for (i = 0; i < m; i++)
+            sum += a[i] * x[(size_t)i * (size_t)incx];
+        y[j] -= sum;
+    }
+}
+
+/* The row of the largest entry of a[k..m-1]; the first of several. */
+static int32_t largest(const double *a, int32_t k, int32_t m)
+{
+    int32_t i, best = k;
+
+    for (i = k + 1; i < m; i++)
+        if (fabs(a[i]) > fabs(a[best]))
+            best = i;
+    return best;
+}
+
+static void swap_rows(int32_t n, double *A, int32_t lda, int32_t i, int32_t k)
+{
+    int32_t j;
+
+    for (j = 0; j < n; j++) {
+        double *a = A + (size_t)lda * (size_t)j;
+        const double kept = a[i];
+
+        a[i] = a[k];
+        a[k] = kept;
+    }
+}
+
+int32_t perp__loops_lu_panel(int32_t m, int32_t n, double *A, int32_t lda, int32_t *pivots)
+{
+    int32_t zero_pivot = 0, i, j, k;
+
+    for (k = 0; k < n; k++) {
+        double *a = A + (size_t)lda * (size_t)k;
+        const int32_t p = largest(a, k, m);
+
+        pivots[k] = p + 1;
+        if (p != k)
+            swap_rows(n, A, lda, k, p);
+        if (a[k] == 0.0) {
+            if (zero_pivot == 0)
+                zero_pivot = k + 1;
+            continue;
+        }
+        for (i = k + 1; i < m; i++)
+            a[i] /= a[k];
+        for (j = k + 1; j < n; j++) {
+            double *b = A + (size_t)lda * (size_t)j;
+
+            if (b[k] != 0.0)
+                subtract_1((size_t)(m - k - 1), a + k + 1, b[k], b + k + 1);
+        }
+    }
+    return zero_pivot;
+}
+
+void perp__loops_solve_unit_lower(int32_t n, int32_t columns, const double *A, int32_t lda,
+                                  double *B, int32_t ldb)
+{
+    int32_t j, k;
+
+    for (j = 0; j < columns; j++) {
+        double *b = B + (size_t)ldb * (size_t)j;
+
+        for (k = 0; k < n; k++)
+            if (b[k] != 0.0)
+                subtract_1((size_t)(n - k - 1), column(A, lda, k) + k + 1, b[k], b + k + 1);
+    }
+}
+
+static void swap_entries(double *x, int32_t i, int32_t k)
+{
+    const double kept = x[i];
+
+    x[i] = x[k];
+    x[k] = kept;
+}
+
+/* P A = L U: x := U^-1 L^-1 P x */
+static void solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x)
+{
+    int32_t k;
+
+    for (k = 0; k < n; k++)
+        swap_entries(x, k, pivots[k] - 1);
+    perp__loops_solve_unit_lower(n, 1, A, lda, x, n);
+    for (k = n - 1; k >= 0; k--) {
+        x[k] /= column(A, lda, k)[k];
+        if (x[k] != 0.0)
+            subtract_1((size_t)k, column(A, lda, k), x[k], x);
+    }
+}
+
+/* x := P' L^-T U^-T x */
+static void solve_transposed(int32_t n, const double *A, int32_t lda, const int32_t *pivots,
+                             double *x)
+{
+    int32_t k;
+
+    for (k = 0; k < n; k++) {
+        const double *a = column(A, lda, k);
+
+        subtract_dots((size_t)k, 1, a, (size_t)lda, x, x + k);
+        x[k] /= a[k];
+    }
+    for (k = n - 1; k >= 0; k--) {
+        const double *a = column(A, lda, k);
+
+        subtract_dots((size_t)(n - k - 1), 1, a + k + 1, (size_t)lda, x + k + 1, x + k);
+    }
+    for (k = n - 1; k >= 0; k--)
+        swap_entries(x, k, pivots[k] - 1);
+}
+
+void perp__loops_lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x,
+                          int32_t transposed)
+{
+    if (transposed)
+        solve_transposed(n, A, lda, pivots, x);
+    else
+        solve(n, A, lda, pivots, x);
+}

@@ -1,0 +1,100 @@
+#include "linalg/lanes/panels.h"
+
+#include <math.h>
+
+#include "linalg/lanes/vectors.h"
+
+#define NAME(x) x##_any
+#define FUSED 0
+#define minus_one(c, a, b) ((c) - (a) * (b))
+#include "linalg/lanes/panels_any.h"
+
+#ifdef FP_FAST_FMA
+#define NAME(x) x##_any_fused
+#define FUSED 1
+#define minus_one(c, a, b) fma(-(a), (b), (c))
+#include "linalg/lanes/panels_any.h"
+#endif
+
+#if PERP__X86
+
+#define COLUMNS(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7) X(8) X(9) X(10) X(11)
+#include "linalg/lanes/vector_avx512.h"
+
+#define NAME(x) x##_avx512
+#define FUSED 0
+#define minus minus_product
+#define minus_one(c, a, b) ((c) - (a) * (b))
+#include "linalg/lanes/panels_vector.h"
+
+#define NAME(x) x##_avx512_fused
+#define FUSED 1
+#define minus minus_fused
+#define minus_one(c, a, b) fma(-(a), (b), (c))
+#include "linalg/lanes/panels_vector.h"
+
+#include "linalg/lanes/vector_end.h"
+#undef COLUMNS
+
+#define COLUMNS(X) X(0) X(1) X(2) X(3) X(4) X(5)
+#include "linalg/lanes/vector_avx2.h"
+
+#define NAME(x) x##_avx2
+#define FUSED 0
+#define minus minus_product
+#define minus_one(c, a, b) ((c) - (a) * (b))
+#include "linalg/lanes/panels_vector.h"
+
+#define NAME(x) x##_avx2_fused
+#define FUSED 1
+#define minus minus_fused
+#define minus_one(c, a, b) fma(-(a), (b), (c))
+#include "linalg/lanes/panels_vector.h"
+
+#include "linalg/lanes/vector_end.h"
+#undef COLUMNS
+
+#endif
+
+enum { MOST = 6 };
+
+/* Fastest first; both arithmetics for each instruction set. */
+static int32_t find(const perp__panel_kernels **found)
+{
+    int32_t count = 0;
+
+#if PERP__X86
+    if (perp__widest_vectors() >= PERP__VECTOR_AVX512) {
+        found[count++] = &kernels_avx512_fused;
+        found[count++] = &kernels_avx512;
+    }
+    if (perp__widest_vectors() >= PERP__VECTOR_AVX2) {
+        found[count++] = &kernels_avx2_fused;
+        found[count++] = &kernels_avx2;
+    }
+#endif
+#ifdef FP_FAST_FMA
+    found[count++] = &kernels_any_fused;
+#endif
+    found[count++] = &kernels_any;
+    return count;
+}
+
+const perp__panel_kernels *perp__panel_kernels_number(int32_t number)
+{
+    const perp__panel_kernels *found[MOST];
+
+    return number >= 0 && number < find(found) ? found[number] : NULL;
+}
+
+const perp__panel_kernels *perp__panel_kernels_choose(int32_t fused)
+{
+    const perp__panel_kernels *found[MOST];
+    const int32_t count = find(found);
+    int32_t k;
+
+    for (k = 0; k < count; k++)
+        if (found[k]->fused == fused)
+            return found[k];
+    return found[count - 1];
+}

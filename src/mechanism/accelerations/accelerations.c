@@ -1,0 +1,259 @@
+/* All accelerations of a state, the front door. */
+#include "mechanism/accelerations/accelerations.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+
+#define DIFFERENCE_ROWS 24 /* of accelerations_bias.c */
+
+static const char *const reason_texts[] = {
+    "one acceleration, whatever the loads are",
+    "a contact that slides pulls itself in",
+    "a contact that slides neither pulls itself in nor pushes itself away",
+    "contacts pull each other in",
+    "contacts share a load",
+    "too many contacts to decide",
+    "friction is larger at rest than in motion",
+};
+
+const char *perp_mechanism_reason_text(int32_t reason)
+{
+    const int32_t count = (int32_t)(sizeof reason_texts / sizeof *reason_texts);
+
+    return reason >= 0 && reason < count ? reason_texts[reason] : "unknown reason";
+}
+
+perp_status perp_mechanism_found_init(perp_mechanism_found *found, size_t size)
+{
+    return perp__struct_init(found, size, PERP__MECHANISM_FOUND_FIRST);
+}
+
+perp_status perp_mechanism_summary_init(perp_mechanism_summary *summary, size_t size)
+{
+    return perp__struct_init(summary, size, PERP__MECHANISM_SUMMARY_FIRST);
+}
+
+/* ---- memory -------------------------------------------------------------------------------- */
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__acceleration *a = object;
+    const size_t n = (size_t)a->m->n, rows = (size_t)a->m->rows;
+    const size_t units = (size_t)(a->m->contacts + a->m->dry);
+    double **const vectors[] = {&a->bias, &a->size,    &a->beta,    &a->load,     &a->scale,
+                                &a->x,    &a->x_width, &a->rhs,     &a->rhs_load, &a->known,
+                                &a->f,    &a->u,       &a->f_width, &a->u_width,  &a->zeros};
+    int32_t **const indices[] = {&a->row_of, &a->first, &a->count, &a->system.columns,
+                                 &a->turning.columns};
+    size_t k;
+
+    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
+    for (k = 0; k < sizeof indices / sizeof *indices; k++)
+        *indices[k] = perp__arena_take(arena, rows, sizeof(int32_t));
+    a->indices = perp__arena_take(arena, 3 * rows, sizeof(int32_t));
+    a->unit = perp__arena_take(arena, units, sizeof *a->unit);
+    a->pattern.mode = perp__arena_take(arena, units, 1);
+    a->pattern.way = perp__arena_take(arena, 2 * units, sizeof(double));
+    a->coefficient = perp__arena_take(arena, 3 * rows, sizeof(double));
+    a->row_work = perp__arena_take(arena, DIFFERENCE_ROWS * rows, sizeof(double));
+    a->angle = perp__arena_take(arena, units, sizeof(double));
+    a->turn_work = perp__arena_take(arena, 3 * rows, sizeof(double));
+    a->velocity = perp__arena_take(arena, n, sizeof(double));
+    a->seed.momentum = perp__arena_take(arena, n, sizeof(double));
+    a->seed.friction = perp__arena_take(arena, (size_t)a->m->contacts, sizeof(double));
+    a->seed.dry = perp__arena_take(arena, (size_t)a->m->dry, sizeof(double));
+    a->seed.included = perp__arena_take(arena, (size_t)a->m->contacts, 1);
+}
+
+/* What grows with the square of the rows that take part: few of many, in most states. */
+static void layout_blocks(perp__arena *arena, void *object)
+{
+    perp__acceleration *a = object;
+    const size_t active = (size_t)a->active, square = active * active;
+    double **const matrices[] = {&a->W,    &a->held,      &a->system.K, &a->system.E,
+                                 &a->null, &a->turning.K, &a->turning.E};
+    size_t k;
+
+    for (k = 0; k < sizeof matrices / sizeof *matrices; k++)
+        *matrices[k] = perp__arena_take(arena, square, sizeof(double));
+    a->work =
+        perp__arena_take(arena, 4 * square + 8 * active + 4 * (size_t)a->m->n, sizeof(double));
+}
+
+perp_status perp__found_make_room(perp__acceleration *a)
+{
+    if (perp__arena_fit(&a->blocks, layout_blocks, a) != PERP_OK)
+        return perp__fail_memory(a->m->context, "accelerations");
+    return PERP_OK;
+}
+
+void perp__found_release(perp__acceleration *a)
+{
+    if (!a)
+        return;
+    perp__found_release_answers(a);
+    while (a->spare) {
+        perp__found_answer *next = a->spare->next;
+
+        perp__release(a->m->context, a->spare);
+        a->spare = next;
+    }
+    perp__cone_release(&a->cone);
+    perp__arena_release(&a->arena);
+    perp__arena_release(&a->blocks);
+    perp__release(a->m->context, a);
+}
+
+static perp_status make(perp_mechanism *m)
+{
+    perp__acceleration *a = perp__allocate(m->context, 1, sizeof *a);
+
+    if (!a)
+        return perp__fail_memory(m->context, "accelerations");
+    memset(a, 0, sizeof *a);
+    a->m = m;
+    a->cone.context = m->context;
+    perp__arena_init(&a->arena, m->context);
+    perp__arena_init(&a->blocks, m->context);
+    if (perp__arena_fit(&a->arena, layout, a) != PERP_OK) {
+        perp__found_release(a);
+        return perp__fail_memory(m->context, "accelerations");
+    }
+    memset(a->zeros, 0, (size_t)m->rows * sizeof *a->zeros);
+    m->found_work = a;
+    return PERP_OK;
+}
+
+/* ---- the question -------------------------------------------------------------------------- */
+
+perp_status perp__found_open(perp_mechanism *m)
+{
+    const perp_status status = m->found_work ? PERP_OK : make(m);
+    perp__acceleration *a = m->found_work;
+
+    if (a) {
+        a->asked = a->has_singular = a->has_negative = a->incomplete = 0;
+        perp__found_release_answers(a);
+    }
+    return status;
+}
+
+perp_status perp__found_look(perp__acceleration *a, perp_mechanism_summary *summary, int32_t impact)
+{
+    const perp__found_answer *answer;
+    perp_status status;
+
+    summary->closed = a->closed;
+    summary->exhaustive = 1;
+    summary->contact = impact;
+    summary->impact = impact >= 0;
+    summary->inertia = INFINITY;
+    summary->reason = PERP_MECHANISM_UNDECIDED;
+    if (impact >= 0)
+        return PERP_OK;
+    status = perp__found_all(a, summary);
+    if (status != PERP_OK)
+        return status;
+    perp__found_reason(a, summary);
+    perp__found_sort(a);
+    for (answer = a->answers; answer; answer = answer->next) {
+        summary->count++;
+        summary->families += answer->dimension > 0;
+        summary->stable += answer->stable;
+    }
+    return PERP_OK;
+}
+
+static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summary, double t,
+                                 const double *q, const double *v)
+{
+    perp_mechanism_summary own;
+    perp__acceleration *a;
+    int32_t impact;
+    perp_status status = perp__struct_check(m->context, "summary", summary, sizeof *summary,
+                                            PERP__MECHANISM_SUMMARY_FIRST);
+
+    if (status == PERP_OK)
+        status = perp__mechanism_check_state(m, t, q, v);
+    if (status == PERP_OK)
+        status = perp__found_open(m);
+    if (status != PERP_OK)
+        return status;
+    a = m->found_work;
+    perp_mechanism_summary_init(&own, sizeof own);
+    status = perp__found_state(a, &impact, t, q, v);
+    if (status == PERP_OK)
+        status = perp__found_look(a, &own, impact);
+    if (status != PERP_OK) {
+        perp__found_release_answers(a);
+        return status;
+    }
+    a->asked = 1;
+    perp__struct_write(summary, &own, sizeof own);
+    return PERP_OK;
+}
+
+perp_status perp_mechanism_accelerations(perp_mechanism *mechanism, perp_mechanism_summary *summary,
+                                         double t, const double *q, const double *v)
+{
+    perp_status status = perp__mechanism_enter(mechanism);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(mechanism->context, accelerations(mechanism, summary, t, q, v));
+}
+
+/* ---- the answers --------------------------------------------------------------------------- */
+
+static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t index)
+{
+    const perp__acceleration *a = m->found_work;
+    const perp__found_answer *answer;
+    perp_mechanism_found own;
+    perp_status status =
+        perp__struct_check(m->context, "found", found, sizeof *found, PERP__MECHANISM_FOUND_FIRST);
+    int32_t k;
+
+    if (status != PERP_OK)
+        return status;
+    if (!a || !a->asked)
+        return perp__fail(m->context, PERP_ERROR_ARGUMENT,
+                          "there are no accelerations: ask perp_mechanism_accelerations first");
+    if (index < 0 || index >= a->answer_count)
+        return perp__fail(m->context, PERP_ERROR_ARGUMENT, "index is %d, and there are %d answers",
+                          (int)index, (int)a->answer_count);
+    for (answer = a->answers, k = 0; k < index; k++)
+        answer = answer->next;
+    perp_mechanism_found_init(&own, sizeof own);
+    own.stable = answer->stable;
+    own.flutter = answer->flutter;
+    own.at_vertex = answer->at_vertex;
+    own.dimension = answer->dimension;
+    own.free = answer->free;
+    own.vertex_count = answer->vertices;
+    own.ray_count = answer->rays;
+    own.residual = answer->residual;
+    own.acceleration = answer->acceleration;
+    own.force = answer->force;
+    own.row_acceleration = answer->row_acceleration;
+    own.modes = answer->modes;
+    own.eigenvalues = answer->eigenvalues;
+    own.eigenvalue_count = answer->eigenvalue_count;
+    own.vertices = answer->points;
+    own.rays = answer->points + (size_t)answer->vertices * (size_t)m->rows;
+    perp__struct_write(found, &own, sizeof own);
+    return PERP_OK;
+}
+
+perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mechanism_found *found,
+                                            int32_t index)
+{
+    perp_status status = perp__mechanism_enter(mechanism);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(mechanism->context, get(mechanism, found, index));
+}

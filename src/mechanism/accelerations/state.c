@@ -1,0 +1,193 @@
+/* What takes part in a state's accelerations. A contact is closed where its gap is at most
+ * rounding: 1e-12 of sum |H_i q_i|, the terms that a gap is a sum of (with coordinates other than
+ * velocities, sum |H_i| max |q|); it takes part where its normal velocity is 0 up to 1e-12 of
+ * sum |H_i v_i| + |drift|. Sliding velocities are judged alike. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "linalg/blas.h"
+#include "mechanism/accelerations/accelerations.h"
+
+static double gap_tolerance(const perp_mechanism *m, int32_t row, const double *q)
+{
+    const double *J = m->begin.J + (size_t)row * (size_t)m->n;
+    double size = 0.0, largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < m->coordinates; i++)
+        largest = fmax(largest, fabs(q[i]));
+    for (i = 0; i < m->n; i++)
+        size += fabs(J[i]) * (m->coordinates == m->n ? fabs(q[i]) : largest);
+    return PERP__CLOSED_TOLERANCE * size;
+}
+
+static double velocity_tolerance(const perp_mechanism *m, int32_t row, const double *v)
+{
+    const double *J = m->begin.J + (size_t)row * (size_t)m->n;
+    double size = fabs(m->begin.drift[row]);
+    int32_t i;
+
+    for (i = 0; i < m->n; i++)
+        size += fabs(J[i] * v[i]);
+    return PERP__CLOSED_TOLERANCE * size;
+}
+
+/* The way along which `tangents` rows from `row` on slide; 0: they don't. */
+static int32_t slides(const perp_mechanism *m, int32_t row, int32_t tangents, const double *v,
+                      double way[2])
+{
+    const double *u = m->start_velocity + row;
+    double length = 0.0, tolerance = 0.0;
+    int32_t i;
+
+    way[0] = way[1] = 0.0;
+    for (i = 0; i < tangents; i++) {
+        length = hypot(length, u[i]);
+        tolerance = hypot(tolerance, velocity_tolerance(m, row + i, v));
+    }
+    if (!(length > tolerance))
+        return 0;
+    for (i = 0; i < tangents; i++)
+        way[i] = u[i] / length;
+    return 1;
+}
+
+static void add_rows(perp__acceleration *a, int32_t row, int32_t count)
+{
+    int32_t i;
+
+    for (i = 0; i < count; i++)
+        a->row_of[a->active++] = row + i;
+}
+
+/* friction: the coefficient that counts at the speed of now. */
+static void add_contact(perp__acceleration *a, int32_t j, const double *friction, const double *v)
+{
+    const perp_mechanism *m = a->m;
+    perp__unit *unit = a->unit + a->units++;
+    const double at_rest = fmax(m->mu_static[j], m->begin.mu[j]);
+
+    memset(unit, 0, sizeof *unit);
+    unit->source = j;
+    unit->row = a->active;
+    unit->tangents = m->dims[j] - 1;
+    unit->moves = slides(m, m->starts[j] + 1, unit->tangents, v, unit->way);
+    unit->mu_stick = at_rest;
+    /* a slip that starts is slow: Stribeck's curve is at its beginning */
+    unit->mu = unit->moves ? friction[j] : m->stribeck[j] > 0.0 ? at_rest : m->begin.mu[j];
+    unit->friction = unit->tangents > 0 && (unit->moves ? unit->mu > 0.0 : at_rest > 0.0);
+    add_rows(a, m->starts[j], m->dims[j]);
+}
+
+static void add_group(perp__acceleration *a, int32_t j, const double *v)
+{
+    const perp_mechanism *m = a->m;
+    const int32_t row = m->contact_rows + m->bilateral + j * m->model.dry_dim;
+    perp__unit *unit = a->unit + a->units++;
+
+    memset(unit, 0, sizeof *unit);
+    unit->source = m->contacts + j;
+    unit->dry = 1;
+    unit->row = a->active;
+    unit->tangents = m->model.dry_dim;
+    unit->bound = m->begin.bound[j];
+    unit->friction = unit->bound > 0.0;
+    unit->moves = slides(m, row, unit->tangents, v, unit->way);
+    add_rows(a, row, unit->tangents);
+}
+
+/* Returns a closed contact that approaches, or -1. */
+static int32_t find_units(perp__acceleration *a, const double *q, const double *v)
+{
+    perp_mechanism *m = a->m;
+    int32_t impact = -1, j;
+
+    a->units = a->active = 0;
+    perp__row_velocities(m, &m->begin, m->start_velocity, v);
+    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, v);
+    for (j = 0; j < m->contacts; j++) {
+        const int32_t row = m->starts[j];
+        const double speed = m->start_velocity[row], rounding = velocity_tolerance(m, row, v);
+
+        if (m->begin.gap[j] > gap_tolerance(m, row, q) || speed > rounding)
+            continue;
+        if (speed < -rounding && impact < 0)
+            impact = j;
+        add_contact(a, j, m->friction, v);
+    }
+    a->closed = a->units;
+    a->bilateral_row = a->active;
+    add_rows(a, m->contact_rows, m->bilateral);
+    for (j = 0; j < m->dry; j++)
+        add_group(a, j, v);
+    return impact;
+}
+
+perp_status perp__found_reduce(perp__acceleration *a)
+{
+    const perp_mechanism *m = a->m;
+    const size_t n = (size_t)m->n, active = (size_t)a->active;
+    perp_status status = perp__found_make_room(a);
+    size_t i, j, k;
+
+    if (status != PERP_OK)
+        return status;
+    memcpy(a->velocity, m->begin.k, n * sizeof *a->velocity);
+    perp__solve_mass(m, &m->begin, a->velocity);
+    for (i = 0; i < active; i++) {
+        const size_t row = (size_t)a->row_of[i];
+        const double *J = m->begin.J + row * n;
+        int32_t moves = 0;
+        int exponent;
+
+        a->beta[i] = a->bias[row];
+        a->load[i] = a->size[row];
+        for (k = 0; k < n; k++) {
+            a->beta[i] += J[k] * a->velocity[k];
+            a->load[i] += fabs(J[k] * a->velocity[k]);
+            moves = moves || J[k] != 0.0;
+        }
+        memcpy(a->work, J, n * sizeof *a->work);
+        perp__solve_mass(m, &m->begin, a->work);
+        for (j = 0; j <= i; j++) {
+            const double *other = m->begin.J + (size_t)a->row_of[j] * n;
+            double sum = 0.0;
+
+            for (k = 0; k < n; k++)
+                sum += other[k] * a->work[k];
+            a->W[i * active + j] = a->W[j * active + i] = sum;
+        }
+        if (moves && a->W[i * (active + 1)] < DBL_MIN) /* it has no digits to tell signs by */
+            a->incomplete = 1;
+        frexp(a->W[i * (active + 1)], &exponent);
+        a->scale[i] = ldexp(1.0, -(exponent / 2));
+    }
+    if (!perp__all_finite(a->W, active * active) || !perp__all_finite(a->beta, active) ||
+        !perp__all_finite(a->load, active) || !perp__all_finite(a->velocity, n))
+        return perp__fail(m->context, PERP_ERROR_NOT_FINITE,
+                          "accelerations: M^-1 k, J M^-1 J' or d/dt(J) v overflows");
+    perp__found_hold_bilateral(a);
+    return PERP_OK;
+}
+
+perp_status perp__found_state(perp__acceleration *a, int32_t *impact, double t, const double *q,
+                              const double *v)
+{
+    perp_mechanism *m = a->m;
+    perp_status status = perp__evaluate_all(m, &m->begin, t, q, v);
+
+    *impact = -1;
+    a->units = a->closed = a->active = 0;
+    if (status == PERP_OK)
+        *impact = find_units(a, q, v);
+    if (status == PERP_OK && *impact < 0)
+        status = perp__found_bias(a, t, q, v);
+    if (status == PERP__OUTSIDE)
+        return perp__fail(m->context, PERP_ERROR_ARGUMENT,
+                          "q is outside of what the mechanism is defined for");
+    if (status == PERP_OK && *impact < 0)
+        status = perp__found_reduce(a);
+    return status;
+}

@@ -1,0 +1,126 @@
+/* Inverse dynamics: tau = A x + b + f is a formula; whether tau in turn gives x is the question. */
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "mechanism/load_friction/load_friction.h"
+
+#define PERP__INVERSE_FIRST PERP__SIZE_THROUGH(perp_load_inverse, reserved)
+
+static double sign(double x)
+{
+    return (double)((x > 0.0) - (x < 0.0));
+}
+
+/* The torque to f->tau; returns the number of coordinates that rest with friction in reserve. */
+static int32_t find_torque(perp_load_friction *f, const double *velocity, const double *x)
+{
+    int32_t undetermined = 0, i;
+
+    perp__multiply_doubled(&f->A_view, x, f->b, f->product, f->product_low);
+    perp__multiply_doubled(&f->C_view, x, f->d, f->normal, f->normal_low);
+    for (i = 0; i < f->n; i++) {
+        const double s = velocity[i] != 0.0 ? sign(velocity[i]) : sign(x[i]);
+        const double normal = fabs(f->normal[i] + f->normal_low[i]);
+
+        undetermined += s == 0.0 && f->mu_static[i] * normal > 0.0;
+        f->tau[i] = f->product[i] + (f->product_low[i] + f->mu[i] * s * normal);
+    }
+    return undetermined;
+}
+
+/* The answer nearest to x. */
+static const perp__friction_answer *nearest(const perp_load_friction *f, const double *x)
+{
+    const perp__friction_answer *a, *best = NULL;
+    double least = INFINITY;
+    int32_t i;
+
+    for (a = f->answers; a; a = a->next) {
+        double distance = 0.0;
+
+        for (i = 0; i < f->n; i++)
+            distance = fmax(distance, fabs(a->x[i] - x[i]) / f->size[i]);
+        if (distance < least) {
+            least = distance;
+            best = a;
+        }
+    }
+    return best;
+}
+
+static int32_t find_reason(const perp_load_inverse *own, int32_t families)
+{
+    return families > 0             ? PERP_LOAD_IN_FAMILY
+           : own->flutter           ? PERP_LOAD_FLUTTERS
+           : !own->stable           ? PERP_LOAD_UNSTABLE
+           : own->accelerations > 1 ? PERP_LOAD_SEVERAL
+           : own->undetermined > 0  ? PERP_LOAD_AT_REST
+           : !own->exhaustive       ? PERP_LOAD_NOT_ENUMERATED
+                                    : PERP_LOAD_WELL_POSED;
+}
+
+static perp_status examine(perp_load_friction *f, perp_load_inverse *own, const double *velocity,
+                           const double *x)
+{
+    const perp__friction_answer *wanted;
+    perp_load_uniqueness unique;
+    perp_load_summary summary;
+    perp_status status;
+
+    perp__friction_ask(f, f->tau, velocity);
+    status = perp__friction_answer_all(f, &summary);
+    if (status != PERP_OK)
+        return status;
+    wanted = nearest(f, x);
+    own->accelerations = summary.count;
+    own->exhaustive = summary.exhaustive;
+    own->stable = wanted && wanted->stable;
+    own->flutter = wanted && wanted->flutter;
+    if (!own->exhaustive) {
+        perp__friction_decide(f, &unique, velocity);
+        own->exhaustive = unique.verdict == PERP_LOAD_UNIQUE;
+    }
+    own->reason = find_reason(own, summary.families);
+    own->well_posed = own->reason == PERP_LOAD_WELL_POSED;
+    return PERP_OK;
+}
+
+static perp_status invert(perp_load_friction *f, double *tau, perp_load_inverse *inverse,
+                          const double *velocity, const double *acceleration)
+{
+    perp_load_inverse own;
+    perp_status status = perp__check_pointer(f->context, "tau", tau);
+
+    memset(&own, 0, sizeof own);
+    if (status == PERP_OK && inverse)
+        status = perp__struct_check(f->context, "inverse", inverse, sizeof *inverse,
+                                    PERP__INVERSE_FIRST);
+    if (status == PERP_OK)
+        status = perp__friction_check_vector(f, "velocity", velocity);
+    if (status == PERP_OK)
+        status = perp__friction_check_vector(f, "acceleration", acceleration);
+    if (status != PERP_OK)
+        return status;
+    own.undetermined = find_torque(f, velocity, acceleration);
+    status = perp__check_finite(f->context, "tau", f->tau, (size_t)f->n);
+    if (status == PERP_OK && inverse)
+        status = examine(f, &own, velocity, acceleration);
+    if (status != PERP_OK)
+        return status;
+    if (inverse)
+        perp__struct_write(inverse, &own, sizeof own);
+    memcpy(tau, f->tau, (size_t)f->n * sizeof *tau);
+    return PERP_OK;
+}
+
+perp_status perp_load_friction_inverse(perp_load_friction *friction, double *tau,
+                                       perp_load_inverse *inverse, const double *velocity,
+                                       const double *acceleration)
+{
+    perp_status status = perp__friction_enter(friction);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(friction->context, invert(friction, tau, inverse, velocity, acceleration));
+}

@@ -1,0 +1,285 @@
+/* Whether every torque has one acceleration. With y = N, G = C A^-1 diag(mu) and D = diag(+-1) the
+ * system is y + G|y| = r up to the directions of motion, which only permute the D: a piecewise
+ * linear map, one-to-one and onto if and only if det(I + G D) > 0 for all D (Rump 1997,
+ * theorem 2.3: the sign-real spectral radius of G, the largest |real eigenvalue| of any G D, is
+ * below 1). */
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/outcome.h"
+#include "linalg/blas.h"
+#include "linalg/eigenvalues.h"
+#include "mechanism/load_friction/load_friction.h"
+
+#define PERP__UNIQUENESS_FIRST PERP__SIZE_THROUGH(perp_load_uniqueness, radius)
+
+enum { LARGEST_EXACT = 12, TRIES = 16 };
+
+/* Imaginary parts that a double real eigenvalue gets from rounding. */
+static const double as_good_as_real = 1e-7;
+
+perp_status perp_load_uniqueness_init(perp_load_uniqueness *uniqueness, size_t size)
+{
+    return perp__struct_init(uniqueness, size, PERP__UNIQUENESS_FIRST);
+}
+
+static size_t square_of(const perp_load_friction *f)
+{
+    return (size_t)f->n * (size_t)f->n;
+}
+
+/* G' = (A^-1 C')' diag(mu) to f->K. */
+static void find_G(perp_load_friction *f)
+{
+    const size_t n = (size_t)f->n;
+    double *X = f->work;
+    size_t i, j;
+
+    memcpy(f->inverse, f->A, n * n * sizeof(double));
+    perp__cholesky_factor(f->n, f->inverse, f->n);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            X[j + n * i] = f->C[i + n * j];
+    perp__cholesky_solve(f->n, f->n, f->inverse, f->n, X, f->n);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            f->K[i + n * j] = X[j + n * i] * f->mu[j];
+}
+
+/* to := G D + unit I, D_jj = -1 where f->pattern.side says so. */
+static void load_signed(const perp_load_friction *f, double *to, double unit)
+{
+    const size_t n = (size_t)f->n;
+    size_t i, j;
+
+    for (j = 0; j < n; j++) {
+        for (i = 0; i < n; i++)
+            to[i + n * j] = f->pattern.side[j] < 0 ? -f->K[i + n * j] : f->K[i + n * j];
+        to[j + n * j] += unit;
+    }
+}
+
+/* The sign is right where the product of the pivots is beyond the range of doubles: +-inf, or the
+ * smallest number. */
+static double determinant(perp_load_friction *f)
+{
+    const size_t n = (size_t)f->n;
+    double product = 1.0, value;
+    int exponent, total = 0;
+    size_t i;
+
+    load_signed(f, f->work, 1.0);
+    perp__lu_factor(f->n, f->work, f->n, f->list);
+    for (i = 0; i < n; i++) {
+        product *= f->list[i] == (int32_t)i + 1 ? f->work[i + n * i] : -f->work[i + n * i];
+        product = frexp(product, &exponent);
+        total += isfinite(product) && product != 0.0 ? exponent : 0;
+    }
+    value = ldexp(product, total);
+    return value == 0.0 && product != 0.0 ? nextafter(0.0, product) : value;
+}
+
+/* All D: the smallest determinant, and the largest real eigenvalue of any G D; a bound of it by
+ * norms where an eigenvalue is not known. */
+static void enumerate(perp_load_friction *f, perp_load_uniqueness *u)
+{
+    const size_t n = (size_t)f->n;
+    double *real = f->work + square_of(f), *imaginary = real + n, largest = 0.0;
+    int32_t settled = 1;
+    uint32_t signs;
+    size_t i;
+
+    u->determinant = INFINITY;
+    for (signs = 0; signs < 1u << n; signs++) {
+        double value;
+
+        for (i = 0; i < n; i++)
+            f->pattern.side[i] = (signs >> i) & 1u ? -1 : 1;
+        value = determinant(f);
+        settled &= !isnan(value);
+        u->determinant = fmin(u->determinant, value);
+        if (signs >= 1u << (n - 1))
+            continue; /* G (-D) has the eigenvalues of G D with the other sign */
+        load_signed(f, f->work, 0.0);
+        settled &= perp__eigenvalues(f->n, f->work, real, imaginary) == 0;
+        for (i = 0; i < n && settled; i++)
+            if (fabs(imaginary[i]) <= as_good_as_real * fabs(real[i]))
+                largest = fmax(largest, fabs(real[i]));
+    }
+    if (!settled)
+        largest = fmin(u->norm, u->radius);
+    u->exact = settled;
+    u->margin = largest > 0.0 ? 1.0 / largest : INFINITY;
+    u->verdict = u->determinant <= 0.0 ? PERP_LOAD_NOT_UNIQUE
+                 : u->margin > 1.0     ? PERP_LOAD_UNIQUE
+                                       : PERP_LOAD_UNDECIDED;
+    if (!settled)
+        u->determinant = NAN;
+}
+
+/* An upper bound of the spectral radius of |G|: the Collatz-Wielandt quotient of a positive vector
+ * that power steps of |G| + shift I improve. */
+static double find_radius(perp_load_friction *f)
+{
+    const size_t n = (size_t)f->n;
+    double *x = f->x, *y = f->x_low, bound = INFINITY;
+    int32_t round;
+    size_t i, j;
+
+    for (i = 0; i < n; i++)
+        x[i] = 1.0;
+    for (round = 0; round < 200; round++) {
+        double quotient = 0.0, top = 0.0;
+
+        memset(y, 0, n * sizeof *y);
+        for (j = 0; j < n; j++)
+            for (i = 0; i < n; i++)
+                y[i] += fabs(f->K[i + n * j]) * x[j];
+        for (i = 0; i < n; i++)
+            quotient = fmax(quotient, y[i] / x[i]);
+        bound = fmin(bound, quotient);
+        for (i = 0; i < n; i++) {
+            y[i] += 0.1 * bound * x[i];
+            top = fmax(top, y[i]);
+        }
+        if (!(top > 0.0))
+            return 0.0;
+        for (i = 0; i < n; i++)
+            x[i] = fmax(y[i] / top, 1e-9);
+    }
+    return bound;
+}
+
+/* Whether s^2 I - G'G is positive definite; G'G in f->null, work in f->inverse. */
+static int32_t is_above(perp_load_friction *f, double s)
+{
+    const size_t n = (size_t)f->n;
+    size_t i;
+
+    for (i = 0; i < n * n; i++)
+        f->inverse[i] = -f->null[i];
+    for (i = 0; i < n; i++)
+        f->inverse[i + n * i] += s * s;
+    return perp__cholesky_factor(f->n, f->inverse, f->n) == 0;
+}
+
+/* ||G||_2 from above, to 1e-12: bisection by Cholesky. */
+static double find_norm(perp_load_friction *f)
+{
+    const size_t n = (size_t)f->n, square = square_of(f);
+    double low = 0.0, high = 0.0, frobenius = 0.0;
+    int32_t round;
+    size_t i, j;
+
+    for (j = 0; j < n; j++)
+        for (i = 0; i < n; i++) {
+            f->work[j + n * i] = -f->K[i + n * j];
+            frobenius += f->K[i + n * j] * f->K[i + n * j];
+        }
+    memset(f->null, 0, square * sizeof *f->null);
+    perp__gemm_subtract(f->n, f->n, f->n, f->work, f->n, f->K, f->n, f->null, f->n);
+    high = sqrt(frobenius) * (1.0 + 1e-12);
+    for (round = 0; round < 64 && high - low > 1e-12 * high; round++) {
+        const double middle = 0.5 * (low + high);
+
+        if (is_above(f, middle))
+            high = middle;
+        else
+            low = middle;
+    }
+    return high;
+}
+
+/* For large n: norms, and a few determinants for a proof of the contrary. */
+static void decide_by_norms(perp_load_friction *f, perp_load_uniqueness *u)
+{
+    const double smaller = fmin(u->norm, u->radius);
+    uint64_t seed = 1;
+    int32_t k, i;
+
+    u->exact = 0;
+    u->determinant = NAN;
+    u->margin = smaller > 0.0 ? 1.0 / smaller : INFINITY;
+    u->verdict = smaller < 1.0 ? PERP_LOAD_UNIQUE : PERP_LOAD_UNDECIDED;
+    for (k = 0; k < TRIES && u->verdict == PERP_LOAD_UNDECIDED; k++) {
+        for (i = 0; i < f->n; i++) {
+            seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+            f->pattern.side[i] = (int8_t)(k < 2 ? 1 - 2 * k : (seed >> 62) & 1 ? 1 : -1);
+        }
+        if (determinant(f) <= 0.0)
+            u->verdict = PERP_LOAD_NOT_UNIQUE;
+    }
+}
+
+/* At rest, mu_static = mu: x -> A x + mu |C x + d| Sgn(x) is strictly monotone if
+ * <A> - (mu |C| + |C|' mu) / 2 is positive definite, <A> being A with -|A_ij| off the diagonal. */
+static int32_t is_dominant(perp_load_friction *f)
+{
+    const size_t n = (size_t)f->n;
+    size_t i, j;
+
+    for (j = 0; j < n; j++)
+        for (i = 0; i < n; i++) {
+            const double a = f->A[i + n * j];
+            const double friction =
+                0.5 * (f->mu[i] * fabs(f->C[i + n * j]) + f->mu[j] * fabs(f->C[j + n * i]));
+
+            f->inverse[i + n * j] = (i == j ? a : -fabs(a)) - friction;
+        }
+    return perp__cholesky_factor(f->n, f->inverse, f->n) == 0;
+}
+
+static int32_t verdict_at_rest(perp_load_friction *f, const double *velocity, int32_t moving)
+{
+    int32_t jump = 0, i;
+
+    for (i = 0; i < f->n; i++)
+        jump |= velocity[i] == 0.0 && f->mu_static[i] > f->mu[i];
+    if (f->n == 1)
+        return jump && f->d[0] != 0.0 ? PERP_LOAD_NOT_UNIQUE : moving;
+    return !jump && is_dominant(f) ? PERP_LOAD_UNIQUE : PERP_LOAD_UNDECIDED;
+}
+
+void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity)
+{
+    int32_t rests = 0, i;
+
+    memset(u, 0, sizeof *u);
+    find_G(f);
+    if (!perp__all_finite(f->K, square_of(f))) {
+        u->norm = u->radius = INFINITY;
+        u->determinant = NAN;
+        u->verdict = PERP_LOAD_UNDECIDED;
+        return;
+    }
+    u->norm = find_norm(f);
+    u->radius = find_radius(f);
+    if (f->n <= LARGEST_EXACT)
+        enumerate(f, u);
+    else
+        decide_by_norms(f, u);
+    for (i = 0; i < f->n && velocity; i++)
+        rests |= velocity[i] == 0.0;
+    if (rests)
+        u->verdict = verdict_at_rest(f, velocity, u->verdict);
+}
+
+perp_status perp_load_friction_uniqueness(perp_load_friction *friction,
+                                          perp_load_uniqueness *uniqueness, const double *velocity)
+{
+    perp_status status = perp__friction_enter(friction);
+    perp_load_uniqueness own;
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__struct_check(friction->context, "uniqueness", uniqueness, sizeof *uniqueness,
+                                PERP__UNIQUENESS_FIRST);
+    if (status == PERP_OK && velocity)
+        status = perp__friction_check_vector(friction, "velocity", velocity);
+    if (status == PERP_OK) {
+        perp__friction_decide(friction, &own, velocity);
+        perp__struct_write(uniqueness, &own, sizeof own);
+    }
+    return perp__leave(friction->context, status);
+}

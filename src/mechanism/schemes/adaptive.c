@@ -1,0 +1,363 @@
+/* Runs in steps chosen by their estimated error: each step is taken whole and in two halves.
+ *
+ * The halves count. Where all three have the same modes and nothing is hit, the leading term of the
+ * error is taken out as well (local extrapolation): x := x_halves + (x_halves - x_full)/(2^p - 1),
+ * which is of order p + 1 and keeps zeros; q is projected again.
+ *
+ * The length of the next step: h (0.9 tolerance/estimate)^(1/(p + 1)), as for smooth motions; once
+ * a step was refused twice, in proportion. A step that is refused because it comes late to an
+ * impact is cut to end a little behind it, and the length it had is tried again afterwards. */
+#include "mechanism/schemes/adaptive.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "base/context.h"
+#include "mechanism/schemes/frozen.h"
+
+#define SAFETY 0.9
+#define GROWTH 5.0
+#define SHRINKING 0.1
+
+/* The share of what may be late that a step is planned to come late to an impact. */
+#define BEHIND 0.25
+
+/* Attempts without a solution, in a row, before what there is counts. */
+#define MOST_UNSOLVED 3
+
+/* Attempts after which velocities that still differ by half of what they did are said to jump. */
+#define STUBBORN 4
+
+/* ---- memory -------------------------------------------------------------------------------- */
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp_mechanism *const m = *(perp_mechanism **)object;
+    perp__adaptive *a = m->adaptive_work;
+    double **const positions[] = {&a->largest, &a->scale, &a->rate, &a->moved};
+    double **const vectors[] = {&a->difference, &a->scratch, &a->force[0], &a->force[1],
+                                &a->force[2]};
+    size_t k;
+
+    for (k = 0; k < sizeof positions / sizeof *positions; k++)
+        *positions[k] = perp__arena_take(arena, (size_t)m->coordinates, sizeof(double));
+    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        *vectors[k] = perp__arena_take(arena, (size_t)m->n, sizeof(double));
+}
+
+void perp__adaptive_release(perp_mechanism *m)
+{
+    if (m->adaptive_work) {
+        perp__arena_release(&m->adaptive_work->arena);
+        perp__release(m->context, m->adaptive_work);
+        m->adaptive_work = NULL;
+    }
+}
+
+static perp_status make(perp_mechanism *m)
+{
+    perp_status status;
+
+    if (m->adaptive_work)
+        return PERP_OK;
+    m->adaptive_work = perp__allocate(m->context, 1, sizeof *m->adaptive_work);
+    if (!m->adaptive_work)
+        return perp__fail_memory(m->context, "a run in chosen steps");
+    memset(m->adaptive_work, 0, sizeof *m->adaptive_work);
+    perp__arena_init(&m->adaptive_work->arena, m->context);
+    status = perp__arena_fit(&m->adaptive_work->arena, layout, &m);
+    if (status != PERP_OK) {
+        perp__adaptive_release(m);
+        return perp__fail_memory(m->context, "a run in chosen steps");
+    }
+    return PERP_OK;
+}
+
+/* ---- one attempt --------------------------------------------------------------------------- */
+
+static int32_t moves(const perp__adaptive *a)
+{
+    return perp__outcome_moves(a->full.outcome) && perp__outcome_moves(a->first.outcome) &&
+           perp__outcome_moves(a->second.outcome);
+}
+
+/* Of the answer that the halves make. */
+static perp_outcome halves_outcome(const perp__adaptive *a)
+{
+    return perp__worse_outcome(a->first.outcome, a->second.outcome);
+}
+
+static int32_t is_solved(const perp__adaptive *a)
+{
+    return perp__is_good(a->full.outcome) && perp__is_good(halves_outcome(a));
+}
+
+/* The step in one and in two, and the estimates. Where one of them does not move, it is the last
+ * that was tried. */
+static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, double h)
+{
+    const double half = 0.5 * h;
+    perp_status status = perp__advance(m, &m->trial, &a->full, t, h, m->now.q, m->now.v);
+
+    memset(&a->event, 0, sizeof a->event);
+    perp_mechanism_step_init(&a->first, sizeof a->first);
+    perp_mechanism_step_init(&a->second, sizeof a->second);
+    if (status == PERP_OK && moves(a))
+        status = perp__advance(m, &m->half, &a->first, t, half, m->now.q, m->now.v);
+    if (status == PERP_OK && moves(a))
+        status = perp__adaptive_scale(m, a);
+    if (status == PERP_OK && moves(a))
+        status = perp__adaptive_events(m, a, &m->now, &m->half, 0.0, half);
+    if (status == PERP_OK && moves(a))
+        status = perp__advance(m, &m->next, &a->second, t + half, half, m->half.q, m->half.v);
+    if (status == PERP_OK && moves(a))
+        status = perp__adaptive_events(m, a, &m->half, &m->next, half, half);
+    if (status == PERP_OK && moves(a))
+        status = perp__adaptive_estimate(m, a, t, h);
+    return status;
+}
+
+/* What decides. Velocities do not count where they jump: at impacts, and where attempt after
+ * attempt they don't get nearer to each other. */
+static double verdict(const perp__adaptive *a)
+{
+    const double worst = fmax(a->error, a->hidden);
+    const int32_t jump =
+        a->event.impact || (a->refused >= STUBBORN && a->speed > 0.5 * a->first_speed);
+
+    return jump ? worst : fmax(worst, a->speed);
+}
+
+/* ---- extrapolation ------------------------------------------------------------------------- */
+
+static int32_t same_modes(const perp_mechanism *m, const perp__mechanism_state *one,
+                          const perp__mechanism_state *other)
+{
+    return memcmp(one->modes, other->modes, (size_t)(m->contacts + m->dry) * sizeof *one->modes) ==
+           0;
+}
+
+static int32_t row_turns(const perp_mechanism *m, int32_t row, double weight)
+{
+    const double u = m->next.velocity[row];
+
+    return u != 0.0 && (u + weight * (u - m->trial.velocity[row])) * u <= 0.0;
+}
+
+/* Whether an extrapolated slip would turn round. */
+static int32_t turns(const perp_mechanism *m, double weight)
+{
+    int32_t i, j;
+
+    for (j = 0; j < m->contacts; j++)
+        for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
+            if (m->next.modes[j] == PERP_MECHANISM_SLIP && row_turns(m, i, weight))
+                return 1;
+    for (i = m->contact_rows + m->bilateral; i < m->rows; i++)
+        if (row_turns(m, i, weight))
+            return 1;
+    return 0;
+}
+
+static int32_t is_smooth(const perp_mechanism *m, const perp__adaptive *a, double weight)
+{
+    return a->event.late == 0.0 && a->full.impacts + a->first.impacts + a->second.impacts == 0 &&
+           is_solved(a) && same_modes(m, &m->trial, &m->next) &&
+           same_modes(m, &m->half, &m->next) && (!a->started || same_modes(m, &m->now, &m->next)) &&
+           !turns(m, weight);
+}
+
+static void extrapolate(double *full, const double *halves, double weight, int32_t count)
+{
+    int32_t i;
+
+    for (i = 0; i < count; i++)
+        full[i] = halves[i] + weight * (halves[i] - full[i]);
+}
+
+/* m->trial := the better answer. PERP__OUTSIDE: there is none. */
+static perp_status improve(perp_mechanism *m, perp__adaptive *a, double t, double weight)
+{
+    perp_status status;
+    int32_t j;
+
+    extrapolate(m->trial.q, m->next.q, weight, m->coordinates);
+    extrapolate(m->trial.v, m->next.v, weight, m->n);
+    extrapolate(m->trial.impulse, m->next.impulse, weight, m->rows);
+    extrapolate(m->trial.velocity, m->next.velocity, weight, m->rows);
+    for (j = 0; j < m->contacts; j++)
+        m->trial.impulse[m->starts[j]] = fmax(m->trial.impulse[m->starts[j]], 0.0);
+    memcpy(a->moved, m->trial.q, (size_t)m->coordinates * sizeof *a->moved);
+    memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
+    status = perp__evaluate_move(m, m->trial.q, a->moved, 0.0, a->difference); /* normalised */
+    return status == PERP_OK ? perp__project(m, &a->second, m->trial.q, t, m->trial.v) : status;
+}
+
+/* ---- what comes of it ---------------------------------------------------------------------- */
+
+static int32_t worse_scheme(const perp_mechanism *m, const perp_mechanism_step *one,
+                            const perp_mechanism_step *other)
+{
+    return one->scheme != m->settings.scheme ? one->scheme : other->scheme;
+}
+
+static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
+{
+    perp_mechanism *m = run->m;
+    const double weight = a->order == 2 ? 1.0 / 3.0 : 1.0;
+    const perp__mechanism_state *answer = &m->next;
+    perp_mechanism_step step;
+    perp_status status = PERP__OUTSIDE;
+    int32_t i;
+
+    for (i = 0; i < m->rows; i++)
+        m->next.impulse[i] += m->half.impulse[i];
+    if (is_smooth(m, a, weight))
+        status = improve(m, a, t, weight);
+    if (status == PERP_OK)
+        answer = &m->trial;
+    if (status == PERP_OK || status == PERP__OUTSIDE)
+        status = perp__mechanism_check_end(m, answer);
+    if (status != PERP_OK)
+        return status;
+    step = a->second;
+    step.outcome = halves_outcome(a);
+    if (answer == &m->trial) { /* the whole step has a part in it */
+        step.outcome = perp__worse_outcome(step.outcome, a->full.outcome);
+        perp__raise_to(&step.residual, a->full.residual);
+    }
+    step.scheme = worse_scheme(m, &a->first, &a->second);
+    step.impacts += a->first.impacts;
+    perp__raise_to(&step.residual, a->first.residual);
+    step.seconds += a->full.seconds + a->first.seconds;
+    step.iterations += a->full.iterations + a->first.iterations;
+    step.evaluations += a->full.evaluations + a->first.evaluations;
+    step.error = a->error;
+    run->result.error += a->error;
+    perp__adaptive_learn(m, a);
+    a->started = 1;
+    a->refused = 0;
+    return perp__run_take(run, answer, t, h, &step);
+}
+
+/* After a step was taken. */
+static void lengthen(const perp_mechanism *m, perp__adaptive *a, double h)
+{
+    const double error = verdict(a);
+    double factor = GROWTH;
+
+    if (error > 0.0)
+        factor = fmin(GROWTH, SAFETY * pow(m->settings.error / error, 1.0 / (a->order + 1.0)));
+    a->h = h * fmax(factor, SHRINKING);
+    if (a->event.late > 0.0)
+        a->h = fmax(a->h, a->proper);
+    a->proper = 0.0;
+}
+
+/* After a step was refused; solved: it has estimates. */
+static void shorten(const perp_mechanism *m, perp__adaptive *a, double h, int32_t solved)
+{
+    const double tolerance = m->settings.error, error = verdict(a);
+    const double power = a->refused > 0 ? 1.0 : 1.0 / (a->order + 1.0);
+
+    if (!solved)
+        a->h = 0.25 * h;
+    else if (a->event.error >= error) {
+        a->proper = fmax(a->proper, h);
+        a->h = a->event.after + BEHIND * a->event.late * tolerance / a->event.error;
+    } else
+        a->h = h * fmin(fmax(SAFETY * pow(tolerance / error, power), SHRINKING), SAFETY);
+    if (a->refused++ == 0)
+        a->first_speed = a->speed;
+}
+
+/* Ends a run that is refused steps longer than the shortest. */
+static perp_status give_up(perp__run *run, const perp__adaptive *a)
+{
+    if (!moves(a)) {
+        const perp_mechanism_step *last = !perp__outcome_moves(a->full.outcome)    ? &a->full
+                                          : !perp__outcome_moves(a->first.outcome) ? &a->first
+                                                                                   : &a->second;
+
+        return perp__run_take(run, &run->m->next, run->t, 0.0, last);
+    }
+    run->result.outcome = PERP_OUTCOME_STALLED;
+    run->ended = 1;
+    return PERP_OK;
+}
+
+static perp_status refuse(perp__run *run, perp__adaptive *a, double h, int32_t solved)
+{
+    shorten(run->m, a, h, solved);
+    run->result.rejected++;
+    run->result.iterations += a->full.iterations + a->first.iterations + a->second.iterations;
+    if (perp__mechanism_is_late(run->m)) {
+        run->result.outcome = PERP_OUTCOME_TIME_LIMIT;
+        run->ended = 1;
+        return PERP_OK;
+    }
+    return a->h < a->shortest ? give_up(run, a) : PERP_OK;
+}
+
+static perp_status step(perp__run *run, perp__adaptive *a, double t1)
+{
+    perp_mechanism *m = run->m;
+    const double left = t1 - run->t;
+    const int32_t last = a->h * 1.01 >= left;
+    const double h = last ? left : fmin(a->h, fmax(0.5 * left, a->h * 0.5));
+    perp_status status = attempt(m, a, run->t, h);
+    int32_t solved, fine;
+
+    if (status == PERP__OUTSIDE)
+        a->full.outcome = PERP_OUTCOME_EVALUATION_FAILED;
+    else if (status != PERP_OK)
+        return status;
+    solved = moves(a) && is_solved(a);
+    fine = moves(a) && (solved || a->refused >= MOST_UNSOLVED) && verdict(a) <= m->settings.error;
+    if (!fine)
+        return refuse(run, a, h, moves(a) && verdict(a) > m->settings.error);
+    lengthen(m, a, h);
+    a->h = fmin(a->h, a->longest);
+    status = take(run, a, last ? t1 : run->t + h, h);
+    if (status == PERP_OK && !run->ended && run->t < t1)
+        status = perp__evaluate_force(m, a->force[0], run->t, m->now.q, m->now.v);
+    return status;
+}
+
+static perp_status begin(perp__run *run, perp__adaptive *a, double t1, double h)
+{
+    perp_mechanism *m = run->m;
+    const perp_mechanism_settings *settings = &m->settings;
+    const double span = t1 - run->t;
+
+    memset(a->largest, 0, (size_t)m->coordinates * sizeof *a->largest);
+    a->fastest = 0.0;
+    a->longest = settings->longest > 0.0 ? fmin(settings->longest, span) : span;
+    a->shortest = settings->shortest > 0.0 ? settings->shortest : ldexp(span, -40);
+    a->shortest = fmax(a->shortest, 4.0 * PERP__EPS * fmax(fabs(run->t), fabs(t1)));
+    a->h = fmin(h, a->longest);
+    a->unit = fmax(fmin(h, span), fmin(ldexp(span, -40) / settings->error, 1e-3 * span));
+    a->proper = 0.0;
+    a->order = settings->scheme == PERP_MECHANISM_THETA && settings->theta == 0.5 ? 2 : 1;
+    a->started = a->refused = 0;
+    run->result.error = 0.0;
+    return perp__evaluate_force(m, a->force[0], run->t, m->now.q, m->now.v);
+}
+
+perp_status perp__run_adaptive(perp__run *run, double t1, double h)
+{
+    perp_mechanism *m = run->m;
+    perp_status status = make(m);
+
+    if (status == PERP_OK)
+        status = begin(run, m->adaptive_work, t1, h);
+    while (status == PERP_OK && !run->ended && run->t < t1)
+        status = step(run, m->adaptive_work, t1);
+    if (status == PERP__OUTSIDE) { /* k, N or the rows where a step ended: no motion from there */
+        run->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;
+        run->ended = 1;
+        status = PERP_OK;
+    }
+    return status;
+}

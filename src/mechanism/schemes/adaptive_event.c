@@ -1,0 +1,197 @@
+/* Events within a step: what makes full and half steps agree, or disagree, for no good reason.
+ *
+ * Impacts: a step ends on the contact that it reaches, whenever within the step that was, so that
+ * full and half steps agree however late they are. With u the speed without the contact's own
+ * impulse, a half step of length l passes the contact by gap + l u < 0; it is late by (gap + l
+ * u)/u, for which the jump of velocities carries q the wrong way.
+ *
+ * Turns: friction acts through the velocity at the end of a step. Where a slip turns round,
+ * friction has the wrong sign until then, or holds on to the end what would slip back; both change
+ * velocities by the bound times a share of the step. */
+#include "mechanism/schemes/adaptive.h"
+
+#include <math.h>
+#include <string.h>
+
+double perp__beside_scale(const perp_mechanism *m, const double *x, const double *scale)
+{
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < m->coordinates; i++)
+        if (x[i] != 0.0)
+            largest = fmax(largest, fabs(x[i]) / scale[i]);
+    return largest;
+}
+
+static void keep(perp__adaptive *a, double late, double error, double after, int32_t impact)
+{
+    if (!(late > 0.0) || !(error > a->event.error))
+        return;
+    a->event.late = late;
+    a->event.error = error;
+    a->event.after = after;
+    a->event.impact = impact;
+}
+
+/* ---- impacts ------------------------------------------------------------------------------- */
+
+/* a->difference := M^-1 J_j'r_j, of the rows of contact j. */
+static void jump_of(perp_mechanism *m, perp__adaptive *a, const double *r, int32_t j)
+{
+    const size_t n = (size_t)m->n;
+    int32_t i;
+    size_t k;
+
+    memset(a->difference, 0, n * sizeof *a->difference);
+    for (i = m->starts[j]; i < m->starts[j + 1]; i++)
+        for (k = 0; k < n; k++)
+            a->difference[k] += m->begin.J[(size_t)i * n + k] * r[i];
+    perp__solve_mass(m, &m->begin, a->difference);
+}
+
+static double along_normal(const perp_mechanism *m, int32_t j, const double *v)
+{
+    const double *normal = m->begin.J + (size_t)m->starts[j] * (size_t)m->n;
+    double sum = 0.0;
+    int32_t k;
+
+    for (k = 0; k < m->n; k++)
+        sum += normal[k] * v[k];
+    return sum;
+}
+
+/* By how much contact j was met late, with its jump in a->difference; 0: it was not hit. */
+static double lateness(perp_mechanism *m, perp__adaptive *a, const perp__mechanism_state *from,
+                       const perp__mechanism_state *to, double length, int32_t j)
+{
+    const int32_t row = m->starts[j];
+    const double gap = fmax(m->begin.gap[j], 0.0), drift = m->begin.drift[row];
+    double before, free;
+
+    if (to->impulse[row] == 0.0)
+        return 0.0;
+    jump_of(m, a, to->impulse, j);
+    before = along_normal(m, j, from->v) + drift;
+    free = to->velocity[row] - along_normal(m, j, a->difference);
+    if (!(before < -fabs(free - before))) /* resting contact */
+        return 0.0;
+    if (gap <= perp__gap_rounding(m, &m->begin, row, from->q))
+        return m->restitution[j] > 0.0 ? length : 0.0; /* an inelastic one ends there */
+    return fmin(fmax(length + gap / free, 0.0), length);
+}
+
+static perp_status look_for_impact(perp_mechanism *m, perp__adaptive *a,
+                                   const perp__mechanism_state *from,
+                                   const perp__mechanism_state *to, double start, double length,
+                                   int32_t j)
+{
+    const double late = lateness(m, a, from, to, length, j);
+    perp_status status;
+
+    if (late == 0.0)
+        return PERP_OK;
+    status = perp__evaluate_rate(m, a->rate, to->q, a->difference);
+    if (status == PERP_OK)
+        keep(a, late, late * perp__beside_scale(m, a->rate, a->scale), start + length - late, 1);
+    return status;
+}
+
+/* ---- turns --------------------------------------------------------------------------------- */
+
+/* The rows of one friction: `count` from `row`, with a bound of its impulse. */
+typedef struct friction {
+    int32_t row, count, mode; /* mode: its place among the modes */
+    double bound;
+} friction;
+
+/* Writes the direction of the slip at the start into d; its speed. */
+static double slip_at(const perp_mechanism *m, const friction *f, const double *v, double d[2])
+{
+    double speed;
+    int32_t i, k;
+
+    d[0] = d[1] = 0.0;
+    for (i = 0; i < f->count; i++) {
+        const double *row = m->begin.J + (size_t)(f->row + i) * (size_t)m->n;
+
+        d[i] = m->begin.drift[f->row + i];
+        for (k = 0; k < m->n; k++)
+            d[i] += row[k] * v[k];
+    }
+    speed = hypot(d[0], d[1]);
+    for (i = 0; i < 2 && speed > 0.0; i++)
+        d[i] /= speed;
+    return speed;
+}
+
+/* a->difference := M^-1 J'd; d'J M^-1 J'd. */
+static double response_to(perp_mechanism *m, perp__adaptive *a, const friction *f,
+                          const double d[2])
+{
+    const size_t n = (size_t)m->n;
+    double sum = 0.0;
+    int32_t i;
+    size_t k;
+
+    memset(a->difference, 0, n * sizeof *a->difference);
+    for (i = 0; i < f->count; i++)
+        for (k = 0; k < n; k++)
+            a->difference[k] += m->begin.J[(size_t)(f->row + i) * n + k] * d[i];
+    perp__solve_mass(m, &m->begin, a->difference);
+    for (i = 0; i < f->count; i++)
+        for (k = 0; k < n; k++)
+            sum += d[i] * m->begin.J[(size_t)(f->row + i) * n + k] * a->difference[k];
+    return sum;
+}
+
+static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__mechanism_state *from,
+                          const perp__mechanism_state *to, double start, double length,
+                          const friction *f)
+{
+    const int32_t sticks = to->modes[f->mode] == PERP_MECHANISM_STICK;
+    double d[2], speed, after = 0.0, own = 0.0, response, lost, when, wrong;
+    int32_t i;
+
+    if (from->modes[f->mode] != PERP_MECHANISM_SLIP || !(f->bound > 0.0))
+        return;
+    speed = slip_at(m, f, from->v, d);
+    for (i = 0; i < f->count; i++) {
+        after += d[i] * to->velocity[f->row + i];
+        own += d[i] * to->impulse[f->row + i];
+    }
+    if (!(speed > 0.0) || (after >= 0.0 && !sticks))
+        return;
+    response = response_to(m, a, f, d);
+    lost = speed - (after - response * own); /* by other forces than this friction */
+    when = length * speed / (lost + response * f->bound);
+    if (!(response > 0.0) || !(when >= 0.0 && when < length))
+        return;
+    wrong = sticks ? fmax(lost / response - f->bound, 0.0) * (length - when) / length
+                   : 2.0 * f->bound * when / length;
+    if (wrong > 0.0)
+        keep(a, length - when, wrong * sqrt(response) / a->speed_scale, start + when, 0);
+}
+
+perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a,
+                                  const perp__mechanism_state *from,
+                                  const perp__mechanism_state *to, double start, double length)
+{
+    perp_status status = PERP_OK;
+    int32_t j;
+
+    for (j = 0; j < m->contacts && status == PERP_OK; j++) {
+        const friction f = {m->starts[j] + 1, m->dims[j] - 1, j,
+                            m->friction[j] * to->impulse[m->starts[j]]};
+
+        status = look_for_impact(m, a, from, to, start, length, j);
+        look_for_turn(m, a, from, to, start, length, &f);
+    }
+    for (j = 0; j < m->dry; j++) {
+        const friction f = {m->contact_rows + m->bilateral + j * m->model.dry_dim, m->model.dry_dim,
+                            m->contacts + j, m->dry_bound[j]};
+
+        look_for_turn(m, a, from, to, start, length, &f);
+    }
+    return status;
+}

@@ -1,0 +1,150 @@
+/* The step with the geometry frozen at its start (Stewart & Trinkle 1996, Anitescu & Potra 1997):
+ *
+ *   M (v+ - v) = h k + J'r,   q+ = q + h N(q) v+,
+ *   0 <= r_n perp max(gap, 0)/h + u_n+ >= 0,   friction of u_t+.
+ *
+ * Only contacts that the step can reach are part of its problem; the others are looked at
+ * afterwards. */
+#include "mechanism/mechanism.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "mechanism/schemes/frozen.h"
+
+void perp__prepare_step(perp_mechanism *m, double h, const double *q0, const double *v0)
+{
+    const perp__terms *terms = &m->begin;
+    int32_t j, i;
+
+    perp__multiply_mass(m, terms, m->momentum, v0);
+    for (i = 0; i < m->n; i++)
+        m->momentum[i] += h * terms->k[i];
+    memcpy(m->free, m->momentum, (size_t)m->n * sizeof *m->free);
+    perp__solve_mass(m, terms, m->free);
+    perp__row_velocities(m, terms, m->start_velocity, v0);
+    perp__row_velocities(m, terms, m->free_velocity, m->free);
+    perp__friction_of_speed(m, terms, m->friction, m->start_velocity, v0);
+    for (j = 0; j < m->dry; j++)
+        m->dry_bound[j] = h * terms->bound[j];
+    for (j = 0; j < m->contacts; j++) {
+        const int32_t row = m->starts[j];
+
+        if (fabs(terms->gap[j]) <= perp__gap_rounding(m, terms, row, q0))
+            m->begin.gap[j] = 0.0;
+        if (m->settings.law == PERP_MECHANISM_POISSON) /* jam.c alone asks */
+            m->start_speed[j] = perp__sliding_speed(m, terms, j, m->start_velocity, v0);
+        m->shift[j] = fmax(terms->gap[j], 0.0) / h;
+        m->included[j] = terms->gap[j] <= 0.0 || m->shift[j] + m->free_velocity[row] <= 0.0;
+    }
+}
+
+void perp__pose(perp_mechanism *m, perp__velocity_problem *problem)
+{
+    memset(problem, 0, sizeof *problem);
+    problem->terms = &m->begin;
+    problem->momentum = m->momentum;
+    problem->shift = m->shift;
+    problem->friction = m->friction;
+    problem->included = m->included;
+    problem->dry = m->dry_bound;
+}
+
+/* Includes contacts that the velocities would pass; whether there were any. */
+static int32_t include_passed(perp_mechanism *m)
+{
+    int32_t more = 0, j;
+
+    for (j = 0; j < m->contacts; j++) {
+        if (m->included[j] || !(m->shift[j] + m->answer.u[m->starts[j]] < 0.0))
+            continue;
+        m->included[j] = 1;
+        more = 1;
+    }
+    return more;
+}
+
+int32_t perp__outcome_moves(int32_t outcome)
+{
+    return outcome != PERP_OUTCOME_RAY && outcome != PERP_OUTCOME_SINGULAR &&
+           outcome != PERP_OUTCOME_EVALUATION_FAILED;
+}
+
+/* Whether theory promises a solution: pointed or not, with gaps clipped at 0 and walls at rest. */
+static int32_t is_solvable(const perp_mechanism *m)
+{
+    int32_t i;
+
+    for (i = 0; i < m->contact_rows; i++)
+        if (m->begin.drift[i] != 0.0)
+            return 0;
+    return m->bilateral == 0;
+}
+
+perp_status perp__solve_frozen(perp_mechanism *m, const perp__velocity_problem *problem)
+{
+    perp_status status;
+
+    m->answer.iterations = 0;
+    do
+        status = perp__solve_velocities(m, &m->answer, problem);
+    while (status == PERP_OK && perp__outcome_moves(m->answer.outcome) && include_passed(m));
+    if (status == PERP_OK && m->answer.outcome == PERP_OUTCOME_RAY &&
+        m->answer.certificate == PERP_CONTACT_CERTIFICATE_NONE && is_solvable(m))
+        m->answer.outcome = PERP_OUTCOME_STALLED;
+    return status;
+}
+
+void perp__report_answer(const perp_mechanism *m, perp__mechanism_state *to,
+                         perp_mechanism_step *step)
+{
+    const perp__velocity_answer *answer = &m->answer;
+    int32_t j;
+
+    step->outcome = answer->outcome;
+    step->method = answer->method;
+    step->certificate = answer->certificate;
+    step->has_ray = answer->has_ray;
+    perp__raise_to(&step->residual, answer->residual);
+    step->iterations += answer->iterations;
+    step->closed = step->sticking = 0;
+    for (j = 0; j < m->contacts; j++)
+        step->closed += answer->modes[j] != PERP_CONTACT_SEPARATE;
+    for (j = 0; j < m->contacts + m->dry; j++)
+        step->sticking += answer->modes[j] == PERP_CONTACT_STICK;
+    memcpy(to->v, answer->v, (size_t)m->n * sizeof *to->v);
+    memcpy(to->impulse, answer->r, (size_t)m->rows * sizeof *to->impulse);
+    memcpy(to->velocity, answer->u, (size_t)m->rows * sizeof *to->velocity);
+    memcpy(to->ray, answer->ray, (size_t)m->rows * sizeof *to->ray);
+    memcpy(to->modes, answer->modes, (size_t)(m->contacts + m->dry) * sizeof *to->modes);
+}
+
+perp_status perp__advance_frozen(perp_mechanism *m, perp__mechanism_state *to,
+                                 perp_mechanism_step *step, double t, double h, const double *q0,
+                                 const double *v0)
+{
+    perp__velocity_problem problem;
+    perp_status status = perp__evaluate_all(m, &m->begin, t, q0, v0);
+
+    step->scheme = PERP_MECHANISM_FROZEN;
+    if (status != PERP_OK)
+        return status;
+    perp__prepare_step(m, h, q0, v0);
+    perp__pose(m, &problem);
+    status = perp__solve_frozen(m, &problem);
+    if (status == PERP_OK && m->settings.select != PERP_MECHANISM_ANY)
+        status = perp__select_answer(m, step, &problem, h, v0);
+    if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
+        status = perp__evaluate_move(m, to->q, q0, h, m->answer.v);
+    if (status == PERP_OK && perp__outcome_moves(m->answer.outcome)) {
+        step->impacts = perp__count_impacts(m, &m->answer);
+        if (step->impacts > 0)
+            status = perp__solve_impacts(m, &problem);
+    }
+    if (status != PERP_OK)
+        return status;
+    perp__report_answer(m, to, step);
+    if (perp__outcome_moves(step->outcome))
+        status = perp__project(m, step, to->q, t + h, to->v);
+    return status;
+}

@@ -1,0 +1,224 @@
+/* The unknowns of the implicit scheme's problem: their numbers, bounds and where they start. */
+#include <math.h>
+#include <string.h>
+
+#include "mechanism/schemes/implicit.h"
+
+#define TAU 6.28318530717958647693
+
+void perp__implicit_edge(int32_t edges, int32_t j, double d[2])
+{
+    const double angle = TAU * j / edges;
+
+    d[0] = cos(angle);
+    d[1] = sin(angle);
+}
+
+static int32_t unknowns_of(int32_t tangents, int32_t edges)
+{
+    return tangents < 2 ? tangents : edges == 0 ? 3 : edges + 1;
+}
+
+int32_t perp__implicit_most(const perp_mechanism *m, const perp_mechanism_settings *settings)
+{
+    int32_t count = m->n + m->contacts + m->bilateral, j;
+
+    for (j = 0; j < m->contacts; j++)
+        count += unknowns_of(m->dims[j] - 1, settings->cone);
+    return count + m->dry * unknowns_of(m->model.dry_dim, settings->cone);
+}
+
+/* The velocity v in the metric of M. */
+static double speed_of(perp_mechanism *m, const double *v)
+{
+    double sum = 0.0;
+    int32_t i;
+
+    perp__multiply_mass(m, &m->begin, m->work, v);
+    for (i = 0; i < m->n; i++)
+        sum += v[i] * m->work[i];
+    return sqrt(fmax(sum, 0.0));
+}
+
+/* J_i M^-1 J_i'. */
+static double inverse_mass(perp_mechanism *m, int32_t row)
+{
+    const double *J = m->begin.J + (size_t)row * (size_t)m->n;
+    double sum = 0.0;
+    int32_t i;
+
+    memcpy(m->work, J, (size_t)m->n * sizeof *J);
+    perp__solve_mass(m, &m->begin, m->work);
+    for (i = 0; i < m->n; i++)
+        sum += J[i] * m->work[i];
+    return sum;
+}
+
+/* The sizes of the step's speeds and impulses, from energies, so that units of q do not count. */
+static void find_sizes(perp_mechanism *m, perp__implicit *s)
+{
+    double noise = 0.0;
+    int32_t i, j;
+
+    s->speed = fmax(speed_of(m, s->v0), fmax(speed_of(m, m->free), speed_of(m, m->answer.v)));
+    if (s->speed == 0.0)
+        s->speed = 1.0; /* nothing moves and nothing pulls */
+    for (i = 0; i < m->n; i++)
+        s->steps[i] = s->speed / sqrt(m->begin.M[(size_t)i * ((size_t)m->n + 1)]);
+    for (i = 0; i < m->rows; i++) {
+        s->inverse_mass[i] = inverse_mass(m, i);
+        for (j = 0; j < m->contacts && m->starts[j] < i; j++)
+            ;
+        if ((i < m->contact_rows && !(m->starts[j] == i && m->included[j])) ||
+            i >= m->contact_rows + m->bilateral || !(s->inverse_mass[i] > 0.0))
+            continue;
+        noise = fmax(noise, perp__gap_rounding(m, &m->begin, i, s->q0) /
+                                (s->h * s->speed * sqrt(s->inverse_mass[i])));
+    }
+    s->noise = noise;
+}
+
+static void bound(perp__implicit *s, int32_t i, double lower, double upper)
+{
+    s->lower[i] = lower;
+    s->upper[i] = upper;
+}
+
+static void number_friction(perp__implicit *s, perp__implicit_disc *disc)
+{
+    int32_t i;
+
+    disc->first = s->size;
+    if (disc->tangents == 1)
+        bound(s, s->size++, -1.0, 1.0);
+    if (disc->tangents < 2)
+        return;
+    for (i = 0; i < 2 && disc->edges == 0; i++)
+        bound(s, s->size++, -INFINITY, INFINITY);
+    for (i = 0; i < disc->edges + 1; i++)
+        bound(s, s->size++, 0.0, INFINITY);
+}
+
+static void number_contact(perp_mechanism *m, perp__implicit *s, int32_t j)
+{
+    perp__implicit_disc *disc = s->discs + s->discs_count++;
+    const int32_t row = m->starts[j];
+    const double inverse = s->inverse_mass[row];
+    const double impulse = inverse > 0.0 ? s->speed / sqrt(inverse) : 0.0;
+
+    disc->contact = j;
+    disc->row = row + 1;
+    disc->tangents = m->friction[j] > 0.0 ? m->dims[j] - 1 : 0;
+    disc->edges = m->settings.cone;
+    disc->normal = s->size;
+    disc->weight = m->friction[j] * fmax(m->answer.r[row], impulse);
+    bound(s, s->size++, 0.0, INFINITY);
+    number_friction(s, disc);
+}
+
+/* Whether there is friction at all is asked at the step's start. */
+void perp__implicit_number(perp_mechanism *m, perp__implicit *s)
+{
+    int32_t i;
+
+    find_sizes(m, s);
+    s->size = s->discs_count = 0;
+    for (i = 0; i < m->n; i++)
+        bound(s, s->size++, -INFINITY, INFINITY);
+    for (i = 0; i < m->contacts; i++)
+        if (m->included[i])
+            number_contact(m, s, i);
+    s->bilateral = s->size;
+    for (i = 0; i < m->bilateral; i++)
+        bound(s, s->size++, -INFINITY, INFINITY);
+    for (i = 0; i < m->dry; i++) {
+        perp__implicit_disc *disc = s->discs + s->discs_count;
+
+        if (!(m->dry_bound[i] > 0.0))
+            continue;
+        s->discs_count++;
+        disc->contact = m->contacts + i;
+        disc->row = m->contact_rows + m->bilateral + i * m->model.dry_dim;
+        disc->tangents = m->model.dry_dim;
+        disc->edges = m->settings.cone;
+        disc->normal = -1;
+        disc->weight = m->dry_bound[i];
+        number_friction(s, disc);
+    }
+}
+
+double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
+                             const perp__implicit_disc *disc, const double *z)
+{
+    if (disc->normal < 0)
+        return s->h * m->end.bound[disc->contact - m->contacts];
+    return m->friction[disc->contact] * z[disc->normal];
+}
+
+/* beta of the two vertices next to the direction of r, and the slip speed against the polygon. */
+static void start_polygon(const perp__implicit_disc *disc, double *z, const double *r,
+                          const double *u)
+{
+    const double step = TAU / disc->edges, length = hypot(r[0], r[1]);
+    double angle = length > 0.0 ? atan2(r[1], r[0]) : 0.0, rest, speed = 0.0;
+    int32_t j, low;
+
+    if (angle < 0.0)
+        angle += TAU;
+    low = (int32_t)floor(angle / step);
+    rest = angle - low * step;
+    low = low >= disc->edges ? 0 : low;
+    for (j = 0; j < disc->edges; j++) {
+        double d[2];
+
+        perp__implicit_edge(disc->edges, j, d);
+        z[disc->first + j] = 0.0;
+        speed = fmax(speed, -(d[0] * u[0] + d[1] * u[1]));
+    }
+    z[disc->first + low] = fmax(length * sin(step - rest) / sin(step), 0.0);
+    z[disc->first + (low + 1) % disc->edges] = fmax(length * sin(rest) / sin(step), 0.0);
+    z[disc->first + disc->edges] = speed;
+}
+
+static void start_friction(const perp__implicit_disc *disc, double *z, double radius,
+                           const double *r, const double *u, int32_t sticks)
+{
+    const double *from = radius > 0.0 ? r : u;
+    const double speed = disc->tangents > 1 ? hypot(u[0], u[1]) : fabs(u[0]);
+    const double unit = radius > 0.0 ? radius : speed > 0.0 ? -speed : 1.0;
+    int32_t i;
+
+    if (disc->tangents > 1 && disc->edges > 0) {
+        start_polygon(disc, z, r, u);
+        return;
+    }
+    for (i = 0; i < disc->tangents; i++)
+        z[disc->first + i] = from[i] / unit;
+    if (disc->tangents > 1)
+        z[disc->first + 2] = sticks ? 0.0 : speed;
+    else if (disc->tangents == 1)
+        z[disc->first] = fmin(fmax(z[disc->first], -1.0), 1.0);
+}
+
+void perp__implicit_start(perp_mechanism *m, perp__implicit *s, double *z)
+{
+    const perp__velocity_answer *answer = &m->answer;
+    int32_t k, i;
+
+    memcpy(z, answer->v, (size_t)m->n * sizeof *z);
+    for (k = 0; k < s->discs_count; k++) {
+        const perp__implicit_disc *disc = s->discs + k;
+        const int32_t is_contact = disc->normal >= 0;
+        double radius;
+
+        if (is_contact)
+            z[disc->normal] = answer->r[m->starts[disc->contact]];
+        radius = is_contact ? m->friction[disc->contact] * z[disc->normal]
+                            : m->dry_bound[disc->contact - m->contacts];
+        if (disc->tangents > 0)
+            start_friction(disc, z, radius, answer->r + disc->row, answer->u + disc->row,
+                           answer->modes[disc->contact] == PERP_MECHANISM_STICK);
+    }
+    for (i = 0; i < m->bilateral; i++)
+        z[s->bilateral + i] = answer->r[m->contact_rows + i];
+}

@@ -1,0 +1,357 @@
+/* The step of Moreau and Jean (J. J. Moreau 1988; M. Jean, Comput. Methods Appl. Mech. Eng. 177
+ * (1999)), with positions that land on contacts as those of the frozen step do:
+ *
+ *   M (v+ - v) = h (theta k(t+h, q+, v+) + (1 - theta) k(t, q, v)) + J'r,
+ *   q+ = q + h N (theta v+ + (1 - theta) v),   with v+ alone where a contact is hit,
+ *   0 <= r_n perp max(gap, 0)/h + u_n+ >= 0,   friction of u_t+.
+ *
+ * M is taken at q + (1 - theta) h N v, and J = theta J(q) + (1 - theta) J(q*), q* = q + h N v the
+ * predicted end: for theta = 1/2 both are in the middle, up to h^2. The speeds u+ of the laws are
+ * those at the end, J(q*) v+ + drift(q*); what differs from J v+ is taken from the last iterate, so
+ * that the contact problem keeps its symmetry. With theta = 1 all geometry is that of the start.
+ *
+ * Friction and contact act through v+ alone: weighted like k they would ring (u_n+ = -u_n). A
+ * contact that the step reaches keeps the speed gap/h that brings it to 0; it has gap 0 when the
+ * next step begins, and u_n+ = 0 (or the restitution's) from there on. */
+#include "mechanism/schemes/theta.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "mechanism/schemes/frozen.h"
+
+#define MOST_ITERATES 60
+
+/* Iterations that gain less than this factor are given a matrix of their own. */
+#define SLOW 0.1
+
+/* Velocities that change by more than this share are followed by the rows of the end. */
+#define CHANGED 0.05
+
+/* ---- what is fixed during a step ----------------------------------------------------------- */
+
+/* m->end: the rows at the predicted end, or at the start where the model has none there. */
+static perp_status predict_rows(perp_mechanism *m, perp__theta *w, double t, double h,
+                                const double *q0, const double *v0)
+{
+    perp_status status = perp__evaluate_move(m, w->q, q0, h, v0);
+
+    if (status == PERP_OK)
+        status = perp__evaluate_rows(m, &m->end, t + h, w->q, v0);
+    return status == PERP__OUTSIDE ? perp__evaluate_rows(m, &m->end, t + h, q0, v0) : status;
+}
+
+/* begin.J := J, end.J := what the rows of the end have more, begin.mu and begin.bound between. */
+static void blend(perp_mechanism *m, perp__theta *w)
+{
+    const size_t entries = (size_t)m->rows * (size_t)m->n;
+    const double theta = m->settings.theta;
+    size_t i;
+
+    w->corrected = 0;
+    for (i = 0; i < entries; i++) {
+        const double change = m->end.J[i] - m->begin.J[i];
+
+        m->begin.J[i] += (1.0 - theta) * change;
+        m->end.J[i] = theta * change;
+        w->corrected = w->corrected || m->end.J[i] != 0.0;
+    }
+    for (i = 0; i < (size_t)m->contacts; i++)
+        m->begin.mu[i] += (1.0 - theta) * (m->end.mu[i] - m->begin.mu[i]);
+    for (i = 0; i < (size_t)m->dry; i++)
+        m->begin.bound[i] += (1.0 - theta) * (m->end.bound[i] - m->begin.bound[i]);
+}
+
+static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w, double t, double h,
+                                     const double *q0, const double *v0)
+{
+    const double ahead = 1.0 - m->settings.theta;
+    perp_status status = PERP_OK;
+
+    w->corrected = 0;
+    memcpy(w->at, q0, (size_t)m->coordinates * sizeof *w->at);
+    if (ahead > 0.0)
+        status = perp__evaluate_move(m, w->at, q0, ahead * h, v0);
+    if (status == PERP_OK)
+        status = perp__evaluate_mass(m, &m->begin, w->at);
+    if (status == PERP__OUTSIDE)
+        status = perp__evaluate_mass(m, &m->begin, q0);
+    if (status == PERP_OK && ahead > 0.0 && m->rows > 0) {
+        status = predict_rows(m, w, t, h, q0, v0);
+        if (status == PERP_OK)
+            blend(m, w);
+    } else
+        memcpy(m->end.drift, m->begin.drift, (size_t)m->rows * sizeof *m->end.drift);
+    return status;
+}
+
+static perp_status prepare(perp_mechanism *m, perp__theta *w, double t, double h, const double *q0,
+                           const double *v0)
+{
+    perp_status status = perp__evaluate_force(m, m->begin.k, t, q0, v0);
+    int32_t j;
+
+    if (status == PERP_OK)
+        status = perp__evaluate_rows(m, &m->begin, t, q0, v0);
+    if (status != PERP_OK)
+        return status;
+    perp__row_velocities(m, &m->begin, m->start_velocity, v0);
+    for (j = 0; j < m->contacts; j++) {
+        const double gap = m->begin.gap[j];
+        const int32_t open = gap > perp__gap_rounding(m, &m->begin, m->starts[j], q0);
+
+        m->shift[j] = open ? gap / h : 0.0;
+        m->included[j] = !open;
+        if (m->settings.law == PERP_MECHANISM_POISSON) /* jam.c alone asks */
+            m->start_speed[j] = perp__sliding_speed(m, &m->begin, j, m->start_velocity, v0);
+    }
+    status = evaluate_geometry(m, w, t, h, q0, v0);
+    if (status != PERP_OK)
+        return status;
+    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, v0);
+    for (j = 0; j < m->dry; j++)
+        m->dry_bound[j] = h * m->begin.bound[j];
+    w->terms = m->begin;
+    w->has_matrix = w->tried_matrix = 0;
+    return PERP_OK;
+}
+
+/* ---- the iteration ------------------------------------------------------------------------- */
+
+/* begin.drift := drift of the end, and what its rows make of `v` beyond J. */
+static void correct_drift(perp_mechanism *m, const perp__theta *w, const double *v)
+{
+    memcpy(m->begin.drift, m->end.drift, (size_t)m->rows * sizeof *m->begin.drift);
+    if (w->corrected)
+        perp__row_velocities(m, &m->end, m->begin.drift, v);
+}
+
+/* w->p := M v0 + h (theta k+ + (1 - theta) k). */
+static void gather_impulse(perp_mechanism *m, perp__theta *w, double h, const double *v0)
+{
+    const double theta = m->settings.theta;
+    int32_t i;
+
+    memcpy(w->last, w->p, (size_t)m->n * sizeof *w->last);
+    perp__multiply_mass(m, &m->begin, w->p, v0);
+    for (i = 0; i < m->n; i++)
+        w->p[i] += h * (theta * w->force[i] + (1.0 - theta) * m->begin.k[i]);
+}
+
+/* Solves for the velocities after the iterate w->v. */
+static perp_status solve(perp_mechanism *m, perp__theta *w, perp_mechanism_step *step)
+{
+    perp__velocity_problem problem;
+    perp_status status;
+    int32_t j, i;
+
+    memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum);
+    if (w->has_matrix) {
+        perp__multiply_mass(m, &w->terms, w->x, w->v);
+        perp__multiply_mass(m, &m->begin, w->y, w->v);
+        for (i = 0; i < m->n; i++)
+            m->momentum[i] += w->x[i] - w->y[i];
+    }
+    memcpy(m->free, m->momentum, (size_t)m->n * sizeof *m->free);
+    perp__solve_mass(m, &w->terms, m->free);
+    perp__row_velocities(m, &m->begin, m->free_velocity, m->free);
+    for (j = 0; j < m->contacts; j++)
+        if (m->shift[j] + m->free_velocity[m->starts[j]] <= 0.0)
+            m->included[j] = 1;
+    perp__pose(m, &problem);
+    problem.terms = &w->terms;
+    status = perp__solve_frozen(m, &problem);
+    step->iterations += m->answer.iterations;
+    if (status == PERP_OK && !perp__outcome_moves(m->answer.outcome) && w->corrected) {
+        w->corrected = 0; /* walls that seem to close: the rows of the middle alone */
+        correct_drift(m, w, w->v);
+        status = perp__solve_frozen(m, &problem);
+        step->iterations += m->answer.iterations;
+    }
+    m->answer.iterations = 0;
+    return status;
+}
+
+/* Size of what the momentum balance still lacks: p - p_last + (A - M)(v - v_last). */
+static double defect(perp_mechanism *m, perp__theta *w)
+{
+    int32_t i;
+
+    memset(w->x, 0, (size_t)m->n * sizeof *w->x);
+    if (w->has_matrix) {
+        double *change = w->middle;
+
+        for (i = 0; i < m->n; i++)
+            change[i] = w->v[i] - w->last_v[i];
+        perp__multiply_mass(m, &w->terms, w->x, change);
+        perp__multiply_mass(m, &m->begin, w->y, change);
+        for (i = 0; i < m->n; i++)
+            w->x[i] -= w->y[i];
+    }
+    for (i = 0; i < m->n; i++)
+        w->x[i] += w->p[i] - w->last[i];
+    return perp__theta_dual_norm(m, w->x, w->y);
+}
+
+/* What it is measured against. */
+static double momentum_size(perp_mechanism *m, perp__theta *w, double h, const double *v0)
+{
+    double size = perp__theta_dual_norm(m, w->p, w->y) + perp__theta_norm(m, v0, w->y);
+    int32_t i;
+
+    for (i = 0; i < m->n; i++)
+        w->x[i] = h * (fabs(w->force[i]) + fabs(m->begin.k[i]));
+    return size + perp__theta_dual_norm(m, w->x, w->y);
+}
+
+/* Size of the last change of the iterate; relative, to the size of the velocities. */
+static double last_change(perp_mechanism *m, perp__theta *w, double *relative)
+{
+    double size, before = perp__theta_norm(m, w->last_v, w->y);
+    int32_t i;
+
+    for (i = 0; i < m->n; i++)
+        w->x[i] = w->v[i] - w->last_v[i];
+    size = perp__theta_norm(m, w->x, w->x);
+    *relative = before > 0.0 ? size / before : 0.0;
+    return size;
+}
+
+static int32_t has_impulse(const perp_mechanism *m)
+{
+    int32_t i;
+
+    for (i = 0; i < m->rows; i++)
+        if (m->answer.r[i] != 0.0)
+            return 1;
+    return 0;
+}
+
+/* After the first solution: whether the speeds of the rows are to be taken again. */
+static int32_t follows(perp_mechanism *m, perp__theta *w, double relative)
+{
+    if (!w->corrected || relative <= CHANGED || !has_impulse(m))
+        return 0;
+    correct_drift(m, w, w->v);
+    return 1;
+}
+
+/* The iteration for k ended with that defect, beside the terms of the balance. */
+static void judge(perp_mechanism *m, double lacking)
+{
+    const perp__evidence evidence = {lacking, lacking, lacking, 1};
+
+    perp__raise_to(&m->answer.residual, lacking);
+    m->answer.outcome =
+        perp__worse_outcome(m->answer.outcome, perp__gate(&evidence, m->settings.tol, -1));
+}
+
+/* m->answer, w->q and w->p belong together afterwards, or the outcome says that they do not. */
+static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_step *step, double t,
+                           double h, const double *q0, const double *v0)
+{
+    const double tol = fmax(m->settings.tol, 16.0 * PERP__EPS); /* no rounding is below */
+    perp_status status;
+    double lacking = 0.0;
+    int32_t pass;
+
+    memcpy(w->v, v0, (size_t)m->n * sizeof *w->v);
+    correct_drift(m, w, v0);
+    status = perp__theta_force(m, w, t, h, q0, v0, w->v);
+    for (pass = 0;
+         status == PERP_OK && pass < MOST_ITERATES && !(pass > 0 && perp__mechanism_is_late(m));
+         pass++) {
+        gather_impulse(m, w, h, v0);
+        if (pass > 0) {
+            double relative;
+            const double change = last_change(m, w, &relative), size = momentum_size(m, w, h, v0);
+            const int32_t again = pass == 1 && follows(m, w, relative);
+
+            lacking = defect(m, w);
+            if (lacking <= tol * size && !again) {
+                judge(m, size > 0.0 ? lacking / size : 0.0);
+                return PERP_OK;
+            }
+            if (!w->tried_matrix && lacking > SLOW * change)
+                status = perp__theta_matrix(m, w, t, h, q0, v0);
+        }
+        if (status == PERP_OK)
+            status = solve(m, w, step);
+        if (status != PERP_OK || !perp__outcome_moves(m->answer.outcome))
+            return status;
+        memcpy(w->last_v, w->v, (size_t)m->n * sizeof *w->v);
+        memcpy(w->v, m->answer.v, (size_t)m->n * sizeof *w->v);
+        status = perp__theta_force(m, w, t, h, q0, v0, w->v);
+    }
+    if (status == PERP_OK)
+        m->answer.outcome = perp__worse_outcome(
+            m->answer.outcome,
+            pass < MOST_ITERATES ? PERP_OUTCOME_TIME_LIMIT : PERP_OUTCOME_ITERATION_LIMIT);
+    return status;
+}
+
+/* ---- the step ------------------------------------------------------------------------------ */
+
+/* Whether a contact was hit: approached faster than the forces of the step make it. */
+static int32_t is_hit(const perp_mechanism *m)
+{
+    int32_t j;
+
+    for (j = 0; j < m->contacts; j++) {
+        const int32_t row = m->starts[j];
+        const double before = m->start_velocity[row];
+
+        if (m->answer.r[row] > 0.0 && before < -fabs(m->free_velocity[row] - before))
+            return 1;
+    }
+    return 0;
+}
+
+/* Where the step leads. Velocities that jump have no mean: those after the jump stop at the
+ * contact. */
+static perp_status move(perp_mechanism *m, const perp__theta *w, double *q, double h,
+                        const double *q0)
+{
+    if (is_hit(m))
+        return perp__evaluate_move(m, q, q0, h, m->answer.v);
+    memcpy(q, w->q, (size_t)m->coordinates * sizeof *q);
+    return PERP_OK;
+}
+
+/* Restitution, from the momentum that the forces of the step give. */
+static perp_status restore(perp_mechanism *m, perp__theta *w, perp_mechanism_step *step)
+{
+    perp__velocity_problem problem;
+
+    step->impacts = perp__count_impacts(m, &m->answer);
+    if (step->impacts == 0)
+        return PERP_OK;
+    memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum);
+    perp__pose(m, &problem);
+    return perp__solve_impacts(m, &problem);
+}
+
+perp_status perp__advance_theta(perp_mechanism *m, perp__mechanism_state *to,
+                                perp_mechanism_step *step, double t, double h, const double *q0,
+                                const double *v0)
+{
+    perp__theta *w = NULL;
+    perp_status status = perp__theta_work(m, &w);
+
+    step->scheme = PERP_MECHANISM_THETA;
+    if (status == PERP_OK)
+        status = prepare(m, w, t, h, q0, v0);
+    if (status == PERP_OK)
+        status = iterate(m, w, step, t, h, q0, v0);
+    if (status == PERP_OK && perp__outcome_moves(m->answer.outcome)) {
+        status = move(m, w, to->q, h, q0);
+        if (status == PERP_OK)
+            status = restore(m, w, step);
+    }
+    if (status != PERP_OK)
+        return status;
+    perp__report_answer(m, to, step);
+    if (perp__outcome_moves(step->outcome))
+        status = perp__project(m, step, to->q, t + h, to->v);
+    return status;
+}
