@@ -1,0 +1,97 @@
+/* The inner entrance of the contact layer: rigid bodies with contacts and joints, flat, for the
+ * layers above. It works in the caller's context, which is entered already, and writes failures
+ * into its message; it checks no numbers, which are the caller's own.
+ *
+ *   v = v_free + M^-1 (J'r),     u = J v + bias,     M^-1 = C C' of each body
+ *
+ * and every contact obeys Signorini's and Coulomb's laws (perp/contact.h), every joint u = 0. Gap
+ * and restitution are folded into bias (bias_n = gap / h, or e times the old u_n).
+ *
+ * Bodies are numbered: 0 .. bodies - 1 move under impulses; bodies .. bodies + carriers - 1 are
+ * carriers, which move as they are told; -1 is the world at rest. Velocities have `width`
+ * coordinates: (v_x, v_y, omega) in the plane, (v, omega) in space, each about the body's own
+ * origin, where its mass is centred. */
+#ifndef PERP_CONTACT_CONTACT_H
+#define PERP_CONTACT_CONTACT_H
+
+#include <perp/contact.h>
+
+enum { PERP__RIGID_WIDTH_MOST = 6, PERP__RIGID_ROWS_MOST = 3 };
+
+/* Rows of one contact, normal first, or of one joint: u = J_A v_A + J_B v_B + bias. */
+typedef struct perp__rigid_rows {
+    int32_t body[2];      /* A and B; two different ones, or -1 */
+    int32_t dim;          /* rows: 1, 2 or 3. A contact with mu = 0 is best given with 1 */
+    int32_t reserved;     /* 0 */
+    double rows[2][3][6]; /* J_A, J_B: the first `width` columns; those of -1 are not read */
+    double bias[3];
+    double mu; /* >= 0; of a joint not read */
+} perp__rigid_rows;
+
+typedef struct perp__rigid_problem {
+    int32_t width; /* 3 in the plane, 6 in space */
+    int32_t bodies, carriers;
+    int32_t contacts, joints;
+    const double
+        *factors;       /* bodies by width by width, row-major: C of each, any with M^-1 = C C' */
+    const double *free; /* bodies + carriers by width: velocities without impulses */
+    const double *origins; /* bodies + carriers by 3: where each is; read only for what a carrier
+                              that turns carries; NULL: nothing is known to be carried by those */
+    const perp__rigid_rows *rows; /* contacts, then joints */
+    const double *warm;           /* impulses to start from, 3 for each of rows; NULL: none */
+    double tol;                   /* tested residual that counts as solved. At 1e-6 and above the
+                                     verdict is in plain doubles, else in doubled precision */
+    int32_t method;               /* PERP_CONTACT_METHOD_... */
+    int32_t cone;                 /* 0: exact; k: polyhedron, as perp_contact_settings.cone */
+    int32_t max_iterations;       /* of each method; 0: their own */
+    int32_t proves;               /* 1: look for proofs that there is no solution */
+    int32_t again;                /* 1: bodies, factors, rows (but bias) and mu are those of the
+                                     last solve: only free, bias, warm and what follows are read */
+    int32_t holds;                /* 1: where the answer is good, velocities are those of hold */
+    double deadline;              /* on perp__now()'s clock; 0: none */
+} perp__rigid_problem;
+
+/* Arrays are the caller's; NULL where not wanted, impulse and v excepted. */
+typedef struct perp__rigid_answer {
+    double *impulse;  /* 3 for each of rows; 0.0 in rows past dim */
+    double *velocity; /* the same: u */
+    double *v;        /* bodies by width */
+    int32_t *modes;   /* contacts: PERP_CONTACT_... */
+    int32_t *carrier; /* bodies: the body that each moves with as one, PERP__RIGID_... or a carrier;
+                         written where velocities are held */
+    perp_outcome outcome;
+    int32_t method; /* that gave the answer; PERP_CONTACT_METHOD_POLISH: the start */
+    int32_t held;   /* velocities are those of hold */
+    int64_t iterations;
+    double tested, own, backward; /* what the outcome rests on */
+    int32_t certificate;          /* PERP_CONTACT_CERTIFICATE_... */
+} perp__rigid_answer;
+
+enum { PERP__RIGID_AT_REST = -1, PERP__RIGID_FREE = -2 };
+
+typedef struct perp__rigid_solver perp__rigid_solver;
+
+/* PERP_OK or PERP_ERROR_MEMORY. */
+perp_status perp__rigid_create(perp_context *context, perp__rigid_solver **solver);
+void perp__rigid_destroy(perp__rigid_solver *solver);
+
+/* Solves the problem. Any of the problem's bodies, contacts and joints may be none.
+ *
+ * Returns PERP_OK with the answer; else PERP_ERROR_MEMORY, or _ARGUMENT or _NOT_FINITE where rows
+ * move nothing or numbers leave the range of doubles: then nothing was written.
+ * The best iterate is written whatever the outcome.
+ * Allocates nothing after the first call of a size (third-party factorisations excepted). */
+perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *answer,
+                              const perp__rigid_problem *problem);
+
+/* Velocities in what the contacts that hold leave free (hold.h), for impulses and modes from
+ * anywhere: reads answer->impulse (of contacts that slip: their tangents) and ->modes, writes ->v,
+ * ->velocity, ->carrier and ->held. A contact that presses or sticks, and every joint, holds: its
+ * velocities are exactly 0 beside bias; what is pinned in every coordinate has exactly the velocity
+ * of what it is pinned to, 0.0 at rest. The rest is the solution's, with held rows taken out, at a
+ * cost linear in the contacts; bodies in clusters too large for that keep v_free + M^-1 J'r.
+ * PERP_OK or PERP_ERROR_MEMORY. */
+perp_status perp__rigid_hold(perp__rigid_solver *solver, perp__rigid_answer *answer,
+                             const perp__rigid_problem *problem);
+
+#endif
