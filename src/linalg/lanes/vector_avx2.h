@@ -7,6 +7,8 @@
 #define store _mm256_storeu_pd
 #define spread _mm256_set1_pd
 #define minus_product(c, a, b) _mm256_sub_pd((c), _mm256_mul_pd((a), (b)))
+#define plus_fused(c, a, b) _mm256_fmadd_pd((a), (b), (c))
+#define root _mm256_sqrt_pd
 #define minus_fused(c, a, b) _mm256_fnmadd_pd((a), (b), (c))
 #define add _mm256_add_pd
 #define subtract _mm256_sub_pd

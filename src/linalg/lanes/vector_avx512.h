@@ -7,6 +7,8 @@
 #define store _mm512_storeu_pd
 #define spread _mm512_set1_pd
 #define minus_product(c, a, b) _mm512_sub_pd((c), _mm512_mul_pd((a), (b)))
+#define plus_fused(c, a, b) _mm512_fmadd_pd((a), (b), (c))
+#define root _mm512_sqrt_pd
 #define minus_fused(c, a, b) _mm512_fnmadd_pd((a), (b), (c))
 #define add _mm512_add_pd
 #define subtract _mm512_sub_pd

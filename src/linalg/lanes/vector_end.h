@@ -8,6 +8,8 @@
 #undef spread
 #undef minus_product
 #undef minus_fused
+#undef plus_fused
+#undef root
 #undef add
 #undef subtract
 #undef multiply

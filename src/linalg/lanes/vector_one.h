@@ -7,6 +7,8 @@
 #define store(into, a) (*(into) = (a))
 #define spread(a) (a)
 #define minus_product(c, a, b) ((c) - (a) * (b))
+#define plus_fused(c, a, b) fma((a), (b), (c))
+#define root sqrt
 #define minus_fused(c, a, b) fma(-(a), (b), (c))
 #define add(a, b) ((a) + (b))
 #define subtract(a, b) ((a) - (b))

@@ -1,0 +1,303 @@
+/* The step by substeps of one pass each, or by accelerated passes over the whole step.
+ *
+ * A substep of length h/n starts from the impulses r/n of the one before, whose sum F = P'r is kept
+ * per body, and ends with one forward pass:
+ *
+ *   y := y + (y_free - y_start)/n + F,   b = max(gap - guard, 0) n/h,   pass,   F += what it
+ * changed, gap += (h/n) (P_n y + w_n).
+ *
+ * Passes over the whole step are Gauss-Seidel with Nesterov's momentum, restarted where it leads
+ * back (O'Donoghue & Candes 2015), and end on a plain one. */
+#include "contact/coloured/coloured.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+
+/* A pass over positions takes this share of the penetration away, and no point further than that
+ * many guards in a step. */
+#define SHARE 0.2
+#define FARTHEST 64.0
+
+/* Nesterov's weight at most. */
+#define MOMENTUM 0.9
+
+void perp__coloured_init(perp__coloured *c, perp_context *context)
+{
+    memset(c, 0, sizeof *c);
+    perp__arena_init(&c->arena, context);
+    perp__arena_init(&c->point_arena, context);
+}
+
+void perp__coloured_release(perp__coloured *c)
+{
+    perp__arena_release(&c->arena);
+    perp__arena_release(&c->point_arena);
+}
+
+/* x := A^-1 x, n by n with row stride `stride`, by elimination with row pivots. A singular A gives
+ * numbers that are not finite, which the caller's verdict sees. */
+static void solve_small(const double *A, int32_t n, int32_t stride, double *x)
+{
+    double U[6][6];
+    int32_t i, j, k;
+
+    for (i = 0; i < n; i++)
+        memcpy(U[i], A + stride * i, (size_t)n * sizeof **U);
+    for (k = 0; k < n; k++) {
+        int32_t pivot = k;
+
+        for (i = k + 1; i < n; i++)
+            if (fabs(U[i][k]) > fabs(U[pivot][k]))
+                pivot = i;
+        for (j = 0; j < n && pivot != k; j++) {
+            const double swap = U[k][j];
+
+            U[k][j] = U[pivot][j];
+            U[pivot][j] = swap;
+        }
+        if (pivot != k) {
+            const double swap = x[k];
+
+            x[k] = x[pivot];
+            x[pivot] = swap;
+        }
+        for (i = k + 1; i < n; i++) {
+            const double factor = U[i][k] / U[k][k];
+
+            for (j = k + 1; j < n; j++)
+                U[i][j] -= factor * U[k][j];
+            x[i] -= factor * x[k];
+        }
+    }
+    for (i = n; i-- > 0;) {
+        for (j = i + 1; j < n; j++)
+            x[i] -= U[i][j] * x[j];
+        x[i] /= U[i][i];
+    }
+}
+
+/* y := C^-1 v of a body. */
+static void weigh_velocity(const perp__coloured *c, const double *factors, int32_t body,
+                           const double *v, double *y)
+{
+    const int32_t width = c->width;
+    const double *C = factors + width * width * body;
+    int32_t i;
+
+    memset(y, 0, 8 * sizeof *y);
+    memcpy(y, v, (size_t)width * sizeof *y);
+    if (!c->splits[body]) {
+        solve_small(C, width, width, y);
+        return;
+    }
+    for (i = 0; i < 3; i++)
+        y[i] /= C[7 * i];
+    solve_small(C + 21, 3, 6, y + 3);
+}
+
+/* start := y of the start, change := that of free velocities less start. */
+static void weigh_velocities(perp__coloured *c, const perp__rigid_problem *problem,
+                             const perp__substeps *step)
+{
+    const int32_t width = c->width;
+    double difference[6];
+    int32_t body, k;
+
+    for (body = 0; body < c->bodies; body++) {
+        const double *start = step->start + width * body, *free = problem->free + width * body;
+
+        for (k = 0; k < width; k++)
+            difference[k] = free[k] - start[k];
+        weigh_velocity(c, problem->factors, body, start, c->start + 8 * body);
+        weigh_velocity(c, problem->factors, body, difference, c->change + 8 * body);
+    }
+    memset(c->start + 8 * c->bodies, 0, 8 * sizeof *c->start);
+    memset(c->change + 8 * c->bodies, 0, 8 * sizeof *c->change);
+}
+
+/* b of the normal rows: what a contact may still close by. */
+static void write_bias(perp__coloured *c, const perp__substeps *step, double h)
+{
+    int32_t p, l;
+
+    for (p = 0; p < c->points; p++) {
+        perp__lane_point *point = &c->point[p];
+
+        for (l = 0; l < PERP__GROUP; l++) {
+            const double guard = point->contact[l] < 0 ? 0.0 : step->guard[point->contact[l]];
+            const double gap = point->gap[l] - guard;
+
+            point->bias[l] = point->w[0][l] + (gap > 0.0 ? gap / h : 0.0);
+        }
+    }
+}
+
+static void run_substeps(perp__coloured *c, const perp__coloured_kernels *kernels,
+                         const perp__substeps *step)
+{
+    const double n = step->substeps, h = step->h / n;
+    const size_t size = 8 * ((size_t)c->bodies + 1);
+    int32_t s;
+    size_t i;
+
+    memcpy(c->y, c->start, size * sizeof *c->y);
+    memset(c->push, 0, size * sizeof *c->push);
+    memset(c->moved, 0, size * sizeof *c->moved);
+    kernels->add_impulses(c, c->push);
+    for (s = 0; s < step->substeps; s++) {
+        for (i = 0; i < size; i++) {
+            c->y[i] += c->change[i] / n + c->push[i];
+            c->before[i] = c->y[i];
+        }
+        write_bias(c, step, h);
+        kernels->sweep(c, c->y);
+        for (i = 0; i < size; i++) {
+            c->push[i] += c->y[i] - c->before[i];
+            c->moved[i] += c->y[i] / n;
+        }
+        kernels->add_gaps(c, c->y, h);
+    }
+}
+
+/* r and y go on in the direction that they took, or stay where that led back. Returns theta. */
+static double gain_momentum(perp__coloured *c, double theta)
+{
+    const size_t size = 8 * ((size_t)c->bodies + 1);
+    double next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * theta * theta)), beta, back = 0.0;
+    int32_t p, k, l;
+    size_t i;
+
+    for (i = 0; i < size; i++) /* before: where the pass began; moved: the end of the one before */
+        back += (c->before[i] - c->y[i]) * (c->y[i] - c->moved[i]);
+    if (back > 0.0)
+        next = theta = 1.0;
+    beta = fmin((theta - 1.0) / next, MOMENTUM);
+    for (i = 0; i < size; i++) {
+        const double y = c->y[i];
+
+        c->y[i] += beta * (y - c->moved[i]);
+        c->moved[i] = y;
+    }
+    for (p = 0; p < c->points; p++)
+        for (k = 0; k < 3; k++)
+            for (l = 0; l < PERP__GROUP; l++) {
+                const double r = c->point[p].r[k][l];
+
+                c->point[p].r[k][l] += beta * (r - c->last_r[p][k][l]);
+                c->last_r[p][k][l] = r;
+            }
+    return next;
+}
+
+static void run_passes(perp__coloured *c, const perp__coloured_kernels *kernels,
+                       const perp__substeps *step)
+{
+    const size_t size = 8 * ((size_t)c->bodies + 1);
+    double theta = 1.0;
+    int32_t pass, p;
+    size_t i;
+
+    for (i = 0; i < size; i++)
+        c->y[i] = c->start[i] + c->change[i];
+    kernels->add_impulses(c, c->y);
+    memcpy(c->moved, c->y, size * sizeof *c->y);
+    for (p = 0; p < c->points; p++)
+        memcpy(c->last_r[p], c->point[p].r, sizeof c->last_r[p]);
+    write_bias(c, step, step->h);
+    for (pass = 0; pass < step->passes; pass++) {
+        memcpy(c->before, c->y, size * sizeof *c->y);
+        kernels->sweep(c, c->y);
+        if (pass + 1 < step->passes)
+            theta = gain_momentum(c, theta);
+    }
+    memcpy(c->moved, c->y, size * sizeof *c->y);
+}
+
+/* Adds to `moved` what takes a share of the penetration away. */
+static void clear_penetration(perp__coloured *c, const perp__coloured_kernels *kernels,
+                              const perp__substeps *step)
+{
+    const size_t size = 8 * ((size_t)c->bodies + 1);
+    int32_t p, l, k, deep = 0;
+    size_t i;
+
+    for (p = 0; p < c->points; p++) {
+        perp__lane_point *point = &c->point[p];
+
+        for (l = 0; l < PERP__GROUP; l++) {
+            const int32_t contact = point->contact[l];
+            const double guard = contact < 0 ? 0.0 : step->guard[contact];
+            const double lack = contact < 0 ? 0.0 : -(step->gap[contact] + guard);
+
+            point->shift[l] = point->bias[l] = 0.0;
+            if (!(lack > 0.0))
+                continue;
+            point->bias[l] = -fmin(SHARE * lack, FARTHEST * guard) / step->h;
+            deep++;
+        }
+    }
+    if (deep == 0)
+        return;
+    memset(c->before, 0, size * sizeof *c->before);
+    for (k = 0; k < step->clear; k++)
+        kernels->sweep_normals(c, c->before);
+    for (i = 0; i < size; i++)
+        c->moved[i] += c->before[i];
+}
+
+/* v := free + C (y - y_free): where impulses change nothing, the bits of `free`. */
+static void write_velocity(const perp__coloured *c, const perp__rigid_problem *problem,
+                           const double *y, double *v)
+{
+    const int32_t width = c->width;
+    int32_t body, i, j;
+
+    for (body = 0; body < c->bodies; body++) {
+        const double *C = problem->factors + width * width * body;
+        double dy[6];
+
+        for (j = 0; j < width; j++)
+            dy[j] = y[8 * body + j] - (c->start[8 * body + j] + c->change[8 * body + j]);
+        for (i = 0; i < width; i++) {
+            double sum = 0.0;
+
+            for (j = 0; j < width; j++)
+                sum += C[width * i + j] * dy[j];
+            v[width * body + i] = problem->free[width * body + i] + sum;
+        }
+    }
+}
+
+static void write_impulses(const perp__coloured *c, double *impulse, double scale)
+{
+    int32_t p, l, k;
+
+    for (p = 0; p < c->points; p++)
+        for (l = 0; l < PERP__GROUP; l++)
+            for (k = 0; k < 3 && c->point[p].contact[l] >= 0; k++)
+                impulse[3 * c->point[p].contact[l] + k] = scale * c->point[p].r[k][l];
+}
+
+perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
+                                const perp__rigid_problem *problem, const perp__substeps *step)
+{
+    const perp__coloured_kernels *kernels = perp__coloured_find_kernels();
+    perp_status status = perp__coloured_pack(c, problem, step);
+
+    if (status != PERP_OK)
+        return status;
+    weigh_velocities(c, problem, step);
+    if (step->substeps > 0)
+        run_substeps(c, kernels, step);
+    else
+        run_passes(c, kernels, step);
+    if (step->clear > 0)
+        clear_penetration(c, kernels, step);
+    write_velocity(c, problem, c->y, answer->v);
+    write_velocity(c, problem, c->moved, moving);
+    write_impulses(c, answer->impulse, step->substeps > 0 ? step->substeps : 1.0);
+    answer->iterations = step->substeps > 0 ? step->substeps : step->passes;
+    return PERP_OK;
+}

@@ -1,0 +1,94 @@
+/* Sweeps over many contacts side by side, and the substeps that they make cheap.
+ *
+ * In y = C^-1 v, body by body (M^-1 = C C'), a contact's rows are P = J C and u = P y + w. Pairs of
+ * bodies are coloured so that no two of one colour share a body that impulses move; eight of a
+ * colour are a group, whose contacts are visited lane by lane: one pass is Gauss-Seidel in the
+ * order of the groups, at the price of an eighth.
+ *
+ *   r_n := max(0, r_n - (u_n + b) / W_nn),
+ *   r_t := the point of the disc mu r_n next to r_t - u_t / L,   L: largest eigenvalue of W_tt;
+ *
+ * its fixed point is Coulomb's law. A penetration never enters b: what b pushes apart would stay in
+ * the impulses that the next step starts from, and feed a drift. It is removed by a pass of its
+ * own, which moves positions alone. */
+#ifndef PERP_CONTACT_COLOURED_H
+#define PERP_CONTACT_COLOURED_H
+
+#include "base/arena.h"
+#include "contact/contact.h"
+
+enum { PERP__GROUP = 8, PERP__PAIR_POINTS = 4, PERP__COLOURS = 64 };
+
+/* A contact of each of the eight pairs. Where a pair has none all is 0 and `contact` is -1. */
+typedef struct perp__lane_point {
+    double P[36][PERP__GROUP]; /* normal, tangent 1, 2; six numbers of A and six of B each */
+    double r[3][PERP__GROUP];
+    double w[3][PERP__GROUP]; /* velocities that impulses do not change */
+    double gap[PERP__GROUP];
+    double bias[PERP__GROUP];            /* of the normal row, as it is swept */
+    double inverse_normal[PERP__GROUP];  /* 1 / W_nn */
+    double inverse_tangent[PERP__GROUP]; /* 1 / L */
+    double mu[PERP__GROUP];
+    double shift[PERP__GROUP]; /* normal pushes of the pass over positions */
+    int32_t contact[PERP__GROUP];
+} perp__lane_point;
+
+typedef struct perp__lane_group {
+    int32_t a[PERP__GROUP], b[PERP__GROUP]; /* bodies; `bodies` is one that nothing moves */
+    int32_t pair[PERP__GROUP];              /* -1: none */
+    int32_t first, points;                  /* in `point` */
+} perp__lane_group;
+
+typedef struct perp__coloured {
+    perp__arena arena, point_arena;
+    int32_t bodies, contacts, width; /* of the problem at hand */
+    int32_t groups, points;
+    int32_t most_bodies, most_contacts, most_groups, most_points; /* room */
+    perp__lane_group *group;
+    perp__lane_point *point;
+    double (*last_r)[3][PERP__GROUP]; /* points */
+    /* bodies + 1 by 8; the last one is what nothing moves */
+    double *y, *start, *change, *push, *before, *moved;
+    int8_t *splits;    /* bodies: C is diag(c, c, c) beside a 3 by 3 block */
+    uint64_t *colours; /* bodies: those of their pairs */
+    int32_t *pair_first, *pair_points, *pair_key, *pair_order; /* contacts */
+} perp__coloured;
+
+void perp__coloured_init(perp__coloured *c, perp_context *context);
+void perp__coloured_release(perp__coloured *c);
+
+/* What a step of length h asks for beside the problem: contacts by pairs of bodies, contiguously;
+ * bias of the rows is what impulses do not change, without gaps. */
+typedef struct perp__substeps {
+    double h;
+    int32_t substeps;    /* each of one pass; 0: passes alone, over the whole step */
+    int32_t passes;      /* of the latter, accelerated */
+    int32_t clear;       /* passes that remove penetration */
+    const double *start; /* bodies by width: velocities before the step */
+    const double *gap;   /* contacts */
+    const double *guard; /* contacts: a length that gap and penetration are not told apart from */
+} perp__substeps;
+
+/* The step, from the impulses problem->warm: answer->impulse, ->velocity, ->v and, bodies by width,
+ * the mean velocities that move the positions. Nothing is judged. Costs about substeps (or passes)
+ * times contacts. PERP_OK or PERP_ERROR_MEMORY. */
+perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
+                                const perp__rigid_problem *problem, const perp__substeps *step);
+
+/* The sweeps alone, for tests and benchmarks: the passes that a set of instructions gives. */
+typedef struct perp__coloured_kernels {
+    const char *set;
+    void (*sweep)(perp__coloured *c, double *y);
+    void (*sweep_normals)(perp__coloured *c, double *y);
+    void (*add_impulses)(const perp__coloured *c, double *y);
+    void (*add_gaps)(perp__coloured *c, const double *y, double h);
+} perp__coloured_kernels;
+
+/* The fastest that this processor has. */
+const perp__coloured_kernels *perp__coloured_find_kernels(void);
+
+/* Packs the problem into groups: pack.c. */
+perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem,
+                                const perp__substeps *step);
+
+#endif

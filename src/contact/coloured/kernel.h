@@ -1,0 +1,240 @@
+/* Template (linalg/lanes/vectors.h): passes over the groups, eight pairs side by side. The order of
+ * all sums is that of eight lanes whatever the width of the vectors, so that every set of
+ * instructions gives the same bits. */
+
+#define PARTS (PERP__GROUP / LANES)
+
+/* LANES bodies, 8 numbers each, into 8 vectors of one number each; and back. */
+#if LANES == 8
+TARGET static inline void NAME(transpose)(lanes *x)
+{
+    lanes t[8], u[8];
+    int32_t i;
+
+    for (i = 0; i < 8; i += 2) {
+        t[i] = _mm512_unpacklo_pd(x[i], x[i + 1]);
+        t[i + 1] = _mm512_unpackhi_pd(x[i], x[i + 1]);
+    }
+    for (i = 0; i < 8; i += 4) {
+        u[i] = _mm512_shuffle_f64x2(t[i], t[i + 2], 0x88);
+        u[i + 1] = _mm512_shuffle_f64x2(t[i + 1], t[i + 3], 0x88);
+        u[i + 2] = _mm512_shuffle_f64x2(t[i], t[i + 2], 0xdd);
+        u[i + 3] = _mm512_shuffle_f64x2(t[i + 1], t[i + 3], 0xdd);
+    }
+    for (i = 0; i < 4; i++) {
+        x[i] = _mm512_shuffle_f64x2(u[i], u[i + 4], 0x88);
+        x[i + 4] = _mm512_shuffle_f64x2(u[i], u[i + 4], 0xdd);
+    }
+}
+#elif LANES == 4
+TARGET static inline void NAME(transpose4)(lanes *x, int32_t stride)
+{
+    const lanes a = x[0], b = x[stride], c = x[2 * stride], d = x[3 * stride];
+    const lanes ab = _mm256_unpacklo_pd(a, b), AB = _mm256_unpackhi_pd(a, b);
+    const lanes cd = _mm256_unpacklo_pd(c, d), CD = _mm256_unpackhi_pd(c, d);
+
+    x[0] = _mm256_permute2f128_pd(ab, cd, 0x20);
+    x[stride] = _mm256_permute2f128_pd(AB, CD, 0x20);
+    x[2 * stride] = _mm256_permute2f128_pd(ab, cd, 0x31);
+    x[3 * stride] = _mm256_permute2f128_pd(AB, CD, 0x31);
+}
+#endif
+
+TARGET static inline void NAME(take)(lanes *x, const int32_t *bodies, const double *y)
+{
+#if LANES == 8
+    int32_t l;
+
+    for (l = 0; l < 8; l++)
+        x[l] = load(y + 8 * (size_t)bodies[l]);
+    NAME(transpose)(x);
+#elif LANES == 4
+    int32_t l;
+
+    for (l = 0; l < 4; l++) {
+        x[l] = load(y + 8 * (size_t)bodies[l]);
+        x[4 + l] = load(y + 8 * (size_t)bodies[l] + 4);
+    }
+    NAME(transpose4)(x, 1);
+    NAME(transpose4)(x + 4, 1);
+#else
+    memcpy(x, y + 8 * (size_t)bodies[0], 8 * sizeof *x);
+#endif
+}
+
+TARGET static inline void NAME(put)(lanes *x, const int32_t *bodies, double *y)
+{
+#if LANES == 8
+    int32_t l;
+
+    NAME(transpose)(x);
+    for (l = 0; l < 8; l++)
+        store(y + 8 * (size_t)bodies[l], x[l]);
+#elif LANES == 4
+    int32_t l;
+
+    NAME(transpose4)(x, 1);
+    NAME(transpose4)(x + 4, 1);
+    for (l = 0; l < 4; l++) {
+        store(y + 8 * (size_t)bodies[l], x[l]);
+        store(y + 8 * (size_t)bodies[l] + 4, x[4 + l]);
+    }
+#else
+    memcpy(y + 8 * (size_t)bodies[0], x, 8 * sizeof *x);
+#endif
+}
+
+/* P_i y of the pairs. */
+TARGET static inline lanes NAME(along)(const double (*P)[PERP__GROUP], const lanes *A,
+                                       const lanes *B)
+{
+    lanes a = multiply(load(P[0]), A[0]), b = multiply(load(P[6]), B[0]);
+    int32_t i;
+
+    for (i = 1; i < 6; i++) {
+        a = plus_fused(a, load(P[i]), A[i]);
+        b = plus_fused(b, load(P[6 + i]), B[i]);
+    }
+    return add(a, b);
+}
+
+/* y += P_i' dr. */
+TARGET static inline void NAME(push)(const double (*P)[PERP__GROUP], lanes dr, lanes *A, lanes *B)
+{
+    int32_t i;
+
+    for (i = 0; i < 6; i++) {
+        A[i] = plus_fused(A[i], load(P[i]), dr);
+        B[i] = plus_fused(B[i], load(P[6 + i]), dr);
+    }
+}
+
+/* One contact of each pair: the normal, then both tangents. The fixed point is Coulomb's law. */
+TARGET static inline void NAME(visit)(perp__lane_point *p, int32_t at, lanes *A, lanes *B)
+{
+    const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
+    const lanes zero = spread(0.0), step = load(p->inverse_tangent + at);
+    const lanes n0 = load(p->r[0] + at), s0 = load(p->r[1] + at), t0 = load(p->r[2] + at);
+    lanes u, n, s, t, most, length;
+
+    u = add(NAME(along)(P, A, B), load(p->bias + at));
+    n = larger(minus_fused(n0, u, load(p->inverse_normal + at)), zero);
+    NAME(push)(P, subtract(n, n0), A, B);
+    store(p->r[0] + at, n);
+    s = minus_fused(s0, add(NAME(along)(P + 12, A, B), load(p->w[1] + at)), step);
+    t = minus_fused(t0, add(NAME(along)(P + 24, A, B), load(p->w[2] + at)), step);
+    most = multiply(load(p->mu + at), n);
+    length = plus_fused(multiply(s, s), t, t);
+    if (any_of(less(multiply(most, most), length))) {
+        const lanes slips = divide(most, root(length));
+        const truth outside = less(multiply(most, most), length);
+
+        s = pick(outside, multiply(s, slips), s);
+        t = pick(outside, multiply(t, slips), t);
+    }
+    store(p->r[1] + at, s);
+    store(p->r[2] + at, t);
+    NAME(push)(P + 12, subtract(s, s0), A, B);
+    NAME(push)(P + 24, subtract(t, t0), A, B);
+}
+
+TARGET static void NAME(sweep)(perp__coloured *c, double *y)
+{
+    int32_t g, k, at;
+
+    for (g = 0; g < c->groups; g++) {
+        const perp__lane_group *group = &c->group[g];
+
+        for (at = 0; at < PERP__GROUP; at += LANES) {
+            lanes A[8], B[8];
+
+            NAME(take)(A, group->a + at, y);
+            NAME(take)(B, group->b + at, y);
+            for (k = 0; k < group->points; k++)
+                NAME(visit)(&c->point[group->first + k], at, A, B);
+            NAME(put)(A, group->a + at, y);
+            NAME(put)(B, group->b + at, y);
+        }
+    }
+}
+
+/* y += P'r. */
+TARGET static void NAME(add_impulses)(const perp__coloured *c, double *y)
+{
+    int32_t g, k, at, i;
+
+    for (g = 0; g < c->groups; g++) {
+        const perp__lane_group *group = &c->group[g];
+
+        for (at = 0; at < PERP__GROUP; at += LANES) {
+            lanes A[8], B[8];
+
+            NAME(take)(A, group->a + at, y);
+            NAME(take)(B, group->b + at, y);
+            for (k = 0; k < group->points; k++) {
+                const perp__lane_point *p = &c->point[group->first + k];
+
+                for (i = 0; i < 3; i++)
+                    NAME(push)
+                    ((const double(*)[PERP__GROUP]) & p->P[12 * i][at], load(p->r[i] + at), A, B);
+            }
+            NAME(put)(A, group->a + at, y);
+            NAME(put)(B, group->b + at, y);
+        }
+    }
+}
+
+/* gap += h (P_n y + w_n). */
+TARGET static void NAME(add_gaps)(perp__coloured *c, const double *y, double h)
+{
+    int32_t g, k, at;
+
+    for (g = 0; g < c->groups; g++) {
+        const perp__lane_group *group = &c->group[g];
+
+        for (at = 0; at < PERP__GROUP; at += LANES) {
+            lanes A[8], B[8];
+
+            NAME(take)(A, group->a + at, y);
+            NAME(take)(B, group->b + at, y);
+            for (k = 0; k < group->points; k++) {
+                perp__lane_point *p = &c->point[group->first + k];
+                const lanes u = add(NAME(along)((const double(*)[PERP__GROUP]) & p->P[0][at], A, B),
+                                    load(p->w[0] + at));
+
+                store(p->gap + at, plus_fused(load(p->gap + at), u, spread(h)));
+            }
+        }
+    }
+}
+
+/* The normal rows alone, from pushes of their own, towards u_n >= -bias. */
+TARGET static void NAME(sweep_normals)(perp__coloured *c, double *y)
+{
+    int32_t g, k, at;
+
+    for (g = 0; g < c->groups; g++) {
+        const perp__lane_group *group = &c->group[g];
+
+        for (at = 0; at < PERP__GROUP; at += LANES) {
+            lanes A[8], B[8];
+
+            NAME(take)(A, group->a + at, y);
+            NAME(take)(B, group->b + at, y);
+            for (k = 0; k < group->points; k++) {
+                perp__lane_point *p = &c->point[group->first + k];
+                const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
+                const lanes old = load(p->shift + at);
+                const lanes u = add(NAME(along)(P, A, B), load(p->bias + at));
+                const lanes n =
+                    larger(minus_fused(old, u, load(p->inverse_normal + at)), spread(0.0));
+
+                store(p->shift + at, n);
+                NAME(push)(P, subtract(n, old), A, B);
+            }
+            NAME(put)(A, group->a + at, y);
+            NAME(put)(B, group->b + at, y);
+        }
+    }
+}
+#undef PARTS

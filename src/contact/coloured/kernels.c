@@ -1,0 +1,45 @@
+/* The passes, compiled for each set of instructions. */
+#include <math.h>
+#include <string.h>
+
+#include "contact/coloured/coloured.h"
+#include "linalg/lanes/vectors.h"
+
+#if PERP__X86
+
+#include "linalg/lanes/vector_avx512.h"
+#define NAME(x) x##_avx512
+#include "contact/coloured/kernel.h"
+static const perp__coloured_kernels kernels_avx512 = {SET, sweep_avx512, sweep_normals_avx512,
+                                                      add_impulses_avx512, add_gaps_avx512};
+#undef NAME
+#include "linalg/lanes/vector_end.h"
+
+#include "linalg/lanes/vector_avx2.h"
+#define NAME(x) x##_avx2
+#include "contact/coloured/kernel.h"
+static const perp__coloured_kernels kernels_avx2 = {SET, sweep_avx2, sweep_normals_avx2,
+                                                    add_impulses_avx2, add_gaps_avx2};
+#undef NAME
+#include "linalg/lanes/vector_end.h"
+
+#endif
+
+#include "linalg/lanes/vector_one.h"
+#define NAME(x) x##_any
+#include "contact/coloured/kernel.h"
+static const perp__coloured_kernels kernels_any = {SET, sweep_any, sweep_normals_any,
+                                                   add_impulses_any, add_gaps_any};
+#undef NAME
+#include "linalg/lanes/vector_end.h"
+
+const perp__coloured_kernels *perp__coloured_find_kernels(void)
+{
+#if PERP__X86
+    if (perp__widest_vectors() >= PERP__VECTOR_AVX512)
+        return &kernels_avx512;
+    if (perp__widest_vectors() >= PERP__VECTOR_AVX2)
+        return &kernels_avx2;
+#endif
+    return &kernels_any;
+}

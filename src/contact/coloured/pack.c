@@ -1,0 +1,284 @@
+/* Contacts into coloured groups of eight pairs, and their rows P = J C. */
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "contact/coloured/coloured.h"
+
+enum { KEYS = PERP__COLOURS * PERP__PAIR_POINTS };
+
+static void lay_out_lists(perp__arena *arena, void *object)
+{
+    perp__coloured *c = object;
+    const size_t bodies = (size_t)c->most_bodies + 1, contacts = (size_t)c->most_contacts;
+
+    c->y = perp__arena_take(arena, 8 * bodies, sizeof *c->y);
+    c->start = perp__arena_take(arena, 8 * bodies, sizeof *c->start);
+    c->change = perp__arena_take(arena, 8 * bodies, sizeof *c->change);
+    c->push = perp__arena_take(arena, 8 * bodies, sizeof *c->push);
+    c->before = perp__arena_take(arena, 8 * bodies, sizeof *c->before);
+    c->moved = perp__arena_take(arena, 8 * bodies, sizeof *c->moved);
+    c->splits = perp__arena_take(arena, bodies, sizeof *c->splits);
+    c->colours = perp__arena_take(arena, bodies, sizeof *c->colours);
+    c->pair_first = perp__arena_take(arena, contacts, sizeof *c->pair_first);
+    c->pair_points = perp__arena_take(arena, contacts, sizeof *c->pair_points);
+    c->pair_key = perp__arena_take(arena, contacts, sizeof *c->pair_key);
+    c->pair_order = perp__arena_take(arena, contacts, sizeof *c->pair_order);
+}
+
+static void lay_out_points(perp__arena *arena, void *object)
+{
+    perp__coloured *c = object;
+
+    c->group = perp__arena_take(arena, (size_t)c->most_groups, sizeof *c->group);
+    c->point = perp__arena_take(arena, (size_t)c->most_points, sizeof *c->point);
+    c->last_r = perp__arena_take(arena, (size_t)c->most_points, sizeof *c->last_r);
+}
+
+static int32_t moves(const perp__rigid_problem *problem, int32_t body)
+{
+    return body >= 0 && body < problem->bodies;
+}
+
+/* Cuts the contacts into pairs of at most four points. */
+static int32_t cut_pairs(perp__coloured *c, const perp__rigid_problem *problem)
+{
+    int32_t pairs = 0, k, end;
+
+    for (k = 0; k < problem->contacts; k = end) {
+        const int32_t *body = problem->rows[k].body;
+
+        for (end = k + 1; end < problem->contacts && end < k + PERP__PAIR_POINTS &&
+                          problem->rows[end].body[0] == body[0] &&
+                          problem->rows[end].body[1] == body[1];)
+            end++;
+        c->pair_first[pairs] = k;
+        c->pair_points[pairs++] = end - k;
+    }
+    return pairs;
+}
+
+/* The first colour that neither body has; PERP__COLOURS where all are taken. */
+static int32_t colour(perp__coloured *c, const perp__rigid_problem *problem, const int32_t *body)
+{
+    uint64_t taken = 0;
+    int32_t side, found = 0;
+
+    for (side = 0; side < 2; side++)
+        if (moves(problem, body[side]))
+            taken |= c->colours[body[side]];
+    if (~taken == 0)
+        return PERP__COLOURS;
+    while (taken >> found & 1)
+        found++;
+    for (side = 0; side < 2; side++)
+        if (moves(problem, body[side]))
+            c->colours[body[side]] |= UINT64_C(1) << found;
+    return found;
+}
+
+/* Pairs by colour, those of most points first, so that a group's have about as many. Pairs without
+ * a colour come last. */
+static void order_pairs(perp__coloured *c, const perp__rigid_problem *problem, int32_t pairs,
+                        int32_t *starts)
+{
+    int32_t i;
+
+    memset(c->colours, 0, (size_t)problem->bodies * sizeof *c->colours);
+    memset(starts, 0, (KEYS + 2) * sizeof *starts);
+    for (i = 0; i < pairs; i++) {
+        const int32_t found = colour(c, problem, problem->rows[c->pair_first[i]].body);
+
+        c->pair_key[i] = found == PERP__COLOURS
+                             ? KEYS
+                             : PERP__PAIR_POINTS * found + PERP__PAIR_POINTS - c->pair_points[i];
+        starts[c->pair_key[i] + 1]++;
+    }
+    for (i = 0; i <= KEYS; i++)
+        starts[i + 1] += starts[i];
+    for (i = 0; i < pairs; i++)
+        c->pair_order[starts[c->pair_key[i]]++] = i;
+    for (i = KEYS; i > 0; i--)
+        starts[i] = starts[i - 1];
+    starts[0] = 0;
+}
+
+/* Groups of what is ordered; with room for them, writes them. */
+static void form_groups(perp__coloured *c, const perp__rigid_problem *problem, int32_t pairs,
+                        const int32_t *starts, int32_t writes)
+{
+    int32_t i = 0, l;
+
+    c->groups = c->points = 0;
+    while (i < pairs) {
+        const int32_t key = c->pair_key[c->pair_order[i]];
+        const int32_t end =
+            key == KEYS ? i + 1 : starts[(key / PERP__PAIR_POINTS + 1) * PERP__PAIR_POINTS];
+        const int32_t points = c->pair_points[c->pair_order[i]];
+        const int32_t count = end - i < PERP__GROUP ? end - i : PERP__GROUP;
+
+        if (writes) {
+            perp__lane_group *group = &c->group[c->groups];
+
+            group->first = c->points;
+            group->points = points;
+            for (l = 0; l < PERP__GROUP; l++) {
+                const int32_t *body =
+                    l < count ? problem->rows[c->pair_first[c->pair_order[i + l]]].body : NULL;
+
+                group->a[l] = body && moves(problem, body[0]) ? body[0] : problem->bodies;
+                group->b[l] = body && moves(problem, body[1]) ? body[1] : problem->bodies;
+                group->pair[l] = body ? c->pair_order[i + l] : -1;
+            }
+        }
+        c->groups++;
+        c->points += points;
+        i += count;
+    }
+}
+
+/* x C of one row and body, six numbers. */
+static void weigh(const perp__coloured *c, const double *C, int32_t body, const double *row,
+                  double *P)
+{
+    const int32_t width = c->width;
+    int32_t i, j;
+
+    memset(P, 0, 6 * sizeof *P);
+    if (c->splits[body]) {
+        for (i = 0; i < 3; i++)
+            P[i] = row[i] * C[7 * i];
+        for (i = 3; i < 6; i++)
+            P[i] = row[3] * C[18 + i] + row[4] * C[24 + i] + row[5] * C[30 + i];
+        return;
+    }
+    for (i = 0; i < width; i++)
+        for (j = 0; j < width; j++)
+            P[j] += row[i] * C[width * i + j];
+}
+
+static double dot12(const double *a, const double *b)
+{
+    double sum = 0.0;
+    int32_t i;
+
+    for (i = 0; i < 12; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+static double invert(double x)
+{
+    return x > 0.0 && 1.0 / x < INFINITY ? 1.0 / x : 0.0;
+}
+
+static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int32_t contact,
+                      const perp__rigid_problem *problem, const perp__substeps *step)
+{
+    const perp__rigid_rows *rows = &problem->rows[contact];
+    const double share = step->substeps > 0 ? 1.0 / step->substeps : 1.0;
+    const int32_t width = c->width;
+    double P[3][12], a, b, d;
+    int32_t i, k, side;
+
+    memset(P, 0, sizeof P);
+    for (i = 0; i < rows->dim; i++) {
+        double w = rows->bias[i];
+
+        for (side = 0; side < 2; side++) {
+            const int32_t body = rows->body[side];
+            const double *row = rows->rows[side][i];
+
+            if (body >= problem->bodies)
+                for (k = 0; k < width; k++)
+                    w += row[k] * problem->free[width * body + k];
+            else if (body >= 0)
+                weigh(c, problem->factors + width * width * body, body, row, P[i] + 6 * side);
+        }
+        p->w[i][lane] = w;
+        p->r[i][lane] = problem->warm ? share * problem->warm[3 * contact + i] : 0.0;
+        for (k = 0; k < 12; k++)
+            p->P[12 * i + k][lane] = P[i][k];
+    }
+    a = dot12(P[1], P[1]);
+    b = dot12(P[2], P[2]);
+    d = dot12(P[1], P[2]);
+    p->inverse_normal[lane] = invert(dot12(P[0], P[0]));
+    p->inverse_tangent[lane] = invert(0.5 * (a + b) + hypot(0.5 * (a - b), d));
+    p->mu[lane] = rows->dim > 1 ? rows->mu : 0.0;
+    p->gap[lane] = step->gap[contact];
+    p->contact[lane] = contact;
+}
+
+static void fill_points(perp__coloured *c, const perp__rigid_problem *problem,
+                        const perp__substeps *step)
+{
+    int32_t g, k, l;
+
+    for (g = 0; g < c->groups; g++) {
+        const perp__lane_group *group = &c->group[g];
+
+        for (k = 0; k < group->points; k++) {
+            perp__lane_point *p = &c->point[group->first + k];
+
+            memset(p, 0, sizeof *p);
+            for (l = 0; l < PERP__GROUP; l++) {
+                const int32_t pair = group->pair[l];
+
+                p->contact[l] = -1;
+                if (pair >= 0 && k < c->pair_points[pair])
+                    fill_lane(c, p, l, c->pair_first[pair] + k, problem, step);
+            }
+        }
+    }
+}
+
+/* Whether C is a multiple of the identity beside a 3 by 3 block. */
+static void read_factors(perp__coloured *c, const perp__rigid_problem *problem)
+{
+    const int32_t width = problem->width;
+    int32_t body, i, j;
+
+    for (body = 0; body < problem->bodies; body++) {
+        const double *C = problem->factors + width * width * body;
+
+        c->splits[body] = width == 6;
+        for (i = 0; i < width && c->splits[body]; i++)
+            for (j = 0; j < width; j++)
+                if (i != j && (i < 3 || j < 3) && C[width * i + j] != 0.0)
+                    c->splits[body] = 0;
+    }
+}
+
+static int32_t larger_of(int32_t a, int32_t b)
+{
+    return a > b ? a : b;
+}
+
+perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem,
+                                const perp__substeps *step)
+{
+    int32_t starts[KEYS + 2], pairs;
+    perp_status status;
+
+    c->most_bodies = larger_of(c->most_bodies, problem->bodies);
+    c->most_contacts = larger_of(c->most_contacts, problem->contacts);
+    status = perp__arena_fit(&c->arena, lay_out_lists, c);
+    if (status != PERP_OK)
+        return status;
+    c->bodies = problem->bodies;
+    c->contacts = problem->contacts;
+    c->width = problem->width;
+    read_factors(c, problem);
+    pairs = cut_pairs(c, problem);
+    order_pairs(c, problem, pairs, starts);
+    form_groups(c, problem, pairs, starts, 0);
+    c->most_groups = larger_of(c->most_groups, c->groups);
+    c->most_points = larger_of(c->most_points, c->points);
+    status = perp__arena_fit(&c->point_arena, lay_out_points, c);
+    if (status != PERP_OK)
+        return status;
+    form_groups(c, problem, pairs, starts, 1);
+    fill_points(c, problem, step);
+    return PERP_OK;
+}
