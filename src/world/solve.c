@@ -1,36 +1,80 @@
-/* The complementarity problems of the islands.
+/* The contact problems of the islands: which contacts take part, the path of an island through the
+ * step, and what that is worth. The velocities themselves are the contact layer's (contact.h).
  *
- * First stage, without restitution (Stewart & Trinkle 1995, Anitescu & Potra 1997), in the
- * impulses c, beta and the slip speed lambda of each contact:
+ * Over an interval of length t from velocities v, with forces that would lead to v_f,
  *
- *   0 <= c      perp  u_n - target    >= 0,    target = -max(gap, 0) / h
- *   0 <= beta   perp  D'u + e lambda  >= 0,    u = J v_f + J M^-1 J' r
- *   0 <= lambda perp  mu c - e'beta   >= 0
+ *   M (v+ - v_f) = J'r,   u = J v+,   0 <= r_n  perp  u_n + max(gap, 0) / t >= 0,   Coulomb's law
  *
- * Its velocities move the positions, so that a body that hits something ends the step touching it.
- *
- * Second stage, only after an impact: some contact presses, has restitution e > 0 and approached
- * faster than free forces alone explain, u_n- < -h |a_n| with h a_n = u_n(v_f) - u_n-. Slower
- * approaches are resting contact, which would else bounce at speeds of order g h for ever. The
- * same problem with Moreau's law: contacts that touch after the first stage have
- *
- *   target = -e u_n-,
- *
- * not clipped at 0 (with equal e a solution then always exists, 2 (1 + e) times the inelastic
- * change of velocity over 2); others have -max(e u_n-, gap'/h) with the gap' that the first stage
- * leaves. The velocities of this stage are those after the step. */
+ * (Stewart & Trinkle 1996, Anitescu & Potra 1997). An island without impacts is one such interval.
+ * One with impacts is cut there (impacts.c). */
 #include "world/world.h"
 
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "world/spatial.h"
 
 /* A gap below this share of the bodies' size is near: such contacts take part from the start. */
 #define NEAR 1e-3
 
-/* A point whose own residual is above this is no start for sweeps: none at all is a better one. */
-#define FAR_OFF 1e-3
+/* Contacts for which an exact solution costs no more than substeps, at every accuracy. */
+#define FEW 12
+
+/* The heaviest body of an island over its lightest beyond which sweeps get nowhere. */
+#define LARGE_RATIO 1e3
+
+static int32_t larger_of(int32_t a, int32_t b)
+{
+    return a > b ? a : b;
+}
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp_world *world = object;
+    perp__island_work *work = &world->work;
+    const size_t bodies = (size_t)work->max_bodies, contacts = (size_t)work->max_contacts;
+    const size_t numbers = bodies * (size_t)world->dof;
+
+    work->rows = perp__arena_take(arena, contacts, sizeof *work->rows);
+    work->factors = perp__arena_take(arena, numbers * (size_t)world->dof, sizeof(double));
+    work->start = perp__arena_take(arena, numbers, sizeof(double));
+    work->gain = perp__arena_take(arena, numbers, sizeof(double));
+    work->now = perp__arena_take(arena, numbers, sizeof(double));
+    work->drift = perp__arena_take(arena, numbers, sizeof(double));
+    work->smooth = perp__arena_take(arena, numbers, sizeof(double));
+    work->moving = perp__arena_take(arena, numbers, sizeof(double));
+    work->free = perp__arena_take(arena, numbers, sizeof(double));
+    work->v = perp__arena_take(arena, numbers, sizeof(double));
+    work->carrier = perp__arena_take(arena, bodies, sizeof(int32_t));
+    work->members = perp__arena_take(arena, bodies, sizeof(int32_t));
+    work->origins = perp__arena_take(arena, 3 * bodies, sizeof(double));
+    work->chosen = perp__arena_take(arena, contacts, sizeof(int32_t));
+    work->modes = perp__arena_take(arena, contacts, sizeof(int32_t));
+    work->impulse = perp__arena_take(arena, 3 * contacts, sizeof(double));
+    work->velocity = perp__arena_take(arena, 3 * contacts, sizeof(double));
+    work->warm = perp__arena_take(arena, 3 * contacts, sizeof(double));
+    work->gap = perp__arena_take(arena, contacts, sizeof(double));
+    work->guard = perp__arena_take(arena, contacts, sizeof(double));
+    work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
+    work->smooth_impulse = perp__arena_take(arena, 3 * contacts, sizeof(double));
+    work->smooth_chosen = perp__arena_take(arena, contacts, sizeof(int32_t));
+}
+
+/* Room for the largest island. Bodies: twice those of its contacts at most count as carriers. */
+perp_status perp__fit_island_work(perp_world *world)
+{
+    perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < world->island_count; i++) {
+        const perp__island *island = &world->islands[i];
+
+        work->max_contacts = larger_of(work->max_contacts, island->contacts);
+        work->max_bodies = larger_of(work->max_bodies, island->bodies + island->contacts);
+    }
+    return perp__arena_fit(&world->island_arena, lay_out, world);
+}
 
 static perp__world_contact *island_contact(const perp_world *world, const perp__island *island,
                                            int32_t i)
@@ -39,361 +83,279 @@ static perp__world_contact *island_contact(const perp_world *world, const perp__
 }
 
 /* A gap that is not told apart from 0 is 0: rounding of coordinates must not move what rests. */
-static double positive_gap(const perp__world_contact *contact, double gap)
+double perp__open_gap(const perp__world_contact *contact, double gap)
 {
     return gap > contact->rounding ? gap : 0.0;
 }
 
-static void write_q(perp_world *world, const perp__island *island)
+/* The coordinates of a twist. */
+static void coordinates_of(const perp_world *world, const double *twist, double *x)
 {
+    int32_t i;
+
+    for (i = 0; i < world->dof; i++)
+        x[i] = twist[world->coordinate[i]];
+}
+
+static void twist_of(const perp_world *world, const double *x, double *twist)
+{
+    int32_t i;
+
+    memset(twist, 0, 6 * sizeof *twist);
+    for (i = 0; i < world->dof; i++)
+        twist[world->coordinate[i]] = x[i];
+}
+
+/* C with M^-1 = C C', row-major. */
+static void write_factor(const perp_world *world, const perp__motion *motion, double *C)
+{
+    const int32_t n = world->dof;
     int32_t i, j;
 
+    memset(C, 0, (size_t)(n * n) * sizeof *C);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            const int32_t row = world->coordinate[i], column = world->coordinate[j];
+
+            if (row < 3 && row == column)
+                C[n * i + j] = motion->root_inverse_mass;
+            else if (row >= 3 && column >= 3)
+                C[n * i + j] = motion->factor[3 * (row - 3) + column - 3];
+        }
+}
+
+/* The number of what a contact touches: a body of the island, one that moves as it is told, or
+ * what rests. */
+static int32_t number_of(perp_world *world, const perp__island *island, int32_t body)
+{
+    perp__motion *motion = &world->motions[body];
+    perp__island_work *work = &world->work;
+
+    if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
+        return motion->local;
+    if (perp__is_zero3(motion->start) && perp__is_zero3(motion->start + 3))
+        return PERP__RIGID_AT_REST;
+    if (motion->carrier < 0) {
+        const int32_t number = island->bodies + work->carriers++;
+
+        motion->carrier = number;
+        work->members[number] = body;
+        coordinates_of(world, motion->start, work->now + world->dof * number);
+        perp__copy3(work->origins + 3 * number, world->states[body].position);
+    }
+    return motion->carrier;
+}
+
+/* Bodies and carriers of the island, where they are and how they start. */
+void perp__gather_bodies(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    int32_t i, k;
+
+    for (i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        const perp__motion *motion = &world->motions[body];
+        double free[6];
+
+        work->members[i] = body;
+        write_factor(world, motion, work->factors + n * n * i);
+        coordinates_of(world, motion->start, work->start + n * i);
+        coordinates_of(world, motion->free, free);
+        for (k = 0; k < n; k++) {
+            work->now[n * i + k] = work->start[n * i + k];
+            work->gain[n * i + k] = free[k] - work->start[n * i + k];
+            work->drift[n * i + k] = 0.0;
+        }
+        perp__copy3(work->origins + 3 * i, world->states[body].position);
+    }
+    work->carriers = 0;
     for (i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = island_contact(world, island, i);
-        double *q = world->work.q + contact->first_row;
 
-        q[0] = contact->free[0] - contact->target;
-        if (contact->edges == 0)
-            continue;
-        for (j = 0; j < contact->edges; j++)
-            q[1 + j] = world->edge[j][0] * contact->free[1] + world->edge[j][1] * contact->free[2];
-        q[1 + contact->edges] = 0.0;
+        world->motions[contact->body_a].carrier = world->motions[contact->body_b].carrier = -1;
     }
-}
-
-/* Impulses along the axes. Without a normal impulse there is no friction; what rounding took out of
- * the cone goes back. */
-static void read_impulses(perp_world *world, const perp__island *island)
-{
-    int32_t i, j;
-
     for (i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = island_contact(world, island, i);
-        const double *z = world->work.z + contact->first_row;
-        double gauge, most = contact->friction * z[0];
+        const perp__world_contact *contact = island_contact(world, island, i);
 
-        contact->impulse[0] = z[0];
-        contact->impulse[1] = contact->impulse[2] = contact->slip = 0.0;
-        if (z[0] == 0.0 || contact->edges == 0)
-            continue;
-        contact->slip = z[contact->edges + 1];
-        for (j = 0; j < contact->edges; j++) {
-            contact->impulse[1] += world->edge[j][0] * z[1 + j];
-            contact->impulse[2] += world->edge[j][1] * z[1 + j];
-        }
-        gauge = perp__gauge(world, contact->impulse + 1);
-        if (gauge > most)
-            for (j = 1; j < 3; j++)
-                contact->impulse[j] *= most / gauge;
+        number_of(world, island, contact->body_a);
+        number_of(world, island, contact->body_b);
     }
 }
 
-static int32_t moves_by_itself(const perp_world *world, int32_t body)
+/* Rows of the chosen contacts; bias is written for each problem. */
+void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out)
 {
-    const double *twist = world->motions[body].start;
+    perp__island_work *work = &world->work;
+    int32_t i, k, side;
 
-    return world->bodies[body].kind == PERP_BODY_KINEMATIC &&
-           !(perp__is_zero3(twist) && perp__is_zero3(twist + 3));
+    work->count = 0;
+    work->set_up = 0;
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = island_contact(world, island, i);
+        perp__rigid_rows *rows = &work->rows[work->count];
+
+        if (leaves_out && leaves_out[i])
+            continue;
+        memset(rows, 0, sizeof *rows);
+        rows->body[0] = number_of(world, island, contact->body_a);
+        rows->body[1] = number_of(world, island, contact->body_b);
+        rows->dim = contact->friction > 0.0 ? (world->settings.planar ? 2 : 3) : 1;
+        rows->mu = contact->friction;
+        for (side = 0; side < 2; side++)
+            for (k = 0; k < rows->dim; k++)
+                coordinates_of(world, contact->rows[side][k], rows->rows[side][k]);
+        memcpy(work->warm + 3 * work->count, contact->warm, sizeof contact->warm);
+        work->chosen[work->count++] = i;
+    }
 }
 
-/* Whether theory promises a solution (docs/world.md): always in the first stage, for one
- * restitution in the second, unless something that nothing stops closes on a body. */
-static int32_t is_solvable(const perp_world *world, const perp__island *island, int32_t stage)
+/* The problem of the chosen rows with `free` velocities. */
+static void pose(perp_world *world, const perp__island *island, perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    const perp_world_settings *settings = &world->settings;
+    const int32_t n = world->dof;
+    int32_t i;
+
+    memset(problem, 0, sizeof *problem);
+    problem->width = n;
+    problem->bodies = island->bodies;
+    problem->carriers = work->carriers;
+    problem->contacts = work->count;
+    problem->factors = work->factors;
+    problem->free = work->free;
+    for (i = n * island->bodies; i < n * (island->bodies + work->carriers); i++)
+        work->free[i] = work->now[i];
+    problem->origins = work->origins;
+    problem->rows = work->rows;
+    problem->warm = work->warm;
+    problem->tol = settings->tol;
+    problem->method = settings->method;
+    problem->cone = settings->planar ? 0 : settings->cone;
+    problem->max_iterations = perp__iterations_left(world);
+    problem->deadline = perp__phase_deadline(world, island);
+    problem->again = work->set_up;
+    problem->holds = 1;
+}
+
+static void receive(perp_world *world, perp__rigid_answer *answer)
+{
+    perp__island_work *work = &world->work;
+
+    memset(answer, 0, sizeof *answer);
+    answer->impulse = work->impulse;
+    answer->velocity = work->velocity;
+    answer->v = work->v;
+    answer->modes = work->modes;
+    answer->carrier = work->carrier;
+}
+
+/* Whether theory promises a solution (docs/world.md): always without restitution and for one that
+ * is the same everywhere, unless something that nothing stops closes on a body. */
+static int32_t is_solvable(const perp_world *world, const perp__island *island, int32_t bounces)
 {
     double restitution = -1.0;
     int32_t i;
 
-    for (i = 0; i < island->contacts; i++) {
+    if (world->work.carriers > 0)
+        return 0;
+    for (i = 0; i < island->contacts && bounces; i++) {
         const perp__world_contact *contact = island_contact(world, island, i);
 
-        if (moves_by_itself(world, contact->body_a) || moves_by_itself(world, contact->body_b))
-            return 0;
-        if (stage > 1 && restitution >= 0.0 && contact->restitution != restitution)
+        if (restitution >= 0.0 && contact->restitution != restitution)
             return 0;
         restitution = contact->restitution;
     }
     return 1;
 }
 
-/* The island's problem, if the budget allows: *said is how that ended. A ray where there is a
- * solution is a failure of the method, not of the scene. */
-static perp_status pivot(perp_world *world, const perp__island *island, int32_t stage,
-                         perp_outcome *said)
+perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
+                             perp__verdict *verdict)
 {
+    perp__island_work *work = &world->work;
+    perp__rigid_problem problem;
+    perp__rigid_answer answer;
     perp_status status;
 
-    *said = perp__may_pivot(world, island->rows);
-    world->work.fresh = 0;
-    if (*said != PERP_OUTCOME_SOLVED)
-        return PERP_OK;
-    if (!world->work.set_up)
-        perp__assemble_matrix(world, &world->contacts, island);
-    write_q(world, island);
-    status = perp__solve_rows(world, island->rows);
-    *said = world->work.result.outcome;
-    world->work.fresh = status == PERP_OK;
-    if (*said == PERP_OUTCOME_RAY && is_solvable(world, island, stage))
-        *said = PERP_OUTCOME_STALLED;
-    return status;
-}
-
-/* Velocities and impulses as the problem's solution has them, and what they are worth. */
-static perp__evidence take_solution(perp_world *world, const perp__island *island, size_t twist)
-{
-    const perp_lcp_result *result = &world->work.result;
-    perp__evidence evidence = {result->residual, 0.0, result->backward_error, 1};
-
-    read_impulses(world, island);
-    perp__exact_velocities(world, island, twist, &evidence);
-    return evidence;
-}
-
-/* Sweeps from the solution, or from nothing where that is `far` off. Which share of the time they
- * get is the island's of the contacts, half of it: later rounds may come. */
-static perp__evidence take_sweeps(perp_world *world, const perp__island *island, size_t twist,
-                                  int32_t far)
-{
-    const double share = 0.5 * island->contacts / world->contacts.count;
-    perp__evidence evidence = {0.0, 0.0, INFINITY, 1};
-    int32_t i;
-
-    if (far)
-        perp__start_sweeps(world, &world->contacts, island, PERP__TWIST_FREE);
-    perp__sweep_island(world, &world->contacts, island, share * perp__seconds_left(world));
-    for (i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = island_contact(world, island, i);
-        const double most = contact->friction * contact->impulse[0];
-        double u[3];
-
-        perp__relative_velocity(world, contact, PERP__TWIST_SOLVED, u);
-        contact->slip =
-            perp__gauge(world, contact->impulse + 1) < most ? 0.0 : perp__slip(world, u + 1);
-    }
-    perp__exact_velocities(world, island, twist, &evidence);
-    evidence.tested = evidence.own; /* no row of an island counts for more than a contact's own */
-    return evidence;
-}
-
-/* Solves for the targets that stand, writes the twist, and judges it. What a method or a budget
- * leaves short of an answer is swept, and kept where that betters it. */
-static perp_status solve_stage(perp_world *world, const perp__island *island,
-                               perp__verdict *verdict)
-{
-    const size_t twist = verdict->stages > 0 ? PERP__TWIST_AFTER : PERP__TWIST_MOVING;
-    const double tol = world->settings.tol;
-    perp__evidence evidence = {INFINITY, INFINITY, INFINITY, 0}, swept;
-    perp_outcome said, outcome;
-    perp_status status = pivot(world, island, ++verdict->stages, &said);
-    int32_t far;
-
+    pose(world, island, &problem);
+    receive(world, &answer);
+    status = perp__rigid_solve(world->solver, &answer, &problem);
+    if (status == PERP_ERROR_NOT_FINITE)
+        return perp__fail(world->context, status,
+                          "the step takes the contacts beyond the range of numbers");
     if (status != PERP_OK)
         return status;
-    if (said == PERP_OUTCOME_RAY) {
-        verdict->outcome = said;
-        verdict->residual = world->work.result.residual;
-        return PERP_OK;
-    }
-    if (world->work.fresh)
-        evidence = take_solution(world, island, twist);
-    outcome = perp__gate(&evidence, tol, said);
-    far = !(evidence.own <= FAR_OFF);
-    if (!perp__is_good(outcome)) {
-        swept = take_sweeps(world, island, twist, far);
-        if (far || swept.own < evidence.own)
-            evidence = swept;
-        else
-            evidence = take_solution(world, island, twist);
-        outcome = perp__gate(&evidence, tol, said);
-    }
-    verdict->outcome = perp__worse_outcome(verdict->outcome, outcome);
-    perp__raise_to(&verdict->residual, evidence.tested);
+    work->set_up = 1;
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof *work->warm);
+    perp__spend(world, answer.iterations);
+    if (answer.outcome == PERP_OUTCOME_RAY && is_solvable(world, island, bounces))
+        answer.outcome = PERP_OUTCOME_STALLED; /* of the method, not of the scene */
+    verdict->outcome = perp__worse_outcome(verdict->outcome, answer.outcome);
+    perp__raise_to(&verdict->residual, answer.tested);
     return PERP_OK;
 }
 
-/* First-stage targets; returns 0 if no contact would close by itself: nothing needs solving. */
-static int32_t first_targets(perp_world *world, const perp__island *island, double h)
+void perp__add_impulse(perp_world *world, const perp__island *island, int32_t i,
+                       const double *impulse, double share)
 {
-    int32_t closing = 0;
+    perp__world_contact *contact = island_contact(world, island, i);
+    int32_t k;
+
+    for (k = 0; k < 3; k++)
+        contact->impulse[k] += share * impulse[k];
+}
+
+void perp__take_answer(perp_world *world, const perp__island *island)
+{
+    const perp__island_work *work = &world->work;
     int32_t i;
 
-    for (i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = island_contact(world, island, i);
-
-        contact->target = 0.0 - positive_gap(contact, contact->gap) / h; /* not -0.0 */
-        closing = closing || contact->free[0] < contact->target;
+    for (i = 0; i < work->count; i++) {
+        perp__add_impulse(world, island, work->chosen[i], work->impulse + 3 * i, 1.0);
+        island_contact(world, island, work->chosen[i])->mode = work->modes[i];
     }
-    return closing;
 }
 
-static int32_t is_impact(const perp__world_contact *contact)
+/* The motion of the step: the ways of its intervals over all of it. */
+void perp__mean_motion(perp_world *world, const perp__island *island, double h)
 {
-    double forced = fabs(contact->free[0] - contact->start[0]); /* h |a_n| */
-
-    return contact->restitution > 0.0 && contact->impulse[0] > 0.0 && contact->start[0] < -forced;
-}
-
-/* Second-stage targets where there was an impact; returns whether there was. */
-static int32_t second_targets(perp_world *world, const perp__island *island, double h)
-{
-    int32_t impact = 0;
+    perp__island_work *work = &world->work;
     int32_t i;
 
-    for (i = 0; i < island->contacts; i++)
-        impact = impact || is_impact(island_contact(world, island, i));
-    for (i = 0; i < island->contacts && impact; i++) {
-        perp__world_contact *contact = island_contact(world, island, i);
-        double bounce = contact->restitution * contact->start[0];
-        double gap = contact->gap + h * contact->velocity[0];
-
-        if (contact->closed || positive_gap(contact, gap) == 0.0)
-            contact->target = 0.0 - bounce;
-        else
-            contact->target = 0.0 - fmax(bounce, gap / h);
-    }
-    return impact;
+    for (i = 0; i < world->dof * island->bodies; i++)
+        work->moving[i] = work->drift[i] / h;
 }
 
-/* Sets the twists of an island's bodies to another of theirs. */
-static void copy_twists(perp_world *world, const perp__island *island, size_t to, size_t from)
+/* Relative velocity after the step. What a contact holds is exact: its bias and no more. */
+static void write_velocities(perp_world *world, const perp__island *island)
 {
+    const perp__island_work *work = &world->work;
+    int32_t i, k;
+
+    for (i = 0; i < work->count; i++) {
+        perp__world_contact *contact = island_contact(world, island, work->chosen[i]);
+        const perp__rigid_rows *rows = &work->rows[i];
+
+        perp__relative_velocity(world, contact, PERP__TWIST_AFTER, contact->velocity);
+        for (k = 0; k < rows->dim; k++)
+            if (work->velocity[3 * i + k] == 0.0)
+                contact->velocity[k] = 0.0 - rows->bias[k];
+    }
+}
+
+/* Writes the twists of the island's bodies: that which moves the positions, and that after it. */
+void perp__write_twists(perp_world *world, const perp__island *island)
+{
+    const perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
     int32_t i;
 
     for (i = 0; i < island->bodies; i++) {
-        perp__motion *motion = &world->motions[world->body_order[island->first_body + i]];
+        perp__motion *motion = &world->motions[work->members[i]];
 
-        memcpy(perp__twist(motion, to), perp__twist(motion, from), sizeof motion->free);
+        twist_of(world, work->moving + n * i, motion->moving);
+        twist_of(world, work->now + n * i, motion->after);
     }
-}
-
-/* Both stages. */
-static perp_status solve_island(perp_world *world, const perp__island *island, double h,
-                                perp__verdict *verdict)
-{
-    perp_status status;
-
-    copy_twists(world, island, PERP__TWIST_MOVING, PERP__TWIST_FREE);
-    copy_twists(world, island, PERP__TWIST_AFTER, PERP__TWIST_FREE);
-    if (!first_targets(world, island, h))
-        return PERP_OK;
-    world->work.set_up = 0;
-    status = solve_stage(world, island, verdict);
-    if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
-        return status;
-    if (second_targets(world, island, h))
-        return solve_stage(world, island, verdict);
-    copy_twists(world, island, PERP__TWIST_AFTER, PERP__TWIST_MOVING);
-    return PERP_OK;
-}
-
-/* Rows and velocities of all contacts, which stand as if nothing touched. */
-static void prepare_contacts(perp_world *world)
-{
-    int32_t i;
-
-    for (i = 0; i < world->contacts.count; i++) {
-        perp__world_contact *contact = &world->contacts.contacts[i];
-
-        perp__contact_jacobian(world, world->states, contact);
-        perp__relative_velocity(world, contact, PERP__TWIST_START, contact->start);
-        perp__relative_velocity(world, contact, PERP__TWIST_FREE, contact->free);
-        perp__copy3(contact->velocity, contact->free);
-        contact->included = 0;
-    }
-}
-
-/* Most contacts that the margin finds never close. A problem without some contacts has a solution
- * of the whole problem if its velocities keep these open too (their impulses are 0): so those that
- * are near or would close by themselves come first, and others only once velocities close them.
- * Returns how many came. */
-static int32_t include_contacts(perp_world *world, double h)
-{
-    int32_t came = 0;
-    int32_t i;
-
-    for (i = 0; i < world->contacts.count; i++) {
-        perp__world_contact *contact = &world->contacts.contacts[i];
-        double u[3];
-
-        if (contact->included)
-            continue;
-        perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
-        if (contact->gap + h * u[0] >= 0.0 &&
-            contact->gap > fmax(NEAR * contact->size, contact->rounding))
-            continue;
-        contact->included = contact->fresh = 1;
-        came++;
-    }
-    return came;
-}
-
-/* Whether contacts came to the island since it was solved; they count as old from now on. */
-static int32_t has_changed(perp_world *world, const perp__island *island)
-{
-    int32_t changed = 0;
-    int32_t i;
-
-    for (i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = island_contact(world, island, i);
-
-        changed = changed || contact->fresh;
-        contact->fresh = 0;
-    }
-    return changed;
-}
-
-/* Islands of the contacts included so far; those that changed are solved. Stops at a ray. */
-static perp_status solve_changed(perp_world *world, double h, perp__solve_summary *summary)
-{
-    perp_status status = perp__build_islands(world, &world->contacts);
-    int32_t i, k;
-
-    if (status == PERP_OK)
-        status = perp__fit_island_work(world, 1);
-    for (i = 0; i < world->island_count && status == PERP_OK; i++) {
-        const perp__island *island = &world->islands[i];
-        perp__verdict verdict = {PERP_OUTCOME_SOLVED, 0, 0.0};
-
-        if (!has_changed(world, island))
-            continue;
-        status = solve_island(world, island, h, &verdict);
-        for (k = 0; k < island->bodies; k++)
-            world->motions[world->body_order[island->first_body + k]].verdict = verdict;
-        if (verdict.outcome == PERP_OUTCOME_RAY) {
-            summary->outcome = PERP_OUTCOME_RAY;
-            summary->residual = verdict.residual;
-            break;
-        }
-    }
-    return status;
-}
-
-/* The last word on each island. */
-static void summarise(const perp_world *world, perp__solve_summary *summary)
-{
-    int32_t i;
-
-    for (i = 0; i < world->island_count; i++) {
-        const perp__verdict *verdict =
-            &world->motions[world->body_order[world->islands[i].first_body]].verdict;
-
-        summary->outcome = perp__worse_outcome(summary->outcome, verdict->outcome);
-        perp__raise_to(&summary->residual, verdict->residual);
-        summary->solved += verdict->stages > 0;
-        summary->impacts += verdict->stages > 1;
-    }
-}
-
-perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary)
-{
-    perp_status status = PERP_OK;
-
-    memset(summary, 0, sizeof *summary);
-    world->island_count = 0;
-    perp__untouch(world);
-    prepare_contacts(world);
-    while (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY && include_contacts(world, h))
-        status = solve_changed(world, h, summary);
-    if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
-        summarise(world, summary);
-    return status;
+    write_velocities(world, island);
 }

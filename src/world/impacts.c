@@ -1,0 +1,379 @@
+/* The path of an island through the step, with its impacts where they are.
+ *
+ * The geometry is frozen, so that a gap goes along gap + t u_n + t^2 a_n / 2 while forces and what
+ * presses stay the same. A contact with restitution that would close faster than what forces alone
+ * explain is an impact: the island goes to the first one smoothly, as if those were not there; the
+ * velocities jump by Moreau's law,
+ *
+ *   0 <= r_n  perp  u_n+ + e u_n- >= 0    at every contact that touches,   Coulomb's law of u_t+;
+ *
+ * and the rest of the step begins there. What presses without impact has velocity -gap / t at the
+ * end of its interval, so that it ends touching; where all of it lasts (its normal velocities are 0
+ * at both ends) positions move with the mean of both velocities, which is second order, else with
+ * the one at the end.
+ *
+ * An approach slower than a share of what the forces of the step make, |u_n| <= h |a_n| / (2 n)
+ * with at most n impacts a step, is resting contact: bounces die out, and end at rest. */
+#include "world/world.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "world/spatial.h"
+
+/* Impacts of a step: many where a problem is small, one where it is large. */
+#define MOST_IMPACTS 32
+#define CONTACTS_IN_ALL 64
+
+/* Beside what forces and motion make of it, a normal velocity that counts as none. */
+#define STILL 1e-9
+
+static perp__world_contact *island_contact(const perp_world *world, const perp__island *island,
+                                           int32_t i)
+{
+    return perp__island_contact(world, &world->contacts, island, i);
+}
+
+static double dot(const double *x, const double *y, int32_t n)
+{
+    double sum = 0.0;
+    int32_t i;
+
+    for (i = 0; i < n; i++)
+        sum += x[i] * y[i];
+    return sum;
+}
+
+/* What row 0 of the chosen contact i makes of velocities x of the island's bodies, and of what
+ * moves as it is told where `carried`. */
+static double normal_of(const perp_world *world, int32_t i, const double *x, int32_t bodies,
+                        int32_t carried)
+{
+    const perp__island_work *work = &world->work;
+    const perp__rigid_rows *rows = &work->rows[i];
+    const int32_t n = world->dof;
+    double sum = 0.0;
+    int32_t side;
+
+    for (side = 0; side < 2; side++) {
+        const int32_t body = rows->body[side];
+
+        if (body >= 0 && body < bodies)
+            sum += dot(rows->rows[side][0], x + n * body, n);
+        else if (body >= bodies && carried)
+            sum += dot(rows->rows[side][0], work->now + n * body, n);
+    }
+    return sum;
+}
+
+static int32_t most_impacts(const perp__island *island)
+{
+    const int32_t most = CONTACTS_IN_ALL / island->contacts;
+
+    return most < 1 ? 1 : most > MOST_IMPACTS ? MOST_IMPACTS : most;
+}
+
+/* Time until gap + t u + t^2 a / 2 is 0, going down; INFINITY if it is not reached. */
+static double time_to(double gap, double u, double a)
+{
+    const double inside = u * u - 2.0 * a * gap;
+
+    if (gap == 0.0)
+        return u < 0.0 ? 0.0 : INFINITY;
+    if (!(inside >= 0.0) || !(sqrt(inside) - u > 0.0))
+        return INFINITY;
+    return 2.0 * gap / (sqrt(inside) - u);
+}
+
+/* Marks the contacts that are hit within the interval; returns whether there are any. slow: the
+ * share of a step's change of velocity below which an approach is none. */
+static int32_t find_hits(perp_world *world, const perp__island *island, double h, double slow)
+{
+    perp__island_work *work = &world->work;
+    int32_t i, hits = 0;
+
+    memset(work->hit, 0, (size_t)island->contacts * sizeof *work->hit);
+    for (i = 0; i < work->count; i++) {
+        const perp__world_contact *contact = island_contact(world, island, work->chosen[i]);
+        const double u = normal_of(world, i, work->now, island->bodies, 1);
+        const double forced = normal_of(world, i, work->gain, island->bodies, 0);
+        const double gap = work->gap[work->chosen[i]];
+        const double speed = sqrt(fmax(u * u - 2.0 * forced / h * gap, 0.0));
+
+        if (!(contact->restitution > 0.0) || !(work->impulse[3 * i] > 0.0) ||
+            (gap == 0.0 && u >= 0.0) || !(speed > slow * fabs(forced)))
+            continue;
+        work->hit[work->chosen[i]] = 1;
+        hits++;
+    }
+    return hits;
+}
+
+/* free := now + t / h * gain. */
+static void force(perp_world *world, const perp__island *island, double share)
+{
+    perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < world->dof * island->bodies; i++)
+        work->free[i] = work->now[i] + share * work->gain[i];
+}
+
+/* Biases of an interval of length t: what gaps leave. */
+static void close_gaps(perp_world *world, double t)
+{
+    perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < work->count; i++)
+        work->rows[i].bias[0] = work->gap[work->chosen[i]] / t;
+}
+
+/* Solves an interval of length t from `now`; work->v are the velocities at its end. */
+static perp_status solve_interval(perp_world *world, const perp__island *island, double t, double h,
+                                  perp__verdict *verdict)
+{
+    force(world, island, t / h);
+    close_gaps(world, t);
+    return perp__solve_rows(world, island, 0, verdict);
+}
+
+/* Goes on for a time t from now to v by the mean velocity, or by that at the end. */
+static void go(perp_world *world, const perp__island *island, double t, int32_t mean)
+{
+    perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < world->dof * island->bodies; i++) {
+        work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
+        work->drift[i] += t * work->moving[i];
+    }
+    memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->now);
+}
+
+/* Size of the terms of a normal velocity. */
+static double size_of(const perp_world *world, int32_t i, const double *x, int32_t bodies)
+{
+    const perp__rigid_rows *rows = &world->work.rows[i];
+    const int32_t n = world->dof;
+    double sum = 0.0;
+    int32_t side, k;
+
+    for (side = 0; side < 2; side++)
+        for (k = 0; k < n && rows->body[side] >= 0 && rows->body[side] < bodies; k++)
+            sum += fabs(rows->rows[side][0][k] * x[n * rows->body[side] + k]);
+    return sum;
+}
+
+/* Whether nothing that presses came to it in this interval. */
+static int32_t lasts(const perp_world *world, const perp__island *island)
+{
+    const perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < work->count; i++) {
+        double speed;
+
+        if (!(work->impulse[3 * i] > 0.0))
+            continue;
+        speed = fabs(normal_of(world, i, work->now, island->bodies, 1));
+        if (work->gap[work->chosen[i]] > 0.0 ||
+            speed > STILL * (size_of(world, i, work->now, island->bodies) +
+                             size_of(world, i, work->gain, island->bodies)))
+            return 0;
+    }
+    return 1;
+}
+
+/* gap := gap + t (mean normal velocity), of all contacts; rounding of one is none. */
+static void move_gaps(perp_world *world, const perp__island *island, double t)
+{
+    perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < work->count; i++) {
+        const int32_t k = work->chosen[i];
+        const perp__world_contact *contact = island_contact(world, island, k);
+
+        work->gap[k] += t * normal_of(world, i, work->moving, island->bodies, 1);
+        work->gap[k] = fmax(perp__open_gap(contact, work->gap[k]), 0.0);
+    }
+}
+
+/* The first time at which a marked contact is closed; the way there is from now to `v` at `left`,
+ * or v all along. */
+static double first_impact(const perp_world *world, const perp__island *island, double left,
+                           int32_t mean, int32_t *which)
+{
+    const perp__island_work *work = &world->work;
+    double first = INFINITY;
+    int32_t i;
+
+    for (i = 0; i < work->count; i++) {
+        const int32_t k = work->chosen[i];
+        const double end = normal_of(world, i, work->v, island->bodies, 1);
+        const double u = mean ? normal_of(world, i, work->now, island->bodies, 1) : end;
+        const double t = work->hit[k] ? time_to(work->gap[k], u, (end - u) / left) : INFINITY;
+
+        if (t < first) {
+            first = t;
+            *which = k;
+        }
+    }
+    return first;
+}
+
+/* Velocities of the interval as if nothing were hit, in work->v. */
+static perp_status pass_hits(perp_world *world, const perp__island *island, double left, double h,
+                             perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    perp_status status = PERP_OK;
+
+    perp__choose_rows(world, island, work->hit);
+    force(world, island, left / h);
+    memcpy(work->v, work->free, (size_t)(world->dof * island->bodies) * sizeof *work->v);
+    if (work->count > 0) {
+        close_gaps(world, left);
+        status = perp__solve_rows(world, island, 0, verdict);
+    }
+    return status;
+}
+
+/* The jump of the velocities where contacts touch. */
+static perp_status jump(perp_world *world, const perp__island *island, perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    perp_status status;
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++)
+        work->hit[i] = work->gap[i] > 0.0;
+    perp__choose_rows(world, island, work->hit);
+    for (i = 0; i < work->count; i++)
+        work->rows[i].bias[0] = island_contact(world, island, work->chosen[i])->restitution *
+                                normal_of(world, i, work->now, island->bodies, 1);
+    force(world, island, 0.0);
+    status = perp__solve_rows(world, island, 1, verdict);
+    if (status != PERP_OK)
+        return status;
+    perp__take_answer(world, island);
+    memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->now);
+    return PERP_OK;
+}
+
+/* Goes to the first impact and through it; *left is what remains then. *done is 0, and nothing
+ * has changed, where there is none in this time. */
+static perp_status go_to_impact(perp_world *world, const perp__island *island, double *left,
+                                double h, int32_t *done, perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    perp_status status = pass_hits(world, island, *left, h, verdict);
+    int32_t which = -1, mean, i;
+    double t;
+
+    *done = 0;
+    if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
+        return status;
+    mean = lasts(world, island);
+    memcpy(work->smooth_impulse, work->impulse, 3 * (size_t)work->count * sizeof(double));
+    memcpy(work->smooth_chosen, work->chosen, (size_t)work->count * sizeof(int32_t));
+    work->smooth_count = work->count;
+    perp__choose_rows(world, island, NULL);
+    t = first_impact(world, island, *left, mean, &which);
+    if (!(t < *left))
+        return PERP_OK;
+    *done = 1;
+    for (i = 0; i < work->smooth_count; i++)
+        perp__add_impulse(world, island, work->smooth_chosen[i], work->smooth_impulse + 3 * i,
+                          t / *left);
+    for (i = 0; i < world->dof * island->bodies && mean; i++)
+        work->v[i] = work->now[i] + t / *left * (work->v[i] - work->now[i]);
+    go(world, island, t, mean);
+    move_gaps(world, island, t);
+    work->gap[which] = 0.0;
+    *left -= t;
+    return jump(world, island, verdict);
+}
+
+/* Impacts that are left over when their number is spent: the velocities after the step are those
+ * of Moreau's law from the same beginning, at the contacts that touch in the end. */
+static perp_status end_on_impacts(perp_world *world, const perp__island *island, double left,
+                                  perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    perp_status status;
+    int32_t i;
+
+    memcpy(work->smooth, work->now, (size_t)(world->dof * island->bodies) * sizeof(double));
+    go(world, island, left, 0); /* leaves the velocities at the start in `smooth` */
+    for (i = 0; i < work->count; i++) {
+        const int32_t k = work->chosen[i];
+        const perp__world_contact *contact = island_contact(world, island, k);
+        const double bounce = contact->restitution *
+                              normal_of(world, i, work->smooth, island->bodies, 1);
+        const double gap = perp__open_gap(
+            contact, work->gap[k] + left * normal_of(world, i, work->v, island->bodies, 1));
+
+        work->rows[i].bias[0] =
+            work->impulse[3 * i] > 0.0 || gap <= 0.0 ? bounce : fmax(bounce, gap / left);
+    }
+    status = perp__solve_rows(world, island, 1, verdict);
+    memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
+    perp__take_answer(world, island);
+    return status;
+}
+
+static void begin(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    int32_t i;
+
+    perp__gather_bodies(world, island);
+    for (i = 0; i < island->contacts; i++) {
+        perp__world_contact *contact = island_contact(world, island, i);
+
+        memset(contact->impulse, 0, sizeof contact->impulse);
+        work->gap[i] = fmax(perp__open_gap(contact, contact->gap), 0.0);
+    }
+    perp__choose_rows(world, island, NULL);
+}
+
+perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
+                                perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    const int32_t most = most_impacts(island);
+    double left = h;
+    int32_t count = 0, hits = 0, done = 1;
+    perp_status status;
+
+    begin(world, island);
+    while (done) {
+        status = solve_interval(world, island, left, h, verdict);
+        verdict->stages++;
+        if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
+            return status;
+        hits = find_hits(world, island, h, 0.5 / most);
+        done = 0;
+        if (hits > 0 && count < most) {
+            status = go_to_impact(world, island, &left, h, &done, verdict);
+            if (status == PERP_OK && !done && verdict->outcome != PERP_OUTCOME_RAY)
+                status = solve_interval(world, island, left, h, verdict);
+            if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
+                return status;
+            count += done;
+        }
+    }
+    if (hits > 0)
+        status = end_on_impacts(world, island, left, verdict);
+    else {
+        perp__take_answer(world, island);
+        go(world, island, left, lasts(world, island));
+    }
+    verdict->impacts = count + (hits > 0);
+    if (count > 0) /* else the interval is the step */
+        perp__mean_motion(world, island, h);
+    perp__write_twists(world, island);
+    return status;
+}
