@@ -40,9 +40,8 @@ static inline void rigid_open(rigid_scene *s, int32_t planar)
 
 static inline void rigid_close(rigid_scene *s)
 {
-    void *all[] = {s->factors, s->free,    s->origins,  s->mass, s->rows,
-                   s->warm,    s->impulse, s->velocity, s->v,    s->modes,
-                   s->carrier};
+    void *all[] = {s->factors, s->free,     s->origins, s->mass,  s->rows,   s->warm,
+                   s->impulse, s->velocity, s->v,       s->modes, s->carrier};
 
     for (size_t i = 0; i < sizeof all / sizeof *all; i++)
         free(all[i]);
