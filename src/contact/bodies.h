@@ -21,27 +21,28 @@ typedef struct perp__bodies {
     int32_t n, contacts, units, size; /* size: rows of all units */
     int32_t width;                    /* of every block, the smaller ones padded */
     int32_t blocks;
-    int64_t pieces, entries; /* entries: of `values` */
-    int32_t *block_of;       /* n */
-    int32_t *place_of;       /* n: where in its block */
-    int32_t *rows;           /* units + 1: first row of each unit */
-    int32_t *unit_of;        /* size */
-    double *compliance;      /* size */
-    int64_t *piece_starts;   /* units + 1 */
-    int32_t *mark;           /* work: max(n, units) + 1 */
-    int32_t *dofs;           /* blocks by width: the unknowns, -1 where padded */
-    double *factors;         /* blocks by width by width, row-major: L (unit where padded) */
-    double *y;               /* work: blocks by width */
-    double *free;            /* blocks by width: L^-1 f of the last load; 0 before */
-    int64_t *block_starts;   /* blocks + 1: into block_pieces */
-    int32_t *block_units;    /* per piece, by block: its unit, ascending */
-    int64_t *block_pieces;   /* and the piece */
-    int32_t *piece_blocks;   /* per piece; ascending within a unit */
-    int64_t *piece_values;   /* per piece: where in `values` it begins */
-    int64_t *cursors;        /* work: most pieces of a unit */
-    double *coupling;        /* work: most_rows by most_rows */
-    double *values;          /* each piece: rows of its unit by width, row-major */
-    int32_t most_pieces;     /* of a unit */
+    int64_t pieces, entries;  /* entries: of `values` */
+    int32_t *block_of;        /* n */
+    int32_t *place_of;        /* n: where in its block */
+    int32_t *rows;            /* units + 1: first row of each unit */
+    int32_t *unit_of;         /* size */
+    double *compliance;       /* size */
+    int64_t *piece_starts;    /* units + 1 */
+    int32_t *mark;            /* work: max(n, units) + 1 */
+    int32_t *dofs;            /* blocks by width: the unknowns, -1 where padded */
+    double *factors;          /* blocks by width by width, row-major: L (unit where padded) */
+    double *y;                /* work: blocks by width */
+    double *free;             /* blocks by width: L^-1 f of the last load; 0 before */
+    const double *C, *v_free; /* of rigid bodies, whose `free` is C^-1 v_free, see find_free */
+    int64_t *block_starts;    /* blocks + 1: into block_pieces */
+    int32_t *block_units;     /* per piece, by block: its unit, ascending */
+    int64_t *block_pieces;    /* and the piece */
+    int32_t *piece_blocks;    /* per piece; ascending within a unit */
+    int64_t *piece_values;    /* per piece: where in `values` it begins */
+    int64_t *cursors;         /* work: most pieces of a unit */
+    double *coupling;         /* work: most_rows by most_rows */
+    double *values;           /* each piece: rows of its unit by width, row-major */
+    int32_t most_pieces;      /* of a unit */
     int32_t most_rows;
 } perp__bodies;
 
@@ -63,8 +64,16 @@ void perp__bodies_release(perp__bodies *bodies);
 perp_status perp__bodies_setup(perp__bodies *bodies, const perp__bodies_input *input,
                                int32_t *suits);
 
+/* The same from rigid bodies (contact.h), whose arrays must stay in place: P = J C. PERP_OK or
+ * _MEMORY. */
+struct perp__rigid_problem;
+perp_status perp__bodies_setup_rigid(perp__bodies *bodies,
+                                     const struct perp__rigid_problem *problem);
+
 /* Keeps L^-1 f, the velocities without contact, from which sweeps guess what comes to rest. */
 void perp__bodies_force(const perp__bodies *bodies, const double *f);
+/* Makes `free` where it is not kept: of rigid bodies. */
+void perp__bodies_find_free(const perp__bodies *bodies);
 
 /* The same, and q := H M^-1 f + w and (b for the rows of G); w has the rows of H, b those of G
  * (NULL: none). */

@@ -121,8 +121,8 @@ void perp__contact_write_out(perp_contact_solver *solver, double started)
 
     if (perp__is_good(solver->best.outcome))
         perp__contact_write_zeros(solver, solver->best.modes, solver->best.u);
-    if (call->v && solver->dynamics.n > 0)
-        memcpy(call->v, solver->best_v, (size_t)solver->dynamics.n * sizeof(double));
+    if (call->v && solver->n > 0)
+        memcpy(call->v, solver->best_v, (size_t)solver->n * sizeof(double));
     if (bytes > 0) {
         memcpy(call->r, solver->best.r, bytes);
         if (call->u)

@@ -16,8 +16,8 @@ static void keep(perp_contact_solver *solver)
     }
     if (solver->contacts > 0)
         memcpy(best->modes, solver->modes, (size_t)solver->contacts);
-    if (solver->entrance == PERP__ENTRANCE_DYNAMICS && solver->dynamics.n > 0)
-        memcpy(solver->best_v, solver->v, (size_t)solver->dynamics.n * sizeof(double));
+    if (solver->n > 0)
+        memcpy(solver->best_v, solver->v, (size_t)solver->n * sizeof(double));
 }
 
 /* Whether the point under evaluation takes the place of the best. */

@@ -326,7 +326,7 @@ static void forget(perp_contact_solver *solver)
 /* No proof is looked for with a budget that is used up. */
 static int32_t may_prove(const perp_contact_solver *solver)
 {
-    return !ends_the_search(solver) &&
+    return solver->proves && !ends_the_search(solver) &&
            !(solver->settings.max_iterations > 0 && solver->said == PERP_OUTCOME_ITERATION_LIMIT);
 }
 
@@ -385,20 +385,30 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
 
     if (status != PERP_OK)
         return status;
+    status = perp__contact_find(solver, call,
+                                solver->settings.time_limit > 0.0
+                                    ? started + solver->settings.time_limit
+                                    : 0.0);
+    if (status == PERP_OK)
+        perp__contact_write_out(solver, started);
+    solver->call = NULL;
+    return status;
+}
+
+perp_status perp__contact_find(perp_contact_solver *solver, const perp__contact_call *call,
+                               double deadline)
+{
+    perp_status status;
+
     solver->call = call;
-    solver->deadline =
-        solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0;
-    solver->control.deadline = solver->deadline;
+    solver->control.deadline = solver->deadline = deadline;
     solver->control.tick = perp__contact_tick;
     solver->control.tick_user = solver;
     solver->problem.tol = solver->settings.tol;
     solver->problem.iteration_limit = solver->settings.max_iterations;
     solver->problem.cone = solver->settings.cone;
     status = search(solver);
-    if (status == PERP_OK) {
+    if (status == PERP_OK)
         solver->best.outcome = perp__contact_verdict(solver, &solver->best, last_word(solver));
-        perp__contact_write_out(solver, started);
-    }
-    solver->call = NULL;
     return status;
 }

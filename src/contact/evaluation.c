@@ -4,6 +4,7 @@
 
 #include "base/context.h"
 #include "contact/law.h"
+#include "contact/rigid/rigid.h"
 #include "contact/solver.h"
 
 /* A part that nothing drives has no impulses: beside which size any could be right, nobody knows.
@@ -46,6 +47,8 @@ perp_status perp__contact_load(perp_contact_solver *solver)
     if (solver->entrance == PERP__ENTRANCE_DELASSUS) {
         if (solver->size > 0)
             memcpy(solver->q, call->q, (size_t)solver->size * sizeof(double));
+    } else if (solver->entrance == PERP__ENTRANCE_RIGID) {
+        perp__rigid_load(solver);
     } else {
         status =
             perp__dynamics_velocities(&solver->dynamics, call->f, NULL, solver->v, solver->v_low);
@@ -93,6 +96,10 @@ static perp_status compute_velocities(perp_contact_solver *solver)
         perp__multiply_doubled(&solver->W, solver->r, solver->q, solver->high, solver->low);
         for (i = 0; i < solver->size; i++)
             solver->u[i] = solver->high[i];
+        return PERP_OK;
+    }
+    if (solver->entrance == PERP__ENTRANCE_RIGID) {
+        perp__rigid_velocities(solver);
         return PERP_OK;
     }
     status =

@@ -119,11 +119,11 @@ static void lay_out_parts(perp__arena *arena, perp_contact_solver *s)
         *numbers[k] = all ? all + k * units : NULL; /* none while the arena only measures */
 }
 
-static void lay_out(perp__arena *arena, void *object)
+void perp__contact_lay_out(perp__arena *arena, void *object)
 {
     perp_contact_solver *s = object;
     const size_t contacts = (size_t)s->contacts, size = (size_t)s->size;
-    const size_t n = s->entrance == PERP__ENTRANCE_DYNAMICS ? (size_t)s->dynamics.n : 0;
+    const size_t n = (size_t)s->n;
 
     s->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
     s->dims = perp__arena_take(arena, contacts, sizeof(int32_t));
@@ -144,6 +144,8 @@ static void lay_out(perp__arena *arena, void *object)
     s->ray = perp__arena_take(arena, size, sizeof(double));
     s->best.r = perp__arena_take(arena, size, sizeof(double));
     s->best.u = perp__arena_take(arena, size, sizeof(double));
+    s->push = perp__arena_take(arena, n, sizeof(double));
+    s->push_low = perp__arena_take(arena, n, sizeof(double));
     s->v = perp__arena_take(arena, n, sizeof(double));
     s->v_low = perp__arena_take(arena, n, sizeof(double));
     s->best_v = perp__arena_take(arena, n, sizeof(double));
@@ -260,6 +262,16 @@ static void present(perp_contact_solver *solver)
     p->control = &solver->control;
 }
 
+perp_status perp__contact_finish_setup(perp_contact_solver *solver)
+{
+    perp_status status = read_traces(solver);
+
+    if (status == PERP_OK)
+        perp__contact_find_parts(solver);
+    present(solver);
+    return status;
+}
+
 static perp_status read_bodies(perp_contact_solver *solver)
 {
     perp__bodies_input input;
@@ -362,9 +374,10 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
         return status;
     next.size = next.rows + own.bilateral;
     next.units = next.contacts + own.bilateral;
+    next.n = W ? 0 : next.dynamics.n;
     status = check_coefficients(solver->context, "laws.compliance", own.compliance, next.size);
     if (status == PERP_OK)
-        status = perp__arena_fit(&next.arena, lay_out, &next);
+        status = perp__arena_fit(&next.arena, perp__contact_lay_out, &next);
     if (status != PERP_OK)
         return status;
     /* from here on the old problem is gone */
@@ -373,10 +386,7 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
     keep_laws(solver, &own);
     status = make_matrices(solver);
     if (status == PERP_OK)
-        status = read_traces(solver);
-    if (status == PERP_OK)
-        perp__contact_find_parts(solver);
-    present(solver);
+        status = perp__contact_finish_setup(solver);
     if (status != PERP_OK)
         solver->entrance = PERP__NO_PROBLEM;
     return status;

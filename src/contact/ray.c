@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "contact/solver.h"
+#include "contact/rigid/rigid.h"
 
 /* Of |W| |y|: what rounding leaves of a sum that is 0. */
 #define NOTHING (64.0 * DBL_EPSILON)
@@ -84,19 +84,39 @@ static int32_t annihilates_dynamics(perp_contact_solver *solver, const double *y
     return 1;
 }
 
+/* P'y = 0: H'y in the bodies' own coordinates. */
+static int32_t annihilates_bodies(perp_contact_solver *solver, const double *y)
+{
+    const perp__bodies *b = &solver->bodies;
+    double *absolute = solver->push;
+    int32_t i;
+
+    for (i = 0; i < solver->size; i++)
+        solver->low[i] = 0.0;
+    perp__absolute_bodies(b, y, solver->low, absolute, solver->high);
+    perp__bodies_gather(b, y, b->y);
+    for (i = 0; i < solver->n; i++)
+        if (!(fabs(b->y[i]) <= NOTHING * absolute[i]))
+            return 0;
+    return 1;
+}
+
 /* y'q < 0 by more than rounding. q: what the caller gave, or H M^-1 f + w; since H'y = 0 the load f
  * is of no account. */
-static int32_t is_against(const perp_contact_solver *solver, const double *y)
+static int32_t is_against(perp_contact_solver *solver, const double *y)
 {
     const perp__contact_call *call = solver->call;
     double sum = 0.0, error = 0.0, absolute = 0.0;
     int32_t i;
 
+    if (solver->entrance == PERP__ENTRANCE_RIGID)
+        perp__rigid_bias(solver, solver->scale);
     for (i = 0; i < solver->size; i++) {
-        const double given = solver->entrance == PERP__ENTRANCE_DELASSUS ? call->q[i]
-                             : i < solver->rows                          ? call->w[i]
-                             : call->b                                   ? call->b[i - solver->rows]
-                                                                         : 0.0;
+        const double given = solver->entrance == PERP__ENTRANCE_RIGID      ? solver->scale[i]
+                             : solver->entrance == PERP__ENTRANCE_DELASSUS ? call->q[i]
+                             : i < solver->rows                            ? call->w[i]
+                             : call->b ? call->b[i - solver->rows]
+                                       : 0.0;
         const double product = y[i] * given, next = sum + product, part = next - sum;
 
         error += fma(y[i], given, -product) + ((sum - (next - part)) + (product - part));
@@ -126,7 +146,9 @@ void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction
         for (i = 0; i < solver->size; i++)
             if (solver->compliance[i] > 0.0 && solver->ray[i] != 0.0)
                 return;
-    if (solver->entrance == PERP__ENTRANCE_DYNAMICS) {
+    if (solver->entrance == PERP__ENTRANCE_RIGID) {
+        proves = annihilates_bodies(solver, solver->ray);
+    } else if (solver->entrance == PERP__ENTRANCE_DYNAMICS) {
         proves = annihilates_dynamics(solver, solver->ray);
     } else {
         memset(solver->scale, 0, (size_t)solver->size * sizeof(double));

@@ -30,8 +30,7 @@ static void lay_out(perp__arena *arena, void *object)
     perp_contact_solver *solver = object;
     perp__contact_ray *own = &solver->feasibility;
     const size_t n = (size_t)own->n, size = (size_t)solver->size;
-    const size_t velocities =
-        solver->entrance == PERP__ENTRANCE_DYNAMICS ? (size_t)solver->dynamics.n : 0;
+    const size_t velocities = (size_t)solver->n;
 
     own->M = perp__arena_take(arena, n, n * sizeof(double));
     own->K = perp__arena_take(arena, n, n * sizeof(double));
@@ -172,6 +171,10 @@ static perp_status multiply(perp_contact_solver *solver, const double *y, double
         perp__multiply_doubled(&solver->W, y, NULL, u, solver->low);
         return PERP_OK;
     }
+    if (solver->entrance == PERP__ENTRANCE_RIGID) {
+        perp__bodies_multiply(&solver->bodies, y, NULL, u);
+        return PERP_OK;
+    }
     status = perp__dynamics_velocities(d, solver->feasibility.zeros, y, solver->v, solver->v_low);
     solver->is_free = 0;
     if (status != PERP_OK)
@@ -247,8 +250,8 @@ static void clear(perp_contact_solver *solver)
     perp__contact_ray *own = &solver->feasibility;
     int32_t count = solver->size, i;
 
-    if (solver->entrance == PERP__ENTRANCE_DYNAMICS && solver->dynamics.n > count)
-        count = solver->dynamics.n;
+    if (solver->n > count)
+        count = solver->n;
     for (i = 0; i < count; i++)
         own->zeros[i] = 0.0;
 }

@@ -26,6 +26,7 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
     made->magic = PERP__CONTACT_SOLVER_MAGIC;
     made->context = context;
     made->settings = own;
+    made->proves = 1;
     perp__arena_init(&made->arena, context);
     perp__arena_init(&made->delassus.arena, context);
     perp__arena_init(&made->dynamics.arena, context);

@@ -19,7 +19,8 @@
 enum perp__contact_entrance {
     PERP__NO_PROBLEM = 0,
     PERP__ENTRANCE_DELASSUS = 1,
-    PERP__ENTRANCE_DYNAMICS = 2
+    PERP__ENTRANCE_DYNAMICS = 2,
+    PERP__ENTRANCE_RIGID = 3 /* contact.h */
 };
 
 /* What a point is worth: the numbers of perp_contact_result, all from the caller's data. */
@@ -95,7 +96,10 @@ struct perp_contact_solver {
     perp_context *context;
     perp_contact_settings settings;
     perp__arena arena;
-    int32_t entrance; /* PERP__NO_PROBLEM or how the problem came */
+    const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
+    int32_t proves;                          /* proofs of infeasibility are looked for */
+    int32_t n;                               /* velocities; 0 where W was given */
+    int32_t entrance;                        /* PERP__NO_PROBLEM or how the problem came */
     int64_t setups;
     int32_t contacts, rows, size;
     int32_t has_discs;
@@ -123,8 +127,9 @@ struct perp_contact_solver {
     int32_t has_bodies; /* M falls into blocks */
     /* of a solve */
     double *q, *scale, *high, *low;
-    double *r, *u, *start; /* the point under evaluation */
-    double *v, *v_low;     /* of the last evaluation; before one, without contacts: is_free */
+    double *r, *u, *start;   /* the point under evaluation */
+    double *push, *push_low; /* n: work */
+    double *v, *v_low;       /* of the last evaluation; before one, without contacts: is_free */
     double *best_v;
     int32_t is_free;
     int8_t *modes;
@@ -157,6 +162,11 @@ void perp__contact_destroy(perp_contact_solver *solver);
 perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_laws *laws,
                                 const perp_contact_dynamics *dynamics, const perp_matrix *W);
 
+/* The rest of a set-up, after the laws and matrices are in place. PERP_OK, or _ARGUMENT where a
+ * unit moves nothing. And the arrays, for an arena: problem.c. */
+perp_status perp__contact_finish_setup(perp_contact_solver *solver);
+void perp__contact_lay_out(perp__arena *arena, void *solver);
+
 /* The methods' view of the monitor and the clock; user: the solver. Nonzero: stop. call.c. */
 int32_t perp__contact_tick(void *user, int64_t iterations, double residual);
 
@@ -169,8 +179,11 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
                                      const perp__contact_call *call);
 void perp__contact_write_out(perp_contact_solver *solver, double started);
 
-/* The whole solve: contact.c. */
+/* The whole solve; and what is left of it without checks, outputs and the time limit, the best
+ * point in solver->best: contact.c. */
 perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call);
+perp_status perp__contact_find(perp_contact_solver *solver, const perp__contact_call *call,
+                               double deadline);
 
 /* Finds the parts of the problem that was set up: parts.c. */
 void perp__contact_find_parts(perp_contact_solver *solver);

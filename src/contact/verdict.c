@@ -186,8 +186,7 @@ static int32_t is_sound(const perp_contact_solver *solver, const perp__contact_w
 
     return perp__all_finite(numbers, sizeof numbers / sizeof *numbers) &&
            perp__all_finite(solver->r, size) && perp__all_finite(solver->u, size) &&
-           (solver->entrance != PERP__ENTRANCE_DYNAMICS ||
-            perp__all_finite(solver->v, (size_t)solver->dynamics.n));
+           perp__all_finite(solver->v, (size_t)solver->n);
 }
 
 void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth)

@@ -207,6 +207,7 @@ void perp__sweep_settle(perp__sweep_work *work)
     int32_t most;
 
     memset(work->r, 0, (size_t)work->size * sizeof *work->r);
+    perp__bodies_find_free(b);
     for (int32_t i = 0; i < b->blocks * b->width; i++) {
         levels->rest[i] = -b->free[i];
         work->y[i] = 0.0;

@@ -1,0 +1,198 @@
+/* Blocks and pieces straight from rigid bodies: with M^-1 = C C' a body is a block of its own, in
+ * which L^-T = C, and its piece of a contact is P = J C. */
+#include <math.h>
+#include <string.h>
+
+#include "contact/bodies.h"
+#include "contact/contact.h"
+#include "linalg/lanes/lanes.h"
+#include "linalg/lanes/multiversion.h"
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__bodies *b = object;
+    const size_t units = (size_t)b->units, size = (size_t)b->size;
+    const size_t padded = (size_t)b->blocks * (size_t)b->width, pieces = 2 * units;
+
+    b->rows = perp__arena_take(arena, units + 1, sizeof *b->rows);
+    b->unit_of = perp__arena_take(arena, size, sizeof *b->unit_of);
+    b->compliance = perp__arena_take(arena, size, sizeof *b->compliance);
+    b->piece_starts = perp__arena_take(arena, units + 1, sizeof *b->piece_starts);
+    b->mark = perp__arena_take(arena, (padded > units ? padded : units) + 1, sizeof *b->mark);
+    b->y = perp__arena_take(arena, padded, sizeof *b->y);
+    b->free = perp__arena_take(arena, padded, sizeof *b->free);
+    b->block_starts = perp__arena_take(arena, (size_t)b->blocks + 1, sizeof *b->block_starts);
+    b->block_units = perp__arena_take(arena, pieces, sizeof *b->block_units);
+    b->block_pieces = perp__arena_take(arena, pieces, sizeof *b->block_pieces);
+    b->piece_blocks = perp__arena_take(arena, pieces, sizeof *b->piece_blocks);
+    b->piece_values = perp__arena_take(arena, pieces, sizeof *b->piece_values);
+    b->cursors = perp__arena_take(arena, (size_t)b->most_pieces, sizeof *b->cursors);
+    b->coupling = perp__arena_take(arena, 9, sizeof(double));
+    b->values = perp__arena_take(arena, 2 * size, (size_t)b->width * sizeof *b->values);
+}
+
+/* P := J C, one row after the other; the sums in the order of J's columns. */
+PERP__KERNEL static void whiten_6(const double (*J)[6], const double *C, int32_t rows, double *P)
+{
+    for (int32_t r = 0; r < rows; r++, P += 6) {
+        double high[6] = {0.0};
+
+        for (int32_t i = 0; i < 6; i++)
+            for (int32_t j = 0; j < 6; j++)
+                high[j] += J[r][i] * C[6 * i + j];
+        memcpy(P, high, sizeof high);
+    }
+}
+
+PERP__KERNEL static void whiten_any(const double (*J)[6], const double *C, int32_t width,
+                                    int32_t rows, double *P)
+{
+    for (int32_t r = 0; r < rows; r++, P += width)
+        for (int32_t j = 0; j < width; j++) {
+            double sum = 0.0;
+
+            for (int32_t i = 0; i < width; i++)
+                sum += J[r][i] * C[width * i + j];
+            P[j] = sum;
+        }
+}
+
+/* The pieces of a unit: rows from..from + count - 1 of g, on its bodies in ascending order. */
+PERP__KERNEL static void add_unit(perp__bodies *b, const perp__rigid_problem *problem,
+                                  const perp__rigid_rows *g, int32_t unit, int32_t from,
+                                  int32_t count)
+{
+    const int32_t width = b->width, first = g->body[0] > g->body[1];
+    int64_t piece = b->piece_starts[unit], at = b->entries;
+
+    for (int32_t turn = 0; turn < 2; turn++) {
+        const int32_t side = turn ^ first, body = g->body[side];
+        const double *C = problem->factors + (size_t)body * (size_t)(width * width);
+
+        if (body < 0 || body >= b->blocks)
+            continue;
+        b->piece_blocks[piece] = body;
+        b->piece_values[piece++] = at;
+        b->block_starts[body + 1]++;
+        if (width == 6)
+            whiten_6(g->rows[side] + from, C, count, b->values + at);
+        else
+            whiten_any(g->rows[side] + from, C, width, count, b->values + at);
+        at += count * width;
+    }
+    b->entries = at;
+    b->piece_starts[unit + 1] = piece;
+    b->rows[unit + 1] = b->rows[unit] + count;
+    for (int32_t i = b->rows[unit]; i < b->rows[unit + 1]; i++)
+        b->unit_of[i] = unit;
+}
+
+PERP__KERNEL static void add_loops(perp__bodies *b, const perp__rigid_problem *problem)
+{
+    int32_t unit = 0;
+
+    for (; unit < problem->contacts; unit++)
+        add_unit(b, problem, problem->rows + unit, unit, 0, problem->rows[unit].dim);
+    for (int32_t k = 0; k < problem->joints; k++) {
+        const perp__rigid_rows *g = problem->rows + problem->contacts + k;
+
+        for (int32_t i = 0; i < g->dim; i++)
+            add_unit(b, problem, g, unit++, i, 1);
+    }
+}
+
+PERP__MULTIVERSION(add, (perp__bodies * b, const perp__rigid_problem *problem), (b, problem))
+
+/* The units of each block in ascending order; block b's count stands in block_starts[b + 1]. */
+static void list_units(perp__bodies *b)
+{
+    for (int32_t k = 0; k < b->blocks; k++)
+        b->block_starts[k + 1] += b->block_starts[k];
+    for (int32_t k = 0; k < b->units; k++)
+        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+            const int64_t at = b->block_starts[b->piece_blocks[piece]]++;
+
+            b->block_units[at] = k;
+            b->block_pieces[at] = piece;
+        }
+    memmove(b->block_starts + 1, b->block_starts, (size_t)b->blocks * sizeof *b->block_starts);
+    b->block_starts[0] = 0;
+}
+
+/* y := C^-1 y by elimination with rows exchanged; 0 where C is singular. */
+static void solve(const double *C, int32_t width, double *y)
+{
+    double A[6][7], spare[7];
+
+    for (int32_t i = 0; i < width; i++) {
+        memcpy(A[i], C + i * width, (size_t)width * sizeof(double));
+        A[i][width] = y[i];
+        y[i] = 0.0;
+    }
+    for (int32_t k = 0; k < width; k++) {
+        int32_t pivot = k;
+
+        for (int32_t i = k + 1; i < width; i++)
+            if (fabs(A[i][k]) > fabs(A[pivot][k]))
+                pivot = i;
+        if (!(fabs(A[pivot][k]) > 0.0))
+            return;
+        memcpy(spare, A[k], sizeof spare);
+        memcpy(A[k], A[pivot], sizeof spare);
+        memcpy(A[pivot], spare, sizeof spare);
+        for (int32_t i = k + 1; i < width; i++) {
+            const double factor = A[i][k] / A[k][k];
+
+            for (int32_t j = k; factor != 0.0 && j <= width; j++)
+                A[i][j] -= factor * A[k][j];
+        }
+    }
+    for (int32_t k = width - 1; k >= 0; k--) {
+        y[k] = A[k][width];
+        for (int32_t j = k + 1; j < width; j++)
+            y[k] -= A[k][j] * y[j];
+        y[k] /= A[k][k];
+    }
+}
+
+void perp__bodies_find_free(const perp__bodies *b)
+{
+    const size_t width = (size_t)b->width;
+
+    if (!b->C || b->blocks == 0)
+        return;
+    memcpy(b->free, b->v_free, (size_t)b->blocks * width * sizeof *b->free);
+    for (size_t k = 0; k < (size_t)b->blocks; k++)
+        solve(b->C + k * width * width, b->width, b->free + k * width);
+}
+
+perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem *problem)
+{
+    perp_status status;
+
+    b->contacts = problem->contacts;
+    b->size = b->units = 0;
+    for (int32_t k = 0; k < problem->contacts + problem->joints; k++)
+        b->size += problem->rows[k].dim;
+    for (int32_t k = problem->contacts; k < problem->contacts + problem->joints; k++)
+        b->units += problem->rows[k].dim;
+    b->units += problem->contacts;
+    b->width = problem->width;
+    b->blocks = problem->bodies;
+    b->n = b->blocks * b->width;
+    b->C = problem->factors;
+    b->v_free = problem->free;
+    b->most_pieces = 2;
+    b->most_rows = 3;
+    status = perp__arena_fit(&b->units_arena, layout, b);
+    if (status != PERP_OK)
+        return status;
+    memset(b->compliance, 0, (size_t)b->size * sizeof *b->compliance);
+    memset(b->block_starts, 0, ((size_t)b->blocks + 1) * sizeof *b->block_starts);
+    b->rows[0] = 0;
+    b->piece_starts[0] = b->entries = 0;
+    add(b, problem);
+    b->pieces = b->piece_starts[b->units];
+    list_units(b);
+    return PERP_OK;
+}

@@ -1,0 +1,178 @@
+/* contact.h: a solver of the front door that is set up with bodies and rows as they are, no copy
+ * but P = J C, and asked for no proofs unless the caller wants them. */
+#include "contact/rigid/rigid.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+
+struct perp__rigid_solver {
+    perp_contact_solver *solver;
+    perp__arena arena;
+    double *warm; /* rows */
+    int32_t room;
+    int32_t is_set_up;
+};
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp__rigid_solver *own = object;
+
+    own->warm = perp__arena_take(arena, (size_t)own->room, sizeof *own->warm);
+}
+
+perp_status perp__rigid_create(perp_context *context, perp__rigid_solver **solver)
+{
+    perp__rigid_solver *made = perp__allocate(context, 1, sizeof *made);
+    perp_status status;
+
+    if (!made)
+        return perp__fail_memory(context, "a contact solver");
+    memset(made, 0, sizeof *made);
+    perp__arena_init(&made->arena, context);
+    status = perp__contact_create(context, &made->solver, NULL);
+    if (status == PERP_OK)
+        *solver = made;
+    else
+        perp__release(context, made);
+    return status;
+}
+
+void perp__rigid_destroy(perp__rigid_solver *solver)
+{
+    perp_context *context;
+
+    if (!solver)
+        return;
+    context = solver->solver->context;
+    perp__arena_release(&solver->arena);
+    perp__contact_destroy(solver->solver);
+    perp__release(context, solver);
+}
+
+/* What laws are to the public entrance. */
+static void keep_rows(perp_contact_solver *s, const perp__rigid_problem *problem)
+{
+    int32_t row = 0;
+
+    for (int32_t k = 0; k < problem->contacts; k++) {
+        s->starts[k] = row;
+        s->dims[k] = problem->rows[k].dim;
+        s->mu[k] = problem->rows[k].dim > 1 ? problem->rows[k].mu : 0.0;
+        row += s->dims[k];
+    }
+    s->starts[problem->contacts] = row;
+    s->rolls = s->spins = s->complies = s->has_discs = 0;
+}
+
+static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *problem)
+{
+    perp_status status;
+
+    s->entrance = PERP__NO_PROBLEM;
+    s->rigid = problem;
+    status = perp__bodies_setup_rigid(&s->bodies, problem);
+    if (status != PERP_OK)
+        return status;
+    s->has_bodies = 1;
+    s->contacts = problem->contacts;
+    s->size = s->bodies.size;
+    s->rows = s->bodies.rows[problem->contacts];
+    s->units = s->bodies.units;
+    s->n = s->bodies.n;
+    s->setups++;
+    status = perp__arena_fit(&s->arena, perp__contact_lay_out, s);
+    if (status != PERP_OK)
+        return status;
+    keep_rows(s, problem);
+    status = perp__contact_finish_setup(s);
+    if (status == PERP_OK)
+        s->entrance = PERP__ENTRANCE_RIGID;
+    return status;
+}
+
+/* 3 a contact or joint to the rows that there are, or back; what is missing is 0. */
+static void pack(const perp__rigid_problem *problem, const double *from, double *rows)
+{
+    for (int32_t k = 0; k < problem->contacts + problem->joints; k++)
+        for (int32_t i = 0; i < problem->rows[k].dim; i++)
+            *rows++ = from[3 * (size_t)k + (size_t)i];
+}
+
+static void unpack(const perp__rigid_problem *problem, const double *rows, double *to)
+{
+    for (int32_t k = 0; k < problem->contacts + problem->joints; k++)
+        for (int32_t i = 0; i < 3; i++)
+            *to++ = i < problem->rows[k].dim ? *rows++ : 0.0;
+}
+
+static void write_answer(perp_contact_solver *s, perp__rigid_answer *answer,
+                         const perp__rigid_problem *problem)
+{
+    const perp__contact_candidate *best = &s->best;
+
+    if (perp__is_good(best->outcome))
+        perp__contact_write_zeros(s, best->modes, best->u);
+    unpack(problem, best->r, answer->impulse);
+    if (answer->velocity)
+        unpack(problem, best->u, answer->velocity);
+    if (s->n > 0)
+        memcpy(answer->v, s->best_v, (size_t)s->n * sizeof(double));
+    for (int32_t k = 0; answer->modes && k < problem->contacts; k++)
+        answer->modes[k] = best->modes[k];
+    answer->outcome = best->outcome;
+    answer->method = best->method;
+    answer->held = 0;
+    answer->iterations = s->iterations;
+    answer->tested = best->worth.tested;
+    answer->own = best->worth.own;
+    answer->backward = best->worth.backward;
+    answer->certificate =
+        best->outcome == PERP_OUTCOME_RAY ? s->certificate : PERP_CONTACT_CERTIFICATE_NONE;
+}
+
+static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem *problem)
+{
+    perp_contact_solver *s = solver->solver;
+    perp_status status = PERP_OK;
+
+    if (!problem->again || !solver->is_set_up) {
+        solver->is_set_up = 0;
+        status = set_up(s, problem);
+    }
+    if (status == PERP_OK && problem->warm && s->size > solver->room) {
+        solver->room = s->size;
+        status = perp__arena_fit(&solver->arena, lay_out, solver);
+    }
+    solver->is_set_up = status == PERP_OK;
+    s->rigid = problem;
+    s->bodies.v_free = problem->free;
+    s->proves = problem->proves;
+    s->settings.method = problem->method;
+    s->settings.cone = problem->cone;
+    s->settings.tol = problem->tol;
+    s->settings.max_iterations = problem->max_iterations;
+    return status;
+}
+
+perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *answer,
+                              const perp__rigid_problem *problem)
+{
+    perp_contact_solver *s = solver->solver;
+    perp__contact_call call;
+    perp_status status = prepare(solver, problem);
+
+    if (status == PERP_OK) {
+        memset(&call, 0, sizeof call);
+        if (problem->warm)
+            pack(problem, problem->warm, solver->warm);
+        call.r0 = problem->warm ? solver->warm : NULL;
+        status = perp__contact_find(s, &call, problem->deadline);
+    }
+    if (status == PERP_OK)
+        write_answer(s, answer, problem);
+    s->rigid = NULL;
+    s->call = NULL;
+    return status;
+}

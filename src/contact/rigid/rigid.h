@@ -1,0 +1,26 @@
+/* What the front door asks of rigid bodies in the place of the dynamics; solver->rigid is the
+ * caller's problem. */
+#ifndef PERP_CONTACT_RIGID_H
+#define PERP_CONTACT_RIGID_H
+
+#include "contact/contact.h"
+#include "contact/solver.h"
+
+/* A tolerance from which on the verdict is in plain doubles. */
+#define PERP__RIGID_PLAIN 1e-6
+
+static inline int32_t perp__rigid_is_plain(const perp_contact_solver *solver)
+{
+    return solver->settings.tol >= PERP__RIGID_PLAIN;
+}
+
+/* v and q of the free velocities. */
+void perp__rigid_load(perp_contact_solver *solver);
+
+/* v and u of solver->r. */
+void perp__rigid_velocities(perp_contact_solver *solver);
+
+/* u := that of bodies that stand still, where impulses can move them. */
+void perp__rigid_bias(const perp_contact_solver *solver, double *u);
+
+#endif

@@ -1,0 +1,208 @@
+/* Velocities of rigid bodies and of their contacts,
+ *
+ *   v = v_free + C C' J'r,     u = J v + bias,
+ *
+ * in plain doubles by way of P = J C, or in doubled precision from the caller's rows and factors
+ * (products and their sums with the errors beside them: Ogita, Rump & Oishi, SIAM J. Sci. Comput.
+ * 26 (2005) 1955). */
+#include "contact/rigid/rigid.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A sum with its error beside it. */
+typedef struct doubled {
+    double sum, error;
+} doubled;
+
+static void add_product(doubled *x, double a, double b)
+{
+    const double product = a * b, next = x->sum + product, part = next - x->sum;
+
+    x->error += fma(a, b, -product) + ((x->sum - (next - part)) + (product - part));
+    x->sum = next;
+}
+
+/* high + low := x, to rounding of low */
+static void split(doubled x, double *high, double *low)
+{
+    const double total = x.sum + x.error;
+
+    *high = total;
+    *low = isfinite(total) ? x.error - (total - x.sum) : 0.0;
+}
+
+/* The velocity of what a unit's side is on: NULL where that is the world at rest. v: of the bodies;
+ * carriers have their own. */
+static const double *velocity_of(const perp_contact_solver *solver, int32_t body, const double *v)
+{
+    const perp__rigid_problem *p = solver->rigid;
+
+    if (body < 0)
+        return NULL;
+    return (body < p->bodies ? v : p->free) + (size_t)body * (size_t)p->width;
+}
+
+/* u of row i of g, rounded once; v_low: what v lacks, NULL: nothing. */
+static double relative(const perp_contact_solver *solver, const perp__rigid_rows *g, int32_t i,
+                       const double *v, const double *v_low)
+{
+    const perp__rigid_problem *p = solver->rigid;
+    doubled u = {g->bias[i], 0.0};
+
+    for (int32_t side = 0; side < 2; side++) {
+        const double *x = velocity_of(solver, g->body[side], v), *J = g->rows[side][i];
+
+        for (int32_t j = 0; x && j < p->width; j++)
+            add_product(&u, J[j], x[j]);
+        if (v_low && g->body[side] >= 0 && g->body[side] < p->bodies)
+            for (int32_t j = 0; j < p->width; j++)
+                u.error += J[j] * v_low[(size_t)g->body[side] * (size_t)p->width + (size_t)j];
+    }
+    return u.sum + u.error;
+}
+
+static double relative_plain(const perp_contact_solver *solver, const perp__rigid_rows *g,
+                             int32_t i, const double *v)
+{
+    double u = g->bias[i];
+
+    for (int32_t side = 0; side < 2; side++) {
+        const double *x = velocity_of(solver, g->body[side], v), *J = g->rows[side][i];
+
+        for (int32_t j = 0; x && j < solver->rigid->width; j++)
+            u += J[j] * x[j];
+    }
+    return u;
+}
+
+void perp__rigid_load(perp_contact_solver *solver)
+{
+    const perp__rigid_problem *p = solver->rigid;
+    const int32_t plain = perp__rigid_is_plain(solver), groups = p->contacts + p->joints;
+    int32_t row = 0;
+
+    if (solver->n > 0)
+        memcpy(solver->v, p->free, (size_t)solver->n * sizeof *solver->v);
+    for (int32_t k = 0; k < groups; k++)
+        for (int32_t i = 0; i < p->rows[k].dim; i++)
+            solver->q[row++] = plain ? relative_plain(solver, &p->rows[k], i, solver->v)
+                                     : relative(solver, &p->rows[k], i, solver->v, NULL);
+}
+
+void perp__rigid_bias(const perp_contact_solver *solver, double *u)
+{
+    const perp__rigid_problem *p = solver->rigid;
+
+    for (int32_t k = 0; k < p->contacts + p->joints; k++)
+        for (int32_t i = 0; i < p->rows[k].dim; i++) {
+            const perp__rigid_rows *g = &p->rows[k];
+            double sum = g->bias[i];
+
+            for (int32_t side = 0; side < 2; side++)
+                for (int32_t j = 0; g->body[side] >= p->bodies && j < p->width; j++)
+                    sum += g->rows[side][i][j] *
+                           p->free[(size_t)g->body[side] * (size_t)p->width + (size_t)j];
+            *u++ = sum;
+        }
+}
+
+/* out := C x or, transposed, C'x of every body; x + x_low and out + out_low. */
+static void apply(const perp_contact_solver *solver, int32_t transposed, const double *x,
+                  const double *x_low, double *out, double *out_low)
+{
+    const int32_t width = solver->rigid->width;
+    const int32_t row = transposed ? 1 : width, column = transposed ? width : 1;
+    const double *C = solver->rigid->factors;
+
+    for (int32_t b = 0; b < solver->rigid->bodies; b++, C += width * width)
+        for (int32_t i = 0; i < width; i++) {
+            const size_t at = (size_t)b * (size_t)width;
+            doubled sum = {0.0, 0.0};
+
+            for (int32_t j = 0; j < width; j++) {
+                add_product(&sum, C[i * row + j * column], x[at + (size_t)j]);
+                sum.error += C[i * row + j * column] * x_low[at + (size_t)j];
+            }
+            split(sum, &out[at + (size_t)i], &out_low[at + (size_t)i]);
+        }
+}
+
+/* push := J'r */
+static void push(perp_contact_solver *solver)
+{
+    const perp__rigid_problem *p = solver->rigid;
+    const size_t bytes = (size_t)solver->n * sizeof(double);
+    const double *r = solver->r;
+
+    if (solver->n == 0)
+        return;
+    memset(solver->push, 0, bytes);
+    memset(solver->push_low, 0, bytes);
+    for (int32_t k = 0; k < p->contacts + p->joints; k++)
+        for (int32_t i = 0; i < p->rows[k].dim; i++, r++)
+            for (int32_t side = 0; side < 2; side++) {
+                const int32_t body = p->rows[k].body[side];
+                const size_t at = (size_t)body * (size_t)p->width;
+
+                for (int32_t j = 0; body >= 0 && body < p->bodies && j < p->width; j++) {
+                    const size_t to = at + (size_t)j;
+                    doubled sum = {solver->push[to], solver->push_low[to]};
+
+                    add_product(&sum, p->rows[k].rows[side][i][j], *r);
+                    solver->push[to] = sum.sum;
+                    solver->push_low[to] = sum.error;
+                }
+            }
+}
+
+static void doubled_velocities(perp_contact_solver *solver)
+{
+    const perp__rigid_problem *p = solver->rigid;
+    int32_t row = 0;
+
+    push(solver);
+    apply(solver, 1, solver->push, solver->push_low, solver->v, solver->v_low);
+    apply(solver, 0, solver->v, solver->v_low, solver->push, solver->push_low);
+    for (int32_t i = 0; i < solver->n; i++) {
+        doubled sum = {p->free[i], solver->push_low[i]};
+
+        add_product(&sum, 1.0, solver->push[i]);
+        split(sum, &solver->v[i], &solver->v_low[i]);
+    }
+    for (int32_t k = 0; k < p->contacts + p->joints; k++)
+        for (int32_t i = 0; i < p->rows[k].dim; i++)
+            solver->u[row++] = relative(solver, &p->rows[k], i, solver->v, solver->v_low);
+}
+
+/* v := v_free + C y */
+static void add_factors(const perp_contact_solver *solver, const double *y)
+{
+    const int32_t width = solver->rigid->width;
+    const double *C = solver->rigid->factors, *v_free = solver->rigid->free;
+    double *v = solver->v;
+
+    for (int32_t b = 0; b < solver->rigid->bodies; b++) {
+        for (int32_t i = 0; i < width; i++) {
+            double sum = 0.0;
+
+            for (int32_t j = 0; j < width; j++)
+                sum += C[i * width + j] * y[j];
+            v[i] = v_free[i] + sum;
+        }
+        C += width * width;
+        v_free += width;
+        v += width;
+        y += width;
+    }
+}
+
+void perp__rigid_velocities(perp_contact_solver *solver)
+{
+    if (!perp__rigid_is_plain(solver)) {
+        doubled_velocities(solver);
+        return;
+    }
+    perp__bodies_multiply(&solver->bodies, solver->r, solver->q, solver->u);
+    add_factors(solver, solver->bodies.y);
+}

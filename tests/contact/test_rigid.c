@@ -1,0 +1,463 @@
+/* The inner entrance: what it answers obeys the laws in the caller's own rows and masses. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include <perp/perp.h>
+
+#include "base/context.h"
+#include "gen.h"
+#include "memory.h"
+#include "rigid_scene.h"
+
+typedef struct fixture {
+    perp_context *context;
+    perp__rigid_solver *solver;
+    rigid_scene s;
+} fixture;
+
+static void open_fixture(fixture *f, int32_t planar, const perp_context_settings *settings)
+{
+    rigid_open(&f->s, planar);
+    assert_int_equal(perp_context_create(&f->context, settings), PERP_OK);
+    assert_int_equal(perp__rigid_create(f->context, &f->solver), PERP_OK);
+}
+
+static void close_fixture(fixture *f)
+{
+    perp__rigid_destroy(f->solver);
+    perp_context_destroy(f->context);
+    rigid_close(&f->s);
+}
+
+static perp__rigid_answer solve(fixture *f, const perp__rigid_problem *p)
+{
+    perp__rigid_answer a = rigid_answer(&f->s);
+
+    assert_int_equal(perp__rigid_solve(f->solver, &a, p), PERP_OK);
+    return a;
+}
+
+/* M (v - v_free) = J'r, M diagonal, to rounding of the terms. */
+static void check_momentum(const rigid_scene *s)
+{
+    const int32_t w = s->width, n = s->bodies * w;
+    long double *sum = gen_allocate((size_t)n, sizeof *sum);
+    long double *terms = gen_allocate((size_t)n, sizeof *terms);
+    int32_t k, i, j, side;
+
+    for (i = 0; i < n; i++) {
+        const double m = s->mass[(i / w) * w * w + (i % w) * (w + 1)];
+
+        sum[i] = (long double)m * ((long double)s->v[i] - s->free[i]);
+        terms[i] = m * (fabs(s->v[i]) + fabs(s->free[i]));
+    }
+    for (k = 0; k < s->contacts; k++)
+        for (side = 0; side < 2; side++)
+            for (i = 0; i < s->rows[k].dim; i++)
+                for (j = 0; j < w; j++) {
+                    const int32_t b = s->rows[k].body[side];
+
+                    if (b < 0 || b >= s->bodies)
+                        continue;
+                    sum[b * w + j] -=
+                        (long double)s->rows[k].rows[side][i][j] * s->impulse[3 * k + i];
+                    terms[b * w + j] += fabs(s->rows[k].rows[side][i][j] * s->impulse[3 * k + i]);
+                }
+    for (i = 0; i < n; i++) /* a product with M^-1 = C C' and back: some tens of roundings */
+        assert_true(fabsl(sum[i]) <= 1e-14L * terms[i]);
+    free(sum);
+    free(terms);
+}
+
+/* trace of J M^-1 J' of contact k; M is diagonal. */
+static double trace_of(const rigid_scene *s, int32_t k)
+{
+    const perp__rigid_rows *g = &s->rows[k];
+    const int32_t w = s->width;
+    double sum = 0.0;
+    int32_t i, j, side;
+
+    for (side = 0; side < 2; side++)
+        for (i = 0; i < g->dim; i++)
+            for (j = 0; g->body[side] >= 0 && g->body[side] < s->bodies && j < w; j++)
+                sum += g->rows[side][i][j] * g->rows[side][i][j] /
+                       s->mass[g->body[side] * w * w + j * (w + 1)];
+    return sum;
+}
+
+/* Signorini's and Coulomb's laws as equations, r_n = max(r_n - u_n / t, 0) and the same with the
+ * disc for r_t, u from v: the largest violation of any, as a velocity. */
+static double worst_violation(const rigid_scene *s, const perp__rigid_answer *a)
+{
+    double worst = 0.0;
+    int32_t k, i, j, side;
+
+    for (k = 0; k < s->contacts; k++) {
+        const perp__rigid_rows *g = &s->rows[k];
+        const double *r = s->impulse + 3 * k, t = trace_of(s, k), radius = g->mu * r[0];
+        double u[3] = {0.0}, x[2], length;
+
+        for (i = 0; i < g->dim; i++) {
+            u[i] = g->bias[i];
+            for (side = 0; side < 2; side++)
+                for (j = 0; g->body[side] >= 0 && j < s->width; j++)
+                    u[i] +=
+                        g->rows[side][i][j] *
+                        (g->body[side] < s->bodies ? s->v : s->free)[g->body[side] * s->width + j];
+        }
+        assert_true(r[0] >= 0.0);
+        assert_true(hypot(r[1], r[2]) <= radius * (1.0 + 1e-14)); /* rounding of the root */
+        worst = fmax(worst, t * fabs(r[0] - fmax(r[0] - u[0] / t, 0.0)));
+        for (i = 0; i < 2; i++)
+            x[i] = r[1 + i] - u[1 + i] / t;
+        length = hypot(x[0], x[1]);
+        for (i = 0; i < 2 && length > radius; i++)
+            x[i] *= radius / length;
+        worst = fmax(worst, t * hypot(r[1] - x[0], r[2] - x[1]));
+        if (a->modes[k] == PERP_CONTACT_SEPARATE)
+            assert_true(r[0] == 0.0 && r[1] == 0.0 && r[2] == 0.0);
+    }
+    return worst;
+}
+
+/* Boxes in a pyramid; from above some are hit. */
+static void hit(rigid_scene *s, double speed)
+{
+    const int32_t w = s->width;
+
+    for (int32_t b = 0; b < s->bodies; b += 3) {
+        s->free[b * w] += speed * (b % 2 ? 1.0 : -0.5);
+        s->free[b * w + 1] += 0.3 * speed;
+        s->free[b * w + w - 1] += speed;
+    }
+}
+
+static void test_laws(void **state)
+{
+    static const double tols[] = {1e-4, 1e-6, 1e-10};
+    int planar, moves, t;
+
+    (void)state;
+    for (planar = 0; planar < 2; planar++)
+        for (moves = 0; moves < 2; moves++)
+            for (t = 0; t < 3; t++) {
+                fixture f;
+                perp__rigid_problem p;
+                perp__rigid_answer a;
+
+                open_fixture(&f, planar, NULL);
+                rigid_pyramid(&f.s, 6, 0.5);
+                if (moves)
+                    hit(&f.s, 1.0);
+                p = rigid_problem(&f.s);
+                p.tol = tols[t];
+                a = solve(&f, &p);
+                assert_true(a.outcome == PERP_OUTCOME_SOLVED);
+                assert_true(a.tested <= p.tol && a.own <= p.tol);
+                check_momentum(&f.s);
+                /* tested is beside the largest free velocity (0.1 m/s, or 3), times
+                 * sqrt(t_k / t_j), here below 10; the maps of cone and disc differ by less than
+                 * 1 + mu */
+                assert_true(worst_violation(&f.s, &a) <= 15.0 * p.tol * (moves ? 3.0 : 0.1));
+                close_fixture(&f);
+            }
+}
+
+/* Dimensions mixed, contacts without friction among them; the answer is the public entrance's,
+ * which gets the same as matrices: with the same methods, to the bit of what was asked. */
+static void test_public_entrance(void **state)
+{
+    static const double half[3] = {0.5, 0.5, 0.5};
+    fixture f;
+    perp__rigid_problem p;
+    perp__rigid_answer a;
+    perp_contact_settings settings;
+    perp_contact_dynamics dynamics;
+    perp_contact_result result;
+    perp_contact_laws laws;
+    perp_matrix M, H;
+    double *dense, *mass, *v, *r, *load, *bias, *mu;
+    int32_t *dims, n, rows = 0, row = 0, k, i, j, side;
+
+    (void)state;
+    open_fixture(&f, 0, NULL);
+    for (k = 0; k < 5; k++) {
+        rigid_box(&f.s, 0.1 * k, 0.0, k + 0.5, half, 1.0 + k, NULL);
+        rigid_face(&f.s, k - 1, k, 0.1 * k - 0.4, 0.1 * k + 0.5, -0.5, 0.5, k, 0.3);
+        f.s.contacts--; /* three points a face: what they carry is known */
+    }
+    hit(&f.s, 0.7);
+    for (k = 0; k < f.s.contacts; k++) {
+        f.s.rows[k].dim = k % 5 == 1 ? 1 : k % 7 == 3 ? 2 : 3;
+        f.s.rows[k].bias[0] = k % 4 ? 0.0 : 0.125;
+        rows += f.s.rows[k].dim;
+    }
+    n = 6 * f.s.bodies;
+    dense = gen_allocate((size_t)(rows * n), sizeof *dense);
+    mass = gen_allocate((size_t)(n * n), sizeof *mass);
+    v = gen_allocate((size_t)n, sizeof *v);
+    load = gen_allocate((size_t)n, sizeof *load);
+    r = gen_allocate((size_t)rows, sizeof *r);
+    bias = gen_allocate((size_t)rows, sizeof *bias);
+    mu = gen_allocate((size_t)f.s.contacts, sizeof *mu);
+    dims = gen_allocate((size_t)f.s.contacts, sizeof *dims);
+    memset(dense, 0, (size_t)(rows * n) * sizeof *dense);
+    memset(mass, 0, (size_t)(n * n) * sizeof *mass);
+    for (i = 0; i < n; i++) {
+        mass[i * n + i] = f.s.mass[(i / 6) * 36 + (i % 6) * 7];
+        load[i] = mass[i * n + i] * f.s.free[i];
+    }
+    for (k = 0; k < f.s.contacts; k++) {
+        dims[k] = f.s.rows[k].dim;
+        mu[k] = f.s.rows[k].mu;
+        for (i = 0; i < dims[k]; i++, row++) {
+            bias[row] = f.s.rows[k].bias[i];
+            for (side = 0; side < 2; side++)
+                for (j = 0; f.s.rows[k].body[side] >= 0 && j < 6; j++)
+                    dense[row * n + 6 * f.s.rows[k].body[side] + j] = f.s.rows[k].rows[side][i][j];
+        }
+    }
+    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
+    assert_int_equal(perp_matrix_init(&M, sizeof M), 0);
+    assert_int_equal(perp_matrix_init(&H, sizeof H), 0);
+    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, n, n, mass, n), 0);
+    assert_int_equal(perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, rows, n, dense, n), 0);
+    settings.tol = 1e-12;
+    laws.contacts = f.s.contacts;
+    laws.dims = dims;
+    laws.mu = mu;
+    dynamics.n = n;
+    dynamics.M = &M;
+    dynamics.H = &H;
+    assert_int_equal(perp_contact_solve(f.context, v, r, NULL, NULL, NULL, &result, &settings,
+                                        &laws, &dynamics, load, bias, NULL, NULL),
+                     PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    p = rigid_problem(&f.s);
+    p.tol = 1e-12;
+    a = solve(&f, &p);
+    assert_int_equal(a.outcome, PERP_OUTCOME_SOLVED);
+    /* friction is small: v is unique. Both are within 1e-12 of it, times its condition */
+    for (i = 0; i < n; i++)
+        assert_true(fabs(f.s.v[i] - v[i]) <= 1e-9);
+    free(dense);
+    free(mass);
+    free(v);
+    free(load);
+    free(r);
+    free(bias);
+    free(mu);
+    free(dims);
+    close_fixture(&f);
+}
+
+/* A rod hangs by one end from a pin, in the plane: the pin's two rows leave the turn. With inertia
+ * m l^2 / 3 about the centre, half-length l, gravity alone gives alpha = (3 g) / (4 l). */
+static void test_joint(void **state)
+{
+    static const double half[3] = {0.5, 0.0, 0.0}, place[3] = {0.5, 0.0, 0.0};
+    static const double pin[2] = {0.0, 0.0}, right[2] = {1.0, 0.0};
+    fixture f;
+    perp__rigid_problem p;
+    perp__rigid_answer a;
+
+    (void)state;
+    open_fixture(&f, 1, NULL);
+    rigid_add(&f.s, place, half, 2.0, NULL);
+    rigid_touch(&f.s, RIGID_GROUND, 0, pin, right, 2, 0.0);
+    p = rigid_problem(&f.s);
+    p.contacts = 0;
+    p.joints = 1;
+    p.tol = 1e-10;
+    a = solve(&f, &p);
+    assert_int_equal(a.outcome, PERP_OUTCOME_SOLVED);
+    assert_true(fabs(f.s.v[0]) <= 1e-15); /* rounding of g h = 0.1 */
+    assert_true(fabs(f.s.v[2] + 0.75 * RIGID_G * RIGID_H / 0.5) <= 1e-14);
+    assert_true(fabs(f.s.v[1] + 0.5 * 0.75 * RIGID_G * RIGID_H / 0.5) <= 1e-14);
+    assert_true(f.s.velocity[0] == 0.0 && f.s.velocity[1] == 0.0);
+    close_fixture(&f);
+}
+
+/* A brick on a belt that pulls it: mu g h in one step, from rest. */
+static void test_carrier(void **state)
+{
+    static const double half[3] = {0.5, 0.5, 0.25}, belt[6] = {2.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    static const double under[3] = {0.0, 0.0, -1.0};
+    fixture f;
+    perp__rigid_problem p;
+    perp__rigid_answer a;
+    int32_t brick, i;
+
+    (void)state;
+    open_fixture(&f, 0, NULL);
+    brick = rigid_box(&f.s, 0.0, 0.0, 0.25, half, 3.0, NULL);
+    rigid_add(&f.s, under, half, 0.0, belt);
+    rigid_face(&f.s, 1, brick, -0.5, 0.5, -0.5, 0.5, 0.0, 0.4);
+    p = rigid_problem(&f.s);
+    p.tol = 1e-10;
+    a = solve(&f, &p);
+    assert_int_equal(a.outcome, PERP_OUTCOME_SOLVED);
+    assert_true(fabs(f.s.v[0] - 0.4 * RIGID_G * RIGID_H) <= 1e-12);
+    for (i = 0; i < 4; i++) {
+        assert_int_equal(a.modes[i], PERP_CONTACT_SLIP);
+        assert_true(fabs(f.s.velocity[3 * i + 1] - (f.s.v[0] - 2.0)) <= 1e-12);
+    }
+    close_fixture(&f);
+}
+
+static double *copied(const double *x, size_t count)
+{
+    return memcpy(gen_allocate(count, sizeof *x), x, count * sizeof *x);
+}
+
+/* `again`, and a start that is the answer: the same bits, whatever was solved before. */
+static void test_again(void **state)
+{
+    fixture f;
+    perp__rigid_problem p;
+    perp__rigid_answer a;
+    double *first, *v;
+    int32_t i;
+
+    (void)state;
+    open_fixture(&f, 0, NULL);
+    rigid_pyramid(&f.s, 5, 0.5);
+    p = rigid_problem(&f.s);
+    solve(&f, &p);
+    hit(&f.s, 0.4);
+    solve(&f, &p);
+    first = copied(f.s.impulse, (size_t)f.s.contacts * 3);
+    v = copied(f.s.v, (size_t)f.s.bodies * 6);
+    p.again = 1;
+    solve(&f, &p);
+    assert_memory_equal(first, f.s.impulse, (size_t)f.s.contacts * 3 * sizeof *first);
+    assert_memory_equal(v, f.s.v, (size_t)f.s.bodies * 6 * sizeof *v);
+    memcpy(f.s.warm, first, (size_t)f.s.contacts * 3 * sizeof *first);
+    p.warm = f.s.warm;
+    a = solve(&f, &p);
+    assert_int_equal(a.method, PERP_CONTACT_METHOD_POLISH);
+    assert_int_equal(a.iterations, 0);
+    for (i = 0; i < 6 * f.s.bodies; i++) /* as near as both are to the truth */
+        assert_true(fabs(v[i] - f.s.v[i]) <= 1e-7);
+    free(first);
+    free(v);
+    close_fixture(&f);
+}
+
+static void test_memory(void **state)
+{
+    memory m = {0, 0, 0};
+    perp_context_settings settings = memory_settings(&m);
+    fixture f;
+    perp__rigid_problem p;
+    int i, calls;
+
+    (void)state;
+    open_fixture(&f, 0, &settings);
+    rigid_pyramid(&f.s, 5, 0.5);
+    p = rigid_problem(&f.s);
+    solve(&f, &p);
+    p.warm = memcpy(f.s.warm, f.s.impulse, (size_t)f.s.contacts * 3 * sizeof(double));
+    solve(&f, &p);
+    calls = m.calls;
+    for (i = 0; i < 4; i++) {
+        p.tol = i % 2 ? 1e-4 : 1e-9;
+        p.contacts = f.s.contacts - 4 * i;
+        solve(&f, &p);
+    }
+    assert_int_equal(m.calls, calls);
+    close_fixture(&f);
+    assert_int_equal(m.live, 0);
+    for (i = 1; i <= calls; i++) { /* every allocation fails once */
+        perp__rigid_answer a;
+        perp_status status;
+
+        m.calls = 0;
+        m.fails_at = i;
+        rigid_open(&f.s, 0);
+        f.solver = NULL;
+        f.context = NULL;
+        rigid_pyramid(&f.s, 5, 0.5);
+        p = rigid_problem(&f.s);
+        a = rigid_answer(&f.s);
+        status = perp_context_create(&f.context, &settings);
+        if (status == PERP_OK)
+            status = perp__rigid_create(f.context, &f.solver);
+        if (status == PERP_OK)
+            status = perp__rigid_solve(f.solver, &a, &p);
+        assert_int_equal(status, m.calls >= i ? PERP_ERROR_MEMORY : PERP_OK);
+        close_fixture(&f);
+        assert_int_equal(m.live, 0);
+    }
+}
+
+static void test_nothing(void **state)
+{
+    static const double half[3] = {0.5, 0.5, 0.5};
+    fixture f;
+    perp__rigid_problem p;
+    perp__rigid_answer a;
+
+    (void)state;
+    open_fixture(&f, 0, NULL);
+    p = rigid_problem(&f.s);
+    a = solve(&f, &p);
+    assert_int_equal(a.outcome, PERP_OUTCOME_SOLVED);
+    rigid_box(&f.s, 0.0, 0.0, 0.0, half, 1.0, NULL);
+    p = rigid_problem(&f.s);
+    a = solve(&f, &p);
+    assert_int_equal(a.outcome, PERP_OUTCOME_SOLVED);
+    assert_memory_equal(f.s.v, f.s.free, 6 * sizeof(double));
+    rigid_face(&f.s, RIGID_GROUND, RIGID_GROUND, 0.0, 1.0, 0.0, 1.0, 0.0, 0.3);
+    p = rigid_problem(&f.s);
+    assert_int_equal(perp__rigid_solve(f.solver, &a, &p), PERP_ERROR_ARGUMENT);
+    assert_string_equal(perp_context_message(f.context),
+                        "contact 0: its normal impulse moves nothing, W(0,0) is 0");
+    close_fixture(&f);
+}
+
+/* Between two plates that approach: no velocities keep off both, which is proved if asked for. */
+static void test_proof(void **state)
+{
+    static const double half[3] = {0.5, 0.5, 0.5}, up[3] = {0.0, 0.0, 1.0};
+    static const double below[3] = {0.0, 0.0, -0.5}, above[3] = {0.0, 0.0, 0.5};
+    fixture f;
+    perp__rigid_problem p;
+    perp__rigid_answer a;
+    int32_t box;
+
+    (void)state;
+    open_fixture(&f, 0, NULL);
+    box = rigid_box(&f.s, 0.0, 0.0, 0.0, half, 1.0, NULL);
+    rigid_touch(&f.s, RIGID_GROUND, box, below, up, 3, 0.3)->bias[0] = -1.0;
+    rigid_touch(&f.s, box, RIGID_GROUND, above, up, 3, 0.3)->bias[0] = -1.0;
+    p = rigid_problem(&f.s);
+    a = solve(&f, &p);
+    assert_false(a.outcome == PERP_OUTCOME_SOLVED || a.outcome == PERP_OUTCOME_ROUNDING_LIMIT);
+    p.proves = 1;
+    a = solve(&f, &p);
+    assert_int_equal(a.outcome, PERP_OUTCOME_RAY);
+    assert_int_equal(a.certificate, PERP_CONTACT_CERTIFICATE_INFEASIBLE);
+    close_fixture(&f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_laws),    cmocka_unit_test(test_public_entrance),
+        cmocka_unit_test(test_joint),   cmocka_unit_test(test_carrier),
+        cmocka_unit_test(test_again),   cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_nothing), cmocka_unit_test(test_proof),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
