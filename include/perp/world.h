@@ -50,21 +50,34 @@ enum perp_body_kind_value {
     PERP_BODY_KINEMATIC = 2 /* moves with the velocity it was given, whatever touches it */
 };
 
+/* What a step may cost. Islands with few contacts or large ratios of masses are solved to tol at
+ * every accuracy; the others are at `exact`, and up to `accurate` get a fixed number of sweeps:
+ * then 'iteration_limit' and the residual tell how far those came. docs/world.md has the measured
+ * curve. Values never change. */
+enum perp_accuracy_value {
+    PERP_ACCURACY_FAST = 0,
+    PERP_ACCURACY_STANDARD = 1,
+    PERP_ACCURACY_ACCURATE = 2,
+    PERP_ACCURACY_EXACT = 3
+};
+
 typedef struct perp_world_settings {
     size_t struct_size;
-    double gravity[3];           /* default (0, 0, -9.81); planar: default (0, -9.81, 0) */
-    int32_t planar;              /* 0 (default): three dimensions; 1: x-y plane */
-    int32_t friction_directions; /* edges of the polyhedral friction cone in three dimensions, even,
-                                    4 .. 64; default 8. Planar friction is exact. */
-    int32_t method;              /* PERP_LCP_... of the contact problems; default PERP_LCP_AUTO;
-                                    PERP_LCP_PGS serves without friction only */
-    int32_t max_iterations;      /* of a whole step; 0 (default): the methods' own limits */
-    double tol;                  /* residual that counts as solved, see below; default 1e-10 */
-    double time_limit;           /* seconds for a whole step; 0 (default): none, and no decision
-                                    reads the clock */
-    int32_t strict;              /* 1: a step that is not solved leaves the state untouched;
-                                    0 (default): on a limit it advances with the best iterate */
+    double gravity[3];      /* default (0, 0, -9.81); planar: default (0, -9.81, 0) */
+    int32_t planar;         /* 0 (default): three dimensions; 1: x-y plane */
+    int32_t accuracy;       /* PERP_ACCURACY_...; default standard */
+    int32_t cone;           /* friction in three dimensions: 0 (default) the exact cone; k,
+                               even, 4 .. 64: the polyhedron of Stewart & Trinkle with k
+                               edges, solved by pivoting at every accuracy */
+    int32_t method;         /* PERP_CONTACT_METHOD_... of what is solved to tol; default auto */
+    int32_t substeps;       /* of what is not; 0 (default): those of the accuracy */
+    int32_t max_iterations; /* of a whole step; 0 (default): the methods' own limits */
+    int32_t strict;         /* 1: a step that is not solved leaves the state untouched;
+                               0 (default): on a limit it advances with the best iterate */
     int32_t reserved;
+    double tol;        /* residual that counts as solved, see below; default 1e-10 */
+    double time_limit; /* seconds for a whole step; 0 (default): none, and no decision
+                          reads the clock */
 } perp_world_settings;
 
 /* State and properties of a body that is about to be added. */
@@ -142,8 +155,7 @@ typedef struct perp_world_stats {
     int32_t islands;        /* with contacts, last step */
     int32_t contacts;       /* contact points, last step */
     int32_t rows_normal;    /* of all contact problems, last step */
-    int32_t rows_friction;  /* one an edge of a friction cone */
-    int32_t rows_cone;      /* one a contact with friction */
+    int32_t rows_friction;  /* tangents of contacts with friction: one in the plane, else two */
     int32_t impacts;        /* islands that solved a second problem for restitution */
     int64_t iterations;     /* last step, as in its result */
     int64_t steps;          /* since creation */

@@ -9,13 +9,6 @@
 /* The part of a step's time that its velocities may take; the rest moves and projects. */
 #define VELOCITIES 0.7
 
-/* Passes over a dense matrix before a method first looks at the clock, by row and column: to
- * assemble, equilibrate and evaluate. Only ever compared with a time limit. */
-#define SECONDS_PER_ENTRY 1.2e-8
-
-/* Orthogonal bases of the rows that hold, by row and two columns. */
-#define SECONDS_TO_HOLD 1e-9
-
 void perp__open_budget(perp_world *world)
 {
     const perp_world_settings *settings = &world->settings;
@@ -35,6 +28,18 @@ double perp__seconds_left(const perp_world *world)
     return world->budget.limited ? world->budget.until - perp__now() : INFINITY;
 }
 
+double perp__island_deadline(const perp_world *world, const perp__island *island)
+{
+    const perp__budget *budget = &world->budget;
+    const int32_t left = world->island_count > 0 ? world->budget.contacts : island->contacts;
+    double now;
+
+    if (!budget->limited)
+        return 0.0;
+    now = perp__now();
+    return now + fmax(budget->until - now, 0.0) * island->contacts / (left > 0 ? left : 1);
+}
+
 void perp__spend(perp_world *world, int64_t iterations)
 {
     perp__budget *budget = &world->budget;
@@ -44,19 +49,16 @@ void perp__spend(perp_world *world, int64_t iterations)
         budget->iterations -= iterations < budget->iterations ? iterations : budget->iterations;
 }
 
-perp_outcome perp__may_pivot(const perp_world *world, int32_t rows)
+int32_t perp__iterations_left(const perp_world *world)
+{
+    const int64_t left = world->budget.iterations;
+
+    return left == INT64_MAX ? 0 : left < 1 ? 1 : left > INT32_MAX ? INT32_MAX : (int32_t)left;
+}
+
+perp_outcome perp__limit_reached(const perp_world *world)
 {
     if (world->budget.iterations == 0)
         return PERP_OUTCOME_ITERATION_LIMIT;
-    if (perp__seconds_left(world) < SECONDS_PER_ENTRY * rows * rows)
-        return PERP_OUTCOME_TIME_LIMIT;
-    return PERP_OUTCOME_SOLVED;
-}
-
-int32_t perp__may_hold(const perp_world *world, const perp__island *island)
-{
-    const double columns = (double)world->dof * island->bodies;
-
-    return perp__seconds_left(world) >=
-           SECONDS_TO_HOLD * 3.0 * island->contacts * columns * columns;
+    return perp__seconds_left(world) > 0.0 ? PERP_OUTCOME_SOLVED : PERP_OUTCOME_TIME_LIMIT;
 }

@@ -211,7 +211,6 @@ static void fill_contact(perp_world *world, perp__world_contact *contact, const 
     contact->size = world->bodies[a->body].radius + world->bodies[b->body].radius;
     contact->friction = pair_friction(a->friction, b->friction);
     contact->restitution = fmax(a->restitution, b->restitution);
-    contact->edges = contact->friction > 0.0 ? world->edges : 0;
     contact->included = 1;
     perp__contact_frame(world, contact);
 }

@@ -109,8 +109,7 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
     return hits;
 }
 
-/* free := now + t / h * gain. */
-static void force(perp_world *world, const perp__island *island, double share)
+void perp__force_bodies(perp_world *world, const perp__island *island, double share)
 {
     perp__island_work *work = &world->work;
     int32_t i;
@@ -133,7 +132,7 @@ static void close_gaps(perp_world *world, double t)
 static perp_status solve_interval(perp_world *world, const perp__island *island, double t, double h,
                                   perp__verdict *verdict)
 {
-    force(world, island, t / h);
+    perp__force_bodies(world, island, t / h);
     close_gaps(world, t);
     return perp__solve_rows(world, island, 0, verdict);
 }
@@ -152,7 +151,7 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
 }
 
 /* Size of the terms of a normal velocity. */
-static double size_of(const perp_world *world, int32_t i, const double *x, int32_t bodies)
+double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies)
 {
     const perp__rigid_rows *rows = &world->work.rows[i];
     const int32_t n = world->dof;
@@ -178,8 +177,8 @@ static int32_t lasts(const perp_world *world, const perp__island *island)
             continue;
         speed = fabs(normal_of(world, i, work->now, island->bodies, 1));
         if (work->gap[work->chosen[i]] > 0.0 ||
-            speed > STILL * (size_of(world, i, work->now, island->bodies) +
-                             size_of(world, i, work->gain, island->bodies)))
+            speed > STILL * (perp__normal_terms(world, i, work->now, island->bodies) +
+                             perp__normal_terms(world, i, work->gain, island->bodies)))
             return 0;
     }
     return 1;
@@ -231,7 +230,7 @@ static perp_status pass_hits(perp_world *world, const perp__island *island, doub
     perp_status status = PERP_OK;
 
     perp__choose_rows(world, island, work->hit);
-    force(world, island, left / h);
+    perp__force_bodies(world, island, left / h);
     memcpy(work->v, work->free, (size_t)(world->dof * island->bodies) * sizeof *work->v);
     if (work->count > 0) {
         close_gaps(world, left);
@@ -253,7 +252,7 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
     for (i = 0; i < work->count; i++)
         work->rows[i].bias[0] = island_contact(world, island, work->chosen[i])->restitution *
                                 normal_of(world, i, work->now, island->bodies, 1);
-    force(world, island, 0.0);
+    perp__force_bodies(world, island, 0.0);
     status = perp__solve_rows(world, island, 1, verdict);
     if (status != PERP_OK)
         return status;
@@ -310,8 +309,8 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
     for (i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
         const perp__world_contact *contact = island_contact(world, island, k);
-        const double bounce = contact->restitution *
-                              normal_of(world, i, work->smooth, island->bodies, 1);
+        const double bounce =
+            contact->restitution * normal_of(world, i, work->smooth, island->bodies, 1);
         const double gap = perp__open_gap(
             contact, work->gap[k] + left * normal_of(world, i, work->v, island->bodies, 1));
 
@@ -342,7 +341,6 @@ static void begin(perp_world *world, const perp__island *island)
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict)
 {
-    perp__island_work *work = &world->work;
     const int32_t most = most_impacts(island);
     double left = h;
     int32_t count = 0, hits = 0, done = 1;

@@ -96,7 +96,7 @@ static int32_t island_of(const perp_world *world, const perp__world_contact *con
     return a >= 0 ? a : world->motions[contact->body_b].island;
 }
 
-/* Lists the contacts of each island and gives them their rows. */
+/* Lists the contacts of each island. */
 static void order_contacts(perp_world *world, const perp__contact_set *set)
 {
     int32_t offset = 0;
@@ -109,17 +109,14 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
         world->islands[i].first_contact = offset;
         offset += world->islands[i].contacts;
         world->islands[i].contacts = 0;
-        world->islands[i].rows = 0;
     }
     for (i = 0; i < set->count; i++) {
-        perp__world_contact *contact = &set->contacts[i];
+        const perp__world_contact *contact = &set->contacts[i];
         perp__island *island;
 
         if (!contact->included)
             continue;
         island = &world->islands[island_of(world, contact)];
-        contact->first_row = island->rows;
-        island->rows += contact->edges > 0 ? contact->edges + 2 : 1;
         world->contact_order[island->first_contact + island->contacts++] = i;
     }
 }

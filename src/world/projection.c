@@ -17,6 +17,9 @@
 /* Overlap, relative to the bodies' size, that is worth removing. */
 #define OVERLAP_TOLERANCE 1e-12
 
+/* Ways are found to this beside the overlap: what is left of it comes again. */
+#define SHIFT_TOLERANCE 1e-6
+
 /* How far a point may be moved, in overlaps. */
 #define LONGEST_WAY 8.0
 
@@ -47,25 +50,6 @@ static int32_t overlaps(const perp_world *world, const perp__island *island)
     return 0;
 }
 
-/* dq = M^-1 n c of each body, kept in its motion. */
-static void find_shifts(perp_world *world, const perp__island *island)
-{
-    int32_t i, j;
-
-    for (i = 0; i < island->bodies; i++) {
-        perp__motion *motion = perp__island_motion(world, island, i);
-
-        memset(motion->solved, 0, sizeof motion->solved);
-        for (j = 0; j < motion->touched; j++) {
-            const perp__link *link = &world->links[motion->first_link + j];
-            const perp__world_contact *contact = &world->overlaps.contacts[link->contact];
-
-            perp__add6(motion->solved, world->work.z[contact->first_row],
-                       contact->response[link->side][0]);
-        }
-    }
-}
-
 /* The largest way a point of a body goes. */
 static double longest_way(const perp_world *world, const perp__island *island)
 {
@@ -74,7 +58,7 @@ static double longest_way(const perp_world *world, const perp__island *island)
 
     for (i = 0; i < island->bodies; i++) {
         int32_t body = world->body_order[island->first_body + i];
-        const double *shift = world->motions[body].solved;
+        const double *shift = world->motions[body].shift;
 
         perp__raise_to(&largest, perp__length3(shift) +
                                      perp__length3(shift + 3) * world->bodies[body].radius);
@@ -88,73 +72,103 @@ static void apply(perp_world *world, const perp__island *island)
 
     for (i = 0; i < island->bodies; i++) {
         int32_t body = world->body_order[island->first_body + i];
-        const double *shift = world->motions[body].solved;
+        const double *shift = world->motions[body].shift;
 
         perp__add3(world->next[body].position, 1.0, shift);
         perp__turn(world, &world->next[body], shift + 3);
     }
 }
 
-/* Shifts from the problem's solution, or by sweeps where the budget leaves no more. Returns in
- * *found whether they are any good. */
+/* Mass 1, and the inertia of a sphere of the body's size. */
+static void weigh_equally(const perp_world *world, int32_t body, double *C)
+{
+    const double r = world->bodies[body].radius;
+    const int32_t n = world->dof;
+    int32_t i;
+
+    memset(C, 0, (size_t)(n * n) * sizeof *C);
+    for (i = 0; i < n; i++)
+        C[(n + 1) * i] = world->coordinate[i] < 3 ? 1.0 : r > 0.0 ? sqrt(2.5) / r : 0.0;
+}
+
+/* The rows of the island's overlaps, bodies at rest. */
+static void pose(perp_world *world, const perp__island *island, int32_t equally)
+{
+    perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    int32_t i, k;
+
+    work->carriers = 0;
+    for (i = 0; i < island->bodies; i++) {
+        perp__motion *motion = perp__island_motion(world, island, i);
+
+        perp__write_factor(world, motion, work->factors + n * n * i);
+        if (equally)
+            weigh_equally(world, world->body_order[island->first_body + i],
+                          work->factors + n * n * i);
+    }
+    memset(work->free, 0, (size_t)(n * island->bodies) * sizeof *work->free);
+    for (i = 0; i < island->contacts; i++) {
+        perp__world_contact *contact = perp__island_contact(world, &world->overlaps, island, i);
+        perp__rigid_rows *rows = &work->rows[i];
+
+        perp__contact_jacobian(world->next, contact);
+        memset(rows, 0, sizeof *rows);
+        rows->dim = 1;
+        rows->bias[0] = contact->gap;
+        for (k = 0; k < 2; k++) {
+            const int32_t body = k == 0 ? contact->body_a : contact->body_b;
+
+            rows->body[k] = world->bodies[body].kind == PERP_BODY_DYNAMIC
+                                ? world->motions[body].local
+                                : PERP__RIGID_AT_REST;
+            perp__coordinates_of(world, contact->rows[k][0], rows->rows[k][0]);
+        }
+    }
+}
+
+/* Shifts of the island's bodies; *found: whether they are any good. */
 static perp_status solve_shifts(perp_world *world, const perp__island *island, int32_t *found)
 {
-    perp_outcome said = perp__may_pivot(world, island->rows);
-    perp_status status = PERP_OK;
+    perp__island_work *work = &world->work;
+    perp__rigid_problem problem;
+    perp__rigid_answer answer;
+    perp_status status;
+    int32_t i;
 
-    if (said == PERP_OUTCOME_SOLVED) {
-        perp__assemble_matrix(world, &world->overlaps, island);
-        world->work.set_up = 0;
-        status = perp__solve_rows(world, island->rows);
-        said = world->work.result.outcome;
-        find_shifts(world, island);
-    }
-    if (said == PERP_OUTCOME_TIME_LIMIT || said == PERP_OUTCOME_ITERATION_LIMIT) {
-        perp__start_sweeps(world, &world->overlaps, island, PERP__TWIST_SOLVED);
-        perp__sweep_island(world, &world->overlaps, island, perp__seconds_left(world));
-        said = PERP_OUTCOME_SOLVED;
-    }
-    *found = perp__is_good(said);
-    return status;
+    work->count = island->contacts;
+    work->set_up = 0;
+    perp__pose(world, island, &problem);
+    perp__receive(world, &answer);
+    problem.warm = NULL;
+    problem.cone = problem.holds = 0;
+    problem.method = PERP_CONTACT_METHOD_AUTO;
+    problem.tol = fmax(problem.tol, SHIFT_TOLERANCE);
+    status = perp__rigid_solve(world->solver, &answer, &problem);
+    if (status != PERP_OK)
+        return status;
+    perp__spend(world, answer.iterations);
+    *found = perp__is_good(answer.outcome) || answer.outcome == PERP_OUTCOME_TIME_LIMIT ||
+             answer.outcome == PERP_OUTCOME_ITERATION_LIMIT;
+    for (i = 0; i < island->bodies; i++)
+        perp__twist_of(world, work->v + world->dof * i,
+                       perp__island_motion(world, island, i)->shift);
+    return PERP_OK;
 }
 
 /* Corrects the island if that takes no long way; *left tells if it was left as it is. */
 static perp_status project_island(perp_world *world, const perp__island *island, double longest,
-                                  int32_t *left)
+                                  int32_t equally, int32_t *left)
 {
-    int32_t found, i;
+    int32_t found = 0;
     perp_status status;
 
-    for (i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = perp__island_contact(world, &world->overlaps, island, i);
-
-        perp__contact_jacobian(world, world->next, contact);
-        world->work.q[contact->first_row] = contact->gap;
-        contact->target = 0.0 - contact->gap;
-    }
+    pose(world, island, equally);
     status = solve_shifts(world, island, &found);
     *left = status != PERP_OK || !found || !(longest_way(world, island) <= longest);
     if (!*left)
         apply(world, island);
     return status;
-}
-
-/* Mass 1 for every body, and the inertia of a sphere of its size. */
-static void weigh_equally(perp_world *world)
-{
-    int32_t i, k;
-
-    for (i = 0; i < world->body_slots; i++) {
-        perp__motion *motion = &world->motions[i];
-        double r = world->bodies[i].radius;
-
-        if (!world->bodies[i].alive || world->bodies[i].kind != PERP_BODY_DYNAMIC)
-            continue;
-        motion->inverse_mass = 1.0;
-        memset(motion->inverse_inertia, 0, sizeof motion->inverse_inertia);
-        for (k = world->settings.planar ? 8 : 0; k < 9 && r > 0.0; k += 4)
-            motion->inverse_inertia[k] = 2.5 / (r * r);
-    }
 }
 
 /* One pass over the islands that overlap; returns in *left how many stay as they are. */
@@ -166,21 +180,17 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
     *left = 0;
     perp__place(world, world->next);
     for (i = 0; i < world->body_slots; i++) /* static bodies have no way */
-        memset(world->motions[i].solved, 0, sizeof world->motions[i].solved);
-    if (equally)
-        weigh_equally(world);
+        memset(world->motions[i].shift, 0, sizeof world->motions[i].shift);
     /* neighbours that the correction could push into each other */
     status = perp__find_overlaps(world, 2.0 * longest);
-    for (i = 0; i < world->overlaps.count; i++)
-        world->overlaps.contacts[i].edges = 0;
     if (status == PERP_OK)
         status = perp__build_islands(world, &world->overlaps);
     if (status == PERP_OK)
-        status = perp__fit_island_work(world, 0);
+        status = perp__fit_island_work(world);
     for (i = 0; status == PERP_OK && i < world->island_count; i++) {
         if (!overlaps(world, &world->islands[i]))
             continue;
-        status = project_island(world, &world->islands[i], longest, &stays);
+        status = project_island(world, &world->islands[i], longest, equally, &stays);
         *left += stays;
     }
     return status;

@@ -31,9 +31,10 @@ static perp_status reserve(perp_world *world, int32_t count)
     return PERP_OK;
 }
 
+/* What pressed in the step was closed, whatever it does in the end. */
 static int32_t mode_of(const perp__world_contact *contact)
 {
-    if (!contact->closed)
+    if (contact->mode == PERP_CONTACT_SEPARATE && !(contact->impulse[0] > 0.0))
         return PERP_CONTACT_SEPARATE;
     return contact->velocity[1] == 0.0 && contact->velocity[2] == 0.0 ? PERP_CONTACT_STICK
                                                                       : PERP_CONTACT_SLIP;

@@ -12,17 +12,11 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/clock.h"
+#include "base/context.h"
 #include "world/spatial.h"
 
 /* A gap below this share of the bodies' size is near: such contacts take part from the start. */
 #define NEAR 1e-3
-
-/* Contacts for which an exact solution costs no more than substeps, at every accuracy. */
-#define FEW 12
-
-/* The heaviest body of an island over its lightest beyond which sweeps get nowhere. */
-#define LARGE_RATIO 1e3
 
 static int32_t larger_of(int32_t a, int32_t b)
 {
@@ -58,6 +52,7 @@ static void lay_out(perp__arena *arena, void *object)
     work->guard = perp__arena_take(arena, contacts, sizeof(double));
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
     work->smooth_impulse = perp__arena_take(arena, 3 * contacts, sizeof(double));
+    work->next_warm = perp__arena_take(arena, 3 * contacts, sizeof(double));
     work->smooth_chosen = perp__arena_take(arena, contacts, sizeof(int32_t));
 }
 
@@ -89,7 +84,7 @@ double perp__open_gap(const perp__world_contact *contact, double gap)
 }
 
 /* The coordinates of a twist. */
-static void coordinates_of(const perp_world *world, const double *twist, double *x)
+void perp__coordinates_of(const perp_world *world, const double *twist, double *x)
 {
     int32_t i;
 
@@ -97,7 +92,7 @@ static void coordinates_of(const perp_world *world, const double *twist, double 
         x[i] = twist[world->coordinate[i]];
 }
 
-static void twist_of(const perp_world *world, const double *x, double *twist)
+void perp__twist_of(const perp_world *world, const double *x, double *twist)
 {
     int32_t i;
 
@@ -107,7 +102,7 @@ static void twist_of(const perp_world *world, const double *x, double *twist)
 }
 
 /* C with M^-1 = C C', row-major. */
-static void write_factor(const perp_world *world, const perp__motion *motion, double *C)
+void perp__write_factor(const perp_world *world, const perp__motion *motion, double *C)
 {
     const int32_t n = world->dof;
     int32_t i, j;
@@ -140,7 +135,7 @@ static int32_t number_of(perp_world *world, const perp__island *island, int32_t 
 
         motion->carrier = number;
         work->members[number] = body;
-        coordinates_of(world, motion->start, work->now + world->dof * number);
+        perp__coordinates_of(world, motion->start, work->now + world->dof * number);
         perp__copy3(work->origins + 3 * number, world->states[body].position);
     }
     return motion->carrier;
@@ -159,9 +154,9 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
         double free[6];
 
         work->members[i] = body;
-        write_factor(world, motion, work->factors + n * n * i);
-        coordinates_of(world, motion->start, work->start + n * i);
-        coordinates_of(world, motion->free, free);
+        perp__write_factor(world, motion, work->factors + n * n * i);
+        perp__coordinates_of(world, motion->start, work->start + n * i);
+        perp__coordinates_of(world, motion->free, free);
         for (k = 0; k < n; k++) {
             work->now[n * i + k] = work->start[n * i + k];
             work->gain[n * i + k] = free[k] - work->start[n * i + k];
@@ -204,14 +199,14 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
         rows->mu = contact->friction;
         for (side = 0; side < 2; side++)
             for (k = 0; k < rows->dim; k++)
-                coordinates_of(world, contact->rows[side][k], rows->rows[side][k]);
+                perp__coordinates_of(world, contact->rows[side][k], rows->rows[side][k]);
         memcpy(work->warm + 3 * work->count, contact->warm, sizeof contact->warm);
         work->chosen[work->count++] = i;
     }
 }
 
 /* The problem of the chosen rows with `free` velocities. */
-static void pose(perp_world *world, const perp__island *island, perp__rigid_problem *problem)
+void perp__pose(perp_world *world, const perp__island *island, perp__rigid_problem *problem)
 {
     perp__island_work *work = &world->work;
     const perp_world_settings *settings = &world->settings;
@@ -234,12 +229,12 @@ static void pose(perp_world *world, const perp__island *island, perp__rigid_prob
     problem->method = settings->method;
     problem->cone = settings->planar ? 0 : settings->cone;
     problem->max_iterations = perp__iterations_left(world);
-    problem->deadline = perp__phase_deadline(world, island);
+    problem->deadline = perp__island_deadline(world, island);
     problem->again = work->set_up;
     problem->holds = 1;
 }
 
-static void receive(perp_world *world, perp__rigid_answer *answer)
+void perp__receive(perp_world *world, perp__rigid_answer *answer)
 {
     perp__island_work *work = &world->work;
 
@@ -278,8 +273,8 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     perp__rigid_answer answer;
     perp_status status;
 
-    pose(world, island, &problem);
-    receive(world, &answer);
+    perp__pose(world, island, &problem);
+    perp__receive(world, &answer);
     status = perp__rigid_solve(world->solver, &answer, &problem);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
@@ -354,8 +349,174 @@ void perp__write_twists(perp_world *world, const perp__island *island)
     for (i = 0; i < island->bodies; i++) {
         perp__motion *motion = &world->motions[work->members[i]];
 
-        twist_of(world, work->moving + n * i, motion->moving);
-        twist_of(world, work->now + n * i, motion->after);
+        perp__twist_of(world, work->moving + n * i, motion->moving);
+        perp__twist_of(world, work->now + n * i, motion->after);
     }
     write_velocities(world, island);
+}
+
+/* Whether something closes if nothing acts: by the end of the step, or by its velocities then. */
+static int32_t closes(perp_world *world, const perp__island *island, double h)
+{
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = island_contact(world, island, i);
+        const double gap = fmax(perp__open_gap(contact, contact->gap), 0.0);
+
+        if (gap + h * fmin(contact->free[0], 0.5 * (contact->start[0] + contact->free[0])) < 0.0)
+            return 1;
+    }
+    return 0;
+}
+
+/* Nothing acts: velocities are those of the forces. */
+static void leave_alone(perp_world *world, const perp__island *island)
+{
+    int32_t i, k;
+
+    for (i = 0; i < island->bodies; i++) {
+        perp__motion *motion = perp__island_motion(world, island, i);
+
+        for (k = 0; k < 6; k++)
+            motion->moving[k] = 0.5 * (motion->start[k] + motion->free[k]);
+        memcpy(motion->after, motion->free, sizeof motion->after);
+    }
+    for (i = 0; i < island->contacts; i++) {
+        perp__world_contact *contact = island_contact(world, island, i);
+
+        memset(contact->impulse, 0, sizeof contact->impulse);
+        perp__copy3(contact->velocity, contact->free);
+        contact->mode = PERP_CONTACT_SEPARATE;
+    }
+}
+
+static perp_status solve_island(perp_world *world, const perp__island *island, double h,
+                                perp__verdict *verdict)
+{
+    memset(verdict, 0, sizeof *verdict);
+    if (!closes(world, island, h)) {
+        leave_alone(world, island);
+        return PERP_OK;
+    }
+    if (perp__is_worth_exact(world, island))
+        return perp__follow_island(world, island, h, verdict);
+    return perp__sweep_island(world, island, h, verdict);
+}
+
+/* Rows and velocities of all contacts, which stand as if nothing touched. */
+static void prepare_contacts(perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->contacts.count; i++) {
+        perp__world_contact *contact = &world->contacts.contacts[i];
+
+        perp__contact_jacobian(world->states, contact);
+        perp__relative_velocity(world, contact, PERP__TWIST_START, contact->start);
+        perp__relative_velocity(world, contact, PERP__TWIST_FREE, contact->free);
+        perp__copy3(contact->velocity, contact->free);
+        contact->included = 0;
+    }
+}
+
+/* Most contacts that the margin finds never close. A problem without some contacts has a solution
+ * of the whole problem if its velocities keep these open too (their impulses are 0): so those that
+ * are near or would close by themselves come first, and others only once velocities close them.
+ * Returns how many came. */
+static int32_t include_contacts(perp_world *world, double h)
+{
+    int32_t came = 0;
+    int32_t i;
+
+    for (i = 0; i < world->contacts.count; i++) {
+        perp__world_contact *contact = &world->contacts.contacts[i];
+        double u[3];
+
+        if (contact->included)
+            continue;
+        perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
+        if (contact->gap + h * u[0] >= 0.0 &&
+            contact->gap > fmax(NEAR * contact->size, contact->rounding))
+            continue;
+        contact->included = contact->fresh = 1;
+        came++;
+    }
+    return came;
+}
+
+/* Whether contacts came to the island since it was solved; they count as old from now on. */
+static int32_t has_changed(perp_world *world, const perp__island *island)
+{
+    int32_t changed = 0;
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        perp__world_contact *contact = island_contact(world, island, i);
+
+        changed = changed || contact->fresh;
+        contact->fresh = 0;
+    }
+    return changed;
+}
+
+/* Islands of the contacts included so far; those that changed are solved. Stops at a ray. */
+static perp_status solve_changed(perp_world *world, double h, perp__solve_summary *summary)
+{
+    perp_status status = perp__build_islands(world, &world->contacts);
+    int32_t i, k;
+
+    if (status == PERP_OK)
+        status = perp__fit_island_work(world);
+    world->budget.contacts = 0;
+    for (i = 0; i < world->island_count; i++)
+        world->budget.contacts += world->islands[i].contacts;
+    for (i = 0; i < world->island_count && status == PERP_OK; i++) {
+        const perp__island *island = &world->islands[i];
+        perp__verdict verdict;
+
+        if (has_changed(world, island))
+            status = solve_island(world, island, h, &verdict);
+        else
+            verdict = perp__island_motion(world, island, 0)->verdict;
+        world->budget.contacts -= island->contacts;
+        for (k = 0; k < island->bodies; k++)
+            perp__island_motion(world, island, k)->verdict = verdict;
+        if (verdict.outcome == PERP_OUTCOME_RAY) {
+            summary->outcome = PERP_OUTCOME_RAY;
+            summary->residual = verdict.residual;
+            break;
+        }
+    }
+    return status;
+}
+
+/* The last word on each island. */
+static void summarise(const perp_world *world, perp__solve_summary *summary)
+{
+    int32_t i;
+
+    for (i = 0; i < world->island_count; i++) {
+        const perp__verdict *verdict = &perp__island_motion(world, &world->islands[i], 0)->verdict;
+
+        summary->outcome = perp__worse_outcome(summary->outcome, verdict->outcome);
+        perp__raise_to(&summary->residual, verdict->residual);
+        summary->solved += verdict->stages > 0;
+        summary->impacts += verdict->impacts > 0;
+    }
+}
+
+perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary)
+{
+    perp_status status = PERP_OK;
+
+    memset(summary, 0, sizeof *summary);
+    world->island_count = 0;
+    perp__untouch(world);
+    prepare_contacts(world);
+    while (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY && include_contacts(world, h))
+        status = solve_changed(world, h, summary);
+    if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
+        summarise(world, summary);
+    return status;
 }

@@ -109,15 +109,14 @@ static void count_rows(perp_world *world, perp_world_stats *stats)
     int32_t i;
 
     stats->islands = world->island_count;
-    stats->rows_normal = stats->rows_friction = stats->rows_cone = 0;
+    stats->rows_normal = stats->rows_friction = 0;
     for (i = 0; i < world->contacts.count; i++) {
         const perp__world_contact *contact = &world->contacts.contacts[i];
 
         if (!contact->included)
             continue;
         stats->rows_normal++;
-        stats->rows_friction += contact->edges;
-        stats->rows_cone += contact->edges > 0;
+        stats->rows_friction += contact->friction > 0.0 ? (world->settings.planar ? 1 : 2) : 0;
     }
     stats->contacts = stats->rows_normal;
 }

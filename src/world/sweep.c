@@ -1,143 +1,224 @@
-/* Projected Gauss-Seidel on the impulses of an island, without a matrix: at every contact in turn
- *
- *   r_n := max(0, r_n - (u_n - target) / W_nn),
- *   r_t := the point of the polygon mu r_n next to r_t - u_t / L,    L the largest eigenvalue of
- * W_tt,
- *
- * and the bodies' twists follow. It takes over where a budget or a method ends short of an answer:
- * each sweep costs the same, and none gives energy, so that what a few of them leave is usable. */
+/* What an island's velocities may cost: the level of accuracy, and the budget that it gives to
+ * islands that are large. */
 #include "world/world.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "world/spatial.h"
 
-/* Sweeps that are always made, and most of them. */
-#define LEAST 8
-#define MOST 200
+/* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
+#define LARGE_RATIO 1e3
 
-static void push(perp_world *world, const perp__world_contact *contact, int32_t axis, double change)
+/* Beside a contact's size: what a sweep does not tell a gap from contact by. */
+#define GUARD 1e-3
+
+/* Passes that take overlap away. */
+#define CLEAR 2
+
+/* Beside the change of velocity that forces make in a step, what counts as no velocity in what is
+ * swept: the velocities of what holds are then solved for. */
+#define STILL 0.02
+
+typedef struct level {
+    int32_t substeps, passes; /* one of them */
+    int32_t few;              /* contacts up to which an island is solved exactly all the same */
+} level;
+
+/* From the measured curve, bench/results/world.txt. */
+static const level levels[] = {
+    {4, 0, 8},   /* fast */
+    {8, 0, 64},  /* standard */
+    {0, 60, 256} /* accurate */
+};
+
+static double mass_ratio(const perp_world *world, const perp__island *island)
 {
-    perp__add6(world->motions[contact->body_a].solved, change, contact->response[0][axis]);
-    perp__add6(world->motions[contact->body_b].solved, change, contact->response[1][axis]);
-}
-
-/* W_ij of a contact with itself. */
-static double response(const perp__world_contact *contact, int32_t i, int32_t j)
-{
-    return perp__dot6(contact->rows[0][i], contact->response[0][j]) +
-           perp__dot6(contact->rows[1][i], contact->response[1][j]);
-}
-
-/* Moves `point` to the nearest one of the segment from a to b. */
-static void nearest_on(double *point, const double *a, const double *b)
-{
-    const double along[2] = {b[0] - a[0], b[1] - a[1]};
-    const double length = along[0] * along[0] + along[1] * along[1];
-    double t = (point[0] - a[0]) * along[0] + (point[1] - a[1]) * along[1];
-
-    t = length > 0.0 ? fmin(fmax(t / length, 0.0), 1.0) : 0.0;
-    point[0] = a[0] + t * along[0];
-    point[1] = a[1] + t * along[1];
-}
-
-/* The point of the polygon with vertices `most` times the edges that is next to r. */
-static void into_polygon(const perp_world *world, double most, double *r)
-{
-    double best = INFINITY, next[2] = {0.0, 0.0};
-    int32_t j;
-
-    if (most > 0.0 && world->edges > 2 && perp__gauge(world, r) <= most)
-        return;
-    for (j = 0; j < world->edges && most > 0.0; j++) {
-        const double *d = world->edge[j], *e = world->edge[(j + 1) % world->edges];
-        const double from[2] = {most * d[0], most * d[1]}, to[2] = {most * e[0], most * e[1]};
-        double near[2] = {r[0], r[1]}, distance;
-
-        nearest_on(near, from, to);
-        distance = hypot(near[0] - r[0], near[1] - r[1]);
-        if (distance < best) {
-            best = distance;
-            next[0] = near[0];
-            next[1] = near[1];
-        }
-    }
-    r[0] = next[0];
-    r[1] = next[1];
-}
-
-/* Friction of one contact; returns the change as a velocity. */
-static double sweep_friction(perp_world *world, perp__world_contact *contact)
-{
-    const double a = response(contact, 1, 1), b = response(contact, 1, 2),
-                 c = response(contact, 2, 2);
-    const double largest = 0.5 * (a + c) + hypot(0.5 * (a - c), b);
-    const double old[2] = {contact->impulse[1], contact->impulse[2]};
-    double u[3];
-
-    if (!(largest > 0.0))
-        return 0.0;
-    perp__relative_velocity(world, contact, PERP__TWIST_SOLVED, u);
-    contact->impulse[1] -= u[1] / largest;
-    contact->impulse[2] -= u[2] / largest;
-    into_polygon(world, contact->friction * contact->impulse[0], contact->impulse + 1);
-    push(world, contact, 1, contact->impulse[1] - old[0]);
-    push(world, contact, 2, contact->impulse[2] - old[1]);
-    return largest * hypot(contact->impulse[1] - old[0], contact->impulse[2] - old[1]);
-}
-
-/* One contact; returns the change as a velocity. */
-static double sweep_contact(perp_world *world, perp__world_contact *contact)
-{
-    const double W = response(contact, 0, 0), old = contact->impulse[0];
-    double u[3];
-
-    if (!(W > 0.0))
-        return 0.0;
-    perp__relative_velocity(world, contact, PERP__TWIST_SOLVED, u);
-    contact->impulse[0] = fmax(0.0, old - (u[0] - contact->target) / W);
-    push(world, contact, 0, contact->impulse[0] - old);
-    return fmax(W * fabs(contact->impulse[0] - old),
-                contact->edges > 0 ? sweep_friction(world, contact) : 0.0);
-}
-
-void perp__start_sweeps(perp_world *world, perp__contact_set *set, const perp__island *island,
-                        size_t from)
-{
+    double least = INFINITY, most = 0.0;
     int32_t i;
 
     for (i = 0; i < island->bodies; i++) {
-        perp__motion *motion = perp__island_motion(world, island, i);
+        const int32_t body = world->body_order[island->first_body + i];
 
-        if (from == PERP__TWIST_SOLVED)
-            memset(motion->solved, 0, sizeof motion->solved);
-        else
-            memcpy(motion->solved, perp__twist(motion, from), sizeof motion->solved);
+        least = fmin(least, world->bodies[body].mass);
+        most = fmax(most, world->bodies[body].mass);
     }
-    for (i = 0; i < island->contacts; i++)
-        memset(perp__island_contact(world, set, island, i)->impulse, 0, 3 * sizeof(double));
+    return most / least;
 }
 
-void perp__sweep_island(perp_world *world, perp__contact_set *set, const perp__island *island,
-                        double seconds)
+int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)
 {
-    const double share = perp__seconds_left(world) - seconds;
-    double first = 0.0, change = INFINITY;
-    int32_t k, i;
+    const perp_world_settings *settings = &world->settings;
 
-    for (k = 0; k < MOST && change > world->settings.tol * first; k++) {
-        if (k >= LEAST && (world->budget.iterations == 0 || perp__seconds_left(world) < share))
-            break;
-        change = 0.0;
-        for (i = 0; i < island->contacts; i++) {
-            int32_t at = k % 2 == 0 ? i : island->contacts - 1 - i;
+    if (settings->accuracy == PERP_ACCURACY_EXACT || (settings->cone != 0 && !settings->planar))
+        return 1;
+    return island->contacts <= levels[settings->accuracy].few ||
+           mass_ratio(world, island) >= LARGE_RATIO;
+}
 
-            perp__raise_to(&change,
-                           sweep_contact(world, perp__island_contact(world, set, island, at)));
-        }
-        if (k == 0)
-            first = change;
+static perp__world_contact *island_contact(const perp_world *world, const perp__island *island,
+                                           int32_t i)
+{
+    return perp__island_contact(world, &world->contacts, island, i);
+}
+
+static void plan(perp_world *world, const perp__island *island, perp__substeps *step, double h)
+{
+    const level *of = &levels[world->settings.accuracy];
+    perp__island_work *work = &world->work;
+    int32_t i;
+
+    memset(step, 0, sizeof *step);
+    step->h = h;
+    step->substeps = world->settings.substeps > 0 ? world->settings.substeps : of->substeps;
+    step->passes = of->passes;
+    step->clear = CLEAR;
+    step->start = work->start;
+    step->gap = work->gap;
+    step->guard = work->guard;
+    step->next_warm = work->next_warm;
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = island_contact(world, island, i);
+
+        work->gap[i] = contact->gap;
+        work->guard[i] = GUARD * contact->size;
+        work->rows[i].bias[0] = 0.0;
     }
-    perp__spend(world, k);
+}
+
+/* Contacts with restitution that pressed and had come faster than what the forces make. */
+static int32_t has_impacts(const perp_world *world, const perp__island *island)
+{
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = island_contact(world, island, i);
+
+        if (contact->restitution > 0.0 && world->work.impulse[3 * i] > 0.0 &&
+            contact->start[0] < -fabs(contact->free[0] - contact->start[0]))
+            return 1;
+    }
+    return 0;
+}
+
+/* Velocities after the impacts, by Moreau's law from the same beginning; what moves the positions
+ * stays. */
+static perp_status bounce(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                          const perp__rigid_problem *problem, const perp__substeps *step)
+{
+    perp__island_work *work = &world->work;
+    perp__substeps passes = *step;
+    int32_t i;
+
+    passes.passes = 2 * (step->substeps > step->passes ? step->substeps : step->passes);
+    passes.substeps = passes.clear = 0;
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = island_contact(world, island, i);
+
+        if (work->impulse[3 * i] > 0.0 || contact->gap <= work->guard[i]) {
+            work->rows[i].bias[0] = contact->restitution * contact->start[0];
+            work->gap[i] = 0.0;
+        }
+    }
+    return perp__coloured_step(&world->coloured, answer, work->smooth, problem, &passes);
+}
+
+/* Whether all that is said to hold does, but for what sweeps leave. */
+static int32_t stands_still(const perp_world *world, const perp__island *island)
+{
+    const perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        const double still = STILL * perp__normal_terms(world, i, work->gain, island->bodies);
+        double u[3];
+
+        if (work->modes[i] == PERP_CONTACT_SEPARATE)
+            continue;
+        memcpy(u, work->velocity + 3 * i, sizeof u);
+        if (!(fabs(u[0]) <= still) ||
+            (work->modes[i] == PERP_CONTACT_STICK && !(hypot(u[1], u[2]) <= still)))
+            return 0;
+    }
+    return 1;
+}
+
+/* What the sweeps are worth: the contact layer looks at their point, and goes nowhere from it. */
+static perp_status judge(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                         perp__rigid_problem *problem, double h, perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    const size_t size = 3 * (size_t)island->contacts * sizeof(double);
+    perp_status status;
+    int32_t i;
+
+    for (i = 0; i < island->contacts && verdict->impacts == 0; i++) {
+        const perp__world_contact *contact = island_contact(world, island, i);
+
+        work->rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0) / h;
+    }
+    memcpy(work->warm, work->impulse, size);
+    problem->deadline = DBL_MIN; /* long past */
+    status = perp__rigid_solve(world->solver, answer, problem);
+    if (status != PERP_OK)
+        return status;
+    if (!perp__is_good(answer->outcome))
+        answer->outcome = PERP_OUTCOME_ITERATION_LIMIT;
+    verdict->outcome = answer->outcome;
+    verdict->residual = answer->tested;
+    return PERP_OK;
+}
+
+/* Velocities in what holds leaves free, where all of it does. */
+static perp_status hold(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                        const perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    perp_status status;
+    int32_t i;
+
+    if (!stands_still(world, island))
+        return PERP_OK;
+    status = perp__rigid_hold(world->solver, answer, problem);
+    for (i = 0; status == PERP_OK && answer->held && i < world->dof * island->bodies; i++)
+        work->moving[i] = 0.5 * (work->start[i] + work->v[i]);
+    return status;
+}
+
+/* The step within its budget: the true residual is told, and where it is not small enough, that it
+ * was a budget which ended it. */
+perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
+                               perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    perp__rigid_problem problem;
+    perp__rigid_answer answer;
+    perp__substeps step;
+    perp_status status;
+
+    perp__gather_bodies(world, island);
+    perp__choose_rows(world, island, NULL);
+    perp__force_bodies(world, island, 1.0);
+    perp__pose(world, island, &problem);
+    perp__receive(world, &answer);
+    plan(world, island, &step, h);
+    status = perp__coloured_step(&world->coloured, &answer, work->moving, &problem, &step);
+    perp__spend(world, answer.iterations);
+    verdict->stages = 1;
+    if (status == PERP_OK && has_impacts(world, island)) {
+        verdict->impacts = 1;
+        status = bounce(world, island, &answer, &problem, &step);
+    }
+    if (status == PERP_OK)
+        status = judge(world, island, &answer, &problem, h, verdict);
+    if (status == PERP_OK && verdict->impacts == 0)
+        status = hold(world, island, &answer, &problem);
+    if (status != PERP_OK)
+        return status;
+    perp__take_answer(world, island);
+    memcpy(work->warm, work->next_warm, 3 * (size_t)island->contacts * sizeof(double));
+    memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
+    perp__write_twists(world, island);
+    return PERP_OK;
 }

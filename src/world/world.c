@@ -6,20 +6,20 @@
 
 #include "base/check.h"
 #include "base/context.h"
-#include "lcp/lcp.h"
+#include "contact/settings.h"
 
 #define STANDARD_GRAVITY 9.81
 
 perp_status perp_world_settings_init(perp_world_settings *settings, size_t size, int32_t planar)
 {
     perp_status status =
-        perp__struct_init(settings, size, PERP__SIZE_THROUGH(perp_world_settings, reserved));
+        perp__struct_init(settings, size, PERP__SIZE_THROUGH(perp_world_settings, time_limit));
 
     if (status == PERP_OK) {
         settings->gravity[planar ? 1 : 2] = -STANDARD_GRAVITY;
         settings->planar = planar != 0;
-        settings->friction_directions = 8;
-        settings->method = PERP_LCP_AUTO;
+        settings->accuracy = PERP_ACCURACY_STANDARD;
+        settings->method = PERP_CONTACT_METHOD_AUTO;
         settings->tol = 1e-10;
     }
     return status;
@@ -77,28 +77,9 @@ perp_status perp__find_body(const perp_world *world, int32_t *slot, perp_body id
     return PERP_OK;
 }
 
-/* Unit vectors at angles 2 pi j / count. Quarter turns are exact, so that opposite directions are
- * exact negatives of each other. */
-static void make_edges(double (*edge)[2], int32_t count)
-{
-    const double half_pi = 1.57079632679489661923;
-    int32_t j;
-
-    for (j = 0; j < count; j++) {
-        int32_t quarter = 4 * j / count;
-        int32_t rest = 4 * j - quarter * count; /* angle = (quarter + rest / count) pi / 2 */
-        double angle = half_pi * ((double)rest / (double)count);
-        double c = rest == 0 ? 1.0 : cos(angle);
-        double s = rest == 0 ? 0.0 : sin(angle);
-
-        edge[j][0] = quarter == 0 ? c : quarter == 1 ? -s : quarter == 2 ? -c : s;
-        edge[j][1] = quarter == 0 ? s : quarter == 1 ? c : quarter == 2 ? -s : -c;
-    }
-}
-
 static perp_status check_settings(perp_context *context, const perp_world_settings *settings)
 {
-    int32_t k = settings->friction_directions;
+    const int32_t k = settings->cone;
     perp_status status = perp__check_finite(context, "settings.gravity", settings->gravity, 3);
 
     if (status != PERP_OK)
@@ -110,33 +91,34 @@ static perp_status check_settings(perp_context *context, const perp_world_settin
         return perp__fail(context, PERP_ERROR_ARGUMENT,
                           "settings.gravity[2] is %g: a planar world has no z, 0 expected",
                           settings->gravity[2]);
-    if (k < 4 || k > PERP__MAX_DIRECTIONS || k % 2 != 0)
-        return perp__fail(
-            context, PERP_ERROR_ARGUMENT,
-            "settings.friction_directions is %d, an even number from 4 to %d expected", (int)k,
-            PERP__MAX_DIRECTIONS);
+    if (settings->accuracy < PERP_ACCURACY_FAST || settings->accuracy > PERP_ACCURACY_EXACT)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "settings.accuracy is %d, PERP_ACCURACY_FAST to _EXACT expected",
+                          (int)settings->accuracy);
+    if (k != 0 && (k < 4 || k > PERP__MAX_DIRECTIONS || k % 2 != 0))
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "settings.cone is %d, 0 or an even number from 4 to %d expected", (int)k,
+                          PERP__MAX_DIRECTIONS);
+    if (settings->substeps < 0 || settings->substeps > PERP__MAX_SUBSTEPS)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.substeps is %d, 0 to %d expected",
+                          (int)settings->substeps, PERP__MAX_SUBSTEPS);
     if (settings->strict != 0 && settings->strict != 1)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.strict is %d, 0 or 1 expected",
                           (int)settings->strict);
     return PERP_OK;
 }
 
-/* method, max_iterations, tol and time_limit are the LCP's, which checks them. */
-static perp_status make_solver(perp_world *world)
+/* method, max_iterations, tol and time_limit mean what they do for perp_contact, which checks. */
+static perp_status check_solver_settings(perp_context *context, const perp_world_settings *settings)
 {
-    perp_lcp_settings *settings = &world->solver_settings;
-    perp_status status = perp_lcp_settings_init(settings, sizeof *settings);
+    perp_contact_settings solver, read;
+    perp_status status = perp_contact_settings_init(&solver, sizeof solver);
 
-    if (status != PERP_OK)
-        return status;
-    settings->method = world->settings.method;
-    settings->max_iterations = world->settings.max_iterations;
-    settings->tol = world->settings.tol;
-    settings->time_limit = world->settings.time_limit;
-    status = perp__lcp_create(world->context, &world->solver, settings);
-    if (status == PERP_OK)
-        status = perp_lcp_result_init(&world->work.result, sizeof world->work.result);
-    return status;
+    solver.method = settings->method;
+    solver.max_iterations = settings->max_iterations;
+    solver.tol = settings->tol;
+    solver.time_limit = settings->time_limit;
+    return status == PERP_OK ? perp__contact_settings_read(context, &read, &solver) : status;
 }
 
 static perp_status make_ground(perp_world *world)
@@ -159,15 +141,14 @@ static void set_coordinates(perp_world *world)
     world->dof = world->settings.planar ? 3 : 6;
     for (i = 0; i < world->dof; i++)
         world->coordinate[i] = world->settings.planar ? planar[i] : i;
-    world->edges = world->settings.planar ? 2 : world->settings.friction_directions;
-    make_edges(world->edge, world->edges);
 }
 
 static void release_world(perp_world *world)
 {
     perp_context *context = world->context;
 
-    perp__lcp_destroy(world->solver);
+    perp__rigid_destroy(world->solver);
+    perp__coloured_release(&world->coloured);
     perp__release(context, world->bodies);
     perp__release(context, world->states);
     perp__release(context, world->shapes);
@@ -195,9 +176,11 @@ static perp_status create(perp_context *context, perp_world **world,
         status = perp_world_settings_init(&settings, sizeof settings, 0);
     if (status == PERP_OK)
         status = perp__struct_read(context, "settings", &settings, sizeof settings, caller,
-                                   PERP__SIZE_THROUGH(perp_world_settings, reserved));
+                                   PERP__SIZE_THROUGH(perp_world_settings, time_limit));
     if (status == PERP_OK)
         status = check_settings(context, &settings);
+    if (status == PERP_OK)
+        status = check_solver_settings(context, &settings);
     if (status != PERP_OK)
         return status;
     made = perp__allocate(context, 1, sizeof *made);
@@ -214,7 +197,8 @@ static perp_status create(perp_context *context, perp_world **world,
     perp__arena_init(&made->link_arena, context);
     perp__arena_init(&made->island_arena, context);
     set_coordinates(made);
-    status = make_solver(made);
+    perp__coloured_init(&made->coloured, context);
+    status = perp__rigid_create(context, &made->solver);
     if (status == PERP_OK)
         status = make_ground(made);
     if (status == PERP_OK) {

@@ -3,10 +3,8 @@
  *   place        rotations, mass matrices and free velocities of the bodies    (motion.c)
  *   contact set  contact points that can close within the step                 (contact_set.c)
  *   islands      bodies that touch, directly or through others                 (island.c)
- *   solve        per island: rows, complementarity problem, exact velocities   (contact_rows.c,
- *                                                                    solve.c, velocity.c)
- *   judge        what that is worth, each contact beside its own terms         (verdict.c)
- *   sweep        where a budget or a method ended short of an answer           (sweep.c)
+ *   solve        per island: to tol, its impacts where they are      (solve.c, impacts.c)
+ *                or within the budget of the world's accuracy                     (sweep.c)
  *   integrate    the next positions                                            (integrate.c)
  *   project      what penetrates is pushed apart                               (projection.c)
  *   commit       next states become states, records become the last step's     (step.c)
@@ -15,15 +13,17 @@
 #ifndef PERP_WORLD_WORLD_H
 #define PERP_WORLD_WORLD_H
 
-#include <perp/lcp.h>
 #include <perp/world.h>
 
 #include "base/arena.h"
 #include "base/outcome.h"
+#include "contact/coloured/coloured.h"
+#include "contact/contact.h"
 #include "world/collide/collide.h"
 
 #define PERP__WORLD_MAGIC UINT64_C(0x70657270776f726c)
 #define PERP__MAX_DIRECTIONS 64
+#define PERP__MAX_SUBSTEPS 1000
 #define PERP__MAX_DOF 6
 
 /* Unit of rounding, 2^-52. */
@@ -70,14 +70,11 @@ typedef struct perp__shape {
     perp__geometry geometry;
 } perp__shape;
 
-/* What holds a body still relative to a rigid motion: a kinematic body's slot, the static world, or
- * nothing. */
-enum { PERP__ROOT_STATIC = -1, PERP__ROOT_NONE = -2 };
-
 /* How the solve of a body's island went. */
 typedef struct perp__verdict {
     perp_outcome outcome;
-    int32_t stages; /* 0: nothing to solve, 1, 2: with an impact */
+    int32_t stages;  /* intervals that were solved; 0: nothing to solve */
+    int32_t impacts; /* instants */
     double residual;
 } perp__verdict;
 
@@ -92,23 +89,17 @@ typedef struct perp__motion {
     double inverse_factor[9];
     double start[6];  /* twist before the step */
     double free[6];   /* twist that forces alone would give */
-    double moving[6]; /* twist that moves the positions: the first stage's; of a body that nothing
-                         touches, the mean of start and free */
+    double moving[6]; /* twist that moves the positions; of a body that nothing touches, the mean
+                         of start and free */
     double after[6];  /* twist after the step */
-    double solved[6]; /* twist as the complementarity problem's solution gives it */
+    double shift[6];  /* of the projection */
     double reach;     /* largest speed of a point of it that the margins allow for */
     int32_t touched;  /* has contact points in this step */
     int32_t island;   /* -1: none */
     int32_t local;    /* number within the island */
+    int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
     int32_t first_link;
     perp__verdict verdict;
-    /* velocity.c */
-    double strength; /* size of the terms of its velocity in the mass metric: what rounding is
-                        measured against */
-    int32_t held;    /* its velocity is known */
-    int32_t root;    /* PERP__ROOT_..., or the kinematic body that carries it */
-    int32_t group;   /* named after its first body */
-    int32_t column;
 } perp__motion;
 
 typedef struct perp__world_contact {
@@ -123,20 +114,15 @@ typedef struct perp__world_contact {
     double size;     /* of the two bodies */
     double friction;
     double restitution;
-    double rows[2][3][6];     /* J of A and of B: relative velocity = J_A twist_A + J_B twist_B */
-    double response[2][3][6]; /* M^-1 J' */
-    double start[3];          /* relative velocity before the step */
-    double free[3];           /* with the free twists */
-    double target;            /* where the contact is closed, the normal velocity is this */
+    double rows[2][3][6]; /* J of A and of B: relative velocity = J_A twist_A + J_B twist_B */
+    double start[3];      /* relative velocity before the step */
+    double free[3];       /* with the free twists */
+    double warm[3];       /* impulse to start from */
     double impulse[3];
-    double slip; /* 0: the solution holds it tangentially, if it presses */
     double velocity[3];
-    int32_t first_row; /* in the island's problem */
-    int32_t edges;     /* friction directions; 0: frictionless, one row */
-    int32_t included;  /* takes part in the problems; the others were found not to matter */
-    int32_t fresh;     /* included since its island was solved last */
-    int32_t closed;    /* holds in normal direction */
-    int32_t sticks;    /* holds tangentially too */
+    int32_t mode;     /* PERP_CONTACT_... */
+    int32_t included; /* takes part in the problems; the others were found not to matter */
+    int32_t fresh;    /* included since its island was solved last */
 } perp__world_contact;
 
 /* Contact `contact` seen from one of its bodies. */
@@ -156,31 +142,27 @@ typedef struct perp__island {
     int32_t bodies;
     int32_t first_contact; /* in contact_order */
     int32_t contacts;
-    int32_t rows;
 } perp__island;
 
-/* Workspace of one island, large enough for the largest. */
+/* Workspace of one island, large enough for the largest. Numbers: coordinates by body. */
 typedef struct perp__island_work {
-    int32_t max_rows;
-    int32_t max_contacts;
-    int32_t max_bodies;
-    int32_t max_held_rows; /* rows and columns of velocity.c */
-    int32_t max_columns;
-    double *matrix; /* max_rows squared, column-major */
-    double *q;
-    double *z;
-    double *held_rows; /* row by row */
-    double *targets;
-    double *norms;
-    int32_t *taken;
-    double *basis;
-    double *particular;
-    double *loose;
-    double *unit;
-    int32_t *group_bodies;
-    perp_lcp_result result; /* of the last solve, */
-    int32_t fresh;          /* which is that of the problem at hand */
-    int32_t set_up;         /* the solver has the matrix of the island at hand */
+    int32_t max_contacts, max_bodies; /* bodies: and what moves as it is told */
+    int32_t carriers;                 /* of the latter */
+    int32_t count;                    /* contacts that take part in the problem at hand, */
+    int32_t *chosen;                  /* by number in the island, */
+    perp__rigid_rows *rows;           /* and their rows */
+    int32_t set_up;                   /* the solver has these */
+    int32_t *members;                 /* the bodies */
+    double *factors, *origins;        /* of the bodies, perp__rigid_problem */
+    double *start, *gain;             /* numbers: before the step, and what forces add in it */
+    double *now, *drift;              /* numbers: velocities, and the way so far */
+    double *free, *v, *moving;        /* numbers: of the interval at hand */
+    double *smooth, *smooth_impulse;  /* numbers; 3 a contact */
+    int32_t *smooth_chosen, smooth_count;
+    int32_t *carrier, *modes;                      /* bodies; contacts chosen */
+    double *impulse, *velocity, *warm, *next_warm; /* 3 a contact chosen */
+    double *gap, *guard;                           /* contacts of the island */
+    int8_t *hit;
 } perp__island_work;
 
 /* What the step may still spend. */
@@ -190,6 +172,7 @@ typedef struct perp__budget {
     double deadline;    /* the step */
     int64_t iterations; /* left; INT64_MAX: no limit */
     int64_t spent;      /* iterations of all methods */
+    int32_t contacts;   /* of the islands that are still to be solved */
 } perp__budget;
 
 struct perp_world {
@@ -197,9 +180,7 @@ struct perp_world {
     perp_context *context;
     perp_world_settings settings;
     int32_t dof;                       /* coordinates of a body: 3 planar, 6 */
-    int32_t edges;                     /* friction directions: 2 planar */
     int32_t coordinate[PERP__MAX_DOF]; /* which entries of a twist they are */
-    double edge[PERP__MAX_DIRECTIONS][2];
 
     perp__body *bodies;
     perp__state *states;
@@ -233,8 +214,8 @@ struct perp_world {
     int32_t island_count;
     perp__contact_set contacts; /* of the step */
     perp__contact_set overlaps; /* of the projection */
-    perp_lcp_solver *solver;
-    perp_lcp_settings solver_settings;
+    perp__rigid_solver *solver;
+    perp__coloured coloured;
     perp__budget budget;
 
     perp_contact *records; /* of the last step */
@@ -297,19 +278,14 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
 
 /* contact_rows.c */
 void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
-void perp__contact_jacobian(const perp_world *world, const perp__state *states,
-                            perp__world_contact *contact);
+void perp__contact_jacobian(const perp__state *states, perp__world_contact *contact);
 void perp__relative_velocity(const perp_world *world, const perp__world_contact *contact,
                              size_t twist, double *u);
-void perp__assemble_matrix(perp_world *world, const perp__contact_set *set,
-                           const perp__island *island);
-
 /* The twists of a motion by offset, for functions that take any of them. */
 #define PERP__TWIST_START offsetof(perp__motion, start)
 #define PERP__TWIST_FREE offsetof(perp__motion, free)
 #define PERP__TWIST_MOVING offsetof(perp__motion, moving)
 #define PERP__TWIST_AFTER offsetof(perp__motion, after)
-#define PERP__TWIST_SOLVED offsetof(perp__motion, solved)
 
 static inline double *perp__twist(perp__motion *motion, size_t twist)
 {
@@ -338,56 +314,63 @@ static inline perp__world_contact *perp__island_contact(const perp_world *world,
 void perp__open_budget(perp_world *world);
 /* Of the phase at hand; INFINITY without a limit. */
 double perp__seconds_left(const perp_world *world);
+/* When an island has to be done, by its share of the contacts that are left; 0 without a limit. */
+double perp__island_deadline(const perp_world *world, const perp__island *island);
 void perp__spend(perp_world *world, int64_t iterations);
-/* SOLVED if a complementarity problem of so many rows may be tried, else the limit in the way. */
-perp_outcome perp__may_pivot(const perp_world *world, int32_t rows);
-/* Whether there is time for exact velocities of an island. */
-int32_t perp__may_hold(const perp_world *world, const perp__island *island);
-
-/* verdict.c */
-/* |L^-1 twist|: twice its square is the kinetic energy. */
-double perp__mass_norm(const perp__motion *motion, const double *twist);
-/* |L' row'|: the largest row-velocity of a twist of mass norm 1. */
-double perp__row_norm(const perp__motion *motion, const double *row);
-/* Size of the terms that make the relative velocity along an axis. */
-double perp__axis_scale(const perp_world *world, const perp__world_contact *contact, int32_t axis);
-/* The mu r_n that friction r needs: 1 on the boundary of the polygon of the edges. */
-double perp__gauge(const perp_world *world, const double *r);
-/* lambda: the largest speed against an edge. */
-double perp__slip(const perp_world *world, const double *u);
-/* The largest residual of a body or contact beside its own terms; `solved` and `strength` of the
- * bodies must be those of the impulses. */
-double perp__own_residual(const perp_world *world, const perp__island *island, size_t twist);
-
-/* sweep.c: works on `solved` of the bodies and the impulses of the contacts. */
-/* No impulses, and the twists `from`; PERP__TWIST_SOLVED: 0. */
-void perp__start_sweeps(perp_world *world, perp__contact_set *set, const perp__island *island,
-                        size_t from);
-/* Sweeps until nothing changes any more, or `seconds` and the least number have passed. */
-void perp__sweep_island(perp_world *world, perp__contact_set *set, const perp__island *island,
-                        double seconds);
-
-/* island_work.c */
-/* Makes the workspace fit the largest island. velocities: with that of velocity.c. */
-perp_status perp__fit_island_work(perp_world *world, int32_t velocities);
-/* Solves the problem of n rows, work.z from work.matrix and work.q; work.result tells how it went.
- * With work.set_up the matrix is that of the last call. */
-perp_status perp__solve_rows(perp_world *world, int32_t n);
+/* For a method: 0 without a limit, else at least 1. */
+int32_t perp__iterations_left(const perp_world *world);
+/* SOLVED if the step may go on, else the limit that is reached. */
+perp_outcome perp__limit_reached(const perp_world *world);
 
 /* solve.c */
 typedef struct perp__solve_summary {
     perp_outcome outcome;
     double residual;
     int32_t solved;  /* islands that needed a solve */
-    int32_t impacts; /* and those that needed two */
+    int32_t impacts; /* and those with impacts */
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
+/* Makes the workspace fit the largest island. */
+perp_status perp__fit_island_work(perp_world *world);
+/* The coordinates of a twist, and back; C with M^-1 = C C', row-major. */
+void perp__coordinates_of(const perp_world *world, const double *twist, double *x);
+void perp__twist_of(const perp_world *world, const double *x, double *twist);
+void perp__write_factor(const perp_world *world, const perp__motion *motion, double *C);
+/* What is not told apart from 0 is 0. */
+double perp__open_gap(const perp__world_contact *contact, double gap);
+/* Bodies and carriers of an island, where they are and how they start. */
+void perp__gather_bodies(perp_world *world, const perp__island *island);
+/* Rows of the contacts that take part: those not left out; NULL: all. */
+void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out);
+/* The problem of the chosen rows with work.free, and where its answer goes. */
+void perp__pose(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
+void perp__receive(perp_world *world, perp__rigid_answer *answer);
+/* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
+perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
+                             perp__verdict *verdict);
+/* Adds to the impulse of the island's contact i; adds those of the answer, and takes its modes. */
+void perp__add_impulse(perp_world *world, const perp__island *island, int32_t i,
+                       const double *impulse, double share);
+void perp__take_answer(perp_world *world, const perp__island *island);
+/* work.moving := the way so far over h. */
+void perp__mean_motion(perp_world *world, const perp__island *island, double h);
+/* The twists of the island's bodies, from work.moving and work.now. */
+void perp__write_twists(perp_world *world, const perp__island *island);
 
-/* velocity.c: exact velocities of an island from its impulses. Writes evidence->own, what they are
- * worth; the rest of the evidence is that of the impulses. */
-void perp__exact_velocities(perp_world *world, const perp__island *island, size_t twist,
-                            perp__evidence *evidence);
+/* impacts.c: an island solved to tol. */
+perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
+                                perp__verdict *verdict);
+/* work.free := now + share of what forces add. */
+void perp__force_bodies(perp_world *world, const perp__island *island, double share);
+/* Size of the terms of a normal velocity: of the chosen contact i, with numbers x of bodies. */
+double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies);
+
+/* sweep.c: an island within the budget of the world's accuracy. */
+perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
+                               perp__verdict *verdict);
+/* Whether an exact solution costs no more, or nothing less will do. */
+int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island);
 
 /* integrate.c */
 void perp__integrate(perp_world *world, double h);

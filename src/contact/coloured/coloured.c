@@ -134,6 +134,16 @@ static void write_bias(perp__coloured *c, const perp__substeps *step, double h)
     }
 }
 
+static void add_to_sums(perp__coloured *c)
+{
+    int32_t p, k, l;
+
+    for (p = 0; p < c->points; p++)
+        for (k = 0; k < 3; k++)
+            for (l = 0; l < PERP__GROUP; l++)
+                c->other_r[p][k][l] += c->point[p].r[k][l];
+}
+
 static void run_substeps(perp__coloured *c, const perp__coloured_kernels *kernels,
                          const perp__substeps *step)
 {
@@ -145,6 +155,7 @@ static void run_substeps(perp__coloured *c, const perp__coloured_kernels *kernel
     memcpy(c->y, c->start, size * sizeof *c->y);
     memset(c->push, 0, size * sizeof *c->push);
     memset(c->moved, 0, size * sizeof *c->moved);
+    memset(c->other_r, 0, (size_t)c->points * sizeof *c->other_r);
     kernels->add_impulses(c, c->push);
     for (s = 0; s < step->substeps; s++) {
         for (i = 0; i < size; i++) {
@@ -158,6 +169,7 @@ static void run_substeps(perp__coloured *c, const perp__coloured_kernels *kernel
             c->moved[i] += c->y[i] / n;
         }
         kernels->add_gaps(c, c->y, h);
+        add_to_sums(c);
     }
 }
 
@@ -185,8 +197,8 @@ static double gain_momentum(perp__coloured *c, double theta)
             for (l = 0; l < PERP__GROUP; l++) {
                 const double r = c->point[p].r[k][l];
 
-                c->point[p].r[k][l] += beta * (r - c->last_r[p][k][l]);
-                c->last_r[p][k][l] = r;
+                c->point[p].r[k][l] += beta * (r - c->other_r[p][k][l]);
+                c->other_r[p][k][l] = r;
             }
     return next;
 }
@@ -204,7 +216,7 @@ static void run_passes(perp__coloured *c, const perp__coloured_kernels *kernels,
     kernels->add_impulses(c, c->y);
     memcpy(c->moved, c->y, size * sizeof *c->y);
     for (p = 0; p < c->points; p++)
-        memcpy(c->last_r[p], c->point[p].r, sizeof c->last_r[p]);
+        memcpy(c->other_r[p], c->point[p].r, sizeof c->other_r[p]);
     write_bias(c, step, step->h);
     for (pass = 0; pass < step->passes; pass++) {
         memcpy(c->before, c->y, size * sizeof *c->y);
@@ -270,14 +282,23 @@ static void write_velocity(const perp__coloured *c, const perp__rigid_problem *p
     }
 }
 
-static void write_impulses(const perp__coloured *c, double *impulse, double scale)
+/* Impulses of the whole step, and those to start the next one from. */
+static void write_impulses(const perp__coloured *c, double *impulse, const perp__substeps *step)
 {
     int32_t p, l, k;
 
     for (p = 0; p < c->points; p++)
-        for (l = 0; l < PERP__GROUP; l++)
-            for (k = 0; k < 3 && c->point[p].contact[l] >= 0; k++)
-                impulse[3 * c->point[p].contact[l] + k] = scale * c->point[p].r[k][l];
+        for (l = 0; l < PERP__GROUP; l++) {
+            const int32_t contact = c->point[p].contact[l];
+
+            for (k = 0; k < 3 && contact >= 0; k++) {
+                const double r = c->point[p].r[k][l];
+
+                impulse[3 * contact + k] = step->substeps > 0 ? c->other_r[p][k][l] : r;
+                if (step->next_warm)
+                    step->next_warm[3 * contact + k] = step->substeps > 0 ? step->substeps * r : r;
+            }
+        }
 }
 
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
@@ -297,7 +318,7 @@ perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, d
         clear_penetration(c, kernels, step);
     write_velocity(c, problem, c->y, answer->v);
     write_velocity(c, problem, c->moved, moving);
-    write_impulses(c, answer->impulse, step->substeps > 0 ? step->substeps : 1.0);
+    write_impulses(c, answer->impulse, step);
     answer->iterations = step->substeps > 0 ? step->substeps : step->passes;
     return PERP_OK;
 }

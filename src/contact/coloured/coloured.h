@@ -46,7 +46,7 @@ typedef struct perp__coloured {
     int32_t most_bodies, most_contacts, most_groups, most_points; /* room */
     perp__lane_group *group;
     perp__lane_point *point;
-    double (*last_r)[3][PERP__GROUP]; /* points */
+    double (*other_r)[3][PERP__GROUP]; /* points: sums over substeps, or r of the pass before */
     /* bodies + 1 by 8; the last one is what nothing moves */
     double *y, *start, *change, *push, *before, *moved;
     int8_t *splits;    /* bodies: C is diag(c, c, c) beside a 3 by 3 block */
@@ -67,11 +67,12 @@ typedef struct perp__substeps {
     const double *start; /* bodies by width: velocities before the step */
     const double *gap;   /* contacts */
     const double *guard; /* contacts: a length that gap and penetration are not told apart from */
+    double *next_warm;   /* 3 a contact: impulses for the next step to start from; NULL: none */
 } perp__substeps;
 
-/* The step, from the impulses problem->warm: answer->impulse, ->velocity, ->v and, bodies by width,
- * the mean velocities that move the positions. Nothing is judged. Costs about substeps (or passes)
- * times contacts. PERP_OK or PERP_ERROR_MEMORY. */
+/* The step, from the impulses problem->warm: answer->impulse and ->v and, bodies by width, the mean
+ * velocities that move the positions. v is that of the impulses. Nothing is judged. Costs about
+ * substeps (or passes) times contacts. PERP_OK or PERP_ERROR_MEMORY. */
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
                                 const perp__rigid_problem *problem, const perp__substeps *step);
 

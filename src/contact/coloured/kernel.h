@@ -176,7 +176,7 @@ TARGET static void NAME(add_impulses)(const perp__coloured *c, double *y)
 
                 for (i = 0; i < 3; i++)
                     NAME(push)
-                    ((const double(*)[PERP__GROUP]) & p->P[12 * i][at], load(p->r[i] + at), A, B);
+                ((const double(*)[PERP__GROUP]) & p->P[12 * i][at], load(p->r[i] + at), A, B);
             }
             NAME(put)(A, group->a + at, y);
             NAME(put)(B, group->b + at, y);

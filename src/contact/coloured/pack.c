@@ -32,7 +32,7 @@ static void lay_out_points(perp__arena *arena, void *object)
 
     c->group = perp__arena_take(arena, (size_t)c->most_groups, sizeof *c->group);
     c->point = perp__arena_take(arena, (size_t)c->most_points, sizeof *c->point);
-    c->last_r = perp__arena_take(arena, (size_t)c->most_points, sizeof *c->last_r);
+    c->other_r = perp__arena_take(arena, (size_t)c->most_points, sizeof *c->other_r);
 }
 
 static int32_t moves(const perp__rigid_problem *problem, int32_t body)
