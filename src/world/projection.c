@@ -23,20 +23,24 @@
 /* How far a point may be moved, in overlaps. */
 #define LONGEST_WAY 8.0
 
-static double overlap_of(const perp__world_contact *contact)
+/* What sweeps move they take out of overlaps as well. */
+static double overlap_of(const perp_world *world, const perp__world_contact *contact)
 {
     double allowed = fmax(OVERLAP_TOLERANCE * contact->size, contact->rounding);
 
+    if (world->motions[contact->body_a].verdict.swept ||
+        world->motions[contact->body_b].verdict.swept)
+        return 0.0;
     return contact->gap < -allowed ? -contact->gap : 0.0;
 }
 
-static double deepest(const perp__contact_set *set)
+static double deepest(const perp_world *world, const perp__contact_set *set)
 {
     double largest = 0.0;
     int32_t i;
 
     for (i = 0; i < set->count; i++)
-        largest = fmax(largest, overlap_of(&set->contacts[i]));
+        largest = fmax(largest, overlap_of(world, &set->contacts[i]));
     return largest;
 }
 
@@ -45,7 +49,7 @@ static int32_t overlaps(const perp_world *world, const perp__island *island)
     int32_t i;
 
     for (i = 0; i < island->contacts; i++)
-        if (overlap_of(perp__island_contact(world, &world->overlaps, island, i)) > 0.0)
+        if (overlap_of(world, perp__island_contact(world, &world->overlaps, island, i)) > 0.0)
             return 1;
     return 0;
 }
@@ -205,7 +209,7 @@ perp_status perp__project_overlaps(perp_world *world)
 
     perp__place(world, world->next);
     status = perp__find_overlaps(world, 0.0);
-    depth = status == PERP_OK ? deepest(&world->overlaps) : 0.0;
+    depth = status == PERP_OK ? deepest(world, &world->overlaps) : 0.0;
     if (depth == 0.0)
         return status;
     longest = LONGEST_WAY * depth;

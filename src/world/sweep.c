@@ -205,7 +205,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     plan(world, island, &step, h);
     status = perp__coloured_step(&world->coloured, &answer, work->moving, &problem, &step);
     perp__spend(world, answer.iterations);
-    verdict->stages = 1;
+    verdict->stages = verdict->swept = 1;
     if (status == PERP_OK && has_impacts(world, island)) {
         verdict->impacts = 1;
         status = bounce(world, island, &answer, &problem, &step);

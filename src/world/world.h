@@ -75,6 +75,7 @@ typedef struct perp__verdict {
     perp_outcome outcome;
     int32_t stages;  /* intervals that were solved; 0: nothing to solve */
     int32_t impacts; /* instants */
+    int32_t swept;   /* within a budget, overlap and all */
     double residual;
 } perp__verdict;
 

@@ -25,7 +25,11 @@
 
 void perp__coloured_init(perp__coloured *c, perp_context *context)
 {
+    const perp__coloured_kernels *found[PERP__COLOURED_SETS];
+
     memset(c, 0, sizeof *c);
+    perp__coloured_find_kernels(found);
+    c->kernels = found[0];
     perp__arena_init(&c->arena, context);
     perp__arena_init(&c->point_arena, context);
 }
@@ -144,8 +148,7 @@ static void add_to_sums(perp__coloured *c)
                 c->other_r[p][k][l] += c->point[p].r[k][l];
 }
 
-static void run_substeps(perp__coloured *c, const perp__coloured_kernels *kernels,
-                         const perp__substeps *step)
+static void run_substeps(perp__coloured *c, const perp__substeps *step)
 {
     const double n = step->substeps, h = step->h / n;
     const size_t size = 8 * ((size_t)c->bodies + 1);
@@ -156,19 +159,19 @@ static void run_substeps(perp__coloured *c, const perp__coloured_kernels *kernel
     memset(c->push, 0, size * sizeof *c->push);
     memset(c->moved, 0, size * sizeof *c->moved);
     memset(c->other_r, 0, (size_t)c->points * sizeof *c->other_r);
-    kernels->add_impulses(c, c->push);
+    c->kernels->add_impulses(c, c->push);
     for (s = 0; s < step->substeps; s++) {
         for (i = 0; i < size; i++) {
             c->y[i] += c->change[i] / n + c->push[i];
             c->before[i] = c->y[i];
         }
         write_bias(c, step, h);
-        kernels->sweep(c, c->y);
+        c->kernels->sweep(c, c->y);
         for (i = 0; i < size; i++) {
             c->push[i] += c->y[i] - c->before[i];
             c->moved[i] += c->y[i] / n;
         }
-        kernels->add_gaps(c, c->y, h);
+        c->kernels->add_gaps(c, c->y, h);
         add_to_sums(c);
     }
 }
@@ -203,8 +206,7 @@ static double gain_momentum(perp__coloured *c, double theta)
     return next;
 }
 
-static void run_passes(perp__coloured *c, const perp__coloured_kernels *kernels,
-                       const perp__substeps *step)
+static void run_passes(perp__coloured *c, const perp__substeps *step)
 {
     const size_t size = 8 * ((size_t)c->bodies + 1);
     double theta = 1.0;
@@ -213,14 +215,14 @@ static void run_passes(perp__coloured *c, const perp__coloured_kernels *kernels,
 
     for (i = 0; i < size; i++)
         c->y[i] = c->start[i] + c->change[i];
-    kernels->add_impulses(c, c->y);
+    c->kernels->add_impulses(c, c->y);
     memcpy(c->moved, c->y, size * sizeof *c->y);
     for (p = 0; p < c->points; p++)
         memcpy(c->other_r[p], c->point[p].r, sizeof c->other_r[p]);
     write_bias(c, step, step->h);
     for (pass = 0; pass < step->passes; pass++) {
         memcpy(c->before, c->y, size * sizeof *c->y);
-        kernels->sweep(c, c->y);
+        c->kernels->sweep(c, c->y);
         if (pass + 1 < step->passes)
             theta = gain_momentum(c, theta);
     }
@@ -228,8 +230,7 @@ static void run_passes(perp__coloured *c, const perp__coloured_kernels *kernels,
 }
 
 /* Adds to `moved` what takes a share of the penetration away. */
-static void clear_penetration(perp__coloured *c, const perp__coloured_kernels *kernels,
-                              const perp__substeps *step)
+static void clear_penetration(perp__coloured *c, const perp__substeps *step)
 {
     const size_t size = 8 * ((size_t)c->bodies + 1);
     int32_t p, l, k, deep = 0;
@@ -254,7 +255,7 @@ static void clear_penetration(perp__coloured *c, const perp__coloured_kernels *k
         return;
     memset(c->before, 0, size * sizeof *c->before);
     for (k = 0; k < step->clear; k++)
-        kernels->sweep_normals(c, c->before);
+        c->kernels->sweep_normals(c, c->before);
     for (i = 0; i < size; i++)
         c->moved[i] += c->before[i];
 }
@@ -304,18 +305,17 @@ static void write_impulses(const perp__coloured *c, double *impulse, const perp_
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
                                 const perp__rigid_problem *problem, const perp__substeps *step)
 {
-    const perp__coloured_kernels *kernels = perp__coloured_find_kernels();
     perp_status status = perp__coloured_pack(c, problem, step);
 
     if (status != PERP_OK)
         return status;
     weigh_velocities(c, problem, step);
     if (step->substeps > 0)
-        run_substeps(c, kernels, step);
+        run_substeps(c, step);
     else
-        run_passes(c, kernels, step);
+        run_passes(c, step);
     if (step->clear > 0)
-        clear_penetration(c, kernels, step);
+        clear_penetration(c, step);
     write_velocity(c, problem, c->y, answer->v);
     write_velocity(c, problem, c->moved, moving);
     write_impulses(c, answer->impulse, step);

@@ -40,6 +40,7 @@ typedef struct perp__lane_group {
 } perp__lane_group;
 
 typedef struct perp__coloured {
+    const struct perp__coloured_kernels *kernels;
     perp__arena arena, point_arena;
     int32_t bodies, contacts, width; /* of the problem at hand */
     int32_t groups, points;
@@ -85,8 +86,9 @@ typedef struct perp__coloured_kernels {
     void (*add_gaps)(perp__coloured *c, const double *y, double h);
 } perp__coloured_kernels;
 
-/* The fastest that this processor has. */
-const perp__coloured_kernels *perp__coloured_find_kernels(void);
+/* Those that this processor has, the fastest first; returns how many. They give the same bits. */
+enum { PERP__COLOURED_SETS = 3 };
+int32_t perp__coloured_find_kernels(const perp__coloured_kernels **found);
 
 /* Packs the problem into groups: pack.c. */
 perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem,

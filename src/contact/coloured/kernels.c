@@ -33,13 +33,16 @@ static const perp__coloured_kernels kernels_any = {SET, sweep_any, sweep_normals
 #undef NAME
 #include "linalg/lanes/vector_end.h"
 
-const perp__coloured_kernels *perp__coloured_find_kernels(void)
+int32_t perp__coloured_find_kernels(const perp__coloured_kernels **found)
 {
+    int32_t count = 0;
+
 #if PERP__X86
     if (perp__widest_vectors() >= PERP__VECTOR_AVX512)
-        return &kernels_avx512;
+        found[count++] = &kernels_avx512;
     if (perp__widest_vectors() >= PERP__VECTOR_AVX2)
-        return &kernels_avx2;
+        found[count++] = &kernels_avx2;
 #endif
-    return &kernels_any;
+    found[count++] = &kernels_any;
+    return count;
 }

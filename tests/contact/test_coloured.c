@@ -1,0 +1,277 @@
+/* Coloured sweeps: the same bits from every set of instructions, pairs that share no body, and what
+ * they converge to: the law of each contact, and the velocities that the exact methods find. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include <float.h>
+#include <perp/base.h>
+
+#include "contact/coloured/coloured.h"
+#include "contact/rigid_scene.h"
+
+typedef struct fixture {
+    perp_context *context;
+    perp__coloured coloured;
+    rigid_scene s;
+    perp__rigid_problem problem;
+    perp__rigid_answer answer;
+    perp__substeps step;
+    double *start, *gap, *guard, *moving;
+} fixture;
+
+static void open_scene(fixture *f, int32_t planar)
+{
+    memset(f, 0, sizeof *f);
+    assert_int_equal(perp_context_create(&f->context, NULL), PERP_OK);
+    perp__coloured_init(&f->coloured, f->context);
+    rigid_open(&f->s, planar);
+}
+
+/* All bodies start at rest, contacts touch. */
+static void prepare(fixture *f, int32_t substeps, int32_t passes)
+{
+    const size_t numbers = (size_t)(f->s.width * (f->s.bodies + 1));
+    int32_t k;
+
+    f->problem = rigid_problem(&f->s);
+    f->answer = rigid_answer(&f->s);
+    f->start = rigid_grown(f->start, numbers, sizeof(double));
+    f->moving = rigid_grown(f->moving, numbers, sizeof(double));
+    f->gap = rigid_grown(f->gap, (size_t)f->s.contacts, sizeof(double));
+    f->guard = rigid_grown(f->guard, (size_t)f->s.contacts, sizeof(double));
+    memset(f->start, 0, numbers * sizeof(double));
+    for (k = 0; k < f->s.contacts; k++) {
+        f->gap[k] = 0.0;
+        f->guard[k] = 1e-3;
+    }
+    f->step.h = RIGID_H;
+    f->step.substeps = substeps;
+    f->step.passes = passes;
+    f->step.start = f->start;
+    f->step.gap = f->gap;
+    f->step.guard = f->guard;
+}
+
+static void run(fixture *f)
+{
+    assert_int_equal(
+        perp__coloured_step(&f->coloured, &f->answer, f->moving, &f->problem, &f->step), PERP_OK);
+}
+
+static void close_scene(fixture *f)
+{
+    free(f->start);
+    free(f->moving);
+    free(f->gap);
+    free(f->guard);
+    rigid_close(&f->s);
+    perp__coloured_release(&f->coloured);
+    perp_context_destroy(f->context);
+}
+
+/* Twenty balls in a ring about one that they all touch, and each its neighbours. */
+static void add_ring(fixture *f, int32_t count)
+{
+    static const double half[3] = {0.5, 0.5, 0.5};
+    double push[6] = {0.3, -0.2, 0.1, 0.5, 0.0, 0.2};
+    const int32_t hub = rigid_box(&f->s, 0.0, 0.0, 0.0, half, 3.0, push);
+    const double step = 6.283185307179586 / count;
+    int32_t i;
+
+    for (i = 0; i < count; i++) {
+        const double a = i * step, n[3] = {cos(a), sin(a), 0.0};
+        const double at[3] = {0.5 * n[0], 0.5 * n[1], 0.0};
+        const double pull[6] = {-n[0], -n[1], 0.1 * (i % 3), 0.0, 0.3, 0.0};
+        const int32_t ball = rigid_box(&f->s, n[0], n[1], 0.0, half, 1.0 + i % 4, pull);
+
+        rigid_touch(&f->s, hub, ball, at, n, 3, i % 5 == 0 ? 0.0 : 0.2 * (i % 5));
+        if (i > 0) {
+            const double b = a - 0.5 * step, t[3] = {-sin(b), cos(b), 0.0};
+            const double between[3] = {cos(b), sin(b), 0.0};
+
+            rigid_touch(&f->s, ball - 1, ball, between, t, 3, 0.4);
+        }
+    }
+}
+
+static void test_same_bits(void **state)
+{
+    const perp__coloured_kernels *found[PERP__COLOURED_SETS];
+    const int32_t sets = perp__coloured_find_kernels(found);
+    double expected[6 * 21], moved[6 * 21];
+    int32_t k, way;
+    fixture f;
+
+    (void)state;
+    for (way = 0; way < 2; way++) {
+        open_scene(&f, 0);
+        add_ring(&f, 20);
+        prepare(&f, way == 0 ? 8 : 0, 25);
+        f.step.clear = 2;
+        f.gap[3] = -0.01;
+        f.gap[5] = 0.002;
+        for (k = 0; k < sets; k++) {
+            f.coloured.kernels = found[k];
+            run(&f);
+            if (k > 0) {
+                assert_memory_equal(f.s.v, expected, sizeof expected);
+                assert_memory_equal(f.moving, moved, sizeof moved);
+            }
+            memcpy(expected, f.s.v, sizeof expected);
+            memcpy(moved, f.moving, sizeof moved);
+        }
+        close_scene(&f);
+    }
+}
+
+/* No two pairs of a group share a body, and every contact is in one place: with more pairs at a
+ * body than there are colours too. */
+static void test_groups(void **state)
+{
+    int32_t g, k, l, m, seen = 0;
+    int8_t *count;
+    fixture f;
+
+    (void)state;
+    open_scene(&f, 0);
+    add_ring(&f, 90);
+    prepare(&f, 4, 0);
+    run(&f);
+    count = calloc((size_t)f.s.contacts, sizeof *count);
+    assert_non_null(count);
+    for (g = 0; g < f.coloured.groups; g++) {
+        const perp__lane_group *group = &f.coloured.group[g];
+
+        for (l = 0; l < PERP__GROUP; l++)
+            for (m = 0; m < l; m++) {
+                const int32_t none = f.s.bodies;
+
+                assert_true(group->a[l] == none || group->a[l] != group->a[m]);
+                assert_true(group->a[l] == none || group->a[l] != group->b[m]);
+                assert_true(group->b[l] == none || group->b[l] != group->a[m]);
+                assert_true(group->b[l] == none || group->b[l] != group->b[m]);
+            }
+        for (k = 0; k < group->points; k++)
+            for (l = 0; l < PERP__GROUP; l++)
+                if (f.coloured.point[group->first + k].contact[l] >= 0) {
+                    count[f.coloured.point[group->first + k].contact[l]]++;
+                    seen++;
+                }
+    }
+    assert_int_equal(seen, f.s.contacts);
+    for (k = 0; k < f.s.contacts; k++)
+        assert_int_equal(count[k], 1);
+    free(count);
+    close_scene(&f);
+}
+
+/* Many passes come to what the exact solver finds: v is unique, since contacts are isolated enough
+ * or slip. Passes stop at rounding; the exact answer is good to its tol. */
+static void against_exact(fixture *f, int32_t passes, double tolerance)
+{
+    perp__rigid_solver *solver = NULL;
+    const int32_t numbers = f->s.width * f->s.bodies;
+    double *v;
+    int32_t i;
+
+    prepare(f, 0, passes);
+    run(f);
+    v = rigid_grown(NULL, (size_t)numbers, sizeof *v);
+    memcpy(v, f->s.v, (size_t)numbers * sizeof *v);
+    assert_int_equal(perp__rigid_create(f->context, &solver), PERP_OK);
+    f->problem.tol = 1e-10;
+    assert_int_equal(perp__rigid_solve(solver, &f->answer, &f->problem), PERP_OK);
+    assert_int_equal(f->answer.outcome, PERP_OUTCOME_SOLVED);
+    for (i = 0; i < numbers; i++)
+        if (!(fabs(v[i] - f->s.v[i]) <= tolerance))
+            fail_msg("v[%d] is %.17g, exact %.17g", (int)i, v[i], f->s.v[i]);
+    perp__rigid_destroy(solver);
+    free(v);
+}
+
+static void test_limit(void **state)
+{
+    static const double half[3] = {0.5, 0.5, 0.5};
+    const double thrown[6] = {1.5, 0.4, -1.0, 0.0, 0.0, 0.0}, flat[3] = {1.5, -1.0, 0.3};
+    int32_t planar;
+    fixture f;
+
+    (void)state;
+    for (planar = 0; planar < 2; planar++) {
+        open_scene(&f, planar);
+        rigid_pyramid(&f.s, 3, 0.5);
+        against_exact(&f, 3000, 1e-10); /* at rest; Gauss-Seidel's rate is about 0.99 */
+        close_scene(&f);
+        open_scene(&f, planar);
+        rigid_box(&f.s, 0.0, 0.0, 0.5, half, 2.0, planar ? flat : thrown);
+        rigid_face(&f.s, RIGID_GROUND, 0, -0.5, 0.5, -0.5, 0.5, 0.0, 0.3);
+        against_exact(&f, 3000, 1e-10);
+        close_scene(&f);
+    }
+}
+
+/* Substeps from the impulses that they ended with stand still: warm starts keep no drift. The
+ * velocity falls by orders from the first step, g h, in 300 steps. */
+static void test_warm(void **state)
+{
+    double *warm, fastest = 0.0;
+    int32_t i;
+    fixture f;
+
+    (void)state;
+    open_scene(&f, 0);
+    rigid_pyramid(&f.s, 5, 0.5);
+    prepare(&f, 8, 0);
+    warm = calloc(3 * (size_t)f.s.contacts, sizeof *warm);
+    assert_non_null(warm);
+    f.problem.warm = f.step.next_warm = warm;
+    for (i = 0; i < 300; i++)
+        run(&f);
+    for (i = 0; i < 6 * f.s.bodies; i++)
+        fastest = fmax(fastest, fabs(f.s.v[i]));
+    assert_true(fastest < 1e-3 * RIGID_G * RIGID_H);
+    free(warm);
+    close_scene(&f);
+}
+
+/* A body that nothing presses keeps the bits of its free velocity, and a carrier carries. */
+static void test_free_and_carried(void **state)
+{
+    static const double half[3] = {0.5, 0.5, 0.5};
+    const double up[6] = {0.0, 0.0, 1.0, 0.1, 0.2, 0.3}, belt[6] = {0.05, 0.0, 0.0, 0, 0, 0};
+    int32_t i;
+    fixture f;
+
+    (void)state;
+    open_scene(&f, 0);
+    rigid_box(&f.s, 0.0, 0.0, 0.5, half, 2.0, up);
+    rigid_box(&f.s, 5.0, 0.0, 0.5, half, 2.0, NULL);
+    rigid_add(&f.s, half, half, 0.0, belt);
+    rigid_face(&f.s, RIGID_GROUND, 0, -0.5, 0.5, -0.5, 0.5, 0.0, 0.3);
+    rigid_face(&f.s, 2, 1, 4.5, 5.5, -0.5, 0.5, 0.0, 1000.0);
+    prepare(&f, 0, 2000);
+    memcpy(f.start, f.s.free, 6 * sizeof(double));
+    run(&f);
+    assert_memory_equal(f.s.v, f.s.free, 6 * sizeof(double));
+    for (i = 0; i < 6; i++) /* stuck to the belt, to what 2000 passes leave of 0.05 m/s */
+        assert_true(fabs(f.s.v[6 + i] - belt[i]) < 1e-9);
+    close_scene(&f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_groups),
+        cmocka_unit_test(test_limit),
+        cmocka_unit_test(test_warm),
+        cmocka_unit_test(test_free_and_carried),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
