@@ -111,7 +111,7 @@ static void count_rows(perp_world *world, perp_world_stats *stats)
     stats->islands = world->island_count;
     stats->rows_normal = stats->rows_friction = stats->rows_cone = 0;
     for (i = 0; i < world->contacts.count; i++) {
-        const perp__world_contact *contact = &world->contacts.contacts[i];
+        const perp__contact_point *contact = &world->contacts.contacts[i];
 
         if (!contact->included)
             continue;
@@ -131,7 +131,7 @@ static int32_t may_advance(const perp_world *world, perp_outcome outcome)
 
 static void commit(perp_world *world)
 {
-    perp_contact *records = world->records;
+    perp_world_contact *records = world->records;
 
     memcpy(world->states, world->next, (size_t)world->body_slots * sizeof *world->states);
     world->records = world->next_records;

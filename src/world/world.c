@@ -25,9 +25,9 @@ perp_status perp_world_settings_init(perp_world_settings *settings, size_t size,
     return status;
 }
 
-perp_status perp_contact_init(perp_contact *contact, size_t size)
+perp_status perp_world_contact_init(perp_world_contact *contact, size_t size)
 {
-    return perp__struct_init(contact, size, PERP__SIZE_THROUGH(perp_contact, reserved));
+    return perp__struct_init(contact, size, PERP__SIZE_THROUGH(perp_world_contact, reserved));
 }
 
 perp_status perp_step_result_init(perp_step_result *result, size_t size)
@@ -262,10 +262,10 @@ int32_t perp_world_contact_count(const perp_world *world)
     return world->record_count;
 }
 
-static perp_status get_contact(const perp_world *world, perp_contact *contact, int32_t index)
+static perp_status get_contact(const perp_world *world, perp_world_contact *contact, int32_t index)
 {
     perp_status status = perp__struct_check(world->context, "contact", contact, sizeof *contact,
-                                            PERP__SIZE_THROUGH(perp_contact, reserved));
+                                            PERP__SIZE_THROUGH(perp_world_contact, reserved));
 
     if (status != PERP_OK)
         return status;
@@ -277,7 +277,8 @@ static perp_status get_contact(const perp_world *world, perp_contact *contact, i
     return PERP_OK;
 }
 
-perp_status perp_world_get_contact(const perp_world *world, perp_contact *contact, int32_t index)
+perp_status perp_world_get_contact(const perp_world *world, perp_world_contact *contact,
+                                   int32_t index)
 {
     perp_status status = perp__world_enter(world);
 

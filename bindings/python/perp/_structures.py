@@ -663,7 +663,7 @@ STRUCTS = {
     "perp_body_settings": BodySettings,
     "perp_body_state": BodyState,
     "perp_shape_settings": ShapeSettings,
-    "perp_contact": Contact,
+    "perp_world_contact": Contact,
     "perp_step_result": StepResult,
     "perp_world_stats": WorldStats,
     **MECHANISM_STRUCTS,
