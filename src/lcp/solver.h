@@ -3,13 +3,13 @@
 #define PERP_LCP_SOLVER_H
 
 #include "base/arena.h"
+#include "base/handle.h"
 #include "base/outcome.h"
 #include "lcp/lcp.h"
 #include "lcp/method.h"
 #include "lcp/polish.h"
 #include "lcp/witness.h"
 
-#define PERP__SOLVER_MAGIC UINT64_C(0x706572706c637073)
 #define PERP__METHODS 6
 
 /* What a point is worth: the numbers DESIGN.md defines, all from the caller's data. */
@@ -37,8 +37,7 @@ typedef struct perp__candidate {
 } perp__candidate;
 
 struct perp_lcp_solver {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp_lcp_settings settings;
     perp__arena arena;
     int64_t setups; /* 0: no problem yet */

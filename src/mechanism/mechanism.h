@@ -8,6 +8,7 @@
 
 #include "base/arena.h"
 #include "base/check.h"
+#include "base/handle.h"
 #include "base/outcome.h"
 
 #define PERP__MECHANISM_MODEL_FIRST PERP__SIZE_THROUGH(perp_mechanism_model, user)
@@ -17,7 +18,6 @@
 #define PERP__MECHANISM_FOUND_FIRST PERP__SIZE_THROUGH(perp_mechanism_found, rays)
 #define PERP__MECHANISM_SUMMARY_FIRST PERP__SIZE_THROUGH(perp_mechanism_summary, patterns)
 
-#define PERP__MECHANISM_MAGIC UINT64_C(0x706572706d656368)
 #define PERP__EPS 2.220446049250313e-16
 
 /* The velocities of an answer and its impulses belong together up to this, beside the terms of
@@ -97,8 +97,7 @@ typedef struct perp__theta perp__theta;
 typedef struct perp__adaptive perp__adaptive;
 
 struct perp_mechanism {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp_context *inner; /* of the solvers that work for the mechanism */
     perp__arena arena;
     perp_mechanism_settings settings;

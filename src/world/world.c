@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "base/context.h"
 #include "lcp/lcp.h"
 
 #define STANDARD_GRAVITY 9.81
@@ -38,11 +37,6 @@ perp_status perp_step_result_init(perp_step_result *result, size_t size)
 perp_status perp_world_stats_init(perp_world_stats *stats, size_t size)
 {
     return perp__struct_init(stats, size, PERP__SIZE_THROUGH(perp_world_stats, seconds_project));
-}
-
-perp_status perp__world_enter(const perp_world *world)
-{
-    return perp__enter_handle(world, PERP__WORLD_MAGIC);
 }
 
 void *perp__grown(perp_context *context, void *old, size_t used, size_t size)
@@ -163,8 +157,9 @@ static void set_coordinates(perp_world *world)
     make_edges(world->edge, world->edges);
 }
 
-static void release_world(perp_world *world)
+static void release(void *object)
 {
+    perp_world *world = object;
     perp_context *context = world->context;
 
     perp__lcp_destroy(world->solver);
@@ -180,8 +175,13 @@ static void release_world(perp_world *world)
     perp__arena_release(&world->shape_arena);
     perp__arena_release(&world->link_arena);
     perp__arena_release(&world->island_arena);
-    world->magic = 0;
-    perp__release(context, world);
+}
+
+static const perp__kind kind = {"the world", sizeof(perp_world), release};
+
+perp_status perp__world_enter(const perp_world *world)
+{
+    return perp__handle_enter(world, &kind);
 }
 
 static perp_status create(perp_context *context, perp_world **world,
@@ -200,12 +200,9 @@ static perp_status create(perp_context *context, perp_world **world,
         status = check_settings(context, &settings);
     if (status != PERP_OK)
         return status;
-    made = perp__allocate(context, 1, sizeof *made);
+    made = perp__handle_create(context, &kind);
     if (!made)
-        return perp__fail_memory(context, "the world");
-    memset(made, 0, sizeof *made);
-    made->magic = PERP__WORLD_MAGIC;
-    made->context = context;
+        return PERP_ERROR_MEMORY;
     made->settings = settings;
     made->free_body = -1;
     made->free_shape = -1;
@@ -217,12 +214,10 @@ static perp_status create(perp_context *context, perp_world **world,
     status = make_solver(made);
     if (status == PERP_OK)
         status = make_ground(made);
-    if (status == PERP_OK) {
-        perp__attach(context);
+    if (status == PERP_OK)
         *world = made;
-    } else {
-        release_world(made);
-    }
+    else
+        perp__handle_end(made);
     return status;
 }
 
@@ -238,28 +233,17 @@ perp_status perp_world_create(perp_context *context, perp_world **world,
 
 void perp_world_destroy(perp_world *world)
 {
-    perp_context *context;
-
-    if (!perp__enter_to_destroy(world, PERP__WORLD_MAGIC))
-        return;
-    context = world->context;
-    release_world(world);
-    perp__detach(context);
-    perp__leave(context, PERP_OK);
+    perp__handle_destroy(world, &kind);
 }
 
 perp_body perp_world_ground(const perp_world *world)
 {
-    if (!world || world->magic != PERP__WORLD_MAGIC)
-        return 0;
-    return perp__id(0, world->bodies[0].generation);
+    return perp__handle_is(world, &kind) ? perp__id(0, world->bodies[0].generation) : 0;
 }
 
 int32_t perp_world_contact_count(const perp_world *world)
 {
-    if (!world || world->magic != PERP__WORLD_MAGIC)
-        return 0;
-    return world->record_count;
+    return perp__handle_is(world, &kind) ? world->record_count : 0;
 }
 
 static perp_status get_contact(const perp_world *world, perp_world_contact *contact, int32_t index)

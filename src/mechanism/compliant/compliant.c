@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "base/outcome.h"
 #include "linalg/blas.h"
 #include "mechanism/copy.h"
@@ -146,11 +145,18 @@ static perp_status take(perp_compliant *c, const perp_compliant_system *s)
     return check_finite(c);
 }
 
-static void release(perp_compliant *c)
+static void release(void *object)
 {
+    perp_compliant *c = object;
+
     perp__arena_release(&c->arena);
-    c->magic = 0;
-    perp__release(c->context, c);
+}
+
+static const perp__kind kind = {"compliant contacts", sizeof(perp_compliant), release};
+
+perp_status perp__compliant_enter(perp_compliant *c)
+{
+    return perp__handle_enter(c, &kind);
 }
 
 static perp_status create(perp_context *context, perp_compliant **compliant,
@@ -175,12 +181,9 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
                             (int)read.contacts);
     if (status != PERP_OK)
         return status;
-    c = perp__allocate(context, 1, sizeof *c);
+    c = perp__handle_create(context, &kind);
     if (!c)
-        return perp__fail_memory(context, "compliant contacts");
-    memset(c, 0, sizeof *c);
-    c->magic = PERP__COMPLIANT_MAGIC;
-    c->context = context;
+        return PERP_ERROR_MEMORY;
     c->n = read.n;
     c->p = read.contacts;
     perp__arena_init(&c->arena, context);
@@ -188,10 +191,9 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
     if (status == PERP_OK)
         status = take(c, &read);
     if (status != PERP_OK) {
-        release(c);
+        perp__handle_end(c);
         return status;
     }
-    perp__attach(context);
     *compliant = c;
     return PERP_OK;
 }
@@ -208,14 +210,7 @@ perp_status perp_compliant_create(perp_context *context, perp_compliant **compli
 
 void perp_compliant_destroy(perp_compliant *compliant)
 {
-    perp_context *context;
-
-    if (!perp__enter_to_destroy(compliant, PERP__COMPLIANT_MAGIC))
-        return;
-    context = compliant->context;
-    release(compliant);
-    perp__detach(context);
-    perp__leave(context, PERP_OK);
+    perp__handle_destroy(compliant, &kind);
 }
 
 /* ---- linearisation ------------------------------------------------------------------------- */
@@ -277,7 +272,7 @@ perp_status perp_compliant_linearise(perp_compliant *compliant, perp_compliant_s
                                      double *gamma, double *eigenvalues, const int32_t *slip,
                                      const int32_t *load)
 {
-    perp_status status = perp__enter_handle(compliant, PERP__COMPLIANT_MAGIC);
+    perp_status status = perp__compliant_enter(compliant);
 
     if (status != PERP_OK)
         return status;

@@ -386,7 +386,7 @@ perp_status perp_compliant_run(perp_compliant *compliant, double *x, double *v, 
                                const perp_compliant_settings *settings, const double *x0,
                                const double *v0, double t_end)
 {
-    perp_status status = perp__enter_handle(compliant, PERP__COMPLIANT_MAGIC);
+    perp_status status = perp__compliant_enter(compliant);
 
     if (status != PERP_OK)
         return status;
