@@ -27,10 +27,7 @@ static int is_context(const perp_context *context)
     return context && context->is == &known && !context->destroyed;
 }
 
-perp_status perp_context_settings_init(perp_context_settings *settings, size_t size)
-{
-    return perp__struct_init(settings, size, PERP__SIZE_THROUGH(perp_context_settings, log_user));
-}
+PERP__INIT(perp_context_settings)
 
 void perp__context_init(perp_context *context, perp_allocate_function allocate,
                         perp_release_function release, void *user)
@@ -51,8 +48,7 @@ perp_status perp_context_create(perp_context **context, const perp_context_setti
     if (!context)
         return PERP_ERROR_ARGUMENT;
     memset(&own, 0, sizeof own);
-    status = perp__struct_read(NULL, "settings", &own, sizeof own, settings,
-                               PERP__SIZE_THROUGH(perp_context_settings, log_user));
+    status = PERP__READ(perp_context_settings, NULL, &own, settings);
     if (status != PERP_OK)
         return status;
     if (!own.allocate != !own.release)

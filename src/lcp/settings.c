@@ -8,7 +8,7 @@
 
 perp_status perp_lcp_settings_init(perp_lcp_settings *settings, size_t size)
 {
-    perp_status status = perp__struct_init(settings, size, PERP__LCP_SETTINGS_FIRST);
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_lcp_settings));
 
     if (status == PERP_OK) {
         settings->tol = 1e-10;
@@ -20,10 +20,7 @@ perp_status perp_lcp_settings_init(perp_lcp_settings *settings, size_t size)
     return status;
 }
 
-perp_status perp_lcp_result_init(perp_lcp_result *result, size_t size)
-{
-    return perp__struct_init(result, size, PERP__LCP_RESULT_FIRST);
-}
+PERP__INIT(perp_lcp_result)
 
 const char *perp_lcp_method_text(int32_t method)
 {
@@ -101,8 +98,7 @@ perp_status perp__lcp_settings_read(perp_context *context, perp_lcp_settings *ow
     perp_status status = perp_lcp_settings_init(&read, sizeof read);
 
     if (status == PERP_OK)
-        status = perp__struct_read(context, "settings", &read, sizeof read, settings,
-                                   PERP__LCP_SETTINGS_FIRST);
+        status = PERP__READ(perp_lcp_settings, context, &read, settings);
     if (status == PERP_OK)
         status = check_choices(context, &read);
     if (status == PERP_OK && read.max_iterations < 0)

@@ -11,10 +11,6 @@
 #include "base/handle.h"
 #include "base/outcome.h"
 
-#define PERP__MECHANISM_MODEL_FIRST PERP__SIZE_THROUGH(perp_mechanism_model, user)
-#define PERP__MECHANISM_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_mechanism_settings, reserved)
-#define PERP__MECHANISM_STEP_FIRST PERP__SIZE_THROUGH(perp_mechanism_step, exhaustive)
-#define PERP__MECHANISM_RUN_FIRST PERP__SIZE_THROUGH(perp_mechanism_run_result, evaluations)
 #define PERP__MECHANISM_FOUND_FIRST PERP__SIZE_THROUGH(perp_mechanism_found, rays)
 #define PERP__MECHANISM_SUMMARY_FIRST PERP__SIZE_THROUGH(perp_mechanism_summary, patterns)
 

@@ -12,7 +12,7 @@
 
 perp_status perp_mechanism_model_init(perp_mechanism_model *model, size_t size)
 {
-    perp_status status = perp__struct_init(model, size, PERP__MECHANISM_MODEL_FIRST);
+    perp_status status = perp__struct_init(model, size, PERP__FIRST(perp_mechanism_model));
 
     if (status == PERP_OK) {
         model->dim = 2;
@@ -23,7 +23,7 @@ perp_status perp_mechanism_model_init(perp_mechanism_model *model, size_t size)
 
 perp_status perp_mechanism_settings_init(perp_mechanism_settings *settings, size_t size)
 {
-    perp_status status = perp__struct_init(settings, size, PERP__MECHANISM_SETTINGS_FIRST);
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_mechanism_settings));
 
     if (status == PERP_OK) {
         settings->project = 1;
@@ -38,15 +38,8 @@ perp_status perp_mechanism_settings_init(perp_mechanism_settings *settings, size
     return status;
 }
 
-perp_status perp_mechanism_step_init(perp_mechanism_step *step, size_t size)
-{
-    return perp__struct_init(step, size, PERP__MECHANISM_STEP_FIRST);
-}
-
-perp_status perp_mechanism_run_result_init(perp_mechanism_run_result *result, size_t size)
-{
-    return perp__struct_init(result, size, PERP__MECHANISM_RUN_FIRST);
-}
+PERP__INIT(perp_mechanism_step)
+PERP__INIT(perp_mechanism_run_result)
 
 /* ---- settings ------------------------------------------------------------------------------ */
 
@@ -125,8 +118,7 @@ perp_status perp__mechanism_settings_read(perp_context *context, perp_mechanism_
     perp_status status;
 
     perp_mechanism_settings_init(&read, sizeof read);
-    status = perp__struct_read(context, "settings", &read, sizeof read, settings,
-                               PERP__MECHANISM_SETTINGS_FIRST);
+    status = PERP__READ(perp_mechanism_settings, context, &read, settings);
     if (status == PERP_OK)
         status = check_settings(context, &read);
     if (status == PERP_OK)
@@ -234,8 +226,7 @@ perp_status perp__mechanism_model_read(perp_context *context, perp_mechanism_mod
 
     perp_mechanism_model_init(&read, sizeof read);
     if (status == PERP_OK)
-        status = perp__struct_read(context, "model", &read, sizeof read, model,
-                                   PERP__MECHANISM_MODEL_FIRST);
+        status = PERP__READ(perp_mechanism_model, context, &read, model);
     if (status == PERP_OK)
         status = check_size(context, "velocities", read.velocities, 1);
     if (status == PERP_OK)

@@ -6,14 +6,11 @@
 
 #include "base/context.h"
 
-perp_status perp_ncp_problem_init(perp_ncp_problem *problem, size_t size)
-{
-    return perp__struct_init(problem, size, PERP__NCP_PROBLEM_FIRST);
-}
+PERP__INIT(perp_ncp_problem)
 
 perp_status perp_ncp_settings_init(perp_ncp_settings *settings, size_t size)
 {
-    perp_status status = perp__struct_init(settings, size, PERP__NCP_SETTINGS_FIRST);
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_ncp_settings));
 
     if (status == PERP_OK) {
         settings->tol = 1e-10;
@@ -25,10 +22,7 @@ perp_status perp_ncp_settings_init(perp_ncp_settings *settings, size_t size)
     return status;
 }
 
-perp_status perp_ncp_result_init(perp_ncp_result *result, size_t size)
-{
-    return perp__struct_init(result, size, PERP__NCP_RESULT_FIRST);
-}
+PERP__INIT(perp_ncp_result)
 
 const char *perp_ncp_method_text(int32_t method)
 {
@@ -88,8 +82,7 @@ perp_status perp__ncp_settings_read(perp_context *context, perp_ncp_settings *ow
     perp_status status = perp_ncp_settings_init(&read, sizeof read);
 
     if (status == PERP_OK)
-        status = perp__struct_read(context, "settings", &read, sizeof read, settings,
-                                   PERP__NCP_SETTINGS_FIRST);
+        status = PERP__READ(perp_ncp_settings, context, &read, settings);
     if (status == PERP_OK)
         status = check_counts(context, &read);
     if (status == PERP_OK)
@@ -152,14 +145,12 @@ static perp_status check_storage(perp_context *context, const perp_ncp_problem *
 perp_status perp__ncp_problem_read(perp_context *context, perp_ncp_problem *own,
                                    const perp_ncp_problem *problem)
 {
-    perp_status status =
-        perp__struct_check(context, "problem", problem, sizeof *problem, PERP__NCP_PROBLEM_FIRST);
+    perp_status status = PERP__CHECK(perp_ncp_problem, context, problem);
 
     if (status != PERP_OK)
         return status;
     memset(own, 0, sizeof *own);
-    status =
-        perp__struct_read(context, "problem", own, sizeof *own, problem, PERP__NCP_PROBLEM_FIRST);
+    status = PERP__READ(perp_ncp_problem, context, own, problem);
     if (status == PERP_OK && own->n < 0)
         status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.n is %d, expected a count",
                             (int)own->n);

@@ -11,8 +11,7 @@
 
 perp_status perp_world_settings_init(perp_world_settings *settings, size_t size, int32_t planar)
 {
-    perp_status status =
-        perp__struct_init(settings, size, PERP__SIZE_THROUGH(perp_world_settings, reserved));
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_world_settings));
 
     if (status == PERP_OK) {
         settings->gravity[planar ? 1 : 2] = -STANDARD_GRAVITY;
@@ -24,20 +23,9 @@ perp_status perp_world_settings_init(perp_world_settings *settings, size_t size,
     return status;
 }
 
-perp_status perp_world_contact_init(perp_world_contact *contact, size_t size)
-{
-    return perp__struct_init(contact, size, PERP__SIZE_THROUGH(perp_world_contact, reserved));
-}
-
-perp_status perp_step_result_init(perp_step_result *result, size_t size)
-{
-    return perp__struct_init(result, size, PERP__SIZE_THROUGH(perp_step_result, islands));
-}
-
-perp_status perp_world_stats_init(perp_world_stats *stats, size_t size)
-{
-    return perp__struct_init(stats, size, PERP__SIZE_THROUGH(perp_world_stats, seconds_project));
-}
+PERP__INIT(perp_world_contact)
+PERP__INIT(perp_step_result)
+PERP__INIT(perp_world_stats)
 
 void *perp__grown(perp_context *context, void *old, size_t used, size_t size)
 {
@@ -195,7 +183,7 @@ static perp_status create(perp_context *context, perp_world **world,
         status = perp_world_settings_init(&settings, sizeof settings, 0);
     if (status == PERP_OK)
         status = perp__struct_read(context, "settings", &settings, sizeof settings, caller,
-                                   PERP__SIZE_THROUGH(perp_world_settings, reserved));
+                                   PERP__FIRST(perp_world_settings));
     if (status == PERP_OK)
         status = check_settings(context, &settings);
     if (status != PERP_OK)
@@ -248,8 +236,7 @@ int32_t perp_world_contact_count(const perp_world *world)
 
 static perp_status get_contact(const perp_world *world, perp_world_contact *contact, int32_t index)
 {
-    perp_status status = perp__struct_check(world->context, "contact", contact, sizeof *contact,
-                                            PERP__SIZE_THROUGH(perp_world_contact, reserved));
+    perp_status status = PERP__CHECK(perp_world_contact, world->context, contact);
 
     if (status != PERP_OK)
         return status;
@@ -277,8 +264,7 @@ perp_status perp_world_get_stats(const perp_world *world, perp_world_stats *stat
 
     if (status != PERP_OK)
         return status;
-    status = perp__struct_check(world->context, "stats", stats, sizeof *stats,
-                                PERP__SIZE_THROUGH(perp_world_stats, seconds_project));
+    status = PERP__CHECK(perp_world_stats, world->context, stats);
     if (status == PERP_OK)
         perp__struct_write(stats, &world->stats, sizeof world->stats);
     return perp__leave(world->context, status);
@@ -290,8 +276,7 @@ static perp_status step(perp_world *world, perp_step_result *result, double dt)
     perp_status status = PERP_OK;
 
     if (result)
-        status = perp__struct_check(world->context, "result", result, sizeof own,
-                                    PERP__SIZE_THROUGH(perp_step_result, islands));
+        status = PERP__CHECK(perp_step_result, world->context, result);
     if (status == PERP_OK)
         status = perp__check_finite(world->context, "dt", &dt, 1);
     if (status != PERP_OK)

@@ -11,12 +11,7 @@
 #include "base/check.h"
 #include "lcp/settings.h"
 
-#define PERP__SENSITIVITY_INFO_FIRST PERP__SIZE_THROUGH(perp_lcp_sensitivity_info, condition)
-
-perp_status perp_lcp_sensitivity_info_init(perp_lcp_sensitivity_info *info, size_t size)
-{
-    return perp__struct_init(info, size, PERP__SENSITIVITY_INFO_FIRST);
-}
+PERP__INIT(perp_lcp_sensitivity_info)
 
 /* ---- life ---------------------------------------------------------------------------------- */
 
@@ -70,8 +65,7 @@ static perp_status create(perp_context *context, perp_lcp_sensitivity **sensitiv
     perp_status status = perp__check_pointer(context, "sensitivity", sensitivity);
 
     if (status == PERP_OK)
-        status =
-            perp__struct_check(context, "info", info, sizeof *info, PERP__SENSITIVITY_INFO_FIRST);
+        status = PERP__CHECK(perp_lcp_sensitivity_info, context, info);
     if (status != PERP_OK)
         return status;
     made = perp__handle_create(context, &kind);

@@ -9,14 +9,11 @@
 #include "mechanism/copy.h"
 #include "mechanism/stability.h"
 
-perp_status perp_compliant_system_init(perp_compliant_system *system, size_t size)
-{
-    return perp__struct_init(system, size, PERP__COMPLIANT_SYSTEM_FIRST);
-}
+PERP__INIT(perp_compliant_system)
 
 perp_status perp_compliant_settings_init(perp_compliant_settings *settings, size_t size)
 {
-    perp_status status = perp__struct_init(settings, size, PERP__COMPLIANT_SETTINGS_FIRST);
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_compliant_settings));
 
     if (status == PERP_OK) {
         settings->tol = 1e-9;
@@ -25,15 +22,8 @@ perp_status perp_compliant_settings_init(perp_compliant_settings *settings, size
     return status;
 }
 
-perp_status perp_compliant_result_init(perp_compliant_result *result, size_t size)
-{
-    return perp__struct_init(result, size, PERP__COMPLIANT_RESULT_FIRST);
-}
-
-perp_status perp_compliant_stability_init(perp_compliant_stability *stability, size_t size)
-{
-    return perp__struct_init(stability, size, PERP__COMPLIANT_STABILITY_FIRST);
-}
+PERP__INIT(perp_compliant_result)
+PERP__INIT(perp_compliant_stability)
 
 /* ---- the system ---------------------------------------------------------------------------- */
 
@@ -170,8 +160,7 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
     if (status == PERP_OK)
         status = perp__check_pointer(context, "system", system);
     if (status == PERP_OK)
-        status = perp__struct_read(context, "system", &read, sizeof read, system,
-                                   PERP__COMPLIANT_SYSTEM_FIRST);
+        status = PERP__READ(perp_compliant_system, context, &read, system);
     if (status == PERP_OK && (read.n < 1 || read.n > 20000))
         status = perp__fail(context, PERP_ERROR_ARGUMENT,
                             "system.n is %d, expected at least 1 (and at most 20000)", (int)read.n);
@@ -235,8 +224,7 @@ static perp_status linearise(perp_compliant *c, perp_compliant_stability *stabil
     perp_compliant_stability own;
     perp__stability verdict;
     size_t k, l;
-    perp_status status = perp__struct_check(c->context, "stability", stability, sizeof *stability,
-                                            PERP__COMPLIANT_STABILITY_FIRST);
+    perp_status status = PERP__CHECK(perp_compliant_stability, c->context, stability);
 
     if (status == PERP_OK)
         status = check_signs(c, "slip", slip, 0);

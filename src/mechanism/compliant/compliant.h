@@ -8,11 +8,6 @@
 #include "base/check.h"
 #include "base/handle.h"
 
-#define PERP__COMPLIANT_SYSTEM_FIRST PERP__SIZE_THROUGH(perp_compliant_system, damping)
-#define PERP__COMPLIANT_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_compliant_settings, most_steps)
-#define PERP__COMPLIANT_RESULT_FIRST PERP__SIZE_THROUGH(perp_compliant_result, rejected)
-#define PERP__COMPLIANT_STABILITY_FIRST PERP__SIZE_THROUGH(perp_compliant_stability, growth)
-
 enum { PERP__STAGES = 5 };
 
 struct perp_compliant {

@@ -357,11 +357,9 @@ static perp_status run_checked(perp_compliant *c, double *x, double *v, double *
     if (status == PERP_OK)
         status = perp__check_pointer(c->context, "v", v);
     if (status == PERP_OK)
-        status = perp__struct_check(c->context, "result", result, sizeof *result,
-                                    PERP__COMPLIANT_RESULT_FIRST);
+        status = PERP__CHECK(perp_compliant_result, c->context, result);
     if (status == PERP_OK)
-        status = perp__struct_read(c->context, "settings", &run.settings, sizeof run.settings,
-                                   settings, PERP__COMPLIANT_SETTINGS_FIRST);
+        status = PERP__READ(perp_compliant_settings, c->context, &run.settings, settings);
     if (status == PERP_OK)
         status = check(c, &run, x0, v0);
     if (status == PERP_OK)
