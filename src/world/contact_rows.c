@@ -14,7 +14,7 @@
 
 #include <string.h>
 
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 /* t1 is the x axis brought into the tangent plane, or the y axis where the normal is close to x;
  * t2 = n x t1. Planar: t1 is the normal turned by +90 degrees. The normal (0,0,1) has t1 = x and
@@ -48,8 +48,7 @@ static void body_rows(const perp_world *world, perp__contact_point *contact, int
     double arm[3], moment[3];
     int32_t k, i;
 
-    for (i = 0; i < 3; i++)
-        arm[i] = contact->position[i] - position[i];
+    perp__subtract3(arm, contact->position, position);
     for (k = 0; k < 3; k++) {
         double *row = contact->rows[side][k];
         double *response = contact->response[side][k];

@@ -14,7 +14,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 #define RELATIVE_SLACK 1e-9
 

@@ -17,7 +17,7 @@
 #include <string.h>
 
 #include "linalg/orthogonal.h"
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 /* Rows of a group of bodies, gathered in the island's workspace. */
 typedef struct gathered {
@@ -188,7 +188,6 @@ static void carried_twist(const perp_world *world, int32_t body, int32_t root, d
 {
     const double *carrier;
     double arm[3], turned[3];
-    int32_t i;
 
     memset(twist, 0, 6 * sizeof *twist);
     if (root == PERP__ROOT_STATIC)
@@ -197,8 +196,7 @@ static void carried_twist(const perp_world *world, int32_t body, int32_t root, d
     memcpy(twist, carrier, 6 * sizeof *twist);
     if (perp__is_zero3(carrier + 3))
         return;
-    for (i = 0; i < 3; i++)
-        arm[i] = world->states[body].position[i] - world->states[root].position[i];
+    perp__subtract3(arm, world->states[body].position, world->states[root].position);
     perp__cross(turned, carrier + 3, arm);
     perp__add3(twist, 1.0, turned);
 }

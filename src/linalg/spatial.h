@@ -1,6 +1,7 @@
-/* Vectors of three, rotations and unit quaternions (w,x,y,z). Matrices are 3 by 3, row by row. */
-#ifndef PERP_WORLD_SPATIAL_H
-#define PERP_WORLD_SPATIAL_H
+/* Vectors of three, rotations and unit quaternions (w,x,y,z). Matrices are 3 by 3, row by row. Sums of
+ * three run in index order. */
+#ifndef PERP_LINALG_SPATIAL_H
+#define PERP_LINALG_SPATIAL_H
 
 #include <math.h>
 #include <stdint.h>
@@ -26,6 +27,47 @@ static inline void perp__copy3(double *to, const double *from)
     to[0] = from[0];
     to[1] = from[1];
     to[2] = from[2];
+}
+
+static inline double perp__largest3(const double *a)
+{
+    return fmax(fmax(fabs(a[0]), fabs(a[1])), fabs(a[2]));
+}
+
+/* Scales x to length 1 and returns its length; a zero vector is left alone. The power of two taken
+ * out first keeps the squares in range whatever the units. */
+static inline double perp__normalise3(double *x)
+{
+    const double largest = perp__largest3(x);
+    double scaled[3], length;
+    int32_t k;
+    int exponent;
+
+    if (!(largest > 0.0))
+        return 0.0;
+    frexp(largest, &exponent);
+    for (k = 0; k < 3; k++)
+        scaled[k] = ldexp(x[k], -exponent);
+    length = sqrt(perp__dot3(scaled, scaled));
+    for (k = 0; k < 3; k++)
+        x[k] = scaled[k] / length;
+    return ldexp(length, exponent);
+}
+
+/* z = x - y */
+static inline void perp__subtract3(double *z, const double *x, const double *y)
+{
+    z[0] = x[0] - y[0];
+    z[1] = x[1] - y[1];
+    z[2] = x[2] - y[2];
+}
+
+/* z = x + s y */
+static inline void perp__along3(double *z, const double *x, double s, const double *y)
+{
+    z[0] = x[0] + s * y[0];
+    z[1] = x[1] + s * y[1];
+    z[2] = x[2] + s * y[2];
 }
 
 /* y += s x */
@@ -69,6 +111,14 @@ static inline void perp__apply_transposed3(double *y, const double *A, const dou
     y[0] = A[0] * x[0] + A[3] * x[1] + A[6] * x[2];
     y[1] = A[1] * x[0] + A[4] * x[1] + A[7] * x[2];
     y[2] = A[2] * x[0] + A[5] * x[1] + A[8] * x[2];
+}
+
+/* Column j of A. */
+static inline void perp__column3(double *y, const double *A, int32_t j)
+{
+    y[0] = A[j];
+    y[1] = A[3 + j];
+    y[2] = A[6 + j];
 }
 
 /* C = A B; C may not overlap A or B. */
