@@ -59,7 +59,7 @@ static void layout_state(perp__arena *arena, const perp_mechanism *m, perp__mech
     state->modes = perp__arena_take(arena, (size_t)(m->contacts + m->dry), sizeof(int32_t));
 }
 
-size_t perp__mechanism_work(const perp_mechanism *m)
+static size_t work_size(const perp_mechanism *m)
 {
     const size_t n = (size_t)m->n, rows = (size_t)m->rows;
 
@@ -94,7 +94,7 @@ static void layout(perp__arena *arena, void *object)
     take_vector(arena, &m->moved, (size_t)m->coordinates);
     take_vector(arena, &m->kept_q, (size_t)m->coordinates);
     take_vector(arena, &m->kept_v, n);
-    take_vector(arena, &m->work, perp__mechanism_work(m));
+    take_vector(arena, &m->work, work_size(m));
     m->included = perp__arena_take(arena, contacts, 1);
     m->indices = perp__arena_take(arena, 2 * rows + n, sizeof(int32_t));
 }

@@ -114,7 +114,7 @@ struct perp_mechanism {
     double *start_speed;    /* contacts: |u_t| at the step's start, under Poisson's law */
     double *moved;          /* coordinates */
     int8_t *included;
-    double *work;     /* perp__mechanism_work(m) doubles, nobody's beyond a function */
+    double *work;     /* work_size(m) doubles, nobody's beyond a function */
     int32_t *indices; /* 2 rows, the same */
     int64_t evaluations;
     double *kept_q, *kept_v; /* coordinates, n: where m->end holds the rows at kept_t, */
@@ -233,7 +233,6 @@ int32_t perp__mechanism_is_late(const perp_mechanism *m);
 double perp__mechanism_time_left(const perp_mechanism *m);
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v);
-size_t perp__mechanism_work(const perp_mechanism *m);
 /* Fails with the message of the inner context. */
 perp_status perp__mechanism_fail_inner(perp_mechanism *m, perp_status status, const char *what);
 
