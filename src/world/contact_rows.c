@@ -19,7 +19,7 @@
 /* t1 is the x axis brought into the tangent plane, or the y axis where the normal is close to x;
  * t2 = n x t1. Planar: t1 is the normal turned by +90 degrees. The normal (0,0,1) has t1 = x and
  * t2 = y. */
-void perp__contact_frame(const perp_world *world, perp__contact_point *contact)
+void perp__contact_frame(const perp_world *world, perp__world_contact *contact)
 {
     const double *n = contact->axes[0];
     double *t1 = contact->axes[1];
@@ -40,7 +40,7 @@ void perp__contact_frame(const perp_world *world, perp__contact_point *contact)
     perp__cross(contact->axes[2], n, t1);
 }
 
-static void body_rows(const perp_world *world, perp__contact_point *contact, int32_t side,
+static void body_rows(const perp_world *world, perp__world_contact *contact, int32_t side,
                       const double *position)
 {
     const perp__motion *motion = &world->motions[side == 0 ? contact->body_a : contact->body_b];
@@ -64,13 +64,13 @@ static void body_rows(const perp_world *world, perp__contact_point *contact, int
 }
 
 void perp__contact_jacobian(const perp_world *world, const perp__state *states,
-                            perp__contact_point *contact)
+                            perp__world_contact *contact)
 {
     body_rows(world, contact, 0, states[contact->body_a].position);
     body_rows(world, contact, 1, states[contact->body_b].position);
 }
 
-void perp__relative_velocity(const perp_world *world, const perp__contact_point *contact,
+void perp__relative_velocity(const perp_world *world, const perp__world_contact *contact,
                              size_t twist, double *u)
 {
     const double *a = perp__const_twist(&world->motions[contact->body_a], twist);
@@ -91,7 +91,7 @@ static void direction(const perp_world *world, int32_t j, double *d)
 
 /* Adds d_a' G d_b to the block of contacts i (rows) and j (columns) and, mirrored, to that of j and
  * i. On the diagonal only a >= b is computed: the matrix is symmetric to the last bit. */
-static void add_block(perp_world *world, const perp__contact_point *i, const perp__contact_point *j,
+static void add_block(perp_world *world, const perp__world_contact *i, const perp__world_contact *j,
                       const double *G, int32_t n)
 {
     double *W = world->work.matrix;
@@ -123,10 +123,10 @@ static void add_body(perp_world *world, const perp__contact_set *set, const perp
     int32_t i, j, k, l;
 
     for (i = 0; i < motion->touched; i++) {
-        const perp__contact_point *ci = &set->contacts[links[i].contact];
+        const perp__world_contact *ci = &set->contacts[links[i].contact];
 
         for (j = 0; j <= i; j++) {
-            const perp__contact_point *cj = &set->contacts[links[j].contact];
+            const perp__world_contact *cj = &set->contacts[links[j].contact];
             double G[9];
 
             for (k = 0; k < 3; k++)
@@ -138,7 +138,7 @@ static void add_body(perp_world *world, const perp__contact_set *set, const perp
     }
 }
 
-static void add_cone(perp_world *world, const perp__contact_point *contact, int32_t n)
+static void add_cone(perp_world *world, const perp__world_contact *contact, int32_t n)
 {
     double *W = world->work.matrix;
     size_t first = (size_t)contact->first_row;
@@ -163,7 +163,7 @@ void perp__assemble_matrix(perp_world *world, const perp__contact_set *set,
         add_body(world, set, &world->motions[world->body_order[island->first_body + i]],
                  island->rows);
     for (i = 0; i < island->contacts; i++) {
-        const perp__contact_point *contact =
+        const perp__world_contact *contact =
             &set->contacts[world->contact_order[island->first_contact + i]];
 
         if (contact->edges > 0)

@@ -169,7 +169,7 @@ static perp_status find_pairs(perp_world *world, int32_t extents)
 
 static perp_status reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed)
 {
-    perp__contact_point *contacts;
+    perp__world_contact *contacts;
     int32_t capacity = set->capacity > 0 ? set->capacity : PERP__MAX_POINTS;
 
     if (needed <= set->capacity)
@@ -193,7 +193,7 @@ static double pair_friction(double a, double b)
     return a == b ? a : sqrt(a) * sqrt(b);
 }
 
-static void fill_contact(perp_world *world, perp__contact_point *contact, const perp__pair *pair,
+static void fill_contact(perp_world *world, perp__world_contact *contact, const perp__pair *pair,
                          const perp__point *point)
 {
     const perp__shape *a = &world->shapes[pair->first];

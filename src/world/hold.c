@@ -100,7 +100,7 @@ static void weighted_twist(const perp_world *world, const perp__motion *motion, 
 }
 
 /* Appends row `axis` of the contact: columns of group bodies, the motion of others to the right. */
-static void add_row(perp_world *world, const perp__contact_point *contact, int32_t axis,
+static void add_row(perp_world *world, const perp__world_contact *contact, int32_t axis,
                     int32_t group, size_t twist, gathered *all)
 {
     double *row = world->work.held_rows + (size_t)all->rows * (size_t)all->columns;
@@ -128,7 +128,7 @@ static void add_row(perp_world *world, const perp__contact_point *contact, int32
     world->work.targets[all->rows++] = target / length;
 }
 
-static void note_support(const perp_world *world, const perp__contact_point *contact, int32_t other,
+static void note_support(const perp_world *world, const perp__world_contact *contact, int32_t other,
                          gathered *all)
 {
     int32_t root = perp__root_of(world, other);
@@ -143,7 +143,7 @@ static void note_support(const perp_world *world, const perp__contact_point *con
 }
 
 /* Takes part: closed, and its other body is held or of the group; counted once. */
-static int32_t takes_part(const perp_world *world, const perp__contact_point *contact,
+static int32_t takes_part(const perp_world *world, const perp__world_contact *contact,
                           const perp__link *link, int32_t group)
 {
     int32_t other = link->side == 0 ? contact->body_b : contact->body_a;
@@ -171,7 +171,7 @@ static void gather(perp_world *world, const int32_t *bodies, int32_t count, int3
             const perp__link *link = world->links + motion->first_link;
 
             for (j = 0; j < motion->touched; j++, link++) {
-                const perp__contact_point *contact = &world->contacts.contacts[link->contact];
+                const perp__world_contact *contact = &world->contacts.contacts[link->contact];
                 int32_t other = link->side == 0 ? contact->body_b : contact->body_a;
 
                 if (!takes_part(world, contact, link, group) || (axis > 0 && !contact->sticks))
@@ -259,7 +259,7 @@ static void loose_velocity(const perp_world *world, const perp__motion *motion, 
 
     weighted_twist(world, motion, motion->free, y);
     for (j = 0; j < motion->touched; j++, link++) {
-        const perp__contact_point *contact = &world->contacts.contacts[link->contact];
+        const perp__world_contact *contact = &world->contacts.contacts[link->contact];
 
         if (!contact->closed || contact->sticks)
             continue;

@@ -89,7 +89,7 @@ static void order_bodies(perp_world *world)
     }
 }
 
-static int32_t island_of(const perp_world *world, const perp__contact_point *contact)
+static int32_t island_of(const perp_world *world, const perp__world_contact *contact)
 {
     int32_t a = world->motions[contact->body_a].island;
 
@@ -112,7 +112,7 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
         world->islands[i].rows = 0;
     }
     for (i = 0; i < set->count; i++) {
-        perp__contact_point *contact = &set->contacts[i];
+        perp__world_contact *contact = &set->contacts[i];
         perp__island *island;
 
         if (!contact->included)

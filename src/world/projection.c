@@ -20,7 +20,7 @@
 /* How far a point may be moved, in overlaps. */
 #define LONGEST_WAY 8.0
 
-static double overlap_of(const perp__contact_point *contact)
+static double overlap_of(const perp__world_contact *contact)
 {
     double allowed = fmax(OVERLAP_TOLERANCE * contact->size, contact->rounding);
 
@@ -58,7 +58,7 @@ static void find_shifts(perp_world *world, const perp__island *island)
         memset(motion->solved, 0, sizeof motion->solved);
         for (j = 0; j < motion->touched; j++) {
             const perp__link *link = &world->links[motion->first_link + j];
-            const perp__contact_point *contact = &world->overlaps.contacts[link->contact];
+            const perp__world_contact *contact = &world->overlaps.contacts[link->contact];
 
             perp__add6(motion->solved, world->work.z[contact->first_row],
                        contact->response[link->side][0]);
@@ -126,7 +126,7 @@ static perp_status project_island(perp_world *world, const perp__island *island,
     perp_status status;
 
     for (i = 0; i < island->contacts; i++) {
-        perp__contact_point *contact = perp__island_contact(world, &world->overlaps, island, i);
+        perp__world_contact *contact = perp__island_contact(world, &world->overlaps, island, i);
 
         perp__contact_jacobian(world, world->next, contact);
         world->work.q[contact->first_row] = contact->gap;

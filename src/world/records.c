@@ -31,7 +31,7 @@ static perp_status reserve(perp_world *world, int32_t count)
     return PERP_OK;
 }
 
-static int32_t mode_of(const perp__contact_point *contact)
+static int32_t mode_of(const perp__world_contact *contact)
 {
     if (!contact->closed)
         return PERP_CONTACT_SEPARATE;
@@ -39,7 +39,7 @@ static int32_t mode_of(const perp__contact_point *contact)
                                                                       : PERP_CONTACT_SLIP;
 }
 
-static void write_record(const perp_world *world, const perp__contact_point *contact,
+static void write_record(const perp_world *world, const perp__world_contact *contact,
                          perp_world_contact *record)
 {
     memset(record, 0, sizeof *record);
@@ -78,7 +78,7 @@ perp_status perp__write_records(perp_world *world)
     status = reserve(world, count);
     world->next_record_count = 0;
     for (i = 0; i < world->contacts.count && status == PERP_OK; i++) {
-        const perp__contact_point *contact = &world->contacts.contacts[i];
+        const perp__world_contact *contact = &world->contacts.contacts[i];
         perp_world_contact *record;
 
         if (!contact->included)

@@ -32,14 +32,14 @@
 /* A point whose own residual is above this is no start for sweeps: none at all is a better one. */
 #define FAR_OFF 1e-3
 
-static perp__contact_point *island_contact(const perp_world *world, const perp__island *island,
+static perp__world_contact *island_contact(const perp_world *world, const perp__island *island,
                                            int32_t i)
 {
     return perp__island_contact(world, &world->contacts, island, i);
 }
 
 /* A gap that is not told apart from 0 is 0: rounding of coordinates must not move what rests. */
-static double positive_gap(const perp__contact_point *contact, double gap)
+static double positive_gap(const perp__world_contact *contact, double gap)
 {
     return gap > contact->rounding ? gap : 0.0;
 }
@@ -49,7 +49,7 @@ static void write_q(perp_world *world, const perp__island *island)
     int32_t i, j;
 
     for (i = 0; i < island->contacts; i++) {
-        const perp__contact_point *contact = island_contact(world, island, i);
+        const perp__world_contact *contact = island_contact(world, island, i);
         double *q = world->work.q + contact->first_row;
 
         q[0] = contact->free[0] - contact->target;
@@ -68,7 +68,7 @@ static void read_impulses(perp_world *world, const perp__island *island)
     int32_t i, j;
 
     for (i = 0; i < island->contacts; i++) {
-        perp__contact_point *contact = island_contact(world, island, i);
+        perp__world_contact *contact = island_contact(world, island, i);
         const double *z = world->work.z + contact->first_row;
         double gauge, most = contact->friction * z[0];
 
@@ -104,7 +104,7 @@ static int32_t is_solvable(const perp_world *world, const perp__island *island, 
     int32_t i;
 
     for (i = 0; i < island->contacts; i++) {
-        const perp__contact_point *contact = island_contact(world, island, i);
+        const perp__world_contact *contact = island_contact(world, island, i);
 
         if (moves_by_itself(world, contact->body_a) || moves_by_itself(world, contact->body_b))
             return 0;
@@ -161,7 +161,7 @@ static perp__evidence take_sweeps(perp_world *world, const perp__island *island,
         perp__start_sweeps(world, &world->contacts, island, PERP__TWIST_FREE);
     perp__sweep_island(world, &world->contacts, island, share * perp__seconds_left(world));
     for (i = 0; i < island->contacts; i++) {
-        perp__contact_point *contact = island_contact(world, island, i);
+        perp__world_contact *contact = island_contact(world, island, i);
         const double most = contact->friction * contact->impulse[0];
         double u[3];
 
@@ -217,7 +217,7 @@ static int32_t first_targets(perp_world *world, const perp__island *island, doub
     int32_t i;
 
     for (i = 0; i < island->contacts; i++) {
-        perp__contact_point *contact = island_contact(world, island, i);
+        perp__world_contact *contact = island_contact(world, island, i);
 
         contact->target = 0.0 - positive_gap(contact, contact->gap) / h; /* not -0.0 */
         closing = closing || contact->free[0] < contact->target;
@@ -225,7 +225,7 @@ static int32_t first_targets(perp_world *world, const perp__island *island, doub
     return closing;
 }
 
-static int32_t is_impact(const perp__contact_point *contact)
+static int32_t is_impact(const perp__world_contact *contact)
 {
     double forced = fabs(contact->free[0] - contact->start[0]); /* h |a_n| */
 
@@ -241,7 +241,7 @@ static int32_t second_targets(perp_world *world, const perp__island *island, dou
     for (i = 0; i < island->contacts; i++)
         impact = impact || is_impact(island_contact(world, island, i));
     for (i = 0; i < island->contacts && impact; i++) {
-        perp__contact_point *contact = island_contact(world, island, i);
+        perp__world_contact *contact = island_contact(world, island, i);
         double bounce = contact->restitution * contact->start[0];
         double gap = contact->gap + h * contact->velocity[0];
 
@@ -291,7 +291,7 @@ static void prepare_contacts(perp_world *world)
     int32_t i;
 
     for (i = 0; i < world->contacts.count; i++) {
-        perp__contact_point *contact = &world->contacts.contacts[i];
+        perp__world_contact *contact = &world->contacts.contacts[i];
 
         perp__contact_jacobian(world, world->states, contact);
         perp__relative_velocity(world, contact, PERP__TWIST_START, contact->start);
@@ -311,7 +311,7 @@ static int32_t include_contacts(perp_world *world, double h)
     int32_t i;
 
     for (i = 0; i < world->contacts.count; i++) {
-        perp__contact_point *contact = &world->contacts.contacts[i];
+        perp__world_contact *contact = &world->contacts.contacts[i];
         double u[3];
 
         if (contact->included)
@@ -333,7 +333,7 @@ static int32_t has_changed(perp_world *world, const perp__island *island)
     int32_t i;
 
     for (i = 0; i < island->contacts; i++) {
-        perp__contact_point *contact = island_contact(world, island, i);
+        perp__world_contact *contact = island_contact(world, island, i);
 
         changed = changed || contact->fresh;
         contact->fresh = 0;

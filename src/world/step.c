@@ -111,7 +111,7 @@ static void count_rows(perp_world *world, perp_world_stats *stats)
     stats->islands = world->island_count;
     stats->rows_normal = stats->rows_friction = stats->rows_cone = 0;
     for (i = 0; i < world->contacts.count; i++) {
-        const perp__contact_point *contact = &world->contacts.contacts[i];
+        const perp__world_contact *contact = &world->contacts.contacts[i];
 
         if (!contact->included)
             continue;

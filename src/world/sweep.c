@@ -17,14 +17,14 @@
 #define LEAST 8
 #define MOST 200
 
-static void push(perp_world *world, const perp__contact_point *contact, int32_t axis, double change)
+static void push(perp_world *world, const perp__world_contact *contact, int32_t axis, double change)
 {
     perp__add6(world->motions[contact->body_a].solved, change, contact->response[0][axis]);
     perp__add6(world->motions[contact->body_b].solved, change, contact->response[1][axis]);
 }
 
 /* W_ij of a contact with itself. */
-static double response(const perp__contact_point *contact, int32_t i, int32_t j)
+static double response(const perp__world_contact *contact, int32_t i, int32_t j)
 {
     return perp__dot6(contact->rows[0][i], contact->response[0][j]) +
            perp__dot6(contact->rows[1][i], contact->response[1][j]);
@@ -68,7 +68,7 @@ static void into_polygon(const perp_world *world, double most, double *r)
 }
 
 /* Friction of one contact; returns the change as a velocity. */
-static double sweep_friction(perp_world *world, perp__contact_point *contact)
+static double sweep_friction(perp_world *world, perp__world_contact *contact)
 {
     const double a = response(contact, 1, 1), b = response(contact, 1, 2),
                  c = response(contact, 2, 2);
@@ -88,7 +88,7 @@ static double sweep_friction(perp_world *world, perp__contact_point *contact)
 }
 
 /* One contact; returns the change as a velocity. */
-static double sweep_contact(perp_world *world, perp__contact_point *contact)
+static double sweep_contact(perp_world *world, perp__world_contact *contact)
 {
     const double W = response(contact, 0, 0), old = contact->impulse[0];
     double u[3];

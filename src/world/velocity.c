@@ -37,7 +37,7 @@ static void solved_velocities(perp_world *world, const perp__island *island)
         motion->strength = perp__mass_norm(motion, motion->start) + perp__mass_norm(motion, change);
         for (j = 0; j < motion->touched; j++) {
             const perp__link *link = &world->links[motion->first_link + j];
-            const perp__contact_point *contact = &world->contacts.contacts[link->contact];
+            const perp__world_contact *contact = &world->contacts.contacts[link->contact];
 
             for (axis = 0; axis < 3; axis++) {
                 if (contact->impulse[axis] == 0.0)
@@ -53,7 +53,7 @@ static void solved_velocities(perp_world *world, const perp__island *island)
 
 /* Closed: presses, or its gap closes to rounding without pressing (the fourth leg of a table).
  * Sticks: closed and no slip speed lambda, or one within rounding. */
-static void classify(const perp_world *world, perp__contact_point *contact)
+static void classify(const perp_world *world, perp__world_contact *contact)
 {
     double u[3], normal;
 
@@ -108,7 +108,7 @@ static void find_groups(perp_world *world, const perp__island *island)
         world->parent[body] = body;
     }
     for (i = 0; i < island->contacts; i++) {
-        const perp__contact_point *contact =
+        const perp__world_contact *contact =
             perp__island_contact(world, &world->contacts, island, i);
         int32_t a = contact->body_a, b = contact->body_b;
 
@@ -155,7 +155,7 @@ static void hold_groups(perp_world *world, const perp__island *island, size_t tw
 }
 
 /* Relative velocity as reported: what a holding contact holds is exact. */
-static void write_velocity(perp_world *world, perp__contact_point *contact, size_t twist,
+static void write_velocity(perp_world *world, perp__world_contact *contact, size_t twist,
                            int32_t exact)
 {
     int32_t root = perp__root_of(world, contact->body_a);
@@ -204,7 +204,7 @@ void perp__exact_velocities(perp_world *world, const perp__island *island, size_
         memcpy(perp__twist(motion, twist), motion->solved, sizeof motion->solved);
     }
     for (i = 0; i < island->contacts; i++) {
-        perp__contact_point *contact = perp__island_contact(world, &world->contacts, island, i);
+        perp__world_contact *contact = perp__island_contact(world, &world->contacts, island, i);
 
         if (!exact)
             contact->closed = contact->impulse[0] > 0.0;

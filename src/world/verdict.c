@@ -27,7 +27,7 @@ double perp__row_norm(const perp__motion *motion, const double *row)
     return hypot(motion->root_inverse_mass * perp__length3(row), perp__length3(turning));
 }
 
-double perp__axis_scale(const perp_world *world, const perp__contact_point *contact, int32_t axis)
+double perp__axis_scale(const perp_world *world, const perp__world_contact *contact, int32_t axis)
 {
     const int32_t bodies[2] = {contact->body_a, contact->body_b};
     double scale = axis == 0 ? fabs(contact->target) : 0.0;
@@ -79,7 +79,7 @@ static double beside(double violation, double scale)
 }
 
 /* Signorini's law: beside the terms of the contact's own normal velocity. */
-static double normal_residual(const perp_world *world, const perp__contact_point *contact,
+static double normal_residual(const perp_world *world, const perp__world_contact *contact,
                               const double *u)
 {
     const double excess = u[0] - contact->target;
@@ -91,7 +91,7 @@ static double normal_residual(const perp_world *world, const perp__contact_point
 }
 
 /* The impulse that makes a velocity of size `scale` along the tangents. */
-static double impulse_of(const perp__contact_point *contact, double scale)
+static double impulse_of(const perp__world_contact *contact, double scale)
 {
     double response = 0.0;
     int32_t side, axis;
@@ -104,7 +104,7 @@ static double impulse_of(const perp__contact_point *contact, double scale)
 
 /* Coulomb's law: the cone beside the contact's own normal impulse; no slip inside of it; on it,
  * friction along the edges that oppose the slip most. */
-static double friction_residual(const perp_world *world, const perp__contact_point *contact,
+static double friction_residual(const perp_world *world, const perp__world_contact *contact,
                                 const double *u)
 {
     const double *r = contact->impulse;
@@ -141,7 +141,7 @@ double perp__own_residual(const perp_world *world, const perp__island *island, s
     for (i = 0; i < island->bodies; i++)
         perp__raise_to(&largest, body_residual(perp__island_motion(world, island, i), twist));
     for (i = 0; i < island->contacts; i++) {
-        const perp__contact_point *contact =
+        const perp__world_contact *contact =
             perp__island_contact(world, &world->contacts, island, i);
         double u[3];
 

@@ -111,7 +111,7 @@ typedef struct perp__motion {
     int32_t column;
 } perp__motion;
 
-typedef struct perp__contact_point {
+typedef struct perp__world_contact {
     int32_t body_a;
     int32_t body_b;
     int32_t shape_a;
@@ -137,7 +137,7 @@ typedef struct perp__contact_point {
     int32_t fresh;     /* included since its island was solved last */
     int32_t closed;    /* holds in normal direction */
     int32_t sticks;    /* holds tangentially too */
-} perp__contact_point;
+} perp__world_contact;
 
 /* Contact `contact` seen from one of its bodies. */
 typedef struct perp__link {
@@ -146,7 +146,7 @@ typedef struct perp__link {
 } perp__link;
 
 typedef struct perp__contact_set {
-    perp__contact_point *contacts;
+    perp__world_contact *contacts;
     int32_t count;
     int32_t capacity;
 } perp__contact_set;
@@ -295,10 +295,10 @@ perp_status perp__find_near_pairs(perp_world *world, double margin);
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set);
 
 /* contact_rows.c */
-void perp__contact_frame(const perp_world *world, perp__contact_point *contact);
+void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
 void perp__contact_jacobian(const perp_world *world, const perp__state *states,
-                            perp__contact_point *contact);
-void perp__relative_velocity(const perp_world *world, const perp__contact_point *contact,
+                            perp__world_contact *contact);
+void perp__relative_velocity(const perp_world *world, const perp__world_contact *contact,
                              size_t twist, double *u);
 void perp__assemble_matrix(perp_world *world, const perp__contact_set *set,
                            const perp__island *island);
@@ -326,7 +326,7 @@ static inline perp__motion *perp__island_motion(const perp_world *world, const p
     return &world->motions[world->body_order[island->first_body + i]];
 }
 
-static inline perp__contact_point *perp__island_contact(const perp_world *world,
+static inline perp__world_contact *perp__island_contact(const perp_world *world,
                                                         const perp__contact_set *set,
                                                         const perp__island *island, int32_t i)
 {
@@ -349,7 +349,7 @@ double perp__mass_norm(const perp__motion *motion, const double *twist);
 /* |L' row'|: the largest row-velocity of a twist of mass norm 1. */
 double perp__row_norm(const perp__motion *motion, const double *row);
 /* Size of the terms that make the relative velocity along an axis. */
-double perp__axis_scale(const perp_world *world, const perp__contact_point *contact, int32_t axis);
+double perp__axis_scale(const perp_world *world, const perp__world_contact *contact, int32_t axis);
 /* The mu r_n that friction r needs: 1 on the boundary of the polygon of the edges. */
 double perp__gauge(const perp_world *world, const double *r);
 /* lambda: the largest speed against an edge. */

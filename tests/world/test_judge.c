@@ -17,7 +17,7 @@ typedef struct fall {
     scene s;
     const perp__island *island;
     perp__motion *ball;
-    perp__contact_point *contact;
+    perp__world_contact *contact;
 } fall;
 
 /* After a step in which it slides with 1 m/s less friction, g h / 2. */
