@@ -14,7 +14,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "linalg/spatial.h"
+#include "world/spatial.h"
 
 #define RELATIVE_SLACK 1e-9
 

@@ -17,7 +17,7 @@
 #include <string.h>
 
 #include "linalg/orthogonal.h"
-#include "linalg/spatial.h"
+#include "world/spatial.h"
 
 /* Rows of a group of bodies, gathered in the island's workspace. */
 typedef struct gathered {

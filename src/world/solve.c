@@ -24,7 +24,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/spatial.h"
+#include "world/spatial.h"
 
 /* A gap below this share of the bodies' size is near: such contacts take part from the start. */
 #define NEAR 1e-3

@@ -11,7 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/spatial.h"
+#include "world/spatial.h"
 
 /* Sweeps that are always made, and most of them. */
 #define LEAST 8

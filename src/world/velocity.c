@@ -10,8 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/spatial.h"
 #include "world/hold.h"
+#include "world/spatial.h"
 
 /* Rounding of a sum relative to its terms: what a velocity that should be 0 may come out as. */
 #define ROUNDING (256.0 * PERP__EPSILON)

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/spatial.h"
+#include "world/spatial.h"
 
 /* Of an impulse that is less than this of what its contact's velocity is made of, nothing but its
  * being in the cone matters. */
