@@ -48,7 +48,8 @@ static void body_rows(const perp_world *world, perp__world_contact *contact, int
     double arm[3], moment[3];
     int32_t k, i;
 
-    perp__subtract3(arm, contact->position, position);
+    for (i = 0; i < 3; i++)
+        arm[i] = contact->position[i] - position[i];
     for (k = 0; k < 3; k++) {
         double *row = contact->rows[side][k];
         double *response = contact->response[side][k];

@@ -188,6 +188,7 @@ static void carried_twist(const perp_world *world, int32_t body, int32_t root, d
 {
     const double *carrier;
     double arm[3], turned[3];
+    int32_t i;
 
     memset(twist, 0, 6 * sizeof *twist);
     if (root == PERP__ROOT_STATIC)
@@ -196,7 +197,8 @@ static void carried_twist(const perp_world *world, int32_t body, int32_t root, d
     memcpy(twist, carrier, 6 * sizeof *twist);
     if (perp__is_zero3(carrier + 3))
         return;
-    perp__subtract3(arm, world->states[body].position, world->states[root].position);
+    for (i = 0; i < 3; i++)
+        arm[i] = world->states[body].position[i] - world->states[root].position[i];
     perp__cross(turned, carrier + 3, arm);
     perp__add3(twist, 1.0, turned);
 }
