@@ -83,6 +83,31 @@ void perp__struct_write(void *caller, const void *own, size_t own_size);
 #define PERP__READ(T, context, own, caller) \
     perp__struct_read(context, #caller, own, sizeof(T), caller, PERP__FIRST(T))
 
+/* A number in a struct and the interval that it has to be in. */
+typedef struct perp__field {
+    size_t offset;
+    const char *name;
+    char type;          /* 'i': int32_t, 'l': int64_t, 'd': double */
+    char brackets[3];   /* "[]", "[)", "(]" or "()" */
+    double least, most; /* infinite: no end; a double may be that where the bracket is closed */
+} perp__field;
+
+#define PERP__INTEGER(T, field, least, most)                                                    \
+    {                                                                                           \
+        offsetof(T, field), #field, sizeof(((T *)0)->field) == 4 ? 'i' : 'l', "[]", least, most \
+    }
+#define PERP__REAL(T, field, brackets, least, most)            \
+    {                                                          \
+        offsetof(T, field), #field, 'd', brackets, least, most \
+    }
+
+/* Checks `count` fields of the struct `object`, which messages call `name`: PERP_ERROR_NOT_FINITE
+ * for a NaN, PERP_ERROR_ARGUMENT for what is outside. */
+perp_status perp__check_fields(perp_context *context, const char *name, const void *object,
+                               const perp__field *fields, size_t count);
+#define PERP__CHECK_FIELDS(context, name, object, fields) \
+    perp__check_fields(context, name, object, fields, sizeof fields / sizeof *fields)
+
 perp_status perp__check_pointer(perp_context *context, const char *name, const void *pointer);
 perp_status perp__check_finite(perp_context *context, const char *name, const double *x,
                                size_t count);

@@ -6,8 +6,6 @@
 
 #include "base/check.h"
 
-/* The last field of each struct's first release. */
-
 /* own := settings, or the defaults for NULL; untouched where that is refused. */
 perp_status perp__ncp_settings_read(perp_context *context, perp_ncp_settings *own,
                                     const perp_ncp_settings *settings);

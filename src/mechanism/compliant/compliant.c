@@ -149,6 +149,11 @@ perp_status perp__compliant_enter(perp_compliant *c)
     return perp__handle_enter(c, &kind);
 }
 
+static const perp__field sizes[] = {
+    PERP__INTEGER(perp_compliant_system, n, 1, 20000),
+    PERP__INTEGER(perp_compliant_system, contacts, 1, 20000),
+};
+
 static perp_status create(perp_context *context, perp_compliant **compliant,
                           const perp_compliant_system *system)
 {
@@ -161,13 +166,8 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
         status = perp__check_pointer(context, "system", system);
     if (status == PERP_OK)
         status = PERP__READ(perp_compliant_system, context, &read, system);
-    if (status == PERP_OK && (read.n < 1 || read.n > 20000))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "system.n is %d, expected at least 1 (and at most 20000)", (int)read.n);
-    if (status == PERP_OK && (read.contacts < 1 || read.contacts > 20000))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "system.contacts is %d, expected at least 1 (and at most 20000)",
-                            (int)read.contacts);
+    if (status == PERP_OK)
+        status = PERP__CHECK_FIELDS(context, "system", &read, sizes);
     if (status != PERP_OK)
         return status;
     c = perp__handle_create(context, &kind);

@@ -293,6 +293,12 @@ static void integrate(perp_compliant *c, progress *run)
     }
 }
 
+static const perp__field fields[] = {
+    PERP__REAL(perp_compliant_settings, tol, "(]", 0, 0.1),
+    PERP__REAL(perp_compliant_settings, first_step, "[]", 0, INFINITY),
+    PERP__INTEGER(perp_compliant_settings, most_steps, 1, INFINITY),
+};
+
 static perp_status check(perp_compliant *c, progress *run, const double *x0, const double *v0)
 {
     perp_status status = perp__check_pointer(c->context, "x0", x0);
@@ -306,14 +312,8 @@ static perp_status check(perp_compliant *c, progress *run, const double *x0, con
     if (status == PERP_OK && !(run->t_end > 0.0 && isfinite(run->t_end)))
         status = perp__fail(c->context, PERP_ERROR_ARGUMENT,
                             "t_end is %g, expected a positive number", run->t_end);
-    if (status == PERP_OK && !(run->settings.tol > 0.0 && run->settings.tol <= 0.1))
-        status = perp__fail(c->context, PERP_ERROR_ARGUMENT, "settings.tol is %g, not in (0, 0.1]",
-                            run->settings.tol);
-    if (status == PERP_OK && !(run->settings.first_step >= 0.0))
-        status = perp__fail(c->context, PERP_ERROR_ARGUMENT, "settings.first_step is %g, negative",
-                            run->settings.first_step);
-    if (status == PERP_OK && run->settings.most_steps < 1)
-        status = perp__fail(c->context, PERP_ERROR_ARGUMENT, "settings.most_steps is below 1");
+    if (status == PERP_OK)
+        status = PERP__CHECK_FIELDS(c->context, "settings", &run->settings, fields);
     return status;
 }
 
