@@ -58,6 +58,7 @@ static const perp__field settings_fields[] = {
     PERP__INTEGER(perp_mechanism_settings, starts, 1, INFINITY),
     PERP__REAL(perp_mechanism_settings, stiffness, "()", 0, INFINITY),
     PERP__REAL(perp_mechanism_settings, damping, "[)", 0, INFINITY),
+    PERP__INTEGER(perp_mechanism_settings, reserved, 0, 0),
 };
 
 perp_status perp__mechanism_settings_read(perp_context *context, perp_mechanism_settings *own,
