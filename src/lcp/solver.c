@@ -6,7 +6,7 @@
 
 #include "base/check.h"
 #include "base/context.h"
-#include "lcp/last_word.h"
+#include "lcp/all/all.h"
 #include "lcp/settings.h"
 #include "linalg/lines.h"
 #include "linalg/scale.h"
