@@ -138,7 +138,7 @@ static void release(perp_mechanism *m)
 {
     perp_context *context = m->context;
 
-    perp__found_release(m->found_work);
+    perp__acceleration_release(m->accelerations);
     release_assemblies(m);
     perp__implicit_release(m, m->scheme_work);
     perp__theta_release(m);

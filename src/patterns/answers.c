@@ -81,14 +81,13 @@ void perp__answer_find_middle(const perp__answers *answers, perp__answer *answer
     size_t i;
 
     for (i = 0; i < n; i++) {
-        double sum = 0.0;
+        double sum = 0.0, rays = 0.0;
 
         for (k = 0; k < answer->vertices; k++)
             sum += answer->points[(size_t)k * n + i];
-        sum /= answer->vertices;
         for (; k < answer->vertices + answer->rays; k++)
-            sum += answer->points[(size_t)k * n + i];
-        answer->middle[i] = sum;
+            rays += answer->points[(size_t)k * n + i];
+        answer->middle[i] = sum / answer->vertices + rays;
     }
 }
 

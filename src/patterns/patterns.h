@@ -59,7 +59,7 @@ typedef struct perp__answer {
     int32_t room; /* points */
     int32_t at_vertex, stable, flutter;
     int32_t eigenvalue_count;
-    int32_t kind;
+    int32_t kind, free; /* the user's own */
     double residual;
     double *points;         /* vertices, then rays */
     double *middle, *width; /* a point inside; what is 0 there */
