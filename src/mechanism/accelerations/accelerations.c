@@ -44,26 +44,21 @@ static void layout(perp__arena *arena, void *object)
     perp__acceleration *a = object;
     const size_t n = (size_t)a->m->n, rows = (size_t)a->m->rows;
     const size_t elements = (size_t)(a->m->contacts + a->m->dry);
-    double **const vectors[] = {&a->bias, &a->size,    &a->beta,    &a->load,     &a->scale,
-                                &a->x,    &a->x_width, &a->rhs,     &a->rhs_load, &a->known,
-                                &a->f,    &a->u,       &a->f_width, &a->u_width,  &a->zeros};
-    int32_t **const indices[] = {&a->row_of, &a->first, &a->count, &a->system.columns,
-                                 &a->turning.columns};
+    double **const vectors[] = {&a->bias, &a->size, &a->beta, &a->load, &a->scale, &a->zeros};
     size_t k;
 
     for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
-    for (k = 0; k < sizeof indices / sizeof *indices; k++)
-        *indices[k] = perp__arena_take(arena, rows, sizeof(int32_t));
+    a->row_of = perp__arena_take(arena, rows, sizeof(int32_t));
+    a->turning.columns = perp__arena_take(arena, rows, sizeof(int32_t));
     a->indices = perp__arena_take(arena, 3 * rows, sizeof(int32_t));
     a->element = perp__arena_take(arena, elements, sizeof *a->element);
     a->pattern.mode = perp__arena_take(arena, elements, 1);
     a->pattern.direction = perp__arena_take(arena, 2 * elements, sizeof(double));
     a->chosen = perp__arena_take(arena, 2 * elements, sizeof(double));
-    a->coefficient = perp__arena_take(arena, 3 * rows, sizeof(double));
     a->row_work = perp__arena_take(arena, DIFFERENCE_ROWS * rows, sizeof(double));
     a->tree.next = perp__arena_take(arena, elements, sizeof(int32_t));
-    a->angle = perp__arena_take(arena, elements, sizeof(double));
+    a->linear.angle = perp__arena_take(arena, elements, sizeof(double));
     a->turn_work = perp__arena_take(arena, 3 * rows, sizeof(double));
     a->velocity = perp__arena_take(arena, n, sizeof(double));
     a->seed.momentum = perp__arena_take(arena, n, sizeof(double));
@@ -77,23 +72,32 @@ static void layout_blocks(perp__arena *arena, void *object)
 {
     perp__acceleration *a = object;
     const size_t active = (size_t)a->active, square = active * active;
-    double **const matrices[] = {&a->W,    &a->held,      &a->system.K, &a->system.E,
-                                 &a->null, &a->turning.K, &a->turning.E};
+    double **const matrices[] = {&a->W, &a->held, &a->turning.K, &a->turning.E};
     size_t k;
 
     for (k = 0; k < sizeof matrices / sizeof *matrices; k++)
         *matrices[k] = perp__arena_take(arena, square, sizeof(double));
+    perp__linear_layout(&a->linear, arena);
     a->work =
         perp__arena_take(arena, 4 * square + 8 * active + 4 * (size_t)a->m->n, sizeof(double));
 }
 
 perp_status perp__acceleration_make_room(perp__acceleration *a)
 {
+    perp__linear *p = &a->linear;
+
+    p->length = p->rows = a->polyhedron.length = a->active;
     if (perp__arena_fit(&a->blocks, layout_blocks, a) != PERP_OK)
         return perp__fail_memory(a->m->context, "accelerations");
-    a->polyhedron.length = a->active;
-    a->polyhedron.origin = a->f;
-    a->polyhedron.directions = a->null;
+    p->block[0] = a->W;
+    p->row_stride = (size_t)a->active;
+    p->column_stride = 1;
+    p->c = a->beta;
+    p->c_size = a->load;
+    p->scale = a->scale;
+    p->positions = a->elements + a->m->bilateral;
+    a->polyhedron.origin = p->x;
+    a->polyhedron.directions = p->null;
     a->polyhedron.entries = a->row_of;
     return PERP_OK;
 }
@@ -118,6 +122,10 @@ static perp_status make(perp_mechanism *m)
     memset(a, 0, sizeof *a);
     a->m = m;
     a->answers.context = a->polyhedron.cone.context = m->context;
+    a->linear.tolerance = PERP__ACCELERATION_TOLERANCE;
+    a->linear.spread = 1.0;
+    a->linear.user = a;
+    a->linear.conditions = perp__element_conditions;
     a->answers.length = m->rows;
     a->answers.positions = m->contacts + m->dry;
     a->answers.eigenvalues = 4 * m->rows;

@@ -7,9 +7,8 @@
 #ifndef PERP_MECHANISM_ACCELERATIONS_H
 #define PERP_MECHANISM_ACCELERATIONS_H
 
-#include "linalg/pivoting.h"
 #include "mechanism/mechanism.h"
-#include "patterns/patterns.h"
+#include "patterns/linear.h"
 
 /* Relative size that counts as nothing: of forces and accelerations. */
 #define PERP__ACCELERATION_TOLERANCE 1e-12
@@ -40,14 +39,6 @@ typedef struct perp__mode_pattern {
     double *direction;
 } perp__mode_pattern;
 
-/* Forces of the active rows or, homogeneous, a direction of them, and the accelerations that they
- * give, each with what counts as 0 there. */
-typedef struct perp__loads {
-    const double *f, *u, *f_width, *u_width;
-    int32_t homogeneous;
-    int32_t strict; /* a slip that starts has to have an acceleration */
-} perp__loads;
-
 struct perp__acceleration {
     perp__arena arena;
     perp__arena blocks; /* matrices of the rows that take part */
@@ -64,22 +55,13 @@ struct perp__acceleration {
     perp__mode_pattern pattern;
     /* patterns with a determinant of 0, and below 0: whether there is one, and its first contact */
     int32_t has_singular, singular_contact, has_negative, negative_contact;
-    /* the linear system of a pattern */
-    perp__pivoting system;
-    int32_t *first, *count; /* columns: active rows from `first` on have the coefficients */
-    double *coefficient;    /* 3 a column */
-    double *x, *x_width, *rhs, *rhs_load;
-    double *known;             /* active: forces that the pattern gives */
-    double *f, *u;             /* active: of the particular solution */
-    double *f_width, *u_width; /* what counts as 0 there */
-    double *null;              /* active by active: rows are directions of f */
-    perp__pivoting turning;    /* of the angles of slips */
-    double *turn_work;         /* 3 rows */
-    double *work;              /* 4 active^2 + 8 active + 4 n */
-    double *row_work;          /* 24 rows, of differences */
-    double *velocity;          /* n: M^-1 k */
-    double *angle;             /* elements: of the polygons of their discs */
-    double *zeros;             /* rows */
+    perp__linear linear;    /* a pattern's: x are forces, u accelerations */
+    perp__pivoting turning; /* of the angles of slips */
+    double *turn_work;      /* 3 rows */
+    double *work;           /* 4 active^2 + 8 active + 4 n */
+    double *row_work;       /* 24 rows, of differences */
+    double *velocity;       /* n: M^-1 k */
+    double *zeros;          /* rows */
     struct {
         double *momentum, *friction, *dry; /* n, contacts, dry */
         int8_t *included;                  /* contacts */
@@ -148,16 +130,9 @@ int32_t perp__pattern_solve(perp__acceleration *a);
 /* The same without widths and null space, with pivots of at most `singular` of the largest entry,
  * and those beyond `most`, as 0. */
 void perp__pattern_solve_roughly(perp__acceleration *a, double singular, int32_t most);
-/* Makes f meet the equations of the pattern that was solved last. */
-void perp__pattern_correct(perp__acceleration *a);
-/* f := f + the forces of the unknowns x of the system. */
-void perp__pattern_add_forces(const perp__acceleration *a, double *f, const double *x);
-/* u := W f + beta (or W f alone) and, where size is not NULL, the size of its terms. */
-void perp__row_accelerations(const perp__acceleration *a, double *u, double *size, const double *f,
-                             int32_t homogeneous);
-/* Whether the loads do what the pattern says; *at_vertex: at a limit of it. */
-int32_t perp__pattern_holds(const perp__acceleration *a, const perp__mode_pattern *pattern,
-                            const perp__loads *loads, int32_t *at_vertex);
+/* Of perp__linear: what an element does and, behind them, that bilateral rows hold. */
+int32_t perp__element_conditions(const void *user, const void *pattern, int32_t index,
+                                 perp__condition *list);
 
 /* ---- slip.c ---- */
 /* Slips of the pattern that start in a plane. */

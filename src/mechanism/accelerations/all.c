@@ -27,11 +27,11 @@ static int32_t first_contact(const perp__acceleration *a)
 /* Remembers the sign of the determinant of the pattern that was solved last. */
 static void note_sign(perp__acceleration *a)
 {
-    if (a->system.sign == 0 && !a->has_singular) {
+    if (a->linear.system.sign == 0 && !a->has_singular) {
         a->has_singular = 1;
         a->singular_contact = first_contact(a);
     }
-    if (a->system.sign < 0 && !a->has_negative) {
+    if (a->linear.system.sign < 0 && !a->has_negative) {
         a->has_negative = 1;
         a->negative_contact = first_contact(a);
     }
@@ -107,12 +107,13 @@ static void find_reason(const perp__acceleration *a, perp_mechanism_summary *sum
 
 static perp_status keep(perp__acceleration *a, int32_t dimension)
 {
-    const perp__loads loads = {a->f, a->u, a->f_width, a->u_width, 0, 1};
+    const perp__linear *p = &a->linear;
+    const perp__linear_point point = {p->x, p->u, p->x_width, p->u_width, 0, 0, 0};
     int32_t at_vertex;
 
     if (dimension > 0)
         return perp__acceleration_keep_family(a, dimension);
-    if (dimension < 0 || !perp__pattern_holds(a, &a->pattern, &loads, &at_vertex))
+    if (dimension < 0 || !perp__linear_holds(p, &a->pattern, &point, &at_vertex))
         return PERP_OK;
     return perp__acceleration_keep_point(a, at_vertex, 0);
 }

@@ -317,23 +317,13 @@ static void describe(perp__acceleration *a, perp__answer *answer)
 int32_t perp__acceleration_has_point(perp__acceleration *a, const perp__answer *outer,
                                      const double *point, int32_t homogeneous, int32_t *at_vertex)
 {
-    const size_t active = (size_t)a->active;
     const perp__mode_pattern pattern = perp__answer_pattern(a, outer);
-    double *f = a->work, *u = f + active, *f_width = u + active, *u_width = f_width + active;
-    const perp__loads loads = {f, u, f_width, u_width, homogeneous, 0};
-    double largest = 0.0;
-    size_t i;
+    int32_t i;
 
-    for (i = 0; i < active; i++) {
-        f[i] = point[a->row_of[i]];
-        largest = fmax(largest, fabs(f[i]) / a->scale[i]);
-    }
-    perp__row_accelerations(a, u, u_width, f, homogeneous);
-    for (i = 0; i < active; i++) {
-        u_width[i] *= PERP__FAMILY_TOLERANCE;
-        f_width[i] = PERP__FAMILY_TOLERANCE * largest * a->scale[i];
-    }
-    return perp__pattern_holds(a, &pattern, &loads, at_vertex);
+    for (i = 0; i < a->active; i++)
+        a->work[i] = point[a->row_of[i]];
+    return perp__linear_holds_at(&a->linear, &pattern, a->work, homogeneous, PERP__FAMILY_TOLERANCE,
+                                 at_vertex);
 }
 
 static int32_t is_turned(const perp__acceleration *a, const perp__answer *answer)
@@ -437,8 +427,8 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
     memset(answer->middle, 0, rows * sizeof *answer->middle);
     memset(answer->width, 0, rows * sizeof *answer->width);
     for (i = 0; i < a->active; i++) {
-        answer->middle[a->row_of[i]] = a->f[i];
-        answer->width[a->row_of[i]] = a->f_width[i];
+        answer->middle[a->row_of[i]] = a->linear.x[i];
+        answer->width[a->row_of[i]] = a->linear.x_width[i];
     }
     memcpy(answer->points, answer->middle, rows * sizeof *answer->points);
     perp__acceleration_keep(a, answer);

@@ -18,59 +18,6 @@
 /* Polyhedra of more have too many vertices. */
 #define LARGEST_DIMENSION 10
 
-/* along_0 u_row' + along_1 u_row+1' >= 0, the second only of `two`. */
-static void cut_acceleration(perp__acceleration *a, int32_t row, double along_0, double along_1,
-                             int32_t two, int32_t strict)
-{
-    const size_t active = (size_t)a->active;
-    double *sum = a->work;
-    perp__inequality g;
-    size_t i;
-
-    g.constant = along_0 * a->beta[row] + (two ? along_1 * a->beta[row + 1] : 0.0);
-    g.size = fabs(along_0) * a->load[row] + (two ? fabs(along_1) * a->load[row + 1] : 0.0);
-    for (i = 0; i < active; i++)
-        sum[i] = along_0 * a->W[(size_t)row * active + i] +
-                 (two ? along_1 * a->W[(size_t)(row + 1) * active + i] : 0.0);
-    g.row = sum;
-    g.strict = strict;
-    perp__polyhedron_cut(&a->polyhedron, &g);
-}
-
-/* A slip that starts: u_t' along its direction, and nothing across. */
-static void cut_start(perp__acceleration *a, const perp__element *element, const double *direction)
-{
-    const int32_t row = perp__element_tangent(element), two = element->tangents == 2;
-
-    cut_acceleration(a, row, direction[0], direction[1], two, 1);
-    if (two) {
-        cut_acceleration(a, row, -direction[1], direction[0], 1, 0);
-        cut_acceleration(a, row, direction[1], -direction[0], 1, 0);
-    }
-}
-
-/* bound + factor f_normal - along . f_tangent >= 0 */
-static void cut_friction(perp__acceleration *a, const perp__element *element, double factor,
-                         double along_0, double along_1)
-{
-    const int32_t tangent = perp__element_tangent(element);
-    double *row = a->work;
-    perp__inequality g;
-
-    memset(row, 0, (size_t)a->active * sizeof *row);
-    g.constant = element->dry ? factor * element->bound : 0.0;
-    g.size = 0.0;
-    g.row = row;
-    g.strict = 0;
-    if (!element->dry)
-        row[element->row] = factor;
-    if (element->tangents > 0)
-        row[tangent] = -along_0;
-    if (element->tangents > 1)
-        row[tangent + 1] = -along_1;
-    perp__polyhedron_cut(&a->polyhedron, &g);
-}
-
 /* Discs of friction that the family has to stay in. */
 static int32_t count_discs(const perp__acceleration *a)
 {
@@ -91,35 +38,6 @@ static int32_t edges_of(const perp__acceleration *a, int32_t dimension, int32_t 
     return edges;
 }
 
-/* inside: polygons within the discs; else around them. */
-static void cut_element(perp__acceleration *a, int32_t index, int32_t edges, int32_t inside)
-{
-    const perp__element *element = a->element + index;
-    const int32_t mode = a->pattern.mode[index];
-    const double *direction = a->pattern.direction + 2 * (size_t)index;
-    const double limit = element->dry ? 1.0 : element->mu_stick;
-    int32_t k;
-
-    if (!element->dry && mode == PERP_MECHANISM_SEPARATE)
-        cut_acceleration(a, element->row, 1.0, 0.0, 0, 1);
-    else if (!element->dry)
-        cut_friction(a, element, 1.0, 0.0, 0.0);
-    if (perp__element_starts(element, mode))
-        cut_start(a, element, direction);
-    if (mode != PERP_MECHANISM_STICK)
-        return;
-    if (element->tangents == 1) {
-        cut_friction(a, element, limit, 1.0, 0.0);
-        cut_friction(a, element, limit, -1.0, 0.0);
-    }
-    for (k = 0; element->tangents == 2 && k < edges; k++) {
-        const double angle = a->angle[index] + 2.0 * PERP__PI * (k + (inside ? 0.5 : 0.0)) / edges;
-
-        cut_friction(a, element, inside ? limit * cos(PERP__PI / edges) : limit, cos(angle),
-                     sin(angle));
-    }
-}
-
 /* Forces in units of the loads, so that points have entries near 1. */
 static void scale_directions(perp__acceleration *a, int32_t dimension)
 {
@@ -128,9 +46,9 @@ static void scale_directions(perp__acceleration *a, int32_t dimension)
     size_t i;
 
     for (i = 0; i < active; i++)
-        size = fmax(size, fmax(fabs(a->f[i]) / a->scale[i], a->load[i] * a->scale[i]));
+        size = fmax(size, fmax(fabs(a->linear.x[i]) / a->scale[i], a->load[i] * a->scale[i]));
     for (i = 0; i < (size_t)dimension * active && size > 0.0; i++)
-        a->null[i] *= size;
+        a->linear.null[i] *= size;
 }
 
 /* ---- the family ----------------------------------------------------------------------------- */
@@ -140,16 +58,19 @@ static void scale_directions(perp__acceleration *a, int32_t dimension)
 static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t discs,
                              int32_t inside, perp__answer **made)
 {
-    const int32_t edges = discs > 0 ? edges_of(a, dimension, discs) : 0;
-    perp_status status =
-        perp__polyhedron_begin(&a->polyhedron, 4 * a->elements + edges * discs, dimension);
+    perp_status status;
     int32_t i;
 
     *made = NULL;
-    for (i = 0; i < a->elements && status == PERP_OK && !a->polyhedron.empty; i++)
-        cut_element(a, i, edges, inside);
-    if (status != PERP_OK || a->polyhedron.empty)
+    a->linear.inside = inside;
+    a->linear.edges = discs > 0 ? edges_of(a, dimension, discs) : 0;
+    status = perp__polyhedron_begin(&a->polyhedron, 4 * a->elements + a->linear.edges * discs,
+                                    dimension);
+    if (status != PERP_OK)
         return status;
+    perp__linear_cut(&a->linear, &a->pattern, &a->polyhedron);
+    if (a->polyhedron.empty)
+        return PERP_OK;
     if (dimension > LARGEST_DIMENSION) {
         a->answers.incomplete = 1;
         return PERP_OK;
@@ -181,7 +102,7 @@ static void aim(perp__acceleration *a, const perp__answer *answer)
         const double *f = answer->middle + a->row_of[element->row] + !element->dry;
 
         if (element->tangents == 2)
-            a->angle[i] = atan2(f[1], f[0]);
+            a->linear.angle[i] = atan2(f[1], f[0]);
     }
 }
 
@@ -205,7 +126,7 @@ static int32_t rank_of(perp__acceleration *a, const perp__answer *answer, int32_
             difference[i] = answer->points[(size_t)k * rows + (size_t)a->row_of[i]] -
                             (k < answer->vertices ? answer->points[a->row_of[i]] : 0.0);
         if (accelerations)
-            perp__row_accelerations(a, d, NULL, difference, 1);
+            perp__linear_rows(&a->linear, d, NULL, difference, 1);
         for (i = 0; i < active; i++)
             d[i] = accelerations ? d[i] * a->scale[i] : difference[i] / a->scale[i];
         rank = perp__rank_add(a->work, rank, a->active, PERP__FAMILY_TOLERANCE * largest);
@@ -221,7 +142,7 @@ perp_status perp__acceleration_keep_family(perp__acceleration *a, int32_t dimens
     perp_status status;
 
     scale_directions(a, dimension);
-    memset(a->angle, 0, (size_t)a->elements * sizeof *a->angle);
+    memset(a->linear.angle, 0, (size_t)a->elements * sizeof *a->linear.angle);
     for (round = 0; round < MOST_CUTS && !holds; round++) {
         if (answer)
             perp__answer_release(&a->answers, answer);

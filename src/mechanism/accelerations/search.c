@@ -124,7 +124,7 @@ typedef struct search {
     int32_t *first;  /* units: first unknown */
     double *columns; /* size by active: forces of an unknown, row by row */
     double *tests;   /* size by active: what its row asks of u' */
-    double *M, *q, *lower, *z, *scale, *force;
+    double *M, *q, *lower, *z, *scale, *force, *known;
     uint64_t seed;
 } search;
 
@@ -175,7 +175,7 @@ static void fill_unit(perp__acceleration *a, search *s, int32_t index)
         next++;
     } else if (element->moves) {
         for (i = 0; i < element->tangents; i++)
-            a->known[tangent + i] = -element->bound * element->direction[i];
+            s->known[tangent + i] = -element->bound * element->direction[i];
     }
     last = next + count;
     for (k = 0; k < count; k++, next++) {
@@ -202,7 +202,6 @@ static void fill(perp__acceleration *a, search *s)
     size_t i, j, k;
     int32_t index;
 
-    memset(a->known, 0, active * sizeof *a->known);
     for (i = 0; i < (size_t)a->m->bilateral; i++) {
         const size_t row = (size_t)a->bilateral_row + i;
 
@@ -212,12 +211,12 @@ static void fill(perp__acceleration *a, search *s)
     for (index = 0; index < a->elements; index++)
         fill_unit(a, s, index);
     for (j = 0; j < size; j++) {
-        perp__row_accelerations(a, u, NULL, s->columns + j * active, 1);
+        perp__linear_rows(&a->linear, u, NULL, s->columns + j * active, 1);
         for (i = 0; i < size; i++)
             for (k = 0; k < active; k++)
                 s->M[i * size + j] += s->tests[i * active + k] * u[k];
     }
-    perp__row_accelerations(a, u, NULL, a->known, 0);
+    perp__linear_rows(&a->linear, u, NULL, s->known, 0);
     for (i = 0; i < size; i++)
         for (k = 0; k < active; k++)
             s->q[i] += s->tests[i * active + k] * u[k];
@@ -246,7 +245,7 @@ static void take_pattern(perp__acceleration *a, search *s)
     int32_t index, i;
     size_t c, k;
 
-    memcpy(s->force, a->known, active * sizeof *s->force);
+    memcpy(s->force, s->known, active * sizeof *s->force);
     for (c = 0; c < (size_t)s->size; c++)
         for (k = 0; k < active; k++)
             s->force[k] += s->columns[c * active + k] * s->z[c];
@@ -291,10 +290,10 @@ static double length_of(const double *x, int32_t count)
  * acceleration to what sticks: so that one pattern has the whole family. */
 static void widen_pattern(perp__acceleration *a, search *s)
 {
-    double *u = a->u, *size = a->u_width;
+    double *u = a->linear.u, *size = a->linear.u_width;
     int32_t index, i;
 
-    perp__row_accelerations(a, u, size, s->force, 0);
+    perp__linear_rows(&a->linear, u, size, s->force, 0);
     for (index = 0; index < a->elements; index++) {
         const perp__element *element = a->element + index;
         const int32_t t = perp__element_tangent(element);
@@ -323,21 +322,25 @@ static void widen_pattern(perp__acceleration *a, search *s)
 static perp_status try_pattern(perp__acceleration *a, search *s)
 {
     const int32_t dimension = perp__pattern_solve(a);
-    const perp__loads loads = {a->f, a->u, a->f_width, a->u_width, 0, 0};
+    perp__linear *p = &a->linear;
+    const perp__linear_point point = {p->x, p->u, p->x_width, p->u_width, 0, 1, 0};
     const size_t active = (size_t)a->active;
     int32_t at_vertex;
     size_t i;
 
     if (dimension <= 0 || perp__slip_count(a) > 0)
         return perp__acceleration_try(a, PERP__ROUGH_DIRECTIONS);
-    memcpy(a->f, s->force, active * sizeof *a->f);
-    perp__pattern_correct(a);
-    perp__row_accelerations(a, a->u, a->u_width, a->f, 0);
+    memset(p->y, 0, (size_t)p->system.n * sizeof *p->y);
+    memcpy(p->known, s->force, active * sizeof *p->known);
+    memcpy(p->x, s->force, active * sizeof *p->x);
+    perp__linear_evaluate(p);
+    perp__linear_correct(p);
+    perp__linear_evaluate(p);
     for (i = 0; i < active; i++) {
-        a->u_width[i] *= PERP__FAMILY_TOLERANCE;
-        a->f_width[i] = a->u_width[i] * a->scale[i] * a->scale[i];
+        p->u_width[i] = PERP__FAMILY_TOLERANCE * p->u_size[i];
+        p->x_width[i] = p->u_width[i] * a->scale[i] * a->scale[i];
     }
-    if (!perp__pattern_holds(a, &a->pattern, &loads, &at_vertex))
+    if (!perp__linear_holds(p, &a->pattern, &point, &at_vertex))
         return PERP_OK;
     return perp__acceleration_keep_point(a, 0, dimension);
 }
@@ -404,7 +407,7 @@ perp_status perp__acceleration_search(perp__acceleration *a, perp_mechanism_summ
     size = (size_t)s.size;
     if (s.size == 0)
         return PERP_OK;
-    doubles = 2 * size * active + size * size + 4 * size + active;
+    doubles = 2 * size * active + size * size + 4 * size + 2 * active;
     s.columns = perp__allocate(context, doubles, sizeof *s.columns);
     s.first = perp__allocate(context, (size_t)a->elements + 1, sizeof *s.first);
     search_settings(&settings);
@@ -419,6 +422,7 @@ perp_status perp__acceleration_search(perp__acceleration *a, perp_mechanism_summ
         s.z = s.lower + size;
         s.scale = s.z + size;
         s.force = s.scale + size;
+        s.known = s.force + active;
         s.seed = 1;
         count_unknowns(a, s.first);
         fill(a, &s);

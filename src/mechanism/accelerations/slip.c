@@ -54,7 +54,7 @@ static void turn_accelerations(perp__acceleration *a, int32_t index, double *cha
 {
     const perp__element *element = a->element + index;
     const double *direction = a->pattern.direction + 2 * (size_t)index;
-    const double size = element->dry ? element->bound : element->mu * a->f[element->row];
+    const double size = element->dry ? element->bound : element->mu * a->linear.x[element->row];
     const int32_t t = perp__element_tangent(element);
     const size_t active = (size_t)a->active;
     double *force = a->work, *rhs = force + active, *x = rhs + active;
@@ -63,12 +63,12 @@ static void turn_accelerations(perp__acceleration *a, int32_t index, double *cha
     memset(force, 0, active * sizeof *force);
     force[t] = size * direction[1];
     force[t + 1] = -size * direction[0];
-    perp__row_accelerations(a, change, NULL, force, 1);
-    for (r = 0; r < a->system.n; r++)
-        rhs[r] = -change[a->first[r]] * a->scale[a->first[r]];
-    perp__pivoting_solve(&a->system, x, rhs);
-    perp__pattern_add_forces(a, force, x);
-    perp__row_accelerations(a, change, NULL, force, 1);
+    perp__linear_rows(&a->linear, change, NULL, force, 1);
+    for (r = 0; r < a->linear.system.n; r++)
+        rhs[r] = -change[a->linear.first[r]] * a->scale[a->linear.first[r]];
+    perp__pivoting_solve(&a->linear.system, x, rhs);
+    perp__linear_add(&a->linear, force, x, 0);
+    perp__linear_rows(&a->linear, change, NULL, force, 1);
 }
 
 static double cross(const double *direction, const double *u)
@@ -98,10 +98,10 @@ static double turn(perp__acceleration *a)
                 continue;
             entry = cross(direction, change + t);
             if (i == j)
-                entry -= direction[0] * a->u[t] + direction[1] * a->u[t + 1];
+                entry -= direction[0] * a->linear.u[t] + direction[1] * a->linear.u[t + 1];
             top = fmax(top, fabs(entry));
             p->K[(size_t)row * (size_t)p->n + (size_t)column] = entry;
-            g[row++] = -cross(direction, a->u + t);
+            g[row++] = -cross(direction, a->linear.u + t);
         }
         column++;
     }
@@ -130,7 +130,7 @@ int32_t perp__slip_turn(perp__acceleration *a, double singular)
     int32_t round, rank;
 
     perp__pattern_solve_roughly(a, singular, a->active);
-    rank = a->system.rank;
+    rank = a->linear.system.rank;
     for (round = 0; round < MOST_ROUNDS; round++) {
         const double largest = turn(a);
 
@@ -156,9 +156,9 @@ static int32_t sample(perp__acceleration *a, int32_t index, double angle, double
     direction[0] = cos(angle);
     direction[1] = sin(angle);
     perp__pattern_solve_roughly(a, PERP__ACCELERATION_SINGULAR, a->active);
-    *value =
-        a->system.sign * a->system.product * (direction[0] * a->u[t + 1] - direction[1] * a->u[t]);
-    return a->system.sign != 0;
+    *value = a->linear.system.sign * a->linear.system.product *
+             (direction[0] * a->linear.u[t + 1] - direction[1] * a->linear.u[t]);
+    return a->linear.system.sign != 0;
 }
 
 /* Zeros of the polynomial in the basis of cos and sin above; the value at the angle PERP__PI is not

@@ -134,22 +134,23 @@ static void hold_bilateral(perp__acceleration *a)
 {
     const size_t active = (size_t)a->active, n = (size_t)a->m->bilateral;
     const size_t b = (size_t)a->bilateral_row;
-    double *rhs = a->rhs, *x = a->x;
+    double *rhs = a->linear.residual, *x = a->linear.y;
     size_t i, j, k;
 
     memcpy(a->held, a->W, active * active * sizeof *a->held);
     if (n == 0)
         return;
-    a->system.n = (int32_t)n;
+    a->linear.system.n = (int32_t)n;
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
-            a->system.K[i * n + j] =
+            a->linear.system.K[i * n + j] =
                 a->W[(b + i) * active + b + j] * a->scale[b + i] * a->scale[b + j];
-    perp__pivoting_eliminate(&a->system, PERP__ACCELERATION_SINGULAR * 4.0, a->system.n);
+    perp__pivoting_eliminate(&a->linear.system, PERP__ACCELERATION_SINGULAR * 4.0,
+                             a->linear.system.n);
     for (j = 0; j < active; j++) {
         for (k = 0; k < n; k++)
             rhs[k] = a->W[(b + k) * active + j] * a->scale[b + k];
-        perp__pivoting_solve(&a->system, x, rhs);
+        perp__pivoting_solve(&a->linear.system, x, rhs);
         for (i = 0; i < active; i++) {
             double sum = a->W[i * active + j], size = fabs(sum);
 
