@@ -9,7 +9,7 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "lcp/candidate.h"
-#include "lcp/last_word.h"
+#include "lcp/all/all.h"
 #include "lcp/plan.h"
 #include "lcp/settings.h"
 #include "lcp/solver.h"

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "lcp/last_word.h"
+#include "lcp/all/all.h"
 #include "lcp/settings.h"
 #include "linalg/lines.h"
 #include "linalg/scale.h"

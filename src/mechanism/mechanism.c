@@ -137,7 +137,7 @@ static void release(void *object)
 {
     perp_mechanism *m = object;
 
-    perp__found_release(m->found_work);
+    perp__acceleration_release(m->accelerations);
     release_assemblies(m);
     perp__implicit_release(m, m->scheme_work);
     perp__theta_release(m);

@@ -121,9 +121,9 @@ struct perp_mechanism {
     double kept_t;
     int32_t keeps;     /* 1: and it still does: the next step of a run need not ask again */
     void *scheme_work; /* of the implicit scheme; NULL with another */
-    perp__acceleration *found_work; /* of accelerations, made when first needed */
-    perp__theta *theta_work;        /* of the theta scheme, made when first needed */
-    perp__adaptive *adaptive_work;  /* of runs that choose their steps, the same */
+    perp__acceleration *accelerations; /* of accelerations, made when first needed */
+    perp__theta *theta_work;           /* of the theta scheme, made when first needed */
+    perp__adaptive *adaptive_work;     /* of runs that choose their steps, the same */
 };
 
 /* ---- evaluate.c: PERP_OK, PERP__OUTSIDE, or a negative status with its message ---- */
@@ -219,7 +219,7 @@ perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem 
 
 /* ---- accelerations.c ---- */
 /* NULL is accepted. */
-void perp__found_release(perp__acceleration *a);
+void perp__acceleration_release(perp__acceleration *a);
 
 /* ---- jam.c ---- */
 /* Whether sliding in contact j ended though it was not hit: Painleve's impact without collision. */

@@ -139,21 +139,20 @@ static void layout(perp__arena *arena, void *object)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
     f->work = perp__arena_take(arena, 6 * square + 4 * n, sizeof(double));
     f->list = perp__arena_take(arena, n, sizeof(int32_t));
-    f->columns = perp__arena_take(arena, n, sizeof(int32_t));
+    f->system.columns = perp__arena_take(arena, n, sizeof(int32_t));
+    f->tree.next = perp__arena_take(arena, n, sizeof(int32_t));
     f->question.sign = perp__arena_take(arena, n, 1);
-    f->question.way = perp__arena_take(arena, n, 1);
+    f->question.before = perp__arena_take(arena, n, 1);
     f->regular = perp__arena_take(arena, n, 1);
-    f->pattern.mode = perp__arena_take(arena, n, 1);
-    f->pattern.side = perp__arena_take(arena, n, 1);
+    f->pattern.mode = perp__arena_take(arena, 2 * n, 1);
 }
 
 static void release(void *object)
 {
     perp_load_friction *f = object;
 
-    perp__friction_release_answers(f);
-    perp__friction_release_spare(f);
-    perp__cone_release(&f->cone);
+    perp__answers_release(&f->answers);
+    perp__cone_release(&f->polyhedron.cone);
     perp__arena_release(&f->arena);
 }
 
@@ -164,6 +163,21 @@ perp_status perp__friction_enter(perp_load_friction *f)
     return perp__handle_enter(f, &kind);
 }
 
+/* The store, the tree and the system. */
+static void prepare(perp_load_friction *f)
+{
+    f->pattern.side = f->pattern.mode + f->n;
+    f->system.K = f->K;
+    f->system.E = f->inverse;
+    f->answers.length = f->answers.positions = f->polyhedron.length = f->n;
+    f->answers.eigenvalues = 4 * f->n;
+    f->answers.own = 2 * f->n;
+    f->answers.holds = perp__friction_holds_answer;
+    f->polyhedron.origin = f->x;
+    f->polyhedron.directions = f->null;
+    f->polyhedron.least = PERP__FRICTION_SAME;
+}
+
 /* A handle with room for n coordinates. */
 static perp_status make(perp_context *context, perp_load_friction **friction, int32_t n)
 {
@@ -172,7 +186,7 @@ static perp_status make(perp_context *context, perp_load_friction **friction, in
 
     if (!f)
         return PERP_ERROR_MEMORY;
-    f->cone.context = context;
+    f->answers.context = f->polyhedron.cone.context = context;
     f->n = n;
     perp__arena_init(&f->arena, context);
     status = perp__arena_fit(&f->arena, layout, f);
@@ -180,6 +194,7 @@ static perp_status make(perp_context *context, perp_load_friction **friction, in
         perp__handle_end(f);
         return status;
     }
+    prepare(f);
     f->A_view.rows = f->A_view.columns = f->C_view.rows = f->C_view.columns = n;
     f->A_view.row_stride = f->C_view.row_stride = 1;
     f->A_view.column_stride = f->C_view.column_stride = (size_t)n;
