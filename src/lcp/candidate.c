@@ -18,6 +18,46 @@ static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_ou
     solver->best.iterations = iterations;
 }
 
+static double own_residual(perp_lcp_solver *solver)
+{
+    perp__witness_point point;
+
+    point.M = &solver->M;
+    point.exponents = solver->exponents;
+    point.part = solver->part;
+    point.parts = solver->parts;
+    point.scaling = solver->settings.scaling;
+    point.q = solver->q;
+    point.lower = solver->lower;
+    point.upper = solver->upper;
+    point.z = solver->z;
+    point.w = solver->w_high;
+    point.least = NULL;
+    point.tol = solver->settings.tol;
+    return perp__witness_own_residual(&solver->witness, &point);
+}
+
+perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,
+                                  double unit)
+{
+    perp__evidence evidence = {worth->tested / unit, INFINITY, worth->backward, 0};
+
+    if (evidence.tested <= sqrt(solver->settings.tol))
+        evidence.sound = perp__all_finite(solver->z, (size_t)solver->n) &&
+                         perp__all_finite(solver->w_high, (size_t)solver->n);
+    if (evidence.sound) /* beside its own terms a row has no large numbers of others to excuse it */
+        evidence.own = own_residual(solver);
+    return evidence;
+}
+
+perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
+                             perp_outcome said)
+{
+    const perp__evidence evidence = perp__lcp_evidence(solver, worth, 1.0);
+
+    return perp__gate(&evidence, solver->settings.tol, said);
+}
+
 void perp__start_from(perp_lcp_solver *solver, const double *z0)
 {
     int32_t i;

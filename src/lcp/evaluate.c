@@ -17,11 +17,6 @@
 #define LARGE (1 << 20)
 #define ROW_KEPT INT32_MIN
 
-double perp__shift(double x, int32_t e)
-{
-    return e >= -1022 && e <= 1022 ? x * perp__power_of_two(e) : ldexp(x, e);
-}
-
 /* A finite bound stays finite, however far the scaling pushes it. */
 static double scale_bound(const perp_lcp_solver *solver, int32_t i, double bound)
 {
@@ -57,70 +52,13 @@ static void find_powers(perp_lcp_solver *solver)
     }
 }
 
-/* floor(log2 |x|) for x other than 0 */
-static int32_t exponent_of(double x)
-{
-    uint64_t bits;
-
-    memcpy(&bits, &x, sizeof bits);
-    bits = bits >> 52 & 0x7ff;
-    return bits != 0 ? (int32_t)bits - 1023 : ilogb(x);
-}
-
-static int32_t find_omega(const perp_lcp_solver *solver, const int32_t *exponents)
-{
-    int32_t largest = INT32_MIN, i;
-
-    for (i = 0; i < solver->n; i++) {
-        int32_t exponent;
-
-        if (solver->q[i] == 0.0)
-            continue;
-        exponent = exponent_of(solver->q[i]) + exponents[i];
-        if (exponent > largest)
-            largest = exponent;
-    }
-    return largest == INT32_MIN ? 0 : largest;
-}
-
-int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas,
-                          int32_t known)
-{
-    const double *q = solver->q;
-    int32_t *largest = solver->part_omega;
-    int32_t changed = !known, i;
-
-    if (solver->parts == 1) {
-        const int32_t omega = find_omega(solver, exponents);
-
-        changed = !known || omegas[0] != omega;
-        for (i = 0; i < 2 * solver->n && changed; i++)
-            omegas[i] = omega;
-        return changed;
-    }
-    for (i = 0; i < solver->parts; i++)
-        largest[i] = INT32_MIN;
-    for (i = 0; i < solver->n; i++) {
-        const int32_t exponent = q[i] == 0.0 ? INT32_MIN : exponent_of(q[i]) + exponents[i];
-
-        if (exponent > largest[solver->part[i]])
-            largest[solver->part[i]] = exponent;
-    }
-    for (i = 0; i < 2 * solver->n; i++) {
-        const int32_t found = largest[solver->part[i]], omega = found == INT32_MIN ? 0 : found;
-
-        changed |= omegas[i] != omega;
-        omegas[i] = omega;
-    }
-    return changed;
-}
-
 void perp__scale_problem(perp_lcp_solver *solver, const double *q)
 {
     int32_t i;
 
     solver->q = q;
-    if (perp__find_omegas(solver, solver->exponents, solver->omega, solver->powers_known))
+    if (perp__find_omegas(solver->n, solver->part, solver->parts, q, solver->exponents,
+                          solver->part_omega, solver->omega, solver->powers_known))
         find_powers(solver);
     for (i = 0; i < solver->n; i++)
         solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
@@ -283,11 +221,11 @@ static void find_row_sizes(perp_lcp_solver *solver)
     for (i = 0; i < solver->n; i++) {
         solver->row_size[i] = ROW_KEPT;
         if (overflowed(solver, i))
-            solver->row_size[i] = solver->q[i] != 0.0 ? exponent_of(solver->q[i]) : -LARGE;
+            solver->row_size[i] = solver->q[i] != 0.0 ? perp__exponent_of(solver->q[i]) : -LARGE;
     }
     while (perp__advance(&c))
         if (solver->row_size[c.i] != ROW_KEPT && solver->z[c.j] != 0.0) {
-            const int32_t size = exponent_of(c.value) + exponent_of(solver->z[c.j]);
+            const int32_t size = perp__exponent_of(c.value) + perp__exponent_of(solver->z[c.j]);
 
             if (size > solver->row_size[c.i])
                 solver->row_size[c.i] = size;
@@ -309,7 +247,7 @@ static void recompute(perp_lcp_solver *solver)
         }
     while (perp__advance(&c))
         if (solver->row_size[c.i] != ROW_KEPT && solver->z[c.j] != 0.0) {
-            const int32_t power = exponent_of(c.value);
+            const int32_t power = perp__exponent_of(c.value);
 
             accumulate(perp__shift(c.value, -power),
                        perp__shift(solver->z[c.j], power - solver->row_size[c.i]),
@@ -338,7 +276,8 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
     for (k = 0; k < solver->parts; k++)
         solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);
     if (solver->doubtful)
-        perp__find_terms(solver, solver->exponents, solver->omega);
+        perp__find_terms(&solver->M, solver->q, solver->z, solver->exponents, solver->omega,
+                         solver->witness.terms);
     return measure_all(solver);
 }
 
