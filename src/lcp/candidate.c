@@ -6,7 +6,7 @@
 #include <string.h>
 
 static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_outcome outcome,
-                 int32_t method, int64_t iterations)
+                 int32_t method)
 {
     size_t bytes = (size_t)solver->n * sizeof(double);
 
@@ -15,7 +15,6 @@ static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_ou
     solver->best.worth = *worth;
     solver->best.outcome = outcome;
     solver->best.method = method;
-    solver->best.iterations = iterations;
 }
 
 static double own_residual(perp_lcp_solver *solver)
@@ -121,17 +120,17 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
     outcome = perp__lcp_judge(solver, &worth, said);
     solver->refused = worth.tested <= solver->settings.tol && !perp__is_good(outcome);
     if (is_better(&solver->best, &worth, outcome))
-        keep(solver, &worth, outcome, step->method, iterate->iterations);
+        keep(solver, &worth, outcome, step->method);
     return PERP_OK;
 }
 
-void perp__consider_point(perp_lcp_solver *solver, int32_t method, int64_t iterations)
+void perp__consider_point(perp_lcp_solver *solver, int32_t method)
 {
     const perp__evaluation worth = perp__evaluate(solver);
     const perp_outcome outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
 
     if (is_better(&solver->best, &worth, outcome))
-        keep(solver, &worth, outcome, method, iterations);
+        keep(solver, &worth, outcome, method);
 }
 
 /* Keeps a ray that stood the check. The last word on it comes after all attempts. */
@@ -165,7 +164,7 @@ perp_status perp__try_start(perp_lcp_solver *solver, const double *z0)
         return status;
     outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
     if (perp__is_good(outcome))
-        keep(solver, &worth, outcome, PERP_LCP_POLISH, 0);
+        keep(solver, &worth, outcome, PERP_LCP_POLISH);
     return status;
 }
 
@@ -180,5 +179,5 @@ void perp__consider_start(perp_lcp_solver *solver, const double *z0)
     if (worth.tested < solver->best.worth.tested &&
         !(solver->best.worth.backward <= 16.0 * DBL_EPSILON))
         keep(solver, &worth, perp__lcp_judge(solver, &worth, solver->best.outcome),
-             solver->best.method, solver->best.iterations);
+             solver->best.method);
 }

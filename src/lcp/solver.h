@@ -34,7 +34,6 @@ typedef struct perp__candidate {
     perp__evaluation worth;
     perp_outcome outcome;
     int32_t method;
-    int64_t iterations;
 } perp__candidate;
 
 struct perp_lcp_solver {

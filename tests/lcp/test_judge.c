@@ -92,19 +92,19 @@ static void test_which_candidate_stays(void **state)
     solver->best.outcome = PERP_OUTCOME_RAY;
     solver->best.method = PERP_LCP_LEMKE;
     solver->z[0] = 0.75;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_int_equal(solver->best.outcome, PERP_OUTCOME_RAY);
     solver->z[0] = 1.0 + 1e-12;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_int_equal(solver->best.outcome, PERP_OUTCOME_SOLVED);
     solver->z[0] = 1.0 + 2e-12;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_true(solver->best.z[0] == 1.0 + 1e-12);
     solver->z[0] = 1.0;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_true(solver->best.z[0] == 1.0);
     solver->z[0] = 0.5;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_true(solver->best.z[0] == 1.0);
     perp_lcp_solver_destroy(solver);
 }
