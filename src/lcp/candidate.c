@@ -41,11 +41,11 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
 {
     perp__evidence evidence = {worth->tested / unit, INFINITY, worth->backward, 0};
 
-    if (evidence.tested <= sqrt(solver->settings.tol))
-        evidence.sound = perp__all_finite(solver->z, (size_t)solver->n) &&
-                         perp__all_finite(solver->w_high, (size_t)solver->n);
-    if (evidence.sound) /* beside its own terms a row has no large numbers of others to excuse it */
-        evidence.own = own_residual(solver);
+    if (worth->finite && evidence.tested <= sqrt(solver->settings.tol)) {
+        evidence.sound = 1;
+        /* beside its own terms a row has no large numbers of others to excuse it */
+        evidence.own = worth->small ? 0.0 : own_residual(solver);
+    }
     return evidence;
 }
 

@@ -64,14 +64,6 @@ void perp__scale_problem(perp_lcp_solver *solver, const double *q)
         solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
 }
 
-/* perp__mid with the differences from the bounds in hand */
-static double middle(double above, double below, double w)
-{
-    const double least = above < w ? above : w;
-
-    return below > least ? below : least;
-}
-
 static double relative_violation(const perp_lcp_solver *solver, int32_t i, double violation)
 {
     double size = solver->row_norms[i] * perp__reach_of(solver, i) + fabs(solver->q_scaled[i]);
@@ -108,51 +100,56 @@ static void project(perp_lcp_solver *solver)
         perp__find_reach(solver);
 }
 
-/* What doubled precision may leave wrong in w: where z is as large as 1e24, far along a null vector
- * of M, it has lost q, and a w of 0 says nothing. */
-static double doubt(const perp_lcp_solver *solver, int32_t i)
+/* The scaled residual of row i, at the end of w's interval where it is larger. Doubled precision
+ * may leave that much wrong in w: where z is as large as 1e24, far along a null vector of M, it has
+ * lost q, and a w of 0 says nothing. */
+static double doubted_residual(const perp_lcp_solver *solver, int32_t i, double above, double below,
+                               double w)
 {
     const double unit = 0.5 * DBL_EPSILON * solver->n;
-
-    return solver->doubtful ? unit * unit * solver->witness.terms[i] : 0.0;
-}
-
-/* The scaled residual of row i, at the end of w's interval where it is larger. */
-static double tested_residual(const perp_lcp_solver *solver, int32_t i, double above, double below)
-{
-    const double w = perp__w_scaled(solver, i, solver->w_high[i]), margin = doubt(solver, i);
+    const double margin = unit * unit * solver->witness.terms[i];
     double residual;
 
-    above = perp__z_scaled(solver, i, above);
-    below = perp__z_scaled(solver, i, below);
     if (!(margin < INFINITY) && isfinite(w)) /* it may be anything */
         return fmax(fabs(above), fabs(below));
     if (!(margin < INFINITY))
-        return fabs(middle(above, below, w));
-    residual = fabs(middle(above, below, w - margin));
-    if (margin != 0.0)
-        perp__raise_to(&residual, fabs(middle(above, below, w + margin)));
+        return fabs(perp__middle(above, below, w));
+    residual = fabs(perp__middle(above, below, w - margin));
+    perp__raise_to(&residual, fabs(perp__middle(above, below, w + margin)));
     return residual;
 }
 
 static perp__evaluation measure(const perp_lcp_solver *solver)
 {
-    perp__evaluation worth = {0.0, 0.0, 0.0};
+    const double tol = solver->settings.tol;
+    perp__evaluation worth = {0.0, 0.0, 0.0, 1, 1};
+    double nothing = 0.0; /* NaN once a NaN or an infinity is met */
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
-        double above = solver->z[i] - solver->lower[i];
-        double below = solver->z[i] - solver->upper[i];
-        double w = solver->w_high[i], violation;
+        const double lower = solver->lower[i], upper = solver->upper[i], z = solver->z[i];
+        const double w = solver->w_high[i], violation = perp__row_violation(z, lower, upper, w);
+        const double above = perp__z_scaled(solver, i, z - lower);
+        const double below = perp__z_scaled(solver, i, z - upper);
+        const double scaled = perp__w_scaled(solver, i, w);
 
-        perp__raise_to(&worth.natural, fabs(middle(above, below, w)));
-        perp__raise_to(&worth.tested, tested_residual(solver, i, above, below));
-        violation = perp__w_scaled(
-            solver, i, perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i], w));
-        perp__raise_to(&worth.backward, relative_violation(solver, i, violation));
+        perp__raise_to(&worth.natural, fabs(perp__middle(z - lower, z - upper, w)));
+        perp__raise_to(&worth.tested, solver->doubtful
+                                          ? doubted_residual(solver, i, above, below, scaled)
+                                          : fabs(perp__middle(above, below, scaled)));
+        perp__raise_to(&worth.backward,
+                       relative_violation(solver, i, perp__w_scaled(solver, i, violation)));
+        worth.small &= violation <= tol * fabs(solver->q[i]);
+        nothing += 0.0 * z + 0.0 * w;
     }
+    worth.finite = nothing == 0.0;
     return worth;
 }
+
+#define NAME(x) x##_one
+#include "linalg/lanes/vector_one.h"
+#include "lcp/evaluate_vector.h"
+#include "linalg/lanes/vector_end.h"
 
 #if PERP__X86
 #define NAME(x) x##_avx512
@@ -169,31 +166,42 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
 /* In vectors where they serve: M is one part and no number is beyond the range of doubles. */
 static void project_all(perp_lcp_solver *solver)
 {
-#if PERP__X86
-    const enum perp__vector_set set = perp__widest_vectors();
+    int32_t done = 0;
 
-    if (solver->powers_normal && solver->parts == 1 &&
-        ((set == PERP__VECTOR_AVX512 && solver->n >= 8 && project_avx512(solver, solver->reach)) ||
-         (set >= PERP__VECTOR_AVX2 && solver->n >= 4 && project_avx2(solver, solver->reach))))
-        return;
+    if (solver->powers_normal && solver->parts == 1) {
+#if PERP__X86
+        const enum perp__vector_set set = perp__widest_vectors();
+
+        if (set == PERP__VECTOR_AVX512 && solver->n >= 8)
+            done = project_avx512(solver, solver->reach);
+        else if (set >= PERP__VECTOR_AVX2 && solver->n >= 4)
+            done = project_avx2(solver, solver->reach);
+        else
 #endif
-    project(solver);
+            done = project_one(solver, solver->reach);
+    }
+    if (!done)
+        project(solver);
 }
 
 static perp__evaluation measure_all(const perp_lcp_solver *solver)
 {
-#if PERP__X86
-    const enum perp__vector_set set = perp__widest_vectors();
     perp__evaluation worth;
+    int32_t done = 0;
 
-    if (solver->powers_normal && solver->parts == 1 && !solver->doubtful &&
-        ((set == PERP__VECTOR_AVX512 && solver->n >= 8 &&
-          measure_avx512(solver, solver->reach[0], &worth)) ||
-         (set >= PERP__VECTOR_AVX2 && solver->n >= 4 &&
-          measure_avx2(solver, solver->reach[0], &worth))))
-        return worth;
+    if (solver->powers_normal && solver->parts == 1 && !solver->doubtful) {
+#if PERP__X86
+        const enum perp__vector_set set = perp__widest_vectors();
+
+        if (set == PERP__VECTOR_AVX512 && solver->n >= 8)
+            done = measure_avx512(solver, solver->reach[0], &worth);
+        else if (set >= PERP__VECTOR_AVX2 && solver->n >= 4)
+            done = measure_avx2(solver, solver->reach[0], &worth);
+        else
 #endif
-    return measure(solver);
+            done = measure_one(solver, solver->reach[0], &worth);
+    }
+    return done ? worth : measure(solver);
 }
 
 /* high + low += a b */
@@ -266,19 +274,23 @@ static void recompute(perp_lcp_solver *solver)
 
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 {
+    perp__evaluation worth;
     int32_t k;
 
     project_all(solver);
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
-    if (!perp__all_finite(solver->w_high, (size_t)solver->n))
-        recompute(solver);
     solver->doubtful = 0;
     for (k = 0; k < solver->parts; k++)
         solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);
     if (solver->doubtful)
         perp__find_terms(&solver->M, solver->q, solver->z, solver->exponents, solver->omega,
                          solver->witness.terms);
-    return measure_all(solver);
+    worth = measure_all(solver);
+    if (!worth.finite) {
+        recompute(solver);
+        worth = measure(solver);
+    }
+    return worth;
 }
 
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)

@@ -18,6 +18,8 @@ typedef struct perp__evaluation {
     double natural;
     double tested;
     double backward;
+    int32_t finite; /* all of z and w */
+    int32_t small;  /* every row's violation is at most tol |q_i|: the second witness agrees */
 } perp__evaluation;
 
 /* A method's workspace, made when the method first runs. */
