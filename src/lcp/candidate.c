@@ -62,9 +62,13 @@ void perp__start_from(perp_lcp_solver *solver, const double *z0)
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
-        solver->z[i] = perp__clamp(z0 ? z0[i] : 0.0, solver->lower[i], solver->upper[i]);
-        solver->iterate[i] = perp__clamp(perp__z_scaled(solver, i, solver->z[i]),
-                                         solver->lower_scaled[i], solver->upper_scaled[i]);
+        const double z = perp__clamp(z0 ? z0[i] : 0.0, solver->lower[i], solver->upper[i]);
+
+        solver->z[i] = z;
+        solver->iterate[i] = z == solver->lower[i]
+                                 ? solver->lower_scaled[i]
+                                 : perp__clamp(perp__z_scaled(solver, i, z),
+                                               solver->lower_scaled[i], solver->upper_scaled[i]);
     }
 }
 

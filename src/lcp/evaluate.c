@@ -163,45 +163,33 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
 #include "linalg/lanes/vector_end.h"
 #endif
 
-/* In vectors where they serve: M is one part and no number is beyond the range of doubles. */
-static void project_all(perp_lcp_solver *solver)
+/* In vectors where they serve: M is one part and no number is beyond the range of doubles. Else
+ * false. */
+static int32_t project_all(perp_lcp_solver *solver)
 {
-    int32_t done = 0;
-
-    if (solver->powers_normal && solver->parts == 1) {
+    if (!solver->powers_normal || solver->parts != 1)
+        return 0;
 #if PERP__X86
-        const enum perp__vector_set set = perp__widest_vectors();
-
-        if (set == PERP__VECTOR_AVX512 && solver->n >= 8)
-            done = project_avx512(solver, solver->reach);
-        else if (set >= PERP__VECTOR_AVX2 && solver->n >= 4)
-            done = project_avx2(solver, solver->reach);
-        else
+    if (perp__widest_vectors() == PERP__VECTOR_AVX512 && solver->n >= 8)
+        return project_avx512(solver, solver->reach);
+    if (perp__widest_vectors() >= PERP__VECTOR_AVX2 && solver->n >= 4)
+        return project_avx2(solver, solver->reach);
 #endif
-            done = project_one(solver, solver->reach);
-    }
-    if (!done)
-        project(solver);
+    return project_one(solver, solver->reach);
 }
 
-static perp__evaluation measure_all(const perp_lcp_solver *solver)
+/* False where a number needs the care of measure. */
+static int32_t measure_all(const perp_lcp_solver *solver, perp__evaluation *worth)
 {
-    perp__evaluation worth;
-    int32_t done = 0;
-
-    if (solver->powers_normal && solver->parts == 1 && !solver->doubtful) {
+    if (!solver->powers_normal || solver->parts != 1 || solver->doubtful)
+        return 0;
 #if PERP__X86
-        const enum perp__vector_set set = perp__widest_vectors();
-
-        if (set == PERP__VECTOR_AVX512 && solver->n >= 8)
-            done = measure_avx512(solver, solver->reach[0], &worth);
-        else if (set >= PERP__VECTOR_AVX2 && solver->n >= 4)
-            done = measure_avx2(solver, solver->reach[0], &worth);
-        else
+    if (perp__widest_vectors() == PERP__VECTOR_AVX512 && solver->n >= 8)
+        return measure_avx512(solver, solver->reach[0], worth);
+    if (perp__widest_vectors() >= PERP__VECTOR_AVX2 && solver->n >= 4)
+        return measure_avx2(solver, solver->reach[0], worth);
 #endif
-            done = measure_one(solver, solver->reach[0], &worth);
-    }
-    return done ? worth : measure(solver);
+    return measure_one(solver, solver->reach[0], worth);
 }
 
 /* high + low += a b */
@@ -277,7 +265,8 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
     perp__evaluation worth;
     int32_t k;
 
-    project_all(solver);
+    if (!project_all(solver))
+        project(solver);
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
     solver->doubtful = 0;
     for (k = 0; k < solver->parts; k++)
@@ -285,7 +274,8 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
     if (solver->doubtful)
         perp__find_terms(&solver->M, solver->q, solver->z, solver->exponents, solver->omega,
                          solver->witness.terms);
-    worth = measure_all(solver);
+    if (!measure_all(solver, &worth))
+        worth = measure(solver);
     if (!worth.finite) {
         recompute(solver);
         worth = measure(solver);

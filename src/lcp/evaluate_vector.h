@@ -66,7 +66,6 @@ TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_larg
 
         small = both(small, at_most(violation, multiply(tol, absolute(load(solver->q + i)))));
         good = both(good, at_most(absolute(w), most));
-        good = both(good, both(at_most(residual, infinity), at_most(scaled, infinity)));
         good = both(good, at_most(relative, infinity));
         natural = larger(residual, natural);
         tested = larger(scaled, tested);

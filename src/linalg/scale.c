@@ -35,14 +35,12 @@ static int32_t unit_diagonal(double diagonal)
     return clamp(-((p - (p & 1)) / 2));
 }
 
-/* Where entry i of column j is stored, or NULL. */
-static const double *entry_of(const perp__matrix *M, int32_t i, int32_t j)
+/* Where entry i of column j of a sparse matrix is stored, or NULL. */
+static const double *find_entry(const perp__matrix *M, int32_t i, int32_t j)
 {
     const perp__line l = perp__line_of(M, j);
     int32_t low = 0, high = l.count;
 
-    if (!M->column_starts)
-        return l.values + i;
     while (low < high) {
         const int32_t middle = low + (high - low) / 2;
 
@@ -52,6 +50,12 @@ static const double *entry_of(const perp__matrix *M, int32_t i, int32_t j)
             high = middle;
     }
     return low < l.count && l.indices[low] == i ? l.values + low : NULL;
+}
+
+/* Where entry i of line j is stored, or NULL. */
+static inline const double *entry_of(const perp__matrix *M, int32_t i, int32_t j)
+{
+    return M->column_starts ? find_entry(M, i, j) : perp__line_of(M, j).values + i;
 }
 
 static int has_symmetric_pattern(const perp__matrix *M)
