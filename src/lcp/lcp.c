@@ -149,7 +149,6 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
         const perp_outcome last = own_limit(solver, iterate.outcome);
 
         solver->best.outcome = perp__is_good(last) ? PERP_OUTCOME_STALLED : last;
-        solver->best.iterations = iterate.iterations;
     }
     *paused = iterate.paused;
     *iterations = iterate.iterations;

@@ -105,10 +105,24 @@ void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t lea
 void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double *dense,
                            size_t leading_dimension);
 
+/* mid(above, below, w) for above = z - l >= 0 >= below = z - u. */
+static inline double perp__middle(double above, double below, double w)
+{
+    const double least = above < w ? above : w;
+
+    return below > least ? below : least;
+}
+
 /* mid(z - l, z - u, w) without cancellation. */
-double perp__mid(double z, double lower, double upper, double w);
+static inline double perp__mid(double z, double lower, double upper, double w)
+{
+    return perp__middle(z - lower, z - upper, w);
+}
 
 /* Nearest point of [lower, upper]. */
-double perp__clamp(double z, double lower, double upper);
+static inline double perp__clamp(double z, double lower, double upper)
+{
+    return z < lower ? lower : z > upper ? upper : z;
+}
 
 #endif

@@ -126,26 +126,36 @@ static void equilibrate(perp_lcp_solver *solver)
         solver->factors[i] = perp__power_of_two(solver->exponents[i]);
 }
 
+/* Room for problems of n rows. */
+static perp_status fit(perp_lcp_solver *solver, int32_t n)
+{
+    perp_lcp_solver next = *solver;
+    perp_status status;
+
+    next.n = n;
+    status = perp__arena_fit(&next.arena, layout, &next);
+    if (status == PERP_OK)
+        *solver = next;
+    return status;
+}
+
 perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const double *lower,
                             const double *upper)
 {
-    perp_lcp_solver next = *solver;
-    perp_status status = check_problem(solver->context, &next.M, M, lower, upper);
+    perp__matrix own;
+    perp_status status = check_problem(solver->context, &own, M, lower, upper);
     int32_t i;
 
+    if (status == PERP_OK && (solver->setups == 0 || own.rows != solver->n))
+        status = fit(solver, own.rows);
     if (status != PERP_OK)
         return status;
-    next.n = next.M.rows;
-    if (solver->setups == 0 || next.n != solver->n) /* else the arrays are there */
-        status = perp__arena_fit(&next.arena, layout, &next);
-    if (status != PERP_OK)
-        return status;
-    for (i = 0; i < next.n; i++) {
-        next.lower[i] = lower ? lower[i] : 0.0;
-        next.upper[i] = upper ? upper[i] : INFINITY;
+    solver->M = own;
+    for (i = 0; i < solver->n; i++) {
+        solver->lower[i] = lower ? lower[i] : 0.0;
+        solver->upper[i] = upper ? upper[i] : INFINITY;
     }
-    next.setups++;
-    *solver = next;
+    solver->setups++;
     equilibrate(solver);
     return PERP_OK;
 }

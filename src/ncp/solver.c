@@ -60,6 +60,7 @@ static void layout(perp__arena *arena, void *object)
     s->best_w = perp__arena_take(arena, n, sizeof(double));
     perp__ncp_model_layout(arena, &s->model);
     perp__ncp_walk_layout(arena, &s->walk);
+    perp__witness_layout(arena, &s->witness, n);
 }
 
 perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *problem)

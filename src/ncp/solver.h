@@ -5,6 +5,7 @@
 #include "base/arena.h"
 #include "base/handle.h"
 #include "base/outcome.h"
+#include "linalg/witness.h"
 #include "ncp/method.h"
 #include "ncp/ncp.h"
 
@@ -32,6 +33,7 @@ struct perp_ncp_solver {
     perp__ncp_model model;
     perp__ncp_walk walk;
     perp__ncp_linear linear;
+    perp__witness witness;
     perp__ncp_parts parts;
     double *start; /* z0, projected; moved to where F is defined */
     double *perturbed;
@@ -49,10 +51,6 @@ struct perp_ncp_solver {
 /* The numbers of solver->candidate; F is left in model.w_caller. PERP_OK, PERP__NCP_OUTSIDE or
  * PERP_ERROR_CALLBACK. */
 perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth);
-
-/* The largest own residual of a row of walk.z, where F is walk.w in the scaled coordinates of the
- * last Jacobian there; leaves the model in others. */
-double perp__ncp_own_residual(perp_ncp_solver *solver);
 
 /* Whether there is more than one part to solve (and not too many), from the best point yet. */
 int32_t perp__ncp_split(perp_ncp_solver *solver);

@@ -92,19 +92,19 @@ static void test_which_candidate_stays(void **state)
     solver->best.outcome = PERP_OUTCOME_RAY;
     solver->best.method = PERP_LCP_LEMKE;
     solver->z[0] = 0.75;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_int_equal(solver->best.outcome, PERP_OUTCOME_RAY);
     solver->z[0] = 1.0 + 1e-12;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_int_equal(solver->best.outcome, PERP_OUTCOME_SOLVED);
     solver->z[0] = 1.0 + 2e-12;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_true(solver->best.z[0] == 1.0 + 1e-12);
     solver->z[0] = 1.0;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_true(solver->best.z[0] == 1.0);
     solver->z[0] = 0.5;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_true(solver->best.z[0] == 1.0);
     perp_lcp_solver_destroy(solver);
 }
@@ -282,6 +282,35 @@ static void test_not_finite(void **state)
     perp_lcp_solver_destroy(solver);
 }
 
+/* z_j = 2^990 for all but the last, where w = 2^39 2^990 + ... is beyond the range of doubles: no
+ * answer, though z_last = 0 is at its bound. One number at a time, in vectors of 4 and of 8. */
+static void test_w_out_of_range(void **state)
+{
+    static const int32_t sizes[] = {3, 4, 8, 11};
+    size_t k;
+
+    (void)state;
+    for (k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+        const int32_t n = sizes[k];
+        double M[11 * 11] = {0}, q[11], z[11];
+        perp_lcp_solver *solver;
+        int32_t j;
+
+        for (j = 0; j < n; j++) {
+            M[j * n + j] = M[(n - 1) * n + j] = 1;
+            z[j] = j < n - 1 ? 0x1p990 : 0;
+            q[j] = -z[j];
+        }
+        solver = posed(n, M, NULL, NULL, q);
+        assert_int_equal(judged(solver, z), PERP_OUTCOME_SOLVED);
+        perp_lcp_solver_destroy(solver);
+        M[(n - 1) * n] = 0x1p39;
+        solver = posed(n, M, NULL, NULL, q);
+        assert_int_equal(judged(solver, z), PERP_OUTCOME_STALLED);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -296,6 +325,7 @@ int main(void)
         cmocka_unit_test(test_small_rows_count),
         cmocka_unit_test(test_overflow_on_the_way),
         cmocka_unit_test(test_not_finite),
+        cmocka_unit_test(test_w_out_of_range),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);
