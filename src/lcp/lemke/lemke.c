@@ -22,10 +22,6 @@
 #define SMALL 64
 #define FILLED 6
 #define ROOM_TO_DOUBLE 1024
-/* What rounding leaves of 0 in sparse factors, whatever the trial says. */
-#define LEAST_SLACK 1e-12
-#define LEAST_PIVOT 1e-11
-
 /* How the attempts differ. In double, 1e-11 of the largest numbers may be what rounding left of 0;
  * in doubled precision only the rounding of the data is left. The perturbation keeps degenerate
  * problems, as contact problems are, from wandering about at one vertex. Lengths of paths differ
@@ -158,10 +154,6 @@ static void begin_path(perp__lemke *l)
 {
     l->slack = l->trial->slack;
     l->smallest_pivot = l->trial->smallest_pivot;
-    if (l->basis == &perp__lemke_sparse) {
-        l->slack = fmax(l->slack, LEAST_SLACK);
-        l->smallest_pivot = fmax(l->smallest_pivot, LEAST_PIVOT);
-    }
     l->idle = l->near = 0;
     l->most_idle = INT32_MAX;
     l->near_end = -INFINITY;
