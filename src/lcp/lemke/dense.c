@@ -409,6 +409,6 @@ static int32_t correct(void *work, const double *residual, double *step)
 }
 
 const perp__lemke_basis perp__lemke_dense = {
-    start,    start_near, cover, read_column,      perp__lemke_move,
-    exchange, NULL,       NULL,  read_inverse_row, correct,
+    0.0,  start, start_near,       cover,   read_column, perp__lemke_move, exchange,
+    NULL, NULL,  read_inverse_row, correct,
 };

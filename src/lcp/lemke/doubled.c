@@ -294,5 +294,5 @@ static perp_status exchange(perp__lemke *l, int32_t r, int32_t leaving)
 }
 
 const perp__lemke_basis perp__lemke_doubled = {
-    start, NULL, cover, read_column, move, exchange, NULL, values, NULL, NULL,
+    1e-20, start, NULL, cover, read_column, move, exchange, NULL, values, NULL, NULL,
 };

@@ -278,22 +278,28 @@ void perp__lemke_write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
     iterate->correct = l->row_of[perp__lemke_t(l)] < 0 ? l->basis->correct : NULL;
 }
 
+/* How the variable moves for a unit of the entering one. */
+static double speed_of(const perp__lemke *l, int32_t variable, double least)
+{
+    const int32_t r = l->row_of[variable];
+
+    if (variable == l->entering)
+        return l->direction;
+    return r >= 0 && fabs(l->column[r]) > least ? -l->direction * l->column[r] : 0.0;
+}
+
 /* The last column is the direction in which nothing blocks. */
 static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
-    const int32_t t_row = l->row_of[perp__lemke_t(l)];
-    const double dt = t_row >= 0 ? -l->direction * l->column[t_row] : 0.0;
+    const double least = perp__lemke_noise(l);
+    const double dt = speed_of(l, perp__lemke_t(l), least);
     int32_t i, k;
 
     for (i = 0; i < l->head.problem->n; i++)
         iterate->ray[i] = iterate->cover[i] = 0.0;
     for (k = 0; k < l->pairs; k++) {
-        double dx = l->row_of[k] >= 0 ? -l->direction * l->column[l->row_of[k]] : 0.0;
-
-        if (k == l->entering)
-            dx = l->direction;
         i = l->index[k];
-        iterate->ray[i] += l->sign[k] * l->column_unit[k] * dx;
+        iterate->ray[i] += l->sign[k] * l->column_unit[k] * speed_of(l, k, least);
         if (l->twin[k] < 0 || l->sign[k] > 0)
             iterate->cover[i] = l->sign[k] * l->covering[k] / l->row_unit[k] * dt;
     }

@@ -26,6 +26,7 @@ enum { PERP__LEMKE_AS_NEW = PERP__FACTOR_SINGULAR + 1 };
  * precision, sparse factors. Operations that return a perp_status may find the basis singular:
  * PERP__FACTOR_SINGULAR. Those not needed by all may be NULL. */
 typedef struct perp__lemke_basis {
+    double noise; /* what rounding leaves of 0 at most, beside a column's largest; 0: not known */
     /* The standard form, with the slacks v and the free x basic; names, b, limits, largest_b. Where
      * free x depend on each other they are split. */
     perp_status (*start)(perp__lemke *l, const perp__lcp_iterate *iterate);
@@ -202,6 +203,9 @@ void perp__lemke_write_limits(perp__lemke *l);
 
 /* By how much the basic variable of row r is outside of its limits; 0 if it is not. */
 double perp__lemke_violation(const perp__lemke *l, int32_t r);
+
+/* Entries of l->column that are no larger stand for 0. */
+double perp__lemke_noise(const perp__lemke *l);
 
 /* perp__lemke_basis's move in double. */
 double perp__lemke_move(perp__lemke *l, int32_t r, double far);

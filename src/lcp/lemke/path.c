@@ -75,10 +75,28 @@ static int32_t find_distance(const perp__lemke *l, int32_t r, double floor, doub
     return 1;
 }
 
+static double largest_entry(const perp__lemke *l)
+{
+    double largest = 0.0;
+    int32_t r;
+
+    for (r = 0; r < l->pairs; r++)
+        largest = fmax(largest, fabs(l->column[r]));
+    return largest;
+}
+
+double perp__lemke_noise(const perp__lemke *l)
+{
+    return l->basis->noise > 0.0 ? l->basis->noise * largest_entry(l) : 0.0;
+}
+
 /* Harris' two passes with an absolute slack: how far can the entering variable go if every limit is
  * loosened a little; among the rows that block before that, t first, else the largest pivot. */
 static int32_t harris_row(const perp__lemke *l, double own_range)
 {
+    /* t is no pivot to divide by: the path ends there, however slow it is */
+    const int32_t t_row = l->row_of[perp__lemke_t(l)];
+    const int32_t t = t_row >= 0 && fabs(l->column[t_row]) > perp__lemke_noise(l) ? t_row : -1;
     const perp__lemke_rows rows = {
         perp__tableau_length(l->pairs),
         l->b,
@@ -88,10 +106,9 @@ static int32_t harris_row(const perp__lemke *l, double own_range)
         l->direction,
         l->slack * l->largest_b,
         l->smallest_pivot,
-        l->row_of[perp__lemke_t(l)], /* t is no pivot to divide by: the path ends there */
+        t,
     };
     const double reach = l->kernels->reach(&rows, l->far, l->speed);
-    const int32_t t = rows.always;
     int32_t found;
 
     if (t >= 0 && l->speed[t] > 0.0 && l->far[t] <= reach * l->speed[t])
@@ -102,16 +119,6 @@ static int32_t harris_row(const perp__lemke *l, double own_range)
     if (found < 0 && reach < INFINITY) /* the division was rounded down */
         found = l->kernels->fastest(rows.length, l->far, l->speed, reach * (1.0 + DBL_EPSILON));
     return found >= 0 ? found : PERP__NO_ROW;
-}
-
-static double largest_entry(const perp__lemke *l)
-{
-    double largest = 0.0;
-    int32_t r;
-
-    for (r = 0; r < l->pairs; r++)
-        largest = fmax(largest, fabs(l->column[r]));
-    return largest;
 }
 
 /* The row of B^-1 over its pivot: what the perturbation (e, e^2, ...) of the first right-hand side
@@ -307,34 +314,33 @@ static int32_t first_row(const perp__lemke *l)
     return found;
 }
 
-/* t enters. Returns 0 where it need not. */
-static int32_t begin(perp__lemke *l, perp_status *status)
+/* t enters and makes row r feasible. */
+static perp_status begin(perp__lemke *l, int32_t r)
 {
-    const int32_t r = first_row(l);
-    int32_t leaving, at_upper;
+    const int32_t leaving = l->basic[r];
+    const int32_t at_upper = leaving < l->pairs && l->b[r] > 0.0;
+    perp_status status;
 
-    if (r < 0)
-        return 0;
     l->direction = 1.0;
     l->entering = perp__lemke_t(l);
-    leaving = l->basic[r];
-    at_upper = leaving < l->pairs && l->b[r] > 0.0;
-    *status = pivot(l, r, perp__lemke_violation(l, r), 0.0);
+    status = pivot(l, r, perp__lemke_violation(l, r), 0.0);
     enter_partner(l, leaving, at_upper);
-    return 1;
+    return status;
 }
 
 perp_status perp__lemke_follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int64_t most)
 {
     const perp__lcp_problem *p = l->head.problem;
     const int64_t limit = p->iteration_limit > 0 ? p->iteration_limit - l->spent : most;
+    const int32_t first = first_row(l);
     perp_outcome outcome = -1;
-    perp_status status = PERP_OK;
+    perp_status status;
 
     iterate->iterations = 0;
-    iterate->outcome = PERP_OUTCOME_SOLVED;
-    if (!begin(l, &status))
+    iterate->outcome = first < 0 ? PERP_OUTCOME_SOLVED : PERP_OUTCOME_ITERATION_LIMIT;
+    if (first < 0 || limit <= 0)
         return PERP_OK;
+    status = begin(l, first);
     for (iterate->iterations = 1; status == PERP_OK && outcome < 0; iterate->iterations++) {
         if (iterate->iterations >= limit)
             outcome = PERP_OUTCOME_ITERATION_LIMIT;

@@ -322,6 +322,7 @@ static void read_inverse_row(perp__lemke *l, int32_t r, double *row)
 }
 
 const perp__lemke_basis perp__lemke_sparse = {
+    0.0,
     perp__factored_start,
     perp__factored_start_near,
     cover,
