@@ -291,7 +291,7 @@ static double speed_of(const perp__lemke *l, int32_t variable, double least)
 /* The last column is the direction in which nothing blocks. */
 static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
-    const double least = perp__lemke_noise(l);
+    const double least = l->basis->noise * perp__lemke_largest_entry(l);
     const double dt = speed_of(l, perp__lemke_t(l), least);
     int32_t i, k;
 

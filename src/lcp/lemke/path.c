@@ -75,28 +75,10 @@ static int32_t find_distance(const perp__lemke *l, int32_t r, double floor, doub
     return 1;
 }
 
-static double largest_entry(const perp__lemke *l)
-{
-    double largest = 0.0;
-    int32_t r;
-
-    for (r = 0; r < l->pairs; r++)
-        largest = fmax(largest, fabs(l->column[r]));
-    return largest;
-}
-
-double perp__lemke_noise(const perp__lemke *l)
-{
-    return l->basis->noise > 0.0 ? l->basis->noise * largest_entry(l) : 0.0;
-}
-
 /* Harris' two passes with an absolute slack: how far can the entering variable go if every limit is
  * loosened a little; among the rows that block before that, t first, else the largest pivot. */
 static int32_t harris_row(const perp__lemke *l, double own_range)
 {
-    /* t is no pivot to divide by: the path ends there, however slow it is */
-    const int32_t t_row = l->row_of[perp__lemke_t(l)];
-    const int32_t t = t_row >= 0 && fabs(l->column[t_row]) > perp__lemke_noise(l) ? t_row : -1;
     const perp__lemke_rows rows = {
         perp__tableau_length(l->pairs),
         l->b,
@@ -106,9 +88,11 @@ static int32_t harris_row(const perp__lemke *l, double own_range)
         l->direction,
         l->slack * l->largest_b,
         l->smallest_pivot,
-        t,
+        l->basis->noise,
+        l->row_of[perp__lemke_t(l)], /* t is no pivot to divide by: the path ends there */
     };
     const double reach = l->kernels->reach(&rows, l->far, l->speed);
+    const int32_t t = rows.always;
     int32_t found;
 
     if (t >= 0 && l->speed[t] > 0.0 && l->far[t] <= reach * l->speed[t])
@@ -119,6 +103,16 @@ static int32_t harris_row(const perp__lemke *l, double own_range)
     if (found < 0 && reach < INFINITY) /* the division was rounded down */
         found = l->kernels->fastest(rows.length, l->far, l->speed, reach * (1.0 + DBL_EPSILON));
     return found >= 0 ? found : PERP__NO_ROW;
+}
+
+double perp__lemke_largest_entry(const perp__lemke *l)
+{
+    double largest = 0.0;
+    int32_t r;
+
+    for (r = 0; r < l->pairs; r++)
+        largest = fmax(largest, fabs(l->column[r]));
+    return largest;
 }
 
 /* The row of B^-1 over its pivot: what the perturbation (e, e^2, ...) of the first right-hand side
@@ -146,7 +140,7 @@ static int32_t comes_before(const perp__lemke *l, const double *a, const double 
 
 static int32_t lexicographic_row(perp__lemke *l, double own_range)
 {
-    const double floor = l->smallest_pivot * largest_entry(l);
+    const double floor = l->smallest_pivot * perp__lemke_largest_entry(l);
     double *best = l->far, *other = l->speed;
     double least = INFINITY, far, speed, tie;
     int32_t found = PERP__NO_ROW, ties = 0, r;
@@ -187,7 +181,8 @@ static int32_t blocking_row(perp__lemke *l, double own_range)
 
 static int32_t is_doubtful(const perp__lemke *l, int32_t r)
 {
-    return r == PERP__NO_ROW || (r >= 0 && !(fabs(l->column[r]) >= DOUBTFUL * largest_entry(l)));
+    return r == PERP__NO_ROW ||
+           (r >= 0 && !(fabs(l->column[r]) >= DOUBTFUL * perp__lemke_largest_entry(l)));
 }
 
 /* Finds the row whose basic variable stops the entering one, whose column is in l->column;
