@@ -90,7 +90,6 @@ typedef struct perp__lcp_work {
 } perp__lcp_work;
 
 extern const perp__lcp_method perp__lcp_lemke;
-extern const perp__lcp_method perp__lcp_lemke_sparse; /* before lemke in the solver's table */
 extern const perp__lcp_method perp__lcp_pgs;
 extern const perp__lcp_method perp__lcp_fischer;
 extern const perp__lcp_method perp__lcp_active_set;

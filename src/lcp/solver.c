@@ -11,8 +11,8 @@
 #include "linalg/scale.h"
 
 static const perp__lcp_method *const methods[PERP__METHODS] = {
-    &perp__lcp_lemke_sparse, &perp__lcp_lemke,      &perp__lcp_pgs,
-    &perp__lcp_fischer,      &perp__lcp_active_set, &perp__lcp_active_set_sparse};
+    &perp__lcp_lemke, &perp__lcp_pgs, &perp__lcp_fischer, &perp__lcp_active_set,
+    &perp__lcp_active_set_sparse};
 
 static void release(void *object)
 {

@@ -11,9 +11,9 @@
 #include "linalg/scale.h"
 #include "linalg/witness.h"
 
-#define PERP__METHODS 6
+#define PERP__METHODS 5
 
-/* What a point is worth: the numbers DESIGN.md defines, all from the caller's data. */
+/* What a point is worth: all from the caller's data. */
 typedef struct perp__evaluation {
     double natural;
     double tested;
