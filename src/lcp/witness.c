@@ -35,6 +35,9 @@
 /* Beside the largest t that much is always granted: rounding. */
 #define ROUNDING (16.0 * DBL_EPSILON)
 
+/* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
+#define NOISE 0x1p-40
+
 /* Sizes below this have lost digits, or all, to underflow. */
 #define LEAST_SIZE 0x1p-960
 
@@ -78,22 +81,41 @@ static double entry(const int32_t *units, const perp__cursor *c)
     return perp__shift(fabs(c->value), units[c->i] + units[c->j]);
 }
 
-/* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M
- * falls into parts between them: then there is no common size. */
-static void find_cut(const perp_lcp_solver *solver, perp__witness_units *u, double least)
+static void join_couplings(const perp_lcp_solver *solver, perp__witness_units *u, double least)
 {
-    const int32_t n = solver->n;
     perp__cursor c = perp__first(&solver->M);
-    int32_t i;
 
-    for (i = 0; i < 2 * n; i++)
-        u->cut[i] = i;
-    for (i = 0; i < n; i++)
-        if (solver->part[i] == solver->part[n + i])
-            perp__join(u->cut, i, n + i);
     while (perp__advance(&c))
         if (entry(u->exponents, &c) >= least)
-            perp__join(u->cut, c.i, n + c.j);
+            perp__join(u->cut, c.i, solver->n + c.j);
+}
+
+static void start_apart(const perp_lcp_solver *solver, perp__witness_units *u)
+{
+    int32_t i;
+
+    for (i = 0; i < 2 * solver->n; i++)
+        u->cut[i] = i;
+}
+
+/* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M,
+ * but for noise, falls into parts between them: then there is no common size. */
+static void find_cut(perp_lcp_solver *solver, perp__witness_units *u, double least)
+{
+    const int32_t n = solver->n;
+    int32_t *tied = solver->work;
+    int32_t i;
+
+    start_apart(solver, u);
+    join_couplings(solver, u, NOISE);
+    perp__number_parts(u->cut, 2 * n);
+    for (i = 0; i < n; i++)
+        tied[i] = u->cut[i] == u->cut[n + i];
+    start_apart(solver, u);
+    for (i = 0; i < n; i++)
+        if (tied[i])
+            perp__join(u->cut, i, n + i);
+    join_couplings(solver, u, least);
     perp__number_parts(u->cut, 2 * n);
 }
 
