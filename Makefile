@@ -72,7 +72,7 @@ SONAME := libperp.so.$(ABI_VERSION)
 
 ## What the goals need from the machine
 
-NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate
+NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate binding
 TEST_GOALS := test test-c test-threads tests check check-abi check-consumer valgrind run $(B)/tests/%
 PYTHON_GOALS := test test-python check run bench python $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
@@ -316,6 +316,11 @@ ENVIRONMENT = BUILD='$(B)' CC='$(CC)' PYTHON='$(abspath $(PYTHON))' PERP_LIBRARY
 AGAIN = $(MAKE) --no-print-directory DEPENDENCIES='$(DEPENDENCIES)'
 
 ## Running
+
+#: make binding           write bindings/python/perp/_generated.py anew from the headers
+.PHONY: binding
+binding:
+	@CC='$(CC)' scripts/generate-binding
 
 #: make run               solve the sample problems and simulate; results in build/run
 .PHONY: run
