@@ -74,7 +74,7 @@ SONAME := libperp.so.$(ABI_VERSION)
 
 NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate binding
 TEST_GOALS := test test-c test-threads tests check check-abi check-consumer valgrind run $(B)/tests/%
-PYTHON_GOALS := test test-python check run bench python $(B)/venv/%
+PYTHON_GOALS := test test-python check run bench pictures python $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
 
 needs := library \
@@ -326,6 +326,11 @@ binding:
 .PHONY: run
 run: library examples $(VENV)/ready
 	@$(ENVIRONMENT) OUTPUT='$(B)/run' scripts/run-main
+
+#: make pictures          draw the pictures of docs/ anew
+.PHONY: pictures
+pictures: library $(VENV)/ready
+	@$(ENVIRONMENT) OUTPUT='$(B)/pictures' scripts/draw-pictures
 
 #: make bench             speed against accuracy; tables and pictures in bench/results. Peers:
 #:                        apt install siconos; pip install drake quantecon; PEERS_PYTHON=...
