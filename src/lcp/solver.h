@@ -12,7 +12,7 @@
 #define PERP__SOLVER_MAGIC UINT64_C(0x706572706c637073)
 #define PERP__METHODS 6
 
-/* What a point is worth: the numbers DESIGN.md defines, all from the caller's data. */
+/* What a point is worth: the numbers docs/lcp.md defines, all from the caller's data. */
 typedef struct perp__evaluation {
     double natural;
     double tested;
