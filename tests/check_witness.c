@@ -1,5 +1,5 @@
-/* The own residual of DESIGN, row by row, from the caller's data; long double throughout, so that
- * its own rounding is far below any tolerance it is compared with. */
+/* The own residual of docs/lcp.md, row by row, from the caller's data; long double throughout, so
+ * that its own rounding is far below any tolerance it is compared with. */
 #include "check.h"
 
 #include <math.h>

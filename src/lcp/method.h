@@ -1,6 +1,6 @@
 /* What a method sees of a problem, and what it hands back. Everything is in scaled coordinates:
  * M = D M_caller D, q = D q_caller / omega, z = D^-1 z_caller / omega, with powers of two, so that
- * the natural residual of this problem is the tested residual of DESIGN's definition. Checks,
+ * the natural residual of this problem is the tested residual of docs/lcp.md. Checks,
  * timing, acceptance, polish and fall-backs live in the front door. */
 #ifndef PERP_LCP_METHOD_H
 #define PERP_LCP_METHOD_H

@@ -13,7 +13,7 @@
 
 #define PERP__METHODS 5
 
-/* What a point is worth: all from the caller's data. */
+/* What a point is worth: the numbers docs/lcp.md defines, all from the caller's data. */
 typedef struct perp__evaluation {
     double natural;
     double tested;
