@@ -16,12 +16,12 @@
 #include <perp/world.h>
 
 #include "base/arena.h"
+#include "base/handle.h"
 #include "base/outcome.h"
 #include "contact/coloured/coloured.h"
 #include "contact/contact.h"
 #include "world/collide/collide.h"
 
-#define PERP__WORLD_MAGIC UINT64_C(0x70657270776f726c)
 #define PERP__MAX_DIRECTIONS 64
 #define PERP__MAX_SUBSTEPS 1000
 #define PERP__MAX_DOF 6
@@ -177,8 +177,7 @@ typedef struct perp__budget {
 } perp__budget;
 
 struct perp_world {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp_world_settings settings;
     int32_t dof;                       /* coordinates of a body: 3 planar, 6 */
     int32_t coordinate[PERP__MAX_DOF]; /* which entries of a twist they are */
@@ -219,8 +218,8 @@ struct perp_world {
     perp__coloured coloured;
     perp__budget budget;
 
-    perp_contact *records; /* of the last step */
-    perp_contact *next_records;
+    perp_world_contact *records; /* of the last step */
+    perp_world_contact *next_records;
     int32_t record_count;
     int32_t next_record_count;
     int32_t record_capacity;
