@@ -142,7 +142,7 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
 
     work->count = island->contacts;
     work->set_up = 0;
-    perp__pose(world, island, &problem);
+    perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     problem.warm = NULL;
     problem.cone = problem.holds = 0;

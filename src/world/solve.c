@@ -49,6 +49,7 @@ static void lay_out(perp__arena *arena, void *object)
     work->velocity = perp__arena_take(arena, 3 * contacts, sizeof(double));
     work->warm = perp__arena_take(arena, 3 * contacts, sizeof(double));
     work->gap = perp__arena_take(arena, contacts, sizeof(double));
+    work->none = perp__arena_take(arena, contacts, sizeof(double));
     work->guard = perp__arena_take(arena, contacts, sizeof(double));
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
     work->smooth_impulse = perp__arena_take(arena, 3 * contacts, sizeof(double));
@@ -206,7 +207,7 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
 }
 
 /* The problem of the chosen rows with `free` velocities. */
-void perp__pose(perp_world *world, const perp__island *island, perp__rigid_problem *problem)
+void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem)
 {
     perp__island_work *work = &world->work;
     const perp_world_settings *settings = &world->settings;
@@ -273,9 +274,11 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     perp__rigid_answer answer;
     perp_status status;
 
-    perp__pose(world, island, &problem);
+    perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     status = perp__rigid_solve(world->solver, &answer, &problem);
+    if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY)
+        status = perp__sweep_on(world, island, &answer, &problem);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");

@@ -21,6 +21,9 @@
  * swept: the velocities of what holds are then solved for. */
 #define STILL 0.02
 
+/* Passes that are always made. */
+#define LEAST_PASSES 8
+
 typedef struct level {
     int32_t substeps, passes; /* one of them */
     int32_t few;              /* contacts up to which an island is solved exactly all the same */
@@ -200,7 +203,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__gather_bodies(world, island);
     perp__choose_rows(world, island, NULL);
     perp__force_bodies(world, island, 1.0);
-    perp__pose(world, island, &problem);
+    perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     plan(world, island, &step, h);
     status = perp__coloured_step(&world->coloured, &answer, work->moving, &problem, &step);
@@ -221,4 +224,42 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
     perp__write_twists(world, island);
     return PERP_OK;
+}
+
+/* A method that a budget or a stall ended short of an answer: a few passes from where it came to,
+ * which keep bodies apart as far as they come. Taken where they are nearer. */
+perp_status perp__sweep_on(perp_world *world, const perp__island *island,
+                           perp__rigid_answer *answer, const perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    const size_t size = 3 * (size_t)work->count * sizeof(double);
+    const perp__rigid_answer first = *answer;
+    perp__rigid_problem swept = *problem;
+    perp__substeps passes;
+    perp_status status;
+
+    memset(&passes, 0, sizeof passes);
+    passes.h = 1.0;
+    passes.passes = LEAST_PASSES;
+    passes.start = work->free;
+    passes.gap = passes.guard = work->none;
+    memset(work->none, 0, (size_t)island->contacts * sizeof(double));
+    memcpy(work->warm, work->impulse, size);
+    swept.warm = work->warm;
+    swept.again = 1;
+    swept.deadline = DBL_MIN; /* long past: only a look at the point */
+    status = perp__coloured_step(&world->coloured, answer, work->smooth, &swept, &passes);
+    if (status != PERP_OK)
+        return status;
+    memcpy(work->smooth_impulse, work->impulse, size);
+    swept.warm = work->smooth_impulse;
+    status = perp__rigid_solve(world->solver, answer, &swept);
+    if (status == PERP_OK && !(answer->own < first.own)) {
+        swept.warm = work->warm;
+        status = perp__rigid_solve(world->solver, answer, &swept);
+    }
+    answer->iterations = first.iterations + LEAST_PASSES;
+    if (!perp__is_good(answer->outcome))
+        answer->outcome = first.outcome;
+    return status;
 }

@@ -162,7 +162,7 @@ typedef struct perp__island_work {
     int32_t *smooth_chosen, smooth_count;
     int32_t *carrier, *modes;                      /* bodies; contacts chosen */
     double *impulse, *velocity, *warm, *next_warm; /* 3 a contact chosen */
-    double *gap, *guard;                           /* contacts of the island */
+    double *gap, *guard, *none;                    /* contacts of the island */
     int8_t *hit;
 } perp__island_work;
 
@@ -344,7 +344,7 @@ void perp__gather_bodies(perp_world *world, const perp__island *island);
 /* Rows of the contacts that take part: those not left out; NULL: all. */
 void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out);
 /* The problem of the chosen rows with work.free, and where its answer goes. */
-void perp__pose(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
+void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);
 /* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
@@ -369,6 +369,9 @@ double perp__normal_terms(const perp_world *world, int32_t i, const double *x, i
 /* sweep.c: an island within the budget of the world's accuracy. */
 perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict);
+/* From where a method stopped short of an answer. */
+perp_status perp__sweep_on(perp_world *world, const perp__island *island,
+                           perp__rigid_answer *answer, const perp__rigid_problem *problem);
 /* Whether an exact solution costs no more, or nothing less will do. */
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island);
 

@@ -25,7 +25,7 @@ static double slide(int32_t directions, double angle, double h, double *x)
     int k;
 
     assert_int_equal(perp_world_settings_init(&world, sizeof world, 0), PERP_OK);
-    world.friction_directions = directions;
+    world.cone = directions;
     scene_create(&s, &world);
     settings.velocity[0] = SPEED * cos(angle);
     settings.velocity[1] = SPEED * sin(angle);

@@ -110,7 +110,7 @@ static void test_iterations_are_those_of_the_step(void **state)
     int step;
 
     (void)state;
-    settings.method = PERP_LCP_LEMKE;
+    settings.accuracy = PERP_ACCURACY_EXACT;
     settings.max_iterations = 3;
     build_wall(&s, &settings, boxes, 0.0);
     for (step = 0; step < 12; step++) {

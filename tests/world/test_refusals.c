@@ -35,12 +35,20 @@ static void test_world_settings(void **state)
     settings.gravity[1] = NAN;
     WORLD_REFUSED(PERP_ERROR_NOT_FINITE, "gravity[1]");
     FRESH(0);
-    settings.friction_directions = 7;
-    WORLD_REFUSED(PERP_ERROR_ARGUMENT, "friction_directions");
-    settings.friction_directions = 2;
-    WORLD_REFUSED(PERP_ERROR_ARGUMENT, "friction_directions");
-    settings.friction_directions = 66;
-    WORLD_REFUSED(PERP_ERROR_ARGUMENT, "friction_directions");
+    settings.cone = 7;
+    WORLD_REFUSED(PERP_ERROR_ARGUMENT, "cone");
+    settings.cone = 2;
+    WORLD_REFUSED(PERP_ERROR_ARGUMENT, "cone");
+    settings.cone = 66;
+    WORLD_REFUSED(PERP_ERROR_ARGUMENT, "cone");
+    FRESH(0);
+    settings.accuracy = 4;
+    WORLD_REFUSED(PERP_ERROR_ARGUMENT, "accuracy");
+    settings.accuracy = -1;
+    WORLD_REFUSED(PERP_ERROR_ARGUMENT, "accuracy");
+    FRESH(0);
+    settings.substeps = -1;
+    WORLD_REFUSED(PERP_ERROR_ARGUMENT, "substeps");
     FRESH(0);
     settings.planar = 2;
     WORLD_REFUSED(PERP_ERROR_ARGUMENT, "planar");
@@ -393,46 +401,6 @@ static void test_snapshots(void **state)
     scene_close(&s);
 }
 
-/* Rows of a friction cone have no diagonal entry; without friction pgs serves. */
-static void test_pgs_without_friction_only(void **state)
-{
-    static const double half_extents[] = {0.5, 0.5, 0.5}, up[] = {0.0, 0.0, 1.0};
-    double mu;
-
-    (void)state;
-    for (mu = 0.0; mu < 1.0; mu += 0.5) {
-        perp_world_settings settings;
-        perp_body_settings body = scene_settings();
-        perp_shape_settings shape;
-        perp_body_state before, after;
-        perp_body box;
-        scene s;
-
-        assert_int_equal(perp_world_settings_init(&settings, sizeof settings, 0), PERP_OK);
-        settings.method = PERP_LCP_PGS;
-        scene_create(&s, &settings);
-        assert_int_equal(perp_shape_settings_init(&shape, sizeof shape), PERP_OK);
-        shape.friction = mu;
-        body.position[2] = 0.5;
-        SCENE_OK(&s, perp_world_add_plane(s.world, NULL, s.ground, up, 0.0, &shape));
-        SCENE_OK(&s, perp_world_add_body(s.world, &box, &body));
-        SCENE_OK(&s, perp_world_add_box(s.world, NULL, box, half_extents, &shape));
-        assert_int_equal(perp_body_state_init(&before, sizeof before), PERP_OK);
-        assert_int_equal(perp_body_state_init(&after, sizeof after), PERP_OK);
-        SCENE_OK(&s, perp_world_get_body(s.world, &before, box));
-        if (mu > 0.0) {
-            assert_int_equal(perp_world_step(s.world, NULL, 0.01), PERP_ERROR_ARGUMENT);
-            assert_non_null(strstr(perp_context_message(s.context), "pgs"));
-            assert_non_null(strstr(perp_context_message(s.context), "friction"));
-        } else {
-            SCENE_OK(&s, perp_world_step(s.world, NULL, 0.01));
-        }
-        SCENE_OK(&s, perp_world_get_body(s.world, &after, box));
-        assert_memory_equal(&before, &after, sizeof before); /* it rests, or nothing happened */
-        scene_close(&s);
-    }
-}
-
 static void test_null_worlds(void **state)
 {
     perp_body body = 0;
@@ -509,7 +477,6 @@ int main(void)
         cmocka_unit_test(test_states),
         cmocka_unit_test(test_steps),
         cmocka_unit_test(test_snapshots),
-        cmocka_unit_test(test_pgs_without_friction_only),
         cmocka_unit_test(test_null_worlds),
         cmocka_unit_test(test_beyond_the_range),
         cmocka_unit_test(test_contacts_beyond_the_range),
