@@ -92,6 +92,14 @@ void perp__bodies_velocity(const perp__bodies *bodies, const double *f, const do
 /* y := P'r, in blocks by width. */
 void perp__bodies_gather(const perp__bodies *bodies, const double *r, double *y);
 
+/* out := |W| |x| + |add| by way of the bodies, |P| (|P|' |x|) + |compliance x| + |add|; y: work,
+ * blocks times width. */
+void perp__absolute_bodies(const perp__bodies *bodies, const double *x, const double *add,
+                           double *y, double *out);
+
+/* diagonal := W_ii of all rows. */
+void perp__bodies_diagonals(const perp__bodies *bodies, double *diagonal);
+
 /* W_kk of unit k, row-major with stride of its rows. */
 void perp__bodies_diagonal(const perp__bodies *bodies, int32_t unit, double *W);
 

@@ -26,10 +26,18 @@ static void join(int32_t *parent, int32_t a, int32_t b)
     parent[a > b ? a : b] = a < b ? a : b;
 }
 
-/* Calls visit for every pair of rows that W couples. */
-typedef void (*visitor)(perp_contact_solver *solver, int32_t a, int32_t b, double coupling);
+/* For every pair of rows that W couples: joins their parts or, once these are numbered, looks for
+ * noise between them. */
+static inline void visit(perp_contact_solver *solver, int32_t numbered, int32_t a, int32_t b,
+                         double coupling)
+{
+    if (numbered)
+        solver->leaks |= coupling != 0.0 && solver->part[a] != solver->part[b];
+    else if (a != b && fabs(coupling) > NOISE * solver->root[a] * solver->root[b])
+        join(solver->part, a, b);
+}
 
-static void visit_matrix(perp_contact_solver *solver, visitor visit)
+static void visit_matrix(perp_contact_solver *solver, int32_t numbered)
 {
     const perp__matrix *W = &solver->W;
     const int32_t *unit_of = solver->unit_of;
@@ -38,28 +46,31 @@ static void visit_matrix(perp_contact_solver *solver, visitor visit)
     for (j = 0; j < solver->size; j++)
         if (W->column_starts)
             for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
-                visit(solver, unit_of[W->row_indices[k]], unit_of[j], W->values[k]);
+                visit(solver, numbered, unit_of[W->row_indices[k]], unit_of[j], W->values[k]);
         else
             for (i = 0; i < solver->size; i++)
-                visit(solver, unit_of[i], unit_of[j],
+                visit(solver, numbered, unit_of[i], unit_of[j],
                       W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride]);
 }
 
-static double piece_length(const perp__bodies *b, int32_t unit, int64_t piece)
+static inline double piece_length(const perp__bodies *b, int32_t unit, int64_t piece)
 {
     const int32_t entries = (b->rows[unit + 1] - b->rows[unit]) * b->width;
     const double *P = b->values + b->piece_values[piece];
-    double sum = 0.0;
-    int32_t i;
+    double sums[3] = {0.0, 0.0, 0.0}; /* rigid bodies have a multiple of 3 */
+    int32_t i, j;
 
-    for (i = 0; i < entries; i++)
-        sum += P[i] * P[i];
-    return sqrt(sum);
+    for (i = 0; i + 3 <= entries; i += 3)
+        for (j = 0; j < 3; j++)
+            sums[j] += P[i + j] * P[i + j];
+    for (; i < entries; i++)
+        sums[0] += P[i] * P[i];
+    return sqrt(sums[0] + sums[1] + sums[2]);
 }
 
 /* What two contacts have of each other through a block is at most |P_k| |P_j|: on each block the
  * one with the largest share is coupled with all others, and that finds all that are. */
-static void visit_bodies(perp_contact_solver *solver, visitor visit)
+static void visit_bodies(perp_contact_solver *solver, int32_t numbered)
 {
     const perp__bodies *b = &solver->bodies;
     int32_t block;
@@ -79,27 +90,17 @@ static void visit_bodies(perp_contact_solver *solver, visitor visit)
             }
         }
         for (at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
-            visit(solver, first, b->block_units[at], lengths[first] * lengths[b->block_units[at]]);
+            visit(solver, numbered, first, b->block_units[at],
+                  lengths[first] * lengths[b->block_units[at]]);
     }
 }
 
-static void connect(perp_contact_solver *solver, int32_t a, int32_t b, double coupling)
-{
-    if (a != b && fabs(coupling) > NOISE * solver->root[a] * solver->root[b])
-        join(solver->part, a, b);
-}
-
-static void look_for_noise(perp_contact_solver *solver, int32_t a, int32_t b, double coupling)
-{
-    solver->leaks |= coupling != 0.0 && solver->part[a] != solver->part[b];
-}
-
-static void visit_couplings(perp_contact_solver *solver, visitor visit)
+static void visit_couplings(perp_contact_solver *solver, int32_t numbered)
 {
     if (solver->has_bodies)
-        visit_bodies(solver, visit);
+        visit_bodies(solver, numbered);
     else
-        visit_matrix(solver, visit);
+        visit_matrix(solver, numbered);
 }
 
 void perp__contact_find_parts(perp_contact_solver *solver)
@@ -115,7 +116,7 @@ void perp__contact_find_parts(perp_contact_solver *solver)
             solver->unit_of[i] = k;
     for (i = solver->rows; i < solver->size; i++)
         solver->unit_of[i] = solver->contacts + i - solver->rows;
-    visit_couplings(solver, connect);
+    visit_couplings(solver, 0);
     solver->parts = 0;
     for (k = 0; k < solver->units; k++) {
         const int32_t root = find(solver->part, k);
@@ -127,5 +128,5 @@ void perp__contact_find_parts(perp_contact_solver *solver)
         memcpy(solver->part, solver->number, (size_t)solver->units * sizeof *solver->part);
     solver->leaks = 0;
     if (solver->parts > 1)
-        visit_couplings(solver, look_for_noise);
+        visit_couplings(solver, 1);
 }

@@ -10,6 +10,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "linalg/lanes/multiversion.h"
+
 /* A sum with its error beside it. */
 typedef struct doubled {
     double sum, error;
@@ -62,32 +64,54 @@ static double relative(const perp_contact_solver *solver, const perp__rigid_rows
     return u.sum + u.error;
 }
 
-static double relative_plain(const perp_contact_solver *solver, const perp__rigid_rows *g,
-                             int32_t i, const double *v)
+/* q of the units of one contact or joint, in plain doubles */
+PERP__KERNEL static void load_rows(int32_t width, int32_t dim, const perp__rigid_problem *p,
+                                   const perp__rigid_rows *g, double *q)
 {
-    double u = g->bias[i];
+    double sum[3] = {g->bias[0], g->bias[1], g->bias[2]};
 
     for (int32_t side = 0; side < 2; side++) {
-        const double *x = velocity_of(solver, g->body[side], v), *J = g->rows[side][i];
+        const double *v = p->free + (int64_t)g->body[side] * width;
 
-        for (int32_t j = 0; x && j < solver->rigid->width; j++)
-            u += J[j] * x[j];
+        for (int32_t i = 0; g->body[side] >= 0 && i < dim; i++)
+            for (int32_t j = 0; j < width; j++)
+                sum[i] += g->rows[side][i][j] * v[j];
     }
-    return u;
+    for (int32_t i = 0; i < dim; i++)
+        q[i] = sum[i];
 }
+
+PERP__KERNEL static void load_loops(const perp__rigid_problem *p, double *q)
+{
+    for (int32_t k = 0; k < p->contacts + p->joints; k++) {
+        const perp__rigid_rows *g = &p->rows[k];
+
+        if (p->width == 6 && g->dim == 3)
+            load_rows(6, 3, p, g, q);
+        else if (p->width == 3 && g->dim == 2)
+            load_rows(3, 2, p, g, q);
+        else
+            load_rows(p->width, g->dim, p, g, q);
+        q += g->dim;
+    }
+}
+
+PERP__MULTIVERSION(load, (const perp__rigid_problem *p, double *q), (p, q))
 
 void perp__rigid_load(perp_contact_solver *solver)
 {
     const perp__rigid_problem *p = solver->rigid;
-    const int32_t plain = perp__rigid_is_plain(solver), groups = p->contacts + p->joints;
     int32_t row = 0;
 
     if (solver->n > 0)
         memcpy(solver->v, p->free, (size_t)solver->n * sizeof *solver->v);
-    for (int32_t k = 0; k < groups; k++)
+    if (perp__rigid_is_plain(solver)) {
+        load(p, solver->q);
+        return;
+    }
+    for (int32_t k = 0; k < p->contacts + p->joints; k++)
         for (int32_t i = 0; i < p->rows[k].dim; i++)
-            solver->q[row++] = plain ? relative_plain(solver, &p->rows[k], i, solver->v)
-                                     : relative(solver, &p->rows[k], i, solver->v, NULL);
+            solver->q[row++] = relative(solver, &p->rows[k], i, solver->v, NULL);
 }
 
 void perp__rigid_bias(const perp_contact_solver *solver, double *u)
