@@ -41,6 +41,7 @@ typedef struct perp__bodies {
     int64_t *piece_values;    /* per piece: where in `values` it begins */
     int64_t *cursors;         /* work: most pieces of a unit */
     double *coupling;         /* work: most_rows by most_rows */
+    double *squares;          /* per piece: |P|^2 */
     double *values;           /* each piece: rows of its unit by width, row-major */
     int32_t most_pieces;      /* of a unit */
     int32_t most_rows;
@@ -97,7 +98,7 @@ void perp__bodies_gather(const perp__bodies *bodies, const double *r, double *y)
 void perp__absolute_bodies(const perp__bodies *bodies, const double *x, const double *add,
                            double *y, double *out);
 
-/* diagonal := W_ii of all rows. */
+/* diagonal := W_ii of all rows; and squares. */
 void perp__bodies_diagonals(const perp__bodies *bodies, double *diagonal);
 
 /* W_kk of unit k, row-major with stride of its rows. */

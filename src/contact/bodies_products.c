@@ -124,6 +124,7 @@ PERP__KERNEL static void diagonal_unit(int32_t width, int32_t rows, const perp__
         diagonal[b->rows[k] + i] = b->compliance[b->rows[k] + i];
     for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
         const double *p = b->values + b->piece_values[piece];
+        double square = 0.0;
 
         for (int32_t i = 0; i < rows; i++) {
             double sum = 0.0;
@@ -131,7 +132,9 @@ PERP__KERNEL static void diagonal_unit(int32_t width, int32_t rows, const perp__
             for (int32_t j = 0; j < width; j++)
                 sum += p[i * width + j] * p[i * width + j];
             diagonal[b->rows[k] + i] += sum;
+            square += sum;
         }
+        b->squares[piece] = square;
     }
 }
 

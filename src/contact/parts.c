@@ -26,77 +26,76 @@ static void join(int32_t *parent, int32_t a, int32_t b)
     parent[a > b ? a : b] = a < b ? a : b;
 }
 
-/* For every pair of rows that W couples: joins their parts or, once these are numbered, looks for
- * noise between them. */
+/* Of every pair of units that W couples, by so much of sqrt(t_k t_j): joins their parts, and notes
+ * whether there is noise; or, once the parts are numbered, whether there is any between them. */
 static inline void visit(perp_contact_solver *solver, int32_t numbered, int32_t a, int32_t b,
                          double coupling)
 {
+    if (a == b || coupling == 0.0)
+        return;
     if (numbered)
-        solver->leaks |= coupling != 0.0 && solver->part[a] != solver->part[b];
-    else if (a != b && fabs(coupling) > NOISE * solver->root[a] * solver->root[b])
+        solver->leaks |= solver->part[a] != solver->part[b];
+    else if (coupling > NOISE)
         join(solver->part, a, b);
+    else
+        solver->leaks = 1;
+}
+
+static void visit_entry(perp_contact_solver *solver, int32_t numbered, int32_t i, int32_t j,
+                        double value)
+{
+    const int32_t a = solver->unit_of[i], b = solver->unit_of[j];
+
+    visit(solver, numbered, a, b, fabs(value) / solver->root[a] / solver->root[b]);
 }
 
 static void visit_matrix(perp_contact_solver *solver, int32_t numbered)
 {
     const perp__matrix *W = &solver->W;
-    const int32_t *unit_of = solver->unit_of;
     int32_t i, j, k;
 
     for (j = 0; j < solver->size; j++)
         if (W->column_starts)
             for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
-                visit(solver, numbered, unit_of[W->row_indices[k]], unit_of[j], W->values[k]);
+                visit_entry(solver, numbered, W->row_indices[k], j, W->values[k]);
         else
             for (i = 0; i < solver->size; i++)
-                visit(solver, numbered, unit_of[i], unit_of[j],
-                      W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride]);
-}
-
-static inline double piece_length(const perp__bodies *b, int32_t unit, int64_t piece)
-{
-    const int32_t entries = (b->rows[unit + 1] - b->rows[unit]) * b->width;
-    const double *P = b->values + b->piece_values[piece];
-    double sums[3] = {0.0, 0.0, 0.0}; /* rigid bodies have a multiple of 3 */
-    int32_t i, j;
-
-    for (i = 0; i + 3 <= entries; i += 3)
-        for (j = 0; j < 3; j++)
-            sums[j] += P[i + j] * P[i + j];
-    for (; i < entries; i++)
-        sums[0] += P[i] * P[i];
-    return sqrt(sums[0] + sums[1] + sums[2]);
+                visit_entry(solver, numbered, i, j,
+                            W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride]);
 }
 
 /* What two contacts have of each other through a block is at most |P_k| |P_j|: on each block the
- * one with the largest share is coupled with all others, and that finds all that are. */
+ * one with the largest share |P_k|^2 / t_k is coupled with all others, and that finds all that are.
+ */
 static void visit_bodies(perp_contact_solver *solver, int32_t numbered)
 {
     const perp__bodies *b = &solver->bodies;
+    double *shares = solver->terms;
     int32_t block;
     int64_t at;
 
     for (block = 0; block < b->blocks; block++) {
-        double *lengths = solver->terms, most = -1.0;
+        double most = -1.0;
         int32_t first = -1;
 
         for (at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
             const int32_t unit = b->block_units[at];
 
-            lengths[unit] = piece_length(b, unit, b->block_pieces[at]);
-            if (lengths[unit] > most * solver->root[unit]) {
-                most = lengths[unit] / solver->root[unit];
+            shares[unit] = b->squares[b->block_pieces[at]] / solver->trace[unit];
+            if (shares[unit] > most) {
+                most = shares[unit];
                 first = unit;
             }
         }
         for (at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
             visit(solver, numbered, first, b->block_units[at],
-                  lengths[first] * lengths[b->block_units[at]]);
+                  sqrt(most * shares[b->block_units[at]]));
     }
 }
 
 static void visit_couplings(perp_contact_solver *solver, int32_t numbered)
 {
+    solver->leaks = 0;
     if (solver->has_bodies)
         visit_bodies(solver, numbered);
     else
@@ -126,7 +125,6 @@ void perp__contact_find_parts(perp_contact_solver *solver)
     }
     if (solver->units > 0)
         memcpy(solver->part, solver->number, (size_t)solver->units * sizeof *solver->part);
-    solver->leaks = 0;
-    if (solver->parts > 1)
+    if (solver->leaks)
         visit_couplings(solver, 1);
 }

@@ -28,6 +28,7 @@ static void layout(perp__arena *arena, void *object)
     b->piece_values = perp__arena_take(arena, pieces, sizeof *b->piece_values);
     b->cursors = perp__arena_take(arena, (size_t)b->most_pieces, sizeof *b->cursors);
     b->coupling = perp__arena_take(arena, 9, sizeof(double));
+    b->squares = perp__arena_take(arena, pieces, sizeof *b->squares);
     b->values = perp__arena_take(arena, 2 * size, (size_t)b->width * sizeof *b->values);
 }
 
