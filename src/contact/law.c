@@ -300,6 +300,27 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
                             r + parts[0].row, d, &law->mode);
 }
 
+double perp__contact_natural(const perp__contact_problem *problem, int32_t k, const double *r,
+                             const double *u, int32_t *mode)
+{
+    const int32_t row = problem->starts[k], tangents = problem->dims[k] - 1;
+    const perp__contact_part part = {row + 1, tangents, problem->mu[k]};
+    const double t = problem->trace[k], *r_t = r + row + 1, *u_t = u + row + 1;
+    double d[2] = {0.0, 0.0};
+    int32_t i;
+
+    if (problem->has_discs || problem->cone > 0 || tangents == 0) {
+        perp__contact_law law;
+
+        perp__contact_judge(problem, k, r, u, &law);
+        *mode = law.mode;
+        return law.natural;
+    }
+    for (i = 0; i < tangents; i++)
+        d[i] = u_t[i] / t;
+    return cone_map(&part, r[row], u[row] / t + part.coefficient * norm(d, tangents), r_t, d, mode);
+}
+
 double perp__contact_length(const double *x, int32_t begin, int32_t end)
 {
     double sum = 0.0, length = 0.0;
@@ -310,7 +331,8 @@ double perp__contact_length(const double *x, int32_t begin, int32_t end)
     if (sum >= SMALL && sum <= 1.0 / SMALL)
         return sqrt(sum);
     for (i = begin; i < end; i++)
-        length = hypot(length, x[i]);
+        if (x[i] != 0.0)
+            length = hypot(length, x[i]);
     return length;
 }
 

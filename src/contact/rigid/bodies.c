@@ -36,12 +36,15 @@ static void layout(perp__arena *arena, void *object)
 PERP__KERNEL static void whiten_6(const double (*J)[6], const double *C, int32_t rows, double *P)
 {
     for (int32_t r = 0; r < rows; r++, P += 6) {
-        double high[6] = {0.0};
+        perp__lanes four = PERP__SAME_LANES(J[r][0]) * PERP__CONST_LANES_AT(C);
+        perp__lane_pair two = PERP__SAME_PAIR(J[r][0]) * PERP__CONST_PAIR_AT(C + 4);
 
-        for (int32_t i = 0; i < 6; i++)
-            for (int32_t j = 0; j < 6; j++)
-                high[j] += J[r][i] * C[6 * i + j];
-        memcpy(P, high, sizeof high);
+        for (int32_t i = 1; i < 6; i++) {
+            four += PERP__SAME_LANES(J[r][i]) * PERP__CONST_LANES_AT(C + 6 * i);
+            two += PERP__SAME_PAIR(J[r][i]) * PERP__CONST_PAIR_AT(C + 6 * i + 4);
+        }
+        PERP__LANES_AT(P) = four;
+        PERP__PAIR_AT(P + 4) = two;
     }
 }
 
@@ -75,7 +78,9 @@ PERP__KERNEL static void add_unit(perp__bodies *b, const perp__rigid_problem *pr
         b->piece_blocks[piece] = body;
         b->piece_values[piece++] = at;
         b->block_starts[body + 1]++;
-        if (width == 6)
+        if (width == 6 && count == 3)
+            whiten_6(g->rows[side], C, 3, b->values + at);
+        else if (width == 6)
             whiten_6(g->rows[side] + from, C, count, b->values + at);
         else
             whiten_any(g->rows[side] + from, C, width, count, b->values + at);

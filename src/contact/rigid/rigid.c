@@ -149,6 +149,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     s->rigid = problem;
     s->bodies.v_free = problem->free;
     s->proves = problem->proves;
+    s->is_lean = problem->tol >= PERP__RIGID_PLAIN;
     s->settings.method = problem->method;
     s->settings.cone = problem->cone;
     s->settings.tol = problem->tol;

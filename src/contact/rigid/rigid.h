@@ -9,11 +9,6 @@
 /* A tolerance from which on the verdict is in plain doubles. */
 #define PERP__RIGID_PLAIN 1e-6
 
-static inline int32_t perp__rigid_is_plain(const perp_contact_solver *solver)
-{
-    return solver->settings.tol >= PERP__RIGID_PLAIN;
-}
-
 /* v and q of the free velocities. */
 void perp__rigid_load(perp_contact_solver *solver);
 

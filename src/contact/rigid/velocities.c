@@ -10,6 +10,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"
 
 /* A sum with its error beside it. */
@@ -105,7 +106,7 @@ void perp__rigid_load(perp_contact_solver *solver)
 
     if (solver->n > 0)
         memcpy(solver->v, p->free, (size_t)solver->n * sizeof *solver->v);
-    if (perp__rigid_is_plain(solver)) {
+    if (solver->is_lean) {
         load(p, solver->q);
         return;
     }
@@ -221,12 +222,151 @@ static void add_factors(const perp_contact_solver *solver, const double *y)
     }
 }
 
+/* y += P'r and terms += |P|'|r| of one unit */
+PERP__KERNEL static void push_unit(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
+                                   const double *r, double *y, double *terms)
+{
+    for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+        const int64_t at = (int64_t)b->piece_blocks[piece] * width;
+        const double *p = b->values + b->piece_values[piece];
+
+        for (int32_t i = 0; i < rows; i++)
+            for (int32_t j = 0; j < width; j++) {
+                y[at + j] += p[i * width + j] * r[i];
+                terms[at + j] += fabs(p[i * width + j] * r[i]);
+            }
+    }
+}
+
+/* u := P y + q and scale := |P| terms + |q| of one unit */
+PERP__KERNEL static void move_unit(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
+                                   const double *y, const double *terms, const double *q, double *u,
+                                   double *scale)
+{
+    for (int32_t i = 0; i < rows; i++) {
+        double sum = q[i], size = fabs(q[i]);
+
+        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+            const int64_t at = (int64_t)b->piece_blocks[piece] * width;
+            const double *p = b->values + b->piece_values[piece] + i * width;
+
+            for (int32_t j = 0; j < width; j++) {
+                sum += p[j] * y[at + j];
+                size += fabs(p[j]) * terms[at + j];
+            }
+        }
+        u[i] = sum;
+        scale[i] = size;
+    }
+}
+
+/* The same in vectors for three rows of six: the first four columns and the last two. */
+PERP__KERNEL static void push_6(const perp__bodies *b, int32_t k, const double *r, double *y,
+                                double *terms)
+{
+    for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+        const int64_t at = (int64_t)b->piece_blocks[piece] * 6;
+        const double *p = b->values + b->piece_values[piece];
+        perp__lanes sum = PERP__CONST_LANES_AT(y + at), size = PERP__CONST_LANES_AT(terms + at);
+        perp__lane_pair end = PERP__CONST_PAIR_AT(y + at + 4),
+                        end_size = PERP__CONST_PAIR_AT(terms + at + 4);
+
+        for (int32_t i = 0; i < 3; i++, p += 6) {
+            const perp__lanes part = PERP__CONST_LANES_AT(p) * PERP__SAME_LANES(r[i]);
+            const perp__lane_pair end_part = PERP__CONST_PAIR_AT(p + 4) * PERP__SAME_PAIR(r[i]);
+
+            sum += part;
+            size += PERP__ABSOLUTE_LANES(part);
+            end += end_part;
+            end_size += PERP__ABSOLUTE_PAIR(end_part);
+        }
+        PERP__LANES_AT(y + at) = sum;
+        PERP__LANES_AT(terms + at) = size;
+        PERP__PAIR_AT(y + at + 4) = end;
+        PERP__PAIR_AT(terms + at + 4) = end_size;
+    }
+}
+
+#define SUM(four, two) ((((four)[0] + (four)[2]) + ((four)[1] + (four)[3])) + ((two)[0] + (two)[1]))
+
+PERP__KERNEL static void move_6(const perp__bodies *b, int32_t k, const double *y,
+                                const double *terms, const double *q, double *u, double *scale)
+{
+    static const double nothing[18];
+    const int64_t piece = b->piece_starts[k];
+    const int32_t two = b->piece_starts[k + 1] - piece == 2;
+    const int64_t first = 6 * (int64_t)b->piece_blocks[piece];
+    const int64_t second = two ? 6 * (int64_t)b->piece_blocks[piece + 1] : first;
+    const double *p = b->values + b->piece_values[piece];
+    const double *o = two ? b->values + b->piece_values[piece + 1] : nothing;
+
+    for (int32_t i = 0; i < 3; i++, p += 6, o += 6) {
+        const perp__lanes row = PERP__CONST_LANES_AT(p), other = PERP__CONST_LANES_AT(o);
+        const perp__lane_pair rest = PERP__CONST_PAIR_AT(p + 4),
+                              other_rest = PERP__CONST_PAIR_AT(o + 4);
+        const perp__lanes sum =
+            row * PERP__CONST_LANES_AT(y + first) + other * PERP__CONST_LANES_AT(y + second);
+        const perp__lanes size = PERP__ABSOLUTE_LANES(row) * PERP__CONST_LANES_AT(terms + first) +
+                                 PERP__ABSOLUTE_LANES(other) * PERP__CONST_LANES_AT(terms + second);
+        const perp__lane_pair end = rest * PERP__CONST_PAIR_AT(y + first + 4) +
+                                    other_rest * PERP__CONST_PAIR_AT(y + second + 4);
+        const perp__lane_pair end_size =
+            PERP__ABSOLUTE_PAIR(rest) * PERP__CONST_PAIR_AT(terms + first + 4) +
+            PERP__ABSOLUTE_PAIR(other_rest) * PERP__CONST_PAIR_AT(terms + second + 4);
+
+        u[i] = q[i] + SUM(sum, end);
+        scale[i] = fabs(q[i]) + SUM(size, end_size);
+    }
+}
+
+PERP__KERNEL static void plain_loops(const perp__bodies *b, const double *r, const double *q,
+                                     double *y, double *terms, double *u, double *scale)
+{
+    for (int32_t k = 0; k < b->units; k++) {
+        const int32_t at = b->rows[k], rows = b->rows[k + 1] - at;
+
+        if (b->width == 6 && rows == 3)
+            push_6(b, k, r + at, y, terms);
+        else if (b->width == 3 && rows == 2)
+            push_unit(3, 2, b, k, r + at, y, terms);
+        else
+            push_unit(b->width, rows, b, k, r + at, y, terms);
+    }
+    for (int32_t k = 0; k < b->units; k++) {
+        const int32_t at = b->rows[k], rows = b->rows[k + 1] - at;
+
+        if (b->width == 6 && rows == 3)
+            move_6(b, k, y, terms, q + at, u + at, scale + at);
+        else if (b->width == 3 && rows == 2)
+            move_unit(3, 2, b, k, y, terms, q + at, u + at, scale + at);
+        else
+            move_unit(b->width, rows, b, k, y, terms, q + at, u + at, scale + at);
+    }
+}
+
+PERP__MULTIVERSION(plain,
+                   (const perp__bodies *b, const double *r, const double *q, double *y,
+                    double *terms, double *u, double *scale),
+                   (b, r, q, y, terms, u, scale))
+
+/* Also scale := |W| |r| + |q|, which the verdict asks for next. */
+static void plain_velocities(perp_contact_solver *solver)
+{
+    const perp__bodies *b = &solver->bodies;
+    const size_t bytes = (size_t)solver->n * sizeof(double);
+
+    if (bytes > 0) {
+        memset(b->y, 0, bytes);
+        memset(solver->push, 0, bytes);
+    }
+    plain(b, solver->r, solver->q, b->y, solver->push, solver->u, solver->scale);
+    add_factors(solver, b->y);
+}
+
 void perp__rigid_velocities(perp_contact_solver *solver)
 {
-    if (!perp__rigid_is_plain(solver)) {
+    if (solver->is_lean)
+        plain_velocities(solver);
+    else
         doubled_velocities(solver);
-        return;
-    }
-    perp__bodies_multiply(&solver->bodies, solver->r, solver->q, solver->u);
-    add_factors(solver, solver->bodies.y);
 }
