@@ -93,6 +93,13 @@ void perp__bodies_velocity(const perp__bodies *bodies, const double *f, const do
 /* y := P'r, in blocks by width. */
 void perp__bodies_gather(const perp__bodies *bodies, const double *r, double *y);
 
+/* Between the velocities of a block and its own coordinates, v = C y, C = L^-T; row i of C; and y
+ * of the free velocities of the last load. All `width` long. */
+void perp__bodies_to_own(const perp__bodies *bodies, int32_t block, const double *v, double *y);
+void perp__bodies_from_own(const perp__bodies *bodies, int32_t block, const double *y, double *v);
+void perp__bodies_own_row(const perp__bodies *bodies, int32_t block, int32_t i, double *row);
+void perp__bodies_own_free(const perp__bodies *bodies, int32_t block, double *y);
+
 /* out := |W| |x| + |add| by way of the bodies, |P| (|P|' |x|) + |compliance x| + |add|; y: work,
  * blocks times width. */
 void perp__absolute_bodies(const perp__bodies *bodies, const double *x, const double *add,

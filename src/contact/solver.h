@@ -9,6 +9,7 @@
 #include "contact/bodies.h"
 #include "contact/delassus.h"
 #include "contact/dynamics.h"
+#include "contact/hold.h"
 #include "contact/method.h"
 #include "contact/polish.h"
 #include "lcp/lcp.h"
@@ -151,6 +152,7 @@ struct perp_contact_solver {
     perp__contact_ray feasibility;
     perp__contact_apart apart;
     perp__contact_polish polish;
+    perp__hold hold;
 };
 
 /* A solver without a problem, in a context that is entered; and its end: solver.c. */
@@ -212,6 +214,11 @@ perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
 /* Solves the parts of the best point that are not solved, each by itself, into solver->r and modes;
  * *some is 0 where there are none: apart.c. PERP_OK or a negative status. */
 perp_status perp__contact_solve_apart(perp_contact_solver *solver, int32_t *some);
+
+/* v := what the rows that hold leave free, given the impulses and modes of an answer, its u, and v
+ * as it has it, with bodies: held.c. PERP_OK or _MEMORY. */
+perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, const double *u,
+                               const int8_t *modes, double *v);
 
 /* Writes the zeros of the velocities that the modes know: evaluation.c. */
 void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u);

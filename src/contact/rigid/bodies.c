@@ -1,6 +1,5 @@
 /* Blocks and pieces straight from rigid bodies: with M^-1 = C C' a body is a block of its own, in
  * which L^-T = C, and its piece of a contact is P = J C. */
-#include <math.h>
 #include <string.h>
 
 #include "contact/bodies.h"
@@ -123,53 +122,6 @@ static void list_units(perp__bodies *b)
         }
     memmove(b->block_starts + 1, b->block_starts, (size_t)b->blocks * sizeof *b->block_starts);
     b->block_starts[0] = 0;
-}
-
-/* y := C^-1 y by elimination with rows exchanged; 0 where C is singular. */
-static void solve(const double *C, int32_t width, double *y)
-{
-    double A[6][7], spare[7];
-
-    for (int32_t i = 0; i < width; i++) {
-        memcpy(A[i], C + i * width, (size_t)width * sizeof(double));
-        A[i][width] = y[i];
-        y[i] = 0.0;
-    }
-    for (int32_t k = 0; k < width; k++) {
-        int32_t pivot = k;
-
-        for (int32_t i = k + 1; i < width; i++)
-            if (fabs(A[i][k]) > fabs(A[pivot][k]))
-                pivot = i;
-        if (!(fabs(A[pivot][k]) > 0.0))
-            return;
-        memcpy(spare, A[k], sizeof spare);
-        memcpy(A[k], A[pivot], sizeof spare);
-        memcpy(A[pivot], spare, sizeof spare);
-        for (int32_t i = k + 1; i < width; i++) {
-            const double factor = A[i][k] / A[k][k];
-
-            for (int32_t j = k; factor != 0.0 && j <= width; j++)
-                A[i][j] -= factor * A[k][j];
-        }
-    }
-    for (int32_t k = width - 1; k >= 0; k--) {
-        y[k] = A[k][width];
-        for (int32_t j = k + 1; j < width; j++)
-            y[k] -= A[k][j] * y[j];
-        y[k] /= A[k][k];
-    }
-}
-
-void perp__bodies_find_free(const perp__bodies *b)
-{
-    const size_t width = (size_t)b->width;
-
-    if (!b->C || b->blocks == 0)
-        return;
-    memcpy(b->free, b->v_free, (size_t)b->blocks * width * sizeof *b->free);
-    for (size_t k = 0; k < (size_t)b->blocks; k++)
-        solve(b->C + k * width * width, b->width, b->free + k * width);
 }
 
 perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem *problem)

@@ -132,6 +132,64 @@ void perp__rigid_bias(const perp_contact_solver *solver, double *u)
         }
 }
 
+/* A carrier that does not move is as good as none. */
+static int32_t root_of(const perp__rigid_problem *p, int32_t body)
+{
+    if (body < p->bodies) /* -1, or one that is of no account here */
+        return PERP__RIGID_AT_REST;
+    for (int32_t j = 0; j < p->width; j++)
+        if (p->free[(size_t)body * (size_t)p->width + (size_t)j] != 0.0)
+            return body;
+    return PERP__RIGID_AT_REST;
+}
+
+/* Where a body is that moves as one with others: PERP__RIGID_FREE if it is with none. */
+static int32_t place_of(const perp_contact_solver *solver, int32_t body)
+{
+    return body >= 0 && body < solver->rigid->bodies ? solver->hold.root[body]
+                                                     : root_of(solver->rigid, body);
+}
+
+void perp__rigid_held_velocities(const perp_contact_solver *solver, const double *v, double *u)
+{
+    const perp__rigid_problem *p = solver->rigid;
+    int32_t unit = 0, row = 0;
+
+    for (int32_t k = 0; k < p->contacts + p->joints; k++) {
+        const perp__rigid_rows *g = &p->rows[k];
+        const int32_t a = place_of(solver, g->body[0]);
+        const int32_t is_one = a != PERP__RIGID_FREE && a == place_of(solver, g->body[1]);
+
+        for (int32_t i = 0; i < g->dim; i++, row++) {
+            const int32_t holds = k < p->contacts ? i < solver->hold.holds[unit] : 1;
+
+            u[row] = holds ? 0.0 : is_one ? g->bias[i] : relative(solver, g, i, v, NULL);
+        }
+        unit += k < p->contacts ? 1 : g->dim;
+    }
+}
+
+void perp__rigid_beside(const perp_contact_solver *solver, const int8_t *holds, int32_t *beside,
+                        int8_t *pushed)
+{
+    const perp__rigid_problem *p = solver->rigid;
+    int32_t unit = 0;
+
+    for (int32_t k = 0; k < p->contacts + p->joints; k++) {
+        const perp__rigid_rows *g = &p->rows[k];
+        const int32_t a = root_of(p, g->body[0]), b = root_of(p, g->body[1]);
+
+        for (int32_t i = 0; i < (k < p->contacts ? 1 : g->dim); i++, unit++) {
+            const int32_t first = k < p->contacts ? 0 : i;
+
+            beside[unit] = a != PERP__RIGID_AT_REST ? a : b;
+            pushed[unit] = 0;
+            for (int32_t j = first; j < first + holds[unit]; j++)
+                pushed[unit] |= g->bias[j] != 0.0;
+        }
+    }
+}
+
 /* out := C x or, transposed, C'x of every body; x + x_low and out + out_low. */
 static void apply(const perp_contact_solver *solver, int32_t transposed, const double *x,
                   const double *x_low, double *out, double *out_low)
