@@ -41,6 +41,7 @@ typedef struct perp__bodies {
     int64_t *piece_values;    /* per piece: where in `values` it begins */
     int64_t *cursors;         /* work: most pieces of a unit */
     double *coupling;         /* work: most_rows by most_rows */
+    double *squares;          /* per piece: |P|^2 */
     double *values;           /* each piece: rows of its unit by width, row-major */
     int32_t most_pieces;      /* of a unit */
     int32_t most_rows;
@@ -91,6 +92,21 @@ void perp__bodies_velocity(const perp__bodies *bodies, const double *f, const do
 
 /* y := P'r, in blocks by width. */
 void perp__bodies_gather(const perp__bodies *bodies, const double *r, double *y);
+
+/* Between the velocities of a block and its own coordinates, v = C y, C = L^-T; row i of C; and y
+ * of the free velocities of the last load. All `width` long. */
+void perp__bodies_to_own(const perp__bodies *bodies, int32_t block, const double *v, double *y);
+void perp__bodies_from_own(const perp__bodies *bodies, int32_t block, const double *y, double *v);
+void perp__bodies_own_row(const perp__bodies *bodies, int32_t block, int32_t i, double *row);
+void perp__bodies_own_free(const perp__bodies *bodies, int32_t block, double *y);
+
+/* out := |W| |x| + |add| by way of the bodies, |P| (|P|' |x|) + |compliance x| + |add|; y: work,
+ * blocks times width. */
+void perp__absolute_bodies(const perp__bodies *bodies, const double *x, const double *add,
+                           double *y, double *out);
+
+/* diagonal := W_ii of all rows; and squares. */
+void perp__bodies_diagonals(const perp__bodies *bodies, double *diagonal);
 
 /* W_kk of unit k, row-major with stride of its rows. */
 void perp__bodies_diagonal(const perp__bodies *bodies, int32_t unit, double *W);

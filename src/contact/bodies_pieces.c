@@ -14,6 +14,7 @@ static void layout_pieces(perp__arena *arena, void *object)
     b->piece_values = perp__arena_take(arena, pieces, sizeof *b->piece_values);
     b->cursors = perp__arena_take(arena, (size_t)b->most_pieces, sizeof *b->cursors);
     b->coupling = perp__arena_take(arena, (size_t)(b->most_rows * b->most_rows), sizeof(double));
+    b->squares = perp__arena_take(arena, pieces, sizeof *b->squares);
     b->values = perp__arena_take(arena, (size_t)b->entries, sizeof *b->values);
 }
 

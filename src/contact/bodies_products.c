@@ -1,7 +1,9 @@
 /* Products with P, W and M^-1; every sum in one fixed order. */
+#include <math.h>
 #include <string.h>
 
 #include "contact/bodies.h"
+#include "linalg/lanes/multiversion.h"
 
 /* x := L^-1 x, in blocks */
 static void solve_lower(const perp__bodies *b, double *y)
@@ -41,41 +43,178 @@ static void to_blocks(const perp__bodies *b, const double *x, double *y)
         y[k] = b->dofs[k] < 0 ? 0.0 : x[b->dofs[k]];
 }
 
-/* out := P y + add; add may be NULL */
-static void times_y(const perp__bodies *b, const double *y, const double *add, double *out)
+/* ---- sums over units ---------------------------------------------------------------------------
+ *
+ * Each kernel does one unit; where width and rows are those of a rigid contact they are constants.
+ * The sums and their order are the same for all. */
+#define PERP__WITH_SHAPE(kernel, width, rows, ...) \
+    do {                                           \
+        if ((width) == 6 && (rows) == 3)           \
+            kernel(6, 3, __VA_ARGS__);             \
+        else if ((width) == 3 && (rows) == 2)      \
+            kernel(3, 2, __VA_ARGS__);             \
+        else                                       \
+            kernel(width, rows, __VA_ARGS__);      \
+    } while (0)
+
+enum { ROWS_MOST = 6 };
+
+/* out := P y + add */
+PERP__KERNEL static void times_unit(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
+                                    const double *y, const double *add, double *out)
 {
-    const int32_t width = b->width;
+    double sum[ROWS_MOST];
 
+    for (int32_t i = 0; i < rows; i++)
+        sum[i] = add ? add[b->rows[k] + i] : 0.0;
+    for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+        const double *p = b->values + b->piece_values[piece];
+        const double *x = y + (int64_t)b->piece_blocks[piece] * width;
+
+        for (int32_t i = 0; i < rows; i++)
+            for (int32_t j = 0; j < width; j++)
+                sum[i] += p[i * width + j] * x[j];
+    }
+    for (int32_t i = 0; i < rows; i++)
+        out[b->rows[k] + i] = sum[i];
+}
+
+PERP__KERNEL static void times_y_loops(const perp__bodies *b, const double *y, const double *add,
+                                       double *out)
+{
     for (int32_t k = 0; k < b->units; k++)
-        for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++) {
-            double sum = add ? add[i] : 0.0;
+        PERP__WITH_SHAPE(times_unit, b->width, b->rows[k + 1] - b->rows[k], b, k, y, add, out);
+}
 
-            for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
-                const double *p =
-                    b->values + b->piece_values[piece] + (int64_t)(i - b->rows[k]) * width;
-                const double *x = y + (int64_t)b->piece_blocks[piece] * width;
+PERP__MULTIVERSION(times_y,
+                   (const perp__bodies *b, const double *y, const double *add, double *out),
+                   (b, y, add, out))
 
-                for (int32_t j = 0; j < width; j++)
-                    sum += p[j] * x[j];
-            }
-            out[i] = sum;
+/* y += P'r */
+PERP__KERNEL static void gather_unit(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
+                                     const double *r, double *y)
+{
+    for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+        const double *p = b->values + b->piece_values[piece];
+        double *to = y + (int64_t)b->piece_blocks[piece] * width, x[PERP__BODY_WIDTH_MOST];
+
+        for (int32_t j = 0; j < width; j++)
+            x[j] = to[j];
+        for (int32_t i = 0; i < rows; i++)
+            for (int32_t j = 0; j < width; j++)
+                x[j] += p[i * width + j] * r[b->rows[k] + i];
+        for (int32_t j = 0; j < width; j++)
+            to[j] = x[j];
+    }
+}
+
+PERP__KERNEL static void add_impulses_loops(const perp__bodies *b, const double *r, double *y)
+{
+    for (int32_t k = 0; k < b->units; k++)
+        PERP__WITH_SHAPE(gather_unit, b->width, b->rows[k + 1] - b->rows[k], b, k, r, y);
+}
+
+PERP__MULTIVERSION(add_impulses, (const perp__bodies *b, const double *r, double *y), (b, r, y))
+
+/* diagonal := W_ii of the unit's rows */
+PERP__KERNEL static void diagonal_unit(int32_t width, int32_t rows, const perp__bodies *b,
+                                       int32_t k, double *diagonal)
+{
+    for (int32_t i = 0; i < rows; i++)
+        diagonal[b->rows[k] + i] = b->compliance[b->rows[k] + i];
+    for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+        const double *p = b->values + b->piece_values[piece];
+        double square = 0.0;
+
+        for (int32_t i = 0; i < rows; i++) {
+            double sum = 0.0;
+
+            for (int32_t j = 0; j < width; j++)
+                sum += p[i * width + j] * p[i * width + j];
+            diagonal[b->rows[k] + i] += sum;
+            square += sum;
         }
+        b->squares[piece] = square;
+    }
+}
+
+PERP__KERNEL static void diagonals_loops(const perp__bodies *b, double *diagonal)
+{
+    for (int32_t k = 0; k < b->units; k++)
+        PERP__WITH_SHAPE(diagonal_unit, b->width, b->rows[k + 1] - b->rows[k], b, k, diagonal);
+}
+
+PERP__MULTIVERSION(diagonals, (const perp__bodies *b, double *diagonal), (b, diagonal))
+
+void perp__bodies_diagonals(const perp__bodies *b, double *diagonal)
+{
+    diagonals(b, diagonal);
+}
+
+/* out := |P| (|P|'|x|) + |compliance x| + |add| by way of y, as those above */
+PERP__KERNEL static void absolute_gather(int32_t width, int32_t rows, const perp__bodies *b,
+                                         int32_t k, const double *x, double *y)
+{
+    for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+        const double *p = b->values + b->piece_values[piece];
+        double *to = y + (int64_t)b->piece_blocks[piece] * width, sum[PERP__BODY_WIDTH_MOST];
+
+        for (int32_t j = 0; j < width; j++)
+            sum[j] = to[j];
+        for (int32_t i = 0; i < rows; i++)
+            for (int32_t j = 0; j < width; j++)
+                sum[j] += fabs(p[i * width + j] * x[b->rows[k] + i]);
+        for (int32_t j = 0; j < width; j++)
+            to[j] = sum[j];
+    }
+}
+
+PERP__KERNEL static void absolute_times(int32_t width, int32_t rows, const perp__bodies *b,
+                                        int32_t k, const double *y, double *out)
+{
+    double sum[ROWS_MOST];
+
+    for (int32_t i = 0; i < rows; i++)
+        sum[i] = out[b->rows[k] + i];
+    for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+        const double *p = b->values + b->piece_values[piece];
+        const double *from = y + (int64_t)b->piece_blocks[piece] * width;
+
+        for (int32_t i = 0; i < rows; i++)
+            for (int32_t j = 0; j < width; j++)
+                sum[i] += fabs(p[i * width + j]) * from[j];
+    }
+    for (int32_t i = 0; i < rows; i++)
+        out[b->rows[k] + i] = sum[i];
+}
+
+PERP__KERNEL static void absolute_loops(const perp__bodies *b, const double *x, const double *add,
+                                        double *y, double *out)
+{
+    for (int32_t k = 0; k < b->units; k++)
+        PERP__WITH_SHAPE(absolute_gather, b->width, b->rows[k + 1] - b->rows[k], b, k, x, y);
+    for (int32_t i = 0; i < b->size; i++)
+        out[i] = fabs(add[i]) + fabs(b->compliance[i] * x[i]);
+    for (int32_t k = 0; k < b->units; k++)
+        PERP__WITH_SHAPE(absolute_times, b->width, b->rows[k + 1] - b->rows[k], b, k, y, out);
+}
+
+PERP__MULTIVERSION(absolute,
+                   (const perp__bodies *b, const double *x, const double *add, double *y,
+                    double *out),
+                   (b, x, add, y, out))
+
+void perp__absolute_bodies(const perp__bodies *b, const double *x, const double *add, double *y,
+                           double *out)
+{
+    memset(y, 0, (size_t)b->blocks * (size_t)b->width * sizeof *y);
+    absolute(b, x, add, y, out);
 }
 
 void perp__bodies_gather(const perp__bodies *b, const double *r, double *y)
 {
-    const int32_t width = b->width;
-
-    memset(y, 0, (size_t)b->blocks * (size_t)width * sizeof *y);
-    for (int32_t k = 0; k < b->units; k++)
-        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
-            const double *p = b->values + b->piece_values[piece];
-            double *x = y + (int64_t)b->piece_blocks[piece] * width;
-
-            for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++, p += width)
-                for (int32_t j = 0; j < width; j++)
-                    x[j] += p[j] * r[i];
-        }
+    memset(y, 0, (size_t)b->blocks * (size_t)b->width * sizeof *y);
+    add_impulses(b, r, y);
 }
 
 void perp__bodies_force(const perp__bodies *b, const double *f)
@@ -130,15 +269,7 @@ void perp__bodies_velocity(const perp__bodies *b, const double *f, const double 
     else
         memset(b->y, 0, (size_t)padded * sizeof *b->y);
     solve_lower(b, b->y);
-    for (int32_t k = 0; k < b->units; k++) /* gather, added */
-        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
-            const double *p = b->values + b->piece_values[piece];
-            double *x = b->y + (int64_t)b->piece_blocks[piece] * b->width;
-
-            for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++, p += b->width)
-                for (int32_t j = 0; j < b->width; j++)
-                    x[j] += p[j] * r[i];
-        }
+    add_impulses(b, r, b->y);
     solve_upper(b, b->y);
     for (int64_t k = 0; k < padded; k++)
         if (b->dofs[k] >= 0)
@@ -149,8 +280,8 @@ void perp__bodies_velocity(const perp__bodies *b, const double *f, const double 
  */
 
 /* W[i * stride + c] += sum of row i of one piece times row c of the other */
-static void add_product(const double *p, int32_t rows, const double *other, int32_t columns,
-                        int32_t width, double *W, int32_t stride)
+PERP__KERNEL static void add_product(const double *p, int32_t rows, const double *other,
+                                     int32_t columns, int32_t width, double *W, int32_t stride)
 {
     for (int32_t i = 0; i < rows; i++)
         for (int32_t c = 0; c < columns; c++) {
@@ -173,7 +304,12 @@ void perp__bodies_diagonal(const perp__bodies *b, int32_t unit, double *W)
     for (int64_t piece = b->piece_starts[unit]; piece < b->piece_starts[unit + 1]; piece++) {
         const double *p = b->values + b->piece_values[piece];
 
-        add_product(p, rows, p, rows, b->width, W, rows);
+        if (rows == 3 && b->width == 6)
+            add_product(p, 3, p, 3, 6, W, 3);
+        else if (rows == 2 && b->width == 3)
+            add_product(p, 2, p, 2, 3, W, 2);
+        else
+            add_product(p, rows, p, rows, b->width, W, rows);
     }
 }
 

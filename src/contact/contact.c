@@ -385,10 +385,9 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
 
     if (status != PERP_OK)
         return status;
-    status = perp__contact_find(solver, call,
-                                solver->settings.time_limit > 0.0
-                                    ? started + solver->settings.time_limit
-                                    : 0.0);
+    status = perp__contact_find(
+        solver, call,
+        solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0);
     if (status == PERP_OK)
         perp__contact_write_out(solver, started);
     solver->call = NULL;

@@ -225,34 +225,3 @@ perp_status perp__delassus_of_bodies(perp__delassus *own, perp_context *context,
     W->row_indices = own->rows;
     return PERP_OK;
 }
-
-void perp__absolute_bodies(const perp__bodies *bodies, const double *x, const double *add,
-                           double *y, double *out)
-{
-    const size_t width = (size_t)bodies->width;
-    int32_t unit, row;
-    int64_t piece;
-    size_t i;
-
-    memset(y, 0, (size_t)bodies->blocks * width * sizeof *y);
-    for (unit = 0; unit < bodies->units; unit++)
-        for (piece = bodies->piece_starts[unit]; piece < bodies->piece_starts[unit + 1]; piece++) {
-            const double *P = bodies->values + bodies->piece_values[piece];
-            double *y_b = y + (size_t)bodies->piece_blocks[piece] * width;
-
-            for (row = bodies->rows[unit]; row < bodies->rows[unit + 1]; row++, P += width)
-                for (i = 0; i < width; i++)
-                    y_b[i] += fabs(P[i] * x[row]);
-        }
-    for (row = 0; row < bodies->size; row++)
-        out[row] = fabs(add[row]) + fabs(bodies->compliance[row] * x[row]);
-    for (unit = 0; unit < bodies->units; unit++)
-        for (piece = bodies->piece_starts[unit]; piece < bodies->piece_starts[unit + 1]; piece++) {
-            const double *P = bodies->values + bodies->piece_values[piece];
-            const double *y_b = y + (size_t)bodies->piece_blocks[piece] * width;
-
-            for (row = bodies->rows[unit]; row < bodies->rows[unit + 1]; row++, P += width)
-                for (i = 0; i < width; i++)
-                    out[row] += fabs(P[i]) * y_b[i];
-        }
-}

@@ -31,11 +31,6 @@ void perp__absolute_product(const perp__matrix *W, const double *x, const double
 perp_status perp__delassus_of_bodies(perp__delassus *own, perp_context *context,
                                      const perp__bodies *bodies, perp__matrix *W, int32_t *made);
 
-/* The same sum by way of the bodies, |P| (|P|' |x|) + |compliance x| + |add|; y: work, blocks times
- * width. */
-void perp__absolute_bodies(const perp__bodies *bodies, const double *x, const double *add,
-                           double *y, double *out);
-
 /* high + low := A'x + add in doubled precision; add may be NULL. */
 void perp__transposed_doubled(const perp__matrix *A, const double *x, const double *add,
                               double *high, double *low);

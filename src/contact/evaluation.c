@@ -89,6 +89,8 @@ static perp_status compute_velocities(perp_contact_solver *solver)
     if (solver->is_free && is_zero(solver->r, solver->size)) {
         if (solver->size > 0)
             memcpy(solver->u, solver->q, (size_t)solver->size * sizeof(double));
+        for (i = 0; solver->is_lean && i < solver->size; i++)
+            solver->scale[i] = fabs(solver->q[i]);
         return PERP_OK;
     }
     solver->is_free = 0;

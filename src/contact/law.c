@@ -93,9 +93,19 @@ static int32_t polygon_excess(int32_t edges, double radius, const double x[2], d
     return 2;
 }
 
-static double norm(const double *x, int32_t size)
+/* hypot, by the square root where no square leaves the range of doubles. */
+static inline double norm2(double a, double b)
 {
-    return size == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
+    const double sum = a * a + b * b;
+
+    if (sum >= SMALL && sum <= 1.0 / SMALL)
+        return sqrt(sum);
+    return a == 0.0 && b == 0.0 ? 0.0 : hypot(a, b);
+}
+
+static inline double norm(const double *x, int32_t size)
+{
+    return size == 1 ? fabs(x[0]) : norm2(x[0], x[1]);
 }
 
 void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double *r)
@@ -165,7 +175,7 @@ static int32_t part_map(const perp__contact_problem *problem, const perp__contac
 static double polygon_change(int32_t edges, double radius, const double *r, const double *u)
 {
     const double pi = 3.14159265358979323846;
-    const double speed = hypot(u[0], u[1]);
+    const double speed = norm2(u[0], u[1]);
     int32_t j = (int32_t)floor(atan2(r[1], r[0]) * edges / (2.0 * pi));
     double angle = pi * (2 * j + 1) / edges, width = 0.0, along;
 
@@ -220,7 +230,7 @@ static double cone_map(const perp__contact_part *part, double r_n, double d_n, c
     length = norm(x, part->size);
     if (mu * length <= -x_n || (mu == 0.0 && x_n <= 0.0)) {
         *mode = PERP_CONTACT_SEPARATE;
-        return hypot(r_n, norm(r, part->size));
+        return norm2(r_n, norm(r, part->size));
     }
     if (mu == 0.0) {
         *mode = length > 0.0 ? PERP_CONTACT_SLIP : PERP_CONTACT_STICK;
@@ -228,7 +238,7 @@ static double cone_map(const perp__contact_part *part, double r_n, double d_n, c
     }
     if (length <= mu * x_n) {
         *mode = PERP_CONTACT_STICK;
-        return hypot(d_n, norm(d, part->size));
+        return norm2(d_n, norm(d, part->size));
     }
     *mode = PERP_CONTACT_SLIP;
     over = norm(r, part->size) - mu * r_n + mu * d_n;
@@ -237,8 +247,8 @@ static double cone_map(const perp__contact_part *part, double r_n, double d_n, c
     c = over / (1.0 + mu * mu);
     out_n = d_n - mu * c;
     for (sum = 0.0, i = 0; i < part->size; i++)
-        sum = hypot(sum, d[i] + c * (x[i] / length));
-    return hypot(out_n, sum);
+        sum = norm2(sum, d[i] + c * (x[i] / length));
+    return norm2(out_n, sum);
 }
 
 /* Normal and parts one by one: contacts that roll or spin, and polyhedra. */
@@ -258,11 +268,11 @@ static void judge_parts(const perp__contact_problem *problem, const perp__contac
         slips |= part_map(problem, &parts[p], radius, r_p, d, out);
         length = norm(r_p, parts[p].size) - radius;
         law->cone = fmax(law->cone, length);
-        law->dissipation = hypot(law->dissipation, norm(out, parts[p].size));
+        law->dissipation = norm2(law->dissipation, norm(out, parts[p].size));
         if (r_n > 0.0)
-            law->change = hypot(law->change, part_change(problem, &parts[p], radius, r_p, u_p));
+            law->change = norm2(law->change, part_change(problem, &parts[p], radius, r_p, u_p));
     }
-    law->natural = hypot(law->signorini, law->dissipation);
+    law->natural = norm2(law->signorini, law->dissipation);
     law->mode = r_n <= u_n / t ? PERP_CONTACT_SEPARATE
                 : slips        ? PERP_CONTACT_SLIP
                                : PERP_CONTACT_STICK;
@@ -290,6 +300,27 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
                             r + parts[0].row, d, &law->mode);
 }
 
+double perp__contact_natural(const perp__contact_problem *problem, int32_t k, const double *r,
+                             const double *u, int32_t *mode)
+{
+    const int32_t row = problem->starts[k], tangents = problem->dims[k] - 1;
+    const perp__contact_part part = {row + 1, tangents, problem->mu[k]};
+    const double t = problem->trace[k], *r_t = r + row + 1, *u_t = u + row + 1;
+    double d[2] = {0.0, 0.0};
+    int32_t i;
+
+    if (problem->has_discs || problem->cone > 0 || tangents == 0) {
+        perp__contact_law law;
+
+        perp__contact_judge(problem, k, r, u, &law);
+        *mode = law.mode;
+        return law.natural;
+    }
+    for (i = 0; i < tangents; i++)
+        d[i] = u_t[i] / t;
+    return cone_map(&part, r[row], u[row] / t + part.coefficient * norm(d, tangents), r_t, d, mode);
+}
+
 double perp__contact_length(const double *x, int32_t begin, int32_t end)
 {
     double sum = 0.0, length = 0.0;
@@ -300,7 +331,8 @@ double perp__contact_length(const double *x, int32_t begin, int32_t end)
     if (sum >= SMALL && sum <= 1.0 / SMALL)
         return sqrt(sum);
     for (i = begin; i < end; i++)
-        length = hypot(length, x[i]);
+        if (x[i] != 0.0)
+            length = hypot(length, x[i]);
     return length;
 }
 

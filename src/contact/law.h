@@ -37,6 +37,10 @@ typedef struct perp__contact_law {
 void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
                          const double *u, perp__contact_law *law);
 
+/* law->natural alone; *mode: law->mode. */
+double perp__contact_natural(const perp__contact_problem *problem, int32_t k, const double *r,
+                             const double *u, int32_t *mode);
+
 /* |x| of the entries begin .. end-1. */
 double perp__contact_length(const double *x, int32_t begin, int32_t end);
 

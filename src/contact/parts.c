@@ -26,80 +26,80 @@ static void join(int32_t *parent, int32_t a, int32_t b)
     parent[a > b ? a : b] = a < b ? a : b;
 }
 
-/* Calls visit for every pair of rows that W couples. */
-typedef void (*visitor)(perp_contact_solver *solver, int32_t a, int32_t b, double coupling);
+/* Of every pair of units that W couples, by so much of sqrt(t_k t_j): joins their parts, and notes
+ * whether there is noise; or, once the parts are numbered, whether there is any between them. */
+static inline void visit(perp_contact_solver *solver, int32_t numbered, int32_t a, int32_t b,
+                         double coupling)
+{
+    if (a == b || coupling == 0.0)
+        return;
+    if (numbered)
+        solver->leaks |= solver->part[a] != solver->part[b];
+    else if (coupling > NOISE)
+        join(solver->part, a, b);
+    else
+        solver->leaks = 1;
+}
 
-static void visit_matrix(perp_contact_solver *solver, visitor visit)
+static void visit_entry(perp_contact_solver *solver, int32_t numbered, int32_t i, int32_t j,
+                        double value)
+{
+    const int32_t a = solver->unit_of[i], b = solver->unit_of[j];
+
+    visit(solver, numbered, a, b, fabs(value) / solver->root[a] / solver->root[b]);
+}
+
+static void visit_matrix(perp_contact_solver *solver, int32_t numbered)
 {
     const perp__matrix *W = &solver->W;
-    const int32_t *unit_of = solver->unit_of;
     int32_t i, j, k;
 
     for (j = 0; j < solver->size; j++)
         if (W->column_starts)
             for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
-                visit(solver, unit_of[W->row_indices[k]], unit_of[j], W->values[k]);
+                visit_entry(solver, numbered, W->row_indices[k], j, W->values[k]);
         else
             for (i = 0; i < solver->size; i++)
-                visit(solver, unit_of[i], unit_of[j],
-                      W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride]);
-}
-
-static double piece_length(const perp__bodies *b, int32_t unit, int64_t piece)
-{
-    const int32_t entries = (b->rows[unit + 1] - b->rows[unit]) * b->width;
-    const double *P = b->values + b->piece_values[piece];
-    double sum = 0.0;
-    int32_t i;
-
-    for (i = 0; i < entries; i++)
-        sum += P[i] * P[i];
-    return sqrt(sum);
+                visit_entry(solver, numbered, i, j,
+                            W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride]);
 }
 
 /* What two contacts have of each other through a block is at most |P_k| |P_j|: on each block the
- * one with the largest share is coupled with all others, and that finds all that are. */
-static void visit_bodies(perp_contact_solver *solver, visitor visit)
+ * one with the largest share |P_k|^2 / t_k is coupled with all others, and that finds all that are.
+ */
+static void visit_bodies(perp_contact_solver *solver, int32_t numbered)
 {
     const perp__bodies *b = &solver->bodies;
+    double *shares = solver->terms;
     int32_t block;
     int64_t at;
 
     for (block = 0; block < b->blocks; block++) {
-        double *lengths = solver->terms, most = -1.0;
+        double most = -1.0;
         int32_t first = -1;
 
         for (at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
             const int32_t unit = b->block_units[at];
 
-            lengths[unit] = piece_length(b, unit, b->block_pieces[at]);
-            if (lengths[unit] > most * solver->root[unit]) {
-                most = lengths[unit] / solver->root[unit];
+            shares[unit] = b->squares[b->block_pieces[at]] / solver->trace[unit];
+            if (shares[unit] > most) {
+                most = shares[unit];
                 first = unit;
             }
         }
         for (at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
-            visit(solver, first, b->block_units[at], lengths[first] * lengths[b->block_units[at]]);
+            visit(solver, numbered, first, b->block_units[at],
+                  sqrt(most * shares[b->block_units[at]]));
     }
 }
 
-static void connect(perp_contact_solver *solver, int32_t a, int32_t b, double coupling)
+static void visit_couplings(perp_contact_solver *solver, int32_t numbered)
 {
-    if (a != b && fabs(coupling) > NOISE * solver->root[a] * solver->root[b])
-        join(solver->part, a, b);
-}
-
-static void look_for_noise(perp_contact_solver *solver, int32_t a, int32_t b, double coupling)
-{
-    solver->leaks |= coupling != 0.0 && solver->part[a] != solver->part[b];
-}
-
-static void visit_couplings(perp_contact_solver *solver, visitor visit)
-{
+    solver->leaks = 0;
     if (solver->has_bodies)
-        visit_bodies(solver, visit);
+        visit_bodies(solver, numbered);
     else
-        visit_matrix(solver, visit);
+        visit_matrix(solver, numbered);
 }
 
 void perp__contact_find_parts(perp_contact_solver *solver)
@@ -115,7 +115,7 @@ void perp__contact_find_parts(perp_contact_solver *solver)
             solver->unit_of[i] = k;
     for (i = solver->rows; i < solver->size; i++)
         solver->unit_of[i] = solver->contacts + i - solver->rows;
-    visit_couplings(solver, connect);
+    visit_couplings(solver, 0);
     solver->parts = 0;
     for (k = 0; k < solver->units; k++) {
         const int32_t root = find(solver->part, k);
@@ -125,7 +125,6 @@ void perp__contact_find_parts(perp_contact_solver *solver)
     }
     if (solver->units > 0)
         memcpy(solver->part, solver->number, (size_t)solver->units * sizeof *solver->part);
-    solver->leaks = 0;
-    if (solver->parts > 1)
-        visit_couplings(solver, look_for_noise);
+    if (solver->leaks)
+        visit_couplings(solver, 1);
 }

@@ -183,33 +183,16 @@ static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws
     solver->has_discs = solver->rolls || solver->spins;
 }
 
-/* The diagonal of W, from W or from the bodies. high serves as a block of 3 + 3 + 1 rows. */
-static void read_diagonal(perp_contact_solver *solver)
-{
-    double block[36];
-    int32_t unit, i;
-
-    if (!solver->has_bodies) {
-        perp__delassus_diagonal(&solver->W, solver->diagonal);
-        return;
-    }
-    for (unit = 0; unit < solver->bodies.units; unit++) {
-        const int32_t begin = solver->bodies.rows[unit];
-        const int32_t rows = solver->bodies.rows[unit + 1] - begin;
-
-        perp__bodies_diagonal(&solver->bodies, unit, block);
-        for (i = 0; i < rows; i++)
-            solver->diagonal[begin + i] = block[i * rows + i];
-    }
-}
-
 /* t_k = trace(W_kk). A contact or joint between things that can't move is a mistake in the scene:
  * no impulse changes its velocity. */
 static perp_status read_traces(perp_contact_solver *solver)
 {
     int32_t k, i;
 
-    read_diagonal(solver);
+    if (solver->has_bodies)
+        perp__bodies_diagonals(&solver->bodies, solver->diagonal);
+    else
+        perp__delassus_diagonal(&solver->W, solver->diagonal);
     for (i = 0; i < solver->size; i++)
         if (!(solver->diagonal[i] >= 0.0))
             return perp__fail(solver->context, PERP_ERROR_ARGUMENT,

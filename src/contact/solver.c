@@ -26,6 +26,7 @@ static void release(void *object)
     perp__arena_release(&solver->polish.arena);
     perp__contact_destroy(solver->apart.solver);
     perp__arena_release(&solver->apart.arena);
+    perp__hold_release(&solver->hold);
     perp__bodies_release(&solver->bodies);
     perp__dynamics_release(&solver->dynamics);
     perp__arena_release(&solver->delassus.arena);
@@ -58,6 +59,7 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
     perp__arena_init(&made->polish.arena, context);
     perp__arena_init(&made->apart.arena, context);
     perp__bodies_init(&made->bodies, context);
+    perp__hold_init(&made->hold, context);
     for (k = 0; k < PERP__CONTACT_METHODS; k++) {
         made->slots[k].method = methods[k];
         perp__arena_init(&made->slots[k].arena, context);

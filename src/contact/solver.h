@@ -10,6 +10,7 @@
 #include "contact/bodies.h"
 #include "contact/delassus.h"
 #include "contact/dynamics.h"
+#include "contact/hold.h"
 #include "contact/method.h"
 #include "contact/polish.h"
 #include "lcp/lcp.h"
@@ -98,6 +99,7 @@ struct perp_contact_solver {
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
     int32_t n;                               /* velocities; 0 where W was given */
+    int32_t is_lean;                         /* no more is measured than the outcome needs */
     int32_t entrance;                        /* PERP__NO_PROBLEM or how the problem came */
     int64_t setups;
     int32_t contacts, rows, size;
@@ -149,6 +151,7 @@ struct perp_contact_solver {
     perp__contact_ray feasibility;
     perp__contact_apart apart;
     perp__contact_polish polish;
+    perp__hold hold;
 };
 
 /* A solver without a problem, in a context that is entered; and its end: solver.c. */
@@ -210,6 +213,11 @@ perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
 /* Solves the parts of the best point that are not solved, each by itself, into solver->r and modes;
  * *some is 0 where there are none: apart.c. PERP_OK or a negative status. */
 perp_status perp__contact_solve_apart(perp_contact_solver *solver, int32_t *some);
+
+/* v := what the rows that hold leave free, given the impulses and modes of an answer, its u, and v
+ * as it has it, with bodies: held.c. PERP_OK or _MEMORY. */
+perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, const double *u,
+                               const int8_t *modes, double *v);
 
 /* Writes the zeros of the velocities that the modes know: evaluation.c. */
 void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u);

@@ -45,7 +45,8 @@ static void absolute(perp_contact_solver *solver, const double *x, const double 
         perp__absolute_product(&solver->W, x, add, out);
 }
 
-static void judge_contact(perp_contact_solver *solver, int32_t k, perp__contact_worth *worth)
+static void judge_contact(perp_contact_solver *solver, int32_t k, int32_t heeds,
+                          perp__contact_worth *worth)
 {
     const perp__contact_problem *p = &solver->problem;
     perp__evidence *part = &solver->evidence[solver->part[k]];
@@ -53,7 +54,8 @@ static void judge_contact(perp_contact_solver *solver, int32_t k, perp__contact_
     perp__contact_law law;
 
     perp__contact_judge(p, k, solver->r, solver->u, &law);
-    solver->modes[k] = (int8_t)law.mode;
+    if (!heeds)
+        solver->modes[k] = (int8_t)law.mode;
     solver->lack[k] = t * law.natural;
     perp__raise_to(&worth->natural, law.natural);
     perp__raise_to(&part->tested, solver->root[k] * law.natural / solver->omega[k]);
@@ -89,22 +91,67 @@ static void gather(const perp_contact_solver *solver, perp__contact_worth *worth
     }
 }
 
-void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *worth)
+static void clear(perp_contact_solver *solver, perp__contact_worth *worth)
 {
-    int32_t k;
-
     memset(worth, 0, sizeof *worth);
     if (solver->parts > 0)
         memset(solver->evidence, 0, (size_t)solver->parts * sizeof *solver->evidence);
-    absolute(solver, solver->r, solver->q, solver->scale);
+}
+
+static void find_terms(perp_contact_solver *solver)
+{
+    int32_t k;
+
     for (k = 0; k < solver->units; k++)
         solver->terms[k] =
             perp__contact_length(solver->scale, begin_of(solver, k), end_of(solver, k));
+}
+
+/* All numbers. heeds: the modes stay. */
+static void measure_all(perp_contact_solver *solver, int32_t heeds, perp__contact_worth *worth)
+{
+    int32_t k;
+
+    clear(solver, worth);
+    absolute(solver, solver->r, solver->q, solver->scale);
+    find_terms(solver);
     for (k = 0; k < solver->contacts; k++)
-        judge_contact(solver, k, worth);
+        judge_contact(solver, k, heeds, worth);
     for (; k < solver->units; k++)
         judge_bilateral(solver, k, worth);
     gather(solver, worth);
+}
+
+/* The tested residual and the modes; `scale` came with the velocities. */
+static void measure_lean(perp_contact_solver *solver, perp__contact_worth *worth)
+{
+    int32_t k, mode;
+
+    clear(solver, worth);
+    find_terms(solver);
+    for (k = 0; k < solver->contacts; k++) {
+        const double natural =
+            perp__contact_natural(&solver->problem, k, solver->r, solver->u, &mode);
+
+        solver->modes[k] = (int8_t)mode;
+        solver->lack[k] = solver->trace[k] * natural;
+        perp__raise_to(&worth->natural, natural);
+        perp__raise_to(&solver->evidence[solver->part[k]].tested,
+                       solver->root[k] * natural / solver->omega[k]);
+    }
+    for (; k < solver->units; k++)
+        judge_bilateral(solver, k, worth);
+    for (k = 0; k < solver->parts; k++)
+        solver->evidence[k].backward = 1.0; /* no claim */
+    gather(solver, worth);
+}
+
+void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *worth)
+{
+    if (solver->is_lean)
+        measure_lean(solver, worth);
+    else
+        measure_all(solver, 0, worth);
 }
 
 /* What is said of a contact must hold beside its own terms: one that presses does not move along
@@ -198,6 +245,11 @@ void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth
 
     heed_modes(solver);
     compare(solver, solver->terms);
+    if (solver->is_lean && is_open(solver)) {
+        measure_all(solver, 1, worth);
+        heed_modes(solver);
+        compare(solver, solver->terms);
+    }
     if (is_open(solver)) {
         widen(solver, solver->wide);
         compare(solver, solver->wide);

@@ -1,6 +1,5 @@
 /* Blocks and pieces straight from rigid bodies: with M^-1 = C C' a body is a block of its own, in
  * which L^-T = C, and its piece of a contact is P = J C. */
-#include <math.h>
 #include <string.h>
 
 #include "contact/bodies.h"
@@ -28,6 +27,7 @@ static void layout(perp__arena *arena, void *object)
     b->piece_values = perp__arena_take(arena, pieces, sizeof *b->piece_values);
     b->cursors = perp__arena_take(arena, (size_t)b->most_pieces, sizeof *b->cursors);
     b->coupling = perp__arena_take(arena, 9, sizeof(double));
+    b->squares = perp__arena_take(arena, pieces, sizeof *b->squares);
     b->values = perp__arena_take(arena, 2 * size, (size_t)b->width * sizeof *b->values);
 }
 
@@ -35,12 +35,15 @@ static void layout(perp__arena *arena, void *object)
 PERP__KERNEL static void whiten_6(const double (*J)[6], const double *C, int32_t rows, double *P)
 {
     for (int32_t r = 0; r < rows; r++, P += 6) {
-        double high[6] = {0.0};
+        perp__lanes four = PERP__SAME_LANES(J[r][0]) * PERP__CONST_LANES_AT(C);
+        perp__lane_pair two = PERP__SAME_PAIR(J[r][0]) * PERP__CONST_PAIR_AT(C + 4);
 
-        for (int32_t i = 0; i < 6; i++)
-            for (int32_t j = 0; j < 6; j++)
-                high[j] += J[r][i] * C[6 * i + j];
-        memcpy(P, high, sizeof high);
+        for (int32_t i = 1; i < 6; i++) {
+            four += PERP__SAME_LANES(J[r][i]) * PERP__CONST_LANES_AT(C + 6 * i);
+            two += PERP__SAME_PAIR(J[r][i]) * PERP__CONST_PAIR_AT(C + 6 * i + 4);
+        }
+        PERP__LANES_AT(P) = four;
+        PERP__PAIR_AT(P + 4) = two;
     }
 }
 
@@ -74,7 +77,9 @@ PERP__KERNEL static void add_unit(perp__bodies *b, const perp__rigid_problem *pr
         b->piece_blocks[piece] = body;
         b->piece_values[piece++] = at;
         b->block_starts[body + 1]++;
-        if (width == 6)
+        if (width == 6 && count == 3)
+            whiten_6(g->rows[side], C, 3, b->values + at);
+        else if (width == 6)
             whiten_6(g->rows[side] + from, C, count, b->values + at);
         else
             whiten_any(g->rows[side] + from, C, width, count, b->values + at);
@@ -117,53 +122,6 @@ static void list_units(perp__bodies *b)
         }
     memmove(b->block_starts + 1, b->block_starts, (size_t)b->blocks * sizeof *b->block_starts);
     b->block_starts[0] = 0;
-}
-
-/* y := C^-1 y by elimination with rows exchanged; 0 where C is singular. */
-static void solve(const double *C, int32_t width, double *y)
-{
-    double A[6][7], spare[7];
-
-    for (int32_t i = 0; i < width; i++) {
-        memcpy(A[i], C + i * width, (size_t)width * sizeof(double));
-        A[i][width] = y[i];
-        y[i] = 0.0;
-    }
-    for (int32_t k = 0; k < width; k++) {
-        int32_t pivot = k;
-
-        for (int32_t i = k + 1; i < width; i++)
-            if (fabs(A[i][k]) > fabs(A[pivot][k]))
-                pivot = i;
-        if (!(fabs(A[pivot][k]) > 0.0))
-            return;
-        memcpy(spare, A[k], sizeof spare);
-        memcpy(A[k], A[pivot], sizeof spare);
-        memcpy(A[pivot], spare, sizeof spare);
-        for (int32_t i = k + 1; i < width; i++) {
-            const double factor = A[i][k] / A[k][k];
-
-            for (int32_t j = k; factor != 0.0 && j <= width; j++)
-                A[i][j] -= factor * A[k][j];
-        }
-    }
-    for (int32_t k = width - 1; k >= 0; k--) {
-        y[k] = A[k][width];
-        for (int32_t j = k + 1; j < width; j++)
-            y[k] -= A[k][j] * y[j];
-        y[k] /= A[k][k];
-    }
-}
-
-void perp__bodies_find_free(const perp__bodies *b)
-{
-    const size_t width = (size_t)b->width;
-
-    if (!b->C || b->blocks == 0)
-        return;
-    memcpy(b->free, b->v_free, (size_t)b->blocks * width * sizeof *b->free);
-    for (size_t k = 0; k < (size_t)b->blocks; k++)
-        solve(b->C + k * width * width, b->width, b->free + k * width);
 }
 
 perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem *problem)

@@ -107,12 +107,27 @@ static void unpack(const perp__rigid_problem *problem, const double *rows, doubl
             *to++ = i < problem->rows[k].dim ? *rows++ : 0.0;
 }
 
+/* Velocities of the rows that hold, and which body moves with which. */
+static perp_status hold(perp_contact_solver *s, double *r, double *u, const int8_t *modes,
+                        double *v, perp__rigid_answer *answer)
+{
+    perp_status status = perp__contact_hold(s, r, u, modes, v);
+
+    answer->held = status == PERP_OK;
+    if (status != PERP_OK)
+        return status;
+    perp__rigid_held_velocities(s, v, u);
+    for (int32_t k = 0; answer->carrier && k < s->bodies.blocks; k++)
+        answer->carrier[k] = s->hold.root[k];
+    return PERP_OK;
+}
+
 static void write_answer(perp_contact_solver *s, perp__rigid_answer *answer,
                          const perp__rigid_problem *problem)
 {
     const perp__contact_candidate *best = &s->best;
 
-    if (perp__is_good(best->outcome))
+    if (perp__is_good(best->outcome) && !answer->held)
         perp__contact_write_zeros(s, best->modes, best->u);
     unpack(problem, best->r, answer->impulse);
     if (answer->velocity)
@@ -123,7 +138,6 @@ static void write_answer(perp_contact_solver *s, perp__rigid_answer *answer,
         answer->modes[k] = best->modes[k];
     answer->outcome = best->outcome;
     answer->method = best->method;
-    answer->held = 0;
     answer->iterations = s->iterations;
     answer->tested = best->worth.tested;
     answer->own = best->worth.own;
@@ -149,6 +163,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     s->rigid = problem;
     s->bodies.v_free = problem->free;
     s->proves = problem->proves;
+    s->is_lean = problem->tol >= PERP__RIGID_PLAIN;
     s->settings.method = problem->method;
     s->settings.cone = problem->cone;
     s->settings.tol = problem->tol;
@@ -160,6 +175,7 @@ perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *an
                               const perp__rigid_problem *problem)
 {
     perp_contact_solver *s = solver->solver;
+    perp__rigid_answer held = {0};
     perp__contact_call call;
     perp_status status = prepare(solver, problem);
 
@@ -170,8 +186,44 @@ perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *an
         call.r0 = problem->warm ? solver->warm : NULL;
         status = perp__contact_find(s, &call, problem->deadline);
     }
-    if (status == PERP_OK)
+    held.carrier = answer->carrier;
+    if (status == PERP_OK && problem->holds)
+        status = hold(s, s->best.r, s->best.u, s->best.modes, s->best_v, &held);
+    if (status == PERP_OK) {
+        answer->held = held.held;
         write_answer(s, answer, problem);
+    }
+    s->rigid = NULL;
+    s->call = NULL;
+    return status;
+}
+
+perp_status perp__rigid_hold(perp__rigid_solver *solver, perp__rigid_answer *answer,
+                             const perp__rigid_problem *problem)
+{
+    perp_contact_solver *s = solver->solver;
+    perp__contact_call call;
+    perp_status status = prepare(solver, problem);
+
+    if (status != PERP_OK)
+        return status;
+    memset(&call, 0, sizeof call);
+    s->call = &call;
+    s->is_lean = 1; /* v and u as good as doubles make them: the zeros do not come from there */
+    status = perp__contact_load(s);
+    if (status == PERP_OK) {
+        pack(problem, answer->impulse, s->r);
+        for (int32_t k = 0; k < problem->contacts; k++)
+            s->modes[k] = (int8_t)answer->modes[k];
+        perp__rigid_velocities(s);
+        status = hold(s, s->r, s->u, s->modes, s->v, answer);
+    }
+    if (status == PERP_OK) {
+        if (answer->velocity)
+            unpack(problem, s->u, answer->velocity);
+        if (s->n > 0)
+            memcpy(answer->v, s->v, (size_t)s->n * sizeof(double));
+    }
     s->rigid = NULL;
     s->call = NULL;
     return status;

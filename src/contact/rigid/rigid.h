@@ -9,11 +9,6 @@
 /* A tolerance from which on the verdict is in plain doubles. */
 #define PERP__RIGID_PLAIN 1e-6
 
-static inline int32_t perp__rigid_is_plain(const perp_contact_solver *solver)
-{
-    return solver->settings.tol >= PERP__RIGID_PLAIN;
-}
-
 /* v and q of the free velocities. */
 void perp__rigid_load(perp_contact_solver *solver);
 
@@ -22,5 +17,14 @@ void perp__rigid_velocities(perp_contact_solver *solver);
 
 /* u := that of bodies that stand still, where impulses can move them. */
 void perp__rigid_bias(const perp_contact_solver *solver, double *u);
+
+/* For held.c: what units with one body are beside, and which of those that hold are pushed by more
+ * than a carrier. */
+void perp__rigid_beside(const perp_contact_solver *solver, const int8_t *holds, int32_t *beside,
+                        int8_t *pushed);
+
+/* u of all rows after held.c has written v: exactly 0 where they hold, bias between bodies that
+ * move as one, else from v. */
+void perp__rigid_held_velocities(const perp_contact_solver *solver, const double *v, double *u);
 
 #endif

@@ -10,6 +10,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "linalg/lanes/lanes.h"
+#include "linalg/lanes/multiversion.h"
+
 /* A sum with its error beside it. */
 typedef struct doubled {
     double sum, error;
@@ -62,32 +65,54 @@ static double relative(const perp_contact_solver *solver, const perp__rigid_rows
     return u.sum + u.error;
 }
 
-static double relative_plain(const perp_contact_solver *solver, const perp__rigid_rows *g,
-                             int32_t i, const double *v)
+/* q of the units of one contact or joint, in plain doubles */
+PERP__KERNEL static void load_rows(int32_t width, int32_t dim, const perp__rigid_problem *p,
+                                   const perp__rigid_rows *g, double *q)
 {
-    double u = g->bias[i];
+    double sum[3] = {g->bias[0], g->bias[1], g->bias[2]};
 
     for (int32_t side = 0; side < 2; side++) {
-        const double *x = velocity_of(solver, g->body[side], v), *J = g->rows[side][i];
+        const double *v = p->free + (int64_t)g->body[side] * width;
 
-        for (int32_t j = 0; x && j < solver->rigid->width; j++)
-            u += J[j] * x[j];
+        for (int32_t i = 0; g->body[side] >= 0 && i < dim; i++)
+            for (int32_t j = 0; j < width; j++)
+                sum[i] += g->rows[side][i][j] * v[j];
     }
-    return u;
+    for (int32_t i = 0; i < dim; i++)
+        q[i] = sum[i];
 }
+
+PERP__KERNEL static void load_loops(const perp__rigid_problem *p, double *q)
+{
+    for (int32_t k = 0; k < p->contacts + p->joints; k++) {
+        const perp__rigid_rows *g = &p->rows[k];
+
+        if (p->width == 6 && g->dim == 3)
+            load_rows(6, 3, p, g, q);
+        else if (p->width == 3 && g->dim == 2)
+            load_rows(3, 2, p, g, q);
+        else
+            load_rows(p->width, g->dim, p, g, q);
+        q += g->dim;
+    }
+}
+
+PERP__MULTIVERSION(load, (const perp__rigid_problem *p, double *q), (p, q))
 
 void perp__rigid_load(perp_contact_solver *solver)
 {
     const perp__rigid_problem *p = solver->rigid;
-    const int32_t plain = perp__rigid_is_plain(solver), groups = p->contacts + p->joints;
     int32_t row = 0;
 
     if (solver->n > 0)
         memcpy(solver->v, p->free, (size_t)solver->n * sizeof *solver->v);
-    for (int32_t k = 0; k < groups; k++)
+    if (solver->is_lean) {
+        load(p, solver->q);
+        return;
+    }
+    for (int32_t k = 0; k < p->contacts + p->joints; k++)
         for (int32_t i = 0; i < p->rows[k].dim; i++)
-            solver->q[row++] = plain ? relative_plain(solver, &p->rows[k], i, solver->v)
-                                     : relative(solver, &p->rows[k], i, solver->v, NULL);
+            solver->q[row++] = relative(solver, &p->rows[k], i, solver->v, NULL);
 }
 
 void perp__rigid_bias(const perp_contact_solver *solver, double *u)
@@ -105,6 +130,64 @@ void perp__rigid_bias(const perp_contact_solver *solver, double *u)
                            p->free[(size_t)g->body[side] * (size_t)p->width + (size_t)j];
             *u++ = sum;
         }
+}
+
+/* A carrier that does not move is as good as none. */
+static int32_t root_of(const perp__rigid_problem *p, int32_t body)
+{
+    if (body < p->bodies) /* -1, or one that is of no account here */
+        return PERP__RIGID_AT_REST;
+    for (int32_t j = 0; j < p->width; j++)
+        if (p->free[(size_t)body * (size_t)p->width + (size_t)j] != 0.0)
+            return body;
+    return PERP__RIGID_AT_REST;
+}
+
+/* Where a body is that moves as one with others: PERP__RIGID_FREE if it is with none. */
+static int32_t place_of(const perp_contact_solver *solver, int32_t body)
+{
+    return body >= 0 && body < solver->rigid->bodies ? solver->hold.root[body]
+                                                     : root_of(solver->rigid, body);
+}
+
+void perp__rigid_held_velocities(const perp_contact_solver *solver, const double *v, double *u)
+{
+    const perp__rigid_problem *p = solver->rigid;
+    int32_t unit = 0, row = 0;
+
+    for (int32_t k = 0; k < p->contacts + p->joints; k++) {
+        const perp__rigid_rows *g = &p->rows[k];
+        const int32_t a = place_of(solver, g->body[0]);
+        const int32_t is_one = a != PERP__RIGID_FREE && a == place_of(solver, g->body[1]);
+
+        for (int32_t i = 0; i < g->dim; i++, row++) {
+            const int32_t holds = k < p->contacts ? i < solver->hold.holds[unit] : 1;
+
+            u[row] = holds ? 0.0 : is_one ? g->bias[i] : relative(solver, g, i, v, NULL);
+        }
+        unit += k < p->contacts ? 1 : g->dim;
+    }
+}
+
+void perp__rigid_beside(const perp_contact_solver *solver, const int8_t *holds, int32_t *beside,
+                        int8_t *pushed)
+{
+    const perp__rigid_problem *p = solver->rigid;
+    int32_t unit = 0;
+
+    for (int32_t k = 0; k < p->contacts + p->joints; k++) {
+        const perp__rigid_rows *g = &p->rows[k];
+        const int32_t a = root_of(p, g->body[0]), b = root_of(p, g->body[1]);
+
+        for (int32_t i = 0; i < (k < p->contacts ? 1 : g->dim); i++, unit++) {
+            const int32_t first = k < p->contacts ? 0 : i;
+
+            beside[unit] = a != PERP__RIGID_AT_REST ? a : b;
+            pushed[unit] = 0;
+            for (int32_t j = first; j < first + holds[unit]; j++)
+                pushed[unit] |= g->bias[j] != 0.0;
+        }
+    }
 }
 
 /* out := C x or, transposed, C'x of every body; x + x_low and out + out_low. */
@@ -197,12 +280,151 @@ static void add_factors(const perp_contact_solver *solver, const double *y)
     }
 }
 
+/* y += P'r and terms += |P|'|r| of one unit */
+PERP__KERNEL static void push_unit(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
+                                   const double *r, double *y, double *terms)
+{
+    for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+        const int64_t at = (int64_t)b->piece_blocks[piece] * width;
+        const double *p = b->values + b->piece_values[piece];
+
+        for (int32_t i = 0; i < rows; i++)
+            for (int32_t j = 0; j < width; j++) {
+                y[at + j] += p[i * width + j] * r[i];
+                terms[at + j] += fabs(p[i * width + j] * r[i]);
+            }
+    }
+}
+
+/* u := P y + q and scale := |P| terms + |q| of one unit */
+PERP__KERNEL static void move_unit(int32_t width, int32_t rows, const perp__bodies *b, int32_t k,
+                                   const double *y, const double *terms, const double *q, double *u,
+                                   double *scale)
+{
+    for (int32_t i = 0; i < rows; i++) {
+        double sum = q[i], size = fabs(q[i]);
+
+        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+            const int64_t at = (int64_t)b->piece_blocks[piece] * width;
+            const double *p = b->values + b->piece_values[piece] + i * width;
+
+            for (int32_t j = 0; j < width; j++) {
+                sum += p[j] * y[at + j];
+                size += fabs(p[j]) * terms[at + j];
+            }
+        }
+        u[i] = sum;
+        scale[i] = size;
+    }
+}
+
+/* The same in vectors for three rows of six: the first four columns and the last two. */
+PERP__KERNEL static void push_6(const perp__bodies *b, int32_t k, const double *r, double *y,
+                                double *terms)
+{
+    for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
+        const int64_t at = (int64_t)b->piece_blocks[piece] * 6;
+        const double *p = b->values + b->piece_values[piece];
+        perp__lanes sum = PERP__CONST_LANES_AT(y + at), size = PERP__CONST_LANES_AT(terms + at);
+        perp__lane_pair end = PERP__CONST_PAIR_AT(y + at + 4),
+                        end_size = PERP__CONST_PAIR_AT(terms + at + 4);
+
+        for (int32_t i = 0; i < 3; i++, p += 6) {
+            const perp__lanes part = PERP__CONST_LANES_AT(p) * PERP__SAME_LANES(r[i]);
+            const perp__lane_pair end_part = PERP__CONST_PAIR_AT(p + 4) * PERP__SAME_PAIR(r[i]);
+
+            sum += part;
+            size += PERP__ABSOLUTE_LANES(part);
+            end += end_part;
+            end_size += PERP__ABSOLUTE_PAIR(end_part);
+        }
+        PERP__LANES_AT(y + at) = sum;
+        PERP__LANES_AT(terms + at) = size;
+        PERP__PAIR_AT(y + at + 4) = end;
+        PERP__PAIR_AT(terms + at + 4) = end_size;
+    }
+}
+
+#define SUM(four, two) ((((four)[0] + (four)[2]) + ((four)[1] + (four)[3])) + ((two)[0] + (two)[1]))
+
+PERP__KERNEL static void move_6(const perp__bodies *b, int32_t k, const double *y,
+                                const double *terms, const double *q, double *u, double *scale)
+{
+    static const double nothing[18];
+    const int64_t piece = b->piece_starts[k];
+    const int32_t two = b->piece_starts[k + 1] - piece == 2;
+    const int64_t first = 6 * (int64_t)b->piece_blocks[piece];
+    const int64_t second = two ? 6 * (int64_t)b->piece_blocks[piece + 1] : first;
+    const double *p = b->values + b->piece_values[piece];
+    const double *o = two ? b->values + b->piece_values[piece + 1] : nothing;
+
+    for (int32_t i = 0; i < 3; i++, p += 6, o += 6) {
+        const perp__lanes row = PERP__CONST_LANES_AT(p), other = PERP__CONST_LANES_AT(o);
+        const perp__lane_pair rest = PERP__CONST_PAIR_AT(p + 4),
+                              other_rest = PERP__CONST_PAIR_AT(o + 4);
+        const perp__lanes sum =
+            row * PERP__CONST_LANES_AT(y + first) + other * PERP__CONST_LANES_AT(y + second);
+        const perp__lanes size = PERP__ABSOLUTE_LANES(row) * PERP__CONST_LANES_AT(terms + first) +
+                                 PERP__ABSOLUTE_LANES(other) * PERP__CONST_LANES_AT(terms + second);
+        const perp__lane_pair end = rest * PERP__CONST_PAIR_AT(y + first + 4) +
+                                    other_rest * PERP__CONST_PAIR_AT(y + second + 4);
+        const perp__lane_pair end_size =
+            PERP__ABSOLUTE_PAIR(rest) * PERP__CONST_PAIR_AT(terms + first + 4) +
+            PERP__ABSOLUTE_PAIR(other_rest) * PERP__CONST_PAIR_AT(terms + second + 4);
+
+        u[i] = q[i] + SUM(sum, end);
+        scale[i] = fabs(q[i]) + SUM(size, end_size);
+    }
+}
+
+PERP__KERNEL static void plain_loops(const perp__bodies *b, const double *r, const double *q,
+                                     double *y, double *terms, double *u, double *scale)
+{
+    for (int32_t k = 0; k < b->units; k++) {
+        const int32_t at = b->rows[k], rows = b->rows[k + 1] - at;
+
+        if (b->width == 6 && rows == 3)
+            push_6(b, k, r + at, y, terms);
+        else if (b->width == 3 && rows == 2)
+            push_unit(3, 2, b, k, r + at, y, terms);
+        else
+            push_unit(b->width, rows, b, k, r + at, y, terms);
+    }
+    for (int32_t k = 0; k < b->units; k++) {
+        const int32_t at = b->rows[k], rows = b->rows[k + 1] - at;
+
+        if (b->width == 6 && rows == 3)
+            move_6(b, k, y, terms, q + at, u + at, scale + at);
+        else if (b->width == 3 && rows == 2)
+            move_unit(3, 2, b, k, y, terms, q + at, u + at, scale + at);
+        else
+            move_unit(b->width, rows, b, k, y, terms, q + at, u + at, scale + at);
+    }
+}
+
+PERP__MULTIVERSION(plain,
+                   (const perp__bodies *b, const double *r, const double *q, double *y,
+                    double *terms, double *u, double *scale),
+                   (b, r, q, y, terms, u, scale))
+
+/* Also scale := |W| |r| + |q|, which the verdict asks for next. */
+static void plain_velocities(perp_contact_solver *solver)
+{
+    const perp__bodies *b = &solver->bodies;
+    const size_t bytes = (size_t)solver->n * sizeof(double);
+
+    if (bytes > 0) {
+        memset(b->y, 0, bytes);
+        memset(solver->push, 0, bytes);
+    }
+    plain(b, solver->r, solver->q, b->y, solver->push, solver->u, solver->scale);
+    add_factors(solver, b->y);
+}
+
 void perp__rigid_velocities(perp_contact_solver *solver)
 {
-    if (!perp__rigid_is_plain(solver)) {
+    if (solver->is_lean)
+        plain_velocities(solver);
+    else
         doubled_velocities(solver);
-        return;
-    }
-    perp__bodies_multiply(&solver->bodies, solver->r, solver->q, solver->u);
-    add_factors(solver, solver->bodies.y);
 }

@@ -1,0 +1,136 @@
+/* Which rows of an answer hold, and the velocities that these leave (hold.h).
+ *
+ * The modes tell. Besides, a contact that presses by nothing, the fourth leg of a table, holds
+ * where its velocity is no more than the rounding of what it is made of; and none holds of which
+ * the answer says otherwise: far from a solution the modes are no active set. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "contact/rigid/rigid.h"
+
+/* What a sum that should be 0 may come out as, of its terms. */
+#define ROUNDING (256.0 * DBL_EPSILON)
+
+typedef struct point {
+    const double *r, *u, *terms; /* size; terms: |W||r| + |q| */
+    const int8_t *modes;
+} point;
+
+static int32_t is_within(const double *u, const double *most, double factor, int32_t begin,
+                         int32_t end)
+{
+    int32_t i;
+
+    for (i = begin; i < end; i++)
+        if (!(fabs(u[i]) <= factor * most[i]))
+            return 0;
+    return 1;
+}
+
+/* How many rows of contact k hold. */
+static int32_t holds(const perp_contact_solver *solver, const point *x, int32_t k)
+{
+    const int32_t begin = solver->starts[k], end = solver->starts[k + 1];
+    const double slack = sqrt(solver->settings.tol) * solver->omega[k] * solver->root[k];
+    int32_t i;
+
+    if (x->modes[k] == PERP_CONTACT_SEPARATE && !(fabs(x->u[begin]) <= ROUNDING * x->terms[begin]))
+        return 0;
+    if (!(fabs(x->u[begin]) <= slack))
+        return 0;
+    if (x->modes[k] != PERP_CONTACT_STICK && !is_within(x->u, x->terms, ROUNDING, begin + 1, end))
+        return 1;
+    for (i = begin + 1; i < end; i++)
+        if (!(fabs(x->u[i]) <= slack))
+            return 1;
+    return solver->mu[k] > 0.0 ? end - begin : 1;
+}
+
+/* u of what stands still: bias, with that of the carriers; and with compliance what it takes. */
+static void find_bias(perp_contact_solver *solver, const double *r, double *bias)
+{
+    const perp__contact_call *call = solver->call;
+    int32_t i;
+
+    if (solver->entrance == PERP__ENTRANCE_RIGID) {
+        perp__rigid_bias(solver, bias);
+        return;
+    }
+    for (i = 0; i < solver->size; i++) {
+        bias[i] = i < solver->rows ? call->w[i] : call->b ? call->b[i - solver->rows] : 0.0;
+        if (solver->complies)
+            bias[i] += solver->compliance[i] * r[i];
+    }
+}
+
+static void fill(perp_contact_solver *solver, const point *x, const double *bias)
+{
+    perp__hold *hold = &solver->hold;
+    int32_t k, i;
+
+    for (k = 0; k < solver->units; k++) {
+        const int32_t begin =
+            k < solver->contacts ? solver->starts[k] : solver->rows + k - solver->contacts;
+
+        hold->holds[k] = (int8_t)(k < solver->contacts ? holds(solver, x, k) : 1);
+        hold->beside[k] = PERP__RIGID_AT_REST;
+        hold->pushed[k] = 0;
+        for (i = begin; i < begin + hold->holds[k]; i++)
+            hold->pushed[k] |= bias[i] != 0.0;
+    }
+    if (solver->entrance == PERP__ENTRANCE_RIGID)
+        perp__rigid_beside(solver, hold->holds, hold->beside, hold->pushed);
+    hold->bias = bias;
+    hold->r = x->r;
+}
+
+/* Between the caller's order and that of the blocks. */
+static void exchange(const perp_contact_solver *solver, double *v, int32_t back)
+{
+    const perp__bodies *b = &solver->bodies;
+    double *blocks = solver->hold.v;
+    int32_t k;
+
+    for (k = 0; k < b->blocks * b->width; k++) {
+        const int32_t i = b->C ? k : b->dofs[k];
+
+        if (back && i >= 0)
+            v[i] = blocks[k];
+        else if (!back)
+            blocks[k] = i >= 0 ? v[i] : 0.0;
+    }
+}
+
+static int32_t holds_any(const perp_contact_solver *solver)
+{
+    int32_t k;
+
+    for (k = 0; k < solver->units; k++)
+        if (solver->hold.holds[k] > 0)
+            return 1;
+    return 0;
+}
+
+perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, const double *u,
+                               const int8_t *modes, double *v)
+{
+    const point x = {r, u, solver->scale, modes};
+    double *bias = solver->high;
+    perp_status status;
+
+    solver->hold.rigid = solver->entrance == PERP__ENTRANCE_RIGID ? solver->rigid : NULL;
+    status = perp__hold_fit(&solver->hold, &solver->bodies);
+    if (status != PERP_OK)
+        return status;
+    perp__absolute_bodies(&solver->bodies, r, solver->q, solver->bodies.y, solver->scale);
+    find_bias(solver, r, bias);
+    fill(solver, &x, bias);
+    if (!holds_any(solver))
+        return PERP_OK;
+    exchange(solver, v, 0);
+    status = perp__hold_run(&solver->hold);
+    if (status == PERP_OK)
+        exchange(solver, v, 1);
+    return status;
+}

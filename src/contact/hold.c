@@ -1,0 +1,584 @@
+#include "contact/hold.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "linalg/orthogonal.h"
+
+/* What is left of a row of length 1 beside others, for it to be independent of them. */
+#define INDEPENDENT 1e-7
+
+/* A coordinate is determined if no more than this of it is outside of the rows' span. */
+#define SPAN 1e-10
+
+/* Of `source`: no row yet; rows that lead to different motions. */
+enum { UNSET = -3, SEVERAL = -4 };
+
+void perp__hold_init(perp__hold *hold, perp_context *context)
+{
+    memset(hold, 0, sizeof *hold);
+    perp__arena_init(&hold->arena, context);
+    perp__arena_init(&hold->dense_arena, context);
+}
+
+void perp__hold_release(perp__hold *hold)
+{
+    perp__arena_release(&hold->arena);
+    perp__arena_release(&hold->dense_arena);
+}
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp__hold *h = object;
+    const size_t blocks = (size_t)h->bodies->blocks, units = (size_t)h->bodies->units;
+    const size_t width = (size_t)h->bodies->width;
+    int32_t **const numbers[] = {&h->root, &h->source, &h->queue, &h->cluster, &h->members};
+
+    h->holds = perp__arena_take(arena, units, sizeof *h->holds);
+    h->pushed = perp__arena_take(arena, units, sizeof *h->pushed);
+    h->beside = perp__arena_take(arena, units, sizeof *h->beside);
+    h->v = perp__arena_take(arena, blocks * width, sizeof *h->v);
+    h->y = perp__arena_take(arena, blocks * width, sizeof *h->y);
+    h->basis = perp__arena_take(arena, blocks, width * width * sizeof *h->basis);
+    h->rank = perp__arena_take(arena, blocks, sizeof *h->rank);
+    h->is_held = perp__arena_take(arena, blocks, sizeof *h->is_held);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        *numbers[i] = perp__arena_take(arena, blocks + 1, sizeof(int32_t));
+}
+
+perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies)
+{
+    hold->bodies = bodies;
+    return perp__arena_fit(&hold->arena, lay_out, hold);
+}
+
+static void lay_out_dense(perp__arena *arena, void *object)
+{
+    perp__hold *h = object;
+    const size_t rows = (size_t)h->room_rows, n = (size_t)h->room_columns;
+    double **const vectors[] = {&h->particular, &h->loose, &h->components, &h->unit};
+
+    h->rows = perp__arena_take(arena, h->room_entries, sizeof(double));
+    h->targets = perp__arena_take(arena, rows, sizeof(double));
+    h->norms = perp__arena_take(arena, rows, sizeof(double));
+    h->taken = perp__arena_take(arena, rows, sizeof(int32_t));
+    h->dense = perp__arena_take(arena, n, n * sizeof(double));
+    for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++)
+        *vectors[i] = perp__arena_take(arena, n, sizeof(double));
+}
+
+static perp_status make_room(perp__hold *h, int32_t rows, int32_t columns)
+{
+    const size_t entries = (size_t)rows * (size_t)columns;
+
+    if (rows <= h->room_rows && columns <= h->room_columns && entries <= h->room_entries)
+        return PERP_OK;
+    if (entries > h->room_entries)
+        h->room_entries = entries;
+    if (rows > h->room_rows)
+        h->room_rows = rows;
+    if (columns > h->room_columns)
+        h->room_columns = columns;
+    return perp__arena_fit(&h->dense_arena, lay_out_dense, h);
+}
+
+static double dot(const double *a, const double *b, int32_t n)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+/* ---- carriers ---------------------------------------------------------------------------------
+ */
+
+static int32_t turns(const perp__rigid_problem *p, const double *twist)
+{
+    const int32_t linear = p->width == 3 ? 2 : 3;
+
+    for (int32_t i = linear; i < p->width; i++)
+        if (twist[i] != 0.0)
+            return 1;
+    return 0;
+}
+
+/* The twist of a carrier, or of a block that is held. */
+static const double *twist_of(const perp__hold *h, int32_t root)
+{
+    return (root < h->bodies->blocks ? h->v : h->rigid->free) +
+           (size_t)root * (size_t)h->bodies->width;
+}
+
+/* Whether two roots move as one body: the same one, or translations with the same velocity. */
+static int32_t is_same(const perp__hold *h, int32_t a, int32_t b)
+{
+    if (a == b || a < h->bodies->blocks || b < h->bodies->blocks)
+        return a == b;
+    return !turns(h->rigid, twist_of(h, a)) && !turns(h->rigid, twist_of(h, b)) &&
+           memcmp(twist_of(h, a), twist_of(h, b),
+                  (size_t)(h->bodies->width == 3 ? 2 : 3) * sizeof(double)) == 0;
+}
+
+/* v of a block := the rigid motion of `root` where it is. Returns 0 where that is not known. */
+static int32_t carry(perp__hold *h, int32_t block, int32_t root)
+{
+    const int32_t width = h->bodies->width, linear = width == 3 ? 2 : 3;
+    double *v = h->v + (size_t)block * (size_t)width, arm[3] = {0.0, 0.0, 0.0};
+    const double *twist, *turn;
+
+    memset(v, 0, (size_t)width * sizeof *v);
+    if (root == PERP__RIGID_AT_REST)
+        return 1;
+    if (!h->rigid)
+        return 0;
+    twist = twist_of(h, root);
+    turn = twist + linear;
+    if (turns(h->rigid, twist)) {
+        if (!h->rigid->origins)
+            return 0;
+        for (int32_t i = 0; i < linear; i++)
+            arm[i] = h->rigid->origins[3 * block + i] - h->rigid->origins[3 * root + i];
+    }
+    memcpy(v, twist, (size_t)width * sizeof *v);
+    if (linear == 2) {
+        v[0] -= turn[0] * arm[1];
+        v[1] += turn[0] * arm[0];
+    } else {
+        for (int32_t i = 0; i < 3; i++)
+            v[i] += turn[(i + 1) % 3] * arm[(i + 2) % 3] - turn[(i + 2) % 3] * arm[(i + 1) % 3];
+    }
+    for (int32_t i = 0; i < width; i++)
+        v[i] += 0.0; /* never -0.0 */
+    return 1;
+}
+
+/* ---- one body after the other ----------------------------------------------------------------
+ */
+
+/* Takes up a row of the block. Returns 1 if it is independent of those before. */
+static int32_t take_up(perp__hold *h, int32_t block, const double *row)
+{
+    const int32_t width = h->bodies->width;
+    double *basis = h->basis + (size_t)block * (size_t)(width * width);
+    double x[PERP__BODY_WIDTH_MOST], length = sqrt(dot(row, row, width));
+
+    h->taken_up++;
+    if (!(length > 0.0))
+        return 0;
+    for (int32_t i = 0; i < width; i++)
+        x[i] = row[i] / length;
+    for (int32_t pass = 0; pass < 2; pass++) /* again for what rounding left of the first time */
+        for (int32_t k = 0; k < h->rank[block]; k++) {
+            const double share = dot(basis + k * width, x, width);
+
+            for (int32_t i = 0; i < width; i++)
+                x[i] -= share * basis[k * width + i];
+        }
+    length = sqrt(dot(x, x, width));
+    if (!(length > INDEPENDENT))
+        return 0;
+    for (int32_t i = 0; i < width; i++)
+        basis[h->rank[block] * width + i] = x[i] / length;
+    h->rank[block]++;
+    return 1;
+}
+
+static perp_status solve_cluster(perp__hold *h, const int32_t *members, int32_t count);
+
+/* A block whose v is that of a root. */
+static void follow(perp__hold *h, int32_t block, int32_t root)
+{
+    const size_t width = (size_t)h->bodies->width, at = (size_t)block * width;
+
+    if (root == PERP__RIGID_AT_REST)
+        memset(h->y + at, 0, width * sizeof *h->y);
+    else
+        perp__bodies_to_own(h->bodies, block, h->v + at, h->y + at);
+    h->root[block] = root;
+    h->is_held[block] = 1;
+}
+
+/* A block whose rows have full rank. Where they lead to one motion, that is its own. */
+static perp_status hold_block(perp__hold *h, int32_t block)
+{
+    perp_status status = PERP_OK;
+
+    if (h->source[block] != SEVERAL && carry(h, block, h->source[block])) {
+        follow(h, block, h->source[block]);
+    } else {
+        h->cluster[block] = 0;
+        status = solve_cluster(h, &block, 1);
+    }
+    return status;
+}
+
+/* Takes up the rows that unit has for a block, the other side of which moves with `root`, until
+ * there are enough. */
+static void meet(perp__hold *h, int32_t unit, int64_t piece, int32_t root)
+{
+    const perp__bodies *b = h->bodies;
+    const int32_t block = b->piece_blocks[piece];
+    const double *row = b->values + b->piece_values[piece];
+
+    for (int32_t i = 0; i < h->holds[unit] && h->rank[block] < b->width; i++, row += b->width) {
+        if (!take_up(h, block, row))
+            continue;
+        if (h->pushed[unit])
+            h->source[block] = SEVERAL;
+        else if (h->source[block] == UNSET)
+            h->source[block] = root;
+        else if (h->source[block] != SEVERAL && !is_same(h, h->source[block], root))
+            h->source[block] = SEVERAL;
+    }
+}
+
+/* The unit's other piece, or -1. */
+static int64_t other_piece(const perp__bodies *b, int32_t unit, int64_t piece)
+{
+    const int64_t first = b->piece_starts[unit];
+
+    if (b->piece_starts[unit + 1] - first != 2)
+        return -1;
+    return piece == first ? first + 1 : first;
+}
+
+static perp_status visit(perp__hold *h, int32_t unit, int64_t piece, int32_t root, int32_t *tail)
+{
+    const int32_t block = h->bodies->piece_blocks[piece];
+    perp_status status = PERP_OK;
+
+    if (h->is_held[block] || h->holds[unit] == 0 || h->rank[block] == h->bodies->width)
+        return PERP_OK;
+    meet(h, unit, piece, root);
+    if (h->rank[block] < h->bodies->width)
+        return PERP_OK;
+    status = hold_block(h, block);
+    if (status == PERP_OK && h->is_held[block])
+        h->queue[(*tail)++] = block;
+    return status;
+}
+
+/* From what impulses do not move to all that is held by what is held. */
+static perp_status spread(perp__hold *h)
+{
+    const perp__bodies *b = h->bodies;
+    perp_status status = PERP_OK;
+    int32_t tail = 0;
+
+    for (int32_t k = 0; k < b->units && status == PERP_OK; k++)
+        if (b->piece_starts[k + 1] - b->piece_starts[k] == 1)
+            status = visit(h, k, b->piece_starts[k], h->beside[k], &tail);
+    for (int32_t head = 0; head < tail && status == PERP_OK; head++) {
+        const int32_t block = h->queue[head];
+
+        for (int64_t at = b->block_starts[block];
+             at < b->block_starts[block + 1] && status == PERP_OK; at++) {
+            const int64_t piece = other_piece(b, b->block_units[at], b->block_pieces[at]);
+
+            if (piece >= 0)
+                status = visit(h, b->block_units[at], piece, h->root[block], &tail);
+        }
+    }
+    return status;
+}
+
+/* ---- clusters ---------------------------------------------------------------------------------
+ */
+
+static int32_t find(int32_t *parent, int32_t k)
+{
+    while (parent[k] != k) {
+        parent[k] = parent[parent[k]];
+        k = parent[k];
+    }
+    return k;
+}
+
+/* Joins what is not held by rows that hold; members: by cluster, in the order of the first of
+ * each. */
+static void find_clusters(perp__hold *h)
+{
+    const perp__bodies *b = h->bodies;
+    int32_t *count = h->queue, sum = 0; /* no longer needed */
+
+    for (int32_t k = 0; k < b->blocks; k++)
+        h->cluster[k] = k;
+    for (int32_t k = 0; k < b->units; k++) {
+        const int64_t first = b->piece_starts[k];
+        int32_t one, two;
+
+        if (h->holds[k] == 0 || b->piece_starts[k + 1] - first != 2 ||
+            h->is_held[b->piece_blocks[first]] || h->is_held[b->piece_blocks[first + 1]])
+            continue;
+        one = find(h->cluster, b->piece_blocks[first]);
+        two = find(h->cluster, b->piece_blocks[first + 1]);
+        h->cluster[one > two ? one : two] = one < two ? one : two;
+    }
+    for (int32_t k = 0; k <= b->blocks; k++)
+        count[k] = 0;
+    for (int32_t k = 0; k < b->blocks; k++) {
+        h->cluster[k] = find(h->cluster, k);
+        count[h->cluster[k]] += !h->is_held[k];
+    }
+    for (int32_t k = 0; k < b->blocks; k++) { /* now: where the cluster begins */
+        const int32_t size = count[k];
+
+        count[k] = sum;
+        sum += size;
+    }
+    for (int32_t k = 0; k < b->blocks; k++)
+        if (!h->is_held[k])
+            h->members[count[h->cluster[k]]++] = k;
+}
+
+/* Whether the rows of a unit that is met at this piece are taken up here: where both its bodies are
+ * of the cluster at the first; and not where a body alone is asked about that is not held by
+ * itself. */
+static int32_t is_taken(const perp__hold *h, int32_t unit, int64_t piece, int32_t count)
+{
+    const int64_t other = other_piece(h->bodies, unit, piece);
+
+    return other < 0 || h->is_held[h->bodies->piece_blocks[other]] || (count > 1 && piece < other);
+}
+
+/* Appends row i of the unit, unless it is 0. */
+static void add_row(perp__hold *h, int32_t unit, int32_t i, int32_t columns, int32_t *rows)
+{
+    const perp__bodies *b = h->bodies;
+    double *row = h->rows + (size_t)*rows * (size_t)columns, length = 0.0;
+    double target = -h->bias[b->rows[unit] + i];
+
+    memset(row, 0, (size_t)columns * sizeof *row);
+    h->taken_up++;
+    for (int64_t piece = b->piece_starts[unit]; piece < b->piece_starts[unit + 1]; piece++) {
+        const double *P = b->values + b->piece_values[piece] + i * b->width;
+        const int32_t block = b->piece_blocks[piece];
+
+        if (h->is_held[block])
+            target -= dot(P, h->y + (size_t)block * (size_t)b->width, b->width);
+        else
+            memcpy(row + h->cluster[block] * b->width, P, (size_t)b->width * sizeof *row);
+    }
+    for (int32_t k = 0; k < columns; k++)
+        if (row[k] != 0.0)
+            length = hypot(length, row[k]);
+    if (length == 0.0)
+        return;
+    for (int32_t k = 0; k < columns; k++)
+        row[k] /= length;
+    h->targets[(*rows)++] = target / length;
+}
+
+/* First the normals, then the tangents: of rows that serve equally well the first are taken. */
+static int32_t gather(perp__hold *h, const int32_t *members, int32_t count)
+{
+    const perp__bodies *b = h->bodies;
+    int32_t rows = 0;
+
+    for (int32_t tangents = 0; tangents < 2; tangents++)
+        for (int32_t m = 0; m < count; m++)
+            for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1];
+                 at++) {
+                const int32_t unit = b->block_units[at];
+
+                if (!is_taken(h, unit, b->block_pieces[at], count))
+                    continue;
+                for (int32_t i = tangents; i < (tangents ? h->holds[unit] : h->holds[unit] > 0);
+                     i++)
+                    add_row(h, unit, i, count * b->width, &rows);
+            }
+    return rows;
+}
+
+/* loose := C^-1 v_free + what does not hold */
+static void add_loose(perp__hold *h, const int32_t *members, int32_t count)
+{
+    const perp__bodies *b = h->bodies;
+    const int32_t width = b->width;
+
+    for (int32_t m = 0; m < count; m++) {
+        double *y = h->loose + (size_t)(m * width);
+
+        perp__bodies_own_free(b, members[m], y);
+        for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++) {
+            const int32_t unit = b->block_units[at], rows = b->rows[unit + 1] - b->rows[unit];
+            const double *P = b->values + b->piece_values[b->block_pieces[at]];
+
+            for (int32_t i = h->holds[unit]; i < rows; i++)
+                for (int32_t j = 0; j < width; j++)
+                    y[j] += P[i * width + j] * h->r[b->rows[unit] + i];
+        }
+    }
+}
+
+/* Whether the rows determine coordinate i of member m, and those alone whose targets are 0. */
+static int32_t is_at_rest(perp__hold *h, int32_t m, int32_t block, int32_t i, int32_t rank,
+                          int32_t n)
+{
+    const int32_t width = h->bodies->width;
+    double *x = h->unit, length, share = 0.0;
+
+    memset(x, 0, (size_t)n * sizeof *x);
+    perp__bodies_own_row(h->bodies, block, i, x + m * width);
+    length = sqrt(dot(x + m * width, x + m * width, width));
+    for (int32_t k = 0; k < rank; k++) {
+        const double along =
+            dot(h->dense + (size_t)k * (size_t)n + m * width, x + m * width, width);
+
+        if (along != 0.0 && h->components[k] != 0.0)
+            return 0;
+        share += along * along;
+    }
+    if (!(share > 0.5 * length * length)) /* far off, as most are: not worth the exact test */
+        return 0;
+    perp__project_out(h->dense, rank, n, x);
+    return sqrt(dot(x, x, n)) <= SPAN * length;
+}
+
+/* What the rows leave free, and exact zeros in single coordinates. */
+static void move(perp__hold *h, const int32_t *members, int32_t count, int32_t rank)
+{
+    const int32_t width = h->bodies->width, n = count * width;
+
+    add_loose(h, members, count);
+    perp__project_out(h->dense, rank, n, h->loose);
+    for (int32_t k = 0; k < rank; k++)
+        h->components[k] = dot(h->dense + (size_t)k * (size_t)n, h->particular, n);
+    for (int32_t m = 0; m < count; m++) {
+        double *v = h->v + (size_t)members[m] * (size_t)width, *y = h->loose + m * width;
+
+        for (int32_t i = 0; i < width; i++)
+            y[i] += h->particular[m * width + i];
+        perp__bodies_from_own(h->bodies, members[m], y, v);
+        for (int32_t i = 0; i < width; i++)
+            if (v[i] == 0.0 || is_at_rest(h, m, members[m], i, rank, n))
+                v[i] = 0.0; /* never -0.0 */
+    }
+}
+
+/* Rows of full rank: the targets alone say how fast. */
+static void hold_members(perp__hold *h, const int32_t *members, int32_t count)
+{
+    const int32_t width = h->bodies->width;
+    int32_t rests = 1;
+
+    for (int32_t i = 0; i < count * width; i++)
+        rests &= h->particular[i] == 0.0;
+    for (int32_t m = 0; m < count; m++) {
+        const size_t at = (size_t)members[m] * (size_t)width;
+
+        memcpy(h->y + at, h->particular + m * width, (size_t)width * sizeof(double));
+        if (rests)
+            memset(h->v + at, 0, (size_t)width * sizeof(double));
+        else
+            perp__bodies_from_own(h->bodies, members[m], h->y + at, h->v + at);
+        h->root[members[m]] = rests ? PERP__RIGID_AT_REST : members[m];
+        h->is_held[members[m]] = 1;
+    }
+}
+
+/* All rows of a cluster lead to one carrier: 1, and the members move with it. */
+static int32_t carry_members(perp__hold *h, const int32_t *members, int32_t count)
+{
+    const perp__bodies *b = h->bodies;
+    int32_t root = UNSET;
+
+    for (int32_t m = 0; m < count; m++)
+        for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++) {
+            const int32_t unit = b->block_units[at];
+            const int64_t other = other_piece(b, unit, b->block_pieces[at]);
+            int32_t leads;
+
+            if (h->holds[unit] == 0)
+                continue;
+            if (h->pushed[unit])
+                return 0;
+            if (other >= 0 && !h->is_held[b->piece_blocks[other]])
+                continue;
+            leads = other >= 0 ? h->root[b->piece_blocks[other]] : h->beside[unit];
+            if (root != UNSET && !is_same(h, root, leads))
+                return 0;
+            root = leads;
+        }
+    for (int32_t m = 0; m < count; m++)
+        if (root == UNSET || !carry(h, members[m], root))
+            return 0;
+    for (int32_t m = 0; m < count; m++)
+        follow(h, members[m], root);
+    return 1;
+}
+
+/* Rows that a cluster can have. */
+static int32_t count_rows(const perp__hold *h, const int32_t *members, int32_t count)
+{
+    const perp__bodies *b = h->bodies;
+    int32_t rows = 0;
+
+    for (int32_t m = 0; m < count; m++)
+        for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++)
+            if (is_taken(h, b->block_units[at], b->block_pieces[at], count))
+                rows += h->holds[b->block_units[at]];
+    return rows;
+}
+
+static perp_status solve_cluster(perp__hold *h, const int32_t *members, int32_t count)
+{
+    const int32_t n = count * h->bodies->width, most = count_rows(h, members, count);
+    int32_t rows, rank;
+    perp_status status;
+
+    if (most == 0 ||
+        (count > 1 && (n > PERP__HOLD_COLUMNS || (double)most * n * n > PERP__HOLD_PRODUCTS)))
+        return PERP_OK;
+    status = make_room(h, most, n);
+    if (status != PERP_OK)
+        return status;
+    for (int32_t m = 0; m < count; m++)
+        h->cluster[members[m]] = m;
+    rows = gather(h, members, count);
+    rank = perp__orthogonal_rows(h->rows, h->targets, h->taken, h->norms, h->dense, h->particular,
+                                 rows, n);
+    if (rank < n)
+        move(h, members, count, rank);
+    else if (!carry_members(h, members, count))
+        hold_members(h, members, count);
+    return PERP_OK;
+}
+
+static perp_status solve_clusters(perp__hold *h)
+{
+    const int32_t blocks = h->bodies->blocks;
+    perp_status status = PERP_OK;
+    int32_t first = 0, free_blocks = 0;
+
+    find_clusters(h);
+    for (int32_t k = 0; k < blocks; k++)
+        free_blocks += !h->is_held[k];
+    while (first < free_blocks && status == PERP_OK) {
+        const int32_t cluster = h->cluster[h->members[first]];
+        int32_t end = first + 1;
+
+        while (end < free_blocks && h->cluster[h->members[end]] == cluster)
+            end++;
+        status = solve_cluster(h, h->members + first, end - first);
+        first = end;
+    }
+    return status;
+}
+
+perp_status perp__hold_run(perp__hold *h)
+{
+    const int32_t blocks = h->bodies->blocks;
+    perp_status status;
+
+    h->taken_up = 0;
+    for (int32_t k = 0; k < blocks; k++) {
+        h->rank[k] = h->is_held[k] = 0;
+        h->source[k] = UNSET;
+        h->root[k] = PERP__RIGID_FREE;
+    }
+    status = spread(h);
+    return status == PERP_OK ? solve_clusters(h) : status;
+}
