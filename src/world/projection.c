@@ -128,7 +128,7 @@ static perp_status project_island(perp_world *world, const perp__island *island,
     for (i = 0; i < island->contacts; i++) {
         perp__world_contact *contact = perp__island_contact(world, &world->overlaps, island, i);
 
-        perp__contact_jacobian(world, world->next, contact);
+        perp__contact_jacobian(world, contact);
         world->work.q[contact->first_row] = contact->gap;
         contact->target = 0.0 - contact->gap;
     }

@@ -174,6 +174,7 @@ static perp_status add_sphere(perp_world *world, perp_shape *id, perp_body body,
     shape.geometry.kind = PERP__SPHERE;
     shape.geometry.radius = radius;
     shape.radius = radius;
+    shape.thickness = radius > 0.0 ? radius : INFINITY;
     return attach_shape(world, id, body, &shape);
 }
 
@@ -210,6 +211,9 @@ static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
     for (i = 0; i < dimensions; i++)
         shape.geometry.half_extents[i] = half_extents[i];
     shape.radius = perp__length3(shape.geometry.half_extents);
+    shape.thickness = INFINITY;
+    for (i = 0; i < dimensions; i++)
+        shape.thickness = fmin(shape.thickness, half_extents[i]);
     return attach_shape(world, id, body, &shape);
 }
 
@@ -269,6 +273,7 @@ static perp_status add_plane(perp_world *world, perp_shape *id, perp_body body,
         return status;
     shape.geometry.kind = PERP__PLANE;
     shape.geometry.offset = offset;
+    shape.thickness = INFINITY;
     return attach_shape(world, id, body, &shape);
 }
 

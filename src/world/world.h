@@ -66,7 +66,8 @@ typedef struct perp__shape {
     double restitution;
     double offset[3];
     double rotation[9];
-    double radius; /* of the sphere about the shape's centre; 0 for a half-space */
+    double radius;    /* of the sphere about the shape's centre; 0 for a half-space */
+    double thickness; /* half of its least width; INFINITY for half-spaces and points */
     perp__geometry geometry;
 } perp__shape;
 
@@ -97,6 +98,9 @@ typedef struct perp__motion {
     double after[6];  /* twist after the step */
     double solved[6]; /* twist as the complementarity problem's solution gives it */
     double reach;     /* largest speed of a point of it that the margins allow for */
+    double tried[6];  /* the moving twist that contacts were looked for with last */
+    double earliest;  /* when it meets something first, in shares of the step */
+    int32_t moved;    /* that twist was a new one */
     int32_t touched;  /* has contact points in this step */
     int32_t island;   /* -1: none */
     int32_t local;    /* number within the island */
@@ -116,11 +120,13 @@ typedef struct perp__world_contact {
     int32_t body_b;
     int32_t shape_a;
     int32_t shape_b;
-    double position[3];
-    double axes[3][3]; /* normal, tangent 1, tangent 2 */
-    double gap;
-    double rounding; /* gaps below this are not told apart from 0 */
-    double size;     /* of the two bodies */
+    uint64_t feature;   /* tells the points of a pair apart, from step to step */
+    double position[3]; /* at the start of the step, midway between the surfaces */
+    double arms[2][3];  /* from the mass centres, in the pose of the meeting */
+    double axes[3][3];  /* normal, tangent 1, tangent 2 */
+    double gap;         /* what may be closed along the normal */
+    double rounding;    /* gaps below this are not told apart from 0 */
+    double size;        /* of the two bodies */
     double friction;
     double restitution;
     double rows[2][3][6];     /* J of A and of B: relative velocity = J_A twist_A + J_B twist_B */
@@ -230,6 +236,8 @@ struct perp_world {
     perp__pair *pairs;
     int32_t pair_count;
     int32_t pair_capacity;
+    int32_t rounds; /* of looking for contacts in this step */
+    double slop;    /* overlap, relative to the shapes' thickness, that is left standing */
     int32_t island_count;
     perp__contact_set contacts; /* of the step */
     perp__contact_set overlaps; /* of the projection */
@@ -287,7 +295,12 @@ void perp__find_reaches(perp_world *world);
 /* After a solve: raises the reach of bodies that turned out faster than the margins allow for;
  * returns how many, and then contacts may have been missed. */
 int32_t perp__raise_reaches(perp_world *world);
+/* Starts a step's contacts: the points of shapes that touch plainly, none included yet. */
 perp_status perp__find_contacts(perp_world *world, double h);
+/* Includes what the bodies' `moving` twists close or make meet: points come to the set, and points
+ * of the set become `included` and `fresh`; *came tells how many. Call it until none comes, after
+ * each change of `moving`. Contacts keep their numbers, not their places in memory. */
+perp_status perp__join_contacts(perp_world *world, double h, int32_t *came);
 /* Points of the pairs at hand, those that the step met unless others were found since. */
 perp_status perp__find_overlaps(perp_world *world, double margin);
 perp_status perp__find_near_pairs(perp_world *world, double margin);
@@ -297,8 +310,7 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
 
 /* contact_rows.c */
 void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
-void perp__contact_jacobian(const perp_world *world, const perp__state *states,
-                            perp__world_contact *contact);
+void perp__contact_jacobian(const perp_world *world, perp__world_contact *contact);
 void perp__relative_velocity(const perp_world *world, const perp__world_contact *contact,
                              size_t twist, double *u);
 void perp__assemble_matrix(perp_world *world, const perp__contact_set *set,

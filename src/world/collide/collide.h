@@ -51,6 +51,11 @@ int32_t perp__collide_box_box(const perp__placed *a, const perp__placed *b, doub
                               perp__point *points);
 int32_t perp__collide_rectangles(const perp__placed *a, const perp__placed *b, double margin,
                                  perp__point *points);
+/* Along an axis of perp__box_axes. */
+int32_t perp__collide_box_box_along(const perp__placed *a, const perp__placed *b, int32_t axis,
+                                    perp__point *points);
+int32_t perp__collide_rectangles_along(const perp__placed *a, const perp__placed *b, int32_t axis,
+                                       perp__point *points);
 
 /* An axis-aligned box around a shape for the broad phase; a plane's is infinite. `item` is the
  * caller's number. */
@@ -61,9 +66,20 @@ typedef struct perp__extent {
     int32_t group; /* pairs within one group are left out (the body) */
 } perp__extent;
 
+typedef struct perp__meeting {
+    double time;      /* share of the step, 0 .. 1 */
+    int32_t axis;     /* for perp__collide_along */
+    int32_t doubtful; /* the shapes meet near the rim of a face: whether they do may depend on what
+                         else stops them before */
+} perp__meeting;
+
 typedef struct perp__pair {
     int32_t first; /* item numbers, first < second */
     int32_t second;
+    int32_t open;   /* the shapes do not touch plainly at the start of the step */
+    int32_t met;    /* the motion at hand makes them meet */
+    int32_t joined; /* how often their points have come */
+    perp__meeting meeting;
 } perp__pair;
 
 void perp__extent_of(const perp__placed *shape, double margin, perp__extent *extent);
