@@ -199,9 +199,7 @@ perp_status perp__project_overlaps(perp_world *world)
     if (depth == 0.0)
         return status;
     longest = LONGEST_WAY * depth;
-    status = perp__find_near_pairs(world, 2.0 * longest);
-    if (status == PERP_OK)
-        status = project(world, longest, 0, &left);
+    status = project(world, longest, 0, &left);
     if (status == PERP_OK && left > 0)
         status = project(world, longest, 1, &left);
     return status;

@@ -78,12 +78,18 @@ static perp_status reserve_shape(perp_world *world)
     size_t used = (size_t)world->shape_slots;
     int32_t capacity;
     perp__shape *shapes;
+    perp__tree_node *nodes;
 
     if (world->free_shape >= 0 || world->shape_slots < world->shape_capacity)
         return PERP_OK;
-    if (world->shape_capacity > INT32_MAX / 4)
+    if (world->shape_capacity > INT32_MAX / 8)
         return perp__fail_memory(world->context, "another shape");
     capacity = world->shape_capacity > 0 ? 2 * world->shape_capacity : 8;
+    nodes = perp__grown(world->context, world->tree.nodes, (size_t)world->tree.used * sizeof *nodes,
+                        2 * (size_t)capacity * sizeof *nodes);
+    if (!nodes)
+        return perp__fail_memory(world->context, "another shape");
+    world->tree.nodes = nodes;
     shapes = perp__grown(world->context, world->shapes, used * sizeof *shapes,
                          (size_t)capacity * sizeof *shapes);
     if (!shapes)
@@ -97,6 +103,7 @@ static void include_shape(perp__body *body, const perp__shape *shape)
 {
     double reach = perp__length3(shape->offset) + shape->radius;
 
+    body->shapes++;
     if (shape->geometry.kind == PERP__PLANE)
         body->planes++;
     else if (reach > body->radius)
@@ -112,6 +119,7 @@ void perp__remove_shapes(perp_world *world, int32_t body)
 
         if (!shape->alive || shape->body != body)
             continue;
+        perp__forget_shape(world, i);
         shape->alive = 0;
         shape->generation++;
         shape->next_free = world->free_shape;
@@ -119,6 +127,7 @@ void perp__remove_shapes(perp_world *world, int32_t body)
         world->stats.shapes--;
     }
     world->bodies[body].radius = 0.0;
+    world->bodies[body].shapes = 0;
     world->bodies[body].planes = 0;
 }
 
@@ -149,6 +158,7 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     world->shapes[slot].alive = 1;
     world->shapes[slot].body = body;
     world->shapes[slot].generation = generation;
+    perp__enlist_shape(world, slot);
     include_shape(&world->bodies[body], shape);
     world->stats.shapes++;
     if (id)

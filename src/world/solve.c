@@ -346,7 +346,6 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
 
     memset(summary, 0, sizeof *summary);
     world->island_count = 0;
-    perp__untouch(world);
     status = perp__join_contacts(world, h, &came);
     while (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY && came > 0) {
         status = solve_changed(world, h, summary);

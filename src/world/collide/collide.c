@@ -52,7 +52,7 @@ int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_
                   : perp__collide_box_box_along(a, b, axis, points);
 }
 
-void perp__extent_of(const perp__placed *shape, double margin, perp__extent *extent)
+void perp__extent_of(const perp__placed *shape, double margin, perp__bounds *extent)
 {
     const perp__geometry *geometry = shape->geometry;
     for (int k = 0; k < 3; k++) {

@@ -57,37 +57,12 @@ int32_t perp__collide_box_box_along(const perp__placed *a, const perp__placed *b
 int32_t perp__collide_rectangles_along(const perp__placed *a, const perp__placed *b, int32_t axis,
                                        perp__point *points);
 
-/* An axis-aligned box around a shape for the broad phase; a plane's is infinite. `item` is the
- * caller's number. */
-typedef struct perp__extent {
+/* An axis-aligned box around a shape; a plane's is infinite. */
+typedef struct perp__bounds {
     double low[3];
     double high[3];
-    int32_t item;
-    int32_t group; /* pairs within one group are left out (the body) */
-} perp__extent;
+} perp__bounds;
 
-typedef struct perp__meeting {
-    double time;      /* share of the step, 0 .. 1 */
-    int32_t axis;     /* for perp__collide_along */
-    int32_t doubtful; /* the shapes meet near the rim of a face: whether they do may depend on what
-                         else stops them before */
-} perp__meeting;
-
-typedef struct perp__pair {
-    int32_t first; /* item numbers, first < second */
-    int32_t second;
-    int32_t open;   /* the shapes do not touch plainly at the start of the step */
-    int32_t met;    /* the motion at hand makes them meet */
-    int32_t joined; /* how often their points have come */
-    perp__meeting meeting;
-} perp__pair;
-
-void perp__extent_of(const perp__placed *shape, double margin, perp__extent *extent);
-
-/* Overlapping pairs of different groups by sort and sweep along x, sorted by (first, second): the
- * order does not depend on positions. Sorts `extents` in place. Writes at most `capacity` pairs and
- * returns how many there are in all. */
-int32_t perp__broad_phase(perp__extent *extents, int32_t count, perp__pair *pairs,
-                          int32_t capacity);
+void perp__extent_of(const perp__placed *shape, double margin, perp__bounds *extent);
 
 #endif

@@ -15,6 +15,7 @@
 
 #include <string.h>
 
+#include "world/collide/box.h"
 #include "world/collide/vector.h"
 #include "world/spatial.h"
 
@@ -22,11 +23,12 @@
 #define STRIDE 0.25
 
 #define MAX_LOOKS 160
+#define MAX_REFINEMENTS 20
 
 /* Cosine of the angle from which on two axes count as different directions. */
 #define ASIDE 0.9
 
-/* Edge products take over from faces only where they are better by this share of the size. */
+/* An axis takes over from one preferred only where it is better by this share of the size. */
 #define BIAS 1e-6
 
 void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
@@ -75,13 +77,20 @@ static double separation_aside(const perp__axis *axes, int32_t count, int32_t be
     return largest;
 }
 
-/* The axis that separates most beyond its gate. */
-static int32_t last_to_close(const perp__axis *axes, const double *gate, int32_t count, double bias)
+/* The axis that separates most beyond its gate. Those of the larger box are preferred, then the
+ * other's faces, then edges, so that rounding does not choose. */
+static int32_t last_to_close(const perp__placed *a, const perp__placed *b, const perp__axis *axes,
+                             const double *gate, int32_t count)
 {
-    int32_t best = 0;
-    for (int32_t k = 1; k < count; k++)
-        if (axes[k].separation + gate[k] >
-            axes[best].separation + gate[best] + (k < 6 ? 0.0 : bias))
+    const double bias = BIAS * fmin(size_of(a), size_of(b));
+    int32_t faces = count > 6 ? 3 : 2, first = perp__box_is_smaller(a, b) ? faces : 0;
+    int32_t best = first;
+    for (int32_t k = first + 1; k < first + faces; k++)
+        if (axes[k].separation + gate[k] > axes[best].separation + gate[best])
+            best = k;
+    for (int32_t k = 0; k < count; k++)
+        if ((k < first || k >= first + faces) &&
+            axes[k].separation + gate[k] > axes[best].separation + gate[best] + bias)
             best = k;
     return best;
 }
@@ -124,12 +133,13 @@ static double box_distance(const double *half, int dimension, const double *cent
     return inside;
 }
 
-int32_t perp__touch_plainly(const perp__placed *a, const perp__placed *b, int32_t planar,
-                            const perp__nearness *near)
+int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *moving_b,
+                            int32_t planar, const perp__nearness *near, perp__meeting *meeting)
 {
+    const perp__placed *a = moving_a->start, *b = moving_b->start;
     int32_t kind_a = a->geometry->kind, kind_b = b->geometry->kind;
-    if (kind_a == PERP__PLANE || kind_b == PERP__PLANE)
-        return 1;
+    meeting->time = 0.0;
+    meeting->axis = meeting->doubtful = 0;
     if (kind_a == PERP__SPHERE && kind_b == PERP__SPHERE) {
         double between[3];
         perp__vector_subtract(between, b->position, a->position);
@@ -140,10 +150,12 @@ int32_t perp__touch_plainly(const perp__placed *a, const perp__placed *b, int32_
         perp__axis axes[PERP__MAX_AXES];
         static const double no_gates[PERP__MAX_AXES];
         int32_t count = perp__box_axes(a, b, planar, axes);
-        int32_t best = last_to_close(axes, no_gates, count, BIAS * fmin(size_of(a), size_of(b)));
+        int32_t best = last_to_close(a, b, axes, no_gates, count);
+        double aside = separation_aside(axes, count, best);
+        meeting->axis = best;
+        meeting->doubtful = -aside < perp__relative_way(moving_a, moving_b) + near->touching;
         return axes[best].separation < -near->touching ||
-               (axes[best].separation <= near->touching &&
-                separation_aside(axes, count, best) < -near->touching);
+               (axes[best].separation <= near->touching && aside < -near->touching);
     }
     const perp__placed *box = kind_a == PERP__BOX ? a : b, *ball = kind_a == PERP__BOX ? b : a;
     double centre[3], gradient[3], aside;
@@ -209,37 +221,84 @@ static double box_entry(const perp__moving *a, const perp__moving *b, const perp
     return enter <= leave && enter <= 1.0 ? t + enter * (end - t) : INFINITY;
 }
 
+/* Two boxes on their way, with the gates of their axes. */
+typedef struct course {
+    const perp__moving *a;
+    const perp__moving *b;
+    int32_t planar;
+    int32_t count;
+    double gate[PERP__MAX_AXES];
+    perp__axis axes[PERP__MAX_AXES]; /* at the time looked at last */
+    int32_t last;                    /* of them to close */
+} course;
+
+/* What the last axis to close lacks at time t. */
+static double look_at(course *on, double t)
+{
+    perp__placed a, b;
+    perp__moved(on->a, t, &a);
+    perp__moved(on->b, t, &b);
+    on->count = perp__box_axes(&a, &b, on->planar, on->axes);
+    on->last = last_to_close(&a, &b, on->axes, on->gate, on->count);
+    return on->axes[on->last].separation + on->gate[on->last];
+}
+
+/* The time between `open` and `closed` at which the last axis closes: false position, halved where
+ * one end stays (the Illinois rule). */
+static double find_closing(course *on, double open, double closed, double rounding)
+{
+    double at_open = look_at(on, open), at_closed;
+    if (at_open <= 0.0) /* in each other from the start */
+        return open;
+    at_closed = look_at(on, closed);
+    for (int look = 0; look < MAX_REFINEMENTS && at_closed < -rounding; look++) {
+        double t = open + (closed - open) * (at_open / (at_open - at_closed));
+        double lacks = look_at(on, t);
+        if (lacks > 0.0) {
+            open = t;
+            at_open = lacks;
+            at_closed *= 0.5;
+        } else {
+            if (closed == t)
+                break;
+            closed = t;
+            at_closed = lacks;
+            at_open *= 0.5;
+        }
+    }
+    look_at(on, closed);
+    return closed;
+}
+
 static int32_t meet_boxes(const perp__moving *a, const perp__moving *b, int32_t planar,
                           const perp__nearness *near, perp__meeting *meeting)
 {
-    perp__axis axes[PERP__MAX_AXES], first[PERP__MAX_AXES];
-    double gate[PERP__MAX_AXES], bare[PERP__MAX_AXES], t = 0.0;
-    perp__placed here_a = *a->start, here_b = *b->start;
+    course on = {a, b, planar, 0, {0.0}, {{{0.0}, 0.0}}, 0};
+    perp__axis first[PERP__MAX_AXES];
+    double bare[PERP__MAX_AXES], t = 0.0;
     double angle = perp__length3(a->turn) + perp__length3(b->turn);
-    double bias = BIAS * fmin(size_of(a->start), size_of(b->start));
-    int32_t count = perp__box_axes(&here_a, &here_b, planar, axes);
-    for (int32_t k = 0; k < count; k++) {
-        gate[k] = gate_of(axes[k].separation, near, near->grazing);
-        bare[k] = gate_of(axes[k].separation, near, 0.0);
+    look_at(&on, 0.0);
+    memcpy(first, on.axes, sizeof first);
+    for (int32_t k = 0; k < on.count; k++) {
+        on.gate[k] = gate_of(first[k].separation, near, near->grazing);
+        bare[k] = gate_of(first[k].separation, near, 0.0);
     }
-    memcpy(first, axes, sizeof first);
     for (int look = 0; look < MAX_LOOKS; look++) {
-        double end = angle > 0.0 ? fmin(1.0, t + STRIDE / angle) : 1.0;
-        double entry = box_entry(a, b, axes, gate, count, t, end);
+        double end = angle > 0.0 ? fmin(1.0, t + STRIDE / angle) : 1.0, last = t;
+        double entry = box_entry(a, b, on.axes, on.gate, on.count, t, end);
         if (entry == INFINITY && end >= 1.0)
             return 0;
         int still = entry == INFINITY ? 0 : entry - t <= 1e-9 * (end - t);
         t = entry == INFINITY ? end : entry;
-        perp__moved(a, t, &here_a);
-        perp__moved(b, t, &here_b);
-        perp__box_axes(&here_a, &here_b, planar, axes);
-        int32_t last = last_to_close(axes, gate, count, bias);
-        if (still || axes[last].separation + gate[last] <= near->rounding) {
+        double lacks = look_at(&on, t);
+        if (still || lacks <= near->rounding) {
+            if (angle > 0.0 && lacks < -near->rounding)
+                t = find_closing(&on, last, t, near->rounding);
             meeting->time =
-                angle > STRIDE ? t : fmin(t, box_entry(a, b, first, bare, count, 0.0, 1.0));
-            meeting->axis = last;
-            meeting->doubtful =
-                -separation_aside(axes, count, last) < perp__relative_way(a, b) + near->touching;
+                angle > 0.0 ? t : fmin(t, box_entry(a, b, first, bare, on.count, 0.0, 1.0));
+            meeting->axis = on.last;
+            meeting->doubtful = -separation_aside(on.axes, on.count, on.last) <
+                                perp__relative_way(a, b) + near->touching;
             return 1;
         }
         if (t >= 1.0)

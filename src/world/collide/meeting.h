@@ -20,16 +20,23 @@ typedef struct perp__nearness {
     double rounding; /* of separations */
 } perp__nearness;
 
+typedef struct perp__meeting {
+    double time;      /* share of the step, 0 .. 1 */
+    int32_t axis;     /* for perp__collide_along */
+    int32_t doubtful; /* the shapes meet near the rim of a face: whether they do may depend on what
+                         else stops them before */
+} perp__meeting;
+
 /* Where the shape is after the share t of the step. */
 void perp__moved(const perp__moving *shape, double t, perp__placed *placed);
 
 /* Length of the relative way of the two, an upper bound. */
 double perp__relative_way(const perp__moving *a, const perp__moving *b);
 
-/* Whether the shapes touch or overlap at the start in a way that leaves no doubt about the normal:
- * one axis alone keeps them apart. Half-spaces always do, whatever the distance. */
-int32_t perp__touch_plainly(const perp__placed *a, const perp__placed *b, int32_t planar,
-                            const perp__nearness *near);
+/* Whether the shapes, none a half-space, touch or overlap at the start in a way that leaves no
+ * doubt about the normal: one axis alone keeps them apart. */
+int32_t perp__touch_plainly(const perp__moving *a, const perp__moving *b, int32_t planar,
+                            const perp__nearness *near, perp__meeting *meeting);
 
 /* Whether the motion makes shapes meet that do not touch plainly. */
 int32_t perp__meet(const perp__moving *a, const perp__moving *b, int32_t planar,
