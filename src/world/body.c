@@ -306,8 +306,10 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
           perp__is_zero3(state.force) && perp__is_zero3(state.torque)))
         status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
                             "body is static: velocities, force and torque must be 0");
-    if (status == PERP_OK)
+    if (status == PERP_OK) {
         world->states[slot] = state;
+        perp__unsettle(world, slot);
+    }
     return status;
 }
 

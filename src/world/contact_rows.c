@@ -31,18 +31,16 @@ void perp__contact_frame(const perp_world *world, perp__world_contact *contact)
     perp__cross(contact->axes[2], n, t1);
 }
 
-static void body_rows(perp__world_contact *contact, int32_t side, const double *position)
+static void body_rows(perp__world_contact *contact, int32_t side)
 {
     double sign = side == 0 ? -1.0 : 1.0;
-    double arm[3], moment[3];
+    double moment[3];
     int32_t k, i;
 
-    for (i = 0; i < 3; i++)
-        arm[i] = contact->position[i] - position[i];
     for (k = 0; k < 3; k++) {
         double *row = contact->rows[side][k];
 
-        perp__cross(moment, arm, contact->axes[k]);
+        perp__cross(moment, contact->arms[side], contact->axes[k]);
         for (i = 0; i < 3; i++) {
             row[i] = sign * contact->axes[k][i];
             row[3 + i] = sign * moment[i];
@@ -50,10 +48,10 @@ static void body_rows(perp__world_contact *contact, int32_t side, const double *
     }
 }
 
-void perp__contact_jacobian(const perp__state *states, perp__world_contact *contact)
+void perp__contact_jacobian(perp__world_contact *contact)
 {
-    body_rows(contact, 0, states[contact->body_a].position);
-    body_rows(contact, 1, states[contact->body_b].position);
+    body_rows(contact, 0);
+    body_rows(contact, 1);
 }
 
 void perp__relative_velocity(const perp_world *world, const perp__world_contact *contact,

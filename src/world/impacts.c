@@ -342,8 +342,9 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
                                 perp__verdict *verdict)
 {
     const int32_t most = most_impacts(island);
+    const perp__island_work *work = &world->work;
     double left = h;
-    int32_t count = 0, hits = 0, done = 1;
+    int32_t count = 0, hits = 0, done = 1, k;
     perp_status status;
 
     begin(world, island);
@@ -368,6 +369,9 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
     else {
         perp__take_answer(world, island);
         go(world, island, left, lasts(world, island));
+        for (k = 0; k < 3 * work->count && left > 0.0; k++) /* as if over the whole step */
+            island_contact(world, island, work->chosen[k / 3])->next[k % 3] =
+                h / left * work->impulse[k];
     }
     verdict->impacts = count + (hits > 0);
     if (count > 0) /* else the interval is the step */

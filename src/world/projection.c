@@ -116,7 +116,7 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
         perp__world_contact *contact = perp__island_contact(world, &world->overlaps, island, i);
         perp__rigid_rows *rows = &work->rows[i];
 
-        perp__contact_jacobian(world->next, contact);
+        perp__contact_jacobian(contact);
         memset(rows, 0, sizeof *rows);
         rows->dim = 1;
         rows->bias[0] = contact->gap;
@@ -213,9 +213,7 @@ perp_status perp__project_overlaps(perp_world *world)
     if (depth == 0.0)
         return status;
     longest = LONGEST_WAY * depth;
-    status = perp__find_near_pairs(world, 2.0 * longest);
-    if (status == PERP_OK)
-        status = project(world, longest, 0, &left);
+    status = project(world, longest, 0, &left);
     if (status == PERP_OK && left > 0)
         status = project(world, longest, 1, &left);
     return status;

@@ -77,12 +77,18 @@ static perp_status reserve_shape(perp_world *world)
     size_t used = (size_t)world->shape_slots;
     int32_t capacity;
     perp__shape *shapes;
+    perp__tree_node *nodes;
 
     if (world->free_shape >= 0 || world->shape_slots < world->shape_capacity)
         return PERP_OK;
-    if (world->shape_capacity > INT32_MAX / 4)
+    if (world->shape_capacity > INT32_MAX / 8)
         return perp__fail_memory(world->context, "another shape");
     capacity = world->shape_capacity > 0 ? 2 * world->shape_capacity : 8;
+    nodes = perp__grown(world->context, world->tree.nodes, (size_t)world->tree.used * sizeof *nodes,
+                        2 * (size_t)capacity * sizeof *nodes);
+    if (!nodes)
+        return perp__fail_memory(world->context, "another shape");
+    world->tree.nodes = nodes;
     shapes = perp__grown(world->context, world->shapes, used * sizeof *shapes,
                          (size_t)capacity * sizeof *shapes);
     if (!shapes)
@@ -96,6 +102,7 @@ static void include_shape(perp__body *body, const perp__shape *shape)
 {
     double reach = perp__length3(shape->offset) + shape->radius;
 
+    body->shapes++;
     if (shape->geometry.kind == PERP__PLANE)
         body->planes++;
     else if (reach > body->radius)
@@ -111,6 +118,7 @@ void perp__remove_shapes(perp_world *world, int32_t body)
 
         if (!shape->alive || shape->body != body)
             continue;
+        perp__forget_shape(world, i);
         shape->alive = 0;
         shape->generation++;
         shape->next_free = world->free_shape;
@@ -118,6 +126,7 @@ void perp__remove_shapes(perp_world *world, int32_t body)
         world->stats.shapes--;
     }
     world->bodies[body].radius = 0.0;
+    world->bodies[body].shapes = 0;
     world->bodies[body].planes = 0;
 }
 
@@ -148,6 +157,7 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     world->shapes[slot].alive = 1;
     world->shapes[slot].body = body;
     world->shapes[slot].generation = generation;
+    perp__enlist_shape(world, slot);
     include_shape(&world->bodies[body], shape);
     world->stats.shapes++;
     if (id)
@@ -173,6 +183,7 @@ static perp_status add_sphere(perp_world *world, perp_shape *id, perp_body body,
     shape.geometry.kind = PERP__SPHERE;
     shape.geometry.radius = radius;
     shape.radius = radius;
+    shape.thickness = radius > 0.0 ? radius : INFINITY;
     return attach_shape(world, id, body, &shape);
 }
 
@@ -209,6 +220,9 @@ static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
     for (i = 0; i < dimensions; i++)
         shape.geometry.half_extents[i] = half_extents[i];
     shape.radius = perp__length3(shape.geometry.half_extents);
+    shape.thickness = INFINITY;
+    for (i = 0; i < dimensions; i++)
+        shape.thickness = fmin(shape.thickness, half_extents[i]);
     return attach_shape(world, id, body, &shape);
 }
 
@@ -268,6 +282,7 @@ static perp_status add_plane(perp_world *world, perp_shape *id, perp_body body,
         return status;
     shape.geometry.kind = PERP__PLANE;
     shape.geometry.offset = offset;
+    shape.thickness = INFINITY;
     return attach_shape(world, id, body, &shape);
 }
 

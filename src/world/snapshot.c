@@ -87,7 +87,9 @@ perp_status perp_world_snapshot_restore(perp_world *world, const void *blob, siz
             status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
                                 "blob is no snapshot of this world with the bodies it has now");
     }
-    if (status == PERP_OK)
+    if (status == PERP_OK) {
         memcpy(world->states, (const char *)blob + sizeof header, states_size(world));
+        perp__unsettle_all(world);
+    }
     return perp__leave(world->context, status);
 }

@@ -15,9 +15,6 @@
 #include "base/context.h"
 #include "world/spatial.h"
 
-/* A gap below this share of the bodies' size is near: such contacts take part from the start. */
-#define NEAR 1e-3
-
 static int32_t larger_of(int32_t a, int32_t b)
 {
     return a > b ? a : b;
@@ -310,8 +307,11 @@ void perp__take_answer(perp_world *world, const perp__island *island)
     int32_t i;
 
     for (i = 0; i < work->count; i++) {
+        perp__world_contact *contact = island_contact(world, island, work->chosen[i]);
+
         perp__add_impulse(world, island, work->chosen[i], work->impulse + 3 * i, 1.0);
-        island_contact(world, island, work->chosen[i])->mode = work->modes[i];
+        memcpy(contact->next, work->impulse + 3 * i, sizeof contact->next);
+        contact->mode = work->modes[i];
     }
 }
 
@@ -389,6 +389,7 @@ static void leave_alone(perp_world *world, const perp__island *island)
         perp__world_contact *contact = island_contact(world, island, i);
 
         memset(contact->impulse, 0, sizeof contact->impulse);
+        memset(contact->next, 0, sizeof contact->next);
         perp__copy3(contact->velocity, contact->free);
         contact->mode = PERP_CONTACT_SEPARATE;
     }
@@ -405,47 +406,6 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
     if (perp__is_worth_exact(world, island))
         return perp__follow_island(world, island, h, verdict);
     return perp__sweep_island(world, island, h, verdict);
-}
-
-/* Rows and velocities of all contacts, which stand as if nothing touched. */
-static void prepare_contacts(perp_world *world)
-{
-    int32_t i;
-
-    for (i = 0; i < world->contacts.count; i++) {
-        perp__world_contact *contact = &world->contacts.contacts[i];
-
-        perp__contact_jacobian(world->states, contact);
-        perp__relative_velocity(world, contact, PERP__TWIST_START, contact->start);
-        perp__relative_velocity(world, contact, PERP__TWIST_FREE, contact->free);
-        perp__copy3(contact->velocity, contact->free);
-        contact->included = 0;
-    }
-}
-
-/* Most contacts that the margin finds never close. A problem without some contacts has a solution
- * of the whole problem if its velocities keep these open too (their impulses are 0): so those that
- * are near or would close by themselves come first, and others only once velocities close them.
- * Returns how many came. */
-static int32_t include_contacts(perp_world *world, double h)
-{
-    int32_t came = 0;
-    int32_t i;
-
-    for (i = 0; i < world->contacts.count; i++) {
-        perp__world_contact *contact = &world->contacts.contacts[i];
-        double u[3];
-
-        if (contact->included)
-            continue;
-        perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
-        if (contact->gap + h * u[0] >= 0.0 &&
-            contact->gap > fmax(NEAR * contact->size, contact->rounding))
-            continue;
-        contact->included = contact->fresh = 1;
-        came++;
-    }
-    return came;
 }
 
 /* Whether contacts came to the island since it was solved; they count as old from now on. */
@@ -511,14 +471,17 @@ static void summarise(const perp_world *world, perp__solve_summary *summary)
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary)
 {
-    perp_status status = PERP_OK;
+    perp_status status;
+    int32_t came = 0;
 
     memset(summary, 0, sizeof *summary);
     world->island_count = 0;
-    perp__untouch(world);
-    prepare_contacts(world);
-    while (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY && include_contacts(world, h))
+    status = perp__join_contacts(world, h, &came);
+    while (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY && came > 0) {
         status = solve_changed(world, h, summary);
+        if (status == PERP_OK)
+            status = perp__join_contacts(world, h, &came);
+    }
     if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
         summarise(world, summary);
     return status;

@@ -7,9 +7,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 
-/* Speeds that grow with each round are driven by nothing real. */
-#define MAX_ROUNDS 4
-
 static void lay_out_bodies(perp__arena *arena, void *object)
 {
     perp_world *world = object;
@@ -28,7 +25,7 @@ static void lay_out_shapes(perp__arena *arena, void *object)
     size_t count = (size_t)world->shape_capacity;
 
     world->placed = perp__arena_take(arena, count, sizeof *world->placed);
-    world->extents = perp__arena_take(arena, count, sizeof *world->extents);
+    world->shape_counts = perp__arena_take(arena, count, sizeof *world->shape_counts);
 }
 
 static perp_status fail_range(const perp_world *world, int32_t body)
@@ -66,9 +63,8 @@ static perp_status prepare(perp_world *world, double h)
         return status;
     perp__place(world, world->states);
     perp__free_velocities(world, h);
-    perp__find_reaches(world);
-    for (i = 0; i < world->body_slots; i++) /* what can be reached is no less than any speed */
-        if (world->bodies[i].alive && !perp__all_finite(&world->motions[i].reach, 1))
+    for (i = 0; i < world->body_slots; i++)
+        if (world->bodies[i].alive && !perp__all_finite(world->motions[i].free, 6))
             return fail_range(world, i);
     return PERP_OK;
 }
@@ -81,25 +77,16 @@ static void lap(double *clock, double *seconds)
     *clock = now;
 }
 
-/* Contacts and the velocities that meet them; again with wider margins where a body turned out
- * faster than they allowed for. */
+/* Contacts and the velocities that meet them. */
 static perp_status meet(perp_world *world, double h, perp__solve_summary *summary,
                         perp_world_stats *stats, double *clock)
 {
-    int32_t round;
-    perp_status status = PERP_OK;
+    perp_status status = perp__find_contacts(world, h);
 
-    for (round = 0; round < MAX_ROUNDS; round++) {
-        status = perp__find_contacts(world, h);
-        lap(clock, &stats->seconds_collide);
-        if (status == PERP_OK)
-            status = perp__solve_islands(world, h, summary);
-        lap(clock, &stats->seconds_solve);
-        if (status != PERP_OK)
-            break;
-        if (summary->outcome == PERP_OUTCOME_RAY || !perp__raise_reaches(world))
-            break;
-    }
+    lap(clock, &stats->seconds_collide);
+    if (status == PERP_OK)
+        status = perp__solve_islands(world, h, summary);
+    lap(clock, &stats->seconds_solve);
     world->budget.until = world->budget.deadline;
     return status;
 }
@@ -136,6 +123,7 @@ static void commit(perp_world *world)
     world->records = world->next_records;
     world->next_records = records;
     world->record_count = world->next_record_count;
+    perp__remember(world);
     world->stats.steps++;
 }
 

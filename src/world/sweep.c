@@ -199,6 +199,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__rigid_answer answer;
     perp__substeps step;
     perp_status status;
+    int32_t i;
 
     perp__gather_bodies(world, island);
     perp__choose_rows(world, island, NULL);
@@ -220,7 +221,9 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     if (status != PERP_OK)
         return status;
     perp__take_answer(world, island);
-    memcpy(work->warm, work->next_warm, 3 * (size_t)island->contacts * sizeof(double));
+    for (i = 0; i < island->contacts; i++)
+        memcpy(island_contact(world, island, i)->next, work->next_warm + 3 * i,
+               sizeof island_contact(world, island, i)->next);
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
     perp__write_twists(world, island);
     return PERP_OK;

@@ -136,7 +136,10 @@ static void release(void *object)
     perp__release(context, world->bodies);
     perp__release(context, world->states);
     perp__release(context, world->shapes);
+    perp__release(context, world->tree.nodes);
     perp__release(context, world->pairs);
+    perp__release(context, world->pair_order);
+    perp__release(context, world->memories);
     perp__release(context, world->contacts.contacts);
     perp__release(context, world->overlaps.contacts);
     perp__release(context, world->records);
@@ -178,6 +181,9 @@ static perp_status create(perp_context *context, perp_world **world,
     made->settings = settings;
     made->free_body = -1;
     made->free_shape = -1;
+    made->free_pair = -1;
+    made->first_plane = -1;
+    perp__tree_init(&made->tree);
     perp__arena_init(&made->body_arena, context);
     perp__arena_init(&made->shape_arena, context);
     perp__arena_init(&made->link_arena, context);

@@ -20,7 +20,8 @@
 #include "base/outcome.h"
 #include "contact/coloured/coloured.h"
 #include "contact/contact.h"
-#include "world/collide/collide.h"
+#include "world/collide/meeting.h"
+#include "world/collide/tree.h"
 
 #define PERP__MAX_DIRECTIONS 64
 #define PERP__MAX_SUBSTEPS 1000
@@ -53,9 +54,31 @@ typedef struct perp__body {
     double inverse_inertia[9];
     double factor[9];         /* C with inverse_inertia = C C' */
     double inverse_factor[9]; /* C^-1 */
-    double radius;  /* of the sphere about the mass centre that holds the bounded shapes */
-    int32_t planes; /* half-spaces among the shapes */
+    double radius; /* of the sphere about the mass centre that holds the bounded shapes */
+    int32_t shapes;
+    int32_t planes;  /* half-spaces among the shapes */
+    int32_t settled; /* has not moved since its shapes' fat boxes were looked at */
 } perp__body;
+
+/* Two shapes whose fat boxes overlap. */
+typedef struct perp__pair {
+    int32_t first; /* slots, first < second; -1: the pair is free */
+    int32_t second;
+    int32_t next[2]; /* links in the lists of the two shapes */
+    int32_t previous[2];
+    int32_t open;         /* the shapes do not touch plainly at the start of the step */
+    int32_t met;          /* the motion at hand makes them meet */
+    int32_t joined;       /* how often their points have come */
+    int32_t first_memory; /* impulses of the last step, see perp__remember */
+    int32_t memories;
+    perp__meeting meeting;
+} perp__pair;
+
+/* What a contact point was given in the last step, in the world frame. */
+typedef struct perp__memory {
+    uint64_t feature;
+    double impulse[3];
+} perp__memory;
 
 typedef struct perp__shape {
     uint32_t generation;
@@ -66,7 +89,13 @@ typedef struct perp__shape {
     double restitution;
     double offset[3];
     double rotation[9];
-    double radius; /* of the sphere about the shape's centre; 0 for a half-space */
+    double radius;    /* of the sphere about the shape's centre; 0 for a half-space */
+    double thickness; /* half of its least width; INFINITY for half-spaces and points */
+    /* pairs.c */
+    int32_t leaf;       /* its fat box; -1: none */
+    int32_t first_link; /* of its pairs; -1: none */
+    int32_t next_plane; /* of a half-space */
+    int32_t mark;
     perp__geometry geometry;
 } perp__shape;
 
@@ -94,7 +123,9 @@ typedef struct perp__motion {
                          of start and free */
     double after[6];  /* twist after the step */
     double shift[6];  /* of the projection */
-    double reach;     /* largest speed of a point of it that the margins allow for */
+    double tried[6];  /* the moving twist that contacts were looked for with last */
+    double earliest;  /* when it meets something first, in shares of the step */
+    int32_t moved;    /* that twist was a new one */
     int32_t touched;  /* has contact points in this step */
     int32_t island;   /* -1: none */
     int32_t local;    /* number within the island */
@@ -108,17 +139,21 @@ typedef struct perp__world_contact {
     int32_t body_b;
     int32_t shape_a;
     int32_t shape_b;
-    double position[3];
-    double axes[3][3]; /* normal, tangent 1, tangent 2 */
-    double gap;
-    double rounding; /* gaps below this are not told apart from 0 */
-    double size;     /* of the two bodies */
+    int32_t pair;
+    uint64_t feature;   /* tells the points of a pair apart, from step to step */
+    double position[3]; /* at the start of the step, midway between the surfaces */
+    double arms[2][3];  /* from the mass centres, in the pose of the meeting */
+    double axes[3][3];  /* normal, tangent 1, tangent 2 */
+    double gap;         /* what may be closed along the normal */
+    double rounding;    /* gaps below this are not told apart from 0 */
+    double size;        /* of the two bodies */
     double friction;
     double restitution;
     double rows[2][3][6]; /* J of A and of B: relative velocity = J_A twist_A + J_B twist_B */
     double start[3];      /* relative velocity before the step */
     double free[3];       /* with the free twists */
-    double warm[3];       /* impulse to start from */
+    double warm[3];       /* impulse to start from, along the axes */
+    double next[3];       /* for the next step to start from */
     double impulse[3];
     double velocity[3];
     int32_t mode;     /* PERP_CONTACT_... */
@@ -202,15 +237,27 @@ struct perp_world {
     perp__island *islands;
     perp__arena shape_arena;
     perp__placed *placed;
-    perp__extent *extents;
+    int32_t *shape_counts;
     perp__arena link_arena;
     int32_t *contact_order;
     perp__link *links;
     perp__arena island_arena;
     perp__island_work work;
+    perp__tree tree; /* of the shapes' fat boxes */
+    int32_t first_plane;
+    int32_t planes_changed;
+    int32_t mark;
     perp__pair *pairs;
-    int32_t pair_count;
+    int32_t pair_slots;
     int32_t pair_capacity;
+    int32_t free_pair;
+    int32_t pair_count;
+    int32_t *pair_order;   /* the pairs by their shapes; as much again for sorting */
+    int32_t pairs_changed; /* since they were sorted */
+    perp__memory *memories;
+    int32_t memory_capacity;
+    int32_t rounds; /* of looking for contacts in this step */
+    double slop;    /* overlap, relative to the shapes' thickness, that is left standing */
     int32_t island_count;
     perp__contact_set contacts; /* of the step */
     perp__contact_set overlaps; /* of the projection */
@@ -262,23 +309,55 @@ void perp__untouch(perp_world *world);
 void perp__euler_step(const perp__body *body, double h, const double *w, const double *torque,
                       double *w_next);
 
+/* pairs.c */
+/* Pairs for all shapes that are near each other where `placed`, or where `moving` takes them within
+ * h; for all that are nearer than twice the margin. */
+perp_status perp__cover_motions(perp_world *world, double h);
+perp_status perp__cover_places(perp_world *world, double margin);
+static inline perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
+{
+    return &world->pairs[world->pair_order[i]];
+}
+/* A shape that is new, or about to be removed. */
+void perp__enlist_shape(perp_world *world, int32_t shape);
+void perp__forget_shape(perp_world *world, int32_t shape);
+/* A body was put elsewhere; all were. */
+void perp__unsettle(perp_world *world, int32_t body);
+void perp__unsettle_all(perp_world *world);
+
+/* meetings.c */
+double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
+/* Whether the spheres about two shapes are within `margin` of each other; half-spaces are. */
+int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
+/* A shape on the way of its body's motion. */
+perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h);
+/* Points of shapes that touch plainly at the start; 0: they don't. */
+int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h,
+                              perp__point *points);
+/* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
+ * pair->meeting. */
+int32_t perp__pair_meets(const perp_world *world, perp__pair *pair, double h);
+int32_t perp__meeting_points(const perp_world *world, perp__pair *pair, double h,
+                             perp__point *points);
+
 /* contact_set.c */
-/* How fast each body's points may move before contacts act. */
-void perp__find_reaches(perp_world *world);
-/* After a solve: raises the reach of bodies that turned out faster than the margins allow for;
- * returns how many, and then contacts may have been missed. */
-int32_t perp__raise_reaches(perp_world *world);
+/* Starts a step's contacts: the points of shapes that touch plainly, none included yet. */
 perp_status perp__find_contacts(perp_world *world, double h);
-/* Points of the pairs at hand, those that the step met unless others were found since. */
+/* Includes what the bodies' `moving` twists close or make meet: points come to the set, and points
+ * of the set become `included` and `fresh`; *came tells how many. Call it until none comes, after
+ * each change of `moving`. Contacts keep their numbers, not their places in memory. */
+perp_status perp__join_contacts(perp_world *world, double h, int32_t *came);
+/* Keeps the impulses of the step's contacts for the next step's `warm`. */
+void perp__remember(perp_world *world);
+/* Points with gaps up to `margin` in the next states. */
 perp_status perp__find_overlaps(perp_world *world, double margin);
-perp_status perp__find_near_pairs(perp_world *world, double margin);
 
 /* island.c: islands of the dynamic bodies that the set's included contacts join. */
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set);
 
 /* contact_rows.c */
 void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
-void perp__contact_jacobian(const perp__state *states, perp__world_contact *contact);
+void perp__contact_jacobian(perp__world_contact *contact);
 void perp__relative_velocity(const perp_world *world, const perp__world_contact *contact,
                              size_t twist, double *u);
 /* The twists of a motion by offset, for functions that take any of them. */

@@ -242,3 +242,49 @@ int32_t perp__collide_box_box(const perp__placed *a, const perp__placed *b, doub
                 points[q].normal[k] = -points[q].normal[k];
     return count;
 }
+
+/* The pair's face or edge axis of that number; see perp__box_axes. */
+static int32_t points_along(const views *both, int32_t axis, perp__point *points)
+{
+    face_axis face = {0, {0, 1.0}, 0.0};
+    edge_axis edges;
+    double normal[3];
+    if (axis >= 6) {
+        if (edge_product(&both->from[0], (axis - 6) / 3, (axis - 6) % 3, &edges)) {
+            int32_t count = 0;
+            if (flat_face(&both->from[0], &edges, &face))
+                count = face_points(both, &face, INFINITY, points);
+            if (count == 0)
+                count = edge_point(&both->from[0], &edges, INFINITY, points);
+            if (count > 0)
+                return count;
+        }
+    } else {
+        face.second = axis >= 3;
+        face.face.axis = axis % 3;
+        face.face.sign = both->from[face.second].centre[face.face.axis] < 0.0 ? -1.0 : 1.0;
+        int32_t count = face_points(both, &face, INFINITY, points);
+        if (count > 0)
+            return count;
+    }
+    face_normal(both, &face, normal);
+    return perp__box_pair_closest(&both->from[0], 0, INFINITY, normal, FEATURE_CLOSEST, points);
+}
+
+int32_t perp__collide_box_box_along(const perp__placed *a, const perp__placed *b, int32_t axis,
+                                    perp__point *points)
+{
+    int swapped = perp__box_is_smaller(a, b);
+    const perp__placed *first = swapped ? b : a, *second = swapped ? a : b;
+    views both;
+    perp__box_pair_set(&both.from[0], first, second);
+    perp__box_pair_set(&both.from[1], second, first);
+    if (swapped)
+        axis = axis < 3 ? axis + 3 : axis < 6 ? axis - 3 : 6 + 3 * (axis % 3) + (axis - 6) / 3;
+    int32_t count = points_along(&both, axis, points);
+    if (swapped)
+        for (int32_t q = 0; q < count; q++)
+            for (int k = 0; k < 3; k++)
+                points[q].normal[k] = -points[q].normal[k];
+    return count;
+}

@@ -3,6 +3,7 @@
 
 #include <float.h>
 
+#include "world/collide/meeting.h"
 #include "world/collide/vector.h"
 
 /* kind of a <= kind of b */
@@ -42,7 +43,16 @@ int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t plan
     return count;
 }
 
-void perp__extent_of(const perp__placed *shape, double margin, perp__extent *extent)
+int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_t planar,
+                            int32_t axis, perp__point *points)
+{
+    if (a->geometry->kind != PERP__BOX || b->geometry->kind != PERP__BOX)
+        return perp__collide(a, b, planar, INFINITY, points);
+    return planar ? perp__collide_rectangles_along(a, b, axis, points)
+                  : perp__collide_box_box_along(a, b, axis, points);
+}
+
+void perp__extent_of(const perp__placed *shape, double margin, perp__bounds *extent)
 {
     const perp__geometry *geometry = shape->geometry;
     for (int k = 0; k < 3; k++) {

@@ -51,27 +51,18 @@ int32_t perp__collide_box_box(const perp__placed *a, const perp__placed *b, doub
                               perp__point *points);
 int32_t perp__collide_rectangles(const perp__placed *a, const perp__placed *b, double margin,
                                  perp__point *points);
+/* Along an axis of perp__box_axes. */
+int32_t perp__collide_box_box_along(const perp__placed *a, const perp__placed *b, int32_t axis,
+                                    perp__point *points);
+int32_t perp__collide_rectangles_along(const perp__placed *a, const perp__placed *b, int32_t axis,
+                                       perp__point *points);
 
-/* An axis-aligned box around a shape for the broad phase; a plane's is infinite. `item` is the
- * caller's number. */
-typedef struct perp__extent {
+/* An axis-aligned box around a shape; a plane's is infinite. */
+typedef struct perp__bounds {
     double low[3];
     double high[3];
-    int32_t item;
-    int32_t group; /* pairs within one group are left out (the body) */
-} perp__extent;
+} perp__bounds;
 
-typedef struct perp__pair {
-    int32_t first; /* item numbers, first < second */
-    int32_t second;
-} perp__pair;
-
-void perp__extent_of(const perp__placed *shape, double margin, perp__extent *extent);
-
-/* Overlapping pairs of different groups by sort and sweep along x, sorted by (first, second): the
- * order does not depend on positions. Sorts `extents` in place. Writes at most `capacity` pairs and
- * returns how many there are in all. */
-int32_t perp__broad_phase(perp__extent *extents, int32_t count, perp__pair *pairs,
-                          int32_t capacity);
+void perp__extent_of(const perp__placed *shape, double margin, perp__bounds *extent);
 
 #endif

@@ -95,6 +95,26 @@ static int32_t side_points(const perp__box_pair *pair, const perp__box_face *fac
     return count;
 }
 
+/* The points over one side; `second` tells that the reference is the pair's second rectangle. */
+static int32_t points_from(const perp__box_pair *pair, const perp__box_face *face, int second,
+                           double margin, perp__point *points)
+{
+    int32_t count = side_points(pair, face, margin, points);
+    if (count == 0) {
+        /* corner against corner */
+        double normal[3] = {0.0, 0.0, 0.0};
+        normal[face->axis] = face->sign;
+        count = perp__box_pair_closest(pair, 1, margin, normal, FEATURE_CLOSEST, points);
+    }
+    for (int32_t q = 0; second && q < count; q++) {
+        if (points[q].feature < FEATURE_CLOSEST)
+            points[q].feature += FEATURES_A_REFERENCE;
+        for (int k = 0; k < 3; k++)
+            points[q].normal[k] = -points[q].normal[k];
+    }
+    return count;
+}
+
 /* first is the preferred reference */
 static int32_t collide_sorted(const perp__placed *first, const perp__placed *second, double margin,
                               perp__point *points)
@@ -108,21 +128,7 @@ static int32_t collide_sorted(const perp__placed *first, const perp__placed *sec
     if (fmax(separation, other) > margin)
         return 0;
 
-    int32_t count = side_points(&from[reference], &face[reference], margin, points);
-    if (count == 0) {
-        /* corner against corner */
-        double normal[3] = {0.0, 0.0, 0.0};
-        normal[face[reference].axis] = face[reference].sign;
-        count =
-            perp__box_pair_closest(&from[reference], 1, margin, normal, FEATURE_CLOSEST, points);
-    }
-    for (int32_t q = 0; reference == 1 && q < count; q++) {
-        if (points[q].feature < FEATURE_CLOSEST)
-            points[q].feature += FEATURES_A_REFERENCE;
-        for (int k = 0; k < 3; k++)
-            points[q].normal[k] = -points[q].normal[k];
-    }
-    return count;
+    return points_from(&from[reference], &face[reference], reference, margin, points);
 }
 
 int32_t perp__collide_rectangles(const perp__placed *a, const perp__placed *b, double margin,
@@ -132,6 +138,22 @@ int32_t perp__collide_rectangles(const perp__placed *a, const perp__placed *b, d
         return collide_sorted(a, b, margin, points);
     int32_t count = collide_sorted(b, a, margin, points);
     for (int32_t q = 0; q < count; q++)
+        for (int k = 0; k < 3; k++)
+            points[q].normal[k] = -points[q].normal[k];
+    return count;
+}
+
+int32_t perp__collide_rectangles_along(const perp__placed *a, const perp__placed *b, int32_t axis,
+                                       perp__point *points)
+{
+    int swapped = perp__box_is_smaller(a, b);
+    int second = (axis >= 2) != swapped; /* of the sorted pair */
+    const perp__placed *reference = axis >= 2 ? b : a, *incident = axis >= 2 ? a : b;
+    perp__box_pair pair;
+    perp__box_pair_set(&pair, reference, incident);
+    perp__box_face face = {axis % 2, pair.centre[axis % 2] < 0.0 ? -1.0 : 1.0};
+    int32_t count = points_from(&pair, &face, second, INFINITY, points);
+    for (int32_t q = 0; swapped && q < count; q++)
         for (int k = 0; k < 3; k++)
             points[q].normal[k] = -points[q].normal[k];
     return count;

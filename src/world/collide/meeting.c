@@ -1,0 +1,397 @@
+/* The pose in which two shapes meet on their way.
+ *
+ * Shapes are apart as long as one axis separates them; the last axis to close is the normal of the
+ * meeting. Boxes: along a fixed direction the separation of bodies that go straight is linear in
+ * time, so that each axis gives the interval in which it does not separate, and the shapes meet at
+ * the first time that lies in all of them. Bodies that turn do so in steps of STRIDE, and each time
+ * found is looked at again in the pose there. Balls: the distance of a point that goes straight
+ * from a convex shape is a convex function of time, so Newton's method comes to its first zero from
+ * below.
+ *
+ * Axes along which shapes touch at the start are gates: they close only where the motion presses by
+ * more than grazing. A box that slides over flush tiles is kept from the next one by its bottom,
+ * which nothing presses, also while its front passes the tile's side. */
+#include "world/collide/meeting.h"
+
+#include <string.h>
+
+#include "world/collide/box.h"
+#include "world/collide/vector.h"
+#include "world/spatial.h"
+
+/* Radians between two looks at the axes. */
+#define STRIDE 0.25
+
+#define MAX_LOOKS 160
+#define MAX_REFINEMENTS 20
+
+/* Cosine of the angle from which on two axes count as different directions. */
+#define ASIDE 0.9
+
+/* An axis takes over from one preferred only where it is better by this share of the size. */
+#define BIAS 1e-6
+
+void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
+{
+    const perp__placed *start = shape->start;
+    double offset[3];
+    placed->geometry = start->geometry;
+    if (perp__is_zero3(shape->turn)) {
+        perp__vector_add(placed->position, start->position, t, shape->way);
+        memcpy(placed->rotation, start->rotation, sizeof placed->rotation);
+        return;
+    }
+    double turn[3] = {t * shape->turn[0], t * shape->turn[1], t * shape->turn[2]}, q[4], R[9];
+    perp__quaternion_exponential(q, turn);
+    perp__quaternion_matrix(R, q);
+    perp__multiply3(placed->rotation, R, start->rotation);
+    perp__vector_subtract(offset, start->position, shape->centre);
+    perp__vector_rotate(placed->position, R, offset);
+    for (int k = 0; k < 3; k++)
+        placed->position[k] += shape->centre[k] + t * shape->way[k];
+}
+
+double perp__relative_way(const perp__moving *a, const perp__moving *b)
+{
+    double way[3];
+    perp__vector_subtract(way, b->way, a->way);
+    return perp__length3(way) + perp__length3(a->turn) * a->reach +
+           perp__length3(b->turn) * b->reach;
+}
+
+static double size_of(const perp__placed *shape)
+{
+    const perp__geometry *geometry = shape->geometry;
+    return geometry->kind == PERP__SPHERE ? geometry->radius
+                                          : perp__vector_largest(geometry->half_extents);
+}
+
+/* How far one axis alone decides: the largest separation along other directions than `best`. */
+static double separation_aside(const perp__axis *axes, int32_t count, int32_t best)
+{
+    double largest = -INFINITY;
+    for (int32_t k = 0; k < count; k++)
+        if (axes[k].separation > largest &&
+            fabs(perp__vector_dot(axes[k].normal, axes[best].normal)) < ASIDE)
+            largest = axes[k].separation;
+    return largest;
+}
+
+/* The axis that separates most beyond its gate. Those of the larger box are preferred, then the
+ * other's faces, then edges, so that rounding does not choose. */
+static int32_t last_to_close(const perp__placed *a, const perp__placed *b, const perp__axis *axes,
+                             const double *gate, int32_t count)
+{
+    const double bias = BIAS * fmin(size_of(a), size_of(b));
+    int32_t faces = count > 6 ? 3 : 2, first = perp__box_is_smaller(a, b) ? faces : 0;
+    int32_t best = first;
+    for (int32_t k = first + 1; k < first + faces; k++)
+        if (axes[k].separation + gate[k] > axes[best].separation + gate[best])
+            best = k;
+    for (int32_t k = 0; k < count; k++)
+        if ((k < first || k >= first + faces) &&
+            axes[k].separation + gate[k] > axes[best].separation + gate[best] + bias)
+            best = k;
+    return best;
+}
+
+/* The centre of a ball in the frame of a box, and its way out: the closest point's direction. */
+static void centre_in_box(const perp__placed *box, const perp__placed *ball, double *centre)
+{
+    double between[3];
+    perp__vector_subtract(between, ball->position, box->position);
+    perp__vector_rotate_back(centre, box->rotation, between);
+}
+
+/* Distance of a point from a box (negative inside: to the next face) and its gradient. */
+static double box_distance(const double *half, int dimension, const double *centre,
+                           double *gradient, double *aside)
+{
+    double inside = -INFINITY;
+    int out = 0, next = 0;
+    for (int j = 0; j < 3; j++)
+        gradient[j] = 0.0;
+    *aside = INFINITY;
+    for (int j = 0; j < dimension; j++) {
+        double beyond = fabs(centre[j]) - half[j];
+        if (beyond > 0.0) {
+            gradient[j] = centre[j] < 0.0 ? -beyond : beyond;
+            out++;
+        } else {
+            *aside = fmin(*aside, -beyond);
+        }
+        if (beyond > inside) {
+            inside = beyond;
+            next = j;
+        }
+    }
+    if (out > 1)
+        *aside = 0.0;
+    if (out > 0)
+        return perp__vector_normalise(gradient);
+    gradient[next] = centre[next] < 0.0 ? -1.0 : 1.0;
+    return inside;
+}
+
+int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *moving_b,
+                            int32_t planar, const perp__nearness *near, perp__meeting *meeting)
+{
+    const perp__placed *a = moving_a->start, *b = moving_b->start;
+    int32_t kind_a = a->geometry->kind, kind_b = b->geometry->kind;
+    meeting->time = 0.0;
+    meeting->axis = meeting->doubtful = 0;
+    if (kind_a == PERP__SPHERE && kind_b == PERP__SPHERE) {
+        double between[3];
+        perp__vector_subtract(between, b->position, a->position);
+        double reach = a->geometry->radius + b->geometry->radius + near->touching;
+        return perp__vector_dot(between, between) <= reach * reach;
+    }
+    if (kind_a == PERP__BOX && kind_b == PERP__BOX) {
+        perp__axis axes[PERP__MAX_AXES];
+        static const double no_gates[PERP__MAX_AXES];
+        int32_t count = perp__box_axes(a, b, planar, axes);
+        int32_t best = last_to_close(a, b, axes, no_gates, count);
+        double aside = separation_aside(axes, count, best);
+        meeting->axis = best;
+        meeting->doubtful = -aside < perp__relative_way(moving_a, moving_b) + near->touching;
+        return axes[best].separation < -near->touching ||
+               (axes[best].separation <= near->touching && aside < -near->touching);
+    }
+    const perp__placed *box = kind_a == PERP__BOX ? a : b, *ball = kind_a == PERP__BOX ? b : a;
+    double centre[3], gradient[3], aside;
+    centre_in_box(box, ball, centre);
+    double gap =
+        box_distance(box->geometry->half_extents, planar ? 2 : 3, centre, gradient, &aside) -
+        ball->geometry->radius;
+    return gap < -near->touching || (gap <= near->touching && aside > near->touching);
+}
+
+/* A gate closes where the separation falls below minus this. `grazing` 0: the gate without what a
+ * motion may close of it, for the time at which shapes that do press on have met. */
+static double gate_of(double separation, const perp__nearness *near, double grazing)
+{
+    if (fabs(separation) > near->touching)
+        return 0.0;
+    return fmax(-separation, 0.0) + grazing;
+}
+
+/* The share of the stretch in which a separation that goes from `first` to `last` is closed. */
+static void narrow(double first, double last, double *enter, double *leave)
+{
+    if (first > 0.0 && last >= 0.0)
+        *enter = INFINITY;
+    else if (first > 0.0)
+        *enter = fmax(*enter, first / (first - last));
+    else if (last > 0.0)
+        *leave = fmin(*leave, first / (first - last));
+}
+
+/* What bodies that do not turn go towards each other, free of the rounding of their places. */
+static void relative_way(const perp__moving *a, const perp__moving *b, double *way)
+{
+    perp__vector_subtract(way, b->way, a->way);
+}
+
+/* The time in [t, end] at which boxes meet if they keep their axes; INFINITY if they don't. */
+static double box_entry(const perp__moving *a, const perp__moving *b, const perp__axis *axes,
+                        const double *gate, int32_t count, double t, double end)
+{
+    perp__placed later_a, later_b;
+    double enter = 0.0, leave = 1.0, way[3];
+    int straight = perp__is_zero3(a->turn) && perp__is_zero3(b->turn);
+    relative_way(a, b, way);
+    perp__moved(a, end, &later_a);
+    perp__moved(b, end, &later_b);
+    for (int32_t k = 0; k < count && enter <= leave; k++) {
+        if (axes[k].separation == -INFINITY)
+            continue;
+        const double *n = axes[k].normal;
+        double last = straight ? axes[k].separation + (end - t) * perp__vector_dot(n, way)
+                               : perp__box_separation(&later_a, &later_b, n);
+        narrow(axes[k].separation + gate[k], last + gate[k], &enter, &leave);
+        if (last < 0.0) { /* B may have passed to A's other side */
+            double back[3] = {-n[0], -n[1], -n[2]};
+            double beyond = perp__box_separation(&later_a, &later_b, back);
+            if (beyond > 0.0) {
+                double depth = -(last + beyond); /* twice the half widths */
+                narrow(-(axes[k].separation + depth), beyond, &enter, &leave);
+            }
+        }
+    }
+    return enter <= leave && enter <= 1.0 ? t + enter * (end - t) : INFINITY;
+}
+
+/* Two boxes on their way, with the gates of their axes. */
+typedef struct course {
+    const perp__moving *a;
+    const perp__moving *b;
+    int32_t planar;
+    int32_t count;
+    double gate[PERP__MAX_AXES];
+    perp__axis axes[PERP__MAX_AXES]; /* at the time looked at last */
+    int32_t last;                    /* of them to close */
+} course;
+
+/* What the last axis to close lacks at time t. */
+static double look_at(course *on, double t)
+{
+    perp__placed a, b;
+    perp__moved(on->a, t, &a);
+    perp__moved(on->b, t, &b);
+    on->count = perp__box_axes(&a, &b, on->planar, on->axes);
+    on->last = last_to_close(&a, &b, on->axes, on->gate, on->count);
+    return on->axes[on->last].separation + on->gate[on->last];
+}
+
+/* The time between `open` and `closed` at which the last axis closes: false position, halved where
+ * one end stays (the Illinois rule). */
+static double find_closing(course *on, double open, double closed, double rounding)
+{
+    double at_open = look_at(on, open), at_closed;
+    if (at_open <= 0.0) /* in each other from the start */
+        return open;
+    at_closed = look_at(on, closed);
+    for (int look = 0; look < MAX_REFINEMENTS && at_closed < -rounding; look++) {
+        double t = open + (closed - open) * (at_open / (at_open - at_closed));
+        double lacks = look_at(on, t);
+        if (lacks > 0.0) {
+            open = t;
+            at_open = lacks;
+            at_closed *= 0.5;
+        } else {
+            if (closed == t)
+                break;
+            closed = t;
+            at_closed = lacks;
+            at_open *= 0.5;
+        }
+    }
+    look_at(on, closed);
+    return closed;
+}
+
+static int32_t meet_boxes(const perp__moving *a, const perp__moving *b, int32_t planar,
+                          const perp__nearness *near, perp__meeting *meeting)
+{
+    course on = {a, b, planar, 0, {0.0}, {{{0.0}, 0.0}}, 0};
+    perp__axis first[PERP__MAX_AXES];
+    double bare[PERP__MAX_AXES], t = 0.0;
+    double angle = perp__length3(a->turn) + perp__length3(b->turn);
+    look_at(&on, 0.0);
+    memcpy(first, on.axes, sizeof first);
+    for (int32_t k = 0; k < on.count; k++) {
+        on.gate[k] = gate_of(first[k].separation, near, near->grazing);
+        bare[k] = gate_of(first[k].separation, near, 0.0);
+    }
+    for (int look = 0; look < MAX_LOOKS; look++) {
+        double end = angle > 0.0 ? fmin(1.0, t + STRIDE / angle) : 1.0, last = t;
+        double entry = box_entry(a, b, on.axes, on.gate, on.count, t, end);
+        if (entry == INFINITY && end >= 1.0)
+            return 0;
+        int still = entry == INFINITY ? 0 : entry - t <= 1e-9 * (end - t);
+        t = entry == INFINITY ? end : entry;
+        double lacks = look_at(&on, t);
+        if (still || lacks <= near->rounding) {
+            if (angle > 0.0 && lacks < -near->rounding)
+                t = find_closing(&on, last, t, near->rounding);
+            meeting->time =
+                angle > 0.0 ? t : fmin(t, box_entry(a, b, first, bare, on.count, 0.0, 1.0));
+            meeting->axis = on.last;
+            meeting->doubtful = -separation_aside(on.axes, on.count, on.last) <
+                                perp__relative_way(a, b) + near->touching;
+            return 1;
+        }
+        if (t >= 1.0)
+            return 0;
+    }
+    return 0;
+}
+
+/* Newton's method for the first time in [t, end] at which a point on its way from `from` by `way`
+ * comes within `radius` of the box with the half extents `half`; faces are gates. */
+static double ball_entry(const double *half, int dimension, double radius, const double *from,
+                         const double *way, const double *gates, double rounding)
+{
+    double t = 0.0, leave = 1.0;
+    for (int j = 0; j < dimension; j++)
+        for (int side = 0; side < 2; side++) {
+            double sign = side ? 1.0 : -1.0, gate = gates[2 * j + side];
+            double first = sign * from[j] - half[j] - radius + gate;
+            narrow(first, first + sign * way[j], &t, &leave);
+        }
+    for (int look = 0; look < MAX_LOOKS && t <= leave; look++) {
+        double at[3], gradient[3], aside;
+        perp__vector_add(at, from, t, way);
+        double gap = box_distance(half, dimension, at, gradient, &aside) - radius + gates[6];
+        double rate = -perp__vector_dot(gradient, way);
+        if (!(rate > 0.0))
+            return INFINITY;
+        if (gap <= rounding)
+            return t;
+        t += gap / rate;
+    }
+    return INFINITY;
+}
+
+/* Ball `b` and box or ball `a`; a ball is a box without extent, but round. */
+static int32_t meet_ball(const perp__moving *a, const perp__moving *b, int32_t planar,
+                         const perp__nearness *near, perp__meeting *meeting)
+{
+    static const double none[3] = {0.0, 0.0, 0.0};
+    int boxed = a->start->geometry->kind == PERP__BOX, dimension = planar ? 2 : 3;
+    const double *half = boxed ? a->start->geometry->half_extents : none;
+    double radius = b->start->geometry->radius + (boxed ? 0.0 : a->start->geometry->radius);
+    double angle = perp__length3(a->turn) + perp__length3(b->turn);
+    double gates[7] = {0.0}, bare[7] = {0.0}, from[3], gradient[3], aside, t = 0.0;
+
+    centre_in_box(a->start, b->start, from);
+    for (int k = 0; k < 7; k++) {
+        double separation = box_distance(half, dimension, from, gradient, &aside) - radius;
+        if (k < 6 && (!boxed || k / 2 >= dimension))
+            continue;
+        if (k < 6)
+            separation = (k % 2 ? from[k / 2] : -from[k / 2]) - half[k / 2] - radius;
+        gates[k] = gate_of(separation, near, near->grazing);
+        bare[k] = gate_of(separation, near, 0.0);
+    }
+    while (t < 1.0) {
+        double end = angle > 0.0 ? fmin(1.0, t + fmax(STRIDE / angle, 1.0 / MAX_LOOKS)) : 1.0;
+        perp__placed later_a, later_b;
+        double to[3], way[3];
+        perp__moved(a, end, &later_a);
+        perp__moved(b, end, &later_b);
+        centre_in_box(&later_a, &later_b, to);
+        perp__vector_subtract(way, to, from);
+        if (angle == 0.0) {
+            double world[3];
+            relative_way(a, b, world);
+            perp__vector_rotate_back(way, a->start->rotation, world);
+        }
+        double entry = ball_entry(half, dimension, radius, from, way, gates, near->rounding);
+        if (entry <= 1.0) {
+            double at[3];
+            entry =
+                fmin(entry, ball_entry(half, dimension, radius, from, way, bare, near->rounding));
+            perp__vector_add(at, from, entry, way);
+            box_distance(half, dimension, at, gradient, &aside);
+            meeting->time = t + entry * (end - t);
+            meeting->axis = 0;
+            meeting->doubtful = boxed && aside < perp__relative_way(a, b) + near->touching;
+            return 1;
+        }
+        t = end;
+        memcpy(from, to, sizeof from);
+    }
+    return 0;
+}
+
+int32_t perp__meet(const perp__moving *a, const perp__moving *b, int32_t planar,
+                   const perp__nearness *near, perp__meeting *meeting)
+{
+    int32_t kind_a = a->start->geometry->kind, kind_b = b->start->geometry->kind;
+    if (kind_a == PERP__BOX && kind_b == PERP__BOX)
+        return meet_boxes(a, b, planar, near, meeting);
+    if (kind_b == PERP__SPHERE)
+        return meet_ball(a, b, planar, near, meeting);
+    return meet_ball(b, a, planar, near, meeting);
+}

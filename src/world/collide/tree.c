@@ -1,0 +1,182 @@
+/* A binary tree of boxes, each around its children (Goldsmith & Salmon 1987 for where a leaf goes,
+ * Adelson-Velsky & Landis 1962 for how it stays balanced). */
+#include "world/collide/tree.h"
+
+#include <math.h>
+#include <stddef.h>
+
+enum { NONE = -1 };
+
+void perp__tree_init(perp__tree *tree)
+{
+    tree->nodes = NULL;
+    tree->used = 0;
+    tree->root = NONE;
+    tree->free = NONE;
+}
+
+static void unite(perp__bounds *to, const perp__bounds *a, const perp__bounds *b)
+{
+    for (int k = 0; k < 3; k++) {
+        to->low[k] = fmin(a->low[k], b->low[k]);
+        to->high[k] = fmax(a->high[k], b->high[k]);
+    }
+}
+
+/* What a box costs: the sum of its sides, which tells flat boxes and planar ones apart too. */
+static double cost(const perp__bounds *box)
+{
+    return (box->high[0] - box->low[0]) + (box->high[1] - box->low[1]) +
+           (box->high[2] - box->low[2]);
+}
+
+static double united_cost(const perp__bounds *a, const perp__bounds *b)
+{
+    perp__bounds both;
+    unite(&both, a, b);
+    return cost(&both);
+}
+
+static int32_t take(perp__tree *tree)
+{
+    int32_t node = tree->free;
+    if (node == NONE)
+        return tree->used++;
+    tree->free = tree->nodes[node].parent;
+    return node;
+}
+
+static void give_back(perp__tree *tree, int32_t node)
+{
+    tree->nodes[node].parent = tree->free;
+    tree->nodes[node].height = NONE;
+    tree->free = node;
+}
+
+static void refit(perp__tree *tree, int32_t node)
+{
+    perp__tree_node *at = &tree->nodes[node];
+    const perp__tree_node *left = &tree->nodes[at->child[0]], *right = &tree->nodes[at->child[1]];
+    unite(&at->bounds, &left->bounds, &right->bounds);
+    at->height = 1 + (left->height > right->height ? left->height : right->height);
+}
+
+static void replace_child(perp__tree *tree, int32_t parent, int32_t old, int32_t node)
+{
+    tree->nodes[node].parent = parent;
+    if (parent == NONE)
+        tree->root = node;
+    else
+        tree->nodes[parent].child[tree->nodes[parent].child[1] == old] = node;
+}
+
+/* Lifts the child on `side` above `node`, which gets the lower of that child's children. Returns
+ * the node that is on top now. */
+static int32_t rotate(perp__tree *tree, int32_t node, int side)
+{
+    perp__tree_node *nodes = tree->nodes;
+    int32_t up = nodes[node].child[side];
+    int higher = nodes[nodes[up].child[1]].height > nodes[nodes[up].child[0]].height;
+    int32_t lower = nodes[up].child[1 - higher];
+    replace_child(tree, nodes[node].parent, node, up);
+    nodes[up].child[1 - higher] = node;
+    nodes[node].parent = up;
+    nodes[node].child[side] = lower;
+    nodes[lower].parent = node;
+    refit(tree, node);
+    refit(tree, up);
+    return up;
+}
+
+/* Bounds, heights and balance from `node` up to the root. */
+static void mend(perp__tree *tree, int32_t node)
+{
+    while (node != NONE) {
+        const perp__tree_node *at = &tree->nodes[node];
+        int lean = tree->nodes[at->child[1]].height - tree->nodes[at->child[0]].height;
+        refit(tree, node);
+        if (lean > 1 || lean < -1)
+            node = rotate(tree, node, lean > 1);
+        node = tree->nodes[node].parent;
+    }
+}
+
+/* Where a leaf costs least: beside a node, or down in the child that grows less. */
+static int32_t best_sibling(const perp__tree *tree, const perp__bounds *bounds)
+{
+    const perp__tree_node *nodes = tree->nodes;
+    int32_t node = tree->root;
+    while (nodes[node].height > 0) {
+        double own = cost(&nodes[node].bounds), with = united_cost(&nodes[node].bounds, bounds);
+        double here = 2.0 * with, inherited = 2.0 * (with - own), down[2];
+        for (int c = 0; c < 2; c++) {
+            const perp__tree_node *child = &nodes[nodes[node].child[c]];
+            down[c] = inherited + united_cost(&child->bounds, bounds) -
+                      (child->height > 0 ? cost(&child->bounds) : 0.0);
+        }
+        if (here < down[0] && here < down[1])
+            break;
+        node = nodes[node].child[down[1] < down[0]];
+    }
+    return node;
+}
+
+int32_t perp__tree_insert(perp__tree *tree, const perp__bounds *bounds, int32_t item)
+{
+    int32_t leaf = take(tree), sibling, parent;
+    perp__tree_node *nodes = tree->nodes;
+    nodes[leaf].bounds = *bounds;
+    nodes[leaf].parent = NONE;
+    nodes[leaf].child[0] = nodes[leaf].child[1] = NONE;
+    nodes[leaf].height = 0;
+    nodes[leaf].item = item;
+    if (tree->root == NONE) {
+        tree->root = leaf;
+        return leaf;
+    }
+    sibling = best_sibling(tree, bounds);
+    parent = take(tree);
+    nodes[parent].item = NONE;
+    replace_child(tree, nodes[sibling].parent, sibling, parent);
+    nodes[parent].child[0] = sibling;
+    nodes[parent].child[1] = leaf;
+    nodes[sibling].parent = nodes[leaf].parent = parent;
+    mend(tree, parent);
+    return leaf;
+}
+
+void perp__tree_remove(perp__tree *tree, int32_t leaf)
+{
+    perp__tree_node *nodes = tree->nodes;
+    int32_t parent = nodes[leaf].parent;
+    give_back(tree, leaf);
+    if (parent == NONE) {
+        tree->root = NONE;
+        return;
+    }
+    replace_child(tree, nodes[parent].parent, parent,
+                  nodes[parent].child[nodes[parent].child[0] == leaf]);
+    int32_t above = nodes[parent].parent;
+    give_back(tree, parent);
+    mend(tree, above);
+}
+
+void perp__tree_start(const perp__tree *tree, perp__tree_walk *walk)
+{
+    walk->depth = tree->root != NONE;
+    walk->stack[0] = tree->root;
+}
+
+int32_t perp__tree_next(const perp__tree *tree, perp__tree_walk *walk, const perp__bounds *bounds)
+{
+    while (walk->depth > 0) {
+        const perp__tree_node *at = &tree->nodes[walk->stack[--walk->depth]];
+        if (!perp__bounds_overlap(&at->bounds, bounds))
+            continue;
+        if (at->height == 0)
+            return at->item;
+        walk->stack[walk->depth++] = at->child[0];
+        walk->stack[walk->depth++] = at->child[1];
+    }
+    return NONE;
+}

@@ -1,0 +1,52 @@
+/* A dynamic tree of boxes: which of them overlap a given one. */
+#ifndef PERP_WORLD_COLLIDE_TREE_H
+#define PERP_WORLD_COLLIDE_TREE_H
+
+#include "world/collide/collide.h"
+
+static inline int32_t perp__bounds_overlap(const perp__bounds *a, const perp__bounds *b)
+{
+    return a->low[0] <= b->high[0] && b->low[0] <= a->high[0] && a->low[1] <= b->high[1] &&
+           b->low[1] <= a->high[1] && a->low[2] <= b->high[2] && b->low[2] <= a->high[2];
+}
+
+static inline int32_t perp__bounds_contain(const perp__bounds *outer, const perp__bounds *inner)
+{
+    return outer->low[0] <= inner->low[0] && inner->high[0] <= outer->high[0] &&
+           outer->low[1] <= inner->low[1] && inner->high[1] <= outer->high[1] &&
+           outer->low[2] <= inner->low[2] && inner->high[2] <= outer->high[2];
+}
+
+typedef struct perp__tree_node {
+    perp__bounds bounds;
+    int32_t parent;   /* -1: root; of a free node: the next free one */
+    int32_t child[2]; /* -1: leaf */
+    int32_t height;   /* 0: leaf */
+    int32_t item;     /* of a leaf: the caller's number */
+} perp__tree_node;
+
+/* The nodes are the caller's memory: n leaves take 2 n - 1. */
+typedef struct perp__tree {
+    perp__tree_node *nodes;
+    int32_t used; /* nodes that were ever taken */
+    int32_t root; /* -1: empty */
+    int32_t free; /* list of free nodes */
+} perp__tree;
+
+void perp__tree_init(perp__tree *tree);
+
+/* Returns the leaf. There must be room for two nodes. O(log n). */
+int32_t perp__tree_insert(perp__tree *tree, const perp__bounds *bounds, int32_t item);
+void perp__tree_remove(perp__tree *tree, int32_t leaf);
+
+/* A walk over the leaves that overlap `bounds`. */
+typedef struct perp__tree_walk {
+    int32_t stack[64]; /* the tree is balanced as an AVL tree: 45 levels at 2^31 nodes */
+    int32_t depth;
+} perp__tree_walk;
+
+void perp__tree_start(const perp__tree *tree, perp__tree_walk *walk);
+/* The item of the next leaf, -1 at the end. */
+int32_t perp__tree_next(const perp__tree *tree, perp__tree_walk *walk, const perp__bounds *bounds);
+
+#endif

@@ -1,0 +1,335 @@
+/* Which pairs touch or meet, and in which points.
+ *
+ * A pair meets with the normal of the axis that closes last, unless what meets there is covered: a
+ * tile's side is no wall where the next tile stands before it. Bodies that turn sink into their
+ * neighbours by terms of second order, so that a corner can come to lie beside such a face; then
+ * the next axis whose face lies open is the normal. */
+#include "world/world.h"
+
+#include "world/spatial.h"
+
+#define RELATIVE_SLACK 1e-9
+
+/* A gap is a difference of coordinates: this many units of rounding of the largest of them. */
+#define GAP_ROUNDING (64.0 * PERP__EPSILON)
+
+/* A gap below this share of the bodies' size is near a half-space. */
+#define NEAR 1e-3
+
+/* By how much of its way a motion may close shapes that touch without pressing; and by how much of
+ * the slop. */
+#define RELATIVE_GRAZING 1e-6
+#define SLOP_GRAZING 1e-2
+
+/* A face is covered where what lies before it is nearer than this share of the shape's thickness.
+ */
+#define CRACK 1e-4
+
+/* A normal is made by the faces with whose normals it has more than this in common. */
+#define SUPPORT 1e-6
+
+static double rounding_of(const perp_world *world, int32_t shape)
+{
+    const double *x = world->placed[shape].position;
+    double largest = fmax(fabs(x[0]), fmax(fabs(x[1]), fabs(x[2])));
+
+    return GAP_ROUNDING *
+           (largest + world->shapes[shape].radius + fabs(world->shapes[shape].geometry.offset));
+}
+
+double perp__pair_rounding(const perp_world *world, const perp__pair *pair)
+{
+    return rounding_of(world, pair->first) + rounding_of(world, pair->second);
+}
+
+/* The thickness of the thinner shape; 0 for points before half-spaces. */
+static double size_of(const perp_world *world, const perp__pair *pair)
+{
+    double size = fmin(world->shapes[pair->first].thickness, world->shapes[pair->second].thickness);
+
+    return isfinite(size) ? size : 0.0;
+}
+
+static perp__nearness nearness_of(const perp_world *world, const perp__pair *pair, double way)
+{
+    double rounding = perp__pair_rounding(world, pair);
+    perp__nearness near;
+
+    near.touching = (RELATIVE_SLACK + world->slop) * size_of(world, pair) + rounding;
+    near.grazing =
+        rounding + SLOP_GRAZING * world->slop * size_of(world, pair) + RELATIVE_GRAZING * way;
+    near.rounding = rounding;
+    return near;
+}
+
+static int32_t has_plane(const perp_world *world, const perp__pair *pair)
+{
+    return world->shapes[pair->first].geometry.kind == PERP__PLANE ||
+           world->shapes[pair->second].geometry.kind == PERP__PLANE;
+}
+
+/* Whether the spheres about two shapes are within `margin` of each other. */
+int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin)
+{
+    const double *a = world->placed[pair->first].position;
+    const double *b = world->placed[pair->second].position;
+    const double between[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    const double reach =
+        world->shapes[pair->first].radius + world->shapes[pair->second].radius + margin;
+
+    return has_plane(world, pair) || perp__dot3(between, between) <= reach * reach ||
+           !isfinite(reach * reach);
+}
+
+/* A shape on the way of its body's motion. */
+perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h)
+{
+    const perp__shape *at = &world->shapes[shape];
+    const perp__motion *motion = &world->motions[at->body];
+    int32_t k, turns = at->geometry.kind != PERP__SPHERE || !perp__is_zero3(at->offset);
+    perp__moving moving;
+
+    moving.start = &world->placed[shape];
+    perp__copy3(moving.centre, world->states[at->body].position);
+    for (k = 0; k < 3; k++) {
+        moving.way[k] = h * motion->moving[k];
+        moving.turn[k] = turns ? h * motion->moving[3 + k] : 0.0;
+    }
+    moving.reach = perp__length3(at->offset) + at->radius;
+    return moving;
+}
+
+/* Whether the motion closes a point, with the normal at the start, of a half-space and another. */
+static int32_t reaches_plane(const perp_world *world, const perp__moving *a, const perp__moving *b)
+{
+    perp__point points[PERP__MAX_POINTS];
+    int32_t made =
+        perp__collide(a->start, b->start, world->settings.planar, perp__relative_way(a, b), points);
+    int32_t i, k;
+
+    for (i = 0; i < made; i++) {
+        double arm[2][3], turned[2][3], gap = points[i].gap;
+
+        for (k = 0; k < 3; k++) {
+            arm[0][k] = points[i].position[k] - a->centre[k];
+            arm[1][k] = points[i].position[k] - b->centre[k];
+        }
+        perp__cross(turned[0], a->turn, arm[0]);
+        perp__cross(turned[1], b->turn, arm[1]);
+        for (k = 0; k < 3; k++)
+            gap += points[i].normal[k] * ((b->way[k] + turned[1][k]) - (a->way[k] + turned[0][k]));
+        if (gap < 0.0)
+            return 1;
+    }
+    return 0;
+}
+
+/* ---- what is covered ---- */
+
+/* Whether the point lies inside the shape, by more than `depth`. */
+static int32_t holds(const perp__placed *shape, const double *point, double depth)
+{
+    const perp__geometry *geometry = shape->geometry;
+    double between[3], local[3];
+    int32_t k;
+
+    for (k = 0; k < 3; k++)
+        between[k] = point[k] - shape->position[k];
+    if (geometry->kind == PERP__SPHERE)
+        return perp__length3(between) < geometry->radius - depth;
+    perp__apply_transposed3(local, shape->rotation, between);
+    if (geometry->kind == PERP__PLANE)
+        return perp__dot3(geometry->normal, local) < geometry->offset - depth;
+    for (k = 0; k < 3; k++)
+        if (fabs(local[k]) > fmax(geometry->half_extents[k] - depth, 0.0))
+            return 0;
+    return 1;
+}
+
+/* Whether another shape near `shape` than `owner` holds the point. */
+static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, const double *point,
+                       double h, double t, double depth)
+{
+    int32_t link = world->shapes[shape].first_link;
+
+    while (link >= 0) {
+        const perp__pair *pair = &world->pairs[link / 2];
+        const int32_t other = link % 2 ? pair->first : pair->second;
+        const perp__moving moving = perp__moving_shape(world, other, h);
+        perp__placed placed;
+
+        link = pair->next[link % 2];
+        if (other == owner)
+            continue;
+        perp__moved(&moving, t, &placed);
+        if (holds(&placed, point, depth))
+            return 1;
+    }
+    return 0;
+}
+
+/* Whether one of the faces of box `owner`, within `rim` of `position`, that make its normal there
+ * is covered there by another shape near `shape`. One face alone is open unless the meeting is
+ * doubtful. Lists of what never moves may be long: they are read for bodies of many shapes only. */
+static int32_t is_covered(const perp_world *world, int32_t owner, int32_t shape,
+                          const perp__placed *at, const double *position, const double *normal,
+                          double rim, int32_t doubtful, double crack, double h, double t)
+{
+    const double *half = at->geometry->half_extents;
+    const int32_t dimension = world->settings.planar ? 2 : 3;
+    double between[3], local[3], out[3];
+    int32_t i, j, supports[3], faces = 0;
+
+    if (at->geometry->kind != PERP__BOX ||
+        (world->bodies[world->shapes[shape].body].kind != PERP_BODY_DYNAMIC &&
+         world->bodies[world->shapes[owner].body].shapes < 2))
+        return 0;
+    for (j = 0; j < 3; j++)
+        between[j] = position[j] - at->position[j];
+    perp__apply_transposed3(local, at->rotation, between);
+    perp__apply_transposed3(out, at->rotation, normal);
+    for (j = 0; j < dimension; j++) {
+        supports[j] =
+            fabs(out[j]) > SUPPORT && (out[j] < 0.0 ? -local[j] : local[j]) > half[j] - rim;
+        faces += supports[j];
+    }
+    for (j = 0; j < dimension && (faces > 1 || doubtful); j++) {
+        double probe[3] = {0.0, 0.0, 0.0}, world_probe[3];
+
+        if (!supports[j])
+            continue;
+        for (i = 0; i < dimension; i++) {
+            const double most = fmax(half[i] - crack, 0.0);
+
+            probe[i] = fmin(fmax(local[i], -most), most);
+        }
+        probe[j] = out[j] < 0.0 ? -half[j] - crack : half[j] + crack;
+        perp__apply3(world_probe, at->rotation, probe);
+        perp__add3(world_probe, 1.0, at->position);
+        if (is_held(world, shape, owner, world_probe, h, t, 0.25 * crack))
+            return 1;
+    }
+    return 0;
+}
+
+/* Whether either surface is covered where the points lie deepest. */
+static int32_t are_covered(const perp_world *world, const perp__pair *pair,
+                           const perp__placed *at_a, const perp__placed *at_b,
+                           const perp__point *points, int32_t count, int32_t doubtful, double h,
+                           double t, const perp__nearness *near)
+{
+    const double crack = CRACK * size_of(world, pair) + near->rounding;
+    const double *n = points[0].normal, back[3] = {-n[0], -n[1], -n[2]};
+    double least = INFINITY, middle[3] = {0.0, 0.0, 0.0}, share = 0.0, rim;
+    int32_t i, k;
+
+    for (i = 0; i < count; i++)
+        least = fmin(least, points[i].gap);
+    for (i = 0; i < count; i++)
+        if (points[i].gap <= least + near->touching) {
+            perp__add3(middle, 1.0, points[i].position);
+            share += 1.0;
+        }
+    for (k = 0; k < 3; k++)
+        middle[k] /= share;
+    rim = crack + fabs(least);
+    return is_covered(world, pair->first, pair->second, at_a, middle, n, rim, doubtful, crack, h,
+                      t) ||
+           is_covered(world, pair->second, pair->first, at_b, middle, back, rim, doubtful, crack, h,
+                      t);
+}
+
+/* The points along the axis of `meeting`, if they lie open; else over the next face that does, in
+ * the poses at `later`, to which the meeting is moved. Returns how many, 0 if all is covered. */
+static int32_t open_points(const perp_world *world, const perp__pair *pair, perp__meeting *meeting,
+                           double later, double h, const perp__nearness *near, perp__point *points)
+{
+    const perp__moving a = perp__moving_shape(world, pair->first, h);
+    const perp__moving b = perp__moving_shape(world, pair->second, h);
+    const int32_t planar = world->settings.planar;
+    perp__axis axes[PERP__MAX_AXES];
+    perp__placed at_a, at_b;
+    double covered[3];
+    int32_t made, k, count, best;
+
+    perp__moved(&a, meeting->time, &at_a);
+    perp__moved(&b, meeting->time, &at_b);
+    made = perp__collide_along(&at_a, &at_b, planar, meeting->axis, points);
+    if (made == 0 || !are_covered(world, pair, &at_a, &at_b, points, made, meeting->doubtful, h,
+                                  meeting->time, near))
+        return made;
+    if (a.start->geometry->kind != PERP__BOX || b.start->geometry->kind != PERP__BOX)
+        return 0;
+    perp__copy3(covered, points[0].normal);
+    perp__moved(&a, later, &at_a);
+    perp__moved(&b, later, &at_b);
+    count = perp__box_axes(&at_a, &at_b, planar, axes);
+    for (;;) {
+        best = -1;
+        for (k = 0; k < count && k < 6; k++) /* faces */
+            if (axes[k].separation > -INFINITY &&
+                fabs(perp__dot3(axes[k].normal, covered)) < 1.0 - SUPPORT * SUPPORT &&
+                (best < 0 || axes[k].separation > axes[best].separation))
+                best = k;
+        if (best < 0)
+            return 0;
+        axes[best].separation = -INFINITY;
+        made = perp__collide_along(&at_a, &at_b, planar, best, points);
+        if (made == 0 || are_covered(world, pair, &at_a, &at_b, points, made, 1, h, later, near))
+            continue;
+        meeting->axis = best;
+        meeting->time = later;
+        return made;
+    }
+}
+
+/* ---- pairs ---- */
+
+int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h,
+                              perp__point *points)
+{
+    const perp__moving a = perp__moving_shape(world, pair->first, h);
+    const perp__moving b = perp__moving_shape(world, pair->second, h);
+    const perp__nearness near = nearness_of(world, pair, perp__relative_way(&a, &b));
+    const int32_t planar = world->settings.planar;
+    const double sizes = world->bodies[world->shapes[pair->first].body].radius +
+                         world->bodies[world->shapes[pair->second].body].radius;
+
+    if (!perp__are_near(world, pair, near.touching))
+        return 0;
+    if (has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
+        if (perp__collide(a.start, b.start, planar, fmax(NEAR * sizes, near.touching), points) == 0)
+            return 0;
+        return perp__collide(a.start, b.start, planar, INFINITY, points);
+    }
+    if (!perp__touch_plainly(&a, &b, planar, &near, &pair->meeting))
+        return 0;
+    return open_points(world, pair, &pair->meeting, 0.0, h, &near, points);
+}
+
+int32_t perp__pair_meets(const perp_world *world, perp__pair *pair, double h)
+{
+    const perp__moving a = perp__moving_shape(world, pair->first, h);
+    const perp__moving b = perp__moving_shape(world, pair->second, h);
+    const double way = perp__relative_way(&a, &b);
+    const perp__nearness near = nearness_of(world, pair, way);
+
+    if (!perp__are_near(world, pair, way + near.touching))
+        return 0;
+    if (has_plane(world, pair)) {
+        pair->meeting.time = 0.0;
+        pair->meeting.doubtful = 0;
+        return reaches_plane(world, &a, &b);
+    }
+    return perp__meet(&a, &b, world->settings.planar, &near, &pair->meeting);
+}
+
+int32_t perp__meeting_points(const perp_world *world, perp__pair *pair, double h,
+                             perp__point *points)
+{
+    const perp__moving a = perp__moving_shape(world, pair->first, h);
+    const perp__moving b = perp__moving_shape(world, pair->second, h);
+    const perp__nearness near = nearness_of(world, pair, perp__relative_way(&a, &b));
+
+    return open_points(world, pair, &pair->meeting, 1.0, h, &near, points);
+}

@@ -1,0 +1,180 @@
+/* The pairs of a world against the double loop over its shapes, while bodies come, go and move. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include "world/scene.h"
+#include "world/world.h"
+
+enum { BODIES = 40 };
+
+static double uniform(uint64_t *state, double low, double high)
+{
+    uint64_t z = *state += UINT64_C(0x9e3779b97f4a7c15); /* splitmix64 */
+
+    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
+    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
+    return low + (high - low) * ldexp((double)((z ^ z >> 31) >> 11), -53);
+}
+
+static perp_body add_random(scene *s, uint64_t *state, int32_t planar)
+{
+    perp_body_settings settings = scene_settings();
+    perp_body body;
+    int k, shapes = 1 + (int)uniform(state, 0.0, 2.0);
+
+    settings.kind = (int32_t)uniform(state, 0.0, 3.0);
+    for (k = 0; k < (planar ? 2 : 3); k++) {
+        settings.position[k] = uniform(state, -2.0, 2.0);
+        if (settings.kind != PERP_BODY_STATIC)
+            settings.velocity[k] = uniform(state, -3.0, 3.0);
+    }
+    if (settings.kind != PERP_BODY_STATIC)
+        settings.angular_velocity[2] = uniform(state, -5.0, 5.0);
+    body = scene_add(s, &settings);
+    for (k = 0; k < shapes; k++) {
+        const double kind = uniform(state, 0.0, 1.0);
+
+        if (kind < 0.1 && settings.kind != PERP_BODY_DYNAMIC)
+            scene_plane(s, body, uniform(state, 0.1, 1.0), uniform(state, -1.0, 1.0), 0.0, -8.0,
+                        0.0, 0.0);
+        else if (kind < 0.5)
+            scene_sphere(s, body, uniform(state, 0.0, 0.7), 0.0, 0.0);
+        else
+            scene_box(s, body, uniform(state, 0.05, 0.7), uniform(state, 0.05, 0.7),
+                      uniform(state, 0.05, 0.7), 0.0, 0.0);
+    }
+    return body;
+}
+
+/* Whether a pair of the two shapes is in the world's list; pairs are in order. */
+static int has_pair(const perp_world *world, int32_t a, int32_t b)
+{
+    int32_t i, found = 0;
+
+    for (i = 0; i < world->pair_count; i++) {
+        const perp__pair *pair = perp__ordered_pair(world, i);
+
+        found += pair->first == a && pair->second == b;
+    }
+    assert_true(found <= 1);
+    return found;
+}
+
+/* Every two shapes that collide where the last step left them make a pair; what makes one is of two
+ * bodies of which one moves. */
+static int check_pairs(perp_world *world)
+{
+    int32_t a, b, i, meetings = 0;
+
+    perp__place(world, world->states);
+    assert_int_equal(perp__cover_places(world, 0.0), PERP_OK);
+    for (i = 1; i < world->pair_count; i++) {
+        const perp__pair *last = perp__ordered_pair(world, i - 1),
+                         *here = perp__ordered_pair(world, i);
+
+        assert_true(last->first < here->first ||
+                    (last->first == here->first && last->second < here->second));
+    }
+    for (a = 0; a < world->shape_slots; a++)
+        for (b = a + 1; b < world->shape_slots; b++) {
+            const perp__shape *x = &world->shapes[a], *y = &world->shapes[b];
+            perp__point points[PERP__MAX_POINTS];
+
+            if (!x->alive || !y->alive) {
+                assert_int_equal(has_pair(world, a, b), 0);
+                continue;
+            }
+            if (x->body == y->body || (world->bodies[x->body].kind != PERP_BODY_DYNAMIC &&
+                                       world->bodies[y->body].kind != PERP_BODY_DYNAMIC)) {
+                assert_int_equal(has_pair(world, a, b), 0);
+                continue;
+            }
+            if (perp__collide(&world->placed[a], &world->placed[b], world->settings.planar, 0.0,
+                              points) == 0)
+                continue;
+            meetings++;
+            assert_int_equal(has_pair(world, a, b), 1);
+        }
+    return meetings;
+}
+
+static void test_pairs_of_random_motion(void **context)
+{
+    int32_t planar;
+
+    (void)context;
+    for (planar = 0; planar < 2; planar++) {
+        uint64_t state = 31 + (uint64_t)planar;
+        perp_body bodies[BODIES];
+        perp_world_settings settings;
+        int round, i, meetings = 0;
+        scene s;
+
+        assert_int_equal(perp_world_settings_init(&settings, sizeof settings, planar), PERP_OK);
+        settings.max_iterations = 20; /* any motion will do */
+        scene_create(&s, &settings);
+        for (i = 0; i < BODIES; i++)
+            bodies[i] = add_random(&s, &state, planar);
+        for (round = 0; round < 60; round++) {
+            SCENE_OK(&s, perp_world_step(s.world, NULL, 0.02));
+            meetings += check_pairs(s.world);
+            i = (int)uniform(&state, 0.0, BODIES);
+            if (round % 3 == 0) {
+                SCENE_OK(&s, perp_world_remove_body(s.world, bodies[i]));
+                bodies[i] = add_random(&s, &state, planar);
+            } else if (round % 3 == 1) {
+                perp_body_state at = scene_state(&s, bodies[i]);
+
+                at.position[0] = uniform(&state, -2.0, 2.0);
+                at.position[1] = uniform(&state, -2.0, 2.0);
+                SCENE_OK(&s, perp_world_set_body(s.world, &at, bodies[i]));
+            }
+            meetings += check_pairs(s.world);
+        }
+        assert_true(meetings > 200);
+        scene_close(&s);
+    }
+}
+
+/* A stack, a row and a plane's worth of boxes: the pairs are those of neighbours, a bounded number
+ * for each. */
+static void test_pairs_are_few(void **context)
+{
+    enum { SIDE = 12, ALL = SIDE * SIDE * SIDE };
+    int axes;
+
+    (void)context;
+    for (axes = 1; axes <= 3; axes++) {
+        int i, count = axes == 1 ? ALL : axes == 2 ? 41 * 41 : ALL;
+        int side = axes == 1 ? ALL : axes == 2 ? 41 : SIDE;
+        scene s;
+
+        scene_open(&s, 0, 0.0, 0.0, 0.0);
+        for (i = 0; i < count; i++) {
+            perp_body_settings settings = scene_settings();
+
+            settings.position[2] = 1.5 * (i % side);
+            settings.position[1] = axes > 1 ? 1.5 * (i / side % side) : 0.0;
+            settings.position[0] = axes > 2 ? 1.5 * (i / side / side) : 0.0;
+            scene_box(&s, scene_add(&s, &settings), 0.5, 0.5, 0.5, 0.0, 0.0);
+        }
+        scene_step(&s, 0.01);
+        assert_int_equal(s.world->pair_count, 0);
+        scene_close(&s);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_pairs_of_random_motion),
+        cmocka_unit_test(test_pairs_are_few),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
