@@ -76,19 +76,8 @@ void perp__bodies_force(const perp__bodies *bodies, const double *f);
 /* Makes `free` where it is not kept: of rigid bodies. */
 void perp__bodies_find_free(const perp__bodies *bodies);
 
-/* The same, and q := H M^-1 f + w and (b for the rows of G); w has the rows of H, b those of G
- * (NULL: none). */
-void perp__bodies_load(const perp__bodies *bodies, const double *f, const double *w,
-                       const double *b, double *q);
-
-/* trace[k] := trace(W_kk), units. */
-void perp__bodies_traces(const perp__bodies *bodies, double *trace);
-
 /* u := W r + q in working precision; q may be NULL. */
 void perp__bodies_multiply(const perp__bodies *bodies, const double *r, const double *q, double *u);
-
-/* v := M^-1 (f + H'r), G's rows included; f may be NULL. */
-void perp__bodies_velocity(const perp__bodies *bodies, const double *f, const double *r, double *v);
 
 /* y := P'r, in blocks by width. */
 void perp__bodies_gather(const perp__bodies *bodies, const double *r, double *y);

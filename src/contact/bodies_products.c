@@ -21,22 +21,6 @@ static void solve_lower(const perp__bodies *b, double *y)
         }
 }
 
-/* y := L^-T y */
-static void solve_upper(const perp__bodies *b, double *y)
-{
-    const int32_t width = b->width;
-    const double *L = b->factors;
-
-    for (int32_t block = 0; block < b->blocks; block++, y += width, L += width * width)
-        for (int32_t i = width - 1; i >= 0; i--) {
-            double sum = y[i];
-
-            for (int32_t j = i + 1; j < width; j++)
-                sum -= L[j * width + i] * y[j];
-            y[i] = sum / L[i * width + i];
-        }
-}
-
 static void to_blocks(const perp__bodies *b, const double *x, double *y)
 {
     for (int64_t k = 0; k < (int64_t)b->blocks * b->width; k++)
@@ -223,57 +207,12 @@ void perp__bodies_force(const perp__bodies *b, const double *f)
     solve_lower(b, b->free);
 }
 
-void perp__bodies_load(const perp__bodies *b, const double *f, const double *w, const double *g,
-                       double *q)
-{
-    const int32_t rows = b->rows[b->contacts];
-
-    perp__bodies_force(b, f);
-    for (int32_t i = 0; i < b->size; i++)
-        q[i] = i < rows ? w[i] : g ? g[i - rows] : 0.0;
-    times_y(b, b->free, q, q);
-}
-
-void perp__bodies_traces(const perp__bodies *b, double *trace)
-{
-    for (int32_t k = 0; k < b->units; k++) {
-        double sum = 0.0;
-
-        for (int32_t i = b->rows[k]; i < b->rows[k + 1]; i++)
-            sum += b->compliance[i];
-        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
-            const double *p = b->values + b->piece_values[piece];
-            const int32_t count = (b->rows[k + 1] - b->rows[k]) * b->width;
-
-            for (int32_t j = 0; j < count; j++)
-                sum += p[j] * p[j];
-        }
-        trace[k] = sum;
-    }
-}
-
 void perp__bodies_multiply(const perp__bodies *b, const double *r, const double *q, double *u)
 {
     perp__bodies_gather(b, r, b->y);
     times_y(b, b->y, q, u);
     for (int32_t i = 0; i < b->size; i++)
         u[i] += b->compliance[i] * r[i];
-}
-
-void perp__bodies_velocity(const perp__bodies *b, const double *f, const double *r, double *v)
-{
-    const int64_t padded = (int64_t)b->blocks * b->width;
-
-    if (f)
-        to_blocks(b, f, b->y);
-    else
-        memset(b->y, 0, (size_t)padded * sizeof *b->y);
-    solve_lower(b, b->y);
-    add_impulses(b, r, b->y);
-    solve_upper(b, b->y);
-    for (int64_t k = 0; k < padded; k++)
-        if (b->dofs[k] >= 0)
-            v[b->dofs[k]] = b->y[k];
 }
 
 /* ---- W ----------------------------------------------------------------------------------------

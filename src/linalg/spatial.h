@@ -1,5 +1,5 @@
-/* Vectors of three, rotations and unit quaternions (w,x,y,z). Matrices are 3 by 3, row by row. Sums of
- * three run in index order. */
+/* Vectors of three, rotations and unit quaternions (w,x,y,z). Matrices are 3 by 3, row by row. Sums
+ * of three run in index order. */
 #ifndef PERP_LINALG_SPATIAL_H
 #define PERP_LINALG_SPATIAL_H
 

@@ -11,9 +11,6 @@
 #include "base/handle.h"
 #include "base/outcome.h"
 
-#define PERP__MECHANISM_FOUND_FIRST PERP__SIZE_THROUGH(perp_mechanism_found, rays)
-#define PERP__MECHANISM_SUMMARY_FIRST PERP__SIZE_THROUGH(perp_mechanism_summary, patterns)
-
 #define PERP__EPS 2.220446049250313e-16
 
 /* The velocities of an answer and its impulses belong together up to this, beside the terms of

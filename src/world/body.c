@@ -6,7 +6,7 @@
 
 #include "base/check.h"
 #include "base/context.h"
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 #define UNIT_TOLERANCE 1e-6
 

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 /* t1 is the x axis brought into the tangent plane, or the y axis where the normal is close to x;
  * t2 = n x t1. Planar: t1 is the normal turned by +90 degrees. The normal (0,0,1) has t1 = x and

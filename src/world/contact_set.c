@@ -14,7 +14,7 @@
 
 #include "base/context.h"
 #include "world/collide/meeting.h"
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 /* A gap below this share of the bodies' size is near: such points take part from the start. */
 #define NEAR 1e-3

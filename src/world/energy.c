@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 /* I w in the world frame. */
 static void spin_of(const perp_world *world, int32_t i, double *spin)

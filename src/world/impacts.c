@@ -19,7 +19,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 /* Impacts of a step: many where a problem is small, one where it is large. */
 #define MOST_IMPACTS 32

@@ -9,7 +9,7 @@
 
 #include <string.h>
 
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 /* q+ = exp(turn) q, turn in the world frame; 0 leaves every bit. */
 void perp__turn(const perp_world *world, perp__state *state, const double *turn)

@@ -6,7 +6,7 @@
 
 #include "base/check.h"
 #include "base/context.h"
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 /* Lower triangular L with A + shift E = L L' (row by row); returns 0 if a pivot is not above
  * `least` times its diagonal entry: not positive definite to rounding. */

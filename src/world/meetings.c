@@ -6,7 +6,7 @@
  * the next axis whose face lies open is the normal. */
 #include "world/world.h"
 
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 #define RELATIVE_SLACK 1e-9
 

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 /* Newton's method on three equations that are quadratic: quadratic convergence from the start. */
 #define MAX_NEWTON_STEPS 40

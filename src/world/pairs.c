@@ -12,7 +12,7 @@
 
 #include "base/check.h"
 #include "base/context.h"
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 enum { NONE = -1 };
 

@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 /* Overlap, relative to the bodies' size, that is worth removing. */
 #define OVERLAP_TOLERANCE 1e-12

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 /* Room for `count` records of this step beside those of the last. */
 static perp_status reserve(perp_world *world, int32_t count)

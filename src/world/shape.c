@@ -6,7 +6,7 @@
 
 #include "base/check.h"
 #include "base/context.h"
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 perp_status perp_shape_settings_init(perp_shape_settings *settings, size_t size)
 {

@@ -13,7 +13,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 static int32_t larger_of(int32_t a, int32_t b)
 {

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "world/spatial.h"
+#include "linalg/spatial.h"
 
 /* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
 #define LARGE_RATIO 1e3

@@ -13,12 +13,7 @@
 #include "lcp/settings.h"
 #include "linalg/lines.h"
 
-#define PERP__ENUMERATION_FIRST PERP__SIZE_THROUGH(perp_lcp_enumeration, seconds)
-
-perp_status perp_lcp_enumeration_init(perp_lcp_enumeration *result, size_t size)
-{
-    return perp__struct_init(result, size, PERP__ENUMERATION_FIRST);
-}
+PERP__INIT(perp_lcp_enumeration)
 
 /* Most variables: a bit of two words for each constraint of a family. */
 #define PERP__LARGEST_ALL 60
@@ -140,8 +135,7 @@ static void layout(perp__arena *arena, void *object)
 static perp_status check(perp_context *context, const perp_lcp_solver *solver,
                          const perp_lcp_enumeration *result, const double *q)
 {
-    perp_status status =
-        perp__struct_check(context, "result", result, sizeof *result, PERP__ENUMERATION_FIRST);
+    perp_status status = PERP__CHECK(perp_lcp_enumeration, context, result);
 
     if (status == PERP_OK && solver->n > PERP__LARGEST_ALL)
         status = perp__fail(context, PERP_ERROR_ARGUMENT,

@@ -27,15 +27,9 @@ const char *perp_mechanism_reason_text(int32_t reason)
     return reason >= 0 && reason < count ? reason_texts[reason] : "unknown reason";
 }
 
-perp_status perp_mechanism_found_init(perp_mechanism_found *found, size_t size)
-{
-    return perp__struct_init(found, size, PERP__MECHANISM_FOUND_FIRST);
-}
+PERP__INIT(perp_mechanism_found)
 
-perp_status perp_mechanism_summary_init(perp_mechanism_summary *summary, size_t size)
-{
-    return perp__struct_init(summary, size, PERP__MECHANISM_SUMMARY_FIRST);
-}
+PERP__INIT(perp_mechanism_summary)
 
 /* ---- memory -------------------------------------------------------------------------------- */
 
@@ -206,8 +200,7 @@ static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summ
     perp_mechanism_summary own;
     perp__acceleration *a;
     int32_t impact;
-    perp_status status = perp__struct_check(m->context, "summary", summary, sizeof *summary,
-                                            PERP__MECHANISM_SUMMARY_FIRST);
+    perp_status status = PERP__CHECK(perp_mechanism_summary, m->context, summary);
 
     if (status == PERP_OK)
         status = perp__mechanism_check_state(m, t, q, v);
@@ -246,8 +239,7 @@ static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t i
     const perp__acceleration *a = m->accelerations;
     const perp__answer *answer;
     perp_mechanism_found own;
-    perp_status status =
-        perp__struct_check(m->context, "found", found, sizeof *found, PERP__MECHANISM_FOUND_FIRST);
+    perp_status status = PERP__CHECK(perp_mechanism_found, m->context, found);
 
     if (status != PERP_OK)
         return status;

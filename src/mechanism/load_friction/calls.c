@@ -5,15 +5,11 @@
 #include "base/check.h"
 #include "mechanism/load_friction/load_friction.h"
 
-#define PERP__FOUND_FIRST PERP__SIZE_THROUGH(perp_load_found, rays)
-#define PERP__SUMMARY_FIRST PERP__SIZE_THROUGH(perp_load_summary, patterns)
-#define PERP__INVERSE_FIRST PERP__SIZE_THROUGH(perp_load_inverse, reserved)
-
 /* ---- structs and words --------------------------------------------------------------------- */
 
 perp_status perp_load_system_init(perp_load_system *system, size_t size)
 {
-    perp_status status = perp__struct_init(system, size, PERP__LOAD_SYSTEM_FIRST);
+    perp_status status = perp__struct_init(system, size, PERP__FIRST(perp_load_system));
 
     if (status == PERP_OK) {
         system->stiffness = 1.0;
@@ -24,7 +20,7 @@ perp_status perp_load_system_init(perp_load_system *system, size_t size)
 
 perp_status perp_load_settings_init(perp_load_settings *settings, size_t size)
 {
-    perp_status status = perp__struct_init(settings, size, PERP__LOAD_SETTINGS_FIRST);
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_load_settings));
 
     if (status == PERP_OK) {
         settings->tol = 1e-13;
@@ -34,20 +30,11 @@ perp_status perp_load_settings_init(perp_load_settings *settings, size_t size)
     return status;
 }
 
-perp_status perp_load_found_init(perp_load_found *found, size_t size)
-{
-    return perp__struct_init(found, size, PERP__FOUND_FIRST);
-}
+PERP__INIT(perp_load_found)
 
-perp_status perp_load_summary_init(perp_load_summary *summary, size_t size)
-{
-    return perp__struct_init(summary, size, PERP__SUMMARY_FIRST);
-}
+PERP__INIT(perp_load_summary)
 
-perp_status perp_load_inverse_init(perp_load_inverse *inverse, size_t size)
-{
-    return perp__struct_init(inverse, size, PERP__INVERSE_FIRST);
-}
+PERP__INIT(perp_load_inverse)
 
 const char *perp_load_kind_text(int32_t kind)
 {
@@ -94,8 +81,7 @@ static perp_status set(perp_load_friction *f, const perp_load_system *system)
 
     perp_load_system_init(&read, sizeof read);
     if (status == PERP_OK)
-        status = perp__struct_read(f->context, "system", &read, sizeof read, system,
-                                   PERP__LOAD_SYSTEM_FIRST);
+        status = PERP__READ(perp_load_system, f->context, &read, system);
     if (status == PERP_OK && read.n != f->n)
         status = perp__fail(f->context, PERP_ERROR_ARGUMENT, "system.n is %d, it was %d",
                             (int)read.n, (int)f->n);
@@ -138,8 +124,7 @@ static perp_status solve(perp_load_friction *f, perp_load_summary *summary, cons
                          const double *velocity)
 {
     perp_load_summary own;
-    perp_status status =
-        perp__struct_check(f->context, "summary", summary, sizeof *summary, PERP__SUMMARY_FIRST);
+    perp_status status = PERP__CHECK(perp_load_summary, f->context, summary);
 
     if (status == PERP_OK)
         status = perp__friction_check_vector(f, "tau", tau);
@@ -168,8 +153,7 @@ static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t in
 {
     const perp__answer *a;
     perp_load_found own;
-    perp_status status =
-        perp__struct_check(f->context, "found", found, sizeof *found, PERP__FOUND_FIRST);
+    perp_status status = PERP__CHECK(perp_load_found, f->context, found);
 
     if (status != PERP_OK)
         return status;

@@ -5,8 +5,6 @@
 #include "base/context.h"
 #include "mechanism/load_friction/load_friction.h"
 
-#define PERP__INVERSE_FIRST PERP__SIZE_THROUGH(perp_load_inverse, reserved)
-
 static double sign(double x)
 {
     return (double)((x > 0.0) - (x < 0.0));
@@ -94,8 +92,7 @@ static perp_status invert(perp_load_friction *f, double *tau, perp_load_inverse 
 
     memset(&own, 0, sizeof own);
     if (status == PERP_OK && inverse)
-        status = perp__struct_check(f->context, "inverse", inverse, sizeof *inverse,
-                                    PERP__INVERSE_FIRST);
+        status = PERP__CHECK(perp_load_inverse, f->context, inverse);
     if (status == PERP_OK)
         status = perp__friction_check_vector(f, "velocity", velocity);
     if (status == PERP_OK)

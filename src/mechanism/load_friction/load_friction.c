@@ -11,19 +11,13 @@
 
 /* ---- checks -------------------------------------------------------------------------------- */
 
-static perp_status check_settings(perp_context *context, const perp_load_settings *s)
-{
-    if (!(s->tol > 0.0 && s->tol <= 1e-3))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.tol is %g, not in (0, 1e-3]",
-                          s->tol);
-    if (s->most_patterns < 1)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.most_patterns is %lld, below 1",
-                          (long long)s->most_patterns);
-    if (s->starts < 1)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.starts is %d, below 1",
-                          (int)s->starts);
-    return PERP_OK;
-}
+static const perp__field settings_fields[] = {
+    PERP__REAL(perp_load_settings, tol, "(]", 0, 1e-3),
+    PERP__INTEGER(perp_load_settings, most_patterns, 1, INFINITY),
+    PERP__INTEGER(perp_load_settings, starts, 1, INFINITY),
+};
+
+static const perp__field sizes[] = {PERP__INTEGER(perp_load_system, n, 1, 20000)};
 
 static perp_status copy_friction(perp_load_friction *f, const perp_load_system *system)
 {
@@ -230,18 +224,15 @@ static perp_status create(perp_context *context, perp_load_friction **friction,
     perp_load_system_init(&read, sizeof read);
     status = perp__check_pointer(context, "friction", friction);
     if (status == PERP_OK)
-        status = perp__struct_read(context, "settings", &own, sizeof own, settings,
-                                   PERP__LOAD_SETTINGS_FIRST);
+        status = PERP__READ(perp_load_settings, context, &own, settings);
     if (status == PERP_OK)
-        status = check_settings(context, &own);
+        status = PERP__CHECK_FIELDS(context, "settings", &own, settings_fields);
     if (status == PERP_OK)
         status = perp__check_pointer(context, "system", system);
     if (status == PERP_OK)
-        status = perp__struct_read(context, "system", &read, sizeof read, system,
-                                   PERP__LOAD_SYSTEM_FIRST);
-    if (status == PERP_OK && (read.n < 1 || read.n > 20000))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "system.n is %d, expected at least 1 (and at most 20000)", (int)read.n);
+        status = PERP__READ(perp_load_system, context, &read, system);
+    if (status == PERP_OK)
+        status = PERP__CHECK_FIELDS(context, "system", &read, sizes);
     if (status == PERP_OK)
         status = make(context, &f, read.n);
     if (status != PERP_OK)

@@ -11,9 +11,6 @@
 #include "linalg/pivoting.h"
 #include "patterns/patterns.h"
 
-#define PERP__LOAD_SYSTEM_FIRST PERP__SIZE_THROUGH(perp_load_system, damping)
-#define PERP__LOAD_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_load_settings, reserved)
-
 /* Points of a family that differ by less, relatively, are the same. */
 #define PERP__FRICTION_SAME 1e-8
 

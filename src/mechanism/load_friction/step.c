@@ -6,12 +6,7 @@
 #include "base/context.h"
 #include "mechanism/load_friction/load_friction.h"
 
-#define PERP__STEP_FIRST PERP__SIZE_THROUGH(perp_load_step, reserved)
-
-perp_status perp_load_step_init(perp_load_step *step, size_t size)
-{
-    return perp__struct_init(step, size, PERP__STEP_FIRST);
-}
+PERP__INIT(perp_load_step)
 
 /* ---- the question -------------------------------------------------------------------------- */
 
@@ -168,7 +163,7 @@ static perp_status check(perp_load_friction *f, const double *next, const perp_l
     int32_t i;
 
     if (status == PERP_OK && step)
-        status = perp__struct_check(f->context, "step", step, sizeof *step, PERP__STEP_FIRST);
+        status = PERP__CHECK(perp_load_step, f->context, step);
     if (status == PERP_OK)
         status = perp__friction_check_vector(f, "tau", tau);
     if (status == PERP_OK)

@@ -12,17 +12,12 @@
 #include "linalg/eigenvalues.h"
 #include "mechanism/load_friction/load_friction.h"
 
-#define PERP__UNIQUENESS_FIRST PERP__SIZE_THROUGH(perp_load_uniqueness, radius)
-
 enum { LARGEST_EXACT = 12, TRIES = 16 };
 
 /* Imaginary parts that a double real eigenvalue gets from rounding. */
 static const double as_good_as_real = 1e-7;
 
-perp_status perp_load_uniqueness_init(perp_load_uniqueness *uniqueness, size_t size)
-{
-    return perp__struct_init(uniqueness, size, PERP__UNIQUENESS_FIRST);
-}
+PERP__INIT(perp_load_uniqueness)
 
 static size_t square_of(const perp_load_friction *f)
 {
@@ -273,8 +268,7 @@ perp_status perp_load_friction_uniqueness(perp_load_friction *friction,
 
     if (status != PERP_OK)
         return status;
-    status = perp__struct_check(friction->context, "uniqueness", uniqueness, sizeof *uniqueness,
-                                PERP__UNIQUENESS_FIRST);
+    status = PERP__CHECK(perp_load_uniqueness, friction->context, uniqueness);
     if (status == PERP_OK && velocity)
         status = perp__friction_check_vector(friction, "velocity", velocity);
     if (status == PERP_OK) {

@@ -1,6 +1,6 @@
 /* The separating axes of two boxes (Gottschalk, Lin & Manocha 1996), in the world frame. */
 #include "world/collide/meeting.h"
-#include "world/collide/vector.h"
+#include "linalg/spatial.h"
 
 /* Sine of the angle between two edges below which their product is no axis of its own: its
  * direction would be rounding, and the face normals stand in for it to 1e-7 of an edge's length. */
@@ -18,15 +18,15 @@ static double half_width(const perp__placed *box, const double *normal)
 double perp__box_separation(const perp__placed *a, const perp__placed *b, const double *normal)
 {
     double between[3];
-    perp__vector_subtract(between, b->position, a->position);
-    return (perp__vector_dot(normal, between) - half_width(a, normal)) - half_width(b, normal);
+    perp__subtract3(between, b->position, a->position);
+    return (perp__dot3(normal, between) - half_width(a, normal)) - half_width(b, normal);
 }
 
 /* Turns the normal from A to B and measures. */
 static void measure(const perp__placed *a, const perp__placed *b, const double *between,
                     perp__axis *axis)
 {
-    double along = perp__vector_dot(axis->normal, between);
+    double along = perp__dot3(axis->normal, between);
     for (int k = 0; k < 3 && along < 0.0; k++)
         axis->normal[k] = -axis->normal[k];
     axis->separation = (fabs(along) - half_width(a, axis->normal)) - half_width(b, axis->normal);
@@ -39,7 +39,7 @@ static void edge_axis(const perp__placed *a, const perp__placed *b, const double
     n[0] = u[1] * v[2] - u[2] * v[1];
     n[1] = u[2] * v[0] - u[0] * v[2];
     n[2] = u[0] * v[1] - u[1] * v[0];
-    double length = sqrt(perp__vector_dot(n, n));
+    double length = sqrt(perp__dot3(n, n));
     axis->separation = -INFINITY;
     if (length < PARALLEL)
         return;
@@ -53,10 +53,10 @@ int32_t perp__box_axes(const perp__placed *a, const perp__placed *b, int32_t pla
 {
     int dimension = planar ? 2 : 3;
     double between[3], u[3][3], v[3][3];
-    perp__vector_subtract(between, b->position, a->position);
+    perp__subtract3(between, b->position, a->position);
     for (int j = 0; j < dimension; j++) {
-        perp__vector_axis(u[j], a->rotation, j);
-        perp__vector_axis(v[j], b->rotation, j);
+        perp__column3(u[j], a->rotation, j);
+        perp__column3(v[j], b->rotation, j);
         for (int k = 0; k < 3; k++) {
             axes[j].normal[k] = u[j][k];
             axes[dimension + j].normal[k] = v[j][k];

@@ -7,7 +7,7 @@
 #include "world/collide/box.h"
 
 #include "world/collide/segment.h"
-#include "world/collide/vector.h"
+#include "linalg/spatial.h"
 
 /* Sine of the angle between two edges below which their product is no axis of its own: its
  * direction would be rounding, and the face normals stand in for it to 1e-7 of an edge's length. */
@@ -86,7 +86,7 @@ static int edge_product(const perp__box_pair *pair, int i, int j, edge_axis *axi
     normal[i] = 0.0;
     normal[k] = -pair->axes[3 * l + j] / length;
     normal[l] = pair->axes[3 * k + j] / length;
-    double along = perp__vector_dot(normal, pair->centre);
+    double along = perp__dot3(normal, pair->centre);
     if (along < 0.0)
         for (int m = 0; m < 3; m++)
             normal[m] = -normal[m];
@@ -173,9 +173,9 @@ static int32_t edge_point(const perp__box_pair *pair, const edge_axis *axis, dou
         return 0;
 
     /* between the points lies the gap, along the axis, unless an edge ended before */
-    perp__vector_subtract(between, on_second, on_first);
-    perp__vector_add(between, between, -gap, axis->normal);
-    if (gap > 0.0 && perp__vector_largest(between) > PERP__BOX_ON_FACE * pair->size)
+    perp__subtract3(between, on_second, on_first);
+    perp__along3(between, between, -gap, axis->normal);
+    if (gap > 0.0 && perp__largest3(between) > PERP__BOX_ON_FACE * pair->size)
         return 0;
     for (int k = 0; k < 3; k++)
         position[k] = 0.5 * (on_first[k] + on_second[k]);
@@ -190,7 +190,7 @@ static void face_normal(const views *both, const face_axis *axis, double *normal
     for (int k = 0; k < 3; k++)
         normal[k] = k == axis->face.axis ? axis->face.sign : 0.0;
     if (axis->second) {
-        perp__vector_axis(normal, both->from[0].axes, axis->face.axis);
+        perp__column3(normal, both->from[0].axes, axis->face.axis);
         for (int k = 0; k < 3; k++)
             normal[k] *= -axis->face.sign;
     }

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-#include "world/collide/vector.h"
+#include "linalg/spatial.h"
 
 /* A convex quadrilateral has at most 8 corners left when four lines have cut it. */
 enum { MAX_CORNERS = 8 };
@@ -45,16 +45,16 @@ static int32_t incident_face(const perp__box_pair *pair, const perp__box_face *f
     static const double round[4][2] = {{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}};
     int k = (j + 1) % 3, l = (j + 2) % 3;
     double axis_j[3], axis_k[3], axis_l[3];
-    perp__vector_axis(axis_j, pair->axes, j);
-    perp__vector_axis(axis_k, pair->axes, k);
-    perp__vector_axis(axis_l, pair->axes, l);
+    perp__column3(axis_j, pair->axes, j);
+    perp__column3(axis_k, pair->axes, k);
+    perp__column3(axis_l, pair->axes, l);
     const double *half = pair->incident_half;
     out->count = 4;
     for (int q = 0; q < 4; q++) {
         corner *at = &out->corners[q];
-        perp__vector_add(at->position, pair->centre, sign * half[j], axis_j);
-        perp__vector_add(at->position, at->position, round[q][0] * half[k], axis_k);
-        perp__vector_add(at->position, at->position, round[q][1] * half[l], axis_l);
+        perp__along3(at->position, pair->centre, sign * half[j], axis_j);
+        perp__along3(at->position, at->position, round[q][0] * half[k], axis_k);
+        perp__along3(at->position, at->position, round[q][1] * half[l], axis_l);
         at->before = (q + 3) % 4;
         at->after = q;
     }
@@ -128,7 +128,7 @@ int32_t perp__box_clip(const perp__box_pair *pair, const perp__box_face *face, d
         if (!(gap <= margin))
             continue;
         double position[3];
-        perp__vector_add(position, at->position, -0.5 * gap, normal);
+        perp__along3(position, at->position, -0.5 * gap, normal);
         int32_t feature = ((6 * reference + incident) * 8 + at->before) * 8 + at->after;
         perp__box_pair_emit(pair, position, normal, gap, feature, &points[count++]);
     }

@@ -2,7 +2,7 @@
 #include "world/collide/box.h"
 
 #include "world/collide/segment.h"
-#include "world/collide/vector.h"
+#include "linalg/spatial.h"
 
 void perp__box_pair_set(perp__box_pair *pair, const perp__placed *reference,
                         const perp__placed *incident)
@@ -13,15 +13,15 @@ void perp__box_pair_set(perp__box_pair *pair, const perp__placed *reference,
     pair->incident_half = incident->geometry->half_extents;
     for (int j = 0; j < 3; j++) {
         double axis[3], column[3];
-        perp__vector_axis(axis, incident->rotation, j);
-        perp__vector_rotate_back(column, reference->rotation, axis);
+        perp__column3(axis, incident->rotation, j);
+        perp__apply_transposed3(column, reference->rotation, axis);
         for (int k = 0; k < 3; k++)
             pair->axes[3 * k + j] = column[k];
     }
     double between[3];
-    perp__vector_subtract(between, incident->position, reference->position);
-    perp__vector_rotate_back(pair->centre, reference->rotation, between);
-    pair->size = fmin(perp__vector_largest(pair->half), perp__vector_largest(pair->incident_half));
+    perp__subtract3(between, incident->position, reference->position);
+    perp__apply_transposed3(pair->centre, reference->rotation, between);
+    pair->size = fmin(perp__largest3(pair->half), perp__largest3(pair->incident_half));
 }
 
 int perp__box_is_smaller(const perp__placed *a, const perp__placed *b)
@@ -34,9 +34,9 @@ void perp__box_pair_emit(const perp__box_pair *pair, const double *position, con
                          double gap, int32_t feature, perp__point *point)
 {
     double turned[3];
-    perp__vector_rotate(turned, pair->reference->rotation, position);
-    perp__vector_add(point->position, pair->reference->position, 1.0, turned);
-    perp__vector_rotate(point->normal, pair->reference->rotation, normal);
+    perp__apply3(turned, pair->reference->rotation, position);
+    perp__along3(point->position, pair->reference->position, 1.0, turned);
+    perp__apply3(point->normal, pair->reference->rotation, normal);
     point->gap = gap;
     point->feature = feature;
 }
@@ -51,8 +51,8 @@ int32_t perp__box_pair_closest(const perp__box_pair *pair, int32_t planar, doubl
     double on_reference[3], on_incident[3], direction[3], position[3];
     perp__segment_closest_edges(&reference, &incident, planar, on_reference, on_incident);
 
-    perp__vector_subtract(direction, on_incident, on_reference);
-    double gap = perp__vector_normalise(direction);
+    perp__subtract3(direction, on_incident, on_reference);
+    double gap = perp__normalise3(direction);
     if (!(gap <= margin))
         return 0;
     for (int k = 0; k < 3; k++)

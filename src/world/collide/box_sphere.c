@@ -1,6 +1,6 @@
 /* A box and a sphere; in planar worlds a rectangle and a disc. */
 #include "world/collide/collide.h"
-#include "world/collide/vector.h"
+#include "linalg/spatial.h"
 
 /* The face next to a centre inside of the box: the way out is the shortest there. Replaces the
  * centre's coordinate by the face's, writes the normal, returns the centre's depth >= 0. */
@@ -25,15 +25,15 @@ int32_t perp__collide_box_sphere(const perp__placed *box, const perp__placed *sp
     int dimension = planar ? 2 : 3;
     const double *half = box->geometry->half_extents;
     double between[3], centre[3], closest[3] = {0.0, 0.0, 0.0}, outward[3] = {0.0, 0.0, 0.0};
-    perp__vector_subtract(between, sphere->position, box->position);
-    perp__vector_rotate_back(centre, box->rotation, between);
+    perp__subtract3(between, sphere->position, box->position);
+    perp__apply_transposed3(centre, box->rotation, between);
 
     /* the point of the box next to the sphere's centre, in the frame of the box */
     for (int j = 0; j < dimension; j++) {
         closest[j] = fmin(fmax(centre[j], -half[j]), half[j]);
         outward[j] = centre[j] - closest[j];
     }
-    double distance = perp__vector_normalise(outward);
+    double distance = perp__normalise3(outward);
     if (distance == 0.0)
         distance = -nearest_face(closest, outward, half, dimension);
 
@@ -41,10 +41,10 @@ int32_t perp__collide_box_sphere(const perp__placed *box, const perp__placed *sp
     if (!(gap <= margin))
         return 0;
 
-    perp__vector_rotate(points->normal, box->rotation, outward);
-    perp__vector_add(closest, closest, 0.5 * gap, outward);
-    perp__vector_rotate(between, box->rotation, closest);
-    perp__vector_add(points->position, box->position, 1.0, between);
+    perp__apply3(points->normal, box->rotation, outward);
+    perp__along3(closest, closest, 0.5 * gap, outward);
+    perp__apply3(between, box->rotation, closest);
+    perp__along3(points->position, box->position, 1.0, between);
     points->gap = gap;
     points->feature = 0;
     return 1;

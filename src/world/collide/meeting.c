@@ -16,8 +16,8 @@
 #include <string.h>
 
 #include "world/collide/box.h"
-#include "world/collide/vector.h"
-#include "world/spatial.h"
+#include "linalg/spatial.h"
+#include "linalg/spatial.h"
 
 /* Radians between two looks at the axes. */
 #define STRIDE 0.25
@@ -37,7 +37,7 @@ void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
     double offset[3];
     placed->geometry = start->geometry;
     if (perp__is_zero3(shape->turn)) {
-        perp__vector_add(placed->position, start->position, t, shape->way);
+        perp__along3(placed->position, start->position, t, shape->way);
         memcpy(placed->rotation, start->rotation, sizeof placed->rotation);
         return;
     }
@@ -45,8 +45,8 @@ void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
     perp__quaternion_exponential(q, turn);
     perp__quaternion_matrix(R, q);
     perp__multiply3(placed->rotation, R, start->rotation);
-    perp__vector_subtract(offset, start->position, shape->centre);
-    perp__vector_rotate(placed->position, R, offset);
+    perp__subtract3(offset, start->position, shape->centre);
+    perp__apply3(placed->position, R, offset);
     for (int k = 0; k < 3; k++)
         placed->position[k] += shape->centre[k] + t * shape->way[k];
 }
@@ -54,7 +54,7 @@ void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
 double perp__relative_way(const perp__moving *a, const perp__moving *b)
 {
     double way[3];
-    perp__vector_subtract(way, b->way, a->way);
+    perp__subtract3(way, b->way, a->way);
     return perp__length3(way) + perp__length3(a->turn) * a->reach +
            perp__length3(b->turn) * b->reach;
 }
@@ -63,7 +63,7 @@ static double size_of(const perp__placed *shape)
 {
     const perp__geometry *geometry = shape->geometry;
     return geometry->kind == PERP__SPHERE ? geometry->radius
-                                          : perp__vector_largest(geometry->half_extents);
+                                          : perp__largest3(geometry->half_extents);
 }
 
 /* How far one axis alone decides: the largest separation along other directions than `best`. */
@@ -72,7 +72,7 @@ static double separation_aside(const perp__axis *axes, int32_t count, int32_t be
     double largest = -INFINITY;
     for (int32_t k = 0; k < count; k++)
         if (axes[k].separation > largest &&
-            fabs(perp__vector_dot(axes[k].normal, axes[best].normal)) < ASIDE)
+            fabs(perp__dot3(axes[k].normal, axes[best].normal)) < ASIDE)
             largest = axes[k].separation;
     return largest;
 }
@@ -99,8 +99,8 @@ static int32_t last_to_close(const perp__placed *a, const perp__placed *b, const
 static void centre_in_box(const perp__placed *box, const perp__placed *ball, double *centre)
 {
     double between[3];
-    perp__vector_subtract(between, ball->position, box->position);
-    perp__vector_rotate_back(centre, box->rotation, between);
+    perp__subtract3(between, ball->position, box->position);
+    perp__apply_transposed3(centre, box->rotation, between);
 }
 
 /* Distance of a point from a box (negative inside: to the next face) and its gradient. */
@@ -128,7 +128,7 @@ static double box_distance(const double *half, int dimension, const double *cent
     if (out > 1)
         *aside = 0.0;
     if (out > 0)
-        return perp__vector_normalise(gradient);
+        return perp__normalise3(gradient);
     gradient[next] = centre[next] < 0.0 ? -1.0 : 1.0;
     return inside;
 }
@@ -142,9 +142,9 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
     meeting->axis = meeting->doubtful = 0;
     if (kind_a == PERP__SPHERE && kind_b == PERP__SPHERE) {
         double between[3];
-        perp__vector_subtract(between, b->position, a->position);
+        perp__subtract3(between, b->position, a->position);
         double reach = a->geometry->radius + b->geometry->radius + near->touching;
-        return perp__vector_dot(between, between) <= reach * reach;
+        return perp__dot3(between, between) <= reach * reach;
     }
     if (kind_a == PERP__BOX && kind_b == PERP__BOX) {
         perp__axis axes[PERP__MAX_AXES];
@@ -189,7 +189,7 @@ static void narrow(double first, double last, double *enter, double *leave)
 /* What bodies that do not turn go towards each other, free of the rounding of their places. */
 static void relative_way(const perp__moving *a, const perp__moving *b, double *way)
 {
-    perp__vector_subtract(way, b->way, a->way);
+    perp__subtract3(way, b->way, a->way);
 }
 
 /* The time in [t, end] at which boxes meet if they keep their axes; INFINITY if they don't. */
@@ -206,7 +206,7 @@ static double box_entry(const perp__moving *a, const perp__moving *b, const perp
         if (axes[k].separation == -INFINITY)
             continue;
         const double *n = axes[k].normal;
-        double last = straight ? axes[k].separation + (end - t) * perp__vector_dot(n, way)
+        double last = straight ? axes[k].separation + (end - t) * perp__dot3(n, way)
                                : perp__box_separation(&later_a, &later_b, n);
         narrow(axes[k].separation + gate[k], last + gate[k], &enter, &leave);
         if (last < 0.0) { /* B may have passed to A's other side */
@@ -321,9 +321,9 @@ static double ball_entry(const double *half, int dimension, double radius, const
         }
     for (int look = 0; look < MAX_LOOKS && t <= leave; look++) {
         double at[3], gradient[3], aside;
-        perp__vector_add(at, from, t, way);
+        perp__along3(at, from, t, way);
         double gap = box_distance(half, dimension, at, gradient, &aside) - radius + gates[6];
-        double rate = -perp__vector_dot(gradient, way);
+        double rate = -perp__dot3(gradient, way);
         if (!(rate > 0.0))
             return INFINITY;
         if (gap <= rounding)
@@ -361,18 +361,18 @@ static int32_t meet_ball(const perp__moving *a, const perp__moving *b, int32_t p
         perp__moved(a, end, &later_a);
         perp__moved(b, end, &later_b);
         centre_in_box(&later_a, &later_b, to);
-        perp__vector_subtract(way, to, from);
+        perp__subtract3(way, to, from);
         if (angle == 0.0) {
             double world[3];
             relative_way(a, b, world);
-            perp__vector_rotate_back(way, a->start->rotation, world);
+            perp__apply_transposed3(way, a->start->rotation, world);
         }
         double entry = ball_entry(half, dimension, radius, from, way, gates, near->rounding);
         if (entry <= 1.0) {
             double at[3];
             entry =
                 fmin(entry, ball_entry(half, dimension, radius, from, way, bare, near->rounding));
-            perp__vector_add(at, from, entry, way);
+            perp__along3(at, from, entry, way);
             box_distance(half, dimension, at, gradient, &aside);
             meeting->time = t + entry * (end - t);
             meeting->axis = 0;

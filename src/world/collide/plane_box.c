@@ -1,6 +1,6 @@
 /* A half-space and a box; in planar worlds a half-plane and a rectangle. */
 #include "world/collide/collide.h"
-#include "world/collide/vector.h"
+#include "linalg/spatial.h"
 
 /* Every corner is a point of its own: the box rests on those that touch. Bit j of a corner's number
  * tells the side of axis j.
@@ -13,16 +13,16 @@ int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *b
                                 double margin, perp__point *points)
 {
     double normal[3], between[3];
-    perp__vector_rotate(normal, plane->rotation, plane->geometry->normal);
-    perp__vector_subtract(between, box->position, plane->position);
-    double centre = perp__vector_dot(normal, between) - plane->geometry->offset;
+    perp__apply3(normal, plane->rotation, plane->geometry->normal);
+    perp__subtract3(between, box->position, plane->position);
+    double centre = perp__dot3(normal, between) - plane->geometry->offset;
 
     const double *half = box->geometry->half_extents;
     int dimension = planar ? 2 : 3;
     double axis[3][3], height[3];
     for (int j = 0; j < dimension; j++) {
-        perp__vector_axis(axis[j], box->rotation, j);
-        height[j] = half[j] * perp__vector_dot(normal, axis[j]);
+        perp__column3(axis[j], box->rotation, j);
+        height[j] = half[j] * perp__dot3(normal, axis[j]);
     }
 
     int32_t count = 0;
@@ -32,13 +32,13 @@ int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *b
         for (int j = 0; j < dimension; j++) {
             double side = corner >> j & 1 ? 1.0 : -1.0;
             gap += side * height[j];
-            perp__vector_add(position, position, side * half[j], axis[j]);
+            perp__along3(position, position, side * half[j], axis[j]);
         }
         if (!(gap <= margin))
             continue;
         perp__point *point = &points[count++];
-        perp__vector_add(position, position, -0.5 * gap, normal);
-        perp__vector_add(point->position, box->position, 1.0, position);
+        perp__along3(position, position, -0.5 * gap, normal);
+        perp__along3(point->position, box->position, 1.0, position);
         for (int k = 0; k < 3; k++)
             point->normal[k] = normal[k];
         point->gap = gap;

@@ -4,7 +4,7 @@
  * apart, or overlap least, is the contact's normal. The opposite side of the other rectangle, cut
  * to the width of the reference side, gives up to two points. */
 #include "world/collide/box.h"
-#include "world/collide/vector.h"
+#include "linalg/spatial.h"
 
 /* Features: side and incident side of either reference, and which end; and one for the closest
  * points, which come alone. */
@@ -35,11 +35,11 @@ static int32_t incident_side(const perp__box_pair *pair, const perp__box_face *f
     int j = fabs(along[1]) > fabs(along[0]) ? 1 : 0;
     double sign = face->sign * along[j] > 0.0 ? -1.0 : 1.0;
     double normal[3], tangent[3];
-    perp__vector_axis(normal, pair->axes, j);
-    perp__vector_axis(tangent, pair->axes, 1 - j);
+    perp__column3(normal, pair->axes, j);
+    perp__column3(tangent, pair->axes, 1 - j);
     for (int e = 0; e < 2; e++) {
-        perp__vector_add(ends[e], pair->centre, sign * pair->incident_half[j], normal);
-        perp__vector_add(ends[e], ends[e], (e ? 1.0 : -1.0) * pair->incident_half[1 - j], tangent);
+        perp__along3(ends[e], pair->centre, sign * pair->incident_half[j], normal);
+        perp__along3(ends[e], ends[e], (e ? 1.0 : -1.0) * pair->incident_half[1 - j], tangent);
     }
     return 2 * j + (sign > 0.0);
 }
@@ -88,7 +88,7 @@ static int32_t side_points(const perp__box_pair *pair, const perp__box_face *fac
         if (!(gap <= margin))
             continue;
         double position[3];
-        perp__vector_add(position, ends[e], -0.5 * gap, normal);
+        perp__along3(position, ends[e], -0.5 * gap, normal);
         perp__box_pair_emit(pair, position, normal, gap, (4 * reference + incident) * 2 + e,
                             &points[count++]);
     }

@@ -1,7 +1,7 @@
 /* Closest points of straight edges. */
 #include "world/collide/segment.h"
 
-#include "world/collide/vector.h"
+#include "linalg/spatial.h"
 
 /* Sine of the angle below which two directions count as parallel: the point where two lines come
  * closest is then lost in rounding, and any point of the stretch is as close to 1e-7 of its length.
@@ -28,13 +28,13 @@ int perp__segment_closest(const perp__segment *a, const perp__segment *b, double
 {
     const double *u = a->direction, *v = b->direction;
     double between[3], cross[3];
-    perp__vector_subtract(between, b->centre, a->centre);
+    perp__subtract3(between, b->centre, a->centre);
     for (int k = 0; k < 3; k++)
         cross[k] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
-    double cosine = perp__vector_dot(u, v);
-    double sine_squared = perp__vector_dot(cross, cross);
-    double along_a = perp__vector_dot(u, between);
-    double along_b = perp__vector_dot(v, between);
+    double cosine = perp__dot3(u, v);
+    double sine_squared = perp__dot3(cross, cross);
+    double along_a = perp__dot3(u, between);
+    double along_b = perp__dot3(v, between);
 
     int parallel = sine_squared < PARALLEL * PARALLEL;
     double s = parallel ? middle_of_overlap(along_a, b->half, a->half)
@@ -46,8 +46,8 @@ int perp__segment_closest(const perp__segment *a, const perp__segment *b, double
         r = clamp(r, b->half);
         s = clamp(along_a + r * cosine, a->half);
     }
-    perp__vector_add(on_a, a->centre, s, u);
-    perp__vector_add(on_b, b->centre, r, v);
+    perp__along3(on_a, a->centre, s, u);
+    perp__along3(on_b, b->centre, r, v);
     return parallel;
 }
 
@@ -58,16 +58,16 @@ void perp__segment_of_box(perp__segment *edge, const double *half, const double 
     int32_t each = planar ? 2 : 4;
     int j = (int)(number / each);
     int32_t sides = number % each;
-    perp__vector_axis(edge->direction, axes, j);
+    perp__column3(edge->direction, axes, j);
     edge->half = half[j];
     for (int k = 0; k < 3; k++)
         edge->centre[k] = centre[k];
     for (int m = 1; m < dimension; m++) {
         int other = (j + m) % dimension;
         double axis[3];
-        perp__vector_axis(axis, axes, other);
+        perp__column3(axis, axes, other);
         double side = sides >> (m - 1) & 1 ? 1.0 : -1.0;
-        perp__vector_add(edge->centre, edge->centre, side * half[other], axis);
+        perp__along3(edge->centre, edge->centre, side * half[other], axis);
     }
 }
 
@@ -84,8 +84,8 @@ void perp__segment_closest_edges(const perp__box_edges *a, const perp__box_edges
             double here_a[3], here_b[3], between[3];
             perp__segment_of_box(&edge_b, b->half, b->axes, b->centre, planar, j);
             int parallel = perp__segment_closest(&edge_a, &edge_b, here_a, here_b);
-            perp__vector_subtract(between, here_b, here_a);
-            double distance = perp__vector_normalise(between);
+            perp__subtract3(between, here_b, here_a);
+            double distance = perp__normalise3(between);
 
             /* of equal distances that of parallel edges, whose points are the middle of the stretch
              * in which they meet: the others end there. The factor only beats rounding. */

@@ -1,26 +1,26 @@
 /* Two spheres; in planar worlds two discs. */
 #include "world/collide/collide.h"
-#include "world/collide/vector.h"
+#include "linalg/spatial.h"
 
 int32_t perp__collide_sphere_sphere(const perp__placed *a, const perp__placed *b, int32_t planar,
                                     double margin, perp__point *points)
 {
     double normal[3];
-    perp__vector_subtract(normal, b->position, a->position);
+    perp__subtract3(normal, b->position, a->position);
     if (planar)
         normal[2] = 0.0;
-    double distance = perp__vector_normalise(normal);
+    double distance = perp__normalise3(normal);
 
     /* concentric spheres part along an axis of the first, which lies in a planar world's plane */
     if (distance == 0.0)
-        perp__vector_axis(normal, a->rotation, 0);
+        perp__column3(normal, a->rotation, 0);
 
     double radius = a->geometry->radius;
     double gap = distance - radius - b->geometry->radius;
     if (!(gap <= margin))
         return 0;
 
-    perp__vector_add(points->position, a->position, radius + 0.5 * gap, normal);
+    perp__along3(points->position, a->position, radius + 0.5 * gap, normal);
     for (int k = 0; k < 3; k++)
         points->normal[k] = normal[k];
     points->gap = gap;
