@@ -178,6 +178,17 @@ perp_status perp__find_contacts(perp_world *world, double h)
     return status;
 }
 
+/* A body that comes from farther than it is long is hit in its mass centre: a step in which it would
+ * turn by many radians says nothing about the points beside it, and they let the centre through. */
+static void centre_arm(perp__world_contact *contact, int32_t side)
+{
+    const double along = perp__dot3(contact->axes[0], contact->arms[side]);
+    int32_t k;
+
+    for (k = 0; k < 3; k++)
+        contact->arms[side][k] = along * contact->axes[0][k];
+}
+
 /* The point as seen from the start: arms are those of the meeting, the gap is what the motion has
  * closed till then. */
 static void set_back(const perp_world *world, perp__world_contact *contact, double t,
@@ -193,6 +204,8 @@ static void set_back(const perp_world *world, perp__world_contact *contact, doub
         for (k = 0; k < 3; k++)
             contact->arms[side][k] =
                 contact->position[k] - (sides[side]->centre[k] + t * sides[side]->way[k]);
+        if (t * perp__length3(sides[side]->way) > sides[side]->reach)
+            centre_arm(contact, side);
         perp__cross(turned, sides[side]->turn, contact->arms[side]);
         for (k = 0; k < 3; k++)
             at[k] = sides[side]->way[k] + turned[k];

@@ -8,13 +8,20 @@
 #include "base/context.h"
 #include "world/spatial.h"
 
+/* Density of a shape that says none. */
+#define WATER 1000.0
+
 perp_status perp_shape_settings_init(perp_shape_settings *settings, size_t size)
 {
     perp_status status =
         perp__struct_init(settings, size, PERP__SIZE_THROUGH(perp_shape_settings, rotation));
 
-    if (status == PERP_OK)
+    if (status == PERP_OK) {
+        settings->friction = PERP_FRICTION_OF_WORLD;
         settings->rotation[0] = 1.0;
+        if (size >= PERP__SIZE_THROUGH(perp_shape_settings, density))
+            settings->density = WATER;
+    }
     return status;
 }
 
@@ -24,11 +31,16 @@ static perp_status check_material(perp_context *context, const perp_shape_settin
 
     if (status == PERP_OK)
         status = perp__check_finite(context, "settings.restitution", &settings->restitution, 1);
+    if (status == PERP_OK)
+        status = perp__check_finite(context, "settings.density", &settings->density, 1);
     if (status != PERP_OK)
         return status;
-    if (settings->friction < 0.0)
+    if (settings->friction < 0.0 && settings->friction != PERP_FRICTION_OF_WORLD)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.friction is %g, >= 0 expected",
                           settings->friction);
+    if (settings->density < 0.0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.density is %g, >= 0 expected",
+                          settings->density);
     if (settings->restitution < 0.0 || settings->restitution > 1.0)
         return perp__fail(context, PERP_ERROR_ARGUMENT,
                           "settings.restitution is %g, 0 .. 1 expected", settings->restitution);
@@ -66,7 +78,9 @@ static perp_status read_settings(const perp_world *world, perp__shape *shape,
         status = check_rotation(world, settings.rotation);
     if (status != PERP_OK)
         return status;
-    shape->friction = settings.friction;
+    shape->friction =
+        settings.friction == PERP_FRICTION_OF_WORLD ? world->settings.friction : settings.friction;
+    shape->density = settings.density;
     shape->restitution = settings.restitution;
     perp__copy3(shape->offset, settings.offset);
     perp__quaternion_matrix(shape->rotation, settings.rotation);
@@ -145,8 +159,11 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
                             "body is dynamic: a half-space may be on a static or kinematic body");
     if (status == PERP_OK)
         status = reserve_shape(world);
+    if (status == PERP_OK)
+        status = perp__add_shape_mass(world, &world->bodies[body], shape);
     if (status != PERP_OK)
         return status;
+    world->weighed = 0;
     slot = world->free_shape;
     if (slot >= 0) {
         world->free_shape = world->shapes[slot].next_free;

@@ -48,6 +48,11 @@ typedef struct perp__body {
     int32_t kind;
     int32_t next_free;
     int32_t spherical; /* inertia is a multiple of the identity: no gyroscopic term */
+    double given_mass; /* 0, and an inertia of zeros: the shapes' */
+    double given_inertia[9];
+    double shape_mass; /* of all shapes, with their moments about the body's origin */
+    double shape_moment[3];
+    double shape_inertia[9];
     double mass;
     double inverse_mass; /* 0 unless dynamic, as the matrices below */
     double inertia[9];
@@ -87,6 +92,7 @@ typedef struct perp__shape {
     int32_t body;
     double friction;
     double restitution;
+    double density;
     double offset[3];
     double rotation[9];
     double radius;    /* of the sphere about the shape's centre; 0 for a half-space */
@@ -246,6 +252,7 @@ struct perp_world {
     int32_t shape_capacity;
     int32_t free_shape;
     uint64_t edition; /* counts bodies added and removed */
+    int32_t weighed;  /* since shapes came, the mass centres have been looked at */
 
     /* the step's own memory, by size */
     perp__arena body_arena;
@@ -311,9 +318,14 @@ perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_set
 perp_status perp__check_quaternion(perp_context *context, const char *name, double *q);
 perp_status perp__check_planar_vector(const perp_world *world, const char *name, const double *x);
 
-/* mass.c: fills the mass properties of a dynamic body from settings->mass and inertia. */
+/* mass.c: the mass properties of a dynamic body, from what its settings give and from its shapes.
+ */
 perp_status perp__body_mass(const perp_world *world, perp__body *body, double mass,
                             const double *inertia);
+perp_status perp__add_shape_mass(const perp_world *world, perp__body *body,
+                                 const perp__shape *shape);
+/* Refuses bodies that would turn about another point than their shapes' mass centre. */
+perp_status perp__check_centres(perp_world *world);
 
 /* Releases the shapes of a body; recomputes its bounding radius. */
 void perp__remove_shapes(perp_world *world, int32_t body);

@@ -372,6 +372,7 @@ class WorldSettings(Structure):
         ("time_limit", c_double),
         ("strict", c_int32),
         ("reserved", c_int32),
+        ("friction", c_double),
     ]
 
 
@@ -410,6 +411,7 @@ class ShapeSettings(Structure):
         ("restitution", c_double),
         ("offset", Vector3),
         ("rotation", Vector4),
+        ("density", c_double),
     ]
 
 
