@@ -16,9 +16,6 @@
 #include "world/collide/meeting.h"
 #include "world/spatial.h"
 
-/* A gap below this share of the bodies' size is near: such points take part from the start. */
-#define NEAR 1e-3
-
 /* How often an open pair may join; rounds in which doubtful meetings wait for others; and rounds
  * after which what still meets is left to the projection. */
 #define MAX_JOINS 3
@@ -178,8 +175,9 @@ perp_status perp__find_contacts(perp_world *world, double h)
     return status;
 }
 
-/* A body that comes from farther than it is long is hit in its mass centre: a step in which it would
- * turn by many radians says nothing about the points beside it, and they let the centre through. */
+/* A body that comes from farther than it is long is hit in its mass centre: a step in which it
+ * would turn by many radians says nothing about the points beside it, and they let the centre
+ * through. */
 static void centre_arm(perp__world_contact *contact, int32_t side)
 {
     const double along = perp__dot3(contact->axes[0], contact->arms[side]);
@@ -250,7 +248,18 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
     return status;
 }
 
-/* Includes the points that are near or that the motion at hand closes; returns how many. */
+/* How far the motion at hand may take a point, at most. */
+static double way_of(const perp_world *world, const perp__world_contact *contact, double h)
+{
+    const double *a = world->motions[contact->body_a].moving;
+    const double *b = world->motions[contact->body_b].moving;
+
+    return h * (perp__length3(a) + perp__length3(a + 3) * perp__length3(contact->arms[0]) +
+                perp__length3(b) + perp__length3(b + 3) * perp__length3(contact->arms[1]));
+}
+
+/* Includes the points that the motion at hand closes, and those so near that another motion may;
+ * returns how many. */
 static int32_t include_points(perp_world *world, double h)
 {
     int32_t i, came = 0;
@@ -262,8 +271,9 @@ static int32_t include_points(perp_world *world, double h)
         if (contact->included)
             continue;
         perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
-        if (contact->gap + h * u[0] >= 0.0 &&
-            contact->gap > fmax(NEAR * contact->size, contact->rounding))
+        if (contact->gap + h * u[0] >= 0.0 && contact->gap > contact->rounding &&
+            (contact->gap > PERP__NEAR * contact->size ||
+             contact->gap > 2.0 * way_of(world, contact, h)))
             continue;
         contact->included = contact->fresh = 1;
         came++;

@@ -356,6 +356,9 @@ void perp__forget_shape(perp_world *world, int32_t shape);
 void perp__unsettle(perp_world *world, int32_t body);
 void perp__unsettle_all(perp_world *world);
 
+/* A gap below this share of the bodies' size is near: such points take part from the start. */
+#define PERP__NEAR 1e-3
+
 /* meetings.c */
 double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
 /* Whether the spheres about two shapes are within `margin` of each other; half-spaces are. */
