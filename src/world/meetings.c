@@ -92,7 +92,7 @@ perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h
         moving.way[k] = h * motion->moving[k];
         moving.turn[k] = turns ? h * motion->moving[3 + k] : 0.0;
     }
-    moving.reach = perp__length3(at->offset) + at->radius;
+    moving.reach = at->reach;
     return moving;
 }
 
@@ -257,8 +257,8 @@ static int32_t open_points(const perp_world *world, const perp__pair *pair, perp
         return made;
     if (a.start->geometry->kind != PERP__BOX || b.start->geometry->kind != PERP__BOX)
         return 0;
-    perp__copy3(covered, points[0].normal);
     perp__moved(&a, later, &at_a);
+    perp__apply_transposed3(covered, at_a.rotation, points[0].normal);
     perp__moved(&b, later, &at_b);
     count = perp__box_axes(&at_a, &at_b, planar, axes);
     for (;;) {

@@ -113,15 +113,14 @@ static perp_status reserve_shape(perp_world *world)
     return PERP_OK;
 }
 
-static void include_shape(perp__body *body, const perp__shape *shape)
+static void include_shape(perp__body *body, perp__shape *shape)
 {
-    double reach = perp__length3(shape->offset) + shape->radius;
-
+    shape->reach = perp__length3(shape->offset) + shape->radius;
     body->shapes++;
     if (shape->geometry.kind == PERP__PLANE)
         body->planes++;
-    else if (reach > body->radius)
-        body->radius = reach;
+    else if (shape->reach > body->radius)
+        body->radius = shape->reach;
 }
 
 void perp__remove_shapes(perp_world *world, int32_t body)
@@ -176,7 +175,7 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     world->shapes[slot].body = body;
     world->shapes[slot].generation = generation;
     perp__enlist_shape(world, slot);
-    include_shape(&world->bodies[body], shape);
+    include_shape(&world->bodies[body], &world->shapes[slot]);
     world->stats.shapes++;
     if (id)
         *id = perp__id(slot, generation);

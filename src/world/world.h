@@ -96,6 +96,7 @@ typedef struct perp__shape {
     double offset[3];
     double rotation[9];
     double radius;    /* of the sphere about the shape's centre; 0 for a half-space */
+    double reach;     /* of its points, from the mass centre; 0 for a half-space */
     double thickness; /* half of its least width; INFINITY for half-spaces and points */
     /* pairs.c */
     int32_t leaf;       /* its fat box; -1: none */
