@@ -260,9 +260,10 @@ PERP_API perp_status perp_world_momentum(const perp_world *world, double *linear
 PERP_API perp_status perp_world_get_stats(const perp_world *world,
                                           perp_world_stats *stats) PERP_WARN_UNUSED;
 
-/* Save and restore the states of all bodies. The blob is `size` bytes as told by
- * perp_world_snapshot_size and is valid for this world while no body is added or removed
- * (PERP_ERROR_ARGUMENT otherwise). A restored world continues with the same bits. */
+/* Save and restore what the next step reads: the states of all bodies and the impulses of the last
+ * step. The blob is `size` bytes as told by perp_world_snapshot_size at the time of saving, and is
+ * valid for this world while no body is added or removed (PERP_ERROR_ARGUMENT otherwise). A
+ * restored world continues with the same bits. Restoring may return PERP_ERROR_MEMORY. */
 PERP_API perp_status perp_world_snapshot_size(const perp_world *world,
                                               size_t *size) PERP_WARN_UNUSED;
 PERP_API perp_status perp_world_snapshot_save(const perp_world *world, void *blob,

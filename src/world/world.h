@@ -81,6 +81,8 @@ typedef struct perp__pair {
 
 /* What a contact point was given in the last step, in the world frame. */
 typedef struct perp__memory {
+    int32_t first; /* the shapes' slots */
+    int32_t second;
     uint64_t feature;
     double impulse[3];
 } perp__memory;
@@ -279,12 +281,14 @@ struct perp_world {
     int32_t pair_capacity;
     int32_t free_pair;
     int32_t pair_count;
-    int32_t *pair_order;   /* the pairs by their shapes; as much again for sorting */
-    int32_t pairs_changed; /* since they were sorted */
-    perp__memory *memories;
+    int32_t *pair_order;    /* the pairs by their shapes; as much again for sorting */
+    int32_t pairs_changed;  /* since they were sorted */
+    perp__memory *memories; /* pair by pair */
+    int32_t memory_count;
     int32_t memory_capacity;
-    int32_t rounds; /* of looking for contacts in this step */
-    double slop;    /* overlap, relative to the shapes' thickness, that is left standing */
+    int32_t memories_restored; /* and not found by their pairs yet */
+    int32_t rounds;            /* of looking for contacts in this step */
+    double slop; /* overlap, relative to the shapes' thickness, that is left standing */
     int32_t island_count;
     perp__contact_set contacts; /* of the step */
     perp__contact_set overlaps; /* of the projection */
@@ -384,6 +388,8 @@ perp_status perp__find_contacts(perp_world *world, double h);
 perp_status perp__join_contacts(perp_world *world, double h, int32_t *came);
 /* Keeps the impulses of the step's contacts for the next step's `warm`. */
 void perp__remember(perp_world *world);
+/* Room for so many of them. */
+perp_status perp__reserve_memories(perp_world *world, int32_t count);
 /* Points with gaps up to `margin` in the next states. */
 perp_status perp__find_overlaps(perp_world *world, double margin);
 
