@@ -99,7 +99,7 @@ static void layout(perp__arena *arena, void *work)
     l->work = perp__arena_take(arena, pairs, sizeof(double));
     l->row_unit = perp__arena_take(arena, pairs, sizeof(double));
     l->column_unit = perp__arena_take(arena, pairs, sizeof(double));
-    l->places = perp__arena_take(arena, pairs, sizeof(int8_t));
+    l->places = perp__arena_take(arena, (size_t)p->n, sizeof(int8_t));
 }
 
 void perp__lemke_write_pair(perp__lemke *l, int32_t k, int32_t i, int32_t sign, double range)
@@ -451,7 +451,7 @@ static void release(void *work)
 
     perp__arena_release(&l->doubled.arena);
     perp__basis_release(&l->factored.basis);
-    perp__nested_release(&l->factored.nested);
+    perp__nested_release(&l->factored.crash.nested);
 }
 
 const perp__lcp_method perp__lcp_lemke = {

@@ -4,8 +4,7 @@
 #define PERP_LCP_LEMKE_H
 
 #include "lcp/active_set/block_pivoting.h"
-#include "lcp/active_set/nested.h"
-#include "lcp/active_set/tridiagonal.h"
+#include "lcp/active_set/sparse.h"
 #include "lcp/lemke/rows.h"
 #include "lcp/lemke/tableau.h"
 #include "linalg/basis.h"
@@ -77,16 +76,13 @@ typedef struct perp__doubled {
 /* Sparse factors of the columns of v - S x - h t = q, S = sign M sign. */
 typedef struct perp__factored {
     perp__basis basis;
-    perp__tridiagonal_lcp tridiagonal;
-    perp__nested nested;
-    double rho;       /* proximal term of the basis; 0 but for the crash */
+    perp__sparse_active_set crash;
     int32_t split;    /* free variables are */
     int32_t missing;  /* the pair of which no member is basic while t is; else -1 */
     int32_t *pair_of; /* n: pair of the caller's variable, or -1 if that is fixed */
     double *q, *h;
     int32_t *entry_rows; /* of one column */
     double *entry_values;
-    int8_t *next, *best; /* places while the start is sought */
 } perp__factored;
 
 /* The covering vector: e; the norms of the rows; what a row needs, and 0.1; random in [1, 2]. */
@@ -151,7 +147,7 @@ struct perp__lemke {
     int32_t guessed;      /* attempt 0 was no cold start, which is then attempt 1 */
     int64_t spent;        /* rounds and pivots of this attempt before the path began */
     perp_outcome outcome; /* of the last attempt */
-    int8_t *places;       /* of variables, or of pairs: a complementary basis to start from */
+    int8_t *places;       /* n: a complementary basis to start from */
 
     /* representations of the basis */
     perp__tableau tableau;
@@ -228,21 +224,10 @@ void perp__lemke_choose_units(perp__lemke *l, int32_t eager);
 
 /* sparse.c. */
 void perp__factored_layout(perp__arena *arena, perp__lemke *l);
-void perp__factored_release(perp__lemke *l);
 
-/* Writes the problem in standard form; free variables basic from the start, or split. */
-void perp__factored_write_pairs(perp__lemke *l, int32_t split);
-
-/* Makes the complementary basis that l->places describe the current one, factored, with its values.
- * PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
-perp_status perp__factored_take_places(perp__lemke *l, const int8_t *places);
-
-/* Recomputes b = B^-1 (q + what rests at upper bounds), `rounds` solves with what is left over: two
- * are a step of refinement, more with rho > 0 the proximal point method. */
-void perp__factored_values(perp__lemke *l, int32_t rounds);
-
-/* w := S z + q in the caller's variables. */
-void perp__factored_affine(const perp__lcp_problem *p, const double *z, double *w);
+/* Makes the complementary basis that l->places describe the current one, factored, with its values;
+ * free variables are basic, or split. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
+perp_status perp__factored_take_places(perp__lemke *l, int32_t split);
 
 /* sparse_start.c: perp__lemke_basis's. */
 perp_status perp__factored_start(perp__lemke *l, const perp__lcp_iterate *iterate);

@@ -41,18 +41,17 @@ void perp__factored_layout(perp__arena *arena, perp__lemke *l)
     const size_t n = (size_t)p->n, pairs = (size_t)l->capacity;
 
     perp__basis_layout(arena, &f->basis, l->capacity, count_entries(p), SPIKES, SPIKES * pairs);
-    perp__tridiagonal_lcp_layout(arena, &f->tridiagonal,
-                                 p->block->kind == PERP__SPARSE_TRIDIAGONAL ? n : 0);
+    f->crash.common.problem = p;
+    perp__sparse_active_set_layout(arena, &f->crash);
     f->pair_of = perp__arena_take(arena, n, sizeof(int32_t));
     f->q = perp__arena_take(arena, pairs, sizeof(double));
     f->h = perp__arena_take(arena, pairs, sizeof(double));
     f->entry_rows = perp__arena_take(arena, pairs, sizeof(int32_t));
     f->entry_values = perp__arena_take(arena, pairs, sizeof(double));
-    f->next = perp__arena_take(arena, pairs, sizeof(int8_t));
-    f->best = perp__arena_take(arena, pairs, sizeof(int8_t));
 }
 
-void perp__factored_affine(const perp__lcp_problem *p, const double *z, double *w)
+/* w := S z + q in the caller's variables. */
+static void affine(const perp__lcp_problem *p, const double *z, double *w)
 {
     const perp__matrix *M = p->M;
     int32_t j, k;
@@ -66,7 +65,18 @@ void perp__factored_affine(const perp__lcp_problem *p, const double *z, double *
         }
 }
 
-void perp__factored_write_pairs(perp__lemke *l, int32_t split)
+/* sign (S base + q) */
+static void write_q(perp__lemke *l)
+{
+    int32_t k;
+
+    affine(l->head.problem, l->base, l->work);
+    for (k = 0; k < l->pairs; k++)
+        l->factored.q[k] = l->sign[k] * l->work[l->index[k]];
+}
+
+/* Writes the problem in standard form; free variables basic from the start, or split. */
+static void write_pairs(perp__lemke *l, int32_t split)
 {
     perp__factored *f = &l->factored;
     int32_t i, k, first;
@@ -84,11 +94,8 @@ void perp__factored_write_pairs(perp__lemke *l, int32_t split)
         l->twin[k] = l->pairs;
         l->twin[l->pairs++] = k;
     }
-    perp__factored_affine(l->head.problem, l->base, l->work);
-    for (k = 0; k < l->pairs; k++) {
-        f->q[k] = l->sign[k] * l->work[l->index[k]];
-        f->h[k] = 0.0;
-    }
+    memset(f->h, 0, (size_t)l->pairs * sizeof *f->h);
+    write_q(l);
 }
 
 /* Entries of a column of [I, -S]: the perp__columns of the basis. */
@@ -159,24 +166,17 @@ static void write_residual(perp__lemke *l)
     }
 }
 
-void perp__factored_values(perp__lemke *l, int32_t rounds)
+/* b = B^-1 (q + what rests at upper bounds), with a step of refinement. */
+static void find_values(perp__lemke *l)
 {
-    double last = INFINITY;
     int32_t round, r;
 
     memset(l->b, 0, (size_t)l->pairs * sizeof *l->b);
-    for (round = 0; round < rounds; round++) {
-        double largest = 0.0;
-
+    for (round = 0; round < 2; round++) {
         write_residual(l);
         perp__basis_solve(&l->factored.basis, l->work, l->column);
-        for (r = 0; r < l->pairs; r++) {
+        for (r = 0; r < l->pairs; r++)
             l->b[r] += l->column[r];
-            largest = fmax(largest, fabs(l->column[r]));
-        }
-        if (!(largest < 0.5 * last))
-            break; /* no longer converging */
-        last = largest;
     }
 }
 
@@ -185,29 +185,32 @@ static perp_status load(perp__lemke *l)
 {
     const perp__lcp_problem *p = l->head.problem;
     const perp__columns source = {l, read_entries};
-    const perp__principal principal = {p->block, l->index, l->sign, l->factored.rho};
+    const perp__principal principal = {p->block, l->index, l->sign, 0.0};
 
     return perp__basis_load(&l->factored.basis, p->context, l->pairs, l->basic, &source,
                             l->factored.split ? NULL : &principal);
 }
 
-perp_status perp__factored_take_places(perp__lemke *l, const int8_t *places)
+perp_status perp__factored_take_places(perp__lemke *l, int32_t split)
 {
     perp_status status;
     int32_t k;
 
+    write_pairs(l, split);
     for (k = 0; k <= 2 * l->pairs; k++)
         l->row_of[k] = -1;
     for (k = 0; k < l->pairs; k++) {
-        l->basic[k] = places[k] == PERP__BETWEEN ? k : l->pairs + k;
+        const int8_t place = l->places[l->index[k]];
+
+        l->basic[k] = place == PERP__BETWEEN && l->twin[k] < 0 ? k : l->pairs + k;
         l->row_of[l->basic[k]] = k;
-        l->at_upper[k] = places[k] == PERP__AT_UPPER;
+        l->at_upper[k] = place == PERP__AT_UPPER && l->sign[k] > 0;
     }
     l->factored.missing = -1;
     status = load(l);
     perp__lemke_write_limits(l);
     if (status == PERP_OK)
-        perp__factored_values(l, l->factored.rho > 0.0 ? 1 : 2);
+        find_values(l);
     return status;
 }
 
@@ -265,7 +268,7 @@ static perp_status refresh(perp__lemke *l)
         l->row_of[l->basic[k]] = k;
     perp__lemke_write_limits(l);
     if (status == PERP_OK)
-        perp__factored_values(l, 2);
+        find_values(l);
     return status;
 }
 
@@ -276,9 +279,7 @@ static perp_status refactor(perp__lemke *l)
 
 static perp_status values(perp__lemke *l)
 {
-    perp__factored_affine(l->head.problem, l->base, l->work);
-    for (int32_t k = 0; k < l->pairs; k++)
-        l->factored.q[k] = l->sign[k] * l->work[l->index[k]];
+    write_q(l);
     return refresh(l);
 }
 
