@@ -222,16 +222,7 @@ enum perp__lemke_guess perp__lemke_guess_places(perp__lemke *l, perp__lcp_iterat
 void perp__lemke_reset_units(perp__lemke *l);
 void perp__lemke_choose_units(perp__lemke *l, int32_t eager);
 
-/* sparse.c. */
+/* sparse.c: memory of the factors. */
 void perp__factored_layout(perp__arena *arena, perp__lemke *l);
-
-/* Makes the complementary basis that l->places describe the current one, factored, with its values;
- * free variables are basic, or split. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
-perp_status perp__factored_take_places(perp__lemke *l, int32_t split);
-
-/* sparse_start.c: perp__lemke_basis's. */
-perp_status perp__factored_start(perp__lemke *l, const perp__lcp_iterate *iterate);
-perp_status perp__factored_start_near(perp__lemke *l, perp__lcp_iterate *iterate,
-                                      enum perp__lemke_guess *guess);
 
 #endif
