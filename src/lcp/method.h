@@ -73,8 +73,8 @@ typedef struct perp__lcp_method {
     /* True where this method is the one for its id: dense and sparse problems may have one each.
      * NULL: always. Asked in the order of the solver's table, once a problem is set up. */
     int32_t (*suits)(const perp__lcp_problem *problem);
-    /* Checks that the method can take the problem: PERP_OK, or PERP_ERROR_ARGUMENT with a
-     * message.*/
+    /* Checks that the method can take the problem: PERP_OK, or PERP_ERROR_ARGUMENT with a message.
+     * NULL: it takes any M, any bounds. */
     perp_status (*check)(const perp__lcp_problem *problem);
     /* Takes the workspace arrays; `work` is the method's struct, problem in its first member. */
     void (*layout)(perp__arena *arena, void *work);
@@ -111,6 +111,9 @@ static inline double perp__middle(double above, double below, double w)
 
     return below > least ? below : least;
 }
+
+/* M_ii of the caller's matrix; 0 where there is no entry. */
+double perp__diagonal_entry(const perp__matrix *M, int32_t i);
 
 /* mid(z - l, z - u, w) without cancellation. */
 static inline double perp__mid(double z, double lower, double upper, double w)

@@ -35,12 +35,6 @@ static int32_t suits(const perp__lcp_problem *problem)
     return problem->M->column_starts && problem->n > SMALLEST;
 }
 
-static perp_status check(const perp__lcp_problem *problem)
-{
-    (void)problem;
-    return PERP_OK;
-}
-
 void perp__sparse_active_set_layout(perp__arena *arena, void *object)
 {
     perp__sparse_active_set *work = object;
@@ -360,7 +354,7 @@ const perp__lcp_method perp__lcp_active_set_sparse = {
     sizeof(perp__sparse_active_set),
     1,
     suits,
-    check,
+    NULL,
     perp__sparse_active_set_layout,
     solve,
     release,

@@ -34,12 +34,6 @@ static const start starts[2][ATTEMPTS] = {
     {{0, 0, 1}, {10, 0, 1}, {0, 20, 0}, {0, 60, 0}},
 };
 
-static perp_status check(const perp__lcp_problem *problem)
-{
-    (void)problem;
-    return PERP_OK;
-}
-
 static void layout(perp__arena *arena, void *object)
 {
     perp__fischer_state *f = object;
@@ -325,5 +319,5 @@ static void release(void *object)
 }
 
 const perp__lcp_method perp__lcp_fischer = {
-    PERP_LCP_FISCHER, sizeof(perp__fischer_state), ATTEMPTS, NULL, check, layout, solve, release,
+    PERP_LCP_FISCHER, sizeof(perp__fischer_state), ATTEMPTS, NULL, NULL, layout, solve, release,
 };

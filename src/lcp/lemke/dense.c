@@ -333,7 +333,6 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
         return PERP__FACTOR_SINGULAR;
     perp__tableau_flush(&l->tableau);
     perp__lemke_index(l);
-    perp__lemke_reset_units(l);
     return PERP_OK;
 }
 

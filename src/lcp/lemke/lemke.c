@@ -49,12 +49,6 @@ enum {
     IN_DOUBLED = sizeof in_doubled / sizeof *in_doubled
 };
 
-static perp_status check(const perp__lcp_problem *problem)
-{
-    (void)problem;
-    return PERP_OK; /* any M, any bounds */
-}
-
 static int32_t suits_sparse(const perp__lcp_problem *p)
 {
     const int32_t *starts = p->M->column_starts;
@@ -67,8 +61,11 @@ static void layout(perp__arena *arena, void *work)
 {
     perp__lemke *l = work;
     const perp__lcp_problem *p = l->head.problem;
+    double **const of_pairs[] = {&l->range, &l->covering, &l->base,
+                                 &l->work,  &l->row_unit, &l->column_unit};
+    double **const of_rows[] = {&l->b, &l->low, &l->high, &l->column, &l->far, &l->speed};
     int32_t i, most = p->n;
-    size_t pairs, rows;
+    size_t pairs, rows, k;
 
     for (i = 0; i < p->n; i++)
         most += p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
@@ -81,25 +78,17 @@ static void layout(perp__arena *arena, void *work)
         perp__factored_layout(arena, l);
     else
         perp__lemke_layout_dense(arena, l);
+    for (k = 0; k < sizeof of_pairs / sizeof *of_pairs; k++)
+        *of_pairs[k] = perp__arena_take(arena, pairs, sizeof(double));
+    for (k = 0; k < sizeof of_rows / sizeof *of_rows; k++)
+        *of_rows[k] = perp__arena_take(arena, rows + 1, sizeof(double));
     l->index = perp__arena_take(arena, pairs, sizeof(int32_t));
-    l->sign = perp__arena_take(arena, pairs, sizeof(int8_t));
-    l->at_upper = perp__arena_take(arena, pairs, sizeof(int8_t));
-    l->range = perp__arena_take(arena, pairs, sizeof(double));
-    l->covering = perp__arena_take(arena, pairs, sizeof(double));
     l->twin = perp__arena_take(arena, pairs, sizeof(int32_t));
     l->basic = perp__arena_take(arena, pairs, sizeof(int32_t));
     l->row_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
-    l->base = perp__arena_take(arena, (size_t)p->n, sizeof(double));
-    l->b = perp__arena_take(arena, rows, sizeof(double));
-    l->low = perp__arena_take(arena, rows, sizeof(double));
-    l->high = perp__arena_take(arena, rows, sizeof(double));
-    l->column = perp__arena_take(arena, rows, sizeof(double));
-    l->far = perp__arena_take(arena, rows + 1, sizeof(double));
-    l->speed = perp__arena_take(arena, rows, sizeof(double));
-    l->work = perp__arena_take(arena, pairs, sizeof(double));
-    l->row_unit = perp__arena_take(arena, pairs, sizeof(double));
-    l->column_unit = perp__arena_take(arena, pairs, sizeof(double));
-    l->places = perp__arena_take(arena, (size_t)p->n, sizeof(int8_t));
+    l->sign = perp__arena_take(arena, pairs, sizeof(int8_t));
+    l->at_upper = perp__arena_take(arena, pairs, sizeof(int8_t));
+    l->places = perp__arena_take(arena, pairs, sizeof(int8_t));
 }
 
 void perp__lemke_write_pair(perp__lemke *l, int32_t k, int32_t i, int32_t sign, double range)
@@ -109,6 +98,7 @@ void perp__lemke_write_pair(perp__lemke *l, int32_t k, int32_t i, int32_t sign, 
     l->range[k] = range;
     l->at_upper[k] = 0;
     l->twin[k] = -1;
+    l->row_unit[k] = l->column_unit[k] = 1.0;
 }
 
 int32_t perp__lemke_name_pairs(perp__lemke *l)
@@ -455,5 +445,5 @@ static void release(void *work)
 }
 
 const perp__lcp_method perp__lcp_lemke = {
-    PERP_LCP_LEMKE, sizeof(perp__lemke), ATTEMPTS, NULL, check, layout, solve, release,
+    PERP_LCP_LEMKE, sizeof(perp__lemke), ATTEMPTS, NULL, NULL, layout, solve, release,
 };

@@ -124,13 +124,12 @@ struct perp__lemke {
     double *base;                   /* n: z where all x are 0 */
     double *row_unit, *column_unit; /* v_k and x_k are measured in 1 / row_unit_k, column_unit_k */
 
-    /* the path */
-    double *b;          /* values of the basic variables */
-    double *low, *high; /* limits of the basic variables; -inf and +inf where they have none */
-    double *column;     /* of the entering variable */
-    double *far,
-        *speed;   /* of the ratio test, a row each; speed 0: does not block. far has one more */
-    double *work; /* n */
+    /* the path: an entry a row, padding and one more */
+    double *b;           /* values of the basic variables */
+    double *low, *high;  /* limits of the basic variables; -inf and +inf where they have none */
+    double *column;      /* of the entering variable */
+    double *far, *speed; /* of the ratio test, a row each; speed 0: does not block */
+    double *work;        /* n */
     const perp__row_kernels *kernels;
     int32_t entering;
     double direction;      /* +1 or -1: how the entering variable moves */
@@ -219,7 +218,6 @@ enum perp__lemke_guess perp__lemke_guess_places(perp__lemke *l, perp__lcp_iterat
 
 /* units.c: takes back a scaling of the rows, where one is found in a tableau that is -M yet. eager:
  * also where the norms of the rows do not differ much. */
-void perp__lemke_reset_units(perp__lemke *l);
 void perp__lemke_choose_units(perp__lemke *l, int32_t eager);
 
 /* sparse.c: memory of the factors. */

@@ -103,7 +103,6 @@ static void write_pairs(perp__lemke *l, int32_t split)
     int32_t i, k, first;
 
     perp__lemke_name_pairs(l);
-    perp__lemke_reset_units(l);
     f->split = split;
     for (i = 0; i < l->head.problem->n; i++)
         f->pair_of[i] = -1;
@@ -283,18 +282,12 @@ static perp_status take_guess(perp__lemke *l, enum perp__lemke_guess *guess)
 /* Whether all variables with a bound have positive diagonal entries. */
 static int32_t could_be_P(const perp__lcp_problem *p)
 {
-    const perp__matrix *M = p->M;
-    int32_t j, k;
+    int32_t i;
 
-    for (j = 0; j < p->n; j++) {
-        double diagonal = 0.0;
+    for (i = 0; i < p->n; i++) {
+        const int32_t is_free = p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
 
-        if (p->lower[j] == p->upper[j] || (p->lower[j] == -INFINITY && p->upper[j] == INFINITY))
-            continue;
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            if (M->row_indices[k] == j)
-                diagonal = M->values[k];
-        if (!(diagonal > 0.0))
+        if (p->lower[i] < p->upper[i] && !is_free && !(perp__diagonal_entry(p->M, i) > 0.0))
             return 0;
     }
     return 1;

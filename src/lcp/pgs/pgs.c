@@ -101,23 +101,13 @@ static void layout(perp__arena *arena, void *object)
     work->relaxation = 0.0;
 }
 
-static double diagonal_entry(const perp__matrix *M, int32_t i)
-{
-    if (!M->column_starts)
-        return M->values[(size_t)i * (M->row_stride + M->column_stride)];
-    for (int32_t p = M->column_starts[i]; p < M->column_starts[i + 1]; p++)
-        if (M->row_indices[p] == i)
-            return M->values[p];
-    return 0.0;
-}
-
 static perp_status check_row(const perp__lcp_problem *problem, int32_t i)
 {
     double diagonal, q = problem->q[i];
 
     if (!(problem->lower[i] < problem->upper[i]))
         return PERP_OK;
-    diagonal = diagonal_entry(problem->M, i);
+    diagonal = perp__diagonal_entry(problem->M, i);
     if (diagonal > 0.0)
         return PERP_OK;
     if (problem->row_norms[i] > 0.0)
@@ -171,7 +161,7 @@ static void read_matrix(pgs_work *work)
         double factor = problem->factors[i];
 
         work->step[i] = moves(problem, i)
-                            ? work->relaxation / (diagonal_entry(problem->M, i) * (factor * factor))
+                            ? work->relaxation / (perp__diagonal_entry(problem->M, i) * (factor * factor))
                             : 0.0;
     }
     perp__rows_read(&work->sweeper.rows, problem, work->step, work->sweep == PERP_SWEEP_SYMMETRIC);
