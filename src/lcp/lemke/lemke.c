@@ -72,12 +72,12 @@ static void layout(perp__arena *arena, void *work)
     l->capacity = most;
     pairs = (size_t)most;
     rows = perp__tableau_length(most);
-    l->kernels = perp__row_kernels_choose();
+    l->kernels = perp__row_kernels_number(0);
     l->is_sparse = suits_sparse(p);
     if (l->is_sparse)
         perp__factored_layout(arena, l);
     else
-        perp__lemke_layout_dense(arena, l);
+        perp__lemke_layout_tableau(arena, l);
     for (k = 0; k < sizeof of_pairs / sizeof *of_pairs; k++)
         *of_pairs[k] = perp__arena_take(arena, pairs, sizeof(double));
     for (k = 0; k < sizeof of_rows / sizeof *of_rows; k++)
@@ -242,7 +242,8 @@ static void perturb(perp__lemke *l, int32_t attempt)
     }
 }
 
-void perp__lemke_write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
+/* What the iterate is to hold of the current basis: z and places. */
+static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
     int32_t i, k;
@@ -313,7 +314,7 @@ static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_
         return status;
     iterate->iterations += l->spent;
     l->spent = iterate->iterations;
-    perp__lemke_write_point(l, iterate);
+    write_point(l, iterate);
     *done =
         iterate->outcome != PERP_OUTCOME_RAY && iterate->outcome != PERP_OUTCOME_STALLED &&
         (iterate->outcome != PERP_OUTCOME_ITERATION_LIMIT || l->head.problem->iteration_limit > 0);
@@ -372,7 +373,7 @@ static perp_status tighten(perp__lemke *l, perp__lcp_iterate *iterate)
         status = l->basis->values(l);
         if (status != PERP_OK)
             break;
-        perp__lemke_write_point(l, iterate);
+        write_point(l, iterate);
         far = cover_slack(l);
         if (far == 0.0 || round == CORRECTIONS)
             break;
@@ -412,7 +413,7 @@ static perp_status solve_cold(perp__lemke *l, perp__lcp_iterate *iterate)
         return status;
     l->outcome = iterate->outcome;
     iterate->iterations += l->spent;
-    perp__lemke_write_point(l, iterate);
+    write_point(l, iterate);
     iterate->far_off = is_far_off(l, iterate->outcome);
     if (iterate->outcome == PERP_OUTCOME_RAY)
         write_ray(l, iterate);

@@ -182,9 +182,6 @@ int32_t perp__lemke_name_pairs(perp__lemke *l);
 
 void perp__lemke_write_pair(perp__lemke *l, int32_t k, int32_t i, int32_t sign, double range);
 
-/* What the iterate is to hold of the current basis: z and places. */
-void perp__lemke_write_point(const perp__lemke *l, perp__lcp_iterate *iterate);
-
 /* path.c. What a ratio test says where it is not a row. */
 enum { PERP__NO_ROW = -1, PERP__FLIP = -2 };
 
@@ -205,16 +202,11 @@ double perp__lemke_largest_entry(const perp__lemke *l);
 /* perp__lemke_basis's move in double. */
 double perp__lemke_move(perp__lemke *l, int32_t r, double far);
 
-/* dense.c: memory of the tableau; the standard form with its cold start; a guess. */
+/* dense.c: memory of the tableau and the crash. */
 void perp__lemke_layout_tableau(perp__arena *arena, perp__lemke *l);
-void perp__lemke_layout_dense(perp__arena *arena, perp__lemke *l);
 
 /* Rows, columns and sizes once the first basis is there. */
 void perp__lemke_index(perp__lemke *l);
-
-/* crash.c: block pivoting where M looks positive definite, and the basis that a start of the
- * caller's names, in l->places. Counts its rounds in l->spent. */
-enum perp__lemke_guess perp__lemke_guess_places(perp__lemke *l, perp__lcp_iterate *iterate);
 
 /* units.c: takes back a scaling of the rows, where one is found in a tableau that is -M yet. eager:
  * also where the norms of the rows do not differ much. */

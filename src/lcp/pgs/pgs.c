@@ -160,9 +160,10 @@ static void read_matrix(pgs_work *work)
     for (int32_t i = 0; i < problem->n; i++) {
         double factor = problem->factors[i];
 
-        work->step[i] = moves(problem, i)
-                            ? work->relaxation / (perp__diagonal_entry(problem->M, i) * (factor * factor))
-                            : 0.0;
+        work->step[i] =
+            moves(problem, i)
+                ? work->relaxation / (perp__diagonal_entry(problem->M, i) * (factor * factor))
+                : 0.0;
     }
     perp__rows_read(&work->sweeper.rows, problem, work->step, work->sweep == PERP_SWEEP_SYMMETRIC);
 }
@@ -260,12 +261,6 @@ static void remember(pgs_work *work, double residual)
     }
 }
 
-/* Forgets the direction. */
-static void gradient_restart(conjugate *gradient)
-{
-    gradient->norm = 0.0;
-}
-
 /* Before the sweeps that make one step. */
 static void gradient_before(conjugate *gradient, const perp__sweeper *sweeper)
 {
@@ -328,13 +323,13 @@ static void sweep_accelerated(pgs_work *work, int64_t done, double *residual)
         gradient_before(&work->gradient, &work->sweeper);
     sweep_once(work, done, residual);
     if (*residual <= work->common.problem->tol)
-        gradient_restart(&work->gradient); /* z may be the solution: do not move it */
+        work->gradient.norm = 0.0; /* z may be the solution: do not move it */
     else if (!pair || done % 2 == 1)
         gradient_after(&work->gradient, &work->sweeper);
     if (!(*residual <= GROWTH * work->remembered) && work->remembered < INFINITY) {
         memcpy(work->sweeper.z, work->best, (size_t)work->common.problem->n * sizeof(double));
         *residual = work->remembered;
-        gradient_restart(&work->gradient);
+        work->gradient.norm = 0.0;
         gradient_before(&work->gradient, &work->sweeper);
         work->restarts++;
     }
@@ -422,7 +417,7 @@ static void start(pgs_work *work, const double *z)
     work->remembered = work->residual = INFINITY;
     work->sweeps = work->next_test = work->next_pause = work->changed = 0;
     work->restarts = accelerated ? 0 : RESTARTS_MOST;
-    gradient_restart(&work->gradient);
+    work->gradient.norm = 0.0;
     read_problem(work, z);
 }
 
