@@ -113,7 +113,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     iterate.z = solver->iterate;
     iterate.places = solver->places;
     iterate.ray = solver->ray;
-    iterate.cover = solver->cover;
+    iterate.covering = solver->covering;
     iterate.warm = z0 != NULL;
     iterate.attempt = attempt;
     iterate.rays = solver->rays;

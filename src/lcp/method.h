@@ -48,7 +48,8 @@ typedef struct perp__lcp_iterate {
     int8_t *places; /* n, enum perp__place: the final index set. A method that has none of its own
                        leaves it to the front door by returning has_places = 0 */
     double *ray;    /* n, scaled direction of z; only with outcome ray */
-    double *cover;  /* n, what the artificial variable adds to w along the ray; with outcome ray */
+    double
+        *covering; /* n, what the artificial variable adds to w along the ray; with that outcome */
     int32_t has_places;
     /* May be set by the method, with places: step := M_AA^-1 residual_A, A the places between the
      * bounds, by what the method holds of its last basis and as accurate as that is. Both have n

@@ -76,8 +76,8 @@ struct perp_lcp_solver {
     int32_t doubtful;      /* w may have lost q in doubled precision: terms tell by how much */
     perp__witness witness;
     double *q_scaled, *lower_scaled, *upper_scaled;
-    double *iterate;     /* scaled, what a method works on */
-    double *ray, *cover; /* scaled */
+    double *iterate;        /* scaled, what a method works on */
+    double *ray, *covering; /* scaled */
     int8_t *places;
     double *z, *w_high, *w_low; /* the point under evaluation, caller's units */
     perp__candidate best;

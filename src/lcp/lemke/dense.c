@@ -483,7 +483,7 @@ static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
     return PERP_OK;
 }
 
-static void cover(perp__lemke *l)
+static void set_covering(perp__lemke *l)
 {
     const int32_t last = l->tableau.columns;
 
@@ -555,6 +555,6 @@ static int32_t correct(void *work, const double *residual, double *step)
 }
 
 const perp__lemke_basis perp__lemke_dense = {
-    0.0,  start, start_near,       cover,   read_column, perp__lemke_move, exchange,
-    NULL, NULL,  read_inverse_row, correct,
+    0.0,      start, start_near, set_covering,     read_column, perp__lemke_move,
+    exchange, NULL,  NULL,       read_inverse_row, correct,
 };

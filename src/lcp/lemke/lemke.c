@@ -180,7 +180,7 @@ static double covering_entry(const perp__lemke *l, const perp__lcp_iterate *iter
 
 /* The column of t at the cold start: d in the rows of basic v, 0 in those of basic free x. Only
  * this is what makes Lemke's method process copositive matrices, and a ray mean something. */
-static void cover(perp__lemke *l, const perp__lcp_iterate *iterate)
+static void choose_covering(perp__lemke *l, const perp__lcp_iterate *iterate)
 {
     int32_t r;
 
@@ -190,13 +190,13 @@ static void cover(perp__lemke *l, const perp__lcp_iterate *iterate)
         l->covering[k] = is_v ? covering_entry(l, iterate, r, k) : 0.0;
         l->column[r] = is_v ? -l->covering[k] : 0.0;
     }
-    l->basis->cover(l);
+    l->basis->set_covering(l);
 }
 
 /* The column of t anywhere else: what is infeasible moves to where it is feasible for the t that
  * the worst one needs, and what is feasible stays. A basic x with two bounds moves no further than
  * half way between them. */
-static void cover_infeasible(perp__lemke *l)
+static void cover_violated(perp__lemke *l)
 {
     double worst = 0.0;
     int32_t r;
@@ -215,7 +215,7 @@ static void cover_infeasible(perp__lemke *l)
         l->column[r] = -d;
         l->covering[perp__lemke_pair(l, variable)] = d;
     }
-    l->basis->cover(l);
+    l->basis->set_covering(l);
 }
 
 /* Against wandering: the trial's perturbation, and an end to steps that lead nowhere. */
@@ -287,12 +287,12 @@ static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
     int32_t i, k;
 
     for (i = 0; i < l->head.problem->n; i++)
-        iterate->ray[i] = iterate->cover[i] = 0.0;
+        iterate->ray[i] = iterate->covering[i] = 0.0;
     for (k = 0; k < l->pairs; k++) {
         i = l->index[k];
         iterate->ray[i] += l->sign[k] * l->column_unit[k] * speed_of(l, k, least);
         if (l->twin[k] < 0 || l->sign[k] > 0)
-            iterate->cover[i] = l->sign[k] * l->covering[k] / l->row_unit[k] * dt;
+            iterate->covering[i] = l->sign[k] * l->covering[k] / l->row_unit[k] * dt;
     }
 }
 
@@ -308,7 +308,7 @@ static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_
     *done = status == PERP_OK && guess == PERP__GUESS_END;
     if (status != PERP_OK || guess != PERP__GUESS_BASIS)
         return status < 0 ? status : PERP_OK;
-    cover_infeasible(l);
+    cover_violated(l);
     status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
     if (status != PERP_OK)
         return status;
@@ -377,7 +377,7 @@ static perp_status tighten(perp__lemke *l, perp__lcp_iterate *iterate)
         far = cover_slack(l);
         if (far == 0.0 || round == CORRECTIONS)
             break;
-        l->basis->cover(l);
+        l->basis->set_covering(l);
         l->slack = 1e-3 * far / l->largest_b;
         l->spent = iterate->iterations;
         status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
@@ -406,7 +406,7 @@ static perp_status solve_cold(perp__lemke *l, perp__lcp_iterate *iterate)
         return status < 0 ? status : PERP_OK;
     }
     begin_path(l);
-    cover(l, iterate);
+    choose_covering(l, iterate);
     perturb(l, iterate->attempt);
     status = perp__lemke_follow_path(l, iterate, 200 + l->trial->patience * (int64_t)l->pairs);
     if (status != PERP_OK)

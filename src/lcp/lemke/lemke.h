@@ -33,7 +33,7 @@ typedef struct perp__lemke_basis {
     perp_status (*start_near)(perp__lemke *l, perp__lcp_iterate *iterate,
                               enum perp__lemke_guess *guess);
     /* Gives t the column that l->column holds. */
-    void (*cover)(perp__lemke *l);
+    void (*set_covering)(perp__lemke *l);
     /* l->column := that of a nonbasic variable. Where it factors anew, rows may change places. */
     perp_status (*column)(perp__lemke *l, int32_t variable);
     /* Moves b with the entering variable, by `far` where r is PERP__FLIP, else until row r has come

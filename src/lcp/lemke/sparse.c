@@ -437,7 +437,7 @@ static perp_status values(perp__lemke *l)
 }
 
 /* h = B d */
-static void cover(perp__lemke *l)
+static void set_covering(perp__lemke *l)
 {
     double *h = l->factored.h;
     int32_t r;
@@ -476,6 +476,6 @@ static void read_inverse_row(perp__lemke *l, int32_t r, double *row)
 }
 
 const perp__lemke_basis perp__lemke_sparse = {
-    0.0,      start,  start_near,       cover, read_column, perp__lemke_move, exchange,
-    refactor, values, read_inverse_row, NULL,
+    0.0,      start,    start_near, set_covering,     read_column, perp__lemke_move,
+    exchange, refactor, values,     read_inverse_row, NULL,
 };
