@@ -883,7 +883,7 @@ class ShapeSettings(Structure):
     ]
 
 
-class Contact(Structure):
+class WorldContact(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
         ("body_a", c_uint64),
@@ -980,7 +980,7 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_body_settings": BodySettings,
     "perp_body_state": BodyState,
     "perp_shape_settings": ShapeSettings,
-    "perp_contact": Contact,
+    "perp_world_contact": WorldContact,
     "perp_step_result": StepResult,
     "perp_world_stats": WorldStats,
 }
@@ -1190,7 +1190,7 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_body_settings_init": (c_int32, [POINTER(BodySettings), c_size_t]),
     "perp_body_state_init": (c_int32, [POINTER(BodyState), c_size_t]),
     "perp_shape_settings_init": (c_int32, [POINTER(ShapeSettings), c_size_t]),
-    "perp_contact_init": (c_int32, [POINTER(Contact), c_size_t]),
+    "perp_world_contact_init": (c_int32, [POINTER(WorldContact), c_size_t]),
     "perp_step_result_init": (c_int32, [POINTER(StepResult), c_size_t]),
     "perp_world_stats_init": (c_int32, [POINTER(WorldStats), c_size_t]),
     "perp_world_create": (c_int32, [ContextPointer, POINTER(WorldPointer), POINTER(WorldSettings)]),
@@ -1211,7 +1211,7 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     ]),
     "perp_world_step": (c_int32, [WorldPointer, POINTER(StepResult), c_double]),
     "perp_world_contact_count": (c_int32, [WorldPointer]),
-    "perp_world_get_contact": (c_int32, [WorldPointer, POINTER(Contact), c_int32]),
+    "perp_world_get_contact": (c_int32, [WorldPointer, POINTER(WorldContact), c_int32]),
     "perp_world_energy": (c_int32, [WorldPointer, c_void_p, c_void_p]),
     "perp_world_momentum": (c_int32, [WorldPointer, c_void_p, c_void_p]),
     "perp_world_get_stats": (c_int32, [WorldPointer, POINTER(WorldStats)]),

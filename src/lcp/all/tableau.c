@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "lcp/all.h"
+#include "lcp/all/all.h"
 
 /* Pivots on the way are at least this large within their row; what is smaller waits for a better
  * one. */
@@ -16,14 +16,14 @@ static const double rank_tolerance = 1e-11;
 static const double slack = 1e-8;
 #define PERP__NODES_A_TICK 4096
 
-static double *row_of(const perp__all *all, const perp__tree_level *level, int32_t i)
+static double *row_of(const perp__lcp_all *all, const perp__tableau *level, int32_t i)
 {
     return level->T + (size_t)i * (size_t)(all->n + 1);
 }
 
 /* The largest entry of the equations' rows in the pending columns that is large enough: on the way
  * beside its row, at the end beside the matrix's. */
-static int32_t find_pivot(const perp__all *all, const perp__tree_level *level, int32_t depth,
+static int32_t find_pivot(const perp__lcp_all *all, const perp__tableau *level, int32_t depth,
                           int32_t *row, int32_t *column)
 {
     double best = 0.0;
@@ -50,7 +50,7 @@ static int32_t find_pivot(const perp__all *all, const perp__tree_level *level, i
 }
 
 /* Solves equation `row` for the variable of pending column k. */
-static void exchange(const perp__all *all, perp__tree_level *level, int32_t depth, int32_t row,
+static void exchange(const perp__lcp_all *all, perp__tableau *level, int32_t depth, int32_t row,
                      int32_t k)
 {
     const int32_t n = all->n, c = level->columns[k];
@@ -80,7 +80,7 @@ static void exchange(const perp__all *all, perp__tree_level *level, int32_t dept
 
 /* `to` := `from`, with z_d at `value` unless it is between its bounds. Columns that are decided
  * stay behind without a meaning. */
-static void copy_level(const perp__all *all, const perp__tree_level *from, perp__tree_level *to,
+static void copy_level(const perp__lcp_all *all, const perp__tableau *from, perp__tableau *to,
                        int32_t d, int32_t between, double value)
 {
     const size_t n = (size_t)all->n;
@@ -96,7 +96,7 @@ static void copy_level(const perp__all *all, const perp__tree_level *from, perp_
 }
 
 /* The largest value of sign * row over the bounds of the free columns. */
-static double find_most(const perp__all *all, const perp__tree_level *level, int32_t depth,
+static double find_most(const perp__lcp_all *all, const perp__tableau *level, int32_t depth,
                         int32_t i, double sign)
 {
     const double *T = row_of(all, level, i);
@@ -118,7 +118,7 @@ static double find_most(const perp__all *all, const perp__tree_level *level, int
 }
 
 /* Whether every row can still get what its place asks for. */
-static int32_t is_possible(const perp__all *all, const perp__tree_level *level, int32_t depth)
+static int32_t is_possible(const perp__lcp_all *all, const perp__tableau *level, int32_t depth)
 {
     int32_t i;
 
@@ -139,41 +139,61 @@ static int32_t is_possible(const perp__all *all, const perp__tree_level *level, 
 }
 
 /* The monitor, the clock and the limit on nodes. */
-static void tick(perp__all *all)
+static void tick(perp__lcp_all *all)
 {
     perp_outcome outcome;
 
     all->result.nodes++;
     if (all->limit > 0 && all->result.nodes >= all->limit) {
         all->result.outcome = PERP_OUTCOME_ITERATION_LIMIT;
-        all->ended = 1;
+        all->tree.ended = 1;
     }
     if (all->result.nodes % PERP__NODES_A_TICK != 1)
         return;
     outcome = perp__lcp_tick(&all->solver->control, all->result.nodes, INFINITY);
     if (outcome >= 0) {
         all->result.outcome = outcome;
-        all->ended = 1;
+        all->tree.ended = 1;
         all->aborted = all->solver->control.aborted;
     }
 }
 
-static perp_status descend(perp__all *all, int32_t depth);
+/* ---- the tree over places ------------------------------------------------------------------- */
 
-/* Gives variable d its place and goes on below. */
-static perp_status place(perp__all *all, int32_t d, int32_t where)
+static int32_t choices(void *user, int32_t d)
 {
-    const perp__tree_level *from = &all->levels[d];
-    perp__tree_level *to = &all->levels[d + 1];
+    const perp_lcp_solver *solver = ((const perp__lcp_all *)user)->solver;
+
+    if (solver->lower[d] == solver->upper[d])
+        return 1;
+    return 1 + !!isfinite(solver->lower[d]) + !!isfinite(solver->upper[d]);
+}
+
+/* Between first: of nested families the largest tends to come first. */
+static int8_t place_of(const perp_lcp_solver *solver, int32_t d, int32_t choice)
+{
+    if (solver->lower[d] == solver->upper[d])
+        return PERP__FIXED;
+    if (choice == 0)
+        return PERP__BETWEEN;
+    return choice == 1 && isfinite(solver->lower[d]) ? PERP__AT_LOWER : PERP__AT_UPPER;
+}
+
+/* Gives variable d its place. */
+static int32_t choose(void *user, int32_t d, int32_t choice)
+{
+    perp__lcp_all *all = user;
+    perp__tableau *to = &all->levels[d + 1];
+    const int8_t where = place_of(all->solver, d, choice);
     const double value =
         where == PERP__AT_UPPER ? all->solver->upper_scaled[d] : all->solver->lower_scaled[d];
     int32_t row, k;
 
     tick(all);
-    if (all->ended)
-        return PERP_OK;
-    all->places[d] = (int8_t)where;
-    copy_level(all, from, to, d, where == PERP__BETWEEN, value);
+    if (all->tree.ended)
+        return 0;
+    all->places[d] = where;
+    copy_level(all, &all->levels[d], to, d, where == PERP__BETWEEN, value);
     if (where == PERP__BETWEEN) {
         to->kind[d] = PERP__ROW_EQUATION;
         to->columns[to->pending++] = (int8_t)d;
@@ -184,36 +204,19 @@ static perp_status place(perp__all *all, int32_t d, int32_t where)
     }
     while (to->pending > 0 && find_pivot(all, to, d + 1, &row, &k))
         exchange(all, to, d + 1, row, k);
-    return is_possible(all, to, d + 1) ? descend(all, d + 1) : PERP_OK;
+    return is_possible(all, to, d + 1);
 }
 
-/* Between first: of nested families the largest tends to come first. */
-static perp_status descend(perp__all *all, int32_t depth)
+static perp_status leaf(void *user)
 {
-    const perp_lcp_solver *solver = all->solver;
-    perp_status status = PERP_OK;
-
-    if (depth == all->n)
-        return perp__all_leaf(all);
-    if (solver->lower[depth] == solver->upper[depth])
-        return place(all, depth, PERP__FIXED);
-    status = place(all, depth, PERP__BETWEEN);
-    if (status == PERP_OK && !all->ended && isfinite(solver->lower[depth]))
-        status = place(all, depth, PERP__AT_LOWER);
-    if (status == PERP_OK && !all->ended && isfinite(solver->upper[depth]))
-        status = place(all, depth, PERP__AT_UPPER);
-    return status;
-}
-
-perp_status perp__all_leaf(perp__all *all)
-{
-    const perp__tree_level *level = &all->levels[all->n];
+    perp__lcp_all *all = user;
+    const perp__tableau *level = &all->levels[all->n];
     int32_t i;
 
     all->result.bases++;
     if (level->pending > 0) {
         all->result.singular++;
-        return perp__all_family(all, level);
+        return perp__lcp_all_family(all, level);
     }
     for (i = 0; i < all->n; i++)
         all->z[i] = all->places[i] == PERP__AT_UPPER ? all->solver->upper_scaled[i]
@@ -221,26 +224,16 @@ perp_status perp__all_leaf(perp__all *all)
     for (i = 0; i < all->n; i++)
         if (level->kind[i] == PERP__ROW_Z)
             all->z[level->basic[i]] = row_of(all, level, i)[all->n];
-    return perp__all_point(all);
+    return perp__lcp_all_point(all);
 }
 
-perp_status perp__all_search(perp__all *all)
+perp_status perp__lcp_all_search(perp__lcp_all *all)
 {
-    perp__tree_level *root = &all->levels[0];
-    int32_t i, j;
-
-    for (i = 0; i < all->n; i++) {
-        double *T = row_of(all, root, i);
-
-        all->row_sizes[i] = 0.0;
-        for (j = 0; j < all->n; j++) {
-            T[j] = all->S[(size_t)j * (size_t)all->n + (size_t)i];
-            all->row_sizes[i] = fmax(all->row_sizes[i], fabs(T[j]));
-        }
-        T[all->n] = all->solver->q_scaled[i];
-        root->kind[i] = PERP__ROW_W_FREE;
-        root->basic[i] = 0;
-    }
-    root->pending = 0;
-    return descend(all, 0);
+    all->tree.positions = all->n;
+    all->tree.ended = 0;
+    all->tree.user = all;
+    all->tree.choices = choices;
+    all->tree.choose = choose;
+    all->tree.leaf = leaf;
+    return perp__pattern_tree_search(&all->tree);
 }

@@ -1,30 +1,24 @@
 /* The last word on small problems: where pivoting, sweeps and Newton's method have found no
- * solution, the tree of index sets (lcp/all.h) is searched for the first that the gate takes. At
- * most 3^12 index sets, and few of them are reached. */
-#include "lcp/last_word.h"
-
+ * solution, the tree of index sets (patterns/patterns.h) is searched for the first that the gate
+ * takes. At most 3^12 index sets, and few of them are reached. */
 #include <math.h>
 #include <string.h>
 
 #include "base/context.h"
-#include "lcp/all.h"
+#include "lcp/all/all.h"
 #include "lcp/candidate.h"
 
 /* Largest n: there a search that finds nothing takes milliseconds. */
 #define PERP__LARGEST_LAST_WORD 12
 
-static perp__all *tree_of(perp_lcp_solver *solver)
+static perp__lcp_all *tree_of(perp_lcp_solver *solver)
 {
     if (!solver->tree) {
         solver->tree = perp__allocate(solver->context, 1, sizeof *solver->tree);
         if (!solver->tree)
             return NULL;
-        memset(solver->tree, 0, sizeof *solver->tree);
-        solver->tree->context = solver->context;
-        solver->tree->cone.context = solver->context;
-        solver->tree->solver = solver;
+        perp__lcp_all_init(solver->tree, solver);
         solver->tree->first = 1;
-        perp__arena_init(&solver->tree->arena, solver->context);
     }
     return solver->tree;
 }
@@ -36,29 +30,29 @@ int32_t perp__has_last_word(const perp_lcp_solver *solver)
 
 perp_status perp__last_word(perp_lcp_solver *solver)
 {
-    perp__all *tree = tree_of(solver);
+    perp__lcp_all *tree = tree_of(solver);
     perp_status status;
 
     if (!tree)
         return perp__fail_memory(solver->context, "the tree of index sets");
-    tree->ended = tree->aborted = tree->found = tree->incomplete = 0;
+    tree->aborted = tree->found = 0;
     memset(&tree->result, 0, sizeof tree->result);
     if (solver->settings.max_iterations > 0)
         tree->limit = solver->settings.max_iterations - solver->spent;
     solver->control.method = PERP_LCP_PATTERNS;
     solver->control.deadline = solver->deadline;
     solver->correct = NULL;
-    status = perp__all_prepare(tree);
+    status = perp__lcp_all_prepare(tree);
     if (status == PERP_OK)
-        status = perp__all_search(tree);
+        status = perp__lcp_all_search(tree);
     if (status == PERP_OK && tree->aborted)
         status = perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
     if (status != PERP_OK)
         return status;
     solver->spent += tree->result.nodes;
     if (tree->found)
-        perp__consider_point(solver, PERP_LCP_PATTERNS, tree->result.nodes);
-    else if (tree->ended)
+        perp__consider_point(solver, PERP_LCP_PATTERNS);
+    else if (tree->tree.ended)
         solver->ended = tree->result.outcome;
     return PERP_OK;
 }
@@ -67,7 +61,6 @@ void perp__last_word_release(perp_lcp_solver *solver)
 {
     if (!solver->tree)
         return;
-    perp__cone_release(&solver->tree->cone);
-    perp__arena_release(&solver->tree->arena);
+    perp__lcp_all_release(solver->tree);
     perp__release(solver->context, solver->tree);
 }
