@@ -158,6 +158,8 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     if (status == PERP_OK && problem->warm && s->size > solver->room) {
         solver->room = s->size;
         status = perp__arena_fit(&solver->arena, lay_out, solver);
+        if (status != PERP_OK)
+            solver->room = 0;
     }
     solver->is_set_up = status == PERP_OK;
     s->rigid = problem;
