@@ -1,4 +1,4 @@
-/* The residuals of DESIGN.md, recomputed from the caller's own data for every method alike. */
+/* The residuals of docs/lcp.md, recomputed from the caller's own data for every method alike. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,6 @@
-/* The kernels of evaluate.c, a template (linalg/vectors.h) for n >= LANES. NAME(x) is the name of a
- * function. The last vector may overlap the one before: all that is done can be done twice. */
+/* The kernels of evaluate.c, a template (linalg/lanes/vectors.h) for n >= LANES. NAME(x) is the
+ * name of a function. The last vector may overlap the one before: all that is done can be done
+ * twice. */
 
 /* The first entry of the vector after the one at i; n if there is none. */
 static size_t NAME(next)(size_t i, size_t n)

@@ -1,6 +1,6 @@
 /* What a method sees of a problem, and what it hands back. Everything is in scaled coordinates:
  * M = D M_caller D, q = D q_caller / omega, z = D^-1 z_caller / omega, with powers of two, so that
- * the natural residual of this problem is the tested residual of DESIGN's definition. Checks,
+ * the natural residual of this problem is the tested residual of docs/lcp.md. Checks,
  * timing, acceptance, polish and fall-backs live in the front door. */
 #ifndef PERP_LCP_METHOD_H
 #define PERP_LCP_METHOD_H
@@ -90,7 +90,6 @@ typedef struct perp__lcp_work {
 } perp__lcp_work;
 
 extern const perp__lcp_method perp__lcp_lemke;
-extern const perp__lcp_method perp__lcp_lemke_sparse; /* before lemke in the solver's table */
 extern const perp__lcp_method perp__lcp_pgs;
 extern const perp__lcp_method perp__lcp_fischer;
 extern const perp__lcp_method perp__lcp_active_set;

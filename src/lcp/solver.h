@@ -3,6 +3,7 @@
 #define PERP_LCP_SOLVER_H
 
 #include "base/arena.h"
+#include "base/handle.h"
 #include "base/outcome.h"
 #include "lcp/lcp.h"
 #include "lcp/method.h"
@@ -10,10 +11,9 @@
 #include "linalg/scale.h"
 #include "linalg/witness.h"
 
-#define PERP__SOLVER_MAGIC UINT64_C(0x706572706c637073)
-#define PERP__METHODS 6
+#define PERP__METHODS 5
 
-/* What a point is worth: the numbers DESIGN.md defines, all from the caller's data. */
+/* What a point is worth: the numbers docs/lcp.md defines, all from the caller's data. */
 typedef struct perp__evaluation {
     double natural;
     double tested;
@@ -39,8 +39,7 @@ typedef struct perp__candidate {
 } perp__candidate;
 
 struct perp_lcp_solver {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp_lcp_settings settings;
     perp__arena arena;
     int64_t setups; /* 0: no problem yet */
@@ -82,7 +81,7 @@ struct perp_lcp_solver {
     perp__lcp_control control;
     perp__method_slot slots[PERP__METHODS];
     perp__polish polish;
-    struct perp__all *tree; /* of the last word on small problems; NULL until it is asked */
+    struct perp__lcp_all *tree; /* of the last word on small problems; NULL until it is asked */
     int32_t (*correct)(void *work, const double *residual, double *step); /* perp__lcp_iterate's */
     void *correct_work;
     perp__sparse_block block; /* of sparse problems */

@@ -35,6 +35,9 @@
 /* Beside the largest t that much is always granted: rounding. */
 #define ROUNDING (16.0 * DBL_EPSILON)
 
+/* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
+#define NOISE 0x1p-40
+
 /* Sizes below this have lost digits, or all, to underflow. */
 #define LEAST_SIZE 0x1p-960
 
@@ -107,22 +110,41 @@ static double entry(const int32_t *units, const perp__cursor *c)
     return perp__shift(fabs(c->value), units[c->i] + units[c->j]);
 }
 
-/* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M
- * falls into parts between them: then there is no common size. */
-static void find_cut(const perp__witness_point *p, perp__witness_units *u, double least)
+static void join_couplings(const perp__witness_point *p, perp__witness_units *u, double least)
 {
-    const int32_t n = p->M->rows;
     perp__cursor c = perp__first(p->M);
+
+    while (perp__advance(&c))
+        if (entry(u->exponents, &c) >= least)
+            perp__join(u->cut, c.i, p->M->rows + c.j);
+}
+
+static void start_apart(perp__witness_units *u, int32_t n)
+{
     int32_t i;
 
     for (i = 0; i < 2 * n; i++)
         u->cut[i] = i;
+}
+
+/* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M,
+ * but for noise, falls into parts between them: then there is no common size. tied: n, work. */
+static void find_cut(const perp__witness_point *p, perp__witness_units *u, double least,
+                     int32_t *tied)
+{
+    const int32_t n = p->M->rows;
+    int32_t i;
+
+    start_apart(u, n);
+    join_couplings(p, u, NOISE);
+    perp__number_parts(u->cut, 2 * n);
     for (i = 0; i < n; i++)
-        if (p->part[i] == p->part[n + i])
+        tied[i] = u->cut[i] == u->cut[n + i];
+    start_apart(u, n);
+    for (i = 0; i < n; i++)
+        if (tied[i])
             perp__join(u->cut, i, n + i);
-    while (perp__advance(&c))
-        if (entry(u->exponents, &c) >= least)
-            perp__join(u->cut, c.i, n + c.j);
+    join_couplings(p, u, least);
     perp__number_parts(u->cut, 2 * n);
 }
 
@@ -136,7 +158,7 @@ static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
         t->count += perp__equilibrate_negative(p->M, t->units[1].exponents, work);
     for (k = 0; k < t->count; k++) {
         perp__balance(p->M, t->units[k].exponents, work);
-        find_cut(p, &t->units[k], sqrt(p->tol));
+        find_cut(p, &t->units[k], sqrt(p->tol), work);
     }
     t->tol = p->tol;
     t->known = 1;

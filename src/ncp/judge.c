@@ -1,4 +1,4 @@
-/* The residuals of DESIGN.md, of the linear problem (J(z), F(z) - J(z) z). */
+/* The residuals of docs/lcp.md, of the linear problem (J(z), F(z) - J(z) z). */
 #include <math.h>
 #include <string.h>
 

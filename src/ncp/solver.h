@@ -3,12 +3,11 @@
 #define PERP_NCP_SOLVER_H
 
 #include "base/arena.h"
+#include "base/handle.h"
 #include "base/outcome.h"
 #include "linalg/witness.h"
 #include "ncp/method.h"
 #include "ncp/ncp.h"
-
-#define PERP__NCP_MAGIC UINT64_C(0x7065727063706e73)
 
 /* What a point is worth, recomputed from F and J there. */
 typedef struct perp__ncp_worth {
@@ -27,8 +26,7 @@ typedef struct perp__ncp_parts {
 } perp__ncp_parts;
 
 struct perp_ncp_solver {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp_ncp_settings settings;
     perp__arena arena;
     int32_t setups; /* 0: no problem yet */

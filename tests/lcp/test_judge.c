@@ -210,6 +210,26 @@ static void test_noise_on_the_diagonal(void **state)
     }
 }
 
+/* The same two equations apart but for noise on the diagonal, 3 z_1 = 3 and z_0 = -1e-16: nothing
+ * that row 0 carries is passed on to z_0, so (0, 1) is as wrong as it is without the noise. */
+static void test_noise_ties_nothing(void **state)
+{
+    static const double lower[2] = {-INFINITY, -INFINITY}, upper[2] = {INFINITY, INFINITY};
+    static const double q[2] = {3, 1e-16}, wrong[2] = {0, 1};
+    static const double noise[] = {0.0, 1e-20, 1e-300};
+    int32_t k;
+
+    (void)state;
+    for (k = 0; k < 3; k++) {
+        const double M[4] = {noise[k], -3, 1, noise[k]}, right[2] = {-1e-16 - noise[k], 1};
+        perp_lcp_solver *solver = posed(2, M, lower, upper, q);
+
+        assert_int_equal(judged(solver, wrong), PERP_OUTCOME_STALLED);
+        assert_int_equal(judged(solver, right), PERP_OUTCOME_SOLVED);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
 /* Row 1 is small, but z_0 carries what rounding leaves of row 0's ones: 2^-10 of tol 2 is passed on
  * to it, by far more than its own terms, 2^-26, and the floor of 1e-5 grant. Ten times that is not.
  */
@@ -321,6 +341,7 @@ int main(void)
         cmocka_unit_test(test_next_to_a_bound),
         cmocka_unit_test(test_rounding_beside_the_largest),
         cmocka_unit_test(test_noise_on_the_diagonal),
+        cmocka_unit_test(test_noise_ties_nothing),
         cmocka_unit_test(test_roundings_travel),
         cmocka_unit_test(test_small_rows_count),
         cmocka_unit_test(test_overflow_on_the_way),
