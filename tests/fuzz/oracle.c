@@ -252,7 +252,7 @@ static void carry(int32_t n, const scaled *s, const wide *z, double tol, int uni
                   wide *zhat)
 {
     wide *near = fuzz_take(n, sizeof *near), *largest = fuzz_take(n, sizeof *largest);
-    int32_t i, j;
+    int32_t i, j, empty;
 
     for (j = 0; j < n; j++)
         for (near[j] = oracle_abs(z[j]) / s->D[j], i = 0; i < n; i++)
@@ -266,8 +266,10 @@ static void carry(int32_t n, const scaled *s, const wide *z, double tol, int uni
         for (j = 0; j < n; j++)
             sum += s->A[i * n + j] * near[j];
         carried[i] = larger(carried[i], sum / s->D[i]);
-        if (zhat)
-            zhat[i] = larger(zhat[i], near[i] * s->D[i]);
+        for (empty = 1, j = 0; j < n; j++)
+            empty = empty && s->A[j * n + i] == 0;
+        if (zhat) /* a variable of no row has no unit but 1 */
+            zhat[i] = larger(zhat[i], empty ? larger(near[i] * s->D[i], 1) : near[i] * s->D[i]);
     }
 }
 
