@@ -65,6 +65,12 @@ static inline void perp__raise_to(double *largest, double value)
         *largest = value;
 }
 
+/* A residual as it is told: what overflowed on the way is as large as can be. */
+static inline double perp__told(double residual)
+{
+    return isnan(residual) ? INFINITY : residual;
+}
+
 /* Whether all entries are finite; x may be NULL where count is 0. */
 int32_t perp__all_finite(const double *x, size_t count);
 

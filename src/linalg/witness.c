@@ -219,7 +219,8 @@ static void find_violations(perp__witness *t, const view *v)
     }
     for (i = 0; i < v->n; i++) {
         const int32_t shift = v->units[i] - t->omegas[i];
-        const double near = p->tol * t->carried[i];
+        const double size = t->carried[i];
+        const double near = size < INFINITY ? p->tol * size : 0.0; /* not next to everything */
 
         t->wrong[i] = perp__shift(
             violation_near(p, i, -v->units[i] - t->omegas[v->n + i], near, &t->is_free[i]), shift);

@@ -25,6 +25,22 @@ perp_status perp_lcp_enumeration_init(perp_lcp_enumeration *result, size_t size)
 
 /* ---- reports ------------------------------------------------------------------------------- */
 
+/* z_i of a vertex in the caller's units: where its pattern has it at a bound, that bound, for two
+ * bounds beyond the range of scaled doubles look alike. */
+static double vertex_entry(const perp_lcp_solver *solver, int32_t i, int8_t place, double scaled)
+{
+    const double lower = solver->lower[i], upper = solver->upper[i];
+
+    switch (place) {
+    case PERP__BETWEEN:
+        return perp__clamp(perp__z_exact(solver, i, scaled), lower, upper);
+    case PERP__AT_UPPER:
+        return upper;
+    default:
+        return lower;
+    }
+}
+
 /* Vertices in the caller's units, rays with largest entry 1 there. */
 static void to_caller(const perp_lcp_solver *solver, perp__answer *answer)
 {
@@ -34,8 +50,7 @@ static void to_caller(const perp_lcp_solver *solver, perp__answer *answer)
         double *x = answer->points + (size_t)k * (size_t)solver->n, largest = 0.0;
 
         for (i = 0; i < solver->n; i++) {
-            x[i] = k < answer->vertices ? perp__clamp(perp__z_exact(solver, i, x[i]),
-                                                      solver->lower[i], solver->upper[i])
+            x[i] = k < answer->vertices ? vertex_entry(solver, i, answer->pattern[i], x[i])
                                         : perp__z_caller(solver, i, x[i]);
             largest = fmax(largest, fabs(x[i]));
         }
