@@ -112,22 +112,16 @@ static void layout(perp__arena *arena, void *object)
 {
     perp_load_friction *f = object;
     const size_t n = (size_t)f->n, square = n * n;
-    double **const matrices[] = {&f->A, &f->C, &f->S, &f->Y, &f->K, &f->inverse, &f->null};
+    double **const matrices[] = {&f->A, &f->C, &f->S, &f->Y};
     double **const vectors[] = {&f->b,
                                 &f->d,
                                 &f->mu,
                                 &f->mu_static,
                                 &f->size,
-                                &f->x,
-                                &f->x_low,
-                                &f->rhs,
-                                &f->slope,
-                                &f->load,
-                                &f->normal,
-                                &f->width,
-                                &f->normal_width,
+                                &f->origin,
                                 &f->product,
                                 &f->product_low,
+                                &f->normal,
                                 &f->normal_low,
                                 &f->tau,
                                 &f->question.stop,
@@ -140,7 +134,9 @@ static void layout(perp__arena *arena, void *object)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
     f->work = perp__arena_take(arena, 6 * square + 4 * n, sizeof(double));
     f->list = perp__arena_take(arena, n, sizeof(int32_t));
-    f->system.columns = perp__arena_take(arena, n, sizeof(int32_t));
+    f->c = perp__arena_take(arena, 2 * n, sizeof(double));
+    f->c_size = perp__arena_take(arena, 2 * n, sizeof(double));
+    perp__linear_layout(&f->linear, arena);
     f->tree.next = perp__arena_take(arena, n, sizeof(int32_t));
     f->question.sign = perp__arena_take(arena, n, 1);
     f->question.before = perp__arena_take(arena, n, 1);
@@ -162,15 +158,24 @@ void perp__friction_release(perp_load_friction *f)
 /* The store, the tree and the system. */
 static void prepare(perp_load_friction *f)
 {
+    perp__linear *p = &f->linear;
+
     f->pattern.side = f->pattern.mode + f->n;
-    f->system.K = f->K;
-    f->system.E = f->inverse;
+    p->block[0] = f->A;
+    p->block[1] = f->C;
+    p->row_stride = 1;
+    p->column_stride = (size_t)f->n;
+    p->c = f->c;
+    p->c_size = f->c_size;
+    p->scale = f->size;
+    p->positions = f->n;
+    p->conditions = perp__friction_conditions;
     f->answers.length = f->answers.positions = f->polyhedron.length = f->n;
     f->answers.eigenvalues = 4 * f->n;
     f->answers.own = 2 * f->n;
     f->answers.holds = perp__friction_holds_answer;
-    f->polyhedron.origin = f->x;
-    f->polyhedron.directions = f->null;
+    f->polyhedron.origin = p->x;
+    f->polyhedron.directions = p->null;
     f->polyhedron.least = PERP__FRICTION_SAME;
 }
 
@@ -185,7 +190,8 @@ static perp_status make(perp_context *context, perp_load_friction **friction, in
     memset(f, 0, sizeof *f);
     f->magic = PERP__FRICTION_MAGIC;
     f->context = f->answers.context = f->polyhedron.cone.context = context;
-    f->n = n;
+    f->n = f->linear.length = n;
+    f->linear.rows = 2 * n;
     perp__arena_init(&f->arena, context);
     status = perp__arena_fit(&f->arena, layout, f);
     if (status != PERP_OK) {
