@@ -83,7 +83,6 @@ void perp__linear_rows(const perp__linear *p, double *u, double *size, const dou
                        int32_t homogeneous);
 /* u, residual and load of p->x. */
 void perp__linear_evaluate(perp__linear *p);
-void perp__linear_find_load(perp__linear *p);
 /* Takes the residual off. */
 void perp__linear_correct(perp__linear *p);
 /* x := x + columns y, or with absolute values. */

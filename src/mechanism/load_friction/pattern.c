@@ -40,14 +40,13 @@ static void add(double *sum, double *low, double x)
     *sum = s;
 }
 
-/* u = (A x + b - tau, C x + d), residual_i = -u_i - t_i N_i, and the sizes of their terms. */
-void perp__friction_evaluate(perp_load_friction *f)
+/* Normal forces N = C x + d, and residual_i = tau_i - b_i - (A x)_i - t_i N_i. */
+static void find_residual(perp_load_friction *f)
 {
     perp__linear *p = &f->linear;
     double *normal = p->u + f->n;
     int32_t i;
 
-    perp__linear_evaluate(p);
     perp__multiply_doubled(&f->A_view, p->x, f->b, f->product, f->product_low);
     perp__multiply_doubled(&f->C_view, p->x, f->d, normal, f->normal_low);
     for (i = 0; i < f->n; i++) {
@@ -58,9 +57,19 @@ void perp__friction_evaluate(perp_load_friction *f)
         add(&sum, &low, -product);
         low -= f->product_low[i] + fma(t, normal[i], -product) + t * f->normal_low[i];
         p->residual[i] = sum + low;
-        if (t == 0.0)
-            p->u[i] = -p->residual[i];
     }
+}
+
+void perp__friction_evaluate(perp_load_friction *f)
+{
+    perp__linear *p = &f->linear;
+    int32_t i;
+
+    perp__linear_evaluate(p);
+    find_residual(f);
+    for (i = 0; i < f->n; i++)
+        if (p->slope[i] == 0.0)
+            p->u[i] = -p->residual[i];
 }
 
 /* ---- the pattern --------------------------------------------------------------------------- */
@@ -131,7 +140,7 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f)
             return -1;
     }
     for (round = 0; round < 2; round++) {
-        perp__friction_evaluate(f);
+        find_residual(f);
         perp__linear_correct(p);
     }
     perp__friction_evaluate(f);
