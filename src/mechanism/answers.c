@@ -194,8 +194,7 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, d
                            const double *q0, const double *v0)
 {
     perp_mechanism_summary own;
-    perp_status status = perp__struct_check(m->context, "summary", summary, sizeof *summary,
-                                            PERP__MECHANISM_SUMMARY_FIRST);
+    perp_status status = PERP__CHECK(perp_mechanism_summary, m->context, summary);
 
     if (status == PERP_OK)
         status = perp__mechanism_check_state(m, t, q0, v0);

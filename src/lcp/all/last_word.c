@@ -51,7 +51,7 @@ perp_status perp__last_word(perp_lcp_solver *solver)
         return status;
     solver->spent += tree->result.nodes;
     if (tree->found)
-        perp__consider_point(solver, PERP_LCP_PATTERNS, tree->result.nodes);
+        perp__consider_point(solver, PERP_LCP_PATTERNS);
     else if (tree->tree.ended)
         solver->ended = tree->result.outcome;
     return PERP_OK;

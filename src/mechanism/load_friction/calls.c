@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "base/context.h"
 #include "mechanism/load_friction/load_friction.h"
 
 #define PERP__FOUND_FIRST PERP__SIZE_THROUGH(perp_load_found, rays)
@@ -80,11 +79,6 @@ const char *perp_load_reason_text(int32_t reason)
 
 /* ---- calls --------------------------------------------------------------------------------- */
 
-perp_status perp__friction_enter(perp_load_friction *f)
-{
-    return perp__enter_handle(f, PERP__FRICTION_MAGIC);
-}
-
 perp_status perp__friction_check_vector(perp_load_friction *f, const char *name, const double *x)
 {
     perp_status status = perp__check_pointer(f->context, name, x);
@@ -112,7 +106,7 @@ static perp_status set(perp_load_friction *f, const perp_load_system *system)
     kept = *f;
     *f = *made;
     *made = kept;
-    perp__friction_release(made);
+    perp__handle_end(made);
     return PERP_OK;
 }
 

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "base/context.h"
 #include "linalg/blas.h"
 #include "mechanism/copy.h"
 
@@ -144,15 +143,20 @@ static void layout(perp__arena *arena, void *object)
     f->pattern.mode = perp__arena_take(arena, 2 * n, 1);
 }
 
-void perp__friction_release(perp_load_friction *f)
+static void release(void *object)
 {
-    perp_context *context = f->context;
+    perp_load_friction *f = object;
 
     perp__answers_release(&f->answers);
     perp__cone_release(&f->polyhedron.cone);
     perp__arena_release(&f->arena);
-    f->magic = 0;
-    perp__release(context, f);
+}
+
+static const perp__kind kind = {"load-dependent friction", sizeof(perp_load_friction), release};
+
+perp_status perp__friction_enter(perp_load_friction *f)
+{
+    return perp__handle_enter(f, &kind);
 }
 
 /* The store, the tree and the system. */
@@ -182,20 +186,18 @@ static void prepare(perp_load_friction *f)
 /* A handle with room for n coordinates. */
 static perp_status make(perp_context *context, perp_load_friction **friction, int32_t n)
 {
-    perp_load_friction *f = perp__allocate(context, 1, sizeof *f);
+    perp_load_friction *f = perp__handle_create(context, &kind);
     perp_status status;
 
     if (!f)
-        return perp__fail_memory(context, "load-dependent friction");
-    memset(f, 0, sizeof *f);
-    f->magic = PERP__FRICTION_MAGIC;
-    f->context = f->answers.context = f->polyhedron.cone.context = context;
+        return PERP_ERROR_MEMORY;
+    f->answers.context = f->polyhedron.cone.context = context;
     f->n = f->linear.length = n;
     f->linear.rows = 2 * n;
     perp__arena_init(&f->arena, context);
     status = perp__arena_fit(&f->arena, layout, f);
     if (status != PERP_OK) {
-        perp__friction_release(f);
+        perp__handle_end(f);
         return status;
     }
     prepare(f);
@@ -218,7 +220,7 @@ perp_status perp__friction_create_like(const perp_load_friction *f, perp_load_fr
     (*made)->settings = f->settings;
     status = take(*made, system);
     if (status != PERP_OK)
-        perp__friction_release(*made);
+        perp__handle_end(*made);
     return status;
 }
 
@@ -253,10 +255,9 @@ static perp_status create(perp_context *context, perp_load_friction **friction,
     f->settings = own;
     status = take(f, &read);
     if (status != PERP_OK) {
-        perp__friction_release(f);
+        perp__handle_end(f);
         return status;
     }
-    perp__attach(context);
     *friction = f;
     return PERP_OK;
 }
@@ -274,12 +275,5 @@ perp_status perp_load_friction_create(perp_context *context, perp_load_friction 
 
 void perp_load_friction_destroy(perp_load_friction *friction)
 {
-    perp_context *context;
-
-    if (!perp__enter_to_destroy(friction, PERP__FRICTION_MAGIC))
-        return;
-    context = friction->context;
-    perp__friction_release(friction);
-    perp__detach(context);
-    perp__leave(context, PERP_OK);
+    perp__handle_destroy(friction, &kind);
 }

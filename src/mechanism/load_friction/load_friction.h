@@ -6,6 +6,7 @@
 
 #include "base/arena.h"
 #include "base/check.h"
+#include "base/handle.h"
 #include "linalg/matrix.h"
 #include "patterns/linear.h"
 
@@ -14,8 +15,6 @@
 
 /* Points of a family that differ by less, relatively, are the same. */
 #define PERP__FRICTION_SAME 1e-8
-
-#define PERP__FRICTION_MAGIC UINT64_C(0x7065727066726963)
 
 /* One choice of mode and sign of the normal force a coordinate: within it the system is linear. */
 typedef struct perp__friction_pattern {
@@ -36,8 +35,7 @@ typedef struct perp__friction_question {
 } perp__friction_question;
 
 struct perp_load_friction {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp__arena arena;
     perp_load_settings settings;
     int32_t n;
@@ -107,7 +105,6 @@ void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const
 /* Another handle of the same settings with room for n coordinates, and with a system. */
 perp_status perp__friction_create_like(const perp_load_friction *f, perp_load_friction **made,
                                        const perp_load_system *system);
-void perp__friction_release(perp_load_friction *f);
 
 /* n finite numbers. */
 perp_status perp__friction_check_vector(perp_load_friction *f, const char *name, const double *x);
