@@ -3,10 +3,10 @@
  * A complementarity problem has a choice at each of its positions: a variable at a bound or between
  * them, a contact that separates, sticks or slips. One choice at each is a pattern; within it the
  * problem is linear: equations, and inequalities that tell whether the pattern is the right one.
- * All answers are found by a tree over the patterns (tree.c). Where a pattern's equations determine
+ * All answers are found by a tree over the patterns. Where a pattern's equations determine
  * the point its answer is isolated; where they leave directions free it is a family, a polyhedron
  * known by its vertices and rays (polyhedron.c). Neighbouring patterns find the same answers: a
- * store has each of them once, and none within another (answers.c). */
+ * store has each of them once, and none within another. */
 #ifndef PERP_PATTERNS_PATTERNS_H
 #define PERP_PATTERNS_PATTERNS_H
 

@@ -10,9 +10,6 @@
 #include "linalg/matrix.h"
 #include "patterns/linear.h"
 
-#define PERP__LOAD_SYSTEM_FIRST PERP__SIZE_THROUGH(perp_load_system, damping)
-#define PERP__LOAD_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_load_settings, reserved)
-
 /* Points of a family that differ by less, relatively, are the same. */
 #define PERP__FRICTION_SAME 1e-8
 
@@ -101,10 +98,6 @@ void perp__friction_ask(perp_load_friction *f, const double *tau, const double *
 
 /* perp_load_friction_uniqueness; velocity may be NULL. */
 void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity);
-
-/* Another handle of the same settings with room for n coordinates, and with a system. */
-perp_status perp__friction_create_like(const perp_load_friction *f, perp_load_friction **made,
-                                       const perp_load_system *system);
 
 /* n finite numbers. */
 perp_status perp__friction_check_vector(perp_load_friction *f, const char *name, const double *x);
