@@ -51,7 +51,7 @@ static void layout(perp__arena *arena, void *object)
         *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
     a->row_of = perp__arena_take(arena, rows, sizeof(int32_t));
     a->turning.columns = perp__arena_take(arena, rows, sizeof(int32_t));
-    a->indices = perp__arena_take(arena, 3 * rows, sizeof(int32_t));
+    a->indices = perp__arena_take(arena, 2 * rows, sizeof(int32_t));
     a->element = perp__arena_take(arena, elements, sizeof *a->element);
     a->pattern.mode = perp__arena_take(arena, elements, 1);
     a->pattern.direction = perp__arena_take(arena, 2 * elements, sizeof(double));

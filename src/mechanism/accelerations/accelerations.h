@@ -47,7 +47,7 @@ struct perp__acceleration {
     int32_t elements, closed, active, bilateral_row;
     perp__element *element;
     int32_t *row_of;     /* active: row of the mechanism */
-    int32_t *indices;    /* 3 rows, of work */
+    int32_t *indices;    /* 2 rows, of work */
     double *bias, *size; /* rows: d/dt(J) v + d/dt(drift), and how large its error may be */
     double *W, *held;    /* active by active; held: where the bilateral rows hold */
     double *beta, *load; /* active; load: the size of beta's terms */
@@ -145,6 +145,9 @@ int32_t perp__slip_turn(perp__acceleration *a, double singular);
 int32_t perp__slip_angles(perp__acceleration *a, double angles[4]);
 
 /* ---- answers.c ---- */
+/* holds: rows of the mechanism whose velocity the answer keeps at 0. */
+void perp__acceleration_mark_rows(const perp__acceleration *a, const perp__answer *answer,
+                                  int8_t *holds);
 /* The answer's pattern := that of now. */
 void perp__acceleration_set_pattern(const perp__acceleration *a, perp__answer *answer);
 /* The point f; dimension: of the family that it stands for, or 0. */
