@@ -300,6 +300,7 @@ static int32_t is_answer(const plane *l, const int8_t *pattern, int32_t *at_vert
 static void test_linear(void **state)
 {
     static const int8_t none[2] = {0, 0}, first[2] = {1, 0}, both[2] = {1, 1};
+    static const double right[2] = {4.0, 0.0}, wrong[2] = {5.0, 0.0};
     plane l;
     int32_t at_vertex;
 
@@ -313,6 +314,12 @@ static void test_linear(void **state)
     assert_true(l.p.x[0] == 2.0 && l.p.x[1] == 0.0 && l.p.u[1] == -3.0);
     assert_false(is_answer(&l, first, &at_vertex));
     assert_false(perp__linear_holds_at(&l.p, first, l.p.x, 0, 1e-8, &at_vertex));
+    perp__arena_release(&l.arena);
+
+    open_plane(&l, 1.0, 0.0, 0.0, 1.0, -4.0, 5.0); /* x = (4, 0) */
+    assert_true(perp__linear_holds_at(&l.p, first, right, 0, 1e-8, &at_vertex));
+    assert_false(perp__linear_holds_at(&l.p, first, wrong, 0, 1e-8, &at_vertex));
+    assert_false(perp__linear_holds_at(&l.p, first, right, 1, 1e-8, &at_vertex)); /* u_1 = 4 */
     perp__arena_release(&l.arena);
 
     open_plane(&l, 2.0, 1.0, 1.0, 2.0, 0.0, 3.0); /* x = 0 by two patterns */

@@ -167,7 +167,7 @@ static void limit(perp__lcp_all *all, double started)
     all->limit = solver->settings.max_iterations;
 }
 
-void perp__lcp_all_init(perp__lcp_all *all, perp_lcp_solver *solver)
+static void all_init(perp__lcp_all *all, perp_lcp_solver *solver)
 {
     perp_context *context = solver->context;
 
@@ -180,7 +180,9 @@ void perp__lcp_all_init(perp__lcp_all *all, perp_lcp_solver *solver)
     perp__arena_init(&all->arena, context);
 }
 
-perp_status perp__lcp_all_prepare(perp__lcp_all *all)
+/* Lays out the memory and the equilibrated matrix of the solver's problem, which is scaled
+ * (perp__scale_problem). */
+static perp_status all_prepare(perp__lcp_all *all)
 {
     perp_lcp_solver *solver = all->solver;
     const int32_t n = all->n = solver->n;
@@ -219,7 +221,7 @@ perp_status perp__lcp_all_prepare(perp__lcp_all *all)
     return PERP_OK;
 }
 
-void perp__lcp_all_release(perp__lcp_all *all)
+static void all_release(perp__lcp_all *all)
 {
     perp__answers_release(&all->answers);
     perp__cone_release(&all->polyhedron.cone);
@@ -258,7 +260,7 @@ static perp_status run(perp__lcp_all *all, const double *q)
 
     limit(all, started);
     perp__scale_problem(all->solver, q);
-    status = perp__lcp_all_prepare(all);
+    status = all_prepare(all);
     all->result.outcome = PERP_OUTCOME_SOLVED;
     if (status == PERP_OK && !is_finite(all))
         all->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;
@@ -281,14 +283,14 @@ static perp_status find_all(perp_lcp_solver *solver, perp_lcp_enumeration *resul
     perp__lcp_all all;
     perp_status status = check(solver->context, solver, result, q);
 
-    perp__lcp_all_init(&all, solver);
+    all_init(&all, solver);
     all.visit = visitor;
     all.user = user;
     if (status == PERP_OK)
         status = run(&all, q);
     if (status == PERP_OK)
         perp__struct_write(result, &all.result, sizeof all.result);
-    perp__lcp_all_release(&all);
+    all_release(&all);
     return status;
 }
 
@@ -327,7 +329,7 @@ static perp__lcp_all *tree_of(perp_lcp_solver *solver)
         solver->tree = perp__allocate(solver->context, 1, sizeof *solver->tree);
         if (!solver->tree)
             return NULL;
-        perp__lcp_all_init(solver->tree, solver);
+        all_init(solver->tree, solver);
         solver->tree->first = 1;
     }
     return solver->tree;
@@ -352,7 +354,7 @@ perp_status perp__last_word(perp_lcp_solver *solver)
     solver->control.method = PERP_LCP_PATTERNS;
     solver->control.deadline = solver->deadline;
     solver->correct = NULL;
-    status = perp__lcp_all_prepare(tree);
+    status = all_prepare(tree);
     if (status == PERP_OK)
         status = perp__lcp_all_search(tree);
     if (status == PERP_OK && tree->aborted)
@@ -371,6 +373,6 @@ void perp__last_word_release(perp_lcp_solver *solver)
 {
     if (!solver->tree)
         return;
-    perp__lcp_all_release(solver->tree);
+    all_release(solver->tree);
     perp__release(solver->context, solver->tree);
 }

@@ -73,21 +73,19 @@ static void label(perp_load_friction *f, perp__answer *a)
     const size_t square = (size_t)n * (size_t)n;
     double *block = f->work, *C = block + square, *X = C + square, *Gamma = X + 2 * square;
     double *S = Gamma + square;
+    const int32_t m = f->linear.system.n, *moving = f->linear.first;
     perp__stability verdict;
-    int32_t m = 0, r, c, i;
+    int32_t r, c, i;
 
     memset(X, 0, 2 * square * sizeof *X);
-    for (i = 0; i < n; i++)
-        if (a->pattern[i] != PERP_LOAD_STICK)
-            f->list[m++] = i;
     for (r = 0; r < m; r++) {
         for (c = 0; c < m; c++)
-            block[at(f, r, c)] = f->A[at(f, f->list[r], f->list[c])];
+            block[at(f, r, c)] = f->A[at(f, moving[r], moving[c])];
         for (i = 0; i < n; i++) { /* C_L, and the right-hand sides C_L' and (diag(mu) D)_L */
-            C[at(f, i, r)] = f->C[at(f, i, f->list[r])];
+            C[at(f, i, r)] = f->C[at(f, i, moving[r])];
             X[at(f, r, i)] = C[at(f, i, r)];
         }
-        X[at(f, r, n + f->list[r])] = f->linear.slope[f->list[r]];
+        X[at(f, r, n + moving[r])] = f->linear.slope[moving[r]];
     }
     memcpy(S, f->Y, square * sizeof *S);
     memset(Gamma, 0, square * sizeof *Gamma);

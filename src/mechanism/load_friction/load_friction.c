@@ -206,7 +206,6 @@ static void layout(perp__arena *arena, void *object)
     for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
     f->work = perp__arena_take(arena, 6 * square + 4 * n, sizeof(double));
-    f->list = perp__arena_take(arena, n, sizeof(int32_t));
     f->c = perp__arena_take(arena, 2 * n, sizeof(double));
     f->c_size = perp__arena_take(arena, 2 * n, sizeof(double));
     perp__linear_layout(&f->linear, arena);

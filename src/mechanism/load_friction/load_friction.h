@@ -53,8 +53,7 @@ struct perp_load_friction {
     double *c, *c_size;  /* 2 n: its constants */
     double *origin;      /* of a family */
     double *product, *product_low, *normal, *normal_low;
-    int32_t *list; /* coordinates */
-    double *work;  /* 6 n^2 + 4 n */
+    double *work; /* 6 n^2 + 4 n */
     perp__polyhedron polyhedron;
 };
 

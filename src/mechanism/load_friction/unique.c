@@ -71,9 +71,9 @@ static double determinant(perp_load_friction *f)
     size_t i;
 
     load_signed(f, f->work, 1.0);
-    perp__lu_factor(f->n, f->work, f->n, f->list);
+    perp__lu_factor(f->n, f->work, f->n, f->linear.first);
     for (i = 0; i < n; i++) {
-        product *= f->list[i] == (int32_t)i + 1 ? f->work[i + n * i] : -f->work[i + n * i];
+        product *= f->linear.first[i] == (int32_t)i + 1 ? f->work[i + n * i] : -f->work[i + n * i];
         product = frexp(product, &exponent);
         total += isfinite(product) && product != 0.0 ? exponent : 0;
     }
