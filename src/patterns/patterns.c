@@ -17,11 +17,13 @@ perp_status perp__pattern_tree_search(perp__pattern_tree *tree)
         return tree->leaf(tree->user);
     tree->next[0] = 0;
     while (depth >= 0 && status == PERP_OK && !tree->ended) {
-        if (tree->next[depth] == tree->choices(tree->user, depth)) {
+        const int32_t position = tree->reverse ? tree->positions - 1 - depth : depth;
+
+        if (tree->next[depth] == tree->choices(tree->user, position)) {
             depth--;
             continue;
         }
-        if (!tree->choose(tree->user, depth, tree->next[depth]++))
+        if (!tree->choose(tree->user, position, tree->next[depth]++))
             continue;
         if (depth + 1 < tree->positions)
             tree->next[++depth] = 0;

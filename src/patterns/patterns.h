@@ -16,11 +16,12 @@
 
 typedef struct perp__pattern_tree {
     int32_t positions;
-    int32_t *next; /* positions: of work */
-    int32_t ended; /* set by a callback: nothing more is looked at */
+    int32_t *next;   /* positions: of work */
+    int32_t ended;   /* set by a callback: nothing more is looked at */
+    int32_t reverse; /* the last position is the root's */
     void *user;
     int32_t (*choices)(void *user, int32_t position);
-    /* Takes a choice, with those of all positions before it taken; 0 where nothing can follow. */
+    /* Takes a choice, with those of all positions above it taken; 0 where nothing can follow. */
     int32_t (*choose)(void *user, int32_t position, int32_t choice);
     perp_status (*leaf)(void *user); /* every position has its choice */
 } perp__pattern_tree;

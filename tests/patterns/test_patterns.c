@@ -35,7 +35,8 @@ typedef struct walker {
     int32_t counts[3], choice[3], next[3];
     int32_t forbidden; /* choice 1 at position 0 leads nowhere */
     int32_t leaves, last;
-    int32_t end_at; /* leaves; 0: never */
+    int32_t end_at;            /* leaves; 0: never */
+    int32_t any_order, second; /* second: the second leaf's number */
 } walker;
 
 static int32_t choices(void *user, int32_t position)
@@ -57,16 +58,19 @@ static perp_status leaf(void *user)
     const int32_t number =
         (w->choice[0] * w->counts[1] + w->choice[1]) * w->counts[2] + w->choice[2];
 
-    assert_true(number > w->last); /* depth first, choices in order: each once */
+    assert_true(w->any_order || number > w->last); /* choices in order: each once */
     w->last = number;
     w->leaves++;
+    if (w->leaves == 2)
+        w->second = number;
     w->tree.ended = w->leaves == w->end_at;
     return PERP_OK;
 }
 
 static walker start(int32_t a, int32_t b, int32_t c)
 {
-    walker w = {{0, NULL, 0, NULL, choices, choose, leaf}, {a, b, c}, {0}, {0}, 0, 0, -1, 0};
+    walker w = {
+        {0, NULL, 0, 0, NULL, choices, choose, leaf}, {a, b, c}, {0}, {0}, 0, 0, -1, 0, 0, 0};
 
     w.tree.positions = 3;
     return w;
@@ -95,6 +99,11 @@ static void test_tree(void **state)
     w = start(2, 2, 2);
     w.end_at = 3;
     assert_int_equal(search(&w), 3);
+    w = start(2, 3, 4);
+    w.tree.reverse = 1; /* the first position turns fastest: numbers that don't grow */
+    w.any_order = 1;
+    assert_int_equal(search(&w), 24);
+    assert_int_equal(w.second, 12);
     w = start(2, 0, 2); /* a position without a choice */
     assert_int_equal(search(&w), 0);
     w.tree.positions = 0;

@@ -118,8 +118,13 @@ perp_status perp__acceleration_look(perp__acceleration *a, perp_mechanism_summar
                                     int32_t impact);
 
 /* ---- pattern.c ---- */
-int32_t perp__element_choices(const perp__acceleration *a, const perp__element *element);
-void perp__element_choose(perp__acceleration *a, int32_t index, int32_t choice);
+/* Of the tree of patterns. */
+int32_t perp__element_choices(void *user, int32_t index);
+int32_t perp__element_choose(void *user, int32_t index, int32_t choice);
+/* Directions in which a slip starts, and number k of them. */
+int32_t perp__element_directions(const perp__acceleration *a, const perp__element *element);
+void perp__element_direction(const perp__acceleration *a, const perp__element *element, int32_t k,
+                             double direction[2]);
 /* The first row along the tangents. */
 int32_t perp__element_tangent(const perp__element *element);
 /* Whether the element starts to slip in the mode, and so has to slip the way of its force. */

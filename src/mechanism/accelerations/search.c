@@ -138,20 +138,10 @@ typedef struct search {
     uint64_t seed;
 } search;
 
+/* Unknowns of a slip that may start. */
 static int32_t directions_of(const perp__acceleration *a, const perp__element *element)
 {
-    if (!element->friction || element->moves)
-        return 0;
-    return element->tangents == 2 ? a->m->settings.directions : 2;
-}
-
-static void direction_of(const perp__acceleration *a, const perp__element *element, int32_t k,
-                         double d[2])
-{
-    const double angle = 2.0 * PERP__PI * k / a->m->settings.directions;
-
-    d[0] = element->tangents == 2 ? cos(angle) : k == 0 ? 1.0 : -1.0;
-    d[1] = element->tangents == 2 ? sin(angle) : 0.0;
+    return element->friction && !element->moves ? perp__element_directions(a, element) : 0;
 }
 
 static int32_t count_unknowns(const perp__acceleration *a, int32_t *first)
@@ -191,7 +181,7 @@ static void fill_element(perp__acceleration *a, search *s, int32_t index)
     for (k = 0; k < count; k++, next++) {
         double d[2];
 
-        direction_of(a, element, k, d);
+        perp__element_direction(a, element, k, d);
         for (i = 0; i < element->tangents; i++) {
             s->columns[(size_t)next * active + (size_t)(tangent + i)] = d[i];
             s->tests[(size_t)next * active + (size_t)(tangent + i)] = d[i];

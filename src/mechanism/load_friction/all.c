@@ -9,42 +9,30 @@
 /* ---- enumeration --------------------------------------------------------------------------- */
 
 /* Choices of a coordinate: in motion the sign of its normal force; at rest to stick, or to start
- * forward or backward with either sign. The last coordinate's are the tree's first. */
-static int32_t choices(const perp_load_friction *f, int32_t i)
+ * forward or backward with either sign. */
+static int32_t choices(void *user, int32_t i)
 {
+    const perp_load_friction *f = user;
     const int32_t sides = f->mu[i] > 0.0 ? 2 : 1;
 
     return f->question.sign[i] != 0 ? sides : 1 + 2 * sides;
 }
 
-static void choose(perp_load_friction *f, int32_t i, int32_t choice)
+static int32_t choose(void *user, int32_t i, int32_t choice)
 {
+    perp_load_friction *f = user;
     const int32_t sides = f->mu[i] > 0.0 ? 2 : 1;
     const int32_t start = f->question.sign[i] != 0 ? choice : choice - 1;
 
     if (start < 0) {
         f->pattern.mode[i] = PERP_LOAD_STICK;
         f->pattern.side[i] = 0;
-        return;
+        return 1;
     }
     f->pattern.mode[i] = (int8_t)(f->question.sign[i] != 0 ? PERP_LOAD_SLIDE
                                   : start < sides          ? PERP_LOAD_FORWARD
                                                            : PERP_LOAD_BACKWARD);
     f->pattern.side[i] = (int8_t)(sides == 1 ? 0 : start % 2 == 0 ? 1 : -1);
-}
-
-static int32_t choices_at(void *user, int32_t position)
-{
-    const perp_load_friction *f = user;
-
-    return choices(f, f->n - 1 - position);
-}
-
-static int32_t choose_at(void *user, int32_t position, int32_t choice)
-{
-    perp_load_friction *f = user;
-
-    choose(f, f->n - 1 - position, choice);
     return 1;
 }
 
@@ -246,8 +234,9 @@ perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *
     f->tree.positions = f->n;
     f->tree.user = f->answers.user = f->linear.user =
         f; /* handles change places in perp_load_friction_set */
-    f->tree.choices = choices_at;
-    f->tree.choose = choose_at;
+    f->tree.reverse = 1;
+    f->tree.choices = choices;
+    f->tree.choose = choose;
     f->tree.leaf = try_pattern;
     patterns = perp__pattern_tree_count(&f->tree, most);
     summary->exhaustive = patterns <= most;
