@@ -115,7 +115,8 @@ typedef struct perp__polyhedron {
     int32_t length;    /* of origin and directions */
     int32_t dimension; /* directions, one after the other */
     const double *origin, *directions;
-    double rounding;        /* entries below this, beside their terms, are 0 */
+    double rounding;        /* entries of points below this, beside their terms, are 0, */
+    double row_rounding;    /* and of inequalities */
     double least;           /* s of a vertex */
     const int32_t *entries; /* where the entries of a point go in an answer; NULL: as they are */
     int32_t empty;          /* an inequality never holds */
@@ -131,9 +132,6 @@ typedef struct perp__inequality {
 
 /* Without an inequality; room for `rows`. PERP_OK or _MEMORY. */
 perp_status perp__polyhedron_begin(perp__polyhedron *p, int32_t rows, int32_t dimension);
-/* Where the next inequality's 1 + dimension numbers go, and that they are there. */
-double *perp__polyhedron_next(const perp__polyhedron *p);
-void perp__polyhedron_add(perp__polyhedron *p);
 void perp__polyhedron_cut(perp__polyhedron *p, const perp__inequality *g);
 
 /* The generators of the cone. Where they are too many the store is incomplete, and there are none.

@@ -191,7 +191,7 @@ static void test_polyhedron(void **state)
     static const double constants[3] = {0.0, 0.0, 5.0}, nothing[3] = {0.0, 0.0, 0.0};
     const perp__inequality never = {-1.0, 0.0, nothing, 0};
     perp__answers store = {context, 3, 0, 0, 0, holds, NULL, NULL, NULL, 0, 0};
-    perp__polyhedron p = {{0}, 3, 0, origin, directions, 0.0, 1e-9, NULL, 0};
+    perp__polyhedron p = {{0}, 3, 0, origin, directions, 0.0, 0.0, 1e-9, NULL, 0};
     perp__answer *made;
     int32_t count, k;
 
@@ -352,7 +352,7 @@ static void test_linear_family(void **state)
 {
     static const int8_t both[2] = {1, 1};
     perp__answers store = {context, 2, 0, 0, 0, holds, NULL, NULL, NULL, 0, 0};
-    perp__polyhedron family = {{0}, 2, 0, NULL, NULL, 0.0, 1e-9, NULL, 0};
+    perp__polyhedron family = {{0}, 2, 0, NULL, NULL, 0.0, 0.0, 1e-9, NULL, 0};
     perp__answer *made;
     plane l;
     int32_t at_vertex, k;

@@ -176,7 +176,7 @@ static void all_init(perp__lcp_all *all, perp_lcp_solver *solver)
     all->solver = solver;
     all->answers.holds = perp__lcp_all_holds;
     all->answers.user = all;
-    all->polyhedron.least = PERP__ALL_NOISE;
+    all->polyhedron.least = all->polyhedron.row_rounding = PERP__ALL_NOISE;
     perp__arena_init(&all->arena, context);
 }
 

@@ -132,7 +132,7 @@ static perp_status make(perp_mechanism *m)
     a->answers.own = m->n + m->rows + 2 * (m->contacts + m->dry);
     a->answers.holds = perp__acceleration_holds;
     a->answers.user = a;
-    a->polyhedron.rounding = ROUNDING;
+    a->polyhedron.rounding = a->polyhedron.row_rounding = ROUNDING;
     a->polyhedron.least = PERP__FAMILY_TOLERANCE;
     perp__arena_init(&a->arena, m->context);
     perp__arena_init(&a->blocks, m->context);
