@@ -270,7 +270,8 @@ int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
 }
 
 int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const double *x,
-                              int32_t homogeneous, double tolerance, int32_t *at_vertex)
+                              int32_t homogeneous, double tolerance, double spread,
+                              int32_t *at_vertex)
 {
     double *u = p->work, *u_width = u + 2 * p->length, *x_width = u_width + 2 * p->length;
     perp__linear_point point = {x, u, x_width, u_width, homogeneous, 1, 0};
@@ -281,7 +282,7 @@ int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const 
     for (i = 0; i < p->rows; i++)
         u_width[i] *= tolerance;
     for (i = 0; i < p->length; i++)
-        largest = fmax(largest, p->spread * fabs(x[i]) / p->scale[i]);
+        largest = fmax(largest, spread * fabs(x[i]) / p->scale[i]);
     for (i = 0; i < p->length; i++)
         x_width[i] = tolerance * fmax(fabs(x[i]), largest * p->scale[i]);
     return perp__linear_holds(p, pattern, &point, at_vertex);

@@ -123,7 +123,6 @@ static perp_status make(perp_mechanism *m)
     a->m = m;
     a->answers.context = a->polyhedron.cone.context = m->context;
     a->linear.tolerance = PERP__ACCELERATION_TOLERANCE;
-    a->linear.spread = 1.0;
     a->linear.user = a;
     a->linear.conditions = perp__element_conditions;
     a->answers.length = m->rows;

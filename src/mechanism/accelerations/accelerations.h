@@ -161,9 +161,11 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
 /* The new answer with its points is described and joins the others, or goes where another one has
  * it already, or where its residuals say that it is none. */
 void perp__acceleration_keep(perp__acceleration *a, perp__answer *answer);
-/* Whether point k of `inner` does what the pattern of `outer` says. */
+/* Whether a point or, homogeneous, a direction does what the pattern of `outer` says. spread: as of
+ * perp__linear_holds_at. */
 int32_t perp__acceleration_has_point(perp__acceleration *a, const perp__answer *outer,
-                                     const double *point, int32_t homogeneous, int32_t *at_vertex);
+                                     const double *point, int32_t homogeneous, double spread,
+                                     int32_t *at_vertex);
 int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__answer *inner);
 
 /* ---- family.c ---- */

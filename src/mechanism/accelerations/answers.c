@@ -298,7 +298,8 @@ static void describe(perp__acceleration *a, perp__answer *answer)
 /* ---- one answer in another ----------------------------------------------------------------- */
 
 int32_t perp__acceleration_has_point(perp__acceleration *a, const perp__answer *outer,
-                                     const double *point, int32_t homogeneous, int32_t *at_vertex)
+                                     const double *point, int32_t homogeneous, double spread,
+                                     int32_t *at_vertex)
 {
     const perp__mode_pattern pattern = perp__answer_pattern(a, outer);
     int32_t i;
@@ -306,7 +307,7 @@ int32_t perp__acceleration_has_point(perp__acceleration *a, const perp__answer *
     for (i = 0; i < a->active; i++)
         a->work[i] = point[a->row_of[i]];
     return perp__linear_holds_at(&a->linear, &pattern, a->work, homogeneous, PERP__FAMILY_TOLERANCE,
-                                 at_vertex);
+                                 spread, at_vertex);
 }
 
 static int32_t is_turned(const perp__acceleration *a, const perp__answer *answer)
@@ -352,7 +353,7 @@ int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__an
     }
     for (k = 0; k < inner->vertices + inner->rays; k++)
         if (!perp__acceleration_has_point(a, outer, inner->points + (size_t)k * (size_t)a->m->rows,
-                                          k >= inner->vertices, &at_vertex))
+                                          k >= inner->vertices, 1.0, &at_vertex))
             return 0;
     return 1;
 }

@@ -30,7 +30,7 @@ static int32_t contains(const perp_load_friction *f, const perp__answer *outer,
 
     for (k = 0; k < inner->vertices + inner->rays; k++)
         if (!perp__linear_holds_at(&f->linear, &pattern, inner->points + (size_t)k * (size_t)f->n,
-                                   k >= inner->vertices, same, &at_vertex))
+                                   k >= inner->vertices, same, 0.0, &at_vertex))
             return 0;
     return 1;
 }
