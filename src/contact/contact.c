@@ -389,6 +389,8 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
         solver, call,
         solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0);
     if (status == PERP_OK)
+        status = perp__contact_hold_best(solver);
+    if (status == PERP_OK)
         perp__contact_write_out(solver, started);
     solver->call = NULL;
     return status;

@@ -102,16 +102,6 @@ static void exchange(const perp_contact_solver *solver, double *v, int32_t back)
     }
 }
 
-static int32_t holds_any(const perp_contact_solver *solver)
-{
-    int32_t k;
-
-    for (k = 0; k < solver->units; k++)
-        if (solver->hold.holds[k] > 0)
-            return 1;
-    return 0;
-}
-
 perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, const double *u,
                                const int8_t *modes, double *v)
 {
@@ -126,11 +116,47 @@ perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, con
     perp__absolute_bodies(&solver->bodies, r, solver->q, solver->bodies.y, solver->scale);
     find_bias(solver, r, bias);
     fill(solver, &x, bias);
-    if (!holds_any(solver))
-        return PERP_OK;
     exchange(solver, v, 0);
-    status = perp__hold_run(&solver->hold);
-    if (status == PERP_OK)
-        exchange(solver, v, 1);
-    return status;
+    perp__hold_run(&solver->hold);
+    exchange(solver, v, 1);
+    return PERP_OK;
+}
+
+static void write_held_zeros(perp_contact_solver *solver, double *u)
+{
+    int32_t k, i, row = 0;
+
+    for (k = 0; k < solver->units; k++) {
+        const int32_t rows = solver->bodies.rows[k + 1] - solver->bodies.rows[k];
+
+        for (i = 0; i < rows; i++, row++)
+            if (i < solver->hold.holds[k])
+                u[row] = 0.0;
+    }
+}
+
+perp_status perp__contact_hold_best(perp_contact_solver *solver)
+{
+    perp__contact_candidate *best = &solver->best;
+    perp_status status;
+    int32_t i;
+
+    if (!perp__is_good(best->outcome))
+        return PERP_OK;
+    if (!solver->has_bodies || solver->entrance != PERP__ENTRANCE_DYNAMICS) {
+        perp__contact_write_zeros(solver, best->modes, best->u);
+        return PERP_OK;
+    }
+    status = perp__contact_hold(solver, best->r, best->u, best->modes, solver->best_v);
+    if (status != PERP_OK)
+        return status;
+    if (solver->n > 0)
+        memset(solver->v_low, 0, (size_t)solver->n * sizeof *solver->v_low);
+    perp__dynamics_relative(&solver->dynamics, solver->best_v, solver->v_low, solver->call->w,
+                            solver->call->b, best->u);
+    for (i = 0; solver->complies && i < solver->size; i++)
+        best->u[i] += solver->compliance[i] * best->r[i];
+    write_held_zeros(solver, best->u);
+    perp__contact_write_zeros(solver, best->modes, best->u);
+    return PERP_OK;
 }

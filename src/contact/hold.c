@@ -46,12 +46,6 @@ static void lay_out(perp__arena *arena, void *object)
         *numbers[i] = perp__arena_take(arena, blocks + 1, sizeof(int32_t));
 }
 
-perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies)
-{
-    hold->bodies = bodies;
-    return perp__arena_fit(&hold->arena, lay_out, hold);
-}
-
 static void lay_out_dense(perp__arena *arena, void *object)
 {
     perp__hold *h = object;
@@ -67,19 +61,40 @@ static void lay_out_dense(perp__arena *arena, void *object)
         *vectors[i] = perp__arena_take(arena, n, sizeof(double));
 }
 
-static perp_status make_room(perp__hold *h, int32_t rows, int32_t columns)
+/* The most that a cluster may need, whatever holds. */
+static void find_room(perp__hold *h)
 {
-    const size_t entries = (size_t)rows * (size_t)columns;
+    const perp__bodies *b = h->bodies;
+    const int32_t n = b->blocks * b->width, most = n < PERP__HOLD_COLUMNS ? n : PERP__HOLD_COLUMNS;
+    const double shared = PERP__HOLD_PRODUCTS / (2.0 * b->width);
+    int32_t single = 0;
 
-    if (rows <= h->room_rows && columns <= h->room_columns && entries <= h->room_entries)
-        return PERP_OK;
-    if (entries > h->room_entries)
-        h->room_entries = entries;
-    if (rows > h->room_rows)
-        h->room_rows = rows;
-    if (columns > h->room_columns)
-        h->room_columns = columns;
-    return perp__arena_fit(&h->dense_arena, lay_out_dense, h);
+    h->room_columns = most > b->width ? most : b->width;
+    h->room_rows = b->size;
+    h->room_entries = (size_t)b->size * (size_t)most;
+    if (h->room_entries > shared)
+        h->room_entries = (size_t)shared;
+    for (int32_t k = 0; k < b->blocks; k++) {
+        int32_t rows = 0;
+
+        for (int64_t at = b->block_starts[k]; at < b->block_starts[k + 1]; at++)
+            rows += b->rows[b->block_units[at] + 1] - b->rows[b->block_units[at]];
+        single = rows > single ? rows : single;
+    }
+    if ((size_t)single * (size_t)b->width > h->room_entries)
+        h->room_entries = (size_t)single * (size_t)b->width;
+}
+
+perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies)
+{
+    perp_status status;
+
+    hold->bodies = bodies;
+    status = perp__arena_fit(&hold->arena, lay_out, hold);
+    if (status != PERP_OK)
+        return status;
+    find_room(hold);
+    return perp__arena_fit(&hold->dense_arena, lay_out_dense, hold);
 }
 
 static double dot(const double *a, const double *b, int32_t n)
@@ -185,7 +200,7 @@ static int32_t take_up(perp__hold *h, int32_t block, const double *row)
     return 1;
 }
 
-static perp_status solve_cluster(perp__hold *h, const int32_t *members, int32_t count);
+static void solve_cluster(perp__hold *h, const int32_t *members, int32_t count);
 
 /* A block whose v is that of a root. */
 static void follow(perp__hold *h, int32_t block, int32_t root)
@@ -201,17 +216,14 @@ static void follow(perp__hold *h, int32_t block, int32_t root)
 }
 
 /* A block whose rows have full rank. Where they lead to one motion, that is its own. */
-static perp_status hold_block(perp__hold *h, int32_t block)
+static void hold_block(perp__hold *h, int32_t block)
 {
-    perp_status status = PERP_OK;
-
     if (h->source[block] != SEVERAL && carry(h, block, h->source[block])) {
         follow(h, block, h->source[block]);
     } else {
         h->cluster[block] = 0;
-        status = solve_cluster(h, &block, 1);
+        solve_cluster(h, &block, 1);
     }
-    return status;
 }
 
 /* Takes up the rows that unit has for a block, the other side of which moves with `root`, until
@@ -244,44 +256,39 @@ static int64_t other_piece(const perp__bodies *b, int32_t unit, int64_t piece)
     return piece == first ? first + 1 : first;
 }
 
-static perp_status visit(perp__hold *h, int32_t unit, int64_t piece, int32_t root, int32_t *tail)
+static void visit(perp__hold *h, int32_t unit, int64_t piece, int32_t root, int32_t *tail)
 {
     const int32_t block = h->bodies->piece_blocks[piece];
-    perp_status status = PERP_OK;
 
     if (h->is_held[block] || h->holds[unit] == 0 || h->rank[block] == h->bodies->width)
-        return PERP_OK;
+        return;
     meet(h, unit, piece, root);
     if (h->rank[block] < h->bodies->width)
-        return PERP_OK;
-    status = hold_block(h, block);
-    if (status == PERP_OK && h->is_held[block])
+        return;
+    hold_block(h, block);
+    if (h->is_held[block])
         h->queue[(*tail)++] = block;
-    return status;
 }
 
 /* From what impulses do not move to all that is held by what is held. */
-static perp_status spread(perp__hold *h)
+static void spread(perp__hold *h)
 {
     const perp__bodies *b = h->bodies;
-    perp_status status = PERP_OK;
     int32_t tail = 0;
 
-    for (int32_t k = 0; k < b->units && status == PERP_OK; k++)
+    for (int32_t k = 0; k < b->units; k++)
         if (b->piece_starts[k + 1] - b->piece_starts[k] == 1)
-            status = visit(h, k, b->piece_starts[k], h->beside[k], &tail);
-    for (int32_t head = 0; head < tail && status == PERP_OK; head++) {
+            visit(h, k, b->piece_starts[k], h->beside[k], &tail);
+    for (int32_t head = 0; head < tail; head++) {
         const int32_t block = h->queue[head];
 
-        for (int64_t at = b->block_starts[block];
-             at < b->block_starts[block + 1] && status == PERP_OK; at++) {
+        for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
             const int64_t piece = other_piece(b, b->block_units[at], b->block_pieces[at]);
 
             if (piece >= 0)
-                status = visit(h, b->block_units[at], piece, h->root[block], &tail);
+                visit(h, b->block_units[at], piece, h->root[block], &tail);
         }
     }
-    return status;
 }
 
 /* ---- clusters ---------------------------------------------------------------------------------
@@ -523,18 +530,14 @@ static int32_t count_rows(const perp__hold *h, const int32_t *members, int32_t c
     return rows;
 }
 
-static perp_status solve_cluster(perp__hold *h, const int32_t *members, int32_t count)
+static void solve_cluster(perp__hold *h, const int32_t *members, int32_t count)
 {
     const int32_t n = count * h->bodies->width, most = count_rows(h, members, count);
     int32_t rows, rank;
-    perp_status status;
 
     if (most == 0 ||
         (count > 1 && (n > PERP__HOLD_COLUMNS || (double)most * n * n > PERP__HOLD_PRODUCTS)))
-        return PERP_OK;
-    status = make_room(h, most, n);
-    if (status != PERP_OK)
-        return status;
+        return;
     for (int32_t m = 0; m < count; m++)
         h->cluster[members[m]] = m;
     rows = gather(h, members, count);
@@ -544,41 +547,35 @@ static perp_status solve_cluster(perp__hold *h, const int32_t *members, int32_t 
         move(h, members, count, rank);
     else if (!carry_members(h, members, count))
         hold_members(h, members, count);
-    return PERP_OK;
 }
 
-static perp_status solve_clusters(perp__hold *h)
+static void solve_clusters(perp__hold *h)
 {
     const int32_t blocks = h->bodies->blocks;
-    perp_status status = PERP_OK;
     int32_t first = 0, free_blocks = 0;
 
     find_clusters(h);
     for (int32_t k = 0; k < blocks; k++)
         free_blocks += !h->is_held[k];
-    while (first < free_blocks && status == PERP_OK) {
+    while (first < free_blocks) {
         const int32_t cluster = h->cluster[h->members[first]];
         int32_t end = first + 1;
 
         while (end < free_blocks && h->cluster[h->members[end]] == cluster)
             end++;
-        status = solve_cluster(h, h->members + first, end - first);
+        solve_cluster(h, h->members + first, end - first);
         first = end;
     }
-    return status;
 }
 
-perp_status perp__hold_run(perp__hold *h)
+void perp__hold_run(perp__hold *h)
 {
-    const int32_t blocks = h->bodies->blocks;
-    perp_status status;
-
     h->taken_up = 0;
-    for (int32_t k = 0; k < blocks; k++) {
+    for (int32_t k = 0; k < h->bodies->blocks; k++) {
         h->rank[k] = h->is_held[k] = 0;
         h->source[k] = UNSET;
         h->root[k] = PERP__RIGID_FREE;
     }
-    status = spread(h);
-    return status == PERP_OK ? solve_clusters(h) : status;
+    spread(h);
+    solve_clusters(h);
 }

@@ -61,6 +61,6 @@ void perp__hold_release(perp__hold *hold);
 perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies);
 
 /* v and root. The bodies' free velocities are those of the last load. */
-perp_status perp__hold_run(perp__hold *hold);
+void perp__hold_run(perp__hold *hold);
 
 #endif

@@ -220,6 +220,10 @@ perp_status perp__contact_solve_apart(perp_contact_solver *solver, int32_t *some
 perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, const double *u,
                                const int8_t *modes, double *v);
 
+/* The exact zeros of a good answer: v and u where bodies are known, else u alone. PERP_OK or
+ * _MEMORY: held.c. */
+perp_status perp__contact_hold_best(perp_contact_solver *solver);
+
 /* Writes the zeros of the velocities that the modes know: evaluation.c. */
 void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u);
 

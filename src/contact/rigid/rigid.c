@@ -7,14 +7,6 @@
 
 #include "base/context.h"
 
-struct perp__rigid_solver {
-    perp_contact_solver *solver;
-    perp__arena arena;
-    double *warm; /* rows */
-    int32_t room;
-    int32_t is_set_up;
-};
-
 static void lay_out(perp__arena *arena, void *object)
 {
     perp__rigid_solver *own = object;
