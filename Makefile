@@ -72,9 +72,9 @@ SONAME := libperp.so.$(ABI_VERSION)
 
 ## What the goals need from the machine
 
-NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate
+NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate binding
 TEST_GOALS := test test-c test-threads tests check check-abi check-consumer valgrind run $(B)/tests/%
-PYTHON_GOALS := test test-python check run bench python $(B)/venv/%
+PYTHON_GOALS := test test-python check run bench pictures python $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
 
 needs := library \
@@ -317,10 +317,20 @@ AGAIN = $(MAKE) --no-print-directory DEPENDENCIES='$(DEPENDENCIES)'
 
 ## Running
 
+#: make binding           write bindings/python/perp/_generated.py anew from the headers
+.PHONY: binding
+binding:
+	@CC='$(CC)' scripts/generate-binding
+
 #: make run               solve the sample problems and simulate; results in build/run
 .PHONY: run
 run: library examples $(VENV)/ready
 	@$(ENVIRONMENT) OUTPUT='$(B)/run' scripts/run-main
+
+#: make pictures          draw the pictures of docs/ anew
+.PHONY: pictures
+pictures: library $(VENV)/ready
+	@$(ENVIRONMENT) OUTPUT='$(B)/pictures' scripts/draw-pictures
 
 #: make bench             speed against accuracy; tables and pictures in bench/results. Peers:
 #:                        apt install siconos; pip install drake quantecon; PEERS_PYTHON=...

@@ -2,10 +2,10 @@
 
     python bench/time_limit.py DIRECTORY
 
-Writes time_limit.txt to DIRECTORY. A limit may be exceeded by a tenth and one factorisation; 'over' is
-what was taken beyond the limit, in factorisations of M timed in the same run (LAPACK's LU for dense
-M, SuperLU for sparse M). The residual is max |min(z, Mz+q)| / max |q| of the z returned; that of
-z = 0 is on top of each table.
+Writes time_limit.txt and time_limit.png to DIRECTORY. A limit may be exceeded by a tenth and one
+factorisation; 'over' is what was taken beyond the limit, in factorisations of M timed in the same
+run (LAPACK's LU for dense M, SuperLU for sparse M). The residual is max |min(z, Mz+q)| / max |q| of
+the z returned; that of z = 0 is on top of each table.
 """
 
 from __future__ import annotations
@@ -13,14 +13,16 @@ from __future__ import annotations
 import sys
 import time
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, NamedTuple, Optional
 
+import matplotlib.pyplot as plt
 import numpy as np
 import perp
 from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
 import problems
+import report
 
 LIMITS = (1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1.0, 3.0)
 REPEATS = 3
@@ -42,38 +44,71 @@ def factorisation_seconds(M: Any) -> float:
     return float(np.median(seconds))
 
 
-def rows(M: Any, q: Any, unit: float) -> list[str]:
-    lines = []
+class Row(NamedTuple):
+    limit: Optional[float]
+    seconds: float
+    residual: float
+    outcome: str
+    method: str
+
+    def text(self, unit: float) -> str:
+        over = "" if self.limit is None else f"{max(self.seconds - self.limit, 0.0) / unit:.2f}"
+        name = "none" if self.limit is None else f"{1e3 * self.limit:.0f}"
+        return (
+            f"{name:>8}{1e3 * self.seconds:12.2f}{over:>8}{self.residual:10.1e}"
+            f"  {self.outcome:16}{self.method}"
+        )
+
+
+def measure(M: Any, q: Any) -> list[Row]:
+    rows = []
     for limit in (*LIMITS, None):
         solver = perp.LCP(M, time_limit=limit)
         solver.solve(q)  # makes the memory
         results = [solver.solve(q) for _ in range(REPEATS)]
         r = sorted(results, key=lambda r: r.seconds)[REPEATS // 2]
-        over = "" if limit is None else f"{max(r.seconds - limit, 0.0) / unit:.2f}"
-        name = "none" if limit is None else f"{1e3 * limit:.0f}"
-        lines.append(
-            f"{name:>8}{1e3 * r.seconds:12.2f}{over:>8}{problems.residual(M, q, r.z):10.1e}"
-            f"  {r.outcome:16}{r.method}"
-        )
-    return lines
+        rows.append(Row(limit, r.seconds, problems.residual(M, q, r.z), r.outcome, r.method))
+    return rows
+
+
+def draw(above: Any, below: Any, title: str, rows: list[Row], none: float) -> None:
+    """What the limits buy, above; what they cost, below."""
+    limited, whole = rows[:-1], rows[-1]
+    limits = 1e3 * np.array(LIMITS)
+    above.plot(limits, [max(row.residual, 1e-17) for row in limited], "o-", label="auto")
+    above.axhline(none, color="grey", lw=0.8, ls=":", label="z = 0")
+    above.set(title=title, yscale="log", ylim=(1e-17, 1e3))
+    below.plot(limits, [1e3 * row.seconds for row in limited], "o-")
+    below.plot(limits, limits, color="grey", lw=0.8, ls="--", label="the limit")
+    below.axhline(1e3 * whole.seconds, color="grey", lw=0.8, ls=":", label="no limit")
+    below.set(yscale="log", xlabel="limit, ms")
+    for axes in (above, below):
+        axes.set(xscale="log")
+        axes.grid(True, alpha=0.3)
+        axes.legend(frameon=False, fontsize=8)
 
 
 def main() -> int:
-    with open(Path(sys.argv[1]) / "time_limit.txt", "w") as table:
-        about = __doc__.split("\n\n")
-        print(about[0], about[2].split(". ", 1)[1], sep="\n\n", end="", file=table)
-        print(f"\nperp {perp.version_text()}", file=table)
-        for title, make in CLASSES.items():
+    path = Path(sys.argv[1]) / "time_limit.txt"
+    figure, panels = plt.subplots(2, len(CLASSES), figsize=(15, 7), layout="constrained")
+    with open(path, "w") as table:
+        report.heading(__doc__, table)
+        for (title, make), above, below in zip(CLASSES.items(), *panels):
             print(f"time_limit: {title}", file=sys.stderr)
             M, q = make()
-            unit = factorisation_seconds(M)
+            unit, none = factorisation_seconds(M), problems.residual(M, q, np.zeros(len(q)))
+            rows = measure(M, q)
             print(
-                f"\n{title}; one factorisation {1e3 * unit:.1f} ms; z = 0: residual "
-                f"{problems.residual(M, q, np.zeros(len(q))):.1e}\n\n{'limit ms':>8}{'ms':>12}"
-                f"{'over':>8}{'residual':>10}  {'outcome':16}method",
+                f"\n{title}; one factorisation {1e3 * unit:.1f} ms; z = 0: residual {none:.1e}\n\n"
+                f"{'limit ms':>8}{'ms':>12}{'over':>8}{'residual':>10}  {'outcome':16}method",
+                *(row.text(unit) for row in rows),
+                sep="\n",
                 file=table,
             )
-            print(*rows(M, q, unit), sep="\n", file=table)
+            draw(above, below, title, rows, none)
+    panels[0][0].set_ylabel("residual, relative to max |q|")
+    panels[1][0].set_ylabel("time taken, ms")
+    report.save(figure, path)
     return 0
 
 

@@ -8,7 +8,7 @@ recomputed here from M and q for every code alike and divided by max |q|. A meth
 tolerance is run with tolerances from 1e-1 to 1e-12; perp's polish is off for pgs, so that its curve
 is its own. Peers (quantecon, Siconos, Drake) run in a process of their own, in this Python, in the
 system's, or in the one that PEERS_PYTHON names; one that is nowhere installed is skipped with a
-word. 60 seconds are the limit of a peer on one problem.
+word. 20 seconds are the limit of a peer on one problem.
 """
 
 from __future__ import annotations
@@ -27,10 +27,11 @@ from scipy import sparse
 
 import peers
 import problems
+import report
 
 TOLERANCES = 10.0 ** -np.arange(1.0, 13.0)
 PEER_TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
-PEER_SECONDS = 60
+PEER_SECONDS = 20
 LARGEST_FOR_PEERS = 1100  # they take dense matrices only
 
 CLASSES = {
@@ -159,10 +160,9 @@ def main() -> int:
     directory = Path(sys.argv[1])
     chosen = sys.argv[2:] or list(CLASSES)
     figure, all_axes = plt.subplots(1, len(chosen), figsize=(5.2 * len(chosen), 4.6), squeeze=False)
-    with open(directory / "work_precision.txt", "w") as table:
-        about = __doc__.split("\n\n")
-        print(about[0], about[2].split(". ", 1)[1], sep="\n\n", end="", file=table)
-        print(f"\nperp {perp.version_text()}", file=table)
+    path = directory / "work_precision.txt"
+    with open(path, "w") as table:
+        report.heading(__doc__, table)
         for name, axes in zip(chosen, all_axes[0]):
             title, make = CLASSES[name]
             M, q = make()
@@ -174,7 +174,7 @@ def main() -> int:
     handles = {h.get_label(): h for axes in all_axes[0] for h in axes.get_lines()}
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=6, fontsize=8)
     figure.set_layout_engine("constrained")
-    figure.savefig(directory / "work_precision.png", dpi=110)
+    report.save(figure, path)
     return 0
 
 

@@ -1,12 +1,10 @@
 """The picture of falling_rod.py: the motion, its velocities, the error over the step."""
 
-import os
-
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.patches import Rectangle
-from simulate_picture import BLUE, GROUND, INK, QUIET, RED, STYLE, TIME, capsule, plt, subtitle
+from pictures import BLUE, GROUND, INK, QUIET, RED, TIME, capsule, paint, subtitle
 
 
 def draw_motion(axes, run):
@@ -59,18 +57,11 @@ def draw_errors(axes, steps, errors, others, their_errors, limit):
 
 
 def draw(folder, run, *errors):
-    """Writes falling_rod.png and falling_rod.svg; returns their paths."""
-    os.makedirs(folder, exist_ok=True)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            1, 3, figsize=(14.5, 5.0), layout="constrained", width_ratios=[1.0, 1.1, 1.0]
-        )
-        figure.get_layout_engine().set(w_pad=0.15, h_pad=0.12, wspace=0.04)
+    """Writes falling_rod.png, falling_rod.svg and falling_rod.json; returns their paths."""
+
+    def panels(axes):
         draw_motion(axes[0], run)
         draw_velocities(axes[1], run)
         draw_errors(axes[2], *errors)
-        paths = [os.path.join(folder, f"falling_rod.{kind}") for kind in ("png", "svg")]
-        figure.savefig(paths[0], dpi=110)
-        figure.savefig(paths[1], metadata={"Date": None})
-        plt.close(figure)
-    return paths
+
+    return paint(folder, "falling_rod", panels, 3, (14.5, 5.0), width_ratios=[1.0, 1.1, 1.0])

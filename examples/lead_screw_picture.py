@@ -1,9 +1,7 @@
 """The picture of lead_screw.py: torque over acceleration, compliant runs, jam times."""
 
-import os
-
 import numpy as np
-from simulate_picture import BLUE, INK, QUIET, RED, STYLE, plt, subtitle
+from pictures import BLUE, INK, QUIET, RED, paint, subtitle
 
 import perp
 
@@ -66,16 +64,11 @@ def draw_times(axes, stiffnesses, times):
 
 
 def draw(folder, rigid, divide, runs, stiffnesses, times):
-    """Writes lead_screw.png and lead_screw.svg; returns their paths."""
-    os.makedirs(folder, exist_ok=True)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(1, 3, figsize=(14.5, 4.6), layout="constrained")
-        figure.get_layout_engine().set(w_pad=0.15, h_pad=0.12, wspace=0.04)
+    """Writes lead_screw.png, lead_screw.svg and lead_screw.json; returns their paths."""
+
+    def panels(axes):
         draw_half_lines(axes[0], rigid)
         draw_runs(axes[1], divide, runs)
         draw_times(axes[2], stiffnesses, times)
-        paths = [os.path.join(folder, f"lead_screw.{kind}") for kind in ("png", "svg")]
-        figure.savefig(paths[0], dpi=110)
-        figure.savefig(paths[1], metadata={"Date": None})
-        plt.close(figure)
-    return paths
+
+    return paint(folder, "lead_screw", panels, 3, (14.5, 4.6))

@@ -1,11 +1,10 @@
 """The picture of painleve_map.py: where there are one, no, and two accelerations, and why."""
 
 import math
-import os
 
 import numpy as np
 from matplotlib.colors import ListedColormap
-from simulate_picture import BLUE, GROUND, INK, QUIET, RED, SAND, STYLE, plt, subtitle
+from pictures import BLUE, GROUND, INK, QUIET, RED, SAND, paint, subtitle
 
 G = 9.81
 COLOURS = ("#e2a396", GROUND, SAND)  # of none, one, two
@@ -72,16 +71,11 @@ def draw_lines(axes):
 
 
 def draw(folder, angles, frictions, maps):
-    """Writes painleve_map.png and painleve_map.svg; returns their paths."""
-    os.makedirs(folder, exist_ok=True)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(1, 3, figsize=(14.5, 4.8), layout="constrained")
-        figure.get_layout_engine().set(w_pad=0.15, h_pad=0.12, wspace=0.04)
+    """Writes painleve_map.png, painleve_map.svg and painleve_map.json; returns their paths."""
+
+    def panels(axes):
         for place, (spin, counts) in zip(axes, maps.items()):
             draw_map(place, angles, frictions, spin, counts)
         draw_lines(axes[2])
-        paths = [os.path.join(folder, f"painleve_map.{kind}") for kind in ("png", "svg")]
-        figure.savefig(paths[0], dpi=110)
-        figure.savefig(paths[1], metadata={"Date": None})
-        plt.close(figure)
-    return paths
+
+    return paint(folder, "painleve_map", panels, 3, (14.5, 4.8))

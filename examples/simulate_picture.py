@@ -1,46 +1,12 @@
 """The picture of simulate.py: a brick that stops, Painlevé's rod, a stack of boxes."""
 
 import math
-import os
 
 import numpy as np
-
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-from matplotlib.cm import ScalarMappable  # noqa: E402
-from matplotlib.colors import LinearSegmentedColormap, Normalize  # noqa: E402
-from matplotlib.patches import FancyBboxPatch, Rectangle  # noqa: E402
-
-INK, QUIET, GROUND = "#22303c", "#8795a1", "#dfe5ea"
-BLUE, RED, SAND = "#1f6f9f", "#c8452f", "#f3e6cf"
-TIME = LinearSegmentedColormap.from_list("time", ["#bcd8e8", "#1f6f9f", "#12283a"])
-
-STYLE = {
-    "font.family": "sans-serif",
-    "font.size": 10,
-    "axes.titlesize": 11.5,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.titlepad": 24,
-    "axes.edgecolor": QUIET,
-    "axes.labelcolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "text.color": INK,
-    "xtick.color": QUIET,
-    "ytick.color": QUIET,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "svg.hashsalt": "perp",
-}
-
-
-def subtitle(axes, text):
-    axes.annotate(
-        text, (0, 1), (0, 9), "axes fraction", textcoords="offset points", color=QUIET, fontsize=9.5
-    )
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.patches import FancyBboxPatch, Rectangle
+from pictures import BLUE, GROUND, INK, QUIET, RED, SAND, TIME, capsule, paint, subtitle
 
 
 def explicit_sign(h, stop, pull, hold):
@@ -89,16 +55,6 @@ def draw_brick(axes, brick):
     inset.set_yticks([0, 5])
     inset.text(19.8, 5.6, "explicit steps with sign(v)", color=RED, fontsize=8.5, ha="right")
     axes.legend(loc="lower left", frameon=False, bbox_to_anchor=(-0.01, 0.0), handlelength=2.2)
-
-
-def capsule(axes, x, y, angle, **style):
-    """The outline of a rod of 0.5 m between the centres of its caps, which have radius 0.05 m."""
-    around = np.linspace(-math.pi / 2, math.pi / 2, 24)
-    cap = np.column_stack([0.25 + 0.05 * np.cos(around), 0.05 * np.sin(around)])
-    shape = np.vstack([cap, -cap])
-    c, s = math.cos(angle), math.sin(angle)
-    turned = shape @ np.array([[c, s], [-s, c]])
-    axes.fill(turned[:, 0] + x, turned[:, 1] + y, **style)
 
 
 def draw_rod(axes, rod):
@@ -166,18 +122,13 @@ def draw_stack(axes, boxes):
 
 
 def draw(folder, brick, rod, boxes):
-    """Writes simulate.png and simulate.svg; returns their paths."""
-    os.makedirs(folder, exist_ok=True)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            1, 3, figsize=(14.5, 5.2), layout="constrained", width_ratios=[1.15, 1.1, 0.62]
-        )
-        figure.get_layout_engine().set(w_pad=0.15, h_pad=0.12, wspace=0.04)
+    """Writes simulate.png, simulate.svg and simulate.json; returns their paths."""
+
+    def panels(axes):
         draw_brick(axes[0], brick)
         draw_rod(axes[1], rod)
         draw_stack(axes[2], boxes)
-        paths = [os.path.join(folder, f"simulate.{kind}") for kind in ("png", "svg")]
-        figure.savefig(paths[0], dpi=160)
-        figure.savefig(paths[1], metadata={"Date": None})
-        plt.close(figure)
-    return paths
+
+    return paint(
+        folder, "simulate", panels, 3, (14.5, 5.2), dpi=160, width_ratios=[1.15, 1.1, 0.62]
+    )

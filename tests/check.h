@@ -14,7 +14,7 @@ typedef struct check_lcp {
     int scaling; /* the setting of that name */
 } check_lcp;
 
-/* What DESIGN defines, recomputed. */
+/* What docs/lcp.md defines, recomputed. */
 typedef struct check_measures {
     double residual;         /* tested residual, dimensionless */
     double natural_residual; /* max |mid(z - l, z - u, w)| */

@@ -1,5 +1,5 @@
-/* The own residual of DESIGN, row by row, from the caller's data; long double throughout, so that
- * its own rounding is far below any tolerance it is compared with. */
+/* The own residual of docs/lcp.md, row by row, from the caller's data; long double throughout, so
+ * that its own rounding is far below any tolerance it is compared with. */
 #include "check.h"
 
 #include <math.h>
@@ -86,30 +86,16 @@ static int bounds_near(const check_lcp *problem, const rows *r, int32_t i, doubl
            2 * (check_upper(problem, i) - (long double)z <= near);
 }
 
-static void find_neighbours(rows *r, const check_lcp *problem, const double *z, double tol)
+/* Parts of rows and, after them, columns: by entries of `least` and more, and where z_i and w_i are
+ * tied. */
+static void find_parts(rows *r, int32_t n, long double least)
 {
-    const int32_t n = problem->M->rows;
     int32_t i;
     size_t p;
     int changed = 1;
 
-    for (p = 0; p < r->count; p++) {
-        const int32_t j = r->list[p].column;
-        const long double t = r->rounding[r->list[p].row] / size_of(r, p);
-
-        if (size_of(r, p) >= r->least && !bounds_near(problem, r, j, z[j], tol) &&
-            t > r->carried[j])
-            r->carried[j] = t;
-    }
-    check_parts(problem->M, r->part);
-    for (i = 0; i < n; i++) { /* columns after rows; tied where M ties them together */
-        r->tied[i] = r->part[i] == r->part[n + i];
-        r->around[i] = r->terms[i];
+    for (i = 0; i < 2 * n; i++)
         r->part[i] = i;
-        r->part[n + i] = n + i;
-    }
-    for (p = 0; p < r->count; p++)
-        r->around[r->list[p].row] += size_of(r, p) * r->carried[r->list[p].column];
     while (changed) {
         changed = 0;
         for (i = 0; i < n; i++)
@@ -121,12 +107,38 @@ static void find_neighbours(rows *r, const check_lcp *problem, const double *z, 
         for (p = 0; p < r->count; p++) {
             int32_t *a = &r->part[r->list[p].row], *b = &r->part[n + r->list[p].column];
 
-            if (size_of(r, p) < r->least)
+            if (size_of(r, p) < least)
                 continue;
             changed |= *a != *b;
             *a = *b = *a < *b ? *a : *b;
         }
     }
+}
+
+static void find_neighbours(rows *r, const check_lcp *problem, const double *z, double tol)
+{
+    const int32_t n = problem->M->rows;
+    int32_t i;
+    size_t p;
+
+    for (p = 0; p < r->count; p++) {
+        const int32_t j = r->list[p].column;
+        const long double t = r->rounding[r->list[p].row] / size_of(r, p);
+
+        if (size_of(r, p) >= r->least && !bounds_near(problem, r, j, z[j], tol) &&
+            t > r->carried[j])
+            r->carried[j] = t;
+    }
+    for (i = 0; i < n; i++) {
+        r->tied[i] = 0;
+        r->around[i] = r->terms[i];
+    }
+    find_parts(r, n, 0x1p-40L); /* what is smaller is noise and ties nothing */
+    for (i = 0; i < n; i++)
+        r->tied[i] = r->part[i] == r->part[n + i];
+    find_parts(r, n, r->least);
+    for (p = 0; p < r->count; p++)
+        r->around[r->list[p].row] += size_of(r, p) * r->carried[r->list[p].column];
 }
 
 static long double violation(const check_lcp *problem, int32_t i, double w, int near)

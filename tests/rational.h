@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#define RATIONAL_LARGEST 8
+#define RATIONAL_LARGEST 12
 
 /* Solves A x = b, A row-major, n <= RATIONAL_LARGEST: x_i = numerators[i] / the result, which is
  * |det A|; 0 where A is singular. Hadamard's bound of the minors of (A, b) must stay below 2^62. */

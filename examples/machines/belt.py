@@ -84,7 +84,7 @@ def report():
 
 
 def draw(axes, data):
-    from simulate_picture import BLUE, INK, RED, subtitle
+    from pictures import BLUE, INK, RED, subtitle
 
     answer, curves, periods = data
     axes[0].set_title("Stick-slip")

@@ -46,7 +46,7 @@ def report():
 
 
 def draw(axes, data):
-    from simulate_picture import BLUE, INK, QUIET, RED, subtitle
+    from pictures import BLUE, INK, QUIET, RED, subtitle
 
     SHADE = "#c9b48a"
     runs, steps, errors = data

@@ -18,18 +18,10 @@ def run(name, text, report, draw, panels, size):
     data = report()
     if arguments.no_picture:
         return
-    from simulate_picture import STYLE, plt
+    from pictures import paint
 
-    os.makedirs(arguments.output, exist_ok=True)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(1, panels, figsize=size, layout="constrained", squeeze=False)
-        figure.get_layout_engine().set(w_pad=0.15, h_pad=0.12, wspace=0.04)
-        draw(axes[0], data)
-        for kind in ("png", "svg"):
-            path = os.path.join(arguments.output, f"{name}.{kind}")
-            figure.savefig(path, dpi=100, **({"metadata": {"Date": None}} if kind == "svg" else {}))
-            print("wrote", path)
-        plt.close(figure)
+    for path in paint(arguments.output, name, lambda axes: draw(axes, data), panels, size, dpi=100):
+        print("wrote", path)
 
 
 def bisect(is_above, low, high, steps=50):

@@ -49,7 +49,7 @@ def report():
 
 
 def draw_half_lines(axes):
-    from simulate_picture import BLUE, INK, QUIET, RED, subtitle
+    from pictures import BLUE, INK, QUIET, RED, subtitle
 
     axes.set_title("Force over acceleration")
     subtitle(axes, "h = 0.5 m: one inertia is negative")
@@ -69,7 +69,7 @@ def draw_half_lines(axes):
 
 
 def draw_counts(axes, critical):
-    from simulate_picture import GROUND, INK, SAND, subtitle
+    from pictures import GROUND, INK, SAND, subtitle
 
     axes.set_title("How many accelerations")
     subtitle(axes, "moving on, counted at 36 by 40 points")
@@ -87,7 +87,7 @@ def draw_counts(axes, critical):
 
 
 def draw_speeds(axes, offsets, speeds, critical):
-    from simulate_picture import BLUE, INK, QUIET, RED, subtitle
+    from pictures import BLUE, INK, QUIET, RED, subtitle
 
     axes.set_title("Held back by 1 N for 0.1 s")
     subtitle(axes, "velocity after a step from 1 m/s")

@@ -69,7 +69,7 @@ def report():
 
 
 def draw(axes, errors):
-    from simulate_picture import BLUE, INK, QUIET, RED, subtitle
+    from pictures import BLUE, INK, QUIET, RED, subtitle
 
     texts = {
         "pendulum": ("Pendulum on its constraint", "place after 1 s"),

@@ -92,7 +92,7 @@ def report():
 
 def draw_peg(axes, depth, angle=0.0):
     from matplotlib.patches import Polygon, Rectangle
-    from simulate_picture import GROUND, INK, RED, SAND
+    from pictures import GROUND, INK, RED, SAND
 
     for side in (-1, 1):
         axes.add_patch(Rectangle((side * R if side > 0 else -3 * R, -3 * R), 2 * R, 3 * R,
@@ -111,7 +111,7 @@ def draw_peg(axes, depth, angle=0.0):
 
 
 def draw(axes, data):
-    from simulate_picture import BLUE, INK, QUIET, RED, subtitle
+    from pictures import BLUE, INK, QUIET, RED, subtitle
 
     depth, grid, jams, deepest = data
     long = depth / (2 * R * MU)

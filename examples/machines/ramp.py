@@ -82,7 +82,8 @@ def report():
 
 
 def draw(axes, runs):
-    from simulate_picture import BLUE, INK, QUIET, RED, explicit_sign, subtitle
+    from pictures import BLUE, INK, QUIET, RED, subtitle
+    from simulate_picture import explicit_sign
 
     left, middle, right = axes
     left.set_title("Stops, and a turn")

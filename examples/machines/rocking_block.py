@@ -72,7 +72,7 @@ def report():
 
 def draw(axes, data):
     from matplotlib.patches import Polygon, Rectangle
-    from simulate_picture import BLUE, GROUND, INK, QUIET, RED, SAND, subtitle
+    from pictures import BLUE, GROUND, INK, QUIET, RED, SAND, subtitle
 
     b, h, answer, widths, ratios = data
     axes[0].set_title("Rocking")

@@ -81,7 +81,7 @@ def report():
 
 def draw(axes, data):
     from matplotlib.patches import Arc, Rectangle
-    from simulate_picture import BLUE, GROUND, INK, QUIET, RED, SAND, subtitle
+    from pictures import BLUE, GROUND, INK, QUIET, RED, SAND, subtitle
 
     angles, forces, runs = data
     place = axes[0]

@@ -59,7 +59,7 @@ def report():
 
 def draw(axes, data):
     from matplotlib.patches import Rectangle
-    from simulate_picture import BLUE, INK, QUIET, RED, SAND, subtitle
+    from pictures import BLUE, INK, QUIET, RED, SAND, subtitle
 
     ends, chosen, forces = data
     axes[0].set_title("A table from above")

@@ -60,7 +60,7 @@ def report():
 
 def draw_wedge(axes, arrows, pull, text):
     from matplotlib.patches import Polygon
-    from simulate_picture import BLUE, GROUND, INK, RED, SAND
+    from pictures import BLUE, GROUND, INK, RED, SAND
 
     high, half = 1.6, 0.42
     for side in (-1, 1):
@@ -88,7 +88,7 @@ def draw_wedge(axes, arrows, pull, text):
 
 
 def draw(axes, data):
-    from simulate_picture import BLUE, QUIET, RED, subtitle
+    from pictures import BLUE, QUIET, RED, subtitle
 
     _, held = data
     axes[0].set_title("Pulled: it comes out")

@@ -105,7 +105,7 @@ typedef struct perp_shape_settings {
 
 /* One contact point of the last step. Points that the step's velocities left open without any
  * impulse, and that were not near, are not among them. */
-typedef struct perp_contact {
+typedef struct perp_world_contact {
     size_t struct_size;
     perp_body body_a;
     perp_body body_b;
@@ -122,7 +122,7 @@ typedef struct perp_contact {
     double restitution;
     int32_t mode; /* PERP_CONTACT_... */
     int32_t reserved;
-} perp_contact;
+} perp_world_contact;
 
 typedef struct perp_step_result {
     size_t struct_size;
@@ -161,7 +161,7 @@ PERP_API perp_status perp_world_settings_init(perp_world_settings *settings, siz
 PERP_API perp_status perp_body_settings_init(perp_body_settings *settings, size_t size);
 PERP_API perp_status perp_body_state_init(perp_body_state *state, size_t size);
 PERP_API perp_status perp_shape_settings_init(perp_shape_settings *settings, size_t size);
-PERP_API perp_status perp_contact_init(perp_contact *contact, size_t size);
+PERP_API perp_status perp_world_contact_init(perp_world_contact *contact, size_t size);
 PERP_API perp_status perp_step_result_init(perp_step_result *result, size_t size);
 PERP_API perp_status perp_world_stats_init(perp_world_stats *stats, size_t size);
 
@@ -230,7 +230,7 @@ PERP_API perp_status perp_world_step(perp_world *world, perp_step_result *result
 
 /* The contact points of the last step. index from 0 to perp_world_contact_count() - 1. */
 PERP_API int32_t perp_world_contact_count(const perp_world *world);
-PERP_API perp_status perp_world_get_contact(const perp_world *world, perp_contact *contact,
+PERP_API perp_status perp_world_get_contact(const perp_world *world, perp_world_contact *contact,
                                             int32_t index) PERP_WARN_UNUSED;
 
 /* Kinetic and potential energy (zero height at the origin) of the dynamic bodies. Either output may

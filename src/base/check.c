@@ -1,6 +1,7 @@
 #include "base/check.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "base/context.h"
@@ -66,6 +67,65 @@ void perp__struct_write(void *caller, const void *own, size_t own_size)
     if (size > own_size)
         size = own_size;
     memcpy((char *)caller + sizeof size, (const char *)own + sizeof size, size - sizeof size);
+}
+
+static double value_of(const perp__field *field, const void *object)
+{
+    const char *at = (const char *)object + field->offset;
+    int32_t integer;
+    int64_t number;
+    double real;
+
+    if (field->type == 'i')
+        return memcpy(&integer, at, sizeof integer), integer;
+    if (field->type == 'l')
+        return memcpy(&number, at, sizeof number), (double)number;
+    return memcpy(&real, at, sizeof real), real;
+}
+
+static int is_within(const perp__field *field, double value)
+{
+    return (value > field->least || (value == field->least && field->brackets[0] == '[')) &&
+           (value < field->most || (value == field->most && field->brackets[1] == ']'));
+}
+
+/* What a field has to be, in words. */
+static void describe(const perp__field *field, char *text, size_t size)
+{
+    const int whole = field->type != 'd';
+
+    if (whole && field->least == 0.0 && field->most == 1.0)
+        snprintf(text, size, "0 or 1");
+    else if (isinf(field->most))
+        snprintf(text, size, field->brackets[0] == '[' ? "at least %.15g" : "a number above %.15g",
+                 field->least);
+    else if (field->least == field->most)
+        snprintf(text, size, "%.15g", field->least);
+    else if (whole)
+        snprintf(text, size, "%.15g to %.15g", field->least, field->most);
+    else
+        snprintf(text, size, "a number in %c%.15g, %.15g%c", field->brackets[0], field->least,
+                 field->most, field->brackets[1]);
+}
+
+perp_status perp__check_fields(perp_context *context, const char *name, const void *object,
+                               const perp__field *fields, size_t count)
+{
+    char expected[80];
+    size_t k;
+
+    for (k = 0; k < count; k++) {
+        const double value = value_of(&fields[k], object);
+
+        if (isnan(value))
+            return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s.%s is nan", name, fields[k].name);
+        if (is_within(&fields[k], value))
+            continue;
+        describe(&fields[k], expected, sizeof expected);
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.%s is %.15g, expected %s", name,
+                          fields[k].name, value, expected);
+    }
+    return PERP_OK;
 }
 
 perp_status perp__check_pointer(perp_context *context, const char *name, const void *pointer)

@@ -5,11 +5,55 @@
 
 #include <perp/base.h>
 
-/* Size of struct type T up to and including `field`: the smallest size the library accepts is that
- * of the struct's first release, so `field` is the last one of that release, for ever. */
-#define PERP__SIZE_THROUGH(T, field) (offsetof(T, field) + sizeof(((T *)0)->field))
+/* The structs that cross the boundary, each by the last field of its first release, for ever: no
+ * shorter one is accepted. */
+#define PERP__LAST_perp_body_settings angular_velocity
+#define PERP__LAST_perp_body_state torque
+#define PERP__LAST_perp_bristle damping
+#define PERP__LAST_perp_compliant_result rejected
+#define PERP__LAST_perp_compliant_settings most_steps
+#define PERP__LAST_perp_compliant_stability growth
+#define PERP__LAST_perp_compliant_system damping
+#define PERP__LAST_perp_contact_dynamics G
+#define PERP__LAST_perp_contact_laws reserved
+#define PERP__LAST_perp_contact_result has_ray
+#define PERP__LAST_perp_contact_settings monitor_user
+#define PERP__LAST_perp_context_settings log_user
+#define PERP__LAST_perp_lcp_enumeration seconds
+#define PERP__LAST_perp_lcp_proof radius
+#define PERP__LAST_perp_lcp_result has_ray
+#define PERP__LAST_perp_lcp_sensitivity_info condition
+#define PERP__LAST_perp_lcp_settings penalty
+#define PERP__LAST_perp_load_found rays
+#define PERP__LAST_perp_load_inverse reserved
+#define PERP__LAST_perp_load_settings reserved
+#define PERP__LAST_perp_load_step reserved
+#define PERP__LAST_perp_load_summary patterns
+#define PERP__LAST_perp_load_system damping
+#define PERP__LAST_perp_load_uniqueness radius
+#define PERP__LAST_perp_matrix row_indices
+#define PERP__LAST_perp_mechanism_found rays
+#define PERP__LAST_perp_mechanism_model user
+#define PERP__LAST_perp_mechanism_run_result evaluations
+#define PERP__LAST_perp_mechanism_settings reserved
+#define PERP__LAST_perp_mechanism_step exhaustive
+#define PERP__LAST_perp_mechanism_summary patterns
+#define PERP__LAST_perp_ncp_check reserved
+#define PERP__LAST_perp_ncp_problem user
+#define PERP__LAST_perp_ncp_result trapped
+#define PERP__LAST_perp_ncp_settings monitor_user
+#define PERP__LAST_perp_shape_settings rotation
+#define PERP__LAST_perp_step_result islands
+#define PERP__LAST_perp_world_contact reserved
+#define PERP__LAST_perp_world_settings reserved
+#define PERP__LAST_perp_world_stats seconds_project
 
-/* Body of every perp_x_init: zeroes `size` bytes and sets struct_size. first_size as above. */
+/* Size of struct type T up to and including `field`; and that of its first release. */
+#define PERP__SIZE_THROUGH(T, field) (offsetof(T, field) + sizeof(((T *)0)->field))
+#define PERP__FIRST(T) PERP__FIRST_THROUGH(T, PERP__LAST_##T)
+#define PERP__FIRST_THROUGH(T, field) PERP__SIZE_THROUGH(T, field)
+
+/* Body of every perp_x_init: zeroes `size` bytes and sets struct_size. */
 perp_status perp__struct_init(void *object, size_t size, size_t first_size);
 
 /* Copies a caller's struct over `own`, which holds the defaults, as far as the caller's struct
@@ -24,6 +68,45 @@ perp_status perp__struct_check(perp_context *context, const char *name, const vo
 
 /* Copies `own` into the caller's struct, all but struct_size, as far as the caller's reaches. */
 void perp__struct_write(void *caller, const void *own, size_t own_size);
+
+/* The whole T_init of a struct whose defaults are 0. */
+#define PERP__INIT(T)                                           \
+    perp_status T##_init(T *object, size_t size)                \
+    {                                                           \
+        return perp__struct_init(object, size, PERP__FIRST(T)); \
+    }
+
+/* perp__struct_check of an output, perp__struct_read of an input into *own; messages call it by the
+ * name that `caller` has here. */
+#define PERP__CHECK(T, context, caller) \
+    perp__struct_check(context, #caller, caller, sizeof(T), PERP__FIRST(T))
+#define PERP__READ(T, context, own, caller) \
+    perp__struct_read(context, #caller, own, sizeof(T), caller, PERP__FIRST(T))
+
+/* A number in a struct and the interval that it has to be in. */
+typedef struct perp__field {
+    size_t offset;
+    const char *name;
+    char type;          /* 'i': int32_t, 'l': int64_t, 'd': double */
+    char brackets[3];   /* "[]", "[)", "(]" or "()" */
+    double least, most; /* infinite: no end; a double may be that where the bracket is closed */
+} perp__field;
+
+#define PERP__INTEGER(T, field, least, most)                                                    \
+    {                                                                                           \
+        offsetof(T, field), #field, sizeof(((T *)0)->field) == 4 ? 'i' : 'l', "[]", least, most \
+    }
+#define PERP__REAL(T, field, brackets, least, most)            \
+    {                                                          \
+        offsetof(T, field), #field, 'd', brackets, least, most \
+    }
+
+/* Checks `count` fields of the struct `object`, which messages call `name`: PERP_ERROR_NOT_FINITE
+ * for a NaN, PERP_ERROR_ARGUMENT for what is outside. */
+perp_status perp__check_fields(perp_context *context, const char *name, const void *object,
+                               const perp__field *fields, size_t count);
+#define PERP__CHECK_FIELDS(context, name, object, fields) \
+    perp__check_fields(context, name, object, fields, sizeof fields / sizeof *fields)
 
 perp_status perp__check_pointer(perp_context *context, const char *name, const void *pointer);
 perp_status perp__check_finite(perp_context *context, const char *name, const double *x,

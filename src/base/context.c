@@ -7,8 +7,8 @@
 
 #include "base/check.h"
 
-/* The value of busy while a handle is destroyed, which is no call: it keeps the last message. */
-#define DESTROYS 2
+/* Its address is what a context is known by. */
+static const char known = 0;
 
 static void *default_allocate(size_t size, void *user)
 {
@@ -24,12 +24,19 @@ static void default_release(void *pointer, void *user)
 
 static int is_context(const perp_context *context)
 {
-    return context && context->magic == PERP__CONTEXT_MAGIC && !context->destroyed;
+    return context && context->is == &known && !context->destroyed;
 }
 
-perp_status perp_context_settings_init(perp_context_settings *settings, size_t size)
+PERP__INIT(perp_context_settings)
+
+void perp__context_init(perp_context *context, perp_allocate_function allocate,
+                        perp_release_function release, void *user)
 {
-    return perp__struct_init(settings, size, PERP__SIZE_THROUGH(perp_context_settings, log_user));
+    memset(context, 0, sizeof *context);
+    context->is = &known;
+    context->allocate = allocate;
+    context->release = release;
+    context->allocator_user = user;
 }
 
 perp_status perp_context_create(perp_context **context, const perp_context_settings *settings)
@@ -41,8 +48,7 @@ perp_status perp_context_create(perp_context **context, const perp_context_setti
     if (!context)
         return PERP_ERROR_ARGUMENT;
     memset(&own, 0, sizeof own);
-    status = perp__struct_read(NULL, "settings", &own, sizeof own, settings,
-                               PERP__SIZE_THROUGH(perp_context_settings, log_user));
+    status = PERP__READ(perp_context_settings, NULL, &own, settings);
     if (status != PERP_OK)
         return status;
     if (!own.allocate != !own.release)
@@ -54,11 +60,7 @@ perp_status perp_context_create(perp_context **context, const perp_context_setti
     made = own.allocate(sizeof *made, own.allocator_user);
     if (!made)
         return PERP_ERROR_MEMORY;
-    memset(made, 0, sizeof *made);
-    made->magic = PERP__CONTEXT_MAGIC;
-    made->allocate = own.allocate;
-    made->release = own.release;
-    made->allocator_user = own.allocator_user;
+    perp__context_init(made, own.allocate, own.release, own.allocator_user);
     made->log = own.log;
     made->log_user = own.log_user;
     *context = made;
@@ -68,7 +70,7 @@ perp_status perp_context_create(perp_context **context, const perp_context_setti
 static void release_if_unused(perp_context *context)
 {
     if (context->destroyed && context->children == 0 && !context->busy) {
-        context->magic = 0;
+        context->is = NULL;
         context->release(context, context->allocator_user);
     }
 }
@@ -86,57 +88,25 @@ const char *perp_context_message(const perp_context *context)
     return is_context(context) ? context->message : "";
 }
 
-static perp_status open_call(perp_context *context)
+perp_status perp__open(perp_context *context)
 {
     if (context->busy)
         return PERP_ERROR_BUSY;
-    context->busy = 1;
+    context->busy = PERP__CALLED;
     context->message[0] = '\0';
     return PERP_OK;
 }
 
 perp_status perp__enter(perp_context *context)
 {
-    return is_context(context) ? open_call(context) : PERP_ERROR_HANDLE;
-}
-
-/* The context behind a handle; NULL if that is not one of this kind. */
-static perp_context *context_of(const void *handle, uint64_t magic)
-{
-    perp__handle head = {0, NULL};
-
-    /* what the struct is called is its layer's affair; of a stranger no more than the magic is read
-     */
-    if (handle)
-        memcpy(&head.magic, handle, sizeof head.magic);
-    if (head.magic != magic)
-        return NULL;
-    memcpy(&head, handle, sizeof head);
-    return head.context;
-}
-
-perp_status perp__enter_handle(const void *handle, uint64_t magic)
-{
-    perp_context *context = context_of(handle, magic);
-
-    return context ? open_call(context) : PERP_ERROR_HANDLE;
-}
-
-int32_t perp__enter_to_destroy(const void *handle, uint64_t magic)
-{
-    perp_context *context = context_of(handle, magic);
-
-    if (!context || context->busy)
-        return 0;
-    context->busy = DESTROYS;
-    return 1;
+    return is_context(context) ? perp__open(context) : PERP_ERROR_HANDLE;
 }
 
 perp_status perp__leave(perp_context *context, perp_status status)
 {
-    if (status == PERP_OK && context->busy != DESTROYS)
+    if (status == PERP_OK && context->busy != PERP__DESTROYS)
         context->message[0] = '\0'; /* what went wrong on the way was mended */
-    context->busy = 0;
+    context->busy = PERP__IDLE;
     release_if_unused(context);
     return status;
 }
@@ -171,15 +141,4 @@ void perp__release(perp_context *context, void *pointer)
 {
     if (pointer)
         context->release(pointer, context->allocator_user);
-}
-
-void perp__attach(perp_context *context)
-{
-    context->children++;
-}
-
-void perp__detach(perp_context *context)
-{
-    context->children--;
-    release_if_unused(context);
 }

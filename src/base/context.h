@@ -4,11 +4,13 @@
 
 #include <perp/base.h>
 
-#define PERP__CONTEXT_MAGIC UINT64_C(0x7065727063747874)
 #define PERP__MESSAGE_SIZE 256
 
+/* What `busy` tells: outside of calls, inside one, inside the end of a handle, which is no call. */
+enum { PERP__IDLE, PERP__CALLED, PERP__DESTROYS };
+
 struct perp_context {
-    uint64_t magic;
+    const void *is; /* a context: context.c; NULL once it is none */
     perp_allocate_function allocate;
     perp_release_function release;
     void *allocator_user;
@@ -20,23 +22,18 @@ struct perp_context {
     char message[PERP__MESSAGE_SIZE];
 };
 
-/* How the struct behind every handle begins; a destroyed one has magic 0. */
-typedef struct perp__handle {
-    uint64_t magic;
-    perp_context *context;
-} perp__handle;
+/* A context without messages or children yet, in memory of the caller's. */
+void perp__context_init(perp_context *context, perp_allocate_function allocate,
+                        perp_release_function release, void *user);
 
 /* Opens a public call that is given a context: refuses what is none, what was destroyed and lives
  * on only in what it made, and what is already inside a call; clears the message. Every successful
- * enter is closed by a leave, which passes `status` through. */
+ * enter is closed by a leave, which passes `status` through. For calls that are given a handle:
+ * base/handle.h. */
 perp_status perp__enter(perp_context *context);
-/* The same for a call that is given something made from a context, which may be destroyed. */
-perp_status perp__enter_handle(const void *handle, uint64_t magic);
-/* Whether a handle may be destroyed now, and then a call is open that perp__leave closes: not if it
- * is none, and not inside a callback, where the call around it needs its memory. Keeps the
- * message, which the caller may want to read still. */
-int32_t perp__enter_to_destroy(const void *handle, uint64_t magic);
 perp_status perp__leave(perp_context *context, perp_status status);
+/* The same as enter for a context that is one, and may be destroyed. */
+perp_status perp__open(perp_context *context);
 
 /* Writes the message (and logs it) and returns `status`. */
 #if defined(__GNUC__)
@@ -52,9 +49,5 @@ void perp__release(perp_context *context, void *pointer);
 
 /* Says that memory ran out while doing `what`; returns PERP_ERROR_MEMORY. */
 perp_status perp__fail_memory(perp_context *context, const char *what);
-
-/* Solvers and worlds announce their birth and death. */
-void perp__attach(perp_context *context);
-void perp__detach(perp_context *context);
 
 #endif

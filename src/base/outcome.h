@@ -6,7 +6,7 @@
 
 #include <perp/base.h>
 
-/* What the residuals recomputed from the caller's own data say of a point (DESIGN's definitions).
+/* What the residuals recomputed from the caller's own data say of a point (docs/lcp.md).
  * Two witnesses, because each alone is fooled: the tested residual by a row that hides behind a
  * larger one, the own residual by rows that consist of rounding alone. */
 typedef struct perp__evidence {

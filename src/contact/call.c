@@ -29,7 +29,7 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
                           "the solver has no problem: call perp_contact_solver_setup_dynamics or "
                           "_setup_delassus first");
     status = perp__struct_check(context, "result", call->result, sizeof *call->result,
-                                PERP__CONTACT_RESULT_FIRST);
+                                PERP__FIRST(perp_contact_result));
     if (status == PERP_OK && solver->size > 0)
         status = perp__check_pointer(context, "r", call->r);
     if (status == PERP_OK && by_W)

@@ -106,8 +106,7 @@ perp_status perp__dynamics_read(perp_context *context, perp__dynamics *own, int3
 
     memset(&read, 0, sizeof read);
     if (status == PERP_OK)
-        status = perp__struct_read(context, "dynamics", &read, sizeof read, dynamics,
-                                   PERP__CONTACT_DYNAMICS_FIRST);
+        status = PERP__READ(perp_contact_dynamics, context, &read, dynamics);
     if (status != PERP_OK)
         return status;
     if (read.n < 0 || read.reserved != 0)

@@ -74,8 +74,7 @@ static perp_status read_laws(perp_context *context, perp_contact_laws *own, int3
     if (status == PERP_OK)
         status = perp__check_pointer(context, "laws", laws);
     if (status == PERP_OK)
-        status =
-            perp__struct_read(context, "laws", own, sizeof *own, laws, PERP__CONTACT_LAWS_FIRST);
+        status = PERP__READ(perp_contact_laws, context, own, laws);
     if (status != PERP_OK)
         return status;
     if (own->contacts < 0 || own->bilateral < 0)

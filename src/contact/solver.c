@@ -3,11 +3,37 @@
 
 #include <string.h>
 
-#include "base/context.h"
 #include "contact/settings.h"
 
 static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {
     &perp__contact_sweep, &perp__contact_newton, &perp__contact_lemke};
+
+static void release(void *object)
+{
+    perp_contact_solver *solver = object;
+    int32_t k;
+
+    for (k = 0; k < PERP__CONTACT_METHODS; k++) {
+        perp__contact_slot *slot = &solver->slots[k];
+
+        if (slot->work && slot->method->release)
+            slot->method->release(slot->work);
+        perp__release(solver->context, slot->work);
+        perp__arena_release(&slot->arena);
+    }
+    perp__lcp_destroy(solver->feasibility.lcp);
+    perp__arena_release(&solver->feasibility.arena);
+    perp__arena_release(&solver->polish.arena);
+    perp__contact_destroy(solver->apart.solver);
+    perp__arena_release(&solver->apart.arena);
+    perp__hold_release(&solver->hold);
+    perp__bodies_release(&solver->bodies);
+    perp__dynamics_release(&solver->dynamics);
+    perp__arena_release(&solver->delassus.arena);
+    perp__arena_release(&solver->arena);
+}
+
+static const perp__kind kind = {"a contact solver", sizeof(perp_contact_solver), release};
 
 perp_status perp__contact_create(perp_context *context, perp_contact_solver **solver,
                                  const perp_contact_settings *settings)
@@ -19,12 +45,9 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
 
     if (status != PERP_OK)
         return status;
-    made = perp__allocate(context, 1, sizeof *made);
+    made = perp__handle_create(context, &kind);
     if (!made)
-        return perp__fail_memory(context, "a contact solver");
-    memset(made, 0, sizeof *made);
-    made->magic = PERP__CONTACT_SOLVER_MAGIC;
-    made->context = context;
+        return PERP_ERROR_MEMORY;
     made->settings = own;
     made->proves = 1;
     perp__arena_init(&made->arena, context);
@@ -41,45 +64,18 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
         made->slots[k].method = methods[k];
         perp__arena_init(&made->slots[k].arena, context);
     }
-    perp__attach(context);
     *solver = made;
     return PERP_OK;
 }
 
 void perp__contact_destroy(perp_contact_solver *solver)
 {
-    perp_context *context;
-    int32_t k;
-
-    if (!solver)
-        return;
-    context = solver->context;
-    for (k = 0; k < PERP__CONTACT_METHODS; k++) {
-        perp__contact_slot *slot = &solver->slots[k];
-
-        if (slot->work && slot->method->release)
-            slot->method->release(slot->work);
-        perp__release(context, slot->work);
-        perp__arena_release(&slot->arena);
-    }
-    perp__lcp_destroy(solver->feasibility.lcp);
-    perp__arena_release(&solver->feasibility.arena);
-    perp__arena_release(&solver->polish.arena);
-    perp__contact_destroy(solver->apart.solver);
-    perp__arena_release(&solver->apart.arena);
-    perp__hold_release(&solver->hold);
-    perp__bodies_release(&solver->bodies);
-    perp__dynamics_release(&solver->dynamics);
-    perp__arena_release(&solver->delassus.arena);
-    perp__arena_release(&solver->arena);
-    solver->magic = 0;
-    perp__release(context, solver);
-    perp__detach(context);
+    perp__handle_end(solver);
 }
 
 static perp_status enter(perp_contact_solver *solver)
 {
-    return perp__enter_handle(solver, PERP__CONTACT_SOLVER_MAGIC);
+    return perp__handle_enter(solver, &kind);
 }
 
 perp_status perp_contact_solver_create(perp_context *context, perp_contact_solver **solver,
@@ -97,13 +93,7 @@ perp_status perp_contact_solver_create(perp_context *context, perp_contact_solve
 
 void perp_contact_solver_destroy(perp_contact_solver *solver)
 {
-    perp_context *context;
-
-    if (!perp__enter_to_destroy(solver, PERP__CONTACT_SOLVER_MAGIC))
-        return;
-    context = solver->context;
-    perp__contact_destroy(solver);
-    perp__leave(context, PERP_OK);
+    perp__handle_destroy(solver, &kind);
 }
 
 perp_status perp_contact_solver_set(perp_contact_solver *solver,

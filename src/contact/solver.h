@@ -5,6 +5,7 @@
 #include <perp/contact.h>
 
 #include "base/arena.h"
+#include "base/handle.h"
 #include "base/outcome.h"
 #include "contact/bodies.h"
 #include "contact/delassus.h"
@@ -14,7 +15,6 @@
 #include "contact/polish.h"
 #include "lcp/lcp.h"
 
-#define PERP__CONTACT_SOLVER_MAGIC UINT64_C(0x70657270636f6e74)
 #define PERP__CONTACT_METHODS 3
 
 enum perp__contact_entrance {
@@ -93,8 +93,7 @@ typedef struct perp__contact_apart {
 enum { PERP__APART_MOST = 600 };
 
 struct perp_contact_solver {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp_contact_settings settings;
     perp__arena arena;
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */

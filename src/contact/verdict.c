@@ -20,10 +20,10 @@
 #define FLOOR 1e-5
 #define ROUNDING (16.0 * DBL_EPSILON)
 
-/* change / scale, both >= 0 */
+/* change / scale, both >= 0; a scale that overflowed excuses nothing. */
 static double relative_change(double change, double scale)
 {
-    return change == 0.0 ? 0.0 : scale > 0.0 ? change / scale : INFINITY;
+    return change == 0.0 ? 0.0 : scale > 0.0 && scale < INFINITY ? change / scale : INFINITY;
 }
 
 static int32_t end_of(const perp_contact_solver *solver, int32_t k)
@@ -212,10 +212,13 @@ static void widen(perp_contact_solver *solver, double *wide)
             push[i] = solver->terms[k] / solver->trace[k];
     }
     absolute(solver, push, solver->scale, moves);
-    for (k = 0; k < solver->units; k++)
+    for (k = 0; k < solver->units; k++) {
         wide[k] = perp__contact_length(moves, begin_of(solver, k), end_of(solver, k)) +
                   share * fmin(solver->most_speed[solver->part[k]],
                                solver->root[k] * solver->most_energy[solver->part[k]]);
+        if (!(wide[k] < INFINITY)) /* then the contact's own terms are all that is known */
+            wide[k] = solver->terms[k];
+    }
 }
 
 static int32_t is_sound(const perp_contact_solver *solver, const perp__contact_worth *worth)

@@ -6,7 +6,7 @@
 #include <string.h>
 
 static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_outcome outcome,
-                 int32_t method, int64_t iterations)
+                 int32_t method)
 {
     size_t bytes = (size_t)solver->n * sizeof(double);
 
@@ -15,7 +15,46 @@ static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_ou
     solver->best.worth = *worth;
     solver->best.outcome = outcome;
     solver->best.method = method;
-    solver->best.iterations = iterations;
+}
+
+static double own_residual(perp_lcp_solver *solver)
+{
+    perp__witness_point point;
+
+    point.M = &solver->M;
+    point.exponents = solver->exponents;
+    point.part = solver->part;
+    point.parts = solver->parts;
+    point.scaling = solver->settings.scaling;
+    point.q = solver->q;
+    point.lower = solver->lower;
+    point.upper = solver->upper;
+    point.z = solver->z;
+    point.w = solver->w_high;
+    point.least = NULL;
+    point.tol = solver->settings.tol;
+    return perp__witness_own_residual(&solver->witness, &point);
+}
+
+perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,
+                                  double unit)
+{
+    perp__evidence evidence = {worth->tested / unit, INFINITY, worth->backward, 0};
+
+    if (worth->finite && evidence.tested <= sqrt(solver->settings.tol)) {
+        evidence.sound = 1;
+        /* beside its own terms a row has no large numbers of others to excuse it */
+        evidence.own = worth->small ? 0.0 : own_residual(solver);
+    }
+    return evidence;
+}
+
+perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
+                             perp_outcome said)
+{
+    const perp__evidence evidence = perp__lcp_evidence(solver, worth, 1.0);
+
+    return perp__gate(&evidence, solver->settings.tol, said);
 }
 
 void perp__start_from(perp_lcp_solver *solver, const double *z0)
@@ -23,9 +62,13 @@ void perp__start_from(perp_lcp_solver *solver, const double *z0)
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
-        solver->z[i] = perp__clamp(z0 ? z0[i] : 0.0, solver->lower[i], solver->upper[i]);
-        solver->iterate[i] = perp__clamp(perp__z_scaled(solver, i, solver->z[i]),
-                                         solver->lower_scaled[i], solver->upper_scaled[i]);
+        const double z = perp__clamp(z0 ? z0[i] : 0.0, solver->lower[i], solver->upper[i]);
+
+        solver->z[i] = z;
+        solver->iterate[i] = z == solver->lower[i]
+                                 ? solver->lower_scaled[i]
+                                 : perp__clamp(perp__z_scaled(solver, i, z),
+                                               solver->lower_scaled[i], solver->upper_scaled[i]);
     }
 }
 
@@ -81,17 +124,17 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
     outcome = perp__lcp_judge(solver, &worth, said);
     solver->refused = worth.tested <= solver->settings.tol && !perp__is_good(outcome);
     if (is_better(&solver->best, &worth, outcome))
-        keep(solver, &worth, outcome, step->method, iterate->iterations);
+        keep(solver, &worth, outcome, step->method);
     return PERP_OK;
 }
 
-void perp__consider_point(perp_lcp_solver *solver, int32_t method, int64_t iterations)
+void perp__consider_point(perp_lcp_solver *solver, int32_t method)
 {
     const perp__evaluation worth = perp__evaluate(solver);
     const perp_outcome outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
 
     if (is_better(&solver->best, &worth, outcome))
-        keep(solver, &worth, outcome, method, iterations);
+        keep(solver, &worth, outcome, method);
 }
 
 /* Keeps a ray that stood the check. The last word on it comes after all attempts. */
@@ -125,7 +168,7 @@ perp_status perp__try_start(perp_lcp_solver *solver, const double *z0)
         return status;
     outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
     if (perp__is_good(outcome))
-        keep(solver, &worth, outcome, PERP_LCP_POLISH, 0);
+        keep(solver, &worth, outcome, PERP_LCP_POLISH);
     return status;
 }
 
@@ -140,5 +183,5 @@ void perp__consider_start(perp_lcp_solver *solver, const double *z0)
     if (worth.tested < solver->best.worth.tested &&
         !(solver->best.worth.backward <= 16.0 * DBL_EPSILON))
         keep(solver, &worth, perp__lcp_judge(solver, &worth, solver->best.outcome),
-             solver->best.method, solver->best.iterations);
+             solver->best.method);
 }

@@ -15,7 +15,7 @@ perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step,
                            const perp__lcp_iterate *iterate, const double *z0);
 
 /* Keeps solver->z as it is, by this method, if it is the best so far. */
-void perp__consider_point(perp_lcp_solver *solver, int32_t method, int64_t iterations);
+void perp__consider_point(perp_lcp_solver *solver, int32_t method);
 
 /* Keeps the start, projected, if nothing better was met. */
 void perp__consider_start(perp_lcp_solver *solver, const double *z0);

@@ -1,4 +1,4 @@
-/* The residuals of DESIGN.md, recomputed from the caller's own data for every method alike. */
+/* The residuals of docs/lcp.md, recomputed from the caller's own data for every method alike. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -16,11 +16,6 @@
 /* Larger than any exponent that comes up, and far from the end of int32_t. */
 #define LARGE (1 << 20)
 #define ROW_KEPT INT32_MIN
-
-double perp__shift(double x, int32_t e)
-{
-    return e >= -1022 && e <= 1022 ? x * perp__power_of_two(e) : ldexp(x, e);
-}
 
 /* A finite bound stays finite, however far the scaling pushes it. */
 static double scale_bound(const perp_lcp_solver *solver, int32_t i, double bound)
@@ -57,81 +52,16 @@ static void find_powers(perp_lcp_solver *solver)
     }
 }
 
-/* floor(log2 |x|) for x other than 0 */
-static int32_t exponent_of(double x)
-{
-    uint64_t bits;
-
-    memcpy(&bits, &x, sizeof bits);
-    bits = bits >> 52 & 0x7ff;
-    return bits != 0 ? (int32_t)bits - 1023 : ilogb(x);
-}
-
-static int32_t find_omega(const perp_lcp_solver *solver, const int32_t *exponents)
-{
-    int32_t largest = INT32_MIN, i;
-
-    for (i = 0; i < solver->n; i++) {
-        int32_t exponent;
-
-        if (solver->q[i] == 0.0)
-            continue;
-        exponent = exponent_of(solver->q[i]) + exponents[i];
-        if (exponent > largest)
-            largest = exponent;
-    }
-    return largest == INT32_MIN ? 0 : largest;
-}
-
-int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas,
-                          int32_t known)
-{
-    const double *q = solver->q;
-    int32_t *largest = solver->part_omega;
-    int32_t changed = !known, i;
-
-    if (solver->parts == 1) {
-        const int32_t omega = find_omega(solver, exponents);
-
-        changed = !known || omegas[0] != omega;
-        for (i = 0; i < 2 * solver->n && changed; i++)
-            omegas[i] = omega;
-        return changed;
-    }
-    for (i = 0; i < solver->parts; i++)
-        largest[i] = INT32_MIN;
-    for (i = 0; i < solver->n; i++) {
-        const int32_t exponent = q[i] == 0.0 ? INT32_MIN : exponent_of(q[i]) + exponents[i];
-
-        if (exponent > largest[solver->part[i]])
-            largest[solver->part[i]] = exponent;
-    }
-    for (i = 0; i < 2 * solver->n; i++) {
-        const int32_t found = largest[solver->part[i]], omega = found == INT32_MIN ? 0 : found;
-
-        changed |= omegas[i] != omega;
-        omegas[i] = omega;
-    }
-    return changed;
-}
-
 void perp__scale_problem(perp_lcp_solver *solver, const double *q)
 {
     int32_t i;
 
     solver->q = q;
-    if (perp__find_omegas(solver, solver->exponents, solver->omega, solver->powers_known))
+    if (perp__find_omegas(solver->n, solver->part, solver->parts, q, solver->exponents,
+                          solver->part_omega, solver->omega, solver->powers_known))
         find_powers(solver);
     for (i = 0; i < solver->n; i++)
         solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
-}
-
-/* perp__mid with the differences from the bounds in hand */
-static double middle(double above, double below, double w)
-{
-    const double least = above < w ? above : w;
-
-    return below > least ? below : least;
 }
 
 static double relative_violation(const perp_lcp_solver *solver, int32_t i, double violation)
@@ -170,51 +100,56 @@ static void project(perp_lcp_solver *solver)
         perp__find_reach(solver);
 }
 
-/* What doubled precision may leave wrong in w: where z is as large as 1e24, far along a null vector
- * of M, it has lost q, and a w of 0 says nothing. */
-static double doubt(const perp_lcp_solver *solver, int32_t i)
+/* The scaled residual of row i, at the end of w's interval where it is larger. Doubled precision
+ * may leave that much wrong in w: where z is as large as 1e24, far along a null vector of M, it has
+ * lost q, and a w of 0 says nothing. */
+static double doubted_residual(const perp_lcp_solver *solver, int32_t i, double above, double below,
+                               double w)
 {
     const double unit = 0.5 * DBL_EPSILON * solver->n;
-
-    return solver->doubtful ? unit * unit * solver->witness.terms[i] : 0.0;
-}
-
-/* The scaled residual of row i, at the end of w's interval where it is larger. */
-static double tested_residual(const perp_lcp_solver *solver, int32_t i, double above, double below)
-{
-    const double w = perp__w_scaled(solver, i, solver->w_high[i]), margin = doubt(solver, i);
+    const double margin = unit * unit * solver->witness.terms[i];
     double residual;
 
-    above = perp__z_scaled(solver, i, above);
-    below = perp__z_scaled(solver, i, below);
     if (!(margin < INFINITY) && isfinite(w)) /* it may be anything */
         return fmax(fabs(above), fabs(below));
     if (!(margin < INFINITY))
-        return fabs(middle(above, below, w));
-    residual = fabs(middle(above, below, w - margin));
-    if (margin != 0.0)
-        perp__raise_to(&residual, fabs(middle(above, below, w + margin)));
+        return fabs(perp__middle(above, below, w));
+    residual = fabs(perp__middle(above, below, w - margin));
+    perp__raise_to(&residual, fabs(perp__middle(above, below, w + margin)));
     return residual;
 }
 
 static perp__evaluation measure(const perp_lcp_solver *solver)
 {
-    perp__evaluation worth = {0.0, 0.0, 0.0};
+    const double tol = solver->settings.tol;
+    perp__evaluation worth = {0.0, 0.0, 0.0, 1, 1};
+    double nothing = 0.0; /* NaN once a NaN or an infinity is met */
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
-        double above = solver->z[i] - solver->lower[i];
-        double below = solver->z[i] - solver->upper[i];
-        double w = solver->w_high[i], violation;
+        const double lower = solver->lower[i], upper = solver->upper[i], z = solver->z[i];
+        const double w = solver->w_high[i], violation = perp__row_violation(z, lower, upper, w);
+        const double above = perp__z_scaled(solver, i, z - lower);
+        const double below = perp__z_scaled(solver, i, z - upper);
+        const double scaled = perp__w_scaled(solver, i, w);
 
-        perp__raise_to(&worth.natural, fabs(middle(above, below, w)));
-        perp__raise_to(&worth.tested, tested_residual(solver, i, above, below));
-        violation = perp__w_scaled(
-            solver, i, perp__row_violation(solver->z[i], solver->lower[i], solver->upper[i], w));
-        perp__raise_to(&worth.backward, relative_violation(solver, i, violation));
+        perp__raise_to(&worth.natural, fabs(perp__middle(z - lower, z - upper, w)));
+        perp__raise_to(&worth.tested, solver->doubtful
+                                          ? doubted_residual(solver, i, above, below, scaled)
+                                          : fabs(perp__middle(above, below, scaled)));
+        perp__raise_to(&worth.backward,
+                       relative_violation(solver, i, perp__w_scaled(solver, i, violation)));
+        worth.small &= violation <= tol * fabs(solver->q[i]);
+        nothing += 0.0 * z + 0.0 * w;
     }
+    worth.finite = nothing == 0.0;
     return worth;
 }
+
+#define NAME(x) x##_one
+#include "linalg/lanes/vector_one.h"
+#include "lcp/evaluate_vector.h"
+#include "linalg/lanes/vector_end.h"
 
 #if PERP__X86
 #define NAME(x) x##_avx512
@@ -228,34 +163,33 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
 #include "linalg/lanes/vector_end.h"
 #endif
 
-/* In vectors where they serve: M is one part and no number is beyond the range of doubles. */
-static void project_all(perp_lcp_solver *solver)
+/* In vectors where they serve: M is one part and no number is beyond the range of doubles. Else
+ * false. */
+static int32_t project_all(perp_lcp_solver *solver)
 {
+    if (!solver->powers_normal || solver->parts != 1)
+        return 0;
 #if PERP__X86
-    const enum perp__vector_set set = perp__widest_vectors();
-
-    if (solver->powers_normal && solver->parts == 1 &&
-        ((set == PERP__VECTOR_AVX512 && solver->n >= 8 && project_avx512(solver, solver->reach)) ||
-         (set >= PERP__VECTOR_AVX2 && solver->n >= 4 && project_avx2(solver, solver->reach))))
-        return;
+    if (perp__widest_vectors() == PERP__VECTOR_AVX512 && solver->n >= 8)
+        return project_avx512(solver, solver->reach);
+    if (perp__widest_vectors() >= PERP__VECTOR_AVX2 && solver->n >= 4)
+        return project_avx2(solver, solver->reach);
 #endif
-    project(solver);
+    return project_one(solver, solver->reach);
 }
 
-static perp__evaluation measure_all(const perp_lcp_solver *solver)
+/* False where a number needs the care of measure. */
+static int32_t measure_all(const perp_lcp_solver *solver, perp__evaluation *worth)
 {
+    if (!solver->powers_normal || solver->parts != 1 || solver->doubtful)
+        return 0;
 #if PERP__X86
-    const enum perp__vector_set set = perp__widest_vectors();
-    perp__evaluation worth;
-
-    if (solver->powers_normal && solver->parts == 1 && !solver->doubtful &&
-        ((set == PERP__VECTOR_AVX512 && solver->n >= 8 &&
-          measure_avx512(solver, solver->reach[0], &worth)) ||
-         (set >= PERP__VECTOR_AVX2 && solver->n >= 4 &&
-          measure_avx2(solver, solver->reach[0], &worth))))
-        return worth;
+    if (perp__widest_vectors() == PERP__VECTOR_AVX512 && solver->n >= 8)
+        return measure_avx512(solver, solver->reach[0], worth);
+    if (perp__widest_vectors() >= PERP__VECTOR_AVX2 && solver->n >= 4)
+        return measure_avx2(solver, solver->reach[0], worth);
 #endif
-    return measure(solver);
+    return measure_one(solver, solver->reach[0], worth);
 }
 
 /* high + low += a b */
@@ -283,11 +217,11 @@ static void find_row_sizes(perp_lcp_solver *solver)
     for (i = 0; i < solver->n; i++) {
         solver->row_size[i] = ROW_KEPT;
         if (overflowed(solver, i))
-            solver->row_size[i] = solver->q[i] != 0.0 ? exponent_of(solver->q[i]) : -LARGE;
+            solver->row_size[i] = solver->q[i] != 0.0 ? perp__exponent_of(solver->q[i]) : -LARGE;
     }
     while (perp__advance(&c))
         if (solver->row_size[c.i] != ROW_KEPT && solver->z[c.j] != 0.0) {
-            const int32_t size = exponent_of(c.value) + exponent_of(solver->z[c.j]);
+            const int32_t size = perp__exponent_of(c.value) + perp__exponent_of(solver->z[c.j]);
 
             if (size > solver->row_size[c.i])
                 solver->row_size[c.i] = size;
@@ -309,7 +243,7 @@ static void recompute(perp_lcp_solver *solver)
         }
     while (perp__advance(&c))
         if (solver->row_size[c.i] != ROW_KEPT && solver->z[c.j] != 0.0) {
-            const int32_t power = exponent_of(c.value);
+            const int32_t power = perp__exponent_of(c.value);
 
             accumulate(perp__shift(c.value, -power),
                        perp__shift(solver->z[c.j], power - solver->row_size[c.i]),
@@ -328,18 +262,25 @@ static void recompute(perp_lcp_solver *solver)
 
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 {
+    perp__evaluation worth;
     int32_t k;
 
-    project_all(solver);
+    if (!project_all(solver))
+        project(solver);
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
-    if (!perp__all_finite(solver->w_high, (size_t)solver->n))
-        recompute(solver);
     solver->doubtful = 0;
     for (k = 0; k < solver->parts; k++)
         solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);
     if (solver->doubtful)
-        perp__find_terms(solver, solver->exponents, solver->omega);
-    return measure_all(solver);
+        perp__find_terms(&solver->M, solver->q, solver->z, solver->exponents, solver->omega,
+                         solver->witness.terms);
+    if (!measure_all(solver, &worth))
+        worth = measure(solver);
+    if (!worth.finite) {
+        recompute(solver);
+        worth = measure(solver);
+    }
+    return worth;
 }
 
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)

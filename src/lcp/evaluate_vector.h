@@ -1,5 +1,6 @@
-/* The kernels of evaluate.c, a template (linalg/vectors.h) for n >= LANES. NAME(x) is the name of a
- * function. The last vector may overlap the one before: all that is done can be done twice. */
+/* The kernels of evaluate.c, a template (linalg/lanes/vectors.h) for n >= LANES. NAME(x) is the
+ * name of a function. The last vector may overlap the one before: all that is done can be done
+ * twice. */
 
 /* The first entry of the vector after the one at i; n if there is none. */
 static size_t NAME(next)(size_t i, size_t n)
@@ -42,8 +43,9 @@ TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_larg
 {
     const size_t n = (size_t)solver->n;
     const lanes infinity = spread(INFINITY), zero = spread(0.0), size_of_z = spread(z_largest);
+    const lanes most = spread(DBL_MAX), tol = spread(solver->settings.tol);
     lanes natural = zero, tested = zero, backward = zero;
-    truth good = less(zero, infinity);
+    truth good = less(zero, infinity), small = good;
     size_t i;
 
     for (i = 0; i < n; i = NAME(next)(i, n)) {
@@ -57,13 +59,14 @@ TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_larg
         const truth at_lower = at_most(z, lower), at_upper = at_most(upper, z);
         const lanes free_row = pick(at_upper, larger(w, zero), absolute(w));
         const lanes row = pick(at_lower, larger(subtract(zero, w), zero), free_row);
-        const lanes violation = multiply(pick(both(at_lower, at_upper), zero, row), w_down);
+        const lanes violation = pick(both(at_lower, at_upper), zero, row);
+        const lanes wrong = multiply(violation, w_down);
         const lanes norms = load(solver->row_norms + i);
         const lanes size = add(multiply(norms, size_of_z), absolute(load(solver->q_scaled + i)));
-        const lanes relative = pick(less(zero, violation), divide(violation, size), zero);
+        const lanes relative = pick(less(zero, wrong), divide(wrong, size), zero);
 
-        good = both(good, at_most(absolute(w), infinity));
-        good = both(good, both(at_most(residual, infinity), at_most(scaled, infinity)));
+        small = both(small, at_most(violation, multiply(tol, absolute(load(solver->q + i)))));
+        good = both(good, at_most(absolute(w), most));
         good = both(good, at_most(relative, infinity));
         natural = larger(residual, natural);
         tested = larger(scaled, tested);
@@ -72,6 +75,8 @@ TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_larg
     worth->natural = largest_of(natural);
     worth->tested = largest_of(tested);
     worth->backward = largest_of(backward);
+    worth->finite = 1; /* z is, where it is not doubtful */
+    worth->small = all_of(small);
     return all_of(good);
 }
 

@@ -9,7 +9,7 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "lcp/candidate.h"
-#include "lcp/last_word.h"
+#include "lcp/all/all.h"
 #include "lcp/plan.h"
 #include "lcp/settings.h"
 #include "lcp/solver.h"
@@ -149,7 +149,6 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
         const perp_outcome last = own_limit(solver, iterate.outcome);
 
         solver->best.outcome = perp__is_good(last) ? PERP_OUTCOME_STALLED : last;
-        solver->best.iterations = iterate.iterations;
     }
     *paused = iterate.paused;
     *iterations = iterate.iterations;
@@ -301,7 +300,7 @@ static perp_status check_call(perp_lcp_solver *solver, const double *z,
     if (!solver->setups)
         return perp__fail(context, PERP_ERROR_ARGUMENT,
                           "the solver has no problem yet: call perp_lcp_solver_setup first");
-    status = perp__struct_check(context, "result", result, sizeof *result, PERP__LCP_RESULT_FIRST);
+    status = PERP__CHECK(perp_lcp_result, context, result);
     if (status == PERP_OK && solver->n > 0)
         status = perp__check_pointer(context, "z", z);
     if (status == PERP_OK && solver->n > 0)

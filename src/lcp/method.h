@@ -1,6 +1,6 @@
 /* What a method sees of a problem, and what it hands back. Everything is in scaled coordinates:
  * M = D M_caller D, q = D q_caller / omega, z = D^-1 z_caller / omega, with powers of two, so that
- * the natural residual of this problem is the tested residual of DESIGN's definition. Checks,
+ * the natural residual of this problem is the tested residual of docs/lcp.md. Checks,
  * timing, acceptance, polish and fall-backs live in the front door. */
 #ifndef PERP_LCP_METHOD_H
 #define PERP_LCP_METHOD_H
@@ -90,7 +90,6 @@ typedef struct perp__lcp_work {
 } perp__lcp_work;
 
 extern const perp__lcp_method perp__lcp_lemke;
-extern const perp__lcp_method perp__lcp_lemke_sparse; /* before lemke in the solver's table */
 extern const perp__lcp_method perp__lcp_pgs;
 extern const perp__lcp_method perp__lcp_fischer;
 extern const perp__lcp_method perp__lcp_active_set;
@@ -105,10 +104,24 @@ void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t lea
 void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double *dense,
                            size_t leading_dimension);
 
+/* mid(above, below, w) for above = z - l >= 0 >= below = z - u. */
+static inline double perp__middle(double above, double below, double w)
+{
+    const double least = above < w ? above : w;
+
+    return below > least ? below : least;
+}
+
 /* mid(z - l, z - u, w) without cancellation. */
-double perp__mid(double z, double lower, double upper, double w);
+static inline double perp__mid(double z, double lower, double upper, double w)
+{
+    return perp__middle(z - lower, z - upper, w);
+}
 
 /* Nearest point of [lower, upper]. */
-double perp__clamp(double z, double lower, double upper);
+static inline double perp__clamp(double z, double lower, double upper)
+{
+    return z < lower ? lower : z > upper ? upper : z;
+}
 
 #endif

@@ -6,20 +6,6 @@
 #include "lcp/method.h"
 #include "linalg/lanes/multiversion.h"
 
-double perp__clamp(double z, double lower, double upper)
-{
-    return z < lower ? lower : z > upper ? upper : z;
-}
-
-double perp__mid(double z, double lower, double upper, double w)
-{
-    double above = z - lower; /* >= 0 >= below for z within its bounds */
-    double below = z - upper;
-    double least = above < w ? above : w;
-
-    return below > least ? below : least;
-}
-
 perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, double residual)
 {
     perp_lcp_progress progress;

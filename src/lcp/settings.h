@@ -6,9 +6,6 @@
 
 #include "base/check.h"
 
-#define PERP__LCP_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_lcp_settings, penalty)
-#define PERP__LCP_RESULT_FIRST PERP__SIZE_THROUGH(perp_lcp_result, has_ray)
-
 /* Checks everything and fills `own`; NULL gives the defaults. `own` is untouched on failure. */
 perp_status perp__lcp_settings_read(perp_context *context, perp_lcp_settings *own,
                                     const perp_lcp_settings *settings);

@@ -5,15 +5,35 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "base/context.h"
-#include "lcp/last_word.h"
+#include "lcp/all/all.h"
 #include "lcp/settings.h"
 #include "linalg/lines.h"
 #include "linalg/scale.h"
 
 static const perp__lcp_method *const methods[PERP__METHODS] = {
-    &perp__lcp_lemke_sparse, &perp__lcp_lemke,      &perp__lcp_pgs,
-    &perp__lcp_fischer,      &perp__lcp_active_set, &perp__lcp_active_set_sparse};
+    &perp__lcp_lemke, &perp__lcp_pgs, &perp__lcp_fischer, &perp__lcp_active_set,
+    &perp__lcp_active_set_sparse};
+
+static void release(void *object)
+{
+    perp_lcp_solver *solver = object;
+    int32_t k;
+
+    for (k = 0; k < PERP__METHODS; k++) {
+        perp__method_slot *slot = &solver->slots[k];
+
+        if (slot->work && slot->method->release)
+            slot->method->release(slot->work);
+        perp__release(solver->context, slot->work);
+        perp__arena_release(&slot->arena);
+    }
+    perp__polish_release(&solver->polish);
+    perp__last_word_release(solver);
+    perp__sparse_block_release(&solver->block);
+    perp__arena_release(&solver->arena);
+}
+
+static const perp__kind kind = {"a solver", sizeof(perp_lcp_solver), release};
 
 perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
                              const perp_lcp_settings *settings)
@@ -25,12 +45,9 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
 
     if (status != PERP_OK)
         return status;
-    made = perp__allocate(context, 1, sizeof *made);
+    made = perp__handle_create(context, &kind);
     if (!made)
-        return perp__fail_memory(context, "a solver");
-    memset(made, 0, sizeof *made);
-    made->magic = PERP__SOLVER_MAGIC;
-    made->context = context;
+        return PERP_ERROR_MEMORY;
     made->settings = own;
     perp__arena_init(&made->arena, context);
     perp__arena_init(&made->polish.arena, context);
@@ -39,34 +56,13 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
         made->slots[k].method = methods[k];
         perp__arena_init(&made->slots[k].arena, context);
     }
-    perp__attach(context);
     *solver = made;
     return PERP_OK;
 }
 
 void perp__lcp_destroy(perp_lcp_solver *solver)
 {
-    perp_context *context;
-    int32_t k;
-
-    if (!solver)
-        return;
-    context = solver->context;
-    for (k = 0; k < PERP__METHODS; k++) {
-        perp__method_slot *slot = &solver->slots[k];
-
-        if (slot->work && slot->method->release)
-            slot->method->release(slot->work);
-        perp__release(context, slot->work);
-        perp__arena_release(&slot->arena);
-    }
-    perp__polish_release(&solver->polish);
-    perp__last_word_release(solver);
-    perp__sparse_block_release(&solver->block);
-    perp__arena_release(&solver->arena);
-    solver->magic = 0;
-    perp__release(context, solver);
-    perp__detach(context);
+    perp__handle_end(solver);
 }
 
 static void layout(perp__arena *arena, void *object)
@@ -130,26 +126,36 @@ static void equilibrate(perp_lcp_solver *solver)
         solver->factors[i] = perp__power_of_two(solver->exponents[i]);
 }
 
+/* Room for problems of n rows. */
+static perp_status fit(perp_lcp_solver *solver, int32_t n)
+{
+    perp_lcp_solver next = *solver;
+    perp_status status;
+
+    next.n = n;
+    status = perp__arena_fit(&next.arena, layout, &next);
+    if (status == PERP_OK)
+        *solver = next;
+    return status;
+}
+
 perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const double *lower,
                             const double *upper)
 {
-    perp_lcp_solver next = *solver;
-    perp_status status = check_problem(solver->context, &next.M, M, lower, upper);
+    perp__matrix own;
+    perp_status status = check_problem(solver->context, &own, M, lower, upper);
     int32_t i;
 
+    if (status == PERP_OK && (solver->setups == 0 || own.rows != solver->n))
+        status = fit(solver, own.rows);
     if (status != PERP_OK)
         return status;
-    next.n = next.M.rows;
-    if (solver->setups == 0 || next.n != solver->n) /* else the arrays are there */
-        status = perp__arena_fit(&next.arena, layout, &next);
-    if (status != PERP_OK)
-        return status;
-    for (i = 0; i < next.n; i++) {
-        next.lower[i] = lower ? lower[i] : 0.0;
-        next.upper[i] = upper ? upper[i] : INFINITY;
+    solver->M = own;
+    for (i = 0; i < solver->n; i++) {
+        solver->lower[i] = lower ? lower[i] : 0.0;
+        solver->upper[i] = upper ? upper[i] : INFINITY;
     }
-    next.setups++;
-    *solver = next;
+    solver->setups++;
     equilibrate(solver);
     return PERP_OK;
 }
@@ -168,7 +174,7 @@ perp_status perp__lcp_set(perp_lcp_solver *solver, const perp_lcp_settings *sett
 
 static perp_status enter(perp_lcp_solver *solver)
 {
-    return perp__enter_handle(solver, PERP__SOLVER_MAGIC);
+    return perp__handle_enter(solver, &kind);
 }
 
 perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
@@ -186,13 +192,7 @@ perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solv
 
 void perp_lcp_solver_destroy(perp_lcp_solver *solver)
 {
-    perp_context *context;
-
-    if (!perp__enter_to_destroy(solver, PERP__SOLVER_MAGIC))
-        return;
-    context = solver->context;
-    perp__lcp_destroy(solver);
-    perp__leave(context, PERP_OK);
+    perp__handle_destroy(solver, &kind);
 }
 
 perp_status perp_lcp_solver_set(perp_lcp_solver *solver, const perp_lcp_settings *settings)

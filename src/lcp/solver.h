@@ -3,20 +3,23 @@
 #define PERP_LCP_SOLVER_H
 
 #include "base/arena.h"
+#include "base/handle.h"
 #include "base/outcome.h"
 #include "lcp/lcp.h"
 #include "lcp/method.h"
 #include "lcp/polish.h"
-#include "lcp/witness.h"
+#include "linalg/scale.h"
+#include "linalg/witness.h"
 
-#define PERP__SOLVER_MAGIC UINT64_C(0x706572706c637073)
-#define PERP__METHODS 6
+#define PERP__METHODS 5
 
-/* What a point is worth: the numbers DESIGN.md defines, all from the caller's data. */
+/* What a point is worth: the numbers docs/lcp.md defines, all from the caller's data. */
 typedef struct perp__evaluation {
     double natural;
     double tested;
     double backward;
+    int32_t finite; /* all of z and w */
+    int32_t small;  /* every row's violation is at most tol |q_i|: the second witness agrees */
 } perp__evaluation;
 
 /* A method's workspace, made when the method first runs. */
@@ -33,12 +36,10 @@ typedef struct perp__candidate {
     perp__evaluation worth;
     perp_outcome outcome;
     int32_t method;
-    int64_t iterations;
 } perp__candidate;
 
 struct perp_lcp_solver {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp_lcp_settings settings;
     perp__arena arena;
     int64_t setups; /* 0: no problem yet */
@@ -80,15 +81,12 @@ struct perp_lcp_solver {
     perp__lcp_control control;
     perp__method_slot slots[PERP__METHODS];
     perp__polish polish;
-    struct perp__all *tree; /* of the last word on small problems; NULL until it is asked */
+    struct perp__lcp_all *tree; /* of the last word on small problems; NULL until it is asked */
     int32_t (*correct)(void *work, const double *residual, double *step); /* perp__lcp_iterate's */
     void *correct_work;
     perp__sparse_block block; /* of sparse problems */
     int64_t block_read;       /* the set-up it was read from */
 };
-
-/* x 2^e for any e that can come up here, exact but for under- and overflow. */
-double perp__shift(double x, int32_t e);
 
 /* True once the time limit has passed. Reads the clock only where there is a limit. */
 int32_t perp__is_late(const perp_lcp_solver *solver);
@@ -148,32 +146,6 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
  * witness where the first has passed. */
 perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
                              perp_outcome said);
-
-/* omegas[i], omegas[n + j] := log2 of the power of two near max 2^exponents |q| over the part of
- * row i, of column j; 0 where that is 0. Returns whether one of them has changed; what they hold on
- * entry counts if it is `known`. */
-int32_t perp__find_omegas(perp_lcp_solver *solver, const int32_t *exponents, int32_t *omegas,
-                          int32_t known);
-
-/* witness.terms[i] := sum_j |M_ij z_j| + |q_i| of solver->z, scaled by 2^units and divided by
- * 2^omegas. */
-void perp__find_terms(perp_lcp_solver *solver, const int32_t *units, const int32_t *omegas);
-
-/* The largest own residual of a row of the point of the last perp__evaluate; or 0 where a look at
- * its violations shows that it is at most settings.tol. */
-double perp__lcp_own_residual(perp_lcp_solver *solver);
-
-/* By how much row i fails to be the row of an exact solution with z's own index set. */
-static inline double perp__row_violation(double z, double lower, double upper, double w)
-{
-    if (lower == upper)
-        return 0.0;
-    if (z == lower)
-        return w < 0.0 ? -w : 0.0;
-    if (z == upper)
-        return w > 0.0 ? w : 0.0;
-    return fabs(w);
-}
 
 /* As good as a double gets: nothing more to gain. */
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth);

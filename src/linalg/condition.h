@@ -9,16 +9,10 @@
 /* x := A^-1 x, or A^-T x. */
 typedef void (*perp__solve_function)(void *user, double *x, int32_t transposed);
 
-/* A lower bound of ||A^-1||_1, within a factor of 3 nearly always, from at most 11 solves; +inf or
- * NaN where a solve overflows. Higham, "FORTRAN codes for estimating the one-norm of a real or
- * complex matrix, with applications to condition estimation", ACM TOMS 14 (1988), algorithm 4.1.
- * work: 2 n doubles. */
-double perp__inverse_norm_1(int32_t n, double *work, perp__solve_function solve, void *user);
-
 /* The largest sum of absolute values in a column. */
 double perp__norm_1(const perp__square *A);
 
-/* 1 / (norm ||A^-1||_1), 0 where that is not a number between 0 and 1. */
+/* 1 / (norm ||A^-1||_1), 0 where that is not a number between 0 and 1. work: 2 n doubles. */
 double perp__reciprocal_condition(int32_t n, double norm, double *work, perp__solve_function solve,
                                   void *user);
 

@@ -49,31 +49,11 @@ PERP__KERNEL static void add_lanes(const double *h, const double *l, double *hig
     *low += error;
 }
 
-#define NAME(x) x##_one
-#include "linalg/lanes/vector_one.h"
-#include "linalg/doubled_vector.h"
-#include "linalg/lanes/vector_end.h"
-
-#if PERP__X86
-#define NAME(x) x##_avx2
-#include "linalg/lanes/vector_avx2.h"
-#include "linalg/doubled_vector.h"
-#include "linalg/lanes/vector_end.h"
-
-#define NAME(x) x##_avx512
-#include "linalg/lanes/vector_avx512.h"
-#include "linalg/doubled_vector.h"
-#include "linalg/lanes/vector_end.h"
-#endif
+#define TEMPLATE "linalg/doubled_vector.h"
+#include "linalg/lanes/each_set.h"
 
 /* In the order of perp__vector_set. */
-static const doubled_kernels *const kernels[] = {
-    &kernels_one,
-#if PERP__X86
-    &kernels_avx2,
-    &kernels_avx512,
-#endif
-};
+static const doubled_kernels *const kernels[] = {PERP__OF_EACH_SET(&kernels)};
 
 static void by_columns(const perp__matrix *M, const double *x, double *high, double *low)
 {

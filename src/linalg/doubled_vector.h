@@ -1,4 +1,5 @@
-/* The kernels of doubled.c, a template (linalg/vectors.h). NAME(x) is the name of a function. */
+/* The kernels of doubled.c, a template (linalg/lanes/vectors.h). NAME(x) is the name of a function.
+ */
 
 /* h + l + a x; the product's error is -(p - a x) */
 #define ACCUMULATE(h, l, a, x)                                                     \

@@ -6,17 +6,11 @@
 #include "base/check.h"
 #include "base/context.h"
 
-#define PERP__MATRIX_FIRST_SIZE PERP__SIZE_THROUGH(perp_matrix, row_indices)
-
-perp_status perp_matrix_init(perp_matrix *matrix, size_t size)
-{
-    return perp__struct_init(matrix, size, PERP__MATRIX_FIRST_SIZE);
-}
+PERP__INIT(perp_matrix)
 
 static int is_initialised(const perp_matrix *matrix)
 {
-    return perp__struct_check(NULL, "matrix", matrix, sizeof *matrix, PERP__MATRIX_FIRST_SIZE) ==
-           PERP_OK;
+    return PERP__CHECK(perp_matrix, NULL, matrix) == PERP_OK;
 }
 
 perp_status perp_matrix_dense(perp_matrix *matrix, int32_t storage, int32_t rows, int32_t columns,
@@ -187,7 +181,7 @@ perp_status perp__matrix_read(perp_context *context, const char *name, perp__mat
 
     memset(&M, 0, sizeof M);
     if (status == PERP_OK)
-        status = perp__struct_read(context, name, &M, sizeof M, caller, PERP__MATRIX_FIRST_SIZE);
+        status = perp__struct_read(context, name, &M, sizeof M, caller, PERP__FIRST(perp_matrix));
     if (status != PERP_OK)
         return status;
     if (M.storage < PERP_STORAGE_COLUMN_MAJOR || M.storage > PERP_STORAGE_CSC)

@@ -52,6 +52,7 @@ static void eliminate(perp__pivoting *p, int32_t k)
     if (pivot < 0.0)
         p->sign = -p->sign;
     p->product *= fabs(pivot);
+    p->least = fmin(p->least, fabs(pivot));
     for (j = 0; j < n; j++) {
         pivot_row[j] /= pivot;
         unit_row[j] /= pivot;
@@ -82,6 +83,7 @@ void perp__pivoting_eliminate(perp__pivoting *p, double singular, int32_t most)
     }
     p->sign = 1;
     p->product = 1.0;
+    p->least = INFINITY;
     for (p->rank = 0; p->rank < p->n; p->rank++) {
         if (p->rank == most || !(bring_pivot(p, p->rank) > singular)) {
             p->sign = 0;
@@ -114,4 +116,37 @@ void perp__pivoting_null(const perp__pivoting *p, double *direction, int32_t k)
     direction[p->columns[column]] = 1.0;
     for (l = 0; l < (size_t)p->rank; l++)
         direction[p->columns[l]] = -p->K[l * n + column];
+}
+
+void perp__pivoting_widths(const perp__pivoting *p, double *width, const double *load)
+{
+    const size_t n = (size_t)p->n;
+    size_t k, r;
+
+    for (k = 0; k < n; k++) {
+        double sum = 0.0;
+
+        for (r = 0; r < n && k < (size_t)p->rank; r++)
+            sum += fabs(p->E[k * n + r]) * load[r];
+        width[p->columns[k]] = sum;
+    }
+}
+
+int32_t perp__pivoting_is_consistent(const perp__pivoting *p, const double *b, const double *load,
+                                     double tolerance)
+{
+    const size_t n = (size_t)p->n;
+    size_t k, r;
+
+    for (k = (size_t)p->rank; k < n; k++) {
+        double sum = 0.0, size = 0.0;
+
+        for (r = 0; r < n; r++) {
+            sum += p->E[k * n + r] * b[r];
+            size += fabs(p->E[k * n + r]) * load[r];
+        }
+        if (!(fabs(sum) <= tolerance * size))
+            return 0;
+    }
+    return 1;
 }

@@ -11,6 +11,7 @@ typedef struct perp__pivoting {
     int32_t rank;
     int32_t sign;     /* of the determinant; 0 where the rank is below n */
     double product;   /* of the pivots, without that sign */
+    double least;     /* the smallest pivot; infinity where there is none */
     double *K;        /* overwritten: X in its last n - rank columns */
     double *E;        /* filled */
     int32_t *columns; /* n: filled */
@@ -24,5 +25,12 @@ void perp__pivoting_solve(const perp__pivoting *p, double *x, const double *b);
 
 /* direction: vector k, from 0, of a basis of the null space. */
 void perp__pivoting_null(const perp__pivoting *p, double *direction, int32_t k);
+
+/* width: what errors of the rows, of size `load`, are worth in x; 0 at columns without a pivot. */
+void perp__pivoting_widths(const perp__pivoting *p, double *width, const double *load);
+
+/* Whether the rows without a pivot have a right-hand side of 0, too, beside `load`. */
+int32_t perp__pivoting_is_consistent(const perp__pivoting *p, const double *b, const double *load,
+                                     double tolerance);
 
 #endif

@@ -22,25 +22,6 @@ enum { LARGEST = 511, UNSET = -1, UNSET_OTHER = -2, NO_ENTRY = INT32_MIN };
 /* Rounds of balancing; each halves what is left of the exponents. */
 #define ROUNDS 16
 
-double perp__power_of_two(int32_t e)
-{
-    const uint64_t bits = (uint64_t)(e + 1023) << 52;
-    double power;
-
-    memcpy(&power, &bits, sizeof power);
-    return power;
-}
-
-/* floor(log2 |value|), value finite and not zero. */
-static int32_t exponent_of(double value)
-{
-    uint64_t bits;
-
-    memcpy(&bits, &value, sizeof bits);
-    bits = bits >> 52 & 0x7ff;
-    return bits != 0 ? (int32_t)bits - 1023 : ilogb(value);
-}
-
 static int32_t clamp(int32_t e)
 {
     return e > LARGEST ? LARGEST : e < -LARGEST ? -LARGEST : e;
@@ -49,19 +30,17 @@ static int32_t clamp(int32_t e)
 /* The e with |diagonal| 2^(2e) in [1/2, 2): minus half of floor(log2) + 1, rounded down. */
 static int32_t unit_diagonal(double diagonal)
 {
-    const int32_t p = exponent_of(diagonal) + 1;
+    const int32_t p = perp__exponent_of(diagonal) + 1;
 
     return clamp(-((p - (p & 1)) / 2));
 }
 
-/* Where entry i of column j is stored, or NULL. */
-static const double *entry_of(const perp__matrix *M, int32_t i, int32_t j)
+/* Where entry i of column j of a sparse matrix is stored, or NULL. */
+static const double *find_entry(const perp__matrix *M, int32_t i, int32_t j)
 {
     const perp__line l = perp__line_of(M, j);
     int32_t low = 0, high = l.count;
 
-    if (!M->column_starts)
-        return l.values + i;
     while (low < high) {
         const int32_t middle = low + (high - low) / 2;
 
@@ -71,6 +50,12 @@ static const double *entry_of(const perp__matrix *M, int32_t i, int32_t j)
             high = middle;
     }
     return low < l.count && l.indices[low] == i ? l.values + low : NULL;
+}
+
+/* Where entry i of line j is stored, or NULL. */
+static inline const double *entry_of(const perp__matrix *M, int32_t i, int32_t j)
+{
+    return M->column_starts ? find_entry(M, i, j) : perp__line_of(M, j).values + i;
 }
 
 static int has_symmetric_pattern(const perp__matrix *M)
@@ -114,7 +99,7 @@ static void couple(search *s, int32_t from, int32_t to, double value)
 
     if (value == 0.0)
         return;
-    exponent = exponent_of(value) + s->exponents[from];
+    exponent = perp__exponent_of(value) + s->exponents[from];
     if (s->level[to] == s->wanted)
         enqueue(s, to, exponent, level);
     else if (s->level[to] == level && exponent > s->exponents[to])
@@ -257,7 +242,7 @@ static void find_largest(const perp__matrix *M, const int32_t *exponents, int32_
             if (l.values[k] == 0.0)
                 continue;
             i = l.indices ? l.indices[k] : k;
-            size = exponent_of(l.values[k]) + exponents[i] + exponents[j];
+            size = perp__exponent_of(l.values[k]) + exponents[i] + exponents[j];
             if (size > largest[i])
                 largest[i] = size;
             if (size > largest[j])
@@ -360,4 +345,51 @@ void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponent
         return;
     balance_noise(M, exponents, work);
     perp__scaled_row_norms(M, exponents, row_norms);
+}
+
+static int32_t find_omega(int32_t n, const double *q, const int32_t *exponents)
+{
+    int32_t largest = INT32_MIN, i;
+
+    for (i = 0; i < n; i++) {
+        int32_t exponent;
+
+        if (q[i] == 0.0)
+            continue;
+        exponent = perp__exponent_of(q[i]) + exponents[i];
+        if (exponent > largest)
+            largest = exponent;
+    }
+    return largest == INT32_MIN ? 0 : largest;
+}
+
+int32_t perp__find_omegas(int32_t n, const int32_t *part, int32_t parts, const double *q,
+                          const int32_t *exponents, int32_t *of_part, int32_t *omegas,
+                          int32_t known)
+{
+    int32_t changed = !known, i;
+
+    if (parts == 1) {
+        const int32_t omega = find_omega(n, q, exponents);
+
+        changed = !known || omegas[0] != omega;
+        for (i = 0; i < 2 * n && changed; i++)
+            omegas[i] = omega;
+        return changed;
+    }
+    for (i = 0; i < parts; i++)
+        of_part[i] = INT32_MIN;
+    for (i = 0; i < n; i++) {
+        const int32_t exponent = q[i] == 0.0 ? INT32_MIN : perp__exponent_of(q[i]) + exponents[i];
+
+        if (exponent > of_part[part[i]])
+            of_part[part[i]] = exponent;
+    }
+    for (i = 0; i < 2 * n; i++) {
+        const int32_t found = of_part[part[i]], omega = found == INT32_MIN ? 0 : found;
+
+        changed |= omegas[i] != omega;
+        omegas[i] = omega;
+    }
+    return changed;
 }

@@ -2,6 +2,9 @@
 #ifndef PERP_LINALG_SCALE_H
 #define PERP_LINALG_SCALE_H
 
+#include <math.h>
+#include <string.h>
+
 #include "linalg/matrix.h"
 
 /* Finds e with S = D M D, D = diag(2^e_i):
@@ -31,7 +34,37 @@ int32_t perp__equilibrate_negative(const perp__matrix *M, int32_t *exponents, in
  * RAL-TR-2001-034, for max(|M|, |M'|)), whatever the diagonal is. */
 void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work);
 
+/* omegas[i], omegas[n + j] := log2 of the power of two near max 2^exponents |q| over the part (2 n,
+ * perp__find_parts) of row i, of column j; 0 where that is 0. Returns whether one of them has
+ * changed; what they hold on entry counts if it is `known`. of_part: work, `parts` entries. */
+int32_t perp__find_omegas(int32_t n, const int32_t *part, int32_t parts, const double *q,
+                          const int32_t *exponents, int32_t *of_part, int32_t *omegas,
+                          int32_t known);
+
 /* 2^e, |e| <= 1022, without a call to the maths library. */
-double perp__power_of_two(int32_t e);
+static inline double perp__power_of_two(int32_t e)
+{
+    const uint64_t bits = (uint64_t)(e + 1023) << 52;
+    double power;
+
+    memcpy(&power, &bits, sizeof power);
+    return power;
+}
+
+/* x 2^e for any e that can come up, exact but for under- and overflow. */
+static inline double perp__shift(double x, int32_t e)
+{
+    return e >= -1022 && e <= 1022 ? x * perp__power_of_two(e) : ldexp(x, e);
+}
+
+/* floor(log2 |x|), x finite and not zero. */
+static inline int32_t perp__exponent_of(double x)
+{
+    uint64_t bits;
+
+    memcpy(&bits, &x, sizeof bits);
+    bits = bits >> 52 & 0x7ff;
+    return bits != 0 ? (int32_t)bits - 1023 : ilogb(x);
+}
 
 #endif

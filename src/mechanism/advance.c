@@ -100,8 +100,7 @@ static perp_status advance(perp_mechanism *m, double *q, double *v, double *impu
     if (status == PERP_OK)
         status = perp__check_pointer(m->context, "v", v);
     if (status == PERP_OK)
-        status =
-            perp__struct_check(m->context, "step", step, sizeof *step, PERP__MECHANISM_STEP_FIRST);
+        status = PERP__CHECK(perp_mechanism_step, m->context, step);
     if (status == PERP_OK)
         status = perp__mechanism_check_state(m, t, q0, v0);
     if (status == PERP_OK && !(h > 0.0 && isfinite(h)))

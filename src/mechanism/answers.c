@@ -5,7 +5,7 @@
  *   M v' = k + J'f,   0 <= f_n perp u_n' >= 0,   friction of u_t',
  *   u' = J v' + (J v + drift + shift) / h = (u+ + shift) / h,
  *
- * whose patterns accelerations_*.c enumerate. What slides at the step's end need not slide its way
+ * whose patterns accelerations/ enumerates. What slides at the step's end need not slide its way
  * at the start. */
 #include <math.h>
 #include <string.h>
@@ -14,46 +14,46 @@
 #include "mechanism/accelerations/accelerations.h"
 #include "mechanism/schemes/frozen.h"
 
-static void add_unit(perp__acceleration *a, int32_t source, int32_t first, int32_t rows)
+static void add_element(perp__acceleration *a, int32_t source, int32_t first, int32_t rows)
 {
     const perp_mechanism *m = a->m;
-    perp__unit *unit = a->unit + a->units++;
+    perp__element *element = a->element + a->elements++;
     int32_t i;
 
-    memset(unit, 0, sizeof *unit);
-    unit->source = source;
-    unit->row = a->active;
-    unit->dry = source >= m->contacts;
-    unit->tangents = rows - !unit->dry;
-    if (unit->dry)
-        unit->bound = m->begin.bound[source - m->contacts];
+    memset(element, 0, sizeof *element);
+    element->source = source;
+    element->row = a->active;
+    element->dry = source >= m->contacts;
+    element->tangents = rows - !element->dry;
+    if (element->dry)
+        element->bound = m->begin.bound[source - m->contacts];
     else
-        unit->mu = unit->mu_stick = m->friction[source];
-    unit->friction = unit->tangents > 0 && (unit->bound > 0.0 || unit->mu > 0.0);
+        element->mu = element->mu_stick = m->friction[source];
+    element->friction = element->tangents > 0 && (element->bound > 0.0 || element->mu > 0.0);
     for (i = 0; i < rows; i++)
         a->row_of[a->active++] = first + i;
 }
 
 /* Returns whether contacts were left out. */
-static int32_t add_units(perp__acceleration *a)
+static int32_t add_elements(perp__acceleration *a)
 {
     const perp_mechanism *m = a->m;
     int32_t j, left_out = 0;
 
-    a->units = a->active = 0;
+    a->elements = a->active = 0;
     for (j = 0; j < m->contacts; j++) {
         if (m->contacts <= PERP__MOST_CONTACTS || m->included[j])
-            add_unit(a, j, m->starts[j], m->dims[j]);
+            add_element(a, j, m->starts[j], m->dims[j]);
         else
             left_out = 1;
     }
-    a->closed = a->units;
+    a->closed = a->elements;
     a->bilateral_row = a->active;
     for (j = 0; j < m->bilateral; j++)
         a->row_of[a->active++] = m->contact_rows + j;
     for (j = 0; j < m->dry; j++)
-        add_unit(a, m->contacts + j, m->contact_rows + m->bilateral + j * m->model.dry_dim,
-                 m->model.dry_dim);
+        add_element(a, m->contacts + j, m->contact_rows + m->bilateral + j * m->model.dry_dim,
+                    m->model.dry_dim);
     return left_out;
 }
 
@@ -83,19 +83,19 @@ static perp_status find(perp_mechanism *m, perp_mechanism_summary *summary, doub
                         const double *v0)
 {
     perp__acceleration *a;
-    perp_status status = perp__found_open(m);
+    perp_status status = perp__acceleration_open(m);
     int32_t left_out;
 
     if (status != PERP_OK)
         return status;
-    a = m->found_work;
-    left_out = add_units(a);
+    a = m->accelerations;
+    left_out = add_elements(a);
     set_bias(a, h, v0);
-    status = perp__found_reduce(a);
+    status = perp__acceleration_reduce(a);
     if (status == PERP_OK)
-        status = perp__found_look(a, summary, -1);
+        status = perp__acceleration_look(a, summary, -1);
     if (status != PERP_OK)
-        perp__found_release_answers(a);
+        perp__answers_clear(&a->answers);
     else if (left_out)
         summary->exhaustive = 0;
     return status;
@@ -117,15 +117,15 @@ static double distance(const perp_mechanism *m, const double *acceleration, cons
     return sum;
 }
 
-static const perp__found_answer *best_answer(const perp_mechanism *m, const perp__acceleration *a,
-                                             int32_t stable)
+static const perp__answer *best_answer(const perp_mechanism *m, const perp__acceleration *a,
+                                       int32_t stable)
 {
     const double *from = m->settings.select == PERP_MECHANISM_FREEST ? a->velocity : NULL;
-    const perp__found_answer *answer, *best = NULL;
+    const perp__answer *answer, *best = NULL;
     double least = INFINITY;
 
-    for (answer = a->answers; answer; answer = answer->next) {
-        const double length = distance(m, answer->acceleration, from);
+    for (answer = a->answers.first; answer; answer = answer->next) {
+        const double length = distance(m, perp__answer_acceleration(answer), from);
 
         if ((stable && !answer->stable) || !(length < least))
             continue;
@@ -137,7 +137,7 @@ static const perp__found_answer *best_answer(const perp_mechanism *m, const perp
 
 /* m->answer := the answer: impulses, modes, rows that hold, and velocities from these. The laws are
  * judged by the residual of its description. */
-static void take(perp_mechanism *m, const perp__acceleration *a, const perp__found_answer *found,
+static void take(perp_mechanism *m, const perp__acceleration *a, const perp__answer *found,
                  const perp__velocity_problem *problem, double h)
 {
     const perp__evidence evidence = {found->residual, found->residual, INFINITY, 1};
@@ -147,17 +147,17 @@ static void take(perp_mechanism *m, const perp__acceleration *a, const perp__fou
     memset(answer->holds, 0, (size_t)m->rows);
     memset(answer->holds + m->contact_rows, 1, (size_t)m->bilateral);
     memcpy(answer->modes, found->modes, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
-    for (j = 0; j < a->units; j++) {
-        const perp__unit *unit = a->unit + j;
-        const int32_t mode = found->pattern.mode[j];
+    for (j = 0; j < a->elements; j++) {
+        const perp__element *element = a->element + j;
+        const int32_t mode = found->pattern[j];
 
-        for (i = 0; i < unit->tangents + !unit->dry; i++)
-            answer->holds[a->row_of[unit->row + i]] =
+        for (i = 0; i < element->tangents + !element->dry; i++)
+            answer->holds[a->row_of[element->row + i]] =
                 (int8_t)(mode == PERP_MECHANISM_STICK ||
-                         (i == 0 && perp__found_presses(unit, mode)));
+                         (i == 0 && perp__element_presses(element, mode)));
     }
     for (i = 0; i < m->rows; i++)
-        answer->r[i] = h * found->force[i];
+        answer->r[i] = h * found->middle[i];
     memcpy(answer->v, problem->momentum, (size_t)m->n * sizeof *answer->v);
     perp__add_impulses(m, problem->terms, answer->v, answer->r);
     perp__solve_mass(m, problem->terms, answer->v);
@@ -171,7 +171,7 @@ static void take(perp_mechanism *m, const perp__acceleration *a, const perp__fou
 perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
                                 const perp__velocity_problem *problem, double h, const double *v0)
 {
-    const perp__found_answer *answer;
+    const perp__answer *answer;
     perp_mechanism_summary summary;
     perp_status status;
 
@@ -181,10 +181,10 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
         return status;
     step->answers = summary.count;
     step->exhaustive = summary.exhaustive;
-    answer = best_answer(m, m->found_work, summary.stable > 0);
+    answer = best_answer(m, m->accelerations, summary.stable > 0);
     if (answer && summary.count > 1)
-        take(m, m->found_work, answer, problem, h);
-    perp__found_release_answers(m->found_work);
+        take(m, m->accelerations, answer, problem, h);
+    perp__answers_clear(&m->accelerations->answers);
     return PERP_OK;
 }
 
@@ -194,8 +194,7 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, d
                            const double *q0, const double *v0)
 {
     perp_mechanism_summary own;
-    perp_status status = perp__struct_check(m->context, "summary", summary, sizeof *summary,
-                                            PERP__MECHANISM_SUMMARY_FIRST);
+    perp_status status = PERP__CHECK(perp_mechanism_summary, m->context, summary);
 
     if (status == PERP_OK)
         status = perp__mechanism_check_state(m, t, q0, v0);
@@ -213,7 +212,7 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, d
     status = find(m, &own, h, v0);
     if (status != PERP_OK)
         return status;
-    ((perp__acceleration *)m->found_work)->asked = 1;
+    ((perp__acceleration *)m->accelerations)->asked = 1;
     perp__struct_write(summary, &own, sizeof own);
     return PERP_OK;
 }

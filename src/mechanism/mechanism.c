@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "base/context.h"
 #include "mechanism/schemes/adaptive.h"
 #include "mechanism/assembly.h"
 #include "mechanism/schemes/implicit.h"
@@ -60,7 +59,7 @@ static void layout_state(perp__arena *arena, const perp_mechanism *m, perp__mech
     state->modes = perp__arena_take(arena, (size_t)(m->contacts + m->dry), sizeof(int32_t));
 }
 
-size_t perp__mechanism_work(const perp_mechanism *m)
+static size_t work_size(const perp_mechanism *m)
 {
     const size_t n = (size_t)m->n, rows = (size_t)m->rows;
 
@@ -95,7 +94,7 @@ static void layout(perp__arena *arena, void *object)
     take_vector(arena, &m->moved, (size_t)m->coordinates);
     take_vector(arena, &m->kept_q, (size_t)m->coordinates);
     take_vector(arena, &m->kept_v, n);
-    take_vector(arena, &m->work, perp__mechanism_work(m));
+    take_vector(arena, &m->work, work_size(m));
     m->included = perp__arena_take(arena, contacts, 1);
     m->indices = perp__arena_take(arena, 2 * rows + n, sizeof(int32_t));
 }
@@ -134,34 +133,31 @@ static perp_status create_assemblies(perp_mechanism *m, const perp_mechanism_set
     return status;
 }
 
-static void release(perp_mechanism *m)
+static void release(void *object)
 {
-    perp_context *context = m->context;
+    perp_mechanism *m = object;
 
-    perp__found_release(m->found_work);
+    perp__acceleration_release(m->accelerations);
     release_assemblies(m);
     perp__implicit_release(m, m->scheme_work);
     perp__theta_release(m);
     perp__adaptive_release(m);
     perp_context_destroy(m->inner);
     perp__arena_release(&m->arena);
-    m->magic = 0;
-    perp__release(context, m);
 }
+
+static const perp__kind kind = {"a mechanism", sizeof(perp_mechanism), release};
 
 /* A handle with sizes and room, but without the numbers of the model. */
 static perp_status make(perp_context *context, perp_mechanism **made,
                         const perp_mechanism_settings *settings, const perp_mechanism_model *model)
 {
-    perp_mechanism *m = perp__allocate(context, 1, sizeof *m);
+    perp_mechanism *m = perp__handle_create(context, &kind);
     perp_context_settings inner;
     perp_status status;
 
     if (!m)
-        return perp__fail_memory(context, "a mechanism");
-    memset(m, 0, sizeof *m);
-    m->magic = PERP__MECHANISM_MAGIC;
-    m->context = context;
+        return PERP_ERROR_MEMORY;
     m->settings = *settings;
     perp__arena_init(&m->arena, context);
     perp__arena_init(&m->assembly.arena, context);
@@ -181,7 +177,7 @@ static perp_status make(perp_context *context, perp_mechanism **made,
     if (status == PERP_OK)
         status = perp__implicit_create(m, &m->scheme_work, settings);
     if (status != PERP_OK) {
-        release(m);
+        perp__handle_end(m);
         return status;
     }
     *made = m;
@@ -194,20 +190,13 @@ static perp_status create(perp_context *context, perp_mechanism **mechanism,
 {
     perp_mechanism_settings own;
     perp_mechanism_model read;
-    perp_mechanism *m = NULL;
     perp_status status = perp__check_pointer(context, "mechanism", mechanism);
 
     if (status == PERP_OK)
         status = perp__mechanism_settings_read(context, &own, settings);
     if (status == PERP_OK)
         status = perp__mechanism_model_read(context, &read, model);
-    if (status == PERP_OK)
-        status = make(context, &m, &own, &read);
-    if (status != PERP_OK)
-        return status;
-    perp__attach(context);
-    *mechanism = m;
-    return PERP_OK;
+    return status == PERP_OK ? make(context, mechanism, &own, &read) : status;
 }
 
 perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechanism,
@@ -223,19 +212,12 @@ perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechan
 
 void perp_mechanism_destroy(perp_mechanism *mechanism)
 {
-    perp_context *context;
-
-    if (!perp__enter_to_destroy(mechanism, PERP__MECHANISM_MAGIC))
-        return;
-    context = mechanism->context;
-    release(mechanism);
-    perp__detach(context);
-    perp__leave(context, PERP_OK);
+    perp__handle_destroy(mechanism, &kind);
 }
 
 perp_status perp__mechanism_enter(perp_mechanism *m)
 {
-    const perp_status status = perp__enter_handle(m, PERP__MECHANISM_MAGIC);
+    const perp_status status = perp__handle_enter(m, &kind);
 
     if (status == PERP_OK)
         m->deadline = m->settings.time_limit > 0.0 ? perp__now() + m->settings.time_limit : 0.0;

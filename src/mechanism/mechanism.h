@@ -8,16 +8,12 @@
 
 #include "base/arena.h"
 #include "base/check.h"
+#include "base/handle.h"
 #include "base/outcome.h"
 
-#define PERP__MECHANISM_MODEL_FIRST PERP__SIZE_THROUGH(perp_mechanism_model, user)
-#define PERP__MECHANISM_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_mechanism_settings, reserved)
-#define PERP__MECHANISM_STEP_FIRST PERP__SIZE_THROUGH(perp_mechanism_step, exhaustive)
-#define PERP__MECHANISM_RUN_FIRST PERP__SIZE_THROUGH(perp_mechanism_run_result, evaluations)
 #define PERP__MECHANISM_FOUND_FIRST PERP__SIZE_THROUGH(perp_mechanism_found, rays)
 #define PERP__MECHANISM_SUMMARY_FIRST PERP__SIZE_THROUGH(perp_mechanism_summary, patterns)
 
-#define PERP__MECHANISM_MAGIC UINT64_C(0x706572706d656368)
 #define PERP__EPS 2.220446049250313e-16
 
 /* The velocities of an answer and its impulses belong together up to this, beside the terms of
@@ -97,8 +93,7 @@ typedef struct perp__theta perp__theta;
 typedef struct perp__adaptive perp__adaptive;
 
 struct perp_mechanism {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp_context *inner; /* of the solvers that work for the mechanism */
     perp__arena arena;
     perp_mechanism_settings settings;
@@ -119,16 +114,16 @@ struct perp_mechanism {
     double *start_speed;    /* contacts: |u_t| at the step's start, under Poisson's law */
     double *moved;          /* coordinates */
     int8_t *included;
-    double *work;     /* perp__mechanism_work(m) doubles, nobody's beyond a function */
+    double *work;     /* work_size(m) doubles, nobody's beyond a function */
     int32_t *indices; /* 2 rows, the same */
     int64_t evaluations;
     double *kept_q, *kept_v; /* coordinates, n: where m->end holds the rows at kept_t, */
     double kept_t;
     int32_t keeps;     /* 1: and it still does: the next step of a run need not ask again */
     void *scheme_work; /* of the implicit scheme; NULL with another */
-    perp__acceleration *found_work; /* of accelerations, made when first needed */
-    perp__theta *theta_work;        /* of the theta scheme, made when first needed */
-    perp__adaptive *adaptive_work;  /* of runs that choose their steps, the same */
+    perp__acceleration *accelerations; /* of accelerations, made when first needed */
+    perp__theta *theta_work;           /* of the theta scheme, made when first needed */
+    perp__adaptive *adaptive_work;     /* of runs that choose their steps, the same */
 };
 
 /* ---- evaluate.c: PERP_OK, PERP__OUTSIDE, or a negative status with its message ---- */
@@ -224,7 +219,7 @@ perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem 
 
 /* ---- accelerations.c ---- */
 /* NULL is accepted. */
-void perp__found_release(perp__acceleration *a);
+void perp__acceleration_release(perp__acceleration *a);
 
 /* ---- jam.c ---- */
 /* Whether sliding in contact j ended though it was not hit: Painleve's impact without collision. */
@@ -238,7 +233,6 @@ int32_t perp__mechanism_is_late(const perp_mechanism *m);
 double perp__mechanism_time_left(const perp_mechanism *m);
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v);
-size_t perp__mechanism_work(const perp_mechanism *m);
 /* Fails with the message of the inner context. */
 perp_status perp__mechanism_fail_inner(perp_mechanism *m, perp_status status, const char *what);
 

@@ -12,7 +12,7 @@
 
 perp_status perp_mechanism_model_init(perp_mechanism_model *model, size_t size)
 {
-    perp_status status = perp__struct_init(model, size, PERP__MECHANISM_MODEL_FIRST);
+    perp_status status = perp__struct_init(model, size, PERP__FIRST(perp_mechanism_model));
 
     if (status == PERP_OK) {
         model->dim = 2;
@@ -23,7 +23,7 @@ perp_status perp_mechanism_model_init(perp_mechanism_model *model, size_t size)
 
 perp_status perp_mechanism_settings_init(perp_mechanism_settings *settings, size_t size)
 {
-    perp_status status = perp__struct_init(settings, size, PERP__MECHANISM_SETTINGS_FIRST);
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_mechanism_settings));
 
     if (status == PERP_OK) {
         settings->project = 1;
@@ -38,85 +38,28 @@ perp_status perp_mechanism_settings_init(perp_mechanism_settings *settings, size
     return status;
 }
 
-perp_status perp_mechanism_step_init(perp_mechanism_step *step, size_t size)
-{
-    return perp__struct_init(step, size, PERP__MECHANISM_STEP_FIRST);
-}
-
-perp_status perp_mechanism_run_result_init(perp_mechanism_run_result *result, size_t size)
-{
-    return perp__struct_init(result, size, PERP__MECHANISM_RUN_FIRST);
-}
+PERP__INIT(perp_mechanism_step)
+PERP__INIT(perp_mechanism_run_result)
 
 /* ---- settings ------------------------------------------------------------------------------ */
 
-static perp_status check_step_control(perp_context *context, const perp_mechanism_settings *s)
-{
-    if (!(s->error >= 0.0 && s->error < 1.0))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.error is %g, not in [0, 1)",
-                          s->error);
-    if (!(s->shortest >= 0.0 && isfinite(s->shortest)))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.shortest is %g, negative",
-                          s->shortest);
-    if (!(s->longest >= 0.0 && isfinite(s->longest)))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.longest is %g, negative",
-                          s->longest);
-    if (!(s->time_limit >= 0.0))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.time_limit is %g, negative",
-                          s->time_limit);
-    return PERP_OK;
-}
-
-static perp_status check_search(perp_context *context, const perp_mechanism_settings *s)
-{
-    if (s->most_patterns < 1)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.most_patterns is %lld, below 1",
-                          (long long)s->most_patterns);
-    if (s->directions < 3 || s->directions > MOST_DIRECTIONS)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.directions is %d, expected 3 to %d", (int)s->directions,
-                          MOST_DIRECTIONS);
-    if (s->starts < 1)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.starts is %d, below 1",
-                          (int)s->starts);
-    if (!(s->stiffness > 0.0 && isfinite(s->stiffness)))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.stiffness is %g, not positive",
-                          s->stiffness);
-    if (!(s->damping >= 0.0 && isfinite(s->damping)))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.damping is %g, negative",
-                          s->damping);
-    return PERP_OK;
-}
-
-static perp_status check_settings(perp_context *context, const perp_mechanism_settings *s)
-{
-    perp_status status;
-
-    if (s->scheme < PERP_MECHANISM_FROZEN || s->scheme > PERP_MECHANISM_THETA)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.scheme is %d, not one of "
-                          "PERP_MECHANISM_...",
-                          (int)s->scheme);
-    if (s->law < PERP_MECHANISM_MOREAU || s->law > PERP_MECHANISM_POISSON)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.law is %d, not one of "
-                          "PERP_MECHANISM_...",
-                          (int)s->law);
-    if (s->cone != 0 && (s->cone < 3 || s->cone > 1024))
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.cone is %d, expected 0 or 3 to 1024", (int)s->cone);
-    if (s->select < PERP_MECHANISM_ANY || s->select > PERP_MECHANISM_FREEST)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.select is %d, not one of PERP_MECHANISM_...", (int)s->select);
-    if (!(s->theta >= 0.0 && s->theta <= 1.0))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.theta is %g, not in [0, 1]",
-                          s->theta);
-    if (!(s->tol > 0.0 && s->tol < 1.0))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.tol is %g, not in (0, 1)",
-                          s->tol);
-    status = check_step_control(context, s);
-    return status == PERP_OK ? check_search(context, s) : status;
-}
+static const perp__field settings_fields[] = {
+    PERP__INTEGER(perp_mechanism_settings, scheme, PERP_MECHANISM_FROZEN, PERP_MECHANISM_THETA),
+    PERP__INTEGER(perp_mechanism_settings, law, PERP_MECHANISM_MOREAU, PERP_MECHANISM_POISSON),
+    PERP__INTEGER(perp_mechanism_settings, select, PERP_MECHANISM_ANY, PERP_MECHANISM_FREEST),
+    PERP__REAL(perp_mechanism_settings, theta, "[]", 0, 1),
+    PERP__REAL(perp_mechanism_settings, tol, "()", 0, 1),
+    PERP__REAL(perp_mechanism_settings, error, "[)", 0, 1),
+    PERP__REAL(perp_mechanism_settings, shortest, "[)", 0, INFINITY),
+    PERP__REAL(perp_mechanism_settings, longest, "[)", 0, INFINITY),
+    PERP__REAL(perp_mechanism_settings, time_limit, "[]", 0, INFINITY),
+    PERP__INTEGER(perp_mechanism_settings, most_patterns, 1, INFINITY),
+    PERP__INTEGER(perp_mechanism_settings, directions, 3, MOST_DIRECTIONS),
+    PERP__INTEGER(perp_mechanism_settings, starts, 1, INFINITY),
+    PERP__REAL(perp_mechanism_settings, stiffness, "()", 0, INFINITY),
+    PERP__REAL(perp_mechanism_settings, damping, "[)", 0, INFINITY),
+    PERP__INTEGER(perp_mechanism_settings, reserved, 0, 0),
+};
 
 perp_status perp__mechanism_settings_read(perp_context *context, perp_mechanism_settings *own,
                                           const perp_mechanism_settings *settings)
@@ -125,10 +68,12 @@ perp_status perp__mechanism_settings_read(perp_context *context, perp_mechanism_
     perp_status status;
 
     perp_mechanism_settings_init(&read, sizeof read);
-    status = perp__struct_read(context, "settings", &read, sizeof read, settings,
-                               PERP__MECHANISM_SETTINGS_FIRST);
+    status = PERP__READ(perp_mechanism_settings, context, &read, settings);
     if (status == PERP_OK)
-        status = check_settings(context, &read);
+        status = PERP__CHECK_FIELDS(context, "settings", &read, settings_fields);
+    if (status == PERP_OK && read.cone != 0 && (read.cone < 3 || read.cone > 1024))
+        status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                            "settings.cone is %d, expected 0 or 3 to 1024", (int)read.cone);
     if (status == PERP_OK)
         *own = read;
     return status;
@@ -136,13 +81,14 @@ perp_status perp__mechanism_settings_read(perp_context *context, perp_mechanism_
 
 /* ---- the model ----------------------------------------------------------------------------- */
 
-static perp_status check_size(perp_context *context, const char *name, int32_t size, int32_t least)
-{
-    if (size < least || size > LARGEST)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "model.%s is %d, expected at least %d",
-                          name, (int)size, (int)least);
-    return PERP_OK;
-}
+static const perp__field sizes[] = {
+    PERP__INTEGER(perp_mechanism_model, velocities, 1, LARGEST),
+    PERP__INTEGER(perp_mechanism_model, coordinates, 0, LARGEST),
+    PERP__INTEGER(perp_mechanism_model, contacts, 0, LARGEST),
+    PERP__INTEGER(perp_mechanism_model, bilateral, 0, LARGEST),
+    PERP__INTEGER(perp_mechanism_model, dry, 0, LARGEST),
+    PERP__INTEGER(perp_mechanism_model, dry_dim, 1, 2),
+};
 
 static perp_status check_dimensions(perp_context *context, const perp_mechanism_model *model)
 {
@@ -156,9 +102,6 @@ static perp_status check_dimensions(perp_context *context, const perp_mechanism_
             return perp__fail(context, PERP_ERROR_ARGUMENT,
                               "model.dims[%d] is %d, expected 1, 2 or 3", (int)j,
                               (int)model->dims[j]);
-    if (model->dry_dim < 1 || model->dry_dim > 2)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "model.dry_dim is %d, expected 1 or 2",
-                          (int)model->dry_dim);
     return PERP_OK;
 }
 
@@ -234,18 +177,9 @@ perp_status perp__mechanism_model_read(perp_context *context, perp_mechanism_mod
 
     perp_mechanism_model_init(&read, sizeof read);
     if (status == PERP_OK)
-        status = perp__struct_read(context, "model", &read, sizeof read, model,
-                                   PERP__MECHANISM_MODEL_FIRST);
+        status = PERP__READ(perp_mechanism_model, context, &read, model);
     if (status == PERP_OK)
-        status = check_size(context, "velocities", read.velocities, 1);
-    if (status == PERP_OK)
-        status = check_size(context, "coordinates", read.coordinates, 0);
-    if (status == PERP_OK)
-        status = check_size(context, "contacts", read.contacts, 0);
-    if (status == PERP_OK)
-        status = check_size(context, "bilateral", read.bilateral, 0);
-    if (status == PERP_OK)
-        status = check_size(context, "dry", read.dry, 0);
+        status = PERP__CHECK_FIELDS(context, "model", &read, sizes);
     if (status == PERP_OK)
         status = check_dimensions(context, &read);
     if (status == PERP_OK)

@@ -112,8 +112,7 @@ static perp_status check(perp_mechanism *m, const double *q, const double *v,
     if (status == PERP_OK)
         status = perp__check_pointer(m->context, "v", v);
     if (status == PERP_OK)
-        status = perp__struct_check(m->context, "result", result, sizeof *result,
-                                    PERP__MECHANISM_RUN_FIRST);
+        status = PERP__CHECK(perp_mechanism_run_result, m->context, result);
     if (status == PERP_OK)
         status = perp__check_finite(m->context, "t0", &t0, 1);
     if (status == PERP_OK)

@@ -22,10 +22,7 @@ typedef struct column {
     double high, low; /* the steps of the two sides, low < 0; 0: F itself stands for that side */
 } column;
 
-perp_status perp_ncp_check_init(perp_ncp_check *check, size_t size)
-{
-    return perp__struct_init(check, size, PERP__NCP_CHECK_FIRST);
-}
+PERP__INIT(perp_ncp_check)
 
 /* far and near := F at z + step and z + step/2, or F and a step of 0. The point in the walk's own
  * vector z, which is left as it was. */
@@ -223,7 +220,7 @@ perp_status perp_ncp_check_jacobian(perp_context *context, perp_ncp_check *check
     if (status != PERP_OK)
         return status;
     memset(&own, 0, sizeof own);
-    status = perp__struct_check(context, "check", check, sizeof *check, PERP__NCP_CHECK_FIRST);
+    status = PERP__CHECK(perp_ncp_check, context, check);
     if (status == PERP_OK)
         status = check_problem(context, &own, problem, z);
     if (status == PERP_OK)

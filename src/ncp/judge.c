@@ -1,4 +1,4 @@
-/* The residuals of DESIGN.md, of the linear problem (J(z), F(z) - J(z) z). */
+/* The residuals of docs/lcp.md, of the linear problem (J(z), F(z) - J(z) z). */
 #include <math.h>
 #include <string.h>
 
@@ -8,18 +8,6 @@
 /* A cosine below which a column of H is orthogonal to Phi: well above rounding, far below what a
  * descent method would call progress. */
 #define ORTHOGONAL 1e-4
-
-/* By how much row i fails to be the row of an exact solution with z's own index set. */
-static double violation(double z, double lower, double upper, double w)
-{
-    if (lower == upper)
-        return 0.0;
-    if (z == lower)
-        return w < 0.0 ? -w : 0.0;
-    if (z == upper)
-        return w > 0.0 ? w : 0.0;
-    return fabs(w);
-}
 
 /* Row sums of |S| into f->part, the largest |z_j| that row i hangs together with into f->image. */
 static void find_sizes(perp__ncp_walk *f)
@@ -50,13 +38,41 @@ static double backward_error(const perp_ncp_solver *solver)
 
     for (int32_t i = 0; i < m->n; i++) {
         const double wrong =
-            violation(solver->candidate[i], m->lower[i], m->upper[i], m->w_caller[i]);
+            perp__row_violation(solver->candidate[i], m->lower[i], m->upper[i], m->w_caller[i]);
         const double eta = wrong / m->w_unit[i] / (f->part[i] * f->image[i] + fabs(m->offset[i]));
 
         if (wrong > 0.0)
             perp__raise_to(&most, eta >= 0.0 ? eta : INFINITY);
     }
     return most;
+}
+
+/* The second witness on the linear problem, in the caller's units. */
+static double own_residual(perp_ncp_solver *solver)
+{
+    const perp__ncp_model *m = &solver->model;
+    const perp__matrix J = perp__ncp_given(m);
+    double *q = solver->walk.slope_w, *least = solver->walk.slope_z;
+    perp__witness_point point;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        q[i] = m->offset[i] * m->w_unit[i];
+        least[i] = perp__ncp_size_left(m, i, 0.0) * m->z_unit[i];
+    }
+    point.M = &J;
+    point.exponents = m->exponents;
+    point.part = m->part;
+    point.parts = 2 * m->n;
+    point.scaling = m->scaling;
+    point.q = q;
+    point.lower = m->lower;
+    point.upper = m->upper;
+    point.z = solver->candidate;
+    point.w = m->w_caller;
+    point.least = least;
+    point.tol = solver->settings.tol;
+    solver->witness.known = 0;
+    return perp__witness_own_residual(&solver->witness, &point);
 }
 
 /* The candidate, in the coordinates of the equilibrated Jacobian there. */
@@ -76,7 +92,7 @@ static void measure(perp_ncp_solver *solver, perp__evidence *evidence)
     evidence->backward = backward_error(solver);
     evidence->own = evidence->tested;
     if (evidence->tested <= sqrt(solver->settings.tol))
-        evidence->own = perp__ncp_own_residual(solver);
+        evidence->own = own_residual(solver);
 }
 
 /* F, and J where it can be had: differences take many calls of F, for which there may be no time

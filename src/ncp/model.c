@@ -178,7 +178,7 @@ perp_status perp__ncp_linearise(perp__ncp_model *m, const double *z, const doubl
         return PERP__NCP_OUTSIDE;
     perp__ncp_join_groups(m);
     if (m->apart)
-        perp__ncp_find_parts(m, m->part, 0.0);
+        perp__ncp_find_parts(m);
     m->known = 1;
     return PERP_OK;
 }

@@ -91,10 +91,6 @@ void perp__ncp_model_read(perp__ncp_model *model, const perp_ncp_problem *proble
 void perp__ncp_model_unscale(perp__ncp_model *model);
 void perp__ncp_model_equilibrate(perp__ncp_model *model);
 
-/* D := the D that makes the largest entry of every row and column of S about 1, whatever the
- * diagonal is, and S with it; unit := 1. */
-void perp__ncp_model_balance(perp__ncp_model *model);
-
 /* S := D J D from the last Jacobian, whatever D is. */
 void perp__ncp_scale_matrix(perp__ncp_model *model);
 
@@ -161,9 +157,8 @@ perp_status perp__ncp_tick(perp__ncp_model *model, perp_outcome *outcome, int64_
 /* True once the time is over; the outcome is in control.ended then. */
 int32_t perp__ncp_is_late(perp__ncp_model *model);
 
-/* part: 2 n, which rows and columns of S hang together by entries other than 0 of at least `least`.
- */
-void perp__ncp_find_parts(const perp__ncp_model *model, int32_t *part, double least);
+/* model->part := which rows and columns of S hang together. */
+void perp__ncp_find_parts(perp__ncp_model *model);
 
 /* A solve begins: groups of one, or those of the pattern. Joining also sets part := group. The last
  * Jacobian's couplings join them.

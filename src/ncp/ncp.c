@@ -269,7 +269,7 @@ static perp_status check_call(perp_ncp_solver *solver, const double *z,
     if (!solver->setups)
         return perp__fail(context, PERP_ERROR_ARGUMENT,
                           "the solver has no problem yet: call perp_ncp_solver_setup first");
-    status = perp__struct_check(context, "result", result, sizeof *result, PERP__NCP_RESULT_FIRST);
+    status = PERP__CHECK(perp_ncp_result, context, result);
     if (status == PERP_OK && solver->model.n > 0)
         status = perp__check_pointer(context, "z", z);
     if (status == PERP_OK && z0)

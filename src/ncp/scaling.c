@@ -90,12 +90,3 @@ void perp__ncp_model_equilibrate(perp__ncp_model *m)
     set_powers(m);
     perp__ncp_scale_matrix(m);
 }
-
-void perp__ncp_model_balance(perp__ncp_model *m)
-{
-    const perp__matrix J = perp__ncp_given(m);
-
-    perp__balance(&J, m->exponents, m->exponents_work);
-    set_powers(m);
-    perp__ncp_scale_matrix(m);
-}

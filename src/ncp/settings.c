@@ -6,14 +6,11 @@
 
 #include "base/context.h"
 
-perp_status perp_ncp_problem_init(perp_ncp_problem *problem, size_t size)
-{
-    return perp__struct_init(problem, size, PERP__NCP_PROBLEM_FIRST);
-}
+PERP__INIT(perp_ncp_problem)
 
 perp_status perp_ncp_settings_init(perp_ncp_settings *settings, size_t size)
 {
-    perp_status status = perp__struct_init(settings, size, PERP__NCP_SETTINGS_FIRST);
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_ncp_settings));
 
     if (status == PERP_OK) {
         settings->tol = 1e-10;
@@ -25,10 +22,7 @@ perp_status perp_ncp_settings_init(perp_ncp_settings *settings, size_t size)
     return status;
 }
 
-perp_status perp_ncp_result_init(perp_ncp_result *result, size_t size)
-{
-    return perp__struct_init(result, size, PERP__NCP_RESULT_FIRST);
-}
+PERP__INIT(perp_ncp_result)
 
 const char *perp_ncp_method_text(int32_t method)
 {
@@ -37,49 +31,17 @@ const char *perp_ncp_method_text(int32_t method)
     return method >= 0 && method <= PERP_NCP_JOSEPHY ? texts[method] : "unknown method";
 }
 
-static perp_status check_counts(perp_context *context, const perp_ncp_settings *own)
-{
-    if (own->method < 0 || own->method > PERP_NCP_JOSEPHY)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.method is %d, which is none",
-                          (int)own->method);
-    if (own->max_iterations < 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.max_iterations is %d, expected a count, or 0 for the default",
-                          (int)own->max_iterations);
-    if (own->restarts < 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.restarts is %d, expected a count",
-                          (int)own->restarts);
-    if (own->scaling != 0 && own->scaling != 1)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.scaling is %d, expected 0 or 1",
-                          (int)own->scaling);
-    if (own->polish != 0 && own->polish != 1)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.polish is %d, expected 0 or 1",
-                          (int)own->polish);
-    if (own->reserved != 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.reserved is %d, expected 0",
-                          (int)own->reserved);
-    return PERP_OK;
-}
-
-static perp_status check_numbers(perp_context *context, const perp_ncp_settings *own)
-{
-    if (isnan(own->tol) || isnan(own->time_limit) || isnan(own->penalty))
-        return perp__fail(context, PERP_ERROR_NOT_FINITE, "settings.%s is nan",
-                          isnan(own->tol)          ? "tol"
-                          : isnan(own->time_limit) ? "time_limit"
-                                                   : "penalty");
-    if (!(own->tol > 0.0) || !isfinite(own->tol))
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.tol is %g, expected a number above 0", own->tol);
-    if (!(own->time_limit >= 0.0))
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.time_limit is %g, expected seconds, or 0 for none",
-                          own->time_limit);
-    if (!(own->penalty >= 0.0 && own->penalty < 1.0))
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.penalty is %g, expected a number in [0, 1)", own->penalty);
-    return PERP_OK;
-}
+static const perp__field fields[] = {
+    PERP__INTEGER(perp_ncp_settings, method, 0, PERP_NCP_JOSEPHY),
+    PERP__INTEGER(perp_ncp_settings, max_iterations, 0, INFINITY),
+    PERP__INTEGER(perp_ncp_settings, restarts, 0, INFINITY),
+    PERP__INTEGER(perp_ncp_settings, scaling, 0, 1),
+    PERP__INTEGER(perp_ncp_settings, polish, 0, 1),
+    PERP__INTEGER(perp_ncp_settings, reserved, 0, 0),
+    PERP__REAL(perp_ncp_settings, tol, "()", 0, INFINITY),
+    PERP__REAL(perp_ncp_settings, time_limit, "[]", 0, INFINITY),
+    PERP__REAL(perp_ncp_settings, penalty, "[)", 0, 1),
+};
 
 perp_status perp__ncp_settings_read(perp_context *context, perp_ncp_settings *own,
                                     const perp_ncp_settings *settings)
@@ -88,12 +50,9 @@ perp_status perp__ncp_settings_read(perp_context *context, perp_ncp_settings *ow
     perp_status status = perp_ncp_settings_init(&read, sizeof read);
 
     if (status == PERP_OK)
-        status = perp__struct_read(context, "settings", &read, sizeof read, settings,
-                                   PERP__NCP_SETTINGS_FIRST);
+        status = PERP__READ(perp_ncp_settings, context, &read, settings);
     if (status == PERP_OK)
-        status = check_counts(context, &read);
-    if (status == PERP_OK)
-        status = check_numbers(context, &read);
+        status = PERP__CHECK_FIELDS(context, "settings", &read, fields);
     if (status == PERP_OK)
         *own = read;
     return status;
@@ -152,14 +111,12 @@ static perp_status check_storage(perp_context *context, const perp_ncp_problem *
 perp_status perp__ncp_problem_read(perp_context *context, perp_ncp_problem *own,
                                    const perp_ncp_problem *problem)
 {
-    perp_status status =
-        perp__struct_check(context, "problem", problem, sizeof *problem, PERP__NCP_PROBLEM_FIRST);
+    perp_status status = PERP__CHECK(perp_ncp_problem, context, problem);
 
     if (status != PERP_OK)
         return status;
     memset(own, 0, sizeof *own);
-    status =
-        perp__struct_read(context, "problem", own, sizeof *own, problem, PERP__NCP_PROBLEM_FIRST);
+    status = PERP__READ(perp_ncp_problem, context, own, problem);
     if (status == PERP_OK && own->n < 0)
         status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.n is %d, expected a count",
                             (int)own->n);

@@ -6,12 +6,6 @@
 
 #include "base/check.h"
 
-/* The last field of each struct's first release. */
-#define PERP__NCP_PROBLEM_FIRST PERP__SIZE_THROUGH(perp_ncp_problem, user)
-#define PERP__NCP_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_ncp_settings, monitor_user)
-#define PERP__NCP_RESULT_FIRST PERP__SIZE_THROUGH(perp_ncp_result, trapped)
-#define PERP__NCP_CHECK_FIRST PERP__SIZE_THROUGH(perp_ncp_check, reserved)
-
 /* own := settings, or the defaults for NULL; untouched where that is refused. */
 perp_status perp__ncp_settings_read(perp_context *context, perp_ncp_settings *own,
                                     const perp_ncp_settings *settings);

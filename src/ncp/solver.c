@@ -4,8 +4,18 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "base/context.h"
 #include "ncp/settings.h"
+
+static void release(void *object)
+{
+    perp_ncp_solver *solver = object;
+
+    perp__ncp_walk_release(&solver->walk);
+    perp__ncp_linear_release(&solver->linear);
+    perp__arena_release(&solver->arena);
+}
+
+static const perp__kind kind = {"a solver", sizeof(perp_ncp_solver), release};
 
 perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
                              const perp_ncp_settings *settings)
@@ -16,33 +26,19 @@ perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
 
     if (status != PERP_OK)
         return status;
-    made = perp__allocate(context, 1, sizeof *made);
+    made = perp__handle_create(context, &kind);
     if (!made)
-        return perp__fail_memory(context, "a solver");
-    memset(made, 0, sizeof *made);
-    made->magic = PERP__NCP_MAGIC;
-    made->context = context;
+        return PERP_ERROR_MEMORY;
     made->settings = own;
     perp__arena_init(&made->arena, context);
     perp__arena_init(&made->linear.arena, context);
-    perp__attach(context);
     *solver = made;
     return PERP_OK;
 }
 
 void perp__ncp_destroy(perp_ncp_solver *solver)
 {
-    perp_context *context;
-
-    if (!solver)
-        return;
-    context = solver->context;
-    perp__ncp_walk_release(&solver->walk);
-    perp__ncp_linear_release(&solver->linear);
-    perp__arena_release(&solver->arena);
-    solver->magic = 0;
-    perp__release(context, solver);
-    perp__detach(context);
+    perp__handle_end(solver);
 }
 
 static void layout(perp__arena *arena, void *object)
@@ -64,6 +60,7 @@ static void layout(perp__arena *arena, void *object)
     s->best_w = perp__arena_take(arena, n, sizeof(double));
     perp__ncp_model_layout(arena, &s->model);
     perp__ncp_walk_layout(arena, &s->walk);
+    perp__witness_layout(arena, &s->witness, n);
 }
 
 perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *problem)
@@ -90,7 +87,7 @@ perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *pro
 
 static perp_status enter(perp_ncp_solver *solver)
 {
-    return perp__enter_handle(solver, PERP__NCP_MAGIC);
+    return perp__handle_enter(solver, &kind);
 }
 
 perp_status perp_ncp_solver_create(perp_context *context, perp_ncp_solver **solver,
@@ -108,13 +105,7 @@ perp_status perp_ncp_solver_create(perp_context *context, perp_ncp_solver **solv
 
 void perp_ncp_solver_destroy(perp_ncp_solver *solver)
 {
-    perp_context *context;
-
-    if (!perp__enter_to_destroy(solver, PERP__NCP_MAGIC))
-        return;
-    context = solver->context;
-    perp__ncp_destroy(solver);
-    perp__leave(context, PERP_OK);
+    perp__handle_destroy(solver, &kind);
 }
 
 perp_status perp_ncp_solver_set(perp_ncp_solver *solver, const perp_ncp_settings *settings)

@@ -3,11 +3,11 @@
 #define PERP_NCP_SOLVER_H
 
 #include "base/arena.h"
+#include "base/handle.h"
 #include "base/outcome.h"
+#include "linalg/witness.h"
 #include "ncp/method.h"
 #include "ncp/ncp.h"
-
-#define PERP__NCP_MAGIC UINT64_C(0x7065727063706e73)
 
 /* What a point is worth, recomputed from F and J there. */
 typedef struct perp__ncp_worth {
@@ -26,14 +26,14 @@ typedef struct perp__ncp_parts {
 } perp__ncp_parts;
 
 struct perp_ncp_solver {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp_ncp_settings settings;
     perp__arena arena;
     int32_t setups; /* 0: no problem yet */
     perp__ncp_model model;
     perp__ncp_walk walk;
     perp__ncp_linear linear;
+    perp__witness witness;
     perp__ncp_parts parts;
     double *start; /* z0, projected; moved to where F is defined */
     double *perturbed;
@@ -51,10 +51,6 @@ struct perp_ncp_solver {
 /* The numbers of solver->candidate; F is left in model.w_caller. PERP_OK, PERP__NCP_OUTSIDE or
  * PERP_ERROR_CALLBACK. */
 perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth);
-
-/* The largest own residual of a row of walk.z, where F is walk.w in the scaled coordinates of the
- * last Jacobian there; leaves the model in others. */
-double perp__ncp_own_residual(perp_ncp_solver *solver);
 
 /* Whether there is more than one part to solve (and not too many), from the best point yet. */
 int32_t perp__ncp_split(perp_ncp_solver *solver);

@@ -13,25 +13,11 @@
 
 #define VANISHED 0x1p-20 /* of z at the start */
 
-void perp__ncp_find_parts(const perp__ncp_model *m, int32_t *part, double least)
+void perp__ncp_find_parts(perp__ncp_model *m)
 {
     const perp__matrix S = perp__ncp_view(m);
-    const int32_t n = m->n;
 
-    for (int32_t i = 0; i < 2 * n; i++)
-        part[i] = i;
-    for (int32_t j = 0; j < n; j++) {
-        const perp__line l = perp__line_of(&S, j);
-
-        for (int32_t k = 0; k < l.count; k++) {
-            const int32_t i = l.indices ? l.indices[k] : k;
-            const double size = fabs(l.values[k]);
-
-            if (size > 0.0 && size >= least)
-                perp__join(part, i, n + j);
-        }
-    }
-    perp__number_parts(part, 2 * n);
+    perp__find_parts(&S, m->part);
 }
 
 void perp__ncp_start_groups(perp__ncp_model *m)
@@ -98,7 +84,7 @@ void perp__ncp_mark_start(perp__ncp_model *m, const double *z, const double *w)
     if (m->start_known)
         return;
     m->start_known = 1;
-    perp__ncp_find_parts(m, m->part, 0.0);
+    perp__ncp_find_parts(m);
     perp__ncp_find_omega(m, z, w);
     for (int32_t i = 0; i < n; i++) {
         m->omega_start[i] = m->omega[i] * m->unit[i];

@@ -12,8 +12,7 @@
 
 perp_status perp_body_settings_init(perp_body_settings *settings, size_t size)
 {
-    perp_status status =
-        perp__struct_init(settings, size, PERP__SIZE_THROUGH(perp_body_settings, angular_velocity));
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_body_settings));
 
     if (status == PERP_OK) {
         settings->kind = PERP_BODY_DYNAMIC;
@@ -26,8 +25,7 @@ perp_status perp_body_settings_init(perp_body_settings *settings, size_t size)
 
 perp_status perp_body_state_init(perp_body_state *state, size_t size)
 {
-    perp_status status =
-        perp__struct_init(state, size, PERP__SIZE_THROUGH(perp_body_state, torque));
+    perp_status status = perp__struct_init(state, size, PERP__FIRST(perp_body_state));
 
     if (status == PERP_OK)
         state->orientation[0] = 1.0;
@@ -194,7 +192,7 @@ static perp_status add_body(perp_world *world, perp_body *body, const perp_body_
         status = perp_body_settings_init(&settings, sizeof settings);
     if (status == PERP_OK)
         status = perp__struct_read(world->context, "settings", &settings, sizeof settings, caller,
-                                   PERP__SIZE_THROUGH(perp_body_settings, angular_velocity));
+                                   PERP__FIRST(perp_body_settings));
     if (status == PERP_OK)
         status = perp__add_body(world, body, &settings);
     return status;
@@ -244,8 +242,7 @@ static perp_status get_body(const perp_world *world, perp_body_state *state, per
     perp_body_state own;
     const perp__state *from;
     int32_t slot;
-    perp_status status = perp__struct_check(world->context, "state", state, sizeof own,
-                                            PERP__SIZE_THROUGH(perp_body_state, torque));
+    perp_status status = PERP__CHECK(perp_body_state, world->context, state);
 
     if (status == PERP_OK)
         status = perp__find_body(world, &slot, id);
@@ -287,7 +284,7 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
         status = perp_body_state_init(&own, sizeof own);
     if (status == PERP_OK)
         status = perp__struct_read(world->context, "state", &own, sizeof own, caller,
-                                   PERP__SIZE_THROUGH(perp_body_state, torque));
+                                   PERP__FIRST(perp_body_state));
     if (status != PERP_OK)
         return status;
     memset(&state, 0, sizeof state);

@@ -10,7 +10,7 @@
 static perp_status reserve(perp_world *world, int32_t count)
 {
     int32_t capacity = world->contacts.capacity;
-    perp_contact *next, *last;
+    perp_world_contact *next, *last;
 
     if (count <= world->record_capacity)
         return PERP_OK;
@@ -40,7 +40,7 @@ static int32_t mode_of(const perp__world_contact *contact)
 }
 
 static void write_record(const perp_world *world, const perp__world_contact *contact,
-                         perp_contact *record)
+                         perp_world_contact *record)
 {
     memset(record, 0, sizeof *record);
     record->struct_size = sizeof *record;
@@ -60,7 +60,7 @@ static void write_record(const perp_world *world, const perp__world_contact *con
     record->mode = mode_of(contact);
 }
 
-static int32_t is_finite(const perp_contact *record)
+static int32_t is_finite(const perp_world_contact *record)
 {
     return perp__all_finite(record->position, 3) && perp__all_finite(record->normal, 3) &&
            perp__all_finite(&record->gap, 1) && perp__all_finite(record->impulse, 3) &&
@@ -79,7 +79,7 @@ perp_status perp__write_records(perp_world *world)
     world->next_record_count = 0;
     for (i = 0; i < world->contacts.count && status == PERP_OK; i++) {
         const perp__world_contact *contact = &world->contacts.contacts[i];
-        perp_contact *record;
+        perp_world_contact *record;
 
         if (!contact->included)
             continue;

@@ -10,8 +10,7 @@
 
 perp_status perp_shape_settings_init(perp_shape_settings *settings, size_t size)
 {
-    perp_status status =
-        perp__struct_init(settings, size, PERP__SIZE_THROUGH(perp_shape_settings, rotation));
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_shape_settings));
 
     if (status == PERP_OK)
         settings->rotation[0] = 1.0;
@@ -55,7 +54,7 @@ static perp_status read_settings(const perp_world *world, perp__shape *shape,
 
     if (status == PERP_OK)
         status = perp__struct_read(context, "settings", &settings, sizeof settings, caller,
-                                   PERP__SIZE_THROUGH(perp_shape_settings, rotation));
+                                   PERP__FIRST(perp_shape_settings));
     if (status == PERP_OK)
         status = check_material(context, &settings);
     if (status == PERP_OK)

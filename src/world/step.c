@@ -131,7 +131,7 @@ static int32_t may_advance(const perp_world *world, perp_outcome outcome)
 
 static void commit(perp_world *world)
 {
-    perp_contact *records = world->records;
+    perp_world_contact *records = world->records;
 
     memcpy(world->states, world->next, (size_t)world->body_slots * sizeof *world->states);
     world->records = world->next_records;

@@ -5,15 +5,13 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "base/context.h"
 #include "lcp/lcp.h"
 
 #define STANDARD_GRAVITY 9.81
 
 perp_status perp_world_settings_init(perp_world_settings *settings, size_t size, int32_t planar)
 {
-    perp_status status =
-        perp__struct_init(settings, size, PERP__SIZE_THROUGH(perp_world_settings, reserved));
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_world_settings));
 
     if (status == PERP_OK) {
         settings->gravity[planar ? 1 : 2] = -STANDARD_GRAVITY;
@@ -25,25 +23,9 @@ perp_status perp_world_settings_init(perp_world_settings *settings, size_t size,
     return status;
 }
 
-perp_status perp_contact_init(perp_contact *contact, size_t size)
-{
-    return perp__struct_init(contact, size, PERP__SIZE_THROUGH(perp_contact, reserved));
-}
-
-perp_status perp_step_result_init(perp_step_result *result, size_t size)
-{
-    return perp__struct_init(result, size, PERP__SIZE_THROUGH(perp_step_result, islands));
-}
-
-perp_status perp_world_stats_init(perp_world_stats *stats, size_t size)
-{
-    return perp__struct_init(stats, size, PERP__SIZE_THROUGH(perp_world_stats, seconds_project));
-}
-
-perp_status perp__world_enter(const perp_world *world)
-{
-    return perp__enter_handle(world, PERP__WORLD_MAGIC);
-}
+PERP__INIT(perp_world_contact)
+PERP__INIT(perp_step_result)
+PERP__INIT(perp_world_stats)
 
 void *perp__grown(perp_context *context, void *old, size_t used, size_t size)
 {
@@ -163,8 +145,9 @@ static void set_coordinates(perp_world *world)
     make_edges(world->edge, world->edges);
 }
 
-static void release_world(perp_world *world)
+static void release(void *object)
 {
+    perp_world *world = object;
     perp_context *context = world->context;
 
     perp__lcp_destroy(world->solver);
@@ -180,8 +163,13 @@ static void release_world(perp_world *world)
     perp__arena_release(&world->shape_arena);
     perp__arena_release(&world->link_arena);
     perp__arena_release(&world->island_arena);
-    world->magic = 0;
-    perp__release(context, world);
+}
+
+static const perp__kind kind = {"the world", sizeof(perp_world), release};
+
+perp_status perp__world_enter(const perp_world *world)
+{
+    return perp__handle_enter(world, &kind);
 }
 
 static perp_status create(perp_context *context, perp_world **world,
@@ -195,17 +183,14 @@ static perp_status create(perp_context *context, perp_world **world,
         status = perp_world_settings_init(&settings, sizeof settings, 0);
     if (status == PERP_OK)
         status = perp__struct_read(context, "settings", &settings, sizeof settings, caller,
-                                   PERP__SIZE_THROUGH(perp_world_settings, reserved));
+                                   PERP__FIRST(perp_world_settings));
     if (status == PERP_OK)
         status = check_settings(context, &settings);
     if (status != PERP_OK)
         return status;
-    made = perp__allocate(context, 1, sizeof *made);
+    made = perp__handle_create(context, &kind);
     if (!made)
-        return perp__fail_memory(context, "the world");
-    memset(made, 0, sizeof *made);
-    made->magic = PERP__WORLD_MAGIC;
-    made->context = context;
+        return PERP_ERROR_MEMORY;
     made->settings = settings;
     made->free_body = -1;
     made->free_shape = -1;
@@ -217,12 +202,10 @@ static perp_status create(perp_context *context, perp_world **world,
     status = make_solver(made);
     if (status == PERP_OK)
         status = make_ground(made);
-    if (status == PERP_OK) {
-        perp__attach(context);
+    if (status == PERP_OK)
         *world = made;
-    } else {
-        release_world(made);
-    }
+    else
+        perp__handle_end(made);
     return status;
 }
 
@@ -238,34 +221,22 @@ perp_status perp_world_create(perp_context *context, perp_world **world,
 
 void perp_world_destroy(perp_world *world)
 {
-    perp_context *context;
-
-    if (!perp__enter_to_destroy(world, PERP__WORLD_MAGIC))
-        return;
-    context = world->context;
-    release_world(world);
-    perp__detach(context);
-    perp__leave(context, PERP_OK);
+    perp__handle_destroy(world, &kind);
 }
 
 perp_body perp_world_ground(const perp_world *world)
 {
-    if (!world || world->magic != PERP__WORLD_MAGIC)
-        return 0;
-    return perp__id(0, world->bodies[0].generation);
+    return perp__handle_is(world, &kind) ? perp__id(0, world->bodies[0].generation) : 0;
 }
 
 int32_t perp_world_contact_count(const perp_world *world)
 {
-    if (!world || world->magic != PERP__WORLD_MAGIC)
-        return 0;
-    return world->record_count;
+    return perp__handle_is(world, &kind) ? world->record_count : 0;
 }
 
-static perp_status get_contact(const perp_world *world, perp_contact *contact, int32_t index)
+static perp_status get_contact(const perp_world *world, perp_world_contact *contact, int32_t index)
 {
-    perp_status status = perp__struct_check(world->context, "contact", contact, sizeof *contact,
-                                            PERP__SIZE_THROUGH(perp_contact, reserved));
+    perp_status status = PERP__CHECK(perp_world_contact, world->context, contact);
 
     if (status != PERP_OK)
         return status;
@@ -277,7 +248,8 @@ static perp_status get_contact(const perp_world *world, perp_contact *contact, i
     return PERP_OK;
 }
 
-perp_status perp_world_get_contact(const perp_world *world, perp_contact *contact, int32_t index)
+perp_status perp_world_get_contact(const perp_world *world, perp_world_contact *contact,
+                                   int32_t index)
 {
     perp_status status = perp__world_enter(world);
 
@@ -292,8 +264,7 @@ perp_status perp_world_get_stats(const perp_world *world, perp_world_stats *stat
 
     if (status != PERP_OK)
         return status;
-    status = perp__struct_check(world->context, "stats", stats, sizeof *stats,
-                                PERP__SIZE_THROUGH(perp_world_stats, seconds_project));
+    status = PERP__CHECK(perp_world_stats, world->context, stats);
     if (status == PERP_OK)
         perp__struct_write(stats, &world->stats, sizeof world->stats);
     return perp__leave(world->context, status);
@@ -305,8 +276,7 @@ static perp_status step(perp_world *world, perp_step_result *result, double dt)
     perp_status status = PERP_OK;
 
     if (result)
-        status = perp__struct_check(world->context, "result", result, sizeof own,
-                                    PERP__SIZE_THROUGH(perp_step_result, islands));
+        status = PERP__CHECK(perp_step_result, world->context, result);
     if (status == PERP_OK)
         status = perp__check_finite(world->context, "dt", &dt, 1);
     if (status != PERP_OK)

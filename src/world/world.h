@@ -19,10 +19,10 @@
 #include <perp/world.h>
 
 #include "base/arena.h"
+#include "base/handle.h"
 #include "base/outcome.h"
 #include "world/collide/collide.h"
 
-#define PERP__WORLD_MAGIC UINT64_C(0x70657270776f726c)
 #define PERP__MAX_DIRECTIONS 64
 #define PERP__MAX_DOF 6
 
@@ -193,8 +193,7 @@ typedef struct perp__budget {
 } perp__budget;
 
 struct perp_world {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp_world_settings settings;
     int32_t dof;                       /* coordinates of a body: 3 planar, 6 */
     int32_t edges;                     /* friction directions: 2 planar */
@@ -237,8 +236,8 @@ struct perp_world {
     perp_lcp_settings solver_settings;
     perp__budget budget;
 
-    perp_contact *records; /* of the last step */
-    perp_contact *next_records;
+    perp_world_contact *records; /* of the last step */
+    perp_world_contact *next_records;
     int32_t record_count;
     int32_t next_record_count;
     int32_t record_capacity;

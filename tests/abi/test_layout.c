@@ -208,23 +208,23 @@ static void test_shape_settings(void **state)
 static void test_contact(void **state)
 {
     (void)state;
-    SIZE(perp_contact, 216);
-    FIELD(perp_contact, struct_size, 0, 8);
-    FIELD(perp_contact, body_a, 8, 8);
-    FIELD(perp_contact, body_b, 16, 8);
-    FIELD(perp_contact, shape_a, 24, 8);
-    FIELD(perp_contact, shape_b, 32, 8);
-    FIELD(perp_contact, position, 40, 24);
-    FIELD(perp_contact, normal, 64, 24);
-    FIELD(perp_contact, tangent_1, 88, 24);
-    FIELD(perp_contact, tangent_2, 112, 24);
-    FIELD(perp_contact, gap, 136, 8);
-    FIELD(perp_contact, impulse, 144, 24);
-    FIELD(perp_contact, velocity, 168, 24);
-    FIELD(perp_contact, friction, 192, 8);
-    FIELD(perp_contact, restitution, 200, 8);
-    FIELD(perp_contact, mode, 208, 4);
-    FIELD(perp_contact, reserved, 212, 4);
+    SIZE(perp_world_contact, 216);
+    FIELD(perp_world_contact, struct_size, 0, 8);
+    FIELD(perp_world_contact, body_a, 8, 8);
+    FIELD(perp_world_contact, body_b, 16, 8);
+    FIELD(perp_world_contact, shape_a, 24, 8);
+    FIELD(perp_world_contact, shape_b, 32, 8);
+    FIELD(perp_world_contact, position, 40, 24);
+    FIELD(perp_world_contact, normal, 64, 24);
+    FIELD(perp_world_contact, tangent_1, 88, 24);
+    FIELD(perp_world_contact, tangent_2, 112, 24);
+    FIELD(perp_world_contact, gap, 136, 8);
+    FIELD(perp_world_contact, impulse, 144, 24);
+    FIELD(perp_world_contact, velocity, 168, 24);
+    FIELD(perp_world_contact, friction, 192, 8);
+    FIELD(perp_world_contact, restitution, 200, 8);
+    FIELD(perp_world_contact, mode, 208, 4);
+    FIELD(perp_world_contact, reserved, 212, 4);
 }
 
 static void test_step_result(void **state)

@@ -176,6 +176,21 @@ static void test_messages_stay_apart(void **state)
     assert_true(one->message(one->context)[0] != '\0');
 }
 
+/* The same version or not, one copy's handle means nothing to the other. */
+static void test_handles_stay_apart(void **state)
+{
+    fixture *f = *state;
+    library *one = &f->copies[0], *two = &f->copies[1];
+    perp_lcp_solver *solver = NULL;
+    double z[2], w[2];
+    assert_int_equal(two->solve(one->context, z, w, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL),
+                     PERP_ERROR_HANDLE);
+    assert_string_equal(two->message(one->context), "");
+    two->destroy(one->context); /* ignored */
+    assert_int_equal(perp_lcp_solver_create(one->context, &solver, NULL), PERP_ERROR_HANDLE);
+    solve_small(one, z, w);
+}
+
 static void test_memory_stays_apart(void **state)
 {
     fixture *f = *state;
@@ -211,6 +226,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_copies_are_distinct, setup, teardown),
         cmocka_unit_test_setup_teardown(test_messages_stay_apart, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_handles_stay_apart, setup, teardown),
         cmocka_unit_test_setup_teardown(test_memory_stays_apart, setup, teardown),
         cmocka_unit_test_setup_teardown(test_one_outlives_the_other, setup, teardown),
     };

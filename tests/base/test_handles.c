@@ -1,5 +1,8 @@
-/* One life for every kind of handle: nothing is destroyed inside a callback, nothing is made from a
- * destroyed context, and a dead handle is refused. One table; a new kind gets a row. */
+/* One life for every kind of handle: inside a callback nothing is destroyed and every call is
+ * refused as busy, nothing is made from a destroyed context, a dead handle and one of another kind
+ * are the same error, and a create that runs out of memory leaves nothing. One table; a new kind
+ * gets a row.
+ */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -19,16 +22,20 @@ static struct {
     void *block[BLOCKS];
     int released[BLOCKS];
     int count, live;
+    int fails_in; /* the allocation that fails, from 1; 0: none */
 } memory;
 
-static int hostile; /* callbacks destroy whatever there is */
+static int hostile; /* callbacks use and destroy whatever there is */
 static int called;  /* callbacks while hostile */
-static void destroy_everything(void);
+static void *dying; /* the handle whose end was asked for outside of callbacks */
+static void attack_everything(void);
 
 static void *keep_allocate(size_t size, void *user)
 {
     (void)user;
-    destroy_everything();
+    attack_everything();
+    if (memory.fails_in > 0 && --memory.fails_in == 0)
+        return NULL;
     assert_true(memory.count < BLOCKS);
     memory.block[memory.count] = malloc(size);
     memset(memory.block[memory.count], 0xa5, size);
@@ -42,7 +49,7 @@ static void keep_release(void *pointer, void *user)
     int i;
 
     (void)user;
-    destroy_everything();
+    attack_everything();
     for (i = 0; i < memory.count && memory.block[i] != pointer; i++)
         ;
     assert_true(i < memory.count);
@@ -55,7 +62,7 @@ static void keep_log(const char *message, void *user)
 {
     (void)message;
     (void)user;
-    destroy_everything();
+    attack_everything();
 }
 
 /* ---- the kinds --------------------------------------------------------------------------------
@@ -188,7 +195,7 @@ static int32_t push(double *k, double t, const double *q, const double *v, void 
     (void)q;
     (void)v;
     (void)user;
-    destroy_everything();
+    attack_everything();
     k[0] = 1.0;
     return 0;
 }
@@ -249,16 +256,30 @@ enum { KINDS = sizeof kinds / sizeof kinds[0] };
 static perp_context *context;
 static void *handles[KINDS];
 
-static void destroy_everything(void)
+/* Of a handle that dies all memory but its own is released while it still is of its kind. */
+static void require_busy(int k)
+{
+    void *made = &made;
+    perp_status found = handles[k] ? kinds[k].misuse(handles[k]) : PERP_ERROR_BUSY;
+
+    if (found != PERP_ERROR_BUSY && !(handles[k] == dying && found == PERP_ERROR_HANDLE))
+        fail_msg("%s: %d when it is used inside a callback", kinds[k].name, (int)found);
+    if (kinds[k].make(context, &made) != PERP_ERROR_BUSY || made != (void *)&made)
+        fail_msg("%s: made inside a callback", kinds[k].name);
+}
+
+static void attack_everything(void)
 {
     int k;
 
     if (!hostile)
         return;
     called++;
-    for (k = 0; k < KINDS; k++)
+    for (k = 0; k < KINDS; k++) {
+        require_busy(k);
         if (handles[k])
             kinds[k].end(handles[k]);
+    }
     perp_context_destroy(context);
 }
 
@@ -342,7 +363,9 @@ static void test_the_allocator_destroys_nothing(void **state)
     for (k = 0; k < KINDS; k++) {
         called = 0;
         hostile = 1;
-        kinds[k].end(handles[k]); /* once, though the callbacks destroy it again */
+        dying = handles[k];
+        kinds[k].end(dying); /* once, though the callbacks destroy it again */
+        dying = NULL;
         hostile = 0;
         handles[k] = NULL;
         assert_true(called > 0);
@@ -379,14 +402,14 @@ static int32_t stop_lcp(const perp_lcp_progress *progress, void *user)
 {
     (void)progress;
     (void)user;
-    destroy_everything();
+    attack_everything();
     return 0;
 }
 
 static int32_t identity(double *F, const double *z, void *user)
 {
     (void)user;
-    destroy_everything();
+    attack_everything();
     F[0] = z[0] - 1.0;
     return 0;
 }
@@ -457,6 +480,68 @@ static void test_dead_handles_are_refused(void **state)
     context = NULL;
 }
 
+/* Handles of other kinds, a context, and memory that never was one. */
+static void test_strangers_are_refused(void **state)
+{
+    double nothing[8] = {0.0};
+    void *strangers[KINDS + 2], *made;
+    int k, j;
+
+    (void)state;
+    memcpy(strangers, handles, sizeof handles);
+    strangers[KINDS] = context;
+    strangers[KINDS + 1] = nothing;
+    for (k = 0; k < KINDS; k++)
+        for (j = 0; j < KINDS + 2; j++) {
+            if (j == k)
+                continue;
+            if (kinds[k].misuse(strangers[j]) != PERP_ERROR_HANDLE)
+                fail_msg("%s: stranger %d taken for one", kinds[k].name, j);
+            kinds[k].end(strangers[j]); /* ignored */
+        }
+    for (j = 0; j < KINDS + 2; j++)
+        if (strangers[j] != context) {
+            assert_int_equal(kinds[0].make(strangers[j], &made), PERP_ERROR_HANDLE);
+            perp_context_destroy(strangers[j]);
+        }
+    assert_int_equal(perp_world_ground(strangers[0]), 0); /* what has no status says 0 */
+    assert_int_equal(perp_world_contact_count(strangers[0]), 0);
+    require_alive();
+}
+
+/* Whichever allocation of a create fails: the status, a message, no handle, nothing left behind. */
+static void test_creates_without_memory_leave_nothing(void **state)
+{
+    int k, failed, count;
+
+    (void)state;
+    for (k = 0; k < KINDS; k++) {
+        const int live = memory.live;
+        void *made = NULL;
+
+        for (failed = 0;; failed++) {
+            memory.fails_in = failed + 1;
+            made = &made;
+            if (kinds[k].make(context, &made) == PERP_OK)
+                break;
+            assert_int_equal(memory.fails_in, 0);
+            assert_ptr_equal(made, &made);
+            assert_int_equal(memory.live, live);
+            assert_non_null(strstr(perp_context_message(context), "out of memory for"));
+            memory.fails_in = 1;
+            assert_int_equal(kinds[k].make(context, &made), PERP_ERROR_MEMORY);
+        }
+        if (failed == 0 || memory.fails_in != 1)
+            fail_msg("%s: made without memory", kinds[k].name);
+        memory.fails_in = 0;
+        count = memory.count;
+        kinds[k].end(made);
+        assert_int_equal(memory.count, count); /* an end needs no memory */
+        assert_int_equal(memory.live, live);
+    }
+    require_alive();
+}
+
 /* A context that only lives on in what it made. */
 static void test_nothing_is_made_from_a_destroyed_context(void **state)
 {
@@ -519,6 +604,8 @@ int main(void)
                                         begin, end),
         cmocka_unit_test_setup_teardown(test_callbacks_of_users_destroy_nothing, begin, end),
         cmocka_unit_test_setup_teardown(test_dead_handles_are_refused, begin, end),
+        cmocka_unit_test_setup_teardown(test_strangers_are_refused, begin, end),
+        cmocka_unit_test_setup_teardown(test_creates_without_memory_leave_nothing, begin, end),
         cmocka_unit_test_setup_teardown(test_nothing_is_made_from_a_destroyed_context, begin, end),
         cmocka_unit_test_setup_teardown(test_an_end_keeps_the_message, begin, end),
     };

@@ -1,4 +1,4 @@
-/* The gate: what it lets through, by its definition (DESIGN, Outcome), number by number. */
+/* The gate: what it lets through, by its definition (docs/lcp.md, Outcomes), number by number. */
 #include <float.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -18,7 +18,7 @@
 #define TOL 0x1p-20
 #define ROOT 0x1p-10
 #define ABOVE(x) ((x) * (1.0 + DBL_EPSILON))
-/* 16 units of rounding: DESIGN's bound of a backward error that no double betters. */
+/* 16 units of rounding: the bound of docs/lcp.md on a backward error that no double betters. */
 #define LEAST (16.0 * DBL_EPSILON)
 
 /* With `said` a failure the gate says that failure of what is not good. */

@@ -139,32 +139,76 @@ static void test_write_keeps_the_callers_size_and_reach(void **state)
 }
 
 /* Every public struct: its init takes its size and larger, refuses less, NULL and nonsense. */
-#define CHECK_INIT(type, init, last)                                                      \
-    do {                                                                                  \
-        union {                                                                           \
-            type s;                                                                       \
-            unsigned char bytes[sizeof(type) + 64];                                       \
-        } u;                                                                              \
-        memset(&u, 0xff, sizeof u);                                                       \
-        assert_int_equal(init(&u.s, sizeof(type)), PERP_OK);                              \
-        assert_int_equal(u.s.struct_size, sizeof(type));                                  \
-        assert_int_equal(u.bytes[sizeof(type)], 0xff);                                    \
-        assert_int_equal(init(&u.s, sizeof u), PERP_OK); /* a later release's struct */   \
-        assert_int_equal(u.s.struct_size, sizeof u);                                      \
-        assert_int_equal(u.bytes[sizeof u - 1], 0);                                       \
-        assert_int_equal(init(NULL, sizeof(type)), PERP_ERROR_ABI);                       \
-        assert_int_equal(init(&u.s, PERP__SIZE_THROUGH(type, last) - 1), PERP_ERROR_ABI); \
-        assert_int_equal(init(&u.s, 0), PERP_ERROR_ABI);                                  \
-        assert_int_equal(init(&u.s, SIZE_MAX), PERP_ERROR_ABI);                           \
+#define CHECK_INIT(T)                                                                    \
+    do {                                                                                 \
+        union {                                                                          \
+            T s;                                                                         \
+            unsigned char bytes[sizeof(T) + 64];                                         \
+        } u;                                                                             \
+        memset(&u, 0xff, sizeof u);                                                      \
+        assert_int_equal(T##_init(&u.s, sizeof(T)), PERP_OK);                            \
+        assert_int_equal(u.s.struct_size, sizeof(T));                                    \
+        assert_int_equal(u.bytes[sizeof(T)], 0xff);                                      \
+        assert_int_equal(T##_init(&u.s, sizeof u), PERP_OK); /* a later release's */     \
+        assert_int_equal(u.s.struct_size, sizeof u);                                     \
+        assert_int_equal(u.bytes[sizeof u - 1], 0);                                      \
+        assert_int_equal(T##_init(&u.s, PERP__FIRST(T)), PERP_OK); /* the first one's */ \
+        assert_int_equal(T##_init(NULL, sizeof(T)), PERP_ERROR_ABI);                     \
+        assert_int_equal(T##_init(&u.s, PERP__FIRST(T) - 1), PERP_ERROR_ABI);            \
+        assert_int_equal(T##_init(&u.s, 0), PERP_ERROR_ABI);                             \
+        assert_int_equal(T##_init(&u.s, SIZE_MAX), PERP_ERROR_ABI);                      \
     } while (0)
+
+static perp_status perp_world_settings_init_3(perp_world_settings *settings, size_t size)
+{
+    return perp_world_settings_init(settings, size, 0);
+}
+
+#define perp_world_settings_init perp_world_settings_init_3
 
 static void test_public_inits(void **state)
 {
     (void)state;
-    CHECK_INIT(perp_context_settings, perp_context_settings_init, log_user);
-    CHECK_INIT(perp_matrix, perp_matrix_init, row_indices);
-    CHECK_INIT(perp_lcp_settings, perp_lcp_settings_init, monitor_user);
-    CHECK_INIT(perp_lcp_result, perp_lcp_result_init, has_ray);
+    CHECK_INIT(perp_body_settings);
+    CHECK_INIT(perp_body_state);
+    CHECK_INIT(perp_bristle);
+    CHECK_INIT(perp_compliant_result);
+    CHECK_INIT(perp_compliant_settings);
+    CHECK_INIT(perp_compliant_stability);
+    CHECK_INIT(perp_compliant_system);
+    CHECK_INIT(perp_contact_dynamics);
+    CHECK_INIT(perp_contact_laws);
+    CHECK_INIT(perp_contact_result);
+    CHECK_INIT(perp_contact_settings);
+    CHECK_INIT(perp_context_settings);
+    CHECK_INIT(perp_lcp_enumeration);
+    CHECK_INIT(perp_lcp_proof);
+    CHECK_INIT(perp_lcp_result);
+    CHECK_INIT(perp_lcp_sensitivity_info);
+    CHECK_INIT(perp_lcp_settings);
+    CHECK_INIT(perp_load_found);
+    CHECK_INIT(perp_load_inverse);
+    CHECK_INIT(perp_load_settings);
+    CHECK_INIT(perp_load_step);
+    CHECK_INIT(perp_load_summary);
+    CHECK_INIT(perp_load_system);
+    CHECK_INIT(perp_load_uniqueness);
+    CHECK_INIT(perp_matrix);
+    CHECK_INIT(perp_mechanism_found);
+    CHECK_INIT(perp_mechanism_model);
+    CHECK_INIT(perp_mechanism_run_result);
+    CHECK_INIT(perp_mechanism_settings);
+    CHECK_INIT(perp_mechanism_step);
+    CHECK_INIT(perp_mechanism_summary);
+    CHECK_INIT(perp_ncp_check);
+    CHECK_INIT(perp_ncp_problem);
+    CHECK_INIT(perp_ncp_result);
+    CHECK_INIT(perp_ncp_settings);
+    CHECK_INIT(perp_shape_settings);
+    CHECK_INIT(perp_step_result);
+    CHECK_INIT(perp_world_contact);
+    CHECK_INIT(perp_world_settings);
+    CHECK_INIT(perp_world_stats);
 }
 
 int main(void)

@@ -119,13 +119,13 @@ static void set_up_world(worker *w)
 static void step_world(worker *w)
 {
     perp_body_state state;
-    perp_contact contact;
+    perp_world_contact contact;
 
     require(w, perp_world_step(w->world, NULL, 0.01) == PERP_OK);
     require(w, perp_body_state_init(&state, sizeof state) == PERP_OK);
     require(w, perp_world_get_body(w->world, &state, w->ball) == PERP_OK);
     require(w, state.position[2] == 1.0 && state.velocity[2] == 0.0);
-    require(w, perp_contact_init(&contact, sizeof contact) == PERP_OK);
+    require(w, perp_world_contact_init(&contact, sizeof contact) == PERP_OK);
     require(w, perp_world_get_contact(w->world, &contact, 0) == PERP_OK);
     require(w, fabs(contact.impulse[0] - w->mass * 9.81 * 0.01) <= 1e-12 * w->mass);
 }

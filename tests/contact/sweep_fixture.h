@@ -13,7 +13,7 @@
 
 #include <cmocka.h>
 
-#include "contact/bodies.h"
+#include "bodies_load.h"
 #include "contact/law.h"
 #include "contact/method.h"
 #include "piles.h"
@@ -91,8 +91,8 @@ static inline void begin(fixture *f, const piles_options *options)
     perp__bodies_init(&f->bodies, context);
     assert_int_equal(perp__bodies_setup(&f->bodies, &input, &suits), PERP_OK);
     assert_true(suits);
-    perp__bodies_load(&f->bodies, f->p.f, f->p.w, NULL, f->q);
-    perp__bodies_traces(&f->bodies, f->trace);
+    bodies_load(&f->bodies, f->p.f, f->p.w, NULL, f->q);
+    bodies_traces(&f->bodies, f->trace);
     entries = perp__bodies_delassus_entries(&f->bodies);
     f->W_starts = gen_allocate((size_t)f->p.rows + 1, sizeof *f->W_starts);
     f->W_rows = gen_allocate((size_t)entries, sizeof *f->W_rows);

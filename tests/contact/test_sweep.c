@@ -69,7 +69,7 @@ static void test_slope(void **state)
         begin(&f, &options);
         f.p.f[2] *= cosine; /* f = m g h along the ground's normal; turned by the slope */
         f.p.f[0] = -f.p.f[2] * slope;
-        perp__bodies_load(&f.bodies, f.p.f, f.p.w, NULL, f.q);
+        bodies_load(&f.bodies, f.p.f, f.p.w, NULL, f.q);
         f.problem.tol = 1e-12;
         assert_int_equal(run(&f), PERP_OUTCOME_SOLVED);
         for (int32_t k = 0; k < 4; k++) {

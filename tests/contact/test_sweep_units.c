@@ -146,8 +146,8 @@ static void set_up(fixture *f, int32_t row)
     f->problem.spinning = spinning;
     f->problem.has_discs = 1;
     f->problem.tol = 1e-9;
-    perp__bodies_load(&f->bodies, f->p.f, w, b, f->q);
-    perp__bodies_traces(&f->bodies, f->trace);
+    bodies_load(&f->bodies, f->p.f, w, b, f->q);
+    bodies_traces(&f->bodies, f->trace);
 }
 
 static void make_W(fixture *f, int32_t row)

@@ -350,13 +350,33 @@ static void test_what_is_sound(void **state)
             }
 }
 
+/* A ball that leaves with 1e200, and beside it a joint that is to stop 1e307. What the ball's speed
+ * might do to the joint is beyond the range of doubles: it excuses nothing. */
+static void test_overflow_excuses_nothing(void **state)
+{
+    static const rig two = {1, 1, 1, {1, 1e150, 1e150, 1e308}, {0}, {1e200, 1e307}, {0}};
+    perp_contact_solver *solver = solved(&two, 1);
+    perp__contact_worth worth;
+
+    (void)state;
+    assert_int_equal(solver->parts, 1);
+    solver->r[0] = solver->r[1] = 0.0;
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_true(worth.tested <= 1e-40 && worth.own == 1.0); /* u_1 = q_1, no other terms */
+    solver->r[1] = -0.1;
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_true(worth.own <= DBL_EPSILON);
+    perp_contact_solver_destroy(solver);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_the_better_point),   cmocka_unit_test(test_what_a_proof_is),
-        cmocka_unit_test(test_the_worst_part),     cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_units_of_the_floor), cmocka_unit_test(test_parts_and_leaks),
-        cmocka_unit_test(test_modes_must_hold),    cmocka_unit_test(test_what_is_sound),
+        cmocka_unit_test(test_the_better_point),         cmocka_unit_test(test_what_a_proof_is),
+        cmocka_unit_test(test_the_worst_part),           cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_units_of_the_floor),       cmocka_unit_test(test_parts_and_leaks),
+        cmocka_unit_test(test_modes_must_hold),          cmocka_unit_test(test_what_is_sound),
+        cmocka_unit_test(test_overflow_excuses_nothing),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

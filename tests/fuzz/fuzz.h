@@ -8,12 +8,6 @@
 
 #include <perp/perp.h>
 
-/* auto ends in a good outcome on every plain integer problem that has a solution (n <= 12). Build
- * with -DFUZZ_AUTO_IS_COMPLETE=1 where the library promises it. */
-#ifndef FUZZ_AUTO_IS_COMPLETE
-#define FUZZ_AUTO_IS_COMPLETE 0
-#endif
-
 /* libFuzzer's entrance, or the driver's of standalone.c. */
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -93,7 +93,7 @@ static void check_denial(const lcp_problem *p, const double *z)
 
     lcp_problem_rows(p, z, w, t);
     for (i = 0; i < p->n; i++) {
-        places[i] = z[i] > 0 ? PERP_PLACE_BETWEEN : PERP_PLACE_LOWER;
+        places[i] = z[i] > w[i] ? PERP_PLACE_BETWEEN : PERP_PLACE_LOWER; /* w < 0 at z = 0 too */
         if ((z[i] > 0 && w[i] > 0) || (z[i] == 0 && w[i] == 0))
             return;
     }

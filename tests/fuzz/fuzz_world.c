@@ -173,12 +173,12 @@ static void check_states(const scene *s)
 static void check_contacts(const scene *s, int good)
 {
     int32_t count = perp_world_contact_count(s->world), k, i;
-    perp_contact c;
+    perp_world_contact c;
 
     for (k = 0; k < count; k++) {
         double slip, most;
 
-        if (perp_contact_init(&c, sizeof c) != PERP_OK ||
+        if (perp_world_contact_init(&c, sizeof c) != PERP_OK ||
             perp_world_get_contact(s->world, &c, k) != PERP_OK)
             fuzz_fail("world: contact %d of %d can be read", k, count);
         if (!good)
@@ -275,11 +275,11 @@ static void restore(fuzz_bytes *bytes, scene *s)
 static void read_all(fuzz_bytes *bytes, scene *s)
 {
     perp_world_stats stats;
-    perp_contact contact;
+    perp_world_contact contact;
     double x[6];
 
     if (perp_world_stats_init(&stats, sizeof stats) != PERP_OK ||
-        perp_contact_init(&contact, sizeof contact) != PERP_OK)
+        perp_world_contact_init(&contact, sizeof contact) != PERP_OK)
         fuzz_fail("the structs of perp/world.h take their own sizes");
     fuzz_status(s->context, perp_world_get_stats(s->world, &stats), "get_stats");
     fuzz_status(s->context, perp_world_energy(s->world, &x[0], &x[1]), "energy");

@@ -190,7 +190,7 @@ static void test_scenes(void **state)
         scene_lcp(&problem, &o);
         snprintf(where, sizeof where, "seed %d, %s", (int)seed, scene_class_text(o.class));
         run_lcp(&r, context, &problem, &settings, NULL, where);
-        /* DESIGN's measure of a point that no double near it betters: a few roundings a row. A part
+        /* What no double near it betters (docs/lcp.md): a few roundings a row. A part
          * of M that carries next to nothing has hardly a rounding to be judged beside: there q
          * itself may be noise, of 1e-11 of its largest at most, as pivots go (Harris' ratio test),
          * and the second witness may refuse it. */

@@ -218,7 +218,7 @@ static void scale(gen_lcp *scaled, const gen_lcp *problem, const int *e, int o)
     }
 }
 
-/* DESIGN: scaling q, or a row and its column, by powers of two changes no bit of the tested
+/* docs/lcp.md: scaling q, or a row and its column, by powers of two changes no bit of the tested
  * residual; nor of the backward error, the path taken, and z but for its own factor. */
 static void require_scaled(const run *a, const run *b, int32_t n, const int *e, int o,
                            const char *where)

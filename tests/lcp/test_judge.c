@@ -92,19 +92,19 @@ static void test_which_candidate_stays(void **state)
     solver->best.outcome = PERP_OUTCOME_RAY;
     solver->best.method = PERP_LCP_LEMKE;
     solver->z[0] = 0.75;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_int_equal(solver->best.outcome, PERP_OUTCOME_RAY);
     solver->z[0] = 1.0 + 1e-12;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_int_equal(solver->best.outcome, PERP_OUTCOME_SOLVED);
     solver->z[0] = 1.0 + 2e-12;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_true(solver->best.z[0] == 1.0 + 1e-12);
     solver->z[0] = 1.0;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_true(solver->best.z[0] == 1.0);
     solver->z[0] = 0.5;
-    perp__consider_point(solver, PERP_LCP_PGS, 0);
+    perp__consider_point(solver, PERP_LCP_PGS);
     assert_true(solver->best.z[0] == 1.0);
     perp_lcp_solver_destroy(solver);
 }
@@ -210,6 +210,26 @@ static void test_noise_on_the_diagonal(void **state)
     }
 }
 
+/* The same two equations apart but for noise on the diagonal, 3 z_1 = 3 and z_0 = -1e-16: nothing
+ * that row 0 carries is passed on to z_0, so (0, 1) is as wrong as it is without the noise. */
+static void test_noise_ties_nothing(void **state)
+{
+    static const double lower[2] = {-INFINITY, -INFINITY}, upper[2] = {INFINITY, INFINITY};
+    static const double q[2] = {3, 1e-16}, wrong[2] = {0, 1};
+    static const double noise[] = {0.0, 1e-20, 1e-300};
+    int32_t k;
+
+    (void)state;
+    for (k = 0; k < 3; k++) {
+        const double M[4] = {noise[k], -3, 1, noise[k]}, right[2] = {-1e-16 - noise[k], 1};
+        perp_lcp_solver *solver = posed(2, M, lower, upper, q);
+
+        assert_int_equal(judged(solver, wrong), PERP_OUTCOME_STALLED);
+        assert_int_equal(judged(solver, right), PERP_OUTCOME_SOLVED);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
 /* Row 1 is small, but z_0 carries what rounding leaves of row 0's ones: 2^-10 of tol 2 is passed on
  * to it, by far more than its own terms, 2^-26, and the floor of 1e-5 grant. Ten times that is not.
  */
@@ -282,6 +302,35 @@ static void test_not_finite(void **state)
     perp_lcp_solver_destroy(solver);
 }
 
+/* z_j = 2^990 for all but the last, where w = 2^39 2^990 + ... is beyond the range of doubles: no
+ * answer, though z_last = 0 is at its bound. One number at a time, in vectors of 4 and of 8. */
+static void test_w_out_of_range(void **state)
+{
+    static const int32_t sizes[] = {3, 4, 8, 11};
+    size_t k;
+
+    (void)state;
+    for (k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+        const int32_t n = sizes[k];
+        double M[11 * 11] = {0}, q[11], z[11];
+        perp_lcp_solver *solver;
+        int32_t j;
+
+        for (j = 0; j < n; j++) {
+            M[j * n + j] = M[(n - 1) * n + j] = 1;
+            z[j] = j < n - 1 ? 0x1p990 : 0;
+            q[j] = -z[j];
+        }
+        solver = posed(n, M, NULL, NULL, q);
+        assert_int_equal(judged(solver, z), PERP_OUTCOME_SOLVED);
+        perp_lcp_solver_destroy(solver);
+        M[(n - 1) * n] = 0x1p39;
+        solver = posed(n, M, NULL, NULL, q);
+        assert_int_equal(judged(solver, z), PERP_OUTCOME_STALLED);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -292,10 +341,12 @@ int main(void)
         cmocka_unit_test(test_next_to_a_bound),
         cmocka_unit_test(test_rounding_beside_the_largest),
         cmocka_unit_test(test_noise_on_the_diagonal),
+        cmocka_unit_test(test_noise_ties_nothing),
         cmocka_unit_test(test_roundings_travel),
         cmocka_unit_test(test_small_rows_count),
         cmocka_unit_test(test_overflow_on_the_way),
         cmocka_unit_test(test_not_finite),
+        cmocka_unit_test(test_w_out_of_range),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

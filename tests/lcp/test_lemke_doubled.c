@@ -17,6 +17,8 @@ enum { N = 10 };
 /* lcm(1 .. 19): 1 / (i + j - 1) times this is an integer for i, j <= 10. */
 static const double scale = 232792560.0;
 
+static const perp__lemke_basis *const basis = &perp__lemke_doubled;
+
 static perp_context *context;
 
 static int make(void **state)
@@ -32,9 +34,11 @@ static int destroy(void **state)
     return 0;
 }
 
-/* What the front door and the cold start would have made of 0 <= x, v = H x - e times `scale`. */
+/* What the front door would have made of 0 <= x, v = H x - e times `scale`. */
 typedef struct fixture {
     perp__lemke l;
+    perp__matrix M;
+    double values[N * N], factors[N];
     perp__lcp_problem problem;
     perp_lcp_settings settings;
     perp__arena arena;
@@ -44,12 +48,18 @@ typedef struct fixture {
 static void set_up(fixture *f)
 {
     perp__lemke *l = &f->l;
-    int32_t i;
+    int32_t i, j;
 
     memset(f, 0, sizeof *f);
     f->settings = run_settings(PERP_LCP_LEMKE);
     f->problem.context = context;
     f->problem.n = N;
+    f->M.rows = f->M.columns = N;
+    f->M.values = f->values;
+    f->M.row_stride = 1;
+    f->M.column_stride = N;
+    f->problem.M = &f->M;
+    f->problem.factors = f->factors;
     f->problem.lower = f->lower;
     f->problem.upper = f->upper;
     f->problem.row_norms = f->row_norms;
@@ -60,58 +70,24 @@ static void set_up(fixture *f)
     for (i = 0; i < N; i++) {
         f->upper[i] = INFINITY;
         f->q[i] = -scale;
+        f->factors[i] = 1.0;
+        for (j = 0; j < N; j++)
+            f->values[i + j * N] = scale / (i + j + 1);
     }
-}
-
-/* The memory that lemke.c takes and that is of account here. */
-static void lay_out(perp__arena *arena, void *object)
-{
-    perp__lemke *l = object;
-    const size_t rows = perp__tableau_length(N);
-
-    l->capacity = l->pairs = N;
-    perp__tableau_layout(arena, &l->tableau, N, N + 1);
-    l->index = perp__arena_take(arena, N, sizeof(int32_t));
-    l->sign = perp__arena_take(arena, N, sizeof(int8_t));
-    l->at_upper = perp__arena_take(arena, N, sizeof(int8_t));
-    l->range = perp__arena_take(arena, N, sizeof(double));
-    l->cover = perp__arena_take(arena, N, sizeof(double));
-    l->twin = perp__arena_take(arena, N, sizeof(int32_t));
-    l->basic = perp__arena_take(arena, N, sizeof(int32_t));
-    l->nonbasic = perp__arena_take(arena, N + 1, sizeof(int32_t));
-    l->row_of = perp__arena_take(arena, 2 * N + 1, sizeof(int32_t));
-    l->column_of = perp__arena_take(arena, 2 * N + 1, sizeof(int32_t));
-    l->row_unit = perp__arena_take(arena, N, sizeof(double));
-    l->column_unit = perp__arena_take(arena, N, sizeof(double));
-    l->b = perp__arena_take(arena, rows, sizeof(double));
-    l->low = perp__arena_take(arena, rows, sizeof(double));
-    l->high = perp__arena_take(arena, rows, sizeof(double));
-    l->column = perp__arena_take(arena, rows, sizeof(double));
 }
 
 static void start(fixture *f)
 {
-    perp__lemke *l = &f->l;
-    int32_t i, j;
+    const perp__lcp_iterate iterate = {0};
 
-    assert_int_equal(perp__arena_fit(&f->arena, lay_out, l), PERP_OK);
-    assert_int_equal(perp__doubled_fit(l), PERP_OK);
-    perp__tableau_reset(&l->tableau, N, N);
-    for (j = 0; j < N; j++) {
-        for (i = 0; i < N; i++)
-            l->tableau.T[i + j * l->tableau.leading_dimension] = -scale / (i + j + 1);
-        l->b[j] = -scale;
-        l->index[j] = j;
-        l->sign[j] = 1;
-        l->at_upper[j] = 0;
-        l->range[j] = INFINITY;
-        l->twin[j] = -1;
-        l->basic[j] = N + j;
-        l->nonbasic[j] = j;
-    }
-    perp__lemke_reset_units(l);
-    perp__lemke_index(l);
-    perp__doubled_start(l);
+    assert_int_equal(perp__arena_fit(&f->arena, perp__lcp_lemke.layout, &f->l), PERP_OK);
+    assert_int_equal(basis->start(&f->l, &iterate), PERP_OK);
+}
+
+static void finish(fixture *f)
+{
+    perp__lcp_lemke.release(&f->l);
+    perp__arena_release(&f->arena);
 }
 
 /* x_k and v_k change places, whichever is in the basis. */
@@ -119,16 +95,13 @@ static void exchange(perp__lemke *l, int32_t k)
 {
     const int32_t entering = l->row_of[k] >= 0 ? N + k : k;
     const int32_t leaving = l->row_of[k] >= 0 ? k : N + k;
-    const int32_t c = l->column_of[entering], r = l->row_of[leaving];
+    const int32_t r = l->row_of[leaving];
 
-    perp__doubled_column(l, entering);
+    assert_int_equal(basis->column(l, entering), PERP_OK);
     l->basic[r] = entering;
-    l->nonbasic[c] = leaving;
     l->row_of[entering] = r;
     l->row_of[leaving] = -1;
-    l->column_of[entering] = -1;
-    l->column_of[leaving] = c;
-    assert_true(perp__doubled_exchange(l, r));
+    assert_int_equal(basis->exchange(l, r, leaving), PERP_OK);
 }
 
 static double factorial(int32_t n)
@@ -149,7 +122,7 @@ static void require_solution(perp__lemke *l, const char *where)
 {
     int32_t i;
 
-    perp__doubled_values(l);
+    assert_int_equal(basis->values(l), PERP_OK);
     for (i = 0; i < N; i++) {
         const double found = l->b[l->row_of[i]];
 
@@ -170,8 +143,7 @@ static void test_hilbert(void **state)
     for (k = 0; k < N; k++)
         exchange(&f.l, k);
     require_solution(&f.l, "ten exchanges");
-    perp__doubled_release(&f.l);
-    perp__arena_release(&f.arena);
+    finish(&f);
 }
 
 /* More exchanges than there is room for: the basis is inverted afresh on the way, with whatever of
@@ -193,15 +165,14 @@ static void test_inversion(void **state)
         if (f.l.row_of[k] < 0)
             exchange(&f.l, k);
     require_solution(&f.l, "four hundred exchanges");
-    perp__doubled_release(&f.l);
-    perp__arena_release(&f.arena);
+    finish(&f);
 }
 
-/* step and move: along the column of x_0 until row r blocks, where b is 0 to all 32 digits. */
+/* Along the column of x_0 until row r blocks, where b is 0 to all 32 digits. */
 static void test_step(void **state)
 {
     fixture f;
-    double low, step;
+    double step;
     int32_t r;
 
     (void)state;
@@ -209,16 +180,14 @@ static void test_step(void **state)
     start(&f);
     for (r = 1; r < N; r++)
         exchange(&f.l, r);
-    perp__doubled_values(&f.l);
-    perp__doubled_column(&f.l, 0);
+    assert_int_equal(basis->values(&f.l), PERP_OK);
+    assert_int_equal(basis->column(&f.l, 0), PERP_OK);
     r = f.l.row_of[5];
     f.l.direction = f.l.b[r] * f.l.column[r] > 0.0 ? 1.0 : -1.0;
-    step = perp__doubled_step(&f.l, r, fabs(f.l.b[r]), &low);
-    assert_true(step > 0.0 && fabs(low) <= 0x1p-53 * step);
-    perp__doubled_move(&f.l, step, low);
+    step = basis->move(&f.l, r, fabs(f.l.b[r]));
+    assert_true(step > 0.0 && fabs(f.l.doubled.step_low) <= 0x1p-53 * step);
     assert_true(fabs(f.l.b[r]) <= 1e-30 * scale);
-    perp__doubled_release(&f.l);
-    perp__arena_release(&f.arena);
+    finish(&f);
 }
 
 int main(void)

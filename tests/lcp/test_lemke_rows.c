@@ -40,6 +40,7 @@ static void draw(problem *p, gen_random *random)
     p->rows.direction = gen_integer(random, 2) ? 1.0 : -1.0;
     p->rows.slack = 1e-11;
     p->rows.smallest_pivot = 1e-11;
+    p->rows.noise = gen_integer(random, 2) ? 1e-12 : 0.0;
     p->rows.always = gen_integer(random, LENGTH + 1) - 1;
 }
 
@@ -64,7 +65,8 @@ static void compare(const perp__row_kernels *kernels, const problem *p)
         const double rate = -p->rows.direction * p->column[i];
         const double distance = rate < 0.0 ? p->b[i] - p->low[i] : p->high[i] - p->b[i];
 
-        if (isfinite(distance) && fabs(rate) > (i == p->rows.always ? 0.0 : floor)) {
+        if (isfinite(distance) &&
+            fabs(rate) > (i == p->rows.always ? p->rows.noise * largest(p) : floor)) {
             assert_true(speed[i] == fabs(rate));
             assert_true(far[i] == fmax(distance, 0.0));
             least = fmin(least, (far[i] + p->rows.slack) / speed[i]);

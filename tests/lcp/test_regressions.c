@@ -59,7 +59,7 @@ static void require_exact(const gen_lcp *problem, int32_t method, const char *wh
     run r;
 
     run_lcp(&r, context, problem, &settings, NULL, where);
-    /* 4 units: DESIGN's bound on what a solution that counts may be off, row by row */
+    /* 4 units: the bound on what a solution that counts may be off, row by row */
     if (!run_ok(&r) || !(r.result.backward_error <= 4 * 0x1p-52))
         fail_msg("%s, %s: %s, residual %g, backward error %g", where, perp_lcp_method_text(method),
                  perp_outcome_text(r.result.outcome), r.result.residual, r.result.backward_error);

@@ -1,4 +1,4 @@
-/* The lead screw of the theory's problem (k) with compliant contact. */
+/* The lead screw of docs/friction.md with compliant contact. */
 #ifndef PERP_TESTS_SCREW_H
 #define PERP_TESTS_SCREW_H
 

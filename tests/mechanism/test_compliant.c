@@ -1,6 +1,6 @@
-/* Compliant contacts, linearised: the lead screw (k) of the theory, the closed criterion against
+/* Compliant contacts, linearised: the lead screw of docs/friction.md, the closed criterion against
  * the eigenvalues of the first-order system, the reduced model's labels against the full one.
- * Values of (k) are from reference_output.txt, where they have 15 digits or more. */
+ * The screw's values are those of a computation with 40 digits. */
 #include "screw.h"
 
 #include "linalg/eigenvalues.h"

@@ -1,5 +1,5 @@
-/* Compliant contacts in time: the lead screw (k) of the theory, whose times are from
- * reference_output.txt (DOP853 at 1e-11); refusals and memory. */
+/* Compliant contacts in time: the lead screw of docs/friction.md, whose times are those of
+ * another integrator (DOP853 at 1e-11); refusals and memory. */
 #include "screw.h"
 
 #include "memory.h"

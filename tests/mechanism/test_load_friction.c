@@ -1,4 +1,4 @@
-/* Load-dependent friction with known answers: problem (j) of the theory (scalar, worked out in
+/* Load-dependent friction with known answers: one coordinate (worked out in
  * rational numbers), two coordinates with 4, 2 and 0 answers, the sticky drawer, families. */
 #include "friction_run.h"
 

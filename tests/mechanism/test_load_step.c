@@ -1,4 +1,4 @@
-/* Steps over load-dependent friction: the sets of answers of the theory's 'implicit stepping of B',
+/* Steps over load-dependent friction: the sets of answers of B6 in docs/theory.md,
  * jams where no acceleration exists, and the choice where several do. */
 #include "friction_run.h"
 
@@ -98,8 +98,9 @@ static void test_regular_stop(void **state)
     finish(&a);
 }
 
-/* Static friction holds what kinetic friction would not, and in a stick-slip belt (theory (q)),
- * whose load is constant (C = 0), the spring's pull at break-away is that of mu_static. */
+/* Static friction holds what kinetic friction would not, and in a stick-slip belt
+ * (docs/machines.md), whose load is constant (C = 0), the spring's pull at break-away is that of
+ * mu_static. */
 static void test_static_friction(void **state)
 {
     const double m = 1, none = 0, load = 1, kinetic = 3, static_friction = 5, rest = 0;

@@ -157,7 +157,9 @@ static void test_settings(void **state)
                  CHANGE(stiffness, 0),
                  CHANGE(stiffness, INFINITY),
                  CHANGE(damping, -1),
-                 CHANGE(damping, NAN)};
+                 CHANGE(damping, NAN),
+                 CHANGE(select, 3),
+                 CHANGE(reserved, 1)};
 #undef CHANGE
     perp_mechanism_settings settings;
     size_t i;
@@ -171,6 +173,8 @@ static void test_settings(void **state)
         char *const field = (char *)&settings + wrong[i].at;
         const int32_t small = (int32_t)(isnan(wrong[i].value) ? 0 : wrong[i].value);
         const int64_t whole = 0;
+        const perp_status status =
+            isnan(wrong[i].value) ? PERP_ERROR_NOT_FINITE : PERP_ERROR_ARGUMENT;
 
         assert_int_equal(perp_mechanism_settings_init(&settings, sizeof settings), PERP_OK);
         if (wrong[i].size == sizeof small)
@@ -179,12 +183,12 @@ static void test_settings(void **state)
             memcpy(field, &whole, sizeof whole);
         else
             memcpy(field, &wrong[i].value, sizeof wrong[i].value);
-        assert_int_equal(perp_mechanism_set(r.mechanism, &settings), PERP_ERROR_ARGUMENT);
+        assert_int_equal(perp_mechanism_set(r.mechanism, &settings), status);
         tabled_says(&r, wrong[i].text);
         twin = r;
         twin.settings = settings;
         twin.model.user = &twin;
-        refuse(&twin, PERP_ERROR_ARGUMENT, wrong[i].text);
+        refuse(&twin, status, wrong[i].text);
     }
     assert_int_equal(tabled_advance(&r, 0.125),
                      PERP_OUTCOME_SOLVED); /* the old ones are in force */

@@ -113,7 +113,7 @@ static void test_one_impact(void **state)
     const double h = 0.01;
     perp_body_settings settings = scene_settings();
     perp_body_state now;
-    perp_contact contact;
+    perp_world_contact contact;
     perp_body ball;
     scene s;
 

@@ -12,7 +12,7 @@
 #include "world/scene.h"
 
 /* Tip slips with -1, the rod does not turn. Returns the state after one step. */
-static perp_body_state step_rod(double h, double e, perp_contact *contact)
+static perp_body_state step_rod(double h, double e, perp_world_contact *contact)
 {
     perp_body_settings settings = scene_settings();
     perp_body_state now;
@@ -51,7 +51,7 @@ static void test_one_step(void **state)
 
     (void)state;
     for (i = 0; i < sizeof expected / sizeof *expected; i++) {
-        perp_contact contact;
+        perp_world_contact contact;
         perp_body_state now = step_rod(expected[i].h, 0.0, &contact);
 
         scene_near(now.velocity[0] / expected[i].vx, 1.0, 1e-11, "vx");
@@ -67,7 +67,7 @@ static void test_one_step(void **state)
 static void test_impact_without_collision(void **state)
 {
     const double h = 1e-9;
-    perp_contact contact;
+    perp_world_contact contact;
     perp_body_state now = step_rod(h, 0.0, &contact);
     double energy = 0.5 * (now.velocity[0] * now.velocity[0] + now.velocity[1] * now.velocity[1]) +
                     now.angular_velocity[2] * now.angular_velocity[2] / 6.0;

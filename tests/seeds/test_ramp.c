@@ -311,7 +311,7 @@ static void test_static_force(void **state)
     open_slope(&s, 0, THETA, MU, GRAVITY, 0.0);
     scene_step(&s.scene, h);
     for (i = 0; i < perp_world_contact_count(s.scene.world); i++) {
-        perp_contact contact = scene_contact(&s.scene, i);
+        perp_world_contact contact = scene_contact(&s.scene, i);
 
         double sign = contact.body_b == s.brick ? 1.0 : -1.0;
 

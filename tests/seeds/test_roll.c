@@ -53,7 +53,7 @@ static double run_until_rolling(scene *s, double h)
     int k;
 
     for (k = 1; k < 10000; k++) {
-        perp_contact contact;
+        perp_world_contact contact;
 
         scene_step(s, h);
         assert_int_equal(perp_world_contact_count(s->world), 1);

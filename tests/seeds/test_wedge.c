@@ -36,7 +36,7 @@ static void check_laws(scene *s, double scale)
     int32_t i;
 
     for (i = 0; i < perp_world_contact_count(s->world); i++) {
-        perp_contact contact = scene_contact(s, i);
+        perp_world_contact contact = scene_contact(s, i);
         double slip = hypot(contact.velocity[1], contact.velocity[2]);
         double friction = hypot(contact.impulse[1], contact.impulse[2]);
         double power =
@@ -131,7 +131,7 @@ static void test_table(void **state)
     }
     assert_int_equal(perp_world_contact_count(s.world), 4);
     for (i = 0; i < 4; i++) {
-        perp_contact contact = scene_contact(&s, i);
+        perp_world_contact contact = scene_contact(&s, i);
         double sign = contact.body_b == table ? 1.0 : -1.0;
         double lift = sign * contact.normal[2] * contact.impulse[0] / h;
 
@@ -174,7 +174,7 @@ static void test_many_legs(void **state)
     assert_true(scene_rests(&s, table));
     assert_int_equal(perp_world_contact_count(s.world), legs);
     for (i = 0; i < legs; i++) {
-        perp_contact contact = scene_contact(&s, i);
+        perp_world_contact contact = scene_contact(&s, i);
         double sign = contact.body_b == table ? 1.0 : -1.0;
         double lift = sign * contact.normal[2] * contact.impulse[0] / h;
 

@@ -150,11 +150,11 @@ static inline perp_step_result scene_step(scene *s, double h)
     return result;
 }
 
-static inline perp_contact scene_contact(scene *s, int32_t index)
+static inline perp_world_contact scene_contact(scene *s, int32_t index)
 {
-    perp_contact contact;
+    perp_world_contact contact;
 
-    assert_int_equal(perp_contact_init(&contact, sizeof contact), PERP_OK);
+    assert_int_equal(perp_world_contact_init(&contact, sizeof contact), PERP_OK);
     SCENE_OK(s, perp_world_get_contact(s->world, &contact, index));
     return contact;
 }

@@ -112,9 +112,9 @@ static void check_same(scene *s, perp_body body, const perp_body_state *expected
 }
 
 /* The contact, or zeros if there is none. */
-static perp_contact contact_or_zero(scene *s, int32_t index)
+static perp_world_contact contact_or_zero(scene *s, int32_t index)
 {
-    perp_contact contact;
+    perp_world_contact contact;
 
     memset(&contact, 0, sizeof contact);
     return index >= 0 ? scene_contact(s, index) : contact;
@@ -134,8 +134,8 @@ static int run(long k, perp_body_state states[STEPS][3])
     for (i = 0; i < STEPS; i++) {
         perp_body_state before = scene_state(&s, boxes[0]);
         int32_t contacts = perp_world_contact_count(s.world);
-        perp_contact last = contact_or_zero(&s, contacts - 1);
-        perp_contact now;
+        perp_world_contact last = contact_or_zero(&s, contacts - 1);
+        perp_world_contact now;
         perp_status status;
 
         if (i == LATE)

@@ -192,7 +192,7 @@ static void test_placed_shapes(void **state)
     perp_body_settings settings = scene_settings();
     perp_shape_settings material = scene_material(0.5, 0.0);
     const double half[3] = {1.0, 1.0, 1.0};
-    perp_contact contact;
+    perp_world_contact contact;
     perp_body body;
     scene s;
 
@@ -233,7 +233,7 @@ static void test_placed_shapes(void **state)
 static void test_materials(void **state)
 {
     perp_body_settings settings = scene_settings();
-    perp_contact contact;
+    perp_world_contact contact;
     perp_body ball;
     scene s;
 

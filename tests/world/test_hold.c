@@ -126,7 +126,7 @@ static void test_two_lifts(void **state)
     count = perp_world_contact_count(s.world);
     assert_int_equal(count, 2);
     for (i = 0; i < count; i++) {
-        const perp_contact contact = scene_contact(&s, i);
+        const perp_world_contact contact = scene_contact(&s, i);
 
         assert_true(contact.impulse[0] > 0.0);
         assert_true(contact.velocity[0] == 0.0);

@@ -47,7 +47,7 @@ static double ground_impulse(scene *s)
     int32_t i;
 
     for (i = 0; i < perp_world_contact_count(s->world); i++) {
-        perp_contact contact = scene_contact(s, i);
+        perp_world_contact contact = scene_contact(s, i);
 
         if (contact.body_a == s->ground || contact.body_b == s->ground)
             sum += contact.impulse[0];
@@ -80,7 +80,7 @@ static void stack_rests(int32_t planar, int n, const double *masses, double cond
                    "weight");
     }
     for (i = 0; i < perp_world_contact_count(s.world); i++) {
-        perp_contact contact = scene_contact(&s, i);
+        perp_world_contact contact = scene_contact(&s, i);
 
         assert_int_equal(contact.mode, PERP_CONTACT_STICK);
         assert_true(contact.velocity[0] == 0.0 && contact.velocity[1] == 0.0 &&
@@ -162,7 +162,7 @@ static void on_a_belt(int32_t planar)
     }
     assert_true(stuck);
     for (i = 0; i < perp_world_contact_count(s.world); i++) {
-        perp_contact contact = scene_contact(&s, i);
+        perp_world_contact contact = scene_contact(&s, i);
 
         assert_int_equal(contact.mode, PERP_CONTACT_STICK);
         assert_true(contact.velocity[0] == 0.0 && contact.velocity[1] == 0.0 &&
@@ -302,7 +302,7 @@ static void test_separates(void **state)
     assert_true(scene_state(&s, box).velocity[2] > 0.0);
     assert_true(perp_world_contact_count(s.world) >= 4);
     for (i = 0; i < perp_world_contact_count(s.world); i++) {
-        perp_contact contact = scene_contact(&s, i);
+        perp_world_contact contact = scene_contact(&s, i);
 
         assert_int_equal(contact.mode, PERP_CONTACT_SEPARATE);
         assert_true(contact.impulse[0] == 0.0 && contact.impulse[1] == 0.0 &&
@@ -338,7 +338,7 @@ static void test_closes_a_gap(void **state)
     scene_step(&s, h);
     assert_int_equal(perp_world_contact_count(s.world), 4);
     for (i = 0; i < 4; i++) {
-        perp_contact contact = scene_contact(&s, i);
+        perp_world_contact contact = scene_contact(&s, i);
 
         scene_near(contact.gap, gap, EPSILON, "gap");
         assert_true(contact.velocity[0] == -contact.gap / h);
@@ -388,7 +388,7 @@ static void test_contact_frames(void **state)
     (void)state;
     for (i = 0; i < sizeof normals / sizeof *normals; i++) {
         perp_body_settings settings = scene_settings();
-        perp_contact c;
+        perp_world_contact c;
         perp_body ball;
         scene s;
         double length = sqrt(scene_dot(normals[i], normals[i]));

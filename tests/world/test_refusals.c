@@ -338,7 +338,7 @@ static void test_steps(void **state)
 {
     perp_step_result result;
     perp_world_stats stats;
-    perp_contact contact;
+    perp_world_contact contact;
     scene s;
 
     (void)state;
@@ -349,7 +349,7 @@ static void test_steps(void **state)
     REFUSED(&s, perp_world_step(s.world, NULL, INFINITY), PERP_ERROR_NOT_FINITE, "dt");
     memset(&result, 0, sizeof result);
     REFUSED(&s, perp_world_step(s.world, &result, 0.1), PERP_ERROR_ABI, "result.struct_size");
-    assert_int_equal(perp_contact_init(&contact, sizeof contact), PERP_OK);
+    assert_int_equal(perp_world_contact_init(&contact, sizeof contact), PERP_OK);
     REFUSED(&s, perp_world_get_contact(s.world, &contact, 0), PERP_ERROR_ARGUMENT, "index");
     REFUSED(&s, perp_world_get_contact(s.world, &contact, -1), PERP_ERROR_ARGUMENT, "index");
     memset(&stats, 0, sizeof stats);

@@ -317,7 +317,7 @@ static void test_heap(void **state)
 
         scene_step(&s, 0.01);
         for (i = 0; i < perp_world_contact_count(s.world); i++) {
-            perp_contact contact = scene_contact(&s, i);
+            perp_world_contact contact = scene_contact(&s, i);
 
             /* turning h w a step bends a linearised gap by (h w)^2 of the size: 0.1 of a step of
              * 0.1 rad, and the projection takes most of it back */

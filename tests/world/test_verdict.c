@@ -92,7 +92,7 @@ static thing *find(pile *p, perp_body id)
 }
 
 /* Row `axis` of contact c for its body on `side`, at the start of the step. */
-static void row_of(const perp_contact *c, int axis, int side, const thing *t, double *row)
+static void row_of(const perp_world_contact *c, int axis, int side, const thing *t, double *row)
 {
     const double *a = axis == 0 ? c->normal : axis == 1 ? c->tangent_1 : c->tangent_2;
     const double sign = side == 0 ? -1.0 : 1.0;
@@ -109,7 +109,8 @@ static void row_of(const perp_contact *c, int axis, int side, const thing *t, do
 
 /* Sum of the sizes of all terms of a contact's velocity: its bodies' own, gravity's, and every
  * impulse on them. */
-static double size_of(pile *p, const perp_contact *all, int32_t count, const perp_contact *c)
+static double size_of(pile *p, const perp_world_contact *all, int32_t count,
+                      const perp_world_contact *c)
 {
     double size = fmax(c->gap, 0.0) / h;
     int axis, side, other, i;
@@ -126,7 +127,7 @@ static double size_of(pile *p, const perp_contact *all, int32_t count, const per
                 size += fabs(row[i]) * (fabs(t->before.velocity[i]) + h * fabs(p->gravity[i])) +
                         fabs(row[3 + i] * t->before.angular_velocity[i]);
             for (k = 0; k < 6 * count; k++) {
-                const perp_contact *d = &all[k / 6];
+                const perp_world_contact *d = &all[k / 6];
                 const int at = k % 3;
 
                 other = k / 3 % 2;
@@ -142,7 +143,7 @@ static double size_of(pile *p, const perp_contact *all, int32_t count, const per
     return size;
 }
 
-static double lightest(pile *p, const perp_contact *c)
+static double lightest(pile *p, const perp_world_contact *c)
 {
     const thing *a = find(p, c->body_a), *b = find(p, c->body_b);
 
@@ -150,7 +151,8 @@ static double lightest(pile *p, const perp_contact *c)
 }
 
 /* Signorini, the cone and the direction of friction, beside the contact's own terms. */
-static double contact_error(pile *p, const perp_contact *all, int32_t count, const perp_contact *c)
+static double contact_error(pile *p, const perp_world_contact *all, int32_t count,
+                            const perp_world_contact *c)
 {
     const double size = size_of(p, all, count, c), most = c->friction * c->impulse[0];
     const double *r = c->impulse, *u = c->velocity;
@@ -175,7 +177,7 @@ static double contact_error(pile *p, const perp_contact *all, int32_t count, con
 }
 
 /* Linear momentum of a body, beside its own terms. */
-static double momentum_error(pile *p, const perp_contact *all, int32_t count, const thing *t)
+static double momentum_error(pile *p, const perp_world_contact *all, int32_t count, const thing *t)
 {
     double error = 0.0, size = 0.0;
     int i, axis, side;
@@ -204,7 +206,7 @@ static double momentum_error(pile *p, const perp_contact *all, int32_t count, co
 
 static double worst_error(pile *p)
 {
-    static perp_contact all[400];
+    static perp_world_contact all[400];
     const int32_t count = perp_world_contact_count(p->s.world);
     double worst = 0.0;
     int32_t i;

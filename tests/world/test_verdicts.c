@@ -79,7 +79,7 @@ static void test_momentum_of_a_stopped_solve(void **state)
         SCENE_OK(&s, perp_world_step(s.world, &result, h));
         stopped += result.outcome == PERP_OUTCOME_ITERATION_LIMIT;
         for (c = 0; c < perp_world_contact_count(s.world); c++) {
-            const perp_contact at = scene_contact(&s, c);
+            const perp_world_contact at = scene_contact(&s, c);
 
             for (i = 0; i < boxes; i++)
                 for (k = 0; k < 3; k++)

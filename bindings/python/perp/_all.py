@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
+from ._generated import LcpEnumeration, LcpFound, LcpSettings, LcpVisit, Matrix
 from ._handle import Context
 from ._lcp import count, limit
 from ._library import OUTCOMES, PLACES, defaults, library
 from ._monitor import Monitor, Watch
-from ._structures import LcpEnumeration, LcpFound, LcpSettings, LcpVisit, Matrix, sized
+from ._structures import sized
 
 Array = NDArray[np.float64]
 

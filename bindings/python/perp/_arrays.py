@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import argument_error
-from ._structures import Matrix
+from ._generated import CONSTANTS, Matrix
 
-COLUMN_MAJOR, ROW_MAJOR, CSC = 0, 1, 2
+COLUMN_MAJOR = CONSTANTS["PERP_STORAGE_COLUMN_MAJOR"]
+ROW_MAJOR = CONSTANTS["PERP_STORAGE_ROW_MAJOR"]
+CSC = CONSTANTS["PERP_STORAGE_CSC"]
 INT32_MAX = 2**31 - 1
 
 _float64 = np.dtype(np.float64)

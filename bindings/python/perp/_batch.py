@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _errors
+from ._generated import LcpSettings
 from ._handle import Context
 from ._lcp import limit
 from ._library import GOOD_OUTCOMES, OUTCOMES, library
-from ._structures import LcpSettings, sized
+from ._structures import sized
 
 Array = NDArray[np.float64]
 

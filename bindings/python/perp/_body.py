@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _structures as s
+from . import _generated as s
 from ._arrays import floats, number
 from ._library import library
 from ._results import Array
+from ._structures import Vector4, sized
 
 if TYPE_CHECKING:
     from ._world import World
@@ -73,7 +74,7 @@ class Body:
     # --- what changes in time ---------------------------------------------------------------
 
     def _state(self) -> s.BodyState:
-        state = s.sized(s.BodyState)
+        state = sized(s.BodyState)
         self._world._call(library.perp_world_get_body, byref(state), self._id)
         return state
 
@@ -116,7 +117,7 @@ class Body:
         if self._world.planar:
             self._set("angle", number(value, "orientation"))
         else:
-            self._set("orientation", s.Vector4(*floats(value, "orientation", 4)))
+            self._set("orientation", Vector4(*floats(value, "orientation", 4)))
 
     @property
     def velocity(self) -> Array:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
+from ._generated import Bristle
 from ._handle import Context
 from ._library import defaults, library
-from ._structures import Bristle
 
 Numbers = Union[float, NDArray[np.float64]]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import addressof, byref
+from ctypes import byref, pointer
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -11,17 +11,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
 from ._errors import argument_error
-from ._handle import Context, _release_with
-from ._library import defaults, library
-from ._structures import (
+from ._generated import (
     CompliantPointer,
     CompliantResult,
     CompliantSettings,
     CompliantStability,
     CompliantSystem,
     Matrix,
-    sized,
 )
+from ._handle import Context, _release_with
+from ._library import defaults, library
+from ._structures import sized
 
 Array = NDArray[np.float64]
 _ENDS = ("time", "stopped", "steps", "failed")
@@ -55,7 +55,7 @@ class CompliantRun:
     samples: Array  # (k, 1 + 2 n + p): t, x, v, N
 
 
-def _matrix(value: Any, name: str, rows: Optional[int], columns: int, kept: list[Any]) -> int:
+def _matrix(value: Any, name: str, rows: Optional[int], columns: int, kept: list[Any]) -> Any:
     array = np.atleast_2d(_arrays.real(value, name))
     if array.shape != (rows, columns):
         raise argument_error(f"{name} has shape {array.shape}, expected ({rows}, {columns})")
@@ -63,7 +63,7 @@ def _matrix(value: Any, name: str, rows: Optional[int], columns: int, kept: list
     matrix.storage, matrix.rows, matrix.columns = _arrays.ROW_MAJOR, rows, columns
     matrix.leading_dimension, matrix.values = max(columns, 1), _arrays.address(array)
     kept += [array, matrix]
-    return addressof(matrix)
+    return pointer(matrix)
 
 
 class Compliant:

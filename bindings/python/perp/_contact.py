@@ -11,22 +11,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _errors
-from ._handle import Context
-from ._lcp import code, count, limit
-from ._library import CERTIFICATES, CONTACT_METHODS, GOOD_OUTCOMES, MODES, OUTCOMES, library
-from ._monitor import Monitor, Watch, needs_watch
-from ._structures import (
+from ._callbacks import Array, Callbacks
+from ._generated import (
     ContactDynamics,
     ContactLaws,
     ContactMassSolve,
     ContactMonitor,
     ContactSettings,
     Matrix,
-    sized,
 )
-from ._structures import ContactResult as CResult
-
-Array = NDArray[np.float64]
+from ._generated import ContactResult as CResult
+from ._handle import Context
+from ._lcp import code, count, limit
+from ._library import CERTIFICATES, CONTACT_METHODS, GOOD_OUTCOMES, MODES, OUTCOMES, library
+from ._monitor import Monitor, Watch, needs_watch
+from ._structures import sized
 
 _METHOD_CODES = {word: k for k, word in CONTACT_METHODS.items()}
 _MODE_WORDS = np.array([MODES[k] for k in range(len(MODES))])
@@ -149,18 +148,18 @@ def _fill(
     settings.time_limit = limit(time_limit, "time_limit")
 
 
-class _MassSolve:
+class _MassSolve(Callbacks):
     """The caller's solve as a callback for the library, which keeps what was raised inside."""
 
     def __init__(self, solve: Callable[[Array], ArrayLike], n: int) -> None:
+        super().__init__()
         self._solve, self._n = solve, n
-        self.raised: list[BaseException] = []
         self.function = ContactMassSolve(self._call)
 
-    def _call(self, x: Any, columns: int, _: Any) -> int:
+    def _call(self, x: int, columns: int, _: Any) -> int:
         try:
             # entry i of right-hand side j at x[j n + i]
-            block = np.ctypeslib.as_array(x, (columns, self._n)).T
+            block = self.view(x, columns * self._n).reshape(columns, self._n).T
             answer = _arrays.real(self._solve(block.copy()), "M(x)")
             if answer.shape != block.shape:
                 raise _errors.argument_error(
@@ -306,8 +305,8 @@ def contact(
     )
     if watch is not None:
         watch.raise_caught()
-    if isinstance(mass_owner, _MassSolve) and mass_owner.raised:
-        raise mass_owner.raised[0]
+    if isinstance(mass_owner, _MassSolve):
+        mass_owner.raise_caught()
     context.check(status)
     del owners, joint_owners, mass_owner  # the views were used up to here
     return _answer(laws, rows, v, (r, u, ray), modes, result)

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import builtins
 
-ARGUMENT, NOT_FINITE, MEMORY, ABI, HANDLE, BUSY, CALLBACK = range(-1, -8, -1)
+from ._generated import CONSTANTS
 
-_NAMES = {
-    ARGUMENT: "PERP_ERROR_ARGUMENT",
-    NOT_FINITE: "PERP_ERROR_NOT_FINITE",
-    MEMORY: "PERP_ERROR_MEMORY",
-    ABI: "PERP_ERROR_ABI",
-    HANDLE: "PERP_ERROR_HANDLE",
-    BUSY: "PERP_ERROR_BUSY",
-    CALLBACK: "PERP_ERROR_CALLBACK",
-}
+ARGUMENT = CONSTANTS["PERP_ERROR_ARGUMENT"]
+NOT_FINITE = CONSTANTS["PERP_ERROR_NOT_FINITE"]
+MEMORY = CONSTANTS["PERP_ERROR_MEMORY"]
+HANDLE = CONSTANTS["PERP_ERROR_HANDLE"]
+
+_NAMES = {value: name for name, value in CONSTANTS.items() if name.startswith("PERP_ERROR_")}
 
 
 class Error(Exception):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import addressof, byref, string_at
+from ctypes import byref, pointer, string_at
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -11,9 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
 from ._errors import argument_error
-from ._handle import Context, _release_with
-from ._library import LOAD_KINDS, LOAD_MODES, LOAD_REASONS, defaults, library
-from ._structures import (
+from ._generated import (
     LoadFound,
     LoadFrictionPointer,
     LoadInverse,
@@ -23,8 +21,10 @@ from ._structures import (
     LoadSystem,
     LoadUniqueness,
     Matrix,
-    sized,
 )
+from ._handle import Context, _release_with
+from ._library import LOAD_KINDS, LOAD_MODES, LOAD_REASONS, defaults, library
+from ._structures import sized
 
 Array = NDArray[np.float64]
 
@@ -146,7 +146,7 @@ class Friction:
             if value is not None or name == "C":
                 matrix = sized(Matrix)
                 _, _, owner = _arrays.view(matrix, _square(value, name, n))
-                setattr(system, name, addressof(matrix))
+                setattr(system, name, pointer(matrix))
                 kept += [matrix, owner]
         for name, value in (("b", b), ("d", d), ("mu", mu), ("mu_static", mu_static)):
             vector = _vector(value, name, n)

@@ -9,8 +9,8 @@ from types import TracebackType
 from typing import Any, TypeVar
 
 from . import _errors
+from ._generated import ContextPointer
 from ._library import library
-from ._structures import ContextPointer
 
 H = TypeVar("H", bound="Handle")
 

@@ -12,16 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _errors
+from ._generated import LcpMonitor, LcpSettings, LcpSolverPointer, Matrix
+from ._generated import LcpResult as CResult
 from ._handle import Context, Handle
-from ._library import CERTIFICATES, GOOD_OUTCOMES, METHODS, OUTCOMES, library
+from ._library import CERTIFICATES, GOOD_OUTCOMES, METHODS, OUTCOMES, codes, library
 from ._monitor import Monitor, Watch, needs_watch
-from ._structures import LcpMonitor, LcpSettings, Matrix, SolverPointer, sized
-from ._structures import LcpResult as CResult
+from ._structures import sized
 
 _METHOD_CODES = {word: code for code, word in METHODS.items()}
-_PIVOT_RULE_CODES = {"harris": 0, "lexicographic": 1}
-_SWEEP_CODES = {"forward": 0, "symmetric": 1}
-_ACCELERATION_CODES = {"none": 0, "conjugate_gradient": 1}
+_PIVOT_RULE_CODES = codes("PERP_PIVOT_")
+_SWEEP_CODES = codes("PERP_SWEEP_")
+_ACCELERATION_CODES = codes("PERP_ACCELERATION_")
 _NO_MONITOR = LcpMonitor()
 
 
@@ -261,7 +262,7 @@ class LCP(Handle):
 
     _create = library.perp_lcp_solver_create
     _destroy = library.perp_lcp_solver_destroy
-    _pointer_type = SolverPointer
+    _pointer_type = LcpSolverPointer
 
     def __init__(
         self,

@@ -5,16 +5,16 @@ from __future__ import annotations
 import ctypes.util
 import os
 import sys
-from ctypes import CDLL, byref, c_char_p, c_int32, c_uint64, sizeof
+from ctypes import CDLL, byref, c_int32, sizeof
 from pathlib import Path
 from typing import Any
 
-from . import _structures as s
-from ._functions import STATUS_FUNCTIONS, TEXT_FUNCTIONS, VOID_FUNCTIONS
+from ._generated import CONSTANTS, FUNCTIONS, STRUCTS
+from ._structures import S, sized
 
 # The soname's number this package was written for, and the oldest library that has every struct
-# as declared in _structures.py. A newer one with the same number is a drop-in replacement.
-ABI_VERSION = 0
+# as declared in _generated.py. A newer one with the same number is a drop-in replacement.
+ABI_VERSION = CONSTANTS["PERP_ABI_VERSION"]
 OLDEST_VERSION = 100
 
 
@@ -74,18 +74,9 @@ def _load() -> CDLL:
 
 
 def _declare(library: CDLL) -> None:
-    for functions, result in (
-        (VOID_FUNCTIONS, None),
-        (TEXT_FUNCTIONS, c_char_p),
-        (STATUS_FUNCTIONS, c_int32),
-    ):
-        for name, arguments in functions.items():
-            function = getattr(library, name)
-            function.restype, function.argtypes = result, arguments
-    library.perp_world_ground.restype = c_uint64
-    library.perp_world_ground.argtypes = [s.WorldPointer]
-    library.perp_world_contact_count.restype = c_int32
-    library.perp_world_contact_count.argtypes = [s.WorldPointer]
+    for name, (result, arguments) in FUNCTIONS.items():
+        function = getattr(library, name)
+        function.restype, function.argtypes = result, arguments
 
 
 def _words(text: Any) -> dict[int, str]:
@@ -94,6 +85,15 @@ def _words(text: Any) -> dict[int, str]:
     while not (word := text(len(words)).decode()).startswith("unknown"):
         words[len(words)] = word
     return words
+
+
+def codes(prefix: str) -> dict[str, int]:
+    """The headers' constants of one kind, by the word that follows the prefix."""
+    return {
+        name[len(prefix) :].lower(): value
+        for name, value in CONSTANTS.items()
+        if name.startswith(prefix)
+    }
 
 
 library = _load()
@@ -112,9 +112,10 @@ MECHANISM_SCHEMES = _words(library.perp_mechanism_scheme_text)
 MECHANISM_SELECTIONS = _words(library.perp_mechanism_select_text)
 MECHANISM_LAWS = _words(library.perp_mechanism_law_text)
 MECHANISM_REASONS = _words(library.perp_mechanism_reason_text)
-PLACES = ("lower", "upper", "between", "fixed")
-CERTIFICATES = {0: None, 1: "infeasible"}
-GOOD_OUTCOMES = (0, 1)
+PLACES = tuple(codes("PERP_PLACE_"))
+CERTIFICATES = {code: word for word, code in codes("PERP_CERTIFICATE_").items()}
+CERTIFICATES[CONSTANTS["PERP_CERTIFICATE_NONE"]] = None
+GOOD_OUTCOMES = CONSTANTS["PERP_OUTCOME_SOLVED"], CONSTANTS["PERP_OUTCOME_ROUNDING_LIMIT"]
 
 version: tuple[int, int, int] = _split(library.perp_version())
 
@@ -125,10 +126,10 @@ def version_text() -> str:
     return text.decode()
 
 
-def defaults(struct: type[s.S], *arguments: int) -> s.S:
+def defaults(struct: type[S], *arguments: int) -> S:
     """Returns settings with the library's defaults."""
-    settings = s.sized(struct)
-    name = next(name for name, value in s.STRUCTS.items() if value is struct)
+    settings = sized(struct)
+    name = next(name for name, value in STRUCTS.items() if value is struct)
     status = getattr(library, name + "_init")(byref(settings), sizeof(struct), *arguments)
     if status:
         raise ImportError(f"{name}_init: {library.perp_status_text(status).decode()}")

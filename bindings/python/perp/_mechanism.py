@@ -11,6 +11,13 @@ from numpy.typing import ArrayLike
 from . import _arrays
 from ._callbacks import Array
 from ._contact import _cone
+from ._generated import (
+    MechanismFound,
+    MechanismObserver,
+    MechanismRunResult,
+    MechanismSummary,
+)
+from ._generated import MechanismStep as CStep
 from ._lcp import code, limit
 from ._library import MECHANISM_SCHEMES, MECHANISM_SELECTIONS, defaults, library
 from ._mechanism_accelerations import Accelerations, make_accelerations, read_acceleration
@@ -23,13 +30,6 @@ from ._mechanism_results import (
     make_step,
     words,
 )
-from ._structures_mechanism import (
-    MechanismFound,
-    MechanismObserver,
-    MechanismRunResult,
-    MechanismSummary,
-)
-from ._structures_mechanism import MechanismStep as CStep
 
 _SCHEME_CODES = {word: k for k, word in MECHANISM_SCHEMES.items()}
 _SELECT_CODES = {word: k for k, word in MECHANISM_SELECTIONS.items()}

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._callbacks import Array
+from ._generated import MechanismFound, MechanismSummary
 from ._library import MECHANISM_REASONS
 from ._mechanism_results import Words, read, words
-from ._structures_mechanism import MechanismFound, MechanismSummary
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from . import _arrays
 from ._errors import argument_error
+from ._generated import MechanismPointer, MechanismSettings
 from ._handle import Handle
 from ._lcp import code
 from ._library import MECHANISM_LAWS, defaults, library
 from ._mechanism_callbacks import MechanismCallbacks, Sizes
-from ._structures_mechanism import MechanismPointer, MechanismSettings
 
 _LAW_CODES = {word: k for k, word in MECHANISM_LAWS.items()}
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from . import _arrays
 from ._callbacks import Array, Callbacks
 from ._errors import argument_error
+from ._generated import MechanismModel
 from ._structures import sized
-from ._structures_mechanism import MechanismModel
 
 
 class OutsideDomain(Exception):

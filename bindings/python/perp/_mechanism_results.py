@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._callbacks import Array
+from ._generated import MechanismRunResult, MechanismView
+from ._generated import MechanismStep as CStep
 from ._library import (
     CERTIFICATES,
     CONTACT_METHODS,
@@ -18,8 +20,6 @@ from ._library import (
     MODES,
     OUTCOMES,
 )
-from ._structures_mechanism import MechanismRunResult, MechanismView
-from ._structures_mechanism import MechanismStep as CStep
 
 Words = NDArray[np.str_]
 _MODE_WORDS = np.array([MODES[k] for k in range(len(MODES))])

@@ -6,8 +6,8 @@ import threading
 from collections.abc import Generator
 from typing import Any, Callable, NamedTuple, Optional
 
+from ._generated import LcpMonitor
 from ._library import METHODS
-from ._structures import LcpMonitor
 
 # A call that reads fewer matrix entries than this in all ends soon enough by itself; and where an
 # iteration reads this many entries, entering Python once in each does not show in the time.

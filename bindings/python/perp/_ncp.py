@@ -11,17 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _errors
 from ._callbacks import Callbacks
+from ._generated import NcpCheck, NcpFunction, NcpJacobian, NcpMonitor, NcpProblem, NcpSettings
+from ._generated import NcpResult as CResult
 from ._handle import Context
 from ._lcp import code, count, limit
 from ._library import GOOD_OUTCOMES, NCP_METHODS, OUTCOMES, library
 from ._monitor import Monitor, Watch
-from ._structures import NcpCheck, NcpFunction, NcpMonitor, NcpProblem, NcpSettings, sized
-from ._structures import NcpResult as CResult
+from ._structures import sized
 
 Array = NDArray[np.float64]
 
 _METHOD_CODES = {word: k for k, word in NCP_METHODS.items()}
-_NO_FUNCTION = NcpFunction()
+_NO_JACOBIAN = NcpJacobian()
 
 
 @dataclass(eq=False)
@@ -80,7 +81,7 @@ class _Callbacks(Callbacks):
         self.problem.n = self._n
         self._choose_storage(start, pattern)
         self._function = NcpFunction(self._call_function)
-        self._jacobian = _NO_FUNCTION if J is None else NcpFunction(self._call_jacobian)
+        self._jacobian = _NO_JACOBIAN if J is None else NcpJacobian(self._call_jacobian)
         self.problem.function, self.problem.jacobian = self._function, self._jacobian
 
     def _choose_storage(self, start: Array, pattern: Any) -> None:

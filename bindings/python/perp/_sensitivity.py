@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
 from ._errors import argument_error
+from ._generated import LcpSensitivityInfo, LcpSensitivityPointer, LcpSettings, Matrix
 from ._handle import Handle
 from ._library import PLACES, VERDICTS, defaults, library
-from ._structures import LcpSensitivityInfo, LcpSettings, Matrix, SensitivityPointer, sized
+from ._structures import sized
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,7 @@ class Sensitivity(Handle):
 
     _create = library.perp_lcp_sensitivity_create
     _destroy = library.perp_lcp_sensitivity_destroy
-    _pointer_type = SensitivityPointer
+    _pointer_type = LcpSensitivityPointer
 
     def __init__(
         self,

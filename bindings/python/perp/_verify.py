@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
+from ._generated import LcpProof, Matrix
 from ._handle import Context
 from ._library import VERDICTS, library
-from ._structures import LcpProof, Matrix, sized
+from ._structures import sized
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,16 +11,17 @@ from typing import Any, Callable, Optional
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _structures as s
+from . import _generated as s
 from ._arrays import floats, number, real
 from ._body import Body, Shape
 from ._errors import argument_error
 from ._handle import Handle
 from ._lcp import _METHOD_CODES, code, count, limit
-from ._library import GOOD_OUTCOMES, MODES, OUTCOMES, defaults, library
+from ._library import GOOD_OUTCOMES, MODES, OUTCOMES, codes, defaults, library
 from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
+from ._structures import Matrix3, Vector3, Vector4, sized
 
-_KIND_CODES = {"dynamic": 0, "static": 1, "kinematic": 2}
+_KIND_CODES = codes("PERP_BODY_")
 
 
 class World(Handle):
@@ -78,12 +79,12 @@ class World(Handle):
     # --- from what the caller has to what the library reads ----------------------------------
 
     def _vector(self, value: ArrayLike, name: str) -> Any:
-        return s.Vector3(*floats(value, name, self._dimension))
+        return Vector3(*floats(value, name, self._dimension))
 
     def _turn(self, value: ArrayLike, name: str) -> Any:
         if self._planar:
-            return s.Vector3(0.0, 0.0, number(value, name))
-        return s.Vector3(*floats(value, name, 3))
+            return Vector3(0.0, 0.0, number(value, name))
+        return Vector3(*floats(value, name, 3))
 
     def _inertia(self, value: ArrayLike) -> Any:
         """From a number, three principal moments or a matrix; a number in a planar world."""
@@ -91,14 +92,14 @@ class World(Handle):
         if array.ndim == 0 or self._planar:
             moments = [number(array, "inertia")] * 3
         elif array.shape == (3, 3):
-            return s.Matrix3(*array.ravel().tolist())
+            return Matrix3(*array.ravel().tolist())
         elif array.shape == (3,):
             moments = array.tolist()
         else:
             raise argument_error(
                 f"inertia has shape {array.shape}, expected a number, (3,) or (3, 3)"
             )
-        return s.Matrix3(moments[0], 0.0, 0.0, 0.0, moments[1], 0.0, 0.0, 0.0, moments[2])
+        return Matrix3(moments[0], 0.0, 0.0, 0.0, moments[1], 0.0, 0.0, 0.0, moments[2])
 
     def _shape_settings(
         self,
@@ -114,9 +115,9 @@ class World(Handle):
             settings.offset = self._vector(offset, "offset")
         if rotation is not None and self._planar:
             half = 0.5 * number(rotation, "rotation")
-            settings.rotation = s.Vector4(cos(half), 0.0, 0.0, sin(half))
+            settings.rotation = Vector4(cos(half), 0.0, 0.0, sin(half))
         elif rotation is not None:
-            settings.rotation = s.Vector4(*floats(rotation, "rotation", 4))
+            settings.rotation = Vector4(*floats(rotation, "rotation", 4))
         return settings
 
     # --- bodies -----------------------------------------------------------------------------
@@ -174,13 +175,13 @@ class World(Handle):
             turn = orientation if angle is None else angle
             settings.angle = 0.0 if turn is None else number(turn, "orientation")
         elif orientation is not None:
-            settings.orientation = s.Vector4(*floats(orientation, "orientation", 4))
+            settings.orientation = Vector4(*floats(orientation, "orientation", 4))
 
     # --- time -------------------------------------------------------------------------------
 
     def step(self, dt: float) -> StepResult:
         """Advances by dt. Where no step exists (outcome "ray") the state is left untouched."""
-        result = s.sized(s.StepResult)
+        result = sized(s.StepResult)
         self._call(library.perp_world_step, byref(result), dt)
         return StepResult(
             OUTCOMES[result.outcome],
@@ -264,14 +265,14 @@ class World(Handle):
 
     def momentum(self) -> Momentum:
         """Returns the linear momentum and the angular momentum about the origin."""
-        linear, angular = s.Vector3(), s.Vector3()
+        linear, angular = Vector3(), Vector3()
         self._call(library.perp_world_momentum, linear, angular)
         turn = float(angular[2]) if self._planar else np.array(angular)
         return Momentum(np.array(linear[: self._dimension]), turn)
 
     def stats(self) -> Stats:
         """Returns what the last step counted, and the time spent since creation."""
-        stats = s.sized(s.WorldStats)
+        stats = sized(s.WorldStats)
         self._call(library.perp_world_get_stats, byref(stats))
         return Stats(*(getattr(stats, name) for name in Stats.__dataclass_fields__))
 

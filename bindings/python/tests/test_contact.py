@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 import perp
-from perp import _library, _structures
+from perp import _generated, _library, _structures
 
 EPS = np.finfo(float).eps
 NAN = float("nan")
@@ -216,12 +216,12 @@ def test_refusals(arguments, words):
 
 
 def test_defaults_are_the_librarys():
-    theirs = _library.defaults(_structures.ContactSettings)
+    theirs = _library.defaults(_generated.ContactSettings)
     for call in (perp.contact, perp.contact_delassus):
         defaults = call.__kwdefaults__
-        mine = _structures.sized(_structures.ContactSettings)
+        mine = _structures.sized(_generated.ContactSettings)
         names = ("method", "cone", "tol", "max_iterations", "time_limit")
         perp._contact._fill(mine, *(defaults[name] for name in names))
-        for field, kind in _structures.ContactSettings._fields_:
-            if kind is not _structures.ContactMonitor:
+        for field, kind in _generated.ContactSettings._fields_:
+            if kind is not _generated.ContactMonitor:
                 assert getattr(mine, field) == getattr(theirs, field), field

@@ -1,15 +1,20 @@
 """The structs as Python declares them, against what a C compiler makes of the headers."""
 
 import ctypes
+import os
+import re
 import shutil
 import subprocess
+import sys
+from ctypes import c_double, c_int32, c_int64, c_size_t, c_uint64
 
 import numpy as np
 import pytest
 from conftest import ROOT
 
 import perp
-from perp import _library, _structures
+from perp import _generated, _library, _structures
+from perp._generated import CONSTANTS, FUNCTIONS, STRUCTS, LcpMonitor, LcpSettings, WorldSettings
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler on this machine")
@@ -33,7 +38,7 @@ def run_c(folder, body):
 @needs_compiler
 def test_structs_are_laid_out_as_in_c(tmp_path):
     body, expected = [], []
-    for name, struct in _structures.STRUCTS.items():
+    for name, struct in STRUCTS.items():
         body.append(f'printf("{name} %zu\\n", sizeof({name}));')
         expected.append(f"{name} {ctypes.sizeof(struct)}")
         for field, _ in struct._fields_:
@@ -44,47 +49,60 @@ def test_structs_are_laid_out_as_in_c(tmp_path):
     assert run_c(tmp_path, "\n".join(body)) == expected
 
 
-def test_no_struct_of_the_headers_was_forgotten():
-    header = "".join(path.read_text() for path in (ROOT / "include/perp").glob("*.h"))
-    names = {
-        line.split("}")[1].strip(" ;\n")
-        for line in header.splitlines()
-        if line.startswith("} perp")
-    }
-    assert names == set(_structures.STRUCTS)
+@needs_compiler
+def test_functions_take_what_python_passes(tmp_path):
+    """Calls of the widths that Python passes; a prototype that would convert one is an error."""
+    words = {c_double: "d", c_int32: "i", c_int64: "l", c_uint64: "u", c_size_t: "s"}
+    pointers = {struct: name for name, struct in STRUCTS.items()}
+    pointers.update((kind, name) for name, kind in handles().items())
+
+    def value(kind):
+        """An expression of this type; typed where it points at a struct of the library's."""
+        depth = 0
+        while hasattr(kind, "_type_") and issubclass(kind, ctypes._Pointer):
+            kind, depth = kind._type_, depth + 1
+        return f"({pointers[kind]} {'*' * depth})p" if depth else words.get(kind, "p")
+
+    declare = {None: "(void)", ctypes.c_char_p: "c =", **{k: f"{v} =" for k, v in words.items()}}
+    calls = "\n".join(
+        f"{declare[result]} {name}({', '.join(map(value, arguments))});"
+        for name, (result, arguments) in FUNCTIONS.items()
+    )
+    source = tmp_path / "calls.c"
+    source.write_text(
+        "#include <perp/perp.h>\n"
+        "void calls(void *p, double d, int32_t i, int64_t l, uint64_t u, size_t s, const char *c)\n"
+        "{\n" + calls + "\n}\n"
+    )
+    flags = ["-std=c99", "-Werror", "-Wconversion", "-Wtraditional-conversion", "-fsyntax-only"]
+    if "clang" in os.path.realpath(COMPILER):  # has not got the second
+        flags.append("-Wno-unknown-warning-option")
+    subprocess.run([COMPILER, *flags, f"-I{ROOT / 'include'}", str(source)], check=True)
+
+
+def handles():
+    """The opaque structs by their names in C."""
+    kinds = {name: kind for name, kind in vars(_generated).items() if name.endswith("Handle")}
+    names = "".join(path.read_text() for path in (ROOT / "include/perp").glob("*.h"))
+    opaque = re.findall(r"typedef struct (\w+) \1;", names)
+    return {name: kinds[name[4:].title().replace("_", "") + "Handle"] for name in opaque}
+
+
+@needs_compiler
+def test_the_headers_give_the_committed_file():
+    """The generator is also what would notice a struct or a function that is missing here."""
+    subprocess.run([sys.executable, ROOT / "scripts/generate-binding", "--check"], check=True)
+
+
+def test_the_library_exports_these_functions_and_no_others():
+    exported = re.findall(r"(perp_\w+);", (ROOT / "perp.map").read_text())
+    assert sorted(exported) == sorted(FUNCTIONS)
 
 
 @needs_compiler
 def test_constants_are_those_of_the_headers(tmp_path):
-    constants = {
-        "PERP_ABI_VERSION": _library.ABI_VERSION,
-        "PERP_STORAGE_COLUMN_MAJOR": perp._arrays.COLUMN_MAJOR,
-        "PERP_STORAGE_ROW_MAJOR": perp._arrays.ROW_MAJOR,
-        "PERP_STORAGE_CSC": perp._arrays.CSC,
-        "PERP_OUTCOME_SOLVED": 0,
-        "PERP_OUTCOME_ROUNDING_LIMIT": 1,
-        "PERP_CERTIFICATE_NONE": 0,
-        "PERP_CERTIFICATE_INFEASIBLE": 1,
-        "PERP_PIVOT_HARRIS": perp._lcp._PIVOT_RULE_CODES["harris"],
-        "PERP_PIVOT_LEXICOGRAPHIC": perp._lcp._PIVOT_RULE_CODES["lexicographic"],
-        "PERP_BODY_DYNAMIC": perp._world._KIND_CODES["dynamic"],
-        "PERP_BODY_STATIC": perp._world._KIND_CODES["static"],
-        "PERP_BODY_KINEMATIC": perp._world._KIND_CODES["kinematic"],
-        "PERP_LCP_AUTO": perp._lcp._METHOD_CODES["auto"],
-        "PERP_LCP_LEMKE": perp._lcp._METHOD_CODES["lemke"],
-        "PERP_LCP_PGS": perp._lcp._METHOD_CODES["pgs"],
-        "PERP_LCP_FISCHER": perp._lcp._METHOD_CODES["fischer"],
-        "PERP_LCP_ACTIVE_SET": perp._lcp._METHOD_CODES["active_set"],
-        "PERP_SWEEP_FORWARD": perp._lcp._SWEEP_CODES["forward"],
-        "PERP_SWEEP_SYMMETRIC": perp._lcp._SWEEP_CODES["symmetric"],
-        "PERP_ACCELERATION_NONE": perp._lcp._ACCELERATION_CODES["none"],
-        "PERP_ACCELERATION_CONJUGATE_GRADIENT": perp._lcp._ACCELERATION_CODES["conjugate_gradient"],
-        "PERP_VERDICT_REGULAR": 0,
-        **{"PERP_PLACE_" + word.upper(): k for k, word in enumerate(_library.PLACES)},
-        **{name: status for status, name in perp._errors._NAMES.items()},
-    }
-    body = "\n".join(f'printf("%d\\n", (int){name});' for name in constants)
-    assert run_c(tmp_path, body) == [str(value) for value in constants.values()]
+    body = "\n".join(f'printf("%d\\n", (int){name});' for name in CONSTANTS)
+    assert run_c(tmp_path, body) == [str(value) for value in CONSTANTS.values()]
 
 
 @needs_compiler
@@ -95,13 +113,13 @@ def test_version_of_the_package_is_that_of_the_headers(tmp_path):
 
 def test_lcp_defaults_are_the_librarys():
     """Python states defaults of its own, so that help() shows them."""
-    theirs = _library.defaults(_structures.LcpSettings)
-    mine = _structures.sized(_structures.LcpSettings)
+    theirs = _library.defaults(LcpSettings)
+    mine = _structures.sized(LcpSettings)
     signature = perp._lcp.lcp.__kwdefaults__
     names = [name for name in perp._lcp._fill.__code__.co_varnames[1:] if name in signature]
     perp._lcp._fill(mine, *(signature[name] for name in names))
-    for field, kind in _structures.LcpSettings._fields_:
-        if kind is not _structures.LcpMonitor:
+    for field, kind in LcpSettings._fields_:
+        if kind is not LcpMonitor:
             assert getattr(mine, field) == getattr(theirs, field), field
     assert not theirs.monitor
     assert set(signature) == {*names, "z0", "monitor"}
@@ -111,14 +129,14 @@ def test_lcp_defaults_are_the_librarys():
 
 
 def test_world_defaults_are_the_librarys():
-    theirs = _library.defaults(_structures.WorldSettings, 0)
+    theirs = _library.defaults(WorldSettings, 0)
     signature = perp.World.__init__.__kwdefaults__
     assert signature["friction_directions"] == theirs.friction_directions
     assert (signature["tol"], signature["method"]) == (theirs.tol, perp._library.METHODS[0])
     assert (theirs.method, theirs.strict, theirs.max_iterations) == (0, 0, 0)
     np.testing.assert_array_equal(list(theirs.gravity), [0, 0, -9.81])
     np.testing.assert_array_equal(
-        list(_library.defaults(_structures.WorldSettings, 1).gravity), [0, -9.81, 0]
+        list(_library.defaults(WorldSettings, 1).gravity), [0, -9.81, 0]
     )
 
 

@@ -5,7 +5,7 @@ import pytest
 from check import assert_solves
 
 import perp
-from perp import _arrays, _structures
+from perp import _arrays, _generated, _structures
 
 sparse = pytest.importorskip("scipy.sparse")
 
@@ -83,7 +83,7 @@ def test_transposed_view_is_another_matrix(name):
 
 def seen(matrix):
     """Where the library would look for M, and how."""
-    view = _structures.sized(_structures.Matrix)
+    view = _structures.sized(_generated.Matrix)
     owner = _arrays.view(view, matrix)[2]
     return view, owner
 

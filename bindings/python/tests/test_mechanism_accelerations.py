@@ -5,7 +5,7 @@ import pytest
 from test_mechanism import PAINLEVE, RAMP, G, puck, ramp, rod
 
 import perp
-from perp import _library, _structures_mechanism
+from perp import _generated, _library
 
 
 def sliding(mu, tangent=2.0, spin=0.0, slip=-1.0):
@@ -207,7 +207,7 @@ def test_exceptions_come_out():
 
 
 def test_defaults_are_the_librarys():
-    theirs = _library.defaults(_structures_mechanism.MechanismSettings)
+    theirs = _library.defaults(_generated.MechanismSettings)
     calls = (perp.Mechanism.accelerations, perp.Mechanism.answers)
     for name, value in (item for call in calls for item in call.__kwdefaults__.items()):
         if name == "time_limit":

@@ -14,7 +14,7 @@ import pytest
 from test_mechanism import falling, ramp
 
 import perp
-from perp import _library, _structures_mechanism
+from perp import _generated, _library
 from perp._mechanism_callbacks import takes_time
 
 
@@ -310,7 +310,7 @@ def test_threads():
 
 def test_defaults_are_the_librarys():
     """Python states defaults of its own, so that help() shows them."""
-    theirs = _library.defaults(_structures_mechanism.MechanismSettings)
+    theirs = _library.defaults(_generated.MechanismSettings)
     words = {"scheme": _library.MECHANISM_SCHEMES, "select": _library.MECHANISM_SELECTIONS}
     calls = (perp.Mechanism.step, perp.Mechanism.simulate)
     for name in {name for call in calls for name in call.__kwdefaults__}:

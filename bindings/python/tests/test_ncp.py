@@ -11,7 +11,7 @@ import pytest
 import scipy.sparse
 
 import perp
-from perp import _library, _structures
+from perp import _generated, _library, _structures
 
 
 def kojima_shindo(z):
@@ -240,13 +240,13 @@ def test_check_jacobian():
 
 
 def test_defaults_are_the_librarys():
-    theirs = _library.defaults(_structures.NcpSettings)
-    mine = _structures.sized(_structures.NcpSettings)
+    theirs = _library.defaults(_generated.NcpSettings)
+    mine = _structures.sized(_generated.NcpSettings)
     signature = perp.ncp.__kwdefaults__
     names = [name for name in perp._ncp._fill.__code__.co_varnames[1:] if name in signature]
     perp._ncp._fill(mine, *(signature[name] for name in names))
-    for field, kind in _structures.NcpSettings._fields_:
-        if kind is not _structures.NcpMonitor:
+    for field, kind in _generated.NcpSettings._fields_:
+        if kind is not _generated.NcpMonitor:
             assert getattr(mine, field) == getattr(theirs, field), field
     assert set(signature) == {*names, "monitor", "pattern"}
     assert list(_library.NCP_METHODS.values()) == ["auto", "fischer", "josephy"]

@@ -428,7 +428,7 @@ def test_step_result_and_stats():
     assert stats.shapes == 2 and stats.contacts == 2 and stats.islands == 1
     assert stats.steps == 2 and stats.rows_normal == 2
     assert stats.seconds_solve > 0
-    names = [name for name, _ in perp._structures.WorldStats._fields_]
+    names = [name for name, _ in perp._generated.WorldStats._fields_]
     assert ["struct_size", *stats.as_dict()] == names
 
 

@@ -34,8 +34,9 @@ static void layout(perp__arena *arena, void *object)
 
     nested->correction = perp__arena_take(arena, (size_t)grid->level[0].n, sizeof(double));
     nested->active = perp__arena_take(arena, (size_t)grid->level[0].n, sizeof(int32_t));
+    nested->level = perp__arena_take(arena, (size_t)grid->levels, sizeof *nested->level);
     for (k = 0; k < grid->levels; k++) {
-        perp__nested_level *level = &nested->level[k];
+        perp__nested_level measured, *level = nested->level ? &nested->level[k] : &measured;
         const size_t n = (size_t)grid->level[k].n;
 
         level->own_q = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));

@@ -15,7 +15,7 @@ typedef struct perp__nested_level {
 
 typedef struct perp__nested {
     perp__multigrid *grid;
-    perp__nested_level level[PERP__LEVELS];
+    perp__nested_level *level; /* grid->levels of them */
     double *correction; /* n of the finest level */
     int32_t *active;    /* n of the finest level: rows between their bounds */
     perp__arena arena;

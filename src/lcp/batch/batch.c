@@ -72,11 +72,8 @@ static void begin_worker(batch_worker *worker, batch *b, int64_t first, int64_t 
     worker->batch = b;
     worker->first = first;
     worker->end = end;
-    worker->context.magic = PERP__CONTEXT_MAGIC;
-    worker->context.allocate = locked_allocate;
-    worker->context.release = locked_release;
-    worker->context.allocator_user = b;
-    worker->context.busy = 1;
+    perp__context_init(&worker->context, locked_allocate, locked_release, b);
+    worker->context.busy = PERP__CALLED;
     perp__arena_init(&worker->arena, &worker->context);
 }
 

@@ -16,30 +16,10 @@
 #define PERP__BATCH_LARGE 0x1p24
 #define PERP__BATCH_COUPLED 0x1p-12
 
-#define NAME(x) x##_one
-#include "linalg/lanes/vector_one.h"
-#include "lcp/batch/vector.h"
-#include "linalg/lanes/vector_end.h"
+#define TEMPLATE "lcp/batch/vector.h"
+#include "linalg/lanes/each_set.h"
 
-#if PERP__X86
-#define NAME(x) x##_avx512
-#include "linalg/lanes/vector_avx512.h"
-#include "lcp/batch/vector.h"
-#include "linalg/lanes/vector_end.h"
-
-#define NAME(x) x##_avx2
-#include "linalg/lanes/vector_avx2.h"
-#include "lcp/batch/vector.h"
-#include "linalg/lanes/vector_end.h"
-#endif
-
-static const perp__batch_kernel *const kernels[] = {
-    &kernel_one,
-#if PERP__X86
-    &kernel_avx2,
-    &kernel_avx512,
-#endif
-};
+static const perp__batch_kernel *const kernels[] = {PERP__OF_EACH_SET(&kernel)};
 
 const perp__batch_kernel *perp__batch_kernel_number(int32_t number)
 {

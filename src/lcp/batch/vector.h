@@ -1,6 +1,6 @@
-/* The kernel of perp_lcp_batch for one instruction set; see linalg/vectors.h. Arrays are named by
- * variables of the functions' own: a store of a vector might change what g points to, for all that
- * the compiler knows. */
+/* The kernel of perp_lcp_batch for one instruction set; see linalg/lanes/vectors.h. Arrays are
+ * named by variables of the functions' own: a store of a vector might change what g points to, for
+ * all that the compiler knows. */
 
 /* LU = the active block, rows and columns of the others those of the unit matrix; its factors,
  * without pivoting: P-matrices have only positive pivots. Returns 1 in the lanes that have not. */

@@ -9,29 +9,22 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "base/context.h"
 #include "lcp/settings.h"
 
-#define PERP__SENSITIVITY_INFO_FIRST PERP__SIZE_THROUGH(perp_lcp_sensitivity_info, condition)
-
-perp_status perp_lcp_sensitivity_info_init(perp_lcp_sensitivity_info *info, size_t size)
-{
-    return perp__struct_init(info, size, PERP__SENSITIVITY_INFO_FIRST);
-}
+PERP__INIT(perp_lcp_sensitivity_info)
 
 /* ---- life ---------------------------------------------------------------------------------- */
 
-static void destroy(perp_lcp_sensitivity *s)
+static void release(void *object)
 {
-    perp_context *context = s->context;
+    perp_lcp_sensitivity *s = object;
 
     perp__kept_factor_release(&s->kept);
     perp__arena_release(&s->arena);
     perp__lcp_destroy(s->solver);
-    s->magic = 0;
-    perp__release(context, s);
-    perp__detach(context);
 }
+
+static const perp__kind kind = {"sensitivities", sizeof(perp_lcp_sensitivity), release};
 
 /* Takes the problem into a solver of its own, and z as the point that is evaluated. */
 static perp_status take_problem(perp_lcp_sensitivity *s, const perp_lcp_settings *settings,
@@ -72,24 +65,19 @@ static perp_status create(perp_context *context, perp_lcp_sensitivity **sensitiv
     perp_status status = perp__check_pointer(context, "sensitivity", sensitivity);
 
     if (status == PERP_OK)
-        status =
-            perp__struct_check(context, "info", info, sizeof *info, PERP__SENSITIVITY_INFO_FIRST);
+        status = PERP__CHECK(perp_lcp_sensitivity_info, context, info);
     if (status != PERP_OK)
         return status;
-    made = perp__allocate(context, 1, sizeof *made);
+    made = perp__handle_create(context, &kind);
     if (!made)
-        return perp__fail_memory(context, "sensitivities");
-    memset(made, 0, sizeof *made);
+        return PERP_ERROR_MEMORY;
     memset(&own, 0, sizeof own);
-    made->magic = PERP__SENSITIVITY_MAGIC;
-    made->context = context;
     perp__arena_init(&made->arena, context);
-    perp__attach(context);
     status = take_problem(made, settings, M, q, lower, upper, z);
     if (status == PERP_OK)
         status = perp__sensitivity_prepare(made, &own);
     if (status != PERP_OK) {
-        destroy(made);
+        perp__handle_end(made);
         return status;
     }
     perp__struct_write(info, &own, sizeof own);
@@ -113,20 +101,14 @@ perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitiv
 
 void perp_lcp_sensitivity_destroy(perp_lcp_sensitivity *sensitivity)
 {
-    perp_context *context;
-
-    if (!perp__enter_to_destroy(sensitivity, PERP__SENSITIVITY_MAGIC))
-        return;
-    context = sensitivity->context;
-    destroy(sensitivity);
-    perp__leave(context, PERP_OK);
+    perp__handle_destroy(sensitivity, &kind);
 }
 
 /* ---- products ------------------------------------------------------------------------------ */
 
 static perp_status enter(perp_lcp_sensitivity *s)
 {
-    return perp__enter_handle(s, PERP__SENSITIVITY_MAGIC);
+    return perp__handle_enter(s, &kind);
 }
 
 static perp_status check_verdict(const perp_lcp_sensitivity *s)

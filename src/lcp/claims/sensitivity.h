@@ -5,11 +5,8 @@
 #include "lcp/solver.h"
 #include "linalg/kept_factor.h"
 
-#define PERP__SENSITIVITY_MAGIC UINT64_C(0x706572706c637364)
-
 struct perp_lcp_sensitivity {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp_lcp_solver *solver; /* the problem, its scaling, and z with its w */
     perp__arena arena;
     int32_t n, count;

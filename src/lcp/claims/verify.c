@@ -13,12 +13,7 @@
 #include "base/context.h"
 #include "base/outcome.h"
 
-#define PERP__PROOF_FIRST PERP__SIZE_THROUGH(perp_lcp_proof, radius)
-
-perp_status perp_lcp_proof_init(perp_lcp_proof *proof, size_t size)
-{
-    return perp__struct_init(proof, size, PERP__PROOF_FIRST);
-}
+PERP__INIT(perp_lcp_proof)
 
 const char *perp_lcp_verdict_text(int32_t verdict)
 {
@@ -42,8 +37,7 @@ static perp_status check(perp_context *context, perp__matrix *own, const perp_lc
                          const perp_matrix *M, const double *q, const double *lower,
                          const double *upper, const double *z)
 {
-    perp_status status =
-        perp__struct_check(context, "proof", proof, sizeof *proof, PERP__PROOF_FIRST);
+    perp_status status = PERP__CHECK(perp_lcp_proof, context, proof);
 
     if (status == PERP_OK)
         status = perp__matrix_read(context, "M", own, M);

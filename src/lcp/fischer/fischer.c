@@ -4,7 +4,7 @@
  * penalized Fischer-Burmeister NCP-function", Math. Programming 88 (2000) 211.
  *
  * What differs: phi has the opposite sign; the line search is nonmonotone (Grippo, Lampariello &
- * Lucidi 1986); an active set's step is tried before Newton's, see fischer_active.c; the first
+ * Lucidi 1986); an active set's step is tried before Newton's, see steps.c; the first
  * point comes from a few cheap steps. A descent method on Psi may end in a local minimum that
  * solves nothing (Billups): that is outcome 'stalled'. */
 #include "lcp/fischer/fischer.h"
@@ -15,6 +15,11 @@
 #define ITERATIONS 500 /* default limit */
 #define AIM 0.1        /* goes on to tol * AIM while it can: the next step is cheap or the last */
 #define PATIENCE 30    /* iterations without progress, see is_stuck */
+
+/* Of the start. */
+#define SLACK 0.95 /* Khobotov's bound on t |F(y) - F(z)| / |y - z| */
+#define SHRINKS 30
+#define PROGRESS 0.9 /* sweeps go on while each takes off a tenth of the residual */
 
 /* Before attempt 0, 1, ... from a cold start and from a warm one: different starts end in different
  * local minima of Psi. */
@@ -48,6 +53,182 @@ static void layout(perp__arena *arena, void *object)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
     f->places = perp__arena_take(arena, n, sizeof(int8_t));
     f->next_places = perp__arena_take(arena, n, sizeof(int8_t));
+}
+
+/* w = F(z) */
+static void multiply(const perp__fischer_state *f, const double *z, double *w)
+{
+    const perp__lcp_problem *problem = f->common.problem;
+
+    if (problem->n > 0)
+        memcpy(w, problem->q, (size_t)problem->n * sizeof *w);
+    perp__fischer_matrix_add(&f->S, z, w);
+}
+
+double perp__fischer_evaluate(const perp__fischer_state *f, const double *z, const double *w,
+                              double *phi)
+{
+    const perp__lcp_problem *p = f->common.problem;
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < p->n; i++) {
+        phi[i] = perp__fischer_bounded(z[i], p->lower[i], p->upper[i], w[i], f->penalty);
+        sum += phi[i] * phi[i];
+    }
+    return 0.5 * sum;
+}
+
+/* Keeps z, projected onto the bounds, if its natural residual is the smallest so far. Uses trial_z,
+ * trial_w, part. */
+static void keep_best(perp__fischer_state *f)
+{
+    const perp__lcp_problem *p = f->common.problem;
+    double residual = 0.0;
+
+    for (int32_t i = 0; i < p->n; i++) {
+        f->trial_z[i] = perp__clamp(f->z[i], p->lower[i], p->upper[i]);
+        f->part[i] = f->trial_z[i] - f->z[i];
+        f->trial_w[i] = f->w[i];
+    }
+    perp__fischer_matrix_add(&f->S, f->part, f->trial_w);
+    for (int32_t i = 0; i < p->n; i++) {
+        double r = fabs(perp__mid(f->trial_z[i], p->lower[i], p->upper[i], f->trial_w[i]));
+
+        if (!(r <= residual) && !isnan(residual)) /* NaN stays */
+            residual = r;
+    }
+    if (residual < f->best_residual) {
+        f->best_residual = residual;
+        memcpy(f->best, f->trial_z, (size_t)p->n * sizeof(double));
+    }
+}
+
+void perp__fischer_set_point(perp__fischer_state *f)
+{
+    multiply(f, f->z, f->w);
+    f->psi = perp__fischer_evaluate(f, f->z, f->w, f->phi);
+    keep_best(f);
+}
+
+void perp__fischer_take_trial(perp__fischer_state *f)
+{
+    memcpy(f->z, f->trial_z, (size_t)f->common.problem->n * sizeof(double));
+    perp__fischer_set_point(f);
+}
+
+void perp__fischer_solve_rows(perp__fischer_state *f, double *x, double *image)
+{
+    const int32_t n = f->common.problem->n;
+
+    for (int32_t i = 0; i < n; i++) {
+        image[i] = 0.0;
+        f->part[i] = isfinite(f->weights[i]) ? 0.0 : x[i];
+    }
+    perp__fischer_matrix_add(&f->S, f->part, image);
+    for (int32_t i = 0; i < n; i++)
+        if (isfinite(f->weights[i]))
+            x[i] -= image[i];
+    perp__fischer_matrix_solve(&f->S, x);
+    for (int32_t i = 0; i < n; i++)
+        f->part[i] = isfinite(f->weights[i]) ? x[i] : 0.0;
+    perp__fischer_matrix_add(&f->S, f->part, image);
+}
+
+/* One sweep of projected Gauss-Seidel by columns, which keeps w up to date. */
+static void sweep(perp__fischer_state *f)
+{
+    const perp__lcp_problem *p = f->common.problem;
+
+    for (int32_t j = 0; j < p->n; j++) {
+        double diagonal = perp__fischer_matrix_diagonal(&f->S, j);
+        double z = f->z[j];
+
+        if (!(diagonal > 0.0))
+            diagonal = p->row_norms[j] > 0.0 ? p->row_norms[j] : 1.0;
+        f->z[j] = perp__clamp(z - f->w[j] / diagonal, p->lower[j], p->upper[j]);
+        if (f->z[j] != z)
+            perp__fischer_matrix_add_column(&f->S, j, f->z[j] - z, f->w);
+    }
+}
+
+static void sweeps(perp__fischer_state *f, int32_t count)
+{
+    double last = f->best_residual;
+
+    for (int32_t k = 0; k < count; k++) {
+        sweep(f);
+        keep_best(f);
+        if (!(f->best_residual <= PROGRESS * last))
+            break;
+        last = f->best_residual;
+    }
+}
+
+/* y := P(z - t w), F(y) -> wy; returns t |F(y) - F(z)| / |y - z|, 0 where y = z. */
+static double look_ahead(perp__fischer_state *f, double t, double *y, double *wy)
+{
+    const perp__lcp_problem *p = f->common.problem;
+    double moved = 0.0, changed = 0.0;
+
+    for (int32_t i = 0; i < p->n; i++)
+        y[i] = perp__clamp(f->z[i] - t * f->w[i], p->lower[i], p->upper[i]);
+    multiply(f, y, wy);
+    for (int32_t i = 0; i < p->n; i++) {
+        moved += (y[i] - f->z[i]) * (y[i] - f->z[i]);
+        changed += (wy[i] - f->w[i]) * (wy[i] - f->w[i]);
+    }
+    return moved > 0.0 ? t * sqrt(changed / moved) : 0.0;
+}
+
+/* z := P(z - t F(P(z - t F(z)))): Korpelevich 1976, for monotone F; t as in Khobotov 1987. */
+static void extragradient(perp__fischer_state *f, int32_t steps)
+{
+    const perp__lcp_problem *p = f->common.problem;
+    double *y = f->correction, *wy = f->work;
+    double t = 1.0;
+
+    for (int32_t k = 0; k < steps; k++) {
+        double ratio = look_ahead(f, t, y, wy);
+
+        for (int32_t shrink = 0; shrink < SHRINKS && !(ratio <= SLACK); shrink++) {
+            t *= ratio < 1.0 ? 0.7 : ratio < 9.0 ? 0.9 / ratio : 0.1;
+            ratio = look_ahead(f, t, y, wy);
+        }
+        for (int32_t i = 0; i < p->n; i++)
+            f->z[i] = perp__clamp(f->z[i] - t * wy[i], p->lower[i], p->upper[i]);
+        multiply(f, f->z, f->w);
+        keep_best(f);
+    }
+}
+
+/* z := mid(l, u, z - w_i / |S_i|_1) */
+static void jacobi(perp__fischer_state *f, int32_t steps)
+{
+    const perp__lcp_problem *p = f->common.problem;
+
+    for (int32_t k = 0; k < steps; k++) {
+        for (int32_t i = 0; i < p->n; i++) {
+            double s = p->row_norms[i] > 0.0 ? p->row_norms[i] : 1.0;
+
+            f->z[i] = perp__clamp(f->z[i] - f->w[i] / s, p->lower[i], p->upper[i]);
+        }
+        multiply(f, f->z, f->w);
+        keep_best(f);
+    }
+}
+
+/* Where Newton's method begins: a guess at which bounds are active, safe for any S since only the
+ * best point met is kept. */
+static void improve_start(perp__fischer_state *f, int32_t steps, int32_t jacobi_steps)
+{
+    perp__fischer_set_point(f);
+    if (f->S.symmetric)
+        sweeps(f, steps);
+    else
+        extragradient(f, steps);
+    jacobi(f, jacobi_steps);
+    memcpy(f->z, f->best, (size_t)f->common.problem->n * sizeof(double));
+    perp__fischer_set_point(f);
 }
 
 /* Returns 1 if z moved, 0 if nothing more can be done, or PERP_ERROR_MEMORY. */
@@ -129,7 +310,7 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
 
     perp__fischer_matrix_read(&f->S, problem);
     begin(f, iterate);
-    perp__fischer_start(f, first->steps, first->jacobi);
+    improve_start(f, first->steps, first->jacobi);
     status = run(f, first->active, iterate);
     memcpy(iterate->z, f->best, (size_t)problem->n * sizeof(double));
     iterate->has_places = 0;

@@ -23,7 +23,7 @@ typedef struct perp__fischer_state {
     double *correction, *part, *work;      /* for one function's own use */
     double *best;                          /* within the bounds, the smallest natural residual */
     double best_residual;
-    /* active-set steps, see fischer_active.c */
+    /* active-set steps, see steps.c */
     int8_t *places, *next_places; /* the index set to solve for, and the one after it */
     int32_t has_places;           /* 0: to be read off z and w */
     double rho;
@@ -32,30 +32,19 @@ typedef struct perp__fischer_state {
     int32_t watched, failures;
 } perp__fischer_state;
 
-/* w = F(z) */
-void perp__fischer_multiply(const perp__fischer_state *f, const double *z, double *w);
-
 /* phi = Phi(z) with w = F(z) given; returns Psi(z). */
 double perp__fischer_evaluate(const perp__fischer_state *f, const double *z, const double *w,
                               double *phi);
 
-/* Keeps z, projected onto the bounds, if its natural residual is the smallest so far. Uses trial_z,
- * trial_w, part. */
-void perp__fischer_judge(perp__fischer_state *f);
+/* Finds w, Phi and Psi at f->z, and keeps the point if it is the best so far. */
+void perp__fischer_set_point(perp__fischer_state *f);
 
-/* Finds w, Phi and Psi at f->z, and judges it. */
-void perp__fischer_stand(perp__fischer_state *f);
-
-/* Stands at trial_z instead. */
-void perp__fischer_move(perp__fischer_state *f);
+/* Goes to trial_z. */
+void perp__fischer_take_trial(perp__fischer_state *f);
 
 /* x is given on the rows of infinite weight W; on the others it is the right side b of
  * (W + S) x = b. Solves with the factors there are; image := S x. Uses part. */
 void perp__fischer_solve_rows(perp__fischer_state *f, double *x, double *image);
-
-/* Improves f->z by a few cheap steps: projected Gauss-Seidel sweeps or extragradient steps (`steps`
- * > 0), or projected Jacobi steps (`jacobi` > 0). */
-void perp__fischer_start(perp__fischer_state *f, int32_t steps, int32_t jacobi);
 
 /* One step by a regularised active set. Returns 1 if z moved, 0 if it did not and Newton's step is
  * to be made, or PERP_ERROR_MEMORY. */

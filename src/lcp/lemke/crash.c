@@ -9,15 +9,15 @@
 
 /* From these sizes on a crash costs less than the pivots that it saves: one round is a Cholesky
  * factorisation of the active block where M is symmetric, else LU. */
-#define PERP__CRASH_FROM 8
-#define PERP__CRASH_LU_FROM 256
+#define CRASH_FROM 8
+#define CRASH_LU_FROM 256
 /* The more of M is skew, the more rounds it takes: from this part on too many for LU. */
-#define PERP__CRASH_SKEW 1.5
+#define CRASH_SKEW 1.5
 /* A crash ends after so many rounds, and after so many in a row that did not help. */
-#define PERP__CRASH_ROUNDS 12
-#define PERP__CRASH_PATIENCE 3
+#define CRASH_ROUNDS 12
+#define CRASH_PATIENCE 3
 /* The basis it ends with is taken if at most this part of the indices is infeasible. */
-#define PERP__CRASH_PART 8
+#define CRASH_PART 8
 
 /* Positive definite matrices have a positive diagonal; contact problems with friction do not. */
 static int32_t diagonal_is_positive(const perp__matrix *M)
@@ -70,11 +70,11 @@ static void examine(perp__lemke *l)
         return;
     l->examined = 1;
     l->crashes = l->symmetric = 0;
-    l->positive = p->n >= PERP__CRASH_FROM && diagonal_is_positive(p->M);
+    l->positive = p->n >= CRASH_FROM && diagonal_is_positive(p->M);
     if (!l->positive)
         return;
     l->symmetric = perp__is_symmetric(p);
-    l->crashes = l->symmetric || (p->n >= PERP__CRASH_LU_FROM && skewness(p) <= PERP__CRASH_SKEW);
+    l->crashes = l->symmetric || (p->n >= CRASH_LU_FROM && skewness(p) <= CRASH_SKEW);
 }
 
 /* From a good start a round or two are enough, whatever M's symmetry; but the polish, where it is
@@ -89,6 +89,16 @@ static int32_t may_crash(perp__lemke *l, int32_t warm)
     return l->crashes || (warm && l->positive && !p->settings->polish);
 }
 
+/* perp__lcp_iterate's, by the block of the crash. */
+static int32_t correct(void *work, const double *residual, double *step)
+{
+    perp__lemke *l = work;
+
+    memcpy(step, residual, (size_t)l->head.problem->n * sizeof *step);
+    perp__active_block_solve(&l->crash.active, l->crash.places, step);
+    return 1;
+}
+
 static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
@@ -100,9 +110,9 @@ static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
     perp__active_block_begin(&b->active, p, l->symmetric);
     b->active.definite = 1;
     b->problem = p;
-    b->patience = PERP__CRASH_PATIENCE;
+    b->patience = CRASH_PATIENCE;
     b->single_patience = 0;
-    b->round_limit = PERP__CRASH_ROUNDS;
+    b->round_limit = CRASH_ROUNDS;
     if (p->iteration_limit > 0 && p->iteration_limit < b->round_limit)
         b->round_limit = p->iteration_limit;
     memcpy(b->places, l->places, n);
@@ -117,16 +127,16 @@ static enum perp__lemke_guess crash(perp__lemke *l, perp__lcp_iterate *iterate)
         iterate->has_places = 1;
         iterate->iterations = b->rounds;
         if (outcome == PERP_OUTCOME_SOLVED)
-            iterate->correct = perp__lemke_correct_crash;
+            iterate->correct = correct;
         return PERP__GUESS_END;
     }
-    if (b->infeasible > p->n / PERP__CRASH_PART)
+    if (b->infeasible > p->n / CRASH_PART)
         return PERP__GUESS_NONE;
     memcpy(l->places, b->places, n);
     return PERP__GUESS_BASIS;
 }
 
-enum perp__lemke_guess perp__lemke_guess_basis(perp__lemke *l, perp__lcp_iterate *iterate)
+enum perp__lemke_guess perp__lemke_guess_places(perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
     enum perp__lemke_guess guess = PERP__GUESS_NONE;

@@ -6,9 +6,6 @@
  * the ratio test tell zeros apart again. The product form of the inverse (Dantzig & Orchard-Hays
  * 1954) needs no more of the tableau than the columns that enter: an exchange E_k costs nothing in
  * a column that is 0 in its pivot's row, as most are in contact problems. */
-#include "lcp/lemke/doubled.h"
-
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -16,7 +13,7 @@
 #include "linalg/lanes/multiversion.h"
 
 /* Exchanges that fit beyond one a pair. */
-#define PERP__SPARE 64
+#define SPARE 64
 
 typedef struct pair {
     double high, low;
@@ -68,9 +65,11 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__lemke *l = object;
     perp__doubled *d = &l->doubled;
-    const size_t n = (size_t)l->capacity, columns = n + PERP__SPARE;
+    const size_t n = (size_t)l->capacity, columns = n + SPARE;
 
-    d->capacity = l->capacity + PERP__SPARE;
+    if (l->is_sparse)
+        perp__lemke_layout_tableau(arena, l);
+    d->capacity = l->capacity + SPARE;
     d->rows = perp__arena_take(arena, columns, sizeof(int32_t));
     d->pivot_high = perp__arena_take(arena, columns, sizeof(double));
     d->pivot_low = perp__arena_take(arena, columns, sizeof(double));
@@ -86,29 +85,27 @@ static void layout(perp__arena *arena, void *object)
     d->kept_low = perp__arena_take(arena, n, sizeof(double));
 }
 
-perp_status perp__doubled_fit(perp__lemke *l)
-{
-    l->doubled.arena.context = l->head.problem->context;
-    return perp__arena_fit(&l->doubled.arena, layout, l);
-}
-
-void perp__doubled_release(perp__lemke *l)
-{
-    perp__arena_release(&l->doubled.arena);
-}
-
-void perp__doubled_start(perp__lemke *l)
+/* The tableau as the dense start leaves it, with a column for t, is where the path starts; it is
+ * not touched from now on, but for that column. */
+static perp_status start(perp__lemke *l, const perp__lcp_iterate *iterate)
 {
     perp__doubled *d = &l->doubled;
-    const size_t pairs = (size_t)l->pairs;
+    size_t pairs;
+    perp_status status;
 
-    perp__tableau_flush(&l->tableau);
-    d->on = 1;
+    d->arena.context = l->head.problem->context;
+    status = perp__arena_fit(&d->arena, layout, l);
+    if (status != PERP_OK)
+        return status;
+    status = perp__lemke_dense.start(l, iterate);
+    pairs = (size_t)l->pairs;
     d->count = 0;
     memset(d->b_low, 0, pairs * sizeof *d->b_low);
     memcpy(d->start_b, l->b, pairs * sizeof *d->start_b);
     memcpy(d->start_row, l->row_of, (2 * pairs + 1) * sizeof *d->start_row);
     memcpy(d->start_column, l->column_of, (2 * pairs + 1) * sizeof *d->start_column);
+    d->start_column[perp__lemke_t(l)] = l->tableau.columns;
+    return status;
 }
 
 /* A variable's column in the tableau at the start; NULL: it was basic, with a unit column. */
@@ -142,7 +139,7 @@ static void solve(const perp__lemke *l, double *x, double *x_low)
     }
 }
 
-void perp__doubled_column(perp__lemke *l, int32_t variable)
+static perp_status read_column(perp__lemke *l, int32_t variable)
 {
     const size_t bytes = (size_t)l->pairs * sizeof *l->column;
     const double *start = start_of(l, variable);
@@ -155,9 +152,10 @@ void perp__doubled_column(perp__lemke *l, int32_t variable)
         l->column[l->doubled.start_row[variable]] = 1.0;
     }
     solve(l, l->column, l->doubled.column_low);
+    return PERP_OK;
 }
 
-void perp__doubled_values(perp__lemke *l)
+static perp_status values(perp__lemke *l)
 {
     perp__doubled *d = &l->doubled;
     const size_t bytes = (size_t)l->pairs * sizeof *l->b;
@@ -173,68 +171,47 @@ void perp__doubled_values(perp__lemke *l)
             subtract((size_t)l->pairs, l->range[k], 0.0, start, d->column_low, l->b, d->b_low);
     }
     solve(l, l->b, d->b_low);
+    return PERP_OK;
 }
 
-/* What a rounding of z and of the row's own data may change. */
-static double noise(const perp__lemke *l, int32_t variable, double z_largest)
-{
-    const perp__lcp_problem *p = l->head.problem;
-    const int32_t k = variable < l->pairs ? variable : variable - l->pairs, i = l->index[k];
-    const double size = variable < l->pairs
-                            ? z_largest / l->column_unit[k]
-                            : (p->row_norms[i] * z_largest + fabs(p->q[i])) * l->row_unit[k];
-
-    return 0.5 * DBL_EPSILON * size;
-}
-
-double perp__doubled_cover(perp__lemke *l)
+static void cover(perp__lemke *l)
 {
     const size_t n = (size_t)l->pairs;
     double *column = start_of(l, perp__lemke_t(l));
-    double z_largest = 0.0, far = 0.0;
     int32_t r;
     size_t i;
 
-    for (r = 0; r < l->pairs; r++)
-        if (l->basic[r] < l->pairs)
-            z_largest = fmax(z_largest, fabs(l->b[r]) * l->column_unit[l->basic[r]]);
     memset(column, 0, n * sizeof *column);
-    memset(l->cover, 0, n * sizeof *l->cover);
     for (r = 0; r < l->pairs; r++) {
-        const int32_t variable = l->basic[r];
-        const double off = perp__lemke_violation(l, r), side = l->b[r] < l->low[r] ? -1.0 : 1.0;
-        const double *start = start_of(l, variable);
+        const double *start = start_of(l, l->basic[r]);
 
-        if (off == 0.0)
+        if (l->column[r] == 0.0)
             continue;
-        if (off > noise(l, variable, z_largest))
-            far = fmax(far, off);
-        l->cover[variable < l->pairs ? variable : variable - l->pairs] = 1.0;
         if (!start)
-            column[l->doubled.start_row[variable]] += side;
+            column[l->doubled.start_row[l->basic[r]]] += l->column[r];
         for (i = 0; start && i < n; i++)
-            column[i] += side * start[i];
+            column[i] += l->column[r] * start[i];
     }
-    return far;
+    read_column(l, perp__lemke_t(l));
 }
 
-double perp__doubled_step(const perp__lemke *l, int32_t r, double far, double *low)
+static double move(perp__lemke *l, int32_t r, double far)
 {
-    const perp__doubled *d = &l->doubled;
-    const double rate = -l->direction * l->column[r];
-    const double sign = rate < 0.0 ? 1.0 : -1.0; /* far is b - limit or limit - b */
-    const pair distance = {far, far > 0.0 ? sign * d->b_low[r] : 0.0};
-    const pair speed = {fabs(rate), sign * l->direction * d->column_low[r]};
-    const pair step = quotient(distance, speed);
+    perp__doubled *d = &l->doubled;
+    pair step = {far, 0.0};
 
-    *low = step.low;
+    if (r >= 0) {
+        const double rate = -l->direction * l->column[r];
+        const double sign = rate < 0.0 ? 1.0 : -1.0; /* far is b - limit or limit - b */
+        const pair distance = {far, far > 0.0 ? sign * d->b_low[r] : 0.0};
+        const pair speed = {fabs(rate), sign * l->direction * d->column_low[r]};
+
+        step = quotient(distance, speed);
+    }
+    subtract((size_t)l->pairs, l->direction * step.high, l->direction * step.low, l->column,
+             d->column_low, l->b, d->b_low);
+    d->step_low = step.low;
     return step.high;
-}
-
-void perp__doubled_move(perp__lemke *l, double step, double low)
-{
-    subtract((size_t)l->pairs, l->direction * step, l->direction * low, l->column,
-             l->doubled.column_low, l->b, l->doubled.b_low);
 }
 
 /* Appends the exchange of row r with the column just computed. */
@@ -266,9 +243,9 @@ static int32_t free_row(const perp__lemke *l)
     return found;
 }
 
-/* Variables that are basic as at the start take their old rows and cost nothing; each other one
- * takes the row of its largest entry. */
-static int32_t invert(perp__lemke *l)
+/* Inverts the basis afresh. Variables that are basic as at the start take their old rows and cost
+ * nothing; each other one takes the row of its largest entry. */
+static perp_status invert(perp__lemke *l)
 {
     perp__doubled *d = &l->doubled;
     int32_t v, i;
@@ -284,10 +261,10 @@ static int32_t invert(perp__lemke *l)
     for (v = 0; v <= 2 * l->pairs; v++) {
         if (l->row_of[v] < 0 || d->start_row[v] >= 0)
             continue;
-        perp__doubled_column(l, v);
+        read_column(l, v);
         i = free_row(l);
         if (i < 0)
-            return 0;
+            return PERP__FACTOR_SINGULAR;
         append(l, i);
         d->taken[i] = v;
     }
@@ -300,13 +277,22 @@ static int32_t invert(perp__lemke *l)
     for (i = 0; i < l->pairs; i++)
         l->row_of[l->basic[i]] = i;
     perp__lemke_write_limits(l);
-    return 1;
+    return PERP_OK;
 }
 
-int32_t perp__doubled_exchange(perp__lemke *l, int32_t r)
+/* Where there is no more room the basis is inverted. */
+static perp_status exchange(perp__lemke *l, int32_t r, int32_t leaving)
 {
-    if (l->doubled.count == l->doubled.capacity)
+    perp__doubled *d = &l->doubled;
+
+    (void)leaving;
+    d->b_low[r] = l->direction * d->step_low;
+    if (d->count == d->capacity)
         return invert(l);
     append(l, r);
-    return 1;
+    return PERP_OK;
 }
+
+const perp__lemke_basis perp__lemke_doubled = {
+    1e-20, start, NULL, cover, read_column, move, exchange, NULL, values, NULL, NULL,
+};

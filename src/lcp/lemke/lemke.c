@@ -1,26 +1,66 @@
-/* Lemke's method for LCPs with bounds: complementary pivoting along the path that a covering vector
- * d opens (Lemke 1965; Cottle, Pang & Stone 1992, section 4.4; bounds after Sargent 1978).
- *
- * All basic variables are made feasible by v = M z + q + d t with t large; then t is driven to 0.
- * At every vertex of the path exactly one pair has both members nonbasic, and the member that did
- * not just leave enters. A variable that reaches its other bound before any basic variable blocks
- * flips over without a pivot. Where nothing blocks, the path ends in a ray. */
+/* Lemke's method for LCPs with bounds: the attempts that are made, and what becomes of their ends.
+ * The path itself is in path.c; what holds the basis is a dense tableau (dense.c), the same in
+ * doubled precision (doubled.c) or sparse factors (sparse.c). */
 #include "lcp/lemke/lemke.h"
 
+#include <float.h>
 #include <math.h>
+#include <stdint.h>
 #include <string.h>
 
 /* Most problems need one, the hardest contact problems met so far a dozen. */
 #define ATTEMPTS 11
+/* How often the answer may be looked for once more, for its last digits. */
+#define IMPROVEMENTS 5
 /* A t that is larger than this, relative to its start, is no end that a polish could mend. */
 #define FAR_OFF 1e-6
-/* Paths that correct the end of one in doubled precision. */
+/* Paths that correct the end of one that can tell what its slack has cost. */
 #define CORRECTIONS 3
+/* Sparse problems up to the first size, and with a larger part of the entries than 1 / FILLED, are
+ * solved faster by a dense tableau (bench/lcp_sparse.c); up to the second one there is room for a
+ * dense tableau in doubled precision where all else fails. */
+#define SMALL 64
+#define FILLED 6
+#define ROOM_TO_DOUBLE 1024
+/* How the attempts differ. In double, 1e-11 of the largest numbers may be what rounding left of 0;
+ * in doubled precision only the rounding of the data is left. The perturbation keeps degenerate
+ * problems, as contact problems are, from wandering about at one vertex. Lengths of paths differ
+ * tenfold between covering vectors, and no one is the best: where a path is too long, not spoilt,
+ * others follow in double. Contact problems of mass ratio 1e8 have pivots of every size, and no one
+ * pair of tolerances tells them all from noise. */
+static const perp__lemke_trial in_double[] = {
+    {0, PERP__COVERING_ONES, 8, 1e-12, 1e-10, 1e-11},
+    {0, PERP__COVERING_NORMS, 8, 1e-12, 1e-10, 1e-11},
+    {0, PERP__COVERING_NEEDS, 8, 1e-12, 1e-10, 1e-11},
+    {0, PERP__COVERING_ONES, 20, 1e-12, 1e-10, 1e-11},
+};
+static const perp__lemke_trial in_doubled[] = {
+    {1, PERP__COVERING_ONES, 20, 1e-11, 1e-14, 1e-13},
+    {1, PERP__COVERING_RANDOM, 8, 1e-12, 1e-11, 1e-13},
+    {1, PERP__COVERING_RANDOM, 8, 0.0, 1e-12, 1e-13},
+    {1, PERP__COVERING_RANDOM, 8, 1e-11, 1e-14, 1e-13},
+    {1, PERP__COVERING_RANDOM, 8, 1e-12, 1e-10, 1e-11},
+    {1, PERP__COVERING_RANDOM, 20, 0.0, 1e-11, 1e-11},
+    {1, PERP__COVERING_RANDOM, 20, 1e-11, 1e-13, 1e-14},
+    {1, PERP__COVERING_RANDOM, 40, 1e-13, 1e-12, 1e-13},
+};
+enum {
+    IN_DOUBLE = sizeof in_double / sizeof *in_double,
+    IN_DOUBLED = sizeof in_doubled / sizeof *in_doubled
+};
 
 static perp_status check(const perp__lcp_problem *problem)
 {
     (void)problem;
     return PERP_OK; /* any M, any bounds */
+}
+
+static int32_t suits_sparse(const perp__lcp_problem *p)
+{
+    const int32_t *starts = p->M->column_starts;
+    const int64_t n = p->n;
+
+    return starts && n > SMALL && FILLED * (int64_t)starts[n] <= n * n;
 }
 
 static void layout(perp__arena *arena, void *work)
@@ -36,17 +76,19 @@ static void layout(perp__arena *arena, void *work)
     pairs = (size_t)most;
     rows = perp__tableau_length(most);
     l->kernels = perp__row_kernels_choose();
-    perp__tableau_layout(arena, &l->tableau, most, most + 1);
+    l->is_sparse = suits_sparse(p);
+    if (l->is_sparse)
+        perp__factored_layout(arena, l);
+    else
+        perp__lemke_layout_dense(arena, l);
     l->index = perp__arena_take(arena, pairs, sizeof(int32_t));
     l->sign = perp__arena_take(arena, pairs, sizeof(int8_t));
     l->at_upper = perp__arena_take(arena, pairs, sizeof(int8_t));
     l->range = perp__arena_take(arena, pairs, sizeof(double));
-    l->cover = perp__arena_take(arena, pairs, sizeof(double));
+    l->covering = perp__arena_take(arena, pairs, sizeof(double));
     l->twin = perp__arena_take(arena, pairs, sizeof(int32_t));
     l->basic = perp__arena_take(arena, pairs, sizeof(int32_t));
-    l->nonbasic = perp__arena_take(arena, pairs + 1, sizeof(int32_t));
     l->row_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
-    l->column_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
     l->base = perp__arena_take(arena, (size_t)p->n, sizeof(double));
     l->b = perp__arena_take(arena, rows, sizeof(double));
     l->low = perp__arena_take(arena, rows, sizeof(double));
@@ -54,178 +96,163 @@ static void layout(perp__arena *arena, void *work)
     l->column = perp__arena_take(arena, rows, sizeof(double));
     l->far = perp__arena_take(arena, rows + 1, sizeof(double));
     l->speed = perp__arena_take(arena, rows, sizeof(double));
-    l->row = perp__arena_take(arena, (size_t)p->n, sizeof(double));
+    l->work = perp__arena_take(arena, pairs, sizeof(double));
     l->row_unit = perp__arena_take(arena, pairs, sizeof(double));
     l->column_unit = perp__arena_take(arena, pairs, sizeof(double));
-    l->queue = perp__arena_take(arena, pairs, sizeof(int32_t));
-    l->places = perp__arena_take(arena, (size_t)p->n, sizeof(int8_t));
-    if (!p->M->column_starts)
-        perp__block_pivoting_layout(arena, &l->crash, p->n, 1);
-    l->examined = 0;
+    l->places = perp__arena_take(arena, pairs, sizeof(int8_t));
 }
 
-/* Adds the column of t: d in the rows of basic v, 0 in those of basic free x. */
-static void add_cover(perp__lemke *l, const perp__lcp_iterate *iterate)
+void perp__lemke_write_pair(perp__lemke *l, int32_t k, int32_t i, int32_t sign, double range)
 {
-    const int32_t last = l->tableau.columns;
-    double *column = l->tableau.T + (size_t)last * (size_t)l->tableau.leading_dimension;
+    l->index[k] = i;
+    l->sign[k] = (int8_t)sign;
+    l->range[k] = range;
+    l->at_upper[k] = 0;
+    l->twin[k] = -1;
+}
+
+int32_t perp__lemke_name_pairs(perp__lemke *l)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    int32_t plain = 1, i;
+
+    l->pairs = 0;
+    for (i = 0; i < p->n; i++) {
+        const double lower = p->lower[i], upper = p->upper[i];
+        const int32_t from_above = lower == -INFINITY && upper != INFINITY;
+
+        l->base[i] = from_above ? upper : lower == -INFINITY ? 0.0 : lower;
+        plain &= lower != upper && !from_above;
+        if (lower != upper) /* a fixed variable is data */
+            perp__lemke_write_pair(l, l->pairs++, i, from_above ? -1 : 1, upper - lower);
+    }
+    return plain;
+}
+
+/* Sets l->trial, given how the last one ended, what holds the basis, and what the iterate may say
+ * of the next. */
+static void choose_trial(perp__lemke *l, perp__lcp_iterate *iterate, perp_outcome last)
+{
+    const int32_t first = iterate->attempt == l->guessed;
+
+    if (first)
+        l->tried = l->tried_doubled = 0;
+    if (first ||
+        (!l->trial->doubled && last == PERP_OUTCOME_ITERATION_LIMIT && l->tried < IN_DOUBLE))
+        l->trial = &in_double[l->tried++];
+    else
+        l->trial = &in_doubled[l->tried_doubled++ % IN_DOUBLED];
+    if (l->trial->doubled && (!l->is_sparse || l->capacity <= ROOM_TO_DOUBLE))
+        l->basis = &perp__lemke_doubled;
+    else
+        l->basis = l->is_sparse ? &perp__lemke_sparse : &perp__lemke_dense;
+    iterate->improvable = !l->is_sparse && l->tried_doubled < IMPROVEMENTS;
+}
+
+/* The trial's tolerances; no end to the path but its own. */
+static void begin_path(perp__lemke *l)
+{
+    l->slack = l->trial->slack;
+    l->smallest_pivot = l->trial->smallest_pivot;
+    l->idle = l->near = 0;
+    l->most_idle = INT32_MAX;
+    l->near_end = -INFINITY;
+}
+
+/* Random in [1, 2], the same in every run. */
+static double draw(int32_t stream, int32_t k)
+{
+    uint64_t x = (uint64_t)stream * UINT64_C(0x9e3779b97f4a7c15) + (uint64_t)k + 1;
+
+    x *= UINT64_C(0x9e3779b97f4a7c15);
+    x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
+    x ^= x >> 31;
+    return 1.0 + (double)(x >> 11) * 0x1p-53;
+}
+
+/* d of pair k, whose v is basic in row r. */
+static double covering_entry(const perp__lemke *l, const perp__lcp_iterate *iterate, int32_t r,
+                             int32_t k)
+{
+    switch (l->trial->covering) {
+    case PERP__COVERING_NORMS:
+        return l->row_unit[k] * fmax(l->head.problem->row_norms[l->index[k]], 0x1p-20);
+    case PERP__COVERING_NEEDS:
+        return 0.1 + fmax(-l->b[r], 0.0) / l->largest_b;
+    case PERP__COVERING_ONES:
+        /* once it has ended in a ray another vector must have the second word on that */
+        return iterate->rays == 0 ? 1.0 : draw(1 + iterate->attempt, k);
+    default:
+        return draw(1 + iterate->attempt, k);
+    }
+}
+
+/* The column of t at the cold start: d in the rows of basic v, 0 in those of basic free x. Only
+ * this is what makes Lemke's method process copositive matrices, and a ray mean something. */
+static void cover(perp__lemke *l, const perp__lcp_iterate *iterate)
+{
     int32_t r;
 
     for (r = 0; r < l->pairs; r++) {
-        int32_t is_v = l->basic[r] >= l->pairs;
+        const int32_t is_v = l->basic[r] >= l->pairs, k = perp__lemke_pair(l, l->basic[r]);
 
-        if (is_v)
-            l->cover[l->basic[r] - l->pairs] = perp__lemke_trial_cover(l, iterate, r);
-        else
-            l->cover[l->basic[r]] = 0.0;
-        column[r] = is_v ? -l->cover[l->basic[r] - l->pairs] : 0.0;
+        l->covering[k] = is_v ? covering_entry(l, iterate, r, k) : 0.0;
+        l->column[r] = is_v ? -l->covering[k] : 0.0;
     }
-    perp__tableau_reset(&l->tableau, l->pairs, last + 1);
-    l->nonbasic[last] = perp__lemke_t(l);
-    l->column_of[perp__lemke_t(l)] = last;
+    l->basis->cover(l);
 }
 
-static void take_column(perp__lemke *l, int32_t variable)
+/* The column of t anywhere else: what is infeasible moves to where it is feasible for the t that
+ * the worst one needs, and what is feasible stays. A basic x with two bounds moves no further than
+ * half way between them. */
+static void cover_infeasible(perp__lemke *l)
 {
-    if (l->doubled.on)
-        perp__doubled_column(l, variable);
-    else
-        perp__tableau_column(&l->tableau, l->column_of[variable], l->column);
+    double worst = 0.0;
+    int32_t r;
+
+    for (r = 0; r < l->pairs; r++)
+        worst = fmax(worst, perp__lemke_violation(l, r));
+    for (r = 0; r < l->pairs; r++) {
+        const double violation = perp__lemke_violation(l, r);
+        const int32_t variable = l->basic[r];
+        double d = violation > l->slack * l->largest_b ? 1.0 : 0.0;
+
+        if (variable < l->pairs && d > 0.0)
+            d = fmin(d, (violation + 0.5 * l->range[variable]) / worst);
+        if (l->b[r] > l->high[r])
+            d = -d;
+        l->column[r] = -d;
+        l->covering[perp__lemke_pair(l, variable)] = d;
+    }
+    l->basis->cover(l);
 }
 
-/* The entering variable moves by step + low in its direction. */
-static void move(perp__lemke *l, double step, double low)
+/* Against wandering: the trial's perturbation, and an end to steps that lead nowhere. */
+static void perturb(perp__lemke *l, int32_t attempt)
 {
-    if (l->doubled.on) {
-        perp__doubled_move(l, step, low);
+    const perp_lcp_settings *settings = l->head.problem->settings;
+    /* in double it is for the polish to take it away again */
+    const double size =
+        l->basis->values || settings->polish ? l->trial->perturbation * l->largest_b : 0.0;
+    int32_t r;
+
+    if (settings->pivot_rule != PERP_PIVOT_HARRIS)
         return;
+    l->most_idle = 100 + (size > 0.0 ? 1 : 4) * l->pairs;
+    l->near_end = 4.0 * fmax(size, l->slack * l->largest_b);
+    for (r = 0; size > 0.0 && r < l->pairs; r++) {
+        const double change = size * draw(101 + attempt, r);
+
+        if (l->basic[r] < l->pairs)
+            continue;
+        l->b[r] += change;
+        if (l->basis == &perp__lemke_sparse) /* slacks have unit columns */
+            l->factored.q[l->basic[r] - l->pairs] += change;
     }
-    l->kernels->move(perp__tableau_length(l->pairs), l->direction * step, l->column, l->b);
 }
 
-/* Moves along the column of `entering`, which started at `from`, until row r blocks after `far`,
- * and exchanges the two. Returns 0 where the basis turns out singular. */
-static int32_t pivot(perp__lemke *l, int32_t r, int32_t entering, double far, double from)
-{
-    const int32_t leaving = l->basic[r], c = l->column_of[entering];
-    double low = 0.0;
-    const double step =
-        l->doubled.on ? perp__doubled_step(l, r, far, &low) : far / fabs(l->column[r]);
-
-    move(l, step, low);
-    l->b[r] = from + l->direction * step;
-    l->basic[r] = entering;
-    l->nonbasic[c] = leaving;
-    l->row_of[entering] = r;
-    l->column_of[entering] = -1;
-    l->row_of[leaving] = -1;
-    l->column_of[leaving] = c;
-    perp__lemke_limits(l, entering, &l->low[r], &l->high[r]);
-    if (l->doubled.on) {
-        l->doubled.b_low[r] = l->direction * low;
-        return perp__doubled_exchange(l, r);
-    }
-    perp__tableau_exchange(&l->tableau, r, c, l->column);
-    return 1;
-}
-
-/* The partner of what just left at `value` enters; sets its direction. */
-static int32_t partner_of(perp__lemke *l, int32_t leaving, int32_t left_at_upper)
-{
-    if (leaving < l->pairs) {
-        l->at_upper[leaving] = (int8_t)left_at_upper;
-        l->direction = left_at_upper ? -1.0 : 1.0;
-        return leaving + l->pairs;
-    }
-    l->direction = l->at_upper[leaving - l->pairs] ? -1.0 : 1.0;
-    return leaving - l->pairs;
-}
-
-/* Steps of length 0 without end, or steps without end where t is as small as what was done to b. */
-static int32_t is_idle(perp__lemke *l)
-{
-    l->idle++;
-    if (fabs(l->b[l->row_of[perp__lemke_t(l)]]) > l->near_end)
-        l->near = 0;
-    else
-        l->near++;
-    return l->idle > l->most_idle || l->near > l->most_idle;
-}
-
-/* One step of the path: the entering variable goes as far as it can. Returns the next entering
- * variable, or -1 with the outcome set. */
-static int32_t advance(perp__lemke *l, int32_t entering, perp_outcome *outcome)
-{
-    const int32_t is_x = entering < l->pairs;
-    const double own_range = is_x ? l->range[entering] : INFINITY;
-    const double from = is_x && l->at_upper[entering] ? own_range : 0.0;
-    double far = 0.0, speed = 1.0;
-    int32_t r, leaving, at_upper;
-
-    take_column(l, entering);
-    r = perp__lemke_blocking_row(l, own_range);
-    if (r == PERP__NO_ROW) {
-        *outcome = PERP_OUTCOME_RAY;
-        return -1;
-    }
-    if (r == PERP__FLIP) {
-        move(l, own_range, 0.0);
-        return partner_of(l, entering, l->direction > 0.0);
-    }
-    perp__lemke_distance(l, r, 0.0, &far, &speed);
-    if (far > 0.0)
-        l->idle = 0;
-    leaving = l->basic[r];
-    at_upper = leaving < l->pairs && -l->direction * l->column[r] > 0.0;
-    if (!pivot(l, r, entering, far, from)) {
-        *outcome = PERP_OUTCOME_STALLED;
-        return -1;
-    }
-    if (leaving == perp__lemke_t(l)) {
-        *outcome = PERP_OUTCOME_SOLVED;
-        return -1;
-    }
-    return partner_of(l, leaving, at_upper);
-}
-
-static perp_outcome follow_path(perp__lemke *l, perp__lcp_iterate *iterate, int64_t most,
-                                int32_t *entering)
-{
-    const perp__lcp_problem *p = l->head.problem;
-    const int64_t limit = p->iteration_limit > 0 ? p->iteration_limit - l->spent : most;
-    perp_outcome outcome = PERP_OUTCOME_SOLVED, stop;
-    int32_t r = perp__lemke_first_row(l), leaving, at_upper;
-
-    iterate->iterations = 0;
-    if (r < 0)
-        return PERP_OUTCOME_SOLVED;
-    l->direction = 1.0;
-    take_column(l, perp__lemke_t(l));
-    leaving = l->basic[r];
-    at_upper = leaving < l->pairs && l->b[r] > 0.0;
-    pivot(l, r, perp__lemke_t(l), perp__lemke_violation(l, r), 0.0);
-    *entering = partner_of(l, leaving, at_upper);
-    for (iterate->iterations = 1; *entering >= 0; iterate->iterations++) {
-        int32_t next;
-
-        if (iterate->iterations >= limit)
-            return PERP_OUTCOME_ITERATION_LIMIT;
-        if (iterate->iterations % 16 == 1) {
-            stop = perp__lcp_tick(p->control, l->spent + iterate->iterations, INFINITY);
-            if (stop >= 0)
-                return stop;
-        }
-        if (is_idle(l))
-            return PERP_OUTCOME_STALLED;
-        next = advance(l, *entering, &outcome);
-        if (next < 0 && outcome == PERP_OUTCOME_RAY)
-            return outcome;
-        *entering = next;
-    }
-    return outcome;
-}
-
-static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
+void perp__lemke_write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
     int32_t i, k;
@@ -235,7 +262,7 @@ static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
         iterate->places[i] = PERP__FIXED;
     }
     for (k = 0; k < l->pairs; k++) {
-        int32_t upper_side = (l->at_upper[k] != 0) != (l->sign[k] < 0);
+        const int32_t upper_side = (l->at_upper[k] != 0) != (l->sign[k] < 0);
 
         i = l->index[k];
         if (l->row_of[k] >= 0)
@@ -248,79 +275,125 @@ static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
             iterate->places[i] = upper_side ? PERP__AT_UPPER : PERP__AT_LOWER;
     }
     iterate->has_places = 1;
-    iterate->correct =
-        !l->doubled.on && l->row_of[perp__lemke_t(l)] < 0 ? perp__lemke_correct : NULL;
+    iterate->correct = l->row_of[perp__lemke_t(l)] < 0 ? l->basis->correct : NULL;
+}
+
+/* How the variable moves for a unit of the entering one. */
+static double speed_of(const perp__lemke *l, int32_t variable, double least)
+{
+    const int32_t r = l->row_of[variable];
+
+    if (variable == l->entering)
+        return l->direction;
+    return r >= 0 && fabs(l->column[r]) > least ? -l->direction * l->column[r] : 0.0;
 }
 
 /* The last column is the direction in which nothing blocks. */
-static void write_ray(const perp__lemke *l, int32_t entering, perp__lcp_iterate *iterate)
+static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
-    const int32_t t_row = l->row_of[perp__lemke_t(l)];
-    const double dt = t_row >= 0 ? -l->direction * l->column[t_row] : 0.0;
+    const double least = l->basis->noise * perp__lemke_largest_entry(l);
+    const double dt = speed_of(l, perp__lemke_t(l), least);
     int32_t i, k;
 
     for (i = 0; i < l->head.problem->n; i++)
         iterate->ray[i] = iterate->cover[i] = 0.0;
     for (k = 0; k < l->pairs; k++) {
-        double dx = l->row_of[k] >= 0 ? -l->direction * l->column[l->row_of[k]] : 0.0;
-
-        if (k == entering)
-            dx = l->direction;
         i = l->index[k];
-        iterate->ray[i] += l->sign[k] * l->column_unit[k] * dx;
+        iterate->ray[i] += l->sign[k] * l->column_unit[k] * speed_of(l, k, least);
         if (l->twin[k] < 0 || l->sign[k] > 0)
-            iterate->cover[i] = l->sign[k] * l->cover[k] / l->row_unit[k] * dt;
+            iterate->cover[i] = l->sign[k] * l->covering[k] / l->row_unit[k] * dt;
     }
 }
 
 /* From another basis than the cold one. A ray from there proves nothing, so that only a solution or
- * a stop counts. Returns 0 where the cold start must follow. */
-static int32_t solve_from_guess(perp__lemke *l, perp__lcp_iterate *iterate)
+ * a stop counts: *done is 0 where the cold start must follow. */
+static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *done)
 {
-    const enum perp__lemke_guess guess = perp__lemke_guess_basis(l, iterate);
-    const perp__lcp_problem *p = l->head.problem;
-    int32_t entering = -1;
+    enum perp__lemke_guess guess = PERP__GUESS_NONE;
+    perp_status status;
 
-    if (guess != PERP__GUESS_BASIS)
-        return guess == PERP__GUESS_END;
-    perp__lemke_begin_path(l);
-    if (!perp__lemke_start_at(l))
-        return 0;
-    perp__lemke_reset_units(l);
-    iterate->outcome = follow_path(l, iterate, (int64_t)l->pairs + 16, &entering);
+    begin_path(l);
+    status = l->basis->start_near(l, iterate, &guess);
+    *done = status == PERP_OK && guess == PERP__GUESS_END;
+    if (status != PERP_OK || guess != PERP__GUESS_BASIS)
+        return status < 0 ? status : PERP_OK;
+    cover_infeasible(l);
+    status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
+    if (status != PERP_OK)
+        return status;
     iterate->iterations += l->spent;
     l->spent = iterate->iterations;
-    write_point(l, iterate);
-    return iterate->outcome != PERP_OUTCOME_RAY && iterate->outcome != PERP_OUTCOME_STALLED &&
-           (iterate->outcome != PERP_OUTCOME_ITERATION_LIMIT || p->iteration_limit > 0);
+    perp__lemke_write_point(l, iterate);
+    *done =
+        iterate->outcome != PERP_OUTCOME_RAY && iterate->outcome != PERP_OUTCOME_STALLED &&
+        (iterate->outcome != PERP_OUTCOME_ITERATION_LIMIT || l->head.problem->iteration_limit > 0);
+    return PERP_OK;
+}
+
+/* What a rounding of z and of the row's own data may change. */
+static double noise(const perp__lemke *l, int32_t variable, double z_largest)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    const int32_t k = perp__lemke_pair(l, variable), i = l->index[k];
+    const double size = variable < l->pairs
+                            ? z_largest / l->column_unit[k]
+                            : (p->row_norms[i] * z_largest + fabs(p->q[i])) * l->row_unit[k];
+
+    return 0.5 * DBL_EPSILON * size;
+}
+
+/* Makes t's column -1 in the rows whose variables are below their limits, +1 where they are above,
+ * and 0 elsewhere. Returns how far the farthest is off; 0: none is by more than what half a
+ * rounding may change. */
+static double cover_slack(perp__lemke *l)
+{
+    double z_largest = 0.0, far = 0.0;
+    int32_t r;
+
+    for (r = 0; r < l->pairs; r++)
+        if (l->basic[r] < l->pairs)
+            z_largest = fmax(z_largest, fabs(l->b[r]) * l->column_unit[l->basic[r]]);
+    memset(l->covering, 0, (size_t)l->pairs * sizeof *l->covering);
+    for (r = 0; r < l->pairs; r++) {
+        const double off = perp__lemke_violation(l, r);
+
+        l->column[r] = off == 0.0 ? 0.0 : l->b[r] < l->low[r] ? -1.0 : 1.0;
+        if (off == 0.0)
+            continue;
+        if (off > noise(l, l->basic[r], z_largest))
+            far = fmax(far, off);
+        l->covering[perp__lemke_pair(l, l->basic[r])] = 1.0;
+    }
+    return far;
 }
 
 /* The ratio test's slack lets variables go beyond their limits a little. From the basis where the
  * path has ended, with the values it really has, another path leads to one where they do not: its
- * cover has entries for these variables only. If it ends elsewhere the point that is written
- * already stays. */
-static void tighten(perp__lemke *l, perp__lcp_iterate *iterate)
+ * covering vector has entries for these variables only. If it ends elsewhere the point that is
+ * written already stays. */
+static perp_status tighten(perp__lemke *l, perp__lcp_iterate *iterate)
 {
-    int32_t round, entering;
+    perp_status status = PERP_OK;
+    int32_t round;
 
-    for (round = 0; round < CORRECTIONS; round++) {
+    for (round = 0; iterate->outcome == PERP_OUTCOME_SOLVED; round++) {
         double far;
 
-        perp__doubled_values(l);
-        write_point(l, iterate);
-        far = perp__doubled_cover(l);
-        if (far == 0.0)
-            return;
+        status = l->basis->values(l);
+        if (status != PERP_OK)
+            break;
+        perp__lemke_write_point(l, iterate);
+        far = cover_slack(l);
+        if (far == 0.0 || round == CORRECTIONS)
+            break;
+        l->basis->cover(l);
         l->slack = 1e-3 * far / l->largest_b;
         l->spent = iterate->iterations;
-        if (follow_path(l, iterate, (int64_t)l->pairs + 16, &entering) != PERP_OUTCOME_SOLVED)
-            round = CORRECTIONS;
+        status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
         iterate->iterations += l->spent;
     }
-    if (round > CORRECTIONS)
-        return;
-    perp__doubled_values(l);
-    write_point(l, iterate);
+    iterate->outcome = PERP_OUTCOME_SOLVED;
+    return status < 0 ? status : PERP_OK;
 }
 
 /* Whether a path that ended elsewhere came near its end. */
@@ -333,52 +406,52 @@ static int32_t is_far_off(const perp__lemke *l, perp_outcome outcome)
            t_row >= 0 && fabs(l->b[t_row]) > FAR_OFF * l->largest_b;
 }
 
+static perp_status solve_cold(perp__lemke *l, perp__lcp_iterate *iterate)
+{
+    perp_status status = l->basis->start(l, iterate);
+
+    if (status != PERP_OK) {
+        l->outcome = iterate->outcome = PERP_OUTCOME_STALLED;
+        return status < 0 ? status : PERP_OK;
+    }
+    begin_path(l);
+    cover(l, iterate);
+    perturb(l, iterate->attempt);
+    status = perp__lemke_follow_path(l, iterate, 200 + l->trial->patience * (int64_t)l->pairs);
+    if (status != PERP_OK)
+        return status;
+    l->outcome = iterate->outcome;
+    iterate->iterations += l->spent;
+    perp__lemke_write_point(l, iterate);
+    iterate->far_off = is_far_off(l, iterate->outcome);
+    if (iterate->outcome == PERP_OUTCOME_RAY)
+        write_ray(l, iterate);
+    return l->basis->values && iterate->outcome == PERP_OUTCOME_SOLVED ? tighten(l, iterate)
+                                                                       : PERP_OK;
+}
+
 static perp_status solve(void *work, perp__lcp_iterate *iterate)
 {
     perp__lemke *l = work;
-    const perp_outcome last = l->outcome;
-    int32_t entering = -1;
+    perp_status status = PERP_OK;
 
-    l->doubled.on = 0;
     l->spent = 0;
-    if (iterate->attempt == 0) {
+    if (iterate->attempt == 0)
         l->guessed = 0;
-        perp__lemke_choose_trial(l, iterate, last);
-        l->guessed = solve_from_guess(l, iterate);
-        if (l->guessed)
-            return PERP_OK;
-    } else {
-        perp__lemke_choose_trial(l, iterate, last);
-    }
-    if (l->trial->doubled) {
-        const perp_status status = perp__doubled_fit(l);
-
-        if (status != PERP_OK)
-            return status;
-    }
-    perp__lemke_start(l);
-    perp__lemke_reset_units(l);
-    perp__lemke_choose_units(l, iterate->attempt > 0);
-    add_cover(l, iterate);
-    perp__lemke_begin_path(l);
-    if (l->trial->doubled)
-        perp__doubled_start(l);
-    perp__lemke_perturb(l, iterate->attempt);
-    l->outcome = iterate->outcome =
-        follow_path(l, iterate, 200 + l->trial->patience * (int64_t)l->pairs, &entering);
-    iterate->iterations += l->spent;
-    write_point(l, iterate);
-    iterate->far_off = is_far_off(l, iterate->outcome);
-    if (l->doubled.on && iterate->outcome == PERP_OUTCOME_SOLVED)
-        tighten(l, iterate);
-    if (iterate->outcome == PERP_OUTCOME_RAY)
-        write_ray(l, entering, iterate);
-    return PERP_OK;
+    choose_trial(l, iterate, l->outcome);
+    if (iterate->attempt == 0)
+        status = solve_near(l, iterate, &l->guessed);
+    return status != PERP_OK || (iterate->attempt == 0 && l->guessed) ? status
+                                                                      : solve_cold(l, iterate);
 }
 
 static void release(void *work)
 {
-    perp__doubled_release(work);
+    perp__lemke *l = work;
+
+    perp__arena_release(&l->doubled.arena);
+    perp__basis_release(&l->factored.basis);
+    perp__nested_release(&l->factored.nested);
 }
 
 const perp__lcp_method perp__lcp_lemke = {

@@ -14,7 +14,8 @@ typedef struct perp__lemke_rows {
     double direction;
     double slack;
     double smallest_pivot; /* relative to the column's largest entry; slower rows do not block */
-    int32_t always;        /* this row blocks however slow it is; -1: none such */
+    double noise;          /* the same for the row `always` */
+    int32_t always;        /* this row blocks however slow it is, but for noise; -1: none such */
 } perp__lemke_rows;
 
 typedef struct perp__row_kernels {

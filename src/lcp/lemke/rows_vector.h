@@ -1,4 +1,4 @@
-/* The kernels of lemke_rows.h, a template (linalg/vectors.h). It defines NAME(kernels). */
+/* The kernels of rows.h, a template (linalg/lanes/vectors.h). It defines NAME(kernels). */
 
 TARGET static void NAME(move)(size_t length, double factor, const double *column, double *b)
 {
@@ -33,8 +33,9 @@ static double NAME(reach_of)(const perp__lemke_rows *rows, int32_t r, double *fa
 TARGET static double NAME(reach)(const perp__lemke_rows *rows, double *far, double *speed)
 {
     const size_t length = rows->length;
-    const double floor = rows->smallest_pivot * NAME(largest)(length, rows->column);
-    const lanes zero = spread(0.0), most = spread(DBL_MAX), least = spread(floor);
+    const double largest = NAME(largest)(length, rows->column);
+    const lanes zero = spread(0.0), most = spread(DBL_MAX),
+                least = spread(rows->smallest_pivot * largest);
     const lanes turn = spread(-rows->direction), slack = spread(rows->slack);
     const lanes infinity = spread(INFINITY);
     lanes reach = infinity;
@@ -52,7 +53,7 @@ TARGET static double NAME(reach)(const perp__lemke_rows *rows, double *far, doub
         store(speed + i, pick(moves, size, zero));
         reach = smaller(pick(moves, divide(add(far_i, slack), size), infinity), reach);
     }
-    if (rows->always >= 0) {
+    if (rows->always >= 0 && !(fabs(rows->column[rows->always]) <= rows->noise * largest)) {
         const double own =
             NAME(reach_of)(rows, rows->always, far + rows->always, speed + rows->always);
 

@@ -1,39 +1,18 @@
-/* Lemke's method on sparse matrices: the path of lcp/lemke.c, with the tableau's one column that a
- * pivot needs solved for in a factored basis (Tomlin, "Robust implementation of Lemke's method for
- * the linear complementarity problem", Math. Programming Study 7 (1978) 55). Memory is that of the
- * factors; nothing is n by n. */
-#include "lcp/lemke/sparse.h"
-
+/* Lemke's method on sparse matrices: the tableau's one column that a pivot needs is solved for in a
+ * factored basis (Tomlin, "Robust implementation of Lemke's method for the linear complementarity
+ * problem", Math. Programming Study 7 (1978) 55) of
+ *
+ *   v - S x - h t = q,   S = sign M sign.
+ *
+ * Memory is that of the factors; nothing is n by n. A free x_k is basic from the start and its v_k
+ * never is, unless the free variables had to be split. */
 #include <math.h>
-#include <stdint.h>
 #include <string.h>
 
 #include "lcp/lemke/lemke.h"
 
-/* Up to this size, and with a larger part of the entries than 1 / FILLED, the dense tableau is
- * faster (bench/lcp_sparse.c). */
-#define SMALL 64
-#define FILLED 6
-/* One more than the dense method: the first may be lost on a guess. */
-#define ATTEMPTS 25
 /* Pivots between refactorisations at most. */
 #define SPIKES 64
-/* Pivots this small in their column are not believed before a refactorisation. */
-#define DOUBTFUL 1e-6
-
-static int32_t suits(const perp__lcp_problem *problem)
-{
-    const int32_t *starts = problem->M->column_starts;
-    const int64_t n = problem->n;
-
-    return starts && n > SMALL && FILLED * (int64_t)starts[n] <= n * n;
-}
-
-static perp_status check(const perp__lcp_problem *problem)
-{
-    (void)problem;
-    return PERP_OK; /* any M, any bounds */
-}
 
 /* Entries of [I, -S] that can be in the basis's kernel, with every free variable split. */
 static size_t count_entries(const perp__lcp_problem *p)
@@ -55,319 +34,303 @@ static size_t count_entries(const perp__lcp_problem *p)
     return entries;
 }
 
-static void layout(perp__arena *arena, void *work)
+void perp__factored_layout(perp__arena *arena, perp__lemke *l)
 {
-    perp__sparse_lemke *l = work;
+    perp__factored *f = &l->factored;
     const perp__lcp_problem *p = l->head.problem;
-    const size_t n = (size_t)p->n;
-    int32_t i, most = p->n;
-    size_t pairs;
+    const size_t n = (size_t)p->n, pairs = (size_t)l->capacity;
 
-    for (i = 0; i < p->n; i++)
-        most += p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
-    pairs = (size_t)most;
-    perp__basis_layout(arena, &l->basis, most, count_entries(p), SPIKES, SPIKES * pairs);
-    perp__tridiagonal_lcp_layout(arena, &l->tridiagonal,
+    perp__basis_layout(arena, &f->basis, l->capacity, count_entries(p), SPIKES, SPIKES * pairs);
+    perp__tridiagonal_lcp_layout(arena, &f->tridiagonal,
                                  p->block->kind == PERP__SPARSE_TRIDIAGONAL ? n : 0);
-    l->pair_of = perp__arena_take(arena, n, sizeof(int32_t));
-    l->base = perp__arena_take(arena, n, sizeof(double));
-    l->index = perp__arena_take(arena, pairs, sizeof(int32_t));
-    l->sign = perp__arena_take(arena, pairs, sizeof(int8_t));
-    l->at_upper = perp__arena_take(arena, pairs, sizeof(int8_t));
-    l->range = perp__arena_take(arena, pairs, sizeof(double));
-    l->twin = perp__arena_take(arena, pairs, sizeof(int32_t));
-    l->q = perp__arena_take(arena, pairs, sizeof(double));
-    l->h = perp__arena_take(arena, pairs, sizeof(double));
-    l->basic = perp__arena_take(arena, pairs, sizeof(int32_t));
-    l->position_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
-    l->b = perp__arena_take(arena, pairs, sizeof(double));
-    l->low = perp__arena_take(arena, pairs, sizeof(double));
-    l->high = perp__arena_take(arena, pairs, sizeof(double));
-    l->column = perp__arena_take(arena, pairs, sizeof(double));
-    l->rows = perp__arena_take(arena, pairs, sizeof(double));
-    l->entry_rows = perp__arena_take(arena, pairs, sizeof(int32_t));
-    l->entry_values = perp__arena_take(arena, pairs, sizeof(double));
-    l->far = perp__arena_take(arena, pairs, sizeof(double));
-    l->speed = perp__arena_take(arena, pairs, sizeof(double));
-    l->places = perp__arena_take(arena, pairs, sizeof(int8_t));
-    l->next = perp__arena_take(arena, pairs, sizeof(int8_t));
-    l->best = perp__arena_take(arena, pairs, sizeof(int8_t));
-    l->order_a = perp__arena_take(arena, pairs, sizeof(double));
-    l->order_b = perp__arena_take(arena, pairs, sizeof(double));
+    f->pair_of = perp__arena_take(arena, n, sizeof(int32_t));
+    f->q = perp__arena_take(arena, pairs, sizeof(double));
+    f->h = perp__arena_take(arena, pairs, sizeof(double));
+    f->entry_rows = perp__arena_take(arena, pairs, sizeof(int32_t));
+    f->entry_values = perp__arena_take(arena, pairs, sizeof(double));
+    f->next = perp__arena_take(arena, pairs, sizeof(int8_t));
+    f->best = perp__arena_take(arena, pairs, sizeof(int8_t));
 }
 
-static int32_t pair_of(const perp__sparse_lemke *l, int32_t variable)
+void perp__factored_affine(const perp__lcp_problem *p, const double *z, double *w)
 {
-    return variable < l->pairs ? variable : variable - l->pairs;
+    const perp__matrix *M = p->M;
+    int32_t j, k;
+
+    memcpy(w, p->q, (size_t)p->n * sizeof *w);
+    for (j = 0; j < p->n; j++)
+        for (k = M->column_starts[j]; z[j] != 0.0 && k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+
+            w[i] += M->values[k] * (p->factors[i] * p->factors[j]) * z[j];
+        }
 }
 
-/* Moves along the column by `step` and makes `entering`, which started at `from`, basic in position
- * r. */
-static void pivot(perp__sparse_lemke *l, int32_t r, int32_t entering, double step, double from)
+void perp__factored_write_pairs(perp__lemke *l, int32_t split)
 {
-    const int32_t leaving = l->basic[r];
-    int32_t i;
+    perp__factored *f = &l->factored;
+    int32_t i, k, first;
 
-    for (i = 0; i < l->pairs; i++)
-        l->b[i] -= l->direction * step * l->column[i];
-    l->b[r] = from + l->direction * step;
-    perp__basis_replace(&l->basis, r, l->column);
-    l->basic[r] = entering;
-    l->position_of[entering] = r;
-    l->position_of[leaving] = -1;
-    l->missing = leaving == perp__sparse_t(l) ? -1 : pair_of(l, leaving);
-    perp__sparse_limit(l, r);
-}
-
-/* The partner of what just left at `value` enters; sets its direction. */
-static int32_t partner_of(perp__sparse_lemke *l, int32_t leaving, int32_t left_at_upper)
-{
-    if (leaving < l->pairs) {
-        l->at_upper[leaving] = (int8_t)left_at_upper;
-        l->direction = left_at_upper ? -1.0 : 1.0;
-        return leaving + l->pairs;
+    perp__lemke_name_pairs(l);
+    perp__lemke_reset_units(l);
+    f->split = split;
+    for (i = 0; i < l->head.problem->n; i++)
+        f->pair_of[i] = -1;
+    for (k = 0, first = l->pairs; k < first; k++) {
+        f->pair_of[l->index[k]] = k;
+        if (!split || !perp__lemke_is_free(l, k))
+            continue;
+        perp__lemke_write_pair(l, l->pairs, l->index[k], -1, INFINITY);
+        l->twin[k] = l->pairs;
+        l->twin[l->pairs++] = k;
     }
-    l->direction = l->at_upper[leaving - l->pairs] ? -1.0 : 1.0;
-    return leaving - l->pairs;
+    perp__factored_affine(l->head.problem, l->base, l->work);
+    for (k = 0; k < l->pairs; k++) {
+        f->q[k] = l->sign[k] * l->work[l->index[k]];
+        f->h[k] = 0.0;
+    }
 }
 
-static void solve_column(perp__sparse_lemke *l, int32_t entering)
+/* Entries of a column of [I, -S]: the perp__columns of the basis. */
+static int32_t read_entries(const void *user, int32_t variable, int32_t *rows, double *values)
 {
-    memset(l->rows, 0, (size_t)l->pairs * sizeof *l->rows);
-    perp__sparse_add_column(l, entering, 1.0, l->rows);
-    perp__basis_solve(&l->basis, l->rows, l->column);
+    const perp__lemke *l = user;
+    const perp__lcp_problem *p = l->head.problem;
+    const perp__matrix *M = p->M;
+    const int32_t j = l->index[perp__lemke_pair(l, variable)];
+    int32_t count = 0, side, k;
+
+    if (variable >= l->pairs) {
+        rows[0] = variable - l->pairs;
+        values[0] = 1.0;
+        return 1;
+    }
+    for (side = 0; side < 2; side++) /* the rows of twins come after all others */
+        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+            int32_t r = l->factored.pair_of[i];
+
+            if (r >= 0 && side)
+                r = l->twin[r];
+            if (r < 0)
+                continue;
+            rows[count] = r;
+            values[count++] = -(double)(l->sign[r] * l->sign[variable]) *
+                              (M->values[k] * (p->factors[i] * p->factors[j]));
+        }
+    return count;
 }
 
-static int32_t is_doubtful(const perp__sparse_lemke *l, int32_t r)
+/* Adds factor times the column of any variable, t included, to `rows`. */
+static void add_column(perp__lemke *l, int32_t variable, double factor, double *rows)
 {
-    double largest = 0.0;
+    const perp__factored *f = &l->factored;
+    int32_t count, k;
+
+    if (factor == 0.0)
+        return;
+    if (variable == perp__lemke_t(l)) {
+        for (k = 0; k < l->pairs; k++)
+            rows[k] -= factor * f->h[k];
+        return;
+    }
+    count = read_entries(l, variable, f->entry_rows, f->entry_values);
+    for (k = 0; k < count; k++)
+        rows[f->entry_rows[k]] += factor * f->entry_values[k];
+}
+
+static void solve_column(perp__lemke *l, int32_t variable)
+{
+    memset(l->work, 0, (size_t)l->pairs * sizeof *l->work);
+    add_column(l, variable, 1.0, l->work);
+    perp__basis_solve(&l->factored.basis, l->work, l->column);
+}
+
+/* work := q - the columns of all variables times their values */
+static void write_residual(perp__lemke *l)
+{
     int32_t k;
 
-    if (r == PERP__SPARSE_NO_ROW)
-        return 1;
-    for (k = 0; k < l->pairs; k++)
-        largest = fmax(largest, fabs(l->column[k]));
-    return r >= 0 && !(fabs(l->column[r]) >= DOUBTFUL * largest);
+    memcpy(l->work, l->factored.q, (size_t)l->pairs * sizeof *l->work);
+    for (k = 0; k < l->pairs; k++) {
+        if (l->row_of[k] < 0 && l->at_upper[k])
+            add_column(l, k, -l->range[k], l->work);
+        add_column(l, l->basic[k], -l->b[k], l->work);
+    }
 }
 
-/* The position that blocks the entering variable, with its column. What looks like a ray or a tiny
- * pivot is looked at again with new factors. */
-static perp_status find_blocking(perp__sparse_lemke *l, int32_t entering, double own_range,
-                                 int32_t *r)
+void perp__factored_values(perp__lemke *l, int32_t rounds)
 {
-    perp_status status;
+    double last = INFINITY;
+    int32_t round, r;
 
-    if (!perp__basis_has_room(&l->basis)) {
-        status = perp__sparse_refresh(l);
-        if (status != PERP_OK)
-            return status;
+    memset(l->b, 0, (size_t)l->pairs * sizeof *l->b);
+    for (round = 0; round < rounds; round++) {
+        double largest = 0.0;
+
+        write_residual(l);
+        perp__basis_solve(&l->factored.basis, l->work, l->column);
+        for (r = 0; r < l->pairs; r++) {
+            l->b[r] += l->column[r];
+            largest = fmax(largest, fabs(l->column[r]));
+        }
+        if (!(largest < 0.5 * last))
+            break; /* no longer converging */
+        last = largest;
     }
-    solve_column(l, entering);
-    *r = perp__sparse_blocking_row(l, own_range);
-    if (l->basis.spikes <= 1 || !is_doubtful(l, *r))
-        return PERP_OK;
-    status = perp__sparse_refresh(l);
-    if (status != PERP_OK)
-        return status;
-    solve_column(l, entering);
-    *r = perp__sparse_blocking_row(l, own_range);
-    return PERP_OK;
 }
 
-/* One step of the path: *entering goes as far as it can. Writes the next entering variable, or -1
- * with the outcome. */
-static perp_status advance(perp__sparse_lemke *l, int32_t *entering, perp_outcome *outcome)
-{
-    const int32_t is_x = *entering < l->pairs;
-    const double own_range = is_x ? l->range[*entering] : INFINITY;
-    const double from = is_x && l->at_upper[*entering] ? own_range : 0.0;
-    double far = 0.0, speed = 1.0;
-    int32_t r, i, leaving, at_upper;
-    perp_status status = find_blocking(l, *entering, own_range, &r);
-
-    if (status != PERP_OK)
-        return status;
-    if (r == PERP__SPARSE_NO_ROW) {
-        *outcome = PERP_OUTCOME_RAY;
-        return PERP_OK;
-    }
-    if (r == PERP__SPARSE_FLIP) {
-        for (i = 0; i < l->pairs; i++)
-            l->b[i] -= l->direction * own_range * l->column[i];
-        *entering = partner_of(l, *entering, l->direction > 0.0);
-        return PERP_OK;
-    }
-    perp__sparse_distance(l, r, 0.0, &far, &speed);
-    leaving = l->basic[r];
-    at_upper = leaving < l->pairs && -l->direction * l->column[r] > 0.0;
-    pivot(l, r, *entering, far / speed, from);
-    if (leaving == perp__sparse_t(l))
-        *outcome = PERP_OUTCOME_SOLVED;
-    else
-        *entering = partner_of(l, leaving, at_upper);
-    return PERP_OK;
-}
-
-/* From the current complementary basis to the end of the path, or to `limit` iterations. */
-static perp_status follow_path(perp__sparse_lemke *l, perp__lcp_iterate *iterate, int64_t limit,
-                               int32_t *entering)
-{
-    perp_status status = PERP_OK;
-    int32_t r = perp__sparse_first_row(l), leaving;
-
-    iterate->outcome = r < 0 ? PERP_OUTCOME_SOLVED : PERP_OUTCOME_ITERATION_LIMIT;
-    if (r < 0 || iterate->iterations >= limit)
-        return PERP_OK;
-    leaving = l->basic[r];
-    l->direction = 1.0;
-    pivot(l, r, perp__sparse_t(l), l->b[r] / l->column[r], 0.0);
-    *entering = partner_of(l, leaving, leaving < l->pairs && l->column[r] > 0.0);
-    for (iterate->iterations++; iterate->iterations < limit; iterate->iterations++) {
-        iterate->outcome = perp__lcp_tick(l->head.problem->control, iterate->iterations, INFINITY);
-        if (iterate->outcome >= 0)
-            return PERP_OK;
-        status = advance(l, entering, &iterate->outcome);
-        if (status != PERP_OK || iterate->outcome >= 0)
-            break;
-    }
-    if (status == PERP_OK && iterate->outcome < 0)
-        iterate->outcome = PERP_OUTCOME_ITERATION_LIMIT;
-    return status;
-}
-
-static void write_point(const perp__sparse_lemke *l, perp__lcp_iterate *iterate)
+/* Factors the columns of the variables in `basic`; see perp__basis_load. */
+static perp_status load(perp__lemke *l)
 {
     const perp__lcp_problem *p = l->head.problem;
-    int32_t i, k;
+    const perp__columns source = {l, read_entries};
+    const perp__principal principal = {p->block, l->index, l->sign, l->factored.rho};
 
-    for (i = 0; i < p->n; i++) {
-        iterate->z[i] = l->base[i];
-        iterate->places[i] = PERP__FIXED;
-    }
-    for (k = 0; k < l->pairs; k++) {
-        const int32_t upper_side = (l->at_upper[k] != 0) != (l->sign[k] < 0);
-
-        i = l->index[k];
-        if (l->position_of[k] >= 0)
-            iterate->z[i] += l->sign[k] * l->b[l->position_of[k]];
-        else if (l->at_upper[k])
-            iterate->z[i] = upper_side ? p->upper[i] : p->lower[i];
-        if (l->position_of[k] >= 0 || l->twin[k] >= 0)
-            iterate->places[i] = PERP__BETWEEN;
-        else
-            iterate->places[i] = upper_side ? PERP__AT_UPPER : PERP__AT_LOWER;
-    }
-    iterate->has_places = 1;
+    return perp__basis_load(&l->factored.basis, p->context, l->pairs, l->basic, &source,
+                            l->factored.split ? NULL : &principal);
 }
 
-/* The last column is the direction in which nothing blocks. */
-static void write_ray(const perp__sparse_lemke *l, int32_t entering, perp__lcp_iterate *iterate)
+perp_status perp__factored_take_places(perp__lemke *l, const int8_t *places)
 {
-    const int32_t at = l->position_of[perp__sparse_t(l)];
-    const double dt = at >= 0 ? -l->direction * l->column[at] : 0.0;
-    int32_t i, k;
-
-    for (i = 0; i < l->head.problem->n; i++)
-        iterate->ray[i] = iterate->cover[i] = 0.0;
-    for (k = 0; k < l->pairs; k++) {
-        double dx = l->position_of[k] >= 0 ? -l->direction * l->column[l->position_of[k]] : 0.0;
-
-        if (k == entering)
-            dx = l->direction;
-        i = l->index[k];
-        iterate->ray[i] += l->sign[k] * dx;
-        if (l->twin[k] < 0 || l->sign[k] > 0)
-            iterate->cover[i] = l->sign[k] * l->h[k] * dt;
-    }
-}
-
-/* The path from the current complementary basis, `pivots` long at most. */
-static perp_status run(perp__sparse_lemke *l, perp__lcp_iterate *iterate, int32_t attempt,
-                       int64_t pivots)
-{
-    const int64_t asked = l->head.problem->iteration_limit;
-    int64_t limit = iterate->iterations + pivots;
-    int32_t entering = -1, r;
     perp_status status;
+    int32_t k;
 
-    if (asked > 0 && asked < limit)
-        limit = asked;
-    perp__lemke_tolerances(attempt, &l->slack, &l->smallest_pivot);
-    l->largest_b = 0.0;
-    for (r = 0; r < l->pairs; r++)
-        if (isfinite(l->low[r]) || isfinite(l->high[r]))
-            l->largest_b = fmax(l->largest_b, fabs(l->b[r]));
-    perp__sparse_cover(l, attempt);
-    status = follow_path(l, iterate, limit, &entering);
-    if (status < 0)
-        return status;
-    if (status == PERP__FACTOR_SINGULAR)
-        iterate->outcome = PERP_OUTCOME_STALLED;
-    write_point(l, iterate);
-    if (iterate->outcome == PERP_OUTCOME_RAY)
-        write_ray(l, entering, iterate);
-    return PERP_OK;
-}
-
-/* Whether the path from the guess ended in something that is no failure of the guess. */
-static int32_t is_final(const perp__sparse_lemke *l, const perp__lcp_iterate *iterate)
-{
-    const int64_t asked = l->head.problem->iteration_limit;
-
-    return iterate->outcome == PERP_OUTCOME_SOLVED || iterate->outcome == PERP_OUTCOME_STOPPED ||
-           iterate->outcome == PERP_OUTCOME_TIME_LIMIT ||
-           (asked > 0 && iterate->iterations >= asked);
-}
-
-/* The path from a guess. It is short, or the guess was none. */
-static perp_status solve_near(perp__sparse_lemke *l, perp__lcp_iterate *iterate)
-{
-    int32_t violated;
-    perp_status status = perp__sparse_start_near(l, iterate, &violated);
-
-    if (status == PERP_OK && violated == 0)
-        iterate->outcome = PERP_OUTCOME_SOLVED;
-    if (status == PERP_OK && iterate->outcome < 0) {
-        l->guesses = 1;
-        status = run(l, iterate, 0, 50 + 10 * (int64_t)violated);
-    } else if (status == PERP_OK && violated < INT32_MAX) {
-        write_point(l, iterate); /* else there is no basis yet, but a point */
+    for (k = 0; k <= 2 * l->pairs; k++)
+        l->row_of[k] = -1;
+    for (k = 0; k < l->pairs; k++) {
+        l->basic[k] = places[k] == PERP__BETWEEN ? k : l->pairs + k;
+        l->row_of[l->basic[k]] = k;
+        l->at_upper[k] = places[k] == PERP__AT_UPPER;
     }
+    l->factored.missing = -1;
+    status = load(l);
+    perp__lemke_write_limits(l);
+    if (status == PERP_OK)
+        perp__factored_values(l, l->factored.rho > 0.0 ? 1 : 2);
     return status;
 }
 
-static perp_status solve(void *work, perp__lcp_iterate *iterate)
+/* The slack to be loaded in place of t, which is a full column: that of the missing pair, unless
+ * its entry in t's row of B^-1 says that another makes a better basis. With a singular principal
+ * block in the basis neither member of the missing pair would do. */
+static int32_t choose_slack(perp__lemke *l)
 {
-    perp__sparse_lemke *l = work;
+    const int32_t missing = l->factored.missing;
+    int32_t best = missing, k;
+
+    memset(l->work, 0, (size_t)l->pairs * sizeof *l->work);
+    l->work[l->row_of[perp__lemke_t(l)]] = 1.0;
+    perp__basis_solve_transposed(&l->factored.basis, l->work, l->column);
+    for (k = 0; k < l->pairs; k++)
+        if (fabs(l->column[k]) > fabs(l->column[best]))
+            best = k;
+    return fabs(l->column[missing]) >= 0.1 * fabs(l->column[best]) ? missing : best;
+}
+
+/* Puts the slack of pair k in the row of the missing pair, loads, and puts t there instead. */
+static perp_status load_with(perp__lemke *l, int32_t slack)
+{
+    const int32_t r = l->factored.missing;
+    double largest = 0.0;
     perp_status status;
+    int32_t k;
 
-    iterate->iterations = 0;
-    iterate->outcome = -1;
-    if (iterate->attempt == 0) {
-        l->guesses = 0;
-        status = solve_near(l, iterate);
-        if (status < 0 || (status == PERP_OK && is_final(l, iterate)))
-            return status;
-        l->guesses = 0;
-    }
-    status = perp__sparse_start_cold(l);
-    if (status == PERP__FACTOR_SINGULAR) {
-        iterate->outcome = PERP_OUTCOME_STALLED;
-        return PERP_OK;
-    }
-    return status < 0
-               ? status
-               : run(l, iterate, iterate->attempt - l->guesses, 1000 + 50 * (int64_t)l->pairs);
+    l->basic[r] = l->pairs + slack;
+    status = load(l);
+    if (status != PERP_OK)
+        return status;
+    solve_column(l, perp__lemke_t(l));
+    for (k = 0; k < l->pairs; k++)
+        largest = fmax(largest, fabs(l->column[k]));
+    if (!(fabs(l->column[r]) > l->smallest_pivot * largest))
+        return PERP__FACTOR_SINGULAR;
+    perp__basis_replace(&l->factored.basis, r, l->column); /* the file is empty: there is room */
+    l->basic[r] = perp__lemke_t(l);
+    return PERP_OK;
 }
 
-static void release(void *work)
+/* Factors the current basis anew, pair k in row k, t in that of the missing pair, and recomputes
+ * its values. */
+static perp_status refresh(perp__lemke *l)
 {
-    perp__sparse_lemke *l = work;
+    const int32_t slack = l->factored.missing >= 0 ? choose_slack(l) : -1;
+    perp_status status;
+    int32_t k;
 
-    perp__basis_release(&l->basis);
-    perp__nested_release(&l->nested);
+    for (k = 0; k < l->pairs; k++)
+        l->basic[k] = l->row_of[k] >= 0 ? k : l->pairs + k;
+    status = slack >= 0 ? load_with(l, slack) : load(l);
+    for (k = 0; k < l->pairs; k++)
+        l->row_of[l->basic[k]] = k;
+    perp__lemke_write_limits(l);
+    if (status == PERP_OK)
+        perp__factored_values(l, 2);
+    return status;
 }
 
-const perp__lcp_method perp__lcp_lemke_sparse = {
-    PERP_LCP_LEMKE, sizeof(perp__sparse_lemke), ATTEMPTS, suits, check, layout, solve, release,
+static perp_status refactor(perp__lemke *l)
+{
+    return l->factored.basis.spikes <= 1 ? PERP__LEMKE_AS_NEW : refresh(l);
+}
+
+static perp_status values(perp__lemke *l)
+{
+    perp__factored_affine(l->head.problem, l->base, l->work);
+    for (int32_t k = 0; k < l->pairs; k++)
+        l->factored.q[k] = l->sign[k] * l->work[l->index[k]];
+    return refresh(l);
+}
+
+/* h = B d */
+static void cover(perp__lemke *l)
+{
+    double *h = l->factored.h;
+    int32_t r;
+
+    memset(h, 0, (size_t)l->pairs * sizeof *h);
+    for (r = 0; r < l->pairs; r++)
+        add_column(l, l->basic[r], -l->column[r], h);
+}
+
+static perp_status read_column(perp__lemke *l, int32_t variable)
+{
+    const perp_status status = perp__basis_has_room(&l->factored.basis) ? PERP_OK : refresh(l);
+
+    if (status == PERP_OK)
+        solve_column(l, variable);
+    return status;
+}
+
+static perp_status exchange(perp__lemke *l, int32_t r, int32_t leaving)
+{
+    perp__basis_replace(&l->factored.basis, r, l->column);
+    l->factored.missing = leaving == perp__lemke_t(l) ? -1 : perp__lemke_pair(l, leaving);
+    return PERP_OK;
+}
+
+static void read_inverse_row(perp__lemke *l, int32_t r, double *row)
+{
+    int32_t k;
+
+    memset(l->work, 0, (size_t)l->pairs * sizeof *l->work);
+    l->work[r] = 1.0;
+    perp__basis_solve_transposed(&l->factored.basis, l->work, row);
+    for (k = 0; k < l->pairs; k++)
+        if (perp__lemke_is_free(l, k))
+            row[k] = 0.0;
+}
+
+const perp__lemke_basis perp__lemke_sparse = {
+    0.0,
+    perp__factored_start,
+    perp__factored_start_near,
+    cover,
+    read_column,
+    perp__lemke_move,
+    exchange,
+    refactor,
+    values,
+    read_inverse_row,
+    NULL,
 };

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "lcp/lemke/sparse.h"
+#include "lcp/lemke/lemke.h"
 
 /* Steps of the crash, and how many of them in a row may bring nothing where the sets need not be
  * monotone. */
@@ -25,29 +25,17 @@
 #define PROXIMAL 1e-7
 #define PROXIMAL_ROUNDS 30
 
-static int32_t is_free(const perp__lcp_problem *p, int32_t i)
-{
-    return p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
-}
-
 /* The side of z - w on which a variable lies, for the z on entry. */
-static void read_places(perp__sparse_lemke *l, const double *z)
+static void read_places(perp__lemke *l, const double *z)
 {
     const perp__lcp_problem *p = l->head.problem;
-    const perp__matrix *M = p->M;
-    int32_t i, j, k;
+    int32_t k;
 
-    memcpy(l->rows, p->q, (size_t)p->n * sizeof *l->rows);
-    for (j = 0; j < p->n; j++)
-        for (k = M->column_starts[j]; z[j] != 0.0 && k < M->column_starts[j + 1]; k++) {
-            i = M->row_indices[k];
-            l->rows[i] += M->values[k] * (p->factors[i] * p->factors[j]) * z[j];
-        }
+    perp__factored_affine(p, z, l->work);
     for (k = 0; k < l->pairs; k++) {
-        double u;
+        const int32_t i = l->index[k];
+        const double u = z[i] - l->work[i];
 
-        i = l->index[k];
-        u = z[i] - l->rows[i];
         l->places[k] = PERP__BETWEEN;
         if (u <= p->lower[i])
             l->places[k] = l->sign[k] < 0 ? PERP__AT_UPPER : PERP__AT_LOWER;
@@ -56,16 +44,16 @@ static void read_places(perp__sparse_lemke *l, const double *z)
     }
 }
 
-static void place_slacks(perp__sparse_lemke *l)
+static void place_slacks(perp__lemke *l)
 {
     int32_t k;
 
     for (k = 0; k < l->pairs; k++)
-        l->places[k] = perp__sparse_is_free(l, k) ? PERP__BETWEEN : PERP__AT_LOWER;
+        l->places[k] = perp__lemke_is_free(l, k) ? PERP__BETWEEN : PERP__AT_LOWER;
 }
 
 /* Of pairs, from those of the caller's variables. */
-static void take_places(perp__sparse_lemke *l, const int8_t *places)
+static void take_places(perp__lemke *l, const int8_t *places)
 {
     int32_t k;
 
@@ -80,7 +68,7 @@ static void take_places(perp__sparse_lemke *l, const int8_t *places)
 
 /* Places by nested iteration, where the matrix suits. Returns 0 where it does not, or status < 0.
  */
-static perp_status nest(perp__sparse_lemke *l, perp__lcp_iterate *iterate)
+static perp_status nest(perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
     const size_t bytes = (size_t)p->n * sizeof(double);
@@ -88,11 +76,11 @@ static perp_status nest(perp__sparse_lemke *l, perp__lcp_iterate *iterate)
     perp_status status = perp__sparse_block_grid(p->block, &grid);
 
     if (status == PERP_OK && grid)
-        status = perp__nested_fit(&l->nested, grid);
+        status = perp__nested_fit(&l->factored.nested, grid);
     if (status != PERP_OK || !grid)
         return status;
     memcpy(l->far, iterate->z, bytes);
-    if (perp__nested_run(&l->nested, p, iterate->warm, iterate->z, iterate->places,
+    if (perp__nested_run(&l->factored.nested, p, iterate->warm, iterate->z, iterate->places,
                          &iterate->iterations, &iterate->outcome)) {
         take_places(l, iterate->places);
         return 1;
@@ -104,13 +92,14 @@ static perp_status nest(perp__sparse_lemke *l, perp__lcp_iterate *iterate)
 /* Where the crash begins: at the solution of a tridiagonal M-matrix, on which active sets would
  * creep along one index a step; at what nested iteration finds on a grid, where they would creep
  * too; near the caller's z0; at the slacks. */
-static perp_status choose_places(perp__sparse_lemke *l, perp__lcp_iterate *iterate)
+static perp_status choose_places(perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
     perp_status found = 0;
 
     if (p->settings->crash && p->block->kind == PERP__SPARSE_TRIDIAGONAL) {
-        found = perp__tridiagonal_lcp_places(&l->tridiagonal, &p->block->T, p, iterate->places);
+        found = perp__tridiagonal_lcp_places(&l->factored.tridiagonal, &p->block->T, p,
+                                             iterate->places);
         if (found)
             take_places(l, iterate->places);
     } else if (p->settings->crash) {
@@ -124,7 +113,7 @@ static perp_status choose_places(perp__sparse_lemke *l, perp__lcp_iterate *itera
 }
 
 /* Rounding of b in the row of pair k. */
-static double noise(const perp__sparse_lemke *l, int32_t k, double x_largest)
+static double noise(const perp__lemke *l, int32_t k, double x_largest)
 {
     const perp__lcp_problem *p = l->head.problem;
     const int32_t i = l->index[k];
@@ -137,7 +126,7 @@ static double noise(const perp__sparse_lemke *l, int32_t k, double x_largest)
 /* Writes to `next` where the pairs belong whose basic member is beyond a limit: one step of the
  * primal-dual active set method (Hintermueller, Ito & Kunisch 2003; block principal pivoting of
  * Kostreva 1978). Returns how many there are. */
-static int32_t move_violated(perp__sparse_lemke *l)
+static int32_t move_violated(perp__lemke *l)
 {
     double x_largest = 0.0;
     int32_t count = 0, k;
@@ -149,27 +138,27 @@ static int32_t move_violated(perp__sparse_lemke *l)
         const double margin = noise(l, k, x_largest);
         const int32_t below = l->b[k] < l->low[k] - margin;
 
-        l->next[k] = l->places[k];
+        l->factored.next[k] = l->places[k];
         if (!below && !(l->b[k] > l->high[k] + margin))
             continue;
         count++;
         if (l->basic[k] < l->pairs)
-            l->next[k] = below ? PERP__AT_LOWER : PERP__AT_UPPER;
+            l->factored.next[k] = below ? PERP__AT_LOWER : PERP__AT_UPPER;
         else
-            l->next[k] = PERP__BETWEEN;
+            l->factored.next[k] = PERP__BETWEEN;
     }
     return count;
 }
 
 /* The basis of `places`, from the first singular one on that of M + rho I: the active sets of the
  * proximal point method's first step (Rockafellar 1976), where M need not be P. */
-static perp_status take_near(perp__sparse_lemke *l)
+static perp_status take_near(perp__lemke *l)
 {
-    perp_status status = perp__sparse_take_places(l, l->places);
+    perp_status status = perp__factored_take_places(l, l->places);
 
-    if (status == PERP__FACTOR_SINGULAR && l->rho == 0.0) {
-        l->rho = PROXIMAL;
-        status = perp__sparse_take_places(l, l->places);
+    if (status == PERP__FACTOR_SINGULAR && l->factored.rho == 0.0) {
+        l->factored.rho = PROXIMAL;
+        status = perp__factored_take_places(l, l->places);
     }
     return status;
 }
@@ -177,7 +166,7 @@ static perp_status take_near(perp__sparse_lemke *l)
 /* Active-set steps from `places` until few violations are left, or nothing is gained any more. Ends
  * with the best basis met as the current one, *violated counts its violations. Singular if the
  * first was; iterate->outcome >= 0 if asked to stop. */
-static perp_status crash(perp__sparse_lemke *l, perp__lcp_iterate *iterate, int32_t steps,
+static perp_status crash(perp__lemke *l, perp__lcp_iterate *iterate, int32_t steps,
                          int32_t *violated)
 {
     const size_t bytes = (size_t)l->pairs;
@@ -191,28 +180,28 @@ static perp_status crash(perp__sparse_lemke *l, perp__lcp_iterate *iterate, int3
         waited++;
         if (count < *violated) {
             *violated = count;
-            memcpy(l->best, l->places, bytes);
+            memcpy(l->factored.best, l->places, bytes);
             waited = 0;
         }
-        if (count <= (l->rho > 0.0 ? 0 : FEW) || step == steps || waited == patience)
+        if (count <= (l->factored.rho > 0.0 ? 0 : FEW) || step == steps || waited == patience)
             break;
         iterate->outcome =
             perp__lcp_tick(l->head.problem->control, ++iterate->iterations, INFINITY);
         if (iterate->outcome >= 0)
             return PERP_OK;
-        memcpy(l->places, l->next, bytes);
+        memcpy(l->places, l->factored.next, bytes);
         status = take_near(l);
     }
     if (*violated == INT32_MAX || status == PERP_ERROR_MEMORY)
         return status;
-    if (l->rho == 0.0 && !memcmp(l->best, l->places, bytes))
+    if (l->factored.rho == 0.0 && !memcmp(l->factored.best, l->places, bytes))
         return PERP_OK;
-    l->rho = 0.0;
-    status = perp__sparse_take_places(l, l->best);
+    l->factored.rho = 0.0;
+    status = perp__factored_take_places(l, l->factored.best);
     if (status == PERP__FACTOR_SINGULAR && *violated == 0) {
-        l->rho = PROXIMAL;
-        status = perp__sparse_take_places(l, l->best);
-        perp__sparse_values(l, PROXIMAL_ROUNDS);
+        l->factored.rho = PROXIMAL;
+        status = perp__factored_take_places(l, l->factored.best);
+        perp__factored_values(l, PROXIMAL_ROUNDS);
     }
     return status;
 }
@@ -226,7 +215,7 @@ static int32_t could_be_P(const perp__lcp_problem *p)
     for (j = 0; j < p->n; j++) {
         double diagonal = 0.0;
 
-        if (p->lower[j] == p->upper[j] || is_free(p, j))
+        if (p->lower[j] == p->upper[j] || (p->lower[j] == -INFINITY && p->upper[j] == INFINITY))
             continue;
         for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             if (M->row_indices[k] == j)
@@ -237,48 +226,82 @@ static int32_t could_be_P(const perp__lcp_problem *p)
     return 1;
 }
 
-perp_status perp__sparse_start_near(perp__sparse_lemke *l, perp__lcp_iterate *iterate,
-                                    int32_t *violated)
+/* Factors a basis near the solution and counts what is infeasible there. */
+static perp_status find_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_t *violated)
 {
     const perp__lcp_problem *p = l->head.problem;
     int32_t steps = p->settings->crash ? STEPS : 0;
     perp_status status;
 
-    if (p->settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
-        return PERP__FACTOR_SINGULAR;
-    if (!iterate->warm && (steps == 0 || (p->n < WORTH_IT && !could_be_P(p))))
-        return PERP__FACTOR_SINGULAR;
-    *violated = INT32_MAX;
-    perp__sparse_write_pairs(l, PERP__FREE_BASIC);
-    l->rho = 0.0;
+    l->factored.rho = 0.0;
+    perp__factored_write_pairs(l, 0);
     status = choose_places(l, iterate);
     if (p->iteration_limit > 0 && p->iteration_limit - iterate->iterations < steps)
         steps = (int32_t)(p->iteration_limit - iterate->iterations);
     if (status == PERP_OK && iterate->outcome < 0)
         status = crash(l, iterate, steps, violated);
-    l->rho = 0.0;
-    if (status == PERP_OK && iterate->outcome < 0 && *violated > FEW + l->pairs / CLOSE)
-        return PERP__FACTOR_SINGULAR;
+    l->factored.rho = 0.0;
+    l->spent = iterate->iterations;
+    return status;
+}
+
+static double largest_value(const perp__lemke *l)
+{
+    double largest = 0.0;
+    int32_t r;
+
+    for (r = 0; r < l->pairs; r++)
+        if (isfinite(l->low[r]) || isfinite(l->high[r]))
+            largest = fmax(largest, fabs(l->b[r]));
+    return largest;
+}
+
+/* From the caller's z0, by active sets, or both, as the settings allow. */
+perp_status perp__factored_start_near(perp__lemke *l, perp__lcp_iterate *iterate,
+                                      enum perp__lemke_guess *guess)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    int32_t violated = INT32_MAX;
+    perp_status status;
+
+    iterate->outcome = -1;
+    if (p->settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC ||
+        (!iterate->warm && (!p->settings->crash || (p->n < WORTH_IT && !could_be_P(p)))))
+        return PERP_OK;
+    status = find_near(l, iterate, &violated);
+    if (status == PERP_OK && violated == 0)
+        iterate->outcome = PERP_OUTCOME_SOLVED;
+    if (status == PERP_OK && iterate->outcome >= 0) {
+        *guess = PERP__GUESS_END;
+        if (violated < INT32_MAX) /* else there is no basis yet, but a point */
+            perp__lemke_write_point(l, iterate);
+    } else if (status == PERP_OK && violated <= FEW + l->pairs / CLOSE) {
+        *guess = PERP__GUESS_BASIS;
+        l->largest_b = largest_value(l);
+    }
     return status;
 }
 
 /* The basis of the slacks and the free variables, or, where those depend on each other, of the
  * slacks alone. */
-perp_status perp__sparse_start_cold(perp__sparse_lemke *l)
+perp_status perp__factored_start(perp__lemke *l, const perp__lcp_iterate *iterate)
 {
     int32_t any_free = 0, k;
     perp_status status;
 
-    perp__sparse_write_pairs(l, PERP__FREE_BASIC);
+    (void)iterate;
+    perp__factored_write_pairs(l, 0);
     place_slacks(l);
     for (k = 0; k < l->pairs; k++)
-        any_free |= perp__sparse_is_free(l, k);
-    status = perp__sparse_take_places(l, l->places);
-    if (status == PERP_ERROR_MEMORY || !any_free)
-        return status;
-    if (status == PERP_OK && perp__basis_condition(&l->basis) > DEPENDENT)
-        return PERP_OK;
-    perp__sparse_write_pairs(l, PERP__FREE_SPLIT);
-    place_slacks(l);
-    return perp__sparse_take_places(l, l->places);
+        any_free |= perp__lemke_is_free(l, k);
+    status = perp__factored_take_places(l, l->places);
+    if (any_free &&
+        (status == PERP__FACTOR_SINGULAR ||
+         (status == PERP_OK && !(perp__basis_condition(&l->factored.basis) > DEPENDENT)))) {
+        perp__factored_write_pairs(l, 1);
+        place_slacks(l);
+        status = perp__factored_take_places(l, l->places);
+    }
+    l->largest_b = largest_value(l);
+    return status;
 }

@@ -10,9 +10,9 @@
 #include "linalg/scale.h"
 
 /* Couplings with |M_ij M_ji| below this, relative to the row's largest, may be rounding. */
-#define PERP__SIGNIFICANT 0x1p-60
+#define SIGNIFICANT 0x1p-60
 /* Row norms that differ by more than this make a look at the couplings worth its price. */
-#define PERP__SPREAD 0x1p14
+#define SPREAD 0x1p14
 
 void perp__lemke_reset_units(perp__lemke *l)
 {
@@ -33,7 +33,7 @@ static int32_t is_coupled(const perp__lemke *l, int32_t i, int32_t j)
 
     /* products beyond the range of doubles have no logarithm to go by */
     return product > 0.0 && product < INFINITY &&
-           product >= PERP__SIGNIFICANT * fmin(l->row_unit[i], l->row_unit[j]);
+           product >= SIGNIFICANT * fmin(l->row_unit[i], l->row_unit[j]);
 }
 
 /* row_unit := the row's largest |M_ij M_ji|, for is_coupled. */
@@ -171,13 +171,14 @@ static int32_t is_worth_a_look(const perp__lemke *l, int32_t eager)
         least = fmin(least, norms[l->index[k]]);
         most = fmax(most, norms[l->index[k]]);
     }
-    return l->tableau.columns == l->pairs && (eager || most > PERP__SPREAD * least);
+    return l->tableau.columns == l->pairs && (eager || most > SPREAD * least);
 }
 
 void perp__lemke_choose_units(perp__lemke *l, int32_t eager)
 {
     int32_t i;
 
+    perp__lemke_reset_units(l);
     if (!is_worth_a_look(l, eager))
         return;
     find_strongest(l);

@@ -15,7 +15,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "lcp/pgs/pgs.h"
+#include "base/context.h"
+#include "lcp/pgs/sweep.h"
 
 /* A residual this much above the best one seen is divergence. Where S is symmetric and positive
  * definite the residual can grow by the square root of its condition number at most, 1e6 for 1e12;
@@ -47,14 +48,49 @@
 #define SWEEPS_UNCHANGED 30
 #define SWEEPS_BETWEEN_LOOKS 10
 
+/* Nonsmooth nonlinear conjugate gradients over sweeps (Silcowitz, Niebe & Erleben, The Visual
+ * Computer 26 (2010) 893). */
+typedef struct conjugate {
+    double *before;    /* z when the sweep began */
+    double *direction; /* n */
+    double norm;       /* |step of the last sweep|^2; 0: no direction yet */
+} conjugate;
+
+/* What makes pgs give up: growth, or no progress from one window of sweeps to the next. */
+typedef struct pgs_progress {
+    double best;
+    double best_before; /* at the end of the last window */
+    int64_t window;
+} pgs_progress;
+
+typedef struct pgs_work {
+    perp__lcp_work common;
+    perp__sweeper sweeper;
+    conjugate gradient;
+    int32_t restarts;           /* of the gradient; RESTARTS_MOST: it is not used */
+    double *step;               /* omega / S_ii; 0 in rows that do not move */
+    double *best;               /* the z of the smallest residual seen, up to a factor 2 */
+    double remembered;          /* its residual */
+    double residual;            /* of the last sweep */
+    double *x, *y, *high, *low; /* for the tested residual */
+    int64_t sweeps, next_test;  /* done; the one from when on z is tested again */
+    pgs_progress progress;
+    int8_t *places;     /* the active set when it was looked at */
+    int64_t changed;    /* the last sweep at which it was another */
+    int64_t next_pause; /* the sweep from when on the polish is asked */
+    double relaxation;  /* the rows were read with these settings; 0: not yet */
+    int32_t scaling, sweep;
+} pgs_work;
+
 static void layout(perp__arena *arena, void *object)
 {
-    perp__pgs_work *work = object;
+    pgs_work *work = object;
     const perp__lcp_problem *problem = work->common.problem;
     size_t n = (size_t)problem->n;
 
     perp__sweeper_layout(arena, &work->sweeper, problem);
-    perp__gradient_layout(arena, &work->gradient, n);
+    work->gradient.before = perp__arena_take(arena, n, sizeof(double));
+    work->gradient.direction = perp__arena_take(arena, n, sizeof(double));
     work->step = perp__arena_take(arena, n, sizeof(double));
     work->best = perp__arena_take(arena, n, sizeof(double));
     work->x = perp__arena_take(arena, n, sizeof(double));
@@ -65,8 +101,109 @@ static void layout(perp__arena *arena, void *object)
     work->relaxation = 0.0;
 }
 
+static double diagonal_entry(const perp__matrix *M, int32_t i)
+{
+    if (!M->column_starts)
+        return M->values[(size_t)i * (M->row_stride + M->column_stride)];
+    for (int32_t p = M->column_starts[i]; p < M->column_starts[i + 1]; p++)
+        if (M->row_indices[p] == i)
+            return M->values[p];
+    return 0.0;
+}
+
+static perp_status check_row(const perp__lcp_problem *problem, int32_t i)
+{
+    double diagonal, q = problem->q[i];
+
+    if (!(problem->lower[i] < problem->upper[i]))
+        return PERP_OK;
+    diagonal = diagonal_entry(problem->M, i);
+    if (diagonal > 0.0)
+        return PERP_OK;
+    if (problem->row_norms[i] > 0.0)
+        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
+                          "M(%d,%d) = %g: pgs needs a positive diagonal", (int)i, (int)i, diagonal);
+    if ((q > 0.0 && problem->lower[i] == -INFINITY) || (q < 0.0 && problem->upper[i] == INFINITY))
+        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
+                          "row %d of M is 0 and q[%d] is not: w[%d] = q[%d] for every z", (int)i,
+                          (int)i, (int)i, (int)i);
+    return PERP_OK;
+}
+
+/* Every row has a positive diagonal entry, or is zero and its q_i tells where z_i belongs, or z_i
+ * is fixed. PERP_OK or PERP_ERROR_ARGUMENT. */
+static perp_status check(const perp__lcp_problem *problem)
+{
+    perp_status status = PERP_OK;
+
+    for (int32_t i = 0; i < problem->n && status == PERP_OK; i++)
+        status = check_row(problem, i);
+    return status;
+}
+
+static int32_t moves(const perp__lcp_problem *problem, int32_t i)
+{
+    return problem->lower[i] < problem->upper[i] && problem->row_norms[i] > 0.0;
+}
+
+/* The matrix is kept from solve to solve, until its set-up or a setting changes. */
+static int32_t is_read(const pgs_work *work)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+
+    if (work->relaxation != problem->settings->relaxation ||
+        work->scaling != problem->settings->scaling || work->sweep != problem->settings->sweep)
+        return 0;
+    for (int32_t i = 0; i < problem->n; i++)
+        if (moves(problem, i) != (work->step[i] != 0.0))
+            return 0;
+    return 1;
+}
+
+static void read_matrix(pgs_work *work)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+
+    work->relaxation = problem->settings->relaxation;
+    work->scaling = problem->settings->scaling;
+    work->sweep = problem->settings->sweep;
+    for (int32_t i = 0; i < problem->n; i++) {
+        double factor = problem->factors[i];
+
+        work->step[i] = moves(problem, i)
+                            ? work->relaxation / (diagonal_entry(problem->M, i) * (factor * factor))
+                            : 0.0;
+    }
+    perp__rows_read(&work->sweeper.rows, problem, work->step, work->sweep == PERP_SWEEP_SYMMETRIC);
+}
+
+/* q and the bounds; a row of zeros is held where its w = q wants it. */
+static void read_problem(pgs_work *work, const double *z)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+    perp__sweeper *sweeper = &work->sweeper;
+
+    if (!is_read(work))
+        read_matrix(work);
+    sweeper->keep = 1.0 - work->relaxation;
+    for (int32_t i = 0; i < problem->n; i++) {
+        perp__slice *slice = &sweeper->rows.slices[i / PERP__SLICE];
+        const int32_t row = i % PERP__SLICE;
+        double q = problem->q[i];
+
+        slice->load[row] = q * work->step[i];
+        slice->lower[row] = problem->lower[i];
+        sweeper->rows.upper[i] = problem->upper[i];
+        if (work->step[i] == 0.0)
+            slice->lower[row] = sweeper->rows.upper[i] = q > 0.0   ? problem->lower[i]
+                                                         : q < 0.0 ? problem->upper[i]
+                                                                   : z[i];
+    }
+    perp__sweeper_start(sweeper, z);
+}
+
 /* The tested residual of z, from the caller's matrix and as precise as the front door's. */
-static double true_residual(perp__pgs_work *work, const double *z)
+static double true_residual(pgs_work *work, const double *z)
 {
     const perp__lcp_problem *problem = work->common.problem;
     double residual = 0.0;
@@ -88,7 +225,7 @@ static double true_residual(perp__pgs_work *work, const double *z)
 
 /* A sweep's residual is small enough: is that of its last z? Costs as much as ten sweeps, so after
  * a no some sweeps pass before the question is asked again. */
-static int32_t is_solved(perp__pgs_work *work, double residual, int64_t sweeps)
+static int32_t is_solved(pgs_work *work, double residual, int64_t sweeps)
 {
     const double tol = work->common.problem->tol;
 
@@ -98,7 +235,7 @@ static int32_t is_solved(perp__pgs_work *work, double residual, int64_t sweeps)
     return true_residual(work, work->sweeper.z) <= tol;
 }
 
-static int64_t sweep_limit(const perp__pgs_work *work)
+static int64_t sweep_limit(const pgs_work *work)
 {
     const perp__lcp_problem *problem = work->common.problem;
     double n = problem->n;
@@ -112,8 +249,7 @@ static int64_t sweep_limit(const perp__pgs_work *work)
                                    : (int64_t)sweeps;
 }
 
-static int32_t hopeless(perp__pgs_progress *progress, double residual, int64_t sweeps,
-                        double growth)
+static int32_t hopeless(pgs_progress *progress, double residual, int64_t sweeps, double growth)
 {
     if (!(residual <= DBL_MAX) || residual > growth * progress->best)
         return 1;
@@ -126,7 +262,7 @@ static int32_t hopeless(perp__pgs_progress *progress, double residual, int64_t s
 }
 
 /* Keeps z where the residual has halved: copies are few, and none comes back much too late. */
-static void remember(perp__pgs_work *work, double residual)
+static void remember(pgs_work *work, double residual)
 {
     if (residual < 0.5 * work->remembered) {
         work->remembered = residual;
@@ -134,8 +270,57 @@ static void remember(perp__pgs_work *work, double residual)
     }
 }
 
+/* Forgets the direction. */
+static void gradient_restart(conjugate *gradient)
+{
+    gradient->norm = 0.0;
+}
+
+/* Before the sweeps that make one step. */
+static void gradient_before(conjugate *gradient, const perp__sweeper *sweeper)
+{
+    memcpy(gradient->before, sweeper->z, (size_t)sweeper->rows.n * sizeof *gradient->before);
+}
+
+/* |z - before|^2, by four sums */
+static double squared_step(const double *z, const double *before, int32_t n)
+{
+    double sum[4] = {0.0, 0.0, 0.0, 0.0};
+
+    for (int32_t i = 0; i < n; i++) {
+        double step = z[i] - before[i];
+
+        sum[i % 4] += step * step;
+    }
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+/* After them: adds the direction to z, within the bounds. */
+static void gradient_after(conjugate *gradient, perp__sweeper *sweeper)
+{
+    const perp__rows *rows = &sweeper->rows;
+    const double last = gradient->norm;
+    double *z = sweeper->z, *direction = gradient->direction;
+    double beta;
+
+    gradient->norm = squared_step(z, gradient->before, rows->n);
+    beta = gradient->norm <= last ? gradient->norm / last : 0.0;
+    if (!(beta > 0.0)) { /* the first step, or one that is longer than the last */
+        for (int32_t i = 0; i < rows->n; i++)
+            direction[i] = last > 0.0 ? 0.0 : z[i] - gradient->before[i];
+        return;
+    }
+    for (int32_t i = 0; i < rows->n; i++) {
+        const double lower = rows->slices[i / PERP__SLICE].lower[i % PERP__SLICE];
+        const double add = beta * direction[i];
+
+        direction[i] = add + (z[i] - gradient->before[i]);
+        z[i] = perp__clamp(z[i] + add, lower, rows->upper[i]);
+    }
+}
+
 /* One sweep in the order that the settings ask for. */
-static void sweep_once(perp__pgs_work *work, int64_t done, double *residual)
+static void sweep_once(pgs_work *work, int64_t done, double *residual)
 {
     if (work->sweep == PERP_SWEEP_SYMMETRIC && done % 2 == 1)
         perp__sweep_backward(&work->sweeper, residual);
@@ -145,28 +330,28 @@ static void sweep_once(perp__pgs_work *work, int64_t done, double *residual)
 
 /* The step of the conjugate gradients is one sweep, or one to and one fro. Where the residual
  * grows, they start again from the best z; where that happens often, they are left. */
-static void sweep_accelerated(perp__pgs_work *work, int64_t done, double *residual)
+static void sweep_accelerated(pgs_work *work, int64_t done, double *residual)
 {
     const int32_t pair = work->sweep == PERP_SWEEP_SYMMETRIC;
 
     if (!pair || done % 2 == 0)
-        perp__gradient_before(&work->gradient, &work->sweeper);
+        gradient_before(&work->gradient, &work->sweeper);
     sweep_once(work, done, residual);
     if (*residual <= work->common.problem->tol)
-        perp__gradient_restart(&work->gradient); /* z may be the solution: do not move it */
+        gradient_restart(&work->gradient); /* z may be the solution: do not move it */
     else if (!pair || done % 2 == 1)
-        perp__gradient_after(&work->gradient, &work->sweeper);
+        gradient_after(&work->gradient, &work->sweeper);
     if (!(*residual <= GROWTH * work->remembered) && work->remembered < INFINITY) {
         memcpy(work->sweeper.z, work->best, (size_t)work->common.problem->n * sizeof(double));
         *residual = work->remembered;
-        perp__gradient_restart(&work->gradient);
-        perp__gradient_before(&work->gradient, &work->sweeper);
+        gradient_restart(&work->gradient);
+        gradient_before(&work->gradient, &work->sweeper);
         work->restarts++;
     }
 }
 
 /* One sweep or a few; returns how many. */
-static int32_t advance(perp__pgs_work *work, int64_t limit, double *residuals)
+static int32_t advance(pgs_work *work, int64_t limit, double *residuals)
 {
     int64_t count = work->sweeper.rows.entries > ENTRIES_IN_CACHE ? PERP__SWEEPS_AT_ONCE : 1;
 
@@ -186,7 +371,7 @@ static int32_t advance(perp__pgs_work *work, int64_t limit, double *residuals)
 }
 
 /* Whether the active set has been the same for long enough to ask the polish. */
-static int32_t is_settled(perp__pgs_work *work)
+static int32_t is_settled(pgs_work *work)
 {
     const perp__rows *rows = &work->sweeper.rows;
     const double *z = work->sweeper.z;
@@ -209,7 +394,7 @@ static int32_t is_settled(perp__pgs_work *work)
 }
 
 /* What the last sweeps mean: an outcome, or -1 to go on. */
-static perp_outcome look_at(perp__pgs_work *work, const double *residuals, int32_t count)
+static perp_outcome look_at(pgs_work *work, const double *residuals, int32_t count)
 {
     const perp__lcp_problem *problem = work->common.problem;
     const int64_t before = work->sweeps;
@@ -233,7 +418,7 @@ static perp_outcome look_at(perp__pgs_work *work, const double *residuals, int32
     return -1;
 }
 
-static void start(perp__pgs_work *work, const double *z)
+static void start(pgs_work *work, const double *z)
 {
     const perp__lcp_problem *problem = work->common.problem;
     const int32_t accelerated =
@@ -247,13 +432,13 @@ static void start(perp__pgs_work *work, const double *z)
     work->remembered = work->residual = INFINITY;
     work->sweeps = work->next_test = work->next_pause = work->changed = 0;
     work->restarts = accelerated ? 0 : RESTARTS_MOST;
-    perp__gradient_restart(&work->gradient);
-    perp__pgs_read(work, z);
+    gradient_restart(&work->gradient);
+    read_problem(work, z);
 }
 
 static perp_status solve(void *object, perp__lcp_iterate *iterate)
 {
-    perp__pgs_work *work = object;
+    pgs_work *work = object;
     const perp__lcp_problem *problem = work->common.problem;
     const int64_t limit = sweep_limit(work);
     perp_outcome outcome = -1;
@@ -280,5 +465,5 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     return PERP_OK;
 }
 
-const perp__lcp_method perp__lcp_pgs = {
-    PERP_LCP_PGS, sizeof(perp__pgs_work), 1, NULL, perp__pgs_check, layout, solve, NULL};
+const perp__lcp_method perp__lcp_pgs = {PERP_LCP_PGS, sizeof(pgs_work), 1,     NULL,
+                                        check,        layout,           solve, NULL};

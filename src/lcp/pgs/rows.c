@@ -113,6 +113,202 @@ static void read_sparse(perp__rows *rows, const perp__lcp_problem *problem, cons
     starts[0] = 0;
 }
 
+/* Sparse rows into slices: the entries of a slice's eight rows are met diagonal by diagonal, and
+ * each diagonal becomes a contiguous slot if at least four of them have it. The others are packed
+ * into gathered slots of at least four entries, and the rest into slots of one row. */
+
+/* One slice while its entries are sorted. */
+typedef struct sorting {
+    perp__rows *rows;
+    perp__slice *slice;
+    int32_t first, count;                          /* its rows */
+    int32_t at[PERP__SLICE], end[PERP__SLICE];     /* what is unread of each row */
+    int32_t kept[PERP__SLICE], begin[PERP__SLICE]; /* what is put off, moved to the row's front */
+    double core[PERP__CORE];
+    size_t values, columns; /* written so far, of the whole matrix */
+} sorting;
+
+static double *new_slot(sorting *sort)
+{
+    double *slot = sort->rows->values + sort->values;
+
+    sort->values += PERP__SLICE;
+    memset(slot, 0, PERP__SLICE * sizeof *slot);
+    return slot;
+}
+
+/* The next diagonal, column - row; INT32_MAX if all has been read. */
+static int32_t next_diagonal(const sorting *sort)
+{
+    int32_t least = INT32_MAX;
+
+    for (int32_t k = 0; k < sort->count; k++)
+        if (sort->at[k] < sort->end[k]) {
+            int32_t d = sort->rows->row_columns[sort->at[k]] - (sort->first + k);
+
+            least = d < least ? d : least;
+        }
+    return least;
+}
+
+/* Before, after, core and the diagonal; the rest is for the slots. */
+static int32_t is_slotted(sorting *sort, int32_t row, int32_t d, double value)
+{
+    int32_t column = row + d; /* within the slice, if it is */
+
+    if (d == -1)
+        sort->slice->before[row] = value;
+    else if (d == 1)
+        sort->slice->after[row] = value;
+    else if (d != 0 && column >= 0 && column < sort->count &&
+             perp__in_core(sort->rows, row, column)) {
+        sort->core[row * PERP__SLICE + column] = value;
+        sort->slice->what |= PERP__HAS_CORE;
+    } else {
+        return d != 0;
+    }
+    return 0;
+}
+
+/* Takes diagonal d from the front of the rows: into a contiguous slot, or put off. */
+static void take_diagonal(sorting *sort, int32_t d)
+{
+    perp__rows *rows = sort->rows;
+    double values[PERP__SLICE];
+    int32_t has[PERP__SLICE] = {0}, found = 0;
+
+    for (int32_t k = 0; k < sort->count; k++) {
+        int32_t p = sort->at[k];
+
+        if (p < sort->end[k] && rows->row_columns[p] == sort->first + k + d) {
+            values[k] = rows->row_values[p];
+            has[k] = is_slotted(sort, k, d, values[k]);
+            found += has[k];
+            sort->at[k]++;
+        }
+    }
+    if (2 * found >= PERP__SLICE) {
+        double *slot = new_slot(sort);
+
+        for (int32_t k = 0; k < sort->count; k++)
+            slot[k] = has[k] ? values[k] : 0.0;
+        rows->columns[sort->columns++] = sort->first + d;
+        sort->slice->contiguous++;
+        return;
+    }
+    for (int32_t k = 0; k < sort->count; k++)
+        if (has[k]) {
+            rows->row_columns[sort->kept[k]] = sort->first + k + d;
+            rows->row_values[sort->kept[k]++] = values[k];
+        }
+}
+
+/* Packs what was put off while at least half of the rows have some. */
+static void gather(sorting *sort)
+{
+    perp__rows *rows = sort->rows;
+
+    for (;;) {
+        int32_t found = 0;
+        double *slot;
+
+        for (int32_t k = 0; k < sort->count; k++)
+            found += sort->begin[k] < sort->kept[k];
+        if (2 * found < PERP__SLICE)
+            return;
+        slot = new_slot(sort);
+        for (int32_t k = 0; k < PERP__SLICE; k++) {
+            int32_t column = sort->first; /* of a zero: any will do */
+
+            if (k < sort->count && sort->begin[k] < sort->kept[k]) {
+                column = rows->row_columns[sort->begin[k]];
+                slot[k] = rows->row_values[sort->begin[k]++];
+            }
+            rows->columns[sort->columns++] = column;
+        }
+        sort->slice->gathered++;
+    }
+}
+
+static void gather_row(sorting *sort, int32_t k)
+{
+    perp__rows *rows = sort->rows;
+
+    while (sort->begin[k] < sort->kept[k]) {
+        double *slot = new_slot(sort);
+
+        rows->columns[sort->columns++] = k;
+        for (int32_t j = 0; j < PERP__SLICE; j++) {
+            int32_t column = sort->first;
+
+            if (sort->begin[k] < sort->kept[k]) {
+                column = rows->row_columns[sort->begin[k]];
+                slot[j] = rows->row_values[sort->begin[k]++];
+            }
+            rows->columns[sort->columns++] = column;
+        }
+        sort->slice->rows++;
+    }
+}
+
+static void sort_slice(sorting *sort, int32_t s)
+{
+    perp__rows *rows = sort->rows;
+    int32_t d;
+
+    sort->slice = &rows->slices[s];
+    sort->first = s * PERP__SLICE;
+    sort->count = rows->n - sort->first < PERP__SLICE ? rows->n - sort->first : PERP__SLICE;
+    memset(sort->core, 0, sizeof sort->core);
+    sort->slice->values = sort->values;
+    sort->slice->columns = sort->columns;
+    for (int32_t k = 0; k < sort->count; k++) {
+        sort->at[k] = sort->kept[k] = sort->begin[k] = rows->row_starts[sort->first + k];
+        sort->end[k] = rows->row_starts[sort->first + k + 1];
+    }
+    while ((d = next_diagonal(sort)) != INT32_MAX)
+        take_diagonal(sort, d);
+    gather(sort);
+    for (int32_t k = 0; k < sort->count; k++)
+        gather_row(sort, k);
+    if (sort->slice->gathered > 0 || sort->slice->rows > 0)
+        sort->slice->what |= PERP__HAS_OTHERS;
+    if (sort->slice->what & PERP__HAS_CORE) {
+        sort->slice->core = sort->values;
+        memcpy(rows->values + sort->values, sort->core, sizeof sort->core);
+        sort->values += PERP__CORE;
+    }
+}
+
+/* Block by block, the farthest rows whose z it needs or which need its own. */
+static void find_reach(perp__rows *rows)
+{
+    const int32_t block = PERP__BLOCK * PERP__SLICE;
+
+    for (int32_t b = 0; b * PERP__BLOCK < rows->count; b++)
+        rows->blocks[b].reach = b;
+    for (int32_t i = 0; i < rows->n; i++)
+        for (int32_t p = rows->row_starts[i]; p < rows->row_starts[i + 1]; p++) {
+            int32_t near = i / block, far = rows->row_columns[p] / block;
+            int32_t least = near < far ? near : far, most = near < far ? far : near;
+
+            if (rows->blocks[least].reach < most)
+                rows->blocks[least].reach = most;
+        }
+}
+
+static void slice_rows(perp__rows *rows)
+{
+    sorting sort;
+
+    memset(&sort, 0, sizeof sort);
+    sort.rows = rows;
+    find_reach(rows);
+    for (int32_t s = 0; s < rows->count; s++)
+        sort_slice(&sort, s);
+    rows->entries = sort.values;
+}
+
 void perp__rows_read(perp__rows *rows, const perp__lcp_problem *problem, const double *step,
                      int32_t symmetric)
 {
@@ -125,6 +321,6 @@ void perp__rows_read(perp__rows *rows, const perp__lcp_problem *problem, const d
         read_dense(rows, problem, step);
     } else {
         read_sparse(rows, problem, step);
-        perp__rows_slice(rows);
+        slice_rows(rows);
     }
 }

@@ -71,9 +71,6 @@ void perp__rows_layout(perp__arena *arena, perp__rows *rows, const perp__lcp_pro
 void perp__rows_read(perp__rows *rows, const perp__lcp_problem *problem, const double *step,
                      int32_t symmetric);
 
-/* Sorts the entries in row_starts, row_columns, row_values into slices. */
-void perp__rows_slice(perp__rows *rows);
-
 /* Entries of z on either side of a core: row and column within the slice. A sweep forward settles
  * all columns but those of the rows before; a sweep in both directions settles none. */
 static inline int32_t perp__in_core(const perp__rows *rows, int32_t row, int32_t column)

@@ -1,4 +1,4 @@
-/* The kernels of panels.h, a template (linalg/vectors.h), included once for each instruction set
+/* The kernels of panels.h, a template (lanes/vectors.h), included once for each instruction set
  * and arithmetic with
  *   NAME(x)     the name of a function of this set
  *   COLUMNS(X)  X(0) X(1) ... for the columns of a block: 2 vectors by as many columns as the

@@ -1,4 +1,4 @@
-/* Vectors of 8 doubles, for the templates that linalg/vectors.h tells of. */
+/* Vectors of 8 doubles, for the templates that linalg/lanes/vectors.h tells of. */
 #define SET "avx512"
 #define TARGET __attribute__((target("avx512f,avx2,fma")))
 #define LANES 8

@@ -1,4 +1,5 @@
-/* Vectors of one double, for any processor and the templates that linalg/vectors.h tells of. */
+/* Vectors of one double, for any processor and the templates that linalg/lanes/vectors.h tells of.
+ */
 #define SET "any"
 #define TARGET
 #define LANES 1

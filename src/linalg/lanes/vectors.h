@@ -1,7 +1,7 @@
 /* Kernels in terms of vectors, written once and compiled for each instruction set. A template, a
  * header of functions NAME(x), is included after one of
- *   linalg/vector_avx512.h, vector_avx2.h (PERP__X86 only), vector_one.h (any processor)
- * and before linalg/vector_end.h. Of these it gets
+ *   linalg/lanes/vector_avx512.h, vector_avx2.h (PERP__X86 only), vector_one.h (any processor)
+ * and before linalg/lanes/vector_end.h, or for all of them by linalg/lanes/each_set.h. It gets
  *   lanes, a vector of LANES doubles; load, store, spread (of one double); add, subtract, multiply,
  *   divide, absolute; larger, smaller (b where a is NaN); largest_of, smallest_of (no NaN);
  * minus_product(c, a, b) = c - a b, and minus_fused, rounded once; truth, a vector of truths; less,

@@ -6,7 +6,9 @@
 
 #include "base/context.h"
 
-#define DIFFERENCE_ROWS 24 /* of accelerations_bias.c */
+/* Entries of a family's inequalities and points below this, beside their terms, are rounding. */
+#define ROUNDING 1e-11
+#define DIFFERENCE_ROWS 24 /* of bias.c */
 
 static const char *const reason_texts[] = {
     "one acceleration, whatever the loads are",
@@ -41,25 +43,22 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__acceleration *a = object;
     const size_t n = (size_t)a->m->n, rows = (size_t)a->m->rows;
-    const size_t units = (size_t)(a->m->contacts + a->m->dry);
-    double **const vectors[] = {&a->bias, &a->size,    &a->beta,    &a->load,     &a->scale,
-                                &a->x,    &a->x_width, &a->rhs,     &a->rhs_load, &a->known,
-                                &a->f,    &a->u,       &a->f_width, &a->u_width,  &a->zeros};
-    int32_t **const indices[] = {&a->row_of, &a->first, &a->count, &a->system.columns,
-                                 &a->turning.columns};
+    const size_t elements = (size_t)(a->m->contacts + a->m->dry);
+    double **const vectors[] = {&a->bias, &a->size, &a->beta, &a->load, &a->scale, &a->zeros};
     size_t k;
 
     for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
-    for (k = 0; k < sizeof indices / sizeof *indices; k++)
-        *indices[k] = perp__arena_take(arena, rows, sizeof(int32_t));
+    a->row_of = perp__arena_take(arena, rows, sizeof(int32_t));
+    a->turning.columns = perp__arena_take(arena, rows, sizeof(int32_t));
     a->indices = perp__arena_take(arena, 3 * rows, sizeof(int32_t));
-    a->unit = perp__arena_take(arena, units, sizeof *a->unit);
-    a->pattern.mode = perp__arena_take(arena, units, 1);
-    a->pattern.way = perp__arena_take(arena, 2 * units, sizeof(double));
-    a->coefficient = perp__arena_take(arena, 3 * rows, sizeof(double));
+    a->element = perp__arena_take(arena, elements, sizeof *a->element);
+    a->pattern.mode = perp__arena_take(arena, elements, 1);
+    a->pattern.direction = perp__arena_take(arena, 2 * elements, sizeof(double));
+    a->chosen = perp__arena_take(arena, 2 * elements, sizeof(double));
     a->row_work = perp__arena_take(arena, DIFFERENCE_ROWS * rows, sizeof(double));
-    a->angle = perp__arena_take(arena, units, sizeof(double));
+    a->tree.next = perp__arena_take(arena, elements, sizeof(int32_t));
+    a->linear.angle = perp__arena_take(arena, elements, sizeof(double));
     a->turn_work = perp__arena_take(arena, 3 * rows, sizeof(double));
     a->velocity = perp__arena_take(arena, n, sizeof(double));
     a->seed.momentum = perp__arena_take(arena, n, sizeof(double));
@@ -73,35 +72,42 @@ static void layout_blocks(perp__arena *arena, void *object)
 {
     perp__acceleration *a = object;
     const size_t active = (size_t)a->active, square = active * active;
-    double **const matrices[] = {&a->W,    &a->held,      &a->system.K, &a->system.E,
-                                 &a->null, &a->turning.K, &a->turning.E};
+    double **const matrices[] = {&a->W, &a->held, &a->turning.K, &a->turning.E};
     size_t k;
 
     for (k = 0; k < sizeof matrices / sizeof *matrices; k++)
         *matrices[k] = perp__arena_take(arena, square, sizeof(double));
+    perp__linear_layout(&a->linear, arena);
     a->work =
         perp__arena_take(arena, 4 * square + 8 * active + 4 * (size_t)a->m->n, sizeof(double));
 }
 
-perp_status perp__found_make_room(perp__acceleration *a)
+perp_status perp__acceleration_make_room(perp__acceleration *a)
 {
+    perp__linear *p = &a->linear;
+
+    p->length = p->rows = a->polyhedron.length = a->active;
     if (perp__arena_fit(&a->blocks, layout_blocks, a) != PERP_OK)
         return perp__fail_memory(a->m->context, "accelerations");
+    p->block[0] = a->W;
+    p->row_stride = (size_t)a->active;
+    p->column_stride = 1;
+    p->c = a->beta;
+    p->c_size = a->load;
+    p->scale = a->scale;
+    p->positions = a->elements + a->m->bilateral;
+    a->polyhedron.origin = p->x;
+    a->polyhedron.directions = p->null;
+    a->polyhedron.entries = a->row_of;
     return PERP_OK;
 }
 
-void perp__found_release(perp__acceleration *a)
+void perp__acceleration_release(perp__acceleration *a)
 {
     if (!a)
         return;
-    perp__found_release_answers(a);
-    while (a->spare) {
-        perp__found_answer *next = a->spare->next;
-
-        perp__release(a->m->context, a->spare);
-        a->spare = next;
-    }
-    perp__cone_release(&a->cone);
+    perp__answers_release(&a->answers);
+    perp__cone_release(&a->polyhedron.cone);
     perp__arena_release(&a->arena);
     perp__arena_release(&a->blocks);
     perp__release(a->m->context, a);
@@ -115,35 +121,63 @@ static perp_status make(perp_mechanism *m)
         return perp__fail_memory(m->context, "accelerations");
     memset(a, 0, sizeof *a);
     a->m = m;
-    a->cone.context = m->context;
+    a->answers.context = a->polyhedron.cone.context = m->context;
+    a->linear.tolerance = PERP__ACCELERATION_TOLERANCE;
+    a->linear.spread = 1.0;
+    a->linear.user = a;
+    a->linear.conditions = perp__element_conditions;
+    a->answers.length = m->rows;
+    a->answers.positions = m->contacts + m->dry;
+    a->answers.eigenvalues = 4 * m->rows;
+    a->answers.own = m->n + m->rows + 2 * (m->contacts + m->dry);
+    a->answers.holds = perp__acceleration_holds;
+    a->answers.user = a;
+    a->polyhedron.rounding = ROUNDING;
+    a->polyhedron.least = PERP__FAMILY_TOLERANCE;
     perp__arena_init(&a->arena, m->context);
     perp__arena_init(&a->blocks, m->context);
     if (perp__arena_fit(&a->arena, layout, a) != PERP_OK) {
-        perp__found_release(a);
+        perp__acceleration_release(a);
         return perp__fail_memory(m->context, "accelerations");
     }
     memset(a->zeros, 0, (size_t)m->rows * sizeof *a->zeros);
-    m->found_work = a;
+    m->accelerations = a;
     return PERP_OK;
 }
 
 /* ---- the question -------------------------------------------------------------------------- */
 
-perp_status perp__found_open(perp_mechanism *m)
+perp_status perp__acceleration_open(perp_mechanism *m)
 {
-    const perp_status status = m->found_work ? PERP_OK : make(m);
-    perp__acceleration *a = m->found_work;
+    const perp_status status = m->accelerations ? PERP_OK : make(m);
+    perp__acceleration *a = m->accelerations;
 
     if (a) {
-        a->asked = a->has_singular = a->has_negative = a->incomplete = 0;
-        perp__found_release_answers(a);
+        a->asked = a->has_singular = a->has_negative = 0;
+        perp__answers_clear(&a->answers);
     }
     return status;
 }
 
-perp_status perp__found_look(perp__acceleration *a, perp_mechanism_summary *summary, int32_t impact)
+/* Fewer contacts that press first. */
+static int32_t is_before(const void *user, const perp__answer *one, const perp__answer *other)
 {
-    const perp__found_answer *answer;
+    const perp__acceleration *a = user;
+    const double *x = perp__answer_acceleration(one), *y = perp__answer_acceleration(other);
+    int32_t i;
+
+    if (one->kind != other->kind)
+        return one->kind < other->kind;
+    for (i = 0; i < a->m->n; i++)
+        if (x[i] != y[i])
+            return x[i] < y[i];
+    return 1;
+}
+
+perp_status perp__acceleration_look(perp__acceleration *a, perp_mechanism_summary *summary,
+                                    int32_t impact)
+{
+    const perp__answer *answer;
     perp_status status;
 
     summary->closed = a->closed;
@@ -154,13 +188,12 @@ perp_status perp__found_look(perp__acceleration *a, perp_mechanism_summary *summ
     summary->reason = PERP_MECHANISM_UNDECIDED;
     if (impact >= 0)
         return PERP_OK;
-    status = perp__found_all(a, summary);
+    status = perp__acceleration_all(a, summary);
     if (status != PERP_OK)
         return status;
-    perp__found_reason(a, summary);
-    perp__found_sort(a);
-    for (answer = a->answers; answer; answer = answer->next) {
-        summary->count++;
+    perp__answers_sort(&a->answers, is_before);
+    summary->count = a->answers.count;
+    for (answer = a->answers.first; answer; answer = answer->next) {
         summary->families += answer->dimension > 0;
         summary->stable += answer->stable;
     }
@@ -179,16 +212,16 @@ static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summ
     if (status == PERP_OK)
         status = perp__mechanism_check_state(m, t, q, v);
     if (status == PERP_OK)
-        status = perp__found_open(m);
+        status = perp__acceleration_open(m);
     if (status != PERP_OK)
         return status;
-    a = m->found_work;
+    a = m->accelerations;
     perp_mechanism_summary_init(&own, sizeof own);
-    status = perp__found_state(a, &impact, t, q, v);
+    status = perp__acceleration_state(a, &impact, t, q, v);
     if (status == PERP_OK)
-        status = perp__found_look(a, &own, impact);
+        status = perp__acceleration_look(a, &own, impact);
     if (status != PERP_OK) {
-        perp__found_release_answers(a);
+        perp__answers_clear(&a->answers);
         return status;
     }
     a->asked = 1;
@@ -210,23 +243,21 @@ perp_status perp_mechanism_accelerations(perp_mechanism *mechanism, perp_mechani
 
 static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t index)
 {
-    const perp__acceleration *a = m->found_work;
-    const perp__found_answer *answer;
+    const perp__acceleration *a = m->accelerations;
+    const perp__answer *answer;
     perp_mechanism_found own;
     perp_status status =
         perp__struct_check(m->context, "found", found, sizeof *found, PERP__MECHANISM_FOUND_FIRST);
-    int32_t k;
 
     if (status != PERP_OK)
         return status;
     if (!a || !a->asked)
         return perp__fail(m->context, PERP_ERROR_ARGUMENT,
                           "there are no accelerations: ask perp_mechanism_accelerations first");
-    if (index < 0 || index >= a->answer_count)
+    if (index < 0 || index >= a->answers.count)
         return perp__fail(m->context, PERP_ERROR_ARGUMENT, "index is %d, and there are %d answers",
-                          (int)index, (int)a->answer_count);
-    for (answer = a->answers, k = 0; k < index; k++)
-        answer = answer->next;
+                          (int)index, (int)a->answers.count);
+    answer = perp__answers_get(&a->answers, index);
     perp_mechanism_found_init(&own, sizeof own);
     own.stable = answer->stable;
     own.flutter = answer->flutter;
@@ -236,9 +267,9 @@ static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t i
     own.vertex_count = answer->vertices;
     own.ray_count = answer->rays;
     own.residual = answer->residual;
-    own.acceleration = answer->acceleration;
-    own.force = answer->force;
-    own.row_acceleration = answer->row_acceleration;
+    own.acceleration = perp__answer_acceleration(answer);
+    own.force = answer->middle;
+    own.row_acceleration = perp__answer_row_acceleration(a, answer);
     own.modes = answer->modes;
     own.eigenvalues = answer->eigenvalues;
     own.eigenvalue_count = answer->eigenvalue_count;

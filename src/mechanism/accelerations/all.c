@@ -1,4 +1,4 @@
-/* Every pattern of modes, one after the other. */
+/* Every pattern of modes, one after the other, and what their determinants say. */
 #include <math.h>
 #include <string.h>
 
@@ -6,18 +6,116 @@
 
 /* Clock readings are rare: once in so many patterns. */
 #define PATTERNS_A_READING 256
-#define PI 3.14159265358979323846
+
+/* ---- why there are as many ------------------------------------------------------------------
+ *
+ * Each pattern's system has a determinant, a principal minor of the contact matrix; in the plane
+ * all of them are positive if and only if there is exactly one answer whatever the loads are (the
+ * map of the patterns is piecewise linear, with no more than four pieces around an edge: S.
+ * Scholtes, "Introduction to Piecewise Differentiable Equations" (2012), section 2.3). */
+
+static int32_t first_contact(const perp__acceleration *a)
+{
+    int32_t i;
+
+    for (i = 0; i < a->closed; i++)
+        if (a->pattern.mode[i] != PERP_MECHANISM_SEPARATE)
+            return a->element[i].source;
+    return -1;
+}
+
+/* Remembers the sign of the determinant of the pattern that was solved last. */
+static void note_sign(perp__acceleration *a)
+{
+    if (a->linear.system.sign == 0 && !a->has_singular) {
+        a->has_singular = 1;
+        a->singular_contact = first_contact(a);
+    }
+    if (a->linear.system.sign < 0 && !a->has_negative) {
+        a->has_negative = 1;
+        a->negative_contact = first_contact(a);
+    }
+}
+
+/* n'M^-1 (n - mu d) beside n'M^-1 n, in the worst direction; +inf where there is no such thing. */
+static double inertia_of(const perp__acceleration *a, const perp__element *element)
+{
+    const size_t active = (size_t)a->active, r = (size_t)element->row;
+    const double *row = a->held + r * active;
+    const double normal = row[r];
+    double coupling;
+
+    if (!element->friction || !(normal > PERP__ACCELERATION_TOLERANCE * a->W[r * (active + 1)]))
+        return INFINITY;
+    coupling = element->tangents == 1 ? row[r + 1] : hypot(row[r + 1], row[r + 2]);
+    if (element->moves)
+        coupling = element->direction[0] * row[r + 1] +
+                   (element->tangents > 1 ? element->direction[1] * row[r + 2] : 0.0);
+    else
+        coupling = fabs(coupling);
+    return (normal - element->mu * coupling) / normal;
+}
+
+/* A contact at rest that has more friction than it slips with. */
+static int32_t first_with_static_friction(const perp__acceleration *a)
+{
+    int32_t i;
+
+    for (i = 0; i < a->closed; i++)
+        if (a->element[i].friction && !a->element[i].moves &&
+            a->element[i].mu_stick > a->element[i].mu)
+            return a->element[i].source;
+    return -1;
+}
+
+static void find_reason(const perp__acceleration *a, perp_mechanism_summary *summary)
+{
+    int32_t worst = -1, i;
+
+    summary->inertia = INFINITY;
+    summary->contact = -1;
+    for (i = 0; i < a->closed; i++) {
+        const double inertia = inertia_of(a, a->element + i);
+
+        if (inertia < summary->inertia) {
+            summary->inertia = inertia;
+            worst = a->element[i].source;
+        }
+    }
+    if (summary->inertia < -PERP__ACCELERATION_SINGULAR) {
+        summary->reason = PERP_MECHANISM_NEGATIVE_INERTIA;
+        summary->contact = worst;
+    } else if (!a->complete) {
+        summary->reason = PERP_MECHANISM_UNDECIDED;
+    } else if (a->has_negative) {
+        summary->reason = PERP_MECHANISM_COUPLED;
+        summary->contact = a->negative_contact;
+    } else if (summary->inertia <= PERP__ACCELERATION_SINGULAR) {
+        summary->reason = PERP_MECHANISM_ZERO_INERTIA;
+        summary->contact = worst;
+    } else if (a->has_singular) {
+        summary->reason = PERP_MECHANISM_REDUNDANT;
+        summary->contact = a->singular_contact;
+    } else {
+        summary->contact = first_with_static_friction(a);
+        summary->reason =
+            summary->contact >= 0 ? PERP_MECHANISM_STATIC_FRICTION : PERP_MECHANISM_ALWAYS_ONE;
+    }
+}
+
+/* ---- one pattern ----------------------------------------------------------------------------- */
 
 static perp_status keep(perp__acceleration *a, int32_t dimension)
 {
+    const perp__linear *p = &a->linear;
+    const perp__linear_point point = {p->x, p->u, p->x_width, p->u_width, 0, 0, 0};
     int32_t at_vertex;
 
     if (dimension > 0)
-        return perp__found_keep_family(a, dimension);
-    if (dimension < 0 ||
-        !perp__found_keeps(a, &a->pattern, a->f, a->u, a->f_width, a->u_width, 0, 1, &at_vertex))
+        return perp__acceleration_keep_family(a, dimension);
+    if (dimension < 0 || !perp__linear_holds(p, &a->pattern, &point, &at_vertex))
         return PERP_OK;
-    return perp__found_keep_point(a, at_vertex, 0);
+    return perp__acceleration_keep_point(a, at_vertex, 0);
 }
 
 /* With many slips that start in a plane at once their directions are many: every second, then every
@@ -28,24 +126,24 @@ static int32_t is_start(const perp__acceleration *a, int32_t turning)
     const int32_t ways = a->m->settings.directions;
     int32_t i;
 
-    for (i = 0; i < a->units && stride > 1 && ways >= 2 * stride; i++) {
-        const double *way = a->pattern.way + 2 * (size_t)i;
+    for (i = 0; i < a->elements && stride > 1 && ways >= 2 * stride; i++) {
+        const double *direction = a->pattern.direction + 2 * (size_t)i;
         int32_t k;
 
-        if (!perp__found_turns(a, i))
+        if (!perp__slip_starts(a, i))
             continue;
-        k = (int32_t)lround(atan2(way[1], way[0]) / (2.0 * PI) * ways);
+        k = (int32_t)lround(atan2(direction[1], direction[0]) / (2.0 * PERP__PI) * ways);
         if ((k + ways) % ways % stride != 0)
             return 0;
     }
     return 1;
 }
 
-perp_status perp__found_try(perp__acceleration *a, double singular)
+perp_status perp__acceleration_try(perp__acceleration *a, double singular)
 {
-    if (perp__found_turning(a) == 0)
-        return keep(a, perp__found_solve(a));
-    return keep(a, perp__found_turn(a, singular));
+    if (perp__slip_count(a) == 0)
+        return keep(a, perp__pattern_solve(a));
+    return keep(a, perp__slip_turn(a, singular));
 }
 
 /* A slip that starts in the first of the directions: all of its directions are found at once. In
@@ -53,97 +151,106 @@ perp_status perp__found_try(perp__acceleration *a, double singular)
 static perp_status try_directions(perp__acceleration *a)
 {
     const int32_t ways = a->m->settings.directions;
-    double angles[PERP__MOST_ANGLES], *way;
+    double angles[4], *direction;
     perp_status status = PERP_OK;
     int32_t index = 0, count, k;
 
-    while (!perp__found_turns(a, index))
+    while (!perp__slip_starts(a, index))
         index++;
-    way = a->pattern.way + 2 * (size_t)index;
-    if (way[0] != 1.0)
+    direction = a->pattern.direction + 2 * (size_t)index;
+    if (direction[0] != 1.0)
         return PERP_OK;
-    count = perp__found_angles(a, angles);
+    count = perp__slip_angles(a, angles);
     for (k = 0; k < (count < 0 ? ways : count) && status == PERP_OK; k++) {
-        const double angle = count < 0 ? 2.0 * PI * k / ways : angles[k];
+        const double angle = count < 0 ? 2.0 * PERP__PI * k / ways : angles[k];
 
-        way[0] = cos(angle);
-        way[1] = sin(angle);
-        status = keep(a, perp__found_turn(a, PERP__FOUND_TOLERANCE));
+        direction[0] = cos(angle);
+        direction[1] = sin(angle);
+        status = keep(a, perp__slip_turn(a, PERP__ACCELERATION_TOLERANCE));
     }
     return status;
 }
 
 static perp_status try_pattern(perp__acceleration *a)
 {
-    const int32_t turning = perp__found_turning(a);
+    const int32_t turning = perp__slip_count(a);
     perp_status status;
     int32_t dimension;
 
     if (turning == 0) {
-        dimension = perp__found_solve(a);
-        perp__found_note_sign(a);
+        dimension = perp__pattern_solve(a);
+        note_sign(a);
         return keep(a, dimension);
     }
-    perp__found_solve_roughly(a, PERP__FOUND_SINGULAR, a->active);
-    perp__found_note_sign(a);
+    perp__pattern_solve_roughly(a, PERP__ACCELERATION_SINGULAR, a->active);
+    note_sign(a);
     if (turning == 1)
         status = try_directions(a);
     else
-        status = is_start(a, turning) ? perp__found_try(a, PERP__FOUND_TOLERANCE) : PERP_OK;
+        status = is_start(a, turning) ? perp__acceleration_try(a, PERP__ACCELERATION_TOLERANCE)
+                                      : PERP_OK;
     return status;
 }
 
-/* The number of patterns, or more than `most`. */
-static int64_t count_patterns(const perp__acceleration *a, int64_t most)
-{
-    int64_t product = 1;
-    int32_t i;
+/* ---- all of them ----------------------------------------------------------------------------- */
 
-    for (i = 0; i < a->units && product <= most; i++)
-        product *= perp__found_choices(a, a->unit + i);
-    return product;
+/* The last element's choices are the tree's first. */
+static int32_t choices(void *user, int32_t position)
+{
+    const perp__acceleration *a = user;
+
+    return perp__element_choices(a, a->element + (a->elements - 1 - position));
 }
 
-static perp_status enumerate(perp__acceleration *a, perp_mechanism_summary *summary,
-                             int64_t patterns)
+static int32_t choose(void *user, int32_t position, int32_t choice)
 {
-    perp_status status = PERP_OK;
-    int64_t k;
+    perp__acceleration *a = user;
 
-    for (k = 0; k < patterns && status == PERP_OK; k++) {
-        int64_t rest = k;
-        int32_t i;
+    perp__element_choose(a, a->elements - 1 - position, choice);
+    return 1;
+}
 
-        if (k % PATTERNS_A_READING == 0 && perp__mechanism_is_late(a->m)) {
-            summary->exhaustive = a->complete = 0;
-            break;
-        }
-        for (i = 0; i < a->units; i++) {
-            const int32_t count = perp__found_choices(a, a->unit + i);
+static perp_status leaf(void *user)
+{
+    perp__acceleration *a = user;
+    const size_t size = 2 * (size_t)a->elements * sizeof *a->chosen;
+    perp_status status;
 
-            perp__found_choose(a, i, (int32_t)(rest % count));
-            rest /= count;
-        }
-        status = try_pattern(a);
+    if (a->leaves % PATTERNS_A_READING == 0 && perp__mechanism_is_late(a->m)) {
+        a->complete = 0;
+        a->tree.ended = 1;
+        return PERP_OK;
     }
-    summary->patterns = k;
+    a->leaves++;
+    memcpy(a->chosen, a->pattern.direction, size);
+    status = try_pattern(a);
+    memcpy(a->pattern.direction, a->chosen, size); /* slips have been turned */
     return status;
 }
 
-perp_status perp__found_all(perp__acceleration *a, perp_mechanism_summary *summary)
+perp_status perp__acceleration_all(perp__acceleration *a, perp_mechanism_summary *summary)
 {
-    const int64_t most = a->m->settings.most_patterns, patterns = count_patterns(a, most);
-
+    const int64_t most = a->m->settings.most_patterns;
     perp_status status = PERP_OK;
 
-    summary->exhaustive = patterns <= most && a->closed <= PERP__MOST_CONTACTS;
-    a->complete = summary->exhaustive;
-    if (summary->exhaustive)
-        status = enumerate(a, summary, patterns);
+    a->tree.positions = a->elements;
+    a->tree.ended = 0;
+    a->tree.user = a;
+    a->tree.choices = choices;
+    a->tree.choose = choose;
+    a->tree.leaf = leaf;
+    a->leaves = 0;
+    a->complete =
+        a->closed <= PERP__MOST_CONTACTS && perp__pattern_tree_count(&a->tree, most) <= most;
+    if (a->complete)
+        status = perp__pattern_tree_search(&a->tree);
+    summary->patterns = a->leaves;
     if (status == PERP_OK)
-        status = perp__found_seed(a);
-    summary->exhaustive = summary->exhaustive && !a->incomplete;
+        status = perp__acceleration_seed(a);
+    summary->exhaustive = a->complete && !a->answers.incomplete;
     if (status == PERP_OK && !summary->exhaustive)
-        status = perp__found_search(a, summary);
+        status = perp__acceleration_search(a, summary);
+    if (status == PERP_OK)
+        find_reason(a, summary);
     return status;
 }

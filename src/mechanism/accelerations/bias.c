@@ -160,7 +160,8 @@ static perp_status call_back(perp__acceleration *a, double t, const double *q, c
     return answer > 0 ? PERP__OUTSIDE : PERP_OK;
 }
 
-perp_status perp__found_bias(perp__acceleration *a, double t, const double *q, const double *v)
+perp_status perp__acceleration_bias(perp__acceleration *a, double t, const double *q,
+                                    const double *v)
 {
     perp_mechanism *m = a->m;
     const size_t rows = (size_t)m->rows;
@@ -190,6 +191,6 @@ perp_status perp__found_bias(perp__acceleration *a, double t, const double *q, c
     if (status == PERP_OK)
         status = difference(a, &d, s);
     for (i = 0; i < rows; i++) /* so that a tolerance of it covers the error, too */
-        a->size[i] = fabs(a->bias[i]) + d.error * d.size[i] / (s * PERP__FOUND_TOLERANCE);
+        a->size[i] = fabs(a->bias[i]) + d.error * d.size[i] / (s * PERP__ACCELERATION_TOLERANCE);
     return status;
 }

@@ -1,4 +1,9 @@
-/* Some of the accelerations where there are too many patterns. With friction along k directions d
+/* Answers of a few patterns, which other methods name.
+ *
+ * Accelerations of contacts that do not slide are velocities of a contact problem: M v' = k + J'f,
+ * u' = J v' + bias, 0 <= f_n perp u_n' >= 0 and friction opposite to u_t'. Its solver gives one.
+ *
+ * Some of the accelerations where there are too many patterns: with friction along k directions d
  * the answers are the solutions of an LCP (Stewart & Trinkle's, in accelerations):
  *
  *   0 <= f_n   perp  u_n' >= 0,                         of a contact that slides f_t = -mu f_n way,
@@ -15,45 +20,140 @@
 #include "lcp/lcp.h"
 #include "mechanism/accelerations/accelerations.h"
 
-#define ROUGH 1e-6
 /* Of the LCP's answers, relative to their terms. */
 #define WIDE 1e-9
-#define PI 3.14159265358979323846
+
+/* ---- of the contact problem ------------------------------------------------------------------ */
+
+/* Whether there is a slip that starts in a plane, and nothing that slides with friction. */
+static int32_t applies(const perp__acceleration *a)
+{
+    int32_t planes = 0, i;
+
+    for (i = 0; i < a->elements; i++) {
+        if (a->element[i].moves && a->element[i].friction && !a->element[i].dry)
+            return 0;
+        planes += a->element[i].tangents == 2 && a->element[i].friction && !a->element[i].moves;
+    }
+    return planes > 0;
+}
+
+static void fill_seed(perp__acceleration *a, perp__velocity_problem *problem)
+{
+    const perp_mechanism *m = a->m;
+    const size_t n = (size_t)m->n;
+    int32_t i, j;
+    size_t k;
+
+    memcpy(a->seed.momentum, m->begin.k, n * sizeof *a->seed.momentum);
+    memset(a->seed.included, 0, (size_t)m->contacts);
+    memset(a->seed.friction, 0, (size_t)m->contacts * sizeof *a->seed.friction);
+    memset(a->seed.dry, 0, (size_t)m->dry * sizeof *a->seed.dry);
+    for (i = 0; i < a->elements; i++) {
+        const perp__element *element = a->element + i;
+
+        if (!element->dry) {
+            a->seed.included[element->source] = 1;
+            a->seed.friction[element->source] = element->friction ? element->mu : 0.0;
+        } else if (!element->moves) {
+            a->seed.dry[element->source - m->contacts] = element->bound;
+        } else {
+            for (j = 0; j < element->tangents; j++) {
+                const double *row = m->begin.J + (size_t)a->row_of[element->row + j] * n;
+
+                for (k = 0; k < n; k++)
+                    a->seed.momentum[k] -= row[k] * element->bound * element->direction[j];
+            }
+        }
+    }
+    problem->momentum = a->seed.momentum;
+    problem->shift = a->zeros;
+    problem->friction = a->seed.friction;
+    problem->included = a->seed.included;
+    problem->dry = a->seed.dry;
+}
+
+static void take_modes(perp__acceleration *a, const perp__velocity_answer *answer)
+{
+    int32_t i, j;
+
+    for (i = 0; i < a->elements; i++) {
+        const perp__element *element = a->element + i;
+        double *direction = a->pattern.direction + 2 * (size_t)i, length = 0.0;
+        const double *u = answer->u + a->row_of[element->row] + !element->dry;
+        int32_t mode = answer->modes[element->source];
+
+        direction[0] = direction[1] = 0.0;
+        if (mode != PERP_MECHANISM_SEPARATE && !element->friction)
+            mode = PERP_MECHANISM_SLIP;
+        for (j = 0; j < element->tangents; j++)
+            length = hypot(length, u[j]);
+        for (j = 0; j < element->tangents && mode == PERP_MECHANISM_SLIP && element->friction; j++)
+            direction[j] = element->moves ? element->direction[j]
+                           : length > 0.0 ? u[j] / length
+                                          : j == 0;
+        a->pattern.mode[i] = (int8_t)mode;
+    }
+}
+
+perp_status perp__acceleration_seed(perp__acceleration *a)
+{
+    perp_mechanism *m = a->m;
+    perp__terms terms = m->begin;
+    perp__velocity_problem problem = {0};
+    perp_status status;
+
+    if (!applies(a))
+        return PERP_OK;
+    terms.drift = a->bias;
+    problem.terms = &terms;
+    fill_seed(a, &problem);
+    m->second.iterations = 0;
+    status = perp__solve_velocities(m, &m->second, &problem);
+    m->answer.iterations += m->second.iterations; /* of the step that asks, if one does */
+    if (status != PERP_OK || !perp__is_good(m->second.outcome))
+        return status;
+    take_modes(a, &m->second);
+    return perp__slip_count(a) > 0 ? perp__acceleration_try(a, PERP__ROUGH_DIRECTIONS) : PERP_OK;
+}
+
+/* ---- by Lemke's method ----------------------------------------------------------------------- */
 
 typedef struct search {
     int32_t size;    /* unknowns of the LCP */
     int32_t *first;  /* units: first unknown */
     double *columns; /* size by active: forces of an unknown, row by row */
     double *tests;   /* size by active: what its row asks of u' */
-    double *M, *q, *lower, *z, *unit, *force;
+    double *M, *q, *lower, *z, *scale, *force, *known;
     uint64_t seed;
 } search;
 
-static int32_t ways_of(const perp__acceleration *a, const perp__unit *unit)
+static int32_t directions_of(const perp__acceleration *a, const perp__element *element)
 {
-    if (!unit->friction || unit->moves)
+    if (!element->friction || element->moves)
         return 0;
-    return unit->tangents == 2 ? a->m->settings.directions : 2;
+    return element->tangents == 2 ? a->m->settings.directions : 2;
 }
 
-static void direction(const perp__acceleration *a, const perp__unit *unit, int32_t k, double d[2])
+static void direction_of(const perp__acceleration *a, const perp__element *element, int32_t k,
+                         double d[2])
 {
-    const double angle = 2.0 * PI * k / a->m->settings.directions;
+    const double angle = 2.0 * PERP__PI * k / a->m->settings.directions;
 
-    d[0] = unit->tangents == 2 ? cos(angle) : k == 0 ? 1.0 : -1.0;
-    d[1] = unit->tangents == 2 ? sin(angle) : 0.0;
+    d[0] = element->tangents == 2 ? cos(angle) : k == 0 ? 1.0 : -1.0;
+    d[1] = element->tangents == 2 ? sin(angle) : 0.0;
 }
 
 static int32_t count_unknowns(const perp__acceleration *a, int32_t *first)
 {
     int32_t size = a->m->bilateral, i;
 
-    for (i = 0; i < a->units; i++) {
-        const int32_t ways = ways_of(a, a->unit + i);
+    for (i = 0; i < a->elements; i++) {
+        const int32_t count = directions_of(a, a->element + i);
 
         if (first)
             first[i] = size;
-        size += !a->unit[i].dry + ways + (ways > 0);
+        size += !a->element[i].dry + count + (count > 0);
     }
     return size;
 }
@@ -61,38 +161,38 @@ static int32_t count_unknowns(const perp__acceleration *a, int32_t *first)
 /* Forces of the unknowns and tests of their rows; M := tests W columns' and the couplings. */
 static void fill_unit(perp__acceleration *a, search *s, int32_t index)
 {
-    const perp__unit *unit = a->unit + index;
+    const perp__element *element = a->element + index;
     const size_t active = (size_t)a->active, size = (size_t)s->size;
-    const int32_t ways = ways_of(a, unit), tangent = unit->row + !unit->dry;
+    const int32_t count = directions_of(a, element), tangent = perp__element_tangent(element);
     int32_t next = s->first[index], normal = next, last, i, k;
 
-    if (!unit->dry) {
+    if (!element->dry) {
         double *column = s->columns + (size_t)next * active;
 
-        column[unit->row] = s->tests[(size_t)next * active + (size_t)unit->row] = 1.0;
-        for (i = 0; i < unit->tangents && unit->moves; i++)
-            column[tangent + i] = -unit->mu * unit->way[i];
+        column[element->row] = s->tests[(size_t)next * active + (size_t)element->row] = 1.0;
+        for (i = 0; i < element->tangents && element->moves; i++)
+            column[tangent + i] = -element->mu * element->direction[i];
         next++;
-    } else if (unit->moves) {
-        for (i = 0; i < unit->tangents; i++)
-            a->known[tangent + i] = -unit->bound * unit->way[i];
+    } else if (element->moves) {
+        for (i = 0; i < element->tangents; i++)
+            s->known[tangent + i] = -element->bound * element->direction[i];
     }
-    last = next + ways;
-    for (k = 0; k < ways; k++, next++) {
+    last = next + count;
+    for (k = 0; k < count; k++, next++) {
         double d[2];
 
-        direction(a, unit, k, d);
-        for (i = 0; i < unit->tangents; i++) {
+        direction_of(a, element, k, d);
+        for (i = 0; i < element->tangents; i++) {
             s->columns[(size_t)next * active + (size_t)(tangent + i)] = d[i];
             s->tests[(size_t)next * active + (size_t)(tangent + i)] = d[i];
         }
         s->M[(size_t)next * size + (size_t)last] = 1.0;
         s->M[(size_t)last * size + (size_t)next] = -1.0;
     }
-    if (ways > 0 && unit->dry)
-        s->q[last] = unit->bound;
-    else if (ways > 0)
-        s->M[(size_t)last * size + (size_t)normal] = unit->mu;
+    if (count > 0 && element->dry)
+        s->q[last] = element->bound;
+    else if (count > 0)
+        s->M[(size_t)last * size + (size_t)normal] = element->mu;
 }
 
 static void fill(perp__acceleration *a, search *s)
@@ -102,39 +202,38 @@ static void fill(perp__acceleration *a, search *s)
     size_t i, j, k;
     int32_t index;
 
-    memset(a->known, 0, active * sizeof *a->known);
     for (i = 0; i < (size_t)a->m->bilateral; i++) {
         const size_t row = (size_t)a->bilateral_row + i;
 
         s->columns[i * active + row] = s->tests[i * active + row] = 1.0;
         s->lower[i] = -INFINITY;
     }
-    for (index = 0; index < a->units; index++)
+    for (index = 0; index < a->elements; index++)
         fill_unit(a, s, index);
     for (j = 0; j < size; j++) {
-        perp__found_row_accelerations(a, u, NULL, s->columns + j * active, 1);
+        perp__linear_rows(&a->linear, u, NULL, s->columns + j * active, 1);
         for (i = 0; i < size; i++)
             for (k = 0; k < active; k++)
                 s->M[i * size + j] += s->tests[i * active + k] * u[k];
     }
-    perp__found_row_accelerations(a, u, NULL, a->known, 0);
+    perp__linear_rows(&a->linear, u, NULL, s->known, 0);
     for (i = 0; i < size; i++)
         for (k = 0; k < active; k++)
             s->q[i] += s->tests[i * active + k] * u[k];
 }
 
 /* Rows and columns in new units; the second call takes the first one's back. */
-static void rescale(search *s, const double *unit, int32_t back)
+static void rescale(search *s, const double *scale, int32_t back)
 {
     const size_t size = (size_t)s->size;
     size_t i, j;
 
     for (i = 0; i < size; i++) {
-        const double row = back ? 1.0 / unit[i] : unit[i];
+        const double row = back ? 1.0 / scale[i] : scale[i];
 
         s->q[i] *= row;
         for (j = 0; j < size; j++)
-            s->M[i * size + j] *= row * (back ? 1.0 / unit[j] : unit[j]);
+            s->M[i * size + j] *= row * (back ? 1.0 / scale[j] : scale[j]);
     }
 }
 
@@ -146,39 +245,39 @@ static void take_pattern(perp__acceleration *a, search *s)
     int32_t index, i;
     size_t c, k;
 
-    memcpy(s->force, a->known, active * sizeof *s->force);
+    memcpy(s->force, s->known, active * sizeof *s->force);
     for (c = 0; c < (size_t)s->size; c++)
         for (k = 0; k < active; k++)
             s->force[k] += s->columns[c * active + k] * s->z[c];
     for (k = 0; k < active; k++)
         largest = fmax(largest, fabs(s->force[k]) / a->scale[k]);
-    for (index = 0; index < a->units; index++) {
-        const perp__unit *unit = a->unit + index;
-        const int32_t ways = ways_of(a, unit), first = s->first[index] + !unit->dry;
-        const double *f = s->force + unit->row;
-        double *way = a->pattern.way + 2 * (size_t)index, length = 0.0;
+    for (index = 0; index < a->elements; index++) {
+        const perp__element *element = a->element + index;
+        const int32_t count = directions_of(a, element), first = s->first[index] + !element->dry;
+        const double *f = s->force + element->row;
+        double *direction = a->pattern.direction + 2 * (size_t)index, length = 0.0;
         int8_t *mode = a->pattern.mode + index;
 
-        way[0] = way[1] = 0.0;
+        direction[0] = direction[1] = 0.0;
         *mode = PERP_MECHANISM_SLIP;
-        if (!unit->dry && !(f[0] > 1e-9 * largest * a->scale[unit->row])) {
+        if (!element->dry && !(f[0] > 1e-9 * largest * a->scale[element->row])) {
             *mode = PERP_MECHANISM_SEPARATE;
             continue;
         }
-        for (i = 0; i < unit->tangents && unit->moves && unit->friction; i++)
-            way[i] = unit->way[i];
-        if (ways == 0)
+        for (i = 0; i < element->tangents && element->moves && element->friction; i++)
+            direction[i] = element->direction[i];
+        if (count == 0)
             continue;
-        if (!(s->z[first + ways] > 0.0)) { /* lambda, the speed that it starts with */
+        if (!(s->z[first + count] > 0.0)) { /* lambda, the speed that it starts with */
             *mode = PERP_MECHANISM_STICK;
             continue;
         }
-        for (i = 0; i < unit->tangents; i++)
-            length = hypot(length, f[i + !unit->dry]);
-        for (i = 0; i < unit->tangents && length > 0.0; i++)
-            way[i] = -f[i + !unit->dry] / length;
+        for (i = 0; i < element->tangents; i++)
+            length = hypot(length, f[i + !element->dry]);
+        for (i = 0; i < element->tangents && length > 0.0; i++)
+            direction[i] = -f[i + !element->dry] / length;
         if (!(length > 0.0)) /* without a force along the tangents it doesn't matter */
-            way[0] = 1.0;
+            direction[0] = 1.0;
     }
 }
 
@@ -191,28 +290,30 @@ static double length_of(const double *x, int32_t count)
  * acceleration to what sticks: so that one pattern has the whole family. */
 static void widen_pattern(perp__acceleration *a, search *s)
 {
-    double *u = a->u, *size = a->u_width;
+    double *u = a->linear.u, *size = a->linear.u_width;
     int32_t index, i;
 
-    perp__found_row_accelerations(a, u, size, s->force, 0);
-    for (index = 0; index < a->units; index++) {
-        const perp__unit *unit = a->unit + index;
-        const int32_t t = unit->row + !unit->dry;
-        const double speed = length_of(u + t, unit->tangents);
-        double *way = a->pattern.way + 2 * (size_t)index;
+    perp__linear_rows(&a->linear, u, size, s->force, 0);
+    for (index = 0; index < a->elements; index++) {
+        const perp__element *element = a->element + index;
+        const int32_t t = perp__element_tangent(element);
+        const double speed = length_of(u + t, element->tangents);
+        double *direction = a->pattern.direction + 2 * (size_t)index;
         int8_t *mode = a->pattern.mode + index;
 
         if (*mode == PERP_MECHANISM_SEPARATE) {
-            if (!(fabs(u[unit->row]) <= WIDE * size[unit->row]))
+            if (!(fabs(u[element->row]) <= WIDE * size[element->row]))
                 continue;
             *mode = PERP_MECHANISM_SLIP;
-            for (i = 0; i < unit->tangents && unit->friction; i++)
-                way[i] = unit->moves ? unit->way[i] : speed > 0.0 ? u[t + i] / speed : i == 0;
+            for (i = 0; i < element->tangents && element->friction; i++)
+                direction[i] = element->moves ? element->direction[i]
+                               : speed > 0.0  ? u[t + i] / speed
+                                              : i == 0;
         }
-        if (perp__found_starts(unit, *mode) &&
-            speed <= WIDE * length_of(size + t, unit->tangents)) {
+        if (perp__element_starts(element, *mode) &&
+            speed <= WIDE * length_of(size + t, element->tangents)) {
             *mode = PERP_MECHANISM_STICK;
-            way[0] = way[1] = 0.0;
+            direction[0] = direction[1] = 0.0;
         }
     }
 }
@@ -220,23 +321,28 @@ static void widen_pattern(perp__acceleration *a, search *s)
 /* The pattern's own point or family; of one that is too large, the solution that was found. */
 static perp_status try_pattern(perp__acceleration *a, search *s)
 {
-    const int32_t dimension = perp__found_solve(a);
+    const int32_t dimension = perp__pattern_solve(a);
+    perp__linear *p = &a->linear;
+    const perp__linear_point point = {p->x, p->u, p->x_width, p->u_width, 0, 1, 0};
     const size_t active = (size_t)a->active;
     int32_t at_vertex;
     size_t i;
 
-    if (dimension <= 0 || perp__found_turning(a) > 0)
-        return perp__found_try(a, ROUGH);
-    memcpy(a->f, s->force, active * sizeof *a->f);
-    perp__found_correct(a);
-    perp__found_row_accelerations(a, a->u, a->u_width, a->f, 0);
+    if (dimension <= 0 || perp__slip_count(a) > 0)
+        return perp__acceleration_try(a, PERP__ROUGH_DIRECTIONS);
+    memset(p->y, 0, (size_t)p->system.n * sizeof *p->y);
+    memcpy(p->known, s->force, active * sizeof *p->known);
+    memcpy(p->x, s->force, active * sizeof *p->x);
+    perp__linear_evaluate(p);
+    perp__linear_correct(p);
+    perp__linear_evaluate(p);
     for (i = 0; i < active; i++) {
-        a->u_width[i] *= PERP__FAMILY_TOLERANCE;
-        a->f_width[i] = a->u_width[i] * a->scale[i] * a->scale[i];
+        p->u_width[i] = PERP__FAMILY_TOLERANCE * p->u_size[i];
+        p->x_width[i] = p->u_width[i] * a->scale[i] * a->scale[i];
     }
-    if (!perp__found_keeps(a, &a->pattern, a->f, a->u, a->f_width, a->u_width, 0, 0, &at_vertex))
+    if (!perp__linear_holds(p, &a->pattern, &point, &at_vertex))
         return PERP_OK;
-    return perp__found_keep_point(a, 0, dimension);
+    return perp__acceleration_keep_point(a, 0, dimension);
 }
 
 static void search_settings(perp_lcp_settings *settings)
@@ -261,21 +367,22 @@ static perp_status run(perp__acceleration *a, search *s, perp_lcp_solver *solver
 
         if (perp__mechanism_is_late(a->m))
             break;
-        for (i = 0; i < s->size; i++) { /* Knuth's MMIX generator; the first time all 1 */
-            s->seed = s->seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-            s->unit[i] = start == 0 ? 1.0 : exp(1e-9 * (double)(s->seed >> 33));
+        for (i = 0; i < s->size; i++) { /* the first time all 1 */
+            const uint64_t number = perp__next_random(&s->seed) >> 33;
+
+            s->scale[i] = start == 0 ? 1.0 : exp(1e-9 * (double)number);
         }
         perp_lcp_result_init(&result, sizeof result);
-        rescale(s, s->unit, 0);
+        rescale(s, s->scale, 0);
         settings.time_limit = perp__mechanism_time_left(a->m);
         status = perp__lcp_set(solver, &settings);
         if (status == PERP_OK)
             status = perp__lcp_setup(solver, &view, s->lower, NULL);
         if (status == PERP_OK)
             status = perp__lcp_solve(solver, s->z, NULL, NULL, &result, s->q, NULL);
-        rescale(s, s->unit, 1);
+        rescale(s, s->scale, 1);
         for (i = 0; i < s->size && status == PERP_OK; i++)
-            s->z[i] *= s->unit[i];
+            s->z[i] *= s->scale[i];
         summary->patterns++;
         if (status == PERP_OK && perp__is_good(result.outcome)) {
             take_pattern(a, s);
@@ -286,7 +393,7 @@ static perp_status run(perp__acceleration *a, search *s, perp_lcp_solver *solver
     return status;
 }
 
-perp_status perp__found_search(perp__acceleration *a, perp_mechanism_summary *summary)
+perp_status perp__acceleration_search(perp__acceleration *a, perp_mechanism_summary *summary)
 {
     perp_context *context = a->m->context;
     const size_t active = (size_t)a->active;
@@ -300,9 +407,9 @@ perp_status perp__found_search(perp__acceleration *a, perp_mechanism_summary *su
     size = (size_t)s.size;
     if (s.size == 0)
         return PERP_OK;
-    doubles = 2 * size * active + size * size + 4 * size + active;
+    doubles = 2 * size * active + size * size + 4 * size + 2 * active;
     s.columns = perp__allocate(context, doubles, sizeof *s.columns);
-    s.first = perp__allocate(context, (size_t)a->units + 1, sizeof *s.first);
+    s.first = perp__allocate(context, (size_t)a->elements + 1, sizeof *s.first);
     search_settings(&settings);
     status = s.columns && s.first ? perp__lcp_create(context, &solver, &settings)
                                   : perp__fail_memory(context, "the LCP of accelerations");
@@ -313,8 +420,9 @@ perp_status perp__found_search(perp__acceleration *a, perp_mechanism_summary *su
         s.q = s.M + size * size;
         s.lower = s.q + size;
         s.z = s.lower + size;
-        s.unit = s.z + size;
-        s.force = s.unit + size;
+        s.scale = s.z + size;
+        s.force = s.scale + size;
+        s.known = s.force + active;
         s.seed = 1;
         count_unknowns(a, s.first);
         fill(a, &s);

@@ -10,6 +10,9 @@
 #include "linalg/blas.h"
 #include "mechanism/accelerations/accelerations.h"
 
+/* Of gaps and velocities, beside the terms of their sums. */
+#define CLOSED_TOLERANCE 1e-12
+
 static double gap_tolerance(const perp_mechanism *m, int32_t row, const double *q)
 {
     const double *J = m->begin.J + (size_t)row * (size_t)m->n;
@@ -20,7 +23,7 @@ static double gap_tolerance(const perp_mechanism *m, int32_t row, const double *
         largest = fmax(largest, fabs(q[i]));
     for (i = 0; i < m->n; i++)
         size += fabs(J[i]) * (m->coordinates == m->n ? fabs(q[i]) : largest);
-    return PERP__CLOSED_TOLERANCE * size;
+    return CLOSED_TOLERANCE * size;
 }
 
 static double velocity_tolerance(const perp_mechanism *m, int32_t row, const double *v)
@@ -31,18 +34,18 @@ static double velocity_tolerance(const perp_mechanism *m, int32_t row, const dou
 
     for (i = 0; i < m->n; i++)
         size += fabs(J[i] * v[i]);
-    return PERP__CLOSED_TOLERANCE * size;
+    return CLOSED_TOLERANCE * size;
 }
 
-/* The way along which `tangents` rows from `row` on slide; 0: they don't. */
+/* The direction along which `tangents` rows from `row` on slide; 0: they don't. */
 static int32_t slides(const perp_mechanism *m, int32_t row, int32_t tangents, const double *v,
-                      double way[2])
+                      double direction[2])
 {
     const double *u = m->start_velocity + row;
     double length = 0.0, tolerance = 0.0;
     int32_t i;
 
-    way[0] = way[1] = 0.0;
+    direction[0] = direction[1] = 0.0;
     for (i = 0; i < tangents; i++) {
         length = hypot(length, u[i]);
         tolerance = hypot(tolerance, velocity_tolerance(m, row + i, v));
@@ -50,7 +53,7 @@ static int32_t slides(const perp_mechanism *m, int32_t row, int32_t tangents, co
     if (!(length > tolerance))
         return 0;
     for (i = 0; i < tangents; i++)
-        way[i] = u[i] / length;
+        direction[i] = u[i] / length;
     return 1;
 }
 
@@ -66,18 +69,19 @@ static void add_rows(perp__acceleration *a, int32_t row, int32_t count)
 static void add_contact(perp__acceleration *a, int32_t j, const double *friction, const double *v)
 {
     const perp_mechanism *m = a->m;
-    perp__unit *unit = a->unit + a->units++;
+    perp__element *element = a->element + a->elements++;
     const double at_rest = fmax(m->mu_static[j], m->begin.mu[j]);
 
-    memset(unit, 0, sizeof *unit);
-    unit->source = j;
-    unit->row = a->active;
-    unit->tangents = m->dims[j] - 1;
-    unit->moves = slides(m, m->starts[j] + 1, unit->tangents, v, unit->way);
-    unit->mu_stick = at_rest;
+    memset(element, 0, sizeof *element);
+    element->source = j;
+    element->row = a->active;
+    element->tangents = m->dims[j] - 1;
+    element->moves = slides(m, m->starts[j] + 1, element->tangents, v, element->direction);
+    element->mu_stick = at_rest;
     /* a slip that starts is slow: Stribeck's curve is at its beginning */
-    unit->mu = unit->moves ? friction[j] : m->stribeck[j] > 0.0 ? at_rest : m->begin.mu[j];
-    unit->friction = unit->tangents > 0 && (unit->moves ? unit->mu > 0.0 : at_rest > 0.0);
+    element->mu = element->moves ? friction[j] : m->stribeck[j] > 0.0 ? at_rest : m->begin.mu[j];
+    element->friction =
+        element->tangents > 0 && (element->moves ? element->mu > 0.0 : at_rest > 0.0);
     add_rows(a, m->starts[j], m->dims[j]);
 }
 
@@ -85,26 +89,26 @@ static void add_group(perp__acceleration *a, int32_t j, const double *v)
 {
     const perp_mechanism *m = a->m;
     const int32_t row = m->contact_rows + m->bilateral + j * m->model.dry_dim;
-    perp__unit *unit = a->unit + a->units++;
+    perp__element *element = a->element + a->elements++;
 
-    memset(unit, 0, sizeof *unit);
-    unit->source = m->contacts + j;
-    unit->dry = 1;
-    unit->row = a->active;
-    unit->tangents = m->model.dry_dim;
-    unit->bound = m->begin.bound[j];
-    unit->friction = unit->bound > 0.0;
-    unit->moves = slides(m, row, unit->tangents, v, unit->way);
-    add_rows(a, row, unit->tangents);
+    memset(element, 0, sizeof *element);
+    element->source = m->contacts + j;
+    element->dry = 1;
+    element->row = a->active;
+    element->tangents = m->model.dry_dim;
+    element->bound = m->begin.bound[j];
+    element->friction = element->bound > 0.0;
+    element->moves = slides(m, row, element->tangents, v, element->direction);
+    add_rows(a, row, element->tangents);
 }
 
 /* Returns a closed contact that approaches, or -1. */
-static int32_t find_units(perp__acceleration *a, const double *q, const double *v)
+static int32_t find_elements(perp__acceleration *a, const double *q, const double *v)
 {
     perp_mechanism *m = a->m;
     int32_t impact = -1, j;
 
-    a->units = a->active = 0;
+    a->elements = a->active = 0;
     perp__row_velocities(m, &m->begin, m->start_velocity, v);
     perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, v);
     for (j = 0; j < m->contacts; j++) {
@@ -117,7 +121,7 @@ static int32_t find_units(perp__acceleration *a, const double *q, const double *
             impact = j;
         add_contact(a, j, m->friction, v);
     }
-    a->closed = a->units;
+    a->closed = a->elements;
     a->bilateral_row = a->active;
     add_rows(a, m->contact_rows, m->bilateral);
     for (j = 0; j < m->dry; j++)
@@ -125,11 +129,47 @@ static int32_t find_units(perp__acceleration *a, const double *q, const double *
     return impact;
 }
 
-perp_status perp__found_reduce(perp__acceleration *a)
+/* held := W - W_b W_bb^+ W_b', the same where the bilateral rows hold. */
+static void hold_bilateral(perp__acceleration *a)
+{
+    const size_t active = (size_t)a->active, n = (size_t)a->m->bilateral;
+    const size_t b = (size_t)a->bilateral_row;
+    double *rhs = a->linear.residual, *x = a->linear.y;
+    size_t i, j, k;
+
+    memcpy(a->held, a->W, active * active * sizeof *a->held);
+    if (n == 0)
+        return;
+    a->linear.system.n = (int32_t)n;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            a->linear.system.K[i * n + j] =
+                a->W[(b + i) * active + b + j] * a->scale[b + i] * a->scale[b + j];
+    perp__pivoting_eliminate(&a->linear.system, PERP__ACCELERATION_SINGULAR * 4.0,
+                             a->linear.system.n);
+    for (j = 0; j < active; j++) {
+        for (k = 0; k < n; k++)
+            rhs[k] = a->W[(b + k) * active + j] * a->scale[b + k];
+        perp__pivoting_solve(&a->linear.system, x, rhs);
+        for (i = 0; i < active; i++) {
+            double sum = a->W[i * active + j], size = fabs(sum);
+
+            for (k = 0; k < n; k++) {
+                const double term = a->W[i * active + b + k] * a->scale[b + k] * x[k];
+
+                sum -= term;
+                size += fabs(term);
+            }
+            a->held[i * active + j] = fabs(sum) <= 1e-14 * size ? 0.0 : sum;
+        }
+    }
+}
+
+perp_status perp__acceleration_reduce(perp__acceleration *a)
 {
     const perp_mechanism *m = a->m;
     const size_t n = (size_t)m->n, active = (size_t)a->active;
-    perp_status status = perp__found_make_room(a);
+    perp_status status = perp__acceleration_make_room(a);
     size_t i, j, k;
 
     if (status != PERP_OK)
@@ -160,7 +200,7 @@ perp_status perp__found_reduce(perp__acceleration *a)
             a->W[i * active + j] = a->W[j * active + i] = sum;
         }
         if (moves && a->W[i * (active + 1)] < DBL_MIN) /* it has no digits to tell signs by */
-            a->incomplete = 1;
+            a->answers.incomplete = 1;
         frexp(a->W[i * (active + 1)], &exponent);
         a->scale[i] = ldexp(1.0, -(exponent / 2));
     }
@@ -168,26 +208,26 @@ perp_status perp__found_reduce(perp__acceleration *a)
         !perp__all_finite(a->load, active) || !perp__all_finite(a->velocity, n))
         return perp__fail(m->context, PERP_ERROR_NOT_FINITE,
                           "accelerations: M^-1 k, J M^-1 J' or d/dt(J) v overflows");
-    perp__found_hold_bilateral(a);
+    hold_bilateral(a);
     return PERP_OK;
 }
 
-perp_status perp__found_state(perp__acceleration *a, int32_t *impact, double t, const double *q,
-                              const double *v)
+perp_status perp__acceleration_state(perp__acceleration *a, int32_t *impact, double t,
+                                     const double *q, const double *v)
 {
     perp_mechanism *m = a->m;
     perp_status status = perp__evaluate_all(m, &m->begin, t, q, v);
 
     *impact = -1;
-    a->units = a->closed = a->active = 0;
+    a->elements = a->closed = a->active = 0;
     if (status == PERP_OK)
-        *impact = find_units(a, q, v);
+        *impact = find_elements(a, q, v);
     if (status == PERP_OK && *impact < 0)
-        status = perp__found_bias(a, t, q, v);
+        status = perp__acceleration_bias(a, t, q, v);
     if (status == PERP__OUTSIDE)
         return perp__fail(m->context, PERP_ERROR_ARGUMENT,
                           "q is outside of what the mechanism is defined for");
     if (status == PERP_OK && *impact < 0)
-        status = perp__found_reduce(a);
+        status = perp__acceleration_reduce(a);
     return status;
 }

@@ -14,17 +14,12 @@
 #include "base/check.h"
 #include "base/context.h"
 
-#define FIRST PERP__SIZE_THROUGH(perp_bristle, damping)
-
 typedef struct curve {
     double force; /* g(v) */
     double slope; /* dg / d|v| */
 } curve;
 
-perp_status perp_bristle_init(perp_bristle *law, size_t size)
-{
-    return perp__struct_init(law, size, FIRST);
-}
+PERP__INIT(perp_bristle)
 
 /* ---- checks -------------------------------------------------------------------------------- */
 
@@ -74,7 +69,7 @@ static perp_status take(perp_context *context, perp_bristle *own, const perp_bri
 
     perp_bristle_init(own, sizeof *own);
     if (status == PERP_OK)
-        status = perp__struct_read(context, "law", own, sizeof *own, law, FIRST);
+        status = PERP__READ(perp_bristle, context, own, law);
     if (status == PERP_OK)
         status = check_stribeck(context, own);
     if (status == PERP_OK && bristles)

@@ -4,20 +4,16 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/context.h"
 #include "base/outcome.h"
 #include "linalg/blas.h"
 #include "mechanism/copy.h"
 #include "mechanism/stability.h"
 
-perp_status perp_compliant_system_init(perp_compliant_system *system, size_t size)
-{
-    return perp__struct_init(system, size, PERP__COMPLIANT_SYSTEM_FIRST);
-}
+PERP__INIT(perp_compliant_system)
 
 perp_status perp_compliant_settings_init(perp_compliant_settings *settings, size_t size)
 {
-    perp_status status = perp__struct_init(settings, size, PERP__COMPLIANT_SETTINGS_FIRST);
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_compliant_settings));
 
     if (status == PERP_OK) {
         settings->tol = 1e-9;
@@ -26,15 +22,8 @@ perp_status perp_compliant_settings_init(perp_compliant_settings *settings, size
     return status;
 }
 
-perp_status perp_compliant_result_init(perp_compliant_result *result, size_t size)
-{
-    return perp__struct_init(result, size, PERP__COMPLIANT_RESULT_FIRST);
-}
-
-perp_status perp_compliant_stability_init(perp_compliant_stability *stability, size_t size)
-{
-    return perp__struct_init(stability, size, PERP__COMPLIANT_STABILITY_FIRST);
-}
+PERP__INIT(perp_compliant_result)
+PERP__INIT(perp_compliant_stability)
 
 /* ---- the system ---------------------------------------------------------------------------- */
 
@@ -146,12 +135,24 @@ static perp_status take(perp_compliant *c, const perp_compliant_system *s)
     return check_finite(c);
 }
 
-static void release(perp_compliant *c)
+static void release(void *object)
 {
+    perp_compliant *c = object;
+
     perp__arena_release(&c->arena);
-    c->magic = 0;
-    perp__release(c->context, c);
 }
+
+static const perp__kind kind = {"compliant contacts", sizeof(perp_compliant), release};
+
+perp_status perp__compliant_enter(perp_compliant *c)
+{
+    return perp__handle_enter(c, &kind);
+}
+
+static const perp__field sizes[] = {
+    PERP__INTEGER(perp_compliant_system, n, 1, 20000),
+    PERP__INTEGER(perp_compliant_system, contacts, 1, 20000),
+};
 
 static perp_status create(perp_context *context, perp_compliant **compliant,
                           const perp_compliant_system *system)
@@ -164,23 +165,14 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
     if (status == PERP_OK)
         status = perp__check_pointer(context, "system", system);
     if (status == PERP_OK)
-        status = perp__struct_read(context, "system", &read, sizeof read, system,
-                                   PERP__COMPLIANT_SYSTEM_FIRST);
-    if (status == PERP_OK && (read.n < 1 || read.n > 20000))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "system.n is %d, expected at least 1 (and at most 20000)", (int)read.n);
-    if (status == PERP_OK && (read.contacts < 1 || read.contacts > 20000))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "system.contacts is %d, expected at least 1 (and at most 20000)",
-                            (int)read.contacts);
+        status = PERP__READ(perp_compliant_system, context, &read, system);
+    if (status == PERP_OK)
+        status = PERP__CHECK_FIELDS(context, "system", &read, sizes);
     if (status != PERP_OK)
         return status;
-    c = perp__allocate(context, 1, sizeof *c);
+    c = perp__handle_create(context, &kind);
     if (!c)
-        return perp__fail_memory(context, "compliant contacts");
-    memset(c, 0, sizeof *c);
-    c->magic = PERP__COMPLIANT_MAGIC;
-    c->context = context;
+        return PERP_ERROR_MEMORY;
     c->n = read.n;
     c->p = read.contacts;
     perp__arena_init(&c->arena, context);
@@ -188,10 +180,9 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
     if (status == PERP_OK)
         status = take(c, &read);
     if (status != PERP_OK) {
-        release(c);
+        perp__handle_end(c);
         return status;
     }
-    perp__attach(context);
     *compliant = c;
     return PERP_OK;
 }
@@ -208,14 +199,7 @@ perp_status perp_compliant_create(perp_context *context, perp_compliant **compli
 
 void perp_compliant_destroy(perp_compliant *compliant)
 {
-    perp_context *context;
-
-    if (!perp__enter_to_destroy(compliant, PERP__COMPLIANT_MAGIC))
-        return;
-    context = compliant->context;
-    release(compliant);
-    perp__detach(context);
-    perp__leave(context, PERP_OK);
+    perp__handle_destroy(compliant, &kind);
 }
 
 /* ---- linearisation ------------------------------------------------------------------------- */
@@ -240,8 +224,7 @@ static perp_status linearise(perp_compliant *c, perp_compliant_stability *stabil
     perp_compliant_stability own;
     perp__stability verdict;
     size_t k, l;
-    perp_status status = perp__struct_check(c->context, "stability", stability, sizeof *stability,
-                                            PERP__COMPLIANT_STABILITY_FIRST);
+    perp_status status = PERP__CHECK(perp_compliant_stability, c->context, stability);
 
     if (status == PERP_OK)
         status = check_signs(c, "slip", slip, 0);
@@ -277,7 +260,7 @@ perp_status perp_compliant_linearise(perp_compliant *compliant, perp_compliant_s
                                      double *gamma, double *eigenvalues, const int32_t *slip,
                                      const int32_t *load)
 {
-    perp_status status = perp__enter_handle(compliant, PERP__COMPLIANT_MAGIC);
+    perp_status status = perp__compliant_enter(compliant);
 
     if (status != PERP_OK)
         return status;

@@ -6,18 +6,12 @@
 
 #include "base/arena.h"
 #include "base/check.h"
-
-#define PERP__COMPLIANT_MAGIC UINT64_C(0x70657270636f6d70)
-#define PERP__COMPLIANT_SYSTEM_FIRST PERP__SIZE_THROUGH(perp_compliant_system, damping)
-#define PERP__COMPLIANT_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_compliant_settings, most_steps)
-#define PERP__COMPLIANT_RESULT_FIRST PERP__SIZE_THROUGH(perp_compliant_result, rejected)
-#define PERP__COMPLIANT_STABILITY_FIRST PERP__SIZE_THROUGH(perp_compliant_stability, growth)
+#include "base/handle.h"
 
 enum { PERP__STAGES = 5 };
 
 struct perp_compliant {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp__arena arena;
     int32_t n, p;
     double stiffness, damping;
@@ -41,5 +35,7 @@ struct perp_compliant {
     double *top_x, *top_v;                       /* n: largest values so far */
     double *top_delta;                           /* p */
 };
+
+perp_status perp__compliant_enter(perp_compliant *c);
 
 #endif

@@ -293,6 +293,12 @@ static void integrate(perp_compliant *c, progress *run)
     }
 }
 
+static const perp__field fields[] = {
+    PERP__REAL(perp_compliant_settings, tol, "(]", 0, 0.1),
+    PERP__REAL(perp_compliant_settings, first_step, "[]", 0, INFINITY),
+    PERP__INTEGER(perp_compliant_settings, most_steps, 1, INFINITY),
+};
+
 static perp_status check(perp_compliant *c, progress *run, const double *x0, const double *v0)
 {
     perp_status status = perp__check_pointer(c->context, "x0", x0);
@@ -306,14 +312,8 @@ static perp_status check(perp_compliant *c, progress *run, const double *x0, con
     if (status == PERP_OK && !(run->t_end > 0.0 && isfinite(run->t_end)))
         status = perp__fail(c->context, PERP_ERROR_ARGUMENT,
                             "t_end is %g, expected a positive number", run->t_end);
-    if (status == PERP_OK && !(run->settings.tol > 0.0 && run->settings.tol <= 0.1))
-        status = perp__fail(c->context, PERP_ERROR_ARGUMENT, "settings.tol is %g, not in (0, 0.1]",
-                            run->settings.tol);
-    if (status == PERP_OK && !(run->settings.first_step >= 0.0))
-        status = perp__fail(c->context, PERP_ERROR_ARGUMENT, "settings.first_step is %g, negative",
-                            run->settings.first_step);
-    if (status == PERP_OK && run->settings.most_steps < 1)
-        status = perp__fail(c->context, PERP_ERROR_ARGUMENT, "settings.most_steps is below 1");
+    if (status == PERP_OK)
+        status = PERP__CHECK_FIELDS(c->context, "settings", &run->settings, fields);
     return status;
 }
 
@@ -357,11 +357,9 @@ static perp_status run_checked(perp_compliant *c, double *x, double *v, double *
     if (status == PERP_OK)
         status = perp__check_pointer(c->context, "v", v);
     if (status == PERP_OK)
-        status = perp__struct_check(c->context, "result", result, sizeof *result,
-                                    PERP__COMPLIANT_RESULT_FIRST);
+        status = PERP__CHECK(perp_compliant_result, c->context, result);
     if (status == PERP_OK)
-        status = perp__struct_read(c->context, "settings", &run.settings, sizeof run.settings,
-                                   settings, PERP__COMPLIANT_SETTINGS_FIRST);
+        status = PERP__READ(perp_compliant_settings, c->context, &run.settings, settings);
     if (status == PERP_OK)
         status = check(c, &run, x0, v0);
     if (status == PERP_OK)
@@ -386,7 +384,7 @@ perp_status perp_compliant_run(perp_compliant *compliant, double *x, double *v, 
                                const perp_compliant_settings *settings, const double *x0,
                                const double *v0, double t_end)
 {
-    perp_status status = perp__enter_handle(compliant, PERP__COMPLIANT_MAGIC);
+    perp_status status = perp__compliant_enter(compliant);
 
     if (status != PERP_OK)
         return status;

@@ -9,7 +9,7 @@
 /* ---- enumeration --------------------------------------------------------------------------- */
 
 /* Choices of a coordinate: in motion the sign of its normal force; at rest to stick, or to start
- * forward or backward with either sign. */
+ * forward or backward with either sign. The last coordinate's are the tree's first. */
 static int32_t choices(const perp_load_friction *f, int32_t i)
 {
     const int32_t sides = f->mu[i] > 0.0 ? 2 : 1;
@@ -33,19 +33,25 @@ static void choose(perp_load_friction *f, int32_t i, int32_t choice)
     f->pattern.side[i] = (int8_t)(sides == 1 ? 0 : start % 2 == 0 ? 1 : -1);
 }
 
-int64_t perp__friction_patterns(const perp_load_friction *f, int64_t most)
+static int32_t choices_at(void *user, int32_t position)
 {
-    int64_t product = 1;
-    int32_t i;
+    const perp_load_friction *f = user;
 
-    for (i = 0; i < f->n && product <= most; i++)
-        product *= choices(f, i);
-    return product;
+    return choices(f, f->n - 1 - position);
+}
+
+static int32_t choose_at(void *user, int32_t position, int32_t choice)
+{
+    perp_load_friction *f = user;
+
+    choose(f, f->n - 1 - position, choice);
+    return 1;
 }
 
 /* Solves the pattern and keeps what holds. */
-static perp_status try_pattern(perp_load_friction *f)
+static perp_status try_pattern(void *user)
 {
+    perp_load_friction *f = user;
     const int32_t dimension = perp__friction_solve_pattern(f);
     int32_t at_vertex;
 
@@ -56,30 +62,10 @@ static perp_status try_pattern(perp_load_friction *f)
     return perp__friction_keep_point(f, at_vertex);
 }
 
-static perp_status enumerate(perp_load_friction *f, int64_t patterns)
-{
-    perp_status status = PERP_OK;
-    int64_t k;
-
-    for (k = 0; k < patterns && status == PERP_OK; k++) {
-        int64_t rest = k;
-        int32_t i;
-
-        for (i = 0; i < f->n; i++) {
-            const int32_t count = choices(f, i);
-
-            choose(f, i, (int32_t)(rest % count));
-            rest /= count;
-        }
-        status = try_pattern(f);
-    }
-    return status;
-}
-
 /* ---- search -------------------------------------------------------------------------------- */
 
 /* Moves the pattern to what its own point asks for; 0 where nothing changes. */
-static int32_t follow(perp_load_friction *f)
+static int32_t correct(perp_load_friction *f)
 {
     int32_t changed = 0, i;
 
@@ -101,7 +87,8 @@ static int32_t follow(perp_load_friction *f)
     return changed;
 }
 
-static perp_status walk(perp_load_friction *f, int64_t *patterns)
+/* Corrects the pattern until its point holds; keeps that. */
+static perp_status iterate(perp_load_friction *f, int64_t *patterns)
 {
     int32_t round, at_vertex;
 
@@ -111,28 +98,28 @@ static perp_status walk(perp_load_friction *f, int64_t *patterns)
             return PERP_OK;
         if (perp__friction_holds(f, &at_vertex))
             return perp__friction_keep_point(f, at_vertex);
-        if (!follow(f))
+        if (!correct(f))
             return PERP_OK;
     }
     return PERP_OK;
 }
 
-/* All forward and all backward first, then signs by a fixed random sequence (Knuth's MMIX). */
-static perp_status walk_from(perp_load_friction *f, int32_t start, uint64_t *seed,
-                             int64_t *patterns)
+/* All forward and all backward first, then signs by a fixed random sequence. */
+static perp_status iterate_from(perp_load_friction *f, int32_t start, uint64_t *seed,
+                                int64_t *patterns)
 {
     int32_t i;
 
     for (i = 0; i < f->n; i++) {
         const int32_t count = choices(f, i);
 
-        *seed = *seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+        perp__next_random(seed);
         choose(f, i,
                start == 0   ? 0
                : start == 1 ? count - 1
                             : (int32_t)((*seed >> 33) % (uint64_t)count));
     }
-    return walk(f, patterns);
+    return iterate(f, patterns);
 }
 
 /* The equivalent LCP, N = w - z: free x, 0 <= z  perp  w = C x + d + z >= 0 and
@@ -187,7 +174,7 @@ static perp_status solve_lcp(perp_load_friction *f, double *M, double *q, double
     return status;
 }
 
-static perp_status walk_from_lemke(perp_load_friction *f, int64_t *patterns)
+static perp_status iterate_from_lemke(perp_load_friction *f, int64_t *patterns)
 {
     const size_t n = (size_t)f->n;
     double *M;
@@ -203,7 +190,7 @@ static perp_status walk_from_lemke(perp_load_friction *f, int64_t *patterns)
     fill_lcp(f, M, M + 4 * n * n, M + 4 * n * n + 2 * n);
     status = solve_lcp(f, M, M + 4 * n * n, M + 4 * n * n + 2 * n, M + 4 * n * n + 4 * n);
     perp__release(f->context, M);
-    return status == PERP_OK ? walk(f, patterns) : status;
+    return status == PERP_OK ? iterate(f, patterns) : status;
 }
 
 static perp_status search(perp_load_friction *f, int64_t *patterns)
@@ -213,77 +200,53 @@ static perp_status search(perp_load_friction *f, int64_t *patterns)
     int32_t start;
 
     f->insist = 1;
-    status = walk_from_lemke(f, patterns);
+    status = iterate_from_lemke(f, patterns);
     for (start = 0; start < f->settings.starts && status == PERP_OK; start++)
-        status = walk_from(f, start, &seed, patterns);
+        status = iterate_from(f, start, &seed, patterns);
     f->insist = 0;
     return status;
 }
 
 /* ---- the call ------------------------------------------------------------------------------ */
 
-static int32_t comes_before(const perp_load_friction *f, const perp__friction_answer *a,
-                            const perp__friction_answer *b)
+static int32_t is_before(const void *user, const perp__answer *a, const perp__answer *b)
 {
+    const perp_load_friction *f = user;
     int32_t i;
 
     for (i = 0; i < f->n; i++)
-        if (a->x[i] != b->x[i])
-            return a->x[i] < b->x[i];
+        if (a->middle[i] != b->middle[i])
+            return a->middle[i] < b->middle[i];
     return 1;
-}
-
-static perp__friction_answer *merge(const perp_load_friction *f, perp__friction_answer *a,
-                                    perp__friction_answer *b)
-{
-    perp__friction_answer *first = NULL, **link = &first;
-
-    while (a && b) {
-        perp__friction_answer **from = comes_before(f, a, b) ? &a : &b;
-
-        *link = *from;
-        link = &(*from)->next;
-        *from = *link;
-    }
-    *link = a ? a : b;
-    return first;
-}
-
-static perp__friction_answer *sort(const perp_load_friction *f, perp__friction_answer *list,
-                                   int32_t count)
-{
-    perp__friction_answer *last = list, *second;
-    int32_t k;
-
-    if (count < 2)
-        return list;
-    for (k = 1; k < count / 2; k++)
-        last = last->next;
-    second = last->next;
-    last->next = NULL;
-    return merge(f, sort(f, list, count / 2), sort(f, second, count - count / 2));
 }
 
 perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *summary)
 {
-    const int64_t most = f->settings.most_patterns, patterns = perp__friction_patterns(f, most);
-    const perp__friction_answer *a;
+    const int64_t most = f->settings.most_patterns;
+    const perp__answer *a;
+    int64_t patterns;
     perp_status status;
 
     memset(summary, 0, sizeof *summary);
-    perp__friction_release_answers(f);
-    f->unsettled = 0;
+    perp__answers_clear(&f->answers);
+    f->tree.positions = f->n;
+    f->tree.user = f->answers.user = f; /* handles change places in perp_load_friction_set */
+    f->tree.choices = choices_at;
+    f->tree.choose = choose_at;
+    f->tree.leaf = try_pattern;
+    patterns = perp__pattern_tree_count(&f->tree, most);
     summary->exhaustive = patterns <= most;
     summary->patterns = summary->exhaustive ? patterns : 0;
-    status = summary->exhaustive ? enumerate(f, patterns) : search(f, &summary->patterns);
+    status =
+        summary->exhaustive ? perp__pattern_tree_search(&f->tree) : search(f, &summary->patterns);
     if (status != PERP_OK) {
-        perp__friction_release_answers(f);
+        perp__answers_clear(&f->answers);
         return status;
     }
-    summary->exhaustive &= !f->unsettled;
-    f->answers = sort(f, f->answers, f->count);
-    for (a = f->answers; a; a = a->next) {
-        summary->count++;
+    summary->exhaustive &= !f->answers.incomplete;
+    perp__answers_sort(&f->answers, is_before);
+    summary->count = f->answers.count;
+    for (a = f->answers.first; a; a = a->next) {
         summary->families += a->kind == PERP_LOAD_FAMILY;
         summary->stable += a->stable;
     }

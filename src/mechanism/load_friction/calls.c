@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "base/context.h"
 #include "mechanism/load_friction/load_friction.h"
 
 #define PERP__FOUND_FIRST PERP__SIZE_THROUGH(perp_load_found, rays)
@@ -80,11 +79,6 @@ const char *perp_load_reason_text(int32_t reason)
 
 /* ---- calls --------------------------------------------------------------------------------- */
 
-perp_status perp__friction_enter(perp_load_friction *f)
-{
-    return perp__enter_handle(f, PERP__FRICTION_MAGIC);
-}
-
 perp_status perp__friction_check_vector(perp_load_friction *f, const char *name, const double *x)
 {
     perp_status status = perp__check_pointer(f->context, name, x);
@@ -112,7 +106,7 @@ static perp_status set(perp_load_friction *f, const perp_load_system *system)
     kept = *f;
     *f = *made;
     *made = kept;
-    perp__friction_release(made);
+    perp__handle_end(made);
     return PERP_OK;
 }
 
@@ -134,7 +128,7 @@ void perp__friction_ask(perp_load_friction *f, const double *tau, const double *
         memcpy(f->tau, tau, n * sizeof *tau);
     f->question.tau = f->tau;
     memset(f->question.stop, 0, n * sizeof *f->question.stop);
-    memset(f->question.way, 0, n);
+    memset(f->question.before, 0, n);
     memcpy(f->question.mu_stick, f->mu_static, n * sizeof *f->mu_static);
     for (i = 0; i < f->n; i++)
         f->question.sign[i] = (int8_t)((velocity[i] > 0.0) - (velocity[i] < 0.0));
@@ -172,18 +166,17 @@ perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_sum
 
 static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t index)
 {
-    const perp__friction_answer *a = f->answers;
+    const perp__answer *a;
     perp_load_found own;
     perp_status status =
         perp__struct_check(f->context, "found", found, sizeof *found, PERP__FOUND_FIRST);
 
     if (status != PERP_OK)
         return status;
-    if (index < 0 || index >= f->count)
+    if (index < 0 || index >= f->answers.count)
         return perp__fail(f->context, PERP_ERROR_ARGUMENT, "index is %d, but there are %d answers",
-                          (int)index, (int)f->count);
-    for (; index > 0; index--)
-        a = a->next;
+                          (int)index, (int)f->answers.count);
+    a = perp__answers_get(&f->answers, index);
     memset(&own, 0, sizeof own);
     own.kind = a->kind;
     own.stable = a->stable;
@@ -193,9 +186,9 @@ static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t in
     own.vertex_count = a->vertices;
     own.ray_count = a->rays;
     own.residual = a->residual;
-    own.acceleration = a->x;
-    own.normal_force = a->normal;
-    own.friction = a->friction;
+    own.acceleration = a->middle;
+    own.normal_force = perp__friction_normal(a);
+    own.friction = perp__friction_force(f, a);
     own.modes = a->modes;
     own.eigenvalues = a->eigenvalues;
     own.vertices = a->points;

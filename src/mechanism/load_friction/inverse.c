@@ -30,17 +30,17 @@ static int32_t find_torque(perp_load_friction *f, const double *velocity, const 
 }
 
 /* The answer nearest to x. */
-static const perp__friction_answer *nearest(const perp_load_friction *f, const double *x)
+static const perp__answer *nearest(const perp_load_friction *f, const double *x)
 {
-    const perp__friction_answer *a, *best = NULL;
+    const perp__answer *a, *best = NULL;
     double least = INFINITY;
     int32_t i;
 
-    for (a = f->answers; a; a = a->next) {
+    for (a = f->answers.first; a; a = a->next) {
         double distance = 0.0;
 
         for (i = 0; i < f->n; i++)
-            distance = fmax(distance, fabs(a->x[i] - x[i]) / f->size[i]);
+            distance = fmax(distance, fabs(a->middle[i] - x[i]) / f->size[i]);
         if (distance < least) {
             least = distance;
             best = a;
@@ -63,7 +63,7 @@ static int32_t find_reason(const perp_load_inverse *own, int32_t families)
 static perp_status examine(perp_load_friction *f, perp_load_inverse *own, const double *velocity,
                            const double *x)
 {
-    const perp__friction_answer *wanted;
+    const perp__answer *wanted;
     perp_load_uniqueness unique;
     perp_load_summary summary;
     perp_status status;

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "base/context.h"
 #include "linalg/blas.h"
 #include "mechanism/copy.h"
 
@@ -140,44 +139,62 @@ static void layout(perp__arena *arena, void *object)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
     f->work = perp__arena_take(arena, 6 * square + 4 * n, sizeof(double));
     f->list = perp__arena_take(arena, n, sizeof(int32_t));
-    f->columns = perp__arena_take(arena, n, sizeof(int32_t));
+    f->system.columns = perp__arena_take(arena, n, sizeof(int32_t));
+    f->tree.next = perp__arena_take(arena, n, sizeof(int32_t));
     f->question.sign = perp__arena_take(arena, n, 1);
-    f->question.way = perp__arena_take(arena, n, 1);
+    f->question.before = perp__arena_take(arena, n, 1);
     f->regular = perp__arena_take(arena, n, 1);
-    f->pattern.mode = perp__arena_take(arena, n, 1);
-    f->pattern.side = perp__arena_take(arena, n, 1);
+    f->pattern.mode = perp__arena_take(arena, 2 * n, 1);
 }
 
-void perp__friction_release(perp_load_friction *f)
+static void release(void *object)
 {
-    perp_context *context = f->context;
+    perp_load_friction *f = object;
 
-    perp__friction_release_answers(f);
-    perp__friction_release_spare(f);
-    perp__cone_release(&f->cone);
+    perp__answers_release(&f->answers);
+    perp__cone_release(&f->polyhedron.cone);
     perp__arena_release(&f->arena);
-    f->magic = 0;
-    perp__release(context, f);
+}
+
+static const perp__kind kind = {"load-dependent friction", sizeof(perp_load_friction), release};
+
+perp_status perp__friction_enter(perp_load_friction *f)
+{
+    return perp__handle_enter(f, &kind);
+}
+
+/* The store, the tree and the system. */
+static void prepare(perp_load_friction *f)
+{
+    f->pattern.side = f->pattern.mode + f->n;
+    f->system.K = f->K;
+    f->system.E = f->inverse;
+    f->answers.length = f->answers.positions = f->polyhedron.length = f->n;
+    f->answers.eigenvalues = 4 * f->n;
+    f->answers.own = 2 * f->n;
+    f->answers.holds = perp__friction_holds_answer;
+    f->polyhedron.origin = f->x;
+    f->polyhedron.directions = f->null;
+    f->polyhedron.least = PERP__FRICTION_SAME;
 }
 
 /* A handle with room for n coordinates. */
 static perp_status make(perp_context *context, perp_load_friction **friction, int32_t n)
 {
-    perp_load_friction *f = perp__allocate(context, 1, sizeof *f);
+    perp_load_friction *f = perp__handle_create(context, &kind);
     perp_status status;
 
     if (!f)
-        return perp__fail_memory(context, "load-dependent friction");
-    memset(f, 0, sizeof *f);
-    f->magic = PERP__FRICTION_MAGIC;
-    f->context = f->cone.context = context;
+        return PERP_ERROR_MEMORY;
+    f->answers.context = f->polyhedron.cone.context = context;
     f->n = n;
     perp__arena_init(&f->arena, context);
     status = perp__arena_fit(&f->arena, layout, f);
     if (status != PERP_OK) {
-        perp__friction_release(f);
+        perp__handle_end(f);
         return status;
     }
+    prepare(f);
     f->A_view.rows = f->A_view.columns = f->C_view.rows = f->C_view.columns = n;
     f->A_view.row_stride = f->C_view.row_stride = 1;
     f->A_view.column_stride = f->C_view.column_stride = (size_t)n;
@@ -197,7 +214,7 @@ perp_status perp__friction_create_like(const perp_load_friction *f, perp_load_fr
     (*made)->settings = f->settings;
     status = take(*made, system);
     if (status != PERP_OK)
-        perp__friction_release(*made);
+        perp__handle_end(*made);
     return status;
 }
 
@@ -232,10 +249,9 @@ static perp_status create(perp_context *context, perp_load_friction **friction,
     f->settings = own;
     status = take(f, &read);
     if (status != PERP_OK) {
-        perp__friction_release(f);
+        perp__handle_end(f);
         return status;
     }
-    perp__attach(context);
     *friction = f;
     return PERP_OK;
 }
@@ -253,12 +269,5 @@ perp_status perp_load_friction_create(perp_context *context, perp_load_friction 
 
 void perp_load_friction_destroy(perp_load_friction *friction)
 {
-    perp_context *context;
-
-    if (!perp__enter_to_destroy(friction, PERP__FRICTION_MAGIC))
-        return;
-    context = friction->context;
-    perp__friction_release(friction);
-    perp__detach(context);
-    perp__leave(context, PERP_OK);
+    perp__handle_destroy(friction, &kind);
 }

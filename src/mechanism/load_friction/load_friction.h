@@ -6,35 +6,23 @@
 
 #include "base/arena.h"
 #include "base/check.h"
-#include "linalg/cone.h"
+#include "base/handle.h"
 #include "linalg/matrix.h"
+#include "linalg/pivoting.h"
+#include "patterns/patterns.h"
 
 #define PERP__LOAD_SYSTEM_FIRST PERP__SIZE_THROUGH(perp_load_system, damping)
 #define PERP__LOAD_SETTINGS_FIRST PERP__SIZE_THROUGH(perp_load_settings, reserved)
 
-#define PERP__FRICTION_MAGIC UINT64_C(0x7065727066726963)
+/* Points of a family that differ by less, relatively, are the same. */
+#define PERP__FRICTION_SAME 1e-8
 
 /* One choice of mode and sign of the normal force a coordinate: within it the system is linear. */
 typedef struct perp__friction_pattern {
     int8_t *mode; /* PERP_LOAD_...; sliding with the sign of that coordinate's motion */
-    int8_t
-        *side; /* sign of N_i that the friction counts with; 0: doesn't matter (mu_i = 0, sticks) */
+    int8_t *side; /* behind mode: sign of N_i that the friction counts with; 0: doesn't matter
+                     (mu_i = 0, sticks) */
 } perp__friction_pattern;
-
-/* An answer that is kept. */
-typedef struct perp__friction_answer {
-    struct perp__friction_answer *next;
-    int32_t kind, stable, flutter, at_vertex;
-    int32_t dimension, vertices, rays;
-    int32_t room; /* for points */
-    double residual;
-    double *x, *normal, *friction; /* n */
-    double *width;                 /* n: what tol is worth in x */
-    double *eigenvalues;           /* 4 n */
-    double *points;                /* vertices + rays times n; x itself where isolated */
-    int32_t *modes;                /* n */
-    perp__friction_pattern pattern;
-} perp__friction_answer;
 
 /* The question: which x = q'' solve A x + b + f = tau, where coordinate i moves with sign[i], or,
  * sign[i] = 0, sticks at x_i = stop[i] with |f_i| <= mu_stick[i] |N_i|, or slides away from there.
@@ -44,12 +32,11 @@ typedef struct perp__friction_question {
     int8_t *sign;
     double *stop;     /* 0 at rest; in a step, -v_i / h */
     double *mu_stick; /* static friction at rest; in a step that of the motion before */
-    int8_t *way;      /* in a step, the sign of the motion before it */
+    int8_t *before;   /* in a step, the sign of the motion before it */
 } perp__friction_question;
 
 struct perp_load_friction {
-    uint64_t magic;
-    perp_context *context;
+    PERP__HANDLE;
     perp__arena arena;
     perp_load_settings settings;
     int32_t n;
@@ -61,19 +48,18 @@ struct perp_load_friction {
     perp__matrix A_view, C_view;
     perp__friction_question question;
     perp__friction_pattern pattern;
-    perp__friction_answer *answers;
-    perp__friction_answer *spare; /* of earlier answers, with room for a point */
-    int32_t count;
-    int32_t unsettled; /* of some pattern it is not known whether it has an answer */
-    int32_t insist;    /* patterns are solved to the end even where they are clearly wrong */
-    int8_t *regular;   /* of a step: a stable acceleration stops this coordinate within it */
+    perp__pattern_tree tree;
+    perp__answers answers; /* points are x = q''; own: normal and friction forces */
+    int32_t insist;        /* patterns are solved to the end even where they are clearly wrong */
+    int8_t *regular;       /* of a step: a stable acceleration stops this coordinate within it */
     /* work */
-    double *K, *inverse, *null; /* n by n; null: its last columns span what K maps to 0 */
+    perp__pivoting system;      /* rows and columns of the coordinates that don't stick */
+    double *K, *inverse, *null; /* n by n; null: its first columns are a basis of the null space */
     double *x, *x_low, *rhs, *slope, *load; /* slope: mu_i sign_i side_i; load: sizes of the rows */
     double *normal, *normal_low, *product, *product_low, *width, *normal_width;
-    int32_t *list, *columns; /* coordinates that don't stick; the order of pivots */
-    double *work;            /* 6 n^2 + 4 n */
-    perp__cone cone;
+    int32_t *list; /* coordinates that don't stick */
+    double *work;  /* 6 n^2 + 4 n */
+    perp__polyhedron polyhedron;
 };
 
 /* Solves the pattern: regular, x, x_low, normal and width are filled and 0 is returned; else the
@@ -91,22 +77,26 @@ int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex);
 /* Keeps the point of the pattern, or the family of which it is one. PERP_OK or _MEMORY. */
 perp_status perp__friction_keep_point(perp_load_friction *f, int32_t at_vertex);
 perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension);
-perp__friction_answer *perp__friction_answer_create(perp_load_friction *f, int32_t points);
-void perp__friction_answer_release(perp_load_friction *f, perp__friction_answer *answer);
-void perp__friction_release_answers(perp_load_friction *f);
-void perp__friction_release_spare(perp_load_friction *f);
 
-/* The number of patterns, or more than `most`. */
-int64_t perp__friction_patterns(const perp_load_friction *f, int64_t most);
+/* Whether an answer is part of another one: of perp__answers. */
+int32_t perp__friction_holds_answer(void *user, perp__answer *outer, const perp__answer *inner);
+
+/* The forces of an answer. */
+static inline double *perp__friction_normal(const perp__answer *a)
+{
+    return a->own;
+}
+
+static inline double *perp__friction_force(const perp_load_friction *f, const perp__answer *a)
+{
+    return a->own + f->n;
+}
+
 /* Answers all patterns, or what a search finds. Answers are sorted and labelled. */
 perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *summary);
 
 /* Copies tau and velocity's signs into the question, as forward dynamics asks it. */
 void perp__friction_ask(perp_load_friction *f, const double *tau, const double *velocity);
-
-/* Eigenvalues of the compliant contacts in the pattern; writes stable, flutter and 4 n numbers. */
-void perp__friction_label(perp_load_friction *f, const perp__friction_pattern *pattern,
-                          int32_t *stable, int32_t *flutter, double *eigenvalues);
 
 /* perp_load_friction_uniqueness; velocity may be NULL. */
 void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity);
@@ -114,7 +104,6 @@ void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const
 /* Another handle of the same settings with room for n coordinates, and with a system. */
 perp_status perp__friction_create_like(const perp_load_friction *f, perp_load_friction **made,
                                        const perp_load_system *system);
-void perp__friction_release(perp_load_friction *f);
 
 /* n finite numbers. */
 perp_status perp__friction_check_vector(perp_load_friction *f, const char *name, const double *x);

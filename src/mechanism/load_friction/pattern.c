@@ -41,10 +41,10 @@ static double sign_of(const perp_load_friction *f, int32_t i)
 
 /* ---- linear equations ---------------------------------------------------------------------- */
 
-/* The scaled block into K, m by m with leading dimension n, its unit matrix next to it into
- * `inverse`; returns its largest entry. */
-static double load_block(perp_load_friction *f, int32_t m)
+/* The scaled block of the coordinates in `list`; returns its largest entry. */
+static double load_block(perp_load_friction *f)
 {
+    const int32_t m = f->system.n;
     double top = 0.0;
     int32_t r, c;
 
@@ -56,91 +56,30 @@ static double load_block(perp_load_friction *f, int32_t m)
             const double unit = f->size[i] * f->size[j];
             const double a = f->A[at(f, i, j)], friction = f->slope[i] * f->C[at(f, i, j)];
 
-            f->K[at(f, r, c)] = (a + friction) * unit;
-            f->inverse[at(f, r, c)] = r == c ? 1.0 : 0.0;
+            f->system.K[(size_t)r * (size_t)m + (size_t)c] = (a + friction) * unit;
             perp__raise_to(&top, (fabs(a) + fabs(friction)) * unit);
         }
-        f->columns[r] = r;
     }
     return top;
 }
 
-static void exchange_rows(perp_load_friction *f, double *B, int32_t m, int32_t p, int32_t q)
+/* Entries of x, or of the rows, in the units of the system. */
+static void gather(const perp_load_friction *f, double *to, const double *from)
 {
-    int32_t j;
+    int32_t r;
 
-    for (j = 0; j < m && p != q; j++) {
-        const double kept = B[at(f, p, j)];
-
-        B[at(f, p, j)] = B[at(f, q, j)];
-        B[at(f, q, j)] = kept;
-    }
+    for (r = 0; r < f->system.n; r++)
+        to[r] = f->size[f->list[r]] * from[f->list[r]];
 }
 
-static void exchange_columns(perp_load_friction *f, int32_t m, int32_t p, int32_t q)
+/* What is unknown, from the units of the system into x's. */
+static void scatter(const perp_load_friction *f, double *to, const double *from)
 {
-    const int32_t name = f->columns[p];
-    int32_t i;
+    int32_t r;
 
-    for (i = 0; i < m && p != q; i++) {
-        const double kept = f->K[at(f, i, p)];
-
-        f->K[at(f, i, p)] = f->K[at(f, i, q)];
-        f->K[at(f, i, q)] = kept;
-    }
-    f->columns[p] = f->columns[q];
-    f->columns[q] = name;
-}
-
-static void eliminate(perp_load_friction *f, int32_t m, int32_t k)
-{
-    const double pivot = f->K[at(f, k, k)];
-    int32_t i, j;
-
-    for (j = 0; j < m; j++) {
-        f->K[at(f, k, j)] /= pivot;
-        f->inverse[at(f, k, j)] /= pivot;
-    }
-    for (j = 0; j < m; j++) {
-        const double right = f->K[at(f, k, j)], unit = f->inverse[at(f, k, j)];
-
-        for (i = 0; i < m; i++)
-            if (i != k) {
-                f->work[i] = j == 0 ? f->K[at(f, i, k)] : f->work[i];
-                if (j > k)
-                    f->K[at(f, i, j)] -= f->work[i] * right;
-                f->inverse[at(f, i, j)] -= f->work[i] * unit;
-            }
-    }
-    for (i = 0; i < m; i++)
-        f->K[at(f, i, k)] = i == k ? 1.0 : 0.0;
-}
-
-/* Gauss-Jordan with complete pivoting; returns the rank, *least: the smallest pivot beside `top`.
- */
-static int32_t reduce(perp_load_friction *f, int32_t m, double top, double *least)
-{
-    int32_t k, i, j;
-
-    *least = 1.0;
-    for (k = 0; k < m; k++) {
-        int32_t row = k, column = k;
-
-        for (j = k; j < m; j++)
-            for (i = k; i < m; i++)
-                if (fabs(f->K[at(f, i, j)]) > fabs(f->K[at(f, row, column)])) {
-                    row = i;
-                    column = j;
-                }
-        if (!(fabs(f->K[at(f, row, column)]) > singular * f->settings.tol * top))
-            return k;
-        *least = fmin(*least, fabs(f->K[at(f, row, column)]) / top);
-        exchange_rows(f, f->K, m, k, row);
-        exchange_rows(f, f->inverse, m, k, row);
-        exchange_columns(f, m, k, column);
-        eliminate(f, m, k);
-    }
-    return m;
+    memset(to, 0, (size_t)f->n * sizeof *to);
+    for (r = 0; r < f->system.n; r++)
+        to[f->list[r]] = f->size[f->list[r]] * from[r];
 }
 
 /* ---- doubled precision --------------------------------------------------------------------- */
@@ -154,9 +93,9 @@ static void add(double *sum, double *low, double x)
     *sum = s;
 }
 
-/* normal = C x + d, and friction's side of the rows: residual_i = tau_i - b_i - (A x)_i - t_i N_i
+/* normal = C x + d, and friction's side of the rows: rhs_i = tau_i - b_i - (A x)_i - t_i N_i
  */
-static void residuals(perp_load_friction *f, double *residual)
+static void residuals(perp_load_friction *f)
 {
     int32_t i;
 
@@ -169,12 +108,12 @@ static void residuals(perp_load_friction *f, double *residual)
         add(&sum, &low, -f->product[i]);
         add(&sum, &low, -product);
         low -= f->product_low[i] + fma(t, f->normal[i], -product) + t * f->normal_low[i];
-        residual[i] = sum + low;
+        f->rhs[i] = sum + low;
     }
 }
 
 /* The same in working precision, for a first look. */
-static void rough_residuals(perp_load_friction *f, double *residual)
+static void rough_residuals(perp_load_friction *f)
 {
     int32_t i;
 
@@ -182,23 +121,20 @@ static void rough_residuals(perp_load_friction *f, double *residual)
     perp__multiply(&f->C_view, f->x, f->normal);
     for (i = 0; i < f->n; i++) {
         f->normal[i] += f->d[i];
-        residual[i] = f->question.tau[i] - f->b[i] - f->product[i] - f->slope[i] * f->normal[i];
+        f->rhs[i] = f->question.tau[i] - f->b[i] - f->product[i] - f->slope[i] * f->normal[i];
     }
 }
 
-/* x_L += inverse residual_L; the rank first rows of `inverse` belong to columns[0], ... */
-static void correct(perp_load_friction *f, int32_t m, int32_t rank, const double *residual)
+/* x := x + K^-1 rhs */
+static void correct(perp_load_friction *f)
 {
-    int32_t r, k;
+    double *rhs = f->work, *change = rhs + f->n;
+    int32_t r;
 
-    for (k = 0; k < rank; k++) {
-        const int32_t j = f->list[f->columns[k]];
-        double sum = 0.0;
-
-        for (r = 0; r < m; r++)
-            sum += f->inverse[at(f, k, r)] * (f->size[f->list[r]] * residual[f->list[r]]);
-        f->x[j] += f->size[j] * sum;
-    }
+    gather(f, rhs, f->rhs);
+    perp__pivoting_solve(&f->system, change, rhs);
+    for (r = 0; r < f->system.n; r++)
+        f->x[f->list[r]] += f->size[f->list[r]] * change[r];
 }
 
 /* Sizes of what is summed up in each row, in the caller's units. */
@@ -220,23 +156,21 @@ static void find_loads(perp_load_friction *f)
 
 void perp__friction_evaluate(perp_load_friction *f)
 {
-    residuals(f, f->rhs);
+    residuals(f);
     find_loads(f);
 }
 
 /* What tol is worth in x, and from there in the normal forces. */
-static void find_widths(perp_load_friction *f, int32_t m, int32_t rank)
+static void find_widths(perp_load_friction *f)
 {
-    int32_t r, k, i, j;
+    double *load = f->work, *width = load + f->n;
+    int32_t r, i, j;
 
-    memset(f->width, 0, (size_t)f->n * sizeof *f->width);
-    for (k = 0; k < rank; k++) {
-        double sum = 0.0;
-
-        for (r = 0; r < m; r++)
-            sum += fabs(f->inverse[at(f, k, r)]) * f->size[f->list[r]] * f->load[f->list[r]];
-        f->width[f->list[f->columns[k]]] = f->settings.tol * sum * f->size[f->list[f->columns[k]]];
-    }
+    gather(f, load, f->load);
+    perp__pivoting_widths(&f->system, width, load);
+    for (r = 0; r < f->system.n; r++)
+        width[r] *= f->settings.tol;
+    scatter(f, f->width, width);
     for (i = 0; i < f->n; i++)
         for (j = 0; j < f->n; j++)
             f->normal_width[i] += fabs(f->C[at(f, i, j)]) * f->width[j];
@@ -260,55 +194,35 @@ static int32_t clearly_wrong(const perp_load_friction *f, double noise)
     return 0;
 }
 
-/* A generous bound of what rounding does to a solution with pivots of at least `least` top. */
-static double noise_of(const perp_load_friction *f, double top, double least)
+/* A generous bound of what rounding does to a solution with pivots of at least `least`. */
+static double noise_of(const perp_load_friction *f, double least)
 {
     double load = 0.0;
     int32_t i;
 
     for (i = 0; i < f->n; i++)
         perp__raise_to(&load, f->size[i] * f->load[i]);
-    return 1e3 * f->n * DBL_EPSILON * load / (top * least);
+    return 1e3 * f->n * DBL_EPSILON * load / least;
 }
 
-/* The null space in the caller's units: with columns[k] = free, x_columns[l] = -K_lk. */
-static void find_null_space(perp_load_friction *f, int32_t m, int32_t rank)
+static void find_null_space(perp_load_friction *f)
 {
-    int32_t k, l;
+    int32_t k;
 
-    memset(f->null, 0, (size_t)f->n * (size_t)f->n * sizeof *f->null);
-    for (k = rank; k < m; k++) {
-        double *direction = f->null + (size_t)(k - rank) * (size_t)f->n;
-        const int32_t free_one = f->list[f->columns[k]];
-
-        direction[free_one] = f->size[free_one];
-        for (l = 0; l < rank; l++) {
-            const int32_t j = f->list[f->columns[l]];
-
-            direction[j] = -f->size[j] * f->K[at(f, l, k)];
-        }
+    for (k = 0; k < f->system.n - f->system.rank; k++) {
+        perp__pivoting_null(&f->system, f->work, k);
+        scatter(f, f->null + (size_t)k * (size_t)f->n, f->work);
     }
 }
 
 /* Whether the rows that elimination left without a pivot have a right-hand side of 0, too. */
-static int32_t is_consistent(const perp_load_friction *f, int32_t m, int32_t rank,
-                             const double *residual)
+static int32_t is_consistent(const perp_load_friction *f)
 {
-    int32_t k, r;
+    double *rhs = f->work, *load = rhs + f->n;
 
-    for (k = rank; k < m; k++) {
-        double sum = 0.0, size = 0.0;
-
-        for (r = 0; r < m; r++) {
-            const double factor = f->inverse[at(f, k, r)] * f->size[f->list[r]];
-
-            sum += factor * residual[f->list[r]];
-            size += fabs(factor) * f->load[f->list[r]];
-        }
-        if (!(fabs(sum) <= 4.0 * f->settings.tol * size))
-            return 0;
-    }
-    return 1;
+    gather(f, rhs, f->rhs);
+    gather(f, load, f->load);
+    return perp__pivoting_is_consistent(&f->system, rhs, load, 4.0 * f->settings.tol);
 }
 
 /* Whether all that an answer is judged by is a number. */
@@ -326,59 +240,50 @@ static int32_t is_finite(const perp_load_friction *f)
 /* Numbers beyond the range of doubles: nothing is known of the pattern. */
 static int32_t give_up(perp_load_friction *f)
 {
-    f->unsettled = 1;
+    f->answers.incomplete = 1;
     return -1;
 }
 
 int32_t perp__friction_solve_pattern(perp_load_friction *f)
 {
-    double top, least;
-    int32_t m = 0, rank, i, round;
+    double top;
+    int32_t i, round;
 
+    f->system.n = 0;
     for (i = 0; i < f->n; i++) {
         const int32_t sticks = f->pattern.mode[i] == PERP_LOAD_STICK;
 
         f->slope[i] = f->mu[i] * sign_of(f, i) * f->pattern.side[i];
         f->x[i] = sticks ? f->question.stop[i] : 0.0;
         if (!sticks)
-            f->list[m++] = i;
+            f->list[f->system.n++] = i;
     }
-    top = load_block(f, m);
+    top = load_block(f);
     if (!(top <= largest))
         return give_up(f);
-    rank = reduce(f, m, top, &least);
-    rough_residuals(f, f->rhs);
-    correct(f, m, rank, f->rhs);
-    if (rank == m && least > regular && !f->insist) {
-        rough_residuals(f, f->rhs);
+    perp__pivoting_eliminate(&f->system, singular * f->settings.tol * top, f->n);
+    rough_residuals(f);
+    correct(f);
+    if (f->system.rank == f->system.n && f->system.least > regular * top && !f->insist) {
+        rough_residuals(f);
         find_loads(f);
-        if (clearly_wrong(f, noise_of(f, top, least)))
+        if (clearly_wrong(f, noise_of(f, f->system.least)))
             return -1;
     }
     for (round = 0; round < 2; round++) {
-        residuals(f, f->rhs);
-        correct(f, m, rank, f->rhs);
+        residuals(f);
+        correct(f);
     }
     perp__friction_evaluate(f);
-    find_widths(f, m, rank);
+    find_widths(f);
     if (!is_finite(f))
         return give_up(f);
-    if (rank == m)
+    if (f->system.rank == f->system.n)
         return 0;
-    if (!is_consistent(f, m, rank, f->rhs))
+    if (!is_consistent(f))
         return -1;
-    find_null_space(f, m, rank);
-    return m - rank;
-}
-
-/* value >= 0 up to width? Sets *at_vertex where only the width, or less than it, makes it so. */
-static int32_t is_met(double value, double width, int32_t *at_vertex)
-{
-    if (!(value >= -width))
-        return 0;
-    if (value <= width)
-        *at_vertex = 1;
-    return 1;
+    find_null_space(f);
+    return f->system.n - f->system.rank;
 }
 
 /* Whether the equation of coordinate i, which moves, holds beside the row's own terms. */
@@ -394,7 +299,8 @@ int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex)
     *at_vertex = 0;
     for (i = 0; i < f->n; i++) {
         if (f->pattern.mode[i] != PERP_LOAD_STICK && !row_holds(f, i)) {
-            f->unsettled = 1; /* the pattern's equations have a solution, and this is not it */
+            f->answers.incomplete =
+                1; /* the pattern's equations have a solution, and this is not it */
             return 0;
         }
     }
@@ -408,10 +314,11 @@ int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex)
             for (j = 0; j < f->n; j++)
                 width += fabs(f->A[at(f, i, j)]) * f->width[j];
             width += f->question.mu_stick[i] * f->normal_width[i];
-            if (!is_met(f->question.mu_stick[i] * fabs(normal) - fabs(f->rhs[i]), width, at_vertex))
+            if (!perp__is_met(f->question.mu_stick[i] * fabs(normal) - fabs(f->rhs[i]), width,
+                              at_vertex))
                 return 0;
         } else if (f->pattern.side[i] != 0 &&
-                   !is_met(f->pattern.side[i] * normal, f->normal_width[i], at_vertex)) {
+                   !perp__is_met(f->pattern.side[i] * normal, f->normal_width[i], at_vertex)) {
             return 0;
         }
         /* where a slide from rest has no acceleration it sticks as well, and is found so */

@@ -25,7 +25,7 @@ static void ask_step(perp_load_friction *f, const double *velocity, double h)
         const double v = velocity[i];
 
         f->question.sign[i] = 0;
-        f->question.way[i] = (int8_t)((v > 0.0) - (v < 0.0));
+        f->question.before[i] = (int8_t)((v > 0.0) - (v < 0.0));
         f->question.stop[i] = v == 0.0 ? 0.0 : -v / h;
         f->question.mu_stick[i] = v == 0.0 ? f->mu_static[i] : f->mu[i];
     }
@@ -36,7 +36,7 @@ static void ask_step(perp_load_friction *f, const double *velocity, double h)
 static perp_status find_regular_stops(perp_load_friction *f, perp_load_step *own,
                                       const double *velocity, double h)
 {
-    const perp__friction_answer *a;
+    const perp__answer *a;
     perp_load_summary summary;
     perp_status status;
     int32_t i;
@@ -47,9 +47,9 @@ static perp_status find_regular_stops(perp_load_friction *f, perp_load_step *own
         return status;
     own->accelerations = summary.count;
     memset(f->regular, 0, (size_t)f->n);
-    for (a = f->answers; a; a = a->next)
+    for (a = f->answers.first; a; a = a->next)
         for (i = 0; i < f->n; i++)
-            if (a->stable && velocity[i] * (velocity[i] + h * a->x[i]) <= 0.0)
+            if (a->stable && velocity[i] * (velocity[i] + h * a->middle[i]) <= 0.0)
                 f->regular[i] = 1;
     return PERP_OK;
 }
@@ -66,27 +66,27 @@ typedef struct merit {
 /* What separates the sides of a normal force: for one coordinate the unstable answer, else 0. */
 static double find_divide(const perp_load_friction *f)
 {
-    const perp__friction_answer *a;
+    const perp__answer *a;
     double divide = 0.0;
 
-    for (a = f->answers; a && f->n == 1; a = a->next)
+    for (a = f->answers.first; a && f->n == 1; a = a->next)
         if (!a->stable && a->dimension == 0)
-            divide = a->normal[0];
+            divide = perp__friction_normal(a)[0];
     return divide;
 }
 
-static merit judge(const perp_load_friction *f, const perp__friction_answer *a, double divide,
+static merit judge(const perp_load_friction *f, const perp__answer *a, double divide,
                    const double *previous)
 {
     merit m = {!a->stable, 0, 0, 0.0};
     int32_t i, j;
 
     for (i = 0; i < f->n; i++) {
-        if (previous && f->question.way[i] != 0 && f->mu[i] > 0.0)
-            m.signs += (previous[i] - divide) * (a->normal[i] - divide) < 0.0;
-        m.starts += f->question.way[i] == 0 && a->pattern.mode[i] != PERP_LOAD_STICK;
+        if (previous && f->question.before[i] != 0 && f->mu[i] > 0.0)
+            m.signs += (previous[i] - divide) * (perp__friction_normal(a)[i] - divide) < 0.0;
+        m.starts += f->question.before[i] == 0 && a->pattern[i] != PERP_LOAD_STICK;
         for (j = 0; j < f->n; j++)
-            m.energy += a->x[i] * f->A[(size_t)i + (size_t)f->n * (size_t)j] * a->x[j];
+            m.energy += a->middle[i] * f->A[(size_t)i + (size_t)f->n * (size_t)j] * a->middle[j];
     }
     return m;
 }
@@ -102,15 +102,15 @@ static int32_t is_better(const merit *a, const merit *b)
     return a->energy < b->energy;
 }
 
-static const perp__friction_answer *choose(const perp_load_friction *f, perp_load_step *own,
-                                           const double *previous)
+static const perp__answer *choose(const perp_load_friction *f, perp_load_step *own,
+                                  const double *previous)
 {
     const double divide = find_divide(f);
-    const perp__friction_answer *a, *best = NULL;
+    const perp__answer *a, *best = NULL;
     merit least = {0, 0, 0, 0.0};
     int32_t index = 0;
 
-    for (a = f->answers; a; a = a->next, index++) {
+    for (a = f->answers.first; a; a = a->next, index++) {
         const merit m = judge(f, a, divide, previous);
 
         if (!best || is_better(&m, &least)) {
@@ -127,7 +127,7 @@ static const perp__friction_answer *choose(const perp_load_friction *f, perp_loa
 static perp_status run(perp_load_friction *f, double *next, double *normal, perp_load_step *own,
                        const double *velocity, const double *previous, double h)
 {
-    const perp__friction_answer *taken;
+    const perp__answer *taken;
     perp_load_summary summary;
     perp_status status = find_regular_stops(f, own, velocity, h);
     int32_t i;
@@ -145,17 +145,17 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
     taken = choose(f, own, previous);
     own->stable = taken && taken->stable;
     for (i = 0; i < f->n; i++) {
-        const int32_t sticks = taken && taken->pattern.mode[i] == PERP_LOAD_STICK;
+        const int32_t sticks = taken && taken->pattern[i] == PERP_LOAD_STICK;
 
         own->stopped += sticks && velocity[i] != 0.0;
         own->jam |= sticks && velocity[i] != 0.0 && !f->regular[i];
-        f->x[i] = sticks ? 0.0 : taken ? velocity[i] + h * taken->x[i] : velocity[i];
+        f->x[i] = sticks ? 0.0 : taken ? velocity[i] + h * taken->middle[i] : velocity[i];
     }
     status = perp__check_finite(f->context, "next", f->x, (size_t)f->n);
     for (i = 0; i < f->n && status == PERP_OK; i++) {
         next[i] = f->x[i];
         if (normal)
-            normal[i] = taken ? taken->normal[i] : NAN;
+            normal[i] = taken ? perp__friction_normal(taken)[i] : NAN;
     }
     return status;
 }

@@ -1,0 +1,312 @@
+/* perp_lcp_all: every solution of a small problem, by enumeration of the index sets. Isolated
+ * solutions with an index set of their own are reported as they are found; degenerate ones and
+ * families, which several index sets show, at the end. */
+#include "lcp/all/all.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "base/clock.h"
+#include "base/context.h"
+#include "base/outcome.h"
+#include "lcp/settings.h"
+#include "linalg/lines.h"
+
+#define PERP__ENUMERATION_FIRST PERP__SIZE_THROUGH(perp_lcp_enumeration, seconds)
+
+perp_status perp_lcp_enumeration_init(perp_lcp_enumeration *result, size_t size)
+{
+    return perp__struct_init(result, size, PERP__ENUMERATION_FIRST);
+}
+
+/* Most variables: a bit of two words for each constraint of a family. */
+#define PERP__LARGEST_ALL 60
+
+/* ---- reports ------------------------------------------------------------------------------- */
+
+/* Vertices in the caller's units, rays with largest entry 1 there. */
+static void to_caller(const perp_lcp_solver *solver, perp__answer *answer)
+{
+    int32_t i, k;
+
+    for (k = 0; k < answer->vertices + answer->rays; k++) {
+        double *x = answer->points + (size_t)k * (size_t)solver->n, largest = 0.0;
+
+        for (i = 0; i < solver->n; i++) {
+            x[i] = k < answer->vertices ? perp__clamp(perp__z_exact(solver, i, x[i]),
+                                                      solver->lower[i], solver->upper[i])
+                                        : perp__z_caller(solver, i, x[i]);
+            largest = fmax(largest, fabs(x[i]));
+        }
+        for (i = 0; k >= answer->vertices && i < solver->n; i++)
+            x[i] /= largest;
+    }
+}
+
+/* What the middle is worth, which is left in the solver; of vertices far apart it loses what one of
+ * them holds, so that this one is taken. */
+static perp__evaluation evaluate_middle(perp__lcp_all *all, const perp__answer *answer)
+{
+    perp__evaluation worth = perp__lcp_all_evaluate(all, answer->pattern, answer->middle);
+
+    if (answer->dimension > 0 && !perp__lcp_all_is_solution(all, &worth, 0.0)) {
+        memcpy(answer->middle, answer->points, (size_t)all->n * sizeof *answer->middle);
+        worth = perp__lcp_all_evaluate(all, answer->pattern, answer->middle);
+    }
+    return worth;
+}
+
+static void visit(perp__lcp_all *all, const perp__answer *answer, double residual)
+{
+    perp_lcp_found found;
+    int32_t said;
+
+    memset(&found, 0, sizeof found);
+    found.struct_size = sizeof found;
+    found.dimension = answer->dimension;
+    found.vertex_count = answer->vertices;
+    found.ray_count = answer->rays;
+    found.residual = fmax(residual, answer->residual);
+    found.z = all->solver->z;
+    found.w = all->solver->w_high;
+    found.places = answer->modes;
+    found.vertices = answer->points;
+    found.rays = answer->points + (size_t)answer->vertices * (size_t)all->n;
+    if (answer->dimension > 0)
+        all->result.families++;
+    else
+        all->result.isolated++;
+    said = all->visit ? all->visit(&found, all->user) : 0;
+    if (said != 0) {
+        all->silent = all->tree.ended = 1;
+        all->aborted = said < 0;
+        all->result.outcome = PERP_OUTCOME_STOPPED;
+    }
+}
+
+void perp__lcp_all_report(perp__lcp_all *all, perp__answer *answer)
+{
+    const size_t entries = (size_t)(answer->vertices + answer->rays) * (size_t)all->n;
+    perp__evaluation worth;
+    double largest = 0.0;
+    int32_t i;
+
+    if (all->silent)
+        return;
+    perp__answer_find_middle(&all->answers, answer);
+    for (i = 0; i < all->n; i++)
+        largest = fmax(largest, fabs(answer->middle[i]));
+    worth = evaluate_middle(all, answer);
+    to_caller(all->solver, answer);
+    for (i = 0; i < all->n; i++)
+        answer->modes[i] = answer->pattern[i];
+    if (perp__lcp_all_is_solution(all, &worth, largest) &&
+        perp__all_finite(answer->points, entries))
+        visit(all, answer, worth.tested);
+    else
+        all->answers.incomplete = 1;
+}
+
+/* ---- the call ------------------------------------------------------------------------------ */
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__lcp_all *all = object;
+    const size_t n = (size_t)all->n;
+    size_t d;
+
+    all->levels = perp__arena_take(arena, n + 1, sizeof *all->levels);
+    for (d = 0; d <= n; d++) {
+        perp__tableau level;
+
+        level.T = perp__arena_take(arena, n * (n + 1), sizeof(double));
+        level.kind = perp__arena_take(arena, n, sizeof(int8_t));
+        level.basic = perp__arena_take(arena, n, sizeof(int8_t));
+        level.columns = perp__arena_take(arena, n, sizeof(int8_t));
+        level.pending = 0;
+        if (all->levels)
+            all->levels[d] = level;
+    }
+    all->row_sizes = perp__arena_take(arena, n, sizeof(double));
+    all->places = perp__arena_take(arena, n, sizeof(int8_t));
+    all->z = perp__arena_take(arena, n, sizeof(double));
+    all->origin = perp__arena_take(arena, n, sizeof(double));
+    all->directions = perp__arena_take(arena, n * n, sizeof(double));
+    all->work = perp__arena_take(arena, (n + 1) * (n + 1), sizeof(double));
+    all->tree.next = perp__arena_take(arena, n, sizeof(int32_t));
+}
+
+static perp_status check(perp_context *context, const perp_lcp_solver *solver,
+                         const perp_lcp_enumeration *result, const double *q)
+{
+    perp_status status =
+        perp__struct_check(context, "result", result, sizeof *result, PERP__ENUMERATION_FIRST);
+
+    if (status == PERP_OK && solver->n > PERP__LARGEST_ALL)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                            "M has %d rows: all solutions are searched for up to %d",
+                            (int)solver->n, PERP__LARGEST_ALL);
+    if (status == PERP_OK && solver->n > 0)
+        status = perp__check_pointer(context, "q", q);
+    if (status == PERP_OK)
+        status = perp__check_finite(context, "q", q, (size_t)solver->n);
+    return status;
+}
+
+static void limit(perp__lcp_all *all, double started)
+{
+    perp_lcp_solver *solver = all->solver;
+
+    memset(&solver->control, 0, sizeof solver->control);
+    solver->control.monitor = solver->settings.monitor;
+    solver->control.monitor_user = solver->settings.monitor_user;
+    if (solver->settings.time_limit > 0.0)
+        solver->control.deadline = started + solver->settings.time_limit;
+    all->limit = solver->settings.max_iterations;
+}
+
+void perp__lcp_all_init(perp__lcp_all *all, perp_lcp_solver *solver)
+{
+    perp_context *context = solver->context;
+
+    memset(all, 0, sizeof *all);
+    all->context = all->answers.context = all->polyhedron.cone.context = context;
+    all->solver = solver;
+    all->answers.holds = perp__lcp_all_holds;
+    all->answers.user = all;
+    all->polyhedron.least = PERP__ALL_NOISE;
+    perp__arena_init(&all->arena, context);
+}
+
+perp_status perp__lcp_all_prepare(perp__lcp_all *all)
+{
+    perp_lcp_solver *solver = all->solver;
+    const int32_t n = all->n = solver->n;
+    perp__lcp_problem problem;
+    perp_status status = perp__polish_fit(solver);
+    int32_t i, j;
+
+    if (status == PERP_OK)
+        status = perp__arena_fit(&all->arena, layout, all);
+    if (status == PERP_OK)
+        status = perp__cone_fit(&all->polyhedron.cone, 2 * n + 1, n + 1);
+    if (status != PERP_OK)
+        return status;
+    all->answers.length = all->answers.positions = all->polyhedron.length = n;
+    all->answers.incomplete = 0;
+    all->polyhedron.origin = all->origin;
+    all->polyhedron.directions = all->directions;
+    memset(&problem, 0, sizeof problem);
+    problem.n = n;
+    problem.M = &solver->M;
+    problem.factors = solver->factors;
+    perp__lcp_dense(&problem, all->work, (size_t)n);
+    for (i = 0; i < n; i++) {
+        double *T = all->levels[0].T + (size_t)i * (size_t)(n + 1);
+
+        all->row_sizes[i] = 0.0;
+        for (j = 0; j < n; j++) {
+            T[j] = all->work[(size_t)j * (size_t)n + (size_t)i];
+            all->row_sizes[i] = fmax(all->row_sizes[i], fabs(T[j]));
+        }
+        T[n] = solver->q_scaled[i];
+        all->levels[0].kind[i] = PERP__ROW_W_FREE;
+        all->levels[0].basic[i] = 0;
+    }
+    all->levels[0].pending = 0;
+    return PERP_OK;
+}
+
+void perp__lcp_all_release(perp__lcp_all *all)
+{
+    perp__answers_release(&all->answers);
+    perp__cone_release(&all->polyhedron.cone);
+    perp__arena_release(&all->arena);
+}
+
+/* False where entries of the equilibrated matrix are beyond the range of doubles; those that have
+ * become 0 there hide index sets. */
+static int32_t is_finite(perp__lcp_all *all)
+{
+    const perp__matrix *M = &all->solver->M;
+    int32_t line, k;
+
+    for (line = 0; line < all->n; line++) {
+        const perp__line l = perp__line_of(M, line);
+
+        for (k = 0; k < l.count; k++) {
+            const int32_t at = l.indices ? l.indices[k] : k;
+            const int32_t rows = perp__lines_are_rows(M);
+            const double entry =
+                all->levels[0].T[(rows ? line : at) * (all->n + 1) + (rows ? at : line)];
+
+            if (!isfinite(entry))
+                return 0;
+            all->answers.incomplete |= entry == 0.0 && l.values[k] != 0.0;
+        }
+    }
+    return 1;
+}
+
+static perp_status run(perp__lcp_all *all, const double *q)
+{
+    const double started = perp__now();
+    perp__answer *answer;
+    perp_status status;
+
+    limit(all, started);
+    perp__scale_problem(all->solver, q);
+    status = perp__lcp_all_prepare(all);
+    all->result.outcome = PERP_OUTCOME_SOLVED;
+    if (status == PERP_OK && !is_finite(all))
+        all->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;
+    else if (status == PERP_OK)
+        status = perp__lcp_all_search(all);
+    for (answer = all->answers.first; status == PERP_OK && !all->aborted && answer;
+         answer = answer->next)
+        perp__lcp_all_report(all, answer);
+    if (status == PERP_OK && all->aborted)
+        status = perp__fail(all->context, PERP_ERROR_CALLBACK, "the callback asked to abort");
+    if (all->answers.incomplete && all->result.outcome == PERP_OUTCOME_SOLVED)
+        all->result.outcome = PERP_OUTCOME_STALLED;
+    all->result.seconds = perp__now() - started;
+    return status;
+}
+
+static perp_status find_all(perp_lcp_solver *solver, perp_lcp_enumeration *result, const double *q,
+                            perp_lcp_visit visitor, void *user)
+{
+    perp__lcp_all all;
+    perp_status status = check(solver->context, solver, result, q);
+
+    perp__lcp_all_init(&all, solver);
+    all.visit = visitor;
+    all.user = user;
+    if (status == PERP_OK)
+        status = run(&all, q);
+    if (status == PERP_OK)
+        perp__struct_write(result, &all.result, sizeof all.result);
+    perp__lcp_all_release(&all);
+    return status;
+}
+
+perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
+                         const perp_lcp_settings *settings, const perp_matrix *M, const double *q,
+                         const double *lower, const double *upper, perp_lcp_visit visitor,
+                         void *user)
+{
+    perp_lcp_solver *solver;
+    perp_status status = perp__enter(context);
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__lcp_create(context, &solver, settings);
+    if (status != PERP_OK)
+        return perp__leave(context, status);
+    status = perp__lcp_setup(solver, M, lower, upper);
+    if (status == PERP_OK)
+        status = find_all(solver, result, q, visitor, user);
+    perp__lcp_destroy(solver);
+    return perp__leave(context, status);
+}

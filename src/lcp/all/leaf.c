@@ -1,0 +1,381 @@
+/* What a leaf of the tree stands for: a point, or the polyhedron z(t) = origin + sum t_k
+ * directions_k in the variables t that the equations of a singular block leave free, as long as all
+ * bounds and signs hold. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/outcome.h"
+#include "lcp/all/all.h"
+
+/* Scaled numbers that differ by less, beside the largest, are the same. */
+static const double same = 1e-8;
+/* A solution whose rows are all farther than this from changing their place has an index set of its
+ * own: no other leaf can find it. */
+static const double clear_margin = 1e-6;
+
+static double largest_of(const double *x, int32_t count)
+{
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < count; i++)
+        largest = fmax(largest, fabs(x[i]));
+    return largest;
+}
+
+static double *row_of(const perp__lcp_all *all, const perp__tableau *level, int32_t i)
+{
+    return level->T + (size_t)i * (size_t)(all->n + 1);
+}
+
+static double *direction(const perp__lcp_all *all, int32_t k)
+{
+    return all->directions + (size_t)k * (size_t)all->n;
+}
+
+/* ---- points -------------------------------------------------------------------------------- */
+
+perp__evaluation perp__lcp_all_evaluate(perp__lcp_all *all, const int8_t *places, const double *z)
+{
+    perp_lcp_solver *solver = all->solver;
+    int32_t i;
+
+    for (i = 0; i < all->n; i++)
+        solver->z[i] = places[i] == PERP__BETWEEN    ? perp__z_caller(solver, i, z[i])
+                       : places[i] == PERP__AT_UPPER ? solver->upper[i]
+                                                     : solver->lower[i];
+    return perp__evaluate(solver);
+}
+
+int32_t perp__lcp_all_is_solution(const perp__lcp_all *all, const perp__evaluation *worth,
+                                  double size)
+{
+    const perp__evidence evidence = perp__lcp_evidence(all->solver, worth, fmax(1.0, size));
+
+    return perp__is_good(perp__gate(&evidence, all->solver->settings.tol, -1));
+}
+
+/* In the search for the first solution: takes the point just evaluated if the gate does. */
+static void offer(perp__lcp_all *all, const perp__evaluation *worth)
+{
+    all->found = perp__is_good(perp__lcp_judge(all->solver, worth, PERP_OUTCOME_STALLED));
+    all->tree.ended |= all->found;
+}
+
+static double margin_of(const perp_lcp_solver *solver, int32_t i)
+{
+    const double w = perp__w_scaled(solver, i, solver->w_high[i]);
+    const double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
+    const double below = perp__z_scaled(solver, i, solver->upper[i] - solver->z[i]);
+
+    switch (solver->places[i]) {
+    case PERP__AT_LOWER:
+        return w;
+    case PERP__AT_UPPER:
+        return -w;
+    case PERP__FIXED:
+        return INFINITY;
+    default:
+        return fmin(above, below);
+    }
+}
+
+static int32_t is_clear(const perp__lcp_all *all)
+{
+    int32_t i;
+
+    for (i = 0; i < all->n; i++)
+        if (!(margin_of(all->solver, i) > clear_margin))
+            return 0;
+    return 1;
+}
+
+/* The solver's point, which solves the problem: told at once where its index set is its own. */
+static perp_status keep_point(perp__lcp_all *all, double residual)
+{
+    perp_lcp_solver *solver = all->solver;
+    perp__answer *answer;
+    int32_t clear, i;
+
+    perp__read_places(solver, solver->places);
+    clear = is_clear(all);
+    if (clear && memcmp(solver->places, all->places, (size_t)all->n) != 0)
+        return PERP_OK; /* the polish went over to a solution that has a leaf of its own */
+    answer = perp__answer_create(&all->answers, 1);
+    if (!answer)
+        return perp__fail_memory(all->context, "a solution");
+    answer->residual = residual;
+    memcpy(answer->pattern, solver->places, (size_t)all->n);
+    for (i = 0; i < all->n; i++)
+        answer->points[i] = perp__z_scaled(solver, i, solver->z[i]);
+    if (clear) {
+        perp__lcp_all_report(all, answer);
+        perp__answer_release(&all->answers, answer);
+    } else {
+        perp__answers_keep(&all->answers, answer);
+    }
+    return PERP_OK;
+}
+
+perp_status perp__lcp_all_point(perp__lcp_all *all)
+{
+    perp_lcp_solver *solver = all->solver;
+    perp__evaluation worth = perp__lcp_all_evaluate(all, all->places, all->z);
+    perp_status status = PERP_OK;
+
+    if (!isfinite(worth.tested)) {
+        all->answers.incomplete = 1;
+        return PERP_OK;
+    }
+    memcpy(solver->places, all->places, (size_t)all->n);
+    if (!(worth.backward <= 4.0 * DBL_EPSILON && worth.tested <= solver->settings.tol))
+        status = perp__polish_run(solver, &worth);
+    if (status == PERP_OK && all->first)
+        offer(all, &worth);
+    if (status != PERP_OK || all->first || !perp__lcp_all_is_solution(all, &worth, 0.0))
+        return status;
+    return keep_point(all, worth.tested);
+}
+
+/* ---- inclusion ----------------------------------------------------------------------------- */
+
+/* Whether z (constant = 1) or every point along it (0) keeps the equations of an index set: the
+ * bounds first, which cost nothing. */
+static int32_t keeps_equations(const perp__lcp_all *all, const int8_t *places, const double *z,
+                               int32_t constant)
+{
+    const perp_lcp_solver *solver = all->solver;
+    const double largest = largest_of(z, all->n);
+    const double size = constant ? fmax(1.0, largest) : largest;
+    int32_t i, j;
+
+    for (i = 0; i < all->n; i++) {
+        const double bound = !constant                     ? 0.0
+                             : places[i] == PERP__AT_UPPER ? solver->upper_scaled[i]
+                                                           : solver->lower_scaled[i];
+
+        if (places[i] != PERP__BETWEEN && !(fabs(z[i] - bound) <= same * size))
+            return 0;
+    }
+    for (i = 0; i < all->n; i++) {
+        const double *row = row_of(all, &all->levels[0], i);
+        double sum = constant ? row[all->n] : 0.0;
+
+        if (places[i] != PERP__BETWEEN)
+            continue;
+        for (j = 0; j < all->n; j++)
+            sum += row[j] * z[j];
+        if (!(fabs(sum) <= same * (all->row_sizes[i] * size + fabs(row[all->n]))))
+            return 0;
+    }
+    return 1;
+}
+
+/* Points of `inner` are solutions, so only the equations of `outer` are left to check. */
+int32_t perp__lcp_all_holds(void *user, perp__answer *outer, const perp__answer *inner)
+{
+    const perp__lcp_all *all = user;
+    int32_t k;
+
+    for (k = 0; k < inner->vertices + inner->rays; k++)
+        if (!keeps_equations(all, outer->pattern, inner->points + (size_t)k * (size_t)all->n,
+                             k < inner->vertices))
+            return 0;
+    return 1;
+}
+
+/* Whether z = origin + sum t_k directions_k, for all t, keeps the equations of a family kept. */
+static int32_t is_covered(const perp__lcp_all *all, int32_t count)
+{
+    const perp__answer *family;
+    int32_t k;
+
+    for (family = all->answers.first; family; family = family->next) {
+        int32_t covered =
+            family->dimension > 0 && keeps_equations(all, family->pattern, all->origin, 1);
+
+        for (k = 0; k < count && covered; k++)
+            covered = keeps_equations(all, family->pattern, direction(all, k), 0);
+        if (covered)
+            return 1;
+    }
+    return 0;
+}
+
+/* ---- families ------------------------------------------------------------------------------ */
+
+static void find_affine_set(perp__lcp_all *all, const perp__tableau *level)
+{
+    const int32_t n = all->n;
+    int32_t i, k;
+
+    memset(all->directions, 0, (size_t)level->pending * (size_t)n * sizeof *all->directions);
+    for (i = 0; i < n; i++)
+        all->origin[i] = all->places[i] == PERP__BETWEEN    ? 0.0
+                         : all->places[i] == PERP__AT_UPPER ? all->solver->upper_scaled[i]
+                                                            : all->solver->lower_scaled[i];
+    for (i = 0; i < n; i++) {
+        const double *T = row_of(all, level, i);
+
+        if (level->kind[i] != PERP__ROW_Z)
+            continue;
+        all->origin[level->basic[i]] = T[n];
+        for (k = 0; k < level->pending; k++)
+            direction(all, k)[level->basic[i]] = T[level->columns[k]];
+    }
+    for (k = 0; k < level->pending; k++)
+        direction(all, k)[level->columns[k]] = 1.0;
+}
+
+/* constant + sum_k t_k sign row[columns[k]] >= 0. `size` measures the row. */
+static void cut(perp__polyhedron *p, double constant, double sign, const double *row,
+                const int8_t *columns, double size)
+{
+    double *a = perp__polyhedron_next(p);
+    int32_t k;
+
+    a[0] = fabs(constant) <= PERP__ALL_NOISE * size ? 0.0 : constant;
+    for (k = 0; k < p->dimension; k++) {
+        const double entry = sign * row[columns ? columns[k] : k];
+
+        a[k + 1] = fabs(entry) <= PERP__ALL_NOISE * size ? 0.0 : entry;
+    }
+    perp__polyhedron_add(p);
+}
+
+/* Both bounds of a variable with this constant and these coefficients. */
+static void cut_bounds(perp__lcp_all *all, int32_t variable, double constant, const double *row,
+                       const int8_t *columns)
+{
+    const double l = all->solver->lower_scaled[variable], u = all->solver->upper_scaled[variable];
+    const double size = 1.0 + fabs(constant);
+
+    if (l > -INFINITY)
+        cut(&all->polyhedron, constant - l, 1.0, row, columns, size);
+    if (u < INFINITY)
+        cut(&all->polyhedron, u - constant, -1.0, row, columns, size);
+}
+
+static void cut_all(perp__lcp_all *all, const perp__tableau *level)
+{
+    double *unit = all->work;
+    int32_t i, k;
+
+    for (i = 0; i < all->n; i++) {
+        const double *T = row_of(all, level, i);
+        const double size = all->row_sizes[i] + fabs(T[all->n]);
+
+        if (level->kind[i] == PERP__ROW_W_LOWER)
+            cut(&all->polyhedron, T[all->n], 1.0, T, level->columns, size);
+        else if (level->kind[i] == PERP__ROW_W_UPPER)
+            cut(&all->polyhedron, -T[all->n], -1.0, T, level->columns, size);
+        else if (level->kind[i] == PERP__ROW_Z)
+            cut_bounds(all, level->basic[i], T[all->n], T, level->columns);
+    }
+    for (k = 0; k < level->pending; k++) {
+        memset(unit, 0, (size_t)level->pending * sizeof *unit);
+        unit[k] = 1.0;
+        cut_bounds(all, level->columns[k], 0.0, unit, NULL);
+    }
+}
+
+/* In the search for the first solution: offers the vertices until one is taken. */
+static void offer_vertices(perp__lcp_all *all)
+{
+    int32_t k;
+
+    for (k = 0; k < all->polyhedron.cone.rays && !all->found; k++) {
+        perp__evaluation worth;
+
+        if (!perp__polyhedron_is_vertex(&all->polyhedron, k))
+            continue;
+        perp__polyhedron_point(&all->polyhedron, k, 1.0, all->z);
+        worth = perp__lcp_all_evaluate(all, all->places, all->z);
+        offer(all, &worth);
+    }
+}
+
+/* Leaves the vertices that solve the problem; the rays get a largest entry of 1. */
+static void check_points(perp__lcp_all *all, perp__answer *answer)
+{
+    const size_t n = (size_t)all->n;
+    const int32_t points = answer->vertices + answer->rays, vertices = answer->vertices;
+    double *to = answer->points;
+    int32_t k, i;
+
+    answer->residual = 0.0;
+    answer->vertices = 0;
+    for (k = 0; k < points; k++) {
+        const double *z = answer->points + (size_t)k * n;
+        const double size = largest_of(z, all->n);
+
+        if (k < vertices) {
+            const perp__evaluation worth = perp__lcp_all_evaluate(all, all->places, z);
+
+            if (!perp__lcp_all_is_solution(all, &worth, size))
+                continue;
+            answer->residual = fmax(answer->residual, worth.tested);
+            answer->vertices++;
+        }
+        for (i = 0; i < all->n; i++)
+            to[i] = k < vertices ? z[i] : z[i] / size;
+        to += n;
+    }
+}
+
+static int32_t find_dimension(const perp__lcp_all *all, const perp__answer *answer)
+{
+    const int32_t n = all->n;
+    const double least = same * fmax(1.0, largest_of(answer->points, n));
+    int32_t rank = 0, i, k;
+
+    for (k = 1; k < answer->vertices + answer->rays && rank < n; k++) {
+        const double *point = answer->points + (size_t)k * (size_t)n;
+        double *x = all->work + (size_t)rank * (size_t)n, size;
+
+        for (i = 0; i < n; i++)
+            x[i] = point[i] - (k < answer->vertices ? answer->points[i] : 0.0);
+        size = largest_of(x, n);
+        if (size > least)
+            rank = perp__rank_add(all->work, rank, n, same * size);
+    }
+    return rank;
+}
+
+perp_status perp__lcp_all_family(perp__lcp_all *all, const perp__tableau *level)
+{
+    const size_t n = (size_t)all->n;
+    perp__answer *answer = NULL;
+    perp_status status;
+
+    find_affine_set(all, level);
+    if (!perp__all_finite(all->origin, n) ||
+        !perp__all_finite(all->directions, n * (size_t)level->pending)) {
+        all->answers.incomplete = 1;
+        return PERP_OK;
+    }
+    if (is_covered(all, level->pending))
+        return PERP_OK;
+    status = perp__polyhedron_begin(&all->polyhedron, 2 * all->n, level->pending);
+    if (status != PERP_OK)
+        return status;
+    cut_all(all, level);
+    status = perp__polyhedron_enumerate(&all->polyhedron, &all->answers);
+    if (status == PERP_OK && all->first)
+        offer_vertices(all);
+    else if (status == PERP_OK)
+        status = perp__polyhedron_list(&all->polyhedron, &all->answers, &answer);
+    if (!answer)
+        return status;
+    check_points(all, answer);
+    if (answer->vertices == 0) {
+        perp__answer_release(&all->answers, answer);
+        return PERP_OK;
+    }
+    memcpy(answer->pattern, all->places, n);
+    answer->dimension = find_dimension(all, answer);
+    perp__answers_keep(&all->answers, answer);
+    return PERP_OK;
+}

@@ -1,0 +1,239 @@
+/* A tree over the places of the variables: level d decides variable d. The tableau carries all
+ * quantities as functions of what is not decided; "between" makes w_d = 0 an equation, solved for a
+ * variable at once where a good pivot is at hand, else later. Most levels are short, so that a node
+ * costs a few hundred operations, and a row that can't get its sign any more ends a branch. */
+#include <math.h>
+#include <string.h>
+
+#include "lcp/all/all.h"
+
+/* Pivots on the way are at least this large within their row; what is smaller waits for a better
+ * one. */
+static const double good_pivot = 1e-3;
+/* Pivots below this part of the equilibrated row count as 0. */
+static const double rank_tolerance = 1e-11;
+/* Rounding that a sign may hide behind; what gets through is judged by its true residual. */
+static const double slack = 1e-8;
+#define PERP__NODES_A_TICK 4096
+
+static double *row_of(const perp__lcp_all *all, const perp__tableau *level, int32_t i)
+{
+    return level->T + (size_t)i * (size_t)(all->n + 1);
+}
+
+/* The largest entry of the equations' rows in the pending columns that is large enough: on the way
+ * beside its row, at the end beside the matrix's. */
+static int32_t find_pivot(const perp__lcp_all *all, const perp__tableau *level, int32_t depth,
+                          int32_t *row, int32_t *column)
+{
+    double best = 0.0;
+    int32_t i, j, k;
+
+    for (i = 0; i < all->n; i++) {
+        const double *T = row_of(all, level, i);
+        double least = all->row_sizes[i] * rank_tolerance;
+
+        if (level->kind[i] != PERP__ROW_EQUATION)
+            continue;
+        for (j = depth; j < all->n; j++)
+            least = fmax(least, good_pivot * fabs(T[j]));
+        for (k = 0; k < level->pending && depth < all->n; k++)
+            least = fmax(least, good_pivot * fabs(T[level->columns[k]]));
+        for (k = 0; k < level->pending; k++)
+            if (fabs(T[level->columns[k]]) > least && fabs(T[level->columns[k]]) > best) {
+                best = fabs(T[level->columns[k]]);
+                *row = i;
+                *column = k;
+            }
+    }
+    return best > 0.0;
+}
+
+/* Solves equation `row` for the variable of pending column k. */
+static void exchange(const perp__lcp_all *all, perp__tableau *level, int32_t depth, int32_t row,
+                     int32_t k)
+{
+    const int32_t n = all->n, c = level->columns[k];
+    double *pivot_row = row_of(all, level, row);
+    const double pivot = pivot_row[c];
+    int32_t i, j, p;
+
+    level->columns[k] = level->columns[--level->pending];
+    level->kind[row] = PERP__ROW_Z;
+    level->basic[row] = (int8_t)c;
+    for (j = depth; j <= n; j++)
+        pivot_row[j] /= -pivot;
+    for (p = 0; p < level->pending; p++)
+        pivot_row[level->columns[p]] /= -pivot;
+    for (i = 0; i < n; i++) {
+        double *T = row_of(all, level, i);
+        const double factor = T[c];
+
+        if (i == row || factor == 0.0)
+            continue;
+        for (j = depth; j <= n; j++)
+            T[j] += factor * pivot_row[j];
+        for (p = 0; p < level->pending; p++)
+            T[level->columns[p]] += factor * pivot_row[level->columns[p]];
+    }
+}
+
+/* `to` := `from`, with z_d at `value` unless it is between its bounds. Columns that are decided
+ * stay behind without a meaning. */
+static void copy_level(const perp__lcp_all *all, const perp__tableau *from, perp__tableau *to,
+                       int32_t d, int32_t between, double value)
+{
+    const size_t n = (size_t)all->n;
+    int32_t i;
+
+    memcpy(to->T, from->T, n * (n + 1) * sizeof(double));
+    memcpy(to->kind, from->kind, n);
+    memcpy(to->basic, from->basic, n);
+    memcpy(to->columns, from->columns, n);
+    to->pending = from->pending;
+    for (i = 0; i < all->n && !between && value != 0.0; i++)
+        row_of(all, to, i)[n] += row_of(all, to, i)[d] * value;
+}
+
+/* The largest value of sign * row over the bounds of the free columns. */
+static double find_most(const perp__lcp_all *all, const perp__tableau *level, int32_t depth,
+                        int32_t i, double sign)
+{
+    const double *T = row_of(all, level, i);
+    const double *lower = all->solver->lower_scaled, *upper = all->solver->upper_scaled;
+    const double nothing = rank_tolerance * all->row_sizes[i];
+    const int32_t undecided = all->n - depth, count = undecided + level->pending;
+    double most = sign * T[all->n];
+    int32_t k;
+
+    for (k = 0; k < count && most < INFINITY; k++) {
+        const int32_t j = k < undecided ? depth + k : level->columns[k - undecided];
+        const double entry = sign * T[j];
+        const double bound = entry > 0.0 ? upper[j] : lower[j];
+
+        if (fabs(entry) > nothing || (entry != 0.0 && isfinite(bound))) /* not rounding times inf */
+            most += entry * bound;
+    }
+    return most;
+}
+
+/* Whether every row can still get what its place asks for. */
+static int32_t is_possible(const perp__lcp_all *all, const perp__tableau *level, int32_t depth)
+{
+    int32_t i;
+
+    for (i = 0; i < all->n; i++) {
+        const int32_t kind = level->kind[i], b = level->basic[i];
+        const double noise = slack * (all->row_sizes[i] + fabs(row_of(all, level, i)[all->n]));
+        const double lower = kind == PERP__ROW_Z ? all->solver->lower_scaled[b] : 0.0;
+        const double upper = kind == PERP__ROW_Z ? all->solver->upper_scaled[b] : 0.0;
+
+        if (kind == PERP__ROW_W_FREE)
+            continue;
+        if (kind != PERP__ROW_W_UPPER && find_most(all, level, depth, i, 1.0) < lower - noise)
+            return 0;
+        if (kind != PERP__ROW_W_LOWER && find_most(all, level, depth, i, -1.0) < -upper - noise)
+            return 0;
+    }
+    return 1;
+}
+
+/* The monitor, the clock and the limit on nodes. */
+static void tick(perp__lcp_all *all)
+{
+    perp_outcome outcome;
+
+    all->result.nodes++;
+    if (all->limit > 0 && all->result.nodes >= all->limit) {
+        all->result.outcome = PERP_OUTCOME_ITERATION_LIMIT;
+        all->tree.ended = 1;
+    }
+    if (all->result.nodes % PERP__NODES_A_TICK != 1)
+        return;
+    outcome = perp__lcp_tick(&all->solver->control, all->result.nodes, INFINITY);
+    if (outcome >= 0) {
+        all->result.outcome = outcome;
+        all->tree.ended = 1;
+        all->aborted = all->solver->control.aborted;
+    }
+}
+
+/* ---- the tree over places ------------------------------------------------------------------- */
+
+static int32_t choices(void *user, int32_t d)
+{
+    const perp_lcp_solver *solver = ((const perp__lcp_all *)user)->solver;
+
+    if (solver->lower[d] == solver->upper[d])
+        return 1;
+    return 1 + !!isfinite(solver->lower[d]) + !!isfinite(solver->upper[d]);
+}
+
+/* Between first: of nested families the largest tends to come first. */
+static int8_t place_of(const perp_lcp_solver *solver, int32_t d, int32_t choice)
+{
+    if (solver->lower[d] == solver->upper[d])
+        return PERP__FIXED;
+    if (choice == 0)
+        return PERP__BETWEEN;
+    return choice == 1 && isfinite(solver->lower[d]) ? PERP__AT_LOWER : PERP__AT_UPPER;
+}
+
+/* Gives variable d its place. */
+static int32_t choose(void *user, int32_t d, int32_t choice)
+{
+    perp__lcp_all *all = user;
+    perp__tableau *to = &all->levels[d + 1];
+    const int8_t where = place_of(all->solver, d, choice);
+    const double value =
+        where == PERP__AT_UPPER ? all->solver->upper_scaled[d] : all->solver->lower_scaled[d];
+    int32_t row, k;
+
+    tick(all);
+    if (all->tree.ended)
+        return 0;
+    all->places[d] = where;
+    copy_level(all, &all->levels[d], to, d, where == PERP__BETWEEN, value);
+    if (where == PERP__BETWEEN) {
+        to->kind[d] = PERP__ROW_EQUATION;
+        to->columns[to->pending++] = (int8_t)d;
+    } else {
+        to->kind[d] = where == PERP__AT_LOWER   ? PERP__ROW_W_LOWER
+                      : where == PERP__AT_UPPER ? PERP__ROW_W_UPPER
+                                                : PERP__ROW_W_FREE;
+    }
+    while (to->pending > 0 && find_pivot(all, to, d + 1, &row, &k))
+        exchange(all, to, d + 1, row, k);
+    return is_possible(all, to, d + 1);
+}
+
+static perp_status leaf(void *user)
+{
+    perp__lcp_all *all = user;
+    const perp__tableau *level = &all->levels[all->n];
+    int32_t i;
+
+    all->result.bases++;
+    if (level->pending > 0) {
+        all->result.singular++;
+        return perp__lcp_all_family(all, level);
+    }
+    for (i = 0; i < all->n; i++)
+        all->z[i] = all->places[i] == PERP__AT_UPPER ? all->solver->upper_scaled[i]
+                                                     : all->solver->lower_scaled[i];
+    for (i = 0; i < all->n; i++)
+        if (level->kind[i] == PERP__ROW_Z)
+            all->z[level->basic[i]] = row_of(all, level, i)[all->n];
+    return perp__lcp_all_point(all);
+}
+
+perp_status perp__lcp_all_search(perp__lcp_all *all)
+{
+    all->tree.positions = all->n;
+    all->tree.ended = 0;
+    all->tree.user = all;
+    all->tree.choices = choices;
+    all->tree.choose = choose;
+    all->tree.leaf = leaf;
+    return perp__pattern_tree_search(&all->tree);
+}

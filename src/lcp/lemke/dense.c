@@ -1,0 +1,414 @@
+/* Lemke's method on a dense tableau: the problem with bounds in standard form, every pair at its
+ * finite bound and free variables pivoted into the basis first, so that what is left is an LCP in
+ * the other pairs; the start at a given complementary basis; what the path asks of a tableau. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "lcp/lemke/lemke.h"
+
+/* Relative size below which a pivot among free variables is what rounding left of 0. */
+#define DEPENDENT 1e-12
+/* Pivots that are smaller than this part of their column's largest entry make no good basis. */
+#define SMALLEST_PIVOT 1e-8
+
+void perp__lemke_layout_tableau(perp__arena *arena, perp__lemke *l)
+{
+    const size_t pairs = (size_t)l->capacity;
+
+    perp__tableau_layout(arena, &l->tableau, l->capacity, l->capacity + 1);
+    l->nonbasic = perp__arena_take(arena, pairs + 1, sizeof(int32_t));
+    l->column_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
+    l->queue = perp__arena_take(arena, pairs, sizeof(int32_t));
+}
+
+void perp__lemke_layout_dense(perp__arena *arena, perp__lemke *l)
+{
+    perp__lemke_layout_tableau(arena, l);
+    if (!l->head.problem->M->column_starts)
+        perp__block_pivoting_layout(arena, &l->crash, l->head.problem->n, 1);
+    l->examined = 0;
+}
+
+/* b = sign (q + M base), T = -sign M sign in the pairs, in place of -M. */
+static void fill_tableau(perp__lemke *l, int32_t plain)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    const size_t ld = (size_t)l->tableau.leading_dimension;
+    double *T = l->tableau.T;
+    int32_t i, j, k;
+
+    perp__lcp_dense_times(p, -1.0, T, ld);
+    memcpy(l->work, p->q, (size_t)p->n * sizeof *l->work);
+    for (j = 0; j < p->n; j++) {
+        const double *column = T + (size_t)j * ld;
+
+        if (l->base[j] != 0.0)
+            for (i = 0; i < p->n; i++)
+                l->work[i] -= column[i] * l->base[j];
+    }
+    for (k = 0; k < l->pairs; k++)
+        l->b[k] = l->sign[k] * l->work[l->index[k]];
+    for (j = 0; j < l->pairs && !plain; j++) {
+        const double *from = T + (size_t)l->index[j] * ld;
+        double *into = T + (size_t)j * ld;
+
+        for (i = 0; i < l->pairs; i++)
+            into[i] = (double)(l->sign[i] * l->sign[j]) * from[l->index[i]];
+    }
+}
+
+/* The standard form with all x nonbasic at 0. */
+static void fill(perp__lemke *l)
+{
+    int32_t k;
+
+    fill_tableau(l, perp__lemke_name_pairs(l));
+    perp__tableau_reset(&l->tableau, l->pairs, l->pairs);
+    for (k = 0; k < l->pairs; k++) {
+        l->basic[k] = l->pairs + k;
+        l->nonbasic[k] = k;
+    }
+}
+
+void perp__lemke_index(perp__lemke *l)
+{
+    double largest = 0.0;
+    int32_t k;
+
+    for (k = 0; k <= 2 * l->pairs; k++)
+        l->row_of[k] = l->column_of[k] = -1;
+    for (k = 0; k < l->tableau.columns; k++)
+        l->column_of[l->nonbasic[k]] = k;
+    for (k = 0; k < l->pairs; k++) {
+        l->row_of[l->basic[k]] = k;
+        if (fabs(l->b[k]) > largest &&
+            (l->basic[k] >= l->pairs || !perp__lemke_is_free(l, l->basic[k])))
+            largest = fabs(l->b[k]);
+    }
+    l->largest_b = largest;
+    perp__lemke_write_limits(l);
+}
+
+/* Exchanges row r with column c, which is in l->column, before the path begins. */
+static void exchange_at_start(perp__lemke *l, int32_t r, int32_t c)
+{
+    const double value = l->b[r] / l->column[r];
+    const int32_t leaving = l->basic[r];
+    int32_t i;
+
+    for (i = 0; i < l->pairs; i++)
+        l->b[i] -= l->column[i] * value;
+    l->b[r] = value;
+    l->basic[r] = l->nonbasic[c];
+    l->nonbasic[c] = leaving;
+    perp__tableau_exchange(&l->tableau, r, c, l->column);
+}
+
+/* The equation of a free variable that has left stays at 0 for ever. */
+static void drop(perp__lemke *l, int32_t c)
+{
+    perp__tableau_drop(&l->tableau, c);
+    l->nonbasic[c] = l->nonbasic[l->tableau.columns];
+}
+
+static int32_t is_free(const perp__lemke *l, int32_t pair)
+{
+    const int32_t i = l->index[pair];
+
+    return l->head.problem->lower[i] == -INFINITY && l->head.problem->upper[i] == INFINITY;
+}
+
+static int32_t is_free_equation(const perp__lemke *l, int32_t r)
+{
+    return l->basic[r] >= l->pairs && is_free(l, l->basic[r] - l->pairs);
+}
+
+static int32_t is_free_variable(const perp__lemke *l, int32_t c)
+{
+    return l->nonbasic[c] < l->pairs && is_free(l, l->nonbasic[c]);
+}
+
+/* The equation with the largest entry in l->column. */
+static int32_t largest_equation(const perp__lemke *l)
+{
+    int32_t found = -1, r;
+
+    for (r = 0; r < l->pairs; r++)
+        if (is_free_equation(l, r) && (found < 0 || fabs(l->column[r]) > fabs(l->column[found])))
+            found = r;
+    return found;
+}
+
+static double largest_free_entry(const perp__lemke *l)
+{
+    const size_t ld = (size_t)l->tableau.leading_dimension;
+    double largest = 0.0;
+    int32_t r, c;
+
+    for (c = 0; c < l->tableau.columns; c++)
+        for (r = 0; is_free_variable(l, c) && r < l->pairs; r++)
+            if (is_free_equation(l, r))
+                largest = fmax(largest, fabs(l->tableau.T[(size_t)r + (size_t)c * ld]));
+    return largest;
+}
+
+/* Exchanges equations with free variables, column by column with partial pivoting; which equation
+ * goes with which variable is of no account. Returns the largest entry there was. */
+static double make_free_basic(perp__lemke *l)
+{
+    const double largest = largest_free_entry(l);
+    int32_t c = 0, r;
+
+    while (c < l->tableau.columns) {
+        perp__tableau_column(&l->tableau, c, l->column);
+        r = is_free_variable(l, c) ? largest_equation(l) : -1;
+        if (r < 0 || !(fabs(l->column[r]) > DEPENDENT * largest)) {
+            c++;
+            continue;
+        }
+        exchange_at_start(l, r, c);
+        drop(l, c);
+    }
+    perp__tableau_flush(&l->tableau);
+    return largest;
+}
+
+static int32_t count_left(const perp__lemke *l)
+{
+    int32_t left = 0, c;
+
+    for (c = 0; c < l->tableau.columns; c++)
+        left += is_free_variable(l, c);
+    return left;
+}
+
+/* What elimination left of dependent equations is rounding: it is taken for the 0 it stands for. */
+static void clear_dependent(perp__lemke *l, double largest)
+{
+    const size_t ld = (size_t)l->tableau.leading_dimension;
+    double size = 0.0;
+    int32_t r, c;
+
+    for (r = 0; r < l->pairs; r++)
+        size = fmax(size, fabs(l->b[r]));
+    for (r = 0; r < l->pairs; r++) {
+        if (!is_free_equation(l, r))
+            continue;
+        if (fabs(l->b[r]) <= DEPENDENT * size)
+            l->b[r] = 0.0;
+        for (c = 0; c < l->tableau.columns; c++)
+            if (fabs(l->tableau.T[(size_t)r + (size_t)c * ld]) <= DEPENDENT * largest)
+                l->tableau.T[(size_t)r + (size_t)c * ld] = 0.0;
+    }
+}
+
+/* A free variable left nonbasic becomes two pairs, x >= 0 and x' >= 0 with x - x' in its place:
+ * v + t >= 0 and -v + t >= 0 then close on v = 0 as t goes to 0. */
+static void split_left(perp__lemke *l, int32_t left)
+{
+    const size_t ld = (size_t)l->tableau.leading_dimension;
+    const int32_t before = l->pairs, columns = l->tableau.columns;
+    double *T = l->tableau.T;
+    int32_t made = 0, c, r, i;
+
+    for (r = 0; r < before; r++) /* v_k = pairs + k */
+        if (l->basic[r] >= before)
+            l->basic[r] += left;
+    l->pairs += left;
+    for (c = 0, r = 0; c < columns; c++) {
+        const int32_t x = l->nonbasic[c], twin = before + made;
+
+        if (!is_free_variable(l, c))
+            continue;
+        while (!is_free_equation(l, r))
+            r++;
+        l->basic[r] = l->pairs + x; /* any equation left will serve */
+        perp__lemke_write_pair(l, twin, l->index[x], -l->sign[x], INFINITY);
+        l->twin[x] = twin;
+        l->twin[twin] = x;
+        l->basic[twin] = l->pairs + twin;
+        l->nonbasic[columns + made] = twin;
+        l->b[twin] = -l->b[r];
+        for (i = 0; i < before + made; i++) /* column of x' = - column of x */
+            T[(size_t)i + (size_t)(columns + made) * ld] = -T[(size_t)i + (size_t)c * ld];
+        for (i = 0; i <= columns + made; i++) /* row of v' = - row of v */
+            T[(size_t)twin + (size_t)i * ld] = -T[(size_t)r + (size_t)i * ld];
+        made++;
+        r++;
+    }
+    perp__tableau_reset(&l->tableau, l->pairs, columns + made);
+}
+
+static perp_status start(perp__lemke *l, const perp__lcp_iterate *iterate)
+{
+    int32_t any_free = 0, k;
+
+    fill(l);
+    for (k = 0; k < l->pairs; k++)
+        any_free |= is_free(l, k);
+    if (any_free) {
+        const double size = make_free_basic(l);
+        const int32_t left = count_left(l);
+
+        if (left > 0) {
+            clear_dependent(l, size);
+            split_left(l, left);
+        }
+    }
+    perp__lemke_index(l);
+    perp__lemke_choose_units(l, iterate->attempt > 0);
+    return PERP_OK;
+}
+
+/* Whether x_k is basic at the start. */
+static int32_t enters(const perp__lemke *l, int32_t k)
+{
+    return is_free(l, k) || l->places[l->index[k]] == PERP__BETWEEN;
+}
+
+/* Nonbasic x at their upper bounds: v at x = range is b less its column there. */
+static void rest_at_upper(perp__lemke *l)
+{
+    int32_t k, i;
+
+    for (k = 0; k < l->pairs; k++) {
+        l->at_upper[k] =
+            l->sign[k] > 0 && l->places[l->index[k]] == PERP__AT_UPPER && isfinite(l->range[k]);
+        if (!l->at_upper[k])
+            continue;
+        perp__tableau_column(&l->tableau, k, l->column);
+        for (i = 0; i < l->pairs; i++)
+            l->b[i] -= l->column[i] * l->range[k];
+    }
+}
+
+/* The row of l->column with the largest entry, of those whose v leaves; -1 if all are too small. */
+static int32_t leaving_row(const perp__lemke *l)
+{
+    double largest = 0.0;
+    int32_t found = -1, r;
+
+    for (r = 0; r < l->pairs; r++) {
+        const double size = fabs(l->column[r]);
+
+        largest = fmax(largest, size);
+        if (l->basic[r] >= l->pairs && enters(l, l->basic[r] - l->pairs) && size > 0.0 &&
+            (found < 0 || size > fabs(l->column[found])))
+            found = r;
+    }
+    return found >= 0 && fabs(l->column[found]) > SMALLEST_PIVOT * largest ? found : -1;
+}
+
+/* The block principal transform, one exchange after the other: the tableau applies them together.
+ * Which v goes with which x is of no account. Returns 0 if there is no good pivot. */
+static int32_t transform(perp__lemke *l)
+{
+    int32_t c, r;
+
+    for (c = 0; c < l->pairs; c++) {
+        if (!enters(l, l->nonbasic[c]))
+            continue;
+        perp__tableau_column(&l->tableau, c, l->column);
+        r = leaving_row(l);
+        if (r < 0)
+            return 0;
+        exchange_at_start(l, r, c);
+    }
+    for (c = l->tableau.columns - 1; c >= 0; c--)
+        if (l->nonbasic[c] >= l->pairs && is_free(l, l->nonbasic[c] - l->pairs))
+            drop(l, c);
+    return 1;
+}
+
+static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
+                              enum perp__lemke_guess *guess)
+{
+    *guess = perp__lemke_guess_places(l, iterate);
+    if (*guess != PERP__GUESS_BASIS)
+        return PERP_OK;
+    fill(l);
+    rest_at_upper(l);
+    if (!transform(l))
+        return PERP__FACTOR_SINGULAR;
+    perp__tableau_flush(&l->tableau);
+    perp__lemke_index(l);
+    perp__lemke_reset_units(l);
+    return PERP_OK;
+}
+
+static void cover(perp__lemke *l)
+{
+    const int32_t last = l->tableau.columns;
+
+    memcpy(l->tableau.T + (size_t)last * (size_t)l->tableau.leading_dimension, l->column,
+           (size_t)l->pairs * sizeof *l->column);
+    perp__tableau_reset(&l->tableau, l->pairs, last + 1);
+    l->nonbasic[last] = perp__lemke_t(l);
+    l->column_of[perp__lemke_t(l)] = last;
+}
+
+static perp_status read_column(perp__lemke *l, int32_t variable)
+{
+    perp__tableau_column(&l->tableau, l->column_of[variable], l->column);
+    return PERP_OK;
+}
+
+static perp_status exchange(perp__lemke *l, int32_t r, int32_t leaving)
+{
+    const int32_t entering = l->basic[r], c = l->column_of[entering];
+
+    l->nonbasic[c] = leaving;
+    l->column_of[entering] = -1;
+    l->column_of[leaving] = c;
+    perp__tableau_exchange(&l->tableau, r, c, l->column);
+    return PERP_OK;
+}
+
+static void read_inverse_row(perp__lemke *l, int32_t r, double *row)
+{
+    const perp__tableau *t = &l->tableau;
+    int32_t j;
+
+    perp__tableau_flush(&l->tableau);
+    for (j = 0; j < l->pairs; j++) {
+        const int32_t v = l->pairs + j, c = l->column_of[v];
+
+        row[j] = c >= 0 ? t->T[(size_t)r + (size_t)c * (size_t)t->leading_dimension]
+                        : (double)(l->row_of[v] == r);
+    }
+}
+
+/* The inverse of the active block is in the tableau: with x_A basic and v_A nonbasic,
+ * x_A = ... - T_AA v_A, and where M z + q leaves v_A at a residual, x_A is off by -T_AA times it.
+ */
+static int32_t correct(void *work, const double *residual, double *step)
+{
+    perp__lemke *l = work;
+    double *v = l->far, *x = l->column;
+    int32_t k, c;
+
+    for (c = 0; c < l->tableau.columns; c++)
+        v[c] = 0.0;
+    for (k = 0; k < l->pairs; k++) {
+        if (l->twin[k] >= 0)
+            return 0; /* x_k is half of a variable */
+        if (l->row_of[k] < 0)
+            continue;
+        c = l->column_of[l->pairs + k];
+        if (c < 0)
+            return 0; /* a free variable's equation has been dropped, or t is in the way */
+        v[c] = -l->sign[k] * l->row_unit[k] * residual[l->index[k]];
+    }
+    perp__tableau_multiply(&l->tableau, v, x);
+    memset(step, 0, (size_t)l->head.problem->n * sizeof *step);
+    for (k = 0; k < l->pairs; k++)
+        if (l->row_of[k] >= 0)
+            step[l->index[k]] = l->sign[k] * l->column_unit[k] * x[l->row_of[k]];
+    return 1;
+}
+
+const perp__lemke_basis perp__lemke_dense = {
+    0.0,  start, start_near,       cover,   read_column, perp__lemke_move, exchange,
+    NULL, NULL,  read_inverse_row, correct,
+};

@@ -1,0 +1,195 @@
+/* Vectors of three, rotations and unit quaternions (w,x,y,z). Matrices are 3 by 3, row by row. Sums of
+ * three run in index order. */
+#ifndef PERP_LINALG_SPATIAL_H
+#define PERP_LINALG_SPATIAL_H
+
+#include <math.h>
+#include <stdint.h>
+
+static inline double perp__dot3(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline double perp__dot6(const double *a, const double *b)
+{
+    return perp__dot3(a, b) + perp__dot3(a + 3, b + 3);
+}
+
+/* Neither overflows nor loses small numbers where a sum of squares would. */
+static inline double perp__length3(const double *a)
+{
+    return hypot(hypot(a[0], a[1]), a[2]);
+}
+
+static inline void perp__copy3(double *to, const double *from)
+{
+    to[0] = from[0];
+    to[1] = from[1];
+    to[2] = from[2];
+}
+
+static inline double perp__largest3(const double *a)
+{
+    return fmax(fmax(fabs(a[0]), fabs(a[1])), fabs(a[2]));
+}
+
+/* Scales x to length 1 and returns its length; a zero vector is left alone. The power of two taken
+ * out first keeps the squares in range whatever the units. */
+static inline double perp__normalise3(double *x)
+{
+    const double largest = perp__largest3(x);
+    double scaled[3], length;
+    int32_t k;
+    int exponent;
+
+    if (!(largest > 0.0))
+        return 0.0;
+    frexp(largest, &exponent);
+    for (k = 0; k < 3; k++)
+        scaled[k] = ldexp(x[k], -exponent);
+    length = sqrt(perp__dot3(scaled, scaled));
+    for (k = 0; k < 3; k++)
+        x[k] = scaled[k] / length;
+    return ldexp(length, exponent);
+}
+
+/* z = x - y */
+static inline void perp__subtract3(double *z, const double *x, const double *y)
+{
+    z[0] = x[0] - y[0];
+    z[1] = x[1] - y[1];
+    z[2] = x[2] - y[2];
+}
+
+/* z = x + s y */
+static inline void perp__along3(double *z, const double *x, double s, const double *y)
+{
+    z[0] = x[0] + s * y[0];
+    z[1] = x[1] + s * y[1];
+    z[2] = x[2] + s * y[2];
+}
+
+/* y += s x */
+static inline void perp__add3(double *y, double s, const double *x)
+{
+    y[0] += s * x[0];
+    y[1] += s * x[1];
+    y[2] += s * x[2];
+}
+
+static inline void perp__add6(double *y, double s, const double *x)
+{
+    perp__add3(y, s, x);
+    perp__add3(y + 3, s, x + 3);
+}
+
+static inline int32_t perp__is_zero3(const double *a)
+{
+    return a[0] == 0.0 && a[1] == 0.0 && a[2] == 0.0;
+}
+
+/* c = a x b; c may not overlap a or b. */
+static inline void perp__cross(double *c, const double *a, const double *b)
+{
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* y = A x; y may not overlap x. */
+static inline void perp__apply3(double *y, const double *A, const double *x)
+{
+    y[0] = perp__dot3(A, x);
+    y[1] = perp__dot3(A + 3, x);
+    y[2] = perp__dot3(A + 6, x);
+}
+
+/* y = A' x; y may not overlap x. */
+static inline void perp__apply_transposed3(double *y, const double *A, const double *x)
+{
+    y[0] = A[0] * x[0] + A[3] * x[1] + A[6] * x[2];
+    y[1] = A[1] * x[0] + A[4] * x[1] + A[7] * x[2];
+    y[2] = A[2] * x[0] + A[5] * x[1] + A[8] * x[2];
+}
+
+/* Column j of A. */
+static inline void perp__column3(double *y, const double *A, int32_t j)
+{
+    y[0] = A[j];
+    y[1] = A[3 + j];
+    y[2] = A[6 + j];
+}
+
+/* C = A B; C may not overlap A or B. */
+static inline void perp__multiply3(double *C, const double *A, const double *B)
+{
+    int32_t i, j;
+
+    for (i = 0; i < 3; i++)
+        for (j = 0; j < 3; j++)
+            C[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j];
+}
+
+/* C = A B'; C may not overlap A or B. */
+static inline void perp__multiply_transposed3(double *C, const double *A, const double *B)
+{
+    int32_t i, j;
+
+    for (i = 0; i < 3; i++)
+        for (j = 0; j < 3; j++)
+            C[3 * i + j] = perp__dot3(A + 3 * i, B + 3 * j);
+}
+
+/* Rotation matrix of a unit quaternion. */
+static inline void perp__quaternion_matrix(double *R, const double *q)
+{
+    double w = q[0], x = q[1], y = q[2], z = q[3];
+
+    R[0] = 1.0 - 2.0 * (y * y + z * z);
+    R[1] = 2.0 * (x * y - w * z);
+    R[2] = 2.0 * (x * z + w * y);
+    R[3] = 2.0 * (x * y + w * z);
+    R[4] = 1.0 - 2.0 * (x * x + z * z);
+    R[5] = 2.0 * (y * z - w * x);
+    R[6] = 2.0 * (x * z - w * y);
+    R[7] = 2.0 * (y * z + w * x);
+    R[8] = 1.0 - 2.0 * (x * x + y * y);
+}
+
+/* p = a b; p may not overlap a or b. */
+static inline void perp__quaternion_product(double *p, const double *a, const double *b)
+{
+    p[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
+    p[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
+    p[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1];
+    p[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
+}
+
+static inline double perp__quaternion_norm(const double *q)
+{
+    return hypot(hypot(q[0], q[1]), hypot(q[2], q[3]));
+}
+
+static inline void perp__quaternion_normalise(double *q)
+{
+    double norm = perp__quaternion_norm(q);
+    int32_t i;
+
+    for (i = 0; i < 4; i++)
+        q[i] /= norm;
+}
+
+/* Quaternion of the rotation by the vector `turn` (axis times angle): the exponential map. */
+static inline void perp__quaternion_exponential(double *q, const double *turn)
+{
+    double angle = perp__length3(turn);
+    double ratio = angle > 0.0 ? sin(0.5 * angle) / angle : 0.5; /* sin(angle/2) / angle */
+
+    q[0] = cos(0.5 * angle);
+    q[1] = ratio * turn[0];
+    q[2] = ratio * turn[1];
+    q[3] = ratio * turn[2];
+}
+
+#endif

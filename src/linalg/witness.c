@@ -1,0 +1,305 @@
+/* The second witness for `solved`: each row's violation beside what the row and its neighbours
+ * carry.
+ *
+ * The tested residual is taken beside the largest number of a part of M, so a row of small numbers
+ * can hide behind a row of large ones; and a near-singular basis with huge z fools it. A row beside
+ * its own terms alone would be too strict: in a right answer some rows consist of rounding. In
+ * units in which the largest entry of every row and column of M is near 1 (Ruiz),
+ *
+ *     t_i   = sum_j |M_ij z_j| + |q_i|
+ *     s_j   = |z_j|, and where z_j is free the largest t_k / |M_kj| of rows k that cancel,
+ *             |w_k| <= sqrt(tol) t_k, with a significant |M_kj| >= sqrt(tol)
+ *     own_i = v_i / (t_i + sum_j |M_ij| s_j + floor max t)
+ *
+ * where v_i is the violation of w_i's sign or equation, and s_j the size of which z_j carries
+ * roundings. Roundings arise where terms cancel and travel through free variables; rows and
+ * variables at rest pass none on. The largest t is that of the rows that cancel, among those that
+ * hang together by significant couplings.
+ *
+ * Units are not unique: of two diagonals of different sign one can be noise beside their coupling,
+ * and nobody knows which. Then the search for units starts from either, and the worse one counts.
+ */
+#include "linalg/witness.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/outcome.h"
+#include "linalg/lines.h"
+#include "linalg/scale.h"
+
+/* What a row may miss beside the largest t, in units of tol: below it the far tail of a solution
+ * that fades out would fail at loose tolerances. */
+#define FLOOR 1e-5
+/* Beside the largest t that much is always granted: rounding. */
+#define ROUNDING (16.0 * DBL_EPSILON)
+
+/* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
+#define NOISE 0x1p-40
+
+/* Sizes below this have lost digits, or all, to underflow. */
+#define LEAST_SIZE 0x1p-960
+
+/* The point and the units that it is looked at in. */
+typedef struct view {
+    const perp__witness_point *point;
+    const int32_t *units, *cut;
+    int32_t n;
+    double least; /* couplings from this on are significant */
+} view;
+
+static double floor_of(double tol)
+{
+    return fmax(FLOOR, ROUNDING / tol);
+}
+
+static double violation_of_row(const perp__witness_point *p, int32_t i)
+{
+    return perp__row_violation(p->z[i], p->lower[i], p->upper[i], p->w[i]);
+}
+
+/* sum_j |M_ij z_j| + |q_i| of a row of a dense M. */
+static double terms_of_row(const perp__witness_point *p, int32_t i)
+{
+    const double *row = p->M->values + (size_t)i * p->M->row_stride;
+    double sum = fabs(p->q[i]);
+    int32_t j;
+
+    for (j = 0; j < p->M->rows; j++)
+        sum += fabs(row[(size_t)j * p->M->column_stride] * p->z[j]);
+    return isfinite(sum) ? sum : 0.0; /* what overflows proves nothing */
+}
+
+/* Whether every violation is small beside q_i alone, or the terms of its row. */
+static int32_t is_surely_small(const perp__witness_point *p)
+{
+    int32_t i;
+
+    for (i = 0; i < p->M->rows; i++) {
+        const double v = violation_of_row(p, i);
+
+        if (!(v <= p->tol * fabs(p->q[i])) &&
+            (p->M->column_starts || !(v <= p->tol * terms_of_row(p, i))))
+            return 0;
+    }
+    return 1;
+}
+
+/* |M_ij| in these units */
+static double entry(const int32_t *units, const perp__cursor *c)
+{
+    return perp__shift(fabs(c->value), units[c->i] + units[c->j]);
+}
+
+static void join_couplings(const perp__witness_point *p, perp__witness_units *u, double least)
+{
+    perp__cursor c = perp__first(p->M);
+
+    while (perp__advance(&c))
+        if (entry(u->exponents, &c) >= least)
+            perp__join(u->cut, c.i, p->M->rows + c.j);
+}
+
+static void start_apart(perp__witness_units *u, int32_t n)
+{
+    int32_t i;
+
+    for (i = 0; i < 2 * n; i++)
+        u->cut[i] = i;
+}
+
+/* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M,
+ * but for noise, falls into parts between them: then there is no common size. tied: n, work. */
+static void find_cut(const perp__witness_point *p, perp__witness_units *u, double least,
+                     int32_t *tied)
+{
+    const int32_t n = p->M->rows;
+    int32_t i;
+
+    start_apart(u, n);
+    join_couplings(p, u, NOISE);
+    perp__number_parts(u->cut, 2 * n);
+    for (i = 0; i < n; i++)
+        tied[i] = u->cut[i] == u->cut[n + i];
+    start_apart(u, n);
+    for (i = 0; i < n; i++)
+        if (tied[i])
+            perp__join(u->cut, i, n + i);
+    join_couplings(p, u, least);
+    perp__number_parts(u->cut, 2 * n);
+}
+
+static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
+{
+    int32_t *work = t->omegas, k;
+
+    memcpy(t->units[0].exponents, p->exponents, (size_t)p->M->rows * sizeof *p->exponents);
+    t->count = 1;
+    if (p->scaling)
+        t->count += perp__equilibrate_negative(p->M, t->units[1].exponents, work);
+    for (k = 0; k < t->count; k++) {
+        perp__balance(p->M, t->units[k].exponents, work);
+        find_cut(p, &t->units[k], sqrt(p->tol), work);
+    }
+    t->tol = p->tol;
+    t->known = 1;
+}
+
+void perp__find_terms(const perp__matrix *M, const double *q, const double *z, const int32_t *units,
+                      const int32_t *omegas, double *terms)
+{
+    perp__cursor c = perp__first(M);
+    int32_t i;
+
+    for (i = 0; i < M->rows; i++)
+        terms[i] = perp__shift(fabs(q[i]), units[i] - omegas[i]);
+    while (perp__advance(&c))
+        terms[c.i] += perp__shift(fabs(c.value * z[c.j]), units[c.i] - omegas[c.i]);
+}
+
+/* v_i; z that is next to a bound, beside what it may carry, counts as on it. Then it is not free.
+ */
+static double violation_near(const perp__witness_point *p, int32_t i, int32_t shift, double near,
+                             int32_t *is_free)
+{
+    const double lower = p->lower[i], upper = p->upper[i], z = p->z[i];
+    const int32_t at_lower = perp__shift(z - lower, shift) <= near;
+    const int32_t at_upper = perp__shift(upper - z, shift) <= near;
+
+    *is_free = !at_lower && !at_upper;
+    if (at_lower && at_upper)
+        return 0.0;
+    return perp__row_violation(at_lower ? lower : at_upper ? upper : z, lower, upper, p->w[i]);
+}
+
+/* carried := the size of z_j itself. */
+static void start_sizes(perp__witness *t, const view *v)
+{
+    const perp__witness_point *p = v->point;
+    int32_t j;
+
+    for (j = 0; j < v->n; j++)
+        t->carried[j] = perp__shift(p->least ? fmax(fabs(p->z[j]), p->least[j]) : fabs(p->z[j]),
+                                    -v->units[j] - t->omegas[v->n + j]);
+}
+
+/* wrong := v; carried := |z_j|, for free z_j what its rows give comes next. A bound is near beside
+ * all that z_j's rows, whether they cancel or not, would let it be. */
+static void find_violations(perp__witness *t, const view *v)
+{
+    const perp__witness_point *p = v->point;
+    perp__cursor c = perp__first(p->M);
+    int32_t i;
+
+    start_sizes(t, v);
+    while (perp__advance(&c)) {
+        const double size = entry(v->units, &c);
+
+        if (size >= v->least && !(t->terms[c.i] <= size * t->carried[c.j]))
+            t->carried[c.j] = t->terms[c.i] / size;
+    }
+    for (i = 0; i < v->n; i++) {
+        const int32_t shift = v->units[i] - t->omegas[i];
+        const double near = p->tol * t->carried[i];
+
+        t->wrong[i] = perp__shift(
+            violation_near(p, i, -v->units[i] - t->omegas[v->n + i], near, &t->is_free[i]), shift);
+        if (!(perp__shift(fabs(p->w[i]), shift) <= v->least * t->terms[i]))
+            t->rounding[i] = 0.0;
+        else
+            t->rounding[i] = t->terms[i];
+    }
+    start_sizes(t, v);
+}
+
+/* around := t + |M| s, most := the largest t of a row of a cut part that cancels. */
+static void find_neighbours(perp__witness *t, const view *v)
+{
+    perp__cursor c = perp__first(v->point->M);
+    int32_t i;
+
+    while (perp__advance(&c)) {
+        const double size = entry(v->units, &c);
+
+        if (t->is_free[c.j] && size >= v->least && !(t->rounding[c.i] <= size * t->carried[c.j]))
+            t->carried[c.j] = t->rounding[c.i] / size;
+    }
+    for (i = 0; i < v->n; i++) {
+        t->around[i] = t->terms[i];
+        t->most[i] = t->most[v->n + i] = 0.0;
+    }
+    for (c = perp__first(v->point->M); perp__advance(&c);)
+        t->around[c.i] += entry(v->units, &c) * t->carried[c.j];
+    for (i = 0; i < v->n; i++)
+        perp__raise_to(&t->most[v->cut[i]], t->rounding[i]);
+}
+
+/* A row so much smaller than others of its part that their common unit underflows, or whose terms
+ * overflow: its violation beside its own terms, in the caller's units. */
+static double alone(const perp__witness_point *p, int32_t i)
+{
+    const double v = violation_of_row(p, i);
+    double terms = fabs(p->q[i]);
+    perp__cursor c = perp__first(p->M);
+
+    while (v != 0.0 && perp__advance(&c))
+        if (c.i == i)
+            terms += fabs(c.value * p->z[c.j]);
+    return v != 0.0 ? (terms < INFINITY ? v / terms : INFINITY) : 0.0;
+}
+
+static double own_residual(perp__witness *t, const perp__witness_point *p,
+                           const perp__witness_units *u)
+{
+    const view v = {p, u->exponents, u->cut, p->M->rows, sqrt(p->tol)};
+    double own = 0.0;
+    int32_t i;
+
+    perp__find_omegas(v.n, p->part, p->parts, p->q, u->exponents, t->omega_of_part, t->omegas, 0);
+    perp__find_terms(p->M, p->q, p->z, u->exponents, t->omegas, t->terms);
+    find_violations(t, &v);
+    find_neighbours(t, &v);
+    for (i = 0; i < v.n; i++) {
+        const double size = t->around[i] + floor_of(p->tol) * t->most[u->cut[i]];
+
+        if (!(size >= LEAST_SIZE && size < INFINITY))
+            perp__raise_to(&own, alone(p, i));
+        else if (t->wrong[i] != 0.0)
+            perp__raise_to(&own, t->wrong[i] / size);
+    }
+    return own;
+}
+
+double perp__witness_own_residual(perp__witness *witness, const perp__witness_point *point)
+{
+    double own = 0.0;
+    int32_t k;
+
+    if (is_surely_small(point))
+        return 0.0;
+    if (!witness->known || witness->tol != point->tol)
+        look_at_matrix(witness, point);
+    for (k = 0; k < witness->count; k++)
+        perp__raise_to(&own, own_residual(witness, point, &witness->units[k]));
+    return own;
+}
+
+void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n)
+{
+    int32_t k;
+
+    for (k = 0; k < 2; k++) {
+        witness->units[k].exponents = perp__arena_take(arena, n, sizeof(int32_t));
+        witness->units[k].cut = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    }
+    witness->omegas = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    witness->omega_of_part = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    witness->is_free = perp__arena_take(arena, n, sizeof(int32_t));
+    witness->terms = perp__arena_take(arena, n, sizeof(double));
+    witness->carried = perp__arena_take(arena, n, sizeof(double));
+    witness->rounding = perp__arena_take(arena, n, sizeof(double));
+    witness->wrong = perp__arena_take(arena, n, sizeof(double));
+    witness->around = perp__arena_take(arena, n, sizeof(double));
+    witness->most = perp__arena_take(arena, 2 * n, sizeof(double));
+}

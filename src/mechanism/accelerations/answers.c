@@ -1,0 +1,436 @@
+/* Answers: what there is to say of one whose forces are known, and which of them are one.
+ *
+ * M v' = k + J'f, u' = J v' + bias, the modes, and how well the laws are met. Rows that hold have
+ * u' = 0 exactly, and v' is found in what they leave free: at rest it is 0.0. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "mechanism/accelerations/accelerations.h"
+#include "mechanism/stability.h"
+
+/* Directions of a slip that starts in 3 dimensions are found to this. */
+#define SAME_FORCE 1e-10
+/* Rows that do not hold say something about u' all the same: to this, relative to its terms. */
+#define SMALL 1e-11
+/* What is left of a diagonal entry, beside what it was, that counts as 0. */
+#define DEPENDENT 1e-11
+
+/* ---- stability ------------------------------------------------------------------------------
+ *
+ * The contacts give way a little: displacements y of the normals that press and of the tangents
+ * that stick, forces -(k y + c y'), so that
+ *
+ *   y'' = -Gamma (k y + c y') + const,   Gamma = J_a M^-1 C_a,
+ *
+ * with the bilateral rows held and C_a the columns of forces: a normal with the friction of its
+ * slip, or one of its own. y moves in the range of S = J_a M^-1 J_a' alone: rows that depend on
+ * each other count once. With S = B B' (Cholesky with pivoting), Gamma B = B Gamma_r. */
+
+typedef struct compliant {
+    int32_t count;
+    int32_t *row, *slip; /* slip: the element whose friction the row has, or -1 */
+    double *Gamma, *S, *B, *product;
+    int32_t *pivot;
+} compliant;
+
+static void list_rows(perp__acceleration *a, const perp__mode_pattern *pattern, compliant *c)
+{
+    int32_t index, i;
+
+    c->count = 0;
+    for (index = 0; index < a->elements; index++) {
+        const perp__element *element = a->element + index;
+        const int32_t mode = pattern->mode[index];
+        const int32_t normal = perp__element_presses(element, mode);
+        const int32_t rows = mode == PERP_MECHANISM_STICK ? normal + element->tangents : normal;
+
+        for (i = 0; i < rows; i++) {
+            c->row[c->count] = element->row + i;
+            c->slip[c->count++] =
+                mode == PERP_MECHANISM_SLIP && element->friction && i == 0 ? index : -1;
+        }
+    }
+}
+
+static void fill(perp__acceleration *a, const perp__mode_pattern *pattern, compliant *c)
+{
+    const size_t active = (size_t)a->active, n = (size_t)c->count;
+    size_t i, j;
+    int32_t k;
+
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            const double *row = a->held + (size_t)c->row[i] * active + c->row[j];
+            double sum = row[0];
+
+            c->S[i * n + j] = row[0];
+            for (k = 0; c->slip[j] >= 0 && k < a->element[c->slip[j]].tangents; k++)
+                sum -=
+                    a->element[c->slip[j]].mu * pattern->direction[2 * c->slip[j] + k] * row[1 + k];
+            c->Gamma[i * n + j] = sum;
+        }
+}
+
+/* Returns the rank. B: n by n, its columns the factor's. product: the diagonal at the start. */
+static int32_t factor(compliant *c)
+{
+    const size_t n = (size_t)c->count;
+    size_t rank, i, j;
+
+    for (i = 0; i < n; i++)
+        c->product[i] = c->S[i * (n + 1)];
+    for (rank = 0; rank < n; rank++) {
+        size_t p = 0;
+        double best = DEPENDENT;
+
+        for (i = 0; i < n; i++)
+            if (c->product[i] > 0.0 && c->S[i * (n + 1)] > best * c->product[i]) {
+                best = c->S[i * (n + 1)] / c->product[i];
+                p = i;
+            }
+        if (best <= DEPENDENT)
+            break;
+        c->pivot[rank] = (int32_t)p;
+        for (i = 0; i < n; i++)
+            c->B[i * n + rank] = c->S[i * n + p] / sqrt(c->S[p * (n + 1)]);
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n; j++)
+                c->S[i * n + j] -= c->B[i * n + rank] * c->B[j * n + rank];
+        for (i = 0; i <= rank; i++) /* exactly nothing is left there */
+            for (j = 0; j < n; j++)
+                c->S[(size_t)c->pivot[i] * n + j] = c->S[j * n + (size_t)c->pivot[i]] = 0.0;
+    }
+    return (int32_t)rank;
+}
+
+/* Gamma_r = B_p^-1 (Gamma B)_p, rank by rank by columns, with B_p the pivots' rows: triangular. */
+static void restrict_to_range(compliant *c, int32_t rank)
+{
+    const size_t n = (size_t)c->count, r = (size_t)rank;
+    size_t i, j, k;
+
+    for (j = 0; j < r; j++)
+        for (i = 0; i < r; i++) {
+            const size_t p = (size_t)c->pivot[i];
+            double sum = 0.0;
+
+            for (k = 0; k < n; k++)
+                sum += c->Gamma[p * n + k] * c->B[k * n + j];
+            for (k = 0; k < i; k++)
+                sum -= c->B[p * n + k] * c->product[k + r * j];
+            c->product[i + r * j] = sum / c->B[p * n + i];
+        }
+}
+
+static void label(perp__acceleration *a, perp__answer *answer)
+{
+    const perp_mechanism_settings *settings = &a->m->settings;
+    const size_t active = (size_t)a->active;
+    const perp__mode_pattern pattern = perp__answer_pattern(a, answer);
+    perp__stability verdict;
+    compliant c;
+    int32_t rank;
+
+    c.Gamma = a->work;
+    c.S = c.Gamma + active * active;
+    c.B = c.S + active * active;
+    c.product = c.B + active * active;
+    c.row = a->indices;
+    c.slip = c.row + active;
+    c.pivot = c.slip + active;
+    list_rows(a, &pattern, &c);
+    fill(a, &pattern, &c);
+    rank = factor(&c);
+    restrict_to_range(&c, rank);
+    verdict = perp__stability_of(rank, c.product, settings->stiffness, settings->damping, c.S,
+                                 answer->eigenvalues);
+    answer->eigenvalue_count = 2 * rank;
+    answer->stable = verdict.stable && answer->free == 0;
+    answer->flutter = verdict.flutter;
+}
+
+/* ---- description --------------------------------------------------------------------------- */
+
+static void mark_rows(const perp__acceleration *a, perp__answer *answer, int8_t *holds)
+{
+    const perp_mechanism *m = a->m;
+    int32_t index, i;
+
+    memset(holds, 0, (size_t)m->rows);
+    memset(holds + m->contact_rows, 1, (size_t)m->bilateral);
+    for (index = 0; index < a->elements; index++) {
+        const perp__element *element = a->element + index;
+        const int32_t mode = answer->pattern[index], first = a->row_of[element->row];
+        const int32_t rows = element->tangents + (element->dry ? 0 : 1);
+
+        for (i = 0; i < rows; i++)
+            holds[first + i] = (int8_t)(mode == PERP_MECHANISM_STICK ||
+                                        (perp__element_presses(element, mode) && i == 0));
+    }
+}
+
+/* v' and u' from the forces. */
+static void find_acceleration(perp__acceleration *a, perp__answer *answer)
+{
+    perp_mechanism *m = a->m;
+    perp__terms terms = m->begin;
+    perp__velocity_problem problem = {0};
+    perp__velocity_answer held = {0};
+
+    terms.drift = a->bias;
+    problem.terms = &terms;
+    problem.momentum = terms.k;
+    problem.shift = a->zeros;
+    held.v = perp__answer_acceleration(answer);
+    held.r = answer->middle;
+    held.u = perp__answer_row_acceleration(a, answer);
+    held.holds = m->second.holds;
+    mark_rows(a, answer, held.holds);
+    memcpy(held.v, terms.k, (size_t)m->n * sizeof *held.v);
+    perp__add_impulses(m, &terms, held.v, held.r);
+    perp__solve_mass(m, &terms, held.v);
+    perp__hold_velocities(m, &held, &problem);
+}
+
+/* |M v' - k - J'f| beside its terms, in units of sqrt(M_ii). */
+static double dynamic_residual(const perp__acceleration *a, const perp__answer *answer)
+{
+    const perp_mechanism *m = a->m;
+    const size_t n = (size_t)m->n;
+    double worst = 0.0, largest = 0.0;
+    size_t i, k;
+
+    for (i = 0; i < n; i++) {
+        const double unit = sqrt(m->begin.M[i * (n + 1)]);
+        double sum = -m->begin.k[i], size = fabs(sum);
+
+        for (k = 0; k < n; k++) {
+            const double term = m->begin.M[i * n + k] * perp__answer_acceleration(answer)[k];
+
+            sum += term;
+            size += fabs(term);
+        }
+        for (k = 0; k < (size_t)m->rows; k++) {
+            const double term = m->begin.J[k * n + i] * answer->middle[k];
+
+            sum -= term;
+            size += fabs(term);
+        }
+        perp__raise_to(&worst, fabs(sum) / unit);
+        perp__raise_to(&largest, size / unit);
+    }
+    return largest == 0.0 ? 0.0 : worst / largest;
+}
+
+/* How far u' of active row r is off where it is to be 0 (sign 0) or not negative (sign 1). */
+static double row_residual(const perp__acceleration *a, const perp__answer *answer, int32_t r,
+                           int32_t sign)
+{
+    const perp_mechanism *m = a->m;
+    const size_t n = (size_t)m->n, row = (size_t)a->row_of[r];
+    double sum = a->bias[row], size = a->load[r];
+    size_t k;
+
+    for (k = 0; k < n; k++)
+        sum += m->begin.J[row * n + k] * perp__answer_acceleration(answer)[k];
+    for (k = 0; k < (size_t)a->active; k++)
+        size += fabs(a->W[(size_t)r * (size_t)a->active + k] * answer->middle[a->row_of[k]]);
+    if (!sign || sum < 0.0)
+        return size == 0.0 ? 0.0 : fabs(sum) / size;
+    return sum >= 0.0 ? 0.0 : sum; /* NaN */
+}
+
+/* largest: of the forces in their units. */
+static double element_residual(const perp__acceleration *a, const perp__answer *answer,
+                               int32_t index, double largest)
+{
+    const perp__element *element = a->element + index;
+    const int32_t mode = answer->pattern[index], row = a->row_of[element->row];
+    const int32_t tangent = element->dry ? row : row + 1;
+    const double *f = answer->middle;
+    double worst = 0.0, size = element->dry ? element->bound : f[row], length = 0.0, limit;
+    int32_t i;
+
+    if (!element->dry) {
+        worst = row_residual(a, answer, element->row, mode == PERP_MECHANISM_SEPARATE);
+        perp__raise_to(&worst, -size / (largest * a->scale[element->row]));
+    }
+    for (i = 0; i < element->tangents; i++) {
+        length = hypot(length, f[tangent + i]);
+        if (mode == PERP_MECHANISM_STICK)
+            perp__raise_to(&worst, row_residual(a, answer, perp__element_tangent(element) + i, 0));
+    }
+    limit = (element->dry                   ? 1.0
+             : mode == PERP_MECHANISM_STICK ? element->mu_stick
+                                            : element->mu) *
+            fmax(size, 0.0);
+    if (element->tangents > 0)
+        perp__raise_to(&worst,
+                       (length - limit) / (largest * a->scale[perp__element_tangent(element)]));
+    return worst;
+}
+
+static void name_modes(const perp__acceleration *a, perp__answer *answer)
+{
+    const perp_mechanism *m = a->m;
+    int32_t index, i;
+
+    memset(answer->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
+    answer->kind = 0;
+    for (index = 0; index < a->elements; index++) {
+        const perp__element *element = a->element + index;
+        int32_t mode = answer->pattern[index];
+
+        answer->kind += perp__element_presses(element, mode);
+        if (mode == PERP_MECHANISM_SLIP && !element->dry && !element->friction && !element->moves) {
+            mode = PERP_MECHANISM_STICK; /* nothing holds it, but it does not move either */
+            for (i = 0; i < element->tangents; i++)
+                if (row_residual(a, answer, element->row + 1 + i, 0) > SMALL)
+                    mode = PERP_MECHANISM_SLIP;
+        }
+        answer->modes[element->source] = mode;
+    }
+}
+
+static void describe(perp__acceleration *a, perp__answer *answer)
+{
+    const perp_mechanism *m = a->m;
+    double largest = DBL_MIN;
+    int32_t i;
+
+    find_acceleration(a, answer);
+    for (i = 0; i < a->active; i++)
+        largest = fmax(largest, fabs(answer->middle[a->row_of[i]]) / a->scale[i]);
+    answer->residual = dynamic_residual(a, answer);
+    for (i = 0; i < m->bilateral; i++)
+        perp__raise_to(&answer->residual, row_residual(a, answer, a->bilateral_row + i, 0));
+    for (i = 0; i < a->elements; i++)
+        perp__raise_to(&answer->residual, element_residual(a, answer, i, largest));
+    name_modes(a, answer);
+    label(a, answer);
+}
+
+/* ---- one answer in another ----------------------------------------------------------------- */
+
+int32_t perp__acceleration_has_point(perp__acceleration *a, const perp__answer *outer,
+                                     const double *point, int32_t homogeneous, int32_t *at_vertex)
+{
+    const perp__mode_pattern pattern = perp__answer_pattern(a, outer);
+    int32_t i;
+
+    for (i = 0; i < a->active; i++)
+        a->work[i] = point[a->row_of[i]];
+    return perp__linear_holds_at(&a->linear, &pattern, a->work, homogeneous, PERP__FAMILY_TOLERANCE,
+                                 at_vertex);
+}
+
+static int32_t is_turned(const perp__acceleration *a, const perp__answer *answer)
+{
+    int32_t i;
+
+    for (i = 0; i < a->elements; i++)
+        if (a->element[i].tangents == 2 && perp__element_starts(a->element + i, answer->pattern[i]))
+            return 1;
+    return 0;
+}
+
+static int32_t is_same(const perp__acceleration *a, const perp__answer *one,
+                       const perp__answer *other)
+{
+    const double same = is_turned(a, one) || is_turned(a, other) ? SAME_FORCE : 1e-14;
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < a->active; i++)
+        largest = fmax(largest, fabs(one->points[a->row_of[i]]) / a->scale[i]);
+    for (i = 0; i < a->active; i++) {
+        const int32_t row = a->row_of[i];
+        const double width = one->width[row] + other->width[row];
+
+        if (!(fabs(one->points[row] - other->points[row]) <=
+              4.0 * width + same * largest * a->scale[i]))
+            return 0;
+    }
+    return 1;
+}
+
+int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__answer *inner)
+{
+    perp__acceleration *a = user;
+    int32_t at_vertex, k;
+
+    if (outer->dimension == 0) {
+        const int32_t same = is_same(a, outer, inner);
+
+        outer->at_vertex |= same; /* two patterns meet there */
+        return same;
+    }
+    for (k = 0; k < inner->vertices + inner->rays; k++)
+        if (!perp__acceleration_has_point(a, outer, inner->points + (size_t)k * (size_t)a->m->rows,
+                                          k >= inner->vertices, &at_vertex))
+            return 0;
+    return 1;
+}
+
+/* ---- the store ----------------------------------------------------------------------------- */
+
+/* Whether what would be handed out is an answer: numbers overflow, and a pattern's tests are those
+ * of its equations. */
+static int32_t is_sound(const perp__acceleration *a, const perp__answer *answer)
+{
+    const size_t rows = (size_t)a->m->rows;
+    const perp__evidence evidence = {
+        answer->residual, answer->residual, INFINITY,
+        perp__all_finite(perp__answer_acceleration(answer), (size_t)a->m->n) &&
+            perp__all_finite(answer->middle, rows) &&
+            perp__all_finite(perp__answer_row_acceleration(a, answer), rows) &&
+            perp__all_finite(answer->points, (size_t)(answer->vertices + answer->rays) * rows)};
+
+    return perp__is_good(perp__gate(&evidence, PERP__FAMILY_TOLERANCE, -1));
+}
+
+void perp__acceleration_keep(perp__acceleration *a, perp__answer *answer)
+{
+    describe(a, answer);
+    if (is_sound(a, answer)) {
+        perp__answers_keep(&a->answers, answer);
+    } else {
+        perp__answer_release(&a->answers, answer);
+        a->answers.incomplete = 1;
+    }
+}
+
+void perp__acceleration_set_pattern(const perp__acceleration *a, perp__answer *answer)
+{
+    const perp__mode_pattern pattern = perp__answer_pattern(a, answer);
+
+    memcpy(pattern.mode, a->pattern.mode, (size_t)a->elements);
+    memcpy(pattern.direction, a->pattern.direction,
+           2 * (size_t)a->elements * sizeof *pattern.direction);
+}
+
+perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vertex,
+                                          int32_t dimension)
+{
+    const size_t rows = (size_t)a->m->rows;
+    perp__answer *answer = perp__answer_create(&a->answers, 1);
+    int32_t i;
+
+    if (!answer)
+        return perp__fail_memory(a->m->context, "an acceleration");
+    answer->free = 0;
+    answer->dimension = dimension;
+    answer->at_vertex = at_vertex;
+    perp__acceleration_set_pattern(a, answer);
+    memset(answer->middle, 0, rows * sizeof *answer->middle);
+    memset(answer->width, 0, rows * sizeof *answer->width);
+    for (i = 0; i < a->active; i++) {
+        answer->middle[a->row_of[i]] = a->linear.x[i];
+        answer->width[a->row_of[i]] = a->linear.x_width[i];
+    }
+    memcpy(answer->points, answer->middle, rows * sizeof *answer->points);
+    perp__acceleration_keep(a, answer);
+    return PERP_OK;
+}

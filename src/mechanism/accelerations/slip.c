@@ -1,0 +1,218 @@
+/* Slips that start in 3 dimensions: friction is opposite to the acceleration along the tangents,
+ * whose direction is an unknown.
+ *
+ * Of many slips: Newton's method on the angles, from the directions of the pattern,
+ *
+ *   g_j = way_j x u_j' = 0,   K x = -(beta + W f_0) of the rows that hold,
+ *   dx = -K^-1 E W c_k with c_k = -mu f_n way_k^perp, what a turn of way_k does to the forces.
+ *
+ * Where contacts share a load K is singular at the solution and nearly so around it: then the rank
+ * of the start is kept.
+ *
+ * Of one slip, in direction (cos, sin): the forces are K^-1 times something, and one column of K is
+ * linear in cos and sin. So det K times way x u_t' is
+ *
+ *   a_0 + a_1 cos + b_1 sin + a_2 cos 2 + b_2 sin 2
+ *
+ * exactly, known from five of its values; with tau = tan(angle / 2) its zeros are those of a
+ * polynomial of degree four: eigenvalues of a companion matrix. */
+#include <math.h>
+#include <string.h>
+
+#include "linalg/eigenvalues.h"
+#include "mechanism/accelerations/accelerations.h"
+
+#define MOST_ROUNDS 20
+#define LONGEST_TURN 0.5
+#define SETTLED 1e-13
+/* Turns larger than this after so many rounds lead nowhere. */
+#define NEAR 0.1
+#define PATIENCE 7
+#define SAMPLES 5
+/* Double zeros come as pairs with an imaginary part of the square root of rounding. */
+#define REAL 1e-5
+
+/* ---- all of them -------------------------------------------------------------------------- */
+
+int32_t perp__slip_starts(const perp__acceleration *a, int32_t index)
+{
+    return a->element[index].tangents == 2 &&
+           perp__element_starts(a->element + index, a->pattern.mode[index]);
+}
+
+int32_t perp__slip_count(const perp__acceleration *a)
+{
+    int32_t count = 0, i;
+
+    for (i = 0; i < a->elements; i++)
+        count += perp__slip_starts(a, i);
+    return count;
+}
+
+/* change := what turning this slip by an angle of 1 does to u'. */
+static void turn_accelerations(perp__acceleration *a, int32_t index, double *change)
+{
+    const perp__element *element = a->element + index;
+    const double *direction = a->pattern.direction + 2 * (size_t)index;
+    const double size = element->dry ? element->bound : element->mu * a->linear.x[element->row];
+    const int32_t t = perp__element_tangent(element);
+    const size_t active = (size_t)a->active;
+    double *force = a->work, *rhs = force + active, *x = rhs + active;
+    int32_t r;
+
+    memset(force, 0, active * sizeof *force);
+    force[t] = size * direction[1];
+    force[t + 1] = -size * direction[0];
+    perp__linear_rows(&a->linear, change, NULL, force, 1);
+    for (r = 0; r < a->linear.system.n; r++)
+        rhs[r] = -change[a->linear.first[r]] * a->scale[a->linear.first[r]];
+    perp__pivoting_solve(&a->linear.system, x, rhs);
+    perp__linear_add(&a->linear, force, x, 0);
+    perp__linear_rows(&a->linear, change, NULL, force, 1);
+}
+
+static double cross(const double *direction, const double *u)
+{
+    return direction[0] * u[1] - direction[1] * u[0];
+}
+
+/* The Newton step; returns the largest turn, or -1 where there is none. */
+static double turn(perp__acceleration *a)
+{
+    perp__pivoting *p = &a->turning;
+    const size_t active = (size_t)a->active;
+    double *g = a->turn_work, *step = g + active, *change = step + active, largest = 0.0, top = 0.0;
+    int32_t row = 0, column = 0, i, j;
+
+    p->n = perp__slip_count(a);
+    for (j = 0; j < a->elements; j++) {
+        if (!perp__slip_starts(a, j))
+            continue;
+        turn_accelerations(a, j, change);
+        for (i = 0, row = 0; i < a->elements; i++) {
+            const double *direction = a->pattern.direction + 2 * (size_t)i;
+            const int32_t t = perp__element_tangent(a->element + i);
+            double entry;
+
+            if (!perp__slip_starts(a, i))
+                continue;
+            entry = cross(direction, change + t);
+            if (i == j)
+                entry -= direction[0] * a->linear.u[t] + direction[1] * a->linear.u[t + 1];
+            top = fmax(top, fabs(entry));
+            p->K[(size_t)row * (size_t)p->n + (size_t)column] = entry;
+            g[row++] = -cross(direction, a->linear.u + t);
+        }
+        column++;
+    }
+    perp__pivoting_eliminate(p, 1e-12 * top, p->n);
+    if (p->rank < p->n)
+        return -1.0;
+    perp__pivoting_solve(p, step, g);
+    for (i = 0, row = 0; i < a->elements; i++) {
+        double *direction = a->pattern.direction + 2 * (size_t)i, kept = direction[0], angle;
+
+        if (!perp__slip_starts(a, i))
+            continue;
+        angle = fmax(-LONGEST_TURN, fmin(LONGEST_TURN, step[row++]));
+        largest = fmax(largest, fabs(angle));
+        direction[0] = cos(angle) * kept - sin(angle) * direction[1];
+        direction[1] = sin(angle) * kept + cos(angle) * direction[1];
+        kept = hypot(direction[0], direction[1]);
+        direction[0] /= kept;
+        direction[1] /= kept;
+    }
+    return isfinite(largest) ? largest : -1.0;
+}
+
+int32_t perp__slip_turn(perp__acceleration *a, double singular)
+{
+    int32_t round, rank;
+
+    perp__pattern_solve_roughly(a, singular, a->active);
+    rank = a->linear.system.rank;
+    for (round = 0; round < MOST_ROUNDS; round++) {
+        const double largest = turn(a);
+
+        if (largest < 0.0 || (round >= PATIENCE && largest > NEAR))
+            return -1;
+        if (largest <= SETTLED)
+            return perp__pattern_solve(a);
+        /* with the rank of the start, what is left without a pivot becomes consistent at the end */
+        perp__pattern_solve_roughly(a, 0.0, rank);
+    }
+    return -1;
+}
+
+/* ---- one of them -------------------------------------------------------------------------- */
+
+/* det K way x u_t' at an angle; returns 0 where K is singular. */
+static int32_t sample(perp__acceleration *a, int32_t index, double angle, double *value)
+{
+    const perp__element *element = a->element + index;
+    const int32_t t = perp__element_tangent(element);
+    double *direction = a->pattern.direction + 2 * (size_t)index;
+
+    direction[0] = cos(angle);
+    direction[1] = sin(angle);
+    perp__pattern_solve_roughly(a, PERP__ACCELERATION_SINGULAR, a->active);
+    *value = a->linear.system.sign * a->linear.system.product *
+             (direction[0] * a->linear.u[t + 1] - direction[1] * a->linear.u[t]);
+    return a->linear.system.sign != 0;
+}
+
+/* Zeros of the polynomial in the basis of cos and sin above; the value at the angle PERP__PI is not
+ * 0. */
+static int32_t find_zeros(double a_0, double a_1, double b_1, double a_2, double b_2,
+                          double *angles)
+{
+    const double top = a_0 - a_1 + a_2;
+    const double c[4] = {a_0 + a_1 + a_2, 2.0 * b_1 + 4.0 * b_2, 2.0 * a_0 - 6.0 * a_2,
+                         2.0 * b_1 - 4.0 * b_2};
+    double companion[16] = {0}, real[4], imaginary[4];
+    int32_t count = 0, k;
+
+    for (k = 0; k < 4; k++) {
+        companion[k + 12] = -c[k] / top;
+        if (k > 0)
+            companion[k + 4 * (k - 1)] = 1.0;
+    }
+    if (perp__eigenvalues(4, companion, real, imaginary) != 0)
+        return -1;
+    for (k = 0; k < 4; k++)
+        if (fabs(imaginary[k]) <= REAL * (1.0 + fabs(real[k])))
+            angles[count++] = 2.0 * atan(real[k]);
+    return count;
+}
+
+int32_t perp__slip_angles(perp__acceleration *a, double angles[4])
+{
+    double value[SAMPLES], a_0 = 0.0, a_1 = 0.0, b_1 = 0.0, a_2 = 0.0, b_2 = 0.0, origin;
+    int32_t index = 0, largest = 0, count, k;
+
+    while (!perp__slip_starts(a, index))
+        index++;
+    for (k = 0; k < SAMPLES; k++) {
+        if (!sample(a, index, 2.0 * PERP__PI * k / SAMPLES, value + k))
+            return -1;
+        if (fabs(value[k]) > fabs(value[largest]))
+            largest = k;
+    }
+    if (value[largest] == 0.0)
+        return -1;
+    origin = 2.0 * PERP__PI * largest / SAMPLES -
+             PERP__PI; /* the largest value is at PERP__PI from it */
+    for (k = 0; k < SAMPLES; k++) {
+        const double angle = 2.0 * PERP__PI * k / SAMPLES - origin;
+
+        a_0 += value[k] / SAMPLES;
+        a_1 += 2.0 * value[k] * cos(angle) / SAMPLES;
+        b_1 += 2.0 * value[k] * sin(angle) / SAMPLES;
+        a_2 += 2.0 * value[k] * cos(2.0 * angle) / SAMPLES;
+        b_2 += 2.0 * value[k] * sin(2.0 * angle) / SAMPLES;
+    }
+    count = find_zeros(a_0, a_1, b_1, a_2, b_2, angles);
+    for (k = 0; k < count; k++)
+        angles[k] += origin;
+    return count;
+}

@@ -1,0 +1,341 @@
+/* Equations and conditions of a pattern. */
+#include "patterns/linear.h"
+
+#include <math.h>
+#include <string.h>
+
+#define PI 3.14159265358979323846
+/* Directions of slips are found to this. */
+#define SAME_DIRECTION 1e-10
+
+/* Row r of B, entries column_stride apart. */
+static const double *row_of(const perp__linear *p, int32_t r)
+{
+    const int32_t second = r >= p->length;
+
+    return p->block[second] + (size_t)(r - second * p->length) * p->row_stride;
+}
+
+void perp__linear_layout(perp__linear *p, perp__arena *arena)
+{
+    const size_t n = (size_t)p->length, rows = (size_t)p->rows;
+    double **const vectors[] = {&p->slope,   &p->known,    &p->y,   &p->x,
+                                &p->x_width, &p->residual, &p->load};
+    double **const long_ones[] = {&p->u, &p->u_size, &p->u_width};
+    double **const matrices[] = {&p->system.K, &p->system.E, &p->null};
+    int32_t **const indices[] = {&p->first, &p->count, &p->system.columns};
+    size_t k;
+
+    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    for (k = 0; k < 3; k++) {
+        *long_ones[k] = perp__arena_take(arena, rows, sizeof(double));
+        *matrices[k] = perp__arena_take(arena, n * n, sizeof(double));
+        *indices[k] = perp__arena_take(arena, n, sizeof(int32_t));
+    }
+    p->coefficient = perp__arena_take(arena, 3 * n, sizeof(double));
+    p->work = perp__arena_take(arena, 8 * n, sizeof(double));
+}
+
+/* ---- equations ------------------------------------------------------------------------------ */
+
+void perp__linear_begin(perp__linear *p)
+{
+    p->system.n = 0;
+    memset(p->known, 0, (size_t)p->length * sizeof *p->known);
+}
+
+void perp__linear_column(perp__linear *p, int32_t first, int32_t count, const double coefficient[3])
+{
+    const int32_t c = p->system.n++;
+
+    p->first[c] = first;
+    p->count[c] = count;
+    memcpy(p->coefficient + 3 * (size_t)c, coefficient, 3 * sizeof *coefficient);
+}
+
+double perp__linear_load(perp__linear *p)
+{
+    const int32_t n = p->system.n;
+    double top = 0.0;
+    int32_t r, c, i;
+
+    for (r = 0; r < n; r++) {
+        const double *row = row_of(p, p->first[r]);
+        const double *second = p->rows > p->length ? row_of(p, p->length + p->first[r]) : NULL;
+
+        for (c = 0; c < n; c++) {
+            const double unit = p->scale[p->first[r]] * p->scale[p->first[c]];
+            double sum = 0.0, size = 0.0;
+
+            for (i = 0; i < p->count[c]; i++) {
+                const size_t at = (size_t)(p->first[c] + i) * p->column_stride;
+                const double factor = p->coefficient[3 * (size_t)c + (size_t)i];
+                const double more = second ? p->slope[p->first[r]] * second[at] : 0.0;
+
+                sum += factor * (row[at] + more);
+                size += fabs(factor) * (fabs(row[at]) + fabs(more));
+            }
+            p->system.K[(size_t)r * (size_t)n + (size_t)c] = sum * unit;
+            top = size * unit <= top ? top : size * unit; /* NaN stays */
+        }
+    }
+    memset(p->y, 0, (size_t)n * sizeof *p->y);
+    memcpy(p->x, p->known, (size_t)p->length * sizeof *p->x);
+    return top;
+}
+
+void perp__linear_rows(const perp__linear *p, double *u, double *size, const double *x,
+                       int32_t homogeneous)
+{
+    int32_t r, j;
+
+    for (r = 0; r < p->rows; r++) {
+        const double *row = row_of(p, r);
+        double sum = homogeneous ? 0.0 : p->c[r], terms = homogeneous ? 0.0 : p->c_size[r];
+
+        for (j = 0; j < p->length; j++) {
+            const double term = row[(size_t)j * p->column_stride] * x[j];
+
+            sum += term;
+            terms += fabs(term);
+        }
+        u[r] = sum;
+        if (size)
+            size[r] = terms;
+    }
+}
+
+void perp__linear_find_load(perp__linear *p)
+{
+    int32_t i;
+
+    for (i = 0; i < p->length; i++)
+        p->load[i] = p->rows > p->length
+                         ? p->u_size[i] + fabs(p->slope[i]) * p->u_size[p->length + i]
+                         : p->u_size[i];
+}
+
+void perp__linear_evaluate(perp__linear *p)
+{
+    int32_t i;
+
+    perp__linear_rows(p, p->u, p->u_size, p->x, 0);
+    for (i = 0; i < p->length; i++)
+        p->residual[i] =
+            p->rows > p->length ? -p->u[i] - p->slope[i] * p->u[p->length + i] : -p->u[i];
+    perp__linear_find_load(p);
+}
+
+/* The equations' entries, in their units. */
+static double *gather(const perp__linear *p, double *to, const double *from)
+{
+    int32_t c;
+
+    for (c = 0; c < p->system.n; c++)
+        to[c] = from[p->first[c]] * p->scale[p->first[c]];
+    return to;
+}
+
+void perp__linear_add(const perp__linear *p, double *x, const double *y, int32_t absolute)
+{
+    int32_t c, i;
+
+    for (c = 0; c < p->system.n; c++)
+        for (i = 0; i < p->count[c]; i++) {
+            const double term =
+                p->coefficient[3 * (size_t)c + (size_t)i] * y[c] * p->scale[p->first[c]];
+
+            x[p->first[c] + i] += absolute ? fabs(term) : term;
+        }
+}
+
+void perp__linear_correct(perp__linear *p)
+{
+    double *change = p->work + p->length;
+    int32_t c;
+
+    perp__pivoting_solve(&p->system, change, gather(p, p->work, p->residual));
+    for (c = 0; c < p->system.n; c++)
+        p->y[c] += change[c];
+    memcpy(p->x, p->known, (size_t)p->length * sizeof *p->x);
+    perp__linear_add(p, p->x, p->y, 0);
+}
+
+void perp__linear_find_widths(perp__linear *p)
+{
+    double *width = p->work + p->length;
+    int32_t r, j;
+
+    perp__pivoting_widths(&p->system, width, gather(p, p->work, p->load));
+    for (j = 0; j < p->system.n; j++)
+        width[j] *= p->tolerance;
+    memset(p->x_width, 0, (size_t)p->length * sizeof *p->x_width);
+    perp__linear_add(p, p->x_width, width, 1);
+    for (r = 0; r < p->rows; r++) {
+        const double *row = row_of(p, r);
+
+        p->u_width[r] = p->tolerance * p->u_size[r];
+        for (j = 0; j < p->length; j++)
+            p->u_width[r] += fabs(row[(size_t)j * p->column_stride]) * p->x_width[j];
+    }
+}
+
+int32_t perp__linear_find_null(perp__linear *p)
+{
+    double *rhs = gather(p, p->work, p->residual), *load = gather(p, rhs + p->length, p->load);
+    const int32_t dimension = p->system.n - p->system.rank;
+    int32_t k;
+
+    if (!perp__pivoting_is_consistent(&p->system, rhs, load, 4.0 * p->tolerance))
+        return -1;
+    memset(p->null, 0, (size_t)dimension * (size_t)p->length * sizeof *p->null);
+    for (k = 0; k < dimension; k++) {
+        perp__pivoting_null(&p->system, p->work, k);
+        perp__linear_add(p, p->null + (size_t)k * (size_t)p->length, p->work, 0);
+    }
+    return dimension;
+}
+
+/* ---- conditions ----------------------------------------------------------------------------- */
+
+/* The condition's sum over the terms from `from` on, and what counts as 0 in it. */
+static double value_of(const perp__condition *g, const perp__linear_point *point, int32_t from,
+                       double *width)
+{
+    double sum = point->homogeneous ? 0.0 : g->constant;
+    int32_t k;
+
+    *width = 0.0;
+    for (k = from; k < g->count; k++) {
+        const int32_t i = g->index[k], entry = i < 0;
+
+        sum += g->factor[k] * (entry ? point->x[~i] : point->u[i]);
+        *width += fabs(g->factor[k]) * (entry ? point->x_width[~i] : point->u_width[i]);
+    }
+    return sum;
+}
+
+/* before: the value of the condition before. */
+static int32_t meets(const perp__condition *g, const perp__linear_point *point, double *before,
+                     int32_t *at_vertex)
+{
+    const int32_t disc = g->kind == PERP__CONDITION_DISC;
+    double width, value = value_of(g, point, disc ? 2 : 0, &width);
+    const double slack = SAME_DIRECTION * fabs(*before);
+
+    *before = value;
+    switch (g->kind) {
+    case PERP__CONDITION_EQUATION:
+        return point->solved || fabs(value) <= width;
+    case PERP__CONDITION_PARALLEL:
+        return fabs(value) <= slack + width;
+    case PERP__CONDITION_POSITIVE:
+        return point->closed ? value >= -width : value > width;
+    case PERP__CONDITION_DISC:
+        value -= hypot(point->x[~g->index[0]], point->x[~g->index[1]]);
+        width += point->x_width[~g->index[0]] + point->x_width[~g->index[1]];
+        break;
+    default:
+        break;
+    }
+    return perp__is_met(value, width, at_vertex);
+}
+
+int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
+                           const perp__linear_point *point, int32_t *at_vertex)
+{
+    perp__condition list[PERP__MOST_CONDITIONS];
+    int32_t i, k;
+
+    *at_vertex = 0;
+    for (i = 0; i < p->positions; i++) {
+        const int32_t count = p->conditions(p->user, pattern, i, list);
+        double before = 0.0;
+
+        for (k = 0; k < count; k++)
+            if (!meets(list + k, point, &before, at_vertex))
+                return 0;
+    }
+    return 1;
+}
+
+int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const double *x,
+                              int32_t homogeneous, double tolerance, int32_t *at_vertex)
+{
+    double *u = p->work, *u_width = u + 2 * p->length, *x_width = u_width + 2 * p->length;
+    perp__linear_point point = {x, u, x_width, u_width, homogeneous, 1, 0};
+    double largest = 0.0;
+    int32_t i;
+
+    perp__linear_rows(p, u, u_width, x, homogeneous);
+    for (i = 0; i < p->rows; i++)
+        u_width[i] *= tolerance;
+    for (i = 0; i < p->length; i++)
+        largest = fmax(largest, p->spread * fabs(x[i]) / p->scale[i]);
+    for (i = 0; i < p->length; i++)
+        x_width[i] = tolerance * fmax(fabs(x[i]), largest * p->scale[i]);
+    return perp__linear_holds(p, pattern, &point, at_vertex);
+}
+
+static void cut(const perp__linear *p, perp__polyhedron *polyhedron, const perp__condition *g,
+                double sign)
+{
+    perp__inequality to = {sign * g->constant, 0.0, p->work, g->strict};
+    int32_t k, j;
+
+    memset(p->work, 0, (size_t)p->length * sizeof *p->work);
+    for (k = 0; k < g->count; k++) {
+        const int32_t i = g->index[k];
+        const double factor = sign * g->factor[k];
+
+        if (i < 0) {
+            p->work[~i] += factor;
+            continue;
+        }
+        to.constant += factor * p->c[i];
+        to.size += fabs(factor) * p->c_size[i];
+        for (j = 0; j < p->length; j++)
+            p->work[j] += factor * row_of(p, i)[(size_t)j * p->column_stride];
+    }
+    perp__polyhedron_cut(polyhedron, &to);
+}
+
+/* A regular polygon in place of a disc. */
+static void cut_disc(const perp__linear *p, perp__polyhedron *polyhedron, const perp__condition *g,
+                     double angle)
+{
+    perp__condition edge = *g;
+    int32_t k;
+
+    if (p->inside) {
+        edge.constant *= cos(PI / p->edges);
+        edge.factor[2] *= cos(PI / p->edges);
+    }
+    for (k = 0; k < p->edges; k++) {
+        const double turned = angle + 2.0 * PI * (k + (p->inside ? 0.5 : 0.0)) / p->edges;
+
+        edge.factor[0] = -cos(turned);
+        edge.factor[1] = -sin(turned);
+        cut(p, polyhedron, &edge, 1.0);
+    }
+}
+
+void perp__linear_cut(const perp__linear *p, const void *pattern, perp__polyhedron *polyhedron)
+{
+    perp__condition list[PERP__MOST_CONDITIONS];
+    int32_t i, k;
+
+    for (i = 0; i < p->positions && !polyhedron->empty; i++) {
+        const int32_t count = p->conditions(p->user, pattern, i, list);
+
+        for (k = 0; k < count; k++) {
+            if (list[k].kind == PERP__CONDITION_DISC)
+                cut_disc(p, polyhedron, list + k, p->angle[i]);
+            else if (list[k].kind != PERP__CONDITION_EQUATION)
+                cut(p, polyhedron, list + k, 1.0);
+            if (list[k].kind == PERP__CONDITION_PARALLEL)
+                cut(p, polyhedron, list + k, -1.0);
+        }
+    }
+}
