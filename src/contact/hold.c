@@ -237,7 +237,7 @@ static void meet(perp__hold *h, int32_t unit, int64_t piece, int32_t root)
     for (int32_t i = 0; i < h->holds[unit] && h->rank[block] < b->width; i++, row += b->width) {
         if (!take_up(h, block, row))
             continue;
-        if (h->pushed[unit])
+        if (h->pushed[unit] || root == SEVERAL)
             h->source[block] = SEVERAL;
         else if (h->source[block] == UNSET)
             h->source[block] = root;
@@ -246,23 +246,50 @@ static void meet(perp__hold *h, int32_t unit, int64_t piece, int32_t root)
     }
 }
 
-/* The unit's other piece, or -1. */
-static int64_t other_piece(const perp__bodies *b, int32_t unit, int64_t piece)
+/* How many of the unit's blocks are not held; *piece: the first of these. */
+static int32_t count_open(const perp__hold *h, int32_t unit, int64_t *piece)
 {
-    const int64_t first = b->piece_starts[unit];
+    const perp__bodies *b = h->bodies;
+    int32_t count = 0;
 
-    if (b->piece_starts[unit + 1] - first != 2)
-        return -1;
-    return piece == first ? first + 1 : first;
+    for (int64_t at = b->piece_starts[unit + 1]; at-- > b->piece_starts[unit];)
+        if (!h->is_held[b->piece_blocks[at]]) {
+            *piece = at;
+            count++;
+        }
+    return count;
 }
 
-static void visit(perp__hold *h, int32_t unit, int64_t piece, int32_t root, int32_t *tail)
+/* What the unit's other blocks, all held, move with: SEVERAL, where it is not one thing. */
+static int32_t root_beside(const perp__hold *h, int32_t unit, int32_t block)
 {
-    const int32_t block = h->bodies->piece_blocks[piece];
+    const perp__bodies *b = h->bodies;
+    int32_t root = h->beside[unit], count = 0;
 
-    if (h->is_held[block] || h->holds[unit] == 0 || h->rank[block] == h->bodies->width)
+    for (int64_t at = b->piece_starts[unit]; at < b->piece_starts[unit + 1]; at++) {
+        const int32_t other = b->piece_blocks[at];
+
+        if (other == block)
+            continue;
+        if (count++ > 0 && !is_same(h, root, h->root[other]))
+            return SEVERAL;
+        root = h->root[other];
+    }
+    return root;
+}
+
+/* A unit all blocks of which are held but one. */
+static void visit(perp__hold *h, int32_t unit, int32_t *tail)
+{
+    int64_t piece = 0;
+    int32_t block;
+
+    if (h->holds[unit] == 0 || count_open(h, unit, &piece) != 1)
         return;
-    meet(h, unit, piece, root);
+    block = h->bodies->piece_blocks[piece];
+    if (h->rank[block] == h->bodies->width)
+        return;
+    meet(h, unit, piece, root_beside(h, unit, block));
     if (h->rank[block] < h->bodies->width)
         return;
     hold_block(h, block);
@@ -278,16 +305,12 @@ static void spread(perp__hold *h)
 
     for (int32_t k = 0; k < b->units; k++)
         if (b->piece_starts[k + 1] - b->piece_starts[k] == 1)
-            visit(h, k, b->piece_starts[k], h->beside[k], &tail);
+            visit(h, k, &tail);
     for (int32_t head = 0; head < tail; head++) {
         const int32_t block = h->queue[head];
 
-        for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
-            const int64_t piece = other_piece(b, b->block_units[at], b->block_pieces[at]);
-
-            if (piece >= 0)
-                visit(h, b->block_units[at], piece, h->root[block], &tail);
-        }
+        for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
+            visit(h, b->block_units[at], &tail);
     }
 }
 
@@ -303,6 +326,13 @@ static int32_t find(int32_t *parent, int32_t k)
     return k;
 }
 
+static void join(int32_t *parent, int32_t a, int32_t b)
+{
+    a = find(parent, a);
+    b = find(parent, b);
+    parent[a > b ? a : b] = a < b ? a : b;
+}
+
 /* Joins what is not held by rows that hold; members: by cluster, in the order of the first of
  * each. */
 static void find_clusters(perp__hold *h)
@@ -313,15 +343,18 @@ static void find_clusters(perp__hold *h)
     for (int32_t k = 0; k < b->blocks; k++)
         h->cluster[k] = k;
     for (int32_t k = 0; k < b->units; k++) {
-        const int64_t first = b->piece_starts[k];
-        int32_t one, two;
+        int32_t last = -1;
 
-        if (h->holds[k] == 0 || b->piece_starts[k + 1] - first != 2 ||
-            h->is_held[b->piece_blocks[first]] || h->is_held[b->piece_blocks[first + 1]])
-            continue;
-        one = find(h->cluster, b->piece_blocks[first]);
-        two = find(h->cluster, b->piece_blocks[first + 1]);
-        h->cluster[one > two ? one : two] = one < two ? one : two;
+        for (int64_t at = b->piece_starts[k]; h->holds[k] > 0 && at < b->piece_starts[k + 1];
+             at++) {
+            const int32_t block = b->piece_blocks[at];
+
+            if (h->is_held[block])
+                continue;
+            if (last >= 0)
+                join(h->cluster, last, block);
+            last = block;
+        }
     }
     for (int32_t k = 0; k <= b->blocks; k++)
         count[k] = 0;
@@ -340,14 +373,15 @@ static void find_clusters(perp__hold *h)
             h->members[count[h->cluster[k]]++] = k;
 }
 
-/* Whether the rows of a unit that is met at this piece are taken up here: where both its bodies are
- * of the cluster at the first; and not where a body alone is asked about that is not held by
- * itself. */
+/* Whether the rows of a unit that is met at this piece are taken up here: at the first of its open
+ * blocks, which are all of the cluster; and not where one block alone is asked about that others
+ * are to be held with. */
 static int32_t is_taken(const perp__hold *h, int32_t unit, int64_t piece, int32_t count)
 {
-    const int64_t other = other_piece(h->bodies, unit, piece);
+    int64_t first = piece;
+    const int32_t open = count_open(h, unit, &first);
 
-    return other < 0 || h->is_held[h->bodies->piece_blocks[other]] || (count > 1 && piece < other);
+    return first == piece && (open == 1 || count > 1);
 }
 
 /* Appends row i of the unit, unless it is 0. */
@@ -495,17 +529,17 @@ static int32_t carry_members(perp__hold *h, const int32_t *members, int32_t coun
     for (int32_t m = 0; m < count; m++)
         for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++) {
             const int32_t unit = b->block_units[at];
-            const int64_t other = other_piece(b, unit, b->block_pieces[at]);
+            int64_t piece = 0;
             int32_t leads;
 
             if (h->holds[unit] == 0)
                 continue;
             if (h->pushed[unit])
                 return 0;
-            if (other >= 0 && !h->is_held[b->piece_blocks[other]])
+            if (count_open(h, unit, &piece) > 1) /* within the cluster */
                 continue;
-            leads = other >= 0 ? h->root[b->piece_blocks[other]] : h->beside[unit];
-            if (root != UNSET && !is_same(h, root, leads))
+            leads = root_beside(h, unit, members[m]);
+            if (leads == SEVERAL || (root != UNSET && !is_same(h, root, leads)))
                 return 0;
             root = leads;
         }
