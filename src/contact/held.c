@@ -28,17 +28,41 @@ static int32_t is_within(const double *u, const double *most, double factor, int
     return 1;
 }
 
+/* A velocity that is too large for what the answer is worth. */
+static double slack_of(const perp_contact_solver *solver, int32_t k)
+{
+    return sqrt(solver->settings.tol) * solver->omega[k] * solver->root[k];
+}
+
+/* Whether some contact may hold that the modes say nothing of. */
+static int32_t asks_for_terms(const perp_contact_solver *solver, const double *u,
+                              const int8_t *modes)
+{
+    int32_t k;
+
+    for (k = 0; k < solver->contacts; k++) {
+        const int32_t slips = modes[k] == PERP_CONTACT_SLIP && solver->dims[k] > 1;
+        const int32_t row = solver->starts[k] + slips;
+
+        if ((slips || modes[k] == PERP_CONTACT_SEPARATE) && fabs(u[row]) <= slack_of(solver, k))
+            return 1;
+    }
+    return 0;
+}
+
 /* How many rows of contact k hold. */
 static int32_t holds(const perp_contact_solver *solver, const point *x, int32_t k)
 {
     const int32_t begin = solver->starts[k], end = solver->starts[k + 1];
-    const double slack = sqrt(solver->settings.tol) * solver->omega[k] * solver->root[k];
+    const double slack = slack_of(solver, k);
     int32_t i;
 
-    if (x->modes[k] == PERP_CONTACT_SEPARATE && !(fabs(x->u[begin]) <= ROUNDING * x->terms[begin]))
-        return 0;
     if (!(fabs(x->u[begin]) <= slack))
         return 0;
+    if (x->modes[k] == PERP_CONTACT_SEPARATE && !(fabs(x->u[begin]) <= ROUNDING * x->terms[begin]))
+        return 0;
+    if (x->modes[k] == PERP_CONTACT_SLIP && end - begin > 1 && !(fabs(x->u[begin + 1]) <= slack))
+        return 1;
     if (x->modes[k] != PERP_CONTACT_STICK && !is_within(x->u, x->terms, ROUNDING, begin + 1, end))
         return 1;
     for (i = begin + 1; i < end; i++)
@@ -113,7 +137,8 @@ perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, con
     status = perp__hold_fit(&solver->hold, &solver->bodies);
     if (status != PERP_OK)
         return status;
-    perp__absolute_bodies(&solver->bodies, r, solver->q, solver->bodies.y, solver->scale);
+    if (asks_for_terms(solver, u, modes))
+        perp__absolute_bodies(&solver->bodies, r, solver->q, solver->bodies.y, solver->scale);
     find_bias(solver, r, bias);
     fill(solver, &x, bias);
     exchange(solver, v, 0);

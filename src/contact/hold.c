@@ -87,17 +87,24 @@ static void find_room(perp__hold *h)
 
 perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies)
 {
+    const size_t blocks = (size_t)bodies->blocks, width = (size_t)bodies->width;
+    const size_t sizes[3] = {(size_t)bodies->units, blocks, blocks * width * width};
+    size_t dense[3];
     perp_status status;
 
     hold->bodies = bodies;
-    status = perp__arena_fit(&hold->arena, lay_out, hold);
+    status = perp__arena_fit_sizes(&hold->arena, lay_out, hold, hold->fitted, sizes, 3);
     if (status != PERP_OK)
         return status;
     find_room(hold);
-    return perp__arena_fit(&hold->dense_arena, lay_out_dense, hold);
+    dense[0] = (size_t)hold->room_rows;
+    dense[1] = (size_t)hold->room_columns;
+    dense[2] = hold->room_entries;
+    return perp__arena_fit_sizes(&hold->dense_arena, lay_out_dense, hold, hold->dense_fitted, dense,
+                                 3);
 }
 
-static double dot(const double *a, const double *b, int32_t n)
+static inline double dot(const double *a, const double *b, int32_t n)
 {
     double sum = 0.0;
 
@@ -173,31 +180,39 @@ static int32_t carry(perp__hold *h, int32_t block, int32_t root)
  */
 
 /* Takes up a row of the block. Returns 1 if it is independent of those before. */
-static int32_t take_up(perp__hold *h, int32_t block, const double *row)
+static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *row, int32_t width)
 {
-    const int32_t width = h->bodies->width;
     double *basis = h->basis + (size_t)block * (size_t)(width * width);
-    double x[PERP__BODY_WIDTH_MOST], length = sqrt(dot(row, row, width));
+    double x[PERP__BODY_WIDTH_MOST], square = dot(row, row, width), before;
+    const double scale = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
 
     h->taken_up++;
-    if (!(length > 0.0))
-        return 0;
     for (int32_t i = 0; i < width; i++)
-        x[i] = row[i] / length;
-    for (int32_t pass = 0; pass < 2; pass++) /* again for what rounding left of the first time */
+        x[i] = row[i] * scale;
+    square = dot(x, x, width);
+    do { /* again, where rounding is not small beside what is left */
+        before = square;
         for (int32_t k = 0; k < h->rank[block]; k++) {
             const double share = dot(basis + k * width, x, width);
 
             for (int32_t i = 0; i < width; i++)
                 x[i] -= share * basis[k * width + i];
         }
-    length = sqrt(dot(x, x, width));
-    if (!(length > INDEPENDENT))
+        square = dot(x, x, width);
+    } while (square < 0.25 * before && square > 1e-3 * (INDEPENDENT * INDEPENDENT));
+    if (!(square > INDEPENDENT * INDEPENDENT))
         return 0;
     for (int32_t i = 0; i < width; i++)
-        basis[h->rank[block] * width + i] = x[i] / length;
+        basis[h->rank[block] * width + i] = x[i] / sqrt(square);
     h->rank[block]++;
     return 1;
+}
+
+static int32_t take_up(perp__hold *h, int32_t block, const double *row)
+{
+    return h->bodies->width == 6   ? take_up_row(h, block, row, 6)
+           : h->bodies->width == 3 ? take_up_row(h, block, row, 3)
+                                   : take_up_row(h, block, row, h->bodies->width);
 }
 
 static void solve_cluster(perp__hold *h, const int32_t *members, int32_t count);

@@ -26,6 +26,7 @@ enum { PERP__HOLD_COLUMNS = 96 };
 
 typedef struct perp__hold {
     perp__arena arena, dense_arena;
+    size_t fitted[3], dense_fitted[3];
     const perp__bodies *bodies;
     const perp__rigid_problem *rigid; /* for carriers; NULL: there are none */
     /* in, per unit but where said otherwise */

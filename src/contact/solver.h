@@ -37,8 +37,9 @@ typedef struct perp__contact_slot {
     const perp__contact_method *method;
     void *work;
     perp__arena arena;
-    int64_t fitted; /* the set-up its arrays were laid out for */
-    int64_t spent;  /* iterations of this call */
+    int64_t fitted;  /* the set-up its arrays were laid out for */
+    size_t sizes[5]; /* and its sizes */
+    int64_t spent;   /* iterations of this call */
 } perp__contact_slot;
 
 typedef struct perp__contact_candidate {
@@ -96,6 +97,7 @@ struct perp_contact_solver {
     PERP__HANDLE;
     perp_contact_settings settings;
     perp__arena arena;
+    size_t sizes[5], fitted[5]; /* of rigid bodies; and what arena was laid out for: rigid.c */
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
     int32_t n;                               /* velocities; 0 where W was given */
