@@ -175,13 +175,109 @@ static void test_two_carriers(void **state)
     rigid_box(&f.s, 0.0, 0.0, 0.3, half, 3.0, NULL);
     rigid_add(&f.s, left, half, 0.0, slow);
     rigid_add(&f.s, right, half, 0.0, fast);
-    rigid_touch(&f.s, 1, 0, left, up, 2, 1.0);
+    rigid_touch(&f.s, 1, 0, left, up, 2, 5.0);
     rigid_touch(&f.s, 2, 0, right, up, 2, 0.0);
     solve(&f, 1e-10);
     /* some roundings of 1/2 */
     assert_true(fabs(f.s.v[2] - 0.375) <= 4e-16);
     assert_true(fabs(f.s.v[1] - 0.3125) <= 4e-16);
+    assert_true(fabs(f.s.v[0] + 0.375 * 0.3) <= 4e-16);
+    assert_int_equal(f.s.carrier[0], 0); /* it moves as nothing else does, but determined */
     assert_true(f.s.velocity[0] == 0.0 && f.s.velocity[3] == 0.0);
+    close_fixture(&f);
+}
+
+/* Eight points on a slope: their normals have rank 3, to rounding, and not a direction more. */
+static void test_slope(void **state)
+{
+    static const double corner[4][2] = {{-0.5, -0.5}, {0.5, -0.4}, {-0.4, 0.5}, {0.5, 0.45}};
+    int seed;
+
+    (void)state;
+    for (seed = 0; seed < 20; seed++) {
+        gen_random random;
+        fixture f;
+        double n[3], t[2][3], length = 0.0, along = 0.0, across = 0.0, place[3];
+        int32_t k, i;
+
+        gen_seed(&random, (uint64_t)seed);
+        for (i = 0; i < 3; i++) {
+            n[i] = gen_uniform(&random, -0.5, 0.5) + (i == 2 ? 1.0 : 0.0);
+            length += n[i] * n[i];
+        }
+        for (i = 0; i < 3; i++)
+            n[i] /= sqrt(length);
+        rigid_tangents(n, t);
+        open_fixture(&f, 0);
+        for (i = 0; i < 3; i++)
+            place[i] = 0.5 * n[i];
+        rigid_add(&f.s, place, unit_half, 2.0, NULL);
+        for (k = 0; k < 8; k++) {
+            double point[3];
+
+            for (i = 0; i < 3; i++)
+                point[i] =
+                    (k < 4 ? 1.0 : 0.6) * (corner[k % 4][0] * t[0][i] + corner[k % 4][1] * t[1][i]);
+            rigid_touch(&f.s, RIGID_GROUND, 0, point, n, 3, 0.05);
+        }
+        solve(&f, 1e-10);
+        for (i = 0; i < 3; i++) {
+            along += f.s.v[i] * f.s.v[i];
+            across += f.s.v[i] * n[i];
+        }
+        assert_int_equal(f.s.carrier[0], PERP__RIGID_FREE);
+        assert_true(sqrt(along) > 1e-3);
+        assert_true(fabs(across) <= 1e-15); /* rounding of g h = 0.1 */
+        close_fixture(&f);
+    }
+}
+
+/* A belt that is given by its surface's velocity alone: what it holds is known to rounding, and
+ * carries another box as one. */
+static void test_pushed(void **state)
+{
+    static const double start[6] = {0.3, 0.0, 0.0, 0.0, 0.0, 0.0};
+    fixture f;
+    int32_t k, i;
+
+    (void)state;
+    open_fixture(&f, 0);
+    for (i = 0; i < 2; i++) {
+        rigid_box(&f.s, 0.0, 0.0, i + 0.5, unit_half, 1.0 + i, start);
+        rigid_face(&f.s, i - 1, i, -0.5, 0.5, -0.5, 0.5, i, 0.6);
+    }
+    for (k = 0; k < 4; k++)
+        f.s.rows[k].bias[1] = -0.3;
+    solve(&f, 1e-10);
+    assert_true(fabs(f.s.v[0] - 0.3) <= 4e-16); /* some roundings of 0.3 */
+    for (i = 1; i < 6; i++)
+        assert_true(fabs(f.s.v[i]) <= 4e-16);
+    assert_int_equal(f.s.carrier[0], 0);
+    assert_int_equal(f.s.carrier[1], 0);
+    for (k = 0; k < 3 * f.s.contacts; k++)
+        assert_true(f.s.velocity[k] == 0.0);
+    close_fixture(&f);
+}
+
+/* Modes of which the velocities say otherwise: nothing holds, v = v_free + M^-1 J'r. */
+static void test_false_modes(void **state)
+{
+    static const double start[6] = {0.0, 0.0, 2.0, 0.0, 0.0, 0.0};
+    fixture f;
+    int32_t k;
+
+    (void)state;
+    open_fixture(&f, 0);
+    rigid_box(&f.s, 0.0, 0.0, 0.5, unit_half, 2.0, start);
+    rigid_face(&f.s, RIGID_GROUND, 0, -0.5, 0.5, -0.5, 0.5, 0.0, 0.6);
+    f.p = rigid_problem(&f.s);
+    f.a = rigid_answer(&f.s);
+    memset(f.s.impulse, 0, 12 * sizeof(double));
+    for (k = 0; k < 4; k++)
+        f.s.modes[k] = PERP_CONTACT_STICK;
+    assert_int_equal(perp__rigid_hold(f.solver, &f.a, &f.p), PERP_OK);
+    assert_memory_equal(f.s.v, f.s.free, 6 * sizeof(double));
+    assert_int_equal(f.s.carrier[0], PERP__RIGID_FREE);
     close_fixture(&f);
 }
 
@@ -503,7 +599,8 @@ int main(void)
         cmocka_unit_test(test_slip),       cmocka_unit_test(test_cards),
         cmocka_unit_test(test_legs),       cmocka_unit_test(test_redundant),
         cmocka_unit_test(test_linear),     cmocka_unit_test(test_projection),
-        cmocka_unit_test(test_public),
+        cmocka_unit_test(test_pushed),     cmocka_unit_test(test_false_modes),
+        cmocka_unit_test(test_slope),      cmocka_unit_test(test_public),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
