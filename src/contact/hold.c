@@ -72,7 +72,7 @@ static void find_room(perp__hold *h)
     h->room_columns = most > b->width ? most : b->width;
     h->room_rows = b->size;
     h->room_entries = (size_t)b->size * (size_t)most;
-    if (h->room_entries > shared)
+    if ((double)h->room_entries > shared)
         h->room_entries = (size_t)shared;
     for (int32_t k = 0; k < b->blocks; k++) {
         int32_t rows = 0;

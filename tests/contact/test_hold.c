@@ -475,6 +475,51 @@ static void project(const rigid_scene *s, long double *v)
     free(unit);
 }
 
+static void add_random_contact(rigid_scene *s, gen_random *random, int32_t k, int32_t bodies)
+{
+    const int32_t planar = s->width == 3, dim = planar ? 2 : 3;
+    double point[3], normal[3], length;
+    int32_t i;
+
+    for (i = 0; i < 3; i++) {
+        point[i] = gen_uniform(random, -1.0, 1.0);
+        normal[i] = gen_uniform(random, -1.0, 1.0);
+    }
+    length = hypot(hypot(normal[0], normal[1]), planar ? 0.0 : normal[2]);
+    for (i = 0; i < 3; i++)
+        normal[i] /= length;
+    rigid_touch(s, k < bodies ? RIGID_GROUND : k % bodies, (k + 1) % bodies, point, normal, dim,
+                0.5);
+    s->modes[k] = (int32_t)(gen_uniform(random, 0.0, 2.99));
+    for (i = 0; i < 3; i++) { /* of a contact that slips only the tangents matter */
+        s->impulse[3 * k + i] = 0.0;
+        if (s->modes[k] != PERP_CONTACT_SEPARATE && i < dim)
+            s->impulse[3 * k + i] = gen_uniform(random, 0.1, 1.0);
+    }
+}
+
+static void fill_random(rigid_scene *s, uint64_t seed)
+{
+    const int32_t bodies = 2 + (int32_t)(seed % 4);
+    gen_random random;
+    int32_t i, k;
+
+    gen_seed(&random, seed);
+    for (i = 0; i < bodies; i++) {
+        double place[3], half[3], start[6];
+
+        for (k = 0; k < 3; k++) {
+            place[k] = gen_uniform(&random, -1.0, 1.0);
+            half[k] = gen_uniform(&random, 0.3, 1.0);
+        }
+        for (k = 0; k < 6; k++)
+            start[k] = gen_uniform(&random, -1.0, 1.0);
+        rigid_add(s, place, half, gen_uniform(&random, 0.5, 2.0), start);
+    }
+    for (k = 0; k < 2 * bodies; k++)
+        add_random_contact(s, &random, k, bodies);
+}
+
 static void test_projection(void **state)
 {
     int seed, planar;
@@ -482,45 +527,12 @@ static void test_projection(void **state)
     (void)state;
     for (planar = 0; planar < 2; planar++)
         for (seed = 0; seed < 60; seed++) {
-            gen_random random;
             fixture f;
             long double *v;
-            int32_t bodies, i, k, n;
+            int32_t i, k, n;
 
-            gen_seed(&random, (uint64_t)(seed + 100 * planar));
             open_fixture(&f, planar);
-            bodies = 2 + seed % 4;
-            for (i = 0; i < bodies; i++) {
-                double place[3], half[3], start[6];
-
-                for (k = 0; k < 3; k++) {
-                    place[k] = gen_uniform(&random, -1.0, 1.0);
-                    half[k] = gen_uniform(&random, 0.3, 1.0);
-                }
-                for (k = 0; k < 6; k++)
-                    start[k] = gen_uniform(&random, -1.0, 1.0);
-                rigid_add(&f.s, place, half, gen_uniform(&random, 0.5, 2.0), start);
-            }
-            for (k = 0; k < 2 * bodies; k++) {
-                const int32_t a = k < bodies ? RIGID_GROUND : k % bodies;
-                double point[3], normal[3], length;
-
-                for (i = 0; i < 3; i++) {
-                    point[i] = gen_uniform(&random, -1.0, 1.0);
-                    normal[i] = gen_uniform(&random, -1.0, 1.0);
-                }
-                length = planar ? hypot(normal[0], normal[1])
-                                : hypot(hypot(normal[0], normal[1]), normal[2]);
-                for (i = 0; i < 3; i++)
-                    normal[i] /= length;
-                rigid_touch(&f.s, a, (k + 1) % bodies, point, normal, planar ? 2 : 3, 0.5);
-                f.s.modes[k] = (int32_t)(gen_uniform(&random, 0.0, 2.99));
-                for (i = 0; i < 3; i++) { /* of a contact that slips only the tangents matter */
-                    f.s.impulse[3 * k + i] = 0.0;
-                    if (f.s.modes[k] != PERP_CONTACT_SEPARATE && i < (planar ? 2 : 3))
-                        f.s.impulse[3 * k + i] = gen_uniform(&random, 0.1, 1.0);
-                }
-            }
+            fill_random(&f.s, (uint64_t)(seed + 100 * planar));
             n = f.s.bodies * f.s.width;
             v = gen_allocate((size_t)n, sizeof *v);
             for (i = 0; i < n; i++)
