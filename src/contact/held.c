@@ -172,9 +172,15 @@ perp_status perp__contact_hold_best(perp_contact_solver *solver)
         perp__contact_write_zeros(solver, best->modes, best->u);
         return PERP_OK;
     }
-    status = perp__contact_hold(solver, best->r, best->u, best->modes, solver->best_v);
+    if (solver->n > 0)
+        memcpy(solver->v, solver->best_v, (size_t)solver->n * sizeof *solver->v);
+    status = perp__contact_hold(solver, best->r, best->u, best->modes, solver->v);
     if (status != PERP_OK)
         return status;
+    /* what moves is made by the impulses, M v = f + H'r to the last bits: only zeros are new */
+    for (i = 0; i < solver->n; i++)
+        if (solver->v[i] == 0.0)
+            solver->best_v[i] = 0.0;
     if (solver->n > 0)
         memset(solver->v_low, 0, (size_t)solver->n * sizeof *solver->v_low);
     perp__dynamics_relative(&solver->dynamics, solver->best_v, solver->v_low, solver->call->w,
