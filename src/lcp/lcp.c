@@ -8,6 +8,7 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
+#include "base/outcome.h"
 #include "lcp/candidate.h"
 #include "lcp/all/all.h"
 #include "lcp/plan.h"
@@ -113,7 +114,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     iterate.z = solver->iterate;
     iterate.places = solver->places;
     iterate.ray = solver->ray;
-    iterate.cover = solver->cover;
+    iterate.covering = solver->covering;
     iterate.warm = z0 != NULL;
     iterate.attempt = attempt;
     iterate.rays = solver->rays;
@@ -216,7 +217,7 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
                           "settings.method %s cannot take this problem",
                           perp_lcp_method_text(step->method));
     attempts = slot->method->attempts;
-    status = slot->method->check(&solver->problem);
+    status = slot->method->check ? slot->method->check(&solver->problem) : PERP_OK;
     if (status == PERP_OK)
         status = fit(solver, slot);
     if (solver->settings.pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
@@ -312,12 +313,6 @@ static perp_status check_call(perp_lcp_solver *solver, const double *z,
     return status;
 }
 
-/* What overflowed on the way is as large as can be. */
-static double number(double residual)
-{
-    return isnan(residual) ? INFINITY : residual;
-}
-
 static void write_out(perp_lcp_solver *solver, double *z, double *w, double *ray,
                       perp_lcp_result *result, double seconds)
 {
@@ -328,9 +323,9 @@ static void write_out(perp_lcp_solver *solver, double *z, double *w, double *ray
     own.outcome = solver->best.outcome;
     own.method = solver->best.method;
     own.iterations = solver->spent;
-    own.residual = number(solver->best.worth.tested);
-    own.natural_residual = number(solver->best.worth.natural);
-    own.backward_error = number(solver->best.worth.backward);
+    own.residual = perp__told(solver->best.worth.tested);
+    own.natural_residual = perp__told(solver->best.worth.natural);
+    own.backward_error = perp__told(solver->best.worth.backward);
     own.seconds = seconds;
     if (own.outcome == PERP_OUTCOME_RAY) {
         own.has_ray = 1;
