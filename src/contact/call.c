@@ -120,8 +120,6 @@ void perp__contact_write_out(perp_contact_solver *solver, double started)
     const size_t bytes = (size_t)solver->size * sizeof(double);
     int32_t k;
 
-    if (perp__is_good(solver->best.outcome))
-        perp__contact_write_zeros(solver, solver->best.modes, solver->best.u);
     if (call->v && solver->n > 0)
         memcpy(call->v, solver->best_v, (size_t)solver->n * sizeof(double));
     if (bytes > 0) {
