@@ -16,8 +16,6 @@ perp_status perp_body_settings_init(perp_body_settings *settings, size_t size)
 
     if (status == PERP_OK) {
         settings->kind = PERP_BODY_DYNAMIC;
-        settings->mass = 1.0;
-        settings->inertia[0] = settings->inertia[4] = settings->inertia[8] = 1.0;
         settings->orientation[0] = 1.0;
     }
     return status;

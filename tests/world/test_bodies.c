@@ -28,7 +28,10 @@ static void test_defaults(void **state)
     assert_true(world.tol == 0.0);
     assert_int_equal(perp_world_settings_init(NULL, sizeof world, 0), PERP_ERROR_ABI);
     assert_int_equal(perp_world_settings_init(&world, 5, 0), PERP_ERROR_ABI);
-    assert_true(settings.mass == 1.0 && settings.kind == PERP_BODY_DYNAMIC);
+    settings = scene_defaults(); /* mass and inertia: the shapes' */
+    assert_true(settings.mass == 0.0 && settings.inertia[8] == 0.0 &&
+                settings.kind == PERP_BODY_DYNAMIC);
+    assert_true(world.friction == 0.0 && scene_material(0.0, 0.0).density == 1000.0);
 
     scene_create(&s, NULL);
     now = scene_state(&s, scene_add(&s, NULL));

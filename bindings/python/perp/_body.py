@@ -161,31 +161,34 @@ class Body:
         self,
         radius: float,
         *,
-        friction: float = 0.0,
+        friction: Optional[float] = None,
         restitution: float = 0.0,
+        density: Optional[float] = None,
         offset: Optional[ArrayLike] = None,
         rotation: Optional[ArrayLike] = None,
     ) -> Shape:
         """Adds a sphere (planar: a disc). A sphere of radius 0 is a point.
 
-        friction: mu; a pair's is the geometric mean.  restitution: a pair's is the larger.
+        friction: mu, default the world's; a pair's is the geometric mean.
+        restitution: a pair's is the larger.  density: default 1000; see World.add_body().
         offset: of the centre from the mass centre, in the body.  rotation: shape to body, a unit
         quaternion, or an angle in a planar world.
         """
-        settings = self._world._shape_settings(friction, restitution, offset, rotation)
+        settings = self._world._shape_settings(friction, restitution, density, offset, rotation)
         return self._add(library.perp_world_add_sphere, number(radius, "radius"), settings)
 
     def add_box(
         self,
         half_extents: ArrayLike,
         *,
-        friction: float = 0.0,
+        friction: Optional[float] = None,
         restitution: float = 0.0,
+        density: Optional[float] = None,
         offset: Optional[ArrayLike] = None,
         rotation: Optional[ArrayLike] = None,
     ) -> Shape:
         """Adds a box (planar: a rectangle), given half its edges. The rest as for add_sphere()."""
-        settings = self._world._shape_settings(friction, restitution, offset, rotation)
+        settings = self._world._shape_settings(friction, restitution, density, offset, rotation)
         extents = self._world._vector(half_extents, "half_extents")
         return self._add(library.perp_world_add_box, extents, settings)
 
@@ -194,12 +197,12 @@ class Body:
         normal: ArrayLike,
         offset: float = 0.0,
         *,
-        friction: float = 0.0,
+        friction: Optional[float] = None,
         restitution: float = 0.0,
     ) -> Shape:
         """Adds a half-space, solid where normal . x <= offset, in the body's frame. Static and
         kinematic bodies only. The rest as for add_sphere()."""
-        settings = self._world._shape_settings(friction, restitution, None, None)
+        settings = self._world._shape_settings(friction, restitution, None, None, None)
         direction = self._world._vector(normal, "normal")
         distance = c_double(number(offset, "offset"))
         return self._add(library.perp_world_add_plane, direction, distance, settings)

@@ -29,6 +29,7 @@ class World(Handle):
 
     gravity: (3,), default (0, 0, -9.81); in a planar world (2,), default (0, -9.81).
     planar: bodies move in the x-y plane and turn about z.
+    friction: mu of shapes that have none of their own.
     friction_directions: edges of the polyhedral friction cone, even, 4 .. 64. Planar friction is
         exact.
     method, tol: of each contact problem, as for lcp(). max_iterations, time_limit: of a whole step.
@@ -45,6 +46,7 @@ class World(Handle):
         gravity: Optional[ArrayLike] = None,
         planar: bool = False,
         *,
+        friction: float = 0.0,
         friction_directions: int = 8,
         method: str = "auto",
         tol: float = 1e-10,
@@ -57,6 +59,7 @@ class World(Handle):
         settings = defaults(s.WorldSettings, 1 if planar else 0)
         if gravity is not None:
             settings.gravity = self._vector(gravity, "gravity")
+        settings.friction = number(friction, "friction")
         settings.friction_directions = count(friction_directions, "friction_directions")
         settings.method = code(method, _METHOD_CODES, "method")
         settings.tol = tol
@@ -103,13 +106,17 @@ class World(Handle):
 
     def _shape_settings(
         self,
-        friction: float,
+        friction: Optional[float],
         restitution: float,
+        density: Optional[float],
         offset: Optional[ArrayLike],
         rotation: Optional[ArrayLike],
     ) -> s.ShapeSettings:
         settings = defaults(s.ShapeSettings)
-        settings.friction = number(friction, "friction")
+        if friction is not None:
+            settings.friction = number(friction, "friction")
+        if density is not None:
+            settings.density = number(density, "density")
         settings.restitution = number(restitution, "restitution")
         if offset is not None:
             settings.offset = self._vector(offset, "offset")
@@ -124,7 +131,7 @@ class World(Handle):
 
     def add_body(
         self,
-        mass: float = 1.0,
+        mass: Optional[float] = None,
         inertia: Optional[ArrayLike] = None,
         position: Optional[ArrayLike] = None,
         orientation: Optional[ArrayLike] = None,
@@ -136,8 +143,10 @@ class World(Handle):
     ) -> Body:
         """Adds a body without shapes.
 
-        inertia: about the mass centre in the body frame: a number, three principal moments or a
-            symmetric matrix; default 1.
+        mass, inertia: about the mass centre in the body frame; a number, three principal moments
+            or a symmetric matrix. What is left out comes from the shapes that are added: density
+            times volume (planar: area), and their inertia in the ratio of the given mass to
+            theirs; offsets are from the mass centre. 1 where the shapes have no volume.
         position: the mass centre.  orientation: a unit quaternion (w, x, y, z), body to world; in
             a planar world an angle, which may also be given as `angle`.
         velocity: of the mass centre; both velocities in the world frame.
@@ -145,7 +154,10 @@ class World(Handle):
         """
         settings = defaults(s.BodySettings)
         settings.kind = code(kind, _KIND_CODES, "kind")
-        settings.mass = number(mass, "mass")
+        if mass is not None:
+            settings.mass = number(mass, "mass")
+            if settings.mass == 0.0:
+                raise argument_error("mass is 0, > 0 expected")
         if inertia is not None:
             settings.inertia = self._inertia(inertia)
         if position is not None:
