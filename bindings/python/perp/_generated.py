@@ -126,6 +126,10 @@ CONSTANTS: dict[str, int] = {
     "PERP_BODY_DYNAMIC": 0,
     "PERP_BODY_STATIC": 1,
     "PERP_BODY_KINEMATIC": 2,
+    "PERP_ACCURACY_FAST": 0,
+    "PERP_ACCURACY_STANDARD": 1,
+    "PERP_ACCURACY_ACCURATE": 2,
+    "PERP_ACCURACY_EXACT": 3,
 }
 
 
@@ -835,13 +839,16 @@ class WorldSettings(Structure):
         ("struct_size", c_size_t),
         ("gravity", c_double * 3),
         ("planar", c_int32),
-        ("friction_directions", c_int32),
+        ("accuracy", c_int32),
+        ("cone", c_int32),
         ("method", c_int32),
+        ("substeps", c_int32),
         ("max_iterations", c_int32),
-        ("tol", c_double),
-        ("time_limit", c_double),
         ("strict", c_int32),
         ("reserved", c_int32),
+        ("tol", c_double),
+        ("time_limit", c_double),
+        ("friction", c_double),
     ]
 
 
@@ -880,6 +887,7 @@ class ShapeSettings(Structure):
         ("restitution", c_double),
         ("offset", c_double * 3),
         ("rotation", c_double * 4),
+        ("density", c_double),
     ]
 
 
@@ -925,7 +933,6 @@ class WorldStats(Structure):
         ("contacts", c_int32),
         ("rows_normal", c_int32),
         ("rows_friction", c_int32),
-        ("rows_cone", c_int32),
         ("impacts", c_int32),
         ("iterations", c_int64),
         ("steps", c_int64),
