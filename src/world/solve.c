@@ -15,8 +15,11 @@
 #include "base/context.h"
 #include "linalg/spatial.h"
 
-/* What is solved to tol is so to this, where the caller says nothing. */
-#define EXACT_TOL 1e-12
+/* What is solved to tol is so to this, where the caller says nothing; and what the methods are
+ * asked for beside it: they come to rounding nearly always, and then so does a brick at its
+ * threshold. */
+#define EXACT_TOL 1e-10
+#define SHARPER 1e-2
 
 static int32_t larger_of(int32_t a, int32_t b)
 {
@@ -206,6 +209,11 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
     }
 }
 
+double perp__exact_tol(const perp_world *world)
+{
+    return world->settings.tol > 0.0 ? world->settings.tol : EXACT_TOL;
+}
+
 /* The problem of the chosen rows with `free` velocities. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem)
 {
@@ -226,13 +234,12 @@ void perp__pose_island(perp_world *world, const perp__island *island, perp__rigi
     problem->origins = work->origins;
     problem->rows = work->rows;
     problem->warm = work->warm;
-    problem->tol = settings->tol > 0.0 ? settings->tol : EXACT_TOL;
+    problem->tol = SHARPER * perp__exact_tol(world);
     problem->method = settings->method;
     problem->cone = settings->planar ? 0 : settings->cone;
     problem->max_iterations = perp__iterations_left(world);
     problem->deadline = perp__island_deadline(world, island);
     problem->again = work->set_up;
-    problem->holds = 1;
 }
 
 void perp__receive(perp_world *world, perp__rigid_answer *answer)
@@ -266,6 +273,14 @@ static int32_t is_solvable(const perp_world *world, const perp__island *island, 
     return 1;
 }
 
+/* The word for the answer at the world's own tol. */
+static void weigh(const perp_world *world, perp__rigid_answer *answer)
+{
+    const perp__evidence evidence = {answer->tested, answer->own, answer->backward, 1};
+
+    answer->outcome = perp__gate(&evidence, perp__exact_tol(world), answer->outcome);
+}
+
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict)
 {
@@ -277,8 +292,12 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     status = perp__rigid_solve(world->solver, &answer, &problem);
+    if (status == PERP_OK)
+        weigh(world, &answer);
     if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY)
         status = perp__sweep_on(world, island, &answer, &problem);
+    if (status == PERP_OK && perp__is_good(answer.outcome))
+        status = perp__rigid_hold(world->solver, &answer, &problem);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");

@@ -164,8 +164,8 @@ static perp_status judge(perp_world *world, const perp__island *island, perp__ri
     }
     memcpy(work->warm, work->impulse, size);
     problem->deadline = DBL_MIN; /* long past */
-    if (world->settings.tol == 0.0)
-        problem->tol = levels[world->settings.accuracy].tol;
+    problem->tol =
+        world->settings.tol > 0.0 ? world->settings.tol : levels[world->settings.accuracy].tol;
     status = perp__rigid_solve(world->solver, answer, problem);
     if (status != PERP_OK)
         return status;

@@ -447,6 +447,7 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
 /* The problem of the chosen rows with work.free, and where its answer goes. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);
+double perp__exact_tol(const perp_world *world);
 /* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict);

@@ -243,13 +243,13 @@ class World(Handle):
     def contacts(self) -> list[Contact]:
         """The contact points of the last step, those that separate included."""
         with self._lock:
-            found = (s.Contact * library.perp_world_contact_count(self._alive()))()
+            found = (s.WorldContact * library.perp_world_contact_count(self._alive()))()
             for index, contact in enumerate(found):
                 contact.struct_size = sizeof(contact)
                 self._call(library.perp_world_get_contact, byref(contact), index)
         return [self._contact(contact) for contact in found]
 
-    def _contact(self, contact: s.Contact) -> Contact:
+    def _contact(self, contact: s.WorldContact) -> Contact:
         d = self._dimension
         body_a, body_b = Body(self, contact.body_a), Body(self, contact.body_b)
         tangents = [contact.tangent_1[:d], contact.tangent_2[:d]]
