@@ -151,18 +151,20 @@ static void test_lcp_enumeration(void **state)
 static void test_world_settings(void **state)
 {
     (void)state;
-    SIZE(perp_world_settings, 80);
+    SIZE(perp_world_settings, 88);
     FIELD(perp_world_settings, struct_size, 0, 8);
     FIELD(perp_world_settings, gravity, 8, 24);
     FIELD(perp_world_settings, planar, 32, 4);
-    FIELD(perp_world_settings, friction_directions, 36, 4);
-    FIELD(perp_world_settings, method, 40, 4);
-    FIELD(perp_world_settings, max_iterations, 44, 4);
-    FIELD(perp_world_settings, tol, 48, 8);
-    FIELD(perp_world_settings, time_limit, 56, 8);
-    FIELD(perp_world_settings, strict, 64, 4);
-    FIELD(perp_world_settings, reserved, 68, 4);
-    FIELD(perp_world_settings, friction, 72, 8);
+    FIELD(perp_world_settings, accuracy, 36, 4);
+    FIELD(perp_world_settings, cone, 40, 4);
+    FIELD(perp_world_settings, method, 44, 4);
+    FIELD(perp_world_settings, substeps, 48, 4);
+    FIELD(perp_world_settings, max_iterations, 52, 4);
+    FIELD(perp_world_settings, strict, 56, 4);
+    FIELD(perp_world_settings, reserved, 60, 4);
+    FIELD(perp_world_settings, tol, 64, 8);
+    FIELD(perp_world_settings, time_limit, 72, 8);
+    FIELD(perp_world_settings, friction, 80, 8);
 }
 
 static void test_body_settings(void **state)
@@ -253,8 +255,7 @@ static void test_world_stats(void **state)
     FIELD(perp_world_stats, contacts, 20, 4);
     FIELD(perp_world_stats, rows_normal, 24, 4);
     FIELD(perp_world_stats, rows_friction, 28, 4);
-    FIELD(perp_world_stats, rows_cone, 32, 4);
-    FIELD(perp_world_stats, impacts, 36, 4);
+    FIELD(perp_world_stats, impacts, 32, 4);
     FIELD(perp_world_stats, iterations, 40, 8);
     FIELD(perp_world_stats, steps, 48, 8);
     FIELD(perp_world_stats, residual, 56, 8);
