@@ -32,6 +32,8 @@ perp_status perp_body_state_init(perp_body_state *state, size_t size)
     return status;
 }
 
+PERP__INIT(perp_world_states)
+
 perp_status perp__check_quaternion(perp_context *context, const char *name, double *q)
 {
     double norm;
@@ -320,4 +322,55 @@ perp_status perp_world_set_body(perp_world *world, const perp_body_state *state,
     if (status != PERP_OK)
         return status;
     return perp__leave(world->context, set_body(world, state, body));
+}
+
+static perp_status get_states(const perp_world *world, perp_world_states *states)
+{
+    const perp__state *first = world->states;
+    perp_world_states own;
+    perp_status status = PERP__CHECK(perp_world_states, world->context, states);
+
+    if (status == PERP_OK)
+        status = perp_world_states_init(&own, sizeof own);
+    if (status != PERP_OK)
+        return status;
+    own.slots = world->body_slots;
+    own.pose_stride = own.twist_stride = sizeof *first;
+    own.position = first->position;
+    own.orientation = first->orientation;
+    own.angle = &first->angle;
+    own.velocity = first->velocity;
+    own.angular_velocity = first->angular_velocity;
+    perp__struct_write(states, &own, sizeof own);
+    return PERP_OK;
+}
+
+perp_status perp_world_get_states(const perp_world *world, perp_world_states *states)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, get_states(world, states));
+}
+
+static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body id)
+{
+    perp_status status = perp__check_pointer(world->context, "slot", slot);
+    int32_t found;
+
+    if (status == PERP_OK)
+        status = perp__find_body(world, &found, id);
+    if (status == PERP_OK)
+        *slot = found;
+    return status;
+}
+
+perp_status perp_world_body_slot(const perp_world *world, int32_t *slot, perp_body body)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, body_slot(world, slot, body));
 }

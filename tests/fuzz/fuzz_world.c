@@ -146,6 +146,23 @@ static void set_body(fuzz_bytes *bytes, scene *s)
         s->gentle = 0;
 }
 
+/* What is seen without copies is what is read. */
+static void check_slot(const scene *s, const perp_body_state *state, perp_body body)
+{
+    perp_world_states states;
+    int32_t slot = -1;
+
+    if (perp_world_states_init(&states, sizeof states) != PERP_OK ||
+        perp_world_get_states(s->world, &states) != PERP_OK ||
+        perp_world_body_slot(s->world, &slot, body) != PERP_OK || slot < 1 || slot >= states.slots)
+        fuzz_fail("world: a body that was added has a slot");
+    if (memcmp((const char *)states.position + (size_t)slot * states.pose_stride, state->position,
+               sizeof state->position) != 0 ||
+        memcmp((const char *)states.velocity + (size_t)slot * states.twist_stride, state->velocity,
+               sizeof state->velocity) != 0)
+        fuzz_fail("world: slot %d holds another body", slot);
+}
+
 /* All bodies, after a step that counts as solved. */
 static void check_states(const scene *s)
 {
@@ -160,6 +177,7 @@ static void check_states(const scene *s)
         fuzz_finite("orientation", state.orientation, 4);
         fuzz_finite("velocity", state.velocity, 3);
         fuzz_finite("angular_velocity", state.angular_velocity, 3);
+        check_slot(s, &state, s->bodies[k]);
         /* The steps' contacts are linearised: a corner that turns may end below the floor, the
          * centre of a body of at least 0.25 may not. */
         if (s->gentle && s->size[k] > 0 && state.position[s->planar ? 1 : 2] < -0.05)
@@ -304,7 +322,8 @@ static void make(fuzz_bytes *bytes, scene *s)
     settings.tol = s->gentle ? settings.tol : fuzz_tol(bytes, settings.tol);
     settings.strict = (flags & 4) != 0;
     if (flags & 8)
-        settings.friction_directions = 4 + 2 * fuzz_pick(bytes, 4);
+        settings.cone = 4 + 2 * fuzz_pick(bytes, 4);
+    settings.accuracy = flags >> 6;
     if (flags & 16)
         settings.max_iterations = 1 + fuzz_pick(bytes, 50);
     s->timed = (flags & 0x60) == 0x60;

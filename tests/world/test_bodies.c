@@ -275,6 +275,79 @@ static void test_planar_angle(void **state)
     scene_close(&s);
 }
 
+static const double *number_of(const double *first, size_t stride, int32_t slot)
+{
+    return (const double *)((const char *)first + (size_t)slot * stride);
+}
+
+/* The arrays show what is read body by body, and go on doing so through steps. */
+static void same_states(scene *s, const perp_world_states *states, const perp_body *bodies,
+                        int count)
+{
+    int i;
+
+    for (i = 0; i < count; i++) {
+        perp_body_state now = scene_state(s, bodies[i]);
+        int32_t slot = -1;
+
+        SCENE_OK(s, perp_world_body_slot(s->world, &slot, bodies[i]));
+        assert_in_range(slot, 0, states->slots - 1);
+#define SAME(field, kind)                                                                  \
+    assert_memory_equal(number_of(states->field, states->kind##_stride, slot), &now.field, \
+                        sizeof now.field)
+        SAME(position, pose);
+        SAME(orientation, pose);
+        SAME(angle, pose);
+        SAME(velocity, twist);
+        SAME(angular_velocity, twist);
+    }
+}
+
+static void test_states_without_copies(void **state)
+{
+    perp_body bodies[20];
+    perp_body_settings settings = scene_settings();
+    perp_world_states states, short_one;
+    int32_t planar, slot = 77, i;
+    scene s;
+
+    (void)state;
+    for (planar = 0; planar < 2; planar++) {
+        scene_open(&s, planar, 0.5, -1.0, 0.0);
+        bodies[0] = s.ground;
+        for (i = 1; i < 20; i++) { /* more than fit the first memory */
+            settings.position[0] = i;
+            settings.velocity[1] = 2.0 * i;
+            settings.angular_velocity[2] = 0.25 * i;
+            bodies[i] = scene_add(&s, &settings);
+        }
+        assert_int_equal(perp_world_states_init(&states, sizeof states), PERP_OK);
+        SCENE_OK(&s, perp_world_get_states(s.world, &states));
+        assert_int_equal(states.slots, 20);
+        same_states(&s, &states, bodies, 20);
+        for (i = 0; i < 5; i++) {
+            scene_step(&s, 0.125);
+            same_states(&s, &states, bodies, 20);
+        }
+        SCENE_OK(&s, perp_world_body_slot(s.world, &slot, s.ground));
+        assert_int_equal(slot, 0);
+        SCENE_OK(&s, perp_world_remove_body(s.world, bodies[7]));
+        slot = 77;
+        assert_int_equal(perp_world_body_slot(s.world, &slot, bodies[7]), PERP_ERROR_HANDLE);
+        assert_int_equal(slot, 77);
+        bodies[7] = scene_add(&s, &settings); /* in the place that is free */
+        SCENE_OK(&s, perp_world_get_states(s.world, &states));
+        assert_int_equal(states.slots, 20);
+        same_states(&s, &states, bodies, 20);
+        assert_int_equal(perp_world_get_states(s.world, NULL), PERP_ERROR_ARGUMENT);
+        assert_int_equal(perp_world_body_slot(s.world, NULL, bodies[1]), PERP_ERROR_ARGUMENT);
+        memset(&short_one, 0, sizeof short_one);
+        assert_int_equal(perp_world_get_states(s.world, &short_one), PERP_ERROR_ABI);
+        assert_int_equal(perp_world_get_states(NULL, &states), PERP_ERROR_HANDLE);
+        scene_close(&s);
+    }
+}
+
 /* A context may go before its world. */
 static void test_context_goes_first(void **state)
 {
@@ -296,7 +369,7 @@ int main(void)
         cmocka_unit_test(test_longer_structs),     cmocka_unit_test(test_many_bodies),
         cmocka_unit_test(test_kinematic),          cmocka_unit_test(test_placed_shapes),
         cmocka_unit_test(test_materials),          cmocka_unit_test(test_planar_angle),
-        cmocka_unit_test(test_context_goes_first),
+        cmocka_unit_test(test_context_goes_first), cmocka_unit_test(test_states_without_copies),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

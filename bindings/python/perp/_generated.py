@@ -126,6 +126,10 @@ CONSTANTS: dict[str, int] = {
     "PERP_BODY_DYNAMIC": 0,
     "PERP_BODY_STATIC": 1,
     "PERP_BODY_KINEMATIC": 2,
+    "PERP_ACCURACY_FAST": 0,
+    "PERP_ACCURACY_STANDARD": 1,
+    "PERP_ACCURACY_ACCURATE": 2,
+    "PERP_ACCURACY_EXACT": 3,
 }
 
 
@@ -835,13 +839,15 @@ class WorldSettings(Structure):
         ("struct_size", c_size_t),
         ("gravity", c_double * 3),
         ("planar", c_int32),
-        ("friction_directions", c_int32),
+        ("accuracy", c_int32),
+        ("cone", c_int32),
         ("method", c_int32),
+        ("substeps", c_int32),
         ("max_iterations", c_int32),
-        ("tol", c_double),
-        ("time_limit", c_double),
         ("strict", c_int32),
         ("reserved", c_int32),
+        ("tol", c_double),
+        ("time_limit", c_double),
     ]
 
 
@@ -925,7 +931,6 @@ class WorldStats(Structure):
         ("contacts", c_int32),
         ("rows_normal", c_int32),
         ("rows_friction", c_int32),
-        ("rows_cone", c_int32),
         ("impacts", c_int32),
         ("iterations", c_int64),
         ("steps", c_int64),
@@ -934,6 +939,21 @@ class WorldStats(Structure):
         ("seconds_solve", c_double),
         ("seconds_integrate", c_double),
         ("seconds_project", c_double),
+    ]
+
+
+class WorldStates(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("slots", c_int32),
+        ("reserved", c_int32),
+        ("pose_stride", c_size_t),
+        ("twist_stride", c_size_t),
+        ("position", c_void_p),
+        ("orientation", c_void_p),
+        ("angle", c_void_p),
+        ("velocity", c_void_p),
+        ("angular_velocity", c_void_p),
     ]
 
 # The C name of each struct that crosses the boundary.
@@ -983,6 +1003,7 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_world_contact": WorldContact,
     "perp_step_result": StepResult,
     "perp_world_stats": WorldStats,
+    "perp_world_states": WorldStates,
 }
 
 # What each function returns and takes.
@@ -1193,6 +1214,7 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_world_contact_init": (c_int32, [POINTER(WorldContact), c_size_t]),
     "perp_step_result_init": (c_int32, [POINTER(StepResult), c_size_t]),
     "perp_world_stats_init": (c_int32, [POINTER(WorldStats), c_size_t]),
+    "perp_world_states_init": (c_int32, [POINTER(WorldStates), c_size_t]),
     "perp_world_create": (c_int32, [ContextPointer, POINTER(WorldPointer), POINTER(WorldSettings)]),
     "perp_world_destroy": (None, [WorldPointer]),
     "perp_world_ground": (c_uint64, [WorldPointer]),
@@ -1200,6 +1222,8 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_world_remove_body": (c_int32, [WorldPointer, c_uint64]),
     "perp_world_get_body": (c_int32, [WorldPointer, POINTER(BodyState), c_uint64]),
     "perp_world_set_body": (c_int32, [WorldPointer, POINTER(BodyState), c_uint64]),
+    "perp_world_get_states": (c_int32, [WorldPointer, POINTER(WorldStates)]),
+    "perp_world_body_slot": (c_int32, [WorldPointer, c_void_p, c_uint64]),
     "perp_world_add_sphere": (c_int32, [
         WorldPointer, c_void_p, c_uint64, c_double, POINTER(ShapeSettings)
     ]),
