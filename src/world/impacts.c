@@ -78,8 +78,8 @@ static double time_to(double gap, double u, double a)
 {
     const double inside = u * u - 2.0 * a * gap;
 
-    if (gap == 0.0)
-        return u < 0.0 ? 0.0 : INFINITY;
+    if (gap == 0.0) /* it is there, or comes back */
+        return u < 0.0 ? 0.0 : u > 0.0 && a < 0.0 ? -2.0 * u / a : INFINITY;
     if (!(inside >= 0.0) || !(sqrt(inside) - u > 0.0))
         return INFINITY;
     return 2.0 * gap / (sqrt(inside) - u);
@@ -100,8 +100,8 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
         const double gap = work->gap[work->chosen[i]];
         const double speed = sqrt(fmax(u * u - 2.0 * forced / h * gap, 0.0));
 
-        if (!(contact->restitution > 0.0) || !(work->impulse[3 * i] > 0.0) ||
-            (gap == 0.0 && u >= 0.0) || !(speed > slow * fabs(forced)))
+        if (!(work->impulse[3 * i] > 0.0) || (gap == 0.0 && u == 0.0) ||
+            !(contact->restitution > 0.0) || !(speed > slow * fabs(forced)))
             continue;
         work->hit[work->chosen[i]] = 1;
         hits++;
@@ -261,8 +261,9 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
     return PERP_OK;
 }
 
-/* Goes to the first impact and through it; *left is what remains then. *done is 0, and nothing
- * has changed, where there is none in this time. */
+/* Goes to the first impact and through it; *left is what remains then. *done is 1 where there is
+ * none in this time, and all of it is gone smoothly: what velocities at the end of an interval
+ * would close, its way need not. */
 static perp_status go_to_impact(perp_world *world, const perp__island *island, double *left,
                                 double h, int32_t *done, perp__verdict *verdict)
 {
@@ -271,7 +272,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
     int32_t which = -1, mean, i;
     double t;
 
-    *done = 0;
+    *done = 1;
     if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
         return status;
     mean = lasts(world, island);
@@ -280,15 +281,20 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
     work->smooth_count = work->count;
     perp__choose_rows(world, island, NULL);
     t = first_impact(world, island, *left, mean, &which);
-    if (!(t < *left))
-        return PERP_OK;
-    *done = 1;
-    for (i = 0; i < work->smooth_count; i++)
+    *done = !(t < *left);
+    t = fmin(t, *left);
+    for (i = 0; i < work->smooth_count; i++) {
+        perp__world_contact *contact = island_contact(world, island, work->smooth_chosen[i]);
+
         perp__add_impulse(world, island, work->smooth_chosen[i], work->smooth_impulse + 3 * i,
                           t / *left);
-    for (i = 0; i < world->dof * island->bodies && mean; i++)
+        memcpy(contact->next, work->smooth_impulse + 3 * i, sizeof contact->next);
+    }
+    for (i = 0; i < world->dof * island->bodies && mean && !*done; i++)
         work->v[i] = work->now[i] + t / *left * (work->v[i] - work->now[i]);
     go(world, island, t, mean);
+    if (*done)
+        return PERP_OK;
     move_gaps(world, island, t);
     work->gap[which] = 0.0;
     *left -= t;
@@ -338,44 +344,49 @@ static void begin(perp_world *world, const perp__island *island)
     perp__choose_rows(world, island, NULL);
 }
 
+/* The last interval, in which nothing is hit. */
+static void finish(perp_world *world, const perp__island *island, double left, double h)
+{
+    const perp__island_work *work = &world->work;
+    int32_t i;
+
+    perp__take_answer(world, island);
+    go(world, island, left, lasts(world, island));
+    for (i = 0; i < 3 * work->count && left > 0.0; i++) /* as if over the whole step */
+        island_contact(world, island, work->chosen[i / 3])->next[i % 3] =
+            h / left * work->impulse[i];
+}
+
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict)
 {
     const int32_t most = most_impacts(island);
-    const perp__island_work *work = &world->work;
     double left = h;
-    int32_t count = 0, hits = 0, done = 1, k;
+    int32_t done = 0, hits;
     perp_status status;
 
     begin(world, island);
-    while (done) {
+    do {
         status = solve_interval(world, island, left, h, verdict);
         verdict->stages++;
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
             return status;
         hits = find_hits(world, island, h, 0.5 / most);
-        done = 0;
-        if (hits > 0 && count < most) {
+        if (hits == 0) {
+            finish(world, island, left, h);
+            done = 1;
+        } else if (verdict->impacts == most) {
+            status = end_on_impacts(world, island, left, verdict);
+            done = 1;
+        } else {
             status = go_to_impact(world, island, &left, h, &done, verdict);
-            if (status == PERP_OK && !done && verdict->outcome != PERP_OUTCOME_RAY)
-                status = solve_interval(world, island, left, h, verdict);
-            if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
-                return status;
-            count += done;
+            verdict->impacts += !done;
         }
-    }
-    if (hits > 0)
-        status = end_on_impacts(world, island, left, verdict);
-    else {
-        perp__take_answer(world, island);
-        go(world, island, left, lasts(world, island));
-        for (k = 0; k < 3 * work->count && left > 0.0; k++) /* as if over the whole step */
-            island_contact(world, island, work->chosen[k / 3])->next[k % 3] =
-                h / left * work->impulse[k];
-    }
-    verdict->impacts = count + (hits > 0);
-    if (count > 0) /* else the interval is the step */
+        if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
+            return status;
+    } while (!done);
+    if (verdict->impacts > 0) /* else the interval is the step */
         perp__mean_motion(world, island, h);
     perp__write_twists(world, island);
-    return status;
+    return PERP_OK;
 }

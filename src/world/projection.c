@@ -17,9 +17,6 @@
 /* Overlap, relative to the bodies' size, that is worth removing. */
 #define OVERLAP_TOLERANCE 1e-12
 
-/* Ways are found to this beside the overlap: what is left of it comes again. */
-#define SHIFT_TOLERANCE 1e-6
-
 /* How far a point may be moved, in overlaps. */
 #define LONGEST_WAY 8.0
 
@@ -145,9 +142,8 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     problem.warm = NULL;
-    problem.cone = problem.holds = 0;
+    problem.cone = 0;
     problem.method = PERP_CONTACT_METHOD_AUTO;
-    problem.tol = fmax(problem.tol, SHIFT_TOLERANCE);
     status = perp__rigid_solve(world->solver, &answer, &problem);
     if (status != PERP_OK)
         return status;

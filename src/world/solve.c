@@ -15,6 +15,9 @@
 #include "base/context.h"
 #include "linalg/spatial.h"
 
+/* What is solved to tol is so to this, where the caller says nothing. */
+#define EXACT_TOL 1e-12
+
 static int32_t larger_of(int32_t a, int32_t b)
 {
     return a > b ? a : b;
@@ -223,7 +226,7 @@ void perp__pose_island(perp_world *world, const perp__island *island, perp__rigi
     problem->origins = work->origins;
     problem->rows = work->rows;
     problem->warm = work->warm;
-    problem->tol = settings->tol;
+    problem->tol = settings->tol > 0.0 ? settings->tol : EXACT_TOL;
     problem->method = settings->method;
     problem->cone = settings->planar ? 0 : settings->cone;
     problem->max_iterations = perp__iterations_left(world);

@@ -19,7 +19,6 @@ perp_status perp_world_settings_init(perp_world_settings *settings, size_t size,
         settings->planar = planar != 0;
         settings->accuracy = PERP_ACCURACY_STANDARD;
         settings->method = PERP_CONTACT_METHOD_AUTO;
-        settings->tol = 1e-10;
     }
     return status;
 }
@@ -99,7 +98,8 @@ static perp_status check_solver_settings(perp_context *context, const perp_world
 
     solver.method = settings->method;
     solver.max_iterations = settings->max_iterations;
-    solver.tol = settings->tol;
+    if (settings->tol != 0.0)
+        solver.tol = settings->tol;
     solver.time_limit = settings->time_limit;
     return status == PERP_OK ? perp__contact_settings_read(context, &read, &solver) : status;
 }

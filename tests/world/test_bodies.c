@@ -25,7 +25,7 @@ static void test_defaults(void **state)
     assert_true(world.gravity[2] == -9.81 && world.gravity[1] == 0.0 && world.planar == 0);
     assert_int_equal(world.accuracy, PERP_ACCURACY_STANDARD);
     assert_int_equal(world.cone, 0);
-    assert_true(world.tol == 1e-10);
+    assert_true(world.tol == 0.0);
     assert_int_equal(perp_world_settings_init(NULL, sizeof world, 0), PERP_ERROR_ABI);
     assert_int_equal(perp_world_settings_init(&world, 5, 0), PERP_ERROR_ABI);
     assert_true(settings.mass == 1.0 && settings.kind == PERP_BODY_DYNAMIC);

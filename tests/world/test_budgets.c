@@ -40,6 +40,7 @@ static perp_world_settings settings_for(int32_t planar)
     perp_world_settings settings;
 
     assert_int_equal(perp_world_settings_init(&settings, sizeof settings, planar), PERP_OK);
+    settings.accuracy = PERP_ACCURACY_EXACT;
     return settings;
 }
 
@@ -110,7 +111,6 @@ static void test_iterations_are_those_of_the_step(void **state)
     int step;
 
     (void)state;
-    settings.accuracy = PERP_ACCURACY_EXACT;
     settings.max_iterations = 3;
     build_wall(&s, &settings, boxes, 0.0);
     for (step = 0; step < 12; step++) {

@@ -54,10 +54,10 @@ static void test_ray(void **state)
     assert_int_equal(stats_of(&s).steps, 0);
     scene_close(&s);
 
-    /* equal restitution has a step, and so has none at all */
+    /* equal restitution has a step, in which the ball rattles 32 times; and so has none at all */
     ball = between_walls(&s, 0.5, 0.5);
     scene_step(&s, 0.1);
-    scene_near(scene_state(&s, ball).velocity[0], -0.5, 8.0 * EPSILON, "equal restitution");
+    assert_true(fabs(scene_state(&s, ball).velocity[0]) <= 0x1p-32);
     scene_close(&s);
     ball = between_walls(&s, 0.0, 0.0);
     scene_step(&s, 0.1);
@@ -366,8 +366,7 @@ static void test_statistics(void **state)
     assert_int_equal(stats.contacts, 5);
     assert_int_equal(stats.islands, 2);
     assert_int_equal(stats.rows_normal, 5);
-    assert_int_equal(stats.rows_friction, 4 * 8);
-        assert_int_equal(stats.rows_friction, 2 * 4);
+    assert_int_equal(stats.rows_friction, 2 * 4);
     assert_int_equal(stats.bodies, 4);
     assert_int_equal(stats.shapes, 4);
     assert_int_equal(stats.steps, 1);

@@ -156,9 +156,7 @@ static double contact_error(pile *p, const perp_world_contact *all, int32_t coun
 {
     const double size = size_of(p, all, count, c), most = c->friction * c->impulse[0];
     const double *r = c->impulse, *u = c->velocity;
-    const int edges = p->planar ? 2 : 8;
-    double target = -fmax(c->gap, 0.0) / h, slip = 0.0, error;
-    int j;
+    double target = -fmax(c->gap, 0.0) / h, error;
 
     if (fabs(c->gap) < 1e-12) /* a gap of rounding is none */
         target = 0.0;
@@ -170,10 +168,7 @@ static double contact_error(pile *p, const perp_world_contact *all, int32_t coun
     error = fmax(error, (hypot(r[1], r[2]) - most) / most);
     if (most < 1e-4 * size * lightest(p, c)) /* friction that moves nothing: the cone is all */
         return error;
-    for (j = 0; j < edges; j++)
-        slip = fmax(slip, -(cos(2.0 * PI * j / edges) * u[1] +
-                            (p->planar ? 0.0 : sin(2.0 * PI * j / edges)) * u[2]));
-    return fmax(error, (most * slip + r[1] * u[1] + r[2] * u[2]) / (most * size));
+    return fmax(error, (most * hypot(u[1], u[2]) + r[1] * u[1] + r[2] * u[2]) / (most * size));
 }
 
 /* Linear momentum of a body, beside its own terms. */

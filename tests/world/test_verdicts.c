@@ -57,8 +57,8 @@ static void test_momentum_of_a_stopped_solve(void **state)
                          at.impulse[2] * at.tangent_2[k]);
         }
         for (i = 0; i < boxes; i++)
-            for (k = 0; k < 3; k++) /* exact velocities may be off by 1e-8 of those of the island */
-                scene_near(scene_state(&s, box[i]).velocity[k] - v0[i][k], change[i][k], 1e-7,
+            for (k = 0; k < 3; k++) /* where that is all that doubles give, to sqrt(tol) of 1 m/s */
+                scene_near(scene_state(&s, box[i]).velocity[k] - v0[i][k], change[i][k], 4e-6,
                            "change of momentum");
         scene_close(&s);
     }
