@@ -75,11 +75,12 @@ typedef struct perp_world_settings {
     int32_t strict;         /* 1: a step that is not solved leaves the state untouched;
                                0 (default): on a limit it advances with the best iterate */
     int32_t reserved;
-    double tol;                  /* residual that counts as solved, see below; 0 (default): 1e-12
-                                    of what is solved exactly; of what is swept 1e-2, 1e-3, 1e-6
-                                    from fast to accurate */
+    double tol;        /* residual that counts as solved, see below; 0 (default): 1e-12
+                          of what is solved exactly; of what is swept 1e-2, 1e-3, 1e-6
+                          from fast to accurate */
     double time_limit; /* seconds for a whole step; 0 (default): none, and no decision
                           reads the clock */
+    double friction;   /* mu >= 0 of shapes that have none of their own; default 0 */
 } perp_world_settings;
 
 /* State and properties of a body that is about to be added. */
@@ -87,10 +88,11 @@ typedef struct perp_body_settings {
     size_t struct_size;
     int32_t kind; /* PERP_BODY_...; default dynamic */
     int32_t reserved;
-    double mass;           /* > 0; ignored unless dynamic; default 1 */
-    double inertia[9];     /* body frame, symmetric positive definite with the triangle inequality;
-                              default identity. Planar: only inertia[8], about z. */
-    double position[3];    /* mass centre; default 0 */
+    double mass;        /* > 0, or 0 (default): that of the shapes. Ignored unless dynamic. */
+    double inertia[9];  /* body frame, about the mass centre, symmetric positive definite with the
+                           triangle inequality, or all 0 (default): that of the shapes, see
+                           perp_world_add_body. Planar: only inertia[8], about z. */
+    double position[3]; /* mass centre; default 0 */
     double orientation[4]; /* unit quaternion (w,x,y,z) to 1e-6, normalised; default identity */
     double angle;          /* planar only, instead of orientation; default 0 */
     double velocity[3];    /* default 0 */
@@ -112,11 +114,15 @@ typedef struct perp_body_state {
 /* Material and place of a shape on its body. */
 typedef struct perp_shape_settings {
     size_t struct_size;
-    double friction;    /* mu >= 0; a pair's mu is the geometric mean; default 0 */
+    double friction; /* mu >= 0, or PERP_FRICTION_OF_WORLD (default); a pair's mu is the geometric
+                        mean */
     double restitution; /* 0 .. 1; a pair's is the larger; default 0 */
     double offset[3];   /* of the shape's centre from the mass centre, body frame; default 0 */
     double rotation[4]; /* shape to body, unit quaternion; default identity. Planar: about z. */
+    double density;     /* >= 0, mass a volume (planar: an area); default 1000, water in SI units */
 } perp_shape_settings;
+
+#define PERP_FRICTION_OF_WORLD (-1.0)
 
 /* One contact point of the last step. Points that the step's velocities left open without any
  * impulse, and that were not near, are not among them. */
@@ -208,7 +214,15 @@ PERP_API void perp_world_destroy(perp_world *world);
 /* Returns the id of the world's static body; 0 if `world` is not a world. */
 PERP_API perp_body perp_world_ground(const perp_world *world);
 
-/* Adds a body.
+/* Adds a body, which has no shapes yet.
+ *
+ * What the settings leave open comes from the shapes that are added: the mass is the sum of density
+ * times volume, the inertia that of the shapes where they are, in the ratio of the given mass to
+ * theirs. The body's position and the shapes' offsets are those of the mass centre also then: a
+ * step refuses a body whose inertia is left open and whose shapes have their mass centre elsewhere.
+ * Shapes that overlap count twice, points and half-spaces nothing. A body whose shapes have no mass
+ * has the mass 1 and the identity for inertia unless they are given.
+ *
  * Returns: PERP_OK, PERP_ERROR_ARGUMENT (mass <= 0, inertia not positive definite, ...),
  *          _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY. */
 PERP_API perp_status perp_world_add_body(perp_world *world, perp_body *body,
@@ -222,6 +236,12 @@ PERP_API perp_status perp_world_remove_body(perp_world *world, perp_body body) P
 PERP_API perp_status perp_world_get_body(const perp_world *world, perp_body_state *state,
                                          perp_body body) PERP_WARN_UNUSED;
 PERP_API perp_status perp_world_set_body(perp_world *world, const perp_body_state *state,
+                                         perp_body body) PERP_WARN_UNUSED;
+
+/* Mass and inertia of a body, given or of its shapes; infinite unless it is dynamic.
+ * Out:     mass, inertia: 9 numbers, body frame, about the mass centre; planar: all but [8] are 0.
+ *          Either may be NULL. */
+PERP_API perp_status perp_world_get_mass(const perp_world *world, double *mass, double *inertia,
                                          perp_body body) PERP_WARN_UNUSED;
 
 /* Tells where the states of all bodies are, to be read without copies.
@@ -290,9 +310,10 @@ PERP_API perp_status perp_world_momentum(const perp_world *world, double *linear
 PERP_API perp_status perp_world_get_stats(const perp_world *world,
                                           perp_world_stats *stats) PERP_WARN_UNUSED;
 
-/* Save and restore the states of all bodies. The blob is `size` bytes as told by
- * perp_world_snapshot_size and is valid for this world while no body is added or removed
- * (PERP_ERROR_ARGUMENT otherwise). A restored world continues with the same bits. */
+/* Save and restore what the next step reads: the states of all bodies and the impulses of the last
+ * step. The blob is `size` bytes as told by perp_world_snapshot_size at the time of saving, and is
+ * valid for this world while no body is added or removed (PERP_ERROR_ARGUMENT otherwise). A
+ * restored world continues with the same bits. Restoring may return PERP_ERROR_MEMORY. */
 PERP_API perp_status perp_world_snapshot_size(const perp_world *world,
                                               size_t *size) PERP_WARN_UNUSED;
 PERP_API perp_status perp_world_snapshot_save(const perp_world *world, void *blob,

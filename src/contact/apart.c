@@ -57,8 +57,8 @@ static void list(const perp_contact_solver *solver, perp__contact_apart *own, in
             own->units[own->contacts] = k;
             own->dims[own->contacts] = solver->dims[k];
             own->mu[own->contacts] = solver->mu[k];
-            own->rolling[own->contacts] = solver->rolling[k];
-            own->spinning[own->contacts++] = solver->spinning[k];
+            own->rolling[own->contacts] = solver->rolls ? solver->rolling[k] : 0.0;
+            own->spinning[own->contacts++] = solver->spins ? solver->spinning[k] : 0.0;
         }
     own->bilateral = 0;
     for (k = solver->contacts; k < solver->units; k++)

@@ -113,7 +113,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
     iterate.z = solver->iterate;
     iterate.places = solver->places;
     iterate.ray = solver->ray;
-    iterate.cover = solver->cover;
+    iterate.covering = solver->covering;
     iterate.warm = z0 != NULL;
     iterate.attempt = attempt;
     iterate.rays = solver->rays;
@@ -216,7 +216,7 @@ static perp_status run(perp_lcp_solver *solver, const perp__plan_step *step, con
                           "settings.method %s cannot take this problem",
                           perp_lcp_method_text(step->method));
     attempts = slot->method->attempts;
-    status = slot->method->check(&solver->problem);
+    status = slot->method->check ? slot->method->check(&solver->problem) : PERP_OK;
     if (status == PERP_OK)
         status = fit(solver, slot);
     if (solver->settings.pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)

@@ -48,7 +48,8 @@ typedef struct perp__lcp_iterate {
     int8_t *places; /* n, enum perp__place: the final index set. A method that has none of its own
                        leaves it to the front door by returning has_places = 0 */
     double *ray;    /* n, scaled direction of z; only with outcome ray */
-    double *cover;  /* n, what the artificial variable adds to w along the ray; with outcome ray */
+    double
+        *covering; /* n, what the artificial variable adds to w along the ray; with that outcome */
     int32_t has_places;
     /* May be set by the method, with places: step := M_AA^-1 residual_A, A the places between the
      * bounds, by what the method holds of its last basis and as accurate as that is. Both have n
@@ -73,8 +74,8 @@ typedef struct perp__lcp_method {
     /* True where this method is the one for its id: dense and sparse problems may have one each.
      * NULL: always. Asked in the order of the solver's table, once a problem is set up. */
     int32_t (*suits)(const perp__lcp_problem *problem);
-    /* Checks that the method can take the problem: PERP_OK, or PERP_ERROR_ARGUMENT with a
-     * message.*/
+    /* Checks that the method can take the problem: PERP_OK, or PERP_ERROR_ARGUMENT with a message.
+     * NULL: it takes any M, any bounds. */
     perp_status (*check)(const perp__lcp_problem *problem);
     /* Takes the workspace arrays; `work` is the method's struct, problem in its first member. */
     void (*layout)(perp__arena *arena, void *work);
@@ -111,6 +112,9 @@ static inline double perp__middle(double above, double below, double w)
 
     return below > least ? below : least;
 }
+
+/* M_ii of the caller's matrix; 0 where there is no entry. */
+double perp__diagonal_entry(const perp__matrix *M, int32_t i);
 
 /* mid(z - l, z - u, w) without cancellation. */
 static inline double perp__mid(double z, double lower, double upper, double w)

@@ -6,6 +6,16 @@
 #include "lcp/method.h"
 #include "linalg/lanes/multiversion.h"
 
+double perp__diagonal_entry(const perp__matrix *M, int32_t i)
+{
+    if (!M->column_starts)
+        return M->values[(size_t)i * (M->row_stride + M->column_stride)];
+    for (int32_t p = M->column_starts[i]; p < M->column_starts[i + 1]; p++)
+        if (M->row_indices[p] == i)
+            return M->values[p];
+    return 0.0;
+}
+
 perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, double residual)
 {
     perp_lcp_progress progress;

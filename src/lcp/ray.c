@@ -23,22 +23,22 @@ static int32_t recedes(double lower, double upper, double direction)
 
 /* t must not fall along the path's end: it would reach 0. d is positive where z starts at its lower
  * bound, negative where it starts at its upper one. */
-static int32_t cover_rises(double lower, double upper, double cover)
+static int32_t covering_rises(double lower, double upper, double covering)
 {
     if (lower == -INFINITY && upper == INFINITY)
         return 1;
-    return lower == -INFINITY ? cover <= 0.0 : cover >= 0.0;
+    return lower == -INFINITY ? covering <= 0.0 : covering >= 0.0;
 }
 
-/* Along a secondary ray z + s dz, w + s (M dz + cover) the pairs stay complementary: where dz moves
- * the row does not, and where it rests the row moves into its own half-line
- * (Cottle, Pang & Stone 1992, section 4.4). */
+/* Along a secondary ray z + s dz, w + s (M dz + covering) the pairs stay complementary: where dz
+ * moves the row does not, and where it rests the row moves into its own half-line (Cottle, Pang &
+ * Stone 1992, section 4.4). */
 static int32_t row_holds(double lower, double upper, double dz, double dw, double slack)
 {
     if (lower == upper)
         return 1;
     if (lower == -INFINITY && upper == INFINITY)
-        return 1; /* checked by the caller of this function: |dw| <= cover */
+        return 1; /* checked by the caller of this function: |dw| <= covering */
     if (dz != 0.0)
         return fabs(dw) <= slack;
     if (upper == INFINITY)
@@ -54,9 +54,9 @@ int32_t perp__ray_verify(perp_lcp_solver *solver)
     int32_t i;
 
     for (i = 0; i < solver->n; i++) {
-        if (!isfinite(solver->ray[i]) || !isfinite(solver->cover[i]) ||
+        if (!isfinite(solver->ray[i]) || !isfinite(solver->covering[i]) ||
             !recedes(solver->lower[i], solver->upper[i], solver->ray[i]) ||
-            !cover_rises(solver->lower[i], solver->upper[i], solver->cover[i]))
+            !covering_rises(solver->lower[i], solver->upper[i], solver->covering[i]))
             return 0;
         largest = fmax(largest, fabs(solver->ray[i]));
     }
@@ -64,20 +64,20 @@ int32_t perp__ray_verify(perp_lcp_solver *solver)
         return 0;
     for (i = 0; i < solver->n; i++) {
         solver->ray[i] /= largest;
-        solver->cover[i] /= largest;
+        solver->covering[i] /= largest;
         /* omega plays no part in a direction: only D does */
         solver->z[i] = perp__shift(solver->ray[i], solver->exponents[i]);
     }
     perp__multiply_doubled(&solver->M, solver->z, NULL, solver->w_high, solver->w_low);
     for (i = 0; i < solver->n; i++) {
-        double slack = PERP__RAY_TOLERANCE * (solver->row_norms[i] + fabs(solver->cover[i]));
+        double slack = PERP__RAY_TOLERANCE * (solver->row_norms[i] + fabs(solver->covering[i]));
         double Mdz = perp__shift(solver->w_high[i], solver->exponents[i]);
-        double dw = Mdz + solver->cover[i];
+        double dw = Mdz + solver->covering[i];
 
         if (!row_holds(solver->lower[i], solver->upper[i], solver->ray[i], dw, slack))
             return 0;
         if (solver->lower[i] == -INFINITY && solver->upper[i] == INFINITY &&
-            fabs(Mdz) > fabs(solver->cover[i]) + slack)
+            fabs(Mdz) > fabs(solver->covering[i]) + slack)
             return 0;
     }
     return 1;

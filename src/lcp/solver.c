@@ -89,7 +89,7 @@ static void layout(perp__arena *arena, void *object)
     s->upper_scaled = perp__arena_take(arena, n, sizeof(double));
     s->iterate = perp__arena_take(arena, n, sizeof(double));
     s->ray = perp__arena_take(arena, n, sizeof(double));
-    s->cover = perp__arena_take(arena, n, sizeof(double));
+    s->covering = perp__arena_take(arena, n, sizeof(double));
     perp__witness_layout(arena, &s->witness, n);
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
     s->z = perp__arena_take(arena, n, sizeof(double));

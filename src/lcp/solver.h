@@ -7,7 +7,6 @@
 #include "base/outcome.h"
 #include "lcp/lcp.h"
 #include "lcp/method.h"
-#include "lcp/polish.h"
 #include "linalg/scale.h"
 #include "linalg/witness.h"
 
@@ -38,6 +37,19 @@ typedef struct perp__candidate {
     int32_t method;
 } perp__candidate;
 
+/* Workspace of the polish: the active block and its factors. Those of a large sparse block are the
+ * solver's. */
+typedef struct perp__polish {
+    perp__arena arena;
+    int64_t fitted;
+    int32_t *active;            /* n */
+    int8_t *places;             /* n, of the best point */
+    double *z, *w_high, *w_low; /* n, the best point */
+    double *step;               /* n */
+    double *block;              /* dense: n^2 */
+    int32_t *pivots;
+} perp__polish;
+
 struct perp_lcp_solver {
     PERP__HANDLE;
     perp_lcp_settings settings;
@@ -64,8 +76,8 @@ struct perp_lcp_solver {
     int32_t doubtful;      /* w may have lost q in doubled precision: terms tell by how much */
     perp__witness witness;
     double *q_scaled, *lower_scaled, *upper_scaled;
-    double *iterate;     /* scaled, what a method works on */
-    double *ray, *cover; /* scaled */
+    double *iterate;        /* scaled, what a method works on */
+    double *ray, *covering; /* scaled */
     int8_t *places;
     double *z, *w_high, *w_low; /* the point under evaluation, caller's units */
     perp__candidate best;
@@ -160,9 +172,7 @@ perp_status perp__polish_fit(perp_lcp_solver *solver);
  * best point it met in solver->z with w_high, w_low and its worth. PERP_OK, or _MEMORY. */
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth);
 
-/* One step of refinement of solver->z by solver->correct. True if that gave a point as good as a
- * double gets, with its worth; else nothing has changed. */
-int32_t perp__polish_correct(perp_lcp_solver *solver, perp__evaluation *worth);
+void perp__polish_release(perp__polish *polish);
 
 /* Checks the ray in solver->ray against the caller's matrix; true if it is one, and then D ray is
  * in solver->z. The certificate tells whether it, or a vector within its rounding that is left

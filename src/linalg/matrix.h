@@ -30,6 +30,9 @@ void perp__multiply_doubled(const perp__matrix *M, const double *x, const double
 /* y = M x in working precision, fixed order. */
 void perp__multiply(const perp__matrix *M, const double *x, double *y);
 
+/* y += M x; M column-major or CSC, and columns with x_j = 0 cost nothing. */
+void perp__multiply_add(const perp__matrix *M, const double *x, double *y);
+
 /* row_sums[i] = sum_j |M_ij| 2^(e_i + e_j) with e = exponents (square M). */
 void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, double *row_sums);
 

@@ -78,6 +78,14 @@ static void by_sparse_columns(const perp__matrix *M, const double *x, double *y)
     }
 }
 
+void perp__multiply_add(const perp__matrix *M, const double *x, double *y)
+{
+    if (M->column_starts)
+        by_sparse_columns(M, x, y);
+    else
+        by_columns(M, x, y);
+}
+
 void perp__multiply(const perp__matrix *M, const double *x, double *y)
 {
     int32_t i;
@@ -88,10 +96,7 @@ void perp__multiply(const perp__matrix *M, const double *x, double *y)
     }
     for (i = 0; i < M->rows; i++)
         y[i] = 0.0;
-    if (M->column_starts)
-        by_sparse_columns(M, x, y);
-    else
-        by_columns(M, x, y);
+    perp__multiply_add(M, x, y);
 }
 
 /* |value| 2^(a + b) */

@@ -16,8 +16,6 @@ perp_status perp_body_settings_init(perp_body_settings *settings, size_t size)
 
     if (status == PERP_OK) {
         settings->kind = PERP_BODY_DYNAMIC;
-        settings->mass = 1.0;
-        settings->inertia[0] = settings->inertia[4] = settings->inertia[8] = 1.0;
         settings->orientation[0] = 1.0;
     }
     return status;
@@ -322,6 +320,35 @@ perp_status perp_world_set_body(perp_world *world, const perp_body_state *state,
     if (status != PERP_OK)
         return status;
     return perp__leave(world->context, set_body(world, state, body));
+}
+
+static perp_status get_mass(const perp_world *world, double *mass, double *inertia, perp_body id)
+{
+    const perp__body *body;
+    int32_t slot, k;
+    perp_status status = perp__find_body(world, &slot, id);
+
+    if (status != PERP_OK)
+        return status;
+    body = &world->bodies[slot];
+    if (mass)
+        *mass = body->kind == PERP_BODY_DYNAMIC ? body->mass : INFINITY;
+    for (k = 0; k < 9 && inertia; k++)
+        inertia[k] = body->inertia[k];
+    for (k = world->settings.planar ? 8 : 0; k < 9 && inertia && body->kind != PERP_BODY_DYNAMIC;
+         k += 4)
+        inertia[k] = INFINITY;
+    return PERP_OK;
+}
+
+perp_status perp_world_get_mass(const perp_world *world, double *mass, double *inertia,
+                                perp_body body)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, get_mass(world, mass, inertia, body));
 }
 
 static perp_status get_states(const perp_world *world, perp_world_states *states)

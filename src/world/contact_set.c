@@ -16,9 +16,6 @@
 #include "world/collide/meeting.h"
 #include "linalg/spatial.h"
 
-/* A gap below this share of the bodies' size is near: such points take part from the start. */
-#define NEAR 1e-3
-
 /* How often an open pair may join; rounds in which doubtful meetings wait for others; and rounds
  * after which what still meets is left to the projection. */
 #define MAX_JOINS 3
@@ -28,12 +25,28 @@
 /* Radians in a step beyond which a linear contact says little. */
 #define LARGE_TURN 0.25
 
+perp_status perp__reserve_memories(perp_world *world, int32_t count)
+{
+    perp__memory *memories;
+
+    if (count <= world->memory_capacity)
+        return PERP_OK;
+    memories =
+        perp__grown(world->context, world->memories, (size_t)world->memory_count * sizeof *memories,
+                    (size_t)count * sizeof *memories);
+    if (!memories)
+        return perp__fail_memory(world->context, "the contacts");
+    world->memories = memories;
+    world->memory_capacity = count;
+    return PERP_OK;
+}
+
 /* Room for `needed` contacts, and as many memories of them. */
 static perp_status reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed)
 {
     perp__world_contact *contacts;
-    perp__memory *memories;
     int32_t capacity = set->capacity > 0 ? set->capacity : PERP__MAX_POINTS;
+    perp_status status;
 
     if (needed <= set->capacity)
         return PERP_OK;
@@ -41,15 +54,9 @@ static perp_status reserve_contacts(perp_world *world, perp__contact_set *set, i
         return perp__fail_memory(world->context, "the contacts");
     while (capacity < needed)
         capacity *= 2;
-    if (capacity > world->memory_capacity) {
-        memories = perp__grown(world->context, world->memories,
-                               (size_t)world->memory_capacity * sizeof *memories,
-                               (size_t)capacity * sizeof *memories);
-        if (!memories)
-            return perp__fail_memory(world->context, "the contacts");
-        world->memories = memories;
-        world->memory_capacity = capacity;
-    }
+    status = perp__reserve_memories(world, capacity);
+    if (status != PERP_OK)
+        return status;
     contacts = perp__grown(world->context, set->contacts, (size_t)set->count * sizeof *contacts,
                            (size_t)capacity * sizeof *contacts);
     if (!contacts)
@@ -146,6 +153,49 @@ static perp_status add_points(perp_world *world, perp__contact_set *set, const p
     return PERP_OK;
 }
 
+/* The pair of two shapes, among the ordered; NULL if there is none. */
+static perp__pair *find_pair(const perp_world *world, int32_t first, int32_t second)
+{
+    int32_t low = 0, high = world->pair_count;
+
+    while (low < high) {
+        const int32_t middle = low + (high - low) / 2;
+        perp__pair *pair = perp__ordered_pair(world, middle);
+
+        if (pair->first == first && pair->second == second)
+            return pair;
+        if (pair->first < first || (pair->first == first && pair->second < second))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return NULL;
+}
+
+/* Gives memories that came with a snapshot back to their pairs. */
+static void find_memories(perp_world *world)
+{
+    perp__pair *pair = NULL;
+    int32_t i;
+
+    if (!world->memories_restored)
+        return;
+    world->memories_restored = 0;
+    for (i = 0; i < world->pair_slots; i++)
+        world->pairs[i].memories = 0;
+    for (i = 0; i < world->memory_count; i++) {
+        const perp__memory *memory = &world->memories[i];
+
+        if (i == 0 || memory->first != memory[-1].first || memory->second != memory[-1].second) {
+            pair = find_pair(world, memory->first, memory->second);
+            if (pair)
+                pair->first_memory = i;
+        }
+        if (pair)
+            pair->memories++;
+    }
+}
+
 /* Decides how each pair takes part, and makes the points of those that touch plainly. */
 perp_status perp__find_contacts(perp_world *world, double h)
 {
@@ -159,6 +209,8 @@ perp_status perp__find_contacts(perp_world *world, double h)
     for (i = 0; i < world->body_slots; i++) /* no motion has been looked at */
         world->motions[i].tried[0] = NAN;
     status = perp__cover_motions(world, h);
+    if (status == PERP_OK)
+        find_memories(world);
     for (i = 0; i < world->pair_count && status == PERP_OK; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
 
@@ -177,6 +229,18 @@ perp_status perp__find_contacts(perp_world *world, double h)
     return status;
 }
 
+/* A body that comes from farther than it is long is hit in its mass centre: a step in which it
+ * would turn by many radians says nothing about the points beside it, and they let the centre
+ * through. */
+static void centre_arm(perp__world_contact *contact, int32_t side)
+{
+    const double along = perp__dot3(contact->axes[0], contact->arms[side]);
+    int32_t k;
+
+    for (k = 0; k < 3; k++)
+        contact->arms[side][k] = along * contact->axes[0][k];
+}
+
 /* The point as seen from the start: arms are those of the meeting, the gap is what the motion has
  * closed till then. */
 static void set_back(const perp_world *world, perp__world_contact *contact, double t,
@@ -192,6 +256,8 @@ static void set_back(const perp_world *world, perp__world_contact *contact, doub
         for (k = 0; k < 3; k++)
             contact->arms[side][k] =
                 contact->position[k] - (sides[side]->centre[k] + t * sides[side]->way[k]);
+        if (t * perp__length3(sides[side]->way) > sides[side]->reach)
+            centre_arm(contact, side);
         perp__cross(turned, sides[side]->turn, contact->arms[side]);
         for (k = 0; k < 3; k++)
             at[k] = sides[side]->way[k] + turned[k];
@@ -236,7 +302,18 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
     return status;
 }
 
-/* Includes the points that are near or that the motion at hand closes; returns how many. */
+/* How far the motion at hand may take a point, at most. */
+static double way_of(const perp_world *world, const perp__world_contact *contact, double h)
+{
+    const double *a = world->motions[contact->body_a].moving;
+    const double *b = world->motions[contact->body_b].moving;
+
+    return h * (perp__length3(a) + perp__length3(a + 3) * perp__length3(contact->arms[0]) +
+                perp__length3(b) + perp__length3(b + 3) * perp__length3(contact->arms[1]));
+}
+
+/* Includes the points that the motion at hand closes, and those so near that another motion may;
+ * returns how many. */
 static int32_t include_points(perp_world *world, double h)
 {
     int32_t i, came = 0;
@@ -248,8 +325,9 @@ static int32_t include_points(perp_world *world, double h)
         if (contact->included)
             continue;
         perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
-        if (contact->gap + h * u[0] >= 0.0 &&
-            contact->gap > fmax(NEAR * contact->size, contact->rounding))
+        if (contact->gap + h * u[0] >= 0.0 && contact->gap > contact->rounding &&
+            (contact->gap > PERP__NEAR * contact->size ||
+             contact->gap > 2.0 * way_of(world, contact, h)))
             continue;
         contact->included = contact->fresh = 1;
         came++;
@@ -360,27 +438,47 @@ perp_status perp__find_overlaps(perp_world *world, double margin)
     return status;
 }
 
+/* The contact's pair; NULL if it ended within the step. */
+static perp__pair *pair_of(const perp_world *world, const perp__world_contact *contact)
+{
+    perp__pair *pair = &world->pairs[contact->pair];
+
+    return pair->first == contact->shape_a && pair->second == contact->shape_b ? pair : NULL;
+}
+
+/* Starts a pair's memories, as many as it will have. */
+static void start_memories(perp__pair *pair, int32_t *count)
+{
+    pair->first_memory = *count;
+    *count += pair->memories;
+    pair->memories = 0;
+}
+
 void perp__remember(perp_world *world)
 {
-    int32_t i, k, count = 0;
+    int32_t i, k;
 
     for (i = 0; i < world->pair_slots; i++) {
         world->pairs[i].first_memory = -1;
         world->pairs[i].memories = 0;
     }
     for (i = 0; i < world->contacts.count; i++)
-        world->pairs[world->contacts.contacts[i].pair].memories++;
+        if (pair_of(world, &world->contacts.contacts[i]))
+            pair_of(world, &world->contacts.contacts[i])->memories++;
+    world->memory_count = 0;
+    world->memories_restored = 0;
     for (i = 0; i < world->contacts.count; i++) {
         const perp__world_contact *contact = &world->contacts.contacts[i];
-        perp__pair *pair = &world->pairs[contact->pair];
+        perp__pair *pair = pair_of(world, contact);
         perp__memory *memory;
 
-        if (pair->first_memory < 0) {
-            pair->first_memory = count;
-            count += pair->memories;
-            pair->memories = 0;
-        }
+        if (!pair)
+            continue;
+        if (pair->first_memory < 0)
+            start_memories(pair, &world->memory_count);
         memory = &world->memories[pair->first_memory + pair->memories++];
+        memory->first = contact->shape_a;
+        memory->second = contact->shape_b;
         memory->feature = contact->feature;
         memset(memory->impulse, 0, sizeof memory->impulse);
         for (k = 0; k < 3; k++)

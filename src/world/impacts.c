@@ -25,6 +25,11 @@
 #define MOST_IMPACTS 32
 #define CONTACTS_IN_ALL 64
 
+/* Energy of an impact that is rounding, beside its terms; and the least share of restitution that
+ * is tried where impacts give energy. */
+#define ENERGY_ROUNDING 1e-12
+#define LEAST_SHARE 0.25
+
 /* Beside what forces and motion make of it, a normal velocity that counts as none. */
 #define STILL 1e-9
 
@@ -239,25 +244,62 @@ static perp_status pass_hits(perp_world *world, const perp__island *island, doub
     return status;
 }
 
-/* The jump of the velocities where contacts touch. */
+/* The work of the impulses over a jump, and the size of its terms: half of r'(u- + u+), with the
+ * velocities u of bodies alone where something moves as it is told. */
+static double work_of(const perp_world *world, const perp__island *island, double *size)
+{
+    const perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    double sum = 0.0;
+    int32_t i, k, side, j;
+
+    *size = 0.0;
+    for (i = 0; i < work->count; i++)
+        for (k = 0; k < work->rows[i].dim; k++)
+            for (side = 0; side < 2; side++) {
+                const int32_t body = work->rows[i].body[side];
+
+                for (j = 0; j < n && body >= 0 && body < island->bodies; j++) {
+                    const double term = 0.5 * work->impulse[3 * i + k] *
+                                        work->rows[i].rows[side][k][j] *
+                                        (work->now[n * body + j] + work->v[n * body + j]);
+
+                    sum += term;
+                    *size += fabs(term);
+                }
+            }
+    return sum;
+}
+
+/* The jump of the velocities where contacts touch. Moreau's law with friction, or with several
+ * contacts, can give energy: then with less of the restitution, in the end none, which never does
+ * where nothing moves as it is told. */
 static perp_status jump(perp_world *world, const perp__island *island, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
+    double share, size, energy;
     perp_status status;
     int32_t i;
 
     for (i = 0; i < island->contacts; i++)
         work->hit[i] = work->gap[i] > 0.0;
     perp__choose_rows(world, island, work->hit);
-    for (i = 0; i < work->count; i++)
-        work->rows[i].bias[0] = island_contact(world, island, work->chosen[i])->restitution *
-                                normal_of(world, i, work->now, island->bodies, 1);
     perp__force_bodies(world, island, 0.0);
-    status = perp__solve_rows(world, island, 1, verdict);
-    if (status != PERP_OK)
-        return status;
+    for (share = 1.0;; share = share > LEAST_SHARE ? 0.5 * share : 0.0) {
+        for (i = 0; i < work->count; i++)
+            work->rows[i].bias[0] = share *
+                                    island_contact(world, island, work->chosen[i])->restitution *
+                                    normal_of(world, i, work->now, island->bodies, 1);
+        status = perp__solve_rows(world, island, 1, verdict);
+        if (status != PERP_OK)
+            return status;
+        energy = work_of(world, island, &size);
+        if (share == 0.0 || work->carriers > 0 || energy <= ENERGY_ROUNDING * size)
+            break;
+    }
     perp__take_answer(world, island);
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->now);
+    perp__choose_rows(world, island, NULL);
     return PERP_OK;
 }
 

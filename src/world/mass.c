@@ -1,4 +1,5 @@
-/* Mass properties of a dynamic body: checks, inverse, and a square root of the inverse. */
+/* Mass properties of a dynamic body: what is given and what its shapes make, the inverse, and a
+ * square root of the inverse. */
 #include "world/world.h"
 
 #include <math.h>
@@ -129,6 +130,111 @@ static void spatial_inertia(perp__body *body, const double *I)
     }
 }
 
+/* Volume and moments of a shape, mass 1 a volume, about its centre, along its axes. */
+static double shape_volume(const perp_world *world, const perp__geometry *geometry, double *moments)
+{
+    const double *half = geometry->half_extents, r = geometry->radius;
+    const double pi = 3.14159265358979323846;
+    double volume = 0.0;
+    int32_t k;
+
+    moments[0] = moments[1] = moments[2] = 0.0;
+    if (geometry->kind == PERP__SPHERE) {
+        volume = world->settings.planar ? pi * r * r : 4.0 / 3.0 * pi * r * r * r;
+        for (k = 0; k < 3; k++)
+            moments[k] = (world->settings.planar ? 0.5 : 0.4) * volume * r * r;
+    } else if (geometry->kind == PERP__BOX) {
+        volume = 4.0 * half[0] * half[1] * (world->settings.planar ? 1.0 : 2.0 * half[2]);
+        for (k = 0; k < 3; k++) {
+            const double u = half[(k + 1) % 3], v = half[(k + 2) % 3];
+
+            moments[k] = volume * (u * u + v * v) / 3.0;
+        }
+    }
+    return volume;
+}
+
+/* Inverse and roots, of the given mass and inertia or the shapes'. */
+static void weigh(const perp_world *world, perp__body *body)
+{
+    const int32_t planar = world->settings.planar;
+    double inertia[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+    int32_t k;
+
+    body->mass = body->given_mass > 0.0   ? body->given_mass
+                 : body->shape_mass > 0.0 ? body->shape_mass
+                                          : 1.0;
+    body->inverse_mass = 1.0 / body->mass;
+    if (body->given_inertia[8] > 0.0)
+        memcpy(inertia, body->given_inertia, sizeof inertia);
+    else if (body->shape_mass > 0.0)
+        for (k = 0; k < 9; k++)
+            inertia[k] = body->shape_inertia[k] * (body->mass / body->shape_mass);
+    if (planar)
+        planar_inertia(body, inertia[8]);
+    else
+        spatial_inertia(body, inertia);
+}
+
+/* The parallel axis theorem: I about the origin = R I R' + m (|o|^2 E - o o'). */
+perp_status perp__add_shape_mass(const perp_world *world, perp__body *body,
+                                 const perp__shape *shape)
+{
+    const double *R = shape->rotation, *o = shape->offset;
+    perp__body sum = *body;
+    double moments[3], mass = shape->density * shape_volume(world, &shape->geometry, moments);
+    int32_t i, j, k;
+
+    if (body->kind != PERP_BODY_DYNAMIC || mass == 0.0)
+        return PERP_OK;
+    sum.shape_mass += mass;
+    for (i = 0; i < 3; i++) {
+        sum.shape_moment[i] += mass * o[i];
+        for (j = 0; j < 3; j++) {
+            double entry = mass * ((i == j ? perp__dot3(o, o) : 0.0) - o[i] * o[j]);
+
+            for (k = 0; k < 3; k++)
+                entry += shape->density * R[3 * i + k] * moments[k] * R[3 * j + k];
+            sum.shape_inertia[3 * i + j] += entry;
+        }
+    }
+    weigh(world, &sum);
+    if (!(sum.mass < INFINITY && sum.inverse_mass < INFINITY) ||
+        !perp__all_finite(sum.inertia, 9) || !perp__all_finite(sum.inverse_inertia, 9))
+        return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                          "settings.density is %g: mass or inertia leave the range of numbers",
+                          shape->density);
+    *body = sum;
+    return PERP_OK;
+}
+
+perp_status perp__check_centres(perp_world *world)
+{
+    const double tolerance = 1e-6; /* of the body's size: offsets may have rounded digits */
+    int32_t i;
+
+    for (i = 0; i < world->body_slots && !world->weighed; i++) {
+        const perp__body *body = &world->bodies[i];
+        const double *moment = body->shape_moment;
+
+        if (body->alive && body->kind == PERP_BODY_DYNAMIC && !(body->given_inertia[8] > 0.0) &&
+            perp__length3(moment) > tolerance * body->radius * body->shape_mass)
+            return perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                              "body %d has its shapes' mass centre at (%g, %g, %g) from its "
+                              "position, 0 expected: offsets are from the mass centre unless the "
+                              "inertia is given",
+                              (int)i, moment[0] / body->shape_mass, moment[1] / body->shape_mass,
+                              moment[2] / body->shape_mass);
+    }
+    world->weighed = 1;
+    return PERP_OK;
+}
+
+static int32_t is_zero9(const double *x)
+{
+    return perp__is_zero3(x) && perp__is_zero3(x + 3) && perp__is_zero3(x + 6);
+}
+
 perp_status perp__body_mass(const perp_world *world, perp__body *body, double mass,
                             const double *inertia)
 {
@@ -137,24 +243,23 @@ perp_status perp__body_mass(const perp_world *world, perp__body *body, double ma
 
     if (status != PERP_OK)
         return status;
-    if (mass <= 0.0)
+    if (mass < 0.0)
         return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.mass is %g, > 0 expected for a dynamic body", mass);
+                          "settings.mass is %g, > 0 expected for a dynamic body, or 0: the shapes'",
+                          mass);
     if (world->settings.planar) {
         status = perp__check_finite(context, "settings.inertia[8]", inertia + 8, 1);
-        if (status == PERP_OK && inertia[8] <= 0.0)
+        if (status == PERP_OK && inertia[8] < 0.0)
             status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                                "settings.inertia[8] is %g, > 0 expected", inertia[8]);
-    } else {
+                                "settings.inertia[8] is %g, > 0 expected, or 0: the shapes'",
+                                inertia[8]);
+    } else if (!is_zero9(inertia)) {
         status = check_inertia(context, inertia);
     }
     if (status != PERP_OK)
         return status;
-    body->mass = mass;
-    body->inverse_mass = 1.0 / mass;
-    if (world->settings.planar)
-        planar_inertia(body, inertia[8]);
-    else
-        spatial_inertia(body, inertia);
+    body->given_mass = mass;
+    memcpy(body->given_inertia, inertia, sizeof body->given_inertia);
+    weigh(world, body);
     return PERP_OK;
 }

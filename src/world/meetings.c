@@ -13,9 +13,6 @@
 /* A gap is a difference of coordinates: this many units of rounding of the largest of them. */
 #define GAP_ROUNDING (64.0 * PERP__EPSILON)
 
-/* A gap below this share of the bodies' size is near a half-space. */
-#define NEAR 1e-3
-
 /* By how much of its way a motion may close shapes that touch without pressing; and by how much of
  * the slop. */
 #define RELATIVE_GRAZING 1e-6
@@ -95,7 +92,7 @@ perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h
         moving.way[k] = h * motion->moving[k];
         moving.turn[k] = turns ? h * motion->moving[3 + k] : 0.0;
     }
-    moving.reach = perp__length3(at->offset) + at->radius;
+    moving.reach = at->reach;
     return moving;
 }
 
@@ -260,8 +257,8 @@ static int32_t open_points(const perp_world *world, const perp__pair *pair, perp
         return made;
     if (a.start->geometry->kind != PERP__BOX || b.start->geometry->kind != PERP__BOX)
         return 0;
-    perp__copy3(covered, points[0].normal);
     perp__moved(&a, later, &at_a);
+    perp__apply_transposed3(covered, at_a.rotation, points[0].normal);
     perp__moved(&b, later, &at_b);
     count = perp__box_axes(&at_a, &at_b, planar, axes);
     for (;;) {
@@ -290,7 +287,8 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
 {
     const perp__moving a = perp__moving_shape(world, pair->first, h);
     const perp__moving b = perp__moving_shape(world, pair->second, h);
-    const perp__nearness near = nearness_of(world, pair, perp__relative_way(&a, &b));
+    const double way = perp__relative_way(&a, &b);
+    const perp__nearness near = nearness_of(world, pair, way);
     const int32_t planar = world->settings.planar;
     const double sizes = world->bodies[world->shapes[pair->first].body].radius +
                          world->bodies[world->shapes[pair->second].body].radius;
@@ -298,7 +296,8 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     if (!perp__are_near(world, pair, near.touching))
         return 0;
     if (has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
-        if (perp__collide(a.start, b.start, planar, fmax(NEAR * sizes, near.touching), points) == 0)
+        if (perp__collide(a.start, b.start, planar,
+                          fmax(fmin(PERP__NEAR * sizes, 2.0 * way), near.touching), points) == 0)
             return 0;
         return perp__collide(a.start, b.start, planar, INFINITY, points);
     }

@@ -8,12 +8,19 @@
 #include "base/context.h"
 #include "linalg/spatial.h"
 
+/* Density of a shape that says none. */
+#define WATER 1000.0
+
 perp_status perp_shape_settings_init(perp_shape_settings *settings, size_t size)
 {
     perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_shape_settings));
 
-    if (status == PERP_OK)
+    if (status == PERP_OK) {
+        settings->friction = PERP_FRICTION_OF_WORLD;
         settings->rotation[0] = 1.0;
+        if (size >= PERP__SIZE_THROUGH(perp_shape_settings, density))
+            settings->density = WATER;
+    }
     return status;
 }
 
@@ -23,11 +30,16 @@ static perp_status check_material(perp_context *context, const perp_shape_settin
 
     if (status == PERP_OK)
         status = perp__check_finite(context, "settings.restitution", &settings->restitution, 1);
+    if (status == PERP_OK)
+        status = perp__check_finite(context, "settings.density", &settings->density, 1);
     if (status != PERP_OK)
         return status;
-    if (settings->friction < 0.0)
+    if (settings->friction < 0.0 && settings->friction != PERP_FRICTION_OF_WORLD)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.friction is %g, >= 0 expected",
                           settings->friction);
+    if (settings->density < 0.0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.density is %g, >= 0 expected",
+                          settings->density);
     if (settings->restitution < 0.0 || settings->restitution > 1.0)
         return perp__fail(context, PERP_ERROR_ARGUMENT,
                           "settings.restitution is %g, 0 .. 1 expected", settings->restitution);
@@ -65,7 +77,9 @@ static perp_status read_settings(const perp_world *world, perp__shape *shape,
         status = check_rotation(world, settings.rotation);
     if (status != PERP_OK)
         return status;
-    shape->friction = settings.friction;
+    shape->friction =
+        settings.friction == PERP_FRICTION_OF_WORLD ? world->settings.friction : settings.friction;
+    shape->density = settings.density;
     shape->restitution = settings.restitution;
     perp__copy3(shape->offset, settings.offset);
     perp__quaternion_matrix(shape->rotation, settings.rotation);
@@ -98,15 +112,14 @@ static perp_status reserve_shape(perp_world *world)
     return PERP_OK;
 }
 
-static void include_shape(perp__body *body, const perp__shape *shape)
+static void include_shape(perp__body *body, perp__shape *shape)
 {
-    double reach = perp__length3(shape->offset) + shape->radius;
-
+    shape->reach = perp__length3(shape->offset) + shape->radius;
     body->shapes++;
     if (shape->geometry.kind == PERP__PLANE)
         body->planes++;
-    else if (reach > body->radius)
-        body->radius = reach;
+    else if (shape->reach > body->radius)
+        body->radius = shape->reach;
 }
 
 void perp__remove_shapes(perp_world *world, int32_t body)
@@ -144,8 +157,11 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
                             "body is dynamic: a half-space may be on a static or kinematic body");
     if (status == PERP_OK)
         status = reserve_shape(world);
+    if (status == PERP_OK)
+        status = perp__add_shape_mass(world, &world->bodies[body], shape);
     if (status != PERP_OK)
         return status;
+    world->weighed = 0;
     slot = world->free_shape;
     if (slot >= 0) {
         world->free_shape = world->shapes[slot].next_free;
@@ -158,7 +174,7 @@ static perp_status attach_shape(perp_world *world, perp_shape *id, perp_body bod
     world->shapes[slot].body = body;
     world->shapes[slot].generation = generation;
     perp__enlist_shape(world, slot);
-    include_shape(&world->bodies[body], shape);
+    include_shape(&world->bodies[body], &world->shapes[slot]);
     world->stats.shapes++;
     if (id)
         *id = perp__id(slot, generation);

@@ -1,4 +1,5 @@
-/* States of all bodies as a block of bytes. */
+/* What the next step reads, as a block of bytes: the states of all bodies, and the impulses of the
+ * last step, from which the next one starts. */
 #include "world/world.h"
 
 #include <string.h>
@@ -14,6 +15,7 @@ typedef struct snapshot_header {
     uint64_t world;
     uint64_t edition;
     uint64_t slots;
+    uint64_t memories;
 } snapshot_header;
 
 static snapshot_header header_of(const perp_world *world)
@@ -24,6 +26,7 @@ static snapshot_header header_of(const perp_world *world)
     header.world = (uint64_t)(uintptr_t)world;
     header.edition = world->edition;
     header.slots = (uint64_t)world->body_slots;
+    header.memories = (uint64_t)world->memory_count;
     return header;
 }
 
@@ -32,15 +35,18 @@ static size_t states_size(const perp_world *world)
     return (size_t)world->body_slots * sizeof *world->states;
 }
 
-static perp_status check_blob(const perp_world *world, const void *blob, size_t size)
+static size_t snapshot_size(const perp_world *world, uint64_t memories)
 {
-    size_t expected = sizeof(snapshot_header) + states_size(world);
-    perp_status status = perp__check_pointer(world->context, "blob", blob);
+    return sizeof(snapshot_header) + states_size(world) +
+           (size_t)memories * sizeof *world->memories;
+}
 
-    if (status == PERP_OK && size != expected)
-        status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                            "size is %zu, this world's snapshots have %zu bytes", size, expected);
-    return status;
+static perp_status check_size(const perp_world *world, size_t size, size_t expected)
+{
+    if (size == expected)
+        return PERP_OK;
+    return perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                      "size is %zu, this snapshot has %zu bytes", size, expected);
 }
 
 perp_status perp_world_snapshot_size(const perp_world *world, size_t *size)
@@ -51,45 +57,72 @@ perp_status perp_world_snapshot_size(const perp_world *world, size_t *size)
         return status;
     status = perp__check_pointer(world->context, "size", size);
     if (status == PERP_OK)
-        *size = sizeof(snapshot_header) + states_size(world);
+        *size = snapshot_size(world, (uint64_t)world->memory_count);
     return perp__leave(world->context, status);
+}
+
+static perp_status save(const perp_world *world, char *blob, size_t size)
+{
+    const snapshot_header header = header_of(world);
+    const size_t memories = (size_t)world->memory_count * sizeof *world->memories;
+    perp_status status = perp__check_pointer(world->context, "blob", blob);
+
+    if (status == PERP_OK)
+        status = check_size(world, size, snapshot_size(world, header.memories));
+    if (status != PERP_OK)
+        return status;
+    memcpy(blob, &header, sizeof header);
+    memcpy(blob + sizeof header, world->states, states_size(world));
+    if (memories > 0)
+        memcpy(blob + sizeof header + states_size(world), world->memories, memories);
+    return PERP_OK;
 }
 
 perp_status perp_world_snapshot_save(const perp_world *world, void *blob, size_t size)
 {
-    snapshot_header header;
     perp_status status = perp__world_enter(world);
 
     if (status != PERP_OK)
         return status;
-    status = check_blob(world, blob, size);
-    if (status == PERP_OK) {
-        header = header_of(world);
-        memcpy(blob, &header, sizeof header);
-        memcpy((char *)blob + sizeof header, world->states, states_size(world));
-    }
-    return perp__leave(world->context, status);
+    return perp__leave(world->context, save(world, blob, size));
+}
+
+static perp_status restore(perp_world *world, const char *blob, size_t size)
+{
+    const snapshot_header expected = header_of(world);
+    snapshot_header header;
+    perp_status status = perp__check_pointer(world->context, "blob", blob);
+
+    if (status == PERP_OK && size < sizeof header)
+        status = check_size(world, size, snapshot_size(world, expected.memories));
+    if (status != PERP_OK)
+        return status;
+    memcpy(&header, blob, sizeof header);
+    if (header.magic != expected.magic || header.world != expected.world ||
+        header.edition != expected.edition || header.slots != expected.slots ||
+        header.memories > INT32_MAX / 4)
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                          "blob is no snapshot of this world with the bodies it has now");
+    status = check_size(world, size, snapshot_size(world, header.memories));
+    if (status == PERP_OK)
+        status = perp__reserve_memories(world, (int32_t)header.memories);
+    if (status != PERP_OK)
+        return status;
+    memcpy(world->states, blob + sizeof header, states_size(world));
+    if (header.memories > 0)
+        memcpy(world->memories, blob + sizeof header + states_size(world),
+               (size_t)header.memories * sizeof *world->memories);
+    world->memory_count = (int32_t)header.memories;
+    world->memories_restored = 1;
+    perp__unsettle_all(world);
+    return PERP_OK;
 }
 
 perp_status perp_world_snapshot_restore(perp_world *world, const void *blob, size_t size)
 {
-    snapshot_header header, expected;
     perp_status status = perp__world_enter(world);
 
     if (status != PERP_OK)
         return status;
-    status = check_blob(world, blob, size);
-    if (status == PERP_OK) {
-        expected = header_of(world);
-        memcpy(&header, blob, sizeof header);
-        if (header.magic != expected.magic || header.world != expected.world ||
-            header.edition != expected.edition || header.slots != expected.slots)
-            status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
-                                "blob is no snapshot of this world with the bodies it has now");
-    }
-    if (status == PERP_OK) {
-        memcpy(world->states, (const char *)blob + sizeof header, states_size(world));
-        perp__unsettle_all(world);
-    }
-    return perp__leave(world->context, status);
+    return perp__leave(world->context, restore(world, blob, size));
 }

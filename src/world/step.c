@@ -59,6 +59,8 @@ static perp_status prepare(perp_world *world, double h)
 
     if (status == PERP_OK)
         status = perp__arena_fit(&world->shape_arena, lay_out_shapes, world);
+    if (status == PERP_OK)
+        status = perp__check_centres(world);
     if (status != PERP_OK)
         return status;
     perp__place(world, world->states);

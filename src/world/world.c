@@ -84,6 +84,12 @@ static perp_status check_settings(perp_context *context, const perp_world_settin
     if (settings->substeps < 0 || settings->substeps > PERP__MAX_SUBSTEPS)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.substeps is %d, 0 to %d expected",
                           (int)settings->substeps, PERP__MAX_SUBSTEPS);
+    status = perp__check_finite(context, "settings.friction", &settings->friction, 1);
+    if (status != PERP_OK)
+        return status;
+    if (settings->friction < 0.0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.friction is %g, >= 0 expected",
+                          settings->friction);
     if (settings->strict != 0 && settings->strict != 1)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.strict is %d, 0 or 1 expected",
                           (int)settings->strict);

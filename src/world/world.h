@@ -48,6 +48,11 @@ typedef struct perp__body {
     int32_t kind;
     int32_t next_free;
     int32_t spherical; /* inertia is a multiple of the identity: no gyroscopic term */
+    double given_mass; /* 0, and an inertia of zeros: the shapes' */
+    double given_inertia[9];
+    double shape_mass; /* of all shapes, with their moments about the body's origin */
+    double shape_moment[3];
+    double shape_inertia[9];
     double mass;
     double inverse_mass; /* 0 unless dynamic, as the matrices below */
     double inertia[9];
@@ -76,6 +81,8 @@ typedef struct perp__pair {
 
 /* What a contact point was given in the last step, in the world frame. */
 typedef struct perp__memory {
+    int32_t first; /* the shapes' slots */
+    int32_t second;
     uint64_t feature;
     double impulse[3];
 } perp__memory;
@@ -87,9 +94,11 @@ typedef struct perp__shape {
     int32_t body;
     double friction;
     double restitution;
+    double density;
     double offset[3];
     double rotation[9];
     double radius;    /* of the sphere about the shape's centre; 0 for a half-space */
+    double reach;     /* of its points, from the mass centre; 0 for a half-space */
     double thickness; /* half of its least width; INFINITY for half-spaces and points */
     /* pairs.c */
     int32_t leaf;       /* its fat box; -1: none */
@@ -227,6 +236,7 @@ struct perp_world {
     int32_t shape_capacity;
     int32_t free_shape;
     uint64_t edition; /* counts bodies added and removed */
+    int32_t weighed;  /* since shapes came, the mass centres have been looked at */
 
     /* the step's own memory, by size */
     perp__arena body_arena;
@@ -252,12 +262,14 @@ struct perp_world {
     int32_t pair_capacity;
     int32_t free_pair;
     int32_t pair_count;
-    int32_t *pair_order;   /* the pairs by their shapes; as much again for sorting */
-    int32_t pairs_changed; /* since they were sorted */
-    perp__memory *memories;
+    int32_t *pair_order;    /* the pairs by their shapes; as much again for sorting */
+    int32_t pairs_changed;  /* since they were sorted */
+    perp__memory *memories; /* pair by pair */
+    int32_t memory_count;
     int32_t memory_capacity;
-    int32_t rounds; /* of looking for contacts in this step */
-    double slop;    /* overlap, relative to the shapes' thickness, that is left standing */
+    int32_t memories_restored; /* and not found by their pairs yet */
+    int32_t rounds;            /* of looking for contacts in this step */
+    double slop; /* overlap, relative to the shapes' thickness, that is left standing */
     int32_t island_count;
     perp__contact_set contacts; /* of the step */
     perp__contact_set overlaps; /* of the projection */
@@ -292,9 +304,14 @@ perp_status perp__add_body(perp_world *world, perp_body *id, const perp_body_set
 perp_status perp__check_quaternion(perp_context *context, const char *name, double *q);
 perp_status perp__check_planar_vector(const perp_world *world, const char *name, const double *x);
 
-/* mass.c: fills the mass properties of a dynamic body from settings->mass and inertia. */
+/* mass.c: the mass properties of a dynamic body, from what its settings give and from its shapes.
+ */
 perp_status perp__body_mass(const perp_world *world, perp__body *body, double mass,
                             const double *inertia);
+perp_status perp__add_shape_mass(const perp_world *world, perp__body *body,
+                                 const perp__shape *shape);
+/* Refuses bodies that would turn about another point than their shapes' mass centre. */
+perp_status perp__check_centres(perp_world *world);
 
 /* Releases the shapes of a body; recomputes its bounding radius. */
 void perp__remove_shapes(perp_world *world, int32_t body);
@@ -325,6 +342,9 @@ void perp__forget_shape(perp_world *world, int32_t shape);
 void perp__unsettle(perp_world *world, int32_t body);
 void perp__unsettle_all(perp_world *world);
 
+/* A gap below this share of the bodies' size is near: such points take part from the start. */
+#define PERP__NEAR 1e-3
+
 /* meetings.c */
 double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
 /* Whether the spheres about two shapes are within `margin` of each other; half-spaces are. */
@@ -349,6 +369,8 @@ perp_status perp__find_contacts(perp_world *world, double h);
 perp_status perp__join_contacts(perp_world *world, double h, int32_t *came);
 /* Keeps the impulses of the step's contacts for the next step's `warm`. */
 void perp__remember(perp_world *world);
+/* Room for so many of them. */
+perp_status perp__reserve_memories(perp_world *world, int32_t count);
 /* Points with gaps up to `margin` in the next states. */
 perp_status perp__find_overlaps(perp_world *world, double margin);
 

@@ -151,7 +151,7 @@ static void test_lcp_enumeration(void **state)
 static void test_world_settings(void **state)
 {
     (void)state;
-    SIZE(perp_world_settings, 80);
+    SIZE(perp_world_settings, 88);
     FIELD(perp_world_settings, struct_size, 0, 8);
     FIELD(perp_world_settings, gravity, 8, 24);
     FIELD(perp_world_settings, planar, 32, 4);
@@ -164,6 +164,7 @@ static void test_world_settings(void **state)
     FIELD(perp_world_settings, reserved, 60, 4);
     FIELD(perp_world_settings, tol, 64, 8);
     FIELD(perp_world_settings, time_limit, 72, 8);
+    FIELD(perp_world_settings, friction, 80, 8);
 }
 
 static void test_body_settings(void **state)
@@ -199,12 +200,13 @@ static void test_body_state(void **state)
 static void test_shape_settings(void **state)
 {
     (void)state;
-    SIZE(perp_shape_settings, 80);
+    SIZE(perp_shape_settings, 88);
     FIELD(perp_shape_settings, struct_size, 0, 8);
     FIELD(perp_shape_settings, friction, 8, 8);
     FIELD(perp_shape_settings, restitution, 16, 8);
     FIELD(perp_shape_settings, offset, 24, 24);
     FIELD(perp_shape_settings, rotation, 48, 32);
+    FIELD(perp_shape_settings, density, 80, 8);
 }
 
 static void test_contact(void **state)

@@ -294,7 +294,7 @@ static void read_all(fuzz_bytes *bytes, scene *s)
 {
     perp_world_stats stats;
     perp_world_contact contact;
-    double x[6];
+    double x[9], mass = 0;
 
     if (perp_world_stats_init(&stats, sizeof stats) != PERP_OK ||
         perp_world_contact_init(&contact, sizeof contact) != PERP_OK)
@@ -302,6 +302,10 @@ static void read_all(fuzz_bytes *bytes, scene *s)
     fuzz_status(s->context, perp_world_get_stats(s->world, &stats), "get_stats");
     fuzz_status(s->context, perp_world_energy(s->world, &x[0], &x[1]), "energy");
     fuzz_status(s->context, perp_world_momentum(s->world, &x[0], &x[3]), "momentum");
+    if (fuzz_status(s->context, perp_world_get_mass(s->world, &mass, x, any_body(bytes, s)),
+                    "get_mass") &&
+        !(mass > 0 && x[8] > 0))
+        fuzz_fail("world: a body has mass %g and inertia %g", mass, x[8]);
     fuzz_status(s->context, perp_world_get_contact(s->world, &contact, fuzz_byte(bytes) - 1),
                 "get_contact");
     if (stats.bodies < s->count)

@@ -128,7 +128,7 @@ static void require_solves(setting *s, const int *M, gen_random *random)
     require_block(s, M, weights, 0.0, places, random);
     require_block(s, M, NULL, 800.0, places, random);
     perp__fischer_matrix_transposed(&s->matrix, b, transposed);
-    perp__fischer_matrix_add(&s->matrix, b, y);
+    perp__multiply_add(&s->matrix.S, b, y);
     perp__fischer_matrix_add_column(&s->matrix, 2, -b[2], y);
     for (int i = 0; i < N; i++) {
         double sum = 0.0, across = 0.0;

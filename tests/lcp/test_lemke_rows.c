@@ -119,7 +119,6 @@ static void test_rows(void **state)
     (void)state;
     gen_seed(&random, 3);
     assert_null(perp__row_kernels_number(-1));
-    assert_ptr_equal(perp__row_kernels_choose(), perp__row_kernels_number(0));
     for (k = 0; k < 2000; k++) {
         draw(&p, &random);
         for (number = 0; perp__row_kernels_number(number) != NULL; number++)

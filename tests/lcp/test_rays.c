@@ -253,7 +253,7 @@ static void test_what_a_ray_is(void **state)
         for (i = 0; i < 2; i++) { /* all scales are 1: diagonals are 0 or +-1 */
             assert_int_equal(solver->exponents[i], 0);
             solver->ray[i] = cases[k].ray[i];
-            solver->cover[i] = cases[k].cover[i];
+            solver->covering[i] = cases[k].cover[i];
         }
         if (perp__ray_verify(solver) != cases[k].is_ray)
             fail_msg("case %d", (int)k);

@@ -53,11 +53,21 @@ static inline void scene_close(scene *s)
     perp_context_destroy(s->context);
 }
 
-static inline perp_body_settings scene_settings(void)
+static inline perp_body_settings scene_defaults(void)
 {
     perp_body_settings settings;
 
     assert_int_equal(perp_body_settings_init(&settings, sizeof settings), PERP_OK);
+    return settings;
+}
+
+/* The defaults, but for mass and moments of 1, whatever the shapes. */
+static inline perp_body_settings scene_settings(void)
+{
+    perp_body_settings settings = scene_defaults();
+
+    settings.mass = 1.0;
+    settings.inertia[0] = settings.inertia[4] = settings.inertia[8] = 1.0;
     return settings;
 }
 

@@ -28,7 +28,10 @@ static void test_defaults(void **state)
     assert_true(world.tol == 0.0);
     assert_int_equal(perp_world_settings_init(NULL, sizeof world, 0), PERP_ERROR_ABI);
     assert_int_equal(perp_world_settings_init(&world, 5, 0), PERP_ERROR_ABI);
-    assert_true(settings.mass == 1.0 && settings.kind == PERP_BODY_DYNAMIC);
+    settings = scene_defaults(); /* mass and inertia: the shapes' */
+    assert_true(settings.mass == 0.0 && settings.inertia[8] == 0.0 &&
+                settings.kind == PERP_BODY_DYNAMIC);
+    assert_true(world.friction == 0.0 && scene_material(0.0, 0.0).density == 1000.0);
 
     scene_create(&s, NULL);
     now = scene_state(&s, scene_add(&s, NULL));
@@ -275,6 +278,45 @@ static void test_planar_angle(void **state)
     scene_close(&s);
 }
 
+/* What was given, else what the shapes have: a box of 2 x 4 x 6 m and 3 kg/m^3. */
+static void test_mass_is_told(void **state)
+{
+    const double half[] = {1.0, 2.0, 3.0};
+    const double moments[] = {144.0 * 52.0 / 12.0, 144.0 * 40.0 / 12.0, 144.0 * 20.0 / 12.0};
+    perp_shape_settings shape = scene_material(0.5, 0.0);
+    double mass = 0.0, inertia[9];
+    perp_body body;
+    scene s;
+    int i;
+
+    (void)state;
+    shape.density = 3.0;
+    scene_create(&s, NULL);
+    body = scene_add(&s, NULL);
+    SCENE_OK(&s, perp_world_get_mass(s.world, &mass, inertia, body));
+    assert_true(mass == 1.0 && inertia[0] == 1.0 && inertia[1] == 0.0);
+    SCENE_OK(&s, perp_world_add_box(s.world, NULL, body, half, &shape));
+    SCENE_OK(&s, perp_world_get_mass(s.world, &mass, NULL, body));
+    SCENE_OK(&s, perp_world_get_mass(s.world, NULL, inertia, body));
+    scene_near(mass, 144.0, 144.0 * EPSILON, "mass");
+    for (i = 0; i < 9; i++) /* a handful of roundings */
+        scene_near(inertia[i], i % 4 == 0 ? moments[i / 4] : 0.0, 1e3 * EPSILON, "inertia");
+    SCENE_OK(&s, perp_world_get_mass(s.world, &mass, inertia, s.ground));
+    assert_true(mass == INFINITY && inertia[4] == INFINITY && inertia[1] == 0.0);
+    assert_int_equal(perp_world_get_mass(s.world, &mass, inertia, 0), PERP_ERROR_HANDLE);
+    scene_close(&s);
+    scene_open(&s, 1, 0.0, 0.0, 0.0);
+    body = scene_add(&s, NULL);
+    SCENE_OK(&s, perp_world_add_box(s.world, NULL, body, half, &shape)); /* 2 x 4 m */
+    SCENE_OK(&s, perp_world_get_mass(s.world, &mass, inertia, body));
+    scene_near(mass, 24.0, 24.0 * EPSILON, "planar mass");
+    scene_near(inertia[8], 24.0 * 20.0 / 12.0, 1e2 * EPSILON, "planar inertia");
+    assert_true(inertia[0] == 0.0 && inertia[4] == 0.0);
+    SCENE_OK(&s, perp_world_get_mass(s.world, NULL, inertia, s.ground));
+    assert_true(inertia[8] == INFINITY && inertia[0] == 0.0);
+    scene_close(&s);
+}
+
 static const double *number_of(const double *first, size_t stride, int32_t slot)
 {
     return (const double *)((const char *)first + (size_t)slot * stride);
@@ -370,6 +412,7 @@ int main(void)
         cmocka_unit_test(test_kinematic),          cmocka_unit_test(test_placed_shapes),
         cmocka_unit_test(test_materials),          cmocka_unit_test(test_planar_angle),
         cmocka_unit_test(test_context_goes_first), cmocka_unit_test(test_states_without_copies),
+        cmocka_unit_test(test_mass_is_told),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -169,11 +169,77 @@ static void test_pairs_are_few(void **context)
     }
 }
 
+/* Every contact that the step starts with knows what the last step gave it. */
+static void check_warm(perp_world *world, const perp__world_contact *last, int32_t count)
+{
+    int32_t i, j, k, known = 0;
+
+    assert_int_equal(perp__find_contacts(world, 0.01), PERP_OK);
+    for (i = 0; i < world->contacts.count; i++)
+        for (j = 0; j < count; j++) {
+            const perp__world_contact *now = &world->contacts.contacts[i], *before = &last[j];
+
+            if (now->shape_a != before->shape_a || now->shape_b != before->shape_b ||
+                now->feature != before->feature)
+                continue;
+            known++;
+            for (k = 0; k < 3; k++) /* the frames are the same but for rounding */
+                scene_near(now->warm[k], before->impulse[k], 1e-9, "impulse of the last step");
+        }
+    assert_int_equal(known, world->contacts.count);
+}
+
+/* Impulses stay with their points: from step to step, and through a snapshot that is restored after
+ * the bodies went elsewhere. */
+static void test_impulses_are_remembered(void **context)
+{
+    static perp__world_contact last[64];
+    perp_body_settings settings = scene_defaults();
+    perp_body boxes[3];
+    int32_t count, i;
+    char blob[8192];
+    size_t size;
+    scene s;
+
+    (void)context;
+    scene_open(&s, 0, 1.0, 0.0, -GRAVITY);
+    scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0);
+    for (i = 0; i < 3; i++) {
+        settings.mass = 1.0;
+        settings.position[0] = 0.1 * i;
+        settings.position[2] = 0.5 + i;
+        boxes[i] = scene_add(&s, &settings);
+        scene_box(&s, boxes[i], 0.5, 0.5, 0.5, 0.5, 0.0);
+    }
+    scene_step(&s, 0.01);
+    scene_step(&s, 0.01);
+    count = s.world->contacts.count;
+    assert_int_equal(count, 16); /* the upper corners of the lowest box are candidates too */
+    memcpy(last, s.world->contacts.contacts, (size_t)count * sizeof *last);
+    assert_true(last[0].impulse[0] > 0.0 || last[1].impulse[0] > 0.0);
+    SCENE_OK(&s, perp_world_snapshot_size(s.world, &size));
+    assert_true(size <= sizeof blob);
+    SCENE_OK(&s, perp_world_snapshot_save(s.world, blob, size));
+    check_warm(s.world, last, count);
+    for (i = 0; i < 3; i++) {
+        perp_body_state state = scene_state(&s, boxes[i]);
+
+        state.position[0] += 50.0 * (i + 1);
+        SCENE_OK(&s, perp_world_set_body(s.world, &state, boxes[i]));
+    }
+    scene_step(&s, 0.01);
+    SCENE_OK(&s, perp_world_snapshot_restore(s.world, blob, size));
+    perp__place(s.world, s.world->states);
+    check_warm(s.world, last, count);
+    scene_close(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pairs_of_random_motion),
         cmocka_unit_test(test_pairs_are_few),
+        cmocka_unit_test(test_impulses_are_remembered),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

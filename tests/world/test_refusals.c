@@ -89,7 +89,7 @@ static void test_body_settings(void **state)
 #define BODY_REFUSED(status, words) \
     REFUSED(&s, perp_world_add_body(s.world, &body, &settings), status, words)
     settings = scene_settings();
-    settings.mass = 0.0;
+    settings.mass = -1.0;
     BODY_REFUSED(PERP_ERROR_ARGUMENT, "settings.mass");
     settings.mass = INFINITY;
     BODY_REFUSED(PERP_ERROR_NOT_FINITE, "settings.mass");
@@ -186,7 +186,7 @@ static void test_planar_inputs(void **state)
     settings.angle = INFINITY;
     BODY_REFUSED(PERP_ERROR_NOT_FINITE, "angle");
     settings = scene_settings();
-    settings.inertia[8] = 0.0;
+    settings.inertia[8] = -1.0;
     BODY_REFUSED(PERP_ERROR_ARGUMENT, "settings.inertia[8]");
     settings = scene_settings();
     settings.inertia[0] = -1.0; /* not of the plane: ignored */

@@ -206,7 +206,7 @@ static void shoot(int32_t planar, int32_t ball, double spin, double phase)
     scene_open(&s, planar, 0.0, 0.0, 0.0);
     settings.kind = PERP_BODY_STATIC;
     scene_box(&s, scene_add(&s, &settings), 0.0005, 40.0, 40.0, 0.3, 0.0);
-    settings = scene_settings();
+    settings = scene_defaults(); /* turns as such a box does */
     settings.position[0] = -5.0 - phase;
     settings.velocity[0] = 1000.0;
     settings.angular_velocity[2] = spin;

@@ -76,7 +76,7 @@ static void test_squeezed(void **state)
 
     (void)state;
     scene_open(&s, 0, 0.0, 0.0, 0.0);
-    ball = scene_add(&s, NULL);
+    ball = scene_add(&s, &settings);
     scene_sphere(&s, ball, 1.0, 0.0, 0.0);
     for (i = -1; i <= 1; i += 2) {
         settings.kind = PERP_BODY_KINEMATIC;

@@ -14,7 +14,7 @@ from ._arrays import floats, number
 from ._errors import argument_error
 from ._library import library
 from ._results import Array
-from ._structures import Vector4, sized
+from ._structures import Matrix3, Vector4, sized
 
 if TYPE_CHECKING:
     from ._world import World
@@ -25,8 +25,6 @@ class Record:
     """What was given with a body, and does not change."""
 
     kind: str
-    mass: float = np.inf
-    inertia: list[float] = field(default_factory=list)  # of a matrix, row by row
     shapes: dict[int, str] = field(default_factory=dict)  # in words, by id
 
 
@@ -108,19 +106,17 @@ class Body:
 
     @property
     def mass(self) -> float:
-        """Infinite for what nothing moves: static and kinematic bodies."""
-        record = self._record()
-        return record.mass if record.kind == "dynamic" else np.inf
+        """Given, or of the shapes; infinite for static and kinematic bodies."""
+        mass = c_double()
+        self._world._call(library.perp_world_get_mass, byref(mass), None, self._id)
+        return mass.value
 
     @property
     def inertia(self) -> Any:
-        """About the mass centre in the body's frame, (3, 3); in a planar world a number. Infinite
-        for static and kinematic bodies."""
-        record = self._record()
-        dynamic = record.kind == "dynamic"
-        if self._world.planar:
-            return record.inertia[8] if dynamic else np.inf
-        return np.reshape(record.inertia, (3, 3)) if dynamic else np.diag([np.inf] * 3)
+        """About the mass centre in the body's frame, (3, 3); in a planar world a number. As mass."""
+        inertia = Matrix3()
+        self._world._call(library.perp_world_get_mass, None, inertia, self._id)
+        return float(inertia[8]) if self._world.planar else np.reshape(inertia, (3, 3))
 
     @property
     def shapes(self) -> tuple[Shape, ...]:
@@ -217,18 +213,20 @@ class Body:
         self,
         radius: float,
         *,
-        friction: float = 0.0,
+        friction: Optional[float] = None,
         restitution: float = 0.0,
+        density: Optional[float] = None,
         offset: Optional[ArrayLike] = None,
         rotation: Optional[ArrayLike] = None,
     ) -> Shape:
         """Adds a sphere (planar: a disc). A sphere of radius 0 is a point.
 
-        friction: mu; a pair's is the geometric mean.  restitution: a pair's is the larger.
+        friction: mu, default the world's; a pair's is the geometric mean.
+        restitution: a pair's is the larger.  density: default 1000; see World.add_body().
         offset: of the centre from the mass centre, in the body.  rotation: shape to body, a unit
         quaternion, or an angle in a planar world.
         """
-        settings = self._world._shape_settings(friction, restitution, offset, rotation)
+        settings = self._world._shape_settings(friction, restitution, density, offset, rotation)
         size = number(radius, "radius")
         words = f"{'disc' if self._world.planar else 'sphere'} of radius {size:g}"
         return self._add(words, library.perp_world_add_sphere, size, settings)
@@ -237,13 +235,14 @@ class Body:
         self,
         half_extents: ArrayLike,
         *,
-        friction: float = 0.0,
+        friction: Optional[float] = None,
         restitution: float = 0.0,
+        density: Optional[float] = None,
         offset: Optional[ArrayLike] = None,
         rotation: Optional[ArrayLike] = None,
     ) -> Shape:
         """Adds a box (planar: a rectangle), given half its edges. The rest as for add_sphere()."""
-        settings = self._world._shape_settings(friction, restitution, offset, rotation)
+        settings = self._world._shape_settings(friction, restitution, density, offset, rotation)
         extents = self._world._vector(half_extents, "half_extents")
         edges = " x ".join(f"{2 * extent:g}" for extent in extents[: self._world._dimension])
         return self._add(f"box of {edges}", library.perp_world_add_box, extents, settings)
@@ -253,12 +252,12 @@ class Body:
         normal: ArrayLike,
         offset: float = 0.0,
         *,
-        friction: float = 0.0,
+        friction: Optional[float] = None,
         restitution: float = 0.0,
     ) -> Shape:
         """Adds a half-space, solid where normal . x <= offset, in the body's frame. Static and
         kinematic bodies only. The rest as for add_sphere()."""
-        settings = self._world._shape_settings(friction, restitution, None, None)
+        settings = self._world._shape_settings(friction, restitution, None, None, None)
         direction = self._world._vector(normal, "normal")
         distance = c_double(number(offset, "offset"))
         return self._add(

@@ -848,6 +848,7 @@ class WorldSettings(Structure):
         ("reserved", c_int32),
         ("tol", c_double),
         ("time_limit", c_double),
+        ("friction", c_double),
     ]
 
 
@@ -886,6 +887,7 @@ class ShapeSettings(Structure):
         ("restitution", c_double),
         ("offset", c_double * 3),
         ("rotation", c_double * 4),
+        ("density", c_double),
     ]
 
 
@@ -1222,6 +1224,7 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_world_remove_body": (c_int32, [WorldPointer, c_uint64]),
     "perp_world_get_body": (c_int32, [WorldPointer, POINTER(BodyState), c_uint64]),
     "perp_world_set_body": (c_int32, [WorldPointer, POINTER(BodyState), c_uint64]),
+    "perp_world_get_mass": (c_int32, [WorldPointer, c_void_p, c_void_p, c_uint64]),
     "perp_world_get_states": (c_int32, [WorldPointer, POINTER(WorldStates)]),
     "perp_world_body_slot": (c_int32, [WorldPointer, c_void_p, c_uint64]),
     "perp_world_add_sphere": (c_int32, [

@@ -34,6 +34,7 @@ class World(Handle):
 
     gravity: (3,), default (0, 0, -9.81); in a planar world (2,), default (0, -9.81).
     planar: bodies move in the x-y plane and turn about z.
+    friction: mu of shapes that have none of their own.
     accuracy: what a step may cost: "fast", "standard" or "accurate" give large islands a fixed
         number of sweeps, "exact" solves them to tol, as small ones are at every accuracy. What
         rests has velocity 0.0 at all of them.
@@ -54,6 +55,7 @@ class World(Handle):
         gravity: Optional[ArrayLike] = None,
         planar: bool = False,
         *,
+        friction: float = 0.0,
         accuracy: str = "standard",
         cone: Union[str, int] = "exact",
         method: str = "auto",
@@ -68,6 +70,7 @@ class World(Handle):
         settings = defaults(s.WorldSettings, 1 if planar else 0)
         if gravity is not None:
             settings.gravity = self._vector(gravity, "gravity")
+        settings.friction = number(friction, "friction")
         settings.accuracy = code(accuracy, _ACCURACY_CODES, "accuracy")
         settings.cone = _cone(cone)
         settings.method = code(method, _METHOD_CODES, "method")
@@ -186,13 +189,17 @@ class World(Handle):
 
     def _shape_settings(
         self,
-        friction: float,
+        friction: Optional[float],
         restitution: float,
+        density: Optional[float],
         offset: Optional[ArrayLike],
         rotation: Optional[ArrayLike],
     ) -> s.ShapeSettings:
         settings = defaults(s.ShapeSettings)
-        settings.friction = number(friction, "friction")
+        if friction is not None:
+            settings.friction = number(friction, "friction")
+        if density is not None:
+            settings.density = number(density, "density")
         settings.restitution = number(restitution, "restitution")
         if offset is not None:
             settings.offset = self._vector(offset, "offset")
@@ -219,8 +226,10 @@ class World(Handle):
     ) -> Body:
         """Adds a body without shapes.
 
-        mass: default 1.  inertia: about the mass centre in the body frame: a number, three
-            principal moments or a symmetric matrix; default 1.
+        mass, inertia: about the mass centre in the body frame; a number, three principal moments
+            or a symmetric matrix. What is left out comes from the shapes that are added: density
+            times volume (planar: area), and their inertia in the ratio of the given mass to
+            theirs; offsets are from the mass centre. 1 where the shapes have no volume.
         position: the mass centre.  orientation: a unit quaternion (w, x, y, z), body to world; in
             a planar world an angle, which may also be given as `angle`.
         velocity: of the mass centre; both velocities in the world frame.
@@ -230,6 +239,8 @@ class World(Handle):
         settings.kind = code(kind, _KIND_CODES, "kind")
         if mass is not None:
             settings.mass = number(mass, "mass")
+            if settings.mass == 0.0:
+                raise argument_error("mass is 0, > 0 expected")
         if inertia is not None:
             settings.inertia = self._inertia(inertia)
         if position is not None:
@@ -243,7 +254,7 @@ class World(Handle):
         with self._lock:
             self._states.require_unused("adding a body")
             self._call(library.perp_world_add_body, byref(body), byref(settings))
-            self._records[body.value] = Record(kind, settings.mass, settings.inertia[:])
+            self._records[body.value] = Record(kind)
         return Body(self, body.value)
 
     def _place(

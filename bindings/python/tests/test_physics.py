@@ -329,7 +329,7 @@ def test_chain_of_touching_balls(n, e, after):
     world = perp.World(gravity=[0, 0], planar=True)
     balls = []
     for index in range(n):
-        ball = world.add_body(position=[index, 0], velocity=[1.0 if index == 0 else 0.0, 0])
+        ball = world.add_body(1.0, position=[index, 0], velocity=[float(index == 0), 0])
         ball.add_sphere(0.5, restitution=e)
         balls.append(ball)
     assert world.step(0.001).ok

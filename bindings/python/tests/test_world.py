@@ -113,6 +113,32 @@ def test_reading_gives_copies(world):
     np.testing.assert_array_equal(body.position, [2, 3, 4])
 
 
+def test_mass_and_inertia_of_the_shapes():
+    """What is left out comes from the shapes; a given mass scales their inertia."""
+    for mass, density, expected in ((None, None, 1000.0), (None, 2.0, 2.0), (3.0, 2.0, 3.0)):
+        world = perp.World(gravity=[0, 0, 0])
+        body = world.add_body(mass)
+        body.add_box([0.5, 0.5, 0.5], density=density)
+        body.force = [1, 0, 0]
+        body.torque = [0, 0, 1]
+        world.step(1.0)
+        assert body.velocity[0] == pytest.approx(1 / expected, rel=4 * EPS)
+        assert body.angular_velocity[2] == pytest.approx(6 / expected, rel=8 * EPS)
+    body.add_sphere(0.1, offset=[1, 0, 0])
+    with pytest.raises(perp.Error, match="mass centre"):
+        world.step(1.0)
+    with pytest.raises(perp.Error, match="mass is 0"):
+        world.add_body(mass=0)
+
+
+def test_friction_of_the_world():
+    world = perp.World(friction=0.5)
+    world.ground.add_plane([0, 0, 1])
+    world.add_body(position=[0, 0, 1]).add_sphere(1.0)
+    world.step(0.01)
+    assert world.contacts[0].friction == 0.5
+
+
 def test_inertia_as_number_moments_and_matrix():
     """A torque of 1 for a step of 1 turns a body at rest at inertia^-1 torque."""
     matrix = np.array([[2.0, 0.5, 0.0], [0.5, 3.0, 0.25], [0.0, 0.25, 4.0]])
@@ -226,12 +252,16 @@ def test_mass_inertia_and_shapes(world, planar):
     np.testing.assert_array_equal(body.inertia, matrix)
     np.testing.assert_array_equal(world.add_body(inertia=[2, 3, 4]).inertia, np.diag([2, 3, 4]))
     assert (world.add_body().mass, planar.add_body().inertia) == (1.0, 1.0)
+    slab = planar.add_body()
+    slab.add_box([1, 2], density=3)
+    assert slab.mass == 24.0  # an area of 8
+    assert slab.inertia == pytest.approx(24 * (2**2 + 4**2) / 12, rel=4 * EPS)
     assert planar.add_body(2.0, 3.0).inertia == 3.0
     for kind in ("static", "kinematic"):
         assert world.add_body(kind=kind).mass == planar.add_body(kind=kind).inertia == INF
     np.testing.assert_array_equal(np.diag(world.ground.inertia), [INF] * 3)
     ball, box = body.add_sphere(0.5), body.add_box([1, 2, 3])
-    assert body.shapes == (ball, box) and all(shape.body == body for shape in body.shapes)
+    assert body.mass == 2.0 and body.shapes == (ball, box) and all(shape.body == body for shape in body.shapes)
     floor = world.ground.add_plane([0, 0, 1])
     assert world.ground.shapes == (floor,)
     body.remove()
@@ -560,7 +590,7 @@ def test_contact_of_a_ball_on_the_ground():
 def test_offset_and_rotation_of_shapes(world, planar):
     """A box on its side, off the mass centre, just touches the ground."""
     world.ground.add_plane([0, 0, 1])
-    body = world.add_body(position=[0, 0, 1.0])
+    body = world.add_body(inertia=1.0, position=[0, 0, 1.0])
     body.add_box([0.5, 0.1, 0.2], offset=[0, 0, -0.5], rotation=quaternion([0, 1, 0], math.pi / 2))
     world.step(1e-3)
     assert len(world.contacts) == 4
@@ -569,7 +599,7 @@ def test_offset_and_rotation_of_shapes(world, planar):
         np.testing.assert_allclose(np.abs(contact.position[:2]), [0.2, 0.1], atol=4 * EPS)
         assert abs(contact.gap) <= 4 * EPS
     planar.ground.add_plane([0, 1])
-    body = planar.add_body(position=[0, 1.0])
+    body = planar.add_body(inertia=1.0, position=[0, 1.0])
     body.add_box([0.5, 0.2], offset=[0, -0.5], rotation=math.pi / 2)
     planar.step(1e-3)
     assert len(planar.contacts) == 2

@@ -24,12 +24,6 @@ static int32_t suits(const perp__lcp_problem *problem)
     return !problem->M->column_starts || problem->n <= PERP__SMALL_SPARSE;
 }
 
-static perp_status check(const perp__lcp_problem *problem)
-{
-    (void)problem;
-    return PERP_OK; /* what it cannot solve it leaves */
-}
-
 static void layout(perp__arena *arena, void *work)
 {
     active_set_work *a = work;
@@ -108,5 +102,5 @@ static perp_status solve(void *work, perp__lcp_iterate *iterate)
 }
 
 const perp__lcp_method perp__lcp_active_set = {
-    PERP_LCP_ACTIVE_SET, sizeof(active_set_work), 1, suits, check, layout, solve, NULL,
+    PERP_LCP_ACTIVE_SET, sizeof(active_set_work), 1, suits, NULL, layout, solve, NULL,
 };

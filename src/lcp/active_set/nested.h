@@ -16,8 +16,8 @@ typedef struct perp__nested_level {
 typedef struct perp__nested {
     perp__multigrid *grid;
     perp__nested_level *level; /* grid->levels of them */
-    double *correction; /* n of the finest level */
-    int32_t *active;    /* n of the finest level: rows between their bounds */
+    double *correction;        /* n of the finest level */
+    int32_t *active;           /* n of the finest level: rows between their bounds */
     perp__arena arena;
 } perp__nested;
 

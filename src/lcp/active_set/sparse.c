@@ -14,27 +14,14 @@
 #include <math.h>
 #include <string.h>
 
-#include "lcp/method.h"
-#include "lcp/active_set/nested.h"
-#include "lcp/active_set/tridiagonal.h"
+#include "lcp/active_set/sparse.h"
 #include "linalg/sparse_block.h"
 
 #define SMALLEST 64    /* up to this size a dense factorisation is faster */
 #define ITERATIONS 500 /* default limit */
 #define ROUNDS 3       /* of a rough solve */
-#define PATIENCE 10    /* full exchanges without progress before single ones */
-
-typedef struct active_set_work {
-    perp__lcp_work common;
-    perp__tridiagonal_lcp tridiagonal;
-    perp__nested nested;
-    double *w;       /* n */
-    double *product; /* n */
-    double *step;    /* n */
-    double residual; /* of the last equations */
-    int32_t *active; /* n: the variables between their bounds */
-    int8_t *next;    /* n: places after a full exchange */
-} active_set_work;
+#define PROXIMAL_ROUNDS 30
+#define PATIENCE 10 /* full exchanges without progress before single ones */
 
 /* What an exchange would do. */
 typedef struct exchange {
@@ -48,15 +35,9 @@ static int32_t suits(const perp__lcp_problem *problem)
     return problem->M->column_starts && problem->n > SMALLEST;
 }
 
-static perp_status check(const perp__lcp_problem *problem)
+void perp__sparse_active_set_layout(perp__arena *arena, void *object)
 {
-    (void)problem;
-    return PERP_OK;
-}
-
-static void layout(perp__arena *arena, void *object)
-{
-    active_set_work *work = object;
+    perp__sparse_active_set *work = object;
     const perp__lcp_problem *problem = work->common.problem;
     const size_t n = (size_t)problem->n;
     const int32_t tridiagonal = problem->block->kind == PERP__SPARSE_TRIDIAGONAL;
@@ -70,7 +51,7 @@ static void layout(perp__arena *arena, void *object)
 }
 
 /* w = S z + q */
-static void multiply(active_set_work *work, const double *z)
+static void multiply(perp__sparse_active_set *work, const double *z)
 {
     const perp__lcp_problem *problem = work->common.problem;
     const double *d = problem->factors;
@@ -83,8 +64,7 @@ static void multiply(active_set_work *work, const double *z)
         work->w[i] = d[i] * work->w[i] + problem->q[i];
 }
 
-/* The side on which z - w lies: the active sets of the natural map at the start. */
-static void read_places(active_set_work *work, const double *z, int8_t *places)
+void perp__sparse_active_set_places(perp__sparse_active_set *work, const double *z, int8_t *places)
 {
     const perp__lcp_problem *p = work->common.problem;
     int32_t i;
@@ -103,7 +83,7 @@ static void read_places(active_set_work *work, const double *z, int8_t *places)
 }
 
 /* The largest |w| of the variables between their bounds. */
-static double equation_residual(const active_set_work *work, int32_t count)
+static double equation_residual(const perp__sparse_active_set *work, int32_t count)
 {
     double largest = 0.0;
     int32_t k;
@@ -114,13 +94,12 @@ static double equation_residual(const active_set_work *work, int32_t count)
     return largest;
 }
 
-/* Solves for the variables between their bounds, starting from z, with the others at theirs; w
- * follows. Without factors a solve is rough: where no polish follows, it is repeated. PERP_OK,
- * PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
-static perp_status solve_equations(active_set_work *work, const int8_t *places, double *z)
+/* Solves for the variables between their bounds, starting from z, with the others at theirs, in
+ * `rounds` at most; w follows. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
+static perp_status approach(perp__sparse_active_set *work, const int8_t *places, double *z,
+                            int32_t rounds, double goal)
 {
     const perp__lcp_problem *p = work->common.problem;
-    const double goal = p->settings->polish ? INFINITY : 0.1 * p->tol;
     perp_status status;
     int32_t count = 0, round, i, k;
 
@@ -131,8 +110,9 @@ static perp_status solve_equations(active_set_work *work, const int8_t *places, 
             z[i] = places[i] == PERP__AT_UPPER ? p->upper[i] : p->lower[i];
     }
     multiply(work, z);
-    status = perp__sparse_block_approach(p->block, work->active, count);
-    for (round = 0; round < ROUNDS && status == PERP_OK; round++) {
+    status = work->rho > 0.0 ? perp__sparse_block_factor(p->block, work->active, count, work->rho)
+                             : perp__sparse_block_approach(p->block, work->active, count);
+    for (round = 0; round < rounds && status == PERP_OK; round++) {
         const double before = work->residual;
 
         for (k = 0; k < count; k++)
@@ -145,6 +125,21 @@ static perp_status solve_equations(active_set_work *work, const int8_t *places, 
         if (work->residual <= goal || (round > 0 && !(work->residual < 0.5 * before)))
             break;
     }
+    return status;
+}
+
+/* Without factors a solve is rough: where no polish follows, it is repeated. With a proximal term
+ * one shows the signs of its own problem (the proximal point method's first step, Rockafellar
+ * 1976). */
+static perp_status solve_equations(perp__sparse_active_set *work, const int8_t *places, double *z)
+{
+    const perp__lcp_problem *p = work->common.problem;
+    perp_status status;
+
+    if (work->rho == 0.0)
+        return approach(work, places, z, ROUNDS, p->settings->polish ? INFINITY : 0.1 * p->tol);
+    status = approach(work, places, z, 1, 0.0);
+    work->residual = 0.0;
     return status;
 }
 
@@ -161,7 +156,7 @@ static double largest_entry(const double *z, int32_t n)
 
 /* Fills work->next. Wrong signs of w count beyond rounding only: a degenerate variable stays at its
  * bound once it is there. */
-static exchange find_exchange(active_set_work *work, const int8_t *places, const double *z)
+static exchange find_exchange(perp__sparse_active_set *work, const int8_t *places, const double *z)
 {
     const perp__lcp_problem *p = work->common.problem;
     const double z_largest = largest_entry(z, p->n);
@@ -201,33 +196,39 @@ typedef struct safeguard {
     int32_t fewest, patience;
 } safeguard;
 
-static void apply_exchange(active_set_work *work, safeguard *guard, const exchange *e,
-                           int8_t *places)
+/* Returns 0 where patience is at its end and single exchanges are not wanted. */
+static int32_t apply_exchange(perp__sparse_active_set *work, safeguard *guard, const exchange *e,
+                              const perp__active_set_limits *limits, int8_t *places)
 {
     const perp__lcp_problem *p = work->common.problem;
 
     if (e->count < guard->fewest) {
         guard->fewest = e->count;
-        guard->patience = PATIENCE;
+        guard->patience = limits->patience;
     } else if (!p->block->has_z_signs && guard->patience-- <= 0) {
         places[e->last] = work->next[e->last];
-        return;
+        return limits->singles;
     }
     memcpy(places, work->next, (size_t)p->n * sizeof *places);
+    return 1;
 }
 
-static perp_status run(active_set_work *work, perp__lcp_iterate *iterate)
+static perp_status exchange_all(perp__sparse_active_set *work, perp__lcp_iterate *iterate,
+                                const perp__active_set_limits *limits)
 {
     const perp__lcp_problem *problem = work->common.problem;
-    const int64_t limit = problem->iteration_limit > 0 ? problem->iteration_limit : ITERATIONS;
-    safeguard guard = {problem->n + 1, PATIENCE};
+    safeguard guard = {problem->n + 1, limits->patience};
 
     iterate->outcome = PERP_OUTCOME_ITERATION_LIMIT;
-    while (iterate->iterations < limit) {
+    while (iterate->iterations < limits->iterations) {
         perp_status status = solve_equations(work, iterate->places, iterate->z);
         perp_outcome request;
         exchange e;
 
+        if (status == PERP__FACTOR_SINGULAR && work->rho < limits->rho) {
+            work->rho = limits->rho;
+            continue;
+        }
         if (status == PERP__FACTOR_SINGULAR)
             iterate->outcome = PERP_OUTCOME_SINGULAR;
         if (status != PERP_OK)
@@ -236,21 +237,27 @@ static perp_status run(active_set_work *work, perp__lcp_iterate *iterate)
         e = find_exchange(work, iterate->places, iterate->z);
         if (e.count == 0) {
             iterate->outcome = PERP_OUTCOME_SOLVED;
-            return PERP_OK;
+            return work->rho > 0.0
+                       ? approach(work, iterate->places, iterate->z, PROXIMAL_ROUNDS, 0.0)
+                       : PERP_OK;
         }
         request = perp__lcp_tick(problem->control, iterate->iterations, e.violation);
         if (request >= 0) {
             iterate->outcome = request;
             return PERP_OK;
         }
-        apply_exchange(work, &guard, &e, iterate->places);
+        if ((e.count <= limits->few && work->rho == 0.0) ||
+            !apply_exchange(work, &guard, &e, limits, iterate->places)) {
+            iterate->outcome = PERP_OUTCOME_STALLED;
+            return PERP_OK;
+        }
     }
     return PERP_OK;
 }
 
 /* Nested iteration, where the matrix suits. Returns 1, 0 where it does not or got nowhere, or
  * PERP_ERROR_MEMORY. */
-static perp_status nest(active_set_work *work, perp__lcp_iterate *iterate)
+static perp_status nest(perp__sparse_active_set *work, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *problem = work->common.problem;
     perp__multigrid *grid;
@@ -265,7 +272,7 @@ static perp_status nest(active_set_work *work, perp__lcp_iterate *iterate)
 }
 
 /* The first index set, or with *solved the last one and z. */
-static perp_status start(active_set_work *work, perp__lcp_iterate *iterate, int32_t *solved)
+static perp_status start(perp__sparse_active_set *work, perp__lcp_iterate *iterate, int32_t *solved)
 {
     const perp__lcp_problem *problem = work->common.problem;
     const size_t bytes = (size_t)problem->n * sizeof *work->step;
@@ -284,53 +291,71 @@ static perp_status start(active_set_work *work, perp__lcp_iterate *iterate, int3
     status = nest(work, iterate);
     if (status == 0) {
         memcpy(iterate->z, work->step, bytes);
-        read_places(work, iterate->z, iterate->places);
+        perp__sparse_active_set_places(work, iterate->z, iterate->places);
     }
     return status < 0 ? status : PERP_OK;
 }
 
-/* perp__lcp_iterate's: with the factors of the last equations. A rough solve would not do. */
-static int32_t correct(void *object, const double *residual, double *step)
+int32_t perp__sparse_active_set_correct(void *object, const double *residual, double *step)
 {
-    const active_set_work *work = object;
+    const perp__sparse_active_set *work = object;
     const perp__lcp_problem *problem = work->common.problem;
 
-    if (!problem->block->factored)
+    if (!problem->block->factored) /* a rough solve would not do */
         return 0;
     memcpy(step, residual, (size_t)problem->n * sizeof *step);
     perp__sparse_block_solve(problem->block, step);
     return 1;
 }
 
-static perp_status solve(void *object, perp__lcp_iterate *iterate)
+perp_status perp__sparse_active_set_run(perp__sparse_active_set *work, perp__lcp_iterate *iterate,
+                                        const perp__active_set_limits *limits)
 {
-    active_set_work *work = object;
-    const perp__lcp_problem *problem = work->common.problem;
     perp_status status;
-    int32_t solved, i;
+    int32_t solved;
 
     iterate->outcome = -1;
+    work->rho = 0.0;
     status = start(work, iterate, &solved);
     if (solved) {
         iterate->outcome = PERP_OUTCOME_SOLVED;
         iterate->iterations = 1;
     } else if (status == PERP_OK && iterate->outcome < 0) {
-        status = run(work, iterate);
+        status = exchange_all(work, iterate, limits);
     }
+    return status;
+}
+
+static perp_status solve(void *object, perp__lcp_iterate *iterate)
+{
+    perp__sparse_active_set *work = object;
+    const perp__lcp_problem *problem = work->common.problem;
+    const perp__active_set_limits limits = {
+        problem->iteration_limit > 0 ? problem->iteration_limit : ITERATIONS, PATIENCE, 1, 0, 0.0};
+    const perp_status status = perp__sparse_active_set_run(work, iterate, &limits);
+    int32_t i;
+
     for (i = 0; i < problem->n; i++)
         iterate->z[i] = perp__clamp(iterate->z[i], problem->lower[i], problem->upper[i]);
     iterate->has_places = iterate->outcome == PERP_OUTCOME_SOLVED;
-    iterate->correct = correct;
+    iterate->correct = perp__sparse_active_set_correct;
     return status;
 }
 
 static void release(void *object)
 {
-    active_set_work *work = object;
+    perp__sparse_active_set *work = object;
 
     perp__nested_release(&work->nested);
 }
 
 const perp__lcp_method perp__lcp_active_set_sparse = {
-    PERP_LCP_ACTIVE_SET, sizeof(active_set_work), 1, suits, check, layout, solve, release,
+    PERP_LCP_ACTIVE_SET,
+    sizeof(perp__sparse_active_set),
+    1,
+    suits,
+    NULL,
+    perp__sparse_active_set_layout,
+    solve,
+    release,
 };

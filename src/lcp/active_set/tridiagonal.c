@@ -340,12 +340,11 @@ static int32_t count_wrong_signs(const scan *s, const int8_t *places, const doub
 }
 
 /* Finds the index set; 0 if this is not a problem for this method. */
-static int32_t find_places(scan *s, perp__tridiagonal_lcp *work, const perp__tridiagonal *T,
-                           const perp__lcp_problem *problem)
+static int32_t find_places(scan *s, perp__tridiagonal_lcp *work, const perp__lcp_problem *problem)
 {
     if (!work->examined) {
         work->examined = 1;
-        read_z_part(&work->Z, T);
+        read_z_part(&work->Z, &problem->block->T);
         work->suits = is_m_matrix(&work->Z);
         work->sign = side_of_bounds(problem);
     }
@@ -360,17 +359,6 @@ static int32_t find_places(scan *s, perp__tridiagonal_lcp *work, const perp__tri
     return 1;
 }
 
-int32_t perp__tridiagonal_lcp_places(perp__tridiagonal_lcp *work, const perp__tridiagonal *T,
-                                     const perp__lcp_problem *problem, int8_t *places)
-{
-    scan s;
-
-    if (!find_places(&s, work, T, problem))
-        return 0;
-    write_places(&s, places, work->active);
-    return 1;
-}
-
 perp_status perp__tridiagonal_lcp_solve(perp__tridiagonal_lcp *work,
                                         const perp__lcp_problem *problem, int8_t *places, double *z,
                                         int32_t *found)
@@ -380,7 +368,7 @@ perp_status perp__tridiagonal_lcp_solve(perp__tridiagonal_lcp *work,
     int32_t count;
 
     *found = PERP__TRIDIAGONAL_NO;
-    if (!find_places(&s, work, &problem->block->T, problem))
+    if (!find_places(&s, work, problem))
         return PERP_OK;
     count = write_places(&s, places, work->active);
     status = solve_equations(&s, z, work->active, count, work->x);

@@ -25,13 +25,8 @@ typedef struct perp__tridiagonal_lcp {
 
 void perp__tridiagonal_lcp_layout(perp__arena *arena, perp__tridiagonal_lcp *work, size_t n);
 
-/* Finds the index set of the solution. Returns 0 if T is not an M-matrix, or there are finite
- * bounds on both sides. */
-int32_t perp__tridiagonal_lcp_places(perp__tridiagonal_lcp *work, const perp__tridiagonal *T,
-                                     const perp__lcp_problem *problem, int8_t *places);
-
-/* The same and the solution. problem->block must be tridiagonal. *found says what came of it; z
- * is meant to be used with PERP__TRIDIAGONAL_SOLVED only. PERP_OK or _MEMORY. */
+/* Finds the index set of the solution, and z. problem->block must be tridiagonal. *found says what
+ * came of it; z is meant to be used with PERP__TRIDIAGONAL_SOLVED only. PERP_OK or _MEMORY. */
 perp_status perp__tridiagonal_lcp_solve(perp__tridiagonal_lcp *work,
                                         const perp__lcp_problem *problem, int8_t *places, double *z,
                                         int32_t *found);

@@ -34,12 +34,6 @@ static const start starts[2][ATTEMPTS] = {
     {{0, 0, 1}, {10, 0, 1}, {0, 20, 0}, {0, 60, 0}},
 };
 
-static perp_status check(const perp__lcp_problem *problem)
-{
-    (void)problem;
-    return PERP_OK;
-}
-
 static void layout(perp__arena *arena, void *object)
 {
     perp__fischer_state *f = object;
@@ -62,7 +56,7 @@ static void multiply(const perp__fischer_state *f, const double *z, double *w)
 
     if (problem->n > 0)
         memcpy(w, problem->q, (size_t)problem->n * sizeof *w);
-    perp__fischer_matrix_add(&f->S, z, w);
+    perp__multiply_add(&f->S.S, z, w);
 }
 
 double perp__fischer_evaluate(const perp__fischer_state *f, const double *z, const double *w,
@@ -90,7 +84,7 @@ static void keep_best(perp__fischer_state *f)
         f->part[i] = f->trial_z[i] - f->z[i];
         f->trial_w[i] = f->w[i];
     }
-    perp__fischer_matrix_add(&f->S, f->part, f->trial_w);
+    perp__multiply_add(&f->S.S, f->part, f->trial_w);
     for (int32_t i = 0; i < p->n; i++) {
         double r = fabs(perp__mid(f->trial_z[i], p->lower[i], p->upper[i], f->trial_w[i]));
 
@@ -124,14 +118,14 @@ void perp__fischer_solve_rows(perp__fischer_state *f, double *x, double *image)
         image[i] = 0.0;
         f->part[i] = isfinite(f->weights[i]) ? 0.0 : x[i];
     }
-    perp__fischer_matrix_add(&f->S, f->part, image);
+    perp__multiply_add(&f->S.S, f->part, image);
     for (int32_t i = 0; i < n; i++)
         if (isfinite(f->weights[i]))
             x[i] -= image[i];
     perp__fischer_matrix_solve(&f->S, x);
     for (int32_t i = 0; i < n; i++)
         f->part[i] = isfinite(f->weights[i]) ? x[i] : 0.0;
-    perp__fischer_matrix_add(&f->S, f->part, image);
+    perp__multiply_add(&f->S.S, f->part, image);
 }
 
 /* One sweep of projected Gauss-Seidel by columns, which keeps w up to date. */
@@ -325,5 +319,5 @@ static void release(void *object)
 }
 
 const perp__lcp_method perp__lcp_fischer = {
-    PERP_LCP_FISCHER, sizeof(perp__fischer_state), ATTEMPTS, NULL, check, layout, solve, release,
+    PERP_LCP_FISCHER, sizeof(perp__fischer_state), ATTEMPTS, NULL, NULL, layout, solve, release,
 };

@@ -67,8 +67,8 @@ double perp__fischer_penalised(double a, double b, double penalty)
     return (1.0 - penalty) * phi + (is_inside(a, b) ? penalty * a * b : 0.0);
 }
 
-perp__slopes perp__fischer_penalised_slopes(double a, double b, double along_a, double along_b,
-                                            double penalty)
+static perp__slopes penalised_slopes(double a, double b, double along_a, double along_b,
+                                     double penalty)
 {
     perp__slopes slopes = perp__fischer_slopes(a, b, along_a, along_b);
 
@@ -106,12 +106,11 @@ perp__slopes perp__fischer_bounded_slopes(double z, double lower, double upper, 
         return fixed;
     if (!isinf(upper)) { /* v = -phi(u - z, -w): v_z = phi_a, v_w = phi_b */
         v = -perp__fischer_penalised(upper - z, -w, penalty);
-        inner = perp__fischer_penalised_slopes(upper - z, -w, -along_z, -along_w, penalty);
+        inner = penalised_slopes(upper - z, -w, -along_z, -along_w, penalty);
     }
     if (isinf(lower))
         return inner;
-    outer = perp__fischer_penalised_slopes(z - lower, v, along_z,
-                                           inner.z * along_z + inner.w * along_w, penalty);
+    outer = penalised_slopes(z - lower, v, along_z, inner.z * along_z + inner.w * along_w, penalty);
     outer.z += outer.w * inner.z;
     outer.w *= inner.w;
     return outer;

@@ -21,8 +21,6 @@ perp__slopes perp__fischer_slopes(double a, double b, double along_a, double alo
 /* Chen, Chen & Kanzow (2000) add a penalty p in [0, 1) where both are positive:
  * phi_p(a, b) = (1 - p) phi(a, b) + p max(a, 0) max(b, 0). */
 double perp__fischer_penalised(double a, double b, double penalty);
-perp__slopes perp__fischer_penalised_slopes(double a, double b, double along_a, double along_b,
-                                            double penalty);
 
 /* Billups (1995) for l <= z <= u: phi(z - l, w), -phi(u - z, -w), phi(z - l, -phi(u - z, -w)) or w,
  * whichever the finite bounds ask for, phi being phi_p; 0 where l = u. Zero exactly where

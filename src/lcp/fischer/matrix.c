@@ -130,56 +130,12 @@ double perp__fischer_matrix_diagonal(const perp__fischer_matrix *matrix, int32_t
     return matrix->S_values[(size_t)j * (matrix->S.column_stride + 1)];
 }
 
-/* y += x0 a0 + x1 a1 + x2 a2 + x3 a3 */
-PERP__KERNEL static void add_columns_loops(size_t n, const double *const *a, const double *x,
-                                           double *restrict y)
-{
-    const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
-    const double x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3];
-
-    for (size_t i = 0; i < n; i++)
-        y[i] = (((y[i] + a0[i] * x0) + a1[i] * x1) + a2[i] * x2) + a3[i] * x3;
-}
-PERP__MULTIVERSION(add_columns, (size_t n, const double *const *a, const double *x, double *y),
-                   (n, a, x, y))
-
 PERP__KERNEL static void add_one_loops(size_t n, const double *a, double x, double *restrict y)
 {
     for (size_t i = 0; i < n; i++)
         y[i] += a[i] * x;
 }
 PERP__MULTIVERSION(add_one, (size_t n, const double *a, double x, double *y), (n, a, x, y))
-
-static void add_dense(const perp__matrix *S, const double *x, double *y)
-{
-    const double *columns[4];
-    double factors[4];
-    int32_t count = 0;
-
-    for (int32_t j = 0; j < S->columns; j++) {
-        if (x[j] == 0.0)
-            continue;
-        columns[count] = S->values + (size_t)j * S->column_stride;
-        factors[count++] = x[j];
-        if (count == 4) {
-            add_columns((size_t)S->rows, columns, factors, y);
-            count = 0;
-        }
-    }
-    for (int32_t k = 0; k < count; k++)
-        add_one((size_t)S->rows, columns[k], factors[k], y);
-}
-
-void perp__fischer_matrix_add(const perp__fischer_matrix *matrix, const double *x, double *y)
-{
-    if (!is_sparse(matrix)) {
-        add_dense(&matrix->S, x, y);
-        return;
-    }
-    for (int32_t j = 0; j < matrix->S.columns; j++)
-        if (x[j] != 0.0)
-            perp__fischer_matrix_add_column(matrix, j, x[j], y);
-}
 
 void perp__fischer_matrix_add_column(const perp__fischer_matrix *matrix, int32_t j, double x,
                                      double *y)

@@ -45,9 +45,6 @@ void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_pro
 
 double perp__fischer_matrix_diagonal(const perp__fischer_matrix *matrix, int32_t j);
 
-/* y += S x; entries x_j = 0 cost nothing. */
-void perp__fischer_matrix_add(const perp__fischer_matrix *matrix, const double *x, double *y);
-
 /* y += x S_j, S_j being column j. */
 void perp__fischer_matrix_add_column(const perp__fischer_matrix *matrix, int32_t j, double x,
                                      double *y);

@@ -51,7 +51,7 @@ static void find_slopes(perp__fischer_state *f)
         kinks += kink_z[i] != 0.0;
     }
     if (kinks > 0)
-        perp__fischer_matrix_add(&f->S, kink_z, kink_w);
+        perp__multiply_add(&f->S.S, kink_z, kink_w);
     for (int32_t i = 0; i < p->n; i++) {
         perp__slopes slopes = perp__fischer_bounded_slopes(
             f->z[i], p->lower[i], p->upper[i], f->w[i], kink_z[i], kink_w[i], f->penalty);
@@ -115,7 +115,7 @@ static double gradient_direction(perp__fischer_state *f)
         f->d[i] = p->lower[i] < p->upper[i] ? f->d[i] + f->slope_z[i] * f->phi[i] : 0.0;
         square += f->d[i] * f->d[i];
     }
-    perp__fischer_matrix_add(&f->S, f->d, f->image);
+    perp__multiply_add(&f->S.S, f->d, f->image);
     for (int32_t i = 0; i < p->n; i++) {
         double r = f->slope_z[i] * f->d[i] + f->slope_w[i] * f->image[i];
 
@@ -219,7 +219,7 @@ static double try_projected(perp__fischer_state *f, double rho)
         f->trial_w[i] = w;
         f->part[i] = f->trial_z[i] - z;
     }
-    perp__fischer_matrix_add(&f->S, f->part, f->trial_w);
+    perp__multiply_add(&f->S.S, f->part, f->trial_w);
     return perp__fischer_evaluate(f, f->trial_z, f->trial_w, f->trial_phi);
 }
 

@@ -174,7 +174,7 @@ static perp_status values(perp__lemke *l)
     return PERP_OK;
 }
 
-static void cover(perp__lemke *l)
+static void set_covering(perp__lemke *l)
 {
     const size_t n = (size_t)l->pairs;
     double *column = start_of(l, perp__lemke_t(l));
@@ -294,5 +294,5 @@ static perp_status exchange(perp__lemke *l, int32_t r, int32_t leaving)
 }
 
 const perp__lemke_basis perp__lemke_doubled = {
-    1e-20, start, NULL, cover, read_column, move, exchange, NULL, values, NULL, NULL,
+    1e-20, start, NULL, set_covering, read_column, move, exchange, NULL, values, NULL, NULL,
 };

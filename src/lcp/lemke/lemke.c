@@ -49,12 +49,6 @@ enum {
     IN_DOUBLED = sizeof in_doubled / sizeof *in_doubled
 };
 
-static perp_status check(const perp__lcp_problem *problem)
-{
-    (void)problem;
-    return PERP_OK; /* any M, any bounds */
-}
-
 static int32_t suits_sparse(const perp__lcp_problem *p)
 {
     const int32_t *starts = p->M->column_starts;
@@ -67,38 +61,33 @@ static void layout(perp__arena *arena, void *work)
 {
     perp__lemke *l = work;
     const perp__lcp_problem *p = l->head.problem;
+    double **const of_pairs[] = {&l->range, &l->covering, &l->base,
+                                 &l->work,  &l->row_unit, &l->column_unit};
+    double **const of_rows[] = {&l->b, &l->low, &l->high, &l->column, &l->far, &l->speed};
     int32_t i, most = p->n;
-    size_t pairs, rows;
+    size_t pairs, rows, k;
 
     for (i = 0; i < p->n; i++)
         most += p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
     l->capacity = most;
     pairs = (size_t)most;
     rows = perp__tableau_length(most);
-    l->kernels = perp__row_kernels_choose();
+    l->kernels = perp__row_kernels_number(0);
     l->is_sparse = suits_sparse(p);
     if (l->is_sparse)
         perp__factored_layout(arena, l);
     else
-        perp__lemke_layout_dense(arena, l);
+        perp__lemke_layout_tableau(arena, l);
+    for (k = 0; k < sizeof of_pairs / sizeof *of_pairs; k++)
+        *of_pairs[k] = perp__arena_take(arena, pairs, sizeof(double));
+    for (k = 0; k < sizeof of_rows / sizeof *of_rows; k++)
+        *of_rows[k] = perp__arena_take(arena, rows + 1, sizeof(double));
     l->index = perp__arena_take(arena, pairs, sizeof(int32_t));
-    l->sign = perp__arena_take(arena, pairs, sizeof(int8_t));
-    l->at_upper = perp__arena_take(arena, pairs, sizeof(int8_t));
-    l->range = perp__arena_take(arena, pairs, sizeof(double));
-    l->covering = perp__arena_take(arena, pairs, sizeof(double));
     l->twin = perp__arena_take(arena, pairs, sizeof(int32_t));
     l->basic = perp__arena_take(arena, pairs, sizeof(int32_t));
     l->row_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
-    l->base = perp__arena_take(arena, (size_t)p->n, sizeof(double));
-    l->b = perp__arena_take(arena, rows, sizeof(double));
-    l->low = perp__arena_take(arena, rows, sizeof(double));
-    l->high = perp__arena_take(arena, rows, sizeof(double));
-    l->column = perp__arena_take(arena, rows, sizeof(double));
-    l->far = perp__arena_take(arena, rows + 1, sizeof(double));
-    l->speed = perp__arena_take(arena, rows, sizeof(double));
-    l->work = perp__arena_take(arena, pairs, sizeof(double));
-    l->row_unit = perp__arena_take(arena, pairs, sizeof(double));
-    l->column_unit = perp__arena_take(arena, pairs, sizeof(double));
+    l->sign = perp__arena_take(arena, pairs, sizeof(int8_t));
+    l->at_upper = perp__arena_take(arena, pairs, sizeof(int8_t));
     l->places = perp__arena_take(arena, pairs, sizeof(int8_t));
 }
 
@@ -109,6 +98,7 @@ void perp__lemke_write_pair(perp__lemke *l, int32_t k, int32_t i, int32_t sign, 
     l->range[k] = range;
     l->at_upper[k] = 0;
     l->twin[k] = -1;
+    l->row_unit[k] = l->column_unit[k] = 1.0;
 }
 
 int32_t perp__lemke_name_pairs(perp__lemke *l)
@@ -190,7 +180,7 @@ static double covering_entry(const perp__lemke *l, const perp__lcp_iterate *iter
 
 /* The column of t at the cold start: d in the rows of basic v, 0 in those of basic free x. Only
  * this is what makes Lemke's method process copositive matrices, and a ray mean something. */
-static void cover(perp__lemke *l, const perp__lcp_iterate *iterate)
+static void choose_covering(perp__lemke *l, const perp__lcp_iterate *iterate)
 {
     int32_t r;
 
@@ -200,13 +190,13 @@ static void cover(perp__lemke *l, const perp__lcp_iterate *iterate)
         l->covering[k] = is_v ? covering_entry(l, iterate, r, k) : 0.0;
         l->column[r] = is_v ? -l->covering[k] : 0.0;
     }
-    l->basis->cover(l);
+    l->basis->set_covering(l);
 }
 
 /* The column of t anywhere else: what is infeasible moves to where it is feasible for the t that
  * the worst one needs, and what is feasible stays. A basic x with two bounds moves no further than
  * half way between them. */
-static void cover_infeasible(perp__lemke *l)
+static void cover_violated(perp__lemke *l)
 {
     double worst = 0.0;
     int32_t r;
@@ -225,7 +215,7 @@ static void cover_infeasible(perp__lemke *l)
         l->column[r] = -d;
         l->covering[perp__lemke_pair(l, variable)] = d;
     }
-    l->basis->cover(l);
+    l->basis->set_covering(l);
 }
 
 /* Against wandering: the trial's perturbation, and an end to steps that lead nowhere. */
@@ -252,7 +242,8 @@ static void perturb(perp__lemke *l, int32_t attempt)
     }
 }
 
-void perp__lemke_write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
+/* What the iterate is to hold of the current basis: z and places. */
+static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
     int32_t i, k;
@@ -296,12 +287,12 @@ static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
     int32_t i, k;
 
     for (i = 0; i < l->head.problem->n; i++)
-        iterate->ray[i] = iterate->cover[i] = 0.0;
+        iterate->ray[i] = iterate->covering[i] = 0.0;
     for (k = 0; k < l->pairs; k++) {
         i = l->index[k];
         iterate->ray[i] += l->sign[k] * l->column_unit[k] * speed_of(l, k, least);
         if (l->twin[k] < 0 || l->sign[k] > 0)
-            iterate->cover[i] = l->sign[k] * l->covering[k] / l->row_unit[k] * dt;
+            iterate->covering[i] = l->sign[k] * l->covering[k] / l->row_unit[k] * dt;
     }
 }
 
@@ -317,13 +308,13 @@ static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_
     *done = status == PERP_OK && guess == PERP__GUESS_END;
     if (status != PERP_OK || guess != PERP__GUESS_BASIS)
         return status < 0 ? status : PERP_OK;
-    cover_infeasible(l);
+    cover_violated(l);
     status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
     if (status != PERP_OK)
         return status;
     iterate->iterations += l->spent;
     l->spent = iterate->iterations;
-    perp__lemke_write_point(l, iterate);
+    write_point(l, iterate);
     *done =
         iterate->outcome != PERP_OUTCOME_RAY && iterate->outcome != PERP_OUTCOME_STALLED &&
         (iterate->outcome != PERP_OUTCOME_ITERATION_LIMIT || l->head.problem->iteration_limit > 0);
@@ -382,11 +373,11 @@ static perp_status tighten(perp__lemke *l, perp__lcp_iterate *iterate)
         status = l->basis->values(l);
         if (status != PERP_OK)
             break;
-        perp__lemke_write_point(l, iterate);
+        write_point(l, iterate);
         far = cover_slack(l);
         if (far == 0.0 || round == CORRECTIONS)
             break;
-        l->basis->cover(l);
+        l->basis->set_covering(l);
         l->slack = 1e-3 * far / l->largest_b;
         l->spent = iterate->iterations;
         status = perp__lemke_follow_path(l, iterate, (int64_t)l->pairs + 16);
@@ -415,14 +406,14 @@ static perp_status solve_cold(perp__lemke *l, perp__lcp_iterate *iterate)
         return status < 0 ? status : PERP_OK;
     }
     begin_path(l);
-    cover(l, iterate);
+    choose_covering(l, iterate);
     perturb(l, iterate->attempt);
     status = perp__lemke_follow_path(l, iterate, 200 + l->trial->patience * (int64_t)l->pairs);
     if (status != PERP_OK)
         return status;
     l->outcome = iterate->outcome;
     iterate->iterations += l->spent;
-    perp__lemke_write_point(l, iterate);
+    write_point(l, iterate);
     iterate->far_off = is_far_off(l, iterate->outcome);
     if (iterate->outcome == PERP_OUTCOME_RAY)
         write_ray(l, iterate);
@@ -451,9 +442,9 @@ static void release(void *work)
 
     perp__arena_release(&l->doubled.arena);
     perp__basis_release(&l->factored.basis);
-    perp__nested_release(&l->factored.nested);
+    perp__nested_release(&l->factored.crash.nested);
 }
 
 const perp__lcp_method perp__lcp_lemke = {
-    PERP_LCP_LEMKE, sizeof(perp__lemke), ATTEMPTS, NULL, check, layout, solve, release,
+    PERP_LCP_LEMKE, sizeof(perp__lemke), ATTEMPTS, NULL, NULL, layout, solve, release,
 };

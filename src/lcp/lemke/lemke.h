@@ -4,8 +4,7 @@
 #define PERP_LCP_LEMKE_H
 
 #include "lcp/active_set/block_pivoting.h"
-#include "lcp/active_set/nested.h"
-#include "lcp/active_set/tridiagonal.h"
+#include "lcp/active_set/sparse.h"
 #include "lcp/lemke/rows.h"
 #include "lcp/lemke/tableau.h"
 #include "linalg/basis.h"
@@ -34,7 +33,7 @@ typedef struct perp__lemke_basis {
     perp_status (*start_near)(perp__lemke *l, perp__lcp_iterate *iterate,
                               enum perp__lemke_guess *guess);
     /* Gives t the column that l->column holds. */
-    void (*cover)(perp__lemke *l);
+    void (*set_covering)(perp__lemke *l);
     /* l->column := that of a nonbasic variable. Where it factors anew, rows may change places. */
     perp_status (*column)(perp__lemke *l, int32_t variable);
     /* Moves b with the entering variable, by `far` where r is PERP__FLIP, else until row r has come
@@ -77,16 +76,13 @@ typedef struct perp__doubled {
 /* Sparse factors of the columns of v - S x - h t = q, S = sign M sign. */
 typedef struct perp__factored {
     perp__basis basis;
-    perp__tridiagonal_lcp tridiagonal;
-    perp__nested nested;
-    double rho;       /* proximal term of the basis; 0 but for the crash */
+    perp__sparse_active_set crash;
     int32_t split;    /* free variables are */
     int32_t missing;  /* the pair of which no member is basic while t is; else -1 */
     int32_t *pair_of; /* n: pair of the caller's variable, or -1 if that is fixed */
     double *q, *h;
     int32_t *entry_rows; /* of one column */
     double *entry_values;
-    int8_t *next, *best; /* places while the start is sought */
 } perp__factored;
 
 /* The covering vector: e; the norms of the rows; what a row needs, and 0.1; random in [1, 2]. */
@@ -128,13 +124,12 @@ struct perp__lemke {
     double *base;                   /* n: z where all x are 0 */
     double *row_unit, *column_unit; /* v_k and x_k are measured in 1 / row_unit_k, column_unit_k */
 
-    /* the path */
-    double *b;          /* values of the basic variables */
-    double *low, *high; /* limits of the basic variables; -inf and +inf where they have none */
-    double *column;     /* of the entering variable */
-    double *far,
-        *speed;   /* of the ratio test, a row each; speed 0: does not block. far has one more */
-    double *work; /* n */
+    /* the path: an entry a row, padding and one more */
+    double *b;           /* values of the basic variables */
+    double *low, *high;  /* limits of the basic variables; -inf and +inf where they have none */
+    double *column;      /* of the entering variable */
+    double *far, *speed; /* of the ratio test, a row each; speed 0: does not block */
+    double *work;        /* n */
     const perp__row_kernels *kernels;
     int32_t entering;
     double direction;      /* +1 or -1: how the entering variable moves */
@@ -151,7 +146,7 @@ struct perp__lemke {
     int32_t guessed;      /* attempt 0 was no cold start, which is then attempt 1 */
     int64_t spent;        /* rounds and pivots of this attempt before the path began */
     perp_outcome outcome; /* of the last attempt */
-    int8_t *places;       /* of variables, or of pairs: a complementary basis to start from */
+    int8_t *places;       /* n: a complementary basis to start from */
 
     /* representations of the basis */
     perp__tableau tableau;
@@ -187,9 +182,6 @@ int32_t perp__lemke_name_pairs(perp__lemke *l);
 
 void perp__lemke_write_pair(perp__lemke *l, int32_t k, int32_t i, int32_t sign, double range);
 
-/* What the iterate is to hold of the current basis: z and places. */
-void perp__lemke_write_point(const perp__lemke *l, perp__lcp_iterate *iterate);
-
 /* path.c. What a ratio test says where it is not a row. */
 enum { PERP__NO_ROW = -1, PERP__FLIP = -2 };
 
@@ -210,43 +202,17 @@ double perp__lemke_largest_entry(const perp__lemke *l);
 /* perp__lemke_basis's move in double. */
 double perp__lemke_move(perp__lemke *l, int32_t r, double far);
 
-/* dense.c: memory of the tableau; the standard form with its cold start; a guess. */
+/* dense.c: memory of the tableau and the crash. */
 void perp__lemke_layout_tableau(perp__arena *arena, perp__lemke *l);
-void perp__lemke_layout_dense(perp__arena *arena, perp__lemke *l);
 
 /* Rows, columns and sizes once the first basis is there. */
 void perp__lemke_index(perp__lemke *l);
 
-/* crash.c: block pivoting where M looks positive definite, and the basis that a start of the
- * caller's names, in l->places. Counts its rounds in l->spent. */
-enum perp__lemke_guess perp__lemke_guess_places(perp__lemke *l, perp__lcp_iterate *iterate);
-
 /* units.c: takes back a scaling of the rows, where one is found in a tableau that is -M yet. eager:
  * also where the norms of the rows do not differ much. */
-void perp__lemke_reset_units(perp__lemke *l);
 void perp__lemke_choose_units(perp__lemke *l, int32_t eager);
 
-/* sparse.c. */
+/* sparse.c: memory of the factors. */
 void perp__factored_layout(perp__arena *arena, perp__lemke *l);
-void perp__factored_release(perp__lemke *l);
-
-/* Writes the problem in standard form; free variables basic from the start, or split. */
-void perp__factored_write_pairs(perp__lemke *l, int32_t split);
-
-/* Makes the complementary basis that l->places describe the current one, factored, with its values.
- * PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
-perp_status perp__factored_take_places(perp__lemke *l, const int8_t *places);
-
-/* Recomputes b = B^-1 (q + what rests at upper bounds), `rounds` solves with what is left over: two
- * are a step of refinement, more with rho > 0 the proximal point method. */
-void perp__factored_values(perp__lemke *l, int32_t rounds);
-
-/* w := S z + q in the caller's variables. */
-void perp__factored_affine(const perp__lcp_problem *p, const double *z, double *w);
-
-/* sparse_start.c: perp__lemke_basis's. */
-perp_status perp__factored_start(perp__lemke *l, const perp__lcp_iterate *iterate);
-perp_status perp__factored_start_near(perp__lemke *l, perp__lcp_iterate *iterate,
-                                      enum perp__lemke_guess *guess);
 
 #endif

@@ -8,11 +8,24 @@
 #include <math.h>
 
 #include "lcp/lemke/lemke.h"
+#include "linalg/lanes/vectors.h"
+
+#define TEMPLATE "lcp/lemke/rows_vector.h"
+#include "linalg/lanes/each_set.h"
 
 /* What counts as a tie in the lexicographic test: exact data tie exactly, rounding nearly so. */
 #define TIE 1e-12
 /* Pivots this small in their column are not believed before a refactorisation. */
 #define DOUBTFUL 1e-6
+
+static const perp__row_kernels *const kernels[] = {PERP__OF_EACH_SET(&kernels)};
+
+const perp__row_kernels *perp__row_kernels_number(int32_t number)
+{
+    const int32_t widest = (int32_t)perp__widest_vectors();
+
+    return number >= 0 && number <= widest ? kernels[widest - number] : NULL;
+}
 
 int32_t perp__lemke_is_free(const perp__lemke *l, int32_t k)
 {

@@ -31,9 +31,8 @@ typedef struct perp__row_kernels {
     int32_t (*fastest)(size_t length, const double *far, const double *speed, double reach);
 } perp__row_kernels;
 
-/* The fastest kernels this processor has. All give the same bits. */
-const perp__row_kernels *perp__row_kernels_choose(void);
-/* All that it has: number 0, 1, ..., then NULL. */
+/* The kernels that this processor has, the fastest first: number 0, 1, ..., then NULL. All give the
+ * same bits. */
 const perp__row_kernels *perp__row_kernels_number(int32_t number);
 
 #endif

@@ -4,8 +4,14 @@
  *
  *   v - S x - h t = q,   S = sign M sign.
  *
- * Memory is that of the factors; nothing is n by n. A free x_k is basic from the start and its v_k
- * never is, unless the free variables had to be split. */
+ * Memory is that of the factors; nothing here is n by n. A free x_k is basic from the start and its
+ * v_k never is, unless the free variables had to be split.
+ *
+ * A principal pivotal transform of an LCP is an LCP with the same solutions (Cottle, Pang & Stone
+ * 1992, section 2.3), so that any complementary basis will serve as a start; near the solution the
+ * path is short. P-matrices stay so under the transform, copositive ones need not: what fails from
+ * a guess is tried again from the slacks. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -13,6 +19,21 @@
 
 /* Pivots between refactorisations at most. */
 #define SPIKES 64
+/* Steps of the crash, and how many of them in a row may bring nothing where the sets need not be
+ * monotone. */
+#define STEPS 200
+#define PATIENCE 3
+/* Of a singular block, beside rows near 1. */
+#define PROXIMAL 1e-7
+/* Below this size a crash that fails costs more than the path from the slacks, so only matrices
+ * that look like P-matrices get one. */
+#define WORTH_IT 400
+/* Violations that pivots remove for less than another step of the crash costs; a guess is one if
+ * beyond those few at most one pair in so many is violated. */
+#define FEW 16
+#define CLOSE 32
+/* Reciprocal condition below which free variables count as dependent. */
+#define DEPENDENT 1e-13
 
 /* Entries of [I, -S] that can be in the basis's kernel, with every free variable split. */
 static size_t count_entries(const perp__lcp_problem *p)
@@ -41,18 +62,17 @@ void perp__factored_layout(perp__arena *arena, perp__lemke *l)
     const size_t n = (size_t)p->n, pairs = (size_t)l->capacity;
 
     perp__basis_layout(arena, &f->basis, l->capacity, count_entries(p), SPIKES, SPIKES * pairs);
-    perp__tridiagonal_lcp_layout(arena, &f->tridiagonal,
-                                 p->block->kind == PERP__SPARSE_TRIDIAGONAL ? n : 0);
+    f->crash.common.problem = p;
+    perp__sparse_active_set_layout(arena, &f->crash);
     f->pair_of = perp__arena_take(arena, n, sizeof(int32_t));
     f->q = perp__arena_take(arena, pairs, sizeof(double));
     f->h = perp__arena_take(arena, pairs, sizeof(double));
     f->entry_rows = perp__arena_take(arena, pairs, sizeof(int32_t));
     f->entry_values = perp__arena_take(arena, pairs, sizeof(double));
-    f->next = perp__arena_take(arena, pairs, sizeof(int8_t));
-    f->best = perp__arena_take(arena, pairs, sizeof(int8_t));
 }
 
-void perp__factored_affine(const perp__lcp_problem *p, const double *z, double *w)
+/* w := S z + q in the caller's variables. */
+static void affine(const perp__lcp_problem *p, const double *z, double *w)
 {
     const perp__matrix *M = p->M;
     int32_t j, k;
@@ -66,13 +86,23 @@ void perp__factored_affine(const perp__lcp_problem *p, const double *z, double *
         }
 }
 
-void perp__factored_write_pairs(perp__lemke *l, int32_t split)
+/* sign (S base + q) */
+static void write_q(perp__lemke *l)
+{
+    int32_t k;
+
+    affine(l->head.problem, l->base, l->work);
+    for (k = 0; k < l->pairs; k++)
+        l->factored.q[k] = l->sign[k] * l->work[l->index[k]];
+}
+
+/* Writes the problem in standard form; free variables basic from the start, or split. */
+static void write_pairs(perp__lemke *l, int32_t split)
 {
     perp__factored *f = &l->factored;
     int32_t i, k, first;
 
     perp__lemke_name_pairs(l);
-    perp__lemke_reset_units(l);
     f->split = split;
     for (i = 0; i < l->head.problem->n; i++)
         f->pair_of[i] = -1;
@@ -84,11 +114,8 @@ void perp__factored_write_pairs(perp__lemke *l, int32_t split)
         l->twin[k] = l->pairs;
         l->twin[l->pairs++] = k;
     }
-    perp__factored_affine(l->head.problem, l->base, l->work);
-    for (k = 0; k < l->pairs; k++) {
-        f->q[k] = l->sign[k] * l->work[l->index[k]];
-        f->h[k] = 0.0;
-    }
+    memset(f->h, 0, (size_t)l->pairs * sizeof *f->h);
+    write_q(l);
 }
 
 /* Entries of a column of [I, -S]: the perp__columns of the basis. */
@@ -159,24 +186,17 @@ static void write_residual(perp__lemke *l)
     }
 }
 
-void perp__factored_values(perp__lemke *l, int32_t rounds)
+/* b = B^-1 (q + what rests at upper bounds), with a step of refinement. */
+static void find_values(perp__lemke *l)
 {
-    double last = INFINITY;
     int32_t round, r;
 
     memset(l->b, 0, (size_t)l->pairs * sizeof *l->b);
-    for (round = 0; round < rounds; round++) {
-        double largest = 0.0;
-
+    for (round = 0; round < 2; round++) {
         write_residual(l);
         perp__basis_solve(&l->factored.basis, l->work, l->column);
-        for (r = 0; r < l->pairs; r++) {
+        for (r = 0; r < l->pairs; r++)
             l->b[r] += l->column[r];
-            largest = fmax(largest, fabs(l->column[r]));
-        }
-        if (!(largest < 0.5 * last))
-            break; /* no longer converging */
-        last = largest;
     }
 }
 
@@ -185,29 +205,165 @@ static perp_status load(perp__lemke *l)
 {
     const perp__lcp_problem *p = l->head.problem;
     const perp__columns source = {l, read_entries};
-    const perp__principal principal = {p->block, l->index, l->sign, l->factored.rho};
+    const perp__principal principal = {p->block, l->index, l->sign, 0.0};
 
     return perp__basis_load(&l->factored.basis, p->context, l->pairs, l->basic, &source,
                             l->factored.split ? NULL : &principal);
 }
 
-perp_status perp__factored_take_places(perp__lemke *l, const int8_t *places)
+/* Makes the complementary basis that l->places describe the current one, factored, with its values;
+ * free variables are basic, or split. PERP_OK, PERP__FACTOR_SINGULAR or PERP_ERROR_MEMORY. */
+static perp_status take_places(perp__lemke *l, int32_t split)
 {
     perp_status status;
     int32_t k;
 
+    write_pairs(l, split);
     for (k = 0; k <= 2 * l->pairs; k++)
         l->row_of[k] = -1;
     for (k = 0; k < l->pairs; k++) {
-        l->basic[k] = places[k] == PERP__BETWEEN ? k : l->pairs + k;
+        const int8_t place = l->places[l->index[k]];
+
+        l->basic[k] = place == PERP__BETWEEN && l->twin[k] < 0 ? k : l->pairs + k;
         l->row_of[l->basic[k]] = k;
-        l->at_upper[k] = places[k] == PERP__AT_UPPER;
+        l->at_upper[k] = place == PERP__AT_UPPER && l->sign[k] > 0;
     }
     l->factored.missing = -1;
     status = load(l);
     perp__lemke_write_limits(l);
     if (status == PERP_OK)
-        perp__factored_values(l, l->factored.rho > 0.0 ? 1 : 2);
+        find_values(l);
+    return status;
+}
+
+static void find_largest_b(perp__lemke *l)
+{
+    int32_t r;
+
+    l->largest_b = 0.0;
+    for (r = 0; r < l->pairs; r++)
+        if (isfinite(l->low[r]) || isfinite(l->high[r]))
+            l->largest_b = fmax(l->largest_b, fabs(l->b[r]));
+}
+
+/* Basic variables that are beyond a limit by more than rounding. */
+static int32_t count_violated(const perp__lemke *l)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    double x_largest = 0.0;
+    int32_t count = 0, k;
+
+    for (k = 0; k < l->pairs; k++)
+        if (l->basic[k] < l->pairs)
+            x_largest = fmax(x_largest, fabs(l->b[k]));
+    for (k = 0; k < l->pairs; k++) {
+        const int32_t i = l->index[k];
+        const double size =
+            l->basic[k] < l->pairs ? x_largest : p->row_norms[i] * x_largest + fabs(p->q[i]);
+
+        count += perp__lemke_violation(l, k) > 16.0 * DBL_EPSILON * size;
+    }
+    return count;
+}
+
+/* Takes l->places for a guess if they are near the solution's. */
+static perp_status take_guess(perp__lemke *l, enum perp__lemke_guess *guess)
+{
+    perp_status status = take_places(l, 0);
+
+    if (status != PERP_OK)
+        return status < 0 ? status : PERP_OK;
+    if (count_violated(l) <= FEW + l->pairs / CLOSE)
+        *guess = PERP__GUESS_BASIS;
+    find_largest_b(l);
+    return PERP_OK;
+}
+
+/* Whether all variables with a bound have positive diagonal entries. */
+static int32_t could_be_P(const perp__lcp_problem *p)
+{
+    int32_t i;
+
+    for (i = 0; i < p->n; i++) {
+        const int32_t is_free = p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
+
+        if (p->lower[i] < p->upper[i] && !is_free && !(perp__diagonal_entry(p->M, i) > 0.0))
+            return 0;
+    }
+    return 1;
+}
+
+static int32_t correct(void *work, const double *residual, double *step)
+{
+    perp__lemke *l = work;
+
+    return perp__sparse_active_set_correct(&l->factored.crash, residual, step);
+}
+
+/* Active sets, until they have solved the problem or come near. */
+static perp_status crash(perp__lemke *l, perp__lcp_iterate *iterate, enum perp__lemke_guess *guess)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    perp__active_set_limits limits = {STEPS, PATIENCE, 0, FEW, PROXIMAL};
+    perp_status status;
+
+    if (p->iteration_limit > 0 && p->iteration_limit < limits.iterations)
+        limits.iterations = p->iteration_limit;
+    l->factored.crash.common.problem = p;
+    status = perp__sparse_active_set_run(&l->factored.crash, iterate, &limits);
+    l->spent = iterate->iterations;
+    if (status != PERP_OK)
+        return status;
+    if (iterate->outcome == PERP_OUTCOME_SINGULAR)
+        return PERP_OK;
+    memcpy(l->places, iterate->places, (size_t)p->n);
+    if (iterate->outcome == PERP_OUTCOME_STALLED ||
+        (iterate->outcome == PERP_OUTCOME_ITERATION_LIMIT && limits.iterations == STEPS))
+        return take_guess(l, guess);
+    *guess = PERP__GUESS_END;
+    iterate->has_places = 1;
+    iterate->correct = iterate->outcome == PERP_OUTCOME_SOLVED ? correct : NULL;
+    return PERP_OK;
+}
+
+/* From the caller's z0, by active sets, or both, as the settings allow. */
+static perp_status start_near(perp__lemke *l, perp__lcp_iterate *iterate,
+                              enum perp__lemke_guess *guess)
+{
+    const perp__lcp_problem *p = l->head.problem;
+    perp_status status = PERP_OK;
+
+    if (p->settings->pivot_rule == PERP_PIVOT_LEXICOGRAPHIC)
+        return PERP_OK;
+    if (iterate->warm) {
+        l->factored.crash.common.problem = p;
+        perp__sparse_active_set_places(&l->factored.crash, iterate->z, l->places);
+        status = take_guess(l, guess);
+    }
+    if (status == PERP_OK && *guess == PERP__GUESS_NONE && p->settings->crash &&
+        (iterate->warm || p->n >= WORTH_IT || could_be_P(p)))
+        status = crash(l, iterate, guess);
+    return status;
+}
+
+/* The basis of the slacks and the free variables, or, where those depend on each other, of the
+ * slacks alone. */
+static perp_status start(perp__lemke *l, const perp__lcp_iterate *iterate)
+{
+    int32_t any_free = 0, k;
+    perp_status status;
+
+    (void)iterate;
+    perp__block_pivoting_start(l->head.problem, l->places);
+    status = take_places(l, 0);
+    for (k = 0; k < l->pairs; k++)
+        any_free |= perp__lemke_is_free(l, k);
+    if (any_free &&
+        (status == PERP__FACTOR_SINGULAR ||
+         (status == PERP_OK && !(perp__basis_condition(&l->factored.basis) > DEPENDENT))))
+        status = take_places(l, 1);
+    if (status == PERP_OK)
+        find_largest_b(l);
     return status;
 }
 
@@ -265,7 +421,7 @@ static perp_status refresh(perp__lemke *l)
         l->row_of[l->basic[k]] = k;
     perp__lemke_write_limits(l);
     if (status == PERP_OK)
-        perp__factored_values(l, 2);
+        find_values(l);
     return status;
 }
 
@@ -276,14 +432,12 @@ static perp_status refactor(perp__lemke *l)
 
 static perp_status values(perp__lemke *l)
 {
-    perp__factored_affine(l->head.problem, l->base, l->work);
-    for (int32_t k = 0; k < l->pairs; k++)
-        l->factored.q[k] = l->sign[k] * l->work[l->index[k]];
+    write_q(l);
     return refresh(l);
 }
 
 /* h = B d */
-static void cover(perp__lemke *l)
+static void set_covering(perp__lemke *l)
 {
     double *h = l->factored.h;
     int32_t r;
@@ -322,15 +476,6 @@ static void read_inverse_row(perp__lemke *l, int32_t r, double *row)
 }
 
 const perp__lemke_basis perp__lemke_sparse = {
-    0.0,
-    perp__factored_start,
-    perp__factored_start_near,
-    cover,
-    read_column,
-    perp__lemke_move,
-    exchange,
-    refactor,
-    values,
-    read_inverse_row,
-    NULL,
+    0.0,      start,    start_near, set_covering,     read_column, perp__lemke_move,
+    exchange, refactor, values,     read_inverse_row, NULL,
 };

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "linalg/lanes/multiversion.h"
+#include "linalg/matrix.h"
 
 /* Exchanges are applied to a column a group at a time. */
 enum { GROUP = PERP__GROUP };
@@ -117,78 +117,45 @@ void perp__tableau_column(perp__tableau *t, int32_t c, double *column)
     }
 }
 
-PERP__KERNEL static void add_4_loops(size_t length, const double *const *a, const double *x,
-                                     double *restrict y)
+/* y := y + T x for `count` columns from the first on */
+static void add_columns(const perp__tableau *t, int32_t first, int32_t count, const double *x,
+                        double *y)
 {
-    const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
-    const double x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3];
-    size_t i;
+    perp__matrix view = {0};
 
-    for (i = 0; i < length; i++)
-        y[i] = (((y[i] + a0[i] * x0) + a1[i] * x1) + a2[i] * x2) + a3[i] * x3;
-}
-PERP__MULTIVERSION(add_4, (size_t length, const double *const *a, const double *x, double *y),
-                   (length, a, x, y))
-
-PERP__KERNEL static void add_1_loops(size_t length, const double *restrict a, double x,
-                                     double *restrict y)
-{
-    size_t i;
-
-    for (i = 0; i < length; i++)
-        y[i] += a[i] * x;
-}
-PERP__MULTIVERSION(add_1, (size_t length, const double *a, double x, double *y), (length, a, x, y))
-
-/* y := y + T x for the columns that owe all exchanges kept */
-static void add_untouched(const perp__tableau *t, const double *x, double *y)
-{
-    const size_t length = perp__tableau_length(t->rows);
-    const double *columns[4];
-    double factors[4];
-    int32_t pending = 0, c;
-
-    for (c = 0; c < t->columns; c++) {
-        if (x[c] == 0.0 || t->started[c] > 0)
-            continue;
-        columns[pending] = t->T + (size_t)c * (size_t)t->leading_dimension;
-        factors[pending] = x[c];
-        if (++pending == 4) {
-            add_4(length, columns, factors, y);
-            pending = 0;
-        }
-    }
-    for (c = pending; c < 4 && pending > 0; c++) {
-        columns[c] = columns[0];
-        factors[c] = 0.0;
-    }
-    if (pending > 0)
-        add_4(length, columns, factors, y);
+    view.rows = (int32_t)perp__tableau_length(t->rows);
+    view.columns = count;
+    view.row_stride = 1;
+    view.column_stride = (size_t)t->leading_dimension;
+    view.values = t->T + (size_t)first * view.column_stride;
+    perp__multiply_add(&view, x, y);
 }
 
 /* As perp__tableau_column for the sum of all columns, each of which joins it after the exchange
  * that wrote it. */
-void perp__tableau_multiply(perp__tableau *t, const double *x, double *y)
+void perp__tableau_multiply(perp__tableau *t, double *x, double *y)
 {
     const size_t panels = panels_of(t->rows), pending = (size_t)t->pending;
+    double *later = t->V, v[GROUP];
     size_t first, last, k, l;
-    double v[GROUP];
 
+    for (k = 0; k < pending; k++) {
+        later[k] = (size_t)t->started[t->entered[k]] == k + 1 ? x[t->entered[k]] : 0.0;
+        x[t->entered[k]] = later[k] == 0.0 ? x[t->entered[k]] : 0.0;
+    }
     memset(y, 0, panels * PERP__PANEL * sizeof *y);
-    add_untouched(t, x, y);
+    add_columns(t, 0, t->columns, x, y);
     for (first = 0; first < pending; first = last) {
         last = first + GROUP < pending ? first + GROUP : pending;
         for (k = first; k < last; k++) {
             const double *owed = t->L + k * (size_t)t->delay;
-            const int32_t r = t->exchanged[k], c = t->entered[k];
+            const int32_t r = t->exchanged[k];
 
             v[k - first] = y[r];
             for (l = first; l < k; l++)
                 v[k - first] -= owed[l] * v[l - first];
             y[r] = v[k - first] / t->pivots[k];
-            if ((size_t)t->started[c] == k + 1 && x[c] != 0.0)
-                add_1(panels * PERP__PANEL, t->T + (size_t)c * (size_t)t->leading_dimension, x[c],
-                      y);
+            add_columns(t, t->entered[k], 1, &later[k], y);
         }
         t->kernels->subtract_vector(panels, last - first, t->U + first * PERP__PANEL, stride_of(t),
                                     v, y);

@@ -43,8 +43,8 @@ void perp__tableau_reset(perp__tableau *t, int32_t rows, int32_t columns);
 /* column := T(:,c), kept exchanges included; perp__tableau_length entries, 0 in the padding. */
 void perp__tableau_column(perp__tableau *t, int32_t c, double *column);
 
-/* y := T x, kept exchanges included; y has perp__tableau_length entries. */
-void perp__tableau_multiply(perp__tableau *t, const double *x, double *y);
+/* y := T x, kept exchanges included; y has perp__tableau_length entries, x is destroyed. */
+void perp__tableau_multiply(perp__tableau *t, double *x, double *y);
 
 /* Exchanges row r and column c, which the caller has just read into `column`. */
 void perp__tableau_exchange(perp__tableau *t, int32_t r, int32_t c, const double *column);

@@ -14,14 +14,6 @@
 /* Row norms that differ by more than this make a look at the couplings worth its price. */
 #define SPREAD 0x1p14
 
-void perp__lemke_reset_units(perp__lemke *l)
-{
-    int32_t k;
-
-    for (k = 0; k < l->pairs; k++)
-        l->row_unit[k] = l->column_unit[k] = 1.0;
-}
-
 static double size_of(const perp__lemke *l, int32_t i, int32_t j)
 {
     return fabs(l->tableau.T[(size_t)i + (size_t)j * (size_t)l->tableau.leading_dimension]);
@@ -176,21 +168,19 @@ static int32_t is_worth_a_look(const perp__lemke *l, int32_t eager)
 
 void perp__lemke_choose_units(perp__lemke *l, int32_t eager)
 {
-    int32_t i;
+    int32_t worth_it, i;
 
-    perp__lemke_reset_units(l);
     if (!is_worth_a_look(l, eager))
         return;
     find_strongest(l);
     find_units(l);
-    if (!is_symmetric(l)) {
-        perp__lemke_reset_units(l);
-        return;
-    }
+    worth_it = is_symmetric(l);
     for (i = 0; i < l->pairs; i++) {
-        l->column_unit[i] = power_below(l->column_unit[i]);
+        l->column_unit[i] = worth_it ? power_below(l->column_unit[i]) : 1.0;
         l->row_unit[i] = 1.0 / l->column_unit[i];
     }
+    if (!worth_it)
+        return;
     fit_without_diagonal(l);
     apply(l);
 }

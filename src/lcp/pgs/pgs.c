@@ -101,23 +101,13 @@ static void layout(perp__arena *arena, void *object)
     work->relaxation = 0.0;
 }
 
-static double diagonal_entry(const perp__matrix *M, int32_t i)
-{
-    if (!M->column_starts)
-        return M->values[(size_t)i * (M->row_stride + M->column_stride)];
-    for (int32_t p = M->column_starts[i]; p < M->column_starts[i + 1]; p++)
-        if (M->row_indices[p] == i)
-            return M->values[p];
-    return 0.0;
-}
-
 static perp_status check_row(const perp__lcp_problem *problem, int32_t i)
 {
     double diagonal, q = problem->q[i];
 
     if (!(problem->lower[i] < problem->upper[i]))
         return PERP_OK;
-    diagonal = diagonal_entry(problem->M, i);
+    diagonal = perp__diagonal_entry(problem->M, i);
     if (diagonal > 0.0)
         return PERP_OK;
     if (problem->row_norms[i] > 0.0)
@@ -170,9 +160,10 @@ static void read_matrix(pgs_work *work)
     for (int32_t i = 0; i < problem->n; i++) {
         double factor = problem->factors[i];
 
-        work->step[i] = moves(problem, i)
-                            ? work->relaxation / (diagonal_entry(problem->M, i) * (factor * factor))
-                            : 0.0;
+        work->step[i] =
+            moves(problem, i)
+                ? work->relaxation / (perp__diagonal_entry(problem->M, i) * (factor * factor))
+                : 0.0;
     }
     perp__rows_read(&work->sweeper.rows, problem, work->step, work->sweep == PERP_SWEEP_SYMMETRIC);
 }
@@ -270,12 +261,6 @@ static void remember(pgs_work *work, double residual)
     }
 }
 
-/* Forgets the direction. */
-static void gradient_restart(conjugate *gradient)
-{
-    gradient->norm = 0.0;
-}
-
 /* Before the sweeps that make one step. */
 static void gradient_before(conjugate *gradient, const perp__sweeper *sweeper)
 {
@@ -338,13 +323,13 @@ static void sweep_accelerated(pgs_work *work, int64_t done, double *residual)
         gradient_before(&work->gradient, &work->sweeper);
     sweep_once(work, done, residual);
     if (*residual <= work->common.problem->tol)
-        gradient_restart(&work->gradient); /* z may be the solution: do not move it */
+        work->gradient.norm = 0.0; /* z may be the solution: do not move it */
     else if (!pair || done % 2 == 1)
         gradient_after(&work->gradient, &work->sweeper);
     if (!(*residual <= GROWTH * work->remembered) && work->remembered < INFINITY) {
         memcpy(work->sweeper.z, work->best, (size_t)work->common.problem->n * sizeof(double));
         *residual = work->remembered;
-        gradient_restart(&work->gradient);
+        work->gradient.norm = 0.0;
         gradient_before(&work->gradient, &work->sweeper);
         work->restarts++;
     }
@@ -432,7 +417,7 @@ static void start(pgs_work *work, const double *z)
     work->remembered = work->residual = INFINITY;
     work->sweeps = work->next_test = work->next_pause = work->changed = 0;
     work->restarts = accelerated ? 0 : RESTARTS_MOST;
-    gradient_restart(&work->gradient);
+    work->gradient.norm = 0.0;
     read_problem(work, z);
 }
 

@@ -1,4 +1,4 @@
-#include "lcp/pgs/rows.h"
+#include "lcp/pgs/sweep.h"
 
 #include <string.h>
 
@@ -32,6 +32,13 @@ void perp__rows_layout(perp__arena *arena, perp__rows *rows, const perp__lcp_pro
     rows->row_values = perp__arena_take(arena, entries, sizeof(double));
 }
 
+/* Entries of z on either side of a core: row and column within the slice. A sweep forward settles
+ * all columns but those of the rows before; a sweep in both directions settles none. */
+static int32_t in_core(const perp__rows *rows, int32_t row, int32_t column)
+{
+    return column < row - 1 || (rows->symmetric && column > row + 1);
+}
+
 /* R_ij is rounded once from S_ij. */
 static double entry_of(const perp__lcp_problem *problem, const double *step, int32_t i, int32_t j,
                        double value)
@@ -50,7 +57,7 @@ static double file_entry(const perp__rows *rows, perp__slice *slice, double *cor
         slice->before[row] = value;
     else if (column == row + 1)
         slice->after[row] = value;
-    else if (column >= 0 && column < PERP__SLICE && perp__in_core(rows, row, column))
+    else if (column >= 0 && column < PERP__SLICE && in_core(rows, row, column))
         core[row * PERP__SLICE + column] = value;
     else
         return value;
@@ -160,8 +167,7 @@ static int32_t is_slotted(sorting *sort, int32_t row, int32_t d, double value)
         sort->slice->before[row] = value;
     else if (d == 1)
         sort->slice->after[row] = value;
-    else if (d != 0 && column >= 0 && column < sort->count &&
-             perp__in_core(sort->rows, row, column)) {
+    else if (d != 0 && column >= 0 && column < sort->count && in_core(sort->rows, row, column)) {
         sort->core[row * PERP__SLICE + column] = value;
         sort->slice->what |= PERP__HAS_CORE;
     } else {

@@ -1,10 +1,14 @@
-/* The separating axes of two boxes (Gottschalk, Lin & Manocha 1996), in the world frame. */
+/* The separating axes of two boxes (Gottschalk, Lin & Manocha 1996), in the frame of the first. */
 #include "world/collide/meeting.h"
 #include "linalg/spatial.h"
 
 /* Sine of the angle between two edges below which their product is no axis of its own: its
  * direction would be rounding, and the face normals stand in for it to 1e-7 of an edge's length. */
 #define PARALLEL 1e-7
+
+/* Boxes whose axes are parallel to 1e-6 have no edge products of their own: what they separate more
+ * than the faces is no more than that of an edge's length. */
+#define ALIGNED (1.0 - 1e-12)
 
 static double half_width(const perp__placed *box, const double *normal)
 {
@@ -22,50 +26,98 @@ double perp__box_separation(const perp__placed *a, const perp__placed *b, const 
     return (perp__dot3(normal, between) - half_width(a, normal)) - half_width(b, normal);
 }
 
-/* Turns the normal from A to B and measures. */
-static void measure(const perp__placed *a, const perp__placed *b, const double *between,
-                    perp__axis *axis)
+/* Two boxes in the frame of the first. */
+typedef struct view {
+    const double *half_a;
+    const double *half_b;
+    double centre[3]; /* of B */
+    double C[9];      /* columns: B's axes */
+    double size[9];   /* their entries' sizes */
+} view;
+
+static void set_view(view *v, const perp__placed *a, const perp__placed *b)
 {
-    double along = perp__dot3(axis->normal, between);
-    for (int k = 0; k < 3 && along < 0.0; k++)
-        axis->normal[k] = -axis->normal[k];
-    axis->separation = (fabs(along) - half_width(a, axis->normal)) - half_width(b, axis->normal);
+    double between[3];
+    perp__subtract3(between, b->position, a->position);
+    perp__apply_transposed3(v->centre, a->rotation, between);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            const double *A = a->rotation, *B = b->rotation;
+            v->C[3 * i + j] = A[i] * B[j] + A[3 + i] * B[3 + j] + A[6 + i] * B[6 + j];
+            v->size[3 * i + j] = fabs(v->C[3 * i + j]);
+        }
+    v->half_a = a->geometry->half_extents;
+    v->half_b = b->geometry->half_extents;
 }
 
-static void edge_axis(const perp__placed *a, const perp__placed *b, const double *between,
-                      const double *u, const double *v, perp__axis *axis)
+static void face_of_a(const view *v, int i, perp__axis *axis)
 {
-    double *n = axis->normal;
-    n[0] = u[1] * v[2] - u[2] * v[1];
-    n[1] = u[2] * v[0] - u[0] * v[2];
-    n[2] = u[0] * v[1] - u[1] * v[0];
-    double length = sqrt(perp__dot3(n, n));
+    const double *row = v->size + 3 * i, *h = v->half_b;
+    for (int k = 0; k < 3; k++)
+        axis->normal[k] = k != i ? 0.0 : v->centre[i] < 0.0 ? -1.0 : 1.0;
+    double width = row[0] * h[0] + row[1] * h[1] + row[2] * h[2];
+    axis->separation = (fabs(v->centre[i]) - v->half_a[i]) - width;
+    axis->width = v->half_a[i] + width;
+}
+
+static void face_of_b(const view *v, int j, perp__axis *axis)
+{
+    const double *h = v->half_a;
+    double along = v->C[j] * v->centre[0] + v->C[3 + j] * v->centre[1] + v->C[6 + j] * v->centre[2];
+    double sign = along < 0.0 ? -1.0 : 1.0;
+    for (int k = 0; k < 3; k++)
+        axis->normal[k] = sign * v->C[3 * k + j];
+    double width = v->size[j] * h[0] + v->size[3 + j] * h[1] + v->size[6 + j] * h[2];
+    axis->separation = (fabs(along) - v->half_b[j]) - width;
+    axis->width = v->half_b[j] + width;
+}
+
+/* The product of edge i of A and j of B is (0, -C_lj, C_kj) on the axes i, k, l of A, and has the
+ * components C_in and -C_im on the axes m, n of B that follow j. */
+static void edge_axis(const view *v, int i, int j, perp__axis *axis)
+{
+    int k = (i + 1) % 3, l = (i + 2) % 3, m = (j + 1) % 3, n = (j + 2) % 3;
+    double x = v->C[3 * l + j], y = v->C[3 * k + j], length = sqrt(x * x + y * y);
     axis->separation = -INFINITY;
+    axis->normal[i] = axis->normal[k] = axis->normal[l] = 0.0;
     if (length < PARALLEL)
         return;
-    for (int k = 0; k < 3; k++)
-        n[k] /= length;
-    measure(a, b, between, axis);
+    double along = y * v->centre[l] - x * v->centre[k];
+    double scale = (along < 0.0 ? -1.0 : 1.0) / length;
+    double reach = v->half_a[k] * v->size[3 * l + j] + v->half_a[l] * v->size[3 * k + j] +
+                   v->half_b[m] * v->size[3 * i + n] + v->half_b[n] * v->size[3 * i + m];
+    axis->normal[k] = -x * scale;
+    axis->normal[l] = y * scale;
+    axis->separation = (fabs(along) - reach) / length;
+    axis->width = reach / length;
+}
+
+static int are_aligned(const view *v)
+{
+    for (int i = 0; i < 3; i++) {
+        const double *row = v->size + 3 * i;
+        if (fmax(fmax(row[0], row[1]), row[2]) < ALIGNED)
+            return 0;
+    }
+    return 1;
 }
 
 int32_t perp__box_axes(const perp__placed *a, const perp__placed *b, int32_t planar,
                        perp__axis *axes)
 {
     int dimension = planar ? 2 : 3;
-    double between[3], u[3][3], v[3][3];
-    perp__subtract3(between, b->position, a->position);
+    view v;
+    set_view(&v, a, b);
     for (int j = 0; j < dimension; j++) {
-        perp__column3(u[j], a->rotation, j);
-        perp__column3(v[j], b->rotation, j);
-        for (int k = 0; k < 3; k++) {
-            axes[j].normal[k] = u[j][k];
-            axes[dimension + j].normal[k] = v[j][k];
-        }
-        measure(a, b, between, &axes[j]);
-        measure(a, b, between, &axes[dimension + j]);
+        face_of_a(&v, j, &axes[j]);
+        face_of_b(&v, j, &axes[dimension + j]);
     }
-    for (int i = 0; i < 3 && !planar; i++)
+    if (planar)
+        return 4;
+    if (are_aligned(&v))
+        return 6;
+    for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
-            edge_axis(a, b, between, u[i], v[j], &axes[6 + 3 * i + j]);
-    return planar ? 4 : 15;
+            edge_axis(&v, i, j, &axes[6 + 3 * i + j]);
+    return 15;
 }

@@ -51,12 +51,17 @@ void perp__moved(const perp__moving *shape, double t, perp__placed *placed)
         placed->position[k] += shape->centre[k] + t * shape->way[k];
 }
 
+/* No less than the length, and cheap. */
+static double sum(const double *x)
+{
+    return fabs(x[0]) + fabs(x[1]) + fabs(x[2]);
+}
+
 double perp__relative_way(const perp__moving *a, const perp__moving *b)
 {
     double way[3];
     perp__subtract3(way, b->way, a->way);
-    return perp__length3(way) + perp__length3(a->turn) * a->reach +
-           perp__length3(b->turn) * b->reach;
+    return sum(way) + sum(a->turn) * a->reach + sum(b->turn) * b->reach;
 }
 
 static double size_of(const perp__placed *shape)
@@ -83,7 +88,7 @@ static int32_t last_to_close(const perp__placed *a, const perp__placed *b, const
                              const double *gate, int32_t count)
 {
     const double bias = BIAS * fmin(size_of(a), size_of(b));
-    int32_t faces = count > 6 ? 3 : 2, first = perp__box_is_smaller(a, b) ? faces : 0;
+    int32_t faces = count > 4 ? 3 : 2, first = perp__box_is_smaller(a, b) ? faces : 0;
     int32_t best = first;
     for (int32_t k = first + 1; k < first + faces; k++)
         if (axes[k].separation + gate[k] > axes[best].separation + gate[best])
@@ -151,6 +156,8 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
         static const double no_gates[PERP__MAX_AXES];
         int32_t count = perp__box_axes(a, b, planar, axes);
         int32_t best = last_to_close(a, b, axes, no_gates, count);
+        if (axes[best].separation > near->touching)
+            return 0;
         double aside = separation_aside(axes, count, best);
         meeting->axis = best;
         meeting->doubtful = -aside < perp__relative_way(moving_a, moving_b) + near->touching;
@@ -186,51 +193,52 @@ static void narrow(double first, double last, double *enter, double *leave)
         *leave = fmin(*leave, first / (first - last));
 }
 
-/* What bodies that do not turn go towards each other, free of the rounding of their places. */
-static void relative_way(const perp__moving *a, const perp__moving *b, double *way)
-{
-    perp__subtract3(way, b->way, a->way);
-}
-
-/* The time in [t, end] at which boxes meet if they keep their axes; INFINITY if they don't. */
-static double box_entry(const perp__moving *a, const perp__moving *b, const perp__axis *axes,
-                        const double *gate, int32_t count, double t, double end)
-{
-    perp__placed later_a, later_b;
-    double enter = 0.0, leave = 1.0, way[3];
-    int straight = perp__is_zero3(a->turn) && perp__is_zero3(b->turn);
-    relative_way(a, b, way);
-    perp__moved(a, end, &later_a);
-    perp__moved(b, end, &later_b);
-    for (int32_t k = 0; k < count && enter <= leave; k++) {
-        if (axes[k].separation == -INFINITY)
-            continue;
-        const double *n = axes[k].normal;
-        double last = straight ? axes[k].separation + (end - t) * perp__dot3(n, way)
-                               : perp__box_separation(&later_a, &later_b, n);
-        narrow(axes[k].separation + gate[k], last + gate[k], &enter, &leave);
-        if (last < 0.0) { /* B may have passed to A's other side */
-            double back[3] = {-n[0], -n[1], -n[2]};
-            double beyond = perp__box_separation(&later_a, &later_b, back);
-            if (beyond > 0.0) {
-                double depth = -(last + beyond); /* twice the half widths */
-                narrow(-(axes[k].separation + depth), beyond, &enter, &leave);
-            }
-        }
-    }
-    return enter <= leave && enter <= 1.0 ? t + enter * (end - t) : INFINITY;
-}
-
 /* Two boxes on their way, with the gates of their axes. */
 typedef struct course {
     const perp__moving *a;
     const perp__moving *b;
     int32_t planar;
+    int32_t turning;
     int32_t count;
     double gate[PERP__MAX_AXES];
-    perp__axis axes[PERP__MAX_AXES]; /* at the time looked at last */
+    double frame[9];                 /* A's, at the time looked at last */
+    perp__axis axes[PERP__MAX_AXES]; /* then, in that frame */
     int32_t last;                    /* of them to close */
 } course;
+
+/* The time in [t, end] at which the boxes meet if they keep the axes of time t; INFINITY if they
+ * don't. What bodies that do not turn go is free of the rounding of their places. */
+static double box_entry(const course *on, const perp__axis *axes, const double *gate, double t,
+                        double end)
+{
+    perp__placed a, b;
+    double enter = 0.0, leave = 1.0, world[3], way[3];
+    perp__subtract3(world, on->b->way, on->a->way);
+    perp__apply_transposed3(way, on->a->start->rotation, world);
+    if (on->turning) {
+        perp__moved(on->a, end, &a);
+        perp__moved(on->b, end, &b);
+    }
+    for (int32_t k = 0; k < on->count && enter <= leave; k++) {
+        const perp__axis *axis = &axes[k];
+        if (axis->separation == -INFINITY)
+            continue;
+        double along = axis->separation + (end - t) * perp__dot3(axis->normal, way);
+        double against = -along - 2.0 * axis->width;
+        if (on->turning) {
+            double normal[3];
+            perp__apply3(normal, on->frame, axis->normal);
+            along = perp__box_separation(&a, &b, normal);
+            for (int m = 0; m < 3; m++)
+                normal[m] = -normal[m];
+            against = along < 0.0 ? perp__box_separation(&a, &b, normal) : -INFINITY;
+        }
+        narrow(axis->separation + gate[k], along + gate[k], &enter, &leave);
+        if (against > 0.0) /* B has passed to A's other side */
+            narrow(-axis->separation - 2.0 * axis->width, against, &enter, &leave);
+    }
+    return enter <= leave && enter <= 1.0 ? t + enter * (end - t) : INFINITY;
+}
 
 /* What the last axis to close lacks at time t. */
 static double look_at(course *on, double t)
@@ -238,6 +246,7 @@ static double look_at(course *on, double t)
     perp__placed a, b;
     perp__moved(on->a, t, &a);
     perp__moved(on->b, t, &b);
+    memcpy(on->frame, a.rotation, sizeof on->frame);
     on->count = perp__box_axes(&a, &b, on->planar, on->axes);
     on->last = last_to_close(&a, &b, on->axes, on->gate, on->count);
     return on->axes[on->last].separation + on->gate[on->last];
@@ -273,19 +282,25 @@ static double find_closing(course *on, double open, double closed, double roundi
 static int32_t meet_boxes(const perp__moving *a, const perp__moving *b, int32_t planar,
                           const perp__nearness *near, perp__meeting *meeting)
 {
-    course on = {a, b, planar, 0, {0.0}, {{{0.0}, 0.0}}, 0};
+    course on;
     perp__axis first[PERP__MAX_AXES];
     double bare[PERP__MAX_AXES], t = 0.0;
     double angle = perp__length3(a->turn) + perp__length3(b->turn);
+    on.a = a;
+    on.b = b;
+    on.planar = planar;
+    on.turning = angle > 0.0;
+    memset(on.gate, 0, sizeof on.gate);
     look_at(&on, 0.0);
     memcpy(first, on.axes, sizeof first);
+    memset(bare, 0, sizeof bare);
     for (int32_t k = 0; k < on.count; k++) {
         on.gate[k] = gate_of(first[k].separation, near, near->grazing);
         bare[k] = gate_of(first[k].separation, near, 0.0);
     }
     for (int look = 0; look < MAX_LOOKS; look++) {
         double end = angle > 0.0 ? fmin(1.0, t + STRIDE / angle) : 1.0, last = t;
-        double entry = box_entry(a, b, on.axes, on.gate, on.count, t, end);
+        double entry = box_entry(&on, on.axes, on.gate, t, end);
         if (entry == INFINITY && end >= 1.0)
             return 0;
         int still = entry == INFINITY ? 0 : entry - t <= 1e-9 * (end - t);
@@ -294,8 +309,7 @@ static int32_t meet_boxes(const perp__moving *a, const perp__moving *b, int32_t 
         if (still || lacks <= near->rounding) {
             if (angle > 0.0 && lacks < -near->rounding)
                 t = find_closing(&on, last, t, near->rounding);
-            meeting->time =
-                angle > 0.0 ? t : fmin(t, box_entry(a, b, first, bare, on.count, 0.0, 1.0));
+            meeting->time = angle > 0.0 ? t : fmin(t, box_entry(&on, first, bare, 0.0, 1.0));
             meeting->axis = on.last;
             meeting->doubtful = -separation_aside(on.axes, on.count, on.last) <
                                 perp__relative_way(a, b) + near->touching;
@@ -364,7 +378,7 @@ static int32_t meet_ball(const perp__moving *a, const perp__moving *b, int32_t p
         perp__subtract3(way, to, from);
         if (angle == 0.0) {
             double world[3];
-            relative_way(a, b, world);
+            perp__subtract3(world, b->way, a->way);
             perp__apply_transposed3(way, a->start->rotation, world);
         }
         double entry = ball_entry(half, dimension, radius, from, way, gates, near->rounding);

@@ -49,17 +49,19 @@ int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_
 
 /* One of the directions of which one separates shapes that are apart (separating axis theorem). */
 typedef struct perp__axis {
-    double normal[3]; /* unit, world frame, from A to B */
+    double normal[3]; /* unit, in A's frame, from A to B */
     double separation;
+    double width; /* half the widths of both: the separation in the other direction is minus this
+                     one and twice the width */
 } perp__axis;
 
-/* Boxes: 3 faces of A, 3 of B, 9 products of edges, -INFINITY where they are parallel. Rectangles:
- * 2 sides of A, 2 of B. */
+/* Boxes: 3 faces of A, 3 of B, 9 products of edges, -INFINITY where they are parallel; boxes whose
+ * axes are parallel have the 6 faces alone. Rectangles: 2 sides of A, 2 of B. */
 #define PERP__MAX_AXES 15
 int32_t perp__box_axes(const perp__placed *a, const perp__placed *b, int32_t planar,
                        perp__axis *axes);
 
-/* Separation along a direction that need not be an axis any more. */
+/* Separation along a direction of the world that need not be an axis any more. */
 double perp__box_separation(const perp__placed *a, const perp__placed *b, const double *normal);
 
 #endif
