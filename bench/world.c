@@ -44,8 +44,7 @@ static perp_body add_box(perp_context *context, perp_world *world, double height
     settings.position[2] = height;
     settings.velocity[0] = speed * cos(heading);
     settings.velocity[1] = speed * sin(heading);
-    for (int k = 0; k < 3; k++)
-        settings.inertia[4 * k] = 1.0 / 6; /* a cube of 1 kg */
+    settings.mass = 1;
     perp_shape_settings_init(&shape, sizeof shape);
     shape.friction = 0.5;
     require(perp_world_add_body(world, &body, &settings) == PERP_OK &&
