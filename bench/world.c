@@ -4,13 +4,13 @@
  * second of computing allows. Exact: nothing moves. 'creep' is the largest speed of a body at the
  * end, 'sinking' what the top box lost.
  * slide: a box starts at 3 m/s, mu = 0.5. Exact: it stops after v^2 / (2 mu g), in a straight line.
- * 'distance' is the relative error of that if it starts half-way between two edges of the friction
- * cone, 'heading' the angle in degrees between start and stop if it starts a quarter of the way. */
+ * 'distance' is the relative error of that if it starts half-way between two edges of a polyhedral
+ * cone, 'heading' the angle in degrees between start and stop if it starts a quarter of the way;
+ * the exact cone (0 edges) is given the way between the edges of eight. */
 #include "measure.h"
 
 typedef struct setting {
-    int32_t method, directions;
-    double tol;
+    int32_t accuracy, cone;
 } setting;
 
 static const double pi = 3.14159265358979323846, g = 9.81;
@@ -22,9 +22,8 @@ static perp_world *create(perp_context *context, const setting *chosen)
     perp_world_settings settings;
     perp_shape_settings shape;
     perp_world_settings_init(&settings, sizeof settings, 0);
-    settings.method = chosen->method;
-    settings.friction_directions = chosen->directions;
-    settings.tol = chosen->tol;
+    settings.accuracy = chosen->accuracy;
+    settings.cone = chosen->cone;
     perp_shape_settings_init(&shape, sizeof shape);
     shape.friction = 0.5;
     require(perp_world_create(context, &world, &settings) == PERP_OK &&
@@ -45,8 +44,7 @@ static perp_body add_box(perp_context *context, perp_world *world, double height
     settings.position[2] = height;
     settings.velocity[0] = speed * cos(heading);
     settings.velocity[1] = speed * sin(heading);
-    for (int k = 0; k < 3; k++)
-        settings.inertia[4 * k] = 1.0 / 6; /* a cube of 1 kg */
+    settings.mass = 1;
     perp_shape_settings_init(&shape, sizeof shape);
     shape.friction = 0.5;
     require(perp_world_add_body(world, &body, &settings) == PERP_OK &&
@@ -85,8 +83,8 @@ static void read_body(perp_world *world, perp_body_state *state, perp_body body)
 
 static void print_setting(const setting *chosen)
 {
-    printf(" %-8s %4d %8.0e", perp_lcp_method_text(chosen->method), (int)chosen->directions,
-           chosen->tol);
+    static const char *const words[] = {"fast", "standard", "accurate", "exact"};
+    printf(" %-8s %5d", words[chosen->accuracy], (int)chosen->cone);
 }
 
 static void measure_stack(perp_context *context, int boxes, const setting *chosen)
@@ -128,7 +126,8 @@ static perp_body_state slide(perp_context *context, double h, double heading, co
 
 static void measure_slide(perp_context *context, double h, const setting *chosen)
 {
-    const double edge = 2 * pi / chosen->directions, exact = 3 * 3 / (2 * 0.5 * g);
+    const double edge = 2 * pi / (chosen->cone > 0 ? chosen->cone : 8),
+                 exact = 3 * 3 / (2 * 0.5 * g);
     double speed, residual, iterations;
     perp_body_state half = slide(context, h, 0.5 * edge, chosen, &speed, &residual, &iterations);
     double distance = hypot(half.position[0], half.position[1]) / exact - 1;
@@ -144,28 +143,27 @@ static void measure_slide(perp_context *context, double h, const setting *chosen
 
 int main(void)
 {
-    static const int stacks[] = {1, 5, 10};
+    static const int stacks[] = {1, 5, 10, 20};
     static const setting settings[] = {
-        {PERP_LCP_AUTO, 8, 1e-10},    {PERP_LCP_AUTO, 8, 1e-4},    {PERP_LCP_AUTO, 4, 1e-10},
-        {PERP_LCP_AUTO, 16, 1e-10},   {PERP_LCP_LEMKE, 8, 1e-10},  {PERP_LCP_LEMKE, 4, 1e-10},
-        {PERP_LCP_FISCHER, 8, 1e-10}, {PERP_LCP_FISCHER, 8, 1e-4}, {PERP_LCP_FISCHER, 4, 1e-4},
+        {PERP_ACCURACY_FAST, 0},  {PERP_ACCURACY_STANDARD, 0}, {PERP_ACCURACY_ACCURATE, 0},
+        {PERP_ACCURACY_EXACT, 0}, {PERP_ACCURACY_EXACT, 8},
     };
     static const double steps[] = {1e-2, 1e-3};
-    static const int32_t directions[] = {4, 8, 16, 32, 64};
+    static const int32_t cones[] = {0, 4, 8, 16, 32, 64};
     double gflops, gbytes;
     perp_context *context = NULL;
     require(perp_context_create(&context, NULL) == PERP_OK, "no context");
     print_machine_speed(&gflops, &gbytes);
-    printf("\nstack\n%6s %-8s %4s %8s %10s %10s %9s %9s %9s\n", "boxes", "method", "dir.", "tol",
-           "steps/s", "iter./step", "residual", "creep", "sinking");
+    printf("\nstack\n%6s %-8s %5s %10s %10s %9s %9s %9s\n", "boxes", "accuracy", "edges", "steps/s",
+           "iter./step", "residual", "creep", "sinking");
     for (size_t b = 0; b < sizeof stacks / sizeof *stacks; b++)
         for (size_t k = 0; k < sizeof settings / sizeof *settings; k++)
             measure_stack(context, stacks[b], &settings[k]);
-    printf("\nslide\n%6s %-8s %4s %8s %10s %10s %9s %9s %9s\n", "step", "method", "dir.", "tol",
-           "steps/s", "iter./step", "residual", "distance", "heading");
+    printf("\nslide\n%6s %-8s %5s %10s %10s %9s %9s %9s\n", "step", "accuracy", "edges", "steps/s",
+           "iter./step", "residual", "distance", "heading");
     for (size_t s = 0; s < sizeof steps / sizeof *steps; s++)
-        for (size_t k = 0; k < sizeof directions / sizeof *directions; k++)
-            measure_slide(context, steps[s], &(setting){PERP_LCP_AUTO, directions[k], 1e-10});
+        for (size_t k = 0; k < sizeof cones / sizeof *cones; k++)
+            measure_slide(context, steps[s], &(setting){PERP_ACCURACY_EXACT, cones[k]});
     perp_context_destroy(context);
     return 0;
 }

@@ -265,6 +265,22 @@ static void test_world_stats(void **state)
     FIELD(perp_world_stats, seconds_project, 88, 8);
 }
 
+static void test_world_states(void **state)
+{
+    (void)state;
+    SIZE(perp_world_states, 72);
+    FIELD(perp_world_states, struct_size, 0, 8);
+    FIELD(perp_world_states, slots, 8, 4);
+    FIELD(perp_world_states, reserved, 12, 4);
+    FIELD(perp_world_states, pose_stride, 16, 8);
+    FIELD(perp_world_states, twist_stride, 24, 8);
+    FIELD(perp_world_states, position, 32, 8);
+    FIELD(perp_world_states, orientation, 40, 8);
+    FIELD(perp_world_states, angle, 48, 8);
+    FIELD(perp_world_states, velocity, 56, 8);
+    FIELD(perp_world_states, angular_velocity, 64, 8);
+}
+
 static void test_status_values(void **state)
 {
     (void)state;
@@ -325,6 +341,10 @@ static void test_other_values(void **state)
     VALUE(PERP_BODY_DYNAMIC, 0);
     VALUE(PERP_BODY_STATIC, 1);
     VALUE(PERP_BODY_KINEMATIC, 2);
+    VALUE(PERP_ACCURACY_FAST, 0);
+    VALUE(PERP_ACCURACY_STANDARD, 1);
+    VALUE(PERP_ACCURACY_ACCURATE, 2);
+    VALUE(PERP_ACCURACY_EXACT, 3);
     VALUE(PERP_CONTACT_SEPARATE, 0);
     VALUE(PERP_CONTACT_STICK, 1);
     VALUE(PERP_CONTACT_SLIP, 2);
@@ -349,6 +369,7 @@ int main(void)
         cmocka_unit_test(test_contact),
         cmocka_unit_test(test_step_result),
         cmocka_unit_test(test_world_stats),
+        cmocka_unit_test(test_world_states),
         cmocka_unit_test(test_status_values),
         cmocka_unit_test(test_outcome_values),
         cmocka_unit_test(test_other_values),
