@@ -358,7 +358,7 @@ static perp_status run_apart(perp_contact_solver *solver)
 static perp_status search(perp_contact_solver *solver)
 {
     plan_step steps[PLAN_MOST];
-    int32_t count = plan(solver, steps), k;
+    int32_t count = solver->settings.max_iterations < 0 ? 0 : plan(solver, steps), k;
     /* where it is cheap, the question whether there are any velocities at all comes early */
     const int32_t late = solver->units > EARLY_RAY;
     /* auto goes on with every part by itself as soon as sweeps have shown which need it */

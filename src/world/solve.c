@@ -25,6 +25,10 @@
  * spent, but at accuracy `exact`. */
 #define QUICK 100
 
+/* How often an island within a budget is solved in a step: what closes after that waits for the
+ * next one. */
+#define MOST_ROUNDS 2
+
 static int32_t larger_of(int32_t a, int32_t b)
 {
     return a > b ? a : b;
@@ -355,8 +359,9 @@ static double largest_change(const perp_world *world, const perp__island *island
 }
 
 /* Velocities in what the rows that hold leave free, where they are an answer as well. */
-static perp_status hold(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                        const perp__rigid_problem *problem, double tol)
+perp_status perp__hold_island(perp_world *world, const perp__island *island,
+                              perp__rigid_answer *answer, const perp__rigid_problem *problem,
+                              double tol)
 {
     perp__island_work *work = &world->work;
     const size_t numbers = (size_t)(world->dof * island->bodies);
@@ -376,6 +381,7 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
         answer->outcome = perp__worse_outcome(outcome, answer->outcome);
         return PERP_OK;
     }
+    answer->held = 0;
     memcpy(work->v, work->solved, numbers * sizeof(double));
     memcpy(work->velocity, work->solved_rows, 3 * (size_t)work->count * sizeof(double));
     return PERP_OK;
@@ -438,7 +444,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY)
         status = perp__sweep_on(world, island, &answer, &problem);
     if (status == PERP_OK && perp__is_good(answer.outcome))
-        status = hold(world, island, &answer, &problem, tol);
+        status = perp__hold_island(world, island, &answer, &problem, tol);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");
@@ -601,10 +607,13 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
         const perp__island *island = &world->islands[i];
         perp__verdict verdict;
 
-        if (has_changed(world, island))
+        verdict = perp__island_motion(world, island, 0)->verdict;
+        if (has_changed(world, island) && !(verdict.swept && verdict.rounds >= MOST_ROUNDS)) {
+            const int32_t rounds = verdict.rounds + 1;
+
             status = solve_island(world, island, h, &verdict);
-        else
-            verdict = perp__island_motion(world, island, 0)->verdict;
+            verdict.rounds = rounds;
+        }
         world->budget.contacts -= island->contacts;
         for (k = 0; k < island->bodies; k++)
             perp__island_motion(world, island, k)->verdict = verdict;

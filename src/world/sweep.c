@@ -2,7 +2,6 @@
  * islands that are large. */
 #include "world/world.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -29,6 +28,11 @@
 #define HARD 8.0
 #define PASSES_OF_A_SUBSTEP 4
 
+/* Speeds of a pile that counts as one at rest, beside what forces make in a step; and the sweeps
+ * that it then gets. */
+#define FROM_REST 0.5
+#define SETTLING_SWEEPS 4
+
 /* Passes that are always made. */
 #define LEAST_PASSES 8
 
@@ -42,7 +46,7 @@ typedef struct level {
 static const level levels[] = {
     {4, 0, 8, 1e-2},   /* fast */
     {8, 0, 64, 1e-3},  /* standard */
-    {0, 60, 256, 1e-6} /* accurate */
+    {24, 0, 256, 1e-6} /* accurate */
 };
 
 /* What moves heavily over what moves lightly: a mass, or the inertia about some axis beside the
@@ -191,13 +195,33 @@ static int32_t stands_still(const perp_world *world, const perp__island *island)
     return 1;
 }
 
+static void take_verdict(perp__rigid_answer *answer, perp__verdict *verdict)
+{
+    if (!perp__is_good(answer->outcome))
+        answer->outcome = PERP_OUTCOME_ITERATION_LIMIT;
+    verdict->outcome = answer->outcome;
+    verdict->residual = answer->tested;
+}
+
+/* The answer of the impulses work.warm, as they are. */
+static perp_status look(perp_world *world, perp__rigid_answer *answer, perp__rigid_problem *problem,
+                        perp__verdict *verdict)
+{
+    perp_status status;
+
+    problem->max_iterations = -1;
+    status = perp__rigid_solve(world->solver, answer, problem);
+    if (status == PERP_OK)
+        take_verdict(answer, verdict);
+    return status;
+}
+
 /* What the sweeps are worth: the contact layer looks at their point, and goes nowhere from it. */
 static perp_status judge(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                          perp__rigid_problem *problem, double h, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     const size_t size = 3 * (size_t)island->contacts * sizeof(double);
-    perp_status status;
     int32_t i;
 
     for (i = 0; i < island->contacts && verdict->impacts == 0; i++) {
@@ -206,15 +230,50 @@ static perp_status judge(perp_world *world, const perp__island *island, perp__ri
         work->rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0) / h;
     }
     memcpy(work->warm, work->impulse, size);
-    problem->deadline = DBL_MIN; /* long past */
     problem->tol = perp__swept_tol(world);
+    return look(world, answer, problem, verdict);
+}
+
+/* Whether the island comes from rest, but for what forces do in a few steps. */
+static int32_t comes_from_rest(const perp_world *world, const perp__island *island)
+{
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = island_contact(world, island, i);
+        const double pushed = perp__normal_terms(world, i, world->work.gain, island->bodies);
+
+        if (!(fmax(fabs(contact->start[0]), hypot(contact->start[1], contact->start[2])) <=
+              FROM_REST * pushed))
+            return 0;
+    }
+    return 1;
+}
+
+/* A pile at rest that the passes did not settle: the contact layer's sweeps start from a guess for
+ * just that, layer by layer. Taken where they are nearer. */
+static perp_status settle(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                          perp__rigid_problem *problem, perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    const size_t size = 3 * (size_t)island->contacts * sizeof(double);
+    const double own = answer->own;
+    perp_status status;
+    int32_t i;
+
+    problem->max_iterations = SETTLING_SWEEPS;
+    problem->method = PERP_CONTACT_METHOD_SWEEP;
+    problem->again = 1;
     status = perp__rigid_solve(world->solver, answer, problem);
     if (status != PERP_OK)
         return status;
-    if (!perp__is_good(answer->outcome))
-        answer->outcome = PERP_OUTCOME_ITERATION_LIMIT;
-    verdict->outcome = answer->outcome;
-    verdict->residual = answer->tested;
+    perp__spend(world, answer->iterations);
+    if (!(answer->own < own))
+        return look(world, answer, problem, verdict);
+    memcpy(work->next_warm, work->impulse, size);
+    for (i = 0; i < world->dof * island->bodies; i++)
+        work->moving[i] = 0.5 * (work->start[i] + work->v[i]);
+    take_verdict(answer, verdict);
     return PERP_OK;
 }
 
@@ -228,7 +287,7 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
 
     if (!stands_still(world, island))
         return PERP_OK;
-    status = perp__rigid_hold(world->solver, answer, problem);
+    status = perp__hold_island(world, island, answer, problem, STILL);
     for (i = 0; status == PERP_OK && answer->held && i < world->dof * island->bodies; i++)
         work->moving[i] = 0.5 * (work->start[i] + work->v[i]);
     return status;
@@ -261,6 +320,9 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     }
     if (status == PERP_OK)
         status = judge(world, island, &answer, &problem, h, verdict);
+    if (status == PERP_OK && verdict->impacts == 0 && !stands_still(world, island) &&
+        comes_from_rest(world, island))
+        status = settle(world, island, &answer, &problem, verdict);
     if (status == PERP_OK && verdict->impacts == 0)
         status = hold(world, island, &answer, &problem);
     if (status != PERP_OK)
@@ -295,7 +357,7 @@ perp_status perp__sweep_on(perp_world *world, const perp__island *island,
     memcpy(work->warm, work->impulse, size);
     swept.warm = work->warm;
     swept.again = 1;
-    swept.deadline = DBL_MIN; /* long past: only a look at the point */
+    swept.max_iterations = -1; /* only a look */
     status = perp__coloured_step(&world->coloured, answer, work->smooth, &swept, &passes);
     if (status != PERP_OK)
         return status;

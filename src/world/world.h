@@ -114,6 +114,7 @@ typedef struct perp__verdict {
     int32_t stages;  /* intervals that were solved; 0: nothing to solve */
     int32_t impacts; /* instants */
     int32_t swept;   /* within a budget, overlap and all */
+    int32_t rounds;  /* how often it was solved in this step */
     double residual;
 } perp__verdict;
 
@@ -455,6 +456,11 @@ double perp__swept_tol(const perp_world *world);
 /* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict);
+/* Velocities in what the rows that hold leave free, where they are an answer to tol as well: then
+ * answer->held. */
+perp_status perp__hold_island(perp_world *world, const perp__island *island,
+                              perp__rigid_answer *answer, const perp__rigid_problem *problem,
+                              double tol);
 /* Adds to the impulse of the island's contact i; adds those of the answer, and takes its modes. */
 void perp__add_impulse(perp_world *world, const perp__island *island, int32_t i,
                        const double *impulse, double share);
