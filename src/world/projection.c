@@ -17,6 +17,11 @@
 /* Overlap, relative to the bodies' size, that is worth removing. */
 #define OVERLAP_TOLERANCE 1e-12
 
+/* Iterations of a method for the ways, and contacts beyond which sweeps alone are made: what is
+ * left of an overlap comes again. */
+#define ITERATIONS 50
+#define MANY 100
+
 /* How far a point may be moved, in overlaps. */
 #define LONGEST_WAY 8.0
 
@@ -143,7 +148,9 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     perp__receive(world, &answer);
     problem.warm = NULL;
     problem.cone = 0;
-    problem.method = PERP_CONTACT_METHOD_AUTO;
+    problem.method = island->contacts > MANY ? PERP_CONTACT_METHOD_SWEEP : PERP_CONTACT_METHOD_AUTO;
+    if (problem.max_iterations == 0 || problem.max_iterations > ITERATIONS)
+        problem.max_iterations = ITERATIONS;
     problem.holds = 1;
     status = perp__rigid_solve(world->solver, &answer, &problem);
     if (status != PERP_OK)

@@ -32,6 +32,7 @@
  * that it then gets. */
 #define FROM_REST 0.5
 #define SETTLING_SWEEPS 4
+#define PLANAR_SWEEPS 200 /* which have no such guess to start from */
 
 /* Passes that are always made. */
 #define LEAST_PASSES 8
@@ -45,7 +46,7 @@ typedef struct level {
 /* From the measured curve, bench/results/world.txt. */
 static const level levels[] = {
     {4, 0, 8, 1e-2},   /* fast */
-    {8, 0, 64, 1e-3},  /* standard */
+    {8, 0, 40, 1e-3},  /* standard */
     {24, 0, 256, 1e-6} /* accurate */
 };
 
@@ -81,10 +82,12 @@ double perp__swept_tol(const perp_world *world)
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)
 {
     const perp_world_settings *settings = &world->settings;
+    int32_t few;
 
     if (settings->accuracy == PERP_ACCURACY_EXACT || (settings->cone != 0 && !settings->planar))
         return 1;
-    return island->contacts <= levels[settings->accuracy].few || island->bodies <= FEW_BODIES ||
+    few = levels[settings->accuracy].few * (settings->planar ? 4 : 1);
+    return island->contacts <= few || island->bodies <= FEW_BODIES ||
            mass_ratio(world, island) >= LARGE_RATIO;
 }
 
@@ -261,7 +264,7 @@ static perp_status settle(perp_world *world, const perp__island *island, perp__r
     perp_status status;
     int32_t i;
 
-    problem->max_iterations = SETTLING_SWEEPS;
+    problem->max_iterations = world->settings.planar ? PLANAR_SWEEPS : SETTLING_SWEEPS;
     problem->method = PERP_CONTACT_METHOD_SWEEP;
     problem->again = 1;
     status = perp__rigid_solve(world->solver, answer, problem);
