@@ -282,13 +282,8 @@ FUZZ_ALONE := $(FUZZ_NAMES:%=$(B)/fuzz/alone/%)
 
 .PHONY: fuzzers
 fuzzers: $(FUZZERS)
-# FUZZ_FLAGS=-DFUZZ_AUTO_IS_COMPLETE=1 asserts what tests/fuzz/fuzz.h keeps back.
-FUZZ_FLAGS ?=
 FUZZ_PARTS = $(FUZZ_HELPERS:%.c=$(B)/obj/%.o) $(B)/obj/tests/rational.o $(STATIC)
-$(FUZZ_OBJECTS): TEST_FLAGS = -Iinclude $(FUZZ_FLAGS)
-$(FUZZ_OBJECTS): $(B)/fuzz-flags
-$(B)/fuzz-flags: FORCE
-	$(call record,$(FUZZ_FLAGS))
+$(FUZZ_OBJECTS): TEST_FLAGS = -Iinclude
 $(FUZZERS): $(B)/fuzz/%: $(B)/obj/tests/fuzz/fuzz_%.o $(FUZZ_PARTS) $(B)/link-flags
 	@mkdir -p $(@D)
 	$(call quietly,LD,$(LINK) -fsanitize=fuzzer -o $@ $< $(FUZZ_PARTS) $(LIBRARY_LIBS) -lpthread)
@@ -381,7 +376,7 @@ mutate:
 
 TARGETS ?= $(FUZZ_NAMES)
 SECONDS ?= 60
-RUNS ?= 8000
+RUNS ?= 4000
 #: make fuzz              each fuzz target for SECONDS (60) over its corpus; TARGETS='lcp world'
 #:                        picks; finds go to build/fuzz, crashes to build/fuzz/crashes
 #: make fuzz-check        the corpora, and RUNS inputs of a fixed seed a target

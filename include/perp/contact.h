@@ -219,7 +219,8 @@ PERP_API perp_status perp_contact_solver_setup_delassus(perp_contact_solver *sol
  *
  * Returns: PERP_OK with the outcome in result->outcome; PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI,
  *          _HANDLE, _BUSY, _MEMORY or _CALLBACK. After a negative status nothing was written.
- * Out:     v: n velocities after the impulses; or NULL.
+ * Out:     v: n velocities after the impulses; or NULL. Where the outcome is good and M falls into
+ *             blocks of up to 12 unknowns: exactly 0.0 in what the rows that hold keep at rest.
  *          r: rows impulses, within their cones; then the bilateral ones. The best iterate found,
  *             whatever the outcome. 0.0 on every row of a contact that separates.
  *          u: as r: velocities (with compliance: plus compliance times impulse); or NULL. Where the

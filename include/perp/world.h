@@ -75,7 +75,7 @@ typedef struct perp_world_settings {
     int32_t strict;         /* 1: a step that is not solved leaves the state untouched;
                                0 (default): on a limit it advances with the best iterate */
     int32_t reserved;
-    double tol;        /* residual that counts as solved, see below; 0 (default): 1e-12
+    double tol;        /* residual that counts as solved, see below; 0 (default): 1e-10
                           of what is solved exactly; of what is swept 1e-2, 1e-3, 1e-6
                           from fast to accurate */
     double time_limit; /* seconds for a whole step; 0 (default): none, and no decision

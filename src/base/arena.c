@@ -76,6 +76,23 @@ perp_status perp__arena_fit(perp__arena *arena, perp__layout layout, void *objec
     return status;
 }
 
+perp_status perp__arena_fit_sizes(perp__arena *arena, perp__layout layout, void *object,
+                                  size_t *fitted, const size_t *sizes, size_t count)
+{
+    perp_status status;
+    size_t i, enough = 0;
+
+    while (enough < count && arena->block && sizes[enough] <= fitted[enough])
+        enough++;
+    if (enough == count)
+        return PERP_OK;
+    memset(fitted, 0, count * sizeof *fitted);
+    status = perp__arena_fit(arena, layout, object);
+    for (i = 0; status == PERP_OK && i < count; i++)
+        fitted[i] = sizes[i];
+    return status;
+}
+
 void perp__arena_release(perp__arena *arena)
 {
     perp__release(arena->context, arena->block);

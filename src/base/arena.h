@@ -24,6 +24,12 @@ void *perp__arena_take(perp__arena *arena, size_t count, size_t size);
  * writes into `object` are NULL: lay out a copy where the old ones matter. */
 perp_status perp__arena_fit(perp__arena *arena, perp__layout layout, void *object);
 
+/* The same for a layout of arrays that are no longer for smaller `sizes`: where none of these is
+ * larger than in the last fit, all stays as it is. `fitted`: as many, kept by the caller, 0 at
+ * first and after a release. */
+perp_status perp__arena_fit_sizes(perp__arena *arena, perp__layout layout, void *object,
+                                  size_t *fitted, const size_t *sizes, size_t count);
+
 void perp__arena_init(perp__arena *arena, perp_context *context);
 void perp__arena_release(perp__arena *arena);
 

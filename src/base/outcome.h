@@ -2,6 +2,7 @@
 #ifndef PERP_BASE_OUTCOME_H
 #define PERP_BASE_OUTCOME_H
 
+#include <float.h>
 #include <math.h>
 
 #include <perp/base.h>
@@ -16,15 +17,41 @@ typedef struct perp__evidence {
     int32_t sound;   /* all that would be returned is finite, and nothing else speaks against it */
 } perp__evidence;
 
-/* The outcome of a point: solved, rounding_limit, or what the method `said` where the numbers do
- * not speak for the point (stalled, where it said something good or, with -1, nothing). Nobody
- * writes an outcome after the gate but to make it worse. NaN never passes. */
-perp_outcome perp__gate(const perp__evidence *evidence, double tol, perp_outcome said);
+/* A backward error that no double betters by more than a constant: each product and sum of a row
+ * rounds once, and refinement with doubled residuals ends within a few units of that. */
+#define PERP__ROUNDING_LIMIT (16.0 * DBL_EPSILON)
 
 /* Whether the outcome counts as an answer: solved or rounding_limit. */
 static inline int32_t perp__is_good(perp_outcome outcome)
 {
     return outcome == PERP_OUTCOME_SOLVED || outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
+/* Written so that a NaN fails. */
+static inline int32_t perp__evidence_holds(const perp__evidence *evidence, double tol)
+{
+    return evidence->sound && evidence->tested <= tol && evidence->own <= tol;
+}
+
+/* The outcome of a point: solved, rounding_limit, or what the method `said` where the numbers do
+ * not speak for the point (stalled, where it said something good or, with -1, nothing). Nobody
+ * writes an outcome after the gate but to make it worse. NaN never passes. */
+static inline perp_outcome perp__gate(const perp__evidence *evidence, double tol, perp_outcome said)
+{
+    if (perp__evidence_holds(evidence, tol))
+        return PERP_OUTCOME_SOLVED;
+    if (evidence->backward <= PERP__ROUNDING_LIMIT && perp__evidence_holds(evidence, sqrt(tol)))
+        return PERP_OUTCOME_ROUNDING_LIMIT;
+    return said < 0 || perp__is_good(said) ? PERP_OUTCOME_STALLED : said;
+}
+
+/* Whether a point passes the gate if no row's own residual speaks against it. */
+static inline int32_t perp__may_pass(const perp__evidence *evidence, double tol)
+{
+    perp__evidence best = *evidence;
+
+    best.own = 0.0;
+    return perp__is_good(perp__gate(&best, tol, -1));
 }
 
 /* The worse of two outcomes: what a whole is called after its parts. Any that is no answer is worse
@@ -36,6 +63,12 @@ static inline void perp__raise_to(double *largest, double value)
 {
     if (!isnan(*largest) && !(value <= *largest))
         *largest = value;
+}
+
+/* A residual as it is told: what overflowed on the way is as large as can be. */
+static inline double perp__told(double residual)
+{
+    return isnan(residual) ? INFINITY : residual;
 }
 
 /* Whether all entries are finite; x may be NULL where count is 0. */

@@ -18,6 +18,7 @@ enum { PERP__BODY_WIDTH_MOST = 12 };
 
 typedef struct perp__bodies {
     perp__arena units_arena, blocks_arena, pieces_arena;
+    size_t fitted[5];                 /* rigid bodies: what units_arena was laid out for */
     int32_t n, contacts, units, size; /* size: rows of all units */
     int32_t width;                    /* of every block, the smaller ones padded */
     int32_t blocks;

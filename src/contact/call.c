@@ -4,6 +4,7 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
+#include "base/outcome.h"
 #include "contact/settings.h"
 #include "contact/solver.h"
 
@@ -96,15 +97,15 @@ static void write_result(const perp_contact_solver *solver, double started)
     own.outcome = solver->best.outcome;
     own.method = solver->best.method;
     own.iterations = solver->iterations;
-    own.residual = worth->tested;
-    own.natural_residual = worth->natural;
-    own.backward_error = worth->backward;
-    own.signorini_velocity = worth->signorini_velocity;
-    own.signorini_impulse = worth->signorini_impulse;
-    own.cone = worth->cone;
-    own.dissipation_velocity = worth->dissipation_velocity;
-    own.dissipation_impulse = worth->dissipation_impulse;
-    own.bilateral = worth->bilateral;
+    own.residual = perp__told(worth->tested);
+    own.natural_residual = perp__told(worth->natural);
+    own.backward_error = perp__told(worth->backward);
+    own.signorini_velocity = perp__told(worth->signorini_velocity);
+    own.signorini_impulse = perp__told(worth->signorini_impulse);
+    own.cone = perp__told(worth->cone);
+    own.dissipation_velocity = perp__told(worth->dissipation_velocity);
+    own.dissipation_impulse = perp__told(worth->dissipation_impulse);
+    own.bilateral = perp__told(worth->bilateral);
     own.seconds = perp__now() - started;
     if (own.outcome == PERP_OUTCOME_RAY) {
         own.has_ray = 1;
@@ -119,8 +120,6 @@ void perp__contact_write_out(perp_contact_solver *solver, double started)
     const size_t bytes = (size_t)solver->size * sizeof(double);
     int32_t k;
 
-    if (perp__is_good(solver->best.outcome))
-        perp__contact_write_zeros(solver, solver->best.modes, solver->best.u);
     if (call->v && solver->n > 0)
         memcpy(call->v, solver->best_v, (size_t)solver->n * sizeof(double));
     if (bytes > 0) {

@@ -42,6 +42,14 @@ static perp__contact_slot *slot_of(perp_contact_solver *solver, int32_t method)
     return NULL;
 }
 
+/* Whether what was laid out for an earlier set-up of rigid bodies serves this one. */
+static int32_t fits_still(const perp_contact_solver *solver, const perp__contact_slot *slot)
+{
+    return slot->fitted > 0 && slot->method->lays_out_by_size &&
+           solver->entrance == PERP__ENTRANCE_RIGID &&
+           memcmp(slot->sizes, solver->sizes, sizeof slot->sizes) == 0;
+}
+
 /* Lays out the method's workspace for this set-up, once. */
 static perp_status fit(perp_contact_solver *solver, perp__contact_slot *slot)
 {
@@ -55,13 +63,17 @@ static perp_status fit(perp_contact_solver *solver, perp__contact_slot *slot)
         slot->fitted = 0;
     }
     ((perp__contact_work *)slot->work)->problem = &solver->problem;
-    if (slot->fitted == solver->setups)
+    if (slot->fitted == solver->setups || fits_still(solver, slot)) {
+        slot->fitted = solver->setups;
         return PERP_OK;
+    }
     slot->fitted = 0;
     status = perp__arena_fit(&slot->arena, slot->method->layout, slot->work);
-    if (status == PERP_OK)
-        slot->fitted = solver->setups;
-    return status;
+    if (status != PERP_OK)
+        return status;
+    slot->fitted = solver->setups;
+    memcpy(slot->sizes, solver->sizes, sizeof slot->sizes);
+    return PERP_OK;
 }
 
 /* Contacts and bilateral rows up to which a proof of infeasibility is looked for before newton. */
@@ -388,6 +400,8 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     status = perp__contact_find(
         solver, call,
         solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0);
+    if (status == PERP_OK)
+        status = perp__contact_hold_best(solver);
     if (status == PERP_OK)
         perp__contact_write_out(solver, started);
     solver->call = NULL;

@@ -28,17 +28,41 @@ static int32_t is_within(const double *u, const double *most, double factor, int
     return 1;
 }
 
+/* A velocity that is too large for what the answer is worth. */
+static double slack_of(const perp_contact_solver *solver, int32_t k)
+{
+    return sqrt(solver->settings.tol) * solver->omega[k] * solver->root[k];
+}
+
+/* Whether some contact may hold that the modes say nothing of. */
+static int32_t asks_for_terms(const perp_contact_solver *solver, const double *u,
+                              const int8_t *modes)
+{
+    int32_t k;
+
+    for (k = 0; k < solver->contacts; k++) {
+        const int32_t slips = modes[k] == PERP_CONTACT_SLIP && solver->dims[k] > 1;
+        const int32_t row = solver->starts[k] + slips;
+
+        if ((slips || modes[k] == PERP_CONTACT_SEPARATE) && fabs(u[row]) <= slack_of(solver, k))
+            return 1;
+    }
+    return 0;
+}
+
 /* How many rows of contact k hold. */
 static int32_t holds(const perp_contact_solver *solver, const point *x, int32_t k)
 {
     const int32_t begin = solver->starts[k], end = solver->starts[k + 1];
-    const double slack = sqrt(solver->settings.tol) * solver->omega[k] * solver->root[k];
+    const double slack = slack_of(solver, k);
     int32_t i;
 
-    if (x->modes[k] == PERP_CONTACT_SEPARATE && !(fabs(x->u[begin]) <= ROUNDING * x->terms[begin]))
-        return 0;
     if (!(fabs(x->u[begin]) <= slack))
         return 0;
+    if (x->modes[k] == PERP_CONTACT_SEPARATE && !(fabs(x->u[begin]) <= ROUNDING * x->terms[begin]))
+        return 0;
+    if (x->modes[k] == PERP_CONTACT_SLIP && end - begin > 1 && !(fabs(x->u[begin + 1]) <= slack))
+        return 1;
     if (x->modes[k] != PERP_CONTACT_STICK && !is_within(x->u, x->terms, ROUNDING, begin + 1, end))
         return 1;
     for (i = begin + 1; i < end; i++)
@@ -102,16 +126,6 @@ static void exchange(const perp_contact_solver *solver, double *v, int32_t back)
     }
 }
 
-static int32_t holds_any(const perp_contact_solver *solver)
-{
-    int32_t k;
-
-    for (k = 0; k < solver->units; k++)
-        if (solver->hold.holds[k] > 0)
-            return 1;
-    return 0;
-}
-
 perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, const double *u,
                                const int8_t *modes, double *v)
 {
@@ -123,14 +137,57 @@ perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, con
     status = perp__hold_fit(&solver->hold, &solver->bodies);
     if (status != PERP_OK)
         return status;
-    perp__absolute_bodies(&solver->bodies, r, solver->q, solver->bodies.y, solver->scale);
+    if (asks_for_terms(solver, u, modes))
+        perp__absolute_bodies(&solver->bodies, r, solver->q, solver->bodies.y, solver->scale);
     find_bias(solver, r, bias);
     fill(solver, &x, bias);
-    if (!holds_any(solver))
-        return PERP_OK;
     exchange(solver, v, 0);
-    status = perp__hold_run(&solver->hold);
-    if (status == PERP_OK)
-        exchange(solver, v, 1);
-    return status;
+    perp__hold_run(&solver->hold);
+    exchange(solver, v, 1);
+    return PERP_OK;
+}
+
+static void write_held_zeros(perp_contact_solver *solver, double *u)
+{
+    int32_t k, i, row = 0;
+
+    for (k = 0; k < solver->units; k++) {
+        const int32_t rows = solver->bodies.rows[k + 1] - solver->bodies.rows[k];
+
+        for (i = 0; i < rows; i++, row++)
+            if (i < solver->hold.holds[k])
+                u[row] = 0.0;
+    }
+}
+
+perp_status perp__contact_hold_best(perp_contact_solver *solver)
+{
+    perp__contact_candidate *best = &solver->best;
+    perp_status status;
+    int32_t i;
+
+    if (!perp__is_good(best->outcome))
+        return PERP_OK;
+    if (!solver->has_bodies || solver->entrance != PERP__ENTRANCE_DYNAMICS) {
+        perp__contact_write_zeros(solver, best->modes, best->u);
+        return PERP_OK;
+    }
+    if (solver->n > 0)
+        memcpy(solver->v, solver->best_v, (size_t)solver->n * sizeof *solver->v);
+    status = perp__contact_hold(solver, best->r, best->u, best->modes, solver->v);
+    if (status != PERP_OK)
+        return status;
+    /* what moves is made by the impulses, M v = f + H'r to the last bits: only zeros are new */
+    for (i = 0; i < solver->n; i++)
+        if (solver->v[i] == 0.0)
+            solver->best_v[i] = 0.0;
+    if (solver->n > 0)
+        memset(solver->v_low, 0, (size_t)solver->n * sizeof *solver->v_low);
+    perp__dynamics_relative(&solver->dynamics, solver->best_v, solver->v_low, solver->call->w,
+                            solver->call->b, best->u);
+    for (i = 0; solver->complies && i < solver->size; i++)
+        best->u[i] += solver->compliance[i] * best->r[i];
+    write_held_zeros(solver, best->u);
+    perp__contact_write_zeros(solver, best->modes, best->u);
+    return PERP_OK;
 }

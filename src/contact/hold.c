@@ -46,12 +46,6 @@ static void lay_out(perp__arena *arena, void *object)
         *numbers[i] = perp__arena_take(arena, blocks + 1, sizeof(int32_t));
 }
 
-perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies)
-{
-    hold->bodies = bodies;
-    return perp__arena_fit(&hold->arena, lay_out, hold);
-}
-
 static void lay_out_dense(perp__arena *arena, void *object)
 {
     perp__hold *h = object;
@@ -67,22 +61,50 @@ static void lay_out_dense(perp__arena *arena, void *object)
         *vectors[i] = perp__arena_take(arena, n, sizeof(double));
 }
 
-static perp_status make_room(perp__hold *h, int32_t rows, int32_t columns)
+/* The most that a cluster may need, whatever holds. */
+static void find_room(perp__hold *h)
 {
-    const size_t entries = (size_t)rows * (size_t)columns;
+    const perp__bodies *b = h->bodies;
+    const int32_t n = b->blocks * b->width, most = n < PERP__HOLD_COLUMNS ? n : PERP__HOLD_COLUMNS;
+    const double shared = PERP__HOLD_PRODUCTS / (2.0 * b->width);
+    int32_t single = 0;
 
-    if (rows <= h->room_rows && columns <= h->room_columns && entries <= h->room_entries)
-        return PERP_OK;
-    if (entries > h->room_entries)
-        h->room_entries = entries;
-    if (rows > h->room_rows)
-        h->room_rows = rows;
-    if (columns > h->room_columns)
-        h->room_columns = columns;
-    return perp__arena_fit(&h->dense_arena, lay_out_dense, h);
+    h->room_columns = most > b->width ? most : b->width;
+    h->room_rows = b->size;
+    h->room_entries = (size_t)b->size * (size_t)most;
+    if ((double)h->room_entries > shared)
+        h->room_entries = (size_t)shared;
+    for (int32_t k = 0; k < b->blocks; k++) {
+        int32_t rows = 0;
+
+        for (int64_t at = b->block_starts[k]; at < b->block_starts[k + 1]; at++)
+            rows += b->rows[b->block_units[at] + 1] - b->rows[b->block_units[at]];
+        single = rows > single ? rows : single;
+    }
+    if ((size_t)single * (size_t)b->width > h->room_entries)
+        h->room_entries = (size_t)single * (size_t)b->width;
 }
 
-static double dot(const double *a, const double *b, int32_t n)
+perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies)
+{
+    const size_t blocks = (size_t)bodies->blocks, width = (size_t)bodies->width;
+    const size_t sizes[3] = {(size_t)bodies->units, blocks, blocks * width * width};
+    size_t dense[3];
+    perp_status status;
+
+    hold->bodies = bodies;
+    status = perp__arena_fit_sizes(&hold->arena, lay_out, hold, hold->fitted, sizes, 3);
+    if (status != PERP_OK)
+        return status;
+    find_room(hold);
+    dense[0] = (size_t)hold->room_rows;
+    dense[1] = (size_t)hold->room_columns;
+    dense[2] = hold->room_entries;
+    return perp__arena_fit_sizes(&hold->dense_arena, lay_out_dense, hold, hold->dense_fitted, dense,
+                                 3);
+}
+
+static inline double dot(const double *a, const double *b, int32_t n)
 {
     double sum = 0.0;
 
@@ -158,34 +180,42 @@ static int32_t carry(perp__hold *h, int32_t block, int32_t root)
  */
 
 /* Takes up a row of the block. Returns 1 if it is independent of those before. */
-static int32_t take_up(perp__hold *h, int32_t block, const double *row)
+static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *row, int32_t width)
 {
-    const int32_t width = h->bodies->width;
     double *basis = h->basis + (size_t)block * (size_t)(width * width);
-    double x[PERP__BODY_WIDTH_MOST], length = sqrt(dot(row, row, width));
+    double x[PERP__BODY_WIDTH_MOST], square = dot(row, row, width), before;
+    const double scale = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
 
     h->taken_up++;
-    if (!(length > 0.0))
-        return 0;
     for (int32_t i = 0; i < width; i++)
-        x[i] = row[i] / length;
-    for (int32_t pass = 0; pass < 2; pass++) /* again for what rounding left of the first time */
+        x[i] = row[i] * scale;
+    square = dot(x, x, width);
+    do { /* again, where rounding is not small beside what is left */
+        before = square;
         for (int32_t k = 0; k < h->rank[block]; k++) {
             const double share = dot(basis + k * width, x, width);
 
             for (int32_t i = 0; i < width; i++)
                 x[i] -= share * basis[k * width + i];
         }
-    length = sqrt(dot(x, x, width));
-    if (!(length > INDEPENDENT))
+        square = dot(x, x, width);
+    } while (square < 0.25 * before && square > 1e-3 * (INDEPENDENT * INDEPENDENT));
+    if (!(square > INDEPENDENT * INDEPENDENT))
         return 0;
     for (int32_t i = 0; i < width; i++)
-        basis[h->rank[block] * width + i] = x[i] / length;
+        basis[h->rank[block] * width + i] = x[i] / sqrt(square);
     h->rank[block]++;
     return 1;
 }
 
-static perp_status solve_cluster(perp__hold *h, const int32_t *members, int32_t count);
+static int32_t take_up(perp__hold *h, int32_t block, const double *row)
+{
+    return h->bodies->width == 6   ? take_up_row(h, block, row, 6)
+           : h->bodies->width == 3 ? take_up_row(h, block, row, 3)
+                                   : take_up_row(h, block, row, h->bodies->width);
+}
+
+static void solve_cluster(perp__hold *h, const int32_t *members, int32_t count);
 
 /* A block whose v is that of a root. */
 static void follow(perp__hold *h, int32_t block, int32_t root)
@@ -201,17 +231,14 @@ static void follow(perp__hold *h, int32_t block, int32_t root)
 }
 
 /* A block whose rows have full rank. Where they lead to one motion, that is its own. */
-static perp_status hold_block(perp__hold *h, int32_t block)
+static void hold_block(perp__hold *h, int32_t block)
 {
-    perp_status status = PERP_OK;
-
     if (h->source[block] != SEVERAL && carry(h, block, h->source[block])) {
         follow(h, block, h->source[block]);
     } else {
         h->cluster[block] = 0;
-        status = solve_cluster(h, &block, 1);
+        solve_cluster(h, &block, 1);
     }
-    return status;
 }
 
 /* Takes up the rows that unit has for a block, the other side of which moves with `root`, until
@@ -225,7 +252,7 @@ static void meet(perp__hold *h, int32_t unit, int64_t piece, int32_t root)
     for (int32_t i = 0; i < h->holds[unit] && h->rank[block] < b->width; i++, row += b->width) {
         if (!take_up(h, block, row))
             continue;
-        if (h->pushed[unit])
+        if (h->pushed[unit] || root == SEVERAL)
             h->source[block] = SEVERAL;
         else if (h->source[block] == UNSET)
             h->source[block] = root;
@@ -234,54 +261,72 @@ static void meet(perp__hold *h, int32_t unit, int64_t piece, int32_t root)
     }
 }
 
-/* The unit's other piece, or -1. */
-static int64_t other_piece(const perp__bodies *b, int32_t unit, int64_t piece)
+/* How many of the unit's blocks are not held; *piece: the first of these. */
+static int32_t count_open(const perp__hold *h, int32_t unit, int64_t *piece)
 {
-    const int64_t first = b->piece_starts[unit];
+    const perp__bodies *b = h->bodies;
+    int32_t count = 0;
 
-    if (b->piece_starts[unit + 1] - first != 2)
-        return -1;
-    return piece == first ? first + 1 : first;
+    for (int64_t at = b->piece_starts[unit + 1]; at-- > b->piece_starts[unit];)
+        if (!h->is_held[b->piece_blocks[at]]) {
+            *piece = at;
+            count++;
+        }
+    return count;
 }
 
-static perp_status visit(perp__hold *h, int32_t unit, int64_t piece, int32_t root, int32_t *tail)
+/* What the unit's other blocks, all held, move with: SEVERAL, where it is not one thing. */
+static int32_t root_beside(const perp__hold *h, int32_t unit, int32_t block)
 {
-    const int32_t block = h->bodies->piece_blocks[piece];
-    perp_status status = PERP_OK;
+    const perp__bodies *b = h->bodies;
+    int32_t root = h->beside[unit], count = 0;
 
-    if (h->is_held[block] || h->holds[unit] == 0 || h->rank[block] == h->bodies->width)
-        return PERP_OK;
-    meet(h, unit, piece, root);
+    for (int64_t at = b->piece_starts[unit]; at < b->piece_starts[unit + 1]; at++) {
+        const int32_t other = b->piece_blocks[at];
+
+        if (other == block)
+            continue;
+        if (count++ > 0 && !is_same(h, root, h->root[other]))
+            return SEVERAL;
+        root = h->root[other];
+    }
+    return root;
+}
+
+/* A unit all blocks of which are held but one. */
+static void visit(perp__hold *h, int32_t unit, int32_t *tail)
+{
+    int64_t piece = 0;
+    int32_t block;
+
+    if (h->holds[unit] == 0 || count_open(h, unit, &piece) != 1)
+        return;
+    block = h->bodies->piece_blocks[piece];
+    if (h->rank[block] == h->bodies->width)
+        return;
+    meet(h, unit, piece, root_beside(h, unit, block));
     if (h->rank[block] < h->bodies->width)
-        return PERP_OK;
-    status = hold_block(h, block);
-    if (status == PERP_OK && h->is_held[block])
+        return;
+    hold_block(h, block);
+    if (h->is_held[block])
         h->queue[(*tail)++] = block;
-    return status;
 }
 
 /* From what impulses do not move to all that is held by what is held. */
-static perp_status spread(perp__hold *h)
+static void spread(perp__hold *h)
 {
     const perp__bodies *b = h->bodies;
-    perp_status status = PERP_OK;
     int32_t tail = 0;
 
-    for (int32_t k = 0; k < b->units && status == PERP_OK; k++)
+    for (int32_t k = 0; k < b->units; k++)
         if (b->piece_starts[k + 1] - b->piece_starts[k] == 1)
-            status = visit(h, k, b->piece_starts[k], h->beside[k], &tail);
-    for (int32_t head = 0; head < tail && status == PERP_OK; head++) {
+            visit(h, k, &tail);
+    for (int32_t head = 0; head < tail; head++) {
         const int32_t block = h->queue[head];
 
-        for (int64_t at = b->block_starts[block];
-             at < b->block_starts[block + 1] && status == PERP_OK; at++) {
-            const int64_t piece = other_piece(b, b->block_units[at], b->block_pieces[at]);
-
-            if (piece >= 0)
-                status = visit(h, b->block_units[at], piece, h->root[block], &tail);
-        }
+        for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
+            visit(h, b->block_units[at], &tail);
     }
-    return status;
 }
 
 /* ---- clusters ---------------------------------------------------------------------------------
@@ -296,6 +341,13 @@ static int32_t find(int32_t *parent, int32_t k)
     return k;
 }
 
+static void join(int32_t *parent, int32_t a, int32_t b)
+{
+    a = find(parent, a);
+    b = find(parent, b);
+    parent[a > b ? a : b] = a < b ? a : b;
+}
+
 /* Joins what is not held by rows that hold; members: by cluster, in the order of the first of
  * each. */
 static void find_clusters(perp__hold *h)
@@ -306,15 +358,18 @@ static void find_clusters(perp__hold *h)
     for (int32_t k = 0; k < b->blocks; k++)
         h->cluster[k] = k;
     for (int32_t k = 0; k < b->units; k++) {
-        const int64_t first = b->piece_starts[k];
-        int32_t one, two;
+        int32_t last = -1;
 
-        if (h->holds[k] == 0 || b->piece_starts[k + 1] - first != 2 ||
-            h->is_held[b->piece_blocks[first]] || h->is_held[b->piece_blocks[first + 1]])
-            continue;
-        one = find(h->cluster, b->piece_blocks[first]);
-        two = find(h->cluster, b->piece_blocks[first + 1]);
-        h->cluster[one > two ? one : two] = one < two ? one : two;
+        for (int64_t at = b->piece_starts[k]; h->holds[k] > 0 && at < b->piece_starts[k + 1];
+             at++) {
+            const int32_t block = b->piece_blocks[at];
+
+            if (h->is_held[block])
+                continue;
+            if (last >= 0)
+                join(h->cluster, last, block);
+            last = block;
+        }
     }
     for (int32_t k = 0; k <= b->blocks; k++)
         count[k] = 0;
@@ -333,14 +388,15 @@ static void find_clusters(perp__hold *h)
             h->members[count[h->cluster[k]]++] = k;
 }
 
-/* Whether the rows of a unit that is met at this piece are taken up here: where both its bodies are
- * of the cluster at the first; and not where a body alone is asked about that is not held by
- * itself. */
+/* Whether the rows of a unit that is met at this piece are taken up here: at the first of its open
+ * blocks, which are all of the cluster; and not where one block alone is asked about that others
+ * are to be held with. */
 static int32_t is_taken(const perp__hold *h, int32_t unit, int64_t piece, int32_t count)
 {
-    const int64_t other = other_piece(h->bodies, unit, piece);
+    int64_t first = piece;
+    const int32_t open = count_open(h, unit, &first);
 
-    return other < 0 || h->is_held[h->bodies->piece_blocks[other]] || (count > 1 && piece < other);
+    return first == piece && (open == 1 || count > 1);
 }
 
 /* Appends row i of the unit, unless it is 0. */
@@ -488,17 +544,17 @@ static int32_t carry_members(perp__hold *h, const int32_t *members, int32_t coun
     for (int32_t m = 0; m < count; m++)
         for (int64_t at = b->block_starts[members[m]]; at < b->block_starts[members[m] + 1]; at++) {
             const int32_t unit = b->block_units[at];
-            const int64_t other = other_piece(b, unit, b->block_pieces[at]);
+            int64_t piece = 0;
             int32_t leads;
 
             if (h->holds[unit] == 0)
                 continue;
             if (h->pushed[unit])
                 return 0;
-            if (other >= 0 && !h->is_held[b->piece_blocks[other]])
+            if (count_open(h, unit, &piece) > 1) /* within the cluster */
                 continue;
-            leads = other >= 0 ? h->root[b->piece_blocks[other]] : h->beside[unit];
-            if (root != UNSET && !is_same(h, root, leads))
+            leads = root_beside(h, unit, members[m]);
+            if (leads == SEVERAL || (root != UNSET && !is_same(h, root, leads)))
                 return 0;
             root = leads;
         }
@@ -523,18 +579,14 @@ static int32_t count_rows(const perp__hold *h, const int32_t *members, int32_t c
     return rows;
 }
 
-static perp_status solve_cluster(perp__hold *h, const int32_t *members, int32_t count)
+static void solve_cluster(perp__hold *h, const int32_t *members, int32_t count)
 {
     const int32_t n = count * h->bodies->width, most = count_rows(h, members, count);
     int32_t rows, rank;
-    perp_status status;
 
     if (most == 0 ||
         (count > 1 && (n > PERP__HOLD_COLUMNS || (double)most * n * n > PERP__HOLD_PRODUCTS)))
-        return PERP_OK;
-    status = make_room(h, most, n);
-    if (status != PERP_OK)
-        return status;
+        return;
     for (int32_t m = 0; m < count; m++)
         h->cluster[members[m]] = m;
     rows = gather(h, members, count);
@@ -544,41 +596,35 @@ static perp_status solve_cluster(perp__hold *h, const int32_t *members, int32_t 
         move(h, members, count, rank);
     else if (!carry_members(h, members, count))
         hold_members(h, members, count);
-    return PERP_OK;
 }
 
-static perp_status solve_clusters(perp__hold *h)
+static void solve_clusters(perp__hold *h)
 {
     const int32_t blocks = h->bodies->blocks;
-    perp_status status = PERP_OK;
     int32_t first = 0, free_blocks = 0;
 
     find_clusters(h);
     for (int32_t k = 0; k < blocks; k++)
         free_blocks += !h->is_held[k];
-    while (first < free_blocks && status == PERP_OK) {
+    while (first < free_blocks) {
         const int32_t cluster = h->cluster[h->members[first]];
         int32_t end = first + 1;
 
         while (end < free_blocks && h->cluster[h->members[end]] == cluster)
             end++;
-        status = solve_cluster(h, h->members + first, end - first);
+        solve_cluster(h, h->members + first, end - first);
         first = end;
     }
-    return status;
 }
 
-perp_status perp__hold_run(perp__hold *h)
+void perp__hold_run(perp__hold *h)
 {
-    const int32_t blocks = h->bodies->blocks;
-    perp_status status;
-
     h->taken_up = 0;
-    for (int32_t k = 0; k < blocks; k++) {
+    for (int32_t k = 0; k < h->bodies->blocks; k++) {
         h->rank[k] = h->is_held[k] = 0;
         h->source[k] = UNSET;
         h->root[k] = PERP__RIGID_FREE;
     }
-    status = spread(h);
-    return status == PERP_OK ? solve_clusters(h) : status;
+    spread(h);
+    solve_clusters(h);
 }

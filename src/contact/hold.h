@@ -26,6 +26,7 @@ enum { PERP__HOLD_COLUMNS = 96 };
 
 typedef struct perp__hold {
     perp__arena arena, dense_arena;
+    size_t fitted[3], dense_fitted[3];
     const perp__bodies *bodies;
     const perp__rigid_problem *rigid; /* for carriers; NULL: there are none */
     /* in, per unit but where said otherwise */
@@ -61,6 +62,6 @@ void perp__hold_release(perp__hold *hold);
 perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies);
 
 /* v and root. The bodies' free velocities are those of the last load. */
-perp_status perp__hold_run(perp__hold *hold);
+void perp__hold_run(perp__hold *hold);
 
 #endif

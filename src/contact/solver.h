@@ -37,8 +37,9 @@ typedef struct perp__contact_slot {
     const perp__contact_method *method;
     void *work;
     perp__arena arena;
-    int64_t fitted; /* the set-up its arrays were laid out for */
-    int64_t spent;  /* iterations of this call */
+    int64_t fitted;  /* the set-up its arrays were laid out for */
+    size_t sizes[5]; /* and its sizes */
+    int64_t spent;   /* iterations of this call */
 } perp__contact_slot;
 
 typedef struct perp__contact_candidate {
@@ -96,6 +97,7 @@ struct perp_contact_solver {
     PERP__HANDLE;
     perp_contact_settings settings;
     perp__arena arena;
+    size_t sizes[5], fitted[5]; /* of rigid bodies; and what arena was laid out for: rigid.c */
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
     int32_t n;                               /* velocities; 0 where W was given */
@@ -218,6 +220,10 @@ perp_status perp__contact_solve_apart(perp_contact_solver *solver, int32_t *some
  * as it has it, with bodies: held.c. PERP_OK or _MEMORY. */
 perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, const double *u,
                                const int8_t *modes, double *v);
+
+/* The exact zeros of a good answer: v and u where bodies are known, else u alone. PERP_OK or
+ * _MEMORY: held.c. */
+perp_status perp__contact_hold_best(perp_contact_solver *solver);
 
 /* Writes the zeros of the velocities that the modes know: evaluation.c. */
 void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u);

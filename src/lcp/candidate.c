@@ -41,11 +41,10 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
 {
     perp__evidence evidence = {worth->tested / unit, INFINITY, worth->backward, 0};
 
-    if (worth->finite && evidence.tested <= sqrt(solver->settings.tol)) {
-        evidence.sound = 1;
-        /* beside its own terms a row has no large numbers of others to excuse it */
+    evidence.sound = worth->finite;
+    /* beside its own terms a row has no large numbers of others to excuse it */
+    if (perp__may_pass(&evidence, solver->settings.tol))
         evidence.own = worth->small ? 0.0 : own_residual(solver);
-    }
     return evidence;
 }
 

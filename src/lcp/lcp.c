@@ -8,6 +8,7 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
+#include "base/outcome.h"
 #include "lcp/candidate.h"
 #include "lcp/all/all.h"
 #include "lcp/plan.h"
@@ -312,12 +313,6 @@ static perp_status check_call(perp_lcp_solver *solver, const double *z,
     return status;
 }
 
-/* What overflowed on the way is as large as can be. */
-static double number(double residual)
-{
-    return isnan(residual) ? INFINITY : residual;
-}
-
 static void write_out(perp_lcp_solver *solver, double *z, double *w, double *ray,
                       perp_lcp_result *result, double seconds)
 {
@@ -328,9 +323,9 @@ static void write_out(perp_lcp_solver *solver, double *z, double *w, double *ray
     own.outcome = solver->best.outcome;
     own.method = solver->best.method;
     own.iterations = solver->spent;
-    own.residual = number(solver->best.worth.tested);
-    own.natural_residual = number(solver->best.worth.natural);
-    own.backward_error = number(solver->best.worth.backward);
+    own.residual = perp__told(solver->best.worth.tested);
+    own.natural_residual = perp__told(solver->best.worth.natural);
+    own.backward_error = perp__told(solver->best.worth.backward);
     own.seconds = seconds;
     if (own.outcome == PERP_OUTCOME_RAY) {
         own.has_ray = 1;

@@ -68,19 +68,37 @@ static double terms_of_row(const perp__witness_point *p, int32_t i)
 
     for (j = 0; j < p->M->rows; j++)
         sum += fabs(row[(size_t)j * p->M->column_stride] * p->z[j]);
-    return isfinite(sum) ? sum : 0.0; /* what overflows proves nothing */
+    return sum;
 }
 
-/* Whether every violation is small beside q_i alone, or the terms of its row. */
-static int32_t is_surely_small(const perp__witness_point *p)
+/* terms := the same of all rows of a sparse M. */
+static void find_terms_of_rows(const perp__witness_point *p, double *terms)
 {
+    perp__cursor c = perp__first(p->M);
     int32_t i;
+
+    for (i = 0; i < p->M->rows; i++)
+        terms[i] = fabs(p->q[i]);
+    while (perp__advance(&c))
+        terms[c.i] += fabs(c.value * p->z[c.j]);
+}
+
+/* Whether every violation is small beside q_i alone, or the terms of its row. What overflows proves
+ * nothing. */
+static int32_t is_surely_small(const perp__witness *t, const perp__witness_point *p)
+{
+    int32_t known = 0, i;
 
     for (i = 0; i < p->M->rows; i++) {
         const double v = violation_of_row(p, i);
+        double terms;
 
-        if (!(v <= p->tol * fabs(p->q[i])) &&
-            (p->M->column_starts || !(v <= p->tol * terms_of_row(p, i))))
+        if (v <= p->tol * fabs(p->q[i]))
+            continue;
+        if (p->M->column_starts && !known++)
+            find_terms_of_rows(p, t->terms);
+        terms = p->M->column_starts ? t->terms[i] : terms_of_row(p, i);
+        if (!(v <= p->tol * terms) || !isfinite(terms))
             return 0;
     }
     return 1;
@@ -201,7 +219,8 @@ static void find_violations(perp__witness *t, const view *v)
     }
     for (i = 0; i < v->n; i++) {
         const int32_t shift = v->units[i] - t->omegas[i];
-        const double near = p->tol * t->carried[i];
+        const double size = t->carried[i];
+        const double near = size < INFINITY ? p->tol * size : 0.0; /* not next to everything */
 
         t->wrong[i] = perp__shift(
             violation_near(p, i, -v->units[i] - t->omegas[v->n + i], near, &t->is_free[i]), shift);
@@ -276,7 +295,7 @@ double perp__witness_own_residual(perp__witness *witness, const perp__witness_po
     double own = 0.0;
     int32_t k;
 
-    if (is_surely_small(point))
+    if (is_surely_small(witness, point))
         return 0.0;
     if (!witness->known || witness->tol != point->tol)
         look_at_matrix(witness, point);

@@ -142,20 +142,10 @@ static void take(perp_mechanism *m, const perp__acceleration *a, const perp__ans
 {
     const perp__evidence evidence = {found->residual, found->residual, INFINITY, 1};
     perp__velocity_answer *answer = &m->answer;
-    int32_t i, j;
+    int32_t i;
 
-    memset(answer->holds, 0, (size_t)m->rows);
-    memset(answer->holds + m->contact_rows, 1, (size_t)m->bilateral);
+    perp__acceleration_mark_rows(a, found, answer->holds);
     memcpy(answer->modes, found->modes, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
-    for (j = 0; j < a->elements; j++) {
-        const perp__element *element = a->element + j;
-        const int32_t mode = found->pattern[j];
-
-        for (i = 0; i < element->tangents + !element->dry; i++)
-            answer->holds[a->row_of[element->row + i]] =
-                (int8_t)(mode == PERP_MECHANISM_STICK ||
-                         (i == 0 && perp__element_presses(element, mode)));
-    }
     for (i = 0; i < m->rows; i++)
         answer->r[i] = h * found->middle[i];
     memcpy(answer->v, problem->momentum, (size_t)m->n * sizeof *answer->v);

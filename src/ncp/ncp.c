@@ -8,6 +8,7 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
+#include "base/outcome.h"
 #include "ncp/settings.h"
 #include "ncp/solver.h"
 
@@ -292,12 +293,6 @@ static void give_up(perp_ncp_solver *solver)
         solver->settings.method == PERP_NCP_AUTO ? PERP_NCP_FISCHER : solver->settings.method;
 }
 
-/* What overflowed on the way is as large as can be. */
-static double number(double residual)
-{
-    return isnan(residual) ? INFINITY : residual;
-}
-
 static void write_out(perp_ncp_solver *solver, double *z, double *w, perp_ncp_result *result,
                       double seconds)
 {
@@ -308,9 +303,9 @@ static void write_out(perp_ncp_solver *solver, double *z, double *w, perp_ncp_re
     own.outcome = verdict(solver, &solver->best);
     own.method = solver->best_method;
     own.iterations = solver->iterations;
-    own.residual = number(solver->best.evidence.tested);
-    own.natural_residual = number(solver->best.natural);
-    own.backward_error = number(solver->best.evidence.backward);
+    own.residual = perp__told(solver->best.evidence.tested);
+    own.natural_residual = perp__told(solver->best.natural);
+    own.backward_error = perp__told(solver->best.evidence.backward);
     own.seconds = seconds;
     own.function_evaluations = solver->model.function_evaluations;
     own.jacobian_evaluations = solver->model.jacobian_evaluations;

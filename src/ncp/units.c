@@ -9,6 +9,7 @@
 
 #include "base/outcome.h"
 #include "linalg/lines.h"
+#include "linalg/scale.h"
 #include "ncp/model.h"
 
 #define VANISHED 0x1p-20 /* of z at the start */
@@ -45,15 +46,23 @@ void perp__ncp_join_groups(perp__ncp_model *m)
 
 double perp__ncp_size_left(const perp__ncp_model *m, int32_t j, double z)
 {
-    return fmax(fabs(z), VANISHED * m->z_start[j] / m->z_unit[j]);
+    const double left = VANISHED * m->z_start[j] / m->z_unit[j];
+
+    return fabs(z) > left ? fabs(z) : left;
 }
 
 static double power_near(double most)
 {
-    int exponent;
+    if (most == 0.0 || isinf(most))
+        return most == 0.0 ? 0.0 : NAN;
+    return perp__shift(1.0, perp__exponent_of(most));
+}
 
-    frexp(most, &exponent);
-    return most == 0.0 ? 0.0 : isinf(most) ? NAN : ldexp(1.0, exponent - 1);
+/* A NaN raises nothing: what it comes from is refused elsewhere. */
+static void raise(double *most, double value)
+{
+    if (value > *most)
+        *most = value;
 }
 
 void perp__ncp_find_omega(perp__ncp_model *m, const double *z, const double *w)
@@ -70,11 +79,13 @@ void perp__ncp_find_omega(perp__ncp_model *m, const double *z, const double *w)
     for (int32_t i = 0; i < n; i++) {
         double *row = &m->most[m->part[i]], *column = &m->most[m->part[n + i]];
 
-        *row = fmax(*row, fabs(m->offset[i]));
-        *column = fmax(*column, perp__ncp_size_left(m, i, z[i]));
+        raise(row, fabs(m->offset[i]));
+        raise(column, perp__ncp_size_left(m, i, z[i]));
     }
     for (int32_t i = 0; i < 2 * n; i++)
-        m->omega[i] = power_near(m->most[m->part[i]]);
+        m->most[i] = power_near(m->most[i]);
+    for (int32_t i = 0; i < 2 * n; i++)
+        m->omega[i] = m->most[m->part[i]];
 }
 
 void perp__ncp_mark_start(perp__ncp_model *m, const double *z, const double *w)
@@ -102,11 +113,15 @@ static double over(double x, double omega)
     return x == 0.0 ? 0.0 : x / omega;
 }
 
-/* |mid(z - low, z - high, w)|, each over its unit */
+/* |mid(z - low, z - high, w)|, each over its unit, a power of two */
 static double relative(double z, double low, double high, double w, double omega_z, double omega_w)
 {
-    const double above = over(z - low, omega_z), below = over(z - high, omega_z);
+    double above, below;
 
+    if (omega_z == omega_w)
+        return over(fabs(perp__ncp_mid(z, low, high, w)), omega_z);
+    above = over(z - low, omega_z);
+    below = over(z - high, omega_z);
     w = over(w, omega_w);
     return fabs(perp__ncp_mid(0.0, -above, -below, w));
 }

@@ -54,30 +54,45 @@ void perp__linear_column(perp__linear *p, int32_t first, int32_t count, const do
     memcpy(p->coefficient + 3 * (size_t)c, coefficient, 3 * sizeof *coefficient);
 }
 
+/* Coefficients of the equation of row r, and the sizes of their terms. */
+static void load_row(const perp__linear *p, int32_t r, double *sum, double *size)
+{
+    const double *b = row_of(p, r), *second = p->rows > p->length ? row_of(p, p->length + r) : NULL;
+    const double slope = p->slope[r];
+    int32_t j;
+
+    for (j = 0; j < p->length; j++, b += p->column_stride) {
+        sum[j] = *b;
+        size[j] = fabs(*b);
+        if (second) {
+            const double more = slope * second[(size_t)j * p->column_stride];
+
+            sum[j] += more;
+            size[j] += fabs(more);
+        }
+    }
+}
+
 double perp__linear_load(perp__linear *p)
 {
     const int32_t n = p->system.n;
-    double top = 0.0;
+    double *K = p->system.K, *row = p->work, *sizes = row + p->length, top = 0.0;
     int32_t r, c, i;
 
     for (r = 0; r < n; r++) {
-        const double *row = row_of(p, p->first[r]);
-        const double *second = p->rows > p->length ? row_of(p, p->length + p->first[r]) : NULL;
-
+        load_row(p, p->first[r], row, sizes);
         for (c = 0; c < n; c++) {
             const double unit = p->scale[p->first[r]] * p->scale[p->first[c]];
-            double sum = 0.0, size = 0.0;
+            const double *factor = p->coefficient + 3 * (size_t)c;
+            double sum = factor[0] * row[p->first[c]], size = fabs(factor[0]) * sizes[p->first[c]];
 
-            for (i = 0; i < p->count[c]; i++) {
-                const size_t at = (size_t)(p->first[c] + i) * p->column_stride;
-                const double factor = p->coefficient[3 * (size_t)c + (size_t)i];
-                const double more = second ? p->slope[p->first[r]] * second[at] : 0.0;
-
-                sum += factor * (row[at] + more);
-                size += fabs(factor) * (fabs(row[at]) + fabs(more));
+            for (i = 1; i < p->count[c]; i++) {
+                sum += factor[i] * row[p->first[c] + i];
+                size += fabs(factor[i]) * sizes[p->first[c] + i];
             }
-            p->system.K[(size_t)r * (size_t)n + (size_t)c] = sum * unit;
-            top = size * unit <= top ? top : size * unit; /* NaN stays */
+            *K++ = sum * unit;
+            if (!(size * unit <= top)) /* NaN, too */
+                top = size * unit;
         }
     }
     memset(p->y, 0, (size_t)n * sizeof *p->y);
@@ -91,11 +106,11 @@ void perp__linear_rows(const perp__linear *p, double *u, double *size, const dou
     int32_t r, j;
 
     for (r = 0; r < p->rows; r++) {
-        const double *row = row_of(p, r);
+        const double *b = row_of(p, r);
         double sum = homogeneous ? 0.0 : p->c[r], terms = homogeneous ? 0.0 : p->c_size[r];
 
-        for (j = 0; j < p->length; j++) {
-            const double term = row[(size_t)j * p->column_stride] * x[j];
+        for (j = 0; j < p->length; j++, b += p->column_stride) {
+            const double term = *b * x[j];
 
             sum += term;
             terms += fabs(term);
@@ -106,25 +121,19 @@ void perp__linear_rows(const perp__linear *p, double *u, double *size, const dou
     }
 }
 
-void perp__linear_find_load(perp__linear *p)
-{
-    int32_t i;
-
-    for (i = 0; i < p->length; i++)
-        p->load[i] = p->rows > p->length
-                         ? p->u_size[i] + fabs(p->slope[i]) * p->u_size[p->length + i]
-                         : p->u_size[i];
-}
-
 void perp__linear_evaluate(perp__linear *p)
 {
     int32_t i;
 
     perp__linear_rows(p, p->u, p->u_size, p->x, 0);
-    for (i = 0; i < p->length; i++)
-        p->residual[i] =
-            p->rows > p->length ? -p->u[i] - p->slope[i] * p->u[p->length + i] : -p->u[i];
-    perp__linear_find_load(p);
+    for (i = 0; i < p->length; i++) {
+        p->residual[i] = -p->u[i];
+        p->load[i] = p->u_size[i];
+        if (p->rows > p->length) {
+            p->residual[i] -= p->slope[i] * p->u[p->length + i];
+            p->load[i] += fabs(p->slope[i]) * p->u_size[p->length + i];
+        }
+    }
 }
 
 /* The equations' entries, in their units. */
@@ -261,7 +270,8 @@ int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
 }
 
 int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const double *x,
-                              int32_t homogeneous, double tolerance, int32_t *at_vertex)
+                              int32_t homogeneous, double tolerance, double spread,
+                              int32_t *at_vertex)
 {
     double *u = p->work, *u_width = u + 2 * p->length, *x_width = u_width + 2 * p->length;
     perp__linear_point point = {x, u, x_width, u_width, homogeneous, 1, 0};
@@ -272,7 +282,7 @@ int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const 
     for (i = 0; i < p->rows; i++)
         u_width[i] *= tolerance;
     for (i = 0; i < p->length; i++)
-        largest = fmax(largest, p->spread * fabs(x[i]) / p->scale[i]);
+        largest = fmax(largest, spread * fabs(x[i]) / p->scale[i]);
     for (i = 0; i < p->length; i++)
         x_width[i] = tolerance * fmax(fabs(x[i]), largest * p->scale[i]);
     return perp__linear_holds(p, pattern, &point, at_vertex);

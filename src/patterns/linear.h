@@ -35,8 +35,6 @@ typedef struct perp__linear {
     const double *c, *c_size; /* rows; c_size: what c is summed up of */
     const double *scale;      /* length: the unit of x_i, and of row i one over it */
     double tolerance;         /* of points, relative to what they are summed up of */
-    double spread;            /* what is 0 in an entry of a family's point is so beside that point's
-                                 largest entry, in units, times this */
     /* x = known + columns y; the equation of a column is u_i + slope_i u_(length + i) = 0 with its
      * first entry i */
     perp__pivoting system;
@@ -83,7 +81,6 @@ void perp__linear_rows(const perp__linear *p, double *u, double *size, const dou
                        int32_t homogeneous);
 /* u, residual and load of p->x. */
 void perp__linear_evaluate(perp__linear *p);
-void perp__linear_find_load(perp__linear *p);
 /* Takes the residual off. */
 void perp__linear_correct(perp__linear *p);
 /* x := x + columns y, or with absolute values. */
@@ -96,9 +93,11 @@ int32_t perp__linear_find_null(perp__linear *p);
 /* Whether the point meets the pattern's conditions; *at_vertex: at the limit of one. */
 int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
                            const perp__linear_point *point, int32_t *at_vertex);
-/* The same of a family's point or direction x, to `tolerance`. */
+/* The same of a family's point or direction x, to `tolerance`: of an entry, and of `spread` times
+ * the largest entry, in units. */
 int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const double *x,
-                              int32_t homogeneous, double tolerance, int32_t *at_vertex);
+                              int32_t homogeneous, double tolerance, double spread,
+                              int32_t *at_vertex);
 /* Cuts the polyhedron with the pattern's conditions. */
 void perp__linear_cut(const perp__linear *p, const void *pattern, perp__polyhedron *polyhedron);
 

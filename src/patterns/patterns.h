@@ -3,10 +3,10 @@
  * A complementarity problem has a choice at each of its positions: a variable at a bound or between
  * them, a contact that separates, sticks or slips. One choice at each is a pattern; within it the
  * problem is linear: equations, and inequalities that tell whether the pattern is the right one.
- * All answers are found by a tree over the patterns (tree.c). Where a pattern's equations determine
+ * All answers are found by a tree over the patterns. Where a pattern's equations determine
  * the point its answer is isolated; where they leave directions free it is a family, a polyhedron
  * known by its vertices and rays (polyhedron.c). Neighbouring patterns find the same answers: a
- * store has each of them once, and none within another (answers.c). */
+ * store has each of them once, and none within another. */
 #ifndef PERP_PATTERNS_PATTERNS_H
 #define PERP_PATTERNS_PATTERNS_H
 
@@ -16,11 +16,12 @@
 
 typedef struct perp__pattern_tree {
     int32_t positions;
-    int32_t *next; /* positions: of work */
-    int32_t ended; /* set by a callback: nothing more is looked at */
+    int32_t *next;   /* positions: of work */
+    int32_t ended;   /* set by a callback: nothing more is looked at */
+    int32_t reverse; /* the last position is the root's */
     void *user;
     int32_t (*choices)(void *user, int32_t position);
-    /* Takes a choice, with those of all positions before it taken; 0 where nothing can follow. */
+    /* Takes a choice, with those of all positions above it taken; 0 where nothing can follow. */
     int32_t (*choose)(void *user, int32_t position, int32_t choice);
     perp_status (*leaf)(void *user); /* every position has its choice */
 } perp__pattern_tree;
@@ -114,7 +115,8 @@ typedef struct perp__polyhedron {
     int32_t length;    /* of origin and directions */
     int32_t dimension; /* directions, one after the other */
     const double *origin, *directions;
-    double rounding;        /* entries below this, beside their terms, are 0 */
+    double rounding;        /* entries of points below this, beside their terms, are 0, */
+    double row_rounding;    /* and of inequalities */
     double least;           /* s of a vertex */
     const int32_t *entries; /* where the entries of a point go in an answer; NULL: as they are */
     int32_t empty;          /* an inequality never holds */
@@ -130,9 +132,6 @@ typedef struct perp__inequality {
 
 /* Without an inequality; room for `rows`. PERP_OK or _MEMORY. */
 perp_status perp__polyhedron_begin(perp__polyhedron *p, int32_t rows, int32_t dimension);
-/* Where the next inequality's 1 + dimension numbers go, and that they are there. */
-double *perp__polyhedron_next(const perp__polyhedron *p);
-void perp__polyhedron_add(perp__polyhedron *p);
 void perp__polyhedron_cut(perp__polyhedron *p, const perp__inequality *g);
 
 /* The generators of the cone. Where they are too many the store is incomplete, and there are none.

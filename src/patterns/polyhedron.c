@@ -23,24 +23,9 @@ perp_status perp__polyhedron_begin(perp__polyhedron *p, int32_t rows, int32_t di
     return PERP_OK;
 }
 
-double *perp__polyhedron_next(const perp__polyhedron *p)
-{
-    return p->cone.A + (size_t)p->cone.rows * (size_t)p->cone.dimension;
-}
-
-void perp__polyhedron_add(perp__polyhedron *p)
-{
-    const double *row = perp__polyhedron_next(p);
-    int32_t some = 0, k;
-
-    for (k = 0; k < p->cone.dimension; k++)
-        some |= row[k] != 0.0;
-    p->cone.rows += some;
-}
-
 void perp__polyhedron_cut(perp__polyhedron *p, const perp__inequality *g)
 {
-    double *to = perp__polyhedron_next(p);
+    double *to = p->cone.A + (size_t)p->cone.rows * (size_t)p->cone.dimension;
     int32_t varies = 0, i, k;
 
     for (k = 0; k <= p->dimension; k++) {
@@ -51,12 +36,12 @@ void perp__polyhedron_cut(perp__polyhedron *p, const perp__inequality *g)
             sum += g->row[i] * x[i];
             size += fabs(g->row[i] * x[i]);
         }
-        to[k] = fabs(sum) <= p->rounding * size ? 0.0 : sum;
+        to[k] = fabs(sum) <= p->row_rounding * size ? 0.0 : sum;
         varies |= k > 0 && to[k] != 0.0;
     }
     if (!varies && (to[0] < 0.0 || (g->strict && to[0] == 0.0)))
         p->empty = 1;
-    perp__polyhedron_add(p);
+    p->cone.rows += varies || to[0] != 0.0;
 }
 
 /* ---- points -------------------------------------------------------------------------------- */

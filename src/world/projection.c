@@ -144,6 +144,7 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     problem.warm = NULL;
     problem.cone = 0;
     problem.method = PERP_CONTACT_METHOD_AUTO;
+    problem.holds = 1;
     status = perp__rigid_solve(world->solver, &answer, &problem);
     if (status != PERP_OK)
         return status;

@@ -11,6 +11,9 @@
 /* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
 #define LARGE_RATIO 1e3
 
+/* Bodies that are solved exactly whatever the number of their contacts. */
+#define FEW_BODIES 2
+
 /* Beside a contact's size: what a sweep does not tell a gap from contact by. */
 #define GUARD 1e-3
 
@@ -57,7 +60,7 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
 
     if (settings->accuracy == PERP_ACCURACY_EXACT || (settings->cone != 0 && !settings->planar))
         return 1;
-    return island->contacts <= levels[settings->accuracy].few ||
+    return island->contacts <= levels[settings->accuracy].few || island->bodies <= FEW_BODIES ||
            mass_ratio(world, island) >= LARGE_RATIO;
 }
 
@@ -164,8 +167,8 @@ static perp_status judge(perp_world *world, const perp__island *island, perp__ri
     }
     memcpy(work->warm, work->impulse, size);
     problem->deadline = DBL_MIN; /* long past */
-    if (world->settings.tol == 0.0)
-        problem->tol = levels[world->settings.accuracy].tol;
+    problem->tol =
+        world->settings.tol > 0.0 ? world->settings.tol : levels[world->settings.accuracy].tol;
     status = perp__rigid_solve(world->solver, answer, problem);
     if (status != PERP_OK)
         return status;

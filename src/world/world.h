@@ -207,6 +207,7 @@ typedef struct perp__island_work {
     int32_t *carrier, *modes;                      /* bodies; contacts chosen */
     double *impulse, *velocity, *warm, *next_warm; /* 3 a contact chosen */
     double *gap, *guard, *none;                    /* contacts of the island */
+    double *strength, *solved, *solved_rows;       /* bodies; numbers; 3 a contact: of hold */
     int8_t *hit;
 } perp__island_work;
 
@@ -447,6 +448,7 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
 /* The problem of the chosen rows with work.free, and where its answer goes. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);
+double perp__exact_tol(const perp_world *world);
 /* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict);

@@ -169,21 +169,101 @@ static void test_laws(void **state)
             }
 }
 
-/* Dimensions mixed, contacts without friction among them; the answer is the public entrance's,
- * which gets the same as matrices: with the same methods, to the bit of what was asked. */
+/* The scene as the public entrance takes it: dense matrices, row by row. */
+typedef struct public_problem {
+    int32_t n, rows, *dims;
+    double *M, *H, *v, *r, *load, *bias, *mu;
+} public_problem;
+
+static void fill_public(public_problem *q, const rigid_scene *s)
+{
+    int32_t row = 0, k, i, j, side;
+
+    for (i = 0; i < q->n; i++) {
+        q->M[i * q->n + i] = s->mass[(i / 6) * 36 + (i % 6) * 7];
+        q->load[i] = q->M[i * q->n + i] * s->free[i];
+    }
+    for (k = 0; k < s->contacts; k++) {
+        q->dims[k] = s->rows[k].dim;
+        q->mu[k] = s->rows[k].mu;
+        for (i = 0; i < q->dims[k]; i++, row++) {
+            q->bias[row] = s->rows[k].bias[i];
+            for (side = 0; side < 2; side++)
+                for (j = 0; s->rows[k].body[side] >= 0 && j < 6; j++)
+                    q->H[row * q->n + 6 * s->rows[k].body[side] + j] = s->rows[k].rows[side][i][j];
+        }
+    }
+}
+
+static void make_public(public_problem *q, const rigid_scene *s)
+{
+    double **const all[] = {&q->M, &q->H, &q->v, &q->r, &q->load, &q->bias, &q->mu};
+    size_t sizes[7], i;
+    int32_t k;
+
+    q->n = 6 * s->bodies;
+    for (q->rows = 0, k = 0; k < s->contacts; k++)
+        q->rows += s->rows[k].dim;
+    sizes[0] = (size_t)(q->n * q->n);
+    sizes[1] = (size_t)(q->rows * q->n);
+    sizes[2] = sizes[4] = (size_t)q->n;
+    sizes[3] = sizes[5] = (size_t)q->rows;
+    sizes[6] = (size_t)s->contacts;
+    for (i = 0; i < 7; i++) {
+        *all[i] = gen_allocate(sizes[i], sizeof(double));
+        memset(*all[i], 0, sizes[i] * sizeof(double));
+    }
+    q->dims = gen_allocate((size_t)s->contacts, sizeof *q->dims);
+    fill_public(q, s);
+}
+
+static void free_public(public_problem *q)
+{
+    void *all[] = {q->M, q->H, q->v, q->r, q->load, q->bias, q->mu, q->dims};
+
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+        free(all[i]);
+}
+
+static void solve_public(perp_context *context, public_problem *q, int32_t contacts)
+{
+    perp_contact_settings settings;
+    perp_contact_dynamics dynamics;
+    perp_contact_result result;
+    perp_contact_laws laws;
+    perp_matrix M, H;
+
+    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
+    assert_int_equal(perp_matrix_init(&M, sizeof M), 0);
+    assert_int_equal(perp_matrix_init(&H, sizeof H), 0);
+    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, q->n, q->n, q->M, q->n), 0);
+    assert_int_equal(perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, q->rows, q->n, q->H, q->n), 0);
+    settings.tol = 1e-12;
+    laws.contacts = contacts;
+    laws.dims = q->dims;
+    laws.mu = q->mu;
+    dynamics.n = q->n;
+    dynamics.M = &M;
+    dynamics.H = &H;
+    assert_int_equal(perp_contact_solve(context, q->v, q->r, NULL, NULL, NULL, &result, &settings,
+                                        &laws, &dynamics, q->load, q->bias, NULL, NULL),
+                     PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+}
+
+/* Dimensions mixed, contacts without friction among them: the answer is the public entrance's,
+ * which gets the same as matrices. */
 static void test_public_entrance(void **state)
 {
     static const double half[3] = {0.5, 0.5, 0.5};
     fixture f;
     perp__rigid_problem p;
     perp__rigid_answer a;
-    perp_contact_settings settings;
-    perp_contact_dynamics dynamics;
-    perp_contact_result result;
-    perp_contact_laws laws;
-    perp_matrix M, H;
-    double *dense, *mass, *v, *r, *load, *bias, *mu;
-    int32_t *dims, n, rows = 0, row = 0, k, i, j, side;
+    public_problem q;
+    int32_t k, i;
 
     (void)state;
     open_fixture(&f, 0, NULL);
@@ -196,67 +276,17 @@ static void test_public_entrance(void **state)
     for (k = 0; k < f.s.contacts; k++) {
         f.s.rows[k].dim = k % 5 == 1 ? 1 : k % 7 == 3 ? 2 : 3;
         f.s.rows[k].bias[0] = k % 4 ? 0.0 : 0.125;
-        rows += f.s.rows[k].dim;
     }
-    n = 6 * f.s.bodies;
-    dense = gen_allocate((size_t)(rows * n), sizeof *dense);
-    mass = gen_allocate((size_t)(n * n), sizeof *mass);
-    v = gen_allocate((size_t)n, sizeof *v);
-    load = gen_allocate((size_t)n, sizeof *load);
-    r = gen_allocate((size_t)rows, sizeof *r);
-    bias = gen_allocate((size_t)rows, sizeof *bias);
-    mu = gen_allocate((size_t)f.s.contacts, sizeof *mu);
-    dims = gen_allocate((size_t)f.s.contacts, sizeof *dims);
-    memset(dense, 0, (size_t)(rows * n) * sizeof *dense);
-    memset(mass, 0, (size_t)(n * n) * sizeof *mass);
-    for (i = 0; i < n; i++) {
-        mass[i * n + i] = f.s.mass[(i / 6) * 36 + (i % 6) * 7];
-        load[i] = mass[i * n + i] * f.s.free[i];
-    }
-    for (k = 0; k < f.s.contacts; k++) {
-        dims[k] = f.s.rows[k].dim;
-        mu[k] = f.s.rows[k].mu;
-        for (i = 0; i < dims[k]; i++, row++) {
-            bias[row] = f.s.rows[k].bias[i];
-            for (side = 0; side < 2; side++)
-                for (j = 0; f.s.rows[k].body[side] >= 0 && j < 6; j++)
-                    dense[row * n + 6 * f.s.rows[k].body[side] + j] = f.s.rows[k].rows[side][i][j];
-        }
-    }
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), 0);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
-    assert_int_equal(perp_matrix_init(&M, sizeof M), 0);
-    assert_int_equal(perp_matrix_init(&H, sizeof H), 0);
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, n, n, mass, n), 0);
-    assert_int_equal(perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, rows, n, dense, n), 0);
-    settings.tol = 1e-12;
-    laws.contacts = f.s.contacts;
-    laws.dims = dims;
-    laws.mu = mu;
-    dynamics.n = n;
-    dynamics.M = &M;
-    dynamics.H = &H;
-    assert_int_equal(perp_contact_solve(f.context, v, r, NULL, NULL, NULL, &result, &settings,
-                                        &laws, &dynamics, load, bias, NULL, NULL),
-                     PERP_OK);
-    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    make_public(&q, &f.s);
+    solve_public(f.context, &q, f.s.contacts);
     p = rigid_problem(&f.s);
     p.tol = 1e-12;
     a = solve(&f, &p);
     assert_int_equal(a.outcome, PERP_OUTCOME_SOLVED);
     /* friction is small: v is unique. Both are within 1e-12 of it, times its condition */
-    for (i = 0; i < n; i++)
-        assert_true(fabs(f.s.v[i] - v[i]) <= 1e-9);
-    free(dense);
-    free(mass);
-    free(v);
-    free(load);
-    free(r);
-    free(bias);
-    free(mu);
-    free(dims);
+    for (i = 0; i < q.n; i++)
+        assert_true(fabs(f.s.v[i] - q.v[i]) <= 1e-9);
+    free_public(&q);
     close_fixture(&f);
 }
 

@@ -355,6 +355,7 @@ static void test_what_is_sound(void **state)
 static void test_overflow_excuses_nothing(void **state)
 {
     static const rig two = {1, 1, 1, {1, 1e150, 1e150, 1e308}, {0}, {1e200, 1e307}, {0}};
+    static const rig large = {1, 1, 1, {1e308, 1e308, 1e308, 1e308}, {0}, {1e300, 1e300}, {0}};
     perp_contact_solver *solver = solved(&two, 1);
     perp__contact_worth worth;
 
@@ -366,6 +367,12 @@ static void test_overflow_excuses_nothing(void **state)
     solver->r[1] = -0.1;
     assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
     assert_true(worth.own <= DBL_EPSILON);
+    perp_contact_solver_destroy(solver);
+    solver = solved(&large, 1);
+    solver->r[0] = 1.5;
+    solver->r[1] = -1.5; /* u = q, and 3e308 is what it is made of: the joint moves */
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_true(solver->u[1] != 0.0 && worth.own == INFINITY);
     perp_contact_solver_destroy(solver);
 }
 

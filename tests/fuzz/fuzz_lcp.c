@@ -93,9 +93,8 @@ static void check_solvable(const lcp_problem *p, const perp_lcp_settings *settin
 {
     oracle_vertex *vertices = fuzz_take(ORACLE_VERTICES, sizeof *vertices);
 
-    if (p->integer && settings->method == PERP_LCP_AUTO &&
-        settings->tol >= 1e-12 && !fuzz_good(result->outcome) &&
-        oracle_vertices(p->n, p->iM, p->iq, vertices) > 0)
+    if (p->integer && settings->method == PERP_LCP_AUTO && settings->tol >= 1e-12 &&
+        !fuzz_good(result->outcome) && oracle_vertices(p->n, p->iM, p->iq, vertices) > 0)
         fuzz_fail("auto ends with '%s', but the problem has solutions",
                   perp_outcome_text(result->outcome));
 }

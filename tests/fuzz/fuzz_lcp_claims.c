@@ -5,18 +5,29 @@
 
 #include "problem.h"
 
-/* Solves M_AA x_A = right_A in 113 bits, x = 0 elsewhere. */
+/* Solves M_AA x_A = right_A in 113 bits, x = 0 elsewhere. Corrected by its own residual: of numbers
+ * much smaller than others elimination keeps fewer digits than a radius may have. */
 static int solve_block(const lcp_problem *p, const int *active, const wide *right, wide *x)
 {
-    int32_t n = p->n, i, j;
-    wide *A = fuzz_take(n * n, sizeof *A);
+    int32_t n = p->n, i, j, round;
+    wide *A = fuzz_take(n * n, sizeof *A), *rest = fuzz_take(n, sizeof *rest);
 
-    for (i = 0; i < n; i++) {
-        for (j = 0; j < n; j++)
-            A[i * n + j] = active[i] && active[j] ? (wide)p->M.dense[i * n + j] : i == j;
-        x[i] = active[i] ? right[i] : 0;
+    for (i = 0; i < n; i++)
+        x[i] = 0;
+    for (round = 0; round < 3; round++) {
+        for (i = 0; i < n; i++) {
+            rest[i] = active[i] ? right[i] : 0;
+            for (j = 0; j < n; j++) {
+                A[i * n + j] = active[i] && active[j] ? (wide)p->M.dense[i * n + j] : i == j;
+                rest[i] -= A[i * n + j] * x[j];
+            }
+        }
+        if (!oracle_solve(n, 1, A, rest))
+            return 0;
+        for (i = 0; i < n; i++)
+            x[i] += rest[i];
     }
-    return oracle_solve(n, 1, A, x);
+    return 1;
 }
 
 /* Whether the index set `places` has a solution; x is what its equations give. */
@@ -94,7 +105,7 @@ static void check_denial(const lcp_problem *p, const double *z)
     lcp_problem_rows(p, z, w, t);
     for (i = 0; i < p->n; i++) {
         places[i] = z[i] > w[i] ? PERP_PLACE_BETWEEN : PERP_PLACE_LOWER; /* w < 0 at z = 0 too */
-        if ((z[i] > 0 && w[i] > 0) || (z[i] == 0 && w[i] == 0))
+        if ((z[i] > 0 && w[i] > 0) || (z[i] < 0 && w[i] < 0) || (z[i] == 0 && w[i] == 0))
             return;
     }
     if (solution_at(p, places, x))

@@ -1,5 +1,6 @@
 /* perp/mechanism.h: a step of every scheme, runs with equal and chosen steps, all accelerations,
  * all answers, on one handle. Linear forces; gaps with a curvature; bilateral and dry rows. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -180,9 +181,30 @@ static int32_t make_laws(const machine *m, double h, oracle_law *law)
     return count;
 }
 
+/* What rounding M v0, an entry of which may cancel, makes of u = H v: 4 eps |H| |M^-1| |M| |v0|. */
+static void add_momentum(const machine *m, const double *H, const double *v0, double limit, wide *t)
+{
+    int32_t n = m->n, i, j, k;
+    wide *M = oracle_wide(n * n, m->M), *inverse = fuzz_take(n * n, sizeof *inverse);
+    wide *size = fuzz_take(n, sizeof *size);
+
+    for (i = 0; i < n; i++)
+        for (size[i] = 0, j = 0; j < n; j++) {
+            inverse[i * n + j] = i == j;
+            size[i] += oracle_abs((wide)m->M[i * n + j] * v0[j]);
+        }
+    if (!oracle_solve(n, n, M, inverse))
+        return;
+    for (i = 0; i < m->rows; i++)
+        for (k = 0; k < n; k++)
+            for (j = 0; j < n; j++)
+                t[i] += 4 * DBL_EPSILON / limit * oracle_abs(H[i * n + k] * inverse[k * n + j]) *
+                        size[j];
+}
+
 /* W and q of the frozen problem from (0, q0, v0), and the sizes of the terms of u at impulses r. */
 static int reduce(machine *m, double h, const double *q0, const double *v0, const double *r,
-                  wide *W, wide *q, wide *t)
+                  double limit, wide *W, wide *q, wide *t)
 {
     int32_t n = m->n, rows = m->rows, i, j, k, row = 0;
     double gap[CONTACTS], H[ROWS * MOST], drift[ROWS], F[MOST];
@@ -223,6 +245,7 @@ static int reduce(machine *m, double h, const double *q0, const double *v0, cons
         q[row] += gap[i] > 0 ? gap[i] / (wide)h : 0;
         t[row] += gap[i] > 0 ? gap[i] / (wide)h : 0;
     }
+    add_momentum(m, H, v0, limit, t);
     return 1;
 }
 
@@ -246,7 +269,7 @@ static void check_frozen(machine *m, const perp_mechanism_settings *settings,
     for (i = 0; i < m->rows; i++)
         if (!isfinite(r[i]))
             return;
-    if (reduce(m, h, q0, v0, r, W, q, t))
+    if (reduce(m, h, q0, v0, r, oracle_limit(step->outcome, settings->tol), W, q, t))
         oracle_check_contacts(&contacts);
 }
 

@@ -128,19 +128,47 @@ static long double largest_of(int32_t n, const wide *A, const long double *e, in
     return largest;
 }
 
-/* Ruiz' equilibration: rows and columns by 2^e_i; half of what is missing in each of 20 rounds. */
-static void equilibrate(int32_t n, const wide *A, long double *e)
+/* Units in which positive diagonals are 1, and of a row that has none the largest coupling to one
+ * of them; else the caller's. */
+static void start_at_diagonals(int32_t n, const wide *A, long double *e)
 {
+    int32_t i, j;
+
+    for (i = 0; i < n; i++)
+        e[i] = A[i * n + i] > 0 ? -log2l((long double)A[i * n + i]) / 2 : 0;
+    for (i = 0; i < n; i++) {
+        long double largest = -INFINITY;
+
+        for (j = 0; j < n && !(A[i * n + i] > 0); j++) {
+            wide x = larger(oracle_abs(A[i * n + j]), oracle_abs(A[j * n + i]));
+
+            if (x > 0 && A[j * n + j] > 0)
+                largest = fmaxl(largest, log2l((long double)x) + e[j]);
+        }
+        if (isfinite(largest))
+            e[i] = -largest;
+    }
+}
+
+/* Ruiz' equilibration: rows and columns by 2^e_i; half of what is missing in each of 20 rounds, row
+ * after row from the caller's units, or all at once from those of the diagonal. */
+static void equilibrate(int32_t n, const wide *A, int from_diagonal, long double *e)
+{
+    long double *last = fuzz_take(n, sizeof *last);
     int32_t round, i;
 
     memset(e, 0, (size_t)n * sizeof *e);
-    for (round = 0; round < 20; round++)
+    if (from_diagonal)
+        start_at_diagonals(n, A, e);
+    for (round = 0; round < 20; round++) {
+        memcpy(last, e, (size_t)n * sizeof *e);
         for (i = 0; i < n; i++) {
-            long double largest = largest_of(n, A, e, i);
+            long double largest = largest_of(n, A, from_diagonal ? last : e, i);
 
             if (isfinite(largest))
                 e[i] -= largest / 2;
         }
+    }
     for (i = 0; i < n; i++)
         e[i] = roundl(fminl(fmaxl(e[i], -8000), 8000));
 }
@@ -167,14 +195,14 @@ static void find_significant(scaled *s, double tol)
                 s->A[i * n + j] >= oracle_sqrt(tol) * larger(largest[i], largest[j]);
 }
 
-static scaled scale(int32_t n, const wide *A, const wide *t, double tol)
+static scaled scale(int32_t n, const wide *A, const wide *t, double tol, int from_diagonal)
 {
     long double *e = fuzz_take(n, sizeof *e);
     scaled s = {n, fuzz_take(n * n, sizeof(wide)), fuzz_take(n, sizeof(wide)),
                 fuzz_take(n, sizeof(wide)), fuzz_take(n * n, sizeof(int))};
     int32_t i, j;
 
-    equilibrate(n, A, e);
+    equilibrate(n, A, from_diagonal, e);
     for (i = 0; i < n; i++)
         s.D[i] = exp2l(e[i]);
     for (i = 0; i < n; i++) {
@@ -220,27 +248,45 @@ static wide through_noise(const scaled *s, const wide *z, double tol, int32_t i)
     return sum;
 }
 
+static void carry(int32_t n, const scaled *s, const wide *z, double tol, int unit, wide *carried,
+                  wide *zhat)
+{
+    wide *near = fuzz_take(n, sizeof *near), *largest = fuzz_take(n, sizeof *largest);
+    int32_t i, j, empty;
+
+    for (j = 0; j < n; j++)
+        for (near[j] = oracle_abs(z[j]) / s->D[j], i = 0; i < n; i++)
+            if (s->joined[i * n + j])
+                near[j] = larger(near[j], s->t[i] / s->A[i * n + j]);
+    spread(s, largest);
+    for (i = 0; i < n; i++) {
+        wide sum = s->t[i] + larger(1e-5, 16 * DBL_EPSILON / tol) * largest[i] +
+                   through_noise(s, z, tol, i) / tol + unit * larger(1, s->D[i]);
+
+        for (j = 0; j < n; j++)
+            sum += s->A[i * n + j] * near[j];
+        carried[i] = larger(carried[i], sum / s->D[i]);
+        for (empty = 1, j = 0; j < n; j++)
+            empty = empty && s->A[j * n + i] == 0;
+        if (zhat) /* a variable of no row has no unit but 1 */
+            zhat[i] = larger(zhat[i], empty ? larger(near[i] * s->D[i], 1) : near[i] * s->D[i]);
+    }
+}
+
 void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, double tol, int unit,
                     wide *carried, wide *zhat)
 {
-    scaled s = scale(n, A, t, tol);
-    wide *near = fuzz_take(n, sizeof *near), *largest = fuzz_take(n, sizeof *largest);
-    int32_t i, j;
+    int32_t i, from_diagonal;
 
-    for (j = 0; j < n; j++)
-        for (near[j] = oracle_abs(z[j]) / s.D[j], i = 0; i < n; i++)
-            if (s.joined[i * n + j])
-                near[j] = larger(near[j], s.t[i] / s.A[i * n + j]);
-    spread(&s, largest);
     for (i = 0; i < n; i++) {
-        wide sum = s.t[i] + larger(1e-5, 16 * DBL_EPSILON / tol) * largest[i] +
-                   through_noise(&s, z, tol, i) / tol + unit * larger(1, s.D[i]);
-
-        for (j = 0; j < n; j++)
-            sum += s.A[i * n + j] * near[j];
-        carried[i] = sum / s.D[i];
+        carried[i] = 0;
         if (zhat)
-            zhat[i] = near[i] * s.D[i];
+            zhat[i] = 0;
+    }
+    for (from_diagonal = 0; from_diagonal < 2; from_diagonal++) {
+        const scaled s = scale(n, A, t, tol, from_diagonal);
+
+        carry(n, &s, z, tol, unit, carried, zhat);
     }
 }
 

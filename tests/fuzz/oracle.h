@@ -11,11 +11,13 @@
  * of tol where the outcome is rounding_limit). It is the second witness of the library's own
  * definition of 'solved', written again from its text; the factor 1e3 is for other choices of the
  * units, of what is significant, and for the first witness, so that what fails here is false by any
- * reading. A contact is one thing: its rows are judged beside the largest of them. Allowed on top
- * is what couplings that are not significant bring in, up to tol of what their own rows carry (a
- * problem may be read as the parts that it falls into without them). What the grid of the denormals
- * makes of z is allowed on top; and where q = 0 a unit of 1, as perp/lcp.h and perp/contact.h say
- * (a problem without a size has no other). */
+ * reading. Units are not unique where the largest entries leave a row and a column free to trade a
+ * factor, M = [[e, 1], [1, 0]]: the larger of what is carried counts, in units found from the
+ * caller's and from those of the diagonal. A contact is one thing: its rows are judged beside the
+ * largest of them. Allowed on top is what couplings that are not significant bring in, up to tol of
+ * what their own rows carry (a problem may be read as the parts that it falls into without them).
+ * What the grid of the denormals makes of z is allowed on top; and where q = 0 a unit of 1, as
+ * perp/lcp.h and perp/contact.h say (a problem without a size has no other). */
 #ifndef PERP_TESTS_ORACLE_H
 #define PERP_TESTS_ORACLE_H
 

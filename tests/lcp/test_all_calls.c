@@ -1,4 +1,5 @@
 /* perp_lcp_all: bounds, limits, callbacks, refusals, memory. */
+#include <float.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -442,6 +443,33 @@ static void test_reports_are_finite(void **state)
     }
 }
 
+static int32_t require_vertex(const perp_lcp_found *found, void *user)
+{
+    int32_t *count = user;
+
+    assert_true(found->z[0] == 1e200 && found->vertex_count == 1 && found->vertices[0] == 1e200);
+    ++*count;
+    return 0;
+}
+
+/* w = 4 z + 1e-308 at z >= 1e200. In units of q both bounds are beyond the doubles; the vertex is
+ * the bound that the point is at. */
+static void test_bounds_out_of_range(void **state)
+{
+    static const double M = 4, q = 1e-308, lower = 1e200, upper = DBL_MAX;
+    perp_lcp_enumeration result = fresh();
+    perp_matrix view;
+    int32_t count = 0;
+
+    (void)state;
+    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+    perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 1, 1, &M, 1);
+    assert_int_equal(
+        perp_lcp_all(context, &result, NULL, &view, &q, &lower, &upper, require_vertex, &count),
+        PERP_OK);
+    assert_int_equal(count, 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -457,6 +485,7 @@ int main(void)
         cmocka_unit_test(test_memory),
         cmocka_unit_test(test_a_solution_out_of_range),
         cmocka_unit_test(test_reports_are_finite),
+        cmocka_unit_test(test_bounds_out_of_range),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

@@ -283,6 +283,34 @@ static void test_overflow_on_the_way(void **state)
     perp_lcp_solver_destroy(solver);
 }
 
+/* w_0 = -1e300 at z_0's bound, the largest double: what z_0 may be overflows, and is not next to an
+ * upper bound at infinity for that. */
+static void test_next_to_infinity(void **state)
+{
+    static const double M[4] = {0, -1e129, 0, 0}, q[2] = {-1e300, 0};
+    static const double lower[2] = {DBL_MAX, 1e154}, upper[2] = {INFINITY, INFINITY};
+    int32_t scaling;
+
+    (void)state;
+    for (scaling = 0; scaling < 2; scaling++) {
+        perp_lcp_solver *solver = posed(2, M, lower, upper, q);
+        perp_lcp_settings settings = solver->settings;
+        perp__evaluation worth;
+        perp_matrix view;
+
+        settings.scaling = scaling;
+        assert_int_equal(perp_lcp_solver_set(solver, &settings), PERP_OK);
+        assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
+        perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 2, 2, M, 2);
+        assert_int_equal(perp_lcp_solver_setup(solver, &view, lower, upper), PERP_OK);
+        perp__scale_problem(solver, q);
+        memcpy(solver->z, lower, sizeof lower);
+        worth = perp__evaluate(solver);
+        assert_true(perp__lcp_evidence(solver, &worth, DBL_MAX).own >= 0.5); /* of its terms */
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
 /* A variable that no row and no number holds: at infinity it is no answer, whatever w is. */
 static void test_not_finite(void **state)
 {
@@ -345,6 +373,7 @@ int main(void)
         cmocka_unit_test(test_roundings_travel),
         cmocka_unit_test(test_small_rows_count),
         cmocka_unit_test(test_overflow_on_the_way),
+        cmocka_unit_test(test_next_to_infinity),
         cmocka_unit_test(test_not_finite),
         cmocka_unit_test(test_w_out_of_range),
     };

@@ -237,3 +237,24 @@ def test_answers_of_a_step():
         wedge.step(0, [0, 0], [0, 0], 1e-2, select="best")
     with pytest.raises(perp.Error, match="h is 0"):
         wedge.answers(0, [0, 0], [0, 0], 0)
+
+
+def test_search_with_dry_friction():
+    """What one start of the search finds does not spoil the next: dry friction starts to slip to
+    one side in one answer, to the other in another."""
+    rows = np.zeros(1), np.array([[2.0, 2.0]]), np.array([[-4.0, 0.0]])
+    m = perp.Mechanism(
+        2,
+        mass=lambda q: np.eye(2),
+        force=lambda t, q, v: np.array([4.0, -3.0]),
+        contacts=lambda q: rows,
+        mu=3.0,
+        tresca=lambda t, q, v: (np.ones(1), np.array([[-2.0, 2.0]])),
+    )
+    everything = m.accelerations(0, np.zeros(2), np.zeros(2))
+    some = m.accelerations(0, np.zeros(2), np.zeros(2), most_patterns=1)
+    assert everything.exhaustive and everything.count == 3
+    assert not some.exhaustive and some.count >= 2
+    for s in some:
+        distances = [abs(s.acceleration - e.acceleration).max() for e in everything]
+        assert min(distances) < 1e-12  # of forces near 1

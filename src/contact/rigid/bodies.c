@@ -127,6 +127,7 @@ static void list_units(perp__bodies *b)
 perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem *problem)
 {
     perp_status status;
+    size_t sizes[5];
 
     b->contacts = problem->contacts;
     b->size = b->units = 0;
@@ -142,7 +143,12 @@ perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem 
     b->v_free = problem->free;
     b->most_pieces = 2;
     b->most_rows = 3;
-    status = perp__arena_fit(&b->units_arena, layout, b);
+    sizes[0] = (size_t)b->units;
+    sizes[1] = (size_t)b->size;
+    sizes[2] = (size_t)b->size * (size_t)b->width;
+    sizes[3] = (size_t)b->blocks;
+    sizes[4] = (size_t)b->n;
+    status = perp__arena_fit_sizes(&b->units_arena, layout, b, b->fitted, sizes, 5);
     if (status != PERP_OK)
         return status;
     memset(b->compliance, 0, (size_t)b->size * sizeof *b->compliance);

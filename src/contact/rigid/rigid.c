@@ -7,14 +7,6 @@
 
 #include "base/context.h"
 
-struct perp__rigid_solver {
-    perp_contact_solver *solver;
-    perp__arena arena;
-    double *warm; /* rows */
-    int32_t room;
-    int32_t is_set_up;
-};
-
 static void lay_out(perp__arena *arena, void *object)
 {
     perp__rigid_solver *own = object;
@@ -82,7 +74,12 @@ static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *pro
     s->units = s->bodies.units;
     s->n = s->bodies.n;
     s->setups++;
-    status = perp__arena_fit(&s->arena, perp__contact_lay_out, s);
+    s->sizes[0] = (size_t)s->contacts;
+    s->sizes[1] = (size_t)s->size;
+    s->sizes[2] = (size_t)s->units;
+    s->sizes[3] = (size_t)s->n;
+    s->sizes[4] = (size_t)s->bodies.blocks;
+    status = perp__arena_fit_sizes(&s->arena, perp__contact_lay_out, s, s->fitted, s->sizes, 5);
     if (status != PERP_OK)
         return status;
     keep_rows(s, problem);
@@ -158,6 +155,8 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     if (status == PERP_OK && problem->warm && s->size > solver->room) {
         solver->room = s->size;
         status = perp__arena_fit(&solver->arena, lay_out, solver);
+        if (status != PERP_OK)
+            solver->room = 0;
     }
     solver->is_set_up = status == PERP_OK;
     s->rigid = problem;

@@ -9,6 +9,14 @@
 /* A tolerance from which on the verdict is in plain doubles. */
 #define PERP__RIGID_PLAIN 1e-6
 
+struct perp__rigid_solver {
+    perp_contact_solver *solver;
+    perp__arena arena;
+    double *warm; /* rows */
+    int32_t room;
+    int32_t is_set_up;
+};
+
 /* v and q of the free velocities. */
 void perp__rigid_load(perp_contact_solver *solver);
 

@@ -18,7 +18,7 @@ typedef struct doubled {
     double sum, error;
 } doubled;
 
-static void add_product(doubled *x, double a, double b)
+PERP__KERNEL static void add_product(doubled *x, double a, double b)
 {
     const double product = a * b, next = x->sum + product, part = next - x->sum;
 
@@ -37,33 +37,47 @@ static void split(doubled x, double *high, double *low)
 
 /* The velocity of what a unit's side is on: NULL where that is the world at rest. v: of the bodies;
  * carriers have their own. */
-static const double *velocity_of(const perp_contact_solver *solver, int32_t body, const double *v)
+PERP__KERNEL static const double *velocity_of(const perp__rigid_problem *p, int32_t body,
+                                              const double *v)
 {
-    const perp__rigid_problem *p = solver->rigid;
-
     if (body < 0)
         return NULL;
     return (body < p->bodies ? v : p->free) + (size_t)body * (size_t)p->width;
 }
 
-/* u of row i of g, rounded once; v_low: what v lacks, NULL: nothing. */
-static double relative(const perp_contact_solver *solver, const perp__rigid_rows *g, int32_t i,
-                       const double *v, const double *v_low)
+/* u of row i of g, rounded once; v_low: what v lacks. */
+PERP__KERNEL static double relative(int32_t width, const perp__rigid_problem *p,
+                                    const perp__rigid_rows *g, int32_t i, const double *v,
+                                    const double *v_low)
 {
-    const perp__rigid_problem *p = solver->rigid;
     doubled u = {g->bias[i], 0.0};
 
     for (int32_t side = 0; side < 2; side++) {
-        const double *x = velocity_of(solver, g->body[side], v), *J = g->rows[side][i];
+        const double *x = velocity_of(p, g->body[side], v), *J = g->rows[side][i];
+        const double *low = v_low + (int64_t)g->body[side] * width;
 
-        for (int32_t j = 0; x && j < p->width; j++)
+        if (!x)
+            continue;
+        for (int32_t j = 0; j < width; j++)
             add_product(&u, J[j], x[j]);
-        if (v_low && g->body[side] >= 0 && g->body[side] < p->bodies)
-            for (int32_t j = 0; j < p->width; j++)
-                u.error += J[j] * v_low[(size_t)g->body[side] * (size_t)p->width + (size_t)j];
+        for (int32_t j = 0; g->body[side] < p->bodies && j < width; j++)
+            u.error += J[j] * low[j];
     }
     return u.sum + u.error;
 }
+
+PERP__KERNEL static void relative_doubled_loops(const perp__rigid_problem *p, const double *v,
+                                                const double *v_low, double *u)
+{
+    for (int32_t k = 0; k < p->contacts + p->joints; k++)
+        for (int32_t i = 0; i < p->rows[k].dim; i++)
+            *u++ = p->width == 6 ? relative(6, p, &p->rows[k], i, v, v_low)
+                                 : relative(p->width, p, &p->rows[k], i, v, v_low);
+}
+
+PERP__MULTIVERSION(relative_doubled,
+                   (const perp__rigid_problem *p, const double *v, const double *v_low, double *u),
+                   (p, v, v_low, u))
 
 /* q of the units of one contact or joint, in plain doubles */
 PERP__KERNEL static void load_rows(int32_t width, int32_t dim, const perp__rigid_problem *p,
@@ -102,7 +116,6 @@ PERP__MULTIVERSION(load, (const perp__rigid_problem *p, double *q), (p, q))
 void perp__rigid_load(perp_contact_solver *solver)
 {
     const perp__rigid_problem *p = solver->rigid;
-    int32_t row = 0;
 
     if (solver->n > 0)
         memcpy(solver->v, p->free, (size_t)solver->n * sizeof *solver->v);
@@ -110,9 +123,9 @@ void perp__rigid_load(perp_contact_solver *solver)
         load(p, solver->q);
         return;
     }
-    for (int32_t k = 0; k < p->contacts + p->joints; k++)
-        for (int32_t i = 0; i < p->rows[k].dim; i++)
-            solver->q[row++] = relative(solver, &p->rows[k], i, solver->v, NULL);
+    if (solver->n > 0)
+        memset(solver->v_low, 0, (size_t)solver->n * sizeof *solver->v_low);
+    relative_doubled(p, solver->v, solver->v_low, solver->q);
 }
 
 void perp__rigid_bias(const perp_contact_solver *solver, double *u)
@@ -130,6 +143,20 @@ void perp__rigid_bias(const perp_contact_solver *solver, double *u)
                            p->free[(size_t)g->body[side] * (size_t)p->width + (size_t)j];
             *u++ = sum;
         }
+}
+
+static double plain_row(const perp__rigid_problem *p, const perp__rigid_rows *g, int32_t i,
+                        const double *v)
+{
+    double u = g->bias[i];
+
+    for (int32_t side = 0; side < 2; side++) {
+        const double *x = velocity_of(p, g->body[side], v);
+
+        for (int32_t j = 0; x && j < p->width; j++)
+            u += g->rows[side][i][j] * x[j];
+    }
+    return u;
 }
 
 /* A carrier that does not move is as good as none. */
@@ -163,7 +190,7 @@ void perp__rigid_held_velocities(const perp_contact_solver *solver, const double
         for (int32_t i = 0; i < g->dim; i++, row++) {
             const int32_t holds = k < p->contacts ? i < solver->hold.holds[unit] : 1;
 
-            u[row] = holds ? 0.0 : is_one ? g->bias[i] : relative(solver, g, i, v, NULL);
+            u[row] = holds ? 0.0 : is_one ? g->bias[i] : plain_row(p, g, i, v);
         }
         unit += k < p->contacts ? 1 : g->dim;
     }
@@ -191,14 +218,15 @@ void perp__rigid_beside(const perp_contact_solver *solver, const int8_t *holds, 
 }
 
 /* out := C x or, transposed, C'x of every body; x + x_low and out + out_low. */
-static void apply(const perp_contact_solver *solver, int32_t transposed, const double *x,
-                  const double *x_low, double *out, double *out_low)
+PERP__KERNEL static void apply_loops(const perp__rigid_problem *p, int32_t transposed,
+                                     const double *x, const double *x_low, double *out,
+                                     double *out_low)
 {
-    const int32_t width = solver->rigid->width;
+    const int32_t width = p->width;
     const int32_t row = transposed ? 1 : width, column = transposed ? width : 1;
-    const double *C = solver->rigid->factors;
+    const double *C = p->factors;
 
-    for (int32_t b = 0; b < solver->rigid->bodies; b++, C += width * width)
+    for (int32_t b = 0; b < p->bodies; b++, C += width * width)
         for (int32_t i = 0; i < width; i++) {
             const size_t at = (size_t)b * (size_t)width;
             doubled sum = {0.0, 0.0};
@@ -211,51 +239,67 @@ static void apply(const perp_contact_solver *solver, int32_t transposed, const d
         }
 }
 
-/* push := J'r */
-static void push(perp_contact_solver *solver)
+PERP__MULTIVERSION(apply,
+                   (const perp__rigid_problem *p, int32_t transposed, const double *x,
+                    const double *x_low, double *out, double *out_low),
+                   (p, transposed, x, x_low, out, out_low))
+
+/* sum + error += J_i r for the bodies of a contact or joint */
+PERP__KERNEL static void push_rows(int32_t width, const perp__rigid_problem *p,
+                                   const perp__rigid_rows *g, const double *r, double *sum,
+                                   double *error)
 {
-    const perp__rigid_problem *p = solver->rigid;
-    const size_t bytes = (size_t)solver->n * sizeof(double);
-    const double *r = solver->r;
+    for (int32_t side = 0; side < 2; side++) {
+        const int64_t at = (int64_t)g->body[side] * width;
 
-    if (solver->n == 0)
-        return;
-    memset(solver->push, 0, bytes);
-    memset(solver->push_low, 0, bytes);
-    for (int32_t k = 0; k < p->contacts + p->joints; k++)
-        for (int32_t i = 0; i < p->rows[k].dim; i++, r++)
-            for (int32_t side = 0; side < 2; side++) {
-                const int32_t body = p->rows[k].body[side];
-                const size_t at = (size_t)body * (size_t)p->width;
+        if (g->body[side] < 0 || g->body[side] >= p->bodies)
+            continue;
+        for (int32_t i = 0; i < g->dim; i++)
+            for (int32_t j = 0; j < width; j++) {
+                doubled x = {sum[at + j], error[at + j]};
 
-                for (int32_t j = 0; body >= 0 && body < p->bodies && j < p->width; j++) {
-                    const size_t to = at + (size_t)j;
-                    doubled sum = {solver->push[to], solver->push_low[to]};
-
-                    add_product(&sum, p->rows[k].rows[side][i][j], *r);
-                    solver->push[to] = sum.sum;
-                    solver->push_low[to] = sum.error;
-                }
+                add_product(&x, g->rows[side][i][j], r[i]);
+                sum[at + j] = x.sum;
+                error[at + j] = x.error;
             }
+    }
 }
+
+PERP__KERNEL static void push_loops(const perp__rigid_problem *p, const double *r, double *sum,
+                                    double *error)
+{
+    for (int32_t k = 0; k < p->contacts + p->joints; k++) {
+        if (p->width == 6)
+            push_rows(6, p, &p->rows[k], r, sum, error);
+        else
+            push_rows(p->width, p, &p->rows[k], r, sum, error);
+        r += p->rows[k].dim;
+    }
+}
+
+PERP__MULTIVERSION(push,
+                   (const perp__rigid_problem *p, const double *r, double *sum, double *error),
+                   (p, r, sum, error))
 
 static void doubled_velocities(perp_contact_solver *solver)
 {
     const perp__rigid_problem *p = solver->rigid;
-    int32_t row = 0;
+    const size_t bytes = (size_t)solver->n * sizeof(double);
 
-    push(solver);
-    apply(solver, 1, solver->push, solver->push_low, solver->v, solver->v_low);
-    apply(solver, 0, solver->v, solver->v_low, solver->push, solver->push_low);
+    if (bytes > 0) {
+        memset(solver->push, 0, bytes);
+        memset(solver->push_low, 0, bytes);
+    }
+    push(p, solver->r, solver->push, solver->push_low);
+    apply(p, 1, solver->push, solver->push_low, solver->v, solver->v_low);
+    apply(p, 0, solver->v, solver->v_low, solver->push, solver->push_low);
     for (int32_t i = 0; i < solver->n; i++) {
         doubled sum = {p->free[i], solver->push_low[i]};
 
         add_product(&sum, 1.0, solver->push[i]);
         split(sum, &solver->v[i], &solver->v_low[i]);
     }
-    for (int32_t k = 0; k < p->contacts + p->joints; k++)
-        for (int32_t i = 0; i < p->rows[k].dim; i++)
-            solver->u[row++] = relative(solver, &p->rows[k], i, solver->v, solver->v_low);
+    relative_doubled(p, solver->v, solver->v_low, solver->u);
 }
 
 /* v := v_free + C y */

@@ -240,4 +240,4 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
 }
 
 const perp__contact_method perp__contact_sweep = {
-    METHOD_SWEEP, sizeof(perp__sweep_work), 1, 0, check, perp__sweep_layout, solve, NULL};
+    METHOD_SWEEP, sizeof(perp__sweep_work), 1, 0, 1, check, perp__sweep_layout, solve, NULL};

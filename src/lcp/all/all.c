@@ -10,6 +10,7 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
+#include "lcp/candidate.h"
 #include "lcp/settings.h"
 #include "linalg/lines.h"
 
@@ -20,6 +21,22 @@ PERP__INIT(perp_lcp_enumeration)
 
 /* ---- reports ------------------------------------------------------------------------------- */
 
+/* z_i of a vertex in the caller's units: where its pattern has it at a bound, that bound, for two
+ * bounds beyond the range of scaled doubles look alike. */
+static double vertex_entry(const perp_lcp_solver *solver, int32_t i, int8_t place, double scaled)
+{
+    const double lower = solver->lower[i], upper = solver->upper[i];
+
+    switch (place) {
+    case PERP__BETWEEN:
+        return perp__clamp(perp__z_exact(solver, i, scaled), lower, upper);
+    case PERP__AT_UPPER:
+        return upper;
+    default:
+        return lower;
+    }
+}
+
 /* Vertices in the caller's units, rays with largest entry 1 there. */
 static void to_caller(const perp_lcp_solver *solver, perp__answer *answer)
 {
@@ -29,8 +46,7 @@ static void to_caller(const perp_lcp_solver *solver, perp__answer *answer)
         double *x = answer->points + (size_t)k * (size_t)solver->n, largest = 0.0;
 
         for (i = 0; i < solver->n; i++) {
-            x[i] = k < answer->vertices ? perp__clamp(perp__z_exact(solver, i, x[i]),
-                                                      solver->lower[i], solver->upper[i])
+            x[i] = k < answer->vertices ? vertex_entry(solver, i, answer->pattern[i], x[i])
                                         : perp__z_caller(solver, i, x[i]);
             largest = fmax(largest, fabs(x[i]));
         }
@@ -160,7 +176,7 @@ static void limit(perp__lcp_all *all, double started)
     all->limit = solver->settings.max_iterations;
 }
 
-void perp__lcp_all_init(perp__lcp_all *all, perp_lcp_solver *solver)
+static void all_init(perp__lcp_all *all, perp_lcp_solver *solver)
 {
     perp_context *context = solver->context;
 
@@ -169,11 +185,13 @@ void perp__lcp_all_init(perp__lcp_all *all, perp_lcp_solver *solver)
     all->solver = solver;
     all->answers.holds = perp__lcp_all_holds;
     all->answers.user = all;
-    all->polyhedron.least = PERP__ALL_NOISE;
+    all->polyhedron.least = all->polyhedron.row_rounding = PERP__ALL_NOISE;
     perp__arena_init(&all->arena, context);
 }
 
-perp_status perp__lcp_all_prepare(perp__lcp_all *all)
+/* Lays out the memory and the equilibrated matrix of the solver's problem, which is scaled
+ * (perp__scale_problem). */
+static perp_status all_prepare(perp__lcp_all *all)
 {
     perp_lcp_solver *solver = all->solver;
     const int32_t n = all->n = solver->n;
@@ -212,7 +230,7 @@ perp_status perp__lcp_all_prepare(perp__lcp_all *all)
     return PERP_OK;
 }
 
-void perp__lcp_all_release(perp__lcp_all *all)
+static void all_release(perp__lcp_all *all)
 {
     perp__answers_release(&all->answers);
     perp__cone_release(&all->polyhedron.cone);
@@ -251,7 +269,7 @@ static perp_status run(perp__lcp_all *all, const double *q)
 
     limit(all, started);
     perp__scale_problem(all->solver, q);
-    status = perp__lcp_all_prepare(all);
+    status = all_prepare(all);
     all->result.outcome = PERP_OUTCOME_SOLVED;
     if (status == PERP_OK && !is_finite(all))
         all->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;
@@ -274,14 +292,14 @@ static perp_status find_all(perp_lcp_solver *solver, perp_lcp_enumeration *resul
     perp__lcp_all all;
     perp_status status = check(solver->context, solver, result, q);
 
-    perp__lcp_all_init(&all, solver);
+    all_init(&all, solver);
     all.visit = visitor;
     all.user = user;
     if (status == PERP_OK)
         status = run(&all, q);
     if (status == PERP_OK)
         perp__struct_write(result, &all.result, sizeof all.result);
-    perp__lcp_all_release(&all);
+    all_release(&all);
     return status;
 }
 
@@ -303,4 +321,67 @@ perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
         status = find_all(solver, result, q, visitor, user);
     perp__lcp_destroy(solver);
     return perp__leave(context, status);
+}
+
+/* ---- the last word -------------------------------------------------------------------------- */
+
+/* The last word on small problems: where pivoting, sweeps and Newton's method have found no
+ * solution, the tree of index sets (patterns/patterns.h) is searched for the first that the gate
+ * takes. At most 3^12 index sets, and few of them are reached. */
+
+/* Largest n: there a search that finds nothing takes milliseconds. */
+#define PERP__LARGEST_LAST_WORD 12
+
+static perp__lcp_all *tree_of(perp_lcp_solver *solver)
+{
+    if (!solver->tree) {
+        solver->tree = perp__allocate(solver->context, 1, sizeof *solver->tree);
+        if (!solver->tree)
+            return NULL;
+        all_init(solver->tree, solver);
+        solver->tree->first = 1;
+    }
+    return solver->tree;
+}
+
+int32_t perp__has_last_word(const perp_lcp_solver *solver)
+{
+    return solver->settings.method == PERP_LCP_AUTO && solver->n <= PERP__LARGEST_LAST_WORD;
+}
+
+perp_status perp__last_word(perp_lcp_solver *solver)
+{
+    perp__lcp_all *tree = tree_of(solver);
+    perp_status status;
+
+    if (!tree)
+        return perp__fail_memory(solver->context, "the tree of index sets");
+    tree->aborted = tree->found = 0;
+    memset(&tree->result, 0, sizeof tree->result);
+    if (solver->settings.max_iterations > 0)
+        tree->limit = solver->settings.max_iterations - solver->spent;
+    solver->control.method = PERP_LCP_PATTERNS;
+    solver->control.deadline = solver->deadline;
+    solver->correct = NULL;
+    status = all_prepare(tree);
+    if (status == PERP_OK)
+        status = perp__lcp_all_search(tree);
+    if (status == PERP_OK && tree->aborted)
+        status = perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
+    if (status != PERP_OK)
+        return status;
+    solver->spent += tree->result.nodes;
+    if (tree->found)
+        perp__consider_point(solver, PERP_LCP_PATTERNS);
+    else if (tree->tree.ended)
+        solver->ended = tree->result.outcome;
+    return PERP_OK;
+}
+
+void perp__last_word_release(perp_lcp_solver *solver)
+{
+    if (!solver->tree)
+        return;
+    all_release(solver->tree);
+    perp__release(solver->context, solver->tree);
 }

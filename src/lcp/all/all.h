@@ -53,12 +53,6 @@ typedef struct perp__lcp_all {
     int32_t found;   /* which is left in solver->z, with w_high */
 } perp__lcp_all;
 
-void perp__lcp_all_init(perp__lcp_all *all, perp_lcp_solver *solver);
-
-/* Lays out the memory and the equilibrated matrix of the solver's problem, which is scaled
- * (perp__scale_problem). PERP_OK or _MEMORY. */
-perp_status perp__lcp_all_prepare(perp__lcp_all *all);
-
 /* Visits all index sets that are not ruled out on the way. */
 perp_status perp__lcp_all_search(perp__lcp_all *all);
 
@@ -80,8 +74,6 @@ int32_t perp__lcp_all_holds(void *user, perp__answer *outer, const perp__answer 
 
 /* Tells the visitor; the answer's points are in the caller's units afterwards. */
 void perp__lcp_all_report(perp__lcp_all *all, perp__answer *answer);
-
-void perp__lcp_all_release(perp__lcp_all *all);
 
 /* ---- the last word of `auto` on small problems ----------------------------------------------- */
 

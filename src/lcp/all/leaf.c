@@ -229,55 +229,37 @@ static void find_affine_set(perp__lcp_all *all, const perp__tableau *level)
         direction(all, k)[level->columns[k]] = 1.0;
 }
 
-/* constant + sum_k t_k sign row[columns[k]] >= 0. `size` measures the row. */
-static void cut(perp__polyhedron *p, double constant, double sign, const double *row,
-                const int8_t *columns, double size)
+/* sign (constant + row . z) >= 0 */
+static void cut(perp__lcp_all *all, double sign, double constant, const double *row)
 {
-    double *a = perp__polyhedron_next(p);
-    int32_t k;
+    perp__inequality g = {sign * constant, 0.0, all->work, 0};
+    int32_t j;
 
-    a[0] = fabs(constant) <= PERP__ALL_NOISE * size ? 0.0 : constant;
-    for (k = 0; k < p->dimension; k++) {
-        const double entry = sign * row[columns ? columns[k] : k];
-
-        a[k + 1] = fabs(entry) <= PERP__ALL_NOISE * size ? 0.0 : entry;
-    }
-    perp__polyhedron_add(p);
+    for (j = 0; j < all->n; j++)
+        all->work[j] = sign * row[j];
+    perp__polyhedron_cut(&all->polyhedron, &g);
 }
 
-/* Both bounds of a variable with this constant and these coefficients. */
-static void cut_bounds(perp__lcp_all *all, int32_t variable, double constant, const double *row,
-                       const int8_t *columns)
+/* Bounds of what is between them, signs of w at the others. */
+static void cut_all(perp__lcp_all *all)
 {
-    const double l = all->solver->lower_scaled[variable], u = all->solver->upper_scaled[variable];
-    const double size = 1.0 + fabs(constant);
-
-    if (l > -INFINITY)
-        cut(&all->polyhedron, constant - l, 1.0, row, columns, size);
-    if (u < INFINITY)
-        cut(&all->polyhedron, u - constant, -1.0, row, columns, size);
-}
-
-static void cut_all(perp__lcp_all *all, const perp__tableau *level)
-{
-    double *unit = all->work;
-    int32_t i, k;
+    double *unit = all->work + all->n;
+    int32_t i;
 
     for (i = 0; i < all->n; i++) {
-        const double *T = row_of(all, level, i);
-        const double size = all->row_sizes[i] + fabs(T[all->n]);
+        const double l = all->solver->lower_scaled[i], u = all->solver->upper_scaled[i];
+        const double *row = row_of(all, &all->levels[0], i);
 
-        if (level->kind[i] == PERP__ROW_W_LOWER)
-            cut(&all->polyhedron, T[all->n], 1.0, T, level->columns, size);
-        else if (level->kind[i] == PERP__ROW_W_UPPER)
-            cut(&all->polyhedron, -T[all->n], -1.0, T, level->columns, size);
-        else if (level->kind[i] == PERP__ROW_Z)
-            cut_bounds(all, level->basic[i], T[all->n], T, level->columns);
-    }
-    for (k = 0; k < level->pending; k++) {
-        memset(unit, 0, (size_t)level->pending * sizeof *unit);
-        unit[k] = 1.0;
-        cut_bounds(all, level->columns[k], 0.0, unit, NULL);
+        memset(unit, 0, (size_t)all->n * sizeof *unit);
+        unit[i] = 1.0;
+        if (all->places[i] == PERP__AT_LOWER)
+            cut(all, 1.0, row[all->n], row);
+        else if (all->places[i] == PERP__AT_UPPER)
+            cut(all, -1.0, row[all->n], row);
+        if (all->places[i] == PERP__BETWEEN && l > -INFINITY)
+            cut(all, 1.0, -l, unit);
+        if (all->places[i] == PERP__BETWEEN && u < INFINITY)
+            cut(all, -1.0, -u, unit);
     }
 }
 
@@ -361,7 +343,7 @@ perp_status perp__lcp_all_family(perp__lcp_all *all, const perp__tableau *level)
     status = perp__polyhedron_begin(&all->polyhedron, 2 * all->n, level->pending);
     if (status != PERP_OK)
         return status;
-    cut_all(all, level);
+    cut_all(all);
     status = perp__polyhedron_enumerate(&all->polyhedron, &all->answers);
     if (status == PERP_OK && all->first)
         offer_vertices(all);

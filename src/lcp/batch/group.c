@@ -54,9 +54,9 @@ void perp__batch_group_layout(perp__arena *arena, void *object)
     g->own = perp__arena_take(arena, (size_t)g->width, sizeof(double));
 }
 
-/* Copies the matrices, a stream a problem. */
-PERP__KERNEL static void read_matrices_loops(size_t entries, size_t width, double *restrict into,
-                                             const double *const *from)
+/* Copies numbers, a stream a problem. */
+PERP__KERNEL static void interleave_loops(size_t entries, size_t width, double *restrict into,
+                                          const double *const *from)
 {
     size_t i, k;
 
@@ -66,16 +66,14 @@ PERP__KERNEL static void read_matrices_loops(size_t entries, size_t width, doubl
 }
 
 /* Eight and four streams have loops of their own, which compilers unroll. */
-static void read_matrices(const perp__batch_group *g, const double *const *from)
+static void interleave(size_t entries, int32_t width, double *into, const double *const *from)
 {
-    const size_t entries = (size_t)g->n * (size_t)g->n;
-
-    if (g->width == 8)
-        read_matrices_loops(entries, 8, g->M, from);
-    else if (g->width == 4)
-        read_matrices_loops(entries, 4, g->M, from);
+    if (width == 8)
+        interleave_loops(entries, 8, into, from);
+    else if (width == 4)
+        interleave_loops(entries, 4, into, from);
     else
-        read_matrices_loops(entries, (size_t)g->width, g->M, from);
+        interleave_loops(entries, (size_t)width, into, from);
 }
 
 static uint64_t bits_of(double value)
@@ -92,13 +90,9 @@ static int32_t binary_exponent(double value)
     return (int32_t)(bits_of(value) >> 52 & 0x7ff) - 1023;
 }
 
-static double power_of_two(int32_t e)
+static uint64_t bits_of_power(int32_t e)
 {
-    const uint64_t bits = (uint64_t)(e + 1023) << 52;
-    double power;
-
-    memcpy(&power, &bits, sizeof power);
-    return power;
+    return (uint64_t)(e + 1023) << 52;
 }
 
 /* As perp__unit_diagonal for normal numbers: their half exponents never reach its limits. */
@@ -116,6 +110,7 @@ static int32_t read_units(const perp__batch_group *g, int32_t scaling, size_t la
     const size_t n = (size_t)g->n, width = (size_t)g->width;
     int32_t exponents[PERP__BATCH_LARGEST];
     int32_t omega = INT32_MIN, takes = 1;
+    uint64_t twice; /* what omega^2 adds to the bits of a power of two */
     size_t i;
 
     for (i = 0; i < n; i++) {
@@ -131,12 +126,15 @@ static int32_t read_units(const perp__batch_group *g, int32_t scaling, size_t la
     if (omega == INT32_MIN)
         omega = 0;
     takes &= omega > -480 && omega < 480; /* |e| <= 512 */
-    for (i = 0; i < n; i++) {             /* a lane that is not taken runs along in units of 1 */
-        const int32_t e = takes ? exponents[i] : 0, shift = takes ? omega : 0;
+    omega = takes ? omega : 0;            /* a lane that is not taken runs along in units of 1 */
+    twice = (uint64_t)(2 * omega) << 52;
+    for (i = 0; i < n; i++) {
+        const uint64_t size = bits_of_power(takes ? exponents[i] + omega : 0);
+        const uint64_t z_unit = 2 * bits_of_power(0) - size, w_unit = size - twice;
 
-        g->size[i * width + lane] = power_of_two(e + shift);
-        g->z_unit[i * width + lane] = power_of_two(-e - shift);
-        g->w_unit[i * width + lane] = power_of_two(e - shift);
+        memcpy(g->size + i * width + lane, &size, sizeof size);
+        memcpy(g->z_unit + i * width + lane, &z_unit, sizeof z_unit);
+        memcpy(g->w_unit + i * width + lane, &w_unit, sizeof w_unit);
     }
     return takes;
 }
@@ -178,9 +176,7 @@ void perp__batch_group_read(perp__batch_group *group, const perp__batch_data *da
                             int32_t *takes)
 {
     const size_t n = (size_t)group->n;
-    const size_t width = (size_t)group->width;
-    const double *from[8];
-    size_t i;
+    const double *M[8] = {NULL}, *q[8] = {NULL};
     int32_t k;
 
     group->has_free = 0;
@@ -191,15 +187,15 @@ void perp__batch_group_read(perp__batch_group *group, const perp__batch_data *da
     for (k = 0; k < group->width; k++) {
         const int64_t problem = first + k < data->count ? first + k : data->count - 1;
 
-        from[k] = data->M + (size_t)problem * n * n;
-        for (i = 0; i < n; i++)
-            group->q[i * width + (size_t)k] = data->q[(size_t)problem * n + i];
+        M[k] = data->M + (size_t)problem * n * n;
+        q[k] = data->q + (size_t)problem * n;
         if (!group->rests_at_zero)
             read_bounds(group, data, problem, (size_t)k);
     }
     if (group->rests_at_zero)
         start_at_zero(group);
-    read_matrices(group, from);
+    interleave(n * n, group->width, group->M, M);
+    interleave(n, group->width, group->q, q);
     for (k = 0; k < group->width; k++)
         takes[k] = read_units(group, data->scaling, (size_t)k);
 }

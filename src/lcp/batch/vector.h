@@ -268,25 +268,36 @@ static TARGET void NAME(multiply_doubled)(const perp__batch_group *g)
     }
 }
 
-/* change := |mid((z - l) / (D omega), (z - u) / (D omega), D w / omega)|; returns the largest. A
- * NaN is lost here: find_own meets it. */
+/* Returns the largest |mid((z - l) / (D omega), (z - u) / (D omega), D w / omega)|. own: an upper
+ * bound of the own residuals, each row's violation beside the terms q_i and M_ii z_i alone; +inf
+ * where the point needs a closer look than the kernel's. A NaN is lost in the one, but not here. */
 static TARGET lanes NAME(measure)(const perp__batch_group *g)
 {
-    lanes worst = spread(0.0);
+    const size_t n = (size_t)g->n;
+    const double *const M = g->M, *const q = g->q, *const active = g->active;
+    const lanes half = spread(0.5), zero = spread(0.0);
+    lanes worst = zero, own = zero, sizes = zero;
     size_t i;
 
     NAME(multiply_doubled)(g);
-    for (i = 0; i < (size_t)g->n; i++) {
+    for (i = 0; i < n; i++) {
         const lanes z = load(g->z + i * LANES), unit = load(g->z_unit + i * LANES);
         const lanes above = multiply(subtract(z, load(g->lower + i * LANES)), unit);
         const lanes below = multiply(subtract(z, load(g->upper + i * LANES)), unit);
-        const lanes w = multiply(load(g->high + i * LANES), load(g->w_unit + i * LANES));
+        const lanes w_unit = load(g->w_unit + i * LANES);
+        const lanes w = multiply(load(g->high + i * LANES), w_unit);
         const lanes least = pick(less(above, w), above, w);
         const lanes residual = absolute(pick(less(least, below), below, least));
+        const lanes term = multiply(load(M + (i * n + i) * LANES), z);
+        const lanes terms = add(absolute(load(q + i * LANES)), absolute(term));
+        const lanes violation = pick(less(half, load(active + i * LANES)), absolute(w), residual);
 
-        store(g->change + i * LANES, residual);
         worst = larger(residual, worst);
+        own = larger(pick(less(zero, violation), divide(violation, multiply(terms, w_unit)), zero),
+                     own);
+        sizes = add(sizes, add(absolute(multiply(z, unit)), absolute(w)));
     }
+    store(g->own, pick(at_most(sizes, spread(PERP__BATCH_LARGE)), own, spread(INFINITY)));
     return worst;
 }
 
@@ -317,34 +328,6 @@ static TARGET truth NAME(is_one_part)(const perp__batch_group *g)
         one_part = both(one_part, coupled);
     }
     return one_part;
-}
-
-/* An upper bound of the own residuals: each row's violation beside the terms q_i and M_ii z_i
- * alone. +inf where the point or the matrix needs a closer look than the kernel's. */
-static TARGET lanes NAME(find_own)(const perp__batch_group *g)
-{
-    const size_t n = (size_t)g->n;
-    const double *const M = g->M, *const q = g->q, *const z = g->z, *const high = g->high;
-    const double *const active = g->active, *const residual = g->change;
-    const double *const z_unit = g->z_unit, *const w_unit = g->w_unit;
-    const lanes half = spread(0.5), zero = spread(0.0), infinity = spread(INFINITY);
-    lanes own = zero, sizes = zero;
-    size_t i;
-
-    for (i = 0; i < n; i++) {
-        const lanes point = load(z + i * LANES), unit = load(w_unit + i * LANES);
-        const lanes w = multiply(absolute(load(high + i * LANES)), unit);
-        const lanes term = multiply(load(M + (i * n + i) * LANES), point);
-        const lanes terms = add(absolute(load(q + i * LANES)), absolute(term));
-        const lanes violation =
-            pick(less(half, load(active + i * LANES)), w, load(residual + i * LANES));
-
-        own = larger(pick(less(zero, violation), divide(violation, multiply(terms, unit)), zero),
-                     own);
-        sizes = add(sizes, add(multiply(absolute(point), load(z_unit + i * LANES)), w));
-    }
-    return pick(both(at_most(sizes, spread(PERP__BATCH_LARGE)), NAME(is_one_part)(g)), own,
-                infinity);
 }
 
 /* One refinement of the active rows, kept within the bounds, in the lanes where `wanted` is 1. */
@@ -381,7 +364,7 @@ static TARGET void NAME(solve)(const perp__batch_group *g)
          i++) /* which lanes went through refine may change a zero's sign */
         store(g->z + i * LANES, add(load(g->z + i * LANES), spread(0.0)));
     store(g->tested, pick(less(spread(0.5), bad), spread(INFINITY), tested));
-    store(g->own, NAME(find_own)(g));
+    store(g->own, pick(NAME(is_one_part)(g), load(g->own), spread(INFINITY)));
 }
 
 static const perp__batch_kernel NAME(kernel) = {SET, LANES, NAME(solve)};

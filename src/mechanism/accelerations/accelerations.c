@@ -45,7 +45,7 @@ static void layout(perp__arena *arena, void *object)
         *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
     a->row_of = perp__arena_take(arena, rows, sizeof(int32_t));
     a->turning.columns = perp__arena_take(arena, rows, sizeof(int32_t));
-    a->indices = perp__arena_take(arena, 3 * rows, sizeof(int32_t));
+    a->indices = perp__arena_take(arena, 2 * rows, sizeof(int32_t));
     a->element = perp__arena_take(arena, elements, sizeof *a->element);
     a->pattern.mode = perp__arena_take(arena, elements, 1);
     a->pattern.direction = perp__arena_take(arena, 2 * elements, sizeof(double));
@@ -117,7 +117,6 @@ static perp_status make(perp_mechanism *m)
     a->m = m;
     a->answers.context = a->polyhedron.cone.context = m->context;
     a->linear.tolerance = PERP__ACCELERATION_TOLERANCE;
-    a->linear.spread = 1.0;
     a->linear.user = a;
     a->linear.conditions = perp__element_conditions;
     a->answers.length = m->rows;
@@ -126,7 +125,7 @@ static perp_status make(perp_mechanism *m)
     a->answers.own = m->n + m->rows + 2 * (m->contacts + m->dry);
     a->answers.holds = perp__acceleration_holds;
     a->answers.user = a;
-    a->polyhedron.rounding = ROUNDING;
+    a->polyhedron.rounding = a->polyhedron.row_rounding = ROUNDING;
     a->polyhedron.least = PERP__FAMILY_TOLERANCE;
     perp__arena_init(&a->arena, m->context);
     perp__arena_init(&a->blocks, m->context);

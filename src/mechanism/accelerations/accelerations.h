@@ -47,7 +47,7 @@ struct perp__acceleration {
     int32_t elements, closed, active, bilateral_row;
     perp__element *element;
     int32_t *row_of;     /* active: row of the mechanism */
-    int32_t *indices;    /* 3 rows, of work */
+    int32_t *indices;    /* 2 rows, of work */
     double *bias, *size; /* rows: d/dt(J) v + d/dt(drift), and how large its error may be */
     double *W, *held;    /* active by active; held: where the bilateral rows hold */
     double *beta, *load; /* active; load: the size of beta's terms */
@@ -118,8 +118,13 @@ perp_status perp__acceleration_look(perp__acceleration *a, perp_mechanism_summar
                                     int32_t impact);
 
 /* ---- pattern.c ---- */
-int32_t perp__element_choices(const perp__acceleration *a, const perp__element *element);
-void perp__element_choose(perp__acceleration *a, int32_t index, int32_t choice);
+/* Of the tree of patterns. */
+int32_t perp__element_choices(void *user, int32_t index);
+int32_t perp__element_choose(void *user, int32_t index, int32_t choice);
+/* Directions in which a slip starts, and number k of them. */
+int32_t perp__element_directions(const perp__acceleration *a, const perp__element *element);
+void perp__element_direction(const perp__acceleration *a, const perp__element *element, int32_t k,
+                             double direction[2]);
 /* The first row along the tangents. */
 int32_t perp__element_tangent(const perp__element *element);
 /* Whether the element starts to slip in the mode, and so has to slip the way of its force. */
@@ -145,6 +150,9 @@ int32_t perp__slip_turn(perp__acceleration *a, double singular);
 int32_t perp__slip_angles(perp__acceleration *a, double angles[4]);
 
 /* ---- answers.c ---- */
+/* holds: rows of the mechanism whose velocity the answer keeps at 0. */
+void perp__acceleration_mark_rows(const perp__acceleration *a, const perp__answer *answer,
+                                  int8_t *holds);
 /* The answer's pattern := that of now. */
 void perp__acceleration_set_pattern(const perp__acceleration *a, perp__answer *answer);
 /* The point f; dimension: of the family that it stands for, or 0. */
@@ -153,9 +161,11 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
 /* The new answer with its points is described and joins the others, or goes where another one has
  * it already, or where its residuals say that it is none. */
 void perp__acceleration_keep(perp__acceleration *a, perp__answer *answer);
-/* Whether point k of `inner` does what the pattern of `outer` says. */
+/* Whether a point or, homogeneous, a direction does what the pattern of `outer` says. spread: as of
+ * perp__linear_holds_at. */
 int32_t perp__acceleration_has_point(perp__acceleration *a, const perp__answer *outer,
-                                     const double *point, int32_t homogeneous, int32_t *at_vertex);
+                                     const double *point, int32_t homogeneous, double spread,
+                                     int32_t *at_vertex);
 int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__answer *inner);
 
 /* ---- family.c ---- */

@@ -194,22 +194,6 @@ static perp_status try_pattern(perp__acceleration *a)
 
 /* ---- all of them ----------------------------------------------------------------------------- */
 
-/* The last element's choices are the tree's first. */
-static int32_t choices(void *user, int32_t position)
-{
-    const perp__acceleration *a = user;
-
-    return perp__element_choices(a, a->element + (a->elements - 1 - position));
-}
-
-static int32_t choose(void *user, int32_t position, int32_t choice)
-{
-    perp__acceleration *a = user;
-
-    perp__element_choose(a, a->elements - 1 - position, choice);
-    return 1;
-}
-
 static perp_status leaf(void *user)
 {
     perp__acceleration *a = user;
@@ -236,8 +220,9 @@ perp_status perp__acceleration_all(perp__acceleration *a, perp_mechanism_summary
     a->tree.positions = a->elements;
     a->tree.ended = 0;
     a->tree.user = a;
-    a->tree.choices = choices;
-    a->tree.choose = choose;
+    a->tree.reverse = 1;
+    a->tree.choices = perp__element_choices;
+    a->tree.choose = perp__element_choose;
     a->tree.leaf = leaf;
     a->leaves = 0;
     a->complete =

@@ -30,46 +30,30 @@
 
 typedef struct compliant {
     int32_t count;
-    int32_t *row, *slip; /* slip: the element whose friction the row has, or -1 */
+    int32_t *column; /* of the pattern's system */
     double *Gamma, *S, *B, *product;
     int32_t *pivot;
 } compliant;
 
-static void list_rows(perp__acceleration *a, const perp__mode_pattern *pattern, compliant *c)
+static void fill(const perp__acceleration *a, compliant *c)
 {
-    int32_t index, i;
+    const perp__linear *p = &a->linear;
+    int32_t i, j, k;
 
     c->count = 0;
-    for (index = 0; index < a->elements; index++) {
-        const perp__element *element = a->element + index;
-        const int32_t mode = pattern->mode[index];
-        const int32_t normal = perp__element_presses(element, mode);
-        const int32_t rows = mode == PERP_MECHANISM_STICK ? normal + element->tangents : normal;
+    for (k = 0; k < p->system.n; k++)
+        if (p->first[k] < a->bilateral_row || p->first[k] >= a->bilateral_row + a->m->bilateral)
+            c->column[c->count++] = k;
+    for (i = 0; i < c->count; i++)
+        for (j = 0; j < c->count; j++) {
+            const size_t at = (size_t)i * (size_t)c->count + (size_t)j;
+            const int32_t from = c->column[j];
+            const double *row = a->held + (size_t)p->first[c->column[i]] * (size_t)a->active;
 
-        for (i = 0; i < rows; i++) {
-            c->row[c->count] = element->row + i;
-            c->slip[c->count++] =
-                mode == PERP_MECHANISM_SLIP && element->friction && i == 0 ? index : -1;
-        }
-    }
-}
-
-static void fill(perp__acceleration *a, const perp__mode_pattern *pattern, compliant *c)
-{
-    const size_t active = (size_t)a->active, n = (size_t)c->count;
-    size_t i, j;
-    int32_t k;
-
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) {
-            const double *row = a->held + (size_t)c->row[i] * active + c->row[j];
-            double sum = row[0];
-
-            c->S[i * n + j] = row[0];
-            for (k = 0; c->slip[j] >= 0 && k < a->element[c->slip[j]].tangents; k++)
-                sum -=
-                    a->element[c->slip[j]].mu * pattern->direction[2 * c->slip[j] + k] * row[1 + k];
-            c->Gamma[i * n + j] = sum;
+            row += p->first[from];
+            c->S[at] = c->Gamma[at] = row[0];
+            for (k = 1; k < p->count[from]; k++)
+                c->Gamma[at] += p->coefficient[3 * (size_t)from + (size_t)k] * row[k];
         }
 }
 
@@ -124,11 +108,11 @@ static void restrict_to_range(compliant *c, int32_t rank)
         }
 }
 
+/* The answer is of the pattern that was solved last. */
 static void label(perp__acceleration *a, perp__answer *answer)
 {
     const perp_mechanism_settings *settings = &a->m->settings;
     const size_t active = (size_t)a->active;
-    const perp__mode_pattern pattern = perp__answer_pattern(a, answer);
     perp__stability verdict;
     compliant c;
     int32_t rank;
@@ -137,11 +121,9 @@ static void label(perp__acceleration *a, perp__answer *answer)
     c.S = c.Gamma + active * active;
     c.B = c.S + active * active;
     c.product = c.B + active * active;
-    c.row = a->indices;
-    c.slip = c.row + active;
-    c.pivot = c.slip + active;
-    list_rows(a, &pattern, &c);
-    fill(a, &pattern, &c);
+    c.column = a->indices;
+    c.pivot = c.column + active;
+    fill(a, &c);
     rank = factor(&c);
     restrict_to_range(&c, rank);
     verdict = perp__stability_of(rank, c.product, settings->stiffness, settings->damping, c.S,
@@ -153,7 +135,8 @@ static void label(perp__acceleration *a, perp__answer *answer)
 
 /* ---- description --------------------------------------------------------------------------- */
 
-static void mark_rows(const perp__acceleration *a, perp__answer *answer, int8_t *holds)
+void perp__acceleration_mark_rows(const perp__acceleration *a, const perp__answer *answer,
+                                  int8_t *holds)
 {
     const perp_mechanism *m = a->m;
     int32_t index, i;
@@ -162,12 +145,12 @@ static void mark_rows(const perp__acceleration *a, perp__answer *answer, int8_t 
     memset(holds + m->contact_rows, 1, (size_t)m->bilateral);
     for (index = 0; index < a->elements; index++) {
         const perp__element *element = a->element + index;
-        const int32_t mode = answer->pattern[index], first = a->row_of[element->row];
-        const int32_t rows = element->tangents + (element->dry ? 0 : 1);
+        const int32_t mode = answer->pattern[index];
 
-        for (i = 0; i < rows; i++)
-            holds[first + i] = (int8_t)(mode == PERP_MECHANISM_STICK ||
-                                        (perp__element_presses(element, mode) && i == 0));
+        for (i = 0; i < element->tangents + !element->dry; i++)
+            holds[a->row_of[element->row] + i] =
+                (int8_t)(mode == PERP_MECHANISM_STICK ||
+                         (i == 0 && perp__element_presses(element, mode)));
     }
 }
 
@@ -187,7 +170,7 @@ static void find_acceleration(perp__acceleration *a, perp__answer *answer)
     held.r = answer->middle;
     held.u = perp__answer_row_acceleration(a, answer);
     held.holds = m->second.holds;
-    mark_rows(a, answer, held.holds);
+    perp__acceleration_mark_rows(a, answer, held.holds);
     memcpy(held.v, terms.k, (size_t)m->n * sizeof *held.v);
     perp__add_impulses(m, &terms, held.v, held.r);
     perp__solve_mass(m, &terms, held.v);
@@ -315,7 +298,8 @@ static void describe(perp__acceleration *a, perp__answer *answer)
 /* ---- one answer in another ----------------------------------------------------------------- */
 
 int32_t perp__acceleration_has_point(perp__acceleration *a, const perp__answer *outer,
-                                     const double *point, int32_t homogeneous, int32_t *at_vertex)
+                                     const double *point, int32_t homogeneous, double spread,
+                                     int32_t *at_vertex)
 {
     const perp__mode_pattern pattern = perp__answer_pattern(a, outer);
     int32_t i;
@@ -323,7 +307,7 @@ int32_t perp__acceleration_has_point(perp__acceleration *a, const perp__answer *
     for (i = 0; i < a->active; i++)
         a->work[i] = point[a->row_of[i]];
     return perp__linear_holds_at(&a->linear, &pattern, a->work, homogeneous, PERP__FAMILY_TOLERANCE,
-                                 at_vertex);
+                                 spread, at_vertex);
 }
 
 static int32_t is_turned(const perp__acceleration *a, const perp__answer *answer)
@@ -369,7 +353,7 @@ int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__an
     }
     for (k = 0; k < inner->vertices + inner->rays; k++)
         if (!perp__acceleration_has_point(a, outer, inner->points + (size_t)k * (size_t)a->m->rows,
-                                          k >= inner->vertices, &at_vertex))
+                                          k >= inner->vertices, 1.0, &at_vertex))
             return 0;
     return 1;
 }

@@ -89,7 +89,7 @@ static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t d
 /* Whether the middle does what the pattern says; *at_vertex: at a limit, and so is the family. */
 static int32_t holds_middle(perp__acceleration *a, const perp__answer *answer, int32_t *at_vertex)
 {
-    return perp__acceleration_has_point(a, answer, answer->middle, 0, at_vertex);
+    return perp__acceleration_has_point(a, answer, answer->middle, 0, 0.0, at_vertex);
 }
 
 /* Turns the polygons to where the middle is. */

@@ -6,42 +6,51 @@
 
 #include "mechanism/accelerations/accelerations.h"
 
-int32_t perp__element_choices(const perp__acceleration *a, const perp__element *element)
+int32_t perp__element_choices(void *user, int32_t index)
 {
-    const int32_t ways = element->tangents == 2 ? a->m->settings.directions : 2;
-    const int32_t separate = element->dry ? 0 : 1;
+    const perp__acceleration *a = user;
+    const perp__element *element = a->element + index;
 
     if (element->moves || !element->friction)
-        return separate + 1;
-    return separate + 1 + ways;
+        return !element->dry + 1;
+    return !element->dry + 1 + perp__element_directions(a, element);
 }
 
 /* Choices of a contact: to separate, to stick, to slip; in motion and without friction the second
  * is to slip. Groups of dry friction don't separate. */
-void perp__element_choose(perp__acceleration *a, int32_t index, int32_t choice)
+int32_t perp__element_choose(void *user, int32_t index, int32_t choice)
 {
+    perp__acceleration *a = user;
     const perp__element *element = a->element + index;
-    const int32_t press = choice - (element->dry ? 0 : 1);
+    const int32_t press = choice - !element->dry;
     int8_t *mode = a->pattern.mode + index;
     double *direction = a->pattern.direction + 2 * (size_t)index;
 
     direction[0] = direction[1] = 0.0;
     *mode = (int8_t)(press < 0 ? PERP_MECHANISM_SEPARATE : PERP_MECHANISM_SLIP);
     if (press < 0 || !element->friction)
-        return;
-    if (element->moves) {
-        direction[0] = element->direction[0];
-        direction[1] = element->direction[1];
-    } else if (press == 0) {
+        return 1;
+    if (element->moves)
+        memcpy(direction, element->direction, sizeof element->direction);
+    else if (press == 0)
         *mode = PERP_MECHANISM_STICK;
-    } else if (element->tangents == 1) {
-        direction[0] = press == 1 ? 1.0 : -1.0;
-    } else {
-        const double angle = 2.0 * PERP__PI * (press - 1) / a->m->settings.directions;
+    else
+        perp__element_direction(a, element, press - 1, direction);
+    return 1;
+}
 
-        direction[0] = cos(angle);
-        direction[1] = sin(angle);
-    }
+int32_t perp__element_directions(const perp__acceleration *a, const perp__element *element)
+{
+    return element->tangents == 2 ? a->m->settings.directions : 2;
+}
+
+void perp__element_direction(const perp__acceleration *a, const perp__element *element, int32_t k,
+                             double direction[2])
+{
+    const double angle = 2.0 * PERP__PI * k / a->m->settings.directions;
+
+    direction[0] = element->tangents == 2 ? cos(angle) : k == 0 ? 1.0 : -1.0;
+    direction[1] = element->tangents == 2 ? sin(angle) : 0.0;
 }
 
 int32_t perp__element_tangent(const perp__element *element)

@@ -73,26 +73,36 @@ static void fill_seed(perp__acceleration *a, perp__velocity_problem *problem)
     problem->dry = a->seed.dry;
 }
 
+/* The direction of an element's slip: its own where it slides already, else that of sign x. */
+static void direct(perp__acceleration *a, int32_t index, double sign, const double *x)
+{
+    const perp__element *element = a->element + index;
+    double *direction = a->pattern.direction + 2 * (size_t)index, length = 0.0;
+    int32_t i;
+
+    direction[0] = direction[1] = 0.0;
+    if (a->pattern.mode[index] != PERP_MECHANISM_SLIP || !element->friction)
+        return;
+    for (i = 0; i < element->tangents; i++)
+        length = hypot(length, x[i]);
+    for (i = 0; i < element->tangents; i++)
+        direction[i] = element->moves ? element->direction[i]
+                       : length > 0.0 ? sign * x[i] / length
+                                      : i == 0; /* without a size it doesn't matter */
+}
+
 static void take_modes(perp__acceleration *a, const perp__velocity_answer *answer)
 {
-    int32_t i, j;
+    int32_t i;
 
     for (i = 0; i < a->elements; i++) {
         const perp__element *element = a->element + i;
-        double *direction = a->pattern.direction + 2 * (size_t)i, length = 0.0;
-        const double *u = answer->u + a->row_of[element->row] + !element->dry;
-        int32_t mode = answer->modes[element->source];
+        const int32_t mode = answer->modes[element->source];
 
-        direction[0] = direction[1] = 0.0;
-        if (mode != PERP_MECHANISM_SEPARATE && !element->friction)
-            mode = PERP_MECHANISM_SLIP;
-        for (j = 0; j < element->tangents; j++)
-            length = hypot(length, u[j]);
-        for (j = 0; j < element->tangents && mode == PERP_MECHANISM_SLIP && element->friction; j++)
-            direction[j] = element->moves ? element->direction[j]
-                           : length > 0.0 ? u[j] / length
-                                          : j == 0;
-        a->pattern.mode[i] = (int8_t)mode;
+        a->pattern.mode[i] =
+            (int8_t)(mode != PERP_MECHANISM_SEPARATE && !element->friction ? PERP_MECHANISM_SLIP
+                                                                           : mode);
+        direct(a, i, 1.0, answer->u + a->row_of[element->row] + !element->dry);
     }
 }
 
@@ -121,27 +131,17 @@ perp_status perp__acceleration_seed(perp__acceleration *a)
 
 typedef struct search {
     int32_t size;    /* unknowns of the LCP */
-    int32_t *first;  /* units: first unknown */
+    int32_t *first;  /* elements: first unknown */
     double *columns; /* size by active: forces of an unknown, row by row */
     double *tests;   /* size by active: what its row asks of u' */
     double *M, *q, *lower, *z, *scale, *force, *known;
     uint64_t seed;
 } search;
 
+/* Unknowns of a slip that may start. */
 static int32_t directions_of(const perp__acceleration *a, const perp__element *element)
 {
-    if (!element->friction || element->moves)
-        return 0;
-    return element->tangents == 2 ? a->m->settings.directions : 2;
-}
-
-static void direction_of(const perp__acceleration *a, const perp__element *element, int32_t k,
-                         double d[2])
-{
-    const double angle = 2.0 * PERP__PI * k / a->m->settings.directions;
-
-    d[0] = element->tangents == 2 ? cos(angle) : k == 0 ? 1.0 : -1.0;
-    d[1] = element->tangents == 2 ? sin(angle) : 0.0;
+    return element->friction && !element->moves ? perp__element_directions(a, element) : 0;
 }
 
 static int32_t count_unknowns(const perp__acceleration *a, int32_t *first)
@@ -159,7 +159,7 @@ static int32_t count_unknowns(const perp__acceleration *a, int32_t *first)
 }
 
 /* Forces of the unknowns and tests of their rows; M := tests W columns' and the couplings. */
-static void fill_unit(perp__acceleration *a, search *s, int32_t index)
+static void fill_element(perp__acceleration *a, search *s, int32_t index)
 {
     const perp__element *element = a->element + index;
     const size_t active = (size_t)a->active, size = (size_t)s->size;
@@ -181,7 +181,7 @@ static void fill_unit(perp__acceleration *a, search *s, int32_t index)
     for (k = 0; k < count; k++, next++) {
         double d[2];
 
-        direction_of(a, element, k, d);
+        perp__element_direction(a, element, k, d);
         for (i = 0; i < element->tangents; i++) {
             s->columns[(size_t)next * active + (size_t)(tangent + i)] = d[i];
             s->tests[(size_t)next * active + (size_t)(tangent + i)] = d[i];
@@ -209,7 +209,7 @@ static void fill(perp__acceleration *a, search *s)
         s->lower[i] = -INFINITY;
     }
     for (index = 0; index < a->elements; index++)
-        fill_unit(a, s, index);
+        fill_element(a, s, index);
     for (j = 0; j < size; j++) {
         perp__linear_rows(&a->linear, u, NULL, s->columns + j * active, 1);
         for (i = 0; i < size; i++)
@@ -242,7 +242,7 @@ static void take_pattern(perp__acceleration *a, search *s)
 {
     const size_t active = (size_t)a->active;
     double largest = 0.0;
-    int32_t index, i;
+    int32_t index;
     size_t c, k;
 
     memcpy(s->force, s->known, active * sizeof *s->force);
@@ -255,29 +255,13 @@ static void take_pattern(perp__acceleration *a, search *s)
         const perp__element *element = a->element + index;
         const int32_t count = directions_of(a, element), first = s->first[index] + !element->dry;
         const double *f = s->force + element->row;
-        double *direction = a->pattern.direction + 2 * (size_t)index, length = 0.0;
-        int8_t *mode = a->pattern.mode + index;
+        const int32_t presses = element->dry || f[0] > 1e-9 * largest * a->scale[element->row];
+        const int32_t starts = count == 0 || s->z[first + count] > 0.0; /* lambda, its speed */
 
-        direction[0] = direction[1] = 0.0;
-        *mode = PERP_MECHANISM_SLIP;
-        if (!element->dry && !(f[0] > 1e-9 * largest * a->scale[element->row])) {
-            *mode = PERP_MECHANISM_SEPARATE;
-            continue;
-        }
-        for (i = 0; i < element->tangents && element->moves && element->friction; i++)
-            direction[i] = element->direction[i];
-        if (count == 0)
-            continue;
-        if (!(s->z[first + count] > 0.0)) { /* lambda, the speed that it starts with */
-            *mode = PERP_MECHANISM_STICK;
-            continue;
-        }
-        for (i = 0; i < element->tangents; i++)
-            length = hypot(length, f[i + !element->dry]);
-        for (i = 0; i < element->tangents && length > 0.0; i++)
-            direction[i] = -f[i + !element->dry] / length;
-        if (!(length > 0.0)) /* without a force along the tangents it doesn't matter */
-            direction[0] = 1.0;
+        a->pattern.mode[index] = !presses  ? PERP_MECHANISM_SEPARATE
+                                 : !starts ? PERP_MECHANISM_STICK
+                                           : PERP_MECHANISM_SLIP;
+        direct(a, index, -1.0, f + !element->dry);
     }
 }
 
@@ -291,29 +275,24 @@ static double length_of(const double *x, int32_t count)
 static void widen_pattern(perp__acceleration *a, search *s)
 {
     double *u = a->linear.u, *size = a->linear.u_width;
-    int32_t index, i;
+    int32_t index;
 
     perp__linear_rows(&a->linear, u, size, s->force, 0);
     for (index = 0; index < a->elements; index++) {
         const perp__element *element = a->element + index;
         const int32_t t = perp__element_tangent(element);
         const double speed = length_of(u + t, element->tangents);
-        double *direction = a->pattern.direction + 2 * (size_t)index;
         int8_t *mode = a->pattern.mode + index;
 
-        if (*mode == PERP_MECHANISM_SEPARATE) {
-            if (!(fabs(u[element->row]) <= WIDE * size[element->row]))
-                continue;
+        if (*mode == PERP_MECHANISM_SEPARATE &&
+            fabs(u[element->row]) <= WIDE * size[element->row]) {
             *mode = PERP_MECHANISM_SLIP;
-            for (i = 0; i < element->tangents && element->friction; i++)
-                direction[i] = element->moves ? element->direction[i]
-                               : speed > 0.0  ? u[t + i] / speed
-                                              : i == 0;
+            direct(a, index, 1.0, u + t);
         }
         if (perp__element_starts(element, *mode) &&
             speed <= WIDE * length_of(size + t, element->tangents)) {
             *mode = PERP_MECHANISM_STICK;
-            direction[0] = direction[1] = 0.0;
+            direct(a, index, 0.0, u + t);
         }
     }
 }

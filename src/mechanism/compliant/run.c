@@ -278,6 +278,10 @@ static void integrate(perp_compliant *c, progress *run)
         if (!(error <= 1.0)) {
             r->rejected++;
             h = step * (error < 1e30 ? fmax(0.1, 0.85 * pow(error, -0.25)) : 0.1);
+            if (!(h < step)) { /* the smallest double is its own half */
+                r->end = PERP_COMPLIANT_FAILED;
+                return;
+            }
             continue;
         }
         if (find_stop(c, &beyond) >= 0) {

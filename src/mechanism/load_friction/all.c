@@ -9,42 +9,30 @@
 /* ---- enumeration --------------------------------------------------------------------------- */
 
 /* Choices of a coordinate: in motion the sign of its normal force; at rest to stick, or to start
- * forward or backward with either sign. The last coordinate's are the tree's first. */
-static int32_t choices(const perp_load_friction *f, int32_t i)
+ * forward or backward with either sign. */
+static int32_t choices(void *user, int32_t i)
 {
+    const perp_load_friction *f = user;
     const int32_t sides = f->mu[i] > 0.0 ? 2 : 1;
 
     return f->question.sign[i] != 0 ? sides : 1 + 2 * sides;
 }
 
-static void choose(perp_load_friction *f, int32_t i, int32_t choice)
+static int32_t choose(void *user, int32_t i, int32_t choice)
 {
+    perp_load_friction *f = user;
     const int32_t sides = f->mu[i] > 0.0 ? 2 : 1;
     const int32_t start = f->question.sign[i] != 0 ? choice : choice - 1;
 
     if (start < 0) {
         f->pattern.mode[i] = PERP_LOAD_STICK;
         f->pattern.side[i] = 0;
-        return;
+        return 1;
     }
     f->pattern.mode[i] = (int8_t)(f->question.sign[i] != 0 ? PERP_LOAD_SLIDE
                                   : start < sides          ? PERP_LOAD_FORWARD
                                                            : PERP_LOAD_BACKWARD);
     f->pattern.side[i] = (int8_t)(sides == 1 ? 0 : start % 2 == 0 ? 1 : -1);
-}
-
-static int32_t choices_at(void *user, int32_t position)
-{
-    const perp_load_friction *f = user;
-
-    return choices(f, f->n - 1 - position);
-}
-
-static int32_t choose_at(void *user, int32_t position, int32_t choice)
-{
-    perp_load_friction *f = user;
-
-    choose(f, f->n - 1 - position, choice);
     return 1;
 }
 
@@ -70,13 +58,13 @@ static int32_t correct(perp_load_friction *f)
     int32_t changed = 0, i;
 
     for (i = 0; i < f->n; i++) {
-        int8_t mode = f->pattern.mode[i], side = f->normal[i] >= 0.0 ? 1 : -1;
+        int8_t mode = f->pattern.mode[i], side = f->linear.u[f->n + i] >= 0.0 ? 1 : -1;
 
         if (mode == PERP_LOAD_STICK &&
-            fabs(f->rhs[i]) > f->question.mu_stick[i] * fabs(f->normal[i]))
-            mode = f->rhs[i] > 0.0 ? PERP_LOAD_FORWARD : PERP_LOAD_BACKWARD;
-        else if ((mode == PERP_LOAD_FORWARD && !(f->x[i] > f->question.stop[i])) ||
-                 (mode == PERP_LOAD_BACKWARD && !(f->x[i] < f->question.stop[i])))
+            fabs(f->linear.residual[i]) > f->question.mu_stick[i] * fabs(f->linear.u[f->n + i]))
+            mode = f->linear.residual[i] > 0.0 ? PERP_LOAD_FORWARD : PERP_LOAD_BACKWARD;
+        else if ((mode == PERP_LOAD_FORWARD && !(f->linear.x[i] > f->question.stop[i])) ||
+                 (mode == PERP_LOAD_BACKWARD && !(f->linear.x[i] < f->question.stop[i])))
             mode = PERP_LOAD_STICK;
         if (mode == PERP_LOAD_STICK || f->mu[i] == 0.0)
             side = 0;
@@ -220,6 +208,19 @@ static int32_t is_before(const void *user, const perp__answer *a, const perp__an
     return 1;
 }
 
+static void set_constants(perp_load_friction *f)
+{
+    int32_t i;
+
+    f->linear.tolerance = f->settings.tol;
+    for (i = 0; i < f->n; i++) {
+        f->c[i] = f->b[i] - f->question.tau[i];
+        f->c_size[i] = fabs(f->question.tau[i]) + fabs(f->b[i]);
+        f->c[f->n + i] = f->d[i];
+        f->c_size[f->n + i] = fabs(f->d[i]);
+    }
+}
+
 perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *summary)
 {
     const int64_t most = f->settings.most_patterns;
@@ -229,10 +230,13 @@ perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *
 
     memset(summary, 0, sizeof *summary);
     perp__answers_clear(&f->answers);
+    set_constants(f);
     f->tree.positions = f->n;
-    f->tree.user = f->answers.user = f; /* handles change places in perp_load_friction_set */
-    f->tree.choices = choices_at;
-    f->tree.choose = choose_at;
+    f->tree.user = f->answers.user = f->linear.user =
+        f; /* handles change places in perp_load_friction_set */
+    f->tree.reverse = 1;
+    f->tree.choices = choices;
+    f->tree.choose = choose;
     f->tree.leaf = try_pattern;
     patterns = perp__pattern_tree_count(&f->tree, most);
     summary->exhaustive = patterns <= most;

@@ -22,53 +22,15 @@ static size_t at(const perp_load_friction *f, int32_t i, int32_t j)
 
 /* ---- one answer in another ----------------------------------------------------------------- */
 
-/* Whether x (constant = 1) keeps the rows and signs of a pattern, or a direction does (0). */
-static int32_t keeps(const perp_load_friction *f, const perp__answer *a, const double *x,
-                     int32_t constant)
-{
-    int32_t i, j;
-
-    for (i = 0; i < f->n; i++) {
-        const int32_t sticks = a->pattern[i] == PERP_LOAD_STICK;
-        const double sign = a->pattern[i] == PERP_LOAD_FORWARD    ? 1.0
-                            : a->pattern[i] == PERP_LOAD_BACKWARD ? -1.0
-                            : sticks                              ? 0.0
-                                                                  : f->question.sign[i];
-        const double t = f->mu[i] * sign * a->pattern[f->n + i];
-        double row = constant ? f->b[i] - f->question.tau[i] : 0.0;
-        double size = constant ? fabs(f->b[i]) + fabs(f->question.tau[i]) : 0.0;
-        double normal = constant ? f->d[i] : 0.0, normal_size = fabs(normal);
-
-        for (j = 0; j < f->n; j++) {
-            row += f->A[at(f, i, j)] * x[j];
-            size += fabs(f->A[at(f, i, j)] * x[j]);
-            normal += f->C[at(f, i, j)] * x[j];
-            normal_size += fabs(f->C[at(f, i, j)] * x[j]);
-        }
-        if (!(a->pattern[f->n + i] * normal >= -same * normal_size))
-            return 0;
-        if (sticks) {
-            if (!(fabs(x[i] - constant * f->question.stop[i]) <=
-                  same * fabs(f->question.stop[i])) ||
-                !(fabs(row) <= f->question.mu_stick[i] * fabs(normal) + same * size))
-                return 0;
-        } else if (!(fabs(row + t * normal) <= same * (size + fabs(t) * normal_size)) ||
-                   (f->question.sign[i] == 0 &&
-                    !(sign * (x[i] - constant * f->question.stop[i]) >=
-                      -same * (fabs(x[i]) + fabs(f->question.stop[i]))))) {
-            return 0;
-        }
-    }
-    return 1;
-}
-
 static int32_t contains(const perp_load_friction *f, const perp__answer *outer,
                         const perp__answer *inner)
 {
-    int32_t k;
+    const perp__friction_pattern pattern = {outer->pattern, outer->pattern + f->n};
+    int32_t at_vertex, k;
 
     for (k = 0; k < inner->vertices + inner->rays; k++)
-        if (!keeps(f, outer, inner->points + (size_t)k * (size_t)f->n, k < inner->vertices))
+        if (!perp__linear_holds_at(&f->linear, &pattern, inner->points + (size_t)k * (size_t)f->n,
+                                   k >= inner->vertices, same, 0.0, &at_vertex))
             return 0;
     return 1;
 }
@@ -111,21 +73,19 @@ static void label(perp_load_friction *f, perp__answer *a)
     const size_t square = (size_t)n * (size_t)n;
     double *block = f->work, *C = block + square, *X = C + square, *Gamma = X + 2 * square;
     double *S = Gamma + square;
+    const int32_t m = f->linear.system.n, *moving = f->linear.first;
     perp__stability verdict;
-    int32_t m = 0, r, c, i;
+    int32_t r, c, i;
 
     memset(X, 0, 2 * square * sizeof *X);
-    for (i = 0; i < n; i++)
-        if (a->pattern[i] != PERP_LOAD_STICK)
-            f->list[m++] = i;
     for (r = 0; r < m; r++) {
         for (c = 0; c < m; c++)
-            block[at(f, r, c)] = f->A[at(f, f->list[r], f->list[c])];
+            block[at(f, r, c)] = f->A[at(f, moving[r], moving[c])];
         for (i = 0; i < n; i++) { /* C_L, and the right-hand sides C_L' and (diag(mu) D)_L */
-            C[at(f, i, r)] = f->C[at(f, i, f->list[r])];
+            C[at(f, i, r)] = f->C[at(f, i, moving[r])];
             X[at(f, r, i)] = C[at(f, i, r)];
         }
-        X[at(f, r, n + f->list[r])] = f->slope[f->list[r]];
+        X[at(f, r, n + moving[r])] = f->linear.slope[moving[r]];
     }
     memcpy(S, f->Y, square * sizeof *S);
     memset(Gamma, 0, square * sizeof *Gamma);
@@ -157,7 +117,7 @@ static int32_t name_mode(int32_t mode, int32_t before)
     return mode;
 }
 
-/* The answer's middle is f->x, and evaluated. */
+/* The answer's middle is f->linear.x, and evaluated. */
 static void describe(perp_load_friction *f, perp__answer *a)
 {
     double *normal = perp__friction_normal(a), *friction = perp__friction_force(f, a);
@@ -170,11 +130,11 @@ static void describe(perp_load_friction *f, perp__answer *a)
 
         for (j = 0; j < f->n; j++)
             row += f->A[at(f, i, j)] * a->middle[j];
-        normal[i] = f->normal[i];
-        friction[i] = mode == PERP_LOAD_STICK ? -row : f->slope[i] * normal[i];
-        perp__raise_to(&a->residual, mode == PERP_LOAD_STICK || f->load[i] == 0.0
+        normal[i] = f->linear.u[f->n + i];
+        friction[i] = mode == PERP_LOAD_STICK ? -row : f->linear.slope[i] * normal[i];
+        perp__raise_to(&a->residual, mode == PERP_LOAD_STICK || f->linear.load[i] == 0.0
                                          ? 0.0
-                                         : fabs(f->rhs[i]) / f->load[i]);
+                                         : fabs(f->linear.residual[i]) / f->linear.load[i]);
         a->modes[i] = name_mode(mode, f->question.before[i]);
         sticks += mode == PERP_LOAD_STICK;
     }
@@ -239,9 +199,9 @@ perp_status perp__friction_keep_point(perp_load_friction *f, int32_t at_vertex)
     if (!a)
         return perp__fail_memory(f->context, "an acceleration");
     a->at_vertex = at_vertex;
-    memcpy(a->middle, f->x, size);
-    memcpy(a->width, f->width, size);
-    memcpy(a->points, f->x, size);
+    memcpy(a->middle, f->linear.x, size);
+    memcpy(a->width, f->linear.x_width, size);
+    memcpy(a->points, f->linear.x, size);
     describe(f, a);
     keep(f, a, 1);
     return PERP_OK;
@@ -249,61 +209,29 @@ perp_status perp__friction_keep_point(perp_load_friction *f, int32_t at_vertex)
 
 /* ---- families ------------------------------------------------------------------------------ */
 
-/* The side of a coordinate that sticks: its friction is bounded by mu |N|, and each sign of N has a
- * polyhedron of its own. Signs are the bits of `sides`. */
-static double side_of(const perp_load_friction *f, int32_t i, uint32_t sides, int32_t *bit)
+/* Whether the coordinate sticks by friction: it is bounded by mu |N|, and each sign of N has a
+ * polyhedron of its own. */
+static int32_t is_bounded(const perp_load_friction *f, int32_t i)
 {
-    if (f->pattern.mode[i] != PERP_LOAD_STICK || !(f->question.mu_stick[i] > 0.0))
-        return f->pattern.side[i];
-    return (sides >> (*bit)++) & 1u ? -1.0 : 1.0;
+    return f->pattern.mode[i] == PERP_LOAD_STICK && f->question.mu_stick[i] > 0.0;
 }
 
-/* constant + (normal C_i + inertia A_i) x >= 0 */
-static void cut(perp_load_friction *f, int32_t i, double normal, double inertia)
-{
-    perp__inequality g = {0};
-    int32_t j;
-
-    for (j = 0; j < f->n; j++)
-        f->product[j] = normal * f->C[at(f, i, j)] + inertia * f->A[at(f, i, j)];
-    g.constant = normal * f->d[i] + inertia * (f->b[i] - f->question.tau[i]);
-    g.row = f->product;
-    perp__polyhedron_cut(&f->polyhedron, &g);
-}
-
-/* The inequalities of the pattern. */
-static void cut_all(perp_load_friction *f, uint32_t sides)
+/* Signs are the bits of `sides`. */
+static void choose_sides(perp_load_friction *f, uint32_t sides)
 {
     int32_t i, bit = 0;
 
-    for (i = 0; i < f->n; i++) {
-        const int32_t mode = f->pattern.mode[i];
-        const double side = side_of(f, i, sides, &bit), limit = f->question.mu_stick[i];
-
-        if (side != 0.0)
-            cut(f, i, side, 0.0);
-        if (mode == PERP_LOAD_STICK) {
-            cut(f, i, limit * side, -1.0);
-            cut(f, i, limit * side, 1.0);
-        } else if (mode == PERP_LOAD_FORWARD || mode == PERP_LOAD_BACKWARD) {
-            const double sign = mode == PERP_LOAD_FORWARD ? 1.0 : -1.0;
-            perp__inequality g = {0};
-
-            memset(f->product, 0, (size_t)f->n * sizeof *f->product);
-            f->product[i] = sign;
-            g.constant = -sign * f->question.stop[i];
-            g.row = f->product;
-            perp__polyhedron_cut(&f->polyhedron, &g);
-        }
-    }
+    for (i = 0; i < f->n; i++)
+        if (is_bounded(f, i))
+            f->pattern.side[i] = (sides >> bit++) & 1u ? -1 : 1;
 }
 
-static perp_status keep_polyhedron(perp_load_friction *f, uint32_t sides)
+static perp_status keep_polyhedron(perp_load_friction *f)
 {
-    const size_t size = (size_t)f->n * sizeof *f->x;
+    const size_t size = (size_t)f->n * sizeof *f->linear.x;
     perp__answer *a;
     const perp_status status = perp__polyhedron_list(&f->polyhedron, &f->answers, &a);
-    int32_t i, bit = 0;
+    int32_t i;
 
     if (!a)
         return status;
@@ -311,13 +239,11 @@ static perp_status keep_polyhedron(perp_load_friction *f, uint32_t sides)
         a->width[i] = same * fabs(a->middle[i]);
     a->dimension = a->vertices + a->rays == 1 ? 0 : f->polyhedron.dimension;
     a->at_vertex = 1;
-    memcpy(f->x_low, f->x, size); /* the other sides start from it, too */
-    memcpy(f->x, a->middle, size);
+    memcpy(f->origin, f->linear.x, size); /* the other sides start from it, too */
+    memcpy(f->linear.x, a->middle, size);
     perp__friction_evaluate(f);
     describe(f, a);
-    memcpy(f->x, f->x_low, size);
-    for (i = 0; i < f->n; i++) /* what sticks belongs to the family on this side alone */
-        a->pattern[f->n + i] = (int8_t)side_of(f, i, sides, &bit);
+    memcpy(f->linear.x, f->origin, size);
     keep(f, a, contains(f, a, a)); /* each row beside its own terms */
     return PERP_OK;
 }
@@ -329,18 +255,22 @@ perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension)
     int32_t i;
 
     for (i = 0; i < f->n; i++)
-        if (f->pattern.mode[i] == PERP_LOAD_STICK && f->question.mu_stick[i] > 0.0) {
+        if (is_bounded(f, i)) {
             f->answers.incomplete |= most == 4096;
             most = most < 4096 ? 2 * most : most;
         }
     for (sides = 0; sides < most && status == PERP_OK; sides++) {
+        choose_sides(f, sides);
         status = perp__polyhedron_begin(&f->polyhedron, 4 * f->n, dimension);
         if (status != PERP_OK)
-            return status;
-        cut_all(f, sides);
+            break;
+        perp__linear_cut(&f->linear, &f->pattern, &f->polyhedron);
         status = perp__polyhedron_enumerate(&f->polyhedron, &f->answers);
         if (status == PERP_OK)
-            status = keep_polyhedron(f, sides);
+            status = keep_polyhedron(f);
     }
+    for (i = 0; i < f->n; i++)
+        if (is_bounded(f, i))
+            f->pattern.side[i] = 0;
     return status;
 }

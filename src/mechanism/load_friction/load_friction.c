@@ -9,15 +9,80 @@
 #include "linalg/blas.h"
 #include "mechanism/copy.h"
 
+/* ---- structs and words --------------------------------------------------------------------- */
+
+perp_status perp_load_system_init(perp_load_system *system, size_t size)
+{
+    perp_status status = perp__struct_init(system, size, PERP__FIRST(perp_load_system));
+
+    if (status == PERP_OK) {
+        system->stiffness = 1.0;
+        system->damping = 2.0;
+    }
+    return status;
+}
+
+perp_status perp_load_settings_init(perp_load_settings *settings, size_t size)
+{
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_load_settings));
+
+    if (status == PERP_OK) {
+        settings->tol = 1e-13;
+        settings->most_patterns = 1 << 21;
+        settings->starts = 64;
+    }
+    return status;
+}
+
+PERP__INIT(perp_load_found)
+
+PERP__INIT(perp_load_summary)
+
+PERP__INIT(perp_load_inverse)
+
+const char *perp_load_kind_text(int32_t kind)
+{
+    static const char *const words[] = {"dynamic", "static", "mixed", "family"};
+
+    return kind >= 0 && kind < 4 ? words[kind] : "unknown kind";
+}
+
+const char *perp_load_mode_text(int32_t mode)
+{
+    static const char *const words[] = {"slide", "stick", "forward", "backward", "stopped"};
+
+    return mode >= 0 && mode < 5 ? words[mode] : "unknown mode";
+}
+
+const char *perp_load_reason_text(int32_t reason)
+{
+    static const char *const words[] = {
+        "",
+        "the torque leaves the acceleration free along a direction: an effective inertia is zero",
+        "the wanted motion is on an unstable branch, where an effective inertia is negative",
+        "the wanted motion is unstable: compliant contacts oscillate away from it (flutter)",
+        "the torque has other accelerations, too",
+        "static friction at rest leaves the torque open within its limits",
+        "the system is too large to exclude other accelerations of this torque"};
+
+    return reason >= 0 && reason < 7 ? words[reason] : "unknown reason";
+}
+
 /* ---- checks -------------------------------------------------------------------------------- */
 
-static const perp__field settings_fields[] = {
-    PERP__REAL(perp_load_settings, tol, "(]", 0, 1e-3),
-    PERP__INTEGER(perp_load_settings, most_patterns, 1, INFINITY),
-    PERP__INTEGER(perp_load_settings, starts, 1, INFINITY),
-};
-
-static const perp__field sizes[] = {PERP__INTEGER(perp_load_system, n, 1, 20000)};
+static perp_status check_settings(perp_context *context, const perp_load_settings *s)
+{
+    if (!(s->tol > 0.0 && s->tol <= 1e-3))
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.tol is %g, not in (0, 1e-3]",
+                          s->tol);
+    if (s->most_patterns < 1)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.most_patterns is %lld, below 1",
+                          (long long)s->most_patterns);
+    if (s->starts < 1)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.starts is %d, below 1",
+                          (int)s->starts);
+    return PERP_OK;
+}
 
 static perp_status copy_friction(perp_load_friction *f, const perp_load_system *system)
 {
@@ -105,22 +170,16 @@ static void layout(perp__arena *arena, void *object)
 {
     perp_load_friction *f = object;
     const size_t n = (size_t)f->n, square = n * n;
-    double **const matrices[] = {&f->A, &f->C, &f->S, &f->Y, &f->K, &f->inverse, &f->null};
+    double **const matrices[] = {&f->A, &f->C, &f->S, &f->Y};
     double **const vectors[] = {&f->b,
                                 &f->d,
                                 &f->mu,
                                 &f->mu_static,
                                 &f->size,
-                                &f->x,
-                                &f->x_low,
-                                &f->rhs,
-                                &f->slope,
-                                &f->load,
-                                &f->normal,
-                                &f->width,
-                                &f->normal_width,
+                                &f->origin,
                                 &f->product,
                                 &f->product_low,
+                                &f->normal,
                                 &f->normal_low,
                                 &f->tau,
                                 &f->question.stop,
@@ -132,8 +191,9 @@ static void layout(perp__arena *arena, void *object)
     for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
     f->work = perp__arena_take(arena, 6 * square + 4 * n, sizeof(double));
-    f->list = perp__arena_take(arena, n, sizeof(int32_t));
-    f->system.columns = perp__arena_take(arena, n, sizeof(int32_t));
+    f->c = perp__arena_take(arena, 2 * n, sizeof(double));
+    f->c_size = perp__arena_take(arena, 2 * n, sizeof(double));
+    perp__linear_layout(&f->linear, arena);
     f->tree.next = perp__arena_take(arena, n, sizeof(int32_t));
     f->question.sign = perp__arena_take(arena, n, 1);
     f->question.before = perp__arena_take(arena, n, 1);
@@ -160,15 +220,24 @@ perp_status perp__friction_enter(perp_load_friction *f)
 /* The store, the tree and the system. */
 static void prepare(perp_load_friction *f)
 {
+    perp__linear *p = &f->linear;
+
     f->pattern.side = f->pattern.mode + f->n;
-    f->system.K = f->K;
-    f->system.E = f->inverse;
+    p->block[0] = f->A;
+    p->block[1] = f->C;
+    p->row_stride = 1;
+    p->column_stride = (size_t)f->n;
+    p->c = f->c;
+    p->c_size = f->c_size;
+    p->scale = f->size;
+    p->positions = f->n;
+    p->conditions = perp__friction_conditions;
     f->answers.length = f->answers.positions = f->polyhedron.length = f->n;
     f->answers.eigenvalues = 4 * f->n;
     f->answers.own = 2 * f->n;
     f->answers.holds = perp__friction_holds_answer;
-    f->polyhedron.origin = f->x;
-    f->polyhedron.directions = f->null;
+    f->polyhedron.origin = p->x;
+    f->polyhedron.directions = p->null;
     f->polyhedron.least = PERP__FRICTION_SAME;
 }
 
@@ -181,7 +250,8 @@ static perp_status make(perp_context *context, perp_load_friction **friction, in
     if (!f)
         return PERP_ERROR_MEMORY;
     f->answers.context = f->polyhedron.cone.context = context;
-    f->n = n;
+    f->n = f->linear.length = n;
+    f->linear.rows = 2 * n;
     perp__arena_init(&f->arena, context);
     status = perp__arena_fit(&f->arena, layout, f);
     if (status != PERP_OK) {
@@ -198,53 +268,54 @@ static perp_status make(perp_context *context, perp_load_friction **friction, in
     return PERP_OK;
 }
 
-perp_status perp__friction_create_like(const perp_load_friction *f, perp_load_friction **made,
-                                       const perp_load_system *system)
+static perp_status read_system(perp_context *context, perp_load_system *read,
+                               const perp_load_system *system)
 {
-    perp_status status = make(f->context, made, f->n);
+    const perp_status status = perp__check_pointer(context, "system", system);
+
+    perp_load_system_init(read, sizeof *read);
+    return status == PERP_OK ? perp__struct_read(context, "system", read, sizeof *read, system,
+                                                 PERP__FIRST(perp_load_system))
+                             : status;
+}
+
+/* The same with a system. */
+static perp_status make_with(perp_context *context, perp_load_friction **made,
+                             const perp_load_settings *settings, const perp_load_system *system)
+{
+    perp_load_friction *f;
+    perp_status status = make(context, &f, system->n);
 
     if (status != PERP_OK)
         return status;
-    (*made)->settings = f->settings;
-    status = take(*made, system);
-    if (status != PERP_OK)
-        perp__handle_end(*made);
+    f->settings = *settings;
+    status = take(f, system);
+    if (status == PERP_OK)
+        *made = f;
+    else
+        perp__handle_end(f);
     return status;
 }
 
 static perp_status create(perp_context *context, perp_load_friction **friction,
                           const perp_load_settings *settings, const perp_load_system *system)
 {
-    perp_load_friction *f = NULL;
     perp_load_settings own;
     perp_load_system read;
-    perp_status status;
+    perp_status status = perp__check_pointer(context, "friction", friction);
 
     perp_load_settings_init(&own, sizeof own);
-    perp_load_system_init(&read, sizeof read);
-    status = perp__check_pointer(context, "friction", friction);
     if (status == PERP_OK)
-        status = PERP__READ(perp_load_settings, context, &own, settings);
+        status = perp__struct_read(context, "settings", &own, sizeof own, settings,
+                                   PERP__FIRST(perp_load_settings));
     if (status == PERP_OK)
-        status = PERP__CHECK_FIELDS(context, "settings", &own, settings_fields);
+        status = check_settings(context, &own);
     if (status == PERP_OK)
-        status = perp__check_pointer(context, "system", system);
-    if (status == PERP_OK)
-        status = PERP__READ(perp_load_system, context, &read, system);
-    if (status == PERP_OK)
-        status = PERP__CHECK_FIELDS(context, "system", &read, sizes);
-    if (status == PERP_OK)
-        status = make(context, &f, read.n);
-    if (status != PERP_OK)
-        return status;
-    f->settings = own;
-    status = take(f, &read);
-    if (status != PERP_OK) {
-        perp__handle_end(f);
-        return status;
-    }
-    *friction = f;
-    return PERP_OK;
+        status = read_system(context, &read, system);
+    if (status == PERP_OK && (read.n < 1 || read.n > 20000))
+        status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                            "system.n is %d, expected at least 1 (and at most 20000)", (int)read.n);
+    return status == PERP_OK ? make_with(context, friction, &own, &read) : status;
 }
 
 perp_status perp_load_friction_create(perp_context *context, perp_load_friction **friction,
@@ -261,4 +332,130 @@ perp_status perp_load_friction_create(perp_context *context, perp_load_friction 
 void perp_load_friction_destroy(perp_load_friction *friction)
 {
     perp__handle_destroy(friction, &kind);
+}
+
+static perp_status set(perp_load_friction *f, const perp_load_system *system)
+{
+    perp_load_friction *made, kept;
+    perp_load_system read;
+    perp_status status = read_system(f->context, &read, system);
+
+    if (status == PERP_OK && read.n != f->n)
+        status = perp__fail(f->context, PERP_ERROR_ARGUMENT, "system.n is %d, it was %d",
+                            (int)read.n, (int)f->n);
+    if (status == PERP_OK)
+        status = make_with(f->context, &made, &f->settings, &read);
+    if (status != PERP_OK)
+        return status;
+    kept = *f;
+    *f = *made;
+    *made = kept;
+    perp__handle_end(made);
+    return PERP_OK;
+}
+
+perp_status perp_load_friction_set(perp_load_friction *friction, const perp_load_system *system)
+{
+    perp_status status = perp__friction_enter(friction);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(friction->context, set(friction, system));
+}
+
+/* ---- questions ----------------------------------------------------------------------------- */
+
+perp_status perp__friction_check_vector(perp_load_friction *f, const char *name, const double *x)
+{
+    perp_status status = perp__check_pointer(f->context, name, x);
+
+    return status == PERP_OK ? perp__check_finite(f->context, name, x, (size_t)f->n) : status;
+}
+
+void perp__friction_ask(perp_load_friction *f, const double *tau, const double *velocity)
+{
+    const size_t n = (size_t)f->n;
+    int32_t i;
+
+    if (tau != f->tau)
+        memcpy(f->tau, tau, n * sizeof *tau);
+    f->question.tau = f->tau;
+    memset(f->question.stop, 0, n * sizeof *f->question.stop);
+    memset(f->question.before, 0, n);
+    memcpy(f->question.mu_stick, f->mu_static, n * sizeof *f->mu_static);
+    for (i = 0; i < f->n; i++)
+        f->question.sign[i] = (int8_t)((velocity[i] > 0.0) - (velocity[i] < 0.0));
+}
+
+static perp_status solve(perp_load_friction *f, perp_load_summary *summary, const double *tau,
+                         const double *velocity)
+{
+    perp_load_summary own;
+    perp_status status = perp__struct_check(f->context, "summary", summary, sizeof *summary,
+                                            PERP__FIRST(perp_load_summary));
+
+    if (status == PERP_OK)
+        status = perp__friction_check_vector(f, "tau", tau);
+    if (status == PERP_OK)
+        status = perp__friction_check_vector(f, "velocity", velocity);
+    if (status != PERP_OK)
+        return status;
+    perp__friction_ask(f, tau, velocity);
+    status = perp__friction_answer_all(f, &own);
+    if (status == PERP_OK)
+        perp__struct_write(summary, &own, sizeof own);
+    return status;
+}
+
+perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_summary *summary,
+                                     const double *tau, const double *velocity)
+{
+    perp_status status = perp__friction_enter(friction);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(friction->context, solve(friction, summary, tau, velocity));
+}
+
+static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t index)
+{
+    const perp__answer *a;
+    perp_load_found own;
+    perp_status status =
+        perp__struct_check(f->context, "found", found, sizeof *found, PERP__FIRST(perp_load_found));
+
+    if (status != PERP_OK)
+        return status;
+    if (index < 0 || index >= f->answers.count)
+        return perp__fail(f->context, PERP_ERROR_ARGUMENT, "index is %d, but there are %d answers",
+                          (int)index, (int)f->answers.count);
+    a = perp__answers_get(&f->answers, index);
+    memset(&own, 0, sizeof own);
+    own.kind = a->kind;
+    own.stable = a->stable;
+    own.flutter = a->flutter;
+    own.at_vertex = a->at_vertex;
+    own.dimension = a->dimension;
+    own.vertex_count = a->vertices;
+    own.ray_count = a->rays;
+    own.residual = a->residual;
+    own.acceleration = a->middle;
+    own.normal_force = perp__friction_normal(a);
+    own.friction = perp__friction_force(f, a);
+    own.modes = a->modes;
+    own.eigenvalues = a->eigenvalues;
+    own.vertices = a->points;
+    own.rays = a->points + (size_t)a->vertices * (size_t)f->n;
+    perp__struct_write(found, &own, sizeof own);
+    return PERP_OK;
+}
+
+perp_status perp_load_friction_get(perp_load_friction *friction, perp_load_found *found,
+                                   int32_t index)
+{
+    perp_status status = perp__friction_enter(friction);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(friction->context, get(friction, found, index));
 }

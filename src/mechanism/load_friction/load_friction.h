@@ -8,8 +8,7 @@
 #include "base/check.h"
 #include "base/handle.h"
 #include "linalg/matrix.h"
-#include "linalg/pivoting.h"
-#include "patterns/patterns.h"
+#include "patterns/linear.h"
 
 /* Points of a family that differ by less, relatively, are the same. */
 #define PERP__FRICTION_SAME 1e-8
@@ -50,26 +49,27 @@ struct perp_load_friction {
     int32_t insist;        /* patterns are solved to the end even where they are clearly wrong */
     int8_t *regular;       /* of a step: a stable acceleration stops this coordinate within it */
     /* work */
-    perp__pivoting system;      /* rows and columns of the coordinates that don't stick */
-    double *K, *inverse, *null; /* n by n; null: its first columns are a basis of the null space */
-    double *x, *x_low, *rhs, *slope, *load; /* slope: mu_i sign_i side_i; load: sizes of the rows */
-    double *normal, *normal_low, *product, *product_low, *width, *normal_width;
-    int32_t *list; /* coordinates that don't stick */
-    double *work;  /* 6 n^2 + 4 n */
+    perp__linear linear; /* of a pattern: x, and u = (A x + b - tau, C x + d) */
+    double *c, *c_size;  /* 2 n: its constants */
+    double *origin;      /* of a family */
+    double *product, *product_low, *normal, *normal_low;
+    double *work; /* 6 n^2 + 4 n */
     perp__polyhedron polyhedron;
 };
 
-/* Solves the pattern: regular, x, x_low, normal and width are filled and 0 is returned; else the
- * dimension of the null space, whose basis is in `null`, or -1 where the equations contradict each
- * other. */
+/* Solves the pattern: f->linear has the solution with its widths and 0 is returned; else the
+ * dimension of the null space, or -1 where the equations contradict each other. */
 int32_t perp__friction_solve_pattern(perp_load_friction *f);
 
-/* normal, rhs and load of x in the pattern. */
+/* u, residual and load of f->linear.x in the pattern, in doubled precision. */
 void perp__friction_evaluate(perp_load_friction *f);
 
-/* With x, normal and width of the pattern: whether its signs and modes hold; *at_vertex: only
- * within tol. */
+/* Whether the solution's signs and modes are the pattern's; *at_vertex: only within tol. */
 int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex);
+
+/* Of perp__linear. */
+int32_t perp__friction_conditions(const void *user, const void *pattern, int32_t i,
+                                  perp__condition *list);
 
 /* Keeps the point of the pattern, or the family of which it is one. PERP_OK or _MEMORY. */
 perp_status perp__friction_keep_point(perp_load_friction *f, int32_t at_vertex);
@@ -97,10 +97,6 @@ void perp__friction_ask(perp_load_friction *f, const double *tau, const double *
 
 /* perp_load_friction_uniqueness; velocity may be NULL. */
 void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity);
-
-/* Another handle of the same settings with room for n coordinates, and with a system. */
-perp_status perp__friction_create_like(const perp_load_friction *f, perp_load_friction **made,
-                                       const perp_load_system *system);
 
 /* n finite numbers. */
 perp_status perp__friction_check_vector(perp_load_friction *f, const char *name, const double *x);

@@ -144,11 +144,11 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
 
         own->stopped += sticks && velocity[i] != 0.0;
         own->jam |= sticks && velocity[i] != 0.0 && !f->regular[i];
-        f->x[i] = sticks ? 0.0 : taken ? velocity[i] + h * taken->middle[i] : velocity[i];
+        f->linear.x[i] = sticks ? 0.0 : taken ? velocity[i] + h * taken->middle[i] : velocity[i];
     }
-    status = perp__check_finite(f->context, "next", f->x, (size_t)f->n);
+    status = perp__check_finite(f->context, "next", f->linear.x, (size_t)f->n);
     for (i = 0; i < f->n && status == PERP_OK; i++) {
-        next[i] = f->x[i];
+        next[i] = f->linear.x[i];
         if (normal)
             normal[i] = taken ? perp__friction_normal(taken)[i] : NAN;
     }

@@ -24,22 +24,22 @@ static size_t square_of(const perp_load_friction *f)
     return (size_t)f->n * (size_t)f->n;
 }
 
-/* G' = (A^-1 C')' diag(mu) to f->K. */
+/* G' = (A^-1 C')' diag(mu) to f->linear.system.K. */
 static void find_G(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n;
     double *X = f->work;
     size_t i, j;
 
-    memcpy(f->inverse, f->A, n * n * sizeof(double));
-    perp__cholesky_factor(f->n, f->inverse, f->n);
+    memcpy(f->linear.system.E, f->A, n * n * sizeof(double));
+    perp__cholesky_factor(f->n, f->linear.system.E, f->n);
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
             X[j + n * i] = f->C[i + n * j];
-    perp__cholesky_solve(f->n, f->n, f->inverse, f->n, X, f->n);
+    perp__cholesky_solve(f->n, f->n, f->linear.system.E, f->n, X, f->n);
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
-            f->K[i + n * j] = X[j + n * i] * f->mu[j];
+            f->linear.system.K[i + n * j] = X[j + n * i] * f->mu[j];
 }
 
 /* to := G D + unit I, D_jj = -1 where f->pattern.side says so. */
@@ -50,7 +50,8 @@ static void load_signed(const perp_load_friction *f, double *to, double unit)
 
     for (j = 0; j < n; j++) {
         for (i = 0; i < n; i++)
-            to[i + n * j] = f->pattern.side[j] < 0 ? -f->K[i + n * j] : f->K[i + n * j];
+            to[i + n * j] = f->pattern.side[j] < 0 ? -f->linear.system.K[i + n * j]
+                                                   : f->linear.system.K[i + n * j];
         to[j + n * j] += unit;
     }
 }
@@ -65,9 +66,9 @@ static double determinant(perp_load_friction *f)
     size_t i;
 
     load_signed(f, f->work, 1.0);
-    perp__lu_factor(f->n, f->work, f->n, f->list);
+    perp__lu_factor(f->n, f->work, f->n, f->linear.first);
     for (i = 0; i < n; i++) {
-        product *= f->list[i] == (int32_t)i + 1 ? f->work[i + n * i] : -f->work[i + n * i];
+        product *= f->linear.first[i] == (int32_t)i + 1 ? f->work[i + n * i] : -f->work[i + n * i];
         product = frexp(product, &exponent);
         total += isfinite(product) && product != 0.0 ? exponent : 0;
     }
@@ -118,7 +119,7 @@ static void enumerate(perp_load_friction *f, perp_load_uniqueness *u)
 static double find_radius(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n;
-    double *x = f->x, *y = f->x_low, bound = INFINITY;
+    double *x = f->linear.x, *y = f->origin, bound = INFINITY;
     int32_t round;
     size_t i, j;
 
@@ -130,7 +131,7 @@ static double find_radius(perp_load_friction *f)
         memset(y, 0, n * sizeof *y);
         for (j = 0; j < n; j++)
             for (i = 0; i < n; i++)
-                y[i] += fabs(f->K[i + n * j]) * x[j];
+                y[i] += fabs(f->linear.system.K[i + n * j]) * x[j];
         for (i = 0; i < n; i++)
             quotient = fmax(quotient, y[i] / x[i]);
         bound = fmin(bound, quotient);
@@ -146,17 +147,17 @@ static double find_radius(perp_load_friction *f)
     return bound;
 }
 
-/* Whether s^2 I - G'G is positive definite; G'G in f->null, work in f->inverse. */
+/* Whether s^2 I - G'G is positive definite; G'G in f->linear.null, work in f->linear.system.E. */
 static int32_t is_above(perp_load_friction *f, double s)
 {
     const size_t n = (size_t)f->n;
     size_t i;
 
     for (i = 0; i < n * n; i++)
-        f->inverse[i] = -f->null[i];
+        f->linear.system.E[i] = -f->linear.null[i];
     for (i = 0; i < n; i++)
-        f->inverse[i + n * i] += s * s;
-    return perp__cholesky_factor(f->n, f->inverse, f->n) == 0;
+        f->linear.system.E[i + n * i] += s * s;
+    return perp__cholesky_factor(f->n, f->linear.system.E, f->n) == 0;
 }
 
 /* ||G||_2 from above, to 1e-12: bisection by Cholesky. */
@@ -169,11 +170,12 @@ static double find_norm(perp_load_friction *f)
 
     for (j = 0; j < n; j++)
         for (i = 0; i < n; i++) {
-            f->work[j + n * i] = -f->K[i + n * j];
-            frobenius += f->K[i + n * j] * f->K[i + n * j];
+            f->work[j + n * i] = -f->linear.system.K[i + n * j];
+            frobenius += f->linear.system.K[i + n * j] * f->linear.system.K[i + n * j];
         }
-    memset(f->null, 0, square * sizeof *f->null);
-    perp__gemm_subtract(f->n, f->n, f->n, f->work, f->n, f->K, f->n, f->null, f->n);
+    memset(f->linear.null, 0, square * sizeof *f->linear.null);
+    perp__gemm_subtract(f->n, f->n, f->n, f->work, f->n, f->linear.system.K, f->n, f->linear.null,
+                        f->n);
     high = sqrt(frobenius) * (1.0 + 1e-12);
     for (round = 0; round < 64 && high - low > 1e-12 * high; round++) {
         const double middle = 0.5 * (low + high);
@@ -220,9 +222,9 @@ static int32_t is_dominant(perp_load_friction *f)
             const double friction =
                 0.5 * (f->mu[i] * fabs(f->C[i + n * j]) + f->mu[j] * fabs(f->C[j + n * i]));
 
-            f->inverse[i + n * j] = (i == j ? a : -fabs(a)) - friction;
+            f->linear.system.E[i + n * j] = (i == j ? a : -fabs(a)) - friction;
         }
-    return perp__cholesky_factor(f->n, f->inverse, f->n) == 0;
+    return perp__cholesky_factor(f->n, f->linear.system.E, f->n) == 0;
 }
 
 static int32_t verdict_at_rest(perp_load_friction *f, const double *velocity, int32_t moving)
@@ -242,7 +244,7 @@ void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const
 
     memset(u, 0, sizeof *u);
     find_G(f);
-    if (!perp__all_finite(f->K, square_of(f))) {
+    if (!perp__all_finite(f->linear.system.K, square_of(f))) {
         u->norm = u->radius = INFINITY;
         u->determinant = NAN;
         u->verdict = PERP_LOAD_UNDECIDED;

@@ -20,9 +20,12 @@
 #include "linalg/spatial.h"
 
 /* Radians between two looks at the axes. */
-#define STRIDE 0.25
+#define STRIDE 0.125
 
 #define MAX_LOOKS 160
+
+/* How far the way of a ball may bend between two looks, in terms of the smaller shape. */
+#define BEND 1e-3
 #define MAX_REFINEMENTS 20
 
 /* Cosine of the angle from which on two axes count as different directions. */
@@ -105,7 +108,10 @@ static void centre_in_box(const perp__placed *box, const perp__placed *ball, dou
 {
     double between[3];
     perp__subtract3(between, ball->position, box->position);
-    perp__apply_transposed3(centre, box->rotation, between);
+    if (box->geometry->kind == PERP__BOX)
+        perp__apply_transposed3(centre, box->rotation, between);
+    else /* a ball has no frame: its turning is nothing */
+        perp__copy3(centre, between);
 }
 
 /* Distance of a point from a box (negative inside: to the next face) and its gradient. */
@@ -347,6 +353,16 @@ static double ball_entry(const double *half, int dimension, double radius, const
     return INFINITY;
 }
 
+/* The share of the step in which the ball's way in the frame of the box leaves its chord by little:
+ * c = R' (d + t way) bends by (2 |turn| |way| + |turn|^2 |d|) / 8. */
+static double ball_stride(const perp__moving *a, const perp__moving *b, const double *from)
+{
+    double turn = sum(a->turn) + sum(b->turn), way = perp__relative_way(a, b);
+    double bend = 0.125 * turn * (2.0 * way + turn * (sum(from) + way));
+    double least = BEND * fmin(a->reach, b->reach);
+    return fmax(bend > least ? sqrt(least / bend) : 1.0, 1.0 / MAX_LOOKS);
+}
+
 /* Ball `b` and box or ball `a`; a ball is a box without extent, but round. */
 static int32_t meet_ball(const perp__moving *a, const perp__moving *b, int32_t planar,
                          const perp__nearness *near, perp__meeting *meeting)
@@ -368,8 +384,9 @@ static int32_t meet_ball(const perp__moving *a, const perp__moving *b, int32_t p
         gates[k] = gate_of(separation, near, near->grazing);
         bare[k] = gate_of(separation, near, 0.0);
     }
+    double stride = boxed ? ball_stride(a, b, from) : 1.0;
     while (t < 1.0) {
-        double end = angle > 0.0 ? fmin(1.0, t + fmax(STRIDE / angle, 1.0 / MAX_LOOKS)) : 1.0;
+        double end = fmin(1.0, t + stride);
         perp__placed later_a, later_b;
         double to[3], way[3];
         perp__moved(a, end, &later_a);
@@ -379,7 +396,10 @@ static int32_t meet_ball(const perp__moving *a, const perp__moving *b, int32_t p
         if (angle == 0.0) {
             double world[3];
             perp__subtract3(world, b->way, a->way);
-            perp__apply_transposed3(way, a->start->rotation, world);
+            if (boxed)
+                perp__apply_transposed3(way, a->start->rotation, world);
+            else
+                perp__copy3(way, world);
         }
         double entry = ball_entry(half, dimension, radius, from, way, gates, near->rounding);
         if (entry <= 1.0) {

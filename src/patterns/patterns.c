@@ -1,10 +1,50 @@
-/* The store of answers: each once, and none within another. */
+/* The tree over patterns, and the store of their answers: each once, and none within another. */
+#include "patterns/patterns.h"
+
 #include <string.h>
 
 #include "base/context.h"
-#include "patterns/patterns.h"
 
-/* ---- memory -------------------------------------------------------------------------------- */
+/* ---- the tree ------------------------------------------------------------------------------ */
+
+/* Without recursion: there may be thousands of positions with one choice each. */
+perp_status perp__pattern_tree_search(perp__pattern_tree *tree)
+{
+    perp_status status = PERP_OK;
+    int32_t depth = 0;
+
+    if (tree->positions == 0)
+        return tree->leaf(tree->user);
+    tree->next[0] = 0;
+    while (depth >= 0 && status == PERP_OK && !tree->ended) {
+        const int32_t position = tree->reverse ? tree->positions - 1 - depth : depth;
+
+        if (tree->next[depth] == tree->choices(tree->user, position)) {
+            depth--;
+            continue;
+        }
+        if (!tree->choose(tree->user, position, tree->next[depth]++))
+            continue;
+        if (depth + 1 < tree->positions)
+            tree->next[++depth] = 0;
+        else
+            status = tree->leaf(tree->user);
+    }
+    return status;
+}
+
+int64_t perp__pattern_tree_count(const perp__pattern_tree *tree, int64_t most)
+{
+    int64_t product = 1;
+    int32_t i;
+
+    for (i = 0; i < tree->positions && product <= most; i++)
+        product *= tree->choices(tree->user, i);
+    return product;
+}
+
+/* ---- memory of answers
+ * -------------------------------------------------------------------------------- */
 
 perp__answer *perp__answer_create(perp__answers *answers, int32_t points)
 {
@@ -72,7 +112,7 @@ void perp__answers_release(perp__answers *answers)
     }
 }
 
-/* ---- content ------------------------------------------------------------------------------- */
+/* ---- answers ------------------------------------------------------------------------------- */
 
 void perp__answer_find_middle(const perp__answers *answers, perp__answer *answer)
 {
