@@ -21,6 +21,10 @@
 #define EXACT_TOL 1e-10
 #define SHARPER 1e-2
 
+/* Iterations of each method within which it comes to an answer or hardly ever does: all that is
+ * spent, but at accuracy `exact`. */
+#define QUICK 100
+
 static int32_t larger_of(int32_t a, int32_t b)
 {
     return a > b ? a : b;
@@ -237,7 +241,7 @@ void perp__pose_island(perp_world *world, const perp__island *island, perp__rigi
     problem->origins = work->origins;
     problem->rows = work->rows;
     problem->warm = work->warm;
-    problem->tol = SHARPER * perp__exact_tol(world);
+    problem->tol = perp__exact_tol(world);
     problem->method = settings->method;
     problem->cone = settings->planar ? 0 : settings->cone;
     problem->max_iterations = perp__iterations_left(world);
@@ -377,6 +381,39 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
     return PERP_OK;
 }
 
+static perp_status solve_quickly(perp_world *world, perp__rigid_answer *answer,
+                                 perp__rigid_problem *problem)
+{
+    const int32_t limit = problem->max_iterations;
+    perp_status status;
+
+    problem->tol = SHARPER * perp__exact_tol(world);
+    problem->max_iterations = limit == 0 || limit > QUICK ? QUICK : limit;
+    status = perp__rigid_solve(world->solver, answer, problem);
+    problem->max_iterations = limit;
+    problem->tol = perp__exact_tol(world);
+    if (status == PERP_OK)
+        weigh(world, answer);
+    if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0)
+        answer->outcome = PERP_OUTCOME_STALLED; /* nobody asked for that limit */
+    return status;
+}
+
+/* From where that has come to, with all that the methods have. */
+static perp_status solve_thoroughly(perp_world *world, perp__rigid_answer *answer,
+                                    perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    const int64_t spent = answer->iterations;
+    perp_status status;
+
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof *work->warm);
+    problem->again = 1;
+    status = perp__rigid_solve(world->solver, answer, problem);
+    answer->iterations += spent;
+    return status;
+}
+
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict)
 {
@@ -387,9 +424,10 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
 
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
-    status = perp__rigid_solve(world->solver, &answer, &problem);
-    if (status == PERP_OK)
-        weigh(world, &answer);
+    status = solve_quickly(world, &answer, &problem);
+    if (status == PERP_OK && !perp__is_good(answer.outcome) &&
+        world->settings.accuracy == PERP_ACCURACY_EXACT)
+        status = solve_thoroughly(world, &answer, &problem);
     if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY)
         status = perp__sweep_on(world, island, &answer, &problem);
     if (status == PERP_OK && perp__is_good(answer.outcome))
