@@ -47,7 +47,7 @@ typedef struct level {
 static const level levels[] = {
     {4, 0, 8, 1e-2},   /* fast */
     {8, 0, 40, 1e-3},  /* standard */
-    {24, 0, 256, 1e-6} /* accurate */
+    {24, 0, 64, 1e-6} /* accurate */
 };
 
 /* What moves heavily over what moves lightly: a mass, or the inertia about some axis beside the

@@ -1,0 +1,130 @@
+/* Levels of accuracy: what rests, rests at every one of them; what is hit gains no energy; and what
+ * is said of a step that a budget ended. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include "world/scene.h"
+
+enum { ROWS = 7, MOST = ROWS * (ROWS + 1) / 2 };
+
+/* A pyramid of cubes of 1 m and 1 kg, 2 cm apart; returns how many. */
+static int pyramid(scene *s, int32_t planar, int32_t accuracy, perp_body *boxes)
+{
+    perp_world_settings world;
+    int row, i, count = 0;
+
+    assert_int_equal(perp_world_settings_init(&world, sizeof world, planar), PERP_OK);
+    world.accuracy = accuracy;
+    scene_create(s, &world);
+    scene_plane(s, s->ground, 0.0, planar, !planar, 0.0, 0.5, 0.0);
+    for (row = 0; row < ROWS; row++)
+        for (i = 0; i < ROWS - row; i++) {
+            perp_body_settings settings = scene_settings();
+
+            settings.inertia[0] = settings.inertia[4] = settings.inertia[8] = 1.0 / 6.0;
+            settings.position[0] = 1.02 * (i + 0.5 * row);
+            settings.position[planar ? 1 : 2] = 0.5 + row;
+            boxes[count] = scene_add(s, &settings);
+            scene_box(s, boxes[count++], 0.5, 0.5, 0.5, 0.5, 0.0);
+        }
+    return count;
+}
+
+static void test_rests_at_every_level(void **state)
+{
+    perp_body boxes[MOST];
+    int32_t planar, accuracy;
+    int step, i;
+
+    (void)state;
+    for (planar = 0; planar < 2; planar++)
+        for (accuracy = PERP_ACCURACY_FAST; accuracy <= PERP_ACCURACY_EXACT; accuracy++) {
+            perp_body_state first[MOST];
+            perp_step_result result;
+            scene s;
+            const int count = pyramid(&s, planar, accuracy, boxes);
+
+            for (i = 0; i < count; i++)
+                first[i] = scene_state(&s, boxes[i]);
+            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+            for (step = 0; step < 40; step++) { /* impulses settle later than velocities */
+                SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
+                assert_true(result.outcome == PERP_OUTCOME_SOLVED ||
+                            result.outcome == PERP_OUTCOME_ITERATION_LIMIT);
+            }
+            assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+            for (i = 0; i < count; i++) {
+                perp_body_state now = scene_state(&s, boxes[i]);
+
+                if (!scene_rests(&s, boxes[i]) ||
+                    memcmp(now.position, first[i].position, sizeof now.position) != 0)
+                    fail_msg("planar %d accuracy %d: box %d moves", (int)planar, (int)accuracy, i);
+            }
+            scene_close(&s);
+        }
+}
+
+static double energy_of(scene *s)
+{
+    double kinetic, potential;
+
+    SCENE_OK(s, perp_world_energy(s->world, &kinetic, &potential));
+    return kinetic + potential;
+}
+
+/* A ball of 5 kg at 20 m/s into the pyramid: a step within a budget says so, goes on, and gives no
+ * more energy than it found, to 1 % of it. */
+static void test_a_hit_gives_no_energy(void **state)
+{
+    perp_body boxes[MOST];
+    int32_t accuracy;
+    int step, limited = 0;
+
+    (void)state;
+    for (accuracy = PERP_ACCURACY_FAST; accuracy <= PERP_ACCURACY_ACCURATE; accuracy++) {
+        perp_body_settings settings = scene_settings();
+        double before, start;
+        perp_body ball;
+        scene s;
+
+        pyramid(&s, 0, accuracy, boxes);
+        settings.mass = 5.0;
+        settings.position[0] = -1.5;
+        settings.position[2] = 2.5;
+        settings.velocity[0] = 20.0;
+        ball = scene_add(&s, &settings);
+        scene_sphere(&s, ball, 0.5, 0.5, 0.0);
+        start = before = energy_of(&s);
+        for (step = 0; step < 25; step++) {
+            perp_step_result result;
+            double now;
+
+            assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+            SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
+            assert_int_equal(result.advanced, 1);
+            assert_true(result.residual >= 0.0 && result.residual < INFINITY);
+            limited += result.outcome == PERP_OUTCOME_ITERATION_LIMIT;
+            now = energy_of(&s);
+            if (!(now <= before + 0.01 * start))
+                fail_msg("accuracy %d step %d: %g to %g", (int)accuracy, step, before, now);
+            before = now;
+        }
+        scene_close(&s);
+    }
+    assert_true(limited > 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_rests_at_every_level),
+        cmocka_unit_test(test_a_hit_gives_no_energy),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
