@@ -174,6 +174,22 @@ typedef struct perp_world_stats {
     double seconds_project;
 } perp_world_stats;
 
+/* Where the states of all bodies are: the numbers of slot k begin k strides (in bytes) after those
+ * of slot 0. The ground is in slot 0; a body keeps its slot; that of a removed body keeps its last
+ * numbers until another body gets it. */
+typedef struct perp_world_states {
+    size_t struct_size;
+    int32_t slots;
+    int32_t reserved;
+    size_t pose_stride;
+    size_t twist_stride;
+    const double *position;         /* 3 numbers; a stride of poses */
+    const double *orientation;      /* 4 numbers; planar: of the angle */
+    const double *angle;            /* 1 number; 0 in three dimensions */
+    const double *velocity;         /* 3 numbers; a stride of twists */
+    const double *angular_velocity; /* 3 numbers; planar: only [2] */
+} perp_world_states;
+
 /* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size.
  * perp_world_settings_init takes the planar flag because gravity's default depends on it. */
 PERP_API perp_status perp_world_settings_init(perp_world_settings *settings, size_t size,
@@ -184,6 +200,7 @@ PERP_API perp_status perp_shape_settings_init(perp_shape_settings *settings, siz
 PERP_API perp_status perp_world_contact_init(perp_world_contact *contact, size_t size);
 PERP_API perp_status perp_step_result_init(perp_step_result *result, size_t size);
 PERP_API perp_status perp_world_stats_init(perp_world_stats *stats, size_t size);
+PERP_API perp_status perp_world_states_init(perp_world_states *states, size_t size);
 
 /* Creates a world that holds one static body, the ground.
  * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY or _MEMORY.
@@ -220,6 +237,25 @@ PERP_API perp_status perp_world_get_body(const perp_world *world, perp_body_stat
                                          perp_body body) PERP_WARN_UNUSED;
 PERP_API perp_status perp_world_set_body(perp_world *world, const perp_body_state *state,
                                          perp_body body) PERP_WARN_UNUSED;
+
+/* Mass and inertia of a body, given or of its shapes; infinite unless it is dynamic.
+ * Out:     mass, inertia: 9 numbers, body frame, about the mass centre; planar: all but [8] are 0.
+ *          Either may be NULL. */
+PERP_API perp_status perp_world_get_mass(const perp_world *world, double *mass, double *inertia,
+                                         perp_body body) PERP_WARN_UNUSED;
+
+/* Tells where the states of all bodies are, to be read without copies.
+ * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _ABI, _HANDLE or _BUSY.
+ * Out:     states: initialised by perp_world_states_init. Its arrays belong to the world and show
+ *          what the last step, set_body or restore left there, until a body is added or removed or
+ *          the world is destroyed; then ask again. Don't write to them: they are not checked.
+ * Cost:    none that grows with the world. */
+PERP_API perp_status perp_world_get_states(const perp_world *world,
+                                           perp_world_states *states) PERP_WARN_UNUSED;
+
+/* The slot of a body in the arrays of perp_world_get_states, from 0 (the ground) on. */
+PERP_API perp_status perp_world_body_slot(const perp_world *world, int32_t *slot,
+                                          perp_body body) PERP_WARN_UNUSED;
 
 /* Add a shape to a body. `shape` may be NULL, `settings` NULL for the defaults.
  * radius >= 0. half_extents: 3 numbers > 0 (planar: the first 2). normal: 3 numbers, not zero,

@@ -46,6 +46,7 @@
 #define PERP__LAST_perp_step_result islands
 #define PERP__LAST_perp_world_contact reserved
 #define PERP__LAST_perp_world_settings friction
+#define PERP__LAST_perp_world_states angular_velocity
 #define PERP__LAST_perp_world_stats seconds_project
 
 /* Size of struct type T up to and including `field`; and that of its first release. */

@@ -32,9 +32,8 @@ typedef struct perp__rigid_problem {
     int32_t width; /* 3 in the plane, 6 in space */
     int32_t bodies, carriers;
     int32_t contacts, joints;
-    const double
-        *factors;       /* bodies by width by width, row-major: C of each, any with M^-1 = C C' */
-    const double *free; /* bodies + carriers by width: velocities without impulses */
+    const double *factors; /* bodies by width by width, row-major: C of each, M^-1 = C C' */
+    const double *free;    /* bodies + carriers by width: velocities without impulses */
     const double *origins; /* bodies + carriers by 3: where each is; read only for what a carrier
                               that turns carries; NULL: nothing is known to be carried by those */
     const perp__rigid_rows *rows; /* contacts, then joints */
@@ -44,10 +43,12 @@ typedef struct perp__rigid_problem {
     int32_t method;               /* PERP_CONTACT_METHOD_... */
     int32_t cone;                 /* 0: exact; k: polyhedron, as perp_contact_settings.cone */
     int32_t max_iterations;       /* of each method; 0: their own */
-    int32_t proves;               /* 1: look for proofs that there is no solution */
+    int32_t proves;               /* 1: look for proofs that there is no solution; one that a method
+                                     comes across counts anyway */
     int32_t again;                /* 1: bodies, factors, rows (but bias) and mu are those of the
                                      last solve: only free, bias, warm and what follows are read */
-    int32_t holds;                /* 1: where the answer is good, velocities are those of hold */
+    int32_t holds;                /* 1: v, velocity and carrier are those of perp__rigid_hold,
+                                     whatever the outcome */
     double deadline;              /* on perp__now()'s clock; 0: none */
 } perp__rigid_problem;
 
@@ -63,7 +64,8 @@ typedef struct perp__rigid_answer {
     int32_t method; /* that gave the answer; PERP_CONTACT_METHOD_POLISH: the start */
     int32_t held;   /* velocities are those of hold */
     int64_t iterations;
-    double tested, own, backward; /* what the outcome rests on */
+    double tested, own, backward; /* what the outcome rests on; backward is 1 where it was not
+                                     asked for, and own, in plain doubles, may be too large */
     int32_t certificate;          /* PERP_CONTACT_CERTIFICATE_... */
 } perp__rigid_answer;
 
@@ -86,10 +88,13 @@ perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *an
 
 /* Velocities in what the contacts that hold leave free (hold.h), for impulses and modes from
  * anywhere: reads answer->impulse (of contacts that slip: their tangents) and ->modes, writes ->v,
- * ->velocity, ->carrier and ->held. A contact that presses or sticks, and every joint, holds: its
- * velocities are exactly 0 beside bias; what is pinned in every coordinate has exactly the velocity
- * of what it is pinned to, 0.0 at rest. The rest is the solution's, with held rows taken out, at a
- * cost linear in the contacts; bodies in clusters too large for that keep v_free + M^-1 J'r.
+ * ->velocity, ->carrier and ->held. Rows that hold: normals of contacts that press, all of contacts
+ * that stick, joints; and of contacts that press by nothing what is 0 to rounding. Of rows that
+ * impulses leave with more than sqrt(tol) omega sqrt(t_k) the modes are not believed. Their u is
+ * exactly 0.0; what they pin in every coordinate has exactly the velocity of what it is pinned to,
+ * 0.0 at rest; the rest is v_free and what the other impulses do, with held rows taken out. At a
+ * cost linear in the contacts: about 0.1 us each after the set-up, which `again` saves. Clusters of
+ * more than 96 velocities that hold each other only together keep v_free + M^-1 J'r.
  * PERP_OK or PERP_ERROR_MEMORY. */
 perp_status perp__rigid_hold(perp__rigid_solver *solver, perp__rigid_answer *answer,
                              const perp__rigid_problem *problem);

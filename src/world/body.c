@@ -30,6 +30,8 @@ perp_status perp_body_state_init(perp_body_state *state, size_t size)
     return status;
 }
 
+PERP__INIT(perp_world_states)
+
 perp_status perp__check_quaternion(perp_context *context, const char *name, double *q)
 {
     double norm;
@@ -318,4 +320,84 @@ perp_status perp_world_set_body(perp_world *world, const perp_body_state *state,
     if (status != PERP_OK)
         return status;
     return perp__leave(world->context, set_body(world, state, body));
+}
+
+static perp_status get_mass(const perp_world *world, double *mass, double *inertia, perp_body id)
+{
+    const perp__body *body;
+    int32_t slot, k;
+    perp_status status = perp__find_body(world, &slot, id);
+
+    if (status != PERP_OK)
+        return status;
+    body = &world->bodies[slot];
+    if (mass)
+        *mass = body->kind == PERP_BODY_DYNAMIC ? body->mass : INFINITY;
+    for (k = 0; k < 9 && inertia; k++)
+        inertia[k] = body->inertia[k];
+    for (k = world->settings.planar ? 8 : 0; k < 9 && inertia && body->kind != PERP_BODY_DYNAMIC;
+         k += 4)
+        inertia[k] = INFINITY;
+    return PERP_OK;
+}
+
+perp_status perp_world_get_mass(const perp_world *world, double *mass, double *inertia,
+                                perp_body body)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, get_mass(world, mass, inertia, body));
+}
+
+static perp_status get_states(const perp_world *world, perp_world_states *states)
+{
+    const perp__state *first = world->states;
+    perp_world_states own;
+    perp_status status = PERP__CHECK(perp_world_states, world->context, states);
+
+    if (status == PERP_OK)
+        status = perp_world_states_init(&own, sizeof own);
+    if (status != PERP_OK)
+        return status;
+    own.slots = world->body_slots;
+    own.pose_stride = own.twist_stride = sizeof *first;
+    own.position = first->position;
+    own.orientation = first->orientation;
+    own.angle = &first->angle;
+    own.velocity = first->velocity;
+    own.angular_velocity = first->angular_velocity;
+    perp__struct_write(states, &own, sizeof own);
+    return PERP_OK;
+}
+
+perp_status perp_world_get_states(const perp_world *world, perp_world_states *states)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, get_states(world, states));
+}
+
+static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body id)
+{
+    perp_status status = perp__check_pointer(world->context, "slot", slot);
+    int32_t found;
+
+    if (status == PERP_OK)
+        status = perp__find_body(world, &found, id);
+    if (status == PERP_OK)
+        *slot = found;
+    return status;
+}
+
+perp_status perp_world_body_slot(const perp_world *world, int32_t *slot, perp_body body)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, body_slot(world, slot, body));
 }

@@ -21,6 +21,10 @@
 #define EXACT_TOL 1e-10
 #define SHARPER 1e-2
 
+/* Iterations of each method within which it comes to an answer or hardly ever does: all that is
+ * spent, but at accuracy `exact`. */
+#define QUICK 100
+
 static int32_t larger_of(int32_t a, int32_t b)
 {
     return a > b ? a : b;
@@ -54,6 +58,9 @@ static void lay_out(perp__arena *arena, void *object)
     work->gap = perp__arena_take(arena, contacts, sizeof(double));
     work->none = perp__arena_take(arena, contacts, sizeof(double));
     work->guard = perp__arena_take(arena, contacts, sizeof(double));
+    work->strength = perp__arena_take(arena, bodies, sizeof(double));
+    work->solved = perp__arena_take(arena, numbers, sizeof(double));
+    work->solved_rows = perp__arena_take(arena, 3 * contacts, sizeof(double));
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
     work->smooth_impulse = perp__arena_take(arena, 3 * contacts, sizeof(double));
     work->next_warm = perp__arena_take(arena, 3 * contacts, sizeof(double));
@@ -234,7 +241,7 @@ void perp__pose_island(perp_world *world, const perp__island *island, perp__rigi
     problem->origins = work->origins;
     problem->rows = work->rows;
     problem->warm = work->warm;
-    problem->tol = SHARPER * perp__exact_tol(world);
+    problem->tol = perp__exact_tol(world);
     problem->method = settings->method;
     problem->cone = settings->planar ? 0 : settings->cone;
     problem->max_iterations = perp__iterations_left(world);
@@ -281,6 +288,132 @@ static void weigh(const perp_world *world, perp__rigid_answer *answer)
     answer->outcome = perp__gate(&evidence, perp__exact_tol(world), answer->outcome);
 }
 
+/* |C^-1 v| of a body: twice its square is the kinetic energy. */
+static double mass_norm(const perp_world *world, const perp__motion *motion, const double *v)
+{
+    double twist[6], turning[3];
+
+    perp__twist_of(world, v, twist);
+    perp__apply3(turning, motion->inverse_factor, twist + 3);
+    return hypot(motion->root_mass * perp__length3(twist), perp__length3(turning));
+}
+
+/* |C'J'| of a row of a body: its velocity for a twist of norm 1. */
+static double row_norm(const perp_world *world, const perp__motion *motion, const double *row)
+{
+    double twist[6], turning[3];
+
+    perp__twist_of(world, row, twist);
+    perp__apply_transposed3(turning, motion->factor, twist + 3);
+    return hypot(motion->root_inverse_mass * perp__length3(twist), perp__length3(turning));
+}
+
+/* The sizes of the terms that each body's velocity is made of. */
+static void find_strengths(const perp_world *world, const perp__island *island, double *strength)
+{
+    const perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    int32_t i, k, side;
+
+    for (i = 0; i < island->bodies; i++) {
+        const perp__motion *motion = &world->motions[work->members[i]];
+
+        strength[i] = mass_norm(world, motion, work->now + n * i) +
+                      mass_norm(world, motion, work->gain + n * i);
+    }
+    for (i = 0; i < work->count; i++)
+        for (k = 0; k < work->rows[i].dim; k++)
+            for (side = 0; side < 2 && work->impulse[3 * i + k] != 0.0; side++) {
+                const int32_t body = work->rows[i].body[side];
+
+                if (body >= 0 && body < island->bodies)
+                    strength[body] += fabs(work->impulse[3 * i + k]) *
+                                      row_norm(world, &world->motions[work->members[body]],
+                                               work->rows[i].rows[side][k]);
+            }
+}
+
+/* The largest change of a body's velocity beside its own terms: a light body does not hide behind a
+ * heavy one. */
+static double largest_change(const perp_world *world, const perp__island *island,
+                             const double *from, const double *strength)
+{
+    const int32_t n = world->dof;
+    double largest = 0.0;
+    int32_t i, k;
+
+    for (i = 0; i < island->bodies; i++) {
+        double change[6], norm;
+
+        for (k = 0; k < n; k++)
+            change[k] = world->work.v[n * i + k] - from[n * i + k];
+        norm = mass_norm(world, &world->motions[world->work.members[i]], change);
+        if (norm != 0.0)
+            perp__raise_to(&largest, norm / strength[i]);
+    }
+    return largest;
+}
+
+/* Velocities in what the rows that hold leave free, where they are an answer as well. */
+static perp_status hold(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                        const perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    const size_t numbers = (size_t)(world->dof * island->bodies);
+    perp__evidence evidence = {answer->tested, answer->own, answer->backward, 1};
+    perp_outcome outcome;
+    perp_status status;
+
+    find_strengths(world, island, work->strength);
+    memcpy(work->solved, work->v, numbers * sizeof(double));
+    memcpy(work->solved_rows, work->velocity, 3 * (size_t)work->count * sizeof(double));
+    status = perp__rigid_hold(world->solver, answer, problem);
+    if (status != PERP_OK)
+        return status;
+    perp__raise_to(&evidence.own, largest_change(world, island, work->solved, work->strength));
+    outcome = perp__gate(&evidence, perp__exact_tol(world), answer->outcome);
+    if (perp__is_good(outcome)) {
+        answer->outcome = perp__worse_outcome(outcome, answer->outcome);
+        return PERP_OK;
+    }
+    memcpy(work->v, work->solved, numbers * sizeof(double));
+    memcpy(work->velocity, work->solved_rows, 3 * (size_t)work->count * sizeof(double));
+    return PERP_OK;
+}
+
+static perp_status solve_quickly(perp_world *world, perp__rigid_answer *answer,
+                                 perp__rigid_problem *problem)
+{
+    const int32_t limit = problem->max_iterations;
+    perp_status status;
+
+    problem->tol = SHARPER * perp__exact_tol(world);
+    problem->max_iterations = limit == 0 || limit > QUICK ? QUICK : limit;
+    status = perp__rigid_solve(world->solver, answer, problem);
+    problem->max_iterations = limit;
+    problem->tol = perp__exact_tol(world);
+    if (status == PERP_OK)
+        weigh(world, answer);
+    if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0)
+        answer->outcome = PERP_OUTCOME_STALLED; /* nobody asked for that limit */
+    return status;
+}
+
+/* From where that has come to, with all that the methods have. */
+static perp_status solve_thoroughly(perp_world *world, perp__rigid_answer *answer,
+                                    perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    const int64_t spent = answer->iterations;
+    perp_status status;
+
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof *work->warm);
+    problem->again = 1;
+    status = perp__rigid_solve(world->solver, answer, problem);
+    answer->iterations += spent;
+    return status;
+}
+
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict)
 {
@@ -291,13 +424,14 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
 
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
-    status = perp__rigid_solve(world->solver, &answer, &problem);
-    if (status == PERP_OK)
-        weigh(world, &answer);
+    status = solve_quickly(world, &answer, &problem);
+    if (status == PERP_OK && !perp__is_good(answer.outcome) &&
+        world->settings.accuracy == PERP_ACCURACY_EXACT)
+        status = solve_thoroughly(world, &answer, &problem);
     if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY)
         status = perp__sweep_on(world, island, &answer, &problem);
     if (status == PERP_OK && perp__is_good(answer.outcome))
-        status = perp__rigid_hold(world->solver, &answer, &problem);
+        status = hold(world, island, &answer, &problem);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");

@@ -11,6 +11,9 @@
 /* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
 #define LARGE_RATIO 1e3
 
+/* Bodies that are solved exactly whatever the number of their contacts. */
+#define FEW_BODIES 2
+
 /* Beside a contact's size: what a sweep does not tell a gap from contact by. */
 #define GUARD 1e-3
 
@@ -20,6 +23,11 @@
 /* Beside the change of velocity that forces make in a step, what counts as no velocity in what is
  * swept: the velocities of what holds are then solved for. */
 #define STILL 0.02
+
+/* How fast, beside the change of velocity that forces make in a step, a hit is hard; and the passes
+ * over the whole step that then stand for a substep. */
+#define HARD 8.0
+#define PASSES_OF_A_SUBSTEP 4
 
 /* Passes that are always made. */
 #define LEAST_PASSES 8
@@ -37,16 +45,22 @@ static const level levels[] = {
     {0, 60, 256, 1e-6} /* accurate */
 };
 
+/* What moves heavily over what moves lightly: a mass, or the inertia about some axis beside the
+ * body's size. */
 static double mass_ratio(const perp_world *world, const perp__island *island)
 {
     double least = INFINITY, most = 0.0;
-    int32_t i;
+    int32_t i, k;
 
     for (i = 0; i < island->bodies; i++) {
-        const int32_t body = world->body_order[island->first_body + i];
+        const perp__body *body = &world->bodies[world->body_order[island->first_body + i]];
+        const double square = body->radius * body->radius;
 
-        least = fmin(least, world->bodies[body].mass);
-        most = fmax(most, world->bodies[body].mass);
+        least = fmin(least, body->mass);
+        most = fmax(most, body->mass);
+        for (k = 0; k < 9 && square > 0.0; k += 4)
+            if (body->inverse_inertia[k] > 0.0)
+                least = fmin(least, 1.0 / (body->inverse_inertia[k] * square));
     }
     return most / least;
 }
@@ -57,7 +71,7 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
 
     if (settings->accuracy == PERP_ACCURACY_EXACT || (settings->cone != 0 && !settings->planar))
         return 1;
-    return island->contacts <= levels[settings->accuracy].few ||
+    return island->contacts <= levels[settings->accuracy].few || island->bodies <= FEW_BODIES ||
            mass_ratio(world, island) >= LARGE_RATIO;
 }
 
@@ -65,6 +79,22 @@ static perp__world_contact *island_contact(const perp_world *world, const perp__
                                            int32_t i)
 {
     return perp__island_contact(world, &world->contacts, island, i);
+}
+
+/* Whether something is hit faster than forces push in many steps: the impulses of that are none to
+ * start the next substep from, and substeps of one pass would give energy. */
+static int32_t is_hit_hard(const perp_world *world, const perp__island *island)
+{
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = island_contact(world, island, i);
+        const double pushed = perp__normal_terms(world, i, world->work.gain, island->bodies);
+
+        if (contact->start[0] < -HARD * pushed)
+            return 1;
+    }
+    return 0;
 }
 
 static void plan(perp_world *world, const perp__island *island, perp__substeps *step, double h)
@@ -77,6 +107,10 @@ static void plan(perp_world *world, const perp__island *island, perp__substeps *
     step->h = h;
     step->substeps = world->settings.substeps > 0 ? world->settings.substeps : of->substeps;
     step->passes = of->passes;
+    if (is_hit_hard(world, island)) {
+        step->passes = step->substeps > 0 ? PASSES_OF_A_SUBSTEP * step->substeps : step->passes;
+        step->substeps = 0;
+    }
     step->clear = CLEAR;
     step->start = work->start;
     step->gap = work->gap;

@@ -207,6 +207,7 @@ typedef struct perp__island_work {
     int32_t *carrier, *modes;                      /* bodies; contacts chosen */
     double *impulse, *velocity, *warm, *next_warm; /* 3 a contact chosen */
     double *gap, *guard, *none;                    /* contacts of the island */
+    double *strength, *solved, *solved_rows;       /* bodies; numbers; 3 a contact: of hold */
     int8_t *hit;
 } perp__island_work;
 

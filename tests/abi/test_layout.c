@@ -151,18 +151,20 @@ static void test_lcp_enumeration(void **state)
 static void test_world_settings(void **state)
 {
     (void)state;
-    SIZE(perp_world_settings, 80);
+    SIZE(perp_world_settings, 88);
     FIELD(perp_world_settings, struct_size, 0, 8);
     FIELD(perp_world_settings, gravity, 8, 24);
     FIELD(perp_world_settings, planar, 32, 4);
-    FIELD(perp_world_settings, friction_directions, 36, 4);
-    FIELD(perp_world_settings, method, 40, 4);
-    FIELD(perp_world_settings, max_iterations, 44, 4);
-    FIELD(perp_world_settings, tol, 48, 8);
-    FIELD(perp_world_settings, time_limit, 56, 8);
-    FIELD(perp_world_settings, strict, 64, 4);
-    FIELD(perp_world_settings, reserved, 68, 4);
-    FIELD(perp_world_settings, friction, 72, 8);
+    FIELD(perp_world_settings, accuracy, 36, 4);
+    FIELD(perp_world_settings, cone, 40, 4);
+    FIELD(perp_world_settings, method, 44, 4);
+    FIELD(perp_world_settings, substeps, 48, 4);
+    FIELD(perp_world_settings, max_iterations, 52, 4);
+    FIELD(perp_world_settings, strict, 56, 4);
+    FIELD(perp_world_settings, reserved, 60, 4);
+    FIELD(perp_world_settings, tol, 64, 8);
+    FIELD(perp_world_settings, time_limit, 72, 8);
+    FIELD(perp_world_settings, friction, 80, 8);
 }
 
 static void test_body_settings(void **state)
@@ -253,8 +255,7 @@ static void test_world_stats(void **state)
     FIELD(perp_world_stats, contacts, 20, 4);
     FIELD(perp_world_stats, rows_normal, 24, 4);
     FIELD(perp_world_stats, rows_friction, 28, 4);
-    FIELD(perp_world_stats, rows_cone, 32, 4);
-    FIELD(perp_world_stats, impacts, 36, 4);
+    FIELD(perp_world_stats, impacts, 32, 4);
     FIELD(perp_world_stats, iterations, 40, 8);
     FIELD(perp_world_stats, steps, 48, 8);
     FIELD(perp_world_stats, residual, 56, 8);
@@ -262,6 +263,22 @@ static void test_world_stats(void **state)
     FIELD(perp_world_stats, seconds_solve, 72, 8);
     FIELD(perp_world_stats, seconds_integrate, 80, 8);
     FIELD(perp_world_stats, seconds_project, 88, 8);
+}
+
+static void test_world_states(void **state)
+{
+    (void)state;
+    SIZE(perp_world_states, 72);
+    FIELD(perp_world_states, struct_size, 0, 8);
+    FIELD(perp_world_states, slots, 8, 4);
+    FIELD(perp_world_states, reserved, 12, 4);
+    FIELD(perp_world_states, pose_stride, 16, 8);
+    FIELD(perp_world_states, twist_stride, 24, 8);
+    FIELD(perp_world_states, position, 32, 8);
+    FIELD(perp_world_states, orientation, 40, 8);
+    FIELD(perp_world_states, angle, 48, 8);
+    FIELD(perp_world_states, velocity, 56, 8);
+    FIELD(perp_world_states, angular_velocity, 64, 8);
 }
 
 static void test_status_values(void **state)
@@ -324,6 +341,10 @@ static void test_other_values(void **state)
     VALUE(PERP_BODY_DYNAMIC, 0);
     VALUE(PERP_BODY_STATIC, 1);
     VALUE(PERP_BODY_KINEMATIC, 2);
+    VALUE(PERP_ACCURACY_FAST, 0);
+    VALUE(PERP_ACCURACY_STANDARD, 1);
+    VALUE(PERP_ACCURACY_ACCURATE, 2);
+    VALUE(PERP_ACCURACY_EXACT, 3);
     VALUE(PERP_CONTACT_SEPARATE, 0);
     VALUE(PERP_CONTACT_STICK, 1);
     VALUE(PERP_CONTACT_SLIP, 2);
@@ -348,6 +369,7 @@ int main(void)
         cmocka_unit_test(test_contact),
         cmocka_unit_test(test_step_result),
         cmocka_unit_test(test_world_stats),
+        cmocka_unit_test(test_world_states),
         cmocka_unit_test(test_status_values),
         cmocka_unit_test(test_outcome_values),
         cmocka_unit_test(test_other_values),

@@ -209,6 +209,7 @@ static void test_public_inits(void **state)
     CHECK_INIT(perp_world_contact);
     CHECK_INIT(perp_world_settings);
     CHECK_INIT(perp_world_stats);
+    CHECK_INIT(perp_world_states);
 }
 
 int main(void)

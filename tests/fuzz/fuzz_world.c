@@ -146,6 +146,23 @@ static void set_body(fuzz_bytes *bytes, scene *s)
         s->gentle = 0;
 }
 
+/* What is seen without copies is what is read. */
+static void check_slot(const scene *s, const perp_body_state *state, perp_body body)
+{
+    perp_world_states states;
+    int32_t slot = -1;
+
+    if (perp_world_states_init(&states, sizeof states) != PERP_OK ||
+        perp_world_get_states(s->world, &states) != PERP_OK ||
+        perp_world_body_slot(s->world, &slot, body) != PERP_OK || slot < 1 || slot >= states.slots)
+        fuzz_fail("world: a body that was added has a slot");
+    if (memcmp((const char *)states.position + (size_t)slot * states.pose_stride, state->position,
+               sizeof state->position) != 0 ||
+        memcmp((const char *)states.velocity + (size_t)slot * states.twist_stride, state->velocity,
+               sizeof state->velocity) != 0)
+        fuzz_fail("world: slot %d holds another body", slot);
+}
+
 /* All bodies, after a step that counts as solved. */
 static void check_states(const scene *s)
 {
@@ -160,6 +177,7 @@ static void check_states(const scene *s)
         fuzz_finite("orientation", state.orientation, 4);
         fuzz_finite("velocity", state.velocity, 3);
         fuzz_finite("angular_velocity", state.angular_velocity, 3);
+        check_slot(s, &state, s->bodies[k]);
         /* The steps' contacts are linearised: a corner that turns may end below the floor, the
          * centre of a body of at least 0.25 may not. */
         if (s->gentle && s->size[k] > 0 && state.position[s->planar ? 1 : 2] < -0.05)
@@ -298,7 +316,7 @@ static void read_all(fuzz_bytes *bytes, scene *s)
 {
     perp_world_stats stats;
     perp_world_contact contact;
-    double x[6];
+    double x[9], mass = 0;
 
     if (perp_world_stats_init(&stats, sizeof stats) != PERP_OK ||
         perp_world_contact_init(&contact, sizeof contact) != PERP_OK)
@@ -306,6 +324,10 @@ static void read_all(fuzz_bytes *bytes, scene *s)
     fuzz_status(s->context, perp_world_get_stats(s->world, &stats), "get_stats");
     fuzz_status(s->context, perp_world_energy(s->world, &x[0], &x[1]), "energy");
     fuzz_status(s->context, perp_world_momentum(s->world, &x[0], &x[3]), "momentum");
+    if (fuzz_status(s->context, perp_world_get_mass(s->world, &mass, x, any_body(bytes, s)),
+                    "get_mass") &&
+        !(mass > 0 && x[8] > 0))
+        fuzz_fail("world: a body has mass %g and inertia %g", mass, x[8]);
     fuzz_status(s->context, perp_world_get_contact(s->world, &contact, fuzz_byte(bytes) - 1),
                 "get_contact");
     if (stats.bodies < s->count)
@@ -326,7 +348,8 @@ static void make(fuzz_bytes *bytes, scene *s)
     settings.tol = s->gentle ? settings.tol : fuzz_tol(bytes, settings.tol);
     settings.strict = (flags & 4) != 0;
     if (flags & 8)
-        settings.friction_directions = 4 + 2 * fuzz_pick(bytes, 4);
+        settings.cone = 4 + 2 * fuzz_pick(bytes, 4);
+    settings.accuracy = flags >> 6;
     if (flags & 16)
         settings.max_iterations = 1 + fuzz_pick(bytes, 50);
     s->timed = (flags & 0x60) == 0x60;

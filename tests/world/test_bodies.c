@@ -278,6 +278,118 @@ static void test_planar_angle(void **state)
     scene_close(&s);
 }
 
+/* What was given, else what the shapes have: a box of 2 x 4 x 6 m and 3 kg/m^3. */
+static void test_mass_is_told(void **state)
+{
+    const double half[] = {1.0, 2.0, 3.0};
+    const double moments[] = {144.0 * 52.0 / 12.0, 144.0 * 40.0 / 12.0, 144.0 * 20.0 / 12.0};
+    perp_shape_settings shape = scene_material(0.5, 0.0);
+    double mass = 0.0, inertia[9];
+    perp_body body;
+    scene s;
+    int i;
+
+    (void)state;
+    shape.density = 3.0;
+    scene_create(&s, NULL);
+    body = scene_add(&s, NULL);
+    SCENE_OK(&s, perp_world_get_mass(s.world, &mass, inertia, body));
+    assert_true(mass == 1.0 && inertia[0] == 1.0 && inertia[1] == 0.0);
+    SCENE_OK(&s, perp_world_add_box(s.world, NULL, body, half, &shape));
+    SCENE_OK(&s, perp_world_get_mass(s.world, &mass, NULL, body));
+    SCENE_OK(&s, perp_world_get_mass(s.world, NULL, inertia, body));
+    scene_near(mass, 144.0, 144.0 * EPSILON, "mass");
+    for (i = 0; i < 9; i++) /* a handful of roundings */
+        scene_near(inertia[i], i % 4 == 0 ? moments[i / 4] : 0.0, 1e3 * EPSILON, "inertia");
+    SCENE_OK(&s, perp_world_get_mass(s.world, &mass, inertia, s.ground));
+    assert_true(mass == INFINITY && inertia[4] == INFINITY && inertia[1] == 0.0);
+    assert_int_equal(perp_world_get_mass(s.world, &mass, inertia, 0), PERP_ERROR_HANDLE);
+    scene_close(&s);
+    scene_open(&s, 1, 0.0, 0.0, 0.0);
+    body = scene_add(&s, NULL);
+    SCENE_OK(&s, perp_world_add_box(s.world, NULL, body, half, &shape)); /* 2 x 4 m */
+    SCENE_OK(&s, perp_world_get_mass(s.world, &mass, inertia, body));
+    scene_near(mass, 24.0, 24.0 * EPSILON, "planar mass");
+    scene_near(inertia[8], 24.0 * 20.0 / 12.0, 1e2 * EPSILON, "planar inertia");
+    assert_true(inertia[0] == 0.0 && inertia[4] == 0.0);
+    SCENE_OK(&s, perp_world_get_mass(s.world, NULL, inertia, s.ground));
+    assert_true(inertia[8] == INFINITY && inertia[0] == 0.0);
+    scene_close(&s);
+}
+
+static const double *number_of(const double *first, size_t stride, int32_t slot)
+{
+    return (const double *)((const char *)first + (size_t)slot * stride);
+}
+
+/* The arrays show what is read body by body, and go on doing so through steps. */
+static void same_states(scene *s, const perp_world_states *states, const perp_body *bodies,
+                        int count)
+{
+    int i;
+
+    for (i = 0; i < count; i++) {
+        perp_body_state now = scene_state(s, bodies[i]);
+        int32_t slot = -1;
+
+        SCENE_OK(s, perp_world_body_slot(s->world, &slot, bodies[i]));
+        assert_in_range(slot, 0, states->slots - 1);
+#define SAME(field, kind)                                                                  \
+    assert_memory_equal(number_of(states->field, states->kind##_stride, slot), &now.field, \
+                        sizeof now.field)
+        SAME(position, pose);
+        SAME(orientation, pose);
+        SAME(angle, pose);
+        SAME(velocity, twist);
+        SAME(angular_velocity, twist);
+    }
+}
+
+static void test_states_without_copies(void **state)
+{
+    perp_body bodies[20];
+    perp_body_settings settings = scene_settings();
+    perp_world_states states, short_one;
+    int32_t planar, slot = 77, i;
+    scene s;
+
+    (void)state;
+    for (planar = 0; planar < 2; planar++) {
+        scene_open(&s, planar, 0.5, -1.0, 0.0);
+        bodies[0] = s.ground;
+        for (i = 1; i < 20; i++) { /* more than fit the first memory */
+            settings.position[0] = i;
+            settings.velocity[1] = 2.0 * i;
+            settings.angular_velocity[2] = 0.25 * i;
+            bodies[i] = scene_add(&s, &settings);
+        }
+        assert_int_equal(perp_world_states_init(&states, sizeof states), PERP_OK);
+        SCENE_OK(&s, perp_world_get_states(s.world, &states));
+        assert_int_equal(states.slots, 20);
+        same_states(&s, &states, bodies, 20);
+        for (i = 0; i < 5; i++) {
+            scene_step(&s, 0.125);
+            same_states(&s, &states, bodies, 20);
+        }
+        SCENE_OK(&s, perp_world_body_slot(s.world, &slot, s.ground));
+        assert_int_equal(slot, 0);
+        SCENE_OK(&s, perp_world_remove_body(s.world, bodies[7]));
+        slot = 77;
+        assert_int_equal(perp_world_body_slot(s.world, &slot, bodies[7]), PERP_ERROR_HANDLE);
+        assert_int_equal(slot, 77);
+        bodies[7] = scene_add(&s, &settings); /* in the place that is free */
+        SCENE_OK(&s, perp_world_get_states(s.world, &states));
+        assert_int_equal(states.slots, 20);
+        same_states(&s, &states, bodies, 20);
+        assert_int_equal(perp_world_get_states(s.world, NULL), PERP_ERROR_ARGUMENT);
+        assert_int_equal(perp_world_body_slot(s.world, NULL, bodies[1]), PERP_ERROR_ARGUMENT);
+        memset(&short_one, 0, sizeof short_one);
+        assert_int_equal(perp_world_get_states(s.world, &short_one), PERP_ERROR_ABI);
+        assert_int_equal(perp_world_get_states(NULL, &states), PERP_ERROR_HANDLE);
+        scene_close(&s);
+    }
+}
+
 /* A context may go before its world. */
 static void test_context_goes_first(void **state)
 {
@@ -299,7 +411,8 @@ int main(void)
         cmocka_unit_test(test_longer_structs),     cmocka_unit_test(test_many_bodies),
         cmocka_unit_test(test_kinematic),          cmocka_unit_test(test_placed_shapes),
         cmocka_unit_test(test_materials),          cmocka_unit_test(test_planar_angle),
-        cmocka_unit_test(test_context_goes_first),
+        cmocka_unit_test(test_context_goes_first), cmocka_unit_test(test_states_without_copies),
+        cmocka_unit_test(test_mass_is_told),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ctypes import byref, c_double, c_uint64
+from ctypes import byref, c_double, c_int32, c_uint64
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
@@ -10,12 +11,21 @@ from numpy.typing import ArrayLike
 
 from . import _generated as s
 from ._arrays import floats, number
+from ._errors import argument_error
 from ._library import library
 from ._results import Array
-from ._structures import Vector4, sized
+from ._structures import Matrix3, Vector4, sized
 
 if TYPE_CHECKING:
     from ._world import World
+
+
+@dataclass
+class Record:
+    """What was given with a body, and does not change."""
+
+    kind: str
+    shapes: dict[int, str] = field(default_factory=dict)  # in words, by id
 
 
 class Shape:
@@ -34,7 +44,8 @@ class Shape:
         return hash((self.body, self._id))
 
     def __repr__(self) -> str:
-        return f"<perp.Shape {self._id:#x}>"
+        record = self.body._world._records.get(self.body._id, Record("removed"))
+        return f"<perp.Shape, {record.shapes.get(self._id, 'removed')}>"
 
 
 class Body:
@@ -58,18 +69,59 @@ class Body:
         return hash((id(self._world), self._id))
 
     def __repr__(self) -> str:
-        kind = self._world._kinds.get(self._id, "removed")
-        return f"<perp.Body {self._id:#x} {kind}>"
+        world = self._world
+        if not world._finalizer.alive:
+            return "<perp.Body of a closed world>"
+        if self._id not in world._records:
+            return "<perp.Body, removed>"
+        if self == world.ground:
+            return "<perp.Body, the ground, static>"
+        with np.printoptions(precision=4, suppress=False):
+            return (
+                f"<perp.Body {self.index}, {self.kind}: position {self.position}, "
+                f"velocity {self.velocity}>"
+            )
 
     @property
     def world(self) -> World:
         return self._world
 
     @property
+    def index(self) -> int:
+        """Of the body's row in world.positions and its like. The ground has none."""
+        slot = c_int32()
+        self._world._call(library.perp_world_body_slot, byref(slot), self._id)
+        if slot.value == 0:
+            raise argument_error("the ground has no row in the world's arrays")
+        return slot.value - 1
+
+    def _record(self) -> Record:
+        self._state()  # refuses a body that has been removed
+        return self._world._records[self._id]
+
+    @property
     def kind(self) -> str:
         """ "dynamic", "static" or "kinematic"."""
-        self._state()  # refuses a body that has been removed
-        return self._world._kinds[self._id]
+        return self._record().kind
+
+    @property
+    def mass(self) -> float:
+        """Given, or of the shapes; infinite for static and kinematic bodies."""
+        mass = c_double()
+        self._world._call(library.perp_world_get_mass, byref(mass), None, self._id)
+        return mass.value
+
+    @property
+    def inertia(self) -> Any:
+        """About the mass centre in the body's frame, (3, 3); in a planar world a number. As mass."""
+        inertia = Matrix3()
+        self._world._call(library.perp_world_get_mass, None, inertia, self._id)
+        return float(inertia[8]) if self._world.planar else np.reshape(inertia, (3, 3))
+
+    @property
+    def shapes(self) -> tuple[Shape, ...]:
+        """Its shapes, in the order in which they were added."""
+        return tuple(Shape(self, id) for id in self._record().shapes)
 
     # --- what changes in time ---------------------------------------------------------------
 
@@ -175,7 +227,9 @@ class Body:
         quaternion, or an angle in a planar world.
         """
         settings = self._world._shape_settings(friction, restitution, density, offset, rotation)
-        return self._add(library.perp_world_add_sphere, number(radius, "radius"), settings)
+        size = number(radius, "radius")
+        words = f"{'disc' if self._world.planar else 'sphere'} of radius {size:g}"
+        return self._add(words, library.perp_world_add_sphere, size, settings)
 
     def add_box(
         self,
@@ -190,7 +244,8 @@ class Body:
         """Adds a box (planar: a rectangle), given half its edges. The rest as for add_sphere()."""
         settings = self._world._shape_settings(friction, restitution, density, offset, rotation)
         extents = self._world._vector(half_extents, "half_extents")
-        return self._add(library.perp_world_add_box, extents, settings)
+        edges = " x ".join(f"{2 * extent:g}" for extent in extents[: self._world._dimension])
+        return self._add(f"box of {edges}", library.perp_world_add_box, extents, settings)
 
     def add_plane(
         self,
@@ -205,16 +260,21 @@ class Body:
         settings = self._world._shape_settings(friction, restitution, None, None, None)
         direction = self._world._vector(normal, "normal")
         distance = c_double(number(offset, "offset"))
-        return self._add(library.perp_world_add_plane, direction, distance, settings)
+        return self._add(
+            "half-space", library.perp_world_add_plane, direction, distance, settings
+        )
 
-    def _add(self, function: Any, *arguments: Any) -> Shape:
+    def _add(self, words: str, function: Any, *arguments: Any) -> Shape:
         *geometry, settings = arguments
         shape = c_uint64()
-        self._world._call(function, byref(shape), self._id, *geometry, byref(settings))
+        with self._world._lock:
+            self._world._call(function, byref(shape), self._id, *geometry, byref(settings))
+            self._world._records[self._id].shapes[shape.value] = words
         return Shape(self, shape.value)
 
     def remove(self) -> None:
         """Removes the body and its shapes from the world."""
         with self._world._lock:
+            self._world._states.require_unused("removing a body")
             self._world._call(library.perp_world_remove_body, self._id)
-            del self._world._kinds[self._id]
+            del self._world._records[self._id]

@@ -10,6 +10,7 @@ ARGUMENT = CONSTANTS["PERP_ERROR_ARGUMENT"]
 NOT_FINITE = CONSTANTS["PERP_ERROR_NOT_FINITE"]
 MEMORY = CONSTANTS["PERP_ERROR_MEMORY"]
 HANDLE = CONSTANTS["PERP_ERROR_HANDLE"]
+BUSY = CONSTANTS["PERP_ERROR_BUSY"]
 
 _NAMES = {value: name for name, value in CONSTANTS.items() if name.startswith("PERP_ERROR_")}
 
@@ -37,6 +38,10 @@ class ArgumentError(Error, ValueError):
 
 class MemoryError(Error, builtins.MemoryError):
     """Out of memory."""
+
+
+class BufferError(Error, builtins.BufferError):
+    """Arrays that show the library's own memory are still in use."""
 
 
 _CLASSES: dict[int, type[Error]] = {

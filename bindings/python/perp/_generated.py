@@ -943,6 +943,21 @@ class WorldStats(Structure):
         ("seconds_project", c_double),
     ]
 
+
+class WorldStates(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("slots", c_int32),
+        ("reserved", c_int32),
+        ("pose_stride", c_size_t),
+        ("twist_stride", c_size_t),
+        ("position", c_void_p),
+        ("orientation", c_void_p),
+        ("angle", c_void_p),
+        ("velocity", c_void_p),
+        ("angular_velocity", c_void_p),
+    ]
+
 # The C name of each struct that crosses the boundary.
 STRUCTS: dict[str, type[Structure]] = {
     "perp_context_settings": ContextSettings,
@@ -990,6 +1005,7 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_world_contact": WorldContact,
     "perp_step_result": StepResult,
     "perp_world_stats": WorldStats,
+    "perp_world_states": WorldStates,
 }
 
 # What each function returns and takes.
@@ -1200,6 +1216,7 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_world_contact_init": (c_int32, [POINTER(WorldContact), c_size_t]),
     "perp_step_result_init": (c_int32, [POINTER(StepResult), c_size_t]),
     "perp_world_stats_init": (c_int32, [POINTER(WorldStats), c_size_t]),
+    "perp_world_states_init": (c_int32, [POINTER(WorldStates), c_size_t]),
     "perp_world_create": (c_int32, [ContextPointer, POINTER(WorldPointer), POINTER(WorldSettings)]),
     "perp_world_destroy": (None, [WorldPointer]),
     "perp_world_ground": (c_uint64, [WorldPointer]),
@@ -1207,6 +1224,9 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_world_remove_body": (c_int32, [WorldPointer, c_uint64]),
     "perp_world_get_body": (c_int32, [WorldPointer, POINTER(BodyState), c_uint64]),
     "perp_world_set_body": (c_int32, [WorldPointer, POINTER(BodyState), c_uint64]),
+    "perp_world_get_mass": (c_int32, [WorldPointer, c_void_p, c_void_p, c_uint64]),
+    "perp_world_get_states": (c_int32, [WorldPointer, POINTER(WorldStates)]),
+    "perp_world_body_slot": (c_int32, [WorldPointer, c_void_p, c_uint64]),
     "perp_world_add_sphere": (c_int32, [
         WorldPointer, c_void_p, c_uint64, c_double, POINTER(ShapeSettings)
     ]),

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StepResult:
     """How one step went."""
 
@@ -25,6 +25,13 @@ class StepResult:
     iterations: int
     contacts: int
     islands: int  # islands that needed a solve
+
+    def __repr__(self) -> str:
+        return (
+            f"<perp.StepResult: {self.outcome}{'' if self.advanced else ', not advanced'}, "
+            f"residual {self.residual:.2g}, contacts {self.contacts}, islands {self.islands}, "
+            f"iterations {self.iterations}>"
+        )
 
 
 @dataclass(frozen=True)
@@ -39,7 +46,7 @@ class RunResult:
     stopped: bool  # by the callback, or because a step did not advance
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Contact:
     """A contact point of the last step. The normal points from body_a to body_b; components are
     (normal, tangent) in a planar world, (normal, tangent 1, tangent 2) otherwise."""
@@ -57,6 +64,13 @@ class Contact:
     friction: float
     restitution: float
     mode: str  # "separate", "stick" or "slip"
+
+    def __repr__(self) -> str:
+        with np.printoptions(precision=4):
+            return (
+                f"<perp.Contact, {self.mode}: at {self.position}, normal {self.normal}, "
+                f"gap {self.gap:.2g}, impulse {self.impulse}, velocity {self.velocity}>"
+            )
 
 
 class Energy(NamedTuple):
@@ -87,7 +101,6 @@ class Stats:
     contacts: int
     rows_normal: int
     rows_friction: int
-    rows_cone: int
     impacts: int
     iterations: int
     steps: int

@@ -6,22 +6,27 @@ import sys
 import time
 from ctypes import byref, c_double, c_size_t, c_uint64, create_string_buffer, sizeof
 from math import cos, sin
-from typing import Any, Callable, Optional
+from struct import Struct
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _generated as s
 from ._arrays import floats, number, real
-from ._body import Body, Shape
+from ._body import Body, Record, Shape
+from ._contact import _METHOD_CODES, _cone
 from ._errors import argument_error
 from ._handle import Handle
-from ._lcp import _METHOD_CODES, code, count, limit
+from ._lcp import code, count, limit
 from ._library import GOOD_OUTCOMES, MODES, OUTCOMES, codes, defaults, library
-from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
+from ._results import Array, Contact, Energy, Momentum, RunResult, Stats, StepResult
+from ._states import States
 from ._structures import Matrix3, Vector3, Vector4, sized
 
 _KIND_CODES = codes("PERP_BODY_")
+_ACCURACY_CODES = codes("PERP_ACCURACY_")
+_CLOCK = Struct("=dd")  # what a snapshot adds to the library's: the time, and what it has lost
 
 
 class World(Handle):
@@ -30,9 +35,13 @@ class World(Handle):
     gravity: (3,), default (0, 0, -9.81); in a planar world (2,), default (0, -9.81).
     planar: bodies move in the x-y plane and turn about z.
     friction: mu of shapes that have none of their own.
-    friction_directions: edges of the polyhedral friction cone, even, 4 .. 64. Planar friction is
-        exact.
-    method, tol: of each contact problem, as for lcp(). max_iterations, time_limit: of a whole step.
+    accuracy: what a step may cost: "fast", "standard" or "accurate" give large islands a fixed
+        number of sweeps, "exact" solves them to tol, as small ones are at every accuracy. What
+        rests has velocity 0.0 at all of them.
+    cone: of friction in three dimensions: "exact", or the even number of edges, 4 .. 64, of a
+        polyhedron, solved by pivoting.
+    method: of what is solved to tol, as for contact(). substeps: of what is not. tol: residual that
+        counts as solved. None takes those of the accuracy. max_iterations, time_limit: of a whole step.
     strict: a step that is not solved leaves the state untouched; otherwise, on a limit, it
         advances with the best iterate.
     """
@@ -47,9 +56,11 @@ class World(Handle):
         planar: bool = False,
         *,
         friction: float = 0.0,
-        friction_directions: int = 8,
+        accuracy: str = "standard",
+        cone: Union[str, int] = "exact",
         method: str = "auto",
-        tol: float = 1e-10,
+        substeps: Optional[int] = None,
+        tol: Optional[float] = None,
         max_iterations: Optional[int] = None,
         time_limit: Optional[float] = None,
         strict: bool = False,
@@ -60,24 +71,96 @@ class World(Handle):
         if gravity is not None:
             settings.gravity = self._vector(gravity, "gravity")
         settings.friction = number(friction, "friction")
-        settings.friction_directions = count(friction_directions, "friction_directions")
+        settings.accuracy = code(accuracy, _ACCURACY_CODES, "accuracy")
+        settings.cone = _cone(cone)
         settings.method = code(method, _METHOD_CODES, "method")
-        settings.tol = tol
+        settings.substeps = count(substeps, "substeps")
+        settings.tol = limit(tol, "tol")
         settings.max_iterations = count(max_iterations, "max_iterations")
         settings.time_limit = limit(time_limit, "time_limit")
         settings.strict = 1 if strict else 0
         super().__init__(byref(settings))
+        self._gravity = settings.gravity[: self._dimension]
+        self._accuracy = accuracy
+        self._time = self._lost = 0.0
         self._ground_id: int = library.perp_world_ground(self._pointer)
-        self._kinds = {self._ground_id: "static"}
+        self._records = {self._ground_id: Record("static")}
+        self._states = States(self)
+
+    def __repr__(self) -> str:
+        kind = "planar" if self._planar else "3-D"
+        if not self._finalizer.alive:
+            return f"<perp.World, {kind}, closed>"
+        bodies = len(self._records) - 1
+        counted = f"{bodies} bod{'y' if bodies == 1 else 'ies'}"
+        return f"<perp.World, {kind}, {self._accuracy}: {counted}, t = {self.time:g}>"
 
     @property
     def planar(self) -> bool:
         return self._planar
 
     @property
+    def accuracy(self) -> str:
+        return self._accuracy
+
+    @property
+    def gravity(self) -> Array:
+        """Given when the world was made."""
+        return np.array(self._gravity)
+
+    @property
+    def time(self) -> float:
+        """The steps since the world was made, added up; restore() sets it back."""
+        return self._time + self._lost
+
+    @property
     def ground(self) -> Body:
         """The static body that every world has."""
         return Body(self, self._ground_id)
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The bodies that were added, in that order, without those removed and the ground."""
+        with self._lock:
+            self._alive()
+            return tuple(Body(self, id) for id in self._records if id != self._ground_id)
+
+    # --- all bodies at once, without copies -------------------------------------------------
+
+    @property
+    def positions(self) -> Array:
+        """(n, 3), in a planar world (n, 2): row body.index is where that body is.
+
+        This array and the next three show the world's own memory: they follow each step, restore
+        and assignment, and can't be written to. The row of a removed body keeps its last numbers
+        until the next body takes it. As long as one of them is in use no body can be added or
+        removed, nor the world be closed (BufferError): `del` it, or keep a copy().
+        """
+        return self._states.view("position", self._dimension)
+
+    @property
+    def orientations(self) -> Array:
+        """(n, 4), unit quaternions (w, x, y, z); in a planar world (n,), angles. See positions."""
+        if self._planar:
+            return self._states.view("angle", 1)[:, 0]
+        return self._states.view("orientation", 4)
+
+    @property
+    def velocities(self) -> Array:
+        """(n, 3), in a planar world (n, 2): of the mass centres. See positions."""
+        return self._states.view("velocity", self._dimension)
+
+    @property
+    def angular_velocities(self) -> Array:
+        """(n, 3), in a planar world (n,). See positions."""
+        all_of_them = self._states.view("angular_velocity", 3)
+        return all_of_them[:, 2] if self._planar else all_of_them
+
+    def close(self) -> None:
+        """Releases the world's memory; it can't be used afterwards. Closing twice is allowed."""
+        with self._lock:
+            self._states.require_unused("closing the world")
+            super().close()
 
     # --- from what the caller has to what the library reads ----------------------------------
 
@@ -169,8 +252,9 @@ class World(Handle):
         self._place(settings, orientation, angle)
         body = c_uint64()
         with self._lock:
+            self._states.require_unused("adding a body")
             self._call(library.perp_world_add_body, byref(body), byref(settings))
-            self._kinds[body.value] = kind
+            self._records[body.value] = Record(kind)
         return Body(self, body.value)
 
     def _place(
@@ -194,7 +278,10 @@ class World(Handle):
     def step(self, dt: float) -> StepResult:
         """Advances by dt. Where no step exists (outcome "ray") the state is left untouched."""
         result = sized(s.StepResult)
-        self._call(library.perp_world_step, byref(result), dt)
+        with self._lock:
+            self._call(library.perp_world_step, byref(result), dt)
+            if result.advanced:
+                self._advance(dt)
         return StepResult(
             OUTCOMES[result.outcome],
             result.outcome in GOOD_OUTCOMES,
@@ -204,6 +291,12 @@ class World(Handle):
             result.contacts,
             result.islands,
         )
+
+    def _advance(self, dt: float) -> None:
+        """Adds dt to the time, with what rounding takes from the sum kept beside it."""
+        sum = self._time + dt
+        big, small = (self._time, dt) if self._time >= dt else (dt, self._time)
+        self._time, self._lost = sum, self._lost + ((big - sum) + small)
 
     def run(
         self,
@@ -221,6 +314,8 @@ class World(Handle):
         """
         if not (dt > 0 and 0 <= seconds < float("inf")):
             raise argument_error(f"seconds is {seconds} and dt is {dt}, expected >= 0 and > 0")
+        if callback is not None and not callable(callback):
+            raise argument_error(f"callback is {callback!r}, expected None or a function")
         steps = round(seconds / dt)
         outcome, ok, residual, done, stopped = "solved", True, 0.0, 0, False
         told = time.monotonic()
@@ -289,16 +384,27 @@ class World(Handle):
         return Stats(*(getattr(stats, name) for name in Stats.__dataclass_fields__))
 
     def snapshot(self) -> bytes:
-        """Returns the state of all bodies, for restore()."""
+        """Returns the state of all bodies and the time, for restore()."""
         with self._lock:
-            size = c_size_t()
-            self._call(library.perp_world_snapshot_size, byref(size))
-            blob = create_string_buffer(size.value)
-            self._call(library.perp_world_snapshot_save, blob, size.value)
-        return blob.raw
+            blob = create_string_buffer(self._snapshot_size())
+            self._call(library.perp_world_snapshot_save, blob, len(blob))
+            return blob.raw + _CLOCK.pack(self._time, self._lost)
 
     def restore(self, snapshot: Any) -> None:
         """Puts all bodies back where snapshot() found them; the world goes on with the same bits.
         Valid for this world, as long as no body is added or removed."""
         blob = bytes(snapshot)
-        self._call(library.perp_world_snapshot_restore, blob, len(blob))
+        with self._lock:
+            size = self._snapshot_size()
+            if len(blob) != size + _CLOCK.size:
+                raise argument_error(
+                    f"snapshot has {len(blob)} bytes, those of this world with the bodies it has "
+                    f"now have {size + _CLOCK.size}"
+                )
+            self._call(library.perp_world_snapshot_restore, blob, size)
+            self._time, self._lost = _CLOCK.unpack_from(blob, size)
+
+    def _snapshot_size(self) -> int:
+        size = c_size_t()
+        self._call(library.perp_world_snapshot_size, byref(size))
+        return size.value

@@ -131,9 +131,13 @@ def test_lcp_defaults_are_the_librarys():
 def test_world_defaults_are_the_librarys():
     theirs = _library.defaults(WorldSettings, 0)
     signature = perp.World.__init__.__kwdefaults__
-    assert signature["friction_directions"] == theirs.friction_directions
-    assert (signature["tol"], signature["method"]) == (theirs.tol, perp._library.METHODS[0])
-    assert (theirs.method, theirs.strict, theirs.max_iterations) == (0, 0, 0)
+    assert CONSTANTS["PERP_ACCURACY_" + signature["accuracy"].upper()] == theirs.accuracy
+    assert (signature["cone"], theirs.cone) == ("exact", 0)
+    assert signature["method"] == _library.CONTACT_METHODS[theirs.method]
+    assert (theirs.tol, theirs.strict, theirs.substeps) == (0.0, 0, 0)
+    assert (theirs.max_iterations, theirs.time_limit) == (0, 0.0)
+    limits = ("tol", "substeps", "max_iterations", "time_limit", "strict")
+    assert [signature[name] for name in limits] == [None, None, None, None, False]
     np.testing.assert_array_equal(list(theirs.gravity), [0, 0, -9.81])
     np.testing.assert_array_equal(
         list(_library.defaults(WorldSettings, 1).gravity), [0, -9.81, 0]

@@ -242,6 +242,203 @@ def test_closed_world():
         assert caught.value.name == "PERP_ERROR_HANDLE"
 
 
+# --- what stays the same ------------------------------------------------------------------------
+
+
+def test_mass_inertia_and_shapes(world, planar):
+    matrix = np.array([[2.0, 0.5, 0.0], [0.5, 3.0, 0.25], [0.0, 0.25, 4.0]])
+    body = world.add_body(2.0, matrix)
+    assert body.mass == 2.0 and body.shapes == ()
+    np.testing.assert_array_equal(body.inertia, matrix)
+    np.testing.assert_array_equal(world.add_body(inertia=[2, 3, 4]).inertia, np.diag([2, 3, 4]))
+    assert (world.add_body().mass, planar.add_body().inertia) == (1.0, 1.0)
+    slab = planar.add_body()
+    slab.add_box([1, 2], density=3)
+    assert slab.mass == 24.0  # an area of 8
+    assert slab.inertia == pytest.approx(24 * (2**2 + 4**2) / 12, rel=4 * EPS)
+    assert planar.add_body(2.0, 3.0).inertia == 3.0
+    for kind in ("static", "kinematic"):
+        assert world.add_body(kind=kind).mass == planar.add_body(kind=kind).inertia == INF
+    np.testing.assert_array_equal(np.diag(world.ground.inertia), [INF] * 3)
+    ball, box = body.add_sphere(0.5), body.add_box([1, 2, 3])
+    assert body.mass == 2.0 and body.shapes == (ball, box) and all(shape.body == body for shape in body.shapes)
+    floor = world.ground.add_plane([0, 0, 1])
+    assert world.ground.shapes == (floor,)
+    body.remove()
+    for use in (lambda: body.mass, lambda: body.inertia, lambda: body.shapes, lambda: body.index):
+        with pytest.raises(perp.Error, match="removed"):
+            use()
+
+
+def test_gravity_and_time(world, planar):
+    np.testing.assert_array_equal(world.gravity, [0, 0, -9.81])
+    np.testing.assert_array_equal(planar.gravity, [0, -9.81])
+    np.testing.assert_array_equal(perp.World([1, 2, 3]).gravity, [1, 2, 3])
+    world.gravity[2] = 5.0  # a copy
+    with pytest.raises(AttributeError):
+        world.gravity = [0, 0, 0]
+    assert world.gravity[2] == -9.81 and world.time == 0.0
+    world.run(100.0, 0.01)
+    assert world.time == 100.0  # 10 000 sums, whose rounding is kept
+    saved = world.snapshot()
+    world.step(2.0**-70)
+    world.step(0.5)
+    assert world.time == 100.5
+    world.restore(saved)
+    assert world.time == 100.0
+    stuck, _ = squeezed_ball()
+    assert not stuck.step(0.01).advanced and stuck.time == 0.0
+
+
+def test_bodies_come_in_order(world):
+    assert world.bodies == ()
+    bodies = [world.add_body() for _ in range(5)]
+    assert world.bodies == tuple(bodies)
+    bodies.pop(1).remove()
+    bodies.append(world.add_body())
+    assert world.bodies == tuple(bodies) and world.ground not in world.bodies
+
+
+def test_words_for_people(world, planar):
+    assert repr(world) == "<perp.World, 3-D, standard: 0 bodies, t = 0>"
+    body = world.add_body(position=[0, 0, 0.5])
+    body.add_sphere(0.5)
+    world.ground.add_plane([0, 0, 1])
+    result = world.step(0.25)
+    assert repr(world) == "<perp.World, 3-D, standard: 1 body, t = 0.25>"
+    assert repr(body) == (
+        "<perp.Body 0, dynamic: position [0.  0.  0.5], velocity [0. 0. 0.]>"
+    )
+    assert repr(world.ground) == "<perp.Body, the ground, static>"
+    assert repr(body.shapes[0]) == "<perp.Shape, sphere of radius 0.5>"
+    assert repr(planar.add_body().add_sphere(2)) == "<perp.Shape, disc of radius 2>"
+    assert repr(planar.add_body().add_box([1, 2])) == "<perp.Shape, box of 2 x 4>"
+    assert repr(world.ground.shapes[0]) == "<perp.Shape, half-space>"
+    assert repr(result).startswith("<perp.StepResult: solved, residual ")
+    assert "contacts 1, islands 1" in repr(result) and "not advanced" not in repr(result)
+    (contact,) = world.contacts
+    assert repr(contact).startswith("<perp.Contact, stick: at [0. 0. 0.], normal [")
+    assert "not advanced" in repr(squeezed_ball()[0].step(0.01))
+    shape = body.shapes[0]
+    body.remove()
+    assert repr(body) == "<perp.Body, removed>" and repr(shape) == "<perp.Shape, removed>"
+    world.close()
+    assert repr(world) == "<perp.World, 3-D, closed>"
+    assert repr(body) == "<perp.Body of a closed world>"
+
+
+# --- arrays of all bodies -----------------------------------------------------------------------
+
+
+def test_arrays_show_what_is_read_body_by_body(world, planar):
+    turn = quaternion([1, 2, 3], 0.7)
+    for w, moving in (
+        (world, {"orientation": turn, "angular_velocity": [1, 2, 3]}),
+        (planar, {"orientation": 0.7, "angular_velocity": 3.0}),
+    ):
+        assert w.positions.shape == (0, w._dimension)
+        for k in range(30):
+            w.add_body(position=[k] * w._dimension, velocity=[-k] * w._dimension, **moving)
+        names = ("position", "orientation", "velocity", "angular_velocity")
+        plural = ("positions", "orientations", "velocities", "angular_velocities")
+        arrays = [getattr(w, name) for name in plural]
+        for _ in range(3):
+            for name, array in zip(names, arrays):
+                expected = np.array([getattr(body, name) for body in w.bodies])
+                np.testing.assert_array_equal(array, expected)
+                assert array.shape == expected.shape
+            saved = w.snapshot()
+            w.step(0.25)  # the same arrays go on with the world
+            assert [body.index for body in w.bodies] == list(range(30))
+        w.restore(saved)
+        w.bodies[4].position = [7] * w._dimension
+        assert arrays[0][4, 0] == 7.0 and arrays[0][5, 0] == w.bodies[5].position[0]
+        for array in arrays:
+            assert not array.flags.owndata and not array.flags.writeable
+            with pytest.raises(ValueError):
+                array[:] = 0.0
+            with pytest.raises(ValueError):
+                array.flags.writeable = True
+
+
+def test_rows_of_removed_bodies(world):
+    bodies = [world.add_body(position=[k, 0, 0]) for k in range(4)]
+    bodies[1].remove()
+    assert [body.index for body in world.bodies] == [0, 2, 3]
+    rows = [body.index for body in world.bodies]
+    np.testing.assert_array_equal(world.positions[rows, 0], [0, 2, 3])
+    again = world.add_body(position=[9, 0, 0])
+    assert again.index == 1
+    np.testing.assert_array_equal(world.positions[:, 0], [0, 9, 2, 3])
+    with pytest.raises(ValueError, match="ground"):
+        world.ground.index
+
+
+def test_what_would_take_memory_from_arrays_is_refused():
+    world = perp.World()
+    body = world.add_body()
+    array = world.velocities[:, 2]  # a view of a view
+    for use in (world.add_body, body.remove, world.close):
+        with pytest.raises(BufferError, match="still in use") as caught:
+            use()
+        assert isinstance(caught.value, perp.Error) and caught.value.name == "PERP_ERROR_BUSY"
+    assert world.step(0.5).ok and array[0] == -0.5 * 9.81
+    del array
+    world.add_body()
+    body.remove()
+    kept = world.positions.copy()
+    world.close()
+    np.testing.assert_array_equal(kept.shape, (2, 3))
+    with pytest.raises(perp.Error, match="closed"):
+        world.positions
+
+
+def test_arrays_keep_their_world():
+    world = perp.World()
+    world.add_body(position=[1, 2, 3])
+    gone = weakref.ref(world)
+    array = world.positions
+    del world
+    gc.collect()
+    np.testing.assert_array_equal(array, [[1, 2, 3]])
+    del array
+    gc.collect()
+    assert gone() is None
+
+
+# --- settings -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("accuracy", ["fast", "standard", "accurate", "exact"])
+@pytest.mark.parametrize("cone", ["exact", 8])
+def test_rest_is_exact_at_every_accuracy(accuracy, cone):
+    world = perp.World(accuracy=accuracy, cone=cone)
+    assert world.accuracy == accuracy
+    world.ground.add_plane([0, 0, 1], friction=0.5)
+    for k in range(6):
+        world.add_body(1.0, 1 / 6, [0, 0, 0.5 + k]).add_box([0.5] * 3, friction=0.5)
+    places = world.positions.copy()
+    world.run(0.1, 0.01)
+    np.testing.assert_array_equal(world.positions, places)
+    np.testing.assert_array_equal(world.velocities, np.zeros((6, 3)))
+    np.testing.assert_array_equal(world.angular_velocities, np.zeros((6, 3)))
+
+
+@pytest.mark.parametrize("method", ["auto", "sweep", "newton", "lemke"])
+def test_methods_agree(method):
+    """A box that slides along no edge of a cone; friction takes mu g t off its speed. lemke has
+    polyhedra refined until they count as the cone."""
+    world = perp.World(accuracy="exact", method=method)
+    world.ground.add_plane([0, 0, 1], friction=0.5)
+    start = np.array([2.0, 1.0, 0.0])
+    box = world.add_body(1.0, 1 / 6, [0, 0, 0.5], velocity=start)
+    box.add_box([0.5] * 3, friction=0.5)
+    assert world.run(0.1, 0.01).ok
+    speed = np.linalg.norm(start)
+    left = start * (1 - 0.5 * 9.81 * 0.1 / speed)
+    np.testing.assert_allclose(box.velocity, left, atol=1e-9)  # tol 1e-12, ten steps of 1e-2
+
+
 # --- refusals -----------------------------------------------------------------------------------
 
 
@@ -251,9 +448,17 @@ def test_closed_world():
         ({"gravity": [0, 0]}, "gravity"),
         ({"gravity": [0, 0, 0], "planar": True}, "gravity"),
         ({"gravity": [0, 0, NAN]}, "gravity"),
-        ({"friction_directions": 5}, "friction_directions"),
-        ({"friction_directions": 2}, "friction_directions"),
+        ({"accuracy": "best"}, "accuracy"),
+        ({"accuracy": 2}, "accuracy"),
+        ({"cone": 5}, "cone"),
+        ({"cone": 2}, "cone"),
+        ({"cone": 66}, "cone"),
+        ({"cone": 8.0}, "cone"),
+        ({"cone": "round"}, "cone"),
         ({"method": "bullet"}, "method"),
+        ({"method": "fischer"}, "method"),
+        ({"substeps": 0}, "substeps"),
+        ({"substeps": 10**6}, "substeps"),
         ({"tol": -1.0}, "tol"),
         ({"time_limit": NAN}, "time_limit"),
         ({"max_iterations": 0}, "max_iterations"),
@@ -485,6 +690,8 @@ def test_run_counts_rounds_and_stops():
 
     with pytest.raises(KeyError, match="in the callback"):
         world.run(1.0, 0.01, callback=fail)
+    with pytest.raises(ValueError, match="callback"):
+        world.run(1.0, 0.01, callback=3)
     for seconds, dt in ((1.0, 0.0), (1.0, -1.0), (-1.0, 0.1), (NAN, 0.1), (INF, 0.1), (1, NAN)):
         with pytest.raises(ValueError):
             world.run(seconds, dt)
@@ -570,12 +777,8 @@ def test_two_worlds_same_bits():
     for _ in range(2):
         world = pile()
         world.run(0.2, 0.01)
-        states.append(np.array([body.position for body in map_bodies(world)]))
+        states.append(np.array([body.position for body in world.bodies]))
     np.testing.assert_array_equal(*states)
-
-
-def map_bodies(world):
-    return [perp.Body(world, id) for id, kind in world._kinds.items() if kind == "dynamic"]
 
 
 def test_energy_and_momentum(world, planar):

@@ -160,6 +160,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     }
     solver->is_set_up = status == PERP_OK;
     s->rigid = problem;
+    s->bodies.C = problem->factors;
     s->bodies.v_free = problem->free;
     s->proves = problem->proves;
     s->is_lean = problem->tol >= PERP__RIGID_PLAIN;
