@@ -280,12 +280,12 @@ static int32_t is_solvable(const perp_world *world, const perp__island *island, 
     return 1;
 }
 
-/* The word for the answer at the world's own tol. */
-static void weigh(const perp_world *world, perp__rigid_answer *answer)
+/* The word for the answer at tol. */
+static void weigh(perp__rigid_answer *answer, double tol)
 {
     const perp__evidence evidence = {answer->tested, answer->own, answer->backward, 1};
 
-    answer->outcome = perp__gate(&evidence, perp__exact_tol(world), answer->outcome);
+    answer->outcome = perp__gate(&evidence, tol, answer->outcome);
 }
 
 /* |C^-1 v| of a body: twice its square is the kinetic energy. */
@@ -356,7 +356,7 @@ static double largest_change(const perp_world *world, const perp__island *island
 
 /* Velocities in what the rows that hold leave free, where they are an answer as well. */
 static perp_status hold(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                        const perp__rigid_problem *problem)
+                        const perp__rigid_problem *problem, double tol)
 {
     perp__island_work *work = &world->work;
     const size_t numbers = (size_t)(world->dof * island->bodies);
@@ -371,7 +371,7 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
     if (status != PERP_OK)
         return status;
     perp__raise_to(&evidence.own, largest_change(world, island, work->solved, work->strength));
-    outcome = perp__gate(&evidence, perp__exact_tol(world), answer->outcome);
+    outcome = perp__gate(&evidence, tol, answer->outcome);
     if (perp__is_good(outcome)) {
         answer->outcome = perp__worse_outcome(outcome, answer->outcome);
         return PERP_OK;
@@ -393,7 +393,7 @@ static perp_status solve_quickly(perp_world *world, perp__rigid_answer *answer,
     problem->max_iterations = limit;
     problem->tol = perp__exact_tol(world);
     if (status == PERP_OK)
-        weigh(world, answer);
+        weigh(answer, perp__exact_tol(world));
     if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0)
         answer->outcome = PERP_OUTCOME_STALLED; /* nobody asked for that limit */
     return status;
@@ -407,6 +407,10 @@ static perp_status solve_thoroughly(perp_world *world, perp__rigid_answer *answe
     const int64_t spent = answer->iterations;
     perp_status status;
 
+    if (problem->max_iterations > 0 && spent >= problem->max_iterations)
+        return PERP_OK;
+    if (problem->max_iterations > 0)
+        problem->max_iterations -= (int32_t)spent;
     memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof *work->warm);
     problem->again = 1;
     status = perp__rigid_solve(world->solver, answer, problem);
@@ -420,6 +424,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     perp__island_work *work = &world->work;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
+    double tol = perp__exact_tol(world);
     perp_status status;
 
     perp__pose_island(world, island, &problem);
@@ -428,10 +433,12 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     if (status == PERP_OK && !perp__is_good(answer.outcome) &&
         world->settings.accuracy == PERP_ACCURACY_EXACT)
         status = solve_thoroughly(world, &answer, &problem);
+    else if (status == PERP_OK && !perp__is_good(answer.outcome))
+        weigh(&answer, tol = perp__swept_tol(world));
     if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY)
         status = perp__sweep_on(world, island, &answer, &problem);
     if (status == PERP_OK && perp__is_good(answer.outcome))
-        status = hold(world, island, &answer, &problem);
+        status = hold(world, island, &answer, &problem, tol);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");

@@ -65,6 +65,15 @@ static double mass_ratio(const perp_world *world, const perp__island *island)
     return most / least;
 }
 
+double perp__swept_tol(const perp_world *world)
+{
+    const perp_world_settings *settings = &world->settings;
+
+    return settings->tol > 0.0 || settings->accuracy == PERP_ACCURACY_EXACT
+               ? perp__exact_tol(world)
+               : levels[settings->accuracy].tol;
+}
+
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)
 {
     const perp_world_settings *settings = &world->settings;
@@ -198,8 +207,7 @@ static perp_status judge(perp_world *world, const perp__island *island, perp__ri
     }
     memcpy(work->warm, work->impulse, size);
     problem->deadline = DBL_MIN; /* long past */
-    problem->tol =
-        world->settings.tol > 0.0 ? world->settings.tol : levels[world->settings.accuracy].tol;
+    problem->tol = perp__swept_tol(world);
     status = perp__rigid_solve(world->solver, answer, problem);
     if (status != PERP_OK)
         return status;

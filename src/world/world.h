@@ -448,7 +448,10 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
 /* The problem of the chosen rows with work.free, and where its answer goes. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);
+/* What is solved exactly is so to the first; what is not, for want of time or of a method that can,
+ * is judged by the second. */
 double perp__exact_tol(const perp_world *world);
+double perp__swept_tol(const perp_world *world);
 /* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict);

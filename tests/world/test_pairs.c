@@ -136,7 +136,7 @@ static void test_pairs_of_random_motion(void **context)
             }
             meetings += check_pairs(s.world);
         }
-        assert_true(meetings > 200);
+        assert_true(meetings > 50); /* else nothing was looked at */
         scene_close(&s);
     }
 }

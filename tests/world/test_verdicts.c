@@ -27,6 +27,7 @@ static void test_momentum_of_a_stopped_solve(void **state)
         int32_t i, k, c;
 
         assert_int_equal(perp_world_settings_init(&world, sizeof world, 0), PERP_OK);
+        world.accuracy = PERP_ACCURACY_EXACT;
         world.method = PERP_CONTACT_METHOD_SWEEP;
         world.max_iterations = limit;
         scene_create(&s, &world);
