@@ -26,12 +26,17 @@
 #define LONGEST_WAY 8.0
 
 /* What sweeps move they take out of overlaps as well. */
+static int32_t is_swept(const perp_world *world, const perp__world_contact *contact)
+{
+    return world->motions[contact->body_a].verdict.swept ||
+           world->motions[contact->body_b].verdict.swept;
+}
+
 static double overlap_of(const perp_world *world, const perp__world_contact *contact)
 {
     double allowed = fmax(OVERLAP_TOLERANCE * contact->size, contact->rounding);
 
-    if (world->motions[contact->body_a].verdict.swept ||
-        world->motions[contact->body_b].verdict.swept)
+    if (is_swept(world, contact))
         return 0.0;
     return contact->gap < -allowed ? -contact->gap : 0.0;
 }
@@ -191,6 +196,8 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
         memset(world->motions[i].shift, 0, sizeof world->motions[i].shift);
     /* neighbours that the correction could push into each other */
     status = perp__find_overlaps(world, 2.0 * longest);
+    for (i = 0; status == PERP_OK && i < world->overlaps.count; i++)
+        world->overlaps.contacts[i].included = !is_swept(world, &world->overlaps.contacts[i]);
     if (status == PERP_OK)
         status = perp__build_islands(world, &world->overlaps);
     if (status == PERP_OK)
