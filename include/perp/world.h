@@ -1,23 +1,25 @@
 /* perp/world.h: rigid bodies with contact and Coulomb friction.
  *
- * One step solves, island by island, the complementarity problem of Stewart & Trinkle (1995) in the
- * form of Anitescu & Potra (1997): geometry frozen at the start of the step, velocities implicit,
+ * A step follows every island of bodies that touch through its length h: geometry frozen at the
+ * start, velocities implicit (Stewart & Trinkle 1996, Anitescu & Potra 1997), over an interval of
+ * length t with forces that alone would lead to v_f,
  *
- *   M (v+ - v) = h k + n c + D beta,      q+ = q + h v+
- *   0 <= c     perp  max(gap,0)/h + n'v+  >= 0
- *   0 <= beta  perp  D'v+ + e lambda      >= 0
- *   0 <= lambda perp mu c - e'beta        >= 0
+ *   M (v+ - v_f) = J'r,      u = J v+
+ *   0 <= r_n  perp  u_n + max(gap, 0) / t >= 0,      |r_t| <= mu r_n, opposed to u_t: the exact
+ * cone
  *
  * which has a solution for every mu, h and number of contacts. Rows exist only for what the scene
  * needs: a frictionless contact is one row, a planar body has three coordinates, a body that
- * nothing touches costs no solve.
+ * nothing touches costs no solve. Positions move with the mean of the velocities where contact
+ * lasts, which is second order, else with those at the end.
  *
- * Restitution is Moreau's law. Positions move with the inelastic velocities above, so that a body
- * ends the step in which it hits something touching it. If a contact with e > 0 then presses that
- * approached faster than the step's forces alone explain, the velocities after the step solve the
- * same problem with u_n+ + e u_n- >= 0 in place of the first row at all contacts that touch. Slower
- * approaches are resting contact. Neither this nor Newton's or Poisson's law passes a chain of
- * equal balls its first speed on to the last: simultaneous impacts share it.
+ * Restitution is Moreau's law, at the instant of the impact: where a contact with e > 0 closes
+ * faster than the step's forces alone explain, the island goes there along its parabola, u_n jumps
+ * so that u_n+ + e u_n- >= 0 at all contacts that touch, and the rest of the step begins. Neither
+ * this nor Newton's or Poisson's law passes a chain of equal balls its first speed on to the last:
+ * simultaneous impacts share it.
+ *
+ * What a step may cost is perp_world_settings.accuracy.
  *
  * Conventions. Any consistent units. A quaternion (w,x,y,z) maps body to world; velocities are
  * those of the mass centre in the world frame; inertia is about the mass centre in the body frame.
@@ -281,11 +283,12 @@ PERP_API perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, 
  * beside the contact's normal impulse. 'rounding_limit' says the same to sqrt(tol), where doubles
  * give no more.
  *
- * On a limit ('iteration_limit', 'time_limit') and where a method stalls, a few sweeps over the
- * contacts take over, which keep bodies apart as far as they come; at least eight for each problem
- * are made, also after the limit, and counted as iterations. A time limit is overrun by that
- * much, and by what a method does between two looks at the clock. Numbers beyond the range of
- * doubles, in states or contacts, are PERP_ERROR_NOT_FINITE.
+ * Islands that a level of accuracy gives a budget are judged by that level's tol, and else say
+ * 'iteration_limit'. On a limit ('iteration_limit', 'time_limit') and where a method stalls, a few
+ * sweeps over the contacts take over, which keep bodies apart as far as they come; at least eight
+ * for each problem are made, also after the limit, and counted as iterations. A time limit is
+ * overrun by that much, and by what a method does between two looks at the clock. Numbers beyond
+ * the range of doubles, in states or contacts, are PERP_ERROR_NOT_FINITE.
  *
  * Where no step exists (outcome 'ray': restitutions differ on contacts that oppose each other, or
  * kinematic bodies close on one between them) the state is left untouched. */
