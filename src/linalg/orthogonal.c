@@ -9,9 +9,6 @@
  * would determine a direction only with more error than the impulses that act on it have. */
 #define RANK_TOLERANCE 1e-8
 
-/* A coordinate counts as determined if no more than this of it is outside the span. */
-#define SPAN_TOLERANCE 1e-10
-
 /* The first row with at least this share of the largest remainder is taken: among rows that serve
  * equally well the order of the caller decides, not rounding. */
 #define PIVOT_THRESHOLD 0.5
@@ -161,22 +158,4 @@ void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
             if (share != 0.0)
                 add(y + s.first, -share, q + s.first, s.count);
         }
-}
-
-int32_t perp__in_span(const double *basis, int32_t rank, int32_t n, int32_t i, double *unit)
-{
-    double share = 0.0;
-    int32_t k;
-
-    for (k = 0; k < rank; k++) {
-        double entry = basis[(size_t)k * (size_t)n + (size_t)i];
-
-        share += entry * entry;
-    }
-    if (share < 0.5) /* far off, as most are: not worth the exact test */
-        return 0;
-    memset(unit, 0, (size_t)n * sizeof *unit);
-    unit[i] = 1.0;
-    perp__project_out(basis, rank, n, unit);
-    return sqrt(dot(unit, unit, n)) <= SPAN_TOLERANCE;
 }

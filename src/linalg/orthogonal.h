@@ -14,8 +14,4 @@ int32_t perp__orthogonal_rows(double *rows, double *targets, int32_t *taken, dou
 /* y := what is left of y outside the span of the basis. */
 void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y);
 
-/* Whether the rows determine coordinate i: its unit vector lies in the span of the basis. unit: n
- * entries of scratch. */
-int32_t perp__in_span(const double *basis, int32_t rank, int32_t n, int32_t i, double *unit);
-
 #endif

@@ -55,10 +55,3 @@ int32_t perp__iterations_left(const perp_world *world)
 
     return left == INT64_MAX ? 0 : left < 1 ? 1 : left > INT32_MAX ? INT32_MAX : (int32_t)left;
 }
-
-perp_outcome perp__limit_reached(const perp_world *world)
-{
-    if (world->budget.iterations == 0)
-        return PERP_OUTCOME_ITERATION_LIMIT;
-    return perp__seconds_left(world) > 0.0 ? PERP_OUTCOME_SOLVED : PERP_OUTCOME_TIME_LIMIT;
-}

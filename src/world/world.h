@@ -422,8 +422,6 @@ double perp__island_deadline(const perp_world *world, const perp__island *island
 void perp__spend(perp_world *world, int64_t iterations);
 /* For a method: 0 without a limit, else at least 1. */
 int32_t perp__iterations_left(const perp_world *world);
-/* SOLVED if the step may go on, else the limit that is reached. */
-perp_outcome perp__limit_reached(const perp_world *world);
 
 /* solve.c */
 typedef struct perp__solve_summary {
