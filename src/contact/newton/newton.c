@@ -252,5 +252,13 @@ static void release(void *work)
 }
 
 const perp__contact_method perp__contact_newton = {
-    PERP_CONTACT_METHOD_NEWTON, sizeof(perp__newton), PLANS + 1, 0, 0, check, layout, solve, release,
+    PERP_CONTACT_METHOD_NEWTON,
+    sizeof(perp__newton),
+    PLANS + 1,
+    0,
+    0,
+    check,
+    layout,
+    solve,
+    release,
 };

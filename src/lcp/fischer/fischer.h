@@ -1,6 +1,6 @@
-/* The parts of the semismooth Newton method: its point, its two kinds of step. In the notation of De
- * Luca, Facchinei & Kanzow (1996): F(z) = S z + q, Phi_i = phi of row i, Psi = 1/2 |Phi|^2,
- * H = D_z + D_w S in the B-subdifferential of Phi. */
+/* The parts of the semismooth Newton method: its point, its two kinds of step. In the notation of
+ * De Luca, Facchinei & Kanzow (1996): F(z) = S z + q, Phi_i = phi of row i, Psi = 1/2 |Phi|^2, H =
+ * D_z + D_w S in the B-subdifferential of Phi. */
 #ifndef PERP_LCP_FISCHER_H
 #define PERP_LCP_FISCHER_H
 
