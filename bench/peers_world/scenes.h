@@ -145,8 +145,9 @@ static inline int scene_make(scene *s, const char *name)
     s->gravity[down] = -9.81;
     if (!strncmp(name, "slide", 5) || !strcmp(name, "separate")) {
         s->at_rest = 0;
-        s->friction = 0.5;
-        scene_boxes(s, *name == 's' && name[1] == 'l' ? 1 : 32, name[1] == 'l' ? 1 : 32, 30);
+        const int side = name[1] == 'l' ? 1 : 32;
+        s->friction = 0.05;
+        scene_boxes(s, side, side, 3);
     } else if (!strncmp(name, "rest", 4)) {
         scene_boxes(s, 1, 1, 0);
     } else if (!strcmp(name, "separate_rest")) {

@@ -1,0 +1,246 @@
+"""The dial: error against time a step, perp at every accuracy and other engines beside it.
+
+    python bench/world.py DIRECTORY [SECONDS [SCENE...]]
+
+Writes world.txt and world.png to DIRECTORY. All scenes have h = 0.01 s, one thread, nothing asleep; a
+scene goes on for 3 s of its own (a hit for 1 s) or until a run has used SECONDS of processor time, 1 by
+default. 'median' and 'mean' are milliseconds of processor time a step, 'ratio' the mean beside that
+of perp at standard. What is resting should not move: 'drift' is the longest way of a body, 'sunk' the
+deepest fall, in metres. 'deep' is the deepest overlap of the run, by an independent test of all pairs.
+'rise' is energy from nowhere, beside that of the beginning. 'step' is the error of one step's
+velocities beside the exact ones from the same state (perp at exact with tol 1e-10), in the kinetic
+metric and over what contacts change, the median of five; '?' where the exact step is not solved in
+time. Phases, in ms: collide, solve, integrate, project. 'solved' counts steps whose outcome is good.
+Engines read the scenes as text and are run as their manuals say; x4 stands for four times the default
+iterations, of MuJoCo for four substeps. 'goal' is what the project wants to reach.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, NamedTuple, Optional
+
+import matplotlib.pyplot as plt
+
+import report
+
+BENCH = Path(os.environ.get("BUILD", "build")).resolve() / "bench"
+PEERS = ("bullet", "ode", "mujoco", "box2d")
+LEVELS = (("fast", 0), ("standard", 0), ("accurate", 0), ("exact", 0))
+SUBSTEPS = (("standard", 2), ("standard", 16), ("standard", 32))
+FLOOR = 1e-16  # where an error of 0 is drawn
+
+
+class Scene(NamedTuple):
+    title: str
+    error: str  # what the picture and the goal speak of
+    goal: Optional[tuple[float, float]]  # ms a step, error
+    more: bool = True  # all settings
+    peers: bool = True
+
+
+SCENES = {
+    "slide": Scene("one box sliding", "step", (0.0015, 1e-9)),
+    "slide_planar": Scene("one box sliding in the plane", "step", (0.0008, 1e-9)),
+    "rest": Scene("one box at rest", "drift", (0.00005, 0)),
+    "rest_planar": Scene("one box at rest in the plane", "drift", (0.00005, 0)),
+    "separate": Scene("1024 separate boxes sliding", "step", (1.2, 1e-9), False),
+    "separate_rest": Scene("1024 separate boxes at rest", "drift", (1.2, 0), False),
+    "pyramid": Scene("pyramid of 210 boxes", "drift", (0.6, 1e-3)),
+    "pyramid_planar": Scene("the same in the plane", "drift", (0.2, 1e-12)),
+    "hit": Scene("the pyramid hit by 20 kg at 30 m/s", "step", (1.5, 0.65), False),
+    "heap": Scene("1000 spheres falling in a heap", "deep", (3, 1e-3), False),
+    "wall": Scene("wall of 126 bricks", "drift", (0.4, 3e-3)),
+    "stack": Scene("stack of 20", "drift", (0.1, 0)),
+    "cards": Scene("card house of 15", "drift", (0.1, 0)),
+    "tower_1e4": Scene("tower under 1e4 kg", "drift", (0.2, 0)),
+    "tower_1e8": Scene("tower under 1e8 kg", "drift", (0.2, 0)),
+    "tower_1e12": Scene("tower under 1e12 kg", "drift", (0.2, 0)),
+}
+LINEAR = {"free": "free bodies", "heaps": "heaps of ten boxes at rest"}
+LEAST_BODIES, MOST_BODIES, MOST_GROWTH = 1000, 100000, 1.3
+DRAWN = ("pyramid", "pyramid_planar", "wall", "stack", "hit", "heap")
+
+
+class Run(NamedTuple):
+    engine: str
+    setting: str
+    numbers: dict[str, list[float]]
+
+    def error(self, scene: Scene) -> Optional[float]:
+        found = self.numbers.get({"step": "error"}.get(scene.error, scene.error))
+        return found[0] if found else None
+
+
+def read(text: str) -> dict[str, list[float]]:
+    """Lines of a name and numbers."""
+    numbers = {}
+    for line in text.splitlines():
+        name, *words = line.split()
+        if words and words[0] != "unknown":
+            numbers[name] = [float(word) for word in words]
+    return numbers
+
+
+def call(*command: Any, patience: float, **more: Any) -> Optional[str]:
+    """What it prints; None after an error, or if it takes too long."""
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        return subprocess.run([str(word) for word in command], env=environment, text=True,
+                              capture_output=True, timeout=patience, check=True, **more).stdout
+    except (OSError, subprocess.SubprocessError) as error:
+        print(f"  {command[0]} {command[1]}: {error}", file=sys.stderr)
+        return None
+
+
+def judge(name: str, record: Path) -> dict[str, list[float]]:
+    return read(call(BENCH / "world", "judge", name, record, patience=60) or "")
+
+
+def run_perp(name: str, accuracy: str, substeps: int, seconds: float, record: Path) -> Optional[Run]:
+    text = call(BENCH / "world", "play", name, accuracy, substeps, seconds, record, patience=60)
+    if text is None:
+        return None
+    setting = accuracy + (f" n={substeps}" if substeps else "")
+    return Run("perp", setting, {**read(text), **judge(name, record)})
+
+
+def run_peer(name: str, engine: str, times: int, seconds: float, record: Path) -> Optional[Run]:
+    scene = call(BENCH / "world", "scene", name, patience=60)
+    text = call(BENCH / "peers" / engine, times, seconds, record, patience=60, input=scene)
+    if text is None or text.startswith("skipped"):
+        return None
+    return Run(engine, f"x{times}", {**read(text), **judge(name, record)})
+
+
+def engines() -> list[str]:
+    """Builds the drivers of those that are there."""
+    python = os.environ.get("PEERS_PYTHON", sys.executable)
+    subprocess.run([Path(__file__).parent / "peers_world" / "build", BENCH / "peers", python])
+    return [name for name in PEERS if os.access(BENCH / "peers" / name, os.X_OK)]
+
+
+def run_all(name: str, scene: Scene, peers: list[str], seconds: float, record: Path) -> list[Run]:
+    runs = [run_perp(name, *setting, seconds, record)
+            for setting in LEVELS + (SUBSTEPS if scene.more else ())]
+    for engine in peers:
+        runs += [run_peer(name, engine, times, seconds, record)
+                 for times in ((1, 4) if scene.more else (1,))]
+    return [run for run in runs if run and "time" in run.numbers]
+
+
+def cell(numbers: dict[str, list[float]], name: str, unknown: str = "-") -> str:
+    return f"{numbers[name][0]:9.1e}" if name in numbers else f"{unknown:>9}"
+
+
+def row(run: Run, unit: float, scene: Scene) -> str:
+    numbers = run.numbers
+    middle, mean, steps = numbers["time"]
+    text = (f"{run.engine:7}{run.setting:14}{middle:10.4g}{mean:10.4g}{mean / unit:8.2f}"
+            f"{int(steps):6}")
+    for name in ("drift", "sunk", "deep", "rise"):
+        text += cell(numbers, name)
+    text += cell(numbers, "error", "?" if scene.error == "step" else "-")
+    if "outcomes" in numbers:
+        phases = " ".join(f"{phase:.2g}" for phase in numbers["phases"])
+        text += f"  {int(numbers['outcomes'][0]):4} solved  {phases}"
+    return text
+
+
+def verdict(scene: Scene, runs: list[Run]) -> str:
+    """The goal beside what came nearest to it."""
+    if not scene.goal:
+        return ""
+    ms, error = scene.goal
+    ours = [run for run in runs if run.engine == "perp" and run.error(scene) is not None]
+    good = [run for run in ours if run.error(scene) <= error]
+    text = f"goal: {ms:g} ms a step with {scene.error} <= {error:g}; "
+    if not good:
+        best = min(ours, key=lambda run: run.error(scene), default=None)
+        return text + "MISSED: " + (
+            f"{best.setting} comes to {best.error(scene):.1e}" if best else "no error is known")
+    best = min(good, key=lambda run: run.numbers["time"][1])
+    mean = best.numbers["time"][1]
+    word = "met" if mean <= ms else f"MISSED by {mean / ms:.1f}"
+    return text + f"{word}: {best.setting} takes {mean:.3g}"
+
+
+def write_scene(scene: Scene, runs: list[Run], file: Any) -> None:
+    unit = next((run.numbers["time"][1] for run in runs if run.setting == "standard"), 1.0)
+    print(f"\n{scene.title}\n\n{'':21}{'median':>10}{'mean':>10}{'ratio':>8}{'steps':>6}"
+          f"{'drift':>9}{'sunk':>9}{'deep':>9}{'rise':>9}{'step':>9}", file=file)
+    for run in runs:
+        print(row(run, unit, scene), file=file)
+    print(verdict(scene, runs), file=file, flush=True)
+
+
+def write_linear(seconds: float, file: Any) -> None:
+    print(f"\ncost a body, us (median): goal {MOST_BODIES} bodies at most {MOST_GROWTH} times "
+          f"{LEAST_BODIES}\n", file=file)
+    for name, title in LINEAR.items():
+        cost = []
+        for bodies in (LEAST_BODIES, MOST_BODIES):
+            text = call(BENCH / "world", "play", f"{name}_{bodies}", "standard", 0, seconds,
+                        patience=120)
+            if text is None:
+                break
+            cost.append(1e3 * read(text)["time"][0] / bodies)
+        if len(cost) == 2:
+            growth = cost[1] / cost[0]
+            word = "met" if growth <= MOST_GROWTH else "MISSED"
+            print(f"{title:32}{cost[0]:8.3f}{cost[1]:8.3f}  {growth:.2f} times: {word}", file=file)
+
+
+def draw(axes: Any, scene: Scene, runs: list[Run]) -> None:
+    for engine in ("perp", *PEERS):
+        own = [run for run in runs if run.engine == engine and run.error(scene) is not None]
+        own.sort(key=lambda run: run.numbers["time"][1])
+        x = [run.numbers["time"][1] for run in own]
+        y = [min(max(run.error(scene), FLOOR), 100.0) for run in own]
+        axes.plot(x, y, "o" if engine == "perp" else "x", markersize=5, label=engine,
+                  linestyle="none" if engine == "perp" else ":")
+        for run, place in zip(own, zip(x, y)):
+            if engine == "perp":
+                axes.annotate(run.setting, place, fontsize=6, xytext=(3, 3),
+                              textcoords="offset points")
+    if scene.goal:
+        axes.plot(scene.goal[0], max(scene.goal[1], FLOOR), "*", color="grey", label="goal")
+    words = {"drift": "drift, m", "deep": "deepest overlap, m", "step": "error of a step"}
+    axes.set(xscale="log", yscale="log", ylim=(FLOOR / 5, 300), title=scene.title,
+             xlabel="ms a step", ylabel=words[scene.error])
+    axes.grid(True, alpha=0.3)
+
+
+def main() -> int:
+    path = Path(sys.argv[1]) / "world.txt"
+    seconds = float(sys.argv[2]) if len(sys.argv) > 2 else 1.0
+    chosen = sys.argv[3:] or list(SCENES)
+    panels = [name for name in DRAWN if name in chosen] or chosen
+    figure, axes = plt.subplots(-(-len(panels) // 3), min(3, len(panels)), figsize=(14, 8),
+                                squeeze=False, layout="constrained")
+    peers = engines()
+    with open(path, "w") as table, tempfile.TemporaryDirectory() as folder:
+        report.heading(__doc__, table)
+        for missing in (name for name in PEERS if name not in peers):
+            print(f"{missing}: not installed, skipped", file=table)
+        for name in chosen:
+            scene = SCENES[name]
+            print(f"world: {scene.title}", file=sys.stderr)
+            runs = run_all(name, scene, peers, seconds, Path(folder) / "record")
+            write_scene(scene, runs, table)
+            if name in panels:
+                draw(axes.flat[panels.index(name)], scene, runs)
+        if len(sys.argv) <= 3:
+            write_linear(seconds, table)
+    handles = {h.get_label(): h for a in axes.flat for h in a.get_lines()}
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=6, fontsize=8)
+    report.save(figure, path)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
