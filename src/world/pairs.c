@@ -144,11 +144,12 @@ static void sort_by(const perp_world *world, int32_t side, const int32_t *from, 
 
 static void order_pairs(perp_world *world)
 {
-    int32_t *order = world->pair_order, *other = order + world->pair_capacity;
+    int32_t *order = world->pair_order, *other;
     int32_t i, count = 0;
 
-    if (!world->pairs_changed)
+    if (!world->pairs_changed || world->pair_capacity == 0)
         return;
+    other = order + world->pair_capacity;
     for (i = 0; i < world->pair_slots; i++)
         if (world->pairs[i].first != NONE)
             order[count++] = i;
