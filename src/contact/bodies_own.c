@@ -43,13 +43,14 @@ static void solve_factor(const double *C, int32_t width, double *y)
 void perp__bodies_to_own(const perp__bodies *b, int32_t block, const double *v, double *y)
 {
     const int32_t width = b->width;
-    const double *L = b->factors + (size_t)block * (size_t)(width * width);
+    const double *L;
 
     if (b->C) {
         memmove(y, v, (size_t)width * sizeof *y);
         solve_factor(b->C + (size_t)block * (size_t)(width * width), width, y);
         return;
     }
+    L = b->factors + (size_t)block * (size_t)(width * width);
     for (int32_t i = 0; i < width; i++) { /* L'v */
         double sum = 0.0;
 

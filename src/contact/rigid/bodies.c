@@ -70,10 +70,11 @@ PERP__KERNEL static void add_unit(perp__bodies *b, const perp__rigid_problem *pr
 
     for (int32_t turn = 0; turn < 2; turn++) {
         const int32_t side = turn ^ first, body = g->body[side];
-        const double *C = problem->factors + (size_t)body * (size_t)(width * width);
+        const double *C;
 
         if (body < 0 || body >= b->blocks)
             continue;
+        C = problem->factors + (size_t)body * (size_t)(width * width);
         b->piece_blocks[piece] = body;
         b->piece_values[piece++] = at;
         b->block_starts[body + 1]++;
