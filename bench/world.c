@@ -342,6 +342,7 @@ static void judge_way(const scene *s, const record *r)
         if (k % (r->steps / 30 + 1) == 0 || k == r->steps)
             deep = fmax(deep, penetration(s, states));
     }
+    printf("steps %d\n", s->steps);
     printf("drift %.3g\nsunk %.3g\ndeep %.3g\nrise %.3g\n", drift, sunk, deep, rise / scale);
 }
 
