@@ -1,5 +1,5 @@
 /* Factorisations of square matrices behind six functions: analyse, reanalyse, factor, solve,
- * condition, destroy. Dense by LAPACK, sparse by KLU; with GPL=1 also UMFPACK and CHOLMOD. */
+ * condition, destroy. Dense by LAPACK, sparse by KLU. */
 #ifndef PERP_LINALG_FACTOR_H
 #define PERP_LINALG_FACTOR_H
 
@@ -21,8 +21,7 @@ enum { PERP__FACTOR_SINGULAR = 1 };
 
 typedef struct perp__factor_type {
     const char *name;
-    int32_t sparse;            /* takes CSC; otherwise dense */
-    int32_t positive_definite; /* symmetric positive definite matrices only */
+    int32_t sparse; /* takes CSC; otherwise dense */
     /* Allocates for matrices of this size and pattern (values are ignored). PERP_OK or _MEMORY. */
     perp_status (*analyse)(perp_context *context, perp__factor **factor, const perp__square *A);
     /* Takes A's pattern instead, of an order no larger than the one analysed first; the factors are
@@ -43,9 +42,5 @@ typedef struct perp__factor_type {
 
 extern const perp__factor_type perp__factor_lapack;
 extern const perp__factor_type perp__factor_klu;
-#ifdef PERP_GPL
-extern const perp__factor_type perp__factor_umfpack;
-extern const perp__factor_type perp__factor_cholmod; /* positive_definite */
-#endif
 
 #endif

@@ -137,5 +137,5 @@ static double condition(perp__factor *factor, const perp__square *A)
 }
 
 const perp__factor_type perp__factor_klu = {
-    "klu", 1, 0, analyse, reanalyse, factor_values, solve, condition, destroy,
+    "klu", 1, analyse, reanalyse, factor_values, solve, condition, destroy,
 };

@@ -88,5 +88,5 @@ static double condition(perp__factor *factor, const perp__square *A)
 }
 
 const perp__factor_type perp__factor_lapack = {
-    "lapack", 0, 0, analyse, reanalyse, factor_values, solve, condition, destroy,
+    "lapack", 0, analyse, reanalyse, factor_values, solve, condition, destroy,
 };
