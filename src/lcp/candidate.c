@@ -58,9 +58,7 @@ perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *wo
 
 void perp__start_from(perp_lcp_solver *solver, const double *z0)
 {
-    int32_t i;
-
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         const double z = perp__clamp(z0 ? z0[i] : 0.0, solver->lower[i], solver->upper[i]);
 
         solver->z[i] = z;
@@ -140,14 +138,13 @@ void perp__consider_point(perp_lcp_solver *solver, int32_t method)
 void perp__keep_ray(perp_lcp_solver *solver)
 {
     double largest = 0.0;
-    int32_t i;
 
     solver->rays++;
     solver->best_certificate =
         perp__ray_certificate(solver) ? PERP_CERTIFICATE_INFEASIBLE : PERP_CERTIFICATE_NONE;
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         largest = fmax(largest, fabs(solver->z[i]));
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         solver->best_ray[i] = solver->z[i] / largest;
 }
 

@@ -30,11 +30,9 @@ static double scale_bound(const perp_lcp_solver *solver, int32_t i, double bound
 /* Powers of two for the exponents and omegas as they are, and the bounds with them. */
 static void find_powers(perp_lcp_solver *solver)
 {
-    int32_t i;
-
     solver->powers_known = 1;
     solver->powers_normal = 1;
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         const int32_t z = solver->exponents[i] + solver->omega[solver->n + i];
         const int32_t w = solver->exponents[i] - solver->omega[i];
 
@@ -46,7 +44,7 @@ static void find_powers(perp_lcp_solver *solver)
         solver->z_up[i] = perp__power_of_two(z);
         solver->w_down[i] = perp__power_of_two(w);
     }
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         solver->lower_scaled[i] = scale_bound(solver, i, solver->lower[i]);
         solver->upper_scaled[i] = scale_bound(solver, i, solver->upper[i]);
     }
@@ -54,13 +52,11 @@ static void find_powers(perp_lcp_solver *solver)
 
 void perp__scale_problem(perp_lcp_solver *solver, const double *q)
 {
-    int32_t i;
-
     solver->q = q;
     if (perp__find_omegas(solver->n, solver->part, solver->parts, q, solver->exponents,
                           solver->part_omega, solver->omega, solver->powers_known))
         find_powers(solver);
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
 }
 
@@ -76,10 +72,8 @@ static double relative_violation(const perp_lcp_solver *solver, int32_t i, doubl
 
 void perp__find_reach(perp_lcp_solver *solver)
 {
-    int32_t i;
-
     memset(solver->reach, 0, (size_t)solver->parts * sizeof *solver->reach);
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         perp__raise_to(&solver->reach[solver->part[solver->n + i]],
                        fabs(perp__z_scaled(solver, i, solver->z[i])));
 }
@@ -88,9 +82,8 @@ void perp__find_reach(perp_lcp_solver *solver)
 static void project(perp_lcp_solver *solver)
 {
     double largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
         perp__raise_to(&largest, fabs(perp__z_scaled(solver, i, solver->z[i])));
     }
@@ -124,9 +117,8 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
     const double tol = solver->settings.tol;
     perp__evaluation worth = {0.0, 0.0, 0.0, 1, 1};
     double nothing = 0.0; /* NaN once a NaN or an infinity is met */
-    int32_t i;
 
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         const double lower = solver->lower[i], upper = solver->upper[i], z = solver->z[i];
         const double w = solver->w_high[i], violation = perp__row_violation(z, lower, upper, w);
         const double above = perp__z_scaled(solver, i, z - lower);
@@ -212,9 +204,8 @@ static int32_t overflowed(const perp_lcp_solver *solver, int32_t i)
 static void find_row_sizes(perp_lcp_solver *solver)
 {
     perp__cursor c = perp__first(&solver->M);
-    int32_t i;
 
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         solver->row_size[i] = ROW_KEPT;
         if (overflowed(solver, i))
             solver->row_size[i] = solver->q[i] != 0.0 ? perp__exponent_of(solver->q[i]) : -LARGE;
@@ -233,10 +224,9 @@ static void find_row_sizes(perp_lcp_solver *solver)
 static void recompute(perp_lcp_solver *solver)
 {
     perp__cursor c = perp__first(&solver->M);
-    int32_t i;
 
     find_row_sizes(solver);
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         if (solver->row_size[i] != ROW_KEPT) {
             solver->w_high[i] = perp__shift(solver->q[i], -solver->row_size[i]);
             solver->w_low[i] = 0.0;
@@ -249,7 +239,7 @@ static void recompute(perp_lcp_solver *solver)
                        perp__shift(solver->z[c.j], power - solver->row_size[c.i]),
                        &solver->w_high[c.i], &solver->w_low[c.i]);
         }
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         if (solver->row_size[i] != ROW_KEPT) {
             const double sum = solver->w_high[i] + solver->w_low[i];
             const double rest = (solver->w_high[i] - sum) + solver->w_low[i];
@@ -263,13 +253,12 @@ static void recompute(perp_lcp_solver *solver)
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 {
     perp__evaluation worth;
-    int32_t k;
 
     if (!project_all(solver))
         project(solver);
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
     solver->doubtful = 0;
-    for (k = 0; k < solver->parts; k++)
+    for (int32_t k = 0; k < solver->parts; k++)
         solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);
     if (solver->doubtful)
         perp__find_terms(&solver->M, solver->q, solver->z, solver->exponents, solver->omega,
@@ -290,9 +279,7 @@ int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *wo
 
 void perp__read_places(perp_lcp_solver *solver, int8_t *places)
 {
-    int32_t i;
-
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         double w = perp__w_scaled(solver, i, solver->w_high[i]);
         double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
         double below = perp__z_scaled(solver, i, solver->z[i] - solver->upper[i]);

@@ -67,9 +67,7 @@ static void present(perp_lcp_solver *solver, const perp__plan_step *step)
 
 static perp__method_slot *slot_of(perp_lcp_solver *solver, int32_t method)
 {
-    int32_t k;
-
-    for (k = 0; k < PERP__METHODS; k++) {
+    for (int32_t k = 0; k < PERP__METHODS; k++) {
         const perp__lcp_method *candidate = solver->slots[k].method;
 
         if (candidate->id == method && (!candidate->suits || candidate->suits(&solver->problem)))
@@ -107,7 +105,6 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
 {
     perp__lcp_iterate iterate;
     perp_status status;
-    int32_t i;
 
     perp__start_from(solver, z0);
     memset(&iterate, 0, sizeof iterate);
@@ -129,7 +126,7 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
         else
             iterate.outcome = PERP_OUTCOME_STALLED;
     }
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         solver->z[i] = perp__z_exact(solver, i, solver->iterate[i]);
         if (!isfinite(solver->z[i])) { /* a method that overflowed has no point to offer */
             perp__start_from(solver, z0);
@@ -260,7 +257,7 @@ static perp_status read_block(perp_lcp_solver *solver)
 static perp_status search(perp_lcp_solver *solver, const double *z0)
 {
     perp__plan_step steps[PERP__PLAN_MOST];
-    int32_t count, k;
+    int32_t count;
     perp_status status = read_block(solver);
 
     solver->best.method = -1;
@@ -276,7 +273,7 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     if (status != PERP_OK || solver->best.method >= 0)
         return status;
     count = perp__lcp_plan(solver, steps);
-    for (k = 0; k < count && status == PERP_OK; k++) {
+    for (int32_t k = 0; k < count && status == PERP_OK; k++) {
         status = run(solver, &steps[k], z0);
         if (status == PERP_OK && ends_the_search(solver))
             break; /* a ray that proves nothing leaves the next method its chance */

@@ -27,11 +27,10 @@
 static int32_t diagonal_is_positive(const perp_lcp_solver *solver)
 {
     const perp__matrix *M = &solver->M;
-    int32_t j;
 
     if (M->column_starts)
         return solver->block.has_positive_diagonal;
-    for (j = 0; j < solver->n; j++)
+    for (int32_t j = 0; j < solver->n; j++)
         if (!(M->values[(size_t)j * (M->row_stride + M->column_stride)] > 0.0))
             return 0;
     return 1;

@@ -42,14 +42,13 @@ static void dense_from_csc(const perp__lcp_problem *problem, double sign, double
 {
     const perp__matrix *M = problem->M;
     const double *d = problem->factors;
-    int32_t j, k;
 
-    for (j = 0; j < problem->n; j++) {
+    for (int32_t j = 0; j < problem->n; j++) {
         double *column = dense + (size_t)j * ld;
         const double d_j = sign * d[j];
 
         memset(column, 0, (size_t)problem->n * sizeof *column);
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             column[M->row_indices[k]] = M->values[k] * (d[M->row_indices[k]] * d_j);
     }
 }
@@ -59,14 +58,13 @@ PERP__KERNEL static void dense_from_columns_loops(const perp__lcp_problem *probl
 {
     const size_t n = (size_t)problem->n, stride = problem->M->column_stride;
     const double *restrict d = problem->factors;
-    size_t i, j;
 
-    for (j = 0; j < n; j++) {
+    for (size_t j = 0; j < n; j++) {
         double *restrict column = dense + j * ld;
         const double *restrict from = problem->M->values + j * stride;
         const double d_j = sign * d[j];
 
-        for (i = 0; i < n; i++)
+        for (size_t i = 0; i < n; i++)
             column[i] = from[i] * (d[i] * d_j);
     }
 }
@@ -81,9 +79,9 @@ static void dense_from_rows(const perp__lcp_problem *problem, double sign, doubl
     enum { ROWS = 16 };
     const size_t n = (size_t)problem->n, stride = problem->M->row_stride;
     const double *d = problem->factors;
-    size_t begin, i, j;
+    size_t j;
 
-    for (begin = 0; begin < n; begin += ROWS) {
+    for (size_t begin = 0; begin < n; begin += ROWS) {
         const size_t end = begin + ROWS < n ? begin + ROWS : n;
 
         for (j = 0; j < n; j++) {
@@ -91,7 +89,7 @@ static void dense_from_rows(const perp__lcp_problem *problem, double sign, doubl
             double *column = dense + j * ld;
             const double d_j = sign * d[j];
 
-            for (i = begin; i < end; i++)
+            for (size_t i = begin; i < end; i++)
                 column[i] = from[i * stride] * (d[i] * d_j);
         }
     }

@@ -17,9 +17,8 @@ static const perp__lcp_method *const methods[PERP__METHODS] = {
 static void release(void *object)
 {
     perp_lcp_solver *solver = object;
-    int32_t k;
 
-    for (k = 0; k < PERP__METHODS; k++) {
+    for (int32_t k = 0; k < PERP__METHODS; k++) {
         perp__method_slot *slot = &solver->slots[k];
 
         if (slot->work && slot->method->release)
@@ -41,7 +40,6 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
     perp_lcp_settings own;
     perp_status status = perp__lcp_settings_read(context, &own, settings);
     perp_lcp_solver *made;
-    int32_t k;
 
     if (status != PERP_OK)
         return status;
@@ -52,7 +50,7 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
     perp__arena_init(&made->arena, context);
     perp__arena_init(&made->polish.arena, context);
     perp__sparse_block_init(&made->block, context);
-    for (k = 0; k < PERP__METHODS; k++) {
+    for (int32_t k = 0; k < PERP__METHODS; k++) {
         made->slots[k].method = methods[k];
         perp__arena_init(&made->slots[k].arena, context);
     }
@@ -115,14 +113,12 @@ static perp_status check_problem(perp_context *context, perp__matrix *own, const
 
 static void equilibrate(perp_lcp_solver *solver)
 {
-    int32_t i;
-
     solver->powers_known = 0;
     solver->witness.known = 0;
     perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->row_norms,
                       solver->work);
     solver->parts = perp__find_parts(&solver->M, solver->part);
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         solver->factors[i] = perp__power_of_two(solver->exponents[i]);
 }
 
@@ -144,14 +140,13 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
 {
     perp__matrix own;
     perp_status status = check_problem(solver->context, &own, M, lower, upper);
-    int32_t i;
 
     if (status == PERP_OK && (solver->setups == 0 || own.rows != solver->n))
         status = fit(solver, own.rows);
     if (status != PERP_OK)
         return status;
     solver->M = own;
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         solver->lower[i] = lower ? lower[i] : 0.0;
         solver->upper[i] = upper ? upper[i] : INFINITY;
     }

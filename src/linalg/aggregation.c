@@ -55,21 +55,20 @@ void perp__find_near_null(const perp__level *level)
 static void start_aggregates(perp__level *level, double threshold)
 {
     int32_t *aggregate = level->aggregate;
-    int32_t i, k;
 
-    for (i = 0; i < level->n; i++)
+    for (int32_t i = 0; i < level->n; i++)
         aggregate[i] = -1;
-    for (i = 0; i < level->n; i++) {
+    for (int32_t i = 0; i < level->n; i++) {
         int32_t strong = 0, claimed = aggregate[i] >= 0;
 
-        for (k = level->starts[i]; k < level->starts[i + 1] && !claimed; k++)
+        for (int32_t k = level->starts[i]; k < level->starts[i + 1] && !claimed; k++)
             if (perp__is_coupled(level, threshold, i, k)) {
                 strong++;
                 claimed = aggregate[level->rows[k]] >= 0;
             }
         if (claimed || strong == 0)
             continue;
-        for (k = level->starts[i]; k < level->starts[i + 1]; k++)
+        for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++)
             if (perp__is_coupled(level, threshold, i, k))
                 aggregate[level->rows[k]] = level->coarse;
         aggregate[i] = level->coarse++;
@@ -98,15 +97,14 @@ static int32_t strongest(const perp__level *level, double threshold, int32_t i)
 static void join_aggregates(perp__level *level, double threshold)
 {
     int32_t *aggregate = level->aggregate;
-    int32_t i;
 
-    for (i = 0; i < level->n; i++)
+    for (int32_t i = 0; i < level->n; i++)
         if (aggregate[i] == -1) {
             const int32_t a = strongest(level, threshold, i);
 
             aggregate[i] = a < 0 ? -1 : -2 - a;
         }
-    for (i = 0; i < level->n; i++)
+    for (int32_t i = 0; i < level->n; i++)
         if (aggregate[i] < -1)
             aggregate[i] = -2 - aggregate[i];
 }

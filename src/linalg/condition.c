@@ -10,9 +10,8 @@ enum { MAX_ITERATIONS = 5 };
 static double sum_of_absolutes(const double *x, int32_t n)
 {
     double sum = 0.0;
-    int32_t i;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         sum += fabs(x[i]);
     return sum;
 }
@@ -36,9 +35,7 @@ static double sign_of(double x)
 /* The vector of alternating signs and growing size that catches what the ascent misses. */
 static double alternating_estimate(int32_t n, double *x, perp__solve_function solve, void *user)
 {
-    int32_t i;
-
-    for (i = 0; i < n; i++) {
+    for (int32_t i = 0; i < n; i++) {
         const double size = 1.0 + (n > 1 ? (double)i / (double)(n - 1) : 0.0);
 
         x[i] = i % 2 == 0 ? size : -size;
@@ -100,9 +97,8 @@ static double inverse_norm_1(int32_t n, double *work, perp__solve_function solve
 double perp__norm_1(const perp__square *A)
 {
     double norm = 0.0;
-    int32_t j;
 
-    for (j = 0; j < A->n; j++) {
+    for (int32_t j = 0; j < A->n; j++) {
         double sum;
 
         if (A->column_starts)
@@ -148,10 +144,9 @@ double perp__lu_condition(int32_t n, const double *A, int32_t lda, double norm_1
                           int32_t *iwork)
 {
     lu_factors lu;
-    int32_t i;
 
     /* (P A)^-1 = A^-1 P' has the columns of A^-1 in another order: the same 1-norm */
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         iwork[i] = i + 1;
     lu.n = n;
     lu.lda = lda;

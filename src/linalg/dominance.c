@@ -15,11 +15,10 @@ void perp__dominance_layout(perp__arena *arena, perp__dominance *d, int32_t n, i
 static void compare(perp__dominance *d)
 {
     const perp__square *A = &d->A;
-    int32_t j, k;
 
     d->is_z_matrix = 1;
-    for (j = 0; j < A->n; j++)
-        for (k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
+    for (int32_t j = 0; j < A->n; j++)
+        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
             const double size = fabs(A->values[k]);
 
             d->comparison[k] = A->row_indices[k] == j ? size : -size;
@@ -56,13 +55,12 @@ static int32_t is_positive(perp__dominance *d)
 {
     const perp__square *A = &d->A;
     const double rounding = PERP__GAMMA(d->n + 4.0), underflow = DBL_MIN * (8.0 * d->n + 8.0);
-    int32_t i, j, k;
 
     memset(d->positive, 0, (size_t)d->n * sizeof *d->positive);
-    for (j = 0; j < d->n; j++) {
+    for (int32_t j = 0; j < d->n; j++) {
         if (!(d->v[j] >= DBL_MIN))
             return 0;
-        for (k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
+        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
             const double product = d->comparison[k] * d->v[j];
 
             /* its part of the sum's error, and of this subtraction's */
@@ -70,7 +68,7 @@ static int32_t is_positive(perp__dominance *d)
                 product - (4.0 * rounding * fabs(product) + DBL_MIN * (d->v[j] + 1.0));
         }
     }
-    for (i = 0; i < d->n; i++) {
+    for (int32_t i = 0; i < d->n; i++) {
         d->positive[i] -= underflow;
         if (!(d->positive[i] > 0.0))
             return 0;
@@ -82,22 +80,21 @@ int32_t perp__dominance_bound(perp__dominance *d, const double *middle, const do
                               double *delta)
 {
     double largest = 0.0, factor = 0.0;
-    int32_t i;
 
-    for (i = 0; i < d->n; i++) {
+    for (int32_t i = 0; i < d->n; i++) {
         delta[i] = perp__raise(fabs(middle[i]) + width[i] + DBL_MIN, 2.0);
         largest = perp__larger(largest, delta[i]);
     }
     /* v near C^-1 |r| makes the bound sharp in every component; the floor keeps it positive */
-    for (i = 0; i < d->n; i++)
+    for (int32_t i = 0; i < d->n; i++)
         d->v[i] = fmax(delta[i], 1e-3 * largest);
     perp__factor_klu.solve(d->is_z_matrix ? d->kept.factor : d->kept_comparison.factor, d->v, 0);
     if (!is_positive(d))
         return 0;
-    for (i = 0; i < d->n; i++)
+    for (int32_t i = 0; i < d->n; i++)
         factor = perp__larger(factor, delta[i] / d->positive[i]);
     factor = perp__raise(factor + DBL_MIN, 4.0);
-    for (i = 0; i < d->n; i++)
+    for (int32_t i = 0; i < d->n; i++)
         delta[i] = perp__raise(factor * d->v[i] + DBL_MIN, 4.0);
     return 1;
 }

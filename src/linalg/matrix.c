@@ -51,9 +51,8 @@ static int all_finite(const double *values, size_t count)
     const uint64_t exponent_mask = UINT64_C(0x7ff0000000000000);
     const uint64_t exponent_one = UINT64_C(0x0010000000000000);
     uint64_t carries = 0;
-    size_t k;
 
-    for (k = 0; k < count; k++) {
+    for (size_t k = 0; k < count; k++) {
         uint64_t bits;
 
         memcpy(&bits, &values[k], sizeof bits);
@@ -73,7 +72,7 @@ static perp_status read_dense(perp_context *context, const char *name, perp__mat
     const int by_rows = M->storage == PERP_STORAGE_ROW_MAJOR;
     const int32_t lines = by_rows ? M->rows : M->columns;
     const int32_t length = by_rows ? M->columns : M->rows;
-    size_t stride, line, k;
+    size_t stride, k;
 
     if (M->column_starts || M->row_indices)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is dense but %s.%s is not NULL", name,
@@ -89,7 +88,7 @@ static perp_status read_dense(perp_context *context, const char *name, perp__mat
     if (lines > 0 && length > 0 && !M->values)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.values is NULL", name);
     stride = (size_t)M->leading_dimension;
-    for (line = 0; line < (size_t)lines && length > 0; line++) {
+    for (size_t line = 0; line < (size_t)lines && length > 0; line++) {
         const double *values = M->values + line * stride;
 
         if (all_finite(values, (size_t)length))
@@ -109,12 +108,11 @@ static perp_status check_column_starts(perp_context *context, const char *name,
                                        const perp_matrix *M)
 {
     const int32_t *starts = M->column_starts;
-    int32_t j;
 
     if (starts[0] != 0)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts[0] is %d, 0 expected",
                           name, (int)starts[0]);
-    for (j = 0; j < M->columns; j++)
+    for (int32_t j = 0; j < M->columns; j++)
         if (starts[j + 1] < starts[j])
             return perp__fail(context, PERP_ERROR_ARGUMENT,
                               "%s.column_starts[%d] = %d is below %s.column_starts[%d] = %d", name,
@@ -126,9 +124,8 @@ static perp_status check_column(perp_context *context, const char *name, const p
                                 int32_t j)
 {
     const int32_t *rows = M->row_indices;
-    int32_t k;
 
-    for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+    for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
         if (rows[k] < 0 || rows[k] >= M->rows)
             return perp__fail(context, PERP_ERROR_ARGUMENT,
                               "%s.row_indices[%d] = %d in column %d is outside 0 .. %d", name,
@@ -150,7 +147,6 @@ static perp_status read_csc(perp_context *context, const char *name, perp__matri
                             const perp_matrix *M)
 {
     perp_status status;
-    int32_t j;
 
     read->row_stride = 1;
     read->column_stride = 1;
@@ -165,7 +161,7 @@ static perp_status read_csc(perp_context *context, const char *name, perp__matri
     if (M->column_starts[M->columns] > 0 && (!M->row_indices || !M->values))
         return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.%s is NULL", name,
                           M->row_indices ? "values" : "row_indices");
-    for (j = 0; j < M->columns && status == PERP_OK; j++)
+    for (int32_t j = 0; j < M->columns && status == PERP_OK; j++)
         status = check_column(context, name, M, j);
     read->column_starts = M->column_starts;
     read->row_indices = M->row_indices;

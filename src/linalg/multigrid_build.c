@@ -12,15 +12,13 @@
 
 void perp__multigrid_init(perp__multigrid *grid, perp_context *context)
 {
-    int32_t k;
-
     memset(grid, 0, sizeof *grid);
     grid->context = context;
     perp__arena_init(&grid->arena, context);
     perp__arena_init(&grid->bottom_arena, context);
     perp__arena_init(&grid->bottom.arena, context);
     perp__arena_init(&grid->bottom.factor_arena, context);
-    for (k = 0; k < PERP__LEVELS; k++) {
+    for (int32_t k = 0; k < PERP__LEVELS; k++) {
         perp__arena_init(&grid->level[k].arena, context);
         perp__arena_init(&grid->level[k].transfer_arena, context);
         perp__arena_init(&grid->level[k].matrix_arena, context);
@@ -29,9 +27,7 @@ void perp__multigrid_init(perp__multigrid *grid, perp_context *context)
 
 void perp__multigrid_release(perp__multigrid *grid)
 {
-    int32_t k;
-
-    for (k = 0; k < PERP__LEVELS; k++) {
+    for (int32_t k = 0; k < PERP__LEVELS; k++) {
         perp__arena_release(&grid->level[k].arena);
         perp__arena_release(&grid->level[k].transfer_arena);
         perp__arena_release(&grid->level[k].matrix_arena);
@@ -110,7 +106,6 @@ static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, con
 {
     perp__level *level = &grid->level[0];
     perp_status status;
-    int32_t j, k;
 
     level->n = M->columns;
     level->starts = M->column_starts;
@@ -123,9 +118,9 @@ static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, con
         status = perp__arena_fit(&level->matrix_arena, layout_finest, level);
     if (status != PERP_OK)
         return status;
-    for (j = 0; j < level->n; j++) {
+    for (int32_t j = 0; j < level->n; j++) {
         grid->sums[j] = 0.0;
-        for (k = level->starts[j]; k < level->starts[j + 1]; k++) {
+        for (int32_t k = level->starts[j]; k < level->starts[j + 1]; k++) {
             const int32_t i = level->rows[k];
 
             level->own_values[k] = M->values[k] * (scale[i] * scale[j]);
@@ -144,9 +139,8 @@ static double filtered_diagonal(const perp__level *fine, double threshold, int32
     const double *t = fine->near_null;
     const double diagonal = 1.0 / fine->inverse_diagonal[i];
     double weak = 0.0;
-    int32_t k;
 
-    for (k = fine->starts[i]; k < fine->starts[i + 1]; k++)
+    for (int32_t k = fine->starts[i]; k < fine->starts[i + 1]; k++)
         if (fine->rows[k] != i && !perp__is_coupled(fine, threshold, i, k))
             weak += fine->values[k] * t[fine->rows[k]];
     return fmax(diagonal + weak / t[i], 0.1 * diagonal);
@@ -196,12 +190,10 @@ static int32_t prolongation_row(const perp__level *fine, const double *coarse_nu
 static void fill_prolongation(perp__multigrid *grid, perp__level *fine, const double *coarse_null,
                               double threshold, int32_t writes)
 {
-    int32_t i;
-
-    for (i = 0; i < fine->coarse; i++)
+    for (int32_t i = 0; i < fine->coarse; i++)
         grid->marks[i] = -1;
     fine->p_starts[0] = 0;
-    for (i = 0; i < fine->n; i++)
+    for (int32_t i = 0; i < fine->n; i++)
         fine->p_starts[i + 1] =
             prolongation_row(fine, coarse_null, threshold, i, grid->marks, writes);
 }
@@ -209,22 +201,21 @@ static void fill_prolongation(perp__multigrid *grid, perp__level *fine, const do
 static void transpose(perp__level *fine)
 {
     int32_t *starts = fine->r_starts;
-    int32_t i, k;
 
-    for (i = 0; i <= fine->coarse; i++)
+    for (int32_t i = 0; i <= fine->coarse; i++)
         starts[i] = 0;
-    for (k = 0; k < fine->p_starts[fine->n]; k++)
+    for (int32_t k = 0; k < fine->p_starts[fine->n]; k++)
         starts[fine->p_columns[k] + 1]++;
-    for (i = 0; i < fine->coarse; i++)
+    for (int32_t i = 0; i < fine->coarse; i++)
         starts[i + 1] += starts[i];
-    for (i = 0; i < fine->n; i++)
-        for (k = fine->p_starts[i]; k < fine->p_starts[i + 1]; k++) {
+    for (int32_t i = 0; i < fine->n; i++)
+        for (int32_t k = fine->p_starts[i]; k < fine->p_starts[i + 1]; k++) {
             const int32_t at = starts[fine->p_columns[k]]++;
 
             fine->r_rows[at] = i;
             fine->r_values[at] = fine->p_values[k];
         }
-    for (i = fine->coarse; i > 0; i--)
+    for (int32_t i = fine->coarse; i > 0; i--)
         starts[i] = starts[i - 1];
     starts[0] = 0;
 }
@@ -232,18 +223,16 @@ static void transpose(perp__level *fine)
 /* The mean of t over each aggregate. */
 static void coarsen_null(const perp__level *fine, const perp__level *coarse, int32_t *counts)
 {
-    int32_t i;
-
-    for (i = 0; i < coarse->n; i++) {
+    for (int32_t i = 0; i < coarse->n; i++) {
         coarse->near_null[i] = 0.0;
         counts[i] = 0;
     }
-    for (i = 0; i < fine->n; i++)
+    for (int32_t i = 0; i < fine->n; i++)
         if (fine->aggregate[i] >= 0) {
             coarse->near_null[fine->aggregate[i]] += fine->near_null[i];
             counts[fine->aggregate[i]]++;
         }
-    for (i = 0; i < coarse->n; i++)
+    for (int32_t i = 0; i < coarse->n; i++)
         coarse->near_null[i] /= counts[i];
 }
 
@@ -252,20 +241,19 @@ static size_t coarse_pattern(const perp__level *fine, const perp__level *coarse,
                              int32_t writes)
 {
     size_t entries = 0;
-    int32_t a, r, k, p;
 
-    for (a = 0; a < fine->coarse; a++)
+    for (int32_t a = 0; a < fine->coarse; a++)
         marks[a] = -1;
-    for (a = 0; a < fine->coarse; a++) {
+    for (int32_t a = 0; a < fine->coarse; a++) {
         if (writes)
             coarse->own_starts[a] = (int32_t)entries;
-        for (r = fine->r_starts[a]; r < fine->r_starts[a + 1]; r++) {
+        for (int32_t r = fine->r_starts[a]; r < fine->r_starts[a + 1]; r++) {
             const int32_t i = fine->r_rows[r];
 
-            for (k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
+            for (int32_t k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
                 const int32_t j = fine->rows[k];
 
-                for (p = fine->p_starts[j]; p < fine->p_starts[j + 1]; p++) {
+                for (int32_t p = fine->p_starts[j]; p < fine->p_starts[j + 1]; p++) {
                     if (marks[fine->p_columns[p]] == a)
                         continue;
                     marks[fine->p_columns[p]] = a;
@@ -346,7 +334,6 @@ static perp_status make_bottom(perp__multigrid *grid)
     const perp__level *level = &grid->level[grid->levels - 1];
     perp__matrix *M = &grid->bottom_matrix;
     perp_status status;
-    int32_t i;
 
     memset(M, 0, sizeof *M);
     M->rows = M->columns = level->n;
@@ -354,7 +341,7 @@ static perp_status make_bottom(perp__multigrid *grid)
     M->row_indices = level->rows;
     M->values = level->values;
     status = perp__arena_fit(&grid->bottom_arena, layout_bottom, grid);
-    for (i = 0; i < level->n && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < level->n && status == PERP_OK; i++) {
         grid->ones[i] = 1.0;
         level->active[i] = i;
     }

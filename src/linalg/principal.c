@@ -6,21 +6,19 @@ void perp__principal_dense(const perp__matrix *M, const perp__principal *block, 
                            size_t row_step, size_t column_step)
 {
     const size_t count = (size_t)block->count;
-    size_t r, c;
-    int32_t k;
 
     if (M->column_starts && count > 0)
         memset(to, 0, count * count * sizeof *to);
-    for (c = 0; c < count; c++) {
+    for (size_t c = 0; c < count; c++) {
         const int32_t j = block->active[c];
         const double *from = M->column_starts ? NULL : M->values + (size_t)j * M->column_stride;
 
         if (from) {
-            for (r = 0; r < count; r++)
+            for (size_t r = 0; r < count; r++)
                 to[r * row_step + c * column_step] = from[(size_t)block->active[r] * M->row_stride];
             continue;
         }
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             if (block->position[M->row_indices[k]] >= 0)
                 to[(size_t)block->position[M->row_indices[k]] * row_step + c * column_step] =
                     M->values[k];

@@ -132,12 +132,11 @@ static perp_status make_lu(perp__sparse_block *b)
     const int32_t n = b->M->columns;
     perp_status status;
     perp__square diagonal;
-    int32_t i;
 
     perp__factor_klu.destroy(b->lu);
     b->lu = NULL;
     b->lu_capacity = 0;
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         b->starts[i] = b->rows[i] = i;
     b->starts[n] = n;
     diagonal.n = n;
@@ -253,13 +252,11 @@ perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *
 
 static void solve(perp__sparse_block *block, double *x, int32_t transposed)
 {
-    int32_t k;
-
     if (block->kind == PERP__SPARSE_SYMMETRIC && !block->by_lu) {
         perp__sparse_cholesky_solve(&block->cholesky, x);
         return;
     }
-    for (k = 0; k < block->count; k++)
+    for (int32_t k = 0; k < block->count; k++)
         block->x[k] = x[block->active[k]];
     if (block->kind != PERP__SPARSE_TRIDIAGONAL)
         perp__factor_klu.solve(block->lu, block->x, transposed);
@@ -267,7 +264,7 @@ static void solve(perp__sparse_block *block, double *x, int32_t transposed)
         perp__tridiagonal_solve_transposed(&block->tridiagonal, block->x);
     else
         perp__tridiagonal_solve(&block->tridiagonal, block->x);
-    for (k = 0; k < block->count; k++)
+    for (int32_t k = 0; k < block->count; k++)
         x[block->active[k]] = block->x[k];
 }
 
@@ -301,13 +298,11 @@ perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t
 /* Returns 0 if multigrid does not get there. */
 static int32_t solve_on_grid(perp__sparse_block *b, double *x)
 {
-    int32_t k;
-
-    for (k = 0; k < b->count; k++)
+    for (int32_t k = 0; k < b->count; k++)
         b->residual[b->active[k]] = x[b->active[k]];
     if (perp__multigrid_solve(&b->grid, b->residual, b->x, PERP__ROUGH, PERP__STEPS) < 0)
         return 0;
-    for (k = 0; k < b->count; k++)
+    for (int32_t k = 0; k < b->count; k++)
         x[b->active[k]] = b->x[b->active[k]];
     return 1;
 }

@@ -13,9 +13,9 @@
 
 int32_t perp__has_positive_diagonal(const perp__matrix *M)
 {
-    int32_t j, k;
+    int32_t k;
 
-    for (j = 0; j < M->columns; j++) {
+    for (int32_t j = 0; j < M->columns; j++) {
         for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             if (M->row_indices[k] >= j)
                 break;
@@ -27,10 +27,8 @@ int32_t perp__has_positive_diagonal(const perp__matrix *M)
 
 int32_t perp__has_z_signs(const perp__matrix *M)
 {
-    int32_t j, k;
-
-    for (j = 0; j < M->columns; j++)
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+    for (int32_t j = 0; j < M->columns; j++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             if (M->values[k] > 0.0 && M->row_indices[k] != j)
                 return 0;
     return 1;
@@ -39,12 +37,10 @@ int32_t perp__has_z_signs(const perp__matrix *M)
 /* Whether positive entries beside the diagonal are small, in every column. */
 int32_t perp__is_nearly_z(const perp__matrix *M, const double *scale)
 {
-    int32_t j, k;
-
-    for (j = 0; j < M->columns; j++) {
+    for (int32_t j = 0; j < M->columns; j++) {
         double positive = 0.0, diagonal = 0.0;
 
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
 
             if (i == j)
@@ -63,11 +59,10 @@ int32_t perp__is_nearly_z(const perp__matrix *M, const double *scale)
 int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor)
 {
     const int32_t n = M->columns;
-    int32_t j, k;
 
     memcpy(cursor, M->column_starts, (size_t)n * sizeof *cursor);
-    for (j = 0; j < n; j++) {
-        for (k = cursor[j]; k < M->column_starts[j + 1]; k++) {
+    for (int32_t j = 0; j < n; j++) {
+        for (int32_t k = cursor[j]; k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
             const double a = M->values[k];
             double b;

@@ -41,21 +41,19 @@ double perp__doubled_error(int32_t columns)
 
 void perp__multiply_absolute(const perp__matrix *M, const double *x, double *y)
 {
-    int32_t i, j, k;
-
-    for (i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < M->rows; i++)
         y[i] = 0.0;
-    for (j = 0; j < M->columns; j++) {
+    for (int32_t j = 0; j < M->columns; j++) {
         const double size = fabs(x[j]);
         const double *column = M->values + (size_t)j * M->column_stride;
 
         if (size == 0.0)
             continue;
         if (M->column_starts)
-            for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
                 y[M->row_indices[k]] += fabs(M->values[k]) * size;
         else
-            for (i = 0; i < M->rows; i++)
+            for (int32_t i = 0; i < M->rows; i++)
                 y[i] += fabs(column[(size_t)i * M->row_stride]) * size;
     }
 }
@@ -78,9 +76,8 @@ void perp__verified_layout(perp__arena *arena, perp__verified *v, int32_t n)
 static double sum_of_sizes(const double *x, int32_t n)
 {
     double sum = 0.0;
-    int32_t i;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         sum += fabs(x[i]);
     return sum;
 }
@@ -90,9 +87,8 @@ static double weighted_sum(const perp__verified *v, int32_t i)
 {
     const double *row = v->inverse + (size_t)i * (size_t)v->n;
     double sum = 0.0;
-    int32_t l;
 
-    for (l = 0; l < v->n; l++)
+    for (int32_t l = 0; l < v->n; l++)
         sum += fabs(row[l]) * v->row_sums[l];
     return perp__raise(sum, 2.0 * v->n);
 }
@@ -130,10 +126,8 @@ static double alpha_in_doubled(const perp__verified *v, int32_t i, double weight
 
 static void find_alphas(perp__verified *v)
 {
-    int32_t i;
-
     v->contraction = 0.0;
-    for (i = 0; i < v->n; i++) {
+    for (int32_t i = 0; i < v->n; i++) {
         const double weighted = weighted_sum(v, i);
         const double sum = sum_of_sizes(v->defect + (size_t)i * (size_t)v->n, v->n);
         double alpha = perp__raise(
@@ -148,17 +142,14 @@ static void find_alphas(perp__verified *v)
 
 static void set_identity(double *X, size_t n)
 {
-    size_t k;
-
     memset(X, 0, n * n * sizeof *X);
-    for (k = 0; k < n; k++)
+    for (size_t k = 0; k < n; k++)
         X[k * (n + 1)] = 1.0;
 }
 
 int32_t perp__verified_factor(perp__verified *v)
 {
     const size_t n = (size_t)v->n;
-    int32_t i;
 
     v->contraction = n == 0 ? 0.0 : INFINITY;
     if (n == 0)
@@ -168,7 +159,7 @@ int32_t perp__verified_factor(perp__verified *v)
         return 0;
     set_identity(v->inverse, n);
     perp__lu_solve_columns(v->n, v->n, v->defect, v->n, v->pivots, v->inverse, v->n, 0);
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         v->row_sums[i] =
             perp__raise(sum_of_sizes(v->transposed + (size_t)i * n, v->n), (double)v->n);
     set_identity(v->defect, n);
@@ -179,12 +170,10 @@ int32_t perp__verified_factor(perp__verified *v)
 
 void perp__verified_apply(const perp__verified *v, const double *r, double *x)
 {
-    int32_t i;
-
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         x[i] = 0.0;
     perp__gemv_transposed_subtract(v->n, v->n, v->inverse, v->n > 0 ? v->n : 1, r, 1, x);
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         x[i] = -x[i];
 }
 
@@ -195,9 +184,8 @@ static double bound_of_row(const perp__verified *v, int32_t i, const double *mid
     const double *row = v->inverse + (size_t)i * (size_t)v->n;
     const double gamma = PERP__GAMMA(v->n + 2.0);
     double sum = 0.0, sizes = 0.0, spread = 0.0;
-    int32_t l;
 
-    for (l = 0; l < v->n; l++) {
+    for (int32_t l = 0; l < v->n; l++) {
         const double size = fabs(row[l]);
 
         sum += row[l] * middle[l];
@@ -212,13 +200,12 @@ void perp__verified_bound(const perp__verified *v, const double *middle, const d
 {
     /* d = A^-1 r obeys d = R r + (I - R A) d, so ||d|| <= ||R r|| / (1 - ||I - R A||) */
     double norm = 0.0;
-    int32_t i;
 
-    for (i = 0; i < v->n; i++) {
+    for (int32_t i = 0; i < v->n; i++) {
         delta[i] = bound_of_row(v, i, middle, width);
         norm = perp__larger(norm, delta[i]);
     }
     norm = perp__raise(norm / (1.0 - v->contraction), 4.0);
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         delta[i] = perp__raise(delta[i] + v->alpha[i] * norm + DBL_MIN, 4.0);
 }

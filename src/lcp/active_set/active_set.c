@@ -39,16 +39,15 @@ static void expand(active_set_work *a)
 {
     const perp__matrix *M = a->head.problem->M;
     const size_t n = (size_t)M->rows;
-    int32_t j, k;
 
     a->M = *M;
     if (!M->column_starts)
         return;
-    for (j = 0; j < M->columns; j++) {
+    for (int32_t j = 0; j < M->columns; j++) {
         double *column = a->expanded + (size_t)j * n;
 
         memset(column, 0, n * sizeof *column);
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             column[M->row_indices[k]] = M->values[k];
     }
     a->M.values = a->expanded;

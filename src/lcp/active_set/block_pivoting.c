@@ -41,17 +41,13 @@ static int8_t resting_place(const perp__lcp_problem *p, int32_t i)
 
 void perp__block_pivoting_start(const perp__lcp_problem *problem, int8_t *places)
 {
-    int32_t i;
-
-    for (i = 0; i < problem->n; i++)
+    for (int32_t i = 0; i < problem->n; i++)
         places[i] = resting_place(problem, i);
 }
 
 void perp__places_of(const perp__lcp_problem *problem, const double *z, int8_t *places)
 {
-    int32_t i;
-
-    for (i = 0; i < problem->n; i++)
+    for (int32_t i = 0; i < problem->n; i++)
         places[i] = problem->lower[i] == problem->upper[i] ? PERP__FIXED
                     : z[i] <= problem->lower[i]            ? PERP__AT_LOWER
                     : z[i] >= problem->upper[i]            ? PERP__AT_UPPER
@@ -63,12 +59,11 @@ static void multiply(perp__block_pivoting *b)
 {
     const perp__lcp_problem *p = b->problem;
     const double *d = p->factors;
-    int32_t i;
 
-    for (i = 0; i < p->n; i++)
+    for (int32_t i = 0; i < p->n; i++)
         b->x[i] = d[i] * b->trial_z[i];
     perp__multiply(&b->active.M, b->x, b->w);
-    for (i = 0; i < p->n; i++)
+    for (int32_t i = 0; i < p->n; i++)
         b->w[i] = d[i] * b->w[i] + p->q[i];
 }
 

@@ -141,11 +141,9 @@ static perp_status read_change(const perp_lcp_sensitivity *s, perp__matrix *own,
 static void find_rhs(perp_lcp_sensitivity *s, const perp__matrix *dM, const double *dq,
                      const double *dlower, const double *dupper)
 {
-    int32_t i;
-
     if (s->n == 0)
         return;
-    for (i = 0; i < s->n; i++) {
+    for (int32_t i = 0; i < s->n; i++) {
         const double *moved = s->places[i] == PERP__BETWEEN    ? NULL
                               : s->places[i] == PERP__AT_UPPER ? dupper
                                                                : dlower;
@@ -153,11 +151,11 @@ static void find_rhs(perp_lcp_sensitivity *s, const perp__matrix *dM, const doub
         s->move[i] = moved ? moved[i] : 0.0;
     }
     perp__multiply(&s->solver->M, s->move, s->rhs);
-    for (i = 0; dq && i < s->n; i++)
+    for (int32_t i = 0; dq && i < s->n; i++)
         s->rhs[i] += dq[i];
     if (dM) {
         perp__multiply(dM, s->solver->z, s->product);
-        for (i = 0; i < s->n; i++)
+        for (int32_t i = 0; i < s->n; i++)
             s->rhs[i] += s->product[i];
     }
 }
@@ -167,7 +165,6 @@ static perp_status forward(perp_lcp_sensitivity *s, double *dz, const double *dq
 {
     perp__matrix own;
     perp_status status = check_verdict(s);
-    int32_t k;
 
     if (status == PERP_OK && s->n > 0)
         status = perp__check_pointer(s->context, "dz", dz);
@@ -183,7 +180,7 @@ static perp_status forward(perp_lcp_sensitivity *s, double *dz, const double *dq
         return status;
     find_rhs(s, dM ? &own : NULL, dq, dlower, dupper);
     perp__sensitivity_solve(s, s->rhs, 0);
-    for (k = 0; k < s->count; k++)
+    for (int32_t k = 0; k < s->count; k++)
         s->move[s->active[k]] = -s->rhs[s->active[k]];
     status = perp__check_finite(s->context, "dz", s->move, (size_t)s->n);
     if (status == PERP_OK && s->n > 0)
@@ -206,15 +203,14 @@ perp_status perp_lcp_sensitivity_forward(perp_lcp_sensitivity *sensitivity, doub
 static double column_times(const perp__matrix *M, int32_t j, const double *p)
 {
     double sum = 0.0;
-    int32_t i, k;
 
     if (M->column_starts) {
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             sum += M->values[k] * p[M->row_indices[k]];
     } else {
         const double *column = M->values + (size_t)j * M->column_stride;
 
-        for (i = 0; i < M->rows; i++)
+        for (int32_t i = 0; i < M->rows; i++)
             sum += column[(size_t)i * M->row_stride] * p[i];
     }
     return sum;
@@ -226,7 +222,6 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
                            const double *g)
 {
     perp_status status = check_verdict(s);
-    int32_t i;
 
     if (status == PERP_OK && s->n > 0)
         status = perp__check_pointer(s->context, "g", g);
@@ -234,12 +229,12 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
         status = perp__check_finite(s->context, "g", g, (size_t)s->n);
     if (status != PERP_OK)
         return status;
-    for (i = 0; i < s->n; i++) {
+    for (int32_t i = 0; i < s->n; i++) {
         s->rhs[i] = s->places[i] == PERP__BETWEEN ? -g[i] : 0.0;
         s->move[i] = g[i]; /* g may be the caller's p */
     }
     perp__sensitivity_solve(s, s->rhs, 1);
-    for (i = 0; i < s->n; i++) {
+    for (int32_t i = 0; i < s->n; i++) {
         const int32_t place = s->places[i];
         const int32_t asked = place == PERP__AT_UPPER ? upper != NULL : lower != NULL;
 
@@ -250,7 +245,7 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
     status = perp__check_finite(s->context, "p", s->rhs, (size_t)s->n);
     if (status == PERP_OK)
         status = perp__check_finite(s->context, "lower or upper", s->product, (size_t)s->n);
-    for (i = 0; i < s->n && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < s->n && status == PERP_OK; i++) {
         const int32_t is_upper = s->places[i] == PERP__AT_UPPER;
 
         if (p)
@@ -276,13 +271,12 @@ perp_status perp_lcp_sensitivity_adjoint(perp_lcp_sensitivity *sensitivity, doub
 perp_status perp_lcp_sensitivity_places(perp_lcp_sensitivity *sensitivity, int32_t *places)
 {
     perp_status status = enter(sensitivity);
-    int32_t i;
 
     if (status != PERP_OK)
         return status;
     if (sensitivity->n > 0)
         status = perp__check_pointer(sensitivity->context, "places", places);
-    for (i = 0; status == PERP_OK && i < sensitivity->n; i++)
+    for (int32_t i = 0; status == PERP_OK && i < sensitivity->n; i++)
         places[i] = sensitivity->places[i];
     return perp__leave(sensitivity->context, status);
 }

@@ -52,7 +52,6 @@ static perp__square fill(perp_lcp_sensitivity *s)
     const double *d = s->solver->factors;
     perp__principal block;
     perp__square A;
-    int32_t c, k;
 
     block.count = s->count;
     block.active = s->active;
@@ -67,12 +66,12 @@ static perp__square fill(perp_lcp_sensitivity *s)
     } else {
         perp__principal_dense(&s->solver->M, &block, s->block, 1, (size_t)s->count);
     }
-    for (c = 0; c < s->count; c++) {
+    for (int32_t c = 0; c < s->count; c++) {
         const int32_t from = uses_csc(s) ? s->starts[c] : 0;
         const int32_t to = uses_csc(s) ? s->starts[c + 1] : s->count;
         double *column = uses_csc(s) ? s->block : s->block + (size_t)c * (size_t)s->count;
 
-        for (k = from; k < to; k++)
+        for (int32_t k = from; k < to; k++)
             column[k] *= d[s->active[uses_csc(s) ? s->rows[k] : k]] * d[s->active[c]];
     }
     return A;
@@ -168,11 +167,10 @@ perp_status perp__sensitivity_prepare(perp_lcp_sensitivity *s, perp_lcp_sensitiv
 {
     const perp__evaluation worth = perp__evaluate(s->solver);
     perp_status status;
-    int32_t i;
 
     perp__read_places(s->solver, s->solver->places);
     s->count = 0;
-    for (i = 0; i < s->n; i++)
+    for (int32_t i = 0; i < s->n; i++)
         s->count += s->solver->places[i] == PERP__BETWEEN;
     status = perp__arena_fit(&s->arena, layout, s);
     if (status != PERP_OK)
@@ -189,12 +187,11 @@ perp_status perp__sensitivity_prepare(perp_lcp_sensitivity *s, perp_lcp_sensitiv
 void perp__sensitivity_solve(perp_lcp_sensitivity *s, double *x, int32_t transposed)
 {
     const double *d = s->solver->factors;
-    int32_t k;
 
     /* M_AA^-1 = D (D M_AA D)^-1 D */
-    for (k = 0; k < s->count; k++)
+    for (int32_t k = 0; k < s->count; k++)
         s->x[k] = d[s->active[k]] * x[s->active[k]];
     s->kept.type->solve(s->kept.factor, s->x, transposed);
-    for (k = 0; k < s->count; k++)
+    for (int32_t k = 0; k < s->count; k++)
         x[s->active[k]] = d[s->active[k]] * s->x[k];
 }

@@ -62,10 +62,9 @@ static void write_out(const perp__verify *v, double *radii, perp_lcp_proof *proo
                       int32_t index)
 {
     perp_lcp_proof own;
-    int32_t i;
 
     memset(&own, 0, sizeof own);
-    for (i = 0; i < v->n && verdict == PERP_VERDICT_REGULAR; i++)
+    for (int32_t i = 0; i < v->n && verdict == PERP_VERDICT_REGULAR; i++)
         perp__raise_to(&own.radius, perp__verify_radius(v, i));
     if (!isfinite(own.radius))
         verdict = PERP_VERDICT_SINGULAR;
@@ -73,7 +72,7 @@ static void write_out(const perp__verify *v, double *radii, perp_lcp_proof *proo
         own.radius = INFINITY;
     own.verdict = verdict;
     own.index = index;
-    for (i = 0; i < v->n && radii; i++)
+    for (int32_t i = 0; i < v->n && radii; i++)
         radii[i] = verdict == PERP_VERDICT_REGULAR ? perp__verify_radius(v, i) : INFINITY;
     perp__struct_write(proof, &own, sizeof own);
 }

@@ -33,11 +33,9 @@ static perp__principal block_of(const perp__verify *v)
 /* w := M (high + low) + q, in doubled precision but for its last rounding */
 static void find_w(perp__verify *v)
 {
-    int32_t i;
-
     perp__multiply_doubled(&v->M, v->high, v->q, v->w_high, v->w_low);
     perp__multiply(&v->M, v->low, v->w);
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         v->w[i] = v->w_high[i] + (v->w_low[i] + v->w[i]);
 }
 
@@ -45,9 +43,8 @@ static void find_w(perp__verify *v)
 static double find_step(perp__verify *v)
 {
     double largest = 0.0;
-    int32_t k;
 
-    for (k = 0; k < v->count; k++)
+    for (int32_t k = 0; k < v->count; k++)
         v->middle[k] = v->w[v->active[k]];
     if (v->uses_dense) {
         perp__verified_apply(&v->dense, v->middle, v->step);
@@ -55,7 +52,7 @@ static double find_step(perp__verify *v)
         memcpy(v->step, v->middle, (size_t)v->count * sizeof *v->step);
         perp__dominance_apply(&v->dominance, v->step);
     }
-    for (k = 0; k < v->count; k++)
+    for (int32_t k = 0; k < v->count; k++)
         largest = perp__larger(largest, fabs(v->step[k]));
     return largest;
 }
@@ -63,9 +60,7 @@ static double find_step(perp__verify *v)
 /* high + low -= step */
 static void take_step(perp__verify *v)
 {
-    int32_t k;
-
-    for (k = 0; k < v->count; k++) {
+    for (int32_t k = 0; k < v->count; k++) {
         const int32_t i = v->active[k];
         const double low = v->low[i] - v->step[k];
         const double sum = v->high[i] + low;
@@ -80,10 +75,9 @@ static void take_step(perp__verify *v)
 static void refine(perp__verify *v)
 {
     double last = INFINITY;
-    int32_t round;
 
     find_w(v);
-    for (round = 0; round < PERP__REFINEMENTS && v->count > 0; round++) {
+    for (int32_t round = 0; round < PERP__REFINEMENTS && v->count > 0; round++) {
         const double largest = find_step(v);
 
         if (!(largest < 0.5 * last) || largest == 0.0)
@@ -97,9 +91,8 @@ static void refine(perp__verify *v)
 static double sum_of_sizes(const double *x, int32_t n)
 {
     double sum = 0.0;
-    int32_t i;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         sum += fabs(x[i]);
     return sum;
 }
@@ -111,18 +104,17 @@ static void find_width(perp__verify *v)
     const double n = v->n;
     const double sizes = sum_of_sizes(v->high, v->n) + sum_of_sizes(v->low, v->n);
     double *products = v->delta, *ones = v->delta;
-    int32_t i;
 
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         ones[i] = 1.0;
     perp__multiply_absolute(&v->M, ones, v->width);
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         v->width[i] = DBL_MIN * (16.0 * (n + 1.0) + 2.0 * (sizes + v->width[i]));
     perp__multiply_absolute(&v->M, v->high, products);
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         v->width[i] += perp__doubled_error(v->n) * (products[i] + fabs(v->q[i]));
     perp__multiply_absolute(&v->M, v->low, products);
-    for (i = 0; i < v->n; i++) {
+    for (int32_t i = 0; i < v->n; i++) {
         v->width[i] += PERP__GAMMA(n + 8.0) * (products[i] + fabs(v->w_low[i])) +
                        PERP__GAMMA(2.0) * fabs(v->w[i]);
         v->width[i] = perp__raise(v->width[i], 4.0 * n + 8.0);

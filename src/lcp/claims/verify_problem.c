@@ -48,17 +48,16 @@ void perp__verify_layout(perp__arena *arena, void *object)
 static void scale_matrix(perp__verify *v, const perp__matrix *M)
 {
     const int32_t *e = v->exponents;
-    int32_t i, j, k;
 
-    for (j = 0; j < v->n; j++) {
+    for (int32_t j = 0; j < v->n; j++) {
         double *column = v->values + (size_t)j * (size_t)v->n;
         const double *from = M->values + (size_t)j * M->column_stride;
 
         if (M->column_starts)
-            for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
                 v->values[k] = M->values[k] * perp__power_of_two(e[M->row_indices[k]] + e[j]);
         else
-            for (i = 0; i < v->n; i++)
+            for (int32_t i = 0; i < v->n; i++)
                 column[i] = from[(size_t)i * M->row_stride] * perp__power_of_two(e[i] + e[j]);
     }
     v->M = *M;
@@ -105,11 +104,9 @@ static int8_t read_place(const perp__verify *v, int32_t i)
 
 static void read_places(perp__verify *v)
 {
-    int32_t i;
-
     perp__multiply_doubled(&v->M, v->z, v->q, v->w_high, v->w_low);
     v->count = 0;
-    for (i = 0; i < v->n; i++) {
+    for (int32_t i = 0; i < v->n; i++) {
         v->places[i] = read_place(v, i);
         v->position[i] = -1;
         v->high[i] = v->places[i] == PERP__AT_UPPER  ? v->upper[i]
@@ -125,12 +122,10 @@ static void read_places(perp__verify *v)
 
 void perp__verify_scale(perp__verify *v, const perp__matrix *M, const double *q)
 {
-    int32_t i;
-
     perp__equilibrate(M, 1, v->exponents, v->width, v->work);
     v->omega = find_omega(v, q);
     scale_matrix(v, M);
-    for (i = 0; i < v->n; i++) {
+    for (int32_t i = 0; i < v->n; i++) {
         const int32_t e = v->exponents[i];
 
         v->q[i] = ldexp(q[i], e - v->omega);

@@ -69,9 +69,8 @@ static perp_status analyse(perp_context *context, perp__factor **factor, const p
 static int has_bad_pivot(const perp__factor *factor)
 {
     const double *pivots = factor->numeric->Udiag;
-    int32_t k;
 
-    for (k = 0; k < factor->n; k++)
+    for (int32_t k = 0; k < factor->n; k++)
         if (pivots[k] == 0.0 || !isfinite(pivots[k]))
             return 1;
     return 0;

@@ -62,14 +62,13 @@ static perp_status reanalyse(perp__factor *factor, const perp__square *A)
 static perp_status factor_values(perp__factor *factor, const perp__square *A, int32_t keep_pivots)
 {
     const size_t n = (size_t)factor->n;
-    size_t i;
 
     (void)keep_pivots; /* a full factorisation every time */
     if (n > 0)
         memcpy(factor->LU, A->values, n * n * sizeof *factor->LU);
     factor->singular = perp__lu_factor(factor->n, factor->LU, factor->n, factor->pivots) != 0;
     /* factors that overflowed are of no more use than a zero pivot */
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         factor->singular |= !isfinite(factor->LU[i * (n + 1)]);
     return factor->singular ? PERP__FACTOR_SINGULAR : PERP_OK;
 }
