@@ -36,13 +36,9 @@ static void layout(perp__arena *arena, void *object)
     size_t n = (size_t)solver->n;
     size_t entries = uses_dense(solver) ? n * n : 0;
 
-    p->active = perp__arena_take(arena, n, sizeof(int32_t));
-    p->pivots = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &p->active, &p->pivots);
     p->places = perp__arena_take(arena, n, sizeof(int8_t));
-    p->z = perp__arena_take(arena, n, sizeof(double));
-    p->w_high = perp__arena_take(arena, n, sizeof(double));
-    p->w_low = perp__arena_take(arena, n, sizeof(double));
-    p->step = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &p->z, &p->w_high, &p->w_low, &p->step);
     p->block = perp__arena_take(arena, entries, sizeof(double));
 }
 

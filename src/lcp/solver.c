@@ -68,34 +68,15 @@ static void layout(perp__arena *arena, void *object)
     perp_lcp_solver *s = object;
     size_t n = (size_t)s->n;
 
-    s->lower = perp__arena_take(arena, n, sizeof(double));
-    s->upper = perp__arena_take(arena, n, sizeof(double));
-    s->factors = perp__arena_take(arena, n, sizeof(double));
-    s->exponents = perp__arena_take(arena, n, sizeof(int32_t));
-    s->work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    s->part = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    s->omega = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    s->part_omega = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    s->row_size = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__DOUBLES(arena, n, &s->lower, &s->upper, &s->factors, &s->row_norms, &s->z_down, &s->z_up,
+                  &s->w_down, &s->q_scaled, &s->lower_scaled, &s->upper_scaled, &s->iterate,
+                  &s->ray, &s->covering);
+    PERP__INTEGERS(arena, n, &s->exponents, &s->row_size);
+    PERP__INTEGERS(arena, 2 * n, &s->work, &s->part, &s->omega, &s->part_omega);
     s->reach = perp__arena_take(arena, 2 * n, sizeof(double));
-    s->row_norms = perp__arena_take(arena, n, sizeof(double));
-    s->z_down = perp__arena_take(arena, n, sizeof(double));
-    s->z_up = perp__arena_take(arena, n, sizeof(double));
-    s->w_down = perp__arena_take(arena, n, sizeof(double));
-    s->q_scaled = perp__arena_take(arena, n, sizeof(double));
-    s->lower_scaled = perp__arena_take(arena, n, sizeof(double));
-    s->upper_scaled = perp__arena_take(arena, n, sizeof(double));
-    s->iterate = perp__arena_take(arena, n, sizeof(double));
-    s->ray = perp__arena_take(arena, n, sizeof(double));
-    s->covering = perp__arena_take(arena, n, sizeof(double));
     perp__witness_layout(arena, &s->witness, n);
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
-    s->z = perp__arena_take(arena, n, sizeof(double));
-    s->w_high = perp__arena_take(arena, n, sizeof(double));
-    s->w_low = perp__arena_take(arena, n, sizeof(double));
-    s->best.z = perp__arena_take(arena, n, sizeof(double));
-    s->best.w = perp__arena_take(arena, n, sizeof(double));
-    s->best_ray = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &s->z, &s->w_high, &s->w_low, &s->best.z, &s->best.w, &s->best_ray);
 }
 
 static perp_status check_problem(perp_context *context, perp__matrix *own, const perp_matrix *M,

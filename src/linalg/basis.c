@@ -15,20 +15,13 @@ void perp__basis_layout(perp__arena *arena, perp__basis *basis, int32_t n, size_
     basis->most_spikes = most_spikes;
     basis->file_entries = file_entries;
     basis->n = basis->kernel = basis->spikes = 0;
-    basis->position_of = perp__arena_take(arena, columns, sizeof(int32_t));
-    basis->kernel_row = perp__arena_take(arena, columns, sizeof(int32_t));
-    basis->single_row = perp__arena_take(arena, columns, sizeof(int32_t));
-    basis->single = perp__arena_take(arena, columns, sizeof(double));
-    basis->starts = perp__arena_take(arena, columns + 1, sizeof(int32_t));
-    basis->rows = perp__arena_take(arena, entries, sizeof(int32_t));
-    basis->values = perp__arena_take(arena, entries, sizeof(double));
-    basis->outer_starts = perp__arena_take(arena, columns + 1, sizeof(int32_t));
-    basis->outer_positions = perp__arena_take(arena, entries, sizeof(int32_t));
-    basis->outer_values = perp__arena_take(arena, entries, sizeof(double));
-    basis->part = perp__arena_take(arena, columns, sizeof(double));
+    PERP__INTEGERS(arena, columns, &basis->position_of, &basis->kernel_row, &basis->single_row,
+                   &basis->active);
+    PERP__DOUBLES(arena, columns, &basis->single, &basis->part, &basis->wide);
+    PERP__INTEGERS(arena, columns + 1, &basis->starts, &basis->outer_starts);
+    PERP__INTEGERS(arena, entries, &basis->rows, &basis->outer_positions);
+    PERP__DOUBLES(arena, entries, &basis->values, &basis->outer_values);
     basis->work = perp__arena_take(arena, 2 * columns, sizeof(double));
-    basis->wide = perp__arena_take(arena, columns, sizeof(double));
-    basis->active = perp__arena_take(arena, columns, sizeof(int32_t));
     basis->spike_starts = perp__arena_take(arena, spikes + 1, sizeof(size_t));
     basis->spike_position = perp__arena_take(arena, spikes, sizeof(int32_t));
     basis->spike_pivot = perp__arena_take(arena, spikes, sizeof(double));

@@ -8,8 +8,7 @@ void perp__dominance_layout(perp__arena *arena, perp__dominance *d, int32_t n, i
 {
     d->n = n;
     d->comparison = perp__arena_take(arena, (size_t)entries, sizeof(double));
-    d->v = perp__arena_take(arena, (size_t)n, sizeof(double));
-    d->positive = perp__arena_take(arena, (size_t)n, sizeof(double));
+    PERP__DOUBLES(arena, (size_t)n, &d->v, &d->positive);
 }
 
 static void compare(perp__dominance *d)

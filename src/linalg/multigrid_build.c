@@ -43,11 +43,8 @@ static void layout(perp__arena *arena, void *object)
     perp__multigrid *grid = object;
     const size_t n = (size_t)grid->level[0].n;
 
-    grid->sums = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &grid->sums, &grid->direction, &grid->product, &grid->preconditioned);
     grid->marks = perp__arena_take(arena, n, sizeof(int32_t));
-    grid->direction = perp__arena_take(arena, n, sizeof(double));
-    grid->product = perp__arena_take(arena, n, sizeof(double));
-    grid->preconditioned = perp__arena_take(arena, n, sizeof(double));
 }
 
 static void layout_bottom(perp__arena *arena, void *object)
@@ -62,13 +59,10 @@ static void layout_level(perp__arena *arena, void *object)
     perp__level *level = object;
     const size_t n = (size_t)level->n;
 
-    level->inverse_diagonal = perp__arena_take(arena, n, sizeof(double));
-    level->block_inverse_diagonal = perp__arena_take(arena, n, sizeof(double));
-    level->near_null = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &level->inverse_diagonal, &level->block_inverse_diagonal,
+                  &level->near_null, &level->x, &level->b);
     level->aggregate = perp__arena_take(arena, n, sizeof(int32_t));
     level->p_starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
-    level->x = perp__arena_take(arena, n, sizeof(double));
-    level->b = perp__arena_take(arena, n, sizeof(double));
     level->inside = perp__arena_take(arena, n, sizeof(int8_t));
     level->active = perp__arena_take(arena, n, sizeof(int32_t));
 }
@@ -77,11 +71,9 @@ static void layout_transfer(perp__arena *arena, void *object)
 {
     perp__level *level = object;
 
-    level->p_columns = perp__arena_take(arena, level->p_entries, sizeof(int32_t));
-    level->p_values = perp__arena_take(arena, level->p_entries, sizeof(double));
+    PERP__INTEGERS(arena, level->p_entries, &level->p_columns, &level->r_rows);
+    PERP__DOUBLES(arena, level->p_entries, &level->p_values, &level->r_values);
     level->r_starts = perp__arena_take(arena, (size_t)level->coarse + 1, sizeof(int32_t));
-    level->r_rows = perp__arena_take(arena, level->p_entries, sizeof(int32_t));
-    level->r_values = perp__arena_take(arena, level->p_entries, sizeof(double));
 }
 
 /* The finest level borrows the caller's pattern. */
@@ -98,8 +90,7 @@ static void layout_matrix(perp__arena *arena, void *object)
 
     level->own_starts = perp__arena_take(arena, (size_t)level->n + 1, sizeof(int32_t));
     level->own_rows = perp__arena_take(arena, level->entries, sizeof(int32_t));
-    level->own_values = perp__arena_take(arena, level->entries, sizeof(double));
-    level->block_values = perp__arena_take(arena, level->entries, sizeof(double));
+    PERP__DOUBLES(arena, level->entries, &level->own_values, &level->block_values);
 }
 
 static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, const double *scale)

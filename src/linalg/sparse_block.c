@@ -17,8 +17,7 @@ static void layout(perp__arena *arena, void *object)
     const size_t n = (size_t)b->M->columns;
     const size_t diagonals = b->kind == PERP__SPARSE_TRIDIAGONAL ? n : 0;
 
-    b->active = perp__arena_take(arena, n, sizeof(int32_t));
-    b->local = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &b->active, &b->local);
     b->x = perp__arena_take(arena, n, sizeof(double));
     perp__tridiagonal_layout(arena, &b->T, diagonals);
     perp__tridiagonal_factor_layout(arena, &b->tridiagonal, diagonals);

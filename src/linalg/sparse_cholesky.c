@@ -17,17 +17,10 @@ static void layout(perp__arena *arena, void *object)
 
     c->pattern_starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
     c->pattern_rows = perp__arena_take(arena, (size_t)c->M->column_starts[n], sizeof(int32_t));
-    c->order = perp__arena_take(arena, n, sizeof(int32_t));
-    c->node = perp__arena_take(arena, n, sizeof(int32_t));
-    c->local = perp__arena_take(arena, n, sizeof(int32_t));
-    c->parent = perp__arena_take(arena, n, sizeof(int32_t));
-    c->mark = perp__arena_take(arena, n, sizeof(int32_t));
-    c->stack = perp__arena_take(arena, n, sizeof(int32_t));
-    c->column_counts = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &c->order, &c->node, &c->local, &c->parent, &c->mark, &c->stack,
+                   &c->column_counts);
     c->starts = perp__arena_take(arena, n + 1, sizeof(size_t));
-    c->pivots = perp__arena_take(arena, n, sizeof(double));
-    c->work = perp__arena_take(arena, n, sizeof(double));
-    c->permuted = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &c->pivots, &c->work, &c->permuted);
 }
 
 static void layout_factor(perp__arena *arena, void *object)

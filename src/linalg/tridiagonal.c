@@ -20,9 +20,7 @@ int32_t perp__is_tridiagonal(const perp__matrix *M)
 
 void perp__tridiagonal_layout(perp__arena *arena, perp__tridiagonal *T, size_t n)
 {
-    T->below = perp__arena_take(arena, n, sizeof(double));
-    T->diagonal = perp__arena_take(arena, n, sizeof(double));
-    T->above = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &T->below, &T->diagonal, &T->above);
 }
 
 void perp__tridiagonal_read(perp__tridiagonal *T, const perp__matrix *M, const double *factors)
@@ -48,10 +46,7 @@ void perp__tridiagonal_read(perp__tridiagonal *T, const perp__matrix *M, const d
 
 void perp__tridiagonal_factor_layout(perp__arena *arena, perp__tridiagonal_factor *factor, size_t n)
 {
-    factor->multipliers = perp__arena_take(arena, n, sizeof(double));
-    factor->pivots = perp__arena_take(arena, n, sizeof(double));
-    factor->above = perp__arena_take(arena, n, sizeof(double));
-    factor->second = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &factor->multipliers, &factor->pivots, &factor->above, &factor->second);
     factor->exchanged = perp__arena_take(arena, n, sizeof(int8_t));
 }
 

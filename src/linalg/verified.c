@@ -64,11 +64,8 @@ void perp__verified_layout(perp__arena *arena, perp__verified *v, int32_t n)
     const size_t square = count == 0 || count <= SIZE_MAX / count ? count * count : SIZE_MAX;
 
     v->n = n;
-    v->transposed = perp__arena_take(arena, square, sizeof(double));
-    v->inverse = perp__arena_take(arena, square, sizeof(double));
-    v->defect = perp__arena_take(arena, square, sizeof(double));
-    v->row_sums = perp__arena_take(arena, count, sizeof(double));
-    v->alpha = perp__arena_take(arena, count, sizeof(double));
+    PERP__DOUBLES(arena, square, &v->transposed, &v->inverse, &v->defect);
+    PERP__DOUBLES(arena, count, &v->row_sums, &v->alpha);
     v->work = perp__arena_take(arena, 4 * count, sizeof(double));
     v->pivots = perp__arena_take(arena, count, sizeof(int32_t));
 }

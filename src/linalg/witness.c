@@ -299,13 +299,9 @@ void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n)
         witness->units[k].exponents = perp__arena_take(arena, n, sizeof(int32_t));
         witness->units[k].cut = perp__arena_take(arena, 2 * n, sizeof(int32_t));
     }
-    witness->omegas = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    witness->omega_of_part = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    PERP__INTEGERS(arena, 2 * n, &witness->omegas, &witness->omega_of_part);
     witness->is_free = perp__arena_take(arena, n, sizeof(int32_t));
-    witness->terms = perp__arena_take(arena, n, sizeof(double));
-    witness->carried = perp__arena_take(arena, n, sizeof(double));
-    witness->rounding = perp__arena_take(arena, n, sizeof(double));
-    witness->wrong = perp__arena_take(arena, n, sizeof(double));
-    witness->around = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &witness->terms, &witness->carried, &witness->rounding, &witness->wrong,
+                  &witness->around);
     witness->most = perp__arena_take(arena, 2 * n, sizeof(double));
 }

@@ -24,10 +24,7 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__ncp_linear *l = object;
 
-    l->q = perp__arena_take(arena, (size_t)l->n, sizeof(double));
-    l->z = perp__arena_take(arena, (size_t)l->n, sizeof(double));
-    l->kept_z = perp__arena_take(arena, (size_t)l->n, sizeof(double));
-    l->kept_d = perp__arena_take(arena, (size_t)l->n, sizeof(double));
+    PERP__DOUBLES(arena, (size_t)l->n, &l->q, &l->z, &l->kept_z, &l->kept_d);
 }
 
 void perp__ncp_linear_release(perp__ncp_linear *l)

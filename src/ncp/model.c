@@ -14,47 +14,23 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
     const size_t given = m->sparse ? (size_t)m->problem.column_starts[n] : n * n;
     const size_t all = m->sparse ? given + n : given;
 
-    m->lower = perp__arena_take(arena, n, sizeof(double));
-    m->upper = perp__arena_take(arena, n, sizeof(double));
-    m->low = perp__arena_take(arena, n, sizeof(double));
-    m->high = perp__arena_take(arena, n, sizeof(double));
-    m->D = perp__arena_take(arena, n, sizeof(double));
-    m->unit = perp__arena_take(arena, 2 * n, sizeof(double));
-    m->part = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    m->omega = perp__arena_take(arena, 2 * n, sizeof(double));
-    m->group = perp__arena_take(arena, n, sizeof(int32_t));
-    m->most = perp__arena_take(arena, 2 * n, sizeof(double));
-    m->offset = perp__arena_take(arena, n, sizeof(double));
-    m->z_unit = perp__arena_take(arena, n, sizeof(double));
-    m->w_unit = perp__arena_take(arena, n, sizeof(double));
-    m->exponents = perp__arena_take(arena, n, sizeof(int32_t));
-    m->exponents_work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    PERP__DOUBLES(arena, n, &m->lower, &m->upper, &m->low, &m->high, &m->D, &m->offset, &m->z_unit,
+                  &m->w_unit, &m->z_caller, &m->w_caller, &m->shifted, &m->step, &m->largest,
+                  &m->sizes, &m->z_start, &m->D_start);
+    PERP__DOUBLES(arena, 2 * n, &m->unit, &m->omega, &m->most, &m->w_shifted, &m->omega_start);
+    PERP__INTEGERS(arena, 2 * n, &m->part, &m->exponents_work);
+    PERP__INTEGERS(arena, n, &m->group, &m->exponents, &m->colours.of, &m->colours.order,
+                   &m->colours.marks);
     m->S = perp__arena_take(arena, all, sizeof(double));
     m->given = perp__arena_take(arena, given, sizeof(double));
-    m->z_caller = perp__arena_take(arena, n, sizeof(double));
-    m->w_caller = perp__arena_take(arena, n, sizeof(double));
-    m->shifted = perp__arena_take(arena, n, sizeof(double));
-    m->w_shifted = perp__arena_take(arena, 2 * n, sizeof(double));
-    m->step = perp__arena_take(arena, n, sizeof(double));
-    m->largest = perp__arena_take(arena, n, sizeof(double));
-    m->sizes = perp__arena_take(arena, n, sizeof(double));
-    m->z_start = perp__arena_take(arena, n, sizeof(double));
-    m->D_start = perp__arena_take(arena, n, sizeof(double));
-    m->omega_start = perp__arena_take(arena, 2 * n, sizeof(double));
-    m->colours.of = perp__arena_take(arena, n, sizeof(int32_t));
-    m->colours.starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
-    m->colours.order = perp__arena_take(arena, n, sizeof(int32_t));
-    m->colours.marks = perp__arena_take(arena, n, sizeof(int32_t));
-    m->colours.row_starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
+    PERP__INTEGERS(arena, n + 1, &m->colours.starts, &m->colours.row_starts);
     m->colours.row_columns = perp__arena_take(arena, m->sparse ? given : 0, sizeof(int32_t));
     m->pattern_starts = m->pattern_rows = m->starts = m->rows = m->place = m->diagonal = NULL;
     if (!m->sparse)
         return;
-    m->pattern_starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
-    m->pattern_rows = perp__arena_take(arena, given, sizeof(int32_t));
-    m->starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
+    PERP__INTEGERS(arena, n + 1, &m->pattern_starts, &m->starts);
+    PERP__INTEGERS(arena, given, &m->pattern_rows, &m->place);
     m->rows = perp__arena_take(arena, all, sizeof(int32_t));
-    m->place = perp__arena_take(arena, given, sizeof(int32_t));
     m->diagonal = perp__arena_take(arena, n, sizeof(int32_t));
 }
 

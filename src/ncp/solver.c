@@ -47,17 +47,9 @@ static void layout(perp__arena *arena, void *object)
     const size_t n = (size_t)s->model.n;
 
     s->walk.model = &s->model;
-    s->start = perp__arena_take(arena, n, sizeof(double));
-    s->unit = perp__arena_take(arena, n, sizeof(double));
-    s->perturbed = perp__arena_take(arena, n, sizeof(double));
-    s->candidate = perp__arena_take(arena, n, sizeof(double));
-    s->best_z = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &s->start, &s->unit, &s->perturbed, &s->candidate, &s->best_z,
+                  &s->parts.z, &s->parts.lower, &s->parts.upper, &s->parts.start, &s->best_w);
     s->parts.of = perp__arena_take(arena, n, sizeof(int32_t));
-    s->parts.z = perp__arena_take(arena, n, sizeof(double));
-    s->parts.lower = perp__arena_take(arena, n, sizeof(double));
-    s->parts.upper = perp__arena_take(arena, n, sizeof(double));
-    s->parts.start = perp__arena_take(arena, n, sizeof(double));
-    s->best_w = perp__arena_take(arena, n, sizeof(double));
     perp__ncp_model_layout(arena, &s->model);
     perp__ncp_walk_layout(arena, &s->walk);
     perp__witness_layout(arena, &s->witness, n);

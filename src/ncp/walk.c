@@ -14,13 +14,11 @@ void perp__ncp_walk_layout(perp__arena *arena, perp__ncp_walk *f)
 {
     const perp__ncp_model *m = f->model;
     const size_t n = (size_t)m->n;
-    double **const vectors[] = {&f->z,         &f->w,        &f->phi,     &f->trial_z, &f->trial_w,
-                                &f->trial_phi, &f->equation, &f->slope_z, &f->slope_w, &f->d,
-                                &f->gradient,  &f->part,     &f->image,   &f->best};
     const size_t entries = m->sparse ? (size_t)m->problem.column_starts[n] + n : n * n;
 
-    for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
-        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &f->z, &f->w, &f->phi, &f->trial_z, &f->trial_w, &f->trial_phi,
+                  &f->equation, &f->slope_z, &f->slope_w, &f->d, &f->gradient, &f->part, &f->image,
+                  &f->best);
     f->H = perp__arena_take(arena, entries, sizeof(double));
     f->squared = perp__arena_take(arena, m->sparse ? 0 : entries, sizeof(double));
 }

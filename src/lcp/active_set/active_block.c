@@ -30,17 +30,10 @@ void perp__active_block_layout(perp__arena *arena, perp__active_block *b, int32_
                   : n / PERP__CHANGED_PART > PERP__MOST_CHANGES ? PERP__MOST_CHANGES
                                                                 : n / PERP__CHANGED_PART;
     capacity = (size_t)b->capacity;
-    b->order = perp__arena_take(arena, size, sizeof(int32_t));
-    b->position = perp__arena_take(arena, size, sizeof(int32_t));
-    b->pivots = perp__arena_take(arena, size, sizeof(int32_t));
-    b->changed = perp__arena_take(arena, capacity, sizeof(int32_t));
-    b->column_of = perp__arena_take(arena, size, sizeof(int32_t));
-    b->used = perp__arena_take(arena, capacity, sizeof(int32_t));
-    b->schur_pivots = perp__arena_take(arena, capacity, sizeof(int32_t));
-    b->border = perp__arena_take(arena, size * capacity, sizeof(double));
-    b->solved = perp__arena_take(arena, size * capacity, sizeof(double));
-    b->corner = perp__arena_take(arena, capacity * capacity, sizeof(double));
-    b->schur = perp__arena_take(arena, capacity * capacity, sizeof(double));
+    PERP__INTEGERS(arena, size, &b->order, &b->position, &b->pivots, &b->column_of);
+    PERP__INTEGERS(arena, capacity, &b->changed, &b->used, &b->schur_pivots);
+    PERP__DOUBLES(arena, size * capacity, &b->border, &b->solved);
+    PERP__DOUBLES(arena, capacity * capacity, &b->corner, &b->schur);
     b->x = perp__arena_take(arena, size, sizeof(double));
     b->y = perp__arena_take(arena, capacity, sizeof(double));
     if (!lent)

@@ -24,10 +24,7 @@ void perp__block_pivoting_layout(perp__arena *arena, perp__block_pivoting *b, in
     perp__active_block_layout(arena, &b->active, n, lent);
     b->places = perp__arena_take(arena, size, sizeof(int8_t));
     b->trial_places = perp__arena_take(arena, size, sizeof(int8_t));
-    b->trial_z = perp__arena_take(arena, size, sizeof(double));
-    b->z = perp__arena_take(arena, size, sizeof(double));
-    b->w = perp__arena_take(arena, size, sizeof(double));
-    b->x = perp__arena_take(arena, size, sizeof(double));
+    PERP__DOUBLES(arena, size, &b->trial_z, &b->z, &b->w, &b->x);
 }
 
 static int8_t resting_place(const perp__lcp_problem *p, int32_t i)

@@ -38,10 +38,8 @@ static void layout(perp__arena *arena, void *object)
         perp__nested_level measured, *level = nested->level ? &nested->level[k] : &measured;
         const size_t n = (size_t)grid->level[k].n;
 
-        level->own_q = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));
-        level->own_lower = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));
-        level->own_upper = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));
-        level->z = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));
+        PERP__DOUBLES(arena, k > 0 ? n : 0, &level->own_q, &level->own_lower, &level->own_upper,
+                      &level->z);
         level->places = perp__arena_take(arena, k > 0 ? n : 0, sizeof(int8_t));
         level->residual = perp__arena_take(arena, n, sizeof(double));
     }

@@ -43,9 +43,7 @@ void perp__sparse_active_set_layout(perp__arena *arena, void *object)
     const int32_t tridiagonal = problem->block->kind == PERP__SPARSE_TRIDIAGONAL;
 
     perp__tridiagonal_lcp_layout(arena, &work->tridiagonal, tridiagonal ? n : 0);
-    work->w = perp__arena_take(arena, n, sizeof(double));
-    work->product = perp__arena_take(arena, n, sizeof(double));
-    work->step = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &work->w, &work->product, &work->step);
     work->active = perp__arena_take(arena, n, sizeof(int32_t));
     work->next = perp__arena_take(arena, n, sizeof(int8_t));
 }

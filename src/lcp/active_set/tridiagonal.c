@@ -42,8 +42,7 @@ void perp__tridiagonal_lcp_layout(perp__arena *arena, perp__tridiagonal_lcp *wor
 {
     work->runs = perp__arena_take(arena, n, sizeof(run));
     perp__tridiagonal_layout(arena, &work->Z, n);
-    work->q = perp__arena_take(arena, n, sizeof(double));
-    work->x = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &work->q, &work->x);
     work->active = perp__arena_take(arena, n, sizeof(int32_t));
     work->examined = 0; /* another matrix, other bounds */
 }

@@ -33,25 +33,11 @@ void perp__batch_group_layout(perp__arena *arena, void *object)
     perp__batch_group *g = object;
     const size_t row = (size_t)g->n * (size_t)g->width, all = row * (size_t)g->n;
 
-    g->M = perp__arena_take(arena, all, sizeof(double));
-    g->LU = perp__arena_take(arena, all, sizeof(double));
-    g->q = perp__arena_take(arena, row, sizeof(double));
-    g->lower = perp__arena_take(arena, row, sizeof(double));
-    g->upper = perp__arena_take(arena, row, sizeof(double));
-    g->z_unit = perp__arena_take(arena, row, sizeof(double));
-    g->w_unit = perp__arena_take(arena, row, sizeof(double));
-    g->size = perp__arena_take(arena, row, sizeof(double));
-    g->norm = perp__arena_take(arena, row, sizeof(double));
-    g->active = perp__arena_take(arena, row, sizeof(double));
-    g->rest = perp__arena_take(arena, row, sizeof(double));
-    g->target = perp__arena_take(arena, row, sizeof(double));
-    g->change = perp__arena_take(arena, row, sizeof(double));
-    g->inverse = perp__arena_take(arena, row, sizeof(double));
-    g->z = perp__arena_take(arena, row, sizeof(double));
-    g->high = perp__arena_take(arena, row, sizeof(double));
-    g->low = perp__arena_take(arena, row, sizeof(double));
-    g->tested = perp__arena_take(arena, (size_t)g->width, sizeof(double));
-    g->own = perp__arena_take(arena, (size_t)g->width, sizeof(double));
+    PERP__DOUBLES(arena, all, &g->M, &g->LU);
+    PERP__DOUBLES(arena, row, &g->q, &g->lower, &g->upper, &g->z_unit, &g->w_unit, &g->size,
+                  &g->norm, &g->active, &g->rest, &g->target, &g->change, &g->inverse, &g->z,
+                  &g->high, &g->low);
+    PERP__DOUBLES(arena, (size_t)g->width, &g->tested, &g->own);
 }
 
 /* Copies numbers, a stream a problem. */

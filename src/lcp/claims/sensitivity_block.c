@@ -21,11 +21,8 @@ static void layout(perp__arena *arena, void *object)
     const size_t entries = uses_csc(s) ? (size_t)s->solver->M.column_starts[n] : count * count;
 
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
-    s->active = perp__arena_take(arena, n, sizeof(int32_t));
-    s->position = perp__arena_take(arena, n, sizeof(int32_t));
-    s->rhs = perp__arena_take(arena, n, sizeof(double));
-    s->move = perp__arena_take(arena, n, sizeof(double));
-    s->product = perp__arena_take(arena, n, sizeof(double));
+    PERP__INTEGERS(arena, n, &s->active, &s->position);
+    PERP__DOUBLES(arena, n, &s->rhs, &s->move, &s->product);
     s->x = perp__arena_take(arena, count, sizeof(double));
     s->block = perp__arena_take(arena, entries, sizeof(double));
     s->starts = perp__arena_take(arena, uses_csc(s) ? count + 1 : 0, sizeof(int32_t));

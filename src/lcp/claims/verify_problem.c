@@ -17,25 +17,11 @@ void perp__verify_layout(perp__arena *arena, void *object)
     v->values = perp__arena_take(arena, entries, sizeof(double));
     v->exponents = perp__arena_take(arena, n, sizeof(int32_t));
     v->work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    v->z = perp__arena_take(arena, n, sizeof(double));
-    v->q = perp__arena_take(arena, n, sizeof(double));
-    v->lower = perp__arena_take(arena, n, sizeof(double));
-    v->upper = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &v->z, &v->q, &v->lower, &v->upper);
     v->places = perp__arena_take(arena, n, sizeof(int8_t));
-    v->active = perp__arena_take(arena, n, sizeof(int32_t));
-    v->position = perp__arena_take(arena, n, sizeof(int32_t));
-    v->high = perp__arena_take(arena, n, sizeof(double));
-    v->low = perp__arena_take(arena, n, sizeof(double));
-    v->w_high = perp__arena_take(arena, n, sizeof(double));
-    v->w_low = perp__arena_take(arena, n, sizeof(double));
-    v->w = perp__arena_take(arena, n, sizeof(double));
-    v->width = perp__arena_take(arena, n, sizeof(double));
-    v->delta = perp__arena_take(arena, n, sizeof(double));
-    v->spread = perp__arena_take(arena, n, sizeof(double));
-    v->middle = perp__arena_take(arena, n, sizeof(double));
-    v->margin = perp__arena_take(arena, n, sizeof(double));
-    v->step = perp__arena_take(arena, n, sizeof(double));
-    v->enclosure = perp__arena_take(arena, n, sizeof(double));
+    PERP__INTEGERS(arena, n, &v->active, &v->position);
+    PERP__DOUBLES(arena, n, &v->high, &v->low, &v->w_high, &v->w_low, &v->w, &v->width, &v->delta,
+                  &v->spread, &v->middle, &v->margin, &v->step, &v->enclosure);
     if (v->M.column_starts) {
         v->starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
         v->rows = perp__arena_take(arena, entries, sizeof(int32_t));

@@ -20,12 +20,9 @@ void perp__fischer_matrix_layout(perp__arena *arena, perp__fischer_matrix *matri
     const size_t entries = sparse ? (size_t)M->column_starts[n] + n : n * n;
 
     matrix->is_read = 0;
-    matrix->S_values = perp__arena_take(arena, entries, sizeof(double));
-    matrix->block = perp__arena_take(arena, entries, sizeof(double));
-    matrix->factors = perp__arena_take(arena, n, sizeof(double));
-    matrix->packed = perp__arena_take(arena, n, sizeof(double));
-    matrix->active = perp__arena_take(arena, n, sizeof(int32_t));
-    matrix->pivots = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__DOUBLES(arena, entries, &matrix->S_values, &matrix->block);
+    PERP__DOUBLES(arena, n, &matrix->factors, &matrix->packed);
+    PERP__INTEGERS(arena, n, &matrix->active, &matrix->pivots);
     matrix->column_starts = NULL;
     matrix->row_indices = matrix->diagonal = NULL;
     if (sparse) {

@@ -69,18 +69,11 @@ static void layout(perp__arena *arena, void *object)
         perp__lemke_layout_tableau(arena, l);
     d->capacity = l->capacity + SPARE;
     d->rows = perp__arena_take(arena, columns, sizeof(int32_t));
-    d->pivot_high = perp__arena_take(arena, columns, sizeof(double));
-    d->pivot_low = perp__arena_take(arena, columns, sizeof(double));
-    d->high = perp__arena_take(arena, columns * n, sizeof(double));
-    d->low = perp__arena_take(arena, columns * n, sizeof(double));
-    d->column_low = perp__arena_take(arena, n, sizeof(double));
-    d->b_low = perp__arena_take(arena, n, sizeof(double));
-    d->start_b = perp__arena_take(arena, n, sizeof(double));
-    d->start_row = perp__arena_take(arena, 2 * n + 1, sizeof(int32_t));
-    d->start_column = perp__arena_take(arena, 2 * n + 1, sizeof(int32_t));
+    PERP__DOUBLES(arena, columns, &d->pivot_high, &d->pivot_low);
+    PERP__DOUBLES(arena, columns * n, &d->high, &d->low);
+    PERP__DOUBLES(arena, n, &d->column_low, &d->b_low, &d->start_b, &d->kept_high, &d->kept_low);
+    PERP__INTEGERS(arena, 2 * n + 1, &d->start_row, &d->start_column);
     d->taken = perp__arena_take(arena, n, sizeof(int32_t));
-    d->kept_high = perp__arena_take(arena, n, sizeof(double));
-    d->kept_low = perp__arena_take(arena, n, sizeof(double));
 }
 
 /* The tableau as the dense start leaves it, with a column for t, is where the path starts; it is

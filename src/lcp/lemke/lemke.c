@@ -61,9 +61,6 @@ static void layout(perp__arena *arena, void *work)
 {
     perp__lemke *l = work;
     const perp__lcp_problem *p = l->head.problem;
-    double **const of_pairs[] = {&l->range, &l->covering, &l->base,
-                                 &l->work,  &l->row_unit, &l->column_unit};
-    double **const of_rows[] = {&l->b, &l->low, &l->high, &l->column, &l->far, &l->speed};
     int32_t i, most = p->n;
     size_t pairs, rows;
 
@@ -78,13 +75,10 @@ static void layout(perp__arena *arena, void *work)
         perp__factored_layout(arena, l);
     else
         perp__lemke_layout_tableau(arena, l);
-    for (size_t k = 0; k < sizeof of_pairs / sizeof *of_pairs; k++)
-        *of_pairs[k] = perp__arena_take(arena, pairs, sizeof(double));
-    for (size_t k = 0; k < sizeof of_rows / sizeof *of_rows; k++)
-        *of_rows[k] = perp__arena_take(arena, rows + 1, sizeof(double));
-    l->index = perp__arena_take(arena, pairs, sizeof(int32_t));
-    l->twin = perp__arena_take(arena, pairs, sizeof(int32_t));
-    l->basic = perp__arena_take(arena, pairs, sizeof(int32_t));
+    PERP__DOUBLES(arena, pairs, &l->range, &l->covering, &l->base, &l->work, &l->row_unit,
+                  &l->column_unit);
+    PERP__DOUBLES(arena, rows + 1, &l->b, &l->low, &l->high, &l->column, &l->far, &l->speed);
+    PERP__INTEGERS(arena, pairs, &l->index, &l->twin, &l->basic);
     l->row_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
     l->sign = perp__arena_take(arena, pairs, sizeof(int8_t));
     l->at_upper = perp__arena_take(arena, pairs, sizeof(int8_t));

@@ -64,10 +64,8 @@ void perp__factored_layout(perp__arena *arena, perp__lemke *l)
     f->crash.common.problem = p;
     perp__sparse_active_set_layout(arena, &f->crash);
     f->pair_of = perp__arena_take(arena, n, sizeof(int32_t));
-    f->q = perp__arena_take(arena, pairs, sizeof(double));
-    f->h = perp__arena_take(arena, pairs, sizeof(double));
+    PERP__DOUBLES(arena, pairs, &f->q, &f->h, &f->entry_values);
     f->entry_rows = perp__arena_take(arena, pairs, sizeof(int32_t));
-    f->entry_values = perp__arena_take(arena, pairs, sizeof(double));
 }
 
 /* w := S z + q in the caller's variables. */

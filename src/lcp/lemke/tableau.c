@@ -68,12 +68,9 @@ void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, in
     t->T = perp__arena_take(arena, ld * width, sizeof(double));
     t->U = perp__arena_take(arena, perp__tableau_length(rows) * delay, sizeof(double));
     t->L = perp__arena_take(arena, delay * delay, sizeof(double));
-    t->V = perp__arena_take(arena, delay * PERP__STRIP, sizeof(double));
-    t->rewritten = perp__arena_take(arena, delay * PERP__STRIP, sizeof(double));
+    PERP__DOUBLES(arena, delay * PERP__STRIP, &t->V, &t->rewritten);
     t->pivots = perp__arena_take(arena, delay, sizeof(double));
-    t->exchanged = perp__arena_take(arena, delay, sizeof(int32_t));
-    t->entered = perp__arena_take(arena, delay, sizeof(int32_t));
-    t->again = perp__arena_take(arena, delay, sizeof(int32_t));
+    PERP__INTEGERS(arena, delay, &t->exchanged, &t->entered, &t->again);
     t->last = perp__arena_take(arena, (size_t)rows, sizeof(int32_t));
     t->started = perp__arena_take(arena, width, sizeof(int32_t));
 }
