@@ -138,50 +138,28 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
     return worth;
 }
 
-#define NAME(x) x##_one
-#include "linalg/lanes/vector_one.h"
-#include "lcp/evaluate_vector.h"
-#include "linalg/lanes/vector_end.h"
+/* In vectors, for M of one part and numbers within the range of doubles; false where they turn out
+ * not to be. */
+typedef struct kernels {
+    int32_t least; /* n */
+    int32_t (*project)(perp_lcp_solver *solver, double *z_largest);
+    int32_t (*measure)(const perp_lcp_solver *solver, double z_largest, perp__evaluation *worth);
+} kernels;
 
-#if PERP__X86
-#define NAME(x) x##_avx512
-#include "linalg/lanes/vector_avx512.h"
-#include "lcp/evaluate_vector.h"
-#include "linalg/lanes/vector_end.h"
+#define TEMPLATE "lcp/evaluate_vector.h"
+#include "linalg/lanes/each_set.h"
 
-#define NAME(x) x##_avx2
-#include "linalg/lanes/vector_avx2.h"
-#include "lcp/evaluate_vector.h"
-#include "linalg/lanes/vector_end.h"
-#endif
-
-/* In vectors where they serve: M is one part and no number is beyond the range of doubles. Else
- * false. */
-static int32_t project_all(perp_lcp_solver *solver)
+/* The widest vectors that n fills; NULL where they don't serve. */
+static const kernels *kernels_for(const perp_lcp_solver *solver)
 {
+    static const kernels *const sets[] = {PERP__OF_EACH_SET(&kernels)};
+    int32_t k = (int32_t)perp__widest_vectors();
+
     if (!solver->powers_normal || solver->parts != 1)
-        return 0;
-#if PERP__X86
-    if (perp__widest_vectors() == PERP__VECTOR_AVX512 && solver->n >= 8)
-        return project_avx512(solver, solver->reach);
-    if (perp__widest_vectors() >= PERP__VECTOR_AVX2 && solver->n >= 4)
-        return project_avx2(solver, solver->reach);
-#endif
-    return project_one(solver, solver->reach);
-}
-
-/* False where a number needs the care of measure. */
-static int32_t measure_all(const perp_lcp_solver *solver, perp__evaluation *worth)
-{
-    if (!solver->powers_normal || solver->parts != 1 || solver->doubtful)
-        return 0;
-#if PERP__X86
-    if (perp__widest_vectors() == PERP__VECTOR_AVX512 && solver->n >= 8)
-        return measure_avx512(solver, solver->reach[0], worth);
-    if (perp__widest_vectors() >= PERP__VECTOR_AVX2 && solver->n >= 4)
-        return measure_avx2(solver, solver->reach[0], worth);
-#endif
-    return measure_one(solver, solver->reach[0], worth);
+        return NULL;
+    while (solver->n < sets[k]->least && k > 0)
+        k--;
+    return sets[k];
 }
 
 /* high + low += a b */
@@ -252,9 +230,10 @@ static void recompute(perp_lcp_solver *solver)
 
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 {
+    const kernels *fast = kernels_for(solver);
     perp__evaluation worth;
 
-    if (!project_all(solver))
+    if (!fast || !fast->project(solver, solver->reach))
         project(solver);
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
     solver->doubtful = 0;
@@ -263,8 +242,8 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
     if (solver->doubtful)
         perp__find_terms(&solver->M, solver->q, solver->z, solver->exponents, solver->omega,
                          solver->witness.terms);
-    if (!measure_all(solver, &worth))
-        worth = measure(solver);
+    if (!fast || solver->doubtful || !fast->measure(solver, solver->reach[0], &worth))
+        worth = measure(solver); /* a number needs more care */
     if (!worth.finite) {
         recompute(solver);
         worth = measure(solver);
@@ -293,4 +272,45 @@ void perp__read_places(perp_lcp_solver *solver, int8_t *places)
         else
             places[i] = PERP__BETWEEN;
     }
+}
+
+/* ---- what a point is called ---- */
+
+static double own_residual(perp_lcp_solver *solver)
+{
+    perp__witness_point point;
+
+    point.M = &solver->M;
+    point.exponents = solver->exponents;
+    point.part = solver->part;
+    point.parts = solver->parts;
+    point.scaling = solver->settings.scaling;
+    point.q = solver->q;
+    point.lower = solver->lower;
+    point.upper = solver->upper;
+    point.z = solver->z;
+    point.w = solver->w_high;
+    point.least = NULL;
+    point.tol = solver->settings.tol;
+    return perp__witness_own_residual(&solver->witness, &point);
+}
+
+perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,
+                                  double unit)
+{
+    perp__evidence evidence = {worth->tested / unit, INFINITY, worth->backward, 0};
+
+    evidence.sound = worth->finite;
+    /* beside its own terms a row has no large numbers of others to excuse it */
+    if (perp__may_pass(&evidence, solver->settings.tol))
+        evidence.own = worth->small ? 0.0 : own_residual(solver);
+    return evidence;
+}
+
+perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
+                             perp_outcome said)
+{
+    const perp__evidence evidence = perp__lcp_evidence(solver, worth, 1.0);
+
+    return perp__gate(&evidence, solver->settings.tol, said);
 }

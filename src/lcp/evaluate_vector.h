@@ -78,4 +78,6 @@ TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_larg
     return all_of(good);
 }
 
+static const kernels NAME(kernels) = {LANES, NAME(project), NAME(measure)};
+
 #undef NAME

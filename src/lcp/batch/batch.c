@@ -11,7 +11,6 @@
 #include "base/outcome.h"
 #include "lcp/batch/group.h"
 #include "lcp/lcp.h"
-#include "lcp/settings.h"
 
 #define PERP__BATCH_THREADS 256
 
