@@ -6,7 +6,6 @@
 
 #include "base/outcome.h"
 #include "lcp/solver.h"
-#include "linalg/lines.h"
 #include "linalg/scale.h"
 #include "linalg/lanes/vectors.h"
 

@@ -7,7 +7,6 @@
 #include "base/check.h"
 #include "base/context.h"
 #include "lcp/all/all.h"
-#include "linalg/lines.h"
 #include "linalg/scale.h"
 
 /* ---- settings ---- */

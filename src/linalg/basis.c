@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "linalg/condition.h"
+#include "linalg/factor/factor.h"
 
 void perp__basis_layout(perp__arena *arena, perp__basis *basis, int32_t n, size_t entries,
                         int32_t most_spikes, size_t file_entries)

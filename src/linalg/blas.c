@@ -2,7 +2,7 @@
  * arithmetic. */
 #include "linalg/blas.h"
 
-#include "linalg/condition.h"
+#include "linalg/factor/factor.h"
 #include "linalg/lanes/loops.h"
 
 /* Fortran's own symbols. Compilers pass the lengths of character arguments after all others. */

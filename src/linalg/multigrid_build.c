@@ -5,6 +5,125 @@
 #include "base/context.h"
 #include "linalg/multigrid.h"
 
+/* ---- which rows form a coarse variable: rows that are strongly coupled (Vanek, Mandel & Brezina
+ * 1996, section 5) ---- */
+
+#define PERP__FEW_SWEEPS 2
+#define PERP__MANY_SWEEPS 10
+
+static int32_t is_coupled(const perp__level *level, double threshold, int32_t i, int32_t k)
+{
+    const int32_t j = level->rows[k];
+    const double value = level->values[k];
+
+    return value < 0.0 && j != i &&
+           value * value * level->inverse_diagonal[i] * level->inverse_diagonal[j] >
+               threshold * threshold;
+}
+
+/* One symmetric Gauss-Seidel sweep on S t = 0, keeping t positive. Returns how many rows changed by
+ * more than a twentieth. */
+static int32_t sweep(const perp__level *level)
+{
+    const int32_t n = level->n;
+    double *t = level->near_null;
+    int32_t changes = 0, step, k;
+
+    for (step = 0; step < 2 * n; step++) {
+        const int32_t i = step < n ? step : 2 * n - 1 - step;
+        double sum = 0.0, before = t[i];
+
+        for (k = level->starts[i]; k < level->starts[i + 1]; k++)
+            sum += level->values[k] * t[level->rows[k]];
+        t[i] = fmax(before - sum * level->inverse_diagonal[i], 0x1p-10 * before);
+        changes += step < n && fabs(t[i] - before) > 0.05 * before;
+    }
+    return changes;
+}
+
+/* From t = 1. Where neighbouring rows differ in scale, as across a jump of a coefficient, many rows
+ * change and it takes more sweeps. */
+static void find_near_null(const perp__level *level)
+{
+    int32_t sweeps, limit = PERP__FEW_SWEEPS, i;
+
+    for (i = 0; i < level->n; i++)
+        level->near_null[i] = 1.0;
+    for (sweeps = 0; sweeps < limit; sweeps++)
+        if (sweep(level) > level->n / 10)
+            limit = PERP__MANY_SWEEPS;
+}
+
+/* A row whose strong neighbours are all unclaimed starts an aggregate with them. Rows without
+ * strong neighbours belong to none: sweeps alone solve for them. */
+static void start_aggregates(perp__level *level, double threshold)
+{
+    int32_t *aggregate = level->aggregate;
+
+    for (int32_t i = 0; i < level->n; i++)
+        aggregate[i] = -1;
+    for (int32_t i = 0; i < level->n; i++) {
+        int32_t strong = 0, claimed = aggregate[i] >= 0;
+
+        for (int32_t k = level->starts[i]; k < level->starts[i + 1] && !claimed; k++)
+            if (is_coupled(level, threshold, i, k)) {
+                strong++;
+                claimed = aggregate[level->rows[k]] >= 0;
+            }
+        if (claimed || strong == 0)
+            continue;
+        for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++)
+            if (is_coupled(level, threshold, i, k))
+                aggregate[level->rows[k]] = level->coarse;
+        aggregate[i] = level->coarse++;
+    }
+}
+
+/* The aggregate of the strongest neighbour that has one, or -1. */
+static int32_t strongest(const perp__level *level, double threshold, int32_t i)
+{
+    double largest = 0.0;
+    int32_t found = -1, k;
+
+    for (k = level->starts[i]; k < level->starts[i + 1]; k++) {
+        const int32_t j = level->rows[k];
+
+        if (level->aggregate[j] >= 0 && -level->values[k] > largest &&
+            is_coupled(level, threshold, i, k)) {
+            largest = -level->values[k];
+            found = level->aggregate[j];
+        }
+    }
+    return found;
+}
+
+/* What is left next to an aggregate joins it; -2 - a until all have chosen. */
+static void join_aggregates(perp__level *level, double threshold)
+{
+    int32_t *aggregate = level->aggregate;
+
+    for (int32_t i = 0; i < level->n; i++)
+        if (aggregate[i] == -1) {
+            const int32_t a = strongest(level, threshold, i);
+
+            aggregate[i] = a < 0 ? -1 : -2 - a;
+        }
+    for (int32_t i = 0; i < level->n; i++)
+        if (aggregate[i] < -1)
+            aggregate[i] = -2 - aggregate[i];
+}
+
+/* Fills level->aggregate and level->coarse. Rows are coupled if S_ij < 0 and S_ij^2 > threshold^2
+ * S_ii S_jj. */
+static void form_aggregates(perp__level *level, double threshold)
+{
+    level->coarse = 0;
+    start_aggregates(level, threshold);
+    join_aggregates(level, threshold);
+}
+
+/* ---- memory ---- */
+
 #define PERP__COARSEST 100      /* rows: from here on a factorisation costs next to nothing */
 #define PERP__SLOWEST 0.8       /* coarse rows per row: coarsening as slow as that does not pay */
 #define PERP__THRESHOLD 0.08    /* on the finest level, half as much on each coarser one */
@@ -132,7 +251,7 @@ static double filtered_diagonal(const perp__level *fine, double threshold, int32
     double weak = 0.0;
 
     for (int32_t k = fine->starts[i]; k < fine->starts[i + 1]; k++)
-        if (fine->rows[k] != i && !perp__is_coupled(fine, threshold, i, k))
+        if (fine->rows[k] != i && !is_coupled(fine, threshold, i, k))
             weak += fine->values[k] * t[fine->rows[k]];
     return fmax(diagonal + weak / t[i], 0.1 * diagonal);
 }
@@ -169,7 +288,7 @@ static int32_t prolongation_row(const perp__level *fine, const double *coarse_nu
     for (k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
         const int32_t j = fine->rows[k], a = fine->aggregate[j];
 
-        if (a < 0 || !perp__is_coupled(fine, threshold, i, k))
+        if (a < 0 || !is_coupled(fine, threshold, i, k))
             continue;
         place = place_of(fine, a, start, &end, marks, writes);
         if (writes)
@@ -305,7 +424,7 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
     fine->coarse = 0;
     if (fine->n <= PERP__COARSEST || k + 1 == PERP__LEVELS)
         return PERP_OK;
-    perp__aggregate(fine, threshold);
+    form_aggregates(fine, threshold);
     if (fine->coarse > PERP__SLOWEST * fine->n)
         fine->coarse = 0;
     if (fine->coarse == 0)
@@ -348,7 +467,7 @@ perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, 
 
     grid->levels = 0;
     if (status == PERP_OK)
-        perp__find_near_null(&grid->level[0]);
+        find_near_null(&grid->level[0]);
     while (status == PERP_OK) {
         status = make_level(grid, k);
         if (grid->level[k].coarse == 0)

@@ -91,6 +91,20 @@ void perp__multiply(const perp__matrix *M, const double *x, double *y)
     perp__multiply_add(M, x, y);
 }
 
+double perp__column_times(const perp__matrix *M, int32_t j, const double *x)
+{
+    const double *column = M->values + (size_t)j * M->column_stride;
+    double sum = 0.0;
+
+    if (M->column_starts)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            sum += M->values[k] * x[M->row_indices[k]];
+    else
+        for (int32_t i = 0; i < M->rows; i++)
+            sum += column[(size_t)i * M->row_stride] * x[i];
+    return sum;
+}
+
 /* |value| 2^(a + b) */
 PERP__KERNEL static double scaled(double value, int32_t a, int32_t b)
 {

@@ -1,9 +1,89 @@
 #include "linalg/sparse_block.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
-#include "linalg/sparse_traits.h"
+/* ---- what a sparse matrix is like, as far as one pass tells ---- */
 
+/* Largest sum of a row's positive entries beside the diagonal, relative to it. */
+#define PERP__POSITIVE_SHARE 0.25
+
+/* M is CSC with sorted columns. */
+static int32_t has_positive_diagonal(const perp__matrix *M)
+{
+    int32_t k;
+
+    for (int32_t j = 0; j < M->columns; j++) {
+        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            if (M->row_indices[k] >= j)
+                break;
+        if (k == M->column_starts[j + 1] || M->row_indices[k] != j || !(M->values[k] > 0.0))
+            return 0;
+    }
+    return 1;
+}
+
+/* No positive entry beside the diagonal. */
+static int32_t has_z_signs(const perp__matrix *M)
+{
+    for (int32_t j = 0; j < M->columns; j++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            if (M->values[k] > 0.0 && M->row_indices[k] != j)
+                return 0;
+    return 1;
+}
+
+/* Whether positive entries beside the diagonal are small, in every column. */
+static int32_t is_nearly_z(const perp__matrix *M, const double *scale)
+{
+    for (int32_t j = 0; j < M->columns; j++) {
+        double positive = 0.0, diagonal = 0.0;
+
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+
+            if (i == j)
+                diagonal = M->values[k] * scale[j];
+            else if (M->values[k] > 0.0)
+                positive += M->values[k] * scale[i];
+        }
+        if (positive > PERP__POSITIVE_SHARE * diagonal)
+            return 0;
+    }
+    return 1;
+}
+
+/* Columns from left to right meet the mirror images of their entries in the order in which these
+ * are stored: one cursor a column. */
+int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, double tolerance)
+{
+    const int32_t n = M->columns;
+
+    memcpy(cursor, M->column_starts, (size_t)n * sizeof *cursor);
+    for (int32_t j = 0; j < n; j++) {
+        for (int32_t k = cursor[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+            const double a = M->values[k];
+            double b;
+
+            if (i == j)
+                continue;
+            if (i < j || cursor[i] == M->column_starts[i + 1] || M->row_indices[cursor[i]] != j)
+                return 0; /* no mirror image */
+            b = M->values[cursor[i]++];
+            if (!(fabs(a - b) <= tolerance * fabs(a)))
+                return 0;
+        }
+    }
+    return 1;
+}
+
+/* ---- its blocks ---- */
+
+/* Entries that mirror each other may differ by this much, relative: matrices are often assembled in
+ * an order that rounds the two triangles differently. The solver refines with M itself. */
+#define PERP__ASYMMETRY (8.0 * DBL_EPSILON)
 /* Matrices of at least so many rows get a hierarchy, blocks of at least so many are left to it. On
  * plane grids multigrid overtakes Cholesky at 6000 rows, in space at 1000. */
 #define PERP__LARGE_MATRIX 1000
@@ -56,7 +136,7 @@ void perp__sparse_block_init(perp__sparse_block *block, perp_context *context)
 perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M,
                                     const double *scale)
 {
-    const int32_t positive = perp__has_positive_diagonal(M);
+    const int32_t positive = has_positive_diagonal(M);
     int32_t symmetric;
     perp_status status;
 
@@ -68,18 +148,17 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     block->grid_built = 0;
     block->suits_grid = 0;
     block->has_positive_diagonal = positive;
-    block->has_z_signs = positive && perp__has_z_signs(M);
+    block->has_z_signs = positive && has_z_signs(M);
     block->kind = perp__is_tridiagonal(M) ? PERP__SPARSE_TRIDIAGONAL : PERP__SPARSE_GENERAL;
     status = perp__arena_fit(&block->arena, layout, block);
     if (status != PERP_OK)
         return status;
-    symmetric = positive && perp__has_symmetric_entries(M, block->local);
+    symmetric = positive && perp__has_symmetric_entries(M, block->local, PERP__ASYMMETRY);
     if (block->kind == PERP__SPARSE_TRIDIAGONAL)
         perp__tridiagonal_read(&block->T, M, scale);
     else if (symmetric)
         block->kind = PERP__SPARSE_SYMMETRIC;
-    block->suits_grid =
-        symmetric && M->columns >= PERP__LARGE_MATRIX && perp__is_nearly_z(M, scale);
+    block->suits_grid = symmetric && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M, scale);
     return PERP_OK;
 }
 

@@ -26,7 +26,6 @@
 #include <string.h>
 
 #include "base/outcome.h"
-#include "linalg/lines.h"
 #include "linalg/scale.h"
 
 /* What a row may miss beside the largest t, in units of tol: below it the far tail of a solution

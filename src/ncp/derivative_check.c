@@ -6,7 +6,6 @@
 
 #include "base/check.h"
 #include "base/context.h"
-#include "ncp/settings.h"
 #include "ncp/solver.h"
 
 #define STEP 0x1p-11  /* near eps^(1/5), for an error of the fourth order */

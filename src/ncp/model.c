@@ -175,35 +175,9 @@ perp__matrix perp__ncp_view(const perp__ncp_model *m)
 
 void perp__ncp_add(const perp__ncp_model *m, const double *x, double *y)
 {
-    const int32_t n = m->n;
+    const perp__matrix S = perp__ncp_view(m);
 
-    for (int32_t j = 0; j < n; j++) {
-        if (x[j] == 0.0)
-            continue;
-        if (m->sparse)
-            for (int32_t k = m->starts[j]; k < m->starts[j + 1]; k++)
-                y[m->rows[k]] += m->S[k] * x[j];
-        else
-            for (int32_t i = 0; i < n; i++)
-                y[i] += m->S[(size_t)j * (size_t)n + (size_t)i] * x[j];
-    }
-}
-
-void perp__ncp_transposed(const perp__ncp_model *m, const double *x, double *y)
-{
-    const int32_t n = m->n;
-
-    for (int32_t j = 0; j < n; j++) {
-        double sum = 0.0;
-
-        if (m->sparse)
-            for (int32_t k = m->starts[j]; k < m->starts[j + 1]; k++)
-                sum += m->S[k] * x[m->rows[k]];
-        else
-            for (int32_t i = 0; i < n; i++)
-                sum += m->S[(size_t)j * (size_t)n + (size_t)i] * x[i];
-        y[j] = sum;
-    }
+    perp__multiply_add(&S, x, y);
 }
 
 int32_t perp__ncp_is_late(perp__ncp_model *m)

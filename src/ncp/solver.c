@@ -1,10 +1,140 @@
-/* The life of a solver: create, set, setup, destroy, and the public entrances. */
+/* What a solver is given, and its life: create, set, setup, destroy, and the public entrances. */
 #include "ncp/solver.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/check.h"
-#include "ncp/settings.h"
+#include "base/context.h"
+
+/* ---- settings and problems ---- */
+
+PERP__INIT(perp_ncp_problem)
+
+perp_status perp_ncp_settings_init(perp_ncp_settings *settings, size_t size)
+{
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_ncp_settings));
+
+    if (status == PERP_OK) {
+        settings->tol = 1e-10;
+        settings->penalty = 0.1;
+        settings->restarts = 20;
+        settings->scaling = 1;
+        settings->polish = 1;
+    }
+    return status;
+}
+
+PERP__INIT(perp_ncp_result)
+
+const char *perp_ncp_method_text(int32_t method)
+{
+    static const char *const texts[] = {"auto", "fischer", "josephy"};
+
+    return method >= 0 && method <= PERP_NCP_JOSEPHY ? texts[method] : "unknown method";
+}
+
+static const perp__field fields[] = {
+    PERP__INTEGER(perp_ncp_settings, method, 0, PERP_NCP_JOSEPHY),
+    PERP__INTEGER(perp_ncp_settings, max_iterations, 0, INFINITY),
+    PERP__INTEGER(perp_ncp_settings, restarts, 0, INFINITY),
+    PERP__INTEGER(perp_ncp_settings, scaling, 0, 1),
+    PERP__INTEGER(perp_ncp_settings, polish, 0, 1),
+    PERP__INTEGER(perp_ncp_settings, reserved, 0, 0),
+    PERP__REAL(perp_ncp_settings, tol, "()", 0, INFINITY),
+    PERP__REAL(perp_ncp_settings, time_limit, "[]", 0, INFINITY),
+    PERP__REAL(perp_ncp_settings, penalty, "[)", 0, 1),
+};
+
+/* own := settings, or the defaults for NULL; untouched where that is refused. */
+static perp_status read_settings(perp_context *context, perp_ncp_settings *own,
+                                 const perp_ncp_settings *settings)
+{
+    perp_ncp_settings read;
+    perp_status status = perp_ncp_settings_init(&read, sizeof read);
+
+    if (status == PERP_OK)
+        status = PERP__READ(perp_ncp_settings, context, &read, settings);
+    if (status == PERP_OK)
+        status = PERP__CHECK_FIELDS(context, "settings", &read, fields);
+    if (status == PERP_OK)
+        *own = read;
+    return status;
+}
+
+static perp_status check_column(perp_context *context, const perp_ncp_problem *p, int32_t j)
+{
+    for (int32_t k = p->column_starts[j]; k < p->column_starts[j + 1]; k++) {
+        if (p->row_indices[k] < 0 || p->row_indices[k] >= p->n)
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "problem.row_indices[%d] = %d in column %d is outside 0 .. %d",
+                              (int)k, (int)p->row_indices[k], (int)j, (int)p->n - 1);
+        if (k > p->column_starts[j] && p->row_indices[k] <= p->row_indices[k - 1])
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "problem.row_indices[%d] = %d in column %d is not above the one "
+                              "before it",
+                              (int)k, (int)p->row_indices[k], (int)j);
+    }
+    return PERP_OK;
+}
+
+/* Column starts first: until they are known to be sound nothing else may be read. */
+static perp_status check_pattern(perp_context *context, const perp_ncp_problem *p)
+{
+    perp_status status = perp__check_pointer(context, "problem.column_starts", p->column_starts);
+
+    if (status == PERP_OK && p->column_starts[0] != 0)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                            "problem.column_starts[0] is %d, 0 expected", (int)p->column_starts[0]);
+    for (int32_t j = 0; j < p->n && status == PERP_OK; j++)
+        if (p->column_starts[j + 1] < p->column_starts[j])
+            status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                                "problem.column_starts[%d] = %d is below the %d of %d", (int)j + 1,
+                                (int)p->column_starts[j + 1], (int)p->column_starts[j], (int)j);
+    if (status == PERP_OK && p->column_starts[p->n] > 0)
+        status = perp__check_pointer(context, "problem.row_indices", p->row_indices);
+    for (int32_t j = 0; j < p->n && status == PERP_OK; j++)
+        status = check_column(context, p, j);
+    return status;
+}
+
+static perp_status check_storage(perp_context *context, const perp_ncp_problem *p)
+{
+    if (p->storage == PERP_STORAGE_CSC)
+        return check_pattern(context, p);
+    if (p->storage != PERP_STORAGE_COLUMN_MAJOR && p->storage != PERP_STORAGE_ROW_MAJOR)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "problem.storage is %d, which is none",
+                          (int)p->storage);
+    if (p->column_starts || p->row_indices)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "problem.storage is dense but problem.%s is not NULL",
+                          p->column_starts ? "column_starts" : "row_indices");
+    return PERP_OK;
+}
+
+/* Checks struct, callbacks, pattern and bounds. */
+static perp_status read_problem(perp_context *context, perp_ncp_problem *own,
+                                const perp_ncp_problem *problem)
+{
+    perp_status status = PERP__CHECK(perp_ncp_problem, context, problem);
+
+    if (status != PERP_OK)
+        return status;
+    memset(own, 0, sizeof *own);
+    status = PERP__READ(perp_ncp_problem, context, own, problem);
+    if (status == PERP_OK && own->n < 0)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.n is %d, expected a count",
+                            (int)own->n);
+    if (status == PERP_OK && !own->function)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.function is NULL");
+    if (status == PERP_OK)
+        status = check_storage(context, own);
+    if (status == PERP_OK)
+        status = perp__check_bounds(context, own->lower, own->upper, (size_t)own->n);
+    return status;
+}
+
+/* ---- life ---- */
 
 static void release(void *object)
 {
@@ -21,7 +151,7 @@ perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
                              const perp_ncp_settings *settings)
 {
     perp_ncp_settings own;
-    perp_status status = perp__ncp_settings_read(context, &own, settings);
+    perp_status status = read_settings(context, &own, settings);
     perp_ncp_solver *made;
 
     if (status != PERP_OK)
@@ -59,7 +189,7 @@ perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *pro
 {
     perp_ncp_solver next = *solver;
     perp_ncp_problem own;
-    perp_status status = perp__ncp_problem_read(solver->context, &own, problem);
+    perp_status status = read_problem(solver->context, &own, problem);
 
     if (status != PERP_OK)
         return status;
@@ -106,7 +236,7 @@ perp_status perp_ncp_solver_set(perp_ncp_solver *solver, const perp_ncp_settings
 
     if (status != PERP_OK)
         return status;
-    status = perp__ncp_settings_read(solver->context, &solver->settings, settings);
+    status = read_settings(solver->context, &solver->settings, settings);
     return perp__leave(solver->context, status);
 }
 

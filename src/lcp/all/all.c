@@ -10,7 +10,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
-#include "linalg/lines.h"
 
 PERP__INIT(perp_lcp_enumeration)
 

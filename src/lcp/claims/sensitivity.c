@@ -10,8 +10,7 @@
 
 #include "base/check.h"
 #include "lcp/solver.h"
-#include "linalg/kept_factor.h"
-#include "linalg/principal.h"
+#include "linalg/factor/factor.h"
 
 PERP__INIT(perp_lcp_sensitivity_info)
 
@@ -74,7 +73,7 @@ static void collect(perp_lcp_sensitivity *s)
 static perp__square fill(perp_lcp_sensitivity *s)
 {
     const double *d = s->solver->factors;
-    perp__principal block;
+    perp__index_set block;
     perp__square A;
 
     block.count = s->count;
@@ -409,23 +408,6 @@ perp_status perp_lcp_sensitivity_forward(perp_lcp_sensitivity *sensitivity, doub
     return perp__leave(sensitivity->context, forward(sensitivity, dz, dq, dM, dlower, dupper));
 }
 
-/* sum_i M_ij p_i */
-static double column_times(const perp__matrix *M, int32_t j, const double *p)
-{
-    double sum = 0.0;
-
-    if (M->column_starts) {
-        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            sum += M->values[k] * p[M->row_indices[k]];
-    } else {
-        const double *column = M->values + (size_t)j * M->column_stride;
-
-        for (int32_t i = 0; i < M->rows; i++)
-            sum += column[(size_t)i * M->row_stride] * p[i];
-    }
-    return sum;
-}
-
 /* rhs := p, p_A = -M_AA^-T g_A and 0 elsewhere; for a direction (d, e) of q and of the bounds of N
  * then g'dz = p'd + sum_N (g + M'p)_j e_j, since M_AA dz_A = -(d_A + M_AN e). */
 static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, double *upper,
@@ -450,7 +432,7 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
 
         s->product[i] = place == PERP__BETWEEN || !asked
                             ? 0.0
-                            : s->move[i] + column_times(&s->solver->M, i, s->rhs);
+                            : s->move[i] + perp__column_times(&s->solver->M, i, s->rhs);
     }
     status = perp__check_finite(s->context, "p", s->rhs, (size_t)s->n);
     if (status == PERP_OK)

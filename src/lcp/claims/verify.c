@@ -12,7 +12,6 @@
 #include "base/context.h"
 #include "base/outcome.h"
 #include "lcp/method.h"
-#include "linalg/principal.h"
 #include "linalg/scale.h"
 #include "linalg/verified.h"
 
@@ -179,9 +178,9 @@ static void layout_dense(perp__arena *arena, void *object)
     perp__verified_layout(arena, &v->dense, v->count);
 }
 
-static perp__principal block_of(const perp__verify *v)
+static perp__index_set block_of(const perp__verify *v)
 {
-    perp__principal block;
+    perp__index_set block;
 
     block.count = v->count;
     block.active = v->active;
@@ -308,7 +307,7 @@ static int32_t find_delta(perp__verify *v)
 
 static perp_status enclose_dense(perp__verify *v, int32_t *verdict)
 {
-    const perp__principal block = block_of(v);
+    const perp__index_set block = block_of(v);
     perp_status status;
 
     v->uses_dense = 1;
@@ -327,7 +326,7 @@ static perp_status enclose_dense(perp__verify *v, int32_t *verdict)
 
 static perp_status enclose_sparse(perp__verify *v, int32_t *verdict)
 {
-    const perp__principal block = block_of(v);
+    const perp__index_set block = block_of(v);
     perp_status status;
 
     v->uses_dense = 0;

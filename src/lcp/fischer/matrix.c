@@ -5,6 +5,7 @@
 
 #include "linalg/blas.h"
 #include "linalg/lanes/multiversion.h"
+#include "linalg/sparse_block.h"
 
 static int32_t is_sparse(const perp__fischer_matrix *matrix)
 {
@@ -77,22 +78,6 @@ static int32_t is_symmetric_dense(const double *values, int32_t n)
     return 1;
 }
 
-/* Columns from left to right meet the mirror images of their entries in the order in which these
- * are stored: one cursor a column. */
-static int32_t is_symmetric_sparse(const perp__matrix *S, int32_t *cursor)
-{
-    memcpy(cursor, S->column_starts, (size_t)S->columns * sizeof *cursor);
-    for (int32_t j = 0; j < S->columns; j++)
-        for (int32_t k = S->column_starts[j]; k < S->column_starts[j + 1]; k++) {
-            const int32_t i = S->row_indices[k], at = cursor[i]++;
-
-            if (at >= S->column_starts[i + 1] || S->row_indices[at] != j ||
-                S->values[at] != S->values[k])
-                return 0;
-        }
-    return 1;
-}
-
 void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_problem *problem)
 {
     perp__matrix *S = &matrix->S;
@@ -113,7 +98,7 @@ void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_pro
     matrix->is_read = 1;
     if (is_sparse(matrix)) {
         read_sparse(matrix, problem);
-        matrix->symmetric = is_symmetric_sparse(S, matrix->active);
+        matrix->symmetric = perp__has_symmetric_entries(S, matrix->active, 0.0);
     } else {
         perp__lcp_dense(problem, matrix->S_values, (size_t)problem->n);
         matrix->symmetric = is_symmetric_dense(matrix->S_values, problem->n);
@@ -145,23 +130,6 @@ void perp__fischer_matrix_add_column(const perp__fischer_matrix *matrix, int32_t
     }
     for (int32_t k = S->column_starts[j]; k < S->column_starts[j + 1]; k++)
         y[S->row_indices[k]] += S->values[k] * x;
-}
-
-void perp__fischer_matrix_transposed(const perp__fischer_matrix *matrix, const double *x, double *y)
-{
-    const perp__matrix *S = &matrix->S;
-
-    for (int32_t j = 0; j < S->columns; j++) {
-        double sum = 0.0;
-
-        if (S->column_starts)
-            for (int32_t p = S->column_starts[j]; p < S->column_starts[j + 1]; p++)
-                sum += S->values[p] * x[S->row_indices[p]];
-        else
-            for (int32_t i = 0; i < S->rows; i++)
-                sum += S->values[(size_t)j * S->column_stride + (size_t)i] * x[i];
-        y[j] = sum;
-    }
 }
 
 static void fill_dense(perp__fischer_matrix *matrix, const double *weights, double rho)

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "linalg/condition.h"
 #include "linalg/factor/factor.h"
 
 /* Kept pivots serve while the factors grow at most this much more than with pivots of their own:

@@ -4,7 +4,6 @@
 
 #include "base/context.h"
 #include "linalg/blas.h"
-#include "linalg/condition.h"
 #include "linalg/factor/factor.h"
 
 struct perp__factor {
