@@ -273,24 +273,40 @@ void perp__read_places(perp_lcp_solver *solver, int8_t *places)
     }
 }
 
+double perp__margin_of(const perp_lcp_solver *solver, int32_t i)
+{
+    const double w = perp__w_scaled(solver, i, solver->w_high[i]);
+    const double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
+    const double below = perp__z_scaled(solver, i, solver->upper[i] - solver->z[i]);
+
+    switch (solver->places[i]) {
+    case PERP__AT_LOWER:
+        return w;
+    case PERP__AT_UPPER:
+        return -w;
+    case PERP__FIXED:
+        return INFINITY;
+    default:
+        return above < below ? above : below;
+    }
+}
+
 /* ---- what a point is called ---- */
 
 static double own_residual(perp_lcp_solver *solver)
 {
-    perp__witness_point point;
+    const perp__witness_point point = {.M = &solver->M,
+                                       .exponents = solver->exponents,
+                                       .part = solver->part,
+                                       .parts = solver->parts,
+                                       .scaling = solver->settings.scaling,
+                                       .q = solver->q,
+                                       .lower = solver->lower,
+                                       .upper = solver->upper,
+                                       .z = solver->z,
+                                       .w = solver->w_high,
+                                       .tol = solver->settings.tol};
 
-    point.M = &solver->M;
-    point.exponents = solver->exponents;
-    point.part = solver->part;
-    point.parts = solver->parts;
-    point.scaling = solver->settings.scaling;
-    point.q = solver->q;
-    point.lower = solver->lower;
-    point.upper = solver->upper;
-    point.z = solver->z;
-    point.w = solver->w_high;
-    point.least = NULL;
-    point.tol = solver->settings.tol;
     return perp__witness_own_residual(&solver->witness, &point);
 }
 

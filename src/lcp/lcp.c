@@ -345,18 +345,16 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
                             const perp__plan_step *step, int32_t attempt, int32_t *paused,
                             int64_t *iterations, const double *z0)
 {
-    perp__lcp_iterate iterate;
+    perp__lcp_iterate iterate = {.z = solver->iterate,
+                                 .places = solver->places,
+                                 .ray = solver->ray,
+                                 .covering = solver->covering,
+                                 .warm = z0 != NULL,
+                                 .attempt = attempt,
+                                 .rays = solver->rays};
     perp_status status;
 
     start_from(solver, z0);
-    memset(&iterate, 0, sizeof iterate);
-    iterate.z = solver->iterate;
-    iterate.places = solver->places;
-    iterate.ray = solver->ray;
-    iterate.covering = solver->covering;
-    iterate.warm = z0 != NULL;
-    iterate.attempt = attempt;
-    iterate.rays = solver->rays;
     status = slot->method->solve(slot->work, &iterate);
     if (status == PERP_OK && solver->control.aborted)
         status = perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
@@ -556,16 +554,14 @@ static void write_out(perp_lcp_solver *solver, double *z, double *w, double *ray
                       perp_lcp_result *result, double seconds)
 {
     size_t bytes = (size_t)solver->n * sizeof(double);
-    perp_lcp_result own;
+    perp_lcp_result own = {.outcome = solver->best.outcome,
+                           .method = solver->best.method,
+                           .iterations = solver->spent,
+                           .residual = perp__told(solver->best.worth.tested),
+                           .natural_residual = perp__told(solver->best.worth.natural),
+                           .backward_error = perp__told(solver->best.worth.backward),
+                           .seconds = seconds};
 
-    memset(&own, 0, sizeof own);
-    own.outcome = solver->best.outcome;
-    own.method = solver->best.method;
-    own.iterations = solver->spent;
-    own.residual = perp__told(solver->best.worth.tested);
-    own.natural_residual = perp__told(solver->best.worth.natural);
-    own.backward_error = perp__told(solver->best.worth.backward);
-    own.seconds = seconds;
     if (own.outcome == PERP_OUTCOME_RAY) {
         own.has_ray = 1;
         own.certificate = solver->best_certificate;

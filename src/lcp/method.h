@@ -105,6 +105,10 @@ void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t lea
 void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double *dense,
                            size_t leading_dimension);
 
+/* w = S z + q, S the scaled M; product: n of work. */
+void perp__lcp_affine(const perp__lcp_problem *problem, const double *z, double *product,
+                      double *w);
+
 /* mid(above, below, w) for above = z - l >= 0 >= below = z - u. */
 static inline double perp__middle(double above, double below, double w)
 {

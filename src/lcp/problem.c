@@ -18,16 +18,13 @@ double perp__diagonal_entry(const perp__matrix *M, int32_t i)
 
 perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, double residual)
 {
-    perp_lcp_progress progress;
-    int32_t answer;
-
     if (control->monitor) {
-        memset(&progress, 0, sizeof progress);
-        progress.struct_size = sizeof progress;
-        progress.method = control->method;
-        progress.iterations = iterations;
-        progress.residual = residual;
-        answer = control->monitor(&progress, control->monitor_user);
+        const perp_lcp_progress progress = {.struct_size = sizeof progress,
+                                            .method = control->method,
+                                            .iterations = iterations,
+                                            .residual = residual};
+        const int32_t answer = control->monitor(&progress, control->monitor_user);
+
         if (answer < 0)
             control->aborted = 1;
         if (answer != 0)
@@ -109,4 +106,15 @@ void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double
 void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t leading_dimension)
 {
     perp__lcp_dense_times(problem, 1.0, dense, leading_dimension);
+}
+
+void perp__lcp_affine(const perp__lcp_problem *problem, const double *z, double *product, double *w)
+{
+    const double *d = problem->factors;
+
+    for (int32_t i = 0; i < problem->n; i++)
+        product[i] = d[i] * z[i];
+    perp__multiply(problem->M, product, w);
+    for (int32_t i = 0; i < problem->n; i++)
+        w[i] = d[i] * w[i] + problem->q[i];
 }

@@ -31,30 +31,21 @@ void perp__basis_layout(perp__arena *arena, perp__basis *basis, int32_t n, size_
 
 static perp__square kernel_of(const perp__basis *basis)
 {
-    perp__square K;
+    const perp__square K = {basis->kernel, basis->values, basis->starts, basis->rows};
 
-    K.n = basis->kernel;
-    K.values = basis->values;
-    K.column_starts = basis->starts;
-    K.row_indices = basis->rows;
     return K;
 }
 
 /* A factorisation with room for every kernel there can be. */
 static perp_status make_factor(perp__basis *basis, perp_context *context)
 {
-    perp__square K;
     perp_status status;
 
     if (basis->factor && basis->factor_order >= basis->capacity)
         return PERP_OK;
     perp__basis_release(basis);
-    basis->kernel = basis->capacity;
-    for (int32_t k = 0; k < basis->capacity; k++)
-        basis->starts[k] = basis->rows[k] = k;
-    basis->starts[basis->capacity] = basis->capacity;
-    K = kernel_of(basis);
-    status = perp__factor_klu.analyse(context, &basis->factor, &K);
+    status = perp__factor_with_room(context, &basis->factor, basis->capacity, basis->starts,
+                                    basis->rows);
     if (status == PERP_OK)
         basis->factor_order = basis->capacity;
     return status;

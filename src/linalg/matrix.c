@@ -8,40 +8,36 @@
 
 PERP__INIT(perp_matrix)
 
-static int is_initialised(const perp_matrix *matrix)
+/* Fills a view that has been initialised. */
+static perp_status fill(perp_matrix *matrix, perp_matrix own)
 {
-    return PERP__CHECK(perp_matrix, NULL, matrix) == PERP_OK;
+    if (PERP__CHECK(perp_matrix, NULL, matrix) != PERP_OK)
+        return PERP_ERROR_ABI;
+    own.reserved = matrix->reserved;
+    perp__struct_write(matrix, &own, sizeof own);
+    return PERP_OK;
 }
 
 perp_status perp_matrix_dense(perp_matrix *matrix, int32_t storage, int32_t rows, int32_t columns,
                               const double *values, int64_t leading_dimension)
 {
-    if (!is_initialised(matrix))
-        return PERP_ERROR_ABI;
-    matrix->storage = storage;
-    matrix->rows = rows;
-    matrix->columns = columns;
-    matrix->leading_dimension = leading_dimension;
-    matrix->values = values;
-    matrix->column_starts = NULL;
-    matrix->row_indices = NULL;
-    return PERP_OK;
+    return fill(matrix, (perp_matrix){.storage = storage,
+                                      .rows = rows,
+                                      .columns = columns,
+                                      .leading_dimension = leading_dimension,
+                                      .values = values});
 }
 
 perp_status perp_matrix_csc(perp_matrix *matrix, int32_t rows, int32_t columns,
                             const int32_t *column_starts, const int32_t *row_indices,
                             const double *values)
 {
-    if (!is_initialised(matrix))
-        return PERP_ERROR_ABI;
-    matrix->storage = PERP_STORAGE_CSC;
-    matrix->rows = rows;
-    matrix->columns = columns;
-    matrix->leading_dimension = 0;
-    matrix->values = values;
-    matrix->column_starts = column_starts;
-    matrix->row_indices = row_indices;
-    return PERP_OK;
+    return fill(matrix, (perp_matrix){.storage = PERP_STORAGE_CSC,
+                                      .rows = rows,
+                                      .columns = columns,
+                                      .values = values,
+                                      .column_starts = column_starts,
+                                      .row_indices = row_indices});
 }
 
 /* Adding one to a biased exponent carries into the sign bit where it is all ones: infinities and

@@ -33,6 +33,9 @@ void perp__multiply(const perp__matrix *M, const double *x, double *y);
 /* y += M x; M column-major or CSC, and columns with x_j = 0 cost nothing. */
 void perp__multiply_add(const perp__matrix *M, const double *x, double *y);
 
+/* sum_i |x_i|, in the order of i. */
+double perp__sum_of_sizes(const double *x, int32_t n);
+
 /* sum_i M_ij x_i, in the order of i. */
 double perp__column_times(const perp__matrix *M, int32_t j, const double *x);
 

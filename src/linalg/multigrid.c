@@ -81,15 +81,11 @@ typedef struct rows {
 
 static rows rows_of(const perp__multigrid *grid, int32_t k)
 {
-    const perp__level *level = &grid->level[k];
-    rows r;
+    const perp__level *l = &grid->level[k];
+    const rows block = {l, l->values, l->inverse_diagonal, l->active, l->active_count};
+    const rows all = {l, l->block_values, l->block_inverse_diagonal, NULL, l->n};
 
-    r.level = level;
-    r.values = k == grid->top ? level->values : level->block_values;
-    r.inverse_diagonal = k == grid->top ? level->inverse_diagonal : level->block_inverse_diagonal;
-    r.list = k == grid->top ? level->active : NULL;
-    r.count = k == grid->top ? level->active_count : level->n;
-    return r;
+    return k == grid->top ? block : all;
 }
 
 static double row_times(const rows *r, int32_t i, const double *x)

@@ -442,22 +442,18 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
 static perp_status make_bottom(perp__multigrid *grid)
 {
     const perp__level *level = &grid->level[grid->levels - 1];
-    perp__matrix *M = &grid->bottom_matrix;
+    const perp__matrix M = {level->n, level->n, 0, 0, level->values, level->starts, level->rows};
     perp_status status;
 
-    memset(M, 0, sizeof *M);
-    M->rows = M->columns = level->n;
-    M->column_starts = level->starts;
-    M->row_indices = level->rows;
-    M->values = level->values;
+    grid->bottom_matrix = M;
     status = perp__arena_fit(&grid->bottom_arena, layout_bottom, grid);
     for (int32_t i = 0; i < level->n && status == PERP_OK; i++) {
         grid->ones[i] = 1.0;
         level->active[i] = i;
     }
-    return status == PERP_OK
-               ? perp__sparse_cholesky_analyse(&grid->bottom, grid->context, M, grid->ones)
-               : status;
+    return status == PERP_OK ? perp__sparse_cholesky_analyse(&grid->bottom, grid->context,
+                                                             &grid->bottom_matrix, grid->ones)
+                             : status;
 }
 
 perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, const double *scale)

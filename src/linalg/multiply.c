@@ -91,6 +91,15 @@ void perp__multiply(const perp__matrix *M, const double *x, double *y)
     perp__multiply_add(M, x, y);
 }
 
+double perp__sum_of_sizes(const double *x, int32_t n)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < n; i++)
+        sum += fabs(x[i]);
+    return sum;
+}
+
 double perp__column_times(const perp__matrix *M, int32_t j, const double *x)
 {
     const double *column = M->values + (size_t)j * M->column_stride;

@@ -286,15 +286,13 @@ static void balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *wo
  */
 static int32_t search_scales(const perp__matrix *M, double sign, int32_t *exponents, int32_t *work)
 {
-    search s;
+    search s = {.M = M,
+                .exponents = exponents,
+                .level = work,
+                .queue = work + M->rows,
+                .unset = M->rows,
+                .wanted = UNSET};
 
-    memset(&s, 0, sizeof s);
-    s.M = M;
-    s.exponents = exponents;
-    s.level = work;
-    s.queue = work + M->rows;
-    s.unset = M->rows;
-    s.wanted = UNSET;
     for (int32_t i = 0; i < M->rows; i++)
         s.level[i] = UNSET;
     start_at_diagonals(&s, sign);

@@ -166,7 +166,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
 static perp__square extract(perp__sparse_block *b)
 {
     const perp__matrix *M = b->M;
-    perp__square A;
+    const perp__square A = {b->count, b->values, b->starts, b->rows};
     int32_t at = 0, c, k;
 
     for (k = 0; k < M->columns; k++)
@@ -197,33 +197,20 @@ static perp__square extract(perp__sparse_block *b)
         }
     }
     b->starts[b->count] = at;
-    A.n = b->count;
-    A.values = b->values;
-    A.column_starts = b->starts;
-    A.row_indices = b->rows;
     return A;
 }
 
-/* An LU factorisation with room for every block: first it is shown the largest, without fill. */
+/* An LU factorisation with room for every block. */
 static perp_status make_lu(perp__sparse_block *b)
 {
-    const int32_t n = b->M->columns;
     perp_status status;
-    perp__square diagonal;
 
     perp__factor_klu.destroy(b->lu);
     b->lu = NULL;
     b->lu_capacity = 0;
-    for (int32_t i = 0; i < n; i++)
-        b->starts[i] = b->rows[i] = i;
-    b->starts[n] = n;
-    diagonal.n = n;
-    diagonal.values = NULL;
-    diagonal.column_starts = b->starts;
-    diagonal.row_indices = b->rows;
-    status = perp__factor_klu.analyse(b->context, &b->lu, &diagonal);
+    status = perp__factor_with_room(b->context, &b->lu, b->M->columns, b->starts, b->rows);
     if (status == PERP_OK)
-        b->lu_capacity = n;
+        b->lu_capacity = b->M->columns;
     return status;
 }
 

@@ -70,15 +70,6 @@ void perp__verified_layout(perp__arena *arena, perp__verified *v, int32_t n)
     v->pivots = perp__arena_take(arena, count, sizeof(int32_t));
 }
 
-static double sum_of_sizes(const double *x, int32_t n)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < n; i++)
-        sum += fabs(x[i]);
-    return sum;
-}
-
 /* sum_l |R_il| (row sum l of |A|): what the rounding of row i of R A is measured by. */
 static double weighted_sum(const perp__verified *v, int32_t i)
 {
@@ -94,8 +85,8 @@ static double weighted_sum(const perp__verified *v, int32_t i)
 static double underflow_of(const perp__verified *v, int32_t i)
 {
     const double n = v->n;
-    const double sizes =
-        sum_of_sizes(v->inverse + (size_t)i * (size_t)v->n, v->n) + sum_of_sizes(v->row_sums, v->n);
+    const double sizes = perp__sum_of_sizes(v->inverse + (size_t)i * (size_t)v->n, v->n) +
+                         perp__sum_of_sizes(v->row_sums, v->n);
 
     return perp__raise(DBL_MIN * (8.0 * n * (n + 1.0) + n * sizes), 4.0 * n);
 }
@@ -105,18 +96,13 @@ static double alpha_in_doubled(const perp__verified *v, int32_t i, double weight
 {
     const size_t n = (size_t)v->n;
     double *unit = v->work, *high = unit + n, *low = high + n;
-    perp__matrix A;
+    const perp__matrix A = {v->n, v->n, 1, n, v->transposed, NULL, NULL};
     double sum;
 
-    memset(&A, 0, sizeof A);
-    A.rows = A.columns = v->n;
-    A.row_stride = 1;
-    A.column_stride = n;
-    A.values = v->transposed;
     memset(unit, 0, n * sizeof *unit);
     unit[i] = -1.0;
     perp__multiply_doubled(&A, v->inverse + (size_t)i * n, unit, high, low);
-    sum = sum_of_sizes(high, v->n) + sum_of_sizes(low, v->n);
+    sum = perp__sum_of_sizes(high, v->n) + perp__sum_of_sizes(low, v->n);
     return perp__raise(sum + perp__doubled_error(v->n) * (weighted + 1.0) + underflow_of(v, i),
                        2.0 * v->n);
 }
@@ -126,7 +112,7 @@ static void find_alphas(perp__verified *v)
     v->contraction = 0.0;
     for (int32_t i = 0; i < v->n; i++) {
         const double weighted = weighted_sum(v, i);
-        const double sum = sum_of_sizes(v->defect + (size_t)i * (size_t)v->n, v->n);
+        const double sum = perp__sum_of_sizes(v->defect + (size_t)i * (size_t)v->n, v->n);
         double alpha = perp__raise(
             sum + PERP__GAMMA(v->n + 2.0) * (weighted + 1.0) + underflow_of(v, i), 2.0 * v->n);
 
@@ -158,7 +144,7 @@ int32_t perp__verified_factor(perp__verified *v)
     perp__lu_solve_columns(v->n, v->n, v->defect, v->n, v->pivots, v->inverse, v->n, 0);
     for (int32_t i = 0; i < v->n; i++)
         v->row_sums[i] =
-            perp__raise(sum_of_sizes(v->transposed + (size_t)i * n, v->n), (double)v->n);
+            perp__raise(perp__sum_of_sizes(v->transposed + (size_t)i * n, v->n), (double)v->n);
     set_identity(v->defect, n);
     perp__gemm_subtract(v->n, v->n, v->n, v->transposed, v->n, v->inverse, v->n, v->defect, v->n);
     find_alphas(v);

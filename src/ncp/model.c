@@ -161,15 +161,9 @@ perp_status perp__ncp_linearise(perp__ncp_model *m, const double *z, const doubl
 
 perp__matrix perp__ncp_view(const perp__ncp_model *m)
 {
-    perp__matrix S;
+    const perp__matrix S = {m->n,   m->n, 1, (size_t)m->n, m->S, m->sparse ? m->starts : NULL,
+                            m->rows};
 
-    memset(&S, 0, sizeof S);
-    S.rows = S.columns = m->n;
-    S.values = m->S;
-    S.row_stride = 1;
-    S.column_stride = (size_t)m->n;
-    S.column_starts = m->sparse ? m->starts : NULL;
-    S.row_indices = m->rows;
     return S;
 }
 
@@ -196,17 +190,14 @@ perp_status perp__ncp_tick(perp__ncp_model *m, perp_outcome *outcome, int64_t it
 
     *outcome = -1;
     if (control->monitor) {
-        perp_ncp_progress progress;
-        int32_t said;
+        const perp_ncp_progress progress = {.struct_size = sizeof progress,
+                                            .method = control->method,
+                                            .restarts = control->restarts,
+                                            .iterations = iterations,
+                                            .evaluations = m->function_evaluations,
+                                            .residual = residual};
+        const int32_t said = control->monitor(&progress, control->monitor_user);
 
-        memset(&progress, 0, sizeof progress);
-        progress.struct_size = sizeof progress;
-        progress.method = control->method;
-        progress.restarts = control->restarts;
-        progress.iterations = iterations;
-        progress.evaluations = m->function_evaluations;
-        progress.residual = residual;
-        said = control->monitor(&progress, control->monitor_user);
         if (said < 0)
             return perp__fail(m->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
         if (said > 0)

@@ -434,20 +434,18 @@ static void write_out(perp_ncp_solver *solver, double *z, double *w, perp_ncp_re
                       double seconds)
 {
     const size_t bytes = (size_t)solver->model.n * sizeof(double);
-    perp_ncp_result own;
+    const perp_ncp_result own = {.outcome = verdict(solver, &solver->best),
+                                 .method = solver->best_method,
+                                 .iterations = solver->iterations,
+                                 .residual = perp__told(solver->best.evidence.tested),
+                                 .natural_residual = perp__told(solver->best.natural),
+                                 .backward_error = perp__told(solver->best.evidence.backward),
+                                 .seconds = seconds,
+                                 .function_evaluations = solver->model.function_evaluations,
+                                 .jacobian_evaluations = solver->model.jacobian_evaluations,
+                                 .restarts = solver->model.control.restarts,
+                                 .trapped = solver->trapped};
 
-    memset(&own, 0, sizeof own);
-    own.outcome = verdict(solver, &solver->best);
-    own.method = solver->best_method;
-    own.iterations = solver->iterations;
-    own.residual = perp__told(solver->best.evidence.tested);
-    own.natural_residual = perp__told(solver->best.natural);
-    own.backward_error = perp__told(solver->best.evidence.backward);
-    own.seconds = seconds;
-    own.function_evaluations = solver->model.function_evaluations;
-    own.jacobian_evaluations = solver->model.jacobian_evaluations;
-    own.restarts = solver->model.control.restarts;
-    own.trapped = solver->trapped;
     if (bytes > 0) {
         memcpy(z, solver->best_z, bytes);
         if (w)

@@ -78,15 +78,14 @@ void perp__ncp_scale_matrix(perp__ncp_model *m)
 perp__matrix perp__ncp_given(const perp__ncp_model *m)
 {
     const int32_t by_rows = m->problem.storage == PERP_STORAGE_ROW_MAJOR;
-    perp__matrix J;
+    const perp__matrix J = {m->n,
+                            m->n,
+                            by_rows ? (size_t)m->n : 1,
+                            by_rows ? 1 : (size_t)m->n,
+                            m->given,
+                            m->sparse ? m->pattern_starts : NULL,
+                            m->pattern_rows};
 
-    memset(&J, 0, sizeof J);
-    J.rows = J.columns = m->n;
-    J.values = m->given;
-    J.column_starts = m->sparse ? m->pattern_starts : NULL;
-    J.row_indices = m->pattern_rows;
-    J.row_stride = by_rows ? (size_t)m->n : 1;
-    J.column_stride = by_rows ? 1 : (size_t)m->n;
     return J;
 }
 

@@ -48,17 +48,9 @@ void perp__sparse_active_set_layout(perp__arena *arena, void *object)
     work->next = perp__arena_take(arena, n, sizeof(int8_t));
 }
 
-/* w = S z + q */
 static void multiply(perp__sparse_active_set *work, const double *z)
 {
-    const perp__lcp_problem *problem = work->common.problem;
-    const double *d = problem->factors;
-
-    for (int32_t i = 0; i < problem->n; i++)
-        work->product[i] = d[i] * z[i];
-    perp__multiply(problem->M, work->product, work->w);
-    for (int32_t i = 0; i < problem->n; i++)
-        work->w[i] = d[i] * work->w[i] + problem->q[i];
+    perp__lcp_affine(work->common.problem, z, work->product, work->w);
 }
 
 void perp__sparse_active_set_places(perp__sparse_active_set *work, const double *z, int8_t *places)

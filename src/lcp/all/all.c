@@ -65,20 +65,19 @@ static perp__evaluation evaluate_middle(perp__lcp_all *all, const perp__answer *
 
 static void visit(perp__lcp_all *all, const perp__answer *answer, double residual)
 {
-    perp_lcp_found found;
+    const perp_lcp_found found = {.struct_size = sizeof found,
+                                  .dimension = answer->dimension,
+                                  .vertex_count = answer->vertices,
+                                  .ray_count = answer->rays,
+                                  .residual = fmax(residual, answer->residual),
+                                  .z = all->solver->z,
+                                  .w = all->solver->w_high,
+                                  .places = answer->modes,
+                                  .vertices = answer->points,
+                                  .rays =
+                                      answer->points + (size_t)answer->vertices * (size_t)all->n};
     int32_t said;
 
-    memset(&found, 0, sizeof found);
-    found.struct_size = sizeof found;
-    found.dimension = answer->dimension;
-    found.vertex_count = answer->vertices;
-    found.ray_count = answer->rays;
-    found.residual = fmax(residual, answer->residual);
-    found.z = all->solver->z;
-    found.w = all->solver->w_high;
-    found.places = answer->modes;
-    found.vertices = answer->points;
-    found.rays = answer->points + (size_t)answer->vertices * (size_t)all->n;
     if (answer->dimension > 0)
         all->result.families++;
     else

@@ -62,28 +62,10 @@ static void offer(perp__lcp_all *all, const perp__evaluation *worth)
     all->tree.ended |= all->found;
 }
 
-static double margin_of(const perp_lcp_solver *solver, int32_t i)
-{
-    const double w = perp__w_scaled(solver, i, solver->w_high[i]);
-    const double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
-    const double below = perp__z_scaled(solver, i, solver->upper[i] - solver->z[i]);
-
-    switch (solver->places[i]) {
-    case PERP__AT_LOWER:
-        return w;
-    case PERP__AT_UPPER:
-        return -w;
-    case PERP__FIXED:
-        return INFINITY;
-    default:
-        return fmin(above, below);
-    }
-}
-
 static int32_t is_clear(const perp__lcp_all *all)
 {
     for (int32_t i = 0; i < all->n; i++)
-        if (!(margin_of(all->solver, i) > clear_margin))
+        if (!(perp__margin_of(all->solver, i) > clear_margin))
             return 0;
     return 1;
 }

@@ -73,22 +73,13 @@ static void collect(perp_lcp_sensitivity *s)
 static perp__square fill(perp_lcp_sensitivity *s)
 {
     const double *d = s->solver->factors;
-    perp__index_set block;
-    perp__square A;
+    const perp__index_set block = {s->count, s->active, s->position};
+    const perp__square A = {s->count, s->block, uses_csc(s) ? s->starts : NULL, s->rows};
 
-    block.count = s->count;
-    block.active = s->active;
-    block.position = s->position;
-    memset(&A, 0, sizeof A);
-    A.n = s->count;
-    A.values = s->block;
-    if (uses_csc(s)) {
+    if (uses_csc(s))
         perp__principal_csc(&s->solver->M, &block, s->starts, s->rows, s->block);
-        A.column_starts = s->starts;
-        A.row_indices = s->rows;
-    } else {
+    else
         perp__principal_dense(&s->solver->M, &block, s->block, 1, (size_t)s->count);
-    }
     for (int32_t c = 0; c < s->count; c++) {
         const int32_t from = uses_csc(s) ? s->starts[c] : 0;
         const int32_t to = uses_csc(s) ? s->starts[c + 1] : s->count;
@@ -113,25 +104,6 @@ static perp_status factor(perp_lcp_sensitivity *s, double *condition)
     if (status == PERP_OK)
         *condition = 1.0 / type->condition(s->kept.factor, &A);
     return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
-}
-
-/* How far row i is from changing its place, in the units of the tested residual. */
-static double margin_of(const perp_lcp_solver *solver, int32_t i)
-{
-    const double w = perp__w_scaled(solver, i, solver->w_high[i]);
-    const double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
-    const double below = perp__z_scaled(solver, i, solver->upper[i] - solver->z[i]);
-
-    switch (solver->places[i]) {
-    case PERP__AT_LOWER:
-        return w;
-    case PERP__AT_UPPER:
-        return -w;
-    case PERP__FIXED:
-        return INFINITY;
-    default:
-        return above < below ? above : below;
-    }
 }
 
 /* The row with the largest tested residual. */
@@ -164,7 +136,7 @@ static void judge(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,
 
     info->margin = INFINITY;
     for (i = 0; i < s->n && !isnan(info->margin); i++) {
-        const double margin = margin_of(s->solver, i);
+        const double margin = perp__margin_of(s->solver, i);
 
         if (!(margin >= info->margin)) {
             info->margin = margin;

@@ -178,16 +178,6 @@ static void layout_dense(perp__arena *arena, void *object)
     perp__verified_layout(arena, &v->dense, v->count);
 }
 
-static perp__index_set block_of(const perp__verify *v)
-{
-    perp__index_set block;
-
-    block.count = v->count;
-    block.active = v->active;
-    block.position = v->position;
-    return block;
-}
-
 /* w := M (high + low) + q, in doubled precision but for its last rounding */
 static void find_w(perp__verify *v)
 {
@@ -246,21 +236,12 @@ static void refine(perp__verify *v)
     }
 }
 
-static double sum_of_sizes(const double *x, int32_t n)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < n; i++)
-        sum += fabs(x[i]);
-    return sum;
-}
-
 /* width: the error of the product in doubled precision, of the one with `low`, of adding the three,
  * of underflow. */
 static void find_width(perp__verify *v)
 {
     const double n = v->n;
-    const double sizes = sum_of_sizes(v->high, v->n) + sum_of_sizes(v->low, v->n);
+    const double sizes = perp__sum_of_sizes(v->high, v->n) + perp__sum_of_sizes(v->low, v->n);
     double *products = v->delta, *ones = v->delta;
 
     for (int32_t i = 0; i < v->n; i++)
@@ -307,7 +288,7 @@ static int32_t find_delta(perp__verify *v)
 
 static perp_status enclose_dense(perp__verify *v, int32_t *verdict)
 {
-    const perp__index_set block = block_of(v);
+    const perp__index_set block = {v->count, v->active, v->position};
     perp_status status;
 
     v->uses_dense = 1;
@@ -326,7 +307,7 @@ static perp_status enclose_dense(perp__verify *v, int32_t *verdict)
 
 static perp_status enclose_sparse(perp__verify *v, int32_t *verdict)
 {
-    const perp__index_set block = block_of(v);
+    const perp__index_set block = {v->count, v->active, v->position};
     perp_status status;
 
     v->uses_dense = 0;

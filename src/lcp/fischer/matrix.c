@@ -180,15 +180,10 @@ static perp_status factor_dense(perp__fischer_matrix *matrix, const double *weig
 static perp_status factor_padded(perp__fischer_matrix *matrix, const double *weights)
 {
     const perp__matrix *S = &matrix->S;
-    perp__square H;
-    perp_status status;
-
-    H.n = S->rows;
-    H.values = matrix->block;
-    H.column_starts = S->column_starts;
-    H.row_indices = S->row_indices;
-    status =
+    const perp__square H = {S->rows, matrix->block, S->column_starts, S->row_indices};
+    perp_status status =
         perp__kept_factor_analyse(&matrix->kept, matrix->problem->context, &perp__factor_klu, &H);
+
     if (status != PERP_OK)
         return status;
     for (int32_t j = 0; j < S->columns; j++)

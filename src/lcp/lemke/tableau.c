@@ -116,13 +116,15 @@ void perp__tableau_column(perp__tableau *t, int32_t c, double *column)
 static void add_columns(const perp__tableau *t, int32_t first, int32_t count, const double *x,
                         double *y)
 {
-    perp__matrix view = {0};
+    const size_t ld = (size_t)t->leading_dimension;
+    const perp__matrix view = {(int32_t)perp__tableau_length(t->rows),
+                               count,
+                               1,
+                               ld,
+                               t->T + (size_t)first * ld,
+                               NULL,
+                               NULL};
 
-    view.rows = (int32_t)perp__tableau_length(t->rows);
-    view.columns = count;
-    view.row_stride = 1;
-    view.column_stride = (size_t)t->leading_dimension;
-    view.values = t->T + (size_t)first * view.column_stride;
     perp__multiply_add(&view, x, y);
 }
 

@@ -6,19 +6,11 @@
 
 #include "base/context.h"
 #include "linalg/blas.h"
+#include "linalg/matrix.h"
 
 /* ---- the condition number's estimate that all factorisations share ---- */
 
 enum { MAX_ITERATIONS = 5 };
-
-static double sum_of_absolutes(const double *x, int32_t n)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < n; i++)
-        sum += fabs(x[i]);
-    return sum;
-}
 
 /* The first index of the largest absolute value. */
 static int32_t largest(const double *x, int32_t n)
@@ -45,7 +37,7 @@ static double alternating_estimate(int32_t n, double *x, perp__solve_function so
         x[i] = i % 2 == 0 ? size : -size;
     }
     solve(user, x, 0);
-    return 2.0 * sum_of_absolutes(x, n) / (3.0 * (double)n);
+    return 2.0 * perp__sum_of_sizes(x, n) / (3.0 * (double)n);
 }
 
 /* A lower bound of ||A^-1||_1, within a factor of 3 nearly always, from at most 11 solves; +inf or
@@ -71,7 +63,7 @@ static double inverse_norm_1(int32_t n, double *work, perp__solve_function solve
         double found;
 
         solve(user, x, 0);
-        found = sum_of_absolutes(x, n);
+        found = perp__sum_of_sizes(x, n);
         if (!(found > estimate)) {
             if (!(found <= estimate))
                 return found; /* NaN */
@@ -106,10 +98,10 @@ double perp__norm_1(const perp__square *A)
         double sum;
 
         if (A->column_starts)
-            sum = sum_of_absolutes(A->values + A->column_starts[j],
-                                   A->column_starts[j + 1] - A->column_starts[j]);
+            sum = perp__sum_of_sizes(A->values + A->column_starts[j],
+                                     A->column_starts[j + 1] - A->column_starts[j]);
         else
-            sum = sum_of_absolutes(A->values + (size_t)A->n * (size_t)j, A->n);
+            sum = perp__sum_of_sizes(A->values + (size_t)A->n * (size_t)j, A->n);
         if (sum > norm || isnan(sum))
             norm = sum;
     }
@@ -147,16 +139,23 @@ static void solve_with_lu(void *user, double *x, int32_t transposed)
 double perp__lu_condition(int32_t n, const double *A, int32_t lda, double norm_1, double *work,
                           int32_t *iwork)
 {
-    lu_factors lu;
+    const lu_factors lu = {n, lda, A, iwork};
 
     /* (P A)^-1 = A^-1 P' has the columns of A^-1 in another order: the same 1-norm */
     for (int32_t i = 0; i < n; i++)
         iwork[i] = i + 1;
-    lu.n = n;
-    lu.lda = lda;
-    lu.A = A;
-    lu.pivots = iwork;
-    return perp__reciprocal_condition(n, norm_1, work, solve_with_lu, &lu);
+    return perp__reciprocal_condition(n, norm_1, work, solve_with_lu, (void *)&lu);
+}
+
+perp_status perp__factor_with_room(perp_context *context, perp__factor **factor, int32_t n,
+                                   int32_t *starts, int32_t *rows)
+{
+    const perp__square diagonal = {n, NULL, starts, rows};
+
+    for (int32_t k = 0; k < n; k++)
+        starts[k] = rows[k] = k;
+    starts[n] = n;
+    return perp__factor_klu.analyse(context, factor, &diagonal);
 }
 
 /* ---- factorisations kept from set-up to set-up ---- */

@@ -43,6 +43,11 @@ typedef struct perp__factor_type {
 extern const perp__factor_type perp__factor_lapack;
 extern const perp__factor_type perp__factor_klu;
 
+/* A factorisation by KLU with room for all patterns of up to n rows: it is shown a diagonal first.
+ * starts: n + 1 entries, rows: n; both of work. PERP_OK or _MEMORY. */
+perp_status perp__factor_with_room(perp_context *context, perp__factor **factor, int32_t n,
+                                   int32_t *starts, int32_t *rows);
+
 /* ---- the condition number's estimate that all share ---- */
 
 /* x := A^-1 x, or A^-T x. */
