@@ -541,10 +541,8 @@ static perp_status check_call(perp_lcp_solver *solver, const double *z,
     status = PERP__CHECK(perp_lcp_result, context, result);
     if (status == PERP_OK && solver->n > 0)
         status = perp__check_pointer(context, "z", z);
-    if (status == PERP_OK && solver->n > 0)
-        status = perp__check_pointer(context, "q", q);
     if (status == PERP_OK)
-        status = perp__check_finite(context, "q", q, (size_t)solver->n);
+        status = perp__check_vector(context, "q", q, (size_t)solver->n);
     if (status == PERP_OK && z0)
         status = perp__check_finite(context, "z0", z0, (size_t)solver->n);
     return status;

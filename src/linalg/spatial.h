@@ -77,12 +77,6 @@ static inline void perp__add3(double *y, double s, const double *x)
     y[2] += s * x[2];
 }
 
-static inline void perp__add6(double *y, double s, const double *x)
-{
-    perp__add3(y, s, x);
-    perp__add3(y + 3, s, x + 3);
-}
-
 static inline int32_t perp__is_zero3(const double *a)
 {
     return a[0] == 0.0 && a[1] == 0.0 && a[2] == 0.0;

@@ -200,10 +200,8 @@ static perp_status check_problem(perp_context *context, perp_ncp_check *own,
         status = perp__ncp_setup(solver, problem);
     if (status == PERP_OK && !solver->model.problem.jacobian)
         status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.jacobian is NULL");
-    if (status == PERP_OK && solver->model.n > 0)
-        status = perp__check_pointer(context, "z", z);
     if (status == PERP_OK)
-        status = perp__check_finite(context, "z", z, (size_t)solver->model.n);
+        status = perp__check_vector(context, "z", z, (size_t)solver->model.n);
     if (status == PERP_OK)
         status = check_all(solver, own, z);
     perp__ncp_destroy(solver);

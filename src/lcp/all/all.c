@@ -148,10 +148,8 @@ static perp_status check(perp_context *context, const perp_lcp_solver *solver,
         status = perp__fail(context, PERP_ERROR_ARGUMENT,
                             "M has %d rows: all solutions are searched for up to %d",
                             (int)solver->n, PERP__LARGEST_ALL);
-    if (status == PERP_OK && solver->n > 0)
-        status = perp__check_pointer(context, "q", q);
     if (status == PERP_OK)
-        status = perp__check_finite(context, "q", q, (size_t)solver->n);
+        status = perp__check_vector(context, "q", q, (size_t)solver->n);
     return status;
 }
 

@@ -220,14 +220,9 @@ static perp_status take_problem(perp_lcp_sensitivity *s, const perp_lcp_settings
     if (status != PERP_OK)
         return status;
     s->n = s->solver->n;
-    if (s->n > 0)
-        status = perp__check_pointer(context, "q", q);
+    status = perp__check_vector(context, "q", q, (size_t)s->n);
     if (status == PERP_OK)
-        status = perp__check_finite(context, "q", q, (size_t)s->n);
-    if (status == PERP_OK && s->n > 0)
-        status = perp__check_pointer(context, "z", z);
-    if (status == PERP_OK)
-        status = perp__check_finite(context, "z", z, (size_t)s->n);
+        status = perp__check_vector(context, "z", z, (size_t)s->n);
     if (status != PERP_OK)
         return status;
     perp__scale_problem(s->solver, q);
@@ -387,10 +382,8 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
 {
     perp_status status = check_verdict(s);
 
-    if (status == PERP_OK && s->n > 0)
-        status = perp__check_pointer(s->context, "g", g);
     if (status == PERP_OK)
-        status = perp__check_finite(s->context, "g", g, (size_t)s->n);
+        status = perp__check_vector(s->context, "g", g, (size_t)s->n);
     if (status != PERP_OK)
         return status;
     for (int32_t i = 0; i < s->n; i++) {

@@ -458,14 +458,10 @@ static perp_status check(perp_context *context, perp__matrix *own, const perp_lc
                             (int)own->rows, (int)own->columns);
     if (status == PERP_OK)
         status = perp__check_bounds(context, lower, upper, (size_t)own->rows);
-    if (status == PERP_OK && own->rows > 0)
-        status = perp__check_pointer(context, "q", q);
     if (status == PERP_OK)
-        status = perp__check_finite(context, "q", q, (size_t)own->rows);
-    if (status == PERP_OK && own->rows > 0)
-        status = perp__check_pointer(context, "z", z);
+        status = perp__check_vector(context, "q", q, (size_t)own->rows);
     if (status == PERP_OK)
-        status = perp__check_finite(context, "z", z, (size_t)own->rows);
+        status = perp__check_vector(context, "z", z, (size_t)own->rows);
     return status;
 }
 

@@ -1,4 +1,4 @@
-/* The kernels of rows.h, a template (linalg/lanes/vectors.h). It defines NAME(kernels). */
+/* The kernels of path.c, a template (linalg/lanes/vectors.h). It defines NAME(kernels). */
 
 TARGET static void NAME(move)(size_t length, double factor, const double *column, double *b)
 {
