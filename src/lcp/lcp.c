@@ -37,18 +37,6 @@
 #define PERP__SECONDS_DENSE 3e-10 /* times n^3 */
 #define PERP__SECONDS_SPARSE 3e-7 /* times n^1.5: nested dissection on a plane grid */
 
-static int32_t diagonal_is_positive(const perp_lcp_solver *solver)
-{
-    const perp__matrix *M = &solver->M;
-
-    if (M->column_starts)
-        return solver->block.has_positive_diagonal;
-    for (int32_t j = 0; j < solver->n; j++)
-        if (!(M->values[(size_t)j * (M->row_stride + M->column_stride)] > 0.0))
-            return 0;
-    return 1;
-}
-
 static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
 {
     steps[count].method = method;
@@ -91,7 +79,8 @@ static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *
 static int32_t plan_auto(const perp_lcp_solver *solver, perp__plan_step *steps)
 {
     const int32_t sparse = solver->M.column_starts != NULL && solver->n > PERP__SMALL_SPARSE;
-    const int32_t sweeps = diagonal_is_positive(solver);
+    const int32_t sweeps = (solver->M.column_starts ? solver->block.has_positive_diagonal
+                                                    : perp__diagonal_is_positive(&solver->M));
     int32_t count = sweeps ? add_sweeps_first(solver, steps) : 0;
 
     if (sparse && solver->block.kind != PERP__SPARSE_GENERAL)

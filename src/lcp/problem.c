@@ -16,6 +16,14 @@ double perp__diagonal_entry(const perp__matrix *M, int32_t i)
     return 0.0;
 }
 
+int32_t perp__diagonal_is_positive(const perp__matrix *M)
+{
+    for (int32_t i = 0; i < M->rows; i++)
+        if (!(M->values[(size_t)i * (M->row_stride + M->column_stride)] > 0.0))
+            return 0;
+    return 1;
+}
+
 perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, double residual)
 {
     if (control->monitor) {

@@ -139,8 +139,8 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n, &s->z, &s->w_high, &s->w_low, &s->best.z, &s->best.w, &s->best_ray);
 }
 
-static perp_status check_problem(perp_context *context, perp__matrix *own, const perp_matrix *M,
-                                 const double *lower, const double *upper)
+perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, const perp_matrix *M,
+                                   const double *lower, const double *upper)
 {
     perp_status status = perp__matrix_read(context, "M", own, M);
 
@@ -180,7 +180,7 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
                             const double *upper)
 {
     perp__matrix own;
-    perp_status status = check_problem(solver->context, &own, M, lower, upper);
+    perp_status status = perp__lcp_problem_read(solver->context, &own, M, lower, upper);
 
     if (status == PERP_OK && (solver->setups == 0 || own.rows != solver->n))
         status = fit(solver, own.rows);

@@ -99,24 +99,7 @@ static perp_status read_dense(perp_context *context, const char *name, perp__mat
     return PERP_OK;
 }
 
-/* Column starts first: until they are known to be sound nothing else may be read. */
-static perp_status check_column_starts(perp_context *context, const char *name,
-                                       const perp_matrix *M)
-{
-    const int32_t *starts = M->column_starts;
-
-    if (starts[0] != 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts[0] is %d, 0 expected",
-                          name, (int)starts[0]);
-    for (int32_t j = 0; j < M->columns; j++)
-        if (starts[j + 1] < starts[j])
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "%s.column_starts[%d] = %d is below %s.column_starts[%d] = %d", name,
-                              (int)j + 1, (int)starts[j + 1], name, (int)j, (int)starts[j]);
-    return PERP_OK;
-}
-
-static perp_status check_column(perp_context *context, const char *name, const perp_matrix *M,
+static perp_status check_column(perp_context *context, const char *name, const perp__matrix *M,
                                 int32_t j)
 {
     const int32_t *rows = M->row_indices;
@@ -132,36 +115,47 @@ static perp_status check_column(perp_context *context, const char *name, const p
                               "column %d",
                               name, (int)k, (int)rows[k], name, (int)k - 1, (int)rows[k - 1],
                               (int)j);
-        if (!isfinite(M->values[k]))
+        if (M->values && !isfinite(M->values[k]))
             return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s(%d,%d) = %s.values[%d] is %s",
                               name, (int)rows[k], (int)j, name, (int)k, text_of(M->values[k]));
     }
     return PERP_OK;
 }
 
+perp_status perp__matrix_check_csc(perp_context *context, const char *name, const perp__matrix *M)
+{
+    const int32_t *starts = M->column_starts;
+    perp_status status = PERP_OK;
+
+    if (starts[0] != 0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts[0] is %d, 0 expected",
+                          name, (int)starts[0]);
+    for (int32_t j = 0; j < M->columns; j++)
+        if (starts[j + 1] < starts[j])
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "%s.column_starts[%d] = %d is below %s.column_starts[%d] = %d", name,
+                              (int)j + 1, (int)starts[j + 1], name, (int)j, (int)starts[j]);
+    if (starts[M->columns] > 0 && !M->row_indices)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.row_indices is NULL", name);
+    for (int32_t j = 0; j < M->columns && status == PERP_OK; j++)
+        status = check_column(context, name, M, j);
+    return status;
+}
+
 static perp_status read_csc(perp_context *context, const char *name, perp__matrix *read,
                             const perp_matrix *M)
 {
-    perp_status status;
-
     read->row_stride = 1;
     read->column_stride = 1;
-    if (!M->column_starts) {
-        if (M->columns > 0)
-            return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts is NULL", name);
-        return PERP_OK; /* no columns: as good as a dense matrix of no entries */
-    }
-    status = check_column_starts(context, name, M);
-    if (status != PERP_OK)
-        return status;
-    if (M->column_starts[M->columns] > 0 && (!M->row_indices || !M->values))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.%s is NULL", name,
-                          M->row_indices ? "values" : "row_indices");
-    for (int32_t j = 0; j < M->columns && status == PERP_OK; j++)
-        status = check_column(context, name, M, j);
+    if (!M->column_starts && M->columns > 0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts is NULL", name);
+    if (!M->column_starts) /* no columns: as good as a dense matrix of no entries */
+        return PERP_OK;
     read->column_starts = M->column_starts;
     read->row_indices = M->row_indices;
-    return status;
+    if (M->column_starts[M->columns] > 0 && M->row_indices && !M->values)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.values is NULL", name);
+    return perp__matrix_check_csc(context, name, read);
 }
 
 perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *own,

@@ -21,6 +21,10 @@ typedef struct perp__matrix {
 perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *own,
                               const perp_matrix *caller);
 
+/* Compressed columns, which are there: starts first, since until they are known to be sound nothing
+ * else may be read; then rows, and values unless these are NULL. */
+perp_status perp__matrix_check_csc(perp_context *context, const char *name, const perp__matrix *M);
+
 /* high + low = M x + add in double-double: two_product by fma(), two_sum; the rounding error of the
  * result is of order (n eps)^2 |M||x|. `add` may be NULL. Entries x_j = 0 cost nothing. The order
  * of summation is fixed. high and low: `rows` entries each, may not overlap x or add. */

@@ -62,46 +62,16 @@ static perp_status read_settings(perp_context *context, perp_ncp_settings *own,
     return status;
 }
 
-static perp_status check_column(perp_context *context, const perp_ncp_problem *p, int32_t j)
-{
-    for (int32_t k = p->column_starts[j]; k < p->column_starts[j + 1]; k++) {
-        if (p->row_indices[k] < 0 || p->row_indices[k] >= p->n)
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "problem.row_indices[%d] = %d in column %d is outside 0 .. %d",
-                              (int)k, (int)p->row_indices[k], (int)j, (int)p->n - 1);
-        if (k > p->column_starts[j] && p->row_indices[k] <= p->row_indices[k - 1])
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "problem.row_indices[%d] = %d in column %d is not above the one "
-                              "before it",
-                              (int)k, (int)p->row_indices[k], (int)j);
-    }
-    return PERP_OK;
-}
-
-/* Column starts first: until they are known to be sound nothing else may be read. */
-static perp_status check_pattern(perp_context *context, const perp_ncp_problem *p)
-{
-    perp_status status = perp__check_pointer(context, "problem.column_starts", p->column_starts);
-
-    if (status == PERP_OK && p->column_starts[0] != 0)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "problem.column_starts[0] is %d, 0 expected", (int)p->column_starts[0]);
-    for (int32_t j = 0; j < p->n && status == PERP_OK; j++)
-        if (p->column_starts[j + 1] < p->column_starts[j])
-            status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                                "problem.column_starts[%d] = %d is below the %d of %d", (int)j + 1,
-                                (int)p->column_starts[j + 1], (int)p->column_starts[j], (int)j);
-    if (status == PERP_OK && p->column_starts[p->n] > 0)
-        status = perp__check_pointer(context, "problem.row_indices", p->row_indices);
-    for (int32_t j = 0; j < p->n && status == PERP_OK; j++)
-        status = check_column(context, p, j);
-    return status;
-}
-
 static perp_status check_storage(perp_context *context, const perp_ncp_problem *p)
 {
+    const perp__matrix pattern = {p->n, p->n, 1, 1, NULL, p->column_starts, p->row_indices};
+    const perp_status status =
+        p->storage == PERP_STORAGE_CSC
+            ? perp__check_pointer(context, "problem.column_starts", p->column_starts)
+            : PERP_OK;
+
     if (p->storage == PERP_STORAGE_CSC)
-        return check_pattern(context, p);
+        return status == PERP_OK ? perp__matrix_check_csc(context, "problem", &pattern) : status;
     if (p->storage != PERP_STORAGE_COLUMN_MAJOR && p->storage != PERP_STORAGE_ROW_MAJOR)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "problem.storage is %d, which is none",
                           (int)p->storage);

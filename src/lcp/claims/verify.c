@@ -452,12 +452,7 @@ static perp_status check(perp_context *context, perp__matrix *own, const perp_lc
     perp_status status = PERP__CHECK(perp_lcp_proof, context, proof);
 
     if (status == PERP_OK)
-        status = perp__matrix_read(context, "M", own, M);
-    if (status == PERP_OK && own->rows != own->columns)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "M is %d by %d, expected a square matrix",
-                            (int)own->rows, (int)own->columns);
-    if (status == PERP_OK)
-        status = perp__check_bounds(context, lower, upper, (size_t)own->rows);
+        status = perp__lcp_problem_read(context, own, M, lower, upper);
     if (status == PERP_OK)
         status = perp__check_vector(context, "q", q, (size_t)own->rows);
     if (status == PERP_OK)

@@ -324,15 +324,6 @@ static int32_t transform(perp__lemke *l)
     return 1;
 }
 
-/* Positive definite matrices have a positive diagonal; contact problems with friction do not. */
-static int32_t diagonal_is_positive(const perp__matrix *M)
-{
-    for (int32_t i = 0; i < M->rows; i++)
-        if (!(M->values[(size_t)i * (M->row_stride + M->column_stride)] > 0.0))
-            return 0;
-    return 1;
-}
-
 /* |M - M'| / |M + M'| in the Frobenius norm, scaled; in tiles, for the caches. */
 static double skewness(const perp__lcp_problem *p)
 {
@@ -372,7 +363,7 @@ static void examine(perp__lemke *l)
         return;
     l->examined = 1;
     l->crashes = l->symmetric = 0;
-    l->positive = p->n >= CRASH_FROM && diagonal_is_positive(p->M);
+    l->positive = p->n >= CRASH_FROM && perp__diagonal_is_positive(p->M);
     if (!l->positive)
         return;
     l->symmetric = perp__is_symmetric(p);
