@@ -97,18 +97,21 @@ static inline perp__cursor perp__first(const perp__matrix *M)
 
 static inline int32_t perp__advance(perp__cursor *c)
 {
-    do {
-        while (c->next == c->line.count) {
-            if (++c->at == c->M->columns)
-                return 0;
-            c->line = perp__line_of(c->M, c->at);
-            c->next = 0;
-        }
-        c->value = c->line.values[c->next];
-        c->i = c->line.indices ? c->line.indices[c->next] : c->next;
-        c->next++;
-    } while (c->value == 0.0);
+    int32_t k = c->next;
+
+    for (;; k = 0) {
+        while (k < c->line.count && c->line.values[k] == 0.0)
+            k++;
+        if (k < c->line.count)
+            break;
+        if (++c->at == c->M->columns)
+            return 0;
+        c->line = perp__line_of(c->M, c->at);
+    }
+    c->value = c->line.values[k];
+    c->i = c->line.indices ? c->line.indices[k] : k;
     c->j = c->at;
+    c->next = k + 1;
     if (perp__lines_are_rows(c->M)) {
         c->j = c->i;
         c->i = c->at;

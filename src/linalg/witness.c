@@ -101,25 +101,54 @@ static int32_t is_surely_small(const perp__witness *t, const perp__witness_point
     return 1;
 }
 
-/* |M_ij| in these units */
+/* |M_ij| in these units, which are clamped so that the power is a normal number. */
 static double entry(const int32_t *units, const perp__cursor *c)
 {
-    return perp__shift(fabs(c->value), units[c->i] + units[c->j]);
+    return fabs(c->value) * perp__power_of_two(units[c->i] + units[c->j]);
 }
 
-static void join_couplings(const perp__witness_point *p, perp__witness_units *u, double least)
+/* Joins the line's parts by its couplings of at least `least`; no further than `enough` parts in
+ * all. Returns how many parts there are then. */
+static int32_t join_line(const perp__matrix *M, perp__witness_units *u, double least, int32_t at,
+                         int32_t parts, int32_t enough)
 {
-    perp__cursor c = perp__first(p->M);
+    const perp__line l = perp__line_of(M, at);
+    const int32_t by_rows = perp__lines_are_rows(M);
+    int32_t root = perp__root_of(u->cut, by_rows ? at : M->rows + at);
 
-    while (perp__advance(&c))
-        if (entry(u->exponents, &c) >= least)
-            perp__join(u->cut, c.i, p->M->rows + c.j);
+    for (int32_t k = 0; k < l.count && parts > enough; k++) {
+        const int32_t other = l.indices ? l.indices[k] : k;
+        const double power = perp__power_of_two(u->exponents[at] + u->exponents[other]);
+        int32_t found;
+
+        if (l.values[k] == 0.0 || !(fabs(l.values[k]) * power >= least))
+            continue;
+        found = perp__root_of(u->cut, by_rows ? M->rows + other : other);
+        parts -= found != root;
+        root = perp__link(u->cut, root, found);
+    }
+    return parts;
 }
 
-static void start_apart(perp__witness_units *u, int32_t n)
+/* The parts that are left when couplings below `least` are cut; rows with `tied` hang together with
+ * their columns. Where all are one but for lines that come later, a line has no more to join. */
+static void join_couplings(const perp__matrix *M, perp__witness_units *u, double least,
+                           const int32_t *tied)
 {
+    const int32_t n = M->rows;
+    int32_t parts = 2 * n, alone = 0; /* alone: lines ahead that nothing holds yet */
+
     for (int32_t i = 0; i < 2 * n; i++)
         u->cut[i] = i;
+    for (int32_t i = 0; i < n; i++) {
+        alone += !tied[i];
+        parts -= tied[i] && perp__join(u->cut, i, n + i);
+    }
+    for (int32_t at = 0; at < n && parts > 1; at++) {
+        alone -= !tied[at];
+        parts = join_line(M, u, least, at, parts, 1 + alone);
+    }
+    perp__number_parts(u->cut, 2 * n);
 }
 
 /* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M,
@@ -129,27 +158,22 @@ static void find_cut(const perp__witness_point *p, perp__witness_units *u, doubl
 {
     const int32_t n = p->M->rows;
 
-    start_apart(u, n);
-    join_couplings(p, u, NOISE);
-    perp__number_parts(u->cut, 2 * n);
+    memset(tied, 0, (size_t)n * sizeof *tied);
+    join_couplings(p->M, u, NOISE, tied);
     for (int32_t i = 0; i < n; i++)
         tied[i] = u->cut[i] == u->cut[n + i];
-    start_apart(u, n);
-    for (int32_t i = 0; i < n; i++)
-        if (tied[i])
-            perp__join(u->cut, i, n + i);
-    join_couplings(p, u, least);
-    perp__number_parts(u->cut, 2 * n);
+    join_couplings(p->M, u, least, tied);
 }
 
 static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
 {
+    const size_t bytes = (size_t)p->M->rows * sizeof *p->exponents;
     int32_t *work = t->omegas, k;
 
-    memcpy(t->units[0].exponents, p->exponents, (size_t)p->M->rows * sizeof *p->exponents);
+    memcpy(t->units[0].exponents, p->exponents, bytes);
     t->count = 1;
-    if (p->scaling)
-        t->count += perp__equilibrate_negative(p->M, t->units[1].exponents, work);
+    if (p->scaling && perp__equilibrate_negative(p->M, t->units[1].exponents, work))
+        t->count += memcmp(t->units[1].exponents, p->exponents, bytes) != 0;
     for (k = 0; k < t->count; k++) {
         perp__balance(p->M, t->units[k].exponents, work);
         find_cut(p, &t->units[k], sqrt(p->tol), work);
