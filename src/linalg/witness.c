@@ -117,15 +117,16 @@ static int32_t join_line(const perp__matrix *M, perp__witness_units *u, double l
     int32_t root = perp__root_of(u->cut, by_rows ? at : M->rows + at);
 
     for (int32_t k = 0; k < l.count && parts > enough; k++) {
-        const int32_t other = l.indices ? l.indices[k] : k;
+        const int32_t other = l.indices ? l.indices[k] : k,
+                      node = by_rows ? M->rows + other : other;
         const double power = perp__power_of_two(u->exponents[at] + u->exponents[other]);
-        int32_t found;
 
-        if (l.values[k] == 0.0 || !(fabs(l.values[k]) * power >= least))
-            continue;
-        found = perp__root_of(u->cut, by_rows ? M->rows + other : other);
-        parts -= found != root;
-        root = perp__link(u->cut, root, found);
+        if (u->cut[node] != root && l.values[k] != 0.0 && fabs(l.values[k]) * power >= least) {
+            const int32_t found = perp__root_of(u->cut, node);
+
+            parts -= found != root;
+            root = perp__link(u->cut, root, found);
+        }
     }
     return parts;
 }
@@ -151,17 +152,32 @@ static void join_couplings(const perp__matrix *M, perp__witness_units *u, double
     perp__number_parts(u->cut, 2 * n);
 }
 
+/* Marks the rows that hang together with their columns. Returns whether all do. */
+static int32_t find_tied(const perp__witness_units *u, int32_t n, int32_t *tied)
+{
+    int32_t all = 1;
+
+    for (int32_t i = 0; i < n; i++) {
+        tied[i] = u->cut[i] == u->cut[n + i];
+        all &= tied[i];
+    }
+    return all;
+}
+
 /* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M,
  * but for noise, falls into parts between them: then there is no common size. tied: n, work. */
 static void find_cut(const perp__witness_point *p, perp__witness_units *u, double least,
                      int32_t *tied)
 {
-    const int32_t n = p->M->rows;
+    const size_t bytes = (size_t)p->M->rows * sizeof *tied;
 
-    memset(tied, 0, (size_t)n * sizeof *tied);
+    memset(tied, 0, bytes);
+    join_couplings(p->M, u, least, tied);
+    if (find_tied(u, p->M->rows, tied)) /* so much the more by smaller couplings */
+        return;
+    memset(tied, 0, bytes);
     join_couplings(p->M, u, NOISE, tied);
-    for (int32_t i = 0; i < n; i++)
-        tied[i] = u->cut[i] == u->cut[n + i];
+    find_tied(u, p->M->rows, tied);
     join_couplings(p->M, u, least, tied);
 }
 
