@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "contact/contact.h"
 
 static void layout(perp__arena *arena, void *object)
 {
@@ -48,14 +49,13 @@ perp_status perp__assembly_create(perp_mechanism *m, perp__assembly *a, int32_t 
     perp_contact_settings_init(&a->settings, sizeof a->settings);
     a->settings.tol = tol;
     a->settings.cone = cone;
-    status = perp_contact_solver_create(m->inner, &a->solver, &a->settings);
-    return status == PERP_OK ? status : perp__mechanism_fail_inner(m, status, "a contact solver");
+    status = perp__contact_create(m->context, &a->solver, &a->settings);
+    return status == PERP_OK ? status : perp__mechanism_fail_in(m, status, "a contact solver");
 }
 
 void perp__assembly_release(perp__assembly *a)
 {
-    perp_contact_solver_destroy(a->solver);
-    a->solver = NULL;
+    perp__contact_destroy(a->solver);
     perp__arena_release(&a->arena);
 }
 
@@ -65,6 +65,8 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     perp_contact_laws laws;
     perp_contact_dynamics dynamics;
     perp_contact_result result;
+    const perp__contact_call call = {a->v,    a->r, a->u, a->modes, a->ray, &result,
+                                     a->f,    a->w, a->b, NULL,     NULL,   a->holds_itself};
     perp_matrix M, H, G;
     perp_status status = PERP_OK;
 
@@ -87,15 +89,14 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     dynamics.G = bilateral > 0 ? &G : NULL;
     if (m->deadline > 0.0 || a->settings.time_limit > 0.0) {
         a->settings.time_limit = perp__mechanism_time_left(m);
-        status = perp_contact_solver_set(a->solver, &a->settings);
+        status = perp__contact_configure(a->solver, &a->settings);
     }
     if (status == PERP_OK)
-        status = perp_contact_solver_setup_dynamics(a->solver, &laws, &dynamics);
+        status = perp__contact_setup(a->solver, &laws, &dynamics, NULL);
     if (status == PERP_OK)
-        status = perp_contact_solver_solve_dynamics(a->solver, a->v, a->r, a->u, a->modes, a->ray,
-                                                    &result, a->f, a->w, a->b, NULL);
+        status = perp__contact_solve(a->solver, &call);
     if (status != PERP_OK)
-        return perp__mechanism_fail_inner(m, status, "the contact problem of the step");
+        return perp__mechanism_fail_in(m, status, "the contact problem of the step");
     answer->outcome = result.outcome;
     answer->method = result.method;
     answer->certificate = result.certificate;

@@ -99,13 +99,12 @@ static void layout(perp__arena *arena, void *object)
     m->indices = perp__arena_take(arena, 2 * rows + n, sizeof(int32_t));
 }
 
-perp_status perp__mechanism_fail_inner(perp_mechanism *m, perp_status status, const char *what)
+perp_status perp__mechanism_fail_in(perp_mechanism *m, perp_status status, const char *what)
 {
-    const char *message = perp_context_message(m->inner);
+    char message[PERP__MESSAGE_SIZE];
 
-    if (status == PERP_ERROR_MEMORY)
-        return perp__fail_memory(m->context, what);
-    return perp__fail(m->context, status, "%s: %s", what, message ? message : "");
+    memcpy(message, m->context->message, sizeof message);
+    return perp__fail(m->context, status, "%s: %s", what, message);
 }
 
 static void release_assemblies(perp_mechanism *m)
@@ -123,6 +122,7 @@ static perp_status create_assemblies(perp_mechanism *m, const perp_mechanism_set
 
     memset(assembly, 0, sizeof *assembly);
     memset(projection, 0, sizeof *projection);
+    assembly->holds_itself = 1;
     status = perp__assembly_create(m, assembly, poisson, settings->tol, settings->cone);
     if (status == PERP_OK)
         status = perp__assembly_create(m, projection, 0, 1e-10, 0);
@@ -142,7 +142,6 @@ static void release(void *object)
     perp__implicit_release(m, m->scheme_work);
     perp__theta_release(m);
     perp__adaptive_release(m);
-    perp_context_destroy(m->inner);
     perp__arena_release(&m->arena);
 }
 
@@ -153,7 +152,6 @@ static perp_status make(perp_context *context, perp_mechanism **made,
                         const perp_mechanism_settings *settings, const perp_mechanism_model *model)
 {
     perp_mechanism *m = perp__handle_create(context, &kind);
-    perp_context_settings inner;
     perp_status status;
 
     if (!m)
@@ -164,12 +162,6 @@ static perp_status make(perp_context *context, perp_mechanism **made,
     perp__arena_init(&m->projection.arena, context);
     perp__mechanism_sizes(m, model);
     status = perp__arena_fit(&m->arena, layout, m);
-    perp_context_settings_init(&inner, sizeof inner);
-    inner.allocate = context->allocate;
-    inner.release = context->release;
-    inner.allocator_user = context->allocator_user;
-    if (status == PERP_OK && perp_context_create(&m->inner, &inner) != PERP_OK)
-        status = perp__fail_memory(context, "a mechanism");
     if (status == PERP_OK) {
         perp__mechanism_take(m, model);
         status = create_assemblies(m, settings, &m->assembly, &m->projection);

@@ -71,6 +71,7 @@ typedef struct perp__assembly {
     int32_t columns, contacts, rows; /* of the problem at hand */
     int32_t next_column;             /* first that is not given away */
     int32_t most_contacts, most_rows, most_columns;
+    int32_t holds_itself; /* hold.c finds the velocities: the solver need not */
     double *M, *H, *G, *f, *w, *b, *mu;
     double *v, *r, *u, *ray;
     int32_t *dims, *modes;
@@ -91,7 +92,6 @@ typedef struct perp__adaptive perp__adaptive;
 
 struct perp_mechanism {
     PERP__HANDLE;
-    perp_context *inner; /* of the solvers that work for the mechanism */
     perp__arena arena;
     perp_mechanism_settings settings;
     double deadline;            /* of the call, for perp__now(); 0: none */
@@ -230,7 +230,7 @@ int32_t perp__mechanism_is_late(const perp_mechanism *m);
 double perp__mechanism_time_left(const perp_mechanism *m);
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v);
-/* Fails with the message of the inner context. */
-perp_status perp__mechanism_fail_inner(perp_mechanism *m, perp_status status, const char *what);
+/* Says in front of a solver's message what it was solving; returns `status`. */
+perp_status perp__mechanism_fail_in(perp_mechanism *m, perp_status status, const char *what);
 
 #endif

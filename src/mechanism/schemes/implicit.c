@@ -12,6 +12,7 @@
 
 #include "base/context.h"
 #include "mechanism/schemes/frozen.h"
+#include "ncp/ncp.h"
 
 #define COARSEST 1e-6 /* tolerance, however short the step is */
 #define MOST_STEPS 50 /* of Newton, of each method: an answer is near, or there is none */
@@ -57,8 +58,8 @@ static perp_status set_up(perp_mechanism *m, perp__implicit *s)
     problem.upper = s->upper;
     problem.user = m;
     if (status == PERP_OK)
-        status = perp_ncp_solver_setup(s->solver, &problem);
-    return status == PERP_OK ? status : perp__mechanism_fail_inner(m, status, "the implicit step");
+        status = perp__ncp_setup(s->solver, &problem);
+    return status == PERP_OK ? status : perp__mechanism_fail_in(m, status, "the implicit step");
 }
 
 /* The solver, with room for the largest problem. */
@@ -74,9 +75,9 @@ static perp_status create_solver(perp_mechanism *m, perp__implicit *s)
         s->upper[i] = INFINITY;
     }
     if (status == PERP_OK)
-        status = perp_ncp_solver_create(m->inner, &s->solver, &s->settings);
+        status = perp__ncp_create(m->context, &s->solver, &s->settings);
     if (status != PERP_OK)
-        return perp__mechanism_fail_inner(m, status, "the implicit step");
+        return perp__mechanism_fail_in(m, status, "the implicit step");
     s->size = s->most;
     return set_up(m, s);
 }
@@ -117,7 +118,7 @@ void perp__implicit_release(perp_mechanism *m, void *made)
 
     if (!s)
         return;
-    perp_ncp_solver_destroy(s->solver);
+    perp__ncp_destroy(s->solver);
     perp__arena_release(&s->arena);
     perp__release(m->context, s);
 }
@@ -147,9 +148,9 @@ static perp_status ask_again(const perp_mechanism *m, perp__implicit *s, perp_nc
         return PERP_OK;
     s->settings.tol = COARSEST;
     memcpy(s->start, s->z, (size_t)s->size * sizeof *s->z);
-    status = perp_ncp_solver_set(s->solver, &s->settings);
+    status = perp__ncp_set(s->solver, &s->settings);
     if (status == PERP_OK)
-        status = perp_ncp_solver_solve(s->solver, s->z, s->w, result, s->start);
+        status = perp__ncp_solve(s->solver, s->z, s->w, result, s->start);
     result->iterations += iterations;
     return status;
 }
@@ -169,17 +170,19 @@ static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_st
     s->settings.tol = fmin(fmax(m->settings.tol, s->noise), fmax(m->settings.tol, COARSEST));
     s->settings.time_limit = perp__mechanism_time_left(m);
     if (status == PERP_OK)
-        status = perp_ncp_solver_set(s->solver, &s->settings);
+        status = perp__ncp_set(s->solver, &s->settings);
     if (status == PERP_OK)
         status = set_up(m, s);
     if (status == PERP_OK)
-        status = perp_ncp_solver_solve(s->solver, s->z, s->w, &result, s->start);
+        status = perp__ncp_solve(s->solver, s->z, s->w, &result, s->start);
     if (status == PERP_OK)
         status = ask_again(m, s, &result);
-    if (s->failed != PERP_OK)
-        return s->failed; /* with its message */
+    if (s->failed != PERP_OK) { /* what the callback said, not what came of it */
+        memcpy(m->context->message, s->message, sizeof s->message);
+        return s->failed;
+    }
     if (status != PERP_OK)
-        return perp__mechanism_fail_inner(m, status, "the implicit step");
+        return perp__mechanism_fail_in(m, status, "the implicit step");
     step->iterations += result.iterations;
     if (!perp__is_good(result.outcome))
         return PERP_OK;

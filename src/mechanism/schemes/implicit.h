@@ -56,7 +56,8 @@ typedef struct perp__implicit {
     double residual;
     double t, h; /* of the step, and where it starts */
     const double *q0, *v0;
-    perp_status failed; /* of a callback that asked to abort */
+    perp_status failed; /* of a callback that asked to abort, and its message */
+    char message[PERP__MESSAGE_SIZE];
 } perp__implicit;
 
 /* ---- implicit_problem.c ---- */

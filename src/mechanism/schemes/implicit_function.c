@@ -149,6 +149,7 @@ int32_t perp__implicit_reply(perp_mechanism *m, perp__implicit *s, perp_status s
 {
     if (status == PERP_ERROR_CALLBACK) {
         s->failed = status;
+        memcpy(s->message, m->context->message, sizeof s->message);
         return -1;
     }
     if (status < 0)
