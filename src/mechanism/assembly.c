@@ -56,6 +56,7 @@ perp_status perp__assembly_create(perp_mechanism *m, perp__assembly *a, int32_t 
 void perp__assembly_release(perp__assembly *a)
 {
     perp__contact_destroy(a->solver);
+    a->solver = NULL;
     perp__arena_release(&a->arena);
 }
 
