@@ -159,3 +159,53 @@ void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
                 add(y + s.first, -share, q + s.first, s.count);
         }
 }
+
+double perp__length(const double *x, int32_t n)
+{
+    double length = 0.0;
+    int32_t i;
+
+    for (i = 0; i < n; i++)
+        if (x[i] != 0.0)
+            length = length == 0.0 ? fabs(x[i]) : hypot(length, x[i]);
+    return length;
+}
+
+/* ---- rows that hold ------------------------------------------------------------------------- */
+
+void perp__held_rows_layout(perp__held_rows *held, perp__arena *arena, int32_t most, int32_t n)
+{
+    const size_t rows = (size_t)most, columns = (size_t)n;
+
+    held->n = n;
+    held->rows = perp__arena_take(arena, rows * columns, sizeof(double));
+    held->targets = perp__arena_take(arena, rows, sizeof(double));
+    held->norms = perp__arena_take(arena, rows, sizeof(double));
+    held->taken = perp__arena_take(arena, rows, sizeof(int32_t));
+    held->basis = perp__arena_take(arena, columns * columns, sizeof(double));
+    held->particular = perp__arena_take(arena, columns, sizeof(double));
+}
+
+double *perp__held_rows_next(const perp__held_rows *held)
+{
+    return held->rows + (size_t)held->count * (size_t)held->n;
+}
+
+void perp__held_rows_take(perp__held_rows *held, double target)
+{
+    double *row = perp__held_rows_next(held);
+    const double length = perp__length(row, held->n);
+    int32_t i;
+
+    if (length == 0.0)
+        return;
+    for (i = 0; i < held->n; i++)
+        row[i] /= length;
+    held->targets[held->count++] = target / length;
+}
+
+void perp__held_rows_solve(perp__held_rows *held)
+{
+    held->rank = perp__orthogonal_rows(held->rows, held->targets, held->taken, held->norms,
+                                       held->basis, held->particular, held->count, held->n);
+}

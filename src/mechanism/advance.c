@@ -1,10 +1,11 @@
 /* One step, the front door: arguments, scheme, and the state that stays where there is no step. */
+#include "mechanism/mechanism.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "base/clock.h"
 #include "base/context.h"
-#include "mechanism/schemes/frozen.h"
 
 static const char *const scheme_texts[] = {"frozen", "implicit", "theta"};
 static const char *const law_texts[] = {"moreau", "newton", "poisson"};
@@ -42,19 +43,18 @@ perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const doubl
 }
 
 /* The state before the step, and no impulses. */
-static void stay(const perp_mechanism *m, perp__mechanism_state *to, perp_mechanism_step *step,
+static void stay(const perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
                  const double *q0, const double *v0)
 {
     step->closed = step->sticking = step->impacts = 0;
     memcpy(to->q, q0, (size_t)m->coordinates * sizeof *to->q);
     memcpy(to->v, v0, (size_t)m->n * sizeof *to->v);
-    memset(to->impulse, 0, (size_t)m->rows * sizeof *to->impulse);
-    memset(to->velocity, 0, (size_t)m->rows * sizeof *to->velocity);
+    memset(to->u, 0, 2 * (size_t)m->rows * sizeof *to->u); /* and r; a ray stays */
     memset(to->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *to->modes);
 }
 
-perp_status perp__advance(perp_mechanism *m, perp__mechanism_state *to, perp_mechanism_step *step,
-                          double t, double h, const double *q0, const double *v0)
+perp_status perp__advance(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t,
+                          double h, const double *q0, const double *v0)
 {
     const double began = perp__now();
     const int64_t before = m->evaluations;
@@ -93,7 +93,7 @@ static perp_status advance(perp_mechanism *m, double *q, double *v, double *impu
                            double *velocity, int32_t *modes, double *ray, perp_mechanism_step *step,
                            double t, double h, const double *q0, const double *v0)
 {
-    perp__mechanism_state *to = &m->next;
+    perp__motion *to = &m->next;
     perp_mechanism_step own;
     perp_status status = perp__check_pointer(m->context, "q", q);
 
@@ -112,8 +112,8 @@ static perp_status advance(perp_mechanism *m, double *q, double *v, double *impu
         return status;
     copy_out(q, to->q, m->coordinates);
     copy_out(v, to->v, m->n);
-    copy_out(impulse, to->impulse, m->rows);
-    copy_out(velocity, to->velocity, m->rows);
+    copy_out(impulse, to->r, m->rows);
+    copy_out(velocity, to->u, m->rows);
     if (modes)
         memcpy(modes, to->modes, (size_t)(m->contacts + m->dry) * sizeof *modes);
     if (own.has_ray)

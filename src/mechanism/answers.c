@@ -12,7 +12,6 @@
 
 #include "base/context.h"
 #include "mechanism/accelerations/accelerations.h"
-#include "mechanism/schemes/frozen.h"
 
 static void add_element(perp__acceleration *a, int32_t source, int32_t first, int32_t rows)
 {
@@ -61,20 +60,13 @@ static int32_t add_elements(perp__acceleration *a)
 static void set_bias(perp__acceleration *a, double h, const double *v0)
 {
     const perp_mechanism *m = a->m;
-    const size_t n = (size_t)m->n;
-    int32_t i, contact = 0;
-    size_t k;
+    int32_t i;
 
     for (i = 0; i < m->rows; i++) {
-        double shift, size = fabs(m->begin.drift[i]);
+        const double shift = m->normal_of[i] < 0 ? 0.0 : m->shift[m->normal_of[i]];
 
-        while (contact < m->contacts && i >= m->starts[contact + 1])
-            contact++;
-        shift = contact < m->contacts && i == m->starts[contact] ? m->shift[contact] : 0.0;
-        for (k = 0; k < n; k++)
-            size += fabs(m->begin.J[(size_t)i * n + k] * v0[k]);
         a->bias[i] = (m->start_velocity[i] + shift) / h;
-        a->size[i] = (size + shift) / h;
+        a->size[i] = (perp__row_size(m, &m->begin, i, v0) + shift) / h;
     }
 }
 
@@ -141,7 +133,7 @@ static void take(perp_mechanism *m, const perp__acceleration *a, const perp__ans
                  const perp__velocity_problem *problem, double h)
 {
     const perp__evidence evidence = {found->residual, found->residual, INFINITY, 1};
-    perp__velocity_answer *answer = &m->answer;
+    perp__motion *answer = &m->answer;
     int32_t i;
 
     perp__acceleration_mark_rows(a, found, answer->holds);
@@ -202,7 +194,7 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, d
     status = find(m, &own, h, v0);
     if (status != PERP_OK)
         return status;
-    ((perp__acceleration *)m->accelerations)->asked = 1;
+    m->accelerations->asked = 1;
     perp__struct_write(summary, &own, sizeof own);
     return PERP_OK;
 }

@@ -5,7 +5,7 @@
  * bound; the friction of that contact, with coefficient 1, is what was asked for. The same holds
  * for the share of a contact's friction that a known impulse (pressure) carries: |r_t| <= mu (r_n +
  * p) is the sum of two discs in the same plane. */
-#include "mechanism/assembly.h"
+#include "mechanism/mechanism.h"
 
 #include <math.h>
 #include <string.h>
@@ -34,40 +34,40 @@ static void layout(perp__arena *arena, void *object)
     a->source = perp__arena_take(arena, contacts, sizeof(int32_t));
 }
 
-perp_status perp__assembly_create(perp_mechanism *m, perp__assembly *a, int32_t pressures,
-                                  double tol, int32_t cone)
+perp_status perp__assembly_fit(perp_mechanism *m, perp__assembly *a, int32_t pressures, double tol,
+                               int32_t cone)
 {
+    perp__assembly next = *a;
     perp_status status;
 
-    a->most_contacts = m->contacts + m->dry + (pressures ? m->contacts : 0);
-    a->most_columns = m->n + m->dry + (pressures ? m->contacts : 0);
-    a->most_rows = m->rows + m->dry + (pressures ? m->contact_rows : 0) + 1;
-    perp__arena_init(&a->arena, m->context);
-    status = perp__arena_fit(&a->arena, layout, a);
+    next.most_contacts = m->contacts + m->dry + (pressures ? m->contacts : 0);
+    next.most_columns = m->n + m->dry + (pressures ? m->contacts : 0);
+    next.most_rows = m->rows + m->dry + (pressures ? m->contact_rows : 0) + 1;
+    status = perp__arena_fit(&next.arena, layout, &next);
     if (status != PERP_OK)
-        return perp__fail_memory(m->context, "a mechanism's contact problems");
+        return status;
+    *a = next;
     perp_contact_settings_init(&a->settings, sizeof a->settings);
     a->settings.tol = tol;
     a->settings.cone = cone;
-    status = perp__contact_create(m->context, &a->solver, &a->settings);
-    return status == PERP_OK ? status : perp__mechanism_fail_in(m, status, "a contact solver");
+    return a->solver ? perp__contact_configure(a->solver, &a->settings)
+                     : perp__contact_create(m->context, &a->solver, &a->settings);
 }
 
 void perp__assembly_release(perp__assembly *a)
 {
     perp__contact_destroy(a->solver);
-    a->solver = NULL;
     perp__arena_release(&a->arena);
 }
 
 perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t bilateral,
-                                 perp__velocity_answer *answer)
+                                 perp__motion *answer)
 {
     perp_contact_laws laws;
     perp_contact_dynamics dynamics;
     perp_contact_result result;
-    const perp__contact_call call = {a->v,    a->r, a->u, a->modes, a->ray, &result,
-                                     a->f,    a->w, a->b, NULL,     NULL,   a->holds_itself};
+    const perp__contact_call call = {a->v, a->r, a->u, a->modes, a->ray, &result,
+                                     a->f, a->w, a->b, NULL,     NULL,   a->holds_itself};
     perp_matrix M, H, G;
     perp_status status = PERP_OK;
 
@@ -229,7 +229,7 @@ static void slide(const double *u, double bound, double *r, int32_t rows)
 }
 
 /* Contact c of the assembly, whose rows start at `row`. */
-static void take_contact(perp_mechanism *m, perp__assembly *a, perp__velocity_answer *answer,
+static void take_contact(perp_mechanism *m, perp__assembly *a, perp__motion *answer,
                          const perp__velocity_problem *problem, int32_t c, int32_t row)
 {
     const int32_t source = a->source[c], mode = a->modes[c];
@@ -258,7 +258,7 @@ static void take_contact(perp_mechanism *m, perp__assembly *a, perp__velocity_an
         answer->modes[j] = PERP_CONTACT_STICK;
 }
 
-static void take_solution(perp_mechanism *m, perp__assembly *a, perp__velocity_answer *answer,
+static void take_solution(perp_mechanism *m, perp__assembly *a, perp__motion *answer,
                           const perp__velocity_problem *problem)
 {
     int32_t row = 0, c, i;
@@ -287,22 +287,15 @@ static perp_status check_momentum(perp_mechanism *m, const double *momentum)
     return PERP_OK;
 }
 
-perp_status perp__solve_velocities(perp_mechanism *m, perp__velocity_answer *answer,
+perp_status perp__solve_velocities(perp_mechanism *m, perp__motion *answer,
                                    const perp__velocity_problem *problem)
 {
     perp__assembly *a = &m->assembly;
     perp_status status = check_momentum(m, problem->momentum);
-    int32_t j;
 
     if (status != PERP_OK)
         return status;
-    memset(answer->r, 0, (size_t)m->rows * sizeof *answer->r);
-    memset(answer->ray, 0, (size_t)m->rows * sizeof *answer->ray);
-    memset(answer->holds, 0, (size_t)m->rows * sizeof *answer->holds);
-    memset(answer->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
-    answer->certificate = answer->has_ray = 0;
-    for (j = 0; j < m->dry; j++)
-        answer->modes[m->contacts + j] = PERP_CONTACT_SLIP; /* without a bound it slides */
+    perp__clear_motion(m, answer);
     assemble(m, a, problem);
     if (a->contacts == 0 && m->bilateral == 0) {
         memcpy(answer->v, problem->momentum, (size_t)m->n * sizeof *answer->v);

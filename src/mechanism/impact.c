@@ -25,9 +25,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "mechanism/schemes/frozen.h"
-
-static int32_t is_hit(perp_mechanism *m, const perp__velocity_answer *answer, int32_t j)
+static int32_t is_hit(perp_mechanism *m, const perp__motion *answer, int32_t j)
 {
     const int32_t row = m->starts[j];
     const double before = m->start_velocity[row];
@@ -38,7 +36,7 @@ static int32_t is_hit(perp_mechanism *m, const perp__velocity_answer *answer, in
            (m->settings.law == PERP_MECHANISM_POISSON && perp__is_jammed(m, answer, j));
 }
 
-int32_t perp__count_impacts(perp_mechanism *m, const perp__velocity_answer *answer)
+int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer)
 {
     int32_t count = 0, j;
 
@@ -50,7 +48,7 @@ int32_t perp__count_impacts(perp_mechanism *m, const perp__velocity_answer *answ
 /* share: how much of e counts; 0 in Poisson's compression. */
 static void shift_contacts(perp_mechanism *m, const perp__velocity_problem *problem, double share)
 {
-    const perp__velocity_answer *first = &m->answer;
+    const perp__motion *first = &m->answer;
     int32_t j;
 
     for (j = 0; j < m->contacts; j++) {
@@ -86,35 +84,24 @@ static perp_status solve_second(perp_mechanism *m, const perp__velocity_problem 
     if (status != PERP_OK)
         return status;
     add_iterations(m);
-    if (perp__is_good(m->second.outcome)) {
-        memcpy(m->answer.v, m->second.v, (size_t)m->n * sizeof *m->answer.v);
-        memcpy(m->answer.u, m->second.u, (size_t)m->rows * sizeof *m->answer.u);
-        memcpy(m->answer.r, m->second.r, (size_t)m->rows * sizeof *m->answer.r);
-        memcpy(m->answer.holds, m->second.holds, (size_t)m->rows);
-        memcpy(m->answer.modes, m->second.modes,
-               (size_t)(m->contacts + m->dry) * sizeof *m->answer.modes);
-    }
+    if (perp__is_good(m->second.outcome))
+        perp__copy_motion(m, &m->answer, &m->second);
     return PERP_OK;
 }
 
 /* Expansion, from the compression in m->answer. */
 static perp_status expand(perp_mechanism *m, const perp__velocity_problem *compression)
 {
-    const size_t n = (size_t)m->n;
     perp__velocity_problem problem = *compression;
     double *compressed = m->free_velocity; /* no longer needed: impulses of the compression */
     perp_status status;
     int32_t j;
-    size_t k;
 
     memcpy(compressed, m->answer.r, (size_t)m->rows * sizeof *compressed);
     perp__multiply_mass(m, problem.terms, m->momentum, m->answer.v);
     for (j = 0; j < m->contacts; j++) {
-        const size_t row = (size_t)m->starts[j];
-
-        m->pressure[j] = m->restitution[j] * m->answer.r[row];
-        for (k = 0; k < n; k++)
-            m->momentum[k] += problem.terms->J[row * n + k] * m->pressure[j];
+        m->pressure[j] = m->restitution[j] * m->answer.r[m->starts[j]];
+        perp__add_row(m, problem.terms, m->starts[j], m->pressure[j], m->momentum);
     }
     memset(m->dry_bound, 0, (size_t)m->dry * sizeof *m->dry_bound); /* used in the compression */
     problem.pressure = m->pressure;

@@ -10,61 +10,33 @@
  * of one contact at a time: contacts that only together cannot go on sliding are not recognised. */
 #include "mechanism/mechanism.h"
 
-#include <math.h>
 #include <string.h>
-
-#include "linalg/orthogonal.h"
-
-/* L^-1 of the bilateral rows, each of length 1, without those that are 0. */
-static int32_t gather_bilateral(const perp_mechanism *m, double *rows)
-{
-    const size_t n = (size_t)m->n;
-    int32_t count = 0, i;
-    size_t k;
-
-    for (i = 0; i < m->bilateral; i++) {
-        double *row = rows + (size_t)count * n;
-        double norm = 0.0;
-
-        memcpy(row, m->begin.J + (size_t)(m->contact_rows + i) * n, n * sizeof *row);
-        perp__solve_lower(m, &m->begin, row);
-        for (k = 0; k < n; k++)
-            norm = hypot(norm, row[k]);
-        for (k = 0; k < n && norm > 0.0; k++)
-            row[k] /= norm;
-        count += norm > 0.0;
-    }
-    return count;
-}
 
 /* p of contact j, which slides with `speed`. */
 static double sliding_inertia(perp_mechanism *m, int32_t j, double speed)
 {
-    const size_t n = (size_t)m->n, rows = (size_t)m->rows;
-    const double *u = m->start_velocity, *normal = m->begin.J + (size_t)m->starts[j] * n;
-    double *basis = m->work + rows * n + 2 * rows, *force = basis + n * n, *pressed = force + n;
-    double *particular = pressed + n, p = 0.0;
-    const int32_t count = gather_bilateral(m, m->work);
-    int32_t i, rank;
+    const size_t n = (size_t)m->n;
+    double *force = m->work, *pressed = force + n, p = 0.0;
+    int32_t i;
     size_t k;
 
-    memset(m->work + rows * n, 0, 2 * rows * sizeof *m->work);
-    rank = perp__orthogonal_rows(m->work, m->work + rows * n, m->indices, m->work + rows * n + rows,
-                                 basis, particular, count, m->n);
-    memcpy(pressed, normal, n * sizeof *pressed);
-    memcpy(force, normal, n * sizeof *force);
+    m->held.count = 0;
+    for (i = 0; i < m->bilateral; i++)
+        perp__hold_row(m, &m->begin, m->contact_rows + i, 0.0);
+    perp__held_rows_solve(&m->held);
+    memcpy(pressed, m->begin.J + (size_t)m->starts[j] * n, n * sizeof *pressed);
+    memcpy(force, pressed, n * sizeof *force);
     for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
-        for (k = 0; k < n; k++)
-            force[k] -= m->friction[j] * u[i] / speed * m->begin.J[(size_t)i * n + k];
+        perp__add_row(m, &m->begin, i, -m->friction[j] * m->start_velocity[i] / speed, force);
     perp__solve_lower(m, &m->begin, pressed);
     perp__solve_lower(m, &m->begin, force);
-    perp__project_out(basis, rank, m->n, force);
+    perp__project_out(m->held.basis, m->held.rank, m->n, force);
     for (k = 0; k < n; k++)
         p += pressed[k] * force[k];
     return p;
 }
 
-int32_t perp__is_jammed(perp_mechanism *m, const perp__velocity_answer *answer, int32_t j)
+int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j)
 {
     const double speed = m->start_speed[j];
     double along = 0.0;

@@ -9,7 +9,7 @@
 #define LEVERS 16.0
 
 /* sum := M v - momentum - J'r; size: of its terms. */
-static void balance(const perp_mechanism *m, const perp__velocity_answer *answer,
+static void balance(const perp_mechanism *m, const perp__motion *answer,
                     const perp__velocity_problem *problem, double *sum, double *size)
 {
     const size_t n = (size_t)m->n;
@@ -37,7 +37,7 @@ static void balance(const perp_mechanism *m, const perp__velocity_answer *answer
     }
 }
 
-void perp__judge_motion(perp_mechanism *m, perp__velocity_answer *answer,
+void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
                         const perp__velocity_problem *problem)
 {
     const size_t n = (size_t)m->n;
@@ -58,7 +58,7 @@ void perp__judge_motion(perp_mechanism *m, perp__velocity_answer *answer,
     answer->outcome = perp__worse_outcome(answer->outcome, perp__gate(&evidence, tol, -1));
 }
 
-perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__mechanism_state *state)
+perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *state)
 {
     const struct {
         const char *name;
@@ -66,8 +66,8 @@ perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__mechanism_s
         int32_t count;
     } parts[] = {{"q", state->q, m->coordinates},
                  {"v", state->v, m->n},
-                 {"impulse", state->impulse, m->rows},
-                 {"velocity", state->velocity, m->rows}};
+                 {"impulse", state->r, m->rows},
+                 {"velocity", state->u, m->rows}};
     size_t k;
     int32_t i;
 

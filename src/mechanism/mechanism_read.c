@@ -1,4 +1,4 @@
-#include "mechanism/mechanism_read.h"
+#include "mechanism/mechanism.h"
 
 #include <math.h>
 #include <string.h>
@@ -224,9 +224,11 @@ void perp__mechanism_take(perp_mechanism *m, const perp_mechanism_model *model)
     copy_or_zero(m->stribeck, model->stribeck, m->contacts);
     copy_or_zero(m->restitution, model->restitution, m->contacts);
     m->starts[0] = 0;
+    memset(m->normal_of, -1, (size_t)m->rows * sizeof *m->normal_of);
     for (j = 0; j < m->contacts; j++) {
         m->dims[j] = model->dims ? model->dims[j] : model->dim;
         m->starts[j + 1] = m->starts[j] + m->dims[j];
+        m->normal_of[m->starts[j]] = j;
     }
     m->model.dims = m->dims;
     m->model.mu = m->mu;

@@ -102,19 +102,16 @@ void perp__acceleration_release(perp__acceleration *a)
         return;
     perp__answers_release(&a->answers);
     perp__cone_release(&a->polyhedron.cone);
-    perp__arena_release(&a->arena);
     perp__arena_release(&a->blocks);
-    perp__release(a->m->context, a);
+    perp__work_release(a);
 }
 
 static perp_status make(perp_mechanism *m)
 {
-    perp__acceleration *a = perp__allocate(m->context, 1, sizeof *a);
+    perp__acceleration *a = perp__work_create(m, sizeof *a, layout);
 
     if (!a)
-        return perp__fail_memory(m->context, "accelerations");
-    memset(a, 0, sizeof *a);
-    a->m = m;
+        return PERP_ERROR_MEMORY;
     a->answers.context = a->polyhedron.cone.context = m->context;
     a->linear.tolerance = PERP__ACCELERATION_TOLERANCE;
     a->linear.user = a;
@@ -127,12 +124,7 @@ static perp_status make(perp_mechanism *m)
     a->answers.user = a;
     a->polyhedron.rounding = a->polyhedron.row_rounding = ROUNDING;
     a->polyhedron.least = PERP__FAMILY_TOLERANCE;
-    perp__arena_init(&a->arena, m->context);
     perp__arena_init(&a->blocks, m->context);
-    if (perp__arena_fit(&a->arena, layout, a) != PERP_OK) {
-        perp__acceleration_release(a);
-        return perp__fail_memory(m->context, "accelerations");
-    }
     memset(a->zeros, 0, (size_t)m->rows * sizeof *a->zeros);
     m->accelerations = a;
     return PERP_OK;

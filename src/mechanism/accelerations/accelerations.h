@@ -40,10 +40,9 @@ typedef struct perp__mode_pattern {
 } perp__mode_pattern;
 
 struct perp__acceleration {
-    perp__arena arena;
+    PERP__WORK;
     perp__arena blocks; /* matrices of the rows that take part */
-    perp_mechanism *m;
-    int32_t asked; /* there are answers, or it is known that there are none */
+    int32_t asked;      /* there are answers, or it is known that there are none */
     int32_t elements, closed, active, bilateral_row;
     perp__element *element;
     int32_t *row_of;     /* active: row of the mechanism */

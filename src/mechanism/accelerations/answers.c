@@ -160,7 +160,7 @@ static void find_acceleration(perp__acceleration *a, perp__answer *answer)
     perp_mechanism *m = a->m;
     perp__terms terms = m->begin;
     perp__velocity_problem problem = {0};
-    perp__velocity_answer held = {0};
+    perp__motion held = {0};
 
     terms.drift = a->bias;
     problem.terms = &terms;

@@ -91,7 +91,7 @@ static void direct(perp__acceleration *a, int32_t index, double sign, const doub
                                       : i == 0; /* without a size it doesn't matter */
 }
 
-static void take_modes(perp__acceleration *a, const perp__velocity_answer *answer)
+static void take_modes(perp__acceleration *a, const perp__motion *answer)
 {
     int32_t i;
 

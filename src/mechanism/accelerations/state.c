@@ -28,13 +28,7 @@ static double gap_tolerance(const perp_mechanism *m, int32_t row, const double *
 
 static double velocity_tolerance(const perp_mechanism *m, int32_t row, const double *v)
 {
-    const double *J = m->begin.J + (size_t)row * (size_t)m->n;
-    double size = fabs(m->begin.drift[row]);
-    int32_t i;
-
-    for (i = 0; i < m->n; i++)
-        size += fabs(J[i] * v[i]);
-    return CLOSED_TOLERANCE * size;
+    return CLOSED_TOLERANCE * perp__row_size(m, &m->begin, row, v);
 }
 
 /* The direction along which `tangents` rows from `row` on slide; 0: they don't. */

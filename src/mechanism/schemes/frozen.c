@@ -10,8 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "mechanism/schemes/frozen.h"
-
 void perp__prepare_step(perp_mechanism *m, double h, const double *q0, const double *v0)
 {
     const perp__terms *terms = &m->begin;
@@ -95,10 +93,10 @@ perp_status perp__solve_frozen(perp_mechanism *m, const perp__velocity_problem *
     return status;
 }
 
-void perp__report_answer(const perp_mechanism *m, perp__mechanism_state *to,
-                         perp_mechanism_step *step)
+/* m->answer into a state (but q) and a report. */
+static void report(const perp_mechanism *m, perp__motion *to, perp_mechanism_step *step)
 {
-    const perp__velocity_answer *answer = &m->answer;
+    const perp__motion *answer = &m->answer;
     int32_t j;
 
     step->outcome = answer->outcome;
@@ -112,16 +110,26 @@ void perp__report_answer(const perp_mechanism *m, perp__mechanism_state *to,
         step->closed += answer->modes[j] != PERP_CONTACT_SEPARATE;
     for (j = 0; j < m->contacts + m->dry; j++)
         step->sticking += answer->modes[j] == PERP_CONTACT_STICK;
-    memcpy(to->v, answer->v, (size_t)m->n * sizeof *to->v);
-    memcpy(to->impulse, answer->r, (size_t)m->rows * sizeof *to->impulse);
-    memcpy(to->velocity, answer->u, (size_t)m->rows * sizeof *to->velocity);
-    memcpy(to->ray, answer->ray, (size_t)m->rows * sizeof *to->ray);
-    memcpy(to->modes, answer->modes, (size_t)(m->contacts + m->dry) * sizeof *to->modes);
+    perp__copy_motion(m, to, answer);
 }
 
-perp_status perp__advance_frozen(perp_mechanism *m, perp__mechanism_state *to,
-                                 perp_mechanism_step *step, double t, double h, const double *q0,
-                                 const double *v0)
+perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                              double t, const perp__velocity_problem *problem)
+{
+    perp_status status = PERP_OK;
+
+    if (perp__outcome_moves(m->answer.outcome))
+        step->impacts = perp__count_impacts(m, &m->answer);
+    if (step->impacts > 0)
+        status = perp__solve_impacts(m, problem);
+    if (status != PERP_OK)
+        return status;
+    report(m, to, step);
+    return perp__outcome_moves(step->outcome) ? perp__project(m, step, to->q, t, to->v) : status;
+}
+
+perp_status perp__advance_frozen(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                                 double t, double h, const double *q0, const double *v0)
 {
     perp__velocity_problem problem;
     perp_status status = perp__evaluate_all(m, &m->begin, t, q0, v0);
@@ -136,15 +144,5 @@ perp_status perp__advance_frozen(perp_mechanism *m, perp__mechanism_state *to,
         status = perp__select_answer(m, step, &problem, h, v0);
     if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
         status = perp__evaluate_move(m, to->q, q0, h, m->answer.v);
-    if (status == PERP_OK && perp__outcome_moves(m->answer.outcome)) {
-        step->impacts = perp__count_impacts(m, &m->answer);
-        if (step->impacts > 0)
-            status = perp__solve_impacts(m, &problem);
-    }
-    if (status != PERP_OK)
-        return status;
-    perp__report_answer(m, to, step);
-    if (perp__outcome_moves(step->outcome))
-        status = perp__project(m, step, to->q, t + h, to->v);
-    return status;
+    return status == PERP_OK ? perp__finish_step(m, to, step, t + h, &problem) : status;
 }

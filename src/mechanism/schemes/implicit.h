@@ -29,8 +29,8 @@ typedef struct perp__implicit_disc {
     double weight;    /* an impulse of friction, for the rows of x */
 } perp__implicit_disc;
 
-typedef struct perp__implicit {
-    perp__arena arena;
+struct perp__implicit {
+    PERP__WORK;
     perp_ncp_solver *solver;
     perp_ncp_settings settings;
     int32_t most, size; /* unknowns: room, of the problem at hand */
@@ -58,11 +58,11 @@ typedef struct perp__implicit {
     const double *q0, *v0;
     perp_status failed; /* of a callback that asked to abort, and its message */
     char message[PERP__MESSAGE_SIZE];
-} perp__implicit;
+};
 
 /* ---- implicit_problem.c ---- */
-/* The most unknowns that the mechanism's problems have with these settings. */
-int32_t perp__implicit_most(const perp_mechanism *m, const perp_mechanism_settings *settings);
+/* The most unknowns that the mechanism's problems have with polygons of so many edges. */
+int32_t perp__implicit_most(const perp_mechanism *m, int32_t edges);
 /* Numbers the unknowns of what m->included says and writes their bounds; m->begin and m->answer
  * are those of the frozen step. */
 void perp__implicit_number(perp_mechanism *m, perp__implicit *s);
@@ -97,9 +97,9 @@ int32_t perp__implicit_jacobian(double *J, const double *z, void *user);
 void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z, const double *w);
 
 /* ---- implicit.c ---- */
-/* m->scheme_work for these settings, in *made; NULL where their scheme is another. */
-perp_status perp__implicit_create(perp_mechanism *m, void **made,
+/* m->implicit for these settings, in *made; NULL where their scheme is another. */
+perp_status perp__implicit_create(perp_mechanism *m, perp__implicit **made,
                                   const perp_mechanism_settings *settings);
-void perp__implicit_release(perp_mechanism *m, void *made);
+void perp__implicit_release(perp__implicit *s);
 
 #endif

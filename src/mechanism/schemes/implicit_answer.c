@@ -8,11 +8,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "mechanism/schemes/frozen.h"
 #include "mechanism/schemes/implicit.h"
 
-static void take_interval(perp__velocity_answer *answer, const perp__implicit_disc *disc,
-                          const double *u, const double *x, double radius, double inverse_mass)
+static void take_interval(perp__motion *answer, const perp__implicit_disc *disc, const double *u,
+                          const double *x, double radius, double inverse_mass)
 {
     const double room = 1.0 - fabs(x[0]);
 
@@ -21,8 +20,8 @@ static void take_interval(perp__velocity_answer *answer, const perp__implicit_di
         radius * (answer->holds[disc->row] || x[0] == 0.0 ? x[0] : copysign(1.0, x[0]));
 }
 
-static void take_disc(perp__velocity_answer *answer, const perp__implicit_disc *disc,
-                      const double *x, double radius, double inverse_mass)
+static void take_disc(perp__motion *answer, const perp__implicit_disc *disc, const double *x,
+                      double radius, double inverse_mass)
 {
     const double length = hypot(x[0], x[1]), room = 1.0 - length;
     const int8_t holds = (int8_t)(room > 0.0 && room * radius * inverse_mass >= x[2]);
@@ -34,8 +33,8 @@ static void take_disc(perp__velocity_answer *answer, const perp__implicit_disc *
     }
 }
 
-static void take_polygon(perp__velocity_answer *answer, const perp__implicit_disc *disc,
-                         const double *r, const double *x, double radius, double inverse_mass)
+static void take_polygon(perp__motion *answer, const perp__implicit_disc *disc, const double *r,
+                         const double *x, double radius, double inverse_mass)
 {
     double room = radius;
     int32_t i;
@@ -68,7 +67,7 @@ static int32_t take_friction(perp_mechanism *m, const perp__implicit *s,
 static void take(perp_mechanism *m, const perp__implicit *s, const perp__implicit_disc *disc,
                  const double *z, const double *w)
 {
-    perp__velocity_answer *answer = &m->answer;
+    perp__motion *answer = &m->answer;
     int32_t sticks = 1;
 
     if (disc->normal >= 0) {
@@ -111,18 +110,13 @@ static void prepare(perp_mechanism *m, perp__implicit *s)
 
 void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z, const double *w)
 {
-    perp__velocity_answer *answer = &m->answer;
+    perp__motion *answer = &m->answer;
     perp__velocity_problem problem;
     int32_t j, k;
 
-    memset(answer->r, 0, (size_t)m->rows * sizeof *answer->r);
-    memset(answer->holds, 0, (size_t)m->rows * sizeof *answer->holds);
-    for (j = 0; j < m->contacts + m->dry; j++)
-        answer->modes[j] = j < m->contacts ? PERP_MECHANISM_SEPARATE : PERP_MECHANISM_SLIP;
-    memset(answer->ray, 0, (size_t)m->rows * sizeof *answer->ray);
+    perp__clear_motion(m, answer);
     answer->outcome = s->outcome;
     answer->residual = s->residual;
-    answer->certificate = answer->has_ray = 0;
     memcpy(answer->v, z, (size_t)m->n * sizeof *z);
     for (k = 0; k < s->discs_count; k++)
         take(m, s, s->discs + k, z, w);

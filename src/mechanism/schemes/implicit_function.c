@@ -160,7 +160,7 @@ int32_t perp__implicit_reply(perp_mechanism *m, perp__implicit *s, perp_status s
 int32_t perp__implicit_function(double *F, const double *z, void *user)
 {
     perp_mechanism *m = user;
-    perp__implicit *s = m->scheme_work;
+    perp__implicit *s = m->implicit;
     const perp_status status = perp__implicit_evaluate(m, s, z);
 
     if (status == PERP_OK)

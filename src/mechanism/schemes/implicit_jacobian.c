@@ -181,7 +181,7 @@ static int32_t has_moved(const perp_mechanism *m, const perp__implicit *s, const
 int32_t perp__implicit_jacobian(double *J, const double *z, void *user)
 {
     perp_mechanism *m = user;
-    perp__implicit *s = m->scheme_work;
+    perp__implicit *s = m->implicit;
     const size_t size = (size_t)s->size;
     perp_status status = perp__implicit_evaluate(m, s, z);
     size_t k;

@@ -19,13 +19,13 @@ static int32_t unknowns_of(int32_t tangents, int32_t edges)
     return tangents < 2 ? tangents : edges == 0 ? 3 : edges + 1;
 }
 
-int32_t perp__implicit_most(const perp_mechanism *m, const perp_mechanism_settings *settings)
+int32_t perp__implicit_most(const perp_mechanism *m, int32_t edges)
 {
     int32_t count = m->n + m->contacts + m->bilateral, j;
 
     for (j = 0; j < m->contacts; j++)
-        count += unknowns_of(m->dims[j] - 1, settings->cone);
-    return count + m->dry * unknowns_of(m->model.dry_dim, settings->cone);
+        count += unknowns_of(m->dims[j] - 1, edges);
+    return count + m->dry * unknowns_of(m->model.dry_dim, edges);
 }
 
 /* The velocity v in the metric of M. */
@@ -202,7 +202,7 @@ static void start_friction(const perp__implicit_disc *disc, double *z, double ra
 
 void perp__implicit_start(perp_mechanism *m, perp__implicit *s, double *z)
 {
-    const perp__velocity_answer *answer = &m->answer;
+    const perp__motion *answer = &m->answer;
     int32_t k, i;
 
     memcpy(z, answer->v, (size_t)m->n * sizeof *z);

@@ -18,8 +18,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "mechanism/schemes/frozen.h"
-
 #define MOST_ITERATES 60
 
 /* Iterations that gain less than this factor are given a matrix of their own. */
@@ -172,6 +170,13 @@ static perp_status solve(perp_mechanism *m, perp__theta *w, perp_mechanism_step 
     return status;
 }
 
+/* sqrt(x' M^-1 x); x := L^-1 x. */
+static double dual_norm(const perp_mechanism *m, double *x)
+{
+    perp__solve_lower(m, &m->begin, x);
+    return perp__length(x, m->n);
+}
+
 /* Size of what the momentum balance still lacks: p - p_last + (A - M)(v - v_last). */
 static double defect(perp_mechanism *m, perp__theta *w)
 {
@@ -190,29 +195,32 @@ static double defect(perp_mechanism *m, perp__theta *w)
     }
     for (i = 0; i < m->n; i++)
         w->x[i] += w->p[i] - w->last[i];
-    return perp__theta_dual_norm(m, w->x, w->y);
+    return dual_norm(m, w->x);
 }
 
 /* What it is measured against. */
 static double momentum_size(perp_mechanism *m, perp__theta *w, double h, const double *v0)
 {
-    double size = perp__theta_dual_norm(m, w->p, w->y) + perp__theta_norm(m, v0, w->y);
+    double size;
     int32_t i;
 
+    memcpy(w->x, w->p, (size_t)m->n * sizeof *w->x);
+    size = dual_norm(m, w->x) + perp__energy_norm(m, &m->begin, w->y, v0);
     for (i = 0; i < m->n; i++)
         w->x[i] = h * (fabs(w->force[i]) + fabs(m->begin.k[i]));
-    return size + perp__theta_dual_norm(m, w->x, w->y);
+    return size + dual_norm(m, w->x);
 }
 
 /* Size of the last change of the iterate; relative, to the size of the velocities. */
 static double last_change(perp_mechanism *m, perp__theta *w, double *relative)
 {
-    double size, before = perp__theta_norm(m, w->last_v, w->y);
+    const double before = perp__energy_norm(m, &m->begin, w->y, w->last_v);
+    double size;
     int32_t i;
 
     for (i = 0; i < m->n; i++)
         w->x[i] = w->v[i] - w->last_v[i];
-    size = perp__theta_norm(m, w->x, w->x);
+    size = perp__energy_norm(m, &m->begin, w->x, w->x);
     *relative = before > 0.0 ? size / before : 0.0;
     return size;
 }
@@ -318,40 +326,24 @@ static perp_status move(perp_mechanism *m, const perp__theta *w, double *q, doub
     return PERP_OK;
 }
 
-/* Restitution, from the momentum that the forces of the step give. */
-static perp_status restore(perp_mechanism *m, perp__theta *w, perp_mechanism_step *step)
+perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                                double t, double h, const double *q0, const double *v0)
 {
+    perp__theta *w = perp__theta_work(m);
     perp__velocity_problem problem;
+    perp_status status;
 
-    step->impacts = perp__count_impacts(m, &m->answer);
-    if (step->impacts == 0)
-        return PERP_OK;
-    memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum);
-    perp__pose(m, &problem);
-    return perp__solve_impacts(m, &problem);
-}
-
-perp_status perp__advance_theta(perp_mechanism *m, perp__mechanism_state *to,
-                                perp_mechanism_step *step, double t, double h, const double *q0,
-                                const double *v0)
-{
-    perp__theta *w = NULL;
-    perp_status status = perp__theta_work(m, &w);
-
+    if (!w)
+        return PERP_ERROR_MEMORY;
     step->scheme = PERP_MECHANISM_THETA;
-    if (status == PERP_OK)
-        status = prepare(m, w, t, h, q0, v0);
+    status = prepare(m, w, t, h, q0, v0);
     if (status == PERP_OK)
         status = iterate(m, w, step, t, h, q0, v0);
-    if (status == PERP_OK && perp__outcome_moves(m->answer.outcome)) {
+    if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
         status = move(m, w, to->q, h, q0);
-        if (status == PERP_OK)
-            status = restore(m, w, step);
-    }
     if (status != PERP_OK)
         return status;
-    perp__report_answer(m, to, step);
-    if (perp__outcome_moves(step->outcome))
-        status = perp__project(m, step, to->q, t + h, to->v);
-    return status;
+    memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum); /* that of the forces: impacts */
+    perp__pose(m, &problem);
+    return perp__finish_step(m, to, step, t + h, &problem);
 }

@@ -5,7 +5,7 @@
 #include "mechanism/mechanism.h"
 
 struct perp__theta {
-    perp__arena arena;
+    PERP__WORK;
     double *A, *factor; /* n by n: iteration matrix and its L, columns */
     double *force;      /* n: k at the end, of the iterate */
     double *p, *last;   /* n: M v0 + h (theta k+ + (1 - theta) k), and that of the last iterate */
@@ -19,9 +19,8 @@ struct perp__theta {
     int32_t corrected; /* speeds are measured with the rows of the end */
 };
 
-/* Makes m->theta_work where there is none. */
-perp_status perp__theta_work(perp_mechanism *m, perp__theta **work);
-void perp__theta_release(perp_mechanism *m);
+/* m->theta, made where there is none; NULL without memory. */
+perp__theta *perp__theta_work(perp_mechanism *m);
 
 /* w->q := q0 moved by h N (theta v + (1 - theta) v0), and w->force := k there. */
 perp_status perp__theta_force(perp_mechanism *m, perp__theta *w, double t, double h,
@@ -31,9 +30,5 @@ perp_status perp__theta_force(perp_mechanism *m, perp__theta *w, double t, doubl
  * with it; stays M where that is not positive definite. */
 perp_status perp__theta_matrix(perp_mechanism *m, perp__theta *w, double t, double h,
                                const double *q0, const double *v0);
-
-/* sqrt(x' M^-1 x) and sqrt(x' M x), by the factor of M; y: scratch, or x itself. */
-double perp__theta_dual_norm(const perp_mechanism *m, const double *x, double *y);
-double perp__theta_norm(const perp_mechanism *m, const double *x, double *y);
 
 #endif

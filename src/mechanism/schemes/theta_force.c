@@ -20,9 +20,8 @@
 
 static void layout(perp__arena *arena, void *object)
 {
-    perp_mechanism *const m = *(perp_mechanism **)object;
-    perp__theta *w = m->theta_work;
-    const size_t n = (size_t)m->n;
+    perp__theta *w = object;
+    const size_t n = (size_t)w->m->n;
     double **const vectors[] = {&w->force,  &w->p,      &w->last, &w->v,
                                 &w->last_v, &w->middle, &w->x,    &w->y};
     double **const positions[] = {&w->q, &w->at, &w->probe};
@@ -33,34 +32,14 @@ static void layout(perp__arena *arena, void *object)
     for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
     for (k = 0; k < sizeof positions / sizeof *positions; k++)
-        *positions[k] = perp__arena_take(arena, (size_t)m->coordinates, sizeof(double));
+        *positions[k] = perp__arena_take(arena, (size_t)w->m->coordinates, sizeof(double));
 }
 
-perp_status perp__theta_work(perp_mechanism *m, perp__theta **work)
+perp__theta *perp__theta_work(perp_mechanism *m)
 {
-    perp_status status = PERP_OK;
-
-    if (!m->theta_work) {
-        m->theta_work = perp__allocate(m->context, 1, sizeof *m->theta_work);
-        if (!m->theta_work)
-            return perp__fail_memory(m->context, "the theta scheme");
-        memset(m->theta_work, 0, sizeof *m->theta_work);
-        perp__arena_init(&m->theta_work->arena, m->context);
-        status = perp__arena_fit(&m->theta_work->arena, layout, &m);
-        if (status != PERP_OK)
-            perp__theta_release(m);
-    }
-    *work = m->theta_work;
-    return status;
-}
-
-void perp__theta_release(perp_mechanism *m)
-{
-    if (m->theta_work) {
-        perp__arena_release(&m->theta_work->arena);
-        perp__release(m->context, m->theta_work);
-        m->theta_work = NULL;
-    }
+    if (!m->theta)
+        m->theta = perp__work_create(m, sizeof *m->theta, layout);
+    return m->theta;
 }
 
 /* q := where the velocities lead. N is taken between start and end. */
@@ -141,38 +120,4 @@ perp_status perp__theta_matrix(perp_mechanism *m, perp__theta *w, double t, doub
         w->terms.factor = w->factor;
     }
     return PERP_OK;
-}
-
-double perp__theta_dual_norm(const perp_mechanism *m, const double *x, double *y)
-{
-    const size_t n = (size_t)m->n;
-    double norm = 0.0;
-    size_t i, k;
-
-    memmove(y, x, n * sizeof *y);
-    for (i = 0; i < n; i++) {
-        for (k = 0; k < i; k++)
-            y[i] -= m->begin.factor[i + n * k] * y[k];
-        y[i] /= m->begin.factor[i * (n + 1)];
-        norm = hypot(norm, y[i]);
-    }
-    return norm;
-}
-
-double perp__theta_norm(const perp_mechanism *m, const double *x, double *y)
-{
-    const size_t n = (size_t)m->n;
-    double norm = 0.0;
-    size_t i, k;
-
-    memmove(y, x, n * sizeof *y);
-    for (i = 0; i < n; i++) { /* L' x */
-        double sum = 0.0;
-
-        for (k = i; k < n; k++)
-            sum += m->begin.factor[k + n * i] * y[k];
-        y[i] = sum;
-        norm = hypot(norm, sum);
-    }
-    return norm;
 }
