@@ -54,47 +54,41 @@ void perp__linear_column(perp__linear *p, int32_t first, int32_t count, const do
     memcpy(p->coefficient + 3 * (size_t)c, coefficient, 3 * sizeof *coefficient);
 }
 
-/* Coefficients of the equation of row r, and the sizes of their terms. */
-static void load_row(const perp__linear *p, int32_t r, double *sum, double *size)
+/* Row r of the matrix, in its units; returns its largest entry, without cancellation. */
+static double load_row(const perp__linear *p, int32_t r, double *K, double top)
 {
-    const double *b = row_of(p, r), *second = p->rows > p->length ? row_of(p, p->length + r) : NULL;
-    const double slope = p->slope[r];
-    int32_t j;
+    const int32_t has_second = p->rows > p->length;
+    const double *first = row_of(p, r), *second = has_second ? row_of(p, p->length + r) : first;
+    const double slope = has_second ? p->slope[r] : 0.0;
+    int32_t c, i;
 
-    for (j = 0; j < p->length; j++, b += p->column_stride) {
-        sum[j] = *b;
-        size[j] = fabs(*b);
-        if (second) {
-            const double more = slope * second[(size_t)j * p->column_stride];
+    for (c = 0; c < p->system.n; c++) {
+        const int32_t from = p->first[c], count = p->count[c];
+        const double *factor = p->coefficient + 3 * (size_t)c, unit = p->scale[r] * p->scale[from];
+        double sum = 0.0, size = 0.0;
 
-            sum[j] += more;
-            size[j] += fabs(more);
+        for (i = 0; i < count; i++) {
+            const size_t at = (size_t)(from + i) * p->column_stride;
+            const double more = slope * second[at];
+
+            sum += factor[i] * (first[at] + more);
+            size += fabs(factor[i]) * (fabs(first[at]) + fabs(more));
         }
+        K[c] = sum * unit;
+        if (!(size * unit <= top)) /* NaN, too */
+            top = size * unit;
     }
+    return top;
 }
 
 double perp__linear_load(perp__linear *p)
 {
     const int32_t n = p->system.n;
-    double *K = p->system.K, *row = p->work, *sizes = row + p->length, top = 0.0;
-    int32_t r, c, i;
+    double top = 0.0;
+    int32_t r;
 
-    for (r = 0; r < n; r++) {
-        load_row(p, p->first[r], row, sizes);
-        for (c = 0; c < n; c++) {
-            const double unit = p->scale[p->first[r]] * p->scale[p->first[c]];
-            const double *factor = p->coefficient + 3 * (size_t)c;
-            double sum = factor[0] * row[p->first[c]], size = fabs(factor[0]) * sizes[p->first[c]];
-
-            for (i = 1; i < p->count[c]; i++) {
-                sum += factor[i] * row[p->first[c] + i];
-                size += fabs(factor[i]) * sizes[p->first[c] + i];
-            }
-            *K++ = sum * unit;
-            if (!(size * unit <= top)) /* NaN, too */
-                top = size * unit;
-        }
-    }
+    for (r = 0; r < n; r++)
+        top = load_row(p, p->first[r], p->system.K + (size_t)r * (size_t)n, top);
     memset(p->y, 0, (size_t)n * sizeof *p->y);
     memcpy(p->x, p->known, (size_t)p->length * sizeof *p->x);
     return top;
@@ -103,13 +97,18 @@ double perp__linear_load(perp__linear *p)
 void perp__linear_rows(const perp__linear *p, double *u, double *size, const double *x,
                        int32_t homogeneous)
 {
-    int32_t r, j;
+    int32_t least = p->length, most = 0, r, j; /* where x is not 0 */
 
+    for (j = 0; j < p->length; j++)
+        if (x[j] != 0.0) {
+            least = j < least ? j : least;
+            most = j + 1;
+        }
     for (r = 0; r < p->rows; r++) {
-        const double *b = row_of(p, r);
+        const double *b = row_of(p, r) + (size_t)least * p->column_stride;
         double sum = homogeneous ? 0.0 : p->c[r], terms = homogeneous ? 0.0 : p->c_size[r];
 
-        for (j = 0; j < p->length; j++, b += p->column_stride) {
+        for (j = least; j < most; j++, b += p->column_stride) {
             const double term = *b * x[j];
 
             sum += term;
