@@ -29,17 +29,18 @@ const char *perp_mechanism_select_text(int32_t select)
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v)
 {
-    perp_status status = perp__check_pointer(m->context, "q0", q);
+    perp_status status = perp__check_vector(m->context, "q0", q, (size_t)m->coordinates);
 
     if (status == PERP_OK)
-        status = perp__check_pointer(m->context, "v0", v);
-    if (status == PERP_OK)
-        status = perp__check_finite(m->context, "t", &t, 1);
-    if (status == PERP_OK)
-        status = perp__check_finite(m->context, "q0", q, (size_t)m->coordinates);
-    if (status == PERP_OK)
-        status = perp__check_finite(m->context, "v0", v, (size_t)m->n);
-    return status;
+        status = perp__check_vector(m->context, "v0", v, (size_t)m->n);
+    return status == PERP_OK ? perp__check_finite(m->context, "t", &t, 1) : status;
+}
+
+perp_status perp__mechanism_check_length(perp_mechanism *m, double h)
+{
+    if (h > 0.0 && isfinite(h))
+        return PERP_OK;
+    return perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
 }
 
 /* The state before the step, and no impulses. */
@@ -103,8 +104,8 @@ static perp_status advance(perp_mechanism *m, double *q, double *v, double *impu
         status = PERP__CHECK(perp_mechanism_step, m->context, step);
     if (status == PERP_OK)
         status = perp__mechanism_check_state(m, t, q0, v0);
-    if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
-        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
+    if (status == PERP_OK)
+        status = perp__mechanism_check_length(m, h);
     m->keeps = 0; /* between calls what the callbacks read may have changed */
     if (status == PERP_OK)
         status = perp__advance(m, to, &own, t, h, q0, v0);
@@ -127,10 +128,10 @@ perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double 
                                    perp_mechanism_step *step, double t, double h, const double *q0,
                                    const double *v0)
 {
-    perp_status status = perp__mechanism_enter(mechanism);
+    const perp_status status = perp__mechanism_enter(mechanism);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(mechanism->context,
-                       advance(mechanism, q, v, impulse, velocity, modes, ray, step, t, h, q0, v0));
+    return status == PERP_OK
+               ? perp__leave(mechanism->context, advance(mechanism, q, v, impulse, velocity, modes,
+                                                         ray, step, t, h, q0, v0))
+               : status;
 }

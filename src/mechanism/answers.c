@@ -13,26 +13,6 @@
 #include "base/context.h"
 #include "mechanism/accelerations/accelerations.h"
 
-static void add_element(perp__acceleration *a, int32_t source, int32_t first, int32_t rows)
-{
-    const perp_mechanism *m = a->m;
-    perp__element *element = a->element + a->elements++;
-    int32_t i;
-
-    memset(element, 0, sizeof *element);
-    element->source = source;
-    element->row = a->active;
-    element->dry = source >= m->contacts;
-    element->tangents = rows - !element->dry;
-    if (element->dry)
-        element->bound = m->begin.bound[source - m->contacts];
-    else
-        element->mu = element->mu_stick = m->friction[source];
-    element->friction = element->tangents > 0 && (element->bound > 0.0 || element->mu > 0.0);
-    for (i = 0; i < rows; i++)
-        a->row_of[a->active++] = first + i;
-}
-
 /* Returns whether contacts were left out. */
 static int32_t add_elements(perp__acceleration *a)
 {
@@ -41,18 +21,19 @@ static int32_t add_elements(perp__acceleration *a)
 
     a->elements = a->active = 0;
     for (j = 0; j < m->contacts; j++) {
-        if (m->contacts <= PERP__MOST_CONTACTS || m->included[j])
-            add_element(a, j, m->starts[j], m->dims[j]);
-        else
+        perp__element *element;
+
+        if (m->contacts > PERP__MOST_CONTACTS && !m->included[j]) {
             left_out = 1;
+            continue;
+        }
+        element = perp__element_add(a, j);
+        element->mu = element->mu_stick = m->friction[j];
+        element->friction = element->tangents > 0 && element->mu > 0.0;
     }
-    a->closed = a->elements;
-    a->bilateral_row = a->active;
-    for (j = 0; j < m->bilateral; j++)
-        a->row_of[a->active++] = m->contact_rows + j;
+    perp__element_add_bilateral(a);
     for (j = 0; j < m->dry; j++)
-        add_element(a, m->contacts + j, m->contact_rows + m->bilateral + j * m->model.dry_dim,
-                    m->model.dry_dim);
+        perp__element_add(a, m->contacts + j);
     return left_out;
 }
 
@@ -180,8 +161,8 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, d
 
     if (status == PERP_OK)
         status = perp__mechanism_check_state(m, t, q0, v0);
-    if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
-        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
+    if (status == PERP_OK)
+        status = perp__mechanism_check_length(m, h);
     if (status == PERP_OK)
         status = perp__evaluate_all(m, &m->begin, t, q0, v0);
     if (status == PERP__OUTSIDE)
@@ -202,9 +183,9 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, d
 perp_status perp_mechanism_answers(perp_mechanism *mechanism, perp_mechanism_summary *summary,
                                    double t, double h, const double *q0, const double *v0)
 {
-    perp_status status = perp__mechanism_enter(mechanism);
+    const perp_status status = perp__mechanism_enter(mechanism);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(mechanism->context, answers(mechanism, summary, t, h, q0, v0));
+    return status == PERP_OK
+               ? perp__leave(mechanism->context, answers(mechanism, summary, t, h, q0, v0))
+               : status;
 }

@@ -212,11 +212,10 @@ perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechan
                                   const perp_mechanism_settings *settings,
                                   const perp_mechanism_model *model)
 {
-    perp_status status = perp__enter(context);
+    const perp_status status = perp__enter(context);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(context, create(context, mechanism, settings, model));
+    return status == PERP_OK ? perp__leave(context, create(context, mechanism, settings, model))
+                             : status;
 }
 
 void perp_mechanism_destroy(perp_mechanism *mechanism)
@@ -265,9 +264,7 @@ static perp_status set(perp_mechanism *m, const perp_mechanism_settings *setting
 
 perp_status perp_mechanism_set(perp_mechanism *mechanism, const perp_mechanism_settings *settings)
 {
-    perp_status status = perp__mechanism_enter(mechanism);
+    const perp_status status = perp__mechanism_enter(mechanism);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(mechanism->context, set(mechanism, settings));
+    return status == PERP_OK ? perp__leave(mechanism->context, set(mechanism, settings)) : status;
 }

@@ -169,6 +169,8 @@ void perp__solve_upper(const perp_mechanism *m, const perp__terms *terms, double
 /* y := L' x, which may be x itself; its length, sqrt(x' M x). */
 double perp__energy_norm(const perp_mechanism *m, const perp__terms *terms, double *y,
                          const double *x);
+/* sqrt(v' M v); in m->work. */
+double perp__speed(perp_mechanism *m, const perp__terms *terms, const double *v);
 /* Sliding speed of contact j, 0.0 where it is rounding. */
 double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t j,
                            const double *u, const double *v);
@@ -198,6 +200,9 @@ void perp__hold_velocities(perp_mechanism *m, perp__motion *answer,
                            const perp__velocity_problem *problem);
 
 /* ---- judge.c ---- */
+/* |M v - momentum - J'r| beside its terms; in m->work. */
+double perp__momentum_residual(perp_mechanism *m, const perp__terms *terms, const double *momentum,
+                               const double *v, const double *r);
 /* The answer's outcome, after what v and r leave of the problem's momentum balance. */
 void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
                         const perp__velocity_problem *problem);
@@ -208,7 +213,9 @@ perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *sta
 /* q: moved; m->end holds the rows there afterwards. Writes what is left of penetration and |c|. */
 perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *q, double t,
                           const double *v);
-/* What rounding of q makes of the gap or the c of this row. */
+/* What the gap or the c of this row is summed up of; and what rounding of q makes of it. */
+double perp__gap_size(const perp_mechanism *m, const perp__terms *terms, int32_t row,
+                      const double *q);
 double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                           const double *q);
 
@@ -299,6 +306,7 @@ int32_t perp__mechanism_is_late(const perp_mechanism *m);
 double perp__mechanism_time_left(const perp_mechanism *m);
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v);
+perp_status perp__mechanism_check_length(perp_mechanism *m, double h);
 /* Says in front of a solver's message what it was solving; returns `status`. */
 perp_status perp__mechanism_fail_in(perp_mechanism *m, perp_status status, const char *what);
 

@@ -15,8 +15,8 @@
 /* What rounding of q makes of a gap or of c, in units of sum |J_i| |q|. */
 #define ROUNDING (16.0 * PERP__EPS)
 
-double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int32_t row,
-                          const double *q)
+double perp__gap_size(const perp_mechanism *m, const perp__terms *terms, int32_t row,
+                      const double *q)
 {
     const double *J = terms->J + (size_t)row * (size_t)m->n;
     double size = 0.0, largest = 0.0;
@@ -26,7 +26,13 @@ double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int
         largest = fmax(largest, fabs(q[i]));
     for (i = 0; i < m->n; i++)
         size += fabs(J[i]) * (m->coordinates == m->n ? fabs(q[i]) : largest);
-    return ROUNDING * size;
+    return size;
+}
+
+double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int32_t row,
+                          const double *q)
+{
+    return ROUNDING * perp__gap_size(m, terms, row, q);
 }
 
 /* Measures; returns whether there is more than rounding. */

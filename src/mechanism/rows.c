@@ -124,6 +124,17 @@ double perp__energy_norm(const perp_mechanism *m, const perp__terms *terms, doub
     return perp__length(y, m->n);
 }
 
+double perp__speed(perp_mechanism *m, const perp__terms *terms, const double *v)
+{
+    double sum = 0.0;
+    int32_t i;
+
+    perp__multiply_mass(m, terms, m->work, v);
+    for (i = 0; i < m->n; i++)
+        sum += m->work[i] * v[i];
+    return sqrt(fmax(sum, 0.0));
+}
+
 double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t j,
                            const double *u, const double *v)
 {

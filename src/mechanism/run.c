@@ -110,8 +110,8 @@ static perp_status check(perp_mechanism *m, const double *q, const double *v,
     if (status == PERP_OK && !(t1 > t0 && isfinite(t1)))
         status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "t1 is %g, expected more than t0 = %g",
                             t1, t0);
-    if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
-        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
+    if (status == PERP_OK)
+        status = perp__mechanism_check_length(m, h);
     if (status == PERP_OK && (t1 - t0) / h > 1e15)
         status =
             perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g: too many steps to %g", h, t1);

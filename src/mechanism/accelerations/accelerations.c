@@ -216,11 +216,11 @@ static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summ
 perp_status perp_mechanism_accelerations(perp_mechanism *mechanism, perp_mechanism_summary *summary,
                                          double t, const double *q, const double *v)
 {
-    perp_status status = perp__mechanism_enter(mechanism);
+    const perp_status status = perp__mechanism_enter(mechanism);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(mechanism->context, accelerations(mechanism, summary, t, q, v));
+    return status == PERP_OK
+               ? perp__leave(mechanism->context, accelerations(mechanism, summary, t, q, v))
+               : status;
 }
 
 /* ---- the answers --------------------------------------------------------------------------- */
@@ -265,9 +265,8 @@ static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t i
 perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mechanism_found *found,
                                             int32_t index)
 {
-    perp_status status = perp__mechanism_enter(mechanism);
+    const perp_status status = perp__mechanism_enter(mechanism);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(mechanism->context, get(mechanism, found, index));
+    return status == PERP_OK ? perp__leave(mechanism->context, get(mechanism, found, index))
+                             : status;
 }

@@ -99,6 +99,10 @@ perp_status perp__acceleration_bias(perp__acceleration *a, double t, const doubl
                                     const double *v);
 
 /* ---- state.c ---- */
+/* The next element, of a contact or a dry group behind them, with its rows; behind those of the
+ * contacts the bilateral rows come. */
+perp__element *perp__element_add(perp__acceleration *a, int32_t source);
+void perp__element_add_bilateral(perp__acceleration *a);
 /* The elements, W and beta at (t, q, v); *impact: a closed contact that approaches, or -1. */
 perp_status perp__acceleration_state(perp__acceleration *a, int32_t *impact, double t,
                                      const double *q, const double *v);

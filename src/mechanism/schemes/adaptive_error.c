@@ -30,18 +30,6 @@ static void widen(const perp_mechanism *m, double *scale, const double *x, doubl
         scale[i] = fmax(scale[i], factor * fabs(x[i]));
 }
 
-/* sqrt(v' M v), with M where the last half step began. */
-static double speed_of(const perp_mechanism *m, perp__adaptive *a, const double *v)
-{
-    double sum = 0.0;
-    int32_t i;
-
-    perp__multiply_mass(m, &m->begin, a->scratch, v);
-    for (i = 0; i < m->n; i++)
-        sum += a->scratch[i] * v[i];
-    return sqrt(fmax(sum, 0.0));
-}
-
 perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a)
 {
     const perp__motion *const states[] = {&m->now, &m->trial, &m->half};
@@ -51,12 +39,12 @@ perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a)
 
     memcpy(acceleration, a->force[0], (size_t)m->n * sizeof *acceleration);
     perp__solve_mass(m, &m->begin, acceleration);
-    a->speed_scale = fmax(a->fastest, a->unit * speed_of(m, a, acceleration));
+    a->speed_scale = fmax(a->fastest, a->unit * perp__speed(m, &m->begin, acceleration));
     memcpy(a->scale, a->largest, (size_t)m->coordinates * sizeof *a->scale);
     status = perp__evaluate_rate(m, a->rate, m->now.q, acceleration);
     widen(m, a->scale, a->rate, a->unit * a->unit);
     for (i = 0; i < 3 && status == PERP_OK; i++) {
-        a->speed_scale = fmax(a->speed_scale, speed_of(m, a, states[i]->v));
+        a->speed_scale = fmax(a->speed_scale, perp__speed(m, &m->begin, states[i]->v));
         widen(m, a->scale, states[i]->q, 1.0);
         status = perp__evaluate_rate(m, a->rate, states[i]->q, states[i]->v);
         widen(m, a->scale, a->rate, a->unit);

@@ -24,6 +24,7 @@ typedef struct perp__implicit_disc {
     int32_t row;      /* its first tangent's */
     int32_t tangents; /* 0: no friction */
     int32_t edges;    /* of a polygon; 0: the interval or the disc itself */
+    int32_t forces;   /* its first unknowns: x, or beta */
     int32_t normal;   /* unknown; -1: none */
     int32_t first;    /* unknown of its friction */
     double weight;    /* an impulse of friction, for the rows of x */
@@ -71,8 +72,8 @@ void perp__implicit_start(perp_mechanism *m, perp__implicit *s, double *z);
 /* h times the bound, or mu r_n. */
 double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
                              const perp__implicit_disc *disc, const double *z);
-/* Direction of edge j of a polygon. */
-void perp__implicit_edge(int32_t edges, int32_t j, double d[2]);
+/* The direction of force i: of a tangent, or of an edge of the polygon. */
+void perp__implicit_direction(const perp__implicit_disc *disc, int32_t i, double d[2]);
 
 /* ---- implicit_function.c ---- */
 /* F, for the solver; user: the mechanism. */

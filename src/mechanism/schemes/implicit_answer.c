@@ -10,58 +10,28 @@
 
 #include "mechanism/schemes/implicit.h"
 
-static void take_interval(perp__motion *answer, const perp__implicit_disc *disc, const double *u,
-                          const double *x, double radius, double inverse_mass)
-{
-    const double room = 1.0 - fabs(x[0]);
-
-    answer->holds[disc->row] = (int8_t)(room > 0.0 && room * radius * inverse_mass >= fabs(u[0]));
-    answer->r[disc->row] =
-        radius * (answer->holds[disc->row] || x[0] == 0.0 ? x[0] : copysign(1.0, x[0]));
-}
-
-static void take_disc(perp__motion *answer, const perp__implicit_disc *disc, const double *x,
-                      double radius, double inverse_mass)
-{
-    const double length = hypot(x[0], x[1]), room = 1.0 - length;
-    const int8_t holds = (int8_t)(room > 0.0 && room * radius * inverse_mass >= x[2]);
-    int32_t i;
-
-    for (i = 0; i < 2; i++) {
-        answer->holds[disc->row + i] = holds;
-        answer->r[disc->row + i] = radius * (holds || length == 0.0 ? x[i] : x[i] / length);
-    }
-}
-
-static void take_polygon(perp__motion *answer, const perp__implicit_disc *disc, const double *r,
-                         const double *x, double radius, double inverse_mass)
-{
-    double room = radius;
-    int32_t i;
-
-    for (i = 0; i < disc->edges; i++)
-        room -= x[i];
-    for (i = 0; i < 2; i++) {
-        answer->holds[disc->row + i] =
-            (int8_t)(room > 0.0 && room * inverse_mass >= x[disc->edges]);
-        answer->r[disc->row + i] = r[i];
-    }
-}
-
-/* Friction of a disc; whether it sticks. */
+/* Friction of a disc; whether it sticks: what it could still bear is more than its slip, both as
+ * speeds. Friction that slips is on the edge of its disc. */
 static int32_t take_friction(perp_mechanism *m, const perp__implicit *s,
                              const perp__implicit_disc *disc, const double *z)
 {
     const double radius = perp__implicit_radius(m, s, disc, z), *x = z + disc->first;
-    const double inverse_mass = s->inverse_mass[disc->row];
+    const double length = disc->tangents == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
+    const double slip = disc->tangents == 1 ? fabs(s->u[disc->row]) : x[disc->forces];
+    double room = disc->edges > 0 ? radius : (1.0 - length) * radius;
+    int32_t i, sticks;
 
-    if (disc->tangents == 1)
-        take_interval(&m->answer, disc, s->u + disc->row, x, radius, inverse_mass);
-    else if (disc->edges == 0)
-        take_disc(&m->answer, disc, x, radius, inverse_mass);
-    else
-        take_polygon(&m->answer, disc, s->r + disc->row, x, radius, inverse_mass);
-    return m->answer.holds[disc->row];
+    for (i = 0; i < disc->edges; i++)
+        room -= x[i];
+    sticks =
+        (disc->edges > 0 ? room > 0.0 : length < 1.0) && room * s->inverse_mass[disc->row] >= slip;
+    for (i = 0; i < disc->tangents; i++) {
+        m->answer.holds[disc->row + i] = (int8_t)sticks;
+        m->answer.r[disc->row + i] = disc->edges > 0 || sticks || length == 0.0
+                                         ? s->r[disc->row + i]
+                                         : radius * (x[i] / length);
+    }
+    return sticks;
 }
 
 static void take(perp_mechanism *m, const perp__implicit *s, const perp__implicit_disc *disc,

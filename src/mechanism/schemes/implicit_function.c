@@ -25,23 +25,21 @@ double perp__implicit_curvature(perp_mechanism *m, perp__implicit *s, int32_t ro
 
 static void fill_impulses(perp_mechanism *m, perp__implicit *s, const double *z)
 {
-    int32_t k, i, j;
+    int32_t k, i, l;
 
     memset(s->r, 0, (size_t)m->rows * sizeof *s->r);
     for (k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
-        const double radius = perp__implicit_radius(m, s, disc, z);
+        const double unit = disc->edges > 0 ? 1.0 : perp__implicit_radius(m, s, disc, z);
 
         if (disc->normal >= 0)
             s->r[m->starts[disc->contact]] = z[disc->normal];
-        for (i = 0; i < disc->tangents && (disc->tangents == 1 || disc->edges == 0); i++)
-            s->r[disc->row + i] = radius * z[disc->first + i];
-        for (j = 0; j < disc->edges && disc->tangents > 1; j++) {
+        for (i = 0; i < disc->forces; i++) {
             double d[2];
 
-            perp__implicit_edge(disc->edges, j, d);
-            s->r[disc->row] += d[0] * z[disc->first + j];
-            s->r[disc->row + 1] += d[1] * z[disc->first + j];
+            perp__implicit_direction(disc, i, d);
+            for (l = 0; l < disc->tangents; l++)
+                s->r[disc->row + l] += unit * d[l] * z[disc->first + i];
         }
     }
     for (i = 0; i < m->bilateral; i++)
@@ -69,7 +67,7 @@ static void fill_friction(const perp_mechanism *m, const perp__implicit *s,
     for (j = 0; j < disc->edges; j++) {
         double d[2];
 
-        perp__implicit_edge(disc->edges, j, d);
+        perp__implicit_direction(disc, j, d);
         f[j] = d[0] * u[0] + d[1] * u[1] + x[disc->edges];
         f[disc->edges] -= x[j];
     }
@@ -83,15 +81,14 @@ static void fill(perp_mechanism *m, perp__implicit *s, double *F, const double *
     size_t j;
 
     for (j = 0; j < n; j++) {
-        double sum = -s->h * end->k[j];
         size_t l;
 
+        F[j] = -s->h * end->k[j];
         for (l = 0; l < n; l++)
-            sum += end->M[j * n + l] * (z[l] - s->v0[l]);
-        for (i = 0; i < m->rows; i++)
-            sum -= end->J[(size_t)i * n + j] * s->r[i];
-        F[j] = sum;
+            F[j] += end->M[j * n + l] * (z[l] - s->v0[l]);
     }
+    for (i = 0; i < m->rows; i++)
+        perp__add_row(m, end, i, -s->r[i], F);
     for (k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
         const int32_t c = disc->contact;

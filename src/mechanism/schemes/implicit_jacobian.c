@@ -11,49 +11,31 @@
 #define FORWARD 0x1p-26 /* about sqrt(eps), of a speed: a step of differences */
 #define FAR 0.03        /* of the step's speed (or impulse): `bent` is out of date */
 
-/* dF/dr at rows of v: -J'. */
-static void add_row(const perp_mechanism *m, double *column, int32_t row, double factor)
-{
-    int32_t i;
-
-    for (i = 0; i < m->n; i++)
-        column[i] -= factor * m->end.J[(size_t)row * (size_t)m->n + (size_t)i];
-}
-
+/* Columns of the friction's unknowns. */
 static void fill_disc_columns(perp_mechanism *m, const perp__implicit *s,
                               const perp__implicit_disc *disc, double *J, const double *z)
 {
     const size_t size = (size_t)s->size, first = (size_t)disc->first;
-    const double radius = perp__implicit_radius(m, s, disc, z), *x = z + first;
-    const size_t last = first + 2;
+    const size_t last = first + (size_t)disc->forces; /* lambda */
+    const double unit = disc->edges > 0 ? 1.0 : perp__implicit_radius(m, s, disc, z);
+    const double *x = z + first;
     size_t i;
+    int32_t l;
 
-    for (i = 0; i < (size_t)disc->tangents; i++)
-        add_row(m, J + (first + i) * size, disc->row + (int32_t)i, radius);
-    if (disc->tangents < 2)
-        return;
-    for (i = 0; i < 2; i++) {
-        J[(first + i) * size + first + i] += disc->weight * x[2];
-        J[(first + i) * size + last] = -disc->weight * x[i];
-        J[last * size + first + i] = disc->weight * x[i];
-    }
-}
+    for (i = 0; i < (size_t)disc->forces; i++) {
+        double *column = J + (first + i) * size, d[2];
 
-static void fill_polygon_columns(perp_mechanism *m, const perp__implicit *s,
-                                 const perp__implicit_disc *disc, double *J)
-{
-    const size_t size = (size_t)s->size, first = (size_t)disc->first;
-    const size_t last = first + (size_t)disc->edges;
-    int32_t j;
-
-    for (j = 0; j < disc->edges; j++) {
-        double *column = J + (first + (size_t)j) * size, d[2];
-
-        perp__implicit_edge(disc->edges, j, d);
-        add_row(m, column, disc->row, d[0]);
-        add_row(m, column, disc->row + 1, d[1]);
-        column[last] = -1.0;
-        J[last * size + first + (size_t)j] = 1.0;
+        perp__implicit_direction(disc, (int32_t)i, d);
+        for (l = 0; l < disc->tangents; l++)
+            perp__add_row(m, &m->end, disc->row + l, -unit * d[l], column);
+        if (disc->edges > 0) {
+            column[last] = -1.0;
+            J[last * size + first + i] = 1.0;
+        } else if (disc->tangents > 1) {
+            column[first + i] += disc->weight * x[2];
+            column[last] = -disc->weight * x[i];
+            J[last * size + first + i] = disc->weight * x[i];
+        }
     }
 }
 
@@ -64,25 +46,21 @@ static void fill_impulse_columns(perp_mechanism *m, perp__implicit *s, double *J
 
     for (k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
-        const int32_t polygon = disc->tangents > 1 && disc->edges > 0;
 
         if (disc->normal >= 0) {
             double *column = J + (size_t)disc->normal * size;
             const double mu = m->friction[disc->contact];
 
-            add_row(m, column, disc->row - 1, 1.0);
-            for (i = 0; i < disc->tangents && !polygon; i++)
-                add_row(m, column, disc->row + i, mu * z[disc->first + i]);
-            if (polygon)
+            perp__add_row(m, &m->end, disc->row - 1, -1.0, column);
+            for (i = 0; i < disc->tangents && disc->edges == 0; i++)
+                perp__add_row(m, &m->end, disc->row + i, -mu * z[disc->first + i], column);
+            if (disc->edges > 0)
                 column[disc->first + disc->edges] = mu;
         }
-        if (polygon)
-            fill_polygon_columns(m, s, disc, J);
-        else
-            fill_disc_columns(m, s, disc, J, z);
+        fill_disc_columns(m, s, disc, J, z);
     }
     for (i = 0; i < m->bilateral; i++)
-        add_row(m, J + (size_t)(s->bilateral + i) * size, m->contact_rows + i, 1.0);
+        perp__add_row(m, &m->end, m->contact_rows + i, -1.0, J + (size_t)(s->bilateral + i) * size);
 }
 
 static int32_t is_gap(const perp_mechanism *m, const perp__implicit *s, int32_t i)
@@ -104,7 +82,7 @@ static void add_speed(const perp_mechanism *m, const perp__implicit *s, double *
     const size_t n = (size_t)m->n, size = (size_t)s->size;
     size_t i;
 
-    for (i = 0; i < n; i++)
+    for (i = 0; i < n && factor != 0.0; i++)
         J[i * size + (size_t)to] += factor * m->end.J[(size_t)row * n + i];
 }
 
@@ -113,7 +91,7 @@ static void add_speed(const perp_mechanism *m, const perp__implicit *s, double *
 static void fill_speed_columns(const perp_mechanism *m, const perp__implicit *s, double *J)
 {
     const size_t n = (size_t)m->n, size = (size_t)s->size;
-    int32_t k, i;
+    int32_t k, i, t;
     size_t j, l;
 
     for (j = 0; j < n; j++)
@@ -121,17 +99,16 @@ static void fill_speed_columns(const perp_mechanism *m, const perp__implicit *s,
             J[j * size + l] = m->end.M[l * n + j];
     for (k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
+        const double weight = disc->edges > 0 ? 1.0 : disc->weight;
 
         if (disc->normal >= 0)
             add_speed(m, s, J, disc->normal, disc->row - 1, 1.0);
-        for (i = 0; i < disc->tangents && (disc->tangents == 1 || disc->edges == 0); i++)
-            add_speed(m, s, J, disc->first + i, disc->row + i, disc->weight);
-        for (i = 0; i < disc->edges && disc->tangents > 1; i++) {
+        for (i = 0; i < disc->forces; i++) {
             double d[2];
 
-            perp__implicit_edge(disc->edges, i, d);
-            add_speed(m, s, J, disc->first + i, disc->row, d[0]);
-            add_speed(m, s, J, disc->first + i, disc->row + 1, d[1]);
+            perp__implicit_direction(disc, i, d);
+            for (t = 0; t < disc->tangents; t++)
+                add_speed(m, s, J, disc->first + i, disc->row + t, weight * d[t]);
         }
     }
     for (i = 0; i < m->bilateral; i++)

@@ -6,12 +6,12 @@
 
 #define TAU 6.28318530717958647693
 
-void perp__implicit_edge(int32_t edges, int32_t j, double d[2])
+void perp__implicit_direction(const perp__implicit_disc *disc, int32_t i, double d[2])
 {
-    const double angle = TAU * j / edges;
+    const double angle = disc->edges > 0 ? TAU * i / disc->edges : 0.0;
 
-    d[0] = cos(angle);
-    d[1] = sin(angle);
+    d[0] = disc->edges > 0 ? cos(angle) : i == 0;
+    d[1] = disc->edges > 0 ? sin(angle) : i == 1;
 }
 
 static int32_t unknowns_of(int32_t tangents, int32_t edges)
@@ -28,48 +28,29 @@ int32_t perp__implicit_most(const perp_mechanism *m, int32_t edges)
     return count + m->dry * unknowns_of(m->model.dry_dim, edges);
 }
 
-/* The velocity v in the metric of M. */
-static double speed_of(perp_mechanism *m, const double *v)
-{
-    double sum = 0.0;
-    int32_t i;
-
-    perp__multiply_mass(m, &m->begin, m->work, v);
-    for (i = 0; i < m->n; i++)
-        sum += v[i] * m->work[i];
-    return sqrt(fmax(sum, 0.0));
-}
-
 /* J_i M^-1 J_i'. */
 static double inverse_mass(perp_mechanism *m, int32_t row)
 {
-    const double *J = m->begin.J + (size_t)row * (size_t)m->n;
-    double sum = 0.0;
-    int32_t i;
-
-    memcpy(m->work, J, (size_t)m->n * sizeof *J);
+    memcpy(m->work, m->begin.J + (size_t)row * (size_t)m->n, (size_t)m->n * sizeof *m->work);
     perp__solve_mass(m, &m->begin, m->work);
-    for (i = 0; i < m->n; i++)
-        sum += J[i] * m->work[i];
-    return sum;
+    return perp__row_times(m, &m->begin, row, 0.0, m->work);
 }
 
 /* The sizes of the step's speeds and impulses, from energies, so that units of q do not count. */
 static void find_sizes(perp_mechanism *m, perp__implicit *s)
 {
     double noise = 0.0;
-    int32_t i, j;
+    int32_t i;
 
-    s->speed = fmax(speed_of(m, s->v0), fmax(speed_of(m, m->free), speed_of(m, m->answer.v)));
+    s->speed = fmax(perp__speed(m, &m->begin, s->v0), fmax(perp__speed(m, &m->begin, m->free),
+                                                           perp__speed(m, &m->begin, m->answer.v)));
     if (s->speed == 0.0)
         s->speed = 1.0; /* nothing moves and nothing pulls */
     for (i = 0; i < m->n; i++)
         s->steps[i] = s->speed / sqrt(m->begin.M[(size_t)i * ((size_t)m->n + 1)]);
     for (i = 0; i < m->rows; i++) {
         s->inverse_mass[i] = inverse_mass(m, i);
-        for (j = 0; j < m->contacts && m->starts[j] < i; j++)
-            ;
-        if ((i < m->contact_rows && !(m->starts[j] == i && m->included[j])) ||
+        if ((i < m->contact_rows && !(m->normal_of[i] >= 0 && m->included[m->normal_of[i]])) ||
             i >= m->contact_rows + m->bilateral || !(s->inverse_mass[i] > 0.0))
             continue;
         noise = fmax(noise, perp__gap_rounding(m, &m->begin, i, s->q0) /
@@ -84,36 +65,40 @@ static void bound(perp__implicit *s, int32_t i, double lower, double upper)
     s->upper[i] = upper;
 }
 
-static void number_friction(perp__implicit *s, perp__implicit_disc *disc)
+static void number_disc(perp_mechanism *m, perp__implicit *s, int32_t contact, int32_t row,
+                        int32_t tangents, double weight)
 {
+    perp__implicit_disc *disc = s->discs + s->discs_count++;
     int32_t i;
 
+    disc->contact = contact;
+    disc->row = row;
+    disc->tangents = tangents;
+    disc->edges = tangents > 1 ? m->settings.cone : 0;
+    disc->forces = disc->edges > 0 ? disc->edges : tangents;
+    disc->weight = weight;
+    disc->normal = contact < m->contacts ? s->size : -1;
+    if (disc->normal >= 0)
+        bound(s, s->size++, 0.0, INFINITY);
     disc->first = s->size;
-    if (disc->tangents == 1)
-        bound(s, s->size++, -1.0, 1.0);
-    if (disc->tangents < 2)
-        return;
-    for (i = 0; i < 2 && disc->edges == 0; i++)
-        bound(s, s->size++, -INFINITY, INFINITY);
-    for (i = 0; i < disc->edges + 1; i++)
+    for (i = 0; i < disc->forces; i++)
+        bound(s, s->size++,
+              disc->edges > 0 ? 0.0
+              : tangents == 1 ? -1.0
+                              : -INFINITY,
+              disc->edges > 0 || tangents > 1 ? INFINITY : 1.0);
+    if (tangents > 1)
         bound(s, s->size++, 0.0, INFINITY);
 }
 
 static void number_contact(perp_mechanism *m, perp__implicit *s, int32_t j)
 {
-    perp__implicit_disc *disc = s->discs + s->discs_count++;
     const int32_t row = m->starts[j];
     const double inverse = s->inverse_mass[row];
     const double impulse = inverse > 0.0 ? s->speed / sqrt(inverse) : 0.0;
 
-    disc->contact = j;
-    disc->row = row + 1;
-    disc->tangents = m->friction[j] > 0.0 ? m->dims[j] - 1 : 0;
-    disc->edges = m->settings.cone;
-    disc->normal = s->size;
-    disc->weight = m->friction[j] * fmax(m->answer.r[row], impulse);
-    bound(s, s->size++, 0.0, INFINITY);
-    number_friction(s, disc);
+    number_disc(m, s, j, row + 1, m->friction[j] > 0.0 ? m->dims[j] - 1 : 0,
+                m->friction[j] * fmax(m->answer.r[row], impulse));
 }
 
 /* Whether there is friction at all is asked at the step's start. */
@@ -131,20 +116,11 @@ void perp__implicit_number(perp_mechanism *m, perp__implicit *s)
     s->bilateral = s->size;
     for (i = 0; i < m->bilateral; i++)
         bound(s, s->size++, -INFINITY, INFINITY);
-    for (i = 0; i < m->dry; i++) {
-        perp__implicit_disc *disc = s->discs + s->discs_count;
-
-        if (!(m->dry_bound[i] > 0.0))
-            continue;
-        s->discs_count++;
-        disc->contact = m->contacts + i;
-        disc->row = m->contact_rows + m->bilateral + i * m->model.dry_dim;
-        disc->tangents = m->model.dry_dim;
-        disc->edges = m->settings.cone;
-        disc->normal = -1;
-        disc->weight = m->dry_bound[i];
-        number_friction(s, disc);
-    }
+    for (i = 0; i < m->dry; i++)
+        if (m->dry_bound[i] > 0.0)
+            number_disc(m, s, m->contacts + i,
+                        m->contact_rows + m->bilateral + i * m->model.dry_dim, m->model.dry_dim,
+                        m->dry_bound[i]);
 }
 
 double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
@@ -171,7 +147,7 @@ static void start_polygon(const perp__implicit_disc *disc, double *z, const doub
     for (j = 0; j < disc->edges; j++) {
         double d[2];
 
-        perp__implicit_edge(disc->edges, j, d);
+        perp__implicit_direction(disc, j, d);
         z[disc->first + j] = 0.0;
         speed = fmax(speed, -(d[0] * u[0] + d[1] * u[1]));
     }
@@ -188,7 +164,7 @@ static void start_friction(const perp__implicit_disc *disc, double *z, double ra
     const double unit = radius > 0.0 ? radius : speed > 0.0 ? -speed : 1.0;
     int32_t i;
 
-    if (disc->tangents > 1 && disc->edges > 0) {
+    if (disc->edges > 0) {
         start_polygon(disc, z, r, u);
         return;
     }
