@@ -230,7 +230,7 @@ perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechan
 perp_status perp__advance(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t,
                           double h, const double *q0, const double *v0);
 
-/* ---- frozen.c: the parts of a frozen step, which other schemes take over ---- */
+/* ---- schemes/frozen.c: the parts of a frozen step, which other schemes take over ---- */
 /* With m->begin evaluated: momentum, shifts, coefficients, bounds and the contacts within reach. A
  * gap that is no more than rounding of q0 counts as 0: moving by it would not change q, and a body
  * at rest would keep a velocity of rounding. */
