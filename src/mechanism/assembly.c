@@ -112,8 +112,10 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
 /* An added coordinate whose contact presses with `impulse`, and the rows whose friction it bounds.
  * Its mass makes both rows of W alike. */
 static void add_pressed(perp_mechanism *m, perp__assembly *a, const perp__velocity_problem *problem,
-                        int32_t source, int32_t first, int32_t rows, double impulse, double mu)
+                        int32_t source, double impulse, double mu)
 {
+    const int32_t of = source < 0 ? -1 - source : source, first = m->tangent[of];
+    const int32_t rows = m->tangents[of];
     const size_t n = (size_t)m->n, width = (size_t)a->columns;
     const size_t column = (size_t)a->next_column++, row = (size_t)a->rows;
     double inverse_mass = 0.0;
@@ -201,13 +203,10 @@ static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_
     a->next_column = m->n;
     for (j = 0; j < m->contacts; j++)
         if (has_pressure(m, problem, j))
-            add_pressed(m, a, problem, -1 - j, m->starts[j] + 1, m->dims[j] - 1,
-                        problem->pressure[j], problem->friction[j]);
+            add_pressed(m, a, problem, -1 - j, problem->pressure[j], problem->friction[j]);
     for (j = 0; j < m->dry; j++)
         if (problem->dry[j] > 0.0)
-            add_pressed(m, a, problem, m->contacts + j,
-                        m->contact_rows + m->bilateral + j * m->model.dry_dim, m->model.dry_dim,
-                        problem->dry[j], 1.0);
+            add_pressed(m, a, problem, m->contacts + j, problem->dry[j], 1.0);
     for (j = 0; j < m->bilateral; j++) {
         const size_t row = (size_t)(m->contact_rows + j);
 
@@ -235,10 +234,8 @@ static void take_contact(perp_mechanism *m, perp__assembly *a, perp__motion *ans
     const int32_t source = a->source[c], mode = a->modes[c];
     const int32_t j = source < 0 ? -1 - source : source;
     const int32_t dry = source >= m->contacts;
-    const int32_t first =
-        dry ? m->contact_rows + m->bilateral + (j - m->contacts) * m->model.dry_dim
-            : m->starts[j] + (source < 0);
     const int32_t skip = dry || source < 0; /* the normal of an added coordinate */
+    const int32_t first = m->tangent[j] - !skip;
     int32_t i;
 
     if (dry && mode == PERP_CONTACT_SLIP && (m->settings.cone == 0 || a->dims[c] == 2))

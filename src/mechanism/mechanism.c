@@ -76,7 +76,8 @@ static void layout(perp__arena *arena, void *object)
     take_vector(arena, &m->work, 4 * n);
     m->included = perp__arena_take(arena, contacts, 1);
     m->normal_of = perp__arena_take(arena, rows, sizeof(int32_t));
-    m->marks = perp__arena_take(arena, rows, sizeof(int32_t));
+    m->tangent = perp__arena_take(arena, contacts + (size_t)m->dry, sizeof(int32_t));
+    m->tangents = perp__arena_take(arena, contacts + (size_t)m->dry, sizeof(int32_t));
 }
 
 /* Each work begins with this. */

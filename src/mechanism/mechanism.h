@@ -99,6 +99,8 @@ struct perp_mechanism {
     int32_t n, coordinates, contacts, contact_rows, bilateral, dry, dry_rows, rows;
     int32_t *dims, *starts; /* contacts; starts: contacts + 1, first rows */
     int32_t *normal_of;     /* rows: the contact whose normal it is; -1: of none */
+    int32_t *tangent,
+        *tangents; /* contacts, then dry groups: first row of its friction, and rows */
     double *mu, *mu_static, *stribeck, *restitution;
     perp__terms begin, end;              /* at the step's start; where else it is evaluated */
     perp__motion answer, second;         /* of the problem at hand */
@@ -113,8 +115,7 @@ struct perp_mechanism {
     double *start_speed;    /* contacts: |u_t| at the step's start, under Poisson's law */
     double *moved;          /* coordinates */
     int8_t *included;
-    double *work;   /* 4 n, nobody's beyond a function */
-    int32_t *marks; /* rows, the same */
+    double *work; /* 4 n, nobody's beyond a function */
     int64_t evaluations;
     double *kept_q, *kept_v; /* coordinates, n: where m->end holds the rows at kept_t, */
     double kept_t;

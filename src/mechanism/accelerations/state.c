@@ -41,24 +41,19 @@ static int32_t slides(const perp_mechanism *m, int32_t row, int32_t tangents, co
 perp__element *perp__element_add(perp__acceleration *a, int32_t source)
 {
     const perp_mechanism *m = a->m;
-    const int32_t group = source - m->contacts;
     perp__element *element = a->element + a->elements++;
-    int32_t row = m->contact_rows + m->bilateral + group * m->model.dry_dim, i;
+    int32_t i;
 
     memset(element, 0, sizeof *element);
     element->source = source;
     element->row = a->active;
-    if (group < 0) {
-        row = m->starts[source];
-        element->tangents = m->dims[source] - 1;
-    } else {
-        element->dry = 1;
-        element->tangents = m->model.dry_dim;
-        element->bound = m->begin.bound[group];
-        element->friction = element->bound > 0.0;
-    }
-    for (i = 0; i < element->tangents + !element->dry; i++)
-        a->row_of[a->active++] = row + i;
+    element->dry = source >= m->contacts;
+    element->tangents = m->tangents[source];
+    if (element->dry)
+        element->bound = m->begin.bound[source - m->contacts];
+    element->friction = element->bound > 0.0;
+    for (i = -!element->dry; i < element->tangents; i++)
+        a->row_of[a->active++] = m->tangent[source] + i;
     return element;
 }
 

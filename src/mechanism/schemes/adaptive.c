@@ -124,7 +124,7 @@ static int32_t turns(const perp_mechanism *m, double weight)
         for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
             if (m->next.modes[j] == PERP_MECHANISM_SLIP && row_turns(m, i, weight))
                 return 1;
-    for (i = m->contact_rows + m->bilateral; i < m->rows; i++)
+    for (i = m->rows - m->dry_rows; i < m->rows; i++)
         if (row_turns(m, i, weight))
             return 1;
     return 0;

@@ -108,35 +108,14 @@ static int32_t chatters(const perp_mechanism *m)
     return 0;
 }
 
-/* Marks the rows that hold in all answers. */
-static void mark_held(const perp_mechanism *m, int32_t *held)
-{
-    int32_t i, j;
-
-    for (j = 0; j < m->contacts; j++) {
-        const int32_t sticks = count_mode(m, j, PERP_MECHANISM_STICK) == 3;
-
-        for (i = m->starts[j]; i < m->starts[j + 1]; i++)
-            held[i] =
-                sticks || (i == m->starts[j] && count_mode(m, j, PERP_MECHANISM_SEPARATE) == 0);
-    }
-    for (i = m->contact_rows; i < m->contact_rows + m->bilateral; i++)
-        held[i] = 1;
-    for (; i < m->rows; i++) {
-        j = (i - m->contact_rows - m->bilateral) / m->model.dry_dim;
-        held[i] = count_mode(m, m->contacts + j, PERP_MECHANISM_STICK) == 3;
-    }
-}
-
 /* The speed of v in the norm of M, in what the rows that hold leave free. */
 static double free_speed(perp_mechanism *m, perp__adaptive *a, const double *v)
 {
     int32_t i;
 
-    mark_held(m, m->marks);
     m->held.count = 0;
     for (i = 0; i < m->rows; i++)
-        if (m->marks[i])
+        if (m->trial.holds[i] && m->half.holds[i] && m->next.holds[i])
             perp__hold_row(m, &m->begin, i, 0.0);
     perp__held_rows_solve(&m->held);
     perp__energy_norm(m, &m->begin, a->scratch, v);

@@ -153,17 +153,13 @@ perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const pe
     perp_status status = PERP_OK;
     int32_t j;
 
-    for (j = 0; j < m->contacts && status == PERP_OK; j++) {
-        const friction f = {m->starts[j] + 1, m->dims[j] - 1, j,
-                            m->friction[j] * to->r[m->starts[j]]};
+    for (j = 0; j < m->contacts + m->dry && status == PERP_OK; j++) {
+        const friction f = {m->tangent[j], m->tangents[j], j,
+                            j < m->contacts ? m->friction[j] * to->r[m->starts[j]]
+                                            : m->dry_bound[j - m->contacts]};
 
-        status = look_for_impact(m, a, from, to, start, length, j);
-        look_for_turn(m, a, from, to, start, length, &f);
-    }
-    for (j = 0; j < m->dry; j++) {
-        const friction f = {m->contact_rows + m->bilateral + j * m->model.dry_dim, m->model.dry_dim,
-                            m->contacts + j, m->dry_bound[j]};
-
+        if (j < m->contacts)
+            status = look_for_impact(m, a, from, to, start, length, j);
         look_for_turn(m, a, from, to, start, length, &f);
     }
     return status;

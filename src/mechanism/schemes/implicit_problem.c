@@ -51,7 +51,7 @@ static void find_sizes(perp_mechanism *m, perp__implicit *s)
     for (i = 0; i < m->rows; i++) {
         s->inverse_mass[i] = inverse_mass(m, i);
         if ((i < m->contact_rows && !(m->normal_of[i] >= 0 && m->included[m->normal_of[i]])) ||
-            i >= m->contact_rows + m->bilateral || !(s->inverse_mass[i] > 0.0))
+            i >= m->rows - m->dry_rows || !(s->inverse_mass[i] > 0.0))
             continue;
         noise = fmax(noise, perp__gap_rounding(m, &m->begin, i, s->q0) /
                                 (s->h * s->speed * sqrt(s->inverse_mass[i])));
@@ -65,14 +65,14 @@ static void bound(perp__implicit *s, int32_t i, double lower, double upper)
     s->upper[i] = upper;
 }
 
-static void number_disc(perp_mechanism *m, perp__implicit *s, int32_t contact, int32_t row,
-                        int32_t tangents, double weight)
+static void number_disc(perp_mechanism *m, perp__implicit *s, int32_t contact, int32_t tangents,
+                        double weight)
 {
     perp__implicit_disc *disc = s->discs + s->discs_count++;
     int32_t i;
 
     disc->contact = contact;
-    disc->row = row;
+    disc->row = m->tangent[contact];
     disc->tangents = tangents;
     disc->edges = tangents > 1 ? m->settings.cone : 0;
     disc->forces = disc->edges > 0 ? disc->edges : tangents;
@@ -97,7 +97,7 @@ static void number_contact(perp_mechanism *m, perp__implicit *s, int32_t j)
     const double inverse = s->inverse_mass[row];
     const double impulse = inverse > 0.0 ? s->speed / sqrt(inverse) : 0.0;
 
-    number_disc(m, s, j, row + 1, m->friction[j] > 0.0 ? m->dims[j] - 1 : 0,
+    number_disc(m, s, j, m->friction[j] > 0.0 ? m->tangents[j] : 0,
                 m->friction[j] * fmax(m->answer.r[row], impulse));
 }
 
@@ -118,9 +118,7 @@ void perp__implicit_number(perp_mechanism *m, perp__implicit *s)
         bound(s, s->size++, -INFINITY, INFINITY);
     for (i = 0; i < m->dry; i++)
         if (m->dry_bound[i] > 0.0)
-            number_disc(m, s, m->contacts + i,
-                        m->contact_rows + m->bilateral + i * m->model.dry_dim, m->model.dry_dim,
-                        m->dry_bound[i]);
+            number_disc(m, s, m->contacts + i, m->model.dry_dim, m->dry_bound[i]);
 }
 
 double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
