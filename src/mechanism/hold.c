@@ -10,11 +10,7 @@
  * the same holds for a single coordinate that the rows determine. */
 #include "mechanism/mechanism.h"
 
-#include <math.h>
 #include <string.h>
-
-/* A coordinate counts as determined if no more than this of it is outside the span. */
-#define SPAN_TOLERANCE 1e-10
 
 /* What the row's velocity J_i v is where it holds. */
 static double target_of(const perp_mechanism *m, const perp__velocity_problem *problem, int32_t row)
@@ -33,34 +29,19 @@ void perp__hold_row(perp_mechanism *m, const perp__terms *terms, int32_t row, do
     perp__held_rows_take(&m->held, target);
 }
 
-/* Whether the rows determine coordinate i, and with rows alone whose targets are 0. components: of
- * the particular solution along the basis. */
-static int32_t is_at_rest(perp_mechanism *m, const perp__terms *terms, const double *components,
-                          size_t i)
+/* Whether the rows determine coordinate i, and with rows alone whose targets are 0. */
+static int32_t is_at_rest(perp_mechanism *m, const perp__terms *terms, int32_t i)
 {
-    const size_t n = (size_t)m->n;
-    double *unit = m->work + 2 * n, *rest = unit + n;
-    int32_t j;
-    size_t k;
+    double *unit = m->held.unit, length;
+    int32_t k;
 
-    memset(unit, 0, n * sizeof *unit);
+    memset(unit, 0, (size_t)m->n * sizeof *unit);
     unit[i] = 1.0;
     perp__solve_lower(m, terms, unit); /* 0 before i */
-    memcpy(rest, unit, n * sizeof *rest);
-    for (j = 0; j < m->held.rank; j++) {
-        const double *q = m->held.basis + (size_t)j * n;
-        double along = 0.0;
-
-        for (k = i; k < n; k++)
-            along += q[k] * unit[k];
-        if (along == 0.0)
-            continue;
-        if (components[j] != 0.0)
-            return 0;
-        for (k = 0; k < n; k++)
-            rest[k] -= along * q[k];
-    }
-    return perp__length(rest, m->n) <= SPAN_TOLERANCE * perp__length(unit, m->n);
+    length = perp__length(unit, m->n);
+    for (k = i; k < m->n; k++)
+        unit[k] /= length;
+    return perp__held_rows_fix(&m->held, i, m->n - i);
 }
 
 /* The only entry of a row that is not 0, or -1. */
@@ -81,19 +62,13 @@ static int32_t single_entry(const double *row, int32_t n)
 static void fix_coordinates(perp_mechanism *m, const perp__motion *answer,
                             const perp__velocity_problem *problem, double *v)
 {
-    const size_t n = (size_t)m->n;
-    double *components = m->work + n;
-    int32_t row, j;
-    size_t i, k;
+    int32_t row, i;
 
-    for (j = 0; j < m->held.rank; j++) /* exactly 0 where rows of other bodies alone have targets */
-        for (k = 0, components[j] = 0.0; k < n; k++)
-            components[j] += m->held.basis[(size_t)j * n + k] * m->held.particular[k];
-    for (i = 0; i < n && m->held.rank > 0; i++)
-        if (v[i] == 0.0 || is_at_rest(m, problem->terms, components, i)) /* never -0.0 */
+    for (i = 0; i < m->n && m->held.rank > 0; i++)
+        if (v[i] == 0.0 || is_at_rest(m, problem->terms, i)) /* never -0.0 */
             v[i] = 0.0;
     for (row = 0; row < m->rows; row++) {
-        const double *J = problem->terms->J + (size_t)row * n;
+        const double *J = problem->terms->J + (size_t)row * (size_t)m->n;
         const int32_t only = answer->holds[row] ? single_entry(J, m->n) : -1;
 
         if (only >= 0)
@@ -117,10 +92,7 @@ static int32_t hold(perp_mechanism *m, const perp__motion *answer,
     size = perp__length(v, m->n) + perp__length(m->held.particular, m->n);
     if (m->held.rank == m->n)
         memset(v, 0, (size_t)m->n * sizeof *v);
-    else
-        perp__project_out(m->held.basis, m->held.rank, m->n, v);
-    for (i = 0; i < m->n; i++)
-        v[i] += m->held.particular[i];
+    perp__held_rows_free(&m->held, v);
     perp__solve_upper(m, problem->terms, v);
     fix_coordinates(m, answer, problem, v);
     for (i = 0; i < m->n; i++)
@@ -133,7 +105,7 @@ void perp__hold_velocities(perp_mechanism *m, perp__motion *answer,
 {
     int32_t i, agrees;
 
-    m->held.count = 0;
+    perp__held_rows_begin(&m->held, m->n);
     for (i = 0; i < m->rows; i++)
         if (answer->holds[i])
             perp__hold_row(m, problem->terms, i, target_of(m, problem, i));

@@ -20,7 +20,7 @@ static double sliding_inertia(perp_mechanism *m, int32_t j, double speed)
     int32_t i;
     size_t k;
 
-    m->held.count = 0;
+    perp__held_rows_begin(&m->held, m->n);
     for (i = 0; i < m->bilateral; i++)
         perp__hold_row(m, &m->begin, m->contact_rows + i, 0.0);
     perp__held_rows_solve(&m->held);

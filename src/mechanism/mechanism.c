@@ -64,7 +64,7 @@ static void layout(perp__arena *arena, void *object)
     layout_terms(arena, m, &m->end);
     for (k = 0; k < sizeof motions / sizeof *motions; k++)
         layout_motion(arena, m, motions[k]);
-    perp__held_rows_layout(&m->held, arena, m->rows, m->n);
+    perp__held_rows_layout(&m->held, arena, rows * n, rows, n);
     take_vector(arena, &m->momentum, n);
     take_vector(arena, &m->free, n);
     take_vector(arena, &m->dry_bound, (size_t)m->dry);

@@ -113,7 +113,7 @@ static double free_speed(perp_mechanism *m, perp__adaptive *a, const double *v)
 {
     int32_t i;
 
-    m->held.count = 0;
+    perp__held_rows_begin(&m->held, m->n);
     for (i = 0; i < m->rows; i++)
         if (m->trial.holds[i] && m->half.holds[i] && m->next.holds[i])
             perp__hold_row(m, &m->begin, i, 0.0);
