@@ -275,6 +275,59 @@ static double work_of(const perp_world *world, const perp__island *island, doubl
     return sum;
 }
 
+/* Where a body of the island is turned by now. */
+static void turned_by_now(const perp_world *world, int32_t i, double *R)
+{
+    double turn[4], matrix[9];
+
+    perp__quaternion_exponential(turn, world->work.drift + world->dof * i + 3);
+    perp__quaternion_matrix(matrix, turn);
+    perp__multiply3(R, matrix, world->motions[world->work.members[i]].rotation);
+}
+
+/* Inertia is that of the bodies as they are turned when they jump: angular momentum and energy are
+ * kept there. */
+static void turn_inertia(perp_world *world, const perp__island *island)
+{
+    int32_t i, k;
+
+    for (i = 0; i < island->bodies; i++) {
+        const perp__body *body = &world->bodies[world->work.members[i]];
+        double *C = world->work.factors + 36 * i, R[9], turned[9];
+
+        if (body->spherical)
+            continue;
+        turned_by_now(world, i, R);
+        perp__multiply3(turned, R, body->factor);
+        for (k = 0; k < 9; k++)
+            C[6 * (3 + k / 3) + 3 + k % 3] = turned[k];
+    }
+}
+
+/* What forces add in a step, at the rate at which they do in the time that is left: the gyroscopic
+ * part goes with the angular velocity, which jumped. */
+static void renew_gain(perp_world *world, const perp__island *island, double left, double h)
+{
+    int32_t i, k;
+
+    for (i = 0; i < island->bodies && left > 0.0; i++) {
+        const int32_t body = world->work.members[i];
+        const double *now = world->work.now + 6 * i;
+        double R[9], w[3], torque[3], change[3], turned[3];
+
+        if (world->bodies[body].spherical)
+            continue;
+        turned_by_now(world, i, R);
+        perp__apply_transposed3(w, R, now + 3);
+        perp__apply_transposed3(torque, R, world->states[body].torque);
+        perp__euler_step(&world->bodies[body], left, w, torque, change);
+        perp__subtract3(change, change, w);
+        perp__apply3(turned, R, change);
+        for (k = 0; k < 3; k++)
+            world->work.gain[6 * i + 3 + k] = h / left * turned[k];
+    }
+}
+
 /* The jump of the velocities where contacts touch. Moreau's law with friction, or with several
  * contacts, can give energy: then with less of the restitution, in the end none, which never does
  * where nothing moves as it is told. */
@@ -341,7 +394,10 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
     move_gaps(world, island, t);
     work->gap[which] = 0.0;
     *left -= t;
-    return jump(world, island, verdict);
+    turn_inertia(world, island);
+    status = jump(world, island, verdict);
+    renew_gain(world, island, *left, h);
+    return status;
 }
 
 /* Impacts that are left over when their number is spent: the velocities after the step are those

@@ -42,7 +42,7 @@ typedef struct perp__lane_group {
 typedef struct perp__coloured {
     const struct perp__coloured_kernels *kernels;
     perp__arena arena, point_arena;
-    int32_t bodies, contacts, width; /* of the problem at hand */
+    int32_t bodies, width; /* of the problem at hand */
     int32_t groups, points;
     int32_t most_bodies, most_contacts, most_groups, most_points; /* room */
     perp__lane_group *group;

@@ -263,7 +263,6 @@ perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *pr
     if (status != PERP_OK)
         return status;
     c->bodies = problem->bodies;
-    c->contacts = problem->contacts;
     c->width = problem->width;
     read_factors(c, problem);
     pairs = cut_pairs(c, problem);
