@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "linalg/pivoting.h"
 
 /* A pass over positions takes this share of the penetration away, and no point further than that
  * many guards in a step. */
@@ -40,48 +41,6 @@ void perp__coloured_release(perp__coloured *c)
     perp__arena_release(&c->point_arena);
 }
 
-/* x := A^-1 x, n by n with row stride `stride`, by elimination with row pivots. A singular A gives
- * numbers that are not finite, which the caller's verdict sees. */
-static void solve_small(const double *A, int32_t n, int32_t stride, double *x)
-{
-    double U[6][6];
-    int32_t i, j, k;
-
-    for (i = 0; i < n; i++)
-        memcpy(U[i], A + stride * i, (size_t)n * sizeof **U);
-    for (k = 0; k < n; k++) {
-        int32_t pivot = k;
-
-        for (i = k + 1; i < n; i++)
-            if (fabs(U[i][k]) > fabs(U[pivot][k]))
-                pivot = i;
-        for (j = 0; j < n && pivot != k; j++) {
-            const double swap = U[k][j];
-
-            U[k][j] = U[pivot][j];
-            U[pivot][j] = swap;
-        }
-        if (pivot != k) {
-            const double swap = x[k];
-
-            x[k] = x[pivot];
-            x[pivot] = swap;
-        }
-        for (i = k + 1; i < n; i++) {
-            const double factor = U[i][k] / U[k][k];
-
-            for (j = k + 1; j < n; j++)
-                U[i][j] -= factor * U[k][j];
-            x[i] -= factor * x[k];
-        }
-    }
-    for (i = n; i-- > 0;) {
-        for (j = i + 1; j < n; j++)
-            x[i] -= U[i][j] * x[j];
-        x[i] /= U[i][i];
-    }
-}
-
 /* y := C^-1 v of a body. */
 static void weigh_velocity(const perp__coloured *c, const double *factors, int32_t body,
                            const double *v, double *y)
@@ -93,12 +52,12 @@ static void weigh_velocity(const perp__coloured *c, const double *factors, int32
     memset(y, 0, 8 * sizeof *y);
     memcpy(y, v, (size_t)width * sizeof *y);
     if (!c->splits[body]) {
-        solve_small(C, width, width, y);
+        perp__solve_small(C, width, width, y, 1);
         return;
     }
     for (i = 0; i < 3; i++)
         y[i] /= C[7 * i];
-    solve_small(C + 21, 3, 6, y + 3);
+    perp__solve_small(C + 21, 3, 6, y + 3, 1);
 }
 
 /* start := y of the start, change := that of free velocities less start. */
