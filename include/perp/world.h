@@ -76,7 +76,8 @@ typedef struct perp_world_settings {
     int32_t max_iterations; /* of a whole step; 0 (default): the methods' own limits */
     int32_t strict;         /* 1: a step that is not solved leaves the state untouched;
                                0 (default): on a limit it advances with the best iterate */
-    int32_t reserved;
+    int32_t wakeful; /* 1: steps of what rests are taken like all others, for the same bits at
+                        more cost; 0 (default): they are skipped */
     double tol;        /* residual that counts as solved, see below; 0 (default): 1e-10
                           of what is solved exactly; of what is swept 1e-2, 1e-3, 1e-6
                           from fast to accurate */
