@@ -45,10 +45,22 @@ perp_status perp__reserve_memories(perp_world *world, int32_t count)
     return PERP_OK;
 }
 
-/* Room for `needed` contacts, and as many memories of them. */
+static perp_status grow(perp_world *world, perp__contact_set *set, int32_t capacity)
+{
+    perp__world_contact *contacts =
+        perp__grown(world->context, set->contacts, (size_t)set->count * sizeof *contacts,
+                    (size_t)capacity * sizeof *contacts);
+
+    if (!contacts)
+        return perp__fail_memory(world->context, "the contacts");
+    set->contacts = contacts;
+    set->capacity = capacity;
+    return PERP_OK;
+}
+
+/* Room for `needed` contacts, and as many memories of them; the last step's set is the next one's. */
 static perp_status reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed)
 {
-    perp__world_contact *contacts;
     int32_t capacity = set->capacity > 0 ? set->capacity : PERP__MAX_POINTS;
     perp_status status;
 
@@ -59,15 +71,9 @@ static perp_status reserve_contacts(perp_world *world, perp__contact_set *set, i
     while (capacity < needed)
         capacity *= 2;
     status = perp__reserve_memories(world, capacity);
-    if (status != PERP_OK)
-        return status;
-    contacts = perp__grown(world->context, set->contacts, (size_t)set->count * sizeof *contacts,
-                           (size_t)capacity * sizeof *contacts);
-    if (!contacts)
-        return perp__fail_memory(world->context, "the contacts");
-    set->contacts = contacts;
-    set->capacity = capacity;
-    return PERP_OK;
+    if (status == PERP_OK && set == &world->contacts && world->last.capacity < capacity)
+        status = grow(world, &world->last, capacity);
+    return status == PERP_OK ? grow(world, set, capacity) : status;
 }
 
 /* The geometric mean; exact where both are equal. */

@@ -404,7 +404,7 @@ void perp__fall_asleep(perp_world *world)
         return;
     keep_contacts(world);
     count_naps(world);
-    world->awake_changed = 1;
+    perp__list_awake(world);
 }
 
 double perp__asleep_residual(perp_world *world)
