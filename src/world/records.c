@@ -56,6 +56,19 @@ uint64_t perp__contact_order(const perp__world_contact *contact)
            (uint64_t)contact->shape_b;
 }
 
+/* Lists what a pair kept, in its order; returns how many there are now. */
+static int32_t list_kept(const perp_world *world, int32_t first, perp__keyed *order, int32_t count)
+{
+    int32_t i;
+
+    for (i = first; i >= 0; i = world->kept[i].next)
+        if (world->kept[i].included) {
+            order[count].key = world->kept[i].order;
+            order[count++].value = -1 - i;
+        }
+    return count;
+}
+
 /* What the last step made of contacts that are asleep, and of the others, in their order. */
 static perp_status merge_records(perp_world *world)
 {
@@ -65,11 +78,10 @@ static perp_status merge_records(perp_world *world)
 
     if (!order)
         return perp__fail_memory(world->context, "the contacts");
-    for (i = 0; i < world->kept_slots; i++)
-        if (world->kept[i].alive && world->kept[i].included) {
-            order[count].key = world->kept[i].order;
-            order[count++].value = -1 - i;
-        }
+    count = list_kept(world, world->first_orphan, order, count);
+    for (i = 0; i < world->pair_slots; i++)
+        if (world->pairs[i].first >= 0)
+            count = list_kept(world, world->pairs[i].first_kept, order, count);
     for (i = 0; i < world->last.count; i++)
         if (world->last.contacts[i].included) {
             order[count].key = perp__contact_order(&world->last.contacts[i]);

@@ -196,7 +196,6 @@ void perp__drop_kept(perp_world *world, int32_t first)
         perp__kept *kept = &world->kept[first];
 
         next = kept->next;
-        kept->alive = 0;
         kept->next = world->free_kept;
         world->free_kept = first;
         world->kept_count--;
@@ -228,7 +227,6 @@ static perp__kept *take_kept(perp_world *world, perp__pair *pair)
     *link = slot;
     memset(&world->kept[slot], 0, sizeof *world->kept);
     world->kept[slot].next = NONE;
-    world->kept[slot].alive = 1;
     world->kept_count++;
     return &world->kept[slot];
 }

@@ -102,7 +102,6 @@ typedef struct perp__memory {
 
 /* A contact point of bodies that are asleep. */
 typedef struct perp__kept {
-    int32_t alive;
     int32_t next; /* of the pair; of a free one: the next free one */
     int32_t included;
     uint64_t order; /* its place among the contacts */
