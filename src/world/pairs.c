@@ -17,8 +17,10 @@
 
 enum { NONE = -1 };
 
-/* Space around a shape in its fat box, in terms of its radius. */
+/* Space around a shape in its fat box, in terms of its radius; and how many times that of a new box
+ * is too much at the start of a step: what was fast is alone again once it is slow. */
 #define SPACE 0.1
+#define TOO_FAT 4.0
 
 /* Extents grow by a few roundings, so that shapes that exactly touch are found. */
 #define ROUNDING (8.0 * PERP__EPSILON)
@@ -256,19 +258,30 @@ static perp_status find_partners(perp_world *world, int32_t shape)
     return status;
 }
 
+static int32_t is_too_fat(const perp__bounds *fat, const perp__bounds *box, double space)
+{
+    double excess = 0.0;
+    int32_t k;
+
+    for (k = 0; k < 3; k++)
+        excess = fmax(excess, (fat->high[k] - fat->low[k]) - (box->high[k] - box->low[k]));
+    return excess > TOO_FAT * 2.0 * space;
+}
+
 /* Makes the shape's fat box hold `box`. */
 static perp_status cover(perp_world *world, int32_t i, const perp__bounds *box, double speed)
 {
     perp__shape *shape = &world->shapes[i];
+    /* half as much again of a long way, so as not to come every step */
+    const double space = SPACE * shape->radius + 0.5 * speed;
     perp__bounds fat;
     perp_status status;
     int32_t k;
 
-    if (shape->leaf != NONE && perp__bounds_contain(fat_box(world, i), box))
+    if (shape->leaf != NONE && perp__bounds_contain(fat_box(world, i), box) &&
+        (world->rounds > 0 || !is_too_fat(fat_box(world, i), box, space)))
         return PERP_OK;
-    for (k = 0; k < 3; k++) { /* half as much again of a long way, so as not to come every step */
-        const double space = SPACE * shape->radius + 0.5 * speed;
-
+    for (k = 0; k < 3; k++) {
         fat.low[k] = box->low[k] - space;
         fat.high[k] = box->high[k] + space;
     }
