@@ -58,7 +58,8 @@ static perp_status grow(perp_world *world, perp__contact_set *set, int32_t capac
     return PERP_OK;
 }
 
-/* Room for `needed` contacts, and as many memories of them; the last step's set is the next one's. */
+/* Room for `needed` contacts, and as many memories of them; the last step's set is the next one's.
+ */
 static perp_status reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed)
 {
     int32_t capacity = set->capacity > 0 ? set->capacity : PERP__MAX_POINTS;
@@ -530,13 +531,12 @@ void perp__remember(perp_world *world)
 
         if (pair)
             perp__write_memory(&world->contacts.contacts[i],
-                         &memories[pair->first_memory + pair->memories++]);
+                               &memories[pair->first_memory + pair->memories++]);
     }
     for (i = 0; i < world->pair_count; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
 
-        pair->changed =
-            pair->first_kept >= 0 || is_news(world, pair);
+        pair->changed = pair->first_kept >= 0 || is_news(world, pair);
         perp__drop_kept(world, pair->first_kept);
         pair->first_kept = -1;
     }

@@ -148,8 +148,8 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
 
 /* ---- the order of pairs ---- */
 
-/* Whether the pair is in the shape's charge: each is in that of one shape awake. Pairs with what was
- * roused within the step wait until that begins anew. */
+/* Whether the pair is in the shape's charge: each is in that of one shape awake. Pairs with what
+ * was roused within the step wait until that begins anew. */
 static int32_t lists_pair(const perp_world *world, int32_t link)
 {
     const perp__pair *pair = &world->pairs[link / 2];

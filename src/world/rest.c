@@ -1,10 +1,10 @@
-/* Rest is a fixed point. What a step makes of some bodies depends on their states, the impulses that
- * their contacts remember, the length of the step, and on what is near them: the shapes whose fat
- * boxes overlap theirs. Where bodies joined by such pairs have the same states and memories after a
- * step as before, bit for bit, every further step of that length gives them again. So they fall
- * asleep: steps go through what is awake alone. They wake when one of them, the length of the step
- * or what they rest on is changed, or when something awake comes near; then memories, which lie with
- * the records of their contacts meanwhile, are what they were.
+/* Rest is a fixed point. What a step makes of some bodies depends on their states, the impulses
+ * that their contacts remember, the length of the step, and on what is near them: the shapes whose
+ * fat boxes overlap theirs. Where bodies joined by such pairs have the same states and memories
+ * after a step as before, bit for bit, every further step of that length gives them again. So they
+ * fall asleep: steps go through what is awake alone. They wake when one of them, the length of the
+ * step or what they rest on is changed, or when something awake comes near; then memories, which
+ * lie with the records of their contacts meanwhile, are what they were.
  *
  * Budgets of iterations are shared by a whole step, so that nothing is alone: none sleeps then. */
 #include "world/world.h"

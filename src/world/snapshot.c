@@ -26,8 +26,7 @@ static snapshot_header header_of(const perp_world *world)
     header.world = (uint64_t)(uintptr_t)world;
     header.edition = world->edition;
     header.slots = (uint64_t)world->body_slots;
-    header.memories = (uint64_t)(world->memory_count + world->kept_count -
-                                 world->orphan_count);
+    header.memories = (uint64_t)(world->memory_count + world->kept_count - world->orphan_count);
     return header;
 }
 

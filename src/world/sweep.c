@@ -34,6 +34,10 @@
 #define SETTLING_SWEEPS 4
 #define PLANAR_SWEEPS 200 /* which have no such guess to start from */
 
+/* Beside the level's tol, the residual with which what rests is left as it is: by then it would
+ * have moved if it could. */
+#define AT_REST 1e-2
+
 /* Passes that are always made. */
 #define LEAST_PASSES 8
 
@@ -219,19 +223,27 @@ static perp_status look(perp_world *world, perp__rigid_answer *answer, perp__rig
     return status;
 }
 
+/* Biases of the step: what gaps leave. */
+static void close_gaps(perp_world *world, const perp__island *island, double h)
+{
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = island_contact(world, island, i);
+
+        world->work.rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0) / h;
+    }
+}
+
 /* What the sweeps are worth: the contact layer looks at their point, and goes nowhere from it. */
 static perp_status judge(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                          perp__rigid_problem *problem, double h, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     const size_t size = 3 * (size_t)island->contacts * sizeof(double);
-    int32_t i;
 
-    for (i = 0; i < island->contacts && verdict->impacts == 0; i++) {
-        const perp__world_contact *contact = island_contact(world, island, i);
-
-        work->rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0) / h;
-    }
+    if (verdict->impacts == 0)
+        close_gaps(world, island, h);
     memcpy(work->warm, work->impulse, size);
     problem->tol = perp__swept_tol(world);
     return look(world, answer, problem, verdict);
@@ -300,6 +312,63 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
     return status;
 }
 
+static int32_t is_at_rest(const perp_world *world, const perp__island *island)
+{
+    int32_t i, rests = world->work.carriers == 0;
+
+    for (i = 0; i < world->dof * island->bodies && rests; i++)
+        rests = world->work.start[i] == 0.0;
+    return rests;
+}
+
+/* What rests and is held by the impulses of the last step is so by these very ones, bit for bit:
+ * then answer->held. */
+static perp_status stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                         perp__rigid_problem *problem, double h, perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    const double tol = AT_REST * perp__swept_tol(world);
+    perp_status status;
+    int32_t i;
+
+    if (!is_at_rest(world, island))
+        return PERP_OK;
+    close_gaps(world, island, h);
+    problem->tol = perp__swept_tol(world);
+    status = look(world, answer, problem, verdict);
+    problem->again = 1;
+    if (status == PERP_OK && perp__is_good(answer->outcome) && answer->tested <= tol &&
+        answer->own <= tol)
+        status = hold(world, island, answer, problem);
+    for (i = 0; i < world->dof * island->bodies && answer->held; i++)
+        answer->held = work->v[i] == 0.0;
+    return status;
+}
+
+static perp_status sweep(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                         perp__rigid_problem *problem, double h, perp__verdict *verdict)
+{
+    perp__substeps step;
+    perp_status status;
+
+    plan(world, island, &step, h);
+    status = perp__coloured_step(&world->coloured, answer, world->work.moving, problem, &step);
+    perp__spend(world, answer->iterations);
+    if (status == PERP_OK && has_impacts(world, island)) {
+        verdict->impacts = 1;
+        status = bounce(world, island, answer, problem, &step);
+    }
+    if (status == PERP_OK)
+        status = judge(world, island, answer, problem, h, verdict);
+    if (status == PERP_OK && verdict->impacts == 0 &&
+        !(perp__is_good(verdict->outcome) && stands_still(world, island)) &&
+        comes_from_rest(world, island))
+        status = settle(world, island, answer, problem, verdict);
+    if (status == PERP_OK && verdict->impacts == 0)
+        status = hold(world, island, answer, problem);
+    return status;
+}
+
 /* The step within its budget: the true residual is told, and where it is not small enough, that it
  * was a budget which ended it. */
 perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
@@ -308,7 +377,6 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__island_work *work = &world->work;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
-    perp__substeps step;
     perp_status status;
     int32_t i;
 
@@ -317,22 +385,10 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__force_bodies(world, island, 1.0);
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
-    plan(world, island, &step, h);
-    status = perp__coloured_step(&world->coloured, &answer, work->moving, &problem, &step);
-    perp__spend(world, answer.iterations);
     verdict->stages = verdict->swept = 1;
-    if (status == PERP_OK && has_impacts(world, island)) {
-        verdict->impacts = 1;
-        status = bounce(world, island, &answer, &problem, &step);
-    }
-    if (status == PERP_OK)
-        status = judge(world, island, &answer, &problem, h, verdict);
-    if (status == PERP_OK && verdict->impacts == 0 &&
-        !(perp__is_good(verdict->outcome) && stands_still(world, island)) &&
-        comes_from_rest(world, island))
-        status = settle(world, island, &answer, &problem, verdict);
-    if (status == PERP_OK && verdict->impacts == 0)
-        status = hold(world, island, &answer, &problem);
+    status = stand(world, island, &answer, &problem, h, verdict);
+    if (status == PERP_OK && !answer.held)
+        status = sweep(world, island, &answer, &problem, h, verdict);
     if (status != PERP_OK)
         return status;
     perp__take_answer(world, island);

@@ -64,7 +64,7 @@ typedef struct perp__body {
     double inverse_factor[9]; /* C^-1 */
     double radius; /* of the sphere about the mass centre that holds the bounded shapes */
     int32_t shapes;
-    int32_t planes; /* half-spaces among the shapes */
+    int32_t planes;      /* half-spaces among the shapes */
     int32_t first_shape; /* list of the shapes; -1: none */
     /* rest.c */
     int32_t awake; /* on the list of these */
@@ -177,8 +177,8 @@ typedef struct perp__motion {
     int32_t island;   /* -1: none */
     int32_t local;    /* number within the island */
     int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
-    int32_t repeats; /* ends the step as it began */
-    int32_t calm;    /* so does all that is joined to it; at the root */
+    int32_t repeats;  /* ends the step as it began */
+    int32_t calm;     /* so does all that is joined to it; at the root */
     perp__verdict verdict;
 } perp__motion;
 

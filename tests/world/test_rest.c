@@ -84,7 +84,7 @@ static void add_random(twins *t, int place, int32_t planar, double height)
     const double half[3] = {uniform(t, 0.2, 0.5), uniform(t, 0.2, 0.5), uniform(t, 0.2, 0.5)};
     perp_body_settings settings = scene_defaults();
 
-    settings.kind = kind < 0.05   ? PERP_BODY_STATIC
+    settings.kind = kind < 0.05  ? PERP_BODY_STATIC
                     : kind < 0.1 ? PERP_BODY_KINEMATIC
                                  : PERP_BODY_DYNAMIC;
     settings.position[0] = uniform(t, -6.0, 6.0);
@@ -150,8 +150,7 @@ static void save_or_restore(twins *t)
         perp_world *world = t->worlds[k].world;
 
         if (t->blobs[k]) {
-            SCENE_OK(&t->worlds[k],
-                     perp_world_snapshot_restore(world, t->blobs[k], t->sizes[k]));
+            SCENE_OK(&t->worlds[k], perp_world_snapshot_restore(world, t->blobs[k], t->sizes[k]));
             free(t->blobs[k]);
             t->blobs[k] = NULL;
         } else {
@@ -219,7 +218,10 @@ static void step_twins(twins *t, double h)
         assert_int_equal(perp_step_result_init(&results[k], sizeof results[k]), PERP_OK);
         SCENE_OK(&t->worlds[k], perp_world_step(t->worlds[k].world, &results[k], h));
     }
-    if (getenv("TRACE")) printf("step %d outcome %d awake %d/%d\n", (int)t->worlds[0].world->stats.steps, results[0].outcome, t->worlds[0].world->awake_count, t->worlds[1].world->awake_count);
+    if (getenv("TRACE"))
+        printf("step %d outcome %d awake %d/%d\n", (int)t->worlds[0].world->stats.steps,
+               results[0].outcome, t->worlds[0].world->awake_count,
+               t->worlds[1].world->awake_count);
     check_results(t, results);
     check_states(t);
     check_contacts(t);
