@@ -270,20 +270,25 @@ static void test_random_lives(void **state)
     assert_true(asleep > 8 * 4 * STEPS); /* a body in six at the very least */
 }
 
-/* A box on another: all sleep, and wake when the lower one goes, or a ball comes down on them. */
+/* A box on another on a tile: all sleep, and wake when the lower one goes or is pushed, when a ball
+ * comes, or when the tile goes. */
 static void test_what_wakes(void **state)
 {
     int how;
 
     (void)state;
-    for (how = 0; how < 3; how++) {
-        perp_body boxes[2];
+    for (how = 0; how < 4; how++) {
+        perp_body tile, boxes[2];
         perp_body_settings settings = scene_defaults();
         scene s;
         int i, moved = 0;
 
         scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
-        scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0);
+        settings.kind = PERP_BODY_STATIC;
+        settings.position[2] = -0.5;
+        tile = scene_add(&s, &settings);
+        scene_box(&s, tile, 2.0, 2.0, 0.5, 0.5, 0.0);
+        settings.kind = PERP_BODY_DYNAMIC;
         for (i = 0; i < 2; i++) {
             settings.position[2] = 0.5 + i;
             boxes[i] = scene_add(&s, &settings);
@@ -297,10 +302,11 @@ static void test_what_wakes(void **state)
             SCENE_OK(&s, perp_world_remove_body(s.world, boxes[0]));
         } else if (how == 1) {
             scene_push(&s, boxes[0], 1e5, 0.0, 0.0);
+        } else if (how == 3) {
+            SCENE_OK(&s, perp_world_remove_body(s.world, tile));
         } else {
-            settings.position[2] = 4.0;
-            settings.velocity[2] = -20.0;
-            settings.velocity[0] = 3.0;
+            settings.position[0] = -3.0;
+            settings.velocity[0] = 30.0;
             scene_sphere(&s, scene_add(&s, &settings), 0.5, 0.5, 0.0);
         }
         for (i = 0; i < 20; i++) {
