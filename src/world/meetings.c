@@ -13,10 +13,8 @@
 /* A gap is a difference of coordinates: this many units of rounding of the largest of them. */
 #define GAP_ROUNDING (64.0 * PERP__EPSILON)
 
-/* By how much of its way a motion may close shapes that touch without pressing; and by how much of
- * the slop. */
+/* By how much of its way a motion may close shapes that touch without pressing. */
 #define RELATIVE_GRAZING 1e-6
-#define SLOP_GRAZING 1e-2
 
 /* A face is covered where what lies before it is nearer than this share of the shape's thickness.
  */
@@ -52,9 +50,8 @@ static perp__nearness nearness_of(const perp_world *world, const perp__pair *pai
     double rounding = perp__pair_rounding(world, pair);
     perp__nearness near;
 
-    near.touching = (RELATIVE_SLACK + world->slop) * size_of(world, pair) + rounding;
-    near.grazing =
-        rounding + SLOP_GRAZING * world->slop * size_of(world, pair) + RELATIVE_GRAZING * way;
+    near.touching = RELATIVE_SLACK * size_of(world, pair) + rounding;
+    near.grazing = rounding + RELATIVE_GRAZING * way;
     near.rounding = rounding;
     return near;
 }

@@ -67,9 +67,8 @@ static int32_t count_fresh(const perp_world *world, const perp__island *island)
 static perp_status sweep_all(perp_world *world, const perp__island *island, double h,
                              perp__verdict *verdict)
 {
-    verdict->sweeps++;
     verdict->patched = 0;
-    return perp__sweep_island(world, island, h);
+    return perp__sweep_island(world, island, h, verdict);
 }
 
 /* Contacts came. Large islands are swept, near what came where that is little; they are finished

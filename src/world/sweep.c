@@ -34,6 +34,10 @@
 #define SETTLING_SWEEPS 4
 #define PLANAR_SWEEPS 200 /* which have no such guess to start from */
 
+/* Beside the level's tol, the residual with which what rests is left as it is: by then it would
+ * have moved if it could. */
+#define AT_REST 1e-2
+
 typedef struct level {
     int32_t substeps;
     int32_t few; /* contacts up to which an island is solved exactly all the same */
@@ -217,19 +221,27 @@ static perp_status look(perp_world *world, perp__rigid_answer *answer, perp__rig
     return status;
 }
 
+/* Biases of the step: what gaps leave. */
+static void close_gaps(perp_world *world, const perp__island *island, double h)
+{
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        world->work.rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0) / h;
+    }
+}
+
 /* What the sweeps are worth: the contact layer looks at their point, and goes nowhere from it. */
 static perp_status judge(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                          perp__rigid_problem *problem, double h, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     const size_t size = 3 * (size_t)island->contacts * sizeof(double);
-    int32_t i;
 
-    for (i = 0; i < island->contacts && verdict->impacts == 0; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        work->rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0) / h;
-    }
+    if (verdict->impacts == 0)
+        close_gaps(world, island, h);
     memcpy(work->warm, work->impulse, size);
     problem->tol = perp__swept_tol(world);
     return look(world, answer, problem, verdict);
@@ -299,15 +311,47 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
 }
 
 /* The problem of the island, and what its motion needs. */
-static void pose(perp_world *world, const perp__island *island, double h,
-                 perp__rigid_problem *problem, perp__rigid_answer *answer, perp__substeps *step)
+static void pose(perp_world *world, const perp__island *island, perp__rigid_problem *problem,
+                 perp__rigid_answer *answer)
 {
     perp__gather_bodies(world, island);
     perp__choose_rows(world, island, NULL);
     perp__force_bodies(world, island, 1.0);
     perp__pose_island(world, island, problem);
     perp__receive(world, answer);
-    plan(world, island, step, h);
+}
+
+static int32_t is_at_rest(const perp_world *world, const perp__island *island)
+{
+    int32_t i, rests = world->work.carriers == 0;
+
+    for (i = 0; i < world->dof * island->bodies && rests; i++)
+        rests = world->work.start[i] == 0.0;
+    return rests;
+}
+
+/* What rests and is held by the impulses of the last step is so by these very ones, bit for bit:
+ * then answer->held. */
+static perp_status stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                         perp__rigid_problem *problem, double h, perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    const double tol = AT_REST * perp__swept_tol(world);
+    perp_status status;
+    int32_t i;
+
+    if (!is_at_rest(world, island))
+        return PERP_OK;
+    close_gaps(world, island, h);
+    problem->tol = perp__swept_tol(world);
+    status = look(world, answer, problem, verdict);
+    problem->again = 1;
+    if (status == PERP_OK && perp__is_good(answer->outcome) && answer->tested <= tol &&
+        answer->own <= tol)
+        status = hold(world, island, answer, problem);
+    for (i = 0; i < world->dof * island->bodies && answer->held; i++)
+        answer->held = work->v[i] == 0.0;
+    return status;
 }
 
 /* What the island has come to, for its bodies and contacts. */
@@ -326,7 +370,18 @@ static void keep(perp_world *world, const perp__island *island)
     perp__write_twists(world, island);
 }
 
-perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h)
+static void finish(perp_world *world, const perp__island *island, perp__verdict *verdict)
+{
+    int32_t i;
+
+    keep(world, island);
+    for (i = 0; i < island->contacts; i++)
+        perp__step_contact(world, island, i)->mode = world->work.modes[i];
+    verdict->stages = verdict->swept = 1;
+}
+
+perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
+                               perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     perp__rigid_problem problem;
@@ -335,7 +390,17 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp_status status;
     int32_t i;
 
-    pose(world, island, h, &problem, &answer, &step);
+    pose(world, island, &problem, &answer);
+    status = stand(world, island, &answer, &problem, h, verdict);
+    if (status != PERP_OK)
+        return status;
+    if (answer.held) {
+        finish(world, island, verdict);
+        return PERP_OK;
+    }
+    verdict->sweeps++;
+    problem.again = 0;
+    plan(world, island, &step, h);
     status = perp__coloured_step(&world->coloured, &answer, work->moving, &problem, &step);
     if (status != PERP_OK)
         return status;
@@ -379,11 +444,10 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
     perp__rigid_answer answer;
     perp__substeps step;
     perp_status status = PERP_OK;
-    int32_t i;
 
-    pose(world, island, h, &problem, &answer, &step);
+    pose(world, island, &problem, &answer);
+    plan(world, island, &step, h);
     recall(world, island);
-    verdict->stages = verdict->swept = 1;
     if (has_impacts(world, island)) {
         verdict->impacts = 1;
         status = bounce(world, island, &answer, &problem, &step);
@@ -397,10 +461,7 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
         status = settle(world, island, &answer, &problem, verdict);
     if (status == PERP_OK && verdict->impacts == 0)
         status = hold(world, island, &answer, &problem);
-    if (status != PERP_OK)
-        return status;
-    keep(world, island);
-    for (i = 0; i < island->contacts; i++)
-        perp__step_contact(world, island, i)->mode = world->work.modes[i];
-    return PERP_OK;
+    if (status == PERP_OK)
+        finish(world, island, verdict);
+    return status;
 }

@@ -7,9 +7,11 @@
  *                or within the budget of the world's accuracy         impacts.c, sweep.c)
  *   integrate    the next positions                                            (integrate.c)
  *   project      what penetrates is pushed apart                               (projection.c)
- *   commit       next states become states, records become the last step's     (step.c)
+ *   commit       next states become states                                        (step.c)
+ *   rest         what would repeat itself for ever falls asleep                   (rest.c)
  *
- * within a budget (budget.c), and nothing that a caller can see changes before the commit. */
+ * within a budget (budget.c), and nothing that a caller can see changes before the commit. Each of
+ * them goes through what is awake alone. */
 #ifndef PERP_WORLD_WORLD_H
 #define PERP_WORLD_WORLD_H
 
@@ -18,6 +20,7 @@
 #include "base/arena.h"
 #include "base/handle.h"
 #include "base/outcome.h"
+#include "base/sort.h"
 #include "contact/coloured/coloured.h"
 #include "contact/contact.h"
 #include "world/collide/meeting.h"
@@ -61,8 +64,12 @@ typedef struct perp__body {
     double inverse_factor[9]; /* C^-1 */
     double radius; /* of the sphere about the mass centre that holds the bounded shapes */
     int32_t shapes;
-    int32_t planes;  /* half-spaces among the shapes */
-    int32_t settled; /* has not moved since its shapes' fat boxes were looked at */
+    int32_t planes;      /* half-spaces among the shapes */
+    int32_t first_shape; /* list of the shapes; -1: none */
+    /* rest.c */
+    int32_t awake; /* on the list of these */
+    int32_t nap;   /* of a dynamic body that is asleep; -1: none */
+    int32_t next_member;
 } perp__body;
 
 /* Two shapes whose fat boxes overlap. */
@@ -74,18 +81,46 @@ typedef struct perp__pair {
     int32_t open;         /* the shapes do not touch plainly at the start of the step */
     int32_t met;          /* the motion at hand makes them meet */
     int32_t joined;       /* how often their points have come */
+    int32_t waited;       /* a meeting of theirs has */
     int32_t first_memory; /* impulses of the last step, see perp__remember */
     int32_t memories;
+    int32_t had_first; /* those of the step before */
+    int32_t had;
+    int32_t changed;    /* which are others */
+    int32_t first_kept; /* those that it fell asleep with; -1: none */
     perp__meeting meeting;
 } perp__pair;
 
-/* What a contact point was given in the last step, in the world frame. */
+/* What a contact point was given in the last step, along the axes that come with its normal. */
 typedef struct perp__memory {
     int32_t first; /* the shapes' slots */
     int32_t second;
     uint64_t feature;
+    double normal[3];
     double impulse[3];
 } perp__memory;
+
+/* A contact point of bodies that are asleep. */
+typedef struct perp__kept {
+    int32_t next; /* of the pair; of a free one: the next free one */
+    int32_t included;
+    uint64_t order; /* its place among the contacts */
+    perp__memory memory;
+    perp_world_contact record;
+} perp__kept;
+
+/* Bodies that fell asleep together. */
+typedef struct perp__nap {
+    int32_t first; /* member; -1: free */
+    int32_t last;
+    int32_t next_free;
+    int32_t islands;
+    int32_t solved;
+    int32_t contacts;
+    int32_t tangents; /* rows of friction */
+    int32_t rounded;  /* an island's outcome was rounding_limit */
+    double residual;
+} perp__nap;
 
 typedef struct perp__shape {
     uint32_t generation;
@@ -101,6 +136,7 @@ typedef struct perp__shape {
     double reach;     /* of its points, from the mass centre; 0 for a half-space */
     double thickness; /* half of its least width; INFINITY for half-spaces and points */
     /* pairs.c */
+    int32_t next_of_body;
     int32_t leaf;       /* its fat box; -1: none */
     int32_t first_link; /* of its pairs; -1: none */
     int32_t next_plane; /* of a half-space */
@@ -116,6 +152,7 @@ typedef struct perp__verdict {
     int32_t swept;   /* within a budget, overlap and all */
     int32_t sweeps;  /* over all of it; to be finished then */
     int32_t patched; /* swept since near what came */
+    int32_t leads;   /* of the island's first body */
     double residual;
 } perp__verdict;
 
@@ -141,7 +178,8 @@ typedef struct perp__motion {
     int32_t island;   /* -1: none */
     int32_t local;    /* number within the island */
     int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
-    int32_t first_link;
+    int32_t repeats;  /* ends the step as it began */
+    int32_t calm;     /* so does all that is joined to it; at the root */
     perp__verdict verdict;
 } perp__motion;
 
@@ -150,7 +188,9 @@ typedef struct perp__world_contact {
     int32_t body_b;
     int32_t shape_a;
     int32_t shape_b;
+    uint32_t generations[4]; /* of these */
     int32_t pair;
+    int32_t round;      /* of looking for contacts in which it came */
     uint64_t feature;   /* tells the points of a pair apart, from step to step */
     double position[3]; /* at the start of the step, midway between the surfaces */
     double arms[2][3];  /* from the mass centres, in the pose of the meeting */
@@ -171,12 +211,6 @@ typedef struct perp__world_contact {
     int32_t included; /* takes part in the problems; the others were found not to matter */
     int32_t fresh;    /* included since its island was solved last */
 } perp__world_contact;
-
-/* Contact `contact` seen from one of its bodies. */
-typedef struct perp__link {
-    int32_t contact;
-    int32_t side; /* 0: A, 1: B */
-} perp__link;
 
 typedef struct perp__contact_set {
     perp__world_contact *contacts;
@@ -229,6 +263,11 @@ struct perp_world {
 
     perp__body *bodies;
     perp__state *states;
+    int32_t *awake; /* bodies: in order, and after them what was roused since */
+    int32_t awake_count;
+    int32_t roused_count;
+    int32_t awake_changed;
+    int32_t awake_shape_count;
     int32_t body_slots;
     int32_t body_capacity;
     int32_t free_body; /* list of free slots, -1 at its end */
@@ -246,12 +285,12 @@ struct perp_world {
     int32_t *parent;
     int32_t *body_order;
     perp__island *islands;
+    int32_t fitted_bodies, fitted_shapes; /* what there was room for */
     perp__arena shape_arena;
     perp__placed *placed;
-    int32_t *shape_counts;
-    perp__arena link_arena;
+    int32_t *awake_shapes;
+    perp__arena order_arena;
     int32_t *contact_order;
-    perp__link *links;
     perp__arena island_arena;
     perp__island_work work;
     perp__tree tree; /* of the shapes' fat boxes */
@@ -262,27 +301,39 @@ struct perp_world {
     int32_t pair_slots;
     int32_t pair_capacity;
     int32_t free_pair;
-    int32_t pair_count;
-    int32_t *pair_order;    /* the pairs by their shapes; as much again for sorting */
-    int32_t pairs_changed;  /* since they were sorted */
-    perp__memory *memories; /* pair by pair */
+    int32_t pair_count;      /* of what is awake */
+    perp__keyed *pair_order; /* these, by their shapes; as much again for sorting */
+    int32_t pairs_changed;   /* since they were sorted */
+    perp__memory *memories;  /* pair by pair */
+    perp__memory *next_memories;
     int32_t memory_count;
     int32_t memory_capacity;
     int32_t memories_restored; /* and not found by their pairs yet */
     int32_t rounds;            /* of looking for contacts in this step */
-    double slop; /* overlap, relative to the shapes' thickness, that is left standing */
     int32_t island_count;
     perp__contact_set contacts; /* of the step */
+    perp__contact_set last;     /* of the last one that went on */
+    int32_t last_included;
     perp__contact_set overlaps; /* of the projection */
     perp__rigid_solver *solver;
     perp__coloured coloured;
     perp__budget budget;
 
-    perp_world_contact *records; /* of the last step */
-    perp_world_contact *next_records;
+    /* rest.c */
+    double step_length; /* of the last step */
+    perp__nap *naps;
+    int32_t nap_slots, nap_capacity, free_nap;
+    perp__nap asleep; /* all of them together */
+    int32_t residual_changed;
+    perp__kept *kept;
+    int32_t kept_slots, kept_capacity, free_kept;
+    int32_t kept_count, kept_included;
+    int32_t first_orphan, orphan_count; /* kept of pairs that ended since the last step */
+
+    perp_world_contact *records; /* of the last step, when they were asked for */
     int32_t record_count;
-    int32_t next_record_count;
     int32_t record_capacity;
+    int32_t recorded; /* they are up to date */
     perp_world_stats stats;
 };
 
@@ -334,14 +385,28 @@ perp_status perp__cover_motions(perp_world *world, double h);
 perp_status perp__cover_places(perp_world *world, double margin);
 static inline perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
 {
-    return &world->pairs[world->pair_order[i]];
+    return &world->pairs[world->pair_order[i].value];
 }
 /* A shape that is new, or about to be removed. */
 void perp__enlist_shape(perp_world *world, int32_t shape);
 void perp__forget_shape(perp_world *world, int32_t shape);
-/* A body was put elsewhere; all were. */
-void perp__unsettle(perp_world *world, int32_t body);
-void perp__unsettle_all(perp_world *world);
+
+/* rest.c */
+/* Wakes a body, or one that is new, and all that fell asleep with it; all bodies. */
+void perp__rouse(perp_world *world, int32_t body);
+void perp__rouse_all(perp_world *world);
+/* The body is changed or removed: it wakes, and so does what is near it. */
+void perp__disturb(perp_world *world, int32_t body);
+/* Takes in what was roused or removed. */
+void perp__list_awake(perp_world *world);
+/* After a step: what repeated itself falls asleep. */
+void perp__fall_asleep(perp_world *world);
+/* Frees the kept contacts of a list. */
+void perp__drop_kept(perp_world *world, int32_t first);
+/* Frees all naps and kept contacts. */
+void perp__forget_naps(perp_world *world);
+/* The largest residual of what is asleep. */
+double perp__asleep_residual(perp_world *world);
 
 /* A gap below this share of the bodies' size is near: such points take part from the start. */
 #define PERP__NEAR 1e-3
@@ -370,6 +435,7 @@ perp_status perp__find_contacts(perp_world *world, double h);
 perp_status perp__join_contacts(perp_world *world, double h, int32_t *came);
 /* Keeps the impulses of the step's contacts for the next step's `warm`. */
 void perp__remember(perp_world *world);
+void perp__write_memory(const perp__world_contact *contact, perp__memory *memory);
 /* Room for so many of them. */
 perp_status perp__reserve_memories(perp_world *world, int32_t count);
 /* Points with gaps up to `margin` in the next states. */
@@ -377,6 +443,9 @@ perp_status perp__find_overlaps(perp_world *world, double margin);
 
 /* island.c: islands of the dynamic bodies that the set's included contacts join. */
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set);
+/* Sets of bodies that are joined, in world->parent. */
+int32_t perp__find_root(int32_t *parent, int32_t i);
+void perp__join(int32_t *parent, int32_t i, int32_t j);
 
 /* contact_rows.c */
 void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
@@ -493,7 +562,8 @@ perp_status perp__sweep_near(perp_world *world, const perp__island *island, doub
 
 /* sweep.c: an island within the budget of the world's accuracy: its motion, from the impulses that
  * it has; and once no more contacts come the velocities at its end, and what they are worth. */
-perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h);
+perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
+                               perp__verdict *verdict);
 perp_status perp__finish_swept(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict);
 /* Whether an exact solution costs no more, or nothing less will do. */
@@ -509,6 +579,10 @@ void perp__turn(const perp_world *world, perp__state *state, const double *turn)
 perp_status perp__project_overlaps(perp_world *world);
 
 /* records.c */
+void perp__write_record(const perp__world_contact *contact, perp_world_contact *record);
+/* Contacts of a step come by this number, those of a pair and round one after the other. */
+uint64_t perp__contact_order(const perp__world_contact *contact);
+/* Makes the records of the last step, unless they are there. */
 perp_status perp__write_records(perp_world *world);
 
 /* step.c */
