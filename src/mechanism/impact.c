@@ -3,7 +3,7 @@
  * The first stage, without restitution, moves the positions. A contact with e > 0 that it presses
  * was hit if it approached faster than the step's forces make it, u_n- < -h |a_n|: slower approach
  * is resting contact, which would else bounce at speeds of order g h for ever. Under Poisson's law
- * an impulse without approach is an impact too where sliding cannot go on (jam.c). The second stage
+ * an impulse without approach is an impact too where sliding cannot go on. The second stage
  * starts from the same momentum:
  *
  *   Moreau   0 <= r_n perp u_n+ + e u_n- >= 0        where the contact touches,
@@ -25,6 +25,57 @@
 #include <math.h>
 #include <string.h>
 
+/* ---- impacts without collision (Painleve; Genot & Brogliato 1999) -----------------------------
+ *
+ * A contact slides with u_t != 0 and u_n = 0. If the force of a contact that goes on sliding pulls
+ * the bodies together instead of pushing them apart,
+ *
+ *   p = n' P (n - mu d) <= 0,     d = direction of u_t,     P = M^-1 restricted to G v = 0,
+ *
+ * no force keeps it from penetrating: an impulse of the order of the momentum ends the sliding, at
+ * any h. With p > 0 the impulse is the integral of a force, of order h, and no impact. The test is
+ * of one contact at a time: contacts that only together cannot go on sliding are not recognised. */
+
+/* p of contact j, which slides with `speed`. */
+static double sliding_inertia(perp_mechanism *m, int32_t j, double speed)
+{
+    const size_t n = (size_t)m->n;
+    double *force = m->work, *pressed = force + n, p = 0.0;
+    int32_t i;
+    size_t k;
+
+    perp__held_rows_begin(&m->held, m->n);
+    for (i = 0; i < m->bilateral; i++)
+        perp__hold_row(m, &m->begin, m->contact_rows + i, 0.0);
+    perp__held_rows_solve(&m->held);
+    memcpy(pressed, m->begin.J + (size_t)m->starts[j] * n, n * sizeof *pressed);
+    memcpy(force, pressed, n * sizeof *force);
+    for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
+        perp__add_row(m, &m->begin, i, -m->friction[j] * m->start_velocity[i] / speed, force);
+    perp__solve_lower(m, &m->begin, pressed);
+    perp__solve_lower(m, &m->begin, force);
+    perp__project_out(m->held.basis, m->held.rank, m->n, force);
+    for (k = 0; k < n; k++)
+        p += pressed[k] * force[k];
+    return p;
+}
+
+/* Whether sliding in contact j ended though it was not hit. */
+static int32_t is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j)
+{
+    const double speed = m->start_speed[j];
+    double along = 0.0;
+    int32_t i;
+
+    if (speed == 0.0 || m->friction[j] == 0.0)
+        return 0;
+    for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
+        along += m->start_velocity[i] * answer->u[i];
+    return along <= 0.0 && sliding_inertia(m, j, speed) <= 0.0;
+}
+
+/* ---- restitution --------------------------------------------------------------------------- */
+
 static int32_t is_hit(perp_mechanism *m, const perp__motion *answer, int32_t j)
 {
     const int32_t row = m->starts[j];
@@ -33,7 +84,7 @@ static int32_t is_hit(perp_mechanism *m, const perp__motion *answer, int32_t j)
     if (!(m->restitution[j] > 0.0) || !answer->holds[row])
         return 0;
     return before < -fabs(m->free_velocity[row] - before) ||
-           (m->settings.law == PERP_MECHANISM_POISSON && perp__is_jammed(m, answer, j));
+           (m->settings.law == PERP_MECHANISM_POISSON && is_jammed(m, answer, j));
 }
 
 int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer)

@@ -7,7 +7,6 @@
 #include "base/clock.h"
 #include "mechanism/schemes/adaptive.h"
 #include "mechanism/schemes/implicit.h"
-#include "mechanism/schemes/theta.h"
 
 /* Seconds that count as a time limit that has passed: 0 would be none. */
 #define SHORTEST 1e-9

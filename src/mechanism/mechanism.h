@@ -233,10 +233,16 @@ perp_status perp__advance(perp_mechanism *m, perp__motion *to, perp_mechanism_st
                           double h, const double *q0, const double *v0);
 
 /* ---- schemes/frozen.c: the parts of a frozen step, which other schemes take over ---- */
-/* With m->begin evaluated: momentum, shifts, coefficients, bounds and the contacts within reach. A
- * gap that is no more than rounding of q0 counts as 0: moving by it would not change q, and a body
- * at rest would keep a velocity of rounding. */
+/* With m->begin's rows evaluated: speeds at the start, shifts, and the contacts that touch. A gap
+ * that is no more than rounding of q0 counts as 0: moving by it would not change q, and a body at
+ * rest would keep a velocity of rounding. */
+void perp__prepare_contacts(perp_mechanism *m, double h, const double *q0, const double *v0);
+/* With all of it: momentum, coefficients, bounds and the contacts within reach, too. */
 void perp__prepare_step(perp_mechanism *m, double h, const double *q0, const double *v0);
+/* m->free: the velocities that m->momentum has without impulses; includes what they reach. */
+void perp__include_reached(perp_mechanism *m, const perp__terms *terms);
+/* Includes contact j if it passes and was not included; whether so. */
+int32_t perp__include(perp_mechanism *m, int32_t j, int32_t passes);
 /* The problem of what was prepared. */
 void perp__pose(perp_mechanism *m, perp__velocity_problem *problem);
 /* m->answer := its solution, with all contacts kept. */
@@ -262,10 +268,6 @@ perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem 
 
 /* ---- accelerations/accelerations.c: NULL is accepted ---- */
 void perp__acceleration_release(perp__acceleration *a);
-
-/* ---- jam.c ---- */
-/* Whether sliding in contact j ended though it was not hit: Painleve's impact without collision. */
-int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j);
 
 /* ---- run.c ---- */
 /* What a run keeps between its steps. */

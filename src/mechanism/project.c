@@ -81,13 +81,9 @@ static int32_t include_passed(perp_mechanism *m, const double *displacement)
 {
     int32_t more = 0, j;
 
-    for (j = 0; j < m->contacts; j++) {
-        if (m->included[j] ||
-            perp__row_times(m, &m->end, m->starts[j], m->end.gap[j], displacement) >= 0.0)
-            continue;
-        m->included[j] = 1;
-        more = 1;
-    }
+    for (j = 0; j < m->contacts; j++)
+        more |= perp__include(
+            m, j, perp__row_times(m, &m->end, m->starts[j], m->end.gap[j], displacement) < 0.0);
     return more;
 }
 

@@ -179,12 +179,8 @@ static int32_t include_passed(perp_mechanism *m)
 {
     int32_t more = 0, j;
 
-    for (j = 0; j < m->contacts; j++) {
-        if (m->included[j] || !(m->end.gap[j] < fmin(m->begin.gap[j], 0.0)))
-            continue;
-        m->included[j] = 1;
-        more = 1;
-    }
+    for (j = 0; j < m->contacts; j++)
+        more |= perp__include(m, j, m->end.gap[j] < fmin(m->begin.gap[j], 0.0));
     return more;
 }
 

@@ -75,27 +75,19 @@ double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
 /* The direction of force i: of a tangent, or of an edge of the polygon. */
 void perp__implicit_direction(const perp__implicit_disc *disc, int32_t i, double d[2]);
 
+/* m->answer := the solution z with F(z) = w, with the velocities held that the laws prescribe. */
+void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z, const double *w);
+
 /* ---- implicit_function.c ---- */
-/* F, for the solver; user: the mechanism. */
+/* F and its Jacobian, for the solver; user: the mechanism. */
 int32_t perp__implicit_function(double *F, const double *z, void *user);
-/* m->end, m->friction, s->q, s->r, s->u and F at z, as the evaluations in mechanism.h. */
-perp_status perp__implicit_evaluate_at(perp_mechanism *m, perp__implicit *s, double *F,
-                                       const double *z);
-/* The same with F in s->F, where it is not already at z. */
+int32_t perp__implicit_jacobian(double *J, const double *z, void *user);
+/* m->end, m->friction, s->q, s->r, s->u and s->F := those of z, as the evaluations in mechanism.h.
+ */
 perp_status perp__implicit_evaluate(perp_mechanism *m, perp__implicit *s, const double *z);
 /* What the row's gap (or c) at s->q, `now`, is beyond the linear one, as a speed. */
 double perp__implicit_curvature(perp_mechanism *m, perp__implicit *s, int32_t row, double now,
                                 double before);
-
-/* What a callback of the solver returns for that status. */
-int32_t perp__implicit_reply(perp_mechanism *m, perp__implicit *s, perp_status status);
-
-/* ---- implicit_jacobian.c ---- */
-int32_t perp__implicit_jacobian(double *J, const double *z, void *user);
-
-/* ---- implicit_answer.c ---- */
-/* m->answer := the solution z with F(z) = w, with the velocities held that the laws prescribe. */
-void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z, const double *w);
 
 /* ---- implicit.c ---- */
 /* m->implicit for these settings, in *made; NULL where their scheme is another. */
