@@ -8,12 +8,10 @@
 /* Directions of slips are found to this. */
 #define SAME_DIRECTION 1e-10
 
-/* Row r of B, entries column_stride apart. */
-static const double *row_of(const perp__linear *p, int32_t r)
+/* Column j of B, of its first or second block. */
+static const double *column_of(const perp__linear *p, int32_t block, int32_t j)
 {
-    const int32_t second = r >= p->length;
-
-    return p->block[second] + (size_t)(r - second * p->length) * p->row_stride;
+    return p->block[block] + (size_t)j * (size_t)p->length;
 }
 
 void perp__linear_layout(perp__linear *p, perp__arena *arena)
@@ -54,41 +52,37 @@ void perp__linear_column(perp__linear *p, int32_t first, int32_t count, const do
     memcpy(p->coefficient + 3 * (size_t)c, coefficient, 3 * sizeof *coefficient);
 }
 
-/* Row r of the matrix, in its units; returns its largest entry, without cancellation. */
-static double load_row(const perp__linear *p, int32_t r, double *K, double top)
+/* Entry (r, c) of the matrix, in its units, and without cancellation. */
+static double entry_of(const perp__linear *p, int32_t r, int32_t c, double *size)
 {
-    const int32_t has_second = p->rows > p->length;
-    const double *first = row_of(p, r), *second = has_second ? row_of(p, p->length + r) : first;
-    const double slope = has_second ? p->slope[r] : 0.0;
-    int32_t c, i;
+    const int32_t row = p->first[r], from = p->first[c], two = p->rows > p->length;
+    const double *factor = p->coefficient + 3 * (size_t)c, unit = p->scale[row] * p->scale[from];
+    double sum = 0.0, terms = 0.0;
+    int32_t i;
 
-    for (c = 0; c < p->system.n; c++) {
-        const int32_t from = p->first[c], count = p->count[c];
-        const double *factor = p->coefficient + 3 * (size_t)c, unit = p->scale[r] * p->scale[from];
-        double sum = 0.0, size = 0.0;
+    for (i = 0; i < p->count[c]; i++) {
+        const double entry = column_of(p, 0, from + i)[row];
+        const double more = two ? p->slope[row] * column_of(p, 1, from + i)[row] : 0.0;
 
-        for (i = 0; i < count; i++) {
-            const size_t at = (size_t)(from + i) * p->column_stride;
-            const double more = slope * second[at];
-
-            sum += factor[i] * (first[at] + more);
-            size += fabs(factor[i]) * (fabs(first[at]) + fabs(more));
-        }
-        K[c] = sum * unit;
-        if (!(size * unit <= top)) /* NaN, too */
-            top = size * unit;
+        sum += factor[i] * (entry + more);
+        terms += fabs(factor[i]) * (fabs(entry) + fabs(more));
     }
-    return top;
+    *size = terms * unit;
+    return sum * unit;
 }
 
 double perp__linear_load(perp__linear *p)
 {
     const int32_t n = p->system.n;
-    double top = 0.0;
-    int32_t r;
+    double top = 0.0, size;
+    int32_t r, c;
 
     for (r = 0; r < n; r++)
-        top = load_row(p, p->first[r], p->system.K + (size_t)r * (size_t)n, top);
+        for (c = 0; c < n; c++) {
+            p->system.K[(size_t)r * (size_t)n + (size_t)c] = entry_of(p, r, c, &size);
+            if (!(size <= top)) /* NaN, too */
+                top = size;
+        }
     memset(p->y, 0, (size_t)n * sizeof *p->y);
     memcpy(p->x, p->known, (size_t)p->length * sizeof *p->x);
     return top;
@@ -97,27 +91,26 @@ double perp__linear_load(perp__linear *p)
 void perp__linear_rows(const perp__linear *p, double *u, double *size, const double *x,
                        int32_t homogeneous)
 {
-    int32_t least = p->length, most = 0, r, j; /* where x is not 0 */
+    const int32_t n = p->length;
+    int32_t block, r, j;
 
-    for (j = 0; j < p->length; j++)
-        if (x[j] != 0.0) {
-            least = j < least ? j : least;
-            most = j + 1;
-        }
     for (r = 0; r < p->rows; r++) {
-        const double *b = row_of(p, r) + (size_t)least * p->column_stride;
-        double sum = homogeneous ? 0.0 : p->c[r], terms = homogeneous ? 0.0 : p->c_size[r];
-
-        for (j = least; j < most; j++, b += p->column_stride) {
-            const double term = *b * x[j];
-
-            sum += term;
-            terms += fabs(term);
-        }
-        u[r] = sum;
+        u[r] = homogeneous ? 0.0 : p->c[r];
         if (size)
-            size[r] = terms;
+            size[r] = homogeneous ? 0.0 : p->c_size[r];
     }
+    for (block = 0; block * n < p->rows; block++, u += n, size = size ? size + n : NULL)
+        for (j = 0; j < n; j++) {
+            const double *b = column_of(p, block, j);
+
+            for (r = 0; r < n && x[j] != 0.0; r++) {
+                const double term = b[r] * x[j];
+
+                u[r] += term;
+                if (size)
+                    size[r] += fabs(term);
+            }
+        }
 }
 
 void perp__linear_evaluate(perp__linear *p)
@@ -181,11 +174,10 @@ void perp__linear_find_widths(perp__linear *p)
     memset(p->x_width, 0, (size_t)p->length * sizeof *p->x_width);
     perp__linear_add(p, p->x_width, width, 1);
     for (r = 0; r < p->rows; r++) {
-        const double *row = row_of(p, r);
-
         p->u_width[r] = p->tolerance * p->u_size[r];
         for (j = 0; j < p->length; j++)
-            p->u_width[r] += fabs(row[(size_t)j * p->column_stride]) * p->x_width[j];
+            p->u_width[r] +=
+                fabs(column_of(p, r >= p->length, j)[r % p->length]) * p->x_width[j];
     }
 }
 
@@ -305,7 +297,7 @@ static void cut(const perp__linear *p, perp__polyhedron *polyhedron, const perp_
         to.constant += factor * p->c[i];
         to.size += fabs(factor) * p->c_size[i];
         for (j = 0; j < p->length; j++)
-            p->work[j] += factor * row_of(p, i)[(size_t)j * p->column_stride];
+            p->work[j] += factor * column_of(p, i >= p->length, j)[i % p->length];
     }
     perp__polyhedron_cut(polyhedron, &to);
 }

@@ -84,8 +84,6 @@ perp_status perp__acceleration_make_room(perp__acceleration *a)
     if (perp__arena_fit(&a->blocks, layout_blocks, a) != PERP_OK)
         return perp__fail_memory(a->m->context, "accelerations");
     p->block[0] = a->W;
-    p->row_stride = (size_t)a->active;
-    p->column_stride = 1;
     p->c = a->beta;
     p->c_size = a->load;
     p->scale = a->scale;

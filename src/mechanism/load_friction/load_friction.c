@@ -216,8 +216,6 @@ static void prepare(perp_load_friction *f)
     f->C_view.values = f->C;
     p->block[0] = f->A;
     p->block[1] = f->C;
-    p->row_stride = 1;
-    p->column_stride = (size_t)f->n;
     p->c = f->c;
     p->c_size = f->c_size;
     p->scale = f->size;
