@@ -52,37 +52,42 @@ void perp__linear_column(perp__linear *p, int32_t first, int32_t count, const do
     memcpy(p->coefficient + 3 * (size_t)c, coefficient, 3 * sizeof *coefficient);
 }
 
-/* Entry (r, c) of the matrix, in its units, and without cancellation. */
-static double entry_of(const perp__linear *p, int32_t r, int32_t c, double *size)
+/* Column c of the matrix, in its units; returns its largest entry, without cancellation. */
+static double load_column(const perp__linear *p, int32_t c, double top)
 {
-    const int32_t row = p->first[r], from = p->first[c], two = p->rows > p->length;
-    const double *factor = p->coefficient + 3 * (size_t)c, unit = p->scale[row] * p->scale[from];
-    double sum = 0.0, terms = 0.0;
-    int32_t i;
+    const int32_t n = p->system.n, two = p->rows > p->length, from = p->first[c];
+    const double *factor = p->coefficient + 3 * (size_t)c;
+    double *K = p->system.K + c;
+    int32_t r, i;
 
-    for (i = 0; i < p->count[c]; i++) {
-        const double entry = column_of(p, 0, from + i)[row];
-        const double more = two ? p->slope[row] * column_of(p, 1, from + i)[row] : 0.0;
+    for (r = 0; r < n; r++, K += n) {
+        const int32_t row = p->first[r];
+        const double *first = column_of(p, 0, from) + row;
+        const double *second = two ? column_of(p, 1, from) + row : first;
+        const double slope = two ? p->slope[row] : 0.0, unit = p->scale[row] * p->scale[from];
+        double sum = 0.0, size = 0.0;
 
-        sum += factor[i] * (entry + more);
-        terms += fabs(factor[i]) * (fabs(entry) + fabs(more));
+        for (i = 0; i < p->count[c]; i++, first += p->length, second += p->length) {
+            const double more = slope * *second;
+
+            sum += factor[i] * (*first + more);
+            size += fabs(factor[i]) * (fabs(*first) + fabs(more));
+        }
+        *K = sum * unit;
+        if (!(size * unit <= top)) /* NaN, too */
+            top = size * unit;
     }
-    *size = terms * unit;
-    return sum * unit;
+    return top;
 }
 
 double perp__linear_load(perp__linear *p)
 {
     const int32_t n = p->system.n;
-    double top = 0.0, size;
-    int32_t r, c;
+    double top = 0.0;
+    int32_t c;
 
-    for (r = 0; r < n; r++)
-        for (c = 0; c < n; c++) {
-            p->system.K[(size_t)r * (size_t)n + (size_t)c] = entry_of(p, r, c, &size);
-            if (!(size <= top)) /* NaN, too */
-                top = size;
-        }
+    for (c = 0; c < n; c++)
+        top = load_column(p, c, top);
     memset(p->y, 0, (size_t)n * sizeof *p->y);
     memcpy(p->x, p->known, (size_t)p->length * sizeof *p->x);
     return top;
