@@ -43,13 +43,10 @@ perp_status perp__mechanism_check_length(perp_mechanism *m, double h)
     return perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
 }
 
-/* The state before the step, and no impulses. */
-static void stay(const perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
-                 const double *q0, const double *v0)
+void perp__stay(const perp_mechanism *m, perp__motion *to, const double *q, const double *v)
 {
-    step->closed = step->sticking = step->impacts = 0;
-    memcpy(to->q, q0, (size_t)m->coordinates * sizeof *to->q);
-    memcpy(to->v, v0, (size_t)m->n * sizeof *to->v);
+    memcpy(to->q, q, (size_t)m->coordinates * sizeof *to->q);
+    memcpy(to->v, v, (size_t)m->n * sizeof *to->v);
     memset(to->u, 0, 2 * (size_t)m->rows * sizeof *to->u); /* and r; a ray stays */
     memset(to->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *to->modes);
 }
@@ -77,8 +74,10 @@ perp_status perp__advance(perp_mechanism *m, perp__motion *to, perp_mechanism_st
         step->outcome = PERP_OUTCOME_EVALUATION_FAILED;
         status = PERP_OK;
     }
-    if (status == PERP_OK && !perp__outcome_moves(step->outcome))
-        stay(m, to, step, q0, v0);
+    if (status == PERP_OK && !perp__outcome_moves(step->outcome)) {
+        step->closed = step->sticking = step->impacts = 0;
+        perp__stay(m, to, q0, v0);
+    }
     step->evaluations = m->evaluations - before;
     step->seconds = perp__now() - began;
     return status == PERP_OK ? perp__mechanism_check_end(m, to) : status;

@@ -272,23 +272,11 @@ static void take_solution(perp_mechanism *m, perp__assembly *a, perp__motion *an
     memcpy(answer->v, a->v, (size_t)m->n * sizeof *answer->v);
 }
 
-/* The callbacks' numbers are finite each; together they may overflow. */
-static perp_status check_momentum(perp_mechanism *m, const double *momentum)
-{
-    int32_t i;
-
-    for (i = 0; i < m->n; i++)
-        if (!isfinite(momentum[i]))
-            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "M v0 + h k: entry %d is %g",
-                              (int)i, momentum[i]);
-    return PERP_OK;
-}
-
 perp_status perp__solve_velocities(perp_mechanism *m, perp__motion *answer,
                                    const perp__velocity_problem *problem)
 {
     perp__assembly *a = &m->assembly;
-    perp_status status = check_momentum(m, problem->momentum);
+    perp_status status = perp__check_entries(m, "M v0 + h k", problem->momentum, m->n);
 
     if (status != PERP_OK)
         return status;

@@ -233,13 +233,10 @@ perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *
 
     if (status != PERP_OK)
         return status;
-    for (i = 0; i < m->coordinates; i++) {
+    for (i = 0; i < m->coordinates; i++)
         q1[i] = q0[i] + h * q1[i];
-        if (!isfinite(q1[i]))
-            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "q + h N(q) v: entry %d is %g",
-                              (int)i, q1[i]);
-    }
-    if (m->model.normalise) {
+    status = perp__check_entries(m, "q + h N(q) v", q1, m->coordinates);
+    if (status == PERP_OK && m->model.normalise) {
         status = judge(m, "normalise", m->model.normalise(q1, m->model.user));
         if (status == PERP_OK)
             status = check(m, "q", q1, (size_t)m->coordinates);

@@ -53,24 +53,27 @@ void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
     answer->outcome = perp__worse_outcome(answer->outcome, perp__gate(&evidence, tol, -1));
 }
 
-perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *state)
+perp_status perp__check_entries(perp_mechanism *m, const char *name, const double *x, int32_t count)
 {
-    const struct {
-        const char *name;
-        const double *x;
-        int32_t count;
-    } parts[] = {{"q", state->q, m->coordinates},
-                 {"v", state->v, m->n},
-                 {"impulse", state->r, m->rows},
-                 {"velocity", state->u, m->rows}};
-    size_t k;
     int32_t i;
 
-    for (k = 0; k < sizeof parts / sizeof *parts; k++)
-        for (i = 0; i < parts[k].count; i++)
-            if (!isfinite(parts[k].x[i]))
-                return perp__fail(m->context, PERP_ERROR_NOT_FINITE,
-                                  "%s at the end of the step: entry %d is %g", parts[k].name,
-                                  (int)i, parts[k].x[i]);
+    for (i = 0; i < count; i++)
+        if (!isfinite(x[i]))
+            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "%s: entry %d is %g", name, (int)i,
+                              x[i]);
     return PERP_OK;
+}
+
+perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *state)
+{
+    perp_status status =
+        perp__check_entries(m, "q at the end of the step", state->q, m->coordinates);
+
+    if (status == PERP_OK)
+        status = perp__check_entries(m, "v at the end of the step", state->v, m->n);
+    if (status == PERP_OK)
+        status = perp__check_entries(m, "impulse at the end of the step", state->r, m->rows);
+    if (status == PERP_OK)
+        status = perp__check_entries(m, "velocity at the end of the step", state->u, m->rows);
+    return status;
 }

@@ -208,7 +208,9 @@ double perp__momentum_residual(perp_mechanism *m, const perp__terms *terms, cons
 /* The answer's outcome, after what v and r leave of the problem's momentum balance. */
 void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
                         const perp__velocity_problem *problem);
-/* PERP_OK, or a refusal that names what overflowed. */
+/* PERP_OK, or a refusal that names what overflowed: numbers that are finite each may together. */
+perp_status perp__check_entries(perp_mechanism *m, const char *name, const double *x,
+                                int32_t count);
 perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *state);
 
 /* ---- project.c ---- */
@@ -228,6 +230,8 @@ perp_status perp__advance_implicit(perp_mechanism *m, perp__motion *to, perp_mec
                                    double t, double h, const double *q0, const double *v0);
 perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
                                 double t, double h, const double *q0, const double *v0);
+/* to := that state, without impulses. */
+void perp__stay(const perp_mechanism *m, perp__motion *to, const double *q, const double *v);
 /* The scheme of the settings, with the state kept where there is no step. */
 perp_status perp__advance(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t,
                           double h, const double *q0, const double *v0);

@@ -129,10 +129,7 @@ static perp_status run_from(perp__run *run, double t0, double t1, double h, cons
     perp_mechanism_step_init(&step, sizeof step);
     step.error = run->result.error = (double)NAN;
     m->keeps = 0;
-    memcpy(m->now.q, q0, (size_t)m->coordinates * sizeof *q0);
-    memcpy(m->now.v, v0, (size_t)m->n * sizeof *v0);
-    memset(m->now.u, 0, 2 * (size_t)m->rows * sizeof *m->now.u); /* and r */
-    memset(m->now.modes, 0, (size_t)(m->contacts + m->dry) * sizeof *m->now.modes);
+    perp__stay(m, &m->now, q0, v0);
     run->t = t0;
     status = show(run, 0.0, &step);
     if (status == PERP_OK && !run->ended)
