@@ -845,10 +845,11 @@ class WorldSettings(Structure):
         ("substeps", c_int32),
         ("max_iterations", c_int32),
         ("strict", c_int32),
-        ("reserved", c_int32),
+        ("wakeful", c_int32),
         ("tol", c_double),
         ("time_limit", c_double),
         ("friction", c_double),
+        ("error", c_double),
     ]
 
 
@@ -921,6 +922,9 @@ class StepResult(Structure):
         ("residual", c_double),
         ("contacts", c_int32),
         ("islands", c_int32),
+        ("steps", c_int32),
+        ("reserved", c_int32),
+        ("error", c_double),
     ]
 
 
