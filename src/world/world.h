@@ -3,8 +3,8 @@
  *   place        rotations, mass matrices and free velocities of the bodies    (motion.c)
  *   contact set  contact points that can close within the step                 (contact_set.c)
  *   islands      bodies that touch, directly or through others                 (island.c)
- *   solve        per island: to tol, its impacts where they are      (solve.c, impacts.c)
- *                or within the budget of the world's accuracy                     (sweep.c)
+ *   solve        per island: to tol, its impacts where they are        (solve.c, exact.c,
+ *                or within the budget of the world's accuracy         impacts.c, sweep.c)
  *   integrate    the next positions                                            (integrate.c)
  *   project      what penetrates is pushed apart                               (projection.c)
  *   commit       next states become states                                        (step.c)
@@ -150,7 +150,8 @@ typedef struct perp__verdict {
     int32_t stages;  /* intervals that were solved; 0: nothing to solve */
     int32_t impacts; /* instants */
     int32_t swept;   /* within a budget, overlap and all */
-    int32_t rounds;  /* how often it was solved in this step */
+    int32_t sweeps;  /* over all of it; to be finished then */
+    int32_t patched; /* swept since near what came */
     int32_t leads;   /* of the island's first body */
     double residual;
 } perp__verdict;
@@ -237,13 +238,11 @@ typedef struct perp__island_work {
     double *start, *gain;             /* numbers: before the step, and what forces add in it */
     double *now, *drift;              /* numbers: velocities, and the way so far */
     double *free, *v, *moving;        /* numbers: of the interval at hand */
-    double *smooth, *smooth_impulse;  /* numbers; 3 a contact */
-    int32_t *smooth_chosen, smooth_count;
-    int32_t *carrier, *modes;                      /* bodies; contacts chosen */
+    int32_t *carrier, *modes;         /* bodies; contacts chosen */
     double *impulse, *velocity, *warm, *next_warm; /* 3 a contact chosen */
-    double *gap, *guard, *none;                    /* contacts of the island */
+    double *gap, *guard;                           /* contacts of the island */
     double *strength, *solved, *solved_rows;       /* bodies; numbers; 3 a contact: of hold */
-    int8_t *hit;
+    int8_t *hit, *near;                            /* contacts of the island; bodies */
 } perp__island_work;
 
 /* A snapshot of the world's own. */
@@ -490,6 +489,13 @@ static inline perp__world_contact *perp__island_contact(const perp_world *world,
     return &set->contacts[world->contact_order[island->first_contact + i]];
 }
 
+/* One of the step's contacts. */
+static inline perp__world_contact *perp__step_contact(const perp_world *world,
+                                                      const perp__island *island, int32_t i)
+{
+    return perp__island_contact(world, &world->contacts, island, i);
+}
+
 /* budget.c */
 void perp__open_budget(perp_world *world);
 /* The share of what is left of it that velocities may have. */
@@ -512,6 +518,8 @@ typedef struct perp__solve_summary {
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
+
+/* problem.c */
 /* Makes the workspace fit the largest island. */
 perp_status perp__fit_island_work(perp_world *world);
 /* The coordinates of a twist, and back; C with M^-1 = C C', row-major. */
@@ -527,18 +535,6 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
 /* The problem of the chosen rows with work.free, and where its answer goes. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);
-/* What is solved exactly is so to the first; what is not, for want of time or of a method that can,
- * is judged by the second. */
-double perp__exact_tol(const perp_world *world);
-double perp__swept_tol(const perp_world *world);
-/* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
-perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
-                             perp__verdict *verdict);
-/* Velocities in what the rows that hold leave free, where they are an answer to tol as well: then
- * answer->held. */
-perp_status perp__hold_island(perp_world *world, const perp__island *island,
-                              perp__rigid_answer *answer, const perp__rigid_problem *problem,
-                              double tol);
 /* Adds to the impulse of the island's contact i; adds those of the answer, and takes its modes. */
 void perp__add_impulse(perp_world *world, const perp__island *island, int32_t i,
                        const double *impulse, double share);
@@ -548,6 +544,22 @@ void perp__mean_motion(perp_world *world, const perp__island *island, double h);
 /* The twists of the island's bodies, from work.moving and work.now. */
 void perp__write_twists(perp_world *world, const perp__island *island);
 
+/* exact.c */
+/* What is solved exactly is so to the first; what is not, for want of time or of a method that can,
+ * is judged by the second. */
+double perp__exact_tol(const perp_world *world);
+double perp__swept_tol(const perp_world *world);
+/* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
+perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
+                             perp__verdict *verdict);
+
+/* hold.c */
+/* Velocities in what the rows that hold leave free, where they are an answer to tol as well: then
+ * answer->held. */
+perp_status perp__hold_island(perp_world *world, const perp__island *island,
+                              perp__rigid_answer *answer, const perp__rigid_problem *problem,
+                              double tol);
+
 /* impacts.c: an island solved to tol. */
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict);
@@ -556,14 +568,19 @@ void perp__force_bodies(perp_world *world, const perp__island *island, double sh
 /* Size of the terms of a normal velocity: of the chosen contact i, with numbers x of bodies. */
 double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies);
 
-/* sweep.c: an island within the budget of the world's accuracy. */
+/* near.c: sweeps near the contacts that came to an island whose motion is known. */
+perp_status perp__sweep_near(perp_world *world, const perp__island *island, double h);
+
+/* sweep.c: an island within the budget of the world's accuracy: its motion, from the impulses that
+ * it has; and once no more contacts come the velocities at its end, and what they are worth. */
 perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict);
-/* From where a method stopped short of an answer. */
-perp_status perp__sweep_on(perp_world *world, const perp__island *island,
-                           perp__rigid_answer *answer, const perp__rigid_problem *problem);
+perp_status perp__finish_swept(perp_world *world, const perp__island *island, double h,
+                               perp__verdict *verdict);
 /* Whether an exact solution costs no more, or nothing less will do. */
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island);
+/* Whether it costs so little that it may be done whenever a contact comes. */
+int32_t perp__is_small(const perp_world *world, const perp__island *island);
 
 /* integrate.c */
 void perp__integrate(perp_world *world, double h);

@@ -11,7 +11,7 @@
 #include "world/scene.h"
 #include "world/world.h"
 
-enum { MOST = 64 };
+enum { MOST = 64, STEPS = 300 };
 
 /* Two worlds with the same life: the second one never skips. */
 typedef struct twins {
@@ -218,10 +218,6 @@ static void step_twins(twins *t, double h)
         assert_int_equal(perp_step_result_init(&results[k], sizeof results[k]), PERP_OK);
         SCENE_OK(&t->worlds[k], perp_world_step(t->worlds[k].world, &results[k], h));
     }
-    if (getenv("TRACE"))
-        printf("step %d outcome %d awake %d/%d\n", (int)t->worlds[0].world->stats.steps,
-               results[0].outcome, t->worlds[0].world->awake_count,
-               t->worlds[1].world->awake_count);
     check_results(t, results);
     check_states(t);
     check_contacts(t);
@@ -267,17 +263,66 @@ static void test_random_lives(void **state)
             add_stacks(&t, planar, 4, 3);
             for (i = 0; i < 12; i++)
                 add_random(&t, t.count++, planar, uniform(&t, 0.5, 5.0));
-            live(&t, planar, 500);
+            live(&t, planar, STEPS);
             asleep += t.asleep;
             close_twins(&t);
         }
-    assert_true(asleep > 8 * 500); /* a body a step at the very least */
+    assert_true(asleep > 8 * 4 * STEPS); /* a body in six at the very least */
+}
+
+/* A box on another on a tile: all sleep, and wake when the lower one goes or is pushed, when a ball
+ * comes, or when the tile goes. */
+static void test_what_wakes(void **state)
+{
+    int how;
+
+    (void)state;
+    for (how = 0; how < 4; how++) {
+        perp_body tile, boxes[2];
+        perp_body_settings settings = scene_defaults();
+        scene s;
+        int i, moved = 0;
+
+        scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+        settings.kind = PERP_BODY_STATIC;
+        settings.position[2] = -0.5;
+        tile = scene_add(&s, &settings);
+        scene_box(&s, tile, 2.0, 2.0, 0.5, 0.5, 0.0);
+        settings.kind = PERP_BODY_DYNAMIC;
+        for (i = 0; i < 2; i++) {
+            settings.position[2] = 0.5 + i;
+            boxes[i] = scene_add(&s, &settings);
+            scene_box(&s, boxes[i], 0.5, 0.5, 0.5, 0.5, 0.0);
+        }
+        for (i = 0; i < 10; i++)
+            scene_step(&s, 0.01);
+        assert_int_equal(s.world->awake_count, 0);
+        assert_int_equal(scene_step(&s, 0.01).contacts, 8);
+        if (how == 0) {
+            SCENE_OK(&s, perp_world_remove_body(s.world, boxes[0]));
+        } else if (how == 1) {
+            scene_push(&s, boxes[0], 1e5, 0.0, 0.0);
+        } else if (how == 3) {
+            SCENE_OK(&s, perp_world_remove_body(s.world, tile));
+        } else {
+            settings.position[0] = -3.0;
+            settings.velocity[0] = 30.0;
+            scene_sphere(&s, scene_add(&s, &settings), 0.5, 0.5, 0.0);
+        }
+        for (i = 0; i < 20; i++) {
+            scene_step(&s, 0.01);
+            moved += !scene_rests(&s, boxes[1]);
+        }
+        assert_true(moved > 0);
+        scene_close(&s);
+    }
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_random_lives),
+        cmocka_unit_test(test_what_wakes),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
