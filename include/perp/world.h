@@ -311,6 +311,11 @@ PERP_API perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, 
 PERP_API perp_status perp_world_step(perp_world *world, perp_step_result *result,
                                      double dt) PERP_WARN_UNUSED;
 
+/* Replaces the gravity of the settings: 3 numbers, in a planar world [2] is 0.
+ * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _NOT_FINITE, _HANDLE or _BUSY. Snapshots don't hold it. */
+PERP_API perp_status perp_world_set_gravity(perp_world *world,
+                                            const double *gravity) PERP_WARN_UNUSED;
+
 /* The contact points of the last step. index from 0 to perp_world_contact_count() - 1. The first
  * one that is asked for after a step makes the records of all, and may run out of memory. */
 PERP_API int32_t perp_world_contact_count(const perp_world *world);

@@ -1241,6 +1241,7 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         WorldPointer, c_void_p, c_uint64, c_void_p, c_double, POINTER(ShapeSettings)
     ]),
     "perp_world_step": (c_int32, [WorldPointer, POINTER(StepResult), c_double]),
+    "perp_world_set_gravity": (c_int32, [WorldPointer, c_void_p]),
     "perp_world_contact_count": (c_int32, [WorldPointer]),
     "perp_world_get_contact": (c_int32, [WorldPointer, POINTER(WorldContact), c_int32]),
     "perp_world_energy": (c_int32, [WorldPointer, c_void_p, c_void_p]),
