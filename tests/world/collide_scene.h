@@ -67,13 +67,13 @@ static inline perp__placed scene_place(const perp__geometry *geometry, double x,
 
 static inline perp__geometry scene_box(double x, double y, double z)
 {
-    perp__geometry box = {PERP__BOX, 0.0, {x, y, z}, {0.0, 0.0, 0.0}, 0.0};
+    perp__geometry box = {PERP__BOX, 0.0, {x, y, z}, {0.0, 0.0, 0.0}, 0.0, NULL};
     return box;
 }
 
 static inline perp__geometry scene_sphere(double radius)
 {
-    perp__geometry sphere = {PERP__SPHERE, radius, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0};
+    perp__geometry sphere = {PERP__SPHERE, radius, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, NULL};
     return sphere;
 }
 
