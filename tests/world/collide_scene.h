@@ -80,8 +80,8 @@ static inline perp__geometry scene_sphere(double radius)
 static inline perp__geometry scene_plane(double x, double y, double z, double offset)
 {
     double length = sqrt(x * x + y * y + z * z);
-    perp__geometry plane = {
-        PERP__PLANE, 0.0, {0.0, 0.0, 0.0}, {x / length, y / length, z / length}, offset};
+    perp__geometry plane = {PERP__PLANE, 0.0, {0.0, 0.0, 0.0}, {x / length, y / length, z / length},
+                            offset,      NULL};
     return plane;
 }
 

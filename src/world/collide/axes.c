@@ -121,7 +121,7 @@ void perp__box_axes(const perp__placed *a, const perp__placed *b, int32_t planar
         face_of_b(&v, j, &axis[dimension + j]);
     }
     axes->faces[0] = axes->faces[1] = dimension;
-    axes->count = planar ? 4 : are_aligned(&v) ? 6 : 15;
+    axes->count = planar ? 4 : are_aligned(&v) ? 6 : PERP__BOX_AXES;
     for (int k = 6; k < axes->count; k++)
         edge_axis(&v, (k - 6) / 3, (k - 6) % 3, &axis[k]);
     for (int k = 0; k < axes->count; k++)

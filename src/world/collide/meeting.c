@@ -13,6 +13,7 @@
  * which nothing presses, also while its front passes the tile's side. */
 #include "world/collide/meeting.h"
 
+#include <float.h>
 #include <string.h>
 
 #include "world/collide/box.h"
@@ -351,11 +352,15 @@ static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int
     course on;
     double bare[PERP__MAX_AXES], t = 0.0;
     double angle = perp__length3(a->turn) + perp__length3(b->turn);
+    /* what passes a round shape closely comes nearer by half in each look */
+    const double still_share = are_boxes(a->start, b->start) ? 1e-9 : 4.0 * DBL_EPSILON;
     on.a = a;
     on.b = b;
     on.planar = planar;
     on.turning = angle > 0.0;
     axes_at(&on, 0.0);
+    for (int32_t k = on.axes.count; k < PERP__BOX_AXES; k++) /* edges that are parallel now */
+        on.gate[k] = bare[k] = 0.0;
     for (int32_t k = 0; k < on.axes.count; k++) {
         on.gate[k] = gate_of(on.axes.axis[k].separation, near, near->grazing);
         bare[k] = gate_of(on.axes.axis[k].separation, near, 0.0);
@@ -365,7 +370,7 @@ static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int
         double entry = entry_of(&on, &on.axes, on.gate, t, end);
         if (entry == INFINITY && end >= 1.0)
             return 0;
-        int still = entry == INFINITY ? 0 : entry - t <= 1e-9 * (end - t);
+        int still = entry == INFINITY ? 0 : entry - t <= still_share * (end - t);
         t = entry == INFINITY ? end : entry;
         double lacks = look_at(&on, t);
         if (still || lacks <= near->rounding) {

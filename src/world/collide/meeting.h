@@ -77,6 +77,7 @@ typedef struct perp__axes {
 
 /* Boxes: 3 faces each and 9 products of edges; boxes whose axes are parallel have the 6 faces
  * alone. Rectangles: 2 sides each. A face axis is that of either side. */
+#define PERP__BOX_AXES 15
 void perp__box_axes(const perp__placed *a, const perp__placed *b, int32_t planar, perp__axes *axes);
 
 /* The axes of any two shapes but half-spaces; balls against balls and boxes have none. */
