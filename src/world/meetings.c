@@ -155,8 +155,9 @@ static int32_t is_covered(const perp_world *world, int32_t owner, int32_t shape,
     if (world->bodies[world->shapes[shape].body].kind != PERP_BODY_DYNAMIC &&
         world->bodies[world->shapes[owner].body].shapes < 2)
         return 0;
-    faces = perp__probe_faces(at, world->settings.planar, position, normal, rim, crack, probes);
-    for (i = 0; i < faces && (faces > 1 || doubtful); i++)
+    faces = perp__probe_faces(at, world->settings.planar, position, normal, rim, doubtful ? 1 : 2,
+                              crack, probes);
+    for (i = 0; i < faces; i++)
         if (is_held(world, shape, owner, probes[i], h, t, 0.25 * crack))
             return 1;
     return 0;

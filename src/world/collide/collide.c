@@ -70,29 +70,35 @@ int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_
                   : perp__collide_box_box_along(a, b, axis, points);
 }
 
-/* How far the shape goes from its centre along an axis of the world, to the side `sign`. */
-static double reach_along(const perp__placed *shape, int k, double sign)
+/* How far the shape goes from its centre along an axis of the world, up and down. */
+static void reach_along(const perp__placed *shape, int k, double *up, double *down)
 {
     const perp__geometry *geometry = shape->geometry;
     const double *row = shape->rotation + 3 * k;
-    const double direction[3] = {sign * row[0], sign * row[1], sign * row[2]};
     if (geometry->kind == PERP__PLANE)
-        return INFINITY;
-    return geometry->kind == PERP__SPHERE ? geometry->radius : perp__reach_of(geometry, direction);
+        *up = INFINITY;
+    else if (geometry->kind == PERP__SPHERE)
+        *up = geometry->radius;
+    else
+        *up = perp__reach_of(geometry, row);
+    *down = *up;
+    if (geometry->kind == PERP__HULL)
+        *down = perp__reach_of(geometry, (const double[3]){-row[0], -row[1], -row[2]});
+}
+
+/* A few roundings wider, so that shapes that exactly touch are found. */
+static double widened(double reach, double position)
+{
+    return isfinite(reach) ? reach + 4.0 * DBL_EPSILON * (fabs(position) + fabs(reach)) : reach;
 }
 
 void perp__extent_of(const perp__placed *shape, double margin, perp__bounds *extent)
 {
-    for (int k = 0; k < 3; k++)
-        for (int side = 0; side < 2; side++) {
-            double reach = reach_along(shape, k, side ? 1.0 : -1.0) + margin;
-
-            /* a few roundings wider, so that shapes that exactly touch are found */
-            if (isfinite(reach))
-                reach += 4.0 * DBL_EPSILON * (fabs(shape->position[k]) + fabs(reach));
-            if (side)
-                extent->high[k] = shape->position[k] + reach;
-            else
-                extent->low[k] = shape->position[k] - reach;
-        }
+    for (int k = 0; k < 3; k++) {
+        const double x = shape->position[k];
+        double up, down;
+        reach_along(shape, k, &up, &down);
+        extent->low[k] = x - widened(down + margin, x);
+        extent->high[k] = x + widened(up + margin, x);
+    }
 }

@@ -12,8 +12,8 @@ typedef struct perp__geometry {
     double radius;          /* sphere, capsule */
     double half_extents[3]; /* box; capsule: [0], half of the segment along x; hull: largest
                                coordinates; planar: [2] is 0 */
-    double normal[3]; /* plane, unit, shape frame */
-    double offset;    /* plane: solid where normal.x <= offset, shape frame */
+    double normal[3];       /* plane, unit, shape frame */
+    double offset;          /* plane: solid where normal.x <= offset, shape frame */
     struct perp__hull *hull;
 } perp__geometry;
 

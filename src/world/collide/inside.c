@@ -33,50 +33,74 @@ int32_t perp__holds(const perp__placed *shape, const double *point, double depth
     return 1;
 }
 
-/* A face of a box or hull: whether it makes the normal `out` at `local`, and the point before it;
- * of a box not beside the face either. */
-static int32_t box_face(const double *half, int j, double sign, const double *local,
-                        const double *out, double rim, double crack, double *probe)
+/* The faces of a box or a hull within `rim` of the point `local` that make the normal `out`. */
+static int32_t faces_of_box(const double *half, int dimension, const double *local,
+                            const double *out, double rim, int32_t *faces)
+{
+    int32_t count = 0;
+    for (int j = 0; j < dimension; j++) {
+        const int32_t up = !(out[j] < 0.0);
+        if (fabs(out[j]) > SUPPORT && (up ? local[j] : -local[j]) > half[j] - rim)
+            faces[count++] = 2 * j + up;
+    }
+    return count;
+}
+
+static int32_t faces_of_hull(const perp__polytope *hull, const double *local, const double *out,
+                             double rim, int32_t *faces)
+{
+    int32_t count = 0;
+    for (int32_t f = 0; f < hull->faces && count < PERP__MAX_PROBES; f++)
+        if (perp__dot3(hull->normal + 3 * f, out) > SUPPORT &&
+            perp__dot3(hull->normal + 3 * f, local) > hull->offset[f] - rim)
+            faces[count++] = f;
+    return count;
+}
+
+/* The point before a face; before that of a box, not beside it either. */
+static void probe_box(const double *half, int32_t face, const double *local, double crack,
+                      double *probe)
 {
     for (int i = 0; i < 3; i++) {
         const double most = fmax(half[i] - crack, 0.0);
         probe[i] = fmin(fmax(local[i], -most), most);
     }
-    probe[j] = sign * half[j] + sign * crack;
-    return sign * out[j] > SUPPORT && sign * local[j] > half[j] - rim;
+    probe[face / 2] = face % 2 ? half[face / 2] + crack : -half[face / 2] - crack;
 }
 
-static int32_t hull_face(const perp__polytope *hull, int32_t face, const double *local,
-                         const double *out, double rim, double crack, double *probe)
+static void probe_hull(const perp__polytope *hull, int32_t face, const double *local, double crack,
+                       double *probe)
 {
-    const double *n = hull->normal + 3 * face, height = perp__dot3(n, local);
-    perp__along3(probe, local, hull->offset[face] + crack - height, n);
-    return perp__dot3(n, out) > SUPPORT && height > hull->offset[face] - rim;
+    const double *n = hull->normal + 3 * face;
+    perp__along3(probe, local, hull->offset[face] + crack - perp__dot3(n, local), n);
 }
 
 int32_t perp__probe_faces(const perp__placed *shape, int32_t planar, const double *position,
-                          const double *normal, double rim, double crack, double probes[][3])
+                          const double *normal, double rim, int32_t least, double crack,
+                          double probes[][3])
 {
     const perp__geometry *geometry = shape->geometry;
     const int32_t boxed = geometry->kind == PERP__BOX;
     double between[3], local[3], out[3], probe[3];
-    int32_t count = 0, faces = planar ? 4 : 6;
+    int32_t faces[PERP__MAX_PROBES], count;
     if (!boxed && geometry->kind != PERP__HULL)
         return 0;
     perp__subtract3(between, position, shape->position);
     perp__apply_transposed3(local, shape->rotation, between);
     perp__apply_transposed3(out, shape->rotation, normal);
-    if (!boxed)
-        faces = geometry->hull->polytope.faces;
-    for (int32_t f = 0; f < faces && count < PERP__MAX_PROBES; f++) {
-        const int32_t supports =
-            boxed ? box_face(geometry->half_extents, f / 2, f % 2 ? 1.0 : -1.0, local, out, rim,
-                             crack, probe)
-                  : hull_face(&geometry->hull->polytope, f, local, out, rim, crack, probe);
-        if (!supports)
-            continue;
+    if (boxed)
+        count = faces_of_box(geometry->half_extents, planar ? 2 : 3, local, out, rim, faces);
+    else
+        count = faces_of_hull(&geometry->hull->polytope, local, out, rim, faces);
+    if (count < least)
+        return 0;
+    for (int32_t i = 0; i < count; i++) {
+        if (boxed)
+            probe_box(geometry->half_extents, faces[i], local, crack, probe);
+        else
+            probe_hull(&geometry->hull->polytope, faces[i], local, crack, probe);
         perp__apply3(between, shape->rotation, probe);
-        perp__along3(probes[count++], shape->position, 1.0, between);
+        perp__along3(probes[i], shape->position, 1.0, between);
     }
     return count;
 }

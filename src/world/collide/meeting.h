@@ -53,10 +53,12 @@ int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_
 int32_t perp__holds(const perp__placed *shape, const double *point, double depth);
 
 /* Of each face within `rim` of a position on the surface that makes the normal there, the point
- * `crack` before it. Round shapes have none. Returns how many. */
+ * `crack` before it; none where there are fewer than `least` such faces. Round shapes have none.
+ * Returns how many. */
 #define PERP__MAX_PROBES 16
 int32_t perp__probe_faces(const perp__placed *shape, int32_t planar, const double *position,
-                          const double *normal, double rim, double crack, double probes[][3]);
+                          const double *normal, double rim, int32_t least, double crack,
+                          double probes[][3]);
 
 /* One of the directions of which one separates shapes that are apart (separating axis theorem). */
 typedef struct perp__axis {

@@ -101,16 +101,10 @@ void perp__polytope_move(perp__polytope *polytope, const double *R, const double
     polytope->offset = room->offset;
 }
 
-double perp__reach_of(const perp__geometry *geometry, const double *normal)
+double perp__reach_of_hull(const perp__hull *hull, const double *normal)
 {
-    if (geometry->kind != PERP__HULL) {
-        const double *half = geometry->half_extents;
-        return half[0] * fabs(normal[0]) + half[1] * fabs(normal[1]) + half[2] * fabs(normal[2]) +
-               geometry->radius;
-    }
-    const perp__polytope *polytope = &geometry->hull->polytope;
     double reach = -INFINITY;
-    for (int32_t c = 0; c < polytope->corners; c++)
-        reach = fmax(reach, perp__dot3(normal, polytope->corner + 3 * c));
+    for (int32_t c = 0; c < hull->polytope.corners; c++)
+        reach = fmax(reach, perp__dot3(normal, hull->polytope.corner + 3 * c));
     return reach;
 }

@@ -3,6 +3,8 @@
 #ifndef PERP_WORLD_COLLIDE_POLYTOPE_H
 #define PERP_WORLD_COLLIDE_POLYTOPE_H
 
+#include <math.h>
+
 #include <perp/world.h>
 
 #include "base/context.h"
@@ -42,7 +44,15 @@ void perp__polytope_move(perp__polytope *polytope, const double *R, const double
                          perp__polytope_room *room);
 
 /* The largest normal.x over the shape, in its own frame. */
-double perp__reach_of(const perp__geometry *geometry, const double *normal);
+double perp__reach_of_hull(const struct perp__hull *hull, const double *normal);
+static inline double perp__reach_of(const perp__geometry *geometry, const double *normal)
+{
+    const double *half = geometry->half_extents;
+    if (geometry->kind == PERP__HULL)
+        return perp__reach_of_hull(geometry->hull, normal);
+    return half[0] * fabs(normal[0]) + half[1] * fabs(normal[1]) + half[2] * fabs(normal[2]) +
+           geometry->radius;
+}
 
 /* hull.c: the convex hull of points, about the centre of what it encloses. */
 typedef struct perp__hull {
