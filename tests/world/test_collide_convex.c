@@ -318,6 +318,38 @@ static void test_pairs_against_brute_force(void **unused)
                 try_kinds(kind_a, kind_b, planar);
 }
 
+/* A boat on its keel: the face that lies most against the floor is that of the stern, and higher
+ * than the keel's end. */
+static void test_keel(void **unused)
+{
+    static const double boat[CORNERS][3] = {
+        {1.0, 0.0, -1.0},  {-1.0, 0.0, -0.8},  {1.0, 0.15, 0.0},  {1.0, -0.15, 0.0},
+        {-1.0, 0.15, 0.0}, {-1.0, -0.15, 0.0}, {-1.5, 0.1, -0.5}, {-1.5, -0.1, -0.5}};
+    uint64_t state = 3;
+    int overlaps = 0;
+    (void)unused;
+    for (int trial = 0; trial < 20; trial++) {
+        body floor, hull;
+        random_body(&floor, &state, 0, PERP__BOX);
+        floor.geometry.half_extents[0] = floor.geometry.half_extents[1] = 3.0;
+        floor.placed = scene_place(&floor.geometry, 0.0, 0.0, -floor.geometry.half_extents[2]);
+        for (int i = 0; i < floor.count; i++)
+            for (int k = 0; k < 3; k++)
+                floor.corner[i][k] = floor.placed.position[k] +
+                                     (i >> k & 1 ? 1.0 : -1.0) * floor.geometry.half_extents[k];
+        memset(&hull, 0, sizeof hull);
+        hull.count = CORNERS;
+        hull.geometry.kind = PERP__HULL;
+        make_hull(&hull, boat, 0);
+        hull.placed = scene_place(&hull.geometry, 0.0, 0.0, 0.0);
+        const double by[3] = {scene_uniform(&state, -1.0, 1.0), 0.0, -0.05 - hull.corner[0][2]};
+        move(&hull, by);
+        try_pair(&floor, &hull, 0, &overlaps);
+        release(&hull);
+    }
+    assert_int_equal(overlaps, 20);
+}
+
 /* Every point of one set has its like in the other, whose normals are `sign` times these, seen
  * after R x + t. */
 static void require_same(const perp__point *x, int32_t x_count, const perp__point *y,
@@ -493,6 +525,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pairs_against_brute_force),
+        cmocka_unit_test(test_keel),
         cmocka_unit_test(test_order_and_frame),
         cmocka_unit_test(test_hull_of_a_box),
         cmocka_unit_test(test_meetings),
