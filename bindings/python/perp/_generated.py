@@ -850,6 +850,7 @@ class WorldSettings(Structure):
         ("tol", c_double),
         ("time_limit", c_double),
         ("friction", c_double),
+        ("error", c_double),
     ]
 
 
@@ -922,6 +923,9 @@ class StepResult(Structure):
         ("residual", c_double),
         ("contacts", c_int32),
         ("islands", c_int32),
+        ("steps", c_int32),
+        ("reserved", c_int32),
+        ("error", c_double),
     ]
 
 
