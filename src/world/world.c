@@ -154,6 +154,8 @@ static void release(void *object)
     perp_world *world = object;
     perp_context *context = world->context;
 
+    for (int32_t i = 0; i < world->shape_slots; i++)
+        perp__release(context, world->shapes[i].geometry.hull);
     perp__rigid_destroy(world->solver);
     perp__coloured_release(&world->coloured);
     perp__release(context, world->bodies);

@@ -311,6 +311,8 @@ def test_words_for_people(world, planar):
     assert repr(body.shapes[0]) == "<perp.Shape, sphere of radius 0.5>"
     assert repr(planar.add_body().add_sphere(2)) == "<perp.Shape, disc of radius 2>"
     assert repr(planar.add_body().add_box([1, 2])) == "<perp.Shape, box of 2 x 4>"
+    corners = planar.add_body().add_hull([[0, 0], [1, 0], [0, 1]])
+    assert repr(corners) == "<perp.Shape, hull of 3 points>"
     assert repr(world.ground.shapes[0]) == "<perp.Shape, half-space>"
     assert repr(result).startswith("<perp.StepResult: solved, residual ")
     assert "contacts 1, islands 1" in repr(result) and "not advanced" not in repr(result)
@@ -513,6 +515,19 @@ def test_planar_refusals(planar):
         body.torque = [0, 0, 1]
 
 
+def test_capsule_and_hull_weigh_as_their_parts(world):
+    r, half = 0.5, 2.0
+    capsule = world.add_body()
+    capsule.add_capsule(r, half, density=1.0)
+    assert np.isclose(capsule.mass, np.pi * r**2 * 2 * half + 4 / 3 * np.pi * r**3, rtol=1e-14)
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-2, 2) for z in (-3, 3)], float)
+    hull, box = world.add_body(), world.add_body()
+    hull.add_hull(np.vstack([corners, 0.5 * corners]), density=1.0)
+    box.add_box([1, 2, 3], density=1.0)
+    assert np.isclose(hull.mass, box.mass, rtol=1e-14)
+    assert np.allclose(hull.inertia, box.inertia, rtol=1e-14, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     "add, word",
     [
@@ -522,6 +537,11 @@ def test_planar_refusals(planar):
         (lambda body: body.add_box([1, 1]), "half_extents"),
         (lambda body: body.add_box([1, 0, 1]), "half_extents"),
         (lambda body: body.add_plane([0, 0, 1]), ""),
+        (lambda body: body.add_capsule(0.0, 1.0), "radius"),
+        (lambda body: body.add_capsule(1.0, -1.0), "half_length"),
+        (lambda body: body.add_hull([[0, 0], [1, 0], [0, 1]]), "(n, 3)"),
+        (lambda body: body.add_hull([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]), "plane"),
+        (lambda body: body.add_hull([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, NAN]]), "points[11]"),
         (lambda body: body.add_sphere(1.0, friction=-0.1), "friction"),
         (lambda body: body.add_sphere(1.0, restitution=1.1), "restitution"),
         (lambda body: body.add_sphere(1.0, offset=[0, 0]), "offset"),
