@@ -153,3 +153,13 @@ void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
                 add(y + s.first, -share, q + s.first, s.count);
         }
 }
+
+double perp__length(const double *x, int32_t n)
+{
+    double length = 0.0;
+
+    for (int32_t i = 0; i < n; i++)
+        if (x[i] != 0.0)
+            length = length == 0.0 ? fabs(x[i]) : hypot(length, x[i]);
+    return length;
+}
