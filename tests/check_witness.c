@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* log2 of the scales that bring the largest entry of every row and column of |M| near 1: from the
  * symmetric equilibration on, sixteen rounds of halving its exponent. */
@@ -37,7 +38,7 @@ static void find_units(const check_item *list, size_t count, int32_t n, int32_t 
 
 typedef struct rows {
     long double *terms, *reach, *carried, *around, *rounding;
-    int32_t *part, *tied;
+    int32_t *part, *tied, *dispensable;
     const int32_t *units;
     const check_item *list;
     size_t count;
@@ -86,6 +87,21 @@ static int bounds_near(const check_lcp *problem, const rows *r, int32_t i, doubl
            2 * (check_upper(problem, i) - (long double)z <= near);
 }
 
+/* Which diagonals are beside entries of 1/16 and more in their row, and in their column: units in
+ * which they are noise leave nothing larger than it was. */
+static void find_dispensable(rows *r, int32_t n)
+{
+    int32_t i;
+    size_t p;
+
+    memset(r->part, 0, 2 * (size_t)n * sizeof *r->part);
+    for (p = 0; p < r->count; p++)
+        if (r->list[p].row != r->list[p].column && size_of(r, p) >= 0x1p-4L)
+            r->part[r->list[p].row] = r->part[n + r->list[p].column] = 1;
+    for (i = 0; i < n; i++)
+        r->dispensable[i] = r->part[i] && r->part[n + i];
+}
+
 /* Parts of rows and, after them, columns: by entries of `least` and more, and where z_i and w_i are
  * tied. */
 static void find_parts(rows *r, int32_t n, long double least)
@@ -107,7 +123,8 @@ static void find_parts(rows *r, int32_t n, long double least)
         for (p = 0; p < r->count; p++) {
             int32_t *a = &r->part[r->list[p].row], *b = &r->part[n + r->list[p].column];
 
-            if (size_of(r, p) < least)
+            if (size_of(r, p) < least ||
+                (r->list[p].row == r->list[p].column && r->dispensable[r->list[p].row]))
                 continue;
             changed |= *a != *b;
             *a = *b = *a < *b ? *a : *b;
@@ -133,6 +150,7 @@ static void find_neighbours(rows *r, const check_lcp *problem, const double *z, 
         r->tied[i] = 0;
         r->around[i] = r->terms[i];
     }
+    find_dispensable(r, n);
     find_parts(r, n, 0x1p-40L); /* what is smaller is noise and ties nothing */
     for (i = 0; i < n; i++)
         r->tied[i] = r->part[i] == r->part[n + i];
@@ -195,6 +213,7 @@ double check_own(const check_lcp *problem, const double *z, const double *w, dou
               check_allocate(n, bytes),
               check_allocate(2 * n, sizeof *r.part),
               check_allocate(n, sizeof *r.tied),
+              check_allocate(n, sizeof *r.dispensable),
               units,
               list,
               count,
@@ -207,6 +226,7 @@ double check_own(const check_lcp *problem, const double *z, const double *w, dou
         find_units(list, count, problem->M->rows, units);
         check_raise(&own, own_residual(&r, problem, z, w, tol));
     }
+    free(r.dispensable);
     free(r.tied);
     free(r.part);
     free(r.rounding);

@@ -37,6 +37,7 @@
 
 /* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
 #define NOISE 0x1p-40
+#define NEAR_LARGEST 0x1p-4
 
 /* Sizes below this have lost digits, or all, to underflow. */
 #define LEAST_SIZE 0x1p-960
@@ -110,13 +111,29 @@ static double entry(const int32_t *units, const perp__cursor *c)
     return perp__shift(fabs(c->value), units[c->i] + units[c->j]);
 }
 
-static void join_couplings(const perp__witness_point *p, perp__witness_units *u, double least)
+/* coupled[i], coupled[n + j] := whether a coupling off the diagonal is near the largest of row i,
+ * of column j. */
+static void find_coupled(const perp__witness_point *p, const int32_t *units, int32_t *coupled)
 {
     perp__cursor c = perp__first(p->M);
 
+    memset(coupled, 0, 2 * (size_t)p->M->rows * sizeof *coupled);
     while (perp__advance(&c))
-        if (entry(u->exponents, &c) >= least)
-            perp__join(u->cut, c.i, p->M->rows + c.j);
+        if (c.i != c.j && entry(units, &c) >= NEAR_LARGEST)
+            coupled[c.i] = coupled[p->M->rows + c.j] = 1;
+}
+
+/* A diagonal beside such couplings in its row and in its column joins nothing: units that leave
+ * these as they are can make noise of it, as of [[1e-30, 4], [-4, 0]]. */
+static void join_couplings(const perp__witness_point *p, perp__witness_units *u, double least,
+                           const int32_t *coupled)
+{
+    const int32_t n = p->M->rows;
+    perp__cursor c = perp__first(p->M);
+
+    while (perp__advance(&c))
+        if (entry(u->exponents, &c) >= least && (c.i != c.j || !coupled[c.i] || !coupled[n + c.j]))
+            perp__join(u->cut, c.i, n + c.j);
 }
 
 static void start_apart(perp__witness_units *u, int32_t n)
@@ -128,15 +145,17 @@ static void start_apart(perp__witness_units *u, int32_t n)
 }
 
 /* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M,
- * but for noise, falls into parts between them: then there is no common size. tied: n, work. */
+ * but for noise, falls into parts between them: then there is no common size. coupled: 2 n, tied:
+ * n, work. */
 static void find_cut(const perp__witness_point *p, perp__witness_units *u, double least,
-                     int32_t *tied)
+                     int32_t *coupled, int32_t *tied)
 {
     const int32_t n = p->M->rows;
     int32_t i;
 
+    find_coupled(p, u->exponents, coupled);
     start_apart(u, n);
-    join_couplings(p, u, NOISE);
+    join_couplings(p, u, NOISE, coupled);
     perp__number_parts(u->cut, 2 * n);
     for (i = 0; i < n; i++)
         tied[i] = u->cut[i] == u->cut[n + i];
@@ -144,7 +163,7 @@ static void find_cut(const perp__witness_point *p, perp__witness_units *u, doubl
     for (i = 0; i < n; i++)
         if (tied[i])
             perp__join(u->cut, i, n + i);
-    join_couplings(p, u, least);
+    join_couplings(p, u, least, coupled);
     perp__number_parts(u->cut, 2 * n);
 }
 
@@ -158,7 +177,7 @@ static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
         t->count += perp__equilibrate_negative(p->M, t->units[1].exponents, work);
     for (k = 0; k < t->count; k++) {
         perp__balance(p->M, t->units[k].exponents, work);
-        find_cut(p, &t->units[k], sqrt(p->tol), work);
+        find_cut(p, &t->units[k], sqrt(p->tol), work, t->omega_of_part);
     }
     t->tol = p->tol;
     t->known = 1;
