@@ -170,6 +170,12 @@ static long double violation(const check_lcp *problem, int32_t i, double w, int 
     return fabs(w);
 }
 
+/* Whether the library may have met the end of doubles in these units, or nearly so. */
+static int is_extreme(const rows *r, int32_t i, long double largest)
+{
+    return abs(r->units[i]) >= 400 || abs(r->units[i]) + fabsl(log2l(largest)) >= 1300;
+}
+
 static double own_residual(rows *r, const check_lcp *problem, const double *z, const double *w,
                            double tol)
 {
@@ -190,6 +196,12 @@ static double own_residual(rows *r, const check_lcp *problem, const double *z, c
 
         if (!(v > 0))
             continue;
+        if (is_extreme(r, i, largest)) { /* no claim but that it is wrong beside its own terms */
+            const long double alone = v / r->terms[i];
+
+            check_raise(&own, alone > 4.0L * tol ? (double)alone : NAN);
+            continue;
+        }
         for (k = 0; k < n; k++)
             if (r->part[k] == r->part[i] && r->rounding[k] > most)
                 most = r->rounding[k];

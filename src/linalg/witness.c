@@ -23,6 +23,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/outcome.h"
@@ -41,6 +42,11 @@
 
 /* Sizes below this have lost digits, or all, to underflow. */
 #define LEAST_SIZE 0x1p-960
+
+/* Exponents from which on a unit may be that of the end of doubles (linalg/scale.c), and products
+ * in units leave them. */
+#define FARTHEST_UNIT 500
+#define FARTHEST 1400
 
 /* The point and the units that it is looked at in. */
 typedef struct view {
@@ -273,26 +279,36 @@ static void find_neighbours(perp__witness *t, const view *v)
         perp__raise_to(&t->most[v->cut[i]], t->rounding[i]);
 }
 
-/* A row so much smaller than others of its part that their common unit underflows, or whose terms
- * overflow: its violation beside its own terms, in the caller's units. */
-static double alone(const perp__witness_point *p, int32_t i)
+/* Whether numbers of row i, in these units, are or may have been beyond the range of doubles. */
+static int32_t is_extreme(const perp__witness *t, const view *v, int32_t i, double size)
 {
-    const double v = violation_of_row(p, i);
-    double terms = fabs(p->q[i]);
-    perp__cursor c = perp__first(p->M);
+    const int32_t reach = abs(v->units[i]) + abs(t->omegas[i]);
 
-    while (v != 0.0 && perp__advance(&c))
-        if (c.i == i)
-            terms += fabs(c.value * p->z[c.j]);
-    return v != 0.0 ? (terms < INFINITY ? v / terms : INFINITY) : 0.0;
+    return !(size >= LEAST_SIZE && size < INFINITY) || abs(v->units[i]) >= FARTHEST_UNIT ||
+           reach >= FARTHEST;
+}
+
+/* Such rows have no common unit with their neighbours: each violation beside its own terms, in the
+ * caller's units. Terms that overflow excuse nothing. */
+static void look_at_extremes(perp__witness *t, const perp__witness_point *p, double *own)
+{
+    int32_t i;
+
+    find_terms_of_rows(p, t->terms);
+    for (i = 0; i < p->M->rows; i++) {
+        const double v = violation_of_row(p, i);
+
+        if (t->is_free[i] && v != 0.0)
+            perp__raise_to(own, t->terms[i] < INFINITY ? v / t->terms[i] : INFINITY);
+    }
 }
 
 static double own_residual(perp__witness *t, const perp__witness_point *p,
                            const perp__witness_units *u)
 {
     const view v = {p, u->exponents, u->cut, p->M->rows, sqrt(p->tol)};
+    int32_t extremes = 0, i;
     double own = 0.0;
-    int32_t i;
 
     perp__find_omegas(v.n, p->part, p->parts, p->q, u->exponents, t->omega_of_part, t->omegas, 0);
     perp__find_terms(p->M, p->q, p->z, u->exponents, t->omegas, t->terms);
@@ -301,11 +317,13 @@ static double own_residual(perp__witness *t, const perp__witness_point *p,
     for (i = 0; i < v.n; i++) {
         const double size = t->around[i] + floor_of(p->tol) * t->most[u->cut[i]];
 
-        if (!(size >= LEAST_SIZE && size < INFINITY))
-            perp__raise_to(&own, alone(p, i));
-        else if (t->wrong[i] != 0.0)
+        t->is_free[i] = is_extreme(t, &v, i, size);
+        extremes |= t->is_free[i];
+        if (!t->is_free[i] && t->wrong[i] != 0.0)
             perp__raise_to(&own, t->wrong[i] / size);
     }
+    if (extremes)
+        look_at_extremes(t, p, &own);
     return own;
 }
 

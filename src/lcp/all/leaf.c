@@ -43,7 +43,7 @@ perp__evaluation perp__lcp_all_evaluate(perp__lcp_all *all, const int8_t *places
     int32_t i;
 
     for (i = 0; i < all->n; i++)
-        solver->z[i] = places[i] == PERP__BETWEEN    ? perp__z_caller(solver, i, z[i])
+        solver->z[i] = places[i] == PERP__BETWEEN    ? perp__z_exact(solver, i, z[i])
                        : places[i] == PERP__AT_UPPER ? solver->upper[i]
                                                      : solver->lower[i];
     return perp__evaluate(solver);
