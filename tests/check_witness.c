@@ -196,18 +196,13 @@ static double own_residual(rows *r, const check_lcp *problem, const double *z, c
 
         if (!(v > 0))
             continue;
-        if (is_extreme(r, i, largest)) { /* no claim but that it is wrong beside its own terms */
-            const long double alone = v / r->terms[i];
-
-            check_raise(&own, alone > 4.0L * tol ? (double)alone : NAN);
-            continue;
-        }
         for (k = 0; k < n; k++)
             if (r->part[k] == r->part[i] && r->rounding[k] > most)
                 most = r->rounding[k];
-        check_raise(&own, r->around[i] + floor * most < 1e-250L * largest
-                              ? NAN
-                              : (double)(v / (r->around[i] + floor * most)));
+        check_raise(&own,
+                    is_extreme(r, i, largest) || r->around[i] + floor * most < 1e-250L * largest
+                        ? NAN
+                        : (double)(v / (r->around[i] + floor * most)));
     }
     return own;
 }
