@@ -4,7 +4,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* log2 of the scales that bring the largest entry of every row and column of |M| near 1: from the
  * symmetric equilibration on, sixteen rounds of halving its exponent. */
@@ -38,7 +37,7 @@ static void find_units(const check_item *list, size_t count, int32_t n, int32_t 
 
 typedef struct rows {
     long double *terms, *reach, *carried, *around, *rounding;
-    int32_t *part, *tied, *dispensable;
+    int32_t *part, *tied;
     const int32_t *units;
     const check_item *list;
     size_t count;
@@ -87,21 +86,6 @@ static int bounds_near(const check_lcp *problem, const rows *r, int32_t i, doubl
            2 * (check_upper(problem, i) - (long double)z <= near);
 }
 
-/* Which diagonals are beside entries of 1/16 and more in their row, and in their column: units in
- * which they are noise leave nothing larger than it was. */
-static void find_dispensable(rows *r, int32_t n)
-{
-    int32_t i;
-    size_t p;
-
-    memset(r->part, 0, 2 * (size_t)n * sizeof *r->part);
-    for (p = 0; p < r->count; p++)
-        if (r->list[p].row != r->list[p].column && size_of(r, p) >= 0x1p-4L)
-            r->part[r->list[p].row] = r->part[n + r->list[p].column] = 1;
-    for (i = 0; i < n; i++)
-        r->dispensable[i] = r->part[i] && r->part[n + i];
-}
-
 /* Parts of rows and, after them, columns: by entries of `least` and more, and where z_i and w_i are
  * tied. */
 static void find_parts(rows *r, int32_t n, long double least)
@@ -123,8 +107,7 @@ static void find_parts(rows *r, int32_t n, long double least)
         for (p = 0; p < r->count; p++) {
             int32_t *a = &r->part[r->list[p].row], *b = &r->part[n + r->list[p].column];
 
-            if (size_of(r, p) < least ||
-                (r->list[p].row == r->list[p].column && r->dispensable[r->list[p].row]))
+            if (size_of(r, p) < least)
                 continue;
             changed |= *a != *b;
             *a = *b = *a < *b ? *a : *b;
@@ -150,7 +133,6 @@ static void find_neighbours(rows *r, const check_lcp *problem, const double *z, 
         r->tied[i] = 0;
         r->around[i] = r->terms[i];
     }
-    find_dispensable(r, n);
     find_parts(r, n, 0x1p-40L); /* what is smaller is noise and ties nothing */
     for (i = 0; i < n; i++)
         r->tied[i] = r->part[i] == r->part[n + i];
@@ -220,20 +202,19 @@ double check_own(const check_lcp *problem, const double *z, const double *w, dou
               check_allocate(n, bytes),
               check_allocate(2 * n, sizeof *r.part),
               check_allocate(n, sizeof *r.tied),
-              check_allocate(n, sizeof *r.dispensable),
               units,
               list,
               count,
               sqrt(tol)};
     double own = 0.0;
-    int both = 1, sign;
+    int without;
 
-    for (sign = 1; sign >= -1 && (sign == 1 || (both && problem->scaling)); sign -= 2) {
-        both = check_exponents_from(problem->M, problem->scaling, sign, units);
+    for (without = 0; without <= (problem->scaling != 0); without++) {
+        if (!check_exponents_but(problem->M, problem->scaling, without, units))
+            break;
         find_units(list, count, problem->M->rows, units);
         check_raise(&own, own_residual(&r, problem, z, w, tol));
     }
-    free(r.dispensable);
     free(r.tied);
     free(r.part);
     free(r.rounding);

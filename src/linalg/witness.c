@@ -16,8 +16,9 @@
  * variables at rest pass none on. The largest t is that of the rows that cancel, among those that
  * hang together by significant couplings.
  *
- * Units are not unique: of two diagonals of different sign one can be noise beside their coupling,
- * and nobody knows which. Then the search for units starts from either, and the worse one counts.
+ * Units are not unique: a diagonal that is tiny beside the couplings of its row and its column, as
+ * in [[1e-13, 4], [-4, 0]], can be what the units of its row are found from, or noise, and nobody
+ * knows. Then units are found with and without such diagonals, and the worse ones count.
  */
 #include "linalg/witness.h"
 
@@ -38,7 +39,7 @@
 
 /* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
 #define NOISE 0x1p-40
-#define NEAR_LARGEST 0x1p-4
+#define NOISE_DIAGONAL 0x1p-38
 
 /* Sizes below this have lost digits, or all, to underflow. */
 #define LEAST_SIZE 0x1p-960
@@ -117,29 +118,13 @@ static double entry(const int32_t *units, const perp__cursor *c)
     return perp__shift(fabs(c->value), units[c->i] + units[c->j]);
 }
 
-/* coupled[i], coupled[n + j] := whether a coupling off the diagonal is near the largest of row i,
- * of column j. */
-static void find_coupled(const perp__witness_point *p, const int32_t *units, int32_t *coupled)
+static void join_couplings(const perp__witness_point *p, perp__witness_units *u, double least)
 {
     perp__cursor c = perp__first(p->M);
 
-    memset(coupled, 0, 2 * (size_t)p->M->rows * sizeof *coupled);
     while (perp__advance(&c))
-        if (c.i != c.j && entry(units, &c) >= NEAR_LARGEST)
-            coupled[c.i] = coupled[p->M->rows + c.j] = 1;
-}
-
-/* A diagonal beside such couplings in its row and in its column joins nothing: units that leave
- * these as they are can make noise of it, as of [[1e-30, 4], [-4, 0]]. */
-static void join_couplings(const perp__witness_point *p, perp__witness_units *u, double least,
-                           const int32_t *coupled)
-{
-    const int32_t n = p->M->rows;
-    perp__cursor c = perp__first(p->M);
-
-    while (perp__advance(&c))
-        if (entry(u->exponents, &c) >= least && (c.i != c.j || !coupled[c.i] || !coupled[n + c.j]))
-            perp__join(u->cut, c.i, n + c.j);
+        if (entry(u->exponents, &c) >= least)
+            perp__join(u->cut, c.i, p->M->rows + c.j);
 }
 
 static void start_apart(perp__witness_units *u, int32_t n)
@@ -151,17 +136,15 @@ static void start_apart(perp__witness_units *u, int32_t n)
 }
 
 /* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M,
- * but for noise, falls into parts between them: then there is no common size. coupled: 2 n, tied:
- * n, work. */
+ * but for noise, falls into parts between them: then there is no common size. tied: n, work. */
 static void find_cut(const perp__witness_point *p, perp__witness_units *u, double least,
-                     int32_t *coupled, int32_t *tied)
+                     int32_t *tied)
 {
     const int32_t n = p->M->rows;
     int32_t i;
 
-    find_coupled(p, u->exponents, coupled);
     start_apart(u, n);
-    join_couplings(p, u, NOISE, coupled);
+    join_couplings(p, u, NOISE);
     perp__number_parts(u->cut, 2 * n);
     for (i = 0; i < n; i++)
         tied[i] = u->cut[i] == u->cut[n + i];
@@ -169,8 +152,31 @@ static void find_cut(const perp__witness_point *p, perp__witness_units *u, doubl
     for (i = 0; i < n; i++)
         if (tied[i])
             perp__join(u->cut, i, n + i);
-    join_couplings(p, u, least, coupled);
+    join_couplings(p, u, least);
     perp__number_parts(u->cut, 2 * n);
+}
+
+/* noise[i] := whether M_ii is noise beside the largest couplings of its row and of its column, in
+ * the caller's units. Returns whether one is. */
+static int32_t find_noise(perp__witness *t, const perp__matrix *M, int32_t *noise)
+{
+    double *in_row = t->around, *in_column = t->carried;
+    perp__cursor c = perp__first(M);
+    int32_t any = 0, i;
+
+    for (i = 0; i < M->rows; i++) {
+        in_row[i] = in_column[i] = 0.0;
+        noise[i] = 0;
+    }
+    while (perp__advance(&c))
+        if (c.i != c.j) {
+            perp__raise_to(&in_row[c.i], fabs(c.value));
+            perp__raise_to(&in_column[c.j], fabs(c.value));
+        }
+    for (c = perp__first(M); perp__advance(&c);)
+        if (c.i == c.j && fabs(c.value) <= NOISE_DIAGONAL * fmin(in_row[c.i], in_column[c.i]))
+            any = noise[c.i] = 1;
+    return any;
 }
 
 static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
@@ -178,12 +184,12 @@ static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
     int32_t *work = t->omegas, k;
 
     memcpy(t->units[0].exponents, p->exponents, (size_t)p->M->rows * sizeof *p->exponents);
-    t->count = 1;
-    if (p->scaling)
-        t->count += perp__equilibrate_negative(p->M, t->units[1].exponents, work);
+    t->count = p->scaling && find_noise(t, p->M, t->is_free) ? 2 : 1;
+    if (t->count == 2)
+        perp__equilibrate_but(p->M, t->is_free, t->units[1].exponents, work);
     for (k = 0; k < t->count; k++) {
         perp__balance(p->M, t->units[k].exponents, work);
-        find_cut(p, &t->units[k], sqrt(p->tol), work, t->omega_of_part);
+        find_cut(p, &t->units[k], sqrt(p->tol), work);
     }
     t->tol = p->tol;
     t->known = 1;
@@ -201,14 +207,22 @@ void perp__find_terms(const perp__matrix *M, const double *q, const double *z, c
         terms[c.i] += perp__shift(fabs(c.value * z[c.j]), units[c.i] - omegas[c.i]);
 }
 
+/* A distance that underflows in these units may be any. */
+static int32_t is_near(double distance, int32_t shift, double near)
+{
+    const double scaled = perp__shift(distance, shift);
+
+    return distance == 0.0 || (scaled >= DBL_MIN && scaled <= near);
+}
+
 /* v_i; z that is next to a bound, beside what it may carry, counts as on it. Then it is not free.
  */
 static double violation_near(const perp__witness_point *p, int32_t i, int32_t shift, double near,
                              int32_t *is_free)
 {
     const double lower = p->lower[i], upper = p->upper[i], z = p->z[i];
-    const int32_t at_lower = perp__shift(z - lower, shift) <= near;
-    const int32_t at_upper = perp__shift(upper - z, shift) <= near;
+    const int32_t at_lower = is_near(z - lower, shift, near);
+    const int32_t at_upper = is_near(upper - z, shift, near);
 
     *is_free = !at_lower && !at_upper;
     if (at_lower && at_upper)

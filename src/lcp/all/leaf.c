@@ -97,7 +97,7 @@ static perp_status keep_point(perp__lcp_all *all, double residual)
 {
     perp_lcp_solver *solver = all->solver;
     perp__answer *answer;
-    int32_t clear, i;
+    int32_t clear, lost = 0, i; /* lost: to the end of doubles */
 
     perp__read_places(solver, solver->places);
     clear = is_clear(all);
@@ -108,9 +108,15 @@ static perp_status keep_point(perp__lcp_all *all, double residual)
         return perp__fail_memory(all->context, "a solution");
     answer->residual = residual;
     memcpy(answer->pattern, solver->places, (size_t)all->n);
-    for (i = 0; i < all->n; i++)
+    for (i = 0; i < all->n; i++) {
         answer->points[i] = perp__z_scaled(solver, i, solver->z[i]);
-    if (clear) {
+        lost |= solver->places[i] == PERP__BETWEEN &&
+                perp__z_exact(solver, i, answer->points[i]) != solver->z[i];
+    }
+    if (lost) {
+        all->answers.incomplete = 1;
+        perp__answer_release(&all->answers, answer);
+    } else if (clear) {
         perp__lcp_all_report(all, answer);
         perp__answer_release(&all->answers, answer);
     } else {
