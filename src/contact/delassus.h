@@ -3,7 +3,7 @@
 #define PERP_CONTACT_DELASSUS_H
 
 #include "base/arena.h"
-#include "contact/bodies.h"
+#include "contact/bodies/bodies.h"
 #include "linalg/matrix.h"
 
 /* A copy of W with compliance on its diagonal; all zero at first. */

@@ -16,7 +16,7 @@
 #include "base/arena.h"
 #include "linalg/matrix.h"
 
-struct perp__bodies; /* contact/bodies.h */
+struct perp__bodies; /* contact/bodies/bodies.h */
 
 typedef struct perp__contact_control {
     double deadline; /* on perp__now()'s clock; 0: none */

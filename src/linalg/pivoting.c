@@ -150,3 +150,62 @@ int32_t perp__pivoting_is_consistent(const perp__pivoting *p, const double *b, c
     }
     return 1;
 }
+
+static void swap_rows(double *a, double *b, int32_t n)
+{
+    for (int32_t j = 0; j < n; j++) {
+        const double kept = a[j];
+
+        a[j] = b[j];
+        b[j] = kept;
+    }
+}
+
+/* Rows below k of (U | X) lose their entry of column k. */
+static int32_t eliminate_column(double (*U)[6], int32_t n, double *X, int32_t columns, int32_t k)
+{
+    int32_t pivot = k;
+
+    for (int32_t i = k + 1; i < n; i++)
+        if (fabs(U[i][k]) > fabs(U[pivot][k]))
+            pivot = i;
+    if (!(fabs(U[pivot][k]) > 0.0))
+        return 0;
+    if (pivot != k) {
+        swap_rows(U[k], U[pivot], n);
+        swap_rows(X + k * columns, X + pivot * columns, columns);
+    }
+    for (int32_t i = k + 1; i < n; i++) {
+        const double factor = U[i][k] / U[k][k];
+
+        if (factor == 0.0)
+            continue;
+        for (int32_t j = k + 1; j < n; j++)
+            U[i][j] -= factor * U[k][j];
+        for (int32_t j = 0; j < columns; j++)
+            X[i * columns + j] -= factor * X[k * columns + j];
+    }
+    return 1;
+}
+
+int32_t perp__solve_small(const double *A, int32_t n, int32_t stride, double *X, int32_t columns)
+{
+    double U[6][6];
+
+    for (int32_t i = 0; i < n; i++)
+        memcpy(U[i], A + stride * i, (size_t)n * sizeof **U);
+    for (int32_t k = 0; k < n; k++)
+        if (!eliminate_column(U, n, X, columns, k)) {
+            memset(X, 0, (size_t)n * (size_t)columns * sizeof *X);
+            return 0;
+        }
+    for (int32_t i = n; i-- > 0;)
+        for (int32_t c = 0; c < columns; c++) {
+            double sum = X[i * columns + c];
+
+            for (int32_t j = i + 1; j < n; j++)
+                sum -= U[i][j] * X[j * columns + c];
+            X[i * columns + c] = sum / U[i][i];
+        }
+    return 1;
+}

@@ -1,4 +1,5 @@
-/* Small dense linear systems of any rank: Gauss-Jordan elimination with complete pivoting. */
+/* Small dense linear systems: of any rank by Gauss-Jordan elimination with complete pivoting, and
+ * of a body or a contact by elimination with rows exchanged. */
 #ifndef PERP_LINALG_PIVOTING_H
 #define PERP_LINALG_PIVOTING_H
 
@@ -32,5 +33,9 @@ void perp__pivoting_widths(const perp__pivoting *p, double *width, const double 
 /* Whether the rows without a pivot have a right-hand side of 0, too, beside `load`. */
 int32_t perp__pivoting_is_consistent(const perp__pivoting *p, const double *b, const double *load,
                                      double tolerance);
+
+/* X := A^-1 X. A: n by n, n at most 6, with row stride `stride`; X: n by `columns`, at most 6, row
+ * by row. Returns 0, and X = 0, where a pivot is 0 or not a number. */
+int32_t perp__solve_small(const double *A, int32_t n, int32_t stride, double *X, int32_t columns);
 
 #endif

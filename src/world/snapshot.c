@@ -1,5 +1,5 @@
 /* What the next step reads, as a block of bytes: the states of all bodies, and the impulses of the
- * last step, from which the next one starts. */
+ * last step, from which the next one starts, pair by pair. */
 #include "world/world.h"
 
 #include <string.h>
@@ -26,7 +26,7 @@ static snapshot_header header_of(const perp_world *world)
     header.world = (uint64_t)(uintptr_t)world;
     header.edition = world->edition;
     header.slots = (uint64_t)world->body_slots;
-    header.memories = (uint64_t)world->memory_count;
+    header.memories = (uint64_t)(world->memory_count + world->kept_count - world->orphan_count);
     return header;
 }
 
@@ -57,25 +57,44 @@ perp_status perp_world_snapshot_size(const perp_world *world, size_t *size)
         return status;
     status = perp__check_pointer(world->context, "size", size);
     if (status == PERP_OK)
-        *size = snapshot_size(world, (uint64_t)world->memory_count);
+        *size = snapshot_size(world, header_of(world).memories);
     return perp__leave(world->context, status);
+}
+
+size_t perp__snapshot_bytes(const perp_world *world)
+{
+    return snapshot_size(world, header_of(world).memories);
+}
+
+void perp__snapshot_write(const perp_world *world, char *blob)
+{
+    const snapshot_header header = header_of(world);
+    const size_t memories = (size_t)world->memory_count * sizeof *world->memories;
+    int32_t i, k;
+
+    memcpy(blob, &header, sizeof header);
+    memcpy(blob + sizeof header, world->states, states_size(world));
+    blob += sizeof header + states_size(world);
+    if (memories > 0)
+        memcpy(blob, world->memories, memories);
+    blob += memories;
+    for (i = 0; i < world->pair_slots; i++)
+        for (k = world->pairs[i].first_kept; world->pairs[i].first >= 0 && k >= 0;
+             k = world->kept[k].next) {
+            memcpy(blob, &world->kept[k].memory, sizeof *world->memories);
+            blob += sizeof *world->memories;
+        }
 }
 
 static perp_status save(const perp_world *world, char *blob, size_t size)
 {
-    const snapshot_header header = header_of(world);
-    const size_t memories = (size_t)world->memory_count * sizeof *world->memories;
     perp_status status = perp__check_pointer(world->context, "blob", blob);
 
     if (status == PERP_OK)
-        status = check_size(world, size, snapshot_size(world, header.memories));
-    if (status != PERP_OK)
-        return status;
-    memcpy(blob, &header, sizeof header);
-    memcpy(blob + sizeof header, world->states, states_size(world));
-    if (memories > 0)
-        memcpy(blob + sizeof header + states_size(world), world->memories, memories);
-    return PERP_OK;
+        status = check_size(world, size, perp__snapshot_bytes(world));
+    if (status == PERP_OK)
+        perp__snapshot_write(world, blob);
+    return status;
 }
 
 perp_status perp_world_snapshot_save(const perp_world *world, void *blob, size_t size)
@@ -85,6 +104,27 @@ perp_status perp_world_snapshot_save(const perp_world *world, void *blob, size_t
     if (status != PERP_OK)
         return status;
     return perp__leave(world->context, save(world, blob, size));
+}
+
+perp_status perp__snapshot_read(perp_world *world, const char *blob)
+{
+    snapshot_header header;
+    perp_status status;
+
+    memcpy(&header, blob, sizeof header);
+    status = perp__reserve_memories(world, (int32_t)header.memories);
+    if (status != PERP_OK)
+        return status;
+    memcpy(world->states, blob + sizeof header, states_size(world));
+    if (header.memories > 0)
+        memcpy(world->memories, blob + sizeof header + states_size(world),
+               (size_t)header.memories * sizeof *world->memories);
+    world->memory_count = (int32_t)header.memories;
+    world->memories_restored = 1;
+    perp__rouse_all(world);
+    perp__forget_naps(world);
+    world->planes_changed = 1;
+    return PERP_OK;
 }
 
 static perp_status restore(perp_world *world, const char *blob, size_t size)
@@ -105,17 +145,8 @@ static perp_status restore(perp_world *world, const char *blob, size_t size)
                           "blob is no snapshot of this world with the bodies it has now");
     status = check_size(world, size, snapshot_size(world, header.memories));
     if (status == PERP_OK)
-        status = perp__reserve_memories(world, (int32_t)header.memories);
-    if (status != PERP_OK)
-        return status;
-    memcpy(world->states, blob + sizeof header, states_size(world));
-    if (header.memories > 0)
-        memcpy(world->memories, blob + sizeof header + states_size(world),
-               (size_t)header.memories * sizeof *world->memories);
-    world->memory_count = (int32_t)header.memories;
-    world->memories_restored = 1;
-    perp__unsettle_all(world);
-    return PERP_OK;
+        status = perp__write_records(world); /* which stay */
+    return status == PERP_OK ? perp__snapshot_read(world, blob) : status;
 }
 
 perp_status perp_world_snapshot_restore(perp_world *world, const void *blob, size_t size)

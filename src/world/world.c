@@ -59,20 +59,28 @@ perp_status perp__find_body(const perp_world *world, int32_t *slot, perp_body id
     return PERP_OK;
 }
 
+static perp_status check_gravity(perp_context *context, const char *name, const double *gravity,
+                                 int32_t planar)
+{
+    perp_status status = perp__check_finite(context, name, gravity, 3);
+
+    if (status == PERP_OK && planar && gravity[2] != 0.0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "%s[2] is %g: a planar world has no z, 0 expected", name, gravity[2]);
+    return status;
+}
+
 static perp_status check_settings(perp_context *context, const perp_world_settings *settings)
 {
     const int32_t k = settings->cone;
-    perp_status status = perp__check_finite(context, "settings.gravity", settings->gravity, 3);
+    perp_status status;
 
-    if (status != PERP_OK)
-        return status;
     if (settings->planar != 0 && settings->planar != 1)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.planar is %d, 0 or 1 expected",
                           (int)settings->planar);
-    if (settings->planar && settings->gravity[2] != 0.0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.gravity[2] is %g: a planar world has no z, 0 expected",
-                          settings->gravity[2]);
+    status = check_gravity(context, "settings.gravity", settings->gravity, settings->planar);
+    if (status != PERP_OK)
+        return status;
     if (settings->accuracy < PERP_ACCURACY_FAST || settings->accuracy > PERP_ACCURACY_EXACT)
         return perp__fail(context, PERP_ERROR_ARGUMENT,
                           "settings.accuracy is %d, PERP_ACCURACY_FAST to _EXACT expected",
@@ -90,9 +98,18 @@ static perp_status check_settings(perp_context *context, const perp_world_settin
     if (settings->friction < 0.0)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.friction is %g, >= 0 expected",
                           settings->friction);
+    status = perp__check_finite(context, "settings.error", &settings->error, 1);
+    if (status != PERP_OK)
+        return status;
+    if (settings->error < 0.0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.error is %g, >= 0 expected",
+                          settings->error);
     if (settings->strict != 0 && settings->strict != 1)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.strict is %d, 0 or 1 expected",
                           (int)settings->strict);
+    if (settings->wakeful != 0 && settings->wakeful != 1)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.wakeful is %d, 0 or 1 expected",
+                          (int)settings->wakeful);
     return PERP_OK;
 }
 
@@ -137,6 +154,8 @@ static void release(void *object)
     perp_world *world = object;
     perp_context *context = world->context;
 
+    for (int32_t i = 0; i < world->shape_slots; i++)
+        perp__release(context, world->shapes[i].geometry.hull);
     perp__rigid_destroy(world->solver);
     perp__coloured_release(&world->coloured);
     perp__release(context, world->bodies);
@@ -148,11 +167,18 @@ static void release(void *object)
     perp__release(context, world->memories);
     perp__release(context, world->contacts.contacts);
     perp__release(context, world->overlaps.contacts);
+    perp__release(context, world->begun.bytes);
+    perp__release(context, world->tried.bytes);
+    perp__release(context, world->whole.bytes);
     perp__release(context, world->records);
-    perp__release(context, world->next_records);
+    perp__release(context, world->next_memories);
+    perp__release(context, world->last.contacts);
+    perp__release(context, world->awake);
+    perp__release(context, world->naps);
+    perp__release(context, world->kept);
     perp__arena_release(&world->body_arena);
     perp__arena_release(&world->shape_arena);
-    perp__arena_release(&world->link_arena);
+    perp__arena_release(&world->order_arena);
     perp__arena_release(&world->island_arena);
 }
 
@@ -189,10 +215,11 @@ static perp_status create(perp_context *context, perp_world **world,
     made->free_shape = -1;
     made->free_pair = -1;
     made->first_plane = -1;
+    made->free_nap = made->free_kept = made->first_orphan = -1;
     perp__tree_init(&made->tree);
     perp__arena_init(&made->body_arena, context);
     perp__arena_init(&made->shape_arena, context);
-    perp__arena_init(&made->link_arena, context);
+    perp__arena_init(&made->order_arena, context);
     perp__arena_init(&made->island_arena, context);
     set_coordinates(made);
     perp__coloured_init(&made->coloured, context);
@@ -228,13 +255,17 @@ perp_body perp_world_ground(const perp_world *world)
 
 int32_t perp_world_contact_count(const perp_world *world)
 {
-    return perp__handle_is(world, &kind) ? world->record_count : 0;
+    if (!perp__handle_is(world, &kind))
+        return 0;
+    return world->recorded ? world->record_count : world->kept_included + world->last_included;
 }
 
-static perp_status get_contact(const perp_world *world, perp_world_contact *contact, int32_t index)
+static perp_status get_contact(perp_world *world, perp_world_contact *contact, int32_t index)
 {
     perp_status status = PERP__CHECK(perp_world_contact, world->context, contact);
 
+    if (status == PERP_OK)
+        status = perp__write_records(world);
     if (status != PERP_OK)
         return status;
     if (index < 0 || index >= world->record_count)
@@ -252,7 +283,7 @@ perp_status perp_world_get_contact(const perp_world *world, perp_world_contact *
 
     if (status != PERP_OK)
         return status;
-    return perp__leave(world->context, get_contact(world, contact, index));
+    return perp__leave(world->context, get_contact((perp_world *)world, contact, index));
 }
 
 perp_status perp_world_get_stats(const perp_world *world, perp_world_stats *stats)
@@ -265,6 +296,28 @@ perp_status perp_world_get_stats(const perp_world *world, perp_world_stats *stat
     if (status == PERP_OK)
         perp__struct_write(stats, &world->stats, sizeof world->stats);
     return perp__leave(world->context, status);
+}
+
+static perp_status set_gravity(perp_world *world, const double *gravity)
+{
+    perp_status status = perp__check_pointer(world->context, "gravity", gravity);
+
+    if (status == PERP_OK)
+        status = check_gravity(world->context, "gravity", gravity, world->settings.planar);
+    if (status != PERP_OK)
+        return status;
+    memcpy(world->settings.gravity, gravity, sizeof world->settings.gravity);
+    perp__rouse_all(world);
+    return PERP_OK;
+}
+
+perp_status perp_world_set_gravity(perp_world *world, const double *gravity)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, set_gravity(world, gravity));
 }
 
 static perp_status step(perp_world *world, perp_step_result *result, double dt)
@@ -282,7 +335,7 @@ static perp_status step(perp_world *world, perp_step_result *result, double dt)
         return perp__fail(world->context, PERP_ERROR_ARGUMENT, "dt is %g, > 0 expected", dt);
     status = perp_step_result_init(&own, sizeof own);
     if (status == PERP_OK)
-        status = perp__step(world, &own, dt);
+        status = perp__advance_world(world, &own, dt);
     if (status == PERP_OK && result)
         perp__struct_write(result, &own, sizeof own);
     return status;

@@ -2,7 +2,7 @@
 #ifndef PERP_TESTS_BODIES_LOAD_H
 #define PERP_TESTS_BODIES_LOAD_H
 
-#include "contact/bodies.h"
+#include "contact/bodies/bodies.h"
 
 /* q := H M^-1 f + w, and + g for the rows of G (NULL: 0), by way of the bodies: P L^-1 f. */
 static inline void bodies_load(const perp__bodies *b, const double *f, const double *w,

@@ -3,8 +3,8 @@
  * A substep of length h/n starts from the impulses r/n of the one before, whose sum F = P'r is kept
  * per body, and ends with one forward pass:
  *
- *   y := y + (y_free - y_start)/n + F,   b = max(gap - guard, 0) n/h,   pass,   F += what it
- * changed, gap += (h/n) (P_n y + w_n).
+ *   y := y + (y_free - y_start)/n + F,   b = max(gap - guard, 0) n/h,   pass,
+ *   F := F + what the pass changed,      gap := gap + (h/n) (P_n y + w_n).
  *
  * Passes over the whole step are Gauss-Seidel with Nesterov's momentum, restarted where it leads
  * back (O'Donoghue & Candes 2015), and end on a plain one. */
@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "linalg/pivoting.h"
 
 /* A pass over positions takes this share of the penetration away, and no point further than that
  * many guards in a step. */
@@ -40,48 +41,6 @@ void perp__coloured_release(perp__coloured *c)
     perp__arena_release(&c->point_arena);
 }
 
-/* x := A^-1 x, n by n with row stride `stride`, by elimination with row pivots. A singular A gives
- * numbers that are not finite, which the caller's verdict sees. */
-static void solve_small(const double *A, int32_t n, int32_t stride, double *x)
-{
-    double U[6][6];
-    int32_t i, j, k;
-
-    for (i = 0; i < n; i++)
-        memcpy(U[i], A + stride * i, (size_t)n * sizeof **U);
-    for (k = 0; k < n; k++) {
-        int32_t pivot = k;
-
-        for (i = k + 1; i < n; i++)
-            if (fabs(U[i][k]) > fabs(U[pivot][k]))
-                pivot = i;
-        for (j = 0; j < n && pivot != k; j++) {
-            const double swap = U[k][j];
-
-            U[k][j] = U[pivot][j];
-            U[pivot][j] = swap;
-        }
-        if (pivot != k) {
-            const double swap = x[k];
-
-            x[k] = x[pivot];
-            x[pivot] = swap;
-        }
-        for (i = k + 1; i < n; i++) {
-            const double factor = U[i][k] / U[k][k];
-
-            for (j = k + 1; j < n; j++)
-                U[i][j] -= factor * U[k][j];
-            x[i] -= factor * x[k];
-        }
-    }
-    for (i = n; i-- > 0;) {
-        for (j = i + 1; j < n; j++)
-            x[i] -= U[i][j] * x[j];
-        x[i] /= U[i][i];
-    }
-}
-
 /* y := C^-1 v of a body. */
 static void weigh_velocity(const perp__coloured *c, const double *factors, int32_t body,
                            const double *v, double *y)
@@ -93,12 +52,12 @@ static void weigh_velocity(const perp__coloured *c, const double *factors, int32
     memset(y, 0, 8 * sizeof *y);
     memcpy(y, v, (size_t)width * sizeof *y);
     if (!c->splits[body]) {
-        solve_small(C, width, width, y);
+        perp__solve_small(C, width, width, y, 1);
         return;
     }
     for (i = 0; i < 3; i++)
         y[i] /= C[7 * i];
-    solve_small(C + 21, 3, 6, y + 3);
+    perp__solve_small(C + 21, 3, 6, y + 3, 1);
 }
 
 /* start := y of the start, change := that of free velocities less start. */
@@ -122,7 +81,7 @@ static void weigh_velocities(perp__coloured *c, const perp__rigid_problem *probl
 }
 
 /* b of the normal rows: what a contact may still close by. */
-static void write_bias(perp__coloured *c, const perp__substeps *step, double h)
+static void write_bias(perp__coloured *c, double h)
 {
     int32_t p, l;
 
@@ -130,8 +89,7 @@ static void write_bias(perp__coloured *c, const perp__substeps *step, double h)
         perp__lane_point *point = &c->point[p];
 
         for (l = 0; l < PERP__GROUP; l++) {
-            const double guard = point->contact[l] < 0 ? 0.0 : step->guard[point->contact[l]];
-            const double gap = point->gap[l] - guard;
+            const double gap = point->gap[l] - point->guard[l];
 
             point->bias[l] = point->w[0][l] + (gap > 0.0 ? gap / h : 0.0);
         }
@@ -165,7 +123,7 @@ static void run_substeps(perp__coloured *c, const perp__substeps *step)
             c->y[i] += c->change[i] / n + c->push[i];
             c->before[i] = c->y[i];
         }
-        write_bias(c, step, h);
+        write_bias(c, h);
         c->kernels->sweep(c, c->y);
         for (i = 0; i < size; i++) {
             c->push[i] += c->y[i] - c->before[i];
@@ -215,11 +173,12 @@ static void run_passes(perp__coloured *c, const perp__substeps *step)
 
     for (i = 0; i < size; i++)
         c->y[i] = c->start[i] + c->change[i];
-    c->kernels->add_impulses(c, c->y);
+    if (!step->pushed)
+        c->kernels->add_impulses(c, c->y);
     memcpy(c->moved, c->y, size * sizeof *c->y);
     for (p = 0; p < c->points; p++)
         memcpy(c->other_r[p], c->point[p].r, sizeof c->other_r[p]);
-    write_bias(c, step, step->h);
+    write_bias(c, step->h);
     for (pass = 0; pass < step->passes; pass++) {
         memcpy(c->before, c->y, size * sizeof *c->y);
         c->kernels->sweep(c, c->y);
@@ -241,7 +200,7 @@ static void clear_penetration(perp__coloured *c, const perp__substeps *step)
 
         for (l = 0; l < PERP__GROUP; l++) {
             const int32_t contact = point->contact[l];
-            const double guard = contact < 0 ? 0.0 : step->guard[contact];
+            const double guard = point->guard[l];
             const double lack = contact < 0 ? 0.0 : -(step->gap[contact] + guard);
 
             point->shift[l] = point->bias[l] = 0.0;
@@ -317,7 +276,8 @@ perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, d
     if (step->clear > 0)
         clear_penetration(c, step);
     write_velocity(c, problem, c->y, answer->v);
-    write_velocity(c, problem, c->moved, moving);
+    if (moving)
+        write_velocity(c, problem, c->moved, moving);
     write_impulses(c, answer->impulse, step);
     answer->iterations = step->substeps > 0 ? step->substeps : step->passes;
     return PERP_OK;

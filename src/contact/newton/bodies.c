@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "contact/newton/matrix.h"
+#include "linalg/pivoting.h"
 
 void perp__newton_bodies_multiply(const perp__newton_bodies *own, const double *x, double *out)
 {
@@ -18,41 +19,21 @@ void perp__newton_bodies_multiply(const perp__newton_bodies *own, const double *
         out[i] = blocks->scales[i] * own->image[blocks->rows[i]];
 }
 
-/* N = (R + L C)^-1 by elimination with rows exchanged; 0 where that is singular. */
+/* N = (R + L C)^-1, column by column; 0 where that is singular. */
 static int32_t invert(int32_t d, const double *L, const double *R, const double *C, double *N)
 {
-    double M[3][6] = {{0.0}};
-    int32_t i, j, k;
+    double M[9], X[9];
 
-    for (i = 0; i < d; i++) {
-        for (j = 0; j < d; j++)
-            M[i][j] = R[3 * j + i] + L[3 * j + i] * C[j];
-        M[i][d + i] = 1.0;
-    }
-    for (k = 0; k < d; k++) {
-        int32_t pivot = k;
-
-        for (i = k + 1; i < d; i++)
-            if (fabs(M[i][k]) > fabs(M[pivot][k]))
-                pivot = i;
-        if (!(fabs(M[pivot][k]) > 0.0))
-            return 0;
-        for (j = 0; j < 2 * d; j++) {
-            double kept = M[k][j];
-
-            M[k][j] = M[pivot][j];
-            M[pivot][j] = kept;
+    for (int32_t i = 0; i < d; i++)
+        for (int32_t j = 0; j < d; j++) {
+            M[3 * i + j] = R[3 * j + i] + L[3 * j + i] * C[j];
+            X[d * i + j] = i == j;
         }
-        for (i = 0; i < d; i++) {
-            double factor = M[i][k] / M[k][k];
-
-            for (j = k; j < 2 * d && i != k; j++)
-                M[i][j] -= factor * M[k][j];
-        }
-    }
-    for (i = 0; i < d; i++)
-        for (j = 0; j < d; j++)
-            N[3 * j + i] = M[i][d + j] / M[i][i];
+    if (!perp__solve_small(M, d, 3, X, d))
+        return 0;
+    for (int32_t i = 0; i < d; i++)
+        for (int32_t j = 0; j < d; j++)
+            N[3 * j + i] = X[d * i + j];
     return 1;
 }
 

@@ -6,7 +6,7 @@
 #ifndef PERP_CONTACT_NEWTON_BODIES_H
 #define PERP_CONTACT_NEWTON_BODIES_H
 
-#include "contact/bodies.h"
+#include "contact/bodies/bodies.h"
 #include "contact/method.h"
 #include "linalg/kept_factor.h"
 

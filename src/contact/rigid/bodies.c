@@ -2,7 +2,7 @@
  * which L^-T = C, and its piece of a contact is P = J C. */
 #include <string.h>
 
-#include "contact/bodies.h"
+#include "contact/bodies/bodies.h"
 #include "contact/contact.h"
 #include "linalg/lanes/lanes.h"
 #include "linalg/lanes/multiversion.h"

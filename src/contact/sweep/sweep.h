@@ -3,7 +3,7 @@
 #ifndef PERP_CONTACT_SWEEP_H
 #define PERP_CONTACT_SWEEP_H
 
-#include "contact/bodies.h"
+#include "contact/bodies/bodies.h"
 #include "contact/sweep/local.h"
 #include "contact/method.h"
 #include "contact/sweep/mixing.h"

@@ -1,44 +1,8 @@
 /* The bodies' own coordinates y, in which M is the identity: v = C y with C = L^-T of a block. */
-#include <math.h>
 #include <string.h>
 
-#include "contact/bodies.h"
-
-/* y := C^-1 y by elimination with rows exchanged; 0 where C is singular. */
-static void solve_factor(const double *C, int32_t width, double *y)
-{
-    double A[6][7], spare[7];
-
-    for (int32_t i = 0; i < width; i++) {
-        memcpy(A[i], C + i * width, (size_t)width * sizeof(double));
-        A[i][width] = y[i];
-        y[i] = 0.0;
-    }
-    for (int32_t k = 0; k < width; k++) {
-        int32_t pivot = k;
-
-        for (int32_t i = k + 1; i < width; i++)
-            if (fabs(A[i][k]) > fabs(A[pivot][k]))
-                pivot = i;
-        if (!(fabs(A[pivot][k]) > 0.0))
-            return;
-        memcpy(spare, A[k], sizeof spare);
-        memcpy(A[k], A[pivot], sizeof spare);
-        memcpy(A[pivot], spare, sizeof spare);
-        for (int32_t i = k + 1; i < width; i++) {
-            const double factor = A[i][k] / A[k][k];
-
-            for (int32_t j = k; factor != 0.0 && j <= width; j++)
-                A[i][j] -= factor * A[k][j];
-        }
-    }
-    for (int32_t k = width - 1; k >= 0; k--) {
-        y[k] = A[k][width];
-        for (int32_t j = k + 1; j < width; j++)
-            y[k] -= A[k][j] * y[j];
-        y[k] /= A[k][k];
-    }
-}
+#include "contact/bodies/bodies.h"
+#include "linalg/pivoting.h"
 
 void perp__bodies_to_own(const perp__bodies *b, int32_t block, const double *v, double *y)
 {
@@ -47,7 +11,7 @@ void perp__bodies_to_own(const perp__bodies *b, int32_t block, const double *v, 
 
     if (b->C) {
         memmove(y, v, (size_t)width * sizeof *y);
-        solve_factor(b->C + (size_t)block * (size_t)(width * width), width, y);
+        perp__solve_small(b->C + (size_t)block * (size_t)(width * width), width, width, y, 1);
         return;
     }
     L = b->factors + (size_t)block * (size_t)(width * width);

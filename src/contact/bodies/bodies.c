@@ -1,5 +1,5 @@
 /* From a caller's M and H to blocks, factors and pieces. */
-#include "contact/bodies.h"
+#include "contact/bodies/bodies.h"
 
 #include <float.h>
 #include <math.h>

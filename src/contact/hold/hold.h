@@ -17,7 +17,7 @@
 #ifndef PERP_CONTACT_HOLD_H
 #define PERP_CONTACT_HOLD_H
 
-#include "contact/bodies.h"
+#include "contact/bodies/bodies.h"
 #include "contact/contact.h"
 
 /* Columns of a cluster, and rows times columns squared, up to which it is solved. */

@@ -1,5 +1,5 @@
 /* Each unit's dense pieces of H L^-T, block by block. */
-#include "contact/bodies.h"
+#include "contact/bodies/bodies.h"
 
 #include <string.h>
 

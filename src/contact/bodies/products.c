@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "contact/bodies.h"
+#include "contact/bodies/bodies.h"
 #include "linalg/lanes/multiversion.h"
 
 /* x := L^-1 x, in blocks */

@@ -1,0 +1,318 @@
+#include <math.h>
+#include <string.h>
+
+#include "contact/hold/clusters.h"
+
+/* What is left of a row of length 1 beside others, for it to be independent of them. */
+#define INDEPENDENT 1e-7
+
+void perp__hold_init(perp__hold *hold, perp_context *context)
+{
+    memset(hold, 0, sizeof *hold);
+    perp__arena_init(&hold->arena, context);
+    perp__arena_init(&hold->dense_arena, context);
+}
+
+void perp__hold_release(perp__hold *hold)
+{
+    perp__arena_release(&hold->arena);
+    perp__arena_release(&hold->dense_arena);
+}
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp__hold *h = object;
+    const size_t blocks = (size_t)h->bodies->blocks, units = (size_t)h->bodies->units;
+    const size_t width = (size_t)h->bodies->width;
+    int32_t **const numbers[] = {&h->root, &h->source, &h->queue, &h->cluster, &h->members};
+
+    h->holds = perp__arena_take(arena, units, sizeof *h->holds);
+    h->pushed = perp__arena_take(arena, units, sizeof *h->pushed);
+    h->beside = perp__arena_take(arena, units, sizeof *h->beside);
+    h->v = perp__arena_take(arena, blocks * width, sizeof *h->v);
+    h->y = perp__arena_take(arena, blocks * width, sizeof *h->y);
+    h->basis = perp__arena_take(arena, blocks, width * width * sizeof *h->basis);
+    h->rank = perp__arena_take(arena, blocks, sizeof *h->rank);
+    h->is_held = perp__arena_take(arena, blocks, sizeof *h->is_held);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        *numbers[i] = perp__arena_take(arena, blocks + 1, sizeof(int32_t));
+}
+
+static void lay_out_dense(perp__arena *arena, void *object)
+{
+    perp__hold *h = object;
+    const size_t rows = (size_t)h->room_rows, n = (size_t)h->room_columns;
+    double **const vectors[] = {&h->particular, &h->loose, &h->components, &h->unit};
+
+    h->rows = perp__arena_take(arena, h->room_entries, sizeof(double));
+    h->targets = perp__arena_take(arena, rows, sizeof(double));
+    h->norms = perp__arena_take(arena, rows, sizeof(double));
+    h->taken = perp__arena_take(arena, rows, sizeof(int32_t));
+    h->dense = perp__arena_take(arena, n, n * sizeof(double));
+    for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++)
+        *vectors[i] = perp__arena_take(arena, n, sizeof(double));
+}
+
+/* The most that a cluster may need, whatever holds. */
+static void find_room(perp__hold *h)
+{
+    const perp__bodies *b = h->bodies;
+    const int32_t n = b->blocks * b->width, most = n < PERP__HOLD_COLUMNS ? n : PERP__HOLD_COLUMNS;
+    const double shared = PERP__HOLD_PRODUCTS / (2.0 * b->width);
+    int32_t single = 0;
+
+    h->room_columns = most > b->width ? most : b->width;
+    h->room_rows = b->size;
+    h->room_entries = (size_t)b->size * (size_t)most;
+    if ((double)h->room_entries > shared)
+        h->room_entries = (size_t)shared;
+    for (int32_t k = 0; k < b->blocks; k++) {
+        int32_t rows = 0;
+
+        for (int64_t at = b->block_starts[k]; at < b->block_starts[k + 1]; at++)
+            rows += b->rows[b->block_units[at] + 1] - b->rows[b->block_units[at]];
+        single = rows > single ? rows : single;
+    }
+    if ((size_t)single * (size_t)b->width > h->room_entries)
+        h->room_entries = (size_t)single * (size_t)b->width;
+}
+
+perp_status perp__hold_fit(perp__hold *hold, const perp__bodies *bodies)
+{
+    const size_t blocks = (size_t)bodies->blocks, width = (size_t)bodies->width;
+    const size_t sizes[3] = {(size_t)bodies->units, blocks, blocks * width * width};
+    size_t dense[3];
+    perp_status status;
+
+    hold->bodies = bodies;
+    status = perp__arena_fit_sizes(&hold->arena, lay_out, hold, hold->fitted, sizes, 3);
+    if (status != PERP_OK)
+        return status;
+    find_room(hold);
+    dense[0] = (size_t)hold->room_rows;
+    dense[1] = (size_t)hold->room_columns;
+    dense[2] = hold->room_entries;
+    return perp__arena_fit_sizes(&hold->dense_arena, lay_out_dense, hold, hold->dense_fitted, dense,
+                                 3);
+}
+
+/* ---- carriers ---------------------------------------------------------------------------------
+ */
+
+static int32_t turns(const perp__rigid_problem *p, const double *twist)
+{
+    const int32_t linear = p->width == 3 ? 2 : 3;
+
+    for (int32_t i = linear; i < p->width; i++)
+        if (twist[i] != 0.0)
+            return 1;
+    return 0;
+}
+
+/* The twist of a carrier, or of a block that is held. */
+static const double *twist_of(const perp__hold *h, int32_t root)
+{
+    return (root < h->bodies->blocks ? h->v : h->rigid->free) +
+           (size_t)root * (size_t)h->bodies->width;
+}
+
+int32_t perp__hold_is_same(const perp__hold *h, int32_t a, int32_t b)
+{
+    if (a == b || a < h->bodies->blocks || b < h->bodies->blocks)
+        return a == b;
+    return !turns(h->rigid, twist_of(h, a)) && !turns(h->rigid, twist_of(h, b)) &&
+           memcmp(twist_of(h, a), twist_of(h, b),
+                  (size_t)(h->bodies->width == 3 ? 2 : 3) * sizeof(double)) == 0;
+}
+
+int32_t perp__hold_carry(perp__hold *h, int32_t block, int32_t root)
+{
+    const int32_t width = h->bodies->width, linear = width == 3 ? 2 : 3;
+    double *v = h->v + (size_t)block * (size_t)width, arm[3] = {0.0, 0.0, 0.0};
+    const double *twist, *turn;
+
+    memset(v, 0, (size_t)width * sizeof *v);
+    if (root == PERP__RIGID_AT_REST)
+        return 1;
+    if (!h->rigid)
+        return 0;
+    twist = twist_of(h, root);
+    turn = twist + linear;
+    if (turns(h->rigid, twist)) {
+        if (!h->rigid->origins)
+            return 0;
+        for (int32_t i = 0; i < linear; i++)
+            arm[i] = h->rigid->origins[3 * block + i] - h->rigid->origins[3 * root + i];
+    }
+    memcpy(v, twist, (size_t)width * sizeof *v);
+    if (linear == 2) {
+        v[0] -= turn[0] * arm[1];
+        v[1] += turn[0] * arm[0];
+    } else {
+        for (int32_t i = 0; i < 3; i++)
+            v[i] += turn[(i + 1) % 3] * arm[(i + 2) % 3] - turn[(i + 2) % 3] * arm[(i + 1) % 3];
+    }
+    for (int32_t i = 0; i < width; i++)
+        v[i] += 0.0; /* never -0.0 */
+    return 1;
+}
+
+/* ---- one body after the other ----------------------------------------------------------------
+ */
+
+/* Takes up a row of the block. Returns 1 if it is independent of those before. */
+static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *row, int32_t width)
+{
+    double *basis = h->basis + (size_t)block * (size_t)(width * width);
+    double x[PERP__BODY_WIDTH_MOST], square = dot(row, row, width), before;
+    const double scale = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
+
+    h->taken_up++;
+    for (int32_t i = 0; i < width; i++)
+        x[i] = row[i] * scale;
+    square = dot(x, x, width);
+    do { /* again, where rounding is not small beside what is left */
+        before = square;
+        for (int32_t k = 0; k < h->rank[block]; k++) {
+            const double share = dot(basis + k * width, x, width);
+
+            for (int32_t i = 0; i < width; i++)
+                x[i] -= share * basis[k * width + i];
+        }
+        square = dot(x, x, width);
+    } while (square < 0.25 * before && square > 1e-3 * (INDEPENDENT * INDEPENDENT));
+    if (!(square > INDEPENDENT * INDEPENDENT))
+        return 0;
+    for (int32_t i = 0; i < width; i++)
+        basis[h->rank[block] * width + i] = x[i] / sqrt(square);
+    h->rank[block]++;
+    return 1;
+}
+
+static int32_t take_up(perp__hold *h, int32_t block, const double *row)
+{
+    return h->bodies->width == 6   ? take_up_row(h, block, row, 6)
+           : h->bodies->width == 3 ? take_up_row(h, block, row, 3)
+                                   : take_up_row(h, block, row, h->bodies->width);
+}
+
+void perp__hold_follow(perp__hold *h, int32_t block, int32_t root)
+{
+    const size_t width = (size_t)h->bodies->width, at = (size_t)block * width;
+
+    if (root == PERP__RIGID_AT_REST)
+        memset(h->y + at, 0, width * sizeof *h->y);
+    else
+        perp__bodies_to_own(h->bodies, block, h->v + at, h->y + at);
+    h->root[block] = root;
+    h->is_held[block] = 1;
+}
+
+/* A block whose rows have full rank. Where they lead to one motion, that is its own. */
+static void hold_block(perp__hold *h, int32_t block)
+{
+    if (h->source[block] != SEVERAL && perp__hold_carry(h, block, h->source[block])) {
+        perp__hold_follow(h, block, h->source[block]);
+    } else {
+        h->cluster[block] = 0;
+        perp__hold_solve_cluster(h, &block, 1);
+    }
+}
+
+/* Takes up the rows that unit has for a block, the other side of which moves with `root`, until
+ * there are enough. */
+static void meet(perp__hold *h, int32_t unit, int64_t piece, int32_t root)
+{
+    const perp__bodies *b = h->bodies;
+    const int32_t block = b->piece_blocks[piece];
+    const double *row = b->values + b->piece_values[piece];
+
+    for (int32_t i = 0; i < h->holds[unit] && h->rank[block] < b->width; i++, row += b->width) {
+        if (!take_up(h, block, row))
+            continue;
+        if (h->pushed[unit] || root == SEVERAL)
+            h->source[block] = SEVERAL;
+        else if (h->source[block] == UNSET)
+            h->source[block] = root;
+        else if (h->source[block] != SEVERAL && !perp__hold_is_same(h, h->source[block], root))
+            h->source[block] = SEVERAL;
+    }
+}
+
+int32_t perp__hold_count_open(const perp__hold *h, int32_t unit, int64_t *piece)
+{
+    const perp__bodies *b = h->bodies;
+    int32_t count = 0;
+
+    for (int64_t at = b->piece_starts[unit + 1]; at-- > b->piece_starts[unit];)
+        if (!h->is_held[b->piece_blocks[at]]) {
+            *piece = at;
+            count++;
+        }
+    return count;
+}
+
+int32_t perp__hold_root_beside(const perp__hold *h, int32_t unit, int32_t block)
+{
+    const perp__bodies *b = h->bodies;
+    int32_t root = h->beside[unit], count = 0;
+
+    for (int64_t at = b->piece_starts[unit]; at < b->piece_starts[unit + 1]; at++) {
+        const int32_t other = b->piece_blocks[at];
+
+        if (other == block)
+            continue;
+        if (count++ > 0 && !perp__hold_is_same(h, root, h->root[other]))
+            return SEVERAL;
+        root = h->root[other];
+    }
+    return root;
+}
+
+/* A unit all blocks of which are held but one. */
+static void visit(perp__hold *h, int32_t unit, int32_t *tail)
+{
+    int64_t piece = 0;
+    int32_t block;
+
+    if (h->holds[unit] == 0 || perp__hold_count_open(h, unit, &piece) != 1)
+        return;
+    block = h->bodies->piece_blocks[piece];
+    if (h->rank[block] == h->bodies->width)
+        return;
+    meet(h, unit, piece, perp__hold_root_beside(h, unit, block));
+    if (h->rank[block] < h->bodies->width)
+        return;
+    hold_block(h, block);
+    if (h->is_held[block])
+        h->queue[(*tail)++] = block;
+}
+
+/* From what impulses do not move to all that is held by what is held. */
+static void spread(perp__hold *h)
+{
+    const perp__bodies *b = h->bodies;
+    int32_t tail = 0;
+
+    for (int32_t k = 0; k < b->units; k++)
+        if (b->piece_starts[k + 1] - b->piece_starts[k] == 1)
+            visit(h, k, &tail);
+    for (int32_t head = 0; head < tail; head++) {
+        const int32_t block = h->queue[head];
+
+        for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
+            visit(h, b->block_units[at], &tail);
+    }
+}
+
+void perp__hold_run(perp__hold *h)
+{
+    h->taken_up = 0;
+    for (int32_t k = 0; k < h->bodies->blocks; k++) {
+        h->rank[k] = h->is_held[k] = 0;
+        h->source[k] = UNSET;
+        h->root[k] = PERP__RIGID_FREE;
+    }
+    spread(h);
+    perp__hold_solve_clusters(h);
+}
