@@ -177,7 +177,8 @@ static void order_pairs(perp_world *world)
                 order[count].key = (uint64_t)pair->first << 32 | (uint64_t)pair->second;
                 order[count++].value = link / 2;
             }
-    perp__sort(order, order + world->pair_capacity, count);
+    if (count > 0) /* NULL has no second half */
+        perp__sort(order, order + world->pair_capacity, count);
     world->pair_count = count;
     world->pairs_changed = 0;
 }
