@@ -88,5 +88,6 @@ typedef struct perp__contact_work {
 extern const perp__contact_method perp__contact_sweep;
 extern const perp__contact_method perp__contact_newton;
 extern const perp__contact_method perp__contact_lemke;
+extern const perp__contact_method perp__contact_proximal;
 
 #endif

@@ -1,0 +1,158 @@
+/* The proximal point method (Rockafellar, SIAM J. Control Optim. 14 (1976) 877) on impulses: from a
+ * centre r, the velocities of
+ *
+ *   F(v) = v - J' P(r - rho (J v + q)) = 0
+ *
+ * by semismooth Newton steps (Qi & Sun 1993) with I + J' (rho P') J, then the next centre is
+ * P(r - rho (J v + q)), and rho grows where few steps were needed. Where the steps fail, as F is no
+ * gradient, alternating directions bring another centre. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "contact/proximal/proximal.h"
+
+#define MOST_RHO 1e8
+#define REFINED 1e4   /* rho from which on solutions are refined */
+#define ROUNDING 4e-15 /* |F| that is rounding, over rho */
+#define SLOW 0.7
+#define WORSE 3.0
+
+enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6, FAILURES = 60, SWEEPS = 100 };
+
+static double norm(const perp__proximal *s, const perp__proximal_part *part, const double *x)
+{
+    double sum = 0.0;
+
+    for (int32_t i = part->block * s->width; i < part->last_block * s->width; i++)
+        sum += x[i] * x[i];
+    return sqrt(sum);
+}
+
+/* |F(v)|; F in s->way, z and the next centre. */
+static double evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
+                       const double *v)
+{
+    perp__proximal_visit(s, part, rho, v, s->x, s->z, s->y, s->way);
+    for (int32_t i = part->block * s->width; i < part->last_block * s->width; i++)
+        s->way[i] = v[i] - s->way[i];
+    return norm(s, part, s->way);
+}
+
+/* step := (I + J'KJ)^-1 F. Returns 0 where that fails. */
+static int32_t find_step(perp__proximal *s, const perp__proximal_part *part, double rho)
+{
+    const int32_t begin = part->block * s->width, end = part->last_block * s->width;
+
+    perp__proximal_slopes(s, part, rho, s->z);
+    s->factorisations++;
+    if (!perp__proximal_factor(s, part))
+        return 0;
+    for (int32_t i = begin; i < end; i++)
+        s->step[i] = s->way[i];
+    perp__fronts_solve(&s->fronts, part->block, part->last_block, s->step);
+    if (rho > REFINED) {
+        perp__proximal_apply(s, part, s->step, s->rest);
+        for (int32_t i = begin; i < end; i++)
+            s->rest[i] = s->way[i] - s->rest[i];
+        perp__fronts_solve(&s->fronts, part->block, part->last_block, s->rest);
+        for (int32_t i = begin; i < end; i++)
+            s->step[i] += s->rest[i];
+    }
+    return 1;
+}
+
+/* v - a step for the best of a few a; *size: |F| there. Returns 0, and leaves v, where it grows
+ * much. */
+static int32_t move(perp__proximal *s, const perp__proximal_part *part, double rho, double *size)
+{
+    const int32_t begin = part->block * s->width, end = part->last_block * s->width;
+    double best = INFINITY, length = 1.0, a = 1.0;
+
+    for (int32_t round = 0; round < HALVINGS; round++, a *= 0.5) {
+        double found;
+
+        for (int32_t i = begin; i < end; i++)
+            s->image[i] = s->v[i] - a * s->step[i];
+        found = evaluate(s, part, rho, s->image);
+        if (found < best) {
+            best = found;
+            length = a;
+        } else if (best < *size) {
+            break;
+        }
+        if (found < (1.0 - 0.3 * a) * *size)
+            break;
+    }
+    if (!(best <= WORSE * *size))
+        return 0;
+    for (int32_t i = begin; i < end; i++)
+        s->v[i] -= length * s->step[i];
+    if (length != a || best != *size)
+        *size = evaluate(s, part, rho, s->v);
+    return 1;
+}
+
+/* Newton steps for one centre. Returns how many it took, negative where they failed. */
+static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, double rho)
+{
+    const double enough = fmax(1e-14 + ROUNDING * rho, 0.1 * fmin(s->residual, 1.0));
+    double size = evaluate(s, part, rho, s->v);
+    int32_t slow = 0;
+
+    for (int32_t step = 1; step <= STEPS && s->factorisations < s->limit; step++) {
+        const double before = size;
+
+        if (!find_step(s, part, rho) || !move(s, part, rho, &size))
+            return -step;
+        if (size < enough)
+            return step;
+        slow += size > SLOW * before;
+        if (slow >= SLOW_STEPS)
+            return -step;
+    }
+    return -STEPS;
+}
+
+static double growth(int32_t steps)
+{
+    return steps <= 3 ? 4.0 : steps <= 6 ? 2.0 : steps <= 10 ? 1.5 : 1.0;
+}
+
+perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part,
+                                      double rho, int32_t most)
+{
+    const size_t rows = (size_t)(part->last_row - part->row);
+    const int64_t last = s->factorisations + most;
+    perp_status status = PERP_OK;
+    int32_t failures = 0;
+
+    s->residual = perp__proximal_judge(s, part, s->x);
+    perp__proximal_push(s, part, s->x, s->v);
+    while (s->factorisations < last && s->best_residual > s->tol && failures <= FAILURES) {
+        int32_t steps;
+        double found;
+
+        s->outcome = perp__proximal_tick(s, &status);
+        if (s->outcome >= 0)
+            return status;
+        steps = solve_centre(s, part, rho);
+        memcpy(s->start + part->row, s->y + part->row, rows * sizeof *s->x);
+        found = perp__proximal_judge(s, part, s->start);
+        if (getenv("PROX")) fprintf(stderr, "  rho %.1e steps %d residual %.2e -> %.2e fact %d\n", rho, steps, s->residual, found, (int)s->factorisations);
+        if (steps > 0 || found < 0.5 * s->residual) {
+            memcpy(s->x + part->row, s->start + part->row, rows * sizeof *s->x);
+            s->residual = found;
+            rho = fmin(MOST_RHO, rho * growth(steps < 0 ? -steps : steps));
+            continue;
+        }
+        failures++;
+        status = perp__proximal_split_run(s, part, 10.0, SWEEPS);
+        if (status != PERP_OK || s->outcome >= 0)
+            return status;
+        perp__proximal_push(s, part, s->x, s->v);
+        rho = fmax(1.0, rho / 4.0);
+    }
+    return PERP_OK;
+}

@@ -1,0 +1,137 @@
+/* Methods `admm` and `proximal`: alternating directions for a middle accuracy, and, from there, the
+ * proximal Newton method; part after part. */
+#include "contact/proximal/proximal.h"
+
+#include <math.h>
+#include <string.h>
+
+#include <perp/contact.h>
+
+#include "base/clock.h"
+#include "base/context.h"
+
+#define FIRST_RHO 10.0
+#define SECOND_RHO 30.0
+#define CENTRE_RHO 100.0
+#define WARM_RHO 1e3
+
+enum { SWEEPS = 30, WARM_SWEEPS = 40, WARM_STEPS = 12, STEPS = 100, ROUNDS = 100 };
+
+static perp_status check(const perp__contact_problem *problem)
+{
+    if (!problem->bodies || problem->has_discs)
+        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
+                          "settings.method needs M in blocks of at most %d unknowns, and contacts "
+                          "that neither roll nor spin",
+                          (int)PERP__BODY_WIDTH_MOST);
+    for (int32_t i = 0; i < problem->size; i++)
+        if (problem->bodies->compliance[i] > 0.0)
+            return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
+                              "settings.method can't take compliance, which row %d has", (int)i);
+    return PERP_OK;
+}
+
+int32_t perp__proximal_tick(perp__proximal *s, perp_status *status)
+{
+    const perp__contact_control *control = s->common.problem->control;
+
+    if (s->factorisations >= s->limit)
+        return PERP_OUTCOME_ITERATION_LIMIT;
+    if (!control)
+        return -1;
+    if (control->deadline > 0.0 && perp__now() >= control->deadline)
+        return PERP_OUTCOME_TIME_LIMIT;
+    if (control->tick) {
+        const int32_t request = control->tick(control->tick_user, s->factorisations, s->residual);
+
+        if (request < 0)
+            *status = PERP_ERROR_CALLBACK;
+        if (request != 0)
+            return PERP_OUTCOME_STOPPED;
+    }
+    return -1;
+}
+
+static perp_status run_warm(perp__proximal *s, const perp__proximal_part *part)
+{
+    perp_status status = perp__proximal_split_run(s, part, SECOND_RHO, WARM_SWEEPS);
+
+    if (status == PERP_OK && s->outcome < 0 && s->best_residual > s->tol)
+        status = perp__proximal_newton_run(s, part, WARM_RHO, WARM_STEPS);
+    return status;
+}
+
+static perp_status run_cold(perp__proximal *s, const perp__proximal_part *part)
+{
+    perp_status status = perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
+
+    if (status == PERP_OK && s->outcome < 0 && s->best_residual > s->tol)
+        status = perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
+    if (status == PERP_OK && s->outcome < 0 && s->best_residual > s->tol)
+        status = perp__proximal_newton_run(s, part, CENTRE_RHO, STEPS);
+    return status;
+}
+
+static perp_status run_part(perp__proximal *s, const perp__proximal_part *part,
+                            perp__contact_iterate *iterate)
+{
+    perp_status status = PERP_OK;
+
+    s->best_residual = INFINITY;
+    s->outcome = -1;
+    perp__proximal_load(s, part, iterate->r, s->x);
+    s->residual = perp__proximal_judge(s, part, s->x);
+    if (s->best_residual > s->tol && iterate->warm)
+        status = run_warm(s, part);
+    if (status == PERP_OK && s->outcome < 0 && s->best_residual > s->tol) {
+        perp__proximal_load(s, part, iterate->r, s->x);
+        status = run_cold(s, part);
+    }
+    perp__proximal_store(s, part, s->best, iterate->r);
+    if (s->best_residual > iterate->residual)
+        iterate->residual = s->best_residual;
+    return status;
+}
+
+static perp_status solve(void *work, perp__contact_iterate *iterate)
+{
+    perp__proximal *s = work;
+    const perp__contact_problem *problem = s->common.problem;
+    perp_status status = perp__proximal_read(s);
+
+    iterate->outcome = PERP_OUTCOME_STALLED;
+    s->limit = problem->iteration_limit > 0 ? problem->iteration_limit : INT64_MAX;
+    s->factorisations = s->sweeps = 0;
+    s->tol = problem->tol;
+    s->outcome = -1;
+    iterate->residual = 0.0;
+    if (status == PERP_OK)
+        perp__proximal_read_speeds(s);
+    for (int32_t p = 0; p < s->parts && status == PERP_OK && s->outcome < 0; p++)
+        status = run_part(s, &s->part[p], iterate);
+    iterate->iterations = s->factorisations;
+    if (s->outcome >= 0)
+        iterate->outcome = s->outcome;
+    else if (iterate->residual <= s->tol)
+        iterate->outcome = PERP_OUTCOME_SOLVED;
+    return status;
+}
+
+static void release(void *work)
+{
+    perp__proximal *s = work;
+
+    perp__fronts_release(&s->fronts);
+}
+
+const perp__contact_method perp__contact_proximal = {
+    PERP_CONTACT_METHOD_PROXIMAL,
+    sizeof(perp__proximal),
+    1,
+    0,
+    0,
+    check,
+    perp__proximal_layout,
+    solve,
+    release,
+};
