@@ -394,13 +394,10 @@ class World(Handle):
         """Puts all bodies back where snapshot() found them; the world goes on with the same bits.
         Valid for this world, as long as no body is added or removed."""
         blob = bytes(snapshot)
+        size = len(blob) - _CLOCK.size
+        if size < 0:
+            raise argument_error(f"snapshot has {len(blob)} bytes: it is none of a world")
         with self._lock:
-            size = self._snapshot_size()
-            if len(blob) != size + _CLOCK.size:
-                raise argument_error(
-                    f"snapshot has {len(blob)} bytes, those of this world with the bodies it has "
-                    f"now have {size + _CLOCK.size}"
-                )
             self._call(library.perp_world_snapshot_restore, blob, size)
             self._time, self._lost = _CLOCK.unpack_from(blob, size)
 
