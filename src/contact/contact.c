@@ -25,7 +25,7 @@ typedef struct plan_step {
     int32_t count;   /* of attempts at most; 0: all that the method has */
 } plan_step;
 
-enum { PLAN_MOST = 16 };
+enum { PLAN_MOST = 17 };
 
 /* Sweeps before newton takes over: many where a rough answer is asked for, which they may give, few
  * where they are to lead to newton's way. Rows of contacts up to which pivoting is a fall-back. */
@@ -233,6 +233,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
         return status;
     solver->running = step->method;
     solver->problem.iteration_limit = step->limit;
+    solver->problem.leads = step->limit > 0;
     status = fit(solver, slot);
     attempts = step->count > 0 ? step->count : slot->method->attempts - step->attempt;
     for (attempt = 0; attempt < attempts && status == PERP_OK; attempt++) {
@@ -265,6 +266,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
     /* pivoting on polyhedra that fit ever closer, newton's polish after each; its paths are the
      * last resort */
     static const plan_step conic[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1},
+                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 1},
                                       {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0, 2},
                                       {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0, 1},
                                       {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
@@ -282,6 +284,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
                                       {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1}};
     static const plan_step polyhedral[] = {
         {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1},
+        {PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 1},
         {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0, 1},
         {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0, 0},
         {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1}};
@@ -296,7 +299,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         return 1;
     }
     if (chosen == PERP_CONTACT_METHOD_LEMKE) { /* and what refines its answer */
-        memcpy(steps, conic + 2, 12 * sizeof *steps);
+        memcpy(steps, conic + 3, 12 * sizeof *steps);
         return 12;
     }
     if (is_polyhedral(solver)) {
@@ -361,8 +364,8 @@ static perp_status search(perp_contact_solver *solver)
     int32_t count = solver->settings.max_iterations < 0 ? 0 : plan(solver, steps), k;
     /* where it is cheap, the question whether there are any velocities at all comes early */
     const int32_t late = solver->units > EARLY_RAY;
-    /* auto goes on with every part by itself as soon as sweeps have shown which need it */
-    const int32_t apart = solver->settings.method == PERP_CONTACT_METHOD_AUTO ? 0 : count - 1;
+    /* auto goes on with every part by itself as soon as what needs no more is solved */
+    const int32_t apart = solver->settings.method == PERP_CONTACT_METHOD_AUTO ? 1 : count - 1;
     perp_status status;
 
     forget(solver);

@@ -46,6 +46,8 @@ typedef struct perp__contact_problem {
     const struct perp__bodies *bodies; /* block-diagonal M with H; NULL where W was given */
     double tol;
     int64_t iteration_limit; /* <= 0: the method's own */
+    int32_t leads;           /* another method takes over where that limit will not do: the sooner
+                                that shows the better */
     const perp__contact_control *control;
     int32_t cone; /* 0: exact, and so for every method but lemke; else edges of a polyhedron */
 } perp__contact_problem;
@@ -88,6 +90,7 @@ typedef struct perp__contact_work {
 extern const perp__contact_method perp__contact_sweep;
 extern const perp__contact_method perp__contact_newton;
 extern const perp__contact_method perp__contact_lemke;
+extern const perp__contact_method perp__contact_admm;
 extern const perp__contact_method perp__contact_proximal;
 
 #endif

@@ -7,14 +7,13 @@
  * P(r - rho (J v + q)), and rho grows where few steps were needed. Where the steps fail, as F is no
  * gradient, alternating directions bring another centre. */
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "contact/proximal/proximal.h"
 
 #define MOST_RHO 1e8
-#define REFINED 1e4   /* rho from which on solutions are refined */
+#define SOFT_RHO 10.0  /* of the directions */
+#define REFINED 1e4    /* rho from which on solutions are refined */
 #define ROUNDING 4e-15 /* |F| that is rounding, over rho */
 #define SLOW 0.7
 #define WORSE 3.0
@@ -130,17 +129,16 @@ perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_pa
 
     s->residual = perp__proximal_judge(s, part, s->x);
     perp__proximal_push(s, part, s->x, s->v);
-    while (s->factorisations < last && s->best_residual > s->tol && failures <= FAILURES) {
+    while (s->factorisations < last && perp__proximal_goes_on(s, status) && failures < FAILURES) {
         int32_t steps;
         double found;
 
         s->outcome = perp__proximal_tick(s, &status);
         if (s->outcome >= 0)
-            return status;
+            break;
         steps = solve_centre(s, part, rho);
         memcpy(s->start + part->row, s->y + part->row, rows * sizeof *s->x);
         found = perp__proximal_judge(s, part, s->start);
-        if (getenv("PROX")) fprintf(stderr, "  rho %.1e steps %d residual %.2e -> %.2e fact %d\n", rho, steps, s->residual, found, (int)s->factorisations);
         if (steps > 0 || found < 0.5 * s->residual) {
             memcpy(s->x + part->row, s->start + part->row, rows * sizeof *s->x);
             s->residual = found;
@@ -148,11 +146,9 @@ perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_pa
             continue;
         }
         failures++;
-        status = perp__proximal_split_run(s, part, 10.0, SWEEPS);
-        if (status != PERP_OK || s->outcome >= 0)
-            return status;
+        status = perp__proximal_split_run(s, part, SOFT_RHO, SWEEPS);
         perp__proximal_push(s, part, s->x, s->v);
         rho = fmax(1.0, rho / 4.0);
     }
-    return PERP_OK;
+    return status;
 }

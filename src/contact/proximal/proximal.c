@@ -10,39 +10,51 @@
 #include "base/clock.h"
 #include "base/context.h"
 
+/* Stiffness of the sweeps that Newton's method starts from, and of its first centre. */
+#define SOFT_RHO 3.0
 #define FIRST_RHO 10.0
 #define SECOND_RHO 30.0
 #define CENTRE_RHO 100.0
 #define WARM_RHO 1e3
 
-enum { SWEEPS = 30, WARM_SWEEPS = 40, WARM_STEPS = 12, STEPS = 100, ROUNDS = 100 };
+enum {
+    SWEEPS = 30,
+    LONG_SWEEPS = 120,
+    MOST_SWEEPS = 1200, /* of admm */
+    WARM_SWEEPS = 40,
+    WARM_STEPS = 12,
+    STEPS = 100
+};
 
 static perp_status check(const perp__contact_problem *problem)
 {
     if (!problem->bodies || problem->has_discs)
         return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                          "settings.method needs M in blocks of at most %d unknowns, and contacts "
-                          "that neither roll nor spin",
+                          "settings.method admm and proximal need M in blocks of at most %d "
+                          "unknowns, and contacts that neither roll nor spin",
                           (int)PERP__BODY_WIDTH_MOST);
     for (int32_t i = 0; i < problem->size; i++)
         if (problem->bodies->compliance[i] > 0.0)
             return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                              "settings.method can't take compliance, which row %d has", (int)i);
+                              "settings.method admm and proximal can't take compliance, which row "
+                              "%d has",
+                              (int)i);
     return PERP_OK;
 }
 
 int32_t perp__proximal_tick(perp__proximal *s, perp_status *status)
 {
     const perp__contact_control *control = s->common.problem->control;
+    const int64_t count = s->splits ? s->sweeps : s->factorisations;
 
-    if (s->factorisations >= s->limit)
+    if (count >= s->limit)
         return PERP_OUTCOME_ITERATION_LIMIT;
     if (!control)
         return -1;
     if (control->deadline > 0.0 && perp__now() >= control->deadline)
         return PERP_OUTCOME_TIME_LIMIT;
     if (control->tick) {
-        const int32_t request = control->tick(control->tick_user, s->factorisations, s->residual);
+        const int32_t request = control->tick(control->tick_user, count, s->residual);
 
         if (request < 0)
             *status = PERP_ERROR_CALLBACK;
@@ -52,11 +64,16 @@ int32_t perp__proximal_tick(perp__proximal *s, perp_status *status)
     return -1;
 }
 
+int32_t perp__proximal_goes_on(const perp__proximal *s, perp_status status)
+{
+    return status == PERP_OK && s->outcome < 0 && s->best_residual > s->tol;
+}
+
 static perp_status run_warm(perp__proximal *s, const perp__proximal_part *part)
 {
     perp_status status = perp__proximal_split_run(s, part, SECOND_RHO, WARM_SWEEPS);
 
-    if (status == PERP_OK && s->outcome < 0 && s->best_residual > s->tol)
+    if (perp__proximal_goes_on(s, status))
         status = perp__proximal_newton_run(s, part, WARM_RHO, WARM_STEPS);
     return status;
 }
@@ -65,10 +82,21 @@ static perp_status run_cold(perp__proximal *s, const perp__proximal_part *part)
 {
     perp_status status = perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
 
-    if (status == PERP_OK && s->outcome < 0 && s->best_residual > s->tol)
+    if (perp__proximal_goes_on(s, status))
         status = perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
-    if (status == PERP_OK && s->outcome < 0 && s->best_residual > s->tol)
+    if (perp__proximal_goes_on(s, status))
         status = perp__proximal_newton_run(s, part, CENTRE_RHO, STEPS);
+    return status;
+}
+
+/* The stiffness that does best differs from pile to pile. */
+static perp_status run_splits(perp__proximal *s, const perp__proximal_part *part)
+{
+    static const double rho[] = {FIRST_RHO, SECOND_RHO, FIRST_RHO, SOFT_RHO};
+    perp_status status = PERP_OK;
+
+    for (int32_t k = 0; perp__proximal_goes_on(s, status); k++)
+        status = perp__proximal_split_run(s, part, rho[k % 4], k < 2 ? SWEEPS : LONG_SWEEPS);
     return status;
 }
 
@@ -78,12 +106,13 @@ static perp_status run_part(perp__proximal *s, const perp__proximal_part *part,
     perp_status status = PERP_OK;
 
     s->best_residual = INFINITY;
-    s->outcome = -1;
     perp__proximal_load(s, part, iterate->r, s->x);
     s->residual = perp__proximal_judge(s, part, s->x);
-    if (s->best_residual > s->tol && iterate->warm)
+    if (s->splits)
+        status = run_splits(s, part);
+    else if (perp__proximal_goes_on(s, status) && iterate->warm)
         status = run_warm(s, part);
-    if (status == PERP_OK && s->outcome < 0 && s->best_residual > s->tol) {
+    if (!s->splits && perp__proximal_goes_on(s, status)) {
         perp__proximal_load(s, part, iterate->r, s->x);
         status = run_cold(s, part);
     }
@@ -93,28 +122,39 @@ static perp_status run_part(perp__proximal *s, const perp__proximal_part *part,
     return status;
 }
 
-static perp_status solve(void *work, perp__contact_iterate *iterate)
+static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t splits)
 {
     perp__proximal *s = work;
     const perp__contact_problem *problem = s->common.problem;
     perp_status status = perp__proximal_read(s);
 
     iterate->outcome = PERP_OUTCOME_STALLED;
-    s->limit = problem->iteration_limit > 0 ? problem->iteration_limit : INT64_MAX;
+    s->splits = splits;
+    s->limit = problem->iteration_limit > 0 ? problem->iteration_limit
+               : splits                     ? MOST_SWEEPS
+                                            : INT64_MAX;
     s->factorisations = s->sweeps = 0;
     s->tol = problem->tol;
     s->outcome = -1;
     iterate->residual = 0.0;
-    if (status == PERP_OK)
-        perp__proximal_read_speeds(s);
     for (int32_t p = 0; p < s->parts && status == PERP_OK && s->outcome < 0; p++)
         status = run_part(s, &s->part[p], iterate);
-    iterate->iterations = s->factorisations;
+    iterate->iterations = splits ? s->sweeps : s->factorisations;
     if (s->outcome >= 0)
         iterate->outcome = s->outcome;
     else if (iterate->residual <= s->tol)
         iterate->outcome = PERP_OUTCOME_SOLVED;
     return status;
+}
+
+static perp_status solve_proximal(void *work, perp__contact_iterate *iterate)
+{
+    return solve(work, iterate, 0);
+}
+
+static perp_status solve_admm(void *work, perp__contact_iterate *iterate)
+{
+    return solve(work, iterate, 1);
 }
 
 static void release(void *work)
@@ -125,13 +165,18 @@ static void release(void *work)
 }
 
 const perp__contact_method perp__contact_proximal = {
-    PERP_CONTACT_METHOD_PROXIMAL,
+    PERP_CONTACT_METHOD_PROXIMAL, sizeof(perp__proximal), 1,       0, 0, check,
+    perp__proximal_layout,        solve_proximal,         release,
+};
+
+const perp__contact_method perp__contact_admm = {
+    PERP_CONTACT_METHOD_ADMM,
     sizeof(perp__proximal),
     1,
     0,
     0,
     check,
     perp__proximal_layout,
-    solve,
+    solve_admm,
     release,
 };

@@ -24,7 +24,7 @@ typedef struct perp__proximal_part {
 typedef struct perp__proximal {
     perp__contact_work common;
     /* units and blocks in the order of their parts */
-    int32_t width, units, rows, blocks, parts;
+    int32_t width, units, blocks, parts;
     perp__proximal_part *part;
     int32_t *unit, *block;         /* their numbers in the problem, */
     int32_t *number;               /* and back, of blocks: the own one */
@@ -43,24 +43,24 @@ typedef struct perp__proximal {
     double *x, *z, *y, *best, *start, *trial; /* rows */
     double *K;                                /* nine a unit */
     double *v, *step, *image, *way, *rest;    /* blocks by width */
-    int64_t limit, factorisations, sweeps;
-    double residual, best_residual, tol; /* tested ones */
-    perp_outcome outcome;
-    double *r, *u; /* size: of the problem, work */
+    int32_t splits;                           /* nothing but alternating directions */
+    int64_t limit;                            /* of sweeps then, else of factorisations */
+    int64_t factorisations, sweeps;
+    double residual, best_residual, tol; /* tested ones, of the part */
+    perp_outcome outcome;                /* what stopped it, or -1 */
 } perp__proximal;
 
 /* Rows and graph of the problem; PERP_OK or _MEMORY: rows.c. */
 void perp__proximal_layout(perp__arena *arena, void *work);
 perp_status perp__proximal_read(perp__proximal *s);
-void perp__proximal_read_speeds(perp__proximal *s); /* q */
 
 /* x from r and r from x. */
 void perp__proximal_load(const perp__proximal *s, const perp__proximal_part *part, const double *r,
                          double *x);
-void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *part,
-                          const double *x, double *r);
+void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *part, const double *x,
+                          double *r);
 
-/* law.c: passes over the units of a part. x := P(x). */
+/* passes.c: over the units of a part. x := P(x). */
 void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *part, double *x);
 /* z := x - rho (J v + q), x_new := P(z), way := J'x_new. */
 void perp__proximal_visit(const perp__proximal *s, const perp__proximal_part *part, double rho,
@@ -87,8 +87,10 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
 /* The tested residual of P(x), which takes the place of x; and keeps the best. */
 double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x);
 
-/* -1 to go on, or what to stop with; *status tells of an abort. */
+/* -1 to go on, or what to stop with; *status tells of an abort. And whether there is a reason to go
+ * on at all. */
 int32_t perp__proximal_tick(perp__proximal *s, perp_status *status);
+int32_t perp__proximal_goes_on(const perp__proximal *s, perp_status status);
 
 /* Alternating directions from s->x: admm.c. So many sweeps, fewer where the residual, looked at now
  * and then, comes to tol. PERP_OK with s->outcome >= 0 where it was stopped; _CALLBACK. */

@@ -57,8 +57,6 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     s->graph_starts = perp__arena_take(arena, blocks, sizeof(int32_t));
     s->graph = perp__arena_take(arena, edges, sizeof(int32_t));
     s->K = perp__arena_take(arena, 9 * units, sizeof(double));
-    s->r = perp__arena_take(arena, size, sizeof(double));
-    s->u = perp__arena_take(arena, size, sizeof(double));
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
         *rows[k] = perp__arena_take(arena, size, sizeof(double));
     for (size_t k = 0; k < sizeof velocities / sizeof *velocities; k++)
@@ -165,7 +163,7 @@ static void sort(int32_t *x, int32_t count)
     }
 }
 
-/* Which blocks share a unit; number: marks from here on. */
+/* Which blocks share a unit; slots: marks. */
 static void read_graph(perp__proximal *s)
 {
     const perp__bodies *b = s->common.problem->bodies;
@@ -209,6 +207,19 @@ static void find_slots(perp__proximal *s)
     }
 }
 
+static void read_speeds(perp__proximal *s)
+{
+    const perp__contact_problem *problem = s->common.problem;
+
+    for (int32_t k = 0; k < s->units; k++) {
+        const double omega = problem->omega[s->unit[k]];
+        const double *q = problem->q + first_row(problem, s->unit[k]) - s->starts[k];
+
+        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
+            s->q[i] = q[i] / omega * (i == s->starts[k] ? s->head[k] : s->scale[k]);
+    }
+}
+
 perp_status perp__proximal_read(perp__proximal *s)
 {
     const perp__contact_problem *problem = s->common.problem;
@@ -218,31 +229,13 @@ perp_status perp__proximal_read(perp__proximal *s)
     s->units = problem->bodies->units;
     sort_units(s);
     read_rows(s);
-    s->rows = s->starts[s->units];
+    read_speeds(s);
     read_graph(s);
     status = perp__fronts_analyse(&s->fronts, problem->context, s->blocks, s->width,
                                   s->graph_starts, s->graph);
     if (status == PERP_OK)
         find_slots(s);
     return status;
-}
-
-void perp__proximal_read_speeds(perp__proximal *s)
-{
-    const perp__contact_problem *problem = s->common.problem;
-
-    for (int32_t p = 0; p < s->parts; p++) {
-        const perp__proximal_part *part = &s->part[p];
-
-        for (int32_t k = part->unit; k < part->last_unit; k++) {
-            const double omega = problem->omega[s->unit[k]];
-            const double *q = problem->q + first_row(problem, s->unit[k]);
-
-            for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-                s->q[i] = q[i - s->starts[k]] / omega *
-                          (i == s->starts[k] ? s->head[k] : s->scale[k]);
-        }
-    }
 }
 
 void perp__proximal_load(const perp__proximal *s, const perp__proximal_part *part, const double *r,
@@ -255,13 +248,12 @@ void perp__proximal_load(const perp__proximal *s, const perp__proximal_part *par
         const double *from = r + first_row(problem, s->unit[k]);
 
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            x[i] = from[i - s->starts[k]] / omega /
-                   (i == s->starts[k] ? s->head[k] : s->scale[k]);
+            x[i] = from[i - s->starts[k]] / omega / (i == s->starts[k] ? s->head[k] : s->scale[k]);
     }
 }
 
-void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *part,
-                          const double *x, double *r)
+void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *part, const double *x,
+                          double *r)
 {
     const perp__contact_problem *problem = s->common.problem;
 
@@ -270,7 +262,6 @@ void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *pa
         double *to = r + first_row(problem, s->unit[k]);
 
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            to[i - s->starts[k]] =
-                x[i] * omega * (i == s->starts[k] ? s->head[k] : s->scale[k]);
+            to[i - s->starts[k]] = x[i] * omega * (i == s->starts[k] ? s->head[k] : s->scale[k]);
     }
 }

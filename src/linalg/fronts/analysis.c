@@ -250,8 +250,7 @@ static void list_entries(perp__fronts *f)
                 f->entries[at++] = (perp__front_entry){e, row, c - front->first};
                 if (row >= front->count)
                     f->entries[at++] = (perp__front_entry){
-                        perp__fronts_edge(f, f->order[c], f->neighbours[e]), c - front->first,
-                        row};
+                        perp__fronts_edge(f, f->order[c], f->neighbours[e]), c - front->first, row};
             }
         front->last_entry = at;
     }

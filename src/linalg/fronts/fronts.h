@@ -13,10 +13,10 @@
 
 /* Nodes that are eliminated together, with the others that they are coupled with by then. */
 typedef struct perp__front {
-    int32_t first, count; /* its own, in order of elimination */
-    int32_t rest, parent; /* how many others; the front that these go on to, or -1 */
-    int32_t *others;      /* their places in the order */
-    int32_t *in_parent;   /* and in the parent, where its own come first */
+    int32_t first, count;      /* its own, in order of elimination */
+    int32_t rest, parent;      /* how many others; the front that these go on to, or -1 */
+    int32_t *others;           /* their places in the order */
+    int32_t *in_parent;        /* and in the parent, where its own come first */
     int32_t entry, last_entry; /* of the list of entries */
     double *panel;             /* the columns of its own; factors and what is below them */
     double *across;            /* A^-1 times the columns of the others */
@@ -31,8 +31,8 @@ typedef struct perp__front_entry {
 typedef struct perp__fronts {
     perp__arena graph_arena, pattern_arena, value_arena;
     int32_t nodes, width, count;
-    int32_t *starts, *neighbours; /* of the graph */
-    int32_t *order, *place;       /* nodes in order of elimination, and back */
+    int32_t *starts, *neighbours;  /* of the graph */
+    int32_t *order, *place;        /* nodes in order of elimination, and back */
     int32_t *parent, *mark, *work; /* nodes */
     int32_t *column_starts;        /* nodes + 1: of L's pattern, by place */
     int32_t *column_rows, *in_parent;

@@ -85,17 +85,17 @@ static void slope_unit(int32_t d, double radius, double rho, const double *z, do
 }
 
 /* body(width, d) with constants for the usual contacts. */
-#define EACH_KIND(s, k, body)                                  \
-    do {                                                       \
+#define EACH_KIND(s, k, body)                                       \
+    do {                                                            \
         const int32_t rows = (s)->starts[(k) + 1] - (s)->starts[k]; \
-        if ((s)->width == 6 && rows == 3)                      \
-            body(6, 3);                                        \
-        else if ((s)->width == 6 && rows == 1)                 \
-            body(6, 1);                                        \
-        else if ((s)->width == 3 && rows == 2)                 \
-            body(3, 2);                                        \
-        else                                                   \
-            body((s)->width, rows);                            \
+        if ((s)->width == 6 && rows == 3)                           \
+            body(6, 3);                                             \
+        else if ((s)->width == 6 && rows == 1)                      \
+            body(6, 1);                                             \
+        else if ((s)->width == 3 && rows == 2)                      \
+            body(3, 2);                                             \
+        else                                                        \
+            body((s)->width, rows);                                 \
     } while (0)
 
 static void clear(const perp__proximal *s, const perp__proximal_part *part, double *out)
@@ -150,7 +150,7 @@ PERP__KERNEL static void split_unit(int32_t width, int32_t d, const perp__proxim
                                     double *y, double *r, double *right)
 {
     const int32_t at = s->starts[k];
-    double u[3], negative[3], push[3];
+    double u[3], negative[3] = {0.0, 0.0, 0.0}, push[3];
 
     move_unit(width, d, s, k, v, s->q + at, u);
     for (int32_t i = 0; i < d; i++) {
@@ -274,7 +274,7 @@ void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *
 {
     for (int32_t k = part->unit; k < part->last_unit; k++) {
         const int32_t at = s->starts[k];
-        double z[3];
+        double z[3] = {0.0, 0.0, 0.0};
 
         for (int32_t i = at; i < s->starts[k + 1]; i++)
             z[i - at] = x[i];
