@@ -106,6 +106,7 @@ static void begin(perp_contact_solver *solver, const perp__contact_slot *slot,
     iterate->modes = solver->modes;
     iterate->ray = solver->start;
     iterate->warm = solver->call->r0 != NULL || solver->best.method != PERP_CONTACT_METHOD_POLISH;
+    iterate->given = solver->call->r0 != NULL;
     iterate->residual = INFINITY;
     if (solver->settings.max_iterations > 0)
         solver->problem.iteration_limit = iterations_left(solver, slot);

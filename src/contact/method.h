@@ -57,7 +57,8 @@ typedef struct perp__contact_iterate {
     double *u;     /* size; W r + q as the method last knew it */
     int8_t *modes; /* contacts, PERP_CONTACT_...: the final active set, if has_modes */
     int32_t has_modes;
-    int32_t warm;    /* on entry: r is a start that the caller gave */
+    int32_t warm;    /* on entry: r is a start, */
+    int32_t given;   /* and one that the caller gave */
     int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
     double residual; /* the method's own estimate of the tested residual */
     perp_outcome outcome;

@@ -37,7 +37,8 @@ const char *perp_contact_mode_text(int32_t mode)
 
 const char *perp_contact_method_text(int32_t method)
 {
-    static const char *const texts[] = {"auto", "sweep", "newton", "lemke", "polish", "admm", "proximal"};
+    static const char *const texts[] = {"auto",   "sweep", "newton",  "lemke",
+                                        "polish", "admm",  "proximal"};
 
     return method >= 0 && method <= PERP_CONTACT_METHOD_PROXIMAL ? texts[method] : "unknown method";
 }

@@ -33,8 +33,10 @@ perp_status perp__proximal_split_run(perp__proximal *s, const perp__proximal_par
         return status;
     set_stiffness(s, part, rho);
     s->factorisations++;
-    if (!perp__proximal_factor(s, part))
+    if (!perp__proximal_factor(s, part)) {
+        s->outcome = PERP_OUTCOME_STALLED;
         return PERP_OK;
+    }
     perp__proximal_push(s, part, s->x, s->v);
     for (int32_t k = 0; k < sweeps && s->outcome < 0; k++) {
         perp__proximal_split(s, part, rho, k == 0, s->v, s->z, s->y, s->x, s->way);

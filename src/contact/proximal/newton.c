@@ -1,11 +1,12 @@
 /* The proximal point method (Rockafellar, SIAM J. Control Optim. 14 (1976) 877) on impulses: from a
- * centre r, the velocities of
+ * centre r with speeds u = J J'r + q, the change v of the bodies' velocities with
  *
- *   F(v) = v - J' P(r - rho (J v + q)) = 0
+ *   F(v) = v - J' (P(r - rho (u + J v)) - r) = 0
  *
  * by semismooth Newton steps (Qi & Sun 1993) with I + J' (rho P') J, then the next centre is
- * P(r - rho (J v + q)), and rho grows where few steps were needed. Where the steps fail, as F is no
- * gradient, alternating directions bring another centre. */
+ * P(r - rho (u + J v)), and rho grows where few steps were needed: near a solution u is small, and
+ * so is what rho makes of its rounding. Where the steps fail, as F is no gradient, alternating
+ * directions bring another centre. */
 #include <math.h>
 #include <string.h>
 
@@ -14,17 +15,17 @@
 #define MOST_RHO 1e8
 #define SOFT_RHO 10.0  /* of the directions */
 #define REFINED 1e4    /* rho from which on solutions are refined */
-#define ROUNDING 4e-15 /* |F| that is rounding, over rho */
+#define ROUNDING 4e-16 /* |F| that is, over |r| */
 #define SLOW 0.7
 #define WORSE 3.0
 
 enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6, FAILURES = 60, SWEEPS = 100 };
 
-static double norm(const perp__proximal *s, const perp__proximal_part *part, const double *x)
+static double length_of(const double *x, int32_t begin, int32_t end)
 {
     double sum = 0.0;
 
-    for (int32_t i = part->block * s->width; i < part->last_block * s->width; i++)
+    for (int32_t i = begin; i < end; i++)
         sum += x[i] * x[i];
     return sqrt(sum);
 }
@@ -36,7 +37,7 @@ static double evaluate(perp__proximal *s, const perp__proximal_part *part, doubl
     perp__proximal_visit(s, part, rho, v, s->x, s->z, s->y, s->way);
     for (int32_t i = part->block * s->width; i < part->last_block * s->width; i++)
         s->way[i] = v[i] - s->way[i];
-    return norm(s, part, s->way);
+    return length_of(s->way, part->block * s->width, part->last_block * s->width);
 }
 
 /* step := (I + J'KJ)^-1 F. Returns 0 where that fails. */
@@ -96,9 +97,14 @@ static int32_t move(perp__proximal *s, const perp__proximal_part *part, double r
 /* Newton steps for one centre. Returns how many it took, negative where they failed. */
 static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, double rho)
 {
-    const double enough = fmax(1e-14 + ROUNDING * rho, 0.1 * fmin(s->residual, 1.0));
-    double size = evaluate(s, part, rho, s->v);
+    const double enough = fmax(ROUNDING * (1.0 + length_of(s->x, part->row, part->last_row)),
+                               0.1 * fmin(s->residual, 1.0));
+    double size;
     int32_t slow = 0;
+
+    memset(s->v + (size_t)part->block * (size_t)s->width, 0,
+           (size_t)(part->last_block - part->block) * (size_t)s->width * sizeof *s->v);
+    size = evaluate(s, part, rho, s->v);
 
     for (int32_t step = 1; step <= STEPS && s->factorisations < s->limit; step++) {
         const double before = size;
@@ -128,8 +134,8 @@ perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_pa
     int32_t failures = 0;
 
     s->residual = perp__proximal_judge(s, part, s->x);
-    perp__proximal_push(s, part, s->x, s->v);
-    while (s->factorisations < last && perp__proximal_goes_on(s, status) && failures < FAILURES) {
+    while (s->factorisations < last && perp__proximal_goes_on(s, status, s->aim) &&
+           failures < FAILURES) {
         int32_t steps;
         double found;
 
@@ -139,6 +145,8 @@ perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_pa
         steps = solve_centre(s, part, rho);
         memcpy(s->start + part->row, s->y + part->row, rows * sizeof *s->x);
         found = perp__proximal_judge(s, part, s->start);
+        if (s->best_residual <= s->tol && !(found < 0.5 * s->residual))
+            break;
         if (steps > 0 || found < 0.5 * s->residual) {
             memcpy(s->x + part->row, s->start + part->row, rows * sizeof *s->x);
             s->residual = found;
@@ -147,7 +155,7 @@ perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_pa
         }
         failures++;
         status = perp__proximal_split_run(s, part, SOFT_RHO, SWEEPS);
-        perp__proximal_push(s, part, s->x, s->v);
+        s->residual = perp__proximal_judge(s, part, s->x);
         rho = fmax(1.0, rho / 4.0);
     }
     return status;

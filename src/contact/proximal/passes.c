@@ -111,13 +111,15 @@ PERP__KERNEL static void visit_unit(int32_t width, int32_t d, const perp__proxim
                                     double *x_new, double *way)
 {
     const int32_t at = s->starts[k];
-    double u[3];
+    double u[3], change[3];
 
-    move_unit(width, d, s, k, v, s->q + at, u);
+    move_unit(width, d, s, k, v, s->speed + at, u);
     for (int32_t i = 0; i < d; i++)
         z[at + i] = x[at + i] - rho * u[i];
     project_unit(d, s->radius[k], z + at, x_new + at);
-    push_unit(width, d, s, k, x_new + at, way);
+    for (int32_t i = 0; i < d; i++)
+        change[i] = x_new[at + i] - x[at + i];
+    push_unit(width, d, s, k, change, way);
 }
 
 PERP__KERNEL static void visit_loops(const perp__proximal *s, const perp__proximal_part *part,
@@ -355,7 +357,7 @@ static double tested(const perp__proximal *s, int32_t k, const double *x, const 
 {
     const int32_t d = s->starts[k + 1] - s->starts[k], unit = s->unit[k];
     const double share = s->scale[k] / s->head[k], n = x[0] / share, speed = u[0] * share;
-    double mu, z[3], p[3] = {0.0, 0.0, 0.0}, slip, length, sum = 0.0;
+    double mu, z[3] = {0.0, 0.0, 0.0}, p[3] = {0.0, 0.0, 0.0}, slip, length, sum;
 
     if (s->radius[k] < 0.0)
         return fabs(u[0]);
@@ -386,9 +388,9 @@ double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, 
 
     perp__proximal_project(s, part, x);
     perp__proximal_push(s, part, x, s->rest);
-    perp__proximal_move(s, part, s->rest, s->trial);
+    perp__proximal_move(s, part, s->rest, s->speed);
     for (int32_t k = part->unit; k < part->last_unit; k++) {
-        const double one = tested(s, k, x + s->starts[k], s->trial + s->starts[k]);
+        const double one = tested(s, k, x + s->starts[k], s->speed + s->starts[k]);
 
         most = one <= most ? most : one; /* keeps a NaN */
     }

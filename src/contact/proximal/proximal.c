@@ -17,6 +17,10 @@
 #define CENTRE_RHO 100.0
 #define WARM_RHO 1e3
 
+/* Who asks for less than the former has what a few more steps give, down to the latter. */
+#define SHARP 1e-9
+#define ROUNDING 1e-15
+
 enum {
     SWEEPS = 30,
     LONG_SWEEPS = 120,
@@ -64,27 +68,31 @@ int32_t perp__proximal_tick(perp__proximal *s, perp_status *status)
     return -1;
 }
 
-int32_t perp__proximal_goes_on(const perp__proximal *s, perp_status status)
+int32_t perp__proximal_goes_on(const perp__proximal *s, perp_status status, double enough)
 {
-    return status == PERP_OK && s->outcome < 0 && s->best_residual > s->tol;
+    return status == PERP_OK && s->outcome < 0 && s->best_residual > enough;
 }
 
 static perp_status run_warm(perp__proximal *s, const perp__proximal_part *part)
 {
     perp_status status = perp__proximal_split_run(s, part, SECOND_RHO, WARM_SWEEPS);
 
-    if (perp__proximal_goes_on(s, status))
+    if (perp__proximal_goes_on(s, status, s->aim))
         status = perp__proximal_newton_run(s, part, WARM_RHO, WARM_STEPS);
     return status;
 }
 
+/* From no impulses: these lead to the inside of the cones, sweeps to their edges. */
 static perp_status run_cold(perp__proximal *s, const perp__proximal_part *part)
 {
-    perp_status status = perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
+    perp_status status;
 
-    if (perp__proximal_goes_on(s, status))
+    for (int32_t i = part->row; i < part->last_row; i++)
+        s->x[i] = 0.0;
+    status = perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
+    if (perp__proximal_goes_on(s, status, s->tol))
         status = perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
-    if (perp__proximal_goes_on(s, status))
+    if (perp__proximal_goes_on(s, status, s->aim))
         status = perp__proximal_newton_run(s, part, CENTRE_RHO, STEPS);
     return status;
 }
@@ -95,7 +103,7 @@ static perp_status run_splits(perp__proximal *s, const perp__proximal_part *part
     static const double rho[] = {FIRST_RHO, SECOND_RHO, FIRST_RHO, SOFT_RHO};
     perp_status status = PERP_OK;
 
-    for (int32_t k = 0; perp__proximal_goes_on(s, status); k++)
+    for (int32_t k = 0; perp__proximal_goes_on(s, status, s->tol); k++)
         status = perp__proximal_split_run(s, part, rho[k % 4], k < 2 ? SWEEPS : LONG_SWEEPS);
     return status;
 }
@@ -106,16 +114,15 @@ static perp_status run_part(perp__proximal *s, const perp__proximal_part *part,
     perp_status status = PERP_OK;
 
     s->best_residual = INFINITY;
+    s->outcome = -1;
     perp__proximal_load(s, part, iterate->r, s->x);
     s->residual = perp__proximal_judge(s, part, s->x);
     if (s->splits)
         status = run_splits(s, part);
-    else if (perp__proximal_goes_on(s, status) && iterate->warm)
+    else if (perp__proximal_goes_on(s, status, s->tol) && iterate->given)
         status = run_warm(s, part);
-    if (!s->splits && perp__proximal_goes_on(s, status)) {
-        perp__proximal_load(s, part, iterate->r, s->x);
+    if (!s->splits && perp__proximal_goes_on(s, status, s->tol))
         status = run_cold(s, part);
-    }
     perp__proximal_store(s, part, s->best, iterate->r);
     if (s->best_residual > iterate->residual)
         iterate->residual = s->best_residual;
@@ -135,10 +142,14 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t spl
                                             : INT64_MAX;
     s->factorisations = s->sweeps = 0;
     s->tol = problem->tol;
+    s->aim = s->tol < SHARP ? fmin(s->tol, ROUNDING) : s->tol;
     s->outcome = -1;
     iterate->residual = 0.0;
-    for (int32_t p = 0; p < s->parts && status == PERP_OK && s->outcome < 0; p++)
+    for (int32_t p = 0; p < s->parts && status == PERP_OK; p++) {
         status = run_part(s, &s->part[p], iterate);
+        if (s->outcome >= 0 && s->outcome != PERP_OUTCOME_STALLED)
+            break;
+    }
     iterate->iterations = splits ? s->sweeps : s->factorisations;
     if (s->outcome >= 0)
         iterate->outcome = s->outcome;

@@ -40,13 +40,14 @@ typedef struct perp__proximal {
     int32_t *graph_starts, *graph; /* of blocks that share a unit */
     perp__fronts fronts;
     double *q;                                /* rows */
-    double *x, *z, *y, *best, *start, *trial; /* rows */
+    double *x, *z, *y, *best, *start, *speed; /* rows */
     double *K;                                /* nine a unit */
     double *v, *step, *image, *way, *rest;    /* blocks by width */
     int32_t splits;                           /* nothing but alternating directions */
     int64_t limit;                            /* of sweeps then, else of factorisations */
     int64_t factorisations, sweeps;
     double residual, best_residual, tol; /* tested ones, of the part */
+    double aim;                          /* what is worth a few steps where tol is met */
     perp_outcome outcome;                /* what stopped it, or -1 */
 } perp__proximal;
 
@@ -62,7 +63,7 @@ void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *pa
 
 /* passes.c: over the units of a part. x := P(x). */
 void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *part, double *x);
-/* z := x - rho (J v + q), x_new := P(z), way := J'x_new. */
+/* z := x - rho (speed + J v), x_new := P(z), way := J'(x_new - x). */
 void perp__proximal_visit(const perp__proximal *s, const perp__proximal_part *part, double rho,
                           const double *v, const double *x, double *z, double *x_new, double *way);
 /* K := rho P'(z). */
@@ -84,13 +85,14 @@ void perp__proximal_apply(const perp__proximal *s, const perp__proximal_part *pa
 /* Factors I + J' K J. Returns 0 where that fails. */
 int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part);
 
-/* The tested residual of P(x), which takes the place of x; and keeps the best. */
+/* The tested residual of P(x), which takes the place of x; keeps the best, and leaves its speeds.
+ */
 double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x);
 
 /* -1 to go on, or what to stop with; *status tells of an abort. And whether there is a reason to go
  * on at all. */
 int32_t perp__proximal_tick(perp__proximal *s, perp_status *status);
-int32_t perp__proximal_goes_on(const perp__proximal *s, perp_status status);
+int32_t perp__proximal_goes_on(const perp__proximal *s, perp_status status, double enough);
 
 /* Alternating directions from s->x: admm.c. So many sweeps, fewer where the residual, looked at now
  * and then, comes to tol. PERP_OK with s->outcome >= 0 where it was stopped; _CALLBACK. */
