@@ -7,7 +7,7 @@
 
 #include "base/context.h"
 
-static int32_t find_root(int32_t *parent, int32_t i)
+int32_t perp__find_root(int32_t *parent, int32_t i)
 {
     while (parent[i] != i) {
         parent[i] = parent[parent[i]];
@@ -17,10 +17,10 @@ static int32_t find_root(int32_t *parent, int32_t i)
 }
 
 /* The lower slot becomes the root: numbering does not depend on the order of joins. */
-static void join(int32_t *parent, int32_t i, int32_t j)
+void perp__join(int32_t *parent, int32_t i, int32_t j)
 {
-    int32_t a = find_root(parent, i);
-    int32_t b = find_root(parent, j);
+    int32_t a = perp__find_root(parent, i);
+    int32_t b = perp__find_root(parent, j);
 
     if (a < b)
         parent[b] = a;
@@ -37,11 +37,12 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
 {
     int32_t i;
 
-    for (i = 0; i < world->body_slots; i++) {
-        world->parent[i] = i;
-        world->motions[i].touched = 0;
-        world->motions[i].island = -1;
-        world->motions[i].first_link = 0;
+    for (i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+
+        world->parent[body] = body;
+        world->motions[body].touched = 0;
+        world->motions[body].island = -1;
     }
     for (i = 0; i < set->count; i++) {
         int32_t a = set->contacts[i].body_a;
@@ -49,10 +50,9 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
 
         if (!set->contacts[i].included)
             continue;
-        world->motions[a].touched++;
-        world->motions[b].touched++;
+        world->motions[a].touched = world->motions[b].touched = 1;
         if (is_dynamic(world, a) && is_dynamic(world, b))
-            join(world->parent, a, b);
+            perp__join(world->parent, a, b);
     }
 }
 
@@ -63,16 +63,18 @@ static void order_bodies(perp_world *world)
     int32_t count = 0, offset = 0;
     int32_t i;
 
-    for (i = 0; i < world->body_slots; i++) {
-        perp__motion *motion = &world->motions[i];
+    for (i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+        const int32_t root = perp__find_root(world->parent, body);
+        perp__motion *motion = &world->motions[body];
 
-        if (!world->bodies[i].alive || !is_dynamic(world, i) || !motion->touched)
+        if (!is_dynamic(world, body) || !motion->touched)
             continue;
-        if (find_root(world->parent, i) == i) {
+        if (root == body) {
             memset(&world->islands[count], 0, sizeof world->islands[count]);
             motion->island = count++;
         } else {
-            motion->island = world->motions[find_root(world->parent, i)].island;
+            motion->island = world->motions[root].island;
         }
         motion->local = world->islands[motion->island].bodies++;
     }
@@ -81,11 +83,12 @@ static void order_bodies(perp_world *world)
         world->islands[i].first_body = offset;
         offset += world->islands[i].bodies;
     }
-    for (i = 0; i < world->body_slots; i++) {
-        const perp__motion *motion = &world->motions[i];
+    for (i = 0; i < world->awake_count; i++) {
+        const perp__motion *motion = &world->motions[world->awake[i]];
 
         if (motion->island >= 0)
-            world->body_order[world->islands[motion->island].first_body + motion->local] = i;
+            world->body_order[world->islands[motion->island].first_body + motion->local] =
+                world->awake[i];
     }
 }
 
@@ -121,50 +124,23 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
     }
 }
 
-/* Each body's contacts, in the order of the set. */
-static void link_contacts(perp_world *world, const perp__contact_set *set)
-{
-    int32_t offset = 0;
-    int32_t i;
-
-    for (i = 0; i < world->body_slots; i++) {
-        world->motions[i].first_link = offset;
-        offset += world->motions[i].touched;
-        world->motions[i].touched = 0;
-    }
-    for (i = 0; i < set->count; i++) {
-        const int32_t bodies[2] = {set->contacts[i].body_a, set->contacts[i].body_b};
-        int32_t side;
-
-        for (side = 0; side < 2 && set->contacts[i].included; side++) {
-            perp__motion *motion = &world->motions[bodies[side]];
-            perp__link *link = &world->links[motion->first_link + motion->touched++];
-
-            link->contact = i;
-            link->side = side;
-        }
-    }
-}
-
-static void lay_out_links(perp__arena *arena, void *object)
+static void lay_out_order(perp__arena *arena, void *object)
 {
     perp_world *world = object;
     int32_t most = world->contacts.capacity > world->overlaps.capacity ? world->contacts.capacity
                                                                        : world->overlaps.capacity;
 
     world->contact_order = perp__arena_take(arena, (size_t)most, sizeof *world->contact_order);
-    world->links = perp__arena_take(arena, 2 * (size_t)most, sizeof *world->links);
 }
 
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
 {
-    perp_status status = perp__arena_fit(&world->link_arena, lay_out_links, world);
+    perp_status status = perp__arena_fit(&world->order_arena, lay_out_order, world);
 
     if (status != PERP_OK)
         return status;
     join_contacts(world, set);
     order_bodies(world);
     order_contacts(world, set);
-    link_contacts(world, set);
     return PERP_OK;
 }

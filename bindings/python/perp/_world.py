@@ -44,6 +44,7 @@ class World(Handle):
         counts as solved. None takes those of the accuracy. max_iterations, time_limit: of a whole step.
     strict: a step that is not solved leaves the state untouched; otherwise, on a limit, it
         advances with the best iterate.
+    wakeful: takes the steps of what rests like all others, for the same bits at more cost.
     """
 
     _create = library.perp_world_create
@@ -64,6 +65,7 @@ class World(Handle):
         max_iterations: Optional[int] = None,
         time_limit: Optional[float] = None,
         strict: bool = False,
+        wakeful: bool = False,
     ) -> None:
         self._planar = bool(planar)
         self._dimension = 2 if planar else 3
@@ -79,6 +81,7 @@ class World(Handle):
         settings.max_iterations = count(max_iterations, "max_iterations")
         settings.time_limit = limit(time_limit, "time_limit")
         settings.strict = 1 if strict else 0
+        settings.wakeful = 1 if wakeful else 0
         super().__init__(byref(settings))
         self._gravity = settings.gravity[: self._dimension]
         self._accuracy = accuracy

@@ -1,0 +1,160 @@
+/* The problem of an island solved to tol by the methods of the contact layer, or as far as the
+ * budget goes. */
+#include "world/world.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+
+/* What is solved to tol is so to this, where the caller says nothing; and what the methods are
+ * asked for beside it: they come to rounding nearly always, and then so does a brick at its
+ * threshold. */
+#define EXACT_TOL 1e-10
+#define SHARPER 1e-2
+
+/* Iterations of each method within which it comes to an answer or hardly ever does: all that is
+ * spent, but at accuracy `exact`. */
+#define QUICK 100
+
+/* Passes over what the methods did not solve. */
+#define LEAST_PASSES 8
+
+double perp__exact_tol(const perp_world *world)
+{
+    return world->settings.tol > 0.0 ? world->settings.tol : EXACT_TOL;
+}
+
+/* Whether theory promises a solution (docs/world.md): always without restitution and for one that
+ * is the same everywhere, unless something that nothing stops closes on a body. */
+static int32_t is_solvable(const perp_world *world, const perp__island *island, int32_t bounces)
+{
+    double restitution = -1.0;
+    int32_t i;
+
+    if (world->work.carriers > 0)
+        return 0;
+    for (i = 0; i < island->contacts && bounces; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        if (restitution >= 0.0 && contact->restitution != restitution)
+            return 0;
+        restitution = contact->restitution;
+    }
+    return 1;
+}
+
+/* The word for the answer at tol. */
+static void weigh(perp__rigid_answer *answer, double tol)
+{
+    const perp__evidence evidence = {answer->tested, answer->own, answer->backward, 1};
+
+    answer->outcome = perp__gate(&evidence, tol, answer->outcome);
+}
+
+static perp_status solve_quickly(perp_world *world, perp__rigid_answer *answer,
+                                 perp__rigid_problem *problem)
+{
+    const int32_t limit = problem->max_iterations;
+    perp_status status;
+
+    problem->tol = SHARPER * perp__exact_tol(world);
+    problem->max_iterations = limit == 0 || limit > QUICK ? QUICK : limit;
+    status = perp__rigid_solve(world->solver, answer, problem);
+    problem->max_iterations = limit;
+    problem->tol = perp__exact_tol(world);
+    if (status == PERP_OK)
+        weigh(answer, perp__exact_tol(world));
+    if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0)
+        answer->outcome = PERP_OUTCOME_STALLED; /* nobody asked for that limit */
+    return status;
+}
+
+/* From where that has come to, with all that the methods have. */
+static perp_status solve_thoroughly(perp_world *world, perp__rigid_answer *answer,
+                                    perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    const int64_t spent = answer->iterations;
+    perp_status status;
+
+    if (problem->max_iterations > 0 && spent >= problem->max_iterations)
+        return PERP_OK;
+    if (problem->max_iterations > 0)
+        problem->max_iterations -= (int32_t)spent;
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof *work->warm);
+    problem->again = 1;
+    status = perp__rigid_solve(world->solver, answer, problem);
+    answer->iterations += spent;
+    return status;
+}
+
+/* A method that a budget or a stall ended short of an answer: a few passes from where it came to,
+ * which keep bodies apart as far as they come. Taken where they are nearer. */
+static perp_status sweep_on(perp_world *world, perp__rigid_answer *answer,
+                            const perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    const perp__rigid_answer first = *answer;
+    perp__rigid_problem swept = *problem;
+    perp__substeps passes;
+    perp_status status;
+
+    memset(&passes, 0, sizeof passes);
+    passes.h = 1.0;
+    passes.passes = LEAST_PASSES;
+    passes.start = work->free;
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof(double));
+    swept.warm = work->warm;
+    swept.again = 1;
+    swept.max_iterations = -1; /* only a look */
+    status = perp__coloured_step(&world->coloured, answer, NULL, &swept, &passes);
+    if (status != PERP_OK)
+        return status;
+    swept.warm = work->impulse;
+    status = perp__rigid_solve(world->solver, answer, &swept);
+    if (status == PERP_OK && !(answer->own < first.own)) {
+        swept.warm = work->warm;
+        status = perp__rigid_solve(world->solver, answer, &swept);
+    }
+    answer->iterations = first.iterations + LEAST_PASSES;
+    if (!perp__is_good(answer->outcome))
+        answer->outcome = first.outcome;
+    return status;
+}
+
+perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
+                             perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    perp__rigid_problem problem;
+    perp__rigid_answer answer;
+    double tol = perp__exact_tol(world);
+    perp_status status;
+
+    perp__pose_island(world, island, &problem);
+    perp__receive(world, &answer);
+    status = solve_quickly(world, &answer, &problem);
+    if (status == PERP_OK && !perp__is_good(answer.outcome) &&
+        world->settings.accuracy == PERP_ACCURACY_EXACT)
+        status = solve_thoroughly(world, &answer, &problem);
+    else if (status == PERP_OK && !perp__is_good(answer.outcome))
+        weigh(&answer, tol = perp__swept_tol(world));
+    if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY)
+        status = sweep_on(world, &answer, &problem);
+    if (status == PERP_OK && perp__is_good(answer.outcome))
+        status = perp__hold_island(world, island, &answer, &problem, tol);
+    if (status == PERP_ERROR_NOT_FINITE)
+        return perp__fail(world->context, status,
+                          "the step takes the contacts beyond the range of numbers");
+    if (status != PERP_OK)
+        return status;
+    work->set_up = 1;
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof *work->warm);
+    perp__spend(world, answer.iterations);
+    if (answer.outcome == PERP_OUTCOME_RAY && is_solvable(world, island, bounces))
+        answer.outcome = PERP_OUTCOME_STALLED; /* of the method, not of the scene */
+    verdict->outcome = perp__worse_outcome(verdict->outcome, answer.outcome);
+    perp__raise_to(&verdict->residual, answer.tested);
+    return PERP_OK;
+}
