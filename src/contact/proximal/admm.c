@@ -47,7 +47,7 @@ perp_status perp__proximal_split_run(perp__proximal *s, const perp__proximal_par
         s->sweeps++;
         if ((k + 1) % LOOK == 0 || k + 1 == sweeps) {
             memcpy(s->start + part->row, s->x + part->row, rows * sizeof *s->x);
-            s->residual = perp__proximal_judge(s, part, s->start);
+            s->residual = perp__proximal_judge(s, part, s->start, s->speed);
             if (s->residual <= s->tol)
                 break;
             s->outcome = perp__proximal_tick(s, &status);

@@ -9,6 +9,8 @@
  * directions bring another centre. */
 #include <math.h>
 #include <string.h>
+#include <stdio.h>
+#include <stdlib.h>
 
 #include "contact/proximal/proximal.h"
 
@@ -31,8 +33,8 @@ static double length_of(const double *x, int32_t begin, int32_t end)
 }
 
 /* |F(v)|; F in s->way, z and the next centre. */
-static double evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
-                       const double *v)
+double perp__proximal_evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
+                               const double *v)
 {
     perp__proximal_visit(s, part, rho, v, s->x, s->z, s->y, s->way);
     for (int32_t i = part->block * s->width; i < part->last_block * s->width; i++)
@@ -40,27 +42,28 @@ static double evaluate(perp__proximal *s, const perp__proximal_part *part, doubl
     return length_of(s->way, part->block * s->width, part->last_block * s->width);
 }
 
-/* step := (I + J'KJ)^-1 F. Returns 0 where that fails. */
-static int32_t find_step(perp__proximal *s, const perp__proximal_part *part, double rho)
+double perp__proximal_enough(const perp__proximal *s, const perp__proximal_part *part)
+{
+    return fmax(ROUNDING * (1.0 + length_of(s->x, part->row, part->last_row)),
+                0.1 * fmin(s->residual, 1.0));
+}
+
+void perp__proximal_solve(perp__proximal *s, const perp__proximal_part *part, double rho,
+                          const double *rhs, double *x)
 {
     const int32_t begin = part->block * s->width, end = part->last_block * s->width;
 
-    perp__proximal_slopes(s, part, rho, s->z);
-    s->factorisations++;
-    if (!perp__proximal_factor(s, part))
-        return 0;
     for (int32_t i = begin; i < end; i++)
-        s->step[i] = s->way[i];
-    perp__fronts_solve(&s->fronts, part->block, part->last_block, s->step);
-    if (rho > REFINED) {
-        perp__proximal_apply(s, part, s->step, s->rest);
-        for (int32_t i = begin; i < end; i++)
-            s->rest[i] = s->way[i] - s->rest[i];
-        perp__fronts_solve(&s->fronts, part->block, part->last_block, s->rest);
-        for (int32_t i = begin; i < end; i++)
-            s->step[i] += s->rest[i];
-    }
-    return 1;
+        x[i] = rhs[i];
+    perp__fronts_solve(&s->fronts, part->block, part->last_block, x);
+    if (rho <= REFINED)
+        return;
+    perp__proximal_apply(s, part, x, s->rest);
+    for (int32_t i = begin; i < end; i++)
+        s->rest[i] = rhs[i] - s->rest[i];
+    perp__fronts_solve(&s->fronts, part->block, part->last_block, s->rest);
+    for (int32_t i = begin; i < end; i++)
+        x[i] += s->rest[i];
 }
 
 /* v - a step for the best of a few a; *size: |F| there. Returns 0, and leaves v, where it grows
@@ -68,14 +71,16 @@ static int32_t find_step(perp__proximal *s, const perp__proximal_part *part, dou
 static int32_t move(perp__proximal *s, const perp__proximal_part *part, double rho, double *size)
 {
     const int32_t begin = part->block * s->width, end = part->last_block * s->width;
-    double best = INFINITY, length = 1.0, a = 1.0;
+    double best = INFINITY, length = 1.0, looked = 1.0;
 
-    for (int32_t round = 0; round < HALVINGS; round++, a *= 0.5) {
+    for (int32_t round = 0; round < HALVINGS; round++) {
+        const double a = ldexp(1.0, -round);
         double found;
 
         for (int32_t i = begin; i < end; i++)
             s->image[i] = s->v[i] - a * s->step[i];
-        found = evaluate(s, part, rho, s->image);
+        found = perp__proximal_evaluate(s, part, rho, s->image);
+        looked = a;
         if (found < best) {
             best = found;
             length = a;
@@ -89,27 +94,29 @@ static int32_t move(perp__proximal *s, const perp__proximal_part *part, double r
         return 0;
     for (int32_t i = begin; i < end; i++)
         s->v[i] -= length * s->step[i];
-    if (length != a || best != *size)
-        *size = evaluate(s, part, rho, s->v);
+    *size = length == looked ? best : perp__proximal_evaluate(s, part, rho, s->v);
     return 1;
 }
 
 /* Newton steps for one centre. Returns how many it took, negative where they failed. */
 static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, double rho)
 {
-    const double enough = fmax(ROUNDING * (1.0 + length_of(s->x, part->row, part->last_row)),
-                               0.1 * fmin(s->residual, 1.0));
+    const double enough = perp__proximal_enough(s, part);
     double size;
     int32_t slow = 0;
 
     memset(s->v + (size_t)part->block * (size_t)s->width, 0,
            (size_t)(part->last_block - part->block) * (size_t)s->width * sizeof *s->v);
-    size = evaluate(s, part, rho, s->v);
-
+    size = perp__proximal_evaluate(s, part, rho, s->v);
     for (int32_t step = 1; step <= STEPS && s->factorisations < s->limit; step++) {
         const double before = size;
 
-        if (!find_step(s, part, rho) || !move(s, part, rho, &size))
+        perp__proximal_slopes(s, part, rho, s->z);
+        s->factorisations++;
+        if (!perp__proximal_factor(s, part))
+            return -step;
+        perp__proximal_solve(s, part, rho, s->way, s->step);
+        if (!move(s, part, rho, &size))
             return -step;
         if (size < enough)
             return step;
@@ -125,6 +132,16 @@ static double growth(int32_t steps)
     return steps <= 3 ? 4.0 : steps <= 6 ? 2.0 : steps <= 10 ? 1.5 : 1.0;
 }
 
+/* The next centre, judged. */
+static void take(perp__proximal *s, const perp__proximal_part *part, double residual)
+{
+    const size_t bytes = (size_t)(part->last_row - part->row) * sizeof *s->x;
+
+    memcpy(s->x + part->row, s->start + part->row, bytes);
+    memcpy(s->speed + part->row, s->spare + part->row, bytes);
+    s->residual = residual;
+}
+
 perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part,
                                       double rho, int32_t most)
 {
@@ -133,7 +150,7 @@ perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_pa
     perp_status status = PERP_OK;
     int32_t failures = 0;
 
-    s->residual = perp__proximal_judge(s, part, s->x);
+    s->residual = perp__proximal_judge(s, part, s->x, s->speed);
     while (s->factorisations < last && perp__proximal_goes_on(s, status, s->aim) &&
            failures < FAILURES) {
         int32_t steps;
@@ -144,18 +161,25 @@ perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_pa
             break;
         steps = solve_centre(s, part, rho);
         memcpy(s->start + part->row, s->y + part->row, rows * sizeof *s->x);
-        found = perp__proximal_judge(s, part, s->start);
+        found = perp__proximal_judge(s, part, s->start, s->spare);
         if (s->best_residual <= s->tol && !(found < 0.5 * s->residual))
             break;
+        if (getenv("PROX")) fprintf(stderr, "  rho %.1e steps %d residual %.2e -> %.2e best %.2e fact %d\n", rho, steps, s->residual, found, s->best_residual, (int)s->factorisations);
         if (steps > 0 || found < 0.5 * s->residual) {
-            memcpy(s->x + part->row, s->start + part->row, rows * sizeof *s->x);
-            s->residual = found;
+            take(s, part, found);
             rho = fmin(MOST_RHO, rho * growth(steps < 0 ? -steps : steps));
             continue;
         }
         failures++;
+        if (getenv("PATH_MOST") && solve_centre(s, part, rho / 8) > 0) {
+            double there = rho / 8;
+            if (perp__proximal_follow(s, part, &there, atoi(getenv("PATH_MOST")))) {
+            memcpy(s->start + part->row, s->y + part->row, rows * sizeof *s->x);
+            found = perp__proximal_judge(s, part, s->start, s->spare);
+            take(s, part, found); rho = fmin(MOST_RHO, there); continue; }
+        }
         status = perp__proximal_split_run(s, part, SOFT_RHO, SWEEPS);
-        s->residual = perp__proximal_judge(s, part, s->x);
+        s->residual = perp__proximal_judge(s, part, s->x, s->speed);
         rho = fmax(1.0, rho / 4.0);
     }
     return status;

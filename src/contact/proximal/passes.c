@@ -214,9 +214,10 @@ void perp__proximal_push(const perp__proximal *s, const perp__proximal_part *par
 }
 
 PERP__KERNEL static void move_loops(const perp__proximal *s, const perp__proximal_part *part,
-                                    const double *v, double *u)
+                                    const double *v, const double *q, double *u)
 {
-#define MOVE(width, d) move_unit(width, d, s, k, v, s->q + s->starts[k], u + s->starts[k])
+#define MOVE(width, d) \
+    move_unit(width, d, s, k, v, q ? q + s->starts[k] : NULL, u + s->starts[k])
     for (int32_t k = part->unit; k < part->last_unit; k++)
         EACH_KIND(s, k, MOVE);
 #undef MOVE
@@ -224,13 +225,13 @@ PERP__KERNEL static void move_loops(const perp__proximal *s, const perp__proxima
 
 PERP__MULTIVERSION(move,
                    (const perp__proximal *s, const perp__proximal_part *part, const double *v,
-                    double *u),
-                   (s, part, v, u))
+                    const double *q, double *u),
+                   (s, part, v, q, u))
 
 void perp__proximal_move(const perp__proximal *s, const perp__proximal_part *part, const double *v,
-                         double *u)
+                         const double *q, double *u)
 {
-    move(s, part, v, u);
+    move(s, part, v, q, u);
 }
 
 PERP__KERNEL static void apply_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
@@ -382,15 +383,16 @@ static double tested(const perp__proximal *s, int32_t k, const double *x, const 
     return sqrt(sum);
 }
 
-double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x)
+double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x,
+                            double *speed)
 {
     double most = 0.0;
 
     perp__proximal_project(s, part, x);
     perp__proximal_push(s, part, x, s->rest);
-    perp__proximal_move(s, part, s->rest, s->speed);
+    perp__proximal_move(s, part, s->rest, s->q, speed);
     for (int32_t k = part->unit; k < part->last_unit; k++) {
-        const double one = tested(s, k, x + s->starts[k], s->speed + s->starts[k]);
+        const double one = tested(s, k, x + s->starts[k], speed + s->starts[k]);
 
         most = one <= most ? most : one; /* keeps a NaN */
     }

@@ -116,7 +116,7 @@ static perp_status run_part(perp__proximal *s, const perp__proximal_part *part,
     s->best_residual = INFINITY;
     s->outcome = -1;
     perp__proximal_load(s, part, iterate->r, s->x);
-    s->residual = perp__proximal_judge(s, part, s->x);
+    s->residual = perp__proximal_judge(s, part, s->x, s->speed);
     if (s->splits)
         status = run_splits(s, part);
     else if (perp__proximal_goes_on(s, status, s->tol) && iterate->given)

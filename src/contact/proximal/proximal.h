@@ -40,9 +40,9 @@ typedef struct perp__proximal {
     int32_t *graph_starts, *graph; /* of blocks that share a unit */
     perp__fronts fronts;
     double *q;                                /* rows */
-    double *x, *z, *y, *best, *start, *speed; /* rows */
+    double *x, *z, *y, *best, *start, *speed, *spare, *pull; /* rows */
     double *K;                                /* nine a unit */
-    double *v, *step, *image, *way, *rest;    /* blocks by width */
+    double *v, *step, *image, *way, *rest, *bend, *ahead, *normal, *across;    /* blocks by width */
     int32_t splits;                           /* nothing but alternating directions */
     int64_t limit;                            /* of sweeps then, else of factorisations */
     int64_t factorisations, sweeps;
@@ -74,11 +74,11 @@ void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, d
 void perp__proximal_split(const perp__proximal *s, const perp__proximal_part *part, double rho,
                           int32_t first, const double *v, double *z, double *y, double *r,
                           double *right);
-/* out := J'x, and u := J v + q. */
+/* out := J'x, and u := J v + q; q may be NULL. */
 void perp__proximal_push(const perp__proximal *s, const perp__proximal_part *part, const double *x,
                          double *out);
 void perp__proximal_move(const perp__proximal *s, const perp__proximal_part *part, const double *v,
-                         double *u);
+                         const double *q, double *u);
 /* out := J' K J v + v. */
 void perp__proximal_apply(const perp__proximal *s, const perp__proximal_part *part, const double *v,
                           double *out);
@@ -87,7 +87,8 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
 
 /* The tested residual of P(x), which takes the place of x; keeps the best, and leaves its speeds.
  */
-double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x);
+double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x,
+                            double *speed);
 
 /* -1 to go on, or what to stop with; *status tells of an abort. And whether there is a reason to go
  * on at all. */
@@ -102,5 +103,18 @@ perp_status perp__proximal_split_run(perp__proximal *s, const perp__proximal_par
 /* The proximal Newton method from s->x: newton.c. As before. */
 perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part,
                                       double rho, int32_t most);
+
+/* |F(v)|, and what of it is rounding or near enough; F in s->way, z and the next centre in s->y; and
+ * x := (I + J'KJ)^-1 rhs by the last factors: newton.c. */
+double perp__proximal_evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
+                               const double *v);
+double perp__proximal_enough(const perp__proximal *s, const perp__proximal_part *part);
+void perp__proximal_solve(perp__proximal *s, const perp__proximal_part *part, double rho,
+                          const double *rhs, double *x);
+
+/* path.c: from s->v, a solution at *rho, on for so many factorisations at most. Returns 1 where the
+ * path has led to a better centre, in s->y, at *rho. */
+int32_t perp__proximal_follow(perp__proximal *s, const perp__proximal_part *part, double *rho,
+                              int32_t most);
 
 #endif

@@ -92,6 +92,17 @@ static void clear(double *x, size_t count)
         memset(x, 0, count * sizeof *x);
 }
 
+/* Whether the determinant of A is negative: signs of pivots, and exchanges of rows. */
+static int32_t is_negative(const front_view *v)
+{
+    int32_t negative = 0;
+
+    for (int32_t i = 0; i < (int32_t)v->own; i++)
+        negative ^= (v->front->panel[(size_t)i * (v->height + 1)] < 0.0) ^
+                    (v->front->pivots[i] != i + 1);
+    return negative;
+}
+
 static int32_t eliminate(const front_view *v)
 {
     const perp__front *front = v->front;
@@ -117,6 +128,7 @@ int32_t perp__fronts_factor(perp__fronts *f, int32_t first, int32_t end)
     double *top = f->stack;
     int32_t depth = 0, fine = 1;
 
+    f->is_negative = 0;
     for (int32_t t = end > first ? f->front_of[first] : 0; t <= last && fine; t++) {
         const perp__front *front = &f->fronts[t];
         front_view v = {front, top, 0, (size_t)front->count * width, (size_t)front->rest * width};
@@ -133,6 +145,7 @@ int32_t perp__fronts_factor(perp__fronts *f, int32_t first, int32_t end)
             sum_up(f, &v, child, top);
         }
         fine = eliminate(&v);
+        f->is_negative ^= is_negative(&v);
         if (v.rest > 0) {
             memmove(top, v.left, v.rest * v.rest * sizeof *top);
             top += v.rest * v.rest;
