@@ -267,7 +267,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
     /* pivoting on polyhedra that fit ever closer, newton's polish after each; its paths are the
      * last resort */
     static const plan_step conic[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1},
-                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 2},
                                       {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0, 2},
                                       {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0, 1},
                                       {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},

@@ -9,8 +9,6 @@
  * directions bring another centre. */
 #include <math.h>
 #include <string.h>
-#include <stdio.h>
-#include <stdlib.h>
 
 #include "contact/proximal/proximal.h"
 
@@ -18,6 +16,7 @@
 #define SOFT_RHO 10.0  /* of the directions */
 #define REFINED 1e4    /* rho from which on solutions are refined */
 #define ROUNDING 4e-16 /* |F| that is, over |r| */
+#define EASIER 0.125
 #define SLOW 0.7
 #define WORSE 3.0
 
@@ -142,8 +141,22 @@ static void take(perp__proximal *s, const perp__proximal_part *part, double resi
     s->residual = residual;
 }
 
+/* The path from a solution with less rho; the next centre is one on it. Returns 0 where that fails.
+ */
+static int32_t follow_centre(perp__proximal *s, const perp__proximal_part *part, double *rho,
+                             int32_t most)
+{
+    double there = EASIER * *rho;
+
+    if (solve_centre(s, part, there) < 0 || !perp__proximal_follow(s, part, &there, most))
+        return 0;
+    take(s, part, perp__proximal_judge(s, part, s->start, s->spare));
+    *rho = fmin(MOST_RHO, there);
+    return 1;
+}
+
 perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part,
-                                      double rho, int32_t most)
+                                      double rho, int32_t most, int32_t follow)
 {
     const size_t rows = (size_t)(part->last_row - part->row);
     const int64_t last = s->factorisations + most;
@@ -164,20 +177,14 @@ perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_pa
         found = perp__proximal_judge(s, part, s->start, s->spare);
         if (s->best_residual <= s->tol && !(found < 0.5 * s->residual))
             break;
-        if (getenv("PROX")) fprintf(stderr, "  rho %.1e steps %d residual %.2e -> %.2e best %.2e fact %d\n", rho, steps, s->residual, found, s->best_residual, (int)s->factorisations);
         if (steps > 0 || found < 0.5 * s->residual) {
             take(s, part, found);
             rho = fmin(MOST_RHO, rho * growth(steps < 0 ? -steps : steps));
             continue;
         }
+        if (follow > 0 && follow_centre(s, part, &rho, follow))
+            continue;
         failures++;
-        if (getenv("PATH_MOST") && solve_centre(s, part, rho / 8) > 0) {
-            double there = rho / 8;
-            if (perp__proximal_follow(s, part, &there, atoi(getenv("PATH_MOST")))) {
-            memcpy(s->start + part->row, s->y + part->row, rows * sizeof *s->x);
-            found = perp__proximal_judge(s, part, s->start, s->spare);
-            take(s, part, found); rho = fmin(MOST_RHO, there); continue; }
-        }
         status = perp__proximal_split_run(s, part, SOFT_RHO, SWEEPS);
         s->residual = perp__proximal_judge(s, part, s->x, s->speed);
         rho = fmax(1.0, rho / 4.0);

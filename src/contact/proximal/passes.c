@@ -216,8 +216,7 @@ void perp__proximal_push(const perp__proximal *s, const perp__proximal_part *par
 PERP__KERNEL static void move_loops(const perp__proximal *s, const perp__proximal_part *part,
                                     const double *v, const double *q, double *u)
 {
-#define MOVE(width, d) \
-    move_unit(width, d, s, k, v, q ? q + s->starts[k] : NULL, u + s->starts[k])
+#define MOVE(width, d) move_unit(width, d, s, k, v, q ? q + s->starts[k] : NULL, u + s->starts[k])
     for (int32_t k = part->unit; k < part->last_unit; k++)
         EACH_KIND(s, k, MOVE);
 #undef MOVE

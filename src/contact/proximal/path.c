@@ -1,23 +1,22 @@
-/* Where Newton's steps fail: the path of solutions of F(v, rho) = 0 from a centre (newton.c), by its
- * arc length, which turns back in rho where it has to. It is piecewise smooth, and goes forth where
- * det dF/dv is positive and back where it is negative (Garcia & Zangwill, "Pathways to Solutions",
- * 1981): Lemke's path without the corners being counted. Tangents cost two solves,
+/* Where Newton's steps fail: the path of solutions of F(v, rho) = 0 from a centre (newton.c), by
+ * its arc length, which turns back in rho where it has to. It is piecewise smooth, and goes forth
+ * where det dF/dv is positive and back where it is negative (Garcia & Zangwill, "Pathways to
+ * Solutions", 1981): Lemke's path without the corners being counted. Tangents cost two solves,
  *
  *   A v' = -J'P'(u + J v) rho',   A = I + J' (rho P') J,
  *
  * and arc length is that of P(z), the impulses: what separates does not count. */
 #include <math.h>
 #include <string.h>
-#include <stdio.h>
-#include <stdlib.h>
-#define PATH_DEBUG (getenv("PROX") != NULL)
 
 #include "contact/proximal/proximal.h"
 
 #define FIRST_LENGTH 0.25 /* of the way from the centre */
 #define LEAST_LENGTH 1e-4 /* of the first */
-#define NEARER 0.2        /* the residual, beside the centre's, that ends the path */
+#define SHARE 0.3         /* of the way from the centre, for a relative change of rho */
+#define NEARER 0.05       /* the residual, beside the centre's, that ends the path */
 #define MOST_RHO 1e9
+#define WAY_BACK 1e-2 /* to where it came from: nothing is there */
 
 enum { CORRECTIONS = 6, FEW = 2 };
 
@@ -69,21 +68,24 @@ static double dot(const double *a, const double *b, int32_t begin, int32_t end)
 static int32_t look_ahead(perp__proximal *s, const perp__proximal_part *part, place *at)
 {
     const int32_t begin = part->block * s->width, end = part->last_block * s->width;
-    double scale;
+    double scale, way = 0.0;
 
+    for (int32_t i = part->row; i < part->last_row; i++)
+        way += (s->y[i] - s->x[i]) * (s->y[i] - s->x[i]);
+    way *= SHARE * SHARE / (at->rho * at->rho);
     find_bend(s, part, at->rho);
     perp__proximal_move(s, part, s->bend, NULL, s->start);
     for (int32_t i = part->row; i < part->last_row; i++)
         s->start[i] = at->rho * s->start[i] - s->spare[i];
     bend_rows(s, part, at->rho, 0, s->start, s->pull);
-    scale = sqrt(dot(s->pull, s->pull, part->row, part->last_row));
+    scale = sqrt(dot(s->pull, s->pull, part->row, part->last_row) + way);
     if (!(scale > 0.0 && scale < INFINITY))
         return 0;
     scale = (s->fronts.is_negative ? -1.0 : 1.0) / scale;
     for (int32_t i = part->row; i < part->last_row; i++)
         s->pull[i] *= scale;
     bend_rows(s, part, at->rho, 1, s->pull, s->start);
-    at->gamma = -dot(s->start, s->spare, part->row, part->last_row);
+    at->gamma = way * scale - dot(s->start, s->spare, part->row, part->last_row);
     at->rho_ahead = scale;
     perp__proximal_push(s, part, s->start, s->normal);
     for (int32_t i = begin; i < end; i++) {
@@ -139,50 +141,51 @@ static int32_t correct(perp__proximal *s, const perp__proximal_part *part, const
     return -1;
 }
 
-/* *rho: where the path is now. Returns 1 where it has led to a better centre, in s->y. */
+/* A step along the path: length is shortened until it succeeds, and made what the next should be.
+ * Returns 0 where that is too short. */
+static int32_t advance(perp__proximal *s, const perp__proximal_part *part, place *at,
+                       double *length, double least, int64_t last)
+{
+    const int32_t begin = part->block * s->width, end = part->last_block * s->width;
+    const double enough = perp__proximal_enough(s, part);
+    int32_t taken = -1;
+    double rho = at->rho;
+
+    perp__proximal_evaluate(s, part, at->rho, s->v);
+    if (!factor_at(s, part, at->rho) || !look_ahead(s, part, at))
+        return 0;
+    while (taken < 0 && *length > least && s->factorisations < last) {
+        taken = correct(s, part, at, *length, enough, &rho);
+        *length *= taken < 0 ? 0.25 : taken <= FEW ? 2.0 : taken <= FEW + 2 ? 1.2 : 0.6;
+    }
+    if (taken < 0)
+        return 0;
+    at->rho = rho;
+    memcpy(s->v + begin, s->image + begin, (size_t)(end - begin) * sizeof *s->v);
+    return 1;
+}
+
 int32_t perp__proximal_follow(perp__proximal *s, const perp__proximal_part *part, double *rho,
                               int32_t most)
 {
-    const int32_t begin = part->block * s->width, end = part->last_block * s->width;
-    const size_t rows = (size_t)(part->last_row - part->row);
-    const int64_t last = s->factorisations + most;
     const double start = *rho;
+    const int64_t last = s->factorisations + most;
     place at = {*rho, 0.0, 0.0};
-    double enough, length = 0.0, first = 0.0;
+    double length = 0.0, least;
 
-    while (s->factorisations < last && at.rho < MOST_RHO && at.rho > 1e-2 * start) {
-        double next, found;
-        int32_t taken;
+    for (int32_t i = part->row; i < part->last_row; i++)
+        length += (s->y[i] - s->x[i]) * (s->y[i] - s->x[i]);
+    length = FIRST_LENGTH * sqrt(length);
+    least = LEAST_LENGTH * length;
+    while (s->factorisations < last && at.rho < MOST_RHO && at.rho > WAY_BACK * start) {
+        double found;
 
-        enough = perp__proximal_enough(s, part);
-        perp__proximal_evaluate(s, part, at.rho, s->v);
-        if (!factor_at(s, part, at.rho) || !look_ahead(s, part, &at))
-            break;
-        if (first == 0.0) {
-            double sum = 0.0;
-
-            for (int32_t i = part->row; i < part->last_row; i++)
-                sum += (s->y[i] - s->x[i]) * (s->y[i] - s->x[i]);
-            length = first = FIRST_LENGTH * sqrt(sum);
-        }
-        taken = correct(s, part, &at, length, enough, &next);
-        while (taken < 0 && length > LEAST_LENGTH * first && s->factorisations < last) {
-            length *= 0.25;
-            taken = correct(s, part, &at, length, enough, &next);
-        }
-        if (taken < 0)
-            break;
-        if (PATH_DEBUG)
-            fprintf(stderr, "    path rho %.3e -> %.3e sign %d length %.2e taken %d fact %d\n",
-                    at.rho, next, s->fronts.is_negative, length, taken, (int)s->factorisations);
-        length *= taken <= FEW ? 2.0 : taken <= FEW + 2 ? 1.2 : 0.6;
-        at.rho = next;
-        memcpy(s->v + begin, s->image + begin, (size_t)(end - begin) * sizeof *s->v);
-        memcpy(s->start + part->row, s->y + part->row, rows * sizeof *s->y);
+        if (!advance(s, part, &at, &length, least, last))
+            return 0;
+        memcpy(s->start + part->row, s->y + part->row,
+               (size_t)(part->last_row - part->row) * sizeof *s->y);
         found = perp__proximal_judge(s, part, s->start, s->spare);
-        if (PATH_DEBUG)
-            fprintf(stderr, "      residual %.2e was %.2e\n", found, s->residual);
-        if (found < NEARER * s->residual) {
+        if (found < NEARER * s->residual || found < s->tol) {
             *rho = at.rho;
             return 1;
         }

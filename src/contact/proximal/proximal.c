@@ -27,7 +27,9 @@ enum {
     MOST_SWEEPS = 1200, /* of admm */
     WARM_SWEEPS = 40,
     WARM_STEPS = 12,
-    STEPS = 100
+    STEPS = 100,
+    LONG_STEPS = 1000, /* of the second attempt, */
+    PATH_STEPS = 500   /* which follows paths */
 };
 
 static perp_status check(const perp__contact_problem *problem)
@@ -78,7 +80,7 @@ static perp_status run_warm(perp__proximal *s, const perp__proximal_part *part)
     perp_status status = perp__proximal_split_run(s, part, SECOND_RHO, WARM_SWEEPS);
 
     if (perp__proximal_goes_on(s, status, s->aim))
-        status = perp__proximal_newton_run(s, part, WARM_RHO, WARM_STEPS);
+        status = perp__proximal_newton_run(s, part, WARM_RHO, WARM_STEPS, 0);
     return status;
 }
 
@@ -93,7 +95,7 @@ static perp_status run_cold(perp__proximal *s, const perp__proximal_part *part)
     if (perp__proximal_goes_on(s, status, s->tol))
         status = perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
     if (perp__proximal_goes_on(s, status, s->aim))
-        status = perp__proximal_newton_run(s, part, CENTRE_RHO, STEPS);
+        status = perp__proximal_newton_run(s, part, CENTRE_RHO, STEPS, 0);
     return status;
 }
 
@@ -119,9 +121,11 @@ static perp_status run_part(perp__proximal *s, const perp__proximal_part *part,
     s->residual = perp__proximal_judge(s, part, s->x, s->speed);
     if (s->splits)
         status = run_splits(s, part);
-    else if (perp__proximal_goes_on(s, status, s->tol) && iterate->given)
+    else if (iterate->attempt > 0 && perp__proximal_goes_on(s, status, s->tol))
+        status = perp__proximal_newton_run(s, part, CENTRE_RHO, LONG_STEPS, PATH_STEPS);
+    else if (iterate->given && perp__proximal_goes_on(s, status, s->tol))
         status = run_warm(s, part);
-    if (!s->splits && perp__proximal_goes_on(s, status, s->tol))
+    if (!s->splits && iterate->attempt == 0 && perp__proximal_goes_on(s, status, s->tol))
         status = run_cold(s, part);
     perp__proximal_store(s, part, s->best, iterate->r);
     if (s->best_residual > iterate->residual)
@@ -176,7 +180,7 @@ static void release(void *work)
 }
 
 const perp__contact_method perp__contact_proximal = {
-    PERP_CONTACT_METHOD_PROXIMAL, sizeof(perp__proximal), 1,       0, 0, check,
+    PERP_CONTACT_METHOD_PROXIMAL, sizeof(perp__proximal), 2,       0, 0, check,
     perp__proximal_layout,        solve_proximal,         release,
 };
 

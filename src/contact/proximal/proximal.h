@@ -39,12 +39,12 @@ typedef struct perp__proximal {
     int32_t *slots;                /* pieces by pieces of each unit: edges of the graph */
     int32_t *graph_starts, *graph; /* of blocks that share a unit */
     perp__fronts fronts;
-    double *q;                                /* rows */
-    double *x, *z, *y, *best, *start, *speed, *spare, *pull; /* rows */
-    double *K;                                /* nine a unit */
-    double *v, *step, *image, *way, *rest, *bend, *ahead, *normal, *across;    /* blocks by width */
-    int32_t splits;                           /* nothing but alternating directions */
-    int64_t limit;                            /* of sweeps then, else of factorisations */
+    double *q;                                                              /* rows */
+    double *x, *z, *y, *best, *start, *speed, *spare, *pull;                /* rows */
+    double *K;                                                              /* nine a unit */
+    double *v, *step, *image, *way, *rest, *bend, *ahead, *normal, *across; /* blocks by width */
+    int32_t splits; /* nothing but alternating directions */
+    int64_t limit;  /* of sweeps then, else of factorisations */
     int64_t factorisations, sweeps;
     double residual, best_residual, tol; /* tested ones, of the part */
     double aim;                          /* what is worth a few steps where tol is met */
@@ -102,10 +102,10 @@ perp_status perp__proximal_split_run(perp__proximal *s, const perp__proximal_par
 
 /* The proximal Newton method from s->x: newton.c. As before. */
 perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part,
-                                      double rho, int32_t most);
+                                      double rho, int32_t most, int32_t follow);
 
-/* |F(v)|, and what of it is rounding or near enough; F in s->way, z and the next centre in s->y; and
- * x := (I + J'KJ)^-1 rhs by the last factors: newton.c. */
+/* |F(v)|, and what of it is rounding or near enough; F in s->way, z and the next centre in s->y;
+ * and x := (I + J'KJ)^-1 rhs by the last factors: newton.c. */
 double perp__proximal_evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
                                const double *v);
 double perp__proximal_enough(const perp__proximal *s, const perp__proximal_part *part);
@@ -113,7 +113,7 @@ void perp__proximal_solve(perp__proximal *s, const perp__proximal_part *part, do
                           const double *rhs, double *x);
 
 /* path.c: from s->v, a solution at *rho, on for so many factorisations at most. Returns 1 where the
- * path has led to a better centre, in s->y, at *rho. */
+ * path has led to a better centre, in s->start, at *rho. */
 int32_t perp__proximal_follow(perp__proximal *s, const perp__proximal_part *part, double *rho,
                               int32_t most);
 

@@ -37,8 +37,10 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     const perp__bodies *b = problem->bodies;
     const size_t units = (size_t)b->units, blocks = (size_t)b->blocks + 1, size = (size_t)b->size;
     const size_t edges = edge_room(b), numbers = blocks * (size_t)b->width;
-    double **const rows[] = {&s->q, &s->x, &s->z, &s->y, &s->best, &s->start, &s->speed, &s->spare, &s->pull};
-    double **const velocities[] = {&s->v, &s->step, &s->image, &s->way, &s->rest, &s->bend, &s->ahead, &s->normal, &s->across};
+    double **const rows[] = {&s->q,     &s->x,     &s->z,     &s->y,   &s->best,
+                             &s->start, &s->speed, &s->spare, &s->pull};
+    double **const velocities[] = {&s->v,    &s->step,  &s->image,  &s->way,   &s->rest,
+                                   &s->bend, &s->ahead, &s->normal, &s->across};
 
     s->part = perp__arena_take(arena, (size_t)problem->parts + 1, sizeof *s->part);
     s->unit = perp__arena_take(arena, units, sizeof(int32_t));
