@@ -12,7 +12,7 @@
 
 #include "contact/proximal/proximal.h"
 
-#define MOST_RHO 1e8
+#define MOST_RHO 1e13
 #define SOFT_RHO 10.0  /* of the directions */
 #define REFINED 1e4    /* rho from which on solutions are refined */
 #define ROUNDING 4e-16 /* |F| that is, over |r| */
@@ -20,7 +20,7 @@
 #define SLOW 0.7
 #define WORSE 3.0
 
-enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6, FAILURES = 60, SWEEPS = 100 };
+enum { STEPS = 20, SLOW_STEPS = 3, HALVINGS = 6, FAILURES = 60, PATIENCE = 30, SWEEPS = 100 };
 
 static double length_of(const double *x, int32_t begin, int32_t end)
 {
@@ -156,16 +156,17 @@ static int32_t follow_centre(perp__proximal *s, const perp__proximal_part *part,
 }
 
 perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part,
-                                      double rho, int32_t most, int32_t follow)
+                                      double rho, int32_t most, int32_t follows)
 {
     const size_t rows = (size_t)(part->last_row - part->row);
     const int64_t last = s->factorisations + most;
     perp_status status = PERP_OK;
-    int32_t failures = 0;
+    int32_t failures = 0, stale = 0;
 
     s->residual = perp__proximal_judge(s, part, s->x, s->speed);
     while (s->factorisations < last && perp__proximal_goes_on(s, status, s->aim) &&
-           failures < FAILURES) {
+           failures < FAILURES && stale < PATIENCE) {
+        const double best = s->best_residual;
         int32_t steps;
         double found;
 
@@ -177,12 +178,13 @@ perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_pa
         found = perp__proximal_judge(s, part, s->start, s->spare);
         if (s->best_residual <= s->tol && !(found < 0.5 * s->residual))
             break;
+        stale = s->best_residual < 0.9 * best ? 0 : stale + 1;
         if (steps > 0 || found < 0.5 * s->residual) {
             take(s, part, found);
             rho = fmin(MOST_RHO, rho * growth(steps < 0 ? -steps : steps));
             continue;
         }
-        if (follow > 0 && follow_centre(s, part, &rho, follow))
+        if (follows && follow_centre(s, part, &rho, (int32_t)(last - s->factorisations)))
             continue;
         failures++;
         status = perp__proximal_split_run(s, part, SOFT_RHO, SWEEPS);

@@ -15,7 +15,7 @@
 #define LEAST_LENGTH 1e-4 /* of the first */
 #define SHARE 0.3         /* of the way from the centre, for a relative change of rho */
 #define NEARER 0.05       /* the residual, beside the centre's, that ends the path */
-#define MOST_RHO 1e9
+#define MOST_RHO 1e14
 #define WAY_BACK 1e-2 /* to where it came from: nothing is there */
 
 enum { CORRECTIONS = 6, FEW = 2 };

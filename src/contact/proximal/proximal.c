@@ -28,8 +28,9 @@ enum {
     WARM_SWEEPS = 40,
     WARM_STEPS = 12,
     STEPS = 100,
-    LONG_STEPS = 1000, /* of the second attempt, */
-    PATH_STEPS = 500   /* which follows paths */
+    PATH_STEPS = 1000, /* of the second attempt, which follows paths; */
+    MANY = 2000,       /* of a part with more rows than this, */
+    FEW_STEPS = 300    /* so many */
 };
 
 static perp_status check(const perp__contact_problem *problem)
@@ -99,6 +100,14 @@ static perp_status run_cold(perp__proximal *s, const perp__proximal_part *part)
     return status;
 }
 
+/* From where the first attempt has come to. */
+static perp_status follow_paths(perp__proximal *s, const perp__proximal_part *part)
+{
+    const int32_t most = part->last_row - part->row > MANY ? FEW_STEPS : PATH_STEPS;
+
+    return perp__proximal_newton_run(s, part, CENTRE_RHO, most, 1);
+}
+
 /* The stiffness that does best differs from pile to pile. */
 static perp_status run_splits(perp__proximal *s, const perp__proximal_part *part)
 {
@@ -122,7 +131,7 @@ static perp_status run_part(perp__proximal *s, const perp__proximal_part *part,
     if (s->splits)
         status = run_splits(s, part);
     else if (iterate->attempt > 0 && perp__proximal_goes_on(s, status, s->tol))
-        status = perp__proximal_newton_run(s, part, CENTRE_RHO, LONG_STEPS, PATH_STEPS);
+        status = follow_paths(s, part);
     else if (iterate->given && perp__proximal_goes_on(s, status, s->tol))
         status = run_warm(s, part);
     if (!s->splits && iterate->attempt == 0 && perp__proximal_goes_on(s, status, s->tol))

@@ -102,7 +102,7 @@ perp_status perp__proximal_split_run(perp__proximal *s, const perp__proximal_par
 
 /* The proximal Newton method from s->x: newton.c. As before. */
 perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part,
-                                      double rho, int32_t most, int32_t follow);
+                                      double rho, int32_t most, int32_t follows);
 
 /* |F(v)|, and what of it is rounding or near enough; F in s->way, z and the next centre in s->y;
  * and x := (I + J'KJ)^-1 rhs by the last factors: newton.c. */
