@@ -10,6 +10,9 @@
 /* A tested residual from which the active set may be the solution's. */
 #define POLISHED 1e-2
 
+/* More rows than this are not polished where another method takes over anyway. */
+enum { POLISHED_ROWS = 60 };
+
 /* How often sweeps are sent for more, and the least that they are sent for. */
 enum { SHARPER = 3 };
 #define LEAST_TOL 1e-15
@@ -157,7 +160,8 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
     check_clock(solver);
     status = perp__contact_consider(solver, slot->method->id,
                                     iterate.has_modes ? iterate.modes : NULL, worth);
-    if (status == PERP_OK && !ends_the_search(solver) && worth->tested <= POLISHED)
+    if (status == PERP_OK && !ends_the_search(solver) && worth->tested <= POLISHED &&
+        !(solver->problem.leads && solver->rows > POLISHED_ROWS))
         status = perp__contact_polish_run(solver);
     return status == PERP_OK ? check_abort(solver) : status;
 }
