@@ -128,6 +128,31 @@ static void test_admm(void **state)
     check_piles(PERP_CONTACT_METHOD_ADMM, 1e-3);
 }
 
+/* Newton's steps alone fail on these, with mass ratios of 1e6 and 1e8: paths lead on. */
+static void test_paths(void **state)
+{
+    static const uint64_t seeds[] = {46, 145};
+
+    (void)state;
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++) {
+        piles_options options = piles_draw(seeds[k], 60);
+        perp_contact_result result;
+        double *v, *r, *u;
+        piles p;
+
+        piles_make(&p, &options);
+        v = gen_allocate((size_t)p.n, sizeof *v);
+        r = gen_allocate((size_t)p.rows, sizeof *r);
+        u = gen_allocate((size_t)p.rows, sizeof *u);
+        result = solve(&p, PERP_CONTACT_METHOD_PROXIMAL, 1e-8, NULL, v, r, u);
+        assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+        free(v);
+        free(r);
+        free(u);
+        piles_destroy(&p);
+    }
+}
+
 /* Joints, planar and frictionless contacts on two blocks, cold and from the answer. */
 static void test_joints(void **state)
 {
@@ -180,9 +205,8 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_proximal),
-        cmocka_unit_test(test_admm),
-        cmocka_unit_test(test_joints),
+        cmocka_unit_test(test_proximal), cmocka_unit_test(test_admm),
+        cmocka_unit_test(test_paths),    cmocka_unit_test(test_joints),
         cmocka_unit_test(test_refusals),
     };
 
