@@ -294,6 +294,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0, 0},
         {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1}};
     const int32_t chosen = solver->settings.method;
+    int32_t count;
 
     if (solver->settings.cone > 0 ||
         (chosen != PERP_CONTACT_METHOD_AUTO && chosen != PERP_CONTACT_METHOD_LEMKE)) {
@@ -314,7 +315,12 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
     memcpy(steps, conic, sizeof conic);
     if (solver->settings.tol >= ROUGH)
         steps[0].limit = ROUGH_SWEEPS;
-    return (int32_t)(sizeof conic / sizeof *conic);
+    count = (int32_t)(sizeof conic / sizeof *conic);
+    if (perp__contact_proximal.check(&solver->problem) == PERP_OK) { /* its paths are better */
+        steps[count - 2] = steps[count - 1];
+        count--;
+    }
+    return count;
 }
 
 /* The caller's start, or no impulses at all. */
