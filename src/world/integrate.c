@@ -66,7 +66,7 @@ static void momentum_of(const perp_world *world, const perp__body *body, const p
 
 /* Free rotation of a body whose inertia is not a multiple of the identity. The torque is that of
  * the world frame, seen from the body half-way through the step. */
-static void rotate_freely(const perp_world *world, int32_t i, double h)
+static void rotate_freely(perp_world *world, int32_t i, double h)
 {
     const perp__body *body = &world->bodies[i];
     const perp__state *old = &world->states[i];
@@ -75,6 +75,7 @@ static void rotate_freely(const perp_world *world, int32_t i, double h)
     double R[9], w[3], w_next[3], torque[3], mean[3], before[3], after[3];
     int32_t k;
 
+    world->motions[i].covered = 0; /* it does not turn by the motion at hand alone */
     perp__apply_transposed3(w, world->motions[i].rotation, old->angular_velocity);
     scaled_turn(world, &halfway, 0.5 * h, old->angular_velocity);
     perp__rotation_of(world, &halfway, R);
@@ -92,7 +93,7 @@ static void rotate_freely(const perp_world *world, int32_t i, double h)
     perp__apply3(next->angular_velocity, R, w_next);
 }
 
-static void move_freely(const perp_world *world, int32_t i, double h)
+static void move_freely(perp_world *world, int32_t i, double h)
 {
     const perp__state *old = &world->states[i];
     const double *v_f = world->motions[i].free;

@@ -208,7 +208,7 @@ void perp__untouch(perp_world *world)
         for (k = 0; k < 6; k++)
             motion->moving[k] = 0.5 * (motion->start[k] + motion->free[k]);
         memcpy(motion->after, motion->free, sizeof motion->after);
-        motion->touched = 0;
+        motion->touched = motion->covered = 0;
         motion->island = -1;
         memset(&motion->verdict, 0, sizeof motion->verdict);
     }

@@ -269,7 +269,7 @@ static int32_t is_too_fat(const perp__bounds *fat, const perp__bounds *box, doub
 }
 
 /* Makes the shape's fat box hold `box`. */
-static perp_status cover(perp_world *world, int32_t i, const perp__bounds *box, double speed)
+static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, double speed)
 {
     perp__shape *shape = &world->shapes[i];
     /* half as much again of a long way, so as not to come every step */
@@ -331,8 +331,8 @@ static perp_status look_at_planes(perp_world *world)
 }
 
 /* Boxes for where bodies are: h = 0 and `more` around; or also for where they go: the motions at
- * hand. */
-static perp_status cover_all(perp_world *world, double h, double more)
+ * hand. Of all shapes, or of those that are not covered. */
+static perp_status cover(perp_world *world, double h, double more, int32_t all)
 {
     perp_status status = look_at_planes(world);
     int32_t i;
@@ -342,12 +342,12 @@ static perp_status cover_all(perp_world *world, double h, double more)
         perp__bounds box;
         double way = 0.0;
 
-        if (is_plane(world, shape))
+        if (is_plane(world, shape) || (!all && world->motions[world->shapes[shape].body].covered))
             continue;
         perp__extent_of(&world->placed[shape], more, &box);
         if (h > 0.0)
             way = sweep(world, shape, h, &box);
-        status = cover(world, shape, &box, way);
+        status = hold(world, shape, &box, way);
     }
     order_pairs(world);
     return status;
@@ -355,12 +355,22 @@ static perp_status cover_all(perp_world *world, double h, double more)
 
 perp_status perp__cover_motions(perp_world *world, double h)
 {
-    return cover_all(world, h, 0.0);
+    perp_status status = cover(world, h, 0.0, 0);
+    int32_t i;
+
+    for (i = 0; i < world->awake_count && status == PERP_OK; i++)
+        world->motions[world->awake[i]].covered = 1;
+    return status;
+}
+
+perp_status perp__cover_strays(perp_world *world)
+{
+    return cover(world, 0.0, 0.0, 0);
 }
 
 perp_status perp__cover_places(perp_world *world, double margin)
 {
-    return cover_all(world, 0.0, margin);
+    return cover(world, 0.0, margin, 1);
 }
 
 /* Takes a shape off a list of shapes. */

@@ -174,6 +174,7 @@ typedef struct perp__motion {
     double tried[6];  /* the moving twist that contacts were looked for with last */
     double earliest;  /* when it meets something first, in shares of the step */
     int32_t moved;    /* that twist was a new one */
+    int32_t covered;  /* the fat boxes hold what it does to the shapes */
     int32_t touched;  /* has contact points in this step */
     int32_t island;   /* -1: none */
     int32_t local;    /* number within the island */
@@ -200,11 +201,10 @@ typedef struct perp__world_contact {
     double size;        /* of the two bodies */
     double friction;
     double restitution;
-    double rows[2][3][6]; /* J of A and of B: relative velocity = J_A twist_A + J_B twist_B */
-    double start[3];      /* relative velocity before the step */
-    double free[3];       /* with the free twists */
-    double warm[3];       /* impulse to start from, along the axes */
-    double next[3];       /* for the next step to start from */
+    double start[3]; /* relative velocity before the step */
+    double free[3];  /* with the free twists */
+    double warm[3];  /* impulse to start from, along the axes */
+    double next[3];  /* for the next step to start from */
     double impulse[3];
     double velocity[3];
     int32_t mode;     /* PERP_CONTACT_... */
@@ -228,6 +228,7 @@ typedef struct perp__island {
 /* Workspace of one island, large enough for the largest. Numbers: coordinates by body. */
 typedef struct perp__island_work {
     int32_t max_contacts, max_bodies; /* bodies: and what moves as it is told */
+    size_t fitted[2];
     int32_t carriers;                 /* of the latter */
     int32_t count;                    /* contacts that take part in the problem at hand, */
     int32_t *chosen;                  /* by number in the island, */
@@ -380,9 +381,11 @@ void perp__euler_step(const perp__body *body, double h, const double *w, const d
 
 /* pairs.c */
 /* Pairs for all shapes that are near each other where `placed`, or where `moving` takes them within
- * h; for all that are nearer than twice the margin. */
+ * h, of bodies whose motion is not `covered` yet; for all that are nearer than twice the margin. */
 perp_status perp__cover_motions(perp_world *world, double h);
 perp_status perp__cover_places(perp_world *world, double margin);
+/* For what is not covered where it is placed: what the motions at hand did not bring there. */
+perp_status perp__cover_strays(perp_world *world);
 static inline perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
 {
     return &world->pairs[world->pair_order[i].value];
@@ -413,6 +416,8 @@ double perp__asleep_residual(perp_world *world);
 
 /* meetings.c */
 double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
+/* The size of the two bodies. */
+double perp__pair_size(const perp_world *world, const perp__pair *pair);
 /* Whether the spheres about two shapes are within `margin` of each other; half-spaces are. */
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
 /* A shape on the way of its body's motion. */
@@ -449,7 +454,8 @@ void perp__join(int32_t *parent, int32_t i, int32_t j);
 
 /* contact_rows.c */
 void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
-void perp__contact_jacobian(perp__world_contact *contact);
+/* Row k of side A or B: relative velocity = J_A twist_A + J_B twist_B. */
+void perp__contact_row(const perp__world_contact *contact, int32_t side, int32_t k, double *row);
 void perp__relative_velocity(const perp_world *world, const perp__world_contact *contact,
                              size_t twist, double *u);
 /* The twists of a motion by offset, for functions that take any of them. */
