@@ -43,9 +43,9 @@
 #define PERP__LAST_perp_ncp_result trapped
 #define PERP__LAST_perp_ncp_settings monitor_user
 #define PERP__LAST_perp_shape_settings density
-#define PERP__LAST_perp_step_result islands
+#define PERP__LAST_perp_step_result error
 #define PERP__LAST_perp_world_contact reserved
-#define PERP__LAST_perp_world_settings friction
+#define PERP__LAST_perp_world_settings error
 #define PERP__LAST_perp_world_states angular_velocity
 #define PERP__LAST_perp_world_stats seconds_project
 

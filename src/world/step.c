@@ -263,8 +263,7 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
         return PERP_OK;
     }
     clock = perp__now();
-    world->budget.spent = 0;
-    perp__open_budget(world);
+    perp__open_velocities(world);
     do
         status = attempt(world, result, &stats, h, &clock);
     while (status == PERP_OK && world->awake_changed);
