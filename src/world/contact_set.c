@@ -258,11 +258,7 @@ perp_status perp__find_contacts(perp_world *world, double h)
 
     world->contacts.count = 0;
     world->rounds = 0;
-    perp__untouch(world);
     status = perp__cover_motions(world, h);
-    for (i = 0; i < world->awake_count; i++) /* covered; no motion has been looked at */
-        memcpy(world->motions[world->awake[i]].tried, world->motions[world->awake[i]].moving,
-               sizeof world->motions->tried);
     if (status == PERP_OK)
         find_memories(world);
     for (i = 0; i < world->pair_count && status == PERP_OK; i++) {
@@ -390,21 +386,23 @@ static int32_t include_points(perp_world *world, double h)
 /* Whether the motion of either body is not the one that was looked at last. */
 static int32_t is_new(const perp_world *world, const perp__pair *pair)
 {
-    return world->motions[world->shapes[pair->first].body].moved ||
-           world->motions[world->shapes[pair->second].body].moved;
+    return world->motions[world->shapes[pair->first].body].moved == world->rounds ||
+           world->motions[world->shapes[pair->second].body].moved == world->rounds;
 }
 
+/* Motions that the islands changed: all others are what they were. */
 static void look_for_new_motions(perp_world *world)
 {
     int32_t i;
 
-    for (i = 0; i < world->awake_count; i++) {
-        perp__motion *motion = &world->motions[world->awake[i]];
+    for (i = perp__count_members(world); i-- > 0;) {
+        perp__motion *motion = &world->motions[world->body_order[i]];
 
-        motion->covered = memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0;
-        motion->moved = world->rounds == 0 || !motion->covered;
+        if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
+            continue;
         memcpy(motion->tried, motion->moving, sizeof motion->tried);
-        motion->earliest = INFINITY;
+        motion->moved = world->rounds;
+        motion->covered = 0;
     }
 }
 
@@ -428,7 +426,7 @@ static perp_status join_meetings(perp_world *world, double h)
     perp_status status;
     int32_t i;
 
-    status = perp__cover_motions(world, h);
+    status = perp__cover_changes(world, h);
     for (i = 0; i < world->pair_count && status == PERP_OK; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
         perp__motion *a = &world->motions[world->shapes[pair->first].body];
@@ -452,9 +450,17 @@ static perp_status join_meetings(perp_world *world, double h)
                               world->motions[bodies[k]].earliest < pair->meeting.time);
         pair->waited = pair->waited || (pair->met && waits);
         if (pair->met && waits)
-            world->motions[bodies[0]].tried[0] = NAN; /* again in the next round */
+            world->motions[bodies[0]].moved = world->rounds + 1; /* again in the next round */
         else if (pair->met)
             status = join_pair(world, pair, h);
+    }
+    for (i = 0; i < world->pair_count; i++) {
+        const perp__pair *pair = perp__ordered_pair(world, i);
+
+        if (!pair->met)
+            continue;
+        world->motions[world->shapes[pair->first].body].earliest = INFINITY;
+        world->motions[world->shapes[pair->second].body].earliest = INFINITY;
     }
     return status;
 }
@@ -466,8 +472,9 @@ perp_status perp__join_contacts(perp_world *world, double h, int32_t *came)
     *came = include_points(world, h);
     if (*came > 0)
         return PERP_OK;
+    world->rounds++;
     look_for_new_motions(world);
-    if (world->rounds++ >= MAX_ROUNDS)
+    if (world->rounds > MAX_ROUNDS)
         return PERP_OK;
     status = join_meetings(world, h);
     if (status == PERP_OK)

@@ -83,21 +83,28 @@ void perp__twist_of(const perp_world *world, const double *x, double *twist)
         twist[world->coordinate[i]] = x[i];
 }
 
-/* C with M^-1 = C C', row-major. */
-void perp__write_factor(const perp_world *world, const perp__motion *motion, double *C)
+/* C with M^-1 = C C', row-major. World frame: I^-1 = (R C)(R C)'. */
+void perp__write_factor(const perp_world *world, int32_t i, double *C)
 {
+    const perp__body *body = &world->bodies[i];
     const int32_t n = world->dof;
-    int32_t i, j;
+    const double root = sqrt(body->inverse_mass);
+    double turned[9];
+    int32_t j, k;
 
+    if (body->spherical)
+        memcpy(turned, body->factor, sizeof turned);
+    else
+        perp__multiply3(turned, world->motions[i].rotation, body->factor);
     memset(C, 0, (size_t)(n * n) * sizeof *C);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) {
-            const int32_t row = world->coordinate[i], column = world->coordinate[j];
+    for (j = 0; j < n; j++)
+        for (k = 0; k < n; k++) {
+            const int32_t row = world->coordinate[j], column = world->coordinate[k];
 
             if (row < 3 && row == column)
-                C[n * i + j] = motion->root_inverse_mass;
+                C[n * j + k] = root;
             else if (row >= 3 && column >= 3)
-                C[n * i + j] = motion->factor[3 * (row - 3) + column - 3];
+                C[n * j + k] = turned[3 * (row - 3) + column - 3];
         }
 }
 
@@ -136,7 +143,7 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
         double free[6];
 
         work->members[i] = body;
-        perp__write_factor(world, motion, work->factors + n * n * i);
+        perp__write_factor(world, body, work->factors + n * n * i);
         perp__coordinates_of(world, motion->start, work->start + n * i);
         perp__coordinates_of(world, motion->free, free);
         for (k = 0; k < n; k++) {

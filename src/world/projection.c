@@ -130,12 +130,11 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
 
     work->carriers = 0;
     for (i = 0; i < island->bodies; i++) {
-        perp__motion *motion = perp__island_motion(world, island, i);
+        const int32_t body = world->body_order[island->first_body + i];
 
-        perp__write_factor(world, motion, work->factors + n * n * i);
+        perp__write_factor(world, body, work->factors + n * n * i);
         if (equally)
-            weigh_equally(world, world->body_order[island->first_body + i],
-                          work->factors + n * n * i);
+            weigh_equally(world, body, work->factors + n * n * i);
     }
     memset(work->free, 0, (size_t)(n * island->bodies) * sizeof *work->free);
     for (i = 0; i < island->contacts; i++) {
@@ -229,16 +228,15 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
 }
 
 /* Works on the next states; the links and islands of the step are gone afterwards. */
-perp_status perp__project_overlaps(perp_world *world)
+perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
 {
     double depth = 0.0, longest;
     int32_t left;
-    perp_status status;
+    perp_status status = perp__cover_strays(world);
 
-    perp__place(world, world->next);
-    status = perp__cover_strays(world);
     if (status == PERP_OK)
         depth = deepest(world);
+    *changed = depth > 0.0;
     if (depth == 0.0)
         return status;
     longest = LONGEST_WAY * depth;
