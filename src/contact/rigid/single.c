@@ -17,7 +17,7 @@
 #include "linalg/lanes/multiversion.h"
 
 /* Vectors are filled up with zeros: one group of lanes in the plane, two in space. */
-enum { WIDTH = 2 * PERP__LANES, MOST = 8, ROWS = 3 * MOST };
+enum { LANES = 4, WIDTH = 2 * LANES, MOST = 8, ROWS = 3 * MOST };
 
 /* As in held.c, orthogonal.c and clusters.c. */
 #define ROUNDING (256.0 * DBL_EPSILON)
@@ -44,22 +44,22 @@ PERP__KERNEL static double dot(const double *a, const double *b, int32_t n)
 {
     perp__lanes sum = PERP__CONST_LANES_AT(a) * PERP__CONST_LANES_AT(b);
 
-    if (n > PERP__LANES)
-        sum += PERP__CONST_LANES_AT(a + PERP__LANES) * PERP__CONST_LANES_AT(b + PERP__LANES);
+    if (n > LANES)
+        sum += PERP__CONST_LANES_AT(a + LANES) * PERP__CONST_LANES_AT(b + LANES);
     return (sum[0] + sum[2]) + (sum[1] + sum[3]);
 }
 
 /* y += s x */
 PERP__KERNEL static void add(double *y, double s, const double *x, int32_t n)
 {
-    for (int32_t i = 0; i < n; i += PERP__LANES)
+    for (int32_t i = 0; i < n; i += LANES)
         PERP__LANES_AT(y + i) += PERP__SAME_LANES(s) * PERP__CONST_LANES_AT(x + i);
 }
 
 /* y += |s x| */
 PERP__KERNEL static void add_size(double *y, double s, const double *x, int32_t n)
 {
-    for (int32_t i = 0; i < n; i += PERP__LANES) {
+    for (int32_t i = 0; i < n; i += LANES) {
         const perp__lanes term = PERP__SAME_LANES(s) * PERP__CONST_LANES_AT(x + i);
 
         PERP__LANES_AT(y + i) += PERP__ABSOLUTE_LANES(term);
@@ -71,7 +71,7 @@ PERP__KERNEL static double size_of(const double *a, const double *b, int32_t n)
 {
     perp__lanes sum = {0.0, 0.0, 0.0, 0.0};
 
-    for (int32_t i = 0; i < n; i += PERP__LANES) {
+    for (int32_t i = 0; i < n; i += LANES) {
         const perp__lanes part = PERP__CONST_LANES_AT(a + i);
 
         sum += PERP__ABSOLUTE_LANES(part) * PERP__CONST_LANES_AT(b + i);
