@@ -67,6 +67,16 @@ double perp__relative_way(const perp__moving *a, const perp__moving *b)
     return sum(way) + sum(a->turn) * a->reach + sum(b->turn) * b->reach;
 }
 
+int32_t perp__stay_apart(const perp__moving *a, const perp__moving *b, const perp__nearness *near,
+                         const perp__meeting *meeting)
+{
+    double way[3];
+    perp__subtract3(way, b->way, a->way);
+    return meeting->lead + fmin(perp__dot3(meeting->apart, way), 0.0) -
+               (sum(a->turn) * a->reach + sum(b->turn) * b->reach) >
+           near->touching;
+}
+
 static double size_of(const perp__placed *shape)
 {
     const perp__geometry *geometry = shape->geometry;
@@ -285,6 +295,20 @@ static double find_closing(course *on, double open, double closed, double roundi
     return closed;
 }
 
+/* Whether one of the axes of the start keeps the boxes apart all the way. */
+static int32_t one_axis_keeps(const course *on, const perp__nearness *near, perp__meeting *meeting)
+{
+    int32_t kept = 0;
+    for (int32_t k = 0; k < on->count && !kept; k++) {
+        if (!(on->axes[k].separation > near->touching))
+            continue;
+        meeting->lead = on->axes[k].separation;
+        perp__apply3(meeting->apart, on->frame, on->axes[k].normal);
+        kept = perp__stay_apart(on->a, on->b, near, meeting);
+    }
+    return kept;
+}
+
 static int32_t meet_boxes(const perp__moving *a, const perp__moving *b, int32_t planar,
                           const perp__nearness *near, perp__meeting *meeting)
 {
@@ -298,6 +322,8 @@ static int32_t meet_boxes(const perp__moving *a, const perp__moving *b, int32_t 
     on.turning = angle > 0.0;
     memset(on.gate, 0, sizeof on.gate);
     look_at(&on, 0.0);
+    if (one_axis_keeps(&on, near, meeting))
+        return 0;
     memcpy(first, on.axes, sizeof first);
     memset(bare, 0, sizeof bare);
     for (int32_t k = 0; k < on.count; k++) {
