@@ -19,7 +19,9 @@ static inline double perp__dot6(const double *a, const double *b)
 /* Neither overflows nor loses small numbers where a sum of squares would. */
 static inline double perp__length3(const double *a)
 {
-    return hypot(hypot(a[0], a[1]), a[2]);
+    const double square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+
+    return square > 1e-280 && square < 1e280 ? sqrt(square) : hypot(hypot(a[0], a[1]), a[2]);
 }
 
 static inline void perp__copy3(double *to, const double *from)
