@@ -84,6 +84,9 @@ typedef struct perp_world_settings {
     double time_limit; /* seconds for a whole step; 0 (default): none, and no decision
                           reads the clock */
     double friction;   /* mu >= 0 of shapes that have none of their own; default 0 */
+    double error;      /* 0 (default): a step is one step; > 0, a length: it is taken in as many as
+                          it needs for the estimated error of each to be below this, see
+                          perp_world_step */
 } perp_world_settings;
 
 /* State and properties of a body that is about to be added. */
@@ -158,6 +161,9 @@ typedef struct perp_step_result {
                            island's numbers; where sweeps gave them, that of perp_world_step */
     int32_t contacts;
     int32_t islands; /* islands that needed a solve */
+    int32_t steps;   /* that it was taken in: 1, unless settings.error chose them */
+    int32_t reserved;
+    double error; /* sum of their estimated errors; nan where steps were not chosen */
 } perp_step_result;
 
 typedef struct perp_world_stats {
@@ -261,15 +267,30 @@ PERP_API perp_status perp_world_get_states(const perp_world *world,
 PERP_API perp_status perp_world_body_slot(const perp_world *world, int32_t *slot,
                                           perp_body body) PERP_WARN_UNUSED;
 
+/* The most corners that a convex hull may have; points that are no corners do not count. */
+#define PERP_MAX_HULL_CORNERS 128
+
 /* Add a shape to a body. `shape` may be NULL, `settings` NULL for the defaults.
- * radius >= 0. half_extents: 3 numbers > 0 (planar: the first 2). normal: 3 numbers, not zero,
- * normalised; a half-space, allowed on static and kinematic bodies only, in the body's frame. */
+ * radius >= 0 (a capsule's > 0). half_extents: 3 numbers > 0 (planar: the first 2). half_length:
+ * >= 0, half of the segment along the shape's x axis all points of a capsule are within `radius`
+ * of. points: count times 3 numbers (planar: the third is 0), of which the shape is the convex
+ * hull; they may repeat and lie inside or on faces, and those less than 1e-9 of the size beyond a
+ * face count as on it. A hull that encloses nothing, or has too many corners, is refused. The
+ * points are copied, and are measured from the shape's centre, which need not be that of the hull.
+ * normal: 3 numbers, not zero, normalised; a half-space, allowed on static and kinematic bodies
+ * only, in the body's frame. Cost of a hull: points times faces. */
 PERP_API perp_status perp_world_add_sphere(perp_world *world, perp_shape *shape, perp_body body,
                                            double radius,
                                            const perp_shape_settings *settings) PERP_WARN_UNUSED;
 PERP_API perp_status perp_world_add_box(perp_world *world, perp_shape *shape, perp_body body,
                                         const double *half_extents,
                                         const perp_shape_settings *settings) PERP_WARN_UNUSED;
+PERP_API perp_status perp_world_add_capsule(perp_world *world, perp_shape *shape, perp_body body,
+                                            double radius, double half_length,
+                                            const perp_shape_settings *settings) PERP_WARN_UNUSED;
+PERP_API perp_status perp_world_add_hull(perp_world *world, perp_shape *shape, perp_body body,
+                                         const double *points, int32_t count,
+                                         const perp_shape_settings *settings) PERP_WARN_UNUSED;
 PERP_API perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, perp_body body,
                                           const double *normal, double offset,
                                           const perp_shape_settings *settings) PERP_WARN_UNUSED;
@@ -292,10 +313,23 @@ PERP_API perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, 
  * overrun by that much, and by what a method does between two looks at the clock. Numbers beyond
  * the range of doubles, in states or contacts, are PERP_ERROR_NOT_FINITE.
  *
+ * With settings.error > 0 the step is taken in steps that are chosen by their estimated error: the
+ * largest difference between a step and its two halves, of any point of a body, in its place and
+ * in what its velocity makes of it in such a step. Impacts, stops and releases are located so that
+ * nothing moves by more than that in the step which holds one. Steps get no shorter than 2^-30 dt,
+ * and what is left when a budget is spent is taken as one; result->error tells. Contact points are
+ * those of the last step. Nothing that rests is skipped. After a negative status the contact points
+ * are those of the step that was tried last.
+ *
  * Where no step exists (outcome 'ray': restitutions differ on contacts that oppose each other, or
  * kinematic bodies close on one between them) the state is left untouched. */
 PERP_API perp_status perp_world_step(perp_world *world, perp_step_result *result,
                                      double dt) PERP_WARN_UNUSED;
+
+/* Replaces the gravity of the settings: 3 numbers, in a planar world [2] is 0.
+ * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _NOT_FINITE, _HANDLE or _BUSY. Snapshots don't hold it. */
+PERP_API perp_status perp_world_set_gravity(perp_world *world,
+                                            const double *gravity) PERP_WARN_UNUSED;
 
 /* The contact points of the last step. index from 0 to perp_world_contact_count() - 1. The first
  * one that is asked for after a step makes the records of all, and may run out of memory. */

@@ -43,9 +43,9 @@
 #define PERP__LAST_perp_ncp_result trapped
 #define PERP__LAST_perp_ncp_settings monitor_user
 #define PERP__LAST_perp_shape_settings density
-#define PERP__LAST_perp_step_result islands
+#define PERP__LAST_perp_step_result error
 #define PERP__LAST_perp_world_contact reserved
-#define PERP__LAST_perp_world_settings friction
+#define PERP__LAST_perp_world_settings error
 #define PERP__LAST_perp_world_states angular_velocity
 #define PERP__LAST_perp_world_stats seconds_project
 
@@ -111,6 +111,9 @@ perp_status perp__check_fields(perp_context *context, const char *name, const vo
 
 perp_status perp__check_pointer(perp_context *context, const char *name, const void *pointer);
 perp_status perp__check_finite(perp_context *context, const char *name, const double *x,
+                               size_t count);
+/* Both of a vector that is not optional; of none where count is 0. */
+perp_status perp__check_vector(perp_context *context, const char *name, const double *x,
                                size_t count);
 /* lower and upper may be NULL (0 and +inf). Refuses NaN, lower = +inf, upper = -inf and
  * lower > upper. */

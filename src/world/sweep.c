@@ -97,10 +97,10 @@ int32_t perp__is_small(const perp_world *world, const perp__island *island)
     return has_at_most(world, island, SMALL);
 }
 
-/* A box that moves: the normal of two that overlap deeply turns, and holds them there. */
+/* What moves and is no ball: the normal of two that overlap deeply turns, and holds them there. */
 static int32_t can_jam(const perp_world *world, int32_t shape)
 {
-    return world->shapes[shape].geometry.kind == PERP__BOX &&
+    return world->shapes[shape].geometry.kind != PERP__SPHERE &&
            world->bodies[world->shapes[shape].body].kind == PERP_BODY_DYNAMIC;
 }
 

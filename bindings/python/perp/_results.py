@@ -25,6 +25,8 @@ class StepResult:
     iterations: int
     contacts: int
     islands: int  # islands that needed a solve
+    steps: int = 1  # that it was taken in
+    error: float = float("nan")  # sum of their estimated errors; nan where steps were not chosen
 
     def __repr__(self) -> str:
         return (
