@@ -369,6 +369,9 @@ static perp_status run_apart(perp_contact_solver *solver)
                : status;
 }
 
+/* Steps of a plan before its last resorts. */
+enum { BRIEF = 2 };
+
 static perp_status search(perp_contact_solver *solver)
 {
     plan_step steps[PLAN_MOST];
@@ -379,6 +382,8 @@ static perp_status search(perp_contact_solver *solver)
     const int32_t apart = solver->settings.method == PERP_CONTACT_METHOD_AUTO ? 1 : count - 1;
     perp_status status;
 
+    if (solver->brief && count > BRIEF)
+        count = BRIEF;
     forget(solver);
     status = perp__contact_load(solver);
     if (status == PERP_OK)

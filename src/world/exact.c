@@ -17,6 +17,9 @@
  * spent, but at accuracy `exact`. */
 #define QUICK 100
 
+/* Contacts beyond which an island is swept where that does not bring it to an answer quickly. */
+#define SMALL 8
+
 /* Passes over what the methods did not solve. */
 #define LEAST_PASSES 8
 
@@ -60,6 +63,7 @@ static perp_status solve_quickly(perp_world *world, perp__rigid_answer *answer,
 
     problem->tol = SHARPER * perp__exact_tol(world);
     problem->max_iterations = limit == 0 || limit > QUICK ? QUICK : limit;
+    problem->brief = world->settings.accuracy != PERP_ACCURACY_EXACT && problem->contacts > SMALL;
     status = perp__rigid_solve(world->solver, answer, problem);
     problem->max_iterations = limit;
     problem->tol = perp__exact_tol(world);

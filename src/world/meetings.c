@@ -280,6 +280,7 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     int32_t i, made;
     const double sizes = perp__pair_size(world, pair);
 
+    pair->meeting.lead = 0.0;
     if (!perp__are_near(world, pair, fmax(near.touching, PERP__NEAR * sizes)))
         return 0;
     if (has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
@@ -301,7 +302,8 @@ int32_t perp__pair_meets(const perp_world *world, perp__pair *pair, double h)
     const double way = perp__relative_way(&a, &b);
     const perp__nearness near = nearness_of(world, pair, way);
 
-    if (!perp__are_near(world, pair, way + near.touching))
+    if (!perp__are_near(world, pair, way + near.touching) ||
+        perp__stay_apart(&a, &b, &near, &pair->meeting))
         return 0;
     if (has_plane(world, pair)) {
         pair->meeting.time = 0.0;
