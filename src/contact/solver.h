@@ -15,7 +15,7 @@
 #include "contact/polish.h"
 #include "lcp/lcp.h"
 
-#define PERP__CONTACT_METHODS 3
+#define PERP__CONTACT_METHODS 5
 
 enum perp__contact_entrance {
     PERP__NO_PROBLEM = 0,
@@ -50,17 +50,6 @@ typedef struct perp__contact_candidate {
     perp_outcome outcome;
     int32_t method; /* -1: none yet */
 } perp__contact_candidate;
-
-/* Arguments of one solve. */
-typedef struct perp__contact_call {
-    double *v, *r, *u;
-    int32_t *modes;
-    double *ray;
-    perp_contact_result *result;
-    const double *f, *w, *b; /* with dynamics */
-    const double *q;         /* with W */
-    const double *r0;
-} perp__contact_call;
 
 /* Impulses of the normals and the bilateral rows alone: an LCP that tells whether there are any
  * velocities that keep the contacts apart. */
@@ -100,6 +89,7 @@ struct perp_contact_solver {
     size_t sizes[5], fitted[5]; /* of rigid bodies; and what arena was laid out for: rigid.c */
     const struct perp__rigid_problem *rigid; /* with its entrance, during a call */
     int32_t proves;                          /* proofs of infeasibility are looked for */
+    int32_t brief;                           /* no last resorts */
     int32_t n;                               /* velocities; 0 where W was given */
     int32_t is_lean;                         /* no more is measured than the outcome needs */
     int32_t entrance;                        /* PERP__NO_PROBLEM or how the problem came */
@@ -156,16 +146,6 @@ struct perp_contact_solver {
     perp__hold hold;
 };
 
-/* A solver without a problem, in a context that is entered; and its end: solver.c. */
-perp_status perp__contact_create(perp_context *context, perp_contact_solver **solver,
-                                 const perp_contact_settings *settings);
-void perp__contact_destroy(perp_contact_solver *solver);
-
-/* Reads the laws and lays out the arrays: problem.c. With dynamics, `dynamics` is not NULL, else W
- * is. */
-perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_laws *laws,
-                                const perp_contact_dynamics *dynamics, const perp_matrix *W);
-
 /* The rest of a set-up, after the laws and matrices are in place. PERP_OK, or _ARGUMENT where a
  * unit moves nothing. And the arrays, for an arena: problem.c. */
 perp_status perp__contact_finish_setup(perp_contact_solver *solver);
@@ -183,9 +163,8 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
                                      const perp__contact_call *call);
 void perp__contact_write_out(perp_contact_solver *solver, double started);
 
-/* The whole solve; and what is left of it without checks, outputs and the time limit, the best
- * point in solver->best: contact.c. */
-perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call);
+/* What is left of a solve without checks, outputs and the time limit, the best point in
+ * solver->best: contact.c. */
 perp_status perp__contact_find(perp_contact_solver *solver, const perp__contact_call *call,
                                double deadline);
 

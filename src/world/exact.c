@@ -17,6 +17,9 @@
  * spent, but at accuracy `exact`. */
 #define QUICK 100
 
+/* Contacts beyond which an island is swept where that does not bring it to an answer quickly. */
+#define SMALL 8
+
 /* Passes over what the methods did not solve. */
 #define LEAST_PASSES 8
 
@@ -60,6 +63,7 @@ static perp_status solve_quickly(perp_world *world, perp__rigid_answer *answer,
 
     problem->tol = SHARPER * perp__exact_tol(world);
     problem->max_iterations = limit == 0 || limit > QUICK ? QUICK : limit;
+    problem->brief = world->settings.accuracy != PERP_ACCURACY_EXACT && problem->contacts > SMALL;
     status = perp__rigid_solve(world->solver, answer, problem);
     problem->max_iterations = limit;
     problem->tol = perp__exact_tol(world);
@@ -123,33 +127,44 @@ static perp_status sweep_on(perp_world *world, perp__rigid_answer *answer,
     return status;
 }
 
+/* By all that there is, as far as the budget goes. */
+static perp_status solve(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                         perp__rigid_problem *problem)
+{
+    double tol = perp__exact_tol(world);
+    perp_status status;
+
+    status = solve_quickly(world, answer, problem);
+    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
+        world->settings.accuracy == PERP_ACCURACY_EXACT)
+        status = solve_thoroughly(world, answer, problem);
+    else if (status == PERP_OK && !perp__is_good(answer->outcome))
+        weigh(answer, tol = perp__swept_tol(world));
+    if (status == PERP_OK && !perp__is_good(answer->outcome) && answer->outcome != PERP_OUTCOME_RAY)
+        status = sweep_on(world, answer, problem);
+    if (status == PERP_OK && perp__is_good(answer->outcome))
+        status = perp__hold_island(world, island, answer, problem, tol);
+    world->work.set_up = status == PERP_OK;
+    return status;
+}
+
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
-    double tol = perp__exact_tol(world);
-    perp_status status;
+    perp_status status = PERP_OK;
 
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
-    status = solve_quickly(world, &answer, &problem);
-    if (status == PERP_OK && !perp__is_good(answer.outcome) &&
-        world->settings.accuracy == PERP_ACCURACY_EXACT)
-        status = solve_thoroughly(world, &answer, &problem);
-    else if (status == PERP_OK && !perp__is_good(answer.outcome))
-        weigh(&answer, tol = perp__swept_tol(world));
-    if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY)
-        status = sweep_on(world, &answer, &problem);
-    if (status == PERP_OK && perp__is_good(answer.outcome))
-        status = perp__hold_island(world, island, &answer, &problem, tol);
+    if (!perp__rigid_single(&answer, &problem, SHARPER * problem.tol))
+        status = solve(world, island, &answer, &problem);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");
     if (status != PERP_OK)
         return status;
-    work->set_up = 1;
     memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof *work->warm);
     perp__spend(world, answer.iterations);
     if (answer.outcome == PERP_OUTCOME_RAY && is_solvable(world, island, bounces))

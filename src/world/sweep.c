@@ -13,6 +13,12 @@
 /* Bodies that are solved exactly whatever the number of their contacts. */
 #define FEW_BODIES 2
 
+/* Contacts that are, whenever one comes: more wait until none comes any more. */
+#define SMALL 8
+
+/* Of the bodies' size, what they close in a step when a hit is fast. */
+#define FAST 0.01
+
 /* Beside a contact's size: what a sweep does not tell a gap from contact by. */
 #define GUARD 1e-3
 
@@ -80,22 +86,46 @@ double perp__swept_tol(const perp_world *world)
                : levels[settings->accuracy].tol;
 }
 
+static int32_t has_at_most(const perp_world *world, const perp__island *island, int32_t few)
+{
+    return island->contacts <= few * (world->settings.planar ? 4 : 1) ||
+           island->bodies <= FEW_BODIES;
+}
+
 int32_t perp__is_small(const perp_world *world, const perp__island *island)
 {
-    const perp_world_settings *settings = &world->settings;
-    const int32_t all = settings->accuracy == PERP_ACCURACY_EXACT;
-    const level *of = &levels[all ? PERP_ACCURACY_STANDARD : settings->accuracy];
+    return has_at_most(world, island, SMALL);
+}
 
-    return island->contacts <= of->few * (settings->planar ? 4 : 1) || island->bodies <= FEW_BODIES;
+/* What moves and is no ball: the normal of two that overlap deeply turns, and holds them there. */
+static int32_t can_jam(const perp_world *world, int32_t shape)
+{
+    return world->shapes[shape].geometry.kind != PERP__SPHERE &&
+           world->bodies[world->shapes[shape].body].kind == PERP_BODY_DYNAMIC;
+}
+
+int32_t perp__is_hit_fast(const perp_world *world, const perp__island *island, double h)
+{
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        if (h * contact->start[0] < -FAST * contact->size &&
+            (can_jam(world, contact->shape_a) || can_jam(world, contact->shape_b)))
+            return 1;
+    }
+    return 0;
 }
 
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)
 {
     const perp_world_settings *settings = &world->settings;
 
-    return settings->accuracy == PERP_ACCURACY_EXACT ||
-           (settings->cone != 0 && !settings->planar) || perp__is_small(world, island) ||
-           mass_ratio(world, island) >= LARGE_RATIO;
+    if (settings->accuracy == PERP_ACCURACY_EXACT || (settings->cone != 0 && !settings->planar) ||
+        perp__is_small(world, island) || mass_ratio(world, island) >= LARGE_RATIO)
+        return 1;
+    return has_at_most(world, island, levels[settings->accuracy].few);
 }
 
 /* Whether something is hit faster than forces push in many steps: the impulses of that are none to

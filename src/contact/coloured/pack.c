@@ -204,7 +204,7 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
     b = dot12(P[2], P[2]);
     d = dot12(P[1], P[2]);
     p->inverse_normal[lane] = invert(dot12(P[0], P[0]));
-    p->inverse_tangent[lane] = invert(0.5 * (a + b) + hypot(0.5 * (a - b), d));
+    p->inverse_tangent[lane] = invert(0.5 * (a + b + sqrt((a - b) * (a - b) + 4.0 * d * d)));
     p->mu[lane] = rows->dim > 1 ? rows->mu : 0.0;
     p->gap[lane] = step->gap ? step->gap[contact] : 0.0;
     p->guard[lane] = step->gap ? step->guard[contact] : 0.0;

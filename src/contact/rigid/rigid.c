@@ -163,6 +163,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     s->bodies.C = problem->factors;
     s->bodies.v_free = problem->free;
     s->proves = problem->proves;
+    s->brief = problem->brief;
     s->is_lean = problem->tol >= PERP__RIGID_PLAIN;
     s->settings.method = problem->method;
     s->settings.cone = problem->cone;

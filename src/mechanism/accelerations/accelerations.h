@@ -40,10 +40,9 @@ typedef struct perp__mode_pattern {
 } perp__mode_pattern;
 
 struct perp__acceleration {
-    perp__arena arena;
+    PERP__WORK;
     perp__arena blocks; /* matrices of the rows that take part */
-    perp_mechanism *m;
-    int32_t asked; /* there are answers, or it is known that there are none */
+    int32_t asked;      /* there are answers, or it is known that there are none */
     int32_t elements, closed, active, bilateral_row;
     perp__element *element;
     int32_t *row_of;     /* active: row of the mechanism */
@@ -95,11 +94,11 @@ static inline perp__mode_pattern perp__answer_pattern(const perp__acceleration *
     return pattern;
 }
 
-/* ---- bias.c ---- */
-perp_status perp__acceleration_bias(perp__acceleration *a, double t, const double *q,
-                                    const double *v);
-
 /* ---- state.c ---- */
+/* The next element, of a contact or a dry group behind them, with its rows; behind those of the
+ * contacts the bilateral rows come. */
+perp__element *perp__element_add(perp__acceleration *a, int32_t source);
+void perp__element_add_bilateral(perp__acceleration *a);
 /* The elements, W and beta at (t, q, v); *impact: a closed contact that approaches, or -1. */
 perp_status perp__acceleration_state(perp__acceleration *a, int32_t *impact, double t,
                                      const double *q, const double *v);
@@ -153,22 +152,11 @@ int32_t perp__slip_angles(perp__acceleration *a, double angles[4]);
 /* holds: rows of the mechanism whose velocity the answer keeps at 0. */
 void perp__acceleration_mark_rows(const perp__acceleration *a, const perp__answer *answer,
                                   int8_t *holds);
-/* The answer's pattern := that of now. */
-void perp__acceleration_set_pattern(const perp__acceleration *a, perp__answer *answer);
 /* The point f; dimension: of the family that it stands for, or 0. */
 perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vertex,
                                           int32_t dimension);
-/* The new answer with its points is described and joins the others, or goes where another one has
- * it already, or where its residuals say that it is none. */
-void perp__acceleration_keep(perp__acceleration *a, perp__answer *answer);
-/* Whether a point or, homogeneous, a direction does what the pattern of `outer` says. spread: as of
- * perp__linear_holds_at. */
-int32_t perp__acceleration_has_point(perp__acceleration *a, const perp__answer *outer,
-                                     const double *point, int32_t homogeneous, double spread,
-                                     int32_t *at_vertex);
 int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__answer *inner);
-
-/* ---- family.c ---- */
+/* The family of the pattern that was solved. */
 perp_status perp__acceleration_keep_family(perp__acceleration *a, int32_t dimension);
 
 /* ---- search.c ---- */

@@ -13,28 +13,19 @@
 /* Of gaps and velocities, beside the terms of their sums. */
 #define CLOSED_TOLERANCE 1e-12
 
-static double gap_tolerance(const perp_mechanism *m, int32_t row, const double *q)
-{
-    const double *J = m->begin.J + (size_t)row * (size_t)m->n;
-    double size = 0.0, largest = 0.0;
-    int32_t i;
-
-    for (i = 0; i < m->coordinates; i++)
-        largest = fmax(largest, fabs(q[i]));
-    for (i = 0; i < m->n; i++)
-        size += fabs(J[i]) * (m->coordinates == m->n ? fabs(q[i]) : largest);
-    return CLOSED_TOLERANCE * size;
-}
+#define LEVELS 64
+#define LEVELS_WITHOUT_GAIN 16
+#define COLUMNS 10
+#define RATIO 1.4142135623730951
+/* The first step moves the coordinates by this, beside the largest of them or 1 (an angle's unit);
+ * what is too long is no harm. Not a round number: motion with a period must not look as if it
+ * stood still. */
+#define FIRST_MOVE 0.3711
+#define MOST_RETREATS 60
 
 static double velocity_tolerance(const perp_mechanism *m, int32_t row, const double *v)
 {
-    const double *J = m->begin.J + (size_t)row * (size_t)m->n;
-    double size = fabs(m->begin.drift[row]);
-    int32_t i;
-
-    for (i = 0; i < m->n; i++)
-        size += fabs(J[i] * v[i]);
-    return CLOSED_TOLERANCE * size;
+    return CLOSED_TOLERANCE * perp__row_size(m, &m->begin, row, v);
 }
 
 /* The direction along which `tangents` rows from `row` on slide; 0: they don't. */
@@ -57,49 +48,48 @@ static int32_t slides(const perp_mechanism *m, int32_t row, int32_t tangents, co
     return 1;
 }
 
-static void add_rows(perp__acceleration *a, int32_t row, int32_t count)
+perp__element *perp__element_add(perp__acceleration *a, int32_t source)
 {
+    const perp_mechanism *m = a->m;
+    perp__element *element = a->element + a->elements++;
     int32_t i;
 
-    for (i = 0; i < count; i++)
-        a->row_of[a->active++] = row + i;
+    memset(element, 0, sizeof *element);
+    element->source = source;
+    element->row = a->active;
+    element->dry = source >= m->contacts;
+    element->tangents = m->tangents[source];
+    if (element->dry)
+        element->bound = m->begin.bound[source - m->contacts];
+    element->friction = element->bound > 0.0;
+    for (i = -!element->dry; i < element->tangents; i++)
+        a->row_of[a->active++] = m->tangent[source] + i;
+    return element;
+}
+
+void perp__element_add_bilateral(perp__acceleration *a)
+{
+    int32_t j;
+
+    a->closed = a->elements;
+    a->bilateral_row = a->active;
+    for (j = 0; j < a->m->bilateral; j++)
+        a->row_of[a->active++] = a->m->contact_rows + j;
 }
 
 /* friction: the coefficient that counts at the speed of now. */
 static void add_contact(perp__acceleration *a, int32_t j, const double *friction, const double *v)
 {
     const perp_mechanism *m = a->m;
-    perp__element *element = a->element + a->elements++;
+    perp__element *element = perp__element_add(a, j);
     const double at_rest = fmax(m->mu_static[j], m->begin.mu[j]);
 
-    memset(element, 0, sizeof *element);
-    element->source = j;
-    element->row = a->active;
-    element->tangents = m->dims[j] - 1;
     element->moves = slides(m, m->starts[j] + 1, element->tangents, v, element->direction);
     element->mu_stick = at_rest;
     /* a slip that starts is slow: Stribeck's curve is at its beginning */
     element->mu = element->moves ? friction[j] : m->stribeck[j] > 0.0 ? at_rest : m->begin.mu[j];
     element->friction =
         element->tangents > 0 && (element->moves ? element->mu > 0.0 : at_rest > 0.0);
-    add_rows(a, m->starts[j], m->dims[j]);
-}
-
-static void add_group(perp__acceleration *a, int32_t j, const double *v)
-{
-    const perp_mechanism *m = a->m;
-    const int32_t row = m->contact_rows + m->bilateral + j * m->model.dry_dim;
-    perp__element *element = a->element + a->elements++;
-
-    memset(element, 0, sizeof *element);
-    element->source = m->contacts + j;
-    element->dry = 1;
-    element->row = a->active;
-    element->tangents = m->model.dry_dim;
-    element->bound = m->begin.bound[j];
-    element->friction = element->bound > 0.0;
-    element->moves = slides(m, row, element->tangents, v, element->direction);
-    add_rows(a, row, element->tangents);
 }
 
 /* Returns a closed contact that approaches, or -1. */
@@ -115,19 +105,200 @@ static int32_t find_elements(perp__acceleration *a, const double *q, const doubl
         const int32_t row = m->starts[j];
         const double speed = m->start_velocity[row], rounding = velocity_tolerance(m, row, v);
 
-        if (m->begin.gap[j] > gap_tolerance(m, row, q) || speed > rounding)
+        if (m->begin.gap[j] > CLOSED_TOLERANCE * perp__gap_size(m, &m->begin, row, q) ||
+            speed > rounding)
             continue;
         if (speed < -rounding && impact < 0)
             impact = j;
         add_contact(a, j, m->friction, v);
     }
-    a->closed = a->elements;
-    a->bilateral_row = a->active;
-    add_rows(a, m->contact_rows, m->bilateral);
-    for (j = 0; j < m->dry; j++)
-        add_group(a, j, v);
+    perp__element_add_bilateral(a);
+    for (j = 0; j < m->dry; j++) {
+        perp__element *element = perp__element_add(a, m->contacts + j);
+
+        element->moves =
+            slides(m, a->row_of[element->row], element->tangents, v, element->direction);
+    }
     return impact;
 }
+
+/* ---- the bias -----------------------------------------------------------------------------------
+ *
+ * d/dt(J) v + d/dt(drift) along q' = N v: by the callback, or by differences of
+ * phi(s) = J(t + s, q(s)) v + drift(t + s, q(s)), with q(s) = q + s N(q) v.
+ *
+ * Central differences (phi(s) - phi(-s)) / 2 s have an error in even powers of s, which Neville's
+ * scheme removes (C. J. F. Ridders, Advances in Engineering Software 4 (1982)). Of all entries of
+ * the scheme the one that agrees best with its neighbours is taken. */
+
+typedef struct differences {
+    double t, *plus, *minus, *previous, *current, *best, *size;
+    const double *q, *v;
+    double error; /* of the best entry, relative to the largest of the row's terms */
+} differences;
+
+/* to := phi(s); size: the largest of its terms so far. */
+static perp_status evaluate(perp__acceleration *a, differences *d, double *to, double s)
+{
+    perp_mechanism *m = a->m;
+    perp_status status = perp__evaluate_move(m, m->moved, d->q, s, d->v);
+    int32_t i;
+
+    if (status == PERP_OK)
+        status = perp__evaluate_rows(m, &m->end, d->t + s, m->moved, d->v);
+    if (status != PERP_OK)
+        return status;
+    perp__row_velocities(m, &m->end, to, d->v);
+    for (i = 0; i < m->rows; i++)
+        d->size[i] = fmax(d->size[i], perp__row_size(m, &m->end, i, d->v));
+    return PERP_OK;
+}
+
+/* A time in which the coordinates change by about their size. */
+static perp_status first_step(perp__acceleration *a, differences *d, double *step)
+{
+    perp_mechanism *m = a->m;
+    double largest = 0.0, fastest = 0.0;
+    perp_status status = perp__evaluate_move(m, m->moved, d->q, 1.0, d->v);
+    int32_t i;
+
+    if (status == PERP__OUTSIDE) {
+        *step = FIRST_MOVE;
+        return PERP_OK;
+    }
+    for (i = 0; i < m->coordinates && status == PERP_OK; i++) {
+        largest = fmax(largest, fabs(d->q[i]));
+        fastest = fmax(fastest, fabs(m->moved[i] - d->q[i]));
+    }
+    *step = FIRST_MOVE * (fastest > 0.0 ? fmax(largest, 1.0) / fastest : 1.0);
+    return status;
+}
+
+/* The worst relative difference of two candidates. */
+static double distance(const perp_mechanism *m, const differences *d, const double *x,
+                       const double *y, double s)
+{
+    double worst = 0.0;
+    int32_t i;
+
+    for (i = 0; i < m->rows; i++)
+        if (d->size[i] > 0.0)
+            worst = fmax(worst, fabs(x[i] - y[i]) * s / d->size[i]);
+    return worst;
+}
+
+/* Row `level` of the scheme from the one before; keeps what agrees best. s: the first step. */
+static void extrapolate(perp_mechanism *m, differences *d, int32_t level, double s)
+{
+    const size_t rows = (size_t)m->rows;
+    double factor = RATIO * RATIO;
+    int32_t j;
+    size_t i;
+
+    for (j = 1; j < COLUMNS && j <= level; j++, factor *= RATIO * RATIO) {
+        const double *coarse = d->previous + (size_t)(j - 1) * rows;
+        const double *fine = d->current + (size_t)(j - 1) * rows;
+        double *to = d->current + (size_t)j * rows, error;
+
+        for (i = 0; i < rows; i++)
+            to[i] = fine[i] + (fine[i] - coarse[i]) / (factor - 1.0);
+        error = fmax(distance(m, d, to, fine, s), distance(m, d, to, coarse, s));
+        if (error < d->error) {
+            d->error = error;
+            memcpy(d->best, to, rows * sizeof *d->best);
+        }
+    }
+}
+
+static perp_status difference(perp__acceleration *a, differences *d, double s)
+{
+    perp_mechanism *m = a->m;
+    const size_t rows = (size_t)m->rows;
+    const double first = s;
+    int32_t level = 0, retreats = 0, gained = 0;
+    perp_status status = PERP_OK;
+    size_t i;
+
+    while (level < LEVELS && level < gained + LEVELS_WITHOUT_GAIN) {
+        const double before = d->error;
+        double *swap = d->previous;
+
+        d->previous = d->current;
+        d->current = swap;
+        status = evaluate(a, d, d->plus, s);
+        if (status == PERP_OK)
+            status = evaluate(a, d, d->minus, -s);
+        if (status == PERP__OUTSIDE && retreats++ < MOST_RETREATS) {
+            level = gained = 0;
+            s /= RATIO;
+            continue;
+        }
+        if (status != PERP_OK)
+            return status;
+        for (i = 0; i < rows; i++)
+            d->current[i] = (d->plus[i] - d->minus[i]) / (2.0 * s);
+        extrapolate(m, d, level, first);
+        level++;
+        if (d->error < before)
+            gained = level;
+        s /= RATIO;
+    }
+    return status;
+}
+
+static perp_status call_back(perp__acceleration *a, double t, const double *q, const double *v)
+{
+    perp_mechanism *m = a->m;
+    const int32_t answer = m->model.curvature(a->bias, t, q, v, m->model.user);
+    int32_t i;
+
+    if (answer < 0)
+        return perp__fail(m->context, PERP_ERROR_CALLBACK, "the curvature callback returned %d",
+                          (int)answer);
+    for (i = 0; i < m->rows && answer == 0; i++) {
+        if (!isfinite(a->bias[i]))
+            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "bias[%d] of its callback is %g",
+                              (int)i, a->bias[i]);
+        a->size[i] = fabs(a->bias[i]);
+    }
+    return answer > 0 ? PERP__OUTSIDE : PERP_OK;
+}
+
+static perp_status find_bias(perp__acceleration *a, double t, const double *q, const double *v)
+{
+    perp_mechanism *m = a->m;
+    const size_t rows = (size_t)m->rows;
+    differences d = {0};
+    perp_status status;
+    double s = 1.0;
+    size_t i;
+
+    memset(a->bias, 0, rows * sizeof *a->bias);
+    memset(a->size, 0, rows * sizeof *a->size);
+    if (rows == 0)
+        return PERP_OK;
+    if (m->model.curvature)
+        return call_back(a, t, q, v);
+    d.t = t;
+    d.q = q;
+    d.v = v;
+    d.plus = a->row_work;
+    d.minus = d.plus + rows;
+    d.previous = d.minus + rows;
+    d.current = d.previous + (size_t)COLUMNS * rows;
+    d.size = d.current + (size_t)COLUMNS * rows;
+    d.best = a->bias;
+    d.error = INFINITY;
+    memset(d.size, 0, rows * sizeof *d.size);
+    status = first_step(a, &d, &s);
+    if (status == PERP_OK)
+        status = difference(a, &d, s);
+    for (i = 0; i < rows; i++) /* so that a tolerance of it covers the error, too */
+        a->size[i] = fabs(a->bias[i]) + d.error * d.size[i] / (s * PERP__ACCELERATION_TOLERANCE);
+    return status;
+}
+
+/* ---- the system ----------------------------------------------------------------------------- */
 
 /* held := W - W_b W_bb^+ W_b', the same where the bilateral rows hold. */
 static void hold_bilateral(perp__acceleration *a)
@@ -223,7 +394,7 @@ perp_status perp__acceleration_state(perp__acceleration *a, int32_t *impact, dou
     if (status == PERP_OK)
         *impact = find_elements(a, q, v);
     if (status == PERP_OK && *impact < 0)
-        status = perp__acceleration_bias(a, t, q, v);
+        status = find_bias(a, t, q, v);
     if (status == PERP__OUTSIDE)
         return perp__fail(m->context, PERP_ERROR_ARGUMENT,
                           "q is outside of what the mechanism is defined for");

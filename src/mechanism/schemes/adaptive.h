@@ -2,7 +2,7 @@
 #ifndef PERP_MECHANISM_ADAPTIVE_H
 #define PERP_MECHANISM_ADAPTIVE_H
 
-#include "mechanism/run.h"
+#include "mechanism/mechanism.h"
 
 /* An impact in a step, or a slip that turns round. */
 typedef struct perp__event {
@@ -13,7 +13,7 @@ typedef struct perp__event {
 } perp__event;
 
 struct perp__adaptive {
-    perp__arena arena;
+    PERP__WORK;
     double *largest;              /* coordinates: of |q|, so far, or what stands in for it */
     double *scale;                /* coordinates: the same, with the step at hand */
     double *rate, *moved;         /* coordinates: scratch */
@@ -33,16 +33,11 @@ struct perp__adaptive {
     int32_t refused;             /* attempts in a row */
 };
 
-/* ---- adaptive_event.c ---- */
+/* ---- adaptive_error.c ---- */
 /* After the half step `to` of `length` from `from`, begun `start` after the step's start: a->event
  * where one in it matters most. */
-perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a,
-                                  const perp__mechanism_state *from,
-                                  const perp__mechanism_state *to, double start, double length);
-/* Largest |x_i| beside the scale. */
-double perp__beside_scale(const perp_mechanism *m, const double *x, const double *scale);
-
-/* ---- adaptive_error.c ---- */
+perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                                  const perp__motion *to, double start, double length);
 /* a->scale and a->speed_scale, for a step whose answers are in m->trial and m->half. */
 perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a);
 /* a->error, a->speed and a->hidden of it. */
@@ -52,6 +47,5 @@ void perp__adaptive_learn(const perp_mechanism *m, perp__adaptive *a);
 
 /* ---- adaptive.c ---- */
 perp_status perp__run_adaptive(perp__run *run, double t1, double h);
-void perp__adaptive_release(perp_mechanism *m);
 
 #endif

@@ -14,8 +14,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/orthogonal.h"
-
 /* A coordinate counts at least this share of the largest. */
 #define FLOOR 1e-3
 
@@ -23,6 +21,18 @@
 #define CLOSING 10.0
 
 /* ---- scales -------------------------------------------------------------------------------- */
+
+/* Largest |x_i| beside the scale. */
+static double beside_scale(const perp_mechanism *m, const double *x, const double *scale)
+{
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < m->coordinates; i++)
+        if (x[i] != 0.0)
+            largest = fmax(largest, fabs(x[i]) / scale[i]);
+    return largest;
+}
 
 static void widen(const perp_mechanism *m, double *scale, const double *x, double factor)
 {
@@ -32,33 +42,21 @@ static void widen(const perp_mechanism *m, double *scale, const double *x, doubl
         scale[i] = fmax(scale[i], factor * fabs(x[i]));
 }
 
-/* sqrt(v' M v), with M where the last half step began. */
-static double speed_of(const perp_mechanism *m, perp__adaptive *a, const double *v)
-{
-    double sum = 0.0;
-    int32_t i;
-
-    perp__multiply_mass(m, &m->begin, a->scratch, v);
-    for (i = 0; i < m->n; i++)
-        sum += a->scratch[i] * v[i];
-    return sqrt(fmax(sum, 0.0));
-}
-
 perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a)
 {
-    const perp__mechanism_state *const states[] = {&m->now, &m->trial, &m->half};
+    const perp__motion *const states[] = {&m->now, &m->trial, &m->half};
     double *acceleration = a->difference, largest = 0.0;
     perp_status status;
     int32_t i;
 
     memcpy(acceleration, a->force[0], (size_t)m->n * sizeof *acceleration);
     perp__solve_mass(m, &m->begin, acceleration);
-    a->speed_scale = fmax(a->fastest, a->unit * speed_of(m, a, acceleration));
+    a->speed_scale = fmax(a->fastest, a->unit * perp__speed(m, &m->begin, acceleration));
     memcpy(a->scale, a->largest, (size_t)m->coordinates * sizeof *a->scale);
     status = perp__evaluate_rate(m, a->rate, m->now.q, acceleration);
     widen(m, a->scale, a->rate, a->unit * a->unit);
     for (i = 0; i < 3 && status == PERP_OK; i++) {
-        a->speed_scale = fmax(a->speed_scale, speed_of(m, a, states[i]->v));
+        a->speed_scale = fmax(a->speed_scale, perp__speed(m, &m->begin, states[i]->v));
         widen(m, a->scale, states[i]->q, 1.0);
         status = perp__evaluate_rate(m, a->rate, states[i]->q, states[i]->v);
         widen(m, a->scale, a->rate, a->unit);
@@ -93,13 +91,13 @@ static int32_t count_mode(const perp_mechanism *m, int32_t place, int32_t mode)
 /* Largest size of the velocity of `count` rows from `row`, in the three answers. */
 static double fastest_row(const perp_mechanism *m, int32_t row, int32_t count)
 {
-    const perp__mechanism_state *const states[] = {&m->trial, &m->half, &m->next};
+    const perp__motion *const states[] = {&m->trial, &m->half, &m->next};
     double fastest = 0.0;
     int32_t i, k;
 
     for (k = 0; k < 3; k++)
         for (i = row; i < row + count; i++)
-            fastest = fmax(fastest, fabs(states[k]->velocity[i]));
+            fastest = fmax(fastest, fabs(states[k]->u[i]));
     return fastest;
 }
 
@@ -122,71 +120,19 @@ static int32_t chatters(const perp_mechanism *m)
     return 0;
 }
 
-/* Marks the rows that hold in all answers. */
-static void mark_held(const perp_mechanism *m, int32_t *held)
-{
-    int32_t i, j;
-
-    for (j = 0; j < m->contacts; j++) {
-        const int32_t sticks = count_mode(m, j, PERP_MECHANISM_STICK) == 3;
-
-        for (i = m->starts[j]; i < m->starts[j + 1]; i++)
-            held[i] =
-                sticks || (i == m->starts[j] && count_mode(m, j, PERP_MECHANISM_SEPARATE) == 0);
-    }
-    for (i = m->contact_rows; i < m->contact_rows + m->bilateral; i++)
-        held[i] = 1;
-    for (; i < m->rows; i++) {
-        j = (i - m->contact_rows - m->bilateral) / m->model.dry_dim;
-        held[i] = count_mode(m, m->contacts + j, PERP_MECHANISM_STICK) == 3;
-    }
-}
-
-/* x := L^-1 x with M = L L'; its length. */
-static double scale_row(const perp_mechanism *m, double *x)
-{
-    const size_t n = (size_t)m->n;
-    double length = 0.0;
-    size_t i, k;
-
-    for (i = 0; i < n; i++) {
-        for (k = 0; k < i; k++)
-            x[i] -= m->begin.factor[i + n * k] * x[k];
-        x[i] /= m->begin.factor[i * (n + 1)];
-        length = hypot(length, x[i]);
-    }
-    return length;
-}
-
 /* The speed of v in the norm of M, in what the rows that hold leave free. */
 static double free_speed(perp_mechanism *m, perp__adaptive *a, const double *v)
 {
-    const size_t n = (size_t)m->n, rows = (size_t)m->rows;
-    double *held = m->work, *targets = held + rows * n, *norms = targets + rows,
-           *basis = norms + rows, *particular = basis + n * n, length, speed = 0.0;
-    int32_t *marks = m->indices, *taken = m->indices + m->rows, count = 0, rank = 0, i;
-    size_t k, l;
+    int32_t i;
 
-    mark_held(m, marks);
-    for (i = 0; i < m->rows; i++) {
-        double *row = held + (size_t)count * n;
-
-        memcpy(row, m->begin.J + (size_t)i * n, n * sizeof *row);
-        length = marks[i] ? scale_row(m, row) : 0.0;
-        for (k = 0; k < n && length > 0.0; k++)
-            row[k] /= length;
-        targets[count] = 0.0;
-        count += length > 0.0;
-    }
-    if (count > 0)
-        rank = perp__orthogonal_rows(held, targets, taken, norms, basis, particular, count, m->n);
-    for (k = 0; k < n; k++) /* L' v */
-        for (l = k, a->scratch[k] = 0.0; l < n; l++)
-            a->scratch[k] += m->begin.factor[l + n * k] * v[l];
-    perp__project_out(basis, rank, m->n, a->scratch);
-    for (k = 0; k < n; k++)
-        speed = hypot(speed, a->scratch[k]);
-    return speed;
+    perp__held_rows_begin(&m->held, m->n);
+    for (i = 0; i < m->rows; i++)
+        if (m->trial.holds[i] && m->half.holds[i] && m->next.holds[i])
+            perp__hold_row(m, &m->begin, i, 0.0);
+    perp__held_rows_solve(&m->held);
+    perp__energy_norm(m, &m->begin, a->scratch, v);
+    perp__project_out(m->held.basis, m->held.rank, m->n, a->scratch);
+    return perp__length(a->scratch, m->n);
 }
 
 /* What forces k_0 a + k_1 b + k_2 c for a time w, weighed with h, come to beside the scale. */
@@ -202,7 +148,7 @@ static perp_status weigh(perp_mechanism *m, perp__adaptive *a, const double comb
     perp__solve_mass(m, &m->begin, a->difference);
     status = perp__evaluate_rate(m, a->rate, m->next.q, a->difference);
     if (status == PERP_OK)
-        *size = fmax(*size, h * perp__beside_scale(m, a->rate, a->scale));
+        *size = fmax(*size, h * beside_scale(m, a->rate, a->scale));
     return status;
 }
 
@@ -228,12 +174,12 @@ perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double
 
     for (i = 0; i < m->coordinates; i++)
         a->moved[i] = weight * (m->next.q[i] - m->trial.q[i]);
-    a->error = perp__beside_scale(m, a->moved, a->scale);
+    a->error = beside_scale(m, a->moved, a->scale);
     for (i = 0; i < m->n; i++)
         a->difference[i] = weight * (m->next.v[i] - m->trial.v[i]);
     status = perp__evaluate_rate(m, a->rate, m->next.q, a->difference);
     if (status == PERP_OK) {
-        a->error = fmax(a->error, h * perp__beside_scale(m, a->rate, a->scale));
+        a->error = fmax(a->error, h * beside_scale(m, a->rate, a->scale));
         a->speed = chatters(m) ? 0.0 : free_speed(m, a, a->difference);
         a->speed = a->speed > 0.0 ? a->speed / a->speed_scale : 0.0;
     }
@@ -241,5 +187,159 @@ perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double
     a->hidden = 0.0;
     if (status == PERP_OK && (holds(&a->full) || holds(&a->first) || holds(&a->second)))
         status = estimate_hidden(m, a, t, h);
+    return status;
+}
+
+/* ---- events within a step ----------------------------------------------------------------------
+ *
+ * What makes full and half steps agree, or disagree, for no good reason.
+ *
+ * Impacts: a step ends on the contact that it reaches, whenever within the step that was, so that
+ * full and half steps agree however late they are. With u the speed without the contact's own
+ * impulse, a half step of length l passes the contact by gap + l u < 0; it is late by (gap + l
+ * u)/u, for which the jump of velocities carries q the wrong way.
+ *
+ * Turns: friction acts through the velocity at the end of a step. Where a slip turns round,
+ * friction has the wrong sign until then, or holds on to the end what would slip back; both change
+ * velocities by the bound times a share of the step. */
+
+static void keep(perp__adaptive *a, double late, double error, double after, int32_t impact)
+{
+    if (!(late > 0.0) || !(error > a->event.error))
+        return;
+    a->event.late = late;
+    a->event.error = error;
+    a->event.after = after;
+    a->event.impact = impact;
+}
+
+/* ---- impacts ------------------------------------------------------------------------------- */
+
+/* a->difference := M^-1 J_j'r_j, of the rows of contact j. */
+static void jump_of(perp_mechanism *m, perp__adaptive *a, const double *r, int32_t j)
+{
+    int32_t i;
+
+    memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
+    for (i = m->starts[j]; i < m->starts[j + 1]; i++)
+        perp__add_row(m, &m->begin, i, r[i], a->difference);
+    perp__solve_mass(m, &m->begin, a->difference);
+}
+
+/* By how much contact j was met late, with its jump in a->difference; 0: it was not hit. */
+static double lateness(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                       const perp__motion *to, double length, int32_t j)
+{
+    const int32_t row = m->starts[j];
+    const double gap = fmax(m->begin.gap[j], 0.0);
+    double before, free;
+
+    if (to->r[row] == 0.0)
+        return 0.0;
+    jump_of(m, a, to->r, j);
+    before = perp__row_times(m, &m->begin, row, m->begin.drift[row], from->v);
+    free = to->u[row] - perp__row_times(m, &m->begin, row, 0.0, a->difference);
+    if (!(before < -fabs(free - before))) /* resting contact */
+        return 0.0;
+    if (gap <= perp__gap_rounding(m, &m->begin, row, from->q))
+        return m->restitution[j] > 0.0 ? length : 0.0; /* an inelastic one ends there */
+    return fmin(fmax(length + gap / free, 0.0), length);
+}
+
+static perp_status look_for_impact(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                                   const perp__motion *to, double start, double length, int32_t j)
+{
+    const double late = lateness(m, a, from, to, length, j);
+    perp_status status;
+
+    if (late == 0.0)
+        return PERP_OK;
+    status = perp__evaluate_rate(m, a->rate, to->q, a->difference);
+    if (status == PERP_OK)
+        keep(a, late, late * beside_scale(m, a->rate, a->scale), start + length - late, 1);
+    return status;
+}
+
+/* ---- turns --------------------------------------------------------------------------------- */
+
+/* The rows of one friction: `count` from `row`, with a bound of its impulse. */
+typedef struct friction {
+    int32_t row, count, mode; /* mode: its place among the modes */
+    double bound;
+} friction;
+
+/* Writes the direction of the slip at the start into d; its speed. */
+static double slip_at(const perp_mechanism *m, const friction *f, const double *v, double d[2])
+{
+    double speed;
+    int32_t i;
+
+    d[0] = d[1] = 0.0;
+    for (i = 0; i < f->count; i++)
+        d[i] = perp__row_times(m, &m->begin, f->row + i, m->begin.drift[f->row + i], v);
+    speed = hypot(d[0], d[1]);
+    for (i = 0; i < 2 && speed > 0.0; i++)
+        d[i] /= speed;
+    return speed;
+}
+
+/* a->difference := M^-1 J'd; d'J M^-1 J'd. */
+static double response_to(perp_mechanism *m, perp__adaptive *a, const friction *f,
+                          const double d[2])
+{
+    double sum = 0.0;
+    int32_t i;
+
+    memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
+    for (i = 0; i < f->count; i++)
+        perp__add_row(m, &m->begin, f->row + i, d[i], a->difference);
+    perp__solve_mass(m, &m->begin, a->difference);
+    for (i = 0; i < f->count; i++)
+        sum += d[i] * perp__row_times(m, &m->begin, f->row + i, 0.0, a->difference);
+    return sum;
+}
+
+static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                          const perp__motion *to, double start, double length, const friction *f)
+{
+    const int32_t sticks = to->modes[f->mode] == PERP_MECHANISM_STICK;
+    double d[2], speed, after = 0.0, own = 0.0, response, lost, when, wrong;
+    int32_t i;
+
+    if (from->modes[f->mode] != PERP_MECHANISM_SLIP || !(f->bound > 0.0))
+        return;
+    speed = slip_at(m, f, from->v, d);
+    for (i = 0; i < f->count; i++) {
+        after += d[i] * to->u[f->row + i];
+        own += d[i] * to->r[f->row + i];
+    }
+    if (!(speed > 0.0) || (after >= 0.0 && !sticks))
+        return;
+    response = response_to(m, a, f, d);
+    lost = speed - (after - response * own); /* by other forces than this friction */
+    when = length * speed / (lost + response * f->bound);
+    if (!(response > 0.0) || !(when >= 0.0 && when < length))
+        return;
+    wrong = sticks ? fmax(lost / response - f->bound, 0.0) * (length - when) / length
+                   : 2.0 * f->bound * when / length;
+    if (wrong > 0.0)
+        keep(a, length - when, wrong * sqrt(response) / a->speed_scale, start + when, 0);
+}
+
+perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                                  const perp__motion *to, double start, double length)
+{
+    perp_status status = PERP_OK;
+    int32_t j;
+
+    for (j = 0; j < m->contacts + m->dry && status == PERP_OK; j++) {
+        const friction f = {m->tangent[j], m->tangents[j], j,
+                            j < m->contacts ? m->friction[j] * to->r[m->starts[j]]
+                                            : m->dry_bound[j - m->contacts]};
+
+        if (j < m->contacts)
+            status = look_for_impact(m, a, from, to, start, length, j);
+        look_for_turn(m, a, from, to, start, length, &f);
+    }
     return status;
 }

@@ -68,6 +68,16 @@ double perp__relative_way(const perp__moving *a, const perp__moving *b)
     return sum(way) + sum(a->turn) * a->reach + sum(b->turn) * b->reach;
 }
 
+int32_t perp__stay_apart(const perp__moving *a, const perp__moving *b, const perp__nearness *near,
+                         const perp__meeting *meeting)
+{
+    double way[3];
+    perp__subtract3(way, b->way, a->way);
+    return meeting->lead + fmin(perp__dot3(meeting->apart, way), 0.0) -
+               (sum(a->turn) * a->reach + sum(b->turn) * b->reach) >
+           near->touching;
+}
+
 static double size_of(const perp__placed *shape)
 {
     return perp__largest3(shape->geometry->half_extents) + shape->geometry->radius;
@@ -336,6 +346,21 @@ static double find_closing(course *on, double open, double closed, double roundi
     return closed;
 }
 
+/* Whether one of the axes of the start keeps the shapes apart all the way. */
+static int32_t one_axis_keeps(const course *on, const perp__nearness *near, perp__meeting *meeting)
+{
+    int32_t kept = 0;
+    for (int32_t k = 0; k < on->axes.count && !kept; k++) {
+        const perp__axis *axis = &on->axes.axis[k];
+        if (!(axis->separation > near->touching))
+            continue;
+        meeting->lead = axis->separation;
+        perp__apply3(meeting->apart, on->frame, axis->normal);
+        kept = perp__stay_apart(on->a, on->b, near, meeting);
+    }
+    return kept;
+}
+
 /* The time at which shapes that go straight have met, without what the gates kept of it. The edges
  * of shapes other than boxes are not all among their axes. */
 static double time_without_gates(course *on, const double *bare, double t)
@@ -359,6 +384,8 @@ static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int
     on.planar = planar;
     on.turning = angle > 0.0;
     axes_at(&on, 0.0);
+    if (one_axis_keeps(&on, near, meeting))
+        return 0;
     for (int32_t k = on.axes.count; k < PERP__BOX_AXES; k++) /* edges that are parallel now */
         on.gate[k] = bare[k] = 0.0;
     for (int32_t k = 0; k < on.axes.count; k++) {

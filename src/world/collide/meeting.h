@@ -27,6 +27,8 @@ typedef struct perp__meeting {
     int32_t axis;     /* its number */
     int32_t doubtful; /* the shapes meet near the rim of a face: whether they do may depend on what
                          else stops them before */
+    double apart[3];  /* where they don't meet: from A to B, a direction along which no point of */
+    double lead;      /* either is nearer to the other than this at the start; 0: not known */
 } perp__meeting;
 
 /* Where the shape is after the share t of the step. */
@@ -34,6 +36,10 @@ void perp__moved(const perp__moving *shape, double t, perp__placed *placed);
 
 /* Length of the relative way of the two, an upper bound. */
 double perp__relative_way(const perp__moving *a, const perp__moving *b);
+
+/* Whether the motion leaves a plane between the shapes, across meeting->apart. */
+int32_t perp__stay_apart(const perp__moving *a, const perp__moving *b, const perp__nearness *near,
+                         const perp__meeting *meeting);
 
 /* Whether the shapes, none a half-space, touch or overlap at the start in a way that leaves no
  * doubt about the normal: one axis alone keeps them apart. */
