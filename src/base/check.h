@@ -19,6 +19,8 @@
 #define PERP__LAST_perp_contact_result has_ray
 #define PERP__LAST_perp_contact_settings monitor_user
 #define PERP__LAST_perp_context_settings log_user
+#define PERP__LAST_perp_joint_settings friction
+#define PERP__LAST_perp_joint_state friction
 #define PERP__LAST_perp_lcp_enumeration seconds
 #define PERP__LAST_perp_lcp_proof radius
 #define PERP__LAST_perp_lcp_result has_ray

@@ -219,6 +219,7 @@ static perp_status remove_body(perp_world *world, perp_body id)
         return perp__fail(world->context, PERP_ERROR_ARGUMENT,
                           "body is the ground, which can't be removed");
     perp__remove_shapes(world, slot);
+    perp__remove_joints(world, slot);
     world->bodies[slot].alive = 0;
     world->bodies[slot].generation++;
     world->bodies[slot].next_free = world->free_body;

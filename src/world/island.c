@@ -40,6 +40,7 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
     for (i = 0; i < world->body_slots; i++) {
         world->parent[i] = i;
         world->motions[i].touched = 0;
+        world->motions[i].jointed = 0;
         world->motions[i].island = -1;
         world->motions[i].first_link = 0;
     }
@@ -56,6 +57,21 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
     }
 }
 
+static void join_joints(perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->joint_slots; i++) {
+        const int32_t *body = world->joints[i].body;
+
+        if (!world->joints[i].alive)
+            continue;
+        world->motions[body[0]].jointed = world->motions[body[1]].jointed = 1;
+        if (is_dynamic(world, body[0]) && is_dynamic(world, body[1]))
+            join(world->parent, body[0], body[1]);
+    }
+}
+
 /* Numbers the islands and lists their bodies: roots come first in slot order, so a first pass
  * counts and a second one fills. */
 static void order_bodies(perp_world *world)
@@ -66,7 +82,8 @@ static void order_bodies(perp_world *world)
     for (i = 0; i < world->body_slots; i++) {
         perp__motion *motion = &world->motions[i];
 
-        if (!world->bodies[i].alive || !is_dynamic(world, i) || !motion->touched)
+        if (!world->bodies[i].alive || !is_dynamic(world, i) ||
+            !(motion->touched || motion->jointed))
             continue;
         if (find_root(world->parent, i) == i) {
             memset(&world->islands[count], 0, sizeof world->islands[count]);
@@ -121,6 +138,35 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
     }
 }
 
+static perp__island *island_of_joint(const perp_world *world, int32_t i)
+{
+    const int32_t *body = world->joints[i].body;
+    const int32_t a = world->motions[body[0]].island;
+
+    return &world->islands[a >= 0 ? a : world->motions[body[1]].island];
+}
+
+static void order_joints(perp_world *world)
+{
+    int32_t offset = 0;
+    int32_t i;
+
+    for (i = 0; i < world->joint_slots; i++)
+        if (world->joints[i].alive)
+            island_of_joint(world, i)->joints++;
+    for (i = 0; i < world->island_count; i++) {
+        world->islands[i].first_joint = offset;
+        offset += world->islands[i].joints;
+        world->islands[i].joints = 0;
+    }
+    for (i = 0; i < world->joint_slots; i++)
+        if (world->joints[i].alive) {
+            perp__island *island = island_of_joint(world, i);
+
+            world->joint_order[island->first_joint + island->joints++] = i;
+        }
+}
+
 /* Each body's contacts, in the order of the set. */
 static void link_contacts(perp_world *world, const perp__contact_set *set)
 {
@@ -153,6 +199,8 @@ static void lay_out_links(perp__arena *arena, void *object)
                                                                        : world->overlaps.capacity;
 
     world->contact_order = perp__arena_take(arena, (size_t)most, sizeof *world->contact_order);
+    world->joint_order =
+        perp__arena_take(arena, (size_t)world->joint_capacity, sizeof *world->joint_order);
     world->links = perp__arena_take(arena, 2 * (size_t)most, sizeof *world->links);
 }
 
@@ -163,8 +211,10 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
     if (status != PERP_OK)
         return status;
     join_contacts(world, set);
+    join_joints(world);
     order_bodies(world);
     order_contacts(world, set);
+    order_joints(world);
     link_contacts(world, set);
     return PERP_OK;
 }

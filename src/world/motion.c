@@ -27,9 +27,8 @@ void perp__rotation_of(const perp_world *world, const perp__state *state, double
 }
 
 /* World frame: I^-1 = (R C)(R C)', so L = R C and L^-1 = C^-1 R'. */
-static void turn_mass(perp__motion *motion, const perp__body *body)
+void perp__turn_mass(perp__motion *motion, const perp__body *body, const double *R)
 {
-    const double *R = motion->rotation;
     double product[9];
 
     motion->inverse_mass = body->inverse_mass;
@@ -71,7 +70,7 @@ void perp__place(perp_world *world, const perp__state *states)
         if (!world->bodies[i].alive)
             continue;
         perp__rotation_of(world, &states[i], motion->rotation);
-        turn_mass(motion, &world->bodies[i]);
+        perp__turn_mass(motion, &world->bodies[i], motion->rotation);
     }
     for (i = 0; i < world->shape_slots; i++)
         if (world->shapes[i].alive)

@@ -136,6 +136,8 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
             perp__coordinates_of(world, contact->rows[k][0], rows->rows[k][0]);
         }
     }
+    work->count = island->contacts;
+    perp__add_joint_errors(world, island);
 }
 
 /* Shifts of the island's bodies; *found: whether they are any good. */
@@ -147,7 +149,6 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     perp_status status;
     int32_t i;
 
-    work->count = island->contacts;
     work->set_up = 0;
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
@@ -203,7 +204,7 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
     if (status == PERP_OK)
         status = perp__fit_island_work(world);
     for (i = 0; status == PERP_OK && i < world->island_count; i++) {
-        if (!overlaps(world, &world->islands[i]))
+        if (!overlaps(world, &world->islands[i]) && !perp__lacks_joints(world, &world->islands[i]))
             continue;
         status = project_island(world, &world->islands[i], longest, equally, &stays);
         *left += stays;
@@ -220,7 +221,7 @@ perp_status perp__project_overlaps(perp_world *world)
 
     perp__place(world, world->next);
     status = perp__find_overlaps(world, 0.0);
-    depth = status == PERP_OK ? deepest(world, &world->overlaps) : 0.0;
+    depth = status == PERP_OK ? deepest(world, &world->overlaps) + perp__joint_errors(world) : 0.0;
     if (depth == 0.0)
         return status;
     longest = LONGEST_WAY * depth;

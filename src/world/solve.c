@@ -65,6 +65,7 @@ static void lay_out(perp__arena *arena, void *object)
     work->strength = perp__arena_take(arena, bodies, sizeof(double));
     work->solved = perp__arena_take(arena, numbers, sizeof(double));
     work->solved_rows = perp__arena_take(arena, 3 * contacts, sizeof(double));
+    work->joint_units = perp__arena_take(arena, contacts, sizeof *work->joint_units);
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
     work->smooth_impulse = perp__arena_take(arena, 3 * contacts, sizeof(double));
     work->next_warm = perp__arena_take(arena, 3 * contacts, sizeof(double));
@@ -80,8 +81,10 @@ perp_status perp__fit_island_work(perp_world *world)
     for (i = 0; i < world->island_count; i++) {
         const perp__island *island = &world->islands[i];
 
-        work->max_contacts = larger_of(work->max_contacts, island->contacts);
-        work->max_bodies = larger_of(work->max_bodies, island->bodies + island->contacts);
+        work->max_contacts =
+            larger_of(work->max_contacts, island->contacts + PERP__JOINT_UNITS * island->joints);
+        work->max_bodies =
+            larger_of(work->max_bodies, island->bodies + island->contacts + island->joints);
     }
     return perp__arena_fit(&world->island_arena, lay_out, world);
 }
@@ -134,9 +137,7 @@ void perp__write_factor(const perp_world *world, const perp__motion *motion, dou
         }
 }
 
-/* The number of what a contact touches: a body of the island, one that moves as it is told, or
- * what rests. */
-static int32_t number_of(perp_world *world, const perp__island *island, int32_t body)
+int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body)
 {
     perp__motion *motion = &world->motions[body];
     perp__island_work *work = &world->work;
@@ -185,11 +186,13 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
 
         world->motions[contact->body_a].carrier = world->motions[contact->body_b].carrier = -1;
     }
+    perp__number_joint_bodies(world, island, 1);
+    perp__number_joint_bodies(world, island, 0);
     for (i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = island_contact(world, island, i);
 
-        number_of(world, island, contact->body_a);
-        number_of(world, island, contact->body_b);
+        perp__number_of(world, island, contact->body_a);
+        perp__number_of(world, island, contact->body_b);
     }
 }
 
@@ -208,8 +211,8 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
         if (leaves_out && leaves_out[i])
             continue;
         memset(rows, 0, sizeof *rows);
-        rows->body[0] = number_of(world, island, contact->body_a);
-        rows->body[1] = number_of(world, island, contact->body_b);
+        rows->body[0] = perp__number_of(world, island, contact->body_a);
+        rows->body[1] = perp__number_of(world, island, contact->body_b);
         rows->dim = contact->friction > 0.0 ? (world->settings.planar ? 2 : 3) : 1;
         rows->mu = contact->friction;
         for (side = 0; side < 2; side++)
@@ -218,6 +221,7 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
         memcpy(work->warm + 3 * work->count, contact->warm, sizeof contact->warm);
         work->chosen[work->count++] = i;
     }
+    perp__add_joint_rows(world, island);
 }
 
 double perp__exact_tol(const perp_world *world)
@@ -237,7 +241,8 @@ void perp__pose_island(perp_world *world, const perp__island *island, perp__rigi
     problem->width = n;
     problem->bodies = island->bodies;
     problem->carriers = work->carriers;
-    problem->contacts = work->count;
+    problem->contacts = work->inequalities;
+    problem->joints = work->units - work->inequalities;
     problem->factors = work->factors;
     problem->free = work->free;
     for (i = n * island->bodies; i < n * (island->bodies + work->carriers); i++)
@@ -293,7 +298,7 @@ static void weigh(perp__rigid_answer *answer, double tol)
 }
 
 /* |C^-1 v| of a body: twice its square is the kinetic energy. */
-static double mass_norm(const perp_world *world, const perp__motion *motion, const double *v)
+double perp__mass_norm(const perp_world *world, const perp__motion *motion, const double *v)
 {
     double twist[6], turning[3];
 
@@ -303,11 +308,10 @@ static double mass_norm(const perp_world *world, const perp__motion *motion, con
 }
 
 /* |C'J'| of a row of a body: its velocity for a twist of norm 1. */
-static double row_norm(const perp_world *world, const perp__motion *motion, const double *row)
+double perp__row_norm(const perp__motion *motion, const double *twist)
 {
-    double twist[6], turning[3];
+    double turning[3];
 
-    perp__twist_of(world, row, twist);
     perp__apply_transposed3(turning, motion->factor, twist + 3);
     return hypot(motion->root_inverse_mass * perp__length3(twist), perp__length3(turning));
 }
@@ -322,18 +326,20 @@ static void find_strengths(const perp_world *world, const perp__island *island, 
     for (i = 0; i < island->bodies; i++) {
         const perp__motion *motion = &world->motions[work->members[i]];
 
-        strength[i] = mass_norm(world, motion, work->now + n * i) +
-                      mass_norm(world, motion, work->gain + n * i);
+        strength[i] = perp__mass_norm(world, motion, work->now + n * i) +
+                      perp__mass_norm(world, motion, work->gain + n * i);
     }
-    for (i = 0; i < work->count; i++)
+    for (i = 0; i < work->units; i++)
         for (k = 0; k < work->rows[i].dim; k++)
             for (side = 0; side < 2 && work->impulse[3 * i + k] != 0.0; side++) {
                 const int32_t body = work->rows[i].body[side];
+                double twist[6];
 
-                if (body >= 0 && body < island->bodies)
-                    strength[body] += fabs(work->impulse[3 * i + k]) *
-                                      row_norm(world, &world->motions[work->members[body]],
-                                               work->rows[i].rows[side][k]);
+                if (body < 0 || body >= island->bodies)
+                    continue;
+                perp__twist_of(world, work->rows[i].rows[side][k], twist);
+                strength[body] += fabs(work->impulse[3 * i + k]) *
+                                  perp__row_norm(&world->motions[work->members[body]], twist);
             }
 }
 
@@ -351,7 +357,7 @@ static double largest_change(const perp_world *world, const perp__island *island
 
         for (k = 0; k < n; k++)
             change[k] = world->work.v[n * i + k] - from[n * i + k];
-        norm = mass_norm(world, &world->motions[world->work.members[i]], change);
+        norm = perp__mass_norm(world, &world->motions[world->work.members[i]], change);
         if (norm != 0.0)
             perp__raise_to(&largest, norm / strength[i]);
     }
@@ -371,7 +377,7 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
 
     find_strengths(world, island, work->strength);
     memcpy(work->solved, work->v, numbers * sizeof(double));
-    memcpy(work->solved_rows, work->velocity, 3 * (size_t)work->count * sizeof(double));
+    memcpy(work->solved_rows, work->velocity, 3 * (size_t)work->units * sizeof(double));
     status = perp__rigid_hold(world->solver, answer, problem);
     if (status != PERP_OK)
         return status;
@@ -383,7 +389,7 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
     }
     answer->held = 0;
     memcpy(work->v, work->solved, numbers * sizeof(double));
-    memcpy(work->velocity, work->solved_rows, 3 * (size_t)work->count * sizeof(double));
+    memcpy(work->velocity, work->solved_rows, 3 * (size_t)work->units * sizeof(double));
     return PERP_OK;
 }
 
@@ -417,7 +423,7 @@ static perp_status solve_thoroughly(perp_world *world, perp__rigid_answer *answe
         return PERP_OK;
     if (problem->max_iterations > 0)
         problem->max_iterations -= (int32_t)spent;
-    memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof *work->warm);
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     problem->again = 1;
     status = perp__rigid_solve(world->solver, answer, problem);
     answer->iterations += spent;
@@ -437,21 +443,24 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     perp__receive(world, &answer);
     status = solve_quickly(world, &answer, &problem);
     if (status == PERP_OK && !perp__is_good(answer.outcome) &&
-        world->settings.accuracy == PERP_ACCURACY_EXACT)
+        (world->settings.accuracy == PERP_ACCURACY_EXACT || island->joints > 0))
         status = solve_thoroughly(world, &answer, &problem);
     else if (status == PERP_OK && !perp__is_good(answer.outcome))
         weigh(&answer, tol = perp__swept_tol(world));
-    if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY)
+    if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY &&
+        island->joints == 0)
         status = perp__sweep_on(world, island, &answer, &problem);
     if (status == PERP_OK && perp__is_good(answer.outcome))
         status = perp__hold_island(world, island, &answer, &problem, tol);
+    if (status == PERP_OK && perp__is_good(answer.outcome))
+        perp__rest_joints(world, island);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");
     if (status != PERP_OK)
         return status;
     work->set_up = 1;
-    memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof *work->warm);
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     perp__spend(world, answer.iterations);
     if (answer.outcome == PERP_OUTCOME_RAY && is_solvable(world, island, bounces))
         answer.outcome = PERP_OUTCOME_STALLED; /* of the method, not of the scene */
@@ -482,6 +491,7 @@ void perp__take_answer(perp_world *world, const perp__island *island)
         memcpy(contact->next, work->impulse + 3 * i, sizeof contact->next);
         contact->mode = work->modes[i];
     }
+    perp__add_joint_impulses(world, work->impulse + 3 * work->count, 1.0);
 }
 
 /* The motion of the step: the ways of its intervals over all of it. */
@@ -567,6 +577,8 @@ static void leave_alone(perp_world *world, const perp__island *island)
 static perp_status solve_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict)
 {
+    if (island->joints > 0)
+        return perp__solve_jointed(world, island, h, verdict);
     memset(verdict, 0, sizeof *verdict);
     if (!closes(world, island, h)) {
         leave_alone(world, island);
@@ -580,7 +592,8 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
 /* Whether contacts came to the island since it was solved; they count as old from now on. */
 static int32_t has_changed(perp_world *world, const perp__island *island)
 {
-    int32_t changed = 0;
+    int32_t changed =
+        island->joints > 0 && perp__island_motion(world, island, 0)->verdict.rounds == 0;
     int32_t i;
 
     for (i = 0; i < island->contacts; i++) {
@@ -602,7 +615,7 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
         status = perp__fit_island_work(world);
     world->budget.contacts = 0;
     for (i = 0; i < world->island_count; i++)
-        world->budget.contacts += world->islands[i].contacts;
+        world->budget.contacts += world->islands[i].contacts + world->islands[i].joints;
     for (i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
         perp__verdict verdict;
@@ -614,7 +627,7 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
             status = solve_island(world, island, h, &verdict);
             verdict.rounds = rounds;
         }
-        world->budget.contacts -= island->contacts;
+        world->budget.contacts -= island->contacts + island->joints;
         for (k = 0; k < island->bodies; k++)
             perp__island_motion(world, island, k)->verdict = verdict;
         if (verdict.outcome == PERP_OUTCOME_RAY) {
@@ -648,7 +661,9 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
 
     memset(summary, 0, sizeof *summary);
     world->island_count = 0;
-    status = perp__join_contacts(world, h, &came);
+    status = world->joint_count > 0 ? solve_changed(world, h, summary) : PERP_OK;
+    if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
+        status = perp__join_contacts(world, h, &came);
     while (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY && came > 0) {
         status = solve_changed(world, h, summary);
         if (status == PERP_OK)

@@ -126,6 +126,7 @@ static void commit(perp_world *world)
     world->next_records = records;
     world->record_count = world->next_record_count;
     perp__remember(world);
+    perp__keep_joints(world);
     world->stats.steps++;
 }
 

@@ -22,6 +22,7 @@
 #include "contact/contact.h"
 #include "world/collide/meeting.h"
 #include "world/collide/tree.h"
+#include "world/joint.h"
 
 #define PERP__MAX_DIRECTIONS 64
 #define PERP__MAX_SUBSTEPS 1000
@@ -61,8 +62,9 @@ typedef struct perp__body {
     double inverse_factor[9]; /* C^-1 */
     double radius; /* of the sphere about the mass centre that holds the bounded shapes */
     int32_t shapes;
-    int32_t planes;  /* half-spaces among the shapes */
-    int32_t settled; /* has not moved since its shapes' fat boxes were looked at */
+    int32_t planes;      /* half-spaces among the shapes */
+    int32_t settled;     /* has not moved since its shapes' fat boxes were looked at */
+    int32_t first_joint; /* of its list, see perp__joint.next */
 } perp__body;
 
 /* Two shapes whose fat boxes overlap. */
@@ -134,9 +136,12 @@ typedef struct perp__motion {
     double after[6];  /* twist after the step */
     double shift[6];  /* of the projection */
     double tried[6];  /* the moving twist that contacts were looked for with last */
+    double trial[6];  /* joint_step.c: the moving twist, and that after the step, that joints are */
+    double last[6];   /* placed by */
     double earliest;  /* when it meets something first, in shares of the step */
     int32_t moved;    /* that twist was a new one */
     int32_t touched;  /* has contact points in this step */
+    int32_t jointed;  /* has joints */
     int32_t island;   /* -1: none */
     int32_t local;    /* number within the island */
     int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
@@ -188,15 +193,20 @@ typedef struct perp__island {
     int32_t bodies;
     int32_t first_contact; /* in contact_order */
     int32_t contacts;
+    int32_t first_joint; /* in joint_order */
+    int32_t joints;
 } perp__island;
 
 /* Workspace of one island, large enough for the largest. Numbers: coordinates by body. */
 typedef struct perp__island_work {
-    int32_t max_contacts, max_bodies; /* bodies: and what moves as it is told */
+    int32_t max_contacts, max_bodies; /* with the units of joints; and what moves as it is told */
     int32_t carriers;                 /* of the latter */
     int32_t count;                    /* contacts that take part in the problem at hand, */
     int32_t *chosen;                  /* by number in the island, */
     perp__rigid_rows *rows;           /* and their rows */
+    int32_t inequalities, units;      /* and with the joints': up to here, and all */
+    perp__joint_unit *joint_units;    /* which those are */
+    double length;                    /* of the step */
     int32_t set_up;                   /* the solver has these */
     int32_t *members;                 /* the bodies */
     double *factors, *origins;        /* of the bodies, perp__rigid_problem */
@@ -237,7 +247,13 @@ struct perp_world {
     int32_t shape_slots;
     int32_t shape_capacity;
     int32_t free_shape;
-    uint64_t edition; /* counts bodies added and removed */
+    perp__joint *joints;
+    perp__joint_state *joint_states;
+    int32_t joint_slots;
+    int32_t joint_capacity;
+    int32_t free_joint;
+    int32_t joint_count;
+    uint64_t edition; /* counts bodies and joints added and removed */
     int32_t weighed;  /* since shapes came, the mass centres have been looked at */
 
     /* the step's own memory, by size */
@@ -252,6 +268,7 @@ struct perp_world {
     int32_t *shape_counts;
     perp__arena link_arena;
     int32_t *contact_order;
+    int32_t *joint_order;
     perp__link *links;
     perp__arena island_arena;
     perp__island_work work;
@@ -318,7 +335,49 @@ perp_status perp__check_centres(perp_world *world);
 /* Releases the shapes of a body; recomputes its bounding radius. */
 void perp__remove_shapes(perp_world *world, int32_t body);
 
+/* joint.c */
+/* Whether a joint keeps two bodies from touching each other. */
+int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b);
+void perp__remove_joints(perp_world *world, int32_t body);
+void perp__view_of_states(const perp_world *world, const perp__joint *joint,
+                          const perp__state *states, double before, perp__joint_view *view);
+
+/* joint_rows.c: before: the coordinate of a moment before, from which turns are counted. */
+void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
+                      const perp__placement poses[2], perp__joint_view *view);
+int32_t perp__joint_has_coordinate(int32_t kind);
+/* Whether error i is a length, else an angle. */
+int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i);
+
+/* joint_step.c */
+/* An island with joints. */
+perp_status perp__solve_jointed(perp_world *world, const perp__island *island, double h,
+                                perp__verdict *verdict);
+/* Numbers what moves as it is told among the bodies of the joints; before that, afresh. */
+void perp__number_joint_bodies(perp_world *world, const perp__island *island, int32_t afresh);
+/* The joints' units after those of the contacts; and the bounds of an interval of length t. */
+void perp__add_joint_rows(perp_world *world, const perp__island *island);
+void perp__time_joints(perp_world *world, double t);
+/* impulse: of the joints' units, 3 each. */
+void perp__add_joint_impulses(perp_world *world, const double *impulse, double share);
+/* Whether limits that press did so from the start. */
+int32_t perp__limits_last(const perp_world *world);
+void perp__rest_joints(perp_world *world, const perp__island *island);
+/* What the step made of joints becomes their last one's. */
+void perp__keep_joints(perp_world *world);
+
+/* A distance of 0 has no direction. */
+int32_t perp__has_direction(const perp__joint_view *view);
+
+/* joint_projection.c, of the next states */
+/* The sum of what joints lack, as lengths, 0 where that is rounding; whether an island's do. */
+double perp__joint_errors(const perp_world *world);
+int32_t perp__lacks_joints(const perp_world *world, const perp__island *island);
+/* Rows of the joints after those of the overlaps. */
+void perp__add_joint_errors(perp_world *world, const perp__island *island);
+
 /* motion.c */
+void perp__turn_mass(perp__motion *motion, const perp__body *body, const double *R);
 void perp__rotation_of(const perp_world *world, const perp__state *state, double *R);
 void perp__place(perp_world *world, const perp__state *states);
 void perp__free_velocities(perp_world *world, double h);
@@ -440,6 +499,12 @@ void perp__twist_of(const perp_world *world, const double *x, double *twist);
 void perp__write_factor(const perp_world *world, const perp__motion *motion, double *C);
 /* What is not told apart from 0 is 0. */
 double perp__open_gap(const perp__world_contact *contact, double gap);
+/* The number of what a row is on: a body of the island, one that moves as it is told, or what
+ * rests. */
+int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body);
+/* |C^-1 v| of a body: half its square is the kinetic energy; |C'J'| of a row of it. */
+double perp__mass_norm(const perp_world *world, const perp__motion *motion, const double *v);
+double perp__row_norm(const perp__motion *motion, const double *twist);
 /* Bodies and carriers of an island, where they are and how they start. */
 void perp__gather_bodies(perp_world *world, const perp__island *island);
 /* Rows of the contacts that take part: those not left out; NULL: all. */
