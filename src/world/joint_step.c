@@ -354,21 +354,64 @@ int32_t perp__limits_last(const perp_world *world)
     return 1;
 }
 
-/* A velocity that rounding does not tell apart from 0 is 0, where that is so of all the island:
- * what hangs at rest is pinned by nothing along its way. */
-void perp__rest_joints(perp_world *world, const perp__island *island)
+/* The largest velocity of a body beside its terms. */
+static double restlessness(const perp_world *world, const perp__island *island)
 {
-    perp__island_work *work = &world->work;
-    const int32_t n = world->dof;
+    const perp__island_work *work = &world->work;
+    double largest = 0.0;
     int32_t i;
 
+    for (i = 0; i < island->bodies; i++) {
+        const double speed = perp__mass_norm(world, &world->motions[work->members[i]],
+                                             work->v + world->dof * i);
+
+        if (speed > 0.0)
+            perp__raise_to(&largest, speed / work->strength[i]);
+    }
+    return largest;
+}
+
+/* The equations once more, for what is left of the velocities: a step of refinement. */
+static perp_status refine(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                          const perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    perp__rigid_problem rest = *problem;
+    perp_status status;
+    int32_t i;
+
+    rest.free = work->solved;
+    rest.warm = NULL;
+    rest.again = 1;
+    rest.method = PERP_CONTACT_METHOD_NEWTON;
+    memcpy(work->solved, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->v);
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
+    status = perp__rigid_solve(world->solver, answer, &rest);
+    for (i = 0; status == PERP_OK && i < 3 * work->units; i++)
+        work->impulse[i] += work->warm[i];
+    return status;
+}
+
+/* A velocity that rounding does not tell apart from 0 is 0, where that is so of all the island: what
+ * hangs at rest is pinned by nothing along its way. */
+perp_status perp__rest_joints(perp_world *world, const perp__island *island,
+                              const perp__rigid_answer *answer, const perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    perp__rigid_answer refined = *answer;
+    double left;
+    perp_status status = PERP_OK;
+
     if (island->joints == 0 || work->carriers > 0)
-        return;
-    for (i = 0; i < island->bodies; i++)
-        if (!(perp__mass_norm(world, &world->motions[work->members[i]], work->v + n * i) <=
-              ROUNDING * work->strength[i]))
-            return;
-    memset(work->v, 0, (size_t)(n * island->bodies) * sizeof *work->v);
+        return PERP_OK;
+    left = restlessness(world, island);
+    if (left > ROUNDING && left <= STILL && work->inequalities == 0) {
+        status = refine(world, island, &refined, problem);
+        left = restlessness(world, island);
+    }
+    if (status == PERP_OK && left <= ROUNDING)
+        memset(work->v, 0, (size_t)(world->dof * island->bodies) * sizeof *work->v);
+    return status;
 }
 
 void perp__keep_joints(perp_world *world)

@@ -25,6 +25,12 @@
  * spent, but at accuracy `exact`. */
 #define QUICK 100
 
+/* Joints of an island up to which sweeps come to an answer as fast as newton's method. */
+#define FEW_JOINTS 8
+
+/* Residual that joints may be left with where methods come to no better one. */
+#define JOINT_TOL 1e-6
+
 /* How often an island within a budget is solved in a step: what closes after that waits for the
  * next one. */
 #define MOST_ROUNDS 2
@@ -393,8 +399,8 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
     return PERP_OK;
 }
 
-static perp_status solve_quickly(perp_world *world, perp__rigid_answer *answer,
-                                 perp__rigid_problem *problem)
+static perp_status solve_by(perp_world *world, perp__rigid_answer *answer,
+                            perp__rigid_problem *problem)
 {
     const int32_t limit = problem->max_iterations;
     perp_status status;
@@ -409,6 +415,37 @@ static perp_status solve_quickly(perp_world *world, perp__rigid_answer *answer,
     if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0)
         answer->outcome = PERP_OUTCOME_STALLED; /* nobody asked for that limit */
     return status;
+}
+
+/* What will do where methods come to no better: at `exact` nothing else. Joints are not to give way
+ * visibly. */
+static double rough_tol(const perp_world *world, const perp__island *island)
+{
+    const double tol = perp__swept_tol(world);
+
+    return island->joints > 0 ? fmin(tol, JOINT_TOL) : tol;
+}
+
+/* Joints couple their bodies too tightly for sweeps: newton's method solves equations at once. */
+static perp_status solve_quickly(perp_world *world, const perp__island *island,
+                                 perp__rigid_answer *answer, perp__rigid_problem *problem,
+                                 double *tol)
+{
+    const int32_t method = problem->method;
+    perp_status status = PERP_OK;
+
+    if (island->joints > FEW_JOINTS && method == PERP_CONTACT_METHOD_AUTO && problem->cone == 0) {
+        problem->method = PERP_CONTACT_METHOD_NEWTON;
+        status = solve_by(world, answer, problem);
+        problem->method = method;
+        if (status == PERP_OK && !perp__is_good(answer->outcome))
+            weigh(answer, *tol = rough_tol(world, island));
+        if (status != PERP_OK || perp__is_good(answer->outcome))
+            return status;
+        *tol = perp__exact_tol(world);
+        problem->again = 1;
+    }
+    return solve_by(world, answer, problem);
 }
 
 /* From where that has come to, with all that the methods have. */
@@ -441,19 +478,20 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
 
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
-    status = solve_quickly(world, &answer, &problem);
+    status = solve_quickly(world, island, &answer, &problem, &tol);
+    if (status == PERP_OK && !perp__is_good(answer.outcome) &&
+        world->settings.accuracy != PERP_ACCURACY_EXACT)
+        weigh(&answer, tol = rough_tol(world, island));
     if (status == PERP_OK && !perp__is_good(answer.outcome) &&
         (world->settings.accuracy == PERP_ACCURACY_EXACT || island->joints > 0))
         status = solve_thoroughly(world, &answer, &problem);
-    else if (status == PERP_OK && !perp__is_good(answer.outcome))
-        weigh(&answer, tol = perp__swept_tol(world));
     if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY &&
         island->joints == 0)
         status = perp__sweep_on(world, island, &answer, &problem);
     if (status == PERP_OK && perp__is_good(answer.outcome))
         status = perp__hold_island(world, island, &answer, &problem, tol);
     if (status == PERP_OK && perp__is_good(answer.outcome))
-        perp__rest_joints(world, island);
+        status = perp__rest_joints(world, island, &answer, &problem);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");

@@ -362,7 +362,8 @@ void perp__time_joints(perp_world *world, double t);
 void perp__add_joint_impulses(perp_world *world, const double *impulse, double share);
 /* Whether limits that press did so from the start. */
 int32_t perp__limits_last(const perp_world *world);
-void perp__rest_joints(perp_world *world, const perp__island *island);
+perp_status perp__rest_joints(perp_world *world, const perp__island *island,
+                              const perp__rigid_answer *answer, const perp__rigid_problem *problem);
 /* What the step made of joints becomes their last one's. */
 void perp__keep_joints(perp_world *world);
 
