@@ -2,12 +2,13 @@
  *
  * With p = x + R anchor on either body, d = p_B - p_A and body axes (n, t1, t2), the equations are
  *
- *   e . d = 0, e fixed in space,         rate e . (v_B + w_B x r_B - v_A - w_A x r_A)
+ *   e . d = 0, e fixed in space,         rate e . (v_B + w_B x r_B - v_A - w_A x r_A), arms to
+ *                                        the middle of p_A and p_B: d is as good as 0
  *   a . d = 0, a an axis of A,           the same, with A's arm to p_B
  *   a . b = 0, axes of A and B,          rate (a x b) . (w_A - w_B)
  *
- * and one of a screw, n . d = pitch (angle). Rates are the exact derivatives everywhere, so that
- * Newton's method on C converges quadratically. */
+ * and one of a screw, n . d = pitch (angle). Impulses act on both bodies in one point, so that they
+ * keep angular momentum wherever that is. */
 #include "world/world.h"
 
 #include <math.h>
@@ -25,6 +26,7 @@ typedef struct pair_of_poses {
     double p[2][3];       /* anchors */
     double d[3];          /* p_B - p_A */
     double long_arm[3];   /* from A's mass centre to p_B */
+    double middle[2][3];  /* arms to the middle of p_A and p_B */
     double axes[2][3][3]; /* in space */
 } pair_of_poses;
 
@@ -132,7 +134,7 @@ static double equation(const perp__joint *joint, const pair_of_poses *at, int32_
 
     if (code <= SPACE_Z) {
         axis[code - SPACE_X] = 1.0;
-        push_row(rows, axis, view->arms[0], view->arms[1]);
+        push_row(rows, axis, at->middle[0], at->middle[1]);
         return at->d[code - SPACE_X];
     }
     if (code <= ALONG_2) {
@@ -183,6 +185,8 @@ void perp__view_joint(const perp_world *world, const perp__joint *joint, double 
     view->size = perp__length3(view->arms[0]) + perp__length3(view->arms[1]);
     perp__subtract3(at.d, at.p[1], at.p[0]);
     perp__along3(at.long_arm, view->arms[0], 1.0, at.d);
+    perp__along3(at.middle[0], view->arms[0], 0.5, at.d);
+    perp__along3(at.middle[1], view->arms[1], -0.5, at.d);
     view->coordinate = coordinate_row(joint, &at, before, view);
     for (i = 0; codes[i] != END; i++)
         view->error[i] = equation(joint, &at, codes[i], view, view->rows[i]);

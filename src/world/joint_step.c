@@ -5,9 +5,9 @@
  *   M(q1) v1 - M(q0) v0 = h f + J(q_m)' r,     J(q1) v1 = 0,     q1 = q0 + h (v0 + v1) / 2
  *
  * with q_m half-way: impulses act where the bodies are in the middle of the step, and velocities
- * obey the joints at its end. Momentum is kept to rounding, motion is second order, and symmetric
- * in time but for the projection. The contact layer has one J for both, so that the problem is
- * posed as
+ * obey the joints at its end. That is second order. Momentum is kept to rounding, angular momentum
+ * but for what the projection moves bodies by, which is third order a step. The contact layer has
+ * one J for both, so that the problem is posed as
  *
  *   v1 = M(q1)^-1 (M(q0) v0 + h f + J_m' r),     J_m v1 + (J_1 - J_m) v1* = 0
  *
@@ -362,8 +362,8 @@ static double restlessness(const perp_world *world, const perp__island *island)
     int32_t i;
 
     for (i = 0; i < island->bodies; i++) {
-        const double speed = perp__mass_norm(world, &world->motions[work->members[i]],
-                                             work->v + world->dof * i);
+        const double speed =
+            perp__mass_norm(world, &world->motions[work->members[i]], work->v + world->dof * i);
 
         if (speed > 0.0)
             perp__raise_to(&largest, speed / work->strength[i]);
@@ -392,8 +392,8 @@ static perp_status refine(perp_world *world, const perp__island *island, perp__r
     return status;
 }
 
-/* A velocity that rounding does not tell apart from 0 is 0, where that is so of all the island: what
- * hangs at rest is pinned by nothing along its way. */
+/* A velocity that rounding does not tell apart from 0 is 0, where that is so of all the island:
+ * what hangs at rest is pinned by nothing along its way. */
 perp_status perp__rest_joints(perp_world *world, const perp__island *island,
                               const perp__rigid_answer *answer, const perp__rigid_problem *problem)
 {
