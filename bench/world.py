@@ -32,7 +32,7 @@ import matplotlib.pyplot as plt
 import report
 
 BENCH = Path(os.environ.get("BUILD", "build")).resolve() / "bench"
-PEERS = ("bullet", "ode", "mujoco", "box2d")
+PEERS = ("bullet", "ode", "mujoco", "box2d", "jolt", "rapier")
 LEVELS = (("fast", 0), ("standard", 0), ("accurate", 0), ("exact", 0))
 SUBSTEPS = (("standard", 2), ("standard", 16), ("standard", 32))
 FLOOR = 1e-16  # where an error of 0 is drawn

@@ -76,7 +76,8 @@ typedef struct perp_world_settings {
     int32_t max_iterations; /* of a whole step; 0 (default): the methods' own limits */
     int32_t strict;         /* 1: a step that is not solved leaves the state untouched;
                                0 (default): on a limit it advances with the best iterate */
-    int32_t reserved;
+    int32_t wakeful;   /* 1: steps of what rests are taken like all others, for the same bits at
+                          more cost; 0 (default): they are skipped */
     double tol;        /* residual that counts as solved, see below; 0 (default): 1e-10
                           of what is solved exactly; of what is swept 1e-2, 1e-3, 1e-6
                           from fast to accurate */
@@ -151,7 +152,8 @@ typedef struct perp_step_result {
     size_t struct_size;
     int32_t outcome;    /* the worst of the islands': solved and rounding_limit are good */
     int32_t advanced;   /* 1 if the state moved on; 0 if it was left untouched */
-    int64_t iterations; /* of all methods and problems of the step, projection included */
+    int64_t iterations; /* of all methods and problems of the step, projection included; what
+                           rests takes none */
     double residual;    /* the largest tested residual of the islands' velocities, each beside its
                            island's numbers; where sweeps gave them, that of perp_world_step */
     int32_t contacts;
@@ -295,7 +297,8 @@ PERP_API perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, 
 PERP_API perp_status perp_world_step(perp_world *world, perp_step_result *result,
                                      double dt) PERP_WARN_UNUSED;
 
-/* The contact points of the last step. index from 0 to perp_world_contact_count() - 1. */
+/* The contact points of the last step. index from 0 to perp_world_contact_count() - 1. The first
+ * one that is asked for after a step makes the records of all, and may run out of memory. */
 PERP_API int32_t perp_world_contact_count(const perp_world *world);
 PERP_API perp_status perp_world_get_contact(const perp_world *world, perp_world_contact *contact,
                                             int32_t index) PERP_WARN_UNUSED;

@@ -30,6 +30,13 @@ perp_status perp__arena_fit(perp__arena *arena, perp__layout layout, void *objec
 perp_status perp__arena_fit_sizes(perp__arena *arena, perp__layout layout, void *object,
                                   size_t *fitted, const size_t *sizes, size_t count);
 
+/* *room := count where that is more. */
+static inline void perp__raise_room(int32_t *room, int32_t count)
+{
+    if (*room < count)
+        *room = count;
+}
+
 void perp__arena_init(perp__arena *arena, perp_context *context);
 void perp__arena_release(perp__arena *arena);
 

@@ -107,6 +107,7 @@ static perp_status reserve_body(perp_world *world)
     int32_t capacity;
     perp__body *bodies;
     perp__state *states;
+    int32_t *awake;
 
     if (world->free_body >= 0 || world->body_slots < world->body_capacity)
         return PERP_OK;
@@ -123,6 +124,12 @@ static perp_status reserve_body(perp_world *world)
     if (!states)
         return perp__fail_memory(world->context, "another body");
     world->states = states;
+    awake = perp__grown(world->context, world->awake,
+                        (size_t)(world->awake_count + world->roused_count) * sizeof *awake,
+                        (size_t)capacity * sizeof *awake);
+    if (!awake)
+        return perp__fail_memory(world->context, "another body");
+    world->awake = awake;
     world->body_capacity = capacity;
     return PERP_OK;
 }
@@ -132,17 +139,22 @@ static int32_t take_slot(perp_world *world, const perp__body *body, const perp__
 {
     int32_t slot = world->free_body;
     uint32_t generation = 1;
+    int32_t listed = 0;
 
     if (slot >= 0) {
         world->free_body = world->bodies[slot].next_free;
         generation = world->bodies[slot].generation;
+        listed = world->bodies[slot].awake;
     } else {
         slot = world->body_slots++;
     }
     world->bodies[slot] = *body;
     world->bodies[slot].generation = generation;
     world->bodies[slot].alive = 1;
+    world->bodies[slot].awake = listed;
+    world->bodies[slot].nap = world->bodies[slot].first_shape = -1;
     world->states[slot] = *state;
+    perp__rouse(world, slot);
     world->edition++;
     world->stats.bodies++;
     return slot;
@@ -218,9 +230,11 @@ static perp_status remove_body(perp_world *world, perp_body id)
     if (slot == 0)
         return perp__fail(world->context, PERP_ERROR_ARGUMENT,
                           "body is the ground, which can't be removed");
+    perp__disturb(world, slot);
     perp__remove_shapes(world, slot);
     perp__remove_joints(world, slot);
     world->bodies[slot].alive = 0;
+    world->awake_changed = 1;
     world->bodies[slot].generation++;
     world->bodies[slot].next_free = world->free_body;
     world->free_body = slot;
@@ -307,9 +321,9 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
           perp__is_zero3(state.force) && perp__is_zero3(state.torque)))
         status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
                             "body is static: velocities, force and torque must be 0");
-    if (status == PERP_OK) {
+    if (status == PERP_OK && memcmp(&world->states[slot], &state, sizeof state) != 0) {
         world->states[slot] = state;
-        perp__unsettle(world, slot);
+        perp__disturb(world, slot);
     }
     return status;
 }

@@ -27,13 +27,17 @@
 
 perp_status perp__reserve_memories(perp_world *world, int32_t count)
 {
-    perp__memory *memories;
+    const size_t used = (size_t)world->memory_count, room = (size_t)count;
+    perp__memory *memories, *next;
 
     if (count <= world->memory_capacity)
         return PERP_OK;
-    memories =
-        perp__grown(world->context, world->memories, (size_t)world->memory_count * sizeof *memories,
-                    (size_t)count * sizeof *memories);
+    next = perp__grown(world->context, world->next_memories, 0, room * sizeof *next);
+    if (!next)
+        return perp__fail_memory(world->context, "the contacts");
+    world->next_memories = next;
+    memories = perp__grown(world->context, world->memories, used * sizeof *memories,
+                           room * sizeof *memories);
     if (!memories)
         return perp__fail_memory(world->context, "the contacts");
     world->memories = memories;
@@ -41,10 +45,23 @@ perp_status perp__reserve_memories(perp_world *world, int32_t count)
     return PERP_OK;
 }
 
-/* Room for `needed` contacts, and as many memories of them. */
+static perp_status grow(perp_world *world, perp__contact_set *set, int32_t capacity)
+{
+    perp__world_contact *contacts =
+        perp__grown(world->context, set->contacts, (size_t)set->count * sizeof *contacts,
+                    (size_t)capacity * sizeof *contacts);
+
+    if (!contacts)
+        return perp__fail_memory(world->context, "the contacts");
+    set->contacts = contacts;
+    set->capacity = capacity;
+    return PERP_OK;
+}
+
+/* Room for `needed` contacts, and as many memories of them; the last step's set is the next one's.
+ */
 static perp_status reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed)
 {
-    perp__world_contact *contacts;
     int32_t capacity = set->capacity > 0 ? set->capacity : PERP__MAX_POINTS;
     perp_status status;
 
@@ -55,15 +72,9 @@ static perp_status reserve_contacts(perp_world *world, perp__contact_set *set, i
     while (capacity < needed)
         capacity *= 2;
     status = perp__reserve_memories(world, capacity);
-    if (status != PERP_OK)
-        return status;
-    contacts = perp__grown(world->context, set->contacts, (size_t)set->count * sizeof *contacts,
-                           (size_t)capacity * sizeof *contacts);
-    if (!contacts)
-        return perp__fail_memory(world->context, "the contacts");
-    set->contacts = contacts;
-    set->capacity = capacity;
-    return PERP_OK;
+    if (status == PERP_OK && set == &world->contacts && world->last.capacity < capacity)
+        status = grow(world, &world->last, capacity);
+    return status == PERP_OK ? grow(world, set, capacity) : status;
 }
 
 /* The geometric mean; exact where both are equal. */
@@ -72,20 +83,40 @@ static double pair_friction(double a, double b)
     return a == b ? a : sqrt(a) * sqrt(b);
 }
 
-/* What the last step gave to the point. */
-static void recall(const perp_world *world, const perp__pair *pair, perp__world_contact *contact)
+/* What the last step gave to the point, along its axes now; the same bits where these are. */
+static void take_memory(const perp_world *world, const perp__memory *memory,
+                        perp__world_contact *contact)
 {
-    int32_t i, k;
+    perp__world_contact then;
+    double impulse[3] = {0.0, 0.0, 0.0};
+    int32_t k;
 
-    for (i = 0; i < pair->memories; i++) {
-        const perp__memory *memory = &world->memories[pair->first_memory + i];
-
-        if (memory->feature != contact->feature)
-            continue;
-        for (k = 0; k < 3; k++)
-            contact->warm[k] = perp__dot3(contact->axes[k], memory->impulse);
+    if (memcmp(memory->normal, contact->axes[0], sizeof memory->normal) == 0) {
+        perp__copy3(contact->warm, memory->impulse);
         return;
     }
+    perp__copy3(then.axes[0], memory->normal);
+    perp__contact_frame(world, &then);
+    for (k = 0; k < 3; k++)
+        perp__add3(impulse, memory->impulse[k], then.axes[k]);
+    for (k = 0; k < 3; k++)
+        contact->warm[k] = perp__dot3(contact->axes[k], impulse);
+}
+
+static void recall(const perp_world *world, const perp__pair *pair, perp__world_contact *contact)
+{
+    int32_t i;
+
+    for (i = pair->first_kept; i >= 0; i = world->kept[i].next)
+        if (world->kept[i].memory.feature == contact->feature) {
+            take_memory(world, &world->kept[i].memory, contact);
+            return;
+        }
+    for (i = 0; i < pair->memories; i++)
+        if (world->memories[pair->first_memory + i].feature == contact->feature) {
+            take_memory(world, &world->memories[pair->first_memory + i], contact);
+            return;
+        }
 }
 
 static void fill_contact(perp_world *world, perp__world_contact *contact, const perp__pair *pair,
@@ -99,7 +130,12 @@ static void fill_contact(perp_world *world, perp__world_contact *contact, const 
     contact->body_b = b->body;
     contact->shape_a = pair->first;
     contact->shape_b = pair->second;
+    contact->generations[0] = world->bodies[a->body].generation;
+    contact->generations[1] = world->bodies[b->body].generation;
+    contact->generations[2] = a->generation;
+    contact->generations[3] = b->generation;
     contact->pair = (int32_t)(pair - world->pairs);
+    contact->round = world->rounds;
     contact->feature = (uint64_t)point->feature;
     perp__copy3(contact->position, point->position);
     perp__copy3(contact->axes[0], point->normal);
@@ -206,15 +242,15 @@ perp_status perp__find_contacts(perp_world *world, double h)
     world->contacts.count = 0;
     world->rounds = 0;
     perp__untouch(world);
-    for (i = 0; i < world->body_slots; i++) /* no motion has been looked at */
-        world->motions[i].tried[0] = NAN;
+    for (i = 0; i < world->awake_count; i++) /* no motion has been looked at */
+        world->motions[world->awake[i]].tried[0] = NAN;
     status = perp__cover_motions(world, h);
     if (status == PERP_OK)
         find_memories(world);
     for (i = 0; i < world->pair_count && status == PERP_OK; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
 
-        pair->joined = 0;
+        pair->joined = pair->waited = 0;
         made = perp__touching_points(world, pair, h, points);
         pair->open = made == 0;
         status = reserve_contacts(world, &world->contacts, world->contacts.count + made);
@@ -346,11 +382,9 @@ static void look_for_new_motions(perp_world *world)
 {
     int32_t i;
 
-    for (i = 0; i < world->body_slots; i++) {
-        perp__motion *motion = &world->motions[i];
+    for (i = 0; i < world->awake_count; i++) {
+        perp__motion *motion = &world->motions[world->awake[i]];
 
-        if (!world->bodies[i].alive)
-            continue;
         motion->moved = memcmp(motion->tried, motion->moving, sizeof motion->tried) != 0;
         memcpy(motion->tried, motion->moving, sizeof motion->tried);
         motion->earliest = INFINITY;
@@ -400,6 +434,7 @@ static perp_status join_meetings(perp_world *world, double h)
             waits = waits || (pair->meeting.doubtful && world->rounds < PATIENCE &&
                               world->bodies[bodies[k]].kind == PERP_BODY_DYNAMIC &&
                               world->motions[bodies[k]].earliest < pair->meeting.time);
+        pair->waited = pair->waited || (pair->met && waits);
         if (pair->met && waits)
             world->motions[bodies[0]].tried[0] = NAN; /* again in the next round */
         else if (pair->met)
@@ -446,42 +481,67 @@ static perp__pair *pair_of(const perp_world *world, const perp__world_contact *c
     return pair->first == contact->shape_a && pair->second == contact->shape_b ? pair : NULL;
 }
 
-/* Starts a pair's memories, as many as it will have. */
-static void start_memories(perp__pair *pair, int32_t *count)
+/* Whether the pair's memories are other ones than those of the step before. */
+static int32_t is_news(const perp_world *world, const perp__pair *pair)
 {
-    pair->first_memory = *count;
-    *count += pair->memories;
-    pair->memories = 0;
+    return pair->memories != pair->had ||
+           (pair->had > 0 &&
+            memcmp(&world->memories[pair->had_first], &world->next_memories[pair->first_memory],
+                   (size_t)pair->had * sizeof *world->memories) != 0);
+}
+
+void perp__write_memory(const perp__world_contact *contact, perp__memory *memory)
+{
+    memory->first = contact->shape_a;
+    memory->second = contact->shape_b;
+    memory->feature = contact->feature;
+    perp__copy3(memory->normal, contact->axes[0]);
+    perp__copy3(memory->impulse, contact->next);
 }
 
 void perp__remember(perp_world *world)
 {
-    int32_t i, k;
+    perp__memory *memories = world->next_memories;
+    int32_t i, count = 0;
 
-    for (i = 0; i < world->pair_slots; i++) {
-        world->pairs[i].first_memory = -1;
-        world->pairs[i].memories = 0;
+    for (i = 0; i < world->pair_count; i++) {
+        perp__pair *pair = perp__ordered_pair(world, i);
+
+        pair->had_first = pair->first_memory;
+        pair->had = pair->memories;
+        pair->memories = 0;
     }
-    for (i = 0; i < world->contacts.count; i++)
-        if (pair_of(world, &world->contacts.contacts[i]))
-            pair_of(world, &world->contacts.contacts[i])->memories++;
-    world->memory_count = 0;
-    world->memories_restored = 0;
     for (i = 0; i < world->contacts.count; i++) {
         const perp__world_contact *contact = &world->contacts.contacts[i];
-        perp__pair *pair = pair_of(world, contact);
-        perp__memory *memory;
 
-        if (!pair)
-            continue;
-        if (pair->first_memory < 0)
-            start_memories(pair, &world->memory_count);
-        memory = &world->memories[pair->first_memory + pair->memories++];
-        memory->first = contact->shape_a;
-        memory->second = contact->shape_b;
-        memory->feature = contact->feature;
-        memset(memory->impulse, 0, sizeof memory->impulse);
-        for (k = 0; k < 3; k++)
-            perp__add3(memory->impulse, contact->next[k], contact->axes[k]);
+        if (pair_of(world, contact))
+            pair_of(world, contact)->memories++;
+        else
+            world->motions[contact->body_a].repeats = world->motions[contact->body_b].repeats = 0;
     }
+    for (i = 0; i < world->pair_count; i++) {
+        perp__pair *pair = perp__ordered_pair(world, i);
+
+        pair->first_memory = count;
+        count += pair->memories;
+        pair->memories = 0;
+    }
+    for (i = 0; i < world->contacts.count; i++) {
+        perp__pair *pair = pair_of(world, &world->contacts.contacts[i]);
+
+        if (pair)
+            perp__write_memory(&world->contacts.contacts[i],
+                               &memories[pair->first_memory + pair->memories++]);
+    }
+    for (i = 0; i < world->pair_count; i++) {
+        perp__pair *pair = perp__ordered_pair(world, i);
+
+        pair->changed = pair->first_kept >= 0 || is_news(world, pair);
+        perp__drop_kept(world, pair->first_kept);
+        pair->first_kept = -1;
+    }
+    world->next_memories = world->memories;
+    world->memories = memories;
+    world->memory_count = count;
+    world->memories_restored = 0;
 }

@@ -31,13 +31,7 @@
 #define LEAST_SHARE 0.25
 
 /* Beside what forces and motion make of it, a normal velocity that counts as none. */
-#define STILL 1e-9
-
-static perp__world_contact *island_contact(const perp_world *world, const perp__island *island,
-                                           int32_t i)
-{
-    return perp__island_contact(world, &world->contacts, island, i);
-}
+#define NO_APPROACH 1e-9
 
 static double dot(const double *x, const double *y, int32_t n)
 {
@@ -99,7 +93,7 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
 
     memset(work->hit, 0, (size_t)island->contacts * sizeof *work->hit);
     for (i = 0; i < work->count; i++) {
-        const perp__world_contact *contact = island_contact(world, island, work->chosen[i]);
+        const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
         const double u = normal_of(world, i, work->now, island->bodies, 1);
         const double forced = normal_of(world, i, work->gain, island->bodies, 0);
         const double gap = work->gap[work->chosen[i]];
@@ -183,8 +177,8 @@ static int32_t lasts(const perp_world *world, const perp__island *island)
             continue;
         speed = fabs(normal_of(world, i, work->now, island->bodies, 1));
         if (work->gap[work->chosen[i]] > 0.0 ||
-            speed > STILL * (perp__normal_terms(world, i, work->now, island->bodies) +
-                             perp__normal_terms(world, i, work->gain, island->bodies)))
+            speed > NO_APPROACH * (perp__normal_terms(world, i, work->now, island->bodies) +
+                                   perp__normal_terms(world, i, work->gain, island->bodies)))
             return 0;
     }
     return perp__limits_last(world);
@@ -198,7 +192,7 @@ static void move_gaps(perp_world *world, const perp__island *island, double t)
 
     for (i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
-        const perp__world_contact *contact = island_contact(world, island, k);
+        const perp__world_contact *contact = perp__step_contact(world, island, k);
 
         work->gap[k] += t * normal_of(world, i, work->moving, island->bodies, 1);
         work->gap[k] = fmax(perp__open_gap(contact, work->gap[k]), 0.0);
@@ -245,31 +239,94 @@ static perp_status pass_hits(perp_world *world, const perp__island *island, doub
     return status;
 }
 
-/* The work of the impulses over a jump, and the size of its terms: half of r'(u- + u+), with the
- * velocities u of bodies alone where something moves as it is told. */
+/* The work of the impulses on body a side of the chosen contact i over a jump, half of r'(u- + u+);
+ * adds the size of its terms. */
+static double work_on(const perp__island_work *work, int32_t i, int32_t side, int32_t n,
+                      double *size)
+{
+    const perp__rigid_rows *rows = &work->rows[i];
+    const double *before = work->now + n * rows->body[side],
+                 *after = work->v + n * rows->body[side];
+    double sum = 0.0;
+    int32_t k, j;
+
+    for (k = 0; k < rows->dim; k++)
+        for (j = 0; j < n; j++) {
+            const double term =
+                0.5 * work->impulse[3 * i + k] * rows->rows[side][k][j] * (before[j] + after[j]);
+
+            sum += term;
+            *size += fabs(term);
+        }
+    return sum;
+}
+
+/* That on all bodies of the island. */
 static double work_of(const perp_world *world, const perp__island *island, double *size)
 {
     const perp__island_work *work = &world->work;
-    const int32_t n = world->dof;
     double sum = 0.0;
-    int32_t i, k, side, j;
+    int32_t i, side;
 
     *size = 0.0;
     for (i = 0; i < work->count; i++)
-        for (k = 0; k < work->rows[i].dim; k++)
-            for (side = 0; side < 2; side++) {
-                const int32_t body = work->rows[i].body[side];
-
-                for (j = 0; j < n && body >= 0 && body < island->bodies; j++) {
-                    const double term = 0.5 * work->impulse[3 * i + k] *
-                                        work->rows[i].rows[side][k][j] *
-                                        (work->now[n * body + j] + work->v[n * body + j]);
-
-                    sum += term;
-                    *size += fabs(term);
-                }
-            }
+        for (side = 0; side < 2; side++)
+            if (work->rows[i].body[side] >= 0 && work->rows[i].body[side] < island->bodies)
+                sum += work_on(work, i, side, world->dof, size);
     return sum;
+}
+
+/* Where a body of the island is turned by now. */
+static void turned_by_now(const perp_world *world, int32_t i, double *R)
+{
+    double turn[4], matrix[9];
+
+    perp__quaternion_exponential(turn, world->work.drift + world->dof * i + 3);
+    perp__quaternion_matrix(matrix, turn);
+    perp__multiply3(R, matrix, world->motions[world->work.members[i]].rotation);
+}
+
+/* Inertia is that of the bodies as they are turned when they jump: angular momentum and energy are
+ * kept there. */
+static void turn_inertia(perp_world *world, const perp__island *island)
+{
+    int32_t i, k;
+
+    for (i = 0; i < island->bodies; i++) {
+        const perp__body *body = &world->bodies[world->work.members[i]];
+        double *C = world->work.factors + 36 * i, R[9], turned[9];
+
+        if (body->spherical)
+            continue;
+        turned_by_now(world, i, R);
+        perp__multiply3(turned, R, body->factor);
+        for (k = 0; k < 9; k++)
+            C[6 * (3 + k / 3) + 3 + k % 3] = turned[k];
+    }
+}
+
+/* What forces add in a step, at the rate at which they do in the time that is left: the gyroscopic
+ * part goes with the angular velocity, which jumped. */
+static void renew_gain(perp_world *world, const perp__island *island, double left, double h)
+{
+    int32_t i, k;
+
+    for (i = 0; i < island->bodies && left > 0.0; i++) {
+        const int32_t body = world->work.members[i];
+        const double *now = world->work.now + 6 * i;
+        double R[9], w[3], torque[3], change[3], turned[3];
+
+        if (world->bodies[body].spherical)
+            continue;
+        turned_by_now(world, i, R);
+        perp__apply_transposed3(w, R, now + 3);
+        perp__apply_transposed3(torque, R, world->states[body].torque);
+        perp__euler_step(&world->bodies[body], left, w, torque, change);
+        perp__subtract3(change, change, w);
+        perp__apply3(turned, R, change);
+        for (k = 0; k < 3; k++)
+            world->work.gain[6 * i + 3 + k] = h / left * turned[k];
+    }
 }
 
 /* The jump of the velocities where contacts touch. Moreau's law with friction, or with several
@@ -289,9 +346,9 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
     perp__force_bodies(world, island, 0.0);
     for (share = 1.0;; share = share > LEAST_SHARE ? 0.5 * share : 0.0) {
         for (i = 0; i < work->count; i++)
-            work->rows[i].bias[0] = share *
-                                    island_contact(world, island, work->chosen[i])->restitution *
-                                    normal_of(world, i, work->now, island->bodies, 1);
+            work->rows[i].bias[0] =
+                share * perp__step_contact(world, island, work->chosen[i])->restitution *
+                normal_of(world, i, work->now, island->bodies, 1);
         status = perp__solve_rows(world, island, 1, verdict);
         if (status != PERP_OK)
             return status;
@@ -313,28 +370,26 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
 {
     perp__island_work *work = &world->work;
     perp_status status = pass_hits(world, island, *left, h, verdict);
-    int32_t which = -1, mean, i;
+    int32_t which = -1, mean, passed, i;
     double t;
 
     *done = 1;
     if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY)
         return status;
     mean = lasts(world, island);
-    memcpy(work->smooth_impulse, work->impulse, 3 * (size_t)work->units * sizeof(double));
-    memcpy(work->smooth_chosen, work->chosen, (size_t)work->count * sizeof(int32_t));
-    work->smooth_count = work->count;
+    for (i = 0; i < work->count; i++)
+        memcpy(perp__step_contact(world, island, work->chosen[i])->next, work->impulse + 3 * i,
+               3 * sizeof(double));
+    passed = work->count;
     perp__choose_rows(world, island, NULL);
     t = first_impact(world, island, *left, mean, &which);
     *done = !(t < *left);
     t = fmin(t, *left);
-    perp__add_joint_impulses(world, work->smooth_impulse + 3 * work->smooth_count, t / *left);
-    for (i = 0; i < work->smooth_count; i++) {
-        perp__world_contact *contact = island_contact(world, island, work->smooth_chosen[i]);
-
-        perp__add_impulse(world, island, work->smooth_chosen[i], work->smooth_impulse + 3 * i,
-                          t / *left);
-        memcpy(contact->next, work->smooth_impulse + 3 * i, sizeof contact->next);
-    }
+    perp__add_joint_impulses(world, work->impulse + 3 * passed, t / *left);
+    for (i = 0; i < island->contacts; i++)
+        if (!work->hit[i])
+            perp__add_impulse(world, island, i, perp__step_contact(world, island, i)->next,
+                              t / *left);
     for (i = 0; i < world->dof * island->bodies && mean && !*done; i++)
         work->v[i] = work->now[i] + t / *left * (work->v[i] - work->now[i]);
     go(world, island, t, mean);
@@ -343,7 +398,10 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
     move_gaps(world, island, t);
     work->gap[which] = 0.0;
     *left -= t;
-    return jump(world, island, verdict);
+    turn_inertia(world, island);
+    status = jump(world, island, verdict);
+    renew_gain(world, island, *left, h);
+    return status;
 }
 
 /* Impacts that are left over when their number is spent: the velocities after the step are those
@@ -355,19 +413,18 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
     perp_status status;
     int32_t i;
 
-    memcpy(work->smooth, work->now, (size_t)(world->dof * island->bodies) * sizeof(double));
-    go(world, island, left, 0); /* leaves the velocities at the start in `smooth` */
     for (i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
-        const perp__world_contact *contact = island_contact(world, island, k);
+        const perp__world_contact *contact = perp__step_contact(world, island, k);
         const double bounce =
-            contact->restitution * normal_of(world, i, work->smooth, island->bodies, 1);
+            contact->restitution * normal_of(world, i, work->now, island->bodies, 1);
         const double gap = perp__open_gap(
             contact, work->gap[k] + left * normal_of(world, i, work->v, island->bodies, 1));
 
         work->rows[i].bias[0] =
             work->impulse[3 * i] > 0.0 || gap <= 0.0 ? bounce : fmax(bounce, gap / left);
     }
+    go(world, island, left, 0);
     status = perp__solve_rows(world, island, 1, verdict);
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
     perp__take_answer(world, island);
@@ -381,7 +438,7 @@ static void begin(perp_world *world, const perp__island *island)
 
     perp__gather_bodies(world, island);
     for (i = 0; i < island->contacts; i++) {
-        perp__world_contact *contact = island_contact(world, island, i);
+        perp__world_contact *contact = perp__step_contact(world, island, i);
 
         memset(contact->impulse, 0, sizeof contact->impulse);
         work->gap[i] = fmax(perp__open_gap(contact, contact->gap), 0.0);
@@ -398,7 +455,7 @@ static void finish(perp_world *world, const perp__island *island, double left, d
     perp__take_answer(world, island);
     go(world, island, left, lasts(world, island));
     for (i = 0; i < 3 * work->count && left > 0.0; i++) /* as if over the whole step */
-        island_contact(world, island, work->chosen[i / 3])->next[i % 3] =
+        perp__step_contact(world, island, work->chosen[i / 3])->next[i % 3] =
             h / left * work->impulse[i];
 }
 

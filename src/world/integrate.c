@@ -129,13 +129,15 @@ void perp__integrate(perp_world *world, double h)
 {
     int32_t i;
 
-    memcpy(world->next, world->states, (size_t)world->body_slots * sizeof *world->next);
-    for (i = 0; i < world->body_slots; i++) {
-        if (!world->bodies[i].alive || world->bodies[i].kind == PERP_BODY_STATIC)
+    for (i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+
+        world->next[body] = world->states[body];
+        if (world->bodies[body].kind == PERP_BODY_STATIC)
             continue;
-        if (world->bodies[i].kind == PERP_BODY_DYNAMIC && world->motions[i].island < 0)
-            move_freely(world, i, h);
+        if (world->bodies[body].kind == PERP_BODY_DYNAMIC && world->motions[body].island < 0)
+            move_freely(world, body, h);
         else
-            move_in_contact(world, i, h);
+            move_in_contact(world, body, h);
     }
 }

@@ -7,7 +7,7 @@
 
 #include "base/context.h"
 
-static int32_t find_root(int32_t *parent, int32_t i)
+int32_t perp__find_root(int32_t *parent, int32_t i)
 {
     while (parent[i] != i) {
         parent[i] = parent[parent[i]];
@@ -17,10 +17,10 @@ static int32_t find_root(int32_t *parent, int32_t i)
 }
 
 /* The lower slot becomes the root: numbering does not depend on the order of joins. */
-static void join(int32_t *parent, int32_t i, int32_t j)
+void perp__join(int32_t *parent, int32_t i, int32_t j)
 {
-    int32_t a = find_root(parent, i);
-    int32_t b = find_root(parent, j);
+    int32_t a = perp__find_root(parent, i);
+    int32_t b = perp__find_root(parent, j);
 
     if (a < b)
         parent[b] = a;
@@ -37,12 +37,13 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
 {
     int32_t i;
 
-    for (i = 0; i < world->body_slots; i++) {
-        world->parent[i] = i;
-        world->motions[i].touched = 0;
-        world->motions[i].jointed = 0;
-        world->motions[i].island = -1;
-        world->motions[i].first_link = 0;
+    for (i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+
+        world->parent[body] = body;
+        world->motions[body].touched = 0;
+        world->motions[body].jointed = 0;
+        world->motions[body].island = -1;
     }
     for (i = 0; i < set->count; i++) {
         int32_t a = set->contacts[i].body_a;
@@ -50,10 +51,9 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
 
         if (!set->contacts[i].included)
             continue;
-        world->motions[a].touched++;
-        world->motions[b].touched++;
+        world->motions[a].touched = world->motions[b].touched = 1;
         if (is_dynamic(world, a) && is_dynamic(world, b))
-            join(world->parent, a, b);
+            perp__join(world->parent, a, b);
     }
 }
 
@@ -64,11 +64,11 @@ static void join_joints(perp_world *world)
     for (i = 0; i < world->joint_slots; i++) {
         const int32_t *body = world->joints[i].body;
 
-        if (!world->joints[i].alive)
+        if (!perp__joint_works(world, i))
             continue;
         world->motions[body[0]].jointed = world->motions[body[1]].jointed = 1;
         if (is_dynamic(world, body[0]) && is_dynamic(world, body[1]))
-            join(world->parent, body[0], body[1]);
+            perp__join(world->parent, body[0], body[1]);
     }
 }
 
@@ -79,17 +79,18 @@ static void order_bodies(perp_world *world)
     int32_t count = 0, offset = 0;
     int32_t i;
 
-    for (i = 0; i < world->body_slots; i++) {
-        perp__motion *motion = &world->motions[i];
+    for (i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+        const int32_t root = perp__find_root(world->parent, body);
+        perp__motion *motion = &world->motions[body];
 
-        if (!world->bodies[i].alive || !is_dynamic(world, i) ||
-            !(motion->touched || motion->jointed))
+        if (!is_dynamic(world, body) || !(motion->touched || motion->jointed))
             continue;
-        if (find_root(world->parent, i) == i) {
+        if (root == body) {
             memset(&world->islands[count], 0, sizeof world->islands[count]);
             motion->island = count++;
         } else {
-            motion->island = world->motions[find_root(world->parent, i)].island;
+            motion->island = world->motions[root].island;
         }
         motion->local = world->islands[motion->island].bodies++;
     }
@@ -98,11 +99,12 @@ static void order_bodies(perp_world *world)
         world->islands[i].first_body = offset;
         offset += world->islands[i].bodies;
     }
-    for (i = 0; i < world->body_slots; i++) {
-        const perp__motion *motion = &world->motions[i];
+    for (i = 0; i < world->awake_count; i++) {
+        const perp__motion *motion = &world->motions[world->awake[i]];
 
         if (motion->island >= 0)
-            world->body_order[world->islands[motion->island].first_body + motion->local] = i;
+            world->body_order[world->islands[motion->island].first_body + motion->local] =
+                world->awake[i];
     }
 }
 
@@ -141,9 +143,9 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
 static perp__island *island_of_joint(const perp_world *world, int32_t i)
 {
     const int32_t *body = world->joints[i].body;
-    const int32_t a = world->motions[body[0]].island;
+    const int32_t side = is_dynamic(world, body[0]) ? 0 : 1;
 
-    return &world->islands[a >= 0 ? a : world->motions[body[1]].island];
+    return &world->islands[world->motions[body[side]].island];
 }
 
 static void order_joints(perp_world *world)
@@ -152,7 +154,7 @@ static void order_joints(perp_world *world)
     int32_t i;
 
     for (i = 0; i < world->joint_slots; i++)
-        if (world->joints[i].alive)
+        if (perp__joint_works(world, i))
             island_of_joint(world, i)->joints++;
     for (i = 0; i < world->island_count; i++) {
         world->islands[i].first_joint = offset;
@@ -160,39 +162,14 @@ static void order_joints(perp_world *world)
         world->islands[i].joints = 0;
     }
     for (i = 0; i < world->joint_slots; i++)
-        if (world->joints[i].alive) {
+        if (perp__joint_works(world, i)) {
             perp__island *island = island_of_joint(world, i);
 
             world->joint_order[island->first_joint + island->joints++] = i;
         }
 }
 
-/* Each body's contacts, in the order of the set. */
-static void link_contacts(perp_world *world, const perp__contact_set *set)
-{
-    int32_t offset = 0;
-    int32_t i;
-
-    for (i = 0; i < world->body_slots; i++) {
-        world->motions[i].first_link = offset;
-        offset += world->motions[i].touched;
-        world->motions[i].touched = 0;
-    }
-    for (i = 0; i < set->count; i++) {
-        const int32_t bodies[2] = {set->contacts[i].body_a, set->contacts[i].body_b};
-        int32_t side;
-
-        for (side = 0; side < 2 && set->contacts[i].included; side++) {
-            perp__motion *motion = &world->motions[bodies[side]];
-            perp__link *link = &world->links[motion->first_link + motion->touched++];
-
-            link->contact = i;
-            link->side = side;
-        }
-    }
-}
-
-static void lay_out_links(perp__arena *arena, void *object)
+static void lay_out_order(perp__arena *arena, void *object)
 {
     perp_world *world = object;
     int32_t most = world->contacts.capacity > world->overlaps.capacity ? world->contacts.capacity
@@ -201,12 +178,11 @@ static void lay_out_links(perp__arena *arena, void *object)
     world->contact_order = perp__arena_take(arena, (size_t)most, sizeof *world->contact_order);
     world->joint_order =
         perp__arena_take(arena, (size_t)world->joint_capacity, sizeof *world->joint_order);
-    world->links = perp__arena_take(arena, 2 * (size_t)most, sizeof *world->links);
 }
 
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
 {
-    perp_status status = perp__arena_fit(&world->link_arena, lay_out_links, world);
+    perp_status status = perp__arena_fit(&world->order_arena, lay_out_order, world);
 
     if (status != PERP_OK)
         return status;
@@ -215,6 +191,5 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
     order_bodies(world);
     order_contacts(world, set);
     order_joints(world);
-    link_contacts(world, set);
     return PERP_OK;
 }

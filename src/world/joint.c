@@ -318,9 +318,45 @@ static int32_t take_slot(perp_world *world)
     return slot;
 }
 
-/* Pairs of shapes come and go with what may touch. */
-static void change_composition(perp_world *world)
+int32_t perp__joint_works(const perp_world *world, int32_t i)
 {
+    const perp__joint *joint = &world->joints[i];
+    const perp__body *a, *b;
+
+    if (!joint->alive)
+        return 0;
+    a = &world->bodies[joint->body[0]];
+    b = &world->bodies[joint->body[1]];
+    return (a->awake && a->kind == PERP_BODY_DYNAMIC) || (b->awake && b->kind == PERP_BODY_DYNAMIC);
+}
+
+void perp__rouse_joined(perp_world *world, int32_t body)
+{
+    int32_t link = world->bodies[body].first_joint;
+
+    while (link != 0) {
+        const perp__joint *joint = &world->joints[(link - 1) / 2];
+        const int32_t other = joint->body[1 - (link - 1) % 2];
+
+        if (world->bodies[other].kind == PERP_BODY_DYNAMIC)
+            perp__rouse(world, other);
+        link = joint->next[(link - 1) % 2];
+    }
+}
+
+static void rouse_both(perp_world *world, const perp__joint *joint)
+{
+    int32_t side;
+
+    for (side = 0; side < 2; side++)
+        if (world->bodies[joint->body[side]].kind == PERP_BODY_DYNAMIC)
+            perp__rouse(world, joint->body[side]);
+}
+
+/* Pairs of shapes come and go with what may touch. */
+static void change_composition(perp_world *world, const perp__joint *joint)
+{
+    rouse_both(world, joint);
     world->planes_changed = 1;
     world->edition++;
 }
@@ -383,7 +419,7 @@ static perp_status make_joint(perp_world *world, perp_joint *id, perp_body a, pe
     for (side = 0; side < 2; side++)
         put_on_list(world, slot, side);
     world->joint_count++;
-    change_composition(world);
+    change_composition(world, &made);
     *id = perp__id(slot, made.generation);
     return PERP_OK;
 }
@@ -418,6 +454,7 @@ static void drop_joint(perp_world *world, int32_t slot)
 {
     perp__joint *joint = &world->joints[slot];
 
+    change_composition(world, joint);
     take_off_list(world, slot, 0);
     take_off_list(world, slot, 1);
     joint->alive = 0;
@@ -425,7 +462,6 @@ static void drop_joint(perp_world *world, int32_t slot)
     joint->next_free = world->free_joint;
     world->free_joint = slot;
     world->joint_count--;
-    change_composition(world);
 }
 
 void perp__remove_joints(perp_world *world, int32_t body)
@@ -513,9 +549,12 @@ static perp_status change_laws(perp_world *world, int32_t slot, const perp__join
         status = check_motor(world, kind, laws->speed, laws->force);
     if (status == PERP_OK)
         status = check_most(world, kind, "friction", laws->friction);
-    if (status == PERP_OK)
-        world->joint_states[slot] = *laws;
-    return status;
+    if (status != PERP_OK)
+        return status;
+    if (memcmp(&world->joint_states[slot], laws, sizeof *laws) != 0)
+        rouse_both(world, &world->joints[slot]);
+    world->joint_states[slot] = *laws;
+    return PERP_OK;
 }
 
 perp_status perp_world_set_joint_limits(perp_world *world, perp_joint joint, double lower,

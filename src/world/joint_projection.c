@@ -53,7 +53,7 @@ double perp__joint_errors(const perp_world *world)
     int32_t i;
 
     for (i = 0; i < world->joint_slots; i++)
-        if (world->joints[i].alive)
+        if (perp__joint_works(world, i))
             sum += error_of(world, i);
     return sum;
 }

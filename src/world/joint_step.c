@@ -414,45 +414,84 @@ perp_status perp__rest_joints(perp_world *world, const perp__island *island,
     return status;
 }
 
+/* Impulses of the step on B, and where the coordinate is now. */
+static void read_back(const perp_world *world, const perp__joint *joint, perp__joint_state *state)
+{
+    const double *r = joint->impulse;
+    perp_joint_state *last = &state->last;
+    perp__joint_view view;
+    double along, taken[3];
+    int32_t row;
+
+    perp__view_of_states(world, joint, world->states, state->coordinate, &view);
+    state->coordinate = view.coordinate;
+    memcpy(state->warm, joint->next_warm, sizeof state->warm);
+    memset(last, 0, sizeof *last);
+    last->motor_impulse = r[PERP__SLOT_MOTOR];
+    last->friction_impulse = r[PERP__SLOT_FRICTION];
+    last->limit_impulse = r[PERP__SLOT_LOCK] + r[PERP__SLOT_LOWER] - r[PERP__SLOT_UPPER];
+    last->at_limit = (r[PERP__SLOT_UPPER] > 0.0) - (r[PERP__SLOT_LOWER] > 0.0);
+    along = last->limit_impulse + last->motor_impulse + last->friction_impulse;
+    for (row = 0; row <= PERP__JOINT_ROWS; row++) {
+        const double push = row < PERP__JOINT_ROWS ? r[row] : along;
+
+        if (push == 0.0)
+            continue;
+        perp__add3(last->impulse, push, joint->middle.rows[row][1]);
+        perp__add3(last->moment, push, joint->middle.rows[row][1] + 3);
+    }
+    perp__cross(taken, joint->middle.arms[1], last->impulse);
+    perp__add3(last->moment, -1.0, taken);
+    for (row = 0; row < 2 && world->settings.planar; row++)
+        last->moment[row] = 0.0;
+}
+
 void perp__keep_joints(perp_world *world)
 {
-    int32_t i, k, row;
+    int32_t i;
 
     for (i = 0; i < world->joint_slots; i++) {
-        const perp__joint *joint = &world->joints[i];
-        perp__joint_state *state = &world->joint_states[i];
-        const double *r = joint->impulse;
-        perp__joint_view view;
+        const perp__joint_state before = world->joint_states[i];
 
-        if (!joint->alive)
+        if (!perp__joint_works(world, i))
             continue;
-        perp__view_of_states(world, joint, world->states, state->coordinate, &view);
-        state->coordinate = view.coordinate;
-        memcpy(state->warm, joint->next_warm, sizeof state->warm);
-        memset(&state->last, 0, sizeof state->last);
-        state->last.motor_impulse = r[PERP__SLOT_MOTOR];
-        state->last.friction_impulse = r[PERP__SLOT_FRICTION];
-        state->last.limit_impulse = r[PERP__SLOT_LOCK] + r[PERP__SLOT_LOWER] - r[PERP__SLOT_UPPER];
-        state->last.at_limit = (r[PERP__SLOT_UPPER] > 0.0) - (r[PERP__SLOT_LOWER] > 0.0);
-        for (row = 0; row <= PERP__JOINT_ROWS; row++) {
-            const double push = row < PERP__JOINT_ROWS
-                                    ? r[row]
-                                    : state->last.limit_impulse + state->last.motor_impulse +
-                                          state->last.friction_impulse;
+        read_back(world, &world->joints[i], &world->joint_states[i]);
+        world->joints[i].changed =
+            memcmp(&before, &world->joint_states[i], sizeof before) != 0;
+    }
+}
 
-            if (push == 0.0)
-                continue;
-            perp__add3(state->last.impulse, push, joint->middle.rows[row][1]);
-            perp__add3(state->last.moment, push, joint->middle.rows[row][1] + 3);
-        }
-        {
-            double taken[3];
+/* ---- rest.c ---- */
 
-            perp__cross(taken, joint->middle.arms[1], state->last.impulse);
-            perp__add3(state->last.moment, -1.0, taken);
-        }
-        for (k = 0; k < 2 && world->settings.planar; k++)
-            state->last.moment[k] = 0.0;
+static int32_t is_dynamic(const perp_world *world, int32_t body)
+{
+    return world->bodies[body].kind == PERP_BODY_DYNAMIC;
+}
+
+void perp__join_calm(perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->joint_slots; i++) {
+        const int32_t *body = world->joints[i].body;
+
+        if (perp__joint_works(world, i) && is_dynamic(world, body[0]) && is_dynamic(world, body[1]))
+            perp__join(world->parent, body[0], body[1]);
+    }
+}
+
+void perp__upset_joints(perp_world *world)
+{
+    int32_t i, side;
+
+    for (i = 0; i < world->joint_slots; i++) {
+        const int32_t *body = world->joints[i].body;
+
+        for (side = 0; side < 2 && perp__joint_works(world, i); side++)
+            if (is_dynamic(world, body[side]) &&
+                (world->joints[i].changed || (world->bodies[body[1 - side]].awake &&
+                                              !world->motions[body[1 - side]].calm)))
+                world->motions[perp__find_root(world->parent, body[side])].calm = 0;
     }
 }
 
@@ -482,11 +521,11 @@ static void begin(perp_world *world, const perp__island *island, const perp__ver
     for (i = 0; i < island->bodies; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
 
-        if (verdict->rounds > 0)
+        if (verdict->jointed)
             memcpy(motion->trial, motion->moving, sizeof motion->trial);
         else
             memcpy(motion->trial, motion->start, sizeof motion->trial);
-        memcpy(motion->last, verdict->rounds > 0 ? motion->after : motion->start,
+        memcpy(motion->last, verdict->jointed ? motion->after : motion->start,
                sizeof motion->last);
     }
     for (i = 0; i < island->joints; i++) {
@@ -587,6 +626,7 @@ perp_status perp__solve_jointed(perp_world *world, const perp__island *island, d
     world->work.length = h;
     for (round = 1;; round++) {
         memset(verdict, 0, sizeof *verdict);
+        verdict->jointed = 1;
         place(world, island, h);
         status = perp__follow_island(world, island, h, verdict);
         if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY || coarse)

@@ -13,10 +13,8 @@
 /* A gap is a difference of coordinates: this many units of rounding of the largest of them. */
 #define GAP_ROUNDING (64.0 * PERP__EPSILON)
 
-/* By how much of its way a motion may close shapes that touch without pressing; and by how much of
- * the slop. */
+/* By how much of its way a motion may close shapes that touch without pressing. */
 #define RELATIVE_GRAZING 1e-6
-#define SLOP_GRAZING 1e-2
 
 /* A face is covered where what lies before it is nearer than this share of the shape's thickness.
  */
@@ -52,9 +50,8 @@ static perp__nearness nearness_of(const perp_world *world, const perp__pair *pai
     double rounding = perp__pair_rounding(world, pair);
     perp__nearness near;
 
-    near.touching = (RELATIVE_SLACK + world->slop) * size_of(world, pair) + rounding;
-    near.grazing =
-        rounding + SLOP_GRAZING * world->slop * size_of(world, pair) + RELATIVE_GRAZING * way;
+    near.touching = RELATIVE_SLACK * size_of(world, pair) + rounding;
+    near.grazing = rounding + RELATIVE_GRAZING * way;
     near.rounding = rounding;
     return near;
 }
@@ -282,6 +279,35 @@ static int32_t open_points(const perp_world *world, const perp__pair *pair, perp
 
 /* ---- pairs ---- */
 
+/* Whether the pair pressed in the last step. */
+static int32_t has_pressed(const perp_world *world, const perp__pair *pair)
+{
+    int32_t i;
+
+    for (i = 0; i < pair->memories; i++)
+        if (!perp__is_zero3(world->memories[pair->first_memory + i].impulse))
+            return 1;
+    return 0;
+}
+
+/* Whether the shapes touch plainly; or pressed in the last step, are no farther apart than `far`,
+ * and have one normal only or hardly move: what lies on others leaves them by as much as a step is
+ * wrong, and would be met again in rounds, layer after layer. */
+static int32_t touch_plainly(const perp_world *world, perp__pair *pair, const perp__moving *a,
+                             const perp__moving *b, const perp__nearness *near, double far)
+{
+    const int32_t planar = world->settings.planar;
+    const int32_t round =
+        a->start->geometry->kind == PERP__SPHERE && b->start->geometry->kind == PERP__SPHERE;
+    perp__nearness wide = *near;
+
+    if (perp__touch_plainly(a, b, planar, near, &pair->meeting))
+        return 1;
+    wide.touching = far;
+    return far > near->touching && (round || perp__relative_way(a, b) <= far) &&
+           has_pressed(world, pair) && perp__touch_plainly(a, b, planar, &wide, &pair->meeting);
+}
+
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h,
                               perp__point *points)
 {
@@ -293,7 +319,7 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     const double sizes = world->bodies[world->shapes[pair->first].body].radius +
                          world->bodies[world->shapes[pair->second].body].radius;
 
-    if (!perp__are_near(world, pair, near.touching))
+    if (!perp__are_near(world, pair, fmax(near.touching, PERP__NEAR * sizes)))
         return 0;
     if (has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
         if (perp__collide(a.start, b.start, planar,
@@ -301,7 +327,7 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
             return 0;
         return perp__collide(a.start, b.start, planar, INFINITY, points);
     }
-    if (!perp__touch_plainly(&a, &b, planar, &near, &pair->meeting))
+    if (!touch_plainly(world, pair, &a, &b, &near, PERP__NEAR * sizes))
         return 0;
     return open_points(world, pair, &pair->meeting, 0.0, h, &near, points);
 }

@@ -64,17 +64,15 @@ void perp__place(perp_world *world, const perp__state *states)
 {
     int32_t i;
 
-    for (i = 0; i < world->body_slots; i++) {
-        perp__motion *motion = &world->motions[i];
+    for (i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+        perp__motion *motion = &world->motions[body];
 
-        if (!world->bodies[i].alive)
-            continue;
-        perp__rotation_of(world, &states[i], motion->rotation);
-        perp__turn_mass(motion, &world->bodies[i], motion->rotation);
+        perp__rotation_of(world, &states[body], motion->rotation);
+        perp__turn_mass(motion, &world->bodies[body], motion->rotation);
     }
-    for (i = 0; i < world->shape_slots; i++)
-        if (world->shapes[i].alive)
-            place_shape(world, states, i);
+    for (i = 0; i < world->awake_shape_count; i++)
+        place_shape(world, states, world->awake_shapes[i]);
 }
 
 /* x = A^-1 b by Cramer's rule; returns 0 where A is singular. */
@@ -186,17 +184,16 @@ void perp__free_velocities(perp_world *world, double h)
 {
     int32_t i;
 
-    for (i = 0; i < world->body_slots; i++) {
-        const perp__state *state = &world->states[i];
-        perp__motion *motion = &world->motions[i];
+    for (i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+        const perp__state *state = &world->states[body];
+        perp__motion *motion = &world->motions[body];
 
-        if (!world->bodies[i].alive)
-            continue;
         perp__copy3(motion->start, state->velocity);
         perp__copy3(motion->start + 3, state->angular_velocity);
         memcpy(motion->free, motion->start, sizeof motion->free);
-        if (world->bodies[i].kind == PERP_BODY_DYNAMIC)
-            free_velocity(world, i, h);
+        if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
+            free_velocity(world, body, h);
     }
 }
 
@@ -204,11 +201,9 @@ void perp__untouch(perp_world *world)
 {
     int32_t i, k;
 
-    for (i = 0; i < world->body_slots; i++) {
-        perp__motion *motion = &world->motions[i];
+    for (i = 0; i < world->awake_count; i++) {
+        perp__motion *motion = &world->motions[world->awake[i]];
 
-        if (!world->bodies[i].alive)
-            continue;
         for (k = 0; k < 6; k++)
             motion->moving[k] = 0.5 * (motion->start[k] + motion->free[k]);
         memcpy(motion->after, motion->free, sizeof motion->after);

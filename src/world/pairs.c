@@ -8,6 +8,7 @@
  * does not depend on how they came about. */
 #include "world/world.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "base/check.h"
@@ -16,8 +17,10 @@
 
 enum { NONE = -1 };
 
-/* Space around a shape in its fat box, in terms of its radius. */
+/* Space around a shape in its fat box, in terms of its radius; and how many times that of a new box
+ * is too much at the start of a step: what was fast is alone again once it is slow. */
 #define SPACE 0.1
+#define TOO_FAT 4.0
 
 /* Extents grow by a few roundings, so that shapes that exactly touch are found. */
 #define ROUNDING (8.0 * PERP__EPSILON)
@@ -54,14 +57,27 @@ static void take_off_list(perp_world *world, int32_t link)
         world->shapes[shape_on(pair, link % 2)].first_link = next;
 }
 
+/* What it kept is of the last step all the same. */
+static void orphan_kept(perp_world *world, perp__pair *pair)
+{
+    int32_t last = pair->first_kept;
+
+    if (last == NONE)
+        return;
+    for (world->orphan_count++; world->kept[last].next != NONE; world->orphan_count++)
+        last = world->kept[last].next;
+    world->kept[last].next = world->first_orphan;
+    world->first_orphan = pair->first_kept;
+}
+
 static void drop_pair(perp_world *world, int32_t number)
 {
+    orphan_kept(world, &world->pairs[number]);
     take_off_list(world, 2 * number);
     take_off_list(world, 2 * number + 1);
     world->pairs[number].first = NONE;
     world->pairs[number].next[0] = world->free_pair;
     world->free_pair = number;
-    world->pair_count--;
     world->pairs_changed = 1;
 }
 
@@ -70,7 +86,7 @@ static perp_status reserve_pair(perp_world *world)
     const int32_t capacity = world->pair_capacity > 0 ? 2 * world->pair_capacity : 32;
     const size_t used = (size_t)world->pair_slots;
     perp__pair *pairs;
-    int32_t *order;
+    perp__keyed *order;
 
     if (world->free_pair != NONE || world->pair_slots < world->pair_capacity)
         return PERP_OK;
@@ -99,6 +115,13 @@ static int32_t can_touch(const perp_world *world, int32_t a, int32_t b)
            (world->joint_count == 0 || !perp__joint_parts(world, body_a, body_b));
 }
 
+/* Something awake came near. */
+static void rouse_sleeper(perp_world *world, int32_t body)
+{
+    if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
+        perp__rouse(world, body);
+}
+
 static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
 {
     perp_status status = reserve_pair(world);
@@ -115,47 +138,48 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
     world->pairs[number].first = a < b ? a : b;
     world->pairs[number].second = a < b ? b : a;
     world->pairs[number].open = 1;
+    world->pairs[number].first_kept = NONE;
     put_on_list(world, 2 * number);
     put_on_list(world, 2 * number + 1);
-    world->pair_count++;
     world->pairs_changed = 1;
+    rouse_sleeper(world, world->shapes[a].body);
+    rouse_sleeper(world, world->shapes[b].body);
     return PERP_OK;
 }
 
 /* ---- the order of pairs ---- */
 
-/* Pairs by the slots of their shapes: two passes of a counting sort. */
-static void sort_by(const perp_world *world, int32_t side, const int32_t *from, int32_t *to)
+/* Whether the pair is in the shape's charge: each is in that of one shape awake. Pairs with what
+ * was roused within the step wait until that begins anew. */
+static int32_t lists_pair(const perp_world *world, int32_t link)
 {
-    int32_t *start = world->shape_counts;
-    int32_t i, sum = 0;
+    const perp__pair *pair = &world->pairs[link / 2];
+    const perp__body *other = &world->bodies[world->shapes[shape_on(pair, 1 - link % 2)].body];
 
-    memset(start, 0, (size_t)world->shape_slots * sizeof *start);
-    for (i = 0; i < world->pair_count; i++)
-        start[shape_on(&world->pairs[from[i]], side)]++;
-    for (i = 0; i < world->shape_slots; i++) {
-        const int32_t count = start[i];
-
-        start[i] = sum;
-        sum += count;
-    }
-    for (i = 0; i < world->pair_count; i++)
-        to[start[shape_on(&world->pairs[from[i]], side)]++] = from[i];
+    if (!other->awake)
+        return other->kind != PERP_BODY_DYNAMIC;
+    return link % 2 == 0;
 }
 
+/* Pairs of what is awake by the slots of their shapes. */
 static void order_pairs(perp_world *world)
 {
-    int32_t *order = world->pair_order, *other;
-    int32_t i, count = 0;
+    perp__keyed *order = world->pair_order;
+    int32_t i, link, count = 0;
 
-    if (!world->pairs_changed || world->pair_capacity == 0)
+    if (!world->pairs_changed)
         return;
-    other = order + world->pair_capacity;
-    for (i = 0; i < world->pair_slots; i++)
-        if (world->pairs[i].first != NONE)
-            order[count++] = i;
-    sort_by(world, 1, order, other);
-    sort_by(world, 0, other, order);
+    for (i = 0; i < world->awake_shape_count; i++)
+        for (link = world->shapes[world->awake_shapes[i]].first_link; link != NONE;
+             link = world->pairs[link / 2].next[link % 2])
+            if (lists_pair(world, link)) {
+                const perp__pair *pair = &world->pairs[link / 2];
+
+                order[count].key = (uint64_t)pair->first << 32 | (uint64_t)pair->second;
+                order[count++].value = link / 2;
+            }
+    perp__sort(order, order + world->pair_capacity, count);
+    world->pair_count = count;
     world->pairs_changed = 0;
 }
 
@@ -235,19 +259,30 @@ static perp_status find_partners(perp_world *world, int32_t shape)
     return status;
 }
 
+static int32_t is_too_fat(const perp__bounds *fat, const perp__bounds *box, double space)
+{
+    double excess = 0.0;
+    int32_t k;
+
+    for (k = 0; k < 3; k++)
+        excess = fmax(excess, (fat->high[k] - fat->low[k]) - (box->high[k] - box->low[k]));
+    return excess > TOO_FAT * 2.0 * space;
+}
+
 /* Makes the shape's fat box hold `box`. */
 static perp_status cover(perp_world *world, int32_t i, const perp__bounds *box, double speed)
 {
     perp__shape *shape = &world->shapes[i];
+    /* half as much again of a long way, so as not to come every step */
+    const double space = SPACE * shape->radius + 0.5 * speed;
     perp__bounds fat;
     perp_status status;
     int32_t k;
 
-    if (shape->leaf != NONE && perp__bounds_contain(fat_box(world, i), box))
+    if (shape->leaf != NONE && perp__bounds_contain(fat_box(world, i), box) &&
+        (world->rounds > 0 || !is_too_fat(fat_box(world, i), box, space)))
         return PERP_OK;
-    for (k = 0; k < 3; k++) { /* half as much again of a long way, so as not to come every step */
-        const double space = SPACE * shape->radius + 0.5 * speed;
-
+    for (k = 0; k < 3; k++) {
         fat.low[k] = box->low[k] - space;
         fat.high[k] = box->high[k] + space;
     }
@@ -297,27 +332,24 @@ static perp_status look_at_planes(perp_world *world)
 }
 
 /* Boxes for where bodies are: h = 0 and `more` around; or also for where they go: the motions at
- * hand. Bodies that did not move since they were looked at are passed over. */
+ * hand. */
 static perp_status cover_all(perp_world *world, double h, double more)
 {
     perp_status status = look_at_planes(world);
     int32_t i;
 
-    for (i = 0; i < world->shape_slots && status == PERP_OK; i++) {
-        const perp__shape *shape = &world->shapes[i];
+    for (i = 0; i < world->awake_shape_count && status == PERP_OK; i++) {
+        const int32_t shape = world->awake_shapes[i];
         perp__bounds box;
         double way = 0.0;
 
-        if (!shape->alive || is_plane(world, i) || world->bodies[shape->body].settled)
+        if (is_plane(world, shape))
             continue;
-        perp__extent_of(&world->placed[i], more, &box);
+        perp__extent_of(&world->placed[shape], more, &box);
         if (h > 0.0)
-            way = sweep(world, i, h, &box);
-        status = cover(world, i, &box, way);
+            way = sweep(world, shape, h, &box);
+        status = cover(world, shape, &box, way);
     }
-    for (i = 0; i < world->body_slots && status == PERP_OK; i++)
-        if (world->bodies[i].kind == PERP_BODY_STATIC)
-            world->bodies[i].settled = 1;
     order_pairs(world);
     return status;
 }
@@ -332,6 +364,16 @@ perp_status perp__cover_places(perp_world *world, double margin)
     return cover_all(world, 0.0, margin);
 }
 
+/* Takes a shape off a list of shapes. */
+static void unlink_shape(perp_world *world, int32_t *first, size_t next, int32_t i)
+{
+    int32_t *link = first;
+
+    while (*link != i)
+        link = (int32_t *)((char *)&world->shapes[*link] + next);
+    *link = *(int32_t *)((char *)&world->shapes[i] + next);
+}
+
 void perp__forget_shape(perp_world *world, int32_t i)
 {
     perp__shape *shape = &world->shapes[i];
@@ -341,13 +383,10 @@ void perp__forget_shape(perp_world *world, int32_t i)
     if (shape->leaf != NONE)
         perp__tree_remove(&world->tree, shape->leaf);
     shape->leaf = NONE;
-    if (is_plane(world, i)) {
-        int32_t *link = &world->first_plane;
-
-        while (*link != i)
-            link = &world->shapes[*link].next_plane;
-        *link = shape->next_plane;
-    }
+    if (is_plane(world, i))
+        unlink_shape(world, &world->first_plane, offsetof(perp__shape, next_plane), i);
+    unlink_shape(world, &world->bodies[shape->body].first_shape,
+                 offsetof(perp__shape, next_of_body), i);
 }
 
 void perp__enlist_shape(perp_world *world, int32_t i)
@@ -356,25 +395,12 @@ void perp__enlist_shape(perp_world *world, int32_t i)
 
     shape->leaf = shape->first_link = NONE;
     shape->mark = 0;
-    world->bodies[shape->body].settled = 0;
+    shape->next_of_body = world->bodies[shape->body].first_shape;
+    world->bodies[shape->body].first_shape = i;
+    perp__disturb(world, shape->body);
     if (is_plane(world, i)) {
         shape->next_plane = world->first_plane;
         world->first_plane = i;
         world->planes_changed = 1;
     }
-}
-
-void perp__unsettle(perp_world *world, int32_t body)
-{
-    world->bodies[body].settled = 0;
-    if (world->bodies[body].planes > 0)
-        world->planes_changed = 1;
-}
-
-void perp__unsettle_all(perp_world *world)
-{
-    int32_t i;
-
-    for (i = 0; i < world->body_slots; i++)
-        perp__unsettle(world, i);
 }

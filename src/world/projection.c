@@ -193,8 +193,6 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
 
     *left = 0;
     perp__place(world, world->next);
-    for (i = 0; i < world->body_slots; i++) /* static bodies have no way */
-        memset(world->motions[i].shift, 0, sizeof world->motions[i].shift);
     /* neighbours that the correction could push into each other */
     status = perp__find_overlaps(world, 2.0 * longest);
     for (i = 0; status == PERP_OK && i < world->overlaps.count; i++)

@@ -1,4 +1,4 @@
-/* What a caller reads about the contacts of the last step. */
+/* What a caller reads about the contacts of the last step, made when it is asked for. */
 #include "world/world.h"
 
 #include <string.h>
@@ -6,28 +6,18 @@
 #include "base/context.h"
 #include "linalg/spatial.h"
 
-/* Room for `count` records of this step beside those of the last. */
 static perp_status reserve(perp_world *world, int32_t count)
 {
-    int32_t capacity = world->contacts.capacity;
-    perp_world_contact *next, *last;
+    perp_world_contact *records;
 
     if (count <= world->record_capacity)
         return PERP_OK;
-    last = perp__allocate(world->context, (size_t)capacity, sizeof *last);
-    next = perp__allocate(world->context, (size_t)capacity, sizeof *next);
-    if (!last || !next) {
-        perp__release(world->context, last);
-        perp__release(world->context, next);
+    records = perp__allocate(world->context, (size_t)count, sizeof *records);
+    if (!records)
         return perp__fail_memory(world->context, "the contacts");
-    }
-    if (world->record_count > 0)
-        memcpy(last, world->records, (size_t)world->record_count * sizeof *last);
     perp__release(world->context, world->records);
-    perp__release(world->context, world->next_records);
-    world->records = last;
-    world->next_records = next;
-    world->record_capacity = capacity;
+    world->records = records;
+    world->record_capacity = count;
     return PERP_OK;
 }
 
@@ -40,15 +30,14 @@ static int32_t mode_of(const perp__world_contact *contact)
                                                                       : PERP_CONTACT_SLIP;
 }
 
-static void write_record(const perp_world *world, const perp__world_contact *contact,
-                         perp_world_contact *record)
+void perp__write_record(const perp__world_contact *contact, perp_world_contact *record)
 {
     memset(record, 0, sizeof *record);
     record->struct_size = sizeof *record;
-    record->body_a = perp__id(contact->body_a, world->bodies[contact->body_a].generation);
-    record->body_b = perp__id(contact->body_b, world->bodies[contact->body_b].generation);
-    record->shape_a = perp__id(contact->shape_a, world->shapes[contact->shape_a].generation);
-    record->shape_b = perp__id(contact->shape_b, world->shapes[contact->shape_b].generation);
+    record->body_a = perp__id(contact->body_a, contact->generations[0]);
+    record->body_b = perp__id(contact->body_b, contact->generations[1]);
+    record->shape_a = perp__id(contact->shape_a, contact->generations[2]);
+    record->shape_b = perp__id(contact->shape_b, contact->generations[3]);
     perp__copy3(record->position, contact->position);
     perp__copy3(record->normal, contact->axes[0]);
     perp__copy3(record->tangent_1, contact->axes[1]);
@@ -61,36 +50,70 @@ static void write_record(const perp_world *world, const perp__world_contact *con
     record->mode = mode_of(contact);
 }
 
-static int32_t is_finite(const perp_world_contact *record)
+uint64_t perp__contact_order(const perp__world_contact *contact)
 {
-    return perp__all_finite(record->position, 3) && perp__all_finite(record->normal, 3) &&
-           perp__all_finite(&record->gap, 1) && perp__all_finite(record->impulse, 3) &&
-           perp__all_finite(record->velocity, 3);
+    return (uint64_t)contact->round << 56 | (uint64_t)contact->shape_a << 28 |
+           (uint64_t)contact->shape_b;
 }
 
-/* Of the contacts that took part. Arms and turns near the largest numbers can leave their range. */
+/* Lists what a pair kept, in its order; returns how many there are now. */
+static int32_t list_kept(const perp_world *world, int32_t first, perp__keyed *order, int32_t count)
+{
+    int32_t i;
+
+    for (i = first; i >= 0; i = world->kept[i].next)
+        if (world->kept[i].included) {
+            order[count].key = world->kept[i].order;
+            order[count++].value = -1 - i;
+        }
+    return count;
+}
+
+/* What the last step made of contacts that are asleep, and of the others, in their order. */
+static perp_status merge_records(perp_world *world)
+{
+    const int32_t most = world->kept_included + world->last_included;
+    perp__keyed *order = perp__allocate(world->context, 2 * (size_t)most, sizeof *order);
+    int32_t i, count = 0;
+
+    if (!order)
+        return perp__fail_memory(world->context, "the contacts");
+    count = list_kept(world, world->first_orphan, order, count);
+    for (i = 0; i < world->pair_slots; i++)
+        if (world->pairs[i].first >= 0)
+            count = list_kept(world, world->pairs[i].first_kept, order, count);
+    for (i = 0; i < world->last.count; i++)
+        if (world->last.contacts[i].included) {
+            order[count].key = perp__contact_order(&world->last.contacts[i]);
+            order[count++].value = i;
+        }
+    perp__sort(order, order + most, count);
+    for (i = 0; i < count; i++)
+        if (order[i].value < 0)
+            world->records[i] = world->kept[-1 - order[i].value].record;
+        else
+            perp__write_record(&world->last.contacts[order[i].value], &world->records[i]);
+    perp__release(world->context, order);
+    world->record_count = count;
+    return PERP_OK;
+}
+
 perp_status perp__write_records(perp_world *world)
 {
+    perp_status status = PERP_OK;
     int32_t i, count = 0;
-    perp_status status;
 
-    for (i = 0; i < world->contacts.count; i++)
-        count += world->contacts.contacts[i].included;
-    status = reserve(world, count);
-    world->next_record_count = 0;
-    for (i = 0; i < world->contacts.count && status == PERP_OK; i++) {
-        const perp__world_contact *contact = &world->contacts.contacts[i];
-        perp_world_contact *record;
-
-        if (!contact->included)
-            continue;
-        record = &world->next_records[world->next_record_count];
-        write_record(world, contact, record);
-        if (!is_finite(record))
-            status = perp__fail(world->context, PERP_ERROR_NOT_FINITE,
-                                "the step takes contact %d beyond the range of numbers",
-                                (int)world->next_record_count);
-        world->next_record_count++;
+    if (world->recorded)
+        return PERP_OK;
+    status = reserve(world, world->kept_included + world->last_included);
+    if (status == PERP_OK && world->kept_included > 0) {
+        status = merge_records(world);
+    } else if (status == PERP_OK) {
+        for (i = 0; i < world->last.count; i++)
+            if (world->last.contacts[i].included)
+                perp__write_record(&world->last.contacts[i], &world->records[count++]);
+        world->record_count = count;
     }
+    world->recorded = status == PERP_OK;
     return status;
 }

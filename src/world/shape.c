@@ -126,11 +126,9 @@ void perp__remove_shapes(perp_world *world, int32_t body)
 {
     int32_t i;
 
-    for (i = world->shape_slots - 1; i >= 0; i--) {
+    while ((i = world->bodies[body].first_shape) >= 0) {
         perp__shape *shape = &world->shapes[i];
 
-        if (!shape->alive || shape->body != body)
-            continue;
         perp__forget_shape(world, i);
         shape->alive = 0;
         shape->generation++;

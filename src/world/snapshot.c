@@ -1,5 +1,5 @@
 /* What the next step reads, as a block of bytes: the states of all bodies, and the impulses of the
- * last step, from which the next one starts. */
+ * last step, from which the next one starts, pair by pair. */
 #include "world/world.h"
 
 #include <string.h>
@@ -26,7 +26,7 @@ static snapshot_header header_of(const perp_world *world)
     header.world = (uint64_t)(uintptr_t)world;
     header.edition = world->edition;
     header.slots = (uint64_t)world->body_slots;
-    header.memories = (uint64_t)world->memory_count;
+    header.memories = (uint64_t)(world->memory_count + world->kept_count - world->orphan_count);
     return header;
 }
 
@@ -35,9 +35,14 @@ static size_t states_size(const perp_world *world)
     return (size_t)world->body_slots * sizeof *world->states;
 }
 
+static size_t joints_size(const perp_world *world)
+{
+    return (size_t)world->joint_slots * sizeof *world->joint_states;
+}
+
 static size_t snapshot_size(const perp_world *world, uint64_t memories)
 {
-    return sizeof(snapshot_header) + states_size(world) +
+    return sizeof(snapshot_header) + states_size(world) + joints_size(world) +
            (size_t)memories * sizeof *world->memories;
 }
 
@@ -57,7 +62,7 @@ perp_status perp_world_snapshot_size(const perp_world *world, size_t *size)
         return status;
     status = perp__check_pointer(world->context, "size", size);
     if (status == PERP_OK)
-        *size = snapshot_size(world, (uint64_t)world->memory_count);
+        *size = snapshot_size(world, header_of(world).memories);
     return perp__leave(world->context, status);
 }
 
@@ -65,6 +70,7 @@ static perp_status save(const perp_world *world, char *blob, size_t size)
 {
     const snapshot_header header = header_of(world);
     const size_t memories = (size_t)world->memory_count * sizeof *world->memories;
+    int32_t i, k;
     perp_status status = perp__check_pointer(world->context, "blob", blob);
 
     if (status == PERP_OK)
@@ -73,8 +79,19 @@ static perp_status save(const perp_world *world, char *blob, size_t size)
         return status;
     memcpy(blob, &header, sizeof header);
     memcpy(blob + sizeof header, world->states, states_size(world));
+    blob += sizeof header + states_size(world);
+    if (world->joint_slots > 0)
+        memcpy(blob, world->joint_states, joints_size(world));
+    blob += joints_size(world);
     if (memories > 0)
-        memcpy(blob + sizeof header + states_size(world), world->memories, memories);
+        memcpy(blob, world->memories, memories);
+    blob += memories;
+    for (i = 0; i < world->pair_slots; i++)
+        for (k = world->pairs[i].first_kept; world->pairs[i].first >= 0 && k >= 0;
+             k = world->kept[k].next) {
+            memcpy(blob, &world->kept[k].memory, sizeof *world->memories);
+            blob += sizeof *world->memories;
+        }
     return PERP_OK;
 }
 
@@ -105,16 +122,24 @@ static perp_status restore(perp_world *world, const char *blob, size_t size)
                           "blob is no snapshot of this world with the bodies it has now");
     status = check_size(world, size, snapshot_size(world, header.memories));
     if (status == PERP_OK)
+        status = perp__write_records(world); /* which stay */
+    if (status == PERP_OK)
         status = perp__reserve_memories(world, (int32_t)header.memories);
     if (status != PERP_OK)
         return status;
-    memcpy(world->states, blob + sizeof header, states_size(world));
+    blob += sizeof header;
+    memcpy(world->states, blob, states_size(world));
+    blob += states_size(world);
+    if (world->joint_slots > 0)
+        memcpy(world->joint_states, blob, joints_size(world));
+    blob += joints_size(world);
     if (header.memories > 0)
-        memcpy(world->memories, blob + sizeof header + states_size(world),
-               (size_t)header.memories * sizeof *world->memories);
+        memcpy(world->memories, blob, (size_t)header.memories * sizeof *world->memories);
     world->memory_count = (int32_t)header.memories;
     world->memories_restored = 1;
-    perp__unsettle_all(world);
+    perp__rouse_all(world);
+    perp__forget_naps(world);
+    world->planes_changed = 1;
     return PERP_OK;
 }
 

@@ -17,6 +17,7 @@ static void lay_out_bodies(perp__arena *arena, void *object)
     world->parent = perp__arena_take(arena, count, sizeof *world->parent);
     world->body_order = perp__arena_take(arena, count, sizeof *world->body_order);
     world->islands = perp__arena_take(arena, count, sizeof *world->islands);
+    world->fitted_bodies = world->body_capacity;
 }
 
 static void lay_out_shapes(perp__arena *arena, void *object)
@@ -25,7 +26,8 @@ static void lay_out_shapes(perp__arena *arena, void *object)
     size_t count = (size_t)world->shape_capacity;
 
     world->placed = perp__arena_take(arena, count, sizeof *world->placed);
-    world->shape_counts = perp__arena_take(arena, count, sizeof *world->shape_counts);
+    world->awake_shapes = perp__arena_take(arena, count, sizeof *world->awake_shapes);
+    world->fitted_shapes = world->shape_capacity;
 }
 
 static perp_status fail_range(const perp_world *world, int32_t body)
@@ -39,35 +41,54 @@ static perp_status check_next(const perp_world *world)
 {
     int32_t i;
 
-    for (i = 0; i < world->body_slots; i++) {
-        const perp__state *state = &world->next[i];
+    for (i = 0; i < world->awake_count; i++) {
+        const perp__state *state = &world->next[world->awake[i]];
 
-        if (world->bodies[i].alive &&
-            (!perp__all_finite(state->position, 3) || !perp__all_finite(state->orientation, 4) ||
-             !perp__all_finite(&state->angle, 1) || !perp__all_finite(state->velocity, 3) ||
-             !perp__all_finite(state->angular_velocity, 3)))
-            return fail_range(world, i);
+        if (!perp__all_finite(state->position, 3) || !perp__all_finite(state->orientation, 4) ||
+            !perp__all_finite(&state->angle, 1) || !perp__all_finite(state->velocity, 3) ||
+            !perp__all_finite(state->angular_velocity, 3))
+            return fail_range(world, world->awake[i]);
     }
     return PERP_OK;
+}
+
+/* Memory for all; what lay there before is lost if that grows. */
+static perp_status make_room(perp_world *world)
+{
+    perp_status status = PERP_OK;
+
+    if (world->fitted_bodies == world->body_capacity &&
+        world->fitted_shapes == world->shape_capacity)
+        return PERP_OK;
+    perp__rouse_all(world);
+    status = perp__arena_fit(&world->body_arena, lay_out_bodies, world);
+    if (status == PERP_OK)
+        status = perp__arena_fit(&world->shape_arena, lay_out_shapes, world);
+    if (status != PERP_OK)
+        world->fitted_bodies = 0;
+    return status;
 }
 
 /* Bodies in place, with the velocities that forces alone would give them. */
 static perp_status prepare(perp_world *world, double h)
 {
-    perp_status status = perp__arena_fit(&world->body_arena, lay_out_bodies, world);
+    perp_status status = make_room(world);
     int32_t i;
 
-    if (status == PERP_OK)
-        status = perp__arena_fit(&world->shape_arena, lay_out_shapes, world);
     if (status == PERP_OK)
         status = perp__check_centres(world);
     if (status != PERP_OK)
         return status;
+    if (h != world->step_length)
+        perp__rouse_all(world);
+    world->step_length = h;
+    if (world->awake_changed)
+        perp__list_awake(world);
     perp__place(world, world->states);
     perp__free_velocities(world, h);
-    for (i = 0; i < world->body_slots; i++)
-        if (world->bodies[i].alive && !perp__all_finite(world->motions[i].free, 6))
-            return fail_range(world, i);
+    for (i = 0; i < world->awake_count; i++)
+        if (!perp__all_finite(world->motions[world->awake[i]].free, 6))
+            return fail_range(world, world->awake[i]);
     return PERP_OK;
 }
 
@@ -86,28 +107,45 @@ static perp_status meet(perp_world *world, double h, perp__solve_summary *summar
     perp_status status = perp__find_contacts(world, h);
 
     lap(clock, &stats->seconds_collide);
-    if (status == PERP_OK)
+    if (status == PERP_OK && !world->awake_changed)
         status = perp__solve_islands(world, h, summary);
     lap(clock, &stats->seconds_solve);
     world->budget.until = world->budget.deadline;
     return status;
 }
 
-static void count_rows(perp_world *world, perp_world_stats *stats)
+static int32_t is_finite(const perp__world_contact *contact)
+{
+    return perp__all_finite(contact->position, 3) && perp__all_finite(contact->axes[0], 3) &&
+           perp__all_finite(&contact->gap, 1) && perp__all_finite(contact->impulse, 3) &&
+           perp__all_finite(contact->velocity, 3);
+}
+
+/* Counts islands and rows, those asleep too. Arms and turns near the largest numbers can leave
+ * their range. */
+static perp_status count_rows(perp_world *world, perp_world_stats *stats)
 {
     int32_t i;
 
-    stats->islands = world->island_count;
-    stats->rows_normal = stats->rows_friction = 0;
+    stats->islands = world->asleep.islands + world->island_count;
+    stats->contacts = world->asleep.contacts;
+    stats->rows_friction = world->asleep.tangents;
+    for (i = 0; i < world->island_count; i++)
+        perp__island_motion(world, &world->islands[i], 0)->verdict.leads = 1;
     for (i = 0; i < world->contacts.count; i++) {
         const perp__world_contact *contact = &world->contacts.contacts[i];
 
         if (!contact->included)
             continue;
-        stats->rows_normal++;
+        if (!is_finite(contact))
+            return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                              "the step takes contact %d beyond the range of numbers",
+                              (int)stats->contacts);
+        stats->contacts++;
         stats->rows_friction += contact->friction > 0.0 ? (world->settings.planar ? 1 : 2) : 0;
     }
-    stats->contacts = stats->rows_normal;
+    stats->rows_normal = stats->contacts;
+    return PERP_OK;
 }
 
 static int32_t may_advance(const perp_world *world, perp_outcome outcome)
@@ -117,28 +155,39 @@ static int32_t may_advance(const perp_world *world, perp_outcome outcome)
     return !world->settings.strict || perp__is_good(outcome);
 }
 
-static void commit(perp_world *world)
+static void commit(perp_world *world, int32_t included)
 {
-    perp_world_contact *records = world->records;
+    const perp__contact_set last = world->last;
+    int32_t i;
 
-    memcpy(world->states, world->next, (size_t)world->body_slots * sizeof *world->states);
-    world->records = world->next_records;
-    world->next_records = records;
-    world->record_count = world->next_record_count;
+    for (i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+
+        world->motions[body].repeats =
+            memcmp(&world->states[body], &world->next[body], sizeof *world->states) == 0;
+        if (!world->motions[body].repeats)
+            world->states[body] = world->next[body];
+    }
+    perp__drop_kept(world, world->first_orphan);
+    world->first_orphan = -1;
+    world->orphan_count = 0;
     perp__remember(world);
     perp__keep_joints(world);
+    world->last = world->contacts;
+    world->last_included = included;
+    world->contacts = last;
+    world->recorded = 0;
     world->stats.steps++;
 }
 
-/* Next positions, without overlap. Statistics and records are taken before the projection, which
- * uses the same memory. */
+/* Next positions, without overlap. Statistics are taken before the projection, which uses the same
+ * memory. */
 static perp_status advance(perp_world *world, double h, perp_world_stats *stats, double *clock)
 {
-    perp_status status = perp__write_records(world);
+    perp_status status;
 
     perp__integrate(world, h);
-    if (status == PERP_OK)
-        status = check_next(world);
+    status = check_next(world);
     lap(clock, &stats->seconds_integrate);
     if (status == PERP_OK)
         status = perp__project_overlaps(world);
@@ -148,34 +197,85 @@ static perp_status advance(perp_world *world, double h, perp_world_stats *stats,
     return status;
 }
 
+/* What a result says of the last step. */
+static void report(perp_world *world, const perp__solve_summary *summary, perp_world_stats *stats,
+                   perp_step_result *result)
+{
+    const double asleep = perp__asleep_residual(world);
+
+    result->outcome = world->asleep.rounded > 0
+                          ? perp__worse_outcome(summary->outcome, PERP_OUTCOME_ROUNDING_LIMIT)
+                          : summary->outcome;
+    stats->residual = summary->residual > asleep ? summary->residual : asleep;
+    result->residual = stats->residual;
+    result->contacts = stats->contacts;
+    result->islands = world->asleep.solved + summary->solved;
+    result->advanced = may_advance(world, result->outcome);
+    stats->impacts = summary->impacts;
+}
+
+/* The step, unless it rouses something: then it is to be done again. */
+static perp_status attempt(perp_world *world, perp_step_result *result, perp_world_stats *stats,
+                           double h, double *clock)
+{
+    perp__solve_summary summary = {0};
+    perp_status status = prepare(world, h);
+
+    if (status == PERP_OK)
+        status = meet(world, h, &summary, stats, clock);
+    if (status != PERP_OK || world->awake_changed)
+        return status;
+    status = count_rows(world, stats);
+    if (status != PERP_OK)
+        return status;
+    report(world, &summary, stats, result);
+    if (result->advanced)
+        status = advance(world, h, stats, clock);
+    return status;
+}
+
+static int32_t is_all_asleep(const perp_world *world, double h)
+{
+    return world->awake_count == 0 && !world->awake_changed && h == world->step_length &&
+           world->weighed && !world->planes_changed;
+}
+
+/* All that a step would do is to say so. */
+static void sleep_on(perp_world *world, perp_step_result *result)
+{
+    const perp__solve_summary summary = {0};
+
+    world->stats.islands = world->asleep.islands;
+    world->stats.contacts = world->stats.rows_normal = world->asleep.contacts;
+    world->stats.rows_friction = world->asleep.tangents;
+    world->stats.iterations = 0;
+    world->stats.steps++;
+    report(world, &summary, &world->stats, result);
+}
+
 perp_status perp__step(perp_world *world, perp_step_result *result, double h)
 {
     perp_world_stats stats = world->stats;
-    perp__solve_summary summary;
-    double clock = perp__now();
+    double clock;
     perp_status status;
 
+    if (is_all_asleep(world, h)) {
+        sleep_on(world, result);
+        return PERP_OK;
+    }
+    clock = perp__now();
     world->budget.spent = 0;
     perp__open_budget(world);
-    status = prepare(world, h);
-    if (status == PERP_OK)
-        status = meet(world, h, &summary, &stats, &clock);
-    if (status != PERP_OK)
-        return status;
-    count_rows(world, &stats);
-    result->outcome = summary.outcome;
-    result->residual = stats.residual = summary.residual;
-    result->contacts = stats.contacts;
-    result->islands = summary.solved;
-    result->advanced = may_advance(world, summary.outcome);
-    stats.impacts = summary.impacts;
-    if (result->advanced)
-        status = advance(world, h, &stats, &clock);
+    do
+        status = attempt(world, result, &stats, h, &clock);
+    while (status == PERP_OK && world->awake_changed);
     if (status != PERP_OK)
         return status;
     result->iterations = stats.iterations = world->budget.spent;
     world->stats = stats;
-    if (result->advanced)
-        commit(world);
+    if (result->advanced) {
+        commit(world, stats.contacts - world->asleep.contacts);
+        perp__fall_asleep(world);
+    }
     return PERP_OK;
 }

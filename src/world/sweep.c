@@ -34,20 +34,21 @@
 #define SETTLING_SWEEPS 4
 #define PLANAR_SWEEPS 200 /* which have no such guess to start from */
 
-/* Passes that are always made. */
-#define LEAST_PASSES 8
+/* Beside the level's tol, the residual with which what rests is left as it is: by then it would
+ * have moved if it could. */
+#define AT_REST 1e-2
 
 typedef struct level {
-    int32_t substeps, passes; /* one of them */
-    int32_t few;              /* contacts up to which an island is solved exactly all the same */
-    double tol;               /* tested residual that is called solved */
+    int32_t substeps;
+    int32_t few; /* contacts up to which an island is solved exactly all the same */
+    double tol;  /* tested residual that is called solved */
 } level;
 
 /* From the measured curve, bench/results/world.txt. */
 static const level levels[] = {
-    {4, 0, 8, 1e-2},  /* fast */
-    {8, 0, 40, 1e-3}, /* standard */
-    {24, 0, 64, 1e-6} /* accurate */
+    {4, 8, 1e-2},  /* fast */
+    {8, 40, 1e-3}, /* standard */
+    {24, 64, 1e-6} /* accurate */
 };
 
 /* What moves heavily over what moves lightly: a mass, or the inertia about some axis beside the
@@ -79,22 +80,22 @@ double perp__swept_tol(const perp_world *world)
                : levels[settings->accuracy].tol;
 }
 
+int32_t perp__is_small(const perp_world *world, const perp__island *island)
+{
+    const perp_world_settings *settings = &world->settings;
+    const int32_t all = settings->accuracy == PERP_ACCURACY_EXACT;
+    const level *of = &levels[all ? PERP_ACCURACY_STANDARD : settings->accuracy];
+
+    return island->contacts <= of->few * (settings->planar ? 4 : 1) || island->bodies <= FEW_BODIES;
+}
+
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)
 {
     const perp_world_settings *settings = &world->settings;
-    int32_t few;
 
-    if (settings->accuracy == PERP_ACCURACY_EXACT || (settings->cone != 0 && !settings->planar))
-        return 1;
-    few = levels[settings->accuracy].few * (settings->planar ? 4 : 1);
-    return island->contacts <= few || island->bodies <= FEW_BODIES ||
+    return settings->accuracy == PERP_ACCURACY_EXACT ||
+           (settings->cone != 0 && !settings->planar) || perp__is_small(world, island) ||
            mass_ratio(world, island) >= LARGE_RATIO;
-}
-
-static perp__world_contact *island_contact(const perp_world *world, const perp__island *island,
-                                           int32_t i)
-{
-    return perp__island_contact(world, &world->contacts, island, i);
 }
 
 /* Whether something is hit faster than forces push in many steps: the impulses of that are none to
@@ -104,7 +105,7 @@ static int32_t is_hit_hard(const perp_world *world, const perp__island *island)
     int32_t i;
 
     for (i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = island_contact(world, island, i);
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
         const double pushed = perp__normal_terms(world, i, world->work.gain, island->bodies);
 
         if (contact->start[0] < -HARD * pushed)
@@ -115,16 +116,17 @@ static int32_t is_hit_hard(const perp_world *world, const perp__island *island)
 
 static void plan(perp_world *world, const perp__island *island, perp__substeps *step, double h)
 {
-    const level *of = &levels[world->settings.accuracy];
+    const int32_t accuracy = world->settings.accuracy, exact = accuracy == PERP_ACCURACY_EXACT;
     perp__island_work *work = &world->work;
     int32_t i;
 
     memset(step, 0, sizeof *step);
     step->h = h;
-    step->substeps = world->settings.substeps > 0 ? world->settings.substeps : of->substeps;
-    step->passes = of->passes;
+    step->substeps = world->settings.substeps > 0
+                         ? world->settings.substeps
+                         : levels[exact ? PERP_ACCURACY_ACCURATE : accuracy].substeps;
     if (is_hit_hard(world, island)) {
-        step->passes = step->substeps > 0 ? PASSES_OF_A_SUBSTEP * step->substeps : step->passes;
+        step->passes = PASSES_OF_A_SUBSTEP * step->substeps;
         step->substeps = 0;
     }
     step->clear = CLEAR;
@@ -133,7 +135,7 @@ static void plan(perp_world *world, const perp__island *island, perp__substeps *
     step->guard = work->guard;
     step->next_warm = work->next_warm;
     for (i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = island_contact(world, island, i);
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         work->gap[i] = contact->gap;
         work->guard[i] = GUARD * contact->size;
@@ -147,7 +149,7 @@ static int32_t has_impacts(const perp_world *world, const perp__island *island)
     int32_t i;
 
     for (i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = island_contact(world, island, i);
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         if (contact->restitution > 0.0 && world->work.impulse[3 * i] > 0.0 &&
             contact->start[0] < -fabs(contact->free[0] - contact->start[0]))
@@ -168,14 +170,14 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
     passes.passes = 2 * (step->substeps > step->passes ? step->substeps : step->passes);
     passes.substeps = passes.clear = 0;
     for (i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = island_contact(world, island, i);
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         if (work->impulse[3 * i] > 0.0 || contact->gap <= work->guard[i]) {
             work->rows[i].bias[0] = contact->restitution * contact->start[0];
             work->gap[i] = 0.0;
         }
     }
-    return perp__coloured_step(&world->coloured, answer, work->smooth, problem, &passes);
+    return perp__coloured_step(&world->coloured, answer, NULL, problem, &passes);
 }
 
 /* Whether all that is said to hold does, but for what sweeps leave. */
@@ -219,19 +221,27 @@ static perp_status look(perp_world *world, perp__rigid_answer *answer, perp__rig
     return status;
 }
 
+/* Biases of the step: what gaps leave. */
+static void close_gaps(perp_world *world, const perp__island *island, double h)
+{
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        world->work.rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0) / h;
+    }
+}
+
 /* What the sweeps are worth: the contact layer looks at their point, and goes nowhere from it. */
 static perp_status judge(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
                          perp__rigid_problem *problem, double h, perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     const size_t size = 3 * (size_t)island->contacts * sizeof(double);
-    int32_t i;
 
-    for (i = 0; i < island->contacts && verdict->impacts == 0; i++) {
-        const perp__world_contact *contact = island_contact(world, island, i);
-
-        work->rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0) / h;
-    }
+    if (verdict->impacts == 0)
+        close_gaps(world, island, h);
     memcpy(work->warm, work->impulse, size);
     problem->tol = perp__swept_tol(world);
     return look(world, answer, problem, verdict);
@@ -243,7 +253,7 @@ static int32_t comes_from_rest(const perp_world *world, const perp__island *isla
     int32_t i;
 
     for (i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = island_contact(world, island, i);
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
         const double pushed = perp__normal_terms(world, i, world->work.gain, island->bodies);
 
         if (!(fmax(fabs(contact->start[0]), hypot(contact->start[1], contact->start[2])) <=
@@ -300,8 +310,76 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
     return status;
 }
 
-/* The step within its budget: the true residual is told, and where it is not small enough, that it
- * was a budget which ended it. */
+/* The problem of the island, and what its motion needs. */
+static void pose(perp_world *world, const perp__island *island, perp__rigid_problem *problem,
+                 perp__rigid_answer *answer)
+{
+    perp__gather_bodies(world, island);
+    perp__choose_rows(world, island, NULL);
+    perp__force_bodies(world, island, 1.0);
+    perp__pose_island(world, island, problem);
+    perp__receive(world, answer);
+}
+
+static int32_t is_at_rest(const perp_world *world, const perp__island *island)
+{
+    int32_t i, rests = world->work.carriers == 0;
+
+    for (i = 0; i < world->dof * island->bodies && rests; i++)
+        rests = world->work.start[i] == 0.0;
+    return rests;
+}
+
+/* What rests and is held by the impulses of the last step is so by these very ones, bit for bit:
+ * then answer->held. */
+static perp_status stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                         perp__rigid_problem *problem, double h, perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    const double tol = AT_REST * perp__swept_tol(world);
+    perp_status status;
+    int32_t i;
+
+    if (!is_at_rest(world, island))
+        return PERP_OK;
+    close_gaps(world, island, h);
+    problem->tol = perp__swept_tol(world);
+    status = look(world, answer, problem, verdict);
+    problem->again = 1;
+    if (status == PERP_OK && perp__is_good(answer->outcome) && answer->tested <= tol &&
+        answer->own <= tol)
+        status = hold(world, island, answer, problem);
+    for (i = 0; i < world->dof * island->bodies && answer->held; i++)
+        answer->held = work->v[i] == 0.0;
+    return status;
+}
+
+/* What the island has come to, for its bodies and contacts. */
+static void keep(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        memcpy(contact->impulse, work->impulse + 3 * i, sizeof contact->impulse);
+        memcpy(contact->next, work->next_warm + 3 * i, sizeof contact->next);
+    }
+    memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
+    perp__write_twists(world, island);
+}
+
+static void finish(perp_world *world, const perp__island *island, perp__verdict *verdict)
+{
+    int32_t i;
+
+    keep(world, island);
+    for (i = 0; i < island->contacts; i++)
+        perp__step_contact(world, island, i)->mode = world->work.modes[i];
+    verdict->stages = verdict->swept = 1;
+}
+
 perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict)
 {
@@ -312,18 +390,68 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp_status status;
     int32_t i;
 
-    perp__gather_bodies(world, island);
-    perp__choose_rows(world, island, NULL);
-    perp__force_bodies(world, island, 1.0);
-    perp__pose_island(world, island, &problem);
-    perp__receive(world, &answer);
+    pose(world, island, &problem, &answer);
+    status = stand(world, island, &answer, &problem, h, verdict);
+    if (status != PERP_OK)
+        return status;
+    if (answer.held) {
+        finish(world, island, verdict);
+        return PERP_OK;
+    }
+    verdict->sweeps++;
+    problem.again = 0;
     plan(world, island, &step, h);
     status = perp__coloured_step(&world->coloured, &answer, work->moving, &problem, &step);
+    if (status != PERP_OK)
+        return status;
     perp__spend(world, answer.iterations);
-    verdict->stages = verdict->swept = 1;
-    if (status == PERP_OK && has_impacts(world, island)) {
+    keep(world, island);
+    for (i = 0; i < island->contacts; i++) {
+        perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        memcpy(contact->warm, contact->next, sizeof contact->warm);
+    }
+    return PERP_OK;
+}
+
+/* What keep() kept. */
+static void recall(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    int32_t i;
+
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        memcpy(work->impulse + 3 * i, contact->impulse, sizeof contact->impulse);
+        memcpy(work->next_warm + 3 * i, contact->next, sizeof contact->next);
+    }
+    for (i = 0; i < island->bodies; i++) {
+        const perp__motion *motion = perp__island_motion(world, island, i);
+
+        perp__coordinates_of(world, motion->moving, work->moving + n * i);
+        perp__coordinates_of(world, motion->after, work->v + n * i);
+    }
+}
+
+/* The true residual is told, and where it is not small enough, that it was a budget which ended
+ * the sweeps. */
+perp_status perp__finish_swept(perp_world *world, const perp__island *island, double h,
+                               perp__verdict *verdict)
+{
+    perp__rigid_problem problem;
+    perp__rigid_answer answer;
+    perp__substeps step;
+    perp_status status = PERP_OK;
+
+    pose(world, island, &problem, &answer);
+    plan(world, island, &step, h);
+    recall(world, island);
+    if (has_impacts(world, island)) {
         verdict->impacts = 1;
         status = bounce(world, island, &answer, &problem, &step);
+        perp__spend(world, answer.iterations);
     }
     if (status == PERP_OK)
         status = judge(world, island, &answer, &problem, h, verdict);
@@ -333,51 +461,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
         status = settle(world, island, &answer, &problem, verdict);
     if (status == PERP_OK && verdict->impacts == 0)
         status = hold(world, island, &answer, &problem);
-    if (status != PERP_OK)
-        return status;
-    perp__take_answer(world, island);
-    for (i = 0; i < island->contacts; i++)
-        memcpy(island_contact(world, island, i)->next, work->next_warm + 3 * i,
-               sizeof island_contact(world, island, i)->next);
-    memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
-    perp__write_twists(world, island);
-    return PERP_OK;
-}
-
-/* A method that a budget or a stall ended short of an answer: a few passes from where it came to,
- * which keep bodies apart as far as they come. Taken where they are nearer. */
-perp_status perp__sweep_on(perp_world *world, const perp__island *island,
-                           perp__rigid_answer *answer, const perp__rigid_problem *problem)
-{
-    perp__island_work *work = &world->work;
-    const size_t size = 3 * (size_t)work->count * sizeof(double);
-    const perp__rigid_answer first = *answer;
-    perp__rigid_problem swept = *problem;
-    perp__substeps passes;
-    perp_status status;
-
-    memset(&passes, 0, sizeof passes);
-    passes.h = 1.0;
-    passes.passes = LEAST_PASSES;
-    passes.start = work->free;
-    passes.gap = passes.guard = work->none;
-    memset(work->none, 0, (size_t)island->contacts * sizeof(double));
-    memcpy(work->warm, work->impulse, size);
-    swept.warm = work->warm;
-    swept.again = 1;
-    swept.max_iterations = -1; /* only a look */
-    status = perp__coloured_step(&world->coloured, answer, work->smooth, &swept, &passes);
-    if (status != PERP_OK)
-        return status;
-    memcpy(work->smooth_impulse, work->impulse, size);
-    swept.warm = work->smooth_impulse;
-    status = perp__rigid_solve(world->solver, answer, &swept);
-    if (status == PERP_OK && !(answer->own < first.own)) {
-        swept.warm = work->warm;
-        status = perp__rigid_solve(world->solver, answer, &swept);
-    }
-    answer->iterations = first.iterations + LEAST_PASSES;
-    if (!perp__is_good(answer->outcome))
-        answer->outcome = first.outcome;
+    if (status == PERP_OK)
+        finish(world, island, verdict);
     return status;
 }

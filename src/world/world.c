@@ -93,6 +93,9 @@ static perp_status check_settings(perp_context *context, const perp_world_settin
     if (settings->strict != 0 && settings->strict != 1)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.strict is %d, 0 or 1 expected",
                           (int)settings->strict);
+    if (settings->wakeful != 0 && settings->wakeful != 1)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.wakeful is %d, 0 or 1 expected",
+                          (int)settings->wakeful);
     return PERP_OK;
 }
 
@@ -151,10 +154,14 @@ static void release(void *object)
     perp__release(context, world->contacts.contacts);
     perp__release(context, world->overlaps.contacts);
     perp__release(context, world->records);
-    perp__release(context, world->next_records);
+    perp__release(context, world->next_memories);
+    perp__release(context, world->last.contacts);
+    perp__release(context, world->awake);
+    perp__release(context, world->naps);
+    perp__release(context, world->kept);
     perp__arena_release(&world->body_arena);
     perp__arena_release(&world->shape_arena);
-    perp__arena_release(&world->link_arena);
+    perp__arena_release(&world->order_arena);
     perp__arena_release(&world->island_arena);
 }
 
@@ -192,10 +199,11 @@ static perp_status create(perp_context *context, perp_world **world,
     made->free_joint = -1;
     made->free_pair = -1;
     made->first_plane = -1;
+    made->free_nap = made->free_kept = made->first_orphan = -1;
     perp__tree_init(&made->tree);
     perp__arena_init(&made->body_arena, context);
     perp__arena_init(&made->shape_arena, context);
-    perp__arena_init(&made->link_arena, context);
+    perp__arena_init(&made->order_arena, context);
     perp__arena_init(&made->island_arena, context);
     set_coordinates(made);
     perp__coloured_init(&made->coloured, context);
@@ -231,13 +239,17 @@ perp_body perp_world_ground(const perp_world *world)
 
 int32_t perp_world_contact_count(const perp_world *world)
 {
-    return perp__handle_is(world, &kind) ? world->record_count : 0;
+    if (!perp__handle_is(world, &kind))
+        return 0;
+    return world->recorded ? world->record_count : world->kept_included + world->last_included;
 }
 
-static perp_status get_contact(const perp_world *world, perp_world_contact *contact, int32_t index)
+static perp_status get_contact(perp_world *world, perp_world_contact *contact, int32_t index)
 {
     perp_status status = PERP__CHECK(perp_world_contact, world->context, contact);
 
+    if (status == PERP_OK)
+        status = perp__write_records(world);
     if (status != PERP_OK)
         return status;
     if (index < 0 || index >= world->record_count)
@@ -255,7 +267,7 @@ perp_status perp_world_get_contact(const perp_world *world, perp_world_contact *
 
     if (status != PERP_OK)
         return status;
-    return perp__leave(world->context, get_contact(world, contact, index));
+    return perp__leave(world->context, get_contact((perp_world *)world, contact, index));
 }
 
 perp_status perp_world_get_stats(const perp_world *world, perp_world_stats *stats)

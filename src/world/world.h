@@ -3,13 +3,15 @@
  *   place        rotations, mass matrices and free velocities of the bodies    (motion.c)
  *   contact set  contact points that can close within the step                 (contact_set.c)
  *   islands      bodies that touch, directly or through others                 (island.c)
- *   solve        per island: to tol, its impacts where they are      (solve.c, impacts.c)
- *                or within the budget of the world's accuracy                     (sweep.c)
+ *   solve        per island: to tol, its impacts where they are        (solve.c, exact.c,
+ *                or within the budget of the world's accuracy         impacts.c, sweep.c)
  *   integrate    the next positions                                            (integrate.c)
  *   project      what penetrates is pushed apart                               (projection.c)
- *   commit       next states become states, records become the last step's     (step.c)
+ *   commit       next states become states                                        (step.c)
+ *   rest         what would repeat itself for ever falls asleep                   (rest.c)
  *
- * within a budget (budget.c), and nothing that a caller can see changes before the commit. */
+ * within a budget (budget.c), and nothing that a caller can see changes before the commit. Each of
+ * them goes through what is awake alone. */
 #ifndef PERP_WORLD_WORLD_H
 #define PERP_WORLD_WORLD_H
 
@@ -18,6 +20,7 @@
 #include "base/arena.h"
 #include "base/handle.h"
 #include "base/outcome.h"
+#include "base/sort.h"
 #include "contact/coloured/coloured.h"
 #include "contact/contact.h"
 #include "world/collide/meeting.h"
@@ -63,8 +66,12 @@ typedef struct perp__body {
     double radius; /* of the sphere about the mass centre that holds the bounded shapes */
     int32_t shapes;
     int32_t planes;      /* half-spaces among the shapes */
-    int32_t settled;     /* has not moved since its shapes' fat boxes were looked at */
     int32_t first_joint; /* of its list, see perp__joint.next */
+    int32_t first_shape; /* list of the shapes; -1: none */
+    /* rest.c */
+    int32_t awake; /* on the list of these */
+    int32_t nap;   /* of a dynamic body that is asleep; -1: none */
+    int32_t next_member;
 } perp__body;
 
 /* Two shapes whose fat boxes overlap. */
@@ -76,18 +83,46 @@ typedef struct perp__pair {
     int32_t open;         /* the shapes do not touch plainly at the start of the step */
     int32_t met;          /* the motion at hand makes them meet */
     int32_t joined;       /* how often their points have come */
+    int32_t waited;       /* a meeting of theirs has */
     int32_t first_memory; /* impulses of the last step, see perp__remember */
     int32_t memories;
+    int32_t had_first; /* those of the step before */
+    int32_t had;
+    int32_t changed;    /* which are others */
+    int32_t first_kept; /* those that it fell asleep with; -1: none */
     perp__meeting meeting;
 } perp__pair;
 
-/* What a contact point was given in the last step, in the world frame. */
+/* What a contact point was given in the last step, along the axes that come with its normal. */
 typedef struct perp__memory {
     int32_t first; /* the shapes' slots */
     int32_t second;
     uint64_t feature;
+    double normal[3];
     double impulse[3];
 } perp__memory;
+
+/* A contact point of bodies that are asleep. */
+typedef struct perp__kept {
+    int32_t next; /* of the pair; of a free one: the next free one */
+    int32_t included;
+    uint64_t order; /* its place among the contacts */
+    perp__memory memory;
+    perp_world_contact record;
+} perp__kept;
+
+/* Bodies that fell asleep together. */
+typedef struct perp__nap {
+    int32_t first; /* member; -1: free */
+    int32_t last;
+    int32_t next_free;
+    int32_t islands;
+    int32_t solved;
+    int32_t contacts;
+    int32_t tangents; /* rows of friction */
+    int32_t rounded;  /* an island's outcome was rounding_limit */
+    double residual;
+} perp__nap;
 
 typedef struct perp__shape {
     uint32_t generation;
@@ -103,6 +138,7 @@ typedef struct perp__shape {
     double reach;     /* of its points, from the mass centre; 0 for a half-space */
     double thickness; /* half of its least width; INFINITY for half-spaces and points */
     /* pairs.c */
+    int32_t next_of_body;
     int32_t leaf;       /* its fat box; -1: none */
     int32_t first_link; /* of its pairs; -1: none */
     int32_t next_plane; /* of a half-space */
@@ -116,7 +152,10 @@ typedef struct perp__verdict {
     int32_t stages;  /* intervals that were solved; 0: nothing to solve */
     int32_t impacts; /* instants */
     int32_t swept;   /* within a budget, overlap and all */
-    int32_t rounds;  /* how often it was solved in this step */
+    int32_t sweeps;  /* over all of it; to be finished then */
+    int32_t patched; /* swept since near what came */
+    int32_t leads;   /* of the island's first body */
+    int32_t jointed; /* with its joints */
     double residual;
 } perp__verdict;
 
@@ -145,7 +184,8 @@ typedef struct perp__motion {
     int32_t island;   /* -1: none */
     int32_t local;    /* number within the island */
     int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
-    int32_t first_link;
+    int32_t repeats;  /* ends the step as it began */
+    int32_t calm;     /* so does all that is joined to it; at the root */
     perp__verdict verdict;
 } perp__motion;
 
@@ -154,7 +194,9 @@ typedef struct perp__world_contact {
     int32_t body_b;
     int32_t shape_a;
     int32_t shape_b;
+    uint32_t generations[4]; /* of these */
     int32_t pair;
+    int32_t round;      /* of looking for contacts in which it came */
     uint64_t feature;   /* tells the points of a pair apart, from step to step */
     double position[3]; /* at the start of the step, midway between the surfaces */
     double arms[2][3];  /* from the mass centres, in the pose of the meeting */
@@ -175,12 +217,6 @@ typedef struct perp__world_contact {
     int32_t included; /* takes part in the problems; the others were found not to matter */
     int32_t fresh;    /* included since its island was solved last */
 } perp__world_contact;
-
-/* Contact `contact` seen from one of its bodies. */
-typedef struct perp__link {
-    int32_t contact;
-    int32_t side; /* 0: A, 1: B */
-} perp__link;
 
 typedef struct perp__contact_set {
     perp__world_contact *contacts;
@@ -213,13 +249,11 @@ typedef struct perp__island_work {
     double *start, *gain;             /* numbers: before the step, and what forces add in it */
     double *now, *drift;              /* numbers: velocities, and the way so far */
     double *free, *v, *moving;        /* numbers: of the interval at hand */
-    double *smooth, *smooth_impulse;  /* numbers; 3 a contact */
-    int32_t *smooth_chosen, smooth_count;
-    int32_t *carrier, *modes;                      /* bodies; contacts chosen */
+    int32_t *carrier, *modes;         /* bodies; contacts chosen */
     double *impulse, *velocity, *warm, *next_warm; /* 3 a contact chosen */
-    double *gap, *guard, *none;                    /* contacts of the island */
+    double *gap, *guard;                           /* contacts of the island */
     double *strength, *solved, *solved_rows;       /* bodies; numbers; 3 a contact: of hold */
-    int8_t *hit;
+    int8_t *hit, *near;                            /* contacts of the island; bodies */
 } perp__island_work;
 
 /* What the step may still spend. */
@@ -240,6 +274,11 @@ struct perp_world {
 
     perp__body *bodies;
     perp__state *states;
+    int32_t *awake; /* bodies: in order, and after them what was roused since */
+    int32_t awake_count;
+    int32_t roused_count;
+    int32_t awake_changed;
+    int32_t awake_shape_count;
     int32_t body_slots;
     int32_t body_capacity;
     int32_t free_body; /* list of free slots, -1 at its end */
@@ -263,13 +302,13 @@ struct perp_world {
     int32_t *parent;
     int32_t *body_order;
     perp__island *islands;
+    int32_t fitted_bodies, fitted_shapes; /* what there was room for */
     perp__arena shape_arena;
     perp__placed *placed;
-    int32_t *shape_counts;
-    perp__arena link_arena;
+    int32_t *awake_shapes;
+    perp__arena order_arena;
     int32_t *contact_order;
     int32_t *joint_order;
-    perp__link *links;
     perp__arena island_arena;
     perp__island_work work;
     perp__tree tree; /* of the shapes' fat boxes */
@@ -280,27 +319,39 @@ struct perp_world {
     int32_t pair_slots;
     int32_t pair_capacity;
     int32_t free_pair;
-    int32_t pair_count;
-    int32_t *pair_order;    /* the pairs by their shapes; as much again for sorting */
-    int32_t pairs_changed;  /* since they were sorted */
-    perp__memory *memories; /* pair by pair */
+    int32_t pair_count;      /* of what is awake */
+    perp__keyed *pair_order; /* these, by their shapes; as much again for sorting */
+    int32_t pairs_changed;   /* since they were sorted */
+    perp__memory *memories;  /* pair by pair */
+    perp__memory *next_memories;
     int32_t memory_count;
     int32_t memory_capacity;
     int32_t memories_restored; /* and not found by their pairs yet */
     int32_t rounds;            /* of looking for contacts in this step */
-    double slop; /* overlap, relative to the shapes' thickness, that is left standing */
     int32_t island_count;
     perp__contact_set contacts; /* of the step */
+    perp__contact_set last;     /* of the last one that went on */
+    int32_t last_included;
     perp__contact_set overlaps; /* of the projection */
     perp__rigid_solver *solver;
     perp__coloured coloured;
     perp__budget budget;
 
-    perp_world_contact *records; /* of the last step */
-    perp_world_contact *next_records;
+    /* rest.c */
+    double step_length; /* of the last step */
+    perp__nap *naps;
+    int32_t nap_slots, nap_capacity, free_nap;
+    perp__nap asleep; /* all of them together */
+    int32_t residual_changed;
+    perp__kept *kept;
+    int32_t kept_slots, kept_capacity, free_kept;
+    int32_t kept_count, kept_included;
+    int32_t first_orphan, orphan_count; /* kept of pairs that ended since the last step */
+
+    perp_world_contact *records; /* of the last step, when they were asked for */
     int32_t record_count;
-    int32_t next_record_count;
     int32_t record_capacity;
+    int32_t recorded; /* they are up to date */
     perp_world_stats stats;
 };
 
@@ -339,6 +390,10 @@ void perp__remove_shapes(perp_world *world, int32_t body);
 /* Whether a joint keeps two bodies from touching each other. */
 int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b);
 void perp__remove_joints(perp_world *world, int32_t body);
+/* Rouses what joints hold to a body. */
+void perp__rouse_joined(perp_world *world, int32_t body);
+/* Whether the joint in a slot takes part in steps: one of its bodies is awake. */
+int32_t perp__joint_works(const perp_world *world, int32_t i);
 void perp__view_of_states(const perp_world *world, const perp__joint *joint,
                           const perp__state *states, double before, perp__joint_view *view);
 
@@ -366,6 +421,9 @@ perp_status perp__rest_joints(perp_world *world, const perp__island *island,
                               const perp__rigid_answer *answer, const perp__rigid_problem *problem);
 /* What the step made of joints becomes their last one's. */
 void perp__keep_joints(perp_world *world);
+/* For rest.c: joins the sets of joined bodies; and what may not sleep for its joints is not calm. */
+void perp__join_calm(perp_world *world);
+void perp__upset_joints(perp_world *world);
 
 /* A distance of 0 has no direction. */
 int32_t perp__has_direction(const perp__joint_view *view);
@@ -395,14 +453,28 @@ perp_status perp__cover_motions(perp_world *world, double h);
 perp_status perp__cover_places(perp_world *world, double margin);
 static inline perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
 {
-    return &world->pairs[world->pair_order[i]];
+    return &world->pairs[world->pair_order[i].value];
 }
 /* A shape that is new, or about to be removed. */
 void perp__enlist_shape(perp_world *world, int32_t shape);
 void perp__forget_shape(perp_world *world, int32_t shape);
-/* A body was put elsewhere; all were. */
-void perp__unsettle(perp_world *world, int32_t body);
-void perp__unsettle_all(perp_world *world);
+
+/* rest.c */
+/* Wakes a body, or one that is new, and all that fell asleep with it; all bodies. */
+void perp__rouse(perp_world *world, int32_t body);
+void perp__rouse_all(perp_world *world);
+/* The body is changed or removed: it wakes, and so does what is near it. */
+void perp__disturb(perp_world *world, int32_t body);
+/* Takes in what was roused or removed. */
+void perp__list_awake(perp_world *world);
+/* After a step: what repeated itself falls asleep. */
+void perp__fall_asleep(perp_world *world);
+/* Frees the kept contacts of a list. */
+void perp__drop_kept(perp_world *world, int32_t first);
+/* Frees all naps and kept contacts. */
+void perp__forget_naps(perp_world *world);
+/* The largest residual of what is asleep. */
+double perp__asleep_residual(perp_world *world);
 
 /* A gap below this share of the bodies' size is near: such points take part from the start. */
 #define PERP__NEAR 1e-3
@@ -431,6 +503,7 @@ perp_status perp__find_contacts(perp_world *world, double h);
 perp_status perp__join_contacts(perp_world *world, double h, int32_t *came);
 /* Keeps the impulses of the step's contacts for the next step's `warm`. */
 void perp__remember(perp_world *world);
+void perp__write_memory(const perp__world_contact *contact, perp__memory *memory);
 /* Room for so many of them. */
 perp_status perp__reserve_memories(perp_world *world, int32_t count);
 /* Points with gaps up to `margin` in the next states. */
@@ -438,6 +511,9 @@ perp_status perp__find_overlaps(perp_world *world, double margin);
 
 /* island.c: islands of the dynamic bodies that the set's included contacts join. */
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set);
+/* Sets of bodies that are joined, in world->parent. */
+int32_t perp__find_root(int32_t *parent, int32_t i);
+void perp__join(int32_t *parent, int32_t i, int32_t j);
 
 /* contact_rows.c */
 void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
@@ -473,6 +549,13 @@ static inline perp__world_contact *perp__island_contact(const perp_world *world,
     return &set->contacts[world->contact_order[island->first_contact + i]];
 }
 
+/* One of the step's contacts. */
+static inline perp__world_contact *perp__step_contact(const perp_world *world,
+                                                      const perp__island *island, int32_t i)
+{
+    return perp__island_contact(world, &world->contacts, island, i);
+}
+
 /* budget.c */
 void perp__open_budget(perp_world *world);
 /* Of the phase at hand; INFINITY without a limit. */
@@ -492,6 +575,8 @@ typedef struct perp__solve_summary {
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
+
+/* problem.c */
 /* Makes the workspace fit the largest island. */
 perp_status perp__fit_island_work(perp_world *world);
 /* The coordinates of a twist, and back; C with M^-1 = C C', row-major. */
@@ -513,18 +598,6 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
 /* The problem of the chosen rows with work.free, and where its answer goes. */
 void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem);
 void perp__receive(perp_world *world, perp__rigid_answer *answer);
-/* What is solved exactly is so to the first; what is not, for want of time or of a method that can,
- * is judged by the second. */
-double perp__exact_tol(const perp_world *world);
-double perp__swept_tol(const perp_world *world);
-/* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
-perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
-                             perp__verdict *verdict);
-/* Velocities in what the rows that hold leave free, where they are an answer to tol as well: then
- * answer->held. */
-perp_status perp__hold_island(perp_world *world, const perp__island *island,
-                              perp__rigid_answer *answer, const perp__rigid_problem *problem,
-                              double tol);
 /* Adds to the impulse of the island's contact i; adds those of the answer, and takes its modes. */
 void perp__add_impulse(perp_world *world, const perp__island *island, int32_t i,
                        const double *impulse, double share);
@@ -534,6 +607,22 @@ void perp__mean_motion(perp_world *world, const perp__island *island, double h);
 /* The twists of the island's bodies, from work.moving and work.now. */
 void perp__write_twists(perp_world *world, const perp__island *island);
 
+/* exact.c */
+/* What is solved exactly is so to the first; what is not, for want of time or of a method that can,
+ * is judged by the second. */
+double perp__exact_tol(const perp_world *world);
+double perp__swept_tol(const perp_world *world);
+/* Solves it to the world's tol, or as far as the budget goes. bounces: with restitution. */
+perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
+                             perp__verdict *verdict);
+
+/* hold.c */
+/* Velocities in what the rows that hold leave free, where they are an answer to tol as well: then
+ * answer->held. */
+perp_status perp__hold_island(perp_world *world, const perp__island *island,
+                              perp__rigid_answer *answer, const perp__rigid_problem *problem,
+                              double tol);
+
 /* impacts.c: an island solved to tol. */
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
                                 perp__verdict *verdict);
@@ -542,14 +631,19 @@ void perp__force_bodies(perp_world *world, const perp__island *island, double sh
 /* Size of the terms of a normal velocity: of the chosen contact i, with numbers x of bodies. */
 double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies);
 
-/* sweep.c: an island within the budget of the world's accuracy. */
+/* near.c: sweeps near the contacts that came to an island whose motion is known. */
+perp_status perp__sweep_near(perp_world *world, const perp__island *island, double h);
+
+/* sweep.c: an island within the budget of the world's accuracy: its motion, from the impulses that
+ * it has; and once no more contacts come the velocities at its end, and what they are worth. */
 perp_status perp__sweep_island(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict);
-/* From where a method stopped short of an answer. */
-perp_status perp__sweep_on(perp_world *world, const perp__island *island,
-                           perp__rigid_answer *answer, const perp__rigid_problem *problem);
+perp_status perp__finish_swept(perp_world *world, const perp__island *island, double h,
+                               perp__verdict *verdict);
 /* Whether an exact solution costs no more, or nothing less will do. */
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island);
+/* Whether it costs so little that it may be done whenever a contact comes. */
+int32_t perp__is_small(const perp_world *world, const perp__island *island);
 
 /* integrate.c */
 void perp__integrate(perp_world *world, double h);
@@ -559,6 +653,10 @@ void perp__turn(const perp_world *world, perp__state *state, const double *turn)
 perp_status perp__project_overlaps(perp_world *world);
 
 /* records.c */
+void perp__write_record(const perp__world_contact *contact, perp_world_contact *record);
+/* Contacts of a step come by this number, those of a pair and round one after the other. */
+uint64_t perp__contact_order(const perp__world_contact *contact);
+/* Makes the records of the last step, unless they are there. */
 perp_status perp__write_records(perp_world *world);
 
 /* step.c */

@@ -161,7 +161,7 @@ static void test_world_settings(void **state)
     FIELD(perp_world_settings, substeps, 48, 4);
     FIELD(perp_world_settings, max_iterations, 52, 4);
     FIELD(perp_world_settings, strict, 56, 4);
-    FIELD(perp_world_settings, reserved, 60, 4);
+    FIELD(perp_world_settings, wakeful, 60, 4);
     FIELD(perp_world_settings, tol, 64, 8);
     FIELD(perp_world_settings, time_limit, 72, 8);
     FIELD(perp_world_settings, friction, 80, 8);

@@ -117,7 +117,11 @@ static perp_world_contact contact_or_zero(scene *s, int32_t index)
     perp_world_contact contact;
 
     memset(&contact, 0, sizeof contact);
-    return index >= 0 ? scene_contact(s, index) : contact;
+    if (index >= 0) {
+        contact.struct_size = sizeof contact;
+        RETRY(s, perp_world_get_contact(s->world, &contact, index));
+    }
+    return contact;
 }
 
 /* The scenario, with failure number k; returns whether any allocation failed. states: of each box

@@ -151,6 +151,50 @@ static void test_friction_takes_energy(void **state)
     scene_close(&s);
 }
 
+/* What a step gets wrong of the kinetic energy of a body that spins about no axis of inertia, hits
+ * a plane with a point half-way through the step and bounces off without loss. */
+static double lost_in_bounce(double h)
+{
+    static const double point[3] = {0.3, 0.2, -0.5}, spin[3] = {3.0, -6.0, 4.5};
+    const double closing = -(spin[0] * point[1] - spin[1] * point[0] - 9.0);
+    perp_body_settings settings = scene_settings();
+    double before, after;
+    perp_world_stats stats;
+    perp_body body;
+    scene s;
+
+    scene_open(&s, 0, 0.0, 0.0, 0.0);
+    scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0);
+    settings.inertia[0] = 0.2;
+    settings.inertia[4] = 0.25;
+    settings.inertia[8] = 0.42;
+    memcpy(settings.angular_velocity, spin, sizeof spin);
+    settings.velocity[2] = -9.0;
+    settings.position[2] = -point[2] + 0.5 * h * closing;
+    body = scene_add(&s, &settings);
+    scene_point(&s, body, point[0], point[1], point[2], 0.0, 1.0);
+    SCENE_OK(&s, perp_world_energy(s.world, &before, NULL));
+    scene_step(&s, h);
+    SCENE_OK(&s, perp_world_energy(s.world, &after, NULL));
+    assert_int_equal(perp_world_stats_init(&stats, sizeof stats), PERP_OK);
+    SCENE_OK(&s, perp_world_get_stats(s.world, &stats));
+    assert_int_equal(stats.impacts, 1);
+    scene_close(&s);
+    return fabs(after - before) / before;
+}
+
+/* The jump is that of the body as it is turned then, and Euler's equations go on from the angular
+ * velocity after it: so the energy of a step is wrong by h^2, four times less for half the step.
+ * With the inertia or the gyroscopic rate of the beginning it would be by h, twice less. */
+static void test_spin_after_bounce(void **state)
+{
+    double h;
+
+    (void)state;
+    for (h = 0.01; h > 1e-3; h *= 0.5)
+        assert_true(lost_in_bounce(h) > 3.5 * lost_in_bounce(0.5 * h));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -158,6 +202,7 @@ int main(void)
         cmocka_unit_test(test_planar_sums),
         cmocka_unit_test(test_collisions),
         cmocka_unit_test(test_friction_takes_energy),
+        cmocka_unit_test(test_spin_after_bounce),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

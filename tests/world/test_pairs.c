@@ -71,6 +71,8 @@ static int check_pairs(perp_world *world)
 {
     int32_t a, b, i, meetings = 0;
 
+    if (world->awake_changed)
+        perp__list_awake(world);
     perp__place(world, world->states);
     assert_int_equal(perp__cover_places(world, 0.0), PERP_OK);
     for (i = 1; i < world->pair_count; i++) {

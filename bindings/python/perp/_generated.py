@@ -459,7 +459,7 @@ class WorldSettings(Structure):
         ("substeps", c_int32),
         ("max_iterations", c_int32),
         ("strict", c_int32),
-        ("reserved", c_int32),
+        ("wakeful", c_int32),
         ("tol", c_double),
         ("time_limit", c_double),
         ("friction", c_double),

@@ -46,6 +46,7 @@ class World(Handle):
         counts as solved. None takes those of the accuracy. max_iterations, time_limit: of a whole step.
     strict: a step that is not solved leaves the state untouched; otherwise, on a limit, it
         advances with the best iterate.
+    wakeful: takes the steps of what rests like all others, for the same bits at more cost.
     """
 
     _create = library.perp_world_create
@@ -66,6 +67,7 @@ class World(Handle):
         max_iterations: Optional[int] = None,
         time_limit: Optional[float] = None,
         strict: bool = False,
+        wakeful: bool = False,
     ) -> None:
         self._planar = bool(planar)
         self._dimension = 2 if planar else 3
@@ -81,6 +83,7 @@ class World(Handle):
         settings.max_iterations = count(max_iterations, "max_iterations")
         settings.time_limit = limit(time_limit, "time_limit")
         settings.strict = 1 if strict else 0
+        settings.wakeful = 1 if wakeful else 0
         super().__init__(byref(settings))
         self._gravity = settings.gravity[: self._dimension]
         self._accuracy = accuracy
@@ -475,13 +478,10 @@ class World(Handle):
         """Puts all bodies back where snapshot() found them; the world goes on with the same bits.
         Valid for this world, as long as no body is added or removed."""
         blob = bytes(snapshot)
+        size = len(blob) - _CLOCK.size
+        if size < 0:
+            raise argument_error(f"snapshot has {len(blob)} bytes: it is none of a world")
         with self._lock:
-            size = self._snapshot_size()
-            if len(blob) != size + _CLOCK.size:
-                raise argument_error(
-                    f"snapshot has {len(blob)} bytes, those of this world with the bodies it has "
-                    f"now have {size + _CLOCK.size}"
-                )
             self._call(library.perp_world_snapshot_restore, blob, size)
             self._time, self._lost = _CLOCK.unpack_from(blob, size)
 

@@ -751,6 +751,25 @@ def test_strict_worlds_do_not_advance_on_a_limit():
     assert strict.snapshot() == before
 
 
+def test_snapshot_from_before_the_contacts_came():
+    world = perp.World(friction=0.5)
+    world.ground.add_plane([0, 0, 1], 0)
+    box = world.add_body(position=[0, 0, 1])
+    box.add_box([0.5, 0.5, 0.5])
+    falling = world.snapshot()
+    world.run(1.0, 0.01)
+    resting, where = world.snapshot(), box.position
+    world.restore(falling)
+    assert world.time == 0.0 and box.position[2] == 1.0
+    world.restore(resting)
+    assert world.time == pytest.approx(1.0, abs=1e-12)  # 100 steps of 0.01, added up
+    assert box.position.tolist() == where.tolist()
+    for wrong in (b"", resting[:-1], bytes(len(resting))):
+        with pytest.raises(perp.Error):
+            world.restore(wrong)
+    assert box.position.tolist() == where.tolist()
+
+
 def test_snapshot_restores_every_bit():
     world, brick = sliding_brick()
     world.run(0.1, 0.01)

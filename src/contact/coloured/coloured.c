@@ -3,8 +3,8 @@
  * A substep of length h/n starts from the impulses r/n of the one before, whose sum F = P'r is kept
  * per body, and ends with one forward pass:
  *
- *   y := y + (y_free - y_start)/n + F,   b = max(gap - guard, 0) n/h,   pass,   F += what it
- * changed, gap += (h/n) (P_n y + w_n).
+ *   y := y + (y_free - y_start)/n + F,   b = max(gap - guard, 0) n/h,   pass,
+ *   F := F + what the pass changed,      gap := gap + (h/n) (P_n y + w_n).
  *
  * Passes over the whole step are Gauss-Seidel with Nesterov's momentum, restarted where it leads
  * back (O'Donoghue & Candes 2015), and end on a plain one. */
@@ -81,7 +81,7 @@ static void weigh_velocities(perp__coloured *c, const perp__rigid_problem *probl
 }
 
 /* b of the normal rows: what a contact may still close by. */
-static void write_bias(perp__coloured *c, const perp__substeps *step, double h)
+static void write_bias(perp__coloured *c, double h)
 {
     int32_t p, l;
 
@@ -89,8 +89,7 @@ static void write_bias(perp__coloured *c, const perp__substeps *step, double h)
         perp__lane_point *point = &c->point[p];
 
         for (l = 0; l < PERP__GROUP; l++) {
-            const double guard = point->contact[l] < 0 ? 0.0 : step->guard[point->contact[l]];
-            const double gap = point->gap[l] - guard;
+            const double gap = point->gap[l] - point->guard[l];
 
             point->bias[l] = point->w[0][l] + (gap > 0.0 ? gap / h : 0.0);
         }
@@ -124,7 +123,7 @@ static void run_substeps(perp__coloured *c, const perp__substeps *step)
             c->y[i] += c->change[i] / n + c->push[i];
             c->before[i] = c->y[i];
         }
-        write_bias(c, step, h);
+        write_bias(c, h);
         c->kernels->sweep(c, c->y);
         for (i = 0; i < size; i++) {
             c->push[i] += c->y[i] - c->before[i];
@@ -174,11 +173,12 @@ static void run_passes(perp__coloured *c, const perp__substeps *step)
 
     for (i = 0; i < size; i++)
         c->y[i] = c->start[i] + c->change[i];
-    c->kernels->add_impulses(c, c->y);
+    if (!step->pushed)
+        c->kernels->add_impulses(c, c->y);
     memcpy(c->moved, c->y, size * sizeof *c->y);
     for (p = 0; p < c->points; p++)
         memcpy(c->other_r[p], c->point[p].r, sizeof c->other_r[p]);
-    write_bias(c, step, step->h);
+    write_bias(c, step->h);
     for (pass = 0; pass < step->passes; pass++) {
         memcpy(c->before, c->y, size * sizeof *c->y);
         c->kernels->sweep(c, c->y);
@@ -200,7 +200,7 @@ static void clear_penetration(perp__coloured *c, const perp__substeps *step)
 
         for (l = 0; l < PERP__GROUP; l++) {
             const int32_t contact = point->contact[l];
-            const double guard = contact < 0 ? 0.0 : step->guard[contact];
+            const double guard = point->guard[l];
             const double lack = contact < 0 ? 0.0 : -(step->gap[contact] + guard);
 
             point->shift[l] = point->bias[l] = 0.0;
@@ -276,7 +276,8 @@ perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, d
     if (step->clear > 0)
         clear_penetration(c, step);
     write_velocity(c, problem, c->y, answer->v);
-    write_velocity(c, problem, c->moved, moving);
+    if (moving)
+        write_velocity(c, problem, c->moved, moving);
     write_impulses(c, answer->impulse, step);
     answer->iterations = step->substeps > 0 ? step->substeps : step->passes;
     return PERP_OK;

@@ -24,7 +24,7 @@ typedef struct perp__lane_point {
     double P[36][PERP__GROUP]; /* normal, tangent 1, 2; six numbers of A and six of B each */
     double r[3][PERP__GROUP];
     double w[3][PERP__GROUP]; /* velocities that impulses do not change */
-    double gap[PERP__GROUP];
+    double gap[PERP__GROUP], guard[PERP__GROUP];
     double bias[PERP__GROUP];            /* of the normal row, as it is swept */
     double inverse_normal[PERP__GROUP];  /* 1 / W_nn */
     double inverse_tangent[PERP__GROUP]; /* 1 / L */
@@ -42,7 +42,7 @@ typedef struct perp__lane_group {
 typedef struct perp__coloured {
     const struct perp__coloured_kernels *kernels;
     perp__arena arena, point_arena;
-    int32_t bodies, contacts, width; /* of the problem at hand */
+    int32_t bodies, width; /* of the problem at hand */
     int32_t groups, points;
     int32_t most_bodies, most_contacts, most_groups, most_points; /* room */
     perp__lane_group *group;
@@ -65,15 +65,17 @@ typedef struct perp__substeps {
     int32_t substeps;    /* each of one pass; 0: passes alone, over the whole step */
     int32_t passes;      /* of the latter, accelerated */
     int32_t clear;       /* passes that remove penetration */
+    int32_t pushed;      /* passes alone: free velocities have the impulses problem->warm in them */
     const double *start; /* bodies by width: velocities before the step */
-    const double *gap;   /* contacts */
+    const double *gap;   /* contacts; NULL: none, as clear = 0 */
     const double *guard; /* contacts: a length that gap and penetration are not told apart from */
     double *next_warm;   /* 3 a contact: impulses for the next step to start from; NULL: none */
 } perp__substeps;
 
 /* The step, from the impulses problem->warm: answer->impulse and ->v and, bodies by width, the mean
- * velocities that move the positions. v is that of the impulses. Nothing is judged. Costs about
- * substeps (or passes) times contacts. PERP_OK or PERP_ERROR_MEMORY. */
+ * velocities that move the positions, where `moving` is not NULL. v is that of the impulses.
+ * Nothing is judged. Costs about substeps (or passes) times contacts. PERP_OK or PERP_ERROR_MEMORY.
+ */
 perp_status perp__coloured_step(perp__coloured *c, perp__rigid_answer *answer, double *moving,
                                 const perp__rigid_problem *problem, const perp__substeps *step);
 

@@ -2,8 +2,6 @@
  * all sums is that of eight lanes whatever the width of the vectors, so that every set of
  * instructions gives the same bits. */
 
-#define PARTS (PERP__GROUP / LANES)
-
 /* LANES bodies, 8 numbers each, into 8 vectors of one number each; and back. */
 #if LANES == 8
 TARGET static inline void NAME(transpose)(lanes *x)
@@ -237,4 +235,3 @@ TARGET static void NAME(sweep_normals)(perp__coloured *c, double *y)
         }
     }
 }
-#undef PARTS

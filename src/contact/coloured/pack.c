@@ -206,7 +206,8 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
     p->inverse_normal[lane] = invert(dot12(P[0], P[0]));
     p->inverse_tangent[lane] = invert(0.5 * (a + b) + hypot(0.5 * (a - b), d));
     p->mu[lane] = rows->dim > 1 ? rows->mu : 0.0;
-    p->gap[lane] = step->gap[contact];
+    p->gap[lane] = step->gap ? step->gap[contact] : 0.0;
+    p->guard[lane] = step->gap ? step->guard[contact] : 0.0;
     p->contact[lane] = contact;
 }
 
@@ -250,31 +251,25 @@ static void read_factors(perp__coloured *c, const perp__rigid_problem *problem)
     }
 }
 
-static int32_t larger_of(int32_t a, int32_t b)
-{
-    return a > b ? a : b;
-}
-
 perp_status perp__coloured_pack(perp__coloured *c, const perp__rigid_problem *problem,
                                 const perp__substeps *step)
 {
     int32_t starts[KEYS + 2], pairs;
     perp_status status;
 
-    c->most_bodies = larger_of(c->most_bodies, problem->bodies);
-    c->most_contacts = larger_of(c->most_contacts, problem->contacts);
+    perp__raise_room(&c->most_bodies, problem->bodies);
+    perp__raise_room(&c->most_contacts, problem->contacts);
     status = perp__arena_fit(&c->arena, lay_out_lists, c);
     if (status != PERP_OK)
         return status;
     c->bodies = problem->bodies;
-    c->contacts = problem->contacts;
     c->width = problem->width;
     read_factors(c, problem);
     pairs = cut_pairs(c, problem);
     order_pairs(c, problem, pairs, starts);
     form_groups(c, problem, pairs, starts, 0);
-    c->most_groups = larger_of(c->most_groups, c->groups);
-    c->most_points = larger_of(c->most_points, c->points);
+    perp__raise_room(&c->most_groups, c->groups);
+    perp__raise_room(&c->most_points, c->points);
     status = perp__arena_fit(&c->point_arena, lay_out_points, c);
     if (status != PERP_OK)
         return status;

@@ -1,0 +1,200 @@
+/* The problem of an island solved to tol by the methods of the contact layer, or as far as the
+ * budget goes. */
+#include "world/world.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+
+/* What is solved to tol is so to this, where the caller says nothing; and what the methods are
+ * asked for beside it: they come to rounding nearly always, and then so does a brick at its
+ * threshold. */
+#define EXACT_TOL 1e-10
+#define SHARPER 1e-2
+
+/* Iterations of each method within which it comes to an answer or hardly ever does: all that is
+ * spent, but at accuracy `exact`. */
+#define QUICK 100
+
+/* Joints of an island up to which sweeps come to an answer as fast as newton's method; and the
+ * residual that joints may be left with where methods come to no better one. */
+#define FEW_JOINTS 8
+#define JOINT_TOL 1e-6
+
+/* Passes over what the methods did not solve. */
+#define LEAST_PASSES 8
+
+double perp__exact_tol(const perp_world *world)
+{
+    return world->settings.tol > 0.0 ? world->settings.tol : EXACT_TOL;
+}
+
+/* Whether theory promises a solution (docs/world.md): always without restitution and for one that
+ * is the same everywhere, unless something that nothing stops closes on a body. */
+static int32_t is_solvable(const perp_world *world, const perp__island *island, int32_t bounces)
+{
+    double restitution = -1.0;
+    int32_t i;
+
+    if (world->work.carriers > 0)
+        return 0;
+    for (i = 0; i < island->contacts && bounces; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        if (restitution >= 0.0 && contact->restitution != restitution)
+            return 0;
+        restitution = contact->restitution;
+    }
+    return 1;
+}
+
+/* The word for the answer at tol. */
+static void weigh(perp__rigid_answer *answer, double tol)
+{
+    const perp__evidence evidence = {answer->tested, answer->own, answer->backward, 1};
+
+    answer->outcome = perp__gate(&evidence, tol, answer->outcome);
+}
+
+static perp_status solve_by(perp_world *world, perp__rigid_answer *answer,
+                            perp__rigid_problem *problem)
+{
+    const int32_t limit = problem->max_iterations;
+    perp_status status;
+
+    problem->tol = SHARPER * perp__exact_tol(world);
+    problem->max_iterations = limit == 0 || limit > QUICK ? QUICK : limit;
+    status = perp__rigid_solve(world->solver, answer, problem);
+    problem->max_iterations = limit;
+    problem->tol = perp__exact_tol(world);
+    if (status == PERP_OK)
+        weigh(answer, perp__exact_tol(world));
+    if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0)
+        answer->outcome = PERP_OUTCOME_STALLED; /* nobody asked for that limit */
+    return status;
+}
+
+/* What will do where methods come to no better: at `exact` nothing else. Joints are not to give way
+ * visibly. */
+static double rough_tol(const perp_world *world, const perp__island *island)
+{
+    const double tol = perp__swept_tol(world);
+
+    return island->joints > 0 ? fmin(tol, JOINT_TOL) : tol;
+}
+
+/* Joints couple their bodies too tightly for sweeps: newton's method solves equations at once. */
+static perp_status solve_quickly(perp_world *world, const perp__island *island,
+                                 perp__rigid_answer *answer, perp__rigid_problem *problem,
+                                 double *tol)
+{
+    const int32_t method = problem->method;
+    perp_status status = PERP_OK;
+
+    if (island->joints > FEW_JOINTS && method == PERP_CONTACT_METHOD_AUTO && problem->cone == 0) {
+        problem->method = PERP_CONTACT_METHOD_NEWTON;
+        status = solve_by(world, answer, problem);
+        problem->method = method;
+        if (status == PERP_OK && !perp__is_good(answer->outcome))
+            weigh(answer, *tol = rough_tol(world, island));
+        if (status != PERP_OK || perp__is_good(answer->outcome))
+            return status;
+        *tol = perp__exact_tol(world);
+        problem->again = 1;
+    }
+    return solve_by(world, answer, problem);
+}
+
+/* From where that has come to, with all that the methods have. */
+static perp_status solve_thoroughly(perp_world *world, perp__rigid_answer *answer,
+                                    perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    const int64_t spent = answer->iterations;
+    perp_status status;
+
+    if (problem->max_iterations > 0 && spent >= problem->max_iterations)
+        return PERP_OK;
+    if (problem->max_iterations > 0)
+        problem->max_iterations -= (int32_t)spent;
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
+    problem->again = 1;
+    status = perp__rigid_solve(world->solver, answer, problem);
+    answer->iterations += spent;
+    return status;
+}
+
+/* A method that a budget or a stall ended short of an answer: a few passes from where it came to,
+ * which keep bodies apart as far as they come. Taken where they are nearer. */
+static perp_status sweep_on(perp_world *world, perp__rigid_answer *answer,
+                            const perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    const perp__rigid_answer first = *answer;
+    perp__rigid_problem swept = *problem;
+    perp__substeps passes;
+    perp_status status;
+
+    memset(&passes, 0, sizeof passes);
+    passes.h = 1.0;
+    passes.passes = LEAST_PASSES;
+    passes.start = work->free;
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof(double));
+    swept.warm = work->warm;
+    swept.again = 1;
+    swept.max_iterations = -1; /* only a look */
+    status = perp__coloured_step(&world->coloured, answer, NULL, &swept, &passes);
+    if (status != PERP_OK)
+        return status;
+    swept.warm = work->impulse;
+    status = perp__rigid_solve(world->solver, answer, &swept);
+    if (status == PERP_OK && !(answer->own < first.own)) {
+        swept.warm = work->warm;
+        status = perp__rigid_solve(world->solver, answer, &swept);
+    }
+    answer->iterations = first.iterations + LEAST_PASSES;
+    if (!perp__is_good(answer->outcome))
+        answer->outcome = first.outcome;
+    return status;
+}
+
+perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
+                             perp__verdict *verdict)
+{
+    perp__island_work *work = &world->work;
+    perp__rigid_problem problem;
+    perp__rigid_answer answer;
+    double tol = perp__exact_tol(world);
+    perp_status status;
+
+    perp__pose_island(world, island, &problem);
+    perp__receive(world, &answer);
+    status = solve_quickly(world, island, &answer, &problem, &tol);
+    if (status == PERP_OK && !perp__is_good(answer.outcome) &&
+        world->settings.accuracy != PERP_ACCURACY_EXACT)
+        weigh(&answer, tol = rough_tol(world, island));
+    if (status == PERP_OK && !perp__is_good(answer.outcome) &&
+        (world->settings.accuracy == PERP_ACCURACY_EXACT || island->joints > 0))
+        status = solve_thoroughly(world, &answer, &problem);
+    if (status == PERP_OK && !perp__is_good(answer.outcome) &&
+        answer.outcome != PERP_OUTCOME_RAY && island->joints == 0)
+        status = sweep_on(world, &answer, &problem);
+    if (status == PERP_OK && perp__is_good(answer.outcome))
+        status = perp__hold_island(world, island, &answer, &problem, tol);
+    if (status == PERP_OK && perp__is_good(answer.outcome))
+        status = perp__rest_joints(world, island, &answer, &problem);
+    if (status == PERP_ERROR_NOT_FINITE)
+        return perp__fail(world->context, status,
+                          "the step takes the contacts beyond the range of numbers");
+    if (status != PERP_OK)
+        return status;
+    work->set_up = 1;
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
+    perp__spend(world, answer.iterations);
+    if (answer.outcome == PERP_OUTCOME_RAY && is_solvable(world, island, bounces))
+        answer.outcome = PERP_OUTCOME_STALLED; /* of the method, not of the scene */
+    verdict->outcome = perp__worse_outcome(verdict->outcome, answer.outcome);
+    perp__raise_to(&verdict->residual, answer.tested);
+    return PERP_OK;
+}

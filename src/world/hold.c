@@ -1,0 +1,105 @@
+/* Velocities in what the rows that hold leave free (contact.h), where they are an answer as well.
+ */
+#include "world/world.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "linalg/spatial.h"
+
+/* |C^-1 v| of a body: twice its square is the kinetic energy. */
+double perp__mass_norm(const perp_world *world, const perp__motion *motion, const double *v)
+{
+    double twist[6], turning[3];
+
+    perp__twist_of(world, v, twist);
+    perp__apply3(turning, motion->inverse_factor, twist + 3);
+    return hypot(motion->root_mass * perp__length3(twist), perp__length3(turning));
+}
+
+/* |C'J'| of a row of a body: its velocity for a twist of norm 1. */
+double perp__row_norm(const perp__motion *motion, const double *twist)
+{
+    double turning[3];
+
+    perp__apply_transposed3(turning, motion->factor, twist + 3);
+    return hypot(motion->root_inverse_mass * perp__length3(twist), perp__length3(turning));
+}
+
+/* The sizes of the terms that each body's velocity is made of. */
+static void find_strengths(const perp_world *world, const perp__island *island, double *strength)
+{
+    const perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    int32_t i, k, side;
+
+    for (i = 0; i < island->bodies; i++) {
+        const perp__motion *motion = &world->motions[work->members[i]];
+
+        strength[i] = perp__mass_norm(world, motion, work->now + n * i) +
+                      perp__mass_norm(world, motion, work->gain + n * i);
+    }
+    for (i = 0; i < work->units; i++)
+        for (k = 0; k < work->rows[i].dim; k++)
+            for (side = 0; side < 2 && work->impulse[3 * i + k] != 0.0; side++) {
+                const int32_t body = work->rows[i].body[side];
+                double twist[6];
+
+                if (body < 0 || body >= island->bodies)
+                    continue;
+                perp__twist_of(world, work->rows[i].rows[side][k], twist);
+                strength[body] +=
+                    fabs(work->impulse[3 * i + k]) *
+                    perp__row_norm(&world->motions[work->members[body]], twist);
+            }
+}
+
+/* The largest change of a body's velocity beside its own terms: a light body does not hide behind a
+ * heavy one. */
+static double largest_change(const perp_world *world, const perp__island *island,
+                             const double *from, const double *strength)
+{
+    const int32_t n = world->dof;
+    double largest = 0.0;
+    int32_t i, k;
+
+    for (i = 0; i < island->bodies; i++) {
+        double change[6], norm;
+
+        for (k = 0; k < n; k++)
+            change[k] = world->work.v[n * i + k] - from[n * i + k];
+        norm = perp__mass_norm(world, &world->motions[world->work.members[i]], change);
+        if (norm != 0.0)
+            perp__raise_to(&largest, norm / strength[i]);
+    }
+    return largest;
+}
+
+/* Velocities in what the rows that hold leave free, where they are an answer as well. */
+perp_status perp__hold_island(perp_world *world, const perp__island *island,
+                              perp__rigid_answer *answer, const perp__rigid_problem *problem,
+                              double tol)
+{
+    perp__island_work *work = &world->work;
+    const size_t numbers = (size_t)(world->dof * island->bodies);
+    perp__evidence evidence = {answer->tested, answer->own, answer->backward, 1};
+    perp_outcome outcome;
+    perp_status status;
+
+    find_strengths(world, island, work->strength);
+    memcpy(work->solved, work->v, numbers * sizeof(double));
+    memcpy(work->solved_rows, work->velocity, 3 * (size_t)work->units * sizeof(double));
+    status = perp__rigid_hold(world->solver, answer, problem);
+    if (status != PERP_OK)
+        return status;
+    perp__raise_to(&evidence.own, largest_change(world, island, work->solved, work->strength));
+    outcome = perp__gate(&evidence, tol, answer->outcome);
+    if (perp__is_good(outcome)) {
+        answer->outcome = perp__worse_outcome(outcome, answer->outcome);
+        return PERP_OK;
+    }
+    answer->held = 0;
+    memcpy(work->v, work->solved, numbers * sizeof(double));
+    memcpy(work->velocity, work->solved_rows, 3 * (size_t)work->units * sizeof(double));
+    return PERP_OK;
+}

@@ -1,0 +1,297 @@
+/* The contact problem of an island: its memory, its bodies, the rows of the contacts that take
+ * part, and what its answer makes of bodies and contacts. Bodies are numbered within the island;
+ * after them come carriers, which move as they are told (contact.h). */
+#include "world/world.h"
+
+#include <string.h>
+
+#include "linalg/spatial.h"
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp_world *world = object;
+    perp__island_work *work = &world->work;
+    const size_t bodies = (size_t)work->max_bodies, contacts = (size_t)work->max_contacts;
+    const size_t numbers = bodies * (size_t)world->dof;
+
+    work->rows = perp__arena_take(arena, contacts, sizeof *work->rows);
+    work->factors = perp__arena_take(arena, numbers * (size_t)world->dof, sizeof(double));
+    work->start = perp__arena_take(arena, numbers, sizeof(double));
+    work->gain = perp__arena_take(arena, numbers, sizeof(double));
+    work->now = perp__arena_take(arena, numbers, sizeof(double));
+    work->drift = perp__arena_take(arena, numbers, sizeof(double));
+    work->moving = perp__arena_take(arena, numbers, sizeof(double));
+    work->free = perp__arena_take(arena, numbers, sizeof(double));
+    work->v = perp__arena_take(arena, numbers, sizeof(double));
+    work->carrier = perp__arena_take(arena, bodies, sizeof(int32_t));
+    work->members = perp__arena_take(arena, bodies, sizeof(int32_t));
+    work->origins = perp__arena_take(arena, 3 * bodies, sizeof(double));
+    work->chosen = perp__arena_take(arena, contacts, sizeof(int32_t));
+    work->modes = perp__arena_take(arena, contacts, sizeof(int32_t));
+    work->impulse = perp__arena_take(arena, 3 * contacts, sizeof(double));
+    work->velocity = perp__arena_take(arena, 3 * contacts, sizeof(double));
+    work->warm = perp__arena_take(arena, 3 * contacts, sizeof(double));
+    work->gap = perp__arena_take(arena, contacts, sizeof(double));
+    work->guard = perp__arena_take(arena, contacts, sizeof(double));
+    work->strength = perp__arena_take(arena, bodies, sizeof(double));
+    work->solved = perp__arena_take(arena, numbers, sizeof(double));
+    work->solved_rows = perp__arena_take(arena, 3 * contacts, sizeof(double));
+    work->joint_units = perp__arena_take(arena, contacts, sizeof *work->joint_units);
+    work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
+    work->near = perp__arena_take(arena, bodies, sizeof(int8_t));
+    work->next_warm = perp__arena_take(arena, 3 * contacts, sizeof(double));
+}
+
+/* Room for the largest island. Bodies: twice those of its contacts at most count as carriers. */
+perp_status perp__fit_island_work(perp_world *world)
+{
+    perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < world->island_count; i++) {
+        const perp__island *island = &world->islands[i];
+
+        perp__raise_room(&work->max_contacts,
+                         island->contacts + PERP__JOINT_UNITS * island->joints);
+        perp__raise_room(&work->max_bodies, island->bodies + island->contacts + island->joints);
+    }
+    return perp__arena_fit(&world->island_arena, lay_out, world);
+}
+
+/* A gap that is not told apart from 0 is 0: rounding of coordinates must not move what rests. */
+double perp__open_gap(const perp__world_contact *contact, double gap)
+{
+    return gap > contact->rounding ? gap : 0.0;
+}
+
+/* The coordinates of a twist. */
+void perp__coordinates_of(const perp_world *world, const double *twist, double *x)
+{
+    int32_t i;
+
+    for (i = 0; i < world->dof; i++)
+        x[i] = twist[world->coordinate[i]];
+}
+
+void perp__twist_of(const perp_world *world, const double *x, double *twist)
+{
+    int32_t i;
+
+    memset(twist, 0, 6 * sizeof *twist);
+    for (i = 0; i < world->dof; i++)
+        twist[world->coordinate[i]] = x[i];
+}
+
+/* C with M^-1 = C C', row-major. */
+void perp__write_factor(const perp_world *world, const perp__motion *motion, double *C)
+{
+    const int32_t n = world->dof;
+    int32_t i, j;
+
+    memset(C, 0, (size_t)(n * n) * sizeof *C);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            const int32_t row = world->coordinate[i], column = world->coordinate[j];
+
+            if (row < 3 && row == column)
+                C[n * i + j] = motion->root_inverse_mass;
+            else if (row >= 3 && column >= 3)
+                C[n * i + j] = motion->factor[3 * (row - 3) + column - 3];
+        }
+}
+
+int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body)
+{
+    perp__motion *motion = &world->motions[body];
+    perp__island_work *work = &world->work;
+
+    if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
+        return motion->local;
+    if (perp__is_zero3(motion->start) && perp__is_zero3(motion->start + 3))
+        return PERP__RIGID_AT_REST;
+    if (motion->carrier < 0) {
+        const int32_t number = island->bodies + work->carriers++;
+
+        motion->carrier = number;
+        work->members[number] = body;
+        perp__coordinates_of(world, motion->start, work->now + world->dof * number);
+        perp__copy3(work->origins + 3 * number, world->states[body].position);
+    }
+    return motion->carrier;
+}
+
+/* Bodies and carriers of the island, where they are and how they start. */
+void perp__gather_bodies(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    int32_t i, k;
+
+    for (i = 0; i < island->bodies; i++) {
+        const int32_t body = world->body_order[island->first_body + i];
+        const perp__motion *motion = &world->motions[body];
+        double free[6];
+
+        work->members[i] = body;
+        perp__write_factor(world, motion, work->factors + n * n * i);
+        perp__coordinates_of(world, motion->start, work->start + n * i);
+        perp__coordinates_of(world, motion->free, free);
+        for (k = 0; k < n; k++) {
+            work->now[n * i + k] = work->start[n * i + k];
+            work->gain[n * i + k] = free[k] - work->start[n * i + k];
+            work->drift[n * i + k] = 0.0;
+        }
+        perp__copy3(work->origins + 3 * i, world->states[body].position);
+    }
+    work->carriers = 0;
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        world->motions[contact->body_a].carrier = world->motions[contact->body_b].carrier = -1;
+    }
+    perp__number_joint_bodies(world, island, 1);
+    perp__number_joint_bodies(world, island, 0);
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        perp__number_of(world, island, contact->body_a);
+        perp__number_of(world, island, contact->body_b);
+    }
+}
+
+/* Rows of the chosen contacts; bias is written for each problem. */
+void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out)
+{
+    perp__island_work *work = &world->work;
+    int32_t i, k, side;
+
+    work->count = 0;
+    work->set_up = 0;
+    for (i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+        perp__rigid_rows *rows = &work->rows[work->count];
+
+        if (leaves_out && leaves_out[i])
+            continue;
+        memset(rows, 0, sizeof *rows);
+        rows->body[0] = perp__number_of(world, island, contact->body_a);
+        rows->body[1] = perp__number_of(world, island, contact->body_b);
+        rows->dim = contact->friction > 0.0 ? (world->settings.planar ? 2 : 3) : 1;
+        rows->mu = contact->friction;
+        for (side = 0; side < 2; side++)
+            for (k = 0; k < rows->dim; k++)
+                perp__coordinates_of(world, contact->rows[side][k], rows->rows[side][k]);
+        memcpy(work->warm + 3 * work->count, contact->warm, sizeof contact->warm);
+        work->chosen[work->count++] = i;
+    }
+    perp__add_joint_rows(world, island);
+}
+
+/* The problem of the chosen rows with `free` velocities. */
+void perp__pose_island(perp_world *world, const perp__island *island, perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    const perp_world_settings *settings = &world->settings;
+    const int32_t n = world->dof;
+    int32_t i;
+
+    memset(problem, 0, sizeof *problem);
+    problem->width = n;
+    problem->bodies = island->bodies;
+    problem->carriers = work->carriers;
+    problem->contacts = work->inequalities;
+    problem->joints = work->units - work->inequalities;
+    problem->factors = work->factors;
+    problem->free = work->free;
+    for (i = n * island->bodies; i < n * (island->bodies + work->carriers); i++)
+        work->free[i] = work->now[i];
+    problem->origins = work->origins;
+    problem->rows = work->rows;
+    problem->warm = work->warm;
+    problem->tol = perp__exact_tol(world);
+    problem->method = settings->method;
+    problem->cone = settings->planar ? 0 : settings->cone;
+    problem->max_iterations = perp__iterations_left(world);
+    problem->deadline = perp__island_deadline(world, island);
+    problem->again = work->set_up;
+}
+
+void perp__receive(perp_world *world, perp__rigid_answer *answer)
+{
+    perp__island_work *work = &world->work;
+
+    memset(answer, 0, sizeof *answer);
+    answer->impulse = work->impulse;
+    answer->velocity = work->velocity;
+    answer->v = work->v;
+    answer->modes = work->modes;
+    answer->carrier = work->carrier;
+}
+
+void perp__add_impulse(perp_world *world, const perp__island *island, int32_t i,
+                       const double *impulse, double share)
+{
+    perp__world_contact *contact = perp__step_contact(world, island, i);
+    int32_t k;
+
+    for (k = 0; k < 3; k++)
+        contact->impulse[k] += share * impulse[k];
+}
+
+void perp__take_answer(perp_world *world, const perp__island *island)
+{
+    const perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < work->count; i++) {
+        perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
+
+        perp__add_impulse(world, island, work->chosen[i], work->impulse + 3 * i, 1.0);
+        memcpy(contact->next, work->impulse + 3 * i, sizeof contact->next);
+        contact->mode = work->modes[i];
+    }
+    perp__add_joint_impulses(world, work->impulse + 3 * work->count, 1.0);
+}
+
+/* The motion of the step: the ways of its intervals over all of it. */
+void perp__mean_motion(perp_world *world, const perp__island *island, double h)
+{
+    perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < world->dof * island->bodies; i++)
+        work->moving[i] = work->drift[i] / h;
+}
+
+/* Relative velocity after the step. What a contact holds is exact: its bias and no more. */
+static void write_velocities(perp_world *world, const perp__island *island)
+{
+    const perp__island_work *work = &world->work;
+    int32_t i, k;
+
+    for (i = 0; i < work->count; i++) {
+        perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
+        const perp__rigid_rows *rows = &work->rows[i];
+
+        perp__relative_velocity(world, contact, PERP__TWIST_AFTER, contact->velocity);
+        for (k = 0; k < rows->dim; k++)
+            if (work->velocity[3 * i + k] == 0.0)
+                contact->velocity[k] = 0.0 - rows->bias[k];
+    }
+}
+
+/* Writes the twists of the island's bodies: that which moves the positions, and that after it. */
+void perp__write_twists(perp_world *world, const perp__island *island)
+{
+    const perp__island_work *work = &world->work;
+    const int32_t n = world->dof;
+    int32_t i;
+
+    for (i = 0; i < island->bodies; i++) {
+        perp__motion *motion = &world->motions[work->members[i]];
+
+        perp__twist_of(world, work->moving + n * i, motion->moving);
+        perp__twist_of(world, work->now + n * i, motion->after);
+    }
+    write_velocities(world, island);
+}

@@ -1,0 +1,423 @@
+/* Rest is a fixed point. What a step makes of some bodies depends on their states, the impulses
+ * that their contacts remember, the length of the step, and on what is near them: the shapes whose
+ * fat boxes overlap theirs. Where bodies joined by such pairs have the same states and memories
+ * after a step as before, bit for bit, every further step of that length gives them again. So they
+ * fall asleep: steps go through what is awake alone. They wake when one of them, the length of the
+ * step or what they rest on is changed, or when something awake comes near; then memories, which
+ * lie with the records of their contacts meanwhile, are what they were.
+ *
+ * Budgets of iterations are shared by a whole step, so that nothing is alone: none sleeps then. */
+#include "world/world.h"
+
+#include <string.h>
+
+enum { NONE = -1 };
+
+/* More than these are not sorted, but found anew. */
+#define MANY_ROUSED 256
+
+/* ---- waking ---- */
+
+static void enlist(perp_world *world, int32_t body)
+{
+    if (world->bodies[body].awake)
+        return;
+    world->bodies[body].awake = 1;
+    world->awake[world->awake_count + world->roused_count++] = body;
+    world->awake_changed = 1;
+}
+
+static void end_nap(perp_world *world, int32_t i)
+{
+    perp__nap *nap = &world->naps[i], *all = &world->asleep;
+    int32_t body, next;
+
+    for (body = nap->first; body != NONE; body = next) {
+        next = world->bodies[body].next_member;
+        world->bodies[body].nap = NONE;
+        enlist(world, body);
+    }
+    all->islands -= nap->islands;
+    all->solved -= nap->solved;
+    all->contacts -= nap->contacts;
+    all->tangents -= nap->tangents;
+    all->rounded -= nap->rounded;
+    world->residual_changed |= nap->residual >= all->residual;
+    nap->first = NONE;
+    nap->next_free = world->free_nap;
+    world->free_nap = i;
+}
+
+void perp__rouse(perp_world *world, int32_t body)
+{
+    if (world->bodies[body].nap != NONE)
+        end_nap(world, world->bodies[body].nap);
+    enlist(world, body);
+}
+
+void perp__rouse_all(perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->body_slots; i++)
+        if (world->bodies[i].alive)
+            perp__rouse(world, i);
+}
+
+void perp__disturb(perp_world *world, int32_t body)
+{
+    int32_t shape, link;
+
+    perp__rouse(world, body);
+    perp__rouse_joined(world, body);
+    for (shape = world->bodies[body].first_shape; shape != NONE;
+         shape = world->shapes[shape].next_of_body) {
+        for (link = world->shapes[shape].first_link; link != NONE;
+             link = world->pairs[link / 2].next[link % 2]) {
+            const perp__pair *pair = &world->pairs[link / 2];
+            const int32_t other = world->shapes[link % 2 ? pair->first : pair->second].body;
+
+            if (world->bodies[other].kind == PERP_BODY_DYNAMIC)
+                perp__rouse(world, other);
+        }
+        if (world->shapes[shape].geometry.kind == PERP__PLANE)
+            world->planes_changed = 1;
+    }
+}
+
+/* ---- the list of those awake ---- */
+
+/* Those that are, from all slots. */
+static void find_awake(perp_world *world)
+{
+    int32_t i;
+
+    world->awake_count = 0;
+    for (i = 0; i < world->body_slots; i++) {
+        world->bodies[i].awake = world->bodies[i].awake && world->bodies[i].alive;
+        if (world->bodies[i].awake)
+            world->awake[world->awake_count++] = i;
+    }
+}
+
+/* Sorts the roused, and merges them from the end. */
+static void merge_roused(perp_world *world)
+{
+    int32_t *list = world->awake, roused[MANY_ROUSED];
+    int32_t i, k, to = world->awake_count + world->roused_count;
+
+    for (i = 0; i < world->roused_count; i++) {
+        const int32_t body = list[world->awake_count + i];
+
+        for (k = i; k > 0 && roused[k - 1] > body; k--)
+            roused[k] = roused[k - 1];
+        roused[k] = body;
+    }
+    for (i = world->awake_count - 1, k = world->roused_count - 1; k >= 0;)
+        list[--to] = i >= 0 && list[i] > roused[k] ? list[i--] : roused[k--];
+    world->awake_count += world->roused_count;
+}
+
+/* Leaves out what sleeps or was removed; lists the shapes. */
+static void finish_list(perp_world *world)
+{
+    int32_t i, count = 0, shape;
+
+    world->awake_shape_count = 0;
+    for (i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+
+        if (!world->bodies[body].alive)
+            world->bodies[body].awake = 0;
+        if (!world->bodies[body].awake)
+            continue;
+        world->awake[count++] = body;
+        for (shape = world->bodies[body].first_shape; shape != NONE;
+             shape = world->shapes[shape].next_of_body)
+            world->awake_shapes[world->awake_shape_count++] = shape;
+    }
+    world->awake_count = count;
+    world->awake_changed = 0;
+    world->pairs_changed = 1;
+}
+
+void perp__list_awake(perp_world *world)
+{
+    if (world->roused_count > MANY_ROUSED)
+        find_awake(world);
+    else
+        merge_roused(world);
+    world->roused_count = 0;
+    finish_list(world);
+}
+
+/* ---- what contacts are kept as ---- */
+
+static perp_status reserve_kept(perp_world *world, int32_t more)
+{
+    int32_t capacity = world->kept_capacity > 0 ? world->kept_capacity : 64;
+    perp__kept *kept;
+
+    while (capacity < world->kept_count + more)
+        capacity *= 2;
+    if (capacity == world->kept_capacity)
+        return PERP_OK;
+    kept = perp__grown(world->context, world->kept, (size_t)world->kept_slots * sizeof *kept,
+                       (size_t)capacity * sizeof *kept);
+    if (!kept)
+        return PERP_ERROR_MEMORY;
+    world->kept = kept;
+    world->kept_capacity = capacity;
+    return PERP_OK;
+}
+
+static perp_status reserve_naps(perp_world *world, int32_t more)
+{
+    int32_t capacity = world->nap_capacity > 0 ? world->nap_capacity : 16;
+    perp__nap *naps;
+
+    while (capacity < world->nap_slots + more)
+        capacity *= 2;
+    if (capacity == world->nap_capacity)
+        return PERP_OK;
+    naps = perp__grown(world->context, world->naps, (size_t)world->nap_slots * sizeof *naps,
+                       (size_t)capacity * sizeof *naps);
+    if (!naps)
+        return PERP_ERROR_MEMORY;
+    world->naps = naps;
+    world->nap_capacity = capacity;
+    return PERP_OK;
+}
+
+void perp__drop_kept(perp_world *world, int32_t first)
+{
+    int32_t next;
+
+    for (; first != NONE; first = next) {
+        perp__kept *kept = &world->kept[first];
+
+        next = kept->next;
+        kept->next = world->free_kept;
+        world->free_kept = first;
+        world->kept_count--;
+        world->kept_included -= kept->included;
+    }
+}
+
+void perp__forget_naps(perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->pair_slots; i++)
+        world->pairs[i].first_kept = NONE;
+    world->kept_slots = world->kept_count = world->kept_included = world->orphan_count = 0;
+    world->free_kept = world->first_orphan = NONE;
+}
+
+static perp__kept *take_kept(perp_world *world, perp__pair *pair)
+{
+    int32_t *link = &pair->first_kept;
+    int32_t slot = world->free_kept;
+
+    if (slot != NONE)
+        world->free_kept = world->kept[slot].next;
+    else
+        slot = world->kept_slots++;
+    while (*link != NONE) /* in their order */
+        link = &world->kept[*link].next;
+    *link = slot;
+    memset(&world->kept[slot], 0, sizeof *world->kept);
+    world->kept[slot].next = NONE;
+    world->kept_count++;
+    return &world->kept[slot];
+}
+
+/* Keeps a contact of the last step, whose pair's memories were written. */
+static void keep_contact(perp_world *world, perp__world_contact *contact, perp__nap *nap)
+{
+    perp__pair *pair = &world->pairs[contact->pair];
+    perp__kept *kept = take_kept(world, pair);
+
+    perp__write_memory(contact, &kept->memory);
+    kept->order = perp__contact_order(contact);
+    kept->included = contact->included;
+    world->kept_included += contact->included;
+    nap->contacts += contact->included;
+    if (contact->included && contact->friction > 0.0)
+        nap->tangents += world->settings.planar ? 1 : 2;
+    perp__write_record(contact, &kept->record);
+    world->last_included -= contact->included;
+    contact->included = 0;
+    pair->memories = 0;
+}
+
+/* ---- falling asleep ---- */
+
+static int32_t is_dynamic(const perp_world *world, int32_t body)
+{
+    return world->bodies[body].kind == PERP_BODY_DYNAMIC;
+}
+
+static int32_t is_calm(const perp_world *world, int32_t body)
+{
+    const perp__motion *motion = &world->motions[body];
+
+    return motion->repeats && perp__is_good(motion->verdict.outcome) &&
+           motion->verdict.impacts == 0;
+}
+
+/* Joins bodies by their pairs; a set's root is calm where all of it is. */
+static void find_calm(perp_world *world)
+{
+    int32_t i, side;
+
+    for (i = 0; i < world->awake_count; i++)
+        world->parent[world->awake[i]] = world->awake[i];
+    for (i = 0; i < world->pair_count; i++) {
+        const perp__pair *pair = perp__ordered_pair(world, i);
+        const int32_t a = world->shapes[pair->first].body, b = world->shapes[pair->second].body;
+
+        if (is_dynamic(world, a) && is_dynamic(world, b))
+            perp__join(world->parent, a, b);
+    }
+    perp__join_calm(world);
+    for (i = 0; i < world->awake_count; i++)
+        world->motions[world->awake[i]].calm = is_calm(world, world->awake[i]);
+    for (i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+
+        if (!world->motions[body].calm)
+            world->motions[perp__find_root(world->parent, body)].calm = 0;
+    }
+    perp__upset_joints(world);
+    for (i = 0; i < world->pair_count; i++) {
+        const perp__pair *pair = perp__ordered_pair(world, i);
+        const int32_t bodies[2] = {world->shapes[pair->first].body,
+                                   world->shapes[pair->second].body};
+
+        for (side = 0; side < 2; side++)
+            if (is_dynamic(world, bodies[side]) &&
+                (pair->changed || pair->waited ||
+                 (world->bodies[bodies[1 - side]].awake && !world->motions[bodies[1 - side]].calm)))
+                world->motions[perp__find_root(world->parent, bodies[side])].calm = 0;
+    }
+}
+
+static int32_t begin_nap(perp_world *world)
+{
+    int32_t slot = world->free_nap;
+    perp__nap *nap;
+
+    if (slot != NONE)
+        world->free_nap = world->naps[slot].next_free;
+    else
+        slot = world->nap_slots++;
+    nap = &world->naps[slot];
+    memset(nap, 0, sizeof *nap);
+    nap->first = nap->last = NONE;
+    return slot;
+}
+
+/* The body joins the nap of its set's root, which is the first of it. */
+static void lie_down(perp_world *world, int32_t body, int32_t root)
+{
+    const perp__verdict *verdict = &world->motions[body].verdict;
+    perp__nap *nap;
+
+    world->bodies[body].nap = body == root ? begin_nap(world) : world->bodies[root].nap;
+    nap = &world->naps[world->bodies[body].nap];
+    if (nap->first == NONE)
+        nap->first = body;
+    else
+        world->bodies[nap->last].next_member = body;
+    nap->last = body;
+    world->bodies[body].next_member = NONE;
+    nap->rounded |= verdict->outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+    perp__raise_to(&nap->residual, verdict->residual);
+    nap->islands += verdict->leads;
+    nap->solved += verdict->leads && verdict->stages > 0;
+}
+
+/* Those whose sets are calm; what does not move by itself sleeps where it is. */
+static int32_t put_to_sleep(perp_world *world)
+{
+    int32_t i, slept = 0;
+
+    for (i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i], root = perp__find_root(world->parent, body);
+
+        if (!world->motions[root].calm)
+            continue;
+        if (is_dynamic(world, body))
+            lie_down(world, body, root);
+        world->bodies[body].awake = 0;
+        world->motions[body].moved = 0;
+        slept++;
+    }
+    return slept;
+}
+
+static void keep_contacts(perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->last.count; i++) {
+        perp__world_contact *contact = &world->last.contacts[i];
+        const int32_t a = world->bodies[contact->body_a].nap;
+        const int32_t nap = a != NONE ? a : world->bodies[contact->body_b].nap;
+
+        if (nap != NONE)
+            keep_contact(world, contact, &world->naps[nap]);
+    }
+}
+
+static void count_naps(perp_world *world)
+{
+    perp__nap *all = &world->asleep;
+    int32_t i;
+
+    for (i = 0; i < world->awake_count; i++) {
+        const int32_t body = world->awake[i];
+        const perp__nap *nap = &world->naps[world->bodies[body].nap];
+
+        if (world->bodies[body].nap == NONE || nap->first != body)
+            continue;
+        all->islands += nap->islands;
+        all->solved += nap->solved;
+        all->contacts += nap->contacts;
+        all->tangents += nap->tangents;
+        all->rounded += nap->rounded;
+        perp__raise_to(&all->residual, nap->residual);
+    }
+}
+
+void perp__fall_asleep(perp_world *world)
+{
+    int32_t i, calm = 0;
+
+    for (i = 0; i < world->awake_count; i++)
+        calm += is_calm(world, world->awake[i]);
+    if (calm == 0 || world->settings.max_iterations > 0 || world->settings.wakeful ||
+        reserve_naps(world, calm) != PERP_OK || reserve_kept(world, world->last.count) != PERP_OK)
+        return; /* without room all stay awake */
+    find_calm(world);
+    if (put_to_sleep(world) == 0)
+        return;
+    keep_contacts(world);
+    count_naps(world);
+    perp__list_awake(world);
+}
+
+double perp__asleep_residual(perp_world *world)
+{
+    int32_t i;
+
+    if (world->residual_changed) {
+        world->asleep.residual = 0.0;
+        for (i = 0; i < world->nap_slots; i++)
+            if (world->naps[i].first != NONE)
+                perp__raise_to(&world->asleep.residual, world->naps[i].residual);
+        world->residual_changed = 0;
+    }
+    return world->asleep.residual;
+}
