@@ -84,6 +84,9 @@ typedef struct perp_world_settings {
     double time_limit; /* seconds for a whole step; 0 (default): none, and no decision
                           reads the clock */
     double friction;   /* mu >= 0 of shapes that have none of their own; default 0 */
+    double error;      /* 0 (default): a step is one step; > 0, a length: it is taken in as many as
+                          it needs for the estimated error of each to be below this, see
+                          perp_world_step */
 } perp_world_settings;
 
 /* State and properties of a body that is about to be added. */
@@ -158,6 +161,9 @@ typedef struct perp_step_result {
                            island's numbers; where sweeps gave them, that of perp_world_step */
     int32_t contacts;
     int32_t islands; /* islands that needed a solve */
+    int32_t steps;   /* that it was taken in: 1, unless settings.error chose them */
+    int32_t reserved;
+    double error; /* sum of their estimated errors; nan where steps were not chosen */
 } perp_step_result;
 
 typedef struct perp_world_stats {
@@ -176,6 +182,9 @@ typedef struct perp_world_stats {
     double seconds_solve;
     double seconds_integrate;
     double seconds_project;
+    int32_t joints;
+    int32_t rows_joint; /* of all joints, last step: equations, limits reached, motors and dry
+                           friction */
 } perp_world_stats;
 
 /* Where the states of all bodies are: the numbers of slot k begin k strides (in bytes) after those
@@ -291,6 +300,14 @@ PERP_API perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, 
  * for each problem are made, also after the limit, and counted as iterations. A time limit is
  * overrun by that much, and by what a method does between two looks at the clock. Numbers beyond
  * the range of doubles, in states or contacts, are PERP_ERROR_NOT_FINITE.
+ *
+ * With settings.error > 0 the step is taken in steps that are chosen by their estimated error: the
+ * largest difference between a step and its two halves, of any point of a body, in its place and
+ * in what its velocity makes of it in such a step. Impacts, stops and releases are located so that
+ * nothing moves by more than that in the step which holds one. Steps get no shorter than 2^-30 dt,
+ * and what is left when a budget is spent is taken as one; result->error tells. Contact points are
+ * those of the last step. Nothing that rests is skipped. After a negative status the contact points
+ * are those of the step that was tried last.
  *
  * Where no step exists (outcome 'ray': restitutions differ on contacts that oppose each other, or
  * kinematic bodies close on one between them) the state is left untouched. */

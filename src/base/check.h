@@ -45,11 +45,11 @@
 #define PERP__LAST_perp_ncp_result trapped
 #define PERP__LAST_perp_ncp_settings monitor_user
 #define PERP__LAST_perp_shape_settings density
-#define PERP__LAST_perp_step_result islands
+#define PERP__LAST_perp_step_result error
 #define PERP__LAST_perp_world_contact reserved
-#define PERP__LAST_perp_world_settings friction
+#define PERP__LAST_perp_world_settings error
 #define PERP__LAST_perp_world_states angular_velocity
-#define PERP__LAST_perp_world_stats seconds_project
+#define PERP__LAST_perp_world_stats rows_joint
 
 /* Size of struct type T up to and including `field`; and that of its first release. */
 #define PERP__SIZE_THROUGH(T, field) (offsetof(T, field) + sizeof(((T *)0)->field))

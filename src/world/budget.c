@@ -16,11 +16,25 @@ void perp__open_budget(perp_world *world)
 
     budget->limited = settings->time_limit > 0.0;
     budget->iterations = settings->max_iterations > 0 ? settings->max_iterations : INT64_MAX;
+    budget->spent = 0;
     budget->deadline = budget->until = 0.0;
-    if (!budget->limited)
-        return;
-    budget->until = perp__now() + VELOCITIES * settings->time_limit;
-    budget->deadline = budget->until + (1.0 - VELOCITIES) * settings->time_limit;
+    if (budget->limited)
+        budget->deadline = perp__now() + settings->time_limit;
+}
+
+void perp__open_velocities(perp_world *world)
+{
+    perp__budget *budget = &world->budget;
+
+    if (budget->limited)
+        budget->until = budget->deadline - (1.0 - VELOCITIES) * (budget->deadline - perp__now());
+}
+
+int32_t perp__is_budget_spent(const perp_world *world)
+{
+    const perp__budget *budget = &world->budget;
+
+    return budget->iterations == 0 || (budget->limited && perp__now() >= budget->deadline);
 }
 
 double perp__seconds_left(const perp_world *world)

@@ -52,6 +52,7 @@ typedef struct perp__joint {
     double anchors[2][3]; /* body frames */
     double axes[2][3][3]; /* axis, t1, t2, right-handed, in the body frames */
     double pitch;         /* way a radian */
+    int32_t used;    /* rows of the last step */
     int32_t changed; /* the last step left something else to start from, or to tell */
     /* of the step at hand */
     perp__joint_view middle;              /* half-way along the trial motion */

@@ -139,6 +139,7 @@ void perp__number_joint_bodies(perp_world *world, const perp__island *island, in
                 world->motions[joint->body[side]].carrier = -1;
             else
                 perp__number_of(world, island, joint->body[side]);
+        joint->used = 0;
         memset(joint->impulse, 0, sizeof joint->impulse);
         memset(joint->next_warm, 0, sizeof joint->next_warm);
     }
@@ -286,6 +287,20 @@ static void add_equations(perp_world *world, const perp__island *island, perp__j
         add_bounded(world, island, joint, PERP__SLOT_FRICTION, 0.0, INFINITY);
 }
 
+static void count_rows(perp_world *world)
+{
+    const perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < work->units - work->count; i++)
+        world->joints[work->joint_units[i].joint].used = 0;
+    for (i = 0; i < work->units - work->count; i++) {
+        const perp__joint_unit *unit = &work->joint_units[i];
+
+        world->joints[unit->joint].used += unit->slot < PERP__SLOT_LOCK ? unit->dim : 1;
+    }
+}
+
 void perp__add_joint_rows(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
@@ -298,6 +313,7 @@ void perp__add_joint_rows(perp_world *world, const perp__island *island)
     work->inequalities = work->units;
     for (i = 0; i < island->joints; i++)
         add_equations(world, island, island_joint(world, island, i));
+    count_rows(world);
     perp__time_joints(world, work->length);
 }
 
@@ -459,6 +475,15 @@ void perp__keep_joints(perp_world *world)
         world->joints[i].changed =
             memcmp(&before, &world->joint_states[i], sizeof before) != 0;
     }
+}
+
+int32_t perp__count_joint_rows(const perp_world *world)
+{
+    int32_t i, count = 0;
+
+    for (i = 0; i < world->joint_slots; i++)
+        count += world->joints[i].alive ? world->joints[i].used : 0;
+    return count;
 }
 
 /* ---- rest.c ---- */

@@ -66,17 +66,17 @@ perp_status perp_world_snapshot_size(const perp_world *world, size_t *size)
     return perp__leave(world->context, status);
 }
 
-static perp_status save(const perp_world *world, char *blob, size_t size)
+size_t perp__snapshot_bytes(const perp_world *world)
+{
+    return snapshot_size(world, header_of(world).memories);
+}
+
+void perp__snapshot_write(const perp_world *world, char *blob)
 {
     const snapshot_header header = header_of(world);
     const size_t memories = (size_t)world->memory_count * sizeof *world->memories;
     int32_t i, k;
-    perp_status status = perp__check_pointer(world->context, "blob", blob);
 
-    if (status == PERP_OK)
-        status = check_size(world, size, snapshot_size(world, header.memories));
-    if (status != PERP_OK)
-        return status;
     memcpy(blob, &header, sizeof header);
     memcpy(blob + sizeof header, world->states, states_size(world));
     blob += sizeof header + states_size(world);
@@ -92,7 +92,17 @@ static perp_status save(const perp_world *world, char *blob, size_t size)
             memcpy(blob, &world->kept[k].memory, sizeof *world->memories);
             blob += sizeof *world->memories;
         }
-    return PERP_OK;
+}
+
+static perp_status save(const perp_world *world, char *blob, size_t size)
+{
+    perp_status status = perp__check_pointer(world->context, "blob", blob);
+
+    if (status == PERP_OK)
+        status = check_size(world, size, perp__snapshot_bytes(world));
+    if (status == PERP_OK)
+        perp__snapshot_write(world, blob);
+    return status;
 }
 
 perp_status perp_world_snapshot_save(const perp_world *world, void *blob, size_t size)
@@ -102,6 +112,31 @@ perp_status perp_world_snapshot_save(const perp_world *world, void *blob, size_t
     if (status != PERP_OK)
         return status;
     return perp__leave(world->context, save(world, blob, size));
+}
+
+perp_status perp__snapshot_read(perp_world *world, const char *blob)
+{
+    snapshot_header header;
+    perp_status status;
+
+    memcpy(&header, blob, sizeof header);
+    status = perp__reserve_memories(world, (int32_t)header.memories);
+    if (status != PERP_OK)
+        return status;
+    blob += sizeof header;
+    memcpy(world->states, blob, states_size(world));
+    blob += states_size(world);
+    if (world->joint_slots > 0)
+        memcpy(world->joint_states, blob, joints_size(world));
+    blob += joints_size(world);
+    if (header.memories > 0)
+        memcpy(world->memories, blob, (size_t)header.memories * sizeof *world->memories);
+    world->memory_count = (int32_t)header.memories;
+    world->memories_restored = 1;
+    perp__rouse_all(world);
+    perp__forget_naps(world);
+    world->planes_changed = 1;
+    return PERP_OK;
 }
 
 static perp_status restore(perp_world *world, const char *blob, size_t size)
@@ -123,24 +158,7 @@ static perp_status restore(perp_world *world, const char *blob, size_t size)
     status = check_size(world, size, snapshot_size(world, header.memories));
     if (status == PERP_OK)
         status = perp__write_records(world); /* which stay */
-    if (status == PERP_OK)
-        status = perp__reserve_memories(world, (int32_t)header.memories);
-    if (status != PERP_OK)
-        return status;
-    blob += sizeof header;
-    memcpy(world->states, blob, states_size(world));
-    blob += states_size(world);
-    if (world->joint_slots > 0)
-        memcpy(world->joint_states, blob, joints_size(world));
-    blob += joints_size(world);
-    if (header.memories > 0)
-        memcpy(world->memories, blob, (size_t)header.memories * sizeof *world->memories);
-    world->memory_count = (int32_t)header.memories;
-    world->memories_restored = 1;
-    perp__rouse_all(world);
-    perp__forget_naps(world);
-    world->planes_changed = 1;
-    return PERP_OK;
+    return status == PERP_OK ? perp__snapshot_read(world, blob) : status;
 }
 
 perp_status perp_world_snapshot_restore(perp_world *world, const void *blob, size_t size)

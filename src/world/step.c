@@ -145,6 +145,8 @@ static perp_status count_rows(perp_world *world, perp_world_stats *stats)
         stats->rows_friction += contact->friction > 0.0 ? (world->settings.planar ? 1 : 2) : 0;
     }
     stats->rows_normal = stats->contacts;
+    stats->joints = world->joint_count;
+    stats->rows_joint = perp__count_joint_rows(world);
     return PERP_OK;
 }
 
@@ -264,8 +266,7 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
         return PERP_OK;
     }
     clock = perp__now();
-    world->budget.spent = 0;
-    perp__open_budget(world);
+    perp__open_velocities(world);
     do
         status = attempt(world, result, &stats, h, &clock);
     while (status == PERP_OK && world->awake_changed);

@@ -90,6 +90,12 @@ static perp_status check_settings(perp_context *context, const perp_world_settin
     if (settings->friction < 0.0)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.friction is %g, >= 0 expected",
                           settings->friction);
+    status = perp__check_finite(context, "settings.error", &settings->error, 1);
+    if (status != PERP_OK)
+        return status;
+    if (settings->error < 0.0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.error is %g, >= 0 expected",
+                          settings->error);
     if (settings->strict != 0 && settings->strict != 1)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.strict is %d, 0 or 1 expected",
                           (int)settings->strict);
@@ -153,6 +159,9 @@ static void release(void *object)
     perp__release(context, world->memories);
     perp__release(context, world->contacts.contacts);
     perp__release(context, world->overlaps.contacts);
+    perp__release(context, world->begun.bytes);
+    perp__release(context, world->tried.bytes);
+    perp__release(context, world->whole.bytes);
     perp__release(context, world->records);
     perp__release(context, world->next_memories);
     perp__release(context, world->last.contacts);
@@ -297,7 +306,7 @@ static perp_status step(perp_world *world, perp_step_result *result, double dt)
         return perp__fail(world->context, PERP_ERROR_ARGUMENT, "dt is %g, > 0 expected", dt);
     status = perp_step_result_init(&own, sizeof own);
     if (status == PERP_OK)
-        status = perp__step(world, &own, dt);
+        status = perp__advance_world(world, &own, dt);
     if (status == PERP_OK && result)
         perp__struct_write(result, &own, sizeof own);
     return status;

@@ -256,6 +256,12 @@ typedef struct perp__island_work {
     int8_t *hit, *near;                            /* contacts of the island; bodies */
 } perp__island_work;
 
+/* A snapshot of the world's own. */
+typedef struct perp__kept_state {
+    char *bytes;
+    size_t room;
+} perp__kept_state;
+
 /* What the step may still spend. */
 typedef struct perp__budget {
     int32_t limited;    /* by time */
@@ -348,7 +354,9 @@ struct perp_world {
     int32_t kept_count, kept_included;
     int32_t first_orphan, orphan_count; /* kept of pairs that ended since the last step */
 
-    perp_world_contact *records; /* of the last step, when they were asked for */
+    perp__kept_state begun, tried; /* adaptive.c: before the call, before the step tried; */
+    perp__kept_state whole;        /* states where that leads as a whole */
+    perp_world_contact *records;   /* of the last step, when they were asked for */
     int32_t record_count;
     int32_t record_capacity;
     int32_t recorded; /* they are up to date */
@@ -421,6 +429,8 @@ perp_status perp__rest_joints(perp_world *world, const perp__island *island,
                               const perp__rigid_answer *answer, const perp__rigid_problem *problem);
 /* What the step made of joints becomes their last one's. */
 void perp__keep_joints(perp_world *world);
+/* Rows of all joints, those asleep too. */
+int32_t perp__count_joint_rows(const perp_world *world);
 /* For rest.c: joins the sets of joined bodies; and what may not sleep for its joints is not calm. */
 void perp__join_calm(perp_world *world);
 void perp__upset_joints(perp_world *world);
@@ -558,6 +568,9 @@ static inline perp__world_contact *perp__step_contact(const perp_world *world,
 
 /* budget.c */
 void perp__open_budget(perp_world *world);
+/* The share of what is left of it that velocities may have. */
+void perp__open_velocities(perp_world *world);
+int32_t perp__is_budget_spent(const perp_world *world);
 /* Of the phase at hand; INFINITY without a limit. */
 double perp__seconds_left(const perp_world *world);
 /* When an island has to be done, by its share of the contacts that are left; 0 without a limit. */
@@ -659,7 +672,15 @@ uint64_t perp__contact_order(const perp__world_contact *contact);
 /* Makes the records of the last step, unless they are there. */
 perp_status perp__write_records(perp_world *world);
 
-/* step.c */
+/* snapshot.c: all that the next step reads, as bytes. */
+size_t perp__snapshot_bytes(const perp_world *world);
+void perp__snapshot_write(const perp_world *world, char *blob);
+perp_status perp__snapshot_read(perp_world *world, const char *blob);
+
+/* adaptive.c: a caller's step, in steps chosen by settings.error if that is not 0. */
+perp_status perp__advance_world(perp_world *world, perp_step_result *result, double dt);
+
+/* step.c: one step, within the budget that is open. */
 perp_status perp__step(perp_world *world, perp_step_result *result, double h);
 
 #endif

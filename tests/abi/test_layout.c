@@ -151,7 +151,7 @@ static void test_lcp_enumeration(void **state)
 static void test_world_settings(void **state)
 {
     (void)state;
-    SIZE(perp_world_settings, 88);
+    SIZE(perp_world_settings, 96);
     FIELD(perp_world_settings, struct_size, 0, 8);
     FIELD(perp_world_settings, gravity, 8, 24);
     FIELD(perp_world_settings, planar, 32, 4);
@@ -165,6 +165,7 @@ static void test_world_settings(void **state)
     FIELD(perp_world_settings, tol, 64, 8);
     FIELD(perp_world_settings, time_limit, 72, 8);
     FIELD(perp_world_settings, friction, 80, 8);
+    FIELD(perp_world_settings, error, 88, 8);
 }
 
 static void test_body_settings(void **state)
@@ -234,7 +235,7 @@ static void test_contact(void **state)
 static void test_step_result(void **state)
 {
     (void)state;
-    SIZE(perp_step_result, 40);
+    SIZE(perp_step_result, 56);
     FIELD(perp_step_result, struct_size, 0, 8);
     FIELD(perp_step_result, outcome, 8, 4);
     FIELD(perp_step_result, advanced, 12, 4);
@@ -242,12 +243,15 @@ static void test_step_result(void **state)
     FIELD(perp_step_result, residual, 24, 8);
     FIELD(perp_step_result, contacts, 32, 4);
     FIELD(perp_step_result, islands, 36, 4);
+    FIELD(perp_step_result, steps, 40, 4);
+    FIELD(perp_step_result, reserved, 44, 4);
+    FIELD(perp_step_result, error, 48, 8);
 }
 
 static void test_world_stats(void **state)
 {
     (void)state;
-    SIZE(perp_world_stats, 96);
+    SIZE(perp_world_stats, 104);
     FIELD(perp_world_stats, struct_size, 0, 8);
     FIELD(perp_world_stats, bodies, 8, 4);
     FIELD(perp_world_stats, shapes, 12, 4);
@@ -263,6 +267,8 @@ static void test_world_stats(void **state)
     FIELD(perp_world_stats, seconds_solve, 72, 8);
     FIELD(perp_world_stats, seconds_integrate, 80, 8);
     FIELD(perp_world_stats, seconds_project, 88, 8);
+    FIELD(perp_world_stats, joints, 96, 4);
+    FIELD(perp_world_stats, rows_joint, 100, 4);
 }
 
 static void test_world_states(void **state)

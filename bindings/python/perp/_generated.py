@@ -463,6 +463,7 @@ class WorldSettings(Structure):
         ("tol", c_double),
         ("time_limit", c_double),
         ("friction", c_double),
+        ("error", c_double),
     ]
 
 
@@ -535,6 +536,9 @@ class StepResult(Structure):
         ("residual", c_double),
         ("contacts", c_int32),
         ("islands", c_int32),
+        ("steps", c_int32),
+        ("reserved", c_int32),
+        ("error", c_double),
     ]
 
 
@@ -555,6 +559,8 @@ class WorldStats(Structure):
         ("seconds_solve", c_double),
         ("seconds_integrate", c_double),
         ("seconds_project", c_double),
+        ("joints", c_int32),
+        ("rows_joint", c_int32),
     ]
 
 

@@ -25,6 +25,8 @@ class StepResult:
     iterations: int
     contacts: int
     islands: int  # islands that needed a solve
+    steps: int = 1  # that it was taken in
+    error: float = float("nan")  # sum of their estimated errors; nan where steps were not chosen
 
     def __repr__(self) -> str:
         return (
@@ -109,6 +111,8 @@ class Stats:
     seconds_solve: float
     seconds_integrate: float
     seconds_project: float
+    joints: int
+    rows_joint: int
 
     def as_dict(self) -> dict[str, Any]:
         return dict(vars(self))

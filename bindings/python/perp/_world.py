@@ -46,6 +46,8 @@ class World(Handle):
         counts as solved. None takes those of the accuracy. max_iterations, time_limit: of a whole step.
     strict: a step that is not solved leaves the state untouched; otherwise, on a limit, it
         advances with the best iterate.
+    error: a length: a step is taken in as many as it needs for the estimated error of each to be
+        below it; 0 takes it as one.
     wakeful: takes the steps of what rests like all others, for the same bits at more cost.
     """
 
@@ -67,6 +69,7 @@ class World(Handle):
         max_iterations: Optional[int] = None,
         time_limit: Optional[float] = None,
         strict: bool = False,
+        error: float = 0.0,
         wakeful: bool = False,
     ) -> None:
         self._planar = bool(planar)
@@ -83,6 +86,7 @@ class World(Handle):
         settings.max_iterations = count(max_iterations, "max_iterations")
         settings.time_limit = limit(time_limit, "time_limit")
         settings.strict = 1 if strict else 0
+        settings.error = number(error, "error")
         settings.wakeful = 1 if wakeful else 0
         super().__init__(byref(settings))
         self._gravity = settings.gravity[: self._dimension]
@@ -374,6 +378,8 @@ class World(Handle):
             result.iterations,
             result.contacts,
             result.islands,
+            result.steps,
+            result.error,
         )
 
     def _advance(self, dt: float) -> None:

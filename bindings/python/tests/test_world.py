@@ -791,6 +791,21 @@ def test_snapshot_restores_every_bit():
         world.restore(saved)
 
 
+def test_steps_chosen_by_their_error():
+    world = perp.World(friction=0.4, error=1e-9)
+    world.ground.add_plane([0, 0, 1], 0)
+    block = world.add_body(position=[0, 0, 0.1], velocity=[2, 0, 0])
+    block.add_box([0.2, 0.2, 0.1])
+    results = [world.step(0.1) for _ in range(10)]
+    error = sum(result.error for result in results)
+    assert max(result.steps for result in results) > 2
+    # v^2 / (2 mu g); the estimates are of single steps
+    assert abs(block.position[0] - 4 / (2 * 0.4 * 9.81)) <= 4 * error + 1e-12
+    assert perp.World().step(0.1).steps == 1
+    with pytest.raises(perp.Error):
+        perp.World(error=-1)
+
+
 def test_two_worlds_same_bits():
     states = []
     for _ in range(2):

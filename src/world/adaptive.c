@@ -1,0 +1,203 @@
+/* Steps chosen by their estimated error: every step is taken whole and in two halves. The halves
+ * count, and what the two differ in, in places and in h v, is the estimate. Where motion is smooth
+ * or a contact lasts it falls with the third power of the step. Where a body lands, stops or lets
+ * go within the step it falls with the first: there steps get short until nothing moves by more
+ * than `error` in one, which locates the event. Nothing is remembered from call to call. */
+#include "world/world.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "linalg/spatial.h"
+
+#define SAFETY 0.8
+#define GROWTH 4.0
+#define SHRINKING 0.1
+#define SHORTEST 0x1p-30 /* of dt */
+
+typedef struct attempt {
+    double error;
+    int32_t advances; /* the step as a whole and its halves do */
+    perp_step_result result;
+} attempt;
+
+static perp_status fit(perp_world *world, perp__kept_state *kept, size_t size)
+{
+    void *bytes;
+
+    if (size <= kept->room)
+        return PERP_OK;
+    bytes = perp__grown(world->context, kept->bytes, 0, 2 * size);
+    if (!bytes)
+        return perp__fail_memory(world->context, "the state before a step");
+    kept->bytes = bytes;
+    kept->room = 2 * size;
+    return PERP_OK;
+}
+
+static perp_status keep(perp_world *world, perp__kept_state *kept)
+{
+    perp_status status = fit(world, kept, perp__snapshot_bytes(world));
+
+    if (status == PERP_OK)
+        perp__snapshot_write(world, kept->bytes);
+    return status;
+}
+
+/* How far apart points of body i are in two states, at most, in place and in h v. */
+static double distance(const perp_world *world, int32_t i, const perp__state *a,
+                       const perp__state *b, double h)
+{
+    const double reach = world->bodies[i].radius;
+    double apart[3], speed[3], spin[3], turn[4];
+
+    perp__subtract3(apart, a->position, b->position);
+    perp__subtract3(speed, a->velocity, b->velocity);
+    perp__subtract3(spin, a->angular_velocity, b->angular_velocity);
+    for (int32_t k = 0; k < 4; k++)
+        turn[k] = 2.0 * (a->orientation[k] - b->orientation[k]);
+    return perp__length3(apart) + reach * perp__quaternion_norm(turn) +
+           h * (perp__length3(speed) + reach * perp__length3(spin));
+}
+
+static double largest_distance(const perp_world *world, const perp__state *whole, double h)
+{
+    double largest = 0.0;
+
+    for (int32_t i = 0; i < world->body_slots; i++)
+        if (world->bodies[i].alive && world->bodies[i].kind == PERP_BODY_DYNAMIC)
+            largest = fmax(largest, distance(world, i, &whole[i], &world->states[i], h));
+    return largest;
+}
+
+/* One step more; the result is the worst of those so far. */
+static perp_status take(perp_world *world, attempt *trial, double h)
+{
+    perp_step_result one = {0}, *sum = &trial->result;
+    perp_status status = perp__step(world, &one, h);
+
+    if (status != PERP_OK)
+        return status;
+    trial->advances &= one.advanced;
+    sum->outcome = perp__worse_outcome(sum->outcome, one.outcome);
+    sum->residual = fmax(sum->residual, one.residual);
+    sum->contacts = one.contacts;
+    sum->islands = one.islands;
+    return PERP_OK;
+}
+
+static void begin(attempt *trial)
+{
+    memset(trial, 0, sizeof *trial);
+    trial->advances = 1;
+}
+
+/* The step as a whole, then its halves, where the world is then. */
+static perp_status try_halves(perp_world *world, attempt *trial, double h)
+{
+    const size_t size = (size_t)world->body_slots * sizeof *world->states;
+    perp_status status = keep(world, &world->tried);
+
+    if (status == PERP_OK)
+        status = fit(world, &world->whole, size);
+    begin(trial);
+    if (status == PERP_OK)
+        status = take(world, trial, h);
+    trial->error = INFINITY;
+    if (status != PERP_OK || !trial->advances)
+        return status;
+    memcpy(world->whole.bytes, world->states, size);
+    status = perp__snapshot_read(world, world->tried.bytes);
+    begin(trial);
+    for (int32_t half = 0; half < 2 && status == PERP_OK && trial->advances; half++)
+        status = take(world, trial, 0.5 * h);
+    trial->error = trial->advances
+                       ? largest_distance(world, (const perp__state *)world->whole.bytes, h)
+                       : INFINITY;
+    return status;
+}
+
+/* What is left when the budget is spent, at once. */
+static perp_status take_rest(perp_world *world, attempt *trial, double h)
+{
+    begin(trial);
+    trial->error = NAN;
+    return take(world, trial, h);
+}
+
+static void add(perp_step_result *result, const attempt *trial)
+{
+    result->outcome = perp__worse_outcome(result->outcome, trial->result.outcome);
+    result->residual = fmax(result->residual, trial->result.residual);
+    result->contacts = trial->result.contacts;
+    result->islands = trial->result.islands;
+    result->advanced = trial->advances;
+    result->error += trial->error;
+    result->steps += isnan(trial->error) ? 1 : 2;
+}
+
+/* How long the next step may be, where one of length h has this error. */
+static double next_length(const perp_world *world, double h, double error)
+{
+    const double factor = SAFETY * cbrt(world->settings.error / error);
+
+    return h * fmin(fmax(factor, SHRINKING), GROWTH);
+}
+
+static perp_status follow(perp_world *world, perp_step_result *result, double dt)
+{
+    const double shortest = SHORTEST * dt;
+    double left = dt, h = dt;
+    perp_status status = PERP_OK;
+    attempt trial;
+
+    while (status == PERP_OK && left > 0.0 && result->advanced) {
+        const int32_t spent = perp__is_budget_spent(world);
+
+        if (spent || h >= left)
+            h = left;
+        else if (2.0 * h > left)
+            h = 0.5 * left; /* no short one at the end */
+        status = spent ? take_rest(world, &trial, h) : try_halves(world, &trial, h);
+        if (status == PERP_OK && trial.error > world->settings.error && h > shortest &&
+            !perp__is_budget_spent(world)) {
+            status = perp__snapshot_read(world, world->tried.bytes);
+            h = fmax(fmin(next_length(world, h, trial.error), 0.5 * h), shortest);
+        } else if (status == PERP_OK) {
+            add(result, &trial);
+            left -= h;
+            h = next_length(world, h, trial.error);
+        }
+    }
+    return status;
+}
+
+static perp_status choose_steps(perp_world *world, perp_step_result *result, double dt)
+{
+    const perp_world_stats stats = world->stats;
+    perp_status status = keep(world, &world->begun), restored = PERP_OK;
+
+    result->advanced = 1;
+    if (status != PERP_OK)
+        return status;
+    status = follow(world, result, dt);
+    result->iterations = world->budget.spent;
+    if (status != PERP_OK || !result->advanced) {
+        restored = perp__snapshot_read(world, world->begun.bytes);
+        world->stats = stats;
+    }
+    world->stats.iterations = result->iterations;
+    world->stats.steps = stats.steps + (result->advanced && status == PERP_OK);
+    return status == PERP_OK ? restored : status;
+}
+
+perp_status perp__advance_world(perp_world *world, perp_step_result *result, double dt)
+{
+    perp__open_budget(world);
+    if (world->settings.error > 0.0)
+        return choose_steps(world, result, dt);
+    result->steps = 1;
+    result->error = NAN;
+    return perp__step(world, result, dt);
+}
