@@ -270,15 +270,30 @@ PERP_API perp_status perp_world_get_states(const perp_world *world,
 PERP_API perp_status perp_world_body_slot(const perp_world *world, int32_t *slot,
                                           perp_body body) PERP_WARN_UNUSED;
 
+/* The most corners that a convex hull may have; points that are no corners do not count. */
+#define PERP_MAX_HULL_CORNERS 128
+
 /* Add a shape to a body. `shape` may be NULL, `settings` NULL for the defaults.
- * radius >= 0. half_extents: 3 numbers > 0 (planar: the first 2). normal: 3 numbers, not zero,
- * normalised; a half-space, allowed on static and kinematic bodies only, in the body's frame. */
+ * radius >= 0 (a capsule's > 0). half_extents: 3 numbers > 0 (planar: the first 2). half_length:
+ * >= 0, half of the segment along the shape's x axis all points of a capsule are within `radius`
+ * of. points: count times 3 numbers (planar: the third is 0), of which the shape is the convex
+ * hull; they may repeat and lie inside or on faces, and those less than 1e-9 of the size beyond a
+ * face count as on it. A hull that encloses nothing, or has too many corners, is refused. The
+ * points are copied, and are measured from the shape's centre, which need not be that of the hull.
+ * normal: 3 numbers, not zero, normalised; a half-space, allowed on static and kinematic bodies
+ * only, in the body's frame. Cost of a hull: points times faces. */
 PERP_API perp_status perp_world_add_sphere(perp_world *world, perp_shape *shape, perp_body body,
                                            double radius,
                                            const perp_shape_settings *settings) PERP_WARN_UNUSED;
 PERP_API perp_status perp_world_add_box(perp_world *world, perp_shape *shape, perp_body body,
                                         const double *half_extents,
                                         const perp_shape_settings *settings) PERP_WARN_UNUSED;
+PERP_API perp_status perp_world_add_capsule(perp_world *world, perp_shape *shape, perp_body body,
+                                            double radius, double half_length,
+                                            const perp_shape_settings *settings) PERP_WARN_UNUSED;
+PERP_API perp_status perp_world_add_hull(perp_world *world, perp_shape *shape, perp_body body,
+                                         const double *points, int32_t count,
+                                         const perp_shape_settings *settings) PERP_WARN_UNUSED;
 PERP_API perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, perp_body body,
                                           const double *normal, double offset,
                                           const perp_shape_settings *settings) PERP_WARN_UNUSED;
@@ -313,6 +328,11 @@ PERP_API perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, 
  * kinematic bodies close on one between them) the state is left untouched. */
 PERP_API perp_status perp_world_step(perp_world *world, perp_step_result *result,
                                      double dt) PERP_WARN_UNUSED;
+
+/* Replaces the gravity of the settings: 3 numbers, in a planar world [2] is 0.
+ * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _NOT_FINITE, _HANDLE or _BUSY. Snapshots don't hold it. */
+PERP_API perp_status perp_world_set_gravity(perp_world *world,
+                                            const double *gravity) PERP_WARN_UNUSED;
 
 /* The contact points of the last step. index from 0 to perp_world_contact_count() - 1. The first
  * one that is asked for after a step makes the records of all, and may run out of memory. */

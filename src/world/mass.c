@@ -8,6 +8,7 @@
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/spatial.h"
+#include "world/collide/polytope.h"
 
 /* Lower triangular L with A + shift E = L L' (row by row); returns 0 if a pivot is not above
  * `least` times its diagonal entry: not positive definite to rounding. */
@@ -130,6 +131,23 @@ static void spatial_inertia(perp__body *body, const double *I)
     }
 }
 
+/* A capsule: the cylinder along x, and two halves of a ball (of a disc) moved along it. */
+static double capsule_volume(double l, double r, int32_t planar, double *moments)
+{
+    const double pi = 3.14159265358979323846;
+    const double shaft = planar ? 4.0 * l * r : 2.0 * pi * r * r * l;
+    const double caps = planar ? pi * r * r : 4.0 / 3.0 * pi * r * r * r;
+    /* of a half about the whole's centre, its own centre lies c from the flat side */
+    const double c = planar ? 4.0 * r / (3.0 * pi) : 0.375 * r;
+    const double round = (planar ? 0.25 : 0.2) * r * r; /* of x^2 over the caps */
+    const double along = shaft * l * l / 3.0 + caps * (round + 2.0 * c * l + l * l);
+    const double across = shaft * (planar ? r * r / 3.0 : 0.25 * r * r) + caps * round;
+
+    moments[0] = planar ? across : 2.0 * across;
+    moments[4] = moments[8] = along + across;
+    return shaft + caps;
+}
+
 /* Volume and moments of a shape, mass 1 a volume, about its centre, along its axes. */
 static double shape_volume(const perp_world *world, const perp__geometry *geometry, double *moments)
 {
@@ -138,18 +156,23 @@ static double shape_volume(const perp_world *world, const perp__geometry *geomet
     double volume = 0.0;
     int32_t k;
 
-    moments[0] = moments[1] = moments[2] = 0.0;
+    memset(moments, 0, 9 * sizeof *moments);
     if (geometry->kind == PERP__SPHERE) {
         volume = world->settings.planar ? pi * r * r : 4.0 / 3.0 * pi * r * r * r;
         for (k = 0; k < 3; k++)
-            moments[k] = (world->settings.planar ? 0.5 : 0.4) * volume * r * r;
+            moments[4 * k] = (world->settings.planar ? 0.5 : 0.4) * volume * r * r;
     } else if (geometry->kind == PERP__BOX) {
         volume = 4.0 * half[0] * half[1] * (world->settings.planar ? 1.0 : 2.0 * half[2]);
         for (k = 0; k < 3; k++) {
             const double u = half[(k + 1) % 3], v = half[(k + 2) % 3];
 
-            moments[k] = volume * (u * u + v * v) / 3.0;
+            moments[4 * k] = volume * (u * u + v * v) / 3.0;
         }
+    } else if (geometry->kind == PERP__CAPSULE) {
+        volume = capsule_volume(half[0], r, world->settings.planar, moments);
+    } else if (geometry->kind == PERP__HULL) {
+        volume = geometry->hull->volume;
+        memcpy(moments, geometry->hull->moments, 9 * sizeof *moments);
     }
     return volume;
 }
@@ -182,8 +205,8 @@ perp_status perp__add_shape_mass(const perp_world *world, perp__body *body,
 {
     const double *R = shape->rotation, *o = shape->offset;
     perp__body sum = *body;
-    double moments[3], mass = shape->density * shape_volume(world, &shape->geometry, moments);
-    int32_t i, j, k;
+    double moments[9], mass = shape->density * shape_volume(world, &shape->geometry, moments);
+    int32_t i, j, k, l;
 
     if (body->kind != PERP_BODY_DYNAMIC || mass == 0.0)
         return PERP_OK;
@@ -194,7 +217,8 @@ perp_status perp__add_shape_mass(const perp_world *world, perp__body *body,
             double entry = mass * ((i == j ? perp__dot3(o, o) : 0.0) - o[i] * o[j]);
 
             for (k = 0; k < 3; k++)
-                entry += shape->density * R[3 * i + k] * moments[k] * R[3 * j + k];
+                for (l = 0; l < 3; l++)
+                    entry += shape->density * R[3 * i + k] * moments[3 * k + l] * R[3 * j + l];
             sum.shape_inertia[3 * i + j] += entry;
         }
     }

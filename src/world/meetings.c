@@ -20,7 +20,7 @@
  */
 #define CRACK 1e-4
 
-/* A normal is made by the faces with whose normals it has more than this in common. */
+/* Directions whose cosine lacks less than the square of this are one. */
 #define SUPPORT 1e-6
 
 static double rounding_of(const perp_world *world, int32_t shape)
@@ -120,26 +120,6 @@ static int32_t reaches_plane(const perp_world *world, const perp__moving *a, con
 
 /* ---- what is covered ---- */
 
-/* Whether the point lies inside the shape, by more than `depth`. */
-static int32_t holds(const perp__placed *shape, const double *point, double depth)
-{
-    const perp__geometry *geometry = shape->geometry;
-    double between[3], local[3];
-    int32_t k;
-
-    for (k = 0; k < 3; k++)
-        between[k] = point[k] - shape->position[k];
-    if (geometry->kind == PERP__SPHERE)
-        return perp__length3(between) < geometry->radius - depth;
-    perp__apply_transposed3(local, shape->rotation, between);
-    if (geometry->kind == PERP__PLANE)
-        return perp__dot3(geometry->normal, local) < geometry->offset - depth;
-    for (k = 0; k < 3; k++)
-        if (fabs(local[k]) > fmax(geometry->half_extents[k] - depth, 0.0))
-            return 0;
-    return 1;
-}
-
 /* Whether another shape near `shape` than `owner` holds the point. */
 static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, const double *point,
                        double h, double t, double depth)
@@ -156,53 +136,30 @@ static int32_t is_held(const perp_world *world, int32_t shape, int32_t owner, co
         if (other == owner)
             continue;
         perp__moved(&moving, t, &placed);
-        if (holds(&placed, point, depth))
+        if (perp__holds(&placed, point, depth))
             return 1;
     }
     return 0;
 }
 
-/* Whether one of the faces of box `owner`, within `rim` of `position`, that make its normal there
- * is covered there by another shape near `shape`. One face alone is open unless the meeting is
+/* Whether one of the faces of `owner`, within `rim` of `position`, that make its normal there is
+ * covered there by another shape near `shape`. One face alone is open unless the meeting is
  * doubtful. Lists of what never moves may be long: they are read for bodies of many shapes only. */
 static int32_t is_covered(const perp_world *world, int32_t owner, int32_t shape,
                           const perp__placed *at, const double *position, const double *normal,
                           double rim, int32_t doubtful, double crack, double h, double t)
 {
-    const double *half = at->geometry->half_extents;
-    const int32_t dimension = world->settings.planar ? 2 : 3;
-    double between[3], local[3], out[3];
-    int32_t i, j, supports[3], faces = 0;
+    double probes[PERP__MAX_PROBES][3];
+    int32_t i, faces;
 
-    if (at->geometry->kind != PERP__BOX ||
-        (world->bodies[world->shapes[shape].body].kind != PERP_BODY_DYNAMIC &&
-         world->bodies[world->shapes[owner].body].shapes < 2))
+    if (world->bodies[world->shapes[shape].body].kind != PERP_BODY_DYNAMIC &&
+        world->bodies[world->shapes[owner].body].shapes < 2)
         return 0;
-    for (j = 0; j < 3; j++)
-        between[j] = position[j] - at->position[j];
-    perp__apply_transposed3(local, at->rotation, between);
-    perp__apply_transposed3(out, at->rotation, normal);
-    for (j = 0; j < dimension; j++) {
-        supports[j] =
-            fabs(out[j]) > SUPPORT && (out[j] < 0.0 ? -local[j] : local[j]) > half[j] - rim;
-        faces += supports[j];
-    }
-    for (j = 0; j < dimension && (faces > 1 || doubtful); j++) {
-        double probe[3] = {0.0, 0.0, 0.0}, world_probe[3];
-
-        if (!supports[j])
-            continue;
-        for (i = 0; i < dimension; i++) {
-            const double most = fmax(half[i] - crack, 0.0);
-
-            probe[i] = fmin(fmax(local[i], -most), most);
-        }
-        probe[j] = out[j] < 0.0 ? -half[j] - crack : half[j] + crack;
-        perp__apply3(world_probe, at->rotation, probe);
-        perp__add3(world_probe, 1.0, at->position);
-        if (is_held(world, shape, owner, world_probe, h, t, 0.25 * crack))
+    faces = perp__probe_faces(at, world->settings.planar, position, normal, rim, doubtful ? 1 : 2,
+                              crack, probes);
+    for (i = 0; i < faces; i++)
+        if (is_held(world, shape, owner, probes[i], h, t, 0.25 * crack))
             return 1;
-    }
     return 0;
 }
 
@@ -241,10 +198,10 @@ static int32_t open_points(const perp_world *world, const perp__pair *pair, perp
     const perp__moving a = perp__moving_shape(world, pair->first, h);
     const perp__moving b = perp__moving_shape(world, pair->second, h);
     const int32_t planar = world->settings.planar;
-    perp__axis axes[PERP__MAX_AXES];
+    perp__axes axes;
     perp__placed at_a, at_b;
     double covered[3];
-    int32_t made, k, count, best;
+    int32_t made, k, best;
 
     perp__moved(&a, meeting->time, &at_a);
     perp__moved(&b, meeting->time, &at_b);
@@ -252,22 +209,20 @@ static int32_t open_points(const perp_world *world, const perp__pair *pair, perp
     if (made == 0 || !are_covered(world, pair, &at_a, &at_b, points, made, meeting->doubtful, h,
                                   meeting->time, near))
         return made;
-    if (a.start->geometry->kind != PERP__BOX || b.start->geometry->kind != PERP__BOX)
-        return 0;
     perp__moved(&a, later, &at_a);
     perp__apply_transposed3(covered, at_a.rotation, points[0].normal);
     perp__moved(&b, later, &at_b);
-    count = perp__box_axes(&at_a, &at_b, planar, axes);
+    perp__axes_of(&at_a, &at_b, planar, &axes);
     for (;;) {
         best = -1;
-        for (k = 0; k < count && k < 6; k++) /* faces */
-            if (axes[k].separation > -INFINITY &&
-                fabs(perp__dot3(axes[k].normal, covered)) < 1.0 - SUPPORT * SUPPORT &&
-                (best < 0 || axes[k].separation > axes[best].separation))
+        for (k = 0; k < axes.faces[0] + axes.faces[1]; k++)
+            if (axes.axis[k].separation > -INFINITY &&
+                fabs(perp__dot3(axes.axis[k].normal, covered)) < 1.0 - SUPPORT * SUPPORT &&
+                (best < 0 || axes.axis[k].separation > axes.axis[best].separation))
                 best = k;
         if (best < 0)
             return 0;
-        axes[best].separation = -INFINITY;
+        axes.axis[best].separation = -INFINITY;
         made = perp__collide_along(&at_a, &at_b, planar, best, points);
         if (made == 0 || are_covered(world, pair, &at_a, &at_b, points, made, 1, h, later, near))
             continue;

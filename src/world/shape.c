@@ -7,6 +7,7 @@
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/spatial.h"
+#include "world/collide/polytope.h"
 
 /* Density of a shape that says none. */
 #define WATER 1000.0
@@ -130,6 +131,8 @@ void perp__remove_shapes(perp_world *world, int32_t body)
         perp__shape *shape = &world->shapes[i];
 
         perp__forget_shape(world, i);
+        perp__release(world->context, shape->geometry.hull);
+        shape->geometry.hull = NULL;
         shape->alive = 0;
         shape->generation++;
         shape->next_free = world->free_shape;
@@ -248,6 +251,106 @@ perp_status perp_world_add_box(perp_world *world, perp_shape *shape, perp_body b
     if (status != PERP_OK)
         return status;
     return perp__leave(world->context, add_box(world, shape, body, half_extents, settings));
+}
+
+static perp_status add_capsule(perp_world *world, perp_shape *id, perp_body body, double radius,
+                               double half_length, const perp_shape_settings *settings)
+{
+    perp__shape shape;
+    perp_status status;
+
+    memset(&shape, 0, sizeof shape);
+    status = perp__check_finite(world->context, "radius", &radius, 1);
+    if (status == PERP_OK)
+        status = perp__check_finite(world->context, "half_length", &half_length, 1);
+    if (status == PERP_OK && radius <= 0.0)
+        status =
+            perp__fail(world->context, PERP_ERROR_ARGUMENT, "radius is %g, > 0 expected", radius);
+    if (status == PERP_OK && half_length < 0.0)
+        status = perp__fail(world->context, PERP_ERROR_ARGUMENT, "half_length is %g, >= 0 expected",
+                            half_length);
+    if (status == PERP_OK)
+        status = read_settings(world, &shape, settings);
+    if (status != PERP_OK)
+        return status;
+    shape.geometry.kind = PERP__CAPSULE;
+    shape.geometry.radius = radius;
+    shape.geometry.half_extents[0] = half_length;
+    shape.radius = half_length + radius;
+    shape.thickness = radius;
+    return attach_shape(world, id, body, &shape);
+}
+
+perp_status perp_world_add_capsule(perp_world *world, perp_shape *shape, perp_body body,
+                                   double radius, double half_length,
+                                   const perp_shape_settings *settings)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context,
+                       add_capsule(world, shape, body, radius, half_length, settings));
+}
+
+static perp_status check_points(const perp_world *world, const double *points, int32_t count)
+{
+    const int32_t least = world->settings.planar ? 3 : 4;
+    perp_status status = perp__check_pointer(world->context, "points", points);
+    int32_t i;
+
+    if (status == PERP_OK && (count < least || count > INT32_MAX / 3))
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT, "count is %d, >= %d expected",
+                          (int)count, (int)least);
+    if (status == PERP_OK)
+        status = perp__check_finite(world->context, "points", points, 3 * (size_t)count);
+    for (i = 0; i < count && status == PERP_OK && world->settings.planar; i++)
+        if (points[3 * i + 2] != 0.0)
+            status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                                "points[%d] is %g, 0 expected in a planar world", (int)(3 * i + 2),
+                                points[3 * i + 2]);
+    return status;
+}
+
+/* The shape's centre becomes that of the hull, which is where its corners are measured from. */
+static perp_status add_hull(perp_world *world, perp_shape *id, perp_body body, const double *points,
+                            int32_t count, const perp_shape_settings *settings)
+{
+    perp__shape shape;
+    perp__hull *hull = NULL;
+    double centre[3], turned[3];
+    perp_status status = check_points(world, points, count);
+
+    memset(&shape, 0, sizeof shape);
+    if (status == PERP_OK)
+        status = read_settings(world, &shape, settings);
+    if (status == PERP_OK)
+        status =
+            perp__hull_make(world->context, &hull, centre, points, count, world->settings.planar);
+    if (status != PERP_OK)
+        return status;
+    shape.geometry.kind = PERP__HULL;
+    shape.geometry.hull = hull;
+    perp__copy3(shape.geometry.half_extents, hull->half);
+    perp__apply3(turned, shape.rotation, centre);
+    perp__add3(shape.offset, 1.0, turned);
+    shape.radius = hull->reach;
+    shape.thickness = hull->thickness;
+    status = attach_shape(world, id, body, &shape);
+    if (status != PERP_OK)
+        perp__release(world->context, hull);
+    return status;
+}
+
+perp_status perp_world_add_hull(perp_world *world, perp_shape *shape, perp_body body,
+                                const double *points, int32_t count,
+                                const perp_shape_settings *settings)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, add_hull(world, shape, body, points, count, settings));
 }
 
 /* The normal is scaled by its largest entry first: it may be as long or short as a double goes. A

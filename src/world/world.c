@@ -59,20 +59,28 @@ perp_status perp__find_body(const perp_world *world, int32_t *slot, perp_body id
     return PERP_OK;
 }
 
+static perp_status check_gravity(perp_context *context, const char *name, const double *gravity,
+                                 int32_t planar)
+{
+    perp_status status = perp__check_finite(context, name, gravity, 3);
+
+    if (status == PERP_OK && planar && gravity[2] != 0.0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "%s[2] is %g: a planar world has no z, 0 expected", name, gravity[2]);
+    return status;
+}
+
 static perp_status check_settings(perp_context *context, const perp_world_settings *settings)
 {
     const int32_t k = settings->cone;
-    perp_status status = perp__check_finite(context, "settings.gravity", settings->gravity, 3);
+    perp_status status;
 
-    if (status != PERP_OK)
-        return status;
     if (settings->planar != 0 && settings->planar != 1)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.planar is %d, 0 or 1 expected",
                           (int)settings->planar);
-    if (settings->planar && settings->gravity[2] != 0.0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT,
-                          "settings.gravity[2] is %g: a planar world has no z, 0 expected",
-                          settings->gravity[2]);
+    status = check_gravity(context, "settings.gravity", settings->gravity, settings->planar);
+    if (status != PERP_OK)
+        return status;
     if (settings->accuracy < PERP_ACCURACY_FAST || settings->accuracy > PERP_ACCURACY_EXACT)
         return perp__fail(context, PERP_ERROR_ARGUMENT,
                           "settings.accuracy is %d, PERP_ACCURACY_FAST to _EXACT expected",
@@ -146,6 +154,8 @@ static void release(void *object)
     perp_world *world = object;
     perp_context *context = world->context;
 
+    for (int32_t i = 0; i < world->shape_slots; i++)
+        perp__release(context, world->shapes[i].geometry.hull);
     perp__rigid_destroy(world->solver);
     perp__coloured_release(&world->coloured);
     perp__release(context, world->bodies);
@@ -289,6 +299,28 @@ perp_status perp_world_get_stats(const perp_world *world, perp_world_stats *stat
     if (status == PERP_OK)
         perp__struct_write(stats, &world->stats, sizeof world->stats);
     return perp__leave(world->context, status);
+}
+
+static perp_status set_gravity(perp_world *world, const double *gravity)
+{
+    perp_status status = perp__check_pointer(world->context, "gravity", gravity);
+
+    if (status == PERP_OK)
+        status = check_gravity(world->context, "gravity", gravity, world->settings.planar);
+    if (status != PERP_OK)
+        return status;
+    memcpy(world->settings.gravity, gravity, sizeof world->settings.gravity);
+    perp__rouse_all(world);
+    return PERP_OK;
+}
+
+perp_status perp_world_set_gravity(perp_world *world, const double *gravity)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, set_gravity(world, gravity));
 }
 
 static perp_status step(perp_world *world, perp_step_result *result, double dt)

@@ -33,6 +33,20 @@ static perp_body any_body(fuzz_bytes *bytes, const scene *s)
                              : s->bodies[k];
 }
 
+/* Sums and differences of x, of which some enclose something. */
+static void add_hull(fuzz_bytes *bytes, scene *s, perp_body body, const double *x,
+                     const perp_shape_settings *settings)
+{
+    double points[8][3];
+    int32_t i, k, count = fuzz_pick(bytes, 6) + 3;
+
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 3; k++)
+            points[i][k] = k == 2 && s->planar ? 0.0 : i >> k & 1 ? x[k] : -x[k];
+    fuzz_status(s->context, perp_world_add_hull(s->world, NULL, body, points[0], count, settings),
+                "add_hull");
+}
+
 static void add_shape(fuzz_bytes *bytes, scene *s, perp_body body, double *reach)
 {
     perp_shape_settings settings;
@@ -47,7 +61,7 @@ static void add_shape(fuzz_bytes *bytes, scene *s, perp_body body, double *reach
         x[k] = s->gentle ? gentle_size(bytes) : fuzz_number(bytes, s->mood);
     if (fuzz_one_in(bytes, 4) && !s->gentle)
         fuzz_numbers(bytes, s->mood, settings.offset, 3);
-    switch (fuzz_pick(bytes, s->gentle ? 2 : 3)) {
+    switch (fuzz_pick(bytes, s->gentle ? 2 : 5)) {
     case 0:
         *reach = fmax(*reach, radius);
         fuzz_status(s->context, perp_world_add_sphere(s->world, NULL, body, radius, &settings),
@@ -56,6 +70,14 @@ static void add_shape(fuzz_bytes *bytes, scene *s, perp_body body, double *reach
     case 1:
         *reach = fmax(*reach, sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
         fuzz_status(s->context, perp_world_add_box(s->world, NULL, body, x, &settings), "add_box");
+        break;
+    case 2:
+        fuzz_status(s->context,
+                    perp_world_add_capsule(s->world, NULL, body, radius, fabs(x[0]), &settings),
+                    "add_capsule");
+        break;
+    case 3:
+        add_hull(bytes, s, body, x, &settings);
         break;
     default:
         fuzz_status(s->context, perp_world_add_plane(s->world, NULL, body, x, radius, &settings),

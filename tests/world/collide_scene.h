@@ -67,21 +67,21 @@ static inline perp__placed scene_place(const perp__geometry *geometry, double x,
 
 static inline perp__geometry scene_box(double x, double y, double z)
 {
-    perp__geometry box = {PERP__BOX, 0.0, {x, y, z}, {0.0, 0.0, 0.0}, 0.0};
+    perp__geometry box = {PERP__BOX, 0.0, {x, y, z}, {0.0, 0.0, 0.0}, 0.0, NULL};
     return box;
 }
 
 static inline perp__geometry scene_sphere(double radius)
 {
-    perp__geometry sphere = {PERP__SPHERE, radius, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0};
+    perp__geometry sphere = {PERP__SPHERE, radius, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, NULL};
     return sphere;
 }
 
 static inline perp__geometry scene_plane(double x, double y, double z, double offset)
 {
     double length = sqrt(x * x + y * y + z * z);
-    perp__geometry plane = {
-        PERP__PLANE, 0.0, {0.0, 0.0, 0.0}, {x / length, y / length, z / length}, offset};
+    perp__geometry plane = {PERP__PLANE, 0.0, {0.0, 0.0, 0.0}, {x / length, y / length, z / length},
+                            offset,      NULL};
     return plane;
 }
 

@@ -299,6 +299,7 @@ static void test_states(void **state)
 {
     perp_body_settings settings = scene_settings();
     perp_body_state now, before;
+    const double bad[3] = {0.0, NAN, 0.0};
     perp_body body;
     scene s;
 
@@ -326,6 +327,8 @@ static void test_states(void **state)
     now = before;
     now.struct_size = 0;
     STATE_REFUSED(PERP_ERROR_ABI, "state.struct_size");
+    REFUSED(&s, perp_world_set_gravity(s.world, NULL), PERP_ERROR_ARGUMENT, "gravity");
+    REFUSED(&s, perp_world_set_gravity(s.world, bad), PERP_ERROR_NOT_FINITE, "gravity[1]");
     REFUSED(&s, perp_world_set_body(s.world, NULL, body), PERP_ERROR_ARGUMENT, "state");
     REFUSED(&s, perp_world_get_body(s.world, NULL, body), PERP_ERROR_ARGUMENT, "state");
     now = scene_state(&s, body);

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import byref, c_double, c_int32, c_uint64
+from ctypes import POINTER, byref, c_double, c_int32, c_uint64
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Optional, Union
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _generated as s
-from ._arrays import floats, number
+from ._arrays import floats, number, real
 from ._errors import argument_error
 from ._library import library
 from ._results import Array
@@ -246,6 +246,50 @@ class Body:
         extents = self._world._vector(half_extents, "half_extents")
         edges = " x ".join(f"{2 * extent:g}" for extent in extents[: self._world._dimension])
         return self._add(f"box of {edges}", library.perp_world_add_box, extents, settings)
+
+    def add_capsule(
+        self,
+        radius: float,
+        half_length: float,
+        *,
+        friction: Optional[float] = None,
+        restitution: float = 0.0,
+        density: Optional[float] = None,
+        offset: Optional[ArrayLike] = None,
+        rotation: Optional[ArrayLike] = None,
+    ) -> Shape:
+        """Adds all points within radius of a segment of length 2 half_length, which lies along the
+        shape's x axis. The rest as for add_sphere()."""
+        settings = self._world._shape_settings(friction, restitution, density, offset, rotation)
+        size, half = number(radius, "radius"), number(half_length, "half_length")
+        words = f"capsule of radius {size:g}, {2 * half:g} between the ends' centres"
+        return self._add(words, library.perp_world_add_capsule, size, half, settings)
+
+    def add_hull(
+        self,
+        points: ArrayLike,
+        *,
+        friction: Optional[float] = None,
+        restitution: float = 0.0,
+        density: Optional[float] = None,
+        offset: Optional[ArrayLike] = None,
+        rotation: Optional[ArrayLike] = None,
+    ) -> Shape:
+        """Adds the convex hull of points, (n, 3) (planar: (n, 2), a convex polygon), which has at
+        most 128 corners. The rest as for add_sphere(); offset is that of the points' origin."""
+        settings = self._world._shape_settings(friction, restitution, density, offset, rotation)
+        given, dimension = real(points, "points"), self._world._dimension
+        if given.ndim != 2 or given.shape[1] != dimension:
+            raise argument_error(f"points has shape {given.shape}, expected (n, {dimension})")
+        spatial = np.zeros((len(given), 3))
+        spatial[:, :dimension] = given
+        return self._add(
+            f"hull of {len(given)} points",
+            library.perp_world_add_hull,
+            spatial.ctypes.data_as(POINTER(c_double)),
+            c_int32(len(spatial)),
+            settings,
+        )
 
     def add_plane(
         self,

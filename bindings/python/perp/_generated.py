@@ -24,6 +24,7 @@ CONSTANTS: dict[str, int] = {
     "PERP_VERSION_MINOR": 1,
     "PERP_VERSION_PATCH": 0,
     "PERP_ABI_VERSION": 0,
+    "PERP_MAX_HULL_CORNERS": 128,
     "PERP_OK": 0,
     "PERP_ERROR_ARGUMENT": -1,
     "PERP_ERROR_NOT_FINITE": -2,
@@ -1189,10 +1190,17 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_world_add_box": (c_int32, [
         WorldPointer, c_void_p, c_uint64, c_void_p, POINTER(ShapeSettings)
     ]),
+    "perp_world_add_capsule": (c_int32, [
+        WorldPointer, c_void_p, c_uint64, c_double, c_double, POINTER(ShapeSettings)
+    ]),
+    "perp_world_add_hull": (c_int32, [
+        WorldPointer, c_void_p, c_uint64, c_void_p, c_int32, POINTER(ShapeSettings)
+    ]),
     "perp_world_add_plane": (c_int32, [
         WorldPointer, c_void_p, c_uint64, c_void_p, c_double, POINTER(ShapeSettings)
     ]),
     "perp_world_step": (c_int32, [WorldPointer, POINTER(StepResult), c_double]),
+    "perp_world_set_gravity": (c_int32, [WorldPointer, c_void_p]),
     "perp_world_contact_count": (c_int32, [WorldPointer]),
     "perp_world_get_contact": (c_int32, [WorldPointer, POINTER(WorldContact), c_int32]),
     "perp_world_energy": (c_int32, [WorldPointer, c_void_p, c_void_p]),

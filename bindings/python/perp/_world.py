@@ -115,8 +115,14 @@ class World(Handle):
 
     @property
     def gravity(self) -> Array:
-        """Given when the world was made."""
+        """(3,), in a planar world (2,). Assign to change it."""
         return np.array(self._gravity)
+
+    @gravity.setter
+    def gravity(self, value: ArrayLike) -> None:
+        gravity = self._vector(value, "gravity")
+        self._call(library.perp_world_set_gravity, gravity)
+        self._gravity = gravity[: self._dimension]
 
     @property
     def time(self) -> float:

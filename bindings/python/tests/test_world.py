@@ -275,8 +275,6 @@ def test_gravity_and_time(world, planar):
     np.testing.assert_array_equal(planar.gravity, [0, -9.81])
     np.testing.assert_array_equal(perp.World([1, 2, 3]).gravity, [1, 2, 3])
     world.gravity[2] = 5.0  # a copy
-    with pytest.raises(AttributeError):
-        world.gravity = [0, 0, 0]
     assert world.gravity[2] == -9.81 and world.time == 0.0
     world.run(100.0, 0.01)
     assert world.time == 100.0  # 10 000 sums, whose rounding is kept
@@ -313,6 +311,8 @@ def test_words_for_people(world, planar):
     assert repr(body.shapes[0]) == "<perp.Shape, sphere of radius 0.5>"
     assert repr(planar.add_body().add_sphere(2)) == "<perp.Shape, disc of radius 2>"
     assert repr(planar.add_body().add_box([1, 2])) == "<perp.Shape, box of 2 x 4>"
+    corners = planar.add_body().add_hull([[0, 0], [1, 0], [0, 1]])
+    assert repr(corners) == "<perp.Shape, hull of 3 points>"
     assert repr(world.ground.shapes[0]) == "<perp.Shape, half-space>"
     assert repr(result).startswith("<perp.StepResult: solved, residual ")
     assert "contacts 1, islands 1" in repr(result) and "not advanced" not in repr(result)
@@ -515,6 +515,19 @@ def test_planar_refusals(planar):
         body.torque = [0, 0, 1]
 
 
+def test_capsule_and_hull_weigh_as_their_parts(world):
+    r, half = 0.5, 2.0
+    capsule = world.add_body()
+    capsule.add_capsule(r, half, density=1.0)
+    assert np.isclose(capsule.mass, np.pi * r**2 * 2 * half + 4 / 3 * np.pi * r**3, rtol=1e-14)
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-2, 2) for z in (-3, 3)], float)
+    hull, box = world.add_body(), world.add_body()
+    hull.add_hull(np.vstack([corners, 0.5 * corners]), density=1.0)
+    box.add_box([1, 2, 3], density=1.0)
+    assert np.isclose(hull.mass, box.mass, rtol=1e-14)
+    assert np.allclose(hull.inertia, box.inertia, rtol=1e-14, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     "add, word",
     [
@@ -524,6 +537,11 @@ def test_planar_refusals(planar):
         (lambda body: body.add_box([1, 1]), "half_extents"),
         (lambda body: body.add_box([1, 0, 1]), "half_extents"),
         (lambda body: body.add_plane([0, 0, 1]), ""),
+        (lambda body: body.add_capsule(0.0, 1.0), "radius"),
+        (lambda body: body.add_capsule(1.0, -1.0), "half_length"),
+        (lambda body: body.add_hull([[0, 0], [1, 0], [0, 1]]), "(n, 3)"),
+        (lambda body: body.add_hull([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]), "plane"),
+        (lambda body: body.add_hull([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, NAN]]), "points[11]"),
         (lambda body: body.add_sphere(1.0, friction=-0.1), "friction"),
         (lambda body: body.add_sphere(1.0, restitution=1.1), "restitution"),
         (lambda body: body.add_sphere(1.0, offset=[0, 0]), "offset"),
@@ -804,6 +822,23 @@ def test_steps_chosen_by_their_error():
     assert perp.World().step(0.1).steps == 1
     with pytest.raises(perp.Error):
         perp.World(error=-1)
+
+
+def test_gravity_changes_and_wakes():
+    world = perp.World(friction=0.5)
+    world.ground.add_plane([0, 0, 1], 0)
+    box = world.add_body(position=[0, 0, 0.1])
+    box.add_box([0.1, 0.1, 0.1])
+    world.run(0.1, 0.01)
+    assert box.velocity.tolist() == [0, 0, 0]
+    world.gravity = [0, 0, 2]
+    assert world.gravity.tolist() == [0, 0, 2]
+    world.run(1.0, 0.01)
+    np.testing.assert_allclose(box.position, [0, 0, 1.1], atol=1e-12)  # t^2; 100 sums
+    for wrong in ([0, 0], [0, 0, np.nan]):
+        with pytest.raises(perp.Error):
+            world.gravity = wrong
+    assert world.gravity.tolist() == [0, 0, 2]
 
 
 def test_two_worlds_same_bits():

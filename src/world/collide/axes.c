@@ -1,5 +1,6 @@
 /* The separating axes of two boxes (Gottschalk, Lin & Manocha 1996), in the frame of the first. */
 #include "world/collide/meeting.h"
+#include "world/collide/polytope.h"
 #include "linalg/spatial.h"
 
 /* Sine of the angle between two edges below which their product is no axis of its own: its
@@ -19,11 +20,18 @@ static double half_width(const perp__placed *box, const double *normal)
     return width;
 }
 
-double perp__box_separation(const perp__placed *a, const perp__placed *b, const double *normal)
+double perp__separation(const perp__placed *a, const perp__placed *b, const double *normal)
 {
-    double between[3];
+    double between[3], local[3], back[3];
     perp__subtract3(between, b->position, a->position);
-    return (perp__dot3(normal, between) - half_width(a, normal)) - half_width(b, normal);
+    if (a->geometry->kind == PERP__BOX && b->geometry->kind == PERP__BOX)
+        return (perp__dot3(normal, between) - half_width(a, normal)) - half_width(b, normal);
+    perp__apply_transposed3(local, a->rotation, normal);
+    double reach = perp__reach_of(a->geometry, local);
+    perp__apply_transposed3(local, b->rotation, normal);
+    for (int k = 0; k < 3; k++)
+        back[k] = -local[k];
+    return (perp__dot3(normal, between) - reach) - perp__reach_of(b->geometry, back);
 }
 
 /* Two boxes in the frame of the first. */
@@ -102,22 +110,20 @@ static int are_aligned(const view *v)
     return 1;
 }
 
-int32_t perp__box_axes(const perp__placed *a, const perp__placed *b, int32_t planar,
-                       perp__axis *axes)
+void perp__box_axes(const perp__placed *a, const perp__placed *b, int32_t planar, perp__axes *axes)
 {
     int dimension = planar ? 2 : 3;
+    perp__axis *axis = axes->axis;
     view v;
     set_view(&v, a, b);
     for (int j = 0; j < dimension; j++) {
-        face_of_a(&v, j, &axes[j]);
-        face_of_b(&v, j, &axes[dimension + j]);
+        face_of_a(&v, j, &axis[j]);
+        face_of_b(&v, j, &axis[dimension + j]);
     }
-    if (planar)
-        return 4;
-    if (are_aligned(&v))
-        return 6;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            edge_axis(&v, i, j, &axes[6 + 3 * i + j]);
-    return 15;
+    axes->faces[0] = axes->faces[1] = dimension;
+    axes->count = planar ? 4 : are_aligned(&v) ? 6 : PERP__BOX_AXES;
+    for (int k = 6; k < axes->count; k++)
+        edge_axis(&v, (k - 6) / 3, (k - 6) % 3, &axis[k]);
+    for (int k = 0; k < axes->count; k++)
+        axis[k].number = k;
 }

@@ -3,7 +3,7 @@
 
 #include <float.h>
 
-#include "world/collide/meeting.h"
+#include "world/collide/convex.h"
 #include "linalg/spatial.h"
 
 /* kind of a <= kind of b */
@@ -15,18 +15,23 @@ static int32_t collide_sorted(const perp__placed *a, const perp__placed *b, int3
     case PERP__PLANE:
         if (second == PERP__BOX)
             return perp__collide_plane_box(a, b, planar, margin, points);
-        if (second == PERP__SPHERE)
-            return perp__collide_plane_sphere(a, b, margin, points);
-        return 0;
+        return second == PERP__PLANE ? 0 : perp__collide_plane_convex(a, b, planar, margin, points);
     case PERP__BOX:
         if (second == PERP__SPHERE)
             return perp__collide_box_sphere(a, b, planar, margin, points);
-        if (planar)
+        if (second == PERP__BOX && planar)
             return perp__collide_rectangles(a, b, margin, points);
-        return perp__collide_box_box(a, b, margin, points);
+        if (second == PERP__BOX)
+            return perp__collide_box_box(a, b, margin, points);
+        break;
+    case PERP__SPHERE:
+        if (second == PERP__SPHERE)
+            return perp__collide_sphere_sphere(a, b, planar, margin, points);
+        break;
     default:
-        return perp__collide_sphere_sphere(a, b, planar, margin, points);
+        break;
     }
+    return perp__collide_convex(a, b, planar, margin, points);
 }
 
 int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t planar, double margin,
@@ -43,31 +48,57 @@ int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t plan
     return count;
 }
 
+/* Balls have no axes but that between the closest points. */
+static int32_t has_axes(const perp__placed *a, const perp__placed *b)
+{
+    const int32_t first = a->geometry->kind, second = b->geometry->kind;
+    return first != PERP__PLANE && second != PERP__PLANE &&
+           (first > PERP__SPHERE || second > PERP__SPHERE);
+}
+
 int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_t planar,
                             int32_t axis, perp__point *points)
 {
+    if (has_axes(a, b)) {
+        perp__convex_pair pair;
+        perp__convex_pair_set(&pair, a, b, planar);
+        return perp__convex_points(&pair, axis, INFINITY, points);
+    }
     if (a->geometry->kind != PERP__BOX || b->geometry->kind != PERP__BOX)
         return perp__collide(a, b, planar, INFINITY, points);
     return planar ? perp__collide_rectangles_along(a, b, axis, points)
                   : perp__collide_box_box_along(a, b, axis, points);
 }
 
-void perp__extent_of(const perp__placed *shape, double margin, perp__bounds *extent)
+/* How far the shape goes from its centre along an axis of the world, up and down. */
+static void reach_along(const perp__placed *shape, int k, double *up, double *down)
 {
     const perp__geometry *geometry = shape->geometry;
+    const double *row = shape->rotation + 3 * k;
+    if (geometry->kind == PERP__PLANE)
+        *up = INFINITY;
+    else if (geometry->kind == PERP__SPHERE)
+        *up = geometry->radius;
+    else
+        *up = perp__reach_of(geometry, row);
+    *down = *up;
+    if (geometry->kind == PERP__HULL)
+        *down = perp__reach_of(geometry, (const double[3]){-row[0], -row[1], -row[2]});
+}
+
+/* A few roundings wider, so that shapes that exactly touch are found. */
+static double widened(double reach, double position)
+{
+    return isfinite(reach) ? reach + 4.0 * DBL_EPSILON * (fabs(position) + fabs(reach)) : reach;
+}
+
+void perp__extent_of(const perp__placed *shape, double margin, perp__bounds *extent)
+{
     for (int k = 0; k < 3; k++) {
-        double reach = INFINITY;
-        if (geometry->kind == PERP__SPHERE) {
-            reach = geometry->radius + margin;
-        } else if (geometry->kind == PERP__BOX) {
-            reach = margin;
-            for (int j = 0; j < 3; j++)
-                reach += fabs(shape->rotation[3 * k + j]) * geometry->half_extents[j];
-        }
-        /* a few roundings wider, so that shapes that exactly touch are found */
-        if (isfinite(reach))
-            reach += 4.0 * DBL_EPSILON * (fabs(shape->position[k]) + reach);
-        extent->low[k] = shape->position[k] - reach;
-        extent->high[k] = shape->position[k] + reach;
+        const double x = shape->position[k];
+        double up, down;
+        reach_along(shape, k, &up, &down);
+        extent->low[k] = x - widened(down + margin, x);
+        extent->high[k] = x + widened(up + margin, x);
     }
 }

@@ -5,14 +5,16 @@
 #include <stdint.h>
 
 /* Order matters: perp__collide sorts a pair by kind. */
-enum perp__shape_kind { PERP__PLANE = 0, PERP__BOX = 1, PERP__SPHERE = 2 };
+enum perp__shape_kind { PERP__PLANE, PERP__BOX, PERP__SPHERE, PERP__CAPSULE, PERP__HULL };
 
 typedef struct perp__geometry {
     int32_t kind;
-    double radius;          /* sphere */
-    double half_extents[3]; /* box; planar: [2] is 0 */
+    double radius;          /* sphere, capsule */
+    double half_extents[3]; /* box; capsule: [0], half of the segment along x; hull: largest
+                               coordinates; planar: [2] is 0 */
     double normal[3];       /* plane, unit, shape frame */
     double offset;          /* plane: solid where normal.x <= offset, shape frame */
+    struct perp__hull *hull;
 } perp__geometry;
 
 /* A geometry in the world: x_world = rotation x_shape + position, rotation row by row. */
@@ -29,8 +31,8 @@ typedef struct perp__point {
     int32_t feature;    /* tells the points of one pair apart, stable from step to step */
 } perp__point;
 
-/* No pair makes more points. */
-#define PERP__MAX_POINTS 16
+/* No pair makes more points: of faces that have more corners in common some are left out. */
+#define PERP__MAX_POINTS 64
 
 /* Writes the contact points with gap <= margin between A and B, returns how many. planar: the
  * shapes live in the x-y plane (discs, rectangles, half-planes) and so do all points and normals.
@@ -39,10 +41,12 @@ int32_t perp__collide(const perp__placed *a, const perp__placed *b, int32_t plan
                       perp__point *points);
 
 /* The pairs; each may assume the kinds in its name, in that order. */
-int32_t perp__collide_plane_sphere(const perp__placed *plane, const perp__placed *sphere,
-                                   double margin, perp__point *points);
 int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *box, int32_t planar,
                                 double margin, perp__point *points);
+int32_t perp__collide_plane_convex(const perp__placed *plane, const perp__placed *convex,
+                                   int32_t planar, double margin, perp__point *points);
+int32_t perp__collide_convex(const perp__placed *a, const perp__placed *b, int32_t planar,
+                             double margin, perp__point *points);
 int32_t perp__collide_sphere_sphere(const perp__placed *a, const perp__placed *b, int32_t planar,
                                     double margin, perp__point *points);
 int32_t perp__collide_box_sphere(const perp__placed *box, const perp__placed *sphere,

@@ -13,10 +13,11 @@
  * which nothing presses, also while its front passes the tile's side. */
 #include "world/collide/meeting.h"
 
+#include <float.h>
 #include <string.h>
 
 #include "world/collide/box.h"
-#include "linalg/spatial.h"
+#include "world/collide/convex.h"
 #include "linalg/spatial.h"
 
 /* Radians between two looks at the axes. */
@@ -69,37 +70,75 @@ double perp__relative_way(const perp__moving *a, const perp__moving *b)
 
 static double size_of(const perp__placed *shape)
 {
-    const perp__geometry *geometry = shape->geometry;
-    return geometry->kind == PERP__SPHERE ? geometry->radius
-                                          : perp__largest3(geometry->half_extents);
+    return perp__largest3(shape->geometry->half_extents) + shape->geometry->radius;
 }
 
-/* How far one axis alone decides: the largest separation along other directions than `best`. */
-static double separation_aside(const perp__axis *axes, int32_t count, int32_t best)
+static int32_t are_boxes(const perp__placed *a, const perp__placed *b)
+{
+    return a->geometry->kind == PERP__BOX && b->geometry->kind == PERP__BOX;
+}
+
+/* What the files of balls do: a ball against a ball or a box. */
+static int32_t is_ball_pair(const perp__placed *a, const perp__placed *b)
+{
+    const int32_t kind_a = a->geometry->kind, kind_b = b->geometry->kind;
+    return kind_a <= PERP__SPHERE && kind_b <= PERP__SPHERE && !are_boxes(a, b);
+}
+
+void perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, perp__axes *axes)
+{
+    perp__convex_pair pair;
+    axes->faces[0] = axes->faces[1] = axes->count = 0;
+    if (is_ball_pair(a, b))
+        return;
+    if (are_boxes(a, b)) {
+        perp__box_axes(a, b, planar, axes);
+        return;
+    }
+    perp__convex_pair_set(&pair, a, b, planar);
+    perp__convex_axes(&pair, axes);
+}
+
+/* How far one axis alone decides: the largest separation, of cores, along other directions than
+ * `best`. */
+static double separation_aside(const perp__placed *a, const perp__placed *b, int32_t planar,
+                               const perp__axes *axes, int32_t best)
 {
     double largest = -INFINITY;
-    for (int32_t k = 0; k < count; k++)
-        if (axes[k].separation > largest &&
-            fabs(perp__dot3(axes[k].normal, axes[best].normal)) < ASIDE)
-            largest = axes[k].separation;
+    perp__convex_pair pair;
+    if (!are_boxes(a, b)) {
+        perp__convex_pair_set(&pair, a, b, planar);
+        return perp__convex_aside(&pair, axes, best);
+    }
+    for (int32_t k = 0; k < axes->count; k++)
+        if (axes->axis[k].separation > largest &&
+            fabs(perp__dot3(axes->axis[k].normal, axes->axis[best].normal)) < ASIDE)
+            largest = axes->axis[k].separation;
     return largest;
 }
 
-/* The axis that separates most beyond its gate. Those of the larger box are preferred, then the
- * other's faces, then edges, so that rounding does not choose. */
-static int32_t last_to_close(const perp__placed *a, const perp__placed *b, const perp__axis *axes,
-                             const double *gate, int32_t count)
+int32_t perp__last_to_close(const perp__placed *a, const perp__placed *b, const perp__axes *axes,
+                            const double *gate)
 {
     const double bias = BIAS * fmin(size_of(a), size_of(b));
-    int32_t faces = count > 4 ? 3 : 2, first = perp__box_is_smaller(a, b) ? faces : 0;
-    int32_t best = first;
-    for (int32_t k = first + 1; k < first + faces; k++)
-        if (axes[k].separation + gate[k] > axes[best].separation + gate[best])
+    const int32_t smaller = perp__box_is_smaller(a, b);
+    const int32_t first = smaller ? axes->faces[0] : 0, faces = axes->faces[smaller];
+    double most = -INFINITY;
+    int32_t best = 0;
+    for (int32_t k = first; k < first + faces; k++) {
+        const double lacks = axes->axis[k].separation + (gate ? gate[k] : 0.0);
+        if (lacks > most) {
             best = k;
-    for (int32_t k = 0; k < count; k++)
-        if ((k < first || k >= first + faces) &&
-            axes[k].separation + gate[k] > axes[best].separation + gate[best] + bias)
+            most = lacks;
+        }
+    }
+    for (int32_t k = 0; k < axes->count; k++) {
+        const double lacks = axes->axis[k].separation + (gate ? gate[k] : 0.0);
+        if ((k < first || k >= first + faces) && lacks > most + bias) {
             best = k;
+            most = lacks;
+        }
+    }
     return best;
 }
 
@@ -144,6 +183,11 @@ static double box_distance(const double *half, int dimension, const double *cent
     return inside;
 }
 
+static int32_t are_rounded(const perp__placed *a, const perp__placed *b)
+{
+    return a->geometry->radius > 0.0 && b->geometry->radius > 0.0;
+}
+
 int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *moving_b,
                             int32_t planar, const perp__nearness *near, perp__meeting *meeting)
 {
@@ -157,18 +201,20 @@ int32_t perp__touch_plainly(const perp__moving *moving_a, const perp__moving *mo
         double reach = a->geometry->radius + b->geometry->radius + near->touching;
         return perp__dot3(between, between) <= reach * reach;
     }
-    if (kind_a == PERP__BOX && kind_b == PERP__BOX) {
-        perp__axis axes[PERP__MAX_AXES];
-        static const double no_gates[PERP__MAX_AXES];
-        int32_t count = perp__box_axes(a, b, planar, axes);
-        int32_t best = last_to_close(a, b, axes, no_gates, count);
-        if (axes[best].separation > near->touching)
+    if (!is_ball_pair(a, b)) {
+        perp__axes axes;
+        perp__axes_of(a, b, planar, &axes);
+        int32_t best = perp__last_to_close(a, b, &axes, NULL);
+        const perp__axis *axis = &axes.axis[best];
+        if (axis->separation > near->touching)
             return 0;
-        double aside = separation_aside(axes, count, best);
-        meeting->axis = best;
+        meeting->axis = axis->number;
+        if (axis->number == PERP__CLOSEST_AXIS) /* a rim, unless nothing has one */
+            return axis->separation < -near->touching || are_rounded(a, b);
+        double aside = separation_aside(a, b, planar, &axes, best);
         meeting->doubtful = -aside < perp__relative_way(moving_a, moving_b) + near->touching;
-        return axes[best].separation < -near->touching ||
-               (axes[best].separation <= near->touching && aside < -near->touching);
+        return axis->separation < -near->touching ||
+               (axis->separation <= near->touching && aside < -near->touching);
     }
     const perp__placed *box = kind_a == PERP__BOX ? a : b, *ball = kind_a == PERP__BOX ? b : a;
     double centre[3], gradient[3], aside;
@@ -199,23 +245,22 @@ static void narrow(double first, double last, double *enter, double *leave)
         *leave = fmin(*leave, first / (first - last));
 }
 
-/* Two boxes on their way, with the gates of their axes. */
+/* Two shapes on their way, with the gates of their axes. */
 typedef struct course {
     const perp__moving *a;
     const perp__moving *b;
     int32_t planar;
     int32_t turning;
-    int32_t count;
     double gate[PERP__MAX_AXES];
-    double frame[9];                 /* A's, at the time looked at last */
-    perp__axis axes[PERP__MAX_AXES]; /* then, in that frame */
-    int32_t last;                    /* of them to close */
+    double frame[9]; /* A's, at the time looked at last */
+    perp__axes axes; /* then, in that frame */
+    int32_t last;    /* of them to close */
 } course;
 
-/* The time in [t, end] at which the boxes meet if they keep the axes of time t; INFINITY if they
+/* The time in [t, end] at which the shapes meet if they keep the axes of time t; INFINITY if they
  * don't. What bodies that do not turn go is free of the rounding of their places. */
-static double box_entry(const course *on, const perp__axis *axes, const double *gate, double t,
-                        double end)
+static double entry_of(const course *on, const perp__axes *axes, const double *gate, double t,
+                       double end)
 {
     perp__placed a, b;
     double enter = 0.0, leave = 1.0, world[3], way[3];
@@ -225,8 +270,8 @@ static double box_entry(const course *on, const perp__axis *axes, const double *
         perp__moved(on->a, end, &a);
         perp__moved(on->b, end, &b);
     }
-    for (int32_t k = 0; k < on->count && enter <= leave; k++) {
-        const perp__axis *axis = &axes[k];
+    for (int32_t k = 0; k < axes->count && enter <= leave; k++) {
+        const perp__axis *axis = &axes->axis[k];
         if (axis->separation == -INFINITY)
             continue;
         double along = axis->separation + (end - t) * perp__dot3(axis->normal, way);
@@ -234,10 +279,11 @@ static double box_entry(const course *on, const perp__axis *axes, const double *
         if (on->turning) {
             double normal[3];
             perp__apply3(normal, on->frame, axis->normal);
-            along = perp__box_separation(&a, &b, normal);
+            along = perp__separation(&a, &b, normal);
             for (int m = 0; m < 3; m++)
                 normal[m] = -normal[m];
-            against = along < 0.0 ? perp__box_separation(&a, &b, normal) : -INFINITY;
+            against = along < 0.0 && axis->width < INFINITY ? perp__separation(&a, &b, normal)
+                                                            : -INFINITY;
         }
         narrow(axis->separation + gate[k], along + gate[k], &enter, &leave);
         if (against > 0.0) /* B has passed to A's other side */
@@ -246,16 +292,21 @@ static double box_entry(const course *on, const perp__axis *axes, const double *
     return enter <= leave && enter <= 1.0 ? t + enter * (end - t) : INFINITY;
 }
 
-/* What the last axis to close lacks at time t. */
-static double look_at(course *on, double t)
+static void axes_at(course *on, double t)
 {
     perp__placed a, b;
     perp__moved(on->a, t, &a);
     perp__moved(on->b, t, &b);
     memcpy(on->frame, a.rotation, sizeof on->frame);
-    on->count = perp__box_axes(&a, &b, on->planar, on->axes);
-    on->last = last_to_close(&a, &b, on->axes, on->gate, on->count);
-    return on->axes[on->last].separation + on->gate[on->last];
+    perp__axes_of(&a, &b, on->planar, &on->axes);
+}
+
+/* What the last axis to close lacks at time t. */
+static double look_at(course *on, double t)
+{
+    axes_at(on, t);
+    on->last = perp__last_to_close(on->a->start, on->b->start, &on->axes, on->gate);
+    return on->axes.axis[on->last].separation + on->gate[on->last];
 }
 
 /* The time between `open` and `closed` at which the last axis closes: false position, halved where
@@ -285,40 +336,53 @@ static double find_closing(course *on, double open, double closed, double roundi
     return closed;
 }
 
-static int32_t meet_boxes(const perp__moving *a, const perp__moving *b, int32_t planar,
-                          const perp__nearness *near, perp__meeting *meeting)
+/* The time at which shapes that go straight have met, without what the gates kept of it. The edges
+ * of shapes other than boxes are not all among their axes. */
+static double time_without_gates(course *on, const double *bare, double t)
+{
+    if (on->turning || (on->gate[on->last] == 0.0 && !are_boxes(on->a->start, on->b->start)))
+        return t;
+    axes_at(on, 0.0);
+    return fmin(t, entry_of(on, &on->axes, bare, 0.0, 1.0));
+}
+
+static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int32_t planar,
+                               const perp__nearness *near, perp__meeting *meeting)
 {
     course on;
-    perp__axis first[PERP__MAX_AXES];
     double bare[PERP__MAX_AXES], t = 0.0;
     double angle = perp__length3(a->turn) + perp__length3(b->turn);
+    /* what passes a round shape closely comes nearer by half in each look */
+    const double still_share = are_boxes(a->start, b->start) ? 1e-9 : 4.0 * DBL_EPSILON;
     on.a = a;
     on.b = b;
     on.planar = planar;
     on.turning = angle > 0.0;
-    memset(on.gate, 0, sizeof on.gate);
-    look_at(&on, 0.0);
-    memcpy(first, on.axes, sizeof first);
-    memset(bare, 0, sizeof bare);
-    for (int32_t k = 0; k < on.count; k++) {
-        on.gate[k] = gate_of(first[k].separation, near, near->grazing);
-        bare[k] = gate_of(first[k].separation, near, 0.0);
+    axes_at(&on, 0.0);
+    for (int32_t k = on.axes.count; k < PERP__BOX_AXES; k++) /* edges that are parallel now */
+        on.gate[k] = bare[k] = 0.0;
+    for (int32_t k = 0; k < on.axes.count; k++) {
+        on.gate[k] = gate_of(on.axes.axis[k].separation, near, near->grazing);
+        bare[k] = gate_of(on.axes.axis[k].separation, near, 0.0);
     }
     for (int look = 0; look < MAX_LOOKS; look++) {
         double end = angle > 0.0 ? fmin(1.0, t + STRIDE / angle) : 1.0, last = t;
-        double entry = box_entry(&on, on.axes, on.gate, t, end);
+        double entry = entry_of(&on, &on.axes, on.gate, t, end);
         if (entry == INFINITY && end >= 1.0)
             return 0;
-        int still = entry == INFINITY ? 0 : entry - t <= 1e-9 * (end - t);
+        int still = entry == INFINITY ? 0 : entry - t <= still_share * (end - t);
         t = entry == INFINITY ? end : entry;
         double lacks = look_at(&on, t);
         if (still || lacks <= near->rounding) {
             if (angle > 0.0 && lacks < -near->rounding)
                 t = find_closing(&on, last, t, near->rounding);
-            meeting->time = angle > 0.0 ? t : fmin(t, box_entry(&on, first, bare, 0.0, 1.0));
-            meeting->axis = on.last;
-            meeting->doubtful = -separation_aside(on.axes, on.count, on.last) <
+            perp__placed at_a, at_b;
+            perp__moved(a, t, &at_a);
+            perp__moved(b, t, &at_b);
+            meeting->axis = on.axes.axis[on.last].number;
+            meeting->doubtful = -separation_aside(&at_a, &at_b, planar, &on.axes, on.last) <
                                 perp__relative_way(a, b) + near->touching;
+            meeting->time = time_without_gates(&on, bare, t);
             return 1;
         }
         if (t >= 1.0)
@@ -422,10 +486,9 @@ static int32_t meet_ball(const perp__moving *a, const perp__moving *b, int32_t p
 int32_t perp__meet(const perp__moving *a, const perp__moving *b, int32_t planar,
                    const perp__nearness *near, perp__meeting *meeting)
 {
-    int32_t kind_a = a->start->geometry->kind, kind_b = b->start->geometry->kind;
-    if (kind_a == PERP__BOX && kind_b == PERP__BOX)
-        return meet_boxes(a, b, planar, near, meeting);
-    if (kind_b == PERP__SPHERE)
+    if (!is_ball_pair(a->start, b->start))
+        return meet_along_axes(a, b, planar, near, meeting);
+    if (b->start->geometry->kind == PERP__SPHERE)
         return meet_ball(a, b, planar, near, meeting);
     return meet_ball(b, a, planar, near, meeting);
 }

@@ -2,6 +2,8 @@
 #ifndef PERP_WORLD_COLLIDE_MEETING_H
 #define PERP_WORLD_COLLIDE_MEETING_H
 
+#include <perp/world.h>
+
 #include "world/collide/collide.h"
 
 /* A shape on its way: the mass centre of its body goes straight, the body turns evenly about it. */
@@ -22,7 +24,7 @@ typedef struct perp__nearness {
 
 typedef struct perp__meeting {
     double time;      /* share of the step, 0 .. 1 */
-    int32_t axis;     /* for perp__collide_along */
+    int32_t axis;     /* its number */
     int32_t doubtful; /* the shapes meet near the rim of a face: whether they do may depend on what
                          else stops them before */
 } perp__meeting;
@@ -47,21 +49,48 @@ int32_t perp__meet(const perp__moving *a, const perp__moving *b, int32_t planar,
 int32_t perp__collide_along(const perp__placed *a, const perp__placed *b, int32_t planar,
                             int32_t axis, perp__point *points);
 
+/* Whether the point lies inside the shape, by more than `depth`. */
+int32_t perp__holds(const perp__placed *shape, const double *point, double depth);
+
+/* Of each face within `rim` of a position on the surface that makes the normal there, the point
+ * `crack` before it; none where there are fewer than `least` such faces. Round shapes have none.
+ * Returns how many. */
+#define PERP__MAX_PROBES 16
+int32_t perp__probe_faces(const perp__placed *shape, int32_t planar, const double *position,
+                          const double *normal, double rim, int32_t least, double crack,
+                          double probes[][3]);
+
 /* One of the directions of which one separates shapes that are apart (separating axis theorem). */
 typedef struct perp__axis {
+    int32_t number;   /* for perp__collide_along */
     double normal[3]; /* unit, in A's frame, from A to B */
     double separation;
     double width; /* half the widths of both: the separation in the other direction is minus this
                      one and twice the width */
 } perp__axis;
 
-/* Boxes: 3 faces of A, 3 of B, 9 products of edges, -INFINITY where they are parallel; boxes whose
- * axes are parallel have the 6 faces alone. Rectangles: 2 sides of A, 2 of B. */
-#define PERP__MAX_AXES 15
-int32_t perp__box_axes(const perp__placed *a, const perp__placed *b, int32_t planar,
-                       perp__axis *axes);
+/* The faces of A, those of B, then what edges make; separations of -INFINITY are none. */
+#define PERP__MAX_AXES (2 * (2 * PERP_MAX_HULL_CORNERS - 4) + 2)
+typedef struct perp__axes {
+    int32_t count;
+    int32_t faces[2];
+    perp__axis axis[PERP__MAX_AXES];
+} perp__axes;
+
+/* Boxes: 3 faces each and 9 products of edges; boxes whose axes are parallel have the 6 faces
+ * alone. Rectangles: 2 sides each. A face axis is that of either side. */
+#define PERP__BOX_AXES 15
+void perp__box_axes(const perp__placed *a, const perp__placed *b, int32_t planar, perp__axes *axes);
+
+/* The axes of any two shapes but half-spaces; balls against balls and boxes have none. */
+void perp__axes_of(const perp__placed *a, const perp__placed *b, int32_t planar, perp__axes *axes);
+
+/* The axis with the largest sum of separation and gate (NULL: none). The faces of the larger shape
+ * are preferred, then the other's, then edges, so that rounding does not choose. */
+int32_t perp__last_to_close(const perp__placed *a, const perp__placed *b, const perp__axes *axes,
+                            const double *gate);
 
 /* Separation along a direction of the world that need not be an axis any more. */
-double perp__box_separation(const perp__placed *a, const perp__placed *b, const double *normal);
+double perp__separation(const perp__placed *a, const perp__placed *b, const double *normal);
 
 #endif

@@ -1,0 +1,601 @@
+/* The convex hull of points, with merged faces, and what it weighs.
+ *
+ * Quickhull (Barber, Dobkin & Huhdanpaa 1996) without its lists: the point farthest beyond a face
+ * is a corner, and takes the place of the faces that it sees. Points that are less than TOLERANCE
+ * beyond a face lie on it. Hulls have few corners (PERP__MAX_CORNERS), so that looking at
+ * everything is fast enough. All in units of a power of two near the size of the points. */
+#include "world/collide/polytope.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "linalg/spatial.h"
+
+/* In terms of the size. Corners of boxes that were turned are coplanar to 1e-15 of it. */
+#define TOLERANCE 1e-9
+
+/* A mass centre this near to the middle of the points is that middle: rounding. */
+#define CENTRED 1e-14
+
+enum { NONE = -1 };
+
+typedef struct triangle {
+    int32_t corner[3]; /* numbers of points */
+    int32_t face;
+    double normal[3];
+    double offset;
+} triangle;
+
+typedef struct work {
+    perp_context *context;
+    const double *points; /* the caller's */
+    int32_t count;
+    int32_t planar;
+    double middle[3]; /* of the points' box */
+    int exponent;     /* the points lie within 2^exponent of it */
+    int32_t corners;
+    int32_t corner[PERP__MAX_CORNERS];
+    int32_t triangles; /* planar: sides, with two corners each */
+    int32_t faces;
+    triangle triangle[2 * PERP__MAX_FACES]; /* before those that a corner replaces are gone */
+} work;
+
+static void point_of(const work *w, int32_t i, double *x)
+{
+    for (int k = 0; k < 3; k++)
+        x[k] = ldexp(w->points[3 * i + k] - w->middle[k], -w->exponent);
+}
+
+static perp_status measure(work *w)
+{
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    double half = 0.0;
+    for (int32_t i = 0; i < w->count; i++)
+        for (int k = 0; k < 3; k++) {
+            low[k] = fmin(low[k], w->points[3 * i + k]);
+            high[k] = fmax(high[k], w->points[3 * i + k]);
+        }
+    for (int k = 0; k < 3; k++) {
+        w->middle[k] = 0.5 * low[k] + 0.5 * high[k];
+        half = fmax(half, 0.5 * high[k] - 0.5 * low[k]);
+    }
+    frexp(half, &w->exponent);
+    return half > 0.0 ? PERP_OK
+                      : perp__fail(w->context, PERP_ERROR_ARGUMENT,
+                                   "points[0 .. %d] are all the same", (int)w->count - 1);
+}
+
+/* Through three corners; in the plane through two. */
+static void set_plane(const work *w, triangle *t)
+{
+    double x[3][3], u[3], v[3];
+    point_of(w, t->corner[0], x[0]);
+    point_of(w, t->corner[1], x[1]);
+    perp__subtract3(u, x[1], x[0]);
+    if (w->planar) {
+        t->normal[0] = u[1];
+        t->normal[1] = -u[0];
+        t->normal[2] = 0.0;
+    } else {
+        point_of(w, t->corner[2], x[2]);
+        perp__subtract3(v, x[2], x[0]);
+        perp__cross(t->normal, u, v);
+    }
+    perp__normalise3(t->normal);
+    t->offset = perp__dot3(t->normal, x[0]);
+    t->face = NONE;
+}
+
+static double beyond(const work *w, const triangle *t, int32_t i)
+{
+    double x[3];
+    point_of(w, i, x);
+    return perp__dot3(t->normal, x) - t->offset;
+}
+
+/* The point farthest beyond the face, NONE if all are on it or inside. Of points equally far that
+ * which is farthest from the middle: the others may lie between corners. */
+static int32_t farthest(const work *w, const triangle *t)
+{
+    double best = TOLERANCE, best_out = 0.0;
+    int32_t found = NONE;
+    for (int32_t i = 0; i < w->count; i++) {
+        double far = beyond(w, t, i), x[3];
+        if (far <= TOLERANCE || far < best - TOLERANCE)
+            continue;
+        point_of(w, i, x);
+        double out = perp__dot3(x, x);
+        if (found == NONE || far > best + TOLERANCE || out > best_out) {
+            best = fmax(best, far);
+            best_out = out;
+            found = i;
+        }
+    }
+    return found;
+}
+
+static perp_status degenerate(const work *w, const char *what, int32_t a, int32_t b, int32_t c)
+{
+    char others[32] = "";
+    if (c != NONE)
+        snprintf(others, sizeof others, ", [%d] and [%d]", (int)b, (int)c);
+    else
+        snprintf(others, sizeof others, " and [%d]", (int)b);
+    return perp__fail(w->context, PERP_ERROR_ARGUMENT,
+                      "points enclose nothing: all lie on the %s through points [%d]%s", what,
+                      (int)a, others);
+}
+
+/* Two points far apart, the one farthest from their line and, in space, from the three's plane. */
+static perp_status start(work *w, int32_t *simplex)
+{
+    double best[3] = {0.0, 0.0, 0.0}, x[3], x0[3], x1[3], along[3], between[3], across[3];
+    simplex[0] = simplex[1] = simplex[2] = simplex[3] = 0;
+    for (int32_t i = 0; i < w->count; i++) {
+        point_of(w, i, x);
+        if (perp__dot3(x, x) > best[0]) {
+            best[0] = perp__dot3(x, x);
+            simplex[0] = i;
+        }
+    }
+    point_of(w, simplex[0], x0);
+    for (int32_t i = 0; i < w->count; i++) {
+        point_of(w, i, x);
+        perp__subtract3(between, x, x0);
+        if (perp__dot3(between, between) > best[1]) {
+            best[1] = perp__dot3(between, between);
+            simplex[1] = i;
+        }
+    }
+    point_of(w, simplex[1], x1);
+    perp__subtract3(along, x1, x0);
+    perp__normalise3(along);
+    for (int32_t i = 0; i < w->count; i++) {
+        point_of(w, i, x);
+        perp__subtract3(between, x, x0);
+        perp__cross(across, along, between);
+        if (perp__dot3(across, across) > best[2]) {
+            best[2] = perp__dot3(across, across);
+            simplex[2] = i;
+        }
+    }
+    if (!(best[2] > TOLERANCE * TOLERANCE))
+        return degenerate(w, "line", simplex[0], simplex[1], NONE);
+    return PERP_OK;
+}
+
+static perp_status add_corner(work *w, int32_t point)
+{
+    if (w->corners == PERP__MAX_CORNERS)
+        return perp__fail(w->context, PERP_ERROR_ARGUMENT,
+                          "points have a hull of more than %d corners, of which points[%d] is one",
+                          PERP__MAX_CORNERS, (int)point);
+    w->corner[w->corners++] = point;
+    return PERP_OK;
+}
+
+static void add_triangle(work *w, int32_t a, int32_t b, int32_t c)
+{
+    triangle *t = &w->triangle[w->triangles++];
+    t->corner[0] = a;
+    t->corner[1] = b;
+    t->corner[2] = c;
+    set_plane(w, t);
+}
+
+static perp_status first_triangles(work *w)
+{
+    int32_t s[4], corners = w->planar ? 3 : 4;
+    perp_status status = start(w, s);
+    if (status != PERP_OK)
+        return status;
+    triangle base = {{s[0], s[1], s[2]}, NONE, {0.0, 0.0, 0.0}, 0.0};
+    double side;
+    set_plane(w, &base);
+    if (w->planar) {
+        side = -beyond(w, &base, s[2]);
+    } else {
+        double most = 0.0;
+        for (int32_t i = 0; i < w->count; i++)
+            if (fabs(beyond(w, &base, i)) > fabs(most)) {
+                most = beyond(w, &base, i);
+                s[3] = i;
+            }
+        if (!(fabs(most) > TOLERANCE))
+            return degenerate(w, "plane", s[0], s[1], s[2]);
+        side = -most;
+    }
+    if (side < 0.0) { /* the base shall face away from the last */
+        int32_t swapped = s[0];
+        s[0] = s[1];
+        s[1] = swapped;
+    }
+    for (int32_t i = 0; i < corners && status == PERP_OK; i++)
+        status = add_corner(w, s[i]);
+    if (w->planar) {
+        for (int32_t i = 0; i < 3; i++)
+            add_triangle(w, s[i], s[(i + 1) % 3], NONE);
+        return status;
+    }
+    add_triangle(w, s[0], s[1], s[2]);
+    for (int32_t i = 0; i < 3; i++)
+        add_triangle(w, s[(i + 1) % 3], s[i], s[3]);
+    return status;
+}
+
+/* The triangle with the edge from a to b, NONE without one. */
+static int32_t with_edge(const work *w, int32_t a, int32_t b)
+{
+    for (int32_t t = 0; t < w->triangles; t++)
+        for (int32_t i = 0; i < 3; i++)
+            if (w->triangle[t].corner[i] == a && w->triangle[t].corner[(i + 1) % 3] == b)
+                return t;
+    return NONE;
+}
+
+static void cut_side(work *w, int32_t t, int32_t point)
+{
+    int32_t end = w->triangle[t].corner[1];
+    w->triangle[t].corner[1] = point;
+    set_plane(w, &w->triangle[t]);
+    add_triangle(w, point, end, NONE);
+}
+
+/* New triangles from the rim of those that see the point take their place. */
+static void replace_seen(work *w, int32_t point)
+{
+    int32_t before = w->triangles, kept = 0;
+    int8_t seen[2 * PERP__MAX_FACES];
+    for (int32_t t = 0; t < before; t++)
+        seen[t] = beyond(w, &w->triangle[t], point) > TOLERANCE;
+    for (int32_t t = 0; t < before; t++)
+        for (int32_t i = 0; i < 3 && seen[t]; i++) {
+            int32_t a = w->triangle[t].corner[i], b = w->triangle[t].corner[(i + 1) % 3];
+            int32_t other = with_edge(w, b, a);
+            if (other != NONE && other < before && !seen[other] &&
+                w->triangles < 2 * PERP__MAX_FACES)
+                add_triangle(w, a, b, point);
+        }
+    for (int32_t t = 0; t < w->triangles; t++)
+        if (t >= before || !seen[t])
+            w->triangle[kept++] = w->triangle[t];
+    w->triangles = kept;
+}
+
+static perp_status grow(work *w)
+{
+    perp_status status = first_triangles(w);
+    for (int32_t t = 0; t < w->triangles && status == PERP_OK;) {
+        int32_t point = farthest(w, &w->triangle[t]);
+        if (point == NONE) {
+            t++;
+            continue;
+        }
+        status = add_corner(w, point);
+        if (status != PERP_OK)
+            break;
+        if (w->planar)
+            cut_side(w, t, point);
+        else
+            replace_seen(w, point);
+        t = w->planar ? t : 0;
+    }
+    return status;
+}
+
+/* ---- faces ---- */
+
+/* Triangles that lie in the plane of another, larger one are one face with it. */
+static void merge_from(work *w, int32_t seed)
+{
+    int32_t stack[2 * PERP__MAX_FACES], depth = 0, face = w->faces++;
+    w->triangle[seed].face = face;
+    stack[depth++] = seed;
+    while (depth > 0) {
+        const triangle *t = &w->triangle[stack[--depth]];
+        for (int32_t i = 0; i < 3; i++) {
+            int32_t other = with_edge(w, t->corner[(i + 1) % 3], t->corner[i]);
+            int32_t flat = other != NONE && w->triangle[other].face == NONE;
+            for (int32_t k = 0; k < 3 && flat; k++)
+                flat = fabs(beyond(w, &w->triangle[seed], w->triangle[other].corner[k])) <=
+                       2.0 * TOLERANCE;
+            if (!flat)
+                continue;
+            w->triangle[other].face = face;
+            stack[depth++] = other;
+        }
+    }
+}
+
+static double area_of(const work *w, const triangle *t)
+{
+    double x[3][3], u[3], v[3], n[3];
+    for (int i = 0; i < 3; i++)
+        point_of(w, t->corner[i], x[i]);
+    perp__subtract3(u, x[1], x[0]);
+    perp__subtract3(v, x[2], x[0]);
+    perp__cross(n, u, v);
+    return perp__length3(n);
+}
+
+static void merge(work *w)
+{
+    for (;;) {
+        int32_t seed = NONE;
+        double largest = -1.0;
+        for (int32_t t = 0; t < w->triangles; t++)
+            if (w->triangle[t].face == NONE && area_of(w, &w->triangle[t]) > largest) {
+                largest = area_of(w, &w->triangle[t]);
+                seed = t;
+            }
+        if (seed == NONE)
+            return;
+        merge_from(w, seed);
+    }
+}
+
+/* Where the parts of a hull are; all in one block. */
+typedef struct parts {
+    double *corner, *normal, *offset;
+    int32_t *first, *loop, *side, *edge;
+} parts;
+
+static perp__hull *allocate(const work *w, parts *p)
+{
+    size_t corners = (size_t)w->corners, faces = (size_t)w->triangles, sides = 3 * faces;
+    size_t numbers = 3 * corners + 4 * faces, whole = faces + 1 + 2 * sides + 2 * sides;
+    perp__hull *hull = perp__allocate(
+        w->context, 1, sizeof *hull + numbers * sizeof(double) + whole * sizeof(int32_t));
+    if (!hull)
+        return NULL;
+    memset(hull, 0, sizeof *hull);
+    p->corner = (double *)(hull + 1);
+    p->normal = p->corner + 3 * corners;
+    p->offset = p->normal + 3 * faces;
+    p->first = (int32_t *)(p->offset + faces);
+    p->loop = p->first + faces + 1;
+    p->side = p->loop + sides;
+    p->edge = p->side + sides;
+    return hull;
+}
+
+static int32_t number_of(const work *w, int32_t point)
+{
+    int32_t c = 0;
+    while (w->corner[c] != point)
+        c++;
+    return c;
+}
+
+/* The corner after a on the rim of the face, NONE if a is not on it. */
+static int32_t next_on_rim(const work *w, int32_t face, int32_t a)
+{
+    for (int32_t t = 0; t < w->triangles; t++)
+        for (int32_t i = 0; i < 3 && w->triangle[t].face == face; i++) {
+            int32_t b = w->triangle[t].corner[(i + 1) % 3];
+            int32_t other = w->triangle[t].corner[i] == a ? with_edge(w, b, a) : NONE;
+            if (other != NONE && w->triangle[other].face != face)
+                return b;
+        }
+    return NONE;
+}
+
+/* The rim of a face, from its corner of the lowest number on; returns how many corners it has. */
+static int32_t write_loop(const work *w, int32_t face, int32_t *loop)
+{
+    int32_t from = NONE, at, count = 0;
+    for (int32_t c = 0; c < w->corners && from == NONE; c++)
+        if (next_on_rim(w, face, w->corner[c]) != NONE)
+            from = w->corner[c];
+    for (at = from; at != NONE && count < w->corners; at = next_on_rim(w, face, at)) {
+        if (count > 0 && at == from)
+            break;
+        loop[count++] = number_of(w, at);
+    }
+    return at == from ? count : 0;
+}
+
+/* The edge from a to b, which has face to its left; a new one, or the one from b to a. */
+static int32_t edge_of(perp__polytope *polytope, int32_t *edge, int32_t a, int32_t b, int32_t face)
+{
+    for (int32_t e = 0; e < polytope->edges; e++)
+        if (edge[4 * e] == b && edge[4 * e + 1] == a) {
+            edge[4 * e + 3] = face;
+            return e;
+        }
+    int32_t *made = edge + 4 * polytope->edges;
+    made[0] = a;
+    made[1] = b;
+    made[2] = made[3] = face;
+    return polytope->edges++;
+}
+
+/* Area-weighted normal of a face's polygon, and the offset behind which every corner lies. */
+static void write_plane(const work *w, const parts *p, int32_t face)
+{
+    double normal[3] = {0.0, 0.0, 0.0}, u[3], v[3], cross[3];
+    const int32_t *loop = p->loop + p->first[face];
+    int32_t count = p->first[face + 1] - p->first[face];
+    const double *x0 = p->corner + 3 * loop[0];
+    if (w->planar) {
+        perp__subtract3(u, p->corner + 3 * loop[1], x0);
+        normal[0] = u[1];
+        normal[1] = -u[0];
+    }
+    for (int32_t i = 1; i + 1 < count; i++) {
+        perp__subtract3(u, p->corner + 3 * loop[i], x0);
+        perp__subtract3(v, p->corner + 3 * loop[i + 1], x0);
+        perp__cross(cross, u, v);
+        perp__add3(normal, 1.0, cross);
+    }
+    perp__normalise3(normal);
+    perp__copy3(p->normal + 3 * face, normal);
+    p->offset[face] = -INFINITY;
+    for (int32_t c = 0; c < w->corners; c++)
+        p->offset[face] = fmax(p->offset[face], perp__dot3(normal, p->corner + 3 * c));
+}
+
+/* Loops and edges; returns 0 where rounding tore the surface. */
+static int32_t write_topology(const work *w, perp__polytope *polytope, const parts *p)
+{
+    int32_t sides = 0, whole = 1;
+    for (int32_t f = 0; f < polytope->faces && whole; f++) {
+        int32_t *loop = p->loop + sides, count = 2;
+        p->first[f] = sides;
+        if (w->planar)
+            for (int k = 0; k < 2; k++)
+                loop[k] = number_of(w, w->triangle[f].corner[k]);
+        else
+            count = write_loop(w, f, loop);
+        for (int32_t i = 0; i < count; i++)
+            p->side[sides + i] =
+                w->planar && i == 1 ? f
+                                    : edge_of(polytope, p->edge, loop[i], loop[(i + 1) % count], f);
+        sides += count;
+        whole = count >= (w->planar ? 2 : 3);
+    }
+    p->first[polytope->faces] = sides;
+    return whole && (w->planar || (2 * polytope->edges == sides &&
+                                   polytope->corners - polytope->edges + polytope->faces == 2));
+}
+
+/* ---- what it weighs ---- */
+
+/* Volume, first and second moments about the middle, in scaled units: the sum over the tetrahedra
+ * from the middle over each triangle of D = det[a b c] (planar: triangles, D = a x b):
+ *   volume D/6,  first moments D/24 (a + b + c),  int x x' = D/120 (aa' + bb' + cc' + ss')
+ * with s = a + b + c; planar D/2, D/6 s, D/24 (aa' + bb' + ss'). */
+static double integrate(const work *w, double *first, double *second)
+{
+    double volume = 0.0, cross[3], s[3];
+    int corners = w->planar ? 2 : 3;
+    memset(first, 0, 3 * sizeof *first);
+    memset(second, 0, 9 * sizeof *second);
+    for (int32_t t = 0; t < w->triangles; t++) {
+        double x[3][3], det;
+        for (int i = 0; i < corners; i++)
+            point_of(w, w->triangle[t].corner[i], x[i]);
+        perp__cross(cross, x[0], x[1]);
+        det = w->planar ? cross[2] : perp__dot3(cross, x[2]);
+        for (int k = 0; k < 3; k++)
+            s[k] = x[0][k] + x[1][k] + (w->planar ? 0.0 : x[2][k]);
+        volume += det / (w->planar ? 2.0 : 6.0);
+        perp__add3(first, det / (w->planar ? 6.0 : 24.0), s);
+        for (int k = 0; k < 3; k++)
+            for (int l = 0; l < 3; l++) {
+                double products = s[k] * s[l];
+                for (int i = 0; i < corners; i++)
+                    products += x[i][k] * x[i][l];
+                second[3 * k + l] += det / (w->planar ? 24.0 : 120.0) * products;
+            }
+    }
+    return volume;
+}
+
+/* I = trace(S) E - S about the centre, in the caller's units. */
+static void weigh(const work *w, perp__hull *hull, double *centre)
+{
+    double first[3], second[9], trace = 0.0;
+    double volume = integrate(w, first, second);
+    int dimension = w->planar ? 2 : 3;
+    for (int k = 0; k < 3; k++)
+        centre[k] = first[k] / volume;
+    if (perp__largest3(centre) <= CENTRED)
+        centre[0] = centre[1] = centre[2] = 0.0;
+    for (int k = 0; k < 3; k++)
+        for (int l = 0; l < 3; l++)
+            second[3 * k + l] -= volume * centre[k] * centre[l];
+    for (int k = 0; k < 3; k++)
+        trace += second[4 * k];
+    for (int k = 0; k < 9; k++)
+        hull->moments[k] =
+            ldexp((k % 4 == 0 ? trace : 0.0) - second[k], (dimension + 2) * w->exponent);
+    hull->volume = ldexp(volume, dimension * w->exponent);
+}
+
+/* The numbers that others read off: all in the caller's units, about the centre. */
+static void write_corners(const work *w, const parts *p, const double *centre)
+{
+    for (int32_t c = 0; c < w->corners; c++) {
+        double x[3];
+        point_of(w, w->corner[c], x);
+        for (int k = 0; k < 3; k++)
+            p->corner[3 * c + k] = ldexp(x[k] - centre[k], w->exponent);
+    }
+}
+
+static void write_sizes(perp__hull *hull)
+{
+    const perp__polytope *polytope = &hull->polytope;
+    hull->thickness = INFINITY;
+    for (int32_t c = 0; c < polytope->corners; c++) {
+        const double *x = polytope->corner + 3 * c;
+        hull->reach = fmax(hull->reach, perp__length3(x));
+        for (int k = 0; k < 3; k++)
+            hull->half[k] = fmax(hull->half[k], fabs(x[k]));
+    }
+    for (int32_t f = 0; f < polytope->faces; f++) {
+        double back = 0.0;
+        for (int32_t c = 0; c < polytope->corners; c++)
+            back = fmin(back, perp__dot3(polytope->normal + 3 * f, polytope->corner + 3 * c));
+        hull->thickness = fmin(hull->thickness, 0.5 * (polytope->offset[f] - back));
+    }
+}
+
+static perp_status finish(work *w, perp__hull **made, double *centre)
+{
+    parts p;
+    if (w->planar)
+        w->faces = w->triangles;
+    else
+        merge(w);
+    perp__hull *hull = allocate(w, &p);
+    if (!hull)
+        return perp__fail_memory(w->context, "a hull");
+    perp__polytope *polytope = &hull->polytope;
+    polytope->corners = w->corners;
+    polytope->faces = w->faces;
+    polytope->corner = p.corner;
+    polytope->normal = p.normal;
+    polytope->offset = p.offset;
+    polytope->first = p.first;
+    polytope->loop = p.loop;
+    polytope->side = p.side;
+    polytope->edge = p.edge;
+    weigh(w, hull, centre);
+    write_corners(w, &p, centre);
+    if (!write_topology(w, polytope, &p)) {
+        perp__release(w->context, hull);
+        return perp__fail(w->context, PERP_ERROR_ARGUMENT,
+                          "points[0 .. %d] are too close to one another, or to planes through "
+                          "others, for a hull",
+                          (int)w->count - 1);
+    }
+    for (int32_t f = 0; f < polytope->faces; f++)
+        write_plane(w, &p, f);
+    write_sizes(hull);
+    for (int k = 0; k < 3; k++)
+        centre[k] = w->middle[k] + ldexp(centre[k], w->exponent);
+    *made = hull;
+    return PERP_OK;
+}
+
+perp_status perp__hull_make(perp_context *context, perp__hull **hull, double *centre,
+                            const double *points, int32_t count, int32_t planar)
+{
+    work *w = perp__allocate(context, 1, sizeof *w);
+    if (!w)
+        return perp__fail_memory(context, "a hull");
+    memset(w, 0, sizeof *w);
+    w->context = context;
+    w->points = points;
+    w->count = count;
+    w->planar = planar;
+    perp_status status = measure(w);
+    if (status == PERP_OK)
+        status = grow(w);
+    if (status == PERP_OK)
+        status = finish(w, hull, centre);
+    perp__release(context, w);
+    return status;
+}
