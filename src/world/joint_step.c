@@ -11,8 +11,8 @@
  *
  *   v1 = M(q1)^-1 (M(q0) v0 + h f + J_m' r),     J_m v1 + (J_1 - J_m) v1* = 0
  *
- * with v1* and the poses of the round before, to begin with those of v1 = v0, from which one round
- * is second order already; what is at rest has nothing to repeat. Where that does not settle (more
+ * with v1* and the poses of the round before, to begin with those of v1 = v0. Two rounds are second
+ * order; what is at rest has nothing to repeat. Where that does not settle (more
  * than a radian a step) J(q0) serves for all, which is first order and gives no energy.
  *
  * Motor and friction are dry friction of a given bound F: a contact of two rows, whose normal moves
@@ -26,7 +26,7 @@
 #include "linalg/spatial.h"
 
 /* Rounds, by accuracy; and change of the motion, in radians and sizes, that ends them. */
-static const int32_t most_rounds[] = {1, 2, 4, 24};
+static const int32_t most_rounds[] = {2, 2, 4, 24};
 #define SETTLED 1e-14
 #define EXTRA_ROUNDS 3 /* for limits that are reached on the way */
 
@@ -472,8 +472,7 @@ void perp__keep_joints(perp_world *world)
         if (!perp__joint_works(world, i))
             continue;
         read_back(world, &world->joints[i], &world->joint_states[i]);
-        world->joints[i].changed =
-            memcmp(&before, &world->joint_states[i], sizeof before) != 0;
+        world->joints[i].changed = memcmp(&before, &world->joint_states[i], sizeof before) != 0;
     }
 }
 
@@ -514,8 +513,8 @@ void perp__upset_joints(perp_world *world)
 
         for (side = 0; side < 2 && perp__joint_works(world, i); side++)
             if (is_dynamic(world, body[side]) &&
-                (world->joints[i].changed || (world->bodies[body[1 - side]].awake &&
-                                              !world->motions[body[1 - side]].calm)))
+                (world->joints[i].changed ||
+                 (world->bodies[body[1 - side]].awake && !world->motions[body[1 - side]].calm)))
                 world->motions[perp__find_root(world->parent, body[side])].calm = 0;
     }
 }
@@ -550,8 +549,7 @@ static void begin(perp_world *world, const perp__island *island, const perp__ver
             memcpy(motion->trial, motion->moving, sizeof motion->trial);
         else
             memcpy(motion->trial, motion->start, sizeof motion->trial);
-        memcpy(motion->last, verdict->jointed ? motion->after : motion->start,
-               sizeof motion->last);
+        memcpy(motion->last, verdict->jointed ? motion->after : motion->start, sizeof motion->last);
     }
     for (i = 0; i < island->joints; i++) {
         perp__joint *joint = island_joint(world, island, i);
