@@ -146,6 +146,14 @@ perp_status perp__check_finite(perp_context *context, const char *name, const do
     return PERP_OK;
 }
 
+perp_status perp__check_vector(perp_context *context, const char *name, const double *x,
+                               size_t count)
+{
+    const perp_status status = perp__check_pointer(context, name, x);
+
+    return status == PERP_OK ? perp__check_finite(context, name, x, count) : status;
+}
+
 perp_status perp__check_bounds(perp_context *context, const double *lower, const double *upper,
                                size_t count)
 {

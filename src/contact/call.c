@@ -11,11 +11,7 @@
 static perp_status check_vector(perp_context *context, const char *name, const double *x,
                                 int32_t count)
 {
-    perp_status status = PERP_OK;
-
-    if (count > 0)
-        status = perp__check_pointer(context, name, x);
-    return status == PERP_OK ? perp__check_finite(context, name, x, (size_t)count) : status;
+    return count > 0 ? perp__check_vector(context, name, x, (size_t)count) : PERP_OK;
 }
 
 perp_status perp__contact_check_call(const perp_contact_solver *solver,

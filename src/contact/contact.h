@@ -1,6 +1,7 @@
-/* The inner entrance of the contact layer: rigid bodies with contacts and joints, flat, for the
- * layers above. It works in the caller's context, which is entered already, and writes failures
- * into its message; it checks no numbers, which are the caller's own.
+/* The inner entrance of the contact layer, for the layers above. It works in the caller's context,
+ * which is entered already, and writes failures into its message. First the front door as it is;
+ * then rigid bodies with contacts and joints, flat, whose numbers are not checked: they are the
+ * caller's own.
  *
  *   v = v_free + M^-1 (J'r),     u = J v + bias,     M^-1 = C C' of each body
  *
@@ -15,6 +16,36 @@
 #define PERP_CONTACT_CONTACT_H
 
 #include <perp/contact.h>
+
+/* ---- the front door ------------------------------------------------------------------------- */
+
+/* Arguments of one solve. */
+typedef struct perp__contact_call {
+    double *v, *r, *u;
+    int32_t *modes;
+    double *ray;
+    perp_contact_result *result;
+    const double *f, *w, *b; /* with dynamics */
+    const double *q;         /* with W */
+    const double *r0;
+    int32_t holds_itself; /* 1: the caller does: v and u are left as the impulses make them */
+} perp__contact_call;
+
+/* A solver without a problem; its settings; and its end: solver.c. */
+perp_status perp__contact_create(perp_context *context, perp_contact_solver **solver,
+                                 const perp_contact_settings *settings);
+perp_status perp__contact_configure(perp_contact_solver *solver, const perp_contact_settings *settings);
+void perp__contact_destroy(perp_contact_solver *solver);
+
+/* Reads the laws and lays out the arrays: problem.c. With dynamics, `dynamics` is not NULL, else W
+ * is. */
+perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_laws *laws,
+                                const perp_contact_dynamics *dynamics, const perp_matrix *W);
+
+/* The whole solve: contact.c. */
+perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call);
+
+/* ---- rigid bodies --------------------------------------------------------------------------- */
 
 enum { PERP__RIGID_WIDTH_MOST = 6, PERP__RIGID_ROWS_MOST = 3 };
 

@@ -68,6 +68,11 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
     return PERP_OK;
 }
 
+perp_status perp__contact_configure(perp_contact_solver *solver, const perp_contact_settings *settings)
+{
+    return perp__contact_settings_read(solver->context, &solver->settings, settings);
+}
+
 void perp__contact_destroy(perp_contact_solver *solver)
 {
     perp__handle_end(solver);
@@ -101,10 +106,8 @@ perp_status perp_contact_solver_set(perp_contact_solver *solver,
 {
     perp_status status = enter(solver);
 
-    if (status != PERP_OK)
-        return status;
-    status = perp__contact_settings_read(solver->context, &solver->settings, settings);
-    return perp__leave(solver->context, status);
+    return status == PERP_OK ? perp__leave(solver->context, perp__contact_configure(solver, settings))
+                             : status;
 }
 
 perp_status perp_contact_solver_setup_dynamics(perp_contact_solver *solver,
@@ -141,7 +144,7 @@ perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, doub
                                                perp_contact_result *result, const double *f,
                                                const double *w, const double *b, const double *r0)
 {
-    const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0};
+    const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0, 0};
     perp_status status = enter(solver);
 
     if (status != PERP_OK)
@@ -160,7 +163,7 @@ perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, doub
                                                perp_contact_result *result, const double *q,
                                                const double *r0)
 {
-    const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0};
+    const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0, 0};
     perp_status status = enter(solver);
 
     if (status != PERP_OK)
@@ -180,7 +183,7 @@ perp_status perp_contact_solve(perp_context *context, double *v, double *r, doub
                                const perp_contact_dynamics *dynamics, const double *f,
                                const double *w, const double *b, const double *r0)
 {
-    const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0};
+    const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0, 0};
     perp_contact_solver *solver = NULL;
     perp_status status = perp__enter(context);
 
@@ -201,7 +204,7 @@ perp_status perp_contact_solve_delassus(perp_context *context, double *r, double
                                         const perp_contact_laws *laws, const perp_matrix *W,
                                         const double *q, const double *r0)
 {
-    const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0};
+    const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0, 0};
     perp_contact_solver *solver = NULL;
     perp_status status = perp__enter(context);
 

@@ -51,17 +51,6 @@ typedef struct perp__contact_candidate {
     int32_t method; /* -1: none yet */
 } perp__contact_candidate;
 
-/* Arguments of one solve. */
-typedef struct perp__contact_call {
-    double *v, *r, *u;
-    int32_t *modes;
-    double *ray;
-    perp_contact_result *result;
-    const double *f, *w, *b; /* with dynamics */
-    const double *q;         /* with W */
-    const double *r0;
-} perp__contact_call;
-
 /* Impulses of the normals and the bilateral rows alone: an LCP that tells whether there are any
  * velocities that keep the contacts apart. */
 typedef struct perp__contact_ray {
@@ -156,16 +145,6 @@ struct perp_contact_solver {
     perp__hold hold;
 };
 
-/* A solver without a problem, in a context that is entered; and its end: solver.c. */
-perp_status perp__contact_create(perp_context *context, perp_contact_solver **solver,
-                                 const perp_contact_settings *settings);
-void perp__contact_destroy(perp_contact_solver *solver);
-
-/* Reads the laws and lays out the arrays: problem.c. With dynamics, `dynamics` is not NULL, else W
- * is. */
-perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_laws *laws,
-                                const perp_contact_dynamics *dynamics, const perp_matrix *W);
-
 /* The rest of a set-up, after the laws and matrices are in place. PERP_OK, or _ARGUMENT where a
  * unit moves nothing. And the arrays, for an arena: problem.c. */
 perp_status perp__contact_finish_setup(perp_contact_solver *solver);
@@ -183,9 +162,8 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
                                      const perp__contact_call *call);
 void perp__contact_write_out(perp_contact_solver *solver, double started);
 
-/* The whole solve; and what is left of it without checks, outputs and the time limit, the best
- * point in solver->best: contact.c. */
-perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call);
+/* What is left of a solve without checks, outputs and the time limit, the best point in
+ * solver->best: contact.c. */
 perp_status perp__contact_find(perp_contact_solver *solver, const perp__contact_call *call,
                                double deadline);
 

@@ -14,4 +14,7 @@ int32_t perp__orthogonal_rows(double *rows, double *targets, int32_t *taken, dou
 /* y := what is left of y outside the span of the basis. */
 void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y);
 
+/* |x|, without overflow. */
+double perp__length(const double *x, int32_t n);
+
 #endif

@@ -1,10 +1,11 @@
 /* One step, the front door: arguments, scheme, and the state that stays where there is no step. */
+#include "mechanism/mechanism.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "base/clock.h"
 #include "base/context.h"
-#include "mechanism/schemes/frozen.h"
 
 static const char *const scheme_texts[] = {"frozen", "implicit", "theta"};
 static const char *const law_texts[] = {"moreau", "newton", "poisson"};
@@ -28,33 +29,30 @@ const char *perp_mechanism_select_text(int32_t select)
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v)
 {
-    perp_status status = perp__check_pointer(m->context, "q0", q);
+    perp_status status = perp__check_vector(m->context, "q0", q, (size_t)m->coordinates);
 
     if (status == PERP_OK)
-        status = perp__check_pointer(m->context, "v0", v);
-    if (status == PERP_OK)
-        status = perp__check_finite(m->context, "t", &t, 1);
-    if (status == PERP_OK)
-        status = perp__check_finite(m->context, "q0", q, (size_t)m->coordinates);
-    if (status == PERP_OK)
-        status = perp__check_finite(m->context, "v0", v, (size_t)m->n);
-    return status;
+        status = perp__check_vector(m->context, "v0", v, (size_t)m->n);
+    return status == PERP_OK ? perp__check_finite(m->context, "t", &t, 1) : status;
 }
 
-/* The state before the step, and no impulses. */
-static void stay(const perp_mechanism *m, perp__mechanism_state *to, perp_mechanism_step *step,
-                 const double *q0, const double *v0)
+perp_status perp__mechanism_check_length(perp_mechanism *m, double h)
 {
-    step->closed = step->sticking = step->impacts = 0;
-    memcpy(to->q, q0, (size_t)m->coordinates * sizeof *to->q);
-    memcpy(to->v, v0, (size_t)m->n * sizeof *to->v);
-    memset(to->impulse, 0, (size_t)m->rows * sizeof *to->impulse);
-    memset(to->velocity, 0, (size_t)m->rows * sizeof *to->velocity);
+    if (h > 0.0 && isfinite(h))
+        return PERP_OK;
+    return perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
+}
+
+void perp__stay(const perp_mechanism *m, perp__motion *to, const double *q, const double *v)
+{
+    memcpy(to->q, q, (size_t)m->coordinates * sizeof *to->q);
+    memcpy(to->v, v, (size_t)m->n * sizeof *to->v);
+    memset(to->u, 0, 2 * (size_t)m->rows * sizeof *to->u); /* and r; a ray stays */
     memset(to->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *to->modes);
 }
 
-perp_status perp__advance(perp_mechanism *m, perp__mechanism_state *to, perp_mechanism_step *step,
-                          double t, double h, const double *q0, const double *v0)
+perp_status perp__advance(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t,
+                          double h, const double *q0, const double *v0)
 {
     const double began = perp__now();
     const int64_t before = m->evaluations;
@@ -76,8 +74,10 @@ perp_status perp__advance(perp_mechanism *m, perp__mechanism_state *to, perp_mec
         step->outcome = PERP_OUTCOME_EVALUATION_FAILED;
         status = PERP_OK;
     }
-    if (status == PERP_OK && !perp__outcome_moves(step->outcome))
-        stay(m, to, step, q0, v0);
+    if (status == PERP_OK && !perp__outcome_moves(step->outcome)) {
+        step->closed = step->sticking = step->impacts = 0;
+        perp__stay(m, to, q0, v0);
+    }
     step->evaluations = m->evaluations - before;
     step->seconds = perp__now() - began;
     return status == PERP_OK ? perp__mechanism_check_end(m, to) : status;
@@ -93,7 +93,7 @@ static perp_status advance(perp_mechanism *m, double *q, double *v, double *impu
                            double *velocity, int32_t *modes, double *ray, perp_mechanism_step *step,
                            double t, double h, const double *q0, const double *v0)
 {
-    perp__mechanism_state *to = &m->next;
+    perp__motion *to = &m->next;
     perp_mechanism_step own;
     perp_status status = perp__check_pointer(m->context, "q", q);
 
@@ -103,8 +103,8 @@ static perp_status advance(perp_mechanism *m, double *q, double *v, double *impu
         status = PERP__CHECK(perp_mechanism_step, m->context, step);
     if (status == PERP_OK)
         status = perp__mechanism_check_state(m, t, q0, v0);
-    if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
-        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
+    if (status == PERP_OK)
+        status = perp__mechanism_check_length(m, h);
     m->keeps = 0; /* between calls what the callbacks read may have changed */
     if (status == PERP_OK)
         status = perp__advance(m, to, &own, t, h, q0, v0);
@@ -112,8 +112,8 @@ static perp_status advance(perp_mechanism *m, double *q, double *v, double *impu
         return status;
     copy_out(q, to->q, m->coordinates);
     copy_out(v, to->v, m->n);
-    copy_out(impulse, to->impulse, m->rows);
-    copy_out(velocity, to->velocity, m->rows);
+    copy_out(impulse, to->r, m->rows);
+    copy_out(velocity, to->u, m->rows);
     if (modes)
         memcpy(modes, to->modes, (size_t)(m->contacts + m->dry) * sizeof *modes);
     if (own.has_ray)
@@ -127,10 +127,10 @@ perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double 
                                    perp_mechanism_step *step, double t, double h, const double *q0,
                                    const double *v0)
 {
-    perp_status status = perp__mechanism_enter(mechanism);
+    const perp_status status = perp__mechanism_enter(mechanism);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(mechanism->context,
-                       advance(mechanism, q, v, impulse, velocity, modes, ray, step, t, h, q0, v0));
+    return status == PERP_OK
+               ? perp__leave(mechanism->context, advance(mechanism, q, v, impulse, velocity, modes,
+                                                         ray, step, t, h, q0, v0))
+               : status;
 }

@@ -12,27 +12,6 @@
 
 #include "base/context.h"
 #include "mechanism/accelerations/accelerations.h"
-#include "mechanism/schemes/frozen.h"
-
-static void add_element(perp__acceleration *a, int32_t source, int32_t first, int32_t rows)
-{
-    const perp_mechanism *m = a->m;
-    perp__element *element = a->element + a->elements++;
-    int32_t i;
-
-    memset(element, 0, sizeof *element);
-    element->source = source;
-    element->row = a->active;
-    element->dry = source >= m->contacts;
-    element->tangents = rows - !element->dry;
-    if (element->dry)
-        element->bound = m->begin.bound[source - m->contacts];
-    else
-        element->mu = element->mu_stick = m->friction[source];
-    element->friction = element->tangents > 0 && (element->bound > 0.0 || element->mu > 0.0);
-    for (i = 0; i < rows; i++)
-        a->row_of[a->active++] = first + i;
-}
 
 /* Returns whether contacts were left out. */
 static int32_t add_elements(perp__acceleration *a)
@@ -42,18 +21,19 @@ static int32_t add_elements(perp__acceleration *a)
 
     a->elements = a->active = 0;
     for (j = 0; j < m->contacts; j++) {
-        if (m->contacts <= PERP__MOST_CONTACTS || m->included[j])
-            add_element(a, j, m->starts[j], m->dims[j]);
-        else
+        perp__element *element;
+
+        if (m->contacts > PERP__MOST_CONTACTS && !m->included[j]) {
             left_out = 1;
+            continue;
+        }
+        element = perp__element_add(a, j);
+        element->mu = element->mu_stick = m->friction[j];
+        element->friction = element->tangents > 0 && element->mu > 0.0;
     }
-    a->closed = a->elements;
-    a->bilateral_row = a->active;
-    for (j = 0; j < m->bilateral; j++)
-        a->row_of[a->active++] = m->contact_rows + j;
+    perp__element_add_bilateral(a);
     for (j = 0; j < m->dry; j++)
-        add_element(a, m->contacts + j, m->contact_rows + m->bilateral + j * m->model.dry_dim,
-                    m->model.dry_dim);
+        perp__element_add(a, m->contacts + j);
     return left_out;
 }
 
@@ -61,20 +41,13 @@ static int32_t add_elements(perp__acceleration *a)
 static void set_bias(perp__acceleration *a, double h, const double *v0)
 {
     const perp_mechanism *m = a->m;
-    const size_t n = (size_t)m->n;
-    int32_t i, contact = 0;
-    size_t k;
+    int32_t i;
 
     for (i = 0; i < m->rows; i++) {
-        double shift, size = fabs(m->begin.drift[i]);
+        const double shift = m->normal_of[i] < 0 ? 0.0 : m->shift[m->normal_of[i]];
 
-        while (contact < m->contacts && i >= m->starts[contact + 1])
-            contact++;
-        shift = contact < m->contacts && i == m->starts[contact] ? m->shift[contact] : 0.0;
-        for (k = 0; k < n; k++)
-            size += fabs(m->begin.J[(size_t)i * n + k] * v0[k]);
         a->bias[i] = (m->start_velocity[i] + shift) / h;
-        a->size[i] = (size + shift) / h;
+        a->size[i] = (perp__row_size(m, &m->begin, i, v0) + shift) / h;
     }
 }
 
@@ -141,7 +114,7 @@ static void take(perp_mechanism *m, const perp__acceleration *a, const perp__ans
                  const perp__velocity_problem *problem, double h)
 {
     const perp__evidence evidence = {found->residual, found->residual, INFINITY, 1};
-    perp__velocity_answer *answer = &m->answer;
+    perp__motion *answer = &m->answer;
     int32_t i;
 
     perp__acceleration_mark_rows(a, found, answer->holds);
@@ -188,8 +161,8 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, d
 
     if (status == PERP_OK)
         status = perp__mechanism_check_state(m, t, q0, v0);
-    if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
-        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
+    if (status == PERP_OK)
+        status = perp__mechanism_check_length(m, h);
     if (status == PERP_OK)
         status = perp__evaluate_all(m, &m->begin, t, q0, v0);
     if (status == PERP__OUTSIDE)
@@ -202,7 +175,7 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, d
     status = find(m, &own, h, v0);
     if (status != PERP_OK)
         return status;
-    ((perp__acceleration *)m->accelerations)->asked = 1;
+    m->accelerations->asked = 1;
     perp__struct_write(summary, &own, sizeof own);
     return PERP_OK;
 }
@@ -210,9 +183,9 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, d
 perp_status perp_mechanism_answers(perp_mechanism *mechanism, perp_mechanism_summary *summary,
                                    double t, double h, const double *q0, const double *v0)
 {
-    perp_status status = perp__mechanism_enter(mechanism);
+    const perp_status status = perp__mechanism_enter(mechanism);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(mechanism->context, answers(mechanism, summary, t, h, q0, v0));
+    return status == PERP_OK
+               ? perp__leave(mechanism->context, answers(mechanism, summary, t, h, q0, v0))
+               : status;
 }

@@ -5,12 +5,13 @@
  * bound; the friction of that contact, with coefficient 1, is what was asked for. The same holds
  * for the share of a contact's friction that a known impulse (pressure) carries: |r_t| <= mu (r_n +
  * p) is the sum of two discs in the same plane. */
-#include "mechanism/assembly.h"
+#include "mechanism/mechanism.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "base/context.h"
+#include "contact/contact.h"
 
 static void layout(perp__arena *arena, void *object)
 {
@@ -33,38 +34,40 @@ static void layout(perp__arena *arena, void *object)
     a->source = perp__arena_take(arena, contacts, sizeof(int32_t));
 }
 
-perp_status perp__assembly_create(perp_mechanism *m, perp__assembly *a, int32_t pressures,
-                                  double tol, int32_t cone)
+perp_status perp__assembly_fit(perp_mechanism *m, perp__assembly *a, int32_t pressures, double tol,
+                               int32_t cone)
 {
+    perp__assembly next = *a;
     perp_status status;
 
-    a->most_contacts = m->contacts + m->dry + (pressures ? m->contacts : 0);
-    a->most_columns = m->n + m->dry + (pressures ? m->contacts : 0);
-    a->most_rows = m->rows + m->dry + (pressures ? m->contact_rows : 0) + 1;
-    perp__arena_init(&a->arena, m->context);
-    status = perp__arena_fit(&a->arena, layout, a);
+    next.most_contacts = m->contacts + m->dry + (pressures ? m->contacts : 0);
+    next.most_columns = m->n + m->dry + (pressures ? m->contacts : 0);
+    next.most_rows = m->rows + m->dry + (pressures ? m->contact_rows : 0) + 1;
+    status = perp__arena_fit(&next.arena, layout, &next);
     if (status != PERP_OK)
-        return perp__fail_memory(m->context, "a mechanism's contact problems");
+        return status;
+    *a = next;
     perp_contact_settings_init(&a->settings, sizeof a->settings);
     a->settings.tol = tol;
     a->settings.cone = cone;
-    status = perp_contact_solver_create(m->inner, &a->solver, &a->settings);
-    return status == PERP_OK ? status : perp__mechanism_fail_inner(m, status, "a contact solver");
+    return a->solver ? perp__contact_configure(a->solver, &a->settings)
+                     : perp__contact_create(m->context, &a->solver, &a->settings);
 }
 
 void perp__assembly_release(perp__assembly *a)
 {
-    perp_contact_solver_destroy(a->solver);
-    a->solver = NULL;
+    perp__contact_destroy(a->solver);
     perp__arena_release(&a->arena);
 }
 
 perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t bilateral,
-                                 perp__velocity_answer *answer)
+                                 perp__motion *answer)
 {
     perp_contact_laws laws;
     perp_contact_dynamics dynamics;
     perp_contact_result result;
+    const perp__contact_call call = {a->v, a->r, a->u, a->modes, a->ray, &result,
+                                     a->f, a->w, a->b, NULL,     NULL,   a->holds_itself};
     perp_matrix M, H, G;
     perp_status status = PERP_OK;
 
@@ -87,15 +90,14 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     dynamics.G = bilateral > 0 ? &G : NULL;
     if (m->deadline > 0.0 || a->settings.time_limit > 0.0) {
         a->settings.time_limit = perp__mechanism_time_left(m);
-        status = perp_contact_solver_set(a->solver, &a->settings);
+        status = perp__contact_configure(a->solver, &a->settings);
     }
     if (status == PERP_OK)
-        status = perp_contact_solver_setup_dynamics(a->solver, &laws, &dynamics);
+        status = perp__contact_setup(a->solver, &laws, &dynamics, NULL);
     if (status == PERP_OK)
-        status = perp_contact_solver_solve_dynamics(a->solver, a->v, a->r, a->u, a->modes, a->ray,
-                                                    &result, a->f, a->w, a->b, NULL);
+        status = perp__contact_solve(a->solver, &call);
     if (status != PERP_OK)
-        return perp__mechanism_fail_inner(m, status, "the contact problem of the step");
+        return perp__mechanism_fail_in(m, status, "the contact problem of the step");
     answer->outcome = result.outcome;
     answer->method = result.method;
     answer->certificate = result.certificate;
@@ -110,8 +112,10 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
 /* An added coordinate whose contact presses with `impulse`, and the rows whose friction it bounds.
  * Its mass makes both rows of W alike. */
 static void add_pressed(perp_mechanism *m, perp__assembly *a, const perp__velocity_problem *problem,
-                        int32_t source, int32_t first, int32_t rows, double impulse, double mu)
+                        int32_t source, double impulse, double mu)
 {
+    const int32_t of = source < 0 ? -1 - source : source, first = m->tangent[of];
+    const int32_t rows = m->tangents[of];
     const size_t n = (size_t)m->n, width = (size_t)a->columns;
     const size_t column = (size_t)a->next_column++, row = (size_t)a->rows;
     double inverse_mass = 0.0;
@@ -199,13 +203,10 @@ static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_
     a->next_column = m->n;
     for (j = 0; j < m->contacts; j++)
         if (has_pressure(m, problem, j))
-            add_pressed(m, a, problem, -1 - j, m->starts[j] + 1, m->dims[j] - 1,
-                        problem->pressure[j], problem->friction[j]);
+            add_pressed(m, a, problem, -1 - j, problem->pressure[j], problem->friction[j]);
     for (j = 0; j < m->dry; j++)
         if (problem->dry[j] > 0.0)
-            add_pressed(m, a, problem, m->contacts + j,
-                        m->contact_rows + m->bilateral + j * m->model.dry_dim, m->model.dry_dim,
-                        problem->dry[j], 1.0);
+            add_pressed(m, a, problem, m->contacts + j, problem->dry[j], 1.0);
     for (j = 0; j < m->bilateral; j++) {
         const size_t row = (size_t)(m->contact_rows + j);
 
@@ -227,16 +228,14 @@ static void slide(const double *u, double bound, double *r, int32_t rows)
 }
 
 /* Contact c of the assembly, whose rows start at `row`. */
-static void take_contact(perp_mechanism *m, perp__assembly *a, perp__velocity_answer *answer,
+static void take_contact(perp_mechanism *m, perp__assembly *a, perp__motion *answer,
                          const perp__velocity_problem *problem, int32_t c, int32_t row)
 {
     const int32_t source = a->source[c], mode = a->modes[c];
     const int32_t j = source < 0 ? -1 - source : source;
     const int32_t dry = source >= m->contacts;
-    const int32_t first =
-        dry ? m->contact_rows + m->bilateral + (j - m->contacts) * m->model.dry_dim
-            : m->starts[j] + (source < 0);
     const int32_t skip = dry || source < 0; /* the normal of an added coordinate */
+    const int32_t first = m->tangent[j] - !skip;
     int32_t i;
 
     if (dry && mode == PERP_CONTACT_SLIP && (m->settings.cone == 0 || a->dims[c] == 2))
@@ -256,7 +255,7 @@ static void take_contact(perp_mechanism *m, perp__assembly *a, perp__velocity_an
         answer->modes[j] = PERP_CONTACT_STICK;
 }
 
-static void take_solution(perp_mechanism *m, perp__assembly *a, perp__velocity_answer *answer,
+static void take_solution(perp_mechanism *m, perp__assembly *a, perp__motion *answer,
                           const perp__velocity_problem *problem)
 {
     int32_t row = 0, c, i;
@@ -273,34 +272,15 @@ static void take_solution(perp_mechanism *m, perp__assembly *a, perp__velocity_a
     memcpy(answer->v, a->v, (size_t)m->n * sizeof *answer->v);
 }
 
-/* The callbacks' numbers are finite each; together they may overflow. */
-static perp_status check_momentum(perp_mechanism *m, const double *momentum)
-{
-    int32_t i;
-
-    for (i = 0; i < m->n; i++)
-        if (!isfinite(momentum[i]))
-            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "M v0 + h k: entry %d is %g",
-                              (int)i, momentum[i]);
-    return PERP_OK;
-}
-
-perp_status perp__solve_velocities(perp_mechanism *m, perp__velocity_answer *answer,
+perp_status perp__solve_velocities(perp_mechanism *m, perp__motion *answer,
                                    const perp__velocity_problem *problem)
 {
     perp__assembly *a = &m->assembly;
-    perp_status status = check_momentum(m, problem->momentum);
-    int32_t j;
+    perp_status status = perp__check_entries(m, "M v0 + h k", problem->momentum, m->n);
 
     if (status != PERP_OK)
         return status;
-    memset(answer->r, 0, (size_t)m->rows * sizeof *answer->r);
-    memset(answer->ray, 0, (size_t)m->rows * sizeof *answer->ray);
-    memset(answer->holds, 0, (size_t)m->rows * sizeof *answer->holds);
-    memset(answer->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
-    answer->certificate = answer->has_ray = 0;
-    for (j = 0; j < m->dry; j++)
-        answer->modes[m->contacts + j] = PERP_CONTACT_SLIP; /* without a bound it slides */
+    perp__clear_motion(m, answer);
     assemble(m, a, problem);
     if (a->contacts == 0 && m->bilateral == 0) {
         memcpy(answer->v, problem->momentum, (size_t)m->n * sizeof *answer->v);

@@ -27,16 +27,29 @@ static perp_status check(perp_mechanism *m, const char *name, const double *x, s
     return PERP_OK;
 }
 
-static perp_status check_not_negative(perp_mechanism *m, const char *name, const double *x,
-                                      int32_t count)
-{
-    int32_t i;
+/* What a callback filled. */
+typedef struct filled {
+    const char *name;
+    const double *x;
+    size_t count;
+    int32_t is_size; /* none may be negative */
+} filled;
 
-    for (i = 0; i < count; i++)
-        if (x[i] < 0.0)
-            return perp__fail(m->context, PERP_ERROR_ARGUMENT,
-                              "%s[%d] of its callback is %g, negative", name, (int)i, x[i]);
-    return PERP_OK;
+static perp_status check_all(perp_mechanism *m, perp_status status, const filled *list,
+                             int32_t count)
+{
+    size_t i;
+    int32_t k;
+
+    for (k = 0; k < count && status == PERP_OK; k++) {
+        status = check(m, list[k].name, list[k].x, list[k].count);
+        for (i = 0; i < list[k].count && list[k].is_size && status == PERP_OK; i++)
+            if (list[k].x[i] < 0.0)
+                status = perp__fail(m->context, PERP_ERROR_ARGUMENT,
+                                    "%s[%zu] of its callback is %g, negative", list[k].name, i,
+                                    list[k].x[i]);
+    }
+    return status;
 }
 
 perp_status perp__evaluate_mass(perp_mechanism *m, perp__terms *terms, const double *q)
@@ -75,7 +88,11 @@ perp_status perp__evaluate_force(perp_mechanism *m, double *k, double t, const d
 static perp_status evaluate_contacts(perp_mechanism *m, perp__terms *terms, double t,
                                      const double *q)
 {
-    const size_t rows = (size_t)m->contact_rows, n = (size_t)m->n;
+    const size_t rows = (size_t)m->contact_rows, n = (size_t)m->n, contacts = (size_t)m->contacts;
+    const filled list[] = {{"gap", terms->gap, contacts, 0},
+                           {"H", terms->J, rows * n, 0},
+                           {"drift (contacts)", terms->drift, rows, 0},
+                           {"mu", terms->mu, contacts, 1}};
     perp_status status;
     int32_t j;
     size_t i;
@@ -83,19 +100,11 @@ static perp_status evaluate_contacts(perp_mechanism *m, perp__terms *terms, doub
     memset(terms->gap, 0, (size_t)m->contacts * sizeof *terms->gap);
     memcpy(terms->mu, m->mu, (size_t)m->contacts * sizeof *terms->mu);
     m->evaluations++;
-    status = judge(
-        m, "contact_rows",
-        m->model.contact_rows(terms->gap, terms->J, terms->drift, terms->mu, t, q, m->model.user));
-    if (status == PERP_OK)
-        status = check(m, "gap", terms->gap, (size_t)m->contacts);
-    if (status == PERP_OK)
-        status = check(m, "H", terms->J, rows * n);
-    if (status == PERP_OK)
-        status = check(m, "drift (contacts)", terms->drift, rows);
-    if (status == PERP_OK)
-        status = check(m, "mu", terms->mu, (size_t)m->contacts);
-    if (status == PERP_OK)
-        status = check_not_negative(m, "mu", terms->mu, m->contacts);
+    status = check_all(m,
+                       judge(m, "contact_rows",
+                             m->model.contact_rows(terms->gap, terms->J, terms->drift, terms->mu, t,
+                                                   q, m->model.user)),
+                       list, 4);
     for (j = 0; j < m->contacts && status == PERP_OK; j++) {
         const double *normal = terms->J + (size_t)m->starts[j] * n;
 
@@ -114,40 +123,29 @@ static perp_status evaluate_bilateral(perp_mechanism *m, perp__terms *terms, dou
     const size_t rows = (size_t)m->bilateral, n = (size_t)m->n;
     double *G = terms->J + (size_t)m->contact_rows * n;
     double *drift = terms->drift + m->contact_rows;
-    perp_status status;
+    const filled list[] = {
+        {"c", terms->c, rows, 0}, {"G", G, rows * n, 0}, {"drift (bilateral)", drift, rows, 0}};
 
     memset(terms->c, 0, rows * sizeof *terms->c);
-    status = judge(m, "bilateral_rows",
-                   m->model.bilateral_rows(terms->c, G, drift, t, q, m->model.user));
-    if (status == PERP_OK)
-        status = check(m, "c", terms->c, rows);
-    if (status == PERP_OK)
-        status = check(m, "G", G, rows * n);
-    if (status == PERP_OK)
-        status = check(m, "drift (bilateral)", drift, rows);
-    return status;
+    return check_all(m,
+                     judge(m, "bilateral_rows",
+                           m->model.bilateral_rows(terms->c, G, drift, t, q, m->model.user)),
+                     list, 3);
 }
 
 static perp_status evaluate_dry(perp_mechanism *m, perp__terms *terms, double t, const double *q,
                                 const double *v)
 {
     const size_t first = (size_t)(m->contact_rows + m->bilateral), n = (size_t)m->n;
-    double *B = terms->J + first * n;
-    perp_status status;
+    double *B = terms->J + first * n, *drift = terms->drift + first;
+    const filled list[] = {{"bound", terms->bound, (size_t)m->dry, 1},
+                           {"B", B, (size_t)m->dry_rows * n, 0},
+                           {"drift (dry)", drift, (size_t)m->dry_rows, 0}};
 
     memset(terms->bound, 0, (size_t)m->dry * sizeof *terms->bound);
-    status =
-        judge(m, "dry_rows",
-              m->model.dry_rows(terms->bound, B, terms->drift + first, t, q, v, m->model.user));
-    if (status == PERP_OK)
-        status = check(m, "bound", terms->bound, (size_t)m->dry);
-    if (status == PERP_OK)
-        status = check_not_negative(m, "bound", terms->bound, m->dry);
-    if (status == PERP_OK)
-        status = check(m, "B", B, (size_t)m->dry_rows * n);
-    if (status == PERP_OK)
-        status = check(m, "drift (dry)", terms->drift + first, (size_t)m->dry_rows);
-    return status;
+    return check_all(
+        m, judge(m, "dry_rows", m->model.dry_rows(terms->bound, B, drift, t, q, v, m->model.user)),
+        list, 3);
 }
 
 void perp__keep_rows(perp_mechanism *m, double t, const double *q, const double *v)
@@ -235,13 +233,10 @@ perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *
 
     if (status != PERP_OK)
         return status;
-    for (i = 0; i < m->coordinates; i++) {
+    for (i = 0; i < m->coordinates; i++)
         q1[i] = q0[i] + h * q1[i];
-        if (!isfinite(q1[i]))
-            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "q + h N(q) v: entry %d is %g",
-                              (int)i, q1[i]);
-    }
-    if (m->model.normalise) {
+    status = perp__check_entries(m, "q + h N(q) v", q1, m->coordinates);
+    if (status == PERP_OK && m->model.normalise) {
         status = judge(m, "normalise", m->model.normalise(q1, m->model.user));
         if (status == PERP_OK)
             status = check(m, "q", q1, (size_t)m->coordinates);

@@ -3,7 +3,7 @@
  * The first stage, without restitution, moves the positions. A contact with e > 0 that it presses
  * was hit if it approached faster than the step's forces make it, u_n- < -h |a_n|: slower approach
  * is resting contact, which would else bounce at speeds of order g h for ever. Under Poisson's law
- * an impulse without approach is an impact too where sliding cannot go on (jam.c). The second stage
+ * an impulse without approach is an impact too where sliding cannot go on. The second stage
  * starts from the same momentum:
  *
  *   Moreau   0 <= r_n perp u_n+ + e u_n- >= 0        where the contact touches,
@@ -25,9 +25,58 @@
 #include <math.h>
 #include <string.h>
 
-#include "mechanism/schemes/frozen.h"
+/* ---- impacts without collision (Painleve; Genot & Brogliato 1999) -----------------------------
+ *
+ * A contact slides with u_t != 0 and u_n = 0. If the force of a contact that goes on sliding pulls
+ * the bodies together instead of pushing them apart,
+ *
+ *   p = n' P (n - mu d) <= 0,     d = direction of u_t,     P = M^-1 restricted to G v = 0,
+ *
+ * no force keeps it from penetrating: an impulse of the order of the momentum ends the sliding, at
+ * any h. With p > 0 the impulse is the integral of a force, of order h, and no impact. The test is
+ * of one contact at a time: contacts that only together cannot go on sliding are not recognised. */
 
-static int32_t is_hit(perp_mechanism *m, const perp__velocity_answer *answer, int32_t j)
+/* p of contact j, which slides with `speed`. */
+static double sliding_inertia(perp_mechanism *m, int32_t j, double speed)
+{
+    const size_t n = (size_t)m->n;
+    double *force = m->work, *pressed = force + n, p = 0.0;
+    int32_t i;
+    size_t k;
+
+    perp__held_rows_begin(&m->held, m->n);
+    for (i = 0; i < m->bilateral; i++)
+        perp__hold_row(m, &m->begin, m->contact_rows + i, 0.0);
+    perp__held_rows_solve(&m->held);
+    memcpy(pressed, m->begin.J + (size_t)m->starts[j] * n, n * sizeof *pressed);
+    memcpy(force, pressed, n * sizeof *force);
+    for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
+        perp__add_row(m, &m->begin, i, -m->friction[j] * m->start_velocity[i] / speed, force);
+    perp__solve_lower(m, &m->begin, pressed);
+    perp__solve_lower(m, &m->begin, force);
+    perp__project_out(m->held.basis, m->held.rank, m->n, force);
+    for (k = 0; k < n; k++)
+        p += pressed[k] * force[k];
+    return p;
+}
+
+/* Whether sliding in contact j ended though it was not hit. */
+static int32_t is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j)
+{
+    const double speed = m->start_speed[j];
+    double along = 0.0;
+    int32_t i;
+
+    if (speed == 0.0 || m->friction[j] == 0.0)
+        return 0;
+    for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
+        along += m->start_velocity[i] * answer->u[i];
+    return along <= 0.0 && sliding_inertia(m, j, speed) <= 0.0;
+}
+
+/* ---- restitution --------------------------------------------------------------------------- */
+
+static int32_t is_hit(perp_mechanism *m, const perp__motion *answer, int32_t j)
 {
     const int32_t row = m->starts[j];
     const double before = m->start_velocity[row];
@@ -35,10 +84,10 @@ static int32_t is_hit(perp_mechanism *m, const perp__velocity_answer *answer, in
     if (!(m->restitution[j] > 0.0) || !answer->holds[row])
         return 0;
     return before < -fabs(m->free_velocity[row] - before) ||
-           (m->settings.law == PERP_MECHANISM_POISSON && perp__is_jammed(m, answer, j));
+           (m->settings.law == PERP_MECHANISM_POISSON && is_jammed(m, answer, j));
 }
 
-int32_t perp__count_impacts(perp_mechanism *m, const perp__velocity_answer *answer)
+int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer)
 {
     int32_t count = 0, j;
 
@@ -50,7 +99,7 @@ int32_t perp__count_impacts(perp_mechanism *m, const perp__velocity_answer *answ
 /* share: how much of e counts; 0 in Poisson's compression. */
 static void shift_contacts(perp_mechanism *m, const perp__velocity_problem *problem, double share)
 {
-    const perp__velocity_answer *first = &m->answer;
+    const perp__motion *first = &m->answer;
     int32_t j;
 
     for (j = 0; j < m->contacts; j++) {
@@ -86,35 +135,24 @@ static perp_status solve_second(perp_mechanism *m, const perp__velocity_problem 
     if (status != PERP_OK)
         return status;
     add_iterations(m);
-    if (perp__is_good(m->second.outcome)) {
-        memcpy(m->answer.v, m->second.v, (size_t)m->n * sizeof *m->answer.v);
-        memcpy(m->answer.u, m->second.u, (size_t)m->rows * sizeof *m->answer.u);
-        memcpy(m->answer.r, m->second.r, (size_t)m->rows * sizeof *m->answer.r);
-        memcpy(m->answer.holds, m->second.holds, (size_t)m->rows);
-        memcpy(m->answer.modes, m->second.modes,
-               (size_t)(m->contacts + m->dry) * sizeof *m->answer.modes);
-    }
+    if (perp__is_good(m->second.outcome))
+        perp__copy_motion(m, &m->answer, &m->second);
     return PERP_OK;
 }
 
 /* Expansion, from the compression in m->answer. */
 static perp_status expand(perp_mechanism *m, const perp__velocity_problem *compression)
 {
-    const size_t n = (size_t)m->n;
     perp__velocity_problem problem = *compression;
     double *compressed = m->free_velocity; /* no longer needed: impulses of the compression */
     perp_status status;
     int32_t j;
-    size_t k;
 
     memcpy(compressed, m->answer.r, (size_t)m->rows * sizeof *compressed);
     perp__multiply_mass(m, problem.terms, m->momentum, m->answer.v);
     for (j = 0; j < m->contacts; j++) {
-        const size_t row = (size_t)m->starts[j];
-
-        m->pressure[j] = m->restitution[j] * m->answer.r[row];
-        for (k = 0; k < n; k++)
-            m->momentum[k] += problem.terms->J[row * n + k] * m->pressure[j];
+        m->pressure[j] = m->restitution[j] * m->answer.r[m->starts[j]];
+        perp__add_row(m, problem.terms, m->starts[j], m->pressure[j], m->momentum);
     }
     memset(m->dry_bound, 0, (size_t)m->dry * sizeof *m->dry_bound); /* used in the compression */
     problem.pressure = m->pressure;

@@ -8,74 +8,72 @@
 /* What bodies and levers make of a residual: up to 6 was seen in random problems. */
 #define LEVERS 16.0
 
-/* sum := M v - momentum - J'r; size: of its terms. */
-static void balance(const perp_mechanism *m, const perp__velocity_answer *answer,
-                    const perp__velocity_problem *problem, double *sum, double *size)
+double perp__momentum_residual(perp_mechanism *m, const perp__terms *terms, const double *momentum,
+                               const double *v, const double *r)
 {
     const size_t n = (size_t)m->n;
+    double *sum = m->work, *size = sum + n, worst = 0.0, largest = 0.0;
     size_t i, k;
 
     for (i = 0; i < n; i++) {
-        sum[i] = -problem->momentum[i];
+        sum[i] = -momentum[i];
         size[i] = fabs(sum[i]);
         for (k = 0; k < n; k++) {
-            const double term = problem->terms->M[i * n + k] * answer->v[k];
+            const double term = terms->M[i * n + k] * v[k];
 
             sum[i] += term;
             size[i] += fabs(term);
         }
     }
-    for (i = 0; i < (size_t)m->rows; i++) {
-        if (answer->r[i] == 0.0)
-            continue;
-        for (k = 0; k < n; k++) {
-            const double term = problem->terms->J[i * n + k] * answer->r[i];
+    for (i = 0; i < (size_t)m->rows; i++)
+        for (k = 0; k < n && r[i] != 0.0; k++) {
+            const double term = terms->J[i * n + k] * r[i];
 
             sum[k] -= term;
             size[k] += fabs(term);
         }
-    }
-}
-
-void perp__judge_motion(perp_mechanism *m, perp__velocity_answer *answer,
-                        const perp__velocity_problem *problem)
-{
-    const size_t n = (size_t)m->n;
-    double *sum = m->work, *size = sum + n, largest = 0.0, worst = 0.0;
-    /* impulses are known as well as the laws are met, up to levers */
-    const double tol = fmax(PERP__AGREEMENT, LEVERS * fmax(m->settings.tol, answer->residual));
-    perp__evidence evidence = {0.0, 0.0, INFINITY, 1};
-    size_t i;
-
-    balance(m, answer, problem, sum, size);
     for (i = 0; i < n; i++) { /* in units of one energy */
-        const double unit = sqrt(problem->terms->M[i * (n + 1)]);
+        const double unit = sqrt(terms->M[i * (n + 1)]);
 
         perp__raise_to(&worst, fabs(sum[i]) / unit);
         perp__raise_to(&largest, size[i] / unit);
     }
-    evidence.tested = evidence.own = worst > 0.0 ? worst / largest : worst;
+    return worst > 0.0 ? worst / largest : worst;
+}
+
+void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
+                        const perp__velocity_problem *problem)
+{
+    /* impulses are known as well as the laws are met, up to levers */
+    const double tol = fmax(PERP__AGREEMENT, LEVERS * fmax(m->settings.tol, answer->residual));
+    perp__evidence evidence = {0.0, 0.0, INFINITY, 1};
+
+    evidence.tested = evidence.own =
+        perp__momentum_residual(m, problem->terms, problem->momentum, answer->v, answer->r);
     answer->outcome = perp__worse_outcome(answer->outcome, perp__gate(&evidence, tol, -1));
 }
 
-perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__mechanism_state *state)
+perp_status perp__check_entries(perp_mechanism *m, const char *name, const double *x, int32_t count)
 {
-    const struct {
-        const char *name;
-        const double *x;
-        int32_t count;
-    } parts[] = {{"q", state->q, m->coordinates},
-                 {"v", state->v, m->n},
-                 {"impulse", state->impulse, m->rows},
-                 {"velocity", state->velocity, m->rows}};
-    size_t k;
     int32_t i;
 
-    for (k = 0; k < sizeof parts / sizeof *parts; k++)
-        for (i = 0; i < parts[k].count; i++)
-            if (!isfinite(parts[k].x[i]))
-                return perp__fail(m->context, PERP_ERROR_NOT_FINITE,
-                                  "%s at the end of the step: entry %d is %g", parts[k].name,
-                                  (int)i, parts[k].x[i]);
+    for (i = 0; i < count; i++)
+        if (!isfinite(x[i]))
+            return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "%s: entry %d is %g", name, (int)i,
+                              x[i]);
     return PERP_OK;
+}
+
+perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *state)
+{
+    perp_status status =
+        perp__check_entries(m, "q at the end of the step", state->q, m->coordinates);
+
+    if (status == PERP_OK)
+        status = perp__check_entries(m, "v at the end of the step", state->v, m->n);
+    if (status == PERP_OK)
+        status = perp__check_entries(m, "impulse at the end of the step", state->r, m->rows);
+    if (status == PERP_OK)
+        status = perp__check_entries(m, "velocity at the end of the step", state->u, m->rows);
+    return status;
 }

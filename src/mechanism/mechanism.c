@@ -6,10 +6,7 @@
 
 #include "base/clock.h"
 #include "mechanism/schemes/adaptive.h"
-#include "mechanism/assembly.h"
 #include "mechanism/schemes/implicit.h"
-#include "mechanism/mechanism_read.h"
-#include "mechanism/schemes/theta.h"
 
 /* Seconds that count as a time limit that has passed: 0 would be none. */
 #define SHORTEST 1e-9
@@ -34,36 +31,17 @@ static void layout_terms(perp__arena *arena, const perp_mechanism *m, perp__term
     take_vector(arena, &terms->bound, (size_t)m->dry);
 }
 
-static void layout_answer(perp__arena *arena, const perp_mechanism *m,
-                          perp__velocity_answer *answer)
-{
-    const size_t rows = (size_t)m->rows;
-
-    take_vector(arena, &answer->v, (size_t)m->n);
-    take_vector(arena, &answer->r, rows);
-    take_vector(arena, &answer->u, rows);
-    take_vector(arena, &answer->ray, rows);
-    answer->modes = perp__arena_take(arena, (size_t)(m->contacts + m->dry), sizeof(int32_t));
-    answer->holds = perp__arena_take(arena, rows, 1);
-}
-
-static void layout_state(perp__arena *arena, const perp_mechanism *m, perp__mechanism_state *state)
-{
-    const size_t rows = (size_t)m->rows;
-
-    take_vector(arena, &state->q, (size_t)m->coordinates);
-    take_vector(arena, &state->v, (size_t)m->n);
-    take_vector(arena, &state->impulse, rows);
-    take_vector(arena, &state->velocity, rows);
-    take_vector(arena, &state->ray, rows);
-    state->modes = perp__arena_take(arena, (size_t)(m->contacts + m->dry), sizeof(int32_t));
-}
-
-static size_t work_size(const perp_mechanism *m)
+static void layout_motion(perp__arena *arena, const perp_mechanism *m, perp__motion *motion)
 {
     const size_t n = (size_t)m->n, rows = (size_t)m->rows;
 
-    return rows * n + 4 * rows + 2 * n * n + 8 * n + 2 * (size_t)m->coordinates;
+    take_vector(arena, &motion->q, (size_t)m->coordinates);
+    take_vector(arena, &motion->v, n + 3 * rows);
+    motion->u = motion->v ? motion->v + n : NULL; /* NULL while the arena only measures */
+    motion->r = motion->v ? motion->u + rows : NULL;
+    motion->ray = motion->v ? motion->r + rows : NULL;
+    motion->modes = perp__arena_take(arena, (size_t)(m->contacts + m->dry), sizeof(int32_t));
+    motion->holds = perp__arena_take(arena, rows, 1);
 }
 
 static void layout(perp__arena *arena, void *object)
@@ -73,7 +51,8 @@ static void layout(perp__arena *arena, void *object)
     double **const of_contacts[] = {&m->mu,       &m->mu_static,    &m->stribeck,
                                     &m->shift,    &m->friction,     &m->restitution,
                                     &m->pressure, &m->impact_shift, &m->start_speed};
-    perp__mechanism_state *const states[] = {&m->now, &m->next, &m->trial, &m->half};
+    perp__motion *const motions[] = {&m->answer, &m->second, &m->now,
+                                     &m->next,   &m->trial,  &m->half};
     size_t k;
 
     m->dims = perp__arena_take(arena, contacts, sizeof(int32_t));
@@ -82,10 +61,9 @@ static void layout(perp__arena *arena, void *object)
         take_vector(arena, of_contacts[k], contacts);
     layout_terms(arena, m, &m->begin);
     layout_terms(arena, m, &m->end);
-    layout_answer(arena, m, &m->answer);
-    layout_answer(arena, m, &m->second);
-    for (k = 0; k < sizeof states / sizeof *states; k++)
-        layout_state(arena, m, states[k]);
+    for (k = 0; k < sizeof motions / sizeof *motions; k++)
+        layout_motion(arena, m, motions[k]);
+    perp__held_rows_layout(&m->held, arena, rows * n, rows, n);
     take_vector(arena, &m->momentum, n);
     take_vector(arena, &m->free, n);
     take_vector(arena, &m->dry_bound, (size_t)m->dry);
@@ -94,42 +72,80 @@ static void layout(perp__arena *arena, void *object)
     take_vector(arena, &m->moved, (size_t)m->coordinates);
     take_vector(arena, &m->kept_q, (size_t)m->coordinates);
     take_vector(arena, &m->kept_v, n);
-    take_vector(arena, &m->work, work_size(m));
+    take_vector(arena, &m->work, 4 * n);
     m->included = perp__arena_take(arena, contacts, 1);
-    m->indices = perp__arena_take(arena, 2 * rows + n, sizeof(int32_t));
+    m->normal_of = perp__arena_take(arena, rows, sizeof(int32_t));
+    m->tangent = perp__arena_take(arena, contacts + (size_t)m->dry, sizeof(int32_t));
+    m->tangents = perp__arena_take(arena, contacts + (size_t)m->dry, sizeof(int32_t));
 }
 
-perp_status perp__mechanism_fail_inner(perp_mechanism *m, perp_status status, const char *what)
+/* Each work begins with this. */
+typedef struct work {
+    PERP__WORK;
+} work;
+
+void *perp__work_create(perp_mechanism *m, size_t size, perp__layout layout_work)
 {
-    const char *message = perp_context_message(m->inner);
+    work *made = perp__allocate(m->context, 1, size);
 
-    if (status == PERP_ERROR_MEMORY)
-        return perp__fail_memory(m->context, what);
-    return perp__fail(m->context, status, "%s: %s", what, message ? message : "");
+    if (!made) {
+        perp__fail_memory(m->context, "a mechanism");
+        return NULL;
+    }
+    memset(made, 0, size);
+    perp__arena_init(&made->arena, m->context);
+    made->m = m;
+    if (!layout_work || perp__arena_fit(&made->arena, layout_work, made) == PERP_OK)
+        return made;
+    perp__work_release(made);
+    return NULL;
 }
 
-static void release_assemblies(perp_mechanism *m)
+void perp__work_release(void *object)
 {
-    perp__assembly_release(&m->assembly);
-    perp__assembly_release(&m->projection);
+    work *made = object;
+
+    if (made) {
+        perp__arena_release(&made->arena);
+        perp__release(made->m->context, made);
+    }
 }
 
-/* The solvers for these settings, in `assembly` and `projection`. */
-static perp_status create_assemblies(perp_mechanism *m, const perp_mechanism_settings *settings,
-                                     perp__assembly *assembly, perp__assembly *projection)
+perp_status perp__mechanism_fail_in(perp_mechanism *m, perp_status status, const char *what)
+{
+    char message[PERP__MESSAGE_SIZE];
+
+    memcpy(message, m->context->message, sizeof message);
+    return perp__fail(m->context, status, "%s: %s", what, message);
+}
+
+void perp__copy_motion(const perp_mechanism *m, perp__motion *to, const perp__motion *from)
+{
+    memcpy(to->v, from->v, ((size_t)m->n + 3 * (size_t)m->rows) * sizeof *to->v);
+    memcpy(to->modes, from->modes, (size_t)(m->contacts + m->dry) * sizeof *to->modes);
+    memcpy(to->holds, from->holds, (size_t)m->rows);
+}
+
+void perp__clear_motion(const perp_mechanism *m, perp__motion *motion)
+{
+    int32_t j;
+
+    memset(motion->r, 0, 2 * (size_t)m->rows * sizeof *motion->r); /* and the ray */
+    memset(motion->holds, 0, (size_t)m->rows);
+    for (j = 0; j < m->contacts + m->dry; j++) /* dry friction without a bound slides */
+        motion->modes[j] = j < m->contacts ? PERP_CONTACT_SEPARATE : PERP_CONTACT_SLIP;
+    motion->certificate = motion->has_ray = 0;
+}
+
+/* The solvers for these settings. */
+static perp_status fit_assemblies(perp_mechanism *m, const perp_mechanism_settings *settings)
 {
     const int32_t poisson = settings->law == PERP_MECHANISM_POISSON;
-    perp_status status;
+    perp_status status = perp__assembly_fit(m, &m->projection, 0, 1e-10, 0);
 
-    memset(assembly, 0, sizeof *assembly);
-    memset(projection, 0, sizeof *projection);
-    status = perp__assembly_create(m, assembly, poisson, settings->tol, settings->cone);
+    m->assembly.holds_itself = 1;
     if (status == PERP_OK)
-        status = perp__assembly_create(m, projection, 0, 1e-10, 0);
-    if (status != PERP_OK) {
-        perp__assembly_release(assembly);
-        perp__assembly_release(projection);
-    }
+        status = perp__assembly_fit(m, &m->assembly, poisson, settings->tol, settings->cone);
     return status;
 }
 
@@ -138,11 +154,11 @@ static void release(void *object)
     perp_mechanism *m = object;
 
     perp__acceleration_release(m->accelerations);
-    release_assemblies(m);
-    perp__implicit_release(m, m->scheme_work);
-    perp__theta_release(m);
-    perp__adaptive_release(m);
-    perp_context_destroy(m->inner);
+    perp__implicit_release(m->implicit);
+    perp__work_release(m->theta);
+    perp__work_release(m->adaptive);
+    perp__assembly_release(&m->assembly);
+    perp__assembly_release(&m->projection);
     perp__arena_release(&m->arena);
 }
 
@@ -153,7 +169,6 @@ static perp_status make(perp_context *context, perp_mechanism **made,
                         const perp_mechanism_settings *settings, const perp_mechanism_model *model)
 {
     perp_mechanism *m = perp__handle_create(context, &kind);
-    perp_context_settings inner;
     perp_status status;
 
     if (!m)
@@ -164,18 +179,12 @@ static perp_status make(perp_context *context, perp_mechanism **made,
     perp__arena_init(&m->projection.arena, context);
     perp__mechanism_sizes(m, model);
     status = perp__arena_fit(&m->arena, layout, m);
-    perp_context_settings_init(&inner, sizeof inner);
-    inner.allocate = context->allocate;
-    inner.release = context->release;
-    inner.allocator_user = context->allocator_user;
-    if (status == PERP_OK && perp_context_create(&m->inner, &inner) != PERP_OK)
-        status = perp__fail_memory(context, "a mechanism");
     if (status == PERP_OK) {
         perp__mechanism_take(m, model);
-        status = create_assemblies(m, settings, &m->assembly, &m->projection);
+        status = fit_assemblies(m, settings);
     }
     if (status == PERP_OK)
-        status = perp__implicit_create(m, &m->scheme_work, settings);
+        status = perp__implicit_create(m, &m->implicit, settings);
     if (status != PERP_OK) {
         perp__handle_end(m);
         return status;
@@ -203,11 +212,10 @@ perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechan
                                   const perp_mechanism_settings *settings,
                                   const perp_mechanism_model *model)
 {
-    perp_status status = perp__enter(context);
+    const perp_status status = perp__enter(context);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(context, create(context, mechanism, settings, model));
+    return status == PERP_OK ? perp__leave(context, create(context, mechanism, settings, model))
+                             : status;
 }
 
 void perp_mechanism_destroy(perp_mechanism *mechanism)
@@ -237,32 +245,26 @@ double perp__mechanism_time_left(const perp_mechanism *m)
 static perp_status set(perp_mechanism *m, const perp_mechanism_settings *settings)
 {
     perp_mechanism_settings own;
-    perp__assembly assembly, projection;
-    void *scheme_work = NULL;
+    perp__implicit *implicit = NULL;
     perp_status status = perp__mechanism_settings_read(m->context, &own, settings);
 
     if (status == PERP_OK)
-        status = perp__implicit_create(m, &scheme_work, &own);
+        status = perp__implicit_create(m, &implicit, &own);
     if (status == PERP_OK)
-        status = create_assemblies(m, &own, &assembly, &projection);
-    if (status != PERP_OK) {
-        perp__implicit_release(m, scheme_work);
-        return status;
+        status = fit_assemblies(m, &own);
+    if (status == PERP_OK) {
+        perp__implicit_release(m->implicit);
+        m->implicit = implicit;
+        m->settings = own;
+    } else {
+        perp__implicit_release(implicit);
     }
-    release_assemblies(m);
-    perp__implicit_release(m, m->scheme_work);
-    m->scheme_work = scheme_work;
-    m->assembly = assembly;
-    m->projection = projection;
-    m->settings = own;
-    return PERP_OK;
+    return status;
 }
 
 perp_status perp_mechanism_set(perp_mechanism *mechanism, const perp_mechanism_settings *settings)
 {
-    perp_status status = perp__mechanism_enter(mechanism);
+    const perp_status status = perp__mechanism_enter(mechanism);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(mechanism->context, set(mechanism, settings));
+    return status == PERP_OK ? perp__leave(mechanism->context, set(mechanism, settings)) : status;
 }

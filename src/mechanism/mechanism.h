@@ -10,6 +10,8 @@
 #include "base/check.h"
 #include "base/handle.h"
 #include "base/outcome.h"
+#include "linalg/held_rows.h"
+#include "linalg/orthogonal.h"
 
 #define PERP__EPS 2.220446049250313e-16
 
@@ -50,18 +52,18 @@ typedef struct perp__velocity_problem {
     const double *dry;      /* dry: bounds of impulses */
 } perp__velocity_problem;
 
-/* Its solution. */
-typedef struct perp__velocity_answer {
-    double *v;      /* n */
-    double *r;      /* rows; 0 of contacts that are not included */
-    double *u;      /* rows: J v + drift, exact where rows hold */
-    int32_t *modes; /* contacts, then dry groups */
-    double *ray;    /* rows */
-    int8_t *holds;  /* rows: 1 where u is prescribed: bilateral, closed normals, what sticks */
+/* A state of motion: the solution of such a problem; with q, where a step led. */
+typedef struct perp__motion {
+    double *q;           /* coordinates */
+    double *v;           /* n; and behind it */
+    double *u, *r, *ray; /* rows: J v + drift, exact where rows hold; impulses, 0 of contacts that
+                            are not included; a ray */
+    int32_t *modes;      /* contacts, then dry groups */
+    int8_t *holds;       /* rows: 1 where u is prescribed: bilateral, closed normals, what sticks */
     int32_t outcome, method, certificate, has_ray;
     int64_t iterations;
     double residual;
-} perp__velocity_answer;
+} perp__motion;
 
 /* The contact solver with the problem that it is given. */
 typedef struct perp__assembly {
@@ -71,6 +73,7 @@ typedef struct perp__assembly {
     int32_t columns, contacts, rows; /* of the problem at hand */
     int32_t next_column;             /* first that is not given away */
     int32_t most_contacts, most_rows, most_columns;
+    int32_t holds_itself; /* hold.c finds the velocities: the solver need not */
     double *M, *H, *G, *f, *w, *b, *mu;
     double *v, *r, *u, *ray;
     int32_t *dims, *modes;
@@ -78,31 +81,33 @@ typedef struct perp__assembly {
                         friction of a pressure */
 } perp__assembly;
 
-/* A state, and what the last step to it was. */
-typedef struct perp__mechanism_state {
-    double *q, *v;
-    double *impulse, *velocity, *ray;
-    int32_t *modes;
-} perp__mechanism_state;
+/* What a scheme, a run or a question keeps begins with this; made when first needed. */
+#define PERP__WORK     \
+    perp__arena arena; \
+    perp_mechanism *m
 
 typedef struct perp__acceleration perp__acceleration;
+typedef struct perp__implicit perp__implicit;
 typedef struct perp__theta perp__theta;
 typedef struct perp__adaptive perp__adaptive;
 
 struct perp_mechanism {
     PERP__HANDLE;
-    perp_context *inner; /* of the solvers that work for the mechanism */
     perp__arena arena;
     perp_mechanism_settings settings;
     double deadline;            /* of the call, for perp__now(); 0: none */
     perp_mechanism_model model; /* its arrays: the copies below */
     int32_t n, coordinates, contacts, contact_rows, bilateral, dry, dry_rows, rows;
     int32_t *dims, *starts; /* contacts; starts: contacts + 1, first rows */
+    int32_t *normal_of;     /* rows: the contact whose normal it is; -1: of none */
+    int32_t *tangent,
+        *tangents; /* contacts, then dry groups: first row of its friction, and rows */
     double *mu, *mu_static, *stribeck, *restitution;
-    perp__terms begin, end; /* at the step's start; where else it is evaluated */
-    perp__velocity_answer answer, second;
+    perp__terms begin, end;              /* at the step's start; where else it is evaluated */
+    perp__motion answer, second;         /* of the problem at hand */
+    perp__motion now, next, trial, half; /* of a run */
     perp__assembly assembly, projection;
-    perp__mechanism_state now, next, trial, half; /* of a run */
+    perp__held_rows held;
     double *momentum, *free; /* n: M v + h k, and the velocities without impulses */
     double *shift, *friction, *pressure, *dry_bound;
     double *impact_shift;   /* contacts: of the second stage */
@@ -111,16 +116,15 @@ struct perp_mechanism {
     double *start_speed;    /* contacts: |u_t| at the step's start, under Poisson's law */
     double *moved;          /* coordinates */
     int8_t *included;
-    double *work;     /* work_size(m) doubles, nobody's beyond a function */
-    int32_t *indices; /* 2 rows, the same */
+    double *work; /* 4 n, nobody's beyond a function */
     int64_t evaluations;
     double *kept_q, *kept_v; /* coordinates, n: where m->end holds the rows at kept_t, */
     double kept_t;
-    int32_t keeps;     /* 1: and it still does: the next step of a run need not ask again */
-    void *scheme_work; /* of the implicit scheme; NULL with another */
-    perp__acceleration *accelerations; /* of accelerations, made when first needed */
-    perp__theta *theta_work;           /* of the theta scheme, made when first needed */
-    perp__adaptive *adaptive_work;     /* of runs that choose their steps, the same */
+    int32_t keeps;            /* 1: and it still does: the next step of a run need not ask again */
+    perp__implicit *implicit; /* NULL with another scheme */
+    perp__acceleration *accelerations;
+    perp__theta *theta;
+    perp__adaptive *adaptive; /* of runs that choose their steps */
 };
 
 /* ---- evaluate.c: PERP_OK, PERP__OUTSIDE, or a negative status with its message ---- */
@@ -144,16 +148,31 @@ perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *
                                    const double *at, double h, const double *v);
 
 /* ---- rows.c: what rows make of velocities ---- */
+/* sum + J_row x; and x := x + s J_row'. */
+double perp__row_times(const perp_mechanism *m, const perp__terms *terms, int32_t row, double sum,
+                       const double *x);
+void perp__add_row(const perp_mechanism *m, const perp__terms *terms, int32_t row, double s,
+                   double *x);
+/* |drift| + |J_row| |v|: what a velocity of the row is summed up of. */
+double perp__row_size(const perp_mechanism *m, const perp__terms *terms, int32_t row,
+                      const double *v);
 /* u := J v + drift, all rows. */
 void perp__row_velocities(const perp_mechanism *m, const perp__terms *terms, double *u,
                           const double *v);
 /* x := x + J' r. */
 void perp__add_impulses(const perp_mechanism *m, const perp__terms *terms, double *x,
                         const double *r);
-/* x := M x, and x := M^-1 x. */
+/* y := M x; and x := M^-1 x, L^-1 x, L^-T x, with M = L L'. */
 void perp__multiply_mass(const perp_mechanism *m, const perp__terms *terms, double *y,
                          const double *x);
 void perp__solve_mass(const perp_mechanism *m, const perp__terms *terms, double *x);
+void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double *x);
+void perp__solve_upper(const perp_mechanism *m, const perp__terms *terms, double *x);
+/* y := L' x, which may be x itself; its length, sqrt(x' M x). */
+double perp__energy_norm(const perp_mechanism *m, const perp__terms *terms, double *y,
+                         const double *x);
+/* sqrt(v' M v); in m->work. */
+double perp__speed(perp_mechanism *m, const perp__terms *terms, const double *v);
 /* Sliding speed of contact j, 0.0 where it is rounding. */
 double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t j,
                            const double *u, const double *v);
@@ -162,44 +181,81 @@ void perp__friction_of_speed(const perp_mechanism *m, const perp__terms *terms, 
                              const double *u, const double *v);
 
 /* ---- assembly.c ---- */
-/* Solves; answer->outcome tells. PERP_OK or a negative status. h scales nothing: impulses. */
-perp_status perp__solve_velocities(perp_mechanism *m, perp__velocity_answer *answer,
+/* Room and a solver for problems with these settings. pressures: contacts with friction of a
+ * pressure. On failure all is as it was. PERP_OK or _MEMORY. */
+perp_status perp__assembly_fit(perp_mechanism *m, perp__assembly *a, int32_t pressures, double tol,
+                               int32_t cone);
+void perp__assembly_release(perp__assembly *a);
+/* Sets up and solves what a->... describe; fills a->v, r, u, modes, ray and answer's outcome.
+ * G has `bilateral` rows. PERP_OK or a negative status with its message. */
+perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t bilateral,
+                                 perp__motion *answer);
+/* Solves; answer->outcome tells. PERP_OK or a negative status. */
+perp_status perp__solve_velocities(perp_mechanism *m, perp__motion *answer,
                                    const perp__velocity_problem *problem);
 
-/* ---- hold.c: velocities in what the rows that hold leave free ---- */
-/* x := L^-1 x, with M = L L'. */
-void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double *x);
-void perp__hold_velocities(perp_mechanism *m, perp__velocity_answer *answer,
+/* ---- hold.c ---- */
+/* Appends L^-1 J_row' to m->held. */
+void perp__hold_row(perp_mechanism *m, const perp__terms *terms, int32_t row, double target);
+/* v and u of the answer: velocities in what the rows that hold leave free. */
+void perp__hold_velocities(perp_mechanism *m, perp__motion *answer,
                            const perp__velocity_problem *problem);
 
 /* ---- judge.c ---- */
+/* |M v - momentum - J'r| beside its terms; in m->work. */
+double perp__momentum_residual(perp_mechanism *m, const perp__terms *terms, const double *momentum,
+                               const double *v, const double *r);
 /* The answer's outcome, after what v and r leave of the problem's momentum balance. */
-void perp__judge_motion(perp_mechanism *m, perp__velocity_answer *answer,
+void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
                         const perp__velocity_problem *problem);
-/* PERP_OK, or a refusal that names what overflowed. */
-perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__mechanism_state *state);
+/* PERP_OK, or a refusal that names what overflowed: numbers that are finite each may together. */
+perp_status perp__check_entries(perp_mechanism *m, const char *name, const double *x,
+                                int32_t count);
+perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *state);
 
 /* ---- project.c ---- */
 /* q: moved; m->end holds the rows there afterwards. Writes what is left of penetration and |c|. */
 perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *q, double t,
                           const double *v);
-/* What rounding of q makes of the gap or the c of this row. */
+/* What the gap or the c of this row is summed up of; and what rounding of q makes of it. */
+double perp__gap_size(const perp_mechanism *m, const perp__terms *terms, int32_t row,
+                      const double *q);
 double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                           const double *q);
 
 /* ---- the schemes: from (t, q0, v0) to `to`; fill step, but not seconds and evaluations ---- */
-perp_status perp__advance_frozen(perp_mechanism *m, perp__mechanism_state *to,
-                                 perp_mechanism_step *step, double t, double h, const double *q0,
-                                 const double *v0);
-perp_status perp__advance_implicit(perp_mechanism *m, perp__mechanism_state *to,
-                                   perp_mechanism_step *step, double t, double h, const double *q0,
-                                   const double *v0);
-perp_status perp__advance_theta(perp_mechanism *m, perp__mechanism_state *to,
-                                perp_mechanism_step *step, double t, double h, const double *q0,
-                                const double *v0);
+perp_status perp__advance_frozen(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                                 double t, double h, const double *q0, const double *v0);
+perp_status perp__advance_implicit(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                                   double t, double h, const double *q0, const double *v0);
+perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                                double t, double h, const double *q0, const double *v0);
+/* to := that state, without impulses. */
+void perp__stay(const perp_mechanism *m, perp__motion *to, const double *q, const double *v);
 /* The scheme of the settings, with the state kept where there is no step. */
-perp_status perp__advance(perp_mechanism *m, perp__mechanism_state *to, perp_mechanism_step *step,
-                          double t, double h, const double *q0, const double *v0);
+perp_status perp__advance(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t,
+                          double h, const double *q0, const double *v0);
+
+/* ---- schemes/frozen.c: the parts of a frozen step, which other schemes take over ---- */
+/* With m->begin's rows evaluated: speeds at the start, shifts, and the contacts that touch. A gap
+ * that is no more than rounding of q0 counts as 0: moving by it would not change q, and a body at
+ * rest would keep a velocity of rounding. */
+void perp__prepare_contacts(perp_mechanism *m, double h, const double *q0, const double *v0);
+/* With all of it: momentum, coefficients, bounds and the contacts within reach, too. */
+void perp__prepare_step(perp_mechanism *m, double h, const double *q0, const double *v0);
+/* m->free: the velocities that m->momentum has without impulses; includes what they reach. */
+void perp__include_reached(perp_mechanism *m, const perp__terms *terms);
+/* Includes contact j if it passes and was not included; whether so. */
+int32_t perp__include(perp_mechanism *m, int32_t j, int32_t passes);
+/* The problem of what was prepared. */
+void perp__pose(perp_mechanism *m, perp__velocity_problem *problem);
+/* m->answer := its solution, with all contacts kept. */
+perp_status perp__solve_frozen(perp_mechanism *m, const perp__velocity_problem *problem);
+/* Whether a step with this outcome moves the state. */
+int32_t perp__outcome_moves(int32_t outcome);
+/* The end of a step to to->q at t, whose problem m->answer solves: impacts, report, projection. */
+perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                              double t, const perp__velocity_problem *problem);
 
 /* ---- answers.c ---- */
 /* With the step prepared: where its problem has several answers, m->answer becomes the one that the
@@ -209,20 +265,48 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
 
 /* ---- impact.c ---- */
 /* The contacts with restitution that were hit in the step that `answer` solves. */
-int32_t perp__count_impacts(perp_mechanism *m, const perp__velocity_answer *answer);
+int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer);
 /* Second stage: m->answer, of the first stage, is replaced by velocities and impulses after the
  * impacts. */
 perp_status perp__solve_impacts(perp_mechanism *m, const perp__velocity_problem *problem);
 
-/* ---- accelerations.c ---- */
-/* NULL is accepted. */
+/* ---- accelerations/accelerations.c: NULL is accepted ---- */
 void perp__acceleration_release(perp__acceleration *a);
 
-/* ---- jam.c ---- */
-/* Whether sliding in contact j ended though it was not hit: Painleve's impact without collision. */
-int32_t perp__is_jammed(perp_mechanism *m, const perp__velocity_answer *answer, int32_t j);
+/* ---- run.c ---- */
+/* What a run keeps between its steps. */
+typedef struct perp__run {
+    perp_mechanism *m; /* m->now: where the run is */
+    perp_mechanism_run_result result;
+    perp_mechanism_observer observer;
+    void *user;
+    double t, end;
+    int32_t ended; /* result.outcome says why */
+} perp__run;
 
-/* mechanism.c */
+/* Takes a step to `next` at t: m->now, result, observer. A step without motion ends the run. */
+perp_status perp__run_take(perp__run *run, const perp__motion *next, double t, double h,
+                           const perp_mechanism_step *step);
+
+/* ---- mechanism_read.c ---- */
+perp_status perp__mechanism_settings_read(perp_context *context, perp_mechanism_settings *own,
+                                          const perp_mechanism_settings *settings);
+/* Checks sizes, callbacks and every number. */
+perp_status perp__mechanism_model_read(perp_context *context, perp_mechanism_model *own,
+                                       const perp_mechanism_model *model);
+/* Sizes of a model that was read; then, once there is room, its numbers. */
+void perp__mechanism_sizes(perp_mechanism *m, const perp_mechanism_model *model);
+void perp__mechanism_take(perp_mechanism *m, const perp_mechanism_model *model);
+
+/* ---- mechanism.c ---- */
+/* A struct that begins with PERP__WORK, 0 behind it but for what `layout` (NULL: none yet) takes;
+ * NULL without memory, and the message says so. And its end; NULL is accepted. */
+void *perp__work_create(perp_mechanism *m, size_t size, perp__layout layout);
+void perp__work_release(void *work);
+/* All but q. */
+void perp__copy_motion(const perp_mechanism *m, perp__motion *to, const perp__motion *from);
+/* No impulses, nothing that holds, no ray. */
+void perp__clear_motion(const perp_mechanism *m, perp__motion *motion);
 /* Enters the context and sets the deadline. */
 perp_status perp__mechanism_enter(perp_mechanism *m);
 int32_t perp__mechanism_is_late(const perp_mechanism *m);
@@ -230,7 +314,8 @@ int32_t perp__mechanism_is_late(const perp_mechanism *m);
 double perp__mechanism_time_left(const perp_mechanism *m);
 perp_status perp__mechanism_check_state(perp_mechanism *m, double t, const double *q,
                                         const double *v);
-/* Fails with the message of the inner context. */
-perp_status perp__mechanism_fail_inner(perp_mechanism *m, perp_status status, const char *what);
+perp_status perp__mechanism_check_length(perp_mechanism *m, double h);
+/* Says in front of a solver's message what it was solving; returns `status`. */
+perp_status perp__mechanism_fail_in(perp_mechanism *m, perp_status status, const char *what);
 
 #endif

@@ -1,4 +1,4 @@
-#include "mechanism/mechanism_read.h"
+#include "mechanism/mechanism.h"
 
 #include <math.h>
 #include <string.h>
@@ -126,35 +126,27 @@ static perp_status check_callbacks(perp_context *context, const perp_mechanism_m
     return PERP_OK;
 }
 
-/* Finite and >= 0. */
-static perp_status check_coefficients(perp_context *context, const char *name, const double *x,
-                                      int32_t count)
-{
-    perp_status status;
-    int32_t j;
-
-    if (!x)
-        return PERP_OK;
-    status = perp__check_finite(context, name, x, (size_t)count);
-    for (j = 0; j < count && status == PERP_OK; j++)
-        if (x[j] < 0.0)
-            status = perp__fail(context, PERP_ERROR_ARGUMENT, "%s[%d] is %g, negative", name,
-                                (int)j, x[j]);
-    return status;
-}
-
 static perp_status check_contacts(perp_context *context, const perp_mechanism_model *model)
 {
-    perp_status status = check_coefficients(context, "model.mu", model->mu, model->contacts);
-    int32_t j;
+    const struct {
+        const char *name;
+        const double *x; /* NULL, or finite and >= 0 */
+    } lists[] = {{"model.mu", model->mu},
+                 {"model.mu_static", model->mu_static},
+                 {"model.stribeck", model->stribeck},
+                 {"model.restitution", model->restitution}};
+    perp_status status = PERP_OK;
+    int32_t j, k;
 
-    if (status == PERP_OK)
-        status = check_coefficients(context, "model.mu_static", model->mu_static, model->contacts);
-    if (status == PERP_OK)
-        status = check_coefficients(context, "model.stribeck", model->stribeck, model->contacts);
-    if (status == PERP_OK)
-        status =
-            check_coefficients(context, "model.restitution", model->restitution, model->contacts);
+    for (k = 0; k < 4 && status == PERP_OK; k++) {
+        if (lists[k].x)
+            status =
+                perp__check_finite(context, lists[k].name, lists[k].x, (size_t)model->contacts);
+        for (j = 0; j < model->contacts && lists[k].x && status == PERP_OK; j++)
+            if (lists[k].x[j] < 0.0)
+                status = perp__fail(context, PERP_ERROR_ARGUMENT, "%s[%d] is %g, negative",
+                                    lists[k].name, (int)j, lists[k].x[j]);
+    }
     for (j = 0; j < model->contacts && status == PERP_OK; j++) {
         const double mu = model->mu ? model->mu[j] : 0.0;
 
@@ -224,9 +216,17 @@ void perp__mechanism_take(perp_mechanism *m, const perp_mechanism_model *model)
     copy_or_zero(m->stribeck, model->stribeck, m->contacts);
     copy_or_zero(m->restitution, model->restitution, m->contacts);
     m->starts[0] = 0;
+    memset(m->normal_of, -1, (size_t)m->rows * sizeof *m->normal_of);
     for (j = 0; j < m->contacts; j++) {
         m->dims[j] = model->dims ? model->dims[j] : model->dim;
         m->starts[j + 1] = m->starts[j] + m->dims[j];
+        m->normal_of[m->starts[j]] = j;
+        m->tangent[j] = m->starts[j] + 1;
+        m->tangents[j] = m->dims[j] - 1;
+    }
+    for (j = 0; j < m->dry; j++) {
+        m->tangent[m->contacts + j] = m->contact_rows + m->bilateral + j * model->dry_dim;
+        m->tangents[m->contacts + j] = model->dry_dim;
     }
     m->model.dims = m->dims;
     m->model.mu = m->mu;

@@ -10,16 +10,13 @@
 #include <math.h>
 #include <string.h>
 
-#include "mechanism/assembly.h"
-#include "mechanism/schemes/frozen.h"
-
 #define MOST_PASSES 6
 
 /* What rounding of q makes of a gap or of c, in units of sum |J_i| |q|. */
 #define ROUNDING (16.0 * PERP__EPS)
 
-double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int32_t row,
-                          const double *q)
+double perp__gap_size(const perp_mechanism *m, const perp__terms *terms, int32_t row,
+                      const double *q)
 {
     const double *J = terms->J + (size_t)row * (size_t)m->n;
     double size = 0.0, largest = 0.0;
@@ -29,7 +26,13 @@ double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int
         largest = fmax(largest, fabs(q[i]));
     for (i = 0; i < m->n; i++)
         size += fabs(J[i]) * (m->coordinates == m->n ? fabs(q[i]) : largest);
-    return ROUNDING * size;
+    return size;
+}
+
+double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int32_t row,
+                          const double *q)
+{
+    return ROUNDING * perp__gap_size(m, terms, row, q);
 }
 
 /* Measures; returns whether there is more than rounding. */
@@ -76,35 +79,25 @@ static void assemble(perp_mechanism *m, perp__assembly *a)
 /* Includes contacts that the displacement would close; whether there were any. */
 static int32_t include_passed(perp_mechanism *m, const double *displacement)
 {
-    const size_t n = (size_t)m->n;
     int32_t more = 0, j;
-    size_t k;
 
-    for (j = 0; j < m->contacts; j++) {
-        const double *normal = m->end.J + (size_t)m->starts[j] * n;
-        double gap = m->end.gap[j];
-
-        for (k = 0; k < n && !m->included[j]; k++)
-            gap += normal[k] * displacement[k];
-        if (m->included[j] || gap >= 0.0)
-            continue;
-        m->included[j] = 1;
-        more = 1;
-    }
+    for (j = 0; j < m->contacts; j++)
+        more |= perp__include(
+            m, j, perp__row_times(m, &m->end, m->starts[j], m->end.gap[j], displacement) < 0.0);
     return more;
 }
 
 /* m->projection.v := the displacement; found: whether there is one. */
 static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, int32_t *found)
 {
-    perp__velocity_answer answer;
+    perp__motion answer = {0};
     perp_status status;
     int32_t j;
 
     for (j = 0; j < m->contacts; j++)
         m->included[j] = m->end.gap[j] <= 0.0;
     do {
-        memset(&answer, 0, sizeof answer);
+        answer.iterations = 0;
         assemble(m, &m->projection);
         status = perp__assembly_solve(m, &m->projection, m->bilateral, &answer);
         *found = status == PERP_OK && perp__outcome_moves(answer.outcome);

@@ -9,38 +9,55 @@
 /* Sliding speed relative to its terms that counts as none: rounding of the sum. */
 #define ROUNDING (64.0 * PERP__EPS)
 
+double perp__row_times(const perp_mechanism *m, const perp__terms *terms, int32_t row, double sum,
+                       const double *x)
+{
+    const double *J = terms->J + (size_t)row * (size_t)m->n;
+    int32_t k;
+
+    for (k = 0; k < m->n; k++)
+        sum += J[k] * x[k];
+    return sum;
+}
+
+void perp__add_row(const perp_mechanism *m, const perp__terms *terms, int32_t row, double s,
+                   double *x)
+{
+    const double *J = terms->J + (size_t)row * (size_t)m->n;
+    int32_t k;
+
+    for (k = 0; k < m->n && s != 0.0; k++)
+        x[k] += s * J[k];
+}
+
+double perp__row_size(const perp_mechanism *m, const perp__terms *terms, int32_t row,
+                      const double *v)
+{
+    const double *J = terms->J + (size_t)row * (size_t)m->n;
+    double size = fabs(terms->drift[row]);
+    int32_t k;
+
+    for (k = 0; k < m->n; k++)
+        size += fabs(J[k] * v[k]);
+    return size;
+}
+
 void perp__row_velocities(const perp_mechanism *m, const perp__terms *terms, double *u,
                           const double *v)
 {
-    const size_t n = (size_t)m->n;
     int32_t i;
-    size_t k;
 
-    for (i = 0; i < m->rows; i++) {
-        const double *row = terms->J + (size_t)i * n;
-        double sum = terms->drift[i];
-
-        for (k = 0; k < n; k++)
-            sum += row[k] * v[k];
-        u[i] = sum;
-    }
+    for (i = 0; i < m->rows; i++)
+        u[i] = perp__row_times(m, terms, i, terms->drift[i], v);
 }
 
 void perp__add_impulses(const perp_mechanism *m, const perp__terms *terms, double *x,
                         const double *r)
 {
-    const size_t n = (size_t)m->n;
     int32_t i;
-    size_t k;
 
-    for (i = 0; i < m->rows; i++) {
-        const double *row = terms->J + (size_t)i * n;
-
-        if (r[i] == 0.0)
-            continue;
-        for (k = 0; k < n; k++)
-            x[k] += row[k] * r[i];
-    }
+    for (i = 0; i < m->rows; i++)
+        perp__add_row(m, terms, i, r[i], x);
 }
 
 void perp__multiply_mass(const perp_mechanism *m, const perp__terms *terms, double *y,
@@ -63,21 +80,70 @@ void perp__solve_mass(const perp_mechanism *m, const perp__terms *terms, double 
     perp__cholesky_solve(m->n, 1, terms->factor, m->n, x, m->n);
 }
 
+void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double *x)
+{
+    const size_t n = (size_t)m->n;
+    size_t i, k;
+
+    for (k = 0; k < n; k++) {
+        const double *column = terms->factor + n * k;
+
+        if (x[k] == 0.0)
+            continue;
+        x[k] /= column[k];
+        for (i = k + 1; i < n; i++)
+            x[i] -= column[i] * x[k];
+    }
+}
+
+void perp__solve_upper(const perp_mechanism *m, const perp__terms *terms, double *x)
+{
+    const size_t n = (size_t)m->n;
+    size_t i, k;
+
+    for (i = n; i-- > 0;) {
+        for (k = i + 1; k < n; k++)
+            x[i] -= terms->factor[k + n * i] * x[k];
+        x[i] /= terms->factor[i * (n + 1)];
+    }
+}
+
+double perp__energy_norm(const perp_mechanism *m, const perp__terms *terms, double *y,
+                         const double *x)
+{
+    const size_t n = (size_t)m->n;
+    size_t i, k;
+
+    for (i = 0; i < n; i++) {
+        double sum = 0.0;
+
+        for (k = i; k < n; k++)
+            sum += terms->factor[k + n * i] * x[k];
+        y[i] = sum;
+    }
+    return perp__length(y, m->n);
+}
+
+double perp__speed(perp_mechanism *m, const perp__terms *terms, const double *v)
+{
+    double sum = 0.0;
+    int32_t i;
+
+    perp__multiply_mass(m, terms, m->work, v);
+    for (i = 0; i < m->n; i++)
+        sum += m->work[i] * v[i];
+    return sqrt(fmax(sum, 0.0));
+}
+
 double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, int32_t j,
                            const double *u, const double *v)
 {
-    const size_t n = (size_t)m->n;
     double speed = 0.0, size = 0.0;
     int32_t i;
-    size_t k;
 
     for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++) {
-        double terms_of = fabs(terms->drift[i]);
-
-        for (k = 0; k < n; k++)
-            terms_of += fabs(terms->J[(size_t)i * n + k] * v[k]);
         speed = hypot(speed, u[i]);
-        size = hypot(size, terms_of);
+        size = hypot(size, perp__row_size(m, terms, i, v));
     }
     return speed > ROUNDING * size ? speed : 0.0;
 }

@@ -1,5 +1,5 @@
 /* Runs: steps one after the other, with an observer. */
-#include "mechanism/run.h"
+#include "mechanism/mechanism.h"
 
 #include <math.h>
 #include <string.h>
@@ -7,23 +7,12 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "mechanism/schemes/adaptive.h"
-#include "mechanism/schemes/frozen.h"
 
 /* How far a span may be from a whole number of steps and count as one, in steps. */
 #define WHOLE 1e-9
 
 /* Roundings between t + h and t0 + k h, relative. */
 #define SAME 1e-15
-
-static void copy_state(const perp_mechanism *m, perp__mechanism_state *to,
-                       const perp__mechanism_state *from)
-{
-    memcpy(to->q, from->q, (size_t)m->coordinates * sizeof *to->q);
-    memcpy(to->v, from->v, (size_t)m->n * sizeof *to->v);
-    memcpy(to->impulse, from->impulse, (size_t)m->rows * sizeof *to->impulse);
-    memcpy(to->velocity, from->velocity, (size_t)m->rows * sizeof *to->velocity);
-    memcpy(to->modes, from->modes, (size_t)(m->contacts + m->dry) * sizeof *to->modes);
-}
 
 /* Shows m->now; PERP_OK, or PERP_ERROR_CALLBACK. */
 static perp_status show(perp__run *run, double h, const perp_mechanism_step *step)
@@ -40,8 +29,8 @@ static perp_status show(perp__run *run, double h, const perp_mechanism_step *ste
     view.h = h;
     view.q = m->now.q;
     view.v = m->now.v;
-    view.impulse = m->now.impulse;
-    view.velocity = m->now.velocity;
+    view.impulse = m->now.r;
+    view.velocity = m->now.u;
     view.modes = m->now.modes;
     view.step = step;
     answer = run->observer(&view, run->user);
@@ -54,7 +43,7 @@ static perp_status show(perp__run *run, double h, const perp_mechanism_step *ste
     return PERP_OK;
 }
 
-perp_status perp__run_take(perp__run *run, const perp__mechanism_state *next, double t, double h,
+perp_status perp__run_take(perp__run *run, const perp__motion *next, double t, double h,
                            const perp_mechanism_step *step)
 {
     perp_mechanism *m = run->m;
@@ -72,7 +61,8 @@ perp_status perp__run_take(perp__run *run, const perp__mechanism_state *next, do
     run->result.steps++;
     run->t = t;
     run->result.outcome = perp__worse_outcome(run->result.outcome, step->outcome);
-    copy_state(m, &m->now, next);
+    memcpy(m->now.q, next->q, (size_t)m->coordinates * sizeof *next->q);
+    perp__copy_motion(m, &m->now, next);
     if (t < run->end && perp__mechanism_is_late(m)) {
         run->result.outcome = PERP_OUTCOME_TIME_LIMIT;
         run->ended = 1;
@@ -120,8 +110,8 @@ static perp_status check(perp_mechanism *m, const double *q, const double *v,
     if (status == PERP_OK && !(t1 > t0 && isfinite(t1)))
         status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "t1 is %g, expected more than t0 = %g",
                             t1, t0);
-    if (status == PERP_OK && !(h > 0.0 && isfinite(h)))
-        status = perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g, expected a length > 0", h);
+    if (status == PERP_OK)
+        status = perp__mechanism_check_length(m, h);
     if (status == PERP_OK && (t1 - t0) / h > 1e15)
         status =
             perp__fail(m->context, PERP_ERROR_ARGUMENT, "h is %g: too many steps to %g", h, t1);
@@ -139,11 +129,7 @@ static perp_status run_from(perp__run *run, double t0, double t1, double h, cons
     perp_mechanism_step_init(&step, sizeof step);
     step.error = run->result.error = (double)NAN;
     m->keeps = 0;
-    memcpy(m->now.q, q0, (size_t)m->coordinates * sizeof *q0);
-    memcpy(m->now.v, v0, (size_t)m->n * sizeof *v0);
-    memset(m->now.impulse, 0, (size_t)m->rows * sizeof *m->now.impulse);
-    memset(m->now.velocity, 0, (size_t)m->rows * sizeof *m->now.velocity);
-    memset(m->now.modes, 0, (size_t)(m->contacts + m->dry) * sizeof *m->now.modes);
+    perp__stay(m, &m->now, q0, v0);
     run->t = t0;
     status = show(run, 0.0, &step);
     if (status == PERP_OK && !run->ended)

@@ -36,6 +36,11 @@ perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
     return PERP_OK;
 }
 
+perp_status perp__ncp_set(perp_ncp_solver *solver, const perp_ncp_settings *settings)
+{
+    return perp__ncp_settings_read(solver->context, &solver->settings, settings);
+}
+
 void perp__ncp_destroy(perp_ncp_solver *solver)
 {
     perp__handle_end(solver);
@@ -112,10 +117,8 @@ perp_status perp_ncp_solver_set(perp_ncp_solver *solver, const perp_ncp_settings
 {
     perp_status status = enter(solver);
 
-    if (status != PERP_OK)
-        return status;
-    status = perp__ncp_settings_read(solver->context, &solver->settings, settings);
-    return perp__leave(solver->context, status);
+    return status == PERP_OK ? perp__leave(solver->context, perp__ncp_set(solver, settings))
+                             : status;
 }
 
 perp_status perp_ncp_solver_setup(perp_ncp_solver *solver, const perp_ncp_problem *problem)

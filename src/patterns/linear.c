@@ -8,12 +8,10 @@
 /* Directions of slips are found to this. */
 #define SAME_DIRECTION 1e-10
 
-/* Row r of B, entries column_stride apart. */
-static const double *row_of(const perp__linear *p, int32_t r)
+/* Column j of B, of its first or second block. */
+static const double *column_of(const perp__linear *p, int32_t block, int32_t j)
 {
-    const int32_t second = r >= p->length;
-
-    return p->block[second] + (size_t)(r - second * p->length) * p->row_stride;
+    return p->block[block] + (size_t)j * (size_t)p->length;
 }
 
 void perp__linear_layout(perp__linear *p, perp__arena *arena)
@@ -54,47 +52,42 @@ void perp__linear_column(perp__linear *p, int32_t first, int32_t count, const do
     memcpy(p->coefficient + 3 * (size_t)c, coefficient, 3 * sizeof *coefficient);
 }
 
-/* Coefficients of the equation of row r, and the sizes of their terms. */
-static void load_row(const perp__linear *p, int32_t r, double *sum, double *size)
+/* Column c of the matrix, in its units; returns its largest entry, without cancellation. */
+static double load_column(const perp__linear *p, int32_t c, double top)
 {
-    const double *b = row_of(p, r), *second = p->rows > p->length ? row_of(p, p->length + r) : NULL;
-    const double slope = p->slope[r];
-    int32_t j;
+    const int32_t n = p->system.n, two = p->rows > p->length, from = p->first[c];
+    const double *factor = p->coefficient + 3 * (size_t)c;
+    double *K = p->system.K + c;
+    int32_t r, i;
 
-    for (j = 0; j < p->length; j++, b += p->column_stride) {
-        sum[j] = *b;
-        size[j] = fabs(*b);
-        if (second) {
-            const double more = slope * second[(size_t)j * p->column_stride];
+    for (r = 0; r < n; r++, K += n) {
+        const int32_t row = p->first[r];
+        const double *first = column_of(p, 0, from) + row;
+        const double *second = two ? column_of(p, 1, from) + row : first;
+        const double slope = two ? p->slope[row] : 0.0, unit = p->scale[row] * p->scale[from];
+        double sum = 0.0, size = 0.0;
 
-            sum[j] += more;
-            size[j] += fabs(more);
+        for (i = 0; i < p->count[c]; i++, first += p->length, second += p->length) {
+            const double more = slope * *second;
+
+            sum += factor[i] * (*first + more);
+            size += fabs(factor[i]) * (fabs(*first) + fabs(more));
         }
+        *K = sum * unit;
+        if (!(size * unit <= top)) /* NaN, too */
+            top = size * unit;
     }
+    return top;
 }
 
 double perp__linear_load(perp__linear *p)
 {
     const int32_t n = p->system.n;
-    double *K = p->system.K, *row = p->work, *sizes = row + p->length, top = 0.0;
-    int32_t r, c, i;
+    double top = 0.0;
+    int32_t c;
 
-    for (r = 0; r < n; r++) {
-        load_row(p, p->first[r], row, sizes);
-        for (c = 0; c < n; c++) {
-            const double unit = p->scale[p->first[r]] * p->scale[p->first[c]];
-            const double *factor = p->coefficient + 3 * (size_t)c;
-            double sum = factor[0] * row[p->first[c]], size = fabs(factor[0]) * sizes[p->first[c]];
-
-            for (i = 1; i < p->count[c]; i++) {
-                sum += factor[i] * row[p->first[c] + i];
-                size += fabs(factor[i]) * sizes[p->first[c] + i];
-            }
-            *K++ = sum * unit;
-            if (!(size * unit <= top)) /* NaN, too */
-                top = size * unit;
-        }
-    }
+    for (c = 0; c < n; c++)
+        top = load_column(p, c, top);
     memset(p->y, 0, (size_t)n * sizeof *p->y);
     memcpy(p->x, p->known, (size_t)p->length * sizeof *p->x);
     return top;
@@ -103,22 +96,26 @@ double perp__linear_load(perp__linear *p)
 void perp__linear_rows(const perp__linear *p, double *u, double *size, const double *x,
                        int32_t homogeneous)
 {
-    int32_t r, j;
+    const int32_t n = p->length;
+    int32_t block, r, j;
 
     for (r = 0; r < p->rows; r++) {
-        const double *b = row_of(p, r);
-        double sum = homogeneous ? 0.0 : p->c[r], terms = homogeneous ? 0.0 : p->c_size[r];
-
-        for (j = 0; j < p->length; j++, b += p->column_stride) {
-            const double term = *b * x[j];
-
-            sum += term;
-            terms += fabs(term);
-        }
-        u[r] = sum;
+        u[r] = homogeneous ? 0.0 : p->c[r];
         if (size)
-            size[r] = terms;
+            size[r] = homogeneous ? 0.0 : p->c_size[r];
     }
+    for (block = 0; block * n < p->rows; block++, u += n, size = size ? size + n : NULL)
+        for (j = 0; j < n; j++) {
+            const double *b = column_of(p, block, j);
+
+            for (r = 0; r < n && x[j] != 0.0; r++) {
+                const double term = b[r] * x[j];
+
+                u[r] += term;
+                if (size)
+                    size[r] += fabs(term);
+            }
+        }
 }
 
 void perp__linear_evaluate(perp__linear *p)
@@ -182,11 +179,10 @@ void perp__linear_find_widths(perp__linear *p)
     memset(p->x_width, 0, (size_t)p->length * sizeof *p->x_width);
     perp__linear_add(p, p->x_width, width, 1);
     for (r = 0; r < p->rows; r++) {
-        const double *row = row_of(p, r);
-
         p->u_width[r] = p->tolerance * p->u_size[r];
         for (j = 0; j < p->length; j++)
-            p->u_width[r] += fabs(row[(size_t)j * p->column_stride]) * p->x_width[j];
+            p->u_width[r] +=
+                fabs(column_of(p, r >= p->length, j)[r % p->length]) * p->x_width[j];
     }
 }
 
@@ -306,7 +302,7 @@ static void cut(const perp__linear *p, perp__polyhedron *polyhedron, const perp_
         to.constant += factor * p->c[i];
         to.size += fabs(factor) * p->c_size[i];
         for (j = 0; j < p->length; j++)
-            p->work[j] += factor * row_of(p, i)[(size_t)j * p->column_stride];
+            p->work[j] += factor * column_of(p, i >= p->length, j)[i % p->length];
     }
     perp__polyhedron_cut(polyhedron, &to);
 }

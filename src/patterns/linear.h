@@ -28,10 +28,9 @@ typedef struct perp__condition {
 enum { PERP__MOST_CONDITIONS = 6 };
 
 typedef struct perp__linear {
-    /* u = B x + c. B has one or two blocks of `length` rows. */
+    /* u = B x + c. B has one or two blocks of `length` rows, each by columns. */
     int32_t length, rows;
     const double *block[2];
-    size_t row_stride, column_stride;
     const double *c, *c_size; /* rows; c_size: what c is summed up of */
     const double *scale;      /* length: the unit of x_i, and of row i one over it */
     double tolerance;         /* of points, relative to what they are summed up of */

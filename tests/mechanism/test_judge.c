@@ -2,7 +2,7 @@
  * momentum. A point mass falls on a floor; the answers are made by hand. */
 #include "rig.h"
 
-#include "mechanism/schemes/frozen.h"
+#include "mechanism/mechanism.h"
 
 enum { PLANE = 2 };
 
@@ -61,7 +61,7 @@ static void pose(fall *f, double lever)
 
 static void answer(fall *f, double vx, double vy, double normal, double friction)
 {
-    perp__velocity_answer *a = &f->m->answer;
+    perp__motion *a = &f->m->answer;
 
     a->v[0] = vx;
     a->v[1] = vy;
@@ -80,7 +80,7 @@ static void release(fall *f)
  * and its velocities are told as they are. One that is right gets its exact zeros. */
 static void test_hold(void **state)
 {
-    perp__velocity_answer *a;
+    perp__motion *a;
     fall f;
 
     (void)state;

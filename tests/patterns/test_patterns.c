@@ -262,14 +262,12 @@ static void layout(perp__arena *arena, void *object)
 
 static void open_plane(plane *l, double a, double b, double c, double d, double q, double r)
 {
-    const plane made = {{0}, {0}, {a, b, c, d}, {q, r}, {fabs(q), fabs(r)}, {1.0, 1.0}};
+    const plane made = {{0}, {0}, {a, c, b, d}, {q, r}, {fabs(q), fabs(r)}, {1.0, 1.0}};
 
     *l = made;
     perp__arena_init(&l->arena, context);
     l->p.length = l->p.rows = l->p.positions = 2;
     l->p.block[0] = l->M;
-    l->p.row_stride = 2;
-    l->p.column_stride = 1;
     l->p.c = l->c;
     l->p.c_size = l->size;
     l->p.scale = l->scale;

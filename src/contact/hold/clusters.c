@@ -4,10 +4,6 @@
 #include <string.h>
 
 #include "contact/hold/clusters.h"
-#include "linalg/orthogonal.h"
-
-/* A coordinate is determined if no more than this of it is outside of the rows' span. */
-#define SPAN 1e-10
 
 static int32_t find(int32_t *parent, int32_t k)
 {
@@ -77,13 +73,12 @@ static int32_t is_taken(const perp__hold *h, int32_t unit, int64_t piece, int32_
 }
 
 /* Appends row i of the unit, unless it is 0. */
-static void add_row(perp__hold *h, int32_t unit, int32_t i, int32_t columns, int32_t *rows)
+static void add_row(perp__hold *h, int32_t unit, int32_t i)
 {
     const perp__bodies *b = h->bodies;
-    double *row = h->rows + (size_t)*rows * (size_t)columns, largest = 0.0, length;
-    double target = -h->bias[b->rows[unit] + i];
+    double *row = perp__held_rows_next(&h->dense), target = -h->bias[b->rows[unit] + i];
 
-    memset(row, 0, (size_t)columns * sizeof *row);
+    memset(row, 0, (size_t)h->dense.n * sizeof *row);
     h->taken_up++;
     for (int64_t piece = b->piece_starts[unit]; piece < b->piece_starts[unit + 1]; piece++) {
         const double *P = b->values + b->piece_values[piece] + i * b->width;
@@ -94,23 +89,13 @@ static void add_row(perp__hold *h, int32_t unit, int32_t i, int32_t columns, int
         else
             memcpy(row + h->cluster[block] * b->width, P, (size_t)b->width * sizeof *row);
     }
-    for (int32_t k = 0; k < columns; k++)
-        largest = fmax(largest, fabs(row[k]));
-    if (largest == 0.0)
-        return;
-    for (int32_t k = 0; k < columns; k++) /* squares must not leave the range of doubles */
-        row[k] /= largest;
-    length = sqrt(dot(row, row, columns));
-    for (int32_t k = 0; k < columns; k++)
-        row[k] /= length;
-    h->targets[(*rows)++] = target / largest / length;
+    perp__held_rows_take(&h->dense, target);
 }
 
 /* First the normals, then the tangents: of rows that serve equally well the first are taken. */
-static int32_t gather(perp__hold *h, const int32_t *members, int32_t count)
+static void gather(perp__hold *h, const int32_t *members, int32_t count)
 {
     const perp__bodies *b = h->bodies;
-    int32_t rows = 0;
 
     for (int32_t tangents = 0; tangents < 2; tangents++)
         for (int32_t m = 0; m < count; m++)
@@ -122,9 +107,8 @@ static int32_t gather(perp__hold *h, const int32_t *members, int32_t count)
                     continue;
                 for (int32_t i = tangents; i < (tangents ? h->holds[unit] : h->holds[unit] > 0);
                      i++)
-                    add_row(h, unit, i, count * b->width, &rows);
+                    add_row(h, unit, i);
             }
-    return rows;
 }
 
 /* loose := C^-1 v_free + what does not hold */
@@ -149,46 +133,32 @@ static void add_loose(perp__hold *h, const int32_t *members, int32_t count)
 }
 
 /* Whether the rows determine coordinate i of member m, and those alone whose targets are 0. */
-static int32_t is_at_rest(perp__hold *h, int32_t m, int32_t block, int32_t i, int32_t rank,
-                          int32_t n)
+static int32_t is_at_rest(perp__hold *h, int32_t m, int32_t block, int32_t i)
 {
     const int32_t width = h->bodies->width;
-    double *x = h->unit, length, share = 0.0;
+    double *x = h->dense.unit + m * width, length;
 
-    memset(x, 0, (size_t)n * sizeof *x);
-    perp__bodies_own_row(h->bodies, block, i, x + m * width);
-    length = sqrt(dot(x + m * width, x + m * width, width));
-    for (int32_t k = 0; k < rank; k++) {
-        const double along =
-            dot(h->dense + (size_t)k * (size_t)n + m * width, x + m * width, width);
-
-        if (along != 0.0 && h->components[k] != 0.0)
-            return 0;
-        share += along * along;
-    }
-    if (!(share > 0.5 * length * length)) /* far off, as most are: not worth the exact test */
-        return 0;
-    perp__project_out(h->dense, rank, n, x);
-    return sqrt(dot(x, x, n)) <= SPAN * length;
+    memset(h->dense.unit, 0, (size_t)h->dense.n * sizeof *h->dense.unit);
+    perp__bodies_own_row(h->bodies, block, i, x);
+    length = sqrt(dot(x, x, width));
+    for (int32_t k = 0; k < width; k++)
+        x[k] /= length;
+    return perp__held_rows_fix(&h->dense, m * width, width);
 }
 
 /* What the rows leave free, and exact zeros in single coordinates. */
-static void move(perp__hold *h, const int32_t *members, int32_t count, int32_t rank)
+static void move(perp__hold *h, const int32_t *members, int32_t count)
 {
-    const int32_t width = h->bodies->width, n = count * width;
+    const int32_t width = h->bodies->width;
 
     add_loose(h, members, count);
-    perp__project_out(h->dense, rank, n, h->loose);
-    for (int32_t k = 0; k < rank; k++)
-        h->components[k] = dot(h->dense + (size_t)k * (size_t)n, h->particular, n);
+    perp__held_rows_free(&h->dense, h->loose);
     for (int32_t m = 0; m < count; m++) {
-        double *v = h->v + (size_t)members[m] * (size_t)width, *y = h->loose + m * width;
+        double *v = h->v + (size_t)members[m] * (size_t)width;
 
+        perp__bodies_from_own(h->bodies, members[m], h->loose + m * width, v);
         for (int32_t i = 0; i < width; i++)
-            y[i] += h->particular[m * width + i];
-        perp__bodies_from_own(h->bodies, members[m], y, v);
-        for (int32_t i = 0; i < width; i++)
-            if (v[i] == 0.0 || is_at_rest(h, m, members[m], i, rank, n))
+            if (v[i] == 0.0 || is_at_rest(h, m, members[m], i))
                 v[i] = 0.0; /* never -0.0 */
     }
 }
@@ -200,11 +170,11 @@ static void hold_members(perp__hold *h, const int32_t *members, int32_t count)
     int32_t rests = 1;
 
     for (int32_t i = 0; i < count * width; i++)
-        rests &= h->particular[i] == 0.0;
+        rests &= h->dense.particular[i] == 0.0;
     for (int32_t m = 0; m < count; m++) {
         const size_t at = (size_t)members[m] * (size_t)width;
 
-        memcpy(h->y + at, h->particular + m * width, (size_t)width * sizeof(double));
+        memcpy(h->y + at, h->dense.particular + m * width, (size_t)width * sizeof(double));
         if (rests)
             memset(h->v + at, 0, (size_t)width * sizeof(double));
         else
@@ -261,18 +231,17 @@ static int32_t count_rows(const perp__hold *h, const int32_t *members, int32_t c
 void perp__hold_solve_cluster(perp__hold *h, const int32_t *members, int32_t count)
 {
     const int32_t n = count * h->bodies->width, most = count_rows(h, members, count);
-    int32_t rows, rank;
 
     if (most == 0 ||
         (count > 1 && (n > PERP__HOLD_COLUMNS || (double)most * n * n > PERP__HOLD_PRODUCTS)))
         return;
     for (int32_t m = 0; m < count; m++)
         h->cluster[members[m]] = m;
-    rows = gather(h, members, count);
-    rank = perp__orthogonal_rows(h->rows, h->targets, h->taken, h->norms, h->dense, h->particular,
-                                 rows, n);
-    if (rank < n)
-        move(h, members, count, rank);
+    perp__held_rows_begin(&h->dense, n);
+    gather(h, members, count);
+    perp__held_rows_solve(&h->dense);
+    if (h->dense.rank < n)
+        move(h, members, count);
     else if (!carry_members(h, members, count))
         hold_members(h, members, count);
 }

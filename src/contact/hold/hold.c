@@ -41,16 +41,10 @@ static void lay_out(perp__arena *arena, void *object)
 static void lay_out_dense(perp__arena *arena, void *object)
 {
     perp__hold *h = object;
-    const size_t rows = (size_t)h->room_rows, n = (size_t)h->room_columns;
-    double **const vectors[] = {&h->particular, &h->loose, &h->components, &h->unit};
 
-    h->rows = perp__arena_take(arena, h->room_entries, sizeof(double));
-    h->targets = perp__arena_take(arena, rows, sizeof(double));
-    h->norms = perp__arena_take(arena, rows, sizeof(double));
-    h->taken = perp__arena_take(arena, rows, sizeof(int32_t));
-    h->dense = perp__arena_take(arena, n, n * sizeof(double));
-    for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++)
-        *vectors[i] = perp__arena_take(arena, n, sizeof(double));
+    perp__held_rows_layout(&h->dense, arena, h->room_entries, (size_t)h->room_rows,
+                           (size_t)h->room_columns);
+    h->loose = perp__arena_take(arena, (size_t)h->room_columns, sizeof(double));
 }
 
 /* The most that a cluster may need, whatever holds. */

@@ -19,6 +19,7 @@
 
 #include "contact/bodies/bodies.h"
 #include "contact/contact.h"
+#include "linalg/held_rows.h"
 
 /* Columns of a cluster, and rows times columns squared, up to which it is solved. */
 enum { PERP__HOLD_COLUMNS = 96 };
@@ -51,8 +52,8 @@ typedef struct perp__hold {
     int32_t *members; /* blocks, by cluster */
     int32_t room_rows, room_columns;
     size_t room_entries;
-    double *rows, *targets, *norms, *dense, *particular, *loose, *components, *unit;
-    int32_t *taken;
+    perp__held_rows dense; /* of a cluster */
+    double *loose;
 } perp__hold;
 
 void perp__hold_init(perp__hold *hold, perp_context *context);

@@ -1,4 +1,4 @@
-/* The systems (L A + R) x = rhs of newton_matrix.h where A = B B' + C is known by its bodies: B the
+/* The systems (L A + R) x = rhs of newton/matrix.h where A = B B' + C is known by its bodies: B the
  * scaled pieces of bodies.h, C compliance. With y = B'x of the contacts and F the bilateral rows,
  *   [I + B' K B  -B_F'; B_F  R_F] (y, x_F) = (B' N rhs, rhs_F),  N = (R + L C)^-1,  K = N L,
  * and x = N (rhs - L B y): as many unknowns as the bodies have velocities, however many contacts

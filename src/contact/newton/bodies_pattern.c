@@ -1,4 +1,4 @@
-/* The pattern of the systems of newton_bodies.h. */
+/* The pattern of the systems of newton/bodies.h. */
 #include "contact/newton/bodies.h"
 
 #include <string.h>

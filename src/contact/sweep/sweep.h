@@ -20,9 +20,9 @@ typedef struct perp__sweep_discs {
     double W[PERP__CONTACT_ROWS_MOST * PERP__CONTACT_ROWS_MOST];
 } perp__sweep_discs;
 
-/* A contact of at most 3 rows on at most 2 blocks of 6 unknowns (sweep_packed.c). */
+/* A contact of at most 3 rows on at most 2 blocks of 6 unknowns (packed.c). */
 typedef struct perp__packed_contact {
-    double P[36]; /* 3 rows, in the order that sweep_packed.c tells */
+    double P[36]; /* 3 rows, in the order that packed.c tells */
     double q[3], compliance[2];
     perp__local local;
     double weight; /* trace / omega^2 */
@@ -36,7 +36,7 @@ static inline int32_t perp__packed_place(int32_t which, int32_t j)
     return j < 4 ? 4 * which + j : 4 + 2 * which + j;
 }
 
-/* What a settling pile is sorted into (sweep_levels.c). */
+/* What a settling pile is sorted into (levels.c). */
 typedef struct perp__levels {
     int32_t *of_block; /* blocks + 1 */
     int32_t *queue;    /* blocks + 1 */

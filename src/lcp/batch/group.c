@@ -95,7 +95,8 @@ static uint64_t bits_of_power(int32_t e)
     return (uint64_t)(e + 1023) << 52;
 }
 
-/* As perp__unit_diagonal for normal numbers: their half exponents never reach its limits. */
+/* As unit_diagonal of linalg/scale.c for normal numbers: their half exponents never reach its
+ * limits. */
 static int32_t unit_diagonal(double diagonal)
 {
     const int32_t p = binary_exponent(diagonal) + 1;

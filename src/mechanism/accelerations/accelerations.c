@@ -84,8 +84,6 @@ perp_status perp__acceleration_make_room(perp__acceleration *a)
     if (perp__arena_fit(&a->blocks, layout_blocks, a) != PERP_OK)
         return perp__fail_memory(a->m->context, "accelerations");
     p->block[0] = a->W;
-    p->row_stride = (size_t)a->active;
-    p->column_stride = 1;
     p->c = a->beta;
     p->c_size = a->load;
     p->scale = a->scale;
@@ -102,19 +100,16 @@ void perp__acceleration_release(perp__acceleration *a)
         return;
     perp__answers_release(&a->answers);
     perp__cone_release(&a->polyhedron.cone);
-    perp__arena_release(&a->arena);
     perp__arena_release(&a->blocks);
-    perp__release(a->m->context, a);
+    perp__work_release(a);
 }
 
 static perp_status make(perp_mechanism *m)
 {
-    perp__acceleration *a = perp__allocate(m->context, 1, sizeof *a);
+    perp__acceleration *a = perp__work_create(m, sizeof *a, layout);
 
     if (!a)
-        return perp__fail_memory(m->context, "accelerations");
-    memset(a, 0, sizeof *a);
-    a->m = m;
+        return PERP_ERROR_MEMORY;
     a->answers.context = a->polyhedron.cone.context = m->context;
     a->linear.tolerance = PERP__ACCELERATION_TOLERANCE;
     a->linear.user = a;
@@ -127,12 +122,7 @@ static perp_status make(perp_mechanism *m)
     a->answers.user = a;
     a->polyhedron.rounding = a->polyhedron.row_rounding = ROUNDING;
     a->polyhedron.least = PERP__FAMILY_TOLERANCE;
-    perp__arena_init(&a->arena, m->context);
     perp__arena_init(&a->blocks, m->context);
-    if (perp__arena_fit(&a->arena, layout, a) != PERP_OK) {
-        perp__acceleration_release(a);
-        return perp__fail_memory(m->context, "accelerations");
-    }
     memset(a->zeros, 0, (size_t)m->rows * sizeof *a->zeros);
     m->accelerations = a;
     return PERP_OK;
@@ -224,11 +214,11 @@ static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summ
 perp_status perp_mechanism_accelerations(perp_mechanism *mechanism, perp_mechanism_summary *summary,
                                          double t, const double *q, const double *v)
 {
-    perp_status status = perp__mechanism_enter(mechanism);
+    const perp_status status = perp__mechanism_enter(mechanism);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(mechanism->context, accelerations(mechanism, summary, t, q, v));
+    return status == PERP_OK
+               ? perp__leave(mechanism->context, accelerations(mechanism, summary, t, q, v))
+               : status;
 }
 
 /* ---- the answers --------------------------------------------------------------------------- */
@@ -273,9 +263,8 @@ static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t i
 perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mechanism_found *found,
                                             int32_t index)
 {
-    perp_status status = perp__mechanism_enter(mechanism);
+    const perp_status status = perp__mechanism_enter(mechanism);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(mechanism->context, get(mechanism, found, index));
+    return status == PERP_OK ? perp__leave(mechanism->context, get(mechanism, found, index))
+                             : status;
 }

@@ -40,10 +40,9 @@ typedef struct perp__mode_pattern {
 } perp__mode_pattern;
 
 struct perp__acceleration {
-    perp__arena arena;
+    PERP__WORK;
     perp__arena blocks; /* matrices of the rows that take part */
-    perp_mechanism *m;
-    int32_t asked; /* there are answers, or it is known that there are none */
+    int32_t asked;      /* there are answers, or it is known that there are none */
     int32_t elements, closed, active, bilateral_row;
     perp__element *element;
     int32_t *row_of;     /* active: row of the mechanism */
@@ -100,6 +99,10 @@ perp_status perp__acceleration_bias(perp__acceleration *a, double t, const doubl
                                     const double *v);
 
 /* ---- state.c ---- */
+/* The next element, of a contact or a dry group behind them, with its rows; behind those of the
+ * contacts the bilateral rows come. */
+perp__element *perp__element_add(perp__acceleration *a, int32_t source);
+void perp__element_add_bilateral(perp__acceleration *a);
 /* The elements, W and beta at (t, q, v); *impact: a closed contact that approaches, or -1. */
 perp_status perp__acceleration_state(perp__acceleration *a, int32_t *impact, double t,
                                      const double *q, const double *v);

@@ -160,7 +160,7 @@ static void find_acceleration(perp__acceleration *a, perp__answer *answer)
     perp_mechanism *m = a->m;
     perp__terms terms = m->begin;
     perp__velocity_problem problem = {0};
-    perp__velocity_answer held = {0};
+    perp__motion held = {0};
 
     terms.drift = a->bias;
     problem.terms = &terms;
@@ -177,47 +177,17 @@ static void find_acceleration(perp__acceleration *a, perp__answer *answer)
     perp__hold_velocities(m, &held, &problem);
 }
 
-/* |M v' - k - J'f| beside its terms, in units of sqrt(M_ii). */
-static double dynamic_residual(const perp__acceleration *a, const perp__answer *answer)
-{
-    const perp_mechanism *m = a->m;
-    const size_t n = (size_t)m->n;
-    double worst = 0.0, largest = 0.0;
-    size_t i, k;
-
-    for (i = 0; i < n; i++) {
-        const double unit = sqrt(m->begin.M[i * (n + 1)]);
-        double sum = -m->begin.k[i], size = fabs(sum);
-
-        for (k = 0; k < n; k++) {
-            const double term = m->begin.M[i * n + k] * perp__answer_acceleration(answer)[k];
-
-            sum += term;
-            size += fabs(term);
-        }
-        for (k = 0; k < (size_t)m->rows; k++) {
-            const double term = m->begin.J[k * n + i] * answer->middle[k];
-
-            sum -= term;
-            size += fabs(term);
-        }
-        perp__raise_to(&worst, fabs(sum) / unit);
-        perp__raise_to(&largest, size / unit);
-    }
-    return largest == 0.0 ? 0.0 : worst / largest;
-}
-
 /* How far u' of active row r is off where it is to be 0 (sign 0) or not negative (sign 1). */
 static double row_residual(const perp__acceleration *a, const perp__answer *answer, int32_t r,
                            int32_t sign)
 {
     const perp_mechanism *m = a->m;
-    const size_t n = (size_t)m->n, row = (size_t)a->row_of[r];
-    double sum = a->bias[row], size = a->load[r];
+    const int32_t row = a->row_of[r];
+    const double sum =
+        perp__row_times(m, &m->begin, row, a->bias[row], perp__answer_acceleration(answer));
+    double size = a->load[r];
     size_t k;
 
-    for (k = 0; k < n; k++)
-        sum += m->begin.J[row * n + k] * perp__answer_acceleration(answer)[k];
     for (k = 0; k < (size_t)a->active; k++)
         size += fabs(a->W[(size_t)r * (size_t)a->active + k] * answer->middle[a->row_of[k]]);
     if (!sign || sum < 0.0)
@@ -279,14 +249,15 @@ static void name_modes(const perp__acceleration *a, perp__answer *answer)
 
 static void describe(perp__acceleration *a, perp__answer *answer)
 {
-    const perp_mechanism *m = a->m;
+    perp_mechanism *m = a->m;
     double largest = DBL_MIN;
     int32_t i;
 
     find_acceleration(a, answer);
     for (i = 0; i < a->active; i++)
         largest = fmax(largest, fabs(answer->middle[a->row_of[i]]) / a->scale[i]);
-    answer->residual = dynamic_residual(a, answer);
+    answer->residual = perp__momentum_residual(m, &m->begin, m->begin.k,
+                                               perp__answer_acceleration(answer), answer->middle);
     for (i = 0; i < m->bilateral; i++)
         perp__raise_to(&answer->residual, row_residual(a, answer, a->bilateral_row + i, 0));
     for (i = 0; i < a->elements; i++)

@@ -30,23 +30,16 @@ typedef struct differences {
 static perp_status evaluate(perp__acceleration *a, differences *d, double *to, double s)
 {
     perp_mechanism *m = a->m;
-    const size_t n = (size_t)m->n;
     perp_status status = perp__evaluate_move(m, m->moved, d->q, s, d->v);
     int32_t i;
-    size_t k;
 
     if (status == PERP_OK)
         status = perp__evaluate_rows(m, &m->end, d->t + s, m->moved, d->v);
     if (status != PERP_OK)
         return status;
     perp__row_velocities(m, &m->end, to, d->v);
-    for (i = 0; i < m->rows; i++) {
-        double terms = fabs(m->end.drift[i]);
-
-        for (k = 0; k < n; k++)
-            terms += fabs(m->end.J[(size_t)i * n + k] * d->v[k]);
-        d->size[i] = fmax(d->size[i], terms);
-    }
+    for (i = 0; i < m->rows; i++)
+        d->size[i] = fmax(d->size[i], perp__row_size(m, &m->end, i, d->v));
     return PERP_OK;
 }
 

@@ -41,11 +41,9 @@ static int32_t applies(const perp__acceleration *a)
 static void fill_seed(perp__acceleration *a, perp__velocity_problem *problem)
 {
     const perp_mechanism *m = a->m;
-    const size_t n = (size_t)m->n;
     int32_t i, j;
-    size_t k;
 
-    memcpy(a->seed.momentum, m->begin.k, n * sizeof *a->seed.momentum);
+    memcpy(a->seed.momentum, m->begin.k, (size_t)m->n * sizeof *a->seed.momentum);
     memset(a->seed.included, 0, (size_t)m->contacts);
     memset(a->seed.friction, 0, (size_t)m->contacts * sizeof *a->seed.friction);
     memset(a->seed.dry, 0, (size_t)m->dry * sizeof *a->seed.dry);
@@ -58,12 +56,9 @@ static void fill_seed(perp__acceleration *a, perp__velocity_problem *problem)
         } else if (!element->moves) {
             a->seed.dry[element->source - m->contacts] = element->bound;
         } else {
-            for (j = 0; j < element->tangents; j++) {
-                const double *row = m->begin.J + (size_t)a->row_of[element->row + j] * n;
-
-                for (k = 0; k < n; k++)
-                    a->seed.momentum[k] -= row[k] * element->bound * element->direction[j];
-            }
+            for (j = 0; j < element->tangents; j++)
+                perp__add_row(m, &m->begin, a->row_of[element->row + j],
+                              -element->bound * element->direction[j], a->seed.momentum);
         }
     }
     problem->momentum = a->seed.momentum;
@@ -91,7 +86,7 @@ static void direct(perp__acceleration *a, int32_t index, double sign, const doub
                                       : i == 0; /* without a size it doesn't matter */
 }
 
-static void take_modes(perp__acceleration *a, const perp__velocity_answer *answer)
+static void take_modes(perp__acceleration *a, const perp__motion *answer)
 {
     int32_t i;
 

@@ -13,28 +13,9 @@
 /* Of gaps and velocities, beside the terms of their sums. */
 #define CLOSED_TOLERANCE 1e-12
 
-static double gap_tolerance(const perp_mechanism *m, int32_t row, const double *q)
-{
-    const double *J = m->begin.J + (size_t)row * (size_t)m->n;
-    double size = 0.0, largest = 0.0;
-    int32_t i;
-
-    for (i = 0; i < m->coordinates; i++)
-        largest = fmax(largest, fabs(q[i]));
-    for (i = 0; i < m->n; i++)
-        size += fabs(J[i]) * (m->coordinates == m->n ? fabs(q[i]) : largest);
-    return CLOSED_TOLERANCE * size;
-}
-
 static double velocity_tolerance(const perp_mechanism *m, int32_t row, const double *v)
 {
-    const double *J = m->begin.J + (size_t)row * (size_t)m->n;
-    double size = fabs(m->begin.drift[row]);
-    int32_t i;
-
-    for (i = 0; i < m->n; i++)
-        size += fabs(J[i] * v[i]);
-    return CLOSED_TOLERANCE * size;
+    return CLOSED_TOLERANCE * perp__row_size(m, &m->begin, row, v);
 }
 
 /* The direction along which `tangents` rows from `row` on slide; 0: they don't. */
@@ -57,49 +38,48 @@ static int32_t slides(const perp_mechanism *m, int32_t row, int32_t tangents, co
     return 1;
 }
 
-static void add_rows(perp__acceleration *a, int32_t row, int32_t count)
+perp__element *perp__element_add(perp__acceleration *a, int32_t source)
 {
+    const perp_mechanism *m = a->m;
+    perp__element *element = a->element + a->elements++;
     int32_t i;
 
-    for (i = 0; i < count; i++)
-        a->row_of[a->active++] = row + i;
+    memset(element, 0, sizeof *element);
+    element->source = source;
+    element->row = a->active;
+    element->dry = source >= m->contacts;
+    element->tangents = m->tangents[source];
+    if (element->dry)
+        element->bound = m->begin.bound[source - m->contacts];
+    element->friction = element->bound > 0.0;
+    for (i = -!element->dry; i < element->tangents; i++)
+        a->row_of[a->active++] = m->tangent[source] + i;
+    return element;
+}
+
+void perp__element_add_bilateral(perp__acceleration *a)
+{
+    int32_t j;
+
+    a->closed = a->elements;
+    a->bilateral_row = a->active;
+    for (j = 0; j < a->m->bilateral; j++)
+        a->row_of[a->active++] = a->m->contact_rows + j;
 }
 
 /* friction: the coefficient that counts at the speed of now. */
 static void add_contact(perp__acceleration *a, int32_t j, const double *friction, const double *v)
 {
     const perp_mechanism *m = a->m;
-    perp__element *element = a->element + a->elements++;
+    perp__element *element = perp__element_add(a, j);
     const double at_rest = fmax(m->mu_static[j], m->begin.mu[j]);
 
-    memset(element, 0, sizeof *element);
-    element->source = j;
-    element->row = a->active;
-    element->tangents = m->dims[j] - 1;
     element->moves = slides(m, m->starts[j] + 1, element->tangents, v, element->direction);
     element->mu_stick = at_rest;
     /* a slip that starts is slow: Stribeck's curve is at its beginning */
     element->mu = element->moves ? friction[j] : m->stribeck[j] > 0.0 ? at_rest : m->begin.mu[j];
     element->friction =
         element->tangents > 0 && (element->moves ? element->mu > 0.0 : at_rest > 0.0);
-    add_rows(a, m->starts[j], m->dims[j]);
-}
-
-static void add_group(perp__acceleration *a, int32_t j, const double *v)
-{
-    const perp_mechanism *m = a->m;
-    const int32_t row = m->contact_rows + m->bilateral + j * m->model.dry_dim;
-    perp__element *element = a->element + a->elements++;
-
-    memset(element, 0, sizeof *element);
-    element->source = m->contacts + j;
-    element->dry = 1;
-    element->row = a->active;
-    element->tangents = m->model.dry_dim;
-    element->bound = m->begin.bound[j];
-    element->friction = element->bound > 0.0;
-    element->moves = slides(m, row, element->tangents, v, element->direction);
-    add_rows(a, row, element->tangents);
 }
 
 /* Returns a closed contact that approaches, or -1. */
@@ -115,17 +95,20 @@ static int32_t find_elements(perp__acceleration *a, const double *q, const doubl
         const int32_t row = m->starts[j];
         const double speed = m->start_velocity[row], rounding = velocity_tolerance(m, row, v);
 
-        if (m->begin.gap[j] > gap_tolerance(m, row, q) || speed > rounding)
+        if (m->begin.gap[j] > CLOSED_TOLERANCE * perp__gap_size(m, &m->begin, row, q) ||
+            speed > rounding)
             continue;
         if (speed < -rounding && impact < 0)
             impact = j;
         add_contact(a, j, m->friction, v);
     }
-    a->closed = a->elements;
-    a->bilateral_row = a->active;
-    add_rows(a, m->contact_rows, m->bilateral);
-    for (j = 0; j < m->dry; j++)
-        add_group(a, j, v);
+    perp__element_add_bilateral(a);
+    for (j = 0; j < m->dry; j++) {
+        perp__element *element = perp__element_add(a, m->contacts + j);
+
+        element->moves =
+            slides(m, a->row_of[element->row], element->tangents, v, element->direction);
+    }
     return impact;
 }
 

@@ -79,13 +79,40 @@ static perp_status take(perp_context *context, perp_bristle *own, const perp_bri
     return status;
 }
 
-static perp_status enter(perp_context *context)
+/* ---- calls: with a context, or without ---- */
+
+/* Enters, and reads the law into `own` where all is well. out: an output of that name. */
+static perp_status begin(perp_context *context, perp_bristle *own, const perp_bristle *law,
+                         int bristles, const char *name, const void *out)
 {
-    return context ? perp__enter(context) : PERP_OK;
+    perp_status status = context ? perp__enter(context) : PERP_OK;
+
+    if (status != PERP_OK)
+        return status;
+    status = perp__check_pointer(context, name, out);
+    if (status == PERP_OK)
+        status = take(context, own, law, bristles);
+    return status == PERP_OK || !context ? status : perp__leave(context, status);
 }
 
-static perp_status leave(perp_context *context, perp_status status)
+/* Writes what is a number, all of it or nothing, and leaves. */
+typedef struct result {
+    const char *name;
+    double *to; /* NULL: not wanted */
+    double value;
+    int needed; /* a number in any case */
+} result;
+
+static perp_status end(perp_context *context, perp_status status, const result *results, int count)
 {
+    int k;
+
+    for (k = 0; k < count && status == PERP_OK; k++)
+        if (results[k].to || results[k].needed)
+            status = check_number(context, results[k].name, results[k].value);
+    for (k = 0; k < count && status == PERP_OK; k++)
+        if (results[k].to)
+            *results[k].to = results[k].value;
     return context ? perp__leave(context, status) : status;
 }
 
@@ -169,81 +196,53 @@ static stretch long_stretch(const perp_bristle *law, curve g, double x, double z
 perp_status perp_stribeck_force(perp_context *context, double *force, double *slope,
                                 const perp_bristle *law, double v)
 {
-    perp_status status = enter(context);
-    double whole = 0.0, tangent = 0.0;
+    result results[] = {{"force", force, 0.0, 1}, {"slope", slope, 0.0, 0}};
     perp_bristle own;
-    curve g;
+    perp_status status = begin(context, &own, law, 0, "force", force);
 
     if (status != PERP_OK)
         return status;
-    status = perp__check_pointer(context, "force", force);
-    if (status == PERP_OK)
-        status = take(context, &own, law, 0);
-    if (status == PERP_OK)
-        status = check_number(context, "v", v);
+    status = check_number(context, "v", v);
     if (status == PERP_OK) {
-        g = stribeck(&own, v);
-        whole = (v > 0.0 ? g.force : v < 0.0 ? -g.force : 0.0) + own.viscosity * v;
-        tangent = g.slope + own.viscosity;
-        status = check_number(context, "force", whole);
+        const curve g = stribeck(&own, v);
+
+        results[0].value = (v > 0.0 ? g.force : v < 0.0 ? -g.force : 0.0) + own.viscosity * v;
+        results[1].value = g.slope + own.viscosity;
     }
-    if (status == PERP_OK && slope)
-        status = check_number(context, "slope", tangent);
-    if (status == PERP_OK) {
-        *force = whole;
-        if (slope)
-            *slope = tangent;
-    }
-    return leave(context, status);
+    return end(context, status, results, 2);
 }
 
 perp_status perp_lugre_force(perp_context *context, double *force, double *rate,
                              const perp_bristle *law, double z, double v)
 {
-    perp_status status = enter(context);
+    result results[] = {{"rate", rate, 0.0, 1}, {"force", force, 0.0, 1}};
     perp_bristle own;
-    double bend = 0.0, whole = 0.0;
+    perp_status status = begin(context, &own, law, 1, "force", force);
 
     if (status != PERP_OK)
         return status;
-    status = perp__check_pointer(context, "force", force);
-    if (status == PERP_OK)
-        status = take(context, &own, law, 1);
-    if (status == PERP_OK)
-        status = check_number(context, "z", z);
+    status = check_number(context, "z", z);
     if (status == PERP_OK)
         status = check_number(context, "v", v);
     if (status == PERP_OK) {
-        bend = v - ratio_of(own.stiffness, fabs(v), z, stribeck(&own, v).force);
-        whole = own.stiffness * z + own.damping * bend + own.viscosity * v;
-        status = check_number(context, "rate", bend);
+        const double bend = v - ratio_of(own.stiffness, fabs(v), z, stribeck(&own, v).force);
+
+        results[0].value = bend;
+        results[1].value = own.stiffness * z + own.damping * bend + own.viscosity * v;
     }
-    if (status == PERP_OK)
-        status = check_number(context, "force", whole);
-    if (status == PERP_OK) {
-        *force = whole;
-        if (rate)
-            *rate = bend;
-    }
-    return leave(context, status);
+    return end(context, status, results, 2);
 }
 
 perp_status perp_lugre_step(perp_context *context, double *next, double *force, double *slope,
                             const perp_bristle *law, double z, double v, double h)
 {
-    perp_status status = enter(context);
+    result results[] = {{"next", next, 0.0, 1}, {"force", force, 0.0, 1}, {"slope", slope, 0.0, 0}};
     perp_bristle own;
-    double mean, tangent, x;
-    stretch s;
-    curve g;
+    perp_status status = begin(context, &own, law, 1, "next", next);
 
     if (status != PERP_OK)
         return status;
-    status = perp__check_pointer(context, "next", next);
-    if (status == PERP_OK)
-        status = perp__check_pointer(context, "force", force);
-    if (status == PERP_OK)
-        status = take(context, &own, law, 1);
+    status = perp__check_pointer(context, "force", force);
     if (status == PERP_OK)
         status = check_number(context, "z", z);
     if (status == PERP_OK)
@@ -251,24 +250,18 @@ perp_status perp_lugre_step(perp_context *context, double *next, double *force, 
     if (status == PERP_OK)
         status = check_size(context, "h", h, 1);
     if (status == PERP_OK) {
-        g = stribeck(&own, v);
-        x = ratio_of(own.stiffness, fabs(v), h, g.force);
-        s = x <= 1.0 ? short_stretch(&own, g, x, z, v, h) : long_stretch(&own, g, x, z, v);
-        mean = own.stiffness * s.mean + own.damping * (s.change / h) + own.viscosity * v;
-        tangent = own.stiffness * s.mean_slope + own.damping * (s.end_slope / h) + own.viscosity;
-        status = check_number(context, "next", s.end);
-        if (status == PERP_OK)
-            status = check_number(context, "force", mean);
-        if (status == PERP_OK && slope)
-            status = check_number(context, "slope", tangent);
+        const curve g = stribeck(&own, v);
+        const double x = ratio_of(own.stiffness, fabs(v), h, g.force);
+        const stretch s =
+            x <= 1.0 ? short_stretch(&own, g, x, z, v, h) : long_stretch(&own, g, x, z, v);
+
+        results[0].value = s.end;
+        results[1].value =
+            own.stiffness * s.mean + own.damping * (s.change / h) + own.viscosity * v;
+        results[2].value =
+            own.stiffness * s.mean_slope + own.damping * (s.end_slope / h) + own.viscosity;
     }
-    if (status == PERP_OK) {
-        *next = s.end;
-        *force = mean;
-        if (slope)
-            *slope = tangent;
-    }
-    return leave(context, status);
+    return end(context, status, results, 3);
 }
 
 /* viscosity kinetic >= damping (breakaway - kinetic), in units in which no product overflows. */
@@ -284,15 +277,11 @@ static int32_t is_passive(const perp_bristle *law)
 
 perp_status perp_lugre_passive(perp_context *context, int32_t *passive, const perp_bristle *law)
 {
-    perp_status status = enter(context);
     perp_bristle own;
+    const perp_status status = begin(context, &own, law, 1, "passive", passive);
 
     if (status != PERP_OK)
         return status;
-    status = perp__check_pointer(context, "passive", passive);
-    if (status == PERP_OK)
-        status = take(context, &own, law, 1);
-    if (status == PERP_OK)
-        *passive = is_passive(&own);
-    return leave(context, status);
+    *passive = is_passive(&own);
+    return end(context, status, NULL, 0);
 }

@@ -190,11 +190,9 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
 perp_status perp_compliant_create(perp_context *context, perp_compliant **compliant,
                                   const perp_compliant_system *system)
 {
-    perp_status status = perp__enter(context);
+    const perp_status status = perp__enter(context);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(context, create(context, compliant, system));
+    return status == PERP_OK ? perp__leave(context, create(context, compliant, system)) : status;
 }
 
 void perp_compliant_destroy(perp_compliant *compliant)
@@ -260,10 +258,10 @@ perp_status perp_compliant_linearise(perp_compliant *compliant, perp_compliant_s
                                      double *gamma, double *eigenvalues, const int32_t *slip,
                                      const int32_t *load)
 {
-    perp_status status = perp__compliant_enter(compliant);
+    const perp_status status = perp__compliant_enter(compliant);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(compliant->context,
-                       linearise(compliant, stability, gamma, eigenvalues, slip, load));
+    return status == PERP_OK
+               ? perp__leave(compliant->context,
+                             linearise(compliant, stability, gamma, eigenvalues, slip, load))
+               : status;
 }

@@ -305,14 +305,10 @@ static const perp__field fields[] = {
 
 static perp_status check(perp_compliant *c, progress *run, const double *x0, const double *v0)
 {
-    perp_status status = perp__check_pointer(c->context, "x0", x0);
+    perp_status status = perp__check_vector(c->context, "x0", x0, (size_t)c->n);
 
     if (status == PERP_OK)
-        status = perp__check_pointer(c->context, "v0", v0);
-    if (status == PERP_OK)
-        status = perp__check_finite(c->context, "x0", x0, (size_t)c->n);
-    if (status == PERP_OK)
-        status = perp__check_finite(c->context, "v0", v0, (size_t)c->n);
+        status = perp__check_vector(c->context, "v0", v0, (size_t)c->n);
     if (status == PERP_OK && !(run->t_end > 0.0 && isfinite(run->t_end)))
         status = perp__fail(c->context, PERP_ERROR_ARGUMENT,
                             "t_end is %g, expected a positive number", run->t_end);
@@ -388,10 +384,10 @@ perp_status perp_compliant_run(perp_compliant *compliant, double *x, double *v, 
                                const perp_compliant_settings *settings, const double *x0,
                                const double *v0, double t_end)
 {
-    perp_status status = perp__compliant_enter(compliant);
+    const perp_status status = perp__compliant_enter(compliant);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(compliant->context,
-                       run_checked(compliant, x, v, N, result, settings, x0, v0, t_end));
+    return status == PERP_OK
+               ? perp__leave(compliant->context,
+                             run_checked(compliant, x, v, N, result, settings, x0, v0, t_end))
+               : status;
 }

@@ -64,10 +64,8 @@ static perp_status examine(perp_load_friction *f, perp_load_inverse *own, const 
     const perp__answer *wanted;
     perp_load_uniqueness unique;
     perp_load_summary summary;
-    perp_status status;
+    const perp_status status = perp__friction_solve(f, &summary, f->tau, velocity);
 
-    perp__friction_ask(f, f->tau, velocity);
-    status = perp__friction_answer_all(f, &summary);
     if (status != PERP_OK)
         return status;
     wanted = nearest(f, x);
@@ -94,9 +92,9 @@ static perp_status invert(perp_load_friction *f, double *tau, perp_load_inverse 
     if (status == PERP_OK && inverse)
         status = PERP__CHECK(perp_load_inverse, f->context, inverse);
     if (status == PERP_OK)
-        status = perp__friction_check_vector(f, "velocity", velocity);
+        status = perp__check_vector(f->context, "velocity", velocity, (size_t)f->n);
     if (status == PERP_OK)
-        status = perp__friction_check_vector(f, "acceleration", acceleration);
+        status = perp__check_vector(f->context, "acceleration", acceleration, (size_t)f->n);
     if (status != PERP_OK)
         return status;
     own.undetermined = find_torque(f, velocity, acceleration);
@@ -115,9 +113,9 @@ perp_status perp_load_friction_inverse(perp_load_friction *friction, double *tau
                                        perp_load_inverse *inverse, const double *velocity,
                                        const double *acceleration)
 {
-    perp_status status = perp__friction_enter(friction);
+    const perp_status status = perp__friction_enter(friction);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(friction->context, invert(friction, tau, inverse, velocity, acceleration));
+    return status == PERP_OK ? perp__leave(friction->context,
+                                           invert(friction, tau, inverse, velocity, acceleration))
+                             : status;
 }

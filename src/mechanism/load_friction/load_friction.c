@@ -5,7 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/check.h"
 #include "linalg/blas.h"
 #include "mechanism/copy.h"
 
@@ -70,19 +69,13 @@ const char *perp_load_reason_text(int32_t reason)
 
 /* ---- checks -------------------------------------------------------------------------------- */
 
-static perp_status check_settings(perp_context *context, const perp_load_settings *s)
-{
-    if (!(s->tol > 0.0 && s->tol <= 1e-3))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.tol is %g, not in (0, 1e-3]",
-                          s->tol);
-    if (s->most_patterns < 1)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.most_patterns is %lld, below 1",
-                          (long long)s->most_patterns);
-    if (s->starts < 1)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.starts is %d, below 1",
-                          (int)s->starts);
-    return PERP_OK;
-}
+static const perp__field settings_fields[] = {
+    PERP__REAL(perp_load_settings, tol, "(]", 0, 1e-3),
+    PERP__INTEGER(perp_load_settings, most_patterns, 1, INFINITY),
+    PERP__INTEGER(perp_load_settings, starts, 1, INFINITY),
+};
+
+static const perp__field sizes[] = {PERP__INTEGER(perp_load_system, n, 1, 20000)};
 
 static perp_status copy_friction(perp_load_friction *f, const perp_load_system *system)
 {
@@ -171,19 +164,11 @@ static void layout(perp__arena *arena, void *object)
     perp_load_friction *f = object;
     const size_t n = (size_t)f->n, square = n * n;
     double **const matrices[] = {&f->A, &f->C, &f->S, &f->Y};
-    double **const vectors[] = {&f->b,
-                                &f->d,
-                                &f->mu,
-                                &f->mu_static,
-                                &f->size,
-                                &f->origin,
-                                &f->product,
-                                &f->product_low,
-                                &f->normal,
-                                &f->normal_low,
-                                &f->tau,
-                                &f->question.stop,
-                                &f->question.mu_stick};
+    perp__friction_question *q = &f->question;
+    double **const vectors[] = {&f->b,       &f->d,          &f->mu,      &f->mu_static,
+                                &f->size,    &f->origin,     &f->product, &f->product_low,
+                                &f->normal,  &f->normal_low, &f->tau,     &q->stop,
+                                &q->mu_stick};
     size_t k;
 
     for (k = 0; k < sizeof matrices / sizeof *matrices; k++)
@@ -195,8 +180,8 @@ static void layout(perp__arena *arena, void *object)
     f->c_size = perp__arena_take(arena, 2 * n, sizeof(double));
     perp__linear_layout(&f->linear, arena);
     f->tree.next = perp__arena_take(arena, n, sizeof(int32_t));
-    f->question.sign = perp__arena_take(arena, n, 1);
-    f->question.before = perp__arena_take(arena, n, 1);
+    q->sign = perp__arena_take(arena, n, 1);
+    q->before = perp__arena_take(arena, n, 1);
     f->regular = perp__arena_take(arena, n, 1);
     f->pattern.mode = perp__arena_take(arena, 2 * n, 1);
 }
@@ -223,10 +208,14 @@ static void prepare(perp_load_friction *f)
     perp__linear *p = &f->linear;
 
     f->pattern.side = f->pattern.mode + f->n;
+    f->A_view.rows = f->A_view.columns = f->n;
+    f->A_view.row_stride = 1;
+    f->A_view.column_stride = (size_t)f->n;
+    f->C_view = f->A_view;
+    f->A_view.values = f->A;
+    f->C_view.values = f->C;
     p->block[0] = f->A;
     p->block[1] = f->C;
-    p->row_stride = 1;
-    p->column_stride = (size_t)f->n;
     p->c = f->c;
     p->c_size = f->c_size;
     p->scale = f->size;
@@ -259,11 +248,6 @@ static perp_status make(perp_context *context, perp_load_friction **friction, in
         return status;
     }
     prepare(f);
-    f->A_view.rows = f->A_view.columns = f->C_view.rows = f->C_view.columns = n;
-    f->A_view.row_stride = f->C_view.row_stride = 1;
-    f->A_view.column_stride = f->C_view.column_stride = (size_t)n;
-    f->A_view.values = f->A;
-    f->C_view.values = f->C;
     *friction = f;
     return PERP_OK;
 }
@@ -271,12 +255,12 @@ static perp_status make(perp_context *context, perp_load_friction **friction, in
 static perp_status read_system(perp_context *context, perp_load_system *read,
                                const perp_load_system *system)
 {
-    const perp_status status = perp__check_pointer(context, "system", system);
+    perp_status status = perp__check_pointer(context, "system", system);
 
     perp_load_system_init(read, sizeof *read);
-    return status == PERP_OK ? perp__struct_read(context, "system", read, sizeof *read, system,
-                                                 PERP__FIRST(perp_load_system))
-                             : status;
+    if (status == PERP_OK)
+        status = PERP__READ(perp_load_system, context, read, system);
+    return status == PERP_OK ? PERP__CHECK_FIELDS(context, "system", read, sizes) : status;
 }
 
 /* The same with a system. */
@@ -306,15 +290,11 @@ static perp_status create(perp_context *context, perp_load_friction **friction,
 
     perp_load_settings_init(&own, sizeof own);
     if (status == PERP_OK)
-        status = perp__struct_read(context, "settings", &own, sizeof own, settings,
-                                   PERP__FIRST(perp_load_settings));
+        status = PERP__READ(perp_load_settings, context, &own, settings);
     if (status == PERP_OK)
-        status = check_settings(context, &own);
+        status = PERP__CHECK_FIELDS(context, "settings", &own, settings_fields);
     if (status == PERP_OK)
         status = read_system(context, &read, system);
-    if (status == PERP_OK && (read.n < 1 || read.n > 20000))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "system.n is %d, expected at least 1 (and at most 20000)", (int)read.n);
     return status == PERP_OK ? make_with(context, friction, &own, &read) : status;
 }
 
@@ -322,11 +302,10 @@ perp_status perp_load_friction_create(perp_context *context, perp_load_friction 
                                       const perp_load_settings *settings,
                                       const perp_load_system *system)
 {
-    perp_status status = perp__enter(context);
+    const perp_status status = perp__enter(context);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(context, create(context, friction, settings, system));
+    return status == PERP_OK ? perp__leave(context, create(context, friction, settings, system))
+                             : status;
 }
 
 void perp_load_friction_destroy(perp_load_friction *friction)
@@ -356,23 +335,15 @@ static perp_status set(perp_load_friction *f, const perp_load_system *system)
 
 perp_status perp_load_friction_set(perp_load_friction *friction, const perp_load_system *system)
 {
-    perp_status status = perp__friction_enter(friction);
+    const perp_status status = perp__friction_enter(friction);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(friction->context, set(friction, system));
+    return status == PERP_OK ? perp__leave(friction->context, set(friction, system)) : status;
 }
 
 /* ---- questions ----------------------------------------------------------------------------- */
 
-perp_status perp__friction_check_vector(perp_load_friction *f, const char *name, const double *x)
-{
-    perp_status status = perp__check_pointer(f->context, name, x);
-
-    return status == PERP_OK ? perp__check_finite(f->context, name, x, (size_t)f->n) : status;
-}
-
-void perp__friction_ask(perp_load_friction *f, const double *tau, const double *velocity)
+perp_status perp__friction_solve(perp_load_friction *f, perp_load_summary *summary,
+                                 const double *tau, const double *velocity)
 {
     const size_t n = (size_t)f->n;
     int32_t i;
@@ -385,23 +356,21 @@ void perp__friction_ask(perp_load_friction *f, const double *tau, const double *
     memcpy(f->question.mu_stick, f->mu_static, n * sizeof *f->mu_static);
     for (i = 0; i < f->n; i++)
         f->question.sign[i] = (int8_t)((velocity[i] > 0.0) - (velocity[i] < 0.0));
+    return perp__friction_answer_all(f, summary);
 }
 
 static perp_status solve(perp_load_friction *f, perp_load_summary *summary, const double *tau,
                          const double *velocity)
 {
     perp_load_summary own;
-    perp_status status = perp__struct_check(f->context, "summary", summary, sizeof *summary,
-                                            PERP__FIRST(perp_load_summary));
+    perp_status status = PERP__CHECK(perp_load_summary, f->context, summary);
 
     if (status == PERP_OK)
-        status = perp__friction_check_vector(f, "tau", tau);
+        status = perp__check_vector(f->context, "tau", tau, (size_t)f->n);
     if (status == PERP_OK)
-        status = perp__friction_check_vector(f, "velocity", velocity);
-    if (status != PERP_OK)
-        return status;
-    perp__friction_ask(f, tau, velocity);
-    status = perp__friction_answer_all(f, &own);
+        status = perp__check_vector(f->context, "velocity", velocity, (size_t)f->n);
+    if (status == PERP_OK)
+        status = perp__friction_solve(f, &own, tau, velocity);
     if (status == PERP_OK)
         perp__struct_write(summary, &own, sizeof own);
     return status;
@@ -410,19 +379,18 @@ static perp_status solve(perp_load_friction *f, perp_load_summary *summary, cons
 perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_summary *summary,
                                      const double *tau, const double *velocity)
 {
-    perp_status status = perp__friction_enter(friction);
+    const perp_status status = perp__friction_enter(friction);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(friction->context, solve(friction, summary, tau, velocity));
+    return status == PERP_OK
+               ? perp__leave(friction->context, solve(friction, summary, tau, velocity))
+               : status;
 }
 
 static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t index)
 {
     const perp__answer *a;
     perp_load_found own;
-    perp_status status =
-        perp__struct_check(f->context, "found", found, sizeof *found, PERP__FIRST(perp_load_found));
+    perp_status status = PERP__CHECK(perp_load_found, f->context, found);
 
     if (status != PERP_OK)
         return status;
@@ -453,9 +421,7 @@ static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t in
 perp_status perp_load_friction_get(perp_load_friction *friction, perp_load_found *found,
                                    int32_t index)
 {
-    perp_status status = perp__friction_enter(friction);
+    const perp_status status = perp__friction_enter(friction);
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(friction->context, get(friction, found, index));
+    return status == PERP_OK ? perp__leave(friction->context, get(friction, found, index)) : status;
 }

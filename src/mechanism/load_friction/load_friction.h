@@ -92,14 +92,12 @@ static inline double *perp__friction_force(const perp_load_friction *f, const pe
 /* Answers all patterns, or what a search finds. Answers are sorted and labelled. */
 perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *summary);
 
-/* Copies tau and velocity's signs into the question, as forward dynamics asks it. */
-void perp__friction_ask(perp_load_friction *f, const double *tau, const double *velocity);
+/* The same to the question of forward dynamics: tau, and the signs of velocity. */
+perp_status perp__friction_solve(perp_load_friction *f, perp_load_summary *summary,
+                                 const double *tau, const double *velocity);
 
 /* perp_load_friction_uniqueness; velocity may be NULL. */
 void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity);
-
-/* n finite numbers. */
-perp_status perp__friction_check_vector(perp_load_friction *f, const char *name, const double *x);
 
 /* The handle of a public call, entered. */
 perp_status perp__friction_enter(perp_load_friction *f);

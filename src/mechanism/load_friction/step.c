@@ -33,11 +33,9 @@ static perp_status find_regular_stops(perp_load_friction *f, perp_load_step *own
 {
     const perp__answer *a;
     perp_load_summary summary;
-    perp_status status;
+    perp_status status = perp__friction_solve(f, &summary, f->tau, velocity);
     int32_t i;
 
-    perp__friction_ask(f, f->tau, velocity);
-    status = perp__friction_answer_all(f, &summary);
     if (status != PERP_OK)
         return status;
     own->accelerations = summary.count;
@@ -130,7 +128,7 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
     if (status != PERP_OK)
         return status;
     ask_step(f, velocity, h);
-    status = perp__friction_check_vector(f, "velocity / h", f->question.stop);
+    status = perp__check_vector(f->context, "velocity / h", f->question.stop, (size_t)f->n);
     if (status == PERP_OK)
         status = perp__friction_answer_all(f, &summary);
     if (status != PERP_OK)
@@ -165,9 +163,9 @@ static perp_status check(perp_load_friction *f, const double *next, const perp_l
     if (status == PERP_OK && step)
         status = PERP__CHECK(perp_load_step, f->context, step);
     if (status == PERP_OK)
-        status = perp__friction_check_vector(f, "tau", tau);
+        status = perp__check_vector(f->context, "tau", tau, (size_t)f->n);
     if (status == PERP_OK)
-        status = perp__friction_check_vector(f, "velocity", velocity);
+        status = perp__check_vector(f->context, "velocity", velocity, (size_t)f->n);
     for (i = 0; i < f->n && status == PERP_OK && previous; i++)
         if (isinf(previous[i]))
             status = perp__fail(f->context, PERP_ERROR_NOT_FINITE, "previous[%d] is %g", (int)i,

@@ -201,7 +201,7 @@ static void decide_by_norms(perp_load_friction *f, perp_load_uniqueness *u)
     u->verdict = smaller < 1.0 ? PERP_LOAD_UNIQUE : PERP_LOAD_UNDECIDED;
     for (k = 0; k < TRIES && u->verdict == PERP_LOAD_UNDECIDED; k++) {
         for (i = 0; i < f->n; i++) {
-            seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+            perp__next_random(&seed);
             f->pattern.side[i] = (int8_t)(k < 2 ? 1 - 2 * k : (seed >> 62) & 1 ? 1 : -1);
         }
         if (determinant(f) <= 0.0)
@@ -272,7 +272,7 @@ perp_status perp_load_friction_uniqueness(perp_load_friction *friction,
         return status;
     status = PERP__CHECK(perp_load_uniqueness, friction->context, uniqueness);
     if (status == PERP_OK && velocity)
-        status = perp__friction_check_vector(friction, "velocity", velocity);
+        status = perp__check_vector(friction->context, "velocity", velocity, (size_t)friction->n);
     if (status == PERP_OK) {
         perp__friction_decide(friction, &own, velocity);
         perp__struct_write(uniqueness, &own, sizeof own);

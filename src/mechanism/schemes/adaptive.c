@@ -14,7 +14,6 @@
 
 #include "base/clock.h"
 #include "base/context.h"
-#include "mechanism/schemes/frozen.h"
 
 #define SAFETY 0.9
 #define GROWTH 5.0
@@ -33,45 +32,16 @@
 
 static void layout(perp__arena *arena, void *object)
 {
-    perp_mechanism *const m = *(perp_mechanism **)object;
-    perp__adaptive *a = m->adaptive_work;
+    perp__adaptive *a = object;
     double **const positions[] = {&a->largest, &a->scale, &a->rate, &a->moved};
     double **const vectors[] = {&a->difference, &a->scratch, &a->force[0], &a->force[1],
                                 &a->force[2]};
     size_t k;
 
     for (k = 0; k < sizeof positions / sizeof *positions; k++)
-        *positions[k] = perp__arena_take(arena, (size_t)m->coordinates, sizeof(double));
+        *positions[k] = perp__arena_take(arena, (size_t)a->m->coordinates, sizeof(double));
     for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, (size_t)m->n, sizeof(double));
-}
-
-void perp__adaptive_release(perp_mechanism *m)
-{
-    if (m->adaptive_work) {
-        perp__arena_release(&m->adaptive_work->arena);
-        perp__release(m->context, m->adaptive_work);
-        m->adaptive_work = NULL;
-    }
-}
-
-static perp_status make(perp_mechanism *m)
-{
-    perp_status status;
-
-    if (m->adaptive_work)
-        return PERP_OK;
-    m->adaptive_work = perp__allocate(m->context, 1, sizeof *m->adaptive_work);
-    if (!m->adaptive_work)
-        return perp__fail_memory(m->context, "a run in chosen steps");
-    memset(m->adaptive_work, 0, sizeof *m->adaptive_work);
-    perp__arena_init(&m->adaptive_work->arena, m->context);
-    status = perp__arena_fit(&m->adaptive_work->arena, layout, &m);
-    if (status != PERP_OK) {
-        perp__adaptive_release(m);
-        return perp__fail_memory(m->context, "a run in chosen steps");
-    }
-    return PERP_OK;
+        *vectors[k] = perp__arena_take(arena, (size_t)a->m->n, sizeof(double));
 }
 
 /* ---- one attempt --------------------------------------------------------------------------- */
@@ -131,8 +101,8 @@ static double verdict(const perp__adaptive *a)
 
 /* ---- extrapolation ------------------------------------------------------------------------- */
 
-static int32_t same_modes(const perp_mechanism *m, const perp__mechanism_state *one,
-                          const perp__mechanism_state *other)
+static int32_t same_modes(const perp_mechanism *m, const perp__motion *one,
+                          const perp__motion *other)
 {
     return memcmp(one->modes, other->modes, (size_t)(m->contacts + m->dry) * sizeof *one->modes) ==
            0;
@@ -140,9 +110,9 @@ static int32_t same_modes(const perp_mechanism *m, const perp__mechanism_state *
 
 static int32_t row_turns(const perp_mechanism *m, int32_t row, double weight)
 {
-    const double u = m->next.velocity[row];
+    const double u = m->next.u[row];
 
-    return u != 0.0 && (u + weight * (u - m->trial.velocity[row])) * u <= 0.0;
+    return u != 0.0 && (u + weight * (u - m->trial.u[row])) * u <= 0.0;
 }
 
 /* Whether an extrapolated slip would turn round. */
@@ -154,7 +124,7 @@ static int32_t turns(const perp_mechanism *m, double weight)
         for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
             if (m->next.modes[j] == PERP_MECHANISM_SLIP && row_turns(m, i, weight))
                 return 1;
-    for (i = m->contact_rows + m->bilateral; i < m->rows; i++)
+    for (i = m->rows - m->dry_rows; i < m->rows; i++)
         if (row_turns(m, i, weight))
             return 1;
     return 0;
@@ -184,10 +154,10 @@ static perp_status improve(perp_mechanism *m, perp__adaptive *a, double t, doubl
 
     extrapolate(m->trial.q, m->next.q, weight, m->coordinates);
     extrapolate(m->trial.v, m->next.v, weight, m->n);
-    extrapolate(m->trial.impulse, m->next.impulse, weight, m->rows);
-    extrapolate(m->trial.velocity, m->next.velocity, weight, m->rows);
+    extrapolate(m->trial.r, m->next.r, weight, m->rows);
+    extrapolate(m->trial.u, m->next.u, weight, m->rows);
     for (j = 0; j < m->contacts; j++)
-        m->trial.impulse[m->starts[j]] = fmax(m->trial.impulse[m->starts[j]], 0.0);
+        m->trial.r[m->starts[j]] = fmax(m->trial.r[m->starts[j]], 0.0);
     memcpy(a->moved, m->trial.q, (size_t)m->coordinates * sizeof *a->moved);
     memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
     status = perp__evaluate_move(m, m->trial.q, a->moved, 0.0, a->difference); /* normalised */
@@ -206,13 +176,13 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
 {
     perp_mechanism *m = run->m;
     const double weight = a->order == 2 ? 1.0 / 3.0 : 1.0;
-    const perp__mechanism_state *answer = &m->next;
+    const perp__motion *answer = &m->next;
     perp_mechanism_step step;
     perp_status status = PERP__OUTSIDE;
     int32_t i;
 
     for (i = 0; i < m->rows; i++)
-        m->next.impulse[i] += m->half.impulse[i];
+        m->next.r[i] += m->half.r[i];
     if (is_smooth(m, a, weight))
         status = improve(m, a, t, weight);
     if (status == PERP_OK)
@@ -348,12 +318,15 @@ static perp_status begin(perp__run *run, perp__adaptive *a, double t1, double h)
 perp_status perp__run_adaptive(perp__run *run, double t1, double h)
 {
     perp_mechanism *m = run->m;
-    perp_status status = make(m);
+    perp_status status;
 
-    if (status == PERP_OK)
-        status = begin(run, m->adaptive_work, t1, h);
+    if (!m->adaptive)
+        m->adaptive = perp__work_create(m, sizeof *m->adaptive, layout);
+    if (!m->adaptive)
+        return PERP_ERROR_MEMORY;
+    status = begin(run, m->adaptive, t1, h);
     while (status == PERP_OK && !run->ended && run->t < t1)
-        status = step(run, m->adaptive_work, t1);
+        status = step(run, m->adaptive, t1);
     if (status == PERP__OUTSIDE) { /* k, N or the rows where a step ended: no motion from there */
         run->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;
         run->ended = 1;

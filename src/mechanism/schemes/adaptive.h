@@ -2,7 +2,7 @@
 #ifndef PERP_MECHANISM_ADAPTIVE_H
 #define PERP_MECHANISM_ADAPTIVE_H
 
-#include "mechanism/run.h"
+#include "mechanism/mechanism.h"
 
 /* An impact in a step, or a slip that turns round. */
 typedef struct perp__event {
@@ -13,7 +13,7 @@ typedef struct perp__event {
 } perp__event;
 
 struct perp__adaptive {
-    perp__arena arena;
+    PERP__WORK;
     double *largest;              /* coordinates: of |q|, so far, or what stands in for it */
     double *scale;                /* coordinates: the same, with the step at hand */
     double *rate, *moved;         /* coordinates: scratch */
@@ -36,9 +36,8 @@ struct perp__adaptive {
 /* ---- adaptive_event.c ---- */
 /* After the half step `to` of `length` from `from`, begun `start` after the step's start: a->event
  * where one in it matters most. */
-perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a,
-                                  const perp__mechanism_state *from,
-                                  const perp__mechanism_state *to, double start, double length);
+perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                                  const perp__motion *to, double start, double length);
 /* Largest |x_i| beside the scale. */
 double perp__beside_scale(const perp_mechanism *m, const double *x, const double *scale);
 
@@ -52,6 +51,5 @@ void perp__adaptive_learn(const perp_mechanism *m, perp__adaptive *a);
 
 /* ---- adaptive.c ---- */
 perp_status perp__run_adaptive(perp__run *run, double t1, double h);
-void perp__adaptive_release(perp_mechanism *m);
 
 #endif

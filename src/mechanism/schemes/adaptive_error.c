@@ -14,8 +14,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/orthogonal.h"
-
 /* A coordinate counts at least this share of the largest. */
 #define FLOOR 1e-3
 
@@ -32,33 +30,21 @@ static void widen(const perp_mechanism *m, double *scale, const double *x, doubl
         scale[i] = fmax(scale[i], factor * fabs(x[i]));
 }
 
-/* sqrt(v' M v), with M where the last half step began. */
-static double speed_of(const perp_mechanism *m, perp__adaptive *a, const double *v)
-{
-    double sum = 0.0;
-    int32_t i;
-
-    perp__multiply_mass(m, &m->begin, a->scratch, v);
-    for (i = 0; i < m->n; i++)
-        sum += a->scratch[i] * v[i];
-    return sqrt(fmax(sum, 0.0));
-}
-
 perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a)
 {
-    const perp__mechanism_state *const states[] = {&m->now, &m->trial, &m->half};
+    const perp__motion *const states[] = {&m->now, &m->trial, &m->half};
     double *acceleration = a->difference, largest = 0.0;
     perp_status status;
     int32_t i;
 
     memcpy(acceleration, a->force[0], (size_t)m->n * sizeof *acceleration);
     perp__solve_mass(m, &m->begin, acceleration);
-    a->speed_scale = fmax(a->fastest, a->unit * speed_of(m, a, acceleration));
+    a->speed_scale = fmax(a->fastest, a->unit * perp__speed(m, &m->begin, acceleration));
     memcpy(a->scale, a->largest, (size_t)m->coordinates * sizeof *a->scale);
     status = perp__evaluate_rate(m, a->rate, m->now.q, acceleration);
     widen(m, a->scale, a->rate, a->unit * a->unit);
     for (i = 0; i < 3 && status == PERP_OK; i++) {
-        a->speed_scale = fmax(a->speed_scale, speed_of(m, a, states[i]->v));
+        a->speed_scale = fmax(a->speed_scale, perp__speed(m, &m->begin, states[i]->v));
         widen(m, a->scale, states[i]->q, 1.0);
         status = perp__evaluate_rate(m, a->rate, states[i]->q, states[i]->v);
         widen(m, a->scale, a->rate, a->unit);
@@ -93,13 +79,13 @@ static int32_t count_mode(const perp_mechanism *m, int32_t place, int32_t mode)
 /* Largest size of the velocity of `count` rows from `row`, in the three answers. */
 static double fastest_row(const perp_mechanism *m, int32_t row, int32_t count)
 {
-    const perp__mechanism_state *const states[] = {&m->trial, &m->half, &m->next};
+    const perp__motion *const states[] = {&m->trial, &m->half, &m->next};
     double fastest = 0.0;
     int32_t i, k;
 
     for (k = 0; k < 3; k++)
         for (i = row; i < row + count; i++)
-            fastest = fmax(fastest, fabs(states[k]->velocity[i]));
+            fastest = fmax(fastest, fabs(states[k]->u[i]));
     return fastest;
 }
 
@@ -122,71 +108,19 @@ static int32_t chatters(const perp_mechanism *m)
     return 0;
 }
 
-/* Marks the rows that hold in all answers. */
-static void mark_held(const perp_mechanism *m, int32_t *held)
-{
-    int32_t i, j;
-
-    for (j = 0; j < m->contacts; j++) {
-        const int32_t sticks = count_mode(m, j, PERP_MECHANISM_STICK) == 3;
-
-        for (i = m->starts[j]; i < m->starts[j + 1]; i++)
-            held[i] =
-                sticks || (i == m->starts[j] && count_mode(m, j, PERP_MECHANISM_SEPARATE) == 0);
-    }
-    for (i = m->contact_rows; i < m->contact_rows + m->bilateral; i++)
-        held[i] = 1;
-    for (; i < m->rows; i++) {
-        j = (i - m->contact_rows - m->bilateral) / m->model.dry_dim;
-        held[i] = count_mode(m, m->contacts + j, PERP_MECHANISM_STICK) == 3;
-    }
-}
-
-/* x := L^-1 x with M = L L'; its length. */
-static double scale_row(const perp_mechanism *m, double *x)
-{
-    const size_t n = (size_t)m->n;
-    double length = 0.0;
-    size_t i, k;
-
-    for (i = 0; i < n; i++) {
-        for (k = 0; k < i; k++)
-            x[i] -= m->begin.factor[i + n * k] * x[k];
-        x[i] /= m->begin.factor[i * (n + 1)];
-        length = hypot(length, x[i]);
-    }
-    return length;
-}
-
 /* The speed of v in the norm of M, in what the rows that hold leave free. */
 static double free_speed(perp_mechanism *m, perp__adaptive *a, const double *v)
 {
-    const size_t n = (size_t)m->n, rows = (size_t)m->rows;
-    double *held = m->work, *targets = held + rows * n, *norms = targets + rows,
-           *basis = norms + rows, *particular = basis + n * n, length, speed = 0.0;
-    int32_t *marks = m->indices, *taken = m->indices + m->rows, count = 0, rank = 0, i;
-    size_t k, l;
+    int32_t i;
 
-    mark_held(m, marks);
-    for (i = 0; i < m->rows; i++) {
-        double *row = held + (size_t)count * n;
-
-        memcpy(row, m->begin.J + (size_t)i * n, n * sizeof *row);
-        length = marks[i] ? scale_row(m, row) : 0.0;
-        for (k = 0; k < n && length > 0.0; k++)
-            row[k] /= length;
-        targets[count] = 0.0;
-        count += length > 0.0;
-    }
-    if (count > 0)
-        rank = perp__orthogonal_rows(held, targets, taken, norms, basis, particular, count, m->n);
-    for (k = 0; k < n; k++) /* L' v */
-        for (l = k, a->scratch[k] = 0.0; l < n; l++)
-            a->scratch[k] += m->begin.factor[l + n * k] * v[l];
-    perp__project_out(basis, rank, m->n, a->scratch);
-    for (k = 0; k < n; k++)
-        speed = hypot(speed, a->scratch[k]);
-    return speed;
+    perp__held_rows_begin(&m->held, m->n);
+    for (i = 0; i < m->rows; i++)
+        if (m->trial.holds[i] && m->half.holds[i] && m->next.holds[i])
+            perp__hold_row(m, &m->begin, i, 0.0);
+    perp__held_rows_solve(&m->held);
+    perp__energy_norm(m, &m->begin, a->scratch, v);
+    perp__project_out(m->held.basis, m->held.rank, m->n, a->scratch);
+    return perp__length(a->scratch, m->n);
 }
 
 /* What forces k_0 a + k_1 b + k_2 c for a time w, weighed with h, come to beside the scale. */

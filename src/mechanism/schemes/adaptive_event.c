@@ -39,41 +39,27 @@ static void keep(perp__adaptive *a, double late, double error, double after, int
 /* a->difference := M^-1 J_j'r_j, of the rows of contact j. */
 static void jump_of(perp_mechanism *m, perp__adaptive *a, const double *r, int32_t j)
 {
-    const size_t n = (size_t)m->n;
     int32_t i;
-    size_t k;
 
-    memset(a->difference, 0, n * sizeof *a->difference);
+    memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
     for (i = m->starts[j]; i < m->starts[j + 1]; i++)
-        for (k = 0; k < n; k++)
-            a->difference[k] += m->begin.J[(size_t)i * n + k] * r[i];
+        perp__add_row(m, &m->begin, i, r[i], a->difference);
     perp__solve_mass(m, &m->begin, a->difference);
 }
 
-static double along_normal(const perp_mechanism *m, int32_t j, const double *v)
-{
-    const double *normal = m->begin.J + (size_t)m->starts[j] * (size_t)m->n;
-    double sum = 0.0;
-    int32_t k;
-
-    for (k = 0; k < m->n; k++)
-        sum += normal[k] * v[k];
-    return sum;
-}
-
 /* By how much contact j was met late, with its jump in a->difference; 0: it was not hit. */
-static double lateness(perp_mechanism *m, perp__adaptive *a, const perp__mechanism_state *from,
-                       const perp__mechanism_state *to, double length, int32_t j)
+static double lateness(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                       const perp__motion *to, double length, int32_t j)
 {
     const int32_t row = m->starts[j];
-    const double gap = fmax(m->begin.gap[j], 0.0), drift = m->begin.drift[row];
+    const double gap = fmax(m->begin.gap[j], 0.0);
     double before, free;
 
-    if (to->impulse[row] == 0.0)
+    if (to->r[row] == 0.0)
         return 0.0;
-    jump_of(m, a, to->impulse, j);
-    before = along_normal(m, j, from->v) + drift;
-    free = to->velocity[row] - along_normal(m, j, a->difference);
+    jump_of(m, a, to->r, j);
+    before = perp__row_times(m, &m->begin, row, m->begin.drift[row], from->v);
+    free = to->u[row] - perp__row_times(m, &m->begin, row, 0.0, a->difference);
     if (!(before < -fabs(free - before))) /* resting contact */
         return 0.0;
     if (gap <= perp__gap_rounding(m, &m->begin, row, from->q))
@@ -81,10 +67,8 @@ static double lateness(perp_mechanism *m, perp__adaptive *a, const perp__mechani
     return fmin(fmax(length + gap / free, 0.0), length);
 }
 
-static perp_status look_for_impact(perp_mechanism *m, perp__adaptive *a,
-                                   const perp__mechanism_state *from,
-                                   const perp__mechanism_state *to, double start, double length,
-                                   int32_t j)
+static perp_status look_for_impact(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                                   const perp__motion *to, double start, double length, int32_t j)
 {
     const double late = lateness(m, a, from, to, length, j);
     perp_status status;
@@ -109,16 +93,11 @@ typedef struct friction {
 static double slip_at(const perp_mechanism *m, const friction *f, const double *v, double d[2])
 {
     double speed;
-    int32_t i, k;
+    int32_t i;
 
     d[0] = d[1] = 0.0;
-    for (i = 0; i < f->count; i++) {
-        const double *row = m->begin.J + (size_t)(f->row + i) * (size_t)m->n;
-
-        d[i] = m->begin.drift[f->row + i];
-        for (k = 0; k < m->n; k++)
-            d[i] += row[k] * v[k];
-    }
+    for (i = 0; i < f->count; i++)
+        d[i] = perp__row_times(m, &m->begin, f->row + i, m->begin.drift[f->row + i], v);
     speed = hypot(d[0], d[1]);
     for (i = 0; i < 2 && speed > 0.0; i++)
         d[i] /= speed;
@@ -129,25 +108,20 @@ static double slip_at(const perp_mechanism *m, const friction *f, const double *
 static double response_to(perp_mechanism *m, perp__adaptive *a, const friction *f,
                           const double d[2])
 {
-    const size_t n = (size_t)m->n;
     double sum = 0.0;
     int32_t i;
-    size_t k;
 
-    memset(a->difference, 0, n * sizeof *a->difference);
+    memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
     for (i = 0; i < f->count; i++)
-        for (k = 0; k < n; k++)
-            a->difference[k] += m->begin.J[(size_t)(f->row + i) * n + k] * d[i];
+        perp__add_row(m, &m->begin, f->row + i, d[i], a->difference);
     perp__solve_mass(m, &m->begin, a->difference);
     for (i = 0; i < f->count; i++)
-        for (k = 0; k < n; k++)
-            sum += d[i] * m->begin.J[(size_t)(f->row + i) * n + k] * a->difference[k];
+        sum += d[i] * perp__row_times(m, &m->begin, f->row + i, 0.0, a->difference);
     return sum;
 }
 
-static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__mechanism_state *from,
-                          const perp__mechanism_state *to, double start, double length,
-                          const friction *f)
+static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                          const perp__motion *to, double start, double length, const friction *f)
 {
     const int32_t sticks = to->modes[f->mode] == PERP_MECHANISM_STICK;
     double d[2], speed, after = 0.0, own = 0.0, response, lost, when, wrong;
@@ -157,8 +131,8 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__mech
         return;
     speed = slip_at(m, f, from->v, d);
     for (i = 0; i < f->count; i++) {
-        after += d[i] * to->velocity[f->row + i];
-        own += d[i] * to->impulse[f->row + i];
+        after += d[i] * to->u[f->row + i];
+        own += d[i] * to->r[f->row + i];
     }
     if (!(speed > 0.0) || (after >= 0.0 && !sticks))
         return;
@@ -173,24 +147,19 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__mech
         keep(a, length - when, wrong * sqrt(response) / a->speed_scale, start + when, 0);
 }
 
-perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a,
-                                  const perp__mechanism_state *from,
-                                  const perp__mechanism_state *to, double start, double length)
+perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                                  const perp__motion *to, double start, double length)
 {
     perp_status status = PERP_OK;
     int32_t j;
 
-    for (j = 0; j < m->contacts && status == PERP_OK; j++) {
-        const friction f = {m->starts[j] + 1, m->dims[j] - 1, j,
-                            m->friction[j] * to->impulse[m->starts[j]]};
+    for (j = 0; j < m->contacts + m->dry && status == PERP_OK; j++) {
+        const friction f = {m->tangent[j], m->tangents[j], j,
+                            j < m->contacts ? m->friction[j] * to->r[m->starts[j]]
+                                            : m->dry_bound[j - m->contacts]};
 
-        status = look_for_impact(m, a, from, to, start, length, j);
-        look_for_turn(m, a, from, to, start, length, &f);
-    }
-    for (j = 0; j < m->dry; j++) {
-        const friction f = {m->contact_rows + m->bilateral + j * m->model.dry_dim, m->model.dry_dim,
-                            m->contacts + j, m->dry_bound[j]};
-
+        if (j < m->contacts)
+            status = look_for_impact(m, a, from, to, start, length, j);
         look_for_turn(m, a, from, to, start, length, &f);
     }
     return status;

@@ -10,33 +10,45 @@
 #include <math.h>
 #include <string.h>
 
-#include "mechanism/schemes/frozen.h"
+void perp__prepare_contacts(perp_mechanism *m, double h, const double *q0, const double *v0)
+{
+    int32_t j;
+
+    perp__row_velocities(m, &m->begin, m->start_velocity, v0);
+    for (j = 0; j < m->contacts; j++) {
+        if (fabs(m->begin.gap[j]) <= perp__gap_rounding(m, &m->begin, m->starts[j], q0))
+            m->begin.gap[j] = 0.0;
+        if (m->settings.law == PERP_MECHANISM_POISSON) /* is_jammed alone asks */
+            m->start_speed[j] = perp__sliding_speed(m, &m->begin, j, m->start_velocity, v0);
+        m->shift[j] = fmax(m->begin.gap[j], 0.0) / h;
+        m->included[j] = m->begin.gap[j] <= 0.0;
+    }
+}
 
 void perp__prepare_step(perp_mechanism *m, double h, const double *q0, const double *v0)
 {
-    const perp__terms *terms = &m->begin;
-    int32_t j, i;
+    int32_t i;
 
-    perp__multiply_mass(m, terms, m->momentum, v0);
+    perp__multiply_mass(m, &m->begin, m->momentum, v0);
     for (i = 0; i < m->n; i++)
-        m->momentum[i] += h * terms->k[i];
+        m->momentum[i] += h * m->begin.k[i];
+    perp__prepare_contacts(m, h, q0, v0);
+    perp__include_reached(m, &m->begin);
+    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, v0);
+    for (i = 0; i < m->dry; i++)
+        m->dry_bound[i] = h * m->begin.bound[i];
+}
+
+void perp__include_reached(perp_mechanism *m, const perp__terms *terms)
+{
+    int32_t j;
+
     memcpy(m->free, m->momentum, (size_t)m->n * sizeof *m->free);
     perp__solve_mass(m, terms, m->free);
-    perp__row_velocities(m, terms, m->start_velocity, v0);
-    perp__row_velocities(m, terms, m->free_velocity, m->free);
-    perp__friction_of_speed(m, terms, m->friction, m->start_velocity, v0);
-    for (j = 0; j < m->dry; j++)
-        m->dry_bound[j] = h * terms->bound[j];
-    for (j = 0; j < m->contacts; j++) {
-        const int32_t row = m->starts[j];
-
-        if (fabs(terms->gap[j]) <= perp__gap_rounding(m, terms, row, q0))
-            m->begin.gap[j] = 0.0;
-        if (m->settings.law == PERP_MECHANISM_POISSON) /* jam.c alone asks */
-            m->start_speed[j] = perp__sliding_speed(m, terms, j, m->start_velocity, v0);
-        m->shift[j] = fmax(terms->gap[j], 0.0) / h;
-        m->included[j] = terms->gap[j] <= 0.0 || m->shift[j] + m->free_velocity[row] <= 0.0;
-    }
+    perp__row_velocities(m, &m->begin, m->free_velocity, m->free);
+    for (j = 0; j < m->contacts; j++)
+        if (m->shift[j] + m->free_velocity[m->starts[j]] <= 0.0)
+            m->included[j] = 1;
 }
 
 void perp__pose(perp_mechanism *m, perp__velocity_problem *problem)
@@ -50,17 +62,21 @@ void perp__pose(perp_mechanism *m, perp__velocity_problem *problem)
     problem->dry = m->dry_bound;
 }
 
+int32_t perp__include(perp_mechanism *m, int32_t j, int32_t passes)
+{
+    passes = passes && !m->included[j];
+    if (passes)
+        m->included[j] = 1;
+    return passes;
+}
+
 /* Includes contacts that the velocities would pass; whether there were any. */
 static int32_t include_passed(perp_mechanism *m)
 {
     int32_t more = 0, j;
 
-    for (j = 0; j < m->contacts; j++) {
-        if (m->included[j] || !(m->shift[j] + m->answer.u[m->starts[j]] < 0.0))
-            continue;
-        m->included[j] = 1;
-        more = 1;
-    }
+    for (j = 0; j < m->contacts; j++)
+        more |= perp__include(m, j, m->shift[j] + m->answer.u[m->starts[j]] < 0.0);
     return more;
 }
 
@@ -95,10 +111,10 @@ perp_status perp__solve_frozen(perp_mechanism *m, const perp__velocity_problem *
     return status;
 }
 
-void perp__report_answer(const perp_mechanism *m, perp__mechanism_state *to,
-                         perp_mechanism_step *step)
+/* m->answer into a state (but q) and a report. */
+static void report(const perp_mechanism *m, perp__motion *to, perp_mechanism_step *step)
 {
-    const perp__velocity_answer *answer = &m->answer;
+    const perp__motion *answer = &m->answer;
     int32_t j;
 
     step->outcome = answer->outcome;
@@ -112,16 +128,26 @@ void perp__report_answer(const perp_mechanism *m, perp__mechanism_state *to,
         step->closed += answer->modes[j] != PERP_CONTACT_SEPARATE;
     for (j = 0; j < m->contacts + m->dry; j++)
         step->sticking += answer->modes[j] == PERP_CONTACT_STICK;
-    memcpy(to->v, answer->v, (size_t)m->n * sizeof *to->v);
-    memcpy(to->impulse, answer->r, (size_t)m->rows * sizeof *to->impulse);
-    memcpy(to->velocity, answer->u, (size_t)m->rows * sizeof *to->velocity);
-    memcpy(to->ray, answer->ray, (size_t)m->rows * sizeof *to->ray);
-    memcpy(to->modes, answer->modes, (size_t)(m->contacts + m->dry) * sizeof *to->modes);
+    perp__copy_motion(m, to, answer);
 }
 
-perp_status perp__advance_frozen(perp_mechanism *m, perp__mechanism_state *to,
-                                 perp_mechanism_step *step, double t, double h, const double *q0,
-                                 const double *v0)
+perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                              double t, const perp__velocity_problem *problem)
+{
+    perp_status status = PERP_OK;
+
+    if (perp__outcome_moves(m->answer.outcome))
+        step->impacts = perp__count_impacts(m, &m->answer);
+    if (step->impacts > 0)
+        status = perp__solve_impacts(m, problem);
+    if (status != PERP_OK)
+        return status;
+    report(m, to, step);
+    return perp__outcome_moves(step->outcome) ? perp__project(m, step, to->q, t, to->v) : status;
+}
+
+perp_status perp__advance_frozen(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                                 double t, double h, const double *q0, const double *v0)
 {
     perp__velocity_problem problem;
     perp_status status = perp__evaluate_all(m, &m->begin, t, q0, v0);
@@ -136,15 +162,5 @@ perp_status perp__advance_frozen(perp_mechanism *m, perp__mechanism_state *to,
         status = perp__select_answer(m, step, &problem, h, v0);
     if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
         status = perp__evaluate_move(m, to->q, q0, h, m->answer.v);
-    if (status == PERP_OK && perp__outcome_moves(m->answer.outcome)) {
-        step->impacts = perp__count_impacts(m, &m->answer);
-        if (step->impacts > 0)
-            status = perp__solve_impacts(m, &problem);
-    }
-    if (status != PERP_OK)
-        return status;
-    perp__report_answer(m, to, step);
-    if (perp__outcome_moves(step->outcome))
-        status = perp__project(m, step, to->q, t + h, to->v);
-    return status;
+    return status == PERP_OK ? perp__finish_step(m, to, step, t + h, &problem) : status;
 }

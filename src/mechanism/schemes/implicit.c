@@ -11,23 +11,17 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "mechanism/schemes/frozen.h"
+#include "ncp/ncp.h"
 
 #define COARSEST 1e-6 /* tolerance, however short the step is */
 #define MOST_STEPS 50 /* of Newton, of each method: an answer is near, or there is none */
 
 /* ---- memory -------------------------------------------------------------------------------- */
 
-typedef struct layout_of {
-    const perp_mechanism *m;
-    perp__implicit *s;
-} layout_of;
-
 static void layout(perp__arena *arena, void *object)
 {
-    const layout_of *of = object;
-    const perp_mechanism *m = of->m;
-    perp__implicit *s = of->s;
+    perp__implicit *s = object;
+    const perp_mechanism *m = s->m;
     double **const of_unknowns[] = {&s->z,       &s->w,       &s->start, &s->lower, &s->upper,
                                     &s->changed, &s->shifted, &s->at,    &s->F};
     double **const of_rows[] = {&s->r, &s->u, &s->inverse_mass, &s->bent_r};
@@ -57,8 +51,8 @@ static perp_status set_up(perp_mechanism *m, perp__implicit *s)
     problem.upper = s->upper;
     problem.user = m;
     if (status == PERP_OK)
-        status = perp_ncp_solver_setup(s->solver, &problem);
-    return status == PERP_OK ? status : perp__mechanism_fail_inner(m, status, "the implicit step");
+        status = perp__ncp_setup(s->solver, &problem);
+    return status == PERP_OK ? status : perp__mechanism_fail_in(m, status, "the implicit step");
 }
 
 /* The solver, with room for the largest problem. */
@@ -74,52 +68,41 @@ static perp_status create_solver(perp_mechanism *m, perp__implicit *s)
         s->upper[i] = INFINITY;
     }
     if (status == PERP_OK)
-        status = perp_ncp_solver_create(m->inner, &s->solver, &s->settings);
+        status = perp__ncp_create(m->context, &s->solver, &s->settings);
     if (status != PERP_OK)
-        return perp__mechanism_fail_inner(m, status, "the implicit step");
+        return perp__mechanism_fail_in(m, status, "the implicit step");
     s->size = s->most;
     return set_up(m, s);
 }
 
-perp_status perp__implicit_create(perp_mechanism *m, void **made,
+perp_status perp__implicit_create(perp_mechanism *m, perp__implicit **made,
                                   const perp_mechanism_settings *settings)
 {
     perp__implicit *s;
-    layout_of of;
     perp_status status;
 
     *made = NULL;
     if (settings->scheme != PERP_MECHANISM_IMPLICIT)
         return PERP_OK;
-    s = perp__allocate(m->context, 1, sizeof *s);
+    s = perp__work_create(m, sizeof *s, NULL);
     if (!s)
-        return perp__fail_memory(m->context, "the implicit step");
-    memset(s, 0, sizeof *s);
-    perp__arena_init(&s->arena, m->context);
-    s->most = perp__implicit_most(m, settings);
-    of.m = m;
-    of.s = s;
-    status = perp__arena_fit(&s->arena, layout, &of);
+        return PERP_ERROR_MEMORY;
+    s->most = perp__implicit_most(m, settings->cone);
+    status = perp__arena_fit(&s->arena, layout, s);
     if (status == PERP_OK)
         status = create_solver(m, s);
-    else
-        status = perp__fail_memory(m->context, "the implicit step");
     if (status == PERP_OK)
         *made = s;
     else
-        perp__implicit_release(m, s);
+        perp__implicit_release(s);
     return status;
 }
 
-void perp__implicit_release(perp_mechanism *m, void *made)
+void perp__implicit_release(perp__implicit *s)
 {
-    perp__implicit *s = made;
-
-    if (!s)
-        return;
-    perp_ncp_solver_destroy(s->solver);
-    perp__arena_release(&s->arena);
-    perp__release(m->context, s);
+    if (s)
+        perp__ncp_destroy(s->solver);
+    perp__work_release(s);
 }
 
 /* ---- the step ------------------------------------------------------------------------------ */
@@ -147,9 +130,9 @@ static perp_status ask_again(const perp_mechanism *m, perp__implicit *s, perp_nc
         return PERP_OK;
     s->settings.tol = COARSEST;
     memcpy(s->start, s->z, (size_t)s->size * sizeof *s->z);
-    status = perp_ncp_solver_set(s->solver, &s->settings);
+    status = perp__ncp_set(s->solver, &s->settings);
     if (status == PERP_OK)
-        status = perp_ncp_solver_solve(s->solver, s->z, s->w, result, s->start);
+        status = perp__ncp_solve(s->solver, s->z, s->w, result, s->start);
     result->iterations += iterations;
     return status;
 }
@@ -169,17 +152,19 @@ static perp_status solve(perp_mechanism *m, perp__implicit *s, perp_mechanism_st
     s->settings.tol = fmin(fmax(m->settings.tol, s->noise), fmax(m->settings.tol, COARSEST));
     s->settings.time_limit = perp__mechanism_time_left(m);
     if (status == PERP_OK)
-        status = perp_ncp_solver_set(s->solver, &s->settings);
+        status = perp__ncp_set(s->solver, &s->settings);
     if (status == PERP_OK)
         status = set_up(m, s);
     if (status == PERP_OK)
-        status = perp_ncp_solver_solve(s->solver, s->z, s->w, &result, s->start);
+        status = perp__ncp_solve(s->solver, s->z, s->w, &result, s->start);
     if (status == PERP_OK)
         status = ask_again(m, s, &result);
-    if (s->failed != PERP_OK)
-        return s->failed; /* with its message */
+    if (s->failed != PERP_OK) { /* what the callback said, not what came of it */
+        memcpy(m->context->message, s->message, sizeof s->message);
+        return s->failed;
+    }
     if (status != PERP_OK)
-        return perp__mechanism_fail_inner(m, status, "the implicit step");
+        return perp__mechanism_fail_in(m, status, "the implicit step");
     step->iterations += result.iterations;
     if (!perp__is_good(result.outcome))
         return PERP_OK;
@@ -194,12 +179,8 @@ static int32_t include_passed(perp_mechanism *m)
 {
     int32_t more = 0, j;
 
-    for (j = 0; j < m->contacts; j++) {
-        if (m->included[j] || !(m->end.gap[j] < fmin(m->begin.gap[j], 0.0)))
-            continue;
-        m->included[j] = 1;
-        more = 1;
-    }
+    for (j = 0; j < m->contacts; j++)
+        more |= perp__include(m, j, m->end.gap[j] < fmin(m->begin.gap[j], 0.0));
     return more;
 }
 
@@ -207,7 +188,7 @@ static int32_t include_passed(perp_mechanism *m)
  * motion without impulses. */
 static void start_free(perp_mechanism *m)
 {
-    perp__velocity_answer *answer = &m->answer;
+    perp__motion *answer = &m->answer;
 
     memcpy(answer->v, m->free, (size_t)m->n * sizeof *answer->v);
     memcpy(answer->u, m->free_velocity, (size_t)m->rows * sizeof *answer->u);
@@ -218,7 +199,7 @@ static void start_free(perp_mechanism *m)
 /* m->answer := the implicit step's, if there is one. */
 static perp_status find(perp_mechanism *m, perp_mechanism_step *step, int32_t *found)
 {
-    perp__implicit *s = m->scheme_work;
+    perp__implicit *s = m->implicit;
     perp__velocity_problem problem;
     perp_status status = perp__evaluate_all(m, &m->begin, s->t, s->q0, s->v0);
 
@@ -240,11 +221,10 @@ static perp_status find(perp_mechanism *m, perp_mechanism_step *step, int32_t *f
     return status;
 }
 
-perp_status perp__advance_implicit(perp_mechanism *m, perp__mechanism_state *to,
-                                   perp_mechanism_step *step, double t, double h, const double *q0,
-                                   const double *v0)
+perp_status perp__advance_implicit(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                                   double t, double h, const double *q0, const double *v0)
 {
-    perp__implicit *s = m->scheme_work;
+    perp__implicit *s = m->implicit;
     perp__velocity_problem problem;
     perp_status status;
     int32_t found;
@@ -263,16 +243,7 @@ perp_status perp__advance_implicit(perp_mechanism *m, perp__mechanism_state *to,
     if (status != PERP_OK)
         return status;
     step->scheme = PERP_MECHANISM_IMPLICIT;
-    step->impacts = perp__count_impacts(m, &m->answer);
-    if (step->impacts > 0) {
-        perp__pose(m, &problem);
-        problem.terms = &m->end;
-        status = perp__solve_impacts(m, &problem);
-    }
-    if (status != PERP_OK)
-        return status;
-    perp__report_answer(m, to, step);
-    if (perp__outcome_moves(step->outcome))
-        status = perp__project(m, step, to->q, t + h, to->v);
-    return status;
+    perp__pose(m, &problem);
+    problem.terms = &m->end;
+    return perp__finish_step(m, to, step, t + h, &problem);
 }

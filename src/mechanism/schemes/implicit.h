@@ -24,13 +24,14 @@ typedef struct perp__implicit_disc {
     int32_t row;      /* its first tangent's */
     int32_t tangents; /* 0: no friction */
     int32_t edges;    /* of a polygon; 0: the interval or the disc itself */
+    int32_t forces;   /* its first unknowns: x, or beta */
     int32_t normal;   /* unknown; -1: none */
     int32_t first;    /* unknown of its friction */
     double weight;    /* an impulse of friction, for the rows of x */
 } perp__implicit_disc;
 
-typedef struct perp__implicit {
-    perp__arena arena;
+struct perp__implicit {
+    PERP__WORK;
     perp_ncp_solver *solver;
     perp_ncp_settings settings;
     int32_t most, size; /* unknowns: room, of the problem at hand */
@@ -56,12 +57,13 @@ typedef struct perp__implicit {
     double residual;
     double t, h; /* of the step, and where it starts */
     const double *q0, *v0;
-    perp_status failed; /* of a callback that asked to abort */
-} perp__implicit;
+    perp_status failed; /* of a callback that asked to abort, and its message */
+    char message[PERP__MESSAGE_SIZE];
+};
 
 /* ---- implicit_problem.c ---- */
-/* The most unknowns that the mechanism's problems have with these settings. */
-int32_t perp__implicit_most(const perp_mechanism *m, const perp_mechanism_settings *settings);
+/* The most unknowns that the mechanism's problems have with polygons of so many edges. */
+int32_t perp__implicit_most(const perp_mechanism *m, int32_t edges);
 /* Numbers the unknowns of what m->included says and writes their bounds; m->begin and m->answer
  * are those of the frozen step. */
 void perp__implicit_number(perp_mechanism *m, perp__implicit *s);
@@ -70,35 +72,27 @@ void perp__implicit_start(perp_mechanism *m, perp__implicit *s, double *z);
 /* h times the bound, or mu r_n. */
 double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
                              const perp__implicit_disc *disc, const double *z);
-/* Direction of edge j of a polygon. */
-void perp__implicit_edge(int32_t edges, int32_t j, double d[2]);
+/* The direction of force i: of a tangent, or of an edge of the polygon. */
+void perp__implicit_direction(const perp__implicit_disc *disc, int32_t i, double d[2]);
+
+/* m->answer := the solution z with F(z) = w, with the velocities held that the laws prescribe. */
+void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z, const double *w);
 
 /* ---- implicit_function.c ---- */
-/* F, for the solver; user: the mechanism. */
+/* F and its Jacobian, for the solver; user: the mechanism. */
 int32_t perp__implicit_function(double *F, const double *z, void *user);
-/* m->end, m->friction, s->q, s->r, s->u and F at z, as the evaluations in mechanism.h. */
-perp_status perp__implicit_evaluate_at(perp_mechanism *m, perp__implicit *s, double *F,
-                                       const double *z);
-/* The same with F in s->F, where it is not already at z. */
+int32_t perp__implicit_jacobian(double *J, const double *z, void *user);
+/* m->end, m->friction, s->q, s->r, s->u and s->F := those of z, as the evaluations in mechanism.h.
+ */
 perp_status perp__implicit_evaluate(perp_mechanism *m, perp__implicit *s, const double *z);
 /* What the row's gap (or c) at s->q, `now`, is beyond the linear one, as a speed. */
 double perp__implicit_curvature(perp_mechanism *m, perp__implicit *s, int32_t row, double now,
                                 double before);
 
-/* What a callback of the solver returns for that status. */
-int32_t perp__implicit_reply(perp_mechanism *m, perp__implicit *s, perp_status status);
-
-/* ---- implicit_jacobian.c ---- */
-int32_t perp__implicit_jacobian(double *J, const double *z, void *user);
-
-/* ---- implicit_answer.c ---- */
-/* m->answer := the solution z with F(z) = w, with the velocities held that the laws prescribe. */
-void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z, const double *w);
-
 /* ---- implicit.c ---- */
-/* m->scheme_work for these settings, in *made; NULL where their scheme is another. */
-perp_status perp__implicit_create(perp_mechanism *m, void **made,
+/* m->implicit for these settings, in *made; NULL where their scheme is another. */
+perp_status perp__implicit_create(perp_mechanism *m, perp__implicit **made,
                                   const perp_mechanism_settings *settings);
-void perp__implicit_release(perp_mechanism *m, void *made);
+void perp__implicit_release(perp__implicit *s);
 
 #endif

@@ -1,4 +1,5 @@
-/* The unknowns of the implicit scheme's problem: their numbers, bounds and where they start. */
+/* The unknowns of the implicit scheme's problem: their numbers, bounds, where they start, and what
+ * they say where they end. */
 #include <math.h>
 #include <string.h>
 
@@ -6,12 +7,12 @@
 
 #define TAU 6.28318530717958647693
 
-void perp__implicit_edge(int32_t edges, int32_t j, double d[2])
+void perp__implicit_direction(const perp__implicit_disc *disc, int32_t i, double d[2])
 {
-    const double angle = TAU * j / edges;
+    const double angle = disc->edges > 0 ? TAU * i / disc->edges : 0.0;
 
-    d[0] = cos(angle);
-    d[1] = sin(angle);
+    d[0] = disc->edges > 0 ? cos(angle) : i == 0;
+    d[1] = disc->edges > 0 ? sin(angle) : i == 1;
 }
 
 static int32_t unknowns_of(int32_t tangents, int32_t edges)
@@ -19,58 +20,39 @@ static int32_t unknowns_of(int32_t tangents, int32_t edges)
     return tangents < 2 ? tangents : edges == 0 ? 3 : edges + 1;
 }
 
-int32_t perp__implicit_most(const perp_mechanism *m, const perp_mechanism_settings *settings)
+int32_t perp__implicit_most(const perp_mechanism *m, int32_t edges)
 {
     int32_t count = m->n + m->contacts + m->bilateral, j;
 
     for (j = 0; j < m->contacts; j++)
-        count += unknowns_of(m->dims[j] - 1, settings->cone);
-    return count + m->dry * unknowns_of(m->model.dry_dim, settings->cone);
-}
-
-/* The velocity v in the metric of M. */
-static double speed_of(perp_mechanism *m, const double *v)
-{
-    double sum = 0.0;
-    int32_t i;
-
-    perp__multiply_mass(m, &m->begin, m->work, v);
-    for (i = 0; i < m->n; i++)
-        sum += v[i] * m->work[i];
-    return sqrt(fmax(sum, 0.0));
+        count += unknowns_of(m->dims[j] - 1, edges);
+    return count + m->dry * unknowns_of(m->model.dry_dim, edges);
 }
 
 /* J_i M^-1 J_i'. */
 static double inverse_mass(perp_mechanism *m, int32_t row)
 {
-    const double *J = m->begin.J + (size_t)row * (size_t)m->n;
-    double sum = 0.0;
-    int32_t i;
-
-    memcpy(m->work, J, (size_t)m->n * sizeof *J);
+    memcpy(m->work, m->begin.J + (size_t)row * (size_t)m->n, (size_t)m->n * sizeof *m->work);
     perp__solve_mass(m, &m->begin, m->work);
-    for (i = 0; i < m->n; i++)
-        sum += J[i] * m->work[i];
-    return sum;
+    return perp__row_times(m, &m->begin, row, 0.0, m->work);
 }
 
 /* The sizes of the step's speeds and impulses, from energies, so that units of q do not count. */
 static void find_sizes(perp_mechanism *m, perp__implicit *s)
 {
     double noise = 0.0;
-    int32_t i, j;
+    int32_t i;
 
-    s->speed = fmax(speed_of(m, s->v0), fmax(speed_of(m, m->free), speed_of(m, m->answer.v)));
+    s->speed = fmax(perp__speed(m, &m->begin, s->v0), fmax(perp__speed(m, &m->begin, m->free),
+                                                           perp__speed(m, &m->begin, m->answer.v)));
     if (s->speed == 0.0)
         s->speed = 1.0; /* nothing moves and nothing pulls */
     for (i = 0; i < m->n; i++)
         s->steps[i] = s->speed / sqrt(m->begin.M[(size_t)i * ((size_t)m->n + 1)]);
     for (i = 0; i < m->rows; i++) {
         s->inverse_mass[i] = inverse_mass(m, i);
-        for (j = 0; j < m->contacts && m->starts[j] < i; j++)
-            ;
-        if ((i < m->contact_rows && !(m->starts[j] == i && m->included[j])) ||
-            i >= m->contact_rows + m->bilateral || !(s->inverse_mass[i] > 0.0))
+        if ((i < m->contact_rows && !(m->normal_of[i] >= 0 && m->included[m->normal_of[i]])) ||
+            i >= m->rows - m->dry_rows || !(s->inverse_mass[i] > 0.0))
             continue;
         noise = fmax(noise, perp__gap_rounding(m, &m->begin, i, s->q0) /
                                 (s->h * s->speed * sqrt(s->inverse_mass[i])));
@@ -84,36 +66,40 @@ static void bound(perp__implicit *s, int32_t i, double lower, double upper)
     s->upper[i] = upper;
 }
 
-static void number_friction(perp__implicit *s, perp__implicit_disc *disc)
+static void number_disc(perp_mechanism *m, perp__implicit *s, int32_t contact, int32_t tangents,
+                        double weight)
 {
+    perp__implicit_disc *disc = s->discs + s->discs_count++;
     int32_t i;
 
+    disc->contact = contact;
+    disc->row = m->tangent[contact];
+    disc->tangents = tangents;
+    disc->edges = tangents > 1 ? m->settings.cone : 0;
+    disc->forces = disc->edges > 0 ? disc->edges : tangents;
+    disc->weight = weight;
+    disc->normal = contact < m->contacts ? s->size : -1;
+    if (disc->normal >= 0)
+        bound(s, s->size++, 0.0, INFINITY);
     disc->first = s->size;
-    if (disc->tangents == 1)
-        bound(s, s->size++, -1.0, 1.0);
-    if (disc->tangents < 2)
-        return;
-    for (i = 0; i < 2 && disc->edges == 0; i++)
-        bound(s, s->size++, -INFINITY, INFINITY);
-    for (i = 0; i < disc->edges + 1; i++)
+    for (i = 0; i < disc->forces; i++)
+        bound(s, s->size++,
+              disc->edges > 0 ? 0.0
+              : tangents == 1 ? -1.0
+                              : -INFINITY,
+              disc->edges > 0 || tangents > 1 ? INFINITY : 1.0);
+    if (tangents > 1)
         bound(s, s->size++, 0.0, INFINITY);
 }
 
 static void number_contact(perp_mechanism *m, perp__implicit *s, int32_t j)
 {
-    perp__implicit_disc *disc = s->discs + s->discs_count++;
     const int32_t row = m->starts[j];
     const double inverse = s->inverse_mass[row];
     const double impulse = inverse > 0.0 ? s->speed / sqrt(inverse) : 0.0;
 
-    disc->contact = j;
-    disc->row = row + 1;
-    disc->tangents = m->friction[j] > 0.0 ? m->dims[j] - 1 : 0;
-    disc->edges = m->settings.cone;
-    disc->normal = s->size;
-    disc->weight = m->friction[j] * fmax(m->answer.r[row], impulse);
-    bound(s, s->size++, 0.0, INFINITY);
-    number_friction(s, disc);
+    number_disc(m, s, j, m->friction[j] > 0.0 ? m->tangents[j] : 0,
+                m->friction[j] * fmax(m->answer.r[row], impulse));
 }
 
 /* Whether there is friction at all is asked at the step's start. */
@@ -131,20 +117,9 @@ void perp__implicit_number(perp_mechanism *m, perp__implicit *s)
     s->bilateral = s->size;
     for (i = 0; i < m->bilateral; i++)
         bound(s, s->size++, -INFINITY, INFINITY);
-    for (i = 0; i < m->dry; i++) {
-        perp__implicit_disc *disc = s->discs + s->discs_count;
-
-        if (!(m->dry_bound[i] > 0.0))
-            continue;
-        s->discs_count++;
-        disc->contact = m->contacts + i;
-        disc->row = m->contact_rows + m->bilateral + i * m->model.dry_dim;
-        disc->tangents = m->model.dry_dim;
-        disc->edges = m->settings.cone;
-        disc->normal = -1;
-        disc->weight = m->dry_bound[i];
-        number_friction(s, disc);
-    }
+    for (i = 0; i < m->dry; i++)
+        if (m->dry_bound[i] > 0.0)
+            number_disc(m, s, m->contacts + i, m->model.dry_dim, m->dry_bound[i]);
 }
 
 double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
@@ -171,7 +146,7 @@ static void start_polygon(const perp__implicit_disc *disc, double *z, const doub
     for (j = 0; j < disc->edges; j++) {
         double d[2];
 
-        perp__implicit_edge(disc->edges, j, d);
+        perp__implicit_direction(disc, j, d);
         z[disc->first + j] = 0.0;
         speed = fmax(speed, -(d[0] * u[0] + d[1] * u[1]));
     }
@@ -188,7 +163,7 @@ static void start_friction(const perp__implicit_disc *disc, double *z, double ra
     const double unit = radius > 0.0 ? radius : speed > 0.0 ? -speed : 1.0;
     int32_t i;
 
-    if (disc->tangents > 1 && disc->edges > 0) {
+    if (disc->edges > 0) {
         start_polygon(disc, z, r, u);
         return;
     }
@@ -202,7 +177,7 @@ static void start_friction(const perp__implicit_disc *disc, double *z, double ra
 
 void perp__implicit_start(perp_mechanism *m, perp__implicit *s, double *z)
 {
-    const perp__velocity_answer *answer = &m->answer;
+    const perp__motion *answer = &m->answer;
     int32_t k, i;
 
     memcpy(z, answer->v, (size_t)m->n * sizeof *z);
@@ -221,4 +196,110 @@ void perp__implicit_start(perp_mechanism *m, perp__implicit *s, double *z)
     }
     for (i = 0; i < m->bilateral; i++)
         z[s->bilateral + i] = answer->r[m->contact_rows + i];
+}
+
+/* ---- the solution as an answer in velocities --------------------------------------------------
+ *
+ * At the solution z the problem in velocities with the rows at q+, the impulses that do not hold,
+ * and shift = (gap(q+) - min(gap(q), 0)) / h - u_n of z is the linearisation of F on the index set
+ * of z: it has the same solution, up to the second order in what F(z) leaves of 0. Its velocities
+ * are then those that perp__hold_velocities finds in what the rows that hold leave free, and so a
+ * body that sticks has the velocity 0.0, not one of rounding. */
+
+/* Friction of a disc; whether it sticks: what it could still bear is more than its slip, both as
+ * speeds. Friction that slips is on the edge of its disc. */
+static int32_t take_friction(perp_mechanism *m, const perp__implicit *s,
+                             const perp__implicit_disc *disc, const double *z)
+{
+    const double radius = perp__implicit_radius(m, s, disc, z), *x = z + disc->first;
+    const double length = disc->tangents == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
+    const double slip = disc->tangents == 1 ? fabs(s->u[disc->row]) : x[disc->forces];
+    double room = disc->edges > 0 ? radius : (1.0 - length) * radius;
+    int32_t i, sticks;
+
+    for (i = 0; i < disc->edges; i++)
+        room -= x[i];
+    sticks =
+        (disc->edges > 0 ? room > 0.0 : length < 1.0) && room * s->inverse_mass[disc->row] >= slip;
+    for (i = 0; i < disc->tangents; i++) {
+        m->answer.holds[disc->row + i] = (int8_t)sticks;
+        m->answer.r[disc->row + i] = disc->edges > 0 || sticks || length == 0.0
+                                         ? s->r[disc->row + i]
+                                         : radius * (x[i] / length);
+    }
+    return sticks;
+}
+
+static void take(perp_mechanism *m, const perp__implicit *s, const perp__implicit_disc *disc,
+                 const double *z, const double *w)
+{
+    perp__motion *answer = &m->answer;
+    int32_t sticks = 1;
+
+    if (disc->normal >= 0) {
+        const int32_t row = m->starts[disc->contact];
+        const double impulse = z[disc->normal];
+
+        /* the one that is not 0 counts: both are speeds here */
+        if (!(impulse > 0.0 && impulse * s->inverse_mass[row] >= w[disc->normal]))
+            return;
+        answer->r[row] = impulse;
+        answer->holds[row] = 1;
+        sticks = m->dims[disc->contact] == 1;
+    }
+    if (disc->tangents > 0)
+        sticks = take_friction(m, s, disc, z);
+    answer->modes[disc->contact] = sticks ? PERP_MECHANISM_STICK : PERP_MECHANISM_SLIP;
+}
+
+/* Momentum, shifts and bounds of the problem at q+. c's curvature goes into its drift. */
+static void prepare(perp_mechanism *m, perp__implicit *s)
+{
+    const size_t n = (size_t)m->n;
+    int32_t j;
+    size_t i;
+
+    for (j = 0; j < m->bilateral; j++) {
+        const int32_t row = m->contact_rows + j;
+
+        m->end.drift[row] += perp__implicit_curvature(m, s, row, m->end.c[j], m->begin.c[j]);
+    }
+    perp__multiply_mass(m, &m->end, m->momentum, s->v0);
+    for (i = 0; i < n; i++)
+        m->momentum[i] += s->h * m->end.k[i];
+    for (j = 0; j < m->contacts; j++)
+        m->shift[j] = fmax(m->begin.gap[j], 0.0) / s->h +
+                      perp__implicit_curvature(m, s, m->starts[j], m->end.gap[j], m->begin.gap[j]);
+    for (j = 0; j < m->dry; j++)
+        m->dry_bound[j] = s->h * m->end.bound[j];
+}
+
+void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z, const double *w)
+{
+    perp__motion *answer = &m->answer;
+    perp__velocity_problem problem;
+    int32_t j, k;
+
+    perp__clear_motion(m, answer);
+    answer->outcome = s->outcome;
+    answer->residual = s->residual;
+    memcpy(answer->v, z, (size_t)m->n * sizeof *z);
+    for (k = 0; k < s->discs_count; k++)
+        take(m, s, s->discs + k, z, w);
+    for (j = 0; j < m->bilateral; j++) {
+        answer->r[m->contact_rows + j] = z[s->bilateral + j];
+        answer->holds[m->contact_rows + j] = 1;
+    }
+    prepare(m, s);
+    perp__pose(m, &problem);
+    problem.terms = &m->end;
+    perp__hold_velocities(m, answer, &problem);
+    perp__judge_motion(m, answer, &problem);
+    for (j = 0; j < m->bilateral; j++) { /* u of c at q+ is G v + drift itself */
+        const int32_t row = m->contact_rows + j;
+        const double curvature = perp__implicit_curvature(m, s, row, m->end.c[j], m->begin.c[j]);
+
+        m->end.drift[row] -= curvature;
+        answer->u[row] -= curvature;
+    }
 }

@@ -13,12 +13,12 @@
  * Friction and contact act through v+ alone: weighted like k they would ring (u_n+ = -u_n). A
  * contact that the step reaches keeps the speed gap/h that brings it to 0; it has gap 0 when the
  * next step begins, and u_n+ = 0 (or the restitution's) from there on. */
-#include "mechanism/schemes/theta.h"
+#include "mechanism/mechanism.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "mechanism/schemes/frozen.h"
+#include "linalg/blas.h"
 
 #define MOST_ITERATES 60
 
@@ -28,17 +28,58 @@
 /* Velocities that change by more than this share are followed by the rows of the end. */
 #define CHANGED 0.05
 
+/* Differences are taken over this share of a velocity: the root of rounding. */
+#define DIFFERENCE 1.5e-8
+
+/* Velocities smaller than this share of the largest are moved as if they had it. */
+#define FLOOR 1e-3
+
+/* What the steps of the scheme keep. */
+struct perp__theta {
+    PERP__WORK;
+    double t, h; /* of the step, and where it starts */
+    const double *q0, *v0;
+    double *A, *factor; /* n by n: iteration matrix and its L, columns */
+    double *force;      /* n: k at the end, of the iterate */
+    double *p, *last;   /* n: M v0 + h (theta k+ + (1 - theta) k), and that of the last iterate */
+    double *v, *last_v; /* n: iterates */
+    double *middle;     /* n: theta v+ + (1 - theta) v0 */
+    double *x, *y;      /* n: scratch */
+    double *q, *at, *probe; /* coordinates: of the iterate; where N is taken; of differences */
+    perp__terms terms;      /* m->begin with A for M where that is needed */
+    int32_t has_matrix;     /* A is not M */
+    int32_t tried_matrix;
+    int32_t corrected; /* speeds are measured with the rows of the end */
+};
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__theta *w = object;
+    const size_t n = (size_t)w->m->n;
+    double **const vectors[] = {&w->force,  &w->p,      &w->last, &w->v,
+                                &w->last_v, &w->middle, &w->x,    &w->y};
+    double **const positions[] = {&w->q, &w->at, &w->probe};
+    size_t k;
+
+    w->A = perp__arena_take(arena, n * n, sizeof(double));
+    w->factor = perp__arena_take(arena, n * n, sizeof(double));
+    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    for (k = 0; k < sizeof positions / sizeof *positions; k++)
+        *positions[k] = perp__arena_take(arena, (size_t)w->m->coordinates, sizeof(double));
+}
+
 /* ---- what is fixed during a step ----------------------------------------------------------- */
 
 /* m->end: the rows at the predicted end, or at the start where the model has none there. */
-static perp_status predict_rows(perp_mechanism *m, perp__theta *w, double t, double h,
-                                const double *q0, const double *v0)
+static perp_status predict_rows(perp_mechanism *m, perp__theta *w)
 {
-    perp_status status = perp__evaluate_move(m, w->q, q0, h, v0);
+    perp_status status = perp__evaluate_move(m, w->q, w->q0, w->h, w->v0);
 
     if (status == PERP_OK)
-        status = perp__evaluate_rows(m, &m->end, t + h, w->q, v0);
-    return status == PERP__OUTSIDE ? perp__evaluate_rows(m, &m->end, t + h, q0, v0) : status;
+        status = perp__evaluate_rows(m, &m->end, w->t + w->h, w->q, w->v0);
+    return status == PERP__OUTSIDE ? perp__evaluate_rows(m, &m->end, w->t + w->h, w->q0, w->v0)
+                                   : status;
 }
 
 /* begin.J := J, end.J := what the rows of the end have more, begin.mu and begin.bound between. */
@@ -62,22 +103,21 @@ static void blend(perp_mechanism *m, perp__theta *w)
         m->begin.bound[i] += (1.0 - theta) * (m->end.bound[i] - m->begin.bound[i]);
 }
 
-static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w, double t, double h,
-                                     const double *q0, const double *v0)
+static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
 {
     const double ahead = 1.0 - m->settings.theta;
     perp_status status = PERP_OK;
 
     w->corrected = 0;
-    memcpy(w->at, q0, (size_t)m->coordinates * sizeof *w->at);
+    memcpy(w->at, w->q0, (size_t)m->coordinates * sizeof *w->at);
     if (ahead > 0.0)
-        status = perp__evaluate_move(m, w->at, q0, ahead * h, v0);
+        status = perp__evaluate_move(m, w->at, w->q0, ahead * w->h, w->v0);
     if (status == PERP_OK)
         status = perp__evaluate_mass(m, &m->begin, w->at);
     if (status == PERP__OUTSIDE)
-        status = perp__evaluate_mass(m, &m->begin, q0);
+        status = perp__evaluate_mass(m, &m->begin, w->q0);
     if (status == PERP_OK && ahead > 0.0 && m->rows > 0) {
-        status = predict_rows(m, w, t, h, q0, v0);
+        status = predict_rows(m, w);
         if (status == PERP_OK)
             blend(m, w);
     } else
@@ -85,34 +125,109 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w, double t
     return status;
 }
 
-static perp_status prepare(perp_mechanism *m, perp__theta *w, double t, double h, const double *q0,
-                           const double *v0)
+static perp_status prepare(perp_mechanism *m, perp__theta *w)
 {
-    perp_status status = perp__evaluate_force(m, m->begin.k, t, q0, v0);
+    perp_status status = perp__evaluate_force(m, m->begin.k, w->t, w->q0, w->v0);
     int32_t j;
 
     if (status == PERP_OK)
-        status = perp__evaluate_rows(m, &m->begin, t, q0, v0);
+        status = perp__evaluate_rows(m, &m->begin, w->t, w->q0, w->v0);
     if (status != PERP_OK)
         return status;
-    perp__row_velocities(m, &m->begin, m->start_velocity, v0);
-    for (j = 0; j < m->contacts; j++) {
-        const double gap = m->begin.gap[j];
-        const int32_t open = gap > perp__gap_rounding(m, &m->begin, m->starts[j], q0);
-
-        m->shift[j] = open ? gap / h : 0.0;
-        m->included[j] = !open;
-        if (m->settings.law == PERP_MECHANISM_POISSON) /* jam.c alone asks */
-            m->start_speed[j] = perp__sliding_speed(m, &m->begin, j, m->start_velocity, v0);
-    }
-    status = evaluate_geometry(m, w, t, h, q0, v0);
+    perp__prepare_contacts(m, w->h, w->q0, w->v0);
+    status = evaluate_geometry(m, w);
     if (status != PERP_OK)
         return status;
-    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, v0);
+    perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, w->v0);
     for (j = 0; j < m->dry; j++)
-        m->dry_bound[j] = h * m->begin.bound[j];
+        m->dry_bound[j] = w->h * m->begin.bound[j];
     w->terms = m->begin;
     w->has_matrix = w->tried_matrix = 0;
+    return PERP_OK;
+}
+
+/* ---- forces at the end -----------------------------------------------------------------------
+ *
+ * k(t+h, q+, v+) is found by fixed-point iteration. Where k depends on q and v so strongly that
+ * this converges slowly, the iteration's matrix is A = M - h theta sym(K), K = dk/dv + h theta
+ * dk/dq N: symmetric and positive definite, as the contact problem needs it. One difference of k in
+ * each velocity, with the position that goes with it, gives all of K. */
+
+/* q := where the velocities lead. N is taken between start and end. */
+static perp_status move(perp_mechanism *m, perp__theta *w, double *q, const double *v)
+{
+    const double theta = m->settings.theta;
+    perp_status status = PERP_OK;
+    int32_t i;
+
+    for (i = 0; i < m->n; i++)
+        w->middle[i] = theta * v[i] + (1.0 - theta) * w->v0[i];
+    if (!m->model.kinematics || theta == 1.0)
+        return perp__evaluate_move(m, q, w->q0, w->h, w->middle);
+    status = perp__evaluate_move(m, w->at, w->q0, (1.0 - theta) * w->h, w->middle);
+    return status == PERP_OK ? perp__evaluate_move_at(m, q, w->q0, w->at, w->h, w->middle) : status;
+}
+
+/* w->q := q0 moved by h N (theta v + (1 - theta) v0), and w->force := k there. */
+static perp_status find_force(perp_mechanism *m, perp__theta *w, const double *v)
+{
+    perp_status status = move(m, w, w->q, v);
+
+    return status == PERP_OK ? perp__evaluate_force(m, w->force, w->t + w->h, w->q, v) : status;
+}
+
+/* A := M - h theta K, K by columns. */
+static perp_status difference(perp_mechanism *m, perp__theta *w)
+{
+    const size_t n = (size_t)m->n;
+    const double weight = w->h * m->settings.theta;
+    double largest = 0.0;
+    perp_status status = PERP_OK;
+    size_t i, j;
+
+    for (i = 0; i < n; i++)
+        largest = fmax(largest, fmax(fabs(w->v[i]), fabs(w->v0[i])));
+    memcpy(w->x, w->v, n * sizeof *w->x);
+    for (j = 0; j < n && status == PERP_OK; j++) {
+        const double size = fmax(fmax(fabs(w->v[j]), fabs(w->v0[j])), FLOOR * largest);
+        double delta;
+
+        w->x[j] = w->v[j] + DIFFERENCE * size;
+        delta = w->x[j] - w->v[j];
+        status = move(m, w, w->probe, w->x);
+        if (status == PERP_OK)
+            status = perp__evaluate_force(m, w->y, w->t + w->h, w->probe, w->x);
+        for (i = 0; i < n && status == PERP_OK; i++)
+            w->A[i + n * j] = m->begin.M[i * n + j] -
+                              (delta > 0.0 ? weight * (w->y[i] - w->force[i]) / delta : 0.0);
+        w->x[j] = w->v[j];
+    }
+    return status;
+}
+
+/* w->A := M - h theta sym(dk/dv + h theta dk/dq N), by differences about the iterate, and w->terms
+ * with it; stays M where that is not positive definite. */
+static perp_status find_matrix(perp_mechanism *m, perp__theta *w)
+{
+    const size_t n = (size_t)m->n;
+    perp_status status = difference(m, w);
+    size_t i, j;
+
+    w->tried_matrix = 1;
+    if (status == PERP__OUTSIDE)
+        return PERP_OK; /* M serves */
+    if (status != PERP_OK)
+        return status;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < i; j++)
+            w->A[i + n * j] = w->A[j + n * i] = 0.5 * (w->A[i + n * j] + w->A[j + n * i]);
+    memcpy(w->factor, w->A, n * n * sizeof *w->factor);
+    w->has_matrix = perp__cholesky_factor(m->n, w->factor, m->n) == 0;
+    w->has_matrix = w->has_matrix && perp__all_finite(w->factor, n * n);
+    if (w->has_matrix) {
+        w->terms.M = w->A;
+        w->terms.factor = w->factor;
+    }
     return PERP_OK;
 }
 
@@ -127,15 +242,15 @@ static void correct_drift(perp_mechanism *m, const perp__theta *w, const double 
 }
 
 /* w->p := M v0 + h (theta k+ + (1 - theta) k). */
-static void gather_impulse(perp_mechanism *m, perp__theta *w, double h, const double *v0)
+static void gather_impulse(perp_mechanism *m, perp__theta *w)
 {
     const double theta = m->settings.theta;
     int32_t i;
 
     memcpy(w->last, w->p, (size_t)m->n * sizeof *w->last);
-    perp__multiply_mass(m, &m->begin, w->p, v0);
+    perp__multiply_mass(m, &m->begin, w->p, w->v0);
     for (i = 0; i < m->n; i++)
-        w->p[i] += h * (theta * w->force[i] + (1.0 - theta) * m->begin.k[i]);
+        w->p[i] += w->h * (theta * w->force[i] + (1.0 - theta) * m->begin.k[i]);
 }
 
 /* Solves for the velocities after the iterate w->v. */
@@ -143,7 +258,7 @@ static perp_status solve(perp_mechanism *m, perp__theta *w, perp_mechanism_step 
 {
     perp__velocity_problem problem;
     perp_status status;
-    int32_t j, i;
+    int32_t i;
 
     memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum);
     if (w->has_matrix) {
@@ -152,12 +267,7 @@ static perp_status solve(perp_mechanism *m, perp__theta *w, perp_mechanism_step 
         for (i = 0; i < m->n; i++)
             m->momentum[i] += w->x[i] - w->y[i];
     }
-    memcpy(m->free, m->momentum, (size_t)m->n * sizeof *m->free);
-    perp__solve_mass(m, &w->terms, m->free);
-    perp__row_velocities(m, &m->begin, m->free_velocity, m->free);
-    for (j = 0; j < m->contacts; j++)
-        if (m->shift[j] + m->free_velocity[m->starts[j]] <= 0.0)
-            m->included[j] = 1;
+    perp__include_reached(m, &w->terms);
     perp__pose(m, &problem);
     problem.terms = &w->terms;
     status = perp__solve_frozen(m, &problem);
@@ -170,6 +280,13 @@ static perp_status solve(perp_mechanism *m, perp__theta *w, perp_mechanism_step 
     }
     m->answer.iterations = 0;
     return status;
+}
+
+/* sqrt(x' M^-1 x); x := L^-1 x. */
+static double dual_norm(const perp_mechanism *m, double *x)
+{
+    perp__solve_lower(m, &m->begin, x);
+    return perp__length(x, m->n);
 }
 
 /* Size of what the momentum balance still lacks: p - p_last + (A - M)(v - v_last). */
@@ -190,29 +307,32 @@ static double defect(perp_mechanism *m, perp__theta *w)
     }
     for (i = 0; i < m->n; i++)
         w->x[i] += w->p[i] - w->last[i];
-    return perp__theta_dual_norm(m, w->x, w->y);
+    return dual_norm(m, w->x);
 }
 
 /* What it is measured against. */
-static double momentum_size(perp_mechanism *m, perp__theta *w, double h, const double *v0)
+static double momentum_size(perp_mechanism *m, perp__theta *w)
 {
-    double size = perp__theta_dual_norm(m, w->p, w->y) + perp__theta_norm(m, v0, w->y);
+    double size;
     int32_t i;
 
+    memcpy(w->x, w->p, (size_t)m->n * sizeof *w->x);
+    size = dual_norm(m, w->x) + perp__energy_norm(m, &m->begin, w->y, w->v0);
     for (i = 0; i < m->n; i++)
-        w->x[i] = h * (fabs(w->force[i]) + fabs(m->begin.k[i]));
-    return size + perp__theta_dual_norm(m, w->x, w->y);
+        w->x[i] = w->h * (fabs(w->force[i]) + fabs(m->begin.k[i]));
+    return size + dual_norm(m, w->x);
 }
 
 /* Size of the last change of the iterate; relative, to the size of the velocities. */
 static double last_change(perp_mechanism *m, perp__theta *w, double *relative)
 {
-    double size, before = perp__theta_norm(m, w->last_v, w->y);
+    const double before = perp__energy_norm(m, &m->begin, w->y, w->last_v);
+    double size;
     int32_t i;
 
     for (i = 0; i < m->n; i++)
         w->x[i] = w->v[i] - w->last_v[i];
-    size = perp__theta_norm(m, w->x, w->x);
+    size = perp__energy_norm(m, &m->begin, w->x, w->x);
     *relative = before > 0.0 ? size / before : 0.0;
     return size;
 }
@@ -247,24 +367,23 @@ static void judge(perp_mechanism *m, double lacking)
 }
 
 /* m->answer, w->q and w->p belong together afterwards, or the outcome says that they do not. */
-static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_step *step, double t,
-                           double h, const double *q0, const double *v0)
+static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_step *step)
 {
     const double tol = fmax(m->settings.tol, 16.0 * PERP__EPS); /* no rounding is below */
     perp_status status;
     double lacking = 0.0;
     int32_t pass;
 
-    memcpy(w->v, v0, (size_t)m->n * sizeof *w->v);
-    correct_drift(m, w, v0);
-    status = perp__theta_force(m, w, t, h, q0, v0, w->v);
+    memcpy(w->v, w->v0, (size_t)m->n * sizeof *w->v);
+    correct_drift(m, w, w->v0);
+    status = find_force(m, w, w->v);
     for (pass = 0;
          status == PERP_OK && pass < MOST_ITERATES && !(pass > 0 && perp__mechanism_is_late(m));
          pass++) {
-        gather_impulse(m, w, h, v0);
+        gather_impulse(m, w);
         if (pass > 0) {
             double relative;
-            const double change = last_change(m, w, &relative), size = momentum_size(m, w, h, v0);
+            const double change = last_change(m, w, &relative), size = momentum_size(m, w);
             const int32_t again = pass == 1 && follows(m, w, relative);
 
             lacking = defect(m, w);
@@ -273,7 +392,7 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
                 return PERP_OK;
             }
             if (!w->tried_matrix && lacking > SLOW * change)
-                status = perp__theta_matrix(m, w, t, h, q0, v0);
+                status = find_matrix(m, w);
         }
         if (status == PERP_OK)
             status = solve(m, w, step);
@@ -281,7 +400,7 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
             return status;
         memcpy(w->last_v, w->v, (size_t)m->n * sizeof *w->v);
         memcpy(w->v, m->answer.v, (size_t)m->n * sizeof *w->v);
-        status = perp__theta_force(m, w, t, h, q0, v0, w->v);
+        status = find_force(m, w, w->v);
     }
     if (status == PERP_OK)
         m->answer.outcome = perp__worse_outcome(
@@ -309,49 +428,37 @@ static int32_t is_hit(const perp_mechanism *m)
 
 /* Where the step leads. Velocities that jump have no mean: those after the jump stop at the
  * contact. */
-static perp_status move(perp_mechanism *m, const perp__theta *w, double *q, double h,
-                        const double *q0)
+static perp_status arrive(perp_mechanism *m, const perp__theta *w, double *q)
 {
     if (is_hit(m))
-        return perp__evaluate_move(m, q, q0, h, m->answer.v);
+        return perp__evaluate_move(m, q, w->q0, w->h, m->answer.v);
     memcpy(q, w->q, (size_t)m->coordinates * sizeof *q);
     return PERP_OK;
 }
 
-/* Restitution, from the momentum that the forces of the step give. */
-static perp_status restore(perp_mechanism *m, perp__theta *w, perp_mechanism_step *step)
+perp_status perp__advance_theta(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
+                                double t, double h, const double *q0, const double *v0)
 {
+    perp__theta *w = m->theta ? m->theta : perp__work_create(m, sizeof *w, layout);
     perp__velocity_problem problem;
+    perp_status status;
 
-    step->impacts = perp__count_impacts(m, &m->answer);
-    if (step->impacts == 0)
-        return PERP_OK;
-    memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum);
-    perp__pose(m, &problem);
-    return perp__solve_impacts(m, &problem);
-}
-
-perp_status perp__advance_theta(perp_mechanism *m, perp__mechanism_state *to,
-                                perp_mechanism_step *step, double t, double h, const double *q0,
-                                const double *v0)
-{
-    perp__theta *w = NULL;
-    perp_status status = perp__theta_work(m, &w);
-
+    m->theta = w;
+    if (!w)
+        return PERP_ERROR_MEMORY;
+    w->t = t;
+    w->h = h;
+    w->q0 = q0;
+    w->v0 = v0;
     step->scheme = PERP_MECHANISM_THETA;
+    status = prepare(m, w);
     if (status == PERP_OK)
-        status = prepare(m, w, t, h, q0, v0);
-    if (status == PERP_OK)
-        status = iterate(m, w, step, t, h, q0, v0);
-    if (status == PERP_OK && perp__outcome_moves(m->answer.outcome)) {
-        status = move(m, w, to->q, h, q0);
-        if (status == PERP_OK)
-            status = restore(m, w, step);
-    }
+        status = iterate(m, w, step);
+    if (status == PERP_OK && perp__outcome_moves(m->answer.outcome))
+        status = arrive(m, w, to->q);
     if (status != PERP_OK)
         return status;
-    perp__report_answer(m, to, step);
-    if (perp__outcome_moves(step->outcome))
-        status = perp__project(m, step, to->q, t + h, to->v);
-    return status;
+    memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum); /* that of the forces: impacts */
+    perp__pose(m, &problem);
+    return perp__finish_step(m, to, step, t + h, &problem);
 }

@@ -1,0 +1,35 @@
+/* Rows that hold, A y = t, gathered one by one, and what they leave free: where exact zeros of
+ * velocities come from (contact/hold/clusters.c, mechanism/hold.c). With Q an orthonormal basis of
+ * the rows, y = y_0 + (E - Q Q') y_free, A y_0 = t; a direction in the rows' span is at rest where
+ * none of those it takes part in has a target. Nothing small is set to 0. */
+#ifndef PERP_LINALG_HELD_ROWS_H
+#define PERP_LINALG_HELD_ROWS_H
+
+#include "base/arena.h"
+
+typedef struct perp__held_rows {
+    int32_t n, count, rank;
+    double *rows, *targets, *norms;          /* most by n, most, most */
+    int32_t *taken;                          /* most */
+    double *basis, *particular, *components; /* n by n, n, n; components: of y_0 along the basis */
+    double *unit;                            /* n: the caller's, for perp__held_rows_fix */
+} perp__held_rows;
+
+/* Room for `most` rows of up to n columns, `entries` numbers together. */
+void perp__held_rows_layout(perp__held_rows *held, perp__arena *arena, size_t entries, size_t most,
+                            size_t n);
+/* No rows yet, of n columns each. */
+void perp__held_rows_begin(perp__held_rows *held, int32_t n);
+/* Where the next row goes. */
+double *perp__held_rows_next(const perp__held_rows *held);
+/* Takes it, with what it makes of y. One that is 0 is left out. */
+void perp__held_rows_take(perp__held_rows *held, double target);
+/* rank, basis and particular: y_0. */
+void perp__held_rows_solve(perp__held_rows *held);
+/* y := y_0 and what the rows leave of y; and the components. */
+void perp__held_rows_free(perp__held_rows *held, double *y);
+/* Whether the rows determine `unit`, a direction of length 1 that is 0 but for `count` entries from
+ * `first`, and rows without targets alone. Destroys it. */
+int32_t perp__held_rows_fix(perp__held_rows *held, int32_t first, int32_t count);
+
+#endif
