@@ -88,22 +88,30 @@ static void populate(scene *s, perp_body *boxes, int count)
     }
 }
 
-/* More boxes, in each other and in the ground: every array must grow while there are contacts to
- * keep. */
+/* More boxes, in each other and in the ground, two hinged: every array must grow while there
+ * are contacts to keep. */
 static void crowd(scene *s)
 {
     const double half[3] = {0.5, 0.5, 0.25};
     perp_shape_settings material = scene_material(0.4, 0.25);
+    perp_joint_settings hinge;
+    perp_body box, last = s->ground;
+    perp_joint joint;
     int i;
 
+    assert_int_equal(perp_joint_settings_init(&hinge, sizeof hinge), PERP_OK);
+    hinge.kind = PERP_JOINT_REVOLUTE;
     for (i = 0; i < CROWD; i++) {
         perp_body_settings settings = scene_settings();
-        perp_body box;
 
         settings.position[0] = 20.0 + 0.9 * i;
         settings.position[2] = 0.2;
         RETRY(s, perp_world_add_body(s->world, &box, &settings));
         RETRY(s, perp_world_add_box(s->world, NULL, box, half, &material));
+        hinge.anchor[0] = 19.55 + 0.9 * i;
+        if (i < 2) /* the others touch */
+            RETRY(s, perp_world_add_joint(s->world, &joint, last, box, &hinge));
+        last = box;
     }
 }
 
