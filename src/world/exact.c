@@ -17,8 +17,8 @@
  * spent, but at accuracy `exact`. */
 #define QUICK 100
 
-/* Joints of an island up to which sweeps come to an answer as fast as newton's method; and the
- * residual that joints may be left with where methods come to no better one. */
+/* Joints, and contacts beside them, up to which sweeps come to an answer as fast as newton's
+ * method; and the residual that joints may be left with where methods come to no better one. */
 #define FEW_JOINTS 8
 #define JOINT_TOL 1e-6
 
@@ -92,7 +92,8 @@ static perp_status solve_quickly(perp_world *world, const perp__island *island,
     const int32_t method = problem->method;
     perp_status status = PERP_OK;
 
-    if (island->joints > FEW_JOINTS && method == PERP_CONTACT_METHOD_AUTO && problem->cone == 0) {
+    if (island->joints + island->contacts * (island->joints > 0) > FEW_JOINTS &&
+        method == PERP_CONTACT_METHOD_AUTO && problem->cone == 0) {
         problem->method = PERP_CONTACT_METHOD_NEWTON;
         status = solve_by(world, answer, problem);
         problem->method = method;
@@ -177,8 +178,8 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     if (status == PERP_OK && !perp__is_good(answer.outcome) &&
         (world->settings.accuracy == PERP_ACCURACY_EXACT || island->joints > 0))
         status = solve_thoroughly(world, &answer, &problem);
-    if (status == PERP_OK && !perp__is_good(answer.outcome) &&
-        answer.outcome != PERP_OUTCOME_RAY && island->joints == 0)
+    if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY &&
+        island->joints == 0)
         status = sweep_on(world, &answer, &problem);
     if (status == PERP_OK && perp__is_good(answer.outcome))
         status = perp__hold_island(world, island, &answer, &problem, tol);

@@ -88,30 +88,42 @@ static void populate(scene *s, perp_body *boxes, int count)
     }
 }
 
-/* More boxes, in each other and in the ground, two hinged: every array must grow while there
- * are contacts to keep. */
+/* More boxes, in each other and in the ground: every array must grow while there are contacts to
+ * keep. */
 static void crowd(scene *s)
 {
     const double half[3] = {0.5, 0.5, 0.25};
     perp_shape_settings material = scene_material(0.4, 0.25);
-    perp_joint_settings hinge;
-    perp_body box, last = s->ground;
-    perp_joint joint;
     int i;
 
-    assert_int_equal(perp_joint_settings_init(&hinge, sizeof hinge), PERP_OK);
-    hinge.kind = PERP_JOINT_REVOLUTE;
     for (i = 0; i < CROWD; i++) {
         perp_body_settings settings = scene_settings();
+        perp_body box;
 
         settings.position[0] = 20.0 + 0.9 * i;
         settings.position[2] = 0.2;
         RETRY(s, perp_world_add_body(s->world, &box, &settings));
         RETRY(s, perp_world_add_box(s->world, NULL, box, half, &material));
-        hinge.anchor[0] = 19.55 + 0.9 * i;
-        if (i < 2) /* the others touch */
-            RETRY(s, perp_world_add_joint(s->world, &joint, last, box, &hinge));
-        last = box;
+    }
+}
+
+/* A chain, beside it. */
+static void hang_chain(scene *s)
+{
+    perp_joint_settings ball;
+    perp_body last = s->ground;
+    int i;
+
+    assert_int_equal(perp_joint_settings_init(&ball, sizeof ball), PERP_OK);
+    for (i = 0; i < 2 * CROWD; i++) {
+        perp_body_settings settings = scene_settings();
+        perp_joint joint;
+        perp_body link;
+
+        ball.anchor[0] = settings.position[0] = 40.0 + i;
+        RETRY(s, perp_world_add_body(s->world, &link, &settings));
+        RETRY(s, perp_world_add_joint(s->world, &joint, last, link, &ball));
+        last = link;
     }
 }
 
@@ -153,8 +165,10 @@ static int run(long k, double error, perp_body_state states[STEPS][3])
         perp_world_contact now;
         perp_status status;
 
-        if (i == LATE)
+        if (i == LATE) {
             crowd(&s);
+            hang_chain(&s);
+        }
         status = perp_world_step(s.world, NULL, 0.05);
         if (status == PERP_ERROR_MEMORY) {
             check_same(&s, boxes[0], &before);
