@@ -33,7 +33,6 @@ endif
 BUILD_DIR ?= build
 DEBUG ?= 0
 SANITIZE ?=
-GPL ?= 0
 BLAS ?= system
 WERROR ?= 0
 # Folders of tests/ that are tested; empty: all.
@@ -56,7 +55,6 @@ compiler_part := $(subst /,_,$(subst $(space),_,$(strip $(filter-out cc gcc,$(CC
 variant := $(subst $(space),-,$(strip $(compiler_part) \
     $(if $(filter 1,$(DEBUG)),debug) \
     $(if $(SANITIZE),sanitize-$(subst $(comma),-,$(SANITIZE))) \
-    $(if $(filter 1,$(GPL)),gpl) \
     $(if $(filter internal,$(BLAS)),blas-internal)))
 B := $(BUILD_DIR)$(if $(variant),/variants/$(variant))
 
@@ -78,7 +76,6 @@ PYTHON_GOALS := test test-python check run bench pictures python $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
 
 needs := library \
-    $(if $(filter 1,$(GPL)),gpl) \
     $(if $(filter $(TEST_GOALS),$(goals)),tests) \
     $(if $(filter $(FUZZ_GOALS),$(goals)),fuzz) \
     $(if $(filter $(PYTHON_GOALS),$(goals)),python)
@@ -116,18 +113,14 @@ BLAS_NAME := internal
 BLAS_CFLAGS :=
 BLAS_LIBS :=
 endif
-FACTOR_NAMES := klu$(if $(filter 1,$(GPL)), umfpack cholmod)
-FACTOR_CFLAGS = $(KLU_CFLAGS) $(if $(filter 1,$(GPL)),$(GPL_CFLAGS))
-FACTOR_LIBS = $(if $(filter 1,$(GPL)),$(GPL_LIBS)) $(KLU_LIBS)
-LIBRARY_LIBS = $(strip $(FACTOR_LIBS) $(BLAS_LIBS) -lm)
+LIBRARY_LIBS = $(strip $(KLU_LIBS) $(BLAS_LIBS) -lm)
 
 # After CFLAGS, so that the environment can't contract a product and a sum by accident.
 STANDARD := -std=c99 -fPIC -ffp-contract=off
 COMPILE = $(CC) $(CPPFLAGS) $(CFLAGS) $(STANDARD) $(SANITIZE_FLAGS) $(WARNINGS)
-LIBRARY_FLAGS = -fvisibility=hidden -DPERP_BUILD -Iinclude -Isrc $(FACTOR_CFLAGS) $(BLAS_CFLAGS) \
-    -DPERP__BLAS_NAME='"$(BLAS_NAME)"' -DPERP__FACTOR_NAMES='"$(FACTOR_NAMES)"' \
-    $(if $(filter 1,$(GPL)),-DPERP_GPL)
-TEST_FLAGS = -Iinclude -Isrc -Itests $(CMOCKA_CFLAGS) $(if $(filter 1,$(GPL)),-DPERP_GPL)
+LIBRARY_FLAGS = -fvisibility=hidden -DPERP_BUILD -Iinclude -Isrc $(KLU_CFLAGS) $(BLAS_CFLAGS) \
+    -DPERP__BLAS_NAME='"$(BLAS_NAME)"'
+TEST_FLAGS = -Iinclude -Isrc -Itests $(CMOCKA_CFLAGS)
 LINK = $(CC) $(CFLAGS) $(SANITIZE_FLAGS) $(LDFLAGS)
 SHARED_FLAGS = -shared -Wl,-soname,$(SONAME) -Wl,-Bsymbolic -Wl,--version-script=perp.map \
     -Wl,--as-needed $(if $(SANITIZE),,-Wl,--no-undefined)
@@ -135,9 +128,8 @@ SHARED_FLAGS = -shared -Wl,-soname,$(SONAME) -Wl,-Bsymbolic -Wl,--version-script
 ## Files
 
 BLAS_OTHER := $(if $(filter internal,$(BLAS)),src/linalg/blas.c,src/linalg/blas_internal.c)
-GPL_SOURCES := src/linalg/factor/umfpack.c src/linalg/factor/cholmod.c
 SOURCES := $(sort $(wildcard src/*/*.c src/*/*/*.c))
-SOURCES := $(filter-out $(BLAS_OTHER) $(if $(filter 1,$(GPL)),,$(GPL_SOURCES)),$(SOURCES))
+SOURCES := $(filter-out $(BLAS_OTHER),$(SOURCES))
 OBJECTS := $(SOURCES:%.c=$(B)/obj/%.o)
 HEADERS := $(sort $(wildcard include/perp/*.h))
 
@@ -399,7 +391,7 @@ check: test check-abi check-headers check-consumer format-check
 
 #: make check-abi         exported symbols, licences of what is linked, abidiff with the last tag
 check-abi: library
-	@CC='$(CC)' GPL='$(GPL)' scripts/check-abi $(B)/lib $(SONAME)
+	@CC='$(CC)' scripts/check-abi $(B)/lib $(SONAME)
 
 #: make check-headers     every header alone, as C99 and C++11, warnings are errors
 check-headers:
@@ -473,7 +465,6 @@ help:
 	@echo
 	@echo 'Switches: CC=clang  DEBUG=1  SANITIZE=address,undefined  BLAS=internal  WERROR=1  V=1'
 	@echo '          LAYERS="lcp ncp" (only these folders of tests/)  JOBS=n (tests at a time)'
-	@echo '          GPL=1 (also UMFPACK and CHOLMOD; the result is under the GPL)'
 	@echo 'CFLAGS, CPPFLAGS and LDFLAGS are used as they come.'
 
 -include $(wildcard $(patsubst %.o,%.d,$(OBJECTS) $(TEST_OBJECTS) $(TEST_HELPER_OBJECTS) \

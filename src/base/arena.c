@@ -36,6 +36,18 @@ void *perp__arena_take(perp__arena *arena, size_t count, size_t size)
     return arena->base ? arena->base + offset : NULL;
 }
 
+void perp__arena_doubles(perp__arena *arena, size_t count, double **const *arrays, size_t many)
+{
+    for (size_t k = 0; k < many; k++)
+        *arrays[k] = perp__arena_take(arena, count, sizeof **arrays[k]);
+}
+
+void perp__arena_integers(perp__arena *arena, size_t count, int32_t **const *arrays, size_t many)
+{
+    for (size_t k = 0; k < many; k++)
+        *arrays[k] = perp__arena_take(arena, count, sizeof **arrays[k]);
+}
+
 static perp_status grow(perp__arena *arena, size_t needed)
 {
     void *block;

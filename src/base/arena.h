@@ -19,6 +19,16 @@ typedef void (*perp__layout)(perp__arena *arena, void *object);
  * NULL. The memory is not cleared. */
 void *perp__arena_take(perp__arena *arena, size_t count, size_t size);
 
+/* The same for several arrays of `count` numbers: PERP__DOUBLES(arena, n, &a, &b, &c). */
+#define PERP__DOUBLES(arena, count, ...) PERP__TAKE_ALL(doubles, double, arena, count, __VA_ARGS__)
+#define PERP__INTEGERS(arena, count, ...) \
+    PERP__TAKE_ALL(integers, int32_t, arena, count, __VA_ARGS__)
+#define PERP__TAKE_ALL(name, T, arena, count, ...)                \
+    perp__arena_##name(arena, count, (T * *const[]){__VA_ARGS__}, \
+                       sizeof((T **const[]){__VA_ARGS__}) / sizeof(T **))
+void perp__arena_doubles(perp__arena *arena, size_t count, double **const *arrays, size_t many);
+void perp__arena_integers(perp__arena *arena, size_t count, int32_t **const *arrays, size_t many);
+
 /* Makes room for what `layout` takes and runs it on `object`. Grows, never shrinks; what the block
  * held is lost when it grows. On failure the block is as it was, but the pointers that `layout`
  * writes into `object` are NULL: lay out a copy where the old ones matter. */

@@ -22,7 +22,7 @@ perp_status perp__struct_check(perp_context *context, const char *name, const vo
                                size_t own_size, size_t first_size)
 {
     const unsigned char *bytes = caller;
-    size_t size, i;
+    size_t size;
 
     if (!caller)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is NULL", name);
@@ -35,7 +35,7 @@ perp_status perp__struct_check(perp_context *context, const char *name, const vo
         return perp__fail(context, PERP_ERROR_ABI,
                           "%s.struct_size is %zu, which no version has: call its _init first", name,
                           size);
-    for (i = own_size; i < size; i++)
+    for (size_t i = own_size; i < size; i++)
         if (bytes[i] != 0)
             return perp__fail(context, PERP_ERROR_ABI,
                               "%s uses a field at byte %zu that this library (%s) does not know",
@@ -112,9 +112,8 @@ perp_status perp__check_fields(perp_context *context, const char *name, const vo
                                const perp__field *fields, size_t count)
 {
     char expected[80];
-    size_t k;
 
-    for (k = 0; k < count; k++) {
+    for (size_t k = 0; k < count; k++) {
         const double value = value_of(&fields[k], object);
 
         if (isnan(value))
@@ -138,9 +137,7 @@ perp_status perp__check_pointer(perp_context *context, const char *name, const v
 perp_status perp__check_finite(perp_context *context, const char *name, const double *x,
                                size_t count)
 {
-    size_t i;
-
-    for (i = 0; i < count; i++)
+    for (size_t i = 0; i < count; i++)
         if (!isfinite(x[i]))
             return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s[%zu] is %g", name, i, x[i]);
     return PERP_OK;
@@ -149,7 +146,7 @@ perp_status perp__check_finite(perp_context *context, const char *name, const do
 perp_status perp__check_vector(perp_context *context, const char *name, const double *x,
                                size_t count)
 {
-    const perp_status status = perp__check_pointer(context, name, x);
+    const perp_status status = count > 0 ? perp__check_pointer(context, name, x) : PERP_OK;
 
     return status == PERP_OK ? perp__check_finite(context, name, x, count) : status;
 }
@@ -157,9 +154,7 @@ perp_status perp__check_vector(perp_context *context, const char *name, const do
 perp_status perp__check_bounds(perp_context *context, const double *lower, const double *upper,
                                size_t count)
 {
-    size_t i;
-
-    for (i = 0; i < count; i++) {
+    for (size_t i = 0; i < count; i++) {
         double l = lower ? lower[i] : 0.0;
         double u = upper ? upper[i] : INFINITY;
 

@@ -114,7 +114,7 @@ perp_status perp__check_fields(perp_context *context, const char *name, const vo
 perp_status perp__check_pointer(perp_context *context, const char *name, const void *pointer);
 perp_status perp__check_finite(perp_context *context, const char *name, const double *x,
                                size_t count);
-/* The two together. */
+/* Both of a vector that is not optional; of none where count is 0. */
 perp_status perp__check_vector(perp_context *context, const char *name, const double *x,
                                size_t count);
 /* lower and upper may be NULL (0 and +inf). Refuses NaN, lower = +inf, upper = -inf and

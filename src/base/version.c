@@ -1,12 +1,9 @@
-/* Texts and numbers that tell a caller what was loaded. PERP__BLAS_NAME and PERP__FACTOR_NAMES come
- * from the Makefile. */
+/* Texts and numbers that tell a caller what was loaded. PERP__BLAS_NAME comes from the
+ * Makefile. */
 #include <perp/base.h>
 
 #ifndef PERP__BLAS_NAME
 #define PERP__BLAS_NAME "blas"
-#endif
-#ifndef PERP__FACTOR_NAMES
-#define PERP__FACTOR_NAMES "klu"
 #endif
 #define PERP__TEXT2(x) #x
 #define PERP__TEXT(x) PERP__TEXT2(x)
@@ -43,5 +40,5 @@ int32_t perp_abi_version(void)
 const char *perp_version_text(void)
 {
     return PERP__TEXT(PERP_VERSION_MAJOR) "." PERP__TEXT(PERP_VERSION_MINOR) "." PERP__TEXT(
-        PERP_VERSION_PATCH) " " PERP__BLAS_NAME " " PERP__FACTOR_NAMES;
+        PERP_VERSION_PATCH) " " PERP__BLAS_NAME " klu";
 }

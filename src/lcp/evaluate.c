@@ -6,7 +6,6 @@
 
 #include "base/outcome.h"
 #include "lcp/solver.h"
-#include "linalg/lines.h"
 #include "linalg/scale.h"
 #include "linalg/lanes/vectors.h"
 
@@ -30,11 +29,9 @@ static double scale_bound(const perp_lcp_solver *solver, int32_t i, double bound
 /* Powers of two for the exponents and omegas as they are, and the bounds with them. */
 static void find_powers(perp_lcp_solver *solver)
 {
-    int32_t i;
-
     solver->powers_known = 1;
     solver->powers_normal = 1;
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         const int32_t z = solver->exponents[i] + solver->omega[solver->n + i];
         const int32_t w = solver->exponents[i] - solver->omega[i];
 
@@ -46,7 +43,7 @@ static void find_powers(perp_lcp_solver *solver)
         solver->z_up[i] = perp__power_of_two(z);
         solver->w_down[i] = perp__power_of_two(w);
     }
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         solver->lower_scaled[i] = scale_bound(solver, i, solver->lower[i]);
         solver->upper_scaled[i] = scale_bound(solver, i, solver->upper[i]);
     }
@@ -54,13 +51,11 @@ static void find_powers(perp_lcp_solver *solver)
 
 void perp__scale_problem(perp_lcp_solver *solver, const double *q)
 {
-    int32_t i;
-
     solver->q = q;
     if (perp__find_omegas(solver->n, solver->part, solver->parts, q, solver->exponents,
                           solver->part_omega, solver->omega, solver->powers_known))
         find_powers(solver);
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         solver->q_scaled[i] = perp__w_scaled(solver, i, q[i]);
 }
 
@@ -76,10 +71,8 @@ static double relative_violation(const perp_lcp_solver *solver, int32_t i, doubl
 
 void perp__find_reach(perp_lcp_solver *solver)
 {
-    int32_t i;
-
     memset(solver->reach, 0, (size_t)solver->parts * sizeof *solver->reach);
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         perp__raise_to(&solver->reach[solver->part[solver->n + i]],
                        fabs(perp__z_scaled(solver, i, solver->z[i])));
 }
@@ -88,9 +81,8 @@ void perp__find_reach(perp_lcp_solver *solver)
 static void project(perp_lcp_solver *solver)
 {
     double largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         solver->z[i] = perp__clamp(solver->z[i], solver->lower[i], solver->upper[i]);
         perp__raise_to(&largest, fabs(perp__z_scaled(solver, i, solver->z[i])));
     }
@@ -124,9 +116,8 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
     const double tol = solver->settings.tol;
     perp__evaluation worth = {0.0, 0.0, 0.0, 1, 1};
     double nothing = 0.0; /* NaN once a NaN or an infinity is met */
-    int32_t i;
 
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         const double lower = solver->lower[i], upper = solver->upper[i], z = solver->z[i];
         const double w = solver->w_high[i], violation = perp__row_violation(z, lower, upper, w);
         const double above = perp__z_scaled(solver, i, z - lower);
@@ -146,50 +137,28 @@ static perp__evaluation measure(const perp_lcp_solver *solver)
     return worth;
 }
 
-#define NAME(x) x##_one
-#include "linalg/lanes/vector_one.h"
-#include "lcp/evaluate_vector.h"
-#include "linalg/lanes/vector_end.h"
+/* In vectors, for M of one part and numbers within the range of doubles; false where they turn out
+ * not to be. */
+typedef struct kernels {
+    int32_t least; /* n */
+    int32_t (*project)(perp_lcp_solver *solver, double *z_largest);
+    int32_t (*measure)(const perp_lcp_solver *solver, double z_largest, perp__evaluation *worth);
+} kernels;
 
-#if PERP__X86
-#define NAME(x) x##_avx512
-#include "linalg/lanes/vector_avx512.h"
-#include "lcp/evaluate_vector.h"
-#include "linalg/lanes/vector_end.h"
+#define TEMPLATE "lcp/evaluate_vector.h"
+#include "linalg/lanes/each_set.h"
 
-#define NAME(x) x##_avx2
-#include "linalg/lanes/vector_avx2.h"
-#include "lcp/evaluate_vector.h"
-#include "linalg/lanes/vector_end.h"
-#endif
-
-/* In vectors where they serve: M is one part and no number is beyond the range of doubles. Else
- * false. */
-static int32_t project_all(perp_lcp_solver *solver)
+/* The widest vectors that n fills; NULL where they don't serve. */
+static const kernels *kernels_for(const perp_lcp_solver *solver)
 {
+    static const kernels *const sets[] = {PERP__OF_EACH_SET(&kernels)};
+    int32_t k = (int32_t)perp__widest_vectors();
+
     if (!solver->powers_normal || solver->parts != 1)
-        return 0;
-#if PERP__X86
-    if (perp__widest_vectors() == PERP__VECTOR_AVX512 && solver->n >= 8)
-        return project_avx512(solver, solver->reach);
-    if (perp__widest_vectors() >= PERP__VECTOR_AVX2 && solver->n >= 4)
-        return project_avx2(solver, solver->reach);
-#endif
-    return project_one(solver, solver->reach);
-}
-
-/* False where a number needs the care of measure. */
-static int32_t measure_all(const perp_lcp_solver *solver, perp__evaluation *worth)
-{
-    if (!solver->powers_normal || solver->parts != 1 || solver->doubtful)
-        return 0;
-#if PERP__X86
-    if (perp__widest_vectors() == PERP__VECTOR_AVX512 && solver->n >= 8)
-        return measure_avx512(solver, solver->reach[0], worth);
-    if (perp__widest_vectors() >= PERP__VECTOR_AVX2 && solver->n >= 4)
-        return measure_avx2(solver, solver->reach[0], worth);
-#endif
-    return measure_one(solver, solver->reach[0], worth);
+        return NULL;
+    while (solver->n < sets[k]->least && k > 0)
+        k--;
+    return sets[k];
 }
 
 /* high + low += a b */
@@ -212,9 +181,8 @@ static int32_t overflowed(const perp_lcp_solver *solver, int32_t i)
 static void find_row_sizes(perp_lcp_solver *solver)
 {
     perp__cursor c = perp__first(&solver->M);
-    int32_t i;
 
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         solver->row_size[i] = ROW_KEPT;
         if (overflowed(solver, i))
             solver->row_size[i] = solver->q[i] != 0.0 ? perp__exponent_of(solver->q[i]) : -LARGE;
@@ -233,10 +201,9 @@ static void find_row_sizes(perp_lcp_solver *solver)
 static void recompute(perp_lcp_solver *solver)
 {
     perp__cursor c = perp__first(&solver->M);
-    int32_t i;
 
     find_row_sizes(solver);
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         if (solver->row_size[i] != ROW_KEPT) {
             solver->w_high[i] = perp__shift(solver->q[i], -solver->row_size[i]);
             solver->w_low[i] = 0.0;
@@ -249,7 +216,7 @@ static void recompute(perp_lcp_solver *solver)
                        perp__shift(solver->z[c.j], power - solver->row_size[c.i]),
                        &solver->w_high[c.i], &solver->w_low[c.i]);
         }
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         if (solver->row_size[i] != ROW_KEPT) {
             const double sum = solver->w_high[i] + solver->w_low[i];
             const double rest = (solver->w_high[i] - sum) + solver->w_low[i];
@@ -262,20 +229,20 @@ static void recompute(perp_lcp_solver *solver)
 
 perp__evaluation perp__evaluate(perp_lcp_solver *solver)
 {
+    const kernels *fast = kernels_for(solver);
     perp__evaluation worth;
-    int32_t k;
 
-    if (!project_all(solver))
+    if (!fast || !fast->project(solver, solver->reach))
         project(solver);
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
     solver->doubtful = 0;
-    for (k = 0; k < solver->parts; k++)
+    for (int32_t k = 0; k < solver->parts; k++)
         solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);
     if (solver->doubtful)
         perp__find_terms(&solver->M, solver->q, solver->z, solver->exponents, solver->omega,
                          solver->witness.terms);
-    if (!measure_all(solver, &worth))
-        worth = measure(solver);
+    if (!fast || solver->doubtful || !fast->measure(solver, solver->reach[0], &worth))
+        worth = measure(solver); /* a number needs more care */
     if (!worth.finite) {
         recompute(solver);
         worth = measure(solver);
@@ -290,9 +257,7 @@ int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *wo
 
 void perp__read_places(perp_lcp_solver *solver, int8_t *places)
 {
-    int32_t i;
-
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         double w = perp__w_scaled(solver, i, solver->w_high[i]);
         double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
         double below = perp__z_scaled(solver, i, solver->z[i] - solver->upper[i]);
@@ -306,4 +271,61 @@ void perp__read_places(perp_lcp_solver *solver, int8_t *places)
         else
             places[i] = PERP__BETWEEN;
     }
+}
+
+double perp__margin_of(const perp_lcp_solver *solver, int32_t i)
+{
+    const double w = perp__w_scaled(solver, i, solver->w_high[i]);
+    const double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
+    const double below = perp__z_scaled(solver, i, solver->upper[i] - solver->z[i]);
+
+    switch (solver->places[i]) {
+    case PERP__AT_LOWER:
+        return w;
+    case PERP__AT_UPPER:
+        return -w;
+    case PERP__FIXED:
+        return INFINITY;
+    default:
+        return above < below ? above : below;
+    }
+}
+
+/* ---- what a point is called ---- */
+
+static double own_residual(perp_lcp_solver *solver)
+{
+    const perp__witness_point point = {.M = &solver->M,
+                                       .exponents = solver->exponents,
+                                       .part = solver->part,
+                                       .parts = solver->parts,
+                                       .scaling = solver->settings.scaling,
+                                       .q = solver->q,
+                                       .lower = solver->lower,
+                                       .upper = solver->upper,
+                                       .z = solver->z,
+                                       .w = solver->w_high,
+                                       .tol = solver->settings.tol};
+
+    return perp__witness_own_residual(&solver->witness, &point);
+}
+
+perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluation *worth,
+                                  double unit)
+{
+    perp__evidence evidence = {worth->tested / unit, INFINITY, worth->backward, 0};
+
+    evidence.sound = worth->finite;
+    /* beside its own terms a row has no large numbers of others to excuse it */
+    if (perp__may_pass(&evidence, solver->settings.tol))
+        evidence.own = worth->small ? 0.0 : own_residual(solver);
+    return evidence;
+}
+
+perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
+                             perp_outcome said)
+{
+    const perp__evidence evidence = perp__lcp_evidence(solver, worth, 1.0);
+
+    return perp__gate(&evidence, solver->settings.tol, said);
 }

@@ -21,9 +21,8 @@ TARGET static int32_t NAME(project)(perp_lcp_solver *solver, double *z_largest)
     const lanes infinity = spread(INFINITY), zero = spread(0.0);
     lanes largest = zero;
     truth good = less(zero, infinity);
-    size_t i;
 
-    for (i = 0; i < n; i = NAME(next)(i, n)) {
+    for (size_t i = 0; i < n; i = NAME(next)(i, n)) {
         const lanes lower = load(solver->lower + i), upper = load(solver->upper + i);
         lanes z = load(solver->z + i), size;
 
@@ -46,9 +45,8 @@ TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_larg
     const lanes most = spread(DBL_MAX), tol = spread(solver->settings.tol);
     lanes natural = zero, tested = zero, backward = zero;
     truth good = less(zero, infinity), small = good;
-    size_t i;
 
-    for (i = 0; i < n; i = NAME(next)(i, n)) {
+    for (size_t i = 0; i < n; i = NAME(next)(i, n)) {
         const lanes z = load(solver->z + i), w = load(solver->w_high + i);
         const lanes lower = load(solver->lower + i), upper = load(solver->upper + i);
         const lanes above = subtract(z, lower), below = subtract(z, upper);
@@ -79,5 +77,7 @@ TARGET static int32_t NAME(measure)(const perp_lcp_solver *solver, double z_larg
     worth->small = all_of(small);
     return all_of(good);
 }
+
+static const kernels NAME(kernels) = {LANES, NAME(project), NAME(measure)};
 
 #undef NAME

@@ -9,11 +9,242 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
-#include "lcp/candidate.h"
 #include "lcp/all/all.h"
-#include "lcp/plan.h"
-#include "lcp/settings.h"
 #include "lcp/solver.h"
+
+/* ---- which methods `auto` tries, from size, storage, diagonal, tolerance and time limit; the
+ * numbers follow the tables in bench/results ---- */
+
+#define PERP__PLAN_MOST (PERP__METHODS + 2)
+
+/* Largest n for which `auto` goes on to Lemke's method on a sparse matrix: n pivots from a cold
+ * start take ten seconds there. */
+#define PERP__LARGEST_PATH 8192
+/* Above this `auto` tries Newton's method first on sparse problems: where the obstacle problem of
+ * bench/lcp_obstacle.c takes the same time by both. */
+#define PERP__SMALL_SPARSE 64
+
+/* From this tolerance on a few sweeps are tried before anything is factored. */
+#define PERP__ROUGH_TOLERANCE 1e-4
+/* Below this size a direct solve costs less than the sweeps would. */
+#define PERP__ROUGH_SIZE 100
+/* Sweeps that cost about as much as half a direct solve: n / 16 passes over a dense matrix; a
+ * sparse factorisation has no such law, and on the obstacle problems 64 sweeps are a fifth of it.
+ */
+#define PERP__ROUGH_SWEEPS_SPARSE 64
+
+/* A direct solve's seconds on a slow machine; only ever compared with a time limit. */
+#define PERP__SECONDS_DENSE 3e-10 /* times n^3 */
+#define PERP__SECONDS_SPARSE 3e-7 /* times n^1.5: nested dissection on a plane grid */
+
+static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
+{
+    steps[count].method = method;
+    steps[count].iteration_limit = 0;
+    steps[count].share = 1.0;
+    steps[count].rough = 0;
+    return count + 1;
+}
+
+static int32_t time_is_short(const perp_lcp_solver *solver)
+{
+    const double n = solver->n;
+    const double seconds = solver->M.column_starts ? PERP__SECONDS_SPARSE * n * sqrt(n)
+                                                   : PERP__SECONDS_DENSE * n * n * n;
+
+    return solver->settings.time_limit > 0.0 && solver->settings.time_limit < seconds;
+}
+
+/* Sweeps before anything is factored: where the tolerance is loose, because they may suffice; where
+ * time is short, because a direct solve may end with nothing to show. */
+static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *steps)
+{
+    const int32_t is_rough =
+        solver->settings.tol >= PERP__ROUGH_TOLERANCE && solver->n >= PERP__ROUGH_SIZE;
+
+    if (!is_rough && !time_is_short(solver))
+        return 0;
+    add(steps, 0, PERP_LCP_PGS);
+    steps[0].rough = 1;
+    if (time_is_short(solver))
+        steps[0].share = 0.5;
+    else
+        steps[0].iteration_limit =
+            solver->M.column_starts ? PERP__ROUGH_SWEEPS_SPARSE : solver->n / 16;
+    return 1;
+}
+
+/* Lemke is exact and processes any M; Newton's method comes first where a dense tableau would be
+ * large beside the sparse matrix. */
+static int32_t plan_auto(const perp_lcp_solver *solver, perp__plan_step *steps)
+{
+    const int32_t sparse = solver->M.column_starts != NULL && solver->n > PERP__SMALL_SPARSE;
+    const int32_t sweeps = (solver->M.column_starts ? solver->block.has_positive_diagonal
+                                                    : perp__diagonal_is_positive(&solver->M));
+    int32_t count = sweeps ? add_sweeps_first(solver, steps) : 0;
+
+    if (sparse && solver->block.kind != PERP__SPARSE_GENERAL)
+        count = add(steps, count, PERP_LCP_ACTIVE_SET);
+    if (sparse)
+        count = add(steps, count, PERP_LCP_FISCHER);
+    if (!sparse || solver->n <= PERP__LARGEST_PATH)
+        count = add(steps, count, PERP_LCP_LEMKE);
+    if (!sparse)
+        count = add(steps, count, PERP_LCP_FISCHER);
+    if (sweeps)
+        count = add(steps, count, PERP_LCP_PGS);
+    return count;
+}
+
+/* Fills `steps` (room for PERP__PLAN_MOST) and returns how many there are. */
+static int32_t make_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
+{
+    return solver->settings.method == PERP_LCP_AUTO ? plan_auto(solver, steps)
+                                                    : add(steps, 0, solver->settings.method);
+}
+
+/* ---- the points that a solve meets, and the best of them ---- */
+
+static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_outcome outcome,
+                 int32_t method)
+{
+    size_t bytes = (size_t)solver->n * sizeof(double);
+
+    memcpy(solver->best.z, solver->z, bytes);
+    memcpy(solver->best.w, solver->w_high, bytes);
+    solver->best.worth = *worth;
+    solver->best.outcome = outcome;
+    solver->best.method = method;
+}
+
+/* Sets solver->z and, scaled, solver->iterate to z0 (NULL: 0), projected onto the bounds. */
+static void start_from(perp_lcp_solver *solver, const double *z0)
+{
+    for (int32_t i = 0; i < solver->n; i++) {
+        const double z = perp__clamp(z0 ? z0[i] : 0.0, solver->lower[i], solver->upper[i]);
+
+        solver->z[i] = z;
+        solver->iterate[i] = z == solver->lower[i]
+                                 ? solver->lower_scaled[i]
+                                 : perp__clamp(perp__z_scaled(solver, i, z),
+                                               solver->lower_scaled[i], solver->upper_scaled[i]);
+    }
+}
+
+/* The method's point is beyond the range of doubles: the start is more modest, or else 0. */
+static perp__evaluation fall_back(perp_lcp_solver *solver, const double *z0)
+{
+    perp__evaluation worth;
+
+    start_from(solver, z0);
+    worth = perp__evaluate(solver);
+    if (!isfinite(worth.tested)) {
+        start_from(solver, NULL);
+        worth = perp__evaluate(solver);
+    }
+    return worth;
+}
+
+/* Whether a candidate takes the place of the best so far. A verified ray is an answer: only a
+ * solution beats it. */
+static int32_t is_better(const perp__candidate *best, const perp__evaluation *worth,
+                         perp_outcome outcome)
+{
+    if (best->method < 0)
+        return 1;
+    if (perp__is_good(best->outcome) && outcome == best->outcome)
+        return worth->backward < best->worth.backward;
+    if (perp__is_good(best->outcome))
+        return outcome == PERP_OUTCOME_SOLVED;
+    return perp__is_good(outcome) ||
+           (best->outcome != PERP_OUTCOME_RAY &&
+            (outcome == PERP_OUTCOME_RAY || worth->tested < best->worth.tested));
+}
+
+perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
+                           const perp__lcp_iterate *iterate, const double *z0)
+{
+    perp__evaluation worth = perp__evaluate(solver);
+    perp_status status = PERP_OK;
+    perp_outcome outcome;
+
+    if (!isfinite(worth.tested)) {
+        worth = fall_back(solver, z0);
+        said = PERP_OUTCOME_STALLED;
+    }
+    if (solver->settings.polish && said != PERP_OUTCOME_RAY && isfinite(worth.tested) &&
+        !step->rough && !iterate->far_off) {
+        if (!iterate->has_places)
+            perp__read_places(solver, solver->places);
+        status = perp__polish_run(solver, &worth);
+        if (status != PERP_OK)
+            return status;
+    }
+    outcome = perp__lcp_judge(solver, &worth, said);
+    solver->refused = worth.tested <= solver->settings.tol && !perp__is_good(outcome);
+    if (is_better(&solver->best, &worth, outcome))
+        keep(solver, &worth, outcome, step->method);
+    return PERP_OK;
+}
+
+void perp__consider_point(perp_lcp_solver *solver, int32_t method)
+{
+    const perp__evaluation worth = perp__evaluate(solver);
+    const perp_outcome outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+
+    if (is_better(&solver->best, &worth, outcome))
+        keep(solver, &worth, outcome, method);
+}
+
+/* Keeps a ray that stood the check. The last word on it comes after all attempts. */
+static void keep_ray(perp_lcp_solver *solver)
+{
+    double largest = 0.0;
+
+    solver->rays++;
+    solver->best_certificate =
+        perp__ray_certificate(solver) ? PERP_CERTIFICATE_INFEASIBLE : PERP_CERTIFICATE_NONE;
+    for (int32_t i = 0; i < solver->n; i++)
+        largest = fmax(largest, fabs(solver->z[i]));
+    for (int32_t i = 0; i < solver->n; i++)
+        solver->best_ray[i] = solver->z[i] / largest;
+}
+
+/* A start that names the right active set solves the problem without any method. */
+static perp_status try_start(perp_lcp_solver *solver, const double *z0)
+{
+    perp__evaluation worth;
+    perp_outcome outcome;
+    perp_status status;
+
+    start_from(solver, z0);
+    worth = perp__evaluate(solver);
+    solver->correct = NULL;
+    perp__read_places(solver, solver->places);
+    status = perp__polish_run(solver, &worth);
+    if (status != PERP_OK)
+        return status;
+    outcome = perp__lcp_judge(solver, &worth, PERP_OUTCOME_STALLED);
+    if (perp__is_good(outcome))
+        keep(solver, &worth, outcome, PERP_LCP_POLISH);
+    return status;
+}
+
+/* A solve that failed returns the best point it met; the start is one of them, unless an index set
+ * was solved as well as doubles can and the residual only tells how large the numbers are. */
+static void consider_start(perp_lcp_solver *solver, const double *z0)
+{
+    perp__evaluation worth;
+
+    start_from(solver, z0);
+    worth = perp__evaluate(solver);
+    if (worth.tested < solver->best.worth.tested &&
+        !(solver->best.worth.backward <= 16.0 * DBL_EPSILON))
+        keep(solver, &worth, perp__lcp_judge(solver, &worth, solver->best.outcome),
+             solver->best.method);
+}
+
+/* ---- the search ---- */
 
 /* A backward error that leaves nothing to gain; from what tolerance on nobody asks for it. */
 #define PERP__EXACT (4.0 * DBL_EPSILON)
@@ -67,9 +298,7 @@ static void present(perp_lcp_solver *solver, const perp__plan_step *step)
 
 static perp__method_slot *slot_of(perp_lcp_solver *solver, int32_t method)
 {
-    int32_t k;
-
-    for (k = 0; k < PERP__METHODS; k++) {
+    for (int32_t k = 0; k < PERP__METHODS; k++) {
         const perp__lcp_method *candidate = solver->slots[k].method;
 
         if (candidate->id == method && (!candidate->suits || candidate->suits(&solver->problem)))
@@ -105,19 +334,16 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
                             const perp__plan_step *step, int32_t attempt, int32_t *paused,
                             int64_t *iterations, const double *z0)
 {
-    perp__lcp_iterate iterate;
+    perp__lcp_iterate iterate = {.z = solver->iterate,
+                                 .places = solver->places,
+                                 .ray = solver->ray,
+                                 .covering = solver->covering,
+                                 .warm = z0 != NULL,
+                                 .attempt = attempt,
+                                 .rays = solver->rays};
     perp_status status;
-    int32_t i;
 
-    perp__start_from(solver, z0);
-    memset(&iterate, 0, sizeof iterate);
-    iterate.z = solver->iterate;
-    iterate.places = solver->places;
-    iterate.ray = solver->ray;
-    iterate.covering = solver->covering;
-    iterate.warm = z0 != NULL;
-    iterate.attempt = attempt;
-    iterate.rays = solver->rays;
+    start_from(solver, z0);
     status = slot->method->solve(slot->work, &iterate);
     if (status == PERP_OK && solver->control.aborted)
         status = perp__fail(solver->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
@@ -125,14 +351,14 @@ static perp_status run_once(perp_lcp_solver *solver, perp__method_slot *slot,
         return status;
     if (iterate.outcome == PERP_OUTCOME_RAY) {
         if (perp__ray_verify(solver))
-            perp__keep_ray(solver);
+            keep_ray(solver);
         else
             iterate.outcome = PERP_OUTCOME_STALLED;
     }
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         solver->z[i] = perp__z_exact(solver, i, solver->iterate[i]);
         if (!isfinite(solver->z[i])) { /* a method that overflowed has no point to offer */
-            perp__start_from(solver, z0);
+            start_from(solver, z0);
             iterate.outcome = PERP_OUTCOME_STALLED;
             iterate.has_places = 0;
             break;
@@ -260,7 +486,7 @@ static perp_status read_block(perp_lcp_solver *solver)
 static perp_status search(perp_lcp_solver *solver, const double *z0)
 {
     perp__plan_step steps[PERP__PLAN_MOST];
-    int32_t count, k;
+    int32_t count;
     perp_status status = read_block(solver);
 
     solver->best.method = -1;
@@ -272,11 +498,11 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         status = perp__polish_fit(solver);
     if (status == PERP_OK && z0 && solver->settings.polish &&
         (solver->settings.method == PERP_LCP_AUTO || solver->settings.method == PERP_LCP_LEMKE))
-        status = perp__try_start(solver, z0);
+        status = try_start(solver, z0);
     if (status != PERP_OK || solver->best.method >= 0)
         return status;
-    count = perp__lcp_plan(solver, steps);
-    for (k = 0; k < count && status == PERP_OK; k++) {
+    count = make_plan(solver, steps);
+    for (int32_t k = 0; k < count && status == PERP_OK; k++) {
         status = run(solver, &steps[k], z0);
         if (status == PERP_OK && ends_the_search(solver))
             break; /* a ray that proves nothing leaves the next method its chance */
@@ -287,7 +513,7 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         solver->best.outcome != PERP_OUTCOME_RAY) {
         if (solver->ended >= 0)
             solver->best.outcome = solver->ended;
-        perp__consider_start(solver, z0);
+        consider_start(solver, z0);
     }
     return status;
 }
@@ -304,10 +530,8 @@ static perp_status check_call(perp_lcp_solver *solver, const double *z,
     status = PERP__CHECK(perp_lcp_result, context, result);
     if (status == PERP_OK && solver->n > 0)
         status = perp__check_pointer(context, "z", z);
-    if (status == PERP_OK && solver->n > 0)
-        status = perp__check_pointer(context, "q", q);
     if (status == PERP_OK)
-        status = perp__check_finite(context, "q", q, (size_t)solver->n);
+        status = perp__check_vector(context, "q", q, (size_t)solver->n);
     if (status == PERP_OK && z0)
         status = perp__check_finite(context, "z0", z0, (size_t)solver->n);
     return status;
@@ -317,16 +541,14 @@ static void write_out(perp_lcp_solver *solver, double *z, double *w, double *ray
                       perp_lcp_result *result, double seconds)
 {
     size_t bytes = (size_t)solver->n * sizeof(double);
-    perp_lcp_result own;
+    perp_lcp_result own = {.outcome = solver->best.outcome,
+                           .method = solver->best.method,
+                           .iterations = solver->spent,
+                           .residual = perp__told(solver->best.worth.tested),
+                           .natural_residual = perp__told(solver->best.worth.natural),
+                           .backward_error = perp__told(solver->best.worth.backward),
+                           .seconds = seconds};
 
-    memset(&own, 0, sizeof own);
-    own.outcome = solver->best.outcome;
-    own.method = solver->best.method;
-    own.iterations = solver->spent;
-    own.residual = perp__told(solver->best.worth.tested);
-    own.natural_residual = perp__told(solver->best.worth.natural);
-    own.backward_error = perp__told(solver->best.worth.backward);
-    own.seconds = seconds;
     if (own.outcome == PERP_OUTCOME_RAY) {
         own.has_ray = 1;
         own.certificate = solver->best_certificate;

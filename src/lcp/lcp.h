@@ -5,6 +5,9 @@
 
 #include <perp/lcp.h>
 
+/* Checks everything and fills `own`; NULL gives the defaults. `own` is untouched on failure. */
+perp_status perp__lcp_settings_read(perp_context *context, perp_lcp_settings *own,
+                                    const perp_lcp_settings *settings);
 perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
                              const perp_lcp_settings *settings);
 void perp__lcp_destroy(perp_lcp_solver *solver);

@@ -105,6 +105,14 @@ void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t lea
 void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double *dense,
                            size_t leading_dimension);
 
+/* Checks M, which has to be square, and the bounds; fills `own`. */
+perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, const perp_matrix *M,
+                                   const double *lower, const double *upper);
+
+/* w = S z + q, S the scaled M; product: n of work. */
+void perp__lcp_affine(const perp__lcp_problem *problem, const double *z, double *product,
+                      double *w);
+
 /* mid(above, below, w) for above = z - l >= 0 >= below = z - u. */
 static inline double perp__middle(double above, double below, double w)
 {
@@ -115,6 +123,10 @@ static inline double perp__middle(double above, double below, double w)
 
 /* M_ii of the caller's matrix; 0 where there is no entry. */
 double perp__diagonal_entry(const perp__matrix *M, int32_t i);
+
+/* Of a dense M. Positive definite matrices have a positive diagonal; contact problems with friction
+ * do not. */
+int32_t perp__diagonal_is_positive(const perp__matrix *M);
 
 /* mid(z - l, z - u, w) without cancellation. */
 static inline double perp__mid(double z, double lower, double upper, double w)

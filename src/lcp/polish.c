@@ -36,13 +36,9 @@ static void layout(perp__arena *arena, void *object)
     size_t n = (size_t)solver->n;
     size_t entries = uses_dense(solver) ? n * n : 0;
 
-    p->active = perp__arena_take(arena, n, sizeof(int32_t));
-    p->pivots = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &p->active, &p->pivots);
     p->places = perp__arena_take(arena, n, sizeof(int8_t));
-    p->z = perp__arena_take(arena, n, sizeof(double));
-    p->w_high = perp__arena_take(arena, n, sizeof(double));
-    p->w_low = perp__arena_take(arena, n, sizeof(double));
-    p->step = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &p->z, &p->w_high, &p->w_low, &p->step);
     p->block = perp__arena_take(arena, entries, sizeof(double));
 }
 
@@ -72,9 +68,9 @@ static int32_t factor_dense(perp_lcp_solver *solver, int32_t count, double rho)
     perp__polish *p = &solver->polish;
     const perp__matrix *M = &solver->M;
     const double *d = solver->factors;
-    int32_t r, c, k;
+    int32_t r, k;
 
-    for (c = 0; c < count; c++) {
+    for (int32_t c = 0; c < count; c++) {
         double *column = p->block + (size_t)c * (size_t)count;
         int32_t j = p->active[c];
 
@@ -121,9 +117,8 @@ static perp_status newton_step(perp_lcp_solver *solver, int32_t count, double *l
 {
     perp__polish *p = &solver->polish;
     perp_status status = PERP_OK;
-    int32_t k;
 
-    for (k = 0; k < count; k++) {
+    for (int32_t k = 0; k < count; k++) {
         int32_t i = p->active[k];
         double r = perp__w_scaled(solver, i, solver->w_high[i] + solver->w_low[i]);
 
@@ -134,7 +129,7 @@ static perp_status newton_step(perp_lcp_solver *solver, int32_t count, double *l
     else
         status = perp__sparse_block_solve_roughly(&solver->block, p->step);
     *largest = 0.0;
-    for (k = 0; k < count; k++) {
+    for (int32_t k = 0; k < count; k++) {
         double size = fabs(p->step[uses_dense(solver) ? k : p->active[k]]);
 
         if (!(size <= *largest))
@@ -146,10 +141,8 @@ static perp_status newton_step(perp_lcp_solver *solver, int32_t count, double *l
 /* Whether the equations hold as well as a double z allows: a look that costs less than a solve. */
 static int32_t is_refined(perp_lcp_solver *solver, int32_t count)
 {
-    int32_t k;
-
     perp__find_reach(solver);
-    for (k = 0; k < count; k++) {
+    for (int32_t k = 0; k < count; k++) {
         const int32_t i = solver->polish.active[k];
         const double size =
             solver->row_norms[i] * perp__reach_of(solver, i) + fabs(solver->q_scaled[i]);
@@ -179,10 +172,9 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
 {
     perp__polish *p = &solver->polish;
     double last = INFINITY;
-    int32_t round, k;
 
     perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
-    for (round = 0; round < PERP__REFINEMENTS && count > 0; round++) {
+    for (int32_t round = 0; round < PERP__REFINEMENTS && count > 0; round++) {
         double largest, z_largest = 0.0;
         perp_status status = newton_step(solver, count, &largest);
 
@@ -190,7 +182,7 @@ static perp_status refine(perp_lcp_solver *solver, int32_t count)
             return status;
         if (status != PERP_OK || !(largest < 0.5 * last) || largest == 0.0)
             break; /* no longer converging, or nothing left */
-        for (k = 0; k < count; k++) {
+        for (int32_t k = 0; k < count; k++) {
             int32_t i = p->active[k];
             double step = p->step[uses_dense(solver) ? k : i];
             double z = perp__z_scaled(solver, i, solver->z[i]) - step;
@@ -266,9 +258,7 @@ static int32_t is_better(const perp_lcp_solver *solver, const perp__evaluation *
  * its place says: w is not that of the index set then. */
 static int32_t take_residual(const perp_lcp_solver *solver, double *residual)
 {
-    int32_t i;
-
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         const double z = solver->z[i];
 
         residual[i] = 0.0;
@@ -284,9 +274,8 @@ static int32_t take_residual(const perp_lcp_solver *solver, double *residual)
 static int32_t take_step(perp_lcp_solver *solver, const double *step)
 {
     double largest = 0.0, z_largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         const double z = perp__z_scaled(solver, i, solver->z[i]) - step[i];
 
         if (!(fabs(step[i]) <= largest))
@@ -361,13 +350,12 @@ perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth)
 {
     perp_status status = PERP_OK;
     perp__evaluation best = *worth;
-    size_t k;
 
     if (correct(solver, worth))
         return PERP_OK;
     remember(solver, &best, worth);
     memcpy(solver->polish.places, solver->places, (size_t)solver->n);
-    for (k = 0; k < sizeof proximal / sizeof *proximal; k++) {
+    for (size_t k = 0; k < sizeof proximal / sizeof *proximal; k++) {
         memcpy(solver->places, solver->polish.places, (size_t)solver->n);
         status = attempt(solver, proximal[k], &best);
         if (status != PERP_OK || perp__is_exact(solver, &best) || perp__is_late(solver))

@@ -16,18 +16,23 @@ double perp__diagonal_entry(const perp__matrix *M, int32_t i)
     return 0.0;
 }
 
+int32_t perp__diagonal_is_positive(const perp__matrix *M)
+{
+    for (int32_t i = 0; i < M->rows; i++)
+        if (!(M->values[(size_t)i * (M->row_stride + M->column_stride)] > 0.0))
+            return 0;
+    return 1;
+}
+
 perp_outcome perp__lcp_tick(perp__lcp_control *control, int64_t iterations, double residual)
 {
-    perp_lcp_progress progress;
-    int32_t answer;
-
     if (control->monitor) {
-        memset(&progress, 0, sizeof progress);
-        progress.struct_size = sizeof progress;
-        progress.method = control->method;
-        progress.iterations = iterations;
-        progress.residual = residual;
-        answer = control->monitor(&progress, control->monitor_user);
+        const perp_lcp_progress progress = {.struct_size = sizeof progress,
+                                            .method = control->method,
+                                            .iterations = iterations,
+                                            .residual = residual};
+        const int32_t answer = control->monitor(&progress, control->monitor_user);
+
         if (answer < 0)
             control->aborted = 1;
         if (answer != 0)
@@ -42,14 +47,13 @@ static void dense_from_csc(const perp__lcp_problem *problem, double sign, double
 {
     const perp__matrix *M = problem->M;
     const double *d = problem->factors;
-    int32_t j, k;
 
-    for (j = 0; j < problem->n; j++) {
+    for (int32_t j = 0; j < problem->n; j++) {
         double *column = dense + (size_t)j * ld;
         const double d_j = sign * d[j];
 
         memset(column, 0, (size_t)problem->n * sizeof *column);
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             column[M->row_indices[k]] = M->values[k] * (d[M->row_indices[k]] * d_j);
     }
 }
@@ -59,14 +63,13 @@ PERP__KERNEL static void dense_from_columns_loops(const perp__lcp_problem *probl
 {
     const size_t n = (size_t)problem->n, stride = problem->M->column_stride;
     const double *restrict d = problem->factors;
-    size_t i, j;
 
-    for (j = 0; j < n; j++) {
+    for (size_t j = 0; j < n; j++) {
         double *restrict column = dense + j * ld;
         const double *restrict from = problem->M->values + j * stride;
         const double d_j = sign * d[j];
 
-        for (i = 0; i < n; i++)
+        for (size_t i = 0; i < n; i++)
             column[i] = from[i] * (d[i] * d_j);
     }
 }
@@ -81,9 +84,9 @@ static void dense_from_rows(const perp__lcp_problem *problem, double sign, doubl
     enum { ROWS = 16 };
     const size_t n = (size_t)problem->n, stride = problem->M->row_stride;
     const double *d = problem->factors;
-    size_t begin, i, j;
+    size_t j;
 
-    for (begin = 0; begin < n; begin += ROWS) {
+    for (size_t begin = 0; begin < n; begin += ROWS) {
         const size_t end = begin + ROWS < n ? begin + ROWS : n;
 
         for (j = 0; j < n; j++) {
@@ -91,7 +94,7 @@ static void dense_from_rows(const perp__lcp_problem *problem, double sign, doubl
             double *column = dense + j * ld;
             const double d_j = sign * d[j];
 
-            for (i = begin; i < end; i++)
+            for (size_t i = begin; i < end; i++)
                 column[i] = from[i * stride] * (d[i] * d_j);
         }
     }
@@ -111,4 +114,15 @@ void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double
 void perp__lcp_dense(const perp__lcp_problem *problem, double *dense, size_t leading_dimension)
 {
     perp__lcp_dense_times(problem, 1.0, dense, leading_dimension);
+}
+
+void perp__lcp_affine(const perp__lcp_problem *problem, const double *z, double *product, double *w)
+{
+    const double *d = problem->factors;
+
+    for (int32_t i = 0; i < problem->n; i++)
+        product[i] = d[i] * z[i];
+    perp__multiply(problem->M, product, w);
+    for (int32_t i = 0; i < problem->n; i++)
+        w[i] = d[i] * w[i] + problem->q[i];
 }

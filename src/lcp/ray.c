@@ -51,9 +51,8 @@ static int32_t row_holds(double lower, double upper, double dz, double dw, doubl
 int32_t perp__ray_verify(perp_lcp_solver *solver)
 {
     double largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         if (!isfinite(solver->ray[i]) || !isfinite(solver->covering[i]) ||
             !recedes(solver->lower[i], solver->upper[i], solver->ray[i]) ||
             !covering_rises(solver->lower[i], solver->upper[i], solver->covering[i]))
@@ -62,14 +61,14 @@ int32_t perp__ray_verify(perp_lcp_solver *solver)
     }
     if (largest == 0.0)
         return 0;
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         solver->ray[i] /= largest;
         solver->covering[i] /= largest;
         /* omega plays no part in a direction: only D does */
         solver->z[i] = perp__shift(solver->ray[i], solver->exponents[i]);
     }
     perp__multiply_doubled(&solver->M, solver->z, NULL, solver->w_high, solver->w_low);
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         double slack = PERP__RAY_TOLERANCE * (solver->row_norms[i] + fabs(solver->covering[i]));
         double Mdz = perp__shift(solver->w_high[i], solver->exponents[i]);
         double dw = Mdz + solver->covering[i];
@@ -162,9 +161,7 @@ static double shortened(double x)
  * rounding; entries that are rounding themselves become 0. */
 static int32_t make_short(perp_lcp_solver *solver, int32_t times, double least)
 {
-    int32_t i;
-
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         const double y = perp__shift(solver->ray[i], solver->exponents[i]);
         const double wanted = solver->ray[i] <= PERP__RAY_TOLERANCE ? 0.0 : times * (y / least);
 
@@ -184,22 +181,21 @@ static int32_t make_short(perp_lcp_solver *solver, int32_t times, double least)
 int32_t perp__ray_certificate(perp_lcp_solver *solver)
 {
     double least = INFINITY;
-    int32_t i, times;
 
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         if (solver->lower[i] == -INFINITY || solver->upper[i] != INFINITY)
             return 0;
     }
     /* y in the caller's units is D ray, which perp__ray_verify left in z */
     if (proves_infeasible(solver))
         return 1;
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         if (solver->ray[i] > PERP__RAY_TOLERANCE)
             least = fmin(least, solver->z[i]);
-    for (times = 1; times <= PERP__LARGEST_MULTIPLE; times += 2)
+    for (int32_t times = 1; times <= PERP__LARGEST_MULTIPLE; times += 2)
         if (make_short(solver, times, least) && proves_infeasible(solver))
             return 1;
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         solver->z[i] = perp__shift(solver->ray[i], solver->exponents[i]);
     return 0;
 }

@@ -1,14 +1,74 @@
-/* The life of a solver: create, set, setup, destroy, and the public entrances. */
+/* The settings of a solver and its life: create, set, setup, destroy, and the public entrances. */
 #include "lcp/solver.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "base/check.h"
+#include "base/context.h"
 #include "lcp/all/all.h"
-#include "lcp/settings.h"
-#include "linalg/lines.h"
 #include "linalg/scale.h"
+
+/* ---- settings ---- */
+
+perp_status perp_lcp_settings_init(perp_lcp_settings *settings, size_t size)
+{
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_lcp_settings));
+
+    if (status == PERP_OK) {
+        settings->tol = 1e-10;
+        settings->relaxation = 1.0;
+        settings->scaling = 1;
+        settings->polish = 1;
+        settings->crash = 1;
+    }
+    return status;
+}
+
+PERP__INIT(perp_lcp_result)
+
+const char *perp_lcp_method_text(int32_t method)
+{
+    static const char *const texts[] = {"auto",   "lemke",      "pgs",     "fischer",
+                                        "polish", "active_set", "patterns"};
+
+    return method >= 0 && method <= PERP_LCP_PATTERNS ? texts[method] : "unknown method";
+}
+
+static const perp__field fields[] = {
+    PERP__INTEGER(perp_lcp_settings, method, 0, PERP_LCP_ACTIVE_SET),
+    PERP__INTEGER(perp_lcp_settings, pivot_rule, 0, PERP_PIVOT_LEXICOGRAPHIC),
+    PERP__INTEGER(perp_lcp_settings, sweep, 0, PERP_SWEEP_SYMMETRIC),
+    PERP__INTEGER(perp_lcp_settings, acceleration, 0, PERP_ACCELERATION_CONJUGATE_GRADIENT),
+    PERP__INTEGER(perp_lcp_settings, max_iterations, 0, INFINITY),
+    PERP__REAL(perp_lcp_settings, tol, "()", 0, INFINITY),
+    PERP__REAL(perp_lcp_settings, time_limit, "[]", 0, INFINITY),
+    PERP__REAL(perp_lcp_settings, relaxation, "()", 0, 2),
+    PERP__REAL(perp_lcp_settings, penalty, "[)", 0, 1),
+    PERP__INTEGER(perp_lcp_settings, scaling, 0, 1),
+    PERP__INTEGER(perp_lcp_settings, polish, 0, 1),
+    PERP__INTEGER(perp_lcp_settings, crash, 0, 1),
+};
+
+perp_status perp__lcp_settings_read(perp_context *context, perp_lcp_settings *own,
+                                    const perp_lcp_settings *settings)
+{
+    perp_lcp_settings read;
+    perp_status status = perp_lcp_settings_init(&read, sizeof read);
+
+    if (status == PERP_OK)
+        status = PERP__READ(perp_lcp_settings, context, &read, settings);
+    if (status == PERP_OK && (read.method == PERP_LCP_POLISH || read.method == PERP_LCP_PATTERNS))
+        status = perp__fail(context, PERP_ERROR_ARGUMENT,
+                            "settings.method is %d, which is only ever reported", (int)read.method);
+    if (status == PERP_OK)
+        status = PERP__CHECK_FIELDS(context, "settings", &read, fields);
+    if (status == PERP_OK)
+        *own = read;
+    return status;
+}
+
+/* ---- life ---- */
 
 static const perp__lcp_method *const methods[PERP__METHODS] = {
     &perp__lcp_lemke, &perp__lcp_pgs, &perp__lcp_fischer, &perp__lcp_active_set,
@@ -17,9 +77,8 @@ static const perp__lcp_method *const methods[PERP__METHODS] = {
 static void release(void *object)
 {
     perp_lcp_solver *solver = object;
-    int32_t k;
 
-    for (k = 0; k < PERP__METHODS; k++) {
+    for (int32_t k = 0; k < PERP__METHODS; k++) {
         perp__method_slot *slot = &solver->slots[k];
 
         if (slot->work && slot->method->release)
@@ -41,7 +100,6 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
     perp_lcp_settings own;
     perp_status status = perp__lcp_settings_read(context, &own, settings);
     perp_lcp_solver *made;
-    int32_t k;
 
     if (status != PERP_OK)
         return status;
@@ -52,7 +110,7 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
     perp__arena_init(&made->arena, context);
     perp__arena_init(&made->polish.arena, context);
     perp__sparse_block_init(&made->block, context);
-    for (k = 0; k < PERP__METHODS; k++) {
+    for (int32_t k = 0; k < PERP__METHODS; k++) {
         made->slots[k].method = methods[k];
         perp__arena_init(&made->slots[k].arena, context);
     }
@@ -70,38 +128,19 @@ static void layout(perp__arena *arena, void *object)
     perp_lcp_solver *s = object;
     size_t n = (size_t)s->n;
 
-    s->lower = perp__arena_take(arena, n, sizeof(double));
-    s->upper = perp__arena_take(arena, n, sizeof(double));
-    s->factors = perp__arena_take(arena, n, sizeof(double));
-    s->exponents = perp__arena_take(arena, n, sizeof(int32_t));
-    s->work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    s->part = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    s->omega = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    s->part_omega = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    s->row_size = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__DOUBLES(arena, n, &s->lower, &s->upper, &s->factors, &s->row_norms, &s->z_down, &s->z_up,
+                  &s->w_down, &s->q_scaled, &s->lower_scaled, &s->upper_scaled, &s->iterate,
+                  &s->ray, &s->covering);
+    PERP__INTEGERS(arena, n, &s->exponents, &s->row_size);
+    PERP__INTEGERS(arena, 2 * n, &s->work, &s->part, &s->omega, &s->part_omega);
     s->reach = perp__arena_take(arena, 2 * n, sizeof(double));
-    s->row_norms = perp__arena_take(arena, n, sizeof(double));
-    s->z_down = perp__arena_take(arena, n, sizeof(double));
-    s->z_up = perp__arena_take(arena, n, sizeof(double));
-    s->w_down = perp__arena_take(arena, n, sizeof(double));
-    s->q_scaled = perp__arena_take(arena, n, sizeof(double));
-    s->lower_scaled = perp__arena_take(arena, n, sizeof(double));
-    s->upper_scaled = perp__arena_take(arena, n, sizeof(double));
-    s->iterate = perp__arena_take(arena, n, sizeof(double));
-    s->ray = perp__arena_take(arena, n, sizeof(double));
-    s->covering = perp__arena_take(arena, n, sizeof(double));
     perp__witness_layout(arena, &s->witness, n);
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
-    s->z = perp__arena_take(arena, n, sizeof(double));
-    s->w_high = perp__arena_take(arena, n, sizeof(double));
-    s->w_low = perp__arena_take(arena, n, sizeof(double));
-    s->best.z = perp__arena_take(arena, n, sizeof(double));
-    s->best.w = perp__arena_take(arena, n, sizeof(double));
-    s->best_ray = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &s->z, &s->w_high, &s->w_low, &s->best.z, &s->best.w, &s->best_ray);
 }
 
-static perp_status check_problem(perp_context *context, perp__matrix *own, const perp_matrix *M,
-                                 const double *lower, const double *upper)
+perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, const perp_matrix *M,
+                                   const double *lower, const double *upper)
 {
     perp_status status = perp__matrix_read(context, "M", own, M);
 
@@ -115,14 +154,12 @@ static perp_status check_problem(perp_context *context, perp__matrix *own, const
 
 static void equilibrate(perp_lcp_solver *solver)
 {
-    int32_t i;
-
     solver->powers_known = 0;
     solver->witness.known = 0;
     perp__equilibrate(&solver->M, solver->settings.scaling, solver->exponents, solver->row_norms,
                       solver->work);
     solver->parts = perp__find_parts(&solver->M, solver->part);
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         solver->factors[i] = perp__power_of_two(solver->exponents[i]);
 }
 
@@ -143,15 +180,14 @@ perp_status perp__lcp_setup(perp_lcp_solver *solver, const perp_matrix *M, const
                             const double *upper)
 {
     perp__matrix own;
-    perp_status status = check_problem(solver->context, &own, M, lower, upper);
-    int32_t i;
+    perp_status status = perp__lcp_problem_read(solver->context, &own, M, lower, upper);
 
     if (status == PERP_OK && (solver->setups == 0 || own.rows != solver->n))
         status = fit(solver, own.rows);
     if (status != PERP_OK)
         return status;
     solver->M = own;
-    for (i = 0; i < solver->n; i++) {
+    for (int32_t i = 0; i < solver->n; i++) {
         solver->lower[i] = lower ? lower[i] : 0.0;
         solver->upper[i] = upper ? upper[i] : INFINITY;
     }

@@ -159,11 +159,31 @@ perp__evidence perp__lcp_evidence(perp_lcp_solver *solver, const perp__evaluatio
 perp_outcome perp__lcp_judge(perp_lcp_solver *solver, const perp__evaluation *worth,
                              perp_outcome said);
 
+/* A method that the front door tries, and what it may spend. */
+typedef struct perp__plan_step {
+    int32_t method;          /* PERP_LCP_... */
+    int64_t iteration_limit; /* <= 0: the method's own */
+    double share;            /* of the time limit; 1: all that is left */
+    int32_t rough;           /* its point is taken as it is, without the polish */
+} perp__plan_step;
+
+/* Makes solver->z the candidate of a step: evaluates it, polishes it unless it is far off, keeps it
+ * if it is the best so far or the first. PERP_OK, or _MEMORY. */
+perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,
+                           const perp__lcp_iterate *iterate, const double *z0);
+
+/* Keeps solver->z as it is, by this method, if it is the best so far. */
+void perp__consider_point(perp_lcp_solver *solver, int32_t method);
+
 /* As good as a double gets: nothing more to gain. */
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth);
 
 /* Reads places off solver->z and w_high: the side of z - w, in scaled units, on which it lies. */
 void perp__read_places(perp_lcp_solver *solver, int8_t *places);
+
+/* How far row i is from changing its place in solver->places, in the units of the tested residual.
+ */
+double perp__margin_of(const perp_lcp_solver *solver, int32_t i);
 
 /* Makes the polish's memory ready for this set-up. PERP_OK, or _MEMORY. */
 perp_status perp__polish_fit(perp_lcp_solver *solver);

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "linalg/condition.h"
+#include "linalg/factor/factor.h"
 
 void perp__basis_layout(perp__arena *arena, perp__basis *basis, int32_t n, size_t entries,
                         int32_t most_spikes, size_t file_entries)
@@ -15,20 +15,13 @@ void perp__basis_layout(perp__arena *arena, perp__basis *basis, int32_t n, size_
     basis->most_spikes = most_spikes;
     basis->file_entries = file_entries;
     basis->n = basis->kernel = basis->spikes = 0;
-    basis->position_of = perp__arena_take(arena, columns, sizeof(int32_t));
-    basis->kernel_row = perp__arena_take(arena, columns, sizeof(int32_t));
-    basis->single_row = perp__arena_take(arena, columns, sizeof(int32_t));
-    basis->single = perp__arena_take(arena, columns, sizeof(double));
-    basis->starts = perp__arena_take(arena, columns + 1, sizeof(int32_t));
-    basis->rows = perp__arena_take(arena, entries, sizeof(int32_t));
-    basis->values = perp__arena_take(arena, entries, sizeof(double));
-    basis->outer_starts = perp__arena_take(arena, columns + 1, sizeof(int32_t));
-    basis->outer_positions = perp__arena_take(arena, entries, sizeof(int32_t));
-    basis->outer_values = perp__arena_take(arena, entries, sizeof(double));
-    basis->part = perp__arena_take(arena, columns, sizeof(double));
+    PERP__INTEGERS(arena, columns, &basis->position_of, &basis->kernel_row, &basis->single_row,
+                   &basis->active);
+    PERP__DOUBLES(arena, columns, &basis->single, &basis->part, &basis->wide);
+    PERP__INTEGERS(arena, columns + 1, &basis->starts, &basis->outer_starts);
+    PERP__INTEGERS(arena, entries, &basis->rows, &basis->outer_positions);
+    PERP__DOUBLES(arena, entries, &basis->values, &basis->outer_values);
     basis->work = perp__arena_take(arena, 2 * columns, sizeof(double));
-    basis->wide = perp__arena_take(arena, columns, sizeof(double));
-    basis->active = perp__arena_take(arena, columns, sizeof(int32_t));
     basis->spike_starts = perp__arena_take(arena, spikes + 1, sizeof(size_t));
     basis->spike_position = perp__arena_take(arena, spikes, sizeof(int32_t));
     basis->spike_pivot = perp__arena_take(arena, spikes, sizeof(double));
@@ -38,31 +31,21 @@ void perp__basis_layout(perp__arena *arena, perp__basis *basis, int32_t n, size_
 
 static perp__square kernel_of(const perp__basis *basis)
 {
-    perp__square K;
+    const perp__square K = {basis->kernel, basis->values, basis->starts, basis->rows};
 
-    K.n = basis->kernel;
-    K.values = basis->values;
-    K.column_starts = basis->starts;
-    K.row_indices = basis->rows;
     return K;
 }
 
 /* A factorisation with room for every kernel there can be. */
 static perp_status make_factor(perp__basis *basis, perp_context *context)
 {
-    perp__square K;
     perp_status status;
-    int32_t k;
 
     if (basis->factor && basis->factor_order >= basis->capacity)
         return PERP_OK;
     perp__basis_release(basis);
-    basis->kernel = basis->capacity;
-    for (k = 0; k < basis->capacity; k++)
-        basis->starts[k] = basis->rows[k] = k;
-    basis->starts[basis->capacity] = basis->capacity;
-    K = kernel_of(basis);
-    status = perp__factor_klu.analyse(context, &basis->factor, &K);
+    status = perp__factor_with_room(context, &basis->factor, basis->capacity, basis->starts,
+                                    basis->rows);
     if (status == PERP_OK)
         basis->factor_order = basis->capacity;
     return status;
@@ -132,9 +115,7 @@ static void split_columns(perp__basis *basis)
 /* Whether every column of the kernel has its own row in it. */
 static int32_t is_principal(const perp__basis *basis)
 {
-    int32_t c;
-
-    for (c = 0; c < basis->kernel; c++)
+    for (int32_t c = 0; c < basis->kernel; c++)
         if (basis->kernel_row[basis->position_of[c]] != c)
             return 0;
     return 1;
@@ -144,12 +125,11 @@ static perp_status factor_kernel(perp__basis *basis, const perp__principal *prin
 {
     perp__square K = kernel_of(basis);
     perp_status status;
-    int32_t c;
 
     basis->principal.block = NULL;
     if (principal && is_principal(basis)) {
         basis->principal = *principal;
-        for (c = 0; c < basis->kernel; c++)
+        for (int32_t c = 0; c < basis->kernel; c++)
             basis->active[c] = principal->index[basis->position_of[c]];
         return perp__sparse_block_factor(principal->block, basis->active, basis->kernel,
                                          principal->rho);
@@ -179,63 +159,57 @@ perp_status perp__basis_load(perp__basis *basis, perp_context *context, int32_t 
 static void solve_kernel(perp__basis *basis, int32_t transposed)
 {
     const perp__principal *p = &basis->principal;
-    int32_t c;
 
     if (!p->block) {
         perp__factor_klu.solve(basis->factor, basis->part, transposed);
         return;
     }
-    for (c = 0; c < basis->kernel; c++)
+    for (int32_t c = 0; c < basis->kernel; c++)
         basis->wide[basis->active[c]] = p->sign[basis->position_of[c]] * basis->part[c];
     if (transposed)
         perp__sparse_block_solve_transposed(p->block, basis->wide);
     else
         perp__sparse_block_solve(p->block, basis->wide);
-    for (c = 0; c < basis->kernel; c++)
+    for (int32_t c = 0; c < basis->kernel; c++)
         basis->part[c] = -p->sign[basis->position_of[c]] * basis->wide[basis->active[c]];
 }
 
 /* B_0^-1: the kernel first, then the single entries. */
 static void solve_loaded(perp__basis *basis, const double *a, double *x)
 {
-    int32_t r, p, c, k;
-
-    for (r = 0; r < basis->n; r++)
+    for (int32_t r = 0; r < basis->n; r++)
         if (basis->kernel_row[r] >= 0)
             basis->part[basis->kernel_row[r]] = a[r];
     solve_kernel(basis, 0);
-    for (p = 0; p < basis->n; p++)
+    for (int32_t p = 0; p < basis->n; p++)
         if (basis->single_row[p] >= 0)
             x[p] = a[basis->single_row[p]];
-    for (c = 0; c < basis->kernel; c++) {
+    for (int32_t c = 0; c < basis->kernel; c++) {
         const double value = basis->part[c];
 
         x[basis->position_of[c]] = value;
         if (value == 0.0)
             continue;
-        for (k = basis->outer_starts[c]; k < basis->outer_starts[c + 1]; k++)
+        for (int32_t k = basis->outer_starts[c]; k < basis->outer_starts[c + 1]; k++)
             x[basis->outer_positions[k]] -= basis->outer_values[k] * value;
     }
-    for (p = 0; p < basis->n; p++)
+    for (int32_t p = 0; p < basis->n; p++)
         if (basis->single_row[p] >= 0)
             x[p] /= basis->single[p];
 }
 
 void perp__basis_solve(perp__basis *basis, const double *a, double *x)
 {
-    int32_t j;
-
     solve_loaded(basis, a, x);
-    for (j = 0; j < basis->spikes; j++) {
+    for (int32_t j = 0; j < basis->spikes; j++) {
         const int32_t r = basis->spike_position[j];
         double value = x[r];
-        size_t k;
 
         if (value == 0.0)
             continue;
         value /= basis->spike_pivot[j];
         x[r] = value;
-        for (k = basis->spike_starts[j]; k < basis->spike_starts[j + 1]; k++)
+        for (size_t k = basis->spike_starts[j]; k < basis->spike_starts[j + 1]; k++)
             x[basis->spike_rows[k]] -= basis->spike_values[k] * value;
     }
 }
@@ -243,33 +217,28 @@ void perp__basis_solve(perp__basis *basis, const double *a, double *x)
 /* B_0^-T: the single entries first, then the kernel. */
 static void solve_loaded_transposed(perp__basis *basis, const double *e, double *y)
 {
-    int32_t r, p, c, k;
-
-    for (p = 0; p < basis->n; p++)
+    for (int32_t p = 0; p < basis->n; p++)
         if (basis->single_row[p] >= 0)
             y[basis->single_row[p]] = e[p] / basis->single[p];
-    for (c = 0; c < basis->kernel; c++) {
+    for (int32_t c = 0; c < basis->kernel; c++) {
         double sum = e[basis->position_of[c]];
 
-        for (k = basis->outer_starts[c]; k < basis->outer_starts[c + 1]; k++)
+        for (int32_t k = basis->outer_starts[c]; k < basis->outer_starts[c + 1]; k++)
             sum -= basis->outer_values[k] * y[basis->single_row[basis->outer_positions[k]]];
         basis->part[c] = sum;
     }
     solve_kernel(basis, 1);
-    for (r = 0; r < basis->n; r++)
+    for (int32_t r = 0; r < basis->n; r++)
         if (basis->kernel_row[r] >= 0)
             y[r] = basis->part[basis->kernel_row[r]];
 }
 
 void perp__basis_solve_transposed(perp__basis *basis, double *e, double *y)
 {
-    int32_t j;
-
-    for (j = basis->spikes - 1; j >= 0; j--) {
+    for (int32_t j = basis->spikes - 1; j >= 0; j--) {
         double sum = e[basis->spike_position[j]];
-        size_t k;
 
-        for (k = basis->spike_starts[j]; k < basis->spike_starts[j + 1]; k++)
+        for (size_t k = basis->spike_starts[j]; k < basis->spike_starts[j + 1]; k++)
             sum -= basis->spike_values[k] * e[basis->spike_rows[k]];
         e[basis->spike_position[j]] = sum / basis->spike_pivot[j];
     }
@@ -286,9 +255,8 @@ void perp__basis_replace(perp__basis *basis, int32_t r, const double *spike)
 {
     const int32_t j = basis->spikes++;
     size_t at = basis->spike_starts[j];
-    int32_t p;
 
-    for (p = 0; p < basis->n; p++) {
+    for (int32_t p = 0; p < basis->n; p++) {
         if (spike[p] == 0.0 || p == r)
             continue;
         basis->spike_rows[at] = p;

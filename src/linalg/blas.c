@@ -2,7 +2,7 @@
  * arithmetic. */
 #include "linalg/blas.h"
 
-#include "linalg/condition.h"
+#include "linalg/factor/factor.h"
 #include "linalg/lanes/loops.h"
 
 /* Fortran's own symbols. Compilers pass the lengths of character arguments after all others. */
@@ -88,11 +88,10 @@ void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t
                             const int32_t *pivots, double *B, int32_t ldb, int32_t transposed)
 {
     int info = 0;
-    int32_t j;
 
     if (n > SMALL_LU)
         dgetrs_(transposed ? "T" : "N", &n, &columns, A, &lda, pivots, B, &ldb, &info, 1);
-    for (j = 0; n <= SMALL_LU && j < columns; j++)
+    for (int32_t j = 0; n <= SMALL_LU && j < columns; j++)
         perp__loops_lu_solve(n, A, lda, pivots, B + (size_t)j * (size_t)ldb, transposed);
 }
 

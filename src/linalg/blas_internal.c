@@ -20,10 +20,8 @@ static size_t at(int32_t i, int32_t j, int32_t ld)
 void perp__gemm_subtract(int32_t m, int32_t n, int32_t k, const double *A, int32_t lda,
                          const double *B, int32_t ldb, double *C, int32_t ldc)
 {
-    int32_t i, p;
-
-    for (p = 0; p < k; p += DEPTH)
-        for (i = 0; i < m; i += ROWS)
+    for (int32_t p = 0; p < k; p += DEPTH)
+        for (int32_t i = 0; i < m; i += ROWS)
             perp__loops_gemm_subtract(smaller(ROWS, m - i), n, smaller(DEPTH, k - p),
                                       A + at(i, p, lda), lda, B + p, ldb, C + i, ldc);
 }
@@ -44,12 +42,10 @@ void perp__gemv_transposed_subtract(int32_t m, int32_t n, const double *A, int32
 static void exchange(double *A, int32_t lda, int32_t begin, int32_t end, const int32_t *pivots,
                      int32_t from, int32_t to)
 {
-    int32_t j, k;
-
-    for (j = begin; j < end; j++) {
+    for (int32_t j = begin; j < end; j++) {
         double *a = A + at(0, j, lda);
 
-        for (k = from; k < to; k++) {
+        for (int32_t k = from; k < to; k++) {
             const double kept = a[k];
 
             a[k] = a[pivots[k] - 1];
@@ -93,9 +89,7 @@ void perp__lu_solve(int32_t n, const double *A, int32_t lda, const int32_t *pivo
 void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t lda,
                             const int32_t *pivots, double *B, int32_t ldb, int32_t transposed)
 {
-    int32_t j;
-
-    for (j = 0; j < columns; j++)
+    for (int32_t j = 0; j < columns; j++)
         perp__loops_lu_solve(n, A, lda, pivots, B + at(0, j, ldb), transposed);
 }
 
@@ -103,13 +97,12 @@ void perp__lu_solve_columns(int32_t n, int32_t columns, const double *A, int32_t
 static void subtract_square(int32_t n, int32_t k, int32_t width, double *A, int32_t lda)
 {
     double slice[DEPTH * PANEL];
-    int32_t p, i, j;
 
-    for (p = 0; p < k; p += DEPTH) {
+    for (int32_t p = 0; p < k; p += DEPTH) {
         const int32_t depth = smaller(DEPTH, k - p);
 
-        for (i = 0; i < depth; i++)
-            for (j = 0; j < width; j++)
+        for (int32_t i = 0; i < depth; i++)
+            for (int32_t j = 0; j < width; j++)
                 slice[at(i, j, DEPTH)] = A[at(k + j, p + i, lda)];
         perp__gemm_subtract(n - k, width, depth, A + at(k, p, lda), lda, slice, DEPTH,
                             A + at(k, k, lda), lda);
@@ -121,28 +114,27 @@ static void subtract_square(int32_t n, int32_t k, int32_t width, double *A, int3
 int32_t perp__cholesky_factor(int32_t n, double *A, int32_t lda)
 {
     double above[PANEL * PANEL];
-    int32_t k, i, j, p;
 
-    for (k = 0; k < n; k += PANEL) {
+    for (int32_t k = 0; k < n; k += PANEL) {
         const int32_t width = smaller(PANEL, n - k);
         double *square = A + at(k, k, lda), *below = square + width;
         int32_t found;
 
-        for (j = 0; j < width; j++)
-            for (i = 0; i < j; i++)
+        for (int32_t j = 0; j < width; j++)
+            for (int32_t i = 0; i < j; i++)
                 above[at(i, j, PANEL)] = square[at(i, j, lda)];
         subtract_square(n, k, width, A, lda);
-        for (j = 0; j < width; j++)
-            for (i = 0; i < j; i++)
+        for (int32_t j = 0; j < width; j++)
+            for (int32_t i = 0; i < j; i++)
                 square[at(i, j, lda)] = above[at(i, j, PANEL)];
         found = perp__loops_cholesky(width, square, lda);
         if (found != 0)
             return k + found;
-        for (j = 0; j < width; j++) {
+        for (int32_t j = 0; j < width; j++) {
             double *column = below + at(0, j, lda);
 
             perp__loops_gemv_subtract(n - k - width, j, below, lda, square + j, lda, column);
-            for (p = 0; p < n - k - width; p++)
+            for (int32_t p = 0; p < n - k - width; p++)
                 column[p] /= square[at(j, j, lda)];
         }
     }

@@ -88,9 +88,8 @@ perp_status perp__cone_fit(perp__cone *cone, int32_t rows, int32_t dimension)
 static double largest_of(const double *x, int32_t count)
 {
     double largest = 0.0;
-    int32_t k;
 
-    for (k = 0; k < count; k++)
+    for (int32_t k = 0; k < count; k++)
         if (fabs(x[k]) > largest)
             largest = fabs(x[k]);
     return largest;
@@ -99,9 +98,8 @@ static double largest_of(const double *x, int32_t count)
 static void normalise(double *x, int32_t count)
 {
     const double largest = largest_of(x, count);
-    int32_t k;
 
-    for (k = 0; k < count && largest > 0.0; k++)
+    for (int32_t k = 0; k < count && largest > 0.0; k++)
         x[k] /= largest;
 }
 
@@ -110,15 +108,14 @@ static int32_t find_pivot(const perp__cone *cone, const double *T, int32_t rank,
                           int32_t *column)
 {
     double best = tolerance;
-    int32_t i, j, k;
 
     *row = -1;
-    for (i = 0; i < (rank == 0 ? 1 : cone->rows); i++) {
+    for (int32_t i = 0; i < (rank == 0 ? 1 : cone->rows); i++) {
         int32_t used = 0;
 
-        for (k = 0; k < rank; k++)
+        for (int32_t k = 0; k < rank; k++)
             used |= cone->chosen[k] == i;
-        for (j = 0; j < cone->dimension && !used; j++)
+        for (int32_t j = 0; j < cone->dimension && !used; j++)
             if (fabs(T[i * cone->dimension + j]) > best) {
                 best = fabs(T[i * cone->dimension + j]);
                 *row = i;
@@ -159,20 +156,19 @@ static int32_t eliminate(perp__cone *cone)
 static void find_lines(perp__cone *cone, int32_t rank)
 {
     const int32_t width = cone->dimension;
-    int32_t j, k;
 
     cone->lines = 0;
-    for (j = 0; j < width; j++) {
+    for (int32_t j = 0; j < width; j++) {
         double *line = cone->work + (size_t)(cone->rows + cone->lines) * (size_t)width;
         int32_t is_pivot = 0;
 
-        for (k = 0; k < rank; k++)
+        for (int32_t k = 0; k < rank; k++)
             is_pivot |= cone->chosen[width + k] == j;
         if (is_pivot)
             continue;
         memset(line, 0, (size_t)width * sizeof *line);
         line[j] = 1.0;
-        for (k = 0; k < rank; k++)
+        for (int32_t k = 0; k < rank; k++)
             line[cone->chosen[width + k]] = -cone->work[cone->chosen[k] * width + j];
         normalise(line, width);
         cone->lines++;
@@ -190,10 +186,9 @@ static void start(perp__cone *cone, int32_t rank)
 {
     const int32_t width = cone->dimension;
     double *B = cone->work + (size_t)(cone->rows + width) * (size_t)width, *X = B + width * width;
-    int32_t r, c;
 
-    for (c = 0; c < rank; c++)
-        for (r = 0; r < rank; r++) {
+    for (int32_t c = 0; c < rank; c++)
+        for (int32_t r = 0; r < rank; r++) {
             B[r + rank * c] = cone->A[cone->chosen[r] * width + cone->chosen[width + c]];
             X[r + rank * c] = r == c ? 1.0 : 0.0;
         }
@@ -201,8 +196,8 @@ static void start(perp__cone *cone, int32_t rank)
     perp__lu_solve_columns(rank, rank, B, rank, cone->chosen + 2 * width, X, rank, 0);
     memset(cone->x, 0, (size_t)rank * (size_t)width * sizeof *cone->x);
     memset(cone->tight, 0, (size_t)rank * 2 * sizeof *cone->tight);
-    for (c = 0; c < rank; c++) {
-        for (r = 0; r < rank; r++) {
+    for (int32_t c = 0; c < rank; c++) {
+        for (int32_t r = 0; r < rank; r++) {
             cone->x[c * width + cone->chosen[width + r]] = X[r + rank * c];
             if (r != c)
                 mark(cone, c, cone->chosen[r]);
@@ -226,12 +221,11 @@ static int32_t are_adjacent(perp__cone *cone, int32_t a, int32_t b, int32_t rank
 {
     const uint64_t low = cone->tight[2 * a] & cone->tight[2 * b];
     const uint64_t high = cone->tight[2 * a + 1] & cone->tight[2 * b + 1];
-    int32_t k;
 
     if (count_bits(low) + count_bits(high) < rank - 2)
         return 0;
     cone->effort += cone->rays;
-    for (k = 0; k < cone->rays; k++)
+    for (int32_t k = 0; k < cone->rays; k++)
         if (k != a && k != b && (low & ~cone->tight[2 * k]) == 0 &&
             (high & ~cone->tight[2 * k + 1]) == 0)
             return 0;
@@ -244,7 +238,6 @@ static perp_status combine(perp__cone *cone, int32_t at, int32_t a, int32_t b, i
     const int32_t width = cone->dimension;
     perp_status status;
     double *x;
-    int32_t j;
 
     if (at >= PERP__MOST_RAYS)
         return PERP__CONE_TOO_LARGE;
@@ -252,7 +245,7 @@ static perp_status combine(perp__cone *cone, int32_t at, int32_t a, int32_t b, i
     if (status != PERP_OK)
         return status;
     x = cone->x + (size_t)at * (size_t)width;
-    for (j = 0; j < width; j++)
+    for (int32_t j = 0; j < width; j++)
         x[j] = cone->values[a] * cone->x[b * width + j] - cone->values[b] * cone->x[a * width + j];
     normalise(x, width);
     cone->values[at] = 0.0;
@@ -267,9 +260,8 @@ static double value_at(const perp__cone *cone, int32_t row, int32_t ray)
     const double *a = cone->A + (size_t)row * (size_t)cone->dimension;
     const double *x = cone->x + (size_t)ray * (size_t)cone->dimension;
     double sum = 0.0;
-    int32_t j;
 
-    for (j = 0; j < cone->dimension; j++)
+    for (int32_t j = 0; j < cone->dimension; j++)
         sum += a[j] * x[j];
     return fabs(sum) <= tolerance ? 0.0 : sum;
 }
@@ -325,17 +317,17 @@ perp_status perp__cone_enumerate(perp__cone *cone)
 {
     const size_t width = (size_t)cone->dimension;
     perp_status status = PERP_OK;
-    int32_t rank, i, k;
+    int32_t rank;
 
-    for (i = 0; i < cone->rows; i++)
+    for (int32_t i = 0; i < cone->rows; i++)
         normalise(cone->A + (size_t)i * width, cone->dimension);
     rank = eliminate(cone);
     find_lines(cone, rank);
     start(cone, rank);
-    for (i = 0; i < cone->rows && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < cone->rows && status == PERP_OK; i++) {
         int32_t used = 0;
 
-        for (k = 0; k < rank; k++)
+        for (int32_t k = 0; k < rank; k++)
             used |= cone->chosen[k] == i;
         if (!used)
             status = cut(cone, i, rank);

@@ -40,9 +40,8 @@ PERP__KERNEL static void accumulate(double *high, double *low, double a, double 
 PERP__KERNEL static void add_lanes(const double *h, const double *l, double *high, double *low)
 {
     double error = 0.0;
-    size_t k;
 
-    for (k = 0; k < 8; k++) {
+    for (size_t k = 0; k < 8; k++) {
         accumulate(high, low, h[k], 1.0);
         error += l[k];
     }
@@ -61,10 +60,9 @@ static void by_columns(const perp__matrix *M, const double *x, double *high, dou
     const size_t rows = (size_t)M->rows;
     const double *columns[4];
     double factors[4];
-    int32_t j;
     size_t pending = 0, c;
 
-    for (j = 0; j < M->columns; j++) {
+    for (int32_t j = 0; j < M->columns; j++) {
         if (x[j] == 0.0)
             continue;
         columns[pending] = M->values + (size_t)j * M->column_stride;
@@ -82,23 +80,20 @@ static void by_columns(const perp__matrix *M, const double *x, double *high, dou
 static void by_rows(const perp__matrix *M, const double *x, double *high, double *low)
 {
     const doubled_kernels *k = kernels[perp__widest_vectors()];
-    int32_t i;
 
-    for (i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < M->rows; i++)
         k->add_row((size_t)M->columns, M->values + (size_t)i * M->row_stride, x, high + i, low + i);
 }
 
 PERP__KERNEL static void by_sparse_columns_loops(const perp__matrix *M, const double *x,
                                                  double *high, double *low)
 {
-    int32_t j, k;
-
-    for (j = 0; j < M->columns; j++) {
+    for (int32_t j = 0; j < M->columns; j++) {
         const double factor = x[j];
 
         if (factor == 0.0)
             continue;
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
 
             accumulate(high + i, low + i, M->values[k], factor);
@@ -113,9 +108,8 @@ void perp__multiply_doubled(const perp__matrix *M, const double *x, const double
                             double *low)
 {
     const size_t rows = (size_t)M->rows;
-    size_t i;
 
-    for (i = 0; i < rows; i++) {
+    for (size_t i = 0; i < rows; i++) {
         high[i] = add ? add[i] : 0.0;
         low[i] = 0.0;
     }
@@ -125,7 +119,7 @@ void perp__multiply_doubled(const perp__matrix *M, const double *x, const double
         by_columns(M, x, high, low);
     else
         by_rows(M, x, high, low);
-    for (i = 0; i < rows; i++) {
+    for (size_t i = 0; i < rows; i++) {
         /* one pair for one value: |low| <= ulp(high) / 2 */
         const double sum = high[i] + low[i];
         const double part = sum - high[i];

@@ -16,7 +16,7 @@ TARGET static void NAME(add_4_columns)(size_t rows, const double *const *a, cons
                                        double *high, double *low)
 {
     const lanes x0 = spread(x[0]), x1 = spread(x[1]), x2 = spread(x[2]), x3 = spread(x[3]);
-    size_t i, k;
+    size_t i;
 
     for (i = 0; i + LANES <= rows; i += LANES) {
         lanes h = load(high + i), l = load(low + i);
@@ -29,7 +29,7 @@ TARGET static void NAME(add_4_columns)(size_t rows, const double *const *a, cons
         store(low + i, l);
     }
     for (; i < rows; i++)
-        for (k = 0; k < 4; k++)
+        for (size_t k = 0; k < 4; k++)
             accumulate(high + i, low + i, a[k][i], x[k]);
 }
 

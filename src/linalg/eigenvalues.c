@@ -40,9 +40,8 @@ static int32_t balancing_exponent(double row, double column)
 static int32_t balance_row(const square *A, int32_t i)
 {
     double row = 0.0, column = 0.0, f;
-    int32_t j;
 
-    for (j = 0; j < A->n; j++)
+    for (int32_t j = 0; j < A->n; j++)
         if (j != i) {
             row += fabs(*at(A, i, j));
             column += fabs(*at(A, j, i));
@@ -52,9 +51,9 @@ static int32_t balance_row(const square *A, int32_t i)
     f = ldexp(1.0, balancing_exponent(row, column));
     if (!(row / f + column * f < 0.95 * (row + column)) || !isfinite(f) || f <= DBL_MIN)
         return 0;
-    for (j = 0; j < A->n; j++)
+    for (int32_t j = 0; j < A->n; j++)
         *at(A, i, j) /= f;
-    for (j = 0; j < A->n; j++)
+    for (int32_t j = 0; j < A->n; j++)
         *at(A, j, i) *= f;
     return 1;
 }
@@ -70,15 +69,13 @@ static void balance(const square *A)
 
 static void exchange(const square *A, int32_t m, int32_t p)
 {
-    int32_t j;
-
-    for (j = m - 1; j < A->n; j++) {
+    for (int32_t j = m - 1; j < A->n; j++) {
         const double kept = *at(A, p, j);
 
         *at(A, p, j) = *at(A, m, j);
         *at(A, m, j) = kept;
     }
-    for (j = 0; j < A->n; j++) {
+    for (int32_t j = 0; j < A->n; j++) {
         const double kept = *at(A, j, p);
 
         *at(A, j, p) = *at(A, j, m);
@@ -88,9 +85,9 @@ static void exchange(const square *A, int32_t m, int32_t p)
 
 static void to_hessenberg(const square *A)
 {
-    int32_t m, i, j, p;
+    int32_t i, p;
 
-    for (m = 1; m < A->n - 1; m++) {
+    for (int32_t m = 1; m < A->n - 1; m++) {
         for (p = m, i = m + 1; i < A->n; i++)
             if (fabs(*at(A, i, m - 1)) > fabs(*at(A, p, m - 1)))
                 p = i;
@@ -102,9 +99,9 @@ static void to_hessenberg(const square *A)
             *at(A, i, m - 1) = 0.0;
             if (y == 0.0)
                 continue;
-            for (j = m; j < A->n; j++)
+            for (int32_t j = m; j < A->n; j++)
                 *at(A, i, j) -= y * *at(A, m, j);
-            for (j = 0; j < A->n; j++)
+            for (int32_t j = 0; j < A->n; j++)
                 *at(A, j, m) += y * *at(A, j, i);
         }
     }
@@ -186,9 +183,8 @@ static void reflect(const square *A, int32_t k, int32_t l, int32_t last, int32_t
     const double p0 = b->p + s, x = p0 / s, y = b->q / s, z = b->r / s;
     const double q = b->q / p0, r = b->r / p0;
     const int32_t bottom = last < k + 3 ? last : k + 3;
-    int32_t i, j;
 
-    for (j = k; j <= last; j++) {
+    for (int32_t j = k; j <= last; j++) {
         double p = *at(A, k, j) + q * *at(A, k + 1, j);
 
         if (three) {
@@ -198,7 +194,7 @@ static void reflect(const square *A, int32_t k, int32_t l, int32_t last, int32_t
         *at(A, k + 1, j) -= p * y;
         *at(A, k, j) -= p * x;
     }
-    for (i = l; i <= bottom; i++) {
+    for (int32_t i = l; i <= bottom; i++) {
         double p = x * *at(A, i, k) + y * *at(A, i, k + 1);
 
         if (three) {
@@ -215,14 +211,13 @@ static void sweep(const square *A, int32_t l, int32_t last, double x, double y, 
 {
     bulge b = {0.0, 0.0, 0.0};
     const int32_t m = sweep_start(A, l, last, x, y, w, &b);
-    int32_t k, i;
 
-    for (i = m + 2; i <= last; i++) {
+    for (int32_t i = m + 2; i <= last; i++) {
         *at(A, i, i - 2) = 0.0;
         if (i != m + 2)
             *at(A, i, i - 3) = 0.0;
     }
-    for (k = m; k < last; k++) {
+    for (int32_t k = m; k < last; k++) {
         const int32_t three = k != last - 1;
         double size = 0.0, s;
 
@@ -291,9 +286,8 @@ static double largest_entry(const square *A)
 {
     const size_t entries = (size_t)A->n * (size_t)A->n;
     double largest = 0.0;
-    size_t k;
 
-    for (k = 0; k < entries; k++)
+    for (size_t k = 0; k < entries; k++)
         perp__raise_to(&largest, fabs(A->a[k]));
     return largest;
 }
@@ -304,12 +298,11 @@ static int32_t scale(const square *A)
 {
     const size_t entries = (size_t)A->n * (size_t)A->n;
     int exponent;
-    size_t k;
 
     frexp(largest_entry(A), &exponent);
     if (abs(exponent) < 200)
         return 0;
-    for (k = 0; k < entries; k++)
+    for (size_t k = 0; k < entries; k++)
         A->a[k] = ldexp(A->a[k], -exponent);
     return exponent;
 }

@@ -8,40 +8,36 @@
 
 PERP__INIT(perp_matrix)
 
-static int is_initialised(const perp_matrix *matrix)
+/* Fills a view that has been initialised. */
+static perp_status fill(perp_matrix *matrix, perp_matrix own)
 {
-    return PERP__CHECK(perp_matrix, NULL, matrix) == PERP_OK;
+    if (PERP__CHECK(perp_matrix, NULL, matrix) != PERP_OK)
+        return PERP_ERROR_ABI;
+    own.reserved = matrix->reserved;
+    perp__struct_write(matrix, &own, sizeof own);
+    return PERP_OK;
 }
 
 perp_status perp_matrix_dense(perp_matrix *matrix, int32_t storage, int32_t rows, int32_t columns,
                               const double *values, int64_t leading_dimension)
 {
-    if (!is_initialised(matrix))
-        return PERP_ERROR_ABI;
-    matrix->storage = storage;
-    matrix->rows = rows;
-    matrix->columns = columns;
-    matrix->leading_dimension = leading_dimension;
-    matrix->values = values;
-    matrix->column_starts = NULL;
-    matrix->row_indices = NULL;
-    return PERP_OK;
+    return fill(matrix, (perp_matrix){.storage = storage,
+                                      .rows = rows,
+                                      .columns = columns,
+                                      .leading_dimension = leading_dimension,
+                                      .values = values});
 }
 
 perp_status perp_matrix_csc(perp_matrix *matrix, int32_t rows, int32_t columns,
                             const int32_t *column_starts, const int32_t *row_indices,
                             const double *values)
 {
-    if (!is_initialised(matrix))
-        return PERP_ERROR_ABI;
-    matrix->storage = PERP_STORAGE_CSC;
-    matrix->rows = rows;
-    matrix->columns = columns;
-    matrix->leading_dimension = 0;
-    matrix->values = values;
-    matrix->column_starts = column_starts;
-    matrix->row_indices = row_indices;
-    return PERP_OK;
+    return fill(matrix, (perp_matrix){.storage = PERP_STORAGE_CSC,
+                                      .rows = rows,
+                                      .columns = columns,
+                                      .values = values,
+                                      .column_starts = column_starts,
+                                      .row_indices = row_indices});
 }
 
 /* Adding one to a biased exponent carries into the sign bit where it is all ones: infinities and
@@ -51,9 +47,8 @@ static int all_finite(const double *values, size_t count)
     const uint64_t exponent_mask = UINT64_C(0x7ff0000000000000);
     const uint64_t exponent_one = UINT64_C(0x0010000000000000);
     uint64_t carries = 0;
-    size_t k;
 
-    for (k = 0; k < count; k++) {
+    for (size_t k = 0; k < count; k++) {
         uint64_t bits;
 
         memcpy(&bits, &values[k], sizeof bits);
@@ -73,7 +68,7 @@ static perp_status read_dense(perp_context *context, const char *name, perp__mat
     const int by_rows = M->storage == PERP_STORAGE_ROW_MAJOR;
     const int32_t lines = by_rows ? M->rows : M->columns;
     const int32_t length = by_rows ? M->columns : M->rows;
-    size_t stride, line, k;
+    size_t stride, k;
 
     if (M->column_starts || M->row_indices)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is dense but %s.%s is not NULL", name,
@@ -89,7 +84,7 @@ static perp_status read_dense(perp_context *context, const char *name, perp__mat
     if (lines > 0 && length > 0 && !M->values)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.values is NULL", name);
     stride = (size_t)M->leading_dimension;
-    for (line = 0; line < (size_t)lines && length > 0; line++) {
+    for (size_t line = 0; line < (size_t)lines && length > 0; line++) {
         const double *values = M->values + line * stride;
 
         if (all_finite(values, (size_t)length))
@@ -104,31 +99,12 @@ static perp_status read_dense(perp_context *context, const char *name, perp__mat
     return PERP_OK;
 }
 
-/* Column starts first: until they are known to be sound nothing else may be read. */
-static perp_status check_column_starts(perp_context *context, const char *name,
-                                       const perp_matrix *M)
-{
-    const int32_t *starts = M->column_starts;
-    int32_t j;
-
-    if (starts[0] != 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts[0] is %d, 0 expected",
-                          name, (int)starts[0]);
-    for (j = 0; j < M->columns; j++)
-        if (starts[j + 1] < starts[j])
-            return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "%s.column_starts[%d] = %d is below %s.column_starts[%d] = %d", name,
-                              (int)j + 1, (int)starts[j + 1], name, (int)j, (int)starts[j]);
-    return PERP_OK;
-}
-
-static perp_status check_column(perp_context *context, const char *name, const perp_matrix *M,
+static perp_status check_column(perp_context *context, const char *name, const perp__matrix *M,
                                 int32_t j)
 {
     const int32_t *rows = M->row_indices;
-    int32_t k;
 
-    for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+    for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
         if (rows[k] < 0 || rows[k] >= M->rows)
             return perp__fail(context, PERP_ERROR_ARGUMENT,
                               "%s.row_indices[%d] = %d in column %d is outside 0 .. %d", name,
@@ -139,37 +115,47 @@ static perp_status check_column(perp_context *context, const char *name, const p
                               "column %d",
                               name, (int)k, (int)rows[k], name, (int)k - 1, (int)rows[k - 1],
                               (int)j);
-        if (!isfinite(M->values[k]))
+        if (M->values && !isfinite(M->values[k]))
             return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s(%d,%d) = %s.values[%d] is %s",
                               name, (int)rows[k], (int)j, name, (int)k, text_of(M->values[k]));
     }
     return PERP_OK;
 }
 
+perp_status perp__matrix_check_csc(perp_context *context, const char *name, const perp__matrix *M)
+{
+    const int32_t *starts = M->column_starts;
+    perp_status status = PERP_OK;
+
+    if (starts[0] != 0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts[0] is %d, 0 expected",
+                          name, (int)starts[0]);
+    for (int32_t j = 0; j < M->columns; j++)
+        if (starts[j + 1] < starts[j])
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "%s.column_starts[%d] = %d is below %s.column_starts[%d] = %d", name,
+                              (int)j + 1, (int)starts[j + 1], name, (int)j, (int)starts[j]);
+    if (starts[M->columns] > 0 && !M->row_indices)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.row_indices is NULL", name);
+    for (int32_t j = 0; j < M->columns && status == PERP_OK; j++)
+        status = check_column(context, name, M, j);
+    return status;
+}
+
 static perp_status read_csc(perp_context *context, const char *name, perp__matrix *read,
                             const perp_matrix *M)
 {
-    perp_status status;
-    int32_t j;
-
     read->row_stride = 1;
     read->column_stride = 1;
-    if (!M->column_starts) {
-        if (M->columns > 0)
-            return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts is NULL", name);
-        return PERP_OK; /* no columns: as good as a dense matrix of no entries */
-    }
-    status = check_column_starts(context, name, M);
-    if (status != PERP_OK)
-        return status;
-    if (M->column_starts[M->columns] > 0 && (!M->row_indices || !M->values))
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.%s is NULL", name,
-                          M->row_indices ? "values" : "row_indices");
-    for (j = 0; j < M->columns && status == PERP_OK; j++)
-        status = check_column(context, name, M, j);
+    if (!M->column_starts && M->columns > 0)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.column_starts is NULL", name);
+    if (!M->column_starts) /* no columns: as good as a dense matrix of no entries */
+        return PERP_OK;
     read->column_starts = M->column_starts;
     read->row_indices = M->row_indices;
-    return status;
+    if (M->column_starts[M->columns] > 0 && M->row_indices && !M->values)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "%s.values is NULL", name);
+    return perp__matrix_check_csc(context, name, read);
 }
 
 perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *own,
@@ -202,4 +188,97 @@ perp_status perp__matrix_read(perp_context *context, const char *name, perp__mat
     if (status == PERP_OK)
         *own = read;
     return status;
+}
+
+/* ---- what hangs together ---- */
+
+/* Whether all lines from j on have an entry other than 0. */
+static int32_t have_entries(const perp__matrix *M, int32_t j)
+{
+    for (; j < M->rows; j++) {
+        const perp__line l = perp__line_of(M, j);
+        int32_t k = 0;
+
+        while (k < l.count && l.values[k] == 0.0)
+            k++;
+        if (k == l.count)
+            return 0;
+    }
+    return 1;
+}
+
+int32_t perp__find_parts(const perp__matrix *M, int32_t *part)
+{
+    const int32_t n = M->rows;
+    /* a line, row or column, is one kind of node, what crosses it the other */
+    const int32_t lines = perp__lines_are_rows(M) ? 0 : n, others = n - lines;
+    int32_t left = n, ask = 1, i, j, k; /* left: parts that the others are in */
+
+    for (i = 0; i < 2 * n; i++)
+        part[i] = i;
+    for (j = 0; j < n; j++) {
+        const perp__line l = perp__line_of(M, j);
+        int32_t root = lines + j, seen = 0; /* nothing has brought in the line yet */
+
+        if (left == 1 && ask && have_entries(M, 0)) { /* the lines hang on to the others */
+            memset(part, 0, 2 * (size_t)n * sizeof *part);
+            return 1;
+        }
+        ask = left > 1;
+        for (k = 0; k < l.count && !(seen && left == 1); k++)
+            if (l.values[k] != 0.0) {
+                const int32_t other = perp__root_of(part, others + (l.indices ? l.indices[k] : k));
+
+                left -= seen && other != root; /* the first only brings in the line itself */
+                seen = 1;
+                root = perp__link(part, root, other);
+            }
+    }
+    return perp__number_parts(part, 2 * n);
+}
+
+/* ---- principal blocks ---- */
+
+void perp__principal_dense(const perp__matrix *M, const perp__index_set *set, double *to,
+                           size_t row_step, size_t column_step)
+{
+    const size_t count = (size_t)set->count;
+
+    if (M->column_starts && count > 0)
+        memset(to, 0, count * count * sizeof *to);
+    for (size_t c = 0; c < count; c++) {
+        const int32_t j = set->active[c];
+        const double *from = M->column_starts ? NULL : M->values + (size_t)j * M->column_stride;
+
+        if (from) {
+            for (size_t r = 0; r < count; r++)
+                to[r * row_step + c * column_step] = from[(size_t)set->active[r] * M->row_stride];
+            continue;
+        }
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            if (set->position[M->row_indices[k]] >= 0)
+                to[(size_t)set->position[M->row_indices[k]] * row_step + c * column_step] =
+                    M->values[k];
+    }
+}
+
+void perp__principal_csc(const perp__matrix *M, const perp__index_set *set, int32_t *starts,
+                         int32_t *rows, double *values)
+{
+    int32_t at = 0, c, k;
+
+    for (c = 0; c < set->count; c++) {
+        const int32_t j = set->active[c];
+
+        starts[c] = at;
+        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t r = set->position[M->row_indices[k]];
+
+            if (r < 0)
+                continue;
+            rows[at] = r;
+            values[at++] = M->values[k];
+        }
+    }
+    starts[set->count] = at;
 }

@@ -21,6 +21,10 @@ typedef struct perp__matrix {
 perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *own,
                               const perp_matrix *caller);
 
+/* Compressed columns, which are there: starts first, since until they are known to be sound nothing
+ * else may be read; then rows, and values unless these are NULL. */
+perp_status perp__matrix_check_csc(perp_context *context, const char *name, const perp__matrix *M);
+
 /* high + low = M x + add in double-double: two_product by fma(), two_sum; the rounding error of the
  * result is of order (n eps)^2 |M||x|. `add` may be NULL. Entries x_j = 0 cost nothing. The order
  * of summation is fixed. high and low: `rows` entries each, may not overlap x or add. */
@@ -33,7 +37,151 @@ void perp__multiply(const perp__matrix *M, const double *x, double *y);
 /* y += M x; M column-major or CSC, and columns with x_j = 0 cost nothing. */
 void perp__multiply_add(const perp__matrix *M, const double *x, double *y);
 
+/* sum_i |x_i|, in the order of i. */
+double perp__sum_of_sizes(const double *x, int32_t n);
+
+/* sum_i M_ij x_i, in the order of i. */
+double perp__column_times(const perp__matrix *M, int32_t j, const double *x);
+
 /* row_sums[i] = sum_j |M_ij| 2^(e_i + e_j) with e = exponents (square M). */
 void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, double *row_sums);
+
+/* ---- the stored lines of a square matrix, columns or rows, and what hangs together through them
+ * ---- */
+
+/* Column j of M, or row j where that is the contiguous one. */
+typedef struct perp__line {
+    int32_t count;
+    const double *values;
+    const int32_t *indices; /* NULL: 0, 1, 2, ... */
+} perp__line;
+
+static inline perp__line perp__line_of(const perp__matrix *M, int32_t j)
+{
+    perp__line l;
+
+    if (M->column_starts) {
+        l.count = M->column_starts[j + 1] - M->column_starts[j];
+        l.values = l.count > 0 ? M->values + M->column_starts[j] : NULL;
+        l.indices = l.count > 0 ? M->row_indices + M->column_starts[j] : NULL;
+    } else {
+        l.count = M->rows;
+        l.values = M->values + (size_t)j * (M->row_stride == 1 ? M->column_stride : M->row_stride);
+        l.indices = NULL;
+    }
+    return l;
+}
+
+/* Whether the lines are rows. */
+static inline int32_t perp__lines_are_rows(const perp__matrix *M)
+{
+    return !M->column_starts && M->row_stride != 1;
+}
+
+/* The entries of M other than 0, one after the other: perp__first, then perp__advance until it is
+ * false. */
+typedef struct perp__cursor {
+    const perp__matrix *M;
+    perp__line line;
+    int32_t at, next; /* the line, and the next of its entries */
+    int32_t i, j;     /* row and column of `value` */
+    double value;
+} perp__cursor;
+
+static inline perp__cursor perp__first(const perp__matrix *M)
+{
+    perp__cursor c = {M, {0, NULL, NULL}, -1, 0, 0, 0, 0.0};
+
+    return c;
+}
+
+static inline int32_t perp__advance(perp__cursor *c)
+{
+    int32_t k = c->next;
+
+    for (;; k = 0) {
+        while (k < c->line.count && c->line.values[k] == 0.0)
+            k++;
+        if (k < c->line.count)
+            break;
+        if (++c->at == c->M->columns)
+            return 0;
+        c->line = perp__line_of(c->M, c->at);
+    }
+    c->value = c->line.values[k];
+    c->i = c->line.indices ? c->line.indices[k] : k;
+    c->j = c->at;
+    c->next = k + 1;
+    if (perp__lines_are_rows(c->M)) {
+        c->j = c->i;
+        c->i = c->at;
+    }
+    return 1;
+}
+
+/* Lowest index of i's part so far, in a forest of parents with lower indices. */
+static inline int32_t perp__root_of(int32_t *parents, int32_t i)
+{
+    while (parents[i] != i) {
+        parents[i] = parents[parents[i]];
+        i = parents[i];
+    }
+    return i;
+}
+
+/* Puts the parts of two roots into one. Returns its root. */
+static inline int32_t perp__link(int32_t *parents, int32_t a, int32_t b)
+{
+    if (a < b)
+        parents[b] = a;
+    else
+        parents[a] = b;
+    return a < b ? a : b;
+}
+
+/* Puts i and j into one part. True if they were in two. */
+static inline int32_t perp__join(int32_t *parents, int32_t i, int32_t j)
+{
+    const int32_t a = perp__root_of(parents, i), b = perp__root_of(parents, j);
+
+    perp__link(parents, a, b);
+    return a != b;
+}
+
+/* Numbers the parts of a forest 0, 1, ... in the order of their lowest indices: parents[i] becomes
+ * the number of i's part. Returns how many there are. */
+static inline int32_t perp__number_parts(int32_t *parents, int32_t n)
+{
+    int32_t count = 0, i;
+
+    for (i = 0; i < n; i++) /* a parent is lower, so it has its number, coded as -1 - number */
+        parents[i] = parents[i] == i ? -1 - count++ : parents[parents[i]];
+    for (i = 0; i < n; i++)
+        parents[i] = -1 - parents[i];
+    return count;
+}
+
+/* part[i] := number of the part of M that row i belongs to, part[n + j] := that of column j: parts
+ * share no entry other than 0. Rows and columns apart, because complementarity couples z_i and w_i
+ * by signs alone, not by size. Returns how many there are. part: 2 n entries. */
+int32_t perp__find_parts(const perp__matrix *M, int32_t *part);
+
+/* ---- principal blocks: the rows and columns of a square matrix that an index list names ---- */
+
+typedef struct perp__index_set {
+    int32_t count;
+    const int32_t *active;   /* count indices, increasing */
+    const int32_t *position; /* rows of M: place in `active`, or -1 */
+} perp__index_set;
+
+/* Entry (r,c) of the block to to[r * row_step + c * column_step]; one step is 1, the other count.
+ */
+void perp__principal_dense(const perp__matrix *M, const perp__index_set *set, double *to,
+                           size_t row_step, size_t column_step);
+
+/* The same in CSC, from a CSC matrix: starts has count + 1 entries, rows and values room for as
+ * many as M has. */
+void perp__principal_csc(const perp__matrix *M, const perp__index_set *set, int32_t *starts,
+                         int32_t *rows, double *values);
 
 #endif

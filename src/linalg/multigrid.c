@@ -8,25 +8,23 @@ void perp__coarse_values(const perp__level *fine, const double *fine_values, con
                          const perp__level *coarse, double *values, double *inverse_diagonal,
                          double *sums)
 {
-    int32_t a, r, k, p;
-
-    for (a = 0; a < coarse->n; a++) {
-        for (r = fine->r_starts[a]; r < fine->r_starts[a + 1]; r++) {
+    for (int32_t a = 0; a < coarse->n; a++) {
+        for (int32_t r = fine->r_starts[a]; r < fine->r_starts[a + 1]; r++) {
             const int32_t i = fine->r_rows[r];
 
             if (inside && !inside[i])
                 continue;
-            for (k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
+            for (int32_t k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
                 const int32_t j = fine->rows[k];
                 const double product = fine->r_values[r] * fine_values[k];
 
                 if (inside && !inside[j])
                     continue;
-                for (p = fine->p_starts[j]; p < fine->p_starts[j + 1]; p++)
+                for (int32_t p = fine->p_starts[j]; p < fine->p_starts[j + 1]; p++)
                     sums[fine->p_columns[p]] += product * fine->p_values[p];
             }
         }
-        for (k = coarse->starts[a]; k < coarse->starts[a + 1]; k++) {
+        for (int32_t k = coarse->starts[a]; k < coarse->starts[a + 1]; k++) {
             double value = sums[coarse->rows[k]];
 
             sums[coarse->rows[k]] = 0.0;
@@ -44,10 +42,9 @@ void perp__multigrid_change_block(perp__multigrid *grid, int32_t top, const int3
                                   int32_t count)
 {
     perp__level *level = &grid->level[top];
-    int32_t k;
 
     memset(level->inside, 0, (size_t)level->n * sizeof *level->inside);
-    for (k = 0; k < count; k++) {
+    for (int32_t k = 0; k < count; k++) {
         level->active[k] = active[k];
         level->inside[active[k]] = 1;
     }
@@ -58,11 +55,10 @@ int32_t perp__multigrid_take_block(perp__multigrid *grid, int32_t top, const int
                                    int32_t count)
 {
     const perp__level *bottom = &grid->level[grid->levels - 1];
-    int32_t k;
 
     grid->top = top;
     perp__multigrid_change_block(grid, top, active, count);
-    for (k = top; k + 1 < grid->levels; k++) {
+    for (int32_t k = top; k + 1 < grid->levels; k++) {
         const perp__level *fine = &grid->level[k];
 
         perp__coarse_values(fine, k == top ? fine->values : fine->block_values,
@@ -85,24 +81,19 @@ typedef struct rows {
 
 static rows rows_of(const perp__multigrid *grid, int32_t k)
 {
-    const perp__level *level = &grid->level[k];
-    rows r;
+    const perp__level *l = &grid->level[k];
+    const rows block = {l, l->values, l->inverse_diagonal, l->active, l->active_count};
+    const rows all = {l, l->block_values, l->block_inverse_diagonal, NULL, l->n};
 
-    r.level = level;
-    r.values = k == grid->top ? level->values : level->block_values;
-    r.inverse_diagonal = k == grid->top ? level->inverse_diagonal : level->block_inverse_diagonal;
-    r.list = k == grid->top ? level->active : NULL;
-    r.count = k == grid->top ? level->active_count : level->n;
-    return r;
+    return k == grid->top ? block : all;
 }
 
 static double row_times(const rows *r, int32_t i, const double *x)
 {
     const perp__level *level = r->level;
     double sum = 0.0;
-    int32_t k;
 
-    for (k = level->starts[i]; k < level->starts[i + 1]; k++)
+    for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++)
         sum += r->values[k] * x[level->rows[k]];
     return sum;
 }
@@ -125,14 +116,14 @@ static void restrict_residual(const rows *r, const double *b, const double *x,
                               const perp__level *coarse)
 {
     const perp__level *level = r->level;
-    int32_t k, p;
+    int32_t k;
 
     memset(coarse->b, 0, (size_t)coarse->n * sizeof(double));
     for (k = 0; k < r->count; k++) {
         const int32_t i = r->list ? r->list[k] : k;
         const double residual = b[i] - row_times(r, i, x);
 
-        for (p = level->p_starts[i]; p < level->p_starts[i + 1]; p++)
+        for (int32_t p = level->p_starts[i]; p < level->p_starts[i + 1]; p++)
             coarse->b[level->p_columns[p]] += level->p_values[p] * residual;
     }
 }
@@ -141,13 +132,13 @@ static void restrict_residual(const rows *r, const double *b, const double *x,
 static void prolong(const rows *r, const double *coarse_x, double *x)
 {
     const perp__level *level = r->level;
-    int32_t k, p;
+    int32_t k;
 
     for (k = 0; k < r->count; k++) {
         const int32_t i = r->list ? r->list[k] : k;
         double sum = 0.0;
 
-        for (p = level->p_starts[i]; p < level->p_starts[i + 1]; p++)
+        for (int32_t p = level->p_starts[i]; p < level->p_starts[i + 1]; p++)
             sum += level->p_values[p] * coarse_x[level->p_columns[p]];
         x[i] += sum;
     }
@@ -181,9 +172,8 @@ static void cycle(perp__multigrid *grid, const double *b, double *x)
 static double dot(const rows *r, const double *x, const double *y)
 {
     double sum = 0.0;
-    int32_t k;
 
-    for (k = 0; k < r->count; k++)
+    for (int32_t k = 0; k < r->count; k++)
         sum += x[r->list[k]] * y[r->list[k]];
     return sum;
 }
@@ -192,14 +182,13 @@ static double dot(const rows *r, const double *x, const double *y)
 static double new_direction(perp__multigrid *grid, const rows *r, double beta)
 {
     double curvature = 0.0;
-    int32_t k;
 
-    for (k = 0; k < r->count; k++) {
+    for (int32_t k = 0; k < r->count; k++) {
         const int32_t i = r->list[k];
 
         grid->direction[i] = grid->preconditioned[i] + beta * grid->direction[i];
     }
-    for (k = 0; k < r->count; k++) {
+    for (int32_t k = 0; k < r->count; k++) {
         const int32_t i = r->list[k];
 
         grid->product[i] = row_times(r, i, grid->direction);
@@ -217,7 +206,7 @@ int32_t perp__multigrid_solve(perp__multigrid *grid, double *b, double *x, doubl
     const size_t bytes = (size_t)r.level->n * sizeof(double);
     const double square = tolerance * tolerance, goal = square * dot(&r, b, b);
     double first = 0.0, rho = 0.0;
-    int32_t steps, k;
+    int32_t steps;
 
     if (!isfinite(goal))
         return -1;
@@ -238,7 +227,7 @@ int32_t perp__multigrid_solve(perp__multigrid *grid, double *b, double *x, doubl
         if (!(rho > 0.0) || !(curvature > 0.0))
             return -1;
         length = rho / curvature;
-        for (k = 0; k < r.count; k++) {
+        for (int32_t k = 0; k < r.count; k++) {
             const int32_t i = r.list[k];
 
             x[i] += length * grid->direction[i];

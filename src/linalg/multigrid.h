@@ -77,14 +77,6 @@ int32_t perp__multigrid_solve(perp__multigrid *grid, double *b, double *x, doubl
 
 /* ---- parts ---- */
 
-/* Fills level->near_null. */
-void perp__find_near_null(const perp__level *level);
-
-/* Fills level->aggregate and level->coarse. Rows are coupled if S_ij < 0 and S_ij^2 > threshold^2
- * S_ii S_jj. */
-void perp__aggregate(perp__level *level, double threshold);
-int32_t perp__is_coupled(const perp__level *level, double threshold, int32_t i, int32_t k);
-
 /* Values and inverse diagonal of P' S P, for the pattern of `coarse`; only rows with inside[i] take
  * part if it is not NULL. sums: zeroed, and left so. */
 void perp__coarse_values(const perp__level *fine, const double *fine_values, const int8_t *inside,

@@ -5,6 +5,125 @@
 #include "base/context.h"
 #include "linalg/multigrid.h"
 
+/* ---- which rows form a coarse variable: rows that are strongly coupled (Vanek, Mandel & Brezina
+ * 1996, section 5) ---- */
+
+#define PERP__FEW_SWEEPS 2
+#define PERP__MANY_SWEEPS 10
+
+static int32_t is_coupled(const perp__level *level, double threshold, int32_t i, int32_t k)
+{
+    const int32_t j = level->rows[k];
+    const double value = level->values[k];
+
+    return value < 0.0 && j != i &&
+           value * value * level->inverse_diagonal[i] * level->inverse_diagonal[j] >
+               threshold * threshold;
+}
+
+/* One symmetric Gauss-Seidel sweep on S t = 0, keeping t positive. Returns how many rows changed by
+ * more than a twentieth. */
+static int32_t sweep(const perp__level *level)
+{
+    const int32_t n = level->n;
+    double *t = level->near_null;
+    int32_t changes = 0, step, k;
+
+    for (step = 0; step < 2 * n; step++) {
+        const int32_t i = step < n ? step : 2 * n - 1 - step;
+        double sum = 0.0, before = t[i];
+
+        for (k = level->starts[i]; k < level->starts[i + 1]; k++)
+            sum += level->values[k] * t[level->rows[k]];
+        t[i] = fmax(before - sum * level->inverse_diagonal[i], 0x1p-10 * before);
+        changes += step < n && fabs(t[i] - before) > 0.05 * before;
+    }
+    return changes;
+}
+
+/* From t = 1. Where neighbouring rows differ in scale, as across a jump of a coefficient, many rows
+ * change and it takes more sweeps. */
+static void find_near_null(const perp__level *level)
+{
+    int32_t sweeps, limit = PERP__FEW_SWEEPS, i;
+
+    for (i = 0; i < level->n; i++)
+        level->near_null[i] = 1.0;
+    for (sweeps = 0; sweeps < limit; sweeps++)
+        if (sweep(level) > level->n / 10)
+            limit = PERP__MANY_SWEEPS;
+}
+
+/* A row whose strong neighbours are all unclaimed starts an aggregate with them. Rows without
+ * strong neighbours belong to none: sweeps alone solve for them. */
+static void start_aggregates(perp__level *level, double threshold)
+{
+    int32_t *aggregate = level->aggregate;
+
+    for (int32_t i = 0; i < level->n; i++)
+        aggregate[i] = -1;
+    for (int32_t i = 0; i < level->n; i++) {
+        int32_t strong = 0, claimed = aggregate[i] >= 0;
+
+        for (int32_t k = level->starts[i]; k < level->starts[i + 1] && !claimed; k++)
+            if (is_coupled(level, threshold, i, k)) {
+                strong++;
+                claimed = aggregate[level->rows[k]] >= 0;
+            }
+        if (claimed || strong == 0)
+            continue;
+        for (int32_t k = level->starts[i]; k < level->starts[i + 1]; k++)
+            if (is_coupled(level, threshold, i, k))
+                aggregate[level->rows[k]] = level->coarse;
+        aggregate[i] = level->coarse++;
+    }
+}
+
+/* The aggregate of the strongest neighbour that has one, or -1. */
+static int32_t strongest(const perp__level *level, double threshold, int32_t i)
+{
+    double largest = 0.0;
+    int32_t found = -1, k;
+
+    for (k = level->starts[i]; k < level->starts[i + 1]; k++) {
+        const int32_t j = level->rows[k];
+
+        if (level->aggregate[j] >= 0 && -level->values[k] > largest &&
+            is_coupled(level, threshold, i, k)) {
+            largest = -level->values[k];
+            found = level->aggregate[j];
+        }
+    }
+    return found;
+}
+
+/* What is left next to an aggregate joins it; -2 - a until all have chosen. */
+static void join_aggregates(perp__level *level, double threshold)
+{
+    int32_t *aggregate = level->aggregate;
+
+    for (int32_t i = 0; i < level->n; i++)
+        if (aggregate[i] == -1) {
+            const int32_t a = strongest(level, threshold, i);
+
+            aggregate[i] = a < 0 ? -1 : -2 - a;
+        }
+    for (int32_t i = 0; i < level->n; i++)
+        if (aggregate[i] < -1)
+            aggregate[i] = -2 - aggregate[i];
+}
+
+/* Fills level->aggregate and level->coarse. Rows are coupled if S_ij < 0 and S_ij^2 > threshold^2
+ * S_ii S_jj. */
+static void form_aggregates(perp__level *level, double threshold)
+{
+    level->coarse = 0;
+    start_aggregates(level, threshold);
+    join_aggregates(level, threshold);
+}
+
+/* ---- memory ---- */
+
 #define PERP__COARSEST 100      /* rows: from here on a factorisation costs next to nothing */
 #define PERP__SLOWEST 0.8       /* coarse rows per row: coarsening as slow as that does not pay */
 #define PERP__THRESHOLD 0.08    /* on the finest level, half as much on each coarser one */
@@ -12,15 +131,13 @@
 
 void perp__multigrid_init(perp__multigrid *grid, perp_context *context)
 {
-    int32_t k;
-
     memset(grid, 0, sizeof *grid);
     grid->context = context;
     perp__arena_init(&grid->arena, context);
     perp__arena_init(&grid->bottom_arena, context);
     perp__arena_init(&grid->bottom.arena, context);
     perp__arena_init(&grid->bottom.factor_arena, context);
-    for (k = 0; k < PERP__LEVELS; k++) {
+    for (int32_t k = 0; k < PERP__LEVELS; k++) {
         perp__arena_init(&grid->level[k].arena, context);
         perp__arena_init(&grid->level[k].transfer_arena, context);
         perp__arena_init(&grid->level[k].matrix_arena, context);
@@ -29,9 +146,7 @@ void perp__multigrid_init(perp__multigrid *grid, perp_context *context)
 
 void perp__multigrid_release(perp__multigrid *grid)
 {
-    int32_t k;
-
-    for (k = 0; k < PERP__LEVELS; k++) {
+    for (int32_t k = 0; k < PERP__LEVELS; k++) {
         perp__arena_release(&grid->level[k].arena);
         perp__arena_release(&grid->level[k].transfer_arena);
         perp__arena_release(&grid->level[k].matrix_arena);
@@ -47,11 +162,8 @@ static void layout(perp__arena *arena, void *object)
     perp__multigrid *grid = object;
     const size_t n = (size_t)grid->level[0].n;
 
-    grid->sums = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &grid->sums, &grid->direction, &grid->product, &grid->preconditioned);
     grid->marks = perp__arena_take(arena, n, sizeof(int32_t));
-    grid->direction = perp__arena_take(arena, n, sizeof(double));
-    grid->product = perp__arena_take(arena, n, sizeof(double));
-    grid->preconditioned = perp__arena_take(arena, n, sizeof(double));
 }
 
 static void layout_bottom(perp__arena *arena, void *object)
@@ -66,13 +178,10 @@ static void layout_level(perp__arena *arena, void *object)
     perp__level *level = object;
     const size_t n = (size_t)level->n;
 
-    level->inverse_diagonal = perp__arena_take(arena, n, sizeof(double));
-    level->block_inverse_diagonal = perp__arena_take(arena, n, sizeof(double));
-    level->near_null = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &level->inverse_diagonal, &level->block_inverse_diagonal,
+                  &level->near_null, &level->x, &level->b);
     level->aggregate = perp__arena_take(arena, n, sizeof(int32_t));
     level->p_starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
-    level->x = perp__arena_take(arena, n, sizeof(double));
-    level->b = perp__arena_take(arena, n, sizeof(double));
     level->inside = perp__arena_take(arena, n, sizeof(int8_t));
     level->active = perp__arena_take(arena, n, sizeof(int32_t));
 }
@@ -81,11 +190,9 @@ static void layout_transfer(perp__arena *arena, void *object)
 {
     perp__level *level = object;
 
-    level->p_columns = perp__arena_take(arena, level->p_entries, sizeof(int32_t));
-    level->p_values = perp__arena_take(arena, level->p_entries, sizeof(double));
+    PERP__INTEGERS(arena, level->p_entries, &level->p_columns, &level->r_rows);
+    PERP__DOUBLES(arena, level->p_entries, &level->p_values, &level->r_values);
     level->r_starts = perp__arena_take(arena, (size_t)level->coarse + 1, sizeof(int32_t));
-    level->r_rows = perp__arena_take(arena, level->p_entries, sizeof(int32_t));
-    level->r_values = perp__arena_take(arena, level->p_entries, sizeof(double));
 }
 
 /* The finest level borrows the caller's pattern. */
@@ -102,15 +209,13 @@ static void layout_matrix(perp__arena *arena, void *object)
 
     level->own_starts = perp__arena_take(arena, (size_t)level->n + 1, sizeof(int32_t));
     level->own_rows = perp__arena_take(arena, level->entries, sizeof(int32_t));
-    level->own_values = perp__arena_take(arena, level->entries, sizeof(double));
-    level->block_values = perp__arena_take(arena, level->entries, sizeof(double));
+    PERP__DOUBLES(arena, level->entries, &level->own_values, &level->block_values);
 }
 
 static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, const double *scale)
 {
     perp__level *level = &grid->level[0];
     perp_status status;
-    int32_t j, k;
 
     level->n = M->columns;
     level->starts = M->column_starts;
@@ -123,9 +228,9 @@ static perp_status read_finest(perp__multigrid *grid, const perp__matrix *M, con
         status = perp__arena_fit(&level->matrix_arena, layout_finest, level);
     if (status != PERP_OK)
         return status;
-    for (j = 0; j < level->n; j++) {
+    for (int32_t j = 0; j < level->n; j++) {
         grid->sums[j] = 0.0;
-        for (k = level->starts[j]; k < level->starts[j + 1]; k++) {
+        for (int32_t k = level->starts[j]; k < level->starts[j + 1]; k++) {
             const int32_t i = level->rows[k];
 
             level->own_values[k] = M->values[k] * (scale[i] * scale[j]);
@@ -144,10 +249,9 @@ static double filtered_diagonal(const perp__level *fine, double threshold, int32
     const double *t = fine->near_null;
     const double diagonal = 1.0 / fine->inverse_diagonal[i];
     double weak = 0.0;
-    int32_t k;
 
-    for (k = fine->starts[i]; k < fine->starts[i + 1]; k++)
-        if (fine->rows[k] != i && !perp__is_coupled(fine, threshold, i, k))
+    for (int32_t k = fine->starts[i]; k < fine->starts[i + 1]; k++)
+        if (fine->rows[k] != i && !is_coupled(fine, threshold, i, k))
             weak += fine->values[k] * t[fine->rows[k]];
     return fmax(diagonal + weak / t[i], 0.1 * diagonal);
 }
@@ -184,7 +288,7 @@ static int32_t prolongation_row(const perp__level *fine, const double *coarse_nu
     for (k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
         const int32_t j = fine->rows[k], a = fine->aggregate[j];
 
-        if (a < 0 || !perp__is_coupled(fine, threshold, i, k))
+        if (a < 0 || !is_coupled(fine, threshold, i, k))
             continue;
         place = place_of(fine, a, start, &end, marks, writes);
         if (writes)
@@ -196,12 +300,10 @@ static int32_t prolongation_row(const perp__level *fine, const double *coarse_nu
 static void fill_prolongation(perp__multigrid *grid, perp__level *fine, const double *coarse_null,
                               double threshold, int32_t writes)
 {
-    int32_t i;
-
-    for (i = 0; i < fine->coarse; i++)
+    for (int32_t i = 0; i < fine->coarse; i++)
         grid->marks[i] = -1;
     fine->p_starts[0] = 0;
-    for (i = 0; i < fine->n; i++)
+    for (int32_t i = 0; i < fine->n; i++)
         fine->p_starts[i + 1] =
             prolongation_row(fine, coarse_null, threshold, i, grid->marks, writes);
 }
@@ -209,22 +311,21 @@ static void fill_prolongation(perp__multigrid *grid, perp__level *fine, const do
 static void transpose(perp__level *fine)
 {
     int32_t *starts = fine->r_starts;
-    int32_t i, k;
 
-    for (i = 0; i <= fine->coarse; i++)
+    for (int32_t i = 0; i <= fine->coarse; i++)
         starts[i] = 0;
-    for (k = 0; k < fine->p_starts[fine->n]; k++)
+    for (int32_t k = 0; k < fine->p_starts[fine->n]; k++)
         starts[fine->p_columns[k] + 1]++;
-    for (i = 0; i < fine->coarse; i++)
+    for (int32_t i = 0; i < fine->coarse; i++)
         starts[i + 1] += starts[i];
-    for (i = 0; i < fine->n; i++)
-        for (k = fine->p_starts[i]; k < fine->p_starts[i + 1]; k++) {
+    for (int32_t i = 0; i < fine->n; i++)
+        for (int32_t k = fine->p_starts[i]; k < fine->p_starts[i + 1]; k++) {
             const int32_t at = starts[fine->p_columns[k]]++;
 
             fine->r_rows[at] = i;
             fine->r_values[at] = fine->p_values[k];
         }
-    for (i = fine->coarse; i > 0; i--)
+    for (int32_t i = fine->coarse; i > 0; i--)
         starts[i] = starts[i - 1];
     starts[0] = 0;
 }
@@ -232,18 +333,16 @@ static void transpose(perp__level *fine)
 /* The mean of t over each aggregate. */
 static void coarsen_null(const perp__level *fine, const perp__level *coarse, int32_t *counts)
 {
-    int32_t i;
-
-    for (i = 0; i < coarse->n; i++) {
+    for (int32_t i = 0; i < coarse->n; i++) {
         coarse->near_null[i] = 0.0;
         counts[i] = 0;
     }
-    for (i = 0; i < fine->n; i++)
+    for (int32_t i = 0; i < fine->n; i++)
         if (fine->aggregate[i] >= 0) {
             coarse->near_null[fine->aggregate[i]] += fine->near_null[i];
             counts[fine->aggregate[i]]++;
         }
-    for (i = 0; i < coarse->n; i++)
+    for (int32_t i = 0; i < coarse->n; i++)
         coarse->near_null[i] /= counts[i];
 }
 
@@ -252,20 +351,19 @@ static size_t coarse_pattern(const perp__level *fine, const perp__level *coarse,
                              int32_t writes)
 {
     size_t entries = 0;
-    int32_t a, r, k, p;
 
-    for (a = 0; a < fine->coarse; a++)
+    for (int32_t a = 0; a < fine->coarse; a++)
         marks[a] = -1;
-    for (a = 0; a < fine->coarse; a++) {
+    for (int32_t a = 0; a < fine->coarse; a++) {
         if (writes)
             coarse->own_starts[a] = (int32_t)entries;
-        for (r = fine->r_starts[a]; r < fine->r_starts[a + 1]; r++) {
+        for (int32_t r = fine->r_starts[a]; r < fine->r_starts[a + 1]; r++) {
             const int32_t i = fine->r_rows[r];
 
-            for (k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
+            for (int32_t k = fine->starts[i]; k < fine->starts[i + 1]; k++) {
                 const int32_t j = fine->rows[k];
 
-                for (p = fine->p_starts[j]; p < fine->p_starts[j + 1]; p++) {
+                for (int32_t p = fine->p_starts[j]; p < fine->p_starts[j + 1]; p++) {
                     if (marks[fine->p_columns[p]] == a)
                         continue;
                     marks[fine->p_columns[p]] = a;
@@ -326,7 +424,7 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
     fine->coarse = 0;
     if (fine->n <= PERP__COARSEST || k + 1 == PERP__LEVELS)
         return PERP_OK;
-    perp__aggregate(fine, threshold);
+    form_aggregates(fine, threshold);
     if (fine->coarse > PERP__SLOWEST * fine->n)
         fine->coarse = 0;
     if (fine->coarse == 0)
@@ -344,23 +442,18 @@ static perp_status make_level(perp__multigrid *grid, int32_t k)
 static perp_status make_bottom(perp__multigrid *grid)
 {
     const perp__level *level = &grid->level[grid->levels - 1];
-    perp__matrix *M = &grid->bottom_matrix;
+    const perp__matrix M = {level->n, level->n, 0, 0, level->values, level->starts, level->rows};
     perp_status status;
-    int32_t i;
 
-    memset(M, 0, sizeof *M);
-    M->rows = M->columns = level->n;
-    M->column_starts = level->starts;
-    M->row_indices = level->rows;
-    M->values = level->values;
+    grid->bottom_matrix = M;
     status = perp__arena_fit(&grid->bottom_arena, layout_bottom, grid);
-    for (i = 0; i < level->n && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < level->n && status == PERP_OK; i++) {
         grid->ones[i] = 1.0;
         level->active[i] = i;
     }
-    return status == PERP_OK
-               ? perp__sparse_cholesky_analyse(&grid->bottom, grid->context, M, grid->ones)
-               : status;
+    return status == PERP_OK ? perp__sparse_cholesky_analyse(&grid->bottom, grid->context,
+                                                             &grid->bottom_matrix, grid->ones)
+                             : status;
 }
 
 perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, const double *scale)
@@ -370,7 +463,7 @@ perp_status perp__multigrid_build(perp__multigrid *grid, const perp__matrix *M, 
 
     grid->levels = 0;
     if (status == PERP_OK)
-        perp__find_near_null(&grid->level[0]);
+        find_near_null(&grid->level[0]);
     while (status == PERP_OK) {
         status = make_level(grid, k);
         if (grid->level[k].coarse == 0)

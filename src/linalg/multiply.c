@@ -12,9 +12,8 @@ PERP__KERNEL static void add_4_columns_loops(size_t rows, const double *const *a
 {
     const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3];
     const double x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3];
-    size_t i;
 
-    for (i = 0; i < rows; i++)
+    for (size_t i = 0; i < rows; i++)
         y[i] = (((y[i] + a0[i] * x0) + a1[i] * x1) + a2[i] * x2) + a3[i] * x3;
 }
 PERP__MULTIVERSION(add_4_columns, (size_t rows, const double *const *a, const double *x, double *y),
@@ -24,17 +23,15 @@ PERP__KERNEL static void by_rows_loops(const perp__matrix *M, const double *x, d
 {
     const size_t columns = (size_t)M->columns;
     const size_t whole = columns - columns % LANES;
-    int32_t i;
-    size_t j, lane;
 
-    for (i = 0; i < M->rows; i++) {
+    for (int32_t i = 0; i < M->rows; i++) {
         const double *a = M->values + (size_t)i * M->row_stride;
         double sums[LANES] = {0.0};
 
-        for (j = 0; j < whole; j += LANES)
-            for (lane = 0; lane < LANES; lane++)
+        for (size_t j = 0; j < whole; j += LANES)
+            for (size_t lane = 0; lane < LANES; lane++)
                 sums[lane] += a[j + lane] * x[j + lane];
-        for (j = whole; j < columns; j++)
+        for (size_t j = whole; j < columns; j++)
             sums[j - whole] += a[j] * x[j];
         y[i] = ((sums[0] + sums[1]) + (sums[2] + sums[3])) +
                ((sums[4] + sums[5]) + (sums[6] + sums[7]));
@@ -49,9 +46,8 @@ static void by_columns(const perp__matrix *M, const double *x, double *y)
     const double *columns[4];
     double factors[4];
     size_t pending = 0, i, k;
-    int32_t j;
 
-    for (j = 0; j < M->columns; j++) {
+    for (int32_t j = 0; j < M->columns; j++) {
         if (x[j] == 0.0)
             continue;
         columns[pending] = M->values + (size_t)j * M->column_stride;
@@ -68,12 +64,10 @@ static void by_columns(const perp__matrix *M, const double *x, double *y)
 
 static void by_sparse_columns(const perp__matrix *M, const double *x, double *y)
 {
-    int32_t j, k;
-
-    for (j = 0; j < M->columns; j++) {
+    for (int32_t j = 0; j < M->columns; j++) {
         if (x[j] == 0.0)
             continue;
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             y[M->row_indices[k]] += M->values[k] * x[j];
     }
 }
@@ -88,15 +82,36 @@ void perp__multiply_add(const perp__matrix *M, const double *x, double *y)
 
 void perp__multiply(const perp__matrix *M, const double *x, double *y)
 {
-    int32_t i;
-
     if (!M->column_starts && M->row_stride != 1) {
         by_rows(M, x, y);
         return;
     }
-    for (i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < M->rows; i++)
         y[i] = 0.0;
     perp__multiply_add(M, x, y);
+}
+
+double perp__sum_of_sizes(const double *x, int32_t n)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < n; i++)
+        sum += fabs(x[i]);
+    return sum;
+}
+
+double perp__column_times(const perp__matrix *M, int32_t j, const double *x)
+{
+    const double *column = M->values + (size_t)j * M->column_stride;
+    double sum = 0.0;
+
+    if (M->column_starts)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            sum += M->values[k] * x[M->row_indices[k]];
+    else
+        for (int32_t i = 0; i < M->rows; i++)
+            sum += column[(size_t)i * M->row_stride] * x[i];
+    return sum;
 }
 
 /* |value| 2^(a + b) */
@@ -112,9 +127,7 @@ PERP__KERNEL static double scaled(double value, int32_t a, int32_t b)
 PERP__KERNEL static void add_norms_loops(int32_t rows, const double *a, const int32_t *e,
                                          int32_t e_j, double *restrict sums)
 {
-    int32_t i;
-
-    for (i = 0; i < rows; i++)
+    for (int32_t i = 0; i < rows; i++)
         sums[i] += scaled(a[i], e[i], e_j);
 }
 PERP__MULTIVERSION(add_norms,
@@ -123,16 +136,16 @@ PERP__MULTIVERSION(add_norms,
 
 PERP__KERNEL static void row_norms_loops(const perp__matrix *M, const int32_t *e, double *sums)
 {
-    int32_t i, j, lane;
+    int32_t j;
 
-    for (i = 0; i < M->rows; i++) {
+    for (int32_t i = 0; i < M->rows; i++) {
         const double *a = M->values + (size_t)i * M->row_stride;
         double s[LANES] = {0.0};
 
         for (j = 0; j + LANES <= M->columns; j += LANES)
-            for (lane = 0; lane < LANES; lane++)
+            for (int32_t lane = 0; lane < LANES; lane++)
                 s[lane] += scaled(a[j + lane], e[i], e[j + lane]);
-        for (lane = 0; j < M->columns; j++, lane++)
+        for (int32_t lane = 0; j < M->columns; j++, lane++)
             s[lane] += scaled(a[j], e[i], e[j]);
         sums[i] = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
     }
@@ -141,10 +154,8 @@ PERP__MULTIVERSION(row_norms, (const perp__matrix *M, const int32_t *e, double *
 
 static void sparse_row_norms(const perp__matrix *M, const int32_t *e, double *sums)
 {
-    int32_t j, k;
-
-    for (j = 0; j < M->columns; j++)
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+    for (int32_t j = 0; j < M->columns; j++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
 
             sums[i] += scaled(M->values[k], e[i], e[j]);
@@ -153,14 +164,12 @@ static void sparse_row_norms(const perp__matrix *M, const int32_t *e, double *su
 
 void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, double *row_sums)
 {
-    int32_t i, j;
-
-    for (i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < M->rows; i++)
         row_sums[i] = 0.0;
     if (M->column_starts)
         sparse_row_norms(M, exponents, row_sums);
     else if (M->row_stride == 1)
-        for (j = 0; j < M->columns; j++)
+        for (int32_t j = 0; j < M->columns; j++)
             add_norms(M->rows, M->values + (size_t)j * M->column_stride, exponents, exponents[j],
                       row_sums);
     else

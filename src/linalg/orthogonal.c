@@ -16,18 +16,15 @@
 static double dot(const double *a, const double *b, int32_t n)
 {
     double sum = 0.0;
-    int32_t i;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         sum += a[i] * b[i];
     return sum;
 }
 
 static void add(double *y, double s, const double *x, int32_t n)
 {
-    int32_t i;
-
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         y[i] += s * x[i];
 }
 
@@ -80,11 +77,10 @@ static double new_direction(double *q, const double *row, double norm, double ta
 {
     double eta = target / norm;
     double length;
-    int32_t i, k;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         q[i] = row[i] / norm;
-    for (k = 0; k < rank; k++) { /* a second time: the first leaves rounding / norm */
+    for (int32_t k = 0; k < rank; k++) { /* a second time: the first leaves rounding / norm */
         const double *b = basis + (size_t)k * (size_t)n;
         const span s = span_of(b, n);
         double share = dot(b + s.first, q + s.first, s.count);
@@ -95,7 +91,7 @@ static double new_direction(double *q, const double *row, double norm, double ta
         eta -= share * dot(b + s.first, particular + s.first, s.count);
     }
     length = length_of(q, n);
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         q[i] /= length;
     return eta / length;
 }
@@ -116,11 +112,11 @@ static void remove_direction(double *row, double *target, double *norm, const do
 int32_t perp__orthogonal_rows(double *rows, double *targets, int32_t *taken, double *norms,
                               double *basis, double *particular, int32_t m, int32_t n)
 {
-    int32_t rank, pick, i;
+    int32_t rank, pick;
 
     memset(taken, 0, (size_t)m * sizeof *taken);
     memset(particular, 0, (size_t)n * sizeof *particular);
-    for (i = 0; i < m; i++)
+    for (int32_t i = 0; i < m; i++)
         norms[i] = length_of(rows + (size_t)i * (size_t)n, n);
     for (rank = 0; rank < n; rank++) {
         double *q = basis + (size_t)rank * (size_t)n;
@@ -136,7 +132,7 @@ int32_t perp__orthogonal_rows(double *rows, double *targets, int32_t *taken, dou
         norms[pick] = 0.0;
         s = span_of(q, n);
         add(particular + s.first, eta, q + s.first, s.count);
-        for (i = 0; i < m; i++)
+        for (int32_t i = 0; i < m; i++)
             if (!taken[i])
                 remove_direction(rows + (size_t)i * (size_t)n, &targets[i], &norms[i], q, s, eta,
                                  n);
@@ -147,10 +143,8 @@ int32_t perp__orthogonal_rows(double *rows, double *targets, int32_t *taken, dou
 /* Twice: the second pass removes what rounding of the first one left. */
 void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
 {
-    int32_t pass, k;
-
-    for (pass = 0; pass < 2; pass++)
-        for (k = 0; k < rank; k++) {
+    for (int32_t pass = 0; pass < 2; pass++)
+        for (int32_t k = 0; k < rank; k++) {
             const double *q = basis + (size_t)k * (size_t)n;
             const span s = span_of(q, n);
             const double share = dot(q + s.first, y + s.first, s.count);

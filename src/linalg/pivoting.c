@@ -47,26 +47,25 @@ static void eliminate(perp__pivoting *p, int32_t k)
     const size_t n = (size_t)p->n;
     double *pivot_row = p->K + (size_t)k * n, *unit_row = p->E + (size_t)k * n;
     const double pivot = pivot_row[k];
-    size_t i, j;
 
     if (pivot < 0.0)
         p->sign = -p->sign;
     p->product *= fabs(pivot);
     p->least = fmin(p->least, fabs(pivot));
-    for (j = 0; j < n; j++) {
+    for (size_t j = 0; j < n; j++) {
         pivot_row[j] /= pivot;
         unit_row[j] /= pivot;
     }
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         double *row = p->K + i * n, *unit = p->E + i * n;
         const double factor = row[k];
 
         if (i == (size_t)k || factor == 0.0)
             continue;
-        for (j = (size_t)k + 1; j < n; j++)
+        for (size_t j = (size_t)k + 1; j < n; j++)
             row[j] -= factor * pivot_row[j];
         row[k] = 0.0;
-        for (j = 0; j < n; j++)
+        for (size_t j = 0; j < n; j++)
             unit[j] -= factor * unit_row[j];
     }
 }
@@ -74,10 +73,9 @@ static void eliminate(perp__pivoting *p, int32_t k)
 void perp__pivoting_eliminate(perp__pivoting *p, double singular, int32_t most)
 {
     const size_t n = (size_t)p->n;
-    size_t i;
 
     memset(p->E, 0, n * n * sizeof *p->E);
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         p->E[i * (n + 1)] = 1.0;
         p->columns[i] = (int32_t)i;
     }
@@ -96,12 +94,11 @@ void perp__pivoting_eliminate(perp__pivoting *p, double singular, int32_t most)
 void perp__pivoting_solve(const perp__pivoting *p, double *x, const double *b)
 {
     const size_t n = (size_t)p->n;
-    size_t k, r;
 
-    for (k = 0; k < n; k++) {
+    for (size_t k = 0; k < n; k++) {
         double sum = 0.0;
 
-        for (r = 0; r < n && k < (size_t)p->rank; r++)
+        for (size_t r = 0; r < n && k < (size_t)p->rank; r++)
             sum += p->E[k * n + r] * b[r];
         x[p->columns[k]] = sum;
     }
@@ -110,23 +107,21 @@ void perp__pivoting_solve(const perp__pivoting *p, double *x, const double *b)
 void perp__pivoting_null(const perp__pivoting *p, double *direction, int32_t k)
 {
     const size_t n = (size_t)p->n, column = (size_t)(p->rank + k);
-    size_t l;
 
     memset(direction, 0, n * sizeof *direction);
     direction[p->columns[column]] = 1.0;
-    for (l = 0; l < (size_t)p->rank; l++)
+    for (size_t l = 0; l < (size_t)p->rank; l++)
         direction[p->columns[l]] = -p->K[l * n + column];
 }
 
 void perp__pivoting_widths(const perp__pivoting *p, double *width, const double *load)
 {
     const size_t n = (size_t)p->n;
-    size_t k, r;
 
-    for (k = 0; k < n; k++) {
+    for (size_t k = 0; k < n; k++) {
         double sum = 0.0;
 
-        for (r = 0; r < n && k < (size_t)p->rank; r++)
+        for (size_t r = 0; r < n && k < (size_t)p->rank; r++)
             sum += fabs(p->E[k * n + r]) * load[r];
         width[p->columns[k]] = sum;
     }
@@ -136,12 +131,11 @@ int32_t perp__pivoting_is_consistent(const perp__pivoting *p, const double *b, c
                                      double tolerance)
 {
     const size_t n = (size_t)p->n;
-    size_t k, r;
 
-    for (k = (size_t)p->rank; k < n; k++) {
+    for (size_t k = (size_t)p->rank; k < n; k++) {
         double sum = 0.0, size = 0.0;
 
-        for (r = 0; r < n; r++) {
+        for (size_t r = 0; r < n; r++) {
             sum += p->E[k * n + r] * b[r];
             size += fabs(p->E[k * n + r]) * load[r];
         }

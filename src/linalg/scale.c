@@ -12,8 +12,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/lines.h"
-
 enum { LARGEST = 511, UNSET = -1, UNSET_OTHER = -2, NO_ENTRY = INT32_MIN };
 
 /* log2 of an entry of the scaled matrix from which on something else in its row and column, the
@@ -60,10 +58,8 @@ static inline const double *entry_of(const perp__matrix *M, int32_t i, int32_t j
 
 static int has_symmetric_pattern(const perp__matrix *M)
 {
-    int32_t j, k;
-
-    for (j = 0; M->column_starts && j < M->columns; j++)
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+    for (int32_t j = 0; M->column_starts && j < M->columns; j++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
             if (!entry_of(M, j, M->row_indices[k]))
                 return 0;
     return 1;
@@ -126,14 +122,12 @@ static void couple_column(search *s, int32_t j)
 /* The couplings in the rows of `level`: somewhere in the columns after it. */
 static void couple_rows(search *s, int32_t level)
 {
-    int32_t j, k;
-
-    for (j = 0; j < s->M->columns; j++) {
+    for (int32_t j = 0; j < s->M->columns; j++) {
         const perp__line l = perp__line_of(s->M, j);
 
         if (s->level[j] >= 0 && s->level[j] <= level)
             continue;
-        for (k = 0; k < l.count; k++)
+        for (int32_t k = 0; k < l.count; k++)
             if (s->level[l.indices[k]] == level)
                 couple(s, l.indices[k], j, l.values[k]);
     }
@@ -142,13 +136,11 @@ static void couple_rows(search *s, int32_t level)
 /* One level from the rows queue[begin..end), which are on `level`. */
 static void spread_once(search *s, int32_t begin, int32_t end, int32_t level)
 {
-    int32_t k;
-
-    for (k = begin; k < end; k++)
+    for (int32_t k = begin; k < end; k++)
         couple_column(s, s->queue[k]);
     if (!s->symmetric)
         couple_rows(s, level);
-    for (k = end; k < s->queued; k++)
+    for (int32_t k = end; k < s->queued; k++)
         s->exponents[s->queue[k]] = clamp(-s->exponents[s->queue[k]]);
 }
 
@@ -168,9 +160,7 @@ static void spread(search *s)
 /* Puts every row whose diagonal is positive on level 0, and marks those with a negative one. */
 static void start_at_diagonals(search *s, double sign)
 {
-    int32_t i;
-
-    for (i = 0; i < s->M->rows; i++) {
+    for (int32_t i = 0; i < s->M->rows; i++) {
         const double *diagonal = entry_of(s->M, i, i);
 
         if (diagonal && sign * *diagonal > 0.0)
@@ -185,16 +175,15 @@ static void start_at_diagonals(search *s, double sign)
 static void scale_other_diagonals(search *s)
 {
     const int32_t begin = s->queued;
-    int32_t i, k;
 
     if (s->others == 0)
         return;
     s->wanted = UNSET_OTHER;
     spread_once(s, 0, begin, 0);
-    for (i = 0; i < s->M->rows; i++)
+    for (int32_t i = 0; i < s->M->rows; i++)
         if (s->level[i] == UNSET_OTHER)
             enqueue(s, i, LARGEST, 0);
-    for (k = begin; k < s->queued; k++) {
+    for (int32_t k = begin; k < s->queued; k++) {
         const int32_t own = unit_diagonal(*entry_of(s->M, s->queue[k], s->queue[k]));
 
         s->level[s->queue[k]] = 0;
@@ -209,19 +198,18 @@ static void start_at_lowest(search *s)
 {
     const int32_t n = s->M->rows;
     int32_t *parents = s->queue;
-    int32_t i, j, k;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         parents[i] = i;
-    for (j = 0; j < n; j++) {
+    for (int32_t j = 0; j < n; j++) {
         const perp__line l = perp__line_of(s->M, j);
 
-        for (k = 0; k < l.count && s->level[j] == UNSET; k++)
+        for (int32_t k = 0; k < l.count && s->level[j] == UNSET; k++)
             if (l.values[k] != 0.0)
                 perp__join(parents, l.indices ? l.indices[k] : k, j);
     }
     /* the queue grows into parents that have been read: no more roots than rows up to here */
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         if (s->level[i] == UNSET && parents[i] == i)
             enqueue(s, i, 0, 0);
 }
@@ -229,14 +217,14 @@ static void start_at_lowest(search *s)
 /* largest[i] := log2 of the largest entry in row and column i of the scaled matrix. */
 static void find_largest(const perp__matrix *M, const int32_t *exponents, int32_t *largest)
 {
-    int32_t i, j, k;
+    int32_t i;
 
     for (i = 0; i < M->rows; i++)
         largest[i] = NO_ENTRY;
-    for (j = 0; j < M->rows; j++) {
+    for (int32_t j = 0; j < M->rows; j++) {
         const perp__line l = perp__line_of(M, j);
 
-        for (k = 0; k < l.count; k++) {
+        for (int32_t k = 0; k < l.count; k++) {
             int32_t size;
 
             if (l.values[k] == 0.0)
@@ -271,9 +259,7 @@ static void balance(const perp__matrix *M, int32_t *free, int32_t *exponents, in
 
 void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work)
 {
-    int32_t i;
-
-    for (i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < M->rows; i++)
         work[i] = 1;
     balance(M, work, exponents, work + M->rows);
 }
@@ -300,15 +286,13 @@ static void balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *wo
  */
 static int32_t search_scales(const perp__matrix *M, double sign, int32_t *exponents, int32_t *work)
 {
-    search s;
+    search s = {.M = M,
+                .exponents = exponents,
+                .level = work,
+                .queue = work + M->rows,
+                .unset = M->rows,
+                .wanted = UNSET};
 
-    memset(&s, 0, sizeof s);
-    s.M = M;
-    s.exponents = exponents;
-    s.level = work;
-    s.queue = work + M->rows;
-    s.unset = M->rows;
-    s.wanted = UNSET;
     for (int32_t i = 0; i < M->rows; i++)
         s.level[i] = UNSET;
     start_at_diagonals(&s, sign);
@@ -331,14 +315,13 @@ void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponent
                        double *row_norms, int32_t *work)
 {
     double largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < M->rows; i++)
         exponents[i] = 0;
     if (enabled)
         search_scales(M, 1.0, exponents, work);
     perp__scaled_row_norms(M, exponents, row_norms);
-    for (i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < M->rows; i++)
         if (!(row_norms[i] <= largest))
             largest = row_norms[i];
     if (!enabled || largest < perp__power_of_two(NOISE))

@@ -1,9 +1,89 @@
 #include "linalg/sparse_block.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
-#include "linalg/sparse_traits.h"
+/* ---- what a sparse matrix is like, as far as one pass tells ---- */
 
+/* Largest sum of a row's positive entries beside the diagonal, relative to it. */
+#define PERP__POSITIVE_SHARE 0.25
+
+/* M is CSC with sorted columns. */
+static int32_t has_positive_diagonal(const perp__matrix *M)
+{
+    int32_t k;
+
+    for (int32_t j = 0; j < M->columns; j++) {
+        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            if (M->row_indices[k] >= j)
+                break;
+        if (k == M->column_starts[j + 1] || M->row_indices[k] != j || !(M->values[k] > 0.0))
+            return 0;
+    }
+    return 1;
+}
+
+/* No positive entry beside the diagonal. */
+static int32_t has_z_signs(const perp__matrix *M)
+{
+    for (int32_t j = 0; j < M->columns; j++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            if (M->values[k] > 0.0 && M->row_indices[k] != j)
+                return 0;
+    return 1;
+}
+
+/* Whether positive entries beside the diagonal are small, in every column. */
+static int32_t is_nearly_z(const perp__matrix *M, const double *scale)
+{
+    for (int32_t j = 0; j < M->columns; j++) {
+        double positive = 0.0, diagonal = 0.0;
+
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+
+            if (i == j)
+                diagonal = M->values[k] * scale[j];
+            else if (M->values[k] > 0.0)
+                positive += M->values[k] * scale[i];
+        }
+        if (positive > PERP__POSITIVE_SHARE * diagonal)
+            return 0;
+    }
+    return 1;
+}
+
+/* Columns from left to right meet the mirror images of their entries in the order in which these
+ * are stored: one cursor a column. */
+int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, double tolerance)
+{
+    const int32_t n = M->columns;
+
+    memcpy(cursor, M->column_starts, (size_t)n * sizeof *cursor);
+    for (int32_t j = 0; j < n; j++) {
+        for (int32_t k = cursor[j]; k < M->column_starts[j + 1]; k++) {
+            const int32_t i = M->row_indices[k];
+            const double a = M->values[k];
+            double b;
+
+            if (i == j)
+                continue;
+            if (i < j || cursor[i] == M->column_starts[i + 1] || M->row_indices[cursor[i]] != j)
+                return 0; /* no mirror image */
+            b = M->values[cursor[i]++];
+            if (!(fabs(a - b) <= tolerance * fabs(a)))
+                return 0;
+        }
+    }
+    return 1;
+}
+
+/* ---- its blocks ---- */
+
+/* Entries that mirror each other may differ by this much, relative: matrices are often assembled in
+ * an order that rounds the two triangles differently. The solver refines with M itself. */
+#define PERP__ASYMMETRY (8.0 * DBL_EPSILON)
 /* Matrices of at least so many rows get a hierarchy, blocks of at least so many are left to it. On
  * plane grids multigrid overtakes Cholesky at 6000 rows, in space at 1000. */
 #define PERP__LARGE_MATRIX 1000
@@ -17,8 +97,7 @@ static void layout(perp__arena *arena, void *object)
     const size_t n = (size_t)b->M->columns;
     const size_t diagonals = b->kind == PERP__SPARSE_TRIDIAGONAL ? n : 0;
 
-    b->active = perp__arena_take(arena, n, sizeof(int32_t));
-    b->local = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &b->active, &b->local);
     b->x = perp__arena_take(arena, n, sizeof(double));
     perp__tridiagonal_layout(arena, &b->T, diagonals);
     perp__tridiagonal_factor_layout(arena, &b->tridiagonal, diagonals);
@@ -57,7 +136,7 @@ void perp__sparse_block_init(perp__sparse_block *block, perp_context *context)
 perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matrix *M,
                                     const double *scale)
 {
-    const int32_t positive = perp__has_positive_diagonal(M);
+    const int32_t positive = has_positive_diagonal(M);
     int32_t symmetric;
     perp_status status;
 
@@ -69,18 +148,17 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     block->grid_built = 0;
     block->suits_grid = 0;
     block->has_positive_diagonal = positive;
-    block->has_z_signs = positive && perp__has_z_signs(M);
+    block->has_z_signs = positive && has_z_signs(M);
     block->kind = perp__is_tridiagonal(M) ? PERP__SPARSE_TRIDIAGONAL : PERP__SPARSE_GENERAL;
     status = perp__arena_fit(&block->arena, layout, block);
     if (status != PERP_OK)
         return status;
-    symmetric = positive && perp__has_symmetric_entries(M, block->local);
+    symmetric = positive && perp__has_symmetric_entries(M, block->local, PERP__ASYMMETRY);
     if (block->kind == PERP__SPARSE_TRIDIAGONAL)
         perp__tridiagonal_read(&block->T, M, scale);
     else if (symmetric)
         block->kind = PERP__SPARSE_SYMMETRIC;
-    block->suits_grid =
-        symmetric && M->columns >= PERP__LARGE_MATRIX && perp__is_nearly_z(M, scale);
+    block->suits_grid = symmetric && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M, scale);
     return PERP_OK;
 }
 
@@ -88,7 +166,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
 static perp__square extract(perp__sparse_block *b)
 {
     const perp__matrix *M = b->M;
-    perp__square A;
+    const perp__square A = {b->count, b->values, b->starts, b->rows};
     int32_t at = 0, c, k;
 
     for (k = 0; k < M->columns; k++)
@@ -119,34 +197,20 @@ static perp__square extract(perp__sparse_block *b)
         }
     }
     b->starts[b->count] = at;
-    A.n = b->count;
-    A.values = b->values;
-    A.column_starts = b->starts;
-    A.row_indices = b->rows;
     return A;
 }
 
-/* An LU factorisation with room for every block: first it is shown the largest, without fill. */
+/* An LU factorisation with room for every block. */
 static perp_status make_lu(perp__sparse_block *b)
 {
-    const int32_t n = b->M->columns;
     perp_status status;
-    perp__square diagonal;
-    int32_t i;
 
     perp__factor_klu.destroy(b->lu);
     b->lu = NULL;
     b->lu_capacity = 0;
-    for (i = 0; i < n; i++)
-        b->starts[i] = b->rows[i] = i;
-    b->starts[n] = n;
-    diagonal.n = n;
-    diagonal.values = NULL;
-    diagonal.column_starts = b->starts;
-    diagonal.row_indices = b->rows;
-    status = perp__factor_klu.analyse(b->context, &b->lu, &diagonal);
+    status = perp__factor_with_room(b->context, &b->lu, b->M->columns, b->starts, b->rows);
     if (status == PERP_OK)
-        b->lu_capacity = n;
+        b->lu_capacity = b->M->columns;
     return status;
 }
 
@@ -253,13 +317,11 @@ perp_status perp__sparse_block_factor(perp__sparse_block *block, const int32_t *
 
 static void solve(perp__sparse_block *block, double *x, int32_t transposed)
 {
-    int32_t k;
-
     if (block->kind == PERP__SPARSE_SYMMETRIC && !block->by_lu) {
         perp__sparse_cholesky_solve(&block->cholesky, x);
         return;
     }
-    for (k = 0; k < block->count; k++)
+    for (int32_t k = 0; k < block->count; k++)
         block->x[k] = x[block->active[k]];
     if (block->kind != PERP__SPARSE_TRIDIAGONAL)
         perp__factor_klu.solve(block->lu, block->x, transposed);
@@ -267,7 +329,7 @@ static void solve(perp__sparse_block *block, double *x, int32_t transposed)
         perp__tridiagonal_solve_transposed(&block->tridiagonal, block->x);
     else
         perp__tridiagonal_solve(&block->tridiagonal, block->x);
-    for (k = 0; k < block->count; k++)
+    for (int32_t k = 0; k < block->count; k++)
         x[block->active[k]] = block->x[k];
 }
 
@@ -301,13 +363,11 @@ perp_status perp__sparse_block_approach(perp__sparse_block *block, const int32_t
 /* Returns 0 if multigrid does not get there. */
 static int32_t solve_on_grid(perp__sparse_block *b, double *x)
 {
-    int32_t k;
-
-    for (k = 0; k < b->count; k++)
+    for (int32_t k = 0; k < b->count; k++)
         b->residual[b->active[k]] = x[b->active[k]];
     if (perp__multigrid_solve(&b->grid, b->residual, b->x, PERP__ROUGH, PERP__STEPS) < 0)
         return 0;
-    for (k = 0; k < b->count; k++)
+    for (int32_t k = 0; k < b->count; k++)
         x[b->active[k]] = b->x[b->active[k]];
     return 1;
 }

@@ -93,4 +93,8 @@ void perp__sparse_block_restart(perp__sparse_block *block);
 
 void perp__sparse_block_release(perp__sparse_block *block);
 
+/* Whether M, CSC with sorted columns, is equal to its transpose, each entry up to `tolerance` of
+ * it. cursor: n entries. */
+int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, double tolerance);
+
 #endif

@@ -17,17 +17,10 @@ static void layout(perp__arena *arena, void *object)
 
     c->pattern_starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
     c->pattern_rows = perp__arena_take(arena, (size_t)c->M->column_starts[n], sizeof(int32_t));
-    c->order = perp__arena_take(arena, n, sizeof(int32_t));
-    c->node = perp__arena_take(arena, n, sizeof(int32_t));
-    c->local = perp__arena_take(arena, n, sizeof(int32_t));
-    c->parent = perp__arena_take(arena, n, sizeof(int32_t));
-    c->mark = perp__arena_take(arena, n, sizeof(int32_t));
-    c->stack = perp__arena_take(arena, n, sizeof(int32_t));
-    c->column_counts = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &c->order, &c->node, &c->local, &c->parent, &c->mark, &c->stack,
+                   &c->column_counts);
     c->starts = perp__arena_take(arena, n + 1, sizeof(size_t));
-    c->pivots = perp__arena_take(arena, n, sizeof(double));
-    c->work = perp__arena_take(arena, n, sizeof(double));
-    c->permuted = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &c->pivots, &c->work, &c->permuted);
 }
 
 static void layout_factor(perp__arena *arena, void *object)
@@ -59,15 +52,14 @@ static void number_block(perp__sparse_cholesky *c)
 static void count_columns(perp__sparse_cholesky *c)
 {
     const perp__matrix *M = c->M;
-    int32_t k, p;
 
-    for (k = 0; k < c->count; k++) {
+    for (int32_t k = 0; k < c->count; k++) {
         const int32_t j = c->node[k];
 
         c->parent[k] = -1;
         c->mark[k] = k;
         c->column_counts[k] = 0;
-        for (p = M->column_starts[j]; p < M->column_starts[j + 1]; p++) {
+        for (int32_t p = M->column_starts[j]; p < M->column_starts[j + 1]; p++) {
             int32_t i = c->local[M->row_indices[p]];
 
             if (i < 0 || i >= k)
@@ -81,7 +73,7 @@ static void count_columns(perp__sparse_cholesky *c)
         }
     }
     c->starts[0] = 0;
-    for (k = 0; k < c->count; k++)
+    for (int32_t k = 0; k < c->count; k++)
         c->starts[k + 1] = c->starts[k] + (size_t)c->column_counts[k];
 }
 
@@ -107,7 +99,6 @@ perp_status perp__sparse_cholesky_analyse(perp__sparse_cholesky *cholesky, perp_
                                           const perp__matrix *M, const double *scale)
 {
     perp_status status;
-    int32_t i;
 
     cholesky->M = M;
     cholesky->scale = scale;
@@ -123,7 +114,7 @@ perp_status perp__sparse_cholesky_analyse(perp__sparse_cholesky *cholesky, perp_
     if (amd_order(M->columns, (int *)M->column_starts, (int *)M->row_indices, cholesky->order, NULL,
                   NULL) < AMD_OK)
         return perp__fail_memory(context, "an ordering");
-    for (i = 0; i < M->columns; i++)
+    for (int32_t i = 0; i < M->columns; i++)
         cholesky->local[i] = 0;
     number_block(cholesky);
     count_columns(cholesky);
@@ -175,10 +166,9 @@ static void eliminate_row(perp__sparse_cholesky *c, int32_t k, double rho)
         const size_t start = c->starts[i], end = start + (size_t)c->column_counts[i];
         const int32_t *rows = c->rows;
         const double *values = c->values;
-        size_t p;
 
         c->work[i] = 0.0;
-        for (p = start; p < end; p++)
+        for (size_t p = start; p < end; p++)
             c->work[rows[p]] -= values[p] * y;
         pivot -= l * y;
         c->rows[end] = k;
@@ -191,19 +181,17 @@ static void eliminate_row(perp__sparse_cholesky *c, int32_t k, double rho)
 int32_t perp__sparse_cholesky_factor(perp__sparse_cholesky *cholesky, const int32_t *active,
                                      int32_t count, double rho)
 {
-    int32_t i, k;
-
-    for (i = 0; i < cholesky->M->columns; i++)
+    for (int32_t i = 0; i < cholesky->M->columns; i++)
         cholesky->local[i] = -1;
-    for (k = 0; k < count; k++)
+    for (int32_t k = 0; k < count; k++)
         cholesky->local[active[k]] = 0;
     number_block(cholesky);
     count_columns(cholesky);
-    for (k = 0; k < count; k++) {
+    for (int32_t k = 0; k < count; k++) {
         cholesky->work[k] = 0.0;
         cholesky->mark[k] = -1;
     }
-    for (k = 0; k < count; k++) {
+    for (int32_t k = 0; k < count; k++) {
         eliminate_row(cholesky, k, rho);
         if (!(cholesky->pivots[k] > 0.0) || !isfinite(cholesky->pivots[k]))
             return 0;
@@ -216,22 +204,20 @@ void perp__sparse_cholesky_solve(perp__sparse_cholesky *cholesky, double *x)
     const int32_t count = cholesky->count;
     const size_t *starts = cholesky->starts;
     double *y = cholesky->permuted;
-    int32_t k;
-    size_t p;
 
-    for (k = 0; k < count; k++)
+    for (int32_t k = 0; k < count; k++)
         y[k] = x[cholesky->node[k]];
-    for (k = 0; k < count; k++)
-        for (p = starts[k]; p < starts[k + 1]; p++)
+    for (int32_t k = 0; k < count; k++)
+        for (size_t p = starts[k]; p < starts[k + 1]; p++)
             y[cholesky->rows[p]] -= cholesky->values[p] * y[k];
-    for (k = count - 1; k >= 0; k--) {
+    for (int32_t k = count - 1; k >= 0; k--) {
         double sum = y[k] / cholesky->pivots[k];
 
-        for (p = starts[k]; p < starts[k + 1]; p++)
+        for (size_t p = starts[k]; p < starts[k + 1]; p++)
             sum -= cholesky->values[p] * y[cholesky->rows[p]];
         y[k] = sum;
     }
-    for (k = 0; k < count; k++)
+    for (int32_t k = 0; k < count; k++)
         x[cholesky->node[k]] = y[k];
 }
 

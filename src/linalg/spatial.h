@@ -40,16 +40,15 @@ static inline double perp__normalise3(double *x)
 {
     const double largest = perp__largest3(x);
     double scaled[3], length;
-    int32_t k;
     int exponent;
 
     if (!(largest > 0.0))
         return 0.0;
     frexp(largest, &exponent);
-    for (k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++)
         scaled[k] = ldexp(x[k], -exponent);
     length = sqrt(perp__dot3(scaled, scaled));
-    for (k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++)
         x[k] = scaled[k] / length;
     return ldexp(length, exponent);
 }
@@ -76,12 +75,6 @@ static inline void perp__add3(double *y, double s, const double *x)
     y[0] += s * x[0];
     y[1] += s * x[1];
     y[2] += s * x[2];
-}
-
-static inline void perp__add6(double *y, double s, const double *x)
-{
-    perp__add3(y, s, x);
-    perp__add3(y + 3, s, x + 3);
 }
 
 static inline int32_t perp__is_zero3(const double *a)
@@ -124,20 +117,16 @@ static inline void perp__column3(double *y, const double *A, int32_t j)
 /* C = A B; C may not overlap A or B. */
 static inline void perp__multiply3(double *C, const double *A, const double *B)
 {
-    int32_t i, j;
-
-    for (i = 0; i < 3; i++)
-        for (j = 0; j < 3; j++)
+    for (int32_t i = 0; i < 3; i++)
+        for (int32_t j = 0; j < 3; j++)
             C[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j];
 }
 
 /* C = A B'; C may not overlap A or B. */
 static inline void perp__multiply_transposed3(double *C, const double *A, const double *B)
 {
-    int32_t i, j;
-
-    for (i = 0; i < 3; i++)
-        for (j = 0; j < 3; j++)
+    for (int32_t i = 0; i < 3; i++)
+        for (int32_t j = 0; j < 3; j++)
             C[3 * i + j] = perp__dot3(A + 3 * i, B + 3 * j);
 }
 
@@ -174,9 +163,8 @@ static inline double perp__quaternion_norm(const double *q)
 static inline void perp__quaternion_normalise(double *q)
 {
     double norm = perp__quaternion_norm(q);
-    int32_t i;
 
-    for (i = 0; i < 4; i++)
+    for (int32_t i = 0; i < 4; i++)
         q[i] /= norm;
 }
 

@@ -7,11 +7,9 @@
 
 int32_t perp__is_tridiagonal(const perp__matrix *M)
 {
-    int32_t j;
-
     if (!M->column_starts)
         return 0;
-    for (j = 0; j < M->columns; j++) {
+    for (int32_t j = 0; j < M->columns; j++) {
         const int32_t first = M->column_starts[j], last = M->column_starts[j + 1] - 1;
 
         if (first <= last && (M->row_indices[first] < j - 1 || M->row_indices[last] > j + 1))
@@ -22,21 +20,18 @@ int32_t perp__is_tridiagonal(const perp__matrix *M)
 
 void perp__tridiagonal_layout(perp__arena *arena, perp__tridiagonal *T, size_t n)
 {
-    T->below = perp__arena_take(arena, n, sizeof(double));
-    T->diagonal = perp__arena_take(arena, n, sizeof(double));
-    T->above = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &T->below, &T->diagonal, &T->above);
 }
 
 void perp__tridiagonal_read(perp__tridiagonal *T, const perp__matrix *M, const double *factors)
 {
     const int32_t n = M->columns;
-    int32_t j, k;
 
     T->n = n;
-    for (j = 0; j < n; j++)
+    for (int32_t j = 0; j < n; j++)
         T->below[j] = T->diagonal[j] = T->above[j] = 0.0;
-    for (j = 0; j < n; j++)
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+    for (int32_t j = 0; j < n; j++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
             const double value = M->values[k] * (factors[i] * factors[j]);
 
@@ -51,10 +46,7 @@ void perp__tridiagonal_read(perp__tridiagonal *T, const perp__matrix *M, const d
 
 void perp__tridiagonal_factor_layout(perp__arena *arena, perp__tridiagonal_factor *factor, size_t n)
 {
-    factor->multipliers = perp__arena_take(arena, n, sizeof(double));
-    factor->pivots = perp__arena_take(arena, n, sizeof(double));
-    factor->above = perp__arena_take(arena, n, sizeof(double));
-    factor->second = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &factor->multipliers, &factor->pivots, &factor->above, &factor->second);
     factor->exchanged = perp__arena_take(arena, n, sizeof(int8_t));
 }
 
@@ -113,9 +105,8 @@ int32_t perp__tridiagonal_factorise(perp__tridiagonal_factor *factor, const perp
 void perp__tridiagonal_solve(const perp__tridiagonal_factor *factor, double *x)
 {
     const int32_t n = factor->n;
-    int32_t k;
 
-    for (k = 0; k + 1 < n; k++) {
+    for (int32_t k = 0; k + 1 < n; k++) {
         if (factor->exchanged[k]) {
             const double first = x[k + 1];
 
@@ -125,7 +116,7 @@ void perp__tridiagonal_solve(const perp__tridiagonal_factor *factor, double *x)
             x[k + 1] -= factor->multipliers[k] * x[k];
         }
     }
-    for (k = n - 1; k >= 0; k--) {
+    for (int32_t k = n - 1; k >= 0; k--) {
         if (k + 2 < n)
             x[k] -= factor->second[k] * x[k + 2];
         if (k + 1 < n)
@@ -137,16 +128,15 @@ void perp__tridiagonal_solve(const perp__tridiagonal_factor *factor, double *x)
 void perp__tridiagonal_solve_transposed(const perp__tridiagonal_factor *factor, double *x)
 {
     const int32_t n = factor->n;
-    int32_t k;
 
-    for (k = 0; k < n; k++) {
+    for (int32_t k = 0; k < n; k++) {
         if (k > 0)
             x[k] -= factor->above[k - 1] * x[k - 1];
         if (k > 1)
             x[k] -= factor->second[k - 2] * x[k - 2];
         x[k] *= factor->pivots[k];
     }
-    for (k = n - 2; k >= 0; k--) {
+    for (int32_t k = n - 2; k >= 0; k--) {
         const double value = x[k] - factor->multipliers[k] * x[k + 1];
 
         x[k] = value;

@@ -41,21 +41,19 @@ double perp__doubled_error(int32_t columns)
 
 void perp__multiply_absolute(const perp__matrix *M, const double *x, double *y)
 {
-    int32_t i, j, k;
-
-    for (i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < M->rows; i++)
         y[i] = 0.0;
-    for (j = 0; j < M->columns; j++) {
+    for (int32_t j = 0; j < M->columns; j++) {
         const double size = fabs(x[j]);
         const double *column = M->values + (size_t)j * M->column_stride;
 
         if (size == 0.0)
             continue;
         if (M->column_starts)
-            for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+            for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
                 y[M->row_indices[k]] += fabs(M->values[k]) * size;
         else
-            for (i = 0; i < M->rows; i++)
+            for (int32_t i = 0; i < M->rows; i++)
                 y[i] += fabs(column[(size_t)i * M->row_stride]) * size;
     }
 }
@@ -66,23 +64,10 @@ void perp__verified_layout(perp__arena *arena, perp__verified *v, int32_t n)
     const size_t square = count == 0 || count <= SIZE_MAX / count ? count * count : SIZE_MAX;
 
     v->n = n;
-    v->transposed = perp__arena_take(arena, square, sizeof(double));
-    v->inverse = perp__arena_take(arena, square, sizeof(double));
-    v->defect = perp__arena_take(arena, square, sizeof(double));
-    v->row_sums = perp__arena_take(arena, count, sizeof(double));
-    v->alpha = perp__arena_take(arena, count, sizeof(double));
+    PERP__DOUBLES(arena, square, &v->transposed, &v->inverse, &v->defect);
+    PERP__DOUBLES(arena, count, &v->row_sums, &v->alpha);
     v->work = perp__arena_take(arena, 4 * count, sizeof(double));
     v->pivots = perp__arena_take(arena, count, sizeof(int32_t));
-}
-
-static double sum_of_sizes(const double *x, int32_t n)
-{
-    double sum = 0.0;
-    int32_t i;
-
-    for (i = 0; i < n; i++)
-        sum += fabs(x[i]);
-    return sum;
 }
 
 /* sum_l |R_il| (row sum l of |A|): what the rounding of row i of R A is measured by. */
@@ -90,9 +75,8 @@ static double weighted_sum(const perp__verified *v, int32_t i)
 {
     const double *row = v->inverse + (size_t)i * (size_t)v->n;
     double sum = 0.0;
-    int32_t l;
 
-    for (l = 0; l < v->n; l++)
+    for (int32_t l = 0; l < v->n; l++)
         sum += fabs(row[l]) * v->row_sums[l];
     return perp__raise(sum, 2.0 * v->n);
 }
@@ -101,8 +85,8 @@ static double weighted_sum(const perp__verified *v, int32_t i)
 static double underflow_of(const perp__verified *v, int32_t i)
 {
     const double n = v->n;
-    const double sizes =
-        sum_of_sizes(v->inverse + (size_t)i * (size_t)v->n, v->n) + sum_of_sizes(v->row_sums, v->n);
+    const double sizes = perp__sum_of_sizes(v->inverse + (size_t)i * (size_t)v->n, v->n) +
+                         perp__sum_of_sizes(v->row_sums, v->n);
 
     return perp__raise(DBL_MIN * (8.0 * n * (n + 1.0) + n * sizes), 4.0 * n);
 }
@@ -112,30 +96,23 @@ static double alpha_in_doubled(const perp__verified *v, int32_t i, double weight
 {
     const size_t n = (size_t)v->n;
     double *unit = v->work, *high = unit + n, *low = high + n;
-    perp__matrix A;
+    const perp__matrix A = {v->n, v->n, 1, n, v->transposed, NULL, NULL};
     double sum;
 
-    memset(&A, 0, sizeof A);
-    A.rows = A.columns = v->n;
-    A.row_stride = 1;
-    A.column_stride = n;
-    A.values = v->transposed;
     memset(unit, 0, n * sizeof *unit);
     unit[i] = -1.0;
     perp__multiply_doubled(&A, v->inverse + (size_t)i * n, unit, high, low);
-    sum = sum_of_sizes(high, v->n) + sum_of_sizes(low, v->n);
+    sum = perp__sum_of_sizes(high, v->n) + perp__sum_of_sizes(low, v->n);
     return perp__raise(sum + perp__doubled_error(v->n) * (weighted + 1.0) + underflow_of(v, i),
                        2.0 * v->n);
 }
 
 static void find_alphas(perp__verified *v)
 {
-    int32_t i;
-
     v->contraction = 0.0;
-    for (i = 0; i < v->n; i++) {
+    for (int32_t i = 0; i < v->n; i++) {
         const double weighted = weighted_sum(v, i);
-        const double sum = sum_of_sizes(v->defect + (size_t)i * (size_t)v->n, v->n);
+        const double sum = perp__sum_of_sizes(v->defect + (size_t)i * (size_t)v->n, v->n);
         double alpha = perp__raise(
             sum + PERP__GAMMA(v->n + 2.0) * (weighted + 1.0) + underflow_of(v, i), 2.0 * v->n);
 
@@ -148,17 +125,14 @@ static void find_alphas(perp__verified *v)
 
 static void set_identity(double *X, size_t n)
 {
-    size_t k;
-
     memset(X, 0, n * n * sizeof *X);
-    for (k = 0; k < n; k++)
+    for (size_t k = 0; k < n; k++)
         X[k * (n + 1)] = 1.0;
 }
 
 int32_t perp__verified_factor(perp__verified *v)
 {
     const size_t n = (size_t)v->n;
-    int32_t i;
 
     v->contraction = n == 0 ? 0.0 : INFINITY;
     if (n == 0)
@@ -168,9 +142,9 @@ int32_t perp__verified_factor(perp__verified *v)
         return 0;
     set_identity(v->inverse, n);
     perp__lu_solve_columns(v->n, v->n, v->defect, v->n, v->pivots, v->inverse, v->n, 0);
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         v->row_sums[i] =
-            perp__raise(sum_of_sizes(v->transposed + (size_t)i * n, v->n), (double)v->n);
+            perp__raise(perp__sum_of_sizes(v->transposed + (size_t)i * n, v->n), (double)v->n);
     set_identity(v->defect, n);
     perp__gemm_subtract(v->n, v->n, v->n, v->transposed, v->n, v->inverse, v->n, v->defect, v->n);
     find_alphas(v);
@@ -179,12 +153,10 @@ int32_t perp__verified_factor(perp__verified *v)
 
 void perp__verified_apply(const perp__verified *v, const double *r, double *x)
 {
-    int32_t i;
-
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         x[i] = 0.0;
     perp__gemv_transposed_subtract(v->n, v->n, v->inverse, v->n > 0 ? v->n : 1, r, 1, x);
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         x[i] = -x[i];
 }
 
@@ -195,9 +167,8 @@ static double bound_of_row(const perp__verified *v, int32_t i, const double *mid
     const double *row = v->inverse + (size_t)i * (size_t)v->n;
     const double gamma = PERP__GAMMA(v->n + 2.0);
     double sum = 0.0, sizes = 0.0, spread = 0.0;
-    int32_t l;
 
-    for (l = 0; l < v->n; l++) {
+    for (int32_t l = 0; l < v->n; l++) {
         const double size = fabs(row[l]);
 
         sum += row[l] * middle[l];
@@ -212,13 +183,114 @@ void perp__verified_bound(const perp__verified *v, const double *middle, const d
 {
     /* d = A^-1 r obeys d = R r + (I - R A) d, so ||d|| <= ||R r|| / (1 - ||I - R A||) */
     double norm = 0.0;
-    int32_t i;
 
-    for (i = 0; i < v->n; i++) {
+    for (int32_t i = 0; i < v->n; i++) {
         delta[i] = bound_of_row(v, i, middle, width);
         norm = perp__larger(norm, delta[i]);
     }
     norm = perp__raise(norm / (1.0 - v->contraction), 4.0);
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         delta[i] = perp__raise(delta[i] + v->alpha[i] * norm + DBL_MIN, 4.0);
+}
+
+/* ---- H-matrices ---- */
+
+void perp__dominance_layout(perp__arena *arena, perp__dominance *d, int32_t n, int32_t entries)
+{
+    d->n = n;
+    d->comparison = perp__arena_take(arena, (size_t)entries, sizeof(double));
+    PERP__DOUBLES(arena, (size_t)n, &d->v, &d->positive);
+}
+
+static void compare(perp__dominance *d)
+{
+    const perp__square *A = &d->A;
+
+    d->is_z_matrix = 1;
+    for (int32_t j = 0; j < A->n; j++)
+        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
+            const double size = fabs(A->values[k]);
+
+            d->comparison[k] = A->row_indices[k] == j ? size : -size;
+            d->is_z_matrix &= d->comparison[k] == A->values[k];
+        }
+}
+
+perp_status perp__dominance_factor(perp__dominance *d, perp_context *context)
+{
+    perp__square C = d->A;
+    perp_status status;
+
+    compare(d);
+    C.values = d->comparison;
+    status = perp__kept_factor_analyse(&d->kept, context, &perp__factor_klu, &d->A);
+    if (status == PERP_OK)
+        status = perp__factor_klu.factor(d->kept.factor, &d->A, 0);
+    if (status == PERP_OK && !d->is_z_matrix) {
+        status = perp__kept_factor_analyse(&d->kept_comparison, context, &perp__factor_klu, &C);
+        if (status == PERP_OK)
+            status = perp__factor_klu.factor(d->kept_comparison.factor, &C, 0);
+    }
+    return status;
+}
+
+void perp__dominance_apply(perp__dominance *d, double *x)
+{
+    perp__factor_klu.solve(d->kept.factor, x, 0);
+}
+
+/* positive := a lower bound of C v, all rounding and underflow counted. True if it is positive, and
+ * v too. */
+static int32_t is_positive(perp__dominance *d)
+{
+    const perp__square *A = &d->A;
+    const double rounding = PERP__GAMMA(d->n + 4.0), underflow = DBL_MIN * (8.0 * d->n + 8.0);
+
+    memset(d->positive, 0, (size_t)d->n * sizeof *d->positive);
+    for (int32_t j = 0; j < d->n; j++) {
+        if (!(d->v[j] >= DBL_MIN))
+            return 0;
+        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
+            const double product = d->comparison[k] * d->v[j];
+
+            /* its part of the sum's error, and of this subtraction's */
+            d->positive[A->row_indices[k]] +=
+                product - (4.0 * rounding * fabs(product) + DBL_MIN * (d->v[j] + 1.0));
+        }
+    }
+    for (int32_t i = 0; i < d->n; i++) {
+        d->positive[i] -= underflow;
+        if (!(d->positive[i] > 0.0))
+            return 0;
+    }
+    return 1;
+}
+
+int32_t perp__dominance_bound(perp__dominance *d, const double *middle, const double *width,
+                              double *delta)
+{
+    double largest = 0.0, factor = 0.0;
+
+    for (int32_t i = 0; i < d->n; i++) {
+        delta[i] = perp__raise(fabs(middle[i]) + width[i] + DBL_MIN, 2.0);
+        largest = perp__larger(largest, delta[i]);
+    }
+    /* v near C^-1 |r| makes the bound sharp in every component; the floor keeps it positive */
+    for (int32_t i = 0; i < d->n; i++)
+        d->v[i] = fmax(delta[i], 1e-3 * largest);
+    perp__factor_klu.solve(d->is_z_matrix ? d->kept.factor : d->kept_comparison.factor, d->v, 0);
+    if (!is_positive(d))
+        return 0;
+    for (int32_t i = 0; i < d->n; i++)
+        factor = perp__larger(factor, delta[i] / d->positive[i]);
+    factor = perp__raise(factor + DBL_MIN, 4.0);
+    for (int32_t i = 0; i < d->n; i++)
+        delta[i] = perp__raise(factor * d->v[i] + DBL_MIN, 4.0);
+    return 1;
+}
+
+void perp__dominance_release(perp__dominance *d)
+{
+    perp__kept_factor_release(&d->kept);
+    perp__kept_factor_release(&d->kept_comparison);
 }

@@ -10,7 +10,7 @@
 #include <float.h>
 
 #include "base/arena.h"
-#include "linalg/kept_factor.h"
+#include "linalg/factor/factor.h"
 #include "linalg/matrix.h"
 
 /* At least gamma_k = k u / (1 - k u), u = 2^-53, and its own rounding. */

@@ -26,7 +26,6 @@
 #include <string.h>
 
 #include "base/outcome.h"
-#include "linalg/lines.h"
 #include "linalg/scale.h"
 
 /* What a row may miss beside the largest t, in units of tol: below it the far tail of a solution
@@ -64,9 +63,8 @@ static double terms_of_row(const perp__witness_point *p, int32_t i)
 {
     const double *row = p->M->values + (size_t)i * p->M->row_stride;
     double sum = fabs(p->q[i]);
-    int32_t j;
 
-    for (j = 0; j < p->M->rows; j++)
+    for (int32_t j = 0; j < p->M->rows; j++)
         sum += fabs(row[(size_t)j * p->M->column_stride] * p->z[j]);
     return sum;
 }
@@ -75,9 +73,8 @@ static double terms_of_row(const perp__witness_point *p, int32_t i)
 static void find_terms_of_rows(const perp__witness_point *p, double *terms)
 {
     perp__cursor c = perp__first(p->M);
-    int32_t i;
 
-    for (i = 0; i < p->M->rows; i++)
+    for (int32_t i = 0; i < p->M->rows; i++)
         terms[i] = fabs(p->q[i]);
     while (perp__advance(&c))
         terms[c.i] += fabs(c.value * p->z[c.j]);
@@ -104,27 +101,54 @@ static int32_t is_surely_small(const perp__witness *t, const perp__witness_point
     return 1;
 }
 
-/* |M_ij| in these units */
+/* |M_ij| in these units, which are clamped so that the power is a normal number. */
 static double entry(const int32_t *units, const perp__cursor *c)
 {
-    return perp__shift(fabs(c->value), units[c->i] + units[c->j]);
+    return fabs(c->value) * perp__power_of_two(units[c->i] + units[c->j]);
 }
 
-static void join_couplings(const perp__witness_point *p, perp__witness_units *u, double least)
+/* Joins the line's parts by its couplings of at least `least`; no further than `enough` parts in
+ * all. Returns how many parts there are then. */
+static int32_t join_line(const perp__matrix *M, perp__witness_units *u, double least, int32_t at,
+                         int32_t parts, int32_t enough)
 {
-    perp__cursor c = perp__first(p->M);
+    const perp__line l = perp__line_of(M, at);
+    const int32_t by_rows = perp__lines_are_rows(M);
+    int32_t root = perp__root_of(u->cut, by_rows ? at : M->rows + at);
 
-    while (perp__advance(&c))
-        if (entry(u->exponents, &c) >= least)
-            perp__join(u->cut, c.i, p->M->rows + c.j);
+    for (int32_t k = 0; k < l.count && parts > enough; k++) {
+        const int32_t other = l.indices ? l.indices[k] : k;
+        const double power = perp__power_of_two(u->exponents[at] + u->exponents[other]);
+        int32_t found;
+
+        if (l.values[k] == 0.0 || !(fabs(l.values[k]) * power >= least))
+            continue;
+        found = perp__root_of(u->cut, by_rows ? M->rows + other : other);
+        parts -= found != root;
+        root = perp__link(u->cut, root, found);
+    }
+    return parts;
 }
 
-static void start_apart(perp__witness_units *u, int32_t n)
+/* The parts that are left when couplings below `least` are cut; rows with `tied` hang together with
+ * their columns. Where all are one but for lines that come later, a line has no more to join. */
+static void join_couplings(const perp__matrix *M, perp__witness_units *u, double least,
+                           const int32_t *tied)
 {
-    int32_t i;
+    const int32_t n = M->rows;
+    int32_t parts = 2 * n, alone = 0; /* alone: lines ahead that nothing holds yet */
 
-    for (i = 0; i < 2 * n; i++)
+    for (int32_t i = 0; i < 2 * n; i++)
         u->cut[i] = i;
+    for (int32_t i = 0; i < n; i++) {
+        alone += !tied[i];
+        parts -= tied[i] && perp__join(u->cut, i, n + i);
+    }
+    for (int32_t at = 0; at < n && parts > 1; at++) {
+        alone -= !tied[at];
+        parts = join_line(M, u, least, at, parts, 1 + alone);
+    }
+    perp__number_parts(u->cut, 2 * n);
 }
 
 /* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M,
@@ -133,29 +157,23 @@ static void find_cut(const perp__witness_point *p, perp__witness_units *u, doubl
                      int32_t *tied)
 {
     const int32_t n = p->M->rows;
-    int32_t i;
 
-    start_apart(u, n);
-    join_couplings(p, u, NOISE);
-    perp__number_parts(u->cut, 2 * n);
-    for (i = 0; i < n; i++)
+    memset(tied, 0, (size_t)n * sizeof *tied);
+    join_couplings(p->M, u, NOISE, tied);
+    for (int32_t i = 0; i < n; i++)
         tied[i] = u->cut[i] == u->cut[n + i];
-    start_apart(u, n);
-    for (i = 0; i < n; i++)
-        if (tied[i])
-            perp__join(u->cut, i, n + i);
-    join_couplings(p, u, least);
-    perp__number_parts(u->cut, 2 * n);
+    join_couplings(p->M, u, least, tied);
 }
 
 static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
 {
+    const size_t bytes = (size_t)p->M->rows * sizeof *p->exponents;
     int32_t *work = t->omegas, k;
 
-    memcpy(t->units[0].exponents, p->exponents, (size_t)p->M->rows * sizeof *p->exponents);
+    memcpy(t->units[0].exponents, p->exponents, bytes);
     t->count = 1;
-    if (p->scaling)
-        t->count += perp__equilibrate_negative(p->M, t->units[1].exponents, work);
+    if (p->scaling && perp__equilibrate_negative(p->M, t->units[1].exponents, work))
+        t->count += memcmp(t->units[1].exponents, p->exponents, bytes) != 0;
     for (k = 0; k < t->count; k++) {
         perp__balance(p->M, t->units[k].exponents, work);
         find_cut(p, &t->units[k], sqrt(p->tol), work);
@@ -168,9 +186,8 @@ void perp__find_terms(const perp__matrix *M, const double *q, const double *z, c
                       const int32_t *omegas, double *terms)
 {
     perp__cursor c = perp__first(M);
-    int32_t i;
 
-    for (i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < M->rows; i++)
         terms[i] = perp__shift(fabs(q[i]), units[i] - omegas[i]);
     while (perp__advance(&c))
         terms[c.i] += perp__shift(fabs(c.value * z[c.j]), units[c.i] - omegas[c.i]);
@@ -195,9 +212,8 @@ static double violation_near(const perp__witness_point *p, int32_t i, int32_t sh
 static void start_sizes(perp__witness *t, const view *v)
 {
     const perp__witness_point *p = v->point;
-    int32_t j;
 
-    for (j = 0; j < v->n; j++)
+    for (int32_t j = 0; j < v->n; j++)
         t->carried[j] = perp__shift(p->least ? fmax(fabs(p->z[j]), p->least[j]) : fabs(p->z[j]),
                                     -v->units[j] - t->omegas[v->n + j]);
 }
@@ -208,7 +224,6 @@ static void find_violations(perp__witness *t, const view *v)
 {
     const perp__witness_point *p = v->point;
     perp__cursor c = perp__first(p->M);
-    int32_t i;
 
     start_sizes(t, v);
     while (perp__advance(&c)) {
@@ -217,7 +232,7 @@ static void find_violations(perp__witness *t, const view *v)
         if (size >= v->least && !(t->terms[c.i] <= size * t->carried[c.j]))
             t->carried[c.j] = t->terms[c.i] / size;
     }
-    for (i = 0; i < v->n; i++) {
+    for (int32_t i = 0; i < v->n; i++) {
         const int32_t shift = v->units[i] - t->omegas[i];
         const double size = t->carried[i];
         const double near = size < INFINITY ? p->tol * size : 0.0; /* not next to everything */
@@ -236,7 +251,6 @@ static void find_violations(perp__witness *t, const view *v)
 static void find_neighbours(perp__witness *t, const view *v)
 {
     perp__cursor c = perp__first(v->point->M);
-    int32_t i;
 
     while (perp__advance(&c)) {
         const double size = entry(v->units, &c);
@@ -244,13 +258,13 @@ static void find_neighbours(perp__witness *t, const view *v)
         if (t->is_free[c.j] && size >= v->least && !(t->rounding[c.i] <= size * t->carried[c.j]))
             t->carried[c.j] = t->rounding[c.i] / size;
     }
-    for (i = 0; i < v->n; i++) {
+    for (int32_t i = 0; i < v->n; i++) {
         t->around[i] = t->terms[i];
         t->most[i] = t->most[v->n + i] = 0.0;
     }
     for (c = perp__first(v->point->M); perp__advance(&c);)
         t->around[c.i] += entry(v->units, &c) * t->carried[c.j];
-    for (i = 0; i < v->n; i++)
+    for (int32_t i = 0; i < v->n; i++)
         perp__raise_to(&t->most[v->cut[i]], t->rounding[i]);
 }
 
@@ -273,13 +287,12 @@ static double own_residual(perp__witness *t, const perp__witness_point *p,
 {
     const view v = {p, u->exponents, u->cut, p->M->rows, sqrt(p->tol)};
     double own = 0.0;
-    int32_t i;
 
     perp__find_omegas(v.n, p->part, p->parts, p->q, u->exponents, t->omega_of_part, t->omegas, 0);
     perp__find_terms(p->M, p->q, p->z, u->exponents, t->omegas, t->terms);
     find_violations(t, &v);
     find_neighbours(t, &v);
-    for (i = 0; i < v.n; i++) {
+    for (int32_t i = 0; i < v.n; i++) {
         const double size = t->around[i] + floor_of(p->tol) * t->most[u->cut[i]];
 
         if (!(size >= LEAST_SIZE && size < INFINITY))
@@ -293,32 +306,25 @@ static double own_residual(perp__witness *t, const perp__witness_point *p,
 double perp__witness_own_residual(perp__witness *witness, const perp__witness_point *point)
 {
     double own = 0.0;
-    int32_t k;
 
     if (is_surely_small(witness, point))
         return 0.0;
     if (!witness->known || witness->tol != point->tol)
         look_at_matrix(witness, point);
-    for (k = 0; k < witness->count; k++)
+    for (int32_t k = 0; k < witness->count; k++)
         perp__raise_to(&own, own_residual(witness, point, &witness->units[k]));
     return own;
 }
 
 void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n)
 {
-    int32_t k;
-
-    for (k = 0; k < 2; k++) {
+    for (int32_t k = 0; k < 2; k++) {
         witness->units[k].exponents = perp__arena_take(arena, n, sizeof(int32_t));
         witness->units[k].cut = perp__arena_take(arena, 2 * n, sizeof(int32_t));
     }
-    witness->omegas = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    witness->omega_of_part = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    PERP__INTEGERS(arena, 2 * n, &witness->omegas, &witness->omega_of_part);
     witness->is_free = perp__arena_take(arena, n, sizeof(int32_t));
-    witness->terms = perp__arena_take(arena, n, sizeof(double));
-    witness->carried = perp__arena_take(arena, n, sizeof(double));
-    witness->rounding = perp__arena_take(arena, n, sizeof(double));
-    witness->wrong = perp__arena_take(arena, n, sizeof(double));
-    witness->around = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &witness->terms, &witness->carried, &witness->rounding, &witness->wrong,
+                  &witness->around);
     witness->most = perp__arena_take(arena, 2 * n, sizeof(double));
 }

@@ -6,7 +6,6 @@
 
 #include "base/check.h"
 #include "base/context.h"
-#include "ncp/settings.h"
 #include "ncp/solver.h"
 
 #define STEP 0x1p-11  /* near eps^(1/5), for an error of the fourth order */
@@ -201,10 +200,8 @@ static perp_status check_problem(perp_context *context, perp_ncp_check *own,
         status = perp__ncp_setup(solver, problem);
     if (status == PERP_OK && !solver->model.problem.jacobian)
         status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.jacobian is NULL");
-    if (status == PERP_OK && solver->model.n > 0)
-        status = perp__check_pointer(context, "z", z);
     if (status == PERP_OK)
-        status = perp__check_finite(context, "z", z, (size_t)solver->model.n);
+        status = perp__check_vector(context, "z", z, (size_t)solver->model.n);
     if (status == PERP_OK)
         status = check_all(solver, own, z);
     perp__ncp_destroy(solver);

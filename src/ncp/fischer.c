@@ -4,9 +4,7 @@
  * them. It begins with the Newton steps of active sets, as long as those help (a crash). Where H is
  * singular or its step does not help: S + rho I, then Levenberg-Marquardt, then down the gradient.
  */
-#include <math.h>
-
-#include "ncp/method.h"
+#include "ncp/walk.h"
 
 #define CRASHES 50         /* most active-set steps at the start */
 #define CRASH_PROGRESS 0.9 /* of Psi, or they end */
@@ -56,8 +54,9 @@ static perp_status regularised_step(perp__ncp_walk *f)
     return slope < 0.0 ? perp__ncp_search(f, f->psi, slope, HALVINGS) : 0;
 }
 
-static perp_status step(perp__ncp_walk *f, int32_t *crashing)
+static perp_status step(perp__ncp_walk *f, void *own)
 {
+    int32_t *crashing = own;
     perp_status moved = 0;
 
     if (*crashing) {
@@ -87,28 +86,7 @@ static perp_status step(perp__ncp_walk *f, int32_t *crashing)
 
 perp_status perp__ncp_fischer(perp__ncp_walk *f)
 {
-    double last = INFINITY;
     int32_t crashing = 1;
 
-    for (f->iterations = 0;; f->iterations++) {
-        perp_status status = perp__ncp_tick(f->model, &f->outcome, f->iterations, f->residual);
-
-        if (status != PERP_OK || f->outcome >= 0)
-            return status;
-        status = perp__ncp_look(f);
-        f->outcome = PERP_OUTCOME_SINGULAR;
-        if (status != PERP_OK)
-            return status < 0 ? status : PERP_OK;
-        f->outcome = PERP_OUTCOME_SOLVED;
-        if (perp__ncp_is_there(f, last))
-            return PERP_OK;
-        f->outcome = PERP_OUTCOME_ITERATION_LIMIT;
-        if (f->iterations >= f->limit)
-            return PERP_OK;
-        last = f->residual;
-        status = step(f, &crashing);
-        f->outcome = PERP_OUTCOME_STALLED;
-        if (status != 1)
-            return status < 0 ? status : PERP_OK;
-    }
+    return perp__ncp_iterate(f, step, &crashing);
 }

@@ -10,7 +10,7 @@
 #include "base/context.h"
 #include "base/outcome.h"
 #include "lcp/lcp.h"
-#include "ncp/method.h"
+#include "ncp/walk.h"
 
 #define TRUST 5      /* full steps before the watchdog looks */
 #define PROGRESS 0.9 /* what Psi must have come down to by then, relatively */
@@ -24,10 +24,7 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__ncp_linear *l = object;
 
-    l->q = perp__arena_take(arena, (size_t)l->n, sizeof(double));
-    l->z = perp__arena_take(arena, (size_t)l->n, sizeof(double));
-    l->kept_z = perp__arena_take(arena, (size_t)l->n, sizeof(double));
-    l->kept_d = perp__arena_take(arena, (size_t)l->n, sizeof(double));
+    PERP__DOUBLES(arena, (size_t)l->n, &l->q, &l->z, &l->kept_z, &l->kept_d);
 }
 
 void perp__ncp_linear_release(perp__ncp_linear *l)
@@ -165,11 +162,11 @@ static perp_status go_back(perp__ncp_walk *f, perp__ncp_linear *l)
 }
 
 /* 1 if it moved, 0 if not, or a negative status. */
-static perp_status step(perp__ncp_walk *f, perp__ncp_linear *l)
+static perp_status step(perp__ncp_walk *f, void *own)
 {
-    perp_status moved;
+    perp__ncp_linear *l = own;
+    perp_status moved = find_direction(f, l);
 
-    moved = find_direction(f, l);
     if (moved < 0)
         return moved;
     if (moved == 0) {
@@ -189,30 +186,9 @@ static perp_status step(perp__ncp_walk *f, perp__ncp_linear *l)
 
 perp_status perp__ncp_josephy(perp__ncp_walk *f, perp__ncp_linear *l)
 {
-    double last = INFINITY;
-    perp_status status = fit(l, f->model);
+    const perp_status status = fit(l, f->model);
 
     l->since = -1;
-    for (f->iterations = 0; status == PERP_OK; f->iterations++) {
-        status = perp__ncp_tick(f->model, &f->outcome, f->iterations, f->residual);
-        if (status != PERP_OK || f->outcome >= 0)
-            return status;
-        status = perp__ncp_look(f);
-        f->outcome = PERP_OUTCOME_SINGULAR;
-        if (status != PERP_OK)
-            return status < 0 ? status : PERP_OK;
-        f->outcome = PERP_OUTCOME_SOLVED;
-        if (perp__ncp_is_there(f, last))
-            return PERP_OK;
-        f->outcome = PERP_OUTCOME_ITERATION_LIMIT;
-        if (f->iterations >= f->limit)
-            return PERP_OK;
-        last = f->residual;
-        status = step(f, l);
-        f->outcome = PERP_OUTCOME_STALLED;
-        if (status != 1)
-            return status < 0 ? status : PERP_OK;
-        status = PERP_OK;
-    }
-    return status;
+    f->iterations = 0;
+    return status == PERP_OK ? perp__ncp_iterate(f, step, l) : status;
 }

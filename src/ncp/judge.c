@@ -2,7 +2,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "linalg/lines.h"
 #include "ncp/solver.h"
 
 /* A cosine below which a column of H is orthogonal to Phi: well above rounding, far below what a

@@ -14,47 +14,23 @@ void perp__ncp_model_layout(perp__arena *arena, perp__ncp_model *m)
     const size_t given = m->sparse ? (size_t)m->problem.column_starts[n] : n * n;
     const size_t all = m->sparse ? given + n : given;
 
-    m->lower = perp__arena_take(arena, n, sizeof(double));
-    m->upper = perp__arena_take(arena, n, sizeof(double));
-    m->low = perp__arena_take(arena, n, sizeof(double));
-    m->high = perp__arena_take(arena, n, sizeof(double));
-    m->D = perp__arena_take(arena, n, sizeof(double));
-    m->unit = perp__arena_take(arena, 2 * n, sizeof(double));
-    m->part = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    m->omega = perp__arena_take(arena, 2 * n, sizeof(double));
-    m->group = perp__arena_take(arena, n, sizeof(int32_t));
-    m->most = perp__arena_take(arena, 2 * n, sizeof(double));
-    m->offset = perp__arena_take(arena, n, sizeof(double));
-    m->z_unit = perp__arena_take(arena, n, sizeof(double));
-    m->w_unit = perp__arena_take(arena, n, sizeof(double));
-    m->exponents = perp__arena_take(arena, n, sizeof(int32_t));
-    m->exponents_work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    PERP__DOUBLES(arena, n, &m->lower, &m->upper, &m->low, &m->high, &m->D, &m->offset, &m->z_unit,
+                  &m->w_unit, &m->z_caller, &m->w_caller, &m->shifted, &m->step, &m->largest,
+                  &m->sizes, &m->z_start, &m->D_start);
+    PERP__DOUBLES(arena, 2 * n, &m->unit, &m->omega, &m->most, &m->w_shifted, &m->omega_start);
+    PERP__INTEGERS(arena, 2 * n, &m->part, &m->exponents_work);
+    PERP__INTEGERS(arena, n, &m->group, &m->exponents, &m->colours.of, &m->colours.order,
+                   &m->colours.marks);
     m->S = perp__arena_take(arena, all, sizeof(double));
     m->given = perp__arena_take(arena, given, sizeof(double));
-    m->z_caller = perp__arena_take(arena, n, sizeof(double));
-    m->w_caller = perp__arena_take(arena, n, sizeof(double));
-    m->shifted = perp__arena_take(arena, n, sizeof(double));
-    m->w_shifted = perp__arena_take(arena, 2 * n, sizeof(double));
-    m->step = perp__arena_take(arena, n, sizeof(double));
-    m->largest = perp__arena_take(arena, n, sizeof(double));
-    m->sizes = perp__arena_take(arena, n, sizeof(double));
-    m->z_start = perp__arena_take(arena, n, sizeof(double));
-    m->D_start = perp__arena_take(arena, n, sizeof(double));
-    m->omega_start = perp__arena_take(arena, 2 * n, sizeof(double));
-    m->colours.of = perp__arena_take(arena, n, sizeof(int32_t));
-    m->colours.starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
-    m->colours.order = perp__arena_take(arena, n, sizeof(int32_t));
-    m->colours.marks = perp__arena_take(arena, n, sizeof(int32_t));
-    m->colours.row_starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
+    PERP__INTEGERS(arena, n + 1, &m->colours.starts, &m->colours.row_starts);
     m->colours.row_columns = perp__arena_take(arena, m->sparse ? given : 0, sizeof(int32_t));
     m->pattern_starts = m->pattern_rows = m->starts = m->rows = m->place = m->diagonal = NULL;
     if (!m->sparse)
         return;
-    m->pattern_starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
-    m->pattern_rows = perp__arena_take(arena, given, sizeof(int32_t));
-    m->starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
+    PERP__INTEGERS(arena, n + 1, &m->pattern_starts, &m->starts);
+    PERP__INTEGERS(arena, given, &m->pattern_rows, &m->place);
     m->rows = perp__arena_take(arena, all, sizeof(int32_t));
-    m->place = perp__arena_take(arena, given, sizeof(int32_t));
     m->diagonal = perp__arena_take(arena, n, sizeof(int32_t));
 }
 
@@ -185,49 +161,17 @@ perp_status perp__ncp_linearise(perp__ncp_model *m, const double *z, const doubl
 
 perp__matrix perp__ncp_view(const perp__ncp_model *m)
 {
-    perp__matrix S;
+    const perp__matrix S = {m->n,   m->n, 1, (size_t)m->n, m->S, m->sparse ? m->starts : NULL,
+                            m->rows};
 
-    memset(&S, 0, sizeof S);
-    S.rows = S.columns = m->n;
-    S.values = m->S;
-    S.row_stride = 1;
-    S.column_stride = (size_t)m->n;
-    S.column_starts = m->sparse ? m->starts : NULL;
-    S.row_indices = m->rows;
     return S;
 }
 
 void perp__ncp_add(const perp__ncp_model *m, const double *x, double *y)
 {
-    const int32_t n = m->n;
+    const perp__matrix S = perp__ncp_view(m);
 
-    for (int32_t j = 0; j < n; j++) {
-        if (x[j] == 0.0)
-            continue;
-        if (m->sparse)
-            for (int32_t k = m->starts[j]; k < m->starts[j + 1]; k++)
-                y[m->rows[k]] += m->S[k] * x[j];
-        else
-            for (int32_t i = 0; i < n; i++)
-                y[i] += m->S[(size_t)j * (size_t)n + (size_t)i] * x[j];
-    }
-}
-
-void perp__ncp_transposed(const perp__ncp_model *m, const double *x, double *y)
-{
-    const int32_t n = m->n;
-
-    for (int32_t j = 0; j < n; j++) {
-        double sum = 0.0;
-
-        if (m->sparse)
-            for (int32_t k = m->starts[j]; k < m->starts[j + 1]; k++)
-                sum += m->S[k] * x[m->rows[k]];
-        else
-            for (int32_t i = 0; i < n; i++)
-                sum += m->S[(size_t)j * (size_t)n + (size_t)i] * x[i];
-        y[j] = sum;
-    }
+    perp__multiply_add(&S, x, y);
 }
 
 int32_t perp__ncp_is_late(perp__ncp_model *m)
@@ -246,17 +190,14 @@ perp_status perp__ncp_tick(perp__ncp_model *m, perp_outcome *outcome, int64_t it
 
     *outcome = -1;
     if (control->monitor) {
-        perp_ncp_progress progress;
-        int32_t said;
+        const perp_ncp_progress progress = {.struct_size = sizeof progress,
+                                            .method = control->method,
+                                            .restarts = control->restarts,
+                                            .iterations = iterations,
+                                            .evaluations = m->function_evaluations,
+                                            .residual = residual};
+        const int32_t said = control->monitor(&progress, control->monitor_user);
 
-        memset(&progress, 0, sizeof progress);
-        progress.struct_size = sizeof progress;
-        progress.method = control->method;
-        progress.restarts = control->restarts;
-        progress.iterations = iterations;
-        progress.evaluations = m->function_evaluations;
-        progress.residual = residual;
-        said = control->monitor(&progress, control->monitor_user);
         if (said < 0)
             return perp__fail(m->context, PERP_ERROR_CALLBACK, "the monitor asked to abort");
         if (said > 0)

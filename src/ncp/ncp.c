@@ -9,8 +9,145 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
-#include "ncp/settings.h"
 #include "ncp/solver.h"
+
+/* ---- where a method begins: at the caller's start, near it where F is not defined there, and at
+ * perturbations of it from a generator with a fixed seed ---- */
+
+#define SEED UINT64_C(0x9e3779b97f4a7c15)
+#define START_TRIES 40 /* to find a point of the domain: 2^-20 .. 2^19 units */
+
+/* Steele, Lea & Flood, "Fast splittable pseudorandom number generators" (2014); in [-1, 1). */
+static double random_number(perp_ncp_solver *solver)
+{
+    uint64_t x = solver->random += SEED;
+
+    x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
+    x ^= x >> 31;
+    return ldexp((double)(x >> 11), -52) - 1.0;
+}
+
+/* perturbed := start, perturbed; the attempts differ in size and direction. */
+static void perturb(perp_ncp_solver *solver, int32_t attempt)
+{
+    const perp__ncp_model *m = &solver->model;
+    static const int32_t sizes[] = {0, 2, 4, 6, 8, 10, -2, -4};
+    const double factor = ldexp(1.0, sizes[attempt % 8]);
+
+    for (int32_t i = 0; i < m->n; i++) {
+        const double width = m->upper[i] - m->lower[i];
+        const double size = fmin(factor * solver->unit[i], width);
+
+        double shift = size * random_number(solver);
+
+        if (solver->start[i] + shift < m->lower[i] || solver->start[i] + shift > m->upper[i])
+            shift = -shift; /* into the box, not onto its boundary */
+        solver->perturbed[i] = perp__ncp_clamp(solver->start[i] + shift, m->lower[i], m->upper[i]);
+    }
+}
+
+/* candidate := the start, moved off its bounds by about `size`, elsewhere at random */
+static void move_in(perp_ncp_solver *solver, double size)
+{
+    const perp__ncp_model *m = &solver->model;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        const double z = solver->start[i], half = 0.5 * (m->upper[i] - m->lower[i]);
+        const double random = random_number(solver);
+        double shift = size * (0.75 + 0.25 * random);
+
+        if (z == m->upper[i] || (z > m->lower[i] && random < 0.0))
+            shift = -shift;
+        solver->candidate[i] =
+            perp__ncp_clamp(z + copysign(fmin(fabs(shift), half), shift), m->lower[i], m->upper[i]);
+    }
+}
+
+/* start := z0, or near it where F is not defined there. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
+static perp_status find_start(perp_ncp_solver *solver, const double *z0)
+{
+    perp__ncp_model *m = &solver->model;
+    const double deadline = m->control.deadline;
+    double unit = 0.0;
+    perp_status status;
+
+    solver->random = SEED;
+    for (int32_t i = 0; i < m->n; i++) {
+        solver->start[i] = perp__ncp_clamp(z0 ? z0[i] : 0.0, m->lower[i], m->upper[i]);
+        unit = fmax(unit, fabs(solver->start[i]));
+        m->largest[i] = fabs(solver->start[i]);
+    }
+    unit = unit > 0.0 ? unit : 1.0;
+    m->control.deadline = 0.0; /* one call of F, come what may */
+    status = perp__ncp_call(m, solver->start, m->w_caller);
+    m->control.deadline = deadline;
+    for (int32_t k = 0; k < START_TRIES && status == PERP__NCP_OUTSIDE; k++) {
+        /* 1, 1/2, 2, 1/4, ... */
+        move_in(solver, ldexp(unit, k % 2 == 0 ? k / 2 : -(k + 1) / 2));
+        status = perp__ncp_call(m, solver->candidate, m->w_caller);
+        if (status == PERP_OK)
+            memcpy(solver->start, solver->candidate, (size_t)m->n * sizeof(double));
+    }
+    for (int32_t i = 0; i < m->n && status == PERP_OK; i++)
+        m->z_start[i] = fabs(solver->start[i]);
+    m->start_known = 0;
+    perp__ncp_start_groups(m);
+    return status;
+}
+
+/* ---- a system that falls into independent parts, one part after the other: what one line search
+ * could not bring down together is solved part by part, as each would be by itself ---- */
+
+#define MOST_PARTS 64 /* a run for one of them looks at all */
+
+static int32_t split(perp_ncp_solver *solver)
+{
+    const perp__ncp_model *m = &solver->model;
+    perp__ncp_parts *parts = &solver->parts;
+    const size_t bytes = (size_t)m->n * sizeof(double);
+
+    memcpy(parts->of, m->group, (size_t)m->n * sizeof *parts->of);
+    parts->count = perp__number_parts(parts->of, m->n);
+    if (solver->best_method < 0 || parts->count < 2 || parts->count > MOST_PARTS)
+        return 0;
+    memcpy(parts->z, solver->best_z, bytes);
+    memcpy(parts->lower, m->lower, bytes);
+    memcpy(parts->upper, m->upper, bytes);
+    memcpy(parts->start, solver->start, bytes);
+    return 1;
+}
+
+/* Fixes all variables but those of part p (-1: none) at the best that is known of them; forgets the
+ * best point. candidate := the best of all parts. */
+static void hold_others(perp_ncp_solver *solver, int32_t p)
+{
+    perp__ncp_model *m = &solver->model;
+    const perp__ncp_parts *parts = &solver->parts;
+
+    for (int32_t i = 0; i < m->n; i++) {
+        const int32_t held = p >= 0 && parts->of[i] != p;
+
+        m->lower[i] = held ? parts->z[i] : parts->lower[i];
+        m->upper[i] = held ? parts->z[i] : parts->upper[i];
+        solver->start[i] = held ? parts->z[i] : parts->start[i];
+    }
+    memcpy(solver->candidate, parts->z, (size_t)m->n * sizeof(double));
+    m->colours.known = 0; /* the columns of what is held are left out */
+    solver->best_method = -1;
+}
+
+/* Takes part p of the best point. */
+static void gather(perp_ncp_solver *solver, int32_t p)
+{
+    perp__ncp_parts *parts = &solver->parts;
+
+    for (int32_t i = 0; i < solver->model.n; i++)
+        if (parts->of[i] == p)
+            parts->z[i] = solver->best_z[i];
+}
+
+/* ---- runs ---- */
 
 #define ITERATIONS 200       /* the default limit of a run */
 #define FIRST_ITERATIONS 100 /* of fischer under auto */
@@ -204,7 +341,7 @@ static perp_status restart(perp_ncp_solver *solver)
     for (int32_t k = 0; k < most && status == PERP_OK && !is_over(solver); k++) {
         solver->model.control.restarts++;
         solver->apart = k % 2;
-        perp__ncp_perturb(solver, k);
+        perturb(solver, k);
         status = run_all(solver, solver->perturbed, k % 2 == 0 ? solver->settings.penalty : 0.0);
     }
     return status;
@@ -219,7 +356,7 @@ static perp_status part_by_part(perp_ncp_solver *solver)
 
     for (int32_t p = 0;
          p < solver->parts.count && status == PERP_OK && solver->model.control.ended < 0; p++) {
-        perp__ncp_hold_others(solver, p);
+        hold_others(solver, p);
         solver->apart = 0;
         status = consider(solver, method, PERP_OUTCOME_STALLED);
         if (status == PERP_OK && !is_over(solver))
@@ -228,25 +365,25 @@ static perp_status part_by_part(perp_ncp_solver *solver)
             status = restart(solver);
         if (status != PERP_OK || solver->best_method < 0)
             continue;
-        perp__ncp_gather(solver, p);
+        gather(solver, p);
         said = perp__worse_outcome(said, verdict(solver, &solver->best));
         method = solver->best_method;
     }
-    perp__ncp_hold_others(solver, -1);
+    hold_others(solver, -1);
     return status == PERP_OK ? consider(solver, method, said) : status;
 }
 
 static perp_status search(perp_ncp_solver *solver, const double *z0)
 {
     const perp__ncp_control *control = &solver->model.control;
-    perp_status status = perp__ncp_find_start(solver, z0);
+    perp_status status = find_start(solver, z0);
 
     if (status != PERP_OK)
         return status;
     solver->apart = 0;
     status = run_all(solver, solver->start, solver->settings.penalty);
     if (status == PERP_OK && !is_over(solver))
-        status = perp__ncp_split(solver) ? part_by_part(solver) : restart(solver);
+        status = split(solver) ? part_by_part(solver) : restart(solver);
     if (status == PERP_OK && solver->best_method < 0) { /* no time for a step, or no J anywhere */
         memcpy(solver->candidate, solver->start, (size_t)solver->model.n * sizeof(double));
         status = consider(solver, control->method, PERP_OUTCOME_SINGULAR);
@@ -297,20 +434,18 @@ static void write_out(perp_ncp_solver *solver, double *z, double *w, perp_ncp_re
                       double seconds)
 {
     const size_t bytes = (size_t)solver->model.n * sizeof(double);
-    perp_ncp_result own;
+    const perp_ncp_result own = {.outcome = verdict(solver, &solver->best),
+                                 .method = solver->best_method,
+                                 .iterations = solver->iterations,
+                                 .residual = perp__told(solver->best.evidence.tested),
+                                 .natural_residual = perp__told(solver->best.natural),
+                                 .backward_error = perp__told(solver->best.evidence.backward),
+                                 .seconds = seconds,
+                                 .function_evaluations = solver->model.function_evaluations,
+                                 .jacobian_evaluations = solver->model.jacobian_evaluations,
+                                 .restarts = solver->model.control.restarts,
+                                 .trapped = solver->trapped};
 
-    memset(&own, 0, sizeof own);
-    own.outcome = verdict(solver, &solver->best);
-    own.method = solver->best_method;
-    own.iterations = solver->iterations;
-    own.residual = perp__told(solver->best.evidence.tested);
-    own.natural_residual = perp__told(solver->best.natural);
-    own.backward_error = perp__told(solver->best.evidence.backward);
-    own.seconds = seconds;
-    own.function_evaluations = solver->model.function_evaluations;
-    own.jacobian_evaluations = solver->model.jacobian_evaluations;
-    own.restarts = solver->model.control.restarts;
-    own.trapped = solver->trapped;
     if (bytes > 0) {
         memcpy(z, solver->best_z, bytes);
         if (w)

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "ncp/method.h"
+#include "ncp/walk.h"
 
 #define STEPS 20
 

@@ -1,10 +1,110 @@
-/* The life of a solver: create, set, setup, destroy, and the public entrances. */
+/* What a solver is given, and its life: create, set, setup, destroy, and the public entrances. */
 #include "ncp/solver.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/check.h"
-#include "ncp/settings.h"
+#include "base/context.h"
+
+/* ---- settings and problems ---- */
+
+PERP__INIT(perp_ncp_problem)
+
+perp_status perp_ncp_settings_init(perp_ncp_settings *settings, size_t size)
+{
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_ncp_settings));
+
+    if (status == PERP_OK) {
+        settings->tol = 1e-10;
+        settings->penalty = 0.1;
+        settings->restarts = 20;
+        settings->scaling = 1;
+        settings->polish = 1;
+    }
+    return status;
+}
+
+PERP__INIT(perp_ncp_result)
+
+const char *perp_ncp_method_text(int32_t method)
+{
+    static const char *const texts[] = {"auto", "fischer", "josephy"};
+
+    return method >= 0 && method <= PERP_NCP_JOSEPHY ? texts[method] : "unknown method";
+}
+
+static const perp__field fields[] = {
+    PERP__INTEGER(perp_ncp_settings, method, 0, PERP_NCP_JOSEPHY),
+    PERP__INTEGER(perp_ncp_settings, max_iterations, 0, INFINITY),
+    PERP__INTEGER(perp_ncp_settings, restarts, 0, INFINITY),
+    PERP__INTEGER(perp_ncp_settings, scaling, 0, 1),
+    PERP__INTEGER(perp_ncp_settings, polish, 0, 1),
+    PERP__INTEGER(perp_ncp_settings, reserved, 0, 0),
+    PERP__REAL(perp_ncp_settings, tol, "()", 0, INFINITY),
+    PERP__REAL(perp_ncp_settings, time_limit, "[]", 0, INFINITY),
+    PERP__REAL(perp_ncp_settings, penalty, "[)", 0, 1),
+};
+
+/* own := settings, or the defaults for NULL; untouched where that is refused. */
+static perp_status read_settings(perp_context *context, perp_ncp_settings *own,
+                                 const perp_ncp_settings *settings)
+{
+    perp_ncp_settings read;
+    perp_status status = perp_ncp_settings_init(&read, sizeof read);
+
+    if (status == PERP_OK)
+        status = PERP__READ(perp_ncp_settings, context, &read, settings);
+    if (status == PERP_OK)
+        status = PERP__CHECK_FIELDS(context, "settings", &read, fields);
+    if (status == PERP_OK)
+        *own = read;
+    return status;
+}
+
+static perp_status check_storage(perp_context *context, const perp_ncp_problem *p)
+{
+    const perp__matrix pattern = {p->n, p->n, 1, 1, NULL, p->column_starts, p->row_indices};
+    const perp_status status =
+        p->storage == PERP_STORAGE_CSC
+            ? perp__check_pointer(context, "problem.column_starts", p->column_starts)
+            : PERP_OK;
+
+    if (p->storage == PERP_STORAGE_CSC)
+        return status == PERP_OK ? perp__matrix_check_csc(context, "problem", &pattern) : status;
+    if (p->storage != PERP_STORAGE_COLUMN_MAJOR && p->storage != PERP_STORAGE_ROW_MAJOR)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "problem.storage is %d, which is none",
+                          (int)p->storage);
+    if (p->column_starts || p->row_indices)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "problem.storage is dense but problem.%s is not NULL",
+                          p->column_starts ? "column_starts" : "row_indices");
+    return PERP_OK;
+}
+
+/* Checks struct, callbacks, pattern and bounds. */
+static perp_status read_problem(perp_context *context, perp_ncp_problem *own,
+                                const perp_ncp_problem *problem)
+{
+    perp_status status = PERP__CHECK(perp_ncp_problem, context, problem);
+
+    if (status != PERP_OK)
+        return status;
+    memset(own, 0, sizeof *own);
+    status = PERP__READ(perp_ncp_problem, context, own, problem);
+    if (status == PERP_OK && own->n < 0)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.n is %d, expected a count",
+                            (int)own->n);
+    if (status == PERP_OK && !own->function)
+        status = perp__fail(context, PERP_ERROR_ARGUMENT, "problem.function is NULL");
+    if (status == PERP_OK)
+        status = check_storage(context, own);
+    if (status == PERP_OK)
+        status = perp__check_bounds(context, own->lower, own->upper, (size_t)own->n);
+    return status;
+}
+
+/* ---- life ---- */
 
 static void release(void *object)
 {
@@ -21,7 +121,7 @@ perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
                              const perp_ncp_settings *settings)
 {
     perp_ncp_settings own;
-    perp_status status = perp__ncp_settings_read(context, &own, settings);
+    perp_status status = read_settings(context, &own, settings);
     perp_ncp_solver *made;
 
     if (status != PERP_OK)
@@ -38,7 +138,7 @@ perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
 
 perp_status perp__ncp_set(perp_ncp_solver *solver, const perp_ncp_settings *settings)
 {
-    return perp__ncp_settings_read(solver->context, &solver->settings, settings);
+    return read_settings(solver->context, &solver->settings, settings);
 }
 
 void perp__ncp_destroy(perp_ncp_solver *solver)
@@ -52,17 +152,9 @@ static void layout(perp__arena *arena, void *object)
     const size_t n = (size_t)s->model.n;
 
     s->walk.model = &s->model;
-    s->start = perp__arena_take(arena, n, sizeof(double));
-    s->unit = perp__arena_take(arena, n, sizeof(double));
-    s->perturbed = perp__arena_take(arena, n, sizeof(double));
-    s->candidate = perp__arena_take(arena, n, sizeof(double));
-    s->best_z = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &s->start, &s->unit, &s->perturbed, &s->candidate, &s->best_z,
+                  &s->parts.z, &s->parts.lower, &s->parts.upper, &s->parts.start, &s->best_w);
     s->parts.of = perp__arena_take(arena, n, sizeof(int32_t));
-    s->parts.z = perp__arena_take(arena, n, sizeof(double));
-    s->parts.lower = perp__arena_take(arena, n, sizeof(double));
-    s->parts.upper = perp__arena_take(arena, n, sizeof(double));
-    s->parts.start = perp__arena_take(arena, n, sizeof(double));
-    s->best_w = perp__arena_take(arena, n, sizeof(double));
     perp__ncp_model_layout(arena, &s->model);
     perp__ncp_walk_layout(arena, &s->walk);
     perp__witness_layout(arena, &s->witness, n);
@@ -72,7 +164,7 @@ perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *pro
 {
     perp_ncp_solver next = *solver;
     perp_ncp_problem own;
-    perp_status status = perp__ncp_problem_read(solver->context, &own, problem);
+    perp_status status = read_problem(solver->context, &own, problem);
 
     if (status != PERP_OK)
         return status;

@@ -6,7 +6,7 @@
 #include "base/handle.h"
 #include "base/outcome.h"
 #include "linalg/witness.h"
-#include "ncp/method.h"
+#include "ncp/walk.h"
 #include "ncp/ncp.h"
 
 /* What a point is worth, recomputed from F and J there. */
@@ -52,23 +52,7 @@ struct perp_ncp_solver {
  * PERP_ERROR_CALLBACK. */
 perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth);
 
-/* Whether there is more than one part to solve (and not too many), from the best point yet. */
-int32_t perp__ncp_split(perp_ncp_solver *solver);
-
-/* Fixes all variables but those of part p (-1: none) at the best that is known of them; forgets the
- * best point. candidate := the best of all parts. */
-void perp__ncp_hold_others(perp_ncp_solver *solver, int32_t p);
-
-/* Takes part p of the best point. */
-void perp__ncp_gather(perp_ncp_solver *solver, int32_t p);
-
 /* *trapped := whether best_z is a stationary point of the merit function, within rounding. */
 perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped);
-
-/* perturbed := start, perturbed; the attempts differ in size and direction. */
-void perp__ncp_perturb(perp_ncp_solver *solver, int32_t attempt);
-
-/* start := z0, or near it where F is not defined there. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
-perp_status perp__ncp_find_start(perp_ncp_solver *solver, const double *z0);
 
 #endif

@@ -14,13 +14,11 @@ void perp__ncp_walk_layout(perp__arena *arena, perp__ncp_walk *f)
 {
     const perp__ncp_model *m = f->model;
     const size_t n = (size_t)m->n;
-    double **const vectors[] = {&f->z,         &f->w,        &f->phi,     &f->trial_z, &f->trial_w,
-                                &f->trial_phi, &f->equation, &f->slope_z, &f->slope_w, &f->d,
-                                &f->gradient,  &f->part,     &f->image,   &f->best};
     const size_t entries = m->sparse ? (size_t)m->problem.column_starts[n] + n : n * n;
 
-    for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
-        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &f->z, &f->w, &f->phi, &f->trial_z, &f->trial_w, &f->trial_phi,
+                  &f->equation, &f->slope_z, &f->slope_w, &f->d, &f->gradient, &f->part, &f->image,
+                  &f->best);
     f->H = perp__arena_take(arena, entries, sizeof(double));
     f->squared = perp__arena_take(arena, m->sparse ? 0 : entries, sizeof(double));
 }
@@ -43,7 +41,8 @@ static double merit(const perp__ncp_walk *f, const double *z, const double *w, d
     return 0.5 * sum;
 }
 
-void perp__ncp_note(perp__ncp_walk *f)
+/* residual, relative and the best point yet, for z and w. */
+static void note(perp__ncp_walk *f)
 {
     f->residual = perp__ncp_residual(f->model, f->z, f->w);
     f->relative = f->scaled ? perp__ncp_tested(f->model, f->z, f->w) : f->residual;
@@ -59,7 +58,7 @@ void perp__ncp_note(perp__ncp_walk *f)
 static void appraise(perp__ncp_walk *f)
 {
     f->psi = merit(f, f->z, f->w, f->phi);
-    perp__ncp_note(f);
+    note(f);
 }
 
 perp_status perp__ncp_stand(perp__ncp_walk *f)
@@ -239,11 +238,12 @@ perp_status perp__ncp_newton(perp__ncp_walk *f, double rho)
 
 void perp__ncp_gradient(perp__ncp_walk *f)
 {
-    for (int32_t i = 0; i < f->model->n; i++)
+    const perp__matrix S = perp__ncp_view(f->model);
+
+    for (int32_t i = 0; i < S.rows; i++)
         f->part[i] = f->slope_w[i] * f->phi[i];
-    perp__ncp_transposed(f->model, f->part, f->gradient);
-    for (int32_t i = 0; i < f->model->n; i++)
-        f->gradient[i] += f->slope_z[i] * f->phi[i];
+    for (int32_t j = 0; j < S.columns; j++)
+        f->gradient[j] = perp__column_times(&S, j, f->part) + f->slope_z[j] * f->phi[j];
 }
 
 perp_status perp__ncp_regularised(perp__ncp_walk *f)
@@ -298,7 +298,7 @@ void perp__ncp_steepest(perp__ncp_walk *f)
 
 /* A start that leaves no more than rounding is there. Later points must show it by a step that does
  * not help: omega may have run away by then, and is no measure. */
-int32_t perp__ncp_is_there(const perp__ncp_walk *f, double last)
+static int32_t is_there(const perp__ncp_walk *f, double last)
 {
     if (f->residual == 0.0)
         return 1;
@@ -307,4 +307,125 @@ int32_t perp__ncp_is_there(const perp__ncp_walk *f, double last)
     if (!f->finish || f->residual > 0.5 * last)
         return 1;
     return isinf(last) && f->relative <= PERP__NCP_ROUNDING;
+}
+
+perp_status perp__ncp_iterate(perp__ncp_walk *f, perp__ncp_step step, void *own)
+{
+    double last = INFINITY;
+
+    for (f->iterations = 0;; f->iterations++) {
+        perp_status status = perp__ncp_tick(f->model, &f->outcome, f->iterations, f->residual);
+
+        if (status != PERP_OK || f->outcome >= 0)
+            return status;
+        status = perp__ncp_look(f);
+        f->outcome = PERP_OUTCOME_SINGULAR;
+        if (status != PERP_OK)
+            return status < 0 ? status : PERP_OK;
+        f->outcome = PERP_OUTCOME_SOLVED;
+        if (is_there(f, last))
+            return PERP_OK;
+        f->outcome = PERP_OUTCOME_ITERATION_LIMIT;
+        if (f->iterations >= f->limit)
+            return PERP_OK;
+        last = f->residual;
+        status = step(f, own);
+        f->outcome = PERP_OUTCOME_STALLED;
+        if (status != 1)
+            return status < 0 ? status : PERP_OK;
+    }
+}
+
+/* ---- steps along the projected arc P(z + t d). Where F is not defined the step is shortened like
+ * one that did not help. Nonmonotone: Grippo, Lampariello & Lucidi, SIAM J. Numer. Anal. 23 (1986)
+ * ---- */
+
+#define BETA 1e-4 /* Armijo's */
+#define GRADIENT_HALVINGS 40
+
+double perp__ncp_reference(const perp__ncp_walk *f)
+{
+    double most = f->psi;
+
+    for (int64_t k = 0; k < PERP__NCP_MEMORY && k < f->steps; k++)
+        most = f->recent[k] > most ? f->recent[k] : most;
+    return most;
+}
+
+/* The trial point for t, and its Psi. */
+static perp_status attempt(perp__ncp_walk *f, double t)
+{
+    const perp__ncp_model *m = f->model;
+    perp_status status;
+
+    for (int32_t i = 0; i < m->n; i++)
+        f->trial_z[i] = perp__ncp_clamp(f->z[i] + t * f->d[i], m->low[i], m->high[i]);
+    status = perp__ncp_evaluate(f->model, f->trial_z, f->trial_w);
+    if (status == PERP_OK)
+        f->trial_psi = merit(f, f->trial_z, f->trial_w, f->trial_phi);
+    return status;
+}
+
+static void swap(double **a, double **b)
+{
+    double *kept = *a;
+
+    *a = *b;
+    *b = kept;
+}
+
+static void move(perp__ncp_walk *f)
+{
+    f->recent[f->steps++ % PERP__NCP_MEMORY] = f->psi;
+    swap(&f->z, &f->trial_z);
+    swap(&f->w, &f->trial_w);
+    swap(&f->phi, &f->trial_phi);
+    f->psi = f->trial_psi;
+    note(f);
+}
+
+perp_status perp__ncp_search(perp__ncp_walk *f, double reference, double slope, int32_t halvings)
+{
+    double t = 1.0;
+
+    for (int32_t k = 0; k <= halvings; k++, t *= 0.5) {
+        perp_status status = attempt(f, t);
+
+        if (status < 0)
+            return status;
+        if (status == PERP_OK && f->trial_psi <= reference + BETA * t * slope) {
+            move(f);
+            return 1;
+        }
+    }
+    return 0;
+}
+
+perp_status perp__ncp_leap(perp__ncp_walk *f)
+{
+    const perp_status status = attempt(f, 1.0);
+
+    if (status == PERP_OK)
+        move(f);
+    return status < 0 ? status : status == PERP_OK;
+}
+
+perp_status perp__ncp_search_projected(perp__ncp_walk *f)
+{
+    double t = 1.0;
+
+    for (int32_t k = 0; k <= GRADIENT_HALVINGS; k++, t *= 0.5) {
+        perp_status status = attempt(f, t);
+        double promised = 0.0;
+
+        if (status < 0)
+            return status;
+        for (int32_t i = 0; i < f->model->n; i++)
+            promised += f->gradient[i] * (f->trial_z[i] - f->z[i]);
+        if (status == PERP_OK && promised < 0.0 && f->trial_psi <= f->psi + BETA * promised) {
+            move(f);
+            return 1;
+        }
+    }
+    return 0;
 }

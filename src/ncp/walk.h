@@ -4,7 +4,9 @@
 #ifndef PERP_NCP_WALK_H
 #define PERP_NCP_WALK_H
 
-#include "linalg/kept_factor.h"
+#include <perp/lcp.h>
+
+#include "linalg/factor/factor.h"
 #include "ncp/model.h"
 
 /* A residual over omega that further steps do not make smaller: rounding of F. */
@@ -47,9 +49,6 @@ typedef struct perp__ncp_walk {
 void perp__ncp_walk_layout(perp__arena *arena, perp__ncp_walk *walk);
 void perp__ncp_walk_release(perp__ncp_walk *walk);
 
-/* residual, relative and the best point yet, for z and w. */
-void perp__ncp_note(perp__ncp_walk *walk);
-
 /* Stands at z, which is within the bounds: w, Phi, Psi. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
 perp_status perp__ncp_stand(perp__ncp_walk *walk);
 
@@ -89,7 +88,35 @@ perp_status perp__ncp_search_projected(perp__ncp_walk *walk);
 /* The largest of the last values of Psi. */
 double perp__ncp_reference(const perp__ncp_walk *walk);
 
-/* True if the method may stop here. */
-int32_t perp__ncp_is_there(const perp__ncp_walk *walk, double last_residual);
+/* Steps from where the walk stands to walk->outcome. A step returns 1 if it moved, 0 if not, or a
+ * negative status. PERP_OK, or a negative status. */
+typedef perp_status (*perp__ncp_step)(perp__ncp_walk *walk, void *own);
+perp_status perp__ncp_iterate(perp__ncp_walk *walk, perp__ncp_step step, void *own);
+
+/* ---- the methods: each runs a walk from where it stands. Checks, timing, acceptance, polish and
+ * restarts live in the front door ---- */
+
+/* From walk->z, where F is defined, to walk->outcome; what it thinks of its point is no verdict.
+ * PERP_OK, or PERP_ERROR_MEMORY / _CALLBACK. */
+perp_status perp__ncp_fischer(perp__ncp_walk *walk);
+
+/* The linear problems of Josephy-Newton, and the point its watchdog may return to. Zero at first;
+ * in memory of its own, made when it first runs. */
+typedef struct perp__ncp_linear {
+    perp__arena arena;
+    perp_lcp_solver *lcp;
+    int32_t n, fitted; /* arrays laid out, for n */
+    double *q, *z;
+    double *kept_z, *kept_d; /* of the watchdog */
+    double kept_psi;
+    int32_t since; /* leaps since then */
+} perp__ncp_linear;
+
+perp_status perp__ncp_josephy(perp__ncp_walk *walk, perp__ncp_linear *linear);
+void perp__ncp_linear_release(perp__ncp_linear *linear);
+
+/* Newton's method on the active set that the natural map shows, as long as that takes off at least
+ * half of the residual. */
+perp_status perp__ncp_polish(perp__ncp_walk *walk);
 
 #endif

@@ -36,9 +36,8 @@ perp_status perp__pattern_tree_search(perp__pattern_tree *tree)
 int64_t perp__pattern_tree_count(const perp__pattern_tree *tree, int64_t most)
 {
     int64_t product = 1;
-    int32_t i;
 
-    for (i = 0; i < tree->positions && product <= most; i++)
+    for (int32_t i = 0; i < tree->positions && product <= most; i++)
         product *= tree->choices(tree->user, i);
     return product;
 }
@@ -118,9 +117,8 @@ void perp__answer_find_middle(const perp__answers *answers, perp__answer *answer
 {
     const size_t n = (size_t)answers->length;
     int32_t k;
-    size_t i;
 
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         double sum = 0.0, rays = 0.0;
 
         for (k = 0; k < answer->vertices; k++)
@@ -186,11 +184,10 @@ static perp__answer *sort(const perp__answers *answers, perp__answer *list, int3
                           order is_before)
 {
     perp__answer *last = list, *one, *other, **link = &list;
-    int32_t k;
 
     if (count < 2)
         return list;
-    for (k = 1; k < count / 2; k++)
+    for (int32_t k = 1; k < count / 2; k++)
         last = last->next;
     other = last->next;
     last->next = NULL;

@@ -70,12 +70,11 @@ int32_t perp__polyhedron_is_vertex(const perp__polyhedron *p, int32_t k)
 void perp__polyhedron_point(const perp__polyhedron *p, int32_t k, double sign, double *to)
 {
     const double *y = generator(p, k), s = perp__polyhedron_is_vertex(p, k) ? y[0] : 0.0;
-    int32_t i, c;
 
-    for (i = 0; i < p->length; i++) {
+    for (int32_t i = 0; i < p->length; i++) {
         double sum = s * p->origin[i], size = fabs(sum);
 
-        for (c = 0; c < p->dimension; c++) {
+        for (int32_t c = 0; c < p->dimension; c++) {
             const double term = y[c + 1] * p->directions[(size_t)c * (size_t)p->length + (size_t)i];
 
             sum += term;
@@ -128,14 +127,13 @@ perp_status perp__polyhedron_list(perp__polyhedron *p, perp__answers *answers, p
 int32_t perp__rank_add(double *basis, int32_t rank, int32_t n, double least)
 {
     double *direction = basis + (size_t)rank * (size_t)n, length = 0.0;
-    int32_t i;
 
     perp__project_out(basis, rank, n, direction);
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         length = hypot(length, direction[i]);
     if (!(length > least))
         return rank;
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         direction[i] /= length;
     return rank + 1;
 }

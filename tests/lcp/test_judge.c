@@ -11,7 +11,6 @@
 #include <cmocka.h>
 
 #include "gen.h"
-#include "lcp/candidate.h"
 #include "lcp/solver.h"
 
 static perp_context *context;

@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "gen.h"
-#include "lcp/lemke/rows.h"
+#include "lcp/lemke/lemke.h"
 
 enum { LENGTH = 64 };
 

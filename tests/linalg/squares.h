@@ -18,10 +18,6 @@
 static const perp__factor_type *const types[] = {
     &perp__factor_lapack,
     &perp__factor_klu,
-#ifdef PERP_GPL
-    &perp__factor_umfpack,
-    &perp__factor_cholmod,
-#endif
 };
 enum { TYPES = sizeof types / sizeof types[0] };
 

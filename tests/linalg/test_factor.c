@@ -22,7 +22,7 @@ static void test_random(void **state)
     gen_seed(&random, 1);
     for (t = 0; t < TYPES; t++)
         for (k = 0; k < sizeof orders / sizeof orders[0]; k++) {
-            matrix A = matrix_random(&random, orders[k], types[t]->positive_definite);
+            matrix A = matrix_random(&random, orders[k], 0);
             perp__factor *factor = analysed(types[t], &A);
             int32_t i;
 
@@ -30,8 +30,7 @@ static void test_random(void **state)
                 assert_int_equal(factored(types[t], factor, &A), PERP_OK);
                 check_solves(&random, types[t], factor, &A, tolerance_of(A.n));
                 for (i = 0; i < A.n * A.n; i++) /* new values, the same pattern */
-                    A.dense[i] *=
-                        types[t]->positive_definite ? 0.7 : gen_uniform(&random, 0.5, 1.0);
+                    A.dense[i] *= gen_uniform(&random, 0.5, 1.0);
                 matrix_compress(&A);
             }
             types[t]->destroy(factor);
@@ -56,7 +55,7 @@ static void test_other_patterns(void **state)
         perp__factor *factor = NULL;
 
         for (k = 0; k < sizeof orders / sizeof orders[0]; k++) {
-            matrix A = matrix_random(&random, orders[k], types[t]->positive_definite);
+            matrix A = matrix_random(&random, orders[k], 0);
             perp__square view = view_of(&A, types[t]);
             perp__factor *fresh = analysed(types[t], &A);
             double x[60], y[60];
@@ -97,10 +96,6 @@ static void test_refactor_pivots(void **state)
         perp__factor *factor;
         int32_t i;
 
-        if (types[t]->positive_definite) {
-            matrix_release(&A);
-            continue;
-        }
         for (i = 0; i < 9; i++)
             A.dense[i] = (double)((7 * i) % 5 + 1);
         matrix_compress(&A);
@@ -135,10 +130,6 @@ static void test_fresh_pivots_forget(void **state)
         perp__square view;
         int32_t i;
 
-        if (types[t]->positive_definite) {
-            matrix_release(&A);
-            continue;
-        }
         for (i = 0; i < N * N; i++)
             A.dense[i] = gen_uniform(&random, 0.5, 1.0) * (i % (N + 1) == 0 ? 1e-9 : 1.0);
         matrix_compress(&A);
@@ -162,9 +153,7 @@ static void test_fresh_pivots_forget(void **state)
     }
 }
 
-/* Rows and columns of sizes from 2^-450 to 2^450 change no digit: power-of-two scaling commutes
- * with elimination as long as the pivots stay. Row scaling by KLU may reorder; the residual, row by
- * row in its own scale, tells. */
+/* Rows and columns of sizes from 2^-450 to 2^450 neither overflow nor look singular. */
 static void test_ill_scaled(void **state)
 {
     enum { N = 20 };
@@ -175,7 +164,7 @@ static void test_ill_scaled(void **state)
     gen_seed(&random, 4);
     for (t = 0; t < TYPES; t++) {
         matrix A = matrix_random(&random, N, 1);
-        double x[N], b[N];
+        double x[N];
         int32_t e[N], i, j;
         perp__factor *factor;
 
@@ -189,19 +178,10 @@ static void test_ill_scaled(void **state)
         if (factored(types[t], factor, &A) != PERP_OK)
             fail_msg("%s finds it singular", types[t]->name);
         for (i = 0; i < N; i++)
-            x[i] = b[i] = ldexp(gen_normal(&random), e[i]);
+            x[i] = ldexp(gen_normal(&random), e[i]);
         types[t]->solve(factor, x, 0);
         for (i = 0; i < N; i++)
             assert_true(isfinite(x[i]));
-        /* back in units where every entry is of size one */
-        for (i = 0; i < N; i++) {
-            x[i] = ldexp(x[i], e[i]);
-            b[i] = ldexp(b[i], -e[i]);
-            for (j = 0; j < N; j++)
-                A.dense[i + N * j] = ldexp(A.dense[i + N * j], -e[i] - e[j]);
-        }
-        if (types[t]->positive_definite) /* diagonal pivots are scaled along with the matrix */
-            assert_true(backward_error(&A, 0, x, b) <= tolerance_of(N));
         types[t]->destroy(factor);
         matrix_release(&A);
     }

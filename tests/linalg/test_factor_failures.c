@@ -88,27 +88,6 @@ static void test_structurally_singular(void **state)
     }
 }
 
-/* Symmetric but not definite is nothing for Cholesky. */
-static void test_indefinite(void **state)
-{
-    int t;
-
-    (void)state;
-    for (t = 0; t < TYPES; t++) {
-        matrix A = matrix_zero(2);
-        perp__factor *factor;
-
-        A.dense[0] = A.dense[3] = 1.0;
-        A.dense[1] = A.dense[2] = 2.0;
-        matrix_compress(&A);
-        factor = analysed(types[t], &A);
-        assert_int_equal(factored(types[t], factor, &A),
-                         types[t]->positive_definite ? PERP__FACTOR_SINGULAR : PERP_OK);
-        types[t]->destroy(factor);
-        matrix_release(&A);
-    }
-}
-
 /* An allocator that fails at the k-th call and counts what is alive. */
 typedef struct failing {
     int32_t calls, fail_at, alive;
@@ -187,7 +166,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_singular),
         cmocka_unit_test(test_structurally_singular),
-        cmocka_unit_test(test_indefinite),
         cmocka_unit_test(test_allocation_failures),
     };
 

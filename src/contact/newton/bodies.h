@@ -8,7 +8,7 @@
 
 #include "contact/bodies/bodies.h"
 #include "contact/method.h"
-#include "linalg/kept_factor.h"
+#include "linalg/factor/factor.h"
 
 typedef struct perp__newton_blocks perp__newton_blocks;
 

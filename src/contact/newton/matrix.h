@@ -5,7 +5,7 @@
 #define PERP_CONTACT_NEWTON_MATRIX_H
 
 #include "contact/newton/bodies.h"
-#include "linalg/kept_factor.h"
+#include "linalg/factor/factor.h"
 
 /* The unknowns that are left: contacts without friction keep their normal alone. Block k < contacts
  * is contact k, the others are a bilateral row each. */

@@ -30,17 +30,10 @@ void perp__active_block_layout(perp__arena *arena, perp__active_block *b, int32_
                   : n / PERP__CHANGED_PART > PERP__MOST_CHANGES ? PERP__MOST_CHANGES
                                                                 : n / PERP__CHANGED_PART;
     capacity = (size_t)b->capacity;
-    b->order = perp__arena_take(arena, size, sizeof(int32_t));
-    b->position = perp__arena_take(arena, size, sizeof(int32_t));
-    b->pivots = perp__arena_take(arena, size, sizeof(int32_t));
-    b->changed = perp__arena_take(arena, capacity, sizeof(int32_t));
-    b->column_of = perp__arena_take(arena, size, sizeof(int32_t));
-    b->used = perp__arena_take(arena, capacity, sizeof(int32_t));
-    b->schur_pivots = perp__arena_take(arena, capacity, sizeof(int32_t));
-    b->border = perp__arena_take(arena, size * capacity, sizeof(double));
-    b->solved = perp__arena_take(arena, size * capacity, sizeof(double));
-    b->corner = perp__arena_take(arena, capacity * capacity, sizeof(double));
-    b->schur = perp__arena_take(arena, capacity * capacity, sizeof(double));
+    PERP__INTEGERS(arena, size, &b->order, &b->position, &b->pivots, &b->column_of);
+    PERP__INTEGERS(arena, capacity, &b->changed, &b->used, &b->schur_pivots);
+    PERP__DOUBLES(arena, size * capacity, &b->border, &b->solved);
+    PERP__DOUBLES(arena, capacity * capacity, &b->corner, &b->schur);
     b->x = perp__arena_take(arena, size, sizeof(double));
     b->y = perp__arena_take(arena, capacity, sizeof(double));
     if (!lent)
@@ -75,18 +68,15 @@ static void gather(const perp__active_block *b, int32_t j, int32_t row, int32_t 
     const size_t stride = row ? b->M.column_stride : b->M.row_stride;
     const double *from = b->M.values + (size_t)j * fixed;
     const double *d = b->factors;
-    int32_t r;
 
-    for (r = first; r < b->count; r++)
+    for (int32_t r = first; r < b->count; r++)
         into[r] = from[(size_t)b->order[r] * stride] * (d[b->order[r]] * d[j]);
 }
 
 static void collect(perp__active_block *b, const int8_t *places)
 {
-    int32_t i;
-
     b->count = b->kept = b->changes = 0;
-    for (i = 0; i < b->M.rows; i++) {
+    for (int32_t i = 0; i < b->M.rows; i++) {
         b->position[i] = b->column_of[i] = -1;
         if (places[i] != PERP__BETWEEN)
             continue;
@@ -125,9 +115,7 @@ static enum perp__block_state judge(const double *factored, int32_t n, const int
 
 static enum perp__block_state factor_cholesky(perp__active_block *b)
 {
-    int32_t c;
-
-    for (c = 0; c < b->count; c++)
+    for (int32_t c = 0; c < b->count; c++)
         gather(b, b->order[c], 0, c, b->block + at(0, c, b->count));
     if (perp__cholesky_factor(b->count, b->block, b->count) != 0)
         return PERP__BLOCK_INDEFINITE;
@@ -136,9 +124,7 @@ static enum perp__block_state factor_cholesky(perp__active_block *b)
 
 static enum perp__block_state factor_lu(perp__active_block *b)
 {
-    int32_t c;
-
-    for (c = 0; c < b->count; c++)
+    for (int32_t c = 0; c < b->count; c++)
         gather(b, b->order[c], b->transposed, 0, b->block + at(0, c, b->count));
     if (perp__lu_factor(b->count, b->block, b->count, b->pivots) != 0)
         return PERP__BLOCK_SINGULAR;
@@ -180,9 +166,8 @@ static void solve_old(const perp__active_block *b, int32_t columns, double *X)
 static void add_borders(perp__active_block *b, int32_t first)
 {
     const size_t bytes = (size_t)b->count * sizeof(double);
-    int32_t k;
 
-    for (k = first; k < b->kept; k++) {
+    for (int32_t k = first; k < b->kept; k++) {
         const int32_t i = b->changed[k];
         double *border = b->border + at(0, k, b->M.rows), *solved = b->solved + at(0, k, b->M.rows);
 
@@ -205,13 +190,12 @@ static void add_borders(perp__active_block *b, int32_t first)
 static void add_corner(perp__active_block *b, int32_t first)
 {
     const int32_t n = b->M.rows;
-    int32_t k, p;
 
-    for (k = first; k < b->kept; k++) {
+    for (int32_t k = first; k < b->kept; k++) {
         double *column = b->corner + at(0, k, b->capacity);
         const int32_t i = b->changed[k], entered = b->position[i] < 0;
 
-        for (p = 0; p <= k; p++) {
+        for (int32_t p = 0; p <= k; p++) {
             const int32_t j = b->changed[p], both = entered && b->position[j] < 0;
 
             column[p] = both ? entry(b, j, i) : 0.0;
@@ -224,7 +208,7 @@ static void add_corner(perp__active_block *b, int32_t first)
         else
             perp__gemv_transposed_subtract(b->count, k, b->solved, n, b->border + at(0, k, n), 1,
                                            b->y);
-        for (p = 0; p < k; p++)
+        for (int32_t p = 0; p < k; p++)
             b->corner[at(k, p, b->capacity)] = b->y[p];
     }
 }
@@ -250,7 +234,7 @@ static int32_t compare(perp__active_block *b, const int8_t *places, int32_t most
 static int32_t update(perp__active_block *b, const int8_t *places)
 {
     const int32_t first = b->kept;
-    int32_t fresh, i, p, q;
+    int32_t fresh, i, q;
 
     fresh = compare(b, places, b->count / PERP__CHANGED_PART);
     if (fresh < 0)
@@ -269,7 +253,7 @@ static int32_t update(perp__active_block *b, const int8_t *places)
         add_corner(b, first);
     }
     for (q = 0; q < b->changes; q++)
-        for (p = 0; p < b->changes; p++)
+        for (int32_t p = 0; p < b->changes; p++)
             b->schur[at(p, q, b->changes)] = b->corner[at(b->used[p], b->used[q], b->capacity)];
     return b->changes == 0 ||
            (perp__lu_factor(b->changes, b->schur, b->changes, b->schur_pivots) == 0 &&
@@ -286,12 +270,11 @@ enum perp__block_state perp__active_block_choose(perp__active_block *b, const in
 void perp__active_block_solve(perp__active_block *b, const int8_t *places, double *r)
 {
     const int32_t n = b->M.rows;
-    int32_t k;
 
-    for (k = 0; k < b->count; k++)
+    for (int32_t k = 0; k < b->count; k++)
         b->x[k] = r[b->order[k]];
     solve_old(b, 1, b->x);
-    for (k = 0; k < b->changes; k++) {
+    for (int32_t k = 0; k < b->changes; k++) {
         const int32_t i = b->changed[b->used[k]];
 
         b->y[k] = b->position[i] < 0 ? r[i] : 0.0;
@@ -300,12 +283,12 @@ void perp__active_block_solve(perp__active_block *b, const int8_t *places, doubl
     }
     if (b->changes > 0)
         perp__lu_solve(b->changes, b->schur, b->changes, b->schur_pivots, b->y, 0);
-    for (k = 0; k < b->changes; k++)
+    for (int32_t k = 0; k < b->changes; k++)
         perp__gemv_subtract(b->count, 1, b->solved + at(0, b->used[k], n), n, b->y + k, 1, b->x);
-    for (k = 0; k < b->count; k++)
+    for (int32_t k = 0; k < b->count; k++)
         if (places[b->order[k]] == PERP__BETWEEN)
             r[b->order[k]] = b->x[k];
-    for (k = 0; k < b->changes; k++)
+    for (int32_t k = 0; k < b->changes; k++)
         if (b->position[b->changed[b->used[k]]] < 0)
             r[b->changed[b->used[k]]] = b->y[k];
 }
@@ -315,12 +298,11 @@ int32_t perp__is_symmetric(const perp__lcp_problem *problem)
     const perp__matrix *M = problem->M;
     const double *d = problem->factors;
     enum { TILE = 16 };
-    int32_t i, j, I, J;
 
-    for (J = 0; J < M->rows; J += TILE)
-        for (I = J; I < M->rows; I += TILE)
-            for (j = J; j < J + TILE && j < M->rows; j++)
-                for (i = I > j ? I : j + 1; i < I + TILE && i < M->rows; i++) {
+    for (int32_t J = 0; J < M->rows; J += TILE)
+        for (int32_t I = J; I < M->rows; I += TILE)
+            for (int32_t j = J; j < J + TILE && j < M->rows; j++)
+                for (int32_t i = I > j ? I : j + 1; i < I + TILE && i < M->rows; i++) {
                     const double a =
                         M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
                     const double b =

@@ -30,19 +30,16 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__nested *nested = object;
     const perp__multigrid *grid = nested->grid;
-    int32_t k;
 
     nested->correction = perp__arena_take(arena, (size_t)grid->level[0].n, sizeof(double));
     nested->active = perp__arena_take(arena, (size_t)grid->level[0].n, sizeof(int32_t));
     nested->level = perp__arena_take(arena, (size_t)grid->levels, sizeof *nested->level);
-    for (k = 0; k < grid->levels; k++) {
+    for (int32_t k = 0; k < grid->levels; k++) {
         perp__nested_level measured, *level = nested->level ? &nested->level[k] : &measured;
         const size_t n = (size_t)grid->level[k].n;
 
-        level->own_q = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));
-        level->own_lower = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));
-        level->own_upper = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));
-        level->z = perp__arena_take(arena, k > 0 ? n : 0, sizeof(double));
+        PERP__DOUBLES(arena, k > 0 ? n : 0, &level->own_q, &level->own_lower, &level->own_upper,
+                      &level->z);
         level->places = perp__arena_take(arena, k > 0 ? n : 0, sizeof(int8_t));
         level->residual = perp__arena_take(arena, n, sizeof(double));
     }
@@ -72,9 +69,8 @@ static double reference(const perp__nested_level *level, int32_t i)
 static double row_times(const perp__level *grid, int32_t i, const double *x)
 {
     double sum = 0.0;
-    int32_t k;
 
-    for (k = grid->starts[i]; k < grid->starts[i + 1]; k++)
+    for (int32_t k = grid->starts[i]; k < grid->starts[i + 1]; k++)
         sum += grid->values[k] * x[grid->rows[k]];
     return sum;
 }
@@ -84,13 +80,12 @@ static void coarsen_bounds(const perp__nested *nested, int32_t k)
 {
     const perp__level *grid = &nested->grid->level[k];
     const perp__nested_level *fine = &nested->level[k], *coarse = fine + 1;
-    int32_t i;
 
-    for (i = 0; i < grid->coarse; i++) {
+    for (int32_t i = 0; i < grid->coarse; i++) {
         coarse->own_lower[i] = -INFINITY;
         coarse->own_upper[i] = INFINITY;
     }
-    for (i = 0; i < grid->n; i++) {
+    for (int32_t i = 0; i < grid->n; i++) {
         const int32_t a = grid->aggregate[i];
         const double r = reference(fine, i);
 
@@ -108,15 +103,14 @@ static void coarsen_load(const perp__nested *nested, int32_t k)
 {
     const perp__level *grid = &nested->grid->level[k];
     const perp__nested_level *fine = &nested->level[k];
-    int32_t i, p;
 
-    for (i = 0; i < grid->n; i++)
+    for (int32_t i = 0; i < grid->n; i++)
         nested->correction[i] = reference(fine, i);
     memset(fine[1].own_q, 0, (size_t)grid->coarse * sizeof(double));
-    for (i = 0; i < grid->n; i++) {
+    for (int32_t i = 0; i < grid->n; i++) {
         const double load = row_times(grid, i, nested->correction) + fine->q[i];
 
-        for (p = grid->p_starts[i]; p < grid->p_starts[i + 1]; p++)
+        for (int32_t p = grid->p_starts[i]; p < grid->p_starts[i + 1]; p++)
             fine[1].own_q[grid->p_columns[p]] += grid->p_values[p] * load;
     }
 }
@@ -137,12 +131,11 @@ static void prolong(const perp__nested *nested, int32_t k)
 {
     const perp__level *grid = &nested->grid->level[k];
     const perp__nested_level *fine = &nested->level[k];
-    int32_t i, p;
 
-    for (i = 0; i < grid->n; i++) {
+    for (int32_t i = 0; i < grid->n; i++) {
         double z = reference(fine, i);
 
-        for (p = grid->p_starts[i]; p < grid->p_starts[i + 1]; p++)
+        for (int32_t p = grid->p_starts[i]; p < grid->p_starts[i + 1]; p++)
             z += grid->p_values[p] * fine[1].z[grid->p_columns[p]];
         fine->z[i] = perp__clamp(z, fine->lower[i], fine->upper[i]);
     }
@@ -231,9 +224,8 @@ static int32_t correct(perp__nested *nested, int32_t k, lag *behind)
     const perp__level *rows = &nested->grid->level[k];
     const perp__nested_level *level = &nested->level[k];
     const int32_t count = list_active(nested, k);
-    int32_t r;
 
-    for (r = 0; r < count; r++) {
+    for (int32_t r = 0; r < count; r++) {
         const int32_t i = nested->active[r];
 
         level->residual[i] = -(row_times(rows, i, level->z) + level->q[i]);
@@ -241,7 +233,7 @@ static int32_t correct(perp__nested *nested, int32_t k, lag *behind)
     if (!(k == nested->grid->levels - 1 ? solve_exactly(nested, k, count)
                                         : solve_roughly(nested, k, count, behind)))
         return 0;
-    for (r = 0; r < count; r++) {
+    for (int32_t r = 0; r < count; r++) {
         const int32_t i = nested->active[r];
 
         level->z[i] =
@@ -257,13 +249,13 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
 {
     const int32_t n = nested->grid->level[k].n;
     const int32_t limit = k > 0 ? COARSE_STEPS : FINE_STEPS;
-    int32_t step, changes;
+    int32_t changes;
     lag behind = {n, 0};
 
     memset(nested->level[k].places, PERP__FIXED, (size_t)n); /* none of what a sweep notes */
-    for (step = 1; step < FIRST_SWEEPS; step++)
+    for (int32_t step = 1; step < FIRST_SWEEPS; step++)
         sweep(nested, k, step % 2);
-    for (step = 0; step < limit; step++) {
+    for (int32_t step = 0; step < limit; step++) {
         changes = sweep(nested, k, step % 2);
         behind.changes += changes;
         if ((step > 0 && changes == 0) || !correct(nested, k, &behind))
@@ -280,9 +272,7 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
 
 static int32_t is_finite(const double *z, int32_t n)
 {
-    int32_t i;
-
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         if (!isfinite(z[i]))
             return 0;
     return 1;
@@ -293,11 +283,10 @@ static void coarsen_all(perp__nested *nested)
 {
     const int32_t last = nested->grid->levels - 1;
     const perp__nested_level *level = &nested->level[last];
-    int32_t k, i;
 
-    for (k = 0; k < last; k++)
+    for (int32_t k = 0; k < last; k++)
         coarsen(nested, k);
-    for (i = 0; i < nested->grid->level[last].n; i++)
+    for (int32_t i = 0; i < nested->grid->level[last].n; i++)
         level->z[i] = perp__clamp(0.0, level->lower[i], level->upper[i]);
 }
 
@@ -306,7 +295,6 @@ int32_t perp__nested_run(perp__nested *nested, const perp__lcp_problem *problem,
 {
     const int32_t last = nested->grid->levels - 1;
     perp__nested_level *finest = &nested->level[0];
-    int32_t k;
 
     *request = -1;
     finest->q = problem->q;
@@ -316,7 +304,7 @@ int32_t perp__nested_run(perp__nested *nested, const perp__lcp_problem *problem,
     finest->places = places;
     if (!warm)
         coarsen_all(nested);
-    for (k = warm ? 0 : last; k >= 0; k--) {
+    for (int32_t k = warm ? 0 : last; k >= 0; k--) {
         if (!warm && k < last)
             prolong(nested, k);
         settle(nested, problem, k, iterations, request);

@@ -43,34 +43,22 @@ void perp__sparse_active_set_layout(perp__arena *arena, void *object)
     const int32_t tridiagonal = problem->block->kind == PERP__SPARSE_TRIDIAGONAL;
 
     perp__tridiagonal_lcp_layout(arena, &work->tridiagonal, tridiagonal ? n : 0);
-    work->w = perp__arena_take(arena, n, sizeof(double));
-    work->product = perp__arena_take(arena, n, sizeof(double));
-    work->step = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &work->w, &work->product, &work->step);
     work->active = perp__arena_take(arena, n, sizeof(int32_t));
     work->next = perp__arena_take(arena, n, sizeof(int8_t));
 }
 
-/* w = S z + q */
 static void multiply(perp__sparse_active_set *work, const double *z)
 {
-    const perp__lcp_problem *problem = work->common.problem;
-    const double *d = problem->factors;
-    int32_t i;
-
-    for (i = 0; i < problem->n; i++)
-        work->product[i] = d[i] * z[i];
-    perp__multiply(problem->M, work->product, work->w);
-    for (i = 0; i < problem->n; i++)
-        work->w[i] = d[i] * work->w[i] + problem->q[i];
+    perp__lcp_affine(work->common.problem, z, work->product, work->w);
 }
 
 void perp__sparse_active_set_places(perp__sparse_active_set *work, const double *z, int8_t *places)
 {
     const perp__lcp_problem *p = work->common.problem;
-    int32_t i;
 
     multiply(work, z);
-    for (i = 0; i < p->n; i++) {
+    for (int32_t i = 0; i < p->n; i++) {
         if (p->lower[i] == p->upper[i])
             places[i] = PERP__FIXED;
         else if (z[i] - p->lower[i] <= work->w[i])
@@ -86,9 +74,8 @@ void perp__sparse_active_set_places(perp__sparse_active_set *work, const double 
 static double equation_residual(const perp__sparse_active_set *work, int32_t count)
 {
     double largest = 0.0;
-    int32_t k;
 
-    for (k = 0; k < count; k++)
+    for (int32_t k = 0; k < count; k++)
         if (!(fabs(work->w[work->active[k]]) <= largest))
             largest = fabs(work->w[work->active[k]]);
     return largest;
@@ -146,9 +133,8 @@ static perp_status solve_equations(perp__sparse_active_set *work, const int8_t *
 static double largest_entry(const double *z, int32_t n)
 {
     double largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         if (!(fabs(z[i]) <= largest))
             largest = fabs(z[i]);
     return largest;
@@ -161,9 +147,8 @@ static exchange find_exchange(perp__sparse_active_set *work, const int8_t *place
     const perp__lcp_problem *p = work->common.problem;
     const double z_largest = largest_entry(z, p->n);
     exchange e = {0, -1, 0.0};
-    int32_t i;
 
-    for (i = 0; i < p->n; i++) {
+    for (int32_t i = 0; i < p->n; i++) {
         const double noise = 16.0 * DBL_EPSILON * (p->row_norms[i] * z_largest + fabs(p->q[i])) +
                              4.0 * work->residual;
         double violation = 0.0;
@@ -333,9 +318,8 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     const perp__active_set_limits limits = {
         problem->iteration_limit > 0 ? problem->iteration_limit : ITERATIONS, PATIENCE, 1, 0, 0.0};
     const perp_status status = perp__sparse_active_set_run(work, iterate, &limits);
-    int32_t i;
 
-    for (i = 0; i < problem->n; i++)
+    for (int32_t i = 0; i < problem->n; i++)
         iterate->z[i] = perp__clamp(iterate->z[i], problem->lower[i], problem->upper[i]);
     iterate->has_places = iterate->outcome == PERP_OUTCOME_SOLVED;
     iterate->correct = perp__sparse_active_set_correct;

@@ -42,8 +42,7 @@ void perp__tridiagonal_lcp_layout(perp__arena *arena, perp__tridiagonal_lcp *wor
 {
     work->runs = perp__arena_take(arena, n, sizeof(run));
     perp__tridiagonal_layout(arena, &work->Z, n);
-    work->q = perp__arena_take(arena, n, sizeof(double));
-    work->x = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &work->q, &work->x);
     work->active = perp__arena_take(arena, n, sizeof(int32_t));
     work->examined = 0; /* another matrix, other bounds */
 }
@@ -53,9 +52,8 @@ void perp__tridiagonal_lcp_layout(perp__arena *arena, perp__tridiagonal_lcp *wor
 static int32_t is_m_matrix(const perp__tridiagonal *T)
 {
     double pivot = 1.0;
-    int32_t i;
 
-    for (i = 0; i < T->n; i++) {
+    for (int32_t i = 0; i < T->n; i++) {
         pivot = T->diagonal[i] - (i > 0 ? T->below[i - 1] * T->above[i - 1] / pivot : 0.0);
         if (!(pivot > 0.0))
             return 0;
@@ -66,10 +64,8 @@ static int32_t is_m_matrix(const perp__tridiagonal *T)
 /* The matrix without positive couplings, as central differences leave a few. */
 static void read_z_part(perp__tridiagonal *Z, const perp__tridiagonal *T)
 {
-    int32_t i;
-
     Z->n = T->n;
-    for (i = 0; i < T->n; i++) {
+    for (int32_t i = 0; i < T->n; i++) {
         Z->below[i] = T->below[i] < 0.0 ? T->below[i] : 0.0;
         Z->diagonal[i] = T->diagonal[i];
         Z->above[i] = T->above[i] < 0.0 ? T->above[i] : 0.0;
@@ -301,18 +297,17 @@ static perp_status solve_equations(const scan *s, double *z, const int32_t *acti
 {
     const perp__lcp_problem *p = s->problem;
     perp_status status = perp__sparse_block_factor(p->block, active, count, 0.0);
-    int32_t i, k;
 
     if (status != PERP_OK)
         return status;
-    for (i = 0; i < p->n; i++)
+    for (int32_t i = 0; i < p->n; i++)
         z[i] = finite_bound_of(s, i);
-    for (k = 0; k < count; k++)
+    for (int32_t k = 0; k < count; k++)
         z[active[k]] = 0.0;
-    for (k = 0; k < count; k++)
+    for (int32_t k = 0; k < count; k++)
         x[active[k]] = -(p->q[active[k]] + row_times(&s->problem->block->T, active[k], z));
     perp__sparse_block_solve(p->block, x);
-    for (k = 0; k < count; k++)
+    for (int32_t k = 0; k < count; k++)
         z[active[k]] = x[active[k]];
     return PERP_OK;
 }

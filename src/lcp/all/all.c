@@ -10,9 +10,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
-#include "lcp/candidate.h"
-#include "lcp/settings.h"
-#include "linalg/lines.h"
 
 PERP__INIT(perp_lcp_enumeration)
 
@@ -40,17 +37,15 @@ static double vertex_entry(const perp_lcp_solver *solver, int32_t i, int8_t plac
 /* Vertices in the caller's units, rays with largest entry 1 there. */
 static void to_caller(const perp_lcp_solver *solver, perp__answer *answer)
 {
-    int32_t i, k;
-
-    for (k = 0; k < answer->vertices + answer->rays; k++) {
+    for (int32_t k = 0; k < answer->vertices + answer->rays; k++) {
         double *x = answer->points + (size_t)k * (size_t)solver->n, largest = 0.0;
 
-        for (i = 0; i < solver->n; i++) {
+        for (int32_t i = 0; i < solver->n; i++) {
             x[i] = k < answer->vertices ? vertex_entry(solver, i, answer->pattern[i], x[i])
                                         : perp__z_caller(solver, i, x[i]);
             largest = fmax(largest, fabs(x[i]));
         }
-        for (i = 0; k >= answer->vertices && i < solver->n; i++)
+        for (int32_t i = 0; k >= answer->vertices && i < solver->n; i++)
             x[i] /= largest;
     }
 }
@@ -70,20 +65,19 @@ static perp__evaluation evaluate_middle(perp__lcp_all *all, const perp__answer *
 
 static void visit(perp__lcp_all *all, const perp__answer *answer, double residual)
 {
-    perp_lcp_found found;
+    const perp_lcp_found found = {.struct_size = sizeof found,
+                                  .dimension = answer->dimension,
+                                  .vertex_count = answer->vertices,
+                                  .ray_count = answer->rays,
+                                  .residual = fmax(residual, answer->residual),
+                                  .z = all->solver->z,
+                                  .w = all->solver->w_high,
+                                  .places = answer->modes,
+                                  .vertices = answer->points,
+                                  .rays =
+                                      answer->points + (size_t)answer->vertices * (size_t)all->n};
     int32_t said;
 
-    memset(&found, 0, sizeof found);
-    found.struct_size = sizeof found;
-    found.dimension = answer->dimension;
-    found.vertex_count = answer->vertices;
-    found.ray_count = answer->rays;
-    found.residual = fmax(residual, answer->residual);
-    found.z = all->solver->z;
-    found.w = all->solver->w_high;
-    found.places = answer->modes;
-    found.vertices = answer->points;
-    found.rays = answer->points + (size_t)answer->vertices * (size_t)all->n;
     if (answer->dimension > 0)
         all->result.families++;
     else
@@ -101,16 +95,15 @@ void perp__lcp_all_report(perp__lcp_all *all, perp__answer *answer)
     const size_t entries = (size_t)(answer->vertices + answer->rays) * (size_t)all->n;
     perp__evaluation worth;
     double largest = 0.0;
-    int32_t i;
 
     if (all->silent)
         return;
     perp__answer_find_middle(&all->answers, answer);
-    for (i = 0; i < all->n; i++)
+    for (int32_t i = 0; i < all->n; i++)
         largest = fmax(largest, fabs(answer->middle[i]));
     worth = evaluate_middle(all, answer);
     to_caller(all->solver, answer);
-    for (i = 0; i < all->n; i++)
+    for (int32_t i = 0; i < all->n; i++)
         answer->modes[i] = answer->pattern[i];
     if (perp__lcp_all_is_solution(all, &worth, largest) &&
         perp__all_finite(answer->points, entries))
@@ -125,10 +118,9 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__lcp_all *all = object;
     const size_t n = (size_t)all->n;
-    size_t d;
 
     all->levels = perp__arena_take(arena, n + 1, sizeof *all->levels);
-    for (d = 0; d <= n; d++) {
+    for (size_t d = 0; d <= n; d++) {
         perp__tableau level;
 
         level.T = perp__arena_take(arena, n * (n + 1), sizeof(double));
@@ -141,8 +133,7 @@ static void layout(perp__arena *arena, void *object)
     }
     all->row_sizes = perp__arena_take(arena, n, sizeof(double));
     all->places = perp__arena_take(arena, n, sizeof(int8_t));
-    all->z = perp__arena_take(arena, n, sizeof(double));
-    all->origin = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &all->z, &all->origin);
     all->directions = perp__arena_take(arena, n * n, sizeof(double));
     all->work = perp__arena_take(arena, (n + 1) * (n + 1), sizeof(double));
     all->tree.next = perp__arena_take(arena, n, sizeof(int32_t));
@@ -157,10 +148,8 @@ static perp_status check(perp_context *context, const perp_lcp_solver *solver,
         status = perp__fail(context, PERP_ERROR_ARGUMENT,
                             "M has %d rows: all solutions are searched for up to %d",
                             (int)solver->n, PERP__LARGEST_ALL);
-    if (status == PERP_OK && solver->n > 0)
-        status = perp__check_pointer(context, "q", q);
     if (status == PERP_OK)
-        status = perp__check_finite(context, "q", q, (size_t)solver->n);
+        status = perp__check_vector(context, "q", q, (size_t)solver->n);
     return status;
 }
 
@@ -197,7 +186,6 @@ static perp_status all_prepare(perp__lcp_all *all)
     const int32_t n = all->n = solver->n;
     perp__lcp_problem problem;
     perp_status status = perp__polish_fit(solver);
-    int32_t i, j;
 
     if (status == PERP_OK)
         status = perp__arena_fit(&all->arena, layout, all);
@@ -214,11 +202,11 @@ static perp_status all_prepare(perp__lcp_all *all)
     problem.M = &solver->M;
     problem.factors = solver->factors;
     perp__lcp_dense(&problem, all->work, (size_t)n);
-    for (i = 0; i < n; i++) {
+    for (int32_t i = 0; i < n; i++) {
         double *T = all->levels[0].T + (size_t)i * (size_t)(n + 1);
 
         all->row_sizes[i] = 0.0;
-        for (j = 0; j < n; j++) {
+        for (int32_t j = 0; j < n; j++) {
             T[j] = all->work[(size_t)j * (size_t)n + (size_t)i];
             all->row_sizes[i] = fmax(all->row_sizes[i], fabs(T[j]));
         }
@@ -242,9 +230,9 @@ static void all_release(perp__lcp_all *all)
 static int32_t is_finite(perp__lcp_all *all)
 {
     const perp__matrix *M = &all->solver->M;
-    int32_t line, k;
+    int32_t k;
 
-    for (line = 0; line < all->n; line++) {
+    for (int32_t line = 0; line < all->n; line++) {
         const perp__line l = perp__line_of(M, line);
 
         for (k = 0; k < l.count; k++) {

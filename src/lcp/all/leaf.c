@@ -18,9 +18,8 @@ static const double clear_margin = 1e-6;
 static double largest_of(const double *x, int32_t count)
 {
     double largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < count; i++)
+    for (int32_t i = 0; i < count; i++)
         largest = fmax(largest, fabs(x[i]));
     return largest;
 }
@@ -40,9 +39,8 @@ static double *direction(const perp__lcp_all *all, int32_t k)
 perp__evaluation perp__lcp_all_evaluate(perp__lcp_all *all, const int8_t *places, const double *z)
 {
     perp_lcp_solver *solver = all->solver;
-    int32_t i;
 
-    for (i = 0; i < all->n; i++)
+    for (int32_t i = 0; i < all->n; i++)
         solver->z[i] = places[i] == PERP__BETWEEN    ? perp__z_caller(solver, i, z[i])
                        : places[i] == PERP__AT_UPPER ? solver->upper[i]
                                                      : solver->lower[i];
@@ -64,30 +62,10 @@ static void offer(perp__lcp_all *all, const perp__evaluation *worth)
     all->tree.ended |= all->found;
 }
 
-static double margin_of(const perp_lcp_solver *solver, int32_t i)
-{
-    const double w = perp__w_scaled(solver, i, solver->w_high[i]);
-    const double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
-    const double below = perp__z_scaled(solver, i, solver->upper[i] - solver->z[i]);
-
-    switch (solver->places[i]) {
-    case PERP__AT_LOWER:
-        return w;
-    case PERP__AT_UPPER:
-        return -w;
-    case PERP__FIXED:
-        return INFINITY;
-    default:
-        return fmin(above, below);
-    }
-}
-
 static int32_t is_clear(const perp__lcp_all *all)
 {
-    int32_t i;
-
-    for (i = 0; i < all->n; i++)
-        if (!(margin_of(all->solver, i) > clear_margin))
+    for (int32_t i = 0; i < all->n; i++)
+        if (!(perp__margin_of(all->solver, i) > clear_margin))
             return 0;
     return 1;
 }
@@ -97,7 +75,7 @@ static perp_status keep_point(perp__lcp_all *all, double residual)
 {
     perp_lcp_solver *solver = all->solver;
     perp__answer *answer;
-    int32_t clear, i;
+    int32_t clear;
 
     perp__read_places(solver, solver->places);
     clear = is_clear(all);
@@ -108,7 +86,7 @@ static perp_status keep_point(perp__lcp_all *all, double residual)
         return perp__fail_memory(all->context, "a solution");
     answer->residual = residual;
     memcpy(answer->pattern, solver->places, (size_t)all->n);
-    for (i = 0; i < all->n; i++)
+    for (int32_t i = 0; i < all->n; i++)
         answer->points[i] = perp__z_scaled(solver, i, solver->z[i]);
     if (clear) {
         perp__lcp_all_report(all, answer);
@@ -149,9 +127,8 @@ static int32_t keeps_equations(const perp__lcp_all *all, const int8_t *places, c
     const perp_lcp_solver *solver = all->solver;
     const double largest = largest_of(z, all->n);
     const double size = constant ? fmax(1.0, largest) : largest;
-    int32_t i, j;
 
-    for (i = 0; i < all->n; i++) {
+    for (int32_t i = 0; i < all->n; i++) {
         const double bound = !constant                     ? 0.0
                              : places[i] == PERP__AT_UPPER ? solver->upper_scaled[i]
                                                            : solver->lower_scaled[i];
@@ -159,13 +136,13 @@ static int32_t keeps_equations(const perp__lcp_all *all, const int8_t *places, c
         if (places[i] != PERP__BETWEEN && !(fabs(z[i] - bound) <= same * size))
             return 0;
     }
-    for (i = 0; i < all->n; i++) {
+    for (int32_t i = 0; i < all->n; i++) {
         const double *row = row_of(all, &all->levels[0], i);
         double sum = constant ? row[all->n] : 0.0;
 
         if (places[i] != PERP__BETWEEN)
             continue;
-        for (j = 0; j < all->n; j++)
+        for (int32_t j = 0; j < all->n; j++)
             sum += row[j] * z[j];
         if (!(fabs(sum) <= same * (all->row_sizes[i] * size + fabs(row[all->n]))))
             return 0;
@@ -177,9 +154,8 @@ static int32_t keeps_equations(const perp__lcp_all *all, const int8_t *places, c
 int32_t perp__lcp_all_holds(void *user, perp__answer *outer, const perp__answer *inner)
 {
     const perp__lcp_all *all = user;
-    int32_t k;
 
-    for (k = 0; k < inner->vertices + inner->rays; k++)
+    for (int32_t k = 0; k < inner->vertices + inner->rays; k++)
         if (!keeps_equations(all, outer->pattern, inner->points + (size_t)k * (size_t)all->n,
                              k < inner->vertices))
             return 0;
@@ -190,13 +166,12 @@ int32_t perp__lcp_all_holds(void *user, perp__answer *outer, const perp__answer 
 static int32_t is_covered(const perp__lcp_all *all, int32_t count)
 {
     const perp__answer *family;
-    int32_t k;
 
     for (family = all->answers.first; family; family = family->next) {
         int32_t covered =
             family->dimension > 0 && keeps_equations(all, family->pattern, all->origin, 1);
 
-        for (k = 0; k < count && covered; k++)
+        for (int32_t k = 0; k < count && covered; k++)
             covered = keeps_equations(all, family->pattern, direction(all, k), 0);
         if (covered)
             return 1;
@@ -209,23 +184,22 @@ static int32_t is_covered(const perp__lcp_all *all, int32_t count)
 static void find_affine_set(perp__lcp_all *all, const perp__tableau *level)
 {
     const int32_t n = all->n;
-    int32_t i, k;
 
     memset(all->directions, 0, (size_t)level->pending * (size_t)n * sizeof *all->directions);
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         all->origin[i] = all->places[i] == PERP__BETWEEN    ? 0.0
                          : all->places[i] == PERP__AT_UPPER ? all->solver->upper_scaled[i]
                                                             : all->solver->lower_scaled[i];
-    for (i = 0; i < n; i++) {
+    for (int32_t i = 0; i < n; i++) {
         const double *T = row_of(all, level, i);
 
         if (level->kind[i] != PERP__ROW_Z)
             continue;
         all->origin[level->basic[i]] = T[n];
-        for (k = 0; k < level->pending; k++)
+        for (int32_t k = 0; k < level->pending; k++)
             direction(all, k)[level->basic[i]] = T[level->columns[k]];
     }
-    for (k = 0; k < level->pending; k++)
+    for (int32_t k = 0; k < level->pending; k++)
         direction(all, k)[level->columns[k]] = 1.0;
 }
 
@@ -233,9 +207,8 @@ static void find_affine_set(perp__lcp_all *all, const perp__tableau *level)
 static void cut(perp__lcp_all *all, double sign, double constant, const double *row)
 {
     perp__inequality g = {sign * constant, 0.0, all->work, 0};
-    int32_t j;
 
-    for (j = 0; j < all->n; j++)
+    for (int32_t j = 0; j < all->n; j++)
         all->work[j] = sign * row[j];
     perp__polyhedron_cut(&all->polyhedron, &g);
 }
@@ -244,9 +217,8 @@ static void cut(perp__lcp_all *all, double sign, double constant, const double *
 static void cut_all(perp__lcp_all *all)
 {
     double *unit = all->work + all->n;
-    int32_t i;
 
-    for (i = 0; i < all->n; i++) {
+    for (int32_t i = 0; i < all->n; i++) {
         const double l = all->solver->lower_scaled[i], u = all->solver->upper_scaled[i];
         const double *row = row_of(all, &all->levels[0], i);
 
@@ -266,9 +238,7 @@ static void cut_all(perp__lcp_all *all)
 /* In the search for the first solution: offers the vertices until one is taken. */
 static void offer_vertices(perp__lcp_all *all)
 {
-    int32_t k;
-
-    for (k = 0; k < all->polyhedron.cone.rays && !all->found; k++) {
+    for (int32_t k = 0; k < all->polyhedron.cone.rays && !all->found; k++) {
         perp__evaluation worth;
 
         if (!perp__polyhedron_is_vertex(&all->polyhedron, k))
@@ -285,11 +255,10 @@ static void check_points(perp__lcp_all *all, perp__answer *answer)
     const size_t n = (size_t)all->n;
     const int32_t points = answer->vertices + answer->rays, vertices = answer->vertices;
     double *to = answer->points;
-    int32_t k, i;
 
     answer->residual = 0.0;
     answer->vertices = 0;
-    for (k = 0; k < points; k++) {
+    for (int32_t k = 0; k < points; k++) {
         const double *z = answer->points + (size_t)k * n;
         const double size = largest_of(z, all->n);
 
@@ -301,7 +270,7 @@ static void check_points(perp__lcp_all *all, perp__answer *answer)
             answer->residual = fmax(answer->residual, worth.tested);
             answer->vertices++;
         }
-        for (i = 0; i < all->n; i++)
+        for (int32_t i = 0; i < all->n; i++)
             to[i] = k < vertices ? z[i] : z[i] / size;
         to += n;
     }

@@ -27,19 +27,18 @@ static int32_t find_pivot(const perp__lcp_all *all, const perp__tableau *level, 
                           int32_t *row, int32_t *column)
 {
     double best = 0.0;
-    int32_t i, j, k;
 
-    for (i = 0; i < all->n; i++) {
+    for (int32_t i = 0; i < all->n; i++) {
         const double *T = row_of(all, level, i);
         double least = all->row_sizes[i] * rank_tolerance;
 
         if (level->kind[i] != PERP__ROW_EQUATION)
             continue;
-        for (j = depth; j < all->n; j++)
+        for (int32_t j = depth; j < all->n; j++)
             least = fmax(least, good_pivot * fabs(T[j]));
-        for (k = 0; k < level->pending && depth < all->n; k++)
+        for (int32_t k = 0; k < level->pending && depth < all->n; k++)
             least = fmax(least, good_pivot * fabs(T[level->columns[k]]));
-        for (k = 0; k < level->pending; k++)
+        for (int32_t k = 0; k < level->pending; k++)
             if (fabs(T[level->columns[k]]) > least && fabs(T[level->columns[k]]) > best) {
                 best = fabs(T[level->columns[k]]);
                 *row = i;
@@ -56,24 +55,23 @@ static void exchange(const perp__lcp_all *all, perp__tableau *level, int32_t dep
     const int32_t n = all->n, c = level->columns[k];
     double *pivot_row = row_of(all, level, row);
     const double pivot = pivot_row[c];
-    int32_t i, j, p;
 
     level->columns[k] = level->columns[--level->pending];
     level->kind[row] = PERP__ROW_Z;
     level->basic[row] = (int8_t)c;
-    for (j = depth; j <= n; j++)
+    for (int32_t j = depth; j <= n; j++)
         pivot_row[j] /= -pivot;
-    for (p = 0; p < level->pending; p++)
+    for (int32_t p = 0; p < level->pending; p++)
         pivot_row[level->columns[p]] /= -pivot;
-    for (i = 0; i < n; i++) {
+    for (int32_t i = 0; i < n; i++) {
         double *T = row_of(all, level, i);
         const double factor = T[c];
 
         if (i == row || factor == 0.0)
             continue;
-        for (j = depth; j <= n; j++)
+        for (int32_t j = depth; j <= n; j++)
             T[j] += factor * pivot_row[j];
-        for (p = 0; p < level->pending; p++)
+        for (int32_t p = 0; p < level->pending; p++)
             T[level->columns[p]] += factor * pivot_row[level->columns[p]];
     }
 }
@@ -84,14 +82,13 @@ static void copy_level(const perp__lcp_all *all, const perp__tableau *from, perp
                        int32_t d, int32_t between, double value)
 {
     const size_t n = (size_t)all->n;
-    int32_t i;
 
     memcpy(to->T, from->T, n * (n + 1) * sizeof(double));
     memcpy(to->kind, from->kind, n);
     memcpy(to->basic, from->basic, n);
     memcpy(to->columns, from->columns, n);
     to->pending = from->pending;
-    for (i = 0; i < all->n && !between && value != 0.0; i++)
+    for (int32_t i = 0; i < all->n && !between && value != 0.0; i++)
         row_of(all, to, i)[n] += row_of(all, to, i)[d] * value;
 }
 
@@ -104,9 +101,8 @@ static double find_most(const perp__lcp_all *all, const perp__tableau *level, in
     const double nothing = rank_tolerance * all->row_sizes[i];
     const int32_t undecided = all->n - depth, count = undecided + level->pending;
     double most = sign * T[all->n];
-    int32_t k;
 
-    for (k = 0; k < count && most < INFINITY; k++) {
+    for (int32_t k = 0; k < count && most < INFINITY; k++) {
         const int32_t j = k < undecided ? depth + k : level->columns[k - undecided];
         const double entry = sign * T[j];
         const double bound = entry > 0.0 ? upper[j] : lower[j];
@@ -120,9 +116,7 @@ static double find_most(const perp__lcp_all *all, const perp__tableau *level, in
 /* Whether every row can still get what its place asks for. */
 static int32_t is_possible(const perp__lcp_all *all, const perp__tableau *level, int32_t depth)
 {
-    int32_t i;
-
-    for (i = 0; i < all->n; i++) {
+    for (int32_t i = 0; i < all->n; i++) {
         const int32_t kind = level->kind[i], b = level->basic[i];
         const double noise = slack * (all->row_sizes[i] + fabs(row_of(all, level, i)[all->n]));
         const double lower = kind == PERP__ROW_Z ? all->solver->lower_scaled[b] : 0.0;
@@ -211,17 +205,16 @@ static perp_status leaf(void *user)
 {
     perp__lcp_all *all = user;
     const perp__tableau *level = &all->levels[all->n];
-    int32_t i;
 
     all->result.bases++;
     if (level->pending > 0) {
         all->result.singular++;
         return perp__lcp_all_family(all, level);
     }
-    for (i = 0; i < all->n; i++)
+    for (int32_t i = 0; i < all->n; i++)
         all->z[i] = all->places[i] == PERP__AT_UPPER ? all->solver->upper_scaled[i]
                                                      : all->solver->lower_scaled[i];
-    for (i = 0; i < all->n; i++)
+    for (int32_t i = 0; i < all->n; i++)
         if (level->kind[i] == PERP__ROW_Z)
             all->z[level->basic[i]] = row_of(all, level, i)[all->n];
     return perp__lcp_all_point(all);

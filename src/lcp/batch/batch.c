@@ -11,7 +11,6 @@
 #include "base/outcome.h"
 #include "lcp/batch/group.h"
 #include "lcp/lcp.h"
-#include "lcp/settings.h"
 
 #define PERP__BATCH_THREADS 256
 
@@ -87,9 +86,8 @@ static void end_worker(batch_worker *worker)
 static void leave_unsolved(const batch *b, int64_t problem)
 {
     const size_t n = (size_t)b->data.n, at = (size_t)problem * n;
-    size_t i;
 
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         const double low = b->data.lower ? b->data.lower[at + i] : 0.0;
         const double up = b->data.upper ? b->data.upper[at + i] : INFINITY;
 
@@ -162,13 +160,12 @@ static int32_t take_answer(batch_worker *worker, int64_t problem, int32_t lane)
     const size_t n = (size_t)g->n, width = (size_t)g->width, at = (size_t)problem * n;
     const perp__evidence evidence = {g->tested[lane], g->own[lane], INFINITY, 1};
     const perp_outcome outcome = perp__gate(&evidence, b->settings->tol, -1);
-    size_t i;
 
     if (!perp__is_good(outcome))
         return 0;
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         b->answers.z[at + i] = g->z[i * width + (size_t)lane];
-    for (i = 0; b->answers.w && i < n; i++)
+    for (size_t i = 0; b->answers.w && i < n; i++)
         b->answers.w[at + i] = g->high[i * width + (size_t)lane];
     b->answers.outcomes[problem] = outcome;
     b->answers.residuals[problem] = g->tested[lane];
@@ -194,18 +191,15 @@ static void *work(void *object)
     batch_worker *worker = object;
     batch *b = worker->batch;
     const int64_t stride = b->kernel ? b->kernel->width : 1;
-    int64_t at;
 
     if (b->kernel) {
         worker->group.n = b->data.n;
         worker->group.width = b->kernel->width;
         worker->status = perp__arena_fit(&worker->arena, perp__batch_group_layout, &worker->group);
     }
-    for (at = worker->first; at < worker->end && worker->status == PERP_OK; at += stride) {
-        int64_t k;
-
+    for (int64_t at = worker->first; at < worker->end && worker->status == PERP_OK; at += stride) {
         if (is_late(b))
-            for (k = at; k < at + stride && k < worker->end; k++)
+            for (int64_t k = at; k < at + stride && k < worker->end; k++)
                 leave_unsolved(b, k);
         else
             worker->status = b->kernel ? solve_group(worker, at) : solve_alone(worker, at);
@@ -235,23 +229,22 @@ static perp_status run(batch *b, batch_worker *workers, int32_t threads)
     const int64_t stride = b->kernel ? b->kernel->width : 1;
     const int64_t groups = (b->data.count + stride - 1) / stride;
     perp_status status = PERP_OK;
-    int32_t k;
 
-    for (k = 0; k < threads; k++) {
+    for (int32_t k = 0; k < threads; k++) {
         const int64_t first = stride * (groups * k / threads);
         const int64_t end = stride * (groups * (k + 1) / threads);
 
         begin_worker(&workers[k], b, first, end < b->data.count ? end : b->data.count);
     }
-    for (k = 1; k < threads; k++)
+    for (int32_t k = 1; k < threads; k++)
         workers[k].started = pthread_create(&workers[k].thread, NULL, work, &workers[k]) == 0;
-    for (k = 0; k < threads; k++) { /* what could not be started is done here */
+    for (int32_t k = 0; k < threads; k++) { /* what could not be started is done here */
         if (workers[k].started)
             pthread_join(workers[k].thread, NULL);
         else
             work(&workers[k]);
     }
-    for (k = 0; k < threads; k++) {
+    for (int32_t k = 0; k < threads; k++) {
         if (workers[k].status != PERP_OK && status == PERP_OK)
             status = fail_as(b, &workers[k]);
         end_worker(&workers[k]);

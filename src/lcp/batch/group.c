@@ -33,35 +33,19 @@ void perp__batch_group_layout(perp__arena *arena, void *object)
     perp__batch_group *g = object;
     const size_t row = (size_t)g->n * (size_t)g->width, all = row * (size_t)g->n;
 
-    g->M = perp__arena_take(arena, all, sizeof(double));
-    g->LU = perp__arena_take(arena, all, sizeof(double));
-    g->q = perp__arena_take(arena, row, sizeof(double));
-    g->lower = perp__arena_take(arena, row, sizeof(double));
-    g->upper = perp__arena_take(arena, row, sizeof(double));
-    g->z_unit = perp__arena_take(arena, row, sizeof(double));
-    g->w_unit = perp__arena_take(arena, row, sizeof(double));
-    g->size = perp__arena_take(arena, row, sizeof(double));
-    g->norm = perp__arena_take(arena, row, sizeof(double));
-    g->active = perp__arena_take(arena, row, sizeof(double));
-    g->rest = perp__arena_take(arena, row, sizeof(double));
-    g->target = perp__arena_take(arena, row, sizeof(double));
-    g->change = perp__arena_take(arena, row, sizeof(double));
-    g->inverse = perp__arena_take(arena, row, sizeof(double));
-    g->z = perp__arena_take(arena, row, sizeof(double));
-    g->high = perp__arena_take(arena, row, sizeof(double));
-    g->low = perp__arena_take(arena, row, sizeof(double));
-    g->tested = perp__arena_take(arena, (size_t)g->width, sizeof(double));
-    g->own = perp__arena_take(arena, (size_t)g->width, sizeof(double));
+    PERP__DOUBLES(arena, all, &g->M, &g->LU);
+    PERP__DOUBLES(arena, row, &g->q, &g->lower, &g->upper, &g->z_unit, &g->w_unit, &g->size,
+                  &g->norm, &g->active, &g->rest, &g->target, &g->change, &g->inverse, &g->z,
+                  &g->high, &g->low);
+    PERP__DOUBLES(arena, (size_t)g->width, &g->tested, &g->own);
 }
 
 /* Copies numbers, a stream a problem. */
 PERP__KERNEL static void interleave_loops(size_t entries, size_t width, double *restrict into,
                                           const double *const *from)
 {
-    size_t i, k;
-
-    for (i = 0; i < entries; i++)
-        for (k = 0; k < width; k++)
+    for (size_t i = 0; i < entries; i++)
+        for (size_t k = 0; k < width; k++)
             into[i * width + k] = from[k][i];
 }
 
@@ -112,9 +96,8 @@ static int32_t read_units(const perp__batch_group *g, int32_t scaling, size_t la
     int32_t exponents[PERP__BATCH_LARGEST];
     int32_t omega = INT32_MIN, takes = 1;
     uint64_t twice; /* what omega^2 adds to the bits of a power of two */
-    size_t i;
 
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         const double diagonal = g->M[(i * n + i) * width + lane];
         const double q = g->q[i * width + lane];
         const int32_t e = scaling ? unit_diagonal(diagonal) : 0, p = binary_exponent(q);
@@ -129,7 +112,7 @@ static int32_t read_units(const perp__batch_group *g, int32_t scaling, size_t la
     takes &= omega > -480 && omega < 480; /* |e| <= 512 */
     omega = takes ? omega : 0;            /* a lane that is not taken runs along in units of 1 */
     twice = (uint64_t)(2 * omega) << 52;
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         const uint64_t size = bits_of_power(takes ? exponents[i] + omega : 0);
         const uint64_t z_unit = 2 * bits_of_power(0) - size, w_unit = size - twice;
 
@@ -146,9 +129,8 @@ static void read_bounds(perp__batch_group *g, const perp__batch_data *data, int6
 {
     const size_t n = (size_t)g->n, width = (size_t)g->width;
     const size_t at = (size_t)problem * n;
-    size_t i;
 
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         const double low = data->lower ? data->lower[at + i] : 0.0;
         const double up = data->upper ? data->upper[at + i] : INFINITY;
         const int32_t is_free = low == -INFINITY && up == INFINITY;
@@ -165,9 +147,8 @@ static void read_bounds(perp__batch_group *g, const perp__batch_data *data, int6
 static void start_at_zero(perp__batch_group *g)
 {
     const size_t all = (size_t)g->n * (size_t)g->width;
-    size_t i;
 
-    for (i = 0; i < all; i++) {
+    for (size_t i = 0; i < all; i++) {
         g->lower[i] = g->active[i] = g->rest[i] = 0.0;
         g->upper[i] = INFINITY;
     }
@@ -178,14 +159,13 @@ void perp__batch_group_read(perp__batch_group *group, const perp__batch_data *da
 {
     const size_t n = (size_t)group->n;
     const double *M[8] = {NULL}, *q[8] = {NULL};
-    int32_t k;
 
     group->has_free = 0;
     group->most_rounds = data->max_iterations > 0 && data->max_iterations < PERP__BATCH_ROUNDS
                              ? data->max_iterations
                              : PERP__BATCH_ROUNDS;
     group->rests_at_zero = !data->lower && !data->upper;
-    for (k = 0; k < group->width; k++) {
+    for (int32_t k = 0; k < group->width; k++) {
         const int64_t problem = first + k < data->count ? first + k : data->count - 1;
 
         M[k] = data->M + (size_t)problem * n * n;
@@ -197,6 +177,6 @@ void perp__batch_group_read(perp__batch_group *group, const perp__batch_data *da
         start_at_zero(group);
     interleave(n * n, group->width, group->M, M);
     interleave(n, group->width, group->q, q);
-    for (k = 0; k < group->width; k++)
+    for (int32_t k = 0; k < group->width; k++)
         takes[k] = read_units(group, data->scaling, (size_t)k);
 }

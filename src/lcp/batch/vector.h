@@ -13,10 +13,10 @@ static TARGET lanes NAME(factor)(const perp__batch_group *g)
     double *const inverses = g->inverse;
     const lanes one = spread(1.0), zero = spread(0.0);
     lanes bad = zero;
-    size_t i, j, k;
+    size_t i;
 
     for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) {
+        for (size_t j = 0; j < n; j++) {
             const lanes both_active = multiply(load(active + i * LANES), load(active + j * LANES));
             lanes entry = multiply(load(M + (i * n + j) * LANES), both_active);
 
@@ -24,7 +24,7 @@ static TARGET lanes NAME(factor)(const perp__batch_group *g)
                 entry = add(entry, subtract(one, both_active));
             store(LU + (i * n + j) * LANES, entry);
         }
-    for (k = 0; k < n; k++) {
+    for (size_t k = 0; k < n; k++) {
         const double *from = LU + k * n * LANES;
         const lanes pivot = load(from + k * LANES);
         const truth good = less(multiply(spread(1e-13), load(M + (k * n + k) * LANES)), pivot);
@@ -39,7 +39,7 @@ static TARGET lanes NAME(factor)(const perp__batch_group *g)
 
             store(into + k * LANES, factor);
             store(next + k * LANES, second);
-            for (j = k + 1; j < n; j++) {
+            for (size_t j = k + 1; j < n; j++) {
                 const lanes entry = load(from + j * LANES);
 
                 store(into + j * LANES, minus_fused(load(into + j * LANES), factor, entry));
@@ -51,7 +51,7 @@ static TARGET lanes NAME(factor)(const perp__batch_group *g)
             const lanes factor = multiply(load(into + k * LANES), inverse);
 
             store(into + k * LANES, factor);
-            for (j = k + 1; j < n; j++)
+            for (size_t j = k + 1; j < n; j++)
                 store(into + j * LANES,
                       minus_fused(load(into + j * LANES), factor, load(from + j * LANES)));
         }
@@ -65,20 +65,19 @@ static TARGET void NAME(solve_factors)(const perp__batch_group *g, double *x)
     const size_t n = (size_t)g->n;
     const double *const LU = g->LU;
     const double *const inverses = g->inverse;
-    size_t i, k;
 
-    for (k = 0; k < n; k++) {
+    for (size_t k = 0; k < n; k++) {
         const lanes known = load(x + k * LANES);
 
-        for (i = k + 1; i < n; i++)
+        for (size_t i = k + 1; i < n; i++)
             store(x + i * LANES,
                   minus_fused(load(x + i * LANES), load(LU + (i * n + k) * LANES), known));
     }
-    for (k = n; k-- > 0;) {
+    for (size_t k = n; k-- > 0;) {
         const lanes known = multiply(load(x + k * LANES), load(inverses + k * LANES));
 
         store(x + k * LANES, known);
-        for (i = 0; i < k; i++)
+        for (size_t i = 0; i < k; i++)
             store(x + i * LANES,
                   minus_fused(load(x + i * LANES), load(LU + (i * n + k) * LANES), known));
     }
@@ -95,12 +94,11 @@ static TARGET lanes NAME(find_norms)(const perp__batch_group *g)
     const double *const size = g->size;
     const lanes one = spread(1.0), large = spread(PERP__BATCH_LARGE);
     lanes bad = spread(0.0);
-    size_t i, j;
 
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         lanes sum = spread(0.0);
 
-        for (j = 0; j < n; j++)
+        for (size_t j = 0; j < n; j++)
             sum =
                 add(sum, multiply(absolute(load(M + (i * n + j) * LANES)), load(size + j * LANES)));
         store(norm + i * LANES, sum);
@@ -116,12 +114,11 @@ static TARGET void NAME(minus_w)(const perp__batch_group *g, const double *x, do
     const size_t n = (size_t)g->n;
     const double *const M = g->M;
     const double *const q = g->q;
-    size_t i, j;
 
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         lanes sum = subtract(spread(0.0), load(q + i * LANES));
 
-        for (j = 0; j < n; j++)
+        for (size_t j = 0; j < n; j++)
             sum = minus_fused(sum, load(M + (i * n + j) * LANES), load(x + j * LANES));
         store(into + i * LANES, sum);
     }
@@ -133,11 +130,10 @@ static TARGET lanes NAME(solve_set)(const perp__batch_group *g)
     const size_t n = (size_t)g->n;
     const lanes half = spread(0.5), zero = spread(0.0);
     const lanes bad = NAME(factor)(g);
-    size_t i;
 
     if (!g->rests_at_zero)
         NAME(minus_w)(g, g->rest, g->z); /* rest is 0 in active rows */
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         const lanes known =
             g->rests_at_zero ? subtract(zero, load(g->q + i * LANES)) : load(g->z + i * LANES);
 
@@ -155,14 +151,13 @@ static TARGET lanes NAME(find_changes)(const perp__batch_group *g, int32_t z_is_
     const size_t n = (size_t)g->n;
     const lanes half = spread(0.5), one = spread(1.0), zero = spread(0.0);
     lanes largest = zero, count = zero;
-    size_t i;
 
-    for (i = 0; i < n && !z_is_zero; i++)
+    for (size_t i = 0; i < n && !z_is_zero; i++)
         largest = larger(largest,
                          multiply(absolute(load(g->z + i * LANES)), load(g->z_unit + i * LANES)));
     if (!z_is_zero)
         NAME(minus_w)(g, g->z, g->high);
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         const lanes z = load(g->z + i * LANES);
         const lanes minus_w =
             z_is_zero ? subtract(zero, load(g->q + i * LANES)) : load(g->high + i * LANES);
@@ -194,9 +189,8 @@ static TARGET void NAME(exchange)(const perp__batch_group *g, lanes single)
 {
     const lanes half = spread(0.5), one = spread(1.0), zero = spread(0.0);
     lanes taken = zero;
-    size_t i;
 
-    for (i = (size_t)g->n; i-- > 0;) {
+    for (size_t i = (size_t)g->n; i-- > 0;) {
         const lanes active = load(g->active + i * LANES);
         const truth takes =
             both(less(half, load(g->change + i * LANES)), less(multiply(taken, single), half));
@@ -215,10 +209,9 @@ static TARGET lanes NAME(find_set)(const perp__batch_group *g)
     const lanes one = spread(1.0), zero = spread(0.0), half = spread(0.5);
     const lanes not_finite = NAME(find_norms)(g);
     lanes best = spread((double)g->n + 1.0), tries = zero, bad = zero, count;
-    int32_t round;
 
     memcpy(g->z, g->rest, (size_t)g->n * LANES * sizeof *g->z); /* nothing active: no equations */
-    for (round = 0;; round++) {
+    for (int32_t round = 0;; round++) {
         truth falls;
 
         if (round > 0 || g->has_free)
@@ -244,12 +237,11 @@ static TARGET void NAME(multiply_doubled)(const perp__batch_group *g)
     double *const low_out = g->low;
     const double *const q = g->q;
     const double *const z = g->z;
-    size_t i, j;
 
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         lanes high = load(q + i * LANES), low = spread(0.0), sum, part;
 
-        for (j = 0; j < n; j++) {
+        for (size_t j = 0; j < n; j++) {
             const lanes a = load(M + (i * n + j) * LANES), x = load(z + j * LANES);
             const lanes product = multiply(a, x);
             const lanes product_error = minus_fused(product, a, x); /* its negative */
@@ -277,10 +269,9 @@ static TARGET lanes NAME(measure)(const perp__batch_group *g)
     const double *const M = g->M, *const q = g->q, *const active = g->active;
     const lanes half = spread(0.5), zero = spread(0.0);
     lanes worst = zero, own = zero, sizes = zero;
-    size_t i;
 
     NAME(multiply_doubled)(g);
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         const lanes z = load(g->z + i * LANES), unit = load(g->z_unit + i * LANES);
         const lanes above = multiply(subtract(z, load(g->lower + i * LANES)), unit);
         const lanes below = multiply(subtract(z, load(g->upper + i * LANES)), unit);
@@ -309,13 +300,12 @@ static TARGET truth NAME(is_one_part)(const perp__batch_group *g)
     const double *const M = g->M, *const w_unit = g->w_unit, *const size = g->size;
     const lanes least = spread(PERP__BATCH_COUPLED);
     truth one_part = at_most(least, least);
-    size_t i, j;
 
-    for (j = 1; j < n; j++) {
+    for (size_t j = 1; j < n; j++) {
         lanes largest = spread(0.0);
         truth coupled;
 
-        for (i = j - 1;; i--) {
+        for (size_t i = j - 1;; i--) {
             const lanes entry = larger(absolute(load(M + (i * n + j) * LANES)),
                                        absolute(load(M + (j * n + i) * LANES)));
             const lanes units = multiply(load(w_unit + i * LANES), load(size + j * LANES));
@@ -334,13 +324,12 @@ static TARGET truth NAME(is_one_part)(const perp__batch_group *g)
 static TARGET void NAME(refine)(const perp__batch_group *g, truth wanted)
 {
     const lanes half = spread(0.5), zero = spread(0.0);
-    size_t i;
 
-    for (i = 0; i < (size_t)g->n; i++)
+    for (size_t i = 0; i < (size_t)g->n; i++)
         store(g->target + i * LANES, pick(both(wanted, less(half, load(g->active + i * LANES))),
                                           load(g->high + i * LANES), zero));
     NAME(solve_factors)(g, g->target);
-    for (i = 0; i < (size_t)g->n; i++) {
+    for (size_t i = 0; i < (size_t)g->n; i++) {
         const lanes low = load(g->lower + i * LANES), up = load(g->upper + i * LANES);
         const lanes z = subtract(load(g->z + i * LANES), load(g->target + i * LANES));
         const lanes raised = pick(less(z, low), low, z);
@@ -354,13 +343,12 @@ static TARGET void NAME(solve)(const perp__batch_group *g)
     const lanes bad = NAME(find_set)(g);
     lanes tested = NAME(measure)(g);
     const truth wanted = less(spread(8.0 * DBL_EPSILON), tested);
-    size_t i;
 
     if (any_of(wanted)) {
         NAME(refine)(g, wanted);
         tested = NAME(measure)(g);
     }
-    for (i = 0; i < (size_t)g->n;
+    for (size_t i = 0; i < (size_t)g->n;
          i++) /* which lanes went through refine may change a zero's sign */
         store(g->z + i * LANES, add(load(g->z + i * LANES), spread(0.0)));
     store(g->tested, pick(less(spread(0.5), bad), spread(INFINITY), tested));

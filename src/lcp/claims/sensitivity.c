@@ -4,14 +4,195 @@
  *   M_AA dz_A = -(dq + dM z + M_AN dz_N)_A,  dz_N = the movement of the bounds they are at,
  * N the variables at a bound (Cottle, Pang & Stone, section 7.4). One factorisation serves all
  * products; the adjoint uses its transpose. */
-#include "lcp/claims/sensitivity.h"
-
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 #include "base/check.h"
-#include "lcp/settings.h"
+#include "lcp/solver.h"
+#include "linalg/factor/factor.h"
 
 PERP__INIT(perp_lcp_sensitivity_info)
+
+struct perp_lcp_sensitivity {
+    PERP__HANDLE;
+    perp_lcp_solver *solver; /* the problem, its scaling, and z with its w */
+    perp__arena arena;
+    int32_t n, count;
+    int32_t verdict;
+    int8_t *places;    /* enum perp__place */
+    int32_t *active;   /* the rows that are between */
+    int32_t *position; /* where a row is among them, or -1 */
+    double *block;     /* of D M D, dense or the CSC block's values */
+    int32_t *starts, *rows;
+    double *x;                    /* count */
+    double *rhs, *move, *product; /* n */
+    perp__kept_factor kept;
+};
+
+/* ---- the index set of a solution, how clear it is, and the factors of its block ---- */
+
+/* Below this size a sparse block is factored as a dense one. */
+#define PERP__SMALL_BLOCK 64
+
+static int32_t uses_csc(const perp_lcp_sensitivity *s)
+{
+    return s->solver->M.column_starts && s->count > PERP__SMALL_BLOCK;
+}
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp_lcp_sensitivity *s = object;
+    const size_t n = (size_t)s->n, count = (size_t)s->count;
+    const size_t entries = uses_csc(s) ? (size_t)s->solver->M.column_starts[n] : count * count;
+
+    s->places = perp__arena_take(arena, n, sizeof(int8_t));
+    PERP__INTEGERS(arena, n, &s->active, &s->position);
+    PERP__DOUBLES(arena, n, &s->rhs, &s->move, &s->product);
+    s->x = perp__arena_take(arena, count, sizeof(double));
+    s->block = perp__arena_take(arena, entries, sizeof(double));
+    s->starts = perp__arena_take(arena, uses_csc(s) ? count + 1 : 0, sizeof(int32_t));
+    s->rows = perp__arena_take(arena, uses_csc(s) ? entries : 0, sizeof(int32_t));
+}
+
+static void collect(perp_lcp_sensitivity *s)
+{
+    int32_t i, count = 0;
+
+    memcpy(s->places, s->solver->places, (size_t)s->n);
+    for (i = 0; i < s->n; i++) {
+        s->position[i] = -1;
+        if (s->places[i] == PERP__BETWEEN) {
+            s->position[i] = count;
+            s->active[count++] = i;
+        }
+    }
+}
+
+/* block := D_A M_AA D_A */
+static perp__square fill(perp_lcp_sensitivity *s)
+{
+    const double *d = s->solver->factors;
+    const perp__index_set block = {s->count, s->active, s->position};
+    const perp__square A = {s->count, s->block, uses_csc(s) ? s->starts : NULL, s->rows};
+
+    if (uses_csc(s))
+        perp__principal_csc(&s->solver->M, &block, s->starts, s->rows, s->block);
+    else
+        perp__principal_dense(&s->solver->M, &block, s->block, 1, (size_t)s->count);
+    for (int32_t c = 0; c < s->count; c++) {
+        const int32_t from = uses_csc(s) ? s->starts[c] : 0;
+        const int32_t to = uses_csc(s) ? s->starts[c + 1] : s->count;
+        double *column = uses_csc(s) ? s->block : s->block + (size_t)c * (size_t)s->count;
+
+        for (int32_t k = from; k < to; k++)
+            column[k] *= d[s->active[uses_csc(s) ? s->rows[k] : k]] * d[s->active[c]];
+    }
+    return A;
+}
+
+/* The condition number of the scaled block: 1 if it is empty, +inf if it is singular. */
+static perp_status factor(perp_lcp_sensitivity *s, double *condition)
+{
+    const perp__factor_type *type = uses_csc(s) ? &perp__factor_klu : &perp__factor_lapack;
+    const perp__square A = fill(s);
+    perp_status status = perp__kept_factor_analyse(&s->kept, s->context, type, &A);
+
+    *condition = INFINITY;
+    if (status == PERP_OK)
+        status = type->factor(s->kept.factor, &A, 0);
+    if (status == PERP_OK)
+        *condition = 1.0 / type->condition(s->kept.factor, &A);
+    return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
+}
+
+/* The row with the largest tested residual. */
+static int32_t find_worst(const perp_lcp_solver *solver)
+{
+    double largest = -1.0;
+    int32_t worst = -1, i;
+
+    for (i = 0; i < solver->n; i++) {
+        const double w = perp__w_scaled(solver, i, solver->w_high[i]);
+        const double above = perp__z_scaled(solver, i, solver->z[i] - solver->lower[i]);
+        const double below = perp__z_scaled(solver, i, solver->z[i] - solver->upper[i]);
+        const double residual = fabs(perp__mid(0.0, -above, -below, w));
+
+        if (!(residual <= largest)) {
+            largest = residual;
+            worst = i;
+        }
+        if (isnan(residual))
+            break;
+    }
+    return worst;
+}
+
+static void judge(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info,
+                  const perp__evaluation *worth)
+{
+    const perp__evidence evidence = perp__lcp_evidence(s->solver, worth, 1.0);
+    int32_t i, least = -1;
+
+    info->margin = INFINITY;
+    for (i = 0; i < s->n && !isnan(info->margin); i++) {
+        const double margin = perp__margin_of(s->solver, i);
+
+        if (!(margin >= info->margin)) {
+            info->margin = margin;
+            least = i;
+        }
+    }
+    info->index = -1;
+    if (!perp__is_good(perp__gate(&evidence, s->solver->settings.tol, -1))) {
+        info->verdict = PERP_VERDICT_NOT_A_SOLUTION;
+        info->index = find_worst(s->solver);
+    } else if (!(info->condition * DBL_EPSILON < 1.0)) {
+        info->verdict = PERP_VERDICT_SINGULAR;
+    } else if (!(info->margin > s->solver->settings.tol)) {
+        info->verdict = PERP_VERDICT_DEGENERATE;
+        info->index = least;
+    } else {
+        info->verdict = PERP_VERDICT_REGULAR;
+    }
+    s->verdict = info->verdict;
+}
+
+/* Reads the index set, factors its block, finds verdict, index, margin and condition. PERP_OK or
+ * PERP_ERROR_MEMORY. */
+static perp_status prepare(perp_lcp_sensitivity *s, perp_lcp_sensitivity_info *info)
+{
+    const perp__evaluation worth = perp__evaluate(s->solver);
+    perp_status status;
+
+    perp__read_places(s->solver, s->solver->places);
+    s->count = 0;
+    for (int32_t i = 0; i < s->n; i++)
+        s->count += s->solver->places[i] == PERP__BETWEEN;
+    status = perp__arena_fit(&s->arena, layout, s);
+    if (status != PERP_OK)
+        return status;
+    collect(s);
+    status = factor(s, &info->condition);
+    if (status != PERP_OK)
+        return status;
+    info->active = s->count;
+    judge(s, info, &worth);
+    return PERP_OK;
+}
+
+/* x_A := M_AA^-1 x_A, or its transpose; x has n entries, the others are not touched. */
+static void solve(perp_lcp_sensitivity *s, double *x, int32_t transposed)
+{
+    const double *d = s->solver->factors;
+
+    /* M_AA^-1 = D (D M_AA D)^-1 D */
+    for (int32_t k = 0; k < s->count; k++)
+        s->x[k] = d[s->active[k]] * x[s->active[k]];
+    s->kept.type->solve(s->kept.factor, s->x, transposed);
+    for (int32_t k = 0; k < s->count; k++)
+        x[s->active[k]] = d[s->active[k]] * s->x[k];
+}
 
 /* ---- life ---------------------------------------------------------------------------------- */
 
@@ -39,14 +220,9 @@ static perp_status take_problem(perp_lcp_sensitivity *s, const perp_lcp_settings
     if (status != PERP_OK)
         return status;
     s->n = s->solver->n;
-    if (s->n > 0)
-        status = perp__check_pointer(context, "q", q);
+    status = perp__check_vector(context, "q", q, (size_t)s->n);
     if (status == PERP_OK)
-        status = perp__check_finite(context, "q", q, (size_t)s->n);
-    if (status == PERP_OK && s->n > 0)
-        status = perp__check_pointer(context, "z", z);
-    if (status == PERP_OK)
-        status = perp__check_finite(context, "z", z, (size_t)s->n);
+        status = perp__check_vector(context, "z", z, (size_t)s->n);
     if (status != PERP_OK)
         return status;
     perp__scale_problem(s->solver, q);
@@ -75,7 +251,7 @@ static perp_status create(perp_context *context, perp_lcp_sensitivity **sensitiv
     perp__arena_init(&made->arena, context);
     status = take_problem(made, settings, M, q, lower, upper, z);
     if (status == PERP_OK)
-        status = perp__sensitivity_prepare(made, &own);
+        status = prepare(made, &own);
     if (status != PERP_OK) {
         perp__handle_end(made);
         return status;
@@ -141,11 +317,9 @@ static perp_status read_change(const perp_lcp_sensitivity *s, perp__matrix *own,
 static void find_rhs(perp_lcp_sensitivity *s, const perp__matrix *dM, const double *dq,
                      const double *dlower, const double *dupper)
 {
-    int32_t i;
-
     if (s->n == 0)
         return;
-    for (i = 0; i < s->n; i++) {
+    for (int32_t i = 0; i < s->n; i++) {
         const double *moved = s->places[i] == PERP__BETWEEN    ? NULL
                               : s->places[i] == PERP__AT_UPPER ? dupper
                                                                : dlower;
@@ -153,11 +327,11 @@ static void find_rhs(perp_lcp_sensitivity *s, const perp__matrix *dM, const doub
         s->move[i] = moved ? moved[i] : 0.0;
     }
     perp__multiply(&s->solver->M, s->move, s->rhs);
-    for (i = 0; dq && i < s->n; i++)
+    for (int32_t i = 0; dq && i < s->n; i++)
         s->rhs[i] += dq[i];
     if (dM) {
         perp__multiply(dM, s->solver->z, s->product);
-        for (i = 0; i < s->n; i++)
+        for (int32_t i = 0; i < s->n; i++)
             s->rhs[i] += s->product[i];
     }
 }
@@ -167,7 +341,6 @@ static perp_status forward(perp_lcp_sensitivity *s, double *dz, const double *dq
 {
     perp__matrix own;
     perp_status status = check_verdict(s);
-    int32_t k;
 
     if (status == PERP_OK && s->n > 0)
         status = perp__check_pointer(s->context, "dz", dz);
@@ -182,8 +355,8 @@ static perp_status forward(perp_lcp_sensitivity *s, double *dz, const double *dq
     if (status != PERP_OK)
         return status;
     find_rhs(s, dM ? &own : NULL, dq, dlower, dupper);
-    perp__sensitivity_solve(s, s->rhs, 0);
-    for (k = 0; k < s->count; k++)
+    solve(s, s->rhs, 0);
+    for (int32_t k = 0; k < s->count; k++)
         s->move[s->active[k]] = -s->rhs[s->active[k]];
     status = perp__check_finite(s->context, "dz", s->move, (size_t)s->n);
     if (status == PERP_OK && s->n > 0)
@@ -202,55 +375,34 @@ perp_status perp_lcp_sensitivity_forward(perp_lcp_sensitivity *sensitivity, doub
     return perp__leave(sensitivity->context, forward(sensitivity, dz, dq, dM, dlower, dupper));
 }
 
-/* sum_i M_ij p_i */
-static double column_times(const perp__matrix *M, int32_t j, const double *p)
-{
-    double sum = 0.0;
-    int32_t i, k;
-
-    if (M->column_starts) {
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            sum += M->values[k] * p[M->row_indices[k]];
-    } else {
-        const double *column = M->values + (size_t)j * M->column_stride;
-
-        for (i = 0; i < M->rows; i++)
-            sum += column[(size_t)i * M->row_stride] * p[i];
-    }
-    return sum;
-}
-
 /* rhs := p, p_A = -M_AA^-T g_A and 0 elsewhere; for a direction (d, e) of q and of the bounds of N
  * then g'dz = p'd + sum_N (g + M'p)_j e_j, since M_AA dz_A = -(d_A + M_AN e). */
 static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, double *upper,
                            const double *g)
 {
     perp_status status = check_verdict(s);
-    int32_t i;
 
-    if (status == PERP_OK && s->n > 0)
-        status = perp__check_pointer(s->context, "g", g);
     if (status == PERP_OK)
-        status = perp__check_finite(s->context, "g", g, (size_t)s->n);
+        status = perp__check_vector(s->context, "g", g, (size_t)s->n);
     if (status != PERP_OK)
         return status;
-    for (i = 0; i < s->n; i++) {
+    for (int32_t i = 0; i < s->n; i++) {
         s->rhs[i] = s->places[i] == PERP__BETWEEN ? -g[i] : 0.0;
         s->move[i] = g[i]; /* g may be the caller's p */
     }
-    perp__sensitivity_solve(s, s->rhs, 1);
-    for (i = 0; i < s->n; i++) {
+    solve(s, s->rhs, 1);
+    for (int32_t i = 0; i < s->n; i++) {
         const int32_t place = s->places[i];
         const int32_t asked = place == PERP__AT_UPPER ? upper != NULL : lower != NULL;
 
         s->product[i] = place == PERP__BETWEEN || !asked
                             ? 0.0
-                            : s->move[i] + column_times(&s->solver->M, i, s->rhs);
+                            : s->move[i] + perp__column_times(&s->solver->M, i, s->rhs);
     }
     status = perp__check_finite(s->context, "p", s->rhs, (size_t)s->n);
     if (status == PERP_OK)
         status = perp__check_finite(s->context, "lower or upper", s->product, (size_t)s->n);
-    for (i = 0; i < s->n && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < s->n && status == PERP_OK; i++) {
         const int32_t is_upper = s->places[i] == PERP__AT_UPPER;
 
         if (p)
@@ -276,13 +428,12 @@ perp_status perp_lcp_sensitivity_adjoint(perp_lcp_sensitivity *sensitivity, doub
 perp_status perp_lcp_sensitivity_places(perp_lcp_sensitivity *sensitivity, int32_t *places)
 {
     perp_status status = enter(sensitivity);
-    int32_t i;
 
     if (status != PERP_OK)
         return status;
     if (sensitivity->n > 0)
         status = perp__check_pointer(sensitivity->context, "places", places);
-    for (i = 0; status == PERP_OK && i < sensitivity->n; i++)
+    for (int32_t i = 0; status == PERP_OK && i < sensitivity->n; i++)
         places[i] = sensitivity->places[i];
     return perp__leave(sensitivity->context, status);
 }

@@ -4,14 +4,426 @@
  * their bounds. If their matrix is regular they have one solution; if in an interval around it all
  * variables keep strictly within their bounds and every other w_i keeps its sign, then that
  * solution, with the other variables at their bounds, solves the problem. */
-#include "lcp/claims/verify.h"
-
 #include <math.h>
 #include <string.h>
 
+#include "base/arena.h"
 #include "base/check.h"
 #include "base/context.h"
 #include "base/outcome.h"
+#include "lcp/method.h"
+#include "linalg/scale.h"
+#include "linalg/verified.h"
+
+typedef struct perp__verify {
+    perp_context *context;
+    perp__arena arena, dense_arena;
+    int32_t n;
+    const double *z_caller, *lower_caller, *upper_caller; /* bounds may be NULL */
+    perp__matrix M;                                       /* D M D, a copy */
+    double *values;                                       /* its entries */
+    int32_t *exponents, *work;                            /* log2 of D; 2 n */
+    int32_t omega;                                        /* log2, as in evaluate.c */
+    double *z, *q, *lower, *upper;                        /* scaled */
+    int8_t *places;                                       /* enum perp__place */
+    int32_t *active, *position; /* rows that are between; where a row is among them, or -1 */
+    int32_t count;              /* of active rows */
+    double *high, *low;         /* the point whose neighbourhood is searched: high + low */
+    double *w_high, *w_low;
+    double *w, *width;        /* M (high + low) + q lies within width of w */
+    double *delta;            /* the solution lies within delta of high + low */
+    double *spread;           /* |M| delta */
+    double *middle, *margin;  /* count: w and width of the active rows */
+    double *step, *enclosure; /* count */
+    int32_t *starts, *rows;   /* CSC: pattern of the active block */
+    double *block;            /* CSC: its entries */
+    perp__verified dense;     /* one of these two bounds |M_AA^-1 r| */
+    perp__dominance dominance;
+    int32_t uses_dense;
+} perp__verify;
+
+/* ---- the scaled problem: scaling by powers of two is exact but for underflow, which the bounds
+ * count, and overflow, which makes them infinite ---- */
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp__verify *v = object;
+    const size_t n = (size_t)v->n;
+    const size_t entries = v->M.column_starts                 ? (size_t)v->M.column_starts[n]
+                           : n == 0 || n <= SIZE_MAX / 16 / n ? n * n
+                                                              : SIZE_MAX;
+
+    v->values = perp__arena_take(arena, entries, sizeof(double));
+    v->exponents = perp__arena_take(arena, n, sizeof(int32_t));
+    v->work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
+    PERP__DOUBLES(arena, n, &v->z, &v->q, &v->lower, &v->upper);
+    v->places = perp__arena_take(arena, n, sizeof(int8_t));
+    PERP__INTEGERS(arena, n, &v->active, &v->position);
+    PERP__DOUBLES(arena, n, &v->high, &v->low, &v->w_high, &v->w_low, &v->w, &v->width, &v->delta,
+                  &v->spread, &v->middle, &v->margin, &v->step, &v->enclosure);
+    if (v->M.column_starts) {
+        v->starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
+        v->rows = perp__arena_take(arena, entries, sizeof(int32_t));
+        v->block = perp__arena_take(arena, entries, sizeof(double));
+        perp__dominance_layout(arena, &v->dominance, v->n, (int32_t)entries);
+    }
+}
+
+/* values := D M D, columns one after the other */
+static void scale_matrix(perp__verify *v, const perp__matrix *M)
+{
+    const int32_t *e = v->exponents;
+
+    for (int32_t j = 0; j < v->n; j++) {
+        double *column = v->values + (size_t)j * (size_t)v->n;
+        const double *from = M->values + (size_t)j * M->column_stride;
+
+        if (M->column_starts)
+            for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
+                v->values[k] = M->values[k] * perp__power_of_two(e[M->row_indices[k]] + e[j]);
+        else
+            for (int32_t i = 0; i < v->n; i++)
+                column[i] = from[(size_t)i * M->row_stride] * perp__power_of_two(e[i] + e[j]);
+    }
+    v->M = *M;
+    v->M.values = v->values;
+    if (!M->column_starts) {
+        v->M.row_stride = 1;
+        v->M.column_stride = (size_t)v->n;
+    }
+}
+
+/* The power of two near max |D q|; only the size of the numbers depends on it. */
+static int32_t find_omega(const perp__verify *v, const double *q)
+{
+    int32_t largest = 0, found = 0, i;
+
+    for (i = 0; i < v->n; i++) {
+        int exponent;
+
+        if (q[i] == 0.0)
+            continue;
+        frexp(q[i], &exponent);
+        exponent += v->exponents[i];
+        if (!found || exponent > largest)
+            largest = exponent;
+        found = 1;
+    }
+    return largest;
+}
+
+/* The natural map's reading: the side of z - w on which z lies, in scaled units. */
+static int8_t read_place(const perp__verify *v, int32_t i)
+{
+    const double l = v->lower_caller ? v->lower_caller[i] : 0.0;
+    const double u = v->upper_caller ? v->upper_caller[i] : INFINITY;
+
+    if (perp__is_same(l, u))
+        return PERP__FIXED;
+    if (isfinite(l) && v->z[i] - v->lower[i] <= v->w_high[i])
+        return PERP__AT_LOWER;
+    if (isfinite(u) && v->z[i] - v->upper[i] >= v->w_high[i])
+        return PERP__AT_UPPER;
+    return PERP__BETWEEN;
+}
+
+static void read_places(perp__verify *v)
+{
+    perp__multiply_doubled(&v->M, v->z, v->q, v->w_high, v->w_low);
+    v->count = 0;
+    for (int32_t i = 0; i < v->n; i++) {
+        v->places[i] = read_place(v, i);
+        v->position[i] = -1;
+        v->high[i] = v->places[i] == PERP__AT_UPPER  ? v->upper[i]
+                     : v->places[i] == PERP__BETWEEN ? v->z[i]
+                                                     : v->lower[i];
+        v->low[i] = 0.0;
+        if (v->places[i] == PERP__BETWEEN) {
+            v->position[i] = v->count;
+            v->active[v->count++] = i;
+        }
+    }
+}
+
+/* Scales everything by powers of two and reads the index set off z. */
+static void scale_problem(perp__verify *v, const perp__matrix *M, const double *q)
+{
+    perp__equilibrate(M, 1, v->exponents, v->width, v->work);
+    v->omega = find_omega(v, q);
+    scale_matrix(v, M);
+    for (int32_t i = 0; i < v->n; i++) {
+        const int32_t e = v->exponents[i];
+
+        v->q[i] = ldexp(q[i], e - v->omega);
+        v->z[i] = ldexp(v->z_caller[i], -e - v->omega);
+        v->lower[i] = ldexp(v->lower_caller ? v->lower_caller[i] : 0.0, -e - v->omega);
+        v->upper[i] = ldexp(v->upper_caller ? v->upper_caller[i] : INFINITY, -e - v->omega);
+    }
+    read_places(v);
+}
+
+/* ---- the enclosure: the equations of the index set are solved to doubled precision, and what is
+ * left is bounded with the inverse ---- */
+
+#define PERP__REFINEMENTS 16
+/* Below this size a sparse block is taken as a dense one at once. */
+#define PERP__SMALL_BLOCK 64
+/* Up to this size it is where the sparse bound fails: three arrays of 32 MiB. */
+#define PERP__LARGEST_BLOCK 2048
+
+static void layout_dense(perp__arena *arena, void *object)
+{
+    perp__verify *v = object;
+
+    perp__verified_layout(arena, &v->dense, v->count);
+}
+
+/* w := M (high + low) + q, in doubled precision but for its last rounding */
+static void find_w(perp__verify *v)
+{
+    perp__multiply_doubled(&v->M, v->high, v->q, v->w_high, v->w_low);
+    perp__multiply(&v->M, v->low, v->w);
+    for (int32_t i = 0; i < v->n; i++)
+        v->w[i] = v->w_high[i] + (v->w_low[i] + v->w[i]);
+}
+
+/* step := M_AA^-1 w_A, approximately; returns its largest entry. */
+static double find_step(perp__verify *v)
+{
+    double largest = 0.0;
+
+    for (int32_t k = 0; k < v->count; k++)
+        v->middle[k] = v->w[v->active[k]];
+    if (v->uses_dense) {
+        perp__verified_apply(&v->dense, v->middle, v->step);
+    } else {
+        memcpy(v->step, v->middle, (size_t)v->count * sizeof *v->step);
+        perp__dominance_apply(&v->dominance, v->step);
+    }
+    for (int32_t k = 0; k < v->count; k++)
+        largest = perp__larger(largest, fabs(v->step[k]));
+    return largest;
+}
+
+/* high + low -= step */
+static void take_step(perp__verify *v)
+{
+    for (int32_t k = 0; k < v->count; k++) {
+        const int32_t i = v->active[k];
+        const double low = v->low[i] - v->step[k];
+        const double sum = v->high[i] + low;
+        const double part = sum - v->high[i];
+
+        v->low[i] = (v->high[i] - (sum - part)) + (low - part);
+        v->high[i] = sum;
+    }
+}
+
+/* Any point will do for the proof; the nearer, the narrower the interval. */
+static void refine(perp__verify *v)
+{
+    double last = INFINITY;
+
+    find_w(v);
+    for (int32_t round = 0; round < PERP__REFINEMENTS && v->count > 0; round++) {
+        const double largest = find_step(v);
+
+        if (!(largest < 0.5 * last) || largest == 0.0)
+            break;
+        take_step(v);
+        find_w(v);
+        last = largest;
+    }
+}
+
+/* width: the error of the product in doubled precision, of the one with `low`, of adding the three,
+ * of underflow. */
+static void find_width(perp__verify *v)
+{
+    const double n = v->n;
+    const double sizes = perp__sum_of_sizes(v->high, v->n) + perp__sum_of_sizes(v->low, v->n);
+    double *products = v->delta, *ones = v->delta;
+
+    for (int32_t i = 0; i < v->n; i++)
+        ones[i] = 1.0;
+    perp__multiply_absolute(&v->M, ones, v->width);
+    for (int32_t i = 0; i < v->n; i++)
+        v->width[i] = DBL_MIN * (16.0 * (n + 1.0) + 2.0 * (sizes + v->width[i]));
+    perp__multiply_absolute(&v->M, v->high, products);
+    for (int32_t i = 0; i < v->n; i++)
+        v->width[i] += perp__doubled_error(v->n) * (products[i] + fabs(v->q[i]));
+    perp__multiply_absolute(&v->M, v->low, products);
+    for (int32_t i = 0; i < v->n; i++) {
+        v->width[i] += PERP__GAMMA(n + 8.0) * (products[i] + fabs(v->w_low[i])) +
+                       PERP__GAMMA(2.0) * fabs(v->w[i]);
+        v->width[i] = perp__raise(v->width[i], 4.0 * n + 8.0);
+    }
+}
+
+/* delta and spread, from the bounds of |M_AA^-1 w_A|. False if nothing was proved. */
+static int32_t find_delta(perp__verify *v)
+{
+    int32_t i, k, proved = 1;
+
+    find_width(v);
+    for (k = 0; k < v->count; k++) {
+        v->middle[k] = v->w[v->active[k]];
+        v->margin[k] = v->width[v->active[k]];
+    }
+    if (v->uses_dense)
+        perp__verified_bound(&v->dense, v->middle, v->margin, v->enclosure);
+    else
+        proved = perp__dominance_bound(&v->dominance, v->middle, v->margin, v->enclosure);
+    for (i = 0; i < v->n; i++)
+        v->delta[i] = 0.0;
+    for (k = 0; k < v->count; k++) {
+        v->delta[v->active[k]] = v->enclosure[k];
+        proved &= isfinite(v->enclosure[k]) != 0;
+    }
+    perp__multiply_absolute(&v->M, v->delta, v->spread);
+    for (i = 0; i < v->n; i++)
+        v->spread[i] = perp__raise(v->spread[i], 2.0 * v->n);
+    return proved;
+}
+
+static perp_status enclose_dense(perp__verify *v, int32_t *verdict)
+{
+    const perp__index_set block = {v->count, v->active, v->position};
+    perp_status status;
+
+    v->uses_dense = 1;
+    status = perp__arena_fit(&v->dense_arena, layout_dense, v);
+    if (status != PERP_OK)
+        return status;
+    perp__principal_dense(&v->M, &block, v->dense.transposed, (size_t)v->count, 1);
+    *verdict = PERP_VERDICT_SINGULAR;
+    if (perp__verified_factor(&v->dense)) {
+        refine(v);
+        if (find_delta(v))
+            *verdict = PERP_VERDICT_REGULAR;
+    }
+    return PERP_OK;
+}
+
+static perp_status enclose_sparse(perp__verify *v, int32_t *verdict)
+{
+    const perp__index_set block = {v->count, v->active, v->position};
+    perp_status status;
+
+    v->uses_dense = 0;
+    perp__principal_csc(&v->M, &block, v->starts, v->rows, v->block);
+    v->dominance.n = v->dominance.A.n = v->count;
+    v->dominance.A.values = v->block;
+    v->dominance.A.column_starts = v->starts;
+    v->dominance.A.row_indices = v->rows;
+    status = perp__dominance_factor(&v->dominance, v->context);
+    *verdict = PERP_VERDICT_SINGULAR;
+    if (status == PERP_OK) {
+        refine(v);
+        if (find_delta(v))
+            *verdict = PERP_VERDICT_REGULAR;
+    }
+    return status == PERP__FACTOR_SINGULAR ? PERP_OK : status;
+}
+
+/* Finds the solution of the index set's equations and an interval around it that holds the exact
+ * one. *verdict: PERP_VERDICT_REGULAR, _SINGULAR or _TOO_LARGE. PERP_OK or PERP_ERROR_MEMORY. */
+static perp_status enclose(perp__verify *v, int32_t *verdict)
+{
+    perp_status status = PERP_OK;
+
+    if (!v->M.column_starts || v->count <= PERP__SMALL_BLOCK)
+        return enclose_dense(v, verdict);
+    status = enclose_sparse(v, verdict);
+    if (status != PERP_OK || *verdict == PERP_VERDICT_REGULAR)
+        return status;
+    if (v->count <= PERP__LARGEST_BLOCK)
+        return enclose_dense(v, verdict);
+    *verdict = PERP_VERDICT_TOO_LARGE;
+    return PERP_OK;
+}
+
+/* ---- the verdict: bounds and signs against the enclosure ---- */
+
+/* What is known of the sign of a number within `width` of x: nothing where either overflowed. */
+static int32_t sign_of(double x, double width)
+{
+    if (!isfinite(width))
+        return 0;
+    return x >= width ? 1 : x < -width ? -1 : 0;
+}
+
+/* Where z_i - bound stands, in the direction that leads inside: proved to be above 0 (1), below 0
+ * (-1), or neither (0). */
+static int32_t side_of(const perp__verify *v, int32_t i, double bound, double direction)
+{
+    const double distance = direction * (v->high[i] - bound);
+    const double low = direction * v->low[i];
+    const double width = perp__raise(
+        v->delta[i] + PERP__GAMMA(4.0) * (fabs(distance) + fabs(low)) + 4.0 * DBL_MIN, 4.0);
+
+    if (distance + low > width)
+        return 1;
+    return distance + low < -width ? -1 : 0;
+}
+
+static int32_t judge_row(const perp__verify *v, int32_t i)
+{
+    const double width = perp__raise(v->width[i] + v->spread[i], 4.0);
+    int32_t above, below;
+
+    if (v->places[i] == PERP__FIXED)
+        return 1;
+    if (v->places[i] == PERP__AT_LOWER)
+        return sign_of(v->w[i], width);
+    if (v->places[i] == PERP__AT_UPPER)
+        return sign_of(-v->w[i], width);
+    above = v->lower[i] > -INFINITY ? side_of(v, i, v->lower[i], 1.0) : 1;
+    below = v->upper[i] < INFINITY ? side_of(v, i, v->upper[i], -1.0) : 1;
+    return above < below ? above : below;
+}
+
+/* Compares the enclosure with bounds and signs; *index is the row that decides, or -1. */
+static int32_t judge(const perp__verify *v, int32_t *index)
+{
+    int32_t verdict = PERP_VERDICT_REGULAR, i;
+
+    *index = -1;
+    for (i = 0; i < v->n; i++) {
+        const int32_t row = judge_row(v, i);
+
+        if (row < 0) {
+            *index = i;
+            return PERP_VERDICT_NOT_A_SOLUTION;
+        }
+        if (row == 0 && verdict == PERP_VERDICT_REGULAR) {
+            *index = i;
+            verdict = PERP_VERDICT_DEGENERATE;
+        }
+    }
+    return verdict;
+}
+
+/* |z_i - z*_i| at most, in the caller's units. */
+static double radius_of(const perp__verify *v, int32_t i)
+{
+    const double z = v->z_caller[i];
+    double bound, radius;
+
+    if (v->places[i] != PERP__BETWEEN) {
+        bound = v->places[i] == PERP__AT_UPPER ? v->upper_caller[i]
+                : v->lower_caller              ? v->lower_caller[i]
+                                               : 0.0;
+        if (perp__is_same(z, bound))
+            return 0.0;
+        return perp__raise(fabs(z - bound) + DBL_MIN, 2.0);
+    }
+    radius = perp__raise(fabs(v->z[i] - v->high[i]) + fabs(v->low[i]) + v->delta[i] + 4.0 * DBL_MIN,
+                         4.0);
+    return perp__raise(ldexp(radius, v->exponents[i] + v->omega) + DBL_MIN, 2.0);
+}
+
+/* ---- the call ---- */
 
 PERP__INIT(perp_lcp_proof)
 
@@ -40,20 +452,11 @@ static perp_status check(perp_context *context, perp__matrix *own, const perp_lc
     perp_status status = PERP__CHECK(perp_lcp_proof, context, proof);
 
     if (status == PERP_OK)
-        status = perp__matrix_read(context, "M", own, M);
-    if (status == PERP_OK && own->rows != own->columns)
-        status = perp__fail(context, PERP_ERROR_ARGUMENT, "M is %d by %d, expected a square matrix",
-                            (int)own->rows, (int)own->columns);
+        status = perp__lcp_problem_read(context, own, M, lower, upper);
     if (status == PERP_OK)
-        status = perp__check_bounds(context, lower, upper, (size_t)own->rows);
-    if (status == PERP_OK && own->rows > 0)
-        status = perp__check_pointer(context, "q", q);
+        status = perp__check_vector(context, "q", q, (size_t)own->rows);
     if (status == PERP_OK)
-        status = perp__check_finite(context, "q", q, (size_t)own->rows);
-    if (status == PERP_OK && own->rows > 0)
-        status = perp__check_pointer(context, "z", z);
-    if (status == PERP_OK)
-        status = perp__check_finite(context, "z", z, (size_t)own->rows);
+        status = perp__check_vector(context, "z", z, (size_t)own->rows);
     return status;
 }
 
@@ -62,36 +465,35 @@ static void write_out(const perp__verify *v, double *radii, perp_lcp_proof *proo
                       int32_t index)
 {
     perp_lcp_proof own;
-    int32_t i;
 
     memset(&own, 0, sizeof own);
-    for (i = 0; i < v->n && verdict == PERP_VERDICT_REGULAR; i++)
-        perp__raise_to(&own.radius, perp__verify_radius(v, i));
+    for (int32_t i = 0; i < v->n && verdict == PERP_VERDICT_REGULAR; i++)
+        perp__raise_to(&own.radius, radius_of(v, i));
     if (!isfinite(own.radius))
         verdict = PERP_VERDICT_SINGULAR;
     if (verdict != PERP_VERDICT_REGULAR)
         own.radius = INFINITY;
     own.verdict = verdict;
     own.index = index;
-    for (i = 0; i < v->n && radii; i++)
-        radii[i] = verdict == PERP_VERDICT_REGULAR ? perp__verify_radius(v, i) : INFINITY;
+    for (int32_t i = 0; i < v->n && radii; i++)
+        radii[i] = verdict == PERP_VERDICT_REGULAR ? radius_of(v, i) : INFINITY;
     perp__struct_write(proof, &own, sizeof own);
 }
 
 static perp_status prove(perp__verify *v, double *radii, perp_lcp_proof *proof, const double *q)
 {
     const perp__matrix M = v->M;
-    perp_status status = perp__arena_fit(&v->arena, perp__verify_layout, v);
+    perp_status status = perp__arena_fit(&v->arena, layout, v);
     int32_t verdict = PERP_VERDICT_SINGULAR, index = -1;
 
     if (status != PERP_OK)
         return status;
-    perp__verify_scale(v, &M, q);
-    status = perp__verify_enclose(v, &verdict);
+    scale_problem(v, &M, q);
+    status = enclose(v, &verdict);
     if (status != PERP_OK)
         return status;
     if (verdict == PERP_VERDICT_REGULAR)
-        verdict = perp__verify_judge(v, &index);
+        verdict = judge(v, &index);
     write_out(v, radii, proof, verdict, index);
     return PERP_OK;
 }

@@ -38,13 +38,11 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__fischer_state *f = object;
     size_t n = (size_t)f->common.problem->n;
-    double **const vectors[] = {&f->w,       &f->phi,     &f->slope_z,    &f->slope_w, &f->weights,
-                                &f->d,       &f->image,   &f->correction, &f->part,    &f->work,
-                                &f->trial_z, &f->trial_w, &f->trial_phi,  &f->best,    &f->kept_z};
 
     perp__fischer_matrix_layout(arena, &f->S, f->common.problem);
-    for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
-        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &f->w, &f->phi, &f->slope_z, &f->slope_w, &f->weights, &f->d, &f->image,
+                  &f->correction, &f->part, &f->work, &f->trial_z, &f->trial_w, &f->trial_phi,
+                  &f->best, &f->kept_z);
     f->places = perp__arena_take(arena, n, sizeof(int8_t));
     f->next_places = perp__arena_take(arena, n, sizeof(int8_t));
 }

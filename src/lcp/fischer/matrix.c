@@ -5,6 +5,7 @@
 
 #include "linalg/blas.h"
 #include "linalg/lanes/multiversion.h"
+#include "linalg/sparse_block.h"
 
 static int32_t is_sparse(const perp__fischer_matrix *matrix)
 {
@@ -20,12 +21,9 @@ void perp__fischer_matrix_layout(perp__arena *arena, perp__fischer_matrix *matri
     const size_t entries = sparse ? (size_t)M->column_starts[n] + n : n * n;
 
     matrix->is_read = 0;
-    matrix->S_values = perp__arena_take(arena, entries, sizeof(double));
-    matrix->block = perp__arena_take(arena, entries, sizeof(double));
-    matrix->factors = perp__arena_take(arena, n, sizeof(double));
-    matrix->packed = perp__arena_take(arena, n, sizeof(double));
-    matrix->active = perp__arena_take(arena, n, sizeof(int32_t));
-    matrix->pivots = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__DOUBLES(arena, entries, &matrix->S_values, &matrix->block);
+    PERP__DOUBLES(arena, n, &matrix->factors, &matrix->packed);
+    PERP__INTEGERS(arena, n, &matrix->active, &matrix->pivots);
     matrix->column_starts = NULL;
     matrix->row_indices = matrix->diagonal = NULL;
     if (sparse) {
@@ -80,22 +78,6 @@ static int32_t is_symmetric_dense(const double *values, int32_t n)
     return 1;
 }
 
-/* Columns from left to right meet the mirror images of their entries in the order in which these
- * are stored: one cursor a column. */
-static int32_t is_symmetric_sparse(const perp__matrix *S, int32_t *cursor)
-{
-    memcpy(cursor, S->column_starts, (size_t)S->columns * sizeof *cursor);
-    for (int32_t j = 0; j < S->columns; j++)
-        for (int32_t k = S->column_starts[j]; k < S->column_starts[j + 1]; k++) {
-            const int32_t i = S->row_indices[k], at = cursor[i]++;
-
-            if (at >= S->column_starts[i + 1] || S->row_indices[at] != j ||
-                S->values[at] != S->values[k])
-                return 0;
-        }
-    return 1;
-}
-
 void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_problem *problem)
 {
     perp__matrix *S = &matrix->S;
@@ -116,7 +98,7 @@ void perp__fischer_matrix_read(perp__fischer_matrix *matrix, const perp__lcp_pro
     matrix->is_read = 1;
     if (is_sparse(matrix)) {
         read_sparse(matrix, problem);
-        matrix->symmetric = is_symmetric_sparse(S, matrix->active);
+        matrix->symmetric = perp__has_symmetric_entries(S, matrix->active, 0.0);
     } else {
         perp__lcp_dense(problem, matrix->S_values, (size_t)problem->n);
         matrix->symmetric = is_symmetric_dense(matrix->S_values, problem->n);
@@ -148,23 +130,6 @@ void perp__fischer_matrix_add_column(const perp__fischer_matrix *matrix, int32_t
     }
     for (int32_t k = S->column_starts[j]; k < S->column_starts[j + 1]; k++)
         y[S->row_indices[k]] += S->values[k] * x;
-}
-
-void perp__fischer_matrix_transposed(const perp__fischer_matrix *matrix, const double *x, double *y)
-{
-    const perp__matrix *S = &matrix->S;
-
-    for (int32_t j = 0; j < S->columns; j++) {
-        double sum = 0.0;
-
-        if (S->column_starts)
-            for (int32_t p = S->column_starts[j]; p < S->column_starts[j + 1]; p++)
-                sum += S->values[p] * x[S->row_indices[p]];
-        else
-            for (int32_t i = 0; i < S->rows; i++)
-                sum += S->values[(size_t)j * S->column_stride + (size_t)i] * x[i];
-        y[j] = sum;
-    }
 }
 
 static void fill_dense(perp__fischer_matrix *matrix, const double *weights, double rho)
@@ -215,15 +180,10 @@ static perp_status factor_dense(perp__fischer_matrix *matrix, const double *weig
 static perp_status factor_padded(perp__fischer_matrix *matrix, const double *weights)
 {
     const perp__matrix *S = &matrix->S;
-    perp__square H;
-    perp_status status;
-
-    H.n = S->rows;
-    H.values = matrix->block;
-    H.column_starts = S->column_starts;
-    H.row_indices = S->row_indices;
-    status =
+    const perp__square H = {S->rows, matrix->block, S->column_starts, S->row_indices};
+    perp_status status =
         perp__kept_factor_analyse(&matrix->kept, matrix->problem->context, &perp__factor_klu, &H);
+
     if (status != PERP_OK)
         return status;
     for (int32_t j = 0; j < S->columns; j++)

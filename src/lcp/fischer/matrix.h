@@ -5,7 +5,7 @@
 
 #include "base/arena.h"
 #include "lcp/method.h"
-#include "linalg/kept_factor.h"
+#include "linalg/factor/factor.h"
 
 /* Who holds the last factors. */
 enum perp__fischer_factors {
@@ -47,10 +47,6 @@ double perp__fischer_matrix_diagonal(const perp__fischer_matrix *matrix, int32_t
 
 /* y += x S_j, S_j being column j. */
 void perp__fischer_matrix_add_column(const perp__fischer_matrix *matrix, int32_t j, double x,
-                                     double *y);
-
-/* y = S' x */
-void perp__fischer_matrix_transposed(const perp__fischer_matrix *matrix, const double *x,
                                      double *y);
 
 /* Factors S_AA + W_A where A has the rows whose weight is finite, or S_AA + rho I where A has those

@@ -110,9 +110,10 @@ static double gradient_direction(perp__fischer_state *f)
         f->part[i] = f->slope_w[i] * f->phi[i];
         f->image[i] = 0.0;
     }
-    perp__fischer_matrix_transposed(&f->S, f->part, f->d);
     for (int32_t i = 0; i < p->n; i++) {
-        f->d[i] = p->lower[i] < p->upper[i] ? f->d[i] + f->slope_z[i] * f->phi[i] : 0.0;
+        f->d[i] = p->lower[i] < p->upper[i]
+                      ? perp__column_times(&f->S.S, i, f->part) + f->slope_z[i] * f->phi[i]
+                      : 0.0;
         square += f->d[i] * f->d[i];
     }
     perp__multiply_add(&f->S.S, f->d, f->image);

@@ -48,24 +48,23 @@ static void fill_tableau(perp__lemke *l, int32_t plain)
     const perp__lcp_problem *p = l->head.problem;
     const size_t ld = (size_t)l->tableau.leading_dimension;
     double *T = l->tableau.T;
-    int32_t i, j, k;
 
     perp__lcp_dense_times(p, -1.0, T, ld);
     memcpy(l->work, p->q, (size_t)p->n * sizeof *l->work);
-    for (j = 0; j < p->n; j++) {
+    for (int32_t j = 0; j < p->n; j++) {
         const double *column = T + (size_t)j * ld;
 
         if (l->base[j] != 0.0)
-            for (i = 0; i < p->n; i++)
+            for (int32_t i = 0; i < p->n; i++)
                 l->work[i] -= column[i] * l->base[j];
     }
-    for (k = 0; k < l->pairs; k++)
+    for (int32_t k = 0; k < l->pairs; k++)
         l->b[k] = l->sign[k] * l->work[l->index[k]];
-    for (j = 0; j < l->pairs && !plain; j++) {
+    for (int32_t j = 0; j < l->pairs && !plain; j++) {
         const double *from = T + (size_t)l->index[j] * ld;
         double *into = T + (size_t)j * ld;
 
-        for (i = 0; i < l->pairs; i++)
+        for (int32_t i = 0; i < l->pairs; i++)
             into[i] = (double)(l->sign[i] * l->sign[j]) * from[l->index[i]];
     }
 }
@@ -73,11 +72,9 @@ static void fill_tableau(perp__lemke *l, int32_t plain)
 /* The standard form with all x nonbasic at 0. */
 static void fill(perp__lemke *l)
 {
-    int32_t k;
-
     fill_tableau(l, perp__lemke_name_pairs(l));
     perp__tableau_reset(&l->tableau, l->pairs, l->pairs);
-    for (k = 0; k < l->pairs; k++) {
+    for (int32_t k = 0; k < l->pairs; k++) {
         l->basic[k] = l->pairs + k;
         l->nonbasic[k] = k;
     }
@@ -86,13 +83,12 @@ static void fill(perp__lemke *l)
 void perp__lemke_index(perp__lemke *l)
 {
     double largest = 0.0;
-    int32_t k;
 
-    for (k = 0; k <= 2 * l->pairs; k++)
+    for (int32_t k = 0; k <= 2 * l->pairs; k++)
         l->row_of[k] = l->column_of[k] = -1;
-    for (k = 0; k < l->tableau.columns; k++)
+    for (int32_t k = 0; k < l->tableau.columns; k++)
         l->column_of[l->nonbasic[k]] = k;
-    for (k = 0; k < l->pairs; k++) {
+    for (int32_t k = 0; k < l->pairs; k++) {
         l->row_of[l->basic[k]] = k;
         if (fabs(l->b[k]) > largest &&
             (l->basic[k] >= l->pairs || !perp__lemke_is_free(l, l->basic[k])))
@@ -107,9 +103,8 @@ static void exchange_at_start(perp__lemke *l, int32_t r, int32_t c)
 {
     const double value = l->b[r] / l->column[r];
     const int32_t leaving = l->basic[r];
-    int32_t i;
 
-    for (i = 0; i < l->pairs; i++)
+    for (int32_t i = 0; i < l->pairs; i++)
         l->b[i] -= l->column[i] * value;
     l->b[r] = value;
     l->basic[r] = l->nonbasic[c];
@@ -156,10 +151,9 @@ static double largest_free_entry(const perp__lemke *l)
 {
     const size_t ld = (size_t)l->tableau.leading_dimension;
     double largest = 0.0;
-    int32_t r, c;
 
-    for (c = 0; c < l->tableau.columns; c++)
-        for (r = 0; is_free_variable(l, c) && r < l->pairs; r++)
+    for (int32_t c = 0; c < l->tableau.columns; c++)
+        for (int32_t r = 0; is_free_variable(l, c) && r < l->pairs; r++)
             if (is_free_equation(l, r))
                 largest = fmax(largest, fabs(l->tableau.T[(size_t)r + (size_t)c * ld]));
     return largest;
@@ -200,16 +194,15 @@ static void clear_dependent(perp__lemke *l, double largest)
 {
     const size_t ld = (size_t)l->tableau.leading_dimension;
     double size = 0.0;
-    int32_t r, c;
 
-    for (r = 0; r < l->pairs; r++)
+    for (int32_t r = 0; r < l->pairs; r++)
         size = fmax(size, fabs(l->b[r]));
-    for (r = 0; r < l->pairs; r++) {
+    for (int32_t r = 0; r < l->pairs; r++) {
         if (!is_free_equation(l, r))
             continue;
         if (fabs(l->b[r]) <= DEPENDENT * size)
             l->b[r] = 0.0;
-        for (c = 0; c < l->tableau.columns; c++)
+        for (int32_t c = 0; c < l->tableau.columns; c++)
             if (fabs(l->tableau.T[(size_t)r + (size_t)c * ld]) <= DEPENDENT * largest)
                 l->tableau.T[(size_t)r + (size_t)c * ld] = 0.0;
     }
@@ -282,15 +275,13 @@ static int32_t enters(const perp__lemke *l, int32_t k)
 /* Nonbasic x at their upper bounds: v at x = range is b less its column there. */
 static void rest_at_upper(perp__lemke *l)
 {
-    int32_t k, i;
-
-    for (k = 0; k < l->pairs; k++) {
+    for (int32_t k = 0; k < l->pairs; k++) {
         l->at_upper[k] =
             l->sign[k] > 0 && l->places[l->index[k]] == PERP__AT_UPPER && isfinite(l->range[k]);
         if (!l->at_upper[k])
             continue;
         perp__tableau_column(&l->tableau, k, l->column);
-        for (i = 0; i < l->pairs; i++)
+        for (int32_t i = 0; i < l->pairs; i++)
             l->b[i] -= l->column[i] * l->range[k];
     }
 }
@@ -316,9 +307,9 @@ static int32_t leaving_row(const perp__lemke *l)
  * Which v goes with which x is of no account. Returns 0 if there is no good pivot. */
 static int32_t transform(perp__lemke *l)
 {
-    int32_t c, r;
+    int32_t r;
 
-    for (c = 0; c < l->pairs; c++) {
+    for (int32_t c = 0; c < l->pairs; c++) {
         if (!enters(l, l->nonbasic[c]))
             continue;
         perp__tableau_column(&l->tableau, c, l->column);
@@ -327,20 +318,9 @@ static int32_t transform(perp__lemke *l)
             return 0;
         exchange_at_start(l, r, c);
     }
-    for (c = l->tableau.columns - 1; c >= 0; c--)
+    for (int32_t c = l->tableau.columns - 1; c >= 0; c--)
         if (l->nonbasic[c] >= l->pairs && is_free(l, l->nonbasic[c] - l->pairs))
             drop(l, c);
-    return 1;
-}
-
-/* Positive definite matrices have a positive diagonal; contact problems with friction do not. */
-static int32_t diagonal_is_positive(const perp__matrix *M)
-{
-    int32_t i;
-
-    for (i = 0; i < M->rows; i++)
-        if (!(M->values[(size_t)i * (M->row_stride + M->column_stride)] > 0.0))
-            return 0;
     return 1;
 }
 
@@ -351,12 +331,11 @@ static double skewness(const perp__lcp_problem *p)
     const perp__matrix *M = p->M;
     const double *d = p->factors;
     double skew = 0.0, even = 0.0;
-    int32_t i, j, I, J;
 
-    for (J = 0; J < p->n; J += TILE)
-        for (I = 0; I < p->n; I += TILE)
-            for (j = J; j < J + TILE && j < p->n; j++)
-                for (i = I; i < I + TILE && i < j; i++) {
+    for (int32_t J = 0; J < p->n; J += TILE)
+        for (int32_t I = 0; I < p->n; I += TILE)
+            for (int32_t j = J; j < J + TILE && j < p->n; j++)
+                for (int32_t i = I; i < I + TILE && i < j; i++) {
                     const double a =
                         M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
                     const double b =
@@ -367,7 +346,7 @@ static double skewness(const perp__lcp_problem *p)
                     skew += less * less;
                     even += more * more;
                 }
-    for (i = 0; i < p->n; i++) {
+    for (int32_t i = 0; i < p->n; i++) {
         const double a = M->values[(size_t)i * (M->row_stride + M->column_stride)];
 
         even += 2.0 * (a * (d[i] * d[i])) * (a * (d[i] * d[i]));
@@ -384,7 +363,7 @@ static void examine(perp__lemke *l)
         return;
     l->examined = 1;
     l->crashes = l->symmetric = 0;
-    l->positive = p->n >= CRASH_FROM && diagonal_is_positive(p->M);
+    l->positive = p->n >= CRASH_FROM && perp__diagonal_is_positive(p->M);
     if (!l->positive)
         return;
     l->symmetric = perp__is_symmetric(p);
@@ -532,11 +511,11 @@ static int32_t correct(void *work, const double *residual, double *step)
 {
     perp__lemke *l = work;
     double *v = l->far, *x = l->column;
-    int32_t k, c;
+    int32_t c;
 
     for (c = 0; c < l->tableau.columns; c++)
         v[c] = 0.0;
-    for (k = 0; k < l->pairs; k++) {
+    for (int32_t k = 0; k < l->pairs; k++) {
         if (l->twin[k] >= 0)
             return 0; /* x_k is half of a variable */
         if (l->row_of[k] < 0)
@@ -548,7 +527,7 @@ static int32_t correct(void *work, const double *residual, double *step)
     }
     perp__tableau_multiply(&l->tableau, v, x);
     memset(step, 0, (size_t)l->head.problem->n * sizeof *step);
-    for (k = 0; k < l->pairs; k++)
+    for (int32_t k = 0; k < l->pairs; k++)
         if (l->row_of[k] >= 0)
             step[l->index[k]] = l->sign[k] * l->column_unit[k] * x[l->row_of[k]];
     return 1;

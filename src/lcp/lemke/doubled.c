@@ -42,9 +42,7 @@ PERP__KERNEL static void subtract_loops(size_t n, double factor, double factor_l
                                         const double *restrict a, const double *restrict a_low,
                                         double *restrict x, double *restrict x_low)
 {
-    size_t i;
-
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         const double p = factor * a[i];
         const double p_low = fma(factor, a[i], -p) + (factor * a_low[i] + factor_low * a[i]);
         const double s = x[i] - p;
@@ -71,18 +69,11 @@ static void layout(perp__arena *arena, void *object)
         perp__lemke_layout_tableau(arena, l);
     d->capacity = l->capacity + SPARE;
     d->rows = perp__arena_take(arena, columns, sizeof(int32_t));
-    d->pivot_high = perp__arena_take(arena, columns, sizeof(double));
-    d->pivot_low = perp__arena_take(arena, columns, sizeof(double));
-    d->high = perp__arena_take(arena, columns * n, sizeof(double));
-    d->low = perp__arena_take(arena, columns * n, sizeof(double));
-    d->column_low = perp__arena_take(arena, n, sizeof(double));
-    d->b_low = perp__arena_take(arena, n, sizeof(double));
-    d->start_b = perp__arena_take(arena, n, sizeof(double));
-    d->start_row = perp__arena_take(arena, 2 * n + 1, sizeof(int32_t));
-    d->start_column = perp__arena_take(arena, 2 * n + 1, sizeof(int32_t));
+    PERP__DOUBLES(arena, columns, &d->pivot_high, &d->pivot_low);
+    PERP__DOUBLES(arena, columns * n, &d->high, &d->low);
+    PERP__DOUBLES(arena, n, &d->column_low, &d->b_low, &d->start_b, &d->kept_high, &d->kept_low);
+    PERP__INTEGERS(arena, 2 * n + 1, &d->start_row, &d->start_column);
     d->taken = perp__arena_take(arena, n, sizeof(int32_t));
-    d->kept_high = perp__arena_take(arena, n, sizeof(double));
-    d->kept_low = perp__arena_take(arena, n, sizeof(double));
 }
 
 /* The tableau as the dense start leaves it, with a column for t, is where the path starts; it is
@@ -121,9 +112,8 @@ static void solve(const perp__lemke *l, double *x, double *x_low)
 {
     const perp__doubled *d = &l->doubled;
     const size_t n = (size_t)l->pairs;
-    int32_t k;
 
-    for (k = 0; k < d->count; k++) {
+    for (int32_t k = 0; k < d->count; k++) {
         const size_t at = (size_t)k * n;
         const int32_t r = d->rows[k];
         pair value;
@@ -159,12 +149,11 @@ static perp_status values(perp__lemke *l)
 {
     perp__doubled *d = &l->doubled;
     const size_t bytes = (size_t)l->pairs * sizeof *l->b;
-    int32_t k;
 
     memcpy(l->b, d->start_b, bytes);
     memset(d->b_low, 0, bytes);
     memset(d->column_low, 0, bytes);
-    for (k = 0; k < l->pairs; k++) {
+    for (int32_t k = 0; k < l->pairs; k++) {
         const double *start = start_of(l, k);
 
         if (l->row_of[k] < 0 && l->at_upper[k] && start) /* nonbasic at its upper bound */
@@ -178,18 +167,16 @@ static void set_covering(perp__lemke *l)
 {
     const size_t n = (size_t)l->pairs;
     double *column = start_of(l, perp__lemke_t(l));
-    int32_t r;
-    size_t i;
 
     memset(column, 0, n * sizeof *column);
-    for (r = 0; r < l->pairs; r++) {
+    for (int32_t r = 0; r < l->pairs; r++) {
         const double *start = start_of(l, l->basic[r]);
 
         if (l->column[r] == 0.0)
             continue;
         if (!start)
             column[l->doubled.start_row[l->basic[r]]] += l->column[r];
-        for (i = 0; start && i < n; i++)
+        for (size_t i = 0; start && i < n; i++)
             column[i] += l->column[r] * start[i];
     }
     read_column(l, perp__lemke_t(l));

@@ -61,11 +61,8 @@ static void layout(perp__arena *arena, void *work)
 {
     perp__lemke *l = work;
     const perp__lcp_problem *p = l->head.problem;
-    double **const of_pairs[] = {&l->range, &l->covering, &l->base,
-                                 &l->work,  &l->row_unit, &l->column_unit};
-    double **const of_rows[] = {&l->b, &l->low, &l->high, &l->column, &l->far, &l->speed};
     int32_t i, most = p->n;
-    size_t pairs, rows, k;
+    size_t pairs, rows;
 
     for (i = 0; i < p->n; i++)
         most += p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
@@ -78,13 +75,10 @@ static void layout(perp__arena *arena, void *work)
         perp__factored_layout(arena, l);
     else
         perp__lemke_layout_tableau(arena, l);
-    for (k = 0; k < sizeof of_pairs / sizeof *of_pairs; k++)
-        *of_pairs[k] = perp__arena_take(arena, pairs, sizeof(double));
-    for (k = 0; k < sizeof of_rows / sizeof *of_rows; k++)
-        *of_rows[k] = perp__arena_take(arena, rows + 1, sizeof(double));
-    l->index = perp__arena_take(arena, pairs, sizeof(int32_t));
-    l->twin = perp__arena_take(arena, pairs, sizeof(int32_t));
-    l->basic = perp__arena_take(arena, pairs, sizeof(int32_t));
+    PERP__DOUBLES(arena, pairs, &l->range, &l->covering, &l->base, &l->work, &l->row_unit,
+                  &l->column_unit);
+    PERP__DOUBLES(arena, rows + 1, &l->b, &l->low, &l->high, &l->column, &l->far, &l->speed);
+    PERP__INTEGERS(arena, pairs, &l->index, &l->twin, &l->basic);
     l->row_of = perp__arena_take(arena, 2 * pairs + 1, sizeof(int32_t));
     l->sign = perp__arena_take(arena, pairs, sizeof(int8_t));
     l->at_upper = perp__arena_take(arena, pairs, sizeof(int8_t));
@@ -182,9 +176,7 @@ static double covering_entry(const perp__lemke *l, const perp__lcp_iterate *iter
  * this is what makes Lemke's method process copositive matrices, and a ray mean something. */
 static void choose_covering(perp__lemke *l, const perp__lcp_iterate *iterate)
 {
-    int32_t r;
-
-    for (r = 0; r < l->pairs; r++) {
+    for (int32_t r = 0; r < l->pairs; r++) {
         const int32_t is_v = l->basic[r] >= l->pairs, k = perp__lemke_pair(l, l->basic[r]);
 
         l->covering[k] = is_v ? covering_entry(l, iterate, r, k) : 0.0;
@@ -199,11 +191,10 @@ static void choose_covering(perp__lemke *l, const perp__lcp_iterate *iterate)
 static void cover_violated(perp__lemke *l)
 {
     double worst = 0.0;
-    int32_t r;
 
-    for (r = 0; r < l->pairs; r++)
+    for (int32_t r = 0; r < l->pairs; r++)
         worst = fmax(worst, perp__lemke_violation(l, r));
-    for (r = 0; r < l->pairs; r++) {
+    for (int32_t r = 0; r < l->pairs; r++) {
         const double violation = perp__lemke_violation(l, r);
         const int32_t variable = l->basic[r];
         double d = violation > l->slack * l->largest_b ? 1.0 : 0.0;
@@ -225,13 +216,12 @@ static void perturb(perp__lemke *l, int32_t attempt)
     /* in double it is for the polish to take it away again */
     const double size =
         l->basis->values || settings->polish ? l->trial->perturbation * l->largest_b : 0.0;
-    int32_t r;
 
     if (settings->pivot_rule != PERP_PIVOT_HARRIS)
         return;
     l->most_idle = 100 + (size > 0.0 ? 1 : 4) * l->pairs;
     l->near_end = 4.0 * fmax(size, l->slack * l->largest_b);
-    for (r = 0; size > 0.0 && r < l->pairs; r++) {
+    for (int32_t r = 0; size > 0.0 && r < l->pairs; r++) {
         const double change = size * draw(101 + attempt, r);
 
         if (l->basic[r] < l->pairs)
@@ -246,13 +236,13 @@ static void perturb(perp__lemke *l, int32_t attempt)
 static void write_point(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *p = l->head.problem;
-    int32_t i, k;
+    int32_t i;
 
     for (i = 0; i < p->n; i++) {
         iterate->z[i] = l->base[i];
         iterate->places[i] = PERP__FIXED;
     }
-    for (k = 0; k < l->pairs; k++) {
+    for (int32_t k = 0; k < l->pairs; k++) {
         const int32_t upper_side = (l->at_upper[k] != 0) != (l->sign[k] < 0);
 
         i = l->index[k];
@@ -284,11 +274,11 @@ static void write_ray(const perp__lemke *l, perp__lcp_iterate *iterate)
 {
     const double least = l->basis->noise * perp__lemke_largest_entry(l);
     const double dt = speed_of(l, perp__lemke_t(l), least);
-    int32_t i, k;
+    int32_t i;
 
     for (i = 0; i < l->head.problem->n; i++)
         iterate->ray[i] = iterate->covering[i] = 0.0;
-    for (k = 0; k < l->pairs; k++) {
+    for (int32_t k = 0; k < l->pairs; k++) {
         i = l->index[k];
         iterate->ray[i] += l->sign[k] * l->column_unit[k] * speed_of(l, k, least);
         if (l->twin[k] < 0 || l->sign[k] > 0)
@@ -339,13 +329,12 @@ static double noise(const perp__lemke *l, int32_t variable, double z_largest)
 static double cover_slack(perp__lemke *l)
 {
     double z_largest = 0.0, far = 0.0;
-    int32_t r;
 
-    for (r = 0; r < l->pairs; r++)
+    for (int32_t r = 0; r < l->pairs; r++)
         if (l->basic[r] < l->pairs)
             z_largest = fmax(z_largest, fabs(l->b[r]) * l->column_unit[l->basic[r]]);
     memset(l->covering, 0, (size_t)l->pairs * sizeof *l->covering);
-    for (r = 0; r < l->pairs; r++) {
+    for (int32_t r = 0; r < l->pairs; r++) {
         const double off = perp__lemke_violation(l, r);
 
         l->column[r] = off == 0.0 ? 0.0 : l->b[r] < l->low[r] ? -1.0 : 1.0;
@@ -365,9 +354,8 @@ static double cover_slack(perp__lemke *l)
 static perp_status tighten(perp__lemke *l, perp__lcp_iterate *iterate)
 {
     perp_status status = PERP_OK;
-    int32_t round;
 
-    for (round = 0; iterate->outcome == PERP_OUTCOME_SOLVED; round++) {
+    for (int32_t round = 0; iterate->outcome == PERP_OUTCOME_SOLVED; round++) {
         double far;
 
         status = l->basis->values(l);

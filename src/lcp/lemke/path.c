@@ -121,9 +121,8 @@ static int32_t harris_row(const perp__lemke *l, double own_range)
 double perp__lemke_largest_entry(const perp__lemke *l)
 {
     double largest = 0.0;
-    int32_t r;
 
-    for (r = 0; r < l->pairs; r++)
+    for (int32_t r = 0; r < l->pairs; r++)
         largest = fmax(largest, fabs(l->column[r]));
     return largest;
 }
@@ -133,19 +132,16 @@ double perp__lemke_largest_entry(const perp__lemke *l)
 static void write_perturbations(perp__lemke *l, int32_t r, double *row)
 {
     const double pivot = l->direction * l->column[r];
-    int32_t j;
 
     l->basis->inverse_row(l, r, row);
-    for (j = 0; j < l->pairs; j++)
+    for (int32_t j = 0; j < l->pairs; j++)
         row[j] /= pivot;
 }
 
 /* Does the row with perturbations a come before that with b? Their ratios tie. */
 static int32_t comes_before(const perp__lemke *l, const double *a, const double *b)
 {
-    int32_t j;
-
-    for (j = 0; j < l->pairs; j++)
+    for (int32_t j = 0; j < l->pairs; j++)
         if (fabs(a[j] - b[j]) > TIE * (fabs(a[j]) + fabs(b[j])))
             return a[j] < b[j];
     return 0;

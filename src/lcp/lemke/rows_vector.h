@@ -1,20 +1,18 @@
-/* The kernels of rows.h, a template (linalg/lanes/vectors.h). It defines NAME(kernels). */
+/* The kernels of path.c, a template (linalg/lanes/vectors.h). It defines NAME(kernels). */
 
 TARGET static void NAME(move)(size_t length, double factor, const double *column, double *b)
 {
     const lanes f = spread(factor);
-    size_t i;
 
-    for (i = 0; i < length; i += LANES)
+    for (size_t i = 0; i < length; i += LANES)
         store(b + i, minus_product(load(b + i), f, load(column + i)));
 }
 
 TARGET static double NAME(largest)(size_t length, const double *column)
 {
     lanes h = spread(0.0);
-    size_t i;
 
-    for (i = 0; i < length; i += LANES)
+    for (size_t i = 0; i < length; i += LANES)
         h = larger(absolute(load(column + i)), h);
     return largest_of(h);
 }
@@ -39,9 +37,8 @@ TARGET static double NAME(reach)(const perp__lemke_rows *rows, double *far, doub
     const lanes turn = spread(-rows->direction), slack = spread(rows->slack);
     const lanes infinity = spread(INFINITY);
     lanes reach = infinity;
-    size_t i;
 
-    for (i = 0; i < length; i += LANES) {
+    for (size_t i = 0; i < length; i += LANES) {
         const lanes b = load(rows->b + i), rate = multiply(turn, load(rows->column + i));
         const lanes down = subtract(b, load(rows->low + i));
         const lanes up = subtract(load(rows->high + i), b);
@@ -67,9 +64,8 @@ TARGET static int32_t NAME(fastest)(size_t length, const double *far, const doub
 {
     const lanes within = spread(reach), zero = spread(0.0);
     lanes best = zero;
-    size_t i;
 
-    for (i = 0; i < length; i += LANES) {
+    for (size_t i = 0; i < length; i += LANES) {
         const lanes s = load(speed + i);
 
         best = larger(pick(at_most(load(far + i), multiply(within, s)), s, zero), best);
@@ -77,7 +73,7 @@ TARGET static int32_t NAME(fastest)(size_t length, const double *far, const doub
     best = spread(largest_of(best));
     if (!any_of(less(zero, best)))
         return -1;
-    for (i = 0;; i += LANES) {
+    for (size_t i = 0;; i += LANES) {
         const lanes s = load(speed + i);
         const truth found = both(at_most(best, s), at_most(load(far + i), multiply(within, s)));
 

@@ -40,12 +40,11 @@ static size_t count_entries(const perp__lcp_problem *p)
 {
     const perp__matrix *M = p->M;
     size_t entries = 0;
-    int32_t j, k;
 
-    for (j = 0; j < p->n; j++) {
+    for (int32_t j = 0; j < p->n; j++) {
         size_t column = 0;
 
-        for (k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
 
             column += p->lower[i] == -INFINITY && p->upper[i] == INFINITY ? 2 : 1;
@@ -65,21 +64,18 @@ void perp__factored_layout(perp__arena *arena, perp__lemke *l)
     f->crash.common.problem = p;
     perp__sparse_active_set_layout(arena, &f->crash);
     f->pair_of = perp__arena_take(arena, n, sizeof(int32_t));
-    f->q = perp__arena_take(arena, pairs, sizeof(double));
-    f->h = perp__arena_take(arena, pairs, sizeof(double));
+    PERP__DOUBLES(arena, pairs, &f->q, &f->h, &f->entry_values);
     f->entry_rows = perp__arena_take(arena, pairs, sizeof(int32_t));
-    f->entry_values = perp__arena_take(arena, pairs, sizeof(double));
 }
 
 /* w := S z + q in the caller's variables. */
 static void affine(const perp__lcp_problem *p, const double *z, double *w)
 {
     const perp__matrix *M = p->M;
-    int32_t j, k;
 
     memcpy(w, p->q, (size_t)p->n * sizeof *w);
-    for (j = 0; j < p->n; j++)
-        for (k = M->column_starts[j]; z[j] != 0.0 && k < M->column_starts[j + 1]; k++) {
+    for (int32_t j = 0; j < p->n; j++)
+        for (int32_t k = M->column_starts[j]; z[j] != 0.0 && k < M->column_starts[j + 1]; k++) {
             const int32_t i = M->row_indices[k];
 
             w[i] += M->values[k] * (p->factors[i] * p->factors[j]) * z[j];
@@ -89,10 +85,8 @@ static void affine(const perp__lcp_problem *p, const double *z, double *w)
 /* sign (S base + q) */
 static void write_q(perp__lemke *l)
 {
-    int32_t k;
-
     affine(l->head.problem, l->base, l->work);
-    for (k = 0; k < l->pairs; k++)
+    for (int32_t k = 0; k < l->pairs; k++)
         l->factored.q[k] = l->sign[k] * l->work[l->index[k]];
 }
 
@@ -100,11 +94,11 @@ static void write_q(perp__lemke *l)
 static void write_pairs(perp__lemke *l, int32_t split)
 {
     perp__factored *f = &l->factored;
-    int32_t i, k, first;
+    int32_t k, first;
 
     perp__lemke_name_pairs(l);
     f->split = split;
-    for (i = 0; i < l->head.problem->n; i++)
+    for (int32_t i = 0; i < l->head.problem->n; i++)
         f->pair_of[i] = -1;
     for (k = 0, first = l->pairs; k < first; k++) {
         f->pair_of[l->index[k]] = k;
@@ -152,17 +146,17 @@ static int32_t read_entries(const void *user, int32_t variable, int32_t *rows, d
 static void add_column(perp__lemke *l, int32_t variable, double factor, double *rows)
 {
     const perp__factored *f = &l->factored;
-    int32_t count, k;
+    int32_t count;
 
     if (factor == 0.0)
         return;
     if (variable == perp__lemke_t(l)) {
-        for (k = 0; k < l->pairs; k++)
+        for (int32_t k = 0; k < l->pairs; k++)
             rows[k] -= factor * f->h[k];
         return;
     }
     count = read_entries(l, variable, f->entry_rows, f->entry_values);
-    for (k = 0; k < count; k++)
+    for (int32_t k = 0; k < count; k++)
         rows[f->entry_rows[k]] += factor * f->entry_values[k];
 }
 
@@ -176,10 +170,8 @@ static void solve_column(perp__lemke *l, int32_t variable)
 /* work := q - the columns of all variables times their values */
 static void write_residual(perp__lemke *l)
 {
-    int32_t k;
-
     memcpy(l->work, l->factored.q, (size_t)l->pairs * sizeof *l->work);
-    for (k = 0; k < l->pairs; k++) {
+    for (int32_t k = 0; k < l->pairs; k++) {
         if (l->row_of[k] < 0 && l->at_upper[k])
             add_column(l, k, -l->range[k], l->work);
         add_column(l, l->basic[k], -l->b[k], l->work);
@@ -189,13 +181,11 @@ static void write_residual(perp__lemke *l)
 /* b = B^-1 (q + what rests at upper bounds), with a step of refinement. */
 static void find_values(perp__lemke *l)
 {
-    int32_t round, r;
-
     memset(l->b, 0, (size_t)l->pairs * sizeof *l->b);
-    for (round = 0; round < 2; round++) {
+    for (int32_t round = 0; round < 2; round++) {
         write_residual(l);
         perp__basis_solve(&l->factored.basis, l->work, l->column);
-        for (r = 0; r < l->pairs; r++)
+        for (int32_t r = 0; r < l->pairs; r++)
             l->b[r] += l->column[r];
     }
 }
@@ -216,12 +206,11 @@ static perp_status load(perp__lemke *l)
 static perp_status take_places(perp__lemke *l, int32_t split)
 {
     perp_status status;
-    int32_t k;
 
     write_pairs(l, split);
-    for (k = 0; k <= 2 * l->pairs; k++)
+    for (int32_t k = 0; k <= 2 * l->pairs; k++)
         l->row_of[k] = -1;
-    for (k = 0; k < l->pairs; k++) {
+    for (int32_t k = 0; k < l->pairs; k++) {
         const int8_t place = l->places[l->index[k]];
 
         l->basic[k] = place == PERP__BETWEEN && l->twin[k] < 0 ? k : l->pairs + k;
@@ -238,10 +227,8 @@ static perp_status take_places(perp__lemke *l, int32_t split)
 
 static void find_largest_b(perp__lemke *l)
 {
-    int32_t r;
-
     l->largest_b = 0.0;
-    for (r = 0; r < l->pairs; r++)
+    for (int32_t r = 0; r < l->pairs; r++)
         if (isfinite(l->low[r]) || isfinite(l->high[r]))
             l->largest_b = fmax(l->largest_b, fabs(l->b[r]));
 }
@@ -282,9 +269,7 @@ static perp_status take_guess(perp__lemke *l, enum perp__lemke_guess *guess)
 /* Whether all variables with a bound have positive diagonal entries. */
 static int32_t could_be_P(const perp__lcp_problem *p)
 {
-    int32_t i;
-
-    for (i = 0; i < p->n; i++) {
+    for (int32_t i = 0; i < p->n; i++) {
         const int32_t is_free = p->lower[i] == -INFINITY && p->upper[i] == INFINITY;
 
         if (p->lower[i] < p->upper[i] && !is_free && !(perp__diagonal_entry(p->M, i) > 0.0))
@@ -390,14 +375,13 @@ static perp_status load_with(perp__lemke *l, int32_t slack)
     const int32_t r = l->factored.missing;
     double largest = 0.0;
     perp_status status;
-    int32_t k;
 
     l->basic[r] = l->pairs + slack;
     status = load(l);
     if (status != PERP_OK)
         return status;
     solve_column(l, perp__lemke_t(l));
-    for (k = 0; k < l->pairs; k++)
+    for (int32_t k = 0; k < l->pairs; k++)
         largest = fmax(largest, fabs(l->column[k]));
     if (!(fabs(l->column[r]) > l->smallest_pivot * largest))
         return PERP__FACTOR_SINGULAR;
@@ -412,12 +396,11 @@ static perp_status refresh(perp__lemke *l)
 {
     const int32_t slack = l->factored.missing >= 0 ? choose_slack(l) : -1;
     perp_status status;
-    int32_t k;
 
-    for (k = 0; k < l->pairs; k++)
+    for (int32_t k = 0; k < l->pairs; k++)
         l->basic[k] = l->row_of[k] >= 0 ? k : l->pairs + k;
     status = slack >= 0 ? load_with(l, slack) : load(l);
-    for (k = 0; k < l->pairs; k++)
+    for (int32_t k = 0; k < l->pairs; k++)
         l->row_of[l->basic[k]] = k;
     perp__lemke_write_limits(l);
     if (status == PERP_OK)
@@ -440,10 +423,9 @@ static perp_status values(perp__lemke *l)
 static void set_covering(perp__lemke *l)
 {
     double *h = l->factored.h;
-    int32_t r;
 
     memset(h, 0, (size_t)l->pairs * sizeof *h);
-    for (r = 0; r < l->pairs; r++)
+    for (int32_t r = 0; r < l->pairs; r++)
         add_column(l, l->basic[r], -l->column[r], h);
 }
 
@@ -465,12 +447,10 @@ static perp_status exchange(perp__lemke *l, int32_t r, int32_t leaving)
 
 static void read_inverse_row(perp__lemke *l, int32_t r, double *row)
 {
-    int32_t k;
-
     memset(l->work, 0, (size_t)l->pairs * sizeof *l->work);
     l->work[r] = 1.0;
     perp__basis_solve_transposed(&l->factored.basis, l->work, row);
-    for (k = 0; k < l->pairs; k++)
+    for (int32_t k = 0; k < l->pairs; k++)
         if (perp__lemke_is_free(l, k))
             row[k] = 0.0;
 }

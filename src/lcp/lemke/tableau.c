@@ -68,24 +68,19 @@ void perp__tableau_layout(perp__arena *arena, perp__tableau *t, int32_t rows, in
     t->T = perp__arena_take(arena, ld * width, sizeof(double));
     t->U = perp__arena_take(arena, perp__tableau_length(rows) * delay, sizeof(double));
     t->L = perp__arena_take(arena, delay * delay, sizeof(double));
-    t->V = perp__arena_take(arena, delay * PERP__STRIP, sizeof(double));
-    t->rewritten = perp__arena_take(arena, delay * PERP__STRIP, sizeof(double));
+    PERP__DOUBLES(arena, delay * PERP__STRIP, &t->V, &t->rewritten);
     t->pivots = perp__arena_take(arena, delay, sizeof(double));
-    t->exchanged = perp__arena_take(arena, delay, sizeof(int32_t));
-    t->entered = perp__arena_take(arena, delay, sizeof(int32_t));
-    t->again = perp__arena_take(arena, delay, sizeof(int32_t));
+    PERP__INTEGERS(arena, delay, &t->exchanged, &t->entered, &t->again);
     t->last = perp__arena_take(arena, (size_t)rows, sizeof(int32_t));
     t->started = perp__arena_take(arena, width, sizeof(int32_t));
 }
 
 static void forget(perp__tableau *t)
 {
-    int32_t i;
-
     t->pending = 0;
-    for (i = 0; i < t->rows; i++)
+    for (int32_t i = 0; i < t->rows; i++)
         t->last[i] = -1;
-    for (i = 0; i < t->columns; i++)
+    for (int32_t i = 0; i < t->columns; i++)
         t->started[i] = 0;
 }
 
@@ -101,13 +96,13 @@ void perp__tableau_column(perp__tableau *t, int32_t c, double *column)
     const size_t pending = (size_t)t->pending, panels = panels_of(t->rows);
     const perp__exchanges e = {t->exchanged, t->pivots, t->L, (size_t)t->delay};
     double v[GROUP];
-    size_t first, last;
+    size_t last;
 
     memcpy(column, t->T + (size_t)c * (size_t)t->leading_dimension,
            (size_t)t->rows * sizeof *column);
     for (last = (size_t)t->rows; last < panels * PERP__PANEL; last++)
         column[last] = 0.0;
-    for (first = (size_t)t->started[c]; first < pending; first = last) {
+    for (size_t first = (size_t)t->started[c]; first < pending; first = last) {
         last = first - first % GROUP + GROUP;
         if (last > pending)
             last = pending;
@@ -121,13 +116,15 @@ void perp__tableau_column(perp__tableau *t, int32_t c, double *column)
 static void add_columns(const perp__tableau *t, int32_t first, int32_t count, const double *x,
                         double *y)
 {
-    perp__matrix view = {0};
+    const size_t ld = (size_t)t->leading_dimension;
+    const perp__matrix view = {(int32_t)perp__tableau_length(t->rows),
+                               count,
+                               1,
+                               ld,
+                               t->T + (size_t)first * ld,
+                               NULL,
+                               NULL};
 
-    view.rows = (int32_t)perp__tableau_length(t->rows);
-    view.columns = count;
-    view.row_stride = 1;
-    view.column_stride = (size_t)t->leading_dimension;
-    view.values = t->T + (size_t)first * view.column_stride;
     perp__multiply_add(&view, x, y);
 }
 
@@ -137,22 +134,22 @@ void perp__tableau_multiply(perp__tableau *t, double *x, double *y)
 {
     const size_t panels = panels_of(t->rows), pending = (size_t)t->pending;
     double *later = t->V, v[GROUP];
-    size_t first, last, k, l;
+    size_t last;
 
-    for (k = 0; k < pending; k++) {
+    for (size_t k = 0; k < pending; k++) {
         later[k] = (size_t)t->started[t->entered[k]] == k + 1 ? x[t->entered[k]] : 0.0;
         x[t->entered[k]] = later[k] == 0.0 ? x[t->entered[k]] : 0.0;
     }
     memset(y, 0, panels * PERP__PANEL * sizeof *y);
     add_columns(t, 0, t->columns, x, y);
-    for (first = 0; first < pending; first = last) {
+    for (size_t first = 0; first < pending; first = last) {
         last = first + GROUP < pending ? first + GROUP : pending;
-        for (k = first; k < last; k++) {
+        for (size_t k = first; k < last; k++) {
             const double *owed = t->L + k * (size_t)t->delay;
             const int32_t r = t->exchanged[k];
 
             v[k - first] = y[r];
-            for (l = first; l < k; l++)
+            for (size_t l = first; l < k; l++)
                 v[k - first] -= owed[l] * v[l - first];
             y[r] = v[k - first] / t->pivots[k];
             add_columns(t, t->entered[k], 1, &later[k], y);
@@ -166,16 +163,16 @@ void perp__tableau_multiply(perp__tableau *t, double *x, double *y)
 static void gather(perp__tableau *t, size_t begin, size_t width)
 {
     const size_t ld = (size_t)t->leading_dimension, pending = (size_t)t->pending;
-    size_t j, k;
+    size_t j;
 
     for (j = 0; j < width; j++) {
         const double *column = t->T + (begin + j) * ld;
 
-        for (k = 0; k < pending; k++)
+        for (size_t k = 0; k < pending; k++)
             t->V[k * PERP__STRIP + j] = column[t->exchanged[k]];
     }
     for (; j < PERP__STRIP; j++)
-        for (k = 0; k < pending; k++)
+        for (size_t k = 0; k < pending; k++)
             t->V[k * PERP__STRIP + j] = 0.0;
 }
 
@@ -186,19 +183,18 @@ static void eliminate_rows(perp__tableau *t, size_t begin, size_t width)
     const size_t pending = (size_t)t->pending;
     const int32_t *started = t->started + begin;
     int32_t newest = 0;
-    size_t j, k;
 
-    for (j = 0; j < width; j++)
+    for (size_t j = 0; j < width; j++)
         newest = started[j] > newest ? started[j] : newest;
-    for (k = 0; k < pending; k++) {
+    for (size_t k = 0; k < pending; k++) {
         double *v = t->V + k * PERP__STRIP, *rewritten = t->rewritten + k * PERP__STRIP;
         double *again = t->V + (size_t)t->again[k] * PERP__STRIP;
 
         t->kernels->subtract_rows(k, t->L + k * (size_t)t->delay, t->V, t->pivots[k], v, rewritten);
-        for (j = 0; j < width && k < (size_t)newest; j++)
+        for (size_t j = 0; j < width && k < (size_t)newest; j++)
             if ((size_t)started[j] > k)
                 v[j] = 0.0;
-        for (j = 0; j < width && t->again[k] > 0; j++)
+        for (size_t j = 0; j < width && t->again[k] > 0; j++)
             if ((size_t)started[j] <= k)
                 again[j] = rewritten[j];
     }
@@ -207,12 +203,11 @@ static void eliminate_rows(perp__tableau *t, size_t begin, size_t width)
 static void scatter(perp__tableau *t, size_t begin, size_t width)
 {
     const size_t ld = (size_t)t->leading_dimension, pending = (size_t)t->pending;
-    size_t j, k;
 
-    for (j = 0; j < width; j++) {
+    for (size_t j = 0; j < width; j++) {
         double *column = t->T + (begin + j) * ld;
 
-        for (k = (size_t)t->started[begin + j]; k < pending; k++)
+        for (size_t k = (size_t)t->started[begin + j]; k < pending; k++)
             column[t->exchanged[k]] = t->rewritten[k * PERP__STRIP + j];
     }
 }
@@ -221,10 +216,10 @@ void perp__tableau_flush(perp__tableau *t)
 {
     const size_t ld = (size_t)t->leading_dimension, columns = (size_t)t->columns;
     const size_t pending = (size_t)t->pending;
-    size_t begin, j, k;
+    size_t begin;
 
-    for (k = 0; k < pending; k++) /* all groups are one now */
-        for (j = 0; j < k; j++)
+    for (size_t k = 0; k < pending; k++) /* all groups are one now */
+        for (size_t j = 0; j < k; j++)
             row_of(t, t->exchanged[k])[j * PERP__PANEL] = 0.0;
     for (begin = 0; begin < columns && pending > 0; begin += PERP__STRIP) {
         const size_t left = columns - begin, width = left < PERP__STRIP ? left : PERP__STRIP;
@@ -232,7 +227,7 @@ void perp__tableau_flush(perp__tableau *t)
         gather(t, begin, width);
         eliminate_rows(t, begin, width);
         scatter(t, begin, width);
-        for (j = 0; j < width; j += PERP__TILE)
+        for (size_t j = 0; j < width; j += PERP__TILE)
             t->kernels->subtract_tile(panels_of(t->rows), pending, t->U, stride_of(t), t->V + j,
                                       t->T + (begin + j) * ld, ld);
     }

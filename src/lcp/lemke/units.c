@@ -31,12 +31,10 @@ static int32_t is_coupled(const perp__lemke *l, int32_t i, int32_t j)
 /* row_unit := the row's largest |M_ij M_ji|, for is_coupled. */
 static void find_strongest(perp__lemke *l)
 {
-    int32_t i, j;
-
-    for (i = 0; i < l->pairs; i++)
+    for (int32_t i = 0; i < l->pairs; i++)
         l->row_unit[i] = 0.0;
-    for (j = 0; j < l->pairs; j++)
-        for (i = 0; i <= j; i++) {
+    for (int32_t j = 0; j < l->pairs; j++)
+        for (int32_t i = 0; i <= j; i++) {
             const double product = size_of(l, i, j) * size_of(l, j, i);
 
             l->row_unit[i] = fmax(l->row_unit[i], product);
@@ -81,17 +79,16 @@ static void find_units(perp__lemke *l)
 static int32_t is_symmetric(perp__lemke *l)
 {
     double least = INFINITY, most = -INFINITY;
-    int32_t i, j;
 
-    for (i = 0; i < l->pairs; i++) {
+    for (int32_t i = 0; i < l->pairs; i++) {
         least = fmin(least, l->column_unit[i]);
         most = fmax(most, l->column_unit[i]);
         l->column_unit[i] = exp2(l->column_unit[i]);
     }
     if (!(most - least >= 2.0 && most - least <= 400.0))
         return 0; /* it does already; or the range of doubles is too small */
-    for (j = 0; j < l->pairs; j++)
-        for (i = 0; i < j; i++) {
+    for (int32_t j = 0; j < l->pairs; j++)
+        for (int32_t i = 0; i < j; i++) {
             const double factor = l->column_unit[j] / l->column_unit[i];
             const double above = size_of(l, i, j) * factor, below = size_of(l, j, i) / factor;
 
@@ -114,14 +111,12 @@ static double power_below(double x)
  * perp__equilibrate does. */
 static void fit_without_diagonal(perp__lemke *l)
 {
-    int32_t i, j;
-
-    for (i = 0; i < l->pairs; i++) {
+    for (int32_t i = 0; i < l->pairs; i++) {
         double largest = 0.0, unit;
 
         if (size_of(l, i, i) != 0.0)
             continue;
-        for (j = 0; j < l->pairs; j++)
+        for (int32_t j = 0; j < l->pairs; j++)
             if (size_of(l, j, j) != 0.0)
                 largest =
                     fmax(largest, fmax(size_of(l, i, j) * l->row_unit[i] * l->column_unit[j],
@@ -137,12 +132,11 @@ static void fit_without_diagonal(perp__lemke *l)
 static void apply(perp__lemke *l)
 {
     const size_t ld = (size_t)l->tableau.leading_dimension;
-    int32_t i, j;
 
-    for (j = 0; j < l->pairs; j++) {
+    for (int32_t j = 0; j < l->pairs; j++) {
         double *column = l->tableau.T + (size_t)j * ld;
 
-        for (i = 0; i < l->pairs; i++)
+        for (int32_t i = 0; i < l->pairs; i++)
             column[i] *= l->row_unit[i] * l->column_unit[j];
         l->b[j] *= l->row_unit[j];
         l->range[j] /= l->column_unit[j];
@@ -155,9 +149,8 @@ static int32_t is_worth_a_look(const perp__lemke *l, int32_t eager)
 {
     const double *norms = l->head.problem->row_norms;
     double least = INFINITY, most = 0.0;
-    int32_t k;
 
-    for (k = 0; k < l->pairs; k++) {
+    for (int32_t k = 0; k < l->pairs; k++) {
         if (l->basic[k] != l->pairs + k)
             return 0;
         least = fmin(least, norms[l->index[k]]);
@@ -168,14 +161,14 @@ static int32_t is_worth_a_look(const perp__lemke *l, int32_t eager)
 
 void perp__lemke_choose_units(perp__lemke *l, int32_t eager)
 {
-    int32_t worth_it, i;
+    int32_t worth_it;
 
     if (!is_worth_a_look(l, eager))
         return;
     find_strongest(l);
     find_units(l);
     worth_it = is_symmetric(l);
-    for (i = 0; i < l->pairs; i++) {
+    for (int32_t i = 0; i < l->pairs; i++) {
         l->column_unit[i] = worth_it ? power_below(l->column_unit[i]) : 1.0;
         l->row_unit[i] = 1.0 / l->column_unit[i];
     }

@@ -89,14 +89,8 @@ static void layout(perp__arena *arena, void *object)
     size_t n = (size_t)problem->n;
 
     perp__sweeper_layout(arena, &work->sweeper, problem);
-    work->gradient.before = perp__arena_take(arena, n, sizeof(double));
-    work->gradient.direction = perp__arena_take(arena, n, sizeof(double));
-    work->step = perp__arena_take(arena, n, sizeof(double));
-    work->best = perp__arena_take(arena, n, sizeof(double));
-    work->x = perp__arena_take(arena, n, sizeof(double));
-    work->y = perp__arena_take(arena, n, sizeof(double));
-    work->high = perp__arena_take(arena, n, sizeof(double));
-    work->low = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &work->gradient.before, &work->gradient.direction, &work->step,
+                  &work->best, &work->x, &work->y, &work->high, &work->low);
     work->places = perp__arena_take(arena, n, sizeof(int8_t));
     work->relaxation = 0.0;
 }

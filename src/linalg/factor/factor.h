@@ -1,5 +1,5 @@
 /* Factorisations of square matrices behind six functions: analyse, reanalyse, factor, solve,
- * condition, destroy. Dense by LAPACK, sparse by KLU; with GPL=1 also UMFPACK and CHOLMOD. */
+ * condition, destroy. Dense by LAPACK, sparse by KLU. */
 #ifndef PERP_LINALG_FACTOR_H
 #define PERP_LINALG_FACTOR_H
 
@@ -21,8 +21,7 @@ enum { PERP__FACTOR_SINGULAR = 1 };
 
 typedef struct perp__factor_type {
     const char *name;
-    int32_t sparse;            /* takes CSC; otherwise dense */
-    int32_t positive_definite; /* symmetric positive definite matrices only */
+    int32_t sparse; /* takes CSC; otherwise dense */
     /* Allocates for matrices of this size and pattern (values are ignored). PERP_OK or _MEMORY. */
     perp_status (*analyse)(perp_context *context, perp__factor **factor, const perp__square *A);
     /* Takes A's pattern instead, of an order no larger than the one analysed first; the factors are
@@ -43,9 +42,41 @@ typedef struct perp__factor_type {
 
 extern const perp__factor_type perp__factor_lapack;
 extern const perp__factor_type perp__factor_klu;
-#ifdef PERP_GPL
-extern const perp__factor_type perp__factor_umfpack;
-extern const perp__factor_type perp__factor_cholmod; /* positive_definite */
-#endif
+
+/* A factorisation by KLU with room for all patterns of up to n rows: it is shown a diagonal first.
+ * starts: n + 1 entries, rows: n; both of work. PERP_OK or _MEMORY. */
+perp_status perp__factor_with_room(perp_context *context, perp__factor **factor, int32_t n,
+                                   int32_t *starts, int32_t *rows);
+
+/* ---- the condition number's estimate that all share ---- */
+
+/* x := A^-1 x, or A^-T x. */
+typedef void (*perp__solve_function)(void *user, double *x, int32_t transposed);
+
+/* The largest sum of absolute values in a column. */
+double perp__norm_1(const perp__square *A);
+
+/* 1 / (norm ||A^-1||_1), 0 where that is not a number between 0 and 1. work: 2 n doubles. */
+double perp__reciprocal_condition(int32_t n, double norm, double *work, perp__solve_function solve,
+                                  void *user);
+
+/* ---- a factorisation kept from set-up to set-up: analysed again only for another size or pattern,
+ * and with new memory only, if dense, for a larger one than ever. ---- */
+
+/* All zero at first. */
+typedef struct perp__kept_factor {
+    perp_context *context;
+    const perp__factor_type *type;
+    perp__factor *factor; /* NULL: nothing analysed */
+    int32_t n, most;      /* of the matrix at hand; of the largest that there is memory for */
+    int32_t *pattern;     /* column starts and row indices that were analysed; NULL if dense */
+} perp__kept_factor;
+
+/* Analyses A's pattern unless it is the one analysed already. PERP_OK or PERP_ERROR_MEMORY, and
+ * then nothing is kept. */
+perp_status perp__kept_factor_analyse(perp__kept_factor *kept, perp_context *context,
+                                      const perp__factor_type *type, const perp__square *A);
+
+void perp__kept_factor_release(perp__kept_factor *kept);
 
 #endif

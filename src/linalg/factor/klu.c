@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "linalg/condition.h"
 #include "linalg/factor/factor.h"
 
 /* Kept pivots serve while the factors grow at most this much more than with pivots of their own:
@@ -69,9 +68,8 @@ static perp_status analyse(perp_context *context, perp__factor **factor, const p
 static int has_bad_pivot(const perp__factor *factor)
 {
     const double *pivots = factor->numeric->Udiag;
-    int32_t k;
 
-    for (k = 0; k < factor->n; k++)
+    for (int32_t k = 0; k < factor->n; k++)
         if (pivots[k] == 0.0 || !isfinite(pivots[k]))
             return 1;
     return 0;
@@ -137,5 +135,5 @@ static double condition(perp__factor *factor, const perp__square *A)
 }
 
 const perp__factor_type perp__factor_klu = {
-    "klu", 1, 0, analyse, reanalyse, factor_values, solve, condition, destroy,
+    "klu", 1, analyse, reanalyse, factor_values, solve, condition, destroy,
 };

@@ -4,7 +4,6 @@
 
 #include "base/context.h"
 #include "linalg/blas.h"
-#include "linalg/condition.h"
 #include "linalg/factor/factor.h"
 
 struct perp__factor {
@@ -62,14 +61,13 @@ static perp_status reanalyse(perp__factor *factor, const perp__square *A)
 static perp_status factor_values(perp__factor *factor, const perp__square *A, int32_t keep_pivots)
 {
     const size_t n = (size_t)factor->n;
-    size_t i;
 
     (void)keep_pivots; /* a full factorisation every time */
     if (n > 0)
         memcpy(factor->LU, A->values, n * n * sizeof *factor->LU);
     factor->singular = perp__lu_factor(factor->n, factor->LU, factor->n, factor->pivots) != 0;
     /* factors that overflowed are of no more use than a zero pivot */
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         factor->singular |= !isfinite(factor->LU[i * (n + 1)]);
     return factor->singular ? PERP__FACTOR_SINGULAR : PERP_OK;
 }
@@ -88,5 +86,5 @@ static double condition(perp__factor *factor, const perp__square *A)
 }
 
 const perp__factor_type perp__factor_lapack = {
-    "lapack", 0, 0, analyse, reanalyse, factor_values, solve, condition, destroy,
+    "lapack", 0, analyse, reanalyse, factor_values, solve, condition, destroy,
 };

@@ -7,8 +7,6 @@
 
 #include <stdint.h>
 
-enum { PERP__LANES = 4 };
-
 /* At any address, beside any other type. */
 typedef double perp__lanes __attribute__((vector_size(32), aligned(8), may_alias));
 typedef int64_t perp__lane_bits __attribute__((vector_size(32), aligned(8), may_alias));

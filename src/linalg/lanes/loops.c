@@ -17,9 +17,8 @@ PERP__KERNEL static void subtract_4_loops(size_t m, const double *a, size_t lda,
 {
     const double *a0 = a, *a1 = a + lda, *a2 = a + 2 * lda, *a3 = a + 3 * lda;
     const double x0 = x[0], x1 = x[incx], x2 = x[2 * incx], x3 = x[3 * incx];
-    size_t i;
 
-    for (i = 0; i < m; i++)
+    for (size_t i = 0; i < m; i++)
         y[i] = (((y[i] - a0[i] * x0) - a1[i] * x1) - a2[i] * x2) - a3[i] * x3;
 }
 PERP__MULTIVERSION(subtract_4,
@@ -28,9 +27,7 @@ PERP__MULTIVERSION(subtract_4,
 
 PERP__KERNEL static void subtract_1_loops(size_t m, const double *a, double x, double *restrict y)
 {
-    size_t i;
-
-    for (i = 0; i < m; i++)
+    for (size_t i = 0; i < m; i++)
         y[i] -= a[i] * x;
 }
 PERP__MULTIVERSION(subtract_1, (size_t m, const double *a, double x, double *y), (m, a, x, y))
@@ -56,9 +53,8 @@ PERP__KERNEL static void subtract_4_by_2_loops(size_t m, const double *a, size_t
     const double *a0 = a, *a1 = a + lda, *a2 = a + 2 * lda, *a3 = a + 3 * lda;
     const double b0 = b[0], b1 = b[1], b2 = b[2], b3 = b[3];
     const double d0 = b[ldb], d1 = b[ldb + 1], d2 = b[ldb + 2], d3 = b[ldb + 3];
-    size_t i;
 
-    for (i = 0; i < m; i++) {
+    for (size_t i = 0; i < m; i++) {
         c[i] = (((c[i] - a0[i] * b0) - a1[i] * b1) - a2[i] * b2) - a3[i] * b3;
         d[i] = (((d[i] - a0[i] * d0) - a1[i] * d1) - a2[i] * d2) - a3[i] * d3;
     }
@@ -93,12 +89,11 @@ PERP__KERNEL static double sum_of_lanes(size_t m, const double *a, const double 
 {
     const size_t whole = m - m % LANES;
     double s[LANES] = {0.0};
-    size_t i, lane;
 
-    for (i = 0; i < whole; i += LANES)
-        for (lane = 0; lane < LANES; lane++)
+    for (size_t i = 0; i < whole; i += LANES)
+        for (size_t lane = 0; lane < LANES; lane++)
             s[lane] += a[i + lane] * x[i + lane];
-    for (i = whole; i < m; i++)
+    for (size_t i = whole; i < m; i++)
         s[i - whole] += a[i] * x[i];
     return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
 }
@@ -106,9 +101,7 @@ PERP__KERNEL static double sum_of_lanes(size_t m, const double *a, const double 
 PERP__KERNEL static void subtract_dots_loops(size_t m, size_t n, const double *A, size_t lda,
                                              const double *x, double *y)
 {
-    size_t j;
-
-    for (j = 0; j < n; j++)
+    for (size_t j = 0; j < n; j++)
         y[j] -= sum_of_lanes(m, A + j * lda, x);
 }
 PERP__MULTIVERSION(subtract_dots,
@@ -118,17 +111,15 @@ PERP__MULTIVERSION(subtract_dots,
 void perp__loops_gemv_transposed_subtract(int32_t m, int32_t n, const double *A, int32_t lda,
                                           const double *x, int32_t incx, double *y)
 {
-    int32_t i, j;
-
     if (incx == 1) {
         subtract_dots((size_t)m, (size_t)n, A, (size_t)lda, x, y);
         return;
     }
-    for (j = 0; j < n; j++) {
+    for (int32_t j = 0; j < n; j++) {
         const double *a = column(A, lda, j);
         double sum = 0.0;
 
-        for (i = 0; i < m; i++)
+        for (int32_t i = 0; i < m; i++)
             sum += a[i] * x[(size_t)i * (size_t)incx];
         y[j] -= sum;
     }
@@ -147,9 +138,7 @@ static int32_t largest(const double *a, int32_t k, int32_t m)
 
 static void swap_rows(int32_t n, double *A, int32_t lda, int32_t i, int32_t k)
 {
-    int32_t j;
-
-    for (j = 0; j < n; j++) {
+    for (int32_t j = 0; j < n; j++) {
         double *a = A + (size_t)lda * (size_t)j;
         const double kept = a[i];
 
@@ -189,12 +178,10 @@ int32_t perp__loops_lu_panel(int32_t m, int32_t n, double *A, int32_t lda, int32
 void perp__loops_solve_unit_lower(int32_t n, int32_t columns, const double *A, int32_t lda,
                                   double *B, int32_t ldb)
 {
-    int32_t j, k;
-
-    for (j = 0; j < columns; j++) {
+    for (int32_t j = 0; j < columns; j++) {
         double *b = B + (size_t)ldb * (size_t)j;
 
-        for (k = 0; k < n; k++)
+        for (int32_t k = 0; k < n; k++)
             if (b[k] != 0.0)
                 subtract_1((size_t)(n - k - 1), column(A, lda, k) + k + 1, b[k], b + k + 1);
     }
@@ -211,12 +198,10 @@ static void swap_entries(double *x, int32_t i, int32_t k)
 /* P A = L U: x := U^-1 L^-1 P x */
 static void solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots, double *x)
 {
-    int32_t k;
-
-    for (k = 0; k < n; k++)
+    for (int32_t k = 0; k < n; k++)
         swap_entries(x, k, pivots[k] - 1);
     perp__loops_solve_unit_lower(n, 1, A, lda, x, n);
-    for (k = n - 1; k >= 0; k--) {
+    for (int32_t k = n - 1; k >= 0; k--) {
         x[k] /= column(A, lda, k)[k];
         if (x[k] != 0.0)
             subtract_1((size_t)k, column(A, lda, k), x[k], x);
@@ -227,20 +212,18 @@ static void solve(int32_t n, const double *A, int32_t lda, const int32_t *pivots
 static void solve_transposed(int32_t n, const double *A, int32_t lda, const int32_t *pivots,
                              double *x)
 {
-    int32_t k;
-
-    for (k = 0; k < n; k++) {
+    for (int32_t k = 0; k < n; k++) {
         const double *a = column(A, lda, k);
 
         subtract_dots((size_t)k, 1, a, (size_t)lda, x, x + k);
         x[k] /= a[k];
     }
-    for (k = n - 1; k >= 0; k--) {
+    for (int32_t k = n - 1; k >= 0; k--) {
         const double *a = column(A, lda, k);
 
         subtract_dots((size_t)(n - k - 1), 1, a + k + 1, (size_t)lda, x + k + 1, x + k);
     }
-    for (k = n - 1; k >= 0; k--)
+    for (int32_t k = n - 1; k >= 0; k--)
         swap_entries(x, k, pivots[k] - 1);
 }
 
@@ -251,4 +234,44 @@ void perp__loops_lu_solve(int32_t n, const double *A, int32_t lda, const int32_t
         solve_transposed(n, A, lda, pivots, x);
     else
         solve(n, A, lda, pivots, x);
+}
+
+/* ---- Cholesky's factorisation, column by column ---- */
+
+/* Left-looking: column k less L(k:, :k) L(k, :k)', then divided by the root of its first entry. */
+int32_t perp__loops_cholesky(int32_t n, double *A, int32_t lda)
+{
+    for (int32_t k = 0; k < n; k++) {
+        double *column = A + (size_t)k + (size_t)k * (size_t)lda;
+
+        perp__loops_gemv_subtract(n - k, k, A + k, lda, A + k, lda, column);
+        if (!(column[0] > 0.0) || !isfinite(column[0]))
+            return k + 1;
+        column[0] = sqrt(column[0]);
+        for (int32_t i = 1; i < n - k; i++)
+            column[i] /= column[0];
+    }
+    return 0;
+}
+
+void perp__loops_cholesky_solve(int32_t n, int32_t columns, const double *L, int32_t lda, double *B,
+                                int32_t ldb)
+{
+    for (int32_t j = 0; j < columns; j++) {
+        double *b = B + (size_t)j * (size_t)ldb;
+
+        for (int32_t k = 0; k < n; k++) {
+            const double *column = L + (size_t)k + (size_t)k * (size_t)lda;
+
+            b[k] /= column[0];
+            perp__loops_gemv_subtract(n - k - 1, 1, column + 1, lda, b + k, 1, b + k + 1);
+        }
+        for (int32_t k = n - 1; k >= 0; k--) {
+            const double *column = L + (size_t)k + (size_t)k * (size_t)lda;
+
+            perp__loops_gemv_transposed_subtract(n - k - 1, 1, column + 1, lda, b + k + 1, 1,
+                                                 b + k);
+            b[k] /= column[0];
+        }
+    }
 }

@@ -91,9 +91,8 @@ const perp__panel_kernels *perp__panel_kernels_choose(int32_t fused)
 {
     const perp__panel_kernels *found[MOST];
     const int32_t count = find(found);
-    int32_t k;
 
-    for (k = 0; k < count; k++)
+    for (int32_t k = 0; k < count; k++)
         if (found[k]->fused == fused)
             return found[k];
     return found[count - 1];

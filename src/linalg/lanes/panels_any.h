@@ -5,13 +5,11 @@
 static void NAME(eliminate)(const perp__exchanges *e, size_t first, size_t last, double *v,
                             double *y)
 {
-    size_t k, l;
-
-    for (k = first; k < last; k++) {
+    for (size_t k = first; k < last; k++) {
         const double *owed = e->L + k * e->stride;
         double x = y[e->rows[k]];
 
-        for (l = first; l < k; l++)
+        for (size_t l = first; l < k; l++)
             x = minus_one(x, owed[l], v[l - first]);
         v[k - first] = x;
         y[e->rows[k]] = x / e->pivots[k];
@@ -21,14 +19,12 @@ static void NAME(eliminate)(const perp__exchanges *e, size_t first, size_t last,
 static void NAME(subtract_vector)(size_t panels, size_t depth, const double *U, size_t stride,
                                   const double *v, double *y)
 {
-    size_t p, k, i;
-
-    for (p = 0; p < panels; p++) {
+    for (size_t p = 0; p < panels; p++) {
         const double *u = U + p * stride;
         double *restrict into = y + p * PERP__PANEL;
 
-        for (k = 0; k < depth; k++)
-            for (i = 0; i < PERP__PANEL; i++)
+        for (size_t k = 0; k < depth; k++)
+            for (size_t i = 0; i < PERP__PANEL; i++)
                 into[i] = minus_one(into[i], u[k * PERP__PANEL + i], v[k]);
     }
 }
@@ -36,15 +32,13 @@ static void NAME(subtract_vector)(size_t panels, size_t depth, const double *U, 
 static void NAME(subtract_tile)(size_t panels, size_t depth, const double *U, size_t stride,
                                 const double *V, double *C, size_t ldc)
 {
-    size_t p, k, i, j;
-
-    for (p = 0; p < panels; p++)
-        for (j = 0; j < PERP__TILE; j++) {
+    for (size_t p = 0; p < panels; p++)
+        for (size_t j = 0; j < PERP__TILE; j++) {
             const double *u = U + p * stride;
             double *restrict into = C + j * ldc + p * PERP__PANEL;
 
-            for (k = 0; k < depth; k++)
-                for (i = 0; i < PERP__PANEL; i++)
+            for (size_t k = 0; k < depth; k++)
+                for (size_t i = 0; i < PERP__PANEL; i++)
                     into[i] = minus_one(into[i], u[k * PERP__PANEL + i], V[k * PERP__STRIP + j]);
         }
 }
@@ -52,12 +46,10 @@ static void NAME(subtract_tile)(size_t panels, size_t depth, const double *U, si
 static void NAME(subtract_rows)(size_t depth, const double *f, const double *V, double pivot,
                                 double *x, double *quotients)
 {
-    size_t k, j;
-
-    for (k = 0; k < depth; k++)
-        for (j = 0; j < PERP__STRIP; j++)
+    for (size_t k = 0; k < depth; k++)
+        for (size_t j = 0; j < PERP__STRIP; j++)
             x[j] = minus_one(x[j], f[k], V[k * PERP__STRIP + j]);
-    for (j = 0; j < PERP__STRIP; j++)
+    for (size_t j = 0; j < PERP__STRIP; j++)
         quotients[j] = x[j] / pivot;
 }
 
@@ -65,10 +57,9 @@ static void NAME(keep)(size_t panels, double pivot, const double *column, double
                        size_t stride)
 {
     const double reciprocal = 1.0 / pivot;
-    size_t i, k;
 
-    for (i = 0; i < panels; i++, column += PERP__PANEL, into += PERP__PANEL, u += stride)
-        for (k = 0; k < PERP__PANEL; k++) {
+    for (size_t i = 0; i < panels; i++, column += PERP__PANEL, into += PERP__PANEL, u += stride)
+        for (size_t k = 0; k < PERP__PANEL; k++) {
             u[k] = FUSED ? column[k] * reciprocal : column[k] / pivot;
             into[k] = 0.0 - u[k];
         }

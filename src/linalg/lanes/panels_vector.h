@@ -84,7 +84,7 @@ TARGET static void NAME(subtract_vector)(size_t panels, size_t depth, const doub
                                          size_t stride, const double *v, double *y)
 {
     const size_t together = 8 * LANES / PERP__PANEL;
-    size_t p, q, k;
+    size_t p, q;
 
     for (p = 0; p + together <= panels; p += together)
         NAME(eight_vectors)(depth, U + p * stride, stride, v, y + p * PERP__PANEL);
@@ -94,7 +94,7 @@ TARGET static void NAME(subtract_vector)(size_t panels, size_t depth, const doub
             double *into = y + p * PERP__PANEL + q;
             lanes a = load(into), b = load(into + LANES);
 
-            for (k = 0; k < depth; k++, u += PERP__PANEL) {
+            for (size_t k = 0; k < depth; k++, u += PERP__PANEL) {
                 const lanes f = spread(v[k]);
 
                 a = minus(a, load(u), f);
@@ -183,10 +183,9 @@ TARGET static void NAME(keep)(size_t panels, double pivot, const double *column,
                               double *u, size_t stride)
 {
     const lanes p = spread(FUSED ? 1.0 / pivot : pivot), zero = spread(0.0);
-    size_t i, k;
 
-    for (i = 0; i < panels; i++, column += PERP__PANEL, into += PERP__PANEL, u += stride)
-        for (k = 0; k < PERP__PANEL; k += LANES) {
+    for (size_t i = 0; i < panels; i++, column += PERP__PANEL, into += PERP__PANEL, u += stride)
+        for (size_t k = 0; k < PERP__PANEL; k += LANES) {
             const lanes a = load(column + k), scaled = FUSED ? multiply(a, p) : divide(a, p);
 
             store(u + k, scaled);

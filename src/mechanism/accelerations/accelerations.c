@@ -8,7 +8,7 @@
 
 /* Entries of a family's inequalities and points below this, beside their terms, are rounding. */
 #define ROUNDING 1e-11
-#define DIFFERENCE_ROWS 24 /* of bias.c */
+#define DIFFERENCE_ROWS 24 /* of state.c */
 
 static const char *const reason_texts[] = {
     "one acceleration, whatever the loads are",

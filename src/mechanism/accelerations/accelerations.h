@@ -94,10 +94,6 @@ static inline perp__mode_pattern perp__answer_pattern(const perp__acceleration *
     return pattern;
 }
 
-/* ---- bias.c ---- */
-perp_status perp__acceleration_bias(perp__acceleration *a, double t, const double *q,
-                                    const double *v);
-
 /* ---- state.c ---- */
 /* The next element, of a contact or a dry group behind them, with its rows; behind those of the
  * contacts the bilateral rows come. */
@@ -156,22 +152,11 @@ int32_t perp__slip_angles(perp__acceleration *a, double angles[4]);
 /* holds: rows of the mechanism whose velocity the answer keeps at 0. */
 void perp__acceleration_mark_rows(const perp__acceleration *a, const perp__answer *answer,
                                   int8_t *holds);
-/* The answer's pattern := that of now. */
-void perp__acceleration_set_pattern(const perp__acceleration *a, perp__answer *answer);
 /* The point f; dimension: of the family that it stands for, or 0. */
 perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vertex,
                                           int32_t dimension);
-/* The new answer with its points is described and joins the others, or goes where another one has
- * it already, or where its residuals say that it is none. */
-void perp__acceleration_keep(perp__acceleration *a, perp__answer *answer);
-/* Whether a point or, homogeneous, a direction does what the pattern of `outer` says. spread: as of
- * perp__linear_holds_at. */
-int32_t perp__acceleration_has_point(perp__acceleration *a, const perp__answer *outer,
-                                     const double *point, int32_t homogeneous, double spread,
-                                     int32_t *at_vertex);
 int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__answer *inner);
-
-/* ---- family.c ---- */
+/* The family of the pattern that was solved. */
 perp_status perp__acceleration_keep_family(perp__acceleration *a, int32_t dimension);
 
 /* ---- search.c ---- */

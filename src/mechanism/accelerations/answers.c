@@ -16,6 +16,10 @@
 #define SMALL 1e-11
 /* What is left of a diagonal entry, beside what it was, that counts as 0. */
 #define DEPENDENT 1e-11
+/* Turns of the polygons until the middle is in the discs. */
+#define MOST_CUTS 24
+/* Polyhedra of more have too many vertices. */
+#define LARGEST_DIMENSION 10
 
 /* ---- stability ------------------------------------------------------------------------------
  *
@@ -268,9 +272,10 @@ static void describe(perp__acceleration *a, perp__answer *answer)
 
 /* ---- one answer in another ----------------------------------------------------------------- */
 
-int32_t perp__acceleration_has_point(perp__acceleration *a, const perp__answer *outer,
-                                     const double *point, int32_t homogeneous, double spread,
-                                     int32_t *at_vertex)
+/* Whether a point or, homogeneous, a direction does what the pattern of `outer` says. spread: as of
+ * perp__linear_holds_at. */
+static int32_t has_point(perp__acceleration *a, const perp__answer *outer, const double *point,
+                         int32_t homogeneous, double spread, int32_t *at_vertex)
 {
     const perp__mode_pattern pattern = perp__answer_pattern(a, outer);
     int32_t i;
@@ -323,8 +328,8 @@ int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__an
         return same;
     }
     for (k = 0; k < inner->vertices + inner->rays; k++)
-        if (!perp__acceleration_has_point(a, outer, inner->points + (size_t)k * (size_t)a->m->rows,
-                                          k >= inner->vertices, 1.0, &at_vertex))
+        if (!has_point(a, outer, inner->points + (size_t)k * (size_t)a->m->rows,
+                       k >= inner->vertices, 1.0, &at_vertex))
             return 0;
     return 1;
 }
@@ -346,7 +351,9 @@ static int32_t is_sound(const perp__acceleration *a, const perp__answer *answer)
     return perp__is_good(perp__gate(&evidence, PERP__FAMILY_TOLERANCE, -1));
 }
 
-void perp__acceleration_keep(perp__acceleration *a, perp__answer *answer)
+/* The new answer with its points is described and joins the others, or goes where another one has
+ * it already, or where its residuals say that it is none. */
+static void keep(perp__acceleration *a, perp__answer *answer)
 {
     describe(a, answer);
     if (is_sound(a, answer)) {
@@ -357,7 +364,8 @@ void perp__acceleration_keep(perp__acceleration *a, perp__answer *answer)
     }
 }
 
-void perp__acceleration_set_pattern(const perp__acceleration *a, perp__answer *answer)
+/* The answer's pattern := that of now. */
+static void set_pattern(const perp__acceleration *a, perp__answer *answer)
 {
     const perp__mode_pattern pattern = perp__answer_pattern(a, answer);
 
@@ -378,7 +386,7 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
     answer->free = 0;
     answer->dimension = dimension;
     answer->at_vertex = at_vertex;
-    perp__acceleration_set_pattern(a, answer);
+    set_pattern(a, answer);
     memset(answer->middle, 0, rows * sizeof *answer->middle);
     memset(answer->width, 0, rows * sizeof *answer->width);
     for (i = 0; i < a->active; i++) {
@@ -386,6 +394,170 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
         answer->width[a->row_of[i]] = a->linear.x_width[i];
     }
     memcpy(answer->points, answer->middle, rows * sizeof *answer->points);
-    perp__acceleration_keep(a, answer);
+    keep(a, answer);
+    return PERP_OK;
+}
+
+/* ---- families ---------------------------------------------------------------------------------
+ *
+ * A pattern whose forces are not unique: f = f_0 + sum of null directions, cut by the inequalities
+ * of the pattern. The polyhedron is given by its vertices and rays.
+ *
+ * In 3 dimensions a disc of friction is replaced by a regular polygon: at first around it (where
+ * nothing is left there is no answer), turned so that it cuts off what is outside of the disc,
+ * until the middle of what is left is inside; then within the disc, with corners in the directions
+ * of that middle. So no family is missed, and all of its points are answers, but not all answers
+ * are there.
+ */
+
+/* Discs of friction that the family has to stay in. */
+static int32_t count_discs(const perp__acceleration *a)
+{
+    int32_t discs = 0, i;
+
+    for (i = 0; i < a->elements; i++)
+        discs += a->pattern.mode[i] == PERP_MECHANISM_STICK && a->element[i].tangents == 2;
+    return discs;
+}
+
+/* Edges of their polygons: fewer where there are many corners, and as many as there is room for. */
+static int32_t edges_of(const perp__acceleration *a, int32_t dimension, int32_t discs)
+{
+    int32_t edges = dimension <= 2 ? a->m->settings.directions : dimension <= 4 ? 6 : 4;
+
+    while (edges > 3 && 1 + 4 * a->elements + edges * discs > PERP__CONE_ROWS)
+        edges--;
+    return edges;
+}
+
+/* Forces in units of the loads, so that points have entries near 1. */
+static void scale_directions(perp__acceleration *a, int32_t dimension)
+{
+    const size_t active = (size_t)a->active;
+    double size = 0.0;
+    size_t i;
+
+    for (i = 0; i < active; i++)
+        size = fmax(size, fmax(fabs(a->linear.x[i]) / a->scale[i], a->load[i] * a->scale[i]));
+    for (i = 0; i < (size_t)dimension * active && size > 0.0; i++)
+        a->linear.null[i] *= size;
+}
+
+/* ---- the family ----------------------------------------------------------------------------- */
+
+/* The polyhedron in `null` directions as an answer without a description; NULL where it is empty.
+ */
+static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t discs,
+                             int32_t inside, perp__answer **made)
+{
+    perp_status status;
+    int32_t i;
+
+    *made = NULL;
+    a->linear.inside = inside;
+    a->linear.edges = discs > 0 ? edges_of(a, dimension, discs) : 0;
+    status = perp__polyhedron_begin(&a->polyhedron, 4 * a->elements + a->linear.edges * discs,
+                                    dimension);
+    if (status != PERP_OK)
+        return status;
+    perp__linear_cut(&a->linear, &a->pattern, &a->polyhedron);
+    if (a->polyhedron.empty)
+        return PERP_OK;
+    if (dimension > LARGEST_DIMENSION) {
+        a->answers.incomplete = 1;
+        return PERP_OK;
+    }
+    status = perp__polyhedron_enumerate(&a->polyhedron, &a->answers);
+    if (status == PERP_OK)
+        status = perp__polyhedron_list(&a->polyhedron, &a->answers, made);
+    if (!*made)
+        return status;
+    set_pattern(a, *made);
+    for (i = 0; i < a->m->rows; i++)
+        (*made)->width[i] = PERP__FAMILY_TOLERANCE * fabs((*made)->middle[i]);
+    return PERP_OK;
+}
+
+/* Whether the middle does what the pattern says; *at_vertex: at a limit, and so is the family. */
+static int32_t holds_middle(perp__acceleration *a, const perp__answer *answer, int32_t *at_vertex)
+{
+    return has_point(a, answer, answer->middle, 0, 0.0, at_vertex);
+}
+
+/* Turns the polygons to where the middle is. */
+static void aim(perp__acceleration *a, const perp__answer *answer)
+{
+    int32_t i;
+
+    for (i = 0; i < a->elements; i++) {
+        const perp__element *element = a->element + i;
+        const double *f = answer->middle + a->row_of[element->row] + !element->dry;
+
+        if (element->tangents == 2)
+            a->linear.angle[i] = atan2(f[1], f[0]);
+    }
+}
+
+/* The rank of the points' differences, as forces or as accelerations, in the units of the rows. */
+static int32_t rank_of(perp__acceleration *a, const perp__answer *answer, int32_t accelerations)
+{
+    const size_t active = (size_t)a->active, rows = (size_t)a->m->rows;
+    double *difference = a->work + active * active, largest = 0.0;
+    const int32_t points = answer->vertices + answer->rays;
+    int32_t rank = 0, k;
+    size_t i;
+
+    for (k = 1; k < points; k++)
+        for (i = 0; i < active; i++)
+            largest = fmax(largest, fabs(answer->points[(size_t)k * rows + (size_t)a->row_of[i]]) /
+                                        a->scale[i]);
+    for (k = 1; k < points && rank < a->active; k++) {
+        double *d = a->work + (size_t)rank * active;
+
+        for (i = 0; i < active; i++)
+            difference[i] = answer->points[(size_t)k * rows + (size_t)a->row_of[i]] -
+                            (k < answer->vertices ? answer->points[a->row_of[i]] : 0.0);
+        if (accelerations)
+            perp__linear_rows(&a->linear, d, NULL, difference, 1);
+        for (i = 0; i < active; i++)
+            d[i] = accelerations ? d[i] * a->scale[i] : difference[i] / a->scale[i];
+        rank = perp__rank_add(a->work, rank, a->active, PERP__FAMILY_TOLERANCE * largest);
+    }
+    return rank;
+}
+
+perp_status perp__acceleration_keep_family(perp__acceleration *a, int32_t dimension)
+{
+    const int32_t discs = count_discs(a);
+    perp__answer *answer = NULL;
+    int32_t at_vertex = 0, holds = 0, round;
+    perp_status status;
+
+    scale_directions(a, dimension);
+    memset(a->linear.angle, 0, (size_t)a->elements * sizeof *a->linear.angle);
+    for (round = 0; round < MOST_CUTS && !holds; round++) {
+        if (answer)
+            perp__answer_release(&a->answers, answer);
+        status = enumerate(a, dimension, discs, 0, &answer);
+        if (!answer)
+            return status;
+        holds = discs == 0 || holds_middle(a, answer, &at_vertex);
+        aim(a, answer);
+    }
+    if (discs > 0) {
+        perp__answer_release(&a->answers, answer);
+        answer = NULL;
+        status = holds ? enumerate(a, dimension, discs, 1, &answer) : PERP_OK;
+        a->answers.incomplete |= !answer;
+        if (!answer)
+            return status;
+    }
+    holds_middle(a, answer, &at_vertex);
+    answer->dimension = answer->vertices + answer->rays == 1 ? 0 : rank_of(a, answer, 0);
+    answer->free = answer->dimension == 0 ? 0 : rank_of(a, answer, 1);
+    answer->at_vertex = at_vertex;
+    if (answer->dimension == 0)
+        answer->vertices = 1;
+    keep(a, answer);
     return PERP_OK;
 }

@@ -33,15 +33,11 @@ struct perp__adaptive {
     int32_t refused;             /* attempts in a row */
 };
 
-/* ---- adaptive_event.c ---- */
+/* ---- adaptive_error.c ---- */
 /* After the half step `to` of `length` from `from`, begun `start` after the step's start: a->event
  * where one in it matters most. */
 perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
                                   const perp__motion *to, double start, double length);
-/* Largest |x_i| beside the scale. */
-double perp__beside_scale(const perp_mechanism *m, const double *x, const double *scale);
-
-/* ---- adaptive_error.c ---- */
 /* a->scale and a->speed_scale, for a step whose answers are in m->trial and m->half. */
 perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a);
 /* a->error, a->speed and a->hidden of it. */

@@ -1,21 +1,16 @@
-#include "linalg/condition.h"
+#include "linalg/factor/factor.h"
 
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
+#include "base/context.h"
 #include "linalg/blas.h"
+#include "linalg/matrix.h"
+
+/* ---- the condition number's estimate that all factorisations share ---- */
 
 enum { MAX_ITERATIONS = 5 };
-
-static double sum_of_absolutes(const double *x, int32_t n)
-{
-    double sum = 0.0;
-    int32_t i;
-
-    for (i = 0; i < n; i++)
-        sum += fabs(x[i]);
-    return sum;
-}
 
 /* The first index of the largest absolute value. */
 static int32_t largest(const double *x, int32_t n)
@@ -36,15 +31,13 @@ static double sign_of(double x)
 /* The vector of alternating signs and growing size that catches what the ascent misses. */
 static double alternating_estimate(int32_t n, double *x, perp__solve_function solve, void *user)
 {
-    int32_t i;
-
-    for (i = 0; i < n; i++) {
+    for (int32_t i = 0; i < n; i++) {
         const double size = 1.0 + (n > 1 ? (double)i / (double)(n - 1) : 0.0);
 
         x[i] = i % 2 == 0 ? size : -size;
     }
     solve(user, x, 0);
-    return 2.0 * sum_of_absolutes(x, n) / (3.0 * (double)n);
+    return 2.0 * perp__sum_of_sizes(x, n) / (3.0 * (double)n);
 }
 
 /* A lower bound of ||A^-1||_1, within a factor of 3 nearly always, from at most 11 solves; +inf or
@@ -70,7 +63,7 @@ static double inverse_norm_1(int32_t n, double *work, perp__solve_function solve
         double found;
 
         solve(user, x, 0);
-        found = sum_of_absolutes(x, n);
+        found = perp__sum_of_sizes(x, n);
         if (!(found > estimate)) {
             if (!(found <= estimate))
                 return found; /* NaN */
@@ -100,16 +93,15 @@ static double inverse_norm_1(int32_t n, double *work, perp__solve_function solve
 double perp__norm_1(const perp__square *A)
 {
     double norm = 0.0;
-    int32_t j;
 
-    for (j = 0; j < A->n; j++) {
+    for (int32_t j = 0; j < A->n; j++) {
         double sum;
 
         if (A->column_starts)
-            sum = sum_of_absolutes(A->values + A->column_starts[j],
-                                   A->column_starts[j + 1] - A->column_starts[j]);
+            sum = perp__sum_of_sizes(A->values + A->column_starts[j],
+                                     A->column_starts[j + 1] - A->column_starts[j]);
         else
-            sum = sum_of_absolutes(A->values + (size_t)A->n * (size_t)j, A->n);
+            sum = perp__sum_of_sizes(A->values + (size_t)A->n * (size_t)j, A->n);
         if (sum > norm || isnan(sum))
             norm = sum;
     }
@@ -147,15 +139,82 @@ static void solve_with_lu(void *user, double *x, int32_t transposed)
 double perp__lu_condition(int32_t n, const double *A, int32_t lda, double norm_1, double *work,
                           int32_t *iwork)
 {
-    lu_factors lu;
-    int32_t i;
+    const lu_factors lu = {n, lda, A, iwork};
 
     /* (P A)^-1 = A^-1 P' has the columns of A^-1 in another order: the same 1-norm */
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         iwork[i] = i + 1;
-    lu.n = n;
-    lu.lda = lda;
-    lu.A = A;
-    lu.pivots = iwork;
-    return perp__reciprocal_condition(n, norm_1, work, solve_with_lu, &lu);
+    return perp__reciprocal_condition(n, norm_1, work, solve_with_lu, (void *)&lu);
+}
+
+perp_status perp__factor_with_room(perp_context *context, perp__factor **factor, int32_t n,
+                                   int32_t *starts, int32_t *rows)
+{
+    const perp__square diagonal = {n, NULL, starts, rows};
+
+    for (int32_t k = 0; k < n; k++)
+        starts[k] = rows[k] = k;
+    starts[n] = n;
+    return perp__factor_klu.analyse(context, factor, &diagonal);
+}
+
+/* ---- factorisations kept from set-up to set-up ---- */
+
+static int32_t is_analysed(const perp__kept_factor *kept, const perp__factor_type *type,
+                           const perp__square *A)
+{
+    size_t starts = (size_t)A->n + 1;
+
+    if (!kept->factor || kept->type != type || kept->n != A->n)
+        return 0;
+    return !A->column_starts ||
+           (!memcmp(kept->pattern, A->column_starts, starts * sizeof(int32_t)) &&
+            !memcmp(kept->pattern + starts, A->row_indices,
+                    (size_t)A->column_starts[A->n] * sizeof(int32_t)));
+}
+
+static perp_status keep_pattern(perp__kept_factor *kept, const perp__square *A)
+{
+    size_t starts = (size_t)A->n + 1;
+    size_t entries = (size_t)A->column_starts[A->n];
+
+    kept->pattern = perp__allocate(kept->context, starts + entries, sizeof(int32_t));
+    if (!kept->pattern)
+        return perp__fail_memory(kept->context, "a sparse pattern");
+    memcpy(kept->pattern, A->column_starts, starts * sizeof(int32_t));
+    memcpy(kept->pattern + starts, A->row_indices, entries * sizeof(int32_t));
+    return PERP_OK;
+}
+
+perp_status perp__kept_factor_analyse(perp__kept_factor *kept, perp_context *context,
+                                      const perp__factor_type *type, const perp__square *A)
+{
+    perp_status status;
+
+    if (is_analysed(kept, type, A))
+        return PERP_OK;
+    if (kept->factor && kept->type == type && !type->sparse && A->n <= kept->most) {
+        kept->n = A->n;
+        return type->reanalyse(kept->factor, A);
+    }
+    perp__kept_factor_release(kept);
+    kept->context = context;
+    kept->type = type;
+    kept->n = kept->most = A->n;
+    status = type->analyse(context, &kept->factor, A);
+    if (status == PERP_OK && A->column_starts)
+        status = keep_pattern(kept, A);
+    if (status != PERP_OK)
+        perp__kept_factor_release(kept);
+    return status;
+}
+
+void perp__kept_factor_release(perp__kept_factor *kept)
+{
+    if (kept->factor)
+        kept->type->destroy(kept->factor);
+    kept->factor = NULL;
+    if (kept->pattern)
+        perp__release(kept->context, kept->pattern);
+    kept->pattern = NULL;
 }
