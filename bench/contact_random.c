@@ -201,7 +201,7 @@ static void run(perp_context *context, int32_t method, uint64_t first, int count
 
 static int32_t method_named(const char *name)
 {
-    for (int32_t m = 0; m <= PERP_CONTACT_METHOD_LEMKE; m++)
+    for (int32_t m = 0; m <= PERP_CONTACT_METHOD_PROXIMAL; m++)
         if (strcmp(perp_contact_method_text(m), name) == 0)
             return m;
     require(0, "unknown method");

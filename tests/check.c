@@ -223,22 +223,45 @@ static void balance(const check_item *list, size_t count, int32_t n, const doubl
     free(noisy);
 }
 
-int check_exponents_from(const perp_matrix *M, int scaling, int sign, int32_t *exponents)
+/* Diagonals at most 2^-38 of the largest other entries of their row and of their column become 0.
+ * Whether there is one. */
+static int drop_noise(const check_item *list, size_t count, int32_t n, double *diagonal)
+{
+    double *in_row = check_allocate((size_t)n, sizeof *in_row);
+    double *in_column = check_allocate((size_t)n, sizeof *in_column);
+    int32_t i;
+    int any = 0;
+    size_t p;
+
+    for (p = 0; p < count; p++)
+        if (list[p].row != list[p].column) {
+            check_raise(&in_row[list[p].row], fabs(list[p].value));
+            check_raise(&in_column[list[p].column], fabs(list[p].value));
+        }
+    for (i = 0; i < n; i++)
+        if (diagonal[i] != 0 && fabs(diagonal[i]) <= 0x1p-38 * fmin(in_row[i], in_column[i])) {
+            diagonal[i] = 0;
+            any = 1;
+        }
+    free(in_column);
+    free(in_row);
+    return any;
+}
+
+int check_exponents_but(const perp_matrix *M, int scaling, int without, int32_t *exponents)
 {
     size_t count, p;
     check_item *list = check_items(M, &count);
     int *largest = check_allocate((size_t)M->rows, sizeof *largest);
     double *diagonal = check_allocate((size_t)M->rows, sizeof *diagonal);
     int32_t i;
-    int first = 0, other = 0;
+    int any = 1;
 
     for (p = 0; p < count; p++)
         if (list[p].row == list[p].column)
-            diagonal[list[p].row] = sign * list[p].value;
-    for (i = 0; i < M->rows; i++) {
-        first |= diagonal[i] > 0;
-        other |= diagonal[i] < 0;
-    }
+            diagonal[list[p].row] = list[p].value;
+    if (without)
+        any = drop_noise(list, count, M->rows, diagonal);
     for (i = 0; i < M->rows; i++)
         exponents[i] = !scaling ? 0 : diagonal[i] > 0 ? unit_diagonal(diagonal[i]) : UNSET;
     if (scaling)
@@ -249,17 +272,17 @@ int check_exponents_from(const perp_matrix *M, int scaling, int sign, int32_t *e
             exponents[i] = 0;
             spread(list, count, M->rows, exponents, largest);
         }
-    if (scaling && sign > 0)
+    if (scaling && !without)
         balance(list, count, M->rows, diagonal, exponents, largest);
     free(diagonal);
     free(largest);
     free(list);
-    return first && other;
+    return any;
 }
 
 void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents)
 {
-    check_exponents_from(M, scaling, 1, exponents);
+    check_exponents_but(M, scaling, 0, exponents);
 }
 
 void check_parts(const perp_matrix *M, int32_t *part)

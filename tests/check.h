@@ -31,9 +31,9 @@ typedef struct check_measures {
 /* log2 of the symmetric equilibration of M, n entries. */
 void check_exponents(const perp_matrix *M, int scaling, int32_t *exponents);
 
-/* The same from the diagonals of that sign first, those of -1 without a look at entries of 2^40.
- * Whether there are diagonals of both signs. */
-int check_exponents_from(const perp_matrix *M, int scaling, int sign, int32_t *exponents);
+/* The same; or without diagonals that are noise and without a look at entries of 2^40, and then
+ * whether there are any. */
+int check_exponents_but(const perp_matrix *M, int scaling, int without, int32_t *exponents);
 
 /* part[i], part[n + j] := the lowest row that row i, or column j, hangs together with through
  * entries of M; n + j for a column of zeros. 2 n entries. */

@@ -152,6 +152,12 @@ static long double violation(const check_lcp *problem, int32_t i, double w, int 
     return fabs(w);
 }
 
+/* Whether the library may have met the end of doubles in these units, or nearly so. */
+static int is_extreme(const rows *r, int32_t i, long double largest)
+{
+    return abs(r->units[i]) >= 400 || abs(r->units[i]) + fabsl(log2l(largest)) >= 1300;
+}
+
 static double own_residual(rows *r, const check_lcp *problem, const double *z, const double *w,
                            double tol)
 {
@@ -175,9 +181,10 @@ static double own_residual(rows *r, const check_lcp *problem, const double *z, c
         for (k = 0; k < n; k++)
             if (r->part[k] == r->part[i] && r->rounding[k] > most)
                 most = r->rounding[k];
-        check_raise(&own, r->around[i] + floor * most < 1e-250L * largest
-                              ? NAN
-                              : (double)(v / (r->around[i] + floor * most)));
+        check_raise(&own,
+                    is_extreme(r, i, largest) || r->around[i] + floor * most < 1e-250L * largest
+                        ? NAN
+                        : (double)(v / (r->around[i] + floor * most)));
     }
     return own;
 }
@@ -200,10 +207,11 @@ double check_own(const check_lcp *problem, const double *z, const double *w, dou
               count,
               sqrt(tol)};
     double own = 0.0;
-    int both = 1, sign;
+    int without;
 
-    for (sign = 1; sign >= -1 && (sign == 1 || (both && problem->scaling)); sign -= 2) {
-        both = check_exponents_from(problem->M, problem->scaling, sign, units);
+    for (without = 0; without <= (problem->scaling != 0); without++) {
+        if (!check_exponents_but(problem->M, problem->scaling, without, units))
+            break;
         find_units(list, count, problem->M->rows, units);
         check_raise(&own, own_residual(&r, problem, z, w, tol));
     }

@@ -33,7 +33,7 @@ void *perp__arena_take(perp__arena *arena, size_t count, size_t size)
     }
     bytes = (count * size + PERP__ALIGNMENT - 1) & ~(PERP__ALIGNMENT - 1);
     arena->used = offset + bytes;
-    return arena->base ? arena->base + offset : NULL;
+    return arena->base && arena->used <= arena->capacity ? arena->base + offset : NULL;
 }
 
 void perp__arena_doubles(perp__arena *arena, size_t count, double **const *arrays, size_t many)
@@ -71,20 +71,25 @@ static char *aligned(void *block)
     return (char *)block + (rest ? PERP__ALIGNMENT - rest : 0);
 }
 
-perp_status perp__arena_fit(perp__arena *arena, perp__layout layout, void *object)
+/* Runs the layout on the block, or without one to measure. Whether all fits. */
+static int lay_out(perp__arena *arena, perp__layout layout, void *object, void *block)
 {
-    perp_status status = PERP_OK;
-
-    arena->base = NULL;
+    arena->base = block ? aligned(block) : NULL;
     arena->used = 0;
     layout(arena, object);
-    if (!arena->block || arena->used > arena->capacity)
-        status = grow(arena, arena->used);
-    if (status == PERP_OK) {
-        arena->base = aligned(arena->block);
-        arena->used = 0;
-        layout(arena, object);
-    }
+    return block && arena->used <= arena->capacity;
+}
+
+perp_status perp__arena_fit(perp__arena *arena, perp__layout layout, void *object)
+{
+    perp_status status;
+
+    if (arena->block && lay_out(arena, layout, object, arena->block)) /* most often enough */
+        return PERP_OK;
+    lay_out(arena, layout, object, NULL);
+    status = grow(arena, arena->used);
+    if (status == PERP_OK)
+        lay_out(arena, layout, object, arena->block);
     return status;
 }
 

@@ -1,5 +1,6 @@
 /* One block of memory that several arrays share. A layout function takes the arrays one after the
- * other; it runs twice, first to measure, then, with the block in place, to hand out pointers. */
+ * other, to measure or, with a block in place, to hand out pointers; it may run up to three times.
+ */
 #ifndef PERP_BASE_ARENA_H
 #define PERP_BASE_ARENA_H
 
@@ -15,8 +16,8 @@ typedef struct perp__arena {
 
 typedef void (*perp__layout)(perp__arena *arena, void *object);
 
-/* Takes `count` elements of `size` bytes, aligned to a cache line. While measuring the result is
- * NULL. The memory is not cleared. */
+/* Takes `count` elements of `size` bytes, aligned to a cache line. While measuring, and beyond the
+ * end of a block that is too small, the result is NULL. The memory is not cleared. */
 void *perp__arena_take(perp__arena *arena, size_t count, size_t size);
 
 /* The same for several arrays of `count` numbers: PERP__DOUBLES(arena, n, &a, &b, &c). */

@@ -10,6 +10,9 @@
 /* A tested residual from which the active set may be the solution's. */
 #define POLISHED 1e-2
 
+/* More rows than this are not polished where another method takes over anyway. */
+enum { POLISHED_ROWS = 60 };
+
 /* How often sweeps are sent for more, and the least that they are sent for. */
 enum { SHARPER = 3 };
 #define LEAST_TOL 1e-15
@@ -25,7 +28,7 @@ typedef struct plan_step {
     int32_t count;   /* of attempts at most; 0: all that the method has */
 } plan_step;
 
-enum { PLAN_MOST = 16 };
+enum { PLAN_MOST = 17 };
 
 /* Sweeps before newton takes over: many where a rough answer is asked for, which they may give, few
  * where they are to lead to newton's way. Rows of contacts up to which pivoting is a fall-back. */
@@ -106,6 +109,7 @@ static void begin(perp_contact_solver *solver, const perp__contact_slot *slot,
     iterate->modes = solver->modes;
     iterate->ray = solver->start;
     iterate->warm = solver->call->r0 != NULL || solver->best.method != PERP_CONTACT_METHOD_POLISH;
+    iterate->given = solver->call->r0 != NULL;
     iterate->residual = INFINITY;
     if (solver->settings.max_iterations > 0)
         solver->problem.iteration_limit = iterations_left(solver, slot);
@@ -156,7 +160,8 @@ static perp_status run_once(perp_contact_solver *solver, perp__contact_slot *slo
     check_clock(solver);
     status = perp__contact_consider(solver, slot->method->id,
                                     iterate.has_modes ? iterate.modes : NULL, worth);
-    if (status == PERP_OK && !ends_the_search(solver) && worth->tested <= POLISHED)
+    if (status == PERP_OK && !ends_the_search(solver) && worth->tested <= POLISHED &&
+        !(solver->problem.leads && solver->rows > POLISHED_ROWS))
         status = perp__contact_polish_run(solver);
     return status == PERP_OK ? check_abort(solver) : status;
 }
@@ -233,6 +238,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
         return status;
     solver->running = step->method;
     solver->problem.iteration_limit = step->limit;
+    solver->problem.leads = step->limit > 0;
     status = fit(solver, slot);
     attempts = step->count > 0 ? step->count : slot->method->attempts - step->attempt;
     for (attempt = 0; attempt < attempts && status == PERP_OK; attempt++) {
@@ -265,6 +271,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
     /* pivoting on polyhedra that fit ever closer, newton's polish after each; its paths are the
      * last resort */
     static const plan_step conic[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1},
+                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 2},
                                       {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0, 2},
                                       {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0, 1},
                                       {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
@@ -282,10 +289,12 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
                                       {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1}};
     static const plan_step polyhedral[] = {
         {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1},
+        {PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 1},
         {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0, 1},
         {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0, 0},
         {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1}};
     const int32_t chosen = solver->settings.method;
+    int32_t count;
 
     if (solver->settings.cone > 0 ||
         (chosen != PERP_CONTACT_METHOD_AUTO && chosen != PERP_CONTACT_METHOD_LEMKE)) {
@@ -296,7 +305,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         return 1;
     }
     if (chosen == PERP_CONTACT_METHOD_LEMKE) { /* and what refines its answer */
-        memcpy(steps, conic + 2, 12 * sizeof *steps);
+        memcpy(steps, conic + 3, 12 * sizeof *steps);
         return 12;
     }
     if (is_polyhedral(solver)) {
@@ -306,7 +315,12 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
     memcpy(steps, conic, sizeof conic);
     if (solver->settings.tol >= ROUGH)
         steps[0].limit = ROUGH_SWEEPS;
-    return (int32_t)(sizeof conic / sizeof *conic);
+    count = (int32_t)(sizeof conic / sizeof *conic);
+    if (perp__contact_proximal.check(&solver->problem) == PERP_OK) { /* its paths are better */
+        steps[count - 2] = steps[count - 1];
+        count--;
+    }
+    return count;
 }
 
 /* The caller's start, or no impulses at all. */
@@ -361,8 +375,8 @@ static perp_status search(perp_contact_solver *solver)
     int32_t count = solver->settings.max_iterations < 0 ? 0 : plan(solver, steps), k;
     /* where it is cheap, the question whether there are any velocities at all comes early */
     const int32_t late = solver->units > EARLY_RAY;
-    /* auto goes on with every part by itself as soon as sweeps have shown which need it */
-    const int32_t apart = solver->settings.method == PERP_CONTACT_METHOD_AUTO ? 0 : count - 1;
+    /* auto goes on with every part by itself as soon as what needs no more is solved */
+    const int32_t apart = solver->settings.method == PERP_CONTACT_METHOD_AUTO ? 1 : count - 1;
     perp_status status;
 
     forget(solver);

@@ -119,6 +119,13 @@ void perp__rigid_destroy(perp__rigid_solver *solver);
 perp_status perp__rigid_solve(perp__rigid_solver *solver, perp__rigid_answer *answer,
                               const perp__rigid_problem *problem);
 
+/* One body that a few contacts join with the world at rest: whether the impulses problem->warm are
+ * an answer to tol, and with them the velocities that what holds leaves to problem->tol. Then the
+ * answer is written as perp__rigid_solve and perp__rigid_hold do, at a small share of their cost;
+ * else 0 is returned, which says nothing, and the answer is not to be read. */
+int32_t perp__rigid_single(perp__rigid_answer *answer, const perp__rigid_problem *problem,
+                           double tol);
+
 /* Velocities in what the contacts that hold leave free (hold.h), for impulses and modes from
  * anywhere: reads answer->impulse (of contacts that slip: their tangents) and ->modes, writes ->v,
  * ->velocity, ->carrier and ->held. Rows that hold: normals of contacts that press, all of contacts

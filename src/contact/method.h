@@ -46,6 +46,8 @@ typedef struct perp__contact_problem {
     const struct perp__bodies *bodies; /* block-diagonal M with H; NULL where W was given */
     double tol;
     int64_t iteration_limit; /* <= 0: the method's own */
+    int32_t leads;           /* another method takes over where that limit will not do: the sooner
+                                that shows the better */
     const perp__contact_control *control;
     int32_t cone; /* 0: exact, and so for every method but lemke; else edges of a polyhedron */
 } perp__contact_problem;
@@ -55,7 +57,8 @@ typedef struct perp__contact_iterate {
     double *u;     /* size; W r + q as the method last knew it */
     int8_t *modes; /* contacts, PERP_CONTACT_...: the final active set, if has_modes */
     int32_t has_modes;
-    int32_t warm;    /* on entry: r is a start that the caller gave */
+    int32_t warm;    /* on entry: r is a start, */
+    int32_t given;   /* and one that the caller gave */
     int32_t attempt; /* on entry: 0, then 1, 2, ... for methods that can start afresh differently */
     double residual; /* the method's own estimate of the tested residual */
     perp_outcome outcome;
@@ -88,5 +91,7 @@ typedef struct perp__contact_work {
 extern const perp__contact_method perp__contact_sweep;
 extern const perp__contact_method perp__contact_newton;
 extern const perp__contact_method perp__contact_lemke;
+extern const perp__contact_method perp__contact_admm;
+extern const perp__contact_method perp__contact_proximal;
 
 #endif

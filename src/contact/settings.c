@@ -37,9 +37,10 @@ const char *perp_contact_mode_text(int32_t mode)
 
 const char *perp_contact_method_text(int32_t method)
 {
-    static const char *const texts[] = {"auto", "sweep", "newton", "lemke", "polish"};
+    static const char *const texts[] = {"auto",   "sweep", "newton",  "lemke",
+                                        "polish", "admm",  "proximal"};
 
-    return method >= 0 && method <= PERP_CONTACT_METHOD_POLISH ? texts[method] : "unknown method";
+    return method >= 0 && method <= PERP_CONTACT_METHOD_PROXIMAL ? texts[method] : "unknown method";
 }
 
 static perp_status check_method(perp_context *context, const perp_contact_settings *own)
@@ -61,7 +62,7 @@ static perp_status check_method(perp_context *context, const perp_contact_settin
 }
 
 static const perp__field fields[] = {
-    PERP__INTEGER(perp_contact_settings, method, 0, PERP_CONTACT_METHOD_LEMKE),
+    PERP__INTEGER(perp_contact_settings, method, 0, PERP_CONTACT_METHOD_PROXIMAL),
     PERP__INTEGER(perp_contact_settings, max_iterations, 0, INFINITY),
     PERP__INTEGER(perp_contact_settings, reserved, 0, 0),
     PERP__REAL(perp_contact_settings, tol, "()", 0, INFINITY),

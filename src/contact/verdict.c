@@ -208,7 +208,9 @@ static void widen(perp_contact_solver *solver, double *wide)
     for (k = 0; k < solver->units; k++) {
         perp__raise_to(&solver->most_speed[solver->part[k]], solver->terms[k]);
         perp__raise_to(&solver->most_energy[solver->part[k]], solver->terms[k] / solver->root[k]);
-        for (i = begin_of(solver, k); i < end_of(solver, k); i++)
+        i = begin_of(solver, k);
+        push[i] = solver->scale[i] / solver->trace[k]; /* pressing answers to u_n alone */
+        while (++i < end_of(solver, k))
             push[i] = solver->terms[k] / solver->trace[k];
     }
     absolute(solver, push, solver->scale, moves);

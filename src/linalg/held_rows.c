@@ -10,9 +10,8 @@
 static double dot(const double *a, const double *b, int32_t n)
 {
     double sum = 0.0;
-    int32_t i;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         sum += a[i] * b[i];
     return sum;
 }
@@ -21,13 +20,10 @@ void perp__held_rows_layout(perp__held_rows *held, perp__arena *arena, size_t en
                             size_t n)
 {
     held->rows = perp__arena_take(arena, entries, sizeof(double));
-    held->targets = perp__arena_take(arena, most, sizeof(double));
-    held->norms = perp__arena_take(arena, most, sizeof(double));
+    PERP__DOUBLES(arena, most, &held->targets, &held->norms);
     held->taken = perp__arena_take(arena, most, sizeof(int32_t));
     held->basis = perp__arena_take(arena, n, n * sizeof(double));
-    held->particular = perp__arena_take(arena, n, sizeof(double));
-    held->components = perp__arena_take(arena, n, sizeof(double));
-    held->unit = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &held->particular, &held->components, &held->unit);
 }
 
 void perp__held_rows_begin(perp__held_rows *held, int32_t n)
@@ -44,16 +40,15 @@ double *perp__held_rows_next(const perp__held_rows *held)
 void perp__held_rows_take(perp__held_rows *held, double target)
 {
     double *row = perp__held_rows_next(held), largest = 0.0, length;
-    int32_t i;
 
-    for (i = 0; i < held->n; i++)
+    for (int32_t i = 0; i < held->n; i++)
         largest = fmax(largest, fabs(row[i]));
     if (largest == 0.0)
         return;
-    for (i = 0; i < held->n; i++) /* squares must not leave the range of doubles */
+    for (int32_t i = 0; i < held->n; i++) /* squares must not leave the range of doubles */
         row[i] /= largest;
     length = sqrt(dot(row, row, held->n));
-    for (i = 0; i < held->n; i++)
+    for (int32_t i = 0; i < held->n; i++)
         row[i] /= length;
     held->targets[held->count++] = target / largest / length;
 }
@@ -66,12 +61,11 @@ void perp__held_rows_solve(perp__held_rows *held)
 
 void perp__held_rows_free(perp__held_rows *held, double *y)
 {
-    int32_t k;
-
     perp__project_out(held->basis, held->rank, held->n, y);
-    for (k = 0; k < held->n; k++)
+    for (int32_t k = 0; k < held->n; k++)
         y[k] += held->particular[k];
-    for (k = 0; k < held->rank; k++) /* exactly 0 where other bodies' rows alone have targets */
+    for (int32_t k = 0; k < held->rank;
+         k++) /* exactly 0 where other bodies' rows alone have targets */
         held->components[k] =
             dot(held->basis + (size_t)k * (size_t)held->n, held->particular, held->n);
 }
@@ -79,9 +73,8 @@ void perp__held_rows_free(perp__held_rows *held, double *y)
 int32_t perp__held_rows_fix(perp__held_rows *held, int32_t first, int32_t count)
 {
     double *unit = held->unit, share = 0.0;
-    int32_t k;
 
-    for (k = 0; k < held->rank; k++) {
+    for (int32_t k = 0; k < held->rank; k++) {
         const double *q = held->basis + (size_t)k * (size_t)held->n;
         const double along = dot(q + first, unit + first, count);
 

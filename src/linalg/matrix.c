@@ -225,14 +225,17 @@ int32_t perp__find_parts(const perp__matrix *M, int32_t *part)
             return 1;
         }
         ask = left > 1;
-        for (k = 0; k < l.count && !(seen && left == 1); k++)
-            if (l.values[k] != 0.0) {
-                const int32_t other = perp__root_of(part, others + (l.indices ? l.indices[k] : k));
+        for (k = 0; k < l.count && !(seen && left == 1); k++) {
+            const int32_t node = others + (l.indices ? l.indices[k] : k);
+
+            if (l.values[k] != 0.0 && part[node] != root) {
+                const int32_t other = perp__root_of(part, node);
 
                 left -= seen && other != root; /* the first only brings in the line itself */
                 seen = 1;
                 root = perp__link(part, root, other);
             }
+        }
     }
     return perp__number_parts(part, 2 * n);
 }

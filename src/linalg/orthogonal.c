@@ -157,9 +157,8 @@ void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
 double perp__length(const double *x, int32_t n)
 {
     double length = 0.0;
-    int32_t i;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         if (x[i] != 0.0)
             length = length == 0.0 ? fabs(x[i]) : hypot(length, x[i]);
     return length;

@@ -158,14 +158,16 @@ static void spread(search *s)
 }
 
 /* Puts every row whose diagonal is positive on level 0, and marks those with a negative one. */
-static void start_at_diagonals(search *s, double sign)
+static void start_at_diagonals(search *s, const int32_t *without)
 {
     for (int32_t i = 0; i < s->M->rows; i++) {
         const double *diagonal = entry_of(s->M, i, i);
 
-        if (diagonal && sign * *diagonal > 0.0)
+        if (!diagonal || (without && without[i]))
+            continue;
+        if (*diagonal > 0.0)
             enqueue(s, i, unit_diagonal(*diagonal), 0);
-        else if (diagonal && *diagonal != 0.0)
+        else if (*diagonal != 0.0)
             s->level[i] = UNSET_OTHER, s->others++;
     }
 }
@@ -282,9 +284,9 @@ static void balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *wo
         balance(M, work, exponents, largest);
 }
 
-/* From the diagonals of a sign through the couplings. Returns whether there are diagonals of both.
- */
-static int32_t search_scales(const perp__matrix *M, double sign, int32_t *exponents, int32_t *work)
+/* From the diagonals, but for those `without`, through the couplings. */
+static void search_scales(const perp__matrix *M, const int32_t *without, int32_t *exponents,
+                          int32_t *work)
 {
     search s = {.M = M,
                 .exponents = exponents,
@@ -295,20 +297,20 @@ static int32_t search_scales(const perp__matrix *M, double sign, int32_t *expone
 
     for (int32_t i = 0; i < M->rows; i++)
         s.level[i] = UNSET;
-    start_at_diagonals(&s, sign);
+    start_at_diagonals(&s, without);
     if (s.unset == 0)
-        return 0;
+        return;
     s.symmetric = has_symmetric_pattern(M);
     scale_other_diagonals(&s);
     spread(&s);
     start_at_lowest(&s);
     spread(&s);
-    return s.others > 0 && s.others < M->rows;
 }
 
-int32_t perp__equilibrate_negative(const perp__matrix *M, int32_t *exponents, int32_t *work)
+void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_t *exponents,
+                           int32_t *work)
 {
-    return search_scales(M, -1.0, exponents, work);
+    search_scales(M, without, exponents, work);
 }
 
 void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
@@ -319,7 +321,7 @@ void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponent
     for (int32_t i = 0; i < M->rows; i++)
         exponents[i] = 0;
     if (enabled)
-        search_scales(M, 1.0, exponents, work);
+        search_scales(M, NULL, exponents, work);
     perp__scaled_row_norms(M, exponents, row_norms);
     for (int32_t i = 0; i < M->rows; i++)
         if (!(row_norms[i] <= largest))

@@ -25,10 +25,10 @@
 void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
                        double *row_norms, int32_t *work);
 
-/* The same search from the negative diagonals first: other scales where one of two diagonals is
- * noise beside their coupling. Neither row norms nor a look at entries of 2^40. Returns whether M
- * has diagonals of both signs; without, these scales say nothing new. */
-int32_t perp__equilibrate_negative(const perp__matrix *M, int32_t *exponents, int32_t *work);
+/* The same search as if the diagonals i with without[i] != 0 were 0. Neither row norms nor a look
+ * at entries of 2^40. */
+void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_t *exponents,
+                           int32_t *work);
 
 /* Goes on from `exponents` to the largest entry of every row and column near 1 (Ruiz,
  * RAL-TR-2001-034, for max(|M|, |M'|)), whatever the diagonal is. */

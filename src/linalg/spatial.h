@@ -19,6 +19,10 @@ static inline double perp__dot6(const double *a, const double *b)
 /* Neither overflows nor loses small numbers where a sum of squares would. */
 static inline double perp__length3(const double *a)
 {
+    const double square = perp__dot3(a, a);
+
+    if (square > 1e-280 && square < 1e280)
+        return sqrt(square);
     return hypot(hypot(a[0], a[1]), a[2]);
 }
 

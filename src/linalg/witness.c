@@ -16,13 +16,15 @@
  * variables at rest pass none on. The largest t is that of the rows that cancel, among those that
  * hang together by significant couplings.
  *
- * Units are not unique: of two diagonals of different sign one can be noise beside their coupling,
- * and nobody knows which. Then the search for units starts from either, and the worse one counts.
+ * Units are not unique: a diagonal that is tiny beside the couplings of its row and its column, as
+ * in [[1e-13, 4], [-4, 0]], can be what the units of its row are found from, or noise, and nobody
+ * knows. Then units are found with and without such diagonals, and the worse ones count.
  */
 #include "linalg/witness.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/outcome.h"
@@ -36,9 +38,15 @@
 
 /* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
 #define NOISE 0x1p-40
+#define NOISE_DIAGONAL 0x1p-38
 
 /* Sizes below this have lost digits, or all, to underflow. */
 #define LEAST_SIZE 0x1p-960
+
+/* Exponents from which on a unit may be that of the end of doubles (linalg/scale.c), and products
+ * in units leave them. */
+#define FARTHEST_UNIT 500
+#define FARTHEST 1400
 
 /* The point and the units that it is looked at in. */
 typedef struct view {
@@ -117,15 +125,16 @@ static int32_t join_line(const perp__matrix *M, perp__witness_units *u, double l
     int32_t root = perp__root_of(u->cut, by_rows ? at : M->rows + at);
 
     for (int32_t k = 0; k < l.count && parts > enough; k++) {
-        const int32_t other = l.indices ? l.indices[k] : k;
+        const int32_t other = l.indices ? l.indices[k] : k,
+                      node = by_rows ? M->rows + other : other;
         const double power = perp__power_of_two(u->exponents[at] + u->exponents[other]);
-        int32_t found;
 
-        if (l.values[k] == 0.0 || !(fabs(l.values[k]) * power >= least))
-            continue;
-        found = perp__root_of(u->cut, by_rows ? M->rows + other : other);
-        parts -= found != root;
-        root = perp__link(u->cut, root, found);
+        if (u->cut[node] != root && l.values[k] != 0.0 && fabs(l.values[k]) * power >= least) {
+            const int32_t found = perp__root_of(u->cut, node);
+
+            parts -= found != root;
+            root = perp__link(u->cut, root, found);
+        }
     }
     return parts;
 }
@@ -151,29 +160,66 @@ static void join_couplings(const perp__matrix *M, perp__witness_units *u, double
     perp__number_parts(u->cut, 2 * n);
 }
 
+/* Marks the rows that hang together with their columns. Returns whether all do. */
+static int32_t find_tied(const perp__witness_units *u, int32_t n, int32_t *tied)
+{
+    int32_t all = 1;
+
+    for (int32_t i = 0; i < n; i++) {
+        tied[i] = u->cut[i] == u->cut[n + i];
+        all &= tied[i];
+    }
+    return all;
+}
+
 /* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M,
  * but for noise, falls into parts between them: then there is no common size. tied: n, work. */
 static void find_cut(const perp__witness_point *p, perp__witness_units *u, double least,
                      int32_t *tied)
 {
-    const int32_t n = p->M->rows;
+    const size_t bytes = (size_t)p->M->rows * sizeof *tied;
 
-    memset(tied, 0, (size_t)n * sizeof *tied);
-    join_couplings(p->M, u, NOISE, tied);
-    for (int32_t i = 0; i < n; i++)
-        tied[i] = u->cut[i] == u->cut[n + i];
+    memset(tied, 0, bytes);
     join_couplings(p->M, u, least, tied);
+    if (find_tied(u, p->M->rows, tied)) /* so much the more by smaller couplings */
+        return;
+    memset(tied, 0, bytes);
+    join_couplings(p->M, u, NOISE, tied);
+    find_tied(u, p->M->rows, tied);
+    join_couplings(p->M, u, least, tied);
+}
+
+/* noise[i] := whether M_ii is noise beside the largest couplings of its row and of its column, in
+ * the caller's units. Returns whether one is. */
+static int32_t find_noise(perp__witness *t, const perp__matrix *M, int32_t *noise)
+{
+    double *in_row = t->around, *in_column = t->carried;
+    perp__cursor c = perp__first(M);
+    int32_t any = 0, i;
+
+    for (i = 0; i < M->rows; i++) {
+        in_row[i] = in_column[i] = 0.0;
+        noise[i] = 0;
+    }
+    while (perp__advance(&c))
+        if (c.i != c.j) {
+            perp__raise_to(&in_row[c.i], fabs(c.value));
+            perp__raise_to(&in_column[c.j], fabs(c.value));
+        }
+    for (c = perp__first(M); perp__advance(&c);)
+        if (c.i == c.j && fabs(c.value) <= NOISE_DIAGONAL * fmin(in_row[c.i], in_column[c.i]))
+            any = noise[c.i] = 1;
+    return any;
 }
 
 static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
 {
-    const size_t bytes = (size_t)p->M->rows * sizeof *p->exponents;
     int32_t *work = t->omegas, k;
 
-    memcpy(t->units[0].exponents, p->exponents, bytes);
-    t->count = 1;
-    if (p->scaling && perp__equilibrate_negative(p->M, t->units[1].exponents, work))
-        t->count += memcmp(t->units[1].exponents, p->exponents, bytes) != 0;
+    memcpy(t->units[0].exponents, p->exponents, (size_t)p->M->rows * sizeof *p->exponents);
+    t->count = p->scaling && find_noise(t, p->M, t->is_free) ? 2 : 1;
+    if (t->count == 2)
+        perp__equilibrate_but(p->M, t->is_free, t->units[1].exponents, work);
     for (k = 0; k < t->count; k++) {
         perp__balance(p->M, t->units[k].exponents, work);
         find_cut(p, &t->units[k], sqrt(p->tol), work);
@@ -193,14 +239,22 @@ void perp__find_terms(const perp__matrix *M, const double *q, const double *z, c
         terms[c.i] += perp__shift(fabs(c.value * z[c.j]), units[c.i] - omegas[c.i]);
 }
 
+/* A distance that underflows in these units may be any. */
+static int32_t is_near(double distance, int32_t shift, double near)
+{
+    const double scaled = perp__shift(distance, shift);
+
+    return distance == 0.0 || (scaled >= DBL_MIN && scaled <= near);
+}
+
 /* v_i; z that is next to a bound, beside what it may carry, counts as on it. Then it is not free.
  */
 static double violation_near(const perp__witness_point *p, int32_t i, int32_t shift, double near,
                              int32_t *is_free)
 {
     const double lower = p->lower[i], upper = p->upper[i], z = p->z[i];
-    const int32_t at_lower = perp__shift(z - lower, shift) <= near;
-    const int32_t at_upper = perp__shift(upper - z, shift) <= near;
+    const int32_t at_lower = is_near(z - lower, shift, near);
+    const int32_t at_upper = is_near(upper - z, shift, near);
 
     *is_free = !at_lower && !at_upper;
     if (at_lower && at_upper)
@@ -268,24 +322,35 @@ static void find_neighbours(perp__witness *t, const view *v)
         perp__raise_to(&t->most[v->cut[i]], t->rounding[i]);
 }
 
-/* A row so much smaller than others of its part that their common unit underflows, or whose terms
- * overflow: its violation beside its own terms, in the caller's units. */
-static double alone(const perp__witness_point *p, int32_t i)
+/* Whether numbers of row i, in these units, are or may have been beyond the range of doubles. */
+static int32_t is_extreme(const perp__witness *t, const view *v, int32_t i, double size)
 {
-    const double v = violation_of_row(p, i);
-    double terms = fabs(p->q[i]);
-    perp__cursor c = perp__first(p->M);
+    const int32_t reach = abs(v->units[i]) + abs(t->omegas[i]);
 
-    while (v != 0.0 && perp__advance(&c))
-        if (c.i == i)
-            terms += fabs(c.value * p->z[c.j]);
-    return v != 0.0 ? (terms < INFINITY ? v / terms : INFINITY) : 0.0;
+    return !(size >= LEAST_SIZE && size < INFINITY) || abs(v->units[i]) >= FARTHEST_UNIT ||
+           reach >= FARTHEST;
+}
+
+/* Such rows have no common unit with their neighbours: each violation beside its own terms, in the
+ * caller's units. Terms that overflow excuse nothing. */
+static void look_at_extremes(perp__witness *t, const perp__witness_point *p, double *own)
+{
+    int32_t i;
+
+    find_terms_of_rows(p, t->terms);
+    for (i = 0; i < p->M->rows; i++) {
+        const double v = violation_of_row(p, i);
+
+        if (t->is_free[i] && v != 0.0)
+            perp__raise_to(own, t->terms[i] < INFINITY ? v / t->terms[i] : INFINITY);
+    }
 }
 
 static double own_residual(perp__witness *t, const perp__witness_point *p,
                            const perp__witness_units *u)
 {
     const view v = {p, u->exponents, u->cut, p->M->rows, sqrt(p->tol)};
+    int32_t extremes = 0;
     double own = 0.0;
 
     perp__find_omegas(v.n, p->part, p->parts, p->q, u->exponents, t->omega_of_part, t->omegas, 0);
@@ -295,11 +360,13 @@ static double own_residual(perp__witness *t, const perp__witness_point *p,
     for (int32_t i = 0; i < v.n; i++) {
         const double size = t->around[i] + floor_of(p->tol) * t->most[u->cut[i]];
 
-        if (!(size >= LEAST_SIZE && size < INFINITY))
-            perp__raise_to(&own, alone(p, i));
-        else if (t->wrong[i] != 0.0)
+        t->is_free[i] = is_extreme(t, &v, i, size);
+        extremes |= t->is_free[i];
+        if (!t->is_free[i] && t->wrong[i] != 0.0)
             perp__raise_to(&own, t->wrong[i] / size);
     }
+    if (extremes)
+        look_at_extremes(t, p, &own);
     return own;
 }
 

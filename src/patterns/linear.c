@@ -22,11 +22,10 @@ void perp__linear_layout(perp__linear *p, perp__arena *arena)
     double **const long_ones[] = {&p->u, &p->u_size, &p->u_width};
     double **const matrices[] = {&p->system.K, &p->system.E, &p->null};
     int32_t **const indices[] = {&p->first, &p->count, &p->system.columns};
-    size_t k;
 
-    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
-    for (k = 0; k < 3; k++) {
+    for (size_t k = 0; k < 3; k++) {
         *long_ones[k] = perp__arena_take(arena, rows, sizeof(double));
         *matrices[k] = perp__arena_take(arena, n * n, sizeof(double));
         *indices[k] = perp__arena_take(arena, n, sizeof(int32_t));
@@ -58,16 +57,15 @@ static double load_column(const perp__linear *p, int32_t c, double top)
     const int32_t n = p->system.n, two = p->rows > p->length, from = p->first[c];
     const double *factor = p->coefficient + 3 * (size_t)c;
     double *K = p->system.K + c;
-    int32_t r, i;
 
-    for (r = 0; r < n; r++, K += n) {
+    for (int32_t r = 0; r < n; r++, K += n) {
         const int32_t row = p->first[r];
         const double *first = column_of(p, 0, from) + row;
         const double *second = two ? column_of(p, 1, from) + row : first;
         const double slope = two ? p->slope[row] : 0.0, unit = p->scale[row] * p->scale[from];
         double sum = 0.0, size = 0.0;
 
-        for (i = 0; i < p->count[c]; i++, first += p->length, second += p->length) {
+        for (int32_t i = 0; i < p->count[c]; i++, first += p->length, second += p->length) {
             const double more = slope * *second;
 
             sum += factor[i] * (*first + more);
@@ -84,9 +82,8 @@ double perp__linear_load(perp__linear *p)
 {
     const int32_t n = p->system.n;
     double top = 0.0;
-    int32_t c;
 
-    for (c = 0; c < n; c++)
+    for (int32_t c = 0; c < n; c++)
         top = load_column(p, c, top);
     memset(p->y, 0, (size_t)n * sizeof *p->y);
     memcpy(p->x, p->known, (size_t)p->length * sizeof *p->x);
@@ -97,18 +94,17 @@ void perp__linear_rows(const perp__linear *p, double *u, double *size, const dou
                        int32_t homogeneous)
 {
     const int32_t n = p->length;
-    int32_t block, r, j;
 
-    for (r = 0; r < p->rows; r++) {
+    for (int32_t r = 0; r < p->rows; r++) {
         u[r] = homogeneous ? 0.0 : p->c[r];
         if (size)
             size[r] = homogeneous ? 0.0 : p->c_size[r];
     }
-    for (block = 0; block * n < p->rows; block++, u += n, size = size ? size + n : NULL)
-        for (j = 0; j < n; j++) {
+    for (int32_t block = 0; block * n < p->rows; block++, u += n, size = size ? size + n : NULL)
+        for (int32_t j = 0; j < n; j++) {
             const double *b = column_of(p, block, j);
 
-            for (r = 0; r < n && x[j] != 0.0; r++) {
+            for (int32_t r = 0; r < n && x[j] != 0.0; r++) {
                 const double term = b[r] * x[j];
 
                 u[r] += term;
@@ -120,10 +116,8 @@ void perp__linear_rows(const perp__linear *p, double *u, double *size, const dou
 
 void perp__linear_evaluate(perp__linear *p)
 {
-    int32_t i;
-
     perp__linear_rows(p, p->u, p->u_size, p->x, 0);
-    for (i = 0; i < p->length; i++) {
+    for (int32_t i = 0; i < p->length; i++) {
         p->residual[i] = -p->u[i];
         p->load[i] = p->u_size[i];
         if (p->rows > p->length) {
@@ -136,19 +130,15 @@ void perp__linear_evaluate(perp__linear *p)
 /* The equations' entries, in their units. */
 static double *gather(const perp__linear *p, double *to, const double *from)
 {
-    int32_t c;
-
-    for (c = 0; c < p->system.n; c++)
+    for (int32_t c = 0; c < p->system.n; c++)
         to[c] = from[p->first[c]] * p->scale[p->first[c]];
     return to;
 }
 
 void perp__linear_add(const perp__linear *p, double *x, const double *y, int32_t absolute)
 {
-    int32_t c, i;
-
-    for (c = 0; c < p->system.n; c++)
-        for (i = 0; i < p->count[c]; i++) {
+    for (int32_t c = 0; c < p->system.n; c++)
+        for (int32_t i = 0; i < p->count[c]; i++) {
             const double term =
                 p->coefficient[3 * (size_t)c + (size_t)i] * y[c] * p->scale[p->first[c]];
 
@@ -159,10 +149,9 @@ void perp__linear_add(const perp__linear *p, double *x, const double *y, int32_t
 void perp__linear_correct(perp__linear *p)
 {
     double *change = p->work + p->length;
-    int32_t c;
 
     perp__pivoting_solve(&p->system, change, gather(p, p->work, p->residual));
-    for (c = 0; c < p->system.n; c++)
+    for (int32_t c = 0; c < p->system.n; c++)
         p->y[c] += change[c];
     memcpy(p->x, p->known, (size_t)p->length * sizeof *p->x);
     perp__linear_add(p, p->x, p->y, 0);
@@ -171,18 +160,16 @@ void perp__linear_correct(perp__linear *p)
 void perp__linear_find_widths(perp__linear *p)
 {
     double *width = p->work + p->length;
-    int32_t r, j;
 
     perp__pivoting_widths(&p->system, width, gather(p, p->work, p->load));
-    for (j = 0; j < p->system.n; j++)
+    for (int32_t j = 0; j < p->system.n; j++)
         width[j] *= p->tolerance;
     memset(p->x_width, 0, (size_t)p->length * sizeof *p->x_width);
     perp__linear_add(p, p->x_width, width, 1);
-    for (r = 0; r < p->rows; r++) {
+    for (int32_t r = 0; r < p->rows; r++) {
         p->u_width[r] = p->tolerance * p->u_size[r];
-        for (j = 0; j < p->length; j++)
-            p->u_width[r] +=
-                fabs(column_of(p, r >= p->length, j)[r % p->length]) * p->x_width[j];
+        for (int32_t j = 0; j < p->length; j++)
+            p->u_width[r] += fabs(column_of(p, r >= p->length, j)[r % p->length]) * p->x_width[j];
     }
 }
 
@@ -190,12 +177,11 @@ int32_t perp__linear_find_null(perp__linear *p)
 {
     double *rhs = gather(p, p->work, p->residual), *load = gather(p, rhs + p->length, p->load);
     const int32_t dimension = p->system.n - p->system.rank;
-    int32_t k;
 
     if (!perp__pivoting_is_consistent(&p->system, rhs, load, 4.0 * p->tolerance))
         return -1;
     memset(p->null, 0, (size_t)dimension * (size_t)p->length * sizeof *p->null);
-    for (k = 0; k < dimension; k++) {
+    for (int32_t k = 0; k < dimension; k++) {
         perp__pivoting_null(&p->system, p->work, k);
         perp__linear_add(p, p->null + (size_t)k * (size_t)p->length, p->work, 0);
     }
@@ -209,10 +195,9 @@ static double value_of(const perp__condition *g, const perp__linear_point *point
                        double *width)
 {
     double sum = point->homogeneous ? 0.0 : g->constant;
-    int32_t k;
 
     *width = 0.0;
-    for (k = from; k < g->count; k++) {
+    for (int32_t k = from; k < g->count; k++) {
         const int32_t i = g->index[k], entry = i < 0;
 
         sum += g->factor[k] * (entry ? point->x[~i] : point->u[i]);
@@ -251,14 +236,13 @@ int32_t perp__linear_holds(const perp__linear *p, const void *pattern,
                            const perp__linear_point *point, int32_t *at_vertex)
 {
     perp__condition list[PERP__MOST_CONDITIONS];
-    int32_t i, k;
 
     *at_vertex = 0;
-    for (i = 0; i < p->positions; i++) {
+    for (int32_t i = 0; i < p->positions; i++) {
         const int32_t count = p->conditions(p->user, pattern, i, list);
         double before = 0.0;
 
-        for (k = 0; k < count; k++)
+        for (int32_t k = 0; k < count; k++)
             if (!meets(list + k, point, &before, at_vertex))
                 return 0;
     }
@@ -272,14 +256,13 @@ int32_t perp__linear_holds_at(const perp__linear *p, const void *pattern, const 
     double *u = p->work, *u_width = u + 2 * p->length, *x_width = u_width + 2 * p->length;
     perp__linear_point point = {x, u, x_width, u_width, homogeneous, 1, 0};
     double largest = 0.0;
-    int32_t i;
 
     perp__linear_rows(p, u, u_width, x, homogeneous);
-    for (i = 0; i < p->rows; i++)
+    for (int32_t i = 0; i < p->rows; i++)
         u_width[i] *= tolerance;
-    for (i = 0; i < p->length; i++)
+    for (int32_t i = 0; i < p->length; i++)
         largest = fmax(largest, spread * fabs(x[i]) / p->scale[i]);
-    for (i = 0; i < p->length; i++)
+    for (int32_t i = 0; i < p->length; i++)
         x_width[i] = tolerance * fmax(fabs(x[i]), largest * p->scale[i]);
     return perp__linear_holds(p, pattern, &point, at_vertex);
 }
@@ -288,10 +271,9 @@ static void cut(const perp__linear *p, perp__polyhedron *polyhedron, const perp_
                 double sign)
 {
     perp__inequality to = {sign * g->constant, 0.0, p->work, g->strict};
-    int32_t k, j;
 
     memset(p->work, 0, (size_t)p->length * sizeof *p->work);
-    for (k = 0; k < g->count; k++) {
+    for (int32_t k = 0; k < g->count; k++) {
         const int32_t i = g->index[k];
         const double factor = sign * g->factor[k];
 
@@ -301,7 +283,7 @@ static void cut(const perp__linear *p, perp__polyhedron *polyhedron, const perp_
         }
         to.constant += factor * p->c[i];
         to.size += fabs(factor) * p->c_size[i];
-        for (j = 0; j < p->length; j++)
+        for (int32_t j = 0; j < p->length; j++)
             p->work[j] += factor * column_of(p, i >= p->length, j)[i % p->length];
     }
     perp__polyhedron_cut(polyhedron, &to);
@@ -312,13 +294,12 @@ static void cut_disc(const perp__linear *p, perp__polyhedron *polyhedron, const 
                      double angle)
 {
     perp__condition edge = *g;
-    int32_t k;
 
     if (p->inside) {
         edge.constant *= cos(PI / p->edges);
         edge.factor[2] *= cos(PI / p->edges);
     }
-    for (k = 0; k < p->edges; k++) {
+    for (int32_t k = 0; k < p->edges; k++) {
         const double turned = angle + 2.0 * PI * (k + (p->inside ? 0.5 : 0.0)) / p->edges;
 
         edge.factor[0] = -cos(turned);
@@ -330,12 +311,11 @@ static void cut_disc(const perp__linear *p, perp__polyhedron *polyhedron, const 
 void perp__linear_cut(const perp__linear *p, const void *pattern, perp__polyhedron *polyhedron)
 {
     perp__condition list[PERP__MOST_CONDITIONS];
-    int32_t i, k;
 
-    for (i = 0; i < p->positions && !polyhedron->empty; i++) {
+    for (int32_t i = 0; i < p->positions && !polyhedron->empty; i++) {
         const int32_t count = p->conditions(p->user, pattern, i, list);
 
-        for (k = 0; k < count; k++) {
+        for (int32_t k = 0; k < count; k++) {
             if (list[k].kind == PERP__CONDITION_DISC)
                 cut_disc(p, polyhedron, list + k, p->angle[i]);
             else if (list[k].kind != PERP__CONDITION_EQUATION)

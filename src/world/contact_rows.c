@@ -31,27 +31,16 @@ void perp__contact_frame(const perp_world *world, perp__world_contact *contact)
     perp__cross(contact->axes[2], n, t1);
 }
 
-static void body_rows(perp__world_contact *contact, int32_t side)
+void perp__contact_row(const perp__world_contact *contact, int32_t side, int32_t k, double *row)
 {
-    double sign = side == 0 ? -1.0 : 1.0;
-    double moment[3];
-    int32_t k, i;
+    const double sign = side == 0 ? -1.0 : 1.0;
+    int32_t i;
 
-    for (k = 0; k < 3; k++) {
-        double *row = contact->rows[side][k];
-
-        perp__cross(moment, contact->arms[side], contact->axes[k]);
-        for (i = 0; i < 3; i++) {
-            row[i] = sign * contact->axes[k][i];
-            row[3 + i] = sign * moment[i];
-        }
+    perp__cross(row + 3, contact->arms[side], contact->axes[k]);
+    for (i = 0; i < 3; i++) {
+        row[i] = sign * contact->axes[k][i];
+        row[3 + i] *= sign;
     }
-}
-
-void perp__contact_jacobian(perp__world_contact *contact)
-{
-    body_rows(contact, 0);
-    body_rows(contact, 1);
 }
 
 void perp__relative_velocity(const perp_world *world, const perp__world_contact *contact,
@@ -59,8 +48,11 @@ void perp__relative_velocity(const perp_world *world, const perp__world_contact 
 {
     const double *a = perp__const_twist(&world->motions[contact->body_a], twist);
     const double *b = perp__const_twist(&world->motions[contact->body_b], twist);
-    int32_t k;
+    const double *r = contact->arms[0], *s = contact->arms[1];
+    const double x = (b[0] - a[0]) + ((b[4] * s[2] - b[5] * s[1]) - (a[4] * r[2] - a[5] * r[1]));
+    const double y = (b[1] - a[1]) + ((b[5] * s[0] - b[3] * s[2]) - (a[5] * r[0] - a[3] * r[2]));
+    const double z = (b[2] - a[2]) + ((b[3] * s[1] - b[4] * s[0]) - (a[3] * r[1] - a[4] * r[0]));
 
-    for (k = 0; k < 3; k++)
-        u[k] = perp__dot6(contact->rows[0][k], a) + perp__dot6(contact->rows[1][k], b);
+    for (int32_t k = 0; k < 3; k++)
+        u[k] = contact->axes[k][0] * x + contact->axes[k][1] * y + contact->axes[k][2] * z;
 }

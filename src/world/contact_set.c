@@ -119,8 +119,9 @@ static void recall(const perp_world *world, const perp__pair *pair, perp__world_
         }
 }
 
-static void fill_contact(perp_world *world, perp__world_contact *contact, const perp__pair *pair,
-                         const perp__point *point)
+/* What the points of a pair have in common. */
+static void begin_contact(const perp_world *world, perp__world_contact *contact,
+                          const perp__pair *pair, const double *normal)
 {
     const perp__shape *a = &world->shapes[pair->first];
     const perp__shape *b = &world->shapes[pair->second];
@@ -136,16 +137,34 @@ static void fill_contact(perp_world *world, perp__world_contact *contact, const 
     contact->generations[3] = b->generation;
     contact->pair = (int32_t)(pair - world->pairs);
     contact->round = world->rounds;
-    contact->feature = (uint64_t)point->feature;
-    perp__copy3(contact->position, point->position);
-    perp__copy3(contact->axes[0], point->normal);
-    contact->gap = point->gap;
     contact->rounding = perp__pair_rounding(world, pair);
-    contact->size = world->bodies[a->body].radius + world->bodies[b->body].radius;
+    contact->size = perp__pair_size(world, pair);
     contact->friction = pair_friction(a->friction, b->friction);
     contact->restitution = fmax(a->restitution, b->restitution);
+    perp__copy3(contact->axes[0], normal);
     perp__contact_frame(world, contact);
+}
+
+/* Appends a point, of which there is room for; the point before may be the same pair's. */
+static perp__world_contact *append(const perp_world *world, perp__contact_set *set,
+                                   const perp__pair *pair, const perp__point *point)
+{
+    perp__world_contact *contact = &set->contacts[set->count++];
+    const perp__world_contact *last = contact - 1;
+
+    if (set->count > 1 && last->shape_a == pair->first && last->shape_b == pair->second &&
+        last->round == world->rounds &&
+        memcmp(last->axes[0], point->normal, sizeof point->normal) == 0) {
+        *contact = *last;
+        memset(contact->warm, 0, sizeof contact->warm);
+    } else {
+        begin_contact(world, contact, pair, point->normal);
+    }
+    contact->feature = (uint64_t)point->feature;
+    perp__copy3(contact->position, point->position);
+    contact->gap = point->gap;
     recall(world, pair, contact);
+    return contact;
 }
 
 /* Arms from the mass centres of bodies in the given states. */
@@ -159,10 +178,9 @@ static void set_arms(const perp__state *states, perp__world_contact *contact)
     }
 }
 
-/* Rows and velocities as if nothing touched. */
+/* Velocities as if nothing touched. */
 static void prepare_contact(const perp_world *world, perp__world_contact *contact)
 {
-    perp__contact_jacobian(contact);
     perp__relative_velocity(world, contact, PERP__TWIST_START, contact->start);
     perp__relative_velocity(world, contact, PERP__TWIST_FREE, contact->free);
     perp__copy3(contact->velocity, contact->free);
@@ -181,9 +199,8 @@ static perp_status add_points(perp_world *world, perp__contact_set *set, const p
     made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
                          world->settings.planar, margin, points);
     for (i = 0; i < made; i++) {
-        perp__world_contact *contact = &set->contacts[set->count++];
+        perp__world_contact *contact = append(world, set, pair, &points[i]);
 
-        fill_contact(world, contact, pair, &points[i]);
         set_arms(states, contact);
     }
     return PERP_OK;
@@ -241,9 +258,6 @@ perp_status perp__find_contacts(perp_world *world, double h)
 
     world->contacts.count = 0;
     world->rounds = 0;
-    perp__untouch(world);
-    for (i = 0; i < world->awake_count; i++) /* no motion has been looked at */
-        world->motions[world->awake[i]].tried[0] = NAN;
     status = perp__cover_motions(world, h);
     if (status == PERP_OK)
         find_memories(world);
@@ -255,9 +269,8 @@ perp_status perp__find_contacts(perp_world *world, double h)
         pair->open = made == 0;
         status = reserve_contacts(world, &world->contacts, world->contacts.count + made);
         for (q = 0; q < made && status == PERP_OK; q++) {
-            perp__world_contact *contact = &world->contacts.contacts[world->contacts.count++];
+            perp__world_contact *contact = append(world, &world->contacts, pair, &points[q]);
 
-            fill_contact(world, contact, pair, &points[q]);
             set_arms(world->states, contact);
             prepare_contact(world, contact);
         }
@@ -330,8 +343,7 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
 
         if (pair->joined > 0 && has_feature(&world->contacts, pair, points[i].feature))
             continue;
-        contact = &world->contacts.contacts[world->contacts.count++];
-        fill_contact(world, contact, pair, &points[i]);
+        contact = append(world, &world->contacts, pair, &points[i]);
         set_back(world, contact, pair->meeting.time, &a, &b);
     }
     pair->joined += made > 0;
@@ -374,20 +386,23 @@ static int32_t include_points(perp_world *world, double h)
 /* Whether the motion of either body is not the one that was looked at last. */
 static int32_t is_new(const perp_world *world, const perp__pair *pair)
 {
-    return world->motions[world->shapes[pair->first].body].moved ||
-           world->motions[world->shapes[pair->second].body].moved;
+    return world->motions[world->shapes[pair->first].body].moved == world->rounds ||
+           world->motions[world->shapes[pair->second].body].moved == world->rounds;
 }
 
+/* Motions that the islands changed: all others are what they were. */
 static void look_for_new_motions(perp_world *world)
 {
     int32_t i;
 
-    for (i = 0; i < world->awake_count; i++) {
-        perp__motion *motion = &world->motions[world->awake[i]];
+    for (i = perp__count_members(world); i-- > 0;) {
+        perp__motion *motion = &world->motions[world->body_order[i]];
 
-        motion->moved = memcmp(motion->tried, motion->moving, sizeof motion->tried) != 0;
+        if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
+            continue;
         memcpy(motion->tried, motion->moving, sizeof motion->tried);
-        motion->earliest = INFINITY;
+        motion->moved = world->rounds;
+        motion->covered = 0;
     }
 }
 
@@ -411,8 +426,7 @@ static perp_status join_meetings(perp_world *world, double h)
     perp_status status;
     int32_t i;
 
-    look_for_new_motions(world);
-    status = perp__cover_motions(world, h);
+    status = perp__cover_changes(world, h);
     for (i = 0; i < world->pair_count && status == PERP_OK; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
         perp__motion *a = &world->motions[world->shapes[pair->first].body];
@@ -436,9 +450,17 @@ static perp_status join_meetings(perp_world *world, double h)
                               world->motions[bodies[k]].earliest < pair->meeting.time);
         pair->waited = pair->waited || (pair->met && waits);
         if (pair->met && waits)
-            world->motions[bodies[0]].tried[0] = NAN; /* again in the next round */
+            world->motions[bodies[0]].moved = world->rounds + 1; /* again in the next round */
         else if (pair->met)
             status = join_pair(world, pair, h);
+    }
+    for (i = 0; i < world->pair_count; i++) {
+        const perp__pair *pair = perp__ordered_pair(world, i);
+
+        if (!pair->met)
+            continue;
+        world->motions[world->shapes[pair->first].body].earliest = INFINITY;
+        world->motions[world->shapes[pair->second].body].earliest = INFINITY;
     }
     return status;
 }
@@ -448,7 +470,11 @@ perp_status perp__join_contacts(perp_world *world, double h, int32_t *came)
     perp_status status;
 
     *came = include_points(world, h);
-    if (*came > 0 || world->rounds++ >= MAX_ROUNDS)
+    if (*came > 0)
+        return PERP_OK;
+    world->rounds++;
+    look_for_new_motions(world);
+    if (world->rounds > MAX_ROUNDS)
         return PERP_OK;
     status = join_meetings(world, h);
     if (status == PERP_OK)

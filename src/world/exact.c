@@ -160,37 +160,48 @@ static perp_status sweep_on(perp_world *world, perp__rigid_answer *answer,
     return status;
 }
 
+/* By all that there is, as far as the budget goes. */
+static perp_status solve(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                         perp__rigid_problem *problem)
+{
+    double tol = perp__exact_tol(world);
+    perp_status status;
+
+    status = solve_quickly(world, island, answer, problem, &tol);
+    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
+        world->settings.accuracy != PERP_ACCURACY_EXACT)
+        weigh(answer, tol = rough_tol(world, island));
+    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
+        (world->settings.accuracy == PERP_ACCURACY_EXACT || island->joints > 0))
+        status = solve_thoroughly(world, answer, problem);
+    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
+        answer->outcome != PERP_OUTCOME_RAY && island->joints == 0)
+        status = sweep_on(world, answer, problem);
+    if (status == PERP_OK && perp__is_good(answer->outcome))
+        status = perp__hold_island(world, island, answer, problem, tol);
+    if (status == PERP_OK && perp__is_good(answer->outcome))
+        status = perp__rest_joints(world, island, answer, problem);
+    world->work.set_up = status == PERP_OK;
+    return status;
+}
+
 perp_status perp__solve_rows(perp_world *world, const perp__island *island, int32_t bounces,
                              perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
-    double tol = perp__exact_tol(world);
-    perp_status status;
+    perp_status status = PERP_OK;
 
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
-    status = solve_quickly(world, island, &answer, &problem, &tol);
-    if (status == PERP_OK && !perp__is_good(answer.outcome) &&
-        world->settings.accuracy != PERP_ACCURACY_EXACT)
-        weigh(&answer, tol = rough_tol(world, island));
-    if (status == PERP_OK && !perp__is_good(answer.outcome) &&
-        (world->settings.accuracy == PERP_ACCURACY_EXACT || island->joints > 0))
-        status = solve_thoroughly(world, &answer, &problem);
-    if (status == PERP_OK && !perp__is_good(answer.outcome) && answer.outcome != PERP_OUTCOME_RAY &&
-        island->joints == 0)
-        status = sweep_on(world, &answer, &problem);
-    if (status == PERP_OK && perp__is_good(answer.outcome))
-        status = perp__hold_island(world, island, &answer, &problem, tol);
-    if (status == PERP_OK && perp__is_good(answer.outcome))
-        status = perp__rest_joints(world, island, &answer, &problem);
+    if (island->joints > 0 || !perp__rigid_single(&answer, &problem, SHARPER * problem.tol))
+        status = solve(world, island, &answer, &problem);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");
     if (status != PERP_OK)
         return status;
-    work->set_up = 1;
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     perp__spend(world, answer.iterations);
     if (answer.outcome == PERP_OUTCOME_RAY && is_solvable(world, island, bounces))

@@ -8,22 +8,26 @@
 #include "linalg/spatial.h"
 
 /* |C^-1 v| of a body: twice its square is the kinetic energy. */
-double perp__mass_norm(const perp_world *world, const perp__motion *motion, const double *v)
+double perp__mass_norm(const perp_world *world, int32_t body, const double *v)
 {
-    double twist[6], turning[3];
+    double twist[6], own[3], turning[3];
 
     perp__twist_of(world, v, twist);
-    perp__apply3(turning, motion->inverse_factor, twist + 3);
-    return hypot(motion->root_mass * perp__length3(twist), perp__length3(turning));
+    perp__apply_transposed3(own, world->motions[body].rotation, twist + 3);
+    perp__apply3(turning, world->bodies[body].inverse_factor, own);
+    return hypot(sqrt(world->bodies[body].mass) * perp__length3(twist), perp__length3(turning));
 }
 
 /* |C'J'| of a row of a body: its velocity for a twist of norm 1. */
-double perp__row_norm(const perp__motion *motion, const double *twist)
+double perp__row_norm(const perp_world *world, int32_t body, const double *row)
 {
-    double turning[3];
+    double twist[6], own[3], turning[3];
 
-    perp__apply_transposed3(turning, motion->factor, twist + 3);
-    return hypot(motion->root_inverse_mass * perp__length3(twist), perp__length3(turning));
+    perp__twist_of(world, row, twist);
+    perp__apply_transposed3(own, world->motions[body].rotation, twist + 3);
+    perp__apply_transposed3(turning, world->bodies[body].factor, own);
+    return hypot(sqrt(world->bodies[body].inverse_mass) * perp__length3(twist),
+                 perp__length3(turning));
 }
 
 /* The sizes of the terms that each body's velocity is made of. */
@@ -34,23 +38,18 @@ static void find_strengths(const perp_world *world, const perp__island *island, 
     int32_t i, k, side;
 
     for (i = 0; i < island->bodies; i++) {
-        const perp__motion *motion = &world->motions[work->members[i]];
-
-        strength[i] = perp__mass_norm(world, motion, work->now + n * i) +
-                      perp__mass_norm(world, motion, work->gain + n * i);
+        strength[i] = perp__mass_norm(world, work->members[i], work->now + n * i) +
+                      perp__mass_norm(world, work->members[i], work->gain + n * i);
     }
     for (i = 0; i < work->units; i++)
         for (k = 0; k < work->rows[i].dim; k++)
             for (side = 0; side < 2 && work->impulse[3 * i + k] != 0.0; side++) {
                 const int32_t body = work->rows[i].body[side];
-                double twist[6];
 
-                if (body < 0 || body >= island->bodies)
-                    continue;
-                perp__twist_of(world, work->rows[i].rows[side][k], twist);
-                strength[body] +=
-                    fabs(work->impulse[3 * i + k]) *
-                    perp__row_norm(&world->motions[work->members[body]], twist);
+                if (body >= 0 && body < island->bodies)
+                    strength[body] +=
+                        fabs(work->impulse[3 * i + k]) *
+                        perp__row_norm(world, work->members[body], work->rows[i].rows[side][k]);
             }
 }
 
@@ -68,7 +67,7 @@ static double largest_change(const perp_world *world, const perp__island *island
 
         for (k = 0; k < n; k++)
             change[k] = world->work.v[n * i + k] - from[n * i + k];
-        norm = perp__mass_norm(world, &world->motions[world->work.members[i]], change);
+        norm = perp__mass_norm(world, world->work.members[i], change);
         if (norm != 0.0)
             perp__raise_to(&largest, norm / strength[i]);
     }

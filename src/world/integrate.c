@@ -66,7 +66,7 @@ static void momentum_of(const perp_world *world, const perp__body *body, const p
 
 /* Free rotation of a body whose inertia is not a multiple of the identity. The torque is that of
  * the world frame, seen from the body half-way through the step. */
-static void rotate_freely(const perp_world *world, int32_t i, double h)
+static void rotate_freely(perp_world *world, int32_t i, double h)
 {
     const perp__body *body = &world->bodies[i];
     const perp__state *old = &world->states[i];
@@ -75,6 +75,7 @@ static void rotate_freely(const perp_world *world, int32_t i, double h)
     double R[9], w[3], w_next[3], torque[3], mean[3], before[3], after[3];
     int32_t k;
 
+    world->motions[i].covered = 0; /* it does not turn by the motion at hand alone */
     perp__apply_transposed3(w, world->motions[i].rotation, old->angular_velocity);
     scaled_turn(world, &halfway, 0.5 * h, old->angular_velocity);
     perp__rotation_of(world, &halfway, R);
@@ -92,7 +93,7 @@ static void rotate_freely(const perp_world *world, int32_t i, double h)
     perp__apply3(next->angular_velocity, R, w_next);
 }
 
-static void move_freely(const perp_world *world, int32_t i, double h)
+static void move_freely(perp_world *world, int32_t i, double h)
 {
     const perp__state *old = &world->states[i];
     const double *v_f = world->motions[i].free;
@@ -125,19 +126,49 @@ static void move_in_contact(const perp_world *world, int32_t i, double h)
     perp__copy3(next->angular_velocity, motion->after + 3);
 }
 
-void perp__integrate(perp_world *world, double h)
+static int32_t is_finite(const perp__state *state)
+{
+    return perp__all_finite(state->position, 3) && perp__all_finite(state->orientation, 4) &&
+           perp__all_finite(&state->angle, 1) && perp__all_finite(state->velocity, 3) &&
+           perp__all_finite(state->angular_velocity, 3);
+}
+
+int32_t perp__find_infinite(const perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->awake_count; i++)
+        if (!is_finite(&world->next[world->awake[i]]))
+            return world->awake[i];
+    return -1;
+}
+
+static int32_t has_pairs(const perp_world *world, int32_t body)
+{
+    int32_t shape = world->bodies[body].first_shape;
+
+    while (shape >= 0 && world->shapes[shape].first_link < 0)
+        shape = world->shapes[shape].next_of_body;
+    return shape >= 0;
+}
+
+int32_t perp__integrate(perp_world *world, double h)
 {
     int32_t i;
 
     for (i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
+        const int32_t kind = world->bodies[body].kind;
 
         world->next[body] = world->states[body];
-        if (world->bodies[body].kind == PERP_BODY_STATIC)
-            continue;
-        if (world->bodies[body].kind == PERP_BODY_DYNAMIC && world->motions[body].island < 0)
+        if (kind == PERP_BODY_DYNAMIC && world->motions[body].island < 0)
             move_freely(world, body, h);
-        else
+        else if (kind != PERP_BODY_STATIC)
             move_in_contact(world, body, h);
+        if (!is_finite(&world->next[body]))
+            return body;
+        if (!world->motions[body].covered || has_pairs(world, body))
+            perp__place_body(world, world->next, body);
     }
+    return -1;
 }

@@ -78,8 +78,10 @@ static void carry_mass(perp_world *world, int32_t body, double h)
     perp__apply3(momentum, motion->rotation, turned);
     perp__add3(momentum, h, world->states[body].torque);
     pose_on_way(world, body, h, &end);
-    perp__turn_mass(motion, of, end.rotation);
-    perp__apply3(motion->free + 3, motion->inverse_inertia, momentum);
+    memcpy(motion->turned, end.rotation, sizeof motion->turned);
+    perp__apply_transposed3(turned, end.rotation, momentum);
+    perp__apply3(w, of->inverse_inertia, turned);
+    perp__apply3(motion->free + 3, end.rotation, w);
 }
 
 /* What the change of J from the middle to the end makes of the trial motion's last velocity. */
@@ -205,11 +207,12 @@ static double response(const perp_world *world, const perp__joint *joint)
     int32_t side;
 
     for (side = 0; side < 2; side++) {
-        const double norm = world->bodies[joint->body[side]].kind == PERP_BODY_DYNAMIC
-                                ? perp__row_norm(&world->motions[joint->body[side]],
-                                                 joint->middle.rows[PERP__JOINT_ROWS][side])
-                                : 0.0;
+        double row[6], norm;
 
+        if (world->bodies[joint->body[side]].kind != PERP_BODY_DYNAMIC)
+            continue;
+        perp__coordinates_of(world, joint->middle.rows[PERP__JOINT_ROWS][side], row);
+        norm = perp__row_norm(world, joint->body[side], row);
         sum += norm * norm;
     }
     return sum;
@@ -378,8 +381,7 @@ static double restlessness(const perp_world *world, const perp__island *island)
     int32_t i;
 
     for (i = 0; i < island->bodies; i++) {
-        const double speed =
-            perp__mass_norm(world, &world->motions[work->members[i]], work->v + world->dof * i);
+        const double speed = perp__mass_norm(world, work->members[i], work->v + world->dof * i);
 
         if (speed > 0.0)
             perp__raise_to(&largest, speed / work->strength[i]);

@@ -37,6 +37,12 @@ double perp__pair_rounding(const perp_world *world, const perp__pair *pair)
     return rounding_of(world, pair->first) + rounding_of(world, pair->second);
 }
 
+double perp__pair_size(const perp_world *world, const perp__pair *pair)
+{
+    return world->bodies[world->shapes[pair->first].body].radius +
+           world->bodies[world->shapes[pair->second].body].radius;
+}
+
 /* The thickness of the thinner shape; 0 for points before half-spaces. */
 static double size_of(const perp_world *world, const perp__pair *pair)
 {
@@ -271,16 +277,17 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     const double way = perp__relative_way(&a, &b);
     const perp__nearness near = nearness_of(world, pair, way);
     const int32_t planar = world->settings.planar;
-    const double sizes = world->bodies[world->shapes[pair->first].body].radius +
-                         world->bodies[world->shapes[pair->second].body].radius;
+    int32_t i, made;
+    const double sizes = perp__pair_size(world, pair);
 
     if (!perp__are_near(world, pair, fmax(near.touching, PERP__NEAR * sizes)))
         return 0;
     if (has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
-        if (perp__collide(a.start, b.start, planar,
-                          fmax(fmin(PERP__NEAR * sizes, 2.0 * way), near.touching), points) == 0)
-            return 0;
-        return perp__collide(a.start, b.start, planar, INFINITY, points);
+        made = perp__collide(a.start, b.start, planar, INFINITY, points);
+        for (i = 0; i < made; i++)
+            if (points[i].gap <= fmax(fmin(PERP__NEAR * sizes, 2.0 * way), near.touching))
+                return made;
+        return 0;
     }
     if (!touch_plainly(world, pair, &a, &b, &near, PERP__NEAR * sizes))
         return 0;

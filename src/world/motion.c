@@ -26,26 +26,6 @@ void perp__rotation_of(const perp_world *world, const perp__state *state, double
     R[8] = 1.0;
 }
 
-/* World frame: I^-1 = (R C)(R C)', so L = R C and L^-1 = C^-1 R'. */
-void perp__turn_mass(perp__motion *motion, const perp__body *body, const double *R)
-{
-    double product[9];
-
-    motion->inverse_mass = body->inverse_mass;
-    motion->root_mass = sqrt(body->mass);
-    motion->root_inverse_mass = sqrt(body->inverse_mass);
-    if (body->kind != PERP_BODY_DYNAMIC || body->spherical) {
-        memcpy(motion->inverse_inertia, body->inverse_inertia, sizeof product);
-        memcpy(motion->factor, body->factor, sizeof product);
-        memcpy(motion->inverse_factor, body->inverse_factor, sizeof product);
-        return;
-    }
-    perp__multiply3(product, R, body->inverse_inertia);
-    perp__multiply_transposed3(motion->inverse_inertia, product, R);
-    perp__multiply3(motion->factor, R, body->factor);
-    perp__multiply_transposed3(motion->inverse_factor, body->inverse_factor, R);
-}
-
 static void place_shape(perp_world *world, const perp__state *states, int32_t i)
 {
     const perp__shape *shape = &world->shapes[i];
@@ -60,19 +40,22 @@ static void place_shape(perp_world *world, const perp__state *states, int32_t i)
     perp__multiply3(placed->rotation, R, shape->rotation);
 }
 
+void perp__place_body(perp_world *world, const perp__state *states, int32_t body)
+{
+    int32_t shape;
+
+    perp__rotation_of(world, &states[body], world->motions[body].rotation);
+    for (shape = world->bodies[body].first_shape; shape >= 0;
+         shape = world->shapes[shape].next_of_body)
+        place_shape(world, states, shape);
+}
+
 void perp__place(perp_world *world, const perp__state *states)
 {
     int32_t i;
 
-    for (i = 0; i < world->awake_count; i++) {
-        const int32_t body = world->awake[i];
-        perp__motion *motion = &world->motions[body];
-
-        perp__rotation_of(world, &states[body], motion->rotation);
-        perp__turn_mass(motion, &world->bodies[body], motion->rotation);
-    }
-    for (i = 0; i < world->awake_shape_count; i++)
-        place_shape(world, states, world->awake_shapes[i]);
+    for (i = 0; i < world->awake_count; i++)
+        perp__place_body(world, states, world->awake[i]);
 }
 
 /* x = A^-1 b by Cramer's rule; returns 0 where A is singular. */
@@ -180,30 +163,24 @@ static void free_velocity(perp_world *world, int32_t i, double h)
     perp__apply3(motion->free + 3, motion->rotation, w_next);
 }
 
-void perp__free_velocities(perp_world *world, double h)
+/* One loop: what is awake may be more than a cache holds. */
+int32_t perp__start_motions(perp_world *world, double h)
 {
-    int32_t i;
+    int32_t i, k;
 
     for (i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
         const perp__state *state = &world->states[body];
         perp__motion *motion = &world->motions[body];
 
+        perp__place_body(world, world->states, body);
         perp__copy3(motion->start, state->velocity);
         perp__copy3(motion->start + 3, state->angular_velocity);
         memcpy(motion->free, motion->start, sizeof motion->free);
         if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
             free_velocity(world, body, h);
-    }
-}
-
-void perp__untouch(perp_world *world)
-{
-    int32_t i, k;
-
-    for (i = 0; i < world->awake_count; i++) {
-        perp__motion *motion = &world->motions[world->awake[i]];
-
+        if (!perp__all_finite(motion->free, 6))
+            return body;
         for (k = 0; k < 6; k++)
             motion->moving[k] = 0.5 * (motion->start[k] + motion->free[k]);
         memcpy(motion->after, motion->free, sizeof motion->after);
@@ -211,4 +188,5 @@ void perp__untouch(perp_world *world)
         motion->island = -1;
         memset(&motion->verdict, 0, sizeof motion->verdict);
     }
+    return -1;
 }

@@ -178,7 +178,8 @@ static void order_pairs(perp_world *world)
                 order[count].key = (uint64_t)pair->first << 32 | (uint64_t)pair->second;
                 order[count++].value = link / 2;
             }
-    perp__sort(order, order + world->pair_capacity, count);
+    if (count > 0) /* NULL has no second half */
+        perp__sort(order, order + world->pair_capacity, count);
     world->pair_count = count;
     world->pairs_changed = 0;
 }
@@ -270,7 +271,7 @@ static int32_t is_too_fat(const perp__bounds *fat, const perp__bounds *box, doub
 }
 
 /* Makes the shape's fat box hold `box`. */
-static perp_status cover(perp_world *world, int32_t i, const perp__bounds *box, double speed)
+static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, double speed)
 {
     perp__shape *shape = &world->shapes[i];
     /* half as much again of a long way, so as not to come every step */
@@ -331,15 +332,15 @@ static perp_status look_at_planes(perp_world *world)
     return status;
 }
 
-/* Boxes for where bodies are: h = 0 and `more` around; or also for where they go: the motions at
- * hand. */
-static perp_status cover_all(perp_world *world, double h, double more)
+/* Boxes for where the body's shapes are: h = 0 and `more` around; or also for where they go: the
+ * motion at hand. */
+static perp_status cover(perp_world *world, int32_t body, double h, double more)
 {
-    perp_status status = look_at_planes(world);
-    int32_t i;
+    perp_status status = PERP_OK;
+    int32_t shape;
 
-    for (i = 0; i < world->awake_shape_count && status == PERP_OK; i++) {
-        const int32_t shape = world->awake_shapes[i];
+    for (shape = world->bodies[body].first_shape; shape != NONE && status == PERP_OK;
+         shape = world->shapes[shape].next_of_body) {
         perp__bounds box;
         double way = 0.0;
 
@@ -348,20 +349,64 @@ static perp_status cover_all(perp_world *world, double h, double more)
         perp__extent_of(&world->placed[shape], more, &box);
         if (h > 0.0)
             way = sweep(world, shape, h, &box);
-        status = cover(world, shape, &box, way);
+        status = hold(world, shape, &box, way);
     }
-    order_pairs(world);
     return status;
 }
 
 perp_status perp__cover_motions(perp_world *world, double h)
 {
-    return cover_all(world, h, 0.0);
+    perp_status status = look_at_planes(world);
+    int32_t i;
+
+    for (i = 0; i < world->awake_count && status == PERP_OK; i++) {
+        perp__motion *motion = &world->motions[world->awake[i]];
+
+        status = cover(world, world->awake[i], h, 0.0);
+        memcpy(motion->tried, motion->moving, sizeof motion->tried);
+        motion->covered = motion->moved = 1; /* in the first round */
+        motion->earliest = INFINITY;
+    }
+    order_pairs(world);
+    return status;
+}
+
+perp_status perp__cover_changes(perp_world *world, double h)
+{
+    perp_status status = PERP_OK;
+    int32_t i, count = perp__count_members(world);
+
+    for (i = 0; i < count && status == PERP_OK; i++) {
+        perp__motion *motion = &world->motions[world->body_order[i]];
+
+        if (!motion->covered)
+            status = cover(world, world->body_order[i], h, 0.0);
+        motion->covered = 1;
+    }
+    order_pairs(world);
+    return status;
+}
+
+static perp_status cover_places(perp_world *world, double margin, int32_t all)
+{
+    perp_status status = PERP_OK;
+    int32_t i;
+
+    for (i = 0; i < world->awake_count && status == PERP_OK; i++)
+        if (all || !world->motions[world->awake[i]].covered)
+            status = cover(world, world->awake[i], 0.0, margin);
+    order_pairs(world);
+    return status;
+}
+
+perp_status perp__cover_strays(perp_world *world)
+{
+    return cover_places(world, 0.0, 0);
 }
 
 perp_status perp__cover_places(perp_world *world, double margin)
 {
-    return cover_all(world, 0.0, margin);
+    return cover_places(world, margin, 1);
 }
 
 /* Takes a shape off a list of shapes. */

@@ -46,6 +46,7 @@ static void lay_out(perp__arena *arena, void *object)
 perp_status perp__fit_island_work(perp_world *world)
 {
     perp__island_work *work = &world->work;
+    size_t sizes[2];
     int32_t i;
 
     for (i = 0; i < world->island_count; i++) {
@@ -55,7 +56,9 @@ perp_status perp__fit_island_work(perp_world *world)
                          island->contacts + PERP__JOINT_UNITS * island->joints);
         perp__raise_room(&work->max_bodies, island->bodies + island->contacts + island->joints);
     }
-    return perp__arena_fit(&world->island_arena, lay_out, world);
+    sizes[0] = (size_t)work->max_contacts;
+    sizes[1] = (size_t)work->max_bodies;
+    return perp__arena_fit_sizes(&world->island_arena, lay_out, world, work->fitted, sizes, 2);
 }
 
 /* A gap that is not told apart from 0 is 0: rounding of coordinates must not move what rests. */
@@ -82,21 +85,28 @@ void perp__twist_of(const perp_world *world, const double *x, double *twist)
         twist[world->coordinate[i]] = x[i];
 }
 
-/* C with M^-1 = C C', row-major. */
-void perp__write_factor(const perp_world *world, const perp__motion *motion, double *C)
+/* C with M^-1 = C C', row-major. World frame: I^-1 = (R C)(R C)'. */
+void perp__write_factor(const perp_world *world, int32_t i, const double *R, double *C)
 {
+    const perp__body *body = &world->bodies[i];
     const int32_t n = world->dof;
-    int32_t i, j;
+    const double root = sqrt(body->inverse_mass);
+    double turned[9];
+    int32_t j, k;
 
+    if (body->spherical)
+        memcpy(turned, body->factor, sizeof turned);
+    else
+        perp__multiply3(turned, R, body->factor);
     memset(C, 0, (size_t)(n * n) * sizeof *C);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) {
-            const int32_t row = world->coordinate[i], column = world->coordinate[j];
+    for (j = 0; j < n; j++)
+        for (k = 0; k < n; k++) {
+            const int32_t row = world->coordinate[j], column = world->coordinate[k];
 
             if (row < 3 && row == column)
-                C[n * i + j] = motion->root_inverse_mass;
+                C[n * j + k] = root;
             else if (row >= 3 && column >= 3)
-                C[n * i + j] = motion->factor[3 * (row - 3) + column - 3];
+                C[n * j + k] = turned[3 * (row - 3) + column - 3];
         }
 }
 
@@ -133,7 +143,8 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
         double free[6];
 
         work->members[i] = body;
-        perp__write_factor(world, motion, work->factors + n * n * i);
+        perp__write_factor(world, body, island->joints > 0 ? motion->turned : motion->rotation,
+                           work->factors + n * n * i);
         perp__coordinates_of(world, motion->start, work->start + n * i);
         perp__coordinates_of(world, motion->free, free);
         for (k = 0; k < n; k++) {
@@ -159,6 +170,15 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
     }
 }
 
+static void write_row(const perp_world *world, const perp__world_contact *contact, int32_t side,
+                      int32_t k, double *row)
+{
+    double twist[6];
+
+    perp__contact_row(contact, side, k, twist);
+    perp__coordinates_of(world, twist, row);
+}
+
 /* Rows of the chosen contacts; bias is written for each problem. */
 void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out)
 {
@@ -179,8 +199,8 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
         rows->dim = contact->friction > 0.0 ? (world->settings.planar ? 2 : 3) : 1;
         rows->mu = contact->friction;
         for (side = 0; side < 2; side++)
-            for (k = 0; k < rows->dim; k++)
-                perp__coordinates_of(world, contact->rows[side][k], rows->rows[side][k]);
+            for (k = 0; k < rows->dim && rows->body[side] >= 0; k++)
+                write_row(world, contact, side, k, rows->rows[side][k]);
         memcpy(work->warm + 3 * work->count, contact->warm, sizeof contact->warm);
         work->chosen[work->count++] = i;
     }

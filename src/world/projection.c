@@ -41,13 +41,31 @@ static double overlap_of(const perp_world *world, const perp__world_contact *con
     return contact->gap < -allowed ? -contact->gap : 0.0;
 }
 
-static double deepest(const perp_world *world, const perp__contact_set *set)
+/* The deepest overlap of the next states. Fat boxes hold them already, but for what turns freely.
+ */
+static double deepest(const perp_world *world)
 {
+    perp__point points[PERP__MAX_POINTS];
     double largest = 0.0;
-    int32_t i;
+    int32_t i, k;
 
-    for (i = 0; i < set->count; i++)
-        largest = fmax(largest, overlap_of(world, &set->contacts[i]));
+    for (i = 0; i < world->pair_count; i++) {
+        const perp__pair *pair = perp__ordered_pair(world, i);
+        perp__world_contact contact;
+        int32_t made = 0;
+
+        contact.body_a = world->shapes[pair->first].body;
+        contact.body_b = world->shapes[pair->second].body;
+        if (!is_swept(world, &contact) && perp__are_near(world, pair, 0.0))
+            made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
+                                 world->settings.planar, 0.0, points);
+        for (k = 0; k < made; k++) {
+            contact.gap = points[k].gap;
+            contact.rounding = perp__pair_rounding(world, pair);
+            contact.size = perp__pair_size(world, pair);
+            largest = fmax(largest, overlap_of(world, &contact));
+        }
+    }
     return largest;
 }
 
@@ -107,23 +125,22 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
+    double twist[6];
     int32_t i, k;
 
     work->carriers = 0;
     for (i = 0; i < island->bodies; i++) {
-        perp__motion *motion = perp__island_motion(world, island, i);
+        const int32_t body = world->body_order[island->first_body + i];
 
-        perp__write_factor(world, motion, work->factors + n * n * i);
+        perp__write_factor(world, body, world->motions[body].rotation, work->factors + n * n * i);
         if (equally)
-            weigh_equally(world, world->body_order[island->first_body + i],
-                          work->factors + n * n * i);
+            weigh_equally(world, body, work->factors + n * n * i);
     }
     memset(work->free, 0, (size_t)(n * island->bodies) * sizeof *work->free);
     for (i = 0; i < island->contacts; i++) {
         perp__world_contact *contact = perp__island_contact(world, &world->overlaps, island, i);
         perp__rigid_rows *rows = &work->rows[i];
 
-        perp__contact_jacobian(contact);
         memset(rows, 0, sizeof *rows);
         rows->dim = 1;
         rows->bias[0] = contact->gap;
@@ -133,7 +150,8 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
             rows->body[k] = world->bodies[body].kind == PERP_BODY_DYNAMIC
                                 ? world->motions[body].local
                                 : PERP__RIGID_AT_REST;
-            perp__coordinates_of(world, contact->rows[k][0], rows->rows[k][0]);
+            perp__contact_row(contact, k, 0, twist);
+            perp__coordinates_of(world, twist, rows->rows[k][0]);
         }
     }
     work->count = island->contacts;
@@ -211,15 +229,15 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
 }
 
 /* Works on the next states; the links and islands of the step are gone afterwards. */
-perp_status perp__project_overlaps(perp_world *world)
+perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
 {
-    double depth, longest;
+    double depth = 0.0, longest;
     int32_t left;
-    perp_status status;
+    perp_status status = perp__cover_strays(world);
 
-    perp__place(world, world->next);
-    status = perp__find_overlaps(world, 0.0);
-    depth = status == PERP_OK ? deepest(world, &world->overlaps) + perp__joint_errors(world) : 0.0;
+    if (status == PERP_OK)
+        depth = deepest(world) + perp__joint_errors(world);
+    *changed = depth > 0.0;
     if (depth == 0.0)
         return status;
     longest = LONGEST_WAY * depth;

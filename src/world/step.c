@@ -30,26 +30,12 @@ static void lay_out_shapes(perp__arena *arena, void *object)
     world->fitted_shapes = world->shape_capacity;
 }
 
-static perp_status fail_range(const perp_world *world, int32_t body)
-{
-    return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
-                      "the step takes body %d beyond the range of numbers", (int)body);
-}
-
 /* Forces and times near the largest numbers can leave the range of doubles. */
-static perp_status check_next(const perp_world *world)
+static perp_status check(const perp_world *world, int32_t body)
 {
-    int32_t i;
-
-    for (i = 0; i < world->awake_count; i++) {
-        const perp__state *state = &world->next[world->awake[i]];
-
-        if (!perp__all_finite(state->position, 3) || !perp__all_finite(state->orientation, 4) ||
-            !perp__all_finite(&state->angle, 1) || !perp__all_finite(state->velocity, 3) ||
-            !perp__all_finite(state->angular_velocity, 3))
-            return fail_range(world, world->awake[i]);
-    }
-    return PERP_OK;
+    return body < 0 ? PERP_OK
+                    : perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                                 "the step takes body %d beyond the range of numbers", (int)body);
 }
 
 /* Memory for all; what lay there before is lost if that grows. */
@@ -73,7 +59,6 @@ static perp_status make_room(perp_world *world)
 static perp_status prepare(perp_world *world, double h)
 {
     perp_status status = make_room(world);
-    int32_t i;
 
     if (status == PERP_OK)
         status = perp__check_centres(world);
@@ -84,12 +69,7 @@ static perp_status prepare(perp_world *world, double h)
     world->step_length = h;
     if (world->awake_changed)
         perp__list_awake(world);
-    perp__place(world, world->states);
-    perp__free_velocities(world, h);
-    for (i = 0; i < world->awake_count; i++)
-        if (!perp__all_finite(world->motions[world->awake[i]].free, 6))
-            return fail_range(world, world->awake[i]);
-    return PERP_OK;
+    return check(world, perp__start_motions(world, h));
 }
 
 static void lap(double *clock, double *seconds)
@@ -157,10 +137,11 @@ static int32_t may_advance(const perp_world *world, perp_outcome outcome)
     return !world->settings.strict || perp__is_good(outcome);
 }
 
-static void commit(perp_world *world, int32_t included)
+/* Returns how many bodies end the step as they began it. */
+static int32_t commit(perp_world *world, int32_t included)
 {
     const perp__contact_set last = world->last;
-    int32_t i;
+    int32_t i, repeat = 0;
 
     for (i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
@@ -169,6 +150,7 @@ static void commit(perp_world *world, int32_t included)
             memcmp(&world->states[body], &world->next[body], sizeof *world->states) == 0;
         if (!world->motions[body].repeats)
             world->states[body] = world->next[body];
+        repeat += world->motions[body].repeats;
     }
     perp__drop_kept(world, world->first_orphan);
     world->first_orphan = -1;
@@ -180,21 +162,21 @@ static void commit(perp_world *world, int32_t included)
     world->contacts = last;
     world->recorded = 0;
     world->stats.steps++;
+    return repeat;
 }
 
 /* Next positions, without overlap. Statistics are taken before the projection, which uses the same
  * memory. */
 static perp_status advance(perp_world *world, double h, perp_world_stats *stats, double *clock)
 {
-    perp_status status;
+    int32_t changed = 0;
+    perp_status status = check(world, perp__integrate(world, h));
 
-    perp__integrate(world, h);
-    status = check_next(world);
     lap(clock, &stats->seconds_integrate);
     if (status == PERP_OK)
-        status = perp__project_overlaps(world);
-    if (status == PERP_OK)
-        status = check_next(world);
+        status = perp__project_overlaps(world, &changed);
+    if (status == PERP_OK && changed)
+        status = check(world, perp__find_infinite(world));
     lap(clock, &stats->seconds_project);
     return status;
 }
@@ -275,8 +257,8 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
     result->iterations = stats.iterations = world->budget.spent;
     world->stats = stats;
     if (result->advanced) {
-        commit(world, stats.contacts - world->asleep.contacts);
-        perp__fall_asleep(world);
+        if (commit(world, stats.contacts - world->asleep.contacts) > 0)
+            perp__fall_asleep(world);
     }
     return PERP_OK;
 }

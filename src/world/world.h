@@ -50,28 +50,28 @@ typedef struct perp__body {
     uint32_t generation;
     int32_t alive;
     int32_t kind;
-    int32_t next_free;
-    int32_t spherical; /* inertia is a multiple of the identity: no gyroscopic term */
-    double given_mass; /* 0, and an inertia of zeros: the shapes' */
-    double given_inertia[9];
-    double shape_mass; /* of all shapes, with their moments about the body's origin */
-    double shape_moment[3];
-    double shape_inertia[9];
-    double mass;
+    int32_t spherical;   /* inertia is a multiple of the identity: no gyroscopic term */
     double inverse_mass; /* 0 unless dynamic, as the matrices below */
-    double inertia[9];
-    double inverse_inertia[9];
-    double factor[9];         /* C with inverse_inertia = C C' */
-    double inverse_factor[9]; /* C^-1 */
-    double radius; /* of the sphere about the mass centre that holds the bounded shapes */
-    int32_t shapes;
-    int32_t planes;      /* half-spaces among the shapes */
+    double radius;       /* of the sphere about the mass centre that holds the bounded shapes */
     int32_t first_joint; /* of its list, see perp__joint.next */
     int32_t first_shape; /* list of the shapes; -1: none */
+    int32_t shapes;
+    int32_t planes; /* half-spaces among the shapes */
+    int32_t next_free;
     /* rest.c */
     int32_t awake; /* on the list of these */
     int32_t nap;   /* of a dynamic body that is asleep; -1: none */
     int32_t next_member;
+    double mass;
+    double inertia[9];
+    double inverse_inertia[9];
+    double factor[9];         /* C with inverse_inertia = C C' */
+    double inverse_factor[9]; /* C^-1 */
+    double given_mass;        /* 0, and an inertia of zeros: the shapes' */
+    double given_inertia[9];
+    double shape_mass; /* of all shapes, with their moments about the body's origin */
+    double shape_moment[3];
+    double shape_inertia[9];
 } perp__body;
 
 /* Two shapes whose fat boxes overlap. */
@@ -162,23 +162,17 @@ typedef struct perp__verdict {
 /* A body within the step. Twists are (velocity, angular velocity), world frame. */
 typedef struct perp__motion {
     double rotation[9];
-    double inverse_mass;
-    double root_mass; /* square roots of mass and inverse mass */
-    double root_inverse_mass;
-    double inverse_inertia[9]; /* world frame */
-    double factor[9];          /* L with inverse_inertia = L L', world frame */
-    double inverse_factor[9];
     double start[6];  /* twist before the step */
     double free[6];   /* twist that forces alone would give */
     double moving[6]; /* twist that moves the positions; of a body that nothing touches, the mean
                          of start and free */
     double after[6];  /* twist after the step */
-    double shift[6];  /* of the projection */
     double tried[6];  /* the moving twist that contacts were looked for with last */
     double trial[6];  /* joint_step.c: the moving twist, and that after the step, that joints are */
     double last[6];   /* placed by */
-    double earliest;  /* when it meets something first, in shares of the step */
-    int32_t moved;    /* that twist was a new one */
+    double turned[9]; /* of bodies with joints: at the end of the trial motion */
+    int32_t moved;    /* the round of looking for contacts in which that was a new one */
+    int32_t covered;  /* the fat boxes hold what it does to the shapes */
     int32_t touched;  /* has contact points in this step */
     int32_t jointed;  /* has joints */
     int32_t island;   /* -1: none */
@@ -186,7 +180,9 @@ typedef struct perp__motion {
     int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
     int32_t repeats;  /* ends the step as it began */
     int32_t calm;     /* so does all that is joined to it; at the root */
+    double earliest;  /* when it meets something first, in shares of the step */
     perp__verdict verdict;
+    double shift[6]; /* of the projection */
 } perp__motion;
 
 typedef struct perp__world_contact {
@@ -206,11 +202,10 @@ typedef struct perp__world_contact {
     double size;        /* of the two bodies */
     double friction;
     double restitution;
-    double rows[2][3][6]; /* J of A and of B: relative velocity = J_A twist_A + J_B twist_B */
-    double start[3];      /* relative velocity before the step */
-    double free[3];       /* with the free twists */
-    double warm[3];       /* impulse to start from, along the axes */
-    double next[3];       /* for the next step to start from */
+    double start[3]; /* relative velocity before the step */
+    double free[3];  /* with the free twists */
+    double warm[3];  /* impulse to start from, along the axes */
+    double next[3];  /* for the next step to start from */
     double impulse[3];
     double velocity[3];
     int32_t mode;     /* PERP_CONTACT_... */
@@ -236,20 +231,21 @@ typedef struct perp__island {
 /* Workspace of one island, large enough for the largest. Numbers: coordinates by body. */
 typedef struct perp__island_work {
     int32_t max_contacts, max_bodies; /* with the units of joints; and what moves as it is told */
-    int32_t carriers;                 /* of the latter */
-    int32_t count;                    /* contacts that take part in the problem at hand, */
-    int32_t *chosen;                  /* by number in the island, */
-    perp__rigid_rows *rows;           /* and their rows */
-    int32_t inequalities, units;      /* and with the joints': up to here, and all */
-    perp__joint_unit *joint_units;    /* which those are */
-    double length;                    /* of the step */
-    int32_t set_up;                   /* the solver has these */
-    int32_t *members;                 /* the bodies */
-    double *factors, *origins;        /* of the bodies, perp__rigid_problem */
-    double *start, *gain;             /* numbers: before the step, and what forces add in it */
-    double *now, *drift;              /* numbers: velocities, and the way so far */
-    double *free, *v, *moving;        /* numbers: of the interval at hand */
-    int32_t *carrier, *modes;         /* bodies; contacts chosen */
+    size_t fitted[2];
+    int32_t carriers;              /* of the latter */
+    int32_t count;                 /* contacts that take part in the problem at hand, */
+    int32_t *chosen;               /* by number in the island, */
+    perp__rigid_rows *rows;        /* and their rows */
+    int32_t inequalities, units;   /* and with the joints': up to here, and all */
+    perp__joint_unit *joint_units; /* which those are */
+    double length;                 /* of the step */
+    int32_t set_up;                /* the solver has these */
+    int32_t *members;              /* the bodies */
+    double *factors, *origins;     /* of the bodies, perp__rigid_problem */
+    double *start, *gain;          /* numbers: before the step, and what forces add in it */
+    double *now, *drift;           /* numbers: velocities, and the way so far */
+    double *free, *v, *moving;     /* numbers: of the interval at hand */
+    int32_t *carrier, *modes;      /* bodies; contacts chosen */
     double *impulse, *velocity, *warm, *next_warm; /* 3 a contact chosen */
     double *gap, *guard;                           /* contacts of the island */
     double *strength, *solved, *solved_rows;       /* bodies; numbers; 3 a contact: of hold */
@@ -431,7 +427,8 @@ perp_status perp__rest_joints(perp_world *world, const perp__island *island,
 void perp__keep_joints(perp_world *world);
 /* Rows of all joints, those asleep too. */
 int32_t perp__count_joint_rows(const perp_world *world);
-/* For rest.c: joins the sets of joined bodies; and what may not sleep for its joints is not calm. */
+/* For rest.c: joins the sets of joined bodies; and what may not sleep for its joints is not calm.
+ */
 void perp__join_calm(perp_world *world);
 void perp__upset_joints(perp_world *world);
 
@@ -446,21 +443,25 @@ int32_t perp__lacks_joints(const perp_world *world, const perp__island *island);
 void perp__add_joint_errors(perp_world *world, const perp__island *island);
 
 /* motion.c */
-void perp__turn_mass(perp__motion *motion, const perp__body *body, const double *R);
 void perp__rotation_of(const perp_world *world, const perp__state *state, double *R);
+/* A body, or all that are awake, with their shapes. */
+void perp__place_body(perp_world *world, const perp__state *states, int32_t body);
 void perp__place(perp_world *world, const perp__state *states);
-void perp__free_velocities(perp_world *world, double h);
-/* Every body moves as if nothing touched it. */
-void perp__untouch(perp_world *world);
+/* All that is awake in place, moving as if nothing touched it. Returns a body whose numbers are not
+ * finite, or -1. */
+int32_t perp__start_motions(perp_world *world, double h);
 /* One step of Euler's equations in the body frame by the implicit midpoint rule: w to w_next. */
 void perp__euler_step(const perp__body *body, double h, const double *w, const double *torque,
                       double *w_next);
 
 /* pairs.c */
 /* Pairs for all shapes that are near each other where `placed`, or where `moving` takes them within
- * h; for all that are nearer than twice the margin. */
+ * h; the same after motions of islands changed; for all that are nearer than twice the margin. */
 perp_status perp__cover_motions(perp_world *world, double h);
+perp_status perp__cover_changes(perp_world *world, double h);
 perp_status perp__cover_places(perp_world *world, double margin);
+/* For what is not covered where it is placed: what the motions at hand did not bring there. */
+perp_status perp__cover_strays(perp_world *world);
 static inline perp__pair *perp__ordered_pair(const perp_world *world, int32_t i)
 {
     return &world->pairs[world->pair_order[i].value];
@@ -491,6 +492,8 @@ double perp__asleep_residual(perp_world *world);
 
 /* meetings.c */
 double perp__pair_rounding(const perp_world *world, const perp__pair *pair);
+/* The size of the two bodies. */
+double perp__pair_size(const perp_world *world, const perp__pair *pair);
 /* Whether the spheres about two shapes are within `margin` of each other; half-spaces are. */
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
 /* A shape on the way of its body's motion. */
@@ -519,6 +522,14 @@ perp_status perp__reserve_memories(perp_world *world, int32_t count);
 /* Points with gaps up to `margin` in the next states. */
 perp_status perp__find_overlaps(perp_world *world, double margin);
 
+/* How many bodies are in islands: the first ones of body_order. */
+static inline int32_t perp__count_members(const perp_world *world)
+{
+    const perp__island *last = world->islands + world->island_count - 1;
+
+    return world->island_count > 0 ? last->first_body + last->bodies : 0;
+}
+
 /* island.c: islands of the dynamic bodies that the set's included contacts join. */
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set);
 /* Sets of bodies that are joined, in world->parent. */
@@ -527,7 +538,8 @@ void perp__join(int32_t *parent, int32_t i, int32_t j);
 
 /* contact_rows.c */
 void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
-void perp__contact_jacobian(perp__world_contact *contact);
+/* Row k of side A or B: relative velocity = J_A twist_A + J_B twist_B. */
+void perp__contact_row(const perp__world_contact *contact, int32_t side, int32_t k, double *row);
 void perp__relative_velocity(const perp_world *world, const perp__world_contact *contact,
                              size_t twist, double *u);
 /* The twists of a motion by offset, for functions that take any of them. */
@@ -595,15 +607,15 @@ perp_status perp__fit_island_work(perp_world *world);
 /* The coordinates of a twist, and back; C with M^-1 = C C', row-major. */
 void perp__coordinates_of(const perp_world *world, const double *twist, double *x);
 void perp__twist_of(const perp_world *world, const double *x, double *twist);
-void perp__write_factor(const perp_world *world, const perp__motion *motion, double *C);
+void perp__write_factor(const perp_world *world, int32_t body, const double *R, double *C);
 /* What is not told apart from 0 is 0. */
 double perp__open_gap(const perp__world_contact *contact, double gap);
 /* The number of what a row is on: a body of the island, one that moves as it is told, or what
  * rests. */
 int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body);
 /* |C^-1 v| of a body: half its square is the kinetic energy; |C'J'| of a row of it. */
-double perp__mass_norm(const perp_world *world, const perp__motion *motion, const double *v);
-double perp__row_norm(const perp__motion *motion, const double *twist);
+double perp__mass_norm(const perp_world *world, int32_t body, const double *v);
+double perp__row_norm(const perp_world *world, int32_t body, const double *row);
 /* Bodies and carriers of an island, where they are and how they start. */
 void perp__gather_bodies(perp_world *world, const perp__island *island);
 /* Rows of the contacts that take part: those not left out; NULL: all. */
@@ -659,11 +671,15 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
 int32_t perp__is_small(const perp_world *world, const perp__island *island);
 
 /* integrate.c */
-void perp__integrate(perp_world *world, double h);
+/* The next states, and all that overlaps are looked for in is placed there. Returns a body whose
+ * numbers are not finite, or -1. */
+int32_t perp__integrate(perp_world *world, double h);
+int32_t perp__find_infinite(const perp_world *world);
 void perp__turn(const perp_world *world, perp__state *state, const double *turn);
 
 /* projection.c */
-perp_status perp__project_overlaps(perp_world *world);
+/* *changed: next states are others. */
+perp_status perp__project_overlaps(perp_world *world, int32_t *changed);
 
 /* records.c */
 void perp__write_record(const perp__world_contact *contact, perp_world_contact *record);

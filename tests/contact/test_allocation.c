@@ -25,6 +25,8 @@ static const scenario scenarios[] = {
     {"newton, bodies", PERP_CONTACT_METHOD_NEWTON, 0, 0, 3, 1, 0},
     {"lemke", PERP_CONTACT_METHOD_LEMKE, 6, 1, 3, 0, 0},
     {"lemke, bodies, exact", PERP_CONTACT_METHOD_LEMKE, 0, 0, 2, 1, 0},
+    {"admm", PERP_CONTACT_METHOD_ADMM, 0, 1, 0, 1, 0},
+    {"proximal", PERP_CONTACT_METHOD_PROXIMAL, 0, 1, 3, 1, 0},
     {"auto, a ray", PERP_CONTACT_METHOD_AUTO, 0, 0, 1, 0, 1},
 };
 

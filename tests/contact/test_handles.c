@@ -97,7 +97,8 @@ static void test_inits(void **state)
     assert_int_equal(perp_contact_settings_init(&settings, 8), PERP_ERROR_ABI);
     assert_int_equal(perp_contact_result_init(&result, 8), PERP_ERROR_ABI);
     assert_string_equal(perp_contact_method_text(PERP_CONTACT_METHOD_SWEEP), "sweep");
-    assert_string_equal(perp_contact_method_text(5), "unknown method");
+    assert_string_equal(perp_contact_method_text(PERP_CONTACT_METHOD_PROXIMAL), "proximal");
+    assert_string_equal(perp_contact_method_text(7), "unknown method");
     assert_string_equal(perp_contact_method_text(-1), "unknown method");
     assert_string_equal(perp_contact_mode_text(PERP_CONTACT_SLIP), "slip");
     assert_string_equal(perp_contact_mode_text(3), "unknown mode");

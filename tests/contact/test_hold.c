@@ -603,16 +603,56 @@ static void test_public(void **state)
     perp_context_destroy(context);
 }
 
+/* One rod of compliance c, b = -1: G v + c s = 1, M v = G s. With a G of 1e-9 rounding leaves
+ * nothing of G v beside c s = 1, but v = 1e-9 / (M c) all the same: a row that yields pins nothing.
+ */
+static void test_yielding_row(void **state)
+{
+    static const double G = 1e-9, f = 0.0, b = -1.0, c = 0.02;
+    perp_context *context = NULL;
+    perp_contact_dynamics dynamics;
+    perp_contact_result result;
+    perp_contact_laws laws;
+    perp_matrix M, H, row;
+    const double mass = 1.0;
+    double v, r, u;
+
+    (void)state;
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
+    assert_int_equal(perp_matrix_init(&M, sizeof M), 0);
+    assert_int_equal(perp_matrix_init(&H, sizeof H), 0);
+    assert_int_equal(perp_matrix_init(&row, sizeof row), 0);
+    perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 1, 1, &mass, 1);
+    perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 0, 1, &mass, 1);
+    perp_matrix_dense(&row, PERP_STORAGE_ROW_MAJOR, 1, 1, &G, 1);
+    laws.bilateral = 1;
+    laws.compliance = &c;
+    dynamics.n = 1;
+    dynamics.M = &M;
+    dynamics.H = &H;
+    dynamics.G = &row;
+    assert_int_equal(perp_contact_solve(context, &v, &r, &u, NULL, NULL, &result, NULL, &laws,
+                                        &dynamics, &f, NULL, &b, NULL),
+                     PERP_OK);
+    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    assert_true(fabs(v - 5e-8) <= 1e-14 && u == 0.0);
+    perp_context_destroy(context);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_piles_rest), cmocka_unit_test(test_threshold),
-        cmocka_unit_test(test_carriers),   cmocka_unit_test(test_two_carriers),
-        cmocka_unit_test(test_slip),       cmocka_unit_test(test_cards),
-        cmocka_unit_test(test_legs),       cmocka_unit_test(test_redundant),
-        cmocka_unit_test(test_linear),     cmocka_unit_test(test_projection),
-        cmocka_unit_test(test_pushed),     cmocka_unit_test(test_false_modes),
-        cmocka_unit_test(test_slope),      cmocka_unit_test(test_public),
+        cmocka_unit_test(test_piles_rest),   cmocka_unit_test(test_threshold),
+        cmocka_unit_test(test_carriers),     cmocka_unit_test(test_two_carriers),
+        cmocka_unit_test(test_slip),         cmocka_unit_test(test_cards),
+        cmocka_unit_test(test_legs),         cmocka_unit_test(test_redundant),
+        cmocka_unit_test(test_linear),       cmocka_unit_test(test_projection),
+        cmocka_unit_test(test_pushed),       cmocka_unit_test(test_false_modes),
+        cmocka_unit_test(test_slope),        cmocka_unit_test(test_public),
+        cmocka_unit_test(test_yielding_row),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -151,19 +151,19 @@ static void start_at_diagonals(int32_t n, const wide *A, long double *e)
 }
 
 /* Ruiz' equilibration: rows and columns by 2^e_i; half of what is missing in each of 20 rounds, row
- * after row from the caller's units, or all at once from those of the diagonal. */
-static void equilibrate(int32_t n, const wide *A, int from_diagonal, long double *e)
+ * after row from the caller's units, or all at once from those (way 2), or of the diagonal (1). */
+static void equilibrate(int32_t n, const wide *A, int way, long double *e)
 {
     long double *last = fuzz_take(n, sizeof *last);
     int32_t round, i;
 
     memset(e, 0, (size_t)n * sizeof *e);
-    if (from_diagonal)
+    if (way == 1)
         start_at_diagonals(n, A, e);
     for (round = 0; round < 20; round++) {
         memcpy(last, e, (size_t)n * sizeof *e);
         for (i = 0; i < n; i++) {
-            long double largest = largest_of(n, A, from_diagonal ? last : e, i);
+            long double largest = largest_of(n, A, way > 0 ? last : e, i);
 
             if (isfinite(largest))
                 e[i] -= largest / 2;
@@ -195,14 +195,14 @@ static void find_significant(scaled *s, double tol)
                 s->A[i * n + j] >= oracle_sqrt(tol) * larger(largest[i], largest[j]);
 }
 
-static scaled scale(int32_t n, const wide *A, const wide *t, double tol, int from_diagonal)
+static scaled scale(int32_t n, const wide *A, const wide *t, double tol, int way)
 {
     long double *e = fuzz_take(n, sizeof *e);
     scaled s = {n, fuzz_take(n * n, sizeof(wide)), fuzz_take(n, sizeof(wide)),
                 fuzz_take(n, sizeof(wide)), fuzz_take(n * n, sizeof(int))};
     int32_t i, j;
 
-    equilibrate(n, A, from_diagonal, e);
+    equilibrate(n, A, way, e);
     for (i = 0; i < n; i++)
         s.D[i] = exp2l(e[i]);
     for (i = 0; i < n; i++) {
@@ -276,15 +276,15 @@ static void carry(int32_t n, const scaled *s, const wide *z, double tol, int uni
 void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, double tol, int unit,
                     wide *carried, wide *zhat)
 {
-    int32_t i, from_diagonal;
+    int32_t i, way;
 
     for (i = 0; i < n; i++) {
         carried[i] = 0;
         if (zhat)
             zhat[i] = 0;
     }
-    for (from_diagonal = 0; from_diagonal < 2; from_diagonal++) {
-        const scaled s = scale(n, A, t, tol, from_diagonal);
+    for (way = 0; way < 3; way++) {
+        const scaled s = scale(n, A, t, tol, way);
 
         carry(n, &s, z, tol, unit, carried, zhat);
     }

@@ -13,11 +13,12 @@
  * units, of what is significant, and for the first witness, so that what fails here is false by any
  * reading. Units are not unique where the largest entries leave a row and a column free to trade a
  * factor, M = [[e, 1], [1, 0]]: the larger of what is carried counts, in units found from the
- * caller's and from those of the diagonal. A contact is one thing: its rows are judged beside the
- * largest of them. Allowed on top is what couplings that are not significant bring in, up to tol of
- * what their own rows carry (a problem may be read as the parts that it falls into without them).
- * What the grid of the denormals makes of z is allowed on top; and where q = 0 a unit of 1, as
- * perp/lcp.h and perp/contact.h say (a problem without a size has no other). */
+ * caller's (row after row, and all at once) and from those of the diagonal. A contact is one thing:
+ * its rows are judged beside the largest of them. Allowed on top is what couplings that are not
+ * significant bring in, up to tol of what their own rows carry (a problem may be read as the parts
+ * that it falls into without them). What the grid of the denormals makes of z is allowed on top;
+ * and where q = 0 a unit of 1, as perp/lcp.h and perp/contact.h say (a problem without a size has
+ * no other). */
 #ifndef PERP_TESTS_ORACLE_H
 #define PERP_TESTS_ORACLE_H
 

@@ -229,6 +229,62 @@ static void test_noise_ties_nothing(void **state)
     }
 }
 
+/* z_0 <= 0.1 leaves row 1, 1 - 4 z_0 = 0, no solution, whatever the noise d on the diagonal; nor
+ * does z_0 = 1 + 1e-4 solve -2 z_0 + 2 = 0 below a row with such a diagonal. */
+static void test_noise_is_no_unit(void **state)
+{
+    static const double lower[3] = {0, -INFINITY, -INFINITY};
+    static const double upper[3] = {0.1, INFINITY, INFINITY}, q[3] = {1, 1, 0}, q3[3] = {1, 2, 0};
+    static const double noise[] = {-1e-308, -1e-30, -1e-13, 1e-13, 1e-30, 1e-300};
+    static const double M3[9] = {-1e-12, 1e-12, -3, -2, 0, 0, 0, 0, 0};
+    static const double free_lower[3] = {-INFINITY, -INFINITY, -INFINITY};
+    static const double free_upper[3] = {INFINITY, INFINITY, INFINITY};
+    static const double right[3] = {1, 0, (1 - 1e-12) / 3};
+    static const double wrong[3] = {1 + 1e-4, 0, (1 - 1e-12) / 3};
+    perp_lcp_solver *solver;
+    int32_t k;
+
+    (void)state;
+    for (k = 0; k < 6; k++) {
+        const double M[4] = {noise[k], 4, -4, 0}, z[2] = {0.1, -0.25 - 0.025 * noise[k]};
+
+        solver = posed(2, M, lower, upper, q);
+        assert_int_equal(judged(solver, z), PERP_OUTCOME_STALLED);
+        perp_lcp_solver_destroy(solver);
+    }
+    solver = posed(3, M3, free_lower, free_upper, q3);
+    assert_int_equal(judged(solver, wrong), PERP_OUTCOME_STALLED);
+    assert_int_equal(judged(solver, right), PERP_OUTCOME_SOLVED);
+    perp_lcp_solver_destroy(solver);
+}
+
+/* At the end of doubles. w_1 = largest at z_1 = 0, off its bound by less than any unit holds; w_1 =
+ * -largest at z_1 = 0, where the upper bound, 1e-308, gives w_0 another sign; w_2 = -4 at z_1 = 0
+ * instead of 2e-308, though the units of rows 1 and 2 are as far apart as units get. */
+static void test_the_end_of_doubles(void **state)
+{
+    static const double M[4] = {1e-300, DBL_MAX, DBL_MAX, 1e-200}, q[2] = {0, DBL_MAX};
+    static const double lower[2] = {8.69e-311, -5e-324}, upper[2] = {INFINITY, INFINITY};
+    static const double near[2] = {8.69e-311, 0};
+    static const double M2[4] = {1e-308, -100, 100, 1e-308}, q2[2] = {1e-308, -DBL_MAX};
+    static const double lower2[2] = {0, 0}, upper2[2] = {1e200, 1e-308}, wrong[2] = {0, 0};
+    static const double M3[9] = {8e-105, 5e104, 0, 0, 4, 1e300, 0, DBL_MAX, 4e-300};
+    static const double q3[3] = {1e-154, 1e100, -4}, lost[3] = {-1e-154 / 8e-105, 0, -1e-200};
+    static const double lower3[3] = {-INFINITY, -INFINITY, -INFINITY};
+    static const double upper3[3] = {INFINITY, INFINITY, INFINITY};
+    perp_lcp_solver *solver = posed(2, M, lower, upper, q);
+
+    (void)state;
+    assert_int_equal(judged(solver, near), PERP_OUTCOME_STALLED);
+    perp_lcp_solver_destroy(solver);
+    solver = posed(2, M2, lower2, upper2, q2);
+    assert_int_equal(judged(solver, wrong), PERP_OUTCOME_STALLED);
+    perp_lcp_solver_destroy(solver);
+    solver = posed(3, M3, lower3, upper3, q3);
+    assert_int_equal(judged(solver, lost), PERP_OUTCOME_STALLED);
+    perp_lcp_solver_destroy(solver);
+}
+
 /* Row 1 is small, but z_0 carries what rounding leaves of row 0's ones: 2^-10 of tol 2 is passed on
  * to it, by far more than its own terms, 2^-26, and the floor of 1e-5 grant. Ten times that is not.
  */
@@ -369,6 +425,8 @@ int main(void)
         cmocka_unit_test(test_rounding_beside_the_largest),
         cmocka_unit_test(test_noise_on_the_diagonal),
         cmocka_unit_test(test_noise_ties_nothing),
+        cmocka_unit_test(test_noise_is_no_unit),
+        cmocka_unit_test(test_the_end_of_doubles),
         cmocka_unit_test(test_roundings_travel),
         cmocka_unit_test(test_small_rows_count),
         cmocka_unit_test(test_overflow_on_the_way),

@@ -250,7 +250,7 @@ def contact(
     bilateral: (G, b), the joints' rows. compliance: (rows of H, then of G), or a number for all.
     rolling, spinning: coefficients, lengths; (contacts,), or a number for all.
     r0: (rows of H, then of G), a start.
-    method: "auto", "sweep", "newton" or "lemke". tol, max_iterations, time_limit, monitor: as for
+    method: "auto", "sweep", "newton", "lemke", "admm" or "proximal". tol, max_iterations, time_limit, monitor: as for
         lcp().
 
     Returns a ContactResult: check its `ok` or its `outcome`. With redundant contacts only v and

@@ -323,7 +323,7 @@ def _arguments(given: Optional[Sequence[str]]) -> argparse.Namespace:
         "The exit status is 1 if one is not solved, 2 if a file can't be read.",
     )
     parser.add_argument("files", nargs="+", metavar="FILE")
-    parser.add_argument("--method", default="auto", help="auto, sweep, newton or lemke")
+    parser.add_argument("--method", default="auto", help="auto, sweep, newton, lemke, admm or proximal")
     parser.add_argument("--tol", type=float, default=1e-8, help="tested residual (1e-8)")
     parser.add_argument("--time-limit", type=float, metavar="SECONDS")
     parser.add_argument(

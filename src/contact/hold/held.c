@@ -71,8 +71,8 @@ static int32_t holds(const perp_contact_solver *solver, const point *x, int32_t 
     return solver->mu[k] > 0.0 ? end - begin : 1;
 }
 
-/* u of what stands still: bias, with that of the carriers; and with compliance what it takes. */
-static void find_bias(perp_contact_solver *solver, const double *r, double *bias)
+/* u of what stands still: bias, with that of the carriers. */
+static void find_bias(perp_contact_solver *solver, double *bias)
 {
     const perp__contact_call *call = solver->call;
     int32_t i;
@@ -81,11 +81,18 @@ static void find_bias(perp_contact_solver *solver, const double *r, double *bias
         perp__rigid_bias(solver, bias);
         return;
     }
-    for (i = 0; i < solver->size; i++) {
+    for (i = 0; i < solver->size; i++)
         bias[i] = i < solver->rows ? call->w[i] : call->b ? call->b[i - solver->rows] : 0.0;
-        if (solver->complies)
-            bias[i] += solver->compliance[i] * r[i];
-    }
+}
+
+/* How many of the first `count` rows leave no velocity: where one yields, u + compliance r is 0. */
+static int8_t unyielding(const perp_contact_solver *solver, int32_t begin, int32_t count)
+{
+    int32_t i;
+
+    for (i = 0; i < count && solver->complies && solver->compliance[begin + i] == 0.0; i++)
+        continue;
+    return (int8_t)(solver->complies ? i : count);
 }
 
 static void fill(perp_contact_solver *solver, const point *x, const double *bias)
@@ -97,7 +104,7 @@ static void fill(perp_contact_solver *solver, const point *x, const double *bias
         const int32_t begin =
             k < solver->contacts ? solver->starts[k] : solver->rows + k - solver->contacts;
 
-        hold->holds[k] = (int8_t)(k < solver->contacts ? holds(solver, x, k) : 1);
+        hold->holds[k] = unyielding(solver, begin, k < solver->contacts ? holds(solver, x, k) : 1);
         hold->beside[k] = PERP__RIGID_AT_REST;
         hold->pushed[k] = 0;
         for (i = begin; i < begin + hold->holds[k]; i++)
@@ -139,7 +146,7 @@ perp_status perp__contact_hold(perp_contact_solver *solver, const double *r, con
         return status;
     if (asks_for_terms(solver, u, modes))
         perp__absolute_bodies(&solver->bodies, r, solver->q, solver->bodies.y, solver->scale);
-    find_bias(solver, r, bias);
+    find_bias(solver, bias);
     fill(solver, &x, bias);
     exchange(solver, v, 0);
     perp__hold_run(&solver->hold);

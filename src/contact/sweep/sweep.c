@@ -28,6 +28,9 @@
 #define STAGNATION_SWEEPS 500
 #define STAGNATION_FACTOR 0.99
 
+/* The rate is looked at every so many sweeps. */
+#define LOOK 20
+
 /* The kind of sweep changes where the change fell by less than this within so many. */
 #define WINDOW_SWEEPS 60
 #define WINDOW_FACTOR 0.8
@@ -110,6 +113,22 @@ static int32_t hopeless(perp__sweep_work *work, double change)
     return 0;
 }
 
+/* Whether what is left, at the rate of the last sweeps, is more than the limit leaves room for. */
+static int32_t is_too_slow(perp__sweep_work *work, int64_t limit)
+{
+    const perp__contact_problem *problem = work->common.problem;
+    const double before = work->least_looked;
+    double sweeps;
+
+    if (!problem->leads || work->sweeps % LOOK != 0)
+        return 0;
+    work->least_looked = work->least;
+    if (!(before < INFINITY) || work->least <= problem->tol)
+        return 0;
+    sweeps = LOOK * log(problem->tol / work->least) / log(work->least / before);
+    return !(sweeps >= 0.0 && sweeps <= (double)(limit - work->sweeps));
+}
+
 /* Keeps the r where the change has halved: copies are few. */
 static void remember(perp__sweep_work *work, double change)
 {
@@ -182,6 +201,7 @@ static void start(perp__sweep_work *work, perp__contact_iterate *iterate)
     perp__mixing_forget(&work->mixing);
     memset(work->modes, 0, (size_t)problem->contacts * sizeof *work->modes);
     work->least = work->least_before = work->remembered = work->residual = INFINITY;
+    work->least_looked = INFINITY;
     work->share = 1.0;
     work->sweeps = work->next_test = 0;
     work->symmetric = work->phase = 0;
@@ -231,6 +251,8 @@ static perp_status solve(void *object, perp__contact_iterate *iterate)
             outcome = PERP_OUTCOME_SOLVED;
         else if (hopeless(work, change))
             outcome = PERP_OUTCOME_STALLED;
+        else if (is_too_slow(work, limit))
+            break;
         else
             outcome = tick(problem->control, work->sweeps, change);
         alternate(work);

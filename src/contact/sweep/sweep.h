@@ -70,6 +70,7 @@ typedef struct perp__sweep_work {
     perp__mixing mixing;
     int64_t sweeps, next_test;   /* done; the one from when on the residual is computed again */
     double least, least_before;  /* change; and at the end of the last window */
+    double least_looked;         /* and when its rate was looked at */
     double remembered, residual; /* the change that led to `best`; the residual of r in the end */
     int32_t symmetric, phase;    /* every other sweep goes backward; the next one does */
     double window_least;

@@ -41,7 +41,7 @@ perp__evaluation perp__lcp_all_evaluate(perp__lcp_all *all, const int8_t *places
     perp_lcp_solver *solver = all->solver;
 
     for (int32_t i = 0; i < all->n; i++)
-        solver->z[i] = places[i] == PERP__BETWEEN    ? perp__z_caller(solver, i, z[i])
+        solver->z[i] = places[i] == PERP__BETWEEN    ? perp__z_exact(solver, i, z[i])
                        : places[i] == PERP__AT_UPPER ? solver->upper[i]
                                                      : solver->lower[i];
     return perp__evaluate(solver);
@@ -75,7 +75,7 @@ static perp_status keep_point(perp__lcp_all *all, double residual)
 {
     perp_lcp_solver *solver = all->solver;
     perp__answer *answer;
-    int32_t clear;
+    int32_t clear, lost = 0, i; /* lost: to the end of doubles */
 
     perp__read_places(solver, solver->places);
     clear = is_clear(all);
@@ -86,9 +86,15 @@ static perp_status keep_point(perp__lcp_all *all, double residual)
         return perp__fail_memory(all->context, "a solution");
     answer->residual = residual;
     memcpy(answer->pattern, solver->places, (size_t)all->n);
-    for (int32_t i = 0; i < all->n; i++)
+    for (i = 0; i < all->n; i++) {
         answer->points[i] = perp__z_scaled(solver, i, solver->z[i]);
-    if (clear) {
+        lost |= solver->places[i] == PERP__BETWEEN &&
+                perp__z_exact(solver, i, answer->points[i]) != solver->z[i];
+    }
+    if (lost) {
+        all->answers.incomplete = 1;
+        perp__answer_release(&all->answers, answer);
+    } else if (clear) {
         perp__lcp_all_report(all, answer);
         perp__answer_release(&all->answers, answer);
     } else {

@@ -1,0 +1,404 @@
+/* Passes over the units of a part: speeds, the law of each, its slope, pushes. */
+#include <math.h>
+#include <string.h>
+
+#include "contact/proximal/proximal.h"
+#include "linalg/lanes/multiversion.h"
+
+/* u := J v + q of unit k */
+PERP__KERNEL static void move_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
+                                   const double *v, const double *q, double *u)
+{
+    const double *P = s->values + s->value_starts[k];
+
+    for (int32_t i = 0; i < d; i++)
+        u[i] = q ? q[i] : 0.0;
+    for (int64_t p = s->piece_starts[k]; p < s->piece_starts[k + 1]; p++, P += d * width) {
+        const double *x = v + (int64_t)s->piece_blocks[p] * width;
+
+        for (int32_t i = 0; i < d; i++) {
+            double sum = 0.0;
+
+            for (int32_t j = 0; j < width; j++)
+                sum += P[i * width + j] * x[j];
+            u[i] += sum;
+        }
+    }
+}
+
+/* out += J'x of unit k */
+PERP__KERNEL static void push_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
+                                   const double *x, double *out)
+{
+    const double *P = s->values + s->value_starts[k];
+
+    for (int64_t p = s->piece_starts[k]; p < s->piece_starts[k + 1]; p++, P += d * width) {
+        double *y = out + (int64_t)s->piece_blocks[p] * width;
+
+        for (int32_t i = 0; i < d; i++)
+            for (int32_t j = 0; j < width; j++)
+                y[j] += P[i * width + j] * x[i];
+    }
+}
+
+/* Local: x := P(z). */
+PERP__KERNEL static void project_unit(int32_t d, double radius, const double *z, double *x)
+{
+    double reach, length;
+
+    x[0] = radius < 0.0 || z[0] > 0.0 ? z[0] : 0.0;
+    if (d == 1)
+        return;
+    reach = radius * x[0];
+    length = d == 2 ? fabs(z[1]) : sqrt(z[1] * z[1] + z[2] * z[2]);
+    reach = length <= reach ? 1.0 : length > 0.0 ? reach / length : 0.0;
+    for (int32_t i = 1; i < d; i++)
+        x[i] = reach * z[i];
+}
+
+/* K := rho P'(z), column by column with leading dimension 3. */
+static void slope_unit(int32_t d, double radius, double rho, const double *z, double *K)
+{
+    const double reach = radius * z[0];
+    double length, c;
+
+    memset(K, 0, 9 * sizeof *K);
+    if (radius >= 0.0 && !(z[0] > 0.0))
+        return;
+    K[0] = rho;
+    if (d == 1)
+        return;
+    length = d == 2 ? fabs(z[1]) : sqrt(z[1] * z[1] + z[2] * z[2]);
+    if (length <= reach) {
+        K[4] = rho;
+        K[8] = d > 2 ? rho : 0.0;
+        return;
+    }
+    c = rho * reach / length;
+    for (int32_t i = 1; i < d; i++) {
+        K[i] = rho * radius * (z[i] / length);
+        for (int32_t j = 1; j < d; j++)
+            K[3 * j + i] = c * ((i == j) - z[i] / length * (z[j] / length));
+    }
+    if (d == 2) /* no length is left to turn */
+        K[4] = 0.0;
+}
+
+/* body(width, d) with constants for the usual contacts. */
+#define EACH_KIND(s, k, body)                                       \
+    do {                                                            \
+        const int32_t rows = (s)->starts[(k) + 1] - (s)->starts[k]; \
+        if ((s)->width == 6 && rows == 3)                           \
+            body(6, 3);                                             \
+        else if ((s)->width == 6 && rows == 1)                      \
+            body(6, 1);                                             \
+        else if ((s)->width == 3 && rows == 2)                      \
+            body(3, 2);                                             \
+        else                                                        \
+            body((s)->width, rows);                                 \
+    } while (0)
+
+static void clear(const perp__proximal *s, const perp__proximal_part *part, double *out)
+{
+    const size_t width = (size_t)s->width;
+
+    memset(out + (size_t)part->block * width, 0,
+           (size_t)(part->last_block - part->block) * width * sizeof *out);
+}
+
+PERP__KERNEL static void visit_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
+                                    double rho, const double *v, const double *x, double *z,
+                                    double *x_new, double *way)
+{
+    const int32_t at = s->starts[k];
+    double u[3], change[3];
+
+    move_unit(width, d, s, k, v, s->speed + at, u);
+    for (int32_t i = 0; i < d; i++)
+        z[at + i] = x[at + i] - rho * u[i];
+    project_unit(d, s->radius[k], z + at, x_new + at);
+    for (int32_t i = 0; i < d; i++)
+        change[i] = x_new[at + i] - x[at + i];
+    push_unit(width, d, s, k, change, way);
+}
+
+PERP__KERNEL static void visit_loops(const perp__proximal *s, const perp__proximal_part *part,
+                                     double rho, const double *v, const double *x, double *z,
+                                     double *x_new, double *way)
+{
+#define VISIT(width, d) visit_unit(width, d, s, k, rho, v, x, z, x_new, way)
+    for (int32_t k = part->unit; k < part->last_unit; k++)
+        EACH_KIND(s, k, VISIT);
+#undef VISIT
+}
+
+PERP__MULTIVERSION(visit,
+                   (const perp__proximal *s, const perp__proximal_part *part, double rho,
+                    const double *v, const double *x, double *z, double *x_new, double *way),
+                   (s, part, rho, v, x, z, x_new, way))
+
+void perp__proximal_visit(const perp__proximal *s, const perp__proximal_part *part, double rho,
+                          const double *v, const double *x, double *z, double *x_new, double *way)
+{
+    clear(s, part, way);
+    visit(s, part, rho, v, x, z, x_new, way);
+}
+
+/* Relaxation of the speeds (Eckstein & Bertsekas, Math. Programming 55 (1992) 293). */
+#define RELAXATION 1.6
+
+PERP__KERNEL static void split_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
+                                    double rho, int32_t first, const double *v, double *z,
+                                    double *y, double *r, double *right)
+{
+    const int32_t at = s->starts[k];
+    double u[3], negative[3] = {0.0, 0.0, 0.0}, push[3];
+
+    move_unit(width, d, s, k, v, s->q + at, u);
+    for (int32_t i = 0; i < d; i++) {
+        if (!first)
+            u[i] = RELAXATION * u[i] + (1.0 - RELAXATION) * y[at + i];
+        z[at + i] = rho * u[i] - r[at + i];
+        negative[i] = -z[at + i];
+    }
+    project_unit(d, s->radius[k], negative, r + at);
+    for (int32_t i = 0; i < d; i++) {
+        y[at + i] = (z[at + i] + r[at + i]) / rho;
+        push[i] = r[at + i] - rho * (s->q[at + i] - y[at + i]);
+    }
+    push_unit(width, d, s, k, push, right);
+}
+
+PERP__KERNEL static void split_loops(const perp__proximal *s, const perp__proximal_part *part,
+                                     double rho, int32_t first, const double *v, double *z,
+                                     double *y, double *r, double *right)
+{
+#define SPLIT(width, d) split_unit(width, d, s, k, rho, first, v, z, y, r, right)
+    for (int32_t k = part->unit; k < part->last_unit; k++)
+        EACH_KIND(s, k, SPLIT);
+#undef SPLIT
+}
+
+PERP__MULTIVERSION(split,
+                   (const perp__proximal *s, const perp__proximal_part *part, double rho,
+                    int32_t first, const double *v, double *z, double *y, double *r, double *right),
+                   (s, part, rho, first, v, z, y, r, right))
+
+void perp__proximal_split(const perp__proximal *s, const perp__proximal_part *part, double rho,
+                          int32_t first, const double *v, double *z, double *y, double *r,
+                          double *right)
+{
+    clear(s, part, right);
+    split(s, part, rho, first, v, z, y, r, right);
+}
+
+PERP__KERNEL static void push_loops(const perp__proximal *s, const perp__proximal_part *part,
+                                    const double *x, double *out)
+{
+#define PUSH(width, d) push_unit(width, d, s, k, x + s->starts[k], out)
+    for (int32_t k = part->unit; k < part->last_unit; k++)
+        EACH_KIND(s, k, PUSH);
+#undef PUSH
+}
+
+PERP__MULTIVERSION(push,
+                   (const perp__proximal *s, const perp__proximal_part *part, const double *x,
+                    double *out),
+                   (s, part, x, out))
+
+void perp__proximal_push(const perp__proximal *s, const perp__proximal_part *part, const double *x,
+                         double *out)
+{
+    clear(s, part, out);
+    push(s, part, x, out);
+}
+
+PERP__KERNEL static void move_loops(const perp__proximal *s, const perp__proximal_part *part,
+                                    const double *v, const double *q, double *u)
+{
+#define MOVE(width, d) move_unit(width, d, s, k, v, q ? q + s->starts[k] : NULL, u + s->starts[k])
+    for (int32_t k = part->unit; k < part->last_unit; k++)
+        EACH_KIND(s, k, MOVE);
+#undef MOVE
+}
+
+PERP__MULTIVERSION(move,
+                   (const perp__proximal *s, const perp__proximal_part *part, const double *v,
+                    const double *q, double *u),
+                   (s, part, v, q, u))
+
+void perp__proximal_move(const perp__proximal *s, const perp__proximal_part *part, const double *v,
+                         const double *q, double *u)
+{
+    move(s, part, v, q, u);
+}
+
+PERP__KERNEL static void apply_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
+                                    const double *v, double *out)
+{
+    const double *K = s->K + 9 * (size_t)k;
+    double u[3], push[3];
+
+    move_unit(width, d, s, k, v, NULL, u);
+    for (int32_t i = 0; i < d; i++) {
+        push[i] = 0.0;
+        for (int32_t j = 0; j < d; j++)
+            push[i] += K[3 * j + i] * u[j];
+    }
+    push_unit(width, d, s, k, push, out);
+}
+
+PERP__KERNEL static void apply_loops(const perp__proximal *s, const perp__proximal_part *part,
+                                     const double *v, double *out)
+{
+#define APPLY(width, d) apply_unit(width, d, s, k, v, out)
+    for (int32_t k = part->unit; k < part->last_unit; k++)
+        EACH_KIND(s, k, APPLY);
+#undef APPLY
+}
+
+PERP__MULTIVERSION(apply,
+                   (const perp__proximal *s, const perp__proximal_part *part, const double *v,
+                    double *out),
+                   (s, part, v, out))
+
+void perp__proximal_apply(const perp__proximal *s, const perp__proximal_part *part, const double *v,
+                          double *out)
+{
+    const size_t begin = (size_t)part->block * (size_t)s->width;
+    const size_t end = (size_t)part->last_block * (size_t)s->width;
+
+    memcpy(out + begin, v + begin, (end - begin) * sizeof *out);
+    apply(s, part, v, out);
+}
+
+void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *part, double *x)
+{
+    for (int32_t k = part->unit; k < part->last_unit; k++) {
+        const int32_t at = s->starts[k];
+        double z[3] = {0.0, 0.0, 0.0};
+
+        for (int32_t i = at; i < s->starts[k + 1]; i++)
+            z[i - at] = x[i];
+        project_unit(s->starts[k + 1] - at, s->radius[k], z, x + at);
+    }
+}
+
+void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, double rho,
+                           const double *z)
+{
+    for (int32_t k = part->unit; k < part->last_unit; k++)
+        slope_unit(s->starts[k + 1] - s->starts[k], s->radius[k], rho, z + s->starts[k],
+                   s->K + 9 * (size_t)k);
+}
+
+/* Adds J'KJ of unit k to the blocks of the matrix. */
+PERP__KERNEL static void add_unit(int32_t width, int32_t d, perp__proximal *s, int32_t k)
+{
+    const int32_t pieces = (int32_t)(s->piece_starts[k + 1] - s->piece_starts[k]);
+    const double *K = s->K + 9 * (size_t)k, *values = s->values + s->value_starts[k];
+    const int32_t *slot = s->slots + s->slot_starts[k];
+    double image[3 * PERP__BODY_WIDTH_MOST];
+
+    for (int32_t q = 0; q < pieces; q++) {
+        const double *Q = values + q * d * width;
+
+        for (int32_t i = 0; i < d; i++)
+            for (int32_t c = 0; c < width; c++) {
+                double sum = 0.0;
+
+                for (int32_t j = 0; j < d; j++)
+                    sum += K[3 * j + i] * Q[j * width + c];
+                image[i * width + c] = sum;
+            }
+        for (int32_t p = 0; p < pieces; p++) {
+            const double *P = values + p * d * width;
+            double *to = s->fronts.values + (size_t)*slot++ * (size_t)(width * width);
+
+            for (int32_t c = 0; c < width; c++)
+                for (int32_t i = 0; i < d; i++)
+                    for (int32_t e = 0; e < width; e++)
+                        to[c * width + e] += P[i * width + e] * image[i * width + c];
+        }
+    }
+}
+
+PERP__KERNEL static void add_loops(perp__proximal *s, const perp__proximal_part *part)
+{
+#define ADD(width, d) add_unit(width, d, s, k)
+    for (int32_t k = part->unit; k < part->last_unit; k++)
+        if (s->K[9 * (size_t)k] != 0.0)
+            EACH_KIND(s, k, ADD);
+#undef ADD
+}
+
+PERP__MULTIVERSION(add, (perp__proximal * s, const perp__proximal_part *part), (s, part))
+
+int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part)
+{
+    const size_t width = (size_t)s->width, square = width * width;
+    const size_t begin = (size_t)s->graph_starts[part->block];
+    const size_t end = (size_t)s->graph_starts[part->last_block];
+
+    memset(s->fronts.values + begin * square, 0, (end - begin) * square * sizeof(double));
+    for (int32_t b = part->block; b < part->last_block; b++) {
+        double *own = s->fronts.values + (size_t)perp__fronts_edge(&s->fronts, b, b) * square;
+
+        for (size_t i = 0; i < width; i++)
+            own[i * (width + 1)] = 1.0;
+    }
+    add(s, part);
+    return perp__fronts_factor(&s->fronts, part->block, part->last_block);
+}
+
+/* The tested residual of a unit, |r - P_K(r - (u + s e_n) / t)| sqrt(t) / omega with the nearest
+ * point of its cone, at x = P(x). */
+static double tested(const perp__proximal *s, int32_t k, const double *x, const double *u)
+{
+    const int32_t d = s->starts[k + 1] - s->starts[k], unit = s->unit[k];
+    const double share = s->scale[k] / s->head[k], n = x[0] / share, speed = u[0] * share;
+    double mu, z[3] = {0.0, 0.0, 0.0}, p[3] = {0.0, 0.0, 0.0}, slip, length, sum;
+
+    if (s->radius[k] < 0.0)
+        return fabs(u[0]);
+    if (d == 1)
+        return fabs(n < speed ? n : speed);
+    mu = s->common.problem->mu[unit];
+    slip = d == 2 ? fabs(u[1]) : sqrt(u[1] * u[1] + u[2] * u[2]);
+    z[0] = n - speed - mu * slip;
+    for (int32_t i = 1; i < d; i++)
+        z[i] = x[i] - u[i];
+    length = d == 2 ? fabs(z[1]) : sqrt(z[1] * z[1] + z[2] * z[2]);
+    if (length <= mu * z[0])
+        return sqrt((speed + mu * slip) * (speed + mu * slip) + slip * slip);
+    if (mu * length > -z[0]) {
+        p[0] = (z[0] + mu * length) / (1.0 + mu * mu);
+        for (int32_t i = 1; i < d; i++)
+            p[i] = mu * p[0] * (z[i] / length);
+    }
+    sum = (n - p[0]) * (n - p[0]);
+    for (int32_t i = 1; i < d; i++)
+        sum += (x[i] - p[i]) * (x[i] - p[i]);
+    return sqrt(sum);
+}
+
+double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x,
+                            double *speed)
+{
+    double most = 0.0;
+
+    perp__proximal_project(s, part, x);
+    perp__proximal_push(s, part, x, s->rest);
+    perp__proximal_move(s, part, s->rest, s->q, speed);
+    for (int32_t k = part->unit; k < part->last_unit; k++) {
+        const double one = tested(s, k, x + s->starts[k], speed + s->starts[k]);
+
+        most = one <= most ? most : one; /* keeps a NaN */
+    }
+    if (most < s->best_residual) {
+        s->best_residual = most;
+        memcpy(s->best + part->row, x + part->row,
+               (size_t)(part->last_row - part->row) * sizeof *x);
+    }
+    return most;
+}

@@ -1,0 +1,120 @@
+/* The state that the parts of methods `admm` and `proximal` share: contacts in the space of bodies.
+ *
+ * With x = r / s and u times s, s = 1 / (min(mu, 1) sqrt(t)) for the normal and 1 / sqrt(t) for
+ * tangents, all over the part's unit omega, t = trace(W_kk),
+ *
+ *   u = J v + q,   v = J'x,   x = P(x - rho u)  for any rho > 0,
+ *   P(z) = (z_n^+, z_t on the disc of radius max(mu, 1) z_n^+),
+ *
+ * which is Signorini's and Coulomb's law of a contact as it stands (Alart & Curnier 1991). Rows of
+ * contacts without friction are their normals alone; of bilateral rows P is the identity. J is P of
+ * bodies.h, scaled. */
+#ifndef PERP_CONTACT_PROXIMAL_H
+#define PERP_CONTACT_PROXIMAL_H
+
+#include "contact/bodies/bodies.h"
+#include "contact/method.h"
+#include "linalg/fronts/fronts.h"
+
+/* What belongs to a part of the problem: one range of each. */
+typedef struct perp__proximal_part {
+    int32_t unit, last_unit, row, last_row, block, last_block;
+} perp__proximal_part;
+
+typedef struct perp__proximal {
+    perp__contact_work common;
+    /* units and blocks in the order of their parts */
+    int32_t width, units, blocks, parts;
+    perp__proximal_part *part;
+    int32_t *unit, *block;         /* their numbers in the problem, */
+    int32_t *number;               /* and back, of blocks: the own one */
+    int32_t *starts;               /* units + 1: own rows */
+    double *radius;                /* units: of the disc; -1: bilateral */
+    double *head, *scale;          /* units: s of the normal, and of tangents */
+    int64_t *piece_starts;         /* units + 1 */
+    int32_t *piece_blocks;         /* own */
+    int64_t *value_starts;         /* units: the pieces of one follow each other */
+    double *values;                /* as in bodies.h, scaled */
+    int64_t *slot_starts;          /* units */
+    int32_t *slots;                /* pieces by pieces of each unit: edges of the graph */
+    int32_t *graph_starts, *graph; /* of blocks that share a unit */
+    perp__fronts fronts;
+    double *q;                                                              /* rows */
+    double *x, *z, *y, *best, *start, *speed, *spare, *pull;                /* rows */
+    double *K;                                                              /* nine a unit */
+    double *v, *step, *image, *way, *rest, *bend, *ahead, *normal, *across; /* blocks by width */
+    int32_t splits; /* nothing but alternating directions */
+    int64_t limit;  /* of sweeps then, else of factorisations */
+    int64_t factorisations, sweeps;
+    double residual, best_residual, tol; /* tested ones, of the part */
+    double aim;                          /* what is worth a few steps where tol is met */
+    perp_outcome outcome;                /* what stopped it, or -1 */
+} perp__proximal;
+
+/* Rows and graph of the problem; PERP_OK or _MEMORY: rows.c. */
+void perp__proximal_layout(perp__arena *arena, void *work);
+perp_status perp__proximal_read(perp__proximal *s);
+
+/* x from r and r from x. */
+void perp__proximal_load(const perp__proximal *s, const perp__proximal_part *part, const double *r,
+                         double *x);
+void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *part, const double *x,
+                          double *r);
+
+/* passes.c: over the units of a part. x := P(x). */
+void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *part, double *x);
+/* z := x - rho (speed + J v), x_new := P(z), way := J'(x_new - x). */
+void perp__proximal_visit(const perp__proximal *s, const perp__proximal_part *part, double rho,
+                          const double *v, const double *x, double *z, double *x_new, double *way);
+/* K := rho P'(z). */
+void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, double rho,
+                           const double *z);
+/* One sweep of ADMM but for the solution with I + rho J'J: z, from v and y unless `first`, then r
+ * and the right side. */
+void perp__proximal_split(const perp__proximal *s, const perp__proximal_part *part, double rho,
+                          int32_t first, const double *v, double *z, double *y, double *r,
+                          double *right);
+/* out := J'x, and u := J v + q; q may be NULL. */
+void perp__proximal_push(const perp__proximal *s, const perp__proximal_part *part, const double *x,
+                         double *out);
+void perp__proximal_move(const perp__proximal *s, const perp__proximal_part *part, const double *v,
+                         const double *q, double *u);
+/* out := J' K J v + v. */
+void perp__proximal_apply(const perp__proximal *s, const perp__proximal_part *part, const double *v,
+                          double *out);
+/* Factors I + J' K J. Returns 0 where that fails. */
+int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part);
+
+/* The tested residual of P(x), which takes the place of x; keeps the best, and leaves its speeds.
+ */
+double perp__proximal_judge(perp__proximal *s, const perp__proximal_part *part, double *x,
+                            double *speed);
+
+/* -1 to go on, or what to stop with; *status tells of an abort. And whether there is a reason to go
+ * on at all. */
+int32_t perp__proximal_tick(perp__proximal *s, perp_status *status);
+int32_t perp__proximal_goes_on(const perp__proximal *s, perp_status status, double enough);
+
+/* Alternating directions from s->x: admm.c. So many sweeps, fewer where the residual, looked at now
+ * and then, comes to tol. PERP_OK with s->outcome >= 0 where it was stopped; _CALLBACK. */
+perp_status perp__proximal_split_run(perp__proximal *s, const perp__proximal_part *part, double rho,
+                                     int32_t sweeps);
+
+/* The proximal Newton method from s->x: newton.c. As before. */
+perp_status perp__proximal_newton_run(perp__proximal *s, const perp__proximal_part *part,
+                                      double rho, int32_t most, int32_t follows);
+
+/* |F(v)|, and what of it is rounding or near enough; F in s->way, z and the next centre in s->y;
+ * and x := (I + J'KJ)^-1 rhs by the last factors: newton.c. */
+double perp__proximal_evaluate(perp__proximal *s, const perp__proximal_part *part, double rho,
+                               const double *v);
+double perp__proximal_enough(const perp__proximal *s, const perp__proximal_part *part);
+void perp__proximal_solve(perp__proximal *s, const perp__proximal_part *part, double rho,
+                          const double *rhs, double *x);
+
+/* path.c: from s->v, a solution at *rho, on for so many factorisations at most. Returns 1 where the
+ * path has led to a better centre, in s->start, at *rho. */
+int32_t perp__proximal_follow(perp__proximal *s, const perp__proximal_part *part, double *rho,
+                              int32_t most);
+
+#endif

@@ -1,0 +1,327 @@
+/* The order of elimination, the pattern of the factors and the fronts: once for a graph. */
+#include <amd.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "linalg/fronts/fronts.h"
+
+/* Zeros that a front may take in for the sake of more nodes in one dense block: a large part of a
+ * small front, a small one of a large. */
+enum { TINY = 4, SMALL = 8 };
+#define TINY_ZEROS 0.5
+#define SMALL_ZEROS 0.3
+#define ZEROS 0.08
+
+static void layout_graph(perp__arena *arena, void *object)
+{
+    perp__fronts *f = object;
+    const size_t n = (size_t)f->nodes + 1;
+    int32_t **const lists[] = {&f->order, &f->place,         &f->parent,  &f->mark,
+                               &f->work,  &f->column_starts, &f->front_of};
+
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
+        *lists[k] = perp__arena_take(arena, n, sizeof(int32_t));
+    f->fronts = perp__arena_take(arena, n, sizeof *f->fronts);
+    f->starts = perp__arena_take(arena, n, sizeof(int32_t));
+}
+
+static void layout_pattern(perp__arena *arena, void *object)
+{
+    perp__fronts *f = object;
+    const size_t edges = (size_t)f->work[0], rows = (size_t)f->column_starts[f->nodes];
+
+    f->neighbours = perp__arena_take(arena, edges, sizeof(int32_t));
+    f->entries = perp__arena_take(arena, edges, sizeof *f->entries);
+    f->column_rows = perp__arena_take(arena, rows, sizeof(int32_t));
+    f->in_parent = perp__arena_take(arena, rows, sizeof(int32_t));
+}
+
+static void layout_values(perp__arena *arena, void *object)
+{
+    perp__fronts *f = object;
+    const size_t width = (size_t)f->width, square = width * width;
+
+    for (int32_t t = 0; t < f->count; t++) {
+        perp__front *front = &f->fronts[t];
+        const size_t own = (size_t)front->count, rest = (size_t)front->rest;
+
+        front->panel = perp__arena_take(arena, (own + rest) * own * square, sizeof(double));
+        front->across = perp__arena_take(arena, own * rest * square, sizeof(double));
+        front->pivots = perp__arena_take(arena, own * width, sizeof(int32_t));
+    }
+    f->values = perp__arena_take(arena, (size_t)f->starts[f->nodes] * square, sizeof(double));
+    f->stack = perp__arena_take(arena, f->stack_size, sizeof(double));
+    f->right = perp__arena_take(arena, (size_t)f->nodes * width, sizeof(double));
+    f->gathered = perp__arena_take(arena, (size_t)f->nodes * width, sizeof(double));
+}
+
+/* The elimination tree of the order (Liu, ACM TOMS 12 (1986) 127); mark: ancestors. */
+static void find_tree(perp__fronts *f, const int32_t *starts, const int32_t *neighbours)
+{
+    for (int32_t i = 0; i < f->nodes; i++) {
+        f->parent[i] = f->mark[i] = -1;
+        for (int32_t e = starts[f->order[i]]; e < starts[f->order[i] + 1]; e++) {
+            int32_t j = f->place[neighbours[e]];
+
+            while (j >= 0 && j < i) {
+                const int32_t next = f->mark[j];
+
+                f->mark[j] = i;
+                if (next < 0)
+                    f->parent[j] = i;
+                j = next;
+            }
+        }
+    }
+}
+
+/* Descendants before their ancestors, a tree after the other, by their smallest nodes. */
+static void order_trees(perp__fronts *f)
+{
+    int32_t *child = f->mark, *sibling = f->work, *stack = f->column_starts, *placed = f->front_of;
+    int32_t count = 0;
+
+    for (int32_t i = 0; i < f->nodes; i++)
+        child[i] = -1;
+    for (int32_t i = f->nodes - 1; i >= 0; i--)
+        if (f->parent[i] >= 0) {
+            sibling[i] = child[f->parent[i]];
+            child[f->parent[i]] = i;
+        }
+    for (int32_t node = 0; node < f->nodes; node++) {
+        int32_t root = f->place[node], depth = 0;
+
+        while (child[root] != -2 && f->parent[root] >= 0)
+            root = f->parent[root];
+        if (child[root] == -2)
+            continue;
+        stack[depth++] = root;
+        while (depth > 0) {
+            const int32_t i = stack[depth - 1], next = child[i];
+
+            if (next >= 0) {
+                child[i] = sibling[next];
+                stack[depth++] = next;
+            } else {
+                child[i] = -2;
+                placed[count++] = f->order[i];
+                depth--;
+            }
+        }
+    }
+    memcpy(f->order, placed, (size_t)f->nodes * sizeof *placed);
+    for (int32_t i = 0; i < f->nodes; i++)
+        f->place[f->order[i]] = i;
+}
+
+/* The pattern of L, row after row: row i has a column for each j on the ways up the tree from the
+ * earlier neighbours of i. Counts them, or also writes them down. */
+static void find_pattern(perp__fronts *f, const int32_t *starts, const int32_t *neighbours,
+                         int32_t *rows)
+{
+    int32_t *at = rows ? f->work : f->column_starts + 1;
+
+    for (int32_t i = 0; i < f->nodes; i++) {
+        at[i] = rows ? f->column_starts[i] : 0;
+        f->mark[i] = -1;
+    }
+    for (int32_t i = 0; i < f->nodes; i++) {
+        f->mark[i] = i;
+        for (int32_t e = starts[f->order[i]]; e < starts[f->order[i] + 1]; e++)
+            for (int32_t j = f->place[neighbours[e]]; j < i && f->mark[j] != i; j = f->parent[j]) {
+                f->mark[j] = i;
+                if (rows)
+                    rows[at[j]] = i;
+                at[j]++;
+            }
+    }
+    if (rows)
+        return;
+    f->column_starts[0] = 0;
+    for (int32_t i = 0; i < f->nodes; i++)
+        f->column_starts[i + 1] += f->column_starts[i];
+}
+
+static int32_t is_worth_joining(double zeros, double all, int32_t nodes)
+{
+    const double share = nodes <= TINY ? TINY_ZEROS : nodes <= SMALL ? SMALL_ZEROS : ZEROS;
+
+    return zeros <= 0.0 || zeros < share * all;
+}
+
+/* Fronts: a node joins those before it where its only child at hand is the last of them and little
+ * is gained by keeping them apart. entry: the zeros that each has taken in. */
+static void find_fronts(perp__fronts *f)
+{
+    f->count = 0;
+    for (int32_t j = 0; j < f->nodes; j++) {
+        f->fronts[f->count].first = j;
+        f->fronts[f->count].count = 1;
+        f->fronts[f->count].entry = 0;
+        f->fronts[f->count++].rest = f->column_starts[j + 1] - f->column_starts[j];
+        while (f->count > 1) {
+            perp__front *b = &f->fronts[f->count - 1], *a = b - 1;
+            const double own = a->count, more = b->count, rest = b->rest;
+            const double zeros = a->entry + b->entry + own * (more + rest - (double)a->rest);
+            const double kept = own * (own + 1.0) / 2.0 + own * (double)a->rest +
+                                more * (more + 1.0) / 2.0 + more * rest;
+
+            if (f->parent[a->first + a->count - 1] != b->first ||
+                !is_worth_joining(zeros, kept + zeros, a->count + b->count))
+                break;
+            a->entry = (int32_t)zeros;
+            a->count += b->count;
+            a->rest = b->rest;
+            f->count--;
+        }
+    }
+}
+
+/* Where the node at `place` stands in a front that it belongs to. */
+static int32_t position_in(const perp__front *front, int32_t place)
+{
+    int32_t low = 0, high = front->rest - 1;
+
+    if (place < front->first + front->count)
+        return place - front->first;
+    while (low < high) {
+        const int32_t middle = low + (high - low) / 2;
+
+        if (front->others[middle] < place)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return front->count + low;
+}
+
+static void link_fronts(perp__fronts *f)
+{
+    const size_t square = (size_t)f->width * (size_t)f->width;
+    size_t top = 0, depth = 0;
+
+    for (int32_t t = 0; t < f->count; t++) {
+        perp__front *front = &f->fronts[t];
+        const int32_t at = f->column_starts[front->first + front->count - 1];
+
+        front->others = f->column_rows + at;
+        front->in_parent = f->in_parent + at;
+        for (int32_t j = 0; j < front->count; j++)
+            f->front_of[front->first + j] = t;
+    }
+    f->stack_size = 0;
+    for (int32_t t = 0; t < f->count; t++) {
+        perp__front *front = &f->fronts[t];
+        const size_t left = (size_t)front->rest * (size_t)front->rest * square;
+
+        front->parent = front->rest > 0 ? f->front_of[front->others[0]] : -1;
+        for (int32_t i = 0; i < front->rest; i++)
+            front->in_parent[i] = position_in(&f->fronts[front->parent], front->others[i]);
+        if (f->stack_size < top + left)
+            f->stack_size = top + left;
+        while (depth > 0 && f->fronts[f->work[depth - 1]].parent == t) {
+            const size_t gone = (size_t)f->fronts[f->work[--depth]].rest;
+
+            top -= gone * gone * square;
+        }
+        top += left;
+        if (left > 0)
+            f->work[depth++] = t;
+    }
+}
+
+/* The blocks of the matrix, front by front. */
+static void list_entries(perp__fronts *f)
+{
+    int32_t at = 0;
+
+    for (int32_t t = 0; t < f->count; t++) {
+        perp__front *front = &f->fronts[t];
+
+        front->entry = at;
+        for (int32_t c = front->first; c < front->first + front->count; c++)
+            for (int32_t e = f->starts[f->order[c]]; e < f->starts[f->order[c] + 1]; e++) {
+                const int32_t place = f->place[f->neighbours[e]];
+                int32_t row;
+
+                if (place < front->first)
+                    continue;
+                row = position_in(front, place);
+                f->entries[at++] = (perp__front_entry){e, row, c - front->first};
+                if (row >= front->count)
+                    f->entries[at++] = (perp__front_entry){
+                        perp__fronts_edge(f, f->order[c], f->neighbours[e]), c - front->first, row};
+            }
+        front->last_entry = at;
+    }
+}
+
+int32_t perp__fronts_edge(const perp__fronts *f, int32_t row, int32_t column)
+{
+    int32_t low = f->starts[column], high = f->starts[column + 1] - 1;
+
+    while (low < high) {
+        const int32_t middle = low + (high - low) / 2;
+
+        if (f->neighbours[middle] < row)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static int32_t is_known(const perp__fronts *f, int32_t nodes, int32_t width, const int32_t *starts,
+                        const int32_t *neighbours)
+{
+    return f->nodes == nodes && f->width == width && nodes > 0 &&
+           !memcmp(f->starts, starts, ((size_t)nodes + 1) * sizeof *starts) &&
+           !memcmp(f->neighbours, neighbours, (size_t)starts[nodes] * sizeof *neighbours);
+}
+
+perp_status perp__fronts_analyse(perp__fronts *f, perp_context *context, int32_t nodes,
+                                 int32_t width, const int32_t *starts, const int32_t *neighbours)
+{
+    perp_status status;
+
+    if (is_known(f, nodes, width, starts, neighbours))
+        return PERP_OK;
+    f->graph_arena.context = f->pattern_arena.context = f->value_arena.context = context;
+    f->nodes = nodes;
+    f->width = width;
+    status = perp__arena_fit(&f->graph_arena, layout_graph, f);
+    /* AMD reads the pattern only, but does not say so in its types */
+    if (status == PERP_OK && nodes > 0 &&
+        amd_order(nodes, (int *)starts, (int *)neighbours, f->order, NULL, NULL) < AMD_OK)
+        status = perp__fail_memory(context, "an ordering");
+    if (status == PERP_OK) {
+        for (int32_t i = 0; i < nodes; i++)
+            f->place[f->order[i]] = i;
+        find_tree(f, starts, neighbours);
+        order_trees(f);
+        find_tree(f, starts, neighbours);
+        find_pattern(f, starts, neighbours, NULL);
+        f->work[0] = starts[nodes];
+        status = perp__arena_fit(&f->pattern_arena, layout_pattern, f);
+    }
+    if (status == PERP_OK) {
+        memcpy(f->starts, starts, ((size_t)nodes + 1) * sizeof *starts);
+        memcpy(f->neighbours, neighbours, (size_t)starts[nodes] * sizeof *neighbours);
+        find_pattern(f, starts, neighbours, f->column_rows);
+        find_fronts(f);
+        link_fronts(f);
+        list_entries(f);
+        status = perp__arena_fit(&f->value_arena, layout_values, f);
+    }
+    if (status != PERP_OK)
+        f->nodes = 0;
+    return status;
+}
+
+void perp__fronts_release(perp__fronts *f)
+{
+    perp__arena_release(&f->graph_arena);
+    perp__arena_release(&f->pattern_arena);
+    perp__arena_release(&f->value_arena);
+    f->nodes = 0;
+}

@@ -1,0 +1,214 @@
+/* Methods `admm` and `proximal` on piles: Signorini's and Coulomb's laws in other words than the
+ * library's, from r alone. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "hand_over.h"
+#include "piles.h"
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+static perp_contact_result solve(const piles *p, int32_t method, double tol, const double *r0,
+                                 double *v, double *r, double *u)
+{
+    perp_contact_settings settings;
+    perp_contact_dynamics dynamics;
+    perp_contact_result result;
+    perp_contact_laws laws;
+
+    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
+    settings.method = method;
+    settings.tol = tol;
+    laws.contacts = p->contacts;
+    laws.dims = p->dims;
+    laws.mu = p->mu;
+    dynamics.n = p->n;
+    dynamics.M = &p->M;
+    dynamics.H = &p->H;
+    assert_int_equal(perp_contact_solve(context, v, r, u, NULL, NULL, &result, &settings, &laws,
+                                        &dynamics, p->f, p->w, NULL, r0),
+                     PERP_OK);
+    return result;
+}
+
+/* What a law lacks, beside the largest speed and impulse of all. */
+static double violation(const piles *p, const double *r, const double *u)
+{
+    double speed = 0.0, impulse = 0.0, worst = 0.0;
+
+    for (int32_t i = 0; i < p->rows; i++) {
+        speed = fmax(speed, fabs(p->w[i]));
+        impulse = fmax(impulse, fabs(r[i]));
+    }
+    speed = fmax(speed, 0.0981); /* gravity of a step */
+    for (int32_t k = 0, at = 0; k < p->contacts; at += p->dims[k++]) {
+        const double push = p->dims[k] < 2   ? 0.0
+                            : p->dims[k] < 3 ? fabs(r[at + 1])
+                                             : hypot(r[at + 1], r[at + 2]);
+        const double slip = p->dims[k] < 2   ? 0.0
+                            : p->dims[k] < 3 ? fabs(u[at + 1])
+                                             : hypot(u[at + 1], u[at + 2]);
+        double power = 0.0;
+
+        for (int32_t i = 1; i < p->dims[k]; i++)
+            power += r[at + i] * u[at + i];
+        worst = fmax(worst, fmax(-r[at] / impulse, -u[at] / speed));
+        worst = fmax(worst, fmin(r[at] / impulse, u[at] / speed));
+        if (p->dims[k] > 1) {
+            worst = fmax(worst, (push - p->mu[k] * r[at]) / impulse);
+            worst = fmax(worst, (power + p->mu[k] * r[at] * slip) / (impulse * speed));
+        }
+    }
+    return worst;
+}
+
+/* Residuals of contacts are sqrt(t) omega, and speeds here of the order of 1: a hundred times tol
+ * for bodies of different masses. */
+static void check_piles(int32_t method, double tol)
+{
+    for (int32_t class = PILES_COLUMN; class < PILES_CLASSES; class ++)
+        for (int32_t motion = PILES_REST; motion <= PILES_PUSH; motion++) {
+            piles_options options = piles_defaults();
+            perp_contact_result result;
+            double *v, *r, *u;
+            piles p;
+
+            options.class = class;
+            options.motion = motion;
+            options.contacts = 60;
+            options.dim = (class + motion) % 4 == 3 ? 0 : 3;
+            options.seed = 11;
+            piles_make(&p, &options);
+            v = gen_allocate((size_t)p.n, sizeof *v);
+            r = gen_allocate((size_t)p.rows, sizeof *r);
+            u = gen_allocate((size_t)p.rows, sizeof *u);
+            result = solve(&p, method, tol, NULL, v, r, u);
+            assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+            assert_true(result.method == method || result.method == PERP_CONTACT_METHOD_POLISH);
+            assert_true(violation(&p, r, u) <= 100.0 * tol);
+            free(v);
+            free(r);
+            free(u);
+            piles_destroy(&p);
+        }
+}
+
+static void test_proximal(void **state)
+{
+    (void)state;
+    check_piles(PERP_CONTACT_METHOD_PROXIMAL, 1e-9);
+}
+
+static void test_admm(void **state)
+{
+    (void)state;
+    check_piles(PERP_CONTACT_METHOD_ADMM, 1e-3);
+}
+
+/* Newton's steps alone fail on these, with mass ratios of 1e6 and 1e8: paths lead on. */
+static void test_paths(void **state)
+{
+    static const uint64_t seeds[] = {46, 145};
+
+    (void)state;
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++) {
+        piles_options options = piles_draw(seeds[k], 60);
+        perp_contact_result result;
+        double *v, *r, *u;
+        piles p;
+
+        piles_make(&p, &options);
+        v = gen_allocate((size_t)p.n, sizeof *v);
+        r = gen_allocate((size_t)p.rows, sizeof *r);
+        u = gen_allocate((size_t)p.rows, sizeof *u);
+        result = solve(&p, PERP_CONTACT_METHOD_PROXIMAL, 1e-8, NULL, v, r, u);
+        assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+        free(v);
+        free(r);
+        free(u);
+        piles_destroy(&p);
+    }
+}
+
+/* Joints, planar and frictionless contacts on two blocks, cold and from the answer. */
+static void test_joints(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 0; seed < 40; seed++) {
+        hand_over p;
+        double r0[HAND_SIZE];
+
+        hand_make(&p, seed, 12, 4, 0, (int32_t)(seed % 3), 1.0);
+        for (int32_t j = 0; j < p.n; j++)
+            for (int32_t i = 0; i < p.n; i++)
+                if (i / 6 != j / 6)
+                    p.M[i + j * p.n] = 0.0;
+        p.settings.method = PERP_CONTACT_METHOD_PROXIMAL;
+        p.settings.tol = 1e-10;
+        assert_int_equal(hand_solve(&p, context, NULL), PERP_OK);
+        assert_int_equal(p.result.outcome, PERP_OUTCOME_SOLVED);
+        assert_true(hand_violation(&p) < 1e-8); /* numbers of the order of 1 to 10 */
+        memcpy(r0, p.r, sizeof r0);
+        p.f[0] += 1e-3;
+        assert_int_equal(hand_solve(&p, context, r0), PERP_OK);
+        assert_int_equal(p.result.outcome, PERP_OUTCOME_SOLVED);
+        assert_true(hand_violation(&p) < 1e-8);
+    }
+}
+
+/* One matrix over all unknowns, a compliant contact: refused with the reason, and auto goes
+ * another way. */
+static void test_refusals(void **state)
+{
+    double compliance[HAND_SIZE] = {0.0};
+    hand_over p;
+
+    (void)state;
+    hand_make(&p, 3, 16, 4, 3, 0, 1.0);
+    p.settings.method = PERP_CONTACT_METHOD_PROXIMAL;
+    assert_int_equal(hand_solve(&p, context, NULL), PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(context), "need M in blocks of at most 12"));
+    hand_make(&p, 3, 12, 4, 3, 0, 1.0);
+    compliance[4] = 0.1;
+    p.laws.compliance = compliance;
+    p.settings.method = PERP_CONTACT_METHOD_ADMM;
+    assert_int_equal(hand_solve(&p, context, NULL), PERP_ERROR_ARGUMENT);
+    assert_non_null(strstr(perp_context_message(context), "compliance, which row 4 has"));
+    p.settings.method = PERP_CONTACT_METHOD_AUTO;
+    assert_int_equal(hand_solve(&p, context, NULL), PERP_OK);
+    assert_int_equal(p.result.outcome, PERP_OUTCOME_SOLVED);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_proximal), cmocka_unit_test(test_admm),
+        cmocka_unit_test(test_paths),    cmocka_unit_test(test_joints),
+        cmocka_unit_test(test_refusals),
+    };
+
+    return cmocka_run_group_tests(tests, make, destroy);
+}
