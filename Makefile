@@ -71,7 +71,7 @@ SONAME := libperp.so.$(ABI_VERSION)
 ## What the goals need from the machine
 
 NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate binding
-TEST_GOALS := test test-c test-threads tests check check-abi check-consumer valgrind run $(B)/tests/%
+TEST_GOALS := test test-c test-threads tests check check-abi check-consumer valgrind run extremes $(B)/tests/%
 PYTHON_GOALS := test test-python check run bench pictures python $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
 
@@ -230,6 +230,8 @@ $(TESTS): $(B)/tests/%: $(B)/obj/tests/%.o $(TEST_HELPER_OBJECTS) $(STATIC) $(B)
 
 $(B)/obj/tests/lcp/test_regressions.o: TEST_FLAGS += \
     -DPERP_TEST_REGRESSIONS='"$(abspath tests/regressions)"'
+$(B)/obj/tests/extremes/test_world_extremes.o: TEST_FLAGS += \
+    -DPERP_TEST_TABLES='"$(abspath bench/results)"'
 
 # These load the shared library from where it was built.
 $(B)/obj/tests/abi/%.o: TEST_FLAGS += -DPERP_TEST_SHARED='"$(abspath $(SHARED))"'
@@ -345,6 +347,12 @@ THREAD_TESTS := $(addprefix $(B)/tests/,base/test_threads lcp/test_batch)
 .PHONY: test-threads
 test-threads: $(THREAD_TESTS)
 	@scripts/run-tests $(THREAD_TESTS)
+
+#: make extremes          the table of extremes of the stepper; PERP_EXTREMES_LONG=1: the hour awake
+EXTREMES := $(B)/tests/extremes/test_world_extremes
+.PHONY: extremes
+extremes: $(EXTREMES)
+	@$(EXTREMES) table >$(B)/extremes.txt; status=$$?; cat $(B)/extremes.txt; exit $$status
 
 #: make test-python       the Python tests alone
 test-python: library $(VENV)/ready

@@ -14,7 +14,7 @@ static int solve_block(const lcp_problem *p, const int *active, const wide *righ
 
     for (i = 0; i < n; i++)
         x[i] = 0;
-    for (round = 0; round < 3; round++) {
+    for (round = 0; round < 12; round++) {
         for (i = 0; i < n; i++) {
             rest[i] = active[i] ? right[i] : 0;
             for (j = 0; j < n; j++) {
