@@ -6,6 +6,7 @@
 #include <perp/bristle.h>
 #include <perp/contact.h>
 #include <perp/friction.h>
+#include <perp/joint.h>
 #include <perp/lcp.h>
 #include <perp/matrix.h>
 #include <perp/mechanism.h>

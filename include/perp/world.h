@@ -182,6 +182,9 @@ typedef struct perp_world_stats {
     double seconds_solve;
     double seconds_integrate;
     double seconds_project;
+    int32_t joints;
+    int32_t rows_joint; /* of all joints, last step: equations, limits reached, motors and dry
+                           friction */
 } perp_world_stats;
 
 /* Where the states of all bodies are: the numbers of slot k begin k strides (in bytes) after those

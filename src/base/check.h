@@ -19,6 +19,8 @@
 #define PERP__LAST_perp_contact_result has_ray
 #define PERP__LAST_perp_contact_settings monitor_user
 #define PERP__LAST_perp_context_settings log_user
+#define PERP__LAST_perp_joint_settings friction
+#define PERP__LAST_perp_joint_state friction
 #define PERP__LAST_perp_lcp_enumeration seconds
 #define PERP__LAST_perp_lcp_proof radius
 #define PERP__LAST_perp_lcp_result has_ray
@@ -47,7 +49,7 @@
 #define PERP__LAST_perp_world_contact reserved
 #define PERP__LAST_perp_world_settings error
 #define PERP__LAST_perp_world_states angular_velocity
-#define PERP__LAST_perp_world_stats seconds_project
+#define PERP__LAST_perp_world_stats rows_joint
 
 /* Size of struct type T up to and including `field`; and that of its first release. */
 #define PERP__SIZE_THROUGH(T, field) (offsetof(T, field) + sizeof(((T *)0)->field))

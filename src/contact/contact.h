@@ -56,7 +56,8 @@ typedef struct perp__rigid_rows {
     int32_t reserved;     /* 0 */
     double rows[2][3][6]; /* J_A, J_B: the first `width` columns; those of -1 are not read */
     double bias[3];
-    double mu; /* >= 0; of a joint not read */
+    double mu;            /* >= 0; of a joint not read */
+    double compliance[3]; /* >= 0, added to the diagonal of u(r): 0 but of rows that give way */
 } perp__rigid_rows;
 
 typedef struct perp__rigid_problem {

@@ -232,6 +232,7 @@ static perp_status remove_body(perp_world *world, perp_body id)
                           "body is the ground, which can't be removed");
     perp__disturb(world, slot);
     perp__remove_shapes(world, slot);
+    perp__remove_joints(world, slot);
     world->bodies[slot].alive = 0;
     world->awake_changed = 1;
     world->bodies[slot].generation++;

@@ -45,13 +45,15 @@ double perp__seconds_left(const perp_world *world)
 double perp__island_deadline(const perp_world *world, const perp__island *island)
 {
     const perp__budget *budget = &world->budget;
-    const int32_t left = world->island_count > 0 ? world->budget.contacts : island->contacts;
+    const int32_t left =
+        world->island_count > 0 ? world->budget.contacts : island->contacts + island->joints;
     double now;
 
     if (!budget->limited)
         return 0.0;
     now = perp__now();
-    return now + fmax(budget->until - now, 0.0) * island->contacts / (left > 0 ? left : 1);
+    return now + fmax(budget->until - now, 0.0) * (island->contacts + island->joints) /
+                     (left > 0 ? left : 1);
 }
 
 void perp__spend(perp_world *world, int64_t iterations)

@@ -20,6 +20,11 @@
 /* Contacts beyond which an island is swept where that does not bring it to an answer quickly. */
 #define SMALL 8
 
+/* Joints, and contacts beside them, up to which sweeps come to an answer as fast as newton's
+ * method; and the residual that joints may be left with where methods come to no better one. */
+#define FEW_JOINTS 8
+#define JOINT_TOL 1e-6
+
 /* Passes over what the methods did not solve. */
 #define LEAST_PASSES 8
 
@@ -55,15 +60,14 @@ static void weigh(perp__rigid_answer *answer, double tol)
     answer->outcome = perp__gate(&evidence, tol, answer->outcome);
 }
 
-static perp_status solve_quickly(perp_world *world, perp__rigid_answer *answer,
-                                 perp__rigid_problem *problem)
+static perp_status solve_by(perp_world *world, perp__rigid_answer *answer,
+                            perp__rigid_problem *problem)
 {
     const int32_t limit = problem->max_iterations;
     perp_status status;
 
     problem->tol = SHARPER * perp__exact_tol(world);
     problem->max_iterations = limit == 0 || limit > QUICK ? QUICK : limit;
-    problem->brief = world->settings.accuracy != PERP_ACCURACY_EXACT && problem->contacts > SMALL;
     status = perp__rigid_solve(world->solver, answer, problem);
     problem->max_iterations = limit;
     problem->tol = perp__exact_tol(world);
@@ -72,6 +76,40 @@ static perp_status solve_quickly(perp_world *world, perp__rigid_answer *answer,
     if (answer->outcome == PERP_OUTCOME_ITERATION_LIMIT && limit == 0)
         answer->outcome = PERP_OUTCOME_STALLED; /* nobody asked for that limit */
     return status;
+}
+
+/* What will do where methods come to no better: at `exact` nothing else. Joints are not to give way
+ * visibly. */
+static double rough_tol(const perp_world *world, const perp__island *island)
+{
+    const double tol = perp__swept_tol(world);
+
+    return island->joints > 0 ? fmin(tol, JOINT_TOL) : tol;
+}
+
+/* Joints couple their bodies too tightly for sweeps: newton's method solves equations at once. */
+static perp_status solve_quickly(perp_world *world, const perp__island *island,
+                                 perp__rigid_answer *answer, perp__rigid_problem *problem,
+                                 double *tol)
+{
+    const int32_t method = problem->method;
+    perp_status status = PERP_OK;
+
+    problem->brief = world->settings.accuracy != PERP_ACCURACY_EXACT && problem->contacts > SMALL &&
+                     island->joints == 0;
+    if (island->joints + island->contacts * (island->joints > 0) > FEW_JOINTS &&
+        method == PERP_CONTACT_METHOD_AUTO && problem->cone == 0) {
+        problem->method = PERP_CONTACT_METHOD_NEWTON;
+        status = solve_by(world, answer, problem);
+        problem->method = method;
+        if (status == PERP_OK && !perp__is_good(answer->outcome))
+            weigh(answer, *tol = rough_tol(world, island));
+        if (status != PERP_OK || perp__is_good(answer->outcome))
+            return status;
+        *tol = perp__exact_tol(world);
+        problem->again = 1;
+    }
+    return solve_by(world, answer, problem);
 }
 
 /* From where that has come to, with all that the methods have. */
@@ -86,7 +124,7 @@ static perp_status solve_thoroughly(perp_world *world, perp__rigid_answer *answe
         return PERP_OK;
     if (problem->max_iterations > 0)
         problem->max_iterations -= (int32_t)spent;
-    memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof *work->warm);
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     problem->again = 1;
     status = perp__rigid_solve(world->solver, answer, problem);
     answer->iterations += spent;
@@ -134,16 +172,20 @@ static perp_status solve(perp_world *world, const perp__island *island, perp__ri
     double tol = perp__exact_tol(world);
     perp_status status;
 
-    status = solve_quickly(world, answer, problem);
+    status = solve_quickly(world, island, answer, problem, &tol);
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
-        world->settings.accuracy == PERP_ACCURACY_EXACT)
+        world->settings.accuracy != PERP_ACCURACY_EXACT)
+        weigh(answer, tol = rough_tol(world, island));
+    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
+        (world->settings.accuracy == PERP_ACCURACY_EXACT || island->joints > 0))
         status = solve_thoroughly(world, answer, problem);
-    else if (status == PERP_OK && !perp__is_good(answer->outcome))
-        weigh(answer, tol = perp__swept_tol(world));
-    if (status == PERP_OK && !perp__is_good(answer->outcome) && answer->outcome != PERP_OUTCOME_RAY)
+    if (status == PERP_OK && !perp__is_good(answer->outcome) &&
+        answer->outcome != PERP_OUTCOME_RAY && island->joints == 0)
         status = sweep_on(world, answer, problem);
     if (status == PERP_OK && perp__is_good(answer->outcome))
         status = perp__hold_island(world, island, answer, problem, tol);
+    if (status == PERP_OK && perp__is_good(answer->outcome))
+        status = perp__rest_joints(world, island, answer, problem);
     world->work.set_up = status == PERP_OK;
     return status;
 }
@@ -158,14 +200,14 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
 
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
-    if (!perp__rigid_single(&answer, &problem, SHARPER * problem.tol))
+    if (island->joints > 0 || !perp__rigid_single(&answer, &problem, SHARPER * problem.tol))
         status = solve(world, island, &answer, &problem);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");
     if (status != PERP_OK)
         return status;
-    memcpy(work->warm, work->impulse, 3 * (size_t)work->count * sizeof *work->warm);
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     perp__spend(world, answer.iterations);
     if (answer.outcome == PERP_OUTCOME_RAY && is_solvable(world, island, bounces))
         answer.outcome = PERP_OUTCOME_STALLED; /* of the method, not of the scene */

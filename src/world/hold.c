@@ -8,7 +8,7 @@
 #include "linalg/spatial.h"
 
 /* |C^-1 v| of a body: twice its square is the kinetic energy. */
-static double mass_norm(const perp_world *world, int32_t body, const double *v)
+double perp__mass_norm(const perp_world *world, int32_t body, const double *v)
 {
     double twist[6], own[3], turning[3];
 
@@ -19,7 +19,7 @@ static double mass_norm(const perp_world *world, int32_t body, const double *v)
 }
 
 /* |C'J'| of a row of a body: its velocity for a twist of norm 1. */
-static double row_norm(const perp_world *world, int32_t body, const double *row)
+double perp__row_norm(const perp_world *world, int32_t body, const double *row)
 {
     double twist[6], own[3], turning[3];
 
@@ -38,10 +38,10 @@ static void find_strengths(const perp_world *world, const perp__island *island, 
     int32_t i, k, side;
 
     for (i = 0; i < island->bodies; i++) {
-        strength[i] = mass_norm(world, work->members[i], work->now + n * i) +
-                      mass_norm(world, work->members[i], work->gain + n * i);
+        strength[i] = perp__mass_norm(world, work->members[i], work->now + n * i) +
+                      perp__mass_norm(world, work->members[i], work->gain + n * i);
     }
-    for (i = 0; i < work->count; i++)
+    for (i = 0; i < work->units; i++)
         for (k = 0; k < work->rows[i].dim; k++)
             for (side = 0; side < 2 && work->impulse[3 * i + k] != 0.0; side++) {
                 const int32_t body = work->rows[i].body[side];
@@ -49,7 +49,7 @@ static void find_strengths(const perp_world *world, const perp__island *island, 
                 if (body >= 0 && body < island->bodies)
                     strength[body] +=
                         fabs(work->impulse[3 * i + k]) *
-                        row_norm(world, work->members[body], work->rows[i].rows[side][k]);
+                        perp__row_norm(world, work->members[body], work->rows[i].rows[side][k]);
             }
 }
 
@@ -67,7 +67,7 @@ static double largest_change(const perp_world *world, const perp__island *island
 
         for (k = 0; k < n; k++)
             change[k] = world->work.v[n * i + k] - from[n * i + k];
-        norm = mass_norm(world, world->work.members[i], change);
+        norm = perp__mass_norm(world, world->work.members[i], change);
         if (norm != 0.0)
             perp__raise_to(&largest, norm / strength[i]);
     }
@@ -87,7 +87,7 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
 
     find_strengths(world, island, work->strength);
     memcpy(work->solved, work->v, numbers * sizeof(double));
-    memcpy(work->solved_rows, work->velocity, 3 * (size_t)work->count * sizeof(double));
+    memcpy(work->solved_rows, work->velocity, 3 * (size_t)work->units * sizeof(double));
     status = perp__rigid_hold(world->solver, answer, problem);
     if (status != PERP_OK)
         return status;
@@ -99,6 +99,6 @@ perp_status perp__hold_island(perp_world *world, const perp__island *island,
     }
     answer->held = 0;
     memcpy(work->v, work->solved, numbers * sizeof(double));
-    memcpy(work->velocity, work->solved_rows, 3 * (size_t)work->count * sizeof(double));
+    memcpy(work->velocity, work->solved_rows, 3 * (size_t)work->units * sizeof(double));
     return PERP_OK;
 }

@@ -67,7 +67,7 @@ static double normal_of(const perp_world *world, int32_t i, const double *x, int
 
 static int32_t most_impacts(const perp__island *island)
 {
-    const int32_t most = CONTACTS_IN_ALL / island->contacts;
+    const int32_t most = CONTACTS_IN_ALL / (island->contacts > 0 ? island->contacts : 1);
 
     return most < 1 ? 1 : most > MOST_IMPACTS ? MOST_IMPACTS : most;
 }
@@ -125,6 +125,7 @@ static void close_gaps(perp_world *world, double t)
 
     for (i = 0; i < work->count; i++)
         work->rows[i].bias[0] = work->gap[work->chosen[i]] / t;
+    perp__time_joints(world, t);
 }
 
 /* Solves an interval of length t from `now`; work->v are the velocities at its end. */
@@ -180,7 +181,7 @@ static int32_t lasts(const perp_world *world, const perp__island *island)
                                    perp__normal_terms(world, i, work->gain, island->bodies)))
             return 0;
     }
-    return 1;
+    return perp__limits_last(world);
 }
 
 /* gap := gap + t (mean normal velocity), of all contacts; rounding of one is none. */
@@ -231,7 +232,7 @@ static perp_status pass_hits(perp_world *world, const perp__island *island, doub
     perp__choose_rows(world, island, work->hit);
     perp__force_bodies(world, island, left / h);
     memcpy(work->v, work->free, (size_t)(world->dof * island->bodies) * sizeof *work->v);
-    if (work->count > 0) {
+    if (work->units > 0) {
         close_gaps(world, left);
         status = perp__solve_rows(world, island, 0, verdict);
     }
@@ -341,6 +342,7 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
     for (i = 0; i < island->contacts; i++)
         work->hit[i] = work->gap[i] > 0.0;
     perp__choose_rows(world, island, work->hit);
+    perp__time_joints(world, 0.0);
     perp__force_bodies(world, island, 0.0);
     for (share = 1.0;; share = share > LEAST_SHARE ? 0.5 * share : 0.0) {
         for (i = 0; i < work->count; i++)
@@ -368,7 +370,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
 {
     perp__island_work *work = &world->work;
     perp_status status = pass_hits(world, island, *left, h, verdict);
-    int32_t which = -1, mean, i;
+    int32_t which = -1, mean, passed, i;
     double t;
 
     *done = 1;
@@ -378,10 +380,12 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
     for (i = 0; i < work->count; i++)
         memcpy(perp__step_contact(world, island, work->chosen[i])->next, work->impulse + 3 * i,
                3 * sizeof(double));
+    passed = work->count;
     perp__choose_rows(world, island, NULL);
     t = first_impact(world, island, *left, mean, &which);
     *done = !(t < *left);
     t = fmin(t, *left);
+    perp__add_joint_impulses(world, work->impulse + 3 * passed, t / *left);
     for (i = 0; i < island->contacts; i++)
         if (!work->hit[i])
             perp__add_impulse(world, island, i, perp__step_contact(world, island, i)->next,

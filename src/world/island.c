@@ -42,6 +42,7 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
 
         world->parent[body] = body;
         world->motions[body].touched = 0;
+        world->motions[body].jointed = 0;
         world->motions[body].island = -1;
     }
     for (i = 0; i < set->count; i++) {
@@ -53,6 +54,21 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
         world->motions[a].touched = world->motions[b].touched = 1;
         if (is_dynamic(world, a) && is_dynamic(world, b))
             perp__join(world->parent, a, b);
+    }
+}
+
+static void join_joints(perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->joint_slots; i++) {
+        const int32_t *body = world->joints[i].body;
+
+        if (!perp__joint_works(world, i))
+            continue;
+        world->motions[body[0]].jointed = world->motions[body[1]].jointed = 1;
+        if (is_dynamic(world, body[0]) && is_dynamic(world, body[1]))
+            perp__join(world->parent, body[0], body[1]);
     }
 }
 
@@ -68,7 +84,7 @@ static void order_bodies(perp_world *world)
         const int32_t root = perp__find_root(world->parent, body);
         perp__motion *motion = &world->motions[body];
 
-        if (!is_dynamic(world, body) || !motion->touched)
+        if (!is_dynamic(world, body) || !(motion->touched || motion->jointed))
             continue;
         if (root == body) {
             memset(&world->islands[count], 0, sizeof world->islands[count]);
@@ -124,6 +140,35 @@ static void order_contacts(perp_world *world, const perp__contact_set *set)
     }
 }
 
+static perp__island *island_of_joint(const perp_world *world, int32_t i)
+{
+    const int32_t *body = world->joints[i].body;
+    const int32_t side = is_dynamic(world, body[0]) ? 0 : 1;
+
+    return &world->islands[world->motions[body[side]].island];
+}
+
+static void order_joints(perp_world *world)
+{
+    int32_t offset = 0;
+    int32_t i;
+
+    for (i = 0; i < world->joint_slots; i++)
+        if (perp__joint_works(world, i))
+            island_of_joint(world, i)->joints++;
+    for (i = 0; i < world->island_count; i++) {
+        world->islands[i].first_joint = offset;
+        offset += world->islands[i].joints;
+        world->islands[i].joints = 0;
+    }
+    for (i = 0; i < world->joint_slots; i++)
+        if (perp__joint_works(world, i)) {
+            perp__island *island = island_of_joint(world, i);
+
+            world->joint_order[island->first_joint + island->joints++] = i;
+        }
+}
+
 static void lay_out_order(perp__arena *arena, void *object)
 {
     perp_world *world = object;
@@ -131,6 +176,8 @@ static void lay_out_order(perp__arena *arena, void *object)
                                                                        : world->overlaps.capacity;
 
     world->contact_order = perp__arena_take(arena, (size_t)most, sizeof *world->contact_order);
+    world->joint_order =
+        perp__arena_take(arena, (size_t)world->joint_capacity, sizeof *world->joint_order);
 }
 
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
@@ -140,7 +187,9 @@ perp_status perp__build_islands(perp_world *world, const perp__contact_set *set)
     if (status != PERP_OK)
         return status;
     join_contacts(world, set);
+    join_joints(world);
     order_bodies(world);
     order_contacts(world, set);
+    order_joints(world);
     return PERP_OK;
 }

@@ -110,8 +110,10 @@ static int32_t can_touch(const perp_world *world, int32_t a, int32_t b)
 {
     const int32_t body_a = world->shapes[a].body, body_b = world->shapes[b].body;
 
-    return body_a != body_b && (world->bodies[body_a].kind == PERP_BODY_DYNAMIC ||
-                                world->bodies[body_b].kind == PERP_BODY_DYNAMIC);
+    return body_a != body_b &&
+           (world->bodies[body_a].kind == PERP_BODY_DYNAMIC ||
+            world->bodies[body_b].kind == PERP_BODY_DYNAMIC) &&
+           (world->joint_count == 0 || !perp__joint_parts(world, body_a, body_b));
 }
 
 /* Something awake came near. */
@@ -231,7 +233,7 @@ static void review_pairs(perp_world *world, int32_t shape)
         const perp__pair *pair = &world->pairs[link / 2];
         const int32_t other = shape_on(pair, 1 - link % 2), next = pair->next[link % 2];
 
-        if (still_near(world, shape, other))
+        if (still_near(world, shape, other) && can_touch(world, shape, other))
             world->shapes[other].mark = world->mark;
         else
             drop_pair(world, link / 2);

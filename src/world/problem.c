@@ -36,6 +36,7 @@ static void lay_out(perp__arena *arena, void *object)
     work->strength = perp__arena_take(arena, bodies, sizeof(double));
     work->solved = perp__arena_take(arena, numbers, sizeof(double));
     work->solved_rows = perp__arena_take(arena, 3 * contacts, sizeof(double));
+    work->joint_units = perp__arena_take(arena, contacts, sizeof *work->joint_units);
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
     work->near = perp__arena_take(arena, bodies, sizeof(int8_t));
     work->next_warm = perp__arena_take(arena, 3 * contacts, sizeof(double));
@@ -51,8 +52,9 @@ perp_status perp__fit_island_work(perp_world *world)
     for (i = 0; i < world->island_count; i++) {
         const perp__island *island = &world->islands[i];
 
-        perp__raise_room(&work->max_contacts, island->contacts);
-        perp__raise_room(&work->max_bodies, island->bodies + island->contacts);
+        perp__raise_room(&work->max_contacts,
+                         island->contacts + PERP__JOINT_UNITS * island->joints);
+        perp__raise_room(&work->max_bodies, island->bodies + island->contacts + island->joints);
     }
     sizes[0] = (size_t)work->max_contacts;
     sizes[1] = (size_t)work->max_bodies;
@@ -84,7 +86,7 @@ void perp__twist_of(const perp_world *world, const double *x, double *twist)
 }
 
 /* C with M^-1 = C C', row-major. World frame: I^-1 = (R C)(R C)'. */
-void perp__write_factor(const perp_world *world, int32_t i, double *C)
+void perp__write_factor(const perp_world *world, int32_t i, const double *R, double *C)
 {
     const perp__body *body = &world->bodies[i];
     const int32_t n = world->dof;
@@ -95,7 +97,7 @@ void perp__write_factor(const perp_world *world, int32_t i, double *C)
     if (body->spherical)
         memcpy(turned, body->factor, sizeof turned);
     else
-        perp__multiply3(turned, world->motions[i].rotation, body->factor);
+        perp__multiply3(turned, R, body->factor);
     memset(C, 0, (size_t)(n * n) * sizeof *C);
     for (j = 0; j < n; j++)
         for (k = 0; k < n; k++) {
@@ -108,9 +110,7 @@ void perp__write_factor(const perp_world *world, int32_t i, double *C)
         }
 }
 
-/* The number of what a contact touches: a body of the island, one that moves as it is told, or
- * what rests. */
-static int32_t number_of(perp_world *world, const perp__island *island, int32_t body)
+int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body)
 {
     perp__motion *motion = &world->motions[body];
     perp__island_work *work = &world->work;
@@ -143,7 +143,8 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
         double free[6];
 
         work->members[i] = body;
-        perp__write_factor(world, body, work->factors + n * n * i);
+        perp__write_factor(world, body, island->joints > 0 ? motion->turned : motion->rotation,
+                           work->factors + n * n * i);
         perp__coordinates_of(world, motion->start, work->start + n * i);
         perp__coordinates_of(world, motion->free, free);
         for (k = 0; k < n; k++) {
@@ -159,11 +160,13 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
 
         world->motions[contact->body_a].carrier = world->motions[contact->body_b].carrier = -1;
     }
+    perp__number_joint_bodies(world, island, 1);
+    perp__number_joint_bodies(world, island, 0);
     for (i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        number_of(world, island, contact->body_a);
-        number_of(world, island, contact->body_b);
+        perp__number_of(world, island, contact->body_a);
+        perp__number_of(world, island, contact->body_b);
     }
 }
 
@@ -191,8 +194,8 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
         if (leaves_out && leaves_out[i])
             continue;
         memset(rows, 0, sizeof *rows);
-        rows->body[0] = number_of(world, island, contact->body_a);
-        rows->body[1] = number_of(world, island, contact->body_b);
+        rows->body[0] = perp__number_of(world, island, contact->body_a);
+        rows->body[1] = perp__number_of(world, island, contact->body_b);
         rows->dim = contact->friction > 0.0 ? (world->settings.planar ? 2 : 3) : 1;
         rows->mu = contact->friction;
         for (side = 0; side < 2; side++)
@@ -201,6 +204,7 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
         memcpy(work->warm + 3 * work->count, contact->warm, sizeof contact->warm);
         work->chosen[work->count++] = i;
     }
+    perp__add_joint_rows(world, island);
 }
 
 /* The problem of the chosen rows with `free` velocities. */
@@ -215,7 +219,8 @@ void perp__pose_island(perp_world *world, const perp__island *island, perp__rigi
     problem->width = n;
     problem->bodies = island->bodies;
     problem->carriers = work->carriers;
-    problem->contacts = work->count;
+    problem->contacts = work->inequalities;
+    problem->joints = work->units - work->inequalities;
     problem->factors = work->factors;
     problem->free = work->free;
     for (i = n * island->bodies; i < n * (island->bodies + work->carriers); i++)
@@ -265,6 +270,7 @@ void perp__take_answer(perp_world *world, const perp__island *island)
         memcpy(contact->next, work->impulse + 3 * i, sizeof contact->next);
         contact->mode = work->modes[i];
     }
+    perp__add_joint_impulses(world, work->impulse + 3 * work->count, 1.0);
 }
 
 /* The motion of the step: the ways of its intervals over all of it. */

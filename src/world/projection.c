@@ -132,7 +132,7 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
     for (i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
-        perp__write_factor(world, body, work->factors + n * n * i);
+        perp__write_factor(world, body, world->motions[body].rotation, work->factors + n * n * i);
         if (equally)
             weigh_equally(world, body, work->factors + n * n * i);
     }
@@ -154,6 +154,8 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
             perp__coordinates_of(world, twist, rows->rows[k][0]);
         }
     }
+    work->count = island->contacts;
+    perp__add_joint_errors(world, island);
 }
 
 /* Shifts of the island's bodies; *found: whether they are any good. */
@@ -165,7 +167,6 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     perp_status status;
     int32_t i;
 
-    work->count = island->contacts;
     work->set_up = 0;
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
@@ -219,7 +220,7 @@ static perp_status project(perp_world *world, double longest, int32_t equally, i
     if (status == PERP_OK)
         status = perp__fit_island_work(world);
     for (i = 0; status == PERP_OK && i < world->island_count; i++) {
-        if (!overlaps(world, &world->islands[i]))
+        if (!overlaps(world, &world->islands[i]) && !perp__lacks_joints(world, &world->islands[i]))
             continue;
         status = project_island(world, &world->islands[i], longest, equally, &stays);
         *left += stays;
@@ -235,7 +236,7 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     perp_status status = perp__cover_strays(world);
 
     if (status == PERP_OK)
-        depth = deepest(world);
+        depth = deepest(world) + perp__joint_errors(world);
     *changed = depth > 0.0;
     if (depth == 0.0)
         return status;

@@ -69,6 +69,7 @@ void perp__disturb(perp_world *world, int32_t body)
     int32_t shape, link;
 
     perp__rouse(world, body);
+    perp__rouse_joined(world, body);
     for (shape = world->bodies[body].first_shape; shape != NONE;
          shape = world->shapes[shape].next_of_body) {
         for (link = world->shapes[shape].first_link; link != NONE;
@@ -279,6 +280,7 @@ static void find_calm(perp_world *world)
         if (is_dynamic(world, a) && is_dynamic(world, b))
             perp__join(world->parent, a, b);
     }
+    perp__join_calm(world);
     for (i = 0; i < world->awake_count; i++)
         world->motions[world->awake[i]].calm = is_calm(world, world->awake[i]);
     for (i = 0; i < world->awake_count; i++) {
@@ -287,6 +289,7 @@ static void find_calm(perp_world *world)
         if (!world->motions[body].calm)
             world->motions[perp__find_root(world->parent, body)].calm = 0;
     }
+    perp__upset_joints(world);
     for (i = 0; i < world->pair_count; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
         const int32_t bodies[2] = {world->shapes[pair->first].body,

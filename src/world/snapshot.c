@@ -35,9 +35,14 @@ static size_t states_size(const perp_world *world)
     return (size_t)world->body_slots * sizeof *world->states;
 }
 
+static size_t joints_size(const perp_world *world)
+{
+    return (size_t)world->joint_slots * sizeof *world->joint_states;
+}
+
 static size_t snapshot_size(const perp_world *world, uint64_t memories)
 {
-    return sizeof(snapshot_header) + states_size(world) +
+    return sizeof(snapshot_header) + states_size(world) + joints_size(world) +
            (size_t)memories * sizeof *world->memories;
 }
 
@@ -75,6 +80,9 @@ void perp__snapshot_write(const perp_world *world, char *blob)
     memcpy(blob, &header, sizeof header);
     memcpy(blob + sizeof header, world->states, states_size(world));
     blob += sizeof header + states_size(world);
+    if (world->joint_slots > 0)
+        memcpy(blob, world->joint_states, joints_size(world));
+    blob += joints_size(world);
     if (memories > 0)
         memcpy(blob, world->memories, memories);
     blob += memories;
@@ -115,10 +123,14 @@ perp_status perp__snapshot_read(perp_world *world, const char *blob)
     status = perp__reserve_memories(world, (int32_t)header.memories);
     if (status != PERP_OK)
         return status;
-    memcpy(world->states, blob + sizeof header, states_size(world));
+    blob += sizeof header;
+    memcpy(world->states, blob, states_size(world));
+    blob += states_size(world);
+    if (world->joint_slots > 0)
+        memcpy(world->joint_states, blob, joints_size(world));
+    blob += joints_size(world);
     if (header.memories > 0)
-        memcpy(world->memories, blob + sizeof header + states_size(world),
-               (size_t)header.memories * sizeof *world->memories);
+        memcpy(world->memories, blob, (size_t)header.memories * sizeof *world->memories);
     world->memory_count = (int32_t)header.memories;
     world->memories_restored = 1;
     perp__rouse_all(world);

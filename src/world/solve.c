@@ -56,10 +56,11 @@ static void leave_alone(perp_world *world, const perp__island *island)
     }
 }
 
-/* How many contacts came to the island since it was solved. */
-static int32_t count_fresh(const perp_world *world, const perp__island *island)
+/* How many contacts, or joints, came to the island since it was solved. */
+static int32_t count_fresh(const perp_world *world, const perp__island *island,
+                           const perp__verdict *verdict)
 {
-    int32_t i, fresh = 0;
+    int32_t i, fresh = island->joints > 0 && !verdict->jointed;
 
     for (i = 0; i < island->contacts; i++)
         fresh += perp__step_contact(world, island, i)->fresh;
@@ -80,6 +81,8 @@ static perp_status solve_island(perp_world *world, const perp__island *island, d
 {
     const int32_t sweeps = verdict->sweeps;
 
+    if (island->joints > 0)
+        return perp__solve_jointed(world, island, h, verdict);
     memset(verdict, 0, sizeof *verdict);
     if (!closes(world, island, h)) {
         leave_alone(world, island);
@@ -120,11 +123,11 @@ static perp_status solve_islands(perp_world *world, double h, int32_t *open,
 
     world->budget.contacts = 0;
     for (i = 0; i < world->island_count; i++)
-        world->budget.contacts += world->islands[i].contacts;
+        world->budget.contacts += world->islands[i].contacts + world->islands[i].joints;
     for (i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
         perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
-        const int32_t fresh = open ? 0 : count_fresh(world, island);
+        const int32_t fresh = open ? 0 : count_fresh(world, island, &verdict);
 
         if (fresh > 0)
             status = solve_island(world, island, h, fresh, &verdict);
@@ -134,7 +137,7 @@ static perp_status solve_islands(perp_world *world, double h, int32_t *open,
         }
         for (k = 0; k < island->contacts; k++)
             perp__step_contact(world, island, k)->fresh = 0;
-        world->budget.contacts -= island->contacts;
+        world->budget.contacts -= island->contacts + island->joints;
         for (k = 0; k < island->bodies; k++)
             perp__island_motion(world, island, k)->verdict = verdict;
         if (verdict.outcome == PERP_OUTCOME_RAY) {
@@ -178,7 +181,9 @@ perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary
 
     memset(summary, 0, sizeof *summary);
     world->island_count = 0;
-    status = perp__join_contacts(world, h, &came);
+    status = world->joint_count > 0 ? solve_changed(world, h, summary) : PERP_OK;
+    if (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY)
+        status = perp__join_contacts(world, h, &came);
     while (status == PERP_OK && summary->outcome != PERP_OUTCOME_RAY && (came > 0 || open)) {
         open = 0;
         if (came > 0)

@@ -125,6 +125,8 @@ static perp_status count_rows(perp_world *world, perp_world_stats *stats)
         stats->rows_friction += contact->friction > 0.0 ? (world->settings.planar ? 1 : 2) : 0;
     }
     stats->rows_normal = stats->contacts;
+    stats->joints = world->joint_count;
+    stats->rows_joint = perp__count_joint_rows(world);
     return PERP_OK;
 }
 
@@ -154,6 +156,7 @@ static int32_t commit(perp_world *world, int32_t included)
     world->first_orphan = -1;
     world->orphan_count = 0;
     perp__remember(world);
+    perp__keep_joints(world);
     world->last = world->contacts;
     world->last_included = included;
     world->contacts = last;

@@ -161,6 +161,8 @@ static void release(void *object)
     perp__release(context, world->bodies);
     perp__release(context, world->states);
     perp__release(context, world->shapes);
+    perp__release(context, world->joints);
+    perp__release(context, world->joint_states);
     perp__release(context, world->tree.nodes);
     perp__release(context, world->pairs);
     perp__release(context, world->pair_order);
@@ -213,6 +215,7 @@ static perp_status create(perp_context *context, perp_world **world,
     made->settings = settings;
     made->free_body = -1;
     made->free_shape = -1;
+    made->free_joint = -1;
     made->free_pair = -1;
     made->first_plane = -1;
     made->free_nap = made->free_kept = made->first_orphan = -1;

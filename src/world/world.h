@@ -25,6 +25,7 @@
 #include "contact/contact.h"
 #include "world/collide/meeting.h"
 #include "world/collide/tree.h"
+#include "world/joint.h"
 
 #define PERP__MAX_DIRECTIONS 64
 #define PERP__MAX_SUBSTEPS 1000
@@ -52,6 +53,7 @@ typedef struct perp__body {
     int32_t spherical;   /* inertia is a multiple of the identity: no gyroscopic term */
     double inverse_mass; /* 0 unless dynamic, as the matrices below */
     double radius;       /* of the sphere about the mass centre that holds the bounded shapes */
+    int32_t first_joint; /* of its list, see perp__joint.next */
     int32_t first_shape; /* list of the shapes; -1: none */
     int32_t shapes;
     int32_t planes; /* half-spaces among the shapes */
@@ -153,6 +155,7 @@ typedef struct perp__verdict {
     int32_t sweeps;  /* over all of it; to be finished then */
     int32_t patched; /* swept since near what came */
     int32_t leads;   /* of the island's first body */
+    int32_t jointed; /* with its joints */
     double residual;
 } perp__verdict;
 
@@ -165,9 +168,13 @@ typedef struct perp__motion {
                          of start and free */
     double after[6];  /* twist after the step */
     double tried[6];  /* the moving twist that contacts were looked for with last */
+    double trial[6];  /* joint_step.c: the moving twist, and that after the step, that joints are */
+    double last[6];   /* placed by */
+    double turned[9]; /* of bodies with joints: at the end of the trial motion */
     int32_t moved;    /* the round of looking for contacts in which that was a new one */
     int32_t covered;  /* the fat boxes hold what it does to the shapes */
     int32_t touched;  /* has contact points in this step */
+    int32_t jointed;  /* has joints */
     int32_t island;   /* -1: none */
     int32_t local;    /* number within the island */
     int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
@@ -217,23 +224,28 @@ typedef struct perp__island {
     int32_t bodies;
     int32_t first_contact; /* in contact_order */
     int32_t contacts;
+    int32_t first_joint; /* in joint_order */
+    int32_t joints;
 } perp__island;
 
 /* Workspace of one island, large enough for the largest. Numbers: coordinates by body. */
 typedef struct perp__island_work {
-    int32_t max_contacts, max_bodies; /* bodies: and what moves as it is told */
+    int32_t max_contacts, max_bodies; /* with the units of joints; and what moves as it is told */
     size_t fitted[2];
-    int32_t carriers;          /* of the latter */
-    int32_t count;             /* contacts that take part in the problem at hand, */
-    int32_t *chosen;           /* by number in the island, */
-    perp__rigid_rows *rows;    /* and their rows */
-    int32_t set_up;            /* the solver has these */
-    int32_t *members;          /* the bodies */
-    double *factors, *origins; /* of the bodies, perp__rigid_problem */
-    double *start, *gain;      /* numbers: before the step, and what forces add in it */
-    double *now, *drift;       /* numbers: velocities, and the way so far */
-    double *free, *v, *moving; /* numbers: of the interval at hand */
-    int32_t *carrier, *modes;  /* bodies; contacts chosen */
+    int32_t carriers;              /* of the latter */
+    int32_t count;                 /* contacts that take part in the problem at hand, */
+    int32_t *chosen;               /* by number in the island, */
+    perp__rigid_rows *rows;        /* and their rows */
+    int32_t inequalities, units;   /* and with the joints': up to here, and all */
+    perp__joint_unit *joint_units; /* which those are */
+    double length;                 /* of the step */
+    int32_t set_up;                /* the solver has these */
+    int32_t *members;              /* the bodies */
+    double *factors, *origins;     /* of the bodies, perp__rigid_problem */
+    double *start, *gain;          /* numbers: before the step, and what forces add in it */
+    double *now, *drift;           /* numbers: velocities, and the way so far */
+    double *free, *v, *moving;     /* numbers: of the interval at hand */
+    int32_t *carrier, *modes;      /* bodies; contacts chosen */
     double *impulse, *velocity, *warm, *next_warm; /* 3 a contact chosen */
     double *gap, *guard;                           /* contacts of the island */
     double *strength, *solved, *solved_rows;       /* bodies; numbers; 3 a contact: of hold */
@@ -276,7 +288,13 @@ struct perp_world {
     int32_t shape_slots;
     int32_t shape_capacity;
     int32_t free_shape;
-    uint64_t edition; /* counts bodies added and removed */
+    perp__joint *joints;
+    perp__joint_state *joint_states;
+    int32_t joint_slots;
+    int32_t joint_capacity;
+    int32_t free_joint;
+    int32_t joint_count;
+    uint64_t edition; /* counts bodies and joints added and removed */
     int32_t weighed;  /* since shapes came, the mass centres have been looked at */
 
     /* the step's own memory, by size */
@@ -292,6 +310,7 @@ struct perp_world {
     int32_t *awake_shapes;
     perp__arena order_arena;
     int32_t *contact_order;
+    int32_t *joint_order;
     perp__arena island_arena;
     perp__island_work work;
     perp__tree tree; /* of the shapes' fat boxes */
@@ -370,6 +389,58 @@ perp_status perp__check_centres(perp_world *world);
 
 /* Releases the shapes of a body; recomputes its bounding radius. */
 void perp__remove_shapes(perp_world *world, int32_t body);
+
+/* joint.c */
+/* Whether a joint keeps two bodies from touching each other. */
+int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b);
+void perp__remove_joints(perp_world *world, int32_t body);
+/* Rouses what joints hold to a body. */
+void perp__rouse_joined(perp_world *world, int32_t body);
+/* Whether the joint in a slot takes part in steps: one of its bodies is awake. */
+int32_t perp__joint_works(const perp_world *world, int32_t i);
+void perp__view_of_states(const perp_world *world, const perp__joint *joint,
+                          const perp__state *states, double before, perp__joint_view *view);
+
+/* joint_rows.c: before: the coordinate of a moment before, from which turns are counted. */
+void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
+                      const perp__placement poses[2], perp__joint_view *view);
+int32_t perp__joint_has_coordinate(int32_t kind);
+/* Whether error i is a length, else an angle. */
+int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i);
+
+/* joint_step.c */
+/* An island with joints. */
+perp_status perp__solve_jointed(perp_world *world, const perp__island *island, double h,
+                                perp__verdict *verdict);
+/* Numbers what moves as it is told among the bodies of the joints; before that, afresh. */
+void perp__number_joint_bodies(perp_world *world, const perp__island *island, int32_t afresh);
+/* The joints' units after those of the contacts; and the bounds of an interval of length t. */
+void perp__add_joint_rows(perp_world *world, const perp__island *island);
+void perp__time_joints(perp_world *world, double t);
+/* impulse: of the joints' units, 3 each. */
+void perp__add_joint_impulses(perp_world *world, const double *impulse, double share);
+/* Whether limits that press did so from the start. */
+int32_t perp__limits_last(const perp_world *world);
+perp_status perp__rest_joints(perp_world *world, const perp__island *island,
+                              const perp__rigid_answer *answer, const perp__rigid_problem *problem);
+/* What the step made of joints becomes their last one's. */
+void perp__keep_joints(perp_world *world);
+/* Rows of all joints, those asleep too. */
+int32_t perp__count_joint_rows(const perp_world *world);
+/* For rest.c: joins the sets of joined bodies; and what may not sleep for its joints is not calm.
+ */
+void perp__join_calm(perp_world *world);
+void perp__upset_joints(perp_world *world);
+
+/* A distance of 0 has no direction. */
+int32_t perp__has_direction(const perp__joint_view *view);
+
+/* joint_projection.c, of the next states */
+/* The sum of what joints lack, as lengths, 0 where that is rounding; whether an island's do. */
+double perp__joint_errors(const perp_world *world);
+int32_t perp__lacks_joints(const perp_world *world, const perp__island *island);
+/* Rows of the joints after those of the overlaps. */
+void perp__add_joint_errors(perp_world *world, const perp__island *island);
 
 /* motion.c */
 void perp__rotation_of(const perp_world *world, const perp__state *state, double *R);
@@ -536,9 +607,15 @@ perp_status perp__fit_island_work(perp_world *world);
 /* The coordinates of a twist, and back; C with M^-1 = C C', row-major. */
 void perp__coordinates_of(const perp_world *world, const double *twist, double *x);
 void perp__twist_of(const perp_world *world, const double *x, double *twist);
-void perp__write_factor(const perp_world *world, int32_t body, double *C);
+void perp__write_factor(const perp_world *world, int32_t body, const double *R, double *C);
 /* What is not told apart from 0 is 0. */
 double perp__open_gap(const perp__world_contact *contact, double gap);
+/* The number of what a row is on: a body of the island, one that moves as it is told, or what
+ * rests. */
+int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body);
+/* |C^-1 v| of a body: half its square is the kinetic energy; |C'J'| of a row of it. */
+double perp__mass_norm(const perp_world *world, int32_t body, const double *v);
+double perp__row_norm(const perp_world *world, int32_t body, const double *row);
 /* Bodies and carriers of an island, where they are and how they start. */
 void perp__gather_bodies(perp_world *world, const perp__island *island);
 /* Rows of the contacts that take part: those not left out; NULL: all. */

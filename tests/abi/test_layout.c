@@ -251,7 +251,7 @@ static void test_step_result(void **state)
 static void test_world_stats(void **state)
 {
     (void)state;
-    SIZE(perp_world_stats, 96);
+    SIZE(perp_world_stats, 104);
     FIELD(perp_world_stats, struct_size, 0, 8);
     FIELD(perp_world_stats, bodies, 8, 4);
     FIELD(perp_world_stats, shapes, 12, 4);
@@ -267,6 +267,8 @@ static void test_world_stats(void **state)
     FIELD(perp_world_stats, seconds_solve, 72, 8);
     FIELD(perp_world_stats, seconds_integrate, 80, 8);
     FIELD(perp_world_stats, seconds_project, 88, 8);
+    FIELD(perp_world_stats, joints, 96, 4);
+    FIELD(perp_world_stats, rows_joint, 100, 4);
 }
 
 static void test_world_states(void **state)

@@ -107,6 +107,26 @@ static void crowd(scene *s)
     }
 }
 
+/* A chain, beside it. */
+static void hang_chain(scene *s)
+{
+    perp_joint_settings ball;
+    perp_body last = s->ground;
+    int i;
+
+    assert_int_equal(perp_joint_settings_init(&ball, sizeof ball), PERP_OK);
+    for (i = 0; i < 2 * CROWD; i++) {
+        perp_body_settings settings = scene_settings();
+        perp_joint joint;
+        perp_body link;
+
+        ball.anchor[0] = settings.position[0] = 40.0 + i;
+        RETRY(s, perp_world_add_body(s->world, &link, &settings));
+        RETRY(s, perp_world_add_joint(s->world, &joint, last, link, &ball));
+        last = link;
+    }
+}
+
 static void check_same(scene *s, perp_body body, const perp_body_state *expected)
 {
     perp_body_state now = scene_state(s, body);
@@ -145,8 +165,10 @@ static int run(long k, double error, perp_body_state states[STEPS][3])
         perp_world_contact now;
         perp_status status;
 
-        if (i == LATE)
+        if (i == LATE) {
             crowd(&s);
+            hang_chain(&s);
+        }
         status = perp_world_step(s.world, NULL, 0.05);
         if (status == PERP_ERROR_MEMORY) {
             check_same(&s, boxes[0], &before);

@@ -36,6 +36,7 @@ from ._friction import (
     load_friction_inverse,
     load_friction_step,
 )
+from ._joint import Joint, Reaction
 from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
 from ._mechanism import Mechanism
@@ -64,6 +65,7 @@ __all__ = [
     "Error",
     "InverseLoad",
     "JacobianCheck",
+    "Joint",
     "LcpResult",
     "Linearisation",
     "LoadSolution",
@@ -79,6 +81,7 @@ __all__ = [
     "OutsideDomain",
     "Progress",
     "Proof",
+    "Reaction",
     "RunResult",
     "Sensitivity",
     "Shape",

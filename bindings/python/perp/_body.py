@@ -322,3 +322,4 @@ class Body:
             self._world._states.require_unused("removing a body")
             self._world._call(library.perp_world_remove_body, self._id)
             del self._world._records[self._id]
+            self._world._forget_joints(self._id)

@@ -80,6 +80,21 @@ CONSTANTS: dict[str, int] = {
     "PERP_COMPLIANT_STOPPED": 1,
     "PERP_COMPLIANT_STEPS": 2,
     "PERP_COMPLIANT_FAILED": 3,
+    "PERP_BODY_DYNAMIC": 0,
+    "PERP_BODY_STATIC": 1,
+    "PERP_BODY_KINEMATIC": 2,
+    "PERP_ACCURACY_FAST": 0,
+    "PERP_ACCURACY_STANDARD": 1,
+    "PERP_ACCURACY_ACCURATE": 2,
+    "PERP_ACCURACY_EXACT": 3,
+    "PERP_JOINT_BALL": 0,
+    "PERP_JOINT_REVOLUTE": 1,
+    "PERP_JOINT_PRISMATIC": 2,
+    "PERP_JOINT_FIXED": 3,
+    "PERP_JOINT_SCREW": 4,
+    "PERP_JOINT_CYLINDRICAL": 5,
+    "PERP_JOINT_PLANAR": 6,
+    "PERP_JOINT_DISTANCE": 7,
     "PERP_LCP_AUTO": 0,
     "PERP_LCP_LEMKE": 1,
     "PERP_LCP_PGS": 2,
@@ -126,13 +141,6 @@ CONSTANTS: dict[str, int] = {
     "PERP_NCP_AUTO": 0,
     "PERP_NCP_FISCHER": 1,
     "PERP_NCP_JOSEPHY": 2,
-    "PERP_BODY_DYNAMIC": 0,
-    "PERP_BODY_STATIC": 1,
-    "PERP_BODY_KINEMATIC": 2,
-    "PERP_ACCURACY_FAST": 0,
-    "PERP_ACCURACY_STANDARD": 1,
-    "PERP_ACCURACY_ACCURATE": 2,
-    "PERP_ACCURACY_EXACT": 3,
 }
 
 
@@ -434,6 +442,182 @@ class LoadFrictionHandle(Structure):
 
 
 LoadFrictionPointer = POINTER(LoadFrictionHandle)
+
+
+class WorldHandle(Structure):
+    pass
+
+
+WorldPointer = POINTER(WorldHandle)
+
+
+class WorldSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("gravity", c_double * 3),
+        ("planar", c_int32),
+        ("accuracy", c_int32),
+        ("cone", c_int32),
+        ("method", c_int32),
+        ("substeps", c_int32),
+        ("max_iterations", c_int32),
+        ("strict", c_int32),
+        ("wakeful", c_int32),
+        ("tol", c_double),
+        ("time_limit", c_double),
+        ("friction", c_double),
+        ("error", c_double),
+    ]
+
+
+class BodySettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("kind", c_int32),
+        ("reserved", c_int32),
+        ("mass", c_double),
+        ("inertia", c_double * 9),
+        ("position", c_double * 3),
+        ("orientation", c_double * 4),
+        ("angle", c_double),
+        ("velocity", c_double * 3),
+        ("angular_velocity", c_double * 3),
+    ]
+
+
+class BodyState(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("position", c_double * 3),
+        ("orientation", c_double * 4),
+        ("angle", c_double),
+        ("velocity", c_double * 3),
+        ("angular_velocity", c_double * 3),
+        ("force", c_double * 3),
+        ("torque", c_double * 3),
+    ]
+
+
+class ShapeSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("friction", c_double),
+        ("restitution", c_double),
+        ("offset", c_double * 3),
+        ("rotation", c_double * 4),
+        ("density", c_double),
+    ]
+
+
+class WorldContact(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("body_a", c_uint64),
+        ("body_b", c_uint64),
+        ("shape_a", c_uint64),
+        ("shape_b", c_uint64),
+        ("position", c_double * 3),
+        ("normal", c_double * 3),
+        ("tangent_1", c_double * 3),
+        ("tangent_2", c_double * 3),
+        ("gap", c_double),
+        ("impulse", c_double * 3),
+        ("velocity", c_double * 3),
+        ("friction", c_double),
+        ("restitution", c_double),
+        ("mode", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+class StepResult(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("outcome", c_int32),
+        ("advanced", c_int32),
+        ("iterations", c_int64),
+        ("residual", c_double),
+        ("contacts", c_int32),
+        ("islands", c_int32),
+        ("steps", c_int32),
+        ("reserved", c_int32),
+        ("error", c_double),
+    ]
+
+
+class WorldStats(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("bodies", c_int32),
+        ("shapes", c_int32),
+        ("islands", c_int32),
+        ("contacts", c_int32),
+        ("rows_normal", c_int32),
+        ("rows_friction", c_int32),
+        ("impacts", c_int32),
+        ("iterations", c_int64),
+        ("steps", c_int64),
+        ("residual", c_double),
+        ("seconds_collide", c_double),
+        ("seconds_solve", c_double),
+        ("seconds_integrate", c_double),
+        ("seconds_project", c_double),
+        ("joints", c_int32),
+        ("rows_joint", c_int32),
+    ]
+
+
+class WorldStates(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("slots", c_int32),
+        ("reserved", c_int32),
+        ("pose_stride", c_size_t),
+        ("twist_stride", c_size_t),
+        ("position", c_void_p),
+        ("orientation", c_void_p),
+        ("angle", c_void_p),
+        ("velocity", c_void_p),
+        ("angular_velocity", c_void_p),
+    ]
+
+
+class JointSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("kind", c_int32),
+        ("collides", c_int32),
+        ("anchor", c_double * 3),
+        ("anchor_b", c_double * 3),
+        ("axis", c_double * 3),
+        ("pitch", c_double),
+        ("lower", c_double),
+        ("upper", c_double),
+        ("motor_speed", c_double),
+        ("motor_force", c_double),
+        ("friction", c_double),
+    ]
+
+
+class JointState(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("position", c_double),
+        ("speed", c_double),
+        ("anchor", c_double * 3),
+        ("impulse", c_double * 3),
+        ("moment", c_double * 3),
+        ("motor_impulse", c_double),
+        ("friction_impulse", c_double),
+        ("limit_impulse", c_double),
+        ("at_limit", c_int32),
+        ("reserved", c_int32),
+        ("lower", c_double),
+        ("upper", c_double),
+        ("motor_speed", c_double),
+        ("motor_force", c_double),
+        ("friction", c_double),
+    ]
 
 
 class LcpProgress(Structure):
@@ -829,142 +1013,6 @@ class NcpCheck(Structure):
         ("reserved", c_int32),
     ]
 
-
-class WorldHandle(Structure):
-    pass
-
-
-WorldPointer = POINTER(WorldHandle)
-
-
-class WorldSettings(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("gravity", c_double * 3),
-        ("planar", c_int32),
-        ("accuracy", c_int32),
-        ("cone", c_int32),
-        ("method", c_int32),
-        ("substeps", c_int32),
-        ("max_iterations", c_int32),
-        ("strict", c_int32),
-        ("wakeful", c_int32),
-        ("tol", c_double),
-        ("time_limit", c_double),
-        ("friction", c_double),
-        ("error", c_double),
-    ]
-
-
-class BodySettings(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("kind", c_int32),
-        ("reserved", c_int32),
-        ("mass", c_double),
-        ("inertia", c_double * 9),
-        ("position", c_double * 3),
-        ("orientation", c_double * 4),
-        ("angle", c_double),
-        ("velocity", c_double * 3),
-        ("angular_velocity", c_double * 3),
-    ]
-
-
-class BodyState(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("position", c_double * 3),
-        ("orientation", c_double * 4),
-        ("angle", c_double),
-        ("velocity", c_double * 3),
-        ("angular_velocity", c_double * 3),
-        ("force", c_double * 3),
-        ("torque", c_double * 3),
-    ]
-
-
-class ShapeSettings(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("friction", c_double),
-        ("restitution", c_double),
-        ("offset", c_double * 3),
-        ("rotation", c_double * 4),
-        ("density", c_double),
-    ]
-
-
-class WorldContact(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("body_a", c_uint64),
-        ("body_b", c_uint64),
-        ("shape_a", c_uint64),
-        ("shape_b", c_uint64),
-        ("position", c_double * 3),
-        ("normal", c_double * 3),
-        ("tangent_1", c_double * 3),
-        ("tangent_2", c_double * 3),
-        ("gap", c_double),
-        ("impulse", c_double * 3),
-        ("velocity", c_double * 3),
-        ("friction", c_double),
-        ("restitution", c_double),
-        ("mode", c_int32),
-        ("reserved", c_int32),
-    ]
-
-
-class StepResult(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("outcome", c_int32),
-        ("advanced", c_int32),
-        ("iterations", c_int64),
-        ("residual", c_double),
-        ("contacts", c_int32),
-        ("islands", c_int32),
-        ("steps", c_int32),
-        ("reserved", c_int32),
-        ("error", c_double),
-    ]
-
-
-class WorldStats(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("bodies", c_int32),
-        ("shapes", c_int32),
-        ("islands", c_int32),
-        ("contacts", c_int32),
-        ("rows_normal", c_int32),
-        ("rows_friction", c_int32),
-        ("impacts", c_int32),
-        ("iterations", c_int64),
-        ("steps", c_int64),
-        ("residual", c_double),
-        ("seconds_collide", c_double),
-        ("seconds_solve", c_double),
-        ("seconds_integrate", c_double),
-        ("seconds_project", c_double),
-    ]
-
-
-class WorldStates(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("slots", c_int32),
-        ("reserved", c_int32),
-        ("pose_stride", c_size_t),
-        ("twist_stride", c_size_t),
-        ("position", c_void_p),
-        ("orientation", c_void_p),
-        ("angle", c_void_p),
-        ("velocity", c_void_p),
-        ("angular_velocity", c_void_p),
-    ]
-
 # The C name of each struct that crosses the boundary.
 STRUCTS: dict[str, type[Structure]] = {
     "perp_context_settings": ContextSettings,
@@ -986,6 +1034,16 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_compliant_settings": CompliantSettings,
     "perp_compliant_result": CompliantResult,
     "perp_compliant_stability": CompliantStability,
+    "perp_world_settings": WorldSettings,
+    "perp_body_settings": BodySettings,
+    "perp_body_state": BodyState,
+    "perp_shape_settings": ShapeSettings,
+    "perp_world_contact": WorldContact,
+    "perp_step_result": StepResult,
+    "perp_world_stats": WorldStats,
+    "perp_world_states": WorldStates,
+    "perp_joint_settings": JointSettings,
+    "perp_joint_state": JointState,
     "perp_lcp_progress": LcpProgress,
     "perp_lcp_settings": LcpSettings,
     "perp_lcp_result": LcpResult,
@@ -1005,14 +1063,6 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_ncp_settings": NcpSettings,
     "perp_ncp_result": NcpResult,
     "perp_ncp_check": NcpCheck,
-    "perp_world_settings": WorldSettings,
-    "perp_body_settings": BodySettings,
-    "perp_body_state": BodyState,
-    "perp_shape_settings": ShapeSettings,
-    "perp_world_contact": WorldContact,
-    "perp_step_result": StepResult,
-    "perp_world_stats": WorldStats,
-    "perp_world_states": WorldStates,
 }
 
 # What each function returns and takes.
@@ -1118,6 +1168,59 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
         CompliantPointer, c_void_p, c_void_p, c_void_p, POINTER(CompliantResult),
         POINTER(CompliantSettings), c_void_p, c_void_p, c_double
     ]),
+    "perp_world_settings_init": (c_int32, [POINTER(WorldSettings), c_size_t, c_int32]),
+    "perp_body_settings_init": (c_int32, [POINTER(BodySettings), c_size_t]),
+    "perp_body_state_init": (c_int32, [POINTER(BodyState), c_size_t]),
+    "perp_shape_settings_init": (c_int32, [POINTER(ShapeSettings), c_size_t]),
+    "perp_world_contact_init": (c_int32, [POINTER(WorldContact), c_size_t]),
+    "perp_step_result_init": (c_int32, [POINTER(StepResult), c_size_t]),
+    "perp_world_stats_init": (c_int32, [POINTER(WorldStats), c_size_t]),
+    "perp_world_states_init": (c_int32, [POINTER(WorldStates), c_size_t]),
+    "perp_world_create": (c_int32, [ContextPointer, POINTER(WorldPointer), POINTER(WorldSettings)]),
+    "perp_world_destroy": (None, [WorldPointer]),
+    "perp_world_ground": (c_uint64, [WorldPointer]),
+    "perp_world_add_body": (c_int32, [WorldPointer, c_void_p, POINTER(BodySettings)]),
+    "perp_world_remove_body": (c_int32, [WorldPointer, c_uint64]),
+    "perp_world_get_body": (c_int32, [WorldPointer, POINTER(BodyState), c_uint64]),
+    "perp_world_set_body": (c_int32, [WorldPointer, POINTER(BodyState), c_uint64]),
+    "perp_world_get_mass": (c_int32, [WorldPointer, c_void_p, c_void_p, c_uint64]),
+    "perp_world_get_states": (c_int32, [WorldPointer, POINTER(WorldStates)]),
+    "perp_world_body_slot": (c_int32, [WorldPointer, c_void_p, c_uint64]),
+    "perp_world_add_sphere": (c_int32, [
+        WorldPointer, c_void_p, c_uint64, c_double, POINTER(ShapeSettings)
+    ]),
+    "perp_world_add_box": (c_int32, [
+        WorldPointer, c_void_p, c_uint64, c_void_p, POINTER(ShapeSettings)
+    ]),
+    "perp_world_add_capsule": (c_int32, [
+        WorldPointer, c_void_p, c_uint64, c_double, c_double, POINTER(ShapeSettings)
+    ]),
+    "perp_world_add_hull": (c_int32, [
+        WorldPointer, c_void_p, c_uint64, c_void_p, c_int32, POINTER(ShapeSettings)
+    ]),
+    "perp_world_add_plane": (c_int32, [
+        WorldPointer, c_void_p, c_uint64, c_void_p, c_double, POINTER(ShapeSettings)
+    ]),
+    "perp_world_step": (c_int32, [WorldPointer, POINTER(StepResult), c_double]),
+    "perp_world_set_gravity": (c_int32, [WorldPointer, c_void_p]),
+    "perp_world_contact_count": (c_int32, [WorldPointer]),
+    "perp_world_get_contact": (c_int32, [WorldPointer, POINTER(WorldContact), c_int32]),
+    "perp_world_energy": (c_int32, [WorldPointer, c_void_p, c_void_p]),
+    "perp_world_momentum": (c_int32, [WorldPointer, c_void_p, c_void_p]),
+    "perp_world_get_stats": (c_int32, [WorldPointer, POINTER(WorldStats)]),
+    "perp_world_snapshot_size": (c_int32, [WorldPointer, c_void_p]),
+    "perp_world_snapshot_save": (c_int32, [WorldPointer, c_void_p, c_size_t]),
+    "perp_world_snapshot_restore": (c_int32, [WorldPointer, c_void_p, c_size_t]),
+    "perp_joint_settings_init": (c_int32, [POINTER(JointSettings), c_size_t]),
+    "perp_joint_state_init": (c_int32, [POINTER(JointState), c_size_t]),
+    "perp_world_add_joint": (c_int32, [
+        WorldPointer, c_void_p, c_uint64, c_uint64, POINTER(JointSettings)
+    ]),
+    "perp_world_remove_joint": (c_int32, [WorldPointer, c_uint64]),
+    "perp_world_get_joint": (c_int32, [WorldPointer, POINTER(JointState), c_uint64]),
+    "perp_world_set_joint_limits": (c_int32, [WorldPointer, c_uint64, c_double, c_double]),
+    "perp_world_set_joint_motor": (c_int32, [WorldPointer, c_uint64, c_double, c_double]),
+    "perp_world_set_joint_friction": (c_int32, [WorldPointer, c_uint64, c_double]),
     "perp_lcp_settings_init": (c_int32, [POINTER(LcpSettings), c_size_t]),
     "perp_lcp_result_init": (c_int32, [POINTER(LcpResult), c_size_t]),
     "perp_lcp_method_text": (c_char_p, [c_int32]),
@@ -1216,47 +1319,4 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_ncp_check_jacobian": (c_int32, [
         ContextPointer, POINTER(NcpCheck), POINTER(NcpProblem), c_void_p
     ]),
-    "perp_world_settings_init": (c_int32, [POINTER(WorldSettings), c_size_t, c_int32]),
-    "perp_body_settings_init": (c_int32, [POINTER(BodySettings), c_size_t]),
-    "perp_body_state_init": (c_int32, [POINTER(BodyState), c_size_t]),
-    "perp_shape_settings_init": (c_int32, [POINTER(ShapeSettings), c_size_t]),
-    "perp_world_contact_init": (c_int32, [POINTER(WorldContact), c_size_t]),
-    "perp_step_result_init": (c_int32, [POINTER(StepResult), c_size_t]),
-    "perp_world_stats_init": (c_int32, [POINTER(WorldStats), c_size_t]),
-    "perp_world_states_init": (c_int32, [POINTER(WorldStates), c_size_t]),
-    "perp_world_create": (c_int32, [ContextPointer, POINTER(WorldPointer), POINTER(WorldSettings)]),
-    "perp_world_destroy": (None, [WorldPointer]),
-    "perp_world_ground": (c_uint64, [WorldPointer]),
-    "perp_world_add_body": (c_int32, [WorldPointer, c_void_p, POINTER(BodySettings)]),
-    "perp_world_remove_body": (c_int32, [WorldPointer, c_uint64]),
-    "perp_world_get_body": (c_int32, [WorldPointer, POINTER(BodyState), c_uint64]),
-    "perp_world_set_body": (c_int32, [WorldPointer, POINTER(BodyState), c_uint64]),
-    "perp_world_get_mass": (c_int32, [WorldPointer, c_void_p, c_void_p, c_uint64]),
-    "perp_world_get_states": (c_int32, [WorldPointer, POINTER(WorldStates)]),
-    "perp_world_body_slot": (c_int32, [WorldPointer, c_void_p, c_uint64]),
-    "perp_world_add_sphere": (c_int32, [
-        WorldPointer, c_void_p, c_uint64, c_double, POINTER(ShapeSettings)
-    ]),
-    "perp_world_add_box": (c_int32, [
-        WorldPointer, c_void_p, c_uint64, c_void_p, POINTER(ShapeSettings)
-    ]),
-    "perp_world_add_capsule": (c_int32, [
-        WorldPointer, c_void_p, c_uint64, c_double, c_double, POINTER(ShapeSettings)
-    ]),
-    "perp_world_add_hull": (c_int32, [
-        WorldPointer, c_void_p, c_uint64, c_void_p, c_int32, POINTER(ShapeSettings)
-    ]),
-    "perp_world_add_plane": (c_int32, [
-        WorldPointer, c_void_p, c_uint64, c_void_p, c_double, POINTER(ShapeSettings)
-    ]),
-    "perp_world_step": (c_int32, [WorldPointer, POINTER(StepResult), c_double]),
-    "perp_world_set_gravity": (c_int32, [WorldPointer, c_void_p]),
-    "perp_world_contact_count": (c_int32, [WorldPointer]),
-    "perp_world_get_contact": (c_int32, [WorldPointer, POINTER(WorldContact), c_int32]),
-    "perp_world_energy": (c_int32, [WorldPointer, c_void_p, c_void_p]),
-    "perp_world_momentum": (c_int32, [WorldPointer, c_void_p, c_void_p]),
-    "perp_world_get_stats": (c_int32, [WorldPointer, POINTER(WorldStats)]),
-    "perp_world_snapshot_size": (c_int32, [WorldPointer, c_void_p]),
-    "perp_world_snapshot_save": (c_int32, [WorldPointer, c_void_p, c_size_t]),
-    "perp_world_snapshot_restore": (c_int32, [WorldPointer, c_void_p, c_size_t]),
 }

@@ -111,6 +111,8 @@ class Stats:
     seconds_solve: float
     seconds_integrate: float
     seconds_project: float
+    joints: int
+    rows_joint: int
 
     def as_dict(self) -> dict[str, Any]:
         return dict(vars(self))

@@ -18,6 +18,7 @@ from ._body import Body, Record, Shape
 from ._contact import _METHOD_CODES, _cone
 from ._errors import argument_error
 from ._handle import Handle
+from ._joint import Joint
 from ._lcp import code, count, limit
 from ._library import GOOD_OUTCOMES, MODES, OUTCOMES, codes, defaults, library
 from ._results import Array, Contact, Energy, Momentum, RunResult, Stats, StepResult
@@ -26,6 +27,7 @@ from ._structures import Matrix3, Vector3, Vector4, sized
 
 _KIND_CODES = codes("PERP_BODY_")
 _ACCURACY_CODES = codes("PERP_ACCURACY_")
+_JOINT_CODES = codes("PERP_JOINT_")
 _CLOCK = Struct("=dd")  # what a snapshot adds to the library's: the time, and what it has lost
 
 
@@ -92,6 +94,7 @@ class World(Handle):
         self._time = self._lost = 0.0
         self._ground_id: int = library.perp_world_ground(self._pointer)
         self._records = {self._ground_id: Record("static")}
+        self._joints: dict[int, tuple[str, int, int]] = {}  # kind and bodies, by id
         self._states = States(self)
 
     def __repr__(self) -> str:
@@ -285,6 +288,84 @@ class World(Handle):
             settings.angle = 0.0 if turn is None else number(turn, "orientation")
         elif orientation is not None:
             settings.orientation = Vector4(*floats(orientation, "orientation", 4))
+
+    # --- joints -----------------------------------------------------------------------------
+
+    def add_joint(
+        self,
+        kind: str,
+        a: Body,
+        b: Body,
+        *,
+        anchor: Optional[ArrayLike] = None,
+        anchor_b: Optional[ArrayLike] = None,
+        axis: Optional[ArrayLike] = None,
+        pitch: float = 0.0,
+        lower: Optional[float] = None,
+        upper: Optional[float] = None,
+        motor_speed: float = 0.0,
+        motor_force: float = 0.0,
+        friction: float = 0.0,
+        collides: bool = False,
+    ) -> Joint:
+        """Adds a joint between two bodies where they are.
+
+        kind: "ball", "revolute", "prismatic", "fixed", "screw", "cylindrical", "planar" or
+            "distance"; in a planar world "ball", "revolute", "prismatic", "fixed" or "distance".
+        anchor: a point in the world, default the mass centre of b; of "distance" that on a, and
+            anchor_b that on b, by default their mass centres.
+        axis: in the world, default z; in a planar world of "prismatic" alone, default x.
+        pitch: of a screw, the way a turn.
+        lower, upper: limits of the coordinate, an angle, a way or a distance: 0 now but for a
+            distance, which without limits keeps the length that it has. Equal ones hold it.
+        motor_speed, motor_force: what a motor aims at, and the most that it pushes with.
+        friction: the most that dry friction pushes with.
+        collides: whether the two bodies touch each other.
+        """
+        settings = defaults(s.JointSettings)
+        settings.kind = code(kind, _JOINT_CODES, "kind")
+        for name, body in (("a", a), ("b", b)):
+            if not isinstance(body, Body) or body._world is not self:
+                raise argument_error(f"{name} is {body!r}, expected a body of this world")
+        apart = kind == "distance"
+        settings.anchor = self._vector(
+            (a if apart else b).position if anchor is None else anchor, "anchor"
+        )
+        if apart:
+            settings.anchor_b = self._vector(b.position if anchor_b is None else anchor_b, "anchor_b")
+        elif anchor_b is not None:
+            raise argument_error("anchor_b is for distance joints: others have one anchor")
+        if axis is not None:
+            settings.axis = self._vector(axis, "axis")
+        elif self._planar:
+            settings.axis = Vector3(1.0, 0.0, 0.0)
+        settings.pitch = number(pitch, "pitch")
+        if lower is not None:
+            settings.lower = number(lower, "lower")
+        if upper is not None:
+            settings.upper = number(upper, "upper")
+        settings.motor_speed = number(motor_speed, "motor_speed")
+        settings.motor_force = number(motor_force, "motor_force")
+        settings.friction = number(friction, "friction")
+        settings.collides = 1 if collides else 0
+        joint = c_uint64()
+        with self._lock:
+            self._call(
+                library.perp_world_add_joint, byref(joint), a._id, b._id, byref(settings)
+            )
+            self._joints[joint.value] = (kind, a._id, b._id)
+        return Joint(self, joint.value)
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """The joints that were added, in that order, without those removed."""
+        with self._lock:
+            self._alive()
+            return tuple(Joint(self, id) for id in self._joints)
+
+    def _forget_joints(self, body: int) -> None:
+        for id in [id for id, given in self._joints.items() if body in given[1:]]:
+            del self._joints[id]
 
     # --- time -------------------------------------------------------------------------------
 

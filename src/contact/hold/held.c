@@ -85,14 +85,17 @@ static void find_bias(perp_contact_solver *solver, double *bias)
         bias[i] = i < solver->rows ? call->w[i] : call->b ? call->b[i - solver->rows] : 0.0;
 }
 
-/* How many of the first `count` rows leave no velocity: where one yields, u + compliance r is 0. */
+/* How many of the first `count` rows leave no velocity: where one yields, u + compliance r is 0.
+ * Rows of bodies that yield move nothing (the bounds of joints), so that they hold as well. */
 static int8_t unyielding(const perp_contact_solver *solver, int32_t begin, int32_t count)
 {
     int32_t i;
 
-    for (i = 0; i < count && solver->complies && solver->compliance[begin + i] == 0.0; i++)
+    if (!solver->complies || solver->entrance == PERP__ENTRANCE_RIGID)
+        return (int8_t)count;
+    for (i = 0; i < count && solver->compliance[begin + i] == 0.0; i++)
         continue;
-    return (int8_t)(solver->complies ? i : count);
+    return (int8_t)i;
 }
 
 static void fill(perp_contact_solver *solver, const point *x, const double *bias)

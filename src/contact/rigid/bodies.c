@@ -152,7 +152,9 @@ perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem 
     status = perp__arena_fit_sizes(&b->units_arena, layout, b, b->fitted, sizes, 5);
     if (status != PERP_OK)
         return status;
-    memset(b->compliance, 0, (size_t)b->size * sizeof *b->compliance);
+    for (int32_t k = 0, row = 0; k < problem->contacts + problem->joints; k++)
+        for (int32_t i = 0; i < problem->rows[k].dim; i++)
+            b->compliance[row++] = problem->rows[k].compliance[i];
     memset(b->block_starts, 0, ((size_t)b->blocks + 1) * sizeof *b->block_starts);
     b->rows[0] = 0;
     b->piece_starts[0] = b->entries = 0;

@@ -56,6 +56,10 @@ static void keep_rows(perp_contact_solver *s, const perp__rigid_problem *problem
     }
     s->starts[problem->contacts] = row;
     s->rolls = s->spins = s->complies = s->has_discs = 0;
+    for (int32_t i = 0; i < s->size; i++) {
+        s->compliance[i] = s->bodies.compliance[i];
+        s->complies |= s->compliance[i] > 0.0;
+    }
 }
 
 static perp_status set_up(perp_contact_solver *s, const perp__rigid_problem *problem)

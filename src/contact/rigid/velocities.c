@@ -212,7 +212,7 @@ void perp__rigid_beside(const perp_contact_solver *solver, const int8_t *holds, 
             beside[unit] = a != PERP__RIGID_AT_REST ? a : b;
             pushed[unit] = 0;
             for (int32_t j = first; j < first + holds[unit]; j++)
-                pushed[unit] |= g->bias[j] != 0.0;
+                pushed[unit] |= g->bias[j] != 0.0 && g->compliance[j] == 0.0;
         }
     }
 }
@@ -471,4 +471,10 @@ void perp__rigid_velocities(perp_contact_solver *solver)
         plain_velocities(solver);
     else
         doubled_velocities(solver);
+    for (int32_t i = 0; solver->complies && i < solver->size; i++) {
+        const double given = solver->compliance[i] * solver->r[i];
+
+        solver->u[i] += given;
+        solver->scale[i] += solver->is_lean ? fabs(given) : 0.0;
+    }
 }

@@ -1,0 +1,142 @@
+"""perp.World.add_joint: what goes in comes out, and what moves moves as it should."""
+
+import math
+
+import numpy as np
+import pytest
+
+import perp
+
+G = 9.81
+
+
+@pytest.fixture
+def world():
+    return perp.World()
+
+
+def test_hinge(world):
+    body = world.add_body(1.0, 0.1, position=[1, 0, 0])
+    joint = world.add_joint("revolute", world.ground, body, anchor=[0, 0, 0], axis=[0, 2, 0])
+    assert joint.kind == "revolute" and joint.bodies == (world.ground, body)
+    assert joint.position == 0.0 and joint.speed == 0.0 and joint.friction == 0.0
+    assert joint.limits == (-math.inf, math.inf) and joint.motor == (0.0, 0.0)
+    assert world.joints == (joint,) and joint.world is world
+    assert world.step(0.01).ok
+    # the torque m g l on m l^2 + I, to second order of a first step
+    assert joint.speed == pytest.approx(0.01 * G / 1.1, rel=1e-4)
+    np.testing.assert_allclose(joint.anchor, [0, 0, 0], atol=1e-9)
+    assert "revolute" in repr(joint)
+
+
+def test_reaction(world):
+    body = world.add_body(2.0, 0.1, position=[0.5, 0, 0])
+    joint = world.add_joint("fixed", world.ground, body, anchor=[0, 0, 0])
+    assert world.step(0.01).ok
+    assert not body.velocity.any() and not body.angular_velocity.any()
+    np.testing.assert_allclose(joint.reaction.impulse, [0, 0, 2 * G * 0.01], atol=1e-10)
+    np.testing.assert_allclose(joint.reaction.moment, [0, -0.5 * 2 * G * 0.01, 0], atol=1e-10)
+    assert world.stats().joints == 1 and world.stats().rows_joint == 6
+
+
+def test_rows_only_for_what_is_there(world):
+    body = world.add_body(1.0, 0.1)
+    joint = world.add_joint("prismatic", world.ground, body, axis=[1, 0, 0], lower=-1, upper=1)
+    assert world.step(0.01).ok and world.stats().rows_joint == 5
+    joint.limits = 0, 1
+    assert world.step(0.01).ok and world.stats().rows_joint == 6
+    joint.limits = -1, 1
+    joint.motor = 2.0, 3.0
+    assert world.step(0.01).ok and world.stats().rows_joint == 6
+    assert joint.speed == pytest.approx(0.03, rel=1e-12)
+    assert joint.reaction.motor == pytest.approx(0.03, rel=1e-12)
+    joint.friction = 1.0
+    assert joint.motor == (2.0, 3.0) and joint.friction == 1.0 and joint.limits == (-1.0, 1.0)
+    assert world.step(0.01).ok and world.stats().rows_joint == 7
+    assert joint.speed == pytest.approx(0.05, rel=1e-12)
+    assert joint.reaction.friction == pytest.approx(-0.01, rel=1e-12)
+
+
+def test_stop(world):
+    body = world.add_body(1.0, 0.1)
+    joint = world.add_joint("prismatic", world.ground, body, axis=[0, 0, -1], upper=0.5)
+    world.run(1.0, 0.01)
+    assert joint.position == pytest.approx(0.5, abs=1e-12) and joint.speed == 0.0
+    assert joint.at_limit == 1
+    assert joint.reaction.limit == pytest.approx(-G * 0.01, rel=1e-9)
+
+
+def test_planar():
+    world = perp.World(planar=True)
+    body = world.add_body(1.0, 0.1, position=[0, -1])
+    joint = world.add_joint("revolute", world.ground, body, anchor=[0, 0])
+    world.run(1.0, 0.01)
+    assert not body.velocity.any() and body.angular_velocity == 0.0
+    np.testing.assert_array_equal(body.position, [0, -1])
+    assert isinstance(joint.reaction.moment, float) and joint.reaction.impulse.shape == (2,)
+    slider = world.add_body(1.0, 0.1, position=[2, 0])
+    rail = world.add_joint("prismatic", world.ground, slider)  # along x
+    slider.force = [3, 0]
+    world.run(1.0, 0.01)
+    assert rail.position == pytest.approx(1.5, rel=1e-12)
+    with pytest.raises(perp.Error, match="planar world"):
+        world.add_joint("screw", world.ground, slider)
+
+
+def test_distance(world):
+    a = world.add_body(1.0, 0.1, position=[0, 0, 0])
+    b = world.add_body(1.0, 0.1, position=[3, 0, 4])
+    rod = world.add_joint("distance", a, b)
+    assert rod.position == 5.0 and rod.limits == (5.0, 5.0)
+    a.velocity = [1, 0, 0]
+    world.run(1.0, 0.01)
+    assert rod.position == pytest.approx(5.0, abs=1e-11)
+
+
+def test_removal(world):
+    a = world.add_body(1.0, 0.1)
+    b = world.add_body(1.0, 0.1, position=[1, 0, 0])
+    c = world.add_body(1.0, 0.1, position=[2, 0, 0])
+    first = world.add_joint("ball", a, b)
+    second = world.add_joint("ball", b, c)
+    third = world.add_joint("ball", world.ground, c)
+    first.remove()
+    assert world.joints == (second, third)
+    with pytest.raises(perp.Error, match="removed"):
+        _ = first.position
+    assert "removed" in repr(first)
+    b.remove()
+    assert world.joints == (third,)
+    with pytest.raises(perp.Error, match="removed"):
+        _ = second.bodies
+
+
+def test_snapshot(world):
+    body = world.add_body(1.0, (0.1, 0.2, 0.3), position=[1, 0, 0], angular_velocity=[1, 2, 0])
+    joint = world.add_joint("ball", world.ground, body, anchor=[0, 0, 0])
+    world.run(0.1, 0.01)
+    before = world.snapshot()
+    world.run(0.1, 0.01)
+    position, impulse = body.position, joint.reaction.impulse
+    world.restore(before)
+    world.run(0.1, 0.01)
+    np.testing.assert_array_equal(body.position, position)
+    np.testing.assert_array_equal(joint.reaction.impulse, impulse)
+
+
+def test_refusals(world):
+    other = perp.World()
+    body = world.add_body(1.0, 0.1)
+    with pytest.raises(ValueError, match="kind"):
+        world.add_joint("hinge", world.ground, body)
+    with pytest.raises(ValueError, match="a body of this world"):
+        world.add_joint("ball", other.ground, body)
+    with pytest.raises(ValueError, match="same body"):
+        world.add_joint("ball", body, body)
+    with pytest.raises(ValueError, match="anchor_b"):
+        world.add_joint("ball", world.ground, body, anchor_b=[0, 0, 0])
+    with pytest.raises(ValueError, match="lower is 1 and upper is 0"):
+        world.add_joint("revolute", world.ground, body, lower=1, upper=0)
+    with pytest.raises(ValueError, match="axis is 0"):
+        world.add_joint("revolute", world.ground, body, axis=[0, 0, 0])
+    assert world.joints == ()

@@ -1,0 +1,613 @@
+/* Joints: adding, removing, reading and changing what may change. */
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "base/context.h"
+#include "linalg/spatial.h"
+#include "world/world.h"
+
+PERP__INIT(perp_joint_state)
+
+perp_status perp_joint_settings_init(perp_joint_settings *settings, size_t size)
+{
+    perp_status status = perp__struct_init(settings, size, PERP__FIRST(perp_joint_settings));
+
+    if (status == PERP_OK) {
+        settings->kind = PERP_JOINT_BALL;
+        settings->axis[2] = 1.0;
+        settings->lower = -INFINITY;
+        settings->upper = INFINITY;
+    }
+    return status;
+}
+
+static perp_status fail_argument(const perp_world *world, const char *words)
+{
+    return perp__fail(world->context, PERP_ERROR_ARGUMENT, "%s", words);
+}
+
+/* ---- ids and lists ---- */
+
+static perp_status find_joint(const perp_world *world, int32_t *slot, perp_joint id)
+{
+    const uint64_t number = id & UINT64_C(0xffffffff);
+    const perp__joint *joint;
+
+    if (id == 0)
+        return perp__fail(world->context, PERP_ERROR_HANDLE, "joint is 0, the null id");
+    if (number == 0 || number > (uint64_t)world->joint_slots)
+        return perp__fail(world->context, PERP_ERROR_HANDLE, "joint is not a joint of this world");
+    joint = &world->joints[number - 1];
+    if (!joint->alive || joint->generation != id >> 32)
+        return perp__fail(world->context, PERP_ERROR_HANDLE, "joint was removed from this world");
+    *slot = (int32_t)(number - 1);
+    return PERP_OK;
+}
+
+static void put_on_list(perp_world *world, int32_t slot, int32_t side)
+{
+    perp__joint *joint = &world->joints[slot];
+    perp__body *body = &world->bodies[joint->body[side]];
+
+    joint->next[side] = body->first_joint;
+    body->first_joint = 1 + 2 * slot + side;
+}
+
+static void take_off_list(perp_world *world, int32_t slot, int32_t side)
+{
+    int32_t *link = &world->bodies[world->joints[slot].body[side]].first_joint;
+
+    while (*link != 1 + 2 * slot + side)
+        link = &world->joints[(*link - 1) / 2].next[(*link - 1) % 2];
+    *link = world->joints[slot].next[side];
+}
+
+int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
+{
+    int32_t link;
+
+    if (world->bodies[a].kind != PERP_BODY_DYNAMIC) /* the ground may have many */
+        a = b;
+    for (link = world->bodies[a].first_joint; link != 0;) {
+        const perp__joint *joint = &world->joints[(link - 1) / 2];
+
+        if (!joint->collides && joint->body[0] + joint->body[1] == a + b)
+            return 1;
+        link = joint->next[(link - 1) % 2];
+    }
+    return 0;
+}
+
+/* ---- checks ---- */
+
+static perp_status check_limits(const perp_world *world, int32_t kind, double lower, double upper)
+{
+    if (isnan(lower) || isnan(upper))
+        return perp__fail(world->context, PERP_ERROR_NOT_FINITE, "lower is %g and upper is %g",
+                          lower, upper);
+    if (!(lower <= upper) || lower == INFINITY || upper == -INFINITY)
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                          "lower is %g and upper is %g, lower <= upper expected", lower, upper);
+    if (!perp__joint_has_coordinate(kind) && (lower > -INFINITY || upper < INFINITY))
+        return fail_argument(world, "a joint of this kind has no coordinate to be limited");
+    if (kind == PERP_JOINT_DISTANCE && (upper < 0.0 || (lower == upper && lower == 0.0)))
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                          "upper is %g, a distance > 0 expected", upper);
+    return PERP_OK;
+}
+
+static perp_status check_most(const perp_world *world, int32_t kind, const char *name, double most)
+{
+    if (isnan(most))
+        return perp__fail(world->context, PERP_ERROR_NOT_FINITE, "%s is not a number", name);
+    if (!(most >= 0.0))
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT, "%s is %g, >= 0 expected", name,
+                          most);
+    if (most > 0.0 && !perp__joint_has_coordinate(kind))
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                          "%s is %g, but a joint of this kind has no coordinate", name, most);
+    return PERP_OK;
+}
+
+static perp_status check_motor(const perp_world *world, int32_t kind, double speed, double force)
+{
+    perp_status status = perp__check_finite(world->context, "motor_speed", &speed, 1);
+
+    return status == PERP_OK ? check_most(world, kind, "motor_force", force) : status;
+}
+
+static int32_t is_of_plane(int32_t kind)
+{
+    return kind == PERP_JOINT_BALL || kind == PERP_JOINT_REVOLUTE || kind == PERP_JOINT_PRISMATIC ||
+           kind == PERP_JOINT_FIXED || kind == PERP_JOINT_DISTANCE;
+}
+
+static int32_t has_axis(const perp_world *world, int32_t kind)
+{
+    return kind == PERP_JOINT_PRISMATIC ||
+           (!world->settings.planar &&
+            (kind == PERP_JOINT_REVOLUTE || kind == PERP_JOINT_SCREW ||
+             kind == PERP_JOINT_CYLINDRICAL || kind == PERP_JOINT_PLANAR));
+}
+
+static perp_status check_place(const perp_world *world, const char *name, const double *x)
+{
+    const perp_status status = perp__check_finite(world->context, name, x, 3);
+
+    return status == PERP_OK ? perp__check_planar_vector(world, name, x) : status;
+}
+
+/* Checks the axis, and gives what joints without one of their own are described in. */
+static perp_status read_axis(const perp_world *world, const perp_joint_settings *settings,
+                             double *axis)
+{
+    const int32_t is_fixed = settings->kind == PERP_JOINT_FIXED && world->settings.planar;
+    perp_status status;
+
+    memset(axis, 0, 3 * sizeof *axis);
+    axis[is_fixed ? 0 : 2] = 1.0;
+    if (!has_axis(world, settings->kind))
+        return PERP_OK;
+    perp__copy3(axis, settings->axis);
+    status = perp__check_finite(world->context, "settings.axis", axis, 3);
+    if (status == PERP_OK && !(perp__normalise3(axis) > 0.0))
+        return fail_argument(world, "settings.axis is 0");
+    if (status == PERP_OK && world->settings.planar)
+        status = perp__check_planar_vector(world, "settings.axis", axis);
+    return status;
+}
+
+static perp_status check_kind(const perp_world *world, const perp_joint_settings *settings)
+{
+    if (settings->kind < PERP_JOINT_BALL || settings->kind > PERP_JOINT_DISTANCE)
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                          "settings.kind is %d, PERP_JOINT_BALL to _DISTANCE expected",
+                          (int)settings->kind);
+    if (world->settings.planar && !is_of_plane(settings->kind))
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                          "settings.kind is %d, which a planar world does not have",
+                          (int)settings->kind);
+    if (settings->collides != 0 && settings->collides != 1)
+        return perp__fail(world->context, PERP_ERROR_ARGUMENT,
+                          "settings.collides is %d, 0 or 1 expected", (int)settings->collides);
+    return PERP_OK;
+}
+
+static perp_status check_settings(const perp_world *world, const perp_joint_settings *settings)
+{
+    perp_status status = check_kind(world, settings);
+
+    if (status == PERP_OK)
+        status = check_place(world, "settings.anchor", settings->anchor);
+    if (status == PERP_OK && settings->kind == PERP_JOINT_DISTANCE)
+        status = check_place(world, "settings.anchor_b", settings->anchor_b);
+    if (status == PERP_OK)
+        status = perp__check_finite(world->context, "settings.pitch", &settings->pitch, 1);
+    if (status == PERP_OK)
+        status = check_limits(world, settings->kind, settings->lower, settings->upper);
+    if (status == PERP_OK)
+        status = check_motor(world, settings->kind, settings->motor_speed, settings->motor_force);
+    if (status == PERP_OK)
+        status = check_most(world, settings->kind, "friction", settings->friction);
+    return status;
+}
+
+static perp_status check_bodies(const perp_world *world, int32_t slots[2], perp_body a, perp_body b)
+{
+    perp_status status = perp__find_body(world, &slots[0], a);
+
+    if (status == PERP_OK)
+        status = perp__find_body(world, &slots[1], b);
+    if (status != PERP_OK)
+        return status;
+    if (slots[0] == slots[1])
+        return fail_argument(world, "a and b are the same body");
+    if (world->bodies[slots[0]].kind != PERP_BODY_DYNAMIC &&
+        world->bodies[slots[1]].kind != PERP_BODY_DYNAMIC)
+        return fail_argument(world, "neither a nor b is dynamic: nothing can move the joint");
+    return PERP_OK;
+}
+
+/* ---- making one ---- */
+
+static void pose_of(const perp_world *world, int32_t body, perp__placement *pose)
+{
+    perp__copy3(pose->position, world->states[body].position);
+    perp__rotation_of(world, &world->states[body], pose->rotation);
+}
+
+void perp__view_of_states(const perp_world *world, const perp__joint *joint,
+                          const perp__state *states, double before, perp__joint_view *view)
+{
+    perp__placement poses[2];
+    int32_t side;
+
+    for (side = 0; side < 2; side++) {
+        perp__copy3(poses[side].position, states[joint->body[side]].position);
+        perp__rotation_of(world, &states[joint->body[side]], poses[side].rotation);
+    }
+    perp__view_joint(world, joint, before, poses, view);
+}
+
+/* (n, t1, t2) as for contacts: t1 is x brought into the plane across n, or y where n is close to
+ * x. */
+static void frame_of(const double *n, double axes[3][3])
+{
+    const int32_t i = fabs(n[0]) > 0.9 ? 1 : 0;
+
+    perp__copy3(axes[0], n);
+    memset(axes[1], 0, sizeof axes[1]);
+    axes[1][i] = 1.0;
+    perp__add3(axes[1], -n[i], n);
+    (void)perp__normalise3(axes[1]);
+    perp__cross(axes[2], n, axes[1]);
+}
+
+/* In the plane the axis lies in it, and t2 is z. */
+static void planar_frame_of(const double *n, double axes[3][3])
+{
+    memset(axes, 0, 9 * sizeof(double));
+    perp__copy3(axes[0], n);
+    axes[1][0] = -n[1];
+    axes[1][1] = n[0];
+    axes[2][2] = 1.0;
+}
+
+/* Anchors and axes as the bodies see them. */
+static void attach(const perp_world *world, perp__joint *joint, const perp_joint_settings *settings,
+                   const double *axis)
+{
+    double axes[3][3], arm[3];
+    int32_t side, k;
+
+    if (world->settings.planar && axis[2] == 0.0)
+        planar_frame_of(axis, axes);
+    else
+        frame_of(axis, axes);
+    for (side = 0; side < 2; side++) {
+        const int32_t is_other = side == 1 && settings->kind == PERP_JOINT_DISTANCE;
+        perp__placement pose;
+
+        pose_of(world, joint->body[side], &pose);
+        perp__subtract3(arm, is_other ? settings->anchor_b : settings->anchor, pose.position);
+        perp__apply_transposed3(joint->anchors[side], pose.rotation, arm);
+        for (k = 0; k < 3; k++)
+            perp__apply_transposed3(joint->axes[side][k], pose.rotation, axes[k]);
+    }
+}
+
+static perp_status reserve_joint(perp_world *world)
+{
+    const size_t used = (size_t)world->joint_slots;
+    int32_t capacity;
+    perp__joint *joints;
+    perp__joint_state *states;
+
+    if (world->free_joint >= 0 || world->joint_slots < world->joint_capacity)
+        return PERP_OK;
+    if (world->joint_capacity > INT32_MAX / 16)
+        return perp__fail_memory(world->context, "another joint");
+    capacity = world->joint_capacity > 0 ? 2 * world->joint_capacity : 8;
+    joints = perp__grown(world->context, world->joints, used * sizeof *joints,
+                         (size_t)capacity * sizeof *joints);
+    if (!joints)
+        return perp__fail_memory(world->context, "another joint");
+    world->joints = joints;
+    states = perp__grown(world->context, world->joint_states, used * sizeof *states,
+                         (size_t)capacity * sizeof *states);
+    if (!states)
+        return perp__fail_memory(world->context, "another joint");
+    world->joint_states = states;
+    world->joint_capacity = capacity;
+    return PERP_OK;
+}
+
+static int32_t take_slot(perp_world *world)
+{
+    const int32_t slot = world->free_joint >= 0 ? world->free_joint : world->joint_slots++;
+    perp__joint *joint = &world->joints[slot];
+    const uint32_t generation = slot == world->free_joint ? joint->generation : 1;
+
+    if (slot == world->free_joint)
+        world->free_joint = joint->next_free;
+    memset(joint, 0, sizeof *joint);
+    memset(&world->joint_states[slot], 0, sizeof world->joint_states[slot]);
+    joint->generation = generation;
+    joint->alive = 1;
+    return slot;
+}
+
+int32_t perp__joint_works(const perp_world *world, int32_t i)
+{
+    const perp__joint *joint = &world->joints[i];
+    const perp__body *a, *b;
+
+    if (!joint->alive)
+        return 0;
+    a = &world->bodies[joint->body[0]];
+    b = &world->bodies[joint->body[1]];
+    return (a->awake && a->kind == PERP_BODY_DYNAMIC) || (b->awake && b->kind == PERP_BODY_DYNAMIC);
+}
+
+void perp__rouse_joined(perp_world *world, int32_t body)
+{
+    int32_t link = world->bodies[body].first_joint;
+
+    while (link != 0) {
+        const perp__joint *joint = &world->joints[(link - 1) / 2];
+        const int32_t other = joint->body[1 - (link - 1) % 2];
+
+        if (world->bodies[other].kind == PERP_BODY_DYNAMIC)
+            perp__rouse(world, other);
+        link = joint->next[(link - 1) % 2];
+    }
+}
+
+static void rouse_both(perp_world *world, const perp__joint *joint)
+{
+    int32_t side;
+
+    for (side = 0; side < 2; side++)
+        if (world->bodies[joint->body[side]].kind == PERP_BODY_DYNAMIC)
+            perp__rouse(world, joint->body[side]);
+}
+
+/* Pairs of shapes come and go with what may touch. */
+static void change_composition(perp_world *world, const perp__joint *joint)
+{
+    rouse_both(world, joint);
+    world->planes_changed = 1;
+    world->edition++;
+}
+
+static perp_status read_length(const perp_world *world, const perp__joint *joint,
+                               perp_joint_settings *settings)
+{
+    perp__joint_view view;
+
+    if (settings->kind != PERP_JOINT_DISTANCE)
+        return PERP_OK;
+    perp__view_of_states(world, joint, world->states, 0.0, &view);
+    if (settings->lower > -INFINITY || settings->upper < INFINITY)
+        return PERP_OK;
+    if (!(view.coordinate > 0.0))
+        return fail_argument(world, "the anchors are in the same place: their distance is 0");
+    settings->lower = settings->upper = view.coordinate;
+    return PERP_OK;
+}
+
+static void fill_state(perp__joint_state *state, const perp_joint_settings *settings)
+{
+    state->lower = settings->lower;
+    state->upper = settings->upper;
+    state->speed = settings->motor_speed;
+    state->force = settings->motor_force;
+    state->friction = settings->friction;
+}
+
+static perp_status make_joint(perp_world *world, perp_joint *id, perp_body a, perp_body b,
+                              perp_joint_settings *settings)
+{
+    perp__joint made;
+    double axis[3];
+    int32_t slot, side;
+    perp_status status;
+
+    memset(&made, 0, sizeof made);
+    made.kind = settings->kind;
+    made.collides = settings->collides;
+    made.pitch = settings->pitch / 6.28318530717958647692;
+    status = check_settings(world, settings);
+    if (status == PERP_OK)
+        status = check_bodies(world, made.body, a, b);
+    if (status == PERP_OK)
+        status = read_axis(world, settings, axis);
+    if (status != PERP_OK)
+        return status;
+    attach(world, &made, settings, axis);
+    status = read_length(world, &made, settings);
+    if (status == PERP_OK)
+        status = reserve_joint(world);
+    if (status != PERP_OK)
+        return status;
+    slot = take_slot(world);
+    made.generation = world->joints[slot].generation;
+    made.alive = 1;
+    world->joints[slot] = made;
+    fill_state(&world->joint_states[slot], settings);
+    for (side = 0; side < 2; side++)
+        put_on_list(world, slot, side);
+    world->joint_count++;
+    change_composition(world, &made);
+    *id = perp__id(slot, made.generation);
+    return PERP_OK;
+}
+
+static perp_status add_joint(perp_world *world, perp_joint *joint, perp_body a, perp_body b,
+                             const perp_joint_settings *caller)
+{
+    perp_joint_settings settings;
+    perp_status status = perp__check_pointer(world->context, "joint", joint);
+
+    if (status == PERP_OK)
+        status = perp_joint_settings_init(&settings, sizeof settings);
+    if (status == PERP_OK)
+        status = perp__struct_read(world->context, "settings", &settings, sizeof settings, caller,
+                                   PERP__FIRST(perp_joint_settings));
+    return status == PERP_OK ? make_joint(world, joint, a, b, &settings) : status;
+}
+
+perp_status perp_world_add_joint(perp_world *world, perp_joint *joint, perp_body a, perp_body b,
+                                 const perp_joint_settings *settings)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, add_joint(world, joint, a, b, settings));
+}
+
+/* ---- removing ---- */
+
+static void drop_joint(perp_world *world, int32_t slot)
+{
+    perp__joint *joint = &world->joints[slot];
+
+    change_composition(world, joint);
+    take_off_list(world, slot, 0);
+    take_off_list(world, slot, 1);
+    joint->alive = 0;
+    joint->generation++;
+    joint->next_free = world->free_joint;
+    world->free_joint = slot;
+    world->joint_count--;
+}
+
+void perp__remove_joints(perp_world *world, int32_t body)
+{
+    while (world->bodies[body].first_joint != 0)
+        drop_joint(world, (world->bodies[body].first_joint - 1) / 2);
+}
+
+perp_status perp_world_remove_joint(perp_world *world, perp_joint joint)
+{
+    perp_status status = perp__world_enter(world);
+    int32_t slot = 0;
+
+    if (status != PERP_OK)
+        return status;
+    status = find_joint(world, &slot, joint);
+    if (status == PERP_OK)
+        drop_joint(world, slot);
+    return perp__leave(world->context, status);
+}
+
+/* ---- reading and changing ---- */
+
+static double rate_of(const perp_world *world, const perp__joint *joint, double row[2][6])
+{
+    double sum = 0.0;
+    int32_t side;
+
+    for (side = 0; side < 2; side++) {
+        const perp__state *state = &world->states[joint->body[side]];
+
+        sum += perp__dot3(row[side], state->velocity);
+        sum += perp__dot3(row[side] + 3, state->angular_velocity);
+    }
+    return sum;
+}
+
+static perp_status get_joint(const perp_world *world, perp_joint_state *state, perp_joint id)
+{
+    perp_joint_state own;
+    perp__joint_view view;
+    const perp__joint *joint;
+    const perp__joint_state *laws;
+    int32_t slot;
+    perp_status status = PERP__CHECK(perp_joint_state, world->context, state);
+
+    if (status == PERP_OK)
+        status = find_joint(world, &slot, id);
+    if (status != PERP_OK)
+        return status;
+    joint = &world->joints[slot];
+    laws = &world->joint_states[slot];
+    own = laws->last;
+    own.struct_size = sizeof own;
+    perp__view_of_states(world, joint, world->states, laws->coordinate, &view);
+    own.position = view.coordinate;
+    own.speed = rate_of(world, joint, view.rows[PERP__JOINT_ROWS]);
+    own.lower = laws->lower;
+    own.upper = laws->upper;
+    own.motor_speed = laws->speed;
+    own.motor_force = laws->force;
+    own.friction = laws->friction;
+    perp__copy3(own.anchor, world->states[joint->body[1]].position);
+    perp__add3(own.anchor, 1.0, view.arms[1]);
+    perp__struct_write(state, &own, sizeof own);
+    return PERP_OK;
+}
+
+perp_status perp_world_get_joint(const perp_world *world, perp_joint_state *state, perp_joint joint)
+{
+    perp_status status = perp__world_enter(world);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(world->context, get_joint(world, state, joint));
+}
+
+/* Checks what would be in force, and takes it. */
+static perp_status change_laws(perp_world *world, int32_t slot, const perp__joint_state *laws)
+{
+    const int32_t kind = world->joints[slot].kind;
+    perp_status status = check_limits(world, kind, laws->lower, laws->upper);
+
+    if (status == PERP_OK)
+        status = check_motor(world, kind, laws->speed, laws->force);
+    if (status == PERP_OK)
+        status = check_most(world, kind, "friction", laws->friction);
+    if (status != PERP_OK)
+        return status;
+    if (memcmp(&world->joint_states[slot], laws, sizeof *laws) != 0)
+        rouse_both(world, &world->joints[slot]);
+    world->joint_states[slot] = *laws;
+    return PERP_OK;
+}
+
+perp_status perp_world_set_joint_limits(perp_world *world, perp_joint joint, double lower,
+                                        double upper)
+{
+    perp_status status = perp__world_enter(world);
+    perp__joint_state laws;
+    int32_t slot = 0;
+
+    if (status != PERP_OK)
+        return status;
+    status = find_joint(world, &slot, joint);
+    if (status == PERP_OK) {
+        laws = world->joint_states[slot];
+        laws.lower = lower;
+        laws.upper = upper;
+        status = change_laws(world, slot, &laws);
+    }
+    return perp__leave(world->context, status);
+}
+
+perp_status perp_world_set_joint_motor(perp_world *world, perp_joint joint, double motor_speed,
+                                       double motor_force)
+{
+    perp_status status = perp__world_enter(world);
+    perp__joint_state laws;
+    int32_t slot = 0;
+
+    if (status != PERP_OK)
+        return status;
+    status = find_joint(world, &slot, joint);
+    if (status == PERP_OK) {
+        laws = world->joint_states[slot];
+        laws.speed = motor_speed;
+        laws.force = motor_force;
+        status = change_laws(world, slot, &laws);
+    }
+    return perp__leave(world->context, status);
+}
+
+perp_status perp_world_set_joint_friction(perp_world *world, perp_joint joint, double friction)
+{
+    perp_status status = perp__world_enter(world);
+    perp__joint_state laws;
+    int32_t slot = 0;
+
+    if (status != PERP_OK)
+        return status;
+    status = find_joint(world, &slot, joint);
+    if (status == PERP_OK) {
+        laws = world->joint_states[slot];
+        laws.friction = friction;
+        status = change_laws(world, slot, &laws);
+    }
+    return perp__leave(world->context, status);
+}

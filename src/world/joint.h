@@ -1,0 +1,78 @@
+/* What a joint is, inside of the world: included by world.h alone.
+ *
+ * Its equations C(q) = 0, their rates J v and the rate of its coordinate come from the poses of its
+ * bodies (joint_rows.c). A step puts them among the rows of its island's problem (joint_step.c);
+ * the slots below number what impulses a joint has. */
+#ifndef PERP_WORLD_JOINT_H
+#define PERP_WORLD_JOINT_H
+
+#include <perp/joint.h>
+
+enum {
+    PERP__JOINT_ROWS = 6,               /* equations of a kind, at most: slots 0 .. 5 */
+    PERP__SLOT_LOCK = PERP__JOINT_ROWS, /* equal limits */
+    PERP__SLOT_LOWER,
+    PERP__SLOT_UPPER,
+    PERP__SLOT_MOTOR,
+    PERP__SLOT_FRICTION,
+    PERP__JOINT_SLOTS,
+    PERP__JOINT_UNITS = PERP__JOINT_ROWS + 1 /* of a problem, at most */
+};
+
+/* What changes from step to step, and what a caller may change: exactly what a snapshot holds. */
+typedef struct perp__joint_state {
+    double lower, upper;
+    double speed, force; /* motor */
+    double friction;
+    double coordinate; /* with whole turns */
+    double warm[PERP__JOINT_SLOTS];
+    perp_joint_state last; /* impulses of the last step */
+} perp__joint_state;
+
+/* A joint as it is in some poses of its bodies. */
+typedef struct perp__joint_view {
+    int32_t count;                           /* equations */
+    double rows[PERP__JOINT_ROWS + 1][2][6]; /* J of A and of B; the last: of the coordinate */
+    double error[PERP__JOINT_ROWS];          /* C */
+    double coordinate;                       /* with whole turns */
+    double arms[2][3];                       /* from the mass centres to the anchors */
+    double size;                             /* of the arms */
+    double rounding;                         /* of lengths */
+} perp__joint_view;
+
+typedef struct perp__joint {
+    uint32_t generation;
+    int32_t alive;
+    int32_t next_free;
+    int32_t kind;
+    int32_t body[2];
+    int32_t
+        next[2]; /* in the lists of the two bodies: 1 + twice the joint's number + side; 0: end */
+    int32_t collides;
+    double anchors[2][3]; /* body frames */
+    double axes[2][3][3]; /* axis, t1, t2, right-handed, in the body frames */
+    double pitch;         /* way a radian */
+    int32_t used;         /* rows of the last step */
+    int32_t changed;      /* the last step left something else to start from, or to tell */
+    /* of the step at hand */
+    perp__joint_view middle;              /* half-way along the trial motion */
+    double turning[PERP__JOINT_ROWS + 1]; /* what rows change till its end makes of velocities */
+    double gap[2];                        /* lower, upper: at the start of the step */
+    int32_t came[2];                      /* it moves towards them then */
+    int32_t reached[2];                   /* the limits that take part */
+    double impulse[PERP__JOINT_SLOTS];
+    double next_warm[PERP__JOINT_SLOTS];
+} perp__joint;
+
+/* Where a body is. */
+typedef struct perp__placement {
+    double position[3];
+    double rotation[9];
+} perp__placement;
+
+/* One unit of the problem at hand: `dim` impulses of a joint from `slot` on. */
+typedef struct perp__joint_unit {
+    int32_t joint, slot, dim;
+} perp__joint_unit;
+
+#endif

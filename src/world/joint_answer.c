@@ -1,0 +1,95 @@
+/* What is kept of a step's joints: what a caller reads, what the next step starts from, and whether
+ * that lets their bodies sleep (rest.c). */
+#include <string.h>
+
+#include "linalg/spatial.h"
+#include "world/world.h"
+
+/* Impulses of the step on B, and where the coordinate is now. */
+static void read_back(const perp_world *world, const perp__joint *joint, perp__joint_state *state)
+{
+    const double *r = joint->impulse;
+    perp_joint_state *last = &state->last;
+    perp__joint_view view;
+    double along, taken[3];
+    int32_t row;
+
+    perp__view_of_states(world, joint, world->states, state->coordinate, &view);
+    state->coordinate = view.coordinate;
+    memcpy(state->warm, joint->next_warm, sizeof state->warm);
+    memset(last, 0, sizeof *last);
+    last->motor_impulse = r[PERP__SLOT_MOTOR];
+    last->friction_impulse = r[PERP__SLOT_FRICTION];
+    last->limit_impulse = r[PERP__SLOT_LOCK] + r[PERP__SLOT_LOWER] - r[PERP__SLOT_UPPER];
+    last->at_limit = (r[PERP__SLOT_UPPER] > 0.0) - (r[PERP__SLOT_LOWER] > 0.0);
+    along = last->limit_impulse + last->motor_impulse + last->friction_impulse;
+    for (row = 0; row <= PERP__JOINT_ROWS; row++) {
+        const double push = row < PERP__JOINT_ROWS ? r[row] : along;
+
+        if (push == 0.0)
+            continue;
+        perp__add3(last->impulse, push, joint->middle.rows[row][1]);
+        perp__add3(last->moment, push, joint->middle.rows[row][1] + 3);
+    }
+    perp__cross(taken, joint->middle.arms[1], last->impulse);
+    perp__add3(last->moment, -1.0, taken);
+    for (row = 0; row < 2 && world->settings.planar; row++)
+        last->moment[row] = 0.0;
+}
+
+void perp__keep_joints(perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->joint_slots; i++) {
+        const perp__joint_state before = world->joint_states[i];
+
+        if (!perp__joint_works(world, i))
+            continue;
+        read_back(world, &world->joints[i], &world->joint_states[i]);
+        world->joints[i].changed = memcmp(&before, &world->joint_states[i], sizeof before) != 0;
+    }
+}
+
+int32_t perp__count_joint_rows(const perp_world *world)
+{
+    int32_t i, count = 0;
+
+    for (i = 0; i < world->joint_slots; i++)
+        count += world->joints[i].alive ? world->joints[i].used : 0;
+    return count;
+}
+
+/* ---- rest.c ---- */
+
+static int32_t is_dynamic(const perp_world *world, int32_t body)
+{
+    return world->bodies[body].kind == PERP_BODY_DYNAMIC;
+}
+
+void perp__join_calm(perp_world *world)
+{
+    int32_t i;
+
+    for (i = 0; i < world->joint_slots; i++) {
+        const int32_t *body = world->joints[i].body;
+
+        if (perp__joint_works(world, i) && is_dynamic(world, body[0]) && is_dynamic(world, body[1]))
+            perp__join(world->parent, body[0], body[1]);
+    }
+}
+
+void perp__upset_joints(perp_world *world)
+{
+    int32_t i, side;
+
+    for (i = 0; i < world->joint_slots; i++) {
+        const int32_t *body = world->joints[i].body;
+
+        for (side = 0; side < 2 && perp__joint_works(world, i); side++)
+            if (is_dynamic(world, body[side]) &&
+                (world->joints[i].changed ||
+                 (world->bodies[body[1 - side]].awake && !world->motions[body[1 - side]].calm)))
+                world->motions[perp__find_root(world->parent, body[side])].calm = 0;
+    }
+}

@@ -1,0 +1,583 @@
+/* Joints in a step.
+ *
+ * Over a step of length h from poses q0 to q1, bodies in an island with joints obey
+ *
+ *   M(q1) v1 - M(q0) v0 = h f + J(q_m)' r,     J(q1) v1 = 0,     q1 = q0 + h (v0 + v1) / 2
+ *
+ * with q_m half-way: impulses act where the bodies are in the middle of the step, and velocities
+ * obey the joints at its end. That is second order. Momentum is kept to rounding, angular momentum
+ * but for what the projection moves bodies by, which is third order a step. The contact layer has
+ * one J for both, so that the problem is posed as
+ *
+ *   v1 = M(q1)^-1 (M(q0) v0 + h f + J_m' r),     J_m v1 + (J_1 - J_m) v1* = 0
+ *
+ * with v1* and the poses of the round before, to begin with those of v1 = v0. Two rounds are second
+ * order; what is at rest has nothing to repeat. Where that does not settle (more
+ * than a radian a step) J(q0) serves for all, which is first order and gives no energy.
+ *
+ * Motor and friction are dry friction of a given bound F: a contact of two rows, whose normal moves
+ * nothing but has a compliance c, so that 0 = c r_n - c h F says r_n = h F, and mu = 1. */
+#include "world/world.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "linalg/spatial.h"
+
+/* Rounds, by accuracy; and change of the motion, in radians and sizes, that ends them. */
+static const int32_t most_rounds[] = {2, 2, 4, 24};
+#define SETTLED 1e-14
+#define EXTRA_ROUNDS 3 /* for limits that are reached on the way */
+
+/* Beside the terms of a velocity, what rounding makes of one that is 0; and what counts as none. */
+#define ROUNDING (64.0 * DBL_EPSILON)
+#define STILL 1e-9
+
+static perp__joint *island_joint(const perp_world *world, const perp__island *island, int32_t i)
+{
+    return &world->joints[world->joint_order[island->first_joint + i]];
+}
+
+static perp__joint_state *state_of(const perp_world *world, const perp__joint *joint)
+{
+    return &world->joint_states[joint - world->joints];
+}
+
+/* ---- where the trial motion leads ---- */
+
+/* After `share` of the step. */
+static void pose_on_way(const perp_world *world, int32_t body, double way, perp__placement *pose)
+{
+    const perp__state *start = &world->states[body];
+    const perp__motion *motion = &world->motions[body];
+    const double turn[3] = {way * motion->trial[3], way * motion->trial[4], way * motion->trial[5]};
+    perp__state state = *start;
+
+    perp__add3(state.position, way, motion->trial);
+    perp__turn(world, &state, turn);
+    perp__copy3(pose->position, state.position);
+    if (way == 0.0 || perp__is_zero3(turn))
+        memcpy(pose->rotation, motion->rotation, sizeof pose->rotation);
+    else
+        perp__rotation_of(world, &state, pose->rotation);
+}
+
+/* M of the end, and the velocity that forces alone would give: I1 w = I0 w0 + h torque. */
+static void carry_mass(perp_world *world, int32_t body, double h)
+{
+    const perp__body *of = &world->bodies[body];
+    perp__motion *motion = &world->motions[body];
+    double w[3], momentum[3], turned[3];
+    perp__placement end;
+
+    if (of->spherical)
+        return;
+    perp__apply_transposed3(w, motion->rotation, motion->start + 3);
+    perp__apply3(turned, of->inertia, w);
+    perp__apply3(momentum, motion->rotation, turned);
+    perp__add3(momentum, h, world->states[body].torque);
+    pose_on_way(world, body, h, &end);
+    memcpy(motion->turned, end.rotation, sizeof motion->turned);
+    perp__apply_transposed3(turned, end.rotation, momentum);
+    perp__apply3(w, of->inverse_inertia, turned);
+    perp__apply3(motion->free + 3, end.rotation, w);
+}
+
+/* What the change of J from the middle to the end makes of the trial motion's last velocity. */
+static void find_turning(const perp_world *world, perp__joint *joint, const perp__joint_view *end)
+{
+    int32_t i, k, side;
+
+    for (i = 0; i <= PERP__JOINT_ROWS; i++) {
+        joint->turning[i] = 0.0;
+        for (side = 0; side < 2 && (i < joint->middle.count || i == PERP__JOINT_ROWS); side++)
+            for (k = 0; k < 6; k++)
+                joint->turning[i] += (end->rows[i][side][k] - joint->middle.rows[i][side][k]) *
+                                     world->motions[joint->body[side]].last[k];
+    }
+}
+
+static void place_joint(perp_world *world, perp__joint *joint, double h, perp__joint_view *end)
+{
+    const double before = state_of(world, joint)->coordinate;
+    perp__placement poses[2];
+    int32_t side;
+
+    for (side = 0; side < 2; side++)
+        pose_on_way(world, joint->body[side], 0.5 * h, &poses[side]);
+    perp__view_joint(world, joint, before, poses, &joint->middle);
+    for (side = 0; side < 2; side++)
+        pose_on_way(world, joint->body[side], h, &poses[side]);
+    perp__view_joint(world, joint, before, poses, end);
+}
+
+static void place(perp_world *world, const perp__island *island, double h)
+{
+    perp__joint_view end;
+    int32_t i;
+
+    for (i = 0; i < island->bodies; i++)
+        carry_mass(world, world->body_order[island->first_body + i], h);
+    for (i = 0; i < island->joints; i++) {
+        perp__joint *joint = island_joint(world, island, i);
+
+        place_joint(world, joint, h, &end);
+        find_turning(world, joint, &end);
+    }
+}
+
+/* ---- rows ---- */
+
+void perp__number_joint_bodies(perp_world *world, const perp__island *island, int32_t afresh)
+{
+    int32_t i, side;
+
+    for (i = 0; i < island->joints; i++) {
+        perp__joint *joint = island_joint(world, island, i);
+
+        for (side = 0; side < 2; side++)
+            if (afresh)
+                world->motions[joint->body[side]].carrier = -1;
+            else
+                perp__number_of(world, island, joint->body[side]);
+        joint->used = 0;
+        memset(joint->impulse, 0, sizeof joint->impulse);
+        memset(joint->next_warm, 0, sizeof joint->next_warm);
+    }
+}
+
+static perp__rigid_rows *next_unit(perp_world *world, const perp__joint *joint, int32_t slot,
+                                   int32_t dim)
+{
+    perp__island_work *work = &world->work;
+    perp__joint_unit *unit = &work->joint_units[work->units - work->count];
+    perp__rigid_rows *rows = &work->rows[work->units];
+    const double *warm = state_of(world, joint)->warm + slot;
+    int32_t i;
+
+    memset(rows, 0, sizeof *rows);
+    unit->joint = (int32_t)(joint - world->joints);
+    unit->slot = slot;
+    unit->dim = rows->dim = dim;
+    for (i = 0; i < 3; i++)
+        work->warm[3 * work->units + i] = i < dim ? warm[i] : 0.0;
+    work->units++;
+    return rows;
+}
+
+/* Row `from` of the joint into row k of a unit, `sign` times. */
+static void fill_row(perp_world *world, const perp__island *island, const perp__joint *joint,
+                     const perp__joint_view *view, int32_t from, double sign,
+                     perp__rigid_rows *rows, int32_t k)
+{
+    int32_t side, j;
+
+    for (side = 0; side < 2; side++) {
+        rows->body[side] = perp__number_of(world, island, joint->body[side]);
+        perp__coordinates_of(world, view->rows[from][side], rows->rows[side][k]);
+        for (j = 0; j < world->dof; j++)
+            rows->rows[side][k][j] *= sign;
+    }
+}
+
+/* A distance of 0 has no direction. */
+int32_t perp__has_direction(const perp__joint_view *view)
+{
+    const double(*row)[6] = view->rows[PERP__JOINT_ROWS];
+
+    return !(perp__is_zero3(row[1]) && perp__is_zero3(row[1] + 3));
+}
+
+static void add_limit(perp_world *world, const perp__island *island, perp__joint *joint,
+                      int32_t which)
+{
+    perp__rigid_rows *rows = next_unit(world, joint, PERP__SLOT_LOWER + which, 1);
+    const double sign = which == 0 ? 1.0 : -1.0;
+
+    fill_row(world, island, joint, &joint->middle, PERP__JOINT_ROWS, sign, rows, 0);
+    rows->bias[0] = joint->gap[which] > 0.0 ? joint->gap[which] / world->work.length
+                                            : sign * joint->turning[PERP__JOINT_ROWS];
+}
+
+/* Row k of a unit: what a unit impulse along it moves. */
+static double response(const perp_world *world, const perp__joint *joint)
+{
+    double sum = 0.0;
+    int32_t side;
+
+    for (side = 0; side < 2; side++) {
+        double row[6], norm;
+
+        if (world->bodies[joint->body[side]].kind != PERP_BODY_DYNAMIC)
+            continue;
+        perp__coordinates_of(world, joint->middle.rows[PERP__JOINT_ROWS][side], row);
+        norm = perp__row_norm(world, joint->body[side], row);
+        sum += norm * norm;
+    }
+    return sum;
+}
+
+/* Dry friction with the bound `most`, beside a speed. */
+static void add_bounded(perp_world *world, const perp__island *island, perp__joint *joint,
+                        int32_t slot, double speed, double most)
+{
+    const int32_t k = most < INFINITY ? 1 : 0;
+    perp__rigid_rows *rows = next_unit(world, joint, slot, 1 + k);
+    double *warm = world->work.warm + 3 * (world->work.units - 1);
+    int exponent;
+
+    fill_row(world, island, joint, &joint->middle, PERP__JOINT_ROWS, 1.0, rows, k);
+    rows->bias[k] = joint->turning[PERP__JOINT_ROWS] - speed;
+    if (k == 0)
+        return;
+    rows->mu = 1.0;
+    (void)frexp(response(world, joint), &exponent);
+    rows->compliance[0] = ldexp(1.0, exponent);
+    warm[1] = warm[0];
+    warm[0] = most * world->work.length;
+}
+
+/* Units that are contacts to the contact layer, then those that are equations. */
+static void add_inequalities(perp_world *world, const perp__island *island, perp__joint *joint)
+{
+    const perp__joint_state *state = state_of(world, joint);
+    int32_t which;
+
+    if (!perp__has_direction(&joint->middle))
+        return;
+    for (which = 0; which < 2; which++)
+        if (joint->reached[which])
+            add_limit(world, island, joint, which);
+    if (state->force > 0.0 && state->force < INFINITY)
+        add_bounded(world, island, joint, PERP__SLOT_MOTOR, state->speed, state->force);
+    if (state->friction > 0.0 && state->friction < INFINITY)
+        add_bounded(world, island, joint, PERP__SLOT_FRICTION, 0.0, state->friction);
+}
+
+static int32_t is_locked(const perp__joint_state *state)
+{
+    return state->lower == state->upper;
+}
+
+static void add_equations(perp_world *world, const perp__island *island, perp__joint *joint)
+{
+    const perp__joint_state *state = state_of(world, joint);
+    const int32_t count = joint->middle.count;
+    int32_t slot, k;
+
+    for (slot = 0; slot < count; slot += 3) {
+        const int32_t dim = count - slot < 3 ? count - slot : 3;
+        perp__rigid_rows *rows = next_unit(world, joint, slot, dim);
+
+        for (k = 0; k < dim; k++) {
+            fill_row(world, island, joint, &joint->middle, slot + k, 1.0, rows, k);
+            rows->bias[k] = joint->turning[slot + k];
+        }
+    }
+    if (!perp__has_direction(&joint->middle))
+        return;
+    if (is_locked(state)) {
+        perp__rigid_rows *rows = next_unit(world, joint, PERP__SLOT_LOCK, 1);
+
+        fill_row(world, island, joint, &joint->middle, PERP__JOINT_ROWS, 1.0, rows, 0);
+        rows->bias[0] = joint->turning[PERP__JOINT_ROWS];
+        return; /* what holds needs no motor, and takes no friction */
+    }
+    if (state->force == INFINITY)
+        add_bounded(world, island, joint, PERP__SLOT_MOTOR, state->speed, INFINITY);
+    else if (state->friction == INFINITY)
+        add_bounded(world, island, joint, PERP__SLOT_FRICTION, 0.0, INFINITY);
+}
+
+static void count_rows(perp_world *world)
+{
+    const perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = 0; i < work->units - work->count; i++)
+        world->joints[work->joint_units[i].joint].used = 0;
+    for (i = 0; i < work->units - work->count; i++) {
+        const perp__joint_unit *unit = &work->joint_units[i];
+
+        world->joints[unit->joint].used += unit->slot < PERP__SLOT_LOCK ? unit->dim : 1;
+    }
+}
+
+void perp__add_joint_rows(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    int32_t i;
+
+    work->units = work->count;
+    for (i = 0; i < island->joints; i++)
+        if (!is_locked(state_of(world, island_joint(world, island, i))))
+            add_inequalities(world, island, island_joint(world, island, i));
+    work->inequalities = work->units;
+    for (i = 0; i < island->joints; i++)
+        add_equations(world, island, island_joint(world, island, i));
+    count_rows(world);
+    perp__time_joints(world, work->length);
+}
+
+void perp__time_joints(perp_world *world, double t)
+{
+    perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = work->count; i < work->inequalities; i++) {
+        const perp__joint_unit *unit = &work->joint_units[i - work->count];
+        const perp__joint_state *state = &world->joint_states[unit->joint];
+
+        if (unit->slot >= PERP__SLOT_MOTOR)
+            work->rows[i].bias[0] =
+                -work->rows[i].compliance[0] *
+                (t * (unit->slot == PERP__SLOT_MOTOR ? state->force : state->friction));
+    }
+}
+
+/* ---- what came out ---- */
+
+void perp__add_joint_impulses(perp_world *world, const double *impulse, double share)
+{
+    const perp__island_work *work = &world->work;
+    int32_t i, k;
+
+    for (i = work->count; i < work->units; i++) {
+        const perp__joint_unit *unit = &work->joint_units[i - work->count];
+        perp__joint *joint = &world->joints[unit->joint];
+        const int32_t is_bounded = i < work->inequalities && unit->slot >= PERP__SLOT_MOTOR;
+        const double *r = impulse + 3 * (i - work->count) + is_bounded;
+
+        for (k = 0; k < unit->dim - is_bounded; k++) {
+            joint->impulse[unit->slot + k] += share * r[k];
+            joint->next_warm[unit->slot + k] = r[k];
+        }
+    }
+}
+
+int32_t perp__limits_last(const perp_world *world)
+{
+    const perp__island_work *work = &world->work;
+    int32_t i;
+
+    for (i = work->count; i < work->inequalities; i++) {
+        const perp__joint_unit *unit = &work->joint_units[i - work->count];
+        const perp__joint *joint = &world->joints[unit->joint];
+
+        if (unit->slot < PERP__SLOT_MOTOR && work->impulse[3 * i] > 0.0 &&
+            !(joint->gap[unit->slot - PERP__SLOT_LOWER] <= 0.0 &&
+              joint->came[unit->slot - PERP__SLOT_LOWER] == 0))
+            return 0;
+    }
+    return 1;
+}
+
+/* The largest velocity of a body beside its terms. */
+static double restlessness(const perp_world *world, const perp__island *island)
+{
+    const perp__island_work *work = &world->work;
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < island->bodies; i++) {
+        const double speed = perp__mass_norm(world, work->members[i], work->v + world->dof * i);
+
+        if (speed > 0.0)
+            perp__raise_to(&largest, speed / work->strength[i]);
+    }
+    return largest;
+}
+
+/* The equations once more, for what is left of the velocities: a step of refinement. */
+static perp_status refine(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                          const perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    perp__rigid_problem rest = *problem;
+    perp_status status;
+    int32_t i;
+
+    rest.free = work->solved;
+    rest.warm = NULL;
+    rest.again = 1;
+    rest.method = PERP_CONTACT_METHOD_NEWTON;
+    memcpy(work->solved, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->v);
+    memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
+    status = perp__rigid_solve(world->solver, answer, &rest);
+    for (i = 0; status == PERP_OK && i < 3 * work->units; i++)
+        work->impulse[i] += work->warm[i];
+    return status;
+}
+
+/* A velocity that rounding does not tell apart from 0 is 0, where that is so of all the island:
+ * what hangs at rest is pinned by nothing along its way. */
+perp_status perp__rest_joints(perp_world *world, const perp__island *island,
+                              const perp__rigid_answer *answer, const perp__rigid_problem *problem)
+{
+    perp__island_work *work = &world->work;
+    perp__rigid_answer refined = *answer;
+    double left;
+    perp_status status = PERP_OK;
+
+    if (island->joints == 0 || work->carriers > 0)
+        return PERP_OK;
+    left = restlessness(world, island);
+    if (left > ROUNDING && left <= STILL && work->inequalities == 0) {
+        status = refine(world, island, &refined, problem);
+        left = restlessness(world, island);
+    }
+    if (status == PERP_OK && left <= ROUNDING)
+        memset(work->v, 0, (size_t)(world->dof * island->bodies) * sizeof *work->v);
+    return status;
+}
+
+/* ---- the rounds of a step ---- */
+
+/* Whether the coordinate goes towards a limit, but for rounding. */
+static int32_t comes(const perp_world *world, const perp__joint *joint, double row[2][6],
+                     double sign)
+{
+    double rate = 0.0, terms = 0.0;
+    int32_t side, k;
+
+    for (side = 0; side < 2; side++)
+        for (k = 0; k < 6; k++) {
+            const double term = row[side][k] * world->motions[joint->body[side]].start[k];
+
+            rate += sign * term;
+            terms += fabs(term);
+        }
+    return rate < -STILL * terms;
+}
+
+static void begin(perp_world *world, const perp__island *island, const perp__verdict *verdict)
+{
+    int32_t i, side, which;
+
+    for (i = 0; i < island->bodies; i++) {
+        perp__motion *motion = perp__island_motion(world, island, i);
+
+        if (verdict->jointed)
+            memcpy(motion->trial, motion->moving, sizeof motion->trial);
+        else
+            memcpy(motion->trial, motion->start, sizeof motion->trial);
+        memcpy(motion->last, verdict->jointed ? motion->after : motion->start, sizeof motion->last);
+    }
+    for (i = 0; i < island->joints; i++) {
+        perp__joint *joint = island_joint(world, island, i);
+        const perp__joint_state *state = state_of(world, joint);
+        perp__joint_view view;
+
+        for (side = 0; side < 2; side++) {
+            perp__motion *motion = &world->motions[joint->body[side]];
+
+            if (world->bodies[joint->body[side]].kind == PERP_BODY_DYNAMIC)
+                continue;
+            memcpy(motion->trial, motion->start, sizeof motion->trial);
+            memcpy(motion->last, motion->start, sizeof motion->last);
+        }
+        perp__view_of_states(world, joint, world->states, state->coordinate, &view);
+        for (which = 0; which < 2; which++) {
+            const double gap =
+                which == 0 ? view.coordinate - state->lower : state->upper - view.coordinate;
+            const double rounding =
+                joint->kind == PERP_JOINT_REVOLUTE || joint->kind == PERP_JOINT_SCREW
+                    ? 64.0 * DBL_EPSILON
+                    : view.rounding;
+
+            joint->gap[which] = gap > rounding ? gap : 0.0;
+            joint->came[which] =
+                comes(world, joint, view.rows[PERP__JOINT_ROWS], which == 0 ? 1.0 : -1.0);
+            joint->reached[which] = gap <= rounding;
+        }
+    }
+}
+
+/* Limits that the motion goes beyond take part from now on. */
+static int32_t reach_limits(perp_world *world, const perp__island *island, double h)
+{
+    perp__joint_view end;
+    int32_t i, which, came = 0;
+
+    for (i = 0; i < island->joints; i++) {
+        perp__joint *joint = island_joint(world, island, i);
+        const perp__joint_state *state = state_of(world, joint);
+
+        place_joint(world, joint, h, &end);
+        for (which = 0; which < 2; which++) {
+            const double gap =
+                which == 0 ? end.coordinate - state->lower : state->upper - end.coordinate;
+
+            if (gap < 0.0 && !joint->reached[which]) {
+                joint->reached[which] = 1;
+                came++;
+            }
+        }
+    }
+    return came;
+}
+
+/* Takes the motion that was found for the next trial; returns by how much it differs. */
+static double take_motion(perp_world *world, const perp__island *island, double h)
+{
+    double change = 0.0;
+    int32_t i, k;
+
+    for (i = 0; i < island->bodies; i++) {
+        perp__motion *motion = perp__island_motion(world, island, i);
+        const double size = world->bodies[world->body_order[island->first_body + i]].radius;
+
+        for (k = 0; k < 6; k++) {
+            const double way = h * fabs(motion->moving[k] - motion->trial[k]);
+
+            perp__raise_to(&change, k >= 3 ? way : size > 0.0 ? way / size : way);
+        }
+        memcpy(motion->trial, motion->moving, sizeof motion->trial);
+        memcpy(motion->last, motion->after, sizeof motion->last);
+    }
+    return change;
+}
+
+static void stay(perp_world *world, const perp__island *island)
+{
+    int32_t i;
+
+    for (i = 0; i < island->bodies; i++) {
+        perp__motion *motion = perp__island_motion(world, island, i);
+
+        memset(motion->trial, 0, sizeof motion->trial);
+    }
+}
+
+perp_status perp__solve_jointed(perp_world *world, const perp__island *island, double h,
+                                perp__verdict *verdict)
+{
+    const int32_t most = most_rounds[world->settings.accuracy];
+    double change = INFINITY, before;
+    int32_t round, came, coarse = 0;
+    perp_status status;
+
+    begin(world, island, verdict);
+    world->work.length = h;
+    for (round = 1;; round++) {
+        memset(verdict, 0, sizeof *verdict);
+        verdict->jointed = 1;
+        place(world, island, h);
+        status = perp__follow_island(world, island, h, verdict);
+        if (status != PERP_OK || verdict->outcome == PERP_OUTCOME_RAY || coarse)
+            return status;
+        before = change;
+        change = take_motion(world, island, h);
+        came = reach_limits(world, island, h);
+        if (verdict->impacts > 0 && came == 0)
+            return status;
+        if (came == 0 && (change <= SETTLED || round >= most))
+            return status;
+        if (came > 0 && round >= most + EXTRA_ROUNDS)
+            return status;
+        coarse = came == 0 && round > 2 && !(change < before) && change > sqrt(SETTLED);
+        if (coarse)
+            stay(world, island);
+    }
+}

@@ -1,0 +1,402 @@
+/* Joints in smooth motion, against closed forms and integrations of their own: order two, momentum
+ * to rounding, positions on the joint. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "world/joint_scene.h"
+
+static const int32_t levels[] = {PERP_ACCURACY_FAST, PERP_ACCURACY_STANDARD, PERP_ACCURACY_ACCURATE,
+                                 PERP_ACCURACY_EXACT};
+
+/* The length of a pendulum's period by the mean of means: T = 2 pi sqrt(l/g) / M(1, cos(a/2)). */
+static double period_of(double length, double amplitude)
+{
+    double a = 1.0, b = cos(0.5 * amplitude);
+
+    while (fabs(a - b) > 2.0 * EPSILON) {
+        const double mean = 0.5 * (a + b);
+
+        b = sqrt(a * b);
+        a = mean;
+    }
+    return 2.0 * PI * sqrt(length / GRAVITY) / a;
+}
+
+/* A sphere on a rod of length 1 from rest at 1.2 radians, for one period; returns how far it is
+ * from its beginning, in radians and radians a second over the frequency. */
+static double swing(int32_t accuracy, int32_t steps)
+{
+    const double amplitude = 1.2, moment = 0.004, length = 1.0 + moment;
+    const double period = period_of(length, amplitude);
+    perp_body_settings settings =
+        joint_body(1.0, moment, moment, moment, sin(amplitude), 0.0, -cos(amplitude));
+    perp_joint_settings hinge = joint_along(PERP_JOINT_REVOLUTE, 0.0, -1.0, 0.0);
+    perp_joint_state found;
+    perp_joint joint;
+    double energy;
+    scene s;
+    int k;
+
+    joint_open(&s, 0, accuracy);
+    joint = joint_add(&s, s.ground, scene_add(&s, &settings), &hinge);
+    energy = joint_energy(&s);
+    for (k = 0; k < steps; k++) {
+        scene_step(&s, period / steps);
+        /* the mass centre is on its circle: what a projection leaves is second order of a
+         * third-order drift */
+        found = joint_state(&s, joint);
+        scene_near(hypot(found.anchor[0], found.anchor[2]), 0.0, 1e-8, "the hinge's anchor");
+    }
+    /* of third order a period, and downwards */
+    scene_near(joint_energy(&s), energy, 4e3 * GRAVITY / pow(steps, 3.0), "energy");
+    assert_true(joint_energy(&s) < energy);
+    scene_close(&s);
+    return hypot(found.position, found.speed * period / (2.0 * PI));
+}
+
+static void test_pendulum(void **state)
+{
+    size_t k;
+
+    (void)state;
+    for (k = 0; k < sizeof levels / sizeof *levels; k++) {
+        const double coarse = swing(levels[k], 100), fine = swing(levels[k], 200);
+
+        /* halving the step divides the error by four, the next orders being a tenth of that */
+        scene_near(coarse / fine, 4.0, 0.4, "order two");
+        assert_true(fine < 2e-3);
+    }
+}
+
+/* ---- a double pendulum beside Runge and Kutta's method on Lagrange's equations ---- */
+
+typedef struct rods {
+    double m[2], l[2], moment[2]; /* uniform rods: mass centre in the middle */
+} rods;
+
+static const rods two_rods = {{1.0, 0.6}, {1.0, 0.7}, {1.0 / 12.0, 0.6 * 0.49 / 12.0}};
+
+static void accelerate(const rods *r, const double *x, double *dx)
+{
+    const double c = cos(x[0] - x[1]), s = sin(x[0] - x[1]);
+    const double a =
+        r->moment[0] + r->m[0] * 0.25 * r->l[0] * r->l[0] + r->m[1] * r->l[0] * r->l[0];
+    const double b = r->moment[1] + r->m[1] * 0.25 * r->l[1] * r->l[1];
+    const double k = 0.5 * r->m[1] * r->l[0] * r->l[1];
+    const double f =
+        -k * s * x[3] * x[3] - GRAVITY * (0.5 * r->m[0] + r->m[1]) * r->l[0] * sin(x[0]);
+    const double g = k * s * x[2] * x[2] - GRAVITY * 0.5 * r->m[1] * r->l[1] * sin(x[1]);
+    const double d = a * b - k * k * c * c;
+
+    dx[0] = x[2];
+    dx[1] = x[3];
+    dx[2] = (b * f - k * c * g) / d;
+    dx[3] = (a * g - k * c * f) / d;
+}
+
+static void runge_kutta(const rods *r, double *x, double t, int32_t steps)
+{
+    const double h = t / steps;
+    int32_t i, k;
+
+    for (k = 0; k < steps; k++) {
+        double d[4][4], y[4];
+
+        accelerate(r, x, d[0]);
+        for (i = 0; i < 4; i++)
+            y[i] = x[i] + 0.5 * h * d[0][i];
+        accelerate(r, y, d[1]);
+        for (i = 0; i < 4; i++)
+            y[i] = x[i] + 0.5 * h * d[1][i];
+        accelerate(r, y, d[2]);
+        for (i = 0; i < 4; i++)
+            y[i] = x[i] + h * d[2][i];
+        accelerate(r, y, d[3]);
+        for (i = 0; i < 4; i++)
+            x[i] += h / 6.0 * (d[0][i] + 2.0 * d[1][i] + 2.0 * d[2][i] + d[3][i]);
+    }
+}
+
+/* The angles after 1 s, from (2, 1) at rest. */
+static double swing_both(int32_t planar, int32_t steps, const double *expected)
+{
+    const rods *r = &two_rods;
+    const double angles[2] = {2.0, 1.0};
+    perp_body body[2];
+    double at[2] = {0.0, 0.0};
+    double error = 0.0;
+    scene s;
+    int i;
+
+    joint_open(&s, planar, PERP_ACCURACY_STANDARD);
+    for (i = 0; i < 2; i++) {
+        const double x = sin(angles[i]) * r->l[i], y = -cos(angles[i]) * r->l[i];
+        perp_body_settings settings =
+            joint_body(r->m[i], r->moment[i], r->moment[i], r->moment[i], at[0] + 0.5 * x,
+                       planar ? at[1] + 0.5 * y : 0.0, planar ? 0.0 : at[1] + 0.5 * y);
+        perp_joint_settings hinge =
+            joint_at(PERP_JOINT_REVOLUTE, at[0], planar ? at[1] : 0.0, planar ? 0.0 : at[1]);
+
+        hinge.axis[1] = planar ? 0.0 : -1.0;
+        hinge.axis[2] = planar ? 1.0 : 0.0;
+        body[i] = scene_add(&s, &settings);
+        joint_add(&s, i == 0 ? s.ground : body[0], body[i], &hinge);
+        at[0] += x;
+        at[1] += y;
+    }
+    for (i = 0; i < steps; i++)
+        scene_step(&s, 1.0 / steps);
+    at[0] = at[1] = 0.0;
+    for (i = 0; i < 2; i++) {
+        const perp_body_state state = scene_state(&s, body[i]);
+
+        error = fmax(error, fabs(state.position[0] - at[0] - 0.5 * r->l[i] * sin(expected[i])));
+        at[0] += r->l[i] * sin(expected[i]);
+    }
+    scene_close(&s);
+    return error;
+}
+
+static void test_double_pendulum(void **state)
+{
+    double x[4] = {2.0, 1.0, 0.0, 0.0};
+    int32_t planar;
+
+    (void)state;
+    runge_kutta(&two_rods, x, 1.0, 4000); /* to 1e-12 */
+    for (planar = 0; planar < 2; planar++) {
+        const double coarse = swing_both(planar, 200, x), fine = swing_both(planar, 400, x);
+
+        scene_near(coarse / fine, 4.0, 0.4, "order two");
+        assert_true(fine < 1e-3);
+    }
+}
+
+/* ---- turning bodies ---- */
+
+/* A symmetric top on its tip in steady precession: with I1 about the tip and the spin w3 along its
+ * axis, I1 W^2 cos(a) - I3 w3 W + m g l = 0 keeps the tilt a. */
+static double precess(int32_t accuracy, int32_t steps)
+{
+    const double tilt = 0.5, l = 0.3, m = 2.0, i1 = 0.02, i3 = 0.03, precession = 1.5, t = 1.0;
+    const double about_tip = i1 + m * l * l;
+    const double spin =
+        (about_tip * precession * precession * cos(tilt) + m * GRAVITY * l) / (i3 * precession);
+    const double axis[3] = {sin(tilt), 0.0, cos(tilt)};
+    const double along = spin - precession * cos(tilt); /* w = W z + along axis */
+    const perp_joint_settings ball = joint_at(PERP_JOINT_BALL, 0.0, 0.0, 0.0);
+    perp_body_settings settings = joint_body(m, i1, i1, i3, l * axis[0], 0.0, l * axis[2]);
+    double error;
+    perp_body body;
+    perp_body_state at;
+    scene s;
+    int k;
+
+    settings.orientation[0] = cos(0.5 * tilt);
+    settings.orientation[2] = sin(0.5 * tilt);
+    for (k = 0; k < 3; k++)
+        settings.angular_velocity[k] = along * axis[k] + (k == 2 ? precession : 0.0);
+    settings.velocity[1] =
+        settings.angular_velocity[2] * l * axis[0] - settings.angular_velocity[0] * l * axis[2];
+    joint_open(&s, 0, accuracy);
+    body = scene_add(&s, &settings);
+    joint_add(&s, s.ground, body, &ball);
+    for (k = 0; k < steps; k++)
+        scene_step(&s, t / steps);
+    at = scene_state(&s, body);
+    error = hypot(hypot(at.position[0] - l * sin(tilt) * cos(precession * t),
+                        at.position[1] - l * sin(tilt) * sin(precession * t)),
+                  at.position[2] - l * cos(tilt));
+    scene_close(&s);
+    return error / l;
+}
+
+static void test_top(void **state)
+{
+    size_t k;
+
+    (void)state;
+    for (k = 0; k < sizeof levels / sizeof *levels; k++) {
+        const double coarse = precess(levels[k], 1000), fine = precess(levels[k], 2000);
+
+        scene_near(coarse / fine, 4.0, 0.4, "order two");
+        assert_true(fine < 1e-3); /* it turns by 35 radians */
+    }
+}
+
+/* Without gravity; as many rounds as it takes. */
+static void open_empty(scene *s)
+{
+    perp_world_settings settings;
+
+    assert_int_equal(perp_world_settings_init(&settings, sizeof settings, 0), PERP_OK);
+    settings.accuracy = PERP_ACCURACY_EXACT;
+    settings.gravity[2] = 0.0;
+    scene_create(s, &settings);
+}
+
+/* Three bodies on two joints, tumbling where nothing acts: momentum is kept to rounding, angular
+ * momentum to second order. */
+static void test_momentum(void **state)
+{
+    static const int32_t kinds[] = {PERP_JOINT_BALL,   PERP_JOINT_REVOLUTE, PERP_JOINT_PRISMATIC,
+                                    PERP_JOINT_FIXED,  PERP_JOINT_SCREW,    PERP_JOINT_CYLINDRICAL,
+                                    PERP_JOINT_PLANAR, PERP_JOINT_DISTANCE};
+    size_t kind;
+
+    (void)state;
+    for (kind = 0; kind < sizeof kinds / sizeof *kinds; kind++) {
+        double linear[2][3], angular[2][3], energy;
+        perp_body last = 0;
+        scene s;
+        int i, k;
+
+        open_empty(&s);
+        for (i = 0; i < 3; i++) {
+            perp_body_settings settings =
+                joint_body(1.0 + i, 0.1, 0.2 + 0.05 * i, 0.25, 0.5 * i, 0.1 * i, 0.0);
+            perp_joint_settings joint = joint_along(kinds[kind], 1.0, 0.3, -0.2);
+            perp_body body;
+
+            settings.velocity[2] = 1.0 - i;
+            settings.angular_velocity[0] = 2.0 - 0.5 * i;
+            settings.angular_velocity[1] = 0.7;
+            body = scene_add(&s, &settings);
+            joint.anchor[0] = 0.5 * i - 0.2;
+            joint.anchor_b[0] = 0.5 * i;
+            joint.anchor_b[1] = 0.3;
+            joint.pitch = 0.4;
+            if (i > 0)
+                joint_add(&s, last, body, &joint);
+            last = body;
+        }
+        scene_step(&s, 0.002); /* velocities that obey the joints */
+        SCENE_OK(&s, perp_world_momentum(s.world, linear[0], angular[0]));
+        energy = joint_energy(&s);
+        for (k = 0; k < 500; k++)
+            scene_step(&s, 0.002);
+        SCENE_OK(&s, perp_world_momentum(s.world, linear[1], angular[1]));
+        for (i = 0; i < 3; i++) {
+            /* rounding of 500 steps; what the projection moves bodies by, (w h)^3 a step */
+            scene_near(linear[1][i], linear[0][i], 1e-13, "momentum");
+            scene_near(angular[1][i], angular[0][i], 500.0 * 6.4e-8, "angular momentum");
+        }
+        /* second order: h^2 times the turns of that second */
+        scene_near(joint_energy(&s), energy, 1e-4 * energy, "energy");
+        scene_close(&s);
+    }
+}
+
+/* A nut that falls along its screw: (m + I / p^2) x'' = m g, p the way a radian. */
+static void test_screw(void **state)
+{
+    const double pitch = 0.5, p = pitch / (2.0 * PI), m = 2.0, i3 = 0.03, t = 1.0;
+    perp_body_settings settings = joint_body(m, 0.05, 0.05, i3, 0.0, 0.0, 0.0);
+    perp_joint_settings joint = joint_along(PERP_JOINT_SCREW, 0.0, 0.0, 1.0);
+    const double way = -0.5 * t * t * GRAVITY / (1.0 + i3 / (m * p * p));
+    perp_joint_state found;
+    perp_body body;
+    perp_joint id;
+    scene s;
+    int k;
+
+    (void)state;
+    scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+    joint.pitch = pitch;
+    body = scene_add(&s, &settings);
+    id = joint_add(&s, s.ground, body, &joint);
+    for (k = 0; k < 100; k++)
+        scene_step(&s, t / 100.0);
+    found = joint_state(&s, id);
+    /* a constant acceleration: exact but for the rounding of 100 steps; 1.3 turns are counted */
+    scene_near(scene_state(&s, body).position[2], way, 1e-12, "way");
+    scene_near(found.position, way / p, 1e-11, "turns");
+    scene_near(found.speed, 2.0 * way / p / t, 1e-11, "speed");
+    assert_true(found.position < -2.0 * PI);
+    scene_close(&s);
+}
+
+/* ---- a four-bar linkage, driven ---- */
+
+/* Freudenstein: the angle of the follower for that of the crank, bars a (ground), b, c, d. */
+static double follower(double crank)
+{
+    const double a = 2.0, b = 0.8, c = 1.9, d = 1.5;
+    const double x = b * cos(crank) - a, y = b * sin(crank);
+    const double square = x * x + y * y;
+    const double to_coupler = atan2(y, x);
+
+    return to_coupler - acos((square + d * d - c * c) / (2.0 * d * sqrt(square)));
+}
+
+static perp_body add_bar(scene *s, double x0, double y0, double x1, double y1)
+{
+    const double square = (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0);
+    perp_body_settings settings = joint_body(sqrt(square), 1.0, 1.0, pow(square, 1.5) / 12.0,
+                                             0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0);
+
+    return scene_add(s, &settings);
+}
+
+static perp_joint hinge(scene *s, perp_body a, perp_body b, double x, double y)
+{
+    const perp_joint_settings settings = joint_at(PERP_JOINT_REVOLUTE, x, y, 0.0);
+
+    return joint_add(s, a, b, &settings);
+}
+
+static void test_four_bars(void **state)
+{
+    const double crank = 1.0, rocker = follower(crank);
+    const double x = 0.8 * cos(crank), y = 0.8 * sin(crank);
+    const double p = 2.0 + 1.5 * cos(rocker), q = 1.5 * sin(rocker);
+    int32_t planar;
+
+    (void)state;
+    for (planar = 0; planar < 2; planar++) { /* in space three rows say the same as others */
+        perp_joint in, out;
+        perp_body bars[3];
+        scene s;
+        int k;
+
+        scene_open(&s, planar, 0.0, -GRAVITY, 0.0);
+        bars[0] = add_bar(&s, 0.0, 0.0, x, y);
+        bars[1] = add_bar(&s, x, y, p, q);
+        bars[2] = add_bar(&s, 2.0, 0.0, p, q);
+        in = hinge(&s, s.ground, bars[0], 0.0, 0.0);
+        hinge(&s, bars[0], bars[1], x, y);
+        hinge(&s, bars[1], bars[2], p, q);
+        out = hinge(&s, s.ground, bars[2], 2.0, 0.0);
+        SCENE_OK(&s, perp_world_set_joint_motor(s.world, in, 3.0, INFINITY));
+        for (k = 0; k < 300; k++) {
+            perp_joint_state at;
+
+            scene_step(&s, 0.01);
+            at = joint_state(&s, in);
+            scene_near(at.speed, 3.0, 1e-10, "the motor's speed"); /* tol */
+            /* what the projection of one step leaves: the square of 1e-5 */
+            scene_near(
+                remainder(joint_state(&s, out).position - follower(crank + at.position) + rocker,
+                          2.0 * PI),
+                0.0, 1e-8, "the follower's angle");
+        }
+        /* from rest to speed in the first step, half of which counts; order (w h)^2 */
+        scene_near(joint_state(&s, in).position, 3.0 * (3.0 - 0.005), 9.0 * 9e-4, "turns");
+        scene_close(&s);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_pendulum), cmocka_unit_test(test_double_pendulum),
+        cmocka_unit_test(test_top),      cmocka_unit_test(test_momentum),
+        cmocka_unit_test(test_screw),    cmocka_unit_test(test_four_bars),
+    };
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
