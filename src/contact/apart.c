@@ -18,15 +18,11 @@ static void lay_out(perp__arena *arena, void *object)
     const size_t n = (size_t)own->room;
     double **const vectors[] = {&own->mu, &own->rolling, &own->spinning, &own->q,
                                 &own->r0, &own->r,       &own->u,        &own->ray};
-    size_t k;
 
     own->W = perp__arena_take(arena, n, n * sizeof(double));
-    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
-    own->rows = perp__arena_take(arena, n, sizeof(int32_t));
-    own->units = perp__arena_take(arena, n, sizeof(int32_t));
-    own->dims = perp__arena_take(arena, n, sizeof(int32_t));
-    own->modes = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &own->rows, &own->units, &own->dims, &own->modes);
 }
 
 static int32_t is_solved(const perp_contact_solver *solver, int32_t part)
@@ -46,13 +42,11 @@ static int32_t count_rows(const perp_contact_solver *solver, int32_t part)
 /* The part's rows, its contacts and their coefficients. */
 static void list(const perp_contact_solver *solver, perp__contact_apart *own, int32_t part)
 {
-    int32_t i, k;
-
     own->size = own->contacts = 0;
-    for (i = 0; i < solver->size; i++)
+    for (int32_t i = 0; i < solver->size; i++)
         if (solver->part[solver->unit_of[i]] == part)
             own->rows[own->size++] = i;
-    for (k = 0; k < solver->contacts; k++)
+    for (int32_t k = 0; k < solver->contacts; k++)
         if (solver->part[k] == part) {
             own->units[own->contacts] = k;
             own->dims[own->contacts] = solver->dims[k];
@@ -61,7 +55,7 @@ static void list(const perp_contact_solver *solver, perp__contact_apart *own, in
             own->spinning[own->contacts++] = solver->spins ? solver->spinning[k] : 0.0;
         }
     own->bilateral = 0;
-    for (k = solver->contacts; k < solver->units; k++)
+    for (int32_t k = solver->contacts; k < solver->units; k++)
         own->bilateral += solver->part[k] == part;
 }
 
@@ -71,25 +65,23 @@ static void copy(perp_contact_solver *solver, perp__contact_apart *own)
     const perp__matrix *W = &solver->W;
     const size_t n = (size_t)own->size;
     int32_t *place = solver->number; /* of a unit's first row in the part */
-    size_t i, j;
-    int32_t k;
 
-    for (i = n; i-- > 0;)
+    for (size_t i = n; i-- > 0;)
         place[solver->unit_of[own->rows[i]]] = (int32_t)i;
-    for (j = 0; j < n; j++) {
+    for (size_t j = 0; j < n; j++) {
         const int32_t from = own->rows[j];
         double *column = own->W + j * n;
 
         own->q[j] = solver->q[from];
         own->r0[j] = solver->best.r[from];
         if (!W->column_starts) {
-            for (i = 0; i < n; i++)
+            for (size_t i = 0; i < n; i++)
                 column[i] = W->values[(size_t)own->rows[i] * W->row_stride +
                                       (size_t)from * W->column_stride];
             continue;
         }
         memset(column, 0, n * sizeof *column);
-        for (k = W->column_starts[from]; k < W->column_starts[from + 1]; k++) {
+        for (int32_t k = W->column_starts[from]; k < W->column_starts[from + 1]; k++) {
             const int32_t row = W->row_indices[k], unit = solver->unit_of[row];
 
             if (solver->part[unit] == solver->part[solver->unit_of[from]])
@@ -128,8 +120,6 @@ static perp_status set_up(perp_contact_solver *solver, perp__contact_apart *own)
 static void hand_back(perp_contact_solver *solver, perp__contact_apart *own,
                       const perp_contact_result *result)
 {
-    int32_t i;
-
     solver->iterations += result->iterations;
     if (!perp__is_good(result->outcome))
         solver->said = result->outcome;
@@ -137,7 +127,7 @@ static void hand_back(perp_contact_solver *solver, perp__contact_apart *own,
         solver->ended = result->outcome;
     if (result->has_ray) {
         memset(solver->start, 0, (size_t)solver->size * sizeof *solver->start);
-        for (i = 0; i < own->size; i++)
+        for (int32_t i = 0; i < own->size; i++)
             solver->start[own->rows[i]] = own->ray[i];
         perp__contact_keep_ray(solver, solver->start);
     }
@@ -145,9 +135,9 @@ static void hand_back(perp_contact_solver *solver, perp__contact_apart *own,
         return;
     own->least = result->residual;
     solver->running = result->method;
-    for (i = 0; i < own->size; i++)
+    for (int32_t i = 0; i < own->size; i++)
         solver->r[own->rows[i]] = own->r[i];
-    for (i = 0; i < own->contacts; i++)
+    for (int32_t i = 0; i < own->contacts; i++)
         solver->modes[own->units[i]] = (int8_t)own->modes[i];
 }
 
@@ -164,14 +154,13 @@ static perp_status solve_part(perp_contact_solver *solver, int32_t part)
                                .q = own->q,
                                .r0 = own->r0};
     perp_status status = perp_contact_result_init(&result, sizeof result);
-    int32_t attempt, i;
 
     list(solver, own, part);
     copy(solver, own);
     if (status == PERP_OK)
         status = set_up(solver, own);
     own->least = solver->best.evidence[part].tested;
-    for (attempt = 0; attempt < 2 && status == PERP_OK; attempt++) {
+    for (int32_t attempt = 0; attempt < 2 && status == PERP_OK; attempt++) {
         if (solver->deadline > 0.0)
             own->solver->settings.time_limit = fmax(SOON, solver->deadline - perp__now());
         status = perp__contact_solve(own->solver, &call);
@@ -180,7 +169,7 @@ static perp_status solve_part(perp_contact_solver *solver, int32_t part)
         if (status != PERP_OK || perp__is_good(result.outcome) || result.has_ray ||
             solver->ended >= 0)
             break;
-        for (i = 0; i < own->size && solver->call->r0; i++)
+        for (int32_t i = 0; i < own->size && solver->call->r0; i++)
             own->r0[i] = solver->call->r0[own->rows[i]];
         call.r0 = solver->call->r0 ? own->r0 : NULL;
     }

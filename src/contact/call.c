@@ -114,7 +114,6 @@ void perp__contact_write_out(perp_contact_solver *solver, double started)
 {
     const perp__contact_call *call = solver->call;
     const size_t bytes = (size_t)solver->size * sizeof(double);
-    int32_t k;
 
     if (call->v && solver->n > 0)
         memcpy(call->v, solver->best_v, (size_t)solver->n * sizeof(double));
@@ -125,7 +124,7 @@ void perp__contact_write_out(perp_contact_solver *solver, double started)
         if (call->ray && solver->best.outcome == PERP_OUTCOME_RAY)
             memcpy(call->ray, solver->ray, bytes);
     }
-    for (k = 0; call->modes && k < solver->contacts; k++)
+    for (int32_t k = 0; call->modes && k < solver->contacts; k++)
         call->modes[k] = solver->best.modes[k];
     write_result(solver, started);
 }

@@ -37,9 +37,7 @@ enum { ROUGH_SWEEPS = 1000, FIRST_SWEEPS = 100, LEMKE_MOST = 600 };
 
 static perp__contact_slot *slot_of(perp_contact_solver *solver, int32_t method)
 {
-    int32_t k;
-
-    for (k = 0; k < PERP__CONTACT_METHODS; k++)
+    for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
         if (solver->slots[k].method->id == method)
             return &solver->slots[k];
     return NULL;
@@ -174,9 +172,9 @@ static perp_status run_on(perp_contact_solver *solver, perp__contact_slot *slot,
     const double tol = solver->settings.tol;
     perp__contact_worth next = *worth;
     perp_status status = PERP_OK;
-    int32_t round;
 
-    for (round = 0; round < SHARPER && status == PERP_OK && !ends_the_search(solver); round++) {
+    for (int32_t round = 0; round < SHARPER && status == PERP_OK && !ends_the_search(solver);
+         round++) {
         if (!(next.tested <= tol) || !(next.own < 1.0) || is_spent(solver, slot))
             break;
         solver->problem.tol = fmax(LEAST_TOL, 0.5 * next.tested * tol / next.own);
@@ -258,9 +256,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
 /* Contacts without friction and planar ones: their polyhedra are the cones themselves. */
 static int32_t is_polyhedral(const perp_contact_solver *solver)
 {
-    int32_t k;
-
-    for (k = 0; k < solver->contacts; k++)
+    for (int32_t k = 0; k < solver->contacts; k++)
         if (solver->dims[k] == 3 && (solver->mu[k] > 0.0 || solver->has_discs))
             return 0;
     return 1;
@@ -327,17 +323,14 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
 static perp_status try_start(perp_contact_solver *solver)
 {
     perp__contact_worth worth;
-    int32_t i;
 
-    for (i = 0; i < solver->size; i++)
+    for (int32_t i = 0; i < solver->size; i++)
         solver->r[i] = solver->call->r0 ? solver->call->r0[i] : 0.0;
     return perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
 }
 
 static void forget(perp_contact_solver *solver)
 {
-    int32_t k;
-
     solver->best.method = -1;
     solver->has_ray = 0;
     solver->certificate = PERP_CONTACT_CERTIFICATE_NONE;
@@ -345,7 +338,7 @@ static void forget(perp_contact_solver *solver)
     solver->said = PERP_OUTCOME_ITERATION_LIMIT;
     solver->aborted = 0;
     solver->iterations = solver->polished = 0;
-    for (k = 0; k < PERP__CONTACT_METHODS; k++)
+    for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++)
         solver->slots[k].spent = 0;
 }
 

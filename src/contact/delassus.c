@@ -12,15 +12,13 @@ static double *entry_place(const perp__matrix *W, double *values, size_t i, size
 
 void perp__delassus_diagonal(const perp__matrix *W, double *diagonal)
 {
-    int32_t j, k;
-
-    for (j = 0; j < W->columns; j++) {
+    for (int32_t j = 0; j < W->columns; j++) {
         diagonal[j] = 0.0;
         if (!W->column_starts) {
             diagonal[j] = W->values[(size_t)j * (W->row_stride + W->column_stride)];
             continue;
         }
-        for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
+        for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
             if (W->row_indices[k] == j)
                 diagonal[j] = W->values[k];
     }
@@ -48,12 +46,11 @@ static void copy_dense(perp__delassus *own, const double *compliance)
     const perp__matrix *W = &own->given;
     const size_t n = (size_t)W->rows;
     perp__matrix copy = *W;
-    size_t i, j;
 
     copy.row_stride = W->row_stride == 1 ? 1 : n;
     copy.column_stride = W->row_stride == 1 ? n : 1;
-    for (j = 0; j < n; j++)
-        for (i = 0; i < n; i++)
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
             *entry_place(&copy, own->values, i, j) =
                 W->values[i * W->row_stride + j * W->column_stride] +
                 (i == j ? compliance[i] : 0.0);
@@ -129,26 +126,24 @@ perp_status perp__delassus_add(perp__delassus *own, perp_context *context, perp_
 
 void perp__absolute_product(const perp__matrix *W, const double *x, const double *add, double *out)
 {
-    int32_t i, j, k;
-
-    for (i = 0; i < W->rows; i++)
+    for (int32_t i = 0; i < W->rows; i++)
         out[i] = fabs(add[i]);
     if (!W->column_starts && W->row_stride != 1) {
-        for (i = 0; i < W->rows; i++)
-            for (j = 0; j < W->columns; j++)
+        for (int32_t i = 0; i < W->rows; i++)
+            for (int32_t j = 0; j < W->columns; j++)
                 out[i] += fabs(W->values[(size_t)i * W->row_stride + (size_t)j] * x[j]);
         return;
     }
-    for (j = 0; j < W->columns; j++) {
+    for (int32_t j = 0; j < W->columns; j++) {
         const double *column = W->values + (size_t)j * W->column_stride;
 
         if (x[j] == 0.0)
             continue;
         if (W->column_starts)
-            for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
+            for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
                 out[W->row_indices[k]] += fabs(W->values[k] * x[j]);
         else
-            for (i = 0; i < W->rows; i++)
+            for (int32_t i = 0; i < W->rows; i++)
                 out[i] += fabs(column[i] * x[j]);
     }
 }
@@ -157,12 +152,10 @@ void perp__absolute_product(const perp__matrix *W, const double *x, const double
 static void sparse_transposed(const perp__matrix *A, const double *x, const double *add,
                               double *high, double *low)
 {
-    int32_t j, k;
-
-    for (j = 0; j < A->columns; j++) {
+    for (int32_t j = 0; j < A->columns; j++) {
         double sum = add ? add[j] : 0.0, error = 0.0, total;
 
-        for (k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
+        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
             const double factor = x[A->row_indices[k]];
             const double product = A->values[k] * factor;
             const double next = sum + product, part = next - sum;

@@ -40,10 +40,7 @@ static void lay_out(perp__arena *arena, void *object)
         own->W = perp__arena_take(arena, size, size * sizeof(double));
         own->block = perp__arena_take(arena, n, BLOCK * sizeof(double));
     }
-    own->high = perp__arena_take(arena, larger, sizeof(double));
-    own->low = perp__arena_take(arena, larger, sizeof(double));
-    own->more_high = perp__arena_take(arena, larger, sizeof(double));
-    own->more_low = perp__arena_take(arena, larger, sizeof(double));
+    PERP__DOUBLES(arena, larger, &own->high, &own->low, &own->more_high, &own->more_low);
 }
 
 /* The rows of a sparse A, one after the other. */
@@ -51,17 +48,16 @@ static void read_lines(perp__dynamics *own, int32_t which)
 {
     const perp__matrix *A = which ? &own->G : &own->H;
     int32_t *starts = own->line_starts[which];
-    int32_t i, j, k;
 
     if (!A->column_starts)
         return;
     memset(starts, 0, ((size_t)A->rows + 2) * sizeof *starts);
-    for (k = 0; k < A->column_starts[A->columns]; k++)
+    for (int32_t k = 0; k < A->column_starts[A->columns]; k++)
         starts[A->row_indices[k] + 2]++;
-    for (i = 0; i < A->rows; i++)
+    for (int32_t i = 0; i < A->rows; i++)
         starts[i + 2] += starts[i + 1];
-    for (j = 0; j < A->columns; j++)
-        for (k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
+    for (int32_t j = 0; j < A->columns; j++)
+        for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++) {
             const int32_t to = starts[A->row_indices[k] + 1]++;
 
             own->line_columns[which][to] = j;
@@ -75,14 +71,13 @@ static void spread_row(const perp__dynamics *own, int32_t i, double *x)
     const int32_t which = i >= own->H.rows;
     const perp__matrix *A = which ? &own->G : &own->H;
     const int32_t row = which ? i - own->H.rows : i;
-    int32_t j, k;
 
     if (A->column_starts) {
         memset(x, 0, (size_t)own->n * sizeof *x);
-        for (k = own->line_starts[which][row]; k < own->line_starts[which][row + 1]; k++)
+        for (int32_t k = own->line_starts[which][row]; k < own->line_starts[which][row + 1]; k++)
             x[own->line_columns[which][k]] = own->line_values[which][k];
     } else {
-        for (j = 0; j < own->n; j++)
+        for (int32_t j = 0; j < own->n; j++)
             x[j] = A->values[(size_t)row * A->row_stride + (size_t)j * A->column_stride];
     }
 }
@@ -101,17 +96,16 @@ static perp_status factor_mass(perp__dynamics *own)
     const size_t n = (size_t)own->n;
     perp_status status;
     int32_t pivot;
-    size_t i, j;
 
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         own->ones[i] = 1.0;
         own->all[i] = (int32_t)i;
     }
     if (!own->has_M || n == 0)
         return PERP_OK;
     if (own->factor) {
-        for (j = 0; j < n; j++)
-            for (i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++)
+            for (size_t i = 0; i < n; i++)
                 own->factor[i + j * n] =
                     own->M.values[i * own->M.row_stride + j * own->M.column_stride];
         pivot = perp__cholesky_factor(own->n, own->factor, own->n);
@@ -127,15 +121,13 @@ static perp_status factor_mass(perp__dynamics *own)
 static perp_status solve_mass(perp__dynamics *own, double *x, int32_t columns)
 {
     const size_t n = (size_t)own->n;
-    int32_t c;
-    size_t i;
 
     if (n == 0 || columns == 0)
         return PERP_OK;
     if (own->solve) {
         if (own->solve(x, columns, own->user) != 0)
             return perp__fail(own->context, PERP_ERROR_CALLBACK, "dynamics.solve asked to abort");
-        for (i = 0; i < n * (size_t)columns; i++)
+        for (size_t i = 0; i < n * (size_t)columns; i++)
             if (!isfinite(x[i]))
                 return perp__fail(own->context, PERP_ERROR_NOT_FINITE,
                                   "dynamics.solve made entry %zu of right-hand side %zu %g", i % n,
@@ -143,7 +135,7 @@ static perp_status solve_mass(perp__dynamics *own, double *x, int32_t columns)
     } else if (own->factor) {
         perp__cholesky_solve(own->n, columns, own->factor, own->n, x, own->n);
     } else {
-        for (c = 0; c < columns; c++)
+        for (int32_t c = 0; c < columns; c++)
             perp__sparse_cholesky_solve(&own->cholesky, x + (size_t)c * n);
     }
     return PERP_OK;
@@ -161,20 +153,18 @@ static perp_status form_delassus(perp__dynamics *own)
 {
     const size_t n = (size_t)own->n, size = (size_t)own->size;
     perp_status status = PERP_OK;
-    int32_t begin, c;
-    size_t i, j;
 
-    for (begin = 0; begin < own->size && status == PERP_OK; begin += BLOCK) {
+    for (int32_t begin = 0; begin < own->size && status == PERP_OK; begin += BLOCK) {
         const int32_t columns = own->size - begin < BLOCK ? own->size - begin : BLOCK;
 
-        for (c = 0; c < columns; c++)
+        for (int32_t c = 0; c < columns; c++)
             spread_row(own, begin + c, own->block + (size_t)c * n);
         status = solve_mass(own, own->block, columns);
-        for (c = 0; c < columns && status == PERP_OK; c++)
+        for (int32_t c = 0; c < columns && status == PERP_OK; c++)
             relative(own, own->block + (size_t)c * n, own->W + (size_t)(begin + c) * size);
     }
-    for (j = 0; j < size && status == PERP_OK; j++)
-        for (i = 0; i <= j; i++) {
+    for (size_t j = 0; j < size && status == PERP_OK; j++)
+        for (size_t i = 0; i <= j; i++) {
             const double mean = 0.5 * own->W[i + j * size] + 0.5 * own->W[j + i * size];
 
             own->W[i + j * size] = own->W[j + i * size] = mean;
@@ -204,8 +194,6 @@ perp_status perp__dynamics_setup(perp__dynamics *own)
 /* high + low := f + H'r + G's */
 static void right_hand_side(perp__dynamics *own, const double *f, const double *r)
 {
-    size_t i;
-
     if (!r) {
         memcpy(own->high, f, (size_t)own->n * sizeof *f);
         memset(own->low, 0, (size_t)own->n * sizeof *f);
@@ -215,7 +203,7 @@ static void right_hand_side(perp__dynamics *own, const double *f, const double *
     if (own->G.rows == 0)
         return;
     perp__transposed_doubled(&own->G, r + own->H.rows, own->high, own->more_high, own->more_low);
-    for (i = 0; i < (size_t)own->n; i++) {
+    for (size_t i = 0; i < (size_t)own->n; i++) {
         own->high[i] = own->more_high[i];
         own->low[i] += own->more_low[i];
     }
@@ -226,10 +214,9 @@ perp_status perp__dynamics_velocities(perp__dynamics *own, const double *f, cons
 {
     const size_t n = (size_t)own->n;
     perp_status status;
-    size_t i;
 
     right_hand_side(own, f, r);
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         v[i] = own->high[i] + own->low[i];
         v_low[i] = 0.0;
     }
@@ -237,13 +224,13 @@ perp_status perp__dynamics_velocities(perp__dynamics *own, const double *f, cons
     if (status != PERP_OK || !own->has_M)
         return status;
     /* the residual f + H'r + G's - M v, rounded once; its solution is what v lacks */
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         own->high[i] = -own->high[i];
     perp__multiply_doubled(&own->M, v, own->high, own->more_high, own->more_low);
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         v_low[i] = own->low[i] - own->more_high[i] - own->more_low[i];
     status = solve_mass(own, v_low, 1);
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         const double sum = v[i] + v_low[i];
 
         v_low[i] = isfinite(sum) ? v_low[i] - (sum - v[i]) : 0.0;
@@ -255,11 +242,9 @@ perp_status perp__dynamics_velocities(perp__dynamics *own, const double *f, cons
 static void relative_doubled(perp__dynamics *own, const perp__matrix *A, const double *v,
                              const double *v_low, const double *add, double *u)
 {
-    int32_t i;
-
     perp__multiply_doubled(A, v, add, own->high, own->low);
     perp__multiply(A, v_low, own->more_high);
-    for (i = 0; i < A->rows; i++)
+    for (int32_t i = 0; i < A->rows; i++)
         u[i] = own->high[i] + (own->low[i] + own->more_high[i]);
 }
 

@@ -43,19 +43,19 @@ static perp_status check_pair(perp_context *context, const perp__matrix *M, int3
 static perp_status check_mass(perp_context *context, const perp__matrix *M)
 {
     perp_status status = PERP_OK;
-    int32_t i, j, k;
 
-    for (i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < M->rows; i++)
         if (!(entry(M, i, i) > 0.0))
             return perp__fail(context, PERP_ERROR_ARGUMENT,
                               "M(%d,%d) is %g: M is not positive definite", (int)i, (int)i,
                               entry(M, i, i));
-    for (j = 0; j < M->columns && status == PERP_OK; j++) {
+    for (int32_t j = 0; j < M->columns && status == PERP_OK; j++) {
         if (M->column_starts)
-            for (k = M->column_starts[j]; k < M->column_starts[j + 1] && status == PERP_OK; k++)
+            for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1] && status == PERP_OK;
+                 k++)
                 status = check_pair(context, M, M->row_indices[k], j);
         else
-            for (i = 0; i < j && status == PERP_OK; i++)
+            for (int32_t i = 0; i < j && status == PERP_OK; i++)
                 status = check_pair(context, M, i, j);
     }
     return status;

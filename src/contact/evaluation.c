@@ -12,9 +12,8 @@
 static void rest(perp_contact_solver *solver)
 {
     const perp__contact_problem *p = &solver->problem;
-    int32_t i;
 
-    for (i = 0; solver->rests && i < p->size; i++)
+    for (int32_t i = 0; solver->rests && i < p->size; i++)
         if (solver->drive[solver->part[solver->unit_of[i]]] == 0.0)
             solver->r[i] = 0.0;
 }
@@ -22,13 +21,11 @@ static void rest(perp_contact_solver *solver)
 /* Finite data may make numbers that no double holds. */
 static perp_status check_load(perp_contact_solver *solver)
 {
-    int32_t i, k;
-
-    for (i = 0; i < solver->size; i++)
+    for (int32_t i = 0; i < solver->size; i++)
         if (!isfinite(solver->q[i]))
             return perp__fail(solver->context, PERP_ERROR_NOT_FINITE,
                               "row %d of q = H M^-1 f + w is %g", (int)i, solver->q[i]);
-    for (k = 0; k < solver->units; k++)
+    for (int32_t k = 0; k < solver->units; k++)
         if (!(solver->omega[k] < INFINITY))
             return perp__fail(solver->context, PERP_ERROR_NOT_FINITE,
                               "%s %d: omega, the largest |q| / sqrt(t) of its part, is %g",
@@ -42,7 +39,6 @@ perp_status perp__contact_load(perp_contact_solver *solver)
 {
     const perp__contact_call *call = solver->call;
     perp_status status = PERP_OK;
-    int32_t p;
 
     if (solver->entrance == PERP__ENTRANCE_DELASSUS) {
         if (solver->size > 0)
@@ -64,16 +60,14 @@ perp_status perp__contact_load(perp_contact_solver *solver)
     perp__contact_omegas(&solver->problem, solver->part, solver->parts, solver->drive,
                          solver->omega);
     solver->rests = 0;
-    for (p = 0; p < solver->parts; p++)
+    for (int32_t p = 0; p < solver->parts; p++)
         solver->rests |= solver->drive[p] == 0.0;
     return check_load(solver);
 }
 
 static int32_t is_zero(const double *x, int32_t count)
 {
-    int32_t i;
-
-    for (i = 0; i < count; i++)
+    for (int32_t i = 0; i < count; i++)
         if (x[i] != 0.0)
             return 0;
     return 1;
@@ -84,19 +78,18 @@ static perp_status compute_velocities(perp_contact_solver *solver)
 {
     const perp__contact_call *call = solver->call;
     perp_status status;
-    int32_t i;
 
     if (solver->is_free && is_zero(solver->r, solver->size)) {
         if (solver->size > 0)
             memcpy(solver->u, solver->q, (size_t)solver->size * sizeof(double));
-        for (i = 0; solver->is_lean && i < solver->size; i++)
+        for (int32_t i = 0; solver->is_lean && i < solver->size; i++)
             solver->scale[i] = fabs(solver->q[i]);
         return PERP_OK;
     }
     solver->is_free = 0;
     if (solver->entrance == PERP__ENTRANCE_DELASSUS) {
         perp__multiply_doubled(&solver->W, solver->r, solver->q, solver->high, solver->low);
-        for (i = 0; i < solver->size; i++)
+        for (int32_t i = 0; i < solver->size; i++)
             solver->u[i] = solver->high[i];
         return PERP_OK;
     }
@@ -110,7 +103,7 @@ static perp_status compute_velocities(perp_contact_solver *solver)
         return status;
     perp__dynamics_relative(&solver->dynamics, solver->v, solver->v_low, call->w, call->b,
                             solver->u);
-    for (i = 0; solver->complies && i < solver->size; i++)
+    for (int32_t i = 0; solver->complies && i < solver->size; i++)
         solver->u[i] += solver->compliance[i] * solver->r[i];
     return PERP_OK;
 }
@@ -133,9 +126,8 @@ static int32_t separate(perp_contact_solver *solver, const int8_t *modes)
 static void reconcile(perp_contact_solver *solver, const int8_t *modes)
 {
     const perp__contact_problem *p = &solver->problem;
-    int32_t k;
 
-    for (k = 0; k < p->contacts; k++) {
+    for (int32_t k = 0; k < p->contacts; k++) {
         if (modes)
             solver->modes[k] = modes[k];
         if (solver->r[p->starts[k]] == 0.0)
@@ -150,9 +142,8 @@ perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *mo
 {
     const perp__contact_problem *p = &solver->problem;
     perp_status status;
-    int32_t k;
 
-    for (k = 0; k < p->contacts; k++)
+    for (int32_t k = 0; k < p->contacts; k++)
         perp__contact_clip(p, k, solver->r);
     rest(solver);
     if (modes)
@@ -176,15 +167,14 @@ perp_status perp__contact_evaluate(perp_contact_solver *solver, const int8_t *mo
 void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes, double *u)
 {
     const perp__contact_problem *p = &solver->problem;
-    int32_t k, i;
 
-    for (k = 0; k < p->contacts; k++) {
+    for (int32_t k = 0; k < p->contacts; k++) {
         if (modes[k] == PERP_CONTACT_SEPARATE)
             continue;
         u[p->starts[k]] = 0.0;
-        for (i = p->starts[k]; modes[k] == PERP_CONTACT_STICK && i < p->starts[k + 1]; i++)
+        for (int32_t i = p->starts[k]; modes[k] == PERP_CONTACT_STICK && i < p->starts[k + 1]; i++)
             u[i] = 0.0;
     }
-    for (i = p->rows; i < p->size; i++)
+    for (int32_t i = p->rows; i < p->size; i++)
         u[i] = 0.0;
 }

@@ -113,24 +113,23 @@ void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double 
     const int32_t normal = problem->starts[k];
     perp__contact_part parts[3];
     const int32_t count = perp__contact_parts(problem, k, parts);
-    int32_t p, i;
 
     if (!(r[normal] > 0.0))
         r[normal] = 0.0;
-    for (p = 0; p < count; p++) {
+    for (int32_t p = 0; p < count; p++) {
         double *x = r + parts[p].row, excess[2];
         const double radius = parts[p].coefficient * r[normal];
         const double length = norm(x, parts[p].size);
 
         if (radius == 0.0) {
-            for (i = 0; i < parts[p].size; i++)
+            for (int32_t i = 0; i < parts[p].size; i++)
                 x[i] = 0.0;
         } else if (parts[p].size == 2 && problem->cone > 0) {
             if (polygon_excess(problem->cone, radius, x, excess))
-                for (i = 0; i < 2; i++)
+                for (int32_t i = 0; i < 2; i++)
                     x[i] -= excess[i];
         } else if (length > radius) {
-            for (i = 0; i < parts[p].size; i++)
+            for (int32_t i = 0; i < parts[p].size; i++)
                 x[i] *= radius / length;
         }
     }
@@ -141,14 +140,13 @@ static int32_t part_map(const perp__contact_problem *problem, const perp__contac
                         double radius, const double *r, const double *d, double *out)
 {
     double x[2] = {0.0, 0.0}, excess[2], length, over;
-    int32_t i;
 
-    for (i = 0; i < part->size; i++) {
+    for (int32_t i = 0; i < part->size; i++) {
         x[i] = r[i] - d[i];
         out[i] = d[i];
     }
     if (radius == 0.0) {
-        for (i = 0; i < part->size; i++)
+        for (int32_t i = 0; i < part->size; i++)
             out[i] = r[i];
         return norm(d, part->size) > 0.0;
     }
@@ -163,9 +161,9 @@ static int32_t part_map(const perp__contact_problem *problem, const perp__contac
     if (length <= radius)
         return 0;
     over = norm(r, part->size) - radius;
-    for (i = 0; i < part->size; i++)
+    for (int32_t i = 0; i < part->size; i++)
         over += d[i] * (d[i] - 2.0 * r[i]) / (length + norm(r, part->size));
-    for (i = 0; i < part->size; i++)
+    for (int32_t i = 0; i < part->size; i++)
         out[i] += over * (x[i] / length);
     return 1;
 }
@@ -200,7 +198,6 @@ static double part_change(const perp__contact_problem *problem, const perp__cont
 {
     const double length = norm(r, part->size), speed = norm(u, part->size);
     double against = 0.0, across;
-    int32_t i;
 
     if (radius == 0.0)
         return 0.0;
@@ -208,7 +205,7 @@ static double part_change(const perp__contact_problem *problem, const perp__cont
         return polygon_change(problem->cone, radius, r, u);
     if (length < radius * (1.0 - EDGE))
         return speed;
-    for (i = 0; i < part->size; i++)
+    for (int32_t i = 0; i < part->size; i++)
         against += r[i] * u[i] / length;
     if (against >= 0.0 || part->size == 1)
         return against >= 0.0 ? speed : 0.0;
@@ -286,7 +283,6 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
     perp__contact_part parts[3];
     const int32_t count = perp__contact_parts(problem, k, parts);
     double d[2] = {0.0, 0.0};
-    int32_t i;
 
     law->signorini = fabs(fmin(r_n, u_n / t));
     law->cone = law->dissipation = 0.0;
@@ -294,7 +290,7 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
     judge_parts(problem, parts, count, r, u, r_n, u_n, t, law);
     if (count != 1 || problem->cone > 0)
         return;
-    for (i = 0; i < parts[0].size; i++)
+    for (int32_t i = 0; i < parts[0].size; i++)
         d[i] = u[parts[0].row + i] / t;
     law->natural = cone_map(&parts[0], r_n, u_n / t + parts[0].coefficient * norm(d, parts[0].size),
                             r + parts[0].row, d, &law->mode);
@@ -307,7 +303,6 @@ double perp__contact_natural(const perp__contact_problem *problem, int32_t k, co
     const perp__contact_part part = {row + 1, tangents, problem->mu[k]};
     const double t = problem->trace[k], *r_t = r + row + 1, *u_t = u + row + 1;
     double d[2] = {0.0, 0.0};
-    int32_t i;
 
     if (problem->has_discs || problem->cone > 0 || tangents == 0) {
         perp__contact_law law;
@@ -316,7 +311,7 @@ double perp__contact_natural(const perp__contact_problem *problem, int32_t k, co
         *mode = law.mode;
         return law.natural;
     }
-    for (i = 0; i < tangents; i++)
+    for (int32_t i = 0; i < tangents; i++)
         d[i] = u_t[i] / t;
     return cone_map(&part, r[row], u[row] / t + part.coefficient * norm(d, tangents), r_t, d, mode);
 }
@@ -324,13 +319,12 @@ double perp__contact_natural(const perp__contact_problem *problem, int32_t k, co
 double perp__contact_length(const double *x, int32_t begin, int32_t end)
 {
     double sum = 0.0, length = 0.0;
-    int32_t i;
 
-    for (i = begin; i < end; i++)
+    for (int32_t i = begin; i < end; i++)
         sum += x[i] * x[i];
     if (sum >= SMALL && sum <= 1.0 / SMALL)
         return sqrt(sum);
-    for (i = begin; i < end; i++)
+    for (int32_t i = begin; i < end; i++)
         if (x[i] != 0.0)
             length = hypot(length, x[i]);
     return length;
@@ -340,9 +334,8 @@ double perp__contact_length(const double *x, int32_t begin, int32_t end)
 static double share(const double *q, int32_t begin, int32_t end, double trace)
 {
     double sum = 0.0;
-    int32_t i;
 
-    for (i = begin; i < end; i++)
+    for (int32_t i = begin; i < end; i++)
         sum += q[i] * q[i];
     if (sum >= SMALL && sum <= 1.0 / SMALL && trace >= SMALL && trace <= 1.0 / SMALL)
         return sqrt(sum / trace);
@@ -353,11 +346,10 @@ void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *p
                           double *drive, double *omega)
 {
     const int32_t units = problem->contacts + problem->size - problem->rows;
-    int32_t k;
 
-    for (k = 0; k < parts; k++)
+    for (int32_t k = 0; k < parts; k++)
         drive[k] = 0.0;
-    for (k = 0; k < units; k++) {
+    for (int32_t k = 0; k < units; k++) {
         const int32_t row = problem->rows + k - problem->contacts;
         const int32_t begin = k < problem->contacts ? problem->starts[k] : row;
         const int32_t end = k < problem->contacts ? problem->starts[k + 1] : row + 1;
@@ -365,7 +357,7 @@ void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *p
         perp__raise_to(&drive[part ? part[k] : 0],
                        share(problem->q, begin, end, problem->trace[k]));
     }
-    for (k = 0; k < units; k++) {
+    for (int32_t k = 0; k < units; k++) {
         const double own = drive[part ? part[k] : 0];
 
         omega[k] = own == 0.0 ? 1.0 : own;

@@ -52,14 +52,13 @@ static void visit_entry(perp_contact_solver *solver, int32_t numbered, int32_t i
 static void visit_matrix(perp_contact_solver *solver, int32_t numbered)
 {
     const perp__matrix *W = &solver->W;
-    int32_t i, j, k;
 
-    for (j = 0; j < solver->size; j++)
+    for (int32_t j = 0; j < solver->size; j++)
         if (W->column_starts)
-            for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
+            for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
                 visit_entry(solver, numbered, W->row_indices[k], j, W->values[k]);
         else
-            for (i = 0; i < solver->size; i++)
+            for (int32_t i = 0; i < solver->size; i++)
                 visit_entry(solver, numbered, i, j,
                             W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride]);
 }
@@ -71,14 +70,12 @@ static void visit_bodies(perp_contact_solver *solver, int32_t numbered)
 {
     const perp__bodies *b = &solver->bodies;
     double *shares = solver->terms;
-    int32_t block;
-    int64_t at;
 
-    for (block = 0; block < b->blocks; block++) {
+    for (int32_t block = 0; block < b->blocks; block++) {
         double most = -1.0;
         int32_t first = -1;
 
-        for (at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
+        for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++) {
             const int32_t unit = b->block_units[at];
 
             shares[unit] = b->squares[b->block_pieces[at]] / solver->trace[unit];
@@ -87,7 +84,7 @@ static void visit_bodies(perp_contact_solver *solver, int32_t numbered)
                 first = unit;
             }
         }
-        for (at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
+        for (int64_t at = b->block_starts[block]; at < b->block_starts[block + 1]; at++)
             visit(solver, numbered, first, b->block_units[at],
                   sqrt(most * shares[b->block_units[at]]));
     }
@@ -104,20 +101,18 @@ static void visit_couplings(perp_contact_solver *solver, int32_t numbered)
 
 void perp__contact_find_parts(perp_contact_solver *solver)
 {
-    int32_t k, i;
-
-    for (k = 0; k < solver->units; k++) {
+    for (int32_t k = 0; k < solver->units; k++) {
         solver->part[k] = k;
         solver->root[k] = sqrt(solver->trace[k]);
     }
-    for (k = 0; k < solver->contacts; k++)
-        for (i = solver->starts[k]; i < solver->starts[k + 1]; i++)
+    for (int32_t k = 0; k < solver->contacts; k++)
+        for (int32_t i = solver->starts[k]; i < solver->starts[k + 1]; i++)
             solver->unit_of[i] = k;
-    for (i = solver->rows; i < solver->size; i++)
+    for (int32_t i = solver->rows; i < solver->size; i++)
         solver->unit_of[i] = solver->contacts + i - solver->rows;
     visit_couplings(solver, 0);
     solver->parts = 0;
-    for (k = 0; k < solver->units; k++) {
+    for (int32_t k = 0; k < solver->units; k++) {
         const int32_t root = find(solver->part, k);
 
         /* a root comes before all others of its part, and has its number by then */

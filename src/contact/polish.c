@@ -34,15 +34,11 @@ static void layout(perp__arena *arena, void *object)
     perp__contact_polish *p = object;
     const size_t n = (size_t)p->room;
     double **const vectors[] = {&p->rhs, &p->step, &p->error, &p->units, &p->weights};
-    size_t k;
 
-    p->K = perp__arena_take(arena, n * n, sizeof(double));
-    p->factors = perp__arena_take(arena, n * n, sizeof(double));
-    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+    PERP__DOUBLES(arena, n * n, &p->K, &p->factors);
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
-    p->rows = perp__arena_take(arena, n, sizeof(int32_t));
-    p->pivots = perp__arena_take(arena, n, sizeof(int32_t));
-    p->place = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &p->rows, &p->pivots, &p->place);
     p->presses = perp__arena_take(arena, n, 1);
     p->parts = perp__arena_take(arena, 3 * n, 1);
 }
@@ -56,19 +52,17 @@ static double length_of(const double *x, int32_t size)
 static void read_set(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
                      const double *u)
 {
-    int32_t k, c, i;
-
-    for (k = 0; k < problem->contacts; k++) {
+    for (int32_t k = 0; k < problem->contacts; k++) {
         const int32_t normal = problem->starts[k];
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
         p->presses[k] = r[normal] > u[normal] / problem->trace[k];
-        for (c = 0; c < count; c++) {
+        for (int32_t c = 0; c < count; c++) {
             const int32_t row = parts[c].row;
             double x[2] = {0.0, 0.0};
 
-            for (i = 0; i < parts[c].size; i++)
+            for (int32_t i = 0; i < parts[c].size; i++)
                 x[i] = r[row + i] - u[row + i] / problem->trace[k];
             p->parts[3 * k + c] =
                 !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
@@ -88,24 +82,22 @@ static void add_row(perp__contact_polish *p, int32_t row)
 
 static void number_rows(perp__contact_polish *p, const perp__contact_problem *problem, double *r)
 {
-    int32_t k, c, i;
-
     p->n = 0;
-    for (i = 0; i < problem->size; i++)
+    for (int32_t i = 0; i < problem->size; i++)
         p->place[i] = -1;
-    for (k = 0; k < problem->contacts; k++) {
+    for (int32_t k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
         if (p->presses[k])
             add_row(p, problem->starts[k]);
-        for (c = 0; c < count; c++)
-            for (i = 0; p->parts[3 * k + c] != PERP__PART_NONE && i < parts[c].size; i++)
+        for (int32_t c = 0; c < count; c++)
+            for (int32_t i = 0; p->parts[3 * k + c] != PERP__PART_NONE && i < parts[c].size; i++)
                 add_row(p, parts[c].row + i);
     }
-    for (i = problem->rows; i < problem->size; i++)
+    for (int32_t i = problem->rows; i < problem->size; i++)
         add_row(p, i);
-    for (i = 0; i < problem->size; i++)
+    for (int32_t i = 0; i < problem->size; i++)
         if (p->place[i] < 0)
             r[i] = 0.0;
 }
@@ -114,20 +106,18 @@ static void number_rows(perp__contact_polish *p, const perp__contact_problem *pr
 static void copy_block(perp__contact_polish *p, const perp__matrix *W)
 {
     const size_t n = (size_t)p->n;
-    size_t i, j;
-    int32_t k;
 
-    for (j = 0; j < n; j++) {
+    for (size_t j = 0; j < n; j++) {
         double *column = p->K + j * n;
 
         if (!W->column_starts) {
-            for (i = 0; i < n; i++)
+            for (size_t i = 0; i < n; i++)
                 column[i] = W->values[(size_t)p->rows[i] * W->row_stride +
                                       (size_t)p->rows[j] * W->column_stride];
             continue;
         }
         memset(column, 0, n * sizeof *column);
-        for (k = W->column_starts[p->rows[j]]; k < W->column_starts[p->rows[j] + 1]; k++)
+        for (int32_t k = W->column_starts[p->rows[j]]; k < W->column_starts[p->rows[j] + 1]; k++)
             if (p->place[W->row_indices[k]] >= 0)
                 column[p->place[W->row_indices[k]]] = W->values[k];
     }
@@ -139,9 +129,8 @@ static void write_length(perp__contact_polish *p, const perp__contact_part *part
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row];
     const double length = length_of(r + part->row, part->size);
-    int32_t i;
 
-    for (i = 0; i < part->size; i++)
+    for (int32_t i = 0; i < part->size; i++)
         p->K[a + (a + (size_t)i) * n] = t * (r[part->row + i] / length);
     p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
     p->rhs[a] = -t * (length - part->coefficient * r[normal]);
@@ -155,9 +144,8 @@ static void write_slip(perp__contact_polish *p, const perp__contact_part *part, 
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row], b = a + 1;
     const double *x = r + part->row, *y = u + part->row;
     const double length = length_of(x, part->size);
-    size_t j;
 
-    for (j = 0; j < n; j++) {
+    for (size_t j = 0; j < n; j++) {
         double *column = p->K + j * n;
 
         if (part->size == 2)
@@ -186,18 +174,16 @@ static void set_unit(perp__contact_polish *p, const perp__contact_problem *probl
 static void scale(perp__contact_polish *p, const perp__contact_problem *problem)
 {
     const size_t n = (size_t)p->n;
-    size_t i, j;
-    int32_t k, row;
 
-    for (k = 0; k < problem->contacts; k++)
-        for (row = problem->starts[k]; row < problem->starts[k + 1]; row++)
+    for (int32_t k = 0; k < problem->contacts; k++)
+        for (int32_t row = problem->starts[k]; row < problem->starts[k + 1]; row++)
             if (p->place[row] >= 0)
                 set_unit(p, problem, row, k);
-    for (row = problem->rows; row < problem->size; row++)
+    for (int32_t row = problem->rows; row < problem->size; row++)
         set_unit(p, problem, row, problem->contacts + row - problem->rows);
-    for (j = 0; j < n; j++) {
+    for (size_t j = 0; j < n; j++) {
         p->rhs[j] *= p->weights[j];
-        for (i = 0; i < n; i++)
+        for (size_t i = 0; i < n; i++)
             p->K[i + j * n] *= p->weights[i] * p->units[j];
     }
 }
@@ -207,22 +193,21 @@ static int32_t set_up(perp__contact_polish *p, const perp__contact_problem *prob
                       const double *r, const double *u)
 {
     const size_t n = (size_t)p->n;
-    int32_t k, c, i;
 
     copy_block(p, problem->W);
-    for (i = 0; i < p->n; i++)
+    for (int32_t i = 0; i < p->n; i++)
         p->rhs[i] = -u[p->rows[i]];
-    for (k = 0; k < problem->contacts; k++) {
+    for (int32_t k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        for (c = 0; c < count; c++)
+        for (int32_t c = 0; c < count; c++)
             if (p->parts[3 * k + c] == PERP__PART_SLIPS)
                 write_slip(p, &parts[c], problem->starts[k], problem->trace[k], r, u);
     }
     scale(p, problem);
     memcpy(p->factors, p->K, n * n * sizeof *p->K);
-    for (i = 0; i < p->n; i++)
+    for (int32_t i = 0; i < p->n; i++)
         p->factors[(size_t)i * (n + 1)] += p->regular;
     return perp__lu_factor(p->n, p->factors, p->n, p->pivots) == 0;
 }
@@ -230,9 +215,8 @@ static int32_t set_up(perp__contact_polish *p, const perp__contact_problem *prob
 static double largest(const double *x, int32_t n)
 {
     double most = 0.0;
-    int32_t i;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         if (!(fabs(x[i]) <= most))
             most = fabs(x[i]);
     return most;
@@ -243,18 +227,17 @@ static void solve_step(perp__contact_polish *p)
 {
     const size_t bytes = (size_t)p->n * sizeof(double);
     double last = INFINITY;
-    int32_t k, i;
 
     memset(p->step, 0, bytes);
     memcpy(p->error, p->rhs, bytes);
-    for (k = 0; k < REFINEMENTS; k++) {
+    for (int32_t k = 0; k < REFINEMENTS; k++) {
         const double size = largest(p->error, p->n);
 
         if (!(size < 0.9 * last) || size == 0.0)
             return;
         last = size;
         perp__lu_solve(p->n, p->factors, p->n, p->pivots, p->error, 0);
-        for (i = 0; i < p->n; i++)
+        for (int32_t i = 0; i < p->n; i++)
             p->step[i] += p->error[i];
         memcpy(p->error, p->rhs, bytes);
         perp__gemv_subtract(p->n, p->n, p->K, p->n, p->step, 1, p->error);
@@ -263,10 +246,8 @@ static void solve_step(perp__contact_polish *p)
 
 static void velocities(perp_contact_solver *solver)
 {
-    int32_t i;
-
     perp__multiply_doubled(solver->problem.W, solver->r, solver->q, solver->high, solver->low);
-    for (i = 0; i < solver->size; i++)
+    for (int32_t i = 0; i < solver->size; i++)
         solver->u[i] = solver->high[i];
 }
 
@@ -275,9 +256,8 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
 {
     const perp__contact_problem *problem = &solver->problem;
     double least = INFINITY;
-    int32_t step, i;
 
-    for (step = 0; step < STEPS; step++) {
+    for (int32_t step = 0; step < STEPS; step++) {
         double size;
 
         velocities(solver);
@@ -290,7 +270,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
             return step > 0;
         least = size;
         solve_step(p);
-        for (i = 0; i < p->n; i++)
+        for (int32_t i = 0; i < p->n; i++)
             solver->r[p->rows[i]] += p->step[i] * p->units[i];
         if (!isfinite(largest(p->step, p->n)))
             return 0;
@@ -356,11 +336,9 @@ static perp_status fit(perp_contact_solver *solver, perp__contact_polish *p)
 static void write_modes(const perp__contact_polish *p, const perp__contact_problem *problem,
                         int8_t *modes)
 {
-    int32_t k, c;
-
-    for (k = 0; k < problem->contacts; k++) {
+    for (int32_t k = 0; k < problem->contacts; k++) {
         modes[k] = p->presses[k] ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
-        for (c = 0; c < 3 && p->presses[k]; c++)
+        for (int32_t c = 0; c < 3 && p->presses[k]; c++)
             if (p->parts[3 * k + c] == PERP__PART_SLIPS)
                 modes[k] = PERP_CONTACT_SLIP;
     }

@@ -26,9 +26,7 @@ static int32_t rows_of(const perp_contact_laws *laws, int32_t k)
 static perp_status check_coefficients(perp_context *context, const char *name, const double *x,
                                       int32_t count)
 {
-    int32_t k;
-
-    for (k = 0; x && k < count; k++) {
+    for (int32_t k = 0; x && k < count; k++) {
         if (!isfinite(x[k]))
             return perp__fail(context, PERP_ERROR_NOT_FINITE, "%s[%d] is %g", name, (int)k, x[k]);
         if (x[k] < 0.0)
@@ -40,12 +38,10 @@ static perp_status check_coefficients(perp_context *context, const char *name, c
 
 static perp_status check_dims(perp_context *context, const perp_contact_laws *laws)
 {
-    int32_t k;
-
     if (!laws->dims && (laws->dim < 1 || laws->dim > 3))
         return perp__fail(context, PERP_ERROR_ARGUMENT, "laws.dim is %d, expected 1, 2 or 3",
                           (int)laws->dim);
-    for (k = 0; k < laws->contacts; k++) {
+    for (int32_t k = 0; k < laws->contacts; k++) {
         const int32_t dim = dim_of(laws, k);
 
         if (dim < 1 || dim > 3)
@@ -69,7 +65,6 @@ static perp_status read_laws(perp_context *context, perp_contact_laws *own, int3
 {
     perp_status status = perp_contact_laws_init(own, sizeof *own);
     int64_t sum = 0;
-    int32_t k;
 
     if (status == PERP_OK)
         status = perp__check_pointer(context, "laws", laws);
@@ -91,7 +86,7 @@ static perp_status read_laws(perp_context *context, perp_contact_laws *own, int3
         status = check_coefficients(context, "laws.spinning", own->spinning, own->contacts);
     if (status == PERP_OK)
         status = check_dims(context, own);
-    for (k = 0; status == PERP_OK && k < own->contacts; k++)
+    for (int32_t k = 0; status == PERP_OK && k < own->contacts; k++)
         sum += rows_of(own, k);
     if (status == PERP_OK && sum > INT32_MAX - (int64_t)own->bilateral)
         status = perp__fail(context, PERP_ERROR_ARGUMENT, "laws.contacts is %d, too many rows",
@@ -107,14 +102,12 @@ static void lay_out_parts(perp__arena *arena, perp_contact_solver *s)
                                 &s->lack, &s->wide,  &s->most_speed, &s->most_energy};
     const size_t count = sizeof numbers / sizeof *numbers;
     double *all = perp__arena_take(arena, units, count * sizeof(double));
-    size_t k;
 
     s->unit_of = perp__arena_take(arena, size, sizeof(int32_t));
-    s->part = perp__arena_take(arena, units, sizeof(int32_t));
-    s->number = perp__arena_take(arena, units, sizeof(int32_t));
+    PERP__INTEGERS(arena, units, &s->part, &s->number);
     s->evidence = perp__arena_take(arena, units, sizeof(perp__evidence));
     s->best.evidence = perp__arena_take(arena, units, sizeof(perp__evidence));
-    for (k = 0; k < count; k++)
+    for (size_t k = 0; k < count; k++)
         *numbers[k] = all ? all + k * units : NULL; /* none while the arena only measures */
 }
 
@@ -126,46 +119,27 @@ void perp__contact_lay_out(perp__arena *arena, void *object)
 
     s->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
     s->dims = perp__arena_take(arena, contacts, sizeof(int32_t));
-    s->mu = perp__arena_take(arena, contacts, sizeof(double));
-    s->rolling = perp__arena_take(arena, contacts, sizeof(double));
-    s->spinning = perp__arena_take(arena, contacts, sizeof(double));
-    s->compliance = perp__arena_take(arena, size, sizeof(double));
-    s->diagonal = perp__arena_take(arena, size, sizeof(double));
+    PERP__DOUBLES(arena, contacts, &s->mu, &s->rolling, &s->spinning);
+    PERP__DOUBLES(arena, size, &s->compliance, &s->diagonal);
     s->trace = perp__arena_take(arena, contacts + size, sizeof(double));
     lay_out_parts(arena, s);
-    s->q = perp__arena_take(arena, size, sizeof(double));
-    s->scale = perp__arena_take(arena, size, sizeof(double));
-    s->high = perp__arena_take(arena, size, sizeof(double));
-    s->low = perp__arena_take(arena, size, sizeof(double));
-    s->r = perp__arena_take(arena, size, sizeof(double));
-    s->u = perp__arena_take(arena, size, sizeof(double));
-    s->start = perp__arena_take(arena, size, sizeof(double));
-    s->ray = perp__arena_take(arena, size, sizeof(double));
-    s->best.r = perp__arena_take(arena, size, sizeof(double));
-    s->best.u = perp__arena_take(arena, size, sizeof(double));
-    s->push = perp__arena_take(arena, n, sizeof(double));
-    s->push_low = perp__arena_take(arena, n, sizeof(double));
-    s->v = perp__arena_take(arena, n, sizeof(double));
-    s->v_low = perp__arena_take(arena, n, sizeof(double));
-    s->best_v = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, size, &s->q, &s->scale, &s->high, &s->low, &s->r, &s->u, &s->start,
+                  &s->ray, &s->best.r, &s->best.u);
+    PERP__DOUBLES(arena, n, &s->push, &s->push_low, &s->v, &s->v_low, &s->best_v);
     s->modes = perp__arena_take(arena, contacts, sizeof(int8_t));
     s->best.modes = perp__arena_take(arena, contacts, sizeof(int8_t));
 }
 
 static void keep(double *own, const double *given, int32_t count)
 {
-    int32_t k;
-
-    for (k = 0; k < count; k++)
+    for (int32_t k = 0; k < count; k++)
         own[k] = given ? given[k] : 0.0;
 }
 
 static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws)
 {
-    int32_t k;
-
     solver->starts[0] = 0;
-    for (k = 0; k < solver->contacts; k++) {
+    for (int32_t k = 0; k < solver->contacts; k++) {
         solver->dims[k] = dim_of(laws, k);
         solver->starts[k + 1] = solver->starts[k] + rows_of(laws, k);
     }
@@ -174,11 +148,11 @@ static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws
     keep(solver->spinning, laws->spinning, solver->contacts);
     keep(solver->compliance, laws->compliance, solver->size);
     solver->rolls = solver->spins = solver->complies = 0;
-    for (k = 0; k < solver->contacts; k++) {
+    for (int32_t k = 0; k < solver->contacts; k++) {
         solver->rolls |= solver->rolling[k] > 0.0;
         solver->spins |= solver->spinning[k] > 0.0;
     }
-    for (k = 0; k < solver->size; k++)
+    for (int32_t k = 0; k < solver->size; k++)
         solver->complies |= solver->compliance[k] > 0.0;
     solver->has_discs = solver->rolls || solver->spins;
 }
@@ -187,7 +161,7 @@ static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws
  * no impulse changes its velocity. */
 static perp_status read_traces(perp_contact_solver *solver)
 {
-    int32_t k, i;
+    int32_t i;
 
     if (solver->has_bodies)
         perp__bodies_diagonals(&solver->bodies, solver->diagonal);
@@ -198,7 +172,7 @@ static perp_status read_traces(perp_contact_solver *solver)
             return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
                               "W(%d,%d) is %g, expected a number >= 0", (int)i, (int)i,
                               solver->diagonal[i]);
-    for (k = 0; k < solver->contacts; k++) {
+    for (int32_t k = 0; k < solver->contacts; k++) {
         solver->trace[k] = 0.0;
         for (i = solver->starts[k]; i < solver->starts[k + 1]; i++)
             solver->trace[k] += solver->diagonal[i];
@@ -278,7 +252,6 @@ static perp_status make_matrices(perp_contact_solver *solver)
 {
     const size_t size = (size_t)solver->size;
     perp_status status = read_bodies(solver);
-    size_t i;
 
     if (status != PERP_OK)
         return status;
@@ -295,7 +268,7 @@ static perp_status make_matrices(perp_contact_solver *solver)
     solver->W.row_stride = 1;
     solver->W.column_stride = size;
     solver->W.values = solver->dynamics.W;
-    for (i = 0; i < size; i++)
+    for (size_t i = 0; i < size; i++)
         solver->dynamics.W[i + i * size] += solver->compliance[i];
     return PERP_OK;
 }

@@ -14,12 +14,10 @@
 
 static int32_t has_certificate_form(const perp_contact_solver *solver, const double *y)
 {
-    int32_t k, i;
-
-    for (k = 0; k < solver->contacts; k++) {
+    for (int32_t k = 0; k < solver->contacts; k++) {
         if (!(y[solver->starts[k]] >= 0.0))
             return 0;
-        for (i = solver->starts[k] + 1; i < solver->starts[k + 1]; i++)
+        for (int32_t i = solver->starts[k] + 1; i < solver->starts[k + 1]; i++)
             if (y[i] != 0.0)
                 return 0;
     }
@@ -30,17 +28,15 @@ static int32_t has_certificate_form(const perp_contact_solver *solver, const dou
 static int32_t annihilates(const perp__matrix *A, const double *y, double *high, double *low,
                            double *absolute)
 {
-    int32_t j, k;
-
     perp__transposed_doubled(A, y, NULL, high, low);
-    for (j = 0; j < A->columns; j++) {
+    for (int32_t j = 0; j < A->columns; j++) {
         double sum = 0.0;
 
         if (A->column_starts)
-            for (k = A->column_starts[j]; k < A->column_starts[j + 1]; k++)
+            for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++)
                 sum += fabs(A->values[k] * y[A->row_indices[k]]);
         else
-            for (k = 0; k < A->rows; k++)
+            for (int32_t k = 0; k < A->rows; k++)
                 sum += fabs(A->values[(size_t)k * A->row_stride + (size_t)j * A->column_stride] *
                             y[k]);
         absolute[j] += sum;
@@ -55,30 +51,29 @@ static int32_t annihilates_dynamics(perp_contact_solver *solver, const double *y
 {
     perp__dynamics *d = &solver->dynamics;
     double *absolute = solver->v;
-    int32_t j, k, i;
 
     perp__transposed_doubled(&d->H, y, NULL, d->high, d->low);
     if (d->G.rows > 0) {
         perp__transposed_doubled(&d->G, y + d->H.rows, d->high, d->more_high, d->more_low);
-        for (j = 0; j < d->n; j++)
+        for (int32_t j = 0; j < d->n; j++)
             d->high[j] = d->more_high[j] + (d->low[j] + d->more_low[j]);
     }
-    for (j = 0; j < d->n; j++)
+    for (int32_t j = 0; j < d->n; j++)
         absolute[j] = 0.0;
-    for (i = 0; i < 2; i++) {
+    for (int32_t i = 0; i < 2; i++) {
         const perp__matrix *A = i ? &d->G : &d->H;
         const double *x = i ? y + d->H.rows : y;
 
-        for (j = 0; j < A->columns; j++)
+        for (int32_t j = 0; j < A->columns; j++)
             if (A->column_starts)
-                for (k = A->column_starts[j]; k < A->column_starts[j + 1]; k++)
+                for (int32_t k = A->column_starts[j]; k < A->column_starts[j + 1]; k++)
                     absolute[j] += fabs(A->values[k] * x[A->row_indices[k]]);
             else
-                for (k = 0; k < A->rows; k++)
+                for (int32_t k = 0; k < A->rows; k++)
                     absolute[j] += fabs(
                         A->values[(size_t)k * A->row_stride + (size_t)j * A->column_stride] * x[k]);
     }
-    for (j = 0; j < d->n; j++)
+    for (int32_t j = 0; j < d->n; j++)
         if (!(fabs(d->high[j]) <= NOTHING * absolute[j]))
             return 0;
     return 1;
@@ -89,13 +84,12 @@ static int32_t annihilates_bodies(perp_contact_solver *solver, const double *y)
 {
     const perp__bodies *b = &solver->bodies;
     double *absolute = solver->push;
-    int32_t i;
 
-    for (i = 0; i < solver->size; i++)
+    for (int32_t i = 0; i < solver->size; i++)
         solver->low[i] = 0.0;
     perp__absolute_bodies(b, y, solver->low, absolute, solver->high);
     perp__bodies_gather(b, y, b->y);
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         if (!(fabs(b->y[i]) <= NOTHING * absolute[i]))
             return 0;
     return 1;
@@ -107,11 +101,10 @@ static int32_t is_against(perp_contact_solver *solver, const double *y)
 {
     const perp__contact_call *call = solver->call;
     double sum = 0.0, error = 0.0, absolute = 0.0;
-    int32_t i;
 
     if (solver->entrance == PERP__ENTRANCE_RIGID)
         perp__rigid_bias(solver, solver->scale);
-    for (i = 0; i < solver->size; i++) {
+    for (int32_t i = 0; i < solver->size; i++) {
         const double given = solver->entrance == PERP__ENTRANCE_RIGID      ? solver->scale[i]
                              : solver->entrance == PERP__ENTRANCE_DELASSUS ? call->q[i]
                              : i < solver->rows                            ? call->w[i]
@@ -129,21 +122,21 @@ static int32_t is_against(perp_contact_solver *solver, const double *y)
 void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction)
 {
     double largest = 0.0;
-    int32_t i, proves;
+    int32_t proves;
 
     if (solver->certificate != PERP_CONTACT_CERTIFICATE_NONE)
         return;
-    for (i = 0; i < solver->size; i++)
+    for (int32_t i = 0; i < solver->size; i++)
         largest = fmax(largest, fabs(direction[i]));
     if (!(largest > 0.0) || !isfinite(largest))
         return;
-    for (i = 0; i < solver->size; i++)
+    for (int32_t i = 0; i < solver->size; i++)
         solver->ray[i] = direction[i] / largest;
     solver->has_ray = 1;
     if (!has_certificate_form(solver, solver->ray) || !is_against(solver, solver->ray))
         return;
     if (solver->complies) /* a soft row gives way: W y = 0 must hold with it */
-        for (i = 0; i < solver->size; i++)
+        for (int32_t i = 0; i < solver->size; i++)
             if (solver->compliance[i] > 0.0 && solver->ray[i] != 0.0)
                 return;
     if (solver->entrance == PERP__ENTRANCE_RIGID) {

@@ -34,15 +34,9 @@ static void lay_out(perp__arena *arena, void *object)
 
     own->M = perp__arena_take(arena, n, n * sizeof(double));
     own->K = perp__arena_take(arena, n, n * sizeof(double));
-    own->q = perp__arena_take(arena, n, sizeof(double));
-    own->impulse = perp__arena_take(arena, n, sizeof(double));
-    own->velocity = perp__arena_take(arena, n, sizeof(double));
-    own->lower = perp__arena_take(arena, n, sizeof(double));
-    own->z = perp__arena_take(arena, n, sizeof(double));
-    own->direction = perp__arena_take(arena, n, sizeof(double));
-    own->step = perp__arena_take(arena, n, sizeof(double));
-    own->active = perp__arena_take(arena, n, sizeof(int32_t));
-    own->pivots = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__DOUBLES(arena, n, &own->q, &own->impulse, &own->velocity, &own->lower, &own->z,
+                  &own->direction, &own->step);
+    PERP__INTEGERS(arena, n, &own->active, &own->pivots);
     own->zeros = perp__arena_take(arena, size > velocities ? size : velocities, sizeof(double));
 }
 
@@ -54,11 +48,9 @@ static int32_t row_of(const perp_contact_solver *solver, int32_t i)
 
 static double entry(const perp__matrix *W, int32_t i, int32_t j)
 {
-    int32_t k;
-
     if (!W->column_starts)
         return W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride];
-    for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
+    for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
         if (W->row_indices[k] == i)
             return W->values[k];
     return 0.0;
@@ -68,14 +60,13 @@ static void fill(perp_contact_solver *solver)
 {
     perp__contact_ray *own = &solver->feasibility;
     const size_t n = (size_t)own->n;
-    int32_t i, j;
 
-    for (j = 0; j < own->n; j++)
+    for (int32_t j = 0; j < own->n; j++)
         perp__contact_units(&solver->problem, j, &own->impulse[j], &own->velocity[j]);
-    for (j = 0; j < own->n; j++) {
+    for (int32_t j = 0; j < own->n; j++) {
         own->q[j] = solver->q[row_of(solver, j)] / own->velocity[j];
         own->lower[j] = j < solver->contacts ? 0.0 : -INFINITY;
-        for (i = 0; i < own->n; i++)
+        for (int32_t i = 0; i < own->n; i++)
             own->M[(size_t)i + (size_t)j * n] =
                 perp__contact_couples(&solver->problem, i, j)
                     ? entry(&solver->W, row_of(solver, i), row_of(solver, j)) *
@@ -116,10 +107,9 @@ static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
 static void lift(const perp_contact_solver *solver, const double *x, double *y)
 {
     const perp__contact_ray *own = &solver->feasibility;
-    int32_t i;
 
     memset(y, 0, (size_t)solver->size * sizeof *y);
-    for (i = 0; i < own->n; i++)
+    for (int32_t i = 0; i < own->n; i++)
         y[row_of(solver, i)] = x[i] * own->impulse[i];
 }
 
@@ -129,14 +119,13 @@ static int32_t read_direction(perp_contact_solver *solver)
 {
     perp__contact_ray *own = &solver->feasibility;
     double largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < own->n; i++)
+    for (int32_t i = 0; i < own->n; i++)
         largest = fmax(largest, fabs(own->z[i]));
     own->count = 0;
     if (!(largest > 0.0) || !isfinite(largest))
         return 0;
-    for (i = 0; i < own->n; i++) {
+    for (int32_t i = 0; i < own->n; i++) {
         own->direction[i] = own->z[i] / largest;
         if (i < solver->contacts && own->direction[i] < TAKES_PART)
             own->direction[i] = 0.0;
@@ -148,10 +137,8 @@ static int32_t read_direction(perp_contact_solver *solver)
 
 static int32_t factor(perp__contact_ray *own)
 {
-    int32_t i, j;
-
-    for (j = 0; j < own->count; j++)
-        for (i = 0; i < own->count; i++) {
+    for (int32_t j = 0; j < own->count; j++)
+        for (int32_t i = 0; i < own->count; i++) {
             const size_t at = (size_t)own->active[i] + (size_t)own->active[j] * (size_t)own->n;
 
             own->K[(size_t)i + (size_t)j * (size_t)own->count] =
@@ -165,7 +152,6 @@ static perp_status multiply(perp_contact_solver *solver, const double *y, double
 {
     perp__dynamics *d = &solver->dynamics;
     perp_status status;
-    int32_t i;
 
     if (solver->entrance == PERP__ENTRANCE_DELASSUS) {
         perp__multiply_doubled(&solver->W, y, NULL, u, solver->low);
@@ -180,7 +166,7 @@ static perp_status multiply(perp_contact_solver *solver, const double *y, double
     if (status != PERP_OK)
         return status;
     perp__dynamics_relative(d, solver->v, solver->v_low, solver->feasibility.zeros, NULL, u);
-    for (i = 0; solver->complies && i < solver->size; i++)
+    for (int32_t i = 0; solver->complies && i < solver->size; i++)
         u[i] += solver->compliance[i] * y[i];
     return PERP_OK;
 }
@@ -191,16 +177,15 @@ static perp_status refine(perp_contact_solver *solver)
     enum { STEPS = 5 };
     perp__contact_ray *own = &solver->feasibility;
     perp_status status = PERP_OK;
-    int32_t step, i;
 
-    for (step = 0; step < STEPS && status == PERP_OK; step++) {
+    for (int32_t step = 0; step < STEPS && status == PERP_OK; step++) {
         lift(solver, own->direction, solver->start);
         status = multiply(solver, solver->start, solver->u);
-        for (i = 0; i < own->count; i++)
+        for (int32_t i = 0; i < own->count; i++)
             own->step[i] =
                 solver->u[row_of(solver, own->active[i])] / own->velocity[own->active[i]];
         perp__lu_solve(own->count, own->K, own->count, own->pivots, own->step, 0);
-        for (i = 0; i < own->count; i++)
+        for (int32_t i = 0; i < own->count; i++)
             own->direction[own->active[i]] -= own->step[i];
     }
     return status;
@@ -211,9 +196,8 @@ static int32_t is_still_one(const perp_contact_solver *solver)
 {
     const perp__contact_ray *own = &solver->feasibility;
     double largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < own->n; i++) {
+    for (int32_t i = 0; i < own->n; i++) {
         if (!isfinite(own->direction[i]))
             return 0;
         largest = fmax(largest, fabs(own->direction[i]));
@@ -227,12 +211,11 @@ static perp_status search_softened(perp_contact_solver *solver)
     const size_t n = (size_t)own->n;
     perp_lcp_result result;
     perp_status status;
-    size_t i;
 
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         own->M[i + i * n] *= 1.0 + SOFT;
     status = solve(solver, &result);
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         own->M[i + i * n] /= 1.0 + SOFT;
     if (status != PERP_OK || result.outcome > PERP_OUTCOME_ROUNDING_LIMIT ||
         !read_direction(solver) || !factor(own))

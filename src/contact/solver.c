@@ -12,9 +12,8 @@ static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {
 static void release(void *object)
 {
     perp_contact_solver *solver = object;
-    int32_t k;
 
-    for (k = 0; k < PERP__CONTACT_METHODS; k++) {
+    for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++) {
         perp__contact_slot *slot = &solver->slots[k];
 
         if (slot->work && slot->method->release)
@@ -42,7 +41,6 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
     perp_contact_settings own;
     perp_status status = perp__contact_settings_read(context, &own, settings);
     perp_contact_solver *made;
-    int32_t k;
 
     if (status != PERP_OK)
         return status;
@@ -61,7 +59,7 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
     perp__arena_init(&made->apart.arena, context);
     perp__bodies_init(&made->bodies, context);
     perp__hold_init(&made->hold, context);
-    for (k = 0; k < PERP__CONTACT_METHODS; k++) {
+    for (int32_t k = 0; k < PERP__CONTACT_METHODS; k++) {
         made->slots[k].method = methods[k];
         perp__arena_init(&made->slots[k].arena, context);
     }
@@ -69,7 +67,8 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
     return PERP_OK;
 }
 
-perp_status perp__contact_configure(perp_contact_solver *solver, const perp_contact_settings *settings)
+perp_status perp__contact_configure(perp_contact_solver *solver,
+                                    const perp_contact_settings *settings)
 {
     return perp__contact_settings_read(solver->context, &solver->settings, settings);
 }
@@ -107,8 +106,9 @@ perp_status perp_contact_solver_set(perp_contact_solver *solver,
 {
     perp_status status = enter(solver);
 
-    return status == PERP_OK ? perp__leave(solver->context, perp__contact_configure(solver, settings))
-                             : status;
+    return status == PERP_OK
+               ? perp__leave(solver->context, perp__contact_configure(solver, settings))
+               : status;
 }
 
 perp_status perp_contact_solver_setup_dynamics(perp_contact_solver *solver,

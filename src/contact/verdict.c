@@ -81,10 +81,8 @@ static void judge_bilateral(perp_contact_solver *solver, int32_t k, perp__contac
 
 static void gather(const perp_contact_solver *solver, perp__contact_worth *worth)
 {
-    int32_t p;
-
     worth->tested = worth->own = worth->backward = 0.0;
-    for (p = 0; p < solver->parts; p++) {
+    for (int32_t p = 0; p < solver->parts; p++) {
         perp__raise_to(&worth->tested, solver->evidence[p].tested);
         perp__raise_to(&worth->own, solver->evidence[p].own);
         perp__raise_to(&worth->backward, solver->evidence[p].backward);
@@ -100,9 +98,7 @@ static void clear(perp_contact_solver *solver, perp__contact_worth *worth)
 
 static void find_terms(perp_contact_solver *solver)
 {
-    int32_t k;
-
-    for (k = 0; k < solver->units; k++)
+    for (int32_t k = 0; k < solver->units; k++)
         solver->terms[k] =
             perp__contact_length(solver->scale, begin_of(solver, k), end_of(solver, k));
 }
@@ -158,9 +154,7 @@ void perp__contact_measure(perp_contact_solver *solver, perp__contact_worth *wor
  * its normal, one that sticks not at all. */
 static void heed_modes(perp_contact_solver *solver)
 {
-    int32_t k;
-
-    for (k = 0; k < solver->contacts; k++) {
+    for (int32_t k = 0; k < solver->contacts; k++) {
         const int32_t row = solver->starts[k];
 
         if (solver->modes[k] == PERP_CONTACT_SEPARATE)
@@ -175,11 +169,9 @@ static void heed_modes(perp_contact_solver *solver)
 /* own := the largest lack[k] / terms[k] of each part. */
 static void compare(perp_contact_solver *solver, const double *terms)
 {
-    int32_t k, p;
-
-    for (p = 0; p < solver->parts; p++)
+    for (int32_t p = 0; p < solver->parts; p++)
         solver->evidence[p].own = 0.0;
-    for (k = 0; k < solver->units; k++)
+    for (int32_t k = 0; k < solver->units; k++)
         perp__raise_to(&solver->evidence[solver->part[k]].own,
                        relative_change(solver->lack[k], terms[k]));
 }
@@ -188,9 +180,8 @@ static void compare(perp_contact_solver *solver, const double *terms)
 static int32_t is_open(const perp_contact_solver *solver)
 {
     const double tol = solver->settings.tol;
-    int32_t p;
 
-    for (p = 0; p < solver->parts; p++)
+    for (int32_t p = 0; p < solver->parts; p++)
         if (!(solver->evidence[p].own <= tol) && solver->evidence[p].tested <= sqrt(tol))
             return 1;
     return 0;
@@ -201,11 +192,11 @@ static void widen(perp_contact_solver *solver, double *wide)
 {
     const double share = fmax(FLOOR, ROUNDING / solver->settings.tol);
     double *push = solver->high, *moves = solver->low;
-    int32_t k, i, p;
+    int32_t i;
 
-    for (p = 0; p < solver->parts; p++)
+    for (int32_t p = 0; p < solver->parts; p++)
         solver->most_speed[p] = solver->most_energy[p] = 0.0;
-    for (k = 0; k < solver->units; k++) {
+    for (int32_t k = 0; k < solver->units; k++) {
         perp__raise_to(&solver->most_speed[solver->part[k]], solver->terms[k]);
         perp__raise_to(&solver->most_energy[solver->part[k]], solver->terms[k] / solver->root[k]);
         i = begin_of(solver, k);
@@ -214,7 +205,7 @@ static void widen(perp_contact_solver *solver, double *wide)
             push[i] = solver->terms[k] / solver->trace[k];
     }
     absolute(solver, push, solver->scale, moves);
-    for (k = 0; k < solver->units; k++) {
+    for (int32_t k = 0; k < solver->units; k++) {
         wide[k] = perp__contact_length(moves, begin_of(solver, k), end_of(solver, k)) +
                   share * fmin(solver->most_speed[solver->part[k]],
                                solver->root[k] * solver->most_energy[solver->part[k]]);
@@ -243,8 +234,6 @@ static int32_t is_sound(const perp_contact_solver *solver, const perp__contact_w
 
 void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth)
 {
-    int32_t p;
-
     heed_modes(solver);
     compare(solver, solver->terms);
     if (solver->is_lean && is_open(solver)) {
@@ -258,7 +247,7 @@ void perp__contact_weigh(perp_contact_solver *solver, perp__contact_worth *worth
     }
     gather(solver, worth);
     worth->sound = is_sound(solver, worth);
-    for (p = 0; p < solver->parts; p++)
+    for (int32_t p = 0; p < solver->parts; p++)
         solver->evidence[p].sound = worth->sound;
 }
 
@@ -267,11 +256,10 @@ perp_outcome perp__contact_verdict(const perp_contact_solver *solver,
 {
     perp__evidence whole = {0.0, 0.0, 0.0, 0};
     perp_outcome outcome;
-    int32_t p;
 
     whole.sound = point->worth.sound;
     outcome = perp__gate(&whole, solver->settings.tol, said);
-    for (p = 0; p < solver->parts; p++)
+    for (int32_t p = 0; p < solver->parts; p++)
         outcome = perp__worse_outcome(outcome,
                                       perp__gate(&point->evidence[p], solver->settings.tol, said));
     return outcome;

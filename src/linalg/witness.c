@@ -335,10 +335,8 @@ static int32_t is_extreme(const perp__witness *t, const view *v, int32_t i, doub
  * caller's units. Terms that overflow excuse nothing. */
 static void look_at_extremes(perp__witness *t, const perp__witness_point *p, double *own)
 {
-    int32_t i;
-
     find_terms_of_rows(p, t->terms);
-    for (i = 0; i < p->M->rows; i++) {
+    for (int32_t i = 0; i < p->M->rows; i++) {
         const double v = violation_of_row(p, i);
 
         if (t->is_free[i] && v != 0.0)

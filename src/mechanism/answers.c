@@ -41,9 +41,8 @@ static int32_t add_elements(perp__acceleration *a)
 static void set_bias(perp__acceleration *a, double h, const double *v0)
 {
     const perp_mechanism *m = a->m;
-    int32_t i;
 
-    for (i = 0; i < m->rows; i++) {
+    for (int32_t i = 0; i < m->rows; i++) {
         const double shift = m->normal_of[i] < 0 ? 0.0 : m->shift[m->normal_of[i]];
 
         a->bias[i] = (m->start_velocity[i] + shift) / h;
@@ -81,10 +80,9 @@ static double distance(const perp_mechanism *m, const double *acceleration, cons
 {
     const size_t n = (size_t)m->n;
     double sum = 0.0;
-    size_t i, k;
 
-    for (i = 0; i < n; i++)
-        for (k = 0; k < n; k++)
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = 0; k < n; k++)
             sum += (acceleration[i] - (other ? other[i] : 0.0)) * m->begin.M[i * n + k] *
                    (acceleration[k] - (other ? other[k] : 0.0));
     return sum;
@@ -115,11 +113,10 @@ static void take(perp_mechanism *m, const perp__acceleration *a, const perp__ans
 {
     const perp__evidence evidence = {found->residual, found->residual, INFINITY, 1};
     perp__motion *answer = &m->answer;
-    int32_t i;
 
     perp__acceleration_mark_rows(a, found, answer->holds);
     memcpy(answer->modes, found->modes, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
-    for (i = 0; i < m->rows; i++)
+    for (int32_t i = 0; i < m->rows; i++)
         answer->r[i] = h * found->middle[i];
     memcpy(answer->v, problem->momentum, (size_t)m->n * sizeof *answer->v);
     perp__add_impulses(m, problem->terms, answer->v, answer->r);

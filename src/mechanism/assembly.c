@@ -19,19 +19,14 @@ static void layout(perp__arena *arena, void *object)
     const size_t columns = (size_t)a->most_columns, rows = (size_t)a->most_rows;
     const size_t contacts = (size_t)a->most_contacts;
     double **const vectors[] = {&a->w, &a->b, &a->r, &a->u, &a->ray};
-    size_t k;
 
     a->M = perp__arena_take(arena, columns * columns, sizeof(double));
-    a->H = perp__arena_take(arena, rows * columns, sizeof(double));
-    a->G = perp__arena_take(arena, rows * columns, sizeof(double));
-    a->f = perp__arena_take(arena, columns, sizeof(double));
-    a->v = perp__arena_take(arena, columns, sizeof(double));
-    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+    PERP__DOUBLES(arena, rows * columns, &a->H, &a->G);
+    PERP__DOUBLES(arena, columns, &a->f, &a->v);
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
     a->mu = perp__arena_take(arena, contacts, sizeof(double));
-    a->dims = perp__arena_take(arena, contacts, sizeof(int32_t));
-    a->modes = perp__arena_take(arena, contacts, sizeof(int32_t));
-    a->source = perp__arena_take(arena, contacts, sizeof(int32_t));
+    PERP__INTEGERS(arena, contacts, &a->dims, &a->modes, &a->source);
 }
 
 perp_status perp__assembly_fit(perp_mechanism *m, perp__assembly *a, int32_t pressures, double tol,
@@ -119,17 +114,16 @@ static void add_pressed(perp_mechanism *m, perp__assembly *a, const perp__veloci
     const size_t n = (size_t)m->n, width = (size_t)a->columns;
     const size_t column = (size_t)a->next_column++, row = (size_t)a->rows;
     double inverse_mass = 0.0;
-    size_t i, k;
 
     memset(a->H + row * width, 0, ((size_t)rows + 1) * width * sizeof *a->H);
-    for (i = 0; i < (size_t)rows; i++)
-        for (k = 0; k < n; k++) {
+    for (size_t i = 0; i < (size_t)rows; i++)
+        for (size_t k = 0; k < n; k++) {
             const double entry = problem->terms->J[((size_t)first + i) * n + k];
 
             a->H[(row + 1 + i) * width + k] = entry;
             inverse_mass += entry * entry / problem->terms->M[k * (n + 1)];
         }
-    for (i = 0; i < (size_t)rows; i++)
+    for (size_t i = 0; i < (size_t)rows; i++)
         a->w[row + 1 + i] = problem->terms->drift[(size_t)first + i];
     a->H[row * width + column] = 1.0;
     a->M[column * (width + 1)] = inverse_mass > 0.0 ? 1.0 / inverse_mass : 1.0;
@@ -152,9 +146,8 @@ static void add_contact(perp_mechanism *m, perp__assembly *a, const perp__veloci
                         int32_t j)
 {
     const size_t n = (size_t)m->n, width = (size_t)a->columns;
-    int32_t i;
 
-    for (i = m->starts[j]; i < m->starts[j + 1]; i++) {
+    for (int32_t i = m->starts[j]; i < m->starts[j + 1]; i++) {
         const size_t row = (size_t)(a->rows + i - m->starts[j]);
 
         copy_row(a->H + row * width, problem->terms->J + (size_t)i * n, n, width);
@@ -187,13 +180,13 @@ static int32_t count_columns(const perp_mechanism *m, const perp__velocity_probl
 static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_problem *problem)
 {
     const size_t n = (size_t)m->n;
-    size_t width, i;
+    size_t width;
     int32_t j;
 
     a->columns = count_columns(m, problem);
     a->contacts = a->rows = 0;
     width = (size_t)a->columns;
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         copy_row(a->M + i * width, problem->terms->M + i * n, n, width);
     memset(a->M + n * width, 0, (width - n) * width * sizeof *a->M);
     memcpy(a->f, problem->momentum, n * sizeof *a->f);
@@ -221,9 +214,8 @@ static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_
 static void slide(const double *u, double bound, double *r, int32_t rows)
 {
     const double speed = rows == 1 ? fabs(u[0]) : hypot(u[0], u[1]);
-    int32_t i;
 
-    for (i = 0; i < rows && speed > 0.0; i++)
+    for (int32_t i = 0; i < rows && speed > 0.0; i++)
         r[i] = -bound * (u[i] / speed);
 }
 
@@ -236,11 +228,10 @@ static void take_contact(perp_mechanism *m, perp__assembly *a, perp__motion *ans
     const int32_t dry = source >= m->contacts;
     const int32_t skip = dry || source < 0; /* the normal of an added coordinate */
     const int32_t first = m->tangent[j] - !skip;
-    int32_t i;
 
     if (dry && mode == PERP_CONTACT_SLIP && (m->settings.cone == 0 || a->dims[c] == 2))
         slide(a->u + row + 1, problem->dry[j - m->contacts], a->r + row + 1, a->dims[c] - 1);
-    for (i = skip; i < a->dims[c]; i++) {
+    for (int32_t i = skip; i < a->dims[c]; i++) {
         const int32_t at = first + i - skip;
 
         answer->r[at] += a->r[row + i];

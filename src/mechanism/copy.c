@@ -14,8 +14,6 @@ perp_status perp__copy_matrix(perp_context *context, const char *name, int32_t r
     const size_t height = (size_t)rows, width = (size_t)columns;
     perp__matrix own;
     perp_status status;
-    size_t i, j;
-    int32_t k;
 
     memset(to, 0, height * width * sizeof *to);
     if (!from)
@@ -26,12 +24,12 @@ perp_status perp__copy_matrix(perp_context *context, const char *name, int32_t r
     if (own.rows != rows || own.columns != columns)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "%s is %d by %d, expected %d by %d", name,
                           (int)own.rows, (int)own.columns, (int)rows, (int)columns);
-    for (j = 0; j < width; j++) {
+    for (size_t j = 0; j < width; j++) {
         if (own.column_starts)
-            for (k = own.column_starts[j]; k < own.column_starts[j + 1]; k++)
+            for (int32_t k = own.column_starts[j]; k < own.column_starts[j + 1]; k++)
                 to[(size_t)own.row_indices[k] + height * j] = own.values[k];
         else
-            for (i = 0; i < height; i++)
+            for (size_t i = 0; i < height; i++)
                 to[i + height * j] = own.values[i * own.row_stride + j * own.column_stride];
     }
     return PERP_OK;
@@ -41,11 +39,10 @@ perp_status perp__check_inertia(perp_context *context, const char *name, int32_t
                                 double *factor)
 {
     const size_t size = (size_t)n;
-    size_t i, j;
     int32_t failed;
 
-    for (j = 0; j < size; j++)
-        for (i = 0; i < j; i++)
+    for (size_t j = 0; j < size; j++)
+        for (size_t i = 0; i < j; i++)
             if (!(fabs(A[i + size * j] - A[j + size * i]) <=
                   1e-12 * (fabs(A[i + size * j]) + fabs(A[j + size * i])) +
                       1e-15 * sqrt(fabs(A[i + size * i] * A[j + size * j]))))

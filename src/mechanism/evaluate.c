@@ -18,9 +18,7 @@ static perp_status judge(perp_mechanism *m, const char *name, int32_t answer)
 
 static perp_status check(perp_mechanism *m, const char *name, const double *x, size_t count)
 {
-    size_t i;
-
-    for (i = 0; i < count; i++)
+    for (size_t i = 0; i < count; i++)
         if (!isfinite(x[i]))
             return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "%s[%zu] of its callback is %g",
                               name, i, x[i]);
@@ -38,12 +36,9 @@ typedef struct filled {
 static perp_status check_all(perp_mechanism *m, perp_status status, const filled *list,
                              int32_t count)
 {
-    size_t i;
-    int32_t k;
-
-    for (k = 0; k < count && status == PERP_OK; k++) {
+    for (int32_t k = 0; k < count && status == PERP_OK; k++) {
         status = check(m, list[k].name, list[k].x, list[k].count);
-        for (i = 0; i < list[k].count && list[k].is_size && status == PERP_OK; i++)
+        for (size_t i = 0; i < list[k].count && list[k].is_size && status == PERP_OK; i++)
             if (list[k].x[i] < 0.0)
                 status = perp__fail(m->context, PERP_ERROR_ARGUMENT,
                                     "%s[%zu] of its callback is %g, negative", list[k].name, i,
@@ -56,13 +51,12 @@ perp_status perp__evaluate_mass(perp_mechanism *m, perp__terms *terms, const dou
 {
     const size_t n = (size_t)m->n;
     perp_status status = PERP_OK;
-    size_t i;
 
     memset(terms->M, 0, n * n * sizeof *terms->M);
     if (m->model.mass)
         status = judge(m, "mass", m->model.mass(terms->M, q, m->model.user));
     else
-        for (i = 0; i < n; i++)
+        for (size_t i = 0; i < n; i++)
             terms->M[i * (n + 1)] = 1.0;
     if (status == PERP_OK)
         status = check(m, "M", terms->M, n * n);
@@ -94,7 +88,6 @@ static perp_status evaluate_contacts(perp_mechanism *m, perp__terms *terms, doub
                            {"drift (contacts)", terms->drift, rows, 0},
                            {"mu", terms->mu, contacts, 1}};
     perp_status status;
-    int32_t j;
     size_t i;
 
     memset(terms->gap, 0, (size_t)m->contacts * sizeof *terms->gap);
@@ -105,7 +98,7 @@ static perp_status evaluate_contacts(perp_mechanism *m, perp__terms *terms, doub
                              m->model.contact_rows(terms->gap, terms->J, terms->drift, terms->mu, t,
                                                    q, m->model.user)),
                        list, 4);
-    for (j = 0; j < m->contacts && status == PERP_OK; j++) {
+    for (int32_t j = 0; j < m->contacts && status == PERP_OK; j++) {
         const double *normal = terms->J + (size_t)m->starts[j] * n;
 
         for (i = 0; i < n && normal[i] == 0.0; i++)
@@ -229,11 +222,10 @@ perp_status perp__evaluate_move_at(perp_mechanism *m, double *q1, const double *
                                    const double *at, double h, const double *v)
 {
     perp_status status = perp__evaluate_rate(m, q1, at, v);
-    int32_t i;
 
     if (status != PERP_OK)
         return status;
-    for (i = 0; i < m->coordinates; i++)
+    for (int32_t i = 0; i < m->coordinates; i++)
         q1[i] = q0[i] + h * q1[i];
     status = perp__check_entries(m, "q + h N(q) v", q1, m->coordinates);
     if (status == PERP_OK && m->model.normalise) {

@@ -33,13 +33,12 @@ void perp__hold_row(perp_mechanism *m, const perp__terms *terms, int32_t row, do
 static int32_t is_at_rest(perp_mechanism *m, const perp__terms *terms, int32_t i)
 {
     double *unit = m->held.unit, length;
-    int32_t k;
 
     memset(unit, 0, (size_t)m->n * sizeof *unit);
     unit[i] = 1.0;
     perp__solve_lower(m, terms, unit); /* 0 before i */
     length = perp__length(unit, m->n);
-    for (k = i; k < m->n; k++)
+    for (int32_t k = i; k < m->n; k++)
         unit[k] /= length;
     return perp__held_rows_fix(&m->held, i, m->n - i);
 }
@@ -62,12 +61,10 @@ static int32_t single_entry(const double *row, int32_t n)
 static void fix_coordinates(perp_mechanism *m, const perp__motion *answer,
                             const perp__velocity_problem *problem, double *v)
 {
-    int32_t row, i;
-
-    for (i = 0; i < m->n && m->held.rank > 0; i++)
+    for (int32_t i = 0; i < m->n && m->held.rank > 0; i++)
         if (v[i] == 0.0 || is_at_rest(m, problem->terms, i)) /* never -0.0 */
             v[i] = 0.0;
-    for (row = 0; row < m->rows; row++) {
+    for (int32_t row = 0; row < m->rows; row++) {
         const double *J = problem->terms->J + (size_t)row * (size_t)m->n;
         const int32_t only = answer->holds[row] ? single_entry(J, m->n) : -1;
 
@@ -81,11 +78,10 @@ static int32_t hold(perp_mechanism *m, const perp__motion *answer,
                     const perp__velocity_problem *problem)
 {
     double *v = m->work, *difference = v + m->n, size;
-    int32_t i;
 
     perp__held_rows_solve(&m->held);
     memcpy(v, problem->momentum, (size_t)m->n * sizeof *v);
-    for (i = 0; i < m->rows; i++)
+    for (int32_t i = 0; i < m->rows; i++)
         if (!answer->holds[i])
             perp__add_row(m, problem->terms, i, answer->r[i], v);
     perp__solve_lower(m, problem->terms, v);
@@ -95,7 +91,7 @@ static int32_t hold(perp_mechanism *m, const perp__motion *answer,
     perp__held_rows_free(&m->held, v);
     perp__solve_upper(m, problem->terms, v);
     fix_coordinates(m, answer, problem, v);
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         difference[i] = v[i] - answer->v[i];
     return perp__energy_norm(m, problem->terms, difference, difference) <= PERP__AGREEMENT * size;
 }
@@ -103,17 +99,17 @@ static int32_t hold(perp_mechanism *m, const perp__motion *answer,
 void perp__hold_velocities(perp_mechanism *m, perp__motion *answer,
                            const perp__velocity_problem *problem)
 {
-    int32_t i, agrees;
+    int32_t agrees;
 
     perp__held_rows_begin(&m->held, m->n);
-    for (i = 0; i < m->rows; i++)
+    for (int32_t i = 0; i < m->rows; i++)
         if (answer->holds[i])
             perp__hold_row(m, problem->terms, i, target_of(m, problem, i));
     agrees = m->held.count == 0 || hold(m, answer, problem);
     if (agrees && m->held.count > 0) /* else the solution's are as good */
         memcpy(answer->v, m->work, (size_t)m->n * sizeof *answer->v);
     perp__row_velocities(m, problem->terms, answer->u, answer->v);
-    for (i = 0; i < m->rows && agrees; i++)
+    for (int32_t i = 0; i < m->rows && agrees; i++)
         if (answer->holds[i])
             answer->u[i] = m->normal_of[i] < 0 ? 0.0 : 0.0 - problem->shift[m->normal_of[i]];
 }

@@ -41,21 +41,19 @@ static double sliding_inertia(perp_mechanism *m, int32_t j, double speed)
 {
     const size_t n = (size_t)m->n;
     double *force = m->work, *pressed = force + n, p = 0.0;
-    int32_t i;
-    size_t k;
 
     perp__held_rows_begin(&m->held, m->n);
-    for (i = 0; i < m->bilateral; i++)
+    for (int32_t i = 0; i < m->bilateral; i++)
         perp__hold_row(m, &m->begin, m->contact_rows + i, 0.0);
     perp__held_rows_solve(&m->held);
     memcpy(pressed, m->begin.J + (size_t)m->starts[j] * n, n * sizeof *pressed);
     memcpy(force, pressed, n * sizeof *force);
-    for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
+    for (int32_t i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
         perp__add_row(m, &m->begin, i, -m->friction[j] * m->start_velocity[i] / speed, force);
     perp__solve_lower(m, &m->begin, pressed);
     perp__solve_lower(m, &m->begin, force);
     perp__project_out(m->held.basis, m->held.rank, m->n, force);
-    for (k = 0; k < n; k++)
+    for (size_t k = 0; k < n; k++)
         p += pressed[k] * force[k];
     return p;
 }
@@ -65,11 +63,10 @@ static int32_t is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t 
 {
     const double speed = m->start_speed[j];
     double along = 0.0;
-    int32_t i;
 
     if (speed == 0.0 || m->friction[j] == 0.0)
         return 0;
-    for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
+    for (int32_t i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
         along += m->start_velocity[i] * answer->u[i];
     return along <= 0.0 && sliding_inertia(m, j, speed) <= 0.0;
 }
@@ -100,9 +97,8 @@ int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer)
 static void shift_contacts(perp_mechanism *m, const perp__velocity_problem *problem, double share)
 {
     const perp__motion *first = &m->answer;
-    int32_t j;
 
-    for (j = 0; j < m->contacts; j++) {
+    for (int32_t j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];
         const double e = share * m->restitution[j], before = m->start_velocity[row];
 
@@ -146,11 +142,10 @@ static perp_status expand(perp_mechanism *m, const perp__velocity_problem *compr
     perp__velocity_problem problem = *compression;
     double *compressed = m->free_velocity; /* no longer needed: impulses of the compression */
     perp_status status;
-    int32_t j;
 
     memcpy(compressed, m->answer.r, (size_t)m->rows * sizeof *compressed);
     perp__multiply_mass(m, problem.terms, m->momentum, m->answer.v);
-    for (j = 0; j < m->contacts; j++) {
+    for (int32_t j = 0; j < m->contacts; j++) {
         m->pressure[j] = m->restitution[j] * m->answer.r[m->starts[j]];
         perp__add_row(m, problem.terms, m->starts[j], m->pressure[j], m->momentum);
     }
@@ -159,9 +154,9 @@ static perp_status expand(perp_mechanism *m, const perp__velocity_problem *compr
     status = solve_second(m, &problem);
     if (status != PERP_OK || !perp__is_good(m->answer.outcome))
         return status;
-    for (j = 0; j < m->rows; j++)
+    for (int32_t j = 0; j < m->rows; j++)
         m->answer.r[j] += compressed[j];
-    for (j = 0; j < m->contacts; j++) {
+    for (int32_t j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];
 
         m->answer.r[row] += m->pressure[j];

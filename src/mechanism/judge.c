@@ -13,26 +13,25 @@ double perp__momentum_residual(perp_mechanism *m, const perp__terms *terms, cons
 {
     const size_t n = (size_t)m->n;
     double *sum = m->work, *size = sum + n, worst = 0.0, largest = 0.0;
-    size_t i, k;
 
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         sum[i] = -momentum[i];
         size[i] = fabs(sum[i]);
-        for (k = 0; k < n; k++) {
+        for (size_t k = 0; k < n; k++) {
             const double term = terms->M[i * n + k] * v[k];
 
             sum[i] += term;
             size[i] += fabs(term);
         }
     }
-    for (i = 0; i < (size_t)m->rows; i++)
-        for (k = 0; k < n && r[i] != 0.0; k++) {
+    for (size_t i = 0; i < (size_t)m->rows; i++)
+        for (size_t k = 0; k < n && r[i] != 0.0; k++) {
             const double term = terms->J[i * n + k] * r[i];
 
             sum[k] -= term;
             size[k] += fabs(term);
         }
-    for (i = 0; i < n; i++) { /* in units of one energy */
+    for (size_t i = 0; i < n; i++) { /* in units of one energy */
         const double unit = sqrt(terms->M[i * (n + 1)]);
 
         perp__raise_to(&worst, fabs(sum[i]) / unit);
@@ -55,9 +54,7 @@ void perp__judge_motion(perp_mechanism *m, perp__motion *answer,
 
 perp_status perp__check_entries(perp_mechanism *m, const char *name, const double *x, int32_t count)
 {
-    int32_t i;
-
-    for (i = 0; i < count; i++)
+    for (int32_t i = 0; i < count; i++)
         if (!isfinite(x[i]))
             return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "%s: entry %d is %g", name, (int)i,
                               x[i]);

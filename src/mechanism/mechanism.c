@@ -53,15 +53,14 @@ static void layout(perp__arena *arena, void *object)
                                     &m->pressure, &m->impact_shift, &m->start_speed};
     perp__motion *const motions[] = {&m->answer, &m->second, &m->now,
                                      &m->next,   &m->trial,  &m->half};
-    size_t k;
 
     m->dims = perp__arena_take(arena, contacts, sizeof(int32_t));
     m->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
-    for (k = 0; k < sizeof of_contacts / sizeof *of_contacts; k++)
+    for (size_t k = 0; k < sizeof of_contacts / sizeof *of_contacts; k++)
         take_vector(arena, of_contacts[k], contacts);
     layout_terms(arena, m, &m->begin);
     layout_terms(arena, m, &m->end);
-    for (k = 0; k < sizeof motions / sizeof *motions; k++)
+    for (size_t k = 0; k < sizeof motions / sizeof *motions; k++)
         layout_motion(arena, m, motions[k]);
     perp__held_rows_layout(&m->held, arena, rows * n, rows, n);
     take_vector(arena, &m->momentum, n);
@@ -75,8 +74,7 @@ static void layout(perp__arena *arena, void *object)
     take_vector(arena, &m->work, 4 * n);
     m->included = perp__arena_take(arena, contacts, 1);
     m->normal_of = perp__arena_take(arena, rows, sizeof(int32_t));
-    m->tangent = perp__arena_take(arena, contacts + (size_t)m->dry, sizeof(int32_t));
-    m->tangents = perp__arena_take(arena, contacts + (size_t)m->dry, sizeof(int32_t));
+    PERP__INTEGERS(arena, contacts + (size_t)m->dry, &m->tangent, &m->tangents);
 }
 
 /* Each work begins with this. */
@@ -128,11 +126,9 @@ void perp__copy_motion(const perp_mechanism *m, perp__motion *to, const perp__mo
 
 void perp__clear_motion(const perp_mechanism *m, perp__motion *motion)
 {
-    int32_t j;
-
     memset(motion->r, 0, 2 * (size_t)m->rows * sizeof *motion->r); /* and the ray */
     memset(motion->holds, 0, (size_t)m->rows);
-    for (j = 0; j < m->contacts + m->dry; j++) /* dry friction without a bound slides */
+    for (int32_t j = 0; j < m->contacts + m->dry; j++) /* dry friction without a bound slides */
         motion->modes[j] = j < m->contacts ? PERP_CONTACT_SEPARATE : PERP_CONTACT_SLIP;
     motion->certificate = motion->has_ray = 0;
 }

@@ -92,12 +92,10 @@ static const perp__field sizes[] = {
 
 static perp_status check_dimensions(perp_context *context, const perp_mechanism_model *model)
 {
-    int32_t j;
-
     if (!model->dims && (model->dim < 1 || model->dim > 3))
         return perp__fail(context, PERP_ERROR_ARGUMENT, "model.dim is %d, expected 1, 2 or 3",
                           (int)model->dim);
-    for (j = 0; j < model->contacts && model->dims; j++)
+    for (int32_t j = 0; j < model->contacts && model->dims; j++)
         if (model->dims[j] < 1 || model->dims[j] > 3)
             return perp__fail(context, PERP_ERROR_ARGUMENT,
                               "model.dims[%d] is %d, expected 1, 2 or 3", (int)j,
@@ -136,18 +134,17 @@ static perp_status check_contacts(perp_context *context, const perp_mechanism_mo
                  {"model.stribeck", model->stribeck},
                  {"model.restitution", model->restitution}};
     perp_status status = PERP_OK;
-    int32_t j, k;
 
-    for (k = 0; k < 4 && status == PERP_OK; k++) {
+    for (int32_t k = 0; k < 4 && status == PERP_OK; k++) {
         if (lists[k].x)
             status =
                 perp__check_finite(context, lists[k].name, lists[k].x, (size_t)model->contacts);
-        for (j = 0; j < model->contacts && lists[k].x && status == PERP_OK; j++)
+        for (int32_t j = 0; j < model->contacts && lists[k].x && status == PERP_OK; j++)
             if (lists[k].x[j] < 0.0)
                 status = perp__fail(context, PERP_ERROR_ARGUMENT, "%s[%d] is %g, negative",
                                     lists[k].name, (int)j, lists[k].x[j]);
     }
-    for (j = 0; j < model->contacts && status == PERP_OK; j++) {
+    for (int32_t j = 0; j < model->contacts && status == PERP_OK; j++) {
         const double mu = model->mu ? model->mu[j] : 0.0;
 
         if (model->mu_static && model->mu_static[j] < mu)
@@ -185,8 +182,6 @@ perp_status perp__mechanism_model_read(perp_context *context, perp_mechanism_mod
 
 void perp__mechanism_sizes(perp_mechanism *m, const perp_mechanism_model *model)
 {
-    int32_t j;
-
     m->model = *model;
     m->n = model->velocities;
     m->coordinates = model->coordinates > 0 ? model->coordinates : model->velocities;
@@ -194,7 +189,7 @@ void perp__mechanism_sizes(perp_mechanism *m, const perp_mechanism_model *model)
     m->bilateral = model->bilateral;
     m->dry = model->dry;
     m->dry_rows = model->dry * model->dry_dim;
-    for (j = 0; j < m->contacts; j++)
+    for (int32_t j = 0; j < m->contacts; j++)
         m->contact_rows += model->dims ? model->dims[j] : model->dim;
     m->rows = m->contact_rows + m->bilateral + m->dry_rows;
 }
@@ -209,22 +204,20 @@ static void copy_or_zero(double *to, const double *from, int32_t count)
 
 void perp__mechanism_take(perp_mechanism *m, const perp_mechanism_model *model)
 {
-    int32_t j;
-
     copy_or_zero(m->mu, model->mu, m->contacts);
     copy_or_zero(m->mu_static, model->mu_static ? model->mu_static : model->mu, m->contacts);
     copy_or_zero(m->stribeck, model->stribeck, m->contacts);
     copy_or_zero(m->restitution, model->restitution, m->contacts);
     m->starts[0] = 0;
     memset(m->normal_of, -1, (size_t)m->rows * sizeof *m->normal_of);
-    for (j = 0; j < m->contacts; j++) {
+    for (int32_t j = 0; j < m->contacts; j++) {
         m->dims[j] = model->dims ? model->dims[j] : model->dim;
         m->starts[j + 1] = m->starts[j] + m->dims[j];
         m->normal_of[m->starts[j]] = j;
         m->tangent[j] = m->starts[j] + 1;
         m->tangents[j] = m->dims[j] - 1;
     }
-    for (j = 0; j < m->dry; j++) {
+    for (int32_t j = 0; j < m->dry; j++) {
         m->tangent[m->contacts + j] = m->contact_rows + m->bilateral + j * model->dry_dim;
         m->tangents[m->contacts + j] = model->dry_dim;
     }

@@ -20,11 +20,10 @@ double perp__gap_size(const perp_mechanism *m, const perp__terms *terms, int32_t
 {
     const double *J = terms->J + (size_t)row * (size_t)m->n;
     double size = 0.0, largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < m->coordinates && m->coordinates != m->n; i++)
+    for (int32_t i = 0; i < m->coordinates && m->coordinates != m->n; i++)
         largest = fmax(largest, fabs(q[i]));
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         size += fabs(J[i]) * (m->coordinates == m->n ? fabs(q[i]) : largest);
     return size;
 }
@@ -55,13 +54,12 @@ static int32_t measure(const perp_mechanism *m, perp_mechanism_step *step, const
 static void assemble(perp_mechanism *m, perp__assembly *a)
 {
     const size_t n = (size_t)m->n;
-    int32_t j;
 
     a->columns = m->n;
     a->contacts = a->rows = 0;
     memcpy(a->M, m->end.M, n * n * sizeof *a->M);
     memset(a->f, 0, n * sizeof *a->f);
-    for (j = 0; j < m->contacts; j++) {
+    for (int32_t j = 0; j < m->contacts; j++) {
         if (!m->included[j])
             continue;
         memcpy(a->H + (size_t)a->rows * n, m->end.J + (size_t)m->starts[j] * n, n * sizeof *a->H);
@@ -69,7 +67,7 @@ static void assemble(perp_mechanism *m, perp__assembly *a)
         a->mu[a->contacts] = 0.0;
         a->dims[a->contacts++] = 1;
     }
-    for (j = 0; j < m->bilateral; j++) {
+    for (int32_t j = 0; j < m->bilateral; j++) {
         memcpy(a->G + (size_t)j * n, m->end.J + (size_t)(m->contact_rows + j) * n,
                n * sizeof *a->G);
         a->b[j] = m->end.c[j];
@@ -92,9 +90,8 @@ static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, int32_t *
 {
     perp__motion answer = {0};
     perp_status status;
-    int32_t j;
 
-    for (j = 0; j < m->contacts; j++)
+    for (int32_t j = 0; j < m->contacts; j++)
         m->included[j] = m->end.gap[j] <= 0.0;
     do {
         answer.iterations = 0;

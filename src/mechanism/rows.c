@@ -13,9 +13,8 @@ double perp__row_times(const perp_mechanism *m, const perp__terms *terms, int32_
                        const double *x)
 {
     const double *J = terms->J + (size_t)row * (size_t)m->n;
-    int32_t k;
 
-    for (k = 0; k < m->n; k++)
+    for (int32_t k = 0; k < m->n; k++)
         sum += J[k] * x[k];
     return sum;
 }
@@ -24,9 +23,8 @@ void perp__add_row(const perp_mechanism *m, const perp__terms *terms, int32_t ro
                    double *x)
 {
     const double *J = terms->J + (size_t)row * (size_t)m->n;
-    int32_t k;
 
-    for (k = 0; k < m->n && s != 0.0; k++)
+    for (int32_t k = 0; k < m->n && s != 0.0; k++)
         x[k] += s * J[k];
 }
 
@@ -35,9 +33,8 @@ double perp__row_size(const perp_mechanism *m, const perp__terms *terms, int32_t
 {
     const double *J = terms->J + (size_t)row * (size_t)m->n;
     double size = fabs(terms->drift[row]);
-    int32_t k;
 
-    for (k = 0; k < m->n; k++)
+    for (int32_t k = 0; k < m->n; k++)
         size += fabs(J[k] * v[k]);
     return size;
 }
@@ -45,18 +42,14 @@ double perp__row_size(const perp_mechanism *m, const perp__terms *terms, int32_t
 void perp__row_velocities(const perp_mechanism *m, const perp__terms *terms, double *u,
                           const double *v)
 {
-    int32_t i;
-
-    for (i = 0; i < m->rows; i++)
+    for (int32_t i = 0; i < m->rows; i++)
         u[i] = perp__row_times(m, terms, i, terms->drift[i], v);
 }
 
 void perp__add_impulses(const perp_mechanism *m, const perp__terms *terms, double *x,
                         const double *r)
 {
-    int32_t i;
-
-    for (i = 0; i < m->rows; i++)
+    for (int32_t i = 0; i < m->rows; i++)
         perp__add_row(m, terms, i, r[i], x);
 }
 
@@ -64,12 +57,11 @@ void perp__multiply_mass(const perp_mechanism *m, const perp__terms *terms, doub
                          const double *x)
 {
     const size_t n = (size_t)m->n;
-    size_t i, k;
 
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         double sum = 0.0;
 
-        for (k = 0; k < n; k++)
+        for (size_t k = 0; k < n; k++)
             sum += terms->M[i * n + k] * x[k];
         y[i] = sum;
     }
@@ -83,7 +75,7 @@ void perp__solve_mass(const perp_mechanism *m, const perp__terms *terms, double 
 void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double *x)
 {
     const size_t n = (size_t)m->n;
-    size_t i, k;
+    size_t k;
 
     for (k = 0; k < n; k++) {
         const double *column = terms->factor + n * k;
@@ -91,7 +83,7 @@ void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double
         if (x[k] == 0.0)
             continue;
         x[k] /= column[k];
-        for (i = k + 1; i < n; i++)
+        for (size_t i = k + 1; i < n; i++)
             x[i] -= column[i] * x[k];
     }
 }
@@ -99,10 +91,9 @@ void perp__solve_lower(const perp_mechanism *m, const perp__terms *terms, double
 void perp__solve_upper(const perp_mechanism *m, const perp__terms *terms, double *x)
 {
     const size_t n = (size_t)m->n;
-    size_t i, k;
 
-    for (i = n; i-- > 0;) {
-        for (k = i + 1; k < n; k++)
+    for (size_t i = n; i-- > 0;) {
+        for (size_t k = i + 1; k < n; k++)
             x[i] -= terms->factor[k + n * i] * x[k];
         x[i] /= terms->factor[i * (n + 1)];
     }
@@ -112,12 +103,11 @@ double perp__energy_norm(const perp_mechanism *m, const perp__terms *terms, doub
                          const double *x)
 {
     const size_t n = (size_t)m->n;
-    size_t i, k;
 
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         double sum = 0.0;
 
-        for (k = i; k < n; k++)
+        for (size_t k = i; k < n; k++)
             sum += terms->factor[k + n * i] * x[k];
         y[i] = sum;
     }
@@ -127,10 +117,9 @@ double perp__energy_norm(const perp_mechanism *m, const perp__terms *terms, doub
 double perp__speed(perp_mechanism *m, const perp__terms *terms, const double *v)
 {
     double sum = 0.0;
-    int32_t i;
 
     perp__multiply_mass(m, terms, m->work, v);
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         sum += m->work[i] * v[i];
     return sqrt(fmax(sum, 0.0));
 }
@@ -139,9 +128,8 @@ double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, in
                            const double *u, const double *v)
 {
     double speed = 0.0, size = 0.0;
-    int32_t i;
 
-    for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++) {
+    for (int32_t i = m->starts[j] + 1; i < m->starts[j + 1]; i++) {
         speed = hypot(speed, u[i]);
         size = hypot(size, perp__row_size(m, terms, i, v));
     }
@@ -151,9 +139,7 @@ double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, in
 void perp__friction_of_speed(const perp_mechanism *m, const perp__terms *terms, double *friction,
                              const double *u, const double *v)
 {
-    int32_t j;
-
-    for (j = 0; j < m->contacts; j++) {
+    for (int32_t j = 0; j < m->contacts; j++) {
         const double at_rest = fmax(m->mu_static[j], terms->mu[j]);
         double speed;
 

@@ -340,7 +340,7 @@ perp_status perp_world_set_body(perp_world *world, const perp_body_state *state,
 static perp_status get_mass(const perp_world *world, double *mass, double *inertia, perp_body id)
 {
     const perp__body *body;
-    int32_t slot, k;
+    int32_t slot;
     perp_status status = perp__find_body(world, &slot, id);
 
     if (status != PERP_OK)
@@ -348,10 +348,10 @@ static perp_status get_mass(const perp_world *world, double *mass, double *inert
     body = &world->bodies[slot];
     if (mass)
         *mass = body->kind == PERP_BODY_DYNAMIC ? body->mass : INFINITY;
-    for (k = 0; k < 9 && inertia; k++)
+    for (int32_t k = 0; k < 9 && inertia; k++)
         inertia[k] = body->inertia[k];
-    for (k = world->settings.planar ? 8 : 0; k < 9 && inertia && body->kind != PERP_BODY_DYNAMIC;
-         k += 4)
+    for (int32_t k = world->settings.planar ? 8 : 0;
+         k < 9 && inertia && body->kind != PERP_BODY_DYNAMIC; k += 4)
         inertia[k] = INFINITY;
     return PERP_OK;
 }

@@ -34,10 +34,9 @@ void perp__contact_frame(const perp_world *world, perp__world_contact *contact)
 void perp__contact_row(const perp__world_contact *contact, int32_t side, int32_t k, double *row)
 {
     const double sign = side == 0 ? -1.0 : 1.0;
-    int32_t i;
 
     perp__cross(row + 3, contact->arms[side], contact->axes[k]);
-    for (i = 0; i < 3; i++) {
+    for (int32_t i = 0; i < 3; i++) {
         row[i] = sign * contact->axes[k][i];
         row[3 + i] *= sign;
     }

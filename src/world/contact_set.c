@@ -89,7 +89,6 @@ static void take_memory(const perp_world *world, const perp__memory *memory,
 {
     perp__world_contact then;
     double impulse[3] = {0.0, 0.0, 0.0};
-    int32_t k;
 
     if (memcmp(memory->normal, contact->axes[0], sizeof memory->normal) == 0) {
         perp__copy3(contact->warm, memory->impulse);
@@ -97,22 +96,20 @@ static void take_memory(const perp_world *world, const perp__memory *memory,
     }
     perp__copy3(then.axes[0], memory->normal);
     perp__contact_frame(world, &then);
-    for (k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++)
         perp__add3(impulse, memory->impulse[k], then.axes[k]);
-    for (k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++)
         contact->warm[k] = perp__dot3(contact->axes[k], impulse);
 }
 
 static void recall(const perp_world *world, const perp__pair *pair, perp__world_contact *contact)
 {
-    int32_t i;
-
-    for (i = pair->first_kept; i >= 0; i = world->kept[i].next)
+    for (int32_t i = pair->first_kept; i >= 0; i = world->kept[i].next)
         if (world->kept[i].memory.feature == contact->feature) {
             take_memory(world, &world->kept[i].memory, contact);
             return;
         }
-    for (i = 0; i < pair->memories; i++)
+    for (int32_t i = 0; i < pair->memories; i++)
         if (world->memories[pair->first_memory + i].feature == contact->feature) {
             take_memory(world, &world->memories[pair->first_memory + i], contact);
             return;
@@ -170,9 +167,7 @@ static perp__world_contact *append(const perp_world *world, perp__contact_set *s
 /* Arms from the mass centres of bodies in the given states. */
 static void set_arms(const perp__state *states, perp__world_contact *contact)
 {
-    int32_t k;
-
-    for (k = 0; k < 3; k++) {
+    for (int32_t k = 0; k < 3; k++) {
         contact->arms[0][k] = contact->position[k] - states[contact->body_a].position[k];
         contact->arms[1][k] = contact->position[k] - states[contact->body_b].position[k];
     }
@@ -191,14 +186,14 @@ static perp_status add_points(perp_world *world, perp__contact_set *set, const p
                               const perp__state *states, double margin)
 {
     perp__point points[PERP__MAX_POINTS];
-    int32_t i, made;
+    int32_t made;
     perp_status status = reserve_contacts(world, set, set->count + PERP__MAX_POINTS);
 
     if (status != PERP_OK)
         return status;
     made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
                          world->settings.planar, margin, points);
-    for (i = 0; i < made; i++) {
+    for (int32_t i = 0; i < made; i++) {
         perp__world_contact *contact = append(world, set, pair, &points[i]);
 
         set_arms(states, contact);
@@ -229,14 +224,13 @@ static perp__pair *find_pair(const perp_world *world, int32_t first, int32_t sec
 static void find_memories(perp_world *world)
 {
     perp__pair *pair = NULL;
-    int32_t i;
 
     if (!world->memories_restored)
         return;
     world->memories_restored = 0;
-    for (i = 0; i < world->pair_slots; i++)
+    for (int32_t i = 0; i < world->pair_slots; i++)
         world->pairs[i].memories = 0;
-    for (i = 0; i < world->memory_count; i++) {
+    for (int32_t i = 0; i < world->memory_count; i++) {
         const perp__memory *memory = &world->memories[i];
 
         if (i == 0 || memory->first != memory[-1].first || memory->second != memory[-1].second) {
@@ -253,7 +247,7 @@ static void find_memories(perp_world *world)
 perp_status perp__find_contacts(perp_world *world, double h)
 {
     perp__point points[PERP__MAX_POINTS];
-    int32_t i, q, made;
+    int32_t made;
     perp_status status;
 
     world->contacts.count = 0;
@@ -261,14 +255,14 @@ perp_status perp__find_contacts(perp_world *world, double h)
     status = perp__cover_motions(world, h);
     if (status == PERP_OK)
         find_memories(world);
-    for (i = 0; i < world->pair_count && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
 
         pair->joined = pair->waited = 0;
         made = perp__touching_points(world, pair, h, points);
         pair->open = made == 0;
         status = reserve_contacts(world, &world->contacts, world->contacts.count + made);
-        for (q = 0; q < made && status == PERP_OK; q++) {
+        for (int32_t q = 0; q < made && status == PERP_OK; q++) {
             perp__world_contact *contact = append(world, &world->contacts, pair, &points[q]);
 
             set_arms(world->states, contact);
@@ -284,9 +278,8 @@ perp_status perp__find_contacts(perp_world *world, double h)
 static void centre_arm(perp__world_contact *contact, int32_t side)
 {
     const double along = perp__dot3(contact->axes[0], contact->arms[side]);
-    int32_t k;
 
-    for (k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++)
         contact->arms[side][k] = along * contact->axes[0][k];
 }
 
@@ -297,21 +290,20 @@ static void set_back(const perp_world *world, perp__world_contact *contact, doub
 {
     const perp__moving *sides[2] = {a, b};
     double closed = 0.0;
-    int32_t side, k;
 
-    for (side = 0; side < 2; side++) {
+    for (int32_t side = 0; side < 2; side++) {
         double turned[3], at[3];
 
-        for (k = 0; k < 3; k++)
+        for (int32_t k = 0; k < 3; k++)
             contact->arms[side][k] =
                 contact->position[k] - (sides[side]->centre[k] + t * sides[side]->way[k]);
         if (t * perp__length3(sides[side]->way) > sides[side]->reach)
             centre_arm(contact, side);
         perp__cross(turned, sides[side]->turn, contact->arms[side]);
-        for (k = 0; k < 3; k++)
+        for (int32_t k = 0; k < 3; k++)
             at[k] = sides[side]->way[k] + turned[k];
         closed += (side == 0 ? t : -t) * perp__dot3(contact->axes[0], at);
-        for (k = 0; k < 3; k++)
+        for (int32_t k = 0; k < 3; k++)
             contact->position[k] -= 0.5 * t * at[k];
     }
     contact->gap += closed;
@@ -320,9 +312,7 @@ static void set_back(const perp_world *world, perp__world_contact *contact, doub
 
 static int32_t has_feature(const perp__contact_set *set, const perp__pair *pair, int32_t feature)
 {
-    int32_t i;
-
-    for (i = 0; i < set->count; i++)
+    for (int32_t i = 0; i < set->count; i++)
         if (set->contacts[i].shape_a == pair->first && set->contacts[i].shape_b == pair->second &&
             set->contacts[i].feature == (uint64_t)feature)
             return 1;
@@ -393,9 +383,7 @@ static int32_t is_new(const perp_world *world, const perp__pair *pair)
 /* Motions that the islands changed: all others are what they were. */
 static void look_for_new_motions(perp_world *world)
 {
-    int32_t i;
-
-    for (i = perp__count_members(world); i-- > 0;) {
+    for (int32_t i = perp__count_members(world); i-- > 0;) {
         perp__motion *motion = &world->motions[world->body_order[i]];
 
         if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
@@ -424,10 +412,9 @@ static int32_t is_worth_a_look(const perp_world *world, const perp__pair *pair, 
 static perp_status join_meetings(perp_world *world, double h)
 {
     perp_status status;
-    int32_t i;
 
     status = perp__cover_changes(world, h);
-    for (i = 0; i < world->pair_count && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
         perp__motion *a = &world->motions[world->shapes[pair->first].body];
         perp__motion *b = &world->motions[world->shapes[pair->second].body];
@@ -438,7 +425,7 @@ static perp_status join_meetings(perp_world *world, double h)
         a->earliest = fmin(a->earliest, pair->meeting.time);
         b->earliest = fmin(b->earliest, pair->meeting.time);
     }
-    for (i = 0; i < world->pair_count && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
         const int32_t bodies[2] = {world->shapes[pair->first].body,
                                    world->shapes[pair->second].body};
@@ -454,7 +441,7 @@ static perp_status join_meetings(perp_world *world, double h)
         else if (pair->met)
             status = join_pair(world, pair, h);
     }
-    for (i = 0; i < world->pair_count; i++) {
+    for (int32_t i = 0; i < world->pair_count; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
 
         if (!pair->met)
@@ -485,16 +472,15 @@ perp_status perp__join_contacts(perp_world *world, double h, int32_t *came)
 perp_status perp__find_overlaps(perp_world *world, double margin)
 {
     perp_status status = perp__cover_places(world, 0.5 * margin);
-    int32_t i;
 
     world->overlaps.count = 0;
-    for (i = 0; i < world->pair_count && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
 
         if (perp__are_near(world, pair, margin))
             status = add_points(world, &world->overlaps, pair, world->next, margin);
     }
-    for (i = 0; i < world->overlaps.count; i++)
+    for (int32_t i = 0; i < world->overlaps.count; i++)
         world->overlaps.contacts[i].included = 1;
     return status;
 }

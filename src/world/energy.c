@@ -26,12 +26,11 @@ static int32_t counts(const perp_world *world, int32_t i)
 perp_status perp_world_energy(const perp_world *world, double *kinetic, double *potential)
 {
     double moving = 0.0, height = 0.0;
-    int32_t i;
     perp_status status = perp__world_enter(world);
 
     if (status != PERP_OK)
         return status;
-    for (i = 0; i < world->body_slots; i++) {
+    for (int32_t i = 0; i < world->body_slots; i++) {
         const perp__state *state = &world->states[i];
         double mass = world->bodies[i].mass;
         double spin[3];
@@ -53,12 +52,11 @@ perp_status perp_world_energy(const perp_world *world, double *kinetic, double *
 perp_status perp_world_momentum(const perp_world *world, double *linear, double *angular)
 {
     double p[3] = {0.0, 0.0, 0.0}, L[3] = {0.0, 0.0, 0.0};
-    int32_t i;
     perp_status status = perp__world_enter(world);
 
     if (status != PERP_OK)
         return status;
-    for (i = 0; i < world->body_slots; i++) {
+    for (int32_t i = 0; i < world->body_slots; i++) {
         const perp__state *state = &world->states[i];
         double mass = world->bodies[i].mass;
         double spin[3], orbit[3];

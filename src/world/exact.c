@@ -38,11 +38,10 @@ double perp__exact_tol(const perp_world *world)
 static int32_t is_solvable(const perp_world *world, const perp__island *island, int32_t bounces)
 {
     double restitution = -1.0;
-    int32_t i;
 
     if (world->work.carriers > 0)
         return 0;
-    for (i = 0; i < island->contacts && bounces; i++) {
+    for (int32_t i = 0; i < island->contacts && bounces; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         if (restitution >= 0.0 && contact->restitution != restitution)

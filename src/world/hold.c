@@ -35,15 +35,14 @@ static void find_strengths(const perp_world *world, const perp__island *island, 
 {
     const perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    int32_t i, k, side;
 
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         strength[i] = perp__mass_norm(world, work->members[i], work->now + n * i) +
                       perp__mass_norm(world, work->members[i], work->gain + n * i);
     }
-    for (i = 0; i < work->units; i++)
-        for (k = 0; k < work->rows[i].dim; k++)
-            for (side = 0; side < 2 && work->impulse[3 * i + k] != 0.0; side++) {
+    for (int32_t i = 0; i < work->units; i++)
+        for (int32_t k = 0; k < work->rows[i].dim; k++)
+            for (int32_t side = 0; side < 2 && work->impulse[3 * i + k] != 0.0; side++) {
                 const int32_t body = work->rows[i].body[side];
 
                 if (body >= 0 && body < island->bodies)
@@ -60,12 +59,11 @@ static double largest_change(const perp_world *world, const perp__island *island
 {
     const int32_t n = world->dof;
     double largest = 0.0;
-    int32_t i, k;
 
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         double change[6], norm;
 
-        for (k = 0; k < n; k++)
+        for (int32_t k = 0; k < n; k++)
             change[k] = world->work.v[n * i + k] - from[n * i + k];
         norm = perp__mass_norm(world, world->work.members[i], change);
         if (norm != 0.0)

@@ -36,9 +36,8 @@
 static double dot(const double *x, const double *y, int32_t n)
 {
     double sum = 0.0;
-    int32_t i;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         sum += x[i] * y[i];
     return sum;
 }
@@ -52,9 +51,8 @@ static double normal_of(const perp_world *world, int32_t i, const double *x, int
     const perp__rigid_rows *rows = &work->rows[i];
     const int32_t n = world->dof;
     double sum = 0.0;
-    int32_t side;
 
-    for (side = 0; side < 2; side++) {
+    for (int32_t side = 0; side < 2; side++) {
         const int32_t body = rows->body[side];
 
         if (body >= 0 && body < bodies)
@@ -111,9 +109,8 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
 void perp__force_bodies(perp_world *world, const perp__island *island, double share)
 {
     perp__island_work *work = &world->work;
-    int32_t i;
 
-    for (i = 0; i < world->dof * island->bodies; i++)
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
         work->free[i] = work->now[i] + share * work->gain[i];
 }
 
@@ -121,9 +118,8 @@ void perp__force_bodies(perp_world *world, const perp__island *island, double sh
 static void close_gaps(perp_world *world, double t)
 {
     perp__island_work *work = &world->work;
-    int32_t i;
 
-    for (i = 0; i < work->count; i++)
+    for (int32_t i = 0; i < work->count; i++)
         work->rows[i].bias[0] = work->gap[work->chosen[i]] / t;
     perp__time_joints(world, t);
 }
@@ -141,9 +137,8 @@ static perp_status solve_interval(perp_world *world, const perp__island *island,
 static void go(perp_world *world, const perp__island *island, double t, int32_t mean)
 {
     perp__island_work *work = &world->work;
-    int32_t i;
 
-    for (i = 0; i < world->dof * island->bodies; i++) {
+    for (int32_t i = 0; i < world->dof * island->bodies; i++) {
         work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
         work->drift[i] += t * work->moving[i];
     }
@@ -156,10 +151,9 @@ double perp__normal_terms(const perp_world *world, int32_t i, const double *x, i
     const perp__rigid_rows *rows = &world->work.rows[i];
     const int32_t n = world->dof;
     double sum = 0.0;
-    int32_t side, k;
 
-    for (side = 0; side < 2; side++)
-        for (k = 0; k < n && rows->body[side] >= 0 && rows->body[side] < bodies; k++)
+    for (int32_t side = 0; side < 2; side++)
+        for (int32_t k = 0; k < n && rows->body[side] >= 0 && rows->body[side] < bodies; k++)
             sum += fabs(rows->rows[side][0][k] * x[n * rows->body[side] + k]);
     return sum;
 }
@@ -168,9 +162,8 @@ double perp__normal_terms(const perp_world *world, int32_t i, const double *x, i
 static int32_t lasts(const perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
-    int32_t i;
 
-    for (i = 0; i < work->count; i++) {
+    for (int32_t i = 0; i < work->count; i++) {
         double speed;
 
         if (!(work->impulse[3 * i] > 0.0))
@@ -188,9 +181,8 @@ static int32_t lasts(const perp_world *world, const perp__island *island)
 static void move_gaps(perp_world *world, const perp__island *island, double t)
 {
     perp__island_work *work = &world->work;
-    int32_t i;
 
-    for (i = 0; i < work->count; i++) {
+    for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
         const perp__world_contact *contact = perp__step_contact(world, island, k);
 
@@ -206,9 +198,8 @@ static double first_impact(const perp_world *world, const perp__island *island, 
 {
     const perp__island_work *work = &world->work;
     double first = INFINITY;
-    int32_t i;
 
-    for (i = 0; i < work->count; i++) {
+    for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
         const double end = normal_of(world, i, work->v, island->bodies, 1);
         const double u = mean ? normal_of(world, i, work->now, island->bodies, 1) : end;
@@ -248,10 +239,9 @@ static double work_on(const perp__island_work *work, int32_t i, int32_t side, in
     const double *before = work->now + n * rows->body[side],
                  *after = work->v + n * rows->body[side];
     double sum = 0.0;
-    int32_t k, j;
 
-    for (k = 0; k < rows->dim; k++)
-        for (j = 0; j < n; j++) {
+    for (int32_t k = 0; k < rows->dim; k++)
+        for (int32_t j = 0; j < n; j++) {
             const double term =
                 0.5 * work->impulse[3 * i + k] * rows->rows[side][k][j] * (before[j] + after[j]);
 
@@ -266,11 +256,10 @@ static double work_of(const perp_world *world, const perp__island *island, doubl
 {
     const perp__island_work *work = &world->work;
     double sum = 0.0;
-    int32_t i, side;
 
     *size = 0.0;
-    for (i = 0; i < work->count; i++)
-        for (side = 0; side < 2; side++)
+    for (int32_t i = 0; i < work->count; i++)
+        for (int32_t side = 0; side < 2; side++)
             if (work->rows[i].body[side] >= 0 && work->rows[i].body[side] < island->bodies)
                 sum += work_on(work, i, side, world->dof, size);
     return sum;
@@ -290,7 +279,7 @@ static void turned_by_now(const perp_world *world, int32_t i, double *R)
  * kept there. */
 static void turn_inertia(perp_world *world, const perp__island *island)
 {
-    int32_t i, k;
+    int32_t i;
 
     for (i = 0; i < island->bodies; i++) {
         const perp__body *body = &world->bodies[world->work.members[i]];
@@ -300,7 +289,7 @@ static void turn_inertia(perp_world *world, const perp__island *island)
             continue;
         turned_by_now(world, i, R);
         perp__multiply3(turned, R, body->factor);
-        for (k = 0; k < 9; k++)
+        for (int32_t k = 0; k < 9; k++)
             C[6 * (3 + k / 3) + 3 + k % 3] = turned[k];
     }
 }
@@ -309,7 +298,7 @@ static void turn_inertia(perp_world *world, const perp__island *island)
  * part goes with the angular velocity, which jumped. */
 static void renew_gain(perp_world *world, const perp__island *island, double left, double h)
 {
-    int32_t i, k;
+    int32_t i;
 
     for (i = 0; i < island->bodies && left > 0.0; i++) {
         const int32_t body = world->work.members[i];
@@ -324,7 +313,7 @@ static void renew_gain(perp_world *world, const perp__island *island, double lef
         perp__euler_step(&world->bodies[body], left, w, torque, change);
         perp__subtract3(change, change, w);
         perp__apply3(turned, R, change);
-        for (k = 0; k < 3; k++)
+        for (int32_t k = 0; k < 3; k++)
             world->work.gain[6 * i + 3 + k] = h / left * turned[k];
     }
 }
@@ -337,15 +326,14 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
     perp__island_work *work = &world->work;
     double share, size, energy;
     perp_status status;
-    int32_t i;
 
-    for (i = 0; i < island->contacts; i++)
+    for (int32_t i = 0; i < island->contacts; i++)
         work->hit[i] = work->gap[i] > 0.0;
     perp__choose_rows(world, island, work->hit);
     perp__time_joints(world, 0.0);
     perp__force_bodies(world, island, 0.0);
     for (share = 1.0;; share = share > LEAST_SHARE ? 0.5 * share : 0.0) {
-        for (i = 0; i < work->count; i++)
+        for (int32_t i = 0; i < work->count; i++)
             work->rows[i].bias[0] =
                 share * perp__step_contact(world, island, work->chosen[i])->restitution *
                 normal_of(world, i, work->now, island->bodies, 1);
@@ -411,9 +399,8 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
 {
     perp__island_work *work = &world->work;
     perp_status status;
-    int32_t i;
 
-    for (i = 0; i < work->count; i++) {
+    for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
         const perp__world_contact *contact = perp__step_contact(world, island, k);
         const double bounce =
@@ -434,10 +421,9 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
 static void begin(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
-    int32_t i;
 
     perp__gather_bodies(world, island);
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         perp__world_contact *contact = perp__step_contact(world, island, i);
 
         memset(contact->impulse, 0, sizeof contact->impulse);
@@ -450,11 +436,10 @@ static void begin(perp_world *world, const perp__island *island)
 static void finish(perp_world *world, const perp__island *island, double left, double h)
 {
     const perp__island_work *work = &world->work;
-    int32_t i;
 
     perp__take_answer(world, island);
     go(world, island, left, lasts(world, island));
-    for (i = 0; i < 3 * work->count && left > 0.0; i++) /* as if over the whole step */
+    for (int32_t i = 0; i < 3 * work->count && left > 0.0; i++) /* as if over the whole step */
         perp__step_contact(world, island, work->chosen[i / 3])->next[i % 3] =
             h / left * work->impulse[i];
 }

@@ -73,7 +73,6 @@ static void rotate_freely(perp_world *world, int32_t i, double h)
     perp__state *next = &world->next[i];
     perp__state halfway = *old;
     double R[9], w[3], w_next[3], torque[3], mean[3], before[3], after[3];
-    int32_t k;
 
     world->motions[i].covered = 0; /* it does not turn by the motion at hand alone */
     perp__apply_transposed3(w, world->motions[i].rotation, old->angular_velocity);
@@ -81,7 +80,7 @@ static void rotate_freely(perp_world *world, int32_t i, double h)
     perp__rotation_of(world, &halfway, R);
     perp__apply_transposed3(torque, R, old->torque);
     perp__euler_step(body, h, w, torque, w_next);
-    for (k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++)
         mean[k] = 0.5 * (w[k] + w_next[k]);
     perp__apply3(after, world->motions[i].rotation, mean);
     scaled_turn(world, next, h, after);
@@ -99,9 +98,8 @@ static void move_freely(perp_world *world, int32_t i, double h)
     const double *v_f = world->motions[i].free;
     perp__state *next = &world->next[i];
     double mean[3];
-    int32_t k;
 
-    for (k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++)
         next->position[k] += h * (0.5 * (old->velocity[k] + v_f[k]));
     perp__copy3(next->velocity, v_f);
     if (!world->bodies[i].spherical) {
@@ -109,7 +107,7 @@ static void move_freely(perp_world *world, int32_t i, double h)
             rotate_freely(world, i, h);
         return;
     }
-    for (k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++)
         mean[k] = 0.5 * (old->angular_velocity[k] + v_f[3 + k]);
     scaled_turn(world, next, h, mean);
     perp__copy3(next->angular_velocity, v_f + 3);
@@ -135,9 +133,7 @@ static int32_t is_finite(const perp__state *state)
 
 int32_t perp__find_infinite(const perp_world *world)
 {
-    int32_t i;
-
-    for (i = 0; i < world->awake_count; i++)
+    for (int32_t i = 0; i < world->awake_count; i++)
         if (!is_finite(&world->next[world->awake[i]]))
             return world->awake[i];
     return -1;
@@ -154,9 +150,7 @@ static int32_t has_pairs(const perp_world *world, int32_t body)
 
 int32_t perp__integrate(perp_world *world, double h)
 {
-    int32_t i;
-
-    for (i = 0; i < world->awake_count; i++) {
+    for (int32_t i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
         const int32_t kind = world->bodies[body].kind;
 

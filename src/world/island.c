@@ -35,9 +35,7 @@ static int32_t is_dynamic(const perp_world *world, int32_t body)
 
 static void join_contacts(perp_world *world, const perp__contact_set *set)
 {
-    int32_t i;
-
-    for (i = 0; i < world->awake_count; i++) {
+    for (int32_t i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
 
         world->parent[body] = body;
@@ -45,7 +43,7 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
         world->motions[body].jointed = 0;
         world->motions[body].island = -1;
     }
-    for (i = 0; i < set->count; i++) {
+    for (int32_t i = 0; i < set->count; i++) {
         int32_t a = set->contacts[i].body_a;
         int32_t b = set->contacts[i].body_b;
 
@@ -59,9 +57,7 @@ static void join_contacts(perp_world *world, const perp__contact_set *set)
 
 static void join_joints(perp_world *world)
 {
-    int32_t i;
-
-    for (i = 0; i < world->joint_slots; i++) {
+    for (int32_t i = 0; i < world->joint_slots; i++) {
         const int32_t *body = world->joints[i].body;
 
         if (!perp__joint_works(world, i))
@@ -77,9 +73,8 @@ static void join_joints(perp_world *world)
 static void order_bodies(perp_world *world)
 {
     int32_t count = 0, offset = 0;
-    int32_t i;
 
-    for (i = 0; i < world->awake_count; i++) {
+    for (int32_t i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
         const int32_t root = perp__find_root(world->parent, body);
         perp__motion *motion = &world->motions[body];
@@ -95,11 +90,11 @@ static void order_bodies(perp_world *world)
         motion->local = world->islands[motion->island].bodies++;
     }
     world->island_count = count;
-    for (i = 0; i < count; i++) {
+    for (int32_t i = 0; i < count; i++) {
         world->islands[i].first_body = offset;
         offset += world->islands[i].bodies;
     }
-    for (i = 0; i < world->awake_count; i++) {
+    for (int32_t i = 0; i < world->awake_count; i++) {
         const perp__motion *motion = &world->motions[world->awake[i]];
 
         if (motion->island >= 0)
@@ -119,17 +114,16 @@ static int32_t island_of(const perp_world *world, const perp__world_contact *con
 static void order_contacts(perp_world *world, const perp__contact_set *set)
 {
     int32_t offset = 0;
-    int32_t i;
 
-    for (i = 0; i < set->count; i++)
+    for (int32_t i = 0; i < set->count; i++)
         if (set->contacts[i].included)
             world->islands[island_of(world, &set->contacts[i])].contacts++;
-    for (i = 0; i < world->island_count; i++) {
+    for (int32_t i = 0; i < world->island_count; i++) {
         world->islands[i].first_contact = offset;
         offset += world->islands[i].contacts;
         world->islands[i].contacts = 0;
     }
-    for (i = 0; i < set->count; i++) {
+    for (int32_t i = 0; i < set->count; i++) {
         const perp__world_contact *contact = &set->contacts[i];
         perp__island *island;
 
@@ -151,17 +145,16 @@ static perp__island *island_of_joint(const perp_world *world, int32_t i)
 static void order_joints(perp_world *world)
 {
     int32_t offset = 0;
-    int32_t i;
 
-    for (i = 0; i < world->joint_slots; i++)
+    for (int32_t i = 0; i < world->joint_slots; i++)
         if (perp__joint_works(world, i))
             island_of_joint(world, i)->joints++;
-    for (i = 0; i < world->island_count; i++) {
+    for (int32_t i = 0; i < world->island_count; i++) {
         world->islands[i].first_joint = offset;
         offset += world->islands[i].joints;
         world->islands[i].joints = 0;
     }
-    for (i = 0; i < world->joint_slots; i++)
+    for (int32_t i = 0; i < world->joint_slots; i++)
         if (perp__joint_works(world, i)) {
             perp__island *island = island_of_joint(world, i);
 

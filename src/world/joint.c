@@ -65,11 +65,9 @@ static void take_off_list(perp_world *world, int32_t slot, int32_t side)
 
 int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b)
 {
-    int32_t link;
-
     if (world->bodies[a].kind != PERP_BODY_DYNAMIC) /* the ground may have many */
         a = b;
-    for (link = world->bodies[a].first_joint; link != 0;) {
+    for (int32_t link = world->bodies[a].first_joint; link != 0;) {
         const perp__joint *joint = &world->joints[(link - 1) / 2];
 
         if (!joint->collides && joint->body[0] + joint->body[1] == a + b)
@@ -221,9 +219,8 @@ void perp__view_of_states(const perp_world *world, const perp__joint *joint,
                           const perp__state *states, double before, perp__joint_view *view)
 {
     perp__placement poses[2];
-    int32_t side;
 
-    for (side = 0; side < 2; side++) {
+    for (int32_t side = 0; side < 2; side++) {
         perp__copy3(poses[side].position, states[joint->body[side]].position);
         perp__rotation_of(world, &states[joint->body[side]], poses[side].rotation);
     }
@@ -259,7 +256,7 @@ static void attach(const perp_world *world, perp__joint *joint, const perp_joint
                    const double *axis)
 {
     double axes[3][3], arm[3];
-    int32_t side, k;
+    int32_t side;
 
     if (world->settings.planar && axis[2] == 0.0)
         planar_frame_of(axis, axes);
@@ -272,7 +269,7 @@ static void attach(const perp_world *world, perp__joint *joint, const perp_joint
         pose_of(world, joint->body[side], &pose);
         perp__subtract3(arm, is_other ? settings->anchor_b : settings->anchor, pose.position);
         perp__apply_transposed3(joint->anchors[side], pose.rotation, arm);
-        for (k = 0; k < 3; k++)
+        for (int32_t k = 0; k < 3; k++)
             perp__apply_transposed3(joint->axes[side][k], pose.rotation, axes[k]);
     }
 }
@@ -346,9 +343,7 @@ void perp__rouse_joined(perp_world *world, int32_t body)
 
 static void rouse_both(perp_world *world, const perp__joint *joint)
 {
-    int32_t side;
-
-    for (side = 0; side < 2; side++)
+    for (int32_t side = 0; side < 2; side++)
         if (world->bodies[joint->body[side]].kind == PERP_BODY_DYNAMIC)
             perp__rouse(world, joint->body[side]);
 }
@@ -391,7 +386,7 @@ static perp_status make_joint(perp_world *world, perp_joint *id, perp_body a, pe
 {
     perp__joint made;
     double axis[3];
-    int32_t slot, side;
+    int32_t slot;
     perp_status status;
 
     memset(&made, 0, sizeof made);
@@ -416,7 +411,7 @@ static perp_status make_joint(perp_world *world, perp_joint *id, perp_body a, pe
     made.alive = 1;
     world->joints[slot] = made;
     fill_state(&world->joint_states[slot], settings);
-    for (side = 0; side < 2; side++)
+    for (int32_t side = 0; side < 2; side++)
         put_on_list(world, slot, side);
     world->joint_count++;
     change_composition(world, &made);
@@ -488,9 +483,8 @@ perp_status perp_world_remove_joint(perp_world *world, perp_joint joint)
 static double rate_of(const perp_world *world, const perp__joint *joint, double row[2][6])
 {
     double sum = 0.0;
-    int32_t side;
 
-    for (side = 0; side < 2; side++) {
+    for (int32_t side = 0; side < 2; side++) {
         const perp__state *state = &world->states[joint->body[side]];
 
         sum += perp__dot3(row[side], state->velocity);

@@ -12,7 +12,6 @@ static void read_back(const perp_world *world, const perp__joint *joint, perp__j
     perp_joint_state *last = &state->last;
     perp__joint_view view;
     double along, taken[3];
-    int32_t row;
 
     perp__view_of_states(world, joint, world->states, state->coordinate, &view);
     state->coordinate = view.coordinate;
@@ -23,7 +22,7 @@ static void read_back(const perp_world *world, const perp__joint *joint, perp__j
     last->limit_impulse = r[PERP__SLOT_LOCK] + r[PERP__SLOT_LOWER] - r[PERP__SLOT_UPPER];
     last->at_limit = (r[PERP__SLOT_UPPER] > 0.0) - (r[PERP__SLOT_LOWER] > 0.0);
     along = last->limit_impulse + last->motor_impulse + last->friction_impulse;
-    for (row = 0; row <= PERP__JOINT_ROWS; row++) {
+    for (int32_t row = 0; row <= PERP__JOINT_ROWS; row++) {
         const double push = row < PERP__JOINT_ROWS ? r[row] : along;
 
         if (push == 0.0)
@@ -33,15 +32,13 @@ static void read_back(const perp_world *world, const perp__joint *joint, perp__j
     }
     perp__cross(taken, joint->middle.arms[1], last->impulse);
     perp__add3(last->moment, -1.0, taken);
-    for (row = 0; row < 2 && world->settings.planar; row++)
+    for (int32_t row = 0; row < 2 && world->settings.planar; row++)
         last->moment[row] = 0.0;
 }
 
 void perp__keep_joints(perp_world *world)
 {
-    int32_t i;
-
-    for (i = 0; i < world->joint_slots; i++) {
+    for (int32_t i = 0; i < world->joint_slots; i++) {
         const perp__joint_state before = world->joint_states[i];
 
         if (!perp__joint_works(world, i))
@@ -69,9 +66,7 @@ static int32_t is_dynamic(const perp_world *world, int32_t body)
 
 void perp__join_calm(perp_world *world)
 {
-    int32_t i;
-
-    for (i = 0; i < world->joint_slots; i++) {
+    for (int32_t i = 0; i < world->joint_slots; i++) {
         const int32_t *body = world->joints[i].body;
 
         if (perp__joint_works(world, i) && is_dynamic(world, body[0]) && is_dynamic(world, body[1]))
@@ -81,12 +76,10 @@ void perp__join_calm(perp_world *world)
 
 void perp__upset_joints(perp_world *world)
 {
-    int32_t i, side;
-
-    for (i = 0; i < world->joint_slots; i++) {
+    for (int32_t i = 0; i < world->joint_slots; i++) {
         const int32_t *body = world->joints[i].body;
 
-        for (side = 0; side < 2 && perp__joint_works(world, i); side++)
+        for (int32_t side = 0; side < 2 && perp__joint_works(world, i); side++)
             if (is_dynamic(world, body[side]) &&
                 (world->joints[i].changed ||
                  (world->bodies[body[1 - side]].awake && !world->motions[body[1 - side]].calm)))

@@ -32,11 +32,10 @@ static double error_of(const perp_world *world, int32_t i)
     const perp__joint_state *state = &world->joint_states[i];
     perp__joint_view view;
     double sum = 0.0, excess;
-    int32_t k;
 
     perp__view_of_states(world, joint, world->next, state->coordinate, &view);
     excess = excess_of(state, &view);
-    for (k = 0; k < view.count; k++) {
+    for (int32_t k = 0; k < view.count; k++) {
         const int32_t is_length = perp__is_length(world, joint, k);
 
         if (fabs(view.error[k]) > tolerance_of(&view, is_length))
@@ -50,9 +49,8 @@ static double error_of(const perp_world *world, int32_t i)
 double perp__joint_errors(const perp_world *world)
 {
     double sum = 0.0;
-    int32_t i;
 
-    for (i = 0; i < world->joint_slots; i++)
+    for (int32_t i = 0; i < world->joint_slots; i++)
         if (perp__joint_works(world, i))
             sum += error_of(world, i);
     return sum;
@@ -60,9 +58,7 @@ double perp__joint_errors(const perp_world *world)
 
 int32_t perp__lacks_joints(const perp_world *world, const perp__island *island)
 {
-    int32_t i;
-
-    for (i = 0; i < island->joints; i++)
+    for (int32_t i = 0; i < island->joints; i++)
         if (error_of(world, world->joint_order[island->first_joint + i]) > 0.0)
             return 1;
     return 0;
@@ -73,19 +69,18 @@ static void add_row(perp_world *world, const perp__joint *joint, double row[2][6
 {
     perp__island_work *work = &world->work;
     perp__rigid_rows *rows = &work->rows[work->units++];
-    int32_t side, j;
 
     memset(rows, 0, sizeof *rows);
     rows->dim = 1;
     rows->bias[0] = sign * error;
-    for (side = 0; side < 2; side++) {
+    for (int32_t side = 0; side < 2; side++) {
         const int32_t body = joint->body[side];
 
         rows->body[side] = world->bodies[body].kind == PERP_BODY_DYNAMIC
                                ? world->motions[body].local
                                : PERP__RIGID_AT_REST;
         perp__coordinates_of(world, row[side], rows->rows[side][0]);
-        for (j = 0; j < world->dof; j++)
+        for (int32_t j = 0; j < world->dof; j++)
             rows->rows[side][0][j] *= sign;
     }
 }
@@ -110,10 +105,9 @@ static void add_equations(perp_world *world, int32_t i)
 {
     const perp__joint_state *state = &world->joint_states[i];
     perp__joint_view view;
-    int32_t k;
 
     perp__view_of_states(world, &world->joints[i], world->next, state->coordinate, &view);
-    for (k = 0; k < view.count; k++)
+    for (int32_t k = 0; k < view.count; k++)
         add_row(world, &world->joints[i], view.rows[k], view.error[k], 1.0);
     if (state->lower == state->upper && perp__has_direction(&view))
         add_row(world, &world->joints[i], view.rows[PERP__JOINT_ROWS],
@@ -123,12 +117,11 @@ static void add_equations(perp_world *world, int32_t i)
 void perp__add_joint_errors(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
-    int32_t i;
 
     work->units = work->count;
-    for (i = 0; i < island->joints; i++)
+    for (int32_t i = 0; i < island->joints; i++)
         add_limits(world, world->joint_order[island->first_joint + i]);
     work->inequalities = work->units;
-    for (i = 0; i < island->joints; i++)
+    for (int32_t i = 0; i < island->joints; i++)
         add_equations(world, world->joint_order[island->first_joint + i]);
 }

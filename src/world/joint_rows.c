@@ -75,10 +75,9 @@ int32_t perp__joint_has_coordinate(int32_t kind)
 static void push_row(double rows[2][6], const double *e, const double *arm_a, const double *arm_b)
 {
     double moment[3];
-    int32_t i;
 
     perp__cross(moment, arm_a, e);
-    for (i = 0; i < 3; i++) {
+    for (int32_t i = 0; i < 3; i++) {
         rows[0][i] = -e[i];
         rows[0][3 + i] = -moment[i];
     }
@@ -130,7 +129,6 @@ static double equation(const perp__joint *joint, const pair_of_poses *at, int32_
 {
     static const int8_t pairs[][2] = {{1, 0}, {2, 0}, {1, 2}};
     double axis[3] = {0.0, 0.0, 0.0}, turn[2][6];
-    int32_t i;
 
     if (code <= SPACE_Z) {
         axis[code - SPACE_X] = 1.0;
@@ -153,7 +151,7 @@ static double equation(const perp__joint *joint, const pair_of_poses *at, int32_
     }
     push_row(rows, at->axes[0][0], at->long_arm, view->arms[1]);
     turn_row(turn, at->axes[0][0]);
-    for (i = 3; i < 6; i++) {
+    for (int32_t i = 3; i < 6; i++) {
         rows[0][i] -= joint->pitch * turn[0][i];
         rows[1][i] -= joint->pitch * turn[1][i];
     }
@@ -163,10 +161,8 @@ static double equation(const perp__joint *joint, const pair_of_poses *at, int32_
 static double place_side(const perp__joint *joint, int32_t side, const perp__placement *pose,
                          pair_of_poses *at, perp__joint_view *view)
 {
-    int32_t k;
-
     perp__apply3(view->arms[side], pose->rotation, joint->anchors[side]);
-    for (k = 0; k < 3; k++) {
+    for (int32_t k = 0; k < 3; k++) {
         at->p[side][k] = pose->position[k] + view->arms[side][k];
         perp__apply3(at->axes[side][k], pose->rotation, joint->axes[side][k]);
     }

@@ -87,12 +87,11 @@ static void carry_mass(perp_world *world, int32_t body, double h)
 /* What the change of J from the middle to the end makes of the trial motion's last velocity. */
 static void find_turning(const perp_world *world, perp__joint *joint, const perp__joint_view *end)
 {
-    int32_t i, k, side;
-
-    for (i = 0; i <= PERP__JOINT_ROWS; i++) {
+    for (int32_t i = 0; i <= PERP__JOINT_ROWS; i++) {
         joint->turning[i] = 0.0;
-        for (side = 0; side < 2 && (i < joint->middle.count || i == PERP__JOINT_ROWS); side++)
-            for (k = 0; k < 6; k++)
+        for (int32_t side = 0; side < 2 && (i < joint->middle.count || i == PERP__JOINT_ROWS);
+             side++)
+            for (int32_t k = 0; k < 6; k++)
                 joint->turning[i] += (end->rows[i][side][k] - joint->middle.rows[i][side][k]) *
                                      world->motions[joint->body[side]].last[k];
     }
@@ -102,12 +101,11 @@ static void place_joint(perp_world *world, perp__joint *joint, double h, perp__j
 {
     const double before = state_of(world, joint)->coordinate;
     perp__placement poses[2];
-    int32_t side;
 
-    for (side = 0; side < 2; side++)
+    for (int32_t side = 0; side < 2; side++)
         pose_on_way(world, joint->body[side], 0.5 * h, &poses[side]);
     perp__view_joint(world, joint, before, poses, &joint->middle);
-    for (side = 0; side < 2; side++)
+    for (int32_t side = 0; side < 2; side++)
         pose_on_way(world, joint->body[side], h, &poses[side]);
     perp__view_joint(world, joint, before, poses, end);
 }
@@ -115,11 +113,10 @@ static void place_joint(perp_world *world, perp__joint *joint, double h, perp__j
 static void place(perp_world *world, const perp__island *island, double h)
 {
     perp__joint_view end;
-    int32_t i;
 
-    for (i = 0; i < island->bodies; i++)
+    for (int32_t i = 0; i < island->bodies; i++)
         carry_mass(world, world->body_order[island->first_body + i], h);
-    for (i = 0; i < island->joints; i++) {
+    for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = island_joint(world, island, i);
 
         place_joint(world, joint, h, &end);
@@ -131,12 +128,10 @@ static void place(perp_world *world, const perp__island *island, double h)
 
 void perp__number_joint_bodies(perp_world *world, const perp__island *island, int32_t afresh)
 {
-    int32_t i, side;
-
-    for (i = 0; i < island->joints; i++) {
+    for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = island_joint(world, island, i);
 
-        for (side = 0; side < 2; side++)
+        for (int32_t side = 0; side < 2; side++)
             if (afresh)
                 world->motions[joint->body[side]].carrier = -1;
             else
@@ -154,13 +149,12 @@ static perp__rigid_rows *next_unit(perp_world *world, const perp__joint *joint, 
     perp__joint_unit *unit = &work->joint_units[work->units - work->count];
     perp__rigid_rows *rows = &work->rows[work->units];
     const double *warm = state_of(world, joint)->warm + slot;
-    int32_t i;
 
     memset(rows, 0, sizeof *rows);
     unit->joint = (int32_t)(joint - world->joints);
     unit->slot = slot;
     unit->dim = rows->dim = dim;
-    for (i = 0; i < 3; i++)
+    for (int32_t i = 0; i < 3; i++)
         work->warm[3 * work->units + i] = i < dim ? warm[i] : 0.0;
     work->units++;
     return rows;
@@ -171,12 +165,10 @@ static void fill_row(perp_world *world, const perp__island *island, const perp__
                      const perp__joint_view *view, int32_t from, double sign,
                      perp__rigid_rows *rows, int32_t k)
 {
-    int32_t side, j;
-
-    for (side = 0; side < 2; side++) {
+    for (int32_t side = 0; side < 2; side++) {
         rows->body[side] = perp__number_of(world, island, joint->body[side]);
         perp__coordinates_of(world, view->rows[from][side], rows->rows[side][k]);
-        for (j = 0; j < world->dof; j++)
+        for (int32_t j = 0; j < world->dof; j++)
             rows->rows[side][k][j] *= sign;
     }
 }
@@ -204,9 +196,8 @@ static void add_limit(perp_world *world, const perp__island *island, perp__joint
 static double response(const perp_world *world, const perp__joint *joint)
 {
     double sum = 0.0;
-    int32_t side;
 
-    for (side = 0; side < 2; side++) {
+    for (int32_t side = 0; side < 2; side++) {
         double row[6], norm;
 
         if (world->bodies[joint->body[side]].kind != PERP_BODY_DYNAMIC)
@@ -242,11 +233,10 @@ static void add_bounded(perp_world *world, const perp__island *island, perp__joi
 static void add_inequalities(perp_world *world, const perp__island *island, perp__joint *joint)
 {
     const perp__joint_state *state = state_of(world, joint);
-    int32_t which;
 
     if (!perp__has_direction(&joint->middle))
         return;
-    for (which = 0; which < 2; which++)
+    for (int32_t which = 0; which < 2; which++)
         if (joint->reached[which])
             add_limit(world, island, joint, which);
     if (state->force > 0.0 && state->force < INFINITY)
@@ -264,13 +254,12 @@ static void add_equations(perp_world *world, const perp__island *island, perp__j
 {
     const perp__joint_state *state = state_of(world, joint);
     const int32_t count = joint->middle.count;
-    int32_t slot, k;
 
-    for (slot = 0; slot < count; slot += 3) {
+    for (int32_t slot = 0; slot < count; slot += 3) {
         const int32_t dim = count - slot < 3 ? count - slot : 3;
         perp__rigid_rows *rows = next_unit(world, joint, slot, dim);
 
-        for (k = 0; k < dim; k++) {
+        for (int32_t k = 0; k < dim; k++) {
             fill_row(world, island, joint, &joint->middle, slot + k, 1.0, rows, k);
             rows->bias[k] = joint->turning[slot + k];
         }
@@ -293,11 +282,10 @@ static void add_equations(perp_world *world, const perp__island *island, perp__j
 static void count_rows(perp_world *world)
 {
     const perp__island_work *work = &world->work;
-    int32_t i;
 
-    for (i = 0; i < work->units - work->count; i++)
+    for (int32_t i = 0; i < work->units - work->count; i++)
         world->joints[work->joint_units[i].joint].used = 0;
-    for (i = 0; i < work->units - work->count; i++) {
+    for (int32_t i = 0; i < work->units - work->count; i++) {
         const perp__joint_unit *unit = &work->joint_units[i];
 
         world->joints[unit->joint].used += unit->slot < PERP__SLOT_LOCK ? unit->dim : 1;
@@ -307,14 +295,13 @@ static void count_rows(perp_world *world)
 void perp__add_joint_rows(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
-    int32_t i;
 
     work->units = work->count;
-    for (i = 0; i < island->joints; i++)
+    for (int32_t i = 0; i < island->joints; i++)
         if (!is_locked(state_of(world, island_joint(world, island, i))))
             add_inequalities(world, island, island_joint(world, island, i));
     work->inequalities = work->units;
-    for (i = 0; i < island->joints; i++)
+    for (int32_t i = 0; i < island->joints; i++)
         add_equations(world, island, island_joint(world, island, i));
     count_rows(world);
     perp__time_joints(world, work->length);
@@ -323,9 +310,8 @@ void perp__add_joint_rows(perp_world *world, const perp__island *island)
 void perp__time_joints(perp_world *world, double t)
 {
     perp__island_work *work = &world->work;
-    int32_t i;
 
-    for (i = work->count; i < work->inequalities; i++) {
+    for (int32_t i = work->count; i < work->inequalities; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
         const perp__joint_state *state = &world->joint_states[unit->joint];
 
@@ -341,15 +327,14 @@ void perp__time_joints(perp_world *world, double t)
 void perp__add_joint_impulses(perp_world *world, const double *impulse, double share)
 {
     const perp__island_work *work = &world->work;
-    int32_t i, k;
 
-    for (i = work->count; i < work->units; i++) {
+    for (int32_t i = work->count; i < work->units; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
         perp__joint *joint = &world->joints[unit->joint];
         const int32_t is_bounded = i < work->inequalities && unit->slot >= PERP__SLOT_MOTOR;
         const double *r = impulse + 3 * (i - work->count) + is_bounded;
 
-        for (k = 0; k < unit->dim - is_bounded; k++) {
+        for (int32_t k = 0; k < unit->dim - is_bounded; k++) {
             joint->impulse[unit->slot + k] += share * r[k];
             joint->next_warm[unit->slot + k] = r[k];
         }
@@ -359,9 +344,8 @@ void perp__add_joint_impulses(perp_world *world, const double *impulse, double s
 int32_t perp__limits_last(const perp_world *world)
 {
     const perp__island_work *work = &world->work;
-    int32_t i;
 
-    for (i = work->count; i < work->inequalities; i++) {
+    for (int32_t i = work->count; i < work->inequalities; i++) {
         const perp__joint_unit *unit = &work->joint_units[i - work->count];
         const perp__joint *joint = &world->joints[unit->joint];
 
@@ -378,9 +362,8 @@ static double restlessness(const perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
     double largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         const double speed = perp__mass_norm(world, work->members[i], work->v + world->dof * i);
 
         if (speed > 0.0)
@@ -396,7 +379,6 @@ static perp_status refine(perp_world *world, const perp__island *island, perp__r
     perp__island_work *work = &world->work;
     perp__rigid_problem rest = *problem;
     perp_status status;
-    int32_t i;
 
     rest.free = work->solved;
     rest.warm = NULL;
@@ -405,7 +387,7 @@ static perp_status refine(perp_world *world, const perp__island *island, perp__r
     memcpy(work->solved, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->v);
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     status = perp__rigid_solve(world->solver, answer, &rest);
-    for (i = 0; status == PERP_OK && i < 3 * work->units; i++)
+    for (int32_t i = 0; status == PERP_OK && i < 3 * work->units; i++)
         work->impulse[i] += work->warm[i];
     return status;
 }
@@ -439,10 +421,9 @@ static int32_t comes(const perp_world *world, const perp__joint *joint, double r
                      double sign)
 {
     double rate = 0.0, terms = 0.0;
-    int32_t side, k;
 
-    for (side = 0; side < 2; side++)
-        for (k = 0; k < 6; k++) {
+    for (int32_t side = 0; side < 2; side++)
+        for (int32_t k = 0; k < 6; k++) {
             const double term = row[side][k] * world->motions[joint->body[side]].start[k];
 
             rate += sign * term;
@@ -453,9 +434,9 @@ static int32_t comes(const perp_world *world, const perp__joint *joint, double r
 
 static void begin(perp_world *world, const perp__island *island, const perp__verdict *verdict)
 {
-    int32_t i, side, which;
+    int32_t which;
 
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
 
         if (verdict->jointed)
@@ -464,12 +445,12 @@ static void begin(perp_world *world, const perp__island *island, const perp__ver
             memcpy(motion->trial, motion->start, sizeof motion->trial);
         memcpy(motion->last, verdict->jointed ? motion->after : motion->start, sizeof motion->last);
     }
-    for (i = 0; i < island->joints; i++) {
+    for (int32_t i = 0; i < island->joints; i++) {
         perp__joint *joint = island_joint(world, island, i);
         const perp__joint_state *state = state_of(world, joint);
         perp__joint_view view;
 
-        for (side = 0; side < 2; side++) {
+        for (int32_t side = 0; side < 2; side++) {
             perp__motion *motion = &world->motions[joint->body[side]];
 
             if (world->bodies[joint->body[side]].kind == PERP_BODY_DYNAMIC)
@@ -522,13 +503,12 @@ static int32_t reach_limits(perp_world *world, const perp__island *island, doubl
 static double take_motion(perp_world *world, const perp__island *island, double h)
 {
     double change = 0.0;
-    int32_t i, k;
 
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
         const double size = world->bodies[world->body_order[island->first_body + i]].radius;
 
-        for (k = 0; k < 6; k++) {
+        for (int32_t k = 0; k < 6; k++) {
             const double way = h * fabs(motion->moving[k] - motion->trial[k]);
 
             perp__raise_to(&change, k >= 3 ? way : size > 0.0 ? way / size : way);
@@ -541,9 +521,7 @@ static double take_motion(perp_world *world, const perp__island *island, double 
 
 static void stay(perp_world *world, const perp__island *island)
 {
-    int32_t i;
-
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
 
         memset(motion->trial, 0, sizeof motion->trial);

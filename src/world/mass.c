@@ -14,22 +14,20 @@
  * `least` times its diagonal entry: not positive definite to rounding. */
 static int32_t cholesky3(double *L, const double *A, double shift, double least)
 {
-    int32_t i, j, k;
-
     memset(L, 0, 9 * sizeof *L);
-    for (j = 0; j < 3; j++) {
+    for (int32_t j = 0; j < 3; j++) {
         double diagonal = A[3 * j + j] + shift;
         double pivot = diagonal;
 
-        for (k = 0; k < j; k++)
+        for (int32_t k = 0; k < j; k++)
             pivot -= L[3 * j + k] * L[3 * j + k];
         if (!(pivot > least * fabs(diagonal)))
             return 0;
         L[3 * j + j] = sqrt(pivot);
-        for (i = j + 1; i < 3; i++) {
+        for (int32_t i = j + 1; i < 3; i++) {
             double entry = A[3 * i + j];
 
-            for (k = 0; k < j; k++)
+            for (int32_t k = 0; k < j; k++)
                 entry -= L[3 * i + k] * L[3 * j + k];
             L[3 * i + j] = entry / L[3 * j + j];
         }
@@ -40,15 +38,13 @@ static int32_t cholesky3(double *L, const double *A, double shift, double least)
 /* X = L^-1 for lower triangular L. */
 static void invert_lower3(double *X, const double *L)
 {
-    int32_t i, j, k;
-
     memset(X, 0, 9 * sizeof *X);
-    for (j = 0; j < 3; j++) {
+    for (int32_t j = 0; j < 3; j++) {
         X[3 * j + j] = 1.0 / L[3 * j + j];
-        for (i = j + 1; i < 3; i++) {
+        for (int32_t i = j + 1; i < 3; i++) {
             double entry = 0.0;
 
-            for (k = j; k < i; k++)
+            for (int32_t k = j; k < i; k++)
                 entry -= L[3 * i + k] * X[3 * k + j];
             X[3 * i + j] = entry / L[3 * i + i];
         }
@@ -57,10 +53,8 @@ static void invert_lower3(double *X, const double *L)
 
 static void transpose3(double *B, const double *A)
 {
-    int32_t i, j;
-
-    for (i = 0; i < 3; i++)
-        for (j = 0; j < 3; j++)
+    for (int32_t i = 0; i < 3; i++)
+        for (int32_t j = 0; j < 3; j++)
             B[3 * i + j] = A[3 * j + i];
 }
 
@@ -71,9 +65,8 @@ static int32_t triangle_inequality(const double *I)
     const double slack = 1e-9; /* thin plates and rods lie on the edge; data have rounded digits */
     double trace = I[0] + I[4] + I[8];
     double negative[9], L[9];
-    int32_t i;
 
-    for (i = 0; i < 9; i++)
+    for (int32_t i = 0; i < 9; i++)
         negative[i] = -I[i];
     return cholesky3(L, negative, (0.5 + slack) * trace, 0.0);
 }
@@ -113,10 +106,9 @@ static void planar_inertia(perp__body *body, double I)
 static void spatial_inertia(perp__body *body, const double *I)
 {
     double symmetric[9], L[9], inverse[9];
-    int32_t i, j;
 
-    for (i = 0; i < 3; i++)
-        for (j = 0; j < 3; j++)
+    for (int32_t i = 0; i < 3; i++)
+        for (int32_t j = 0; j < 3; j++)
             symmetric[3 * i + j] = 0.5 * (I[3 * i + j] + I[3 * j + i]);
     memcpy(body->inertia, symmetric, sizeof symmetric);
     (void)cholesky3(L, symmetric, 0.0, 0.0);
@@ -125,7 +117,7 @@ static void spatial_inertia(perp__body *body, const double *I)
     transpose3(body->factor, inverse);
     perp__multiply_transposed3(body->inverse_inertia, body->factor, body->factor);
     if (symmetric[1] == 0.0 && symmetric[2] == 0.0 && symmetric[5] == 0.0) {
-        for (i = 0; i < 9; i += 4)
+        for (int32_t i = 0; i < 9; i += 4)
             body->inverse_inertia[i] = 1.0 / symmetric[i];
         body->spherical = symmetric[0] == symmetric[4] && symmetric[4] == symmetric[8];
     }
@@ -154,16 +146,15 @@ static double shape_volume(const perp_world *world, const perp__geometry *geomet
     const double *half = geometry->half_extents, r = geometry->radius;
     const double pi = 3.14159265358979323846;
     double volume = 0.0;
-    int32_t k;
 
     memset(moments, 0, 9 * sizeof *moments);
     if (geometry->kind == PERP__SPHERE) {
         volume = world->settings.planar ? pi * r * r : 4.0 / 3.0 * pi * r * r * r;
-        for (k = 0; k < 3; k++)
+        for (int32_t k = 0; k < 3; k++)
             moments[4 * k] = (world->settings.planar ? 0.5 : 0.4) * volume * r * r;
     } else if (geometry->kind == PERP__BOX) {
         volume = 4.0 * half[0] * half[1] * (world->settings.planar ? 1.0 : 2.0 * half[2]);
-        for (k = 0; k < 3; k++) {
+        for (int32_t k = 0; k < 3; k++) {
             const double u = half[(k + 1) % 3], v = half[(k + 2) % 3];
 
             moments[4 * k] = volume * (u * u + v * v) / 3.0;
@@ -182,7 +173,6 @@ static void weigh(const perp_world *world, perp__body *body)
 {
     const int32_t planar = world->settings.planar;
     double inertia[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
-    int32_t k;
 
     body->mass = body->given_mass > 0.0   ? body->given_mass
                  : body->shape_mass > 0.0 ? body->shape_mass
@@ -191,7 +181,7 @@ static void weigh(const perp_world *world, perp__body *body)
     if (body->given_inertia[8] > 0.0)
         memcpy(inertia, body->given_inertia, sizeof inertia);
     else if (body->shape_mass > 0.0)
-        for (k = 0; k < 9; k++)
+        for (int32_t k = 0; k < 9; k++)
             inertia[k] = body->shape_inertia[k] * (body->mass / body->shape_mass);
     if (planar)
         planar_inertia(body, inertia[8]);
@@ -206,18 +196,17 @@ perp_status perp__add_shape_mass(const perp_world *world, perp__body *body,
     const double *R = shape->rotation, *o = shape->offset;
     perp__body sum = *body;
     double moments[9], mass = shape->density * shape_volume(world, &shape->geometry, moments);
-    int32_t i, j, k, l;
 
     if (body->kind != PERP_BODY_DYNAMIC || mass == 0.0)
         return PERP_OK;
     sum.shape_mass += mass;
-    for (i = 0; i < 3; i++) {
+    for (int32_t i = 0; i < 3; i++) {
         sum.shape_moment[i] += mass * o[i];
-        for (j = 0; j < 3; j++) {
+        for (int32_t j = 0; j < 3; j++) {
             double entry = mass * ((i == j ? perp__dot3(o, o) : 0.0) - o[i] * o[j]);
 
-            for (k = 0; k < 3; k++)
-                for (l = 0; l < 3; l++)
+            for (int32_t k = 0; k < 3; k++)
+                for (int32_t l = 0; l < 3; l++)
                     entry += shape->density * R[3 * i + k] * moments[3 * k + l] * R[3 * j + l];
             sum.shape_inertia[3 * i + j] += entry;
         }
@@ -235,9 +224,8 @@ perp_status perp__add_shape_mass(const perp_world *world, perp__body *body,
 perp_status perp__check_centres(perp_world *world)
 {
     const double tolerance = 1e-6; /* of the body's size: offsets may have rounded digits */
-    int32_t i;
 
-    for (i = 0; i < world->body_slots && !world->weighed; i++) {
+    for (int32_t i = 0; i < world->body_slots && !world->weighed; i++) {
         const perp__body *body = &world->bodies[i];
         const double *moment = body->shape_moment;
 

@@ -105,18 +105,17 @@ static int32_t reaches_plane(const perp_world *world, const perp__moving *a, con
     perp__point points[PERP__MAX_POINTS];
     int32_t made =
         perp__collide(a->start, b->start, world->settings.planar, perp__relative_way(a, b), points);
-    int32_t i, k;
 
-    for (i = 0; i < made; i++) {
+    for (int32_t i = 0; i < made; i++) {
         double arm[2][3], turned[2][3], gap = points[i].gap;
 
-        for (k = 0; k < 3; k++) {
+        for (int32_t k = 0; k < 3; k++) {
             arm[0][k] = points[i].position[k] - a->centre[k];
             arm[1][k] = points[i].position[k] - b->centre[k];
         }
         perp__cross(turned[0], a->turn, arm[0]);
         perp__cross(turned[1], b->turn, arm[1]);
-        for (k = 0; k < 3; k++)
+        for (int32_t k = 0; k < 3; k++)
             gap += points[i].normal[k] * ((b->way[k] + turned[1][k]) - (a->way[k] + turned[0][k]));
         if (gap < 0.0)
             return 1;
@@ -156,14 +155,14 @@ static int32_t is_covered(const perp_world *world, int32_t owner, int32_t shape,
                           double rim, int32_t doubtful, double crack, double h, double t)
 {
     double probes[PERP__MAX_PROBES][3];
-    int32_t i, faces;
+    int32_t faces;
 
     if (world->bodies[world->shapes[shape].body].kind != PERP_BODY_DYNAMIC &&
         world->bodies[world->shapes[owner].body].shapes < 2)
         return 0;
     faces = perp__probe_faces(at, world->settings.planar, position, normal, rim, doubtful ? 1 : 2,
                               crack, probes);
-    for (i = 0; i < faces; i++)
+    for (int32_t i = 0; i < faces; i++)
         if (is_held(world, shape, owner, probes[i], h, t, 0.25 * crack))
             return 1;
     return 0;
@@ -178,16 +177,15 @@ static int32_t are_covered(const perp_world *world, const perp__pair *pair,
     const double crack = CRACK * size_of(world, pair) + near->rounding;
     const double *n = points[0].normal, back[3] = {-n[0], -n[1], -n[2]};
     double least = INFINITY, middle[3] = {0.0, 0.0, 0.0}, share = 0.0, rim;
-    int32_t i, k;
 
-    for (i = 0; i < count; i++)
+    for (int32_t i = 0; i < count; i++)
         least = fmin(least, points[i].gap);
-    for (i = 0; i < count; i++)
+    for (int32_t i = 0; i < count; i++)
         if (points[i].gap <= least + near->touching) {
             perp__add3(middle, 1.0, points[i].position);
             share += 1.0;
         }
-    for (k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++)
         middle[k] /= share;
     rim = crack + fabs(least);
     return is_covered(world, pair->first, pair->second, at_a, middle, n, rim, doubtful, crack, h,
@@ -207,7 +205,7 @@ static int32_t open_points(const perp_world *world, const perp__pair *pair, perp
     perp__axes axes;
     perp__placed at_a, at_b;
     double covered[3];
-    int32_t made, k, best;
+    int32_t made, best;
 
     perp__moved(&a, meeting->time, &at_a);
     perp__moved(&b, meeting->time, &at_b);
@@ -221,7 +219,7 @@ static int32_t open_points(const perp_world *world, const perp__pair *pair, perp
     perp__axes_of(&at_a, &at_b, planar, &axes);
     for (;;) {
         best = -1;
-        for (k = 0; k < axes.faces[0] + axes.faces[1]; k++)
+        for (int32_t k = 0; k < axes.faces[0] + axes.faces[1]; k++)
             if (axes.axis[k].separation > -INFINITY &&
                 fabs(perp__dot3(axes.axis[k].normal, covered)) < 1.0 - SUPPORT * SUPPORT &&
                 (best < 0 || axes.axis[k].separation > axes.axis[best].separation))
@@ -243,9 +241,7 @@ static int32_t open_points(const perp_world *world, const perp__pair *pair, perp
 /* Whether the pair pressed in the last step. */
 static int32_t has_pressed(const perp_world *world, const perp__pair *pair)
 {
-    int32_t i;
-
-    for (i = 0; i < pair->memories; i++)
+    for (int32_t i = 0; i < pair->memories; i++)
         if (!perp__is_zero3(world->memories[pair->first_memory + i].impulse))
             return 1;
     return 0;
@@ -277,7 +273,7 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     const double way = perp__relative_way(&a, &b);
     const perp__nearness near = nearness_of(world, pair, way);
     const int32_t planar = world->settings.planar;
-    int32_t i, made;
+    int32_t made;
     const double sizes = perp__pair_size(world, pair);
 
     pair->meeting.lead = 0.0;
@@ -285,7 +281,7 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
         return 0;
     if (has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
         made = perp__collide(a.start, b.start, planar, INFINITY, points);
-        for (i = 0; i < made; i++)
+        for (int32_t i = 0; i < made; i++)
             if (points[i].gap <= fmax(fmin(PERP__NEAR * sizes, 2.0 * way), near.touching))
                 return made;
         return 0;

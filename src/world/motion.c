@@ -42,19 +42,15 @@ static void place_shape(perp_world *world, const perp__state *states, int32_t i)
 
 void perp__place_body(perp_world *world, const perp__state *states, int32_t body)
 {
-    int32_t shape;
-
     perp__rotation_of(world, &states[body], world->motions[body].rotation);
-    for (shape = world->bodies[body].first_shape; shape >= 0;
+    for (int32_t shape = world->bodies[body].first_shape; shape >= 0;
          shape = world->shapes[shape].next_of_body)
         place_shape(world, states, shape);
 }
 
 void perp__place(perp_world *world, const perp__state *states)
 {
-    int32_t i;
-
-    for (i = 0; i < world->awake_count; i++)
+    for (int32_t i = 0; i < world->awake_count; i++)
         perp__place_body(world, states, world->awake[i]);
 }
 
@@ -62,7 +58,6 @@ void perp__place(perp_world *world, const perp__state *states)
 static int32_t solve3(double *x, const double *A, const double *b)
 {
     double c0[3], c1[3], c2[3], determinant;
-    int32_t i;
 
     perp__cross(c0, A + 3, A + 6);
     perp__cross(c1, A + 6, A);
@@ -70,7 +65,7 @@ static int32_t solve3(double *x, const double *A, const double *b)
     determinant = perp__dot3(A, c0);
     if (determinant == 0.0)
         return 0;
-    for (i = 0; i < 3; i++)
+    for (int32_t i = 0; i < 3; i++)
         x[i] = (c0[i] * b[0] + c1[i] * b[1] + c2[i] * b[2]) / determinant;
     return 1;
 }
@@ -83,30 +78,29 @@ static double newton_step(const double *I, double h, const double *w, const doub
                           double *w_next)
 {
     double m[3], Im[3], cross[3], f[3], change[3], difference[3], jacobian[9];
-    int32_t i, j;
 
-    for (i = 0; i < 3; i++) {
+    for (int32_t i = 0; i < 3; i++) {
         m[i] = 0.5 * (w_next[i] + w[i]);
         difference[i] = w_next[i] - w[i];
     }
     perp__apply3(Im, I, m);
     perp__cross(cross, m, Im);
     perp__apply3(f, I, difference);
-    for (i = 0; i < 3; i++)
+    for (int32_t i = 0; i < 3; i++)
         f[i] += h * (cross[i] - torque[i]);
-    for (j = 0; j < 3; j++) {
+    for (int32_t j = 0; j < 3; j++) {
         const double column[3] = {I[j], I[3 + j], I[6 + j]};
         const double unit[3] = {j == 0, j == 1, j == 2};
         double turned[3], crossed[3];
 
         perp__cross(turned, m, column);
         perp__cross(crossed, Im, unit);
-        for (i = 0; i < 3; i++)
+        for (int32_t i = 0; i < 3; i++)
             jacobian[3 * i + j] = I[3 * i + j] + 0.5 * h * (turned[i] - crossed[i]);
     }
     if (!solve3(change, jacobian, f))
         return -1.0;
-    for (i = 0; i < 3; i++)
+    for (int32_t i = 0; i < 3; i++)
         w_next[i] -= change[i];
     return perp__length3(change) / (perp__length3(w_next) + perp__length3(w));
 }
@@ -118,14 +112,13 @@ void perp__euler_step(const perp__body *body, double h, const double *w, const d
                       double *w_next)
 {
     double change[3], size = -1.0, previous = INFINITY;
-    int32_t k;
 
     perp__apply3(change, body->inverse_inertia, torque);
     perp__copy3(w_next, w);
     perp__add3(w_next, h, change);
     if (body->spherical || (perp__is_zero3(w) && perp__is_zero3(torque)))
         return;
-    for (k = 0; k < MAX_NEWTON_STEPS; k++) {
+    for (int32_t k = 0; k < MAX_NEWTON_STEPS; k++) {
         size = newton_step(body->inertia, h, w, torque, w_next);
         if (!(size >= 0.0) || (size <= 64.0 * PERP__EPSILON && size >= 0.5 * previous))
             break; /* singular, not a number, or down to rounding */
@@ -146,9 +139,8 @@ static void free_velocity(perp_world *world, int32_t i, double h)
     const perp__state *state = &world->states[i];
     perp__motion *motion = &world->motions[i];
     double w[3], w_next[3], torque[3];
-    int32_t k;
 
-    for (k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++)
         motion->free[k] = state->velocity[k] +
                           h * (world->settings.gravity[k] + body->inverse_mass * state->force[k]);
     if (body->spherical) {
@@ -166,9 +158,7 @@ static void free_velocity(perp_world *world, int32_t i, double h)
 /* One loop: what is awake may be more than a cache holds. */
 int32_t perp__start_motions(perp_world *world, double h)
 {
-    int32_t i, k;
-
-    for (i = 0; i < world->awake_count; i++) {
+    for (int32_t i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
         const perp__state *state = &world->states[body];
         perp__motion *motion = &world->motions[body];
@@ -181,7 +171,7 @@ int32_t perp__start_motions(perp_world *world, double h)
             free_velocity(world, body, h);
         if (!perp__all_finite(motion->free, 6))
             return body;
-        for (k = 0; k < 6; k++)
+        for (int32_t k = 0; k < 6; k++)
             motion->moving[k] = 0.5 * (motion->start[k] + motion->free[k]);
         memcpy(motion->after, motion->free, sizeof motion->after);
         motion->touched = 0;

@@ -25,11 +25,10 @@ static int8_t *left_for(perp_world *world, int32_t body)
 static void find_far(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
-    int32_t i, round;
 
     memset(work->near, 0, (size_t)island->bodies * sizeof *work->near);
-    for (round = 0; round <= NEIGHBOURS; round++)
-        for (i = 0; i < island->contacts; i++) {
+    for (int32_t round = 0; round <= NEIGHBOURS; round++)
+        for (int32_t i = 0; i < island->contacts; i++) {
             const perp__world_contact *contact = perp__step_contact(world, island, i);
             int8_t *a = left_for(world, contact->body_a), *b = left_for(world, contact->body_b);
             int8_t most = contact->fresh ? NEIGHBOURS + 1 : 0;
@@ -49,15 +48,14 @@ static void load(perp_world *world, const perp__island *island, double h)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    int32_t i;
 
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         const perp__motion *motion = perp__island_motion(world, island, i);
 
         perp__coordinates_of(world, motion->after, work->free + n * i);
         perp__coordinates_of(world, motion->moving, work->moving + n * i);
     }
-    for (i = 0; i < work->count; i++) {
+    for (int32_t i = 0; i < work->count; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
         double m[3], v[3];
 
@@ -75,7 +73,6 @@ perp_status perp__sweep_near(perp_world *world, const perp__island *island, doub
     perp__rigid_answer answer;
     perp__substeps step;
     perp_status status;
-    int32_t i;
 
     perp__gather_bodies(world, island);
     find_far(world, island);
@@ -91,11 +88,11 @@ perp_status perp__sweep_near(perp_world *world, const perp__island *island, doub
     status = perp__coloured_step(&world->coloured, &answer, NULL, &problem, &step);
     if (status != PERP_OK)
         return status;
-    for (i = 0; i < world->dof * island->bodies; i++) {
+    for (int32_t i = 0; i < world->dof * island->bodies; i++) {
         work->moving[i] += work->v[i] - work->free[i];
         work->now[i] = work->v[i];
     }
-    for (i = 0; i < work->count; i++) {
+    for (int32_t i = 0; i < work->count; i++) {
         perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
 
         memcpy(contact->impulse, work->impulse + 3 * i, sizeof contact->impulse);

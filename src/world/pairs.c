@@ -197,12 +197,11 @@ static int32_t reaches_plane(const perp_world *world, const perp__bounds *box, i
 {
     const perp__placed *placed = &world->placed[plane];
     double normal[3], lowest = 0.0, size = fabs(placed->geometry->offset);
-    int32_t k;
 
     if (world->bodies[world->shapes[plane].body].kind != PERP_BODY_STATIC)
         return 1;
     perp__apply3(normal, placed->rotation, placed->geometry->normal);
-    for (k = 0; k < 3; k++) {
+    for (int32_t k = 0; k < 3; k++) {
         lowest += fmin(normal[k] * (box->low[k] - placed->position[k]),
                        normal[k] * (box->high[k] - placed->position[k]));
         size += fmax(fabs(box->low[k]), fabs(box->high[k])) + fabs(placed->position[k]);
@@ -264,9 +263,8 @@ static perp_status find_partners(perp_world *world, int32_t shape)
 static int32_t is_too_fat(const perp__bounds *fat, const perp__bounds *box, double space)
 {
     double excess = 0.0;
-    int32_t k;
 
-    for (k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++)
         excess = fmax(excess, (fat->high[k] - fat->low[k]) - (box->high[k] - box->low[k]));
     return excess > TOO_FAT * 2.0 * space;
 }
@@ -279,12 +277,11 @@ static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, d
     const double space = SPACE * shape->radius + 0.5 * speed;
     perp__bounds fat;
     perp_status status;
-    int32_t k;
 
     if (shape->leaf != NONE && perp__bounds_contain(fat_box(world, i), box) &&
         (world->rounds > 0 || !is_too_fat(fat_box(world, i), box, space)))
         return PERP_OK;
-    for (k = 0; k < 3; k++) {
+    for (int32_t k = 0; k < 3; k++) {
         fat.low[k] = box->low[k] - space;
         fat.high[k] = box->high[k] + space;
     }
@@ -308,9 +305,8 @@ static double sweep(const perp_world *world, int32_t i, double h, perp__bounds *
     const perp__motion *motion = &world->motions[world->shapes[i].body];
     const double arm = perp__length3(world->shapes[i].offset) + world->shapes[i].radius;
     const double turn = fmin(h * perp__length3(motion->moving + 3), 2.0) * arm;
-    int32_t k;
 
-    for (k = 0; k < 3; k++) {
+    for (int32_t k = 0; k < 3; k++) {
         const double way = h * motion->moving[k];
 
         box->low[k] += fmin(way, 0.0) - turn;
@@ -323,9 +319,8 @@ static double sweep(const perp_world *world, int32_t i, double h, perp__bounds *
 static perp_status look_at_planes(perp_world *world)
 {
     perp_status status = PERP_OK;
-    int32_t i;
 
-    for (i = 0; i < world->shape_slots && world->planes_changed && status == PERP_OK; i++)
+    for (int32_t i = 0; i < world->shape_slots && world->planes_changed && status == PERP_OK; i++)
         if (world->shapes[i].alive && world->shapes[i].leaf != NONE)
             status = find_partners(world, i);
     if (status == PERP_OK)
@@ -338,9 +333,8 @@ static perp_status look_at_planes(perp_world *world)
 static perp_status cover(perp_world *world, int32_t body, double h, double more)
 {
     perp_status status = PERP_OK;
-    int32_t shape;
 
-    for (shape = world->bodies[body].first_shape; shape != NONE && status == PERP_OK;
+    for (int32_t shape = world->bodies[body].first_shape; shape != NONE && status == PERP_OK;
          shape = world->shapes[shape].next_of_body) {
         perp__bounds box;
         double way = 0.0;
@@ -358,9 +352,8 @@ static perp_status cover(perp_world *world, int32_t body, double h, double more)
 perp_status perp__cover_motions(perp_world *world, double h)
 {
     perp_status status = look_at_planes(world);
-    int32_t i;
 
-    for (i = 0; i < world->awake_count && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++) {
         perp__motion *motion = &world->motions[world->awake[i]];
 
         status = cover(world, world->awake[i], h, 0.0);
@@ -391,9 +384,8 @@ perp_status perp__cover_changes(perp_world *world, double h)
 static perp_status cover_places(perp_world *world, double margin, int32_t all)
 {
     perp_status status = PERP_OK;
-    int32_t i;
 
-    for (i = 0; i < world->awake_count && status == PERP_OK; i++)
+    for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++)
         if (all || !world->motions[world->awake[i]].covered)
             status = cover(world, world->awake[i], 0.0, margin);
     order_pairs(world);

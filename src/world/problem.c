@@ -16,26 +16,15 @@ static void lay_out(perp__arena *arena, void *object)
 
     work->rows = perp__arena_take(arena, contacts, sizeof *work->rows);
     work->factors = perp__arena_take(arena, numbers * (size_t)world->dof, sizeof(double));
-    work->start = perp__arena_take(arena, numbers, sizeof(double));
-    work->gain = perp__arena_take(arena, numbers, sizeof(double));
-    work->now = perp__arena_take(arena, numbers, sizeof(double));
-    work->drift = perp__arena_take(arena, numbers, sizeof(double));
-    work->moving = perp__arena_take(arena, numbers, sizeof(double));
-    work->free = perp__arena_take(arena, numbers, sizeof(double));
-    work->v = perp__arena_take(arena, numbers, sizeof(double));
-    work->carrier = perp__arena_take(arena, bodies, sizeof(int32_t));
-    work->members = perp__arena_take(arena, bodies, sizeof(int32_t));
+    PERP__DOUBLES(arena, numbers, &work->start, &work->gain, &work->now, &work->drift,
+                  &work->moving, &work->free, &work->v, &work->solved);
+    PERP__INTEGERS(arena, bodies, &work->carrier, &work->members);
     work->origins = perp__arena_take(arena, 3 * bodies, sizeof(double));
-    work->chosen = perp__arena_take(arena, contacts, sizeof(int32_t));
-    work->modes = perp__arena_take(arena, contacts, sizeof(int32_t));
-    work->impulse = perp__arena_take(arena, 3 * contacts, sizeof(double));
-    work->velocity = perp__arena_take(arena, 3 * contacts, sizeof(double));
-    work->warm = perp__arena_take(arena, 3 * contacts, sizeof(double));
-    work->gap = perp__arena_take(arena, contacts, sizeof(double));
-    work->guard = perp__arena_take(arena, contacts, sizeof(double));
+    PERP__INTEGERS(arena, contacts, &work->chosen, &work->modes);
+    PERP__DOUBLES(arena, 3 * contacts, &work->impulse, &work->velocity, &work->warm,
+                  &work->solved_rows);
+    PERP__DOUBLES(arena, contacts, &work->gap, &work->guard);
     work->strength = perp__arena_take(arena, bodies, sizeof(double));
-    work->solved = perp__arena_take(arena, numbers, sizeof(double));
-    work->solved_rows = perp__arena_take(arena, 3 * contacts, sizeof(double));
     work->joint_units = perp__arena_take(arena, contacts, sizeof *work->joint_units);
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
     work->near = perp__arena_take(arena, bodies, sizeof(int8_t));
@@ -47,9 +36,8 @@ perp_status perp__fit_island_work(perp_world *world)
 {
     perp__island_work *work = &world->work;
     size_t sizes[2];
-    int32_t i;
 
-    for (i = 0; i < world->island_count; i++) {
+    for (int32_t i = 0; i < world->island_count; i++) {
         const perp__island *island = &world->islands[i];
 
         perp__raise_room(&work->max_contacts,
@@ -70,18 +58,14 @@ double perp__open_gap(const perp__world_contact *contact, double gap)
 /* The coordinates of a twist. */
 void perp__coordinates_of(const perp_world *world, const double *twist, double *x)
 {
-    int32_t i;
-
-    for (i = 0; i < world->dof; i++)
+    for (int32_t i = 0; i < world->dof; i++)
         x[i] = twist[world->coordinate[i]];
 }
 
 void perp__twist_of(const perp_world *world, const double *x, double *twist)
 {
-    int32_t i;
-
     memset(twist, 0, 6 * sizeof *twist);
-    for (i = 0; i < world->dof; i++)
+    for (int32_t i = 0; i < world->dof; i++)
         twist[world->coordinate[i]] = x[i];
 }
 
@@ -92,15 +76,14 @@ void perp__write_factor(const perp_world *world, int32_t i, const double *R, dou
     const int32_t n = world->dof;
     const double root = sqrt(body->inverse_mass);
     double turned[9];
-    int32_t j, k;
 
     if (body->spherical)
         memcpy(turned, body->factor, sizeof turned);
     else
         perp__multiply3(turned, R, body->factor);
     memset(C, 0, (size_t)(n * n) * sizeof *C);
-    for (j = 0; j < n; j++)
-        for (k = 0; k < n; k++) {
+    for (int32_t j = 0; j < n; j++)
+        for (int32_t k = 0; k < n; k++) {
             const int32_t row = world->coordinate[j], column = world->coordinate[k];
 
             if (row < 3 && row == column)
@@ -135,9 +118,8 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    int32_t i, k;
 
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
         const perp__motion *motion = &world->motions[body];
         double free[6];
@@ -147,7 +129,7 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
                            work->factors + n * n * i);
         perp__coordinates_of(world, motion->start, work->start + n * i);
         perp__coordinates_of(world, motion->free, free);
-        for (k = 0; k < n; k++) {
+        for (int32_t k = 0; k < n; k++) {
             work->now[n * i + k] = work->start[n * i + k];
             work->gain[n * i + k] = free[k] - work->start[n * i + k];
             work->drift[n * i + k] = 0.0;
@@ -155,14 +137,14 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
         perp__copy3(work->origins + 3 * i, world->states[body].position);
     }
     work->carriers = 0;
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         world->motions[contact->body_a].carrier = world->motions[contact->body_b].carrier = -1;
     }
     perp__number_joint_bodies(world, island, 1);
     perp__number_joint_bodies(world, island, 0);
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         perp__number_of(world, island, contact->body_a);
@@ -183,11 +165,10 @@ static void write_row(const perp_world *world, const perp__world_contact *contac
 void perp__choose_rows(perp_world *world, const perp__island *island, const int8_t *leaves_out)
 {
     perp__island_work *work = &world->work;
-    int32_t i, k, side;
 
     work->count = 0;
     work->set_up = 0;
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         perp__rigid_rows *rows = &work->rows[work->count];
 
@@ -198,8 +179,8 @@ void perp__choose_rows(perp_world *world, const perp__island *island, const int8
         rows->body[1] = perp__number_of(world, island, contact->body_b);
         rows->dim = contact->friction > 0.0 ? (world->settings.planar ? 2 : 3) : 1;
         rows->mu = contact->friction;
-        for (side = 0; side < 2; side++)
-            for (k = 0; k < rows->dim && rows->body[side] >= 0; k++)
+        for (int32_t side = 0; side < 2; side++)
+            for (int32_t k = 0; k < rows->dim && rows->body[side] >= 0; k++)
                 write_row(world, contact, side, k, rows->rows[side][k]);
         memcpy(work->warm + 3 * work->count, contact->warm, sizeof contact->warm);
         work->chosen[work->count++] = i;
@@ -213,7 +194,6 @@ void perp__pose_island(perp_world *world, const perp__island *island, perp__rigi
     perp__island_work *work = &world->work;
     const perp_world_settings *settings = &world->settings;
     const int32_t n = world->dof;
-    int32_t i;
 
     memset(problem, 0, sizeof *problem);
     problem->width = n;
@@ -223,7 +203,7 @@ void perp__pose_island(perp_world *world, const perp__island *island, perp__rigi
     problem->joints = work->units - work->inequalities;
     problem->factors = work->factors;
     problem->free = work->free;
-    for (i = n * island->bodies; i < n * (island->bodies + work->carriers); i++)
+    for (int32_t i = n * island->bodies; i < n * (island->bodies + work->carriers); i++)
         work->free[i] = work->now[i];
     problem->origins = work->origins;
     problem->rows = work->rows;
@@ -252,18 +232,16 @@ void perp__add_impulse(perp_world *world, const perp__island *island, int32_t i,
                        const double *impulse, double share)
 {
     perp__world_contact *contact = perp__step_contact(world, island, i);
-    int32_t k;
 
-    for (k = 0; k < 3; k++)
+    for (int32_t k = 0; k < 3; k++)
         contact->impulse[k] += share * impulse[k];
 }
 
 void perp__take_answer(perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
-    int32_t i;
 
-    for (i = 0; i < work->count; i++) {
+    for (int32_t i = 0; i < work->count; i++) {
         perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
 
         perp__add_impulse(world, island, work->chosen[i], work->impulse + 3 * i, 1.0);
@@ -277,9 +255,8 @@ void perp__take_answer(perp_world *world, const perp__island *island)
 void perp__mean_motion(perp_world *world, const perp__island *island, double h)
 {
     perp__island_work *work = &world->work;
-    int32_t i;
 
-    for (i = 0; i < world->dof * island->bodies; i++)
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
         work->moving[i] = work->drift[i] / h;
 }
 
@@ -287,14 +264,13 @@ void perp__mean_motion(perp_world *world, const perp__island *island, double h)
 static void write_velocities(perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
-    int32_t i, k;
 
-    for (i = 0; i < work->count; i++) {
+    for (int32_t i = 0; i < work->count; i++) {
         perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
         const perp__rigid_rows *rows = &work->rows[i];
 
         perp__relative_velocity(world, contact, PERP__TWIST_AFTER, contact->velocity);
-        for (k = 0; k < rows->dim; k++)
+        for (int32_t k = 0; k < rows->dim; k++)
             if (work->velocity[3 * i + k] == 0.0)
                 contact->velocity[k] = 0.0 - rows->bias[k];
     }
@@ -305,9 +281,8 @@ void perp__write_twists(perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    int32_t i;
 
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         perp__motion *motion = &world->motions[work->members[i]];
 
         perp__twist_of(world, work->moving + n * i, motion->moving);

@@ -47,9 +47,8 @@ static double deepest(const perp_world *world)
 {
     perp__point points[PERP__MAX_POINTS];
     double largest = 0.0;
-    int32_t i, k;
 
-    for (i = 0; i < world->pair_count; i++) {
+    for (int32_t i = 0; i < world->pair_count; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
         perp__world_contact contact;
         int32_t made = 0;
@@ -59,7 +58,7 @@ static double deepest(const perp_world *world)
         if (!is_swept(world, &contact) && perp__are_near(world, pair, 0.0))
             made = perp__collide(&world->placed[pair->first], &world->placed[pair->second],
                                  world->settings.planar, 0.0, points);
-        for (k = 0; k < made; k++) {
+        for (int32_t k = 0; k < made; k++) {
             contact.gap = points[k].gap;
             contact.rounding = perp__pair_rounding(world, pair);
             contact.size = perp__pair_size(world, pair);
@@ -71,9 +70,7 @@ static double deepest(const perp_world *world)
 
 static int32_t overlaps(const perp_world *world, const perp__island *island)
 {
-    int32_t i;
-
-    for (i = 0; i < island->contacts; i++)
+    for (int32_t i = 0; i < island->contacts; i++)
         if (overlap_of(world, perp__island_contact(world, &world->overlaps, island, i)) > 0.0)
             return 1;
     return 0;
@@ -83,9 +80,8 @@ static int32_t overlaps(const perp_world *world, const perp__island *island)
 static double longest_way(const perp_world *world, const perp__island *island)
 {
     double largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         int32_t body = world->body_order[island->first_body + i];
         const double *shift = world->motions[body].shift;
 
@@ -97,9 +93,7 @@ static double longest_way(const perp_world *world, const perp__island *island)
 
 static void apply(perp_world *world, const perp__island *island)
 {
-    int32_t i;
-
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         int32_t body = world->body_order[island->first_body + i];
         const double *shift = world->motions[body].shift;
 
@@ -113,10 +107,9 @@ static void weigh_equally(const perp_world *world, int32_t body, double *C)
 {
     const double r = world->bodies[body].radius;
     const int32_t n = world->dof;
-    int32_t i;
 
     memset(C, 0, (size_t)(n * n) * sizeof *C);
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         C[(n + 1) * i] = world->coordinate[i] < 3 ? 1.0 : r > 0.0 ? sqrt(2.5) / r : 0.0;
 }
 
@@ -126,10 +119,10 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
     double twist[6];
-    int32_t i, k;
+    int32_t k;
 
     work->carriers = 0;
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         const int32_t body = world->body_order[island->first_body + i];
 
         perp__write_factor(world, body, world->motions[body].rotation, work->factors + n * n * i);
@@ -137,7 +130,7 @@ static void pose(perp_world *world, const perp__island *island, int32_t equally)
             weigh_equally(world, body, work->factors + n * n * i);
     }
     memset(work->free, 0, (size_t)(n * island->bodies) * sizeof *work->free);
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         perp__world_contact *contact = perp__island_contact(world, &world->overlaps, island, i);
         perp__rigid_rows *rows = &work->rows[i];
 
@@ -165,7 +158,6 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp_status status;
-    int32_t i;
 
     work->set_up = 0;
     perp__pose_island(world, island, &problem);
@@ -182,7 +174,7 @@ static perp_status solve_shifts(perp_world *world, const perp__island *island, i
     perp__spend(world, answer.iterations);
     *found = perp__is_good(answer.outcome) || answer.outcome == PERP_OUTCOME_TIME_LIMIT ||
              answer.outcome == PERP_OUTCOME_ITERATION_LIMIT;
-    for (i = 0; i < island->bodies; i++)
+    for (int32_t i = 0; i < island->bodies; i++)
         perp__twist_of(world, work->v + world->dof * i,
                        perp__island_motion(world, island, i)->shift);
     return PERP_OK;
@@ -207,19 +199,19 @@ static perp_status project_island(perp_world *world, const perp__island *island,
 static perp_status project(perp_world *world, double longest, int32_t equally, int32_t *left)
 {
     perp_status status;
-    int32_t i, stays;
+    int32_t stays;
 
     *left = 0;
     perp__place(world, world->next);
     /* neighbours that the correction could push into each other */
     status = perp__find_overlaps(world, 2.0 * longest);
-    for (i = 0; status == PERP_OK && i < world->overlaps.count; i++)
+    for (int32_t i = 0; status == PERP_OK && i < world->overlaps.count; i++)
         world->overlaps.contacts[i].included = !is_swept(world, &world->overlaps.contacts[i]);
     if (status == PERP_OK)
         status = perp__build_islands(world, &world->overlaps);
     if (status == PERP_OK)
         status = perp__fit_island_work(world);
-    for (i = 0; status == PERP_OK && i < world->island_count; i++) {
+    for (int32_t i = 0; status == PERP_OK && i < world->island_count; i++) {
         if (!overlaps(world, &world->islands[i]) && !perp__lacks_joints(world, &world->islands[i]))
             continue;
         status = project_island(world, &world->islands[i], longest, equally, &stays);

@@ -59,9 +59,7 @@ uint64_t perp__contact_order(const perp__world_contact *contact)
 /* Lists what a pair kept, in its order; returns how many there are now. */
 static int32_t list_kept(const perp_world *world, int32_t first, perp__keyed *order, int32_t count)
 {
-    int32_t i;
-
-    for (i = first; i >= 0; i = world->kept[i].next)
+    for (int32_t i = first; i >= 0; i = world->kept[i].next)
         if (world->kept[i].included) {
             order[count].key = world->kept[i].order;
             order[count++].value = -1 - i;

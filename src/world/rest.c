@@ -30,9 +30,9 @@ static void enlist(perp_world *world, int32_t body)
 static void end_nap(perp_world *world, int32_t i)
 {
     perp__nap *nap = &world->naps[i], *all = &world->asleep;
-    int32_t body, next;
+    int32_t next;
 
-    for (body = nap->first; body != NONE; body = next) {
+    for (int32_t body = nap->first; body != NONE; body = next) {
         next = world->bodies[body].next_member;
         world->bodies[body].nap = NONE;
         enlist(world, body);
@@ -57,22 +57,18 @@ void perp__rouse(perp_world *world, int32_t body)
 
 void perp__rouse_all(perp_world *world)
 {
-    int32_t i;
-
-    for (i = 0; i < world->body_slots; i++)
+    for (int32_t i = 0; i < world->body_slots; i++)
         if (world->bodies[i].alive)
             perp__rouse(world, i);
 }
 
 void perp__disturb(perp_world *world, int32_t body)
 {
-    int32_t shape, link;
-
     perp__rouse(world, body);
     perp__rouse_joined(world, body);
-    for (shape = world->bodies[body].first_shape; shape != NONE;
+    for (int32_t shape = world->bodies[body].first_shape; shape != NONE;
          shape = world->shapes[shape].next_of_body) {
-        for (link = world->shapes[shape].first_link; link != NONE;
+        for (int32_t link = world->shapes[shape].first_link; link != NONE;
              link = world->pairs[link / 2].next[link % 2]) {
             const perp__pair *pair = &world->pairs[link / 2];
             const int32_t other = world->shapes[link % 2 ? pair->first : pair->second].body;
@@ -90,10 +86,8 @@ void perp__disturb(perp_world *world, int32_t body)
 /* Those that are, from all slots. */
 static void find_awake(perp_world *world)
 {
-    int32_t i;
-
     world->awake_count = 0;
-    for (i = 0; i < world->body_slots; i++) {
+    for (int32_t i = 0; i < world->body_slots; i++) {
         world->bodies[i].awake = world->bodies[i].awake && world->bodies[i].alive;
         if (world->bodies[i].awake)
             world->awake[world->awake_count++] = i;
@@ -206,9 +200,7 @@ void perp__drop_kept(perp_world *world, int32_t first)
 
 void perp__forget_naps(perp_world *world)
 {
-    int32_t i;
-
-    for (i = 0; i < world->pair_slots; i++)
+    for (int32_t i = 0; i < world->pair_slots; i++)
         world->pairs[i].first_kept = NONE;
     world->kept_slots = world->kept_count = world->kept_included = world->orphan_count = 0;
     world->free_kept = world->first_orphan = NONE;
@@ -269,11 +261,9 @@ static int32_t is_calm(const perp_world *world, int32_t body)
 /* Joins bodies by their pairs; a set's root is calm where all of it is. */
 static void find_calm(perp_world *world)
 {
-    int32_t i, side;
-
-    for (i = 0; i < world->awake_count; i++)
+    for (int32_t i = 0; i < world->awake_count; i++)
         world->parent[world->awake[i]] = world->awake[i];
-    for (i = 0; i < world->pair_count; i++) {
+    for (int32_t i = 0; i < world->pair_count; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
         const int32_t a = world->shapes[pair->first].body, b = world->shapes[pair->second].body;
 
@@ -281,21 +271,21 @@ static void find_calm(perp_world *world)
             perp__join(world->parent, a, b);
     }
     perp__join_calm(world);
-    for (i = 0; i < world->awake_count; i++)
+    for (int32_t i = 0; i < world->awake_count; i++)
         world->motions[world->awake[i]].calm = is_calm(world, world->awake[i]);
-    for (i = 0; i < world->awake_count; i++) {
+    for (int32_t i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
 
         if (!world->motions[body].calm)
             world->motions[perp__find_root(world->parent, body)].calm = 0;
     }
     perp__upset_joints(world);
-    for (i = 0; i < world->pair_count; i++) {
+    for (int32_t i = 0; i < world->pair_count; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
         const int32_t bodies[2] = {world->shapes[pair->first].body,
                                    world->shapes[pair->second].body};
 
-        for (side = 0; side < 2; side++)
+        for (int32_t side = 0; side < 2; side++)
             if (is_dynamic(world, bodies[side]) &&
                 (pair->changed || pair->waited ||
                  (world->bodies[bodies[1 - side]].awake && !world->motions[bodies[1 - side]].calm)))
@@ -359,9 +349,7 @@ static int32_t put_to_sleep(perp_world *world)
 
 static void keep_contacts(perp_world *world)
 {
-    int32_t i;
-
-    for (i = 0; i < world->last.count; i++) {
+    for (int32_t i = 0; i < world->last.count; i++) {
         perp__world_contact *contact = &world->last.contacts[i];
         const int32_t a = world->bodies[contact->body_a].nap;
         const int32_t nap = a != NONE ? a : world->bodies[contact->body_b].nap;
@@ -374,9 +362,8 @@ static void keep_contacts(perp_world *world)
 static void count_naps(perp_world *world)
 {
     perp__nap *all = &world->asleep;
-    int32_t i;
 
-    for (i = 0; i < world->awake_count; i++) {
+    for (int32_t i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
         const perp__nap *nap = &world->naps[world->bodies[body].nap];
 
@@ -410,11 +397,9 @@ void perp__fall_asleep(perp_world *world)
 
 double perp__asleep_residual(perp_world *world)
 {
-    int32_t i;
-
     if (world->residual_changed) {
         world->asleep.residual = 0.0;
-        for (i = 0; i < world->nap_slots; i++)
+        for (int32_t i = 0; i < world->nap_slots; i++)
             if (world->naps[i].first != NONE)
                 perp__raise_to(&world->asleep.residual, world->naps[i].residual);
         world->residual_changed = 0;

@@ -219,13 +219,12 @@ static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
 {
     size_t dimensions = world->settings.planar ? 2 : 3;
     perp__shape shape;
-    size_t i;
     perp_status status = perp__check_pointer(world->context, "half_extents", half_extents);
 
     memset(&shape, 0, sizeof shape);
     if (status == PERP_OK)
         status = perp__check_finite(world->context, "half_extents", half_extents, dimensions);
-    for (i = 0; status == PERP_OK && i < dimensions; i++)
+    for (size_t i = 0; status == PERP_OK && i < dimensions; i++)
         if (half_extents[i] <= 0.0)
             status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
                                 "half_extents[%zu] is %g, > 0 expected", i, half_extents[i]);
@@ -234,11 +233,11 @@ static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
     if (status != PERP_OK)
         return status;
     shape.geometry.kind = PERP__BOX;
-    for (i = 0; i < dimensions; i++)
+    for (size_t i = 0; i < dimensions; i++)
         shape.geometry.half_extents[i] = half_extents[i];
     shape.radius = perp__length3(shape.geometry.half_extents);
     shape.thickness = INFINITY;
-    for (i = 0; i < dimensions; i++)
+    for (size_t i = 0; i < dimensions; i++)
         shape.thickness = fmin(shape.thickness, half_extents[i]);
     return attach_shape(world, id, body, &shape);
 }
@@ -297,14 +296,13 @@ static perp_status check_points(const perp_world *world, const double *points, i
 {
     const int32_t least = world->settings.planar ? 3 : 4;
     perp_status status = perp__check_pointer(world->context, "points", points);
-    int32_t i;
 
     if (status == PERP_OK && (count < least || count > INT32_MAX / 3))
         return perp__fail(world->context, PERP_ERROR_ARGUMENT, "count is %d, >= %d expected",
                           (int)count, (int)least);
     if (status == PERP_OK)
         status = perp__check_finite(world->context, "points", points, 3 * (size_t)count);
-    for (i = 0; i < count && status == PERP_OK && world->settings.planar; i++)
+    for (int32_t i = 0; i < count && status == PERP_OK && world->settings.planar; i++)
         if (points[3 * i + 2] != 0.0)
             status = perp__fail(world->context, PERP_ERROR_ARGUMENT,
                                 "points[%d] is %g, 0 expected in a planar world", (int)(3 * i + 2),
@@ -358,7 +356,6 @@ perp_status perp_world_add_hull(perp_world *world, perp_shape *shape, perp_body 
 static perp_status unit_normal(const perp_world *world, double *unit, const double *normal)
 {
     double largest, length;
-    int32_t i;
     perp_status status = perp__check_pointer(world->context, "normal", normal);
 
     if (status == PERP_OK)
@@ -374,10 +371,10 @@ static perp_status unit_normal(const perp_world *world, double *unit, const doub
     length = perp__length3(unit);
     if (fabs(length - 1.0) <= 2.0 * PERP__EPSILON)
         return PERP_OK;
-    for (i = 0; i < 3; i++)
+    for (int32_t i = 0; i < 3; i++)
         unit[i] = normal[i] / largest;
     length = perp__length3(unit);
-    for (i = 0; i < 3; i++)
+    for (int32_t i = 0; i < 3; i++)
         unit[i] /= length;
     return PERP_OK;
 }

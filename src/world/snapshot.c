@@ -75,7 +75,6 @@ void perp__snapshot_write(const perp_world *world, char *blob)
 {
     const snapshot_header header = header_of(world);
     const size_t memories = (size_t)world->memory_count * sizeof *world->memories;
-    int32_t i, k;
 
     memcpy(blob, &header, sizeof header);
     memcpy(blob + sizeof header, world->states, states_size(world));
@@ -86,8 +85,8 @@ void perp__snapshot_write(const perp_world *world, char *blob)
     if (memories > 0)
         memcpy(blob, world->memories, memories);
     blob += memories;
-    for (i = 0; i < world->pair_slots; i++)
-        for (k = world->pairs[i].first_kept; world->pairs[i].first >= 0 && k >= 0;
+    for (int32_t i = 0; i < world->pair_slots; i++)
+        for (int32_t k = world->pairs[i].first_kept; world->pairs[i].first >= 0 && k >= 0;
              k = world->kept[k].next) {
             memcpy(blob, &world->kept[k].memory, sizeof *world->memories);
             blob += sizeof *world->memories;

@@ -22,9 +22,7 @@
 /* Whether something closes if nothing acts: by the end of the step, or by its velocities then. */
 static int32_t closes(perp_world *world, const perp__island *island, double h)
 {
-    int32_t i;
-
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         const double gap = fmax(perp__open_gap(contact, contact->gap), 0.0);
 
@@ -37,16 +35,14 @@ static int32_t closes(perp_world *world, const perp__island *island, double h)
 /* Nothing acts: velocities are those of the forces. */
 static void leave_alone(perp_world *world, const perp__island *island)
 {
-    int32_t i, k;
-
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         perp__motion *motion = perp__island_motion(world, island, i);
 
-        for (k = 0; k < 6; k++)
+        for (int32_t k = 0; k < 6; k++)
             motion->moving[k] = 0.5 * (motion->start[k] + motion->free[k]);
         memcpy(motion->after, motion->free, sizeof motion->after);
     }
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         perp__world_contact *contact = perp__step_contact(world, island, i);
 
         memset(contact->impulse, 0, sizeof contact->impulse);
@@ -119,12 +115,11 @@ static perp_status solve_islands(perp_world *world, double h, int32_t *open,
                                  perp__solve_summary *summary)
 {
     perp_status status = PERP_OK;
-    int32_t i, k;
 
     world->budget.contacts = 0;
-    for (i = 0; i < world->island_count; i++)
+    for (int32_t i = 0; i < world->island_count; i++)
         world->budget.contacts += world->islands[i].contacts + world->islands[i].joints;
-    for (i = 0; i < world->island_count && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
         const perp__island *island = &world->islands[i];
         perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
         const int32_t fresh = open ? 0 : count_fresh(world, island, &verdict);
@@ -135,10 +130,10 @@ static perp_status solve_islands(perp_world *world, double h, int32_t *open,
             status = finish_island(world, island, h, &verdict);
             *open = 1;
         }
-        for (k = 0; k < island->contacts; k++)
+        for (int32_t k = 0; k < island->contacts; k++)
             perp__step_contact(world, island, k)->fresh = 0;
         world->budget.contacts -= island->contacts + island->joints;
-        for (k = 0; k < island->bodies; k++)
+        for (int32_t k = 0; k < island->bodies; k++)
             perp__island_motion(world, island, k)->verdict = verdict;
         if (verdict.outcome == PERP_OUTCOME_RAY) {
             summary->outcome = PERP_OUTCOME_RAY;
@@ -162,9 +157,7 @@ static perp_status solve_changed(perp_world *world, double h, perp__solve_summar
 /* The last word on each island. */
 static void summarise(const perp_world *world, perp__solve_summary *summary)
 {
-    int32_t i;
-
-    for (i = 0; i < world->island_count; i++) {
+    for (int32_t i = 0; i < world->island_count; i++) {
         const perp__verdict *verdict = &perp__island_motion(world, &world->islands[i], 0)->verdict;
 
         summary->outcome = perp__worse_outcome(summary->outcome, verdict->outcome);

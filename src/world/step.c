@@ -105,14 +105,12 @@ static int32_t is_finite(const perp__world_contact *contact)
  * their range. */
 static perp_status count_rows(perp_world *world, perp_world_stats *stats)
 {
-    int32_t i;
-
     stats->islands = world->asleep.islands + world->island_count;
     stats->contacts = world->asleep.contacts;
     stats->rows_friction = world->asleep.tangents;
-    for (i = 0; i < world->island_count; i++)
+    for (int32_t i = 0; i < world->island_count; i++)
         perp__island_motion(world, &world->islands[i], 0)->verdict.leads = 1;
-    for (i = 0; i < world->contacts.count; i++) {
+    for (int32_t i = 0; i < world->contacts.count; i++) {
         const perp__world_contact *contact = &world->contacts.contacts[i];
 
         if (!contact->included)

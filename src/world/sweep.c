@@ -62,15 +62,14 @@ static const level levels[] = {
 static double mass_ratio(const perp_world *world, const perp__island *island)
 {
     double least = INFINITY, most = 0.0;
-    int32_t i, k;
 
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         const perp__body *body = &world->bodies[world->body_order[island->first_body + i]];
         const double square = body->radius * body->radius;
 
         least = fmin(least, body->mass);
         most = fmax(most, body->mass);
-        for (k = 0; k < 9 && square > 0.0; k += 4)
+        for (int32_t k = 0; k < 9 && square > 0.0; k += 4)
             if (body->inverse_inertia[k] > 0.0)
                 least = fmin(least, 1.0 / (body->inverse_inertia[k] * square));
     }
@@ -106,9 +105,7 @@ static int32_t can_jam(const perp_world *world, int32_t shape)
 
 int32_t perp__is_hit_fast(const perp_world *world, const perp__island *island, double h)
 {
-    int32_t i;
-
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         if (h * contact->start[0] < -FAST * contact->size &&
@@ -132,9 +129,7 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
  * start the next substep from, and substeps of one pass would give energy. */
 static int32_t is_hit_hard(const perp_world *world, const perp__island *island)
 {
-    int32_t i;
-
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         const double pushed = perp__normal_terms(world, i, world->work.gain, island->bodies);
 
@@ -148,7 +143,6 @@ static void plan(perp_world *world, const perp__island *island, perp__substeps *
 {
     const int32_t accuracy = world->settings.accuracy, exact = accuracy == PERP_ACCURACY_EXACT;
     perp__island_work *work = &world->work;
-    int32_t i;
 
     memset(step, 0, sizeof *step);
     step->h = h;
@@ -164,7 +158,7 @@ static void plan(perp_world *world, const perp__island *island, perp__substeps *
     step->gap = work->gap;
     step->guard = work->guard;
     step->next_warm = work->next_warm;
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         work->gap[i] = contact->gap;
@@ -176,9 +170,7 @@ static void plan(perp_world *world, const perp__island *island, perp__substeps *
 /* Contacts with restitution that pressed and had come faster than what the forces make. */
 static int32_t has_impacts(const perp_world *world, const perp__island *island)
 {
-    int32_t i;
-
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         if (contact->restitution > 0.0 && world->work.impulse[3 * i] > 0.0 &&
@@ -195,11 +187,10 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
 {
     perp__island_work *work = &world->work;
     perp__substeps passes = *step;
-    int32_t i;
 
     passes.passes = 2 * (step->substeps > step->passes ? step->substeps : step->passes);
     passes.substeps = passes.clear = 0;
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         if (work->impulse[3 * i] > 0.0 || contact->gap <= work->guard[i]) {
@@ -214,9 +205,8 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
 static int32_t stands_still(const perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
-    int32_t i;
 
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const double still = STILL * perp__normal_terms(world, i, work->gain, island->bodies);
         double u[3];
 
@@ -254,9 +244,7 @@ static perp_status look(perp_world *world, perp__rigid_answer *answer, perp__rig
 /* Biases of the step: what gaps leave. */
 static void close_gaps(perp_world *world, const perp__island *island, double h)
 {
-    int32_t i;
-
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         world->work.rows[i].bias[0] = fmax(perp__open_gap(contact, contact->gap), 0.0) / h;
@@ -280,9 +268,7 @@ static perp_status judge(perp_world *world, const perp__island *island, perp__ri
 /* Whether the island comes from rest, but for what forces do in a few steps. */
 static int32_t comes_from_rest(const perp_world *world, const perp__island *island)
 {
-    int32_t i;
-
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
         const double pushed = perp__normal_terms(world, i, world->work.gain, island->bodies);
 
@@ -302,7 +288,6 @@ static perp_status settle(perp_world *world, const perp__island *island, perp__r
     const size_t size = 3 * (size_t)island->contacts * sizeof(double);
     const double own = answer->own;
     perp_status status;
-    int32_t i;
 
     problem->max_iterations = world->settings.planar ? PLANAR_SWEEPS : SETTLING_SWEEPS;
     problem->method = PERP_CONTACT_METHOD_SWEEP;
@@ -314,7 +299,7 @@ static perp_status settle(perp_world *world, const perp__island *island, perp__r
     if (!(answer->own < own))
         return look(world, answer, problem, verdict);
     memcpy(work->next_warm, work->impulse, size);
-    for (i = 0; i < world->dof * island->bodies; i++)
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
         work->moving[i] = 0.5 * (work->start[i] + work->v[i]);
     take_verdict(answer, verdict);
     return PERP_OK;
@@ -326,7 +311,6 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
 {
     perp__island_work *work = &world->work;
     perp_status status;
-    int32_t i;
 
     if (!stands_still(world, island))
         return PERP_OK;
@@ -335,7 +319,7 @@ static perp_status hold(perp_world *world, const perp__island *island, perp__rig
         return status;
     /* what stands is held by the impulses of the step, not by those that its last substep had */
     memcpy(work->next_warm, work->impulse, 3 * (size_t)island->contacts * sizeof(double));
-    for (i = 0; i < world->dof * island->bodies; i++)
+    for (int32_t i = 0; i < world->dof * island->bodies; i++)
         work->moving[i] = 0.5 * (work->start[i] + work->v[i]);
     return status;
 }
@@ -368,7 +352,6 @@ static perp_status stand(perp_world *world, const perp__island *island, perp__ri
     perp__island_work *work = &world->work;
     const double tol = AT_REST * perp__swept_tol(world);
     perp_status status;
-    int32_t i;
 
     if (!is_at_rest(world, island))
         return PERP_OK;
@@ -379,7 +362,7 @@ static perp_status stand(perp_world *world, const perp__island *island, perp__ri
     if (status == PERP_OK && perp__is_good(answer->outcome) && answer->tested <= tol &&
         answer->own <= tol)
         status = hold(world, island, answer, problem);
-    for (i = 0; i < world->dof * island->bodies && answer->held; i++)
+    for (int32_t i = 0; i < world->dof * island->bodies && answer->held; i++)
         answer->held = work->v[i] == 0.0;
     return status;
 }
@@ -388,9 +371,8 @@ static perp_status stand(perp_world *world, const perp__island *island, perp__ri
 static void keep(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
-    int32_t i;
 
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         perp__world_contact *contact = perp__step_contact(world, island, i);
 
         memcpy(contact->impulse, work->impulse + 3 * i, sizeof contact->impulse);
@@ -402,10 +384,8 @@ static void keep(perp_world *world, const perp__island *island)
 
 static void finish(perp_world *world, const perp__island *island, perp__verdict *verdict)
 {
-    int32_t i;
-
     keep(world, island);
-    for (i = 0; i < island->contacts; i++)
+    for (int32_t i = 0; i < island->contacts; i++)
         perp__step_contact(world, island, i)->mode = world->work.modes[i];
     verdict->stages = verdict->swept = 1;
 }
@@ -418,7 +398,6 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__rigid_answer answer;
     perp__substeps step;
     perp_status status;
-    int32_t i;
 
     pose(world, island, &problem, &answer);
     status = stand(world, island, &answer, &problem, h, verdict);
@@ -436,7 +415,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
         return status;
     perp__spend(world, answer.iterations);
     keep(world, island);
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         perp__world_contact *contact = perp__step_contact(world, island, i);
 
         memcpy(contact->warm, contact->next, sizeof contact->warm);
@@ -449,15 +428,14 @@ static void recall(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
     const int32_t n = world->dof;
-    int32_t i;
 
-    for (i = 0; i < island->contacts; i++) {
+    for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         memcpy(work->impulse + 3 * i, contact->impulse, sizeof contact->impulse);
         memcpy(work->next_warm + 3 * i, contact->next, sizeof contact->next);
     }
-    for (i = 0; i < island->bodies; i++) {
+    for (int32_t i = 0; i < island->bodies; i++) {
         const perp__motion *motion = perp__island_motion(world, island, i);
 
         perp__coordinates_of(world, motion->moving, work->moving + n * i);

@@ -142,10 +142,9 @@ static perp_status make_ground(perp_world *world)
 static void set_coordinates(perp_world *world)
 {
     static const int32_t planar[3] = {0, 1, 5};
-    int32_t i;
 
     world->dof = world->settings.planar ? 3 : 6;
-    for (i = 0; i < world->dof; i++)
+    for (int32_t i = 0; i < world->dof; i++)
         world->coordinate[i] = world->settings.planar ? planar[i] : i;
 }
 

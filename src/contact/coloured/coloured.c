@@ -47,7 +47,6 @@ static void weigh_velocity(const perp__coloured *c, const double *factors, int32
 {
     const int32_t width = c->width;
     const double *C = factors + width * width * body;
-    int32_t i;
 
     memset(y, 0, 8 * sizeof *y);
     memcpy(y, v, (size_t)width * sizeof *y);
@@ -55,7 +54,7 @@ static void weigh_velocity(const perp__coloured *c, const double *factors, int32
         perp__solve_small(C, width, width, y, 1);
         return;
     }
-    for (i = 0; i < 3; i++)
+    for (int32_t i = 0; i < 3; i++)
         y[i] /= C[7 * i];
     perp__solve_small(C + 21, 3, 6, y + 3, 1);
 }
@@ -66,12 +65,12 @@ static void weigh_velocities(perp__coloured *c, const perp__rigid_problem *probl
 {
     const int32_t width = c->width;
     double difference[6];
-    int32_t body, k;
+    int32_t body;
 
     for (body = 0; body < c->bodies; body++) {
         const double *start = step->start + width * body, *free = problem->free + width * body;
 
-        for (k = 0; k < width; k++)
+        for (int32_t k = 0; k < width; k++)
             difference[k] = free[k] - start[k];
         weigh_velocity(c, problem->factors, body, start, c->start + 8 * body);
         weigh_velocity(c, problem->factors, body, difference, c->change + 8 * body);
@@ -83,12 +82,10 @@ static void weigh_velocities(perp__coloured *c, const perp__rigid_problem *probl
 /* b of the normal rows: what a contact may still close by. */
 static void write_bias(perp__coloured *c, double h)
 {
-    int32_t p, l;
-
-    for (p = 0; p < c->points; p++) {
+    for (int32_t p = 0; p < c->points; p++) {
         perp__lane_point *point = &c->point[p];
 
-        for (l = 0; l < PERP__GROUP; l++) {
+        for (int32_t l = 0; l < PERP__GROUP; l++) {
             const double gap = point->gap[l] - point->guard[l];
 
             point->bias[l] = point->w[0][l] + (gap > 0.0 ? gap / h : 0.0);
@@ -98,11 +95,9 @@ static void write_bias(perp__coloured *c, double h)
 
 static void add_to_sums(perp__coloured *c)
 {
-    int32_t p, k, l;
-
-    for (p = 0; p < c->points; p++)
-        for (k = 0; k < 3; k++)
-            for (l = 0; l < PERP__GROUP; l++)
+    for (int32_t p = 0; p < c->points; p++)
+        for (int32_t k = 0; k < 3; k++)
+            for (int32_t l = 0; l < PERP__GROUP; l++)
                 c->other_r[p][k][l] += c->point[p].r[k][l];
 }
 
@@ -110,22 +105,20 @@ static void run_substeps(perp__coloured *c, const perp__substeps *step)
 {
     const double n = step->substeps, h = step->h / n;
     const size_t size = 8 * ((size_t)c->bodies + 1);
-    int32_t s;
-    size_t i;
 
     memcpy(c->y, c->start, size * sizeof *c->y);
     memset(c->push, 0, size * sizeof *c->push);
     memset(c->moved, 0, size * sizeof *c->moved);
     memset(c->other_r, 0, (size_t)c->points * sizeof *c->other_r);
     c->kernels->add_impulses(c, c->push);
-    for (s = 0; s < step->substeps; s++) {
-        for (i = 0; i < size; i++) {
+    for (int32_t s = 0; s < step->substeps; s++) {
+        for (size_t i = 0; i < size; i++) {
             c->y[i] += c->change[i] / n + c->push[i];
             c->before[i] = c->y[i];
         }
         write_bias(c, h);
         c->kernels->sweep(c, c->y);
-        for (i = 0; i < size; i++) {
+        for (size_t i = 0; i < size; i++) {
             c->push[i] += c->y[i] - c->before[i];
             c->moved[i] += c->y[i] / n;
         }
@@ -139,23 +132,22 @@ static double gain_momentum(perp__coloured *c, double theta)
 {
     const size_t size = 8 * ((size_t)c->bodies + 1);
     double next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * theta * theta)), beta, back = 0.0;
-    int32_t p, k, l;
-    size_t i;
 
-    for (i = 0; i < size; i++) /* before: where the pass began; moved: the end of the one before */
+    for (size_t i = 0; i < size;
+         i++) /* before: where the pass began; moved: the end of the one before */
         back += (c->before[i] - c->y[i]) * (c->y[i] - c->moved[i]);
     if (back > 0.0)
         next = theta = 1.0;
     beta = fmin((theta - 1.0) / next, MOMENTUM);
-    for (i = 0; i < size; i++) {
+    for (size_t i = 0; i < size; i++) {
         const double y = c->y[i];
 
         c->y[i] += beta * (y - c->moved[i]);
         c->moved[i] = y;
     }
-    for (p = 0; p < c->points; p++)
-        for (k = 0; k < 3; k++)
-            for (l = 0; l < PERP__GROUP; l++) {
+    for (int32_t p = 0; p < c->points; p++)
+        for (int32_t k = 0; k < 3; k++)
+            for (int32_t l = 0; l < PERP__GROUP; l++) {
                 const double r = c->point[p].r[k][l];
 
                 c->point[p].r[k][l] += beta * (r - c->other_r[p][k][l]);
@@ -168,18 +160,16 @@ static void run_passes(perp__coloured *c, const perp__substeps *step)
 {
     const size_t size = 8 * ((size_t)c->bodies + 1);
     double theta = 1.0;
-    int32_t pass, p;
-    size_t i;
 
-    for (i = 0; i < size; i++)
+    for (size_t i = 0; i < size; i++)
         c->y[i] = c->start[i] + c->change[i];
     if (!step->pushed)
         c->kernels->add_impulses(c, c->y);
     memcpy(c->moved, c->y, size * sizeof *c->y);
-    for (p = 0; p < c->points; p++)
+    for (int32_t p = 0; p < c->points; p++)
         memcpy(c->other_r[p], c->point[p].r, sizeof c->other_r[p]);
     write_bias(c, step->h);
-    for (pass = 0; pass < step->passes; pass++) {
+    for (int32_t pass = 0; pass < step->passes; pass++) {
         memcpy(c->before, c->y, size * sizeof *c->y);
         c->kernels->sweep(c, c->y);
         if (pass + 1 < step->passes)
@@ -193,7 +183,6 @@ static void clear_penetration(perp__coloured *c, const perp__substeps *step)
 {
     const size_t size = 8 * ((size_t)c->bodies + 1);
     int32_t p, l, k, deep = 0;
-    size_t i;
 
     for (p = 0; p < c->points; p++) {
         perp__lane_point *point = &c->point[p];
@@ -215,7 +204,7 @@ static void clear_penetration(perp__coloured *c, const perp__substeps *step)
     memset(c->before, 0, size * sizeof *c->before);
     for (k = 0; k < step->clear; k++)
         c->kernels->sweep_normals(c, c->before);
-    for (i = 0; i < size; i++)
+    for (size_t i = 0; i < size; i++)
         c->moved[i] += c->before[i];
 }
 
@@ -224,18 +213,18 @@ static void write_velocity(const perp__coloured *c, const perp__rigid_problem *p
                            const double *y, double *v)
 {
     const int32_t width = c->width;
-    int32_t body, i, j;
+    int32_t body;
 
     for (body = 0; body < c->bodies; body++) {
         const double *C = problem->factors + width * width * body;
         double dy[6];
 
-        for (j = 0; j < width; j++)
+        for (int32_t j = 0; j < width; j++)
             dy[j] = y[8 * body + j] - (c->start[8 * body + j] + c->change[8 * body + j]);
-        for (i = 0; i < width; i++) {
+        for (int32_t i = 0; i < width; i++) {
             double sum = 0.0;
 
-            for (j = 0; j < width; j++)
+            for (int32_t j = 0; j < width; j++)
                 sum += C[width * i + j] * dy[j];
             v[width * body + i] = problem->free[width * body + i] + sum;
         }
@@ -245,13 +234,11 @@ static void write_velocity(const perp__coloured *c, const perp__rigid_problem *p
 /* Impulses of the whole step, and those to start the next one from. */
 static void write_impulses(const perp__coloured *c, double *impulse, const perp__substeps *step)
 {
-    int32_t p, l, k;
-
-    for (p = 0; p < c->points; p++)
-        for (l = 0; l < PERP__GROUP; l++) {
+    for (int32_t p = 0; p < c->points; p++)
+        for (int32_t l = 0; l < PERP__GROUP; l++) {
             const int32_t contact = c->point[p].contact[l];
 
-            for (k = 0; k < 3 && contact >= 0; k++) {
+            for (int32_t k = 0; k < 3 && contact >= 0; k++) {
                 const double r = c->point[p].r[k][l];
 
                 impulse[3 * contact + k] = step->substeps > 0 ? c->other_r[p][k][l] : r;

@@ -7,19 +7,18 @@
 TARGET static inline void NAME(transpose)(lanes *x)
 {
     lanes t[8], u[8];
-    int32_t i;
 
-    for (i = 0; i < 8; i += 2) {
+    for (int32_t i = 0; i < 8; i += 2) {
         t[i] = _mm512_unpacklo_pd(x[i], x[i + 1]);
         t[i + 1] = _mm512_unpackhi_pd(x[i], x[i + 1]);
     }
-    for (i = 0; i < 8; i += 4) {
+    for (int32_t i = 0; i < 8; i += 4) {
         u[i] = _mm512_shuffle_f64x2(t[i], t[i + 2], 0x88);
         u[i + 1] = _mm512_shuffle_f64x2(t[i + 1], t[i + 3], 0x88);
         u[i + 2] = _mm512_shuffle_f64x2(t[i], t[i + 2], 0xdd);
         u[i + 3] = _mm512_shuffle_f64x2(t[i + 1], t[i + 3], 0xdd);
     }
-    for (i = 0; i < 4; i++) {
+    for (int32_t i = 0; i < 4; i++) {
         x[i] = _mm512_shuffle_f64x2(u[i], u[i + 4], 0x88);
         x[i + 4] = _mm512_shuffle_f64x2(u[i], u[i + 4], 0xdd);
     }
@@ -87,9 +86,8 @@ TARGET static inline lanes NAME(along)(const double (*P)[PERP__GROUP], const lan
                                        const lanes *B)
 {
     lanes a = multiply(load(P[0]), A[0]), b = multiply(load(P[6]), B[0]);
-    int32_t i;
 
-    for (i = 1; i < 6; i++) {
+    for (int32_t i = 1; i < 6; i++) {
         a = plus_fused(a, load(P[i]), A[i]);
         b = plus_fused(b, load(P[6 + i]), B[i]);
     }
@@ -99,9 +97,7 @@ TARGET static inline lanes NAME(along)(const double (*P)[PERP__GROUP], const lan
 /* y += P_i' dr. */
 TARGET static inline void NAME(push)(const double (*P)[PERP__GROUP], lanes dr, lanes *A, lanes *B)
 {
-    int32_t i;
-
-    for (i = 0; i < 6; i++) {
+    for (int32_t i = 0; i < 6; i++) {
         A[i] = plus_fused(A[i], load(P[i]), dr);
         B[i] = plus_fused(B[i], load(P[6 + i]), dr);
     }
@@ -138,17 +134,15 @@ TARGET static inline void NAME(visit)(perp__lane_point *p, int32_t at, lanes *A,
 
 TARGET static void NAME(sweep)(perp__coloured *c, double *y)
 {
-    int32_t g, k, at;
-
-    for (g = 0; g < c->groups; g++) {
+    for (int32_t g = 0; g < c->groups; g++) {
         const perp__lane_group *group = &c->group[g];
 
-        for (at = 0; at < PERP__GROUP; at += LANES) {
+        for (int32_t at = 0; at < PERP__GROUP; at += LANES) {
             lanes A[8], B[8];
 
             NAME(take)(A, group->a + at, y);
             NAME(take)(B, group->b + at, y);
-            for (k = 0; k < group->points; k++)
+            for (int32_t k = 0; k < group->points; k++)
                 NAME(visit)(&c->point[group->first + k], at, A, B);
             NAME(put)(A, group->a + at, y);
             NAME(put)(B, group->b + at, y);
@@ -159,20 +153,18 @@ TARGET static void NAME(sweep)(perp__coloured *c, double *y)
 /* y += P'r. */
 TARGET static void NAME(add_impulses)(const perp__coloured *c, double *y)
 {
-    int32_t g, k, at, i;
-
-    for (g = 0; g < c->groups; g++) {
+    for (int32_t g = 0; g < c->groups; g++) {
         const perp__lane_group *group = &c->group[g];
 
-        for (at = 0; at < PERP__GROUP; at += LANES) {
+        for (int32_t at = 0; at < PERP__GROUP; at += LANES) {
             lanes A[8], B[8];
 
             NAME(take)(A, group->a + at, y);
             NAME(take)(B, group->b + at, y);
-            for (k = 0; k < group->points; k++) {
+            for (int32_t k = 0; k < group->points; k++) {
                 const perp__lane_point *p = &c->point[group->first + k];
 
-                for (i = 0; i < 3; i++)
+                for (int32_t i = 0; i < 3; i++)
                     NAME(push)
                 ((const double(*)[PERP__GROUP]) & p->P[12 * i][at], load(p->r[i] + at), A, B);
             }
@@ -185,17 +177,15 @@ TARGET static void NAME(add_impulses)(const perp__coloured *c, double *y)
 /* gap += h (P_n y + w_n). */
 TARGET static void NAME(add_gaps)(perp__coloured *c, const double *y, double h)
 {
-    int32_t g, k, at;
-
-    for (g = 0; g < c->groups; g++) {
+    for (int32_t g = 0; g < c->groups; g++) {
         const perp__lane_group *group = &c->group[g];
 
-        for (at = 0; at < PERP__GROUP; at += LANES) {
+        for (int32_t at = 0; at < PERP__GROUP; at += LANES) {
             lanes A[8], B[8];
 
             NAME(take)(A, group->a + at, y);
             NAME(take)(B, group->b + at, y);
-            for (k = 0; k < group->points; k++) {
+            for (int32_t k = 0; k < group->points; k++) {
                 perp__lane_point *p = &c->point[group->first + k];
                 const lanes u = add(NAME(along)((const double(*)[PERP__GROUP]) & p->P[0][at], A, B),
                                     load(p->w[0] + at));
@@ -209,17 +199,15 @@ TARGET static void NAME(add_gaps)(perp__coloured *c, const double *y, double h)
 /* The normal rows alone, from pushes of their own, towards u_n >= -bias. */
 TARGET static void NAME(sweep_normals)(perp__coloured *c, double *y)
 {
-    int32_t g, k, at;
-
-    for (g = 0; g < c->groups; g++) {
+    for (int32_t g = 0; g < c->groups; g++) {
         const perp__lane_group *group = &c->group[g];
 
-        for (at = 0; at < PERP__GROUP; at += LANES) {
+        for (int32_t at = 0; at < PERP__GROUP; at += LANES) {
             lanes A[8], B[8];
 
             NAME(take)(A, group->a + at, y);
             NAME(take)(B, group->b + at, y);
-            for (k = 0; k < group->points; k++) {
+            for (int32_t k = 0; k < group->points; k++) {
                 perp__lane_point *p = &c->point[group->first + k];
                 const double(*P)[PERP__GROUP] = (const double(*)[PERP__GROUP]) & p->P[0][at];
                 const lanes old = load(p->shift + at);

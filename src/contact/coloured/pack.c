@@ -82,11 +82,9 @@ static int32_t colour(perp__coloured *c, const perp__rigid_problem *problem, con
 static void order_pairs(perp__coloured *c, const perp__rigid_problem *problem, int32_t pairs,
                         int32_t *starts)
 {
-    int32_t i;
-
     memset(c->colours, 0, (size_t)problem->bodies * sizeof *c->colours);
     memset(starts, 0, (KEYS + 2) * sizeof *starts);
-    for (i = 0; i < pairs; i++) {
+    for (int32_t i = 0; i < pairs; i++) {
         const int32_t found = colour(c, problem, problem->rows[c->pair_first[i]].body);
 
         c->pair_key[i] = found == PERP__COLOURS
@@ -94,11 +92,11 @@ static void order_pairs(perp__coloured *c, const perp__rigid_problem *problem, i
                              : PERP__PAIR_POINTS * found + PERP__PAIR_POINTS - c->pair_points[i];
         starts[c->pair_key[i] + 1]++;
     }
-    for (i = 0; i <= KEYS; i++)
+    for (int32_t i = 0; i <= KEYS; i++)
         starts[i + 1] += starts[i];
-    for (i = 0; i < pairs; i++)
+    for (int32_t i = 0; i < pairs; i++)
         c->pair_order[starts[c->pair_key[i]]++] = i;
-    for (i = KEYS; i > 0; i--)
+    for (int32_t i = KEYS; i > 0; i--)
         starts[i] = starts[i - 1];
     starts[0] = 0;
 }
@@ -142,27 +140,25 @@ static void weigh(const perp__coloured *c, const double *C, int32_t body, const 
                   double *P)
 {
     const int32_t width = c->width;
-    int32_t i, j;
 
     memset(P, 0, 6 * sizeof *P);
     if (c->splits[body]) {
-        for (i = 0; i < 3; i++)
+        for (int32_t i = 0; i < 3; i++)
             P[i] = row[i] * C[7 * i];
-        for (i = 3; i < 6; i++)
+        for (int32_t i = 3; i < 6; i++)
             P[i] = row[3] * C[18 + i] + row[4] * C[24 + i] + row[5] * C[30 + i];
         return;
     }
-    for (i = 0; i < width; i++)
-        for (j = 0; j < width; j++)
+    for (int32_t i = 0; i < width; i++)
+        for (int32_t j = 0; j < width; j++)
             P[j] += row[i] * C[width * i + j];
 }
 
 static double dot12(const double *a, const double *b)
 {
     double sum = 0.0;
-    int32_t i;
 
-    for (i = 0; i < 12; i++)
+    for (int32_t i = 0; i < 12; i++)
         sum += a[i] * b[i];
     return sum;
 }
@@ -179,25 +175,24 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
     const double share = step->substeps > 0 ? 1.0 / step->substeps : 1.0;
     const int32_t width = c->width;
     double P[3][12], a, b, d;
-    int32_t i, k, side;
 
     memset(P, 0, sizeof P);
-    for (i = 0; i < rows->dim; i++) {
+    for (int32_t i = 0; i < rows->dim; i++) {
         double w = rows->bias[i];
 
-        for (side = 0; side < 2; side++) {
+        for (int32_t side = 0; side < 2; side++) {
             const int32_t body = rows->body[side];
             const double *row = rows->rows[side][i];
 
             if (body >= problem->bodies)
-                for (k = 0; k < width; k++)
+                for (int32_t k = 0; k < width; k++)
                     w += row[k] * problem->free[width * body + k];
             else if (body >= 0)
                 weigh(c, problem->factors + width * width * body, body, row, P[i] + 6 * side);
         }
         p->w[i][lane] = w;
         p->r[i][lane] = problem->warm ? share * problem->warm[3 * contact + i] : 0.0;
-        for (k = 0; k < 12; k++)
+        for (int32_t k = 0; k < 12; k++)
             p->P[12 * i + k][lane] = P[i][k];
     }
     a = dot12(P[1], P[1]);
@@ -214,16 +209,14 @@ static void fill_lane(perp__coloured *c, perp__lane_point *p, int32_t lane, int3
 static void fill_points(perp__coloured *c, const perp__rigid_problem *problem,
                         const perp__substeps *step)
 {
-    int32_t g, k, l;
-
-    for (g = 0; g < c->groups; g++) {
+    for (int32_t g = 0; g < c->groups; g++) {
         const perp__lane_group *group = &c->group[g];
 
-        for (k = 0; k < group->points; k++) {
+        for (int32_t k = 0; k < group->points; k++) {
             perp__lane_point *p = &c->point[group->first + k];
 
             memset(p, 0, sizeof *p);
-            for (l = 0; l < PERP__GROUP; l++) {
+            for (int32_t l = 0; l < PERP__GROUP; l++) {
                 const int32_t pair = group->pair[l];
 
                 p->contact[l] = -1;
@@ -238,14 +231,14 @@ static void fill_points(perp__coloured *c, const perp__rigid_problem *problem,
 static void read_factors(perp__coloured *c, const perp__rigid_problem *problem)
 {
     const int32_t width = problem->width;
-    int32_t body, i, j;
+    int32_t body;
 
     for (body = 0; body < problem->bodies; body++) {
         const double *C = problem->factors + width * width * body;
 
         c->splits[body] = width == 6;
-        for (i = 0; i < width && c->splits[body]; i++)
-            for (j = 0; j < width; j++)
+        for (int32_t i = 0; i < width && c->splits[body]; i++)
+            for (int32_t j = 0; j < width; j++)
                 if (i != j && (i < 3 || j < 3) && C[width * i + j] != 0.0)
                     c->splits[body] = 0;
     }

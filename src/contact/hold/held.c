@@ -20,9 +20,7 @@ typedef struct point {
 static int32_t is_within(const double *u, const double *most, double factor, int32_t begin,
                          int32_t end)
 {
-    int32_t i;
-
-    for (i = begin; i < end; i++)
+    for (int32_t i = begin; i < end; i++)
         if (!(fabs(u[i]) <= factor * most[i]))
             return 0;
     return 1;
@@ -38,9 +36,7 @@ static double slack_of(const perp_contact_solver *solver, int32_t k)
 static int32_t asks_for_terms(const perp_contact_solver *solver, const double *u,
                               const int8_t *modes)
 {
-    int32_t k;
-
-    for (k = 0; k < solver->contacts; k++) {
+    for (int32_t k = 0; k < solver->contacts; k++) {
         const int32_t slips = modes[k] == PERP_CONTACT_SLIP && solver->dims[k] > 1;
         const int32_t row = solver->starts[k] + slips;
 
@@ -55,7 +51,6 @@ static int32_t holds(const perp_contact_solver *solver, const point *x, int32_t 
 {
     const int32_t begin = solver->starts[k], end = solver->starts[k + 1];
     const double slack = slack_of(solver, k);
-    int32_t i;
 
     if (!(fabs(x->u[begin]) <= slack))
         return 0;
@@ -65,7 +60,7 @@ static int32_t holds(const perp_contact_solver *solver, const point *x, int32_t 
         return 1;
     if (x->modes[k] != PERP_CONTACT_STICK && !is_within(x->u, x->terms, ROUNDING, begin + 1, end))
         return 1;
-    for (i = begin + 1; i < end; i++)
+    for (int32_t i = begin + 1; i < end; i++)
         if (!(fabs(x->u[i]) <= slack))
             return 1;
     return solver->mu[k] > 0.0 ? end - begin : 1;
@@ -75,13 +70,12 @@ static int32_t holds(const perp_contact_solver *solver, const point *x, int32_t 
 static void find_bias(perp_contact_solver *solver, double *bias)
 {
     const perp__contact_call *call = solver->call;
-    int32_t i;
 
     if (solver->entrance == PERP__ENTRANCE_RIGID) {
         perp__rigid_bias(solver, bias);
         return;
     }
-    for (i = 0; i < solver->size; i++)
+    for (int32_t i = 0; i < solver->size; i++)
         bias[i] = i < solver->rows ? call->w[i] : call->b ? call->b[i - solver->rows] : 0.0;
 }
 
@@ -101,16 +95,15 @@ static int8_t unyielding(const perp_contact_solver *solver, int32_t begin, int32
 static void fill(perp_contact_solver *solver, const point *x, const double *bias)
 {
     perp__hold *hold = &solver->hold;
-    int32_t k, i;
 
-    for (k = 0; k < solver->units; k++) {
+    for (int32_t k = 0; k < solver->units; k++) {
         const int32_t begin =
             k < solver->contacts ? solver->starts[k] : solver->rows + k - solver->contacts;
 
         hold->holds[k] = unyielding(solver, begin, k < solver->contacts ? holds(solver, x, k) : 1);
         hold->beside[k] = PERP__RIGID_AT_REST;
         hold->pushed[k] = 0;
-        for (i = begin; i < begin + hold->holds[k]; i++)
+        for (int32_t i = begin; i < begin + hold->holds[k]; i++)
             hold->pushed[k] |= bias[i] != 0.0;
     }
     if (solver->entrance == PERP__ENTRANCE_RIGID)
@@ -124,9 +117,8 @@ static void exchange(const perp_contact_solver *solver, double *v, int32_t back)
 {
     const perp__bodies *b = &solver->bodies;
     double *blocks = solver->hold.v;
-    int32_t k;
 
-    for (k = 0; k < b->blocks * b->width; k++) {
+    for (int32_t k = 0; k < b->blocks * b->width; k++) {
         const int32_t i = b->C ? k : b->dofs[k];
 
         if (back && i >= 0)
@@ -174,7 +166,6 @@ perp_status perp__contact_hold_best(perp_contact_solver *solver)
 {
     perp__contact_candidate *best = &solver->best;
     perp_status status;
-    int32_t i;
 
     if (!perp__is_good(best->outcome))
         return PERP_OK;
@@ -188,14 +179,14 @@ perp_status perp__contact_hold_best(perp_contact_solver *solver)
     if (status != PERP_OK)
         return status;
     /* what moves is made by the impulses, M v = f + H'r to the last bits: only zeros are new */
-    for (i = 0; i < solver->n; i++)
+    for (int32_t i = 0; i < solver->n; i++)
         if (solver->v[i] == 0.0)
             solver->best_v[i] = 0.0;
     if (solver->n > 0)
         memset(solver->v_low, 0, (size_t)solver->n * sizeof *solver->v_low);
     perp__dynamics_relative(&solver->dynamics, solver->best_v, solver->v_low, solver->call->w,
                             solver->call->b, best->u);
-    for (i = 0; solver->complies && i < solver->size; i++)
+    for (int32_t i = 0; solver->complies && i < solver->size; i++)
         best->u[i] += solver->compliance[i] * best->r[i];
     write_held_zeros(solver, best->u);
     perp__contact_write_zeros(solver, best->modes, best->u);

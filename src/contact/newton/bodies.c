@@ -9,13 +9,12 @@
 void perp__newton_bodies_multiply(const perp__newton_bodies *own, const double *x, double *out)
 {
     const perp__newton_blocks *blocks = own->blocks;
-    int32_t i;
 
     memset(own->full, 0, (size_t)own->bodies->size * sizeof *own->full);
-    for (i = 0; i < blocks->n; i++)
+    for (int32_t i = 0; i < blocks->n; i++)
         own->full[blocks->rows[i]] = blocks->scales[i] * x[i];
     perp__bodies_multiply(own->bodies, own->full, NULL, own->image);
-    for (i = 0; i < blocks->n; i++)
+    for (int32_t i = 0; i < blocks->n; i++)
         out[i] = blocks->scales[i] * own->image[blocks->rows[i]];
 }
 
@@ -45,29 +44,27 @@ static int64_t add_contact(perp__newton_bodies *own, int32_t k, const double *K,
     const int32_t width = b->width, at = blocks->starts[k], d = blocks->starts[k + 1] - at;
     const double *scales = blocks->scales + at;
     double image[3][PERP__BODY_WIDTH_MOST];
-    int64_t p, q;
-    int32_t i, j, c, e;
 
-    for (q = b->piece_starts[k]; q < b->piece_starts[k + 1]; q++) {
+    for (int64_t q = b->piece_starts[k]; q < b->piece_starts[k + 1]; q++) {
         const double *Q = b->values + b->piece_values[q];
         const int32_t column = b->piece_blocks[q] * width;
         const int32_t height = own->column_starts[column + 1] - own->column_starts[column];
 
-        for (i = 0; i < d; i++)
-            for (c = 0; c < width; c++) {
+        for (int32_t i = 0; i < d; i++)
+            for (int32_t c = 0; c < width; c++) {
                 double sum = 0.0;
 
-                for (j = 0; j < d; j++)
+                for (int32_t j = 0; j < d; j++)
                     sum += K[3 * j + i] * scales[j] * Q[j * width + c];
                 image[i][c] = sum * scales[i];
             }
-        for (p = b->piece_starts[k]; p < b->piece_starts[k + 1]; p++) {
+        for (int64_t p = b->piece_starts[k]; p < b->piece_starts[k + 1]; p++) {
             const double *P = b->values + b->piece_values[p];
             double *to = own->values + own->slots[slot++];
 
-            for (c = 0; c < width; c++, to += height)
-                for (i = 0; i < d; i++)
-                    for (e = 0; e < width; e++)
+            for (int32_t c = 0; c < width; c++, to += height)
+                for (int32_t i = 0; i < d; i++)
+                    for (int32_t e = 0; e < width; e++)
                         to[e] += P[i * width + e] * image[i][c];
         }
     }
@@ -80,9 +77,8 @@ static int64_t add_bilateral(perp__newton_bodies *own, int32_t unit, double R, i
     const int32_t width = b->width, row = b->blocks * width + unit - b->contacts;
     const double scale = own->blocks->scales[own->blocks->starts[unit]];
     int32_t at = own->column_starts[row], c;
-    int64_t q;
 
-    for (q = b->piece_starts[unit]; q < b->piece_starts[unit + 1]; q++) {
+    for (int64_t q = b->piece_starts[unit]; q < b->piece_starts[unit + 1]; q++) {
         const double *Q = b->values + b->piece_values[q];
         const int32_t column = b->piece_blocks[q] * width;
         const int32_t height = own->column_starts[column + 1] - own->column_starts[column];
@@ -104,28 +100,27 @@ perp_status perp__newton_bodies_factor(perp__newton_bodies *own, const double *L
     const perp__newton_blocks *blocks = own->blocks;
     perp__square A = {own->order, own->values, own->column_starts, own->row_indices};
     int64_t slot = 0;
-    int32_t k, i, j, c;
 
     memset(own->values, 0, (size_t)own->column_starts[own->order] * sizeof *own->values);
-    for (i = 0; i < b->blocks * b->width; i++)
+    for (int32_t i = 0; i < b->blocks * b->width; i++)
         own->values[perp__newton_bodies_find(own, i, i)] = 1.0;
-    for (k = 0; k < b->contacts; k++) {
+    for (int32_t k = 0; k < b->contacts; k++) {
         const int32_t at = blocks->starts[k], d = blocks->starts[k + 1] - at;
         double *N = own->inverses + 9 * (size_t)k;
         double K[9] = {0.0}, C[3];
 
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             C[i] = blocks->scales[at + i] * blocks->scales[at + i] *
                    b->compliance[blocks->rows[at + i]];
         if (!invert(d, L + 9 * (size_t)k, R + 9 * (size_t)k, C, N))
             return PERP__FACTOR_SINGULAR;
-        for (j = 0; j < d; j++)
-            for (i = 0; i < d; i++)
-                for (c = 0; c < d; c++)
+        for (int32_t j = 0; j < d; j++)
+            for (int32_t i = 0; i < d; i++)
+                for (int32_t c = 0; c < d; c++)
                     K[3 * j + i] += N[3 * c + i] * L[9 * (size_t)k + 3 * (size_t)j + (size_t)c];
         slot = add_contact(own, k, K, slot);
     }
-    for (k = b->contacts; k < b->units; k++)
+    for (int32_t k = b->contacts; k < b->units; k++)
         slot = add_bilateral(own, k, R[9 * (size_t)k], slot);
     return own->factor.type->factor(own->factor.factor, &A, keep_pivots);
 }
@@ -133,11 +128,9 @@ perp_status perp__newton_bodies_factor(perp__newton_bodies *own, const double *L
 /* out = M in, in block k */
 static void times(int32_t d, const double *M, const double *in, double *out)
 {
-    int32_t i, j;
-
-    for (i = 0; i < d; i++) {
+    for (int32_t i = 0; i < d; i++) {
         out[i] = 0.0;
-        for (j = 0; j < d; j++)
+        for (int32_t j = 0; j < d; j++)
             out[i] += M[3 * j + i] * in[j];
     }
 }
@@ -150,23 +143,21 @@ static void leave(const perp__newton_bodies *own, int32_t k, const double *L, co
     const int32_t width = b->width, at = own->blocks->starts[k];
     const int32_t d = own->blocks->starts[k + 1] - at;
     double speed[3];
-    int64_t p;
-    int32_t i, c;
 
-    for (i = 0; i < d; i++) {
+    for (int32_t i = 0; i < d; i++) {
         double sum = 0.0;
 
-        for (p = b->piece_starts[k]; p < b->piece_starts[k + 1]; p++) {
+        for (int64_t p = b->piece_starts[k]; p < b->piece_starts[k + 1]; p++) {
             const double *P = b->values + b->piece_values[p] + i * width;
             const double *y = own->y + (size_t)b->piece_blocks[p] * (size_t)width;
 
-            for (c = 0; c < width; c++)
+            for (int32_t c = 0; c < width; c++)
                 sum += P[c] * y[c];
         }
         speed[i] = own->blocks->scales[at + i] * sum;
     }
     times(d, L + 9 * (size_t)k, speed, rest);
-    for (i = 0; i < d; i++)
+    for (int32_t i = 0; i < d; i++)
         rest[i] = rhs[i] - rest[i];
 }
 
@@ -177,26 +168,25 @@ void perp__newton_bodies_solve(perp__newton_bodies *own, const double *L, double
     const int32_t free_rows = b->units - b->contacts, velocities = b->blocks * b->width;
     const int32_t last = blocks->starts[b->contacts];
     double part[3], rest[3];
-    int32_t k, i;
 
     memset(own->full, 0, (size_t)b->size * sizeof *own->full);
-    for (k = 0; k < b->contacts; k++) {
+    for (int32_t k = 0; k < b->contacts; k++) {
         const int32_t at = blocks->starts[k], d = blocks->starts[k + 1] - at;
 
         times(d, own->inverses + 9 * (size_t)k, x + at, part);
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             own->full[blocks->rows[at + i]] = blocks->scales[at + i] * part[i];
     }
     perp__bodies_gather(b, own->full, own->y);
-    for (i = 0; i < free_rows; i++)
+    for (int32_t i = 0; i < free_rows; i++)
         own->y[velocities + i] = x[last + i];
     own->factor.type->solve(own->factor.factor, own->y, 0);
-    for (k = 0; k < b->contacts; k++) {
+    for (int32_t k = 0; k < b->contacts; k++) {
         const int32_t at = blocks->starts[k], d = blocks->starts[k + 1] - at;
 
         leave(own, k, L, x + at, rest);
         times(d, own->inverses + 9 * (size_t)k, rest, x + at);
     }
-    for (i = 0; i < free_rows; i++)
+    for (int32_t i = 0; i < free_rows; i++)
         x[last + i] = own->y[velocities + i];
 }

@@ -10,18 +10,17 @@
 static int32_t neighbours(const perp__bodies *b, int32_t q, int32_t *found)
 {
     int32_t count = 0;
-    int64_t at, piece;
 
     b->mark[q] = q;
     if (found)
         found[count] = q;
     count++;
-    for (at = b->block_starts[q]; at < b->block_starts[q + 1]; at++) {
+    for (int64_t at = b->block_starts[q]; at < b->block_starts[q + 1]; at++) {
         int32_t unit = b->block_units[at];
 
         if (unit >= b->contacts)
             continue;
-        for (piece = b->piece_starts[unit]; piece < b->piece_starts[unit + 1]; piece++) {
+        for (int64_t piece = b->piece_starts[unit]; piece < b->piece_starts[unit + 1]; piece++) {
             int32_t p = b->piece_blocks[piece];
 
             if (b->mark[p] == q)
@@ -37,9 +36,7 @@ static int32_t neighbours(const perp__bodies *b, int32_t q, int32_t *found)
 
 static void clear_marks(const perp__bodies *b)
 {
-    int32_t k;
-
-    for (k = 0; k < b->blocks; k++)
+    for (int32_t k = 0; k < b->blocks; k++)
         b->mark[k] = -1;
 }
 
@@ -47,10 +44,9 @@ int64_t perp__newton_bodies_entries(const perp__bodies *b)
 {
     const int64_t width = b->width;
     int64_t entries = b->units - b->contacts;
-    int32_t k;
 
     clear_marks(b);
-    for (k = 0; k < b->blocks; k++)
+    for (int32_t k = 0; k < b->blocks; k++)
         entries += neighbours(b, k, NULL) * width * width;
     return entries + 2 * (b->piece_starts[b->units] - b->piece_starts[b->contacts]) * width;
 }
@@ -59,9 +55,8 @@ int64_t perp__newton_bodies_entries(const perp__bodies *b)
 static size_t slot_count(const perp__bodies *b)
 {
     size_t count = 0;
-    int32_t k;
 
-    for (k = 0; k < b->units; k++) {
+    for (int32_t k = 0; k < b->units; k++) {
         size_t pieces = (size_t)(b->piece_starts[k + 1] - b->piece_starts[k]);
 
         count += k < b->contacts ? pieces * pieces : pieces;
@@ -84,15 +79,14 @@ void perp__newton_bodies_layout(perp__arena *arena, perp__newton_bodies *own,
     own->slots = perp__arena_take(arena, slot_count(b), sizeof(int64_t));
     own->inverses = perp__arena_take(arena, 9 * (size_t)b->contacts, sizeof(double));
     own->y = perp__arena_take(arena, order, sizeof(double));
-    own->full = perp__arena_take(arena, (size_t)b->size, sizeof(double));
-    own->image = perp__arena_take(arena, (size_t)b->size, sizeof(double));
+    PERP__DOUBLES(arena, (size_t)b->size, &own->full, &own->image);
 }
 
 static void sort(int32_t *x, int32_t count)
 {
-    int32_t i, j;
+    int32_t j;
 
-    for (i = 1; i < count; i++) {
+    for (int32_t i = 1; i < count; i++) {
         int32_t moved = x[i];
 
         for (j = i; j > 0 && x[j - 1] > moved; j--)
@@ -108,7 +102,6 @@ static int32_t read_columns(perp__newton_bodies *own, int32_t q, int32_t at)
     const int32_t width = b->width;
     int32_t *list = own->row_indices + at; /* room for one column at least */
     int32_t count = neighbours(b, q, list), height = count * width, i, c;
-    int64_t k;
 
     sort(list, count);
     for (i = count - 1; i >= 0; i--) {
@@ -117,7 +110,7 @@ static int32_t read_columns(perp__newton_bodies *own, int32_t q, int32_t at)
         for (c = width - 1; c >= 0; c--)
             list[i * width + c] = block * width + c;
     }
-    for (k = b->block_starts[q]; k < b->block_starts[q + 1]; k++)
+    for (int64_t k = b->block_starts[q]; k < b->block_starts[q + 1]; k++)
         if (b->block_units[k] >= b->contacts)
             list[height++] = b->blocks * width + b->block_units[k] - b->contacts;
     for (c = 0; c < width; c++) {
@@ -132,12 +125,10 @@ static int32_t read_bilateral(perp__newton_bodies *own, int32_t unit, int32_t at
 {
     const perp__bodies *b = own->bodies;
     const int32_t row = b->blocks * b->width + unit - b->contacts;
-    int64_t piece;
-    int32_t c;
 
     own->column_starts[row] = at;
-    for (piece = b->piece_starts[unit]; piece < b->piece_starts[unit + 1]; piece++)
-        for (c = 0; c < b->width; c++)
+    for (int64_t piece = b->piece_starts[unit]; piece < b->piece_starts[unit + 1]; piece++)
+        for (int32_t c = 0; c < b->width; c++)
             own->row_indices[at++] = b->piece_blocks[piece] * b->width + c;
     own->row_indices[at++] = row;
     return at;
@@ -163,9 +154,8 @@ static void find_slots(perp__newton_bodies *own)
     const perp__bodies *b = own->bodies;
     const int32_t width = b->width;
     int64_t p, q, slot = 0;
-    int32_t k;
 
-    for (k = 0; k < b->units; k++)
+    for (int32_t k = 0; k < b->units; k++)
         for (q = b->piece_starts[k]; q < b->piece_starts[k + 1]; q++) {
             int32_t column = b->piece_blocks[q] * width;
 

@@ -13,9 +13,8 @@ static double tail(int32_t d, const double *x)
 static double dot(int32_t d, const double *a, const double *b)
 {
     double sum = a[0] * b[0];
-    int32_t i;
 
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         sum += a[i] * b[i];
     return sum;
 }
@@ -30,10 +29,8 @@ void perp__cone_values(int32_t d, const double *x, double *low, double *high)
 
 void perp__cone_product(int32_t d, const double *a, const double *b, double *c)
 {
-    int32_t i;
-
     c[0] = dot(d, a, b);
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         c[i] = a[0] * b[i] + b[0] * a[i];
 }
 
@@ -41,14 +38,13 @@ void perp__cone_divide(int32_t d, const double *a, const double *b, double *c)
 {
     double n = tail(d, a);
     double along = 0.0;
-    int32_t i;
 
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         along += a[i] * b[i];
     c[0] = (a[0] * b[0] - along) / ((a[0] - n) * (a[0] + n));
     if (d == 1)
         c[0] = b[0] / a[0];
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         c[i] = (b[i] - a[i] * c[0]) / a[0];
 }
 
@@ -66,7 +62,6 @@ int32_t perp__cone_scale(int32_t d, const double *x, const double *z, perp__cone
 {
     double root_x = root(d, x), root_z = root(d, z);
     double gamma;
-    int32_t i;
 
     if (!(root_x > 0.0) || !(root_z > 0.0))
         return 0;
@@ -76,7 +71,7 @@ int32_t perp__cone_scale(int32_t d, const double *x, const double *z, perp__cone
     if (d == 1)
         return isfinite(T->eta);
     gamma = sqrt(0.5 * (1.0 + dot(d, x, z) / (root_x * root_z)));
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         T->w[i] = (z[i] / root_z - x[i] / root_x) / (2.0 * gamma);
     T->w[0] = hypot(1.0, tail(d, T->w)); /* determinant 1 to rounding */
     return isfinite(T->eta) && isfinite(T->w[0]);
@@ -87,13 +82,12 @@ static void root_apply(int32_t d, const double *w, double sign, double factor, c
                        double *y)
 {
     double along = 0.0, head = x[0], c;
-    int32_t i;
 
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         along += sign * w[i] * x[i];
     c = head + along / (1.0 + w[0]);
     y[0] = factor * (w[0] * head + along);
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         y[i] = factor * (x[i] + sign * w[i] * c);
 }
 
@@ -110,10 +104,9 @@ void perp__cone_apply_inverse(int32_t d, const perp__cone_scaling *T, const doub
 void perp__cone_metric(int32_t d, const perp__cone_scaling *T, double *G)
 {
     double square = T->eta * T->eta;
-    int32_t i, j;
 
-    for (j = 0; j < d; j++)
-        for (i = 0; i < d; i++)
+    for (int32_t j = 0; j < d; j++)
+        for (int32_t i = 0; i < d; i++)
             G[3 * j + i] =
                 square * (2.0 * T->w[i] * T->w[j] - (i != j ? 0.0 : (i == 0 ? 1.0 : -1.0)));
     /* 2 w_1^2 - 1 cancels near w_1 = 1 */
@@ -126,7 +119,6 @@ double perp__cone_step(int32_t d, const double *x, const double *step)
     double det_root = root(d, x);
     double along, c, behind;
     double transformed[3] = {0.0, 0.0, 0.0};
-    int32_t i;
 
     if (d == 1)
         return step[0] < 0.0 ? x[0] / -step[0] : INFINITY;
@@ -134,11 +126,11 @@ double perp__cone_step(int32_t d, const double *x, const double *step)
         return 0.0;
     /* P(x)^(-1/2) step, and how far e may go along it */
     along = x[0] * step[0];
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         along -= x[i] * step[i];
     along /= det_root;
     c = (along + step[0]) / (x[0] / det_root + 1.0);
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         transformed[i] = step[i] - c * x[i] / det_root;
     behind = (tail(d, transformed) - along) / det_root;
     return behind > 0.0 ? 1.0 / behind : INFINITY;
@@ -147,7 +139,6 @@ double perp__cone_step(int32_t d, const double *x, const double *step)
 void perp__cone_project(int32_t d, const double *v, double *p)
 {
     double n = tail(d, v), high = v[0] + n, ratio;
-    int32_t i;
 
     if (v[0] >= n) {
         memmove(p, v, (size_t)d * sizeof *p);
@@ -158,7 +149,7 @@ void perp__cone_project(int32_t d, const double *v, double *p)
         return;
     }
     ratio = 0.5 * high / n;
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         p[i] = ratio * v[i];
     p[0] = tail(d, p); /* on the cone to the last bit */
 }
@@ -176,10 +167,9 @@ void perp__cone_smooth(int32_t d, const double *v, double s, double *p)
     double n = tail(d, v);
     double low = smooth(v[0] - n, s), high = smooth(v[0] + n, s);
     double ratio = n > 0.0 ? 0.5 * (high - low) / n : 0.0;
-    int32_t i;
 
     p[0] = 0.5 * (low + high);
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         p[i] = ratio * v[i];
 }
 
@@ -187,23 +177,22 @@ void perp__cone_derivative(int32_t d, const double *v, double *V)
 {
     double n = tail(d, v), ratio;
     double w[3] = {1.0, 0.0, 0.0};
-    int32_t i, j;
 
     memset(V, 0, 9 * sizeof *V);
     if (v[0] - n > 0.0) {
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             V[4 * i] = 1.0;
         return;
     }
     if (d == 1 || v[0] + n <= 0.0)
         return;
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         w[i] = v[i] / n;
     ratio = v[0] / n;
     V[0] = 0.5;
-    for (j = 1; j < d; j++) {
+    for (int32_t j = 1; j < d; j++) {
         V[j] = V[3 * j] = 0.5 * w[j];
-        for (i = 1; i < d; i++)
+        for (int32_t i = 1; i < d; i++)
             V[3 * j + i] = 0.5 * ((i == j ? 1.0 + ratio : 0.0) - ratio * w[i] * w[j]);
     }
 }

@@ -22,17 +22,16 @@
 static void evaluate(perp__newton *s, double eps)
 {
     const perp__newton_blocks *b = &s->blocks;
-    int32_t k, i;
 
     perp__newton_multiply(&s->matrix, s->x, s->y);
-    for (i = 0; i < b->n; i++)
+    for (int32_t i = 0; i < b->n; i++)
         s->y[i] += s->b[i];
-    for (k = 0; k < b->blocks; k++) {
+    for (int32_t k = 0; k < b->blocks; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         double norm = d == 1 ? 0.0 : (d == 2 ? s->z[at + 1] : hypot(s->z[at + 1], s->z[at + 2]));
         double smooth = d == 1 ? 0.0 : hypot(norm, eps);
 
-        for (i = 0; i < d; i++) {
+        for (int32_t i = 0; i < d; i++) {
             s->slope[at + i] = i == 0 ? 0.0 : s->z[at + i] / smooth;
             s->gap[at + i] = s->y[at + i] - s->z[at + i] + (i == 0 ? smooth : 0.0);
         }
@@ -44,9 +43,8 @@ static double average(const perp__newton *s, double a)
 {
     int32_t last = s->blocks.starts[s->blocks.contacts];
     double sum = 0.0;
-    int32_t i;
 
-    for (i = 0; i < last; i++)
+    for (int32_t i = 0; i < last; i++)
         sum += a == 0.0 ? s->x[i] * s->z[i] : (s->x[i] + a * s->dx[i]) * (s->z[i] + a * s->dz[i]);
     return s->blocks.contacts ? sum / (double)s->blocks.contacts : 0.0;
 }
@@ -56,9 +54,8 @@ static double average(const perp__newton *s, double a)
 static void raise_slack(perp__newton *s)
 {
     const perp__newton_blocks *b = &s->blocks;
-    int32_t k;
 
-    for (k = 0; k < b->contacts; k++) {
+    for (int32_t k = 0; k < b->contacts; k++) {
         int32_t at = b->starts[k];
 
         if (s->gap[at] > 0.0) {
@@ -72,16 +69,15 @@ static void raise_slack(perp__newton *s)
 static int32_t set_blocks(perp__newton *s, double tau)
 {
     const perp__newton_blocks *b = &s->blocks;
-    int32_t k, i;
 
     memset(s->L, 0, 9 * (size_t)b->blocks * sizeof *s->L);
-    for (k = 0; k < b->blocks; k++) {
+    for (int32_t k = 0; k < b->blocks; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         double *L = &s->L[9 * (size_t)k], *R = &s->R[9 * (size_t)k];
 
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             L[4 * i] = 1.0;
-        for (i = 1; i < d; i++)
+        for (int32_t i = 1; i < d; i++)
             L[3 * i] = tau * s->slope[at + i];
         if (k >= b->contacts)
             R[0] = FREE;
@@ -98,10 +94,9 @@ static void apply_slope(const perp__newton *s, int32_t k, const double *in, doub
 {
     int32_t d = s->blocks.starts[k + 1] - s->blocks.starts[k];
     const double *L = &s->L[9 * (size_t)k];
-    int32_t i;
 
     out[0] = in[0];
-    for (i = 1; i < d; i++) {
+    for (int32_t i = 1; i < d; i++) {
         out[0] += L[3 * i] * in[i];
         out[i] = in[i];
     }
@@ -111,32 +106,31 @@ static void apply_slope(const perp__newton *s, int32_t k, const double *in, doub
 static void set_rhs(perp__newton *s, double target, int32_t second)
 {
     const perp__newton_blocks *b = &s->blocks;
-    int32_t k, i;
 
-    for (k = 0; k < b->blocks; k++) {
+    for (int32_t k = 0; k < b->blocks; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         const perp__cone_scaling *T = &s->scalings[k];
         double lambda[3], c[3], p[3], a[3], e[3];
 
         apply_slope(s, k, &s->gap[at], p);
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             s->rhs[at + i] = -p[i];
         if (k >= b->contacts)
             continue;
         perp__cone_apply(d, T, &s->x[at], lambda);
         perp__cone_product(d, lambda, lambda, c);
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             c[i] = (i == 0 ? target : 0.0) - c[i];
         if (second) {
             perp__cone_apply(d, T, &s->dx[at], a);
             perp__cone_apply_inverse(d, T, &s->dz[at], e);
             perp__cone_product(d, a, e, p);
-            for (i = 0; i < d; i++)
+            for (int32_t i = 0; i < d; i++)
                 c[i] -= p[i];
         }
         perp__cone_divide(d, lambda, c, a);
         perp__cone_apply(d, T, a, p);
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             s->rhs[at + i] += p[i];
     }
 }
@@ -146,15 +140,14 @@ static double solve(perp__newton *s)
 {
     const perp__newton_blocks *b = &s->blocks;
     double most = INFINITY;
-    int32_t k, i;
 
     perp__newton_solve(&s->matrix, s->L, s->R, s->rhs, s->dx);
     perp__newton_multiply(&s->matrix, s->dx, s->change);
-    for (k = 0; k < b->blocks; k++) {
+    for (int32_t k = 0; k < b->blocks; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         double p[3];
 
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             s->change[at + i] += s->gap[at + i];
         apply_slope(s, k, &s->change[at], p);
         if (k >= b->contacts)
@@ -174,7 +167,6 @@ static perp_status advance(perp__newton *s, double g, double *taken)
     double part = s->plan->step;
     double a, sigma, ratio;
     perp_status status = perp__newton_factor(&s->matrix, s->L, s->R);
-    int32_t i;
 
     if (status != PERP_OK)
         return status;
@@ -188,7 +180,7 @@ static perp_status advance(perp__newton *s, double g, double *taken)
         set_rhs(s, g, 0);
         a = fmin(1.0, part * solve(s));
     }
-    for (i = 0; i < s->blocks.n; i++) {
+    for (int32_t i = 0; i < s->blocks.n; i++) {
         s->x[i] += a * s->dx[i];
         s->z[i] += a * s->dz[i];
     }

@@ -22,18 +22,15 @@ void perp__newton_blocks_layout(perp__arena *arena, perp__newton_blocks *blocks,
     size_t n = (size_t)problem->size;
 
     blocks->starts = perp__arena_take(arena, (size_t)block_count(problem) + 1, sizeof(int32_t));
-    blocks->rows = perp__arena_take(arena, n, sizeof(int32_t));
-    blocks->unknowns = perp__arena_take(arena, n, sizeof(int32_t));
-    blocks->owners = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &blocks->rows, &blocks->unknowns, &blocks->owners);
     blocks->scales = perp__arena_take(arena, n, sizeof(double));
 }
 
 static void add_block(perp__newton_blocks *b, int32_t row, int32_t dim, double head, double scale)
 {
     int32_t k = b->blocks++;
-    int32_t i;
 
-    for (i = 0; i < dim; i++) {
+    for (int32_t i = 0; i < dim; i++) {
         b->rows[b->n] = row + i;
         b->unknowns[row + i] = b->n;
         b->owners[b->n] = k;
@@ -45,14 +42,13 @@ static void add_block(perp__newton_blocks *b, int32_t row, int32_t dim, double h
 void perp__newton_blocks_read(perp__newton_blocks *blocks, const perp__contact_problem *problem)
 {
     int32_t bilateral = problem->size - problem->rows;
-    int32_t i, k;
 
     blocks->contacts = problem->contacts;
     blocks->blocks = blocks->n = 0;
     blocks->starts[0] = 0;
-    for (i = 0; i < problem->size; i++)
+    for (int32_t i = 0; i < problem->size; i++)
         blocks->unknowns[i] = -1;
-    for (k = 0; k < problem->contacts; k++) {
+    for (int32_t k = 0; k < problem->contacts; k++) {
         double scale = 1.0 / sqrt(problem->trace[k]);
         double balance = sqrt(fmax(problem->mu[k], 1.0) * fmin(10.0 * problem->mu[k], 1.0));
 
@@ -62,7 +58,7 @@ void perp__newton_blocks_read(perp__newton_blocks *blocks, const perp__contact_p
             add_block(blocks, problem->starts[k], problem->dims[k],
                       scale * balance / problem->mu[k], scale * balance);
     }
-    for (i = 0; i < bilateral; i++) {
+    for (int32_t i = 0; i < bilateral; i++) {
         double trace = problem->trace[problem->contacts + i];
         double scale = trace > 0.0 ? 1.0 / sqrt(trace) : 1.0;
 
@@ -142,18 +138,16 @@ void perp__newton_matrix_layout(perp__arena *arena, perp__newton_matrix *matrix,
         perp__newton_bodies_layout(arena, &matrix->bodies, problem);
     matrix->column_starts = perp__arena_take(arena, sparse ? n + 1 : 0, sizeof(int32_t));
     matrix->row_indices = perp__arena_take(arena, sparse ? entries : 0, sizeof(int32_t));
-    matrix->A = perp__arena_take(arena, entries, sizeof(double));
-    matrix->values = perp__arena_take(arena, entries, sizeof(double));
+    PERP__DOUBLES(arena, entries, &matrix->A, &matrix->values);
     matrix->rest = perp__arena_take(arena, n, sizeof(double));
 }
 
 static void read_dense(perp__newton_matrix *matrix, const perp__matrix *W)
 {
     const perp__newton_blocks *b = matrix->blocks;
-    int32_t i, j;
 
-    for (j = 0; j < b->n; j++)
-        for (i = 0; i < b->n; i++)
+    for (int32_t j = 0; j < b->n; j++)
+        for (int32_t i = 0; i < b->n; i++)
             matrix->A[(size_t)j * (size_t)b->n + (size_t)i] =
                 W->values[(size_t)b->rows[i] * W->row_stride +
                           (size_t)b->rows[j] * W->column_stride] *
@@ -162,9 +156,7 @@ static void read_dense(perp__newton_matrix *matrix, const perp__matrix *W)
 
 static int32_t append_block(perp__newton_matrix *matrix, int32_t block, int32_t at)
 {
-    int32_t i;
-
-    for (i = matrix->blocks->starts[block]; i < matrix->blocks->starts[block + 1]; i++) {
+    for (int32_t i = matrix->blocks->starts[block]; i < matrix->blocks->starts[block + 1]; i++) {
         matrix->row_indices[at] = i;
         matrix->A[at++] = 0.0;
     }
@@ -176,9 +168,8 @@ static int32_t read_column(perp__newton_matrix *matrix, const perp__matrix *W, i
 {
     const perp__newton_blocks *b = matrix->blocks;
     int32_t column = b->rows[j], own = b->owners[j], last = -1, found = 0;
-    int32_t p;
 
-    for (p = W->column_starts[column]; p < W->column_starts[column + 1]; p++) {
+    for (int32_t p = W->column_starts[column]; p < W->column_starts[column + 1]; p++) {
         int32_t i = b->unknowns[W->row_indices[p]];
         int32_t owner;
 
@@ -201,9 +192,8 @@ static int32_t read_column(perp__newton_matrix *matrix, const perp__matrix *W, i
 static void read_sparse(perp__newton_matrix *matrix, const perp__matrix *W)
 {
     int32_t at = 0;
-    int32_t j;
 
-    for (j = 0; j < matrix->blocks->n; j++) {
+    for (int32_t j = 0; j < matrix->blocks->n; j++) {
         matrix->column_starts[j] = at;
         at = read_column(matrix, W, j, at);
     }
@@ -249,7 +239,6 @@ void perp__newton_matrix_release(perp__newton_matrix *matrix)
 void perp__newton_multiply(const perp__newton_matrix *matrix, const double *x, double *y)
 {
     int32_t n = matrix->blocks->n;
-    int32_t i, j, p;
 
     if (matrix->by_bodies) {
         perp__newton_bodies_multiply(&matrix->bodies, x, y);
@@ -258,12 +247,12 @@ void perp__newton_multiply(const perp__newton_matrix *matrix, const double *x, d
     memset(y, 0, (size_t)n * sizeof *y);
     if (!matrix->sparse) {
         perp__gemv_subtract(n, n, matrix->A, n, x, 1, y);
-        for (i = 0; i < n; i++)
+        for (int32_t i = 0; i < n; i++)
             y[i] = -y[i];
         return;
     }
-    for (j = 0; j < n; j++)
-        for (p = matrix->column_starts[j]; p < matrix->column_starts[j + 1]; p++)
+    for (int32_t j = 0; j < n; j++)
+        for (int32_t p = matrix->column_starts[j]; p < matrix->column_starts[j + 1]; p++)
             y[matrix->row_indices[p]] += matrix->A[p] * x[j];
 }
 
@@ -278,13 +267,13 @@ static void fill_column(const perp__newton_matrix *matrix, const double *L, cons
     while (at < end) {
         const double *left, *a = &matrix->A[at];
         double *v = &matrix->values[at];
-        int32_t d, i;
+        int32_t d;
 
         if (matrix->sparse)
             block = b->owners[matrix->row_indices[at]];
         left = &L[9 * (size_t)block];
         d = b->starts[block + 1] - b->starts[block];
-        for (i = 0; i < d; i++) {
+        for (int32_t i = 0; i < d; i++) {
             v[i] = left[i] * a[0];
             if (d > 1)
                 v[i] += left[3 + i] * a[1];
@@ -303,13 +292,12 @@ perp_status perp__newton_factor(perp__newton_matrix *matrix, const double *L, co
     int32_t n = matrix->blocks->n;
     int32_t keep = !matrix->fresh;
     perp__square A;
-    int32_t j;
 
     matrix->fresh = 0;
     matrix->factorisations++;
     if (matrix->by_bodies)
         return perp__newton_bodies_factor(&matrix->bodies, L, R, keep);
-    for (j = 0; j < n; j++)
+    for (int32_t j = 0; j < n; j++)
         if (matrix->sparse)
             fill_column(matrix, L, R, j, (size_t)matrix->column_starts[j],
                         (size_t)matrix->column_starts[j + 1]);
@@ -324,16 +312,15 @@ static void residual(const perp__newton_matrix *matrix, const double *L, const d
                      const double *rhs, const double *x, double *rest)
 {
     const perp__newton_blocks *b = matrix->blocks;
-    int32_t k, i, j;
 
     perp__newton_multiply(matrix, x, rest);
-    for (k = 0; k < b->blocks; k++) {
+    for (int32_t k = 0; k < b->blocks; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         double part[3];
 
-        for (i = 0; i < d; i++) {
+        for (int32_t i = 0; i < d; i++) {
             part[i] = rhs[at + i];
-            for (j = 0; j < d; j++)
+            for (int32_t j = 0; j < d; j++)
                 part[i] -= L[9 * k + 3 * j + i] * rest[at + j] + R[9 * k + 3 * j + i] * x[at + j];
         }
         memcpy(&rest[at], part, (size_t)d * sizeof *part);
@@ -351,9 +338,8 @@ static void apply_inverse(perp__newton_matrix *matrix, const double *L, double *
 static double largest(const double *x, int32_t n)
 {
     double most = 0.0;
-    int32_t i;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         most = fmax(most, fabs(x[i]));
     return most;
 }
@@ -363,11 +349,10 @@ void perp__newton_solve(perp__newton_matrix *matrix, const double *L, const doub
 {
     int32_t n = matrix->blocks->n, rounds = matrix->by_bodies ? BODY_ROUNDS : 1;
     double scale = matrix->by_bodies ? largest(rhs, n) : 0.0, last = INFINITY;
-    int32_t round, i;
 
     memcpy(x, rhs, (size_t)n * sizeof *x);
     apply_inverse(matrix, L, x);
-    for (round = 0; round < rounds; round++) {
+    for (int32_t round = 0; round < rounds; round++) {
         double size;
 
         residual(matrix, L, R, rhs, x, matrix->rest);
@@ -376,7 +361,7 @@ void perp__newton_solve(perp__newton_matrix *matrix, const double *L, const doub
             return;
         last = size;
         apply_inverse(matrix, L, matrix->rest);
-        for (i = 0; i < n; i++)
+        for (int32_t i = 0; i < n; i++)
             x[i] += matrix->rest[i];
     }
 }

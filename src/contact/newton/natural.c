@@ -11,13 +11,12 @@ double perp__natural_map(const perp__newton_blocks *b, const double *x, const do
                          double *phi)
 {
     double largest = 0.0;
-    int32_t k, i;
 
-    for (k = 0; k < b->blocks; k++) {
+    for (int32_t k = 0; k < b->blocks; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         double argument[3] = {0.0, 0.0, 0.0}, p[3];
 
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             argument[i] = x[at + i] - y[at + i];
         if (d > 1)
             argument[0] -= d == 2 ? fabs(y[at + 1]) : hypot(y[at + 1], y[at + 2]);
@@ -25,7 +24,7 @@ double perp__natural_map(const perp__newton_blocks *b, const double *x, const do
             perp__cone_project(d, argument, p);
         else
             p[0] = argument[0];
-        for (i = 0; i < d; i++) {
+        for (int32_t i = 0; i < d; i++) {
             double change = x[at + i] - p[i];
 
             largest = fabs(change) <= largest ? largest : fabs(change); /* keeps a NaN */
@@ -42,14 +41,13 @@ double perp__natural_map(const perp__newton_blocks *b, const double *x, const do
 static void project_friction(int32_t d, double mu, const double *v, double *p)
 {
     double n = d == 1 ? 0.0 : (d == 2 ? fabs(v[1]) : hypot(v[1], v[2]));
-    int32_t i;
 
-    for (i = 0; i < d; i++)
+    for (int32_t i = 0; i < d; i++)
         p[i] = v[i];
     if (n <= mu * v[0])
         return;
     p[0] = fmax(0.0, (v[0] + mu * n) / (1.0 + mu * mu));
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         p[i] = n > 0.0 ? mu * p[0] * (v[i] / n) : 0.0;
 }
 
@@ -61,9 +59,8 @@ static double tested(const perp__newton *s, int32_t k, const double *x, const do
     const double t = problem->trace[k] > 0.0 ? problem->trace[k] : 1.0;
     int32_t at = b->starts[k], d = b->starts[k + 1] - at;
     double r[3], v[3] = {0.0, 0.0, 0.0}, p[3], u[3] = {0.0, 0.0, 0.0}, sum = 0.0;
-    int32_t i;
 
-    for (i = 0; i < d; i++) {
+    for (int32_t i = 0; i < d; i++) {
         r[i] = x[at + i] * b->scales[at + i] * s->units[at + i];
         u[i] = y[at + i] / b->scales[at + i] * s->units[at + i];
         v[i] = r[i] - u[i] / t;
@@ -76,7 +73,7 @@ static double tested(const perp__newton *s, int32_t k, const double *x, const do
         p[0] = fmax(v[0], 0.0);
     else
         project_friction(d, problem->mu[k], v, p);
-    for (i = 0; i < d; i++)
+    for (int32_t i = 0; i < d; i++)
         sum = hypot(sum, r[i] - p[i]);
     return sum * sqrt(t) / problem->omega[k];
 }
@@ -84,9 +81,8 @@ static double tested(const perp__newton *s, int32_t k, const double *x, const do
 double perp__natural_tested(const perp__newton *s, const double *x, const double *y)
 {
     double largest = 0.0;
-    int32_t k;
 
-    for (k = 0; k < s->blocks.blocks; k++) {
+    for (int32_t k = 0; k < s->blocks.blocks; k++) {
         double one = tested(s, k, x, y);
 
         largest = one <= largest ? largest : one; /* keeps a NaN */
@@ -100,12 +96,12 @@ static void set_block(perp__newton *s, int32_t k, const double *v, const double 
     int32_t d = s->blocks.starts[k + 1] - s->blocks.starts[k];
     double *L = &s->L[9 * (size_t)k], *R = &s->R[9 * (size_t)k];
     double V[9] = {1.0}, n;
-    int32_t i, j;
+    int32_t i;
 
     if (k < s->blocks.contacts)
         perp__cone_derivative(d, v, V);
     n = d == 1 ? 0.0 : (d == 2 ? fabs(y[1]) : hypot(y[1], y[2]));
-    for (j = 0; j < d; j++)
+    for (int32_t j = 0; j < d; j++)
         for (i = 0; i < d; i++) {
             int32_t e = 3 * j + i;
 
@@ -126,10 +122,9 @@ static void keep_best(perp__newton *s, double residual)
 static double measure(perp__newton *s, double *y, double *v, double *phi)
 {
     double residual;
-    int32_t i;
 
     perp__newton_multiply(&s->matrix, s->trial, y);
-    for (i = 0; i < s->blocks.n; i++)
+    for (int32_t i = 0; i < s->blocks.n; i++)
         y[i] += s->b[i];
     residual = perp__natural_map(&s->blocks, s->trial, y, v, phi);
     return isfinite(residual) ? perp__natural_tested(s, s->trial, y) : residual;
@@ -138,12 +133,11 @@ static double measure(perp__newton *s, double *y, double *v, double *phi)
 void perp__natural_start(perp__newton *s)
 {
     const perp__newton_blocks *b = &s->blocks;
-    int32_t k, i;
 
-    for (k = 0; k < b->blocks; k++) {
+    for (int32_t k = 0; k < b->blocks; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
 
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             s->trial[at + i] = s->x[at + i] - (k < b->contacts ? s->z[at + i] : 0.0);
         if (k < b->contacts)
             perp__cone_project(d, &s->trial[at], &s->trial[at]);

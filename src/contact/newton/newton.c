@@ -39,8 +39,7 @@ static void layout(perp__arena *arena, void *work)
     perp__newton_blocks_layout(arena, &s->blocks, problem);
     perp__newton_matrix_layout(arena, &s->matrix, problem);
     s->scalings = perp__arena_take(arena, blocks, sizeof *s->scalings);
-    s->L = perp__arena_take(arena, 9 * blocks, sizeof(double));
-    s->R = perp__arena_take(arena, 9 * blocks, sizeof(double));
+    PERP__DOUBLES(arena, 9 * blocks, &s->L, &s->R);
     for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
 }
@@ -82,17 +81,16 @@ static void read_right_side(perp__newton *s)
     const perp__contact_problem *problem = s->common.problem;
     const int32_t *part = problem->leaks ? NULL : problem->part;
     double *largest = s->R; /* of each part */
-    int32_t i;
 
-    for (i = 0; i < b->blocks; i++)
+    for (int32_t i = 0; i < b->blocks; i++)
         largest[i] = 0.0;
-    for (i = 0; i < b->n; i++) {
+    for (int32_t i = 0; i < b->n; i++) {
         const int32_t p = part ? part[b->owners[i]] : 0;
 
         s->b[i] = problem->q[b->rows[i]] * b->scales[i];
         largest[p] = fmax(largest[p], fabs(s->b[i]));
     }
-    for (i = 0; i < b->n; i++) {
+    for (int32_t i = 0; i < b->n; i++) {
         const double most = largest[part ? part[b->owners[i]] : 0];
 
         s->units[i] = most > 0.0 ? most : 1.0;
@@ -103,11 +101,10 @@ static void read_right_side(perp__newton *s)
 static void start_cold(perp__newton *s)
 {
     const perp__newton_blocks *b = &s->blocks;
-    int32_t k;
 
     memset(s->x, 0, (size_t)b->n * sizeof *s->x);
     memset(s->z, 0, (size_t)b->n * sizeof *s->z);
-    for (k = 0; k < b->contacts; k++)
+    for (int32_t k = 0; k < b->contacts; k++)
         s->x[b->starts[k]] = s->z[b->starts[k]] = 1.0;
 }
 
@@ -117,19 +114,18 @@ static void start_warm(perp__newton *s)
 {
     const perp__newton_blocks *b = &s->blocks;
     double eps;
-    int32_t i, k;
 
     perp__newton_multiply(&s->matrix, s->x, s->y);
-    for (i = 0; i < b->n; i++)
+    for (int32_t i = 0; i < b->n; i++)
         s->y[i] += s->b[i];
     s->residual = perp__natural_map(b, s->x, s->y, s->dz, NULL);
     eps = fmax(0.3 * s->residual, 1e-3);
     memset(s->z, 0, (size_t)b->n * sizeof *s->z);
-    for (k = 0; k < b->contacts; k++) {
+    for (int32_t k = 0; k < b->contacts; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         double negative[3];
 
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             negative[i] = -s->dz[at + i];
         perp__cone_smooth(d, &s->dz[at], eps * eps, &s->x[at]);
         perp__cone_smooth(d, negative, eps * eps, &s->z[at]);
@@ -141,14 +137,13 @@ static void finish(perp__newton *s, perp__contact_iterate *iterate)
 {
     const perp__contact_problem *problem = s->common.problem;
     const perp__newton_blocks *b = &s->blocks;
-    int32_t i, k;
 
     perp__newton_multiply(&s->matrix, s->best, s->y);
-    for (i = 0; i < b->n; i++)
+    for (int32_t i = 0; i < b->n; i++)
         s->y[i] += s->b[i];
     perp__natural_map(b, s->best, s->y, s->trial, NULL);
     memset(iterate->r, 0, (size_t)problem->size * sizeof *iterate->r);
-    for (k = 0; k < b->blocks; k++) {
+    for (int32_t k = 0; k < b->blocks; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         double low, high;
 
@@ -159,14 +154,14 @@ static void finish(perp__newton *s, perp__contact_iterate *iterate)
                                                                                 : PERP_CONTACT_SLIP;
             perp__cone_project(d, &s->trial[at], &s->trial[at]);
         }
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             iterate->r[b->rows[at + i]] = s->trial[at + i] * b->scales[at + i] * s->units[at + i];
     }
     if (problem->bodies) {
         perp__bodies_multiply(problem->bodies, iterate->r, problem->q, iterate->u);
     } else {
         perp__multiply(problem->W, iterate->r, iterate->u);
-        for (i = 0; i < problem->size; i++)
+        for (int32_t i = 0; i < problem->size; i++)
             iterate->u[i] += problem->q[i];
     }
     iterate->has_modes = 1;
@@ -178,13 +173,12 @@ static perp_status run_warm(perp__newton *s, const double *r, perp_outcome *outc
 {
     const perp__newton_blocks *b = &s->blocks;
     perp_status status;
-    int32_t i, k;
 
-    for (i = 0; i < b->n; i++)
+    for (int32_t i = 0; i < b->n; i++)
         s->x[i] = r[b->rows[i]] / (b->scales[i] * s->units[i]);
     start_warm(s);
     memcpy(s->trial, s->dz, (size_t)b->n * sizeof *s->trial);
-    for (k = 0; k < b->contacts; k++)
+    for (int32_t k = 0; k < b->contacts; k++)
         perp__cone_project(b->starts[k + 1] - b->starts[k], &s->trial[b->starts[k]],
                            &s->trial[b->starts[k]]);
     status = perp__natural_polish(s, WARM_STEPS);

@@ -32,25 +32,24 @@ static double evaluate(perp__newton *s, const double *v, double t, double *E)
     const perp__newton_blocks *b = &s->blocks;
     const double c = t * s->plan->compliance;
     double largest = 0.0;
-    int32_t k, i;
 
-    for (i = 0; i < b->n; i++) {
+    for (int32_t i = 0; i < b->n; i++) {
         s->x[i] = v[i];
         s->z[i] = -v[i];
     }
-    for (k = 0; k < b->contacts; k++) {
+    for (int32_t k = 0; k < b->contacts; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
 
         perp__cone_smooth(d, &s->x[at], t, &s->x[at]);
         perp__cone_smooth(d, &s->z[at], t, &s->z[at]);
     }
     perp__newton_multiply(&s->matrix, s->x, E);
-    for (k = 0; k < b->blocks; k++) {
+    for (int32_t k = 0; k < b->blocks; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         double norm = d == 1 ? 0.0 : (d == 2 ? s->z[at + 1] : hypot(s->z[at + 1], s->z[at + 2]));
         double smooth = d == 1 ? 0.0 : hypot(norm, t);
 
-        for (i = 0; i < d; i++) {
+        for (int32_t i = 0; i < d; i++) {
             E[at + i] += s->b[at + i];
             if (k < b->contacts)
                 E[at + i] += c * s->x[at + i] - s->z[at + i];
@@ -58,7 +57,7 @@ static double evaluate(perp__newton *s, const double *v, double t, double *E)
         }
         if (k < b->contacts)
             E[at] += smooth + t * s->cover[at];
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             largest = fabs(E[at + i]) <= largest ? largest : fabs(E[at + i]);
     }
     return largest;
@@ -70,7 +69,6 @@ static void set_metric(const perp__newton *s, int32_t k, const double *v, double
     const perp__newton_blocks *b = &s->blocks;
     int32_t at = b->starts[k], d = b->starts[k + 1] - at;
     double x_low, x_high, z_low, z_high, low, high, across, n, w[3] = {0.0, 0.0, 0.0};
-    int32_t i, j;
 
     perp__cone_values(d, &s->x[at], &x_low, &x_high);
     perp__cone_values(d, &s->z[at], &z_high, &z_low); /* the frames are opposite */
@@ -79,11 +77,11 @@ static void set_metric(const perp__newton *s, int32_t k, const double *v, double
     n = d == 1 ? 0.0 : (d == 2 ? fabs(v[at + 1]) : hypot(v[at + 1], v[at + 2]));
     R[0] = 0.5 * (low + high);
     across = x_high > x_low ? (z_low - z_high) / (x_high - x_low) : R[0];
-    for (i = 1; i < d; i++)
+    for (int32_t i = 1; i < d; i++)
         w[i] = n > 0.0 ? v[at + i] / n : 0.0;
-    for (j = 1; j < d; j++) {
+    for (int32_t j = 1; j < d; j++) {
         R[j] = R[3 * j] = 0.5 * (high - low) * w[j];
-        for (i = 1; i < d; i++)
+        for (int32_t i = 1; i < d; i++)
             R[3 * j + i] = (i == j ? across : 0.0) + (R[0] - across) * w[i] * w[j];
     }
 }
@@ -93,24 +91,23 @@ static void set_blocks(perp__newton *s, const double *v, double t)
 {
     const perp__newton_blocks *b = &s->blocks;
     const double c = t * s->plan->compliance;
-    int32_t k, i;
 
     memset(s->L, 0, 9 * (size_t)b->blocks * sizeof *s->L);
     memset(s->R, 0, 9 * (size_t)b->blocks * sizeof *s->R);
-    for (k = 0; k < b->blocks; k++) {
+    for (int32_t k = 0; k < b->blocks; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         double *L = &s->L[9 * (size_t)k], *R = &s->R[9 * (size_t)k];
 
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             L[4 * i] = 1.0;
-        for (i = 1; i < d; i++)
+        for (int32_t i = 1; i < d; i++)
             L[3 * i] = s->slope[at + i];
         if (k >= b->contacts) {
             R[0] = FREE;
             continue;
         }
         set_metric(s, k, v, R);
-        for (i = 0; i < 9; i++)
+        for (int32_t i = 0; i < 9; i++)
             R[i] += c * L[i];
     }
 }
@@ -120,24 +117,23 @@ static void solve(perp__newton *s, double t, const double *E, double *dv)
 {
     const perp__newton_blocks *b = &s->blocks;
     const double c = t * s->plan->compliance;
-    int32_t k, i, j;
 
-    for (k = 0; k < b->blocks; k++) {
+    for (int32_t k = 0; k < b->blocks; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
 
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             s->rhs[at + i] = -E[at + i];
-        for (i = 1; i < d; i++)
+        for (int32_t i = 1; i < d; i++)
             s->rhs[at] -= s->slope[at + i] * E[at + i];
     }
     perp__newton_solve(&s->matrix, s->L, s->R, s->rhs, s->dx);
-    for (k = 0; k < b->blocks; k++) {
+    for (int32_t k = 0; k < b->blocks; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         const double *L = &s->L[9 * (size_t)k], *R = &s->R[9 * (size_t)k];
 
-        for (i = 0; i < d; i++) {
+        for (int32_t i = 0; i < d; i++) {
             dv[at + i] = s->dx[at + i];
-            for (j = 0; j < d && k < b->contacts; j++)
+            for (int32_t j = 0; j < d && k < b->contacts; j++)
                 dv[at + i] += (R[3 * j + i] - c * L[3 * j + i]) * s->dx[at + j];
         }
     }
@@ -149,10 +145,9 @@ static void differentiate(perp__newton *s, const double *v, double t, double *E_
     const perp__newton_blocks *b = &s->blocks;
     const double c = s->plan->compliance;
     double *h = s->rhs;
-    int32_t k, i;
 
     memset(h, 0, (size_t)b->n * sizeof *h);
-    for (k = 0; k < b->contacts; k++) {
+    for (int32_t k = 0; k < b->contacts; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         double x_low, x_high, z_low, z_high, n;
 
@@ -160,18 +155,18 @@ static void differentiate(perp__newton *s, const double *v, double t, double *E_
         perp__cone_values(d, &s->z[at], &z_high, &z_low);
         n = d == 1 ? 0.0 : (d == 2 ? fabs(v[at + 1]) : hypot(v[at + 1], v[at + 2]));
         h[at] = 0.5 / (x_low + z_low) + 0.5 / (x_high + z_high);
-        for (i = 1; i < d && n > 0.0; i++)
+        for (int32_t i = 1; i < d && n > 0.0; i++)
             h[at + i] = (h[at] - 1.0 / (x_low + z_low)) * v[at + i] / n;
     }
     perp__newton_multiply(&s->matrix, h, E_t);
-    for (k = 0; k < b->contacts; k++) {
+    for (int32_t k = 0; k < b->contacts; k++) {
         int32_t at = b->starts[k], d = b->starts[k + 1] - at;
         double norm = d == 1 ? 0.0 : (d == 2 ? s->z[at + 1] : hypot(s->z[at + 1], s->z[at + 2]));
 
-        for (i = 0; i < d; i++)
+        for (int32_t i = 0; i < d; i++)
             E_t[at + i] += c * s->x[at + i] + (c * t - 1.0) * h[at + i];
         E_t[at] += s->cover[at];
-        for (i = 1; i < d; i++)
+        for (int32_t i = 1; i < d; i++)
             E_t[at] += s->slope[at + i] * h[at + i];
         if (d > 1)
             E_t[at] += t / hypot(norm, t);
@@ -198,9 +193,8 @@ static perp_status linearise(perp__newton *s, const double *v, double t, double 
 static double dot(const double *a, const double *b, int32_t n)
 {
     double sum = 0.0;
-    int32_t i;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         sum += a[i] * b[i];
     return sum;
 }
@@ -210,20 +204,19 @@ static perp_status begin(perp__newton *s)
 {
     const perp__newton_blocks *b = &s->blocks;
     double size;
-    int32_t step, i, k;
 
     memset(s->v, 0, (size_t)b->n * sizeof *s->v);
     memset(s->tangent, 0, (size_t)b->n * sizeof *s->tangent);
-    for (k = 0; k < b->contacts; k++)
+    for (int32_t k = 0; k < b->contacts; k++)
         s->v[b->starts[k]] = 1.0 - FIRST;
-    for (step = 0;; step++) {
+    for (int32_t step = 0;; step++) {
         perp_status status = linearise(s, s->v, FIRST, &size);
 
         if (status != PERP_OK || size <= 1e-6 * FIRST || step >= FIRST_STEPS ||
             perp__newton_is_spent(s))
             return status;
         solve(s, FIRST, s->error, s->dz);
-        for (i = 0; i < b->n; i++)
+        for (int32_t i = 0; i < b->n; i++)
             s->v[i] += s->dz[i];
     }
 }
@@ -292,9 +285,8 @@ static int32_t advance(perp__newton *s, double *t, double *tangent_t, double *le
 static void choose_cover(perp__newton *s)
 {
     uint64_t state = s->plan->cover;
-    int32_t i;
 
-    for (i = 0; i < s->blocks.n; i++) {
+    for (int32_t i = 0; i < s->blocks.n; i++) {
         state = state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
         s->cover[i] = 1.0 + (s->plan->cover ? (double)(state >> 11) * 0x1p-53 : 0.0);
     }
@@ -305,13 +297,14 @@ perp_status perp__path_run(perp__newton *s, perp_outcome *outcome)
     const int64_t most =
         FACTORISATIONS < EFFORT / (1 + s->blocks.n) ? FACTORISATIONS : EFFORT / (1 + s->blocks.n);
     double t = FIRST, tangent_t = -1.0, length = 1.0, next = INTERIOR, size;
-    int32_t step, moved;
+    int32_t moved;
     perp_status status;
 
     *outcome = PERP_OUTCOME_STALLED;
     choose_cover(s);
     status = begin(s);
-    for (step = 0; status == PERP_OK && step < STEPS && t > LAST && t <= 2.0 * FIRST; step++) {
+    for (int32_t step = 0; status == PERP_OK && step < STEPS && t > LAST && t <= 2.0 * FIRST;
+         step++) {
         perp_outcome request = perp__newton_tick(s, &status);
 
         if (request >= 0 || status != PERP_OK) {

@@ -44,12 +44,9 @@ void perp__proximal_layout(perp__arena *arena, void *work)
 
     s->part = perp__arena_take(arena, (size_t)problem->parts + 1, sizeof *s->part);
     s->unit = perp__arena_take(arena, units, sizeof(int32_t));
-    s->block = perp__arena_take(arena, blocks, sizeof(int32_t));
-    s->number = perp__arena_take(arena, blocks, sizeof(int32_t));
+    PERP__INTEGERS(arena, blocks, &s->block, &s->number);
     s->starts = perp__arena_take(arena, units + 1, sizeof(int32_t));
-    s->radius = perp__arena_take(arena, units, sizeof(double));
-    s->scale = perp__arena_take(arena, units, sizeof(double));
-    s->head = perp__arena_take(arena, units, sizeof(double));
+    PERP__DOUBLES(arena, units, &s->radius, &s->scale, &s->head);
     s->piece_starts = perp__arena_take(arena, units + 1, sizeof(int64_t));
     s->piece_blocks = perp__arena_take(arena, (size_t)b->pieces, sizeof(int32_t));
     s->value_starts = perp__arena_take(arena, units, sizeof(int64_t));

@@ -55,15 +55,9 @@ static void layout(perp__arena *arena, void *work)
     p->n = (int32_t)n;
     p->unknowns = perp__arena_take(arena, n, sizeof(perp__unknown));
     p->M = perp__arena_take(arena, n, n * sizeof(double));
-    p->q = perp__arena_take(arena, n, sizeof(double));
-    p->lower = perp__arena_take(arena, n, sizeof(double));
-    p->z = perp__arena_take(arena, n, sizeof(double));
-    p->direction = perp__arena_take(arena, n, sizeof(double));
-    p->angles = perp__arena_take(arena, 3 * (size_t)problem->contacts, sizeof(double));
-    p->widths = perp__arena_take(arena, 3 * (size_t)problem->contacts, sizeof(double));
-    p->guess = perp__arena_take(arena, n, sizeof(double));
-    p->impulse = perp__arena_take(arena, size, sizeof(double));
-    p->per_velocity = perp__arena_take(arena, size, sizeof(double));
+    PERP__DOUBLES(arena, n, &p->q, &p->lower, &p->z, &p->direction, &p->guess);
+    PERP__DOUBLES(arena, 3 * (size_t)problem->contacts, &p->angles, &p->widths);
+    PERP__DOUBLES(arena, size, &p->impulse, &p->per_velocity);
     p->W = problem->W->column_starts ? perp__arena_take(arena, size, size * sizeof(double)) : NULL;
 }
 
@@ -72,13 +66,12 @@ static void layout(perp__arena *arena, void *work)
 static void set_windows(perp__pyramid *p, const double *r, const double *u)
 {
     const perp__contact_problem *problem = p->base.problem;
-    int32_t k, c;
 
-    for (k = 0; k < problem->contacts; k++) {
+    for (int32_t k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        for (c = 0; c < count; c++) {
+        for (int32_t c = 0; c < count; c++) {
             const double *x = r + parts[c].row, *y = u + parts[c].row;
             double *angle = &p->angles[3 * k + c], *width = &p->widths[3 * k + c];
             const double last = p->regular ? 0.0 : *angle; /* of no account after regular ones */
@@ -166,7 +159,6 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     perp__pyramid *p = work;
     const perp__contact_problem *problem = p->base.problem;
     perp_lcp_result result;
-    int32_t i;
     perp_status status = perp_lcp_result_init(&result, sizeof result);
 
     p->regular = iterate->attempt == 0 || problem->cone > 0;
@@ -184,7 +176,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
         return status;
     perp__pyramid_gather(p, p->z, iterate->r);
     perp__multiply(problem->W, iterate->r, iterate->u);
-    for (i = 0; i < problem->size; i++)
+    for (int32_t i = 0; i < problem->size; i++)
         iterate->u[i] += problem->q[i];
     set_windows(p, iterate->r, iterate->u);
     set_guess(p, iterate->r, iterate->u);

@@ -24,14 +24,13 @@ int32_t perp__pyramid_edges(const perp__contact_problem *problem, const perp__co
 int64_t perp__pyramid_count(const perp__contact_problem *problem)
 {
     int64_t n = problem->size - problem->rows;
-    int32_t k, p;
 
-    for (k = 0; k < problem->contacts; k++) {
+    for (int32_t k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
         n++;
-        for (p = 0; p < count; p++)
+        for (int32_t p = 0; p < count; p++)
             if (perp__pyramid_edges(problem, &parts[p]) > 0)
                 n += perp__pyramid_edges(problem, &parts[p]) + 1;
     }
@@ -79,22 +78,21 @@ static void vertex(const perp__pyramid *p, int32_t edges, int32_t k, int32_t c, 
 void perp__pyramid_number(perp__pyramid *p)
 {
     const perp__contact_problem *problem = p->base.problem;
-    int32_t k, c, j;
 
     p->n = 0;
-    for (k = 0; k < problem->contacts + problem->size - problem->rows; k++) {
+    for (int32_t k = 0; k < problem->contacts + problem->size - problem->rows; k++) {
         perp__contact_units(problem, k, &p->impulse[k], &p->per_velocity[k]);
         p->per_velocity[k] = 1.0 / p->per_velocity[k];
     }
-    for (k = 0; k < problem->contacts; k++) {
+    for (int32_t k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
         add_unknown(p, k, problem->starts[k], 1, 1.0, 0.0);
-        for (c = 0; c < count; c++) {
+        for (int32_t c = 0; c < count; c++) {
             const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
 
-            for (j = 0; j < edges; j++) {
+            for (int32_t j = 0; j < edges; j++) {
                 double d[2] = {j == 0 ? 1.0 : -1.0, 0.0};
 
                 if (parts[c].size == 2)
@@ -105,7 +103,7 @@ void perp__pyramid_number(perp__pyramid *p)
                 add_unknown(p, k, -1, 0, 0.0, 0.0);
         }
     }
-    for (k = problem->rows; k < problem->size; k++)
+    for (int32_t k = problem->rows; k < problem->size; k++)
         add_unknown(p, problem->contacts + k - problem->rows, k, 1, 1.0, 0.0);
 }
 
@@ -113,13 +111,12 @@ void perp__pyramid_spread(perp__pyramid *p)
 {
     const perp__matrix *W = p->base.problem->W;
     const size_t size = (size_t)W->rows;
-    int32_t j, k;
 
     if (!p->W || size == 0)
         return;
     memset(p->W, 0, size * size * sizeof(double));
-    for (j = 0; j < W->columns; j++)
-        for (k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
+    for (int32_t j = 0; j < W->columns; j++)
+        for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
             p->W[(size_t)W->row_indices[k] + (size_t)j * size] = W->values[k];
 }
 
@@ -127,10 +124,9 @@ static double product(const double *W, size_t row_stride, size_t column_stride,
                       const perp__unknown *a, const perp__unknown *b)
 {
     double sum = 0.0;
-    int32_t i, j;
 
-    for (i = 0; i < a->size; i++)
-        for (j = 0; j < b->size; j++)
+    for (int32_t i = 0; i < a->size; i++)
+        for (int32_t j = 0; j < b->size; j++)
             sum += a->d[i] * b->d[j] *
                    W[(size_t)(a->row + i) * row_stride + (size_t)(b->row + j) * column_stride];
     return sum;
@@ -145,9 +141,8 @@ static void fill_column(perp__pyramid *p, size_t j)
     const size_t column_stride = p->W ? (size_t)problem->size : W->column_stride;
     const perp__unknown *b = &p->unknowns[j];
     double *column = p->M + j * (size_t)p->n;
-    size_t i;
 
-    for (i = 0; i < (size_t)p->n; i++) {
+    for (size_t i = 0; i < (size_t)p->n; i++) {
         const perp__unknown *a = &p->unknowns[i];
 
         column[i] = 0.0;
@@ -161,16 +156,15 @@ int32_t perp__pyramid_fill_impulses(perp__pyramid *p)
 {
     const perp__contact_problem *problem = p->base.problem;
     const double deadline = problem->control ? problem->control->deadline : 0.0;
-    int32_t i, c;
 
-    for (i = 0; i < p->n; i++) {
+    for (int32_t i = 0; i < p->n; i++) {
         const perp__unknown *a = &p->unknowns[i];
 
         if (deadline > 0.0 && perp__now() >= deadline)
             return 0;
         fill_column(p, (size_t)i);
         p->q[i] = 0.0;
-        for (c = 0; c < a->size; c++)
+        for (int32_t c = 0; c < a->size; c++)
             p->q[i] += a->d[c] * problem->q[a->row + c] * p->per_velocity[a->unit];
         p->lower[i] = a->size > 0 && a->row >= problem->rows ? -INFINITY : 0.0;
     }
@@ -183,18 +177,17 @@ void perp__pyramid_fill_speeds(perp__pyramid *p)
     const perp__contact_problem *problem = p->base.problem;
     const size_t n = (size_t)p->n;
     size_t at = 0;
-    int32_t k, c, j;
 
-    for (k = 0; k < problem->contacts; k++) {
+    for (int32_t k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
         const size_t normal = at++;
 
-        for (c = 0; c < count; c++) {
+        for (int32_t c = 0; c < count; c++) {
             const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
             const size_t lambda = at + (size_t)edges;
 
-            for (j = 0; j < edges; j++, at++) {
+            for (int32_t j = 0; j < edges; j++, at++) {
                 p->M[at + lambda * n] = 1.0;
                 p->M[lambda + at * n] = -1.0;
             }
@@ -207,12 +200,10 @@ void perp__pyramid_fill_speeds(perp__pyramid *p)
 /* x := the impulses that z stands for. */
 void perp__pyramid_gather(const perp__pyramid *p, const double *z, double *x)
 {
-    int32_t i, c;
-
-    for (i = 0; i < p->base.problem->size; i++)
+    for (int32_t i = 0; i < p->base.problem->size; i++)
         x[i] = 0.0;
-    for (i = 0; i < p->n; i++)
-        for (c = 0; c < p->unknowns[i].size; c++)
+    for (int32_t i = 0; i < p->n; i++)
+        for (int32_t c = 0; c < p->unknowns[i].size; c++)
             x[p->unknowns[i].row + c] +=
                 p->unknowns[i].d[c] * (z[i] * p->impulse[p->unknowns[i].unit]);
 }

@@ -13,9 +13,7 @@ void perp__mixing_layout(perp__arena *arena, perp__mixing *mixing, size_t size, 
 {
     mixing->size = (int32_t)size;
     mixing->y_size = (int32_t)y_size;
-    mixing->before = perp__arena_take(arena, size, sizeof(double));
-    mixing->f = perp__arena_take(arena, size, sizeof(double));
-    mixing->r = perp__arena_take(arena, size, sizeof(double));
+    PERP__DOUBLES(arena, size, &mixing->before, &mixing->f, &mixing->r);
     mixing->y = perp__arena_take(arena, y_size, sizeof(double));
     mixing->F = perp__arena_take(arena, size, PERP__MIXING_DEPTH * sizeof(double));
     mixing->R = perp__arena_take(arena, size, PERP__MIXING_DEPTH * sizeof(double));

@@ -54,11 +54,7 @@ void perp__sweep_layout(perp__arena *arena, void *object)
     work->local = perp__arena_take(arena, units, sizeof *work->local);
     work->discs = perp__arena_take(arena, problem->has_discs ? contacts : 0, sizeof *work->discs);
     work->weights = perp__arena_take(arena, units, sizeof(double));
-    work->row_weights = perp__arena_take(arena, size, sizeof(double));
-    work->r = perp__arena_take(arena, size, sizeof(double));
-    work->x = perp__arena_take(arena, size, sizeof(double));
-    work->u = perp__arena_take(arena, size, sizeof(double));
-    work->best = perp__arena_take(arena, size, sizeof(double));
+    PERP__DOUBLES(arena, size, &work->row_weights, &work->r, &work->x, &work->u, &work->best);
     work->modes = perp__arena_take(arena, contacts, sizeof *work->modes);
     if (problem->bodies)
         layout_bodies(arena, work, problem->bodies);

@@ -32,8 +32,7 @@ static void layout_pattern(perp__arena *arena, void *object)
 
     f->neighbours = perp__arena_take(arena, edges, sizeof(int32_t));
     f->entries = perp__arena_take(arena, edges, sizeof *f->entries);
-    f->column_rows = perp__arena_take(arena, rows, sizeof(int32_t));
-    f->in_parent = perp__arena_take(arena, rows, sizeof(int32_t));
+    PERP__INTEGERS(arena, rows, &f->column_rows, &f->in_parent);
 }
 
 static void layout_values(perp__arena *arena, void *object)
@@ -51,8 +50,7 @@ static void layout_values(perp__arena *arena, void *object)
     }
     f->values = perp__arena_take(arena, (size_t)f->starts[f->nodes] * square, sizeof(double));
     f->stack = perp__arena_take(arena, f->stack_size, sizeof(double));
-    f->right = perp__arena_take(arena, (size_t)f->nodes * width, sizeof(double));
-    f->gathered = perp__arena_take(arena, (size_t)f->nodes * width, sizeof(double));
+    PERP__DOUBLES(arena, (size_t)f->nodes * width, &f->right, &f->gathered);
 }
 
 /* The elimination tree of the order (Liu, ACM TOMS 12 (1986) 127); mark: ancestors. */

@@ -39,23 +39,19 @@ static void layout(perp__arena *arena, void *object)
     const size_t n = (size_t)a->m->n, rows = (size_t)a->m->rows;
     const size_t elements = (size_t)(a->m->contacts + a->m->dry);
     double **const vectors[] = {&a->bias, &a->size, &a->beta, &a->load, &a->scale, &a->zeros};
-    size_t k;
 
-    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
-    a->row_of = perp__arena_take(arena, rows, sizeof(int32_t));
-    a->turning.columns = perp__arena_take(arena, rows, sizeof(int32_t));
+    PERP__INTEGERS(arena, rows, &a->row_of, &a->turning.columns);
     a->indices = perp__arena_take(arena, 2 * rows, sizeof(int32_t));
     a->element = perp__arena_take(arena, elements, sizeof *a->element);
     a->pattern.mode = perp__arena_take(arena, elements, 1);
-    a->pattern.direction = perp__arena_take(arena, 2 * elements, sizeof(double));
-    a->chosen = perp__arena_take(arena, 2 * elements, sizeof(double));
+    PERP__DOUBLES(arena, 2 * elements, &a->pattern.direction, &a->chosen);
     a->row_work = perp__arena_take(arena, DIFFERENCE_ROWS * rows, sizeof(double));
     a->tree.next = perp__arena_take(arena, elements, sizeof(int32_t));
     a->linear.angle = perp__arena_take(arena, elements, sizeof(double));
     a->turn_work = perp__arena_take(arena, 3 * rows, sizeof(double));
-    a->velocity = perp__arena_take(arena, n, sizeof(double));
-    a->seed.momentum = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &a->velocity, &a->seed.momentum);
     a->seed.friction = perp__arena_take(arena, (size_t)a->m->contacts, sizeof(double));
     a->seed.dry = perp__arena_take(arena, (size_t)a->m->dry, sizeof(double));
     a->seed.included = perp__arena_take(arena, (size_t)a->m->contacts, 1);
@@ -67,9 +63,8 @@ static void layout_blocks(perp__arena *arena, void *object)
     perp__acceleration *a = object;
     const size_t active = (size_t)a->active, square = active * active;
     double **const matrices[] = {&a->W, &a->held, &a->turning.K, &a->turning.E};
-    size_t k;
 
-    for (k = 0; k < sizeof matrices / sizeof *matrices; k++)
+    for (size_t k = 0; k < sizeof matrices / sizeof *matrices; k++)
         *matrices[k] = perp__arena_take(arena, square, sizeof(double));
     perp__linear_layout(&a->linear, arena);
     a->work =
@@ -147,11 +142,10 @@ static int32_t is_before(const void *user, const perp__answer *one, const perp__
 {
     const perp__acceleration *a = user;
     const double *x = perp__answer_acceleration(one), *y = perp__answer_acceleration(other);
-    int32_t i;
 
     if (one->kind != other->kind)
         return one->kind < other->kind;
-    for (i = 0; i < a->m->n; i++)
+    for (int32_t i = 0; i < a->m->n; i++)
         if (x[i] != y[i])
             return x[i] < y[i];
     return 1;

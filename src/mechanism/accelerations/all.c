@@ -16,9 +16,7 @@
 
 static int32_t first_contact(const perp__acceleration *a)
 {
-    int32_t i;
-
-    for (i = 0; i < a->closed; i++)
+    for (int32_t i = 0; i < a->closed; i++)
         if (a->pattern.mode[i] != PERP_MECHANISM_SEPARATE)
             return a->element[i].source;
     return -1;
@@ -59,9 +57,7 @@ static double inertia_of(const perp__acceleration *a, const perp__element *eleme
 /* A contact at rest that has more friction than it slips with. */
 static int32_t first_with_static_friction(const perp__acceleration *a)
 {
-    int32_t i;
-
-    for (i = 0; i < a->closed; i++)
+    for (int32_t i = 0; i < a->closed; i++)
         if (a->element[i].friction && !a->element[i].moves &&
             a->element[i].mu_stick > a->element[i].mu)
             return a->element[i].source;
@@ -124,9 +120,8 @@ static int32_t is_start(const perp__acceleration *a, int32_t turning)
 {
     const int32_t stride = turning <= 2 ? 1 : turning <= 4 ? 2 : 4;
     const int32_t ways = a->m->settings.directions;
-    int32_t i;
 
-    for (i = 0; i < a->elements && stride > 1 && ways >= 2 * stride; i++) {
+    for (int32_t i = 0; i < a->elements && stride > 1 && ways >= 2 * stride; i++) {
         const double *direction = a->pattern.direction + 2 * (size_t)i;
         int32_t k;
 

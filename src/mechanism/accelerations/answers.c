@@ -42,21 +42,20 @@ typedef struct compliant {
 static void fill(const perp__acceleration *a, compliant *c)
 {
     const perp__linear *p = &a->linear;
-    int32_t i, j, k;
 
     c->count = 0;
-    for (k = 0; k < p->system.n; k++)
+    for (int32_t k = 0; k < p->system.n; k++)
         if (p->first[k] < a->bilateral_row || p->first[k] >= a->bilateral_row + a->m->bilateral)
             c->column[c->count++] = k;
-    for (i = 0; i < c->count; i++)
-        for (j = 0; j < c->count; j++) {
+    for (int32_t i = 0; i < c->count; i++)
+        for (int32_t j = 0; j < c->count; j++) {
             const size_t at = (size_t)i * (size_t)c->count + (size_t)j;
             const int32_t from = c->column[j];
             const double *row = a->held + (size_t)p->first[c->column[i]] * (size_t)a->active;
 
             row += p->first[from];
             c->S[at] = c->Gamma[at] = row[0];
-            for (k = 1; k < p->count[from]; k++)
+            for (int32_t k = 1; k < p->count[from]; k++)
                 c->Gamma[at] += p->coefficient[3 * (size_t)from + (size_t)k] * row[k];
         }
 }
@@ -65,15 +64,15 @@ static void fill(const perp__acceleration *a, compliant *c)
 static int32_t factor(compliant *c)
 {
     const size_t n = (size_t)c->count;
-    size_t rank, i, j;
+    size_t rank;
 
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         c->product[i] = c->S[i * (n + 1)];
     for (rank = 0; rank < n; rank++) {
         size_t p = 0;
         double best = DEPENDENT;
 
-        for (i = 0; i < n; i++)
+        for (size_t i = 0; i < n; i++)
             if (c->product[i] > 0.0 && c->S[i * (n + 1)] > best * c->product[i]) {
                 best = c->S[i * (n + 1)] / c->product[i];
                 p = i;
@@ -81,13 +80,13 @@ static int32_t factor(compliant *c)
         if (best <= DEPENDENT)
             break;
         c->pivot[rank] = (int32_t)p;
-        for (i = 0; i < n; i++)
+        for (size_t i = 0; i < n; i++)
             c->B[i * n + rank] = c->S[i * n + p] / sqrt(c->S[p * (n + 1)]);
-        for (i = 0; i < n; i++)
-            for (j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            for (size_t j = 0; j < n; j++)
                 c->S[i * n + j] -= c->B[i * n + rank] * c->B[j * n + rank];
-        for (i = 0; i <= rank; i++) /* exactly nothing is left there */
-            for (j = 0; j < n; j++)
+        for (size_t i = 0; i <= rank; i++) /* exactly nothing is left there */
+            for (size_t j = 0; j < n; j++)
                 c->S[(size_t)c->pivot[i] * n + j] = c->S[j * n + (size_t)c->pivot[i]] = 0.0;
     }
     return (int32_t)rank;
@@ -97,16 +96,15 @@ static int32_t factor(compliant *c)
 static void restrict_to_range(compliant *c, int32_t rank)
 {
     const size_t n = (size_t)c->count, r = (size_t)rank;
-    size_t i, j, k;
 
-    for (j = 0; j < r; j++)
-        for (i = 0; i < r; i++) {
+    for (size_t j = 0; j < r; j++)
+        for (size_t i = 0; i < r; i++) {
             const size_t p = (size_t)c->pivot[i];
             double sum = 0.0;
 
-            for (k = 0; k < n; k++)
+            for (size_t k = 0; k < n; k++)
                 sum += c->Gamma[p * n + k] * c->B[k * n + j];
-            for (k = 0; k < i; k++)
+            for (size_t k = 0; k < i; k++)
                 sum -= c->B[p * n + k] * c->product[k + r * j];
             c->product[i + r * j] = sum / c->B[p * n + i];
         }
@@ -143,15 +141,14 @@ void perp__acceleration_mark_rows(const perp__acceleration *a, const perp__answe
                                   int8_t *holds)
 {
     const perp_mechanism *m = a->m;
-    int32_t index, i;
 
     memset(holds, 0, (size_t)m->rows);
     memset(holds + m->contact_rows, 1, (size_t)m->bilateral);
-    for (index = 0; index < a->elements; index++) {
+    for (int32_t index = 0; index < a->elements; index++) {
         const perp__element *element = a->element + index;
         const int32_t mode = answer->pattern[index];
 
-        for (i = 0; i < element->tangents + !element->dry; i++)
+        for (int32_t i = 0; i < element->tangents + !element->dry; i++)
             holds[a->row_of[element->row] + i] =
                 (int8_t)(mode == PERP_MECHANISM_STICK ||
                          (i == 0 && perp__element_presses(element, mode)));
@@ -190,9 +187,8 @@ static double row_residual(const perp__acceleration *a, const perp__answer *answ
     const double sum =
         perp__row_times(m, &m->begin, row, a->bias[row], perp__answer_acceleration(answer));
     double size = a->load[r];
-    size_t k;
 
-    for (k = 0; k < (size_t)a->active; k++)
+    for (size_t k = 0; k < (size_t)a->active; k++)
         size += fabs(a->W[(size_t)r * (size_t)a->active + k] * answer->middle[a->row_of[k]]);
     if (!sign || sum < 0.0)
         return size == 0.0 ? 0.0 : fabs(sum) / size;
@@ -208,13 +204,12 @@ static double element_residual(const perp__acceleration *a, const perp__answer *
     const int32_t tangent = element->dry ? row : row + 1;
     const double *f = answer->middle;
     double worst = 0.0, size = element->dry ? element->bound : f[row], length = 0.0, limit;
-    int32_t i;
 
     if (!element->dry) {
         worst = row_residual(a, answer, element->row, mode == PERP_MECHANISM_SEPARATE);
         perp__raise_to(&worst, -size / (largest * a->scale[element->row]));
     }
-    for (i = 0; i < element->tangents; i++) {
+    for (int32_t i = 0; i < element->tangents; i++) {
         length = hypot(length, f[tangent + i]);
         if (mode == PERP_MECHANISM_STICK)
             perp__raise_to(&worst, row_residual(a, answer, perp__element_tangent(element) + i, 0));
@@ -232,18 +227,17 @@ static double element_residual(const perp__acceleration *a, const perp__answer *
 static void name_modes(const perp__acceleration *a, perp__answer *answer)
 {
     const perp_mechanism *m = a->m;
-    int32_t index, i;
 
     memset(answer->modes, 0, (size_t)(m->contacts + m->dry) * sizeof *answer->modes);
     answer->kind = 0;
-    for (index = 0; index < a->elements; index++) {
+    for (int32_t index = 0; index < a->elements; index++) {
         const perp__element *element = a->element + index;
         int32_t mode = answer->pattern[index];
 
         answer->kind += perp__element_presses(element, mode);
         if (mode == PERP_MECHANISM_SLIP && !element->dry && !element->friction && !element->moves) {
             mode = PERP_MECHANISM_STICK; /* nothing holds it, but it does not move either */
-            for (i = 0; i < element->tangents; i++)
+            for (int32_t i = 0; i < element->tangents; i++)
                 if (row_residual(a, answer, element->row + 1 + i, 0) > SMALL)
                     mode = PERP_MECHANISM_SLIP;
         }
@@ -255,16 +249,15 @@ static void describe(perp__acceleration *a, perp__answer *answer)
 {
     perp_mechanism *m = a->m;
     double largest = DBL_MIN;
-    int32_t i;
 
     find_acceleration(a, answer);
-    for (i = 0; i < a->active; i++)
+    for (int32_t i = 0; i < a->active; i++)
         largest = fmax(largest, fabs(answer->middle[a->row_of[i]]) / a->scale[i]);
     answer->residual = perp__momentum_residual(m, &m->begin, m->begin.k,
                                                perp__answer_acceleration(answer), answer->middle);
-    for (i = 0; i < m->bilateral; i++)
+    for (int32_t i = 0; i < m->bilateral; i++)
         perp__raise_to(&answer->residual, row_residual(a, answer, a->bilateral_row + i, 0));
-    for (i = 0; i < a->elements; i++)
+    for (int32_t i = 0; i < a->elements; i++)
         perp__raise_to(&answer->residual, element_residual(a, answer, i, largest));
     name_modes(a, answer);
     label(a, answer);
@@ -278,9 +271,8 @@ static int32_t has_point(perp__acceleration *a, const perp__answer *outer, const
                          int32_t homogeneous, double spread, int32_t *at_vertex)
 {
     const perp__mode_pattern pattern = perp__answer_pattern(a, outer);
-    int32_t i;
 
-    for (i = 0; i < a->active; i++)
+    for (int32_t i = 0; i < a->active; i++)
         a->work[i] = point[a->row_of[i]];
     return perp__linear_holds_at(&a->linear, &pattern, a->work, homogeneous, PERP__FAMILY_TOLERANCE,
                                  spread, at_vertex);
@@ -288,9 +280,7 @@ static int32_t has_point(perp__acceleration *a, const perp__answer *outer, const
 
 static int32_t is_turned(const perp__acceleration *a, const perp__answer *answer)
 {
-    int32_t i;
-
-    for (i = 0; i < a->elements; i++)
+    for (int32_t i = 0; i < a->elements; i++)
         if (a->element[i].tangents == 2 && perp__element_starts(a->element + i, answer->pattern[i]))
             return 1;
     return 0;
@@ -301,11 +291,10 @@ static int32_t is_same(const perp__acceleration *a, const perp__answer *one,
 {
     const double same = is_turned(a, one) || is_turned(a, other) ? SAME_FORCE : 1e-14;
     double largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < a->active; i++)
+    for (int32_t i = 0; i < a->active; i++)
         largest = fmax(largest, fabs(one->points[a->row_of[i]]) / a->scale[i]);
-    for (i = 0; i < a->active; i++) {
+    for (int32_t i = 0; i < a->active; i++) {
         const int32_t row = a->row_of[i];
         const double width = one->width[row] + other->width[row];
 
@@ -319,7 +308,7 @@ static int32_t is_same(const perp__acceleration *a, const perp__answer *one,
 int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__answer *inner)
 {
     perp__acceleration *a = user;
-    int32_t at_vertex, k;
+    int32_t at_vertex;
 
     if (outer->dimension == 0) {
         const int32_t same = is_same(a, outer, inner);
@@ -327,7 +316,7 @@ int32_t perp__acceleration_holds(void *user, perp__answer *outer, const perp__an
         outer->at_vertex |= same; /* two patterns meet there */
         return same;
     }
-    for (k = 0; k < inner->vertices + inner->rays; k++)
+    for (int32_t k = 0; k < inner->vertices + inner->rays; k++)
         if (!has_point(a, outer, inner->points + (size_t)k * (size_t)a->m->rows,
                        k >= inner->vertices, 1.0, &at_vertex))
             return 0;
@@ -379,7 +368,6 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
 {
     const size_t rows = (size_t)a->m->rows;
     perp__answer *answer = perp__answer_create(&a->answers, 1);
-    int32_t i;
 
     if (!answer)
         return perp__fail_memory(a->m->context, "an acceleration");
@@ -389,7 +377,7 @@ perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vert
     set_pattern(a, answer);
     memset(answer->middle, 0, rows * sizeof *answer->middle);
     memset(answer->width, 0, rows * sizeof *answer->width);
-    for (i = 0; i < a->active; i++) {
+    for (int32_t i = 0; i < a->active; i++) {
         answer->middle[a->row_of[i]] = a->linear.x[i];
         answer->width[a->row_of[i]] = a->linear.x_width[i];
     }
@@ -435,11 +423,10 @@ static void scale_directions(perp__acceleration *a, int32_t dimension)
 {
     const size_t active = (size_t)a->active;
     double size = 0.0;
-    size_t i;
 
-    for (i = 0; i < active; i++)
+    for (size_t i = 0; i < active; i++)
         size = fmax(size, fmax(fabs(a->linear.x[i]) / a->scale[i], a->load[i] * a->scale[i]));
-    for (i = 0; i < (size_t)dimension * active && size > 0.0; i++)
+    for (size_t i = 0; i < (size_t)dimension * active && size > 0.0; i++)
         a->linear.null[i] *= size;
 }
 
@@ -451,7 +438,6 @@ static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t d
                              int32_t inside, perp__answer **made)
 {
     perp_status status;
-    int32_t i;
 
     *made = NULL;
     a->linear.inside = inside;
@@ -473,7 +459,7 @@ static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t d
     if (!*made)
         return status;
     set_pattern(a, *made);
-    for (i = 0; i < a->m->rows; i++)
+    for (int32_t i = 0; i < a->m->rows; i++)
         (*made)->width[i] = PERP__FAMILY_TOLERANCE * fabs((*made)->middle[i]);
     return PERP_OK;
 }
@@ -487,9 +473,7 @@ static int32_t holds_middle(perp__acceleration *a, const perp__answer *answer, i
 /* Turns the polygons to where the middle is. */
 static void aim(perp__acceleration *a, const perp__answer *answer)
 {
-    int32_t i;
-
-    for (i = 0; i < a->elements; i++) {
+    for (int32_t i = 0; i < a->elements; i++) {
         const perp__element *element = a->element + i;
         const double *f = answer->middle + a->row_of[element->row] + !element->dry;
 
@@ -505,21 +489,20 @@ static int32_t rank_of(perp__acceleration *a, const perp__answer *answer, int32_
     double *difference = a->work + active * active, largest = 0.0;
     const int32_t points = answer->vertices + answer->rays;
     int32_t rank = 0, k;
-    size_t i;
 
     for (k = 1; k < points; k++)
-        for (i = 0; i < active; i++)
+        for (size_t i = 0; i < active; i++)
             largest = fmax(largest, fabs(answer->points[(size_t)k * rows + (size_t)a->row_of[i]]) /
                                         a->scale[i]);
     for (k = 1; k < points && rank < a->active; k++) {
         double *d = a->work + (size_t)rank * active;
 
-        for (i = 0; i < active; i++)
+        for (size_t i = 0; i < active; i++)
             difference[i] = answer->points[(size_t)k * rows + (size_t)a->row_of[i]] -
                             (k < answer->vertices ? answer->points[a->row_of[i]] : 0.0);
         if (accelerations)
             perp__linear_rows(&a->linear, d, NULL, difference, 1);
-        for (i = 0; i < active; i++)
+        for (size_t i = 0; i < active; i++)
             d[i] = accelerations ? d[i] * a->scale[i] : difference[i] / a->scale[i];
         rank = perp__rank_add(a->work, rank, a->active, PERP__FAMILY_TOLERANCE * largest);
     }

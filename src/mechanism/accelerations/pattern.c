@@ -77,13 +77,12 @@ static void list_element(perp__acceleration *a, int32_t index)
     const int32_t mode = a->pattern.mode[index], t = perp__element_tangent(element);
     const double *direction = a->pattern.direction + 2 * (size_t)index;
     const double dragged[3] = {1.0, -element->mu * direction[0], -element->mu * direction[1]};
-    int32_t i;
 
     if (mode == PERP_MECHANISM_STICK)
-        for (i = element->row; i < t + element->tangents; i++)
+        for (int32_t i = element->row; i < t + element->tangents; i++)
             perp__linear_column(&a->linear, i, 1, alone);
     else if (element->dry)
-        for (i = 0; i < element->tangents; i++)
+        for (int32_t i = 0; i < element->tangents; i++)
             a->linear.known[t + i] = -element->bound * direction[i];
     else if (mode == PERP_MECHANISM_SLIP)
         perp__linear_column(&a->linear, element->row, 1 + element->tangents, dragged);
@@ -92,14 +91,13 @@ static void list_element(perp__acceleration *a, int32_t index)
 static void list_columns(perp__acceleration *a)
 {
     static const double alone[3] = {1.0, 0.0, 0.0};
-    int32_t index, row;
 
     perp__linear_begin(&a->linear);
-    for (index = 0; index < a->closed; index++)
+    for (int32_t index = 0; index < a->closed; index++)
         list_element(a, index);
-    for (row = 0; row < a->m->bilateral; row++)
+    for (int32_t row = 0; row < a->m->bilateral; row++)
         perp__linear_column(&a->linear, a->bilateral_row + row, 1, alone);
-    for (index = a->closed; index < a->elements; index++)
+    for (int32_t index = a->closed; index < a->elements; index++)
         list_element(a, index);
 }
 

@@ -41,13 +41,12 @@ static int32_t applies(const perp__acceleration *a)
 static void fill_seed(perp__acceleration *a, perp__velocity_problem *problem)
 {
     const perp_mechanism *m = a->m;
-    int32_t i, j;
 
     memcpy(a->seed.momentum, m->begin.k, (size_t)m->n * sizeof *a->seed.momentum);
     memset(a->seed.included, 0, (size_t)m->contacts);
     memset(a->seed.friction, 0, (size_t)m->contacts * sizeof *a->seed.friction);
     memset(a->seed.dry, 0, (size_t)m->dry * sizeof *a->seed.dry);
-    for (i = 0; i < a->elements; i++) {
+    for (int32_t i = 0; i < a->elements; i++) {
         const perp__element *element = a->element + i;
 
         if (!element->dry) {
@@ -56,7 +55,7 @@ static void fill_seed(perp__acceleration *a, perp__velocity_problem *problem)
         } else if (!element->moves) {
             a->seed.dry[element->source - m->contacts] = element->bound;
         } else {
-            for (j = 0; j < element->tangents; j++)
+            for (int32_t j = 0; j < element->tangents; j++)
                 perp__add_row(m, &m->begin, a->row_of[element->row + j],
                               -element->bound * element->direction[j], a->seed.momentum);
         }
@@ -73,14 +72,13 @@ static void direct(perp__acceleration *a, int32_t index, double sign, const doub
 {
     const perp__element *element = a->element + index;
     double *direction = a->pattern.direction + 2 * (size_t)index, length = 0.0;
-    int32_t i;
 
     direction[0] = direction[1] = 0.0;
     if (a->pattern.mode[index] != PERP_MECHANISM_SLIP || !element->friction)
         return;
-    for (i = 0; i < element->tangents; i++)
+    for (int32_t i = 0; i < element->tangents; i++)
         length = hypot(length, x[i]);
-    for (i = 0; i < element->tangents; i++)
+    for (int32_t i = 0; i < element->tangents; i++)
         direction[i] = element->moves ? element->direction[i]
                        : length > 0.0 ? sign * x[i] / length
                                       : i == 0; /* without a size it doesn't matter */
@@ -88,9 +86,7 @@ static void direct(perp__acceleration *a, int32_t index, double sign, const doub
 
 static void take_modes(perp__acceleration *a, const perp__motion *answer)
 {
-    int32_t i;
-
-    for (i = 0; i < a->elements; i++) {
+    for (int32_t i = 0; i < a->elements; i++) {
         const perp__element *element = a->element + i;
         const int32_t mode = answer->modes[element->source];
 
@@ -194,26 +190,24 @@ static void fill(perp__acceleration *a, search *s)
 {
     const size_t active = (size_t)a->active, size = (size_t)s->size;
     double *u = a->work;
-    size_t i, j, k;
-    int32_t index;
 
-    for (i = 0; i < (size_t)a->m->bilateral; i++) {
+    for (size_t i = 0; i < (size_t)a->m->bilateral; i++) {
         const size_t row = (size_t)a->bilateral_row + i;
 
         s->columns[i * active + row] = s->tests[i * active + row] = 1.0;
         s->lower[i] = -INFINITY;
     }
-    for (index = 0; index < a->elements; index++)
+    for (int32_t index = 0; index < a->elements; index++)
         fill_element(a, s, index);
-    for (j = 0; j < size; j++) {
+    for (size_t j = 0; j < size; j++) {
         perp__linear_rows(&a->linear, u, NULL, s->columns + j * active, 1);
-        for (i = 0; i < size; i++)
-            for (k = 0; k < active; k++)
+        for (size_t i = 0; i < size; i++)
+            for (size_t k = 0; k < active; k++)
                 s->M[i * size + j] += s->tests[i * active + k] * u[k];
     }
     perp__linear_rows(&a->linear, u, NULL, s->known, 0);
-    for (i = 0; i < size; i++)
-        for (k = 0; k < active; k++)
+    for (size_t i = 0; i < size; i++)
+        for (size_t k = 0; k < active; k++)
             s->q[i] += s->tests[i * active + k] * u[k];
 }
 
@@ -221,13 +215,12 @@ static void fill(perp__acceleration *a, search *s)
 static void rescale(search *s, const double *scale, int32_t back)
 {
     const size_t size = (size_t)s->size;
-    size_t i, j;
 
-    for (i = 0; i < size; i++) {
+    for (size_t i = 0; i < size; i++) {
         const double row = back ? 1.0 / scale[i] : scale[i];
 
         s->q[i] *= row;
-        for (j = 0; j < size; j++)
+        for (size_t j = 0; j < size; j++)
             s->M[i * size + j] *= row * (back ? 1.0 / scale[j] : scale[j]);
     }
 }
@@ -237,16 +230,14 @@ static void take_pattern(perp__acceleration *a, search *s)
 {
     const size_t active = (size_t)a->active;
     double largest = 0.0;
-    int32_t index;
-    size_t c, k;
 
     memcpy(s->force, s->known, active * sizeof *s->force);
-    for (c = 0; c < (size_t)s->size; c++)
-        for (k = 0; k < active; k++)
+    for (size_t c = 0; c < (size_t)s->size; c++)
+        for (size_t k = 0; k < active; k++)
             s->force[k] += s->columns[c * active + k] * s->z[c];
-    for (k = 0; k < active; k++)
+    for (size_t k = 0; k < active; k++)
         largest = fmax(largest, fabs(s->force[k]) / a->scale[k]);
-    for (index = 0; index < a->elements; index++) {
+    for (int32_t index = 0; index < a->elements; index++) {
         const perp__element *element = a->element + index;
         const int32_t count = directions_of(a, element), first = s->first[index] + !element->dry;
         const double *f = s->force + element->row;
@@ -270,10 +261,9 @@ static double length_of(const double *x, int32_t count)
 static void widen_pattern(perp__acceleration *a, search *s)
 {
     double *u = a->linear.u, *size = a->linear.u_width;
-    int32_t index;
 
     perp__linear_rows(&a->linear, u, size, s->force, 0);
-    for (index = 0; index < a->elements; index++) {
+    for (int32_t index = 0; index < a->elements; index++) {
         const perp__element *element = a->element + index;
         const int32_t t = perp__element_tangent(element);
         const double speed = length_of(u + t, element->tangents);
@@ -300,7 +290,6 @@ static perp_status try_pattern(perp__acceleration *a, search *s)
     const perp__linear_point point = {p->x, p->u, p->x_width, p->u_width, 0, 1, 0};
     const size_t active = (size_t)a->active;
     int32_t at_vertex;
-    size_t i;
 
     if (dimension <= 0 || perp__slip_count(a) > 0)
         return perp__acceleration_try(a, PERP__ROUGH_DIRECTIONS);
@@ -310,7 +299,7 @@ static perp_status try_pattern(perp__acceleration *a, search *s)
     perp__linear_evaluate(p);
     perp__linear_correct(p);
     perp__linear_evaluate(p);
-    for (i = 0; i < active; i++) {
+    for (size_t i = 0; i < active; i++) {
         p->u_width[i] = PERP__FAMILY_TOLERANCE * p->u_size[i];
         p->x_width[i] = p->u_width[i] * a->scale[i] * a->scale[i];
     }
@@ -331,17 +320,16 @@ static perp_status run(perp__acceleration *a, search *s, perp_lcp_solver *solver
     perp_lcp_settings settings;
     perp_matrix view;
     perp_status status = PERP_OK;
-    int32_t start, i;
 
     search_settings(&settings);
     perp_matrix_init(&view, sizeof view);
     perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, s->size, s->size, s->M, s->size);
-    for (start = 0; start < a->m->settings.starts && status == PERP_OK; start++) {
+    for (int32_t start = 0; start < a->m->settings.starts && status == PERP_OK; start++) {
         perp_lcp_result result;
 
         if (perp__mechanism_is_late(a->m))
             break;
-        for (i = 0; i < s->size; i++) { /* the first time all 1 */
+        for (int32_t i = 0; i < s->size; i++) { /* the first time all 1 */
             const uint64_t number = perp__next_random(&s->seed) >> 33;
 
             s->scale[i] = start == 0 ? 1.0 : exp(1e-9 * (double)number);
@@ -355,7 +343,7 @@ static perp_status run(perp__acceleration *a, search *s, perp_lcp_solver *solver
         if (status == PERP_OK)
             status = perp__lcp_solve(solver, s->z, NULL, NULL, &result, s->q, NULL);
         rescale(s, s->scale, 1);
-        for (i = 0; i < s->size && status == PERP_OK; i++)
+        for (int32_t i = 0; i < s->size && status == PERP_OK; i++)
             s->z[i] *= s->scale[i];
         summary->patterns++;
         if (status == PERP_OK && perp__is_good(result.outcome)) {

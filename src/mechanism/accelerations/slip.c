@@ -58,13 +58,12 @@ static void turn_accelerations(perp__acceleration *a, int32_t index, double *cha
     const int32_t t = perp__element_tangent(element);
     const size_t active = (size_t)a->active;
     double *force = a->work, *rhs = force + active, *x = rhs + active;
-    int32_t r;
 
     memset(force, 0, active * sizeof *force);
     force[t] = size * direction[1];
     force[t + 1] = -size * direction[0];
     perp__linear_rows(&a->linear, change, NULL, force, 1);
-    for (r = 0; r < a->linear.system.n; r++)
+    for (int32_t r = 0; r < a->linear.system.n; r++)
         rhs[r] = -change[a->linear.first[r]] * a->scale[a->linear.first[r]];
     perp__pivoting_solve(&a->linear.system, x, rhs);
     perp__linear_add(&a->linear, force, x, 0);
@@ -127,11 +126,11 @@ static double turn(perp__acceleration *a)
 
 int32_t perp__slip_turn(perp__acceleration *a, double singular)
 {
-    int32_t round, rank;
+    int32_t rank;
 
     perp__pattern_solve_roughly(a, singular, a->active);
     rank = a->linear.system.rank;
-    for (round = 0; round < MOST_ROUNDS; round++) {
+    for (int32_t round = 0; round < MOST_ROUNDS; round++) {
         const double largest = turn(a);
 
         if (largest < 0.0 || (round >= PATIENCE && largest > NEAR))

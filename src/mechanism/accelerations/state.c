@@ -34,16 +34,15 @@ static int32_t slides(const perp_mechanism *m, int32_t row, int32_t tangents, co
 {
     const double *u = m->start_velocity + row;
     double length = 0.0, tolerance = 0.0;
-    int32_t i;
 
     direction[0] = direction[1] = 0.0;
-    for (i = 0; i < tangents; i++) {
+    for (int32_t i = 0; i < tangents; i++) {
         length = hypot(length, u[i]);
         tolerance = hypot(tolerance, velocity_tolerance(m, row + i, v));
     }
     if (!(length > tolerance))
         return 0;
-    for (i = 0; i < tangents; i++)
+    for (int32_t i = 0; i < tangents; i++)
         direction[i] = u[i] / length;
     return 1;
 }
@@ -52,7 +51,6 @@ perp__element *perp__element_add(perp__acceleration *a, int32_t source)
 {
     const perp_mechanism *m = a->m;
     perp__element *element = a->element + a->elements++;
-    int32_t i;
 
     memset(element, 0, sizeof *element);
     element->source = source;
@@ -62,18 +60,16 @@ perp__element *perp__element_add(perp__acceleration *a, int32_t source)
     if (element->dry)
         element->bound = m->begin.bound[source - m->contacts];
     element->friction = element->bound > 0.0;
-    for (i = -!element->dry; i < element->tangents; i++)
+    for (int32_t i = -!element->dry; i < element->tangents; i++)
         a->row_of[a->active++] = m->tangent[source] + i;
     return element;
 }
 
 void perp__element_add_bilateral(perp__acceleration *a)
 {
-    int32_t j;
-
     a->closed = a->elements;
     a->bilateral_row = a->active;
-    for (j = 0; j < a->m->bilateral; j++)
+    for (int32_t j = 0; j < a->m->bilateral; j++)
         a->row_of[a->active++] = a->m->contact_rows + j;
 }
 
@@ -142,14 +138,13 @@ static perp_status evaluate(perp__acceleration *a, differences *d, double *to, d
 {
     perp_mechanism *m = a->m;
     perp_status status = perp__evaluate_move(m, m->moved, d->q, s, d->v);
-    int32_t i;
 
     if (status == PERP_OK)
         status = perp__evaluate_rows(m, &m->end, d->t + s, m->moved, d->v);
     if (status != PERP_OK)
         return status;
     perp__row_velocities(m, &m->end, to, d->v);
-    for (i = 0; i < m->rows; i++)
+    for (int32_t i = 0; i < m->rows; i++)
         d->size[i] = fmax(d->size[i], perp__row_size(m, &m->end, i, d->v));
     return PERP_OK;
 }
@@ -160,13 +155,12 @@ static perp_status first_step(perp__acceleration *a, differences *d, double *ste
     perp_mechanism *m = a->m;
     double largest = 0.0, fastest = 0.0;
     perp_status status = perp__evaluate_move(m, m->moved, d->q, 1.0, d->v);
-    int32_t i;
 
     if (status == PERP__OUTSIDE) {
         *step = FIRST_MOVE;
         return PERP_OK;
     }
-    for (i = 0; i < m->coordinates && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < m->coordinates && status == PERP_OK; i++) {
         largest = fmax(largest, fabs(d->q[i]));
         fastest = fmax(fastest, fabs(m->moved[i] - d->q[i]));
     }
@@ -179,9 +173,8 @@ static double distance(const perp_mechanism *m, const differences *d, const doub
                        const double *y, double s)
 {
     double worst = 0.0;
-    int32_t i;
 
-    for (i = 0; i < m->rows; i++)
+    for (int32_t i = 0; i < m->rows; i++)
         if (d->size[i] > 0.0)
             worst = fmax(worst, fabs(x[i] - y[i]) * s / d->size[i]);
     return worst;
@@ -192,15 +185,13 @@ static void extrapolate(perp_mechanism *m, differences *d, int32_t level, double
 {
     const size_t rows = (size_t)m->rows;
     double factor = RATIO * RATIO;
-    int32_t j;
-    size_t i;
 
-    for (j = 1; j < COLUMNS && j <= level; j++, factor *= RATIO * RATIO) {
+    for (int32_t j = 1; j < COLUMNS && j <= level; j++, factor *= RATIO * RATIO) {
         const double *coarse = d->previous + (size_t)(j - 1) * rows;
         const double *fine = d->current + (size_t)(j - 1) * rows;
         double *to = d->current + (size_t)j * rows, error;
 
-        for (i = 0; i < rows; i++)
+        for (size_t i = 0; i < rows; i++)
             to[i] = fine[i] + (fine[i] - coarse[i]) / (factor - 1.0);
         error = fmax(distance(m, d, to, fine, s), distance(m, d, to, coarse, s));
         if (error < d->error) {
@@ -217,7 +208,6 @@ static perp_status difference(perp__acceleration *a, differences *d, double s)
     const double first = s;
     int32_t level = 0, retreats = 0, gained = 0;
     perp_status status = PERP_OK;
-    size_t i;
 
     while (level < LEVELS && level < gained + LEVELS_WITHOUT_GAIN) {
         const double before = d->error;
@@ -235,7 +225,7 @@ static perp_status difference(perp__acceleration *a, differences *d, double s)
         }
         if (status != PERP_OK)
             return status;
-        for (i = 0; i < rows; i++)
+        for (size_t i = 0; i < rows; i++)
             d->current[i] = (d->plus[i] - d->minus[i]) / (2.0 * s);
         extrapolate(m, d, level, first);
         level++;
@@ -250,12 +240,11 @@ static perp_status call_back(perp__acceleration *a, double t, const double *q, c
 {
     perp_mechanism *m = a->m;
     const int32_t answer = m->model.curvature(a->bias, t, q, v, m->model.user);
-    int32_t i;
 
     if (answer < 0)
         return perp__fail(m->context, PERP_ERROR_CALLBACK, "the curvature callback returned %d",
                           (int)answer);
-    for (i = 0; i < m->rows && answer == 0; i++) {
+    for (int32_t i = 0; i < m->rows && answer == 0; i++) {
         if (!isfinite(a->bias[i]))
             return perp__fail(m->context, PERP_ERROR_NOT_FINITE, "bias[%d] of its callback is %g",
                               (int)i, a->bias[i]);
@@ -271,7 +260,6 @@ static perp_status find_bias(perp__acceleration *a, double t, const double *q, c
     differences d = {0};
     perp_status status;
     double s = 1.0;
-    size_t i;
 
     memset(a->bias, 0, rows * sizeof *a->bias);
     memset(a->size, 0, rows * sizeof *a->size);
@@ -293,7 +281,7 @@ static perp_status find_bias(perp__acceleration *a, double t, const double *q, c
     status = first_step(a, &d, &s);
     if (status == PERP_OK)
         status = difference(a, &d, s);
-    for (i = 0; i < rows; i++) /* so that a tolerance of it covers the error, too */
+    for (size_t i = 0; i < rows; i++) /* so that a tolerance of it covers the error, too */
         a->size[i] = fabs(a->bias[i]) + d.error * d.size[i] / (s * PERP__ACCELERATION_TOLERANCE);
     return status;
 }
@@ -306,26 +294,25 @@ static void hold_bilateral(perp__acceleration *a)
     const size_t active = (size_t)a->active, n = (size_t)a->m->bilateral;
     const size_t b = (size_t)a->bilateral_row;
     double *rhs = a->linear.residual, *x = a->linear.y;
-    size_t i, j, k;
 
     memcpy(a->held, a->W, active * active * sizeof *a->held);
     if (n == 0)
         return;
     a->linear.system.n = (int32_t)n;
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++)
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++)
             a->linear.system.K[i * n + j] =
                 a->W[(b + i) * active + b + j] * a->scale[b + i] * a->scale[b + j];
     perp__pivoting_eliminate(&a->linear.system, PERP__ACCELERATION_SINGULAR * 4.0,
                              a->linear.system.n);
-    for (j = 0; j < active; j++) {
-        for (k = 0; k < n; k++)
+    for (size_t j = 0; j < active; j++) {
+        for (size_t k = 0; k < n; k++)
             rhs[k] = a->W[(b + k) * active + j] * a->scale[b + k];
         perp__pivoting_solve(&a->linear.system, x, rhs);
-        for (i = 0; i < active; i++) {
+        for (size_t i = 0; i < active; i++) {
             double sum = a->W[i * active + j], size = fabs(sum);
 
-            for (k = 0; k < n; k++) {
+            for (size_t k = 0; k < n; k++) {
                 const double term = a->W[i * active + b + k] * a->scale[b + k] * x[k];
 
                 sum -= term;
@@ -341,13 +328,12 @@ perp_status perp__acceleration_reduce(perp__acceleration *a)
     const perp_mechanism *m = a->m;
     const size_t n = (size_t)m->n, active = (size_t)a->active;
     perp_status status = perp__acceleration_make_room(a);
-    size_t i, j, k;
 
     if (status != PERP_OK)
         return status;
     memcpy(a->velocity, m->begin.k, n * sizeof *a->velocity);
     perp__solve_mass(m, &m->begin, a->velocity);
-    for (i = 0; i < active; i++) {
+    for (size_t i = 0; i < active; i++) {
         const size_t row = (size_t)a->row_of[i];
         const double *J = m->begin.J + row * n;
         int32_t moves = 0;
@@ -355,18 +341,18 @@ perp_status perp__acceleration_reduce(perp__acceleration *a)
 
         a->beta[i] = a->bias[row];
         a->load[i] = a->size[row];
-        for (k = 0; k < n; k++) {
+        for (size_t k = 0; k < n; k++) {
             a->beta[i] += J[k] * a->velocity[k];
             a->load[i] += fabs(J[k] * a->velocity[k]);
             moves = moves || J[k] != 0.0;
         }
         memcpy(a->work, J, n * sizeof *a->work);
         perp__solve_mass(m, &m->begin, a->work);
-        for (j = 0; j <= i; j++) {
+        for (size_t j = 0; j <= i; j++) {
             const double *other = m->begin.J + (size_t)a->row_of[j] * n;
             double sum = 0.0;
 
-            for (k = 0; k < n; k++)
+            for (size_t k = 0; k < n; k++)
                 sum += other[k] * a->work[k];
             a->W[i * active + j] = a->W[j * active + i] = sum;
         }

@@ -105,12 +105,10 @@ typedef struct result {
 
 static perp_status end(perp_context *context, perp_status status, const result *results, int count)
 {
-    int k;
-
-    for (k = 0; k < count && status == PERP_OK; k++)
+    for (int k = 0; k < count && status == PERP_OK; k++)
         if (results[k].to || results[k].needed)
             status = check_number(context, results[k].name, results[k].value);
-    for (k = 0; k < count && status == PERP_OK; k++)
+    for (int k = 0; k < count && status == PERP_OK; k++)
         if (results[k].to)
             *results[k].to = results[k].value;
     return context ? perp__leave(context, status) : status;
@@ -157,9 +155,8 @@ static stretch short_stretch(const perp_bristle *law, curve g, double x, double 
     const double way = v * h - z * x, way_slope = h - z * x_slope;
     double term = 1.0 / 6, chi = 0.0, phi, psi;
     stretch s;
-    int k;
 
-    for (k = 4; k < 24; k++) { /* 1/23! < 1e-22 */
+    for (int k = 4; k < 24; k++) { /* 1/23! < 1e-22 */
         chi += term;
         term *= -x / k;
     }

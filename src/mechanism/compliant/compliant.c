@@ -37,20 +37,18 @@ static void layout(perp__arena *arena, void *object)
     double **const of_p[] = {&c->mu, &c->slip, &c->side, &c->N, &c->right, &c->top_delta};
     double **const of_np[] = {&c->normal, &c->tangent, &c->response, &c->drag};
     double **const of_pp[] = {&c->P, &c->Q, &c->matrix};
-    size_t k;
 
     c->mass = perp__arena_take(arena, n * n, sizeof(double));
-    for (k = 0; k < sizeof of_n / sizeof *of_n; k++)
+    for (size_t k = 0; k < sizeof of_n / sizeof *of_n; k++)
         *of_n[k] = perp__arena_take(arena, n, sizeof(double));
-    for (k = 0; k < sizeof of_p / sizeof *of_p; k++)
+    for (size_t k = 0; k < sizeof of_p / sizeof *of_p; k++)
         *of_p[k] = perp__arena_take(arena, p, sizeof(double));
-    for (k = 0; k < sizeof of_np / sizeof *of_np; k++)
+    for (size_t k = 0; k < sizeof of_np / sizeof *of_np; k++)
         *of_np[k] = perp__arena_take(arena, n * p, sizeof(double));
-    for (k = 0; k < sizeof of_pp / sizeof *of_pp; k++)
+    for (size_t k = 0; k < sizeof of_pp / sizeof *of_pp; k++)
         *of_pp[k] = perp__arena_take(arena, p * p, sizeof(double));
-    for (k = 0; k < PERP__STAGES; k++) {
-        c->kx[k] = perp__arena_take(arena, n, sizeof(double));
-        c->kv[k] = perp__arena_take(arena, n, sizeof(double));
+    for (size_t k = 0; k < PERP__STAGES; k++) {
+        PERP__DOUBLES(arena, n, &c->kx[k], &c->kv[k]);
     }
     c->gamma = perp__arena_take(arena, 2 * p, sizeof(double));
     c->roots = perp__arena_take(arena, 4 * p, sizeof(double));
@@ -61,10 +59,9 @@ static void layout(perp__arena *arena, void *object)
 static void respond(const perp_compliant *c, double *to, const double *from, const double *scale)
 {
     const size_t n = (size_t)c->n, p = (size_t)c->p;
-    size_t i, k;
 
-    for (k = 0; k < p; k++)
-        for (i = 0; i < n; i++)
+    for (size_t k = 0; k < p; k++)
+        for (size_t i = 0; i < n; i++)
             to[i + n * k] = from[k + p * i] * (scale ? scale[k] : 1.0);
     perp__cholesky_solve(c->n, c->p, c->mass, c->n, to, c->n);
 }
@@ -73,13 +70,12 @@ static void respond(const perp_compliant *c, double *to, const double *from, con
 static void couple(const perp_compliant *c, double *to, const double *from)
 {
     const size_t n = (size_t)c->n, p = (size_t)c->p;
-    size_t i, k, l;
 
-    for (l = 0; l < p; l++)
-        for (k = 0; k < p; k++) {
+    for (size_t l = 0; l < p; l++)
+        for (size_t k = 0; k < p; k++) {
             double sum = 0.0;
 
-            for (i = 0; i < n; i++)
+            for (size_t i = 0; i < n; i++)
                 sum += c->normal[k + p * i] * from[i + n * l];
             to[k + p * l] = sum;
         }
@@ -102,7 +98,6 @@ static perp_status take(perp_compliant *c, const perp_compliant_system *s)
 {
     perp_context *context = c->context;
     perp_status status = perp__copy_matrix(context, "mass", c->n, c->n, c->mass, s->mass);
-    int32_t k;
 
     if (status == PERP_OK)
         status = perp__copy_matrix(context, "normal", c->p, c->n, c->normal, s->normal);
@@ -114,7 +109,7 @@ static perp_status take(perp_compliant *c, const perp_compliant_system *s)
         status = perp__check_pointer(context, "mu", s->mu);
     if (status == PERP_OK)
         status = perp__copy_vector(context, "mu", c->p, c->mu, s->mu);
-    for (k = 0; k < c->p && status == PERP_OK; k++)
+    for (int32_t k = 0; k < c->p && status == PERP_OK; k++)
         if (c->mu[k] < 0.0)
             status = perp__fail(context, PERP_ERROR_ARGUMENT, "mu[%d] is %g, negative", (int)k,
                                 c->mu[k]);
@@ -206,9 +201,8 @@ static perp_status check_signs(perp_compliant *c, const char *name, const int32_
                                int32_t least)
 {
     perp_status status = perp__check_pointer(c->context, name, signs);
-    int32_t k;
 
-    for (k = 0; k < c->p && status == PERP_OK; k++)
+    for (int32_t k = 0; k < c->p && status == PERP_OK; k++)
         if (signs[k] < -1 || signs[k] > 1 || (signs[k] == 0 && least == 1))
             status = perp__fail(c->context, PERP_ERROR_ARGUMENT, "%s[%d] is %d, not a sign", name,
                                 (int)k, (int)signs[k]);
@@ -221,7 +215,6 @@ static perp_status linearise(perp_compliant *c, perp_compliant_stability *stabil
     const size_t p = (size_t)c->p;
     perp_compliant_stability own;
     perp__stability verdict;
-    size_t k, l;
     perp_status status = PERP__CHECK(perp_compliant_stability, c->context, stability);
 
     if (status == PERP_OK)
@@ -230,8 +223,8 @@ static perp_status linearise(perp_compliant *c, perp_compliant_stability *stabil
         status = check_signs(c, "load", load, 1);
     if (status != PERP_OK)
         return status;
-    for (l = 0; l < p; l++)
-        for (k = 0; k < p; k++)
+    for (size_t l = 0; l < p; l++)
+        for (size_t k = 0; k < p; k++)
             c->matrix[k + p * l] = c->P[k + p * l] + c->Q[k + p * l] * (slip[l] * load[l]);
     verdict = perp__stability_of(c->p, c->matrix, c->stiffness, c->damping, c->gamma, c->roots);
     if (!perp__all_finite(c->gamma, 2 * p) || !perp__all_finite(c->roots, 4 * p))
@@ -241,7 +234,7 @@ static perp_status linearise(perp_compliant *c, perp_compliant_stability *stabil
     own.stable = verdict.stable;
     own.flutter = verdict.flutter;
     own.growth = c->roots[0];
-    for (k = 0; k < p; k++) {
+    for (size_t k = 0; k < p; k++) {
         own.growth = fmax(own.growth, fmax(c->roots[4 * k], c->roots[4 * k + 2]));
         if (gamma) {
             gamma[2 * k] = c->gamma[k];

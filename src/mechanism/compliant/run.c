@@ -37,9 +37,8 @@ typedef struct progress {
 static double row_times(const double *A, int32_t rows, int32_t row, const double *x, int32_t n)
 {
     double sum = 0.0;
-    int32_t i;
 
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         sum += A[(size_t)row + (size_t)rows * (size_t)i] * x[i];
     return sum;
 }
@@ -47,9 +46,7 @@ static double row_times(const double *A, int32_t rows, int32_t row, const double
 /* The signs of the state's normal forces, and these where they are wanted. */
 static void find_sides(perp_compliant *c, double *N)
 {
-    int32_t k;
-
-    for (k = 0; k < c->p; k++) {
+    for (int32_t k = 0; k < c->p; k++) {
         const double force = c->stiffness * row_times(c->normal, c->p, k, c->x, c->n) +
                              c->damping * row_times(c->normal, c->p, k, c->v, c->n);
 
@@ -65,10 +62,10 @@ static int32_t find_normal_forces(perp_compliant *c, double s)
     const size_t p = (size_t)c->p;
     const double e = c->stiffness * s + c->damping;
     int32_t round, changed = 1;
-    size_t k, l;
+    size_t k;
 
     for (round = 0; round < SIGN_ROUNDS && changed; round++) {
-        for (l = 0; l < p; l++) {
+        for (size_t l = 0; l < p; l++) {
             for (k = 0; k < p; k++)
                 c->matrix[k + p * l] =
                     e * s * (c->P[k + p * l] + c->Q[k + p * l] * (c->slip[l] * c->side[l]));
@@ -90,19 +87,17 @@ static int32_t find_normal_forces(perp_compliant *c, double s)
 /* Stage `stage` of length s from zx, zv: its slopes, and V. */
 static int32_t take_stage(perp_compliant *c, double s, int32_t stage)
 {
-    int32_t k, i;
-
-    for (i = 0; i < c->n; i++)
+    for (int32_t i = 0; i < c->n; i++)
         c->V[i] = c->zv[i] + s * c->free[i];
-    for (k = 0; k < c->p; k++)
+    for (int32_t k = 0; k < c->p; k++)
         c->right[k] = c->stiffness * row_times(c->normal, c->p, k, c->zx, c->n) +
                       (c->stiffness * s + c->damping) * row_times(c->normal, c->p, k, c->V, c->n);
     if (find_normal_forces(c, s) != 0)
         return 1;
-    for (i = 0; i < c->n; i++) {
+    for (int32_t i = 0; i < c->n; i++) {
         double a = c->free[i];
 
-        for (k = 0; k < c->p; k++) {
+        for (int32_t k = 0; k < c->p; k++) {
             const size_t at = (size_t)i + (size_t)c->n * (size_t)k;
 
             a -= c->response[at] * c->N[k] + c->drag[at] * (c->slip[k] * fabs(c->N[k]));
@@ -116,11 +111,11 @@ static int32_t take_stage(perp_compliant *c, double s, int32_t stage)
 /* From x, v to next_x, next_v with the errors of the embedded method; 0, or 1. */
 static int32_t take_step(perp_compliant *c, double h)
 {
-    int32_t stage, l, i;
+    int32_t l;
 
     find_sides(c, NULL);
-    for (stage = 0; stage < PERP__STAGES; stage++) {
-        for (i = 0; i < c->n; i++) {
+    for (int32_t stage = 0; stage < PERP__STAGES; stage++) {
+        for (int32_t i = 0; i < c->n; i++) {
             double x = 0.0, v = 0.0;
 
             for (l = 0; l < stage; l++) {
@@ -133,7 +128,7 @@ static int32_t take_step(perp_compliant *c, double h)
         if (take_stage(c, h * diagonal, stage) != 0)
             return 1;
     }
-    for (i = 0; i < c->n; i++) {
+    for (int32_t i = 0; i < c->n; i++) {
         c->next_x[i] = c->zx[i] + h * diagonal * c->kx[PERP__STAGES - 1][i];
         c->next_v[i] = c->zv[i] + h * diagonal * c->kv[PERP__STAGES - 1][i];
         for (c->error_x[i] = c->error_v[i] = 0.0, l = 0; l < PERP__STAGES; l++) {
@@ -149,9 +144,8 @@ static int32_t take_step(perp_compliant *c, double h)
 static double error_of(perp_compliant *c)
 {
     double error = 0.0;
-    int32_t i, k;
 
-    for (i = 0; i < c->n; i++) {
+    for (int32_t i = 0; i < c->n; i++) {
         const double top_x = fmax(c->top_x[i], fabs(c->next_x[i]));
         const double top_v = fmax(c->top_v[i], fabs(c->next_v[i]));
 
@@ -160,7 +154,7 @@ static double error_of(perp_compliant *c)
         if (c->error_v[i] != 0.0)
             perp__raise_to(&error, fabs(c->error_v[i]) / top_v);
     }
-    for (k = 0; k < c->p; k++) {
+    for (int32_t k = 0; k < c->p; k++) {
         const double delta = row_times(c->normal, c->p, k, c->next_x, c->n);
         const double wrong = row_times(c->normal, c->p, k, c->error_x, c->n);
 
@@ -175,14 +169,12 @@ static double error_of(perp_compliant *c)
 /* The state's largest values and normal forces. */
 static void read_state(perp_compliant *c, progress *run)
 {
-    int32_t i, k;
-
-    for (i = 0; i < c->n; i++) {
+    for (int32_t i = 0; i < c->n; i++) {
         c->top_x[i] = fmax(c->top_x[i], fabs(c->x[i]));
         c->top_v[i] = fmax(c->top_v[i], fabs(c->v[i]));
     }
     find_sides(c, c->N);
-    for (k = 0; k < c->p; k++) {
+    for (int32_t k = 0; k < c->p; k++) {
         c->top_delta[k] = fmax(c->top_delta[k], fabs(row_times(c->normal, c->p, k, c->x, c->n)));
         run->result.least_normal = fmin(run->result.least_normal, c->N[k]);
         run->result.largest_normal = fmax(run->result.largest_normal, c->N[k]);
@@ -213,9 +205,8 @@ static int32_t find_stop(const perp_compliant *c, double *beyond)
 static double find_stop_time(perp_compliant *c, double h, int32_t *contact)
 {
     double low = 0.0, high = h, beyond;
-    int32_t round;
 
-    for (round = 0; round < EVENT_ROUNDS; round++) {
+    for (int32_t round = 0; round < EVENT_ROUNDS; round++) {
         const double middle = 0.5 * (low + high);
         int32_t found;
 
@@ -248,11 +239,10 @@ static void accept(perp_compliant *c, progress *run, double h)
 static double first_step(const perp_compliant *c, const progress *run)
 {
     double top = 0.0;
-    int32_t k;
 
     if (run->settings.first_step > 0.0)
         return fmin(run->settings.first_step, run->t_end);
-    for (k = 0; k < c->p; k++)
+    for (int32_t k = 0; k < c->p; k++)
         top = fmax(top, fabs(c->P[k + c->p * k]) + fabs(c->Q[k + c->p * k]));
     return fmin(run->t_end, 0.01 / fmax(sqrt(c->stiffness * top), 1.0 / run->t_end));
 }
@@ -321,14 +311,13 @@ static perp_status check(perp_compliant *c, progress *run, const double *x0, con
 static perp_status begin(perp_compliant *c, progress *run, const double *x0, const double *v0)
 {
     const size_t size = (size_t)c->n * sizeof(double);
-    int32_t k;
 
     memcpy(c->x, x0, size);
     memcpy(c->v, v0, size);
     memset(c->top_x, 0, size);
     memset(c->top_v, 0, size);
     memset(c->top_delta, 0, (size_t)c->p * sizeof *c->top_delta);
-    for (k = 0; k < c->p; k++) {
+    for (int32_t k = 0; k < c->p; k++) {
         const double sliding = row_times(c->tangent, c->p, k, v0, c->n);
 
         c->slip[k] = (double)((sliding > 0.0) - (sliding < 0.0));

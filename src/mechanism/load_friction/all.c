@@ -78,9 +78,9 @@ static int32_t correct(perp_load_friction *f)
 /* Corrects the pattern until its point holds; keeps that. */
 static perp_status iterate(perp_load_friction *f, int64_t *patterns)
 {
-    int32_t round, at_vertex;
+    int32_t at_vertex;
 
-    for (round = 0; round < 3 * f->n + 10; round++) {
+    for (int32_t round = 0; round < 3 * f->n + 10; round++) {
         ++*patterns;
         if (perp__friction_solve_pattern(f) != 0)
             return PERP_OK;
@@ -96,9 +96,7 @@ static perp_status iterate(perp_load_friction *f, int64_t *patterns)
 static perp_status iterate_from(perp_load_friction *f, int32_t start, uint64_t *seed,
                                 int64_t *patterns)
 {
-    int32_t i;
-
-    for (i = 0; i < f->n; i++) {
+    for (int32_t i = 0; i < f->n; i++) {
         const int32_t count = choices(f, i);
 
         perp__next_random(seed);
@@ -115,13 +113,12 @@ static perp_status iterate_from(perp_load_friction *f, int32_t start, uint64_t *
 static void fill_lcp(const perp_load_friction *f, double *M, double *q, double *lower)
 {
     const size_t n = (size_t)f->n;
-    size_t i, j;
 
     memset(M, 0, 4 * n * n * sizeof *M);
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         const double t = f->mu[i] * f->question.sign[i];
 
-        for (j = 0; j < n; j++) {
+        for (size_t j = 0; j < n; j++) {
             M[i + 2 * n * j] = f->A[i + n * j] + t * f->C[i + n * j];
             M[n + i + 2 * n * j] = f->C[i + n * j];
         }
@@ -141,7 +138,6 @@ static perp_status solve_lcp(perp_load_friction *f, double *M, double *q, double
     perp_lcp_result result;
     perp_matrix view;
     perp_status status;
-    int32_t i;
 
     perp_lcp_settings_init(&settings, sizeof settings);
     perp_lcp_result_init(&result, sizeof result);
@@ -155,7 +151,7 @@ static perp_status solve_lcp(perp_load_friction *f, double *M, double *q, double
     if (status == PERP_OK)
         status = perp__lcp_solve(solver, z, NULL, NULL, &result, q, NULL);
     perp__lcp_destroy(solver);
-    for (i = 0; i < f->n && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < f->n && status == PERP_OK; i++) {
         f->pattern.mode[i] = PERP_LOAD_SLIDE;
         f->pattern.side[i] = (int8_t)(f->mu[i] == 0.0 ? 0 : z[f->n + i] > 0.0 ? -1 : 1);
     }
@@ -167,9 +163,8 @@ static perp_status iterate_from_lemke(perp_load_friction *f, int64_t *patterns)
     const size_t n = (size_t)f->n;
     double *M;
     perp_status status;
-    int32_t i;
 
-    for (i = 0; i < f->n; i++)
+    for (int32_t i = 0; i < f->n; i++)
         if (f->question.sign[i] == 0)
             return PERP_OK;
     M = perp__allocate(f->context, 4 * n * n + 6 * n, sizeof *M);
@@ -185,11 +180,10 @@ static perp_status search(perp_load_friction *f, int64_t *patterns)
 {
     uint64_t seed = 1;
     perp_status status;
-    int32_t start;
 
     f->insist = 1;
     status = iterate_from_lemke(f, patterns);
-    for (start = 0; start < f->settings.starts && status == PERP_OK; start++)
+    for (int32_t start = 0; start < f->settings.starts && status == PERP_OK; start++)
         status = iterate_from(f, start, &seed, patterns);
     f->insist = 0;
     return status;
@@ -200,9 +194,8 @@ static perp_status search(perp_load_friction *f, int64_t *patterns)
 static int32_t is_before(const void *user, const perp__answer *a, const perp__answer *b)
 {
     const perp_load_friction *f = user;
-    int32_t i;
 
-    for (i = 0; i < f->n; i++)
+    for (int32_t i = 0; i < f->n; i++)
         if (a->middle[i] != b->middle[i])
             return a->middle[i] < b->middle[i];
     return 1;
@@ -210,10 +203,8 @@ static int32_t is_before(const void *user, const perp__answer *a, const perp__an
 
 static void set_constants(perp_load_friction *f)
 {
-    int32_t i;
-
     f->linear.tolerance = f->settings.tol;
-    for (i = 0; i < f->n; i++) {
+    for (int32_t i = 0; i < f->n; i++) {
         f->c[i] = f->b[i] - f->question.tau[i];
         f->c_size[i] = fabs(f->question.tau[i]) + fabs(f->b[i]);
         f->c[f->n + i] = f->d[i];

@@ -26,9 +26,9 @@ static int32_t contains(const perp_load_friction *f, const perp__answer *outer,
                         const perp__answer *inner)
 {
     const perp__friction_pattern pattern = {outer->pattern, outer->pattern + f->n};
-    int32_t at_vertex, k;
+    int32_t at_vertex;
 
-    for (k = 0; k < inner->vertices + inner->rays; k++)
+    for (int32_t k = 0; k < inner->vertices + inner->rays; k++)
         if (!perp__linear_holds_at(&f->linear, &pattern, inner->points + (size_t)k * (size_t)f->n,
                                    k >= inner->vertices, same, 0.0, &at_vertex))
             return 0;
@@ -38,13 +38,11 @@ static int32_t contains(const perp_load_friction *f, const perp__answer *outer,
 /* Two patterns that meet in a vertex find it both. */
 static int32_t is_same(const perp_load_friction *f, const perp__answer *a, const perp__answer *b)
 {
-    int32_t i;
-
     if (memcmp(a->pattern, b->pattern, 2 * (size_t)f->n) == 0)
         return 1; /* a search comes by more than once */
     if (!a->at_vertex || !b->at_vertex)
         return 0;
-    for (i = 0; i < f->n; i++)
+    for (int32_t i = 0; i < f->n; i++)
         if (!(fabs(a->middle[i] - b->middle[i]) <= 2.0 * (a->width[i] + b->width[i])))
             return 0;
     return 1;
@@ -75,13 +73,13 @@ static void label(perp_load_friction *f, perp__answer *a)
     double *S = Gamma + square;
     const int32_t m = f->linear.system.n, *moving = f->linear.first;
     perp__stability verdict;
-    int32_t r, c, i;
 
     memset(X, 0, 2 * square * sizeof *X);
-    for (r = 0; r < m; r++) {
-        for (c = 0; c < m; c++)
+    for (int32_t r = 0; r < m; r++) {
+        for (int32_t c = 0; c < m; c++)
             block[at(f, r, c)] = f->A[at(f, moving[r], moving[c])];
-        for (i = 0; i < n; i++) { /* C_L, and the right-hand sides C_L' and (diag(mu) D)_L */
+        for (int32_t i = 0; i < n;
+             i++) { /* C_L, and the right-hand sides C_L' and (diag(mu) D)_L */
             C[at(f, i, r)] = f->C[at(f, i, moving[r])];
             X[at(f, r, i)] = C[at(f, i, r)];
         }
@@ -89,7 +87,7 @@ static void label(perp_load_friction *f, perp__answer *a)
     }
     memcpy(S, f->Y, square * sizeof *S);
     memset(Gamma, 0, square * sizeof *Gamma);
-    for (i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++)
         Gamma[at(f, i, i)] = -1.0;
     if (m > 0) {
         perp__cholesky_factor(m, block, n);
@@ -97,7 +95,7 @@ static void label(perp_load_friction *f, perp__answer *a)
         perp__gemm_subtract(n, n, m, C, n, X, n, S, n);
         perp__gemm_subtract(n, n, m, C, n, X + square, n, Gamma, n);
     }
-    for (i = 0; i < n * n; i++)
+    for (int32_t i = 0; i < n * n; i++)
         Gamma[i] = -Gamma[i];
     perp__cholesky_factor(n, S, n);
     perp__cholesky_solve(n, n, S, n, Gamma, n);
@@ -161,14 +159,12 @@ static int32_t is_finite(const perp_load_friction *f, const perp__answer *a)
  * the system. */
 static int32_t is_held(const perp_load_friction *f, const perp__answer *a)
 {
-    int32_t i, j;
-
-    for (i = 0; i < f->n; i++) {
+    for (int32_t i = 0; i < f->n; i++) {
         double terms = fabs(f->d[i]), size = fabs(f->b[i]) + fabs(f->question.tau[i]);
 
         if (a->pattern[i] != PERP_LOAD_STICK)
             continue;
-        for (j = 0; j < f->n; j++) {
+        for (int32_t j = 0; j < f->n; j++) {
             terms += fabs(f->C[at(f, i, j)] * a->middle[j]);
             size += fabs(f->A[at(f, i, j)] * a->middle[j]);
         }
@@ -231,11 +227,10 @@ static perp_status keep_polyhedron(perp_load_friction *f)
     const size_t size = (size_t)f->n * sizeof *f->linear.x;
     perp__answer *a;
     const perp_status status = perp__polyhedron_list(&f->polyhedron, &f->answers, &a);
-    int32_t i;
 
     if (!a)
         return status;
-    for (i = 0; i < f->n; i++)
+    for (int32_t i = 0; i < f->n; i++)
         a->width[i] = same * fabs(a->middle[i]);
     a->dimension = a->vertices + a->rays == 1 ? 0 : f->polyhedron.dimension;
     a->at_vertex = 1;
@@ -252,9 +247,8 @@ perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension)
 {
     uint32_t sides, most = 1;
     perp_status status = PERP_OK;
-    int32_t i;
 
-    for (i = 0; i < f->n; i++)
+    for (int32_t i = 0; i < f->n; i++)
         if (is_bounded(f, i)) {
             f->answers.incomplete |= most == 4096;
             most = most < 4096 ? 2 * most : most;
@@ -269,7 +263,7 @@ perp_status perp__friction_keep_family(perp_load_friction *f, int32_t dimension)
         if (status == PERP_OK)
             status = keep_polyhedron(f);
     }
-    for (i = 0; i < f->n; i++)
+    for (int32_t i = 0; i < f->n; i++)
         if (is_bounded(f, i))
             f->pattern.side[i] = 0;
     return status;

@@ -32,12 +32,11 @@ static const perp__answer *nearest(const perp_load_friction *f, const double *x)
 {
     const perp__answer *a, *best = NULL;
     double least = INFINITY;
-    int32_t i;
 
     for (a = f->answers.first; a; a = a->next) {
         double distance = 0.0;
 
-        for (i = 0; i < f->n; i++)
+        for (int32_t i = 0; i < f->n; i++)
             distance = fmax(distance, fabs(a->middle[i] - x[i]) / f->size[i]);
         if (distance < least) {
             least = distance;

@@ -81,14 +81,13 @@ static perp_status copy_friction(perp_load_friction *f, const perp_load_system *
 {
     perp_context *context = f->context;
     perp_status status = perp__check_pointer(context, "mu", system->mu);
-    int32_t i;
 
     if (status == PERP_OK)
         status = perp__copy_vector(context, "mu", f->n, f->mu, system->mu);
     if (status == PERP_OK)
         status = perp__copy_vector(context, "mu_static", f->n, f->mu_static,
                                    system->mu_static ? system->mu_static : system->mu);
-    for (i = 0; i < f->n && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < f->n && status == PERP_OK; i++) {
         if (f->mu[i] < 0.0)
             return perp__fail(context, PERP_ERROR_ARGUMENT, "mu[%d] is %g, negative", (int)i,
                               f->mu[i]);
@@ -106,19 +105,18 @@ static void derive(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n, square = n * n;
     double *X = f->work + square;
-    size_t i, j;
     int exponent;
 
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++)
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++)
             X[j + n * i] = f->C[i + n * j];
     perp__cholesky_solve(f->n, f->n, f->work, f->n, X, f->n);
-    for (i = 0; i < square; i++)
+    for (size_t i = 0; i < square; i++)
         f->Y[i] = -f->S[i];
     perp__gemm_subtract(f->n, f->n, f->n, f->C, f->n, X, f->n, f->Y, f->n);
-    for (i = 0; i < square; i++)
+    for (size_t i = 0; i < square; i++)
         f->Y[i] = -f->Y[i];
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         frexp(f->A[i + n * i], &exponent);
         f->size[i] = ldexp(1.0, -(exponent / 2));
     }
@@ -128,7 +126,6 @@ static perp_status take(perp_load_friction *f, const perp_load_system *system)
 {
     perp_context *context = f->context;
     perp_status status = perp__copy_matrix(context, "A", f->n, f->n, f->A, system->A);
-    int32_t i;
 
     if (status == PERP_OK)
         status = perp__copy_matrix(context, "C", f->n, f->n, f->C, system->C);
@@ -137,7 +134,7 @@ static perp_status take(perp_load_friction *f, const perp_load_system *system)
             perp__copy_matrix(context, "normal_inertia", f->n, f->n, f->S, system->normal_inertia);
     else
         memset(f->S, 0, (size_t)f->n * (size_t)f->n * sizeof *f->S);
-    for (i = 0; i < f->n && !system->normal_inertia; i++)
+    for (int32_t i = 0; i < f->n && !system->normal_inertia; i++)
         f->S[(size_t)i * ((size_t)f->n + 1)] = 1.0;
     if (status == PERP_OK)
         status = perp__copy_vector(context, "b", f->n, f->b, system->b);
@@ -169,15 +166,13 @@ static void layout(perp__arena *arena, void *object)
                                 &f->size,    &f->origin,     &f->product, &f->product_low,
                                 &f->normal,  &f->normal_low, &f->tau,     &q->stop,
                                 &q->mu_stick};
-    size_t k;
 
-    for (k = 0; k < sizeof matrices / sizeof *matrices; k++)
+    for (size_t k = 0; k < sizeof matrices / sizeof *matrices; k++)
         *matrices[k] = perp__arena_take(arena, square, sizeof(double));
-    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
     f->work = perp__arena_take(arena, 6 * square + 4 * n, sizeof(double));
-    f->c = perp__arena_take(arena, 2 * n, sizeof(double));
-    f->c_size = perp__arena_take(arena, 2 * n, sizeof(double));
+    PERP__DOUBLES(arena, 2 * n, &f->c, &f->c_size);
     perp__linear_layout(&f->linear, arena);
     f->tree.next = perp__arena_take(arena, n, sizeof(int32_t));
     q->sign = perp__arena_take(arena, n, 1);
@@ -346,7 +341,6 @@ perp_status perp__friction_solve(perp_load_friction *f, perp_load_summary *summa
                                  const double *tau, const double *velocity)
 {
     const size_t n = (size_t)f->n;
-    int32_t i;
 
     if (tau != f->tau)
         memcpy(f->tau, tau, n * sizeof *tau);
@@ -354,7 +348,7 @@ perp_status perp__friction_solve(perp_load_friction *f, perp_load_summary *summa
     memset(f->question.stop, 0, n * sizeof *f->question.stop);
     memset(f->question.before, 0, n);
     memcpy(f->question.mu_stick, f->mu_static, n * sizeof *f->mu_static);
-    for (i = 0; i < f->n; i++)
+    for (int32_t i = 0; i < f->n; i++)
         f->question.sign[i] = (int8_t)((velocity[i] > 0.0) - (velocity[i] < 0.0));
     return perp__friction_answer_all(f, summary);
 }

@@ -45,11 +45,10 @@ static void find_residual(perp_load_friction *f)
 {
     perp__linear *p = &f->linear;
     double *normal = p->u + f->n;
-    int32_t i;
 
     perp__multiply_doubled(&f->A_view, p->x, f->b, f->product, f->product_low);
     perp__multiply_doubled(&f->C_view, p->x, f->d, normal, f->normal_low);
-    for (i = 0; i < f->n; i++) {
+    for (int32_t i = 0; i < f->n; i++) {
         const double t = p->slope[i], product = t * normal[i];
         double sum = f->question.tau[i], low = 0.0;
 
@@ -63,11 +62,10 @@ static void find_residual(perp_load_friction *f)
 void perp__friction_evaluate(perp_load_friction *f)
 {
     perp__linear *p = &f->linear;
-    int32_t i;
 
     perp__linear_evaluate(p);
     find_residual(f);
-    for (i = 0; i < f->n; i++)
+    for (int32_t i = 0; i < f->n; i++)
         if (p->slope[i] == 0.0)
             p->u[i] = -p->residual[i];
 }
@@ -79,15 +77,14 @@ static int32_t is_clearly_wrong(const perp_load_friction *f)
 {
     const perp__linear *p = &f->linear;
     double load = 0.0, noise;
-    int32_t i, j;
 
-    for (i = 0; i < f->n; i++)
+    for (int32_t i = 0; i < f->n; i++)
         perp__raise_to(&load, f->size[i] * p->load[i]);
     noise = 1e3 * f->n * DBL_EPSILON * load / p->system.least;
-    for (i = 0; i < f->n; i++) {
+    for (int32_t i = 0; i < f->n; i++) {
         double limit = clearly * p->u_size[f->n + i];
 
-        for (j = 0; j < f->n; j++)
+        for (int32_t j = 0; j < f->n; j++)
             limit += fabs(f->C[(size_t)i + (size_t)f->n * (size_t)j]) * f->size[j] * noise;
         if (f->pattern.side[i] * p->u[f->n + i] < -limit)
             return 1;
@@ -118,10 +115,9 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f)
     static const double alone[3] = {1.0, 0.0, 0.0};
     perp__linear *p = &f->linear;
     double top;
-    int32_t i, round;
 
     perp__linear_begin(p);
-    for (i = 0; i < f->n; i++) {
+    for (int32_t i = 0; i < f->n; i++) {
         p->slope[i] = f->mu[i] * sign_of(f, f->pattern.mode[i], i) * f->pattern.side[i];
         if (f->pattern.mode[i] == PERP_LOAD_STICK)
             p->known[i] = f->question.stop[i];
@@ -139,7 +135,7 @@ int32_t perp__friction_solve_pattern(perp_load_friction *f)
         if (is_clearly_wrong(f))
             return -1;
     }
-    for (round = 0; round < 2; round++) {
+    for (int32_t round = 0; round < 2; round++) {
         find_residual(f);
         perp__linear_correct(p);
     }
@@ -203,9 +199,8 @@ int32_t perp__friction_holds(perp_load_friction *f, int32_t *at_vertex)
 {
     const perp__linear *p = &f->linear;
     const perp__linear_point point = {p->x, p->u, p->x_width, p->u_width, 0, 0, 1};
-    int32_t i;
 
-    for (i = 0; i < f->n; i++)
+    for (int32_t i = 0; i < f->n; i++)
         if (f->pattern.mode[i] != PERP_LOAD_STICK && !row_holds(f, i)) {
             f->answers.incomplete = 1; /* the equations have a solution, and this is not it */
             return 0;

@@ -13,10 +13,8 @@ PERP__INIT(perp_load_step)
 /* Every coordinate may stop, at x = -v / h, or go on in either direction. */
 static void ask_step(perp_load_friction *f, const double *velocity, double h)
 {
-    int32_t i;
-
     f->question.tau = f->tau;
-    for (i = 0; i < f->n; i++) {
+    for (int32_t i = 0; i < f->n; i++) {
         const double v = velocity[i];
 
         f->question.sign[i] = 0;
@@ -34,14 +32,13 @@ static perp_status find_regular_stops(perp_load_friction *f, perp_load_step *own
     const perp__answer *a;
     perp_load_summary summary;
     perp_status status = perp__friction_solve(f, &summary, f->tau, velocity);
-    int32_t i;
 
     if (status != PERP_OK)
         return status;
     own->accelerations = summary.count;
     memset(f->regular, 0, (size_t)f->n);
     for (a = f->answers.first; a; a = a->next)
-        for (i = 0; i < f->n; i++)
+        for (int32_t i = 0; i < f->n; i++)
             if (a->stable && velocity[i] * (velocity[i] + h * a->middle[i]) <= 0.0)
                 f->regular[i] = 1;
     return PERP_OK;
@@ -72,13 +69,12 @@ static merit judge(const perp_load_friction *f, const perp__answer *a, double di
                    const double *previous)
 {
     merit m = {!a->stable, 0, 0, 0.0};
-    int32_t i, j;
 
-    for (i = 0; i < f->n; i++) {
+    for (int32_t i = 0; i < f->n; i++) {
         if (previous && f->question.before[i] != 0 && f->mu[i] > 0.0)
             m.signs += (previous[i] - divide) * (perp__friction_normal(a)[i] - divide) < 0.0;
         m.starts += f->question.before[i] == 0 && a->pattern[i] != PERP_LOAD_STICK;
-        for (j = 0; j < f->n; j++)
+        for (int32_t j = 0; j < f->n; j++)
             m.energy += a->middle[i] * f->A[(size_t)i + (size_t)f->n * (size_t)j] * a->middle[j];
     }
     return m;
@@ -123,7 +119,6 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
     const perp__answer *taken;
     perp_load_summary summary;
     perp_status status = find_regular_stops(f, own, velocity, h);
-    int32_t i;
 
     if (status != PERP_OK)
         return status;
@@ -137,7 +132,7 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
     own->exhaustive = summary.exhaustive;
     taken = choose(f, own, previous);
     own->stable = taken && taken->stable;
-    for (i = 0; i < f->n; i++) {
+    for (int32_t i = 0; i < f->n; i++) {
         const int32_t sticks = taken && taken->pattern[i] == PERP_LOAD_STICK;
 
         own->stopped += sticks && velocity[i] != 0.0;
@@ -145,7 +140,7 @@ static perp_status run(perp_load_friction *f, double *next, double *normal, perp
         f->linear.x[i] = sticks ? 0.0 : taken ? velocity[i] + h * taken->middle[i] : velocity[i];
     }
     status = perp__check_finite(f->context, "next", f->linear.x, (size_t)f->n);
-    for (i = 0; i < f->n && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < f->n && status == PERP_OK; i++) {
         next[i] = f->linear.x[i];
         if (normal)
             normal[i] = taken ? perp__friction_normal(taken)[i] : NAN;
@@ -158,7 +153,6 @@ static perp_status check(perp_load_friction *f, const double *next, const perp_l
                          double h)
 {
     perp_status status = perp__check_pointer(f->context, "next", next);
-    int32_t i;
 
     if (status == PERP_OK && step)
         status = PERP__CHECK(perp_load_step, f->context, step);
@@ -166,7 +160,7 @@ static perp_status check(perp_load_friction *f, const double *next, const perp_l
         status = perp__check_vector(f->context, "tau", tau, (size_t)f->n);
     if (status == PERP_OK)
         status = perp__check_vector(f->context, "velocity", velocity, (size_t)f->n);
-    for (i = 0; i < f->n && status == PERP_OK && previous; i++)
+    for (int32_t i = 0; i < f->n && status == PERP_OK && previous; i++)
         if (isinf(previous[i]))
             status = perp__fail(f->context, PERP_ERROR_NOT_FINITE, "previous[%d] is %g", (int)i,
                                 previous[i]);

@@ -29,16 +29,15 @@ static void find_G(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n;
     double *X = f->work;
-    size_t i, j;
 
     memcpy(f->linear.system.E, f->A, n * n * sizeof(double));
     perp__cholesky_factor(f->n, f->linear.system.E, f->n);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++)
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++)
             X[j + n * i] = f->C[i + n * j];
     perp__cholesky_solve(f->n, f->n, f->linear.system.E, f->n, X, f->n);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++)
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++)
             f->linear.system.K[i + n * j] = X[j + n * i] * f->mu[j];
 }
 
@@ -46,10 +45,9 @@ static void find_G(perp_load_friction *f)
 static void load_signed(const perp_load_friction *f, double *to, double unit)
 {
     const size_t n = (size_t)f->n;
-    size_t i, j;
 
-    for (j = 0; j < n; j++) {
-        for (i = 0; i < n; i++)
+    for (size_t j = 0; j < n; j++) {
+        for (size_t i = 0; i < n; i++)
             to[i + n * j] = f->pattern.side[j] < 0 ? -f->linear.system.K[i + n * j]
                                                    : f->linear.system.K[i + n * j];
         to[j + n * j] += unit;
@@ -63,11 +61,10 @@ static double determinant(perp_load_friction *f)
     const size_t n = (size_t)f->n;
     double product = 1.0, value;
     int exponent, total = 0;
-    size_t i;
 
     load_signed(f, f->work, 1.0);
     perp__lu_factor(f->n, f->work, f->n, f->linear.first);
-    for (i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         product *= f->linear.first[i] == (int32_t)i + 1 ? f->work[i + n * i] : -f->work[i + n * i];
         product = frexp(product, &exponent);
         total += isfinite(product) && product != 0.0 ? exponent : 0;
@@ -83,14 +80,12 @@ static void enumerate(perp_load_friction *f, perp_load_uniqueness *u)
     const size_t n = (size_t)f->n;
     double *real = f->work + square_of(f), *imaginary = real + n, largest = 0.0;
     int32_t settled = 1;
-    uint32_t signs;
-    size_t i;
 
     u->determinant = INFINITY;
-    for (signs = 0; signs < 1u << n; signs++) {
+    for (uint32_t signs = 0; signs < 1u << n; signs++) {
         double value;
 
-        for (i = 0; i < n; i++)
+        for (size_t i = 0; i < n; i++)
             f->pattern.side[i] = (signs >> i) & 1u ? -1 : 1;
         value = determinant(f);
         settled &= !isnan(value);
@@ -99,7 +94,7 @@ static void enumerate(perp_load_friction *f, perp_load_uniqueness *u)
             continue; /* G (-D) has the eigenvalues of G D with the other sign */
         load_signed(f, f->work, 0.0);
         settled &= perp__eigenvalues(f->n, f->work, real, imaginary) == 0;
-        for (i = 0; i < n && settled; i++)
+        for (size_t i = 0; i < n && settled; i++)
             if (fabs(imaginary[i]) <= as_good_as_real * fabs(real[i]))
                 largest = fmax(largest, fabs(real[i]));
     }
@@ -120,28 +115,26 @@ static double find_radius(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n;
     double *x = f->linear.x, *y = f->origin, bound = INFINITY;
-    int32_t round;
-    size_t i, j;
 
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         x[i] = 1.0;
-    for (round = 0; round < 200; round++) {
+    for (int32_t round = 0; round < 200; round++) {
         double quotient = 0.0, top = 0.0;
 
         memset(y, 0, n * sizeof *y);
-        for (j = 0; j < n; j++)
-            for (i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++)
+            for (size_t i = 0; i < n; i++)
                 y[i] += fabs(f->linear.system.K[i + n * j]) * x[j];
-        for (i = 0; i < n; i++)
+        for (size_t i = 0; i < n; i++)
             quotient = fmax(quotient, y[i] / x[i]);
         bound = fmin(bound, quotient);
-        for (i = 0; i < n; i++) {
+        for (size_t i = 0; i < n; i++) {
             y[i] += 0.1 * bound * x[i];
             top = fmax(top, y[i]);
         }
         if (!(top > 0.0))
             return 0.0;
-        for (i = 0; i < n; i++)
+        for (size_t i = 0; i < n; i++)
             x[i] = fmax(y[i] / top, 1e-9);
     }
     return bound;
@@ -151,11 +144,10 @@ static double find_radius(perp_load_friction *f)
 static int32_t is_above(perp_load_friction *f, double s)
 {
     const size_t n = (size_t)f->n;
-    size_t i;
 
-    for (i = 0; i < n * n; i++)
+    for (size_t i = 0; i < n * n; i++)
         f->linear.system.E[i] = -f->linear.null[i];
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         f->linear.system.E[i + n * i] += s * s;
     return perp__cholesky_factor(f->n, f->linear.system.E, f->n) == 0;
 }
@@ -165,11 +157,9 @@ static double find_norm(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n, square = square_of(f);
     double low = 0.0, high = 0.0, frobenius = 0.0;
-    int32_t round;
-    size_t i, j;
 
-    for (j = 0; j < n; j++)
-        for (i = 0; i < n; i++) {
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++) {
             f->work[j + n * i] = -f->linear.system.K[i + n * j];
             frobenius += f->linear.system.K[i + n * j] * f->linear.system.K[i + n * j];
         }
@@ -177,7 +167,7 @@ static double find_norm(perp_load_friction *f)
     perp__gemm_subtract(f->n, f->n, f->n, f->work, f->n, f->linear.system.K, f->n, f->linear.null,
                         f->n);
     high = sqrt(frobenius) * (1.0 + 1e-12);
-    for (round = 0; round < 64 && high - low > 1e-12 * high; round++) {
+    for (int32_t round = 0; round < 64 && high - low > 1e-12 * high; round++) {
         const double middle = 0.5 * (low + high);
 
         if (is_above(f, middle))
@@ -193,14 +183,13 @@ static void decide_by_norms(perp_load_friction *f, perp_load_uniqueness *u)
 {
     const double smaller = fmin(u->norm, u->radius);
     uint64_t seed = 1;
-    int32_t k, i;
 
     u->exact = 0;
     u->determinant = NAN;
     u->margin = smaller > 0.0 ? 1.0 / smaller : INFINITY;
     u->verdict = smaller < 1.0 ? PERP_LOAD_UNIQUE : PERP_LOAD_UNDECIDED;
-    for (k = 0; k < TRIES && u->verdict == PERP_LOAD_UNDECIDED; k++) {
-        for (i = 0; i < f->n; i++) {
+    for (int32_t k = 0; k < TRIES && u->verdict == PERP_LOAD_UNDECIDED; k++) {
+        for (int32_t i = 0; i < f->n; i++) {
             perp__next_random(&seed);
             f->pattern.side[i] = (int8_t)(k < 2 ? 1 - 2 * k : (seed >> 62) & 1 ? 1 : -1);
         }
@@ -214,10 +203,9 @@ static void decide_by_norms(perp_load_friction *f, perp_load_uniqueness *u)
 static int32_t is_dominant(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n;
-    size_t i, j;
 
-    for (j = 0; j < n; j++)
-        for (i = 0; i < n; i++) {
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++) {
             const double a = f->A[i + n * j];
             const double friction =
                 0.5 * (f->mu[i] * fabs(f->C[i + n * j]) + f->mu[j] * fabs(f->C[j + n * i]));

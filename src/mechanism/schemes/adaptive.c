@@ -36,11 +36,10 @@ static void layout(perp__arena *arena, void *object)
     double **const positions[] = {&a->largest, &a->scale, &a->rate, &a->moved};
     double **const vectors[] = {&a->difference, &a->scratch, &a->force[0], &a->force[1],
                                 &a->force[2]};
-    size_t k;
 
-    for (k = 0; k < sizeof positions / sizeof *positions; k++)
+    for (size_t k = 0; k < sizeof positions / sizeof *positions; k++)
         *positions[k] = perp__arena_take(arena, (size_t)a->m->coordinates, sizeof(double));
-    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, (size_t)a->m->n, sizeof(double));
 }
 
@@ -118,13 +117,11 @@ static int32_t row_turns(const perp_mechanism *m, int32_t row, double weight)
 /* Whether an extrapolated slip would turn round. */
 static int32_t turns(const perp_mechanism *m, double weight)
 {
-    int32_t i, j;
-
-    for (j = 0; j < m->contacts; j++)
-        for (i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
+    for (int32_t j = 0; j < m->contacts; j++)
+        for (int32_t i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
             if (m->next.modes[j] == PERP_MECHANISM_SLIP && row_turns(m, i, weight))
                 return 1;
-    for (i = m->rows - m->dry_rows; i < m->rows; i++)
+    for (int32_t i = m->rows - m->dry_rows; i < m->rows; i++)
         if (row_turns(m, i, weight))
             return 1;
     return 0;
@@ -140,9 +137,7 @@ static int32_t is_smooth(const perp_mechanism *m, const perp__adaptive *a, doubl
 
 static void extrapolate(double *full, const double *halves, double weight, int32_t count)
 {
-    int32_t i;
-
-    for (i = 0; i < count; i++)
+    for (int32_t i = 0; i < count; i++)
         full[i] = halves[i] + weight * (halves[i] - full[i]);
 }
 
@@ -150,13 +145,12 @@ static void extrapolate(double *full, const double *halves, double weight, int32
 static perp_status improve(perp_mechanism *m, perp__adaptive *a, double t, double weight)
 {
     perp_status status;
-    int32_t j;
 
     extrapolate(m->trial.q, m->next.q, weight, m->coordinates);
     extrapolate(m->trial.v, m->next.v, weight, m->n);
     extrapolate(m->trial.r, m->next.r, weight, m->rows);
     extrapolate(m->trial.u, m->next.u, weight, m->rows);
-    for (j = 0; j < m->contacts; j++)
+    for (int32_t j = 0; j < m->contacts; j++)
         m->trial.r[m->starts[j]] = fmax(m->trial.r[m->starts[j]], 0.0);
     memcpy(a->moved, m->trial.q, (size_t)m->coordinates * sizeof *a->moved);
     memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
@@ -179,9 +173,8 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
     const perp__motion *answer = &m->next;
     perp_mechanism_step step;
     perp_status status = PERP__OUTSIDE;
-    int32_t i;
 
-    for (i = 0; i < m->rows; i++)
+    for (int32_t i = 0; i < m->rows; i++)
         m->next.r[i] += m->half.r[i];
     if (is_smooth(m, a, weight))
         status = improve(m, a, t, weight);

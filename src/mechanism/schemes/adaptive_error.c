@@ -26,9 +26,8 @@
 static double beside_scale(const perp_mechanism *m, const double *x, const double *scale)
 {
     double largest = 0.0;
-    int32_t i;
 
-    for (i = 0; i < m->coordinates; i++)
+    for (int32_t i = 0; i < m->coordinates; i++)
         if (x[i] != 0.0)
             largest = fmax(largest, fabs(x[i]) / scale[i]);
     return largest;
@@ -36,9 +35,7 @@ static double beside_scale(const perp_mechanism *m, const double *x, const doubl
 
 static void widen(const perp_mechanism *m, double *scale, const double *x, double factor)
 {
-    int32_t i;
-
-    for (i = 0; i < m->coordinates; i++)
+    for (int32_t i = 0; i < m->coordinates; i++)
         scale[i] = fmax(scale[i], factor * fabs(x[i]));
 }
 
@@ -47,7 +44,6 @@ perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a)
     const perp__motion *const states[] = {&m->now, &m->trial, &m->half};
     double *acceleration = a->difference, largest = 0.0;
     perp_status status;
-    int32_t i;
 
     memcpy(acceleration, a->force[0], (size_t)m->n * sizeof *acceleration);
     perp__solve_mass(m, &m->begin, acceleration);
@@ -55,15 +51,15 @@ perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a)
     memcpy(a->scale, a->largest, (size_t)m->coordinates * sizeof *a->scale);
     status = perp__evaluate_rate(m, a->rate, m->now.q, acceleration);
     widen(m, a->scale, a->rate, a->unit * a->unit);
-    for (i = 0; i < 3 && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < 3 && status == PERP_OK; i++) {
         a->speed_scale = fmax(a->speed_scale, perp__speed(m, &m->begin, states[i]->v));
         widen(m, a->scale, states[i]->q, 1.0);
         status = perp__evaluate_rate(m, a->rate, states[i]->q, states[i]->v);
         widen(m, a->scale, a->rate, a->unit);
     }
-    for (i = 0; i < m->coordinates; i++)
+    for (int32_t i = 0; i < m->coordinates; i++)
         largest = fmax(largest, a->scale[i]);
-    for (i = 0; i < m->coordinates; i++)
+    for (int32_t i = 0; i < m->coordinates; i++)
         a->scale[i] = fmax(a->scale[i], FLOOR * largest);
     return status;
 }
@@ -93,10 +89,9 @@ static double fastest_row(const perp_mechanism *m, int32_t row, int32_t count)
 {
     const perp__motion *const states[] = {&m->trial, &m->half, &m->next};
     double fastest = 0.0;
-    int32_t i, k;
 
-    for (k = 0; k < 3; k++)
-        for (i = row; i < row + count; i++)
+    for (int32_t k = 0; k < 3; k++)
+        for (int32_t i = row; i < row + count; i++)
             fastest = fmax(fastest, fabs(states[k]->u[i]));
     return fastest;
 }
@@ -105,9 +100,7 @@ static double fastest_row(const perp_mechanism *m, int32_t row, int32_t count)
  * it slips is no faster than what closes its gap. */
 static int32_t chatters(const perp_mechanism *m)
 {
-    int32_t j;
-
-    for (j = 0; j < m->contacts; j++) {
+    for (int32_t j = 0; j < m->contacts; j++) {
         const int32_t open = count_mode(m, j, PERP_MECHANISM_SEPARATE),
                       sticks = count_mode(m, j, PERP_MECHANISM_STICK), row = m->starts[j];
 
@@ -123,10 +116,8 @@ static int32_t chatters(const perp_mechanism *m)
 /* The speed of v in the norm of M, in what the rows that hold leave free. */
 static double free_speed(perp_mechanism *m, perp__adaptive *a, const double *v)
 {
-    int32_t i;
-
     perp__held_rows_begin(&m->held, m->n);
-    for (i = 0; i < m->rows; i++)
+    for (int32_t i = 0; i < m->rows; i++)
         if (m->trial.holds[i] && m->half.holds[i] && m->next.holds[i])
             perp__hold_row(m, &m->begin, i, 0.0);
     perp__held_rows_solve(&m->held);
@@ -140,9 +131,8 @@ static perp_status weigh(perp_mechanism *m, perp__adaptive *a, const double comb
                          double w, double h, double *size)
 {
     perp_status status;
-    int32_t i;
 
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         a->difference[i] = w * (combination[0] * a->force[0][i] + combination[1] * a->force[1][i] +
                                 combination[2] * a->force[2][i]);
     perp__solve_mass(m, &m->begin, a->difference);
@@ -170,12 +160,11 @@ perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double
 {
     const double weight = a->order == 2 ? 1.0 / 3.0 : 1.0;
     perp_status status;
-    int32_t i;
 
-    for (i = 0; i < m->coordinates; i++)
+    for (int32_t i = 0; i < m->coordinates; i++)
         a->moved[i] = weight * (m->next.q[i] - m->trial.q[i]);
     a->error = beside_scale(m, a->moved, a->scale);
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         a->difference[i] = weight * (m->next.v[i] - m->trial.v[i]);
     status = perp__evaluate_rate(m, a->rate, m->next.q, a->difference);
     if (status == PERP_OK) {
@@ -218,10 +207,8 @@ static void keep(perp__adaptive *a, double late, double error, double after, int
 /* a->difference := M^-1 J_j'r_j, of the rows of contact j. */
 static void jump_of(perp_mechanism *m, perp__adaptive *a, const double *r, int32_t j)
 {
-    int32_t i;
-
     memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
-    for (i = m->starts[j]; i < m->starts[j + 1]; i++)
+    for (int32_t i = m->starts[j]; i < m->starts[j + 1]; i++)
         perp__add_row(m, &m->begin, i, r[i], a->difference);
     perp__solve_mass(m, &m->begin, a->difference);
 }
@@ -272,13 +259,12 @@ typedef struct friction {
 static double slip_at(const perp_mechanism *m, const friction *f, const double *v, double d[2])
 {
     double speed;
-    int32_t i;
 
     d[0] = d[1] = 0.0;
-    for (i = 0; i < f->count; i++)
+    for (int32_t i = 0; i < f->count; i++)
         d[i] = perp__row_times(m, &m->begin, f->row + i, m->begin.drift[f->row + i], v);
     speed = hypot(d[0], d[1]);
-    for (i = 0; i < 2 && speed > 0.0; i++)
+    for (int32_t i = 0; i < 2 && speed > 0.0; i++)
         d[i] /= speed;
     return speed;
 }
@@ -288,13 +274,12 @@ static double response_to(perp_mechanism *m, perp__adaptive *a, const friction *
                           const double d[2])
 {
     double sum = 0.0;
-    int32_t i;
 
     memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
-    for (i = 0; i < f->count; i++)
+    for (int32_t i = 0; i < f->count; i++)
         perp__add_row(m, &m->begin, f->row + i, d[i], a->difference);
     perp__solve_mass(m, &m->begin, a->difference);
-    for (i = 0; i < f->count; i++)
+    for (int32_t i = 0; i < f->count; i++)
         sum += d[i] * perp__row_times(m, &m->begin, f->row + i, 0.0, a->difference);
     return sum;
 }
@@ -304,12 +289,11 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__moti
 {
     const int32_t sticks = to->modes[f->mode] == PERP_MECHANISM_STICK;
     double d[2], speed, after = 0.0, own = 0.0, response, lost, when, wrong;
-    int32_t i;
 
     if (from->modes[f->mode] != PERP_MECHANISM_SLIP || !(f->bound > 0.0))
         return;
     speed = slip_at(m, f, from->v, d);
-    for (i = 0; i < f->count; i++) {
+    for (int32_t i = 0; i < f->count; i++) {
         after += d[i] * to->u[f->row + i];
         own += d[i] * to->r[f->row + i];
     }
@@ -330,9 +314,8 @@ perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const pe
                                   const perp__motion *to, double start, double length)
 {
     perp_status status = PERP_OK;
-    int32_t j;
 
-    for (j = 0; j < m->contacts + m->dry && status == PERP_OK; j++) {
+    for (int32_t j = 0; j < m->contacts + m->dry && status == PERP_OK; j++) {
         const friction f = {m->tangent[j], m->tangents[j], j,
                             j < m->contacts ? m->friction[j] * to->r[m->starts[j]]
                                             : m->dry_bound[j - m->contacts]};

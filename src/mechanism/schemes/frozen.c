@@ -12,10 +12,8 @@
 
 void perp__prepare_contacts(perp_mechanism *m, double h, const double *q0, const double *v0)
 {
-    int32_t j;
-
     perp__row_velocities(m, &m->begin, m->start_velocity, v0);
-    for (j = 0; j < m->contacts; j++) {
+    for (int32_t j = 0; j < m->contacts; j++) {
         if (fabs(m->begin.gap[j]) <= perp__gap_rounding(m, &m->begin, m->starts[j], q0))
             m->begin.gap[j] = 0.0;
         if (m->settings.law == PERP_MECHANISM_POISSON) /* is_jammed alone asks */
@@ -27,26 +25,22 @@ void perp__prepare_contacts(perp_mechanism *m, double h, const double *q0, const
 
 void perp__prepare_step(perp_mechanism *m, double h, const double *q0, const double *v0)
 {
-    int32_t i;
-
     perp__multiply_mass(m, &m->begin, m->momentum, v0);
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         m->momentum[i] += h * m->begin.k[i];
     perp__prepare_contacts(m, h, q0, v0);
     perp__include_reached(m, &m->begin);
     perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, v0);
-    for (i = 0; i < m->dry; i++)
+    for (int32_t i = 0; i < m->dry; i++)
         m->dry_bound[i] = h * m->begin.bound[i];
 }
 
 void perp__include_reached(perp_mechanism *m, const perp__terms *terms)
 {
-    int32_t j;
-
     memcpy(m->free, m->momentum, (size_t)m->n * sizeof *m->free);
     perp__solve_mass(m, terms, m->free);
     perp__row_velocities(m, &m->begin, m->free_velocity, m->free);
-    for (j = 0; j < m->contacts; j++)
+    for (int32_t j = 0; j < m->contacts; j++)
         if (m->shift[j] + m->free_velocity[m->starts[j]] <= 0.0)
             m->included[j] = 1;
 }
@@ -89,9 +83,7 @@ int32_t perp__outcome_moves(int32_t outcome)
 /* Whether theory promises a solution: pointed or not, with gaps clipped at 0 and walls at rest. */
 static int32_t is_solvable(const perp_mechanism *m)
 {
-    int32_t i;
-
-    for (i = 0; i < m->contact_rows; i++)
+    for (int32_t i = 0; i < m->contact_rows; i++)
         if (m->begin.drift[i] != 0.0)
             return 0;
     return m->bilateral == 0;
@@ -115,7 +107,6 @@ perp_status perp__solve_frozen(perp_mechanism *m, const perp__velocity_problem *
 static void report(const perp_mechanism *m, perp__motion *to, perp_mechanism_step *step)
 {
     const perp__motion *answer = &m->answer;
-    int32_t j;
 
     step->outcome = answer->outcome;
     step->method = answer->method;
@@ -124,9 +115,9 @@ static void report(const perp_mechanism *m, perp__motion *to, perp_mechanism_ste
     perp__raise_to(&step->residual, answer->residual);
     step->iterations += answer->iterations;
     step->closed = step->sticking = 0;
-    for (j = 0; j < m->contacts; j++)
+    for (int32_t j = 0; j < m->contacts; j++)
         step->closed += answer->modes[j] != PERP_CONTACT_SEPARATE;
-    for (j = 0; j < m->contacts + m->dry; j++)
+    for (int32_t j = 0; j < m->contacts + m->dry; j++)
         step->sticking += answer->modes[j] == PERP_CONTACT_STICK;
     perp__copy_motion(m, to, answer);
 }

@@ -25,16 +25,14 @@ static void layout(perp__arena *arena, void *object)
     double **const of_unknowns[] = {&s->z,       &s->w,       &s->start, &s->lower, &s->upper,
                                     &s->changed, &s->shifted, &s->at,    &s->F};
     double **const of_rows[] = {&s->r, &s->u, &s->inverse_mass, &s->bent_r};
-    size_t k;
 
     s->discs = perp__arena_take(arena, (size_t)(m->contacts + m->dry), sizeof *s->discs);
-    for (k = 0; k < sizeof of_unknowns / sizeof *of_unknowns; k++)
+    for (size_t k = 0; k < sizeof of_unknowns / sizeof *of_unknowns; k++)
         *of_unknowns[k] = perp__arena_take(arena, (size_t)s->most, sizeof(double));
-    for (k = 0; k < sizeof of_rows / sizeof *of_rows; k++)
+    for (size_t k = 0; k < sizeof of_rows / sizeof *of_rows; k++)
         *of_rows[k] = perp__arena_take(arena, (size_t)m->rows, sizeof(double));
     s->q = perp__arena_take(arena, (size_t)m->coordinates, sizeof(double));
-    s->steps = perp__arena_take(arena, (size_t)m->n, sizeof(double));
-    s->bent_at = perp__arena_take(arena, (size_t)m->n, sizeof(double));
+    PERP__DOUBLES(arena, (size_t)m->n, &s->steps, &s->bent_at);
     s->bent = perp__arena_take(arena, (size_t)m->n * (size_t)s->most, sizeof(double));
 }
 
@@ -59,11 +57,10 @@ static perp_status set_up(perp_mechanism *m, perp__implicit *s)
 static perp_status create_solver(perp_mechanism *m, perp__implicit *s)
 {
     perp_status status = perp_ncp_settings_init(&s->settings, sizeof s->settings);
-    int32_t i;
 
     s->settings.restarts = 0;
     s->settings.max_iterations = 2 * MOST_STEPS;
-    for (i = 0; i < s->most; i++) {
+    for (int32_t i = 0; i < s->most; i++) {
         s->lower[i] = -INFINITY;
         s->upper[i] = INFINITY;
     }

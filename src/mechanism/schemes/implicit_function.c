@@ -28,24 +28,22 @@ double perp__implicit_curvature(perp_mechanism *m, perp__implicit *s, int32_t ro
 
 static void fill_impulses(perp_mechanism *m, perp__implicit *s, const double *z)
 {
-    int32_t k, i, l;
-
     memset(s->r, 0, (size_t)m->rows * sizeof *s->r);
-    for (k = 0; k < s->discs_count; k++) {
+    for (int32_t k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
         const double unit = disc->edges > 0 ? 1.0 : perp__implicit_radius(m, s, disc, z);
 
         if (disc->normal >= 0)
             s->r[m->starts[disc->contact]] = z[disc->normal];
-        for (i = 0; i < disc->forces; i++) {
+        for (int32_t i = 0; i < disc->forces; i++) {
             double d[2];
 
             perp__implicit_direction(disc, i, d);
-            for (l = 0; l < disc->tangents; l++)
+            for (int32_t l = 0; l < disc->tangents; l++)
                 s->r[disc->row + l] += unit * d[l] * z[disc->first + i];
         }
     }
-    for (i = 0; i < m->bilateral; i++)
+    for (int32_t i = 0; i < m->bilateral; i++)
         s->r[m->contact_rows + i] = z[s->bilateral + i];
 }
 
@@ -54,7 +52,6 @@ static void fill_friction(const perp_mechanism *m, const perp__implicit *s,
 {
     const double *u = s->u + disc->row, *x = z + disc->first;
     double *f = F + disc->first;
-    int32_t j;
 
     if (disc->tangents == 1)
         f[0] = disc->weight * u[0];
@@ -67,7 +64,7 @@ static void fill_friction(const perp_mechanism *m, const perp__implicit *s,
         return;
     }
     f[disc->edges] = perp__implicit_radius(m, s, disc, z);
-    for (j = 0; j < disc->edges; j++) {
+    for (int32_t j = 0; j < disc->edges; j++) {
         double d[2];
 
         perp__implicit_direction(disc, j, d);
@@ -80,19 +77,17 @@ static void fill(perp_mechanism *m, perp__implicit *s, double *F, const double *
 {
     const perp__terms *end = &m->end;
     const size_t n = (size_t)m->n;
-    int32_t i, k;
+    int32_t i;
     size_t j;
 
     for (j = 0; j < n; j++) {
-        size_t l;
-
         F[j] = -s->h * end->k[j];
-        for (l = 0; l < n; l++)
+        for (size_t l = 0; l < n; l++)
             F[j] += end->M[j * n + l] * (z[l] - s->v0[l]);
     }
     for (i = 0; i < m->rows; i++)
         perp__add_row(m, end, i, -s->r[i], F);
-    for (k = 0; k < s->discs_count; k++) {
+    for (int32_t k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
         const int32_t c = disc->contact;
 
@@ -183,14 +178,12 @@ static void fill_disc_columns(perp_mechanism *m, const perp__implicit *s,
     const size_t last = first + (size_t)disc->forces; /* lambda */
     const double unit = disc->edges > 0 ? 1.0 : perp__implicit_radius(m, s, disc, z);
     const double *x = z + first;
-    size_t i;
-    int32_t l;
 
-    for (i = 0; i < (size_t)disc->forces; i++) {
+    for (size_t i = 0; i < (size_t)disc->forces; i++) {
         double *column = J + (first + i) * size, d[2];
 
         perp__implicit_direction(disc, (int32_t)i, d);
-        for (l = 0; l < disc->tangents; l++)
+        for (int32_t l = 0; l < disc->tangents; l++)
             perp__add_row(m, &m->end, disc->row + l, -unit * d[l], column);
         if (disc->edges > 0) {
             column[last] = -1.0;
@@ -206,9 +199,8 @@ static void fill_disc_columns(perp_mechanism *m, const perp__implicit *s,
 static void fill_impulse_columns(perp_mechanism *m, perp__implicit *s, double *J, const double *z)
 {
     const size_t size = (size_t)s->size;
-    int32_t k, i;
 
-    for (k = 0; k < s->discs_count; k++) {
+    for (int32_t k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
 
         if (disc->normal >= 0) {
@@ -216,24 +208,22 @@ static void fill_impulse_columns(perp_mechanism *m, perp__implicit *s, double *J
             const double mu = m->friction[disc->contact];
 
             perp__add_row(m, &m->end, disc->row - 1, -1.0, column);
-            for (i = 0; i < disc->tangents && disc->edges == 0; i++)
+            for (int32_t i = 0; i < disc->tangents && disc->edges == 0; i++)
                 perp__add_row(m, &m->end, disc->row + i, -mu * z[disc->first + i], column);
             if (disc->edges > 0)
                 column[disc->first + disc->edges] = mu;
         }
         fill_disc_columns(m, s, disc, J, z);
     }
-    for (i = 0; i < m->bilateral; i++)
+    for (int32_t i = 0; i < m->bilateral; i++)
         perp__add_row(m, &m->end, m->contact_rows + i, -1.0, J + (size_t)(s->bilateral + i) * size);
 }
 
 static int32_t is_gap(const perp_mechanism *m, const perp__implicit *s, int32_t i)
 {
-    int32_t k;
-
     if (i >= s->bilateral && i < s->bilateral + m->bilateral)
         return 1;
-    for (k = 0; k < s->discs_count; k++)
+    for (int32_t k = 0; k < s->discs_count; k++)
         if (s->discs[k].normal == i)
             return 1;
     return 0;
@@ -244,9 +234,8 @@ static void add_speed(const perp_mechanism *m, const perp__implicit *s, double *
                       int32_t row, double factor)
 {
     const size_t n = (size_t)m->n, size = (size_t)s->size;
-    size_t i;
 
-    for (i = 0; i < n && factor != 0.0; i++)
+    for (size_t i = 0; i < n && factor != 0.0; i++)
         J[i * size + (size_t)to] += factor * m->end.J[(size_t)row * n + i];
 }
 
@@ -255,27 +244,25 @@ static void add_speed(const perp_mechanism *m, const perp__implicit *s, double *
 static void fill_speed_columns(const perp_mechanism *m, const perp__implicit *s, double *J)
 {
     const size_t n = (size_t)m->n, size = (size_t)s->size;
-    int32_t k, i, t;
-    size_t j, l;
 
-    for (j = 0; j < n; j++)
-        for (l = 0; l < n; l++)
+    for (size_t j = 0; j < n; j++)
+        for (size_t l = 0; l < n; l++)
             J[j * size + l] = m->end.M[l * n + j];
-    for (k = 0; k < s->discs_count; k++) {
+    for (int32_t k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
         const double weight = disc->edges > 0 ? 1.0 : disc->weight;
 
         if (disc->normal >= 0)
             add_speed(m, s, J, disc->normal, disc->row - 1, 1.0);
-        for (i = 0; i < disc->forces; i++) {
+        for (int32_t i = 0; i < disc->forces; i++) {
             double d[2];
 
             perp__implicit_direction(disc, i, d);
-            for (t = 0; t < disc->tangents; t++)
+            for (int32_t t = 0; t < disc->tangents; t++)
                 add_speed(m, s, J, disc->first + i, disc->row + t, weight * d[t]);
         }
     }
-    for (i = 0; i < m->bilateral; i++)
+    for (int32_t i = 0; i < m->bilateral; i++)
         add_speed(m, s, J, s->bilateral + i, m->contact_rows + i, 1.0);
 }
 
@@ -286,10 +273,9 @@ static perp_status bend(perp_mechanism *m, perp__implicit *s, const double *J, c
     const double step = FORWARD * fmax(fabs(z[i]), s->steps[i]);
     const size_t at = (size_t)i * (size_t)s->size;
     perp_status status = PERP__OUTSIDE;
-    int32_t side, k;
 
     memcpy(s->shifted, z, (size_t)s->size * sizeof *z);
-    for (side = 0; side < 2 && status != PERP_OK && status != PERP_ERROR_CALLBACK; side++) {
+    for (int32_t side = 0; side < 2 && status != PERP_OK && status != PERP_ERROR_CALLBACK; side++) {
         volatile double there = z[i] + (side == 0 ? step : -step);
 
         s->shifted[i] = there;
@@ -297,7 +283,7 @@ static perp_status bend(perp_mechanism *m, perp__implicit *s, const double *J, c
     }
     if (status != PERP_OK)
         return status;
-    for (k = 0; k < s->size; k++)
+    for (int32_t k = 0; k < s->size; k++)
         s->bent[at + (size_t)k] =
             is_gap(m, s, k)
                 ? 0.0
@@ -308,12 +294,10 @@ static perp_status bend(perp_mechanism *m, perp__implicit *s, const double *J, c
 /* Whether z is where `bent` does not hold any more. */
 static int32_t has_moved(const perp_mechanism *m, const perp__implicit *s, const double *z)
 {
-    int32_t i;
-
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         if (!(fabs(z[i] - s->bent_at[i]) <= FAR * s->steps[i]))
             return 1;
-    for (i = 0; i < m->rows; i++)
+    for (int32_t i = 0; i < m->rows; i++)
         if (!(fabs(s->r[i] - s->bent_r[i]) * sqrt(s->inverse_mass[i]) <= FAR * s->speed))
             return 1;
     return 0;
@@ -325,8 +309,6 @@ int32_t perp__implicit_jacobian(double *J, const double *z, void *user)
     perp__implicit *s = m->implicit;
     const size_t size = (size_t)s->size;
     perp_status status = perp__implicit_evaluate(m, s, z);
-    size_t k;
-    int32_t i;
 
     memset(J, 0, size * size * sizeof *J);
     if (status == PERP_OK) {
@@ -337,11 +319,11 @@ int32_t perp__implicit_jacobian(double *J, const double *z, void *user)
         memcpy(s->bent_at, z, (size_t)m->n * sizeof *z);
         memcpy(s->bent_r, s->r, (size_t)m->rows * sizeof *s->r);
         s->is_at = s->is_bent = 0; /* m->end leaves the point; F stays */
-        for (i = 0; i < m->n && status == PERP_OK; i++)
+        for (int32_t i = 0; i < m->n && status == PERP_OK; i++)
             status = bend(m, s, J, z, i);
         s->is_bent = status == PERP_OK;
     }
-    for (k = 0; k < (size_t)m->n * size && status == PERP_OK; k++)
+    for (size_t k = 0; k < (size_t)m->n * size && status == PERP_OK; k++)
         J[k] += s->bent[k];
     return reply(m, s, status);
 }

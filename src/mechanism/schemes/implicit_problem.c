@@ -41,15 +41,14 @@ static double inverse_mass(perp_mechanism *m, int32_t row)
 static void find_sizes(perp_mechanism *m, perp__implicit *s)
 {
     double noise = 0.0;
-    int32_t i;
 
     s->speed = fmax(perp__speed(m, &m->begin, s->v0), fmax(perp__speed(m, &m->begin, m->free),
                                                            perp__speed(m, &m->begin, m->answer.v)));
     if (s->speed == 0.0)
         s->speed = 1.0; /* nothing moves and nothing pulls */
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         s->steps[i] = s->speed / sqrt(m->begin.M[(size_t)i * ((size_t)m->n + 1)]);
-    for (i = 0; i < m->rows; i++) {
+    for (int32_t i = 0; i < m->rows; i++) {
         s->inverse_mass[i] = inverse_mass(m, i);
         if ((i < m->contact_rows && !(m->normal_of[i] >= 0 && m->included[m->normal_of[i]])) ||
             i >= m->rows - m->dry_rows || !(s->inverse_mass[i] > 0.0))
@@ -70,7 +69,6 @@ static void number_disc(perp_mechanism *m, perp__implicit *s, int32_t contact, i
                         double weight)
 {
     perp__implicit_disc *disc = s->discs + s->discs_count++;
-    int32_t i;
 
     disc->contact = contact;
     disc->row = m->tangent[contact];
@@ -82,7 +80,7 @@ static void number_disc(perp_mechanism *m, perp__implicit *s, int32_t contact, i
     if (disc->normal >= 0)
         bound(s, s->size++, 0.0, INFINITY);
     disc->first = s->size;
-    for (i = 0; i < disc->forces; i++)
+    for (int32_t i = 0; i < disc->forces; i++)
         bound(s, s->size++,
               disc->edges > 0 ? 0.0
               : tangents == 1 ? -1.0
@@ -105,19 +103,17 @@ static void number_contact(perp_mechanism *m, perp__implicit *s, int32_t j)
 /* Whether there is friction at all is asked at the step's start. */
 void perp__implicit_number(perp_mechanism *m, perp__implicit *s)
 {
-    int32_t i;
-
     find_sizes(m, s);
     s->size = s->discs_count = 0;
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         bound(s, s->size++, -INFINITY, INFINITY);
-    for (i = 0; i < m->contacts; i++)
+    for (int32_t i = 0; i < m->contacts; i++)
         if (m->included[i])
             number_contact(m, s, i);
     s->bilateral = s->size;
-    for (i = 0; i < m->bilateral; i++)
+    for (int32_t i = 0; i < m->bilateral; i++)
         bound(s, s->size++, -INFINITY, INFINITY);
-    for (i = 0; i < m->dry; i++)
+    for (int32_t i = 0; i < m->dry; i++)
         if (m->dry_bound[i] > 0.0)
             number_disc(m, s, m->contacts + i, m->model.dry_dim, m->dry_bound[i]);
 }
@@ -136,14 +132,14 @@ static void start_polygon(const perp__implicit_disc *disc, double *z, const doub
 {
     const double step = TAU / disc->edges, length = hypot(r[0], r[1]);
     double angle = length > 0.0 ? atan2(r[1], r[0]) : 0.0, rest, speed = 0.0;
-    int32_t j, low;
+    int32_t low;
 
     if (angle < 0.0)
         angle += TAU;
     low = (int32_t)floor(angle / step);
     rest = angle - low * step;
     low = low >= disc->edges ? 0 : low;
-    for (j = 0; j < disc->edges; j++) {
+    for (int32_t j = 0; j < disc->edges; j++) {
         double d[2];
 
         perp__implicit_direction(disc, j, d);
@@ -161,13 +157,12 @@ static void start_friction(const perp__implicit_disc *disc, double *z, double ra
     const double *from = radius > 0.0 ? r : u;
     const double speed = disc->tangents > 1 ? hypot(u[0], u[1]) : fabs(u[0]);
     const double unit = radius > 0.0 ? radius : speed > 0.0 ? -speed : 1.0;
-    int32_t i;
 
     if (disc->edges > 0) {
         start_polygon(disc, z, r, u);
         return;
     }
-    for (i = 0; i < disc->tangents; i++)
+    for (int32_t i = 0; i < disc->tangents; i++)
         z[disc->first + i] = from[i] / unit;
     if (disc->tangents > 1)
         z[disc->first + 2] = sticks ? 0.0 : speed;
@@ -178,10 +173,9 @@ static void start_friction(const perp__implicit_disc *disc, double *z, double ra
 void perp__implicit_start(perp_mechanism *m, perp__implicit *s, double *z)
 {
     const perp__motion *answer = &m->answer;
-    int32_t k, i;
 
     memcpy(z, answer->v, (size_t)m->n * sizeof *z);
-    for (k = 0; k < s->discs_count; k++) {
+    for (int32_t k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
         const int32_t is_contact = disc->normal >= 0;
         double radius;
@@ -194,7 +188,7 @@ void perp__implicit_start(perp_mechanism *m, perp__implicit *s, double *z)
             start_friction(disc, z, radius, answer->r + disc->row, answer->u + disc->row,
                            answer->modes[disc->contact] == PERP_MECHANISM_STICK);
     }
-    for (i = 0; i < m->bilateral; i++)
+    for (int32_t i = 0; i < m->bilateral; i++)
         z[s->bilateral + i] = answer->r[m->contact_rows + i];
 }
 
@@ -215,13 +209,13 @@ static int32_t take_friction(perp_mechanism *m, const perp__implicit *s,
     const double length = disc->tangents == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
     const double slip = disc->tangents == 1 ? fabs(s->u[disc->row]) : x[disc->forces];
     double room = disc->edges > 0 ? radius : (1.0 - length) * radius;
-    int32_t i, sticks;
+    int32_t sticks;
 
-    for (i = 0; i < disc->edges; i++)
+    for (int32_t i = 0; i < disc->edges; i++)
         room -= x[i];
     sticks =
         (disc->edges > 0 ? room > 0.0 : length < 1.0) && room * s->inverse_mass[disc->row] >= slip;
-    for (i = 0; i < disc->tangents; i++) {
+    for (int32_t i = 0; i < disc->tangents; i++) {
         m->answer.holds[disc->row + i] = (int8_t)sticks;
         m->answer.r[disc->row + i] = disc->edges > 0 || sticks || length == 0.0
                                          ? s->r[disc->row + i]
@@ -257,7 +251,6 @@ static void prepare(perp_mechanism *m, perp__implicit *s)
 {
     const size_t n = (size_t)m->n;
     int32_t j;
-    size_t i;
 
     for (j = 0; j < m->bilateral; j++) {
         const int32_t row = m->contact_rows + j;
@@ -265,7 +258,7 @@ static void prepare(perp_mechanism *m, perp__implicit *s)
         m->end.drift[row] += perp__implicit_curvature(m, s, row, m->end.c[j], m->begin.c[j]);
     }
     perp__multiply_mass(m, &m->end, m->momentum, s->v0);
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         m->momentum[i] += s->h * m->end.k[i];
     for (j = 0; j < m->contacts; j++)
         m->shift[j] = fmax(m->begin.gap[j], 0.0) / s->h +
@@ -278,13 +271,13 @@ void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z
 {
     perp__motion *answer = &m->answer;
     perp__velocity_problem problem;
-    int32_t j, k;
+    int32_t j;
 
     perp__clear_motion(m, answer);
     answer->outcome = s->outcome;
     answer->residual = s->residual;
     memcpy(answer->v, z, (size_t)m->n * sizeof *z);
-    for (k = 0; k < s->discs_count; k++)
+    for (int32_t k = 0; k < s->discs_count; k++)
         take(m, s, s->discs + k, z, w);
     for (j = 0; j < m->bilateral; j++) {
         answer->r[m->contact_rows + j] = z[s->bilateral + j];

@@ -59,13 +59,11 @@ static void layout(perp__arena *arena, void *object)
     double **const vectors[] = {&w->force,  &w->p,      &w->last, &w->v,
                                 &w->last_v, &w->middle, &w->x,    &w->y};
     double **const positions[] = {&w->q, &w->at, &w->probe};
-    size_t k;
 
-    w->A = perp__arena_take(arena, n * n, sizeof(double));
-    w->factor = perp__arena_take(arena, n * n, sizeof(double));
-    for (k = 0; k < sizeof vectors / sizeof *vectors; k++)
+    PERP__DOUBLES(arena, n * n, &w->A, &w->factor);
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
-    for (k = 0; k < sizeof positions / sizeof *positions; k++)
+    for (size_t k = 0; k < sizeof positions / sizeof *positions; k++)
         *positions[k] = perp__arena_take(arena, (size_t)w->m->coordinates, sizeof(double));
 }
 
@@ -87,19 +85,18 @@ static void blend(perp_mechanism *m, perp__theta *w)
 {
     const size_t entries = (size_t)m->rows * (size_t)m->n;
     const double theta = m->settings.theta;
-    size_t i;
 
     w->corrected = 0;
-    for (i = 0; i < entries; i++) {
+    for (size_t i = 0; i < entries; i++) {
         const double change = m->end.J[i] - m->begin.J[i];
 
         m->begin.J[i] += (1.0 - theta) * change;
         m->end.J[i] = theta * change;
         w->corrected = w->corrected || m->end.J[i] != 0.0;
     }
-    for (i = 0; i < (size_t)m->contacts; i++)
+    for (size_t i = 0; i < (size_t)m->contacts; i++)
         m->begin.mu[i] += (1.0 - theta) * (m->end.mu[i] - m->begin.mu[i]);
-    for (i = 0; i < (size_t)m->dry; i++)
+    for (size_t i = 0; i < (size_t)m->dry; i++)
         m->begin.bound[i] += (1.0 - theta) * (m->end.bound[i] - m->begin.bound[i]);
 }
 
@@ -128,7 +125,6 @@ static perp_status evaluate_geometry(perp_mechanism *m, perp__theta *w)
 static perp_status prepare(perp_mechanism *m, perp__theta *w)
 {
     perp_status status = perp__evaluate_force(m, m->begin.k, w->t, w->q0, w->v0);
-    int32_t j;
 
     if (status == PERP_OK)
         status = perp__evaluate_rows(m, &m->begin, w->t, w->q0, w->v0);
@@ -139,7 +135,7 @@ static perp_status prepare(perp_mechanism *m, perp__theta *w)
     if (status != PERP_OK)
         return status;
     perp__friction_of_speed(m, &m->begin, m->friction, m->start_velocity, w->v0);
-    for (j = 0; j < m->dry; j++)
+    for (int32_t j = 0; j < m->dry; j++)
         m->dry_bound[j] = w->h * m->begin.bound[j];
     w->terms = m->begin;
     w->has_matrix = w->tried_matrix = 0;
@@ -158,9 +154,8 @@ static perp_status move(perp_mechanism *m, perp__theta *w, double *q, const doub
 {
     const double theta = m->settings.theta;
     perp_status status = PERP_OK;
-    int32_t i;
 
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         w->middle[i] = theta * v[i] + (1.0 - theta) * w->v0[i];
     if (!m->model.kinematics || theta == 1.0)
         return perp__evaluate_move(m, q, w->q0, w->h, w->middle);
@@ -183,12 +178,11 @@ static perp_status difference(perp_mechanism *m, perp__theta *w)
     const double weight = w->h * m->settings.theta;
     double largest = 0.0;
     perp_status status = PERP_OK;
-    size_t i, j;
 
-    for (i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++)
         largest = fmax(largest, fmax(fabs(w->v[i]), fabs(w->v0[i])));
     memcpy(w->x, w->v, n * sizeof *w->x);
-    for (j = 0; j < n && status == PERP_OK; j++) {
+    for (size_t j = 0; j < n && status == PERP_OK; j++) {
         const double size = fmax(fmax(fabs(w->v[j]), fabs(w->v0[j])), FLOOR * largest);
         double delta;
 
@@ -197,7 +191,7 @@ static perp_status difference(perp_mechanism *m, perp__theta *w)
         status = move(m, w, w->probe, w->x);
         if (status == PERP_OK)
             status = perp__evaluate_force(m, w->y, w->t + w->h, w->probe, w->x);
-        for (i = 0; i < n && status == PERP_OK; i++)
+        for (size_t i = 0; i < n && status == PERP_OK; i++)
             w->A[i + n * j] = m->begin.M[i * n + j] -
                               (delta > 0.0 ? weight * (w->y[i] - w->force[i]) / delta : 0.0);
         w->x[j] = w->v[j];
@@ -211,15 +205,14 @@ static perp_status find_matrix(perp_mechanism *m, perp__theta *w)
 {
     const size_t n = (size_t)m->n;
     perp_status status = difference(m, w);
-    size_t i, j;
 
     w->tried_matrix = 1;
     if (status == PERP__OUTSIDE)
         return PERP_OK; /* M serves */
     if (status != PERP_OK)
         return status;
-    for (i = 0; i < n; i++)
-        for (j = 0; j < i; j++)
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < i; j++)
             w->A[i + n * j] = w->A[j + n * i] = 0.5 * (w->A[i + n * j] + w->A[j + n * i]);
     memcpy(w->factor, w->A, n * n * sizeof *w->factor);
     w->has_matrix = perp__cholesky_factor(m->n, w->factor, m->n) == 0;
@@ -245,11 +238,10 @@ static void correct_drift(perp_mechanism *m, const perp__theta *w, const double 
 static void gather_impulse(perp_mechanism *m, perp__theta *w)
 {
     const double theta = m->settings.theta;
-    int32_t i;
 
     memcpy(w->last, w->p, (size_t)m->n * sizeof *w->last);
     perp__multiply_mass(m, &m->begin, w->p, w->v0);
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         w->p[i] += w->h * (theta * w->force[i] + (1.0 - theta) * m->begin.k[i]);
 }
 
@@ -258,13 +250,12 @@ static perp_status solve(perp_mechanism *m, perp__theta *w, perp_mechanism_step 
 {
     perp__velocity_problem problem;
     perp_status status;
-    int32_t i;
 
     memcpy(m->momentum, w->p, (size_t)m->n * sizeof *m->momentum);
     if (w->has_matrix) {
         perp__multiply_mass(m, &w->terms, w->x, w->v);
         perp__multiply_mass(m, &m->begin, w->y, w->v);
-        for (i = 0; i < m->n; i++)
+        for (int32_t i = 0; i < m->n; i++)
             m->momentum[i] += w->x[i] - w->y[i];
     }
     perp__include_reached(m, &w->terms);
@@ -292,20 +283,18 @@ static double dual_norm(const perp_mechanism *m, double *x)
 /* Size of what the momentum balance still lacks: p - p_last + (A - M)(v - v_last). */
 static double defect(perp_mechanism *m, perp__theta *w)
 {
-    int32_t i;
-
     memset(w->x, 0, (size_t)m->n * sizeof *w->x);
     if (w->has_matrix) {
         double *change = w->middle;
 
-        for (i = 0; i < m->n; i++)
+        for (int32_t i = 0; i < m->n; i++)
             change[i] = w->v[i] - w->last_v[i];
         perp__multiply_mass(m, &w->terms, w->x, change);
         perp__multiply_mass(m, &m->begin, w->y, change);
-        for (i = 0; i < m->n; i++)
+        for (int32_t i = 0; i < m->n; i++)
             w->x[i] -= w->y[i];
     }
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         w->x[i] += w->p[i] - w->last[i];
     return dual_norm(m, w->x);
 }
@@ -314,11 +303,10 @@ static double defect(perp_mechanism *m, perp__theta *w)
 static double momentum_size(perp_mechanism *m, perp__theta *w)
 {
     double size;
-    int32_t i;
 
     memcpy(w->x, w->p, (size_t)m->n * sizeof *w->x);
     size = dual_norm(m, w->x) + perp__energy_norm(m, &m->begin, w->y, w->v0);
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         w->x[i] = w->h * (fabs(w->force[i]) + fabs(m->begin.k[i]));
     return size + dual_norm(m, w->x);
 }
@@ -328,9 +316,8 @@ static double last_change(perp_mechanism *m, perp__theta *w, double *relative)
 {
     const double before = perp__energy_norm(m, &m->begin, w->y, w->last_v);
     double size;
-    int32_t i;
 
-    for (i = 0; i < m->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         w->x[i] = w->v[i] - w->last_v[i];
     size = perp__energy_norm(m, &m->begin, w->x, w->x);
     *relative = before > 0.0 ? size / before : 0.0;
@@ -339,9 +326,7 @@ static double last_change(perp_mechanism *m, perp__theta *w, double *relative)
 
 static int32_t has_impulse(const perp_mechanism *m)
 {
-    int32_t i;
-
-    for (i = 0; i < m->rows; i++)
+    for (int32_t i = 0; i < m->rows; i++)
         if (m->answer.r[i] != 0.0)
             return 1;
     return 0;
@@ -414,9 +399,7 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
 /* Whether a contact was hit: approached faster than the forces of the step make it. */
 static int32_t is_hit(const perp_mechanism *m)
 {
-    int32_t j;
-
-    for (j = 0; j < m->contacts; j++) {
+    for (int32_t j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];
         const double before = m->start_velocity[row];
 
