@@ -133,16 +133,21 @@ static perp_status solve_interval(perp_world *world, const perp__island *island,
     return perp__solve_rows(world, island, 0, verdict);
 }
 
-/* Goes on for a time t from now to v by the mean velocity, or by that at the end. */
-static void go(perp_world *world, const perp__island *island, double t, int32_t mean)
+/* Goes on for a time t of the interval `left` that leads from now to v, by the mean velocity, or by
+ * that at the interval's end. Velocities have their share of what forces and impulses make of them,
+ * also where positions move as if they had all: the rest is that of the time which is left. */
+static void go(perp_world *world, const perp__island *island, double t, int32_t mean, double left)
 {
     perp__island_work *work = &world->work;
 
     for (int32_t i = 0; i < world->dof * island->bodies; i++) {
-        work->moving[i] = mean ? 0.5 * (work->now[i] + work->v[i]) : work->v[i];
+        const double v =
+            t < left ? work->now[i] + t / left * (work->v[i] - work->now[i]) : work->v[i];
+
+        work->moving[i] = mean ? 0.5 * (work->now[i] + v) : work->v[i];
         work->drift[i] += t * work->moving[i];
+        work->now[i] = v;
     }
-    memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->now);
 }
 
 /* Size of the terms of a normal velocity. */
@@ -192,7 +197,7 @@ static void move_gaps(perp_world *world, const perp__island *island, double t)
 }
 
 /* The first time at which a marked contact is closed; the way there is from now to `v` at `left`,
- * or v all along. */
+ * or v all along; but what has just been hit and leaves comes back in its time. */
 static double first_impact(const perp_world *world, const perp__island *island, double left,
                            int32_t mean, int32_t *which)
 {
@@ -202,7 +207,8 @@ static double first_impact(const perp_world *world, const perp__island *island, 
     for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
         const double end = normal_of(world, i, work->v, island->bodies, 1);
-        const double u = mean ? normal_of(world, i, work->now, island->bodies, 1) : end;
+        const double start = normal_of(world, i, work->now, island->bodies, 1);
+        const double u = mean || (work->gap[k] == 0.0 && start > 0.0) ? start : end;
         const double t = work->hit[k] ? time_to(work->gap[k], u, (end - u) / left) : INFINITY;
 
         if (t < first) {
@@ -378,9 +384,7 @@ static perp_status go_to_impact(perp_world *world, const perp__island *island, d
         if (!work->hit[i])
             perp__add_impulse(world, island, i, perp__step_contact(world, island, i)->next,
                               t / *left);
-    for (i = 0; i < world->dof * island->bodies && mean && !*done; i++)
-        work->v[i] = work->now[i] + t / *left * (work->v[i] - work->now[i]);
-    go(world, island, t, mean);
+    go(world, island, t, mean, *left);
     if (*done)
         return PERP_OK;
     move_gaps(world, island, t);
@@ -411,7 +415,7 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
         work->rows[i].bias[0] =
             work->impulse[3 * i] > 0.0 || gap <= 0.0 ? bounce : fmax(bounce, gap / left);
     }
-    go(world, island, left, 0);
+    go(world, island, left, 0, left);
     status = perp__solve_rows(world, island, 1, verdict);
     memcpy(work->now, work->v, (size_t)(world->dof * island->bodies) * sizeof(double));
     perp__take_answer(world, island);
@@ -438,7 +442,7 @@ static void finish(perp_world *world, const perp__island *island, double left, d
     const perp__island_work *work = &world->work;
 
     perp__take_answer(world, island);
-    go(world, island, left, lasts(world, island));
+    go(world, island, left, lasts(world, island), left);
     for (int32_t i = 0; i < 3 * work->count && left > 0.0; i++) /* as if over the whole step */
         perp__step_contact(world, island, work->chosen[i / 3])->next[i % 3] =
             h / left * work->impulse[i];

@@ -269,6 +269,50 @@ static void test_hit(void **state)
     scene_close(&s);
 }
 
+/* A ball lands without restitution while a second one bounces off it, within one step: each ball's
+ * momentum changes by gravity's once and by the impulses that are told. The second is above the
+ * first, or touches it from the beginning on. */
+static void test_impact_while_landing(void **state)
+{
+    static const double gaps[] = {0.01, 0.0}, h = 0.02;
+    size_t i;
+
+    (void)state;
+    for (i = 0; i < sizeof gaps / sizeof *gaps; i++) {
+        perp_body_settings settings = scene_settings();
+        double landing = 0.0, between = 0.0;
+        perp_body balls[2];
+        perp_world_stats stats;
+        int32_t k;
+        scene s;
+
+        scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+        scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
+        for (k = 0; k < 2; k++) {
+            settings.position[2] = k == 0 ? 0.55 : 1.55 + gaps[i];
+            settings.velocity[2] = k == 0 ? -5.0 : -8.0;
+            balls[k] = scene_add(&s, &settings);
+            scene_sphere(&s, balls[k], 0.5, 0.0, k == 0 ? 0.0 : 0.25);
+        }
+        scene_step(&s, h);
+        assert_int_equal(perp_world_stats_init(&stats, sizeof stats), PERP_OK);
+        SCENE_OK(&s, perp_world_get_stats(s.world, &stats));
+        assert_int_equal(stats.impacts, 1);
+        for (k = 0; k < perp_world_contact_count(s.world); k++) {
+            perp_world_contact contact = scene_contact(&s, k);
+
+            *(contact.body_a == s.ground ? &landing : &between) += contact.impulse[0];
+        }
+        assert_true(landing > 0.0 && between > 0.0);
+        /* of the sizes of the terms, what a few intervals round */
+        scene_near(scene_state(&s, balls[0]).velocity[2], -5.0 - h * GRAVITY + landing - between,
+                   64.0 * EPSILON * 10.0, "the first ball");
+        scene_near(scene_state(&s, balls[1]).velocity[2], -8.0 - h * GRAVITY + between,
+                   64.0 * EPSILON * 10.0, "the second ball");
+        scene_close(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -278,6 +322,7 @@ int main(void)
         cmocka_unit_test(test_friction_takes_energy),
         cmocka_unit_test(test_spin_after_bounce),
         cmocka_unit_test(test_hit),
+        cmocka_unit_test(test_impact_while_landing),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
