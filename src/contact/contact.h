@@ -34,7 +34,8 @@ typedef struct perp__contact_call {
 /* A solver without a problem; its settings; and its end: solver.c. */
 perp_status perp__contact_create(perp_context *context, perp_contact_solver **solver,
                                  const perp_contact_settings *settings);
-perp_status perp__contact_configure(perp_contact_solver *solver, const perp_contact_settings *settings);
+perp_status perp__contact_configure(perp_contact_solver *solver,
+                                    const perp_contact_settings *settings);
 void perp__contact_destroy(perp_contact_solver *solver);
 
 /* Reads the laws and lays out the arrays: problem.c. With dynamics, `dynamics` is not NULL, else W

@@ -98,8 +98,8 @@ static int32_t is_negative(const front_view *v)
     int32_t negative = 0;
 
     for (int32_t i = 0; i < (int32_t)v->own; i++)
-        negative ^= (v->front->panel[(size_t)i * (v->height + 1)] < 0.0) ^
-                    (v->front->pivots[i] != i + 1);
+        negative ^=
+            (v->front->panel[(size_t)i * (v->height + 1)] < 0.0) ^ (v->front->pivots[i] != i + 1);
     return negative;
 }
 

@@ -42,7 +42,7 @@ typedef struct perp__fronts {
     double *values; /* width^2 for each edge, column by column */
     double *stack;  /* what children leave to their parents */
     size_t stack_size;
-    int32_t is_negative; /* the determinant of what was factored last */
+    int32_t is_negative;      /* the determinant of what was factored last */
     double *right, *gathered; /* nodes by width */
 } perp__fronts;
 
