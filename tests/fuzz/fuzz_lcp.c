@@ -1,4 +1,5 @@
 /* perp_lcp_solve and the solver of perp/lcp.h: all methods, settings, storages, several q. */
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -82,8 +83,9 @@ static void check_residuals(const lcp_problem *p, const perp_lcp_settings *setti
         largest = oracle_abs(r) > largest ? oracle_abs(r) : largest;
         noise = t[i] > noise ? t[i] : noise;
     }
-    if (largest < 1e300 && oracle_abs(result->natural_residual - largest) >
-                               largest * (wide)1e-9 + noise * 0x1p-98 + (wide)1e-300)
+    if (largest < 1e300 && noise < DBL_MAX && /* w is a double, each of its terms too */
+        oracle_abs(result->natural_residual - largest) >
+            largest * (wide)1e-9 + noise * 0x1p-98 + (wide)1e-300)
         fuzz_fail("natural_residual is %g instead of %Lg", result->natural_residual,
                   (long double)largest);
 }
