@@ -8,12 +8,6 @@
 #include "contact/settings.h"
 #include "contact/solver.h"
 
-static perp_status check_vector(perp_context *context, const char *name, const double *x,
-                                int32_t count)
-{
-    return count > 0 ? perp__check_vector(context, name, x, (size_t)count) : PERP_OK;
-}
-
 perp_status perp__contact_check_call(const perp_contact_solver *solver,
                                      const perp__contact_call *call)
 {
@@ -30,15 +24,15 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
     if (status == PERP_OK && solver->size > 0)
         status = perp__check_pointer(context, "r", call->r);
     if (status == PERP_OK && by_W)
-        status = check_vector(context, "q", call->q, solver->size);
+        status = perp__check_vector(context, "q", call->q, (size_t)solver->size);
     if (status == PERP_OK && !by_W)
-        status = check_vector(context, "f", call->f, solver->dynamics.n);
+        status = perp__check_vector(context, "f", call->f, (size_t)solver->dynamics.n);
     if (status == PERP_OK && !by_W)
-        status = check_vector(context, "w", call->w, solver->rows);
+        status = perp__check_vector(context, "w", call->w, (size_t)solver->rows);
     if (status == PERP_OK && !by_W && call->b)
-        status = check_vector(context, "b", call->b, solver->size - solver->rows);
+        status = perp__check_vector(context, "b", call->b, (size_t)(solver->size - solver->rows));
     if (status == PERP_OK && call->r0)
-        status = check_vector(context, "r0", call->r0, solver->size);
+        status = perp__check_vector(context, "r0", call->r0, (size_t)solver->size);
     return status;
 }
 

@@ -551,57 +551,63 @@ static perp_status change_laws(perp_world *world, int32_t slot, const perp__join
     return PERP_OK;
 }
 
-perp_status perp_world_set_joint_limits(perp_world *world, perp_joint joint, double lower,
-                                        double upper)
+/* Opens a public call that changes the laws of a joint, which it fills in; close_change() ends it.
+ */
+static perp_status open_change(perp_world *world, perp_joint joint, int32_t *slot,
+                               perp__joint_state *laws)
 {
     perp_status status = perp__world_enter(world);
-    perp__joint_state laws;
-    int32_t slot = 0;
 
     if (status != PERP_OK)
         return status;
-    status = find_joint(world, &slot, joint);
-    if (status == PERP_OK) {
-        laws = world->joint_states[slot];
-        laws.lower = lower;
-        laws.upper = upper;
-        status = change_laws(world, slot, &laws);
-    }
-    return perp__leave(world->context, status);
+    status = find_joint(world, slot, joint);
+    if (status != PERP_OK)
+        return perp__leave(world->context, status);
+    *laws = world->joint_states[*slot];
+    return PERP_OK;
+}
+
+static perp_status close_change(perp_world *world, int32_t slot, const perp__joint_state *laws)
+{
+    return perp__leave(world->context, change_laws(world, slot, laws));
+}
+
+perp_status perp_world_set_joint_limits(perp_world *world, perp_joint joint, double lower,
+                                        double upper)
+{
+    perp__joint_state laws;
+    int32_t slot = 0;
+    perp_status status = open_change(world, joint, &slot, &laws);
+
+    if (status != PERP_OK)
+        return status;
+    laws.lower = lower;
+    laws.upper = upper;
+    return close_change(world, slot, &laws);
 }
 
 perp_status perp_world_set_joint_motor(perp_world *world, perp_joint joint, double motor_speed,
                                        double motor_force)
 {
-    perp_status status = perp__world_enter(world);
     perp__joint_state laws;
     int32_t slot = 0;
+    perp_status status = open_change(world, joint, &slot, &laws);
 
     if (status != PERP_OK)
         return status;
-    status = find_joint(world, &slot, joint);
-    if (status == PERP_OK) {
-        laws = world->joint_states[slot];
-        laws.speed = motor_speed;
-        laws.force = motor_force;
-        status = change_laws(world, slot, &laws);
-    }
-    return perp__leave(world->context, status);
+    laws.speed = motor_speed;
+    laws.force = motor_force;
+    return close_change(world, slot, &laws);
 }
 
 perp_status perp_world_set_joint_friction(perp_world *world, perp_joint joint, double friction)
 {
-    perp_status status = perp__world_enter(world);
     perp__joint_state laws;
     int32_t slot = 0;
+    perp_status status = open_change(world, joint, &slot, &laws);
 
     if (status != PERP_OK)
         return status;
-    status = find_joint(world, &slot, joint);
-    if (status == PERP_OK) {
-        laws = world->joint_states[slot];
-        laws.friction = friction;
-        status = change_laws(world, slot, &laws);
-    }
-    return perp__leave(world->context, status);
+    laws.friction = friction;
+    return close_change(world, slot, &laws);
 }
