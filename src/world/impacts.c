@@ -14,7 +14,7 @@
  *
  * An approach slower than a share of what the forces of the step make, |u_n| <= h |a_n| / (2 n)
  * with at most n impacts a step, is resting contact: bounces die out, and end at rest. */
-#include "world/world.h"
+#include "world/joints.h"
 
 #include <math.h>
 #include <string.h>

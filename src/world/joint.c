@@ -5,7 +5,7 @@
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/spatial.h"
-#include "world/world.h"
+#include "world/joints.h"
 
 PERP__INIT(perp_joint_state)
 

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "linalg/spatial.h"
-#include "world/world.h"
+#include "world/joints.h"
 
 /* Impulses of the step on B, and where the coordinate is now. */
 static void read_back(const perp_world *world, const perp__joint *joint, perp__joint_state *state)

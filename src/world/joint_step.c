@@ -17,7 +17,7 @@
  *
  * Motor and friction are dry friction of a given bound F: a contact of two rows, whose normal moves
  * nothing but has a compliance c, so that 0 = c r_n - c h F says r_n = h F, and mu = 1. */
-#include "world/world.h"
+#include "world/joints.h"
 
 #include <float.h>
 #include <math.h>

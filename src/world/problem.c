@@ -1,7 +1,7 @@
 /* The contact problem of an island: its memory, its bodies, the rows of the contacts that take
  * part, and what its answer makes of bodies and contacts. Bodies are numbered within the island;
  * after them come carriers, which move as they are told (contact.h). */
-#include "world/world.h"
+#include "world/joints.h"
 
 #include <string.h>
 

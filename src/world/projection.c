@@ -7,7 +7,7 @@
  * body would rather slide far away than lift a heavy one off it, all bodies count as equally heavy
  * instead; and where no short way exists (a body wedged between walls that overlap) the island
  * stays as it is. Contacts that rest with a gap of rounding are left alone, to the last bit. */
-#include "world/world.h"
+#include "world/joints.h"
 
 #include <math.h>
 #include <string.h>

@@ -6,7 +6,7 @@
  *
  * (Stewart & Trinkle 1996, Anitescu & Potra 1997). An island without impacts is one such interval.
  * One with impacts is cut there (impacts.c). */
-#include "world/world.h"
+#include "world/joints.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,0 +1,60 @@
+/* What joints do for the files of the world: their rows in an island's problem, their errors in the
+ * projection, and who they keep awake or apart. */
+#ifndef PERP_WORLD_JOINTS_H
+#define PERP_WORLD_JOINTS_H
+
+#include "world/world.h"
+
+/* joint.c */
+/* Whether a joint keeps two bodies from touching each other. */
+int32_t perp__joint_parts(const perp_world *world, int32_t a, int32_t b);
+void perp__remove_joints(perp_world *world, int32_t body);
+/* Rouses what joints hold to a body. */
+void perp__rouse_joined(perp_world *world, int32_t body);
+/* Whether the joint in a slot takes part in steps: one of its bodies is awake. */
+int32_t perp__joint_works(const perp_world *world, int32_t i);
+void perp__view_of_states(const perp_world *world, const perp__joint *joint,
+                          const perp__state *states, double before, perp__joint_view *view);
+
+/* joint_rows.c: before: the coordinate of a moment before, from which turns are counted. */
+void perp__view_joint(const perp_world *world, const perp__joint *joint, double before,
+                      const perp__placement poses[2], perp__joint_view *view);
+int32_t perp__joint_has_coordinate(int32_t kind);
+/* Whether error i is a length, else an angle. */
+int32_t perp__is_length(const perp_world *world, const perp__joint *joint, int32_t i);
+
+/* joint_step.c */
+/* An island with joints. */
+perp_status perp__solve_jointed(perp_world *world, const perp__island *island, double h,
+                                perp__verdict *verdict);
+/* Numbers what moves as it is told among the bodies of the joints; before that, afresh. */
+void perp__number_joint_bodies(perp_world *world, const perp__island *island, int32_t afresh);
+/* The joints' units after those of the contacts; and the bounds of an interval of length t. */
+void perp__add_joint_rows(perp_world *world, const perp__island *island);
+void perp__time_joints(perp_world *world, double t);
+/* impulse: of the joints' units, 3 each. */
+void perp__add_joint_impulses(perp_world *world, const double *impulse, double share);
+/* Whether limits that press did so from the start. */
+int32_t perp__limits_last(const perp_world *world);
+perp_status perp__rest_joints(perp_world *world, const perp__island *island,
+                              const perp__rigid_answer *answer, const perp__rigid_problem *problem);
+/* What the step made of joints becomes their last one's. */
+void perp__keep_joints(perp_world *world);
+/* Rows of all joints, those asleep too. */
+int32_t perp__count_joint_rows(const perp_world *world);
+/* For rest.c: joins the sets of joined bodies; and what may not sleep for its joints is not calm.
+ */
+void perp__join_calm(perp_world *world);
+void perp__upset_joints(perp_world *world);
+
+/* A distance of 0 has no direction. */
+int32_t perp__has_direction(const perp__joint_view *view);
+
+/* joint_projection.c, of the next states */
+/* The sum of what joints lack, as lengths, 0 where that is rounding; whether an island's do. */
+double perp__joint_errors(const perp_world *world);
+int32_t perp__lacks_joints(const perp_world *world, const perp__island *island);
+/* Rows of the joints after those of the overlaps. */
+void perp__add_joint_errors(perp_world *world, const perp__island *island);
+
+#endif
