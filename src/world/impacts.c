@@ -479,5 +479,6 @@ perp_status perp__follow_island(perp_world *world, const perp__island *island, d
     if (verdict->impacts > 0) /* else the interval is the step */
         perp__mean_motion(world, island, h);
     perp__write_twists(world, island);
+    perp__write_velocities(world, island);
     return PERP_OK;
 }

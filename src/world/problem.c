@@ -260,8 +260,7 @@ void perp__mean_motion(perp_world *world, const perp__island *island, double h)
         work->moving[i] = work->drift[i] / h;
 }
 
-/* Relative velocity after the step. What a contact holds is exact: its bias and no more. */
-static void write_velocities(perp_world *world, const perp__island *island)
+void perp__write_velocities(perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
 
@@ -276,7 +275,6 @@ static void write_velocities(perp_world *world, const perp__island *island)
     }
 }
 
-/* Writes the twists of the island's bodies: that which moves the positions, and that after it. */
 void perp__write_twists(perp_world *world, const perp__island *island)
 {
     const perp__island_work *work = &world->work;
@@ -288,5 +286,4 @@ void perp__write_twists(perp_world *world, const perp__island *island)
         perp__twist_of(world, work->moving + n * i, motion->moving);
         perp__twist_of(world, work->now + n * i, motion->after);
     }
-    write_velocities(world, island);
 }

@@ -385,6 +385,7 @@ static void keep(perp_world *world, const perp__island *island)
 static void finish(perp_world *world, const perp__island *island, perp__verdict *verdict)
 {
     keep(world, island);
+    perp__write_velocities(world, island);
     for (int32_t i = 0; i < island->contacts; i++)
         perp__step_contact(world, island, i)->mode = world->work.modes[i];
     verdict->stages = verdict->swept = 1;

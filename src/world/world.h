@@ -579,6 +579,9 @@ void perp__take_answer(perp_world *world, const perp__island *island);
 void perp__mean_motion(perp_world *world, const perp__island *island, double h);
 /* The twists of the island's bodies, from work.moving and work.now. */
 void perp__write_twists(perp_world *world, const perp__island *island);
+/* Relative velocities of the contacts solved, after the step. What a contact holds is exact: its
+ * bias and no more. */
+void perp__write_velocities(perp_world *world, const perp__island *island);
 
 /* exact.c */
 /* What is solved exactly is so to the first; what is not, for want of time or of a method that can,
