@@ -12,6 +12,8 @@
 
 #include <perp/perp.h>
 
+#include "contact/law.h"
+
 enum { MOST = 16 };
 
 static perp_context *context;
@@ -525,12 +527,37 @@ static void test_refusals(void **state)
     refuse(-1.0, 1.0, 1.0, PERP_ERROR_ARGUMENT, PERP_CONTACT_METHOD_ADMM, "rows with two bounds");
 }
 
+/* The normal that is a bound is just that, whatever a method made of it. */
+static void test_clip(void **state)
+{
+    const int32_t starts[] = {0, 2}, dims[] = {2};
+    const double mu[] = {1.0}, bound[] = {2.0}, trace[] = {1.0};
+    double r[] = {1.0, 5.0};
+    perp__contact_problem p;
+    (void)state;
+    memset(&p, 0, sizeof p);
+    p.contacts = 1;
+    p.rows = p.size = 2;
+    p.starts = starts;
+    p.dims = dims;
+    p.mu = mu;
+    p.bound = bound;
+    p.trace = trace;
+    perp__contact_clip(&p, 0, r);
+    assert_true(r[0] == 2.0 && r[1] == 2.0);
+    r[0] = 7.0;
+    r[1] = -1.0;
+    perp__contact_clip(&p, 0, r);
+    assert_true(r[0] == 2.0 && r[1] == -1.0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_enumerated), cmocka_unit_test(test_laws),
         cmocka_unit_test(test_motor),      cmocka_unit_test(test_limit),
-        cmocka_unit_test(test_infeasible), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_infeasible), cmocka_unit_test(test_clip),
+        cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, make, destroy);
 }
