@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/grow.h"
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/spatial.h"
@@ -103,35 +104,14 @@ static perp_status check_state(const perp_world *world, perp__state *state, cons
 /* Room for one more body; on failure the old arrays are in place. */
 static perp_status reserve_body(perp_world *world)
 {
-    size_t used = (size_t)world->body_slots;
-    int32_t capacity;
-    perp__body *bodies;
-    perp__state *states;
-    int32_t *awake;
+    const perp__growing arrays[] = {
+        PERP__GROWING(world->bodies, world->body_slots, 1),
+        PERP__GROWING(world->states, world->body_slots, 1),
+        PERP__GROWING(world->awake, world->awake_count + world->roused_count, 1)};
 
-    if (world->free_body >= 0 || world->body_slots < world->body_capacity)
-        return PERP_OK;
-    if (world->body_capacity > INT32_MAX / 4)
-        return perp__fail_memory(world->context, "another body");
-    capacity = world->body_capacity > 0 ? 2 * world->body_capacity : 8;
-    bodies = perp__grown(world->context, world->bodies, used * sizeof *bodies,
-                         (size_t)capacity * sizeof *bodies);
-    if (!bodies)
-        return perp__fail_memory(world->context, "another body");
-    world->bodies = bodies;
-    states = perp__grown(world->context, world->states, used * sizeof *states,
-                         (size_t)capacity * sizeof *states);
-    if (!states)
-        return perp__fail_memory(world->context, "another body");
-    world->states = states;
-    awake = perp__grown(world->context, world->awake,
-                        (size_t)(world->awake_count + world->roused_count) * sizeof *awake,
-                        (size_t)capacity * sizeof *awake);
-    if (!awake)
-        return perp__fail_memory(world->context, "another body");
-    world->awake = awake;
-    world->body_capacity = capacity;
-    return PERP_OK;
+    return world->free_body >= 0 ? PERP_OK
+                                 : perp__grow(world->context, "another body", &world->body_capacity,
+                                              (int64_t)world->body_slots + 1, arrays, 3);
 }
 
 /* Takes a free slot, or the next one; room is there. */

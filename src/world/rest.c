@@ -11,6 +11,8 @@
 
 #include <string.h>
 
+#include "base/grow.h"
+
 enum { NONE = -1 };
 
 /* More than these are not sorted, but found anew. */
@@ -149,38 +151,18 @@ void perp__list_awake(perp_world *world)
 
 static perp_status reserve_kept(perp_world *world, int32_t more)
 {
-    int32_t capacity = world->kept_capacity > 0 ? world->kept_capacity : 64;
-    perp__kept *kept;
+    const perp__growing array = PERP__GROWING(world->kept, world->kept_slots, 1);
 
-    while (capacity < world->kept_count + more)
-        capacity *= 2;
-    if (capacity == world->kept_capacity)
-        return PERP_OK;
-    kept = perp__grown(world->context, world->kept, (size_t)world->kept_slots * sizeof *kept,
-                       (size_t)capacity * sizeof *kept);
-    if (!kept)
-        return PERP_ERROR_MEMORY;
-    world->kept = kept;
-    world->kept_capacity = capacity;
-    return PERP_OK;
+    return perp__grow(world->context, NULL, &world->kept_capacity,
+                      (int64_t)world->kept_count + more, &array, 1);
 }
 
 static perp_status reserve_naps(perp_world *world, int32_t more)
 {
-    int32_t capacity = world->nap_capacity > 0 ? world->nap_capacity : 16;
-    perp__nap *naps;
+    const perp__growing array = PERP__GROWING(world->naps, world->nap_slots, 1);
 
-    while (capacity < world->nap_slots + more)
-        capacity *= 2;
-    if (capacity == world->nap_capacity)
-        return PERP_OK;
-    naps = perp__grown(world->context, world->naps, (size_t)world->nap_slots * sizeof *naps,
-                       (size_t)capacity * sizeof *naps);
-    if (!naps)
-        return PERP_ERROR_MEMORY;
-    world->naps = naps;
-    world->nap_capacity = capacity;
-    return PERP_OK;
+    return perp__grow(world->context, NULL, &world->nap_capacity, (int64_t)world->nap_slots + more,
+                      &array, 1);
 }
 
 void perp__drop_kept(perp_world *world, int32_t first)

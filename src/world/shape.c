@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/grow.h"
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/spatial.h"
@@ -89,28 +90,13 @@ static perp_status read_settings(const perp_world *world, perp__shape *shape,
 
 static perp_status reserve_shape(perp_world *world)
 {
-    size_t used = (size_t)world->shape_slots;
-    int32_t capacity;
-    perp__shape *shapes;
-    perp__tree_node *nodes;
+    const perp__growing arrays[] = {PERP__GROWING(world->tree.nodes, world->tree.used, 2),
+                                    PERP__GROWING(world->shapes, world->shape_slots, 1)};
 
-    if (world->free_shape >= 0 || world->shape_slots < world->shape_capacity)
-        return PERP_OK;
-    if (world->shape_capacity > INT32_MAX / 8)
-        return perp__fail_memory(world->context, "another shape");
-    capacity = world->shape_capacity > 0 ? 2 * world->shape_capacity : 8;
-    nodes = perp__grown(world->context, world->tree.nodes, (size_t)world->tree.used * sizeof *nodes,
-                        2 * (size_t)capacity * sizeof *nodes);
-    if (!nodes)
-        return perp__fail_memory(world->context, "another shape");
-    world->tree.nodes = nodes;
-    shapes = perp__grown(world->context, world->shapes, used * sizeof *shapes,
-                         (size_t)capacity * sizeof *shapes);
-    if (!shapes)
-        return perp__fail_memory(world->context, "another shape");
-    world->shapes = shapes;
-    world->shape_capacity = capacity;
-    return PERP_OK;
+    return world->free_shape >= 0
+               ? PERP_OK
+               : perp__grow(world->context, "another shape", &world->shape_capacity,
+                            (int64_t)world->shape_slots + 1, arrays, 2);
 }
 
 static void include_shape(perp__body *body, perp__shape *shape)

@@ -27,17 +27,6 @@ PERP__INIT(perp_world_contact)
 PERP__INIT(perp_step_result)
 PERP__INIT(perp_world_stats)
 
-void *perp__grown(perp_context *context, void *old, size_t used, size_t size)
-{
-    void *block = perp__allocate(context, 1, size);
-
-    if (block && used > 0)
-        memcpy(block, old, used);
-    if (block)
-        perp__release(context, old);
-    return block;
-}
-
 uint64_t perp__id(int32_t slot, uint32_t generation)
 {
     return ((uint64_t)generation << 32) | (uint64_t)(slot + 1);

@@ -362,10 +362,6 @@ struct perp_world {
 /* Opens a public call on a world: PERP_ERROR_HANDLE for what is none. perp__leave closes it. */
 perp_status perp__world_enter(const perp_world *world);
 
-/* Block of `size` bytes that starts with the first `used` bytes of `old`, which is released; NULL,
- * with `old` as it was, if there is no memory. */
-void *perp__grown(perp_context *context, void *old, size_t used, size_t size);
-
 /* Ids. */
 uint64_t perp__id(int32_t slot, uint32_t generation);
 perp_status perp__find_body(const perp_world *world, int32_t *slot, perp_body id);
