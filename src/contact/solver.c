@@ -104,22 +104,15 @@ void perp_contact_solver_destroy(perp_contact_solver *solver)
 perp_status perp_contact_solver_set(perp_contact_solver *solver,
                                     const perp_contact_settings *settings)
 {
-    perp_status status = enter(solver);
-
-    return status == PERP_OK
-               ? perp__leave(solver->context, perp__contact_configure(solver, settings))
-               : status;
+    PERP__RETURN_CALL(enter(solver), solver->context, perp__contact_configure(solver, settings));
 }
 
 perp_status perp_contact_solver_setup_dynamics(perp_contact_solver *solver,
                                                const perp_contact_laws *laws,
                                                const perp_contact_dynamics *dynamics)
 {
-    perp_status status = enter(solver);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(solver->context, perp__contact_setup(solver, laws, dynamics, NULL));
+    PERP__RETURN_CALL(enter(solver), solver->context,
+                      perp__contact_setup(solver, laws, dynamics, NULL));
 }
 
 static perp_status setup_delassus(perp_contact_solver *solver, const perp_contact_laws *laws,
@@ -133,11 +126,7 @@ static perp_status setup_delassus(perp_contact_solver *solver, const perp_contac
 perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
                                                const perp_contact_laws *laws, const perp_matrix *W)
 {
-    perp_status status = enter(solver);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(solver->context, setup_delassus(solver, laws, W));
+    PERP__RETURN_CALL(enter(solver), solver->context, setup_delassus(solver, laws, W));
 }
 
 perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, double *v, double *r,

@@ -233,30 +233,20 @@ void perp_lcp_solver_destroy(perp_lcp_solver *solver)
 
 perp_status perp_lcp_solver_set(perp_lcp_solver *solver, const perp_lcp_settings *settings)
 {
-    perp_status status = enter(solver);
-
-    return status != PERP_OK ? status
-                             : perp__leave(solver->context, perp__lcp_set(solver, settings));
+    PERP__RETURN_CALL(enter(solver), solver->context, perp__lcp_set(solver, settings));
 }
 
 perp_status perp_lcp_solver_setup(perp_lcp_solver *solver, const perp_matrix *M,
                                   const double *lower, const double *upper)
 {
-    perp_status status = enter(solver);
-
-    return status != PERP_OK
-               ? status
-               : perp__leave(solver->context, perp__lcp_setup(solver, M, lower, upper));
+    PERP__RETURN_CALL(enter(solver), solver->context, perp__lcp_setup(solver, M, lower, upper));
 }
 
 perp_status perp_lcp_solver_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,
                                   perp_lcp_result *result, const double *q, const double *z0)
 {
-    perp_status status = enter(solver);
-
-    return status != PERP_OK
-               ? status
-               : perp__leave(solver->context, perp__lcp_solve(solver, z, w, ray, result, q, z0));
+    PERP__RETURN_CALL(enter(solver), solver->context,
+                      perp__lcp_solve(solver, z, w, ray, result, q, z0));
 }
 
 perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *ray,

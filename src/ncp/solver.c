@@ -207,28 +207,18 @@ void perp_ncp_solver_destroy(perp_ncp_solver *solver)
 
 perp_status perp_ncp_solver_set(perp_ncp_solver *solver, const perp_ncp_settings *settings)
 {
-    perp_status status = enter(solver);
-
-    return status == PERP_OK ? perp__leave(solver->context, perp__ncp_set(solver, settings))
-                             : status;
+    PERP__RETURN_CALL(enter(solver), solver->context, perp__ncp_set(solver, settings));
 }
 
 perp_status perp_ncp_solver_setup(perp_ncp_solver *solver, const perp_ncp_problem *problem)
 {
-    perp_status status = enter(solver);
-
-    return status != PERP_OK ? status
-                             : perp__leave(solver->context, perp__ncp_setup(solver, problem));
+    PERP__RETURN_CALL(enter(solver), solver->context, perp__ncp_setup(solver, problem));
 }
 
 perp_status perp_ncp_solver_solve(perp_ncp_solver *solver, double *z, double *w,
                                   perp_ncp_result *result, const double *z0)
 {
-    perp_status status = enter(solver);
-
-    return status != PERP_OK
-               ? status
-               : perp__leave(solver->context, perp__ncp_solve(solver, z, w, result, z0));
+    PERP__RETURN_CALL(enter(solver), solver->context, perp__ncp_solve(solver, z, w, result, z0));
 }
 
 perp_status perp_ncp_solve(perp_context *context, double *z, double *w, perp_ncp_result *result,

@@ -193,11 +193,7 @@ static perp_status add_body(perp_world *world, perp_body *body, const perp_body_
 perp_status perp_world_add_body(perp_world *world, perp_body *body,
                                 const perp_body_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, add_body(world, body, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, add_body(world, body, settings));
 }
 
 static perp_status remove_body(perp_world *world, perp_body id)
@@ -225,11 +221,7 @@ static perp_status remove_body(perp_world *world, perp_body id)
 
 perp_status perp_world_remove_body(perp_world *world, perp_body body)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, remove_body(world, body));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, remove_body(world, body));
 }
 
 static perp_status get_body(const perp_world *world, perp_body_state *state, perp_body id)
@@ -259,11 +251,7 @@ static perp_status get_body(const perp_world *world, perp_body_state *state, per
 
 perp_status perp_world_get_body(const perp_world *world, perp_body_state *state, perp_body body)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, get_body(world, state, body));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, get_body(world, state, body));
 }
 
 static perp_status set_body(perp_world *world, const perp_body_state *caller, perp_body id)
@@ -310,11 +298,7 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
 
 perp_status perp_world_set_body(perp_world *world, const perp_body_state *state, perp_body body)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, set_body(world, state, body));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, set_body(world, state, body));
 }
 
 static perp_status get_mass(const perp_world *world, double *mass, double *inertia, perp_body id)
@@ -339,11 +323,8 @@ static perp_status get_mass(const perp_world *world, double *mass, double *inert
 perp_status perp_world_get_mass(const perp_world *world, double *mass, double *inertia,
                                 perp_body body)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, get_mass(world, mass, inertia, body));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      get_mass(world, mass, inertia, body));
 }
 
 static perp_status get_states(const perp_world *world, perp_world_states *states)
@@ -369,11 +350,7 @@ static perp_status get_states(const perp_world *world, perp_world_states *states
 
 perp_status perp_world_get_states(const perp_world *world, perp_world_states *states)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, get_states(world, states));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, get_states(world, states));
 }
 
 static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body id)
@@ -390,9 +367,5 @@ static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body i
 
 perp_status perp_world_body_slot(const perp_world *world, int32_t *slot, perp_body body)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, body_slot(world, slot, body));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, body_slot(world, slot, body));
 }

@@ -193,11 +193,8 @@ static perp_status add_sphere(perp_world *world, perp_shape *id, perp_body body,
 perp_status perp_world_add_sphere(perp_world *world, perp_shape *shape, perp_body body,
                                   double radius, const perp_shape_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, add_sphere(world, shape, body, radius, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      add_sphere(world, shape, body, radius, settings));
 }
 
 static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
@@ -231,11 +228,8 @@ static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
 perp_status perp_world_add_box(perp_world *world, perp_shape *shape, perp_body body,
                                const double *half_extents, const perp_shape_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, add_box(world, shape, body, half_extents, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      add_box(world, shape, body, half_extents, settings));
 }
 
 static perp_status add_capsule(perp_world *world, perp_shape *id, perp_body body, double radius,
@@ -270,12 +264,8 @@ perp_status perp_world_add_capsule(perp_world *world, perp_shape *shape, perp_bo
                                    double radius, double half_length,
                                    const perp_shape_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context,
-                       add_capsule(world, shape, body, radius, half_length, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      add_capsule(world, shape, body, radius, half_length, settings));
 }
 
 static perp_status check_points(const perp_world *world, const double *points, int32_t count)
@@ -330,11 +320,8 @@ perp_status perp_world_add_hull(perp_world *world, perp_shape *shape, perp_body 
                                 const double *points, int32_t count,
                                 const perp_shape_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, add_hull(world, shape, body, points, count, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      add_hull(world, shape, body, points, count, settings));
 }
 
 /* The normal is scaled by its largest entry first: it may be as long or short as a double goes. A
@@ -390,9 +377,6 @@ perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, perp_body
                                  const double *normal, double offset,
                                  const perp_shape_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, add_plane(world, shape, body, normal, offset, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      add_plane(world, shape, body, normal, offset, settings));
 }

@@ -227,11 +227,7 @@ static perp_status create(perp_context *context, perp_world **world,
 perp_status perp_world_create(perp_context *context, perp_world **world,
                               const perp_world_settings *settings)
 {
-    perp_status status = perp__enter(context);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(context, create(context, world, settings));
+    PERP__RETURN_CALL(perp__enter(context), context, create(context, world, settings));
 }
 
 void perp_world_destroy(perp_world *world)
@@ -270,11 +266,8 @@ static perp_status get_contact(perp_world *world, perp_world_contact *contact, i
 perp_status perp_world_get_contact(const perp_world *world, perp_world_contact *contact,
                                    int32_t index)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, get_contact((perp_world *)world, contact, index));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      get_contact((perp_world *)world, contact, index));
 }
 
 perp_status perp_world_get_stats(const perp_world *world, perp_world_stats *stats)
@@ -304,11 +297,7 @@ static perp_status set_gravity(perp_world *world, const double *gravity)
 
 perp_status perp_world_set_gravity(perp_world *world, const double *gravity)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, set_gravity(world, gravity));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, set_gravity(world, gravity));
 }
 
 static perp_status step(perp_world *world, perp_step_result *result, double dt)
@@ -334,9 +323,5 @@ static perp_status step(perp_world *world, perp_step_result *result, double dt)
 
 perp_status perp_world_step(perp_world *world, perp_step_result *result, double dt)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, step(world, result, dt));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, step(world, result, dt));
 }

@@ -208,11 +208,8 @@ static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summ
 perp_status perp_mechanism_accelerations(perp_mechanism *mechanism, perp_mechanism_summary *summary,
                                          double t, const double *q, const double *v)
 {
-    const perp_status status = perp__mechanism_enter(mechanism);
-
-    return status == PERP_OK
-               ? perp__leave(mechanism->context, accelerations(mechanism, summary, t, q, v))
-               : status;
+    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+                      accelerations(mechanism, summary, t, q, v));
 }
 
 /* ---- the answers --------------------------------------------------------------------------- */
@@ -257,8 +254,6 @@ static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t i
 perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mechanism_found *found,
                                             int32_t index)
 {
-    const perp_status status = perp__mechanism_enter(mechanism);
-
-    return status == PERP_OK ? perp__leave(mechanism->context, get(mechanism, found, index))
-                             : status;
+    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+                      get(mechanism, found, index));
 }
