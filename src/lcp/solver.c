@@ -98,9 +98,11 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
                              const perp_lcp_settings *settings)
 {
     perp_lcp_settings own;
-    perp_status status = perp__lcp_settings_read(context, &own, settings);
+    perp_status status = perp__check_pointer(context, "solver", solver);
     perp_lcp_solver *made;
 
+    if (status == PERP_OK)
+        status = perp__lcp_settings_read(context, &own, settings);
     if (status != PERP_OK)
         return status;
     made = perp__handle_create(context, &kind);
@@ -216,14 +218,7 @@ static perp_status enter(perp_lcp_solver *solver)
 perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
                                    const perp_lcp_settings *settings)
 {
-    perp_status status = perp__enter(context);
-
-    if (status != PERP_OK)
-        return status;
-    status = perp__check_pointer(context, "solver", solver);
-    if (status == PERP_OK)
-        status = perp__lcp_create(context, solver, settings);
-    return perp__leave(context, status);
+    PERP__RETURN_CALL(perp__enter(context), context, perp__lcp_create(context, solver, settings));
 }
 
 void perp_lcp_solver_destroy(perp_lcp_solver *solver)

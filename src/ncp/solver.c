@@ -121,9 +121,11 @@ perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
                              const perp_ncp_settings *settings)
 {
     perp_ncp_settings own;
-    perp_status status = read_settings(context, &own, settings);
+    perp_status status = perp__check_pointer(context, "solver", solver);
     perp_ncp_solver *made;
 
+    if (status == PERP_OK)
+        status = read_settings(context, &own, settings);
     if (status != PERP_OK)
         return status;
     made = perp__handle_create(context, &kind);
@@ -190,14 +192,7 @@ static perp_status enter(perp_ncp_solver *solver)
 perp_status perp_ncp_solver_create(perp_context *context, perp_ncp_solver **solver,
                                    const perp_ncp_settings *settings)
 {
-    perp_status status = perp__enter(context);
-
-    if (status != PERP_OK)
-        return status;
-    status = perp__check_pointer(context, "solver", solver);
-    if (status == PERP_OK)
-        status = perp__ncp_create(context, solver, settings);
-    return perp__leave(context, status);
+    PERP__RETURN_CALL(perp__enter(context), context, perp__ncp_create(context, solver, settings));
 }
 
 void perp_ncp_solver_destroy(perp_ncp_solver *solver)
