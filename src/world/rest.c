@@ -11,6 +11,7 @@
 
 #include <string.h>
 
+#include "base/groups.h"
 #include "base/grow.h"
 
 enum { NONE = -1 };
@@ -259,7 +260,7 @@ static void find_calm(perp_world *world)
         const int32_t body = world->awake[i];
 
         if (!world->motions[body].calm)
-            world->motions[perp__find_root(world->parent, body)].calm = 0;
+            world->motions[perp__root_of(world->parent, body)].calm = 0;
     }
     perp__upset_joints(world);
     for (int32_t i = 0; i < world->pair_count; i++) {
@@ -271,7 +272,7 @@ static void find_calm(perp_world *world)
             if (is_dynamic(world, bodies[side]) &&
                 (pair->changed || pair->waited ||
                  (world->bodies[bodies[1 - side]].awake && !world->motions[bodies[1 - side]].calm)))
-                world->motions[perp__find_root(world->parent, bodies[side])].calm = 0;
+                world->motions[perp__root_of(world->parent, bodies[side])].calm = 0;
     }
 }
 
@@ -316,7 +317,7 @@ static int32_t put_to_sleep(perp_world *world)
     int32_t i, slept = 0;
 
     for (i = 0; i < world->awake_count; i++) {
-        const int32_t body = world->awake[i], root = perp__find_root(world->parent, body);
+        const int32_t body = world->awake[i], root = perp__root_of(world->parent, body);
 
         if (!world->motions[root].calm)
             continue;

@@ -476,9 +476,6 @@ static inline int32_t perp__count_members(const perp_world *world)
 
 /* island.c: islands of the dynamic bodies that the set's included contacts join. */
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set);
-/* Sets of bodies that are joined, in world->parent. */
-int32_t perp__find_root(int32_t *parent, int32_t i);
-void perp__join(int32_t *parent, int32_t i, int32_t j);
 
 /* contact_rows.c */
 void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
