@@ -134,6 +134,7 @@ static void begin_contact(const perp_world *world, perp__world_contact *contact,
     contact->generations[3] = b->generation;
     contact->pair = (int32_t)(pair - world->pairs);
     contact->round = world->rounds;
+    contact->later = -1;
     contact->rounding = perp__pair_rounding(world, pair);
     contact->size = perp__pair_size(world, pair);
     contact->friction = pair_friction(a->friction, b->friction);
@@ -243,6 +244,55 @@ static void find_memories(perp_world *world)
     }
 }
 
+/* Appends the points of a pair that lie at the start of the step from `least` on. */
+static perp_status append_points(perp_world *world, perp__pair *pair, const perp__point *points,
+                                 int32_t made, double least)
+{
+    perp_status status = reserve_contacts(world, &world->contacts, world->contacts.count + made);
+
+    for (int32_t i = 0; i < made && status == PERP_OK; i++) {
+        perp__world_contact *contact;
+
+        if (points[i].gap < least)
+            continue;
+        contact = append(world, &world->contacts, pair, &points[i]);
+        set_arms(world->states, contact);
+        prepare_contact(world, contact);
+    }
+    return status;
+}
+
+/* How far the motion at hand takes any point of a body. */
+static double longest_way(const perp_world *world, int32_t body, double h)
+{
+    const double *moving = world->motions[body].moving;
+
+    return h * (perp__length3(moving) + perp__length3(moving + 3) * world->bodies[body].radius);
+}
+
+/* Corners far from what rests, which is most of those over a half-space, are left out until a
+ * motion might take them there. Returns how many points stay. */
+static int32_t spare_points(perp_world *world, perp__pair *pair, double h, perp__point *points,
+                            int32_t made)
+{
+    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
+    const perp__shape *plane = a->geometry.kind == PERP__PLANE ? a : b;
+    const int32_t body = plane == a ? b->body : a->body;
+    double far;
+    int32_t kept = 0;
+
+    pair->spare = INFINITY;
+    if (plane->geometry.kind != PERP__PLANE || world->bodies[plane->body].kind != PERP_BODY_STATIC)
+        return made;
+    far = fmax(PERP__NEAR * perp__pair_size(world, pair), longest_way(world, body, h));
+    for (int32_t i = 0; i < made; i++)
+        if (points[i].gap > far)
+            pair->spare = fmin(pair->spare, points[i].gap);
+        else
+            points[kept++] = points[i];
+    world->motions[body].spare = fmin(world->motions[body].spare, pair->spare);
+    return kept;
+}
 /* Decides how each pair takes part, and makes the points of those that touch plainly. */
 perp_status perp__find_contacts(perp_world *world, double h)
 {
@@ -250,7 +300,7 @@ perp_status perp__find_contacts(perp_world *world, double h)
     int32_t made;
     perp_status status;
 
-    world->contacts.count = 0;
+    world->contacts.count = world->contacts.included = 0;
     world->rounds = 0;
     status = perp__cover_motions(world, h);
     if (status == PERP_OK)
@@ -261,14 +311,11 @@ perp_status perp__find_contacts(perp_world *world, double h)
         pair->joined = pair->waited = 0;
         made = perp__touching_points(world, pair, h, points);
         pair->open = made == 0;
-        status = reserve_contacts(world, &world->contacts, world->contacts.count + made);
-        for (int32_t q = 0; q < made && status == PERP_OK; q++) {
-            perp__world_contact *contact = append(world, &world->contacts, pair, &points[q]);
-
-            set_arms(world->states, contact);
-            prepare_contact(world, contact);
-        }
+        pair->late = -1;
+        made = spare_points(world, pair, h, points, made);
+        status = append_points(world, pair, points, made, -INFINITY);
     }
+    world->contacts.early = world->contacts.count;
     return status;
 }
 
@@ -310,13 +357,23 @@ static void set_back(const perp_world *world, perp__world_contact *contact, doub
     prepare_contact(world, contact);
 }
 
-static int32_t has_feature(const perp__contact_set *set, const perp__pair *pair, int32_t feature)
+static int32_t has_late(const perp__contact_set *set, const perp__pair *pair, int32_t feature)
 {
-    for (int32_t i = 0; i < set->count; i++)
-        if (set->contacts[i].shape_a == pair->first && set->contacts[i].shape_b == pair->second &&
-            set->contacts[i].feature == (uint64_t)feature)
+    for (int32_t i = pair->late; i >= 0; i = set->contacts[i].later)
+        if (set->contacts[i].feature == (uint64_t)feature)
             return 1;
     return 0;
+}
+
+/* Contact i of the set came after the first round. */
+static void list_late(perp__contact_set *set, perp__pair *pair, int32_t i)
+{
+    set->contacts[i].later = -1;
+    if (pair->late >= 0)
+        set->contacts[pair->latest].later = i;
+    else
+        pair->late = i;
+    pair->latest = i;
 }
 
 /* Appends the points in which a pair meets. */
@@ -331,10 +388,11 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
     for (i = 0; i < made && status == PERP_OK; i++) {
         perp__world_contact *contact;
 
-        if (pair->joined > 0 && has_feature(&world->contacts, pair, points[i].feature))
+        if (has_late(&world->contacts, pair, points[i].feature))
             continue;
         contact = append(world, &world->contacts, pair, &points[i]);
         set_back(world, contact, pair->meeting.time, &a, &b);
+        list_late(&world->contacts, pair, world->contacts.count - 1);
     }
     pair->joined += made > 0;
     return status;
@@ -350,27 +408,33 @@ static double way_of(const perp_world *world, const perp__world_contact *contact
                 perp__length3(b) + perp__length3(b + 3) * perp__length3(contact->arms[1]));
 }
 
-/* Includes the points that the motion at hand closes, and those so near that another motion may;
- * returns how many. */
+/* Whether the motion at hand closes a point, or another motion may, so near it is. */
+static int32_t is_due(const perp_world *world, const perp__world_contact *contact, double h)
+{
+    double u[3];
+
+    if (!(contact->gap > contact->rounding) || (contact->gap <= PERP__NEAR * contact->size &&
+                                                contact->gap <= 2.0 * way_of(world, contact, h)))
+        return 1;
+    perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
+    return !(contact->gap + h * u[0] >= 0.0);
+}
+
+/* Includes the points that are due; returns how many. */
 static int32_t include_points(perp_world *world, double h)
 {
-    int32_t i, came = 0;
+    perp__contact_set *set = &world->contacts;
+    const int32_t before = set->included;
 
-    for (i = 0; i < world->contacts.count; i++) {
-        perp__world_contact *contact = &world->contacts.contacts[i];
-        double u[3];
+    for (int32_t i = 0; i < set->count && set->included < set->count; i++) {
+        perp__world_contact *contact = &set->contacts[i];
 
-        if (contact->included)
-            continue;
-        perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
-        if (contact->gap + h * u[0] >= 0.0 && contact->gap > contact->rounding &&
-            (contact->gap > PERP__NEAR * contact->size ||
-             contact->gap > 2.0 * way_of(world, contact, h)))
+        if (contact->included || !is_due(world, contact, h))
             continue;
         contact->included = contact->fresh = 1;
-        came++;
+        set->included++;
     }
-    return came;
+    return set->included - before;
 }
 
 /* Whether the motion of either body is not the one that was looked at last. */
@@ -380,10 +444,39 @@ static int32_t is_new(const perp_world *world, const perp__pair *pair)
            world->motions[world->shapes[pair->second].body].moved == world->rounds;
 }
 
-/* Motions that the islands changed: all others are what they were. */
-static void look_for_new_motions(perp_world *world)
+/* Points of half-spaces that were left out come after all. */
+static perp_status add_spare(perp_world *world, int32_t body)
 {
-    for (int32_t i = perp__count_members(world); i-- > 0;) {
+    perp__point points[PERP__MAX_POINTS];
+    perp_status status = PERP_OK;
+
+    world->motions[body].spare = INFINITY;
+    for (int32_t shape = world->bodies[body].first_shape; shape >= 0;
+         shape = world->shapes[shape].next_of_body)
+        for (int32_t link = world->shapes[shape].first_link; link >= 0 && status == PERP_OK;
+             link = world->pairs[link / 2].next[link % 2]) {
+            perp__pair *pair = &world->pairs[link / 2];
+            int32_t first = world->contacts.count;
+
+            if (pair->spare == INFINITY)
+                continue;
+            status = append_points(world, pair, points,
+                                   perp__collide(&world->placed[pair->first],
+                                                 &world->placed[pair->second],
+                                                 world->settings.planar, INFINITY, points),
+                                   pair->spare);
+            for (pair->spare = INFINITY; first < world->contacts.count; first++)
+                list_late(&world->contacts, pair, first);
+        }
+    return status;
+}
+
+/* Motions that the islands changed: all others are what they were. */
+static perp_status look_for_new_motions(perp_world *world, double h)
+{
+    perp_status status = PERP_OK;
+
+    for (int32_t i = perp__count_members(world); i-- > 0 && status == PERP_OK;) {
         perp__motion *motion = &world->motions[world->body_order[i]];
 
         if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
@@ -391,7 +484,10 @@ static void look_for_new_motions(perp_world *world)
         memcpy(motion->tried, motion->moving, sizeof motion->tried);
         motion->moved = world->rounds;
         motion->covered = 0;
+        if (!(longest_way(world, world->body_order[i], h) < motion->spare))
+            status = add_spare(world, world->body_order[i]);
     }
+    return status;
 }
 
 /* A pair that met before is looked at again where a body turns so far that its first meeting says
@@ -460,10 +556,9 @@ perp_status perp__join_contacts(perp_world *world, double h, int32_t *came)
     if (*came > 0)
         return PERP_OK;
     world->rounds++;
-    look_for_new_motions(world);
-    if (world->rounds > MAX_ROUNDS)
-        return PERP_OK;
-    status = join_meetings(world, h);
+    status = look_for_new_motions(world, h);
+    if (status == PERP_OK && world->rounds <= MAX_ROUNDS)
+        status = join_meetings(world, h);
     if (status == PERP_OK)
         *came = include_points(world, h);
     return status;
@@ -485,14 +580,6 @@ perp_status perp__find_overlaps(perp_world *world, double margin)
     return status;
 }
 
-/* The contact's pair; NULL if it ended within the step. */
-static perp__pair *pair_of(const perp_world *world, const perp__world_contact *contact)
-{
-    perp__pair *pair = &world->pairs[contact->pair];
-
-    return pair->first == contact->shape_a && pair->second == contact->shape_b ? pair : NULL;
-}
-
 /* Whether the pair's memories are other ones than those of the step before. */
 static int32_t is_news(const perp_world *world, const perp__pair *pair)
 {
@@ -511,47 +598,50 @@ void perp__write_memory(const perp__world_contact *contact, perp__memory *memory
     perp__copy3(memory->impulse, contact->next);
 }
 
+/* Where a contact's pair stands among the ordered. */
+static uint64_t key_of(const perp__world_contact *contact)
+{
+    return (uint64_t)contact->shape_a << 32 | (uint64_t)contact->shape_b;
+}
+
+/* A contact whose pair ended within the step: it is not to be remembered. */
+static void forget(perp_world *world, const perp__world_contact *contact)
+{
+    world->motions[contact->body_a].repeats = world->motions[contact->body_b].repeats = 0;
+}
+
+/* Contacts of the first round are in the order of their pairs; later ones hang on these. */
 void perp__remember(perp_world *world)
 {
-    perp__memory *memories = world->next_memories;
-    int32_t i, count = 0;
+    const perp__world_contact *contacts = world->contacts.contacts;
+    const int32_t early = world->contacts.early;
+    perp__memory *const memories = world->next_memories;
+    int32_t next = 0, count = 0;
 
-    for (i = 0; i < world->pair_count; i++) {
+    for (int32_t i = early; i < world->contacts.count; i++)
+        if (world->pairs[contacts[i].pair].first != contacts[i].shape_a ||
+            world->pairs[contacts[i].pair].second != contacts[i].shape_b)
+            forget(world, &contacts[i]);
+    for (int32_t i = 0; i < world->pair_count; i++) {
+        const uint64_t key = world->pair_order[i].key;
         perp__pair *pair = perp__ordered_pair(world, i);
 
         pair->had_first = pair->first_memory;
         pair->had = pair->memories;
-        pair->memories = 0;
-    }
-    for (i = 0; i < world->contacts.count; i++) {
-        const perp__world_contact *contact = &world->contacts.contacts[i];
-
-        if (pair_of(world, contact))
-            pair_of(world, contact)->memories++;
-        else
-            world->motions[contact->body_a].repeats = world->motions[contact->body_b].repeats = 0;
-    }
-    for (i = 0; i < world->pair_count; i++) {
-        perp__pair *pair = perp__ordered_pair(world, i);
-
         pair->first_memory = count;
-        count += pair->memories;
-        pair->memories = 0;
-    }
-    for (i = 0; i < world->contacts.count; i++) {
-        perp__pair *pair = pair_of(world, &world->contacts.contacts[i]);
-
-        if (pair)
-            perp__write_memory(&world->contacts.contacts[i],
-                               &memories[pair->first_memory + pair->memories++]);
-    }
-    for (i = 0; i < world->pair_count; i++) {
-        perp__pair *pair = perp__ordered_pair(world, i);
-
+        for (; next < early && key_of(&contacts[next]) < key; next++)
+            forget(world, &contacts[next]);
+        for (; next < early && key_of(&contacts[next]) == key; next++)
+            perp__write_memory(&contacts[next], &memories[count++]);
+        for (int32_t k = pair->late; k >= 0; k = contacts[k].later)
+            perp__write_memory(&contacts[k], &memories[count++]);
+        pair->memories = count - pair->first_memory;
         pair->changed = pair->first_kept >= 0 || is_news(world, pair);
         perp__drop_kept(world, pair->first_kept);
         pair->first_kept = -1;
     }
+    for (; next < early; next++)
+        forget(world, &contacts[next]);
     world->next_memories = world->memories;
     world->memories = memories;
     world->memory_count = count;

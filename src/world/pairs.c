@@ -139,7 +139,8 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
     world->pairs[number].first = a < b ? a : b;
     world->pairs[number].second = a < b ? b : a;
     world->pairs[number].open = 1;
-    world->pairs[number].first_kept = NONE;
+    world->pairs[number].first_kept = world->pairs[number].late = NONE;
+    world->pairs[number].spare = INFINITY;
     put_on_list(world, 2 * number);
     put_on_list(world, 2 * number + 1);
     world->pairs_changed = 1;
@@ -359,7 +360,7 @@ perp_status perp__cover_motions(perp_world *world, double h)
         status = cover(world, world->awake[i], h, 0.0);
         memcpy(motion->tried, motion->moving, sizeof motion->tried);
         motion->covered = motion->moved = 1; /* in the first round */
-        motion->earliest = INFINITY;
+        motion->earliest = motion->spare = INFINITY;
     }
     order_pairs(world);
     return status;

@@ -83,6 +83,9 @@ typedef struct perp__pair {
     int32_t open;         /* the shapes do not touch plainly at the start of the step */
     int32_t met;          /* the motion at hand makes them meet */
     int32_t joined;       /* how often their points have come */
+    int32_t late, latest; /* contacts that came after the first round: a list; -1: none */
+    double spare;         /* least gap of the points of a half-space that no motion so far reaches,
+                             and that are left out; INFINITY: none */
     int32_t waited;       /* a meeting of theirs has */
     int32_t first_memory; /* impulses of the last step, see perp__remember */
     int32_t memories;
@@ -181,24 +184,28 @@ typedef struct perp__motion {
     int32_t repeats;  /* ends the step as it began */
     int32_t calm;     /* so does all that is joined to it; at the root */
     double earliest;  /* when it meets something first, in shares of the step */
+    double spare;     /* of its pairs with half-spaces */
     perp__verdict verdict;
     double shift[6]; /* of the projection */
 } perp__motion;
 
 typedef struct perp__world_contact {
-    int32_t body_a;
+    int32_t body_a; /* what each step reads of all contacts comes first */
     int32_t body_b;
     int32_t shape_a;
     int32_t shape_b;
-    uint32_t generations[4]; /* of these */
     int32_t pair;
-    int32_t round;      /* of looking for contacts in which it came */
-    uint64_t feature;   /* tells the points of a pair apart, from step to step */
+    int32_t round;    /* of looking for contacts in which it came */
+    int32_t later;    /* contact of the pair, of those that came after the first round; -1: none */
+    int32_t mode;     /* PERP_CONTACT_... */
+    int32_t included; /* takes part in the problems; the others were found not to matter */
+    int32_t fresh;    /* included since its island was solved last */
+    uint64_t feature; /* tells the points of a pair apart, from step to step */
+    double gap;       /* what may be closed along the normal */
+    double rounding;  /* gaps below this are not told apart from 0 */
     double position[3]; /* at the start of the step, midway between the surfaces */
     double arms[2][3];  /* from the mass centres, in the pose of the meeting */
     double axes[3][3];  /* normal, tangent 1, tangent 2 */
-    double gap;         /* what may be closed along the normal */
-    double rounding;    /* gaps below this are not told apart from 0 */
     double size;        /* of the two bodies */
     double friction;
     double restitution;
@@ -208,13 +215,13 @@ typedef struct perp__world_contact {
     double next[3];  /* for the next step to start from */
     double impulse[3];
     double velocity[3];
-    int32_t mode;     /* PERP_CONTACT_... */
-    int32_t included; /* takes part in the problems; the others were found not to matter */
-    int32_t fresh;    /* included since its island was solved last */
+    uint32_t generations[4]; /* of bodies and shapes */
 } perp__world_contact;
 
 typedef struct perp__contact_set {
     perp__world_contact *contacts;
+    int32_t included; /* of the step's: how many are, */
+    int32_t early;    /* and how many came in the first round */
     int32_t count;
     int32_t capacity;
 } perp__contact_set;
