@@ -244,7 +244,7 @@ static void find_memories(perp_world *world)
     }
 }
 
-/* Appends the points of a pair that lie at the start of the step from `least` on. */
+/* Appends the points of a pair that are farther apart than `least` at the start of the step. */
 static perp_status append_points(perp_world *world, perp__pair *pair, const perp__point *points,
                                  int32_t made, double least)
 {
@@ -253,7 +253,7 @@ static perp_status append_points(perp_world *world, perp__pair *pair, const perp
     for (int32_t i = 0; i < made && status == PERP_OK; i++) {
         perp__world_contact *contact;
 
-        if (points[i].gap < least)
+        if (points[i].gap <= least)
             continue;
         contact = append(world, &world->contacts, pair, &points[i]);
         set_arms(world->states, contact);
@@ -270,34 +270,42 @@ static double longest_way(const perp_world *world, int32_t body, double h)
     return h * (perp__length3(moving) + perp__length3(moving + 3) * world->bodies[body].radius);
 }
 
-/* Corners far from what rests, which is most of those over a half-space, are left out until a
- * motion might take them there. Returns how many points stay. */
-static int32_t spare_points(perp_world *world, perp__pair *pair, double h, perp__point *points,
-                            int32_t made)
+/* The gap beyond which points are left out: the corners of a box far from the half-space it is
+ * before, until a motion might take them there. */
+static double spare_of(const perp_world *world, const perp__pair *pair, double h)
 {
     const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
     const perp__shape *plane = a->geometry.kind == PERP__PLANE ? a : b;
-    const int32_t body = plane == a ? b->body : a->body;
-    double far;
-    int32_t kept = 0;
 
-    pair->spare = INFINITY;
     if (plane->geometry.kind != PERP__PLANE || world->bodies[plane->body].kind != PERP_BODY_STATIC)
-        return made;
-    far = fmax(PERP__NEAR * perp__pair_size(world, pair), longest_way(world, body, h));
-    for (int32_t i = 0; i < made; i++)
-        if (points[i].gap > far)
-            pair->spare = fmin(pair->spare, points[i].gap);
-        else
-            points[kept++] = points[i];
-    world->motions[body].spare = fmin(world->motions[body].spare, pair->spare);
-    return kept;
+        return INFINITY;
+    return fmax(PERP__NEAR * perp__pair_size(world, pair),
+                longest_way(world, plane == a ? b->body : a->body, h));
 }
+
+/* The points of a pair that touches plainly. */
+static perp_status touch(perp_world *world, perp__pair *pair, double h)
+{
+    const double far = spare_of(world, pair, h);
+    perp__point points[PERP__MAX_POINTS];
+    const int32_t made = perp__touching_points(world, pair, h, far, points);
+
+    pair->open = made == 0;
+    pair->joined = pair->waited = 0;
+    pair->late = -1;
+    pair->spare = pair->open ? INFINITY : far;
+    for (int32_t side = 0; side < 2; side++) {
+        const int32_t shape = side == 0 ? pair->first : pair->second;
+        double *spare = &world->motions[world->shapes[shape].body].spare;
+
+        *spare = pair->spare < *spare ? pair->spare : *spare;
+    }
+    return append_points(world, pair, points, made, -INFINITY);
+}
+
 /* Decides how each pair takes part, and makes the points of those that touch plainly. */
 perp_status perp__find_contacts(perp_world *world, double h)
 {
-    perp__point points[PERP__MAX_POINTS];
-    int32_t made;
     perp_status status;
 
     world->contacts.count = world->contacts.included = 0;
@@ -305,16 +313,8 @@ perp_status perp__find_contacts(perp_world *world, double h)
     status = perp__cover_motions(world, h);
     if (status == PERP_OK)
         find_memories(world);
-    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
-        perp__pair *pair = perp__ordered_pair(world, i);
-
-        pair->joined = pair->waited = 0;
-        made = perp__touching_points(world, pair, h, points);
-        pair->open = made == 0;
-        pair->late = -1;
-        made = spare_points(world, pair, h, points, made);
-        status = append_points(world, pair, points, made, -INFINITY);
-    }
+    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++)
+        status = touch(world, perp__ordered_pair(world, i), h);
     world->contacts.early = world->contacts.count;
     return status;
 }

@@ -84,8 +84,8 @@ typedef struct perp__pair {
     int32_t met;          /* the motion at hand makes them meet */
     int32_t joined;       /* how often their points have come */
     int32_t late, latest; /* contacts that came after the first round: a list; -1: none */
-    double spare;         /* least gap of the points of a half-space that no motion so far reaches,
-                             and that are left out; INFINITY: none */
+    double spare;         /* gap beyond which points of a half-space are left out: no motion so far
+                             goes so far; INFINITY: none */
     int32_t waited;       /* a meeting of theirs has */
     int32_t first_memory; /* impulses of the last step, see perp__remember */
     int32_t memories;
@@ -453,8 +453,9 @@ double perp__pair_size(const perp_world *world, const perp__pair *pair);
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
 /* A shape on the way of its body's motion. */
 perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h);
-/* Points of shapes that touch plainly at the start; 0: they don't. */
-int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h,
+/* Points of shapes that touch plainly at the start; 0: they don't. Those of half-spaces may be left
+ * out from a gap of `far` on. */
+int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points);
 /* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
  * pair->meeting. */
