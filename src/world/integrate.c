@@ -148,20 +148,38 @@ static int32_t has_pairs(const perp_world *world, int32_t body)
     return shape >= 0;
 }
 
+int32_t perp__coast(perp_world *world, int32_t i, double h)
+{
+    const perp__body *body = &world->bodies[i];
+    const perp__state *state = &world->states[i];
+
+    if (body->kind != PERP_BODY_DYNAMIC || body->first_joint > 0 || has_pairs(world, i) ||
+        !(body->spherical ||
+          (perp__is_zero3(state->angular_velocity) && perp__is_zero3(state->torque))))
+        return 1;
+    world->next[i] = *state;
+    move_freely(world, i, h);
+    world->motions[i].repeats = 0;
+    if (memcmp(state, &world->next[i], sizeof *state) != 0)
+        world->motions[i].coasts = world->coasting;
+    return is_finite(&world->next[i]);
+}
+
 int32_t perp__integrate(perp_world *world, double h)
 {
-    for (int32_t i = 0; i < world->awake_count; i++) {
-        const int32_t body = world->awake[i];
+    for (int32_t i = 0; i < world->lively_count; i++) {
+        const int32_t body = world->lively[i];
         const int32_t kind = world->bodies[body].kind;
+        const perp__motion *motion = &world->motions[body];
 
         world->next[body] = world->states[body];
-        if (kind == PERP_BODY_DYNAMIC && world->motions[body].island < 0)
+        if (kind == PERP_BODY_DYNAMIC && motion->island < 0)
             move_freely(world, body, h);
         else if (kind != PERP_BODY_STATIC)
             move_in_contact(world, body, h);
         if (!is_finite(&world->next[body]))
             return body;
-        if (!world->motions[body].covered || has_pairs(world, body))
+        if (!motion->covered || has_pairs(world, body))
             perp__place_body(world, world->next, body);
     }
     return -1;

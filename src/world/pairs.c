@@ -123,6 +123,13 @@ static void rouse_sleeper(perp_world *world, int32_t body)
         perp__rouse(world, body);
 }
 
+static void stop_coasting(perp_world *world, int32_t body)
+{
+    if (world->motions[body].coasts == world->coasting)
+        world->lively[world->lively_count++] = body;
+    world->motions[body].coasts = 0;
+}
+
 static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
 {
     perp_status status = reserve_pair(world);
@@ -144,6 +151,8 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
     put_on_list(world, 2 * number);
     put_on_list(world, 2 * number + 1);
     world->pairs_changed = 1;
+    stop_coasting(world, world->shapes[a].body);
+    stop_coasting(world, world->shapes[b].body);
     rouse_sleeper(world, world->shapes[a].body);
     rouse_sleeper(world, world->shapes[b].body);
     return PERP_OK;
@@ -270,6 +279,13 @@ static int32_t is_too_fat(const perp__bounds *fat, const perp__bounds *box, doub
     return excess > TOO_FAT * 2.0 * space;
 }
 
+static perp_status check(const perp_world *world, int32_t body, int32_t is_finite)
+{
+    return is_finite ? PERP_OK
+                     : perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                                  "the step takes body %d beyond the range of numbers", (int)body);
+}
+
 /* Makes the shape's fat box hold `box`. */
 static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, double speed)
 {
@@ -287,8 +303,7 @@ static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, d
         fat.high[k] = box->high[k] + space;
     }
     if (!perp__all_finite(fat.low, 3) || !perp__all_finite(fat.high, 3))
-        return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
-                          "the step takes body %d beyond the range of numbers", (int)shape->body);
+        return check(world, shape->body, 0);
     if (shape->leaf != NONE)
         perp__tree_remove(&world->tree, shape->leaf);
     shape->leaf = perp__tree_insert(&world->tree, &fat, i);
@@ -350,18 +365,37 @@ static perp_status cover(perp_world *world, int32_t body, double h, double more)
     return status;
 }
 
+/* Half-spaces in place, before boxes are held against them. */
+static perp_status place_planes(perp_world *world)
+{
+    for (int32_t i = world->first_plane; i != NONE; i = world->shapes[i].next_plane)
+        if (world->bodies[world->shapes[i].body].awake)
+            perp__place_body(world, world->states, world->shapes[i].body);
+    return look_at_planes(world);
+}
+
+/* All of a body while it is at hand: what is awake may be more than a cache holds. */
+static perp_status start(perp_world *world, int32_t body, double h)
+{
+    perp_status status = check(world, body, perp__start_motion(world, body, h));
+
+    if (status == PERP_OK)
+        status = cover(world, body, h, 0.0);
+    if (status == PERP_OK)
+        status = check(world, body, perp__coast(world, body, h));
+    if (world->motions[body].coasts != world->coasting)
+        world->lively[world->lively_count++] = body;
+    return status;
+}
+
 perp_status perp__cover_motions(perp_world *world, double h)
 {
-    perp_status status = look_at_planes(world);
+    perp_status status = place_planes(world);
 
-    for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++) {
-        perp__motion *motion = &world->motions[world->awake[i]];
-
-        status = cover(world, world->awake[i], h, 0.0);
-        memcpy(motion->tried, motion->moving, sizeof motion->tried);
-        motion->covered = motion->moved = 1; /* in the first round */
-        motion->earliest = motion->spare = INFINITY;
-    }
+    world->lively_count = 0;
+    world->coasting++;
+    for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++)
+        status = start(world, world->awake[i], h);
     order_pairs(world);
     return status;
 }
@@ -386,9 +420,12 @@ static perp_status cover_places(perp_world *world, double margin, int32_t all)
 {
     perp_status status = PERP_OK;
 
-    for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++)
-        if (all || !world->motions[world->awake[i]].covered)
-            status = cover(world, world->awake[i], 0.0, margin);
+    const int32_t *bodies = all ? world->awake : world->lively;
+    const int32_t count = all ? world->awake_count : world->lively_count;
+
+    for (int32_t i = 0; i < count && status == PERP_OK; i++)
+        if (all || !world->motions[bodies[i]].covered)
+            status = cover(world, bodies[i], 0.0, margin);
     order_pairs(world);
     return status;
 }

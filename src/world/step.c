@@ -12,12 +12,15 @@ static void lay_out_bodies(perp__arena *arena, void *object)
     perp_world *world = object;
     size_t count = (size_t)world->body_capacity;
 
-    world->next = perp__arena_take(arena, count, sizeof *world->next);
     world->motions = perp__arena_take(arena, count, sizeof *world->motions);
+    world->lively = perp__arena_take(arena, count, sizeof *world->lively);
     world->parent = perp__arena_take(arena, count, sizeof *world->parent);
     world->body_order = perp__arena_take(arena, count, sizeof *world->body_order);
     world->islands = perp__arena_take(arena, count, sizeof *world->islands);
     world->fitted_bodies = world->body_capacity;
+    for (size_t i = 0; world->motions && i < count; i++)
+        world->motions[i].coasts = 0;
+    world->coasting = 0;
 }
 
 static void lay_out_shapes(perp__arena *arena, void *object)
@@ -69,7 +72,7 @@ static perp_status prepare(perp_world *world, double h)
     world->step_length = h;
     if (world->awake_changed)
         perp__list_awake(world);
-    return check(world, perp__start_motions(world, h));
+    return PERP_OK;
 }
 
 static void lap(double *clock, double *seconds)
@@ -139,17 +142,18 @@ static int32_t may_advance(const perp_world *world, perp_outcome outcome)
 static int32_t commit(perp_world *world, int32_t included)
 {
     const perp__contact_set last = world->last;
+    perp__state *const states = world->states;
     int32_t i, repeat = 0;
 
-    for (i = 0; i < world->awake_count; i++) {
-        const int32_t body = world->awake[i];
+    for (i = 0; i < world->lively_count; i++) {
+        const int32_t body = world->lively[i];
 
         world->motions[body].repeats =
             memcmp(&world->states[body], &world->next[body], sizeof *world->states) == 0;
-        if (!world->motions[body].repeats)
-            world->states[body] = world->next[body];
         repeat += world->motions[body].repeats;
     }
+    world->states = world->next;
+    world->next = states;
     perp__drop_kept(world, world->first_orphan);
     world->first_orphan = -1;
     world->orphan_count = 0;

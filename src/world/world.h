@@ -164,29 +164,30 @@ typedef struct perp__verdict {
 
 /* A body within the step. Twists are (velocity, angular velocity), world frame. */
 typedef struct perp__motion {
-    double rotation[9];
-    double start[6];  /* twist before the step */
-    double free[6];   /* twist that forces alone would give */
+    uint32_t coasts; /* world->coasting: has come to its next state, as nothing is near it */
+    int32_t moved;   /* the round of looking for contacts in which that was a new one */
+    int32_t covered; /* the fat boxes hold what it does to the shapes */
+    int32_t touched; /* has contact points in this step */
+    int32_t jointed; /* has joints */
+    int32_t island;  /* -1: none */
+    int32_t local;   /* number within the island */
+    int32_t carrier; /* number within the island of what moves as it is told; -1: none */
+    int32_t repeats; /* ends the step as it began */
+    int32_t calm;    /* so does all that is joined to it; at the root */
+    double earliest; /* when it meets something first, in shares of the step */
+    double spare;    /* of its pairs with half-spaces */
+    perp__verdict verdict;
     double moving[6]; /* twist that moves the positions; of a body that nothing touches, the mean
                          of start and free */
-    double after[6];  /* twist after the step */
     double tried[6];  /* the moving twist that contacts were looked for with last */
+    double start[6];  /* twist before the step */
+    double free[6];   /* twist that forces alone would give */
+    double after[6];  /* twist after the step */
+    double rotation[9];
     double trial[6];  /* joint_step.c: the moving twist, and that after the step, that joints are */
     double last[6];   /* placed by */
     double turned[9]; /* of bodies with joints: at the end of the trial motion */
-    int32_t moved;    /* the round of looking for contacts in which that was a new one */
-    int32_t covered;  /* the fat boxes hold what it does to the shapes */
-    int32_t touched;  /* has contact points in this step */
-    int32_t jointed;  /* has joints */
-    int32_t island;   /* -1: none */
-    int32_t local;    /* number within the island */
-    int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
-    int32_t repeats;  /* ends the step as it began */
-    int32_t calm;     /* so does all that is joined to it; at the root */
-    double earliest;  /* when it meets something first, in shares of the step */
-    double spare;     /* of its pairs with half-spaces */
-    perp__verdict verdict;
-    double shift[6]; /* of the projection */
+    double shift[6];  /* of the projection */
 } perp__motion;
 
 typedef struct perp__world_contact {
@@ -282,8 +283,10 @@ struct perp_world {
     int32_t coordinate[PERP__MAX_DOF]; /* which entries of a twist they are */
 
     perp__body *bodies;
-    perp__state *states;
-    int32_t *awake; /* bodies: in order, and after them what was roused since */
+    perp__state *both_states; /* a block of twice as many, of which the steps' ends are in turn */
+    perp__state *states;      /* the present ones, */
+    perp__state *next;        /* and the next: they agree but where bodies are awake */
+    int32_t *awake;           /* bodies: in order, and after them what was roused since */
     int32_t awake_count;
     int32_t roused_count;
     int32_t awake_changed;
@@ -306,8 +309,10 @@ struct perp_world {
 
     /* the step's own memory, by size */
     perp__arena body_arena;
-    perp__state *next;
     perp__motion *motions;
+    int32_t *lively; /* awake bodies that do not coast */
+    int32_t lively_count;
+    uint32_t coasting; /* the number of the step, to know those that do */
     int32_t *parent;
     int32_t *body_order;
     perp__island *islands;
@@ -402,16 +407,16 @@ void perp__rotation_of(const perp_world *world, const perp__state *state, double
 /* A body, or all that are awake, with their shapes. */
 void perp__place_body(perp_world *world, const perp__state *states, int32_t body);
 void perp__place(perp_world *world, const perp__state *states);
-/* All that is awake in place, moving as if nothing touched it. Returns a body whose numbers are not
- * finite, or -1. */
-int32_t perp__start_motions(perp_world *world, double h);
+/* A body in place, moving as if nothing touched it. Returns 0 where its numbers are not finite. */
+int32_t perp__start_motion(perp_world *world, int32_t body, double h);
 /* One step of Euler's equations in the body frame by the implicit midpoint rule: w to w_next. */
 void perp__euler_step(const perp__body *body, double h, const double *w, const double *torque,
                       double *w_next);
 
 /* pairs.c */
-/* Pairs for all shapes that are near each other where `placed`, or where `moving` takes them within
- * h; the same after motions of islands changed; for all that are nearer than twice the margin. */
+/* Starts the motions of all that is awake. Pairs for all shapes that are near each other where
+ * `placed`, or where `moving` takes them within h; the same after motions of islands changed; for
+ * all that are nearer than twice the margin. */
 perp_status perp__cover_motions(perp_world *world, double h);
 perp_status perp__cover_changes(perp_world *world, double h);
 perp_status perp__cover_places(perp_world *world, double margin);
@@ -636,6 +641,10 @@ int32_t perp__is_small(const perp_world *world, const perp__island *island);
 /* The next states, and all that overlaps are looked for in is placed there. Returns a body whose
  * numbers are not finite, or -1. */
 int32_t perp__integrate(perp_world *world, double h);
+/* That of a body that is near nothing and moves on, which no one has to look at again then:
+ * motion->coasts.
+ * Returns 0 where its numbers are not finite. */
+int32_t perp__coast(perp_world *world, int32_t body, double h);
 int32_t perp__find_infinite(const perp_world *world);
 void perp__turn(const perp_world *world, perp__state *state, const double *turn);
 
