@@ -22,6 +22,11 @@ enum { NONE = -1 };
 #define SPACE 0.1
 #define TOO_FAT 4.0
 
+/* Steps of the same motion that a new fat box holds, as long as they take it no farther than so
+ * many radii. */
+#define AHEAD 4.0
+#define FARTHEST 2.0
+
 /* Extents grow by a few roundings, so that shapes that exactly touch are found. */
 #define ROUNDING (8.0 * PERP__EPSILON)
 
@@ -286,11 +291,12 @@ static perp_status check(const perp_world *world, int32_t body, int32_t is_finit
                                   "the step takes body %d beyond the range of numbers", (int)body);
 }
 
-/* Makes the shape's fat box hold `box`. */
-static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, double speed)
+/* Makes the shape's fat box hold `box`; `ahead`: where it will be in a few steps, so as not to come
+ * again in each. */
+static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, double speed,
+                        const double *ahead)
 {
     perp__shape *shape = &world->shapes[i];
-    /* half as much again of a long way, so as not to come every step */
     const double space = SPACE * shape->radius + 0.5 * speed;
     perp__bounds fat;
     perp_status status;
@@ -299,8 +305,8 @@ static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, d
         (world->rounds > 0 || !is_too_fat(fat_box(world, i), box, space)))
         return PERP_OK;
     for (int32_t k = 0; k < 3; k++) {
-        fat.low[k] = box->low[k] - space;
-        fat.high[k] = box->high[k] + space;
+        fat.low[k] = box->low[k] - space + (ahead[k] < 0.0 ? ahead[k] : 0.0);
+        fat.high[k] = box->high[k] + space + (ahead[k] > 0.0 ? ahead[k] : 0.0);
     }
     if (!perp__all_finite(fat.low, 3) || !perp__all_finite(fat.high, 3))
         return check(world, shape->body, 0);
@@ -316,19 +322,21 @@ static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, d
 }
 
 /* Lets the box hold what the body's motion does to the shape; returns how far that takes it. */
-static double sweep(const perp_world *world, int32_t i, double h, perp__bounds *box)
+static double sweep(const perp_world *world, int32_t i, double h, perp__bounds *box, double *ahead)
 {
+    const double radius = world->shapes[i].radius;
     const perp__motion *motion = &world->motions[world->shapes[i].body];
-    const double arm = perp__length3(world->shapes[i].offset) + world->shapes[i].radius;
+    const double arm = perp__length3(world->shapes[i].offset) + radius;
     const double turn = fmin(h * perp__length3(motion->moving + 3), 2.0) * arm;
 
     for (int32_t k = 0; k < 3; k++) {
         const double way = h * motion->moving[k];
 
-        box->low[k] += fmin(way, 0.0) - turn;
-        box->high[k] += fmax(way, 0.0) + turn;
+        box->low[k] += (way < 0.0 ? way : 0.0) - turn;
+        box->high[k] += (way > 0.0 ? way : 0.0) + turn;
+        ahead[k] = fmin(fmax(AHEAD * way, -FARTHEST * radius), FARTHEST * radius);
     }
-    return fmin(h * perp__length3(motion->moving), world->shapes[i].radius) + turn;
+    return fmin(h * perp__length3(motion->moving), radius) + turn;
 }
 
 /* Half-spaces that came or moved make their pairs anew. */
@@ -353,14 +361,14 @@ static perp_status cover(perp_world *world, int32_t body, double h, double more)
     for (int32_t shape = world->bodies[body].first_shape; shape != NONE && status == PERP_OK;
          shape = world->shapes[shape].next_of_body) {
         perp__bounds box;
-        double way = 0.0;
+        double way = 0.0, ahead[3] = {0.0, 0.0, 0.0};
 
         if (is_plane(world, shape))
             continue;
         perp__extent_of(&world->placed[shape], more, &box);
         if (h > 0.0)
-            way = sweep(world, shape, h, &box);
-        status = hold(world, shape, &box, way);
+            way = sweep(world, shape, h, &box, ahead);
+        status = hold(world, shape, &box, way, ahead);
     }
     return status;
 }
