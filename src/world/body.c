@@ -119,17 +119,11 @@ static perp_status reserve_body(perp_world *world)
     if (!bodies)
         return perp__fail_memory(world->context, "another body");
     world->bodies = bodies;
-    states = perp__allocate(world->context, 2 * (size_t)capacity, sizeof *states);
+    states = perp__grown(world->context, world->states, used * sizeof *states,
+                         (size_t)capacity * sizeof *states);
     if (!states)
         return perp__fail_memory(world->context, "another body");
-    memset(states, 0, 2 * (size_t)capacity * sizeof *states);
-    if (used > 0) {
-        memcpy(states, world->states, used * sizeof *states);
-        memcpy(states + capacity, world->states, used * sizeof *states);
-    }
-    perp__release(world->context, world->both_states);
-    world->both_states = world->states = states;
-    world->next = states + capacity;
+    world->states = states;
     awake = perp__grown(world->context, world->awake,
                         (size_t)(world->awake_count + world->roused_count) * sizeof *awake,
                         (size_t)capacity * sizeof *awake);
@@ -159,7 +153,7 @@ static int32_t take_slot(perp_world *world, const perp__body *body, const perp__
     world->bodies[slot].alive = 1;
     world->bodies[slot].awake = listed;
     world->bodies[slot].nap = world->bodies[slot].first_shape = -1;
-    world->states[slot] = world->next[slot] = *state;
+    world->states[slot] = *state;
     perp__rouse(world, slot);
     world->edition++;
     world->stats.bodies++;
@@ -242,7 +236,6 @@ static perp_status remove_body(perp_world *world, perp_body id)
     world->bodies[slot].alive = 0;
     world->awake_changed = 1;
     world->bodies[slot].generation++;
-    world->next[slot] = world->states[slot];
     world->bodies[slot].next_free = world->free_body;
     world->free_body = slot;
     world->edition++;

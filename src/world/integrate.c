@@ -148,6 +148,14 @@ static int32_t has_pairs(const perp_world *world, int32_t body)
     return shape >= 0;
 }
 
+static void exchange(perp_world *world, int32_t i)
+{
+    const perp__state state = world->states[i];
+
+    world->states[i] = world->next[i];
+    world->next[i] = state;
+}
+
 int32_t perp__coast(perp_world *world, int32_t i, double h)
 {
     const perp__body *body = &world->bodies[i];
@@ -159,10 +167,28 @@ int32_t perp__coast(perp_world *world, int32_t i, double h)
         return 1;
     world->next[i] = *state;
     move_freely(world, i, h);
-    world->motions[i].repeats = 0;
-    if (memcmp(state, &world->next[i], sizeof *state) != 0)
+    if (!is_finite(&world->next[i]))
+        return 0;
+    if (memcmp(state, &world->next[i], sizeof *state) != 0) {
         world->motions[i].coasts = world->coasting;
-    return is_finite(&world->next[i]);
+        exchange(world, i);
+    }
+    return 1;
+}
+
+void perp__stop_coasting(perp_world *world, int32_t i)
+{
+    if (world->motions[i].coasts != world->coasting)
+        return;
+    world->motions[i].coasts = 0;
+    world->lively[world->lively_count++] = i;
+    exchange(world, i);
+}
+
+void perp__stop_all_coasting(perp_world *world)
+{
+    for (int32_t i = 0; i < world->awake_count; i++)
+        perp__stop_coasting(world, world->awake[i]);
 }
 
 int32_t perp__integrate(perp_world *world, double h)

@@ -128,13 +128,6 @@ static void rouse_sleeper(perp_world *world, int32_t body)
         perp__rouse(world, body);
 }
 
-static void stop_coasting(perp_world *world, int32_t body)
-{
-    if (world->motions[body].coasts == world->coasting)
-        world->lively[world->lively_count++] = body;
-    world->motions[body].coasts = 0;
-}
-
 static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
 {
     perp_status status = reserve_pair(world);
@@ -156,8 +149,8 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
     put_on_list(world, 2 * number);
     put_on_list(world, 2 * number + 1);
     world->pairs_changed = 1;
-    stop_coasting(world, world->shapes[a].body);
-    stop_coasting(world, world->shapes[b].body);
+    perp__stop_coasting(world, world->shapes[a].body);
+    perp__stop_coasting(world, world->shapes[b].body);
     rouse_sleeper(world, world->shapes[a].body);
     rouse_sleeper(world, world->shapes[b].body);
     return PERP_OK;

@@ -233,6 +233,7 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     if (depth == 0.0)
         return status;
     longest = LONGEST_WAY * depth;
+    perp__stop_all_coasting(world);
     status = project(world, longest, 0, &left);
     if (status == PERP_OK && left > 0)
         status = project(world, longest, 1, &left);

@@ -13,6 +13,7 @@ static void lay_out_bodies(perp__arena *arena, void *object)
     size_t count = (size_t)world->body_capacity;
 
     world->motions = perp__arena_take(arena, count, sizeof *world->motions);
+    world->next = perp__arena_take(arena, count, sizeof *world->next);
     world->lively = perp__arena_take(arena, count, sizeof *world->lively);
     world->parent = perp__arena_take(arena, count, sizeof *world->parent);
     world->body_order = perp__arena_take(arena, count, sizeof *world->body_order);
@@ -142,7 +143,6 @@ static int32_t may_advance(const perp_world *world, perp_outcome outcome)
 static int32_t commit(perp_world *world, int32_t included)
 {
     const perp__contact_set last = world->last;
-    perp__state *const states = world->states;
     int32_t i, repeat = 0;
 
     for (i = 0; i < world->lively_count; i++) {
@@ -150,10 +150,10 @@ static int32_t commit(perp_world *world, int32_t included)
 
         world->motions[body].repeats =
             memcmp(&world->states[body], &world->next[body], sizeof *world->states) == 0;
+        if (!world->motions[body].repeats)
+            world->states[body] = world->next[body];
         repeat += world->motions[body].repeats;
     }
-    world->states = world->next;
-    world->next = states;
     perp__drop_kept(world, world->first_orphan);
     world->first_orphan = -1;
     world->orphan_count = 0;
@@ -251,9 +251,11 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
     }
     clock = perp__now();
     perp__open_velocities(world);
-    do
+    do {
         status = attempt(world, result, &stats, h, &clock);
-    while (status == PERP_OK && world->awake_changed);
+        if (status != PERP_OK || world->awake_changed || !result->advanced)
+            perp__stop_all_coasting(world);
+    } while (status == PERP_OK && world->awake_changed);
     if (status != PERP_OK)
         return status;
     result->iterations = stats.iterations = world->budget.spent;

@@ -164,7 +164,7 @@ typedef struct perp__verdict {
 
 /* A body within the step. Twists are (velocity, angular velocity), world frame. */
 typedef struct perp__motion {
-    uint32_t coasts; /* world->coasting: has come to its next state, as nothing is near it */
+    uint32_t coasts; /* world->coasting: is in its next state, as nothing is near it */
     int32_t moved;   /* the round of looking for contacts in which that was a new one */
     int32_t covered; /* the fat boxes hold what it does to the shapes */
     int32_t touched; /* has contact points in this step */
@@ -283,10 +283,8 @@ struct perp_world {
     int32_t coordinate[PERP__MAX_DOF]; /* which entries of a twist they are */
 
     perp__body *bodies;
-    perp__state *both_states; /* a block of twice as many, of which the steps' ends are in turn */
-    perp__state *states;      /* the present ones, */
-    perp__state *next;        /* and the next: they agree but where bodies are awake */
-    int32_t *awake;           /* bodies: in order, and after them what was roused since */
+    perp__state *states;
+    int32_t *awake; /* bodies: in order, and after them what was roused since */
     int32_t awake_count;
     int32_t roused_count;
     int32_t awake_changed;
@@ -309,6 +307,7 @@ struct perp_world {
 
     /* the step's own memory, by size */
     perp__arena body_arena;
+    perp__state *next; /* of what coasts: the state before the step */
     perp__motion *motions;
     int32_t *lively; /* awake bodies that do not coast */
     int32_t lively_count;
@@ -641,10 +640,12 @@ int32_t perp__is_small(const perp_world *world, const perp__island *island);
 /* The next states, and all that overlaps are looked for in is placed there. Returns a body whose
  * numbers are not finite, or -1. */
 int32_t perp__integrate(perp_world *world, double h);
-/* That of a body that is near nothing and moves on, which no one has to look at again then:
- * motion->coasts.
- * Returns 0 where its numbers are not finite. */
+/* Takes a body that is near nothing and moves on to its next state at once: no one has to look at
+ * it again in the step. Returns 0 where its numbers are not finite. */
 int32_t perp__coast(perp_world *world, int32_t body, double h);
+/* Takes it back, if it did; all of them. */
+void perp__stop_coasting(perp_world *world, int32_t body);
+void perp__stop_all_coasting(perp_world *world);
 int32_t perp__find_infinite(const perp_world *world);
 void perp__turn(const perp_world *world, perp__state *state, const double *turn);
 
