@@ -171,6 +171,7 @@ int32_t perp__coast(perp_world *world, int32_t i, double h)
         return 0;
     if (memcmp(state, &world->next[i], sizeof *state) != 0) {
         world->motions[i].coasts = world->coasting;
+        world->motions[i].repeats = 0;
         exchange(world, i);
     }
     return 1;
@@ -187,7 +188,7 @@ void perp__stop_coasting(perp_world *world, int32_t i)
 
 void perp__stop_all_coasting(perp_world *world)
 {
-    for (int32_t i = 0; i < world->awake_count; i++)
+    for (int32_t i = 0; i < world->awake_count && world->motions; i++)
         perp__stop_coasting(world, world->awake[i]);
 }
 

@@ -394,7 +394,6 @@ perp_status perp__cover_motions(perp_world *world, double h)
     perp_status status = place_planes(world);
 
     world->lively_count = 0;
-    world->coasting++;
     for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++)
         status = start(world, world->awake[i], h);
     order_pairs(world);

@@ -254,8 +254,8 @@ static int32_t is_calm(const perp_world *world, int32_t body)
 {
     const perp__motion *motion = &world->motions[body];
 
-    return motion->coasts != world->coasting && motion->repeats &&
-           perp__is_good(motion->verdict.outcome) && motion->verdict.impacts == 0;
+    return motion->repeats && perp__is_good(motion->verdict.outcome) &&
+           motion->verdict.impacts == 0;
 }
 
 /* Joins bodies by their pairs; a set's root is calm where all of it is. */

@@ -21,7 +21,7 @@ static void lay_out_bodies(perp__arena *arena, void *object)
     world->fitted_bodies = world->body_capacity;
     for (size_t i = 0; world->motions && i < count; i++)
         world->motions[i].coasts = 0;
-    world->coasting = 0;
+    world->coasting = 1;
 }
 
 static void lay_out_shapes(perp__arena *arena, void *object)
@@ -154,6 +154,7 @@ static int32_t commit(perp_world *world, int32_t included)
             world->states[body] = world->next[body];
         repeat += world->motions[body].repeats;
     }
+    world->coasting++; /* they stay where they are */
     perp__drop_kept(world, world->first_orphan);
     world->first_orphan = -1;
     world->orphan_count = 0;

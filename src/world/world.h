@@ -164,7 +164,7 @@ typedef struct perp__verdict {
 
 /* A body within the step. Twists are (velocity, angular velocity), world frame. */
 typedef struct perp__motion {
-    uint32_t coasts; /* world->coasting: is in its next state, as nothing is near it */
+    uint64_t coasts; /* world->coasting: is in its next state, as nothing is near it */
     int32_t moved;   /* the round of looking for contacts in which that was a new one */
     int32_t covered; /* the fat boxes hold what it does to the shapes */
     int32_t touched; /* has contact points in this step */
@@ -311,7 +311,7 @@ struct perp_world {
     perp__motion *motions;
     int32_t *lively; /* awake bodies that do not coast */
     int32_t lively_count;
-    uint32_t coasting; /* the number of the step, to know those that do */
+    uint64_t coasting; /* the number of the step, to know those that do */
     int32_t *parent;
     int32_t *body_order;
     perp__island *islands;
