@@ -120,6 +120,12 @@ int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t b
     return motion->carrier;
 }
 
+void perp__forget_number(perp_world *world, int32_t body)
+{
+    if (world->bodies[body].kind == PERP_BODY_KINEMATIC)
+        world->motions[body].carrier = -1;
+}
+
 /* Bodies and carriers of the island, where they are and how they start. */
 void perp__gather_bodies(perp_world *world, const perp__island *island)
 {
@@ -147,7 +153,8 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        world->motions[contact->body_a].carrier = world->motions[contact->body_b].carrier = -1;
+        perp__forget_number(world, contact->body_a);
+        perp__forget_number(world, contact->body_b);
     }
     perp__number_joint_bodies(world, island, 1);
     perp__number_joint_bodies(world, island, 0);

@@ -87,6 +87,7 @@ typedef struct perp__pair {
     double spare;         /* gap beyond which points of a half-space are left out: no motion so far
                              goes so far; INFINITY: none */
     int32_t waited;       /* a meeting of theirs has */
+    int32_t made;         /* points at the start of the step */
     int32_t first_memory; /* impulses of the last step, see perp__remember */
     int32_t memories;
     int32_t had_first; /* those of the step before */
@@ -234,6 +235,7 @@ typedef struct perp__island {
     int32_t contacts;
     int32_t first_joint; /* in joint_order */
     int32_t joints;
+    int64_t spent; /* lanes.c: on it, when it was solved last */
 } perp__island;
 
 /* Workspace of one island, large enough for the largest. Numbers: coordinates by body. */
@@ -349,6 +351,9 @@ struct perp_world {
     perp__rigid_solver *solver;
     perp__coloured coloured;
     perp__budget budget;
+    struct perp__tasks *tasks; /* lanes.h; NULL: all on the caller's thread */
+    struct perp__lane *lanes;
+    int32_t lane_count;
 
     /* rest.c */
     double step_length; /* of the last step */
@@ -560,6 +565,10 @@ typedef struct perp__solve_summary {
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
+/* An island to which contacts came, or joints, and that writes to nothing but what is its own; or,
+ * none having come to any, the end of one that is swept so far: then *open := 1. */
+perp_status perp__solve_one(perp_world *world, const perp__island *island, double h,
+                            int32_t finishes, int32_t *open);
 
 /* problem.c */
 /* Makes the workspace fit the largest island. */
@@ -573,6 +582,8 @@ double perp__open_gap(const perp__world_contact *contact, double gap);
 /* The number of what a row is on: a body of the island, one that moves as it is told, or what
  * rests. */
 int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body);
+/* Before an island is numbered. */
+void perp__forget_number(perp_world *world, int32_t body);
 /* |C^-1 v| of a body: half its square is the kinetic energy; |C'J'| of a row of it. */
 double perp__mass_norm(const perp_world *world, int32_t body, const double *v);
 double perp__row_norm(const perp_world *world, int32_t body, const double *row);
