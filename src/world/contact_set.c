@@ -8,7 +8,7 @@
  * left out: a problem without some contacts has a solution of the whole problem if its velocities
  * keep these open too.
  */
-#include "world/world.h"
+#include "world/lanes.h"
 
 #include <string.h>
 
@@ -143,14 +143,12 @@ static void begin_contact(const perp_world *world, perp__world_contact *contact,
     perp__contact_frame(world, contact);
 }
 
-/* Appends a point, of which there is room for; the point before may be the same pair's. */
-static perp__world_contact *append(const perp_world *world, perp__contact_set *set,
-                                   const perp__pair *pair, const perp__point *point)
+/* Writes a point of a pair; the contact before, if there is one, may be the same pair's. */
+static void write_contact(const perp_world *world, perp__world_contact *contact,
+                          const perp__world_contact *last, const perp__pair *pair,
+                          const perp__point *point)
 {
-    perp__world_contact *contact = &set->contacts[set->count++];
-    const perp__world_contact *last = contact - 1;
-
-    if (set->count > 1 && last->shape_a == pair->first && last->shape_b == pair->second &&
+    if (last && last->shape_a == pair->first && last->shape_b == pair->second &&
         last->round == world->rounds &&
         memcmp(last->axes[0], point->normal, sizeof point->normal) == 0) {
         *contact = *last;
@@ -162,6 +160,16 @@ static perp__world_contact *append(const perp_world *world, perp__contact_set *s
     perp__copy3(contact->position, point->position);
     contact->gap = point->gap;
     recall(world, pair, contact);
+}
+
+/* Appends a point, of which there is room. */
+static perp__world_contact *append(const perp_world *world, perp__contact_set *set,
+                                   const perp__pair *pair, const perp__point *point)
+{
+    perp__world_contact *contact = &set->contacts[set->count];
+
+    write_contact(world, contact, set->count > 0 ? contact - 1 : NULL, pair, point);
+    set->count++;
     return contact;
 }
 
@@ -283,29 +291,110 @@ static double spare_of(const perp_world *world, const perp__pair *pair, double h
                 longest_way(world, plane == a ? b->body : a->body, h));
 }
 
-/* The points of a pair that touches plainly. */
-static perp_status touch(perp_world *world, perp__pair *pair, double h)
+/* The points of a pair that touches plainly; how many there are. */
+static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__point *points)
 {
     const double far = spare_of(world, pair, h);
-    perp__point points[PERP__MAX_POINTS];
     const int32_t made = perp__touching_points(world, pair, h, far, points);
 
     pair->open = made == 0;
     pair->joined = pair->waited = 0;
     pair->late = -1;
     pair->spare = pair->open ? INFINITY : far;
-    for (int32_t side = 0; side < 2; side++) {
+    return made;
+}
+
+/* Of its bodies too, which are other pairs' as well. */
+static void note_spare(perp_world *world, const perp__pair *pair)
+{
+    for (int32_t side = 0; side < 2 && pair->spare < INFINITY; side++) {
         const int32_t shape = side == 0 ? pair->first : pair->second;
         double *spare = &world->motions[world->shapes[shape].body].spare;
 
         *spare = pair->spare < *spare ? pair->spare : *spare;
     }
-    return append_points(world, pair, points, made, -INFINITY);
+}
+
+/* ---- side by side: the points of a share's pairs, and after room was made the contacts ---- */
+
+static perp_status reserve_points(perp__share *share)
+{
+    const int32_t capacity = share->capacity > 0 ? 2 * share->capacity : 4 * PERP__MAX_POINTS;
+    perp__point *points;
+
+    if (share->count + PERP__MAX_POINTS <= share->capacity)
+        return PERP_OK;
+    points = perp__grown(share->context, share->points, (size_t)share->count * sizeof *points,
+                         (size_t)capacity * sizeof *points);
+    if (!points)
+        return PERP_ERROR_MEMORY;
+    share->points = points;
+    share->capacity = capacity;
+    return PERP_OK;
+}
+
+static void touch_share(perp_world *world, perp__share *share, double h)
+{
+    share->count = 0;
+    for (int32_t i = share->first; i < share->end && share->status == PERP_OK; i++) {
+        perp__pair *pair = perp__ordered_pair(world, i);
+
+        share->status = reserve_points(share);
+        if (share->status != PERP_OK)
+            return;
+        pair->made = touch(world, pair, h, share->points + share->count);
+        share->count += pair->made;
+    }
+}
+
+static void write_share(perp_world *world, perp__share *share, double h)
+{
+    const perp__point *point = share->points;
+    perp__world_contact *contact = world->contacts.contacts + share->contact;
+    const perp__world_contact *last = NULL;
+
+    (void)h;
+    for (int32_t i = share->first; i < share->end; i++) {
+        const perp__pair *pair = perp__ordered_pair(world, i);
+
+        for (int32_t k = 0; k < pair->made; k++, last = contact++) {
+            write_contact(world, contact, last, pair, point++);
+            set_arms(world->states, contact);
+            prepare_contact(world, contact);
+        }
+    }
+}
+
+/* The set of all pairs that touch, from what the shares found. */
+static perp_status gather_shares(perp_world *world, int32_t lanes, double h)
+{
+    int32_t count = 0;
+    perp_status status = PERP_OK;
+
+    for (int32_t k = 0; k < lanes && status == PERP_OK; k++) {
+        perp__share *share = perp__share_of(world, k);
+
+        status = share->status;
+        share->contact = count;
+        if (share->count > INT32_MAX - count)
+            status = PERP_ERROR_MEMORY;
+        count += status == PERP_OK ? share->count : 0;
+    }
+    if (status != PERP_OK)
+        return perp__fail_memory(world->context, "the contacts");
+    status = reserve_contacts(world, &world->contacts, count);
+    if (status != PERP_OK)
+        return status;
+    perp__share_out(world, world->pair_count, write_share, h);
+    world->contacts.count = count;
+    return PERP_OK;
 }
 
 /* Decides how each pair takes part, and makes the points of those that touch plainly. */
 perp_status perp__find_contacts(perp_world *world, double h)
 {
+    perp__point points[PERP__MAX_POINTS];
+    int32_t lanes;
     perp_status status;
 
     world->contacts.count = world->contacts.included = 0;
@@ -313,8 +402,18 @@ perp_status perp__find_contacts(perp_world *world, double h)
     status = perp__cover_motions(world, h);
     if (status == PERP_OK)
         find_memories(world);
-    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++)
-        status = touch(world, perp__ordered_pair(world, i), h);
+    if (status != PERP_OK)
+        return status;
+    lanes = perp__share_out(world, world->pair_count, touch_share, h);
+    if (lanes > 0)
+        status = gather_shares(world, lanes, h);
+    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
+        perp__pair *pair = perp__ordered_pair(world, i);
+
+        if (lanes == 0)
+            status = append_points(world, pair, points, touch(world, pair, h, points), -INFINITY);
+        note_spare(world, pair);
+    }
     world->contacts.early = world->contacts.count;
     return status;
 }
@@ -503,19 +602,30 @@ static int32_t is_worth_a_look(const perp_world *world, const perp__pair *pair, 
                                  h * (perp__length3(a + 3) + perp__length3(b + 3)) > LARGE_TURN);
 }
 
+static void meet_share(perp_world *world, perp__share *share, double h)
+{
+    for (int32_t i = share->first; i < share->end; i++) {
+        perp__pair *pair = perp__ordered_pair(world, i);
+
+        pair->met = is_worth_a_look(world, pair, h) && perp__pair_meets(world, pair, h);
+    }
+}
+
 /* Meetings of the open pairs. One near the rim of a face waits if the body meets something before:
  * what stops it there may keep it from this. */
 static perp_status join_meetings(perp_world *world, double h)
 {
-    perp_status status;
+    perp_status status = perp__cover_changes(world, h);
+    perp__share all = {0};
 
-    status = perp__cover_changes(world, h);
+    all.end = world->pair_count;
+    if (status == PERP_OK && perp__share_out(world, world->pair_count, meet_share, h) == 0)
+        meet_share(world, &all, h);
     for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
-        perp__pair *pair = perp__ordered_pair(world, i);
+        const perp__pair *pair = perp__ordered_pair(world, i);
         perp__motion *a = &world->motions[world->shapes[pair->first].body];
         perp__motion *b = &world->motions[world->shapes[pair->second].body];
 
-        pair->met = is_worth_a_look(world, pair, h) && perp__pair_meets(world, pair, h);
         if (!pair->met)
             continue;
         a->earliest = fmin(a->earliest, pair->meeting.time);

@@ -5,7 +5,7 @@
  * constant force; it turns by the exponential map of h (w + w+)/2 in the body frame, w+ by the
  * implicit midpoint rule for Euler's equations, and is then aligned so that the angular momentum in
  * space is what it was, plus the torque's. */
-#include "world/world.h"
+#include "world/lanes.h"
 
 #include <string.h>
 
@@ -192,9 +192,11 @@ void perp__stop_all_coasting(perp_world *world)
         perp__stop_coasting(world, world->awake[i]);
 }
 
-int32_t perp__integrate(perp_world *world, double h)
+/* A range of what does not coast; `found`: one whose numbers are not finite, or -1. */
+static void integrate(perp_world *world, perp__share *share, double h)
 {
-    for (int32_t i = 0; i < world->lively_count; i++) {
+    share->found = -1;
+    for (int32_t i = share->first; i < share->end && share->found < 0; i++) {
         const int32_t body = world->lively[i];
         const int32_t kind = world->bodies[body].kind;
         const perp__motion *motion = &world->motions[body];
@@ -205,9 +207,20 @@ int32_t perp__integrate(perp_world *world, double h)
         else if (kind != PERP_BODY_STATIC)
             move_in_contact(world, body, h);
         if (!is_finite(&world->next[body]))
-            return body;
-        if (!motion->covered || has_pairs(world, body))
+            share->found = body;
+        else if (!motion->covered || has_pairs(world, body))
             perp__place_body(world, world->next, body);
     }
-    return -1;
+}
+
+int32_t perp__integrate(perp_world *world, double h)
+{
+    const int32_t lanes = perp__share_out(world, world->lively_count, integrate, h);
+    perp__share all = {0};
+
+    all.end = lanes == 0 ? world->lively_count : 0;
+    integrate(world, &all, h);
+    for (int32_t k = 0; k < lanes && all.found < 0; k++)
+        all.found = perp__share_of(world, k)->found;
+    return all.found;
 }
