@@ -8,7 +8,7 @@
 /* Contacts and bodies below which islands, and pairs or bodies below which ranges of them, are not
  * worth waking a thread for; and how many runs of islands a lane gets: some islands cost more. */
 #define FEW_IN_ISLANDS 128
-#define FEW 512
+#define FEW 128
 #define RUNS 4
 
 typedef struct job {
