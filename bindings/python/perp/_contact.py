@@ -10,7 +10,8 @@ from typing import Any, Callable, Optional, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays, _errors
+from . import _arrays, _errors, _plot
+from ._answer import SolverAnswer
 from ._callbacks import Array, Callbacks
 from ._generated import (
     ContactDynamics,
@@ -26,13 +27,14 @@ from ._lcp import code, count, limit
 from ._library import CERTIFICATES, CONTACT_METHODS, GOOD_OUTCOMES, MODES, OUTCOMES, library
 from ._monitor import Monitor, Watch, needs_watch
 from ._structures import sized
+from ._words import ContactMethod, Outcome
 
 _METHOD_CODES = {word: k for k, word in CONTACT_METHODS.items()}
 _MODE_WORDS = np.array([MODES[k] for k in range(len(MODES))])
 
 
 @dataclass(eq=False)
-class ContactResult:
+class ContactResult(SolverAnswer):
     """The answer to one problem of contacts. See contact() for what was asked.
 
     signorini, cone, dissipation and bilateral_residual are the largest violations of each law;
@@ -44,7 +46,7 @@ class ContactResult:
     velocity: Array  # u, as impulse; 0.0 where a contact sticks
     bilateral_impulse: Array  # s, a row of G each
     modes: NDArray[np.str_]  # a contact each: "separate", "stick" or "slip"
-    outcome: str  # "solved", "rounding_limit", "ray", "iteration_limit", ...
+    outcome: Outcome  # "solved", "rounding_limit", "ray", "iteration_limit", ...
     ok: bool  # solved, or as near as a double can come
     residual: float  # dimensionless, the one compared with tol
     natural_residual: float  # an impulse
@@ -60,12 +62,23 @@ class ContactResult:
     method: str  # the method that gave the answer
     ray: Optional[Array]  # a direction of impulses, bilateral ones last, if one was verified
     certificate: Optional[str]  # "infeasible" if the ray proves that no velocities are possible
+    dims: NDArray[np.int32]  # a contact each: rows of normal and tangents
+    starts: NDArray[np.int64]  # a contact each: its normal row
+    mu: Array  # a contact each
 
     def __repr__(self) -> str:
         return (
             f"<perp.ContactResult {self.outcome} by {self.method}, {len(self.modes)} contacts, "
             f"residual={self.residual:.2g}, iterations={self.iterations}>"
         )
+
+    def _pictures(self) -> list[Any]:
+        normal, friction = self.impulse[self.starts], np.zeros(len(self.dims))
+        for row in (1, 2):
+            there = self.dims > row
+            friction[there] = np.hypot(friction[there], self.impulse[self.starts[there] + row])
+        cone = normal, friction, self.mu * normal, self.modes
+        return [(_plot.impulses, (normal, self.modes)), (_plot.cones, cone)]
 
 
 class _Laws:
@@ -118,6 +131,16 @@ class _Laws:
         if rows % each:
             raise _errors.argument_error(f"{rows} rows are no contacts of {each} rows")
         return rows // each
+
+    def starts(self) -> NDArray[np.int64]:
+        """The row of each contact's normal."""
+        rows = self.dims.astype(np.int64)
+        rolling, spinning = (self.coefficients.get(name) for name in ("rolling", "spinning"))
+        if rolling is not None:
+            rows += (self.dims - 1) * (rolling > 0)
+        if spinning is not None:
+            rows += spinning > 0
+        return np.cumsum(rows) - rows
 
     def comply(self, compliance: Optional[ArrayLike], size: int) -> None:
         self.compliance = _arrays.bound(compliance, "compliance", size)
@@ -198,6 +221,9 @@ def _answer(
         CONTACT_METHODS[result.method],
         ray if result.has_ray else None,
         CERTIFICATES[result.certificate],
+        laws.dims,
+        laws.starts(),
+        np.asarray(laws.coefficients["mu"]),
     )
 
 
@@ -217,8 +243,8 @@ def contact(
     M: Any,
     f: ArrayLike,
     H: Any,
-    w: ArrayLike,
-    mu: ArrayLike,
+    w: Optional[ArrayLike] = None,
+    mu: Optional[ArrayLike] = None,
     *,
     dim: Union[int, Sequence[int], NDArray[Any]] = 3,
     cone: Union[str, int] = "exact",
@@ -227,7 +253,7 @@ def contact(
     rolling: Optional[ArrayLike] = None,
     spinning: Optional[ArrayLike] = None,
     r0: Optional[ArrayLike] = None,
-    method: str = "auto",
+    method: ContactMethod = "auto",
     tol: float = 1e-8,
     max_iterations: Optional[int] = None,
     time_limit: Optional[float] = None,
@@ -243,8 +269,8 @@ def contact(
 
     M: (n, n) symmetric positive definite, any array or SciPy sparse matrix; or a function that
         returns M^-1 x for x of shape (n, k): a simulator's own factorisation.
-    f: (n,). w: (rows,), with gap / h or restitution folded in. H: (rows, n).
-    mu: (contacts,), or a number for all.
+    f: (n,). w: (rows,), with gap / h or restitution folded in; None is 0. H: (rows, n).
+    mu: (contacts,), or a number for all; it has to be given.
     dim: 1 (frictionless), 2 or 3, or one of these a contact.
     cone: "exact", or the number of edges of polyhedral cones (3-dimensional contacts).
     bilateral: (G, b), the joints' rows. compliance: (rows of H, then of G), or a number for all.
@@ -264,10 +290,13 @@ def contact(
     load = _arrays.vector(load, "f", n)
     entries, owners = _arrays.view_rectangle(H_view, H, "H")
     rows, size = H_view.rows, H_view.rows
+    if mu is None:
+        raise _errors.argument_error("mu is missing: the coefficients of friction")
     laws = _Laws(rows, mu, dim, rolling, spinning)
     dynamics.n = n
     dynamics.H = pointer(H_view)
-    offset, joint_offset, joint_owners = _arrays.vector(w, "w", rows), None, None
+    offset = np.zeros(rows) if w is None else _arrays.vector(w, "w", rows)
+    joint_offset, joint_owners = None, None
     if bilateral is not None:
         G, b = bilateral
         _, joint_owners = _arrays.view_rectangle(G_view, G, "G")
@@ -309,7 +338,7 @@ def contact(
         mass_owner.raise_caught()
     context.check(status)
     del owners, joint_owners, mass_owner  # the views were used up to here
-    return _answer(laws, rows, v, (r, u, ray), modes, result)
+    return _answer(laws, rows, v, (r, u, ray), modes, result).watched(monitor)
 
 
 def contact_delassus(
@@ -324,7 +353,7 @@ def contact_delassus(
     rolling: Optional[ArrayLike] = None,
     spinning: Optional[ArrayLike] = None,
     r0: Optional[ArrayLike] = None,
-    method: str = "auto",
+    method: ContactMethod = "auto",
     tol: float = 1e-8,
     max_iterations: Optional[int] = None,
     time_limit: Optional[float] = None,
@@ -368,4 +397,4 @@ def contact_delassus(
         watch.raise_caught()
     context.check(status)
     del owner  # the view of W was used up to here
-    return _answer(laws, rows, None, (r, u, ray), modes, result)
+    return _answer(laws, rows, None, (r, u, ray), modes, result).watched(monitor)

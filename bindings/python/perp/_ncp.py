@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from ctypes import byref
 from dataclasses import dataclass
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays, _errors
+from . import _arrays, _errors, _plot
+from ._answer import Shown, SolverAnswer
 from ._callbacks import Callbacks
 from ._generated import NcpCheck, NcpFunction, NcpJacobian, NcpMonitor, NcpProblem, NcpSettings
 from ._generated import NcpResult as CResult
@@ -18,6 +19,7 @@ from ._lcp import code, count, limit
 from ._library import GOOD_OUTCOMES, NCP_METHODS, OUTCOMES, library
 from ._monitor import Monitor, Watch
 from ._structures import sized
+from ._words import NcpMethod, Outcome
 
 Array = NDArray[np.float64]
 
@@ -26,12 +28,12 @@ _NO_JACOBIAN = NcpJacobian()
 
 
 @dataclass(eq=False)
-class NcpResult:
+class NcpResult(SolverAnswer):
     """The answer to one problem. See ncp() for what was asked."""
 
     z: Array  # within the bounds; the best iterate, whatever the outcome
     w: Array  # F(z)
-    outcome: str  # "solved", "rounding_limit", "stalled", "iteration_limit", ...
+    outcome: Outcome  # "solved", "rounding_limit", "stalled", "iteration_limit", ...
     ok: bool  # solved, or as near as a double can come
     residual: float  # dimensionless, the one compared with tol
     natural_residual: float  # max |mid(z - lower, z - upper, w)|, in the caller's units
@@ -50,9 +52,22 @@ class NcpResult:
             f"residual={self.residual:.2g}, iterations={self.iterations}>"
         )
 
+    @property
+    def nfev(self) -> int:
+        """`function_evaluations`, by SciPy's name."""
+        return self.function_evaluations
+
+    @property
+    def njev(self) -> int:
+        """`jacobian_evaluations`, by SciPy's name."""
+        return self.jacobian_evaluations
+
+    def _pictures(self) -> list[Any]:
+        return [(_plot.complements, (self.z, self.w))]
+
 
 @dataclass(eq=False)
-class JacobianCheck:
+class JacobianCheck(Shown):
     """How a Jacobian compares with differences of F."""
 
     ok: bool  # nothing wrong, nothing missing, every column checked
@@ -65,6 +80,9 @@ class JacobianCheck:
     missing_entry: Optional[tuple[int, int]]  # the missing entry with the largest difference
     missing_difference: float
     unchecked: int  # columns of fixed variables, or next to which F is not defined
+
+    def __bool__(self) -> bool:
+        return self.ok
 
 
 class _Callbacks(Callbacks):
@@ -219,14 +237,28 @@ def _vector(value: ArrayLike, name: str) -> Array:
     return np.ascontiguousarray(array)
 
 
+def _in_order(J: Any, z0: Any, jac: Any) -> tuple[Any, Any]:
+    """J and z0, by whatever names and in whichever order they came."""
+    if z0 is None and J is not None and not callable(J):
+        J, z0 = None, J
+    if jac is not None:
+        if J is not None:
+            raise _errors.argument_error("J and jac are the same thing: give one of them")
+        J = jac
+    if z0 is None:
+        raise _errors.argument_error("z0 is missing: the start")
+    return J, z0
+
+
 def ncp(
     F: Callable[[Array], ArrayLike],
-    J: Optional[Callable[[Array], Any]],
-    z0: ArrayLike,
+    J: Union[Callable[[Array], Any], ArrayLike, None] = None,
+    z0: Optional[ArrayLike] = None,
     lower: Optional[ArrayLike] = None,
     upper: Optional[ArrayLike] = None,
     *,
-    method: str = "auto",
+    jac: Optional[Callable[[Array], Any]] = None,
+    method: NcpMethod = "auto",
     tol: float = 1e-10,
     max_iterations: Optional[int] = None,
     time_limit: Optional[float] = None,
@@ -243,7 +275,8 @@ def ncp(
     F: a function of an (n,) array that returns one. NaN or infinity says that z is outside of its
         domain; it is only called within the bounds.
     J: its Jacobian, dF_i/dz_j at row i and column j: returns an (n, n) array or a SciPy sparse
-        matrix. None: finite differences, few calls of F where pattern is sparse.
+        matrix. None: finite differences, few calls of F where pattern is sparse. It may also be
+        left out, or come as jac=, in SciPy's order: ncp(F, z0, jac=J).
     z0: (n,), the start.
     lower, upper: (n,), or a number for all; None is 0 and +inf. Infinite bounds are allowed.
     method: "auto", "fischer" or "josephy".
@@ -260,6 +293,7 @@ def ncp(
     Returns an NcpResult: check its `ok` or its `outcome`. Exceptions raised in F and J come out of
     the call. Raises Error where the call itself did not make sense.
     """
+    J, z0 = _in_order(J, z0, jac)
     start = _vector(z0, "z0")
     n = len(start)
     settings, result = sized(NcpSettings), sized(CResult)
@@ -306,7 +340,7 @@ def ncp(
         result.jacobian_evaluations,
         result.restarts,
         bool(result.trapped),
-    )
+    ).watched(monitor)
 
 
 def ncp_check_jacobian(
