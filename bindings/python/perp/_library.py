@@ -20,15 +20,19 @@ OLDEST_VERSION = 100
 
 def _candidates() -> list[tuple[str, str]]:
     """Where to look, in order: PERP_LIBRARY and nothing else if it is set; the library that came
-    with this package; the system's. (how it was found, path)"""
+    with this package; the one in Python's own prefix (conda); the system's. (how it was found,
+    path)"""
     override = os.environ.get("PERP_LIBRARY")
     if override:
         return [("PERP_LIBRARY", override)]
     here = Path(__file__).resolve().parent
     names = {"darwin": "libperp.*dylib", "win32": "*perp*.dll"}
-    packaged = sorted(str(path) for path in here.glob(names.get(sys.platform, "libperp.so*")))
+    name = names.get(sys.platform, "libperp.so*")
+    folders = {"inside the package": here, "beside Python": Path(sys.prefix) / "lib"}
+    found = [
+        (origin, str(path)) for origin, folder in folders.items() for path in folder.glob(name)
+    ]
     system = ctypes.util.find_library("perp")
-    found = [("inside the package", path) for path in packaged]
     return found + ([("the system's", system)] if system else [])
 
 
