@@ -405,17 +405,20 @@ static perp_outcome last_word(const perp_contact_solver *solver)
 perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call)
 {
     const double started = perp__now();
+    perp__contact_call own = *call;
     perp_status status = perp__contact_check_call(solver, call);
 
     if (status != PERP_OK)
         return status;
+    if (solver->bounded.count > 0)
+        perp__contact_bounded_pose(&solver->bounded, call, &own);
     status = perp__contact_find(
-        solver, call,
+        solver, &own,
         solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0);
     if (status == PERP_OK && !call->holds_itself)
         status = perp__contact_hold_best(solver);
     if (status == PERP_OK)
-        perp__contact_write_out(solver, started);
+        perp__contact_write_out(solver, call, started);
     solver->call = NULL;
     return status;
 }

@@ -35,10 +35,13 @@ typedef struct perp__contact_problem {
     const double *mu;       /* contacts, >= 0; of no account where dims is 1 */
     const double *rolling;  /* contacts, >= 0; NULL: none */
     const double *spinning; /* contacts, >= 0; NULL: none */
-    const double *trace;    /* contacts: t_k = trace(W_kk) > 0, then W_ii of the bilateral rows */
-    const double *q;        /* size */
-    const double *omega;    /* contacts and bilateral rows: unit of the tested residual */
-    const int32_t *part;    /* of each of those: what noise alone couples is apart; NULL: one */
+    const double *bound; /* contacts: r_n of those whose normal is no more than the bound of their
+                            one tangent (bounded.h), 0 of others; NULL: none */
+    const double *trace; /* contacts: t_k = trace(W_kk) > 0, but for a normal that is a bound; then
+                            W_ii of the bilateral rows */
+    const double *q;     /* size */
+    const double *omega; /* contacts and bilateral rows: unit of the tested residual */
+    const int32_t *part; /* of each of those: what noise alone couples is apart; NULL: one */
     int32_t parts;
     int32_t leaks;         /* there is such noise */
     const perp__matrix *W; /* size by size, dense or CSC, maybe slightly unsymmetric; NULL where

@@ -29,10 +29,10 @@ PERP__INIT(perp_contact_result)
 
 const char *perp_contact_mode_text(int32_t mode)
 {
-    static const char *const texts[] = {"separate", "stick", "slip"};
+    static const char *const texts[] = {"separate", "stick", "slip", "lower", "upper"};
 
-    return mode >= PERP_CONTACT_SEPARATE && mode <= PERP_CONTACT_SLIP ? texts[mode]
-                                                                      : "unknown mode";
+    return mode >= PERP_CONTACT_SEPARATE && mode <= PERP_CONTACT_UPPER ? texts[mode]
+                                                                       : "unknown mode";
 }
 
 const char *perp_contact_method_text(int32_t method)

@@ -30,6 +30,7 @@ static void release(void *object)
     perp__bodies_release(&solver->bodies);
     perp__dynamics_release(&solver->dynamics);
     perp__arena_release(&solver->delassus.arena);
+    perp__arena_release(&solver->bounded.arena);
     perp__arena_release(&solver->arena);
 }
 

@@ -75,8 +75,8 @@ static void test_laws(void **state)
     prepare(&c);
     c.p.laws.contacts = -1;
     require(&c, PERP_ERROR_ARGUMENT, "laws.contacts is -1");
-    c.p.laws.reserved = 1;
-    require(&c, PERP_ERROR_ARGUMENT, "laws.reserved is 1");
+    c.p.laws.bounded = -1;
+    require(&c, PERP_ERROR_ARGUMENT, "laws.bounded is -1");
     c.p.laws.bilateral = -1;
     require(&c, PERP_ERROR_ARGUMENT, "laws.bilateral is -1");
     c.p.laws.bilateral = 2;

@@ -257,3 +257,21 @@ def test_rows_of_contacts_are_found_where_they_start():
         np.eye(9), -np.ones(9), np.eye(9), mu=[0.5, 0.25], rolling=[0.1, 0.0], spinning=[0.1, 0.0]
     )
     assert list(r.starts) == [0, 6] and list(r.dims) == [3, 3] and list(r.mu) == [0.5, 0.25]
+
+
+def test_kept_solvers_answer_as_the_functions_do():
+    """jac=, w left out, a history of each solve, and pictures with rows that have bounds."""
+    history = perp.History()
+    with perp.NCP(cube, [1.0], jac=slope, monitor=history) as problem:
+        r = problem.solve()
+        assert r.success and len(r.history) > 0 and problem.solve().history is not r.history
+        np.testing.assert_allclose(r.z, [2.0], rtol=1e-12)  # 3 z^2 = 12: tol / 12 beside 2
+    with perp.ContactSolver(
+        np.eye(7), np.eye(7), 0.5, bounds=([0.0], np.inf), method="newton", monitor=perp.History()
+    ) as solver:
+        r = solver.solve([-1, 0.25, 0, -1, 2, 0, 3.0])
+        assert r.success and list(r.modes) == ["stick", "slip", "lower"]
+        assert r.history is not None
+        r.plot()
+    with pytest.raises(ValueError, match="mu is missing"):
+        perp.ContactSolver(np.eye(3), np.eye(3), None)

@@ -40,6 +40,9 @@ static perp_status check(const perp__contact_problem *problem)
                           "settings.method admm and proximal need M in blocks of at most %d "
                           "unknowns, and contacts that neither roll nor spin",
                           (int)PERP__BODY_WIDTH_MOST);
+    if (problem->bound)
+        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
+                          "settings.method admm and proximal can't take rows with two bounds");
     for (int32_t i = 0; i < problem->size; i++)
         if (problem->bodies->compliance[i] > 0.0)
             return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
