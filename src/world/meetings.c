@@ -20,8 +20,10 @@
  */
 #define CRACK 1e-4
 
-/* Directions whose cosine lacks less than the square of this are one. */
+/* Directions whose cosine lacks less than the square of this are one; those with more than the
+ * other in common are about the same. */
 #define SUPPORT 1e-6
+#define ALIKE 0.9
 
 static double rounding_of(const perp_world *world, int32_t shape)
 {
@@ -168,11 +170,12 @@ static int32_t is_covered(const perp_world *world, int32_t owner, int32_t shape,
     return 0;
 }
 
-/* Whether either surface is covered where the points lie deepest. */
+/* Whether either surface is covered where the points lie deepest; or on the whole: in the middle of
+ * them all. */
 static int32_t are_covered(const perp_world *world, const perp__pair *pair,
                            const perp__placed *at_a, const perp__placed *at_b,
-                           const perp__point *points, int32_t count, int32_t doubtful, double h,
-                           double t, const perp__nearness *near)
+                           const perp__point *points, int32_t count, int32_t doubtful,
+                           int32_t whole, double h, double t, const perp__nearness *near)
 {
     const double crack = CRACK * size_of(world, pair) + near->rounding;
     const double *n = points[0].normal, back[3] = {-n[0], -n[1], -n[2]};
@@ -181,59 +184,93 @@ static int32_t are_covered(const perp_world *world, const perp__pair *pair,
     for (int32_t i = 0; i < count; i++)
         least = fmin(least, points[i].gap);
     for (int32_t i = 0; i < count; i++)
-        if (points[i].gap <= least + near->touching) {
+        if (whole || points[i].gap <= least + near->touching) {
             perp__add3(middle, 1.0, points[i].position);
             share += 1.0;
         }
     for (int32_t k = 0; k < 3; k++)
         middle[k] /= share;
     rim = crack + fabs(least);
-    return is_covered(world, pair->first, pair->second, at_a, middle, n, rim, doubtful, crack, h,
-                      t) ||
-           is_covered(world, pair->second, pair->first, at_b, middle, back, rim, doubtful, crack, h,
-                      t);
+    return is_covered(world, pair->first, pair->second, at_a, middle, n, rim, doubtful || whole,
+                      crack, h, t) ||
+           is_covered(world, pair->second, pair->first, at_b, middle, back, rim, doubtful || whole,
+                      crack, h, t);
+}
+
+/* The face axis of largest separation that is another direction than `covered`, in the frame of A;
+ * -1 if there is none. It is taken off the list. */
+static int32_t next_face(perp__axes *axes, const double *covered)
+{
+    int32_t best = -1;
+
+    for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++)
+        if (axes->axis[k].separation > -INFINITY &&
+            fabs(perp__dot3(axes->axis[k].normal, covered)) < 1.0 - SUPPORT * SUPPORT &&
+            (best < 0 || axes->axis[k].separation > axes->axis[best].separation))
+            best = k;
+    if (best >= 0)
+        axes->axis[best].separation = -INFINITY;
+    return best;
+}
+
+/* The points of a meeting; -1 where they do not lie open. */
+static int32_t points_along(const perp_world *world, const perp__pair *pair,
+                            const perp__meeting *meeting, int32_t whole, double h,
+                            const perp__nearness *near, perp__point *points)
+{
+    const perp__moving a = perp__moving_shape(world, pair->first, h);
+    const perp__moving b = perp__moving_shape(world, pair->second, h);
+    perp__placed at_a, at_b;
+    int32_t made;
+
+    perp__moved(&a, meeting->time, &at_a);
+    perp__moved(&b, meeting->time, &at_b);
+    made = perp__collide_along(&at_a, &at_b, world->settings.planar, meeting->axis, points);
+    return made > 0 && are_covered(world, pair, &at_a, &at_b, points, made, meeting->doubtful,
+                                   whole, h, meeting->time, near)
+               ? -1
+               : made;
 }
 
 /* The points along the axis of `meeting`, if they lie open; else over the next face that does, in
- * the poses at `later`, to which the meeting is moved. Returns how many, 0 if all is covered. */
+ * the poses at `later`, to which the meeting is moved. A face that is covered at its rim alone, as
+ * a brick's side is that sinks a little into what it stands on, is met before one of another normal
+ * is. Returns how many, 0 if all is covered. */
 static int32_t open_points(const perp_world *world, const perp__pair *pair, perp__meeting *meeting,
                            double later, double h, const perp__nearness *near, perp__point *points)
 {
     const perp__moving a = perp__moving_shape(world, pair->first, h);
     const perp__moving b = perp__moving_shape(world, pair->second, h);
-    const int32_t planar = world->settings.planar;
+    perp__meeting next = *meeting;
     perp__axes axes;
     perp__placed at_a, at_b;
     double covered[3];
-    int32_t made, best;
+    int32_t made, alike = 1;
 
-    perp__moved(&a, meeting->time, &at_a);
-    perp__moved(&b, meeting->time, &at_b);
-    made = perp__collide_along(&at_a, &at_b, planar, meeting->axis, points);
-    if (made == 0 || !are_covered(world, pair, &at_a, &at_b, points, made, meeting->doubtful, h,
-                                  meeting->time, near))
+    made = points_along(world, pair, meeting, 0, h, near, points);
+    if (made >= 0)
         return made;
     perp__moved(&a, later, &at_a);
     perp__apply_transposed3(covered, at_a.rotation, points[0].normal);
     perp__moved(&b, later, &at_b);
-    perp__axes_of(&at_a, &at_b, planar, &axes);
-    for (;;) {
-        best = -1;
-        for (int32_t k = 0; k < axes.faces[0] + axes.faces[1]; k++)
-            if (axes.axis[k].separation > -INFINITY &&
-                fabs(perp__dot3(axes.axis[k].normal, covered)) < 1.0 - SUPPORT * SUPPORT &&
-                (best < 0 || axes.axis[k].separation > axes.axis[best].separation))
-                best = k;
-        if (best < 0)
-            return 0;
-        axes.axis[best].separation = -INFINITY;
-        made = perp__collide_along(&at_a, &at_b, planar, best, points);
-        if (made == 0 || are_covered(world, pair, &at_a, &at_b, points, made, 1, h, later, near))
-            continue;
-        meeting->axis = best;
-        meeting->time = later;
-        return made;
+    perp__axes_of(&at_a, &at_b, world->settings.planar, &axes);
+    next.time = later;
+    next.doubtful = 1;
+    while ((next.axis = next_face(&axes, covered)) >= 0) {
+        if (alike && fabs(perp__dot3(axes.axis[next.axis].normal, covered)) < ALIKE) {
+            made = points_along(world, pair, meeting, 1, h, near, points);
+            if (made > 0)
+                return made;
+            alike = 0;
+        }
+        made = points_along(world, pair, &next, 0, h, near, points);
+        if (made > 0) {
+            meeting->axis = next.axis;
+            meeting->time = later;
+            return made;
+        }
     }
+    return 0;
 }
 
 /* ---- pairs ---- */

@@ -16,9 +16,6 @@
 /* Contacts that are, whenever one comes: more wait until none comes any more. */
 #define SMALL 8
 
-/* Of the bodies' size, what they close in a step when a hit is fast. */
-#define FAST 0.01
-
 /* Beside a contact's size: what a sweep does not tell a gap from contact by. */
 #define GUARD 1e-3
 
@@ -94,25 +91,6 @@ static int32_t has_at_most(const perp_world *world, const perp__island *island, 
 int32_t perp__is_small(const perp_world *world, const perp__island *island)
 {
     return has_at_most(world, island, SMALL);
-}
-
-/* What moves and is no ball: the normal of two that overlap deeply turns, and holds them there. */
-static int32_t can_jam(const perp_world *world, int32_t shape)
-{
-    return world->shapes[shape].geometry.kind != PERP__SPHERE &&
-           world->bodies[world->shapes[shape].body].kind == PERP_BODY_DYNAMIC;
-}
-
-int32_t perp__is_hit_fast(const perp_world *world, const perp__island *island, double h)
-{
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        if (h * contact->start[0] < -FAST * contact->size &&
-            (can_jam(world, contact->shape_a) || can_jam(world, contact->shape_b)))
-            return 1;
-    }
-    return 0;
 }
 
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)

@@ -618,9 +618,6 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
                                perp__verdict *verdict);
 /* Whether an exact solution costs no more, or nothing less will do. */
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island);
-/* Whether what is no ball is hit so fast that they move on by some of their size within the step.
- */
-int32_t perp__is_hit_fast(const perp_world *world, const perp__island *island, double h);
 /* Whether it costs so little that it may be done whenever a contact comes. */
 int32_t perp__is_small(const perp_world *world, const perp__island *island);
 
