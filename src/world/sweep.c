@@ -152,11 +152,13 @@ static void plan(perp_world *world, const perp__island *island, perp__substeps *
 /* Contacts with restitution that pressed and had come faster than what the forces make. */
 static int32_t has_impacts(const perp_world *world, const perp__island *island)
 {
+    const int32_t lies = perp__lies_on_something(world, island);
+
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         if (contact->restitution > 0.0 && world->work.impulse[3 * i] > 0.0 &&
-            contact->start[0] < -fabs(contact->free[0] - contact->start[0]))
+            contact->start[0] < -perp__forced_speed(world, i, island->bodies, lies))
             return 1;
     }
     return 0;
