@@ -377,10 +377,10 @@ mutate:
 
 TARGETS ?= $(FUZZ_NAMES)
 SECONDS ?= 60
-RUNS ?= 4000
+RUNS ?= 50
 #: make fuzz              each fuzz target for SECONDS (60) over its corpus; TARGETS='lcp world'
 #:                        picks; finds go to build/fuzz, crashes to build/fuzz/crashes
-#: make fuzz-check        the corpora, and RUNS inputs of a fixed seed a target
+#: make fuzz-check        the corpora, and RUNS (50) changes of each file, the same ones always
 #: make fuzz-merge        take what fuzzing found into tests/fuzz/corpus, minimised
 #: make fuzz-alone        the corpora without libFuzzer, by any compiler
 .PHONY: fuzz fuzz-check fuzz-merge fuzz-alone

@@ -6,8 +6,10 @@ lcp_batch   many small problems in one call
 lcp_sensitivity  derivatives of a solution with respect to its data
 lcp_verify  a proof that a solution lies near a point
 ncp         nonlinear complementarity problems with bounds, from functions
+NCP         the same, kept for many solves
 ncp_check_jacobian  a Jacobian against differences of its function
 contact     contact with friction over dynamics of your own
+ContactSolver     the same, kept for many solves
 contact_delassus  the same from the matrix W that couples the contacts
 fclib       (perp.fclib, imported by name) problems in FCLIB's files
 Mechanism   mechanisms in coordinates of your own, by functions: steps, all accelerations
@@ -25,7 +27,7 @@ from ._batch import Batch, lcp_batch
 from ._body import Body, Shape
 from ._bristle import LuGre, Stribeck, stribeck
 from ._compliant import Compliant, CompliantRun, Linearisation
-from ._contact import ContactResult, contact, contact_delassus
+from ._contact import ContactResult, ContactSolver, contact, contact_delassus
 from ._errors import Error
 from ._friction import (
     InverseLoad,
@@ -44,7 +46,7 @@ from ._mechanism_accelerations import Acceleration, Accelerations
 from ._mechanism_callbacks import OutsideDomain
 from ._mechanism_results import MechanismRun, MechanismStats, MechanismStep
 from ._monitor import Progress
-from ._ncp import JacobianCheck, NcpResult, ncp, ncp_check_jacobian
+from ._ncp import NCP, JacobianCheck, NcpResult, ncp, ncp_check_jacobian
 from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
 from ._sensitivity import Sensitivity, lcp_sensitivity
 from ._verify import Proof, lcp_verify
@@ -53,6 +55,7 @@ from ._world import World
 
 __all__ = [
     "LCP",
+    "NCP",
     "Acceleration",
     "Accelerations",
     "Batch",
@@ -61,6 +64,7 @@ __all__ = [
     "CompliantRun",
     "Contact",
     "ContactResult",
+    "ContactSolver",
     "Energy",
     "Error",
     "InverseLoad",

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from . import _arrays, _errors
 from ._callbacks import Callbacks
 from ._generated import NcpCheck, NcpFunction, NcpJacobian, NcpMonitor, NcpProblem, NcpSettings
+from ._generated import NcpSolverPointer
 from ._generated import NcpResult as CResult
-from ._handle import Context
+from ._handle import Context, Handle
 from ._lcp import code, count, limit
 from ._library import GOOD_OUTCOMES, NCP_METHODS, OUTCOMES, library
 from ._monitor import Monitor, Watch
@@ -219,6 +220,105 @@ def _vector(value: ArrayLike, name: str) -> Array:
     return np.ascontiguousarray(array)
 
 
+class NCP(Handle):
+    """A problem to be solved from many starts: checks, workspace and factors are kept, and every
+    solve starts from the last solution.
+
+        with perp.NCP(F, J, z0, lower, upper) as problem:
+            result = problem.solve()      # from z0, the first time
+            result = problem.solve()      # F and J may have changed: from result.z
+
+    The arguments are those of ncp(). F and J are called anew at every solve; what depends on more
+    than z they find where the caller has put it.
+    """
+
+    _create = library.perp_ncp_solver_create
+    _destroy = library.perp_ncp_solver_destroy
+    _pointer_type = NcpSolverPointer
+
+    def __init__(
+        self,
+        F: Callable[[Array], ArrayLike],
+        J: Optional[Callable[[Array], Any]],
+        z0: ArrayLike,
+        lower: Optional[ArrayLike] = None,
+        upper: Optional[ArrayLike] = None,
+        *,
+        method: str = "auto",
+        tol: float = 1e-10,
+        max_iterations: Optional[int] = None,
+        time_limit: Optional[float] = None,
+        monitor: Optional[Monitor] = None,
+        pattern: Any = None,
+        penalty: float = 0.1,
+        restarts: int = 20,
+        scaling: bool = True,
+        polish: bool = True,
+    ) -> None:
+        settings = sized(NcpSettings)
+        _fill(settings, method, tol, max_iterations, time_limit, penalty, restarts, scaling, polish)
+        self._start = _vector(z0, "z0")
+        self._n = n = len(self._start)
+        low, high = _arrays.bound(lower, "lower", n), _arrays.bound(upper, "upper", n)
+        projected = np.minimum(
+            np.maximum(self._start, 0.0 if low is None else low), np.inf if high is None else high
+        )
+        self._callbacks = _Callbacks(F, J, projected, pattern)
+        self._bounds = _bounds(self._callbacks.problem, low, high, n)
+        self._watch = Watch(monitor, NcpMonitor, NCP_METHODS)
+        if monitor is not None:
+            settings.monitor = self._watch.function
+        super().__init__(byref(settings))
+        with self._callbacks.catching():
+            status = library.perp_ncp_solver_setup(self._pointer, byref(self._callbacks.problem))
+        self._check(status)
+
+    def _check(self, status: int) -> None:
+        self._callbacks.raise_caught()
+        self._watch.raise_caught()
+        if status:
+            self._context.check(status)
+
+    def solve(self, z0: Optional[ArrayLike] = None) -> NcpResult:
+        """Solves the problem from z0; None is the last solution that was ok, else the first z0."""
+        with self._lock:
+            n, result = self._n, sized(CResult)
+            start = self._start if z0 is None else _arrays.vector(z0, "z0", n)
+            z, w = np.empty(n), np.empty(n)
+            with self._callbacks.catching():
+                status = library.perp_ncp_solver_solve(
+                    self._alive(),
+                    _arrays.address(z),
+                    _arrays.address(w),
+                    byref(result),
+                    _arrays.address(start),
+                )
+            self._check(status)
+            answer = _answer(z, w, result)
+            if answer.ok:
+                self._start = z.copy()
+            return answer
+
+
+def _answer(z: Array, w: Array, result: CResult) -> NcpResult:
+    return NcpResult(
+        z,
+        w,
+        OUTCOMES[result.outcome],
+        result.outcome in GOOD_OUTCOMES,
+        result.residual,
+        result.natural_residual,
+        result.backward_error,
+        result.iterations,
+        result.seconds,
+        NCP_METHODS[result.method],
+        result.function_evaluations,
+        result.jacobian_evaluations,
+        result.restarts,
+        bool(result.trapped),
+    )
+
+
 def ncp(
     F: Callable[[Array], ArrayLike],
     J: Optional[Callable[[Array], Any]],
@@ -260,53 +360,12 @@ def ncp(
     Returns an NcpResult: check its `ok` or its `outcome`. Exceptions raised in F and J come out of
     the call. Raises Error where the call itself did not make sense.
     """
-    start = _vector(z0, "z0")
-    n = len(start)
-    settings, result = sized(NcpSettings), sized(CResult)
-    _fill(settings, method, tol, max_iterations, time_limit, penalty, restarts, scaling, polish)
-    low, high = _arrays.bound(lower, "lower", n), _arrays.bound(upper, "upper", n)
-    projected = np.minimum(
-        np.maximum(start, 0.0 if low is None else low), np.inf if high is None else high
-    )
-    callbacks = _Callbacks(F, J, projected, pattern)
-    low, high = _bounds(callbacks.problem, low, high, n)
-    watch = None
-    if monitor is not None:
-        watch = Watch(monitor, NcpMonitor, NCP_METHODS)
-        settings.monitor = watch.function
-    context = Context()
-    z, w = np.empty(n), np.empty(n)
-    with callbacks.catching():
-        status = library.perp_ncp_solve(
-            context.pointer,
-            _arrays.address(z),
-            _arrays.address(w),
-            byref(result),
-            byref(settings),
-            byref(callbacks.problem),
-            _arrays.address(start),
-        )
-    callbacks.raise_caught()
-    if watch is not None:
-        watch.raise_caught()
-    context.check(status)
-    del low, high  # the bounds were read up to here
-    return NcpResult(
-        z,
-        w,
-        OUTCOMES[result.outcome],
-        result.outcome in GOOD_OUTCOMES,
-        result.residual,
-        result.natural_residual,
-        result.backward_error,
-        result.iterations,
-        result.seconds,
-        NCP_METHODS[result.method],
-        result.function_evaluations,
-        result.jacobian_evaluations,
-        result.restarts,
-        bool(result.trapped),
-    )
+    with NCP(
+        F, J, z0, lower, upper, method=method, tol=tol, max_iterations=max_iterations,
+        time_limit=time_limit, monitor=monitor, pattern=pattern, penalty=penalty,
+        restarts=restarts, scaling=scaling, polish=polish,
+    ) as problem:  # fmt: skip
+        return problem.solve()
 
 
 def ncp_check_jacobian(
