@@ -20,10 +20,12 @@
  */
 #define CRACK 1e-4
 
-/* Directions whose cosine lacks less than the square of this are one; those with more than the
- * other in common are about the same. */
+/* Directions whose cosine lacks less than the square of this are one. */
 #define SUPPORT 1e-6
-#define ALIKE 0.9
+
+/* Along a face's normal shapes overlap by less than this share of their thickness if it is the one
+ * that they meet with. */
+#define SHALLOW 0.6
 
 static double rounding_of(const perp_world *world, int32_t shape)
 {
@@ -197,14 +199,14 @@ static int32_t are_covered(const perp_world *world, const perp__pair *pair,
                       crack, h, t);
 }
 
-/* The face axis of largest separation that is another direction than `covered`, in the frame of A;
- * -1 if there is none. It is taken off the list. */
-static int32_t next_face(perp__axes *axes, const double *covered)
+/* The face axis of largest separation, at least `least`, that is another direction than `covered`,
+ * in the frame of A; -1 if there is none. It is taken off the list. */
+static int32_t next_face(perp__axes *axes, const double *covered, double least)
 {
     int32_t best = -1;
 
     for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++)
-        if (axes->axis[k].separation > -INFINITY &&
+        if (axes->axis[k].separation > -INFINITY && axes->axis[k].separation >= least &&
             fabs(perp__dot3(axes->axis[k].normal, covered)) < 1.0 - SUPPORT * SUPPORT &&
             (best < 0 || axes->axis[k].separation > axes->axis[best].separation))
             best = k;
@@ -232,45 +234,58 @@ static int32_t points_along(const perp_world *world, const perp__pair *pair,
                : made;
 }
 
-/* The points along the axis of `meeting`, if they lie open; else over the next face that does, in
- * the poses at `later`, to which the meeting is moved. A face that is covered at its rim alone, as
- * a brick's side is that sinks a little into what it stands on, is met before one of another normal
- * is. Returns how many, 0 if all is covered. */
-static int32_t open_points(const perp_world *world, const perp__pair *pair, perp__meeting *meeting,
-                           double later, double h, const perp__nearness *near, perp__point *points)
+/* The points over the next face that lies open, in the poses at `later`, to which the meeting is
+ * moved. Returns how many, 0 if all is covered. */
+static int32_t points_of_faces(const perp_world *world, const perp__pair *pair,
+                               perp__meeting *meeting, double later, const double *covered,
+                               double least, int32_t whole, double h, const perp__nearness *near,
+                               perp__point *points)
 {
     const perp__moving a = perp__moving_shape(world, pair->first, h);
     const perp__moving b = perp__moving_shape(world, pair->second, h);
     perp__meeting next = *meeting;
-    perp__axes axes;
     perp__placed at_a, at_b;
-    double covered[3];
-    int32_t made, alike = 1;
+    perp__axes axes;
+    double own[3];
+    int32_t made = 0;
 
-    made = points_along(world, pair, meeting, 0, h, near, points);
-    if (made >= 0)
-        return made;
     perp__moved(&a, later, &at_a);
-    perp__apply_transposed3(covered, at_a.rotation, points[0].normal);
     perp__moved(&b, later, &at_b);
+    perp__apply_transposed3(own, at_a.rotation, covered);
     perp__axes_of(&at_a, &at_b, world->settings.planar, &axes);
     next.time = later;
     next.doubtful = 1;
-    while ((next.axis = next_face(&axes, covered)) >= 0) {
-        if (alike && fabs(perp__dot3(axes.axis[next.axis].normal, covered)) < ALIKE) {
-            made = points_along(world, pair, meeting, 1, h, near, points);
-            if (made > 0)
-                return made;
-            alike = 0;
-        }
-        made = points_along(world, pair, &next, 0, h, near, points);
-        if (made > 0) {
-            meeting->axis = next.axis;
-            meeting->time = later;
-            return made;
-        }
-    }
-    return 0;
+    while (made <= 0 && (next.axis = next_face(&axes, own, least)) >= 0)
+        made = points_along(world, pair, &next, whole, h, near, points);
+    if (made <= 0)
+        return 0;
+    meeting->axis = next.axis;
+    meeting->time = later;
+    return made;
+}
+
+/* The points along the axis of `meeting`, if they lie open; else over the next face that does. Of
+ * bricks that sink a little into what they stand on the rims of all faces are covered: those by
+ * which the shapes hardly overlap are met before any other one all the same, if their middle lies
+ * open. Returns how many, 0 if all is covered. */
+static int32_t open_points(const perp_world *world, const perp__pair *pair, perp__meeting *meeting,
+                           double later, double h, const perp__nearness *near, perp__point *points)
+{
+    const double least = -SHALLOW * size_of(world, pair);
+    double covered[3];
+    int32_t made = points_along(world, pair, meeting, 0, h, near, points);
+
+    if (made >= 0)
+        return made;
+    perp__copy3(covered, points[0].normal);
+    made = points_of_faces(world, pair, meeting, later, covered, least, 0, h, near, points);
+    if (made == 0)
+        made = points_along(world, pair, meeting, 1, h, near, points);
+    if (made <= 0)
+        made = points_of_faces(world, pair, meeting, later, covered, least, 1, h, near, points);
+    if (made == 0)
+        made = points_of_faces(world, pair, meeting, later, covered, -INFINITY, 0, h, near, points);
+    return made;
 }
 
 /* ---- pairs ---- */
