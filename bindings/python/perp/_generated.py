@@ -48,6 +48,8 @@ CONSTANTS: dict[str, int] = {
     "PERP_CONTACT_SEPARATE": 0,
     "PERP_CONTACT_STICK": 1,
     "PERP_CONTACT_SLIP": 2,
+    "PERP_CONTACT_LOWER": 3,
+    "PERP_CONTACT_UPPER": 4,
     "PERP_CONTACT_METHOD_AUTO": 0,
     "PERP_CONTACT_METHOD_SWEEP": 1,
     "PERP_CONTACT_METHOD_NEWTON": 2,
@@ -214,7 +216,9 @@ class ContactLaws(Structure):
         ("spinning", c_void_p),
         ("compliance", c_void_p),
         ("bilateral", c_int32),
-        ("reserved", c_int32),
+        ("bounded", c_int32),
+        ("lower", c_void_p),
+        ("upper", c_void_p),
     ]
 
 
