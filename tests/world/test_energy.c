@@ -244,10 +244,9 @@ static double deepest(scene *s, const perp_body *boxes)
     return most;
 }
 
-/* What comes late to a hit is swept for too. Next to no energy comes from nowhere: sweeps that a
- * budget ends may give a little, more or less of it as contacts are in this order or that (up to
- * 5e-4 a step with the ball at other places). Boxes stay out of each other: a tenth of their size is
- * what the geometry of the step's beginning may be wrong by, as the ball goes three tenths in it. */
+/* What comes late to a hit is swept for too. No energy comes from nowhere, and boxes stay out of
+ * each other: a tenth of their size is what the geometry of the step's beginning may be wrong by,
+ * as the ball goes three tenths in it. */
 static void test_hit(void **state)
 {
     perp_body boxes[BOXES];
@@ -263,7 +262,7 @@ static void test_hit(void **state)
         assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
         SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
         SCENE_OK(&s, perp_world_energy(s.world, &kinetic, &potential));
-        assert_true(kinetic + potential <= energy * (1.0 + 1e-3));
+        assert_true(kinetic + potential <= energy * (1.0 + 64.0 * EPSILON));
         energy = kinetic + potential;
         assert_true(deepest(&s, boxes) < 0.1);
     }
