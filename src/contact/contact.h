@@ -48,8 +48,6 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
 
 /* ---- rigid bodies --------------------------------------------------------------------------- */
 
-enum { PERP__RIGID_WIDTH_MOST = 6, PERP__RIGID_ROWS_MOST = 3 };
-
 /* Rows of one contact, normal first, or of one joint: u = J_A v_A + J_B v_B + bias. */
 typedef struct perp__rigid_rows {
     int32_t body[2];      /* A and B; two different ones, or -1 */

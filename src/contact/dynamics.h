@@ -26,7 +26,7 @@ typedef struct perp__dynamics {
     int32_t *line_columns[2];
     double *line_values[2];
     double *W;                                 /* size by size */
-    double *block;                             /* n by PERP__DYNAMICS_BLOCK, and a column of W */
+    double *block;                             /* n by the columns solved at once */
     double *high, *low, *more_high, *more_low; /* n or size, the larger */
 } perp__dynamics;
 

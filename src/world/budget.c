@@ -37,11 +37,6 @@ int32_t perp__is_budget_spent(const perp_world *world)
     return budget->iterations == 0 || (budget->limited && perp__now() >= budget->deadline);
 }
 
-double perp__seconds_left(const perp_world *world)
-{
-    return world->budget.limited ? world->budget.until - perp__now() : INFINITY;
-}
-
 double perp__island_deadline(const perp_world *world, const perp__island *island)
 {
     const perp__budget *budget = &world->budget;

@@ -506,11 +506,6 @@ void perp__relative_velocity(const perp_world *world, const perp__world_contact 
 #define PERP__TWIST_MOVING offsetof(perp__motion, moving)
 #define PERP__TWIST_AFTER offsetof(perp__motion, after)
 
-static inline double *perp__twist(perp__motion *motion, size_t twist)
-{
-    return (double *)((char *)motion + twist);
-}
-
 static inline const double *perp__const_twist(const perp__motion *motion, size_t twist)
 {
     return (const double *)((const char *)motion + twist);
@@ -541,8 +536,6 @@ void perp__open_budget(perp_world *world);
 /* The share of what is left of it that velocities may have. */
 void perp__open_velocities(perp_world *world);
 int32_t perp__is_budget_spent(const perp_world *world);
-/* Of the phase at hand; INFINITY without a limit. */
-double perp__seconds_left(const perp_world *world);
 /* When an island has to be done, by its share of the contacts that are left; 0 without a limit. */
 double perp__island_deadline(const perp_world *world, const perp__island *island);
 void perp__spend(perp_world *world, int64_t iterations);
