@@ -1,13 +1,13 @@
-/* Second-order frictional contact (method newton) on piles with redundant contacts: columns, towers
- * and walls of boxes that touch in 4 points, and balls, mu = 0.5, handed over with M and H.
+/* Second-order frictional contact (method proximal) on piles with redundant contacts: columns,
+ * towers and walls of boxes that touch in 4 points, and balls, mu = 0.5, handed over with M and H.
  *
  * cold: from no impulses; warm: from the solution before every force changed by up to 1e-3. Median
- * of 3 solves, the set-up not counted; factorisations are those of the attempt that solved. tol is
- * 1e-8, the residual the tested one that was reached. Goals: 60 us a contact cold, 15 us warm.
+ * of 3 solves, the set-up not counted; iter. is what the result counts. tol is 1e-8, the residual
+ * the tested one that was reached. Goals: 60 us a contact cold, 15 us warm.
  *
  * Below, problems drawn at random from the same classes with mass ratios up to 1e8, mu up to 1000,
  * impacts, gaps, and the heavy on the light: how many end as `solved` or at the rounding limit, by
- * newton alone and by auto, within 2 s each. Some of these may have no solution. */
+ * proximal alone and by auto, within 2 s each. Some of these may have no solution. */
 #include "measure.h"
 
 #include "../tests/piles.h"
@@ -86,7 +86,7 @@ static void measure(perp_context *context, int class, int contacts, int motion)
     options.contacts = contacts;
     options.motion = motion;
     options.seed = 7;
-    begin(&t, context, &options, PERP_CONTACT_METHOD_NEWTON, 2.0);
+    begin(&t, context, &options, PERP_CONTACT_METHOD_PROXIMAL, 2.0);
     for (int k = 0; k < REPEATS; k++)
         seconds[k] = solve(&t, t.scene.f, NULL);
     printf("%-7s %-5s %6d %6d", piles_class_text(class), motion == PILES_REST ? "rest" : "push",
@@ -120,7 +120,7 @@ static void draw(perp_context *context, int32_t method, const char *name)
         end(&t);
     }
     printf(
-        "%-7s solved %d of %d, to 1e-12 or the rounding limit %d, %.0f us a contact on average\n",
+        "%-8s solved %d of %d, to 1e-12 or the rounding limit %d, %.0f us a contact on average\n",
         name, solved, DRAWS, precise, 1e6 * total / DRAWS);
     fflush(stdout);
 }
@@ -135,13 +135,13 @@ int main(void)
     print_machine_speed(&gflops, &gbytes);
     printf("\n%27s %-40s %s\n", "", " cold", "warm");
     printf("%-7s %-5s %6s %6s %5s %8s %9s %-15s %5s %8s %9s %s\n", "scene", "", "conts", "bodies",
-           "fact.", "us/cont", "residual", "outcome", "fact.", "us/cont", "residual", "outcome");
+           "iter.", "us/cont", "residual", "outcome", "iter.", "us/cont", "residual", "outcome");
     for (int motion = PILES_REST; motion <= PILES_PUSH; motion++)
         for (int class = PILES_COLUMN; class <= PILES_BALLS; class ++)
             for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++)
                 measure(context, class, sizes[k], motion);
     printf("\n");
-    draw(context, PERP_CONTACT_METHOD_NEWTON, "newton");
+    draw(context, PERP_CONTACT_METHOD_PROXIMAL, "proximal");
     draw(context, PERP_CONTACT_METHOD_AUTO, "auto");
     perp_context_destroy(context);
     return 0;

@@ -6,7 +6,7 @@
  * that do not stand a check of their own: |M v - f - H'r|, |u - H v - w| and the laws, relative to
  * the problem's scales.
  *
- *   contact_random [first seed [count [method...]]]      default: 1 300 auto newton sweep
+ *   contact_random [first seed [count [method...]]]      default: 1 300 auto proximal sweep
  */
 #include "measure.h"
 
@@ -210,7 +210,7 @@ static int32_t method_named(const char *name)
 
 int main(int argc, char **argv)
 {
-    static const char *const usual[] = {"auto", "newton", "sweep"};
+    static const char *const usual[] = {"auto", "proximal", "sweep"};
     const uint64_t first = argc > 1 ? strtoull(argv[1], NULL, 10) : 1;
     const int count = argc > 2 ? atoi(argv[2]) : 300;
     const int named = argc > 3 ? argc - 3 : 3;
