@@ -250,6 +250,7 @@ typedef struct perp__island_work {
     double *gap, *guard;                           /* contacts of the island */
     double *strength, *solved, *solved_rows;       /* bodies; numbers; 3 a contact: of hold */
     int8_t *hit, *near;                            /* contacts of the island; bodies */
+    int32_t *part;                                 /* contacts of a part of it: near.c */
 } perp__island_work;
 
 /* A snapshot of the world's own. */
