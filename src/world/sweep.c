@@ -45,6 +45,9 @@
  * have moved if it could. */
 #define AT_REST 1e-2
 
+/* Beside its own terms, what moves a body no more than rounding does. */
+#define BALANCED (64.0 * PERP__EPSILON)
+
 /* Energy that is rounding, beside what impulses move. */
 #define ENERGY_ROUNDING 1e-12
 
@@ -331,6 +334,15 @@ static int32_t is_at_rest(const perp_world *world, const perp__island *island)
     return rests;
 }
 
+static int32_t slips(const perp_world *world, const perp__island *island)
+{
+    int32_t i, some = 0;
+
+    for (i = 0; i < island->contacts && !some; i++)
+        some = world->work.modes[i] == PERP_CONTACT_SLIP;
+    return some;
+}
+
 /* What rests and is held by the impulses of the last step is so by these very ones, bit for bit:
  * then answer->held. */
 static perp_status stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
@@ -343,14 +355,25 @@ static perp_status stand(perp_world *world, const perp__island *island, perp__ri
     if (!is_at_rest(world, island))
         return PERP_OK;
     close_gaps(world, island, h);
+    for (int32_t i = 0; i < island->contacts; i++)
+        perp__copy3(work->warm + 3 * i, perp__step_contact(world, island, i)->remembered);
     problem->tol = perp__swept_tol(world);
     status = look(world, answer, problem, verdict);
     problem->again = 1;
-    if (status == PERP_OK && perp__is_good(answer->outcome) && answer->tested <= tol &&
-        answer->own <= tol)
+    if (status == PERP_OK && perp__is_good(answer->outcome) && answer->own <= BALANCED &&
+        !slips(world, island))
+        answer->held = perp__rest_island(world, island, BALANCED);
+    if (answer->held)
+        memcpy(work->next_warm, work->impulse, 3 * (size_t)island->contacts * sizeof(double));
+    else if (status == PERP_OK && perp__is_good(answer->outcome) && answer->tested <= tol &&
+             answer->own <= tol)
         status = hold(world, island, answer, problem);
-    for (int32_t i = 0; i < world->dof * island->bodies && answer->held; i++)
+    for (int32_t i = 0; i < world->dof * island->bodies && answer->held; i++) {
         answer->held = work->v[i] == 0.0;
+        work->moving[i] = 0.0;
+    }
+    for (int32_t i = 0; i < island->contacts; i++)
+        perp__copy3(work->warm + 3 * i, perp__step_contact(world, island, i)->warm);
     return status;
 }
 
@@ -392,6 +415,7 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     if (status != PERP_OK)
         return status;
     if (answer.held) {
+        verdict->sweeps = 0;
         finish(world, island, verdict);
         return PERP_OK;
     }
