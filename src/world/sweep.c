@@ -45,8 +45,8 @@
  * have moved if it could. */
 #define AT_REST 1e-2
 
-/* Beside its own terms, what moves a body no more than rounding does. */
-#define BALANCED (64.0 * PERP__EPSILON)
+/* Beside its own terms, what moves a body as little as methods are asked to leave (exact.c). */
+#define BALANCED 1e-12
 
 /* Energy that is rounding, beside what impulses move. */
 #define ENERGY_ROUNDING 1e-12
@@ -334,19 +334,11 @@ static int32_t is_at_rest(const perp_world *world, const perp__island *island)
     return rests;
 }
 
-static int32_t slips(const perp_world *world, const perp__island *island)
-{
-    int32_t i, some = 0;
-
-    for (i = 0; i < island->contacts && !some; i++)
-        some = world->work.modes[i] == PERP_CONTACT_SLIP;
-    return some;
-}
-
 /* What rests and is held by the impulses of the last step is so by these very ones, bit for bit:
- * then answer->held. */
+ * then answer->held. Few contacts that nearly are get better ones: then *settles. */
 static perp_status stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                         perp__rigid_problem *problem, double h, perp__verdict *verdict)
+                         perp__rigid_problem *problem, double h, int32_t *settles,
+                         perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     const double tol = AT_REST * perp__swept_tol(world);
@@ -360,20 +352,20 @@ static perp_status stand(perp_world *world, const perp__island *island, perp__ri
     problem->tol = perp__swept_tol(world);
     status = look(world, answer, problem, verdict);
     problem->again = 1;
-    if (status == PERP_OK && perp__is_good(answer->outcome) && answer->own <= BALANCED &&
-        !slips(world, island))
-        answer->held = perp__rest_island(world, island, BALANCED);
-    if (answer->held)
-        memcpy(work->next_warm, work->impulse, 3 * (size_t)island->contacts * sizeof(double));
-    else if (status == PERP_OK && perp__is_good(answer->outcome) && answer->tested <= tol &&
-             answer->own <= tol)
+    if (status != PERP_OK || !perp__is_good(answer->outcome))
+        return status;
+    answer->held = answer->own <= BALANCED && perp__rest_island(world, island, BALANCED);
+    *settles = !answer->held && answer->tested <= tol && answer->own <= tol;
+    if (*settles && !has_at_most(world, island, SETTLED_EXACTLY)) {
+        *settles = 0;
         status = hold(world, island, answer, problem);
-    for (int32_t i = 0; i < world->dof * island->bodies && answer->held; i++) {
-        answer->held = work->v[i] == 0.0;
-        work->moving[i] = 0.0;
     }
-    for (int32_t i = 0; i < island->contacts; i++)
-        perp__copy3(work->warm + 3 * i, perp__step_contact(world, island, i)->warm);
+    for (int32_t i = 0; i < world->dof * island->bodies && answer->held; i++)
+        answer->held = work->v[i] == 0.0;
+    if (answer->held) {
+        memcpy(work->next_warm, work->impulse, 3 * (size_t)island->contacts * sizeof(double));
+        memset(work->moving, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
+    }
     return status;
 }
 
@@ -408,12 +400,17 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp__substeps step;
+    int32_t settles = 0;
     perp_status status;
 
     pose(world, island, &problem, &answer);
-    status = stand(world, island, &answer, &problem, h, verdict);
+    status = stand(world, island, &answer, &problem, h, &settles, verdict);
     if (status != PERP_OK)
         return status;
+    if (settles) {
+        memset(verdict, 0, sizeof *verdict);
+        return perp__follow_island(world, island, h, verdict);
+    }
     if (answer.held) {
         verdict->sweeps = 0;
         finish(world, island, verdict);
@@ -421,6 +418,8 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     }
     verdict->sweeps++;
     problem.again = 0;
+    for (int32_t i = 0; i < island->contacts; i++)
+        perp__copy3(work->warm + 3 * i, perp__step_contact(world, island, i)->warm);
     plan(world, island, &step, h);
     status = perp__coloured_step(&world->coloured, &answer, work->moving, &problem, &step);
     if (status != PERP_OK)
