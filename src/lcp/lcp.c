@@ -33,6 +33,11 @@
  */
 #define PERP__ROUGH_SWEEPS_SPARSE 64
 
+/* What an attempt of Newton's method on a dense matrix may take where pivoting has failed: that many
+ * n^3, some seconds, and some more steps. */
+#define PERP__NEWTON_WORK 1e11
+#define PERP__NEWTON_STEPS 30
+
 /* A direct solve's seconds on a slow machine; only ever compared with a time limit. */
 #define PERP__SECONDS_DENSE 3e-10 /* times n^3 */
 #define PERP__SECONDS_SPARSE 3e-7 /* times n^1.5: nested dissection on a plane grid */
@@ -89,8 +94,13 @@ static int32_t plan_auto(const perp_lcp_solver *solver, perp__plan_step *steps)
         count = add(steps, count, PERP_LCP_FISCHER);
     if (!sparse || solver->n <= PERP__LARGEST_PATH)
         count = add(steps, count, PERP_LCP_LEMKE);
-    if (!sparse)
+    if (!sparse) {
+        const double n = solver->n;
+
         count = add(steps, count, PERP_LCP_FISCHER);
+        steps[count - 1].iteration_limit =
+            (int64_t)(PERP__NEWTON_WORK / (n * n * n + 1.0)) + PERP__NEWTON_STEPS;
+    }
     if (sweeps)
         count = add(steps, count, PERP_LCP_PGS);
     return count;
