@@ -283,7 +283,8 @@ static int32_t is_excused(const glance *g, int32_t i, double violation)
     }
     size = perp__shift(violation / (p->tol * floor_of(p->tol)),
                        p->exponents[i] + 2 + g->b - perp__exponent_of(largest));
-    size = fmax(size, MODERATE_TERMS); /* the anchors of rows that do not cancel are 0 */
+    if (size < MODERATE_TERMS) /* the anchors of rows that do not cancel are 0 */
+        size = MODERATE_TERMS;
     for (int32_t j = 0; j < p->M->rows && largest >= g->significant; j++)
         if (scaled_entry(p, i, j) >= g->significant && is_excused_in_column(g, j, size))
             return 1;
