@@ -263,7 +263,10 @@ static void join_lines(const perp__matrix *M, const int32_t *exponents, double l
         const double bound = exponents ? least * perp__power_of_two(-exponents[j]) : least;
         int32_t rest = 0, held;
 
-        fast->split((size_t)n, values, inside, outside, &reached, &left);
+        reached = fabs(values[j]) * inside[j]; /* nothing is apart: one entry will do */
+        left = 0.0;
+        if (count > 0 || !(reached > 0.0 && reached >= bound))
+            fast->split((size_t)n, values, inside, outside, &reached, &left);
         held = reached > 0.0 && reached >= bound;
         if (held)
             perp__join(part, line, main);
