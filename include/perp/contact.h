@@ -22,6 +22,14 @@
  * and u + s e_n in K*, perpendicular to each other, for the cone K = {|r_t| <= mu r_n}: the
  * friction cone itself, no dilation of u.
  *
+ * Rows of H past those of the contacts have bounds of their own, lower <= r_i <= upper:
+ *
+ *   u_i >= 0 where r_i = lower,   u_i <= 0 where r_i = upper,   u_i = 0 between
+ *
+ * A limit of a joint is [0, inf) against u = gap / h + velocity; a motor that asks for a speed,
+ * or dry friction of a given bound, is [-h F, h F] against the velocity less that speed; both
+ * infinite is an equation.
+ *
  * Uniqueness: docs/contact.md. With redundant contacts (four feet of a table) only v and the
  * resultants H'r are determined; with friction even v may not be (a wedge).
  *
@@ -38,22 +46,24 @@
 extern "C" {
 #endif
 
-/* What a contact does. Values never change. */
+/* What a contact, or a row with bounds of its own, does. Values never change. */
 enum perp_contact_mode_value {
     PERP_CONTACT_SEPARATE = 0, /* no impulse */
-    PERP_CONTACT_STICK = 1,    /* it presses and nothing slides */
-    PERP_CONTACT_SLIP = 2      /* it presses and slides (or rolls, or spins) */
+    PERP_CONTACT_STICK = 1,    /* it presses and nothing slides; a row: u = 0 */
+    PERP_CONTACT_SLIP = 2,     /* it presses and slides (or rolls, or spins) */
+    PERP_CONTACT_LOWER = 3,    /* a row: at its lower bound */
+    PERP_CONTACT_UPPER = 4     /* a row: at its upper bound */
 };
 
 /* Values never change. */
 enum perp_contact_method_value {
-    PERP_CONTACT_METHOD_AUTO = 0,    /* sweeps, proximal, newton, then lemke with a refinement */
+    PERP_CONTACT_METHOD_AUTO = 0,    /* sweeps, proximal, then lemke with a refinement */
     PERP_CONTACT_METHOD_SWEEP = 1,   /* block Gauss-Seidel with an exact solver a contact */
-    PERP_CONTACT_METHOD_NEWTON = 2,  /* second order, on the cones */
+    PERP_CONTACT_METHOD_NEWTON = 2,  /* another name of PROXIMAL */
     PERP_CONTACT_METHOD_LEMKE = 3,   /* pivoting on polyhedral cones; dense, for hundreds of rows */
     PERP_CONTACT_METHOD_POLISH = 4,  /* only ever reported: the start r0 was the answer */
-    PERP_CONTACT_METHOD_ADMM = 5,    /* alternating directions: bodies, a middle accuracy */
-    PERP_CONTACT_METHOD_PROXIMAL = 6 /* those, then second order on bodies: large piles */
+    PERP_CONTACT_METHOD_ADMM = 5,    /* alternating directions: a middle accuracy */
+    PERP_CONTACT_METHOD_PROXIMAL = 6 /* those, then second order */
 };
 
 /* What a ray proves. Values never change. */
@@ -77,7 +87,10 @@ typedef struct perp_contact_laws {
     const double *compliance; /* all rows, >= 0: added to the diagonal of W; NULL: rigid */
     int32_t bilateral;        /* rows past those of the contacts that are bilateral, u_i = 0. With
                                  perp_contact_dynamics it is the rows of G, and may be left 0 */
-    int32_t reserved;         /* 0 */
+    int32_t bounded;     /* rows past those of the contacts, before the bilateral ones, that have
+                            bounds of their own: the last ones of H */
+    const double *lower; /* bounded: may be -inf; NULL: 0 */
+    const double *upper; /* bounded: may be inf; NULL: inf */
 } perp_contact_laws;
 
 /* x := M^-1 x for `columns` right-hand sides of n entries each, one after the other. Returns 0, or
@@ -93,7 +106,7 @@ typedef struct perp_contact_dynamics {
     const perp_matrix *M;          /* n by n, symmetric positive definite, dense or CSC; or NULL */
     perp_contact_mass_solve solve; /* in the place of M: exactly one of the two */
     void *user;
-    const perp_matrix *H; /* rows of the contacts by n, dense or CSC */
+    const perp_matrix *H; /* rows of the contacts and those with bounds by n, dense or CSC */
     const perp_matrix *G; /* bilateral rows by n, or NULL */
 } perp_contact_dynamics;
 
@@ -145,10 +158,10 @@ typedef struct perp_contact_result {
     double natural_residual;     /* max |r - P_K(r - (u + s e_n) / t_k)|, impulse */
     double backward_error;       /* largest change of a contact's u that makes the law exact, over
                                     sum_j |W_kj| |r_j| + |q_k|; 2^-52 is one unit */
-    double signorini_velocity;   /* max |min(u_n, t_k r_n)| */
+    double signorini_velocity;   /* max |min(u_n, t_k r_n)|; rows with one bound likewise */
     double signorini_impulse;    /* max |min(u_n / t_k, r_n)| */
     double cone;                 /* max |r_t| - mu r_n where above 0, impulse */
-    double dissipation_velocity; /* max t_k |r_t - P_D(r_t - u_t / t_k)| */
+    double dissipation_velocity; /* max t_k |r_t - P_D(r_t - u_t / t_k)|; rows with two likewise */
     double dissipation_impulse;  /* max |r_t - P_D(r_t - u_t / t_k)| */
     double bilateral;            /* max |u_i| of the bilateral rows, velocity */
     double seconds;              /* wall time of the whole call */
@@ -162,7 +175,7 @@ PERP_API perp_status perp_contact_dynamics_init(perp_contact_dynamics *dynamics,
 PERP_API perp_status perp_contact_settings_init(perp_contact_settings *settings, size_t size);
 PERP_API perp_status perp_contact_result_init(perp_contact_result *result, size_t size);
 
-/* Returns "separate", "stick" or "slip"; "unknown mode" otherwise. Static. */
+/* Returns "separate", "stick", "slip", "lower" or "upper"; "unknown mode" otherwise. Static. */
 PERP_API const char *perp_contact_mode_text(int32_t mode);
 
 /* Returns "auto", "sweep", "newton", "lemke", "polish", "admm", "proximal"; "unknown method"
@@ -210,8 +223,8 @@ perp_contact_solver_setup_dynamics(perp_contact_solver *solver, const perp_conta
  *
  * Returns: as above, without _CALLBACK.
  * In:      laws: copied.
- *          W: square, rows of the contacts plus laws->bilateral; dense or CSC. It is used as it is
- *             given, slightly unsymmetric or not. The view is copied, its arrays are not (unless
+ *          W: square, rows of the contacts, laws->bounded and laws->bilateral; dense or CSC. It is
+ * used as it is given, slightly unsymmetric or not. The view is copied, its arrays are not (unless
  *             there is compliance): they must stay in place and unchanged as above.
  * Cost:    one pass over W. */
 PERP_API perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
@@ -224,12 +237,12 @@ PERP_API perp_status perp_contact_solver_setup_delassus(perp_contact_solver *sol
  *          _HANDLE, _BUSY, _MEMORY or _CALLBACK. After a negative status nothing was written.
  * Out:     v: n velocities after the impulses; or NULL. Where the outcome is good and M falls into
  *             blocks of up to 12 unknowns: exactly 0.0 in what the rows that hold keep at rest.
- *          r: rows impulses, within their cones; then the bilateral ones. The best iterate found,
- *             whatever the outcome. 0.0 on every row of a contact that separates.
+ *          r: rows impulses, within their cones and bounds; then the bilateral ones. The best
+ *             iterate found, whatever the outcome. 0.0 on every row of a contact that separates.
  *          u: as r: velocities (with compliance: plus compliance times impulse); or NULL. Where the
  *             outcome is good: u_n is 0.0 of every contact that presses, all of u where it sticks,
- *             and the bilateral rows.
- *          modes: contacts times PERP_CONTACT_...; or NULL.
+ *             rows between their bounds, and the bilateral rows.
+ *          modes: PERP_CONTACT_... for each contact and each row with bounds; or NULL.
  *          ray: as r: a direction of impulses, largest entry 1, written only if result->has_ray; or
  *             NULL.
  *          result: initialised by perp_contact_result_init.

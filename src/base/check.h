@@ -15,7 +15,7 @@
 #define PERP__LAST_perp_compliant_stability growth
 #define PERP__LAST_perp_compliant_system damping
 #define PERP__LAST_perp_contact_dynamics G
-#define PERP__LAST_perp_contact_laws reserved
+#define PERP__LAST_perp_contact_laws bounded
 #define PERP__LAST_perp_contact_result has_ray
 #define PERP__LAST_perp_contact_settings monitor_user
 #define PERP__LAST_perp_context_settings log_user
@@ -47,7 +47,7 @@
 #define PERP__LAST_perp_shape_settings density
 #define PERP__LAST_perp_step_result error
 #define PERP__LAST_perp_world_contact reserved
-#define PERP__LAST_perp_world_settings error
+#define PERP__LAST_perp_world_settings tasks_user
 #define PERP__LAST_perp_world_states angular_velocity
 #define PERP__LAST_perp_world_stats rows_joint
 

@@ -13,6 +13,9 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
 {
     perp_context *context = solver->context;
     const int32_t by_W = solver->entrance == PERP__ENTRANCE_DELASSUS;
+    const int32_t translated = solver->bounded.count > 0;
+    const int32_t size = translated ? solver->bounded.size : solver->size;
+    const int32_t rows = translated ? solver->bounded.rows : solver->rows;
     perp_status status;
 
     if (solver->entrance == PERP__NO_PROBLEM)
@@ -21,18 +24,18 @@ perp_status perp__contact_check_call(const perp_contact_solver *solver,
                           "_setup_delassus first");
     status = perp__struct_check(context, "result", call->result, sizeof *call->result,
                                 PERP__FIRST(perp_contact_result));
-    if (status == PERP_OK && solver->size > 0)
+    if (status == PERP_OK && size > 0)
         status = perp__check_pointer(context, "r", call->r);
     if (status == PERP_OK && by_W)
-        status = perp__check_vector(context, "q", call->q, (size_t)solver->size);
+        status = perp__check_vector(context, "q", call->q, (size_t)size);
     if (status == PERP_OK && !by_W)
         status = perp__check_vector(context, "f", call->f, (size_t)solver->dynamics.n);
     if (status == PERP_OK && !by_W)
-        status = perp__check_vector(context, "w", call->w, (size_t)solver->rows);
+        status = perp__check_vector(context, "w", call->w, (size_t)rows);
     if (status == PERP_OK && !by_W && call->b)
-        status = perp__check_vector(context, "b", call->b, (size_t)(solver->size - solver->rows));
+        status = perp__check_vector(context, "b", call->b, (size_t)(size - rows));
     if (status == PERP_OK && call->r0)
-        status = perp__check_vector(context, "r0", call->r0, (size_t)solver->size);
+        status = perp__check_vector(context, "r0", call->r0, (size_t)size);
     return status;
 }
 
@@ -78,7 +81,8 @@ int32_t perp__contact_polish_step(perp_contact_solver *solver)
     return 1;
 }
 
-static void write_result(const perp_contact_solver *solver, double started)
+static void write_result(const perp_contact_solver *solver, const perp__contact_call *call,
+                         double started)
 {
     const perp__contact_worth *worth = &solver->best.worth;
     perp_contact_result own;
@@ -101,16 +105,27 @@ static void write_result(const perp_contact_solver *solver, double started)
         own.has_ray = 1;
         own.certificate = solver->certificate;
     }
-    perp__struct_write(solver->call->result, &own, sizeof own);
+    perp__struct_write(call->result, &own, sizeof own);
 }
 
-void perp__contact_write_out(perp_contact_solver *solver, double started)
+/* In the caller's rows. */
+static void write_translated(const perp_contact_solver *solver, const perp__contact_call *call)
 {
-    const perp__contact_call *call = solver->call;
+    const perp__contact_bounded *bounded = &solver->bounded;
+
+    perp__contact_bounded_impulses(bounded, solver->best.r, call->r);
+    if (call->u)
+        perp__contact_bounded_velocities(bounded, solver->best.u, call->u);
+    if (call->ray && solver->best.outcome == PERP_OUTCOME_RAY)
+        perp__contact_bounded_velocities(bounded, solver->ray, call->ray);
+    if (call->modes)
+        perp__contact_bounded_modes(bounded, solver->best.modes, solver->best.r, call->modes);
+}
+
+static void write_rows(const perp_contact_solver *solver, const perp__contact_call *call)
+{
     const size_t bytes = (size_t)solver->size * sizeof(double);
 
-    if (call->v && solver->n > 0)
-        memcpy(call->v, solver->best_v, (size_t)solver->n * sizeof(double));
     if (bytes > 0) {
         memcpy(call->r, solver->best.r, bytes);
         if (call->u)
@@ -120,5 +135,16 @@ void perp__contact_write_out(perp_contact_solver *solver, double started)
     }
     for (int32_t k = 0; call->modes && k < solver->contacts; k++)
         call->modes[k] = solver->best.modes[k];
-    write_result(solver, started);
+}
+
+void perp__contact_write_out(perp_contact_solver *solver, const perp__contact_call *call,
+                             double started)
+{
+    if (call->v && solver->n > 0)
+        memcpy(call->v, solver->best_v, (size_t)solver->n * sizeof(double));
+    if (solver->bounded.count > 0)
+        write_translated(solver, call);
+    else
+        write_rows(solver, call);
+    write_result(solver, call, started);
 }

@@ -108,17 +108,31 @@ static perp_status compute_velocities(perp_contact_solver *solver)
     return PERP_OK;
 }
 
-/* Writes r = 0 of the contacts that separate; returns whether that changed anything. */
+static int32_t write(double *r, double value)
+{
+    const int32_t changes = *r != value;
+
+    *r = value;
+    return changes;
+}
+
+/* Writes what the modes know of r: 0 of the contacts that separate, the bound that a row is at.
+ * Returns whether that changed anything. */
 static int32_t separate(perp_contact_solver *solver, const int8_t *modes)
 {
     const perp__contact_problem *p = &solver->problem;
     int32_t changed = 0, k, i;
 
-    for (k = 0; k < p->contacts; k++)
-        for (i = p->starts[k]; modes[k] == PERP_CONTACT_SEPARATE && i < p->starts[k + 1]; i++) {
-            changed |= solver->r[i] != 0.0;
-            solver->r[i] = 0.0;
-        }
+    for (k = 0; k < p->contacts; k++) {
+        const double most = p->bound ? p->mu[k] * p->bound[k] : 0.0;
+
+        for (i = p->starts[k]; modes[k] == PERP_CONTACT_SEPARATE && i < p->starts[k + 1]; i++)
+            changed |= write(&solver->r[i], 0.0);
+        i = p->starts[k] + 1;
+        if (p->bound && p->bound[k] > 0.0 && modes[k] == PERP_CONTACT_SLIP &&
+            fabs(solver->r[i]) > 0.5 * most)
+            changed |= write(&solver->r[i], copysign(most, solver->r[i]));
+    }
     return changed;
 }
 

@@ -114,7 +114,9 @@ void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double 
     perp__contact_part parts[3];
     const int32_t count = perp__contact_parts(problem, k, parts);
 
-    if (!(r[normal] > 0.0))
+    if (problem->bound && problem->bound[k] > 0.0)
+        r[normal] = problem->bound[k];
+    else if (!(r[normal] > 0.0))
         r[normal] = 0.0;
     for (int32_t p = 0; p < count; p++) {
         double *x = r + parts[p].row, excess[2];
@@ -279,7 +281,9 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
                          const double *u, perp__contact_law *law)
 {
     const int32_t row = problem->starts[k];
-    const double t = problem->trace[k], r_n = r[row], u_n = u[row];
+    const int32_t given = perp__contact_first_row(problem, k) > row;
+    const double t = problem->trace[k];
+    const double r_n = given ? problem->bound[k] : r[row], u_n = given ? 0.0 : u[row];
     perp__contact_part parts[3];
     const int32_t count = perp__contact_parts(problem, k, parts);
     double d[2] = {0.0, 0.0};
@@ -288,7 +292,7 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
     law->cone = law->dissipation = 0.0;
     law->change = r_n > 0.0 ? fabs(u_n) : fmax(0.0, 0.0 - u_n);
     judge_parts(problem, parts, count, r, u, r_n, u_n, t, law);
-    if (count != 1 || problem->cone > 0)
+    if (count != 1 || problem->cone > 0 || given)
         return;
     for (int32_t i = 0; i < parts[0].size; i++)
         d[i] = u[parts[0].row + i] / t;
@@ -304,7 +308,7 @@ double perp__contact_natural(const perp__contact_problem *problem, int32_t k, co
     const double t = problem->trace[k], *r_t = r + row + 1, *u_t = u + row + 1;
     double d[2] = {0.0, 0.0};
 
-    if (problem->has_discs || problem->cone > 0 || tangents == 0) {
+    if (problem->has_discs || problem->cone > 0 || problem->bound || tangents == 0) {
         perp__contact_law law;
 
         perp__contact_judge(problem, k, r, u, &law);
@@ -351,7 +355,7 @@ void perp__contact_omegas(const perp__contact_problem *problem, const int32_t *p
         drive[k] = 0.0;
     for (int32_t k = 0; k < units; k++) {
         const int32_t row = problem->rows + k - problem->contacts;
-        const int32_t begin = k < problem->contacts ? problem->starts[k] : row;
+        const int32_t begin = k < problem->contacts ? perp__contact_first_row(problem, k) : row;
         const int32_t end = k < problem->contacts ? problem->starts[k + 1] : row + 1;
 
         perp__raise_to(&drive[part ? part[k] : 0],

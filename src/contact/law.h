@@ -17,6 +17,12 @@ typedef struct perp__contact_part {
 int32_t perp__contact_parts(const perp__contact_problem *problem, int32_t k,
                             perp__contact_part parts[3]);
 
+/* The first row of contact k that its law is about. */
+static inline int32_t perp__contact_first_row(const perp__contact_problem *problem, int32_t k)
+{
+    return problem->starts[k] + (problem->bound && problem->bound[k] > 0.0);
+}
+
 /* Vertex j of the regular polygon with `edges` vertices in the unit circle, 0 at the first tangent;
  * opposite vertices are opposite to the last bit. */
 void perp__contact_direction(int32_t edges, int32_t j, double d[2]);

@@ -59,6 +59,12 @@ static perp_status check_dims(perp_context *context, const perp_contact_laws *la
     return PERP_OK;
 }
 
+static const perp__field counts[] = {
+    PERP__INTEGER(perp_contact_laws, contacts, 0, INFINITY),
+    PERP__INTEGER(perp_contact_laws, bilateral, 0, INFINITY),
+    PERP__INTEGER(perp_contact_laws, bounded, 0, INT32_MAX / 4),
+};
+
 /* Everything but compliance, whose length is not known yet; `rows` is what the contacts need. */
 static perp_status read_laws(perp_context *context, perp_contact_laws *own, int32_t *rows,
                              const perp_contact_laws *laws)
@@ -72,14 +78,11 @@ static perp_status read_laws(perp_context *context, perp_contact_laws *own, int3
         status = PERP__READ(perp_contact_laws, context, own, laws);
     if (status != PERP_OK)
         return status;
-    if (own->contacts < 0 || own->bilateral < 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "laws.%s is %d",
-                          own->contacts < 0 ? "contacts" : "bilateral",
-                          (int)(own->contacts < 0 ? own->contacts : own->bilateral));
-    if (own->reserved != 0)
-        return perp__fail(context, PERP_ERROR_ARGUMENT, "laws.reserved is %d, 0 expected",
-                          (int)own->reserved);
-    status = check_coefficients(context, "laws.mu", own->mu, own->contacts);
+    status = PERP__CHECK_FIELDS(context, "laws", own, counts);
+    if (status == PERP_OK && own->bounded > 0)
+        status = perp__check_bounds(context, own->lower, own->upper, (size_t)own->bounded);
+    if (status == PERP_OK)
+        status = check_coefficients(context, "laws.mu", own->mu, own->contacts);
     if (status == PERP_OK)
         status = check_coefficients(context, "laws.rolling", own->rolling, own->contacts);
     if (status == PERP_OK)
@@ -88,7 +91,7 @@ static perp_status read_laws(perp_context *context, perp_contact_laws *own, int3
         status = check_dims(context, own);
     for (int32_t k = 0; status == PERP_OK && k < own->contacts; k++)
         sum += rows_of(own, k);
-    if (status == PERP_OK && sum > INT32_MAX - (int64_t)own->bilateral)
+    if (status == PERP_OK && sum > INT32_MAX - (int64_t)own->bilateral - 2 * own->bounded)
         status = perp__fail(context, PERP_ERROR_ARGUMENT, "laws.contacts is %d, too many rows",
                             (int)own->contacts);
     *rows = (int32_t)sum;
@@ -119,7 +122,7 @@ void perp__contact_lay_out(perp__arena *arena, void *object)
 
     s->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
     s->dims = perp__arena_take(arena, contacts, sizeof(int32_t));
-    PERP__DOUBLES(arena, contacts, &s->mu, &s->rolling, &s->spinning);
+    PERP__DOUBLES(arena, contacts, &s->mu, &s->rolling, &s->spinning, &s->bound);
     PERP__DOUBLES(arena, size, &s->compliance, &s->diagonal);
     s->trace = perp__arena_take(arena, contacts + size, sizeof(double));
     lay_out_parts(arena, s);
@@ -147,6 +150,7 @@ static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws
     keep(solver->rolling, laws->rolling, solver->contacts);
     keep(solver->spinning, laws->spinning, solver->contacts);
     keep(solver->compliance, laws->compliance, solver->size);
+    keep(solver->bound, solver->bounded.count > 0 ? solver->bounded.bound : NULL, solver->contacts);
     solver->rolls = solver->spins = solver->complies = 0;
     for (int32_t k = 0; k < solver->contacts; k++) {
         solver->rolls |= solver->rolling[k] > 0.0;
@@ -157,10 +161,31 @@ static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws
     solver->has_discs = solver->rolls || solver->spins;
 }
 
+/* In the caller's words. */
+static perp_status moves_nothing(const perp_contact_solver *solver, int32_t k, int32_t row)
+{
+    const perp__contact_bounded *bounded = &solver->bounded;
+    const int32_t first = bounded->rows - bounded->count;
+    const char *what = k < solver->contacts ? "contact" : "bilateral row";
+    int32_t number = k < solver->contacts ? k : k - solver->contacts, given = row;
+
+    for (int32_t i = 0; bounded->count > 0 && i < bounded->size; i++)
+        if (bounded->row[i] == row) {
+            given = i;
+            what = i < first ? "contact" : i < bounded->rows ? "row with bounds" : "bilateral row";
+            number = i < first ? k : i < bounded->rows ? i - first : i - bounded->rows;
+        }
+    return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                      "%s %d: its %simpulse moves nothing, W(%d,%d) is %g", what, (int)number,
+                      what[0] == 'c' ? "normal " : "", (int)given, (int)given,
+                      solver->diagonal[row]);
+}
+
 /* t_k = trace(W_kk). A contact or joint between things that can't move is a mistake in the scene:
  * no impulse changes its velocity. */
 static perp_status read_traces(perp_contact_solver *solver)
 {
+    const double *bound = solver->bounded.count > 0 ? solver->bound : NULL;
     int32_t i;
 
     if (solver->has_bodies)
@@ -174,20 +199,16 @@ static perp_status read_traces(perp_contact_solver *solver)
                               solver->diagonal[i]);
     for (int32_t k = 0; k < solver->contacts; k++) {
         solver->trace[k] = 0.0;
-        for (i = solver->starts[k]; i < solver->starts[k + 1]; i++)
-            solver->trace[k] += solver->diagonal[i];
-        i = solver->starts[k];
+        i = solver->starts[k] + (bound && bound[k] > 0.0);
+        for (int32_t row = i; row < solver->starts[k + 1]; row++)
+            solver->trace[k] += solver->diagonal[row];
         if (!(solver->diagonal[i] > 0.0) || !isfinite(solver->trace[k]))
-            return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                              "contact %d: its normal impulse moves nothing, W(%d,%d) is %g",
-                              (int)k, (int)i, (int)i, solver->diagonal[i]);
+            return moves_nothing(solver, k, i);
     }
     for (i = solver->rows; i < solver->size; i++) {
         solver->trace[solver->contacts + i - solver->rows] = solver->diagonal[i];
         if (!(solver->diagonal[i] > 0.0) || !isfinite(solver->diagonal[i]))
-            return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                              "bilateral row %d: its impulse moves nothing, W(%d,%d) is %g",
-                              (int)(i - solver->rows), (int)i, (int)i, solver->diagonal[i]);
+            return moves_nothing(solver, solver->contacts + i - solver->rows, i);
     }
     return PERP_OK;
 }
@@ -203,10 +224,12 @@ static void present(perp_contact_solver *solver)
     p->size = solver->size;
     p->has_discs = solver->has_discs;
     p->starts = solver->starts;
+    p->unit_of = solver->unit_of;
     p->dims = solver->dims;
     p->mu = solver->mu;
     p->rolling = solver->rolls ? solver->rolling : NULL;
     p->spinning = solver->spins ? solver->spinning : NULL;
+    p->bound = solver->bounded.boxes > 0 ? solver->bound : NULL;
     p->trace = solver->trace;
     p->q = solver->q;
     p->omega = solver->omega;
@@ -268,6 +291,10 @@ static perp_status make_matrices(perp_contact_solver *solver)
     solver->W.row_stride = 1;
     solver->W.column_stride = size;
     solver->W.values = solver->dynamics.W;
+    if (solver->bounded.boxes > 0 && !solver->dynamics.has_M) {
+        perp__contact_bounded_yield(&solver->bounded, solver->W.values, solver->compliance);
+        solver->complies = 1;
+    }
     for (size_t i = 0; i < size; i++)
         solver->dynamics.W[i + i * size] += solver->compliance[i];
     return PERP_OK;
@@ -292,11 +319,11 @@ static perp_status read_matrices(perp_contact_solver *next, perp_contact_laws *l
                                  const perp_contact_dynamics *dynamics, const perp_matrix *W)
 {
     perp_context *context = next->context;
-    const int32_t needed = next->rows + laws->bilateral;
+    const int32_t rows = next->bounded.rows, needed = rows + laws->bilateral;
     perp_status status;
 
     if (next->entrance == PERP__ENTRANCE_DYNAMICS) {
-        status = perp__dynamics_read(context, &next->dynamics, next->rows, dynamics);
+        status = perp__dynamics_read(context, &next->dynamics, rows, dynamics);
         if (status == PERP_OK && laws->bilateral != 0 && laws->bilateral != next->dynamics.G.rows)
             status =
                 perp__fail(context, PERP_ERROR_ARGUMENT, "laws.bilateral is %d, but G has %d rows",
@@ -306,10 +333,10 @@ static perp_status read_matrices(perp_contact_solver *next, perp_contact_laws *l
     }
     status = perp__matrix_read(context, "W", &next->W, W);
     if (status == PERP_OK && (next->W.rows != needed || next->W.columns != needed))
-        status = perp__fail(context, PERP_ERROR_ARGUMENT,
-                            "W is %d by %d, but the contacts have %d rows and %d are bilateral",
-                            (int)next->W.rows, (int)next->W.columns, (int)next->rows,
-                            (int)laws->bilateral);
+        status =
+            perp__fail(context, PERP_ERROR_ARGUMENT,
+                       "W is %d by %d, but the contacts have %d rows and %d are bilateral",
+                       (int)next->W.rows, (int)next->W.columns, (int)rows, (int)laws->bilateral);
     return status;
 }
 
@@ -323,14 +350,17 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
     if (status != PERP_OK)
         return status;
     next.entrance = W ? PERP__ENTRANCE_DELASSUS : PERP__ENTRANCE_DYNAMICS;
-    next.contacts = own.contacts;
+    perp__contact_bounded_count(&next.bounded, &own, next.rows);
+    next.contacts = next.bounded.units;
     status = read_matrices(&next, &own, dynamics, W);
     if (status != PERP_OK)
         return status;
-    next.size = next.rows + own.bilateral;
-    next.units = next.contacts + own.bilateral;
+    next.rows = next.bounded.own_rows;
+    next.size = next.rows + next.bounded.free + own.bilateral;
+    next.units = next.contacts + next.bounded.free + own.bilateral;
     next.n = W ? 0 : next.dynamics.n;
-    status = check_coefficients(solver->context, "laws.compliance", own.compliance, next.size);
+    status = check_coefficients(solver->context, "laws.compliance", own.compliance,
+                                next.bounded.rows + own.bilateral);
     if (status == PERP_OK)
         status = perp__arena_fit(&next.arena, perp__contact_lay_out, &next);
     if (status != PERP_OK)
@@ -338,8 +368,13 @@ perp_status perp__contact_setup(perp_contact_solver *solver, const perp_contact_
     /* from here on the old problem is gone */
     next.setups++;
     *solver = next;
-    keep_laws(solver, &own);
-    status = make_matrices(solver);
+    if (own.bounded > 0)
+        status = perp__contact_bounded_read(&solver->bounded, solver->context, &own,
+                                            W ? NULL : &solver->dynamics, &solver->W);
+    if (status == PERP_OK) {
+        keep_laws(solver, own.bounded > 0 ? &solver->bounded.laws : &own);
+        status = make_matrices(solver);
+    }
     if (status == PERP_OK)
         status = perp__contact_finish_setup(solver);
     if (status != PERP_OK)

@@ -6,8 +6,7 @@
 #include "contact/settings.h"
 
 static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {
-    &perp__contact_sweep, &perp__contact_newton, &perp__contact_lemke, &perp__contact_admm,
-    &perp__contact_proximal};
+    &perp__contact_sweep, &perp__contact_lemke, &perp__contact_admm, &perp__contact_proximal};
 
 static void release(void *object)
 {
@@ -30,6 +29,7 @@ static void release(void *object)
     perp__bodies_release(&solver->bodies);
     perp__dynamics_release(&solver->dynamics);
     perp__arena_release(&solver->delassus.arena);
+    perp__arena_release(&solver->bounded.arena);
     perp__arena_release(&solver->arena);
 }
 

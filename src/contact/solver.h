@@ -8,6 +8,7 @@
 #include "base/handle.h"
 #include "base/outcome.h"
 #include "contact/bodies/bodies.h"
+#include "contact/bounded.h"
 #include "contact/delassus.h"
 #include "contact/dynamics.h"
 #include "contact/hold/hold.h"
@@ -15,7 +16,7 @@
 #include "contact/polish.h"
 #include "lcp/lcp.h"
 
-#define PERP__CONTACT_METHODS 5
+#define PERP__CONTACT_METHODS 4
 
 enum perp__contact_entrance {
     PERP__NO_PROBLEM = 0,
@@ -99,6 +100,8 @@ struct perp_contact_solver {
     int32_t *starts, *dims;
     double *mu;
     double *rolling, *spinning, *compliance; /* room for them; none: NULL in laws */
+    double *bound;                           /* contacts: law.h */
+    perp__contact_bounded bounded;           /* what the caller's rows with bounds became */
     int32_t rolls, spins, complies;
     double *diagonal, *trace;
     /* units: the contacts, then the bilateral rows */
@@ -161,7 +164,8 @@ int32_t perp__contact_polish_step(perp_contact_solver *solver);
 /* Checks of a call before, and its outputs after: call.c. */
 perp_status perp__contact_check_call(const perp_contact_solver *solver,
                                      const perp__contact_call *call);
-void perp__contact_write_out(perp_contact_solver *solver, double started);
+void perp__contact_write_out(perp_contact_solver *solver, const perp__contact_call *call,
+                             double started);
 
 /* What is left of a solve without checks, outputs and the time limit, the best point in
  * solver->best: contact.c. */

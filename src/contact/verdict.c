@@ -33,7 +33,8 @@ static int32_t end_of(const perp_contact_solver *solver, int32_t k)
 
 static int32_t begin_of(const perp_contact_solver *solver, int32_t k)
 {
-    return k < solver->contacts ? solver->starts[k] : solver->rows + k - solver->contacts;
+    return k < solver->contacts ? perp__contact_first_row(&solver->problem, k)
+                                : solver->rows + k - solver->contacts;
 }
 
 /* out := |W| |x| + |add| */
@@ -200,6 +201,7 @@ static void widen(perp_contact_solver *solver, double *wide)
         perp__raise_to(&solver->most_speed[solver->part[k]], solver->terms[k]);
         perp__raise_to(&solver->most_energy[solver->part[k]], solver->terms[k] / solver->root[k]);
         i = begin_of(solver, k);
+        push[i - (k < solver->contacts && i > solver->starts[k])] = 0.0;
         push[i] = solver->scale[i] / solver->trace[k]; /* pressing answers to u_n alone */
         while (++i < end_of(solver, k))
             push[i] = solver->terms[k] / solver->trace[k];

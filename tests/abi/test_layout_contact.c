@@ -16,7 +16,7 @@
 static void test_contact_laws(void **state)
 {
     (void)state;
-    SIZE(perp_contact_laws, 64);
+    SIZE(perp_contact_laws, 80);
     FIELD(perp_contact_laws, struct_size, 0, 8);
     FIELD(perp_contact_laws, contacts, 8, 4);
     FIELD(perp_contact_laws, dim, 12, 4);
@@ -26,7 +26,9 @@ static void test_contact_laws(void **state)
     FIELD(perp_contact_laws, spinning, 40, 8);
     FIELD(perp_contact_laws, compliance, 48, 8);
     FIELD(perp_contact_laws, bilateral, 56, 4);
-    FIELD(perp_contact_laws, reserved, 60, 4);
+    FIELD(perp_contact_laws, bounded, 60, 4);
+    FIELD(perp_contact_laws, lower, 64, 8);
+    FIELD(perp_contact_laws, upper, 72, 8);
 }
 
 static void test_contact_dynamics(void **state)
@@ -97,6 +99,8 @@ static void test_values(void **state)
     VALUE(PERP_CONTACT_SEPARATE, 0);
     VALUE(PERP_CONTACT_STICK, 1);
     VALUE(PERP_CONTACT_SLIP, 2);
+    VALUE(PERP_CONTACT_LOWER, 3);
+    VALUE(PERP_CONTACT_UPPER, 4);
     VALUE(PERP_CONTACT_METHOD_AUTO, 0);
     VALUE(PERP_CONTACT_METHOD_SWEEP, 1);
     VALUE(PERP_CONTACT_METHOD_NEWTON, 2);

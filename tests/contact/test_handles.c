@@ -101,7 +101,8 @@ static void test_inits(void **state)
     assert_string_equal(perp_contact_method_text(7), "unknown method");
     assert_string_equal(perp_contact_method_text(-1), "unknown method");
     assert_string_equal(perp_contact_mode_text(PERP_CONTACT_SLIP), "slip");
-    assert_string_equal(perp_contact_mode_text(3), "unknown mode");
+    assert_string_equal(perp_contact_mode_text(PERP_CONTACT_UPPER), "upper");
+    assert_string_equal(perp_contact_mode_text(5), "unknown mode");
 }
 
 int main(void)

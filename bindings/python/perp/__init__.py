@@ -6,8 +6,10 @@ lcp_batch   many small problems in one call
 lcp_sensitivity  derivatives of a solution with respect to its data
 lcp_verify  a proof that a solution lies near a point
 ncp         nonlinear complementarity problems with bounds, from functions
+NCP         the same, kept for many solves
 ncp_check_jacobian  a Jacobian against differences of its function
 contact     contact with friction over dynamics of your own
+ContactSolver     the same, kept for many solves
 contact_delassus  the same from the matrix W that couples the contacts
 fclib       (perp.fclib, imported by name) problems in FCLIB's files
 Mechanism   mechanisms in coordinates of your own, by functions: steps, all accelerations
@@ -17,16 +19,18 @@ Compliant   sliding contacts that give: stability, integration
 load_friction_inverse  the torque for an acceleration, and what else that torque may do
 stribeck, LuGre  friction that depends on speed, and on bristles that bend
 World       rigid bodies with contact, stepped in time
+History     a monitor that keeps what it sees, for result.history and result.plot()
 Error       what every failed call raises; bad arguments are ValueErrors, too
 """
 
 from ._all import Solution, Solutions, lcp_all
+from ._answer import History
 from ._batch import Batch, lcp_batch
 from ._body import Body, Shape
 from ._bristle import LuGre, Stribeck, stribeck
 from ._compliant import Compliant, CompliantRun, Linearisation
-from ._contact import ContactResult, contact, contact_delassus
-from ._errors import Error
+from ._contact import ContactResult, ContactSolver, contact, contact_delassus
+from ._errors import Error, OutsideDomain
 from ._friction import (
     InverseLoad,
     LoadSolution,
@@ -41,10 +45,9 @@ from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
 from ._mechanism import Mechanism
 from ._mechanism_accelerations import Acceleration, Accelerations
-from ._mechanism_callbacks import OutsideDomain
 from ._mechanism_results import MechanismRun, MechanismStats, MechanismStep
 from ._monitor import Progress
-from ._ncp import JacobianCheck, NcpResult, ncp, ncp_check_jacobian
+from ._ncp import NCP, JacobianCheck, NcpResult, ncp, ncp_check_jacobian
 from ._results import Contact, Energy, Momentum, RunResult, Stats, StepResult
 from ._sensitivity import Sensitivity, lcp_sensitivity
 from ._verify import Proof, lcp_verify
@@ -53,6 +56,7 @@ from ._world import World
 
 __all__ = [
     "LCP",
+    "NCP",
     "Acceleration",
     "Accelerations",
     "Batch",
@@ -61,8 +65,10 @@ __all__ = [
     "CompliantRun",
     "Contact",
     "ContactResult",
+    "ContactSolver",
     "Energy",
     "Error",
+    "History",
     "InverseLoad",
     "JacobianCheck",
     "Joint",
@@ -87,9 +93,9 @@ __all__ = [
     "Shape",
     "Solution",
     "Solutions",
-    "Stribeck",
     "Stats",
     "StepResult",
+    "Stribeck",
     "World",
     "__version__",
     "contact",

@@ -10,7 +10,8 @@ from typing import Any, Callable, Optional, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays, _errors
+from . import _arrays, _errors, _plot
+from ._answer import SolverAnswer
 from ._callbacks import Array, Callbacks
 from ._generated import (
     ContactDynamics,
@@ -18,21 +19,24 @@ from ._generated import (
     ContactMassSolve,
     ContactMonitor,
     ContactSettings,
+    ContactSolverPointer,
     Matrix,
 )
 from ._generated import ContactResult as CResult
-from ._handle import Context
+from ._handle import Context, Handle
 from ._lcp import code, count, limit
 from ._library import CERTIFICATES, CONTACT_METHODS, GOOD_OUTCOMES, MODES, OUTCOMES, library
 from ._monitor import Monitor, Watch, needs_watch
 from ._structures import sized
+from ._words import ContactMethod, Outcome
 
 _METHOD_CODES = {word: k for k, word in CONTACT_METHODS.items()}
+_NO_MONITOR, _NO_SOLVE = ContactMonitor(), ContactMassSolve()
 _MODE_WORDS = np.array([MODES[k] for k in range(len(MODES))])
 
 
 @dataclass(eq=False)
-class ContactResult:
+class ContactResult(SolverAnswer):
     """The answer to one problem of contacts. See contact() for what was asked.
 
     signorini, cone, dissipation and bilateral_residual are the largest violations of each law;
@@ -43,8 +47,9 @@ class ContactResult:
     impulse: Array  # a row of H each; 0.0 where a contact separates
     velocity: Array  # u, as impulse; 0.0 where a contact sticks
     bilateral_impulse: Array  # s, a row of G each
-    modes: NDArray[np.str_]  # a contact each: "separate", "stick" or "slip"
-    outcome: str  # "solved", "rounding_limit", "ray", "iteration_limit", ...
+    modes: NDArray[np.str_]  # a contact each: "separate", "stick" or "slip"; then a row with bounds
+    # of its own each: "lower", "stick" (u = 0) or "upper"
+    outcome: Outcome  # "solved", "rounding_limit", "ray", "iteration_limit", ...
     ok: bool  # solved, or as near as a double can come
     residual: float  # dimensionless, the one compared with tol
     natural_residual: float  # an impulse
@@ -60,12 +65,42 @@ class ContactResult:
     method: str  # the method that gave the answer
     ray: Optional[Array]  # a direction of impulses, bilateral ones last, if one was verified
     certificate: Optional[str]  # "infeasible" if the ray proves that no velocities are possible
+    dims: NDArray[np.int32]  # a contact each: rows of normal and tangents
+    starts: NDArray[np.int64]  # a contact each: its normal row
+    mu: Array  # a contact each
 
     def __repr__(self) -> str:
         return (
             f"<perp.ContactResult {self.outcome} by {self.method}, {len(self.modes)} contacts, "
             f"residual={self.residual:.2g}, iterations={self.iterations}>"
         )
+
+    def _pictures(self) -> list[Any]:
+        normal, friction = self.impulse[self.starts], np.zeros(len(self.dims))
+        for row in (1, 2):
+            there = self.dims > row
+            friction[there] = np.hypot(friction[there], self.impulse[self.starts[there] + row])
+        modes = self.modes[: len(self.dims)]
+        cone = normal, friction, self.mu * normal, modes
+        return [(_plot.impulses, (normal, modes)), (_plot.cones, cone)]
+
+
+def _optional(array: Optional[Array]) -> Optional[int]:
+    return None if array is None else _arrays.address(array)
+
+
+def _bounds(
+    bounds: Optional[tuple[ArrayLike, ArrayLike]], rows: int
+) -> tuple[Optional[Array], Optional[Array], int]:
+    """Both bounds, and how many rows have them: as many as there are lower ones."""
+    if bounds is None:
+        return None, None, 0
+    low, high = (_arrays.real(x, "bounds") for x in bounds)
+    if low.ndim != 1 or len(low) > rows:
+        raise _errors.argument_error(
+            f"bounds[0] has shape {low.shape}, but H has {rows} rows"
+        )
+    return np.ascontiguousarray(low), _arrays.bound(high, "bounds[1]", len(low)), len(low)
 
 
 class _Laws:
@@ -74,11 +109,16 @@ class _Laws:
     def __init__(
         self,
         rows: int,
-        mu: ArrayLike,
+        mu: Optional[ArrayLike],
         dim: Union[int, ArrayLike],
         rolling: Optional[ArrayLike],
         spinning: Optional[ArrayLike],
+        bounds: Optional[tuple[ArrayLike, ArrayLike]],
     ) -> None:
+        low, high, self.bounded = _bounds(bounds, rows)
+        rows -= self.bounded
+        if mu is None:
+            raise _errors.argument_error("mu is missing: the coefficients of friction")
         dims = np.asarray(dim)
         if dims.dtype.kind not in "iu" or dims.ndim > 1 or not np.isin(dims, (1, 2, 3)).all():
             raise _errors.argument_error(f"dim is {dim!r}, expected 1, 2 or 3, or one a contact")
@@ -94,8 +134,12 @@ class _Laws:
         self.struct.contacts = self.contacts
         self.struct.dim = 3
         self.struct.dims = _arrays.address(self.dims)
+        self.struct.bounded = self.bounded
+        self.bounds = low, high
+        self.struct.lower, self.struct.upper = _optional(low), _optional(high)
         for name, array in self.coefficients.items():
             setattr(self.struct, name, _arrays.address(array))
+        self.starts = self._starts()
 
     @staticmethod
     def _contacts(rows: int, dims: NDArray[Any], arrays: dict[str, Array]) -> int:
@@ -118,6 +162,16 @@ class _Laws:
         if rows % each:
             raise _errors.argument_error(f"{rows} rows are no contacts of {each} rows")
         return rows // each
+
+    def _starts(self) -> NDArray[np.int64]:
+        """The row of each contact's normal."""
+        rows = self.dims.astype(np.int64)
+        rolling, spinning = (self.coefficients.get(name) for name in ("rolling", "spinning"))
+        if rolling is not None:
+            rows += (self.dims - 1) * (rolling > 0)
+        if spinning is not None:
+            rows += spinning > 0
+        return np.cumsum(rows) - rows
 
     def comply(self, compliance: Optional[ArrayLike], size: int) -> None:
         self.compliance = _arrays.bound(compliance, "compliance", size)
@@ -173,7 +227,12 @@ class _MassSolve(Callbacks):
 
 
 def _answer(
-    laws: _Laws, rows: int, v: Optional[Array], buffers: Any, modes: NDArray[Any], result: CResult
+    laws: _Laws,
+    rows: int,
+    v: Optional[Array],
+    buffers: Any,
+    modes: NDArray[Any],
+    result: CResult,
 ) -> ContactResult:
     r, u, ray = buffers
     return ContactResult(
@@ -198,11 +257,10 @@ def _answer(
         CONTACT_METHODS[result.method],
         ray if result.has_ray else None,
         CERTIFICATES[result.certificate],
+        laws.dims,
+        laws.starts,
+        laws.coefficients["mu"],
     )
-
-
-def _optional(array: Optional[Array]) -> Optional[int]:
-    return None if array is None else _arrays.address(array)
 
 
 def _watch(monitor: Optional[Monitor], entries: int, settings: ContactSettings) -> Optional[Watch]:
@@ -213,21 +271,175 @@ def _watch(monitor: Optional[Monitor], entries: int, settings: ContactSettings) 
     return watch
 
 
+class ContactSolver(Handle):
+    """Contacts over somebody else's dynamics, to be solved for many f and w: checks, factors and
+    workspace are set up once, and every solve starts from the last solution.
+
+        with perp.ContactSolver(M, H, mu, bilateral=G, bounds=(lower, upper)) as solver:
+            result = solver.solve(f, w, b)
+
+    The arguments are those of contact(), but that bilateral is G alone. Matrices that need no
+    conversion are read in place, here and at every solve: call setup() again after changing their
+    values or their number of rows. It costs no memory where sizes stay.
+    """
+
+    _create = library.perp_contact_solver_create
+    _destroy = library.perp_contact_solver_destroy
+    _pointer_type = ContactSolverPointer
+
+    def __init__(
+        self,
+        M: Any,
+        H: Any,
+        mu: ArrayLike,
+        *,
+        dim: Union[int, Sequence[int], NDArray[Any]] = 3,
+        cone: Union[str, int] = "exact",
+        bilateral: Any = None,
+        bounds: Optional[tuple[ArrayLike, ArrayLike]] = None,
+        compliance: Optional[ArrayLike] = None,
+        rolling: Optional[ArrayLike] = None,
+        spinning: Optional[ArrayLike] = None,
+        method: ContactMethod = "auto",
+        tol: float = 1e-8,
+        max_iterations: Optional[int] = None,
+        time_limit: Optional[float] = None,
+        monitor: Optional[Monitor] = None,
+    ) -> None:
+        self._settings = sized(ContactSettings)
+        _fill(self._settings, method, cone, tol, max_iterations, time_limit)
+        self._monitor = monitor
+        self._watch = Watch(monitor, ContactMonitor, CONTACT_METHODS)
+        self._watched = False
+        self._dynamics, self._result = sized(ContactDynamics), sized(CResult)
+        self._views = sized(Matrix), sized(Matrix), sized(Matrix)
+        super().__init__(byref(self._settings))
+        self.setup(
+            M, H, mu, dim=dim, bilateral=bilateral, bounds=bounds, compliance=compliance,
+            rolling=rolling, spinning=spinning,
+        )  # fmt: skip
+
+    def setup(
+        self,
+        M: Any,
+        H: Any,
+        mu: ArrayLike,
+        *,
+        dim: Union[int, Sequence[int], NDArray[Any]] = 3,
+        bilateral: Any = None,
+        bounds: Optional[tuple[ArrayLike, ArrayLike]] = None,
+        compliance: Optional[ArrayLike] = None,
+        rolling: Optional[ArrayLike] = None,
+        spinning: Optional[ArrayLike] = None,
+    ) -> None:
+        """Replaces the problem, or takes note that values have changed. After an exception the
+        solver has no problem."""
+        M_view, H_view, G_view = self._views
+        dynamics, owners = self._dynamics, []
+        with self._lock:
+            self._size = -1
+            entries, owner = _arrays.view_rectangle(H_view, H, "H")
+            owners.append(owner)
+            rows, n = H_view.rows, H_view.columns
+            laws = _Laws(rows, mu, dim, rolling, spinning, bounds)
+            dynamics.H = pointer(H_view)
+            dynamics.G = None
+            size = rows
+            if bilateral is not None:
+                owners.append(_arrays.view_rectangle(G_view, bilateral, "G")[1])
+                dynamics.G = pointer(G_view)
+                size += G_view.rows
+            laws.comply(compliance, size)
+            dynamics.M, dynamics.solve, mass = None, _NO_SOLVE, None
+            if callable(M) and not _arrays.is_sparse(M):
+                mass = _MassSolve(M, n)
+                dynamics.solve = mass.function
+            else:
+                owners.append(_arrays.view_rectangle(M_view, M, "M")[1])
+                dynamics.M = pointer(M_view)
+            dynamics.n = n
+            self._mass, self._owners = mass, owners
+            status = library.perp_contact_solver_setup_dynamics(
+                self._alive(), byref(laws.struct), byref(dynamics)
+            )
+            self._check(status)
+            self._n, self._rows, self._size = n, rows, size
+            self._laws = laws
+            self._last: Optional[Array] = None
+            self._entries = entries * max(rows, 1)
+
+    def _check(self, status: int) -> None:
+        self._watch.raise_caught()
+        if self._mass is not None:
+            self._mass.raise_caught()
+        if status:
+            self._context.check(status)
+
+    def solve(
+        self,
+        f: ArrayLike,
+        w: Optional[ArrayLike] = None,
+        b: Optional[ArrayLike] = None,
+        r0: Optional[ArrayLike] = None,
+    ) -> ContactResult:
+        """Solves the problem for one f, w and b (None: 0), from r0: (rows of H, then of G), or 0.0
+        for no impulses at all; None is the last solution, if that was ok and setup() did not come
+        in between. Returns a ContactResult."""
+        with self._lock:
+            n, rows, size = self._n, self._rows, self._size
+            if size < 0:
+                raise _errors.argument_error("the solver has no problem: setup() failed")
+            load = _arrays.vector(f, "f", n)
+            offset = np.zeros(rows) if w is None else _arrays.vector(w, "w", rows)
+            joints = None if b is None else _arrays.vector(b, "b", size - rows)
+            start = self._last if r0 is None else _arrays.bound(r0, "r0", size)
+            v, r, u, ray = np.empty(n), np.empty(size), np.empty(size), np.empty(size)
+            modes = np.empty(self._laws.contacts + self._laws.bounded, dtype=np.int32)
+            result, address = self._result, _arrays.address
+            self._set_watch()
+            status = library.perp_contact_solver_solve_dynamics(
+                self._alive(),
+                address(v),
+                address(r),
+                address(u),
+                address(modes),
+                address(ray),
+                byref(result),
+                address(load),
+                address(offset),
+                _optional(joints),
+                _optional(start),
+            )
+            self._check(status)
+            answer = _answer(self._laws, rows, v, (r, u, ray), modes, result)
+            self._last = r if answer.ok else None
+            return answer.watched(self._monitor)
+
+    def _set_watch(self) -> None:
+        """Has the library call the watch if this solve, on this thread, needs it."""
+        needed = needs_watch(self._monitor, self._entries, self._settings.max_iterations)
+        if needed != self._watched:
+            self._settings.monitor = self._watch.function if needed else _NO_MONITOR
+            self._call(library.perp_contact_solver_set, byref(self._settings))
+            self._watched = needed
+
+
 def contact(
     M: Any,
     f: ArrayLike,
     H: Any,
-    w: ArrayLike,
-    mu: ArrayLike,
+    w: Optional[ArrayLike] = None,
+    mu: Optional[ArrayLike] = None,
     *,
     dim: Union[int, Sequence[int], NDArray[Any]] = 3,
     cone: Union[str, int] = "exact",
     bilateral: Optional[tuple[Any, ArrayLike]] = None,
+    bounds: Optional[tuple[ArrayLike, ArrayLike]] = None,
     compliance: Optional[ArrayLike] = None,
     rolling: Optional[ArrayLike] = None,
     spinning: Optional[ArrayLike] = None,
     r0: Optional[ArrayLike] = None,
-    method: str = "auto",
+    method: ContactMethod = "auto",
     tol: float = 1e-8,
     max_iterations: Optional[int] = None,
     time_limit: Optional[float] = None,
@@ -239,77 +451,41 @@ def contact(
 
     with 0 <= r_n perpendicular to u_n >= 0 for each contact, and friction |r_t| <= mu r_n that
     opposes u_t. Rows of H, contact after contact: normal (u_n > 0 opens), tangents (dim - 1), then
-    rolling rows (dim - 1) where rolling > 0, and a spinning row where spinning > 0.
+    rolling rows (dim - 1) where rolling > 0, and a spinning row where spinning > 0; then rows with
+    bounds of their own: lower <= r_i <= upper, u_i >= 0 at lower, <= 0 at upper, 0 between.
 
     M: (n, n) symmetric positive definite, any array or SciPy sparse matrix; or a function that
         returns M^-1 x for x of shape (n, k): a simulator's own factorisation.
-    f: (n,). w: (rows,), with gap / h or restitution folded in. H: (rows, n).
-    mu: (contacts,), or a number for all.
+    f: (n,). w: (rows,), with gap / h or restitution folded in; None is 0. H: (rows, n).
+    mu: (contacts,), or a number for all; it has to be given.
     dim: 1 (frictionless), 2 or 3, or one of these a contact.
     cone: "exact", or the number of edges of polyhedral cones (3-dimensional contacts).
     bilateral: (G, b), the joints' rows. compliance: (rows of H, then of G), or a number for all.
+    bounds: (lower, upper) of the last len(lower) rows of H, which have bounds of their own: limits
+        of joints (0, inf), motors and dry friction (-h F, h F). upper may be a number for all.
     rolling, spinning: coefficients, lengths; (contacts,), or a number for all.
     r0: (rows of H, then of G), a start.
-    method: "auto", "sweep", "newton", "lemke", "admm" or "proximal". tol, max_iterations, time_limit, monitor: as for
-        lcp().
+    method: "auto", "sweep", "newton", "lemke", "admm" or "proximal".
+    tol, max_iterations, time_limit, monitor: as for lcp().
 
     Returns a ContactResult: check its `ok` or its `outcome`. With redundant contacts only v and
-    H.T r are determined, not r. Raises Error where the call itself did not make sense.
+    H.T r are determined, not r. Raises Error where the call itself did not make sense. Many
+    problems with the same matrices, or sizes: ContactSolver.
     """
-    settings, dynamics, result = sized(ContactSettings), sized(ContactDynamics), sized(CResult)
-    H_view, G_view, M_view = sized(Matrix), sized(Matrix), sized(Matrix)
-    _fill(settings, method, cone, tol, max_iterations, time_limit)
+    G, b = (None, None) if bilateral is None else bilateral
     load = _arrays.real(f, "f")
-    n = len(load) if load.ndim == 1 else -1
-    load = _arrays.vector(load, "f", n)
-    entries, owners = _arrays.view_rectangle(H_view, H, "H")
-    rows, size = H_view.rows, H_view.rows
-    laws = _Laws(rows, mu, dim, rolling, spinning)
-    dynamics.n = n
-    dynamics.H = pointer(H_view)
-    offset, joint_offset, joint_owners = _arrays.vector(w, "w", rows), None, None
-    if bilateral is not None:
-        G, b = bilateral
-        _, joint_owners = _arrays.view_rectangle(G_view, G, "G")
-        joint_offset = _arrays.vector(b, "b", G_view.rows)
-        dynamics.G = pointer(G_view)
-        size += G_view.rows
-    laws.comply(compliance, size)
-    start = None if r0 is None else _arrays.vector(r0, "r0", size)
-    mass_owner: Any = None
-    if callable(M) and not _arrays.is_sparse(M):
-        mass_owner = _MassSolve(M, n)
-        dynamics.solve = mass_owner.function
-    else:
-        _, mass_owner = _arrays.view_rectangle(M_view, M, "M")
-        dynamics.M = pointer(M_view)
-    watch = _watch(monitor, entries * max(rows, 1), settings)
-    v, r, u, ray = np.empty(n), np.empty(size), np.empty(size), np.empty(size)
-    modes = np.empty(laws.contacts, dtype=np.int32)
-    context, address = Context(), _arrays.address
-    status = library.perp_contact_solve(
-        context.pointer,
-        address(v),
-        address(r),
-        address(u),
-        address(modes),
-        address(ray),
-        byref(result),
-        byref(settings),
-        byref(laws.struct),
-        byref(dynamics),
-        address(load),
-        address(offset),
-        _optional(joint_offset),
-        _optional(start),
-    )
-    if watch is not None:
-        watch.raise_caught()
-    if isinstance(mass_owner, _MassSolve):
-        mass_owner.raise_caught()
-    context.check(status)
-    del owners, joint_owners, mass_owner  # the views were used up to here
-    return _answer(laws, rows, v, (r, u, ray), modes, result)
+    load = _arrays.vector(load, "f", len(load) if load.ndim == 1 else -1)
+    shape = H.shape if _arrays.is_sparse(H) else _arrays.real(H, "H").shape
+    if w is not None and len(shape) == 2:
+        _arrays.vector(w, "w", shape[0])
+    if len(shape) == 2 and shape[1] != len(load):
+        raise _errors.argument_error(f"H has {shape[1]} columns, but f has {len(load)} entries")
+    with ContactSolver(
+        M, H, mu, dim=dim, cone=cone, bilateral=G, bounds=bounds, compliance=compliance,
+        rolling=rolling, spinning=spinning, method=method, tol=tol, max_iterations=max_iterations,
+        time_limit=time_limit, monitor=monitor,
+    ) as solver:  # fmt: skip
+        return solver.solve(load, w, b, r0)
 
 
 def contact_delassus(
@@ -320,11 +496,12 @@ def contact_delassus(
     dim: Union[int, Sequence[int], NDArray[Any]] = 3,
     cone: Union[str, int] = "exact",
     bilateral: int = 0,
+    bounds: Optional[tuple[ArrayLike, ArrayLike]] = None,
     compliance: Optional[ArrayLike] = None,
     rolling: Optional[ArrayLike] = None,
     spinning: Optional[ArrayLike] = None,
     r0: Optional[ArrayLike] = None,
-    method: str = "auto",
+    method: ContactMethod = "auto",
     tol: float = 1e-8,
     max_iterations: Optional[int] = None,
     time_limit: Optional[float] = None,
@@ -333,7 +510,8 @@ def contact_delassus(
     """As contact(), for u = W r + q, W = H M^-1 H.T.
 
     W: (rows, rows), any array or SciPy sparse matrix, used as it is given. q: (rows,).
-    bilateral: how many of the rows, the last ones, are bilateral (u = 0).
+    bilateral: how many of the rows, the last ones, are bilateral (u = 0); bounds: those of rows
+        before these.
     """
     settings, view, result = sized(ContactSettings), sized(Matrix), sized(CResult)
     _fill(settings, method, cone, tol, max_iterations, time_limit)
@@ -342,14 +520,14 @@ def contact_delassus(
     if not 0 <= bilateral <= size:
         raise _errors.argument_error(f"bilateral is {bilateral}, but W has {size} rows")
     rows = size - bilateral
-    laws = _Laws(rows, mu, dim, rolling, spinning)
+    laws = _Laws(rows, mu, dim, rolling, spinning, bounds)
     laws.struct.bilateral = bilateral
     laws.comply(compliance, size)
     offset = _arrays.vector(q, "q", size)
     start = None if r0 is None else _arrays.vector(r0, "r0", size)
     watch = _watch(monitor, entries, settings)
     r, u, ray = np.empty(size), np.empty(size), np.empty(size)
-    modes = np.empty(laws.contacts, dtype=np.int32)
+    modes = np.empty(laws.contacts + laws.bounded, dtype=np.int32)
     context, address = Context(), _arrays.address
     status = library.perp_contact_solve_delassus(
         context.pointer,
@@ -368,4 +546,4 @@ def contact_delassus(
         watch.raise_caught()
     context.check(status)
     del owner  # the view of W was used up to here
-    return _answer(laws, rows, None, (r, u, ray), modes, result)
+    return _answer(laws, rows, None, (r, u, ray), modes, result).watched(monitor)

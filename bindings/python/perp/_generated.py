@@ -48,6 +48,8 @@ CONSTANTS: dict[str, int] = {
     "PERP_CONTACT_SEPARATE": 0,
     "PERP_CONTACT_STICK": 1,
     "PERP_CONTACT_SLIP": 2,
+    "PERP_CONTACT_LOWER": 3,
+    "PERP_CONTACT_UPPER": 4,
     "PERP_CONTACT_METHOD_AUTO": 0,
     "PERP_CONTACT_METHOD_SWEEP": 1,
     "PERP_CONTACT_METHOD_NEWTON": 2,
@@ -160,6 +162,12 @@ ReleaseFunction = CFUNCTYPE(None, c_void_p, c_void_p)
 LogFunction = CFUNCTYPE(None, c_char_p, c_void_p)
 
 
+Task = CFUNCTYPE(None, c_int32, c_void_p)
+
+
+RunTasks = CFUNCTYPE(None, Task, c_void_p, c_int32, c_void_p)
+
+
 class ContextSettings(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -208,7 +216,9 @@ class ContactLaws(Structure):
         ("spinning", c_void_p),
         ("compliance", c_void_p),
         ("bilateral", c_int32),
-        ("reserved", c_int32),
+        ("bounded", c_int32),
+        ("lower", c_void_p),
+        ("upper", c_void_p),
     ]
 
 
@@ -467,6 +477,10 @@ class WorldSettings(Structure):
         ("time_limit", c_double),
         ("friction", c_double),
         ("error", c_double),
+        ("threads", c_int32),
+        ("reserved", c_int32),
+        ("run_tasks", RunTasks),
+        ("tasks_user", c_void_p),
     ]
 
 

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from ctypes import byref
 from dataclasses import dataclass
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays, _errors
+from . import _arrays, _errors, _plot
+from ._answer import Shown, SolverAnswer
 from ._callbacks import Callbacks
 from ._generated import NcpCheck, NcpFunction, NcpJacobian, NcpMonitor, NcpProblem, NcpSettings
+from ._generated import NcpSolverPointer
 from ._generated import NcpResult as CResult
-from ._handle import Context
+from ._handle import Context, Handle
 from ._lcp import code, count, limit
 from ._library import GOOD_OUTCOMES, NCP_METHODS, OUTCOMES, library
 from ._monitor import Monitor, Watch
 from ._structures import sized
+from ._words import NcpMethod, Outcome
 
 Array = NDArray[np.float64]
 
@@ -26,12 +29,12 @@ _NO_JACOBIAN = NcpJacobian()
 
 
 @dataclass(eq=False)
-class NcpResult:
+class NcpResult(SolverAnswer):
     """The answer to one problem. See ncp() for what was asked."""
 
     z: Array  # within the bounds; the best iterate, whatever the outcome
     w: Array  # F(z)
-    outcome: str  # "solved", "rounding_limit", "stalled", "iteration_limit", ...
+    outcome: Outcome  # "solved", "rounding_limit", "stalled", "iteration_limit", ...
     ok: bool  # solved, or as near as a double can come
     residual: float  # dimensionless, the one compared with tol
     natural_residual: float  # max |mid(z - lower, z - upper, w)|, in the caller's units
@@ -50,9 +53,22 @@ class NcpResult:
             f"residual={self.residual:.2g}, iterations={self.iterations}>"
         )
 
+    @property
+    def nfev(self) -> int:
+        """`function_evaluations`, by SciPy's name."""
+        return self.function_evaluations
+
+    @property
+    def njev(self) -> int:
+        """`jacobian_evaluations`, by SciPy's name."""
+        return self.jacobian_evaluations
+
+    def _pictures(self) -> list[Any]:
+        return [(_plot.complements, (self.z, self.w))]
+
 
 @dataclass(eq=False)
-class JacobianCheck:
+class JacobianCheck(Shown):
     """How a Jacobian compares with differences of F."""
 
     ok: bool  # nothing wrong, nothing missing, every column checked
@@ -65,6 +81,9 @@ class JacobianCheck:
     missing_entry: Optional[tuple[int, int]]  # the missing entry with the largest difference
     missing_difference: float
     unchecked: int  # columns of fixed variables, or next to which F is not defined
+
+    def __bool__(self) -> bool:
+        return self.ok
 
 
 class _Callbacks(Callbacks):
@@ -219,78 +238,103 @@ def _vector(value: ArrayLike, name: str) -> Array:
     return np.ascontiguousarray(array)
 
 
-def ncp(
-    F: Callable[[Array], ArrayLike],
-    J: Optional[Callable[[Array], Any]],
-    z0: ArrayLike,
-    lower: Optional[ArrayLike] = None,
-    upper: Optional[ArrayLike] = None,
-    *,
-    method: str = "auto",
-    tol: float = 1e-10,
-    max_iterations: Optional[int] = None,
-    time_limit: Optional[float] = None,
-    monitor: Optional[Monitor] = None,
-    pattern: Any = None,
-    penalty: float = 0.1,
-    restarts: int = 20,
-    scaling: bool = True,
-    polish: bool = True,
-) -> NcpResult:
-    """Finds z in [lower, upper] with w = F(z) such that, for every i, w[i] >= 0 where z[i] is at
-    its lower bound, w[i] <= 0 at its upper bound, and w[i] = 0 between.
+def _in_order(J: Any, z0: Any, jac: Any) -> tuple[Any, Any]:
+    """J and z0, by whatever names and in whichever order they came."""
+    if z0 is None and J is not None and not callable(J):
+        J, z0 = None, J
+    if jac is not None:
+        if J is not None:
+            raise _errors.argument_error("J and jac are the same thing: give one of them")
+        J = jac
+    if z0 is None:
+        raise _errors.argument_error("z0 is missing: the start")
+    return J, z0
 
-    F: a function of an (n,) array that returns one. NaN or infinity says that z is outside of its
-        domain; it is only called within the bounds.
-    J: its Jacobian, dF_i/dz_j at row i and column j: returns an (n, n) array or a SciPy sparse
-        matrix. None: finite differences, few calls of F where pattern is sparse.
-    z0: (n,), the start.
-    lower, upper: (n,), or a number for all; None is 0 and +inf. Infinite bounds are allowed.
-    method: "auto", "fischer" or "josephy".
-    tol: the residual (dimensionless) that counts as solved.
-    max_iterations (of the call), time_limit (seconds): None is 200 (fischer under
-        auto: 100), and none.
-    monitor: called with an object that has method, iterations and residual as the solve goes on;
-        a true answer stops it (outcome "stopped"), an exception ends the call.
-    pattern: a sparse matrix, or an array, that is not 0 where J ever is; by default that of J(z0).
-    penalty: of fischer, the weight of max(a,0) max(b,0), in [0, 1); 0 is the plain function.
-    restarts: of auto, at most so many starts from perturbed points.
-    scaling: equilibrate by powers of two.  polish: go on to the limit of rounding.
 
-    Returns an NcpResult: check its `ok` or its `outcome`. Exceptions raised in F and J come out of
-    the call. Raises Error where the call itself did not make sense.
+class NCP(Handle):
+    """A problem to be solved from many starts: checks, workspace and factors are kept, and every
+    solve starts from the last solution.
+
+        with perp.NCP(F, J, z0, lower, upper) as problem:
+            result = problem.solve()      # from z0, the first time
+            result = problem.solve()      # F and J may have changed: from result.z
+
+    The arguments are those of ncp(). F and J are called anew at every solve; what depends on more
+    than z they find where the caller has put it.
     """
-    start = _vector(z0, "z0")
-    n = len(start)
-    settings, result = sized(NcpSettings), sized(CResult)
-    _fill(settings, method, tol, max_iterations, time_limit, penalty, restarts, scaling, polish)
-    low, high = _arrays.bound(lower, "lower", n), _arrays.bound(upper, "upper", n)
-    projected = np.minimum(
-        np.maximum(start, 0.0 if low is None else low), np.inf if high is None else high
-    )
-    callbacks = _Callbacks(F, J, projected, pattern)
-    low, high = _bounds(callbacks.problem, low, high, n)
-    watch = None
-    if monitor is not None:
-        watch = Watch(monitor, NcpMonitor, NCP_METHODS)
-        settings.monitor = watch.function
-    context = Context()
-    z, w = np.empty(n), np.empty(n)
-    with callbacks.catching():
-        status = library.perp_ncp_solve(
-            context.pointer,
-            _arrays.address(z),
-            _arrays.address(w),
-            byref(result),
-            byref(settings),
-            byref(callbacks.problem),
-            _arrays.address(start),
+
+    _create = library.perp_ncp_solver_create
+    _destroy = library.perp_ncp_solver_destroy
+    _pointer_type = NcpSolverPointer
+
+    def __init__(
+        self,
+        F: Callable[[Array], ArrayLike],
+        J: Union[Callable[[Array], Any], ArrayLike, None] = None,
+        z0: Optional[ArrayLike] = None,
+        lower: Optional[ArrayLike] = None,
+        upper: Optional[ArrayLike] = None,
+        *,
+        jac: Optional[Callable[[Array], Any]] = None,
+        method: NcpMethod = "auto",
+        tol: float = 1e-10,
+        max_iterations: Optional[int] = None,
+        time_limit: Optional[float] = None,
+        monitor: Optional[Monitor] = None,
+        pattern: Any = None,
+        penalty: float = 0.1,
+        restarts: int = 20,
+        scaling: bool = True,
+        polish: bool = True,
+    ) -> None:
+        J, z0 = _in_order(J, z0, jac)
+        settings = sized(NcpSettings)
+        _fill(settings, method, tol, max_iterations, time_limit, penalty, restarts, scaling, polish)
+        self._start = _vector(z0, "z0")
+        self._n = n = len(self._start)
+        low, high = _arrays.bound(lower, "lower", n), _arrays.bound(upper, "upper", n)
+        projected = np.minimum(
+            np.maximum(self._start, 0.0 if low is None else low), np.inf if high is None else high
         )
-    callbacks.raise_caught()
-    if watch is not None:
-        watch.raise_caught()
-    context.check(status)
-    del low, high  # the bounds were read up to here
+        self._callbacks = _Callbacks(F, J, projected, pattern)
+        self._bounds = _bounds(self._callbacks.problem, low, high, n)
+        self._monitor = monitor
+        self._watch = Watch(monitor, NcpMonitor, NCP_METHODS)
+        if monitor is not None:
+            settings.monitor = self._watch.function
+        super().__init__(byref(settings))
+        with self._callbacks.catching():
+            status = library.perp_ncp_solver_setup(self._pointer, byref(self._callbacks.problem))
+        self._check(status)
+
+    def _check(self, status: int) -> None:
+        self._callbacks.raise_caught()
+        self._watch.raise_caught()
+        if status:
+            self._context.check(status)
+
+    def solve(self, z0: Optional[ArrayLike] = None) -> NcpResult:
+        """Solves the problem from z0; None is the last solution that was ok, else the first z0."""
+        with self._lock:
+            n, result = self._n, sized(CResult)
+            start = self._start if z0 is None else _arrays.vector(z0, "z0", n)
+            z, w = np.empty(n), np.empty(n)
+            with self._callbacks.catching():
+                status = library.perp_ncp_solver_solve(
+                    self._alive(),
+                    _arrays.address(z),
+                    _arrays.address(w),
+                    byref(result),
+                    _arrays.address(start),
+                )
+            self._check(status)
+            answer = _answer(z, w, result)
+            if answer.ok:
+                self._start = z.copy()
+            return answer.watched(self._monitor)
+
+
+def _answer(z: Array, w: Array, result: CResult) -> NcpResult:
     return NcpResult(
         z,
         w,
@@ -307,6 +351,57 @@ def ncp(
         result.restarts,
         bool(result.trapped),
     )
+
+
+def ncp(
+    F: Callable[[Array], ArrayLike],
+    J: Union[Callable[[Array], Any], ArrayLike, None] = None,
+    z0: Optional[ArrayLike] = None,
+    lower: Optional[ArrayLike] = None,
+    upper: Optional[ArrayLike] = None,
+    *,
+    jac: Optional[Callable[[Array], Any]] = None,
+    method: NcpMethod = "auto",
+    tol: float = 1e-10,
+    max_iterations: Optional[int] = None,
+    time_limit: Optional[float] = None,
+    monitor: Optional[Monitor] = None,
+    pattern: Any = None,
+    penalty: float = 0.1,
+    restarts: int = 20,
+    scaling: bool = True,
+    polish: bool = True,
+) -> NcpResult:
+    """Finds z in [lower, upper] with w = F(z) such that, for every i, w[i] >= 0 where z[i] is at
+    its lower bound, w[i] <= 0 at its upper bound, and w[i] = 0 between.
+
+    F: a function of an (n,) array that returns one. NaN or infinity says that z is outside of its
+        domain; it is only called within the bounds.
+    J: its Jacobian, dF_i/dz_j at row i and column j: returns an (n, n) array or a SciPy sparse
+        matrix. None: finite differences, few calls of F where pattern is sparse. It may also be
+        left out, or come as jac=, in SciPy's order: ncp(F, z0, jac=J).
+    z0: (n,), the start.
+    lower, upper: (n,), or a number for all; None is 0 and +inf. Infinite bounds are allowed.
+    method: "auto", "fischer" or "josephy".
+    tol: the residual (dimensionless) that counts as solved.
+    max_iterations (of the call), time_limit (seconds): None is 200 (fischer under
+        auto: 100), and none.
+    monitor: called with an object that has method, iterations and residual as the solve goes on;
+        a true answer stops it (outcome "stopped"), an exception ends the call.
+    pattern: a sparse matrix, or an array, that is not 0 where J ever is; by default that of J(z0).
+    penalty: of fischer, the weight of max(a,0) max(b,0), in [0, 1); 0 is the plain function.
+    restarts: of auto, at most so many starts from perturbed points.
+    scaling: equilibrate by powers of two.  polish: go on to the limit of rounding.
+
+    Returns an NcpResult: check its `ok` or its `outcome`. Exceptions raised in F and J come out of
+    the call. Raises Error where the call itself did not make sense.
+    """
+    with NCP(
+        F, J, z0, lower, upper, jac=jac, method=method, tol=tol, max_iterations=max_iterations,
+        time_limit=time_limit, monitor=monitor, pattern=pattern, penalty=penalty,
+        restarts=restarts, scaling=scaling, polish=polish,
+    ) as problem:  # fmt: skip
+        return problem.solve()
 
 
 def ncp_check_jacobian(

@@ -24,6 +24,7 @@ from ._library import GOOD_OUTCOMES, MODES, OUTCOMES, codes, defaults, library
 from ._results import Array, Contact, Energy, Momentum, RunResult, Stats, StepResult
 from ._states import States
 from ._structures import Matrix3, Vector3, Vector4, sized
+from ._words import Accuracy, BodyKind, ContactMethod, JointKind
 
 _KIND_CODES = codes("PERP_BODY_")
 _ACCURACY_CODES = codes("PERP_ACCURACY_")
@@ -49,6 +50,7 @@ class World(Handle):
     error: a length: a step is taken in as many as it needs for the estimated error of each to be
         below it; 0 takes it as one.
     wakeful: takes the steps of what rests like all others, for the same bits at more cost.
+    threads: that take part in a step, for the same bits at any number.
     """
 
     _create = library.perp_world_create
@@ -61,9 +63,9 @@ class World(Handle):
         planar: bool = False,
         *,
         friction: float = 0.0,
-        accuracy: str = "standard",
+        accuracy: Accuracy = "standard",
         cone: Union[str, int] = "exact",
-        method: str = "auto",
+        method: ContactMethod = "auto",
         substeps: Optional[int] = None,
         tol: Optional[float] = None,
         max_iterations: Optional[int] = None,
@@ -71,6 +73,7 @@ class World(Handle):
         strict: bool = False,
         error: float = 0.0,
         wakeful: bool = False,
+        threads: int = 1,
     ) -> None:
         self._planar = bool(planar)
         self._dimension = 2 if planar else 3
@@ -88,6 +91,7 @@ class World(Handle):
         settings.strict = 1 if strict else 0
         settings.error = number(error, "error")
         settings.wakeful = 1 if wakeful else 0
+        settings.threads = count(threads, "threads")
         super().__init__(byref(settings))
         self._gravity = settings.gravity[: self._dimension]
         self._accuracy = accuracy
@@ -238,7 +242,7 @@ class World(Handle):
         angular_velocity: Optional[ArrayLike] = None,
         *,
         angle: Optional[float] = None,
-        kind: str = "dynamic",
+        kind: BodyKind = "dynamic",
     ) -> Body:
         """Adds a body without shapes.
 
@@ -293,7 +297,7 @@ class World(Handle):
 
     def add_joint(
         self,
-        kind: str,
+        kind: JointKind,
         a: Body,
         b: Body,
         *,

@@ -215,9 +215,107 @@ def test_refusals(arguments, words):
         assert word in str(info.value)
 
 
+def robot(seed):
+    """Two contacts in space, a limit, a motor and an equation over nine velocities."""
+    random = np.random.default_rng(seed)
+    A, H, G = random.normal(size=(9, 9)), random.normal(size=(8, 9)), random.normal(size=(1, 9))
+    f, w, b = random.normal(size=9), random.normal(size=8), random.normal(size=1)
+    return A @ A.T + np.eye(9), H, G, f, w, b, (np.array([0.0, -0.2]), np.array([np.inf, 0.2]))
+
+
+def check_robot(problem, mu, r):
+    """Equations and laws, recomputed; eight digits are what tol asks for."""
+    M, H, G, f, w, b, (lower, upper) = problem
+    assert np.allclose(M @ r.v, f + H.T @ r.impulse + G.T @ r.bilateral_impulse, atol=1e-9)
+    u = H @ r.v + w
+    assert np.allclose(u, r.velocity, atol=1e-7)
+    assert np.allclose(G @ r.v + b, 0.0, atol=1e-7)
+    x, y = r.impulse[6:], u[6:]
+    assert np.allclose(x, np.clip(x - y, lower, upper), atol=1e-6)
+    for k in (0, 3):
+        s = mu * np.hypot(u[k + 1], u[k + 2])
+        d = r.impulse[k : k + 3] - u[k : k + 3] - [s, 0.0, 0.0]
+        n, t = d[0], np.hypot(d[1], d[2])
+        if t <= mu * n:
+            nearest = d
+        elif mu * t <= -n:
+            nearest = np.zeros(3)
+        else:
+            n = (n + mu * t) / (1 + mu * mu)
+            nearest = np.array([n, *(d[1:] / t * mu * n)])
+        assert np.allclose(r.impulse[k : k + 3], nearest, atol=1e-6)
+
+
+def test_rows_with_bounds():
+    words = set()
+    for seed in range(40):
+        problem = M, H, G, f, w, b, bounds = robot(seed)
+        r = perp.contact(M, f, H, w, 0.5, bilateral=(G, b), bounds=bounds)
+        assert r.ok and len(r.modes) == 4
+        check_robot(problem, 0.5, r)
+        words |= set(r.modes[2:])
+        assert (r.velocity[6:][r.modes[2:] == "stick"] == 0.0).all()
+        X = np.vstack([H, G])
+        W, q = X @ np.linalg.solve(M, X.T), X @ np.linalg.solve(M, f) + np.append(w, b)
+        same = perp.contact_delassus(W, q, 0.5, bilateral=1, bounds=bounds)
+        assert same.ok and np.allclose(same.impulse, r.impulse, atol=1e-6)
+        assert (same.modes == r.modes).all()
+    assert words == {"lower", "stick", "upper"}
+
+
+def test_solver_keeps_set_up_and_start():
+    problem = M, H, G, f, w, b, bounds = robot(3)
+    with perp.ContactSolver(M, H, 0.5, bilateral=G, bounds=bounds) as solver:
+        first = solver.solve(f, w, b)
+        check_robot(problem, 0.5, first)
+        again = solver.solve(f, w, b)
+        assert again.ok and again.method == "polish"  # the start was the answer
+        cold = solver.solve(f, w, b, r0=0.0)
+        assert cold.method == first.method and (cold.impulse == first.impulse).all()
+        changed = (M, H, G, 1.1 * f, w - 0.1, b, bounds)
+        check_robot(changed, 0.5, solver.solve(1.1 * f, w - 0.1, b))
+        M *= 2.0  # read in place
+        solver.setup(M, H, 0.5, bilateral=G, bounds=bounds)
+        check_robot((M, H, G, f, w, b, bounds), 0.5, solver.solve(f, w, b))
+        solver.setup(M, H[:3], 0.5)  # other sizes
+        assert solver.solve(f, w[:3]).ok
+        with pytest.raises(ValueError, match="definite"):
+            solver.setup(-M, H[:3], 0.5)
+        with pytest.raises(ValueError, match="no problem"):
+            solver.solve(f, w[:3])
+        solver.setup(M, H[:3], 0.5)
+    with pytest.raises(perp.Error, match="closed"):
+        solver.solve(f, w[:3])
+
+
+def test_solver_takes_a_mass_callback():
+    M, H, G, f, w, b, bounds = robot(5)
+    with perp.ContactSolver(lambda x: np.linalg.solve(M, x), H, 0.5, bounds=bounds) as solver:
+        r = solver.solve(f, w)
+    assert np.allclose(r.v, perp.contact(M, f, H, w, 0.5, bounds=bounds).v, atol=1e-7)
+
+    def fail(x):
+        raise RuntimeError("lost")
+
+    with pytest.raises(RuntimeError, match="lost"):
+        perp.ContactSolver(fail, H, 0.5, bounds=bounds)
+
+
+def test_bounds_are_refused():
+    M, H, G, f, w, b, _ = robot(1)
+    for bounds, words in [
+        (([0.0] * 9, 1.0), "9"),
+        (([1.0, 0.0], [0.0, 1.0]), "lower"),
+        ((0.0, 1.0), "bounds"),
+        (([0.0, NAN], 1.0), "lower"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            perp.contact(M, f, H, w, 0.5, bounds=bounds)
+
+
 def test_defaults_are_the_librarys():
     theirs = _library.defaults(_generated.ContactSettings)
-    for call in (perp.contact, perp.contact_delassus):
+    for call in (perp.contact, perp.contact_delassus, perp.ContactSolver.__init__):
         defaults = call.__kwdefaults__
         mine = _structures.sized(_generated.ContactSettings)
         names = ("method", "cone", "tol", "max_iterations", "time_limit")

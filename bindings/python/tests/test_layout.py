@@ -172,4 +172,4 @@ def test_words_are_those_of_the_contract():
         "degenerate",
         "too large",
     ]
-    assert list(_library.MODES.values()) == ["separate", "stick", "slip"]
+    assert list(_library.MODES.values()) == ["separate", "stick", "slip", "lower", "upper"]

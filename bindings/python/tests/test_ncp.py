@@ -248,7 +248,7 @@ def test_defaults_are_the_librarys():
     for field, kind in _generated.NcpSettings._fields_:
         if kind is not _generated.NcpMonitor:
             assert getattr(mine, field) == getattr(theirs, field), field
-    assert set(signature) == {*names, "monitor", "pattern"}
+    assert set(signature) == {*names, "monitor", "pattern", "jac"}
     assert list(_library.NCP_METHODS.values()) == ["auto", "fischer", "josephy"]
 
 
@@ -265,6 +265,31 @@ def test_threads():
         thread.join()
     for answer in answers:
         np.testing.assert_array_equal(answer, answers[0])
+
+
+def test_solver_goes_on_from_the_last_solution():
+    load = np.array([1.0, -2.0])
+
+    def F(z):  # z = sqrt(load) where that is positive, else 0
+        return z * z - load
+
+    with perp.NCP(F, lambda z: np.diag(2.0 * z), [3.0, 3.0]) as problem:
+        first = problem.solve()
+        assert first.ok
+        np.testing.assert_allclose(first.z, [1.0, 0.0], atol=1e-10)
+        assert problem.solve().iterations < first.iterations
+        load[:] = [4.0, 9.0]  # tol is 1e-10
+        np.testing.assert_allclose(problem.solve([5.0, 5.0]).z, [2.0, 3.0], rtol=1e-9)
+        with pytest.raises(ValueError, match="z0"):
+            problem.solve([1.0])
+    with pytest.raises(perp.Error, match="closed"):
+        problem.solve()
+
+    def fail(z):
+        raise RuntimeError("lost")
+
+    with pytest.raises(RuntimeError, match="lost"):
+        perp.NCP(fail, None, [1.0]).solve()
 
 
 # F never says that it is solved, and much of the time is spent in the library: the signal is

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact/law.h"
 #include "contact/rigid/rigid.h"
 
 /* What a sum that should be 0 may come out as, of its terms. */
@@ -80,14 +81,15 @@ static void find_bias(perp_contact_solver *solver, double *bias)
 }
 
 /* How many of the first `count` rows leave no velocity: where one yields, u + compliance r is 0.
- * Rows of bodies that yield move nothing (the bounds of joints), so that they hold as well. */
-static int8_t unyielding(const perp_contact_solver *solver, int32_t begin, int32_t count)
+ * Normals that move nothing (the bounds of rows) yield, and hold all the same. */
+static int8_t unyielding(const perp_contact_solver *solver, int32_t k, int32_t begin, int32_t count)
 {
     int32_t i;
 
     if (!solver->complies || solver->entrance == PERP__ENTRANCE_RIGID)
         return (int8_t)count;
-    for (i = 0; i < count && solver->compliance[begin + i] == 0.0; i++)
+    i = k < solver->contacts ? perp__contact_first_row(&solver->problem, k) - begin : 0;
+    for (; i < count && solver->compliance[begin + i] == 0.0; i++)
         continue;
     return (int8_t)i;
 }
@@ -100,7 +102,8 @@ static void fill(perp_contact_solver *solver, const point *x, const double *bias
         const int32_t begin =
             k < solver->contacts ? solver->starts[k] : solver->rows + k - solver->contacts;
 
-        hold->holds[k] = unyielding(solver, begin, k < solver->contacts ? holds(solver, x, k) : 1);
+        hold->holds[k] =
+            unyielding(solver, k, begin, k < solver->contacts ? holds(solver, x, k) : 1);
         hold->beside[k] = PERP__RIGID_AT_REST;
         hold->pushed[k] = 0;
         for (int32_t i = begin; i < begin + hold->holds[k]; i++)

@@ -1,0 +1,424 @@
+#include "contact/bounded.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "contact/contact.h"
+#include "contact/delassus.h"
+
+enum { NEITHER = 0, LOWER = 1, UPPER = 2, BOTH = 3 };
+
+static double lower_of(const perp_contact_laws *laws, int32_t i)
+{
+    return laws->lower ? laws->lower[i] : 0.0;
+}
+
+static double upper_of(const perp_contact_laws *laws, int32_t i)
+{
+    return laws->upper ? laws->upper[i] : INFINITY;
+}
+
+static int32_t bounds_of(const perp_contact_laws *laws, int32_t i)
+{
+    return (lower_of(laws, i) > -INFINITY ? LOWER : 0) | (upper_of(laws, i) < INFINITY ? UPPER : 0);
+}
+
+static int32_t kind_of(const perp__contact_bounded *own, int32_t i)
+{
+    return (own->low[i] > -INFINITY ? LOWER : 0) | (own->high[i] < INFINITY ? UPPER : 0);
+}
+
+void perp__contact_bounded_count(perp__contact_bounded *own, const perp_contact_laws *laws,
+                                 int32_t rows)
+{
+    own->count = laws->bounded;
+    own->contacts = own->units = laws->contacts;
+    own->rows = rows + laws->bounded;
+    own->own_rows = rows;
+    own->free = own->boxes = 0;
+    for (int32_t i = 0; i < laws->bounded; i++) {
+        const int32_t bounds = bounds_of(laws, i);
+
+        own->free += bounds == NEITHER;
+        own->boxes += bounds == BOTH;
+        own->units += bounds != NEITHER;
+        own->own_rows += bounds == NEITHER ? 0 : bounds == BOTH ? 2 : 1;
+    }
+}
+
+static int32_t own_size(const perp__contact_bounded *own)
+{
+    return own->own_rows + own->free + own->size - own->rows;
+}
+
+/* Entries of A, were none of them 0. */
+static int64_t entries_of(const perp__matrix *A)
+{
+    return A->column_starts ? A->column_starts[A->columns] : (int64_t)A->rows * A->columns;
+}
+
+static void lay_out(perp__arena *arena, void *object)
+{
+    perp__contact_bounded *own = object;
+    const size_t size = (size_t)own->size, units = (size_t)own->units;
+    const size_t larger = (size_t)(own_size(own) > own->n ? own_size(own) : own->n);
+
+    PERP__DOUBLES(arena, (size_t)own->count, &own->low, &own->high);
+    own->unit = perp__arena_take(arena, (size_t)own->count, sizeof(int32_t));
+    own->row = perp__arena_take(arena, size, sizeof(int32_t));
+    PERP__DOUBLES(arena, size, &own->sign, &own->shift, &own->work);
+    own->dims = perp__arena_take(arena, units, sizeof(int32_t));
+    PERP__DOUBLES(arena, units, &own->bound, &own->mu, &own->rolling, &own->spinning);
+    PERP__DOUBLES(arena, larger, &own->compliance, &own->f, &own->w, &own->b, &own->r0);
+    for (int32_t k = 0; k < 2; k++) {
+        perp__contact_lines *lines = &own->lines[k];
+
+        lines->starts =
+            perp__arena_take(arena, (size_t)(own->by_W ? own_size(own) : own->n) + 1, 4);
+        lines->indices = perp__arena_take(arena, (size_t)lines->room, sizeof(int32_t));
+        lines->values = perp__arena_take(arena, (size_t)lines->room, sizeof(double));
+    }
+}
+
+static int32_t dim_of(const perp_contact_laws *laws, int32_t k)
+{
+    return laws->dims ? laws->dims[k] : laws->dim;
+}
+
+/* Row i among the bounded becomes contact `unit` with its first row at `row`. */
+static void place_contact(perp__contact_bounded *own, int32_t i, int32_t unit, int32_t row)
+{
+    const int32_t given = own->rows - own->count + i, kind = kind_of(own, i);
+    const double half = 0.5 * own->high[i] - 0.5 * own->low[i];
+
+    own->unit[i] = unit;
+    own->row[given] = row + (kind == BOTH);
+    own->sign[given] = kind == UPPER ? -1.0 : 1.0;
+    own->shift[given] = kind == LOWER   ? own->low[i]
+                        : kind == UPPER ? own->high[i]
+                                        : 0.5 * own->low[i] + 0.5 * own->high[i];
+    own->dims[unit] = kind == BOTH ? 2 : 1;
+    own->bound[unit] = kind != BOTH ? 0.0 : half > 0.0 ? half : 1.0;
+    own->mu[unit] = kind == BOTH && half > 0.0 ? 1.0 : 0.0;
+    own->rolling[unit] = own->spinning[unit] = 0.0;
+}
+
+static void place_rows(perp__contact_bounded *own, const perp_contact_laws *laws)
+{
+    const int32_t first = own->rows - own->count;
+    int32_t unit = own->contacts, row = first, free = own->own_rows, i;
+
+    for (i = 0; i < own->size; i++) {
+        own->row[i] = i < first ? i : own->own_rows + own->free + i - own->rows;
+        own->sign[i] = 1.0;
+        own->shift[i] = 0.0;
+    }
+    for (i = 0; i < own->count; i++) {
+        own->low[i] = lower_of(laws, i);
+        own->high[i] = upper_of(laws, i);
+        if (kind_of(own, i) == NEITHER) {
+            own->unit[i] = -1;
+            own->row[first + i] = free++;
+            continue;
+        }
+        place_contact(own, i, unit, row);
+        row += own->dims[unit++];
+    }
+    for (own->shifts = 0, i = 0; i < own->size; i++)
+        own->shifts |= own->shift[i] != 0.0;
+}
+
+static void copy_laws(perp__contact_bounded *own, const perp_contact_laws *laws)
+{
+    for (int32_t k = 0; k < own->contacts; k++) {
+        own->dims[k] = dim_of(laws, k);
+        own->bound[k] = 0.0;
+        own->mu[k] = laws->mu ? laws->mu[k] : 0.0;
+        own->rolling[k] = laws->rolling ? laws->rolling[k] : 0.0;
+        own->spinning[k] = laws->spinning ? laws->spinning[k] : 0.0;
+    }
+    memset(own->compliance, 0, (size_t)own_size(own) * sizeof(double));
+    for (int32_t i = 0; laws->compliance && i < own->size; i++)
+        own->compliance[own->row[i]] = laws->compliance[i];
+    own->laws = *laws;
+    own->laws.contacts = own->units;
+    own->laws.dims = own->dims;
+    own->laws.mu = own->mu;
+    own->laws.rolling = own->rolling;
+    own->laws.spinning = own->spinning;
+    own->laws.compliance = own->compliance;
+    own->laws.bilateral = own->free + own->size - own->rows;
+    own->laws.bounded = 0;
+}
+
+/* Appends column j of A, whose first row is the given row `first`: what becomes own rows from
+ * `begin` up to `end`, numbered from there. Returns the end of the entries. */
+static int32_t append(const perp__contact_bounded *own, const perp__contact_lines *lines,
+                      int32_t at, const perp__matrix *A, int32_t j, int32_t first, double sign,
+                      int32_t begin, int32_t end, int32_t base)
+{
+    const perp__line sparse = perp__line_of(A, A->column_starts ? j : 0);
+    const int32_t count = A->column_starts ? sparse.count : A->rows;
+
+    for (int32_t k = 0; k < count; k++) {
+        const int32_t i = A->column_starts ? sparse.indices[k] : k, row = own->row[first + i];
+        const double value =
+            A->column_starts ? sparse.values[k]
+                             : A->values[(size_t)i * A->row_stride + (size_t)j * A->column_stride];
+
+        if (row < begin || row >= end || value == 0.0)
+            continue;
+        lines->indices[at] = row - base;
+        lines->values[at++] = sign * own->sign[first + i] * value;
+    }
+    return at;
+}
+
+static void view(const perp__contact_lines *lines, int32_t rows, int32_t columns, perp__matrix *A)
+{
+    memset(A, 0, sizeof *A);
+    A->rows = rows;
+    A->columns = columns;
+    A->row_stride = A->column_stride = 1;
+    A->values = lines->values;
+    A->column_starts = lines->starts;
+    A->row_indices = lines->indices;
+}
+
+static void copy_rows(perp__contact_bounded *own, perp__dynamics *dynamics)
+{
+    const int32_t size = own_size(own);
+    perp__contact_lines *H = &own->lines[0], *G = &own->lines[1];
+    int32_t h = 0, g = 0;
+
+    for (int32_t j = 0; j < own->n; j++) {
+        H->starts[j] = h;
+        G->starts[j] = g;
+        h = append(own, H, h, &own->H, j, 0, 1.0, 0, own->own_rows, 0);
+        g = append(own, G, g, &own->H, j, 0, 1.0, own->own_rows, size, own->own_rows);
+        if (own->G.rows > 0)
+            g = append(own, G, g, &own->G, j, own->rows, 1.0, own->own_rows, size, own->own_rows);
+    }
+    H->starts[own->n] = h;
+    G->starts[own->n] = g;
+    view(H, own->own_rows, own->n, &dynamics->H);
+    if (size > own->own_rows)
+        view(G, size - own->own_rows, own->n, &dynamics->G);
+    dynamics->size = size;
+}
+
+/* Columns in the own order. */
+static void copy_delassus(perp__contact_bounded *own, perp__matrix *W)
+{
+    const int32_t size = own_size(own);
+    perp__contact_lines *lines = &own->lines[0];
+    int32_t *column = lines[1].indices, at = 0; /* given column of an own one; -1: none */
+
+    for (int32_t j = 0; j < size; j++)
+        column[j] = -1;
+    for (int32_t i = 0; i < own->size; i++)
+        column[own->row[i]] = i;
+    for (int32_t j = 0; j < size; j++) {
+        lines->starts[j] = at;
+        if (column[j] < 0) { /* moves nothing: what it yields by is added later */
+            lines->indices[at] = j;
+            lines->values[at++] = 0.0;
+            continue;
+        }
+        at = append(own, lines, at, &own->H, column[j], 0, own->sign[column[j]], 0, own->own_rows,
+                    0);
+        at = append(own, lines, at, &own->H, column[j], 0, own->sign[column[j]], own->own_rows,
+                    size, 0);
+    }
+    lines->starts[size] = at;
+    view(lines, size, size, W);
+}
+
+/* A power of two near x; 1 where there is none. */
+static double power_near(double x)
+{
+    int exponent = 0;
+
+    if (!(x > 0.0) || !(x < INFINITY))
+        return 1.0;
+    (void)frexp(x, &exponent);
+    return ldexp(1.0, exponent);
+}
+
+/* work := h M^-1 h' of each given row, were M its diagonal. */
+static void respond(perp__contact_bounded *own, const perp__matrix *M)
+{
+    const perp__contact_lines *H = &own->lines[0];
+    double *diagonal = own->f, *moved = own->w;
+
+    perp__delassus_diagonal(M, diagonal);
+    memset(moved, 0, (size_t)own->own_rows * sizeof *moved);
+    for (int32_t j = 0; j < own->n; j++)
+        for (int32_t k = H->starts[j]; k < H->starts[j + 1]; k++)
+            moved[H->indices[k]] += H->values[k] * (H->values[k] / diagonal[j]);
+    for (int32_t i = own->rows - own->count; i < own->rows; i++)
+        own->work[i] = own->row[i] < own->own_rows ? moved[own->row[i]] : 0.0;
+}
+
+/* c of the normals that move nothing, near what their rows respond by: work. */
+static void yield(perp__contact_bounded *own)
+{
+    for (int32_t i = 0; i < own->count; i++) {
+        const int32_t given = own->rows - own->count + i;
+
+        if (kind_of(own, i) == BOTH)
+            own->compliance[own->row[given] - 1] = power_near(own->work[given]);
+    }
+}
+
+void perp__contact_bounded_yield(perp__contact_bounded *own, const double *W, double *compliance)
+{
+    const size_t size = (size_t)own_size(own);
+
+    for (int32_t i = 0; i < own->size; i++)
+        own->work[i] = W[(size_t)own->row[i] * (size + 1)];
+    yield(own);
+    memcpy(compliance, own->compliance, size * sizeof *compliance);
+}
+
+perp_status perp__contact_bounded_read(perp__contact_bounded *own, perp_context *context,
+                                       const perp_contact_laws *laws, perp__dynamics *dynamics,
+                                       perp__matrix *W)
+{
+    perp_status status;
+
+    memset(&own->G, 0, sizeof own->G);
+    own->by_W = dynamics == NULL;
+    own->H = dynamics ? dynamics->H : *W;
+    if (dynamics)
+        own->G = dynamics->G;
+    own->size = own->rows + laws->bilateral;
+    own->n = own->H.columns;
+    own->lines[0].room = entries_of(&own->H) + own->boxes;
+    own->lines[1].room = dynamics ? entries_of(&own->G) + own->lines[0].room : own_size(own);
+    own->arena.context = context;
+    status = perp__arena_fit(&own->arena, lay_out, own);
+    if (status != PERP_OK)
+        return status;
+    place_rows(own, laws);
+    copy_laws(own, laws);
+    if (dynamics)
+        copy_rows(own, dynamics);
+    else
+        copy_delassus(own, W);
+    if (dynamics && dynamics->has_M)
+        respond(own, &dynamics->M);
+    else if (dynamics)
+        return PERP_OK; /* W will tell */
+    else
+        perp__delassus_diagonal(&own->H, own->work);
+    yield(own);
+    return PERP_OK;
+}
+
+/* ---- a call -------------------------------------------------------------------------------- */
+
+/* What the shifts do: f + H'shift, or q + W shift. */
+static void push(perp__contact_bounded *own, const double *given, double *to)
+{
+    memcpy(to, given, (size_t)own->n * sizeof *to);
+    if (!own->shifts)
+        return;
+    if (own->by_W) {
+        perp__multiply(&own->H, own->shift, to);
+        for (int32_t i = 0; i < own->n; i++)
+            to[i] += given[i];
+    } else {
+        for (int32_t j = 0; j < own->n; j++)
+            to[j] += perp__column_times(&own->H, j, own->shift);
+    }
+}
+
+static void offsets(perp__contact_bounded *own, const perp__contact_call *given)
+{
+    const double *compliance = own->compliance;
+
+    for (int32_t i = 0; i < own->size; i++) {
+        const double yields = compliance[own->row[i]] * own->shift[i];
+        const double w = own->by_W       ? own->work[i]
+                         : i < own->rows ? given->w[i]
+                         : given->b      ? given->b[i - own->rows]
+                                         : 0.0;
+
+        own->w[own->row[i]] = own->sign[i] * (w + yields);
+    }
+    for (int32_t i = 0; i < own->count; i++) {
+        const int32_t row = own->row[own->rows - own->count + i];
+
+        if (kind_of(own, i) == BOTH)
+            own->w[row - 1] = -(compliance[row - 1] * own->bound[own->unit[i]]);
+    }
+}
+
+/* The start, within the bounds; what lies beyond is clipped by the law. */
+static void start(perp__contact_bounded *own, const double *r0)
+{
+    for (int32_t k = 0; k < own_size(own); k++)
+        own->r0[k] = 0.0;
+    for (int32_t i = 0; i < own->size; i++)
+        own->r0[own->row[i]] = own->sign[i] * (r0[i] - own->shift[i]);
+    for (int32_t i = 0; i < own->count; i++)
+        if (kind_of(own, i) == BOTH)
+            own->r0[own->row[own->rows - own->count + i] - 1] = own->bound[own->unit[i]];
+}
+
+void perp__contact_bounded_pose(perp__contact_bounded *own, const perp__contact_call *given,
+                                perp__contact_call *call)
+{
+    *call = *given;
+    push(own, own->by_W ? given->q : given->f, own->by_W ? own->work : own->f);
+    offsets(own, given);
+    if (given->r0)
+        start(own, given->r0);
+    call->f = own->f;
+    call->w = own->w;
+    call->b = own->w + own->own_rows;
+    call->q = own->w;
+    call->r0 = given->r0 ? own->r0 : NULL;
+}
+
+void perp__contact_bounded_impulses(const perp__contact_bounded *own, const double *x, double *r)
+{
+    const int32_t first = own->rows - own->count;
+
+    for (int32_t i = 0; i < own->size; i++) {
+        const double value = x[own->row[i]];
+        const int32_t k = i - first;
+
+        r[i] = value == 0.0 ? own->shift[i] : own->shift[i] + own->sign[i] * value;
+        if (k < 0 || k >= own->count || kind_of(own, k) != BOTH)
+            continue;
+        if (fabs(value) >= own->mu[own->unit[k]] * own->bound[own->unit[k]])
+            r[i] = value > 0.0 ? own->high[k] : own->low[k];
+    }
+}
+
+void perp__contact_bounded_velocities(const perp__contact_bounded *own, const double *x, double *u)
+{
+    for (int32_t i = 0; i < own->size; i++)
+        u[i] = own->sign[i] < 0.0 ? 0.0 - x[own->row[i]] : x[own->row[i]];
+}
+
+void perp__contact_bounded_modes(const perp__contact_bounded *own, const int8_t *modes,
+                                 const double *x, int32_t *given)
+{
+    for (int32_t k = 0; k < own->contacts; k++)
+        given[k] = modes[k];
+    for (int32_t i = 0; i < own->count; i++) {
+        const int32_t kind = kind_of(own, i), unit = own->unit[i];
+        const int32_t holds =
+            kind == NEITHER || (kind == BOTH ? modes[unit] == PERP_CONTACT_STICK
+                                             : modes[unit] != PERP_CONTACT_SEPARATE);
+        const double value = x[own->row[own->rows - own->count + i]];
+
+        given[own->contacts + i] = holds ? PERP_CONTACT_STICK
+                                   : kind == UPPER || (kind == BOTH && value > 0.0)
+                                       ? PERP_CONTACT_UPPER
+                                       : PERP_CONTACT_LOWER;
+    }
+}

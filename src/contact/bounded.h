@@ -1,0 +1,74 @@
+/* Rows with bounds of their own, lower <= r_i <= upper, said in words that every method knows. With
+ * r = shift + sign x:
+ *
+ *   lower alone    r = lower + x:    a contact without friction, 0 <= x perp u >= 0
+ *   upper alone    r = upper - x:    the same of -u
+ *   neither        a bilateral row
+ *   both           r = middle + x, |x| <= (upper - lower) / 2 = F: a planar contact with mu = 1
+ *                  whose normal moves nothing but yields by c, 0 = c x_n - c F
+ *
+ * The last are judged by their one row (law.h: problem->bound). Rows of the caller's problem are
+ * 'given', those of the methods 'own'. */
+#ifndef PERP_CONTACT_BOUNDED_H
+#define PERP_CONTACT_BOUNDED_H
+
+#include <perp/contact.h>
+
+#include "base/arena.h"
+#include "contact/dynamics.h"
+
+/* Compressed columns of our own. */
+typedef struct perp__contact_lines {
+    int32_t *starts, *indices;
+    double *values;
+    int64_t room; /* entries */
+} perp__contact_lines;
+
+typedef struct perp__contact_bounded {
+    perp__arena arena;
+    int32_t count;                 /* rows with bounds; 0: nothing here is in use */
+    int32_t contacts, rows, size;  /* given: contacts, rows before the bilateral ones, and all */
+    int32_t units, own_rows, free; /* own: contacts and their rows; bilateral among the bounded */
+    int32_t n;                     /* columns of H; of W: size */
+    int32_t by_W, boxes, shifts;
+    perp_contact_laws laws; /* the methods' */
+    perp__matrix H, G;      /* given; W as H */
+    const double *lower, *upper;
+    perp__contact_lines lines[2]; /* own H and G; or W */
+    double *low, *high;           /* count */
+    int32_t *unit;                /* count: own contact, -1: bilateral */
+    int32_t *row;                 /* size: own row */
+    double *sign, *shift;         /* size */
+    double *bound;                /* units: x_n of those with two bounds; else 0 */
+    int32_t *dims;                /* units */
+    double *mu, *rolling, *spinning, *compliance;
+    double *f, *w, *b, *r0, *work; /* of a call; f: or q */
+} perp__contact_bounded;
+
+/* Counts what the methods get: own->units, own_rows, free. `rows` of `contacts` come before. */
+void perp__contact_bounded_count(perp__contact_bounded *own, const perp_contact_laws *laws,
+                                 int32_t rows);
+
+/* Fills the methods' laws, and makes the views of H and G, or of W, those of own's copies. PERP_OK
+ * or _MEMORY. */
+perp_status perp__contact_bounded_read(perp__contact_bounded *own, perp_context *context,
+                                       const perp_contact_laws *laws, perp__dynamics *dynamics,
+                                       perp__matrix *W);
+
+/* Chooses c anew, by W, dense, in the place of a callback that does not tell M. */
+void perp__contact_bounded_yield(perp__contact_bounded *own, const double *W, double *compliance);
+
+struct perp__contact_call;
+
+/* The methods' f, w, b (q) and r0 of a call. */
+void perp__contact_bounded_pose(perp__contact_bounded *own, const struct perp__contact_call *given,
+                                struct perp__contact_call *call);
+
+/* Own impulses, velocities and modes as the caller knows them. A ray, a direction of impulses,
+ * changes as velocities do. */
+void perp__contact_bounded_impulses(const perp__contact_bounded *own, const double *x, double *r);
+void perp__contact_bounded_velocities(const perp__contact_bounded *own, const double *x, double *u);
+void perp__contact_bounded_modes(const perp__contact_bounded *own, const int8_t *modes,
+                                 const double *x, int32_t *given);
+
+#endif

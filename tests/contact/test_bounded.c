@@ -1,0 +1,550 @@
+/* Rows with bounds of their own beside contacts: every method against all the answers that an
+ * enumeration of modes finds, closed forms, laws recomputed, zeros, and what is refused. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include <perp/perp.h>
+
+#include "contact/law.h"
+
+enum { MOST = 16 };
+
+static perp_context *context;
+
+static int make(void **state)
+{
+    (void)state;
+    return perp_context_create(&context, NULL);
+}
+
+static int destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(context);
+    return 0;
+}
+
+/* u = W r + q: planar contacts of two rows, rows with bounds, equations. */
+typedef struct problem {
+    int32_t contacts, dim, bounded, bilateral, size, n;
+    double mu[4], lower[MOST], upper[MOST];
+    double W[MOST * MOST], q[MOST];                          /* row-major */
+    double M[MOST * MOST], H[MOST * MOST], f[MOST], w[MOST]; /* the same problem */
+} problem;
+
+typedef struct answer {
+    double v[MOST], r[MOST], u[MOST], ray[MOST];
+    int32_t modes[MOST];
+    perp_contact_result result;
+} answer;
+
+static uint64_t seed;
+
+static double draw(void)
+{
+    seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (double)(seed >> 11) * 0x1p-52 - 1.0;
+}
+
+/* x := A^-1 x by elimination with pivoting; 0 where A is singular. */
+static int eliminate(int n, double *A, double *x)
+{
+    for (int j = 0; j < n; j++) {
+        int p = j;
+        for (int i = j; i < n; i++)
+            p = fabs(A[i * MOST + j]) > fabs(A[p * MOST + j]) ? i : p;
+        if (!(fabs(A[p * MOST + j]) > 1e-9))
+            return 0;
+        for (int k = 0; k < n; k++) {
+            const double t = A[j * MOST + k];
+            A[j * MOST + k] = A[p * MOST + k];
+            A[p * MOST + k] = t;
+        }
+        const double t = x[j];
+        x[j] = x[p];
+        x[p] = t;
+        for (int i = j + 1; i < n; i++) {
+            const double l = A[i * MOST + j] / A[j * MOST + j];
+            for (int k = j; k < n; k++)
+                A[i * MOST + k] -= l * A[j * MOST + k];
+            x[i] -= l * x[j];
+        }
+    }
+    for (int j = n; j-- > 0;) {
+        for (int k = j + 1; k < n; k++)
+            x[j] -= A[j * MOST + k] * x[k];
+        x[j] /= A[j * MOST + j];
+    }
+    return 1;
+}
+
+static int32_t rows_of(const problem *p)
+{
+    return p->contacts * p->dim;
+}
+
+/* W = H M^-1 H', q = H M^-1 f + w. */
+static void form(problem *p)
+{
+    double A[MOST * MOST], x[MOST];
+    for (int j = 0; j <= p->size; j++) {
+        memcpy(A, p->M, sizeof A);
+        for (int i = 0; i < p->n; i++)
+            x[i] = j < p->size ? p->H[j * MOST + i] : p->f[i];
+        assert_true(eliminate(p->n, A, x));
+        for (int i = 0; i < p->size; i++) {
+            double sum = j < p->size ? 0.0 : p->w[i];
+            for (int k = 0; k < p->n; k++)
+                sum += p->H[i * MOST + k] * x[k];
+            if (j < p->size)
+                p->W[i * MOST + j] = sum;
+            else
+                p->q[i] = sum;
+        }
+    }
+}
+
+/* More velocities than rows, so that W is regular. blocks: M falls into blocks of three. */
+static void draw_problem(problem *p, int32_t contacts, int32_t dim, int32_t bounded,
+                         int32_t bilateral, int blocks)
+{
+    memset(p, 0, sizeof *p);
+    p->contacts = contacts;
+    p->dim = dim;
+    p->bounded = bounded;
+    p->bilateral = bilateral;
+    p->size = rows_of(p) + bounded + bilateral;
+    p->n = 12;
+    for (int k = 0; k < contacts; k++)
+        p->mu[k] = 0.3 + 0.2 * draw();
+    for (int i = 0; i < bounded; i++) {
+        const int kind = (int)floor(2.5 * (draw() + 1.0));
+        const double low = draw(), width = draw() + 1.0;
+        p->lower[i] = kind == 0 ? 0.0 : kind == 2 || kind == 4 ? -INFINITY : low;
+        p->upper[i] = kind == 0 || kind == 1 || kind == 4 ? INFINITY : low + width;
+    }
+    for (int i = 0; i < p->n; i++) {
+        for (int j = 0; j < p->n; j++)
+            for (int k = 0; k < p->n && (!blocks || i / 3 == j / 3); k++)
+                p->M[i * MOST + j] += cos(1.7 * i * k + k) * cos(1.7 * j * k + k) / p->n;
+        p->M[i * MOST + i] += 0.5;
+        p->f[i] = draw();
+    }
+    for (int i = 0; i < p->size; i++) {
+        p->w[i] = draw();
+        for (int j = 0; j < p->n; j++)
+            p->H[i * MOST + j] = draw();
+    }
+    form(p);
+}
+
+/* ---- enumeration --------------------------------------------------------------------------- */
+
+/* Contacts: separate, stick, slip either way; rows: lower, between, upper. */
+static int choices(const problem *p, int unit)
+{
+    return unit < p->contacts ? 4 : 3;
+}
+
+static void set_row(double *A, double *x, const problem *p, int row, int holds, double value)
+{
+    for (int j = 0; j < p->size; j++)
+        A[row * MOST + j] = holds ? p->W[row * MOST + j] : row == j;
+    x[row] = holds ? -p->q[row] : value;
+}
+
+/* The r of these modes; 0 where their signs are wrong. */
+static int solve_modes(const problem *p, const int *mode, double *r)
+{
+    double A[MOST * MOST];
+    const int first = 2 * p->contacts;
+    for (int k = 0; k < p->contacts; k++) {
+        set_row(A, r, p, 2 * k, mode[k] > 0, 0.0);
+        set_row(A, r, p, 2 * k + 1, mode[k] == 1, 0.0);
+        if (mode[k] > 1)
+            A[(2 * k + 1) * MOST + 2 * k] = mode[k] == 2 ? -p->mu[k] : p->mu[k];
+    }
+    for (int i = 0; i < p->bounded; i++) {
+        const int at = mode[p->contacts + i];
+        const double value = at == 0 ? p->lower[i] : p->upper[i];
+        if (at != 1 && isinf(value))
+            return 0;
+        set_row(A, r, p, first + i, at == 1, value);
+    }
+    for (int i = first + p->bounded; i < p->size; i++)
+        set_row(A, r, p, i, 1, 0.0);
+    if (!eliminate(p->size, A, r))
+        return 0;
+    for (int i = 0, unit; i < first + p->bounded; i++) {
+        double u = p->q[i];
+        for (int j = 0; j < p->size; j++)
+            u += p->W[i * MOST + j] * r[j];
+        unit = i < first ? i / 2 : p->contacts + i - first;
+        if (i >= first) {
+            const double *l = &p->lower[i - first], *h = &p->upper[i - first];
+            if ((mode[unit] == 0 && u < 0.0) || (mode[unit] == 2 && u > 0.0) ||
+                (mode[unit] == 1 && (r[i] < *l || r[i] > *h)))
+                return 0;
+        } else if (i % 2 == 0) {
+            if (mode[unit] == 0 ? u < 0.0 : r[i] < 0.0)
+                return 0;
+        } else if ((mode[unit] == 1 && fabs(r[i]) > p->mu[unit] * r[i - 1]) ||
+                   (mode[unit] == 2 && u > 0.0) || (mode[unit] == 3 && u < 0.0)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* How many answers there are; the last one found. */
+static int enumerate(const problem *p, double *found)
+{
+    int mode[MOST] = {0}, count = 0;
+    const int units = p->contacts + p->bounded;
+    for (;;) {
+        double r[MOST];
+        int k = 0;
+        if (solve_modes(p, mode, r)) {
+            memcpy(found, r, sizeof r);
+            count++;
+        }
+        while (k < units && ++mode[k] == choices(p, k))
+            mode[k++] = 0;
+        if (k == units)
+            return count;
+    }
+}
+
+/* ---- solving ------------------------------------------------------------------------------- */
+
+static void prepare(const problem *p, int32_t method, perp_contact_laws *laws,
+                    perp_contact_settings *settings, answer *a)
+{
+    memset(a, 0, sizeof *a);
+    assert_int_equal(perp_contact_result_init(&a->result, sizeof a->result), PERP_OK);
+    assert_int_equal(perp_contact_laws_init(laws, sizeof *laws), PERP_OK);
+    laws->contacts = p->contacts;
+    laws->dim = p->dim;
+    laws->mu = p->mu;
+    laws->bounded = p->bounded;
+    laws->lower = p->lower;
+    laws->upper = p->upper;
+    assert_int_equal(perp_contact_settings_init(settings, sizeof *settings), PERP_OK);
+    settings->method = method;
+    settings->tol = 1e-10;
+}
+
+static void by_delassus(const problem *p, int32_t method, answer *a)
+{
+    perp_contact_laws laws;
+    perp_contact_settings settings;
+    perp_matrix W;
+    prepare(p, method, &laws, &settings, a);
+    laws.bilateral = p->bilateral;
+    assert_int_equal(perp_matrix_init(&W, sizeof W), PERP_OK);
+    assert_int_equal(perp_matrix_dense(&W, PERP_STORAGE_ROW_MAJOR, p->size, p->size, p->W, MOST),
+                     PERP_OK);
+    assert_int_equal(perp_contact_solve_delassus(context, a->r, a->u, a->modes, a->ray, &a->result,
+                                                 &settings, &laws, &W, p->q, NULL),
+                     PERP_OK);
+}
+
+static int32_t solve_mass(double *x, int32_t columns, void *user)
+{
+    const problem *p = user;
+    for (int32_t c = 0; c < columns; c++) {
+        double A[MOST * MOST];
+        memcpy(A, p->M, sizeof A);
+        if (!eliminate(p->n, A, x + c * p->n))
+            return 1;
+    }
+    return 0;
+}
+
+static void by_dynamics(problem *p, int32_t method, int callback, answer *a)
+{
+    perp_contact_laws laws;
+    perp_contact_settings settings;
+    perp_contact_dynamics dynamics;
+    perp_matrix M, H, G;
+    const int32_t rows = rows_of(p) + p->bounded;
+    prepare(p, method, &laws, &settings, a);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
+    perp_matrix_init(&M, sizeof M);
+    perp_matrix_init(&H, sizeof H);
+    perp_matrix_init(&G, sizeof G);
+    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, p->n, p->n, p->M, MOST), 0);
+    assert_int_equal(perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, rows, p->n, p->H, MOST), 0);
+    assert_int_equal(
+        perp_matrix_dense(&G, PERP_STORAGE_ROW_MAJOR, p->bilateral, p->n, p->H + rows * MOST, MOST),
+        PERP_OK);
+    dynamics.n = p->n;
+    dynamics.M = callback ? NULL : &M;
+    dynamics.solve = callback ? solve_mass : NULL;
+    dynamics.user = p;
+    dynamics.H = &H;
+    dynamics.G = p->bilateral > 0 ? &G : NULL;
+    assert_int_equal(perp_contact_solve(context, a->v, a->r, a->u, a->modes, a->ray, &a->result,
+                                        &settings, &laws, &dynamics, p->f, p->w, p->w + rows, NULL),
+                     PERP_OK);
+}
+
+static void require_solved(const answer *a, uint64_t which)
+{
+    if (a->result.outcome != PERP_OUTCOME_SOLVED &&
+        a->result.outcome != PERP_OUTCOME_ROUNDING_LIMIT)
+        fail_msg("draw %llu: %s by %s, residual %g", (unsigned long long)which,
+                 perp_outcome_text(a->result.outcome), perp_contact_method_text(a->result.method),
+                 a->result.residual);
+}
+
+/* W of these draws has condition numbers of some hundreds: with tol 1e-10 impulses of size 1 are
+ * right to 1e-7. What stands at a bound stands there exactly, what holds does not move at all. */
+static void compare(const problem *p, const answer *a, const double *r, uint64_t which)
+{
+    const int32_t first = rows_of(p);
+    for (int i = 0; i < p->size; i++)
+        if (!(fabs(a->r[i] - r[i]) <= 1e-7 * (1.0 + fabs(r[i]))))
+            fail_msg("draw %llu: r[%d] is %.17g, expected %.17g", (unsigned long long)which, i,
+                     a->r[i], r[i]);
+    for (int i = 0; i < p->bounded; i++) {
+        const int32_t mode = a->modes[p->contacts + i];
+        const double x = a->r[first + i], u = a->u[first + i];
+        if (mode == PERP_CONTACT_LOWER)
+            assert_true(x == p->lower[i] && u >= -1e-9);
+        else if (mode == PERP_CONTACT_UPPER)
+            assert_true(x == p->upper[i] && u <= 1e-9);
+        else
+            assert_true(mode == PERP_CONTACT_STICK && u == 0.0 && x >= p->lower[i] &&
+                        x <= p->upper[i]);
+    }
+    for (int i = first + p->bounded; i < p->size; i++)
+        assert_true(a->u[i] == 0.0);
+}
+
+static const int32_t methods[] = {PERP_CONTACT_METHOD_AUTO,   PERP_CONTACT_METHOD_SWEEP,
+                                  PERP_CONTACT_METHOD_NEWTON, PERP_CONTACT_METHOD_LEMKE,
+                                  PERP_CONTACT_METHOD_ADMM,   PERP_CONTACT_METHOD_PROXIMAL};
+
+/* Two planar contacts, three rows of any kind, an equation: every method finds the one answer, from
+ * W, from M, from blocks of M, and from a callback. */
+static void test_enumerated(void **state)
+{
+    int single = 0;
+    (void)state;
+    for (uint64_t k = 1; k <= 60; k++) {
+        problem p;
+        double r[MOST];
+        seed = 1000 * k;
+        draw_problem(&p, 2, 2, 3, 1, k % 2 == 0);
+        if (enumerate(&p, r) != 1)
+            continue;
+        single++;
+        for (int m = 0; m < 6; m++) {
+            answer a;
+            by_dynamics(&p, methods[m], 0, &a);
+            require_solved(&a, k);
+            compare(&p, &a, r, k);
+            by_delassus(&p, methods[m], &a);
+            require_solved(&a, k);
+            compare(&p, &a, r, k);
+            by_dynamics(&p, methods[m], 1, &a);
+            require_solved(&a, k);
+            compare(&p, &a, r, k);
+        }
+    }
+    assert_true(single >= 50); /* small coefficients: nearly all have one answer */
+}
+
+/* Cones in space beside them: the laws, recomputed. */
+static void test_laws(void **state)
+{
+    (void)state;
+    for (uint64_t k = 1; k <= 60; k++) {
+        problem p;
+        answer a;
+        seed = 77 * k;
+        draw_problem(&p, 2, 3, 4, k % 3 == 0, 0);
+        by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, &a);
+        require_solved(&a, k);
+        for (int c = 0; c < 2; c++) {
+            const double *r = a.r + 3 * c, *u = a.u + 3 * c;
+            const double power = r[1] * u[1] + r[2] * u[2], slip = hypot(u[1], u[2]);
+            assert_true(r[0] >= 0.0 && u[0] >= -1e-9 && fabs(r[0] * u[0]) <= 1e-8);
+            assert_true(hypot(r[1], r[2]) <= p.mu[c] * r[0] * (1.0 + 1e-15));
+            assert_true(fabs(power + p.mu[c] * r[0] * slip) <= 1e-8);
+        }
+        for (int i = 0; i < p.bounded; i++) {
+            const double x = a.r[6 + i], u = a.u[6 + i];
+            assert_true(x >= p.lower[i] && x <= p.upper[i]);
+            assert_true(u <= 1e-9 || x == p.lower[i]);
+            assert_true(u >= -1e-9 || x == p.upper[i]);
+        }
+    }
+}
+
+/* A wheel of inertia 2 with a motor that asks for speed 3, of at most 1.5: u = omega - 3. */
+static void motor(double f, double most, answer *a)
+{
+    problem p;
+    memset(&p, 0, sizeof p);
+    p.dim = 3;
+    p.bounded = p.size = p.n = 1;
+    p.M[0] = 2.0;
+    p.H[0] = 1.0;
+    p.f[0] = f;
+    p.w[0] = -3.0;
+    p.lower[0] = -most;
+    p.upper[0] = most;
+    by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, a);
+    require_solved(a, 0);
+}
+
+static void test_motor(void **state)
+{
+    answer a;
+    (void)state;
+    motor(5.0, 1.5, &a); /* 2 omega = 5 + 1; r comes of a few sums */
+    assert_true(fabs(a.r[0] - 1.0) <= 1e-15 && a.u[0] == 0.0 && fabs(a.v[0] - 3.0) <= 1e-15);
+    assert_int_equal(a.modes[0], PERP_CONTACT_STICK);
+    motor(2.0, 1.5, &a); /* 2 omega = 2 + 1.5 */
+    assert_true(a.r[0] == 1.5 && a.v[0] == 1.75 && a.u[0] == -1.25);
+    assert_int_equal(a.modes[0], PERP_CONTACT_UPPER);
+    motor(8.0, 1.5, &a);
+    assert_true(a.r[0] == -1.5 && a.v[0] == 3.25);
+    assert_int_equal(a.modes[0], PERP_CONTACT_LOWER);
+    motor(2.0, 0.0, &a); /* switched off */
+    assert_true(a.r[0] == 0.0 && a.v[0] == 1.0);
+    motor(5.0, 1e12, &a); /* its strength is no measure of what it does */
+    assert_true(fabs(a.r[0] - 1.0) <= 1e-10 && a.u[0] == 0.0);
+}
+
+/* A limit that holds a joint: v is exactly 0, and a row beside it that lets go. */
+static void test_limit(void **state)
+{
+    problem p;
+    answer a;
+    (void)state;
+    memset(&p, 0, sizeof p);
+    p.dim = 3;
+    p.bounded = p.size = p.n = 2;
+    p.M[0] = p.M[MOST + 1] = 0.7;
+    p.H[0] = p.H[MOST + 1] = 1.0;
+    p.f[0] = -0.1;
+    p.f[1] = 0.1;
+    p.upper[0] = p.upper[1] = INFINITY;
+    by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, &a);
+    require_solved(&a, 0);
+    assert_true(a.v[0] == 0.0 && fabs(a.r[0] - 0.1) <= 1e-16 && a.r[1] == 0.0);
+    assert_int_equal(a.modes[0], PERP_CONTACT_STICK);
+    assert_int_equal(a.modes[1], PERP_CONTACT_LOWER);
+}
+
+/* Two limits that contradict each other: the ray proves it, in the caller's rows. */
+static void test_infeasible(void **state)
+{
+    problem p;
+    answer a;
+    (void)state;
+    memset(&p, 0, sizeof p);
+    p.dim = 3;
+    p.bounded = p.size = 2;
+    p.n = 1;
+    p.M[0] = 1.0;
+    p.H[0] = p.H[MOST] = 1.0;
+    p.w[0] = -1.0; /* v >= 1 */
+    p.w[1] = 1.0;  /* v <= -1 */
+    p.upper[0] = INFINITY;
+    p.lower[1] = -INFINITY;
+    by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, &a);
+    assert_int_equal(a.result.outcome, PERP_OUTCOME_RAY);
+    assert_int_equal(a.result.certificate, PERP_CONTACT_CERTIFICATE_INFEASIBLE);
+    assert_true(a.ray[0] == 1.0 && a.ray[1] == -1.0);
+}
+
+static void refuse(double lower, double upper, double h, perp_status expected, int32_t method,
+                   const char *text)
+{
+    const double one = 1.0, f = -1.0;
+    perp_contact_laws laws;
+    perp_contact_dynamics dynamics;
+    perp_contact_settings settings;
+    perp_contact_result result;
+    perp_matrix M, H;
+    double r = 7.0;
+    perp_contact_settings_init(&settings, sizeof settings);
+    settings.method = method;
+    perp_contact_laws_init(&laws, sizeof laws);
+    perp_contact_dynamics_init(&dynamics, sizeof dynamics);
+    perp_contact_result_init(&result, sizeof result);
+    perp_matrix_init(&M, sizeof M);
+    perp_matrix_init(&H, sizeof H);
+    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, 1, 1, &one, 1), PERP_OK);
+    assert_int_equal(perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, 1, 1, &h, 1), PERP_OK);
+    laws.bounded = 1;
+    laws.lower = &lower;
+    laws.upper = &upper;
+    dynamics.n = 1;
+    dynamics.M = &M;
+    dynamics.H = &H;
+    assert_int_equal(perp_contact_solve(context, NULL, &r, NULL, NULL, NULL, &result, &settings,
+                                        &laws, &dynamics, &f, &f, NULL, NULL),
+                     expected);
+    if (!strstr(perp_context_message(context), text))
+        fail_msg("'%s' without '%s'", perp_context_message(context), text);
+    assert_true(r == 7.0);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    refuse(2.0, 1.0, 1.0, PERP_ERROR_ARGUMENT, PERP_CONTACT_METHOD_AUTO,
+           "lower[0] = 2 > upper[0] = 1");
+    refuse(NAN, 1.0, 1.0, PERP_ERROR_NOT_FINITE, PERP_CONTACT_METHOD_AUTO, "lower[0]");
+    refuse(-1.0, 1.0, 0.0, PERP_ERROR_ARGUMENT, PERP_CONTACT_METHOD_AUTO,
+           "row with bounds 0: its impulse moves nothing");
+    refuse(0.0, INFINITY, 0.0, PERP_ERROR_ARGUMENT, PERP_CONTACT_METHOD_AUTO,
+           "row with bounds 0: its impulse moves nothing");
+}
+
+/* The normal that is a bound is just that, whatever a method made of it. */
+static void test_clip(void **state)
+{
+    const int32_t starts[] = {0, 2}, dims[] = {2};
+    const double mu[] = {1.0}, bound[] = {2.0}, trace[] = {1.0};
+    double r[] = {1.0, 5.0};
+    perp__contact_problem p;
+    (void)state;
+    memset(&p, 0, sizeof p);
+    p.contacts = 1;
+    p.rows = p.size = 2;
+    p.starts = starts;
+    p.dims = dims;
+    p.mu = mu;
+    p.bound = bound;
+    p.trace = trace;
+    perp__contact_clip(&p, 0, r);
+    assert_true(r[0] == 2.0 && r[1] == 2.0);
+    r[0] = 7.0;
+    r[1] = -1.0;
+    perp__contact_clip(&p, 0, r);
+    assert_true(r[0] == 2.0 && r[1] == -1.0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_enumerated), cmocka_unit_test(test_laws),
+        cmocka_unit_test(test_motor),      cmocka_unit_test(test_limit),
+        cmocka_unit_test(test_infeasible), cmocka_unit_test(test_clip),
+        cmocka_unit_test(test_refusals),
+    };
+    return cmocka_run_group_tests(tests, make, destroy);
+}
