@@ -146,7 +146,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     block->on_grid = 0;
     block->ordered = 0;
     block->grid_built = 0;
-    block->suits_grid = 0;
+    block->suits_grid = block->is_nearly_z = 0;
     block->has_positive_diagonal = positive;
     block->has_z_signs = positive && has_z_signs(M);
     block->kind = perp__is_tridiagonal(M) ? PERP__SPARSE_TRIDIAGONAL : PERP__SPARSE_GENERAL;
@@ -158,7 +158,8 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
         perp__tridiagonal_read(&block->T, M, scale);
     else if (symmetric)
         block->kind = PERP__SPARSE_SYMMETRIC;
-    block->suits_grid = symmetric && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M, scale);
+    block->is_nearly_z = positive && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M, scale);
+    block->suits_grid = symmetric && block->is_nearly_z;
     return PERP_OK;
 }
 

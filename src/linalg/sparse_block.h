@@ -28,10 +28,9 @@ typedef struct perp__sparse_block {
     int32_t kind; /* enum perp__sparse_kind */
     int32_t has_positive_diagonal;
     int32_t has_z_signs; /* S_ii > 0 and S_ij <= 0 for i != j */
-    /* S is symmetric, and the positive entries beside the diagonal are small: multigrid may serve
-     */
-    int32_t suits_grid;
-    int32_t grid_built; /* 1; -1: it does not serve, found out when built or in a solve */
+    int32_t is_nearly_z; /* positive entries beside a positive diagonal are small */
+    int32_t suits_grid;  /* S is large, symmetric and nearly Z: multigrid may serve */
+    int32_t grid_built;  /* 1; -1: it does not serve, found out when built or in a solve */
     /* the last factorisation */
     int32_t factored; /* 1: holds factors */
     int32_t by_lu;    /* of a symmetric matrix whose block is not positive definite */

@@ -383,7 +383,7 @@ static perp_status refine(perp_world *world, const perp__island *island, perp__r
     rest.free = work->solved;
     rest.warm = NULL;
     rest.again = 1;
-    rest.method = PERP_CONTACT_METHOD_NEWTON;
+    rest.method = PERP_CONTACT_METHOD_PROXIMAL;
     memcpy(work->solved, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->v);
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     status = perp__rigid_solve(world->solver, answer, &rest);
