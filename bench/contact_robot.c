@@ -3,7 +3,7 @@
  * of the same sizes, so that a step is a set-up and a solve by one kept solver: 'set-up', 'cold'
  * (without a start) and 'warm' (from the answer of the step before) are medians over the steps, in
  * microseconds of one thread, through the public calls with checks, verdict and zeros. 'error': the
- * largest difference of v from the answer to 1e-13, over the largest |v|; 'residual': the largest
+ * largest difference of v from the answer to 1e-13 next to it, over the largest |v|; 'residual': the largest
  * tested one; 'good': steps with outcome solved or rounding_limit. */
 #include "measure.h"
 
@@ -411,7 +411,7 @@ static void measure_step(perp_context *context, solver *o, solver *exact, const 
     }
     memcpy(o->start, o->r, bytes);
     seconds_of_setup(context, exact, c, s);
-    seconds_of_solve(context, exact, s, NULL);
+    seconds_of_solve(context, exact, s, o->r); /* there may be other answers */
     if (at < 0)
         return;
     m->setup[at] = setup;

@@ -14,8 +14,8 @@
 enum { POLISHED_ROWS = 60 };
 
 /* Of small problems: the residual and the sweeps after which modes may be the solution's. */
-#define ROUGH_TOL 1e-2
-enum { ROUGH_START = 20 };
+#define ROUGH_TOL 1e-3
+enum { ROUGH_START = 30 };
 
 /* How often sweeps are sent for more, and the least that they are sent for. */
 enum { SHARPER = 3 };
@@ -324,6 +324,7 @@ static perp_status sweep_roughly(perp_contact_solver *solver)
         return status;
     begin(solver, slot, &iterate);
     iterate.warm = 0;
+    solver->running = PERP_CONTACT_METHOD_SWEEP;
     solver->problem.tol = ROUGH_TOL;
     solver->problem.iteration_limit = ROUGH_START;
     status = slot->method->solve(slot->work, &iterate);
