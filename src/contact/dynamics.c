@@ -217,9 +217,9 @@ static perp_status form_halved(perp__dynamics *own)
     find_firsts(own);
     perp__half_solve(own->n, own->size, own->factor, own->block, own->firsts, own->high);
     perp__half_product(own->n, own->size, own->block, own->firsts, own->W);
-    for (size_t k = 0; k < size * size; k++)
-        if (!isfinite(own->W[k]))
-            return not_finite(own, k % size, k / size);
+    for (size_t k = 0; k < size; k++) /* no entry of Y'Y is larger than the diagonal's */
+        if (!isfinite(own->W[k * (size + 1)]))
+            return not_finite(own, k, k);
     return PERP_OK;
 }
 
