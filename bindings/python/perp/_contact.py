@@ -236,6 +236,55 @@ def _watch(monitor: Optional[Monitor], entries: int, settings: ContactSettings) 
     return watch
 
 
+class _Problem:
+    """Contacts and dynamics as the library takes them, with the arrays that they live in."""
+
+    def __init__(self) -> None:
+        self.dynamics = sized(ContactDynamics)
+        self._views = sized(Matrix), sized(Matrix), sized(Matrix)
+        self.mass: Optional[_MassSolve] = None
+
+    def read(
+        self,
+        M: Any,
+        H: Any,
+        mu: ArrayLike,
+        dim: Union[int, Sequence[int], NDArray[Any]],
+        bilateral: Any,
+        bounds: Optional[tuple[ArrayLike, ArrayLike]],
+        compliance: Optional[ArrayLike],
+        rolling: Optional[ArrayLike],
+        spinning: Optional[ArrayLike],
+    ) -> None:
+        M_view, H_view, G_view = self._views
+        dynamics, owners = self.dynamics, []
+        self.entries, owner = _arrays.view_rectangle(H_view, H, "H")
+        owners.append(owner)
+        self.rows, self.n = H_view.rows, H_view.columns
+        laws = _Laws(self.rows, mu, dim, rolling, spinning, bounds)
+        dynamics.H = pointer(H_view)
+        dynamics.G = None
+        self.size = self.rows
+        if bilateral is not None:
+            owners.append(_arrays.view_rectangle(G_view, bilateral, "G")[1])
+            dynamics.G = pointer(G_view)
+            self.size += G_view.rows
+        laws.comply(compliance, self.size)
+        dynamics.M, dynamics.solve, self.mass = None, _NO_SOLVE, None
+        if callable(M) and not _arrays.is_sparse(M):
+            self.mass = _MassSolve(M, self.n)
+            dynamics.solve = self.mass.function
+        else:
+            owners.append(_arrays.view_rectangle(M_view, M, "M")[1])
+            dynamics.M = pointer(M_view)
+        dynamics.n = self.n
+        self.laws, self._owners = laws, owners
+
+    def raise_caught(self) -> None:
+        if self.mass is not None:
+            self.mass.raise_caught()
+
+
 class ContactSolver(Handle):
     """Contacts over somebody else's dynamics, to be solved for many f and w: checks, factors and
     workspace are set up once, and every solve starts from the last solution.
@@ -276,8 +325,8 @@ class ContactSolver(Handle):
         self._monitor = monitor
         self._watch = Watch(monitor, ContactMonitor, CONTACT_METHODS)
         self._watched = False
-        self._dynamics, self._result = sized(ContactDynamics), sized(CResult)
-        self._views = sized(Matrix), sized(Matrix), sized(Matrix)
+        self._problem, self._result = _Problem(), sized(CResult)
+        self._size, self._last = -1, None  # type: int, Optional[Array]
         super().__init__(byref(self._settings))
         self.setup(
             M, H, mu, dim=dim, bilateral=bilateral, bounds=bounds, compliance=compliance,
@@ -299,44 +348,23 @@ class ContactSolver(Handle):
     ) -> None:
         """Replaces the problem, or takes note that values have changed. After an exception the
         solver has no problem."""
-        M_view, H_view, G_view = self._views
-        dynamics, owners = self._dynamics, []
+        problem = self._problem
         with self._lock:
-            self._size = -1
-            entries, owner = _arrays.view_rectangle(H_view, H, "H")
-            owners.append(owner)
-            rows, n = H_view.rows, H_view.columns
-            laws = _Laws(rows, mu, dim, rolling, spinning, bounds)
-            dynamics.H = pointer(H_view)
-            dynamics.G = None
-            size = rows
-            if bilateral is not None:
-                owners.append(_arrays.view_rectangle(G_view, bilateral, "G")[1])
-                dynamics.G = pointer(G_view)
-                size += G_view.rows
-            laws.comply(compliance, size)
-            dynamics.M, dynamics.solve, mass = None, _NO_SOLVE, None
-            if callable(M) and not _arrays.is_sparse(M):
-                mass = _MassSolve(M, n)
-                dynamics.solve = mass.function
-            else:
-                owners.append(_arrays.view_rectangle(M_view, M, "M")[1])
-                dynamics.M = pointer(M_view)
-            dynamics.n = n
-            self._mass, self._owners = mass, (owners, laws)
+            size, self._size = self._size, -1
+            problem.read(M, H, mu, dim, bilateral, bounds, compliance, rolling, spinning)
             status = library.perp_contact_solver_setup_dynamics(
-                self._alive(), byref(laws.struct), byref(dynamics)
+                self._alive(), byref(problem.laws.struct), byref(problem.dynamics)
             )
             self._check(status)
-            self._n, self._rows, self._size = n, rows, size
-            self._contacts, self._units = laws.contacts, laws.contacts + laws.bounded
-            self._last: Optional[Array] = None
-            self._entries = entries * max(rows, 1)
+            self._n, self._rows, self._size = problem.n, problem.rows, problem.size
+            self._units = problem.laws.contacts + problem.laws.bounded
+            if size != self._size:
+                self._last = None
+            self._entries = problem.entries * max(problem.rows, 1)
 
     def _check(self, status: int) -> None:
         self._watch.raise_caught()
-        if self._mass is not None:
-            self._mass.raise_caught()
+        self._problem.raise_caught()
         if status:
             self._context.check(status)
 
@@ -348,8 +376,8 @@ class ContactSolver(Handle):
         r0: Optional[ArrayLike] = None,
     ) -> ContactResult:
         """Solves the problem for one f, w and b (None is 0), from r0: (rows of H, then of G), or 0.0
-        for no impulses at all; None is the last solution, if that was ok and setup() did not come
-        in between. Returns a ContactResult."""
+        for no impulses at all; None is the last solution, if that was ok and of as many rows.
+        Returns a ContactResult."""
         with self._lock:
             n, rows, size = self._n, self._rows, self._size
             if size < 0:
