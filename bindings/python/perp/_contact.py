@@ -104,20 +104,19 @@ class _Laws:
         low, high, self.bounded = _bounds(bounds, rows)
         rows -= self.bounded
         dims = np.asarray(dim)
-        if dims.dtype.kind not in "iu" or dims.ndim > 1 or not np.isin(dims, (1, 2, 3)).all():
+        if dims.dtype.kind not in "iu" or dims.ndim > 1 or not ((dims >= 1) & (dims <= 3)).all():
             raise _errors.argument_error(f"dim is {dim!r}, expected 1, 2 or 3, or one a contact")
         given = {"mu": mu, "rolling": rolling, "spinning": spinning}
         arrays = {name: _arrays.real(x, name) for name, x in given.items() if x is not None}
         self.contacts = self._contacts(rows, dims, arrays)
-        self.dims = np.full(self.contacts, dims, dtype=np.int32) if dims.ndim == 0 else dims
-        self.dims = np.ascontiguousarray(self.dims, dtype=np.int32)
+        self.dims = np.ascontiguousarray(dims, dtype=np.int32) if dims.ndim else None
         self.coefficients = {
             name: _arrays.bound(x, name, self.contacts) for name, x in arrays.items()
         }
         self.struct = sized(ContactLaws)
         self.struct.contacts = self.contacts
-        self.struct.dim = 3
-        self.struct.dims = _arrays.address(self.dims)
+        self.struct.dim = 3 if dims.ndim else int(dims)
+        self.struct.dims = None if self.dims is None else _arrays.address(self.dims)
         self.struct.bounded = self.bounded
         self.bounds = low, high
         self.struct.lower, self.struct.upper = _optional(low), _optional(high)
