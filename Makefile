@@ -72,19 +72,20 @@ SONAME := libperp.so.$(ABI_VERSION)
 
 NO_DEPENDENCIES := clean help dist format format-check uninstall check-headers mutate binding
 TEST_GOALS := test test-c test-threads tests check check-abi check-consumer valgrind run extremes $(B)/tests/%
-PYTHON_GOALS := test test-python check run bench pictures python $(B)/venv/%
+PYTHON_GOALS := test test-python check run bench pictures python wheel $(B)/venv/%
 goals := $(or $(MAKECMDGOALS),all)
 
 needs := library \
     $(if $(filter $(TEST_GOALS),$(goals)),tests) \
     $(if $(filter $(FUZZ_GOALS),$(goals)),fuzz) \
-    $(if $(filter $(PYTHON_GOALS),$(goals)),python)
+    $(if $(filter $(PYTHON_GOALS),$(goals)),python) \
+    $(if $(filter check check-consumer,$(goals)),consumer)
 needs := $(strip $(needs))
 CERTIFICATES := $(BUILD_DIR)/certificates.pem
 DEPENDENCIES := $(B)/dependencies/$(subst $(space),-,$(needs)).mk
 
-# make test and make run install what is missing; every other goal only tells.
-INSTALL_MISSING := $(if $(filter test run,$(goals)),--install)
+# These install what is missing; every other goal only tells.
+INSTALL_MISSING := $(if $(filter test run wheel check-consumer,$(goals)),--install)
 
 ifneq ($(filter-out $(NO_DEPENDENCIES),$(goals)),)
 include $(DEPENDENCIES)
@@ -296,6 +297,10 @@ python: $(VENV)/ready
 $(VENV)/ready: scripts/requirements.txt
 	@CERTIFICATES=$(CERTIFICATES) scripts/dependencies --venv $(VENV) $<
 	@touch $@
+WHEEL_VENV := $(BUILD_DIR)/venv-wheel
+$(WHEEL_VENV)/ready: scripts/requirements-wheel.txt
+	@CERTIFICATES=$(CERTIFICATES) scripts/dependencies --venv $(WHEEL_VENV) $<
+	@touch $@
 
 # How the scripts, whatever they run, find what was built.
 ENVIRONMENT = BUILD='$(B)' CC='$(CC)' PYTHON='$(abspath $(PYTHON))' PERP_LIBRARY='$(abspath $(SHARED))' \
@@ -405,7 +410,7 @@ check-abi: library
 check-headers:
 	@scripts/check-headers
 
-#: make check-consumer    install somewhere else, build a program on it with pkg-config, uninstall
+#: make check-consumer    install somewhere else, build on it with pkg-config and CMake, uninstall
 check-consumer: library
 	@CC='$(CC) $(SANITIZE_FLAGS)' MAKE='$(AGAIN)' scripts/check-consumer
 
@@ -426,6 +431,7 @@ PREFIX ?= /usr/local
 LIBDIR ?= $(PREFIX)/lib
 INCLUDEDIR ?= $(PREFIX)/include
 PKGCONFIGDIR ?= $(LIBDIR)/pkgconfig
+CMAKEDIR ?= $(LIBDIR)/cmake/perp
 INSTALL ?= install
 
 # Written at installation: the prefix isn't known before.
@@ -434,25 +440,42 @@ sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@LIBDIR@|$(LIBDIR)|' -e 's|@INCLUDEDIR@|$(I
     -e 's|@VERSION@|$(VERSION)|' -e 's|@LIBS_PRIVATE@|$(LIBRARY_LIBS)|' \
     -e 's|^\(libdir=\)$(PREFIX)/|\1$${prefix}/|' -e 's|^\(includedir=\)$(PREFIX)/|\1$${prefix}/|'
 endef
+define cmake_file
+sed -e 's|@VERSION@|$(VERSION)|' -e 's|@SONAME@|$(SONAME)|' -e 's|@CMAKEDIR@|$(CMAKEDIR)|' \
+    -e 's|@LIBDIR@|$(LIBDIR)|' -e 's|@INCLUDEDIR@|$(INCLUDEDIR)|' \
+    -e 's|@LIBS_PRIVATE@|$(subst $(space),;,$(LIBRARY_LIBS))|'
+endef
+CMAKE_FILES := perpConfig.cmake perpConfigVersion.cmake
 
 #: make install           under DESTDIR and PREFIX (/usr/local); make uninstall takes it away
 .PHONY: install uninstall
 install: library
-	$(INSTALL) -d '$(DESTDIR)$(LIBDIR)' '$(DESTDIR)$(INCLUDEDIR)/perp' '$(DESTDIR)$(PKGCONFIGDIR)'
+	$(INSTALL) -d '$(DESTDIR)$(LIBDIR)' '$(DESTDIR)$(INCLUDEDIR)/perp' '$(DESTDIR)$(PKGCONFIGDIR)' \
+	    '$(DESTDIR)$(CMAKEDIR)'
 	$(INSTALL) -m 644 $(HEADERS) '$(DESTDIR)$(INCLUDEDIR)/perp'
 	$(INSTALL) -m 644 $(STATIC) '$(DESTDIR)$(LIBDIR)'
 	$(INSTALL) -m 755 $(SHARED_FILE) '$(DESTDIR)$(LIBDIR)'
 	ln -sf $(notdir $(SHARED_FILE)) '$(DESTDIR)$(LIBDIR)/$(SONAME)'
 	ln -sf $(SONAME) '$(DESTDIR)$(LIBDIR)/libperp.so'
-	$(pc_file) perp.pc.in > '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc'
+	$(pc_file) packaging/perp.pc.in > '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc'
 	chmod 644 '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc'
+	set -e; for file in $(CMAKE_FILES); do \
+	    $(cmake_file) packaging/$$file.in > '$(DESTDIR)$(CMAKEDIR)'/$$file; \
+	    chmod 644 '$(DESTDIR)$(CMAKEDIR)'/$$file; done
 
 uninstall:
 	rm -f $(HEADERS:include/%='$(DESTDIR)$(INCLUDEDIR)/%')
 	rm -f '$(DESTDIR)$(LIBDIR)/libperp.a' '$(DESTDIR)$(LIBDIR)/$(notdir $(SHARED_FILE))' \
 	    '$(DESTDIR)$(LIBDIR)/$(SONAME)' '$(DESTDIR)$(LIBDIR)/libperp.so' \
-	    '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc'
-	-rmdir '$(DESTDIR)$(INCLUDEDIR)/perp'
+	    '$(DESTDIR)$(PKGCONFIGDIR)/perp.pc' $(CMAKE_FILES:%='$(DESTDIR)$(CMAKEDIR)/%')
+	-rmdir '$(DESTDIR)$(INCLUDEDIR)/perp' '$(DESTDIR)$(CMAKEDIR)'
+
+#: make wheel             Python's packages in build/wheels: a source archive, and a wheel with BLAS
+#:                        and KLU inside, tested in a fresh environment
+.PHONY: wheel
+wheel: $(WHEEL_VENV)/ready
+	@CERTIFICATES='$(abspath $(CERTIFICATES))' PYTHON='$(abspath $(WHEEL_VENV))/bin/python' \
+	    scripts/make-wheel $(BUILD_DIR)/wheels
 
 # The committed tree and nothing else; the times are the commit's, so the bytes are always the same.
 #: make dist              a source archive of the last commit: build/perp-VERSION.tar.gz

@@ -1,6 +1,7 @@
 """Builds libperp with the repository's Makefile and carries it in the package.
 
-PERP_USE_SYSTEM_LIBRARY=1 leaves it out; the package then loads the system's.
+PERP_USE_SYSTEM_LIBRARY=1 leaves it out; the package then loads the system's. A source archive holds
+the C sources in the folder `library`.
 """
 
 import os
@@ -11,8 +12,13 @@ from pathlib import Path
 from setuptools import Distribution, setup
 from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_py import build_py
+from setuptools.command.sdist import sdist
 
-ROOT = Path(__file__).resolve().parent.parent.parent
+HERE = Path(__file__).resolve().parent
+ARCHIVED = HERE / "library"
+ROOT = ARCHIVED if ARCHIVED.is_dir() else HERE.parent.parent
+# What make needs to build and install the library.
+SOURCES = ("Makefile", "perp.map", "LICENSE", "include", "src", "packaging", "scripts/dependencies")
 USE_SYSTEM_LIBRARY = os.environ.get("PERP_USE_SYSTEM_LIBRARY") == "1"
 
 
@@ -20,7 +26,7 @@ def build_library() -> Path:
     """Runs make and returns the shared library it built."""
     if not (ROOT / "Makefile").is_file() or not (ROOT / "include/perp/perp.h").is_file():
         raise SystemExit(
-            f"There are no C sources of perp two folders above {Path(__file__).resolve()}. "
+            f"There are no C sources of perp in {ARCHIVED}, nor two folders above it. "
             "Install from a checkout of the repository (pip install ./bindings/python) with pip "
             "21.3 or later, which builds in place; or install libperp on the system and set "
             "PERP_USE_SYSTEM_LIBRARY=1."
@@ -60,6 +66,21 @@ class BuildWithLibrary(build_py):
         return super().get_outputs(include_bytecode) + built
 
 
+class WithSources(sdist):
+    """As sdist, and the C sources, so that the archive builds by itself."""
+
+    def make_release_tree(self, base_dir: str, files: list) -> None:
+        super().make_release_tree(base_dir, files)
+        for name in SOURCES:
+            source, target = ROOT / name, Path(base_dir) / ARCHIVED.name / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            if source.is_dir():
+                shutil.copytree(source, target, dirs_exist_ok=True)
+            else:
+                shutil.copy(source, target)
+        shutil.copy(ROOT / "LICENSE", base_dir)
+
+
 class BinaryDistribution(Distribution):
     def has_ext_modules(self) -> bool:
         return not USE_SYSTEM_LIBRARY
@@ -75,5 +96,5 @@ class AnyPython(bdist_wheel):
 
 setup(
     distclass=BinaryDistribution,
-    cmdclass={"build_py": BuildWithLibrary, "bdist_wheel": AnyPython},
+    cmdclass={"build_py": BuildWithLibrary, "bdist_wheel": AnyPython, "sdist": WithSources},
 )

@@ -96,4 +96,8 @@ void perp__sparse_block_release(perp__sparse_block *block);
  * it. cursor: n entries. */
 int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, double tolerance);
 
+/* Whether it is symmetric up to rounding, with a positive diagonal and only small positive entries
+ * beside it, as the matrices of diffusion are. */
+int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor);
+
 #endif

@@ -13,11 +13,9 @@
 
 #include "linalg/spatial.h"
 
-/* The share of an island's contacts that is little; and how often an island is swept as a whole,
- * one that is hit fast the latter: what comes late there ends deep in others. */
+/* The share of an island's contacts that is little; and how often an island is swept as a whole. */
 #define LITTLE 0.25
 #define MOST_SWEEPS 3
-#define MOST_OF_A_HIT 8
 
 /* Whether something closes if nothing acts: by the end of the step, or by its velocities then. */
 static int32_t closes(perp_world *world, const perp__island *island, double h)
@@ -102,8 +100,7 @@ static perp_status finish_island(perp_world *world, const perp__island *island, 
         memset(verdict, 0, sizeof *verdict);
         return perp__follow_island(world, island, h, verdict);
     }
-    if (verdict->patched &&
-        verdict->sweeps < (perp__is_hit_fast(world, island, h) ? MOST_OF_A_HIT : MOST_SWEEPS))
+    if (verdict->patched && verdict->sweeps < MOST_SWEEPS)
         return sweep_all(world, island, h, verdict);
     memset(verdict, 0, sizeof *verdict);
     return perp__finish_swept(world, island, h, verdict);

@@ -607,6 +607,11 @@ void perp__force_bodies(perp_world *world, const perp__island *island, double sh
 /* Size of the terms of a normal velocity: of the chosen contact i, with numbers x of bodies. */
 double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies);
 
+/* What forces make of the normal velocity of the chosen contact i in a step, or of its bodies where
+ * the island lies on something. */
+double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, int32_t lies);
+int32_t perp__lies_on_something(const perp_world *world, const perp__island *island);
+
 /* near.c: sweeps near the contacts that came to an island whose motion is known. */
 perp_status perp__sweep_near(perp_world *world, const perp__island *island, double h);
 
@@ -618,9 +623,6 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
                                perp__verdict *verdict);
 /* Whether an exact solution costs no more, or nothing less will do. */
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island);
-/* Whether what is no ball is hit so fast that they move on by some of their size within the step.
- */
-int32_t perp__is_hit_fast(const perp_world *world, const perp__island *island, double h);
 /* Whether it costs so little that it may be done whenever a contact comes. */
 int32_t perp__is_small(const perp_world *world, const perp__island *island);
 

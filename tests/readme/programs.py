@@ -1,24 +1,28 @@
-"""Extracts the fenced programs of README.md, runs them and compares their output."""
+"""Extracts the fenced programs of pages, runs them and compares their output."""
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
-PROGRAM = re.compile(r"```(c|python)\n(.*?)```\s*```text\n(.*?)```", re.S)
+PROGRAM = re.compile(r"```(c|cpp|python)\n(.*?)```\s*```text\n(.*?)```", re.S)
+PAGES = {"README.md": 2, "docs/embedding.md": 3}  # and how many programs they have
+COMPILERS = {"c": ("CC", "cc", "-std=c99"), "cpp": ("CXX", "c++", "-std=c++11")}
 
 
-def run_c(source, folder, build):
-    path = os.path.join(folder, "program.c")
+def run_compiled(language, source, folder, build):
+    variable, compiler, standard = COMPILERS[language]
+    path = os.path.join(folder, f"program.{language}")
     with open(path, "w") as file:
         file.write(source)
     binary = os.path.join(folder, "program")
     library = os.path.join(build, "lib")
-    flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
-    command = [os.environ.get("CC", "cc"), *flags, "-I", os.path.join(ROOT, "include"), path,
-               "-o", binary, "-L", library, "-lperp", "-Wl,-rpath," + library]
+    flags = [standard, "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+    command = [os.environ.get(variable, compiler), *flags, "-I", os.path.join(ROOT, "include"), path,
+               "-o", binary, "-L", library, "-lperp", "-lm", "-Wl,-rpath," + library]
     subprocess.run(command, check=True)
     return subprocess.run([binary], check=True, capture_output=True, text=True).stdout
 
@@ -34,27 +38,36 @@ def run_python(source, folder, build, python):
                           env=environment).stdout
 
 
+def run(language, source, build, python):
+    """What a program prints, or why it does not run."""
+    if language == "cpp" and shutil.which(os.environ.get("CXX", "c++")) is None:
+        return "there is no C++ compiler\n"
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            if language == "python":
+                return run_python(source, folder, build, python)
+            return run_compiled(language, source, folder, build)
+        except subprocess.CalledProcessError as error:
+            return f"{error}\n{error.stderr or ''}"
+
+
 def main(build, python):
     passed = failed = 0
-    with open(os.path.join(ROOT, "README.md")) as file:
-        programs = PROGRAM.findall(file.read())
-    for language, source, expected in programs:
-        with tempfile.TemporaryDirectory() as folder:
-            try:
-                if language == "c":
-                    printed = run_c(source, folder, build)
-                else:
-                    printed = run_python(source, folder, build, python)
-            except subprocess.CalledProcessError as error:
-                printed = f"{error}\n{error.stderr or ''}"
-        if printed == expected:
-            passed += 1
-        else:
+    for page, expected_programs in PAGES.items():
+        with open(os.path.join(ROOT, page)) as file:
+            programs = PROGRAM.findall(file.read())
+        for language, source, expected in programs:
+            printed = run(language, source, build, python)
+            if printed == expected:
+                passed += 1
+            else:
+                failed += 1
+                print(f"FAILED the {language} program of {page} prints\n{printed}"
+                      f"instead of\n{expected}")
+        if len(programs) != expected_programs:
             failed += 1
-            print(f"FAILED the {language} program prints\n{printed}instead of\n{expected}")
-    if len(programs) != 2:
-        failed += 1
-        print(f"FAILED README.md has {len(programs)} programs with their output, expected 2")
+            print(f"FAILED {page} has {len(programs)} programs with their output, "
+                  f"expected {expected_programs}")
     print(f"{passed} passed, {failed} failed")
     return failed > 0
 

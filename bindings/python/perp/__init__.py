@@ -20,17 +20,19 @@ Compliant   sliding contacts that give: stability, integration
 load_friction_inverse  the torque for an acceleration, and what else that torque may do
 stribeck, LuGre  friction that depends on speed, and on bristles that bend
 World       rigid bodies with contact, stepped in time
+History     a monitor that keeps what it sees, for result.history and result.plot()
 Error       what every failed call raises; bad arguments are ValueErrors, too
 """
 
 from ._all import Solution, Solutions, lcp_all
+from ._answer import History
 from ._batch import Batch, lcp_batch
 from ._body import Body, Shape
 from ._bristle import LuGre, Stribeck, stribeck
 from ._compliant import Compliant, CompliantRun, Linearisation
 from ._contact import ContactResult, ContactSolver, contact, contact_delassus
 from ._contact_sensitivity import ContactSensitivity, contact_sensitivity
-from ._errors import Error
+from ._errors import Error, OutsideDomain
 from ._friction import (
     InverseLoad,
     LoadSolution,
@@ -45,7 +47,6 @@ from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
 from ._mechanism import Mechanism
 from ._mechanism_accelerations import Acceleration, Accelerations
-from ._mechanism_callbacks import OutsideDomain
 from ._mechanism_results import MechanismRun, MechanismStats, MechanismStep
 from ._monitor import Progress
 from ._ncp import NCP, JacobianCheck, NcpResult, ncp, ncp_check_jacobian
@@ -70,6 +71,7 @@ __all__ = [
     "ContactSolver",
     "Energy",
     "Error",
+    "History",
     "InverseLoad",
     "JacobianCheck",
     "Joint",
@@ -94,9 +96,9 @@ __all__ = [
     "Shape",
     "Solution",
     "Solutions",
-    "Stribeck",
     "Stats",
     "StepResult",
+    "Stribeck",
     "World",
     "__version__",
     "contact",

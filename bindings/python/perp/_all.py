@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
+from ._answer import Shown
 from ._generated import LcpEnumeration, LcpFound, LcpSettings, LcpVisit, Matrix
 from ._handle import Context
 from ._lcp import count, limit
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(Shown):
     """An isolated solution, or a family: the convex hull of its vertices plus the cone of its
     rays."""
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
+from ._answer import Shown
 from ._errors import argument_error
 from ._generated import (
     CompliantPointer,
@@ -28,7 +29,7 @@ _ENDS = ("time", "stopped", "steps", "failed")
 
 
 @dataclass(frozen=True, eq=False)
-class Linearisation:
+class Linearisation(Shown):
     """delta'' + Gamma (stiffness delta + damping delta') = const."""
 
     stable: bool  # every eigenvalue has a negative real part
@@ -39,7 +40,7 @@ class Linearisation:
 
 
 @dataclass(frozen=True, eq=False)
-class CompliantRun:
+class CompliantRun(Shown):
     """Where a run ended, and samples on the way."""
 
     t: float

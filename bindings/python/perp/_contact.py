@@ -10,7 +10,8 @@ from typing import Any, Callable, Optional, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays, _errors
+from . import _arrays, _errors, _plot
+from ._answer import SolverAnswer
 from ._callbacks import Array, Callbacks
 from ._generated import (
     ContactDynamics,
@@ -27,6 +28,7 @@ from ._lcp import code, count, limit
 from ._library import CERTIFICATES, CONTACT_METHODS, GOOD_OUTCOMES, MODES, OUTCOMES, library
 from ._monitor import Monitor, Watch, needs_watch
 from ._structures import sized
+from ._words import ContactMethod, Outcome
 
 _METHOD_CODES = {word: k for k, word in CONTACT_METHODS.items()}
 _NO_MONITOR, _NO_SOLVE = ContactMonitor(), ContactMassSolve()
@@ -34,7 +36,7 @@ _MODE_WORDS = np.array([MODES[k] for k in range(len(MODES))])
 
 
 @dataclass(eq=False)
-class ContactResult:
+class ContactResult(SolverAnswer):
     """The answer to one problem of contacts. See contact() for what was asked.
 
     signorini, cone, dissipation and bilateral_residual are the largest violations of each law;
@@ -47,7 +49,7 @@ class ContactResult:
     bilateral_impulse: Array  # s, a row of G each
     modes: NDArray[np.str_]  # a contact each: "separate", "stick" or "slip"; then a row with bounds
     # of its own each: "lower", "stick" (u = 0) or "upper"
-    outcome: str  # "solved", "rounding_limit", "ray", "iteration_limit", ...
+    outcome: Outcome  # "solved", "rounding_limit", "ray", "iteration_limit", ...
     ok: bool  # solved, or as near as a double can come
     residual: float  # dimensionless, the one compared with tol
     natural_residual: float  # an impulse
@@ -63,12 +65,24 @@ class ContactResult:
     method: str  # the method that gave the answer
     ray: Optional[Array]  # a direction of impulses, bilateral ones last, if one was verified
     certificate: Optional[str]  # "infeasible" if the ray proves that no velocities are possible
+    dims: NDArray[np.int32]  # a contact each: rows of normal and tangents
+    starts: NDArray[np.int64]  # a contact each: its normal row
+    mu: Array  # a contact each
 
     def __repr__(self) -> str:
         return (
             f"<perp.ContactResult {self.outcome} by {self.method}, {len(self.modes)} contacts, "
             f"residual={self.residual:.2g}, iterations={self.iterations}>"
         )
+
+    def _pictures(self) -> list[Any]:
+        normal, friction = self.impulse[self.starts], np.zeros(len(self.dims))
+        for row in (1, 2):
+            there = self.dims > row
+            friction[there] = np.hypot(friction[there], self.impulse[self.starts[there] + row])
+        modes = self.modes[: len(self.dims)]
+        cone = normal, friction, self.mu * normal, modes
+        return [(_plot.impulses, (normal, modes)), (_plot.cones, cone)]
 
 
 def _optional(array: Optional[Array]) -> Optional[int]:
@@ -95,33 +109,39 @@ class _Laws:
     def __init__(
         self,
         rows: int,
-        mu: ArrayLike,
+        mu: Optional[ArrayLike],
         dim: Union[int, ArrayLike],
         rolling: Optional[ArrayLike],
         spinning: Optional[ArrayLike],
         bounds: Optional[tuple[ArrayLike, ArrayLike]],
     ) -> None:
         low, high, self.bounded = _bounds(bounds, rows)
+        self.rows = rows
         rows -= self.bounded
+        if mu is None:
+            raise _errors.argument_error("mu is missing: the coefficients of friction")
         dims = np.asarray(dim)
         if dims.dtype.kind not in "iu" or dims.ndim > 1 or not ((dims >= 1) & (dims <= 3)).all():
             raise _errors.argument_error(f"dim is {dim!r}, expected 1, 2 or 3, or one a contact")
         given = {"mu": mu, "rolling": rolling, "spinning": spinning}
         arrays = {name: _arrays.real(x, name) for name, x in given.items() if x is not None}
         self.contacts = self._contacts(rows, dims, arrays)
-        self.dims = np.ascontiguousarray(dims, dtype=np.int32) if dims.ndim else None
+        self.dims = np.full(self.contacts, dims, dtype=np.int32) if dims.ndim == 0 else dims
+        self.dims = np.ascontiguousarray(self.dims, dtype=np.int32)
         self.coefficients = {
             name: _arrays.bound(x, name, self.contacts) for name, x in arrays.items()
         }
         self.struct = sized(ContactLaws)
         self.struct.contacts = self.contacts
-        self.struct.dim = 3 if dims.ndim else int(dims)
-        self.struct.dims = None if self.dims is None else _arrays.address(self.dims)
+        self.struct.dim = 3
+        self.struct.dims = _arrays.address(self.dims)
         self.struct.bounded = self.bounded
         self.bounds = low, high
         self.struct.lower, self.struct.upper = _optional(low), _optional(high)
         for name, array in self.coefficients.items():
             setattr(self.struct, name, _arrays.address(array))
+        alike = dims.ndim == 0 and len(arrays) == 1  # without rolling and spinning
+        self.starts = np.arange(self.contacts) * int(dims) if alike else self._starts()
 
     @staticmethod
     def _contacts(rows: int, dims: NDArray[Any], arrays: dict[str, Array]) -> int:
@@ -144,6 +164,18 @@ class _Laws:
         if rows % each:
             raise _errors.argument_error(f"{rows} rows are no contacts of {each} rows")
         return rows // each
+
+    def _starts(self) -> NDArray[np.int64]:
+        """The row of each contact's normal."""
+        rows = self.dims.astype(np.int64)
+        rolling, spinning = (self.coefficients.get(name) for name in ("rolling", "spinning"))
+        if rolling is not None:
+            rows += (self.dims - 1) * (rolling > 0)
+        if spinning is not None:
+            rows += spinning > 0
+        return np.cumsum(rows) - rows
+
+    compliance: Optional[Array] = None
 
     def comply(self, compliance: Optional[ArrayLike], size: int) -> None:
         self.compliance = _arrays.bound(compliance, "compliance", size)
@@ -199,7 +231,12 @@ class _MassSolve(Callbacks):
 
 
 def _answer(
-    rows: int, v: Optional[Array], buffers: Any, modes: NDArray[Any], result: CResult
+    laws: _Laws,
+    rows: int,
+    v: Optional[Array],
+    buffers: Any,
+    modes: NDArray[Any],
+    result: CResult,
 ) -> ContactResult:
     r, u, ray = buffers
     return ContactResult(
@@ -224,6 +261,9 @@ def _answer(
         CONTACT_METHODS[result.method],
         ray if result.has_ray else None,
         CERTIFICATES[result.certificate],
+        laws.dims,
+        laws.starts,
+        laws.coefficients["mu"],
     )
 
 
@@ -242,12 +282,13 @@ class _Problem:
         self.dynamics = sized(ContactDynamics)
         self._views = sized(Matrix), sized(Matrix), sized(Matrix)
         self.mass: Optional[_MassSolve] = None
+        self.laws: Optional[_Laws] = None
 
     def read(
         self,
         M: Any,
         H: Any,
-        mu: ArrayLike,
+        mu: Optional[ArrayLike],
         dim: Union[int, Sequence[int], NDArray[Any]],
         bilateral: Any,
         bounds: Optional[tuple[ArrayLike, ArrayLike]],
@@ -255,12 +296,16 @@ class _Problem:
         rolling: Optional[ArrayLike],
         spinning: Optional[ArrayLike],
     ) -> None:
+        """mu None: with the laws as they are, of as many rows."""
         M_view, H_view, G_view = self._views
         dynamics, owners = self.dynamics, []
         self.entries, owner = _arrays.view_rectangle(H_view, H, "H")
         owners.append(owner)
         self.rows, self.n = H_view.rows, H_view.columns
-        laws = _Laws(self.rows, mu, dim, rolling, spinning, bounds)
+        laws = self.laws
+        keeps = mu is None and laws is not None and laws.rows == self.rows
+        if laws is None or not keeps:
+            laws = _Laws(self.rows, mu, dim, rolling, spinning, bounds)
         dynamics.H = pointer(H_view)
         dynamics.G = None
         self.size = self.rows
@@ -268,7 +313,7 @@ class _Problem:
             owners.append(_arrays.view_rectangle(G_view, bilateral, "G")[1])
             dynamics.G = pointer(G_view)
             self.size += G_view.rows
-        laws.comply(compliance, self.size)
+        laws.comply(laws.compliance if keeps else compliance, self.size)
         dynamics.M, dynamics.solve, self.mass = None, _NO_SOLVE, None
         if callable(M) and not _arrays.is_sparse(M):
             self.mass = _MassSolve(M, self.n)
@@ -313,7 +358,7 @@ class ContactSolver(Handle):
         compliance: Optional[ArrayLike] = None,
         rolling: Optional[ArrayLike] = None,
         spinning: Optional[ArrayLike] = None,
-        method: str = "auto",
+        method: ContactMethod = "auto",
         tol: float = 1e-8,
         max_iterations: Optional[int] = None,
         time_limit: Optional[float] = None,
@@ -336,7 +381,7 @@ class ContactSolver(Handle):
         self,
         M: Any,
         H: Any,
-        mu: ArrayLike,
+        mu: Optional[ArrayLike] = None,
         *,
         dim: Union[int, Sequence[int], NDArray[Any]] = 3,
         bilateral: Any = None,
@@ -345,8 +390,9 @@ class ContactSolver(Handle):
         rolling: Optional[ArrayLike] = None,
         spinning: Optional[ArrayLike] = None,
     ) -> None:
-        """Replaces the problem, or takes note that values have changed. After an exception the
-        solver has no problem."""
+        """Replaces the problem, or takes note that values have changed. setup(M, H, bilateral=G),
+        without mu, has contacts, coefficients, bounds and compliance stay: M, H and G are new, with
+        as many rows. After an exception the solver has no problem."""
         problem = self._problem
         with self._lock:
             size, self._size = self._size, -1
@@ -356,7 +402,7 @@ class ContactSolver(Handle):
             )
             self._check(status)
             self._n, self._rows, self._size = problem.n, problem.rows, problem.size
-            self._units = problem.laws.contacts + problem.laws.bounded
+            self._laws = problem.laws
             if size != self._size:
                 self._last = None
             self._entries = problem.entries * max(problem.rows, 1)
@@ -370,22 +416,23 @@ class ContactSolver(Handle):
     def solve(
         self,
         f: ArrayLike,
-        w: ArrayLike,
+        w: Optional[ArrayLike] = None,
         b: Optional[ArrayLike] = None,
         r0: Optional[ArrayLike] = None,
     ) -> ContactResult:
-        """Solves the problem for one f, w and b (None is 0), from r0: (rows of H, then of G), or 0.0
+        """Solves the problem for one f, w and b (None: 0), from r0: (rows of H, then of G), or 0.0
         for no impulses at all; None is the last solution, if that was ok and of as many rows.
         Returns a ContactResult."""
         with self._lock:
             n, rows, size = self._n, self._rows, self._size
             if size < 0:
                 raise _errors.argument_error("the solver has no problem: setup() failed")
-            load, offset = _arrays.vector(f, "f", n), _arrays.vector(w, "w", rows)
+            load = _arrays.vector(f, "f", n)
+            offset = np.zeros(rows) if w is None else _arrays.vector(w, "w", rows)
             joints = None if b is None else _arrays.vector(b, "b", size - rows)
             start = self._last if r0 is None else _arrays.bound(r0, "r0", size)
             v, r, u, ray = np.empty(n), np.empty(size), np.empty(size), np.empty(size)
-            modes = np.empty(self._units, dtype=np.int32)
+            modes = np.empty(self._laws.contacts + self._laws.bounded, dtype=np.int32)
             result, address = self._result, _arrays.address
             self._set_watch()
             status = library.perp_contact_solver_solve_dynamics(
@@ -402,9 +449,9 @@ class ContactSolver(Handle):
                 _optional(start),
             )
             self._check(status)
-            answer = _answer(rows, v, (r, u, ray), modes, result)
+            answer = _answer(self._laws, rows, v, (r, u, ray), modes, result)
             self._last = r if answer.ok else None
-            return answer
+            return answer.watched(self._monitor)
 
     def _set_watch(self) -> None:
         """Has the library call the watch if this solve, on this thread, needs it."""
@@ -419,8 +466,8 @@ def contact(
     M: Any,
     f: ArrayLike,
     H: Any,
-    w: ArrayLike,
-    mu: ArrayLike,
+    w: Optional[ArrayLike] = None,
+    mu: Optional[ArrayLike] = None,
     *,
     dim: Union[int, Sequence[int], NDArray[Any]] = 3,
     cone: Union[str, int] = "exact",
@@ -430,7 +477,7 @@ def contact(
     rolling: Optional[ArrayLike] = None,
     spinning: Optional[ArrayLike] = None,
     r0: Optional[ArrayLike] = None,
-    method: str = "auto",
+    method: ContactMethod = "auto",
     tol: float = 1e-8,
     max_iterations: Optional[int] = None,
     time_limit: Optional[float] = None,
@@ -447,8 +494,8 @@ def contact(
 
     M: (n, n) symmetric positive definite, any array or SciPy sparse matrix; or a function that
         returns M^-1 x for x of shape (n, k): a simulator's own factorisation.
-    f: (n,). w: (rows,), with gap / h or restitution folded in. H: (rows, n).
-    mu: (contacts,), or a number for all.
+    f: (n,). w: (rows,), with gap / h or restitution folded in; None is 0. H: (rows, n).
+    mu: (contacts,), or a number for all; it has to be given.
     dim: 1 (frictionless), 2 or 3, or one of these a contact.
     cone: "exact", or the number of edges of polyhedral cones (3-dimensional contacts).
     bilateral: (G, b), the joints' rows. compliance: (rows of H, then of G), or a number for all.
@@ -456,25 +503,27 @@ def contact(
         of joints (0, inf), motors and dry friction (-h F, h F). upper may be a number for all.
     rolling, spinning: coefficients, lengths; (contacts,), or a number for all.
     r0: (rows of H, then of G), a start.
-    method: "auto", "sweep", "newton", "lemke", "admm" or "proximal". tol, max_iterations, time_limit, monitor: as for
-        lcp().
+    method: "auto", "sweep", "newton", "lemke", "admm" or "proximal".
+    tol, max_iterations, time_limit, monitor: as for lcp().
 
     Returns a ContactResult: check its `ok` or its `outcome`. With redundant contacts only v and
     H.T r are determined, not r. Raises Error where the call itself did not make sense. Many
     problems with the same matrices, or sizes: ContactSolver.
     """
     G, b = (None, None) if bilateral is None else bilateral
-    rows, columns = (H if _arrays.is_sparse(H) else _arrays.real(H, "H")).shape
-    n = len(_arrays.real(f, "f"))
-    _arrays.vector(w, "w", rows)
-    if columns != n:
-        raise _errors.argument_error(f"H has {columns} columns, but f has {n} entries")
+    load = _arrays.real(f, "f")
+    load = _arrays.vector(load, "f", len(load) if load.ndim == 1 else -1)
+    shape = H.shape if _arrays.is_sparse(H) else _arrays.real(H, "H").shape
+    if w is not None and len(shape) == 2:
+        _arrays.vector(w, "w", shape[0])
+    if len(shape) == 2 and shape[1] != len(load):
+        raise _errors.argument_error(f"H has {shape[1]} columns, but f has {len(load)} entries")
     with ContactSolver(
         M, H, mu, dim=dim, cone=cone, bilateral=G, bounds=bounds, compliance=compliance,
         rolling=rolling, spinning=spinning, method=method, tol=tol, max_iterations=max_iterations,
         time_limit=time_limit, monitor=monitor,
     ) as solver:  # fmt: skip
-        return solver.solve(f, w, b, r0)
+        return solver.solve(load, w, b, r0)
 
 
 def contact_delassus(
@@ -490,7 +539,7 @@ def contact_delassus(
     rolling: Optional[ArrayLike] = None,
     spinning: Optional[ArrayLike] = None,
     r0: Optional[ArrayLike] = None,
-    method: str = "auto",
+    method: ContactMethod = "auto",
     tol: float = 1e-8,
     max_iterations: Optional[int] = None,
     time_limit: Optional[float] = None,
@@ -535,4 +584,4 @@ def contact_delassus(
         watch.raise_caught()
     context.check(status)
     del owner  # the view of W was used up to here
-    return _answer(rows, None, (r, u, ray), modes, result)
+    return _answer(laws, rows, None, (r, u, ray), modes, result).watched(monitor)

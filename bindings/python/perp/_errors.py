@@ -44,6 +44,13 @@ class BufferError(Error, builtins.BufferError):
     """Arrays that show the library's own memory are still in use."""
 
 
+class OutsideDomain(Exception):
+    """Raised by a function of a perp.Mechanism where q is outside of what it is defined for: the
+    step's outcome is then "evaluation_failed" (or the step is shortened, if errors are
+    controlled). From the first state of a mechanism whose sizes are not given it comes out of the
+    call."""
+
+
 _CLASSES: dict[int, type[Error]] = {
     ARGUMENT: ArgumentError,
     NOT_FINITE: ArgumentError,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
+from ._answer import Shown
 from ._errors import argument_error
 from ._generated import (
     LoadFound,
@@ -30,7 +31,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class LoadSolution:
+class LoadSolution(Shown):
     """One acceleration that a torque may have; of a family, a point inside."""
 
     acceleration: Array  # q''
@@ -77,7 +78,7 @@ class LoadSolutions:
 
 
 @dataclass(frozen=True, eq=False)
-class InverseLoad:
+class InverseLoad(Shown):
     """What load_friction_inverse() found."""
 
     tau: Array
@@ -107,7 +108,7 @@ def _vector(value: Any, name: str, n: int) -> Optional[Array]:
 
 
 @dataclass(frozen=True, eq=False)
-class LoadStepped:
+class LoadStepped(Shown):
     """What load_friction_step() did."""
 
     velocity: Array  # at the end of the step; exactly 0.0 where a coordinate stops or stays at rest

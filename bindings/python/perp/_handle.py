@@ -76,6 +76,10 @@ class Handle:
             raise _errors.error(_errors.HANDLE, f"this {type(self).__name__} has been closed")
         return self._pointer
 
+    def __reduce__(self) -> Any:
+        what = f"a perp.{type(self).__name__} can't be pickled: it is memory of the library's"
+        raise TypeError(what)
+
     def close(self) -> None:
         """Releases the object's memory; it can't be used afterwards. Closing twice is allowed."""
         with self._lock:

@@ -11,13 +11,15 @@ from typing import Any, Optional
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays, _errors
+from . import _arrays, _errors, _plot
+from ._answer import SolverAnswer
 from ._generated import LcpMonitor, LcpSettings, LcpSolverPointer, Matrix
 from ._generated import LcpResult as CResult
 from ._handle import Context, Handle
 from ._library import CERTIFICATES, GOOD_OUTCOMES, METHODS, OUTCOMES, codes, library
 from ._monitor import Monitor, Watch, needs_watch
 from ._structures import sized
+from ._words import AccelerationMethod, LcpMethod, Outcome, PivotRule, Sweep
 
 _METHOD_CODES = {word: code for code, word in METHODS.items()}
 _PIVOT_RULE_CODES = codes("PERP_PIVOT_")
@@ -27,12 +29,12 @@ _NO_MONITOR = LcpMonitor()
 
 
 @dataclass(eq=False)
-class LcpResult:
+class LcpResult(SolverAnswer):
     """The answer to one problem. See lcp() for what was asked."""
 
     z: NDArray[np.float64]  # within the bounds; the best iterate, whatever the outcome
     w: NDArray[np.float64]  # M z + q
-    outcome: str  # "solved", "rounding_limit", "ray", "iteration_limit", ...
+    outcome: Outcome  # "solved", "rounding_limit", "ray", "iteration_limit", ...
     ok: bool  # solved, or as near as a double can come
     residual: float  # dimensionless, the one compared with tol
     natural_residual: float  # max |mid(z - lower, z - upper, w)|, in the caller's units
@@ -48,6 +50,9 @@ class LcpResult:
             f"<perp.LcpResult {self.outcome} by {self.method}, n={len(self.z)}, "
             f"residual={self.residual:.2g}, iterations={self.iterations}>"
         )
+
+    def _pictures(self) -> list[Any]:
+        return [(_plot.complements, (self.z, self.w))]
 
 
 def code(word: Any, codes: dict[str, int], name: str) -> int:
@@ -158,18 +163,18 @@ def lcp(
     upper: Optional[ArrayLike] = None,
     *,
     z0: Optional[ArrayLike] = None,
-    method: str = "auto",
+    method: LcpMethod = "auto",
     tol: float = 1e-10,
     max_iterations: Optional[int] = None,
     time_limit: Optional[float] = None,
     monitor: Optional[Monitor] = None,
     relaxation: float = 1.0,
-    pivot_rule: str = "harris",
+    pivot_rule: PivotRule = "harris",
     scaling: bool = True,
     polish: bool = True,
     crash: bool = True,
-    sweep: str = "forward",
-    acceleration: str = "none",
+    sweep: Sweep = "forward",
+    acceleration: AccelerationMethod = "none",
     penalty: float = 0.0,
 ) -> LcpResult:
     """Finds z in [lower, upper] with w = M z + q such that, for every i, w[i] >= 0 where z[i] is
@@ -242,7 +247,7 @@ def lcp(
         if status:
             call.context.check(status)
         del owner  # the view of M was used up to here
-        return _answer(n, call.result, z, w, ray)
+        return _answer(n, call.result, z, w, ray).watched(monitor)
     finally:
         if watch is not None:
             call.settings.monitor = _NO_MONITOR
@@ -270,18 +275,18 @@ class LCP(Handle):
         lower: Optional[ArrayLike] = None,
         upper: Optional[ArrayLike] = None,
         *,
-        method: str = "auto",
+        method: LcpMethod = "auto",
         tol: float = 1e-10,
         max_iterations: Optional[int] = None,
         time_limit: Optional[float] = None,
         monitor: Optional[Monitor] = None,
         relaxation: float = 1.0,
-        pivot_rule: str = "harris",
+        pivot_rule: PivotRule = "harris",
         scaling: bool = True,
         polish: bool = True,
         crash: bool = True,
-        sweep: str = "forward",
-        acceleration: str = "none",
+        sweep: Sweep = "forward",
+        acceleration: AccelerationMethod = "none",
         penalty: float = 0.0,
     ) -> None:
         self._settings = sized(LcpSettings)
@@ -348,7 +353,7 @@ class LCP(Handle):
             self._watch.raise_caught()
             if status:
                 self._context.check(status)
-            return _answer(n, result, z, w, ray)
+            return _answer(n, result, z, w, ray).watched(self._monitor)
 
     def _set_watch(self) -> None:
         """Has the library call the watch if this solve, on this thread, needs it."""

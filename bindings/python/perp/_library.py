@@ -18,17 +18,22 @@ ABI_VERSION = CONSTANTS["PERP_ABI_VERSION"]
 OLDEST_VERSION = 100
 
 
-def _candidates() -> list[str]:
+def _candidates() -> list[tuple[str, str]]:
     """Where to look, in order: PERP_LIBRARY and nothing else if it is set; the library that came
-    with this package; the system's."""
+    with this package; the one in Python's own prefix (conda); the system's. (how it was found,
+    path)"""
     override = os.environ.get("PERP_LIBRARY")
     if override:
-        return [override]
+        return [("PERP_LIBRARY", override)]
     here = Path(__file__).resolve().parent
     names = {"darwin": "libperp.*dylib", "win32": "*perp*.dll"}
-    packaged = sorted(str(path) for path in here.glob(names.get(sys.platform, "libperp.so*")))
+    name = names.get(sys.platform, "libperp.so*")
+    folders = {"inside the package": here, "beside Python": Path(sys.prefix) / "lib"}
+    found = [
+        (origin, str(path)) for origin, folder in folders.items() for path in folder.glob(name)
+    ]
     system = ctypes.util.find_library("perp")
-    return packaged + ([system] if system else [])
+    return found + ([("the system's", system)] if system else [])
 
 
 def _checked(path: str) -> CDLL:
@@ -56,11 +61,12 @@ def _split(number: int) -> tuple[int, int, int]:
     return number // 10000, number // 100 % 100, number % 100
 
 
-def _load() -> CDLL:
+def _load() -> tuple[CDLL, str]:
+    """The library, and how it was found."""
     errors = []
-    for path in _candidates():
+    for origin, path in _candidates():
         try:
-            return _checked(path)
+            return _checked(path), origin
         except OSError as error:
             errors.append(str(error))
     override = os.environ.get("PERP_LIBRARY")
@@ -96,10 +102,10 @@ def codes(prefix: str) -> dict[str, int]:
     }
 
 
-library = _load()
+library, origin = _load()
 _declare(library)
 
-OUTCOMES = _words(library.perp_outcome_text)
+OUTCOMES: dict[int, Any] = _words(library.perp_outcome_text)
 METHODS = _words(library.perp_lcp_method_text)
 NCP_METHODS = _words(library.perp_ncp_method_text)
 VERDICTS = _words(library.perp_lcp_verdict_text)

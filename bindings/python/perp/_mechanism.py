@@ -30,6 +30,7 @@ from ._mechanism_results import (
     make_step,
     words,
 )
+from ._words import ImpactLaw, Scheme, Selection
 
 _SCHEME_CODES = {word: k for k, word in MECHANISM_SCHEMES.items()}
 _SELECT_CODES = {word: k for k, word in MECHANISM_SELECTIONS.items()}
@@ -72,6 +73,8 @@ class Mechanism(MechanismBase):
         accelerations(); None: by differences.
     contact_count, dim (1, 2 or 3, or one a contact), bilateral_count, tresca_count, tresca_dim:
         sizes; those not given are found by calling the functions once, at the first state.
+    check: compare normal and G with differences of gap and c at the first state (2 n calls), and
+        tangents with normals; Error says which entry is wrong.
 
     Units are any consistent ones. Raises Error where an argument makes no sense.
     """
@@ -87,7 +90,7 @@ class Mechanism(MechanismBase):
         mu_static: Optional[ArrayLike] = None,
         stribeck: Optional[ArrayLike] = None,
         restitution: ArrayLike = 0.0,
-        law: str = "moreau",
+        law: ImpactLaw = "moreau",
         bilateral: Optional[Callable[..., Any]] = None,
         tresca: Any = None,
         coordinates: Optional[int] = None,
@@ -99,6 +102,7 @@ class Mechanism(MechanismBase):
         bilateral_count: Optional[int] = None,
         tresca_count: Optional[int] = None,
         tresca_dim: Optional[int] = None,
+        check: bool = True,
     ) -> None:
         super().__init__(
             n,
@@ -122,6 +126,7 @@ class Mechanism(MechanismBase):
                 tresca_count=tresca_count,
                 tresca_dim=tresca_dim,
             ),
+            check,
         )
 
     def step(
@@ -131,12 +136,12 @@ class Mechanism(MechanismBase):
         v: ArrayLike,
         h: float,
         *,
-        scheme: str = "frozen",
+        scheme: Scheme = "frozen",
         cone: Union[str, int] = "exact",
         tol: float = 1e-10,
         theta: float = 0.5,
         project: bool = True,
-        select: str = "any",
+        select: Selection = "any",
         time_limit: Optional[float] = None,
     ) -> MechanismStep:
         """Steps from (t, q, v) to t + h. q: (coordinates,), v: (n,). Settings as for simulate().
@@ -176,14 +181,14 @@ class Mechanism(MechanismBase):
         t_end: float,
         dt: float,
         *,
-        scheme: str = "frozen",
+        scheme: Scheme = "frozen",
         cone: Union[str, int] = "exact",
         tol: float = 1e-10,
         error: float = 0.0,
         t0: float = 0.0,
         theta: float = 0.5,
         project: bool = True,
-        select: str = "any",
+        select: Selection = "any",
         shortest: float = 0.0,
         longest: float = 0.0,
         time_limit: Optional[float] = None,

@@ -9,6 +9,7 @@ from typing import Optional
 import numpy as np
 from numpy.typing import NDArray
 
+from ._answer import Shown
 from ._callbacks import Array
 from ._generated import MechanismFound, MechanismSummary
 from ._library import MECHANISM_REASONS
@@ -16,7 +17,7 @@ from ._mechanism_results import Words, read, words
 
 
 @dataclass(frozen=True, eq=False)
-class Acceleration:
+class Acceleration(Shown):
     """One acceleration that a state may have, with its forces; of a family, a point inside."""
 
     acceleration: Array  # v'

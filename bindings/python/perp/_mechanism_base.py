@@ -17,6 +17,7 @@ from ._handle import Handle
 from ._lcp import code
 from ._library import MECHANISM_LAWS, defaults, library
 from ._mechanism_callbacks import MechanismCallbacks, Sizes
+from ._mechanism_check import friction
 
 _LAW_CODES = {word: k for k, word in MECHANISM_LAWS.items()}
 
@@ -67,6 +68,7 @@ class MechanismBase:
         functions: Mapping[str, Any],
         coefficients: Mapping[str, Any],
         sizes: Mapping[str, Any],
+        check: bool,
     ) -> None:
         self.n = whole(n, "n")
         self.coordinates = self.n if coordinates is None else whole(coordinates, "coordinates")
@@ -81,6 +83,7 @@ class MechanismBase:
         }
         self._law = code(law, _LAW_CODES, "law")
         self._lock = threading.RLock()
+        self._check = bool(check)
         self._sizes = self._given(functions, sizes)
         self._build(self._guess(functions))
 
@@ -158,9 +161,16 @@ class MechanismBase:
         speed = _arrays.vector(speed, names[2], self.n)
         self._handle._alive()
         if not self._sizes.known:
-            self._sizes = self._callbacks.measure(self._sizes, time, place, speed)
+            guessed = self._sizes.dims is None
+            sizes = self._callbacks.measure(self._sizes, time, place, speed)
+            if guessed and sizes.dims == 1 and sizes.contacts:
+                friction(self._coefficients)
+            self._sizes = sizes
             self._handle.close()
-            self._build(self._sizes)
+            self._build(sizes)
+        if self._check:
+            self._callbacks.check(time, place)
+            self._check = False
         return time, place, speed
 
     def _set(self, **values: Any) -> None:

@@ -12,16 +12,10 @@ from numpy.typing import NDArray
 
 from . import _arrays
 from ._callbacks import Array, Callbacks
-from ._errors import argument_error
+from ._errors import OutsideDomain, argument_error
 from ._generated import MechanismModel
+from ._mechanism_check import gradients, tangents
 from ._structures import sized
-
-
-class OutsideDomain(Exception):
-    """Raised by a function of a perp.Mechanism where q is outside of what it is defined for: the
-    step's outcome is then "evaluation_failed" (or the step is shortened, if errors are
-    controlled). From the first state of a mechanism whose sizes are not given it comes out of the
-    call."""
 
 
 @dataclass
@@ -179,6 +173,37 @@ class MechanismCallbacks(Callbacks):
         self._uniform = int(self._dims[0]) if len(set(self._dims.tolist())) == 1 else 0
         self._bilateral = sizes.bilateral or 0
         self._dry, self._dry_dim = sizes.tresca or 0, sizes.tresca_dim or 1
+
+    def check(self, t: float, q: Array) -> None:
+        """Refuses a model that is wrong to the eye at this state."""
+        name, k, n = self._label("contacts") if self._contacts else "", self._contacts, self._n
+        rate = self._functions["kinematics"]
+
+        def direction(v: Array) -> Array:
+            return v if rate is None else _shaped(rate(q.copy(), v), "kinematics(q, v)", q.shape)
+
+        if k:
+            _, normal, tangent, _, _ = self._contact_parts(t, q)
+            rows = _shaped(normal, f"{name}: normal", (k, n))
+            gradients(
+                lambda x: np.atleast_1d(_arrays.real(self._contact_parts(t, x)[0], "gap")),
+                rows,
+                q,
+                direction,
+                (f"{name}: gap", f"{name}: normal"),
+            )
+            if self._rows > k and tangent is not None:
+                array = _shaped(tangent, f"{name}: tangent", *self._tangent_shapes())
+                tangents(rows, array.reshape(-1, n), self._dims, name)
+        if self._bilateral:
+            name, m = self._label("bilateral"), self._bilateral
+            gradients(
+                lambda x: np.atleast_1d(_arrays.real(self._bilateral_parts(t, x)[0], "c")),
+                _shaped(self._bilateral_parts(t, q)[1], f"{name}: G", (m, n)),
+                q,
+                direction,
+                (f"{name}: c", f"{name}: G"),
+            )
 
     ## What the functions return
 

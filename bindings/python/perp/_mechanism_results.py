@@ -9,6 +9,8 @@ from typing import Any, Optional
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _plot
+from ._answer import Answer, Shown
 from ._callbacks import Array
 from ._generated import MechanismRunResult, MechanismView
 from ._generated import MechanismStep as CStep
@@ -26,7 +28,7 @@ _MODE_WORDS = np.array([MODES[k] for k in range(len(MODES))])
 
 
 @dataclass(frozen=True, eq=False)
-class MechanismStep:
+class MechanismStep(Answer):
     """One step. Rows of impulse, velocity and ray: contacts (normal, then tangents, of each),
     bilateral ones, those of tresca; Mechanism.rows has the slices."""
 
@@ -61,7 +63,7 @@ class MechanismStep:
 
 
 @dataclass(frozen=True, eq=False)
-class MechanismStats:
+class MechanismStats(Shown):
     """What a run took."""
 
     steps: int
@@ -77,7 +79,7 @@ class MechanismStats:
 
 
 @dataclass(frozen=True, eq=False)
-class MechanismRun:
+class MechanismRun(Answer):
     """A run: entry 0 of each array is the start, entry k the end of step k. Rows as in
     MechanismStep."""
 
@@ -93,6 +95,18 @@ class MechanismRun:
 
     def __repr__(self) -> str:
         return f"<perp.MechanismRun {self.outcome}, {self.stats.steps} steps, t={self.t[-1]:g}>"
+
+    @property
+    def nit(self) -> int:
+        return self.stats.iterations
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draws q, v and the impulses over time, on as many of matplotlib's axes or, with None,
+        in a new figure, which is returned. Needs matplotlib (pip install 'perp[plot]')."""
+        names = ("q", "v", "impulse")
+        return _plot.panels(
+            [(_plot.courses, (self.t, getattr(self, name), name)) for name in names], axes
+        )
 
 
 def _bytes(address: Optional[int], count: int) -> bytes:

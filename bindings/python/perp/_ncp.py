@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from ctypes import byref
 from dataclasses import dataclass
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays, _errors
+from . import _arrays, _errors, _plot
+from ._answer import Shown, SolverAnswer
 from ._callbacks import Callbacks
 from ._generated import NcpCheck, NcpFunction, NcpJacobian, NcpMonitor, NcpProblem, NcpSettings
 from ._generated import NcpSolverPointer
@@ -19,6 +20,7 @@ from ._lcp import code, count, limit
 from ._library import GOOD_OUTCOMES, NCP_METHODS, OUTCOMES, library
 from ._monitor import Monitor, Watch
 from ._structures import sized
+from ._words import NcpMethod, Outcome
 
 Array = NDArray[np.float64]
 
@@ -27,12 +29,12 @@ _NO_JACOBIAN = NcpJacobian()
 
 
 @dataclass(eq=False)
-class NcpResult:
+class NcpResult(SolverAnswer):
     """The answer to one problem. See ncp() for what was asked."""
 
     z: Array  # within the bounds; the best iterate, whatever the outcome
     w: Array  # F(z)
-    outcome: str  # "solved", "rounding_limit", "stalled", "iteration_limit", ...
+    outcome: Outcome  # "solved", "rounding_limit", "stalled", "iteration_limit", ...
     ok: bool  # solved, or as near as a double can come
     residual: float  # dimensionless, the one compared with tol
     natural_residual: float  # max |mid(z - lower, z - upper, w)|, in the caller's units
@@ -51,9 +53,22 @@ class NcpResult:
             f"residual={self.residual:.2g}, iterations={self.iterations}>"
         )
 
+    @property
+    def nfev(self) -> int:
+        """`function_evaluations`, by SciPy's name."""
+        return self.function_evaluations
+
+    @property
+    def njev(self) -> int:
+        """`jacobian_evaluations`, by SciPy's name."""
+        return self.jacobian_evaluations
+
+    def _pictures(self) -> list[Any]:
+        return [(_plot.complements, (self.z, self.w))]
+
 
 @dataclass(eq=False)
-class JacobianCheck:
+class JacobianCheck(Shown):
     """How a Jacobian compares with differences of F."""
 
     ok: bool  # nothing wrong, nothing missing, every column checked
@@ -66,6 +81,9 @@ class JacobianCheck:
     missing_entry: Optional[tuple[int, int]]  # the missing entry with the largest difference
     missing_difference: float
     unchecked: int  # columns of fixed variables, or next to which F is not defined
+
+    def __bool__(self) -> bool:
+        return self.ok
 
 
 class _Callbacks(Callbacks):
@@ -220,6 +238,19 @@ def _vector(value: ArrayLike, name: str) -> Array:
     return np.ascontiguousarray(array)
 
 
+def _in_order(J: Any, z0: Any, jac: Any) -> tuple[Any, Any]:
+    """J and z0, by whatever names and in whichever order they came."""
+    if z0 is None and J is not None and not callable(J):
+        J, z0 = None, J
+    if jac is not None:
+        if J is not None:
+            raise _errors.argument_error("J and jac are the same thing: give one of them")
+        J = jac
+    if z0 is None:
+        raise _errors.argument_error("z0 is missing: the start")
+    return J, z0
+
+
 class NCP(Handle):
     """A problem to be solved from many starts: checks, workspace and factors are kept, and every
     solve starts from the last solution.
@@ -239,12 +270,13 @@ class NCP(Handle):
     def __init__(
         self,
         F: Callable[[Array], ArrayLike],
-        J: Optional[Callable[[Array], Any]],
-        z0: ArrayLike,
+        J: Union[Callable[[Array], Any], ArrayLike, None] = None,
+        z0: Optional[ArrayLike] = None,
         lower: Optional[ArrayLike] = None,
         upper: Optional[ArrayLike] = None,
         *,
-        method: str = "auto",
+        jac: Optional[Callable[[Array], Any]] = None,
+        method: NcpMethod = "auto",
         tol: float = 1e-10,
         max_iterations: Optional[int] = None,
         time_limit: Optional[float] = None,
@@ -255,6 +287,7 @@ class NCP(Handle):
         scaling: bool = True,
         polish: bool = True,
     ) -> None:
+        J, z0 = _in_order(J, z0, jac)
         settings = sized(NcpSettings)
         _fill(settings, method, tol, max_iterations, time_limit, penalty, restarts, scaling, polish)
         self._start = _vector(z0, "z0")
@@ -265,6 +298,7 @@ class NCP(Handle):
         )
         self._callbacks = _Callbacks(F, J, projected, pattern)
         self._bounds = _bounds(self._callbacks.problem, low, high, n)
+        self._monitor = monitor
         self._watch = Watch(monitor, NcpMonitor, NCP_METHODS)
         if monitor is not None:
             settings.monitor = self._watch.function
@@ -297,7 +331,7 @@ class NCP(Handle):
             answer = _answer(z, w, result)
             if answer.ok:
                 self._start = z.copy()
-            return answer
+            return answer.watched(self._monitor)
 
 
 def _answer(z: Array, w: Array, result: CResult) -> NcpResult:
@@ -321,12 +355,13 @@ def _answer(z: Array, w: Array, result: CResult) -> NcpResult:
 
 def ncp(
     F: Callable[[Array], ArrayLike],
-    J: Optional[Callable[[Array], Any]],
-    z0: ArrayLike,
+    J: Union[Callable[[Array], Any], ArrayLike, None] = None,
+    z0: Optional[ArrayLike] = None,
     lower: Optional[ArrayLike] = None,
     upper: Optional[ArrayLike] = None,
     *,
-    method: str = "auto",
+    jac: Optional[Callable[[Array], Any]] = None,
+    method: NcpMethod = "auto",
     tol: float = 1e-10,
     max_iterations: Optional[int] = None,
     time_limit: Optional[float] = None,
@@ -343,7 +378,8 @@ def ncp(
     F: a function of an (n,) array that returns one. NaN or infinity says that z is outside of its
         domain; it is only called within the bounds.
     J: its Jacobian, dF_i/dz_j at row i and column j: returns an (n, n) array or a SciPy sparse
-        matrix. None: finite differences, few calls of F where pattern is sparse.
+        matrix. None: finite differences, few calls of F where pattern is sparse. It may also be
+        left out, or come as jac=, in SciPy's order: ncp(F, z0, jac=J).
     z0: (n,), the start.
     lower, upper: (n,), or a number for all; None is 0 and +inf. Infinite bounds are allowed.
     method: "auto", "fischer" or "josephy".
@@ -361,7 +397,7 @@ def ncp(
     the call. Raises Error where the call itself did not make sense.
     """
     with NCP(
-        F, J, z0, lower, upper, method=method, tol=tol, max_iterations=max_iterations,
+        F, J, z0, lower, upper, jac=jac, method=method, tol=tol, max_iterations=max_iterations,
         time_limit=time_limit, monitor=monitor, pattern=pattern, penalty=penalty,
         restarts=restarts, scaling=scaling, polish=polish,
     ) as problem:  # fmt: skip

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Union
 import numpy as np
 from numpy.typing import NDArray
 
+from ._answer import Answer, Shown
+from ._words import Outcome
+
 if TYPE_CHECKING:
     from ._body import Body, Shape
 
@@ -15,10 +18,10 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)
-class StepResult:
+class StepResult(Answer):
     """How one step went."""
 
-    outcome: str  # the worst of the islands'
+    outcome: Outcome  # the worst of the islands'
     ok: bool  # solved, or as near as a double can come
     advanced: bool  # False if the state was left untouched
     residual: float  # the largest of the islands', dimensionless
@@ -37,15 +40,26 @@ class StepResult:
 
 
 @dataclass(frozen=True)
-class RunResult:
+class RunResult(Answer):
     """How a run went."""
 
-    outcome: str  # "solved", or the first outcome that was not ok
+    outcome: Outcome  # "solved", or the first outcome that was not ok
     ok: bool  # every step was
     steps: int  # taken
     seconds: float  # of the world's time: steps * dt
     residual: float  # the largest of the steps'
     stopped: bool  # by the callback, or because a step did not advance
+
+    def __repr__(self) -> str:
+        stopped = ", stopped" if self.stopped else ""
+        return (
+            f"<perp.RunResult: {self.outcome}{stopped}, {self.steps} steps, {self.seconds:g} s, "
+            f"residual {self.residual:.2g}>"
+        )
+
+    @property
+    def nit(self) -> int:
+        return self.steps
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -94,7 +108,7 @@ class Momentum(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Stats:
+class Stats(Shown):
     """Counts of the last step, except steps and seconds, which count since creation."""
 
     bodies: int

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
+from ._answer import Shown
 from ._generated import LcpProof, Matrix
 from ._handle import Context
 from ._library import VERDICTS, library
@@ -17,7 +18,7 @@ from ._structures import sized
 
 
 @dataclass(frozen=True, eq=False)
-class Proof:
+class Proof(Shown):
     """What lcp_verify() proved, or why it could not."""
 
     radius: Optional[float]  # a solution s has |z[i] - s[i]| <= radius for all i; None: no proof

@@ -24,6 +24,7 @@ from ._library import GOOD_OUTCOMES, MODES, OUTCOMES, codes, defaults, library
 from ._results import Array, Contact, Energy, Momentum, RunResult, Stats, StepResult
 from ._states import States
 from ._structures import Matrix3, Vector3, Vector4, sized
+from ._words import Accuracy, BodyKind, ContactMethod, JointKind
 
 _KIND_CODES = codes("PERP_BODY_")
 _ACCURACY_CODES = codes("PERP_ACCURACY_")
@@ -61,9 +62,9 @@ class World(Handle):
         planar: bool = False,
         *,
         friction: float = 0.0,
-        accuracy: str = "standard",
+        accuracy: Accuracy = "standard",
         cone: Union[str, int] = "exact",
-        method: str = "auto",
+        method: ContactMethod = "auto",
         substeps: Optional[int] = None,
         tol: Optional[float] = None,
         max_iterations: Optional[int] = None,
@@ -238,7 +239,7 @@ class World(Handle):
         angular_velocity: Optional[ArrayLike] = None,
         *,
         angle: Optional[float] = None,
-        kind: str = "dynamic",
+        kind: BodyKind = "dynamic",
     ) -> Body:
         """Adds a body without shapes.
 
@@ -293,7 +294,7 @@ class World(Handle):
 
     def add_joint(
         self,
-        kind: str,
+        kind: JointKind,
         a: Body,
         b: Body,
         *,

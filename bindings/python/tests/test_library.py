@@ -52,6 +52,28 @@ def test_override_that_is_missing_is_not_replaced_by_another_library(tmp_path):
     assert "PERP_LIBRARY" in run.stderr
 
 
+def test_order_of_places(tmp_path, monkeypatch):
+    (tmp_path / "lib").mkdir()
+    library = tmp_path / "lib" / "libperp.so.0"
+    library.touch()
+    monkeypatch.setattr(sys, "prefix", str(tmp_path))
+    monkeypatch.setattr(perp._library.ctypes.util, "find_library", lambda name: f"lib{name}.so")
+    monkeypatch.setenv("PERP_LIBRARY", "mine.so")
+    assert perp._library._candidates() == [("PERP_LIBRARY", "mine.so")]
+    monkeypatch.delenv("PERP_LIBRARY")
+    places = perp._library._candidates()
+    assert places[-2:] == [("beside Python", str(library)), ("the system's", "libperp.so")]
+    assert {origin for origin, _ in places[:-2]} <= {"inside the package"}
+
+
+def test_the_conda_recipe_is_of_this_version():
+    recipe = Path(__file__).parents[3] / "packaging" / "conda" / "meta.yaml"
+    if not recipe.exists():
+        pytest.skip("not in a checkout")
+    assert f'set version = "{perp.__version__}"' in recipe.read_text()
+    assert perp.__version__ == ".".join(map(str, perp.version))
+
+
 @needs_compiler
 @pytest.mark.parametrize(
     "version, abi, complaint",

@@ -103,11 +103,13 @@ def test_rows_are_those_of_contact(seed):
 
 def test_sizes_that_are_given_are_not_looked_for():
     calls = []
-    m = falling(contacts=lambda q: calls.append(q) or (q, [[1.0]]), contact_count=1, dim=1)
+    m = falling(
+        contacts=lambda q: calls.append(q) or (q, [[1.0]]), contact_count=1, dim=1, check=False
+    )
     r = m.step(0, [1], [0], 0.1)
     assert len(calls) == r.evaluations
     calls.clear()
-    m = falling(contacts=lambda q: calls.append(q) or (q, [[1.0]]))
+    m = falling(contacts=lambda q: calls.append(q) or (q, [[1.0]]), check=False)
     assert m.rows.contacts == slice(0, 2)  # one contact of dimension 2 until it is known better
     r = m.step(0, [1], [0], 0.1)
     assert len(calls) == r.evaluations + 1 and m.rows.contacts == slice(0, 1)

@@ -248,7 +248,7 @@ def test_defaults_are_the_librarys():
     for field, kind in _generated.NcpSettings._fields_:
         if kind is not _generated.NcpMonitor:
             assert getattr(mine, field) == getattr(theirs, field), field
-    assert set(signature) == {*names, "monitor", "pattern"}
+    assert set(signature) == {*names, "monitor", "pattern", "jac"}
     assert list(_library.NCP_METHODS.values()) == ["auto", "fischer", "josephy"]
 
 

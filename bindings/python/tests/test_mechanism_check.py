@@ -1,0 +1,92 @@
+"""Models that are wrong at first sight are refused, and right ones are not."""
+
+import numpy as np
+import pytest
+
+import perp
+
+
+def rod(sign=1.0, turn=1.0, tangent=((1.0, 0.0, 0.5),), **settings):
+    """A rod whose end touches the floor: gap = y - cos(theta) / 2."""
+
+    def contacts(q):
+        lever = np.sin(q[2]) / 2
+        return q[1] - np.cos(q[2]) / 2, [[0, sign, sign * turn * lever]], np.array(tangent)
+
+    return perp.Mechanism(
+        3, mass=[1, 1, 0.1], force=[0, -9.81, 0], contacts=contacts, mu=0.3, **settings
+    )
+
+
+START = [0.0, 0.6, 0.3]
+
+
+def test_right_models_pass():
+    assert rod().step(0, START, [0, 0, 0], 0.01).ok
+
+
+@pytest.mark.parametrize(
+    "model, complaint",
+    [
+        (dict(sign=-1.0), r"normal \(0, 1\) is -1, but contacts\(q\): gap\[0\] changes by 1"),
+        (dict(turn=-1.0), r"normal \(0, 2\) is -0.14776, but .* changes by 0.14776"),
+        (dict(turn=2.0), r"normal \(0, 2\)"),
+        (dict(tangent=[[0, 2, np.sin(0.3)]]), "tangent row 0 is a multiple of the normal of cont"),
+    ],
+)
+def test_wrong_models_are_refused(model, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        rod(**model).step(0, START, [0, 0, 0], 0.01)
+    with pytest.raises(ValueError, match=complaint):
+        rod(**model).simulate(START, [0, 0, 0], 0.1, 0.01)
+    # and whoever knows better may go on
+    rod(**model, check=False).step(0, START, [0, 0, 0], 0.01)
+
+
+def test_friction_without_tangents_is_refused_unless_none_is_meant():
+    def ball(**settings):
+        return perp.Mechanism(2, force=[1, -9.81], contacts=lambda q: (q[1], [[0, 1]]), **settings)
+
+    with pytest.raises(ValueError, match="mu is above 0, but contacts returned no tangent"):
+        ball(mu=0.5).step(0, [0, 1], [0, 0], 0.1)
+    with pytest.raises(ValueError, match="mu_static is above 0"):
+        ball(mu_static=[0.5]).step(0, [0, 1], [0, 0], 0.1)
+    assert ball().step(0, [0, 1], [0, 0], 0.1).ok
+    assert ball(mu=0.5, dim=1).step(0, [0, 1], [0, 0], 0.1).ok
+
+
+def test_gradients_of_constraints():
+    def pendulum(sign):
+        return perp.Mechanism(
+            2,
+            force=[0, -9.81],
+            bilateral=lambda q: (q @ q - 1, [[2 * q[0], sign * 2 * q[1]]]),
+        )
+
+    assert pendulum(1.0).step(0, [0.6, -0.8], [0, 0], 1e-3).ok
+    with pytest.raises(ValueError, match=r"bilateral\(q\): G \(0, 1\) is 1.6"):
+        pendulum(-1.0).step(0, [0.6, -0.8], [0, 0], 1e-3)
+
+
+def test_kinks_and_edges_of_the_domain_are_let_through():
+    """At a kink no gradient is wrong; where differences leave the domain nothing is said."""
+    kink = perp.Mechanism(1, contacts=lambda q: (abs(q[0]), [[1.0]]))
+    assert kink.step(0, [0.0], [0.0], 0.1).ok
+
+    def root(q):
+        if q[0] < 1.0:
+            raise perp.OutsideDomain
+        return np.sqrt(q[0] - 1.0), [[0.5]]
+
+    assert perp.Mechanism(1, contacts=root).step(0, [1.0], [1.0], 0.1).outcome == "solved"
+
+
+def test_gradients_along_velocities_of_other_coordinates():
+    """A unit complex number turns at v: its gap's gradient is by v, not by the coordinates."""
+    wheel = perp.Mechanism(
+        1,
+        coordinates=2,
+        kinematics=lambda q, v: np.array([-q[1], q[0]]) * v,
+        contacts=lambda q: (q[1], [[q[0]]]),
+    )
+    assert wheel.step(0, [0.6, 0.8], [0.0], 0.1).ok
