@@ -3,8 +3,8 @@
  * of the same sizes, so that a step is a set-up and a solve by one kept solver: 'set-up', 'cold'
  * (without a start) and 'warm' (from the answer of the step before) are medians over the steps, in
  * microseconds of one thread, through the public calls with checks, verdict and zeros. 'error': the
- * largest difference of v from the answer to 1e-13 next to it, over the largest |v|; 'residual': the largest
- * tested one; 'good': steps with outcome solved or rounding_limit. */
+ * largest difference of v from the answer to 1e-13 next to it, over the largest |v|; 'residual':
+ * the largest tested one; 'good': steps with outcome solved or rounding_limit. */
 #include "measure.h"
 
 enum { LINKS = 40, WIDTH = 64, ROWS = 160, STEPS = 40 };

@@ -357,7 +357,7 @@ static perp_status try_start(perp_contact_solver *solver)
 
     read_start(solver);
     status = try_set(solver);
-    if (status != PERP_OK || ends_the_search(solver))
+    if (status != PERP_OK || perp__is_good(solver->best.outcome))
         return status;
     read_start(solver);
     return perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth);

@@ -260,8 +260,42 @@ static void test_steps(void **state)
     perp_context_destroy(context);
 }
 
+static int32_t stop(const perp_contact_progress *progress, void *user)
+{
+    (void)progress;
+    (void)user;
+    return 1;
+}
+
+/* Stopped before a set was found the start is still judged, and handed over. */
+static void test_stopped(void **state)
+{
+    perp_context *context;
+    perp_contact_solver *solver;
+    perp_contact_settings settings;
+    machine m;
+    answer a;
+    (void)state;
+    seed = 3;
+    draw_machine(&m);
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
+    settings.monitor = stop;
+    assert_int_equal(perp_contact_solver_create(context, &solver, &settings), PERP_OK);
+    set_up(solver, &m, 0);
+    solve(solver, &m, NULL, &a);
+    assert_int_equal(a.result.outcome, PERP_OUTCOME_STOPPED);
+    assert_int_equal(a.result.method, PERP_CONTACT_METHOD_POLISH);
+    assert_true(a.result.residual > 0.01 && isfinite(a.result.residual));
+    for (int i = 0; i < SIZE; i++)
+        assert_true(a.r[i] == 0.0);
+    perp_contact_solver_destroy(solver);
+    perp_context_destroy(context);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_half), cmocka_unit_test(test_steps)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_half), cmocka_unit_test(test_steps),
+                                       cmocka_unit_test(test_stopped)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
