@@ -317,7 +317,7 @@ static int32_t touch_plainly(const perp_world *world, perp__pair *pair, const pe
            has_pressed(world, pair) && perp__touch_plainly(a, b, planar, &wide, &pair->meeting);
 }
 
-int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h,
+int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points)
 {
     const perp__moving a = perp__moving_shape(world, pair->first, h);
@@ -332,9 +332,11 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     if (!perp__are_near(world, pair, fmax(near.touching, PERP__NEAR * sizes)))
         return 0;
     if (has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
-        made = perp__collide(a.start, b.start, planar, INFINITY, points);
+        const double due = fmax(fmin(PERP__NEAR * sizes, 2.0 * way), near.touching);
+
+        made = perp__collide(a.start, b.start, planar, fmax(far, due), points);
         for (int32_t i = 0; i < made; i++)
-            if (points[i].gap <= fmax(fmin(PERP__NEAR * sizes, 2.0 * way), near.touching))
+            if (points[i].gap <= due)
                 return made;
         return 0;
     }
