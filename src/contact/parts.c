@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "contact/solver.h"
 
 /* Beside sqrt(t_k t_j), which bounds what contacts k and j can have of each other: a coupling that
@@ -97,15 +98,7 @@ void perp__contact_find_parts(perp_contact_solver *solver)
     solver->parts = solver->units;
     visit_couplings(solver, 0);
     solver->leaks &= solver->parts > 1;
-    solver->parts = 0;
-    for (int32_t k = 0; k < solver->units; k++) {
-        const int32_t root = perp__root_of(solver->part, k);
-
-        /* a root comes before all others of its part, and has its number by then */
-        solver->number[k] = root == k ? solver->parts++ : solver->number[root];
-    }
-    if (solver->units > 0)
-        memcpy(solver->part, solver->number, (size_t)solver->units * sizeof *solver->part);
+    solver->parts = perp__number_parts(solver->part, solver->units);
     if (solver->leaks)
         visit_couplings(solver, 1);
 }

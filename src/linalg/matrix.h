@@ -41,11 +41,18 @@ void perp__multiply(const perp__matrix *M, const double *x, double *y);
 /* y += M x; M column-major or CSC, and columns with x_j = 0 cost nothing. */
 void perp__multiply_add(const perp__matrix *M, const double *x, double *y);
 
+/* M_ii; 0 where there is no entry. */
+double perp__diagonal_entry(const perp__matrix *M, int32_t i);
+
 /* sum_i |x_i|, in the order of i. */
 double perp__sum_of_sizes(const double *x, int32_t n);
 
 /* sum_i M_ij x_i, in the order of i. */
 double perp__column_times(const perp__matrix *M, int32_t j, const double *x);
+
+/* in_rows[i] := the largest |M_ij| D_j, in_columns[j] := the largest D_i |M_ij|. M dense. */
+void perp__largest_entries(const perp__matrix *M, const double *D, double *in_rows,
+                           double *in_columns);
 
 /* row_sums[i] = sum_j |M_ij| 2^(e_i + e_j) with e = exponents (square M). */
 void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, double *row_sums);
@@ -123,52 +130,16 @@ static inline int32_t perp__advance(perp__cursor *c)
     return 1;
 }
 
-/* Lowest index of i's part so far, in a forest of parents with lower indices. */
-static inline int32_t perp__root_of(int32_t *parents, int32_t i)
-{
-    while (parents[i] != i) {
-        parents[i] = parents[parents[i]];
-        i = parents[i];
-    }
-    return i;
-}
-
-/* Puts the parts of two roots into one. Returns its root. */
-static inline int32_t perp__link(int32_t *parents, int32_t a, int32_t b)
-{
-    if (a < b)
-        parents[b] = a;
-    else
-        parents[a] = b;
-    return a < b ? a : b;
-}
-
-/* Puts i and j into one part. True if they were in two. */
-static inline int32_t perp__join(int32_t *parents, int32_t i, int32_t j)
-{
-    const int32_t a = perp__root_of(parents, i), b = perp__root_of(parents, j);
-
-    perp__link(parents, a, b);
-    return a != b;
-}
-
-/* Numbers the parts of a forest 0, 1, ... in the order of their lowest indices: parents[i] becomes
- * the number of i's part. Returns how many there are. */
-static inline int32_t perp__number_parts(int32_t *parents, int32_t n)
-{
-    int32_t count = 0, i;
-
-    for (i = 0; i < n; i++) /* a parent is lower, so it has its number, coded as -1 - number */
-        parents[i] = parents[i] == i ? -1 - count++ : parents[parents[i]];
-    for (i = 0; i < n; i++)
-        parents[i] = -1 - parents[i];
-    return count;
-}
-
 /* part[i] := number of the part of M that row i belongs to, part[n + j] := that of column j: parts
  * share no entry other than 0. Rows and columns apart, because complementarity couples z_i and w_i
- * by signs alone, not by size. Returns how many there are. part: 2 n entries. */
-int32_t perp__find_parts(const perp__matrix *M, int32_t *part);
+ * by signs alone, not by size. Returns how many there are. part, sizes: 2 n entries; work: n. */
+int32_t perp__find_parts(const perp__matrix *M, int32_t *part, double *sizes, int32_t *work);
+
+/* The same of entries |M_ij| 2^(e_i + e_j) >= least, e = exponents, |e_i| <= 511; rows with `tied`
+ * (NULL: none) belong to the part of their columns. */
+int32_t perp__find_significant_parts(const perp__matrix *M, const int32_t *exponents, double least,
+                                     const int32_t *tied, int32_t *part, double *sizes,
+                                     int32_t *work);
 
 /* ---- principal blocks: the rows and columns of a square matrix that an index list names ---- */
 
