@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _arrays
-from ._contact import _fill
+from ._contact import _METHOD_CODES, _fill
 from ._generated import (
     ContactDynamics,
     ContactLaws,
@@ -61,9 +61,9 @@ class RowSolver(Handle):
     _pointer_type = ContactSolverPointer
 
     def __init__(self, n: int, method: str, tol: float, max_iterations: Any, limit: Any) -> None:
-        settings = sized(ContactSettings)
-        _fill(settings, method, "exact", tol, max_iterations, limit)
-        super().__init__(byref(settings))
+        self._settings = sized(ContactSettings)
+        _fill(self._settings, method, "exact", tol, max_iterations, limit)
+        super().__init__(byref(self._settings))
         self.n = n
         self.f, self.v = np.zeros(n), np.zeros(n)
         self._laws, self._dynamics = sized(ContactLaws), sized(ContactDynamics)
@@ -135,6 +135,17 @@ class RowSolver(Handle):
         word = OUTCOMES[end.outcome]
         good = end.outcome in GOOD_OUTCOMES
         return Solved(word, good, end.residual, end.iterations, CONTACT_METHODS[end.method])
+
+    def solve_by(self, method: str, tol: float) -> Solved:
+        """Once by another method, from no start."""
+        mine = self._settings
+        other = ContactSettings.from_buffer_copy(mine)
+        other.method, other.tol = _METHOD_CODES[method], tol
+        self._call(library.perp_contact_solver_set, byref(other))
+        try:
+            return self.solve(False)
+        finally:
+            self._call(library.perp_contact_solver_set, byref(mine))
 
     def copy(self) -> tuple[Array, ...]:
         """The answer, for put_back()."""

@@ -294,7 +294,8 @@ class Stepper:
 
         What slid to rest has impulses on the rims of their cones, and those are an answer to the
         next step, too: slower than tol can tell from rest, but not 0.0. Where several contacts
-        bear a body there are others inside the cones, and a start from none finds them.
+        bear a body there are others inside the cones, and newton, which keeps away from rims,
+        finds them.
         """
         solver = self._solver
         slips = solver.modes[: len(rows.first)] == _SLIP
@@ -306,7 +307,8 @@ class Stepper:
         if speeds.max() > 100.0 * self.tol * np.abs(free).max():
             return how
         kept = solver.copy()
-        again = solver.solve(False)
+        turns = rows.laws.rolling.any() or rows.laws.spinning.any()
+        again = solver.solve_by("auto" if turns else "newton", 1e-3 * self.tol)
         if again.ok and (solver.modes[: len(rows.first)] == _SLIP).sum() < slips.sum():
             return again
         self._patience = _PATIENCE
