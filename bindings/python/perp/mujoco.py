@@ -44,6 +44,7 @@ _NO_EULER_DAMPING = int(mj.mjtDisableBit.mjDSBL_EULERDAMP)
 _ROWS = np.full((7, 6), -1)
 _ROWS[1, :1], _ROWS[3, :3], _ROWS[4, :4], _ROWS[6] = 0, range(3), range(4), (0, 1, 2, 4, 5, 3)
 _THERE = _ROWS >= 0
+_NONE = np.zeros(0, dtype=np.int64)
 _SLIP = CONSTANTS["PERP_CONTACT_SLIP"]
 _PATIENCE = 32  # steps after which impulses that hold are looked for again
 _PAIRS = 64  # more contacts than MuJoCo makes of two geoms: places of one pair in a key
@@ -63,21 +64,35 @@ class _Mass:
         rows = np.concatenate([row, column[below]])
         columns = np.concatenate([column, row[below]])
         order = np.lexsort((rows, columns))
-        self.diagonal = entry[~below]
+        self._diagonal = entry[~below]
         self._entries = np.concatenate([entry, entry[below]])[order]
         self._rows = rows[order].astype(np.int32)
         self._starts = np.searchsorted(columns[order], np.arange(n + 1)).astype(np.int32)
         self._places = rows[order] * n + columns[order]
         self._values = np.zeros(len(order))
         self._dense = np.zeros((n, n)) if n <= _DENSE else None
+        self._on_diagonal = self._dense.ravel()[:: n + 1] if self._dense is not None else None
         for solver in solvers:
             if self._dense is None:
                 solver.set_mass(self._values, self._starts, self._rows)
             else:
                 solver.set_mass(self._dense)
 
+    def fill_plain(self, model: Any, data: Any, damping: Optional[Array]) -> None:
+        """MuJoCo's M, and what damping adds to its diagonal."""
+        if self._dense is not None:
+            mj.mj_fullM(model, data, self._dense)
+            if damping is not None:
+                self._on_diagonal += damping
+            return
+        M = data.M
+        if damping is not None:
+            M = M.copy()
+            M[self._diagonal] += damping
+        self.fill(M)
+
     def fill(self, values: Array) -> None:
-        """From MuJoCo's entries."""
+        """From entries as MuJoCo stores them."""
         np.take(values, self._entries, out=self._values, mode="clip")
         if self._dense is not None:
             self._dense.ravel()[self._places] = self._values
@@ -103,10 +118,10 @@ class _Rows(NamedTuple):
     there: NDArray[Any]  # (names, 6): which rows it has
 
 
-def _rows(key: tuple[Any, ...], model: Any, data: Any, h: float, equations: Any) -> _Rows:
+def _rows(key: tuple[Any, ...], model: Any, data: Any, h: float, equations: Any, address: Any) -> _Rows:
     contact, ne, nb = data.contact, data.ne, data.nf + data.nl
-    which = np.flatnonzero(contact.efc_address >= 0)
-    address, dim = contact.efc_address[which], contact.dim[which]
+    which = np.flatnonzero(address >= 0)
+    address, dim = address[which], contact.dim[which]
     friction = contact.friction[which]
     there = _THERE[dim]
     order = (address[:, None] + _ROWS[dim])[there]
@@ -187,7 +202,7 @@ class Stepper:
         self._overlaps = RowSolver(model.nv, *settings)
         self._mass = _Mass(model, (self._solver, self._overlaps))
         self._rows: Optional[_Rows] = None
-        self._warm = False
+        self._warm = self._some_move_nothing = False
         self._advances = bool(model.na or model.nplugin or getattr(model, "nhistory", 0))
 
     def step(self, data: Any) -> Solved:
@@ -208,7 +223,14 @@ class Stepper:
         solver.w[rows.gaps] = np.maximum(gaps, 0.0) / h
         if len(rows.equations):
             np.multiply(data.efc_pos[rows.equations], self.correction / h, out=solver.b)
-        how = solver.solve(self._warm)
+        try:
+            how = solver.solve(self._warm)
+        except ValueError:  # a contact that moved something does so no more?
+            if self._some_move_nothing:
+                raise
+            self._some_move_nothing = True
+            rows = self._take_rows(data, h)
+            how = solver.solve(False)
         if self._warm and how.ok:
             how = self._settle(data, rows, how, h)
         self._warm = how.ok
@@ -222,34 +244,37 @@ class Stepper:
     def _fill_mass(self, data: Any, h: float) -> Optional[Array]:
         """M with the implicit part of MuJoCo's integrator. Returns qpos where data has been
         advanced for it, in all but place and velocity."""
-        model, M, place = self.model, data.M, None
+        model = self.model
         if model.opt.integrator in _IMPLICIT:
             place, v = data.qpos.copy(), data.qvel.copy()
             mj.mj_implicit(model, data)
             data.qpos[:], data.qvel[:] = place, v
-            M = M - h * data.qDeriv[model.mapM2D]
-        elif not model.opt.disableflags & _NO_EULER_DAMPING:
-            damping = model.dof_damping
-            if damping.any():
-                M = M.copy()
-                M[self._mass.diagonal] += h * damping
-        self._mass.fill(M)
-        return place
+            self._mass.fill(data.M - h * data.qDeriv[model.mapM2D])
+            return place
+        damping = None if model.opt.disableflags & _NO_EULER_DAMPING else h * model.dof_damping
+        self._mass.fill_plain(model, data, damping)
+        return None
 
     def _take_rows(self, data: Any, h: float) -> _Rows:
         """Fills H and G; new laws, and the start's impulses, where other things touch."""
         ne, nf, nl, contact = data.ne, data.nf, data.nl, data.contact
         dense = self.model.nv <= _DENSE
         J = data.efc_J.reshape(data.nefc, self.model.nv) if dense else None
-        live = np.flatnonzero(J[:ne].any(1)) if ne and dense else np.arange(ne)
+        live = np.flatnonzero(_moves(data, J, np.arange(ne))) if ne else _NONE
+        address = contact.efc_address
+        if self._some_move_nothing:
+            address = np.where((address >= 0) & _moves(data, J, address), address, -1)
         key = (
-            ne, nf, nl, h, live.tobytes(), contact.geom.tobytes(), contact.efc_address.tobytes(),
+            ne, nf, nl, h, live.tobytes(), contact.geom.tobytes(), address.tobytes(),
             contact.friction.tobytes(), data.efc_id[ne : ne + nf + nl].tobytes(),
             data.efc_frictionloss[ne : ne + nf].tobytes(),
         )  # fmt: skip
         rows, solver = self._rows, self._solver
         if rows is None or rows.key != key:
-            last, rows = rows, _rows(key, self.model, data, h, live)
+            last, rows = rows, _rows(key, self.model, data, h, live, address)
+            if not self._some_move_nothing and not _moves(data, J, address[address >= 0]).all():
+                self._some_move_nothing = True
+                return self._take_rows(data, h)
             old = solver.r.copy() if last is not None else None
             solver.set_laws(rows.laws, len(rows.order), len(live))
             solver.w[:] = 0.0
@@ -362,6 +387,14 @@ def _entries(data: Any, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any],
     places += np.repeat(data.efc_J_rowadr[rows] - ends + counts, counts)
     J = data.efc_J.ravel()
     return np.repeat(np.arange(len(rows)), counts), data.efc_J_colind[places], J[places]
+
+
+def _moves(data: Any, J: Optional[Array], rows: NDArray[Any]) -> NDArray[Any]:
+    """Whether each row moves anything: a wall's contact with a planar robot may not."""
+    if J is not None:
+        return J[rows].any(1)
+    row, _, values = _entries(data, rows)
+    return np.bincount(row, np.abs(values), len(rows)) > 0.0
 
 
 def _fill_dense(out: Array, data: Any, rows: NDArray[Any]) -> None:
