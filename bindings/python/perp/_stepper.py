@@ -67,6 +67,7 @@ class RowSolver(Handle):
         self.n = n
         self.f, self.v = np.zeros(n), np.zeros(n)
         self._laws, self._dynamics = sized(ContactLaws), sized(ContactDynamics)
+        self._owners: dict[int, Any] = {}
         self._views = M, H, G = sized(Matrix), sized(Matrix), sized(Matrix)
         self.result = sized(CResult)
         self._dynamics.n, self._laws.dim = n, 3
@@ -113,6 +114,7 @@ class RowSolver(Handle):
         starts: Optional[Indices] = None,
         indices: Optional[Indices] = None,
     ) -> None:
+        self._owners[id(matrix)] = values, starts, indices
         matrix.rows, matrix.columns, matrix.leading_dimension = rows, self.n, self.n
         matrix.storage = _arrays.ROW_MAJOR if starts is None else _arrays.CSC
         matrix.values = _arrays.address(values)

@@ -249,7 +249,7 @@ class Stepper:
             place, v = data.qpos.copy(), data.qvel.copy()
             mj.mj_implicit(model, data)
             data.qpos[:], data.qvel[:] = place, v
-            self._mass.fill(data.M - h * data.qDeriv[model.mapM2D])
+            self._mass.fill(data.M - h * data.qDeriv[model.mapD2M])
             return place
         damping = None if model.opt.disableflags & _NO_EULER_DAMPING else h * model.dof_damping
         self._mass.fill_plain(model, data, damping)
