@@ -9,7 +9,7 @@
 
 Kinematics, inertia, collision, actuation, passive forces and sensors are MuJoCo's. Its constraint
 solver is left out: contacts obey Coulomb's law with the model's coefficients, limits and equations
-are rigid, dry friction holds up to its bound. solref, solimp and noslip are not read. See
+are rigid, dry friction holds up to its bound. solref, solimp, impratio and noslip are not read. See
 docs/mujoco.md. Needs the package mujoco (pip install 'perp[mujoco]').
 """
 
