@@ -76,7 +76,9 @@ def stiff():
 
 
 def ant():
-    model = mujoco.MjModel.from_xml_path(package("gymnasium", "envs", "mujoco", "assets", "ant.xml"))
+    model = mujoco.MjModel.from_xml_path(
+        package("gymnasium", "envs", "mujoco", "assets", "ant.xml")
+    )
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # both alike
     return model
 
@@ -194,7 +196,11 @@ def run(build, seconds, prepare):
 
 
 def main():
-    lines = [__doc__.split("\n    bench/run")[0].strip(), "", __doc__[__doc__.index("Every") :].strip()]
+    lines = [
+        __doc__.split("\n    bench/run")[0].strip(),
+        "",
+        __doc__[__doc__.index("Every") :].strip(),
+    ]
     lines += ["", os.environ.get("MACHINE", ""), f"mujoco {mujoco.__version__}", ""]
     head = f"{'scene':10} {'nv':>3} {'engine':7} {'speed':>8} {'creep':>8} {'depth':>8} {'law':>8}"
     lines.append(f"{head} {'time':>6} {'ratio':>6} {'failed':>6}")

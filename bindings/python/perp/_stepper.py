@@ -30,7 +30,6 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
 
-
 class Solved(NamedTuple):
     """How a step's problem ended; see ContactResult."""
 
@@ -74,6 +73,7 @@ class RowSolver(Handle):
         self._dynamics.M, self._dynamics.H = pointer(M), pointer(H)
         self._by_reference = byref(self._laws), byref(self._dynamics), byref(self.result)
         self.rows = self.bilateral = -1
+        self.r = np.zeros(0)
 
     def set_mass(self, M: Array, starts: Optional[Indices] = None, rows: Any = None) -> None:
         """A dense (n, n) array, or the values of a matrix in columns; it is read at every solve."""
@@ -84,7 +84,7 @@ class RowSolver(Handle):
         mine, address = self._laws, _arrays.address
         self._kept = laws
         mine.contacts, mine.bounded = len(laws.dims), len(laws.lower)
-        for name, array in zip(Laws._fields, laws):
+        for name, array in laws._asdict().items():
             setattr(mine, name, address(array))
         if (rows, bilateral) == (self.rows, self.bilateral):
             return
@@ -149,10 +149,9 @@ class RowSolver(Handle):
         finally:
             self._call(library.perp_contact_solver_set, byref(mine))
 
-    def copy(self) -> tuple[Array, ...]:
+    def copy(self) -> list[Any]:
         """The answer, for put_back()."""
-        return self.v.copy(), self.r.copy(), self.u.copy(), self.modes.copy()
+        return [x.copy() for x in (self.v, self.r, self.u, self.modes)]
 
-    def put_back(self, answer: tuple[Array, ...]) -> None:
-        for mine, theirs in zip((self.v, self.r, self.u, self.modes), answer):
-            mine[:] = theirs
+    def put_back(self, answer: list[Any]) -> None:
+        self.v[:], self.r[:], self.u[:], self.modes[:] = answer

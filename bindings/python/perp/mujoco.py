@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 try:
-    import mujoco as mj
+    import mujoco as mj  # type: ignore[import-untyped]
 except ImportError as error:
     raise ImportError("perp.mujoco needs MuJoCo: pip install 'perp[mujoco]'") from error
 
@@ -64,32 +64,18 @@ class _Mass:
         rows = np.concatenate([row, column[below]])
         columns = np.concatenate([column, row[below]])
         order = np.lexsort((rows, columns))
-        self._diagonal = entry[~below]
+        self.diagonal = entry[~below]
         self._entries = np.concatenate([entry, entry[below]])[order]
         self._rows = rows[order].astype(np.int32)
         self._starts = np.searchsorted(columns[order], np.arange(n + 1)).astype(np.int32)
         self._places = rows[order] * n + columns[order]
         self._values = np.zeros(len(order))
         self._dense = np.zeros((n, n)) if n <= _DENSE else None
-        self._on_diagonal = self._dense.ravel()[:: n + 1] if self._dense is not None else None
         for solver in solvers:
             if self._dense is None:
                 solver.set_mass(self._values, self._starts, self._rows)
             else:
                 solver.set_mass(self._dense)
-
-    def fill_plain(self, model: Any, data: Any, damping: Optional[Array]) -> None:
-        """MuJoCo's M, and what damping adds to its diagonal."""
-        if self._dense is not None:
-            mj.mj_fullM(model, data, self._dense)
-            if damping is not None:
-                self._on_diagonal += damping
-            return
-        M = data.M
-        if damping is not None:
-            M = M.copy()
-            M[self._diagonal] += damping
-        self.fill(M)
 
     def fill(self, values: Array) -> None:
         """From entries as MuJoCo stores them."""
@@ -100,7 +86,8 @@ class _Mass:
     def times(self, v: Array) -> Array:
         if self._dense is not None:
             return self._dense.dot(v)
-        return np.add.reduceat(self._values * v[self._rows], self._starts[:-1])
+        product: Array = np.add.reduceat(self._values * v[self._rows], self._starts[:-1])
+        return product
 
 
 class _Rows(NamedTuple):
@@ -118,7 +105,9 @@ class _Rows(NamedTuple):
     there: NDArray[Any]  # (names, 6): which rows it has
 
 
-def _rows(key: tuple[Any, ...], model: Any, data: Any, h: float, equations: Any, address: Any) -> _Rows:
+def _rows(
+    key: tuple[Any, ...], model: Any, data: Any, h: float, equations: Any, address: Any
+) -> _Rows:
     contact, ne, nb = data.contact, data.ne, data.nf + data.nl
     which = np.flatnonzero(address >= 0)
     address, dim = address[which], contact.dim[which]
@@ -246,13 +235,16 @@ class Stepper:
         advanced for it, in all but place and velocity."""
         model = self.model
         if model.opt.integrator in _IMPLICIT:
-            place, v = data.qpos.copy(), data.qvel.copy()
+            place: Array = data.qpos.copy()
+            v = data.qvel.copy()
             mj.mj_implicit(model, data)
             data.qpos[:], data.qvel[:] = place, v
             self._mass.fill(data.M - h * data.qDeriv[model.mapD2M])
             return place
-        damping = None if model.opt.disableflags & _NO_EULER_DAMPING else h * model.dof_damping
-        self._mass.fill_plain(model, data, damping)
+        M = data.M.copy()
+        if not model.opt.disableflags & _NO_EULER_DAMPING:
+            M[self._mass.diagonal] += h * model.dof_damping
+        self._mass.fill(M)
         return None
 
     def _take_rows(self, data: Any, h: float) -> _Rows:
@@ -275,7 +267,7 @@ class Stepper:
             if not self._some_move_nothing and not _moves(data, J, address[address >= 0]).all():
                 self._some_move_nothing = True
                 return self._take_rows(data, h)
-            old = solver.r.copy() if last is not None else None
+            old = solver.r.copy()
             solver.set_laws(rows.laws, len(rows.order), len(live))
             solver.w[:] = 0.0
             if last is not None:
@@ -342,7 +334,7 @@ class Stepper:
 
     def _correct(self, data: Any, rows: _Rows, gaps: Array, h: float) -> Optional[Array]:
         """The velocity that takes overlaps away and is then forgotten, or None: the least one, in
-        the metric of M, that opens what overlaps, and closes nothing else."""
+        the metric of M, that opens what overlaps and closes nothing else."""
         if not len(gaps) or gaps.min() >= -2.0 * self.slop:
             return None
         solver, solved, count = self._overlaps, self._solver, len(gaps)
@@ -363,9 +355,7 @@ class Stepper:
         self.corrections += 1
         return solver.v if solver.solve(False).ok else None
 
-    def _advance(
-        self, data: Any, h: float, place: Optional[Array], shift: Optional[Array]
-    ) -> None:
+    def _advance(self, data: Any, h: float, place: Optional[Array], shift: Optional[Array]) -> None:
         """As MuJoCo does, but that places follow from the very velocities."""
         model, v = self.model, self._solver.v
         if place is None and self._advances:
@@ -392,7 +382,7 @@ def _entries(data: Any, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any],
 def _moves(data: Any, J: Optional[Array], rows: NDArray[Any]) -> NDArray[Any]:
     """Whether each row moves anything: a wall's contact with a planar robot may not."""
     if J is not None:
-        return J[rows].any(1)
+        return np.asarray(J[rows].any(1))
     row, _, values = _entries(data, rows)
     return np.bincount(row, np.abs(values), len(rows)) > 0.0
 
@@ -484,7 +474,7 @@ def view(
     **settings: Any,
 ) -> None:
     """Opens MuJoCo's viewer on a simulation in real time, and returns when it is closed."""
-    import mujoco.viewer
+    import mujoco.viewer  # type: ignore[import-untyped]
 
     data = mj.MjData(model) if data is None else data
     stepper = Stepper(model, **settings)

@@ -63,7 +63,8 @@ def test_friction_may_depend_on_the_direction(axis, mu):
     model, data = scene(
         '<geom name="floor" type="plane" size="5 5 .1"/>'
         '<body pos="0 0 .04999"><freejoint/><geom name="box" type="box" size=".1 .1 .05"/></body>',
-        rest='<contact><pair geom1="floor" geom2="box" condim="3" friction=".3 .6 0 0 0"/></contact>',
+        rest='<contact><pair geom1="floor" geom2="box" condim="3" '
+        'friction=".3 .6 0 0 0"/></contact>',
     )
     perp.mujoco.step(model, data)
     first, second = data.contact.frame[0].reshape(3, 3)[1:]
@@ -133,7 +134,9 @@ def test_where_nothing_touches_it_is_mujoco(integrator):
 
 
 def test_a_joint_stops_at_its_limit():
-    model, data = scene(ARM.format(a='limited="true" range="-180 30"', b='range="-20 20" damping=".2"'))
+    model, data = scene(
+        ARM.format(a='limited="true" range="-180 30"', b='range="-20 20" damping=".2"')
+    )
     run = perp.mujoco.simulate(model, data, 3.0)
     assert run.ok
     assert (run.qvel[-100:] == 0.0).all()
@@ -156,7 +159,8 @@ def test_dry_friction_of_a_joint_holds_up_to_its_bound():
 def test_equations_hold_and_do_not_drift():
     """A chain whose end is tied to the world: its tip is back within a few steps' errors h^2 v."""
     model, data = scene(
-        ARM.format(a="", b="").replace('type="capsule" size=".02"', 'name="tip" type="capsule" size=".02"')
+        ARM.format(a="", b="")
+        .replace('type="capsule" size=".02"', 'name="tip" type="capsule" size=".02"')
         .replace("</body></body>", '<site name="end" pos=".3 0 .1"/></body></body>')
         + '<site name="hook" pos=".8 0 .1"/>',
         rest='<equality><connect site1="end" site2="hook"/></equality>',
@@ -250,7 +254,9 @@ def test_a_gripped_object_does_not_slip():
 
 def boxes(count):
     rng = np.random.default_rng(5)
-    body = '<body pos="{} {} {}"><freejoint/><geom type="box" size=".1 .1 .1" friction=".5"/></body>'
+    body = (
+        '<body pos="{} {} {}"><freejoint/><geom type="box" size=".1 .1 .1" friction=".5"/></body>'
+    )
     return '<geom type="plane" size="9 9 .1"/>' + "".join(
         body.format(0.5 * (k % 5), 0.5 * (k // 5 % 5), 0.0999 + 0.1998 * (k // 25))
         for k in range(count)
@@ -323,8 +329,6 @@ def test_view_steps_until_its_window_is_closed(monkeypatch):
         def __exit__(self, *_):
             pass
 
-        lock = __enter__
-
         def lock(self):
             return self
 
@@ -346,5 +350,7 @@ def test_without_mujoco_it_says_what_to_install():
         "import sys; sys.modules['mujoco'] = None\n"
         "try:\n    import perp.mujoco\nexcept ImportError as error:\n    print(error)"
     )
-    out = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    out = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
     assert "pip install 'perp[mujoco]'" in out.stdout
