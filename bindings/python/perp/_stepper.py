@@ -7,7 +7,7 @@ types are known, arrays are kept as long as the sizes stay, and the library chec
 from __future__ import annotations
 
 from ctypes import byref, pointer
-from typing import Any, NamedTuple, Optional
+from typing import Any, Callable, NamedTuple, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from . import _arrays
 from ._contact import _METHOD_CODES, _fill
 from ._generated import (
+    CONSTANTS,
     ContactDynamics,
     ContactLaws,
     ContactSettings,
@@ -28,6 +29,9 @@ from ._structures import sized
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
+
+_SLIP = CONSTANTS["PERP_CONTACT_SLIP"]
+_PATIENCE = 32  # steps after which impulses that hold are looked for again
 
 
 class Solved(NamedTuple):
@@ -67,12 +71,13 @@ class RowSolver(Handle):
         self.f, self.v = np.zeros(n), np.zeros(n)
         self._laws, self._dynamics = sized(ContactLaws), sized(ContactDynamics)
         self._owners: dict[int, Any] = {}
-        self._views = M, H, G = sized(Matrix), sized(Matrix), sized(Matrix)
+        self._views = M, H, _ = sized(Matrix), sized(Matrix), sized(Matrix)
         self.result = sized(CResult)
         self._dynamics.n, self._laws.dim = n, 3
         self._dynamics.M, self._dynamics.H = pointer(M), pointer(H)
         self._by_reference = byref(self._laws), byref(self._dynamics), byref(self.result)
         self.rows = self.bilateral = -1
+        self._patience = 0
         self.r = np.zeros(0)
 
     def set_mass(self, M: Array, starts: Optional[Indices] = None, rows: Any = None) -> None:
@@ -138,8 +143,37 @@ class RowSolver(Handle):
         good = end.outcome in GOOD_OUTCOMES
         return Solved(word, good, end.residual, end.iterations, CONTACT_METHODS[end.method])
 
-    def solve_by(self, method: str, tol: float) -> Solved:
-        """Once by another method, from no start."""
+    def settle(self, how: Solved, first: NDArray[Any], fastest: Callable[[], float]) -> Solved:
+        """Looks for impulses that hold what no longer slides.
+
+        What slid to rest has impulses on the rims of their cones, and those are an answer to the
+        next step, too: slower than tol can tell from rest, but not 0.0. Where several contacts
+        bear a body there are others inside the cones, and newton, which keeps away from rims,
+        finds them.
+
+        first: the contacts' normals among the rows. fastest: the largest velocity of a row
+            without impulses.
+        """
+        slips = self.modes[: len(first)] == _SLIP
+        self._patience -= 1
+        if self._patience > 0 or not slips.any():
+            return how
+        of_contacts = np.abs(self.u[: self.rows - len(self._kept.lower)])
+        speeds = np.maximum.reduceat(of_contacts, first)[slips]
+        tol = self._settings.tol
+        if speeds.max() > 100.0 * tol * fastest():
+            return how
+        kept = [x.copy() for x in (self.v, self.r, self.u, self.modes)]
+        turns = self._kept.rolling.any() or self._kept.spinning.any()
+        again = self._solve_by("auto" if turns else "newton", 1e-3 * tol)
+        if again.ok and (self.modes[: len(first)] == _SLIP).sum() < slips.sum():
+            return again
+        self._patience = _PATIENCE
+        self.v[:], self.r[:], self.u[:], self.modes[:] = kept
+        return how
+
+    def _solve_by(self, method: str, tol: float) -> Solved:
+        """Once, from no start."""
         mine = self._settings
         other = ContactSettings.from_buffer_copy(mine)
         other.method, other.tol = _METHOD_CODES[method], tol
@@ -149,9 +183,16 @@ class RowSolver(Handle):
         finally:
             self._call(library.perp_contact_solver_set, byref(mine))
 
-    def copy(self) -> list[Any]:
-        """The answer, for put_back()."""
-        return [x.copy() for x in (self.v, self.r, self.u, self.modes)]
-
-    def put_back(self, answer: list[Any]) -> None:
-        self.v[:], self.r[:], self.u[:], self.modes[:] = answer
+    def open(
+        self, H: Array, G: Array, gaps: Array, slop: float, share: float, h: float
+    ) -> Optional[Array]:
+        """The velocity that takes a share of overlaps away within h, or None: the least, in the
+        metric of M, that opens what overlaps and closes nothing else. H: the rows of the gaps."""
+        if (self.rows, self.bilateral) != (len(gaps), len(G)):
+            none = np.zeros(0)
+            limits = np.zeros(len(gaps)), np.full(len(gaps), np.inf)
+            laws = Laws(np.zeros(0, np.int32), none, none, none, *limits)
+            self.set_laws(laws, len(gaps), len(G))
+        self.H[:], self.G[:] = H, G
+        self.w[:] = (share * np.minimum(gaps + slop, 0.0) + np.maximum(gaps, 0.0)) / h
+        return self.v if self.solve(False).ok else None

@@ -27,7 +27,6 @@ try:
 except ImportError as error:
     raise ImportError("perp.mujoco needs MuJoCo: pip install 'perp[mujoco]'") from error
 
-from ._generated import CONSTANTS
 from ._stepper import Array, Laws, RowSolver, Solved
 from ._words import ContactMethod
 
@@ -45,8 +44,6 @@ _ROWS = np.full((7, 6), -1)
 _ROWS[1, :1], _ROWS[3, :3], _ROWS[4, :4], _ROWS[6] = 0, range(3), range(4), (0, 1, 2, 4, 5, 3)
 _THERE = _ROWS >= 0
 _NONE = np.zeros(0, dtype=np.int64)
-_SLIP = CONSTANTS["PERP_CONTACT_SLIP"]
-_PATIENCE = 32  # steps after which impulses that hold are looked for again
 _PAIRS = 64  # more contacts than MuJoCo makes of two geoms: places of one pair in a key
 
 
@@ -184,8 +181,7 @@ class Stepper:
         self.model = model
         self.correction = correction
         self.slop = 1e-3 * model.stat.meansize if slop is None else slop
-        self.tol = tol
-        self.corrections = self._patience = 0
+        self.corrections = 0
         settings = method, tol, max_iterations, time_limit
         self._solver = RowSolver(model.nv, *settings)
         self._overlaps = RowSolver(model.nv, *settings)
@@ -221,7 +217,7 @@ class Stepper:
             rows = self._take_rows(data, h)
             how = solver.solve(False)
         if self._warm and how.ok:
-            how = self._settle(data, rows, how, h)
+            how = solver.settle(how, rows.first, lambda: self._fastest(data, h))
         self._warm = how.ok
         np.copyto(solver.start, solver.r)
         data.qacc[:] = (solver.v - v) / h
@@ -306,54 +302,21 @@ class Stepper:
         if model.nsensor:
             mj.mj_sensorAcc(model, data)
 
-    def _settle(self, data: Any, rows: _Rows, how: Solved, h: float) -> Solved:
-        """Looks for impulses that hold what no longer slides.
-
-        What slid to rest has impulses on the rims of their cones, and those are an answer to the
-        next step, too: slower than tol can tell from rest, but not 0.0. Where several contacts
-        bear a body there are others inside the cones, and newton, which keeps away from rims,
-        finds them.
-        """
-        solver = self._solver
-        slips = solver.modes[: len(rows.first)] == _SLIP
-        self._patience -= 1
-        if self._patience > 0 or not slips.any():
-            return how
-        free = solver.H.dot(data.qvel + h * data.qacc_smooth)
-        speeds = np.maximum.reduceat(np.abs(solver.u[: len(rows.order)]), rows.first)[slips]
-        if speeds.max() > 100.0 * self.tol * np.abs(free).max():
-            return how
-        kept = solver.copy()
-        turns = rows.laws.rolling.any() or rows.laws.spinning.any()
-        again = solver.solve_by("auto" if turns else "newton", 1e-3 * self.tol)
-        if again.ok and (solver.modes[: len(rows.first)] == _SLIP).sum() < slips.sum():
-            return again
-        self._patience = _PATIENCE
-        solver.put_back(kept)
-        return how
+    def _fastest(self, data: Any, h: float) -> float:
+        velocities = np.zeros(data.nefc)
+        mj.mj_mulJacVec(self.model, data, velocities, data.qvel + h * data.qacc_smooth)
+        return float(np.abs(velocities).max())
 
     def _correct(self, data: Any, rows: _Rows, gaps: Array, h: float) -> Optional[Array]:
-        """The velocity that takes overlaps away and is then forgotten, or None: the least one, in
-        the metric of M, that opens what overlaps and closes nothing else."""
         if not len(gaps) or gaps.min() >= -2.0 * self.slop:
             return None
-        solver, solved, count = self._overlaps, self._solver, len(gaps)
-        if (solver.rows, solver.bilateral) != (count, len(rows.equations)):
-            nothing = np.zeros(0)
-            laws = Laws(
-                np.zeros(0, np.int32), nothing, nothing, nothing,
-                np.zeros(count), np.full(count, np.inf),
-            )  # fmt: skip
-            solver.set_laws(laws, count, len(rows.equations))
-        if self.model.nv <= _DENSE:
-            np.take(solved.H, rows.gaps, axis=0, out=solver.H, mode="clip")
-        else:
-            _fill_dense(solver.H, data, rows.sources)
-        solver.G[:] = solved.G
-        too_deep = np.minimum(gaps + self.slop, 0.0)
-        solver.w[:] = (self.correction * too_deep + np.maximum(gaps, 0.0)) / h
         self.corrections += 1
-        return solver.v if solver.solve(False).ok else None
+        if self.model.nv <= _DENSE:
+            H = self._solver.H[rows.gaps]
+        else:
+            H = np.zeros((len(gaps), self.model.nv))
+            _fill_dense(H, data, rows.sources)
+        return self._overlaps.open(H, self._solver.G, gaps, self.slop, self.correction, h)
 
     def _advance(self, data: Any, h: float, place: Optional[Array], shift: Optional[Array]) -> None:
         """As MuJoCo does, but that places follow from the very velocities."""
