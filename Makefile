@@ -348,7 +348,7 @@ test-c:
 	@scripts/run-tests $(TESTS)
 
 #: make test-threads      the tests with threads: SANITIZE=thread BLAS=internal tells of races
-THREAD_TESTS := $(addprefix $(B)/tests/,base/test_threads lcp/test_batch)
+THREAD_TESTS := $(addprefix $(B)/tests/,base/test_threads lcp/test_batch world/test_lanes)
 .PHONY: test-threads
 test-threads: $(THREAD_TESTS)
 	@scripts/run-tests $(THREAD_TESTS)

@@ -375,24 +375,31 @@ static void measure_apart(const char *name, int32_t size, int32_t method, int cr
     waitpid(child, NULL, 0);
 }
 
-int main(void)
+/* lcp_sparse [PROBLEM [LARGEST]]: one class alone, and no larger than that. */
+int main(int count, char **arguments)
 {
     static const char *const names[] = {"obstacle", "convection", "box",
                                         "program",  "contacts",   "random"};
     static const int32_t largest[] = {1000000, 100000, 1000000, 100000, 3000, 10000};
-    static const int32_t largest_cold[] = {3000, 3000, 3000, 3000, 3000, 3000};
     static const int32_t sizes[] = {100, 300, 1000, 3000, 10000, 30000, 100000, 300000, 1000000};
+    const char *wanted = count > 1 ? arguments[1] : NULL;
+    const long limit = count > 2 ? strtol(arguments[2], NULL, 10) : 1000000;
     double gflops, gbytes;
     print_machine_speed(&gflops, &gbytes);
     printf("\n%-10s %7s %8s %-11s %-8s %7s %8s %10s %9s %9s %6s\n", "problem", "n", "nonzeros",
            "method", "outcome", "iter.", "residual", "ms", "KLU, ms", "solve/KLU", "MB");
     for (size_t p = 0; p < sizeof names / sizeof *names; p++)
         for (size_t s = 0; s < sizeof sizes / sizeof *sizes && sizes[s] <= largest[p]; s++) {
+            if (sizes[s] > limit || (wanted && strcmp(wanted, names[p]) != 0))
+                continue;
+            measure_apart(names[p], sizes[s], PERP_LCP_AUTO, 1);
             measure_apart(names[p], sizes[s], PERP_LCP_LEMKE, 1);
-            if (sizes[s] <= largest_cold[p])
-                measure_apart(names[p], sizes[s], PERP_LCP_LEMKE, 0);
+            if (sizes[s] <= 100000 && strcmp(names[p], "contacts") != 0)
+                measure_apart(names[p], sizes[s], PERP_LCP_ACTIVE_SET, 1);
             if (sizes[s] <= 1000)
                 measure_apart(names[p], sizes[s], PERP_LCP_FISCHER, 1);
+            if (sizes[s] <= 3000)
+                measure_apart(names[p], sizes[s], PERP_LCP_LEMKE, 0);
         }
     return 0;
 }

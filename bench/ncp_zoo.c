@@ -61,7 +61,8 @@ static void measure(perp_context *context, zoo_problem *problem, int32_t method)
     free(z);
 }
 
-int main(void)
+/* ncp_zoo [PROBLEM]: all of them, or one. */
+int main(int arguments, char **argument)
 {
     static const int32_t methods[] = {PERP_NCP_AUTO, PERP_NCP_FISCHER, PERP_NCP_JOSEPHY};
     double gflops, gbytes;
@@ -74,6 +75,8 @@ int main(void)
            "nonzeros", "method", "solved", "by", "outcome", "steps", "F", "J", "re.", "residual",
            "ms");
     for (int32_t e = 0; e < count; e++) {
+        if (arguments > 1 && strcmp(argument[1], table[e].name) != 0)
+            continue;
         for (int large = 0; large <= (table[e].large > 0); large++) {
             zoo_problem *problem = zoo_create(&table[e], large ? table[e].large : table[e].size);
             for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)

@@ -2,7 +2,9 @@
 
     python pyramid.py [--output FOLDER] [--no-picture]
 
-28 boxes of 1 kg stand for a second; then a ball of 20 kg hits them at 30 m/s. FOLDER (default build/run)
+28 boxes of 1 kg stand for a second; then a ball of 20 kg hits them at 30 m/s, and is seen 0.3 s later.
+Where they are then depends on every impact on the way, and so on the length of the steps as much as
+on the accuracy; the residual tells how well each step obeyed the laws. FOLDER (default build/run)
 receives pyramid.png and pyramid.svg (needs Matplotlib).
 """
 
@@ -25,7 +27,7 @@ def pyramid(accuracy):
     return world
 
 
-def hit(accuracy, seconds=0.5):
+def hit(accuracy, seconds=0.3):
     """What moved in a second of rest; poses and the worst residual after the hit."""
     world = pyramid(accuracy)
     start = world.positions.copy()
@@ -43,13 +45,8 @@ def main():
     parser.add_argument("--no-picture", action="store_true")
     options = parser.parse_args()
     found = {accuracy: hit(accuracy) for accuracy in ("fast", "standard", "exact")}
-    exact = found["exact"][1]
-    for accuracy, (moved, places, _, residual) in found.items():
-        off = np.linalg.norm(places - exact, axis=1)
-        print(
-            f"{accuracy:9} at rest moved by {moved}; after the hit residual {residual:.1e}, "
-            f"places off by {np.median(off):.2g} m (median)"
-        )
+    for accuracy, (moved, _, _, residual) in found.items():
+        print(f"{accuracy:9} at rest moved by {moved}; hit: residual {residual:.1e}")
     if not options.no_picture:
         from pyramid_picture import draw
 

@@ -50,13 +50,15 @@ static inline void scene_wall(scene *s)
             scene_add(s, 0, brick, 1, 1.02 * j + (i % 2 ? 0.2 : 0), 0, 0.25 + 0.5 * i);
 }
 
-/* Cards of 0.9 m by 0.6 m by 1 cm, leaning at 15 degrees. */
+/* Cards of 0.9 m by 0.6 m by 1 cm, leaning at 15 degrees; those that lie on them are shorter, with
+ * 2 mm between them: they would lie in each other. */
 static inline void scene_cards(scene *s, int levels)
 {
     const double length = 0.9, thick = 0.01, lean = 15 * 3.14159265358979323846 / 180;
     const double width = 2 * (length * sin(lean) + thick * cos(lean));
     const double height = length * cos(lean) + thick * sin(lean);
-    const double standing[] = {thick / 2, 0.3, length / 2}, lying[] = {length / 2, 0.3, thick / 2};
+    const double standing[] = {thick / 2, 0.3, length / 2},
+                 lying[] = {width / 2 - 0.001, 0.3, thick / 2};
     double z = 0;
     for (int count = levels; count > 0; count--) {
         for (int c = 0; c < 2 * count; c++) {

@@ -105,6 +105,13 @@ typedef void (*perp_release_function)(void *pointer, void *user);
 /* Receives one line of text, without a newline, valid during the call only. */
 typedef void (*perp_log_function)(const char *message, void *user);
 
+/* One task of several that keep apart, by its number. */
+typedef void (*perp_task)(int32_t index, void *data);
+
+/* A caller's way to run tasks: calls task(index, data) for each index from 0 to count - 1, in any
+ * order and on any threads, one after the other also, and returns once all have returned. */
+typedef void (*perp_run_tasks)(perp_task task, void *data, int32_t count, void *user);
+
 typedef struct perp_context_settings {
     size_t struct_size;
     perp_allocate_function allocate; /* NULL: malloc. Both or neither of allocate and release. */

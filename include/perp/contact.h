@@ -57,13 +57,13 @@ enum perp_contact_mode_value {
 
 /* Values never change. */
 enum perp_contact_method_value {
-    PERP_CONTACT_METHOD_AUTO = 0,    /* sweeps, proximal, newton, then lemke with a refinement */
+    PERP_CONTACT_METHOD_AUTO = 0,    /* sweeps, proximal, then lemke with a refinement */
     PERP_CONTACT_METHOD_SWEEP = 1,   /* block Gauss-Seidel with an exact solver a contact */
-    PERP_CONTACT_METHOD_NEWTON = 2,  /* second order, on the cones */
+    PERP_CONTACT_METHOD_NEWTON = 2,  /* another name of PROXIMAL */
     PERP_CONTACT_METHOD_LEMKE = 3,   /* pivoting on polyhedral cones; dense, for hundreds of rows */
     PERP_CONTACT_METHOD_POLISH = 4,  /* only ever reported: the start r0 was the answer */
-    PERP_CONTACT_METHOD_ADMM = 5,    /* alternating directions: bodies, a middle accuracy */
-    PERP_CONTACT_METHOD_PROXIMAL = 6 /* those, then second order on bodies: large piles */
+    PERP_CONTACT_METHOD_ADMM = 5,    /* alternating directions: a middle accuracy */
+    PERP_CONTACT_METHOD_PROXIMAL = 6 /* those, then second order */
 };
 
 /* What a ray proves. Values never change. */

@@ -47,7 +47,7 @@
 #define PERP__LAST_perp_shape_settings density
 #define PERP__LAST_perp_step_result error
 #define PERP__LAST_perp_world_contact reserved
-#define PERP__LAST_perp_world_settings error
+#define PERP__LAST_perp_world_settings tasks_user
 #define PERP__LAST_perp_world_states angular_velocity
 #define PERP__LAST_perp_world_stats rows_joint
 

@@ -28,10 +28,10 @@ typedef struct plan_step {
     int32_t count;   /* of attempts at most; 0: all that the method has */
 } plan_step;
 
-enum { PLAN_MOST = 17 };
+enum { PLAN_MOST = 15 };
 
-/* Sweeps before newton takes over: many where a rough answer is asked for, which they may give, few
- * where they are to lead to newton's way. Rows of contacts up to which pivoting is a fall-back. */
+/* Sweeps before proximal takes over: many where a rough answer is asked for, which they may give,
+ * few where they are to lead to its way. Rows of contacts up to which pivoting is a fall-back. */
 #define ROUGH 1e-5
 enum { ROUGH_SWEEPS = 1000, FIRST_SWEEPS = 100, LEMKE_MOST = 600 };
 
@@ -77,7 +77,7 @@ static perp_status fit(perp_contact_solver *solver, perp__contact_slot *slot)
     return PERP_OK;
 }
 
-/* Contacts and bilateral rows up to which a proof of infeasibility is looked for before newton. */
+/* Contacts and bilateral rows up to which a proof of infeasibility is looked for early. */
 enum { EARLY_RAY = 200 };
 
 static int32_t ends_the_search(const perp_contact_solver *solver)
@@ -184,17 +184,12 @@ static perp_status run_on(perp_contact_solver *solver, perp__contact_slot *slot,
     return status;
 }
 
-/* Whether a step of auto's is worth a try: newton is for Lorentz cones, and what needs W needs one
- * that can be numbered. */
+/* Whether a step of auto's is worth a try: what needs W needs one that can be numbered. */
 static perp_status suits(perp_contact_solver *solver, perp__contact_slot *slot, int32_t *suited)
 {
     perp_status status = PERP_OK;
 
-    *suited = slot->method->id != PERP_CONTACT_METHOD_NEWTON || !solver->has_discs;
-    if (!*suited)
-        return PERP_OK;
-    if (slot->method->id == PERP_CONTACT_METHOD_LEMKE && solver->rows > LEMKE_MOST)
-        *suited = 0;
+    *suited = slot->method->id != PERP_CONTACT_METHOD_LEMKE || solver->rows <= LEMKE_MOST;
     if (*suited && slot->method->needs_delassus)
         status = perp__contact_delassus(solver, suited);
     if (status == PERP_OK && *suited && slot->method->check(&solver->problem) != PERP_OK)
@@ -208,10 +203,6 @@ static perp_status check_chosen(perp_contact_solver *solver, perp__contact_slot 
     int32_t made = 1;
     perp_status status = PERP_OK;
 
-    if (slot->method->id == PERP_CONTACT_METHOD_NEWTON && solver->has_discs)
-        return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                          "settings.method newton can't take rolling or spinning friction: use "
-                          "sweep, lemke or auto");
     if (slot->method->needs_delassus)
         status = perp__contact_delassus(solver, &made);
     if (status == PERP_OK && !made)
@@ -237,6 +228,7 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
     solver->running = step->method;
     solver->problem.iteration_limit = step->limit;
     solver->problem.leads = step->limit > 0;
+    solver->problem.chosen = solver->settings.method == step->method;
     status = fit(solver, slot);
     attempts = step->count > 0 ? step->count : slot->method->attempts - step->attempt;
     for (attempt = 0; attempt < attempts && status == PERP_OK; attempt++) {
@@ -264,33 +256,29 @@ static int32_t is_polyhedral(const perp_contact_solver *solver)
 
 static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
 {
-    /* pivoting on polyhedra that fit ever closer, newton's polish after each; its paths are the
-     * last resort */
+    /* the last resort: pivoting on polyhedra that fit ever closer, refined after each */
     static const plan_step conic[] = {{PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1},
                                       {PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 2},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0, 2},
                                       {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0, 1},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_LAST, 0, 1, 1},
                                       {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 1, 1},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_LAST, 0, 1, 1},
                                       {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 2, 1},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_LAST, 0, 1, 1},
                                       {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 3, 1},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_LAST, 0, 1, 1},
                                       {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 4, 1},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
+                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_LAST, 0, 1, 1},
                                       {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 5, 1},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_LAST, 0, 0, 1},
-                                      {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 2, 0},
+                                      {PERP_CONTACT_METHOD_PROXIMAL, FROM_LAST, 0, 1, 1},
                                       {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1}};
     static const plan_step polyhedral[] = {
         {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, FIRST_SWEEPS, 0, 1},
         {PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 0, 1},
         {PERP_CONTACT_METHOD_LEMKE, FROM_BEST, 0, 0, 1},
-        {PERP_CONTACT_METHOD_NEWTON, FROM_BEST, 0, 0, 0},
+        {PERP_CONTACT_METHOD_PROXIMAL, FROM_BEST, 0, 1, 1},
         {PERP_CONTACT_METHOD_SWEEP, FROM_BEST, 0, 0, 1}};
     const int32_t chosen = solver->settings.method;
-    int32_t count;
 
     if (solver->settings.cone > 0 ||
         (chosen != PERP_CONTACT_METHOD_AUTO && chosen != PERP_CONTACT_METHOD_LEMKE)) {
@@ -301,7 +289,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
         return 1;
     }
     if (chosen == PERP_CONTACT_METHOD_LEMKE) { /* and what refines its answer */
-        memcpy(steps, conic + 3, 12 * sizeof *steps);
+        memcpy(steps, conic + 2, 12 * sizeof *steps);
         return 12;
     }
     if (is_polyhedral(solver)) {
@@ -311,12 +299,7 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
     memcpy(steps, conic, sizeof conic);
     if (solver->settings.tol >= ROUGH)
         steps[0].limit = ROUGH_SWEEPS;
-    count = (int32_t)(sizeof conic / sizeof *conic);
-    if (perp__contact_proximal.check(&solver->problem) == PERP_OK) { /* its paths are better */
-        steps[count - 2] = steps[count - 1];
-        count--;
-    }
-    return count;
+    return (int32_t)(sizeof conic / sizeof *conic);
 }
 
 /* The caller's start, or no impulses at all. */

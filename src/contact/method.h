@@ -31,6 +31,7 @@ typedef struct perp__contact_problem {
     int32_t size;           /* rows and bilateral rows */
     int32_t has_discs;      /* some contact rolls or spins: its cone is no Lorentz cone */
     const int32_t *starts;  /* contacts + 1 */
+    const int32_t *unit_of; /* size: the contact, or contacts + the bilateral row */
     const int32_t *dims;    /* contacts: 1, 2 or 3 */
     const double *mu;       /* contacts, >= 0; of no account where dims is 1 */
     const double *rolling;  /* contacts, >= 0; NULL: none */
@@ -51,6 +52,7 @@ typedef struct perp__contact_problem {
     int64_t iteration_limit; /* <= 0: the method's own */
     int32_t leads;           /* another method takes over where that limit will not do: the sooner
                                 that shows the better */
+    int32_t chosen;          /* by name, for what it gives: not a step of a plan */
     const perp__contact_control *control;
     int32_t cone; /* 0: exact, and so for every method but lemke; else edges of a polyhedron */
 } perp__contact_problem;
@@ -92,7 +94,6 @@ typedef struct perp__contact_work {
 } perp__contact_work;
 
 extern const perp__contact_method perp__contact_sweep;
-extern const perp__contact_method perp__contact_newton;
 extern const perp__contact_method perp__contact_lemke;
 extern const perp__contact_method perp__contact_admm;
 extern const perp__contact_method perp__contact_proximal;

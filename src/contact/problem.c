@@ -224,6 +224,7 @@ static void present(perp_contact_solver *solver)
     p->size = solver->size;
     p->has_discs = solver->has_discs;
     p->starts = solver->starts;
+    p->unit_of = solver->unit_of;
     p->dims = solver->dims;
     p->mu = solver->mu;
     p->rolling = solver->rolls ? solver->rolling : NULL;

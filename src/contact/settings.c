@@ -43,6 +43,11 @@ const char *perp_contact_method_text(int32_t method)
     return method >= 0 && method <= PERP_CONTACT_METHOD_PROXIMAL ? texts[method] : "unknown method";
 }
 
+int32_t perp__contact_method_named(int32_t method)
+{
+    return method == PERP_CONTACT_METHOD_NEWTON ? PERP_CONTACT_METHOD_PROXIMAL : method;
+}
+
 static perp_status check_method(perp_context *context, const perp_contact_settings *own)
 {
     if (own->method == PERP_CONTACT_METHOD_POLISH)
@@ -81,7 +86,9 @@ perp_status perp__contact_settings_read(perp_context *context, perp_contact_sett
         status = check_method(context, &read);
     if (status == PERP_OK)
         status = PERP__CHECK_FIELDS(context, "settings", &read, fields);
-    if (status == PERP_OK)
+    if (status == PERP_OK) {
+        read.method = perp__contact_method_named(read.method);
         *own = read;
+    }
     return status;
 }

@@ -12,4 +12,7 @@ enum { PERP__CONTACT_MOST_EDGES = 1024 };
 perp_status perp__contact_settings_read(perp_context *context, perp_contact_settings *own,
                                         const perp_contact_settings *settings);
 
+/* One name for methods that have two. */
+int32_t perp__contact_method_named(int32_t method);
+
 #endif

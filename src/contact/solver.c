@@ -6,8 +6,7 @@
 #include "contact/settings.h"
 
 static const perp__contact_method *const methods[PERP__CONTACT_METHODS] = {
-    &perp__contact_sweep, &perp__contact_newton, &perp__contact_lemke, &perp__contact_admm,
-    &perp__contact_proximal};
+    &perp__contact_sweep, &perp__contact_lemke, &perp__contact_admm, &perp__contact_proximal};
 
 static void release(void *object)
 {

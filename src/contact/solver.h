@@ -16,7 +16,7 @@
 #include "contact/polish.h"
 #include "lcp/lcp.h"
 
-#define PERP__CONTACT_METHODS 5
+#define PERP__CONTACT_METHODS 4
 
 enum perp__contact_entrance {
     PERP__NO_PROBLEM = 0,

@@ -12,97 +12,6 @@
 #include "lcp/all/all.h"
 #include "lcp/solver.h"
 
-/* ---- which methods `auto` tries, from size, storage, diagonal, tolerance and time limit; the
- * numbers follow the tables in bench/results ---- */
-
-#define PERP__PLAN_MOST (PERP__METHODS + 2)
-
-/* Largest n for which `auto` goes on to Lemke's method on a sparse matrix: n pivots from a cold
- * start take ten seconds there. */
-#define PERP__LARGEST_PATH 8192
-/* Above this `auto` tries Newton's method first on sparse problems: where the obstacle problem of
- * bench/lcp_obstacle.c takes the same time by both. */
-#define PERP__SMALL_SPARSE 64
-
-/* From this tolerance on a few sweeps are tried before anything is factored. */
-#define PERP__ROUGH_TOLERANCE 1e-4
-/* Below this size a direct solve costs less than the sweeps would. */
-#define PERP__ROUGH_SIZE 100
-/* Sweeps that cost about as much as half a direct solve: n / 16 passes over a dense matrix; a
- * sparse factorisation has no such law, and on the obstacle problems 64 sweeps are a fifth of it.
- */
-#define PERP__ROUGH_SWEEPS_SPARSE 64
-
-/* A direct solve's seconds on a slow machine; only ever compared with a time limit. */
-#define PERP__SECONDS_DENSE 3e-10 /* times n^3 */
-#define PERP__SECONDS_SPARSE 3e-7 /* times n^1.5: nested dissection on a plane grid */
-
-static int32_t add(perp__plan_step *steps, int32_t count, int32_t method)
-{
-    steps[count].method = method;
-    steps[count].iteration_limit = 0;
-    steps[count].share = 1.0;
-    steps[count].rough = 0;
-    return count + 1;
-}
-
-static int32_t time_is_short(const perp_lcp_solver *solver)
-{
-    const double n = solver->n;
-    const double seconds = solver->M.column_starts ? PERP__SECONDS_SPARSE * n * sqrt(n)
-                                                   : PERP__SECONDS_DENSE * n * n * n;
-
-    return solver->settings.time_limit > 0.0 && solver->settings.time_limit < seconds;
-}
-
-/* Sweeps before anything is factored: where the tolerance is loose, because they may suffice; where
- * time is short, because a direct solve may end with nothing to show. */
-static int32_t add_sweeps_first(const perp_lcp_solver *solver, perp__plan_step *steps)
-{
-    const int32_t is_rough =
-        solver->settings.tol >= PERP__ROUGH_TOLERANCE && solver->n >= PERP__ROUGH_SIZE;
-
-    if (!is_rough && !time_is_short(solver))
-        return 0;
-    add(steps, 0, PERP_LCP_PGS);
-    steps[0].rough = 1;
-    if (time_is_short(solver))
-        steps[0].share = 0.5;
-    else
-        steps[0].iteration_limit =
-            solver->M.column_starts ? PERP__ROUGH_SWEEPS_SPARSE : solver->n / 16;
-    return 1;
-}
-
-/* Lemke is exact and processes any M; Newton's method comes first where a dense tableau would be
- * large beside the sparse matrix. */
-static int32_t plan_auto(const perp_lcp_solver *solver, perp__plan_step *steps)
-{
-    const int32_t sparse = solver->M.column_starts != NULL && solver->n > PERP__SMALL_SPARSE;
-    const int32_t sweeps = (solver->M.column_starts ? solver->block.has_positive_diagonal
-                                                    : perp__diagonal_is_positive(&solver->M));
-    int32_t count = sweeps ? add_sweeps_first(solver, steps) : 0;
-
-    if (sparse && solver->block.kind != PERP__SPARSE_GENERAL)
-        count = add(steps, count, PERP_LCP_ACTIVE_SET);
-    if (sparse)
-        count = add(steps, count, PERP_LCP_FISCHER);
-    if (!sparse || solver->n <= PERP__LARGEST_PATH)
-        count = add(steps, count, PERP_LCP_LEMKE);
-    if (!sparse)
-        count = add(steps, count, PERP_LCP_FISCHER);
-    if (sweeps)
-        count = add(steps, count, PERP_LCP_PGS);
-    return count;
-}
-
-/* Fills `steps` (room for PERP__PLAN_MOST) and returns how many there are. */
-static int32_t make_plan(const perp_lcp_solver *solver, perp__plan_step *steps)
-{
-    return solver->settings.method == PERP_LCP_AUTO ? plan_auto(solver, steps)
-                                                    : add(steps, 0, solver->settings.method);
-}
-
 /* ---- the points that a solve meets, and the best of them ---- */
 
 static void keep(perp_lcp_solver *solver, const perp__evaluation *worth, perp_outcome outcome,
@@ -483,8 +392,73 @@ static perp_status read_block(perp_lcp_solver *solver)
     return status;
 }
 
+/* ---- games ---- */
+
+/* Which s limits z_j from below where all rows that it can lift, w_s = M_sj z_j + q_s >= 0, are to
+ * be lifted by it alone: *z is the least such z_j. -1: none is lifted. */
+static int32_t last_lifted(const perp_lcp_solver *solver, int32_t j, double *z)
+{
+    const perp__matrix *M = &solver->M;
+    int32_t found = -1;
+
+    *z = 0.0;
+    for (int32_t s = 0; s < solver->n; s++) {
+        const double entry = M->values[(size_t)s * M->row_stride + (size_t)j * M->column_stride];
+
+        if (entry > 0.0 && -solver->q[s] > *z * entry) {
+            *z = -solver->q[s] / entry;
+            found = s;
+        }
+    }
+    return found;
+}
+
+/* M >= 0 with a zero diagonal, z >= 0 and q < 0: two players' costs, for one. From z = 0 every
+ * covering vector leads to a ray at once. */
+static int32_t is_game(const perp_lcp_solver *solver)
+{
+    const perp__matrix *M = &solver->M;
+    int32_t i, game = M->column_starts == NULL;
+
+    for (i = 0; i < solver->n && game; i++) {
+        game = solver->q[i] < 0.0 && solver->lower[i] == 0.0 && solver->upper[i] == INFINITY;
+        for (int32_t j = 0; j < solver->n && game; j++) {
+            const double entry =
+                M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
+
+            game = i == j ? entry == 0.0 : entry >= 0.0;
+        }
+    }
+    return game;
+}
+
+/* Lemke and Howson's starts ("Equilibrium points of bimatrix games", J. SIAM 12 (1964) 413): player
+ * one takes strategy j alone and as much of it as the other's costs need, player two the one
+ * strategy that answers it; from there on the path is ours, and any j may be the one that it does
+ * not end in a ray for. */
+static perp_status play(perp_lcp_solver *solver, const perp__plan_step *step)
+{
+    perp_status status = PERP_OK;
+
+    for (int32_t j = 0; j < solver->n && status == PERP_OK; j++) {
+        double first, second;
+        const int32_t s = last_lifted(solver, j, &first);
+
+        if (s < 0 || last_lifted(solver, s, &second) < 0)
+            continue;
+        memset(solver->game_start, 0, (size_t)solver->n * sizeof *solver->game_start);
+        solver->game_start[j] = first;
+        solver->game_start[s] = second;
+        status = run(solver, step, solver->game_start);
+        if (perp__is_good(solver->best.outcome) || solver->ended >= 0)
+            break;
+    }
+    return status;
+}
+
 static perp_status search(perp_lcp_solver *solver, const double *z0)
 {
+    static const perp__plan_step lemke = {.method = PERP_LCP_LEMKE, .share = 1.0};
     perp__plan_step steps[PERP__PLAN_MOST];
     int32_t count;
     perp_status status = read_block(solver);
@@ -501,12 +475,16 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
         status = try_start(solver, z0);
     if (status != PERP_OK || solver->best.method >= 0)
         return status;
-    count = make_plan(solver, steps);
+    count = perp__make_plan(solver, steps);
     for (int32_t k = 0; k < count && status == PERP_OK; k++) {
         status = run(solver, &steps[k], z0);
         if (status == PERP_OK && ends_the_search(solver))
             break; /* a ray that proves nothing leaves the next method its chance */
     }
+    if (status == PERP_OK && solver->best.outcome == PERP_OUTCOME_RAY && !ends_the_search(solver) &&
+        solver->settings.pivot_rule == PERP_PIVOT_HARRIS &&
+        is_game(solver)) /* only Lemke's method, or auto, ends in rays */
+        status = play(solver, &lemke);
     if (status == PERP_OK && perp__has_last_word(solver) && !ends_the_search(solver))
         status = perp__last_word(solver);
     if (status == PERP_OK && !perp__is_good(solver->best.outcome) &&

@@ -136,7 +136,8 @@ static void layout(perp__arena *arena, void *object)
     s->reach = perp__arena_take(arena, 2 * n, sizeof(double));
     perp__witness_layout(arena, &s->witness, n);
     s->places = perp__arena_take(arena, n, sizeof(int8_t));
-    PERP__DOUBLES(arena, n, &s->z, &s->w_high, &s->w_low, &s->best.z, &s->best.w, &s->best_ray);
+    PERP__DOUBLES(arena, n, &s->z, &s->w_high, &s->w_low, &s->best.z, &s->best.w, &s->best_ray,
+                  &s->game_start);
 }
 
 perp_status perp__lcp_problem_read(perp_context *context, perp__matrix *own, const perp_matrix *M,

@@ -81,6 +81,7 @@ struct perp_lcp_solver {
     int8_t *places;
     double *z, *w_high, *w_low; /* the point under evaluation, caller's units */
     perp__candidate best;
+    double *game_start;
     double *best_ray; /* caller's units, largest entry 1 */
     int32_t best_certificate;
     int32_t rays;       /* verified ones, of this solve */
@@ -166,6 +167,11 @@ typedef struct perp__plan_step {
     double share;            /* of the time limit; 1: all that is left */
     int32_t rough;           /* its point is taken as it is, without the polish */
 } perp__plan_step;
+
+/* plan.c: fills `steps` (room for PERP__PLAN_MOST) with the methods to try, in their order; returns
+ * how many there are. */
+#define PERP__PLAN_MOST (PERP__METHODS + 2)
+int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps);
 
 /* Makes solver->z the candidate of a step: evaluates it, polishes it unless it is far off, keeps it
  * if it is the best so far or the first. PERP_OK, or _MEMORY. */

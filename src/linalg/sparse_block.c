@@ -6,6 +6,9 @@
 
 /* ---- what a sparse matrix is like, as far as one pass tells ---- */
 
+/* Entries that mirror each other may differ by this much, relative: matrices are often assembled in
+ * an order that rounds the two triangles differently. The solver refines with M itself. */
+#define PERP__ASYMMETRY (8.0 * DBL_EPSILON)
 /* Largest sum of a row's positive entries beside the diagonal, relative to it. */
 #define PERP__POSITIVE_SHARE 0.25
 
@@ -34,7 +37,7 @@ static int32_t has_z_signs(const perp__matrix *M)
     return 1;
 }
 
-/* Whether positive entries beside the diagonal are small, in every column. */
+/* Whether positive entries beside the diagonal are small, in every column. scale NULL: 1. */
 static int32_t is_nearly_z(const perp__matrix *M, const double *scale)
 {
     for (int32_t j = 0; j < M->columns; j++) {
@@ -44,9 +47,9 @@ static int32_t is_nearly_z(const perp__matrix *M, const double *scale)
             const int32_t i = M->row_indices[k];
 
             if (i == j)
-                diagonal = M->values[k] * scale[j];
+                diagonal = M->values[k] * (scale ? scale[j] : 1.0);
             else if (M->values[k] > 0.0)
-                positive += M->values[k] * scale[i];
+                positive += M->values[k] * (scale ? scale[i] : 1.0);
         }
         if (positive > PERP__POSITIVE_SHARE * diagonal)
             return 0;
@@ -79,11 +82,14 @@ int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, doub
     return 1;
 }
 
+int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor)
+{
+    return has_positive_diagonal(M) && is_nearly_z(M, NULL) &&
+           perp__has_symmetric_entries(M, cursor, PERP__ASYMMETRY);
+}
+
 /* ---- its blocks ---- */
 
-/* Entries that mirror each other may differ by this much, relative: matrices are often assembled in
- * an order that rounds the two triangles differently. The solver refines with M itself. */
-#define PERP__ASYMMETRY (8.0 * DBL_EPSILON)
 /* Matrices of at least so many rows get a hierarchy, blocks of at least so many are left to it. On
  * plane grids multigrid overtakes Cholesky at 6000 rows, in space at 1000. */
 #define PERP__LARGE_MATRIX 1000
@@ -146,7 +152,7 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
     block->on_grid = 0;
     block->ordered = 0;
     block->grid_built = 0;
-    block->suits_grid = 0;
+    block->suits_grid = block->is_nearly_z = 0;
     block->has_positive_diagonal = positive;
     block->has_z_signs = positive && has_z_signs(M);
     block->kind = perp__is_tridiagonal(M) ? PERP__SPARSE_TRIDIAGONAL : PERP__SPARSE_GENERAL;
@@ -158,7 +164,8 @@ perp_status perp__sparse_block_read(perp__sparse_block *block, const perp__matri
         perp__tridiagonal_read(&block->T, M, scale);
     else if (symmetric)
         block->kind = PERP__SPARSE_SYMMETRIC;
-    block->suits_grid = symmetric && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M, scale);
+    block->is_nearly_z = positive && M->columns >= PERP__LARGE_MATRIX && is_nearly_z(M, scale);
+    block->suits_grid = symmetric && block->is_nearly_z;
     return PERP_OK;
 }
 

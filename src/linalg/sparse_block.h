@@ -28,10 +28,9 @@ typedef struct perp__sparse_block {
     int32_t kind; /* enum perp__sparse_kind */
     int32_t has_positive_diagonal;
     int32_t has_z_signs; /* S_ii > 0 and S_ij <= 0 for i != j */
-    /* S is symmetric, and the positive entries beside the diagonal are small: multigrid may serve
-     */
-    int32_t suits_grid;
-    int32_t grid_built; /* 1; -1: it does not serve, found out when built or in a solve */
+    int32_t is_nearly_z; /* positive entries beside a positive diagonal are small */
+    int32_t suits_grid;  /* S is large, symmetric and nearly Z: multigrid may serve */
+    int32_t grid_built;  /* 1; -1: it does not serve, found out when built or in a solve */
     /* the last factorisation */
     int32_t factored; /* 1: holds factors */
     int32_t by_lu;    /* of a symmetric matrix whose block is not positive definite */
@@ -96,5 +95,9 @@ void perp__sparse_block_release(perp__sparse_block *block);
 /* Whether M, CSC with sorted columns, is equal to its transpose, each entry up to `tolerance` of
  * it. cursor: n entries. */
 int32_t perp__has_symmetric_entries(const perp__matrix *M, int32_t *cursor, double tolerance);
+
+/* Whether it is symmetric up to rounding, with a positive diagonal and only small positive entries
+ * beside it, as the matrices of diffusion are. */
+int32_t perp__is_like_laplace(const perp__matrix *M, int32_t *cursor);
 
 #endif

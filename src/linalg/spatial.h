@@ -23,6 +23,8 @@ static inline double perp__length3(const double *a)
 
     if (square > 1e-280 && square < 1e280)
         return sqrt(square);
+    if (a[0] == 0.0 && a[1] == 0.0 && a[2] == 0.0)
+        return 0.0;
     return hypot(hypot(a[0], a[1]), a[2]);
 }
 

@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
+#include "linalg/sparse_block.h"
 #include "ncp/solver.h"
 
 /* ---- where a method begins: at the caller's start, near it where F is not defined there, and at
@@ -150,7 +151,8 @@ static void gather(perp_ncp_solver *solver, int32_t p)
 /* ---- runs ---- */
 
 #define ITERATIONS 200       /* the default limit of a run */
-#define FIRST_ITERATIONS 100 /* of fischer under auto */
+#define FIRST_ITERATIONS 100 /* of the first method under auto */
+#define LARGE 1000           /* from this n on the Jacobian says which method that is */
 
 static perp_outcome verdict(const perp_ncp_solver *solver, const perp__ncp_worth *worth)
 {
@@ -221,11 +223,12 @@ static perp_status polish(perp_ncp_solver *solver)
     return status < 0 ? status : PERP_OK;
 }
 
-/* A method's own limit, or what the caller's budget leaves: half of that for fischer under auto,
- * for josephy is there to take over. */
+/* A method's own limit, or what the caller's budget leaves: half of that for the first one under
+ * auto, for the other is there to take over. */
 static int64_t limit_of(const perp_ncp_solver *solver, int32_t method)
 {
-    const int32_t shared = solver->settings.method == PERP_NCP_AUTO && method == PERP_NCP_FISCHER;
+    const int32_t shared =
+        solver->settings.method == PERP_NCP_AUTO && method == solver->first_method;
     const int64_t left = solver->settings.max_iterations - solver->iterations;
 
     if (solver->settings.max_iterations == 0)
@@ -291,6 +294,30 @@ static perp_status run_on(perp_ncp_solver *solver, int32_t method, double penalt
     return status;
 }
 
+/* Whether the Jacobian at the start is that of a large obstacle problem: their linear problems cost
+ * a few factorisations, and Josephy's method needs two to six of them where Newton's on the merit
+ * function takes 8 to 30 (bench/ncp_zoo). PERP_OK or _CALLBACK. */
+static perp_status choose_first(perp_ncp_solver *solver)
+{
+    perp__ncp_model *m = &solver->model;
+    perp_status status;
+
+    solver->first_method = PERP_NCP_FISCHER;
+    if (solver->settings.method != PERP_NCP_AUTO || !m->sparse || m->n < LARGE ||
+        !m->problem.jacobian)
+        return PERP_OK;
+    memcpy(m->z_caller, solver->start, (size_t)m->n * sizeof(double));
+    m->jacobian_evaluations++;
+    status = perp__ncp_ask(m);
+    if (status == PERP_OK) {
+        const perp__matrix J = perp__ncp_given(m);
+
+        if (perp__is_like_laplace(&J, m->exponents_work))
+            solver->first_method = PERP_NCP_JOSEPHY;
+    }
+    return status < 0 ? status : PERP_OK;
+}
+
 /* Both methods from `from`, or the one asked for. */
 static perp_status run_all(perp_ncp_solver *solver, const double *from, double penalty)
 {
@@ -298,13 +325,16 @@ static perp_status run_all(perp_ncp_solver *solver, const double *from, double p
     const size_t bytes = (size_t)solver->model.n * sizeof(double);
     perp_status status = PERP_OK;
 
-    for (int32_t method = PERP_NCP_FISCHER; method <= PERP_NCP_JOSEPHY && status == PERP_OK;
-         method++)
+    for (int32_t k = 0; k < 2 && status == PERP_OK; k++) {
+        const int32_t first = solver->first_method;
+        const int32_t method = k == 0 ? first : PERP_NCP_FISCHER + PERP_NCP_JOSEPHY - first;
+
         if ((asked == PERP_NCP_AUTO || asked == method) && !is_over(solver)) {
             if (bytes > 0)
                 memcpy(solver->candidate, from, bytes);
             status = run_on(solver, method, penalty);
         }
+    }
     return status;
 }
 
@@ -381,7 +411,9 @@ static perp_status search(perp_ncp_solver *solver, const double *z0)
     if (status != PERP_OK)
         return status;
     solver->apart = 0;
-    status = run_all(solver, solver->start, solver->settings.penalty);
+    status = choose_first(solver);
+    if (status == PERP_OK)
+        status = run_all(solver, solver->start, solver->settings.penalty);
     if (status == PERP_OK && !is_over(solver))
         status = split(solver) ? part_by_part(solver) : restart(solver);
     if (status == PERP_OK && solver->best_method < 0) { /* no time for a step, or no J anywhere */

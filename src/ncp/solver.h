@@ -42,7 +42,8 @@ struct perp_ncp_solver {
     double *candidate; /* caller's units */
     double *best_z, *best_w;
     perp__ncp_worth best;
-    int32_t best_method; /* -1: no point yet */
+    int32_t first_method; /* under auto */
+    int32_t best_method;  /* -1: no point yet */
     int64_t iterations;
     int32_t trapped;
     uint64_t random;

@@ -8,7 +8,7 @@
  * left out: a problem without some contacts has a solution of the whole problem if its velocities
  * keep these open too.
  */
-#include "world/world.h"
+#include "world/lanes.h"
 
 #include <string.h>
 
@@ -134,6 +134,7 @@ static void begin_contact(const perp_world *world, perp__world_contact *contact,
     contact->generations[3] = b->generation;
     contact->pair = (int32_t)(pair - world->pairs);
     contact->round = world->rounds;
+    contact->later = -1;
     contact->rounding = perp__pair_rounding(world, pair);
     contact->size = perp__pair_size(world, pair);
     contact->friction = pair_friction(a->friction, b->friction);
@@ -142,14 +143,12 @@ static void begin_contact(const perp_world *world, perp__world_contact *contact,
     perp__contact_frame(world, contact);
 }
 
-/* Appends a point, of which there is room for; the point before may be the same pair's. */
-static perp__world_contact *append(const perp_world *world, perp__contact_set *set,
-                                   const perp__pair *pair, const perp__point *point)
+/* Writes a point of a pair; the contact before, if there is one, may be the same pair's. */
+static void write_contact(const perp_world *world, perp__world_contact *contact,
+                          const perp__world_contact *last, const perp__pair *pair,
+                          const perp__point *point)
 {
-    perp__world_contact *contact = &set->contacts[set->count++];
-    const perp__world_contact *last = contact - 1;
-
-    if (set->count > 1 && last->shape_a == pair->first && last->shape_b == pair->second &&
+    if (last && last->shape_a == pair->first && last->shape_b == pair->second &&
         last->round == world->rounds &&
         memcmp(last->axes[0], point->normal, sizeof point->normal) == 0) {
         *contact = *last;
@@ -161,6 +160,16 @@ static perp__world_contact *append(const perp_world *world, perp__contact_set *s
     perp__copy3(contact->position, point->position);
     contact->gap = point->gap;
     recall(world, pair, contact);
+}
+
+/* Appends a point, of which there is room. */
+static perp__world_contact *append(const perp_world *world, perp__contact_set *set,
+                                   const perp__pair *pair, const perp__point *point)
+{
+    perp__world_contact *contact = &set->contacts[set->count];
+
+    write_contact(world, contact, set->count > 0 ? contact - 1 : NULL, pair, point);
+    set->count++;
     return contact;
 }
 
@@ -243,32 +252,169 @@ static void find_memories(perp_world *world)
     }
 }
 
-/* Decides how each pair takes part, and makes the points of those that touch plainly. */
-perp_status perp__find_contacts(perp_world *world, double h)
+/* Appends the points of a pair that are farther apart than `least` at the start of the step. */
+static perp_status append_points(perp_world *world, perp__pair *pair, const perp__point *points,
+                                 int32_t made, double least)
 {
-    perp__point points[PERP__MAX_POINTS];
-    int32_t made;
-    perp_status status;
+    perp_status status = reserve_contacts(world, &world->contacts, world->contacts.count + made);
 
-    world->contacts.count = 0;
-    world->rounds = 0;
-    status = perp__cover_motions(world, h);
-    if (status == PERP_OK)
-        find_memories(world);
-    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
+    for (int32_t i = 0; i < made && status == PERP_OK; i++) {
+        perp__world_contact *contact;
+
+        if (points[i].gap <= least)
+            continue;
+        contact = append(world, &world->contacts, pair, &points[i]);
+        set_arms(world->states, contact);
+        prepare_contact(world, contact);
+    }
+    return status;
+}
+
+/* How far the motion at hand takes any point of a body. */
+static double longest_way(const perp_world *world, int32_t body, double h)
+{
+    const double *moving = world->motions[body].moving;
+
+    return h * (perp__length3(moving) + perp__length3(moving + 3) * world->bodies[body].radius);
+}
+
+/* The gap beyond which points are left out: the corners of a box far from the half-space it is
+ * before, until a motion might take them there. */
+static double spare_of(const perp_world *world, const perp__pair *pair, double h)
+{
+    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
+    const perp__shape *plane = a->geometry.kind == PERP__PLANE ? a : b;
+
+    if (plane->geometry.kind != PERP__PLANE || world->bodies[plane->body].kind != PERP_BODY_STATIC)
+        return INFINITY;
+    return fmax(PERP__NEAR * perp__pair_size(world, pair),
+                longest_way(world, plane == a ? b->body : a->body, h));
+}
+
+/* The points of a pair that touches plainly; how many there are. */
+static int32_t touch(const perp_world *world, perp__pair *pair, double h, perp__point *points)
+{
+    const double far = spare_of(world, pair, h);
+    const int32_t made = perp__touching_points(world, pair, h, far, points);
+
+    pair->open = made == 0;
+    pair->joined = pair->waited = 0;
+    pair->late = -1;
+    pair->spare = pair->open ? INFINITY : far;
+    return made;
+}
+
+/* Of its bodies too, which are other pairs' as well. */
+static void note_spare(perp_world *world, const perp__pair *pair)
+{
+    for (int32_t side = 0; side < 2 && pair->spare < INFINITY; side++) {
+        const int32_t shape = side == 0 ? pair->first : pair->second;
+        double *spare = &world->motions[world->shapes[shape].body].spare;
+
+        *spare = pair->spare < *spare ? pair->spare : *spare;
+    }
+}
+
+/* ---- side by side: the points of a share's pairs, and after room was made the contacts ---- */
+
+static perp_status reserve_points(perp__share *share)
+{
+    const int32_t capacity = share->capacity > 0 ? 2 * share->capacity : 4 * PERP__MAX_POINTS;
+    perp__point *points;
+
+    if (share->count + PERP__MAX_POINTS <= share->capacity)
+        return PERP_OK;
+    points = perp__grown(share->context, share->points, (size_t)share->count * sizeof *points,
+                         (size_t)capacity * sizeof *points);
+    if (!points)
+        return PERP_ERROR_MEMORY;
+    share->points = points;
+    share->capacity = capacity;
+    return PERP_OK;
+}
+
+static void touch_share(perp_world *world, perp__share *share, double h)
+{
+    share->count = 0;
+    for (int32_t i = share->first; i < share->end && share->status == PERP_OK; i++) {
         perp__pair *pair = perp__ordered_pair(world, i);
 
-        pair->joined = pair->waited = 0;
-        made = perp__touching_points(world, pair, h, points);
-        pair->open = made == 0;
-        status = reserve_contacts(world, &world->contacts, world->contacts.count + made);
-        for (int32_t q = 0; q < made && status == PERP_OK; q++) {
-            perp__world_contact *contact = append(world, &world->contacts, pair, &points[q]);
+        share->status = reserve_points(share);
+        if (share->status != PERP_OK)
+            return;
+        pair->made = touch(world, pair, h, share->points + share->count);
+        share->count += pair->made;
+    }
+}
 
+static void write_share(perp_world *world, perp__share *share, double h)
+{
+    const perp__point *point = share->points;
+    perp__world_contact *contact = world->contacts.contacts + share->contact;
+    const perp__world_contact *last = NULL;
+
+    (void)h;
+    for (int32_t i = share->first; i < share->end; i++) {
+        const perp__pair *pair = perp__ordered_pair(world, i);
+
+        for (int32_t k = 0; k < pair->made; k++, last = contact++) {
+            write_contact(world, contact, last, pair, point++);
             set_arms(world->states, contact);
             prepare_contact(world, contact);
         }
     }
+}
+
+/* The set of all pairs that touch, from what the shares found. */
+static perp_status gather_shares(perp_world *world, int32_t lanes, double h)
+{
+    int32_t count = 0;
+    perp_status status = PERP_OK;
+
+    for (int32_t k = 0; k < lanes && status == PERP_OK; k++) {
+        perp__share *share = perp__share_of(world, k);
+
+        status = share->status;
+        share->contact = count;
+        if (share->count > INT32_MAX - count)
+            status = PERP_ERROR_MEMORY;
+        count += status == PERP_OK ? share->count : 0;
+    }
+    if (status != PERP_OK)
+        return perp__fail_memory(world->context, "the contacts");
+    status = reserve_contacts(world, &world->contacts, count);
+    if (status != PERP_OK)
+        return status;
+    perp__share_out(world, world->pair_count, write_share, h);
+    world->contacts.count = count;
+    return PERP_OK;
+}
+
+/* Decides how each pair takes part, and makes the points of those that touch plainly. */
+perp_status perp__find_contacts(perp_world *world, double h)
+{
+    perp__point points[PERP__MAX_POINTS];
+    int32_t lanes;
+    perp_status status;
+
+    world->contacts.count = world->contacts.included = 0;
+    world->rounds = 0;
+    status = perp__cover_motions(world, h);
+    if (status == PERP_OK)
+        find_memories(world);
+    if (status != PERP_OK)
+        return status;
+    lanes = perp__share_out(world, world->pair_count, touch_share, h);
+    if (lanes > 0)
+        status = gather_shares(world, lanes, h);
+    for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
+        perp__pair *pair = perp__ordered_pair(world, i);
+
+        if (lanes == 0)
+            status = append_points(world, pair, points, touch(world, pair, h, points), -INFINITY);
+        note_spare(world, pair);
+    }
+    world->contacts.early = world->contacts.count;
     return status;
 }
 
@@ -310,13 +456,23 @@ static void set_back(const perp_world *world, perp__world_contact *contact, doub
     prepare_contact(world, contact);
 }
 
-static int32_t has_feature(const perp__contact_set *set, const perp__pair *pair, int32_t feature)
+static int32_t has_late(const perp__contact_set *set, const perp__pair *pair, int32_t feature)
 {
-    for (int32_t i = 0; i < set->count; i++)
-        if (set->contacts[i].shape_a == pair->first && set->contacts[i].shape_b == pair->second &&
-            set->contacts[i].feature == (uint64_t)feature)
+    for (int32_t i = pair->late; i >= 0; i = set->contacts[i].later)
+        if (set->contacts[i].feature == (uint64_t)feature)
             return 1;
     return 0;
+}
+
+/* Contact i of the set came after the first round. */
+static void list_late(perp__contact_set *set, perp__pair *pair, int32_t i)
+{
+    set->contacts[i].later = -1;
+    if (pair->late >= 0)
+        set->contacts[pair->latest].later = i;
+    else
+        pair->late = i;
+    pair->latest = i;
 }
 
 /* Appends the points in which a pair meets. */
@@ -331,10 +487,11 @@ static perp_status join_pair(perp_world *world, perp__pair *pair, double h)
     for (i = 0; i < made && status == PERP_OK; i++) {
         perp__world_contact *contact;
 
-        if (pair->joined > 0 && has_feature(&world->contacts, pair, points[i].feature))
+        if (has_late(&world->contacts, pair, points[i].feature))
             continue;
         contact = append(world, &world->contacts, pair, &points[i]);
         set_back(world, contact, pair->meeting.time, &a, &b);
+        list_late(&world->contacts, pair, world->contacts.count - 1);
     }
     pair->joined += made > 0;
     return status;
@@ -350,27 +507,33 @@ static double way_of(const perp_world *world, const perp__world_contact *contact
                 perp__length3(b) + perp__length3(b + 3) * perp__length3(contact->arms[1]));
 }
 
-/* Includes the points that the motion at hand closes, and those so near that another motion may;
- * returns how many. */
+/* Whether the motion at hand closes a point, or another motion may, so near it is. */
+static int32_t is_due(const perp_world *world, const perp__world_contact *contact, double h)
+{
+    double u[3];
+
+    if (!(contact->gap > contact->rounding) || (contact->gap <= PERP__NEAR * contact->size &&
+                                                contact->gap <= 2.0 * way_of(world, contact, h)))
+        return 1;
+    perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
+    return !(contact->gap + h * u[0] >= 0.0);
+}
+
+/* Includes the points that are due; returns how many. */
 static int32_t include_points(perp_world *world, double h)
 {
-    int32_t i, came = 0;
+    perp__contact_set *set = &world->contacts;
+    const int32_t before = set->included;
 
-    for (i = 0; i < world->contacts.count; i++) {
-        perp__world_contact *contact = &world->contacts.contacts[i];
-        double u[3];
+    for (int32_t i = 0; i < set->count && set->included < set->count; i++) {
+        perp__world_contact *contact = &set->contacts[i];
 
-        if (contact->included)
-            continue;
-        perp__relative_velocity(world, contact, PERP__TWIST_MOVING, u);
-        if (contact->gap + h * u[0] >= 0.0 && contact->gap > contact->rounding &&
-            (contact->gap > PERP__NEAR * contact->size ||
-             contact->gap > 2.0 * way_of(world, contact, h)))
+        if (contact->included || !is_due(world, contact, h))
             continue;
         contact->included = contact->fresh = 1;
-        came++;
+        set->included++;
     }
-    return came;
+    return set->included - before;
 }
 
 /* Whether the motion of either body is not the one that was looked at last. */
@@ -380,10 +543,39 @@ static int32_t is_new(const perp_world *world, const perp__pair *pair)
            world->motions[world->shapes[pair->second].body].moved == world->rounds;
 }
 
-/* Motions that the islands changed: all others are what they were. */
-static void look_for_new_motions(perp_world *world)
+/* Points of half-spaces that were left out come after all. */
+static perp_status add_spare(perp_world *world, int32_t body)
 {
-    for (int32_t i = perp__count_members(world); i-- > 0;) {
+    perp__point points[PERP__MAX_POINTS];
+    perp_status status = PERP_OK;
+
+    world->motions[body].spare = INFINITY;
+    for (int32_t shape = world->bodies[body].first_shape; shape >= 0;
+         shape = world->shapes[shape].next_of_body)
+        for (int32_t link = world->shapes[shape].first_link; link >= 0 && status == PERP_OK;
+             link = world->pairs[link / 2].next[link % 2]) {
+            perp__pair *pair = &world->pairs[link / 2];
+            int32_t first = world->contacts.count;
+
+            if (pair->spare == INFINITY)
+                continue;
+            status = append_points(world, pair, points,
+                                   perp__collide(&world->placed[pair->first],
+                                                 &world->placed[pair->second],
+                                                 world->settings.planar, INFINITY, points),
+                                   pair->spare);
+            for (pair->spare = INFINITY; first < world->contacts.count; first++)
+                list_late(&world->contacts, pair, first);
+        }
+    return status;
+}
+
+/* Motions that the islands changed: all others are what they were. */
+static perp_status look_for_new_motions(perp_world *world, double h)
+{
+    perp_status status = PERP_OK;
+
+    for (int32_t i = perp__count_members(world); i-- > 0 && status == PERP_OK;) {
         perp__motion *motion = &world->motions[world->body_order[i]];
 
         if (memcmp(motion->tried, motion->moving, sizeof motion->tried) == 0)
@@ -391,7 +583,10 @@ static void look_for_new_motions(perp_world *world)
         memcpy(motion->tried, motion->moving, sizeof motion->tried);
         motion->moved = world->rounds;
         motion->covered = 0;
+        if (!(longest_way(world, world->body_order[i], h) < motion->spare))
+            status = add_spare(world, world->body_order[i]);
     }
+    return status;
 }
 
 /* A pair that met before is looked at again where a body turns so far that its first meeting says
@@ -407,19 +602,30 @@ static int32_t is_worth_a_look(const perp_world *world, const perp__pair *pair, 
                                  h * (perp__length3(a + 3) + perp__length3(b + 3)) > LARGE_TURN);
 }
 
+static void meet_share(perp_world *world, perp__share *share, double h)
+{
+    for (int32_t i = share->first; i < share->end; i++) {
+        perp__pair *pair = perp__ordered_pair(world, i);
+
+        pair->met = is_worth_a_look(world, pair, h) && perp__pair_meets(world, pair, h);
+    }
+}
+
 /* Meetings of the open pairs. One near the rim of a face waits if the body meets something before:
  * what stops it there may keep it from this. */
 static perp_status join_meetings(perp_world *world, double h)
 {
-    perp_status status;
+    perp_status status = perp__cover_changes(world, h);
+    perp__share all = {0};
 
-    status = perp__cover_changes(world, h);
+    all.end = world->pair_count;
+    if (status == PERP_OK && perp__share_out(world, world->pair_count, meet_share, h) == 0)
+        meet_share(world, &all, h);
     for (int32_t i = 0; i < world->pair_count && status == PERP_OK; i++) {
-        perp__pair *pair = perp__ordered_pair(world, i);
+        const perp__pair *pair = perp__ordered_pair(world, i);
         perp__motion *a = &world->motions[world->shapes[pair->first].body];
         perp__motion *b = &world->motions[world->shapes[pair->second].body];
 
-        pair->met = is_worth_a_look(world, pair, h) && perp__pair_meets(world, pair, h);
         if (!pair->met)
             continue;
         a->earliest = fmin(a->earliest, pair->meeting.time);
@@ -460,10 +666,9 @@ perp_status perp__join_contacts(perp_world *world, double h, int32_t *came)
     if (*came > 0)
         return PERP_OK;
     world->rounds++;
-    look_for_new_motions(world);
-    if (world->rounds > MAX_ROUNDS)
-        return PERP_OK;
-    status = join_meetings(world, h);
+    status = look_for_new_motions(world, h);
+    if (status == PERP_OK && world->rounds <= MAX_ROUNDS)
+        status = join_meetings(world, h);
     if (status == PERP_OK)
         *came = include_points(world, h);
     return status;
@@ -485,14 +690,6 @@ perp_status perp__find_overlaps(perp_world *world, double margin)
     return status;
 }
 
-/* The contact's pair; NULL if it ended within the step. */
-static perp__pair *pair_of(const perp_world *world, const perp__world_contact *contact)
-{
-    perp__pair *pair = &world->pairs[contact->pair];
-
-    return pair->first == contact->shape_a && pair->second == contact->shape_b ? pair : NULL;
-}
-
 /* Whether the pair's memories are other ones than those of the step before. */
 static int32_t is_news(const perp_world *world, const perp__pair *pair)
 {
@@ -511,47 +708,50 @@ void perp__write_memory(const perp__world_contact *contact, perp__memory *memory
     perp__copy3(memory->impulse, contact->next);
 }
 
+/* Where a contact's pair stands among the ordered. */
+static uint64_t key_of(const perp__world_contact *contact)
+{
+    return (uint64_t)contact->shape_a << 32 | (uint64_t)contact->shape_b;
+}
+
+/* A contact whose pair ended within the step: it is not to be remembered. */
+static void forget(perp_world *world, const perp__world_contact *contact)
+{
+    world->motions[contact->body_a].repeats = world->motions[contact->body_b].repeats = 0;
+}
+
+/* Contacts of the first round are in the order of their pairs; later ones hang on these. */
 void perp__remember(perp_world *world)
 {
-    perp__memory *memories = world->next_memories;
-    int32_t i, count = 0;
+    const perp__world_contact *contacts = world->contacts.contacts;
+    const int32_t early = world->contacts.early;
+    perp__memory *const memories = world->next_memories;
+    int32_t next = 0, count = 0;
 
-    for (i = 0; i < world->pair_count; i++) {
+    for (int32_t i = early; i < world->contacts.count; i++)
+        if (world->pairs[contacts[i].pair].first != contacts[i].shape_a ||
+            world->pairs[contacts[i].pair].second != contacts[i].shape_b)
+            forget(world, &contacts[i]);
+    for (int32_t i = 0; i < world->pair_count; i++) {
+        const uint64_t key = world->pair_order[i].key;
         perp__pair *pair = perp__ordered_pair(world, i);
 
         pair->had_first = pair->first_memory;
         pair->had = pair->memories;
-        pair->memories = 0;
-    }
-    for (i = 0; i < world->contacts.count; i++) {
-        const perp__world_contact *contact = &world->contacts.contacts[i];
-
-        if (pair_of(world, contact))
-            pair_of(world, contact)->memories++;
-        else
-            world->motions[contact->body_a].repeats = world->motions[contact->body_b].repeats = 0;
-    }
-    for (i = 0; i < world->pair_count; i++) {
-        perp__pair *pair = perp__ordered_pair(world, i);
-
         pair->first_memory = count;
-        count += pair->memories;
-        pair->memories = 0;
-    }
-    for (i = 0; i < world->contacts.count; i++) {
-        perp__pair *pair = pair_of(world, &world->contacts.contacts[i]);
-
-        if (pair)
-            perp__write_memory(&world->contacts.contacts[i],
-                               &memories[pair->first_memory + pair->memories++]);
-    }
-    for (i = 0; i < world->pair_count; i++) {
-        perp__pair *pair = perp__ordered_pair(world, i);
-
+        for (; next < early && key_of(&contacts[next]) < key; next++)
+            forget(world, &contacts[next]);
+        for (; next < early && key_of(&contacts[next]) == key; next++)
+            perp__write_memory(&contacts[next], &memories[count++]);
+        for (int32_t k = pair->late; k >= 0; k = contacts[k].later)
+            perp__write_memory(&contacts[k], &memories[count++]);
+        pair->memories = count - pair->first_memory;
         pair->changed = pair->first_kept >= 0 || is_news(world, pair);
         perp__drop_kept(world, pair->first_kept);
         pair->first_kept = -1;
     }
+    for (; next < early; next++)
+        forget(world, &contacts[next]);
     world->next_memories = world->memories;
     world->memories = memories;
     world->memory_count = count;

@@ -20,7 +20,7 @@
 /* Contacts beyond which an island is swept where that does not bring it to an answer quickly. */
 #define SMALL 8
 
-/* Joints, and contacts beside them, up to which sweeps come to an answer as fast as newton's
+/* Joints, and contacts beside them, up to which sweeps come to an answer as fast as proximal's
  * method; and the residual that joints may be left with where methods come to no better one. */
 #define FEW_JOINTS 8
 #define JOINT_TOL 1e-6
@@ -86,7 +86,7 @@ static double rough_tol(const perp_world *world, const perp__island *island)
     return island->joints > 0 ? fmin(tol, JOINT_TOL) : tol;
 }
 
-/* Joints couple their bodies too tightly for sweeps: newton's method solves equations at once. */
+/* Joints couple their bodies too tightly for sweeps: proximal solves equations at once. */
 static perp_status solve_quickly(perp_world *world, const perp__island *island,
                                  perp__rigid_answer *answer, perp__rigid_problem *problem,
                                  double *tol)
@@ -98,7 +98,7 @@ static perp_status solve_quickly(perp_world *world, const perp__island *island,
                      island->joints == 0;
     if (island->joints + island->contacts * (island->joints > 0) > FEW_JOINTS &&
         method == PERP_CONTACT_METHOD_AUTO && problem->cone == 0) {
-        problem->method = PERP_CONTACT_METHOD_NEWTON;
+        problem->method = PERP_CONTACT_METHOD_PROXIMAL;
         status = solve_by(world, answer, problem);
         problem->method = method;
         if (status == PERP_OK && !perp__is_good(answer->outcome))

@@ -13,7 +13,9 @@
  * the one at the end.
  *
  * An approach slower than a share of what the forces of the step make, |u_n| <= h |a_n| / (2 n)
- * with at most n impacts a step, is resting contact: bounces die out, and end at rest. */
+ * with at most n impacts a step, is resting contact: bounces die out, and end at rest. Within a
+ * pile forces make nothing of u_n, as all of it would fall alike. Where it lies on something a_n is
+ * what they make of either body there; where it falls nothing ends a bounce but rounding. */
 #include "world/joints.h"
 
 #include <math.h>
@@ -82,11 +84,43 @@ static double time_to(double gap, double u, double a)
     return 2.0 * gap / (sqrt(inside) - u);
 }
 
+/* Size of the terms of a normal velocity. */
+double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies)
+{
+    const perp__rigid_rows *rows = &world->work.rows[i];
+    const int32_t n = world->dof;
+    double sum = 0.0;
+
+    for (int32_t side = 0; side < 2; side++)
+        for (int32_t k = 0; k < n && rows->body[side] >= 0 && rows->body[side] < bodies; k++)
+            sum += fabs(rows->rows[side][0][k] * x[n * rows->body[side] + k]);
+    return sum;
+}
+
+int32_t perp__lies_on_something(const perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < world->work.count; i++)
+        for (int32_t side = 0; side < 2; side++)
+            if (world->work.rows[i].body[side] < 0 ||
+                world->work.rows[i].body[side] >= island->bodies)
+                return 1;
+    return 0;
+}
+
+double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, int32_t lies)
+{
+    const double *gain = world->work.gain;
+    const double forced = fabs(normal_of(world, i, gain, bodies, 0));
+
+    return lies ? fmax(forced, 0.5 * perp__normal_terms(world, i, gain, bodies)) : forced;
+}
+
 /* Marks the contacts that are hit within the interval; returns whether there are any. slow: the
  * share of a step's change of velocity below which an approach is none. */
 static int32_t find_hits(perp_world *world, const perp__island *island, double h, double slow)
 {
     perp__island_work *work = &world->work;
+    const int32_t lies = perp__lies_on_something(world, island);
     int32_t i, hits = 0;
 
     memset(work->hit, 0, (size_t)island->contacts * sizeof *work->hit);
@@ -97,8 +131,9 @@ static int32_t find_hits(perp_world *world, const perp__island *island, double h
         const double gap = work->gap[work->chosen[i]];
         const double speed = sqrt(fmax(u * u - 2.0 * forced / h * gap, 0.0));
 
-        if (!(work->impulse[3 * i] > 0.0) || (gap == 0.0 && u == 0.0) ||
-            !(contact->restitution > 0.0) || !(speed > slow * fabs(forced)))
+        if (!(work->impulse[3 * i] > 0.0) || !(contact->restitution > 0.0) ||
+            !(speed > slow * perp__forced_speed(world, i, island->bodies, lies) +
+                          NO_APPROACH * perp__normal_terms(world, i, work->now, island->bodies)))
             continue;
         work->hit[work->chosen[i]] = 1;
         hits++;
@@ -148,19 +183,6 @@ static void go(perp_world *world, const perp__island *island, double t, int32_t 
         work->drift[i] += t * work->moving[i];
         work->now[i] = v;
     }
-}
-
-/* Size of the terms of a normal velocity. */
-double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies)
-{
-    const perp__rigid_rows *rows = &world->work.rows[i];
-    const int32_t n = world->dof;
-    double sum = 0.0;
-
-    for (int32_t side = 0; side < 2; side++)
-        for (int32_t k = 0; k < n && rows->body[side] >= 0 && rows->body[side] < bodies; k++)
-            sum += fabs(rows->rows[side][0][k] * x[n * rows->body[side] + k]);
-    return sum;
 }
 
 /* Whether nothing that presses came to it in this interval. */

@@ -5,7 +5,7 @@
  * constant force; it turns by the exponential map of h (w + w+)/2 in the body frame, w+ by the
  * implicit midpoint rule for Euler's equations, and is then aligned so that the angular momentum in
  * space is what it was, plus the torque's. */
-#include "world/world.h"
+#include "world/lanes.h"
 
 #include <string.h>
 
@@ -148,21 +148,79 @@ static int32_t has_pairs(const perp_world *world, int32_t body)
     return shape >= 0;
 }
 
-int32_t perp__integrate(perp_world *world, double h)
+static void exchange(perp_world *world, int32_t i)
 {
-    for (int32_t i = 0; i < world->awake_count; i++) {
-        const int32_t body = world->awake[i];
+    const perp__state state = world->states[i];
+
+    world->states[i] = world->next[i];
+    world->next[i] = state;
+}
+
+int32_t perp__coast(perp_world *world, int32_t i, double h)
+{
+    const perp__body *body = &world->bodies[i];
+    const perp__state *state = &world->states[i];
+
+    if (body->kind != PERP_BODY_DYNAMIC || body->first_joint > 0 || has_pairs(world, i) ||
+        !(body->spherical ||
+          (perp__is_zero3(state->angular_velocity) && perp__is_zero3(state->torque))))
+        return 1;
+    world->next[i] = *state;
+    move_freely(world, i, h);
+    if (!is_finite(&world->next[i]))
+        return 0;
+    if (memcmp(state, &world->next[i], sizeof *state) != 0) {
+        world->motions[i].coasts = world->coasting;
+        world->motions[i].repeats = 0;
+        exchange(world, i);
+    }
+    return 1;
+}
+
+void perp__stop_coasting(perp_world *world, int32_t i)
+{
+    if (world->motions[i].coasts != world->coasting)
+        return;
+    world->motions[i].coasts = 0;
+    world->lively[world->lively_count++] = i;
+    exchange(world, i);
+}
+
+void perp__stop_all_coasting(perp_world *world)
+{
+    for (int32_t i = 0; i < world->awake_count && world->motions; i++)
+        perp__stop_coasting(world, world->awake[i]);
+}
+
+/* A range of what does not coast; `found`: one whose numbers are not finite, or -1. */
+static void integrate(perp_world *world, perp__share *share, double h)
+{
+    share->found = -1;
+    for (int32_t i = share->first; i < share->end && share->found < 0; i++) {
+        const int32_t body = world->lively[i];
         const int32_t kind = world->bodies[body].kind;
+        const perp__motion *motion = &world->motions[body];
 
         world->next[body] = world->states[body];
-        if (kind == PERP_BODY_DYNAMIC && world->motions[body].island < 0)
+        if (kind == PERP_BODY_DYNAMIC && motion->island < 0)
             move_freely(world, body, h);
         else if (kind != PERP_BODY_STATIC)
             move_in_contact(world, body, h);
         if (!is_finite(&world->next[body]))
-            return body;
-        if (!world->motions[body].covered || has_pairs(world, body))
+            share->found = body;
+        else if (!motion->covered || has_pairs(world, body))
             perp__place_body(world, world->next, body);
     }
-    return -1;
+}
+
+int32_t perp__integrate(perp_world *world, double h)
+{
+    const int32_t lanes = perp__share_out(world, world->lively_count, integrate, h);
+    perp__share all = {0};
+
+    all.end = lanes == 0 ? world->lively_count : 0;
+    integrate(world, &all, h);
+    for (int32_t k = 0; k < lanes && all.found < 0; k++)
+        all.found = perp__share_of(world, k)->found;
+    return all.found;
 }

@@ -62,7 +62,15 @@ static void join_joints(perp_world *world)
 
         if (!perp__joint_works(world, i))
             continue;
-        world->motions[body[0]].jointed = world->motions[body[1]].jointed = 1;
+        for (int32_t side = 0; side < 2; side++) {
+            perp__motion *motion = &world->motions[body[side]];
+
+            motion->jointed = 1;
+            if (is_dynamic(world, body[side]))
+                continue;
+            memcpy(motion->trial, motion->start, sizeof motion->trial); /* as it is told */
+            memcpy(motion->last, motion->start, sizeof motion->last);
+        }
         if (is_dynamic(world, body[0]) && is_dynamic(world, body[1]))
             perp__join(world->parent, body[0], body[1]);
     }

@@ -133,7 +133,7 @@ void perp__number_joint_bodies(perp_world *world, const perp__island *island, in
 
         for (int32_t side = 0; side < 2; side++)
             if (afresh)
-                world->motions[joint->body[side]].carrier = -1;
+                perp__forget_number(world, joint->body[side]);
             else
                 perp__number_of(world, island, joint->body[side]);
         joint->used = 0;
@@ -383,7 +383,7 @@ static perp_status refine(perp_world *world, const perp__island *island, perp__r
     rest.free = work->solved;
     rest.warm = NULL;
     rest.again = 1;
-    rest.method = PERP_CONTACT_METHOD_NEWTON;
+    rest.method = PERP_CONTACT_METHOD_PROXIMAL;
     memcpy(work->solved, work->v, (size_t)(world->dof * island->bodies) * sizeof *work->v);
     memcpy(work->warm, work->impulse, 3 * (size_t)work->units * sizeof *work->warm);
     status = perp__rigid_solve(world->solver, answer, &rest);
@@ -450,14 +450,6 @@ static void begin(perp_world *world, const perp__island *island, const perp__ver
         const perp__joint_state *state = state_of(world, joint);
         perp__joint_view view;
 
-        for (int32_t side = 0; side < 2; side++) {
-            perp__motion *motion = &world->motions[joint->body[side]];
-
-            if (world->bodies[joint->body[side]].kind == PERP_BODY_DYNAMIC)
-                continue;
-            memcpy(motion->trial, motion->start, sizeof motion->trial);
-            memcpy(motion->last, motion->start, sizeof motion->last);
-        }
         perp__view_of_states(world, joint, world->states, state->coordinate, &view);
         for (which = 0; which < 2; which++) {
             const double gap =

@@ -23,6 +23,10 @@
 /* Directions whose cosine lacks less than the square of this are one. */
 #define SUPPORT 1e-6
 
+/* Along a face's normal shapes overlap by less than this share of their thickness if it is the one
+ * that they meet with. */
+#define SHALLOW 0.6
+
 static double rounding_of(const perp_world *world, int32_t shape)
 {
     const double *x = world->placed[shape].position;
@@ -168,11 +172,12 @@ static int32_t is_covered(const perp_world *world, int32_t owner, int32_t shape,
     return 0;
 }
 
-/* Whether either surface is covered where the points lie deepest. */
+/* Whether either surface is covered where the points lie deepest; or on the whole: in the middle of
+ * them all. */
 static int32_t are_covered(const perp_world *world, const perp__pair *pair,
                            const perp__placed *at_a, const perp__placed *at_b,
-                           const perp__point *points, int32_t count, int32_t doubtful, double h,
-                           double t, const perp__nearness *near)
+                           const perp__point *points, int32_t count, int32_t doubtful,
+                           int32_t whole, double h, double t, const perp__nearness *near)
 {
     const double crack = CRACK * size_of(world, pair) + near->rounding;
     const double *n = points[0].normal, back[3] = {-n[0], -n[1], -n[2]};
@@ -181,59 +186,106 @@ static int32_t are_covered(const perp_world *world, const perp__pair *pair,
     for (int32_t i = 0; i < count; i++)
         least = fmin(least, points[i].gap);
     for (int32_t i = 0; i < count; i++)
-        if (points[i].gap <= least + near->touching) {
+        if (whole || points[i].gap <= least + near->touching) {
             perp__add3(middle, 1.0, points[i].position);
             share += 1.0;
         }
     for (int32_t k = 0; k < 3; k++)
         middle[k] /= share;
     rim = crack + fabs(least);
-    return is_covered(world, pair->first, pair->second, at_a, middle, n, rim, doubtful, crack, h,
-                      t) ||
-           is_covered(world, pair->second, pair->first, at_b, middle, back, rim, doubtful, crack, h,
-                      t);
+    return is_covered(world, pair->first, pair->second, at_a, middle, n, rim, doubtful || whole,
+                      crack, h, t) ||
+           is_covered(world, pair->second, pair->first, at_b, middle, back, rim, doubtful || whole,
+                      crack, h, t);
 }
 
-/* The points along the axis of `meeting`, if they lie open; else over the next face that does, in
- * the poses at `later`, to which the meeting is moved. Returns how many, 0 if all is covered. */
-static int32_t open_points(const perp_world *world, const perp__pair *pair, perp__meeting *meeting,
-                           double later, double h, const perp__nearness *near, perp__point *points)
+/* The face axis of largest separation, at least `least`, that is another direction than `covered`,
+ * in the frame of A; -1 if there is none. It is taken off the list. */
+static int32_t next_face(perp__axes *axes, const double *covered, double least)
+{
+    int32_t best = -1;
+
+    for (int32_t k = 0; k < axes->faces[0] + axes->faces[1]; k++)
+        if (axes->axis[k].separation > -INFINITY && axes->axis[k].separation >= least &&
+            fabs(perp__dot3(axes->axis[k].normal, covered)) < 1.0 - SUPPORT * SUPPORT &&
+            (best < 0 || axes->axis[k].separation > axes->axis[best].separation))
+            best = k;
+    if (best >= 0)
+        axes->axis[best].separation = -INFINITY;
+    return best;
+}
+
+/* The points of a meeting; -1 where they do not lie open. */
+static int32_t points_along(const perp_world *world, const perp__pair *pair,
+                            const perp__meeting *meeting, int32_t whole, double h,
+                            const perp__nearness *near, perp__point *points)
 {
     const perp__moving a = perp__moving_shape(world, pair->first, h);
     const perp__moving b = perp__moving_shape(world, pair->second, h);
-    const int32_t planar = world->settings.planar;
-    perp__axes axes;
     perp__placed at_a, at_b;
-    double covered[3];
-    int32_t made, best;
+    int32_t made;
 
     perp__moved(&a, meeting->time, &at_a);
     perp__moved(&b, meeting->time, &at_b);
-    made = perp__collide_along(&at_a, &at_b, planar, meeting->axis, points);
-    if (made == 0 || !are_covered(world, pair, &at_a, &at_b, points, made, meeting->doubtful, h,
-                                  meeting->time, near))
-        return made;
+    made = perp__collide_along(&at_a, &at_b, world->settings.planar, meeting->axis, points);
+    return made > 0 && are_covered(world, pair, &at_a, &at_b, points, made, meeting->doubtful,
+                                   whole, h, meeting->time, near)
+               ? -1
+               : made;
+}
+
+/* The points over the next face that lies open, in the poses at `later`, to which the meeting is
+ * moved. Returns how many, 0 if all is covered. */
+static int32_t points_of_faces(const perp_world *world, const perp__pair *pair,
+                               perp__meeting *meeting, double later, const double *covered,
+                               double least, int32_t whole, double h, const perp__nearness *near,
+                               perp__point *points)
+{
+    const perp__moving a = perp__moving_shape(world, pair->first, h);
+    const perp__moving b = perp__moving_shape(world, pair->second, h);
+    perp__meeting next = *meeting;
+    perp__placed at_a, at_b;
+    perp__axes axes;
+    double own[3];
+    int32_t made = 0;
+
     perp__moved(&a, later, &at_a);
-    perp__apply_transposed3(covered, at_a.rotation, points[0].normal);
     perp__moved(&b, later, &at_b);
-    perp__axes_of(&at_a, &at_b, planar, &axes);
-    for (;;) {
-        best = -1;
-        for (int32_t k = 0; k < axes.faces[0] + axes.faces[1]; k++)
-            if (axes.axis[k].separation > -INFINITY &&
-                fabs(perp__dot3(axes.axis[k].normal, covered)) < 1.0 - SUPPORT * SUPPORT &&
-                (best < 0 || axes.axis[k].separation > axes.axis[best].separation))
-                best = k;
-        if (best < 0)
-            return 0;
-        axes.axis[best].separation = -INFINITY;
-        made = perp__collide_along(&at_a, &at_b, planar, best, points);
-        if (made == 0 || are_covered(world, pair, &at_a, &at_b, points, made, 1, h, later, near))
-            continue;
-        meeting->axis = best;
-        meeting->time = later;
+    perp__apply_transposed3(own, at_a.rotation, covered);
+    perp__axes_of(&at_a, &at_b, world->settings.planar, &axes);
+    next.time = later;
+    next.doubtful = 1;
+    while (made <= 0 && (next.axis = next_face(&axes, own, least)) >= 0)
+        made = points_along(world, pair, &next, whole, h, near, points);
+    if (made <= 0)
+        return 0;
+    meeting->axis = next.axis;
+    meeting->time = later;
+    return made;
+}
+
+/* The points along the axis of `meeting`, if they lie open; else over the next face that does. Of
+ * bricks that sink a little into what they stand on the rims of all faces are covered: those by
+ * which the shapes hardly overlap are met before any other one all the same, if their middle lies
+ * open. Returns how many, 0 if all is covered. */
+static int32_t open_points(const perp_world *world, const perp__pair *pair, perp__meeting *meeting,
+                           double later, double h, const perp__nearness *near, perp__point *points)
+{
+    const double least = -SHALLOW * size_of(world, pair);
+    double covered[3];
+    int32_t made = points_along(world, pair, meeting, 0, h, near, points);
+
+    if (made >= 0)
         return made;
-    }
+    perp__copy3(covered, points[0].normal);
+    made = points_of_faces(world, pair, meeting, later, covered, least, 0, h, near, points);
+    if (made == 0)
+        made = points_along(world, pair, meeting, 1, h, near, points);
+    if (made <= 0)
+        made = points_of_faces(world, pair, meeting, later, covered, least, 1, h, near, points);
+    if (made == 0)
+        made = points_of_faces(world, pair, meeting, later, covered, -INFINITY, 0, h, near, points);
+    return made;
 }
 
 /* ---- pairs ---- */
@@ -265,7 +317,7 @@ static int32_t touch_plainly(const perp_world *world, perp__pair *pair, const pe
            has_pressed(world, pair) && perp__touch_plainly(a, b, planar, &wide, &pair->meeting);
 }
 
-int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h,
+int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points)
 {
     const perp__moving a = perp__moving_shape(world, pair->first, h);
@@ -280,9 +332,11 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     if (!perp__are_near(world, pair, fmax(near.touching, PERP__NEAR * sizes)))
         return 0;
     if (has_plane(world, pair)) { /* one normal at any distance: near ones come at once */
-        made = perp__collide(a.start, b.start, planar, INFINITY, points);
+        const double due = fmax(fmin(PERP__NEAR * sizes, 2.0 * way), near.touching);
+
+        made = perp__collide(a.start, b.start, planar, fmax(far, due), points);
         for (int32_t i = 0; i < made; i++)
-            if (points[i].gap <= fmax(fmin(PERP__NEAR * sizes, 2.0 * way), near.touching))
+            if (points[i].gap <= due)
                 return made;
         return 0;
     }

@@ -155,28 +155,25 @@ static void free_velocity(perp_world *world, int32_t i, double h)
     perp__apply3(motion->free + 3, motion->rotation, w_next);
 }
 
-/* One loop: what is awake may be more than a cache holds. */
-int32_t perp__start_motions(perp_world *world, double h)
+int32_t perp__start_motion(perp_world *world, int32_t body, double h)
 {
-    for (int32_t i = 0; i < world->awake_count; i++) {
-        const int32_t body = world->awake[i];
-        const perp__state *state = &world->states[body];
-        perp__motion *motion = &world->motions[body];
+    const perp__state *state = &world->states[body];
+    perp__motion *motion = &world->motions[body];
 
-        perp__place_body(world, world->states, body);
-        perp__copy3(motion->start, state->velocity);
-        perp__copy3(motion->start + 3, state->angular_velocity);
-        memcpy(motion->free, motion->start, sizeof motion->free);
-        if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
-            free_velocity(world, body, h);
-        if (!perp__all_finite(motion->free, 6))
-            return body;
-        for (int32_t k = 0; k < 6; k++)
-            motion->moving[k] = 0.5 * (motion->start[k] + motion->free[k]);
-        memcpy(motion->after, motion->free, sizeof motion->after);
-        motion->touched = 0;
-        motion->island = -1;
-        memset(&motion->verdict, 0, sizeof motion->verdict);
-    }
-    return -1;
+    perp__place_body(world, world->states, body);
+    perp__copy3(motion->start, state->velocity);
+    perp__copy3(motion->start + 3, state->angular_velocity);
+    memcpy(motion->free, motion->start, sizeof motion->free);
+    if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
+        free_velocity(world, body, h);
+    for (int32_t k = 0; k < 6; k++)
+        motion->moving[k] = 0.5 * (motion->start[k] + motion->free[k]);
+    memcpy(motion->after, motion->free, sizeof motion->after);
+    memcpy(motion->tried, motion->moving, sizeof motion->tried);
+    motion->touched = motion->jointed = 0;
+    motion->covered = motion->moved = 1; /* in the first round */
+    motion->earliest = motion->spare = INFINITY;
+    motion->island = -1;
+    memset(&motion->verdict, 0, sizeof motion->verdict);
+    return perp__all_finite(motion->free, 6);
 }

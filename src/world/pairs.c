@@ -22,6 +22,11 @@ enum { NONE = -1 };
 #define SPACE 0.1
 #define TOO_FAT 4.0
 
+/* Steps of the same motion that a new fat box holds, as long as they take it no farther than so
+ * many radii. */
+#define AHEAD 4.0
+#define FARTHEST 2.0
+
 /* Extents grow by a few roundings, so that shapes that exactly touch are found. */
 #define ROUNDING (8.0 * PERP__EPSILON)
 
@@ -139,10 +144,13 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
     world->pairs[number].first = a < b ? a : b;
     world->pairs[number].second = a < b ? b : a;
     world->pairs[number].open = 1;
-    world->pairs[number].first_kept = NONE;
+    world->pairs[number].first_kept = world->pairs[number].late = NONE;
+    world->pairs[number].spare = INFINITY;
     put_on_list(world, 2 * number);
     put_on_list(world, 2 * number + 1);
     world->pairs_changed = 1;
+    perp__stop_coasting(world, world->shapes[a].body);
+    perp__stop_coasting(world, world->shapes[b].body);
     rouse_sleeper(world, world->shapes[a].body);
     rouse_sleeper(world, world->shapes[b].body);
     return PERP_OK;
@@ -269,11 +277,19 @@ static int32_t is_too_fat(const perp__bounds *fat, const perp__bounds *box, doub
     return excess > TOO_FAT * 2.0 * space;
 }
 
-/* Makes the shape's fat box hold `box`. */
-static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, double speed)
+static perp_status check(const perp_world *world, int32_t body, int32_t is_finite)
+{
+    return is_finite ? PERP_OK
+                     : perp__fail(world->context, PERP_ERROR_NOT_FINITE,
+                                  "the step takes body %d beyond the range of numbers", (int)body);
+}
+
+/* Makes the shape's fat box hold `box`; `ahead`: where it will be in a few steps, so as not to come
+ * again in each. */
+static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, double speed,
+                        const double *ahead)
 {
     perp__shape *shape = &world->shapes[i];
-    /* half as much again of a long way, so as not to come every step */
     const double space = SPACE * shape->radius + 0.5 * speed;
     perp__bounds fat;
     perp_status status;
@@ -282,12 +298,11 @@ static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, d
         (world->rounds > 0 || !is_too_fat(fat_box(world, i), box, space)))
         return PERP_OK;
     for (int32_t k = 0; k < 3; k++) {
-        fat.low[k] = box->low[k] - space;
-        fat.high[k] = box->high[k] + space;
+        fat.low[k] = box->low[k] - space + (ahead[k] < 0.0 ? ahead[k] : 0.0);
+        fat.high[k] = box->high[k] + space + (ahead[k] > 0.0 ? ahead[k] : 0.0);
     }
     if (!perp__all_finite(fat.low, 3) || !perp__all_finite(fat.high, 3))
-        return perp__fail(world->context, PERP_ERROR_NOT_FINITE,
-                          "the step takes body %d beyond the range of numbers", (int)shape->body);
+        return check(world, shape->body, 0);
     if (shape->leaf != NONE)
         perp__tree_remove(&world->tree, shape->leaf);
     shape->leaf = perp__tree_insert(&world->tree, &fat, i);
@@ -300,19 +315,21 @@ static perp_status hold(perp_world *world, int32_t i, const perp__bounds *box, d
 }
 
 /* Lets the box hold what the body's motion does to the shape; returns how far that takes it. */
-static double sweep(const perp_world *world, int32_t i, double h, perp__bounds *box)
+static double sweep(const perp_world *world, int32_t i, double h, perp__bounds *box, double *ahead)
 {
+    const double radius = world->shapes[i].radius;
     const perp__motion *motion = &world->motions[world->shapes[i].body];
-    const double arm = perp__length3(world->shapes[i].offset) + world->shapes[i].radius;
+    const double arm = perp__length3(world->shapes[i].offset) + radius;
     const double turn = fmin(h * perp__length3(motion->moving + 3), 2.0) * arm;
 
     for (int32_t k = 0; k < 3; k++) {
         const double way = h * motion->moving[k];
 
-        box->low[k] += fmin(way, 0.0) - turn;
-        box->high[k] += fmax(way, 0.0) + turn;
+        box->low[k] += (way < 0.0 ? way : 0.0) - turn;
+        box->high[k] += (way > 0.0 ? way : 0.0) + turn;
+        ahead[k] = fmin(fmax(AHEAD * way, -FARTHEST * radius), FARTHEST * radius);
     }
-    return fmin(h * perp__length3(motion->moving), world->shapes[i].radius) + turn;
+    return fmin(h * perp__length3(motion->moving), radius) + turn;
 }
 
 /* Half-spaces that came or moved make their pairs anew. */
@@ -337,30 +354,48 @@ static perp_status cover(perp_world *world, int32_t body, double h, double more)
     for (int32_t shape = world->bodies[body].first_shape; shape != NONE && status == PERP_OK;
          shape = world->shapes[shape].next_of_body) {
         perp__bounds box;
-        double way = 0.0;
+        double way = 0.0, ahead[3] = {0.0, 0.0, 0.0};
 
         if (is_plane(world, shape))
             continue;
         perp__extent_of(&world->placed[shape], more, &box);
         if (h > 0.0)
-            way = sweep(world, shape, h, &box);
-        status = hold(world, shape, &box, way);
+            way = sweep(world, shape, h, &box, ahead);
+        status = hold(world, shape, &box, way, ahead);
     }
+    return status;
+}
+
+/* Half-spaces in place, before boxes are held against them. */
+static perp_status place_planes(perp_world *world)
+{
+    for (int32_t i = world->first_plane; i != NONE; i = world->shapes[i].next_plane)
+        if (world->bodies[world->shapes[i].body].awake)
+            perp__place_body(world, world->states, world->shapes[i].body);
+    return look_at_planes(world);
+}
+
+/* All of a body while it is at hand: what is awake may be more than a cache holds. */
+static perp_status start(perp_world *world, int32_t body, double h)
+{
+    perp_status status = check(world, body, perp__start_motion(world, body, h));
+
+    if (status == PERP_OK)
+        status = cover(world, body, h, 0.0);
+    if (status == PERP_OK)
+        status = check(world, body, perp__coast(world, body, h));
+    if (world->motions[body].coasts != world->coasting)
+        world->lively[world->lively_count++] = body;
     return status;
 }
 
 perp_status perp__cover_motions(perp_world *world, double h)
 {
-    perp_status status = look_at_planes(world);
+    perp_status status = place_planes(world);
 
-    for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++) {
-        perp__motion *motion = &world->motions[world->awake[i]];
-
-        status = cover(world, world->awake[i], h, 0.0);
-        memcpy(motion->tried, motion->moving, sizeof motion->tried);
-        motion->covered = motion->moved = 1; /* in the first round */
-        motion->earliest = INFINITY;
-    }
+    world->lively_count = 0;
+    for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++)
+        status = start(world, world->awake[i], h);
     order_pairs(world);
     return status;
 }
@@ -385,9 +420,12 @@ static perp_status cover_places(perp_world *world, double margin, int32_t all)
 {
     perp_status status = PERP_OK;
 
-    for (int32_t i = 0; i < world->awake_count && status == PERP_OK; i++)
-        if (all || !world->motions[world->awake[i]].covered)
-            status = cover(world, world->awake[i], 0.0, margin);
+    const int32_t *bodies = all ? world->awake : world->lively;
+    const int32_t count = all ? world->awake_count : world->lively_count;
+
+    for (int32_t i = 0; i < count && status == PERP_OK; i++)
+        if (all || !world->motions[bodies[i]].covered)
+            status = cover(world, bodies[i], 0.0, margin);
     order_pairs(world);
     return status;
 }

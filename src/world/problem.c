@@ -58,14 +58,22 @@ double perp__open_gap(const perp__world_contact *contact, double gap)
 /* The coordinates of a twist. */
 void perp__coordinates_of(const perp_world *world, const double *twist, double *x)
 {
-    for (int32_t i = 0; i < world->dof; i++)
+    if (world->dof == 6) {
+        memcpy(x, twist, 6 * sizeof *x);
+        return;
+    }
+    for (int32_t i = 0; i < 3; i++)
         x[i] = twist[world->coordinate[i]];
 }
 
 void perp__twist_of(const perp_world *world, const double *x, double *twist)
 {
+    if (world->dof == 6) {
+        memcpy(twist, x, 6 * sizeof *x);
+        return;
+    }
     memset(twist, 0, 6 * sizeof *twist);
-    for (int32_t i = 0; i < world->dof; i++)
+    for (int32_t i = 0; i < 3; i++)
         twist[world->coordinate[i]] = x[i];
 }
 
@@ -82,15 +90,14 @@ void perp__write_factor(const perp_world *world, int32_t i, const double *R, dou
     else
         perp__multiply3(turned, R, body->factor);
     memset(C, 0, (size_t)(n * n) * sizeof *C);
-    for (int32_t j = 0; j < n; j++)
-        for (int32_t k = 0; k < n; k++) {
-            const int32_t row = world->coordinate[j], column = world->coordinate[k];
-
-            if (row < 3 && row == column)
-                C[n * j + k] = root;
-            else if (row >= 3 && column >= 3)
-                C[n * j + k] = turned[3 * (row - 3) + column - 3];
-        }
+    if (n == 6) {
+        C[0] = C[7] = C[14] = root;
+        for (int32_t k = 0; k < 9; k++)
+            C[6 * (3 + k / 3) + 3 + k % 3] = turned[k];
+    } else {
+        C[0] = C[4] = root;
+        C[8] = turned[8];
+    }
 }
 
 int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body)
@@ -111,6 +118,12 @@ int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t b
         perp__copy3(work->origins + 3 * number, world->states[body].position);
     }
     return motion->carrier;
+}
+
+void perp__forget_number(perp_world *world, int32_t body)
+{
+    if (world->bodies[body].kind == PERP_BODY_KINEMATIC)
+        world->motions[body].carrier = -1;
 }
 
 /* Bodies and carriers of the island, where they are and how they start. */
@@ -140,7 +153,8 @@ void perp__gather_bodies(perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        world->motions[contact->body_a].carrier = world->motions[contact->body_b].carrier = -1;
+        perp__forget_number(world, contact->body_a);
+        perp__forget_number(world, contact->body_b);
     }
     perp__number_joint_bodies(world, island, 1);
     perp__number_joint_bodies(world, island, 0);

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "linalg/spatial.h"
+#include "world/lanes.h"
 
 /* Overlap, relative to the bodies' size, that is worth removing. */
 #define OVERLAP_TOLERANCE 1e-12
@@ -41,14 +42,14 @@ static double overlap_of(const perp_world *world, const perp__world_contact *con
     return contact->gap < -allowed ? -contact->gap : 0.0;
 }
 
-/* The deepest overlap of the next states. Fat boxes hold them already, but for what turns freely.
- */
-static double deepest(const perp_world *world)
+/* The deepest overlap of the next states, of a range of pairs. */
+static void find_deepest(perp_world *world, perp__share *share, double h)
 {
     perp__point points[PERP__MAX_POINTS];
-    double largest = 0.0;
 
-    for (int32_t i = 0; i < world->pair_count; i++) {
+    (void)h;
+    share->largest = 0.0;
+    for (int32_t i = share->first; i < share->end; i++) {
         const perp__pair *pair = perp__ordered_pair(world, i);
         perp__world_contact contact;
         int32_t made = 0;
@@ -62,10 +63,22 @@ static double deepest(const perp_world *world)
             contact.gap = points[k].gap;
             contact.rounding = perp__pair_rounding(world, pair);
             contact.size = perp__pair_size(world, pair);
-            largest = fmax(largest, overlap_of(world, &contact));
+            share->largest = fmax(share->largest, overlap_of(world, &contact));
         }
     }
-    return largest;
+}
+
+/* Of all. Fat boxes hold them already, but for what turns freely. */
+static double deepest(perp_world *world)
+{
+    const int32_t lanes = perp__share_out(world, world->pair_count, find_deepest, 0.0);
+    perp__share all = {0};
+
+    all.end = lanes == 0 ? world->pair_count : 0;
+    find_deepest(world, &all, 0.0);
+    for (int32_t k = 0; k < lanes; k++)
+        all.largest = fmax(all.largest, perp__share_of(world, k)->largest);
+    return all.largest;
 }
 
 static int32_t overlaps(const perp_world *world, const perp__island *island)
@@ -233,6 +246,7 @@ perp_status perp__project_overlaps(perp_world *world, int32_t *changed)
     if (depth == 0.0)
         return status;
     longest = LONGEST_WAY * depth;
+    perp__stop_all_coasting(world);
     status = project(world, longest, 0, &left);
     if (status == PERP_OK && left > 0)
         status = project(world, longest, 1, &left);

@@ -382,8 +382,8 @@ void perp__fall_asleep(perp_world *world)
 {
     int32_t i, calm = 0;
 
-    for (i = 0; i < world->awake_count; i++)
-        calm += is_calm(world, world->awake[i]);
+    for (i = 0; i < world->lively_count; i++)
+        calm += is_calm(world, world->lively[i]);
     if (calm == 0 || world->settings.max_iterations > 0 || world->settings.wakeful ||
         reserve_naps(world, calm) != PERP_OK || reserve_kept(world, world->last.count) != PERP_OK)
         return; /* without room all stay awake */

@@ -12,12 +12,11 @@
 #include <string.h>
 
 #include "linalg/spatial.h"
+#include "world/lanes.h"
 
-/* The share of an island's contacts that is little; and how often an island is swept as a whole,
- * one that is hit fast the latter: what comes late there ends deep in others. */
+/* The share of an island's contacts that is little; and how often an island is swept as a whole. */
 #define LITTLE 0.25
 #define MOST_SWEEPS 3
-#define MOST_OF_A_HIT 8
 
 /* Whether something closes if nothing acts: by the end of the step, or by its velocities then. */
 static int32_t closes(perp_world *world, const perp__island *island, double h)
@@ -102,11 +101,51 @@ static perp_status finish_island(perp_world *world, const perp__island *island, 
         memset(verdict, 0, sizeof *verdict);
         return perp__follow_island(world, island, h, verdict);
     }
-    if (verdict->patched &&
-        verdict->sweeps < (perp__is_hit_fast(world, island, h) ? MOST_OF_A_HIT : MOST_SWEEPS))
+    if (verdict->patched && verdict->sweeps < MOST_SWEEPS)
         return sweep_all(world, island, h, verdict);
     memset(verdict, 0, sizeof *verdict);
     return perp__finish_swept(world, island, h, verdict);
+}
+
+perp_status perp__solve_one(perp_world *world, const perp__island *island, double h,
+                            int32_t finishes, int32_t *open)
+{
+    perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
+    const int32_t fresh = finishes ? 0 : count_fresh(world, island, &verdict);
+    perp_status status = PERP_OK;
+
+    if (fresh > 0)
+        status = solve_island(world, island, h, fresh, &verdict);
+    else if (finishes && verdict.sweeps > 0) {
+        status = finish_island(world, island, h, &verdict);
+        *open = 1;
+    }
+    for (int32_t k = 0; k < island->contacts && !finishes; k++)
+        perp__step_contact(world, island, k)->fresh = 0;
+    world->budget.contacts -= island->contacts + island->joints;
+    for (int32_t k = 0; k < island->bodies; k++)
+        perp__island_motion(world, island, k)->verdict = verdict;
+    return status;
+}
+
+/* All of them, on the caller's thread. */
+static perp_status solve_in_turn(perp_world *world, double h, int32_t *open, int32_t *last)
+{
+    perp_status status = PERP_OK;
+    int32_t ended = 0;
+
+    *last = -1;
+    world->budget.contacts = 0;
+    for (int32_t i = 0; i < world->island_count; i++)
+        world->budget.contacts += world->islands[i].contacts + world->islands[i].joints;
+    for (int32_t i = 0; i < world->island_count && !ended; i++) {
+        status = perp__solve_one(world, &world->islands[i], h, open != NULL, open);
+        ended =
+            status != PERP_OK ||
+            perp__island_motion(world, &world->islands[i], 0)->verdict.outcome == PERP_OUTCOME_RAY;
+        *last = ended ? i : -1;
+    }
+    return status;
 }
 
 /* Solves the islands to which contacts came; or, none having come, finishes what is swept so far,
@@ -114,32 +153,14 @@ static perp_status finish_island(perp_world *world, const perp__island *island, 
 static perp_status solve_islands(perp_world *world, double h, int32_t *open,
                                  perp__solve_summary *summary)
 {
-    perp_status status = PERP_OK;
+    int32_t last;
+    const perp_status status = perp__shares_islands(world)
+                                   ? perp__solve_in_lanes(world, h, open, &last)
+                                   : solve_in_turn(world, h, open, &last);
 
-    world->budget.contacts = 0;
-    for (int32_t i = 0; i < world->island_count; i++)
-        world->budget.contacts += world->islands[i].contacts + world->islands[i].joints;
-    for (int32_t i = 0; i < world->island_count && status == PERP_OK; i++) {
-        const perp__island *island = &world->islands[i];
-        perp__verdict verdict = perp__island_motion(world, island, 0)->verdict;
-        const int32_t fresh = open ? 0 : count_fresh(world, island, &verdict);
-
-        if (fresh > 0)
-            status = solve_island(world, island, h, fresh, &verdict);
-        else if (open && verdict.sweeps > 0) {
-            status = finish_island(world, island, h, &verdict);
-            *open = 1;
-        }
-        for (int32_t k = 0; k < island->contacts; k++)
-            perp__step_contact(world, island, k)->fresh = 0;
-        world->budget.contacts -= island->contacts + island->joints;
-        for (int32_t k = 0; k < island->bodies; k++)
-            perp__island_motion(world, island, k)->verdict = verdict;
-        if (verdict.outcome == PERP_OUTCOME_RAY) {
-            summary->outcome = PERP_OUTCOME_RAY;
-            summary->residual = verdict.residual;
-            break;
-        }
+    if (status == PERP_OK && last >= 0) {
+        summary->outcome = PERP_OUTCOME_RAY;
+        summary->residual = perp__island_motion(world, &world->islands[last], 0)->verdict.residual;
     }
     return status;
 }

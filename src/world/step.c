@@ -12,12 +12,16 @@ static void lay_out_bodies(perp__arena *arena, void *object)
     perp_world *world = object;
     size_t count = (size_t)world->body_capacity;
 
-    world->next = perp__arena_take(arena, count, sizeof *world->next);
     world->motions = perp__arena_take(arena, count, sizeof *world->motions);
+    world->next = perp__arena_take(arena, count, sizeof *world->next);
+    world->lively = perp__arena_take(arena, count, sizeof *world->lively);
     world->parent = perp__arena_take(arena, count, sizeof *world->parent);
     world->body_order = perp__arena_take(arena, count, sizeof *world->body_order);
     world->islands = perp__arena_take(arena, count, sizeof *world->islands);
     world->fitted_bodies = world->body_capacity;
+    for (size_t i = 0; world->motions && i < count; i++)
+        world->motions[i].coasts = 0;
+    world->coasting = 1;
 }
 
 static void lay_out_shapes(perp__arena *arena, void *object)
@@ -69,7 +73,7 @@ static perp_status prepare(perp_world *world, double h)
     world->step_length = h;
     if (world->awake_changed)
         perp__list_awake(world);
-    return check(world, perp__start_motions(world, h));
+    return PERP_OK;
 }
 
 static void lap(double *clock, double *seconds)
@@ -141,8 +145,8 @@ static int32_t commit(perp_world *world, int32_t included)
     const perp__contact_set last = world->last;
     int32_t i, repeat = 0;
 
-    for (i = 0; i < world->awake_count; i++) {
-        const int32_t body = world->awake[i];
+    for (i = 0; i < world->lively_count; i++) {
+        const int32_t body = world->lively[i];
 
         world->motions[body].repeats =
             memcmp(&world->states[body], &world->next[body], sizeof *world->states) == 0;
@@ -150,6 +154,7 @@ static int32_t commit(perp_world *world, int32_t included)
             world->states[body] = world->next[body];
         repeat += world->motions[body].repeats;
     }
+    world->coasting++; /* they stay where they are */
     perp__drop_kept(world, world->first_orphan);
     world->first_orphan = -1;
     world->orphan_count = 0;
@@ -247,9 +252,11 @@ perp_status perp__step(perp_world *world, perp_step_result *result, double h)
     }
     clock = perp__now();
     perp__open_velocities(world);
-    do
+    do {
         status = attempt(world, result, &stats, h, &clock);
-    while (status == PERP_OK && world->awake_changed);
+        if (status != PERP_OK || world->awake_changed || !result->advanced)
+            perp__stop_all_coasting(world);
+    } while (status == PERP_OK && world->awake_changed);
     if (status != PERP_OK)
         return status;
     result->iterations = stats.iterations = world->budget.spent;

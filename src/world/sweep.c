@@ -16,9 +16,6 @@
 /* Contacts that are, whenever one comes: more wait until none comes any more. */
 #define SMALL 8
 
-/* Of the bodies' size, what they close in a step when a hit is fast. */
-#define FAST 0.01
-
 /* Beside a contact's size: what a sweep does not tell a gap from contact by. */
 #define GUARD 1e-3
 
@@ -40,9 +37,16 @@
 #define SETTLING_SWEEPS 4
 #define PLANAR_SWEEPS 200 /* which have no such guess to start from */
 
+/* Contacts up to which one is solved exactly instead: what stands by friction all over, as a house
+ * of cards does, sweeps do not find to stand, and what is left lets it fall. */
+#define SETTLED_EXACTLY 64
+
 /* Beside the level's tol, the residual with which what rests is left as it is: by then it would
  * have moved if it could. */
 #define AT_REST 1e-2
+
+/* Energy that is rounding, beside what impulses move. */
+#define ENERGY_ROUNDING 1e-12
 
 typedef struct level {
     int32_t substeps;
@@ -94,25 +98,6 @@ static int32_t has_at_most(const perp_world *world, const perp__island *island, 
 int32_t perp__is_small(const perp_world *world, const perp__island *island)
 {
     return has_at_most(world, island, SMALL);
-}
-
-/* What moves and is no ball: the normal of two that overlap deeply turns, and holds them there. */
-static int32_t can_jam(const perp_world *world, int32_t shape)
-{
-    return world->shapes[shape].geometry.kind != PERP__SPHERE &&
-           world->bodies[world->shapes[shape].body].kind == PERP_BODY_DYNAMIC;
-}
-
-int32_t perp__is_hit_fast(const perp_world *world, const perp__island *island, double h)
-{
-    for (int32_t i = 0; i < island->contacts; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, i);
-
-        if (h * contact->start[0] < -FAST * contact->size &&
-            (can_jam(world, contact->shape_a) || can_jam(world, contact->shape_b)))
-            return 1;
-    }
-    return 0;
 }
 
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island)
@@ -170,11 +155,13 @@ static void plan(perp_world *world, const perp__island *island, perp__substeps *
 /* Contacts with restitution that pressed and had come faster than what the forces make. */
 static int32_t has_impacts(const perp_world *world, const perp__island *island)
 {
+    const int32_t lies = perp__lies_on_something(world, island);
+
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         if (contact->restitution > 0.0 && world->work.impulse[3 * i] > 0.0 &&
-            contact->start[0] < -fabs(contact->free[0] - contact->start[0]))
+            contact->start[0] < -perp__forced_speed(world, i, island->bodies, lies))
             return 1;
     }
     return 0;
@@ -444,11 +431,70 @@ static void recall(perp_world *world, const perp__island *island)
     }
 }
 
+/* x'My of the island's bodies. */
+static double mass_product(const perp_world *world, const perp__island *island, const double *x,
+                           const double *y)
+{
+    const int32_t n = world->dof;
+    double sum = 0.0, both[6];
+
+    for (int32_t i = 0; i < island->bodies; i++) {
+        const int32_t body = world->work.members[i];
+        const double a = perp__mass_norm(world, body, x + n * i);
+        const double b = perp__mass_norm(world, body, y + n * i);
+
+        for (int32_t k = 0; k < n; k++)
+            both[k] = x[n * i + k] + y[n * i + k];
+        both[0] = perp__mass_norm(world, body, both);
+        sum += 0.5 * (both[0] * both[0] - a * a - b * b);
+    }
+    return sum;
+}
+
+/* Impulses that passes have not brought to an answer, and ways out of overlap, may give energy.
+ * With d what impulses make of the velocities and m the mean of these before and after the step, it
+ * grows by d'Mm + gain'M (m - moving): then there is less of d, and the way is more that of m.
+ * Returns whether the former is. */
+static int32_t take_energy(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    const int32_t numbers = world->dof * island->bodies;
+    double *d = work->solved, *m = work->drift, size, work_of_d, growth, share;
+    int32_t scaled;
+
+    for (int32_t i = 0; i < numbers; i++) {
+        d[i] = work->v[i] - work->start[i] - work->gain[i];
+        m[i] = 0.5 * (work->start[i] + work->v[i]);
+    }
+    work_of_d = mass_product(world, island, d, m);
+    size = mass_product(world, island, d, d);
+    scaled = work_of_d > ENERGY_ROUNDING * size;
+    if (scaled) {
+        share = fmax(1.0 - 2.0 * work_of_d / size, 0.0);
+        for (int32_t i = 0; i < numbers; i++) {
+            work->v[i] -= (1.0 - share) * d[i];
+            work->moving[i] -= 0.5 * (1.0 - share) * d[i];
+            m[i] -= 0.5 * (1.0 - share) * d[i];
+        }
+        for (int32_t i = 0; i < 3 * island->contacts; i++)
+            work->impulse[i] *= share;
+        work_of_d = 0.0;
+    }
+    for (int32_t i = 0; i < numbers; i++)
+        d[i] = m[i] - work->moving[i];
+    growth = mass_product(world, island, work->gain, d);
+    share = work_of_d + growth > ENERGY_ROUNDING * size ? fmax(-work_of_d / growth, 0.0) : 1.0;
+    for (int32_t i = 0; i < numbers && share < 1.0; i++)
+        work->moving[i] = m[i] - share * d[i];
+    return scaled;
+}
+
 /* The true residual is told, and where it is not small enough, that it was a budget which ended
  * the sweeps. */
 perp_status perp__finish_swept(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict)
 {
+    const perp__island_work *work = &world->work;
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp__substeps step;
@@ -466,10 +512,17 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
         status = judge(world, island, &answer, &problem, h, verdict);
     if (status == PERP_OK && verdict->impacts == 0 &&
         !(perp__is_good(verdict->outcome) && stands_still(world, island)) &&
-        comes_from_rest(world, island))
+        comes_from_rest(world, island)) {
+        if (has_at_most(world, island, SETTLED_EXACTLY)) {
+            memset(verdict, 0, sizeof *verdict);
+            return perp__follow_island(world, island, h, verdict);
+        }
         status = settle(world, island, &answer, &problem, verdict);
+    }
     if (status == PERP_OK && verdict->impacts == 0)
         status = hold(world, island, &answer, &problem);
+    if (status == PERP_OK && work->carriers == 0 && take_energy(world, island))
+        status = judge(world, island, &answer, &problem, h, verdict);
     if (status == PERP_OK)
         finish(world, island, verdict);
     return status;

@@ -7,6 +7,7 @@
 #include "base/check.h"
 #include "base/context.h"
 #include "contact/settings.h"
+#include "world/lanes.h"
 
 #define STANDARD_GRAVITY 9.81
 
@@ -110,6 +111,9 @@ static perp_status check_settings(perp_context *context, const perp_world_settin
     if (settings->wakeful != 0 && settings->wakeful != 1)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.wakeful is %d, 0 or 1 expected",
                           (int)settings->wakeful);
+    if (settings->threads < 0 || settings->threads > PERP__MOST_THREADS)
+        return perp__fail(context, PERP_ERROR_ARGUMENT, "settings.threads is %d, 0 to %d expected",
+                          (int)settings->threads, PERP__MOST_THREADS);
     return PERP_OK;
 }
 
@@ -153,6 +157,7 @@ static void release(void *object)
     perp_world *world = object;
     perp_context *context = world->context;
 
+    perp__release_lanes(world);
     for (int32_t i = 0; i < world->shape_slots; i++)
         perp__release(context, world->shapes[i].geometry.hull);
     perp__rigid_destroy(world->solver);
@@ -226,6 +231,8 @@ static perp_status create(perp_context *context, perp_world **world,
     set_coordinates(made);
     perp__coloured_init(&made->coloured, context);
     status = perp__rigid_create(context, &made->solver);
+    if (status == PERP_OK)
+        status = perp__create_lanes(made);
     if (status == PERP_OK)
         status = make_ground(made);
     if (status == PERP_OK)

@@ -83,7 +83,11 @@ typedef struct perp__pair {
     int32_t open;         /* the shapes do not touch plainly at the start of the step */
     int32_t met;          /* the motion at hand makes them meet */
     int32_t joined;       /* how often their points have come */
+    int32_t late, latest; /* contacts that came after the first round: a list; -1: none */
+    double spare;         /* gap beyond which points of a half-space are left out: no motion so far
+                             goes so far; INFINITY: none */
     int32_t waited;       /* a meeting of theirs has */
+    int32_t made;         /* points at the start of the step */
     int32_t first_memory; /* impulses of the last step, see perp__remember */
     int32_t memories;
     int32_t had_first; /* those of the step before */
@@ -161,44 +165,49 @@ typedef struct perp__verdict {
 
 /* A body within the step. Twists are (velocity, angular velocity), world frame. */
 typedef struct perp__motion {
-    double rotation[9];
-    double start[6];  /* twist before the step */
-    double free[6];   /* twist that forces alone would give */
+    uint64_t coasts; /* world->coasting: is in its next state, as nothing is near it */
+    int32_t moved;   /* the round of looking for contacts in which that was a new one */
+    int32_t covered; /* the fat boxes hold what it does to the shapes */
+    int32_t touched; /* has contact points in this step */
+    int32_t jointed; /* has joints */
+    int32_t island;  /* -1: none */
+    int32_t local;   /* number within the island */
+    int32_t carrier; /* number within the island of what moves as it is told; -1: none */
+    int32_t repeats; /* ends the step as it began */
+    int32_t calm;    /* so does all that is joined to it; at the root */
+    double earliest; /* when it meets something first, in shares of the step */
+    double spare;    /* of its pairs with half-spaces */
+    perp__verdict verdict;
     double moving[6]; /* twist that moves the positions; of a body that nothing touches, the mean
                          of start and free */
-    double after[6];  /* twist after the step */
     double tried[6];  /* the moving twist that contacts were looked for with last */
+    double start[6];  /* twist before the step */
+    double free[6];   /* twist that forces alone would give */
+    double after[6];  /* twist after the step */
+    double rotation[9];
     double trial[6];  /* joint_step.c: the moving twist, and that after the step, that joints are */
     double last[6];   /* placed by */
     double turned[9]; /* of bodies with joints: at the end of the trial motion */
-    int32_t moved;    /* the round of looking for contacts in which that was a new one */
-    int32_t covered;  /* the fat boxes hold what it does to the shapes */
-    int32_t touched;  /* has contact points in this step */
-    int32_t jointed;  /* has joints */
-    int32_t island;   /* -1: none */
-    int32_t local;    /* number within the island */
-    int32_t carrier;  /* number within the island of what moves as it is told; -1: none */
-    int32_t repeats;  /* ends the step as it began */
-    int32_t calm;     /* so does all that is joined to it; at the root */
-    double earliest;  /* when it meets something first, in shares of the step */
-    perp__verdict verdict;
-    double shift[6]; /* of the projection */
+    double shift[6];  /* of the projection */
 } perp__motion;
 
 typedef struct perp__world_contact {
-    int32_t body_a;
+    int32_t body_a; /* what each step reads of all contacts comes first */
     int32_t body_b;
     int32_t shape_a;
     int32_t shape_b;
-    uint32_t generations[4]; /* of these */
     int32_t pair;
-    int32_t round;      /* of looking for contacts in which it came */
-    uint64_t feature;   /* tells the points of a pair apart, from step to step */
+    int32_t round;    /* of looking for contacts in which it came */
+    int32_t later;    /* contact of the pair, of those that came after the first round; -1: none */
+    int32_t mode;     /* PERP_CONTACT_... */
+    int32_t included; /* takes part in the problems; the others were found not to matter */
+    int32_t fresh;    /* included since its island was solved last */
+    uint64_t feature; /* tells the points of a pair apart, from step to step */
+    double gap;       /* what may be closed along the normal */
+    double rounding;  /* gaps below this are not told apart from 0 */
     double position[3]; /* at the start of the step, midway between the surfaces */
     double arms[2][3];  /* from the mass centres, in the pose of the meeting */
     double axes[3][3];  /* normal, tangent 1, tangent 2 */
-    double gap;         /* what may be closed along the normal */
-    double rounding;    /* gaps below this are not told apart from 0 */
     double size;        /* of the two bodies */
     double friction;
     double restitution;
@@ -208,13 +217,13 @@ typedef struct perp__world_contact {
     double next[3];  /* for the next step to start from */
     double impulse[3];
     double velocity[3];
-    int32_t mode;     /* PERP_CONTACT_... */
-    int32_t included; /* takes part in the problems; the others were found not to matter */
-    int32_t fresh;    /* included since its island was solved last */
+    uint32_t generations[4]; /* of bodies and shapes */
 } perp__world_contact;
 
 typedef struct perp__contact_set {
     perp__world_contact *contacts;
+    int32_t included; /* of the step's: how many are, */
+    int32_t early;    /* and how many came in the first round */
     int32_t count;
     int32_t capacity;
 } perp__contact_set;
@@ -226,6 +235,7 @@ typedef struct perp__island {
     int32_t contacts;
     int32_t first_joint; /* in joint_order */
     int32_t joints;
+    int64_t spent; /* lanes.c: on it, when it was solved last */
 } perp__island;
 
 /* Workspace of one island, large enough for the largest. Numbers: coordinates by body. */
@@ -299,8 +309,11 @@ struct perp_world {
 
     /* the step's own memory, by size */
     perp__arena body_arena;
-    perp__state *next;
+    perp__state *next; /* of what coasts: the state before the step */
     perp__motion *motions;
+    int32_t *lively; /* awake bodies that do not coast */
+    int32_t lively_count;
+    uint64_t coasting; /* the number of the step, to know those that do */
     int32_t *parent;
     int32_t *body_order;
     perp__island *islands;
@@ -338,6 +351,9 @@ struct perp_world {
     perp__rigid_solver *solver;
     perp__coloured coloured;
     perp__budget budget;
+    struct perp__tasks *tasks; /* lanes.h; NULL: all on the caller's thread */
+    struct perp__lane *lanes;
+    int32_t lane_count;
 
     /* rest.c */
     double step_length; /* of the last step */
@@ -395,16 +411,16 @@ void perp__rotation_of(const perp_world *world, const perp__state *state, double
 /* A body, or all that are awake, with their shapes. */
 void perp__place_body(perp_world *world, const perp__state *states, int32_t body);
 void perp__place(perp_world *world, const perp__state *states);
-/* All that is awake in place, moving as if nothing touched it. Returns a body whose numbers are not
- * finite, or -1. */
-int32_t perp__start_motions(perp_world *world, double h);
+/* A body in place, moving as if nothing touched it. Returns 0 where its numbers are not finite. */
+int32_t perp__start_motion(perp_world *world, int32_t body, double h);
 /* One step of Euler's equations in the body frame by the implicit midpoint rule: w to w_next. */
 void perp__euler_step(const perp__body *body, double h, const double *w, const double *torque,
                       double *w_next);
 
 /* pairs.c */
-/* Pairs for all shapes that are near each other where `placed`, or where `moving` takes them within
- * h; the same after motions of islands changed; for all that are nearer than twice the margin. */
+/* Starts the motions of all that is awake. Pairs for all shapes that are near each other where
+ * `placed`, or where `moving` takes them within h; the same after motions of islands changed; for
+ * all that are nearer than twice the margin. */
 perp_status perp__cover_motions(perp_world *world, double h);
 perp_status perp__cover_changes(perp_world *world, double h);
 perp_status perp__cover_places(perp_world *world, double margin);
@@ -446,8 +462,9 @@ double perp__pair_size(const perp_world *world, const perp__pair *pair);
 int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double margin);
 /* A shape on the way of its body's motion. */
 perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h);
-/* Points of shapes that touch plainly at the start; 0: they don't. */
-int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h,
+/* Points of shapes that touch plainly at the start; 0: they don't. Those of half-spaces may be left
+ * out from a gap of `far` on. */
+int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
                               perp__point *points);
 /* Whether the motion at hand makes the pair meet, and in which points, of the pose at the time of
  * pair->meeting. */
@@ -548,6 +565,10 @@ typedef struct perp__solve_summary {
 } perp__solve_summary;
 
 perp_status perp__solve_islands(perp_world *world, double h, perp__solve_summary *summary);
+/* An island to which contacts came, or joints, and that writes to nothing but what is its own; or,
+ * none having come to any, the end of one that is swept so far: then *open := 1. */
+perp_status perp__solve_one(perp_world *world, const perp__island *island, double h,
+                            int32_t finishes, int32_t *open);
 
 /* problem.c */
 /* Makes the workspace fit the largest island. */
@@ -561,6 +582,8 @@ double perp__open_gap(const perp__world_contact *contact, double gap);
 /* The number of what a row is on: a body of the island, one that moves as it is told, or what
  * rests. */
 int32_t perp__number_of(perp_world *world, const perp__island *island, int32_t body);
+/* Before an island is numbered. */
+void perp__forget_number(perp_world *world, int32_t body);
 /* |C^-1 v| of a body: half its square is the kinetic energy; |C'J'| of a row of it. */
 double perp__mass_norm(const perp_world *world, int32_t body, const double *v);
 double perp__row_norm(const perp_world *world, int32_t body, const double *row);
@@ -607,6 +630,11 @@ void perp__force_bodies(perp_world *world, const perp__island *island, double sh
 /* Size of the terms of a normal velocity: of the chosen contact i, with numbers x of bodies. */
 double perp__normal_terms(const perp_world *world, int32_t i, const double *x, int32_t bodies);
 
+/* What forces make of the normal velocity of the chosen contact i in a step, or of its bodies where
+ * the island lies on something. */
+double perp__forced_speed(const perp_world *world, int32_t i, int32_t bodies, int32_t lies);
+int32_t perp__lies_on_something(const perp_world *world, const perp__island *island);
+
 /* near.c: sweeps near the contacts that came to an island whose motion is known. */
 perp_status perp__sweep_near(perp_world *world, const perp__island *island, double h);
 
@@ -618,9 +646,6 @@ perp_status perp__finish_swept(perp_world *world, const perp__island *island, do
                                perp__verdict *verdict);
 /* Whether an exact solution costs no more, or nothing less will do. */
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island);
-/* Whether what is no ball is hit so fast that they move on by some of their size within the step.
- */
-int32_t perp__is_hit_fast(const perp_world *world, const perp__island *island, double h);
 /* Whether it costs so little that it may be done whenever a contact comes. */
 int32_t perp__is_small(const perp_world *world, const perp__island *island);
 
@@ -628,6 +653,12 @@ int32_t perp__is_small(const perp_world *world, const perp__island *island);
 /* The next states, and all that overlaps are looked for in is placed there. Returns a body whose
  * numbers are not finite, or -1. */
 int32_t perp__integrate(perp_world *world, double h);
+/* Takes a body that is near nothing and moves on to its next state at once: no one has to look at
+ * it again in the step. Returns 0 where its numbers are not finite. */
+int32_t perp__coast(perp_world *world, int32_t body, double h);
+/* Takes it back, if it did; all of them. */
+void perp__stop_coasting(perp_world *world, int32_t body);
+void perp__stop_all_coasting(perp_world *world);
 int32_t perp__find_infinite(const perp_world *world);
 void perp__turn(const perp_world *world, perp__state *state, const double *turn);
 

@@ -151,7 +151,7 @@ static void test_lcp_enumeration(void **state)
 static void test_world_settings(void **state)
 {
     (void)state;
-    SIZE(perp_world_settings, 96);
+    SIZE(perp_world_settings, 120);
     FIELD(perp_world_settings, struct_size, 0, 8);
     FIELD(perp_world_settings, gravity, 8, 24);
     FIELD(perp_world_settings, planar, 32, 4);
@@ -166,6 +166,10 @@ static void test_world_settings(void **state)
     FIELD(perp_world_settings, time_limit, 72, 8);
     FIELD(perp_world_settings, friction, 80, 8);
     FIELD(perp_world_settings, error, 88, 8);
+    FIELD(perp_world_settings, threads, 96, 4);
+    FIELD(perp_world_settings, reserved, 100, 4);
+    FIELD(perp_world_settings, run_tasks, 104, 8);
+    FIELD(perp_world_settings, tasks_user, 112, 8);
 }
 
 static void test_body_settings(void **state)

@@ -329,14 +329,6 @@ static void compare(const problem *p, const answer *a, const double *r, uint64_t
         assert_true(a->u[i] == 0.0);
 }
 
-static int has_two_bounds(const problem *p)
-{
-    int some = 0;
-    for (int i = 0; i < p->bounded; i++)
-        some |= p->lower[i] > -INFINITY && p->upper[i] < INFINITY;
-    return some;
-}
-
 static const int32_t methods[] = {PERP_CONTACT_METHOD_AUTO,   PERP_CONTACT_METHOD_SWEEP,
                                   PERP_CONTACT_METHOD_NEWTON, PERP_CONTACT_METHOD_LEMKE,
                                   PERP_CONTACT_METHOD_ADMM,   PERP_CONTACT_METHOD_PROXIMAL};
@@ -357,13 +349,9 @@ static void test_enumerated(void **state)
         single++;
         for (int m = 0; m < 6; m++) {
             answer a;
-            if (methods[m] >= PERP_CONTACT_METHOD_ADMM && (k % 2 != 0 || has_two_bounds(&p)))
-                continue; /* these are for blocks, and refuse that */
             by_dynamics(&p, methods[m], 0, &a);
             require_solved(&a, k);
             compare(&p, &a, r, k);
-            if (methods[m] >= PERP_CONTACT_METHOD_ADMM)
-                continue;
             by_delassus(&p, methods[m], &a);
             require_solved(&a, k);
             compare(&p, &a, r, k);
@@ -524,7 +512,6 @@ static void test_refusals(void **state)
            "row with bounds 0: its impulse moves nothing");
     refuse(0.0, INFINITY, 0.0, PERP_ERROR_ARGUMENT, PERP_CONTACT_METHOD_AUTO,
            "row with bounds 0: its impulse moves nothing");
-    refuse(-1.0, 1.0, 1.0, PERP_ERROR_ARGUMENT, PERP_CONTACT_METHOD_ADMM, "rows with two bounds");
 }
 
 /* The normal that is a bound is just that, whatever a method made of it. */

@@ -41,7 +41,7 @@ static int32_t look(const perp_contact_progress *progress, void *user)
 
     assert_int_equal(progress->struct_size, sizeof *progress);
     assert_true(progress->method >= PERP_CONTACT_METHOD_SWEEP &&
-                progress->method <= PERP_CONTACT_METHOD_LEMKE);
+                progress->method <= PERP_CONTACT_METHOD_PROXIMAL);
     assert_true(progress->residual >= 0.0);
     w->last = progress->iterations;
     w->calls++;

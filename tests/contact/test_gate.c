@@ -265,8 +265,8 @@ static void test_iterations_hold(void **state)
 }
 
 /* On more rows than are polished there is nothing beside the method. A limit falls into each of its
- * stages: the interior point's steps, the semismooth ones, the path. */
-static void test_newton_holds(void **state)
+ * stages: alternating directions, Newton's steps, the path. */
+static void test_proximal_holds(void **state)
 {
     piles_options o = piles_defaults();
     int32_t limit;
@@ -430,7 +430,7 @@ int main(void)
         cmocka_unit_test(test_grain_on_a_block),
         cmocka_unit_test(test_mixed_towers),
         cmocka_unit_test(test_iterations_hold),
-        cmocka_unit_test(test_newton_holds),
+        cmocka_unit_test(test_proximal_holds),
         cmocka_unit_test(test_iterations_of_all),
         cmocka_unit_test(test_no_time),
         cmocka_unit_test(test_cut_short),

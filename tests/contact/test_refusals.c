@@ -321,7 +321,7 @@ static void test_methods_that_cannot(void **state)
     settings.method = PERP_CONTACT_METHOD_NEWTON;
     require_refused(perp_contact_solve_delassus(context, r, NULL, NULL, NULL, &result, &settings,
                                                 &laws, &view, q, NULL),
-                    PERP_ERROR_ARGUMENT, "newton can't take rolling");
+                    PERP_ERROR_ARGUMENT, "proximal can't take rolling");
     settings.method = PERP_CONTACT_METHOD_LEMKE; /* 2-D: exact */
     assert_int_equal(perp_contact_solve_delassus(context, r, NULL, NULL, NULL, &result, &settings,
                                                  &laws, &view, q, NULL),

@@ -619,12 +619,7 @@ static double long_bounce(double number)
 
 static double hour_stack(double number)
 {
-    stack a = {.count = 20,
-               .side = 0.3,
-               .g = 9.81,
-               .h = 0.01,
-               .number = (int)number,
-               .accuracy = PERP_ACCURACY_STANDARD};
+    stack a = {.count = 20, .side = 0.3, .g = 9.81, .h = 0.01, .number = (int)number};
 
     a.wakeful = whole();
     return stacks_move(a);
@@ -639,12 +634,6 @@ static double awake_stack(double number)
                                .wakeful = 1,
                                .accuracy = PERP_ACCURACY_STANDARD,
                                .number = (int)number});
-}
-
-static double fast_stack(double number)
-{
-    return stack_moves(&(stack){
-        .count = 20, .side = 0.3, .g = 9.81, .h = 0.01, .planar = 1, .number = (int)number});
 }
 
 /* Beyond: a number, or a refusal; a good outcome has finite states. */
@@ -672,9 +661,7 @@ static const row rows[] = {
     {"sizes", "box slides to its stop", "v^2/(2 mu g)", size_slide, 1e-3, 0,
      {1e-9, 1e-6, 1e-3, 1, 1e3, 1e6, 1e9}, "1e-9 .. 1e9 m"},
     {"steps", "stack of 5", "moves by rounding", step_stack, 1e-15, 0,
-     {1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1}, "1e-6 .. 0.1 s"},
-    {"steps", "stack of 5", "moves by rounding", step_stack, 1e-15, 0,
-     {1}, "1 s"},
+     {1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1}, "1e-6 .. 1 s"},
     {"steps", "point slides to its stop", "off by a h^2/8", step_slide, 1, 0,
      {1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1}, "1e-6 .. 1 s"},
     {"steps", "ball bounces, e = 1/2", "on its parabola", step_bounce, 1e-9, 0,
@@ -688,9 +675,7 @@ static const row rows[] = {
     {"friction", "point slides to its stop", "v^2/(2 mu g)", friction_slide, 1e-3, 1e-2,
      {1e6}, "1e6"},
     {"masses", "one box on another", "rest, load carried", mass_load, 1e-12, 0,
-     {1e2, 1e4, 1e6, 1e8}, "1e2 .. 1e8"},
-    {"masses", "one box on another", "rest, load carried", mass_load, 1e-12, 1e-5,
-     {1e10}, "1e10"},
+     {1e2, 1e4, 1e6, 1e8, 1e10}, "1e2 .. 1e10"},
     {"masses", "one box on another", "rest, load carried", mass_load, 1e-12, 0,
      {1e12}, "1e12"},
     {"masses", "tower of 10, in turn", "rests", mass_tower, 0, 0,
@@ -722,8 +707,6 @@ static const row rows[] = {
     {"long", "stack of 20, nothing skipped", "moves by rounding", awake_stack, 1e-15, 0,
      {1000}, "10 s"},
     {"long", "stack of 20", "moves by rounding", hour_stack, 1e-15, 0,
-     {360000}, "an hour"},
-    {"long", "stack of 20, fast", "moves by rounding", fast_stack, 1e-15, 1e-3,
      {360000}, "an hour"},
     {"beyond", "stack of 5", "no number is NaN", beyond_size, 0, 0,
      {1e-300, 1e-200, 1e-100, 1e100, 1e200, 1e300}, "1e-300 .. 1e300 m"},

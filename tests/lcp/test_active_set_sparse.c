@@ -99,7 +99,10 @@ static const scene scenes[] = {
     {"strong in one direction", {{66, 62, 1}, {1, 1e3, 0}, 0, 0, 1, NULL}, 16},
     {"jumps of 100", {{66, 62, 1}, {0}, 2, 0, 0, NULL}, 16},
     {"jumps of 10000", {{66, 62, 1}, {0}, 4, 0, 1, NULL}, 40},
-    {"wind", {{40, 30, 1}, {0}, 0, 1, 0, NULL}, 40},
+    {"wind", {{40, 30, 1}, {0}, 0, 1, 0, NULL}, 10},
+    {"a storm", {{60, 60, 1}, {0}, 0, 30, 0, NULL}, 10},
+    {"a storm, nodes in random order", {{60, 60, 1}, {0}, 0, 30, 1, NULL}, 12},
+    {"wind in space", {{16, 16, 16}, {0}, 0, 3, 0, NULL}, 10},
 };
 
 enum { SCENES = sizeof scenes / sizeof *scenes };

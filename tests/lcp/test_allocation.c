@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "grids.h"
 #include "run.h"
 #include "scene.h"
 
@@ -77,6 +78,7 @@ static const scenario scenarios[] = {
     {"fischer, dense", PERP_LCP_FISCHER, 0, 0, 0, 1},
     {"fischer, sparse", PERP_LCP_FISCHER, 1, 1, 0, 1},
     {"fischer, large sparse", PERP_LCP_FISCHER, 1, 1, 1, 1},
+    {"auto, large sparse with wind", PERP_LCP_AUTO, 1, 1, 3, 1},
     {"active set, dense", PERP_LCP_ACTIVE_SET, 1, 0, 0, 1},
     {"active set, small sparse", PERP_LCP_ACTIVE_SET, 0, 1, 0, 1},
 };
@@ -92,6 +94,13 @@ static void make_problem(gen_lcp *problem, const scenario *s, uint64_t seed)
         const scene_options o = scene_draw(117); /* needs a second path, with memory of its own */
 
         scene_lcp(problem, &o);
+    } else if (s->large == 3) { /* coarser levels of an unsymmetric matrix */
+        const grid_options o = {{36, 30, 1}, {0}, 0, 1, 0, NULL};
+        int32_t i;
+
+        grid_problem(problem, &random, &o);
+        for (i = 0; i < problem->n; i++)
+            problem->q[i] = sin(0.01 * i) - 0.2;
     } else if (s->large) {
         gen_obstacle_2d(problem, 22); /* more unknowns than `auto` and lemke take for small */
     } else {

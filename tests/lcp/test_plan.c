@@ -10,7 +10,9 @@
 
 #include <cmocka.h>
 
+#include "grids.h"
 #include "run.h"
+#include "scene.h"
 
 static perp_context *context;
 
@@ -97,6 +99,50 @@ static void test_slow_sweeps_are_given_up(void **state)
     gen_destroy(&problem);
 }
 
+/* A tridiagonal solve takes milliseconds: no limit above that changes what is done. */
+static void test_a_limit_that_is_no_limit(void **state)
+{
+    const grid_options options = {{40000, 1, 1}, {0}, 0, 0, 0, NULL};
+    gen_random random;
+    gen_lcp problem;
+    run free_run, limited;
+    int32_t i;
+
+    (void)state;
+    gen_seed(&random, 7);
+    grid_problem(&problem, &random, &options);
+    for (i = 0; i < problem.n; i++)
+        problem.q[i] = gen_uniform(&random, -1, 2);
+    solve(&free_run, &problem, 1e-10, 0);
+    solve(&limited, &problem, 1e-10, 1.0);
+    assert_int_equal(limited.result.iterations, free_run.result.iterations);
+    assert_int_equal(limited.result.method, free_run.result.method);
+    assert_memory_equal(limited.z, free_run.z, (size_t)problem.n * sizeof(double));
+    run_release(&free_run);
+    run_release(&limited);
+    gen_destroy(&problem);
+}
+
+/* Contacts with friction have no diagonal to lean on: pivoting comes before Newton's method. */
+static void test_pivoting_comes_first_without_a_diagonal(void **state)
+{
+    const scene_options o = scene_draw(33);
+    gen_lcp dense, sparse, problem;
+    run r;
+
+    (void)state;
+    scene_lcp(&dense, &o);
+    gen_to_csc(&sparse, &dense);
+    problem = dense;
+    problem.view = sparse.view;
+    solve(&r, &problem, 1e-10, 0);
+    assert_int_equal(r.result.outcome, PERP_OUTCOME_SOLVED);
+    assert_int_equal(r.result.method, PERP_LCP_LEMKE);
+    run_release(&r);
+    gen_destroy(&sparse);
+    gen_destroy(&dense);
+}
+
 /* q < 0 somewhere, so z = 0 has the residual max(-q): nothing worse may come back, and a limit that
  * passed before anything was done returns z = 0 itself. */
 static void test_a_limit_returns_nothing_worse_than_the_start(void **state)
@@ -163,6 +209,8 @@ int main(void)
         cmocka_unit_test(test_a_loose_tolerance_is_met_by_sweeps),
         cmocka_unit_test(test_sweeps_need_a_diagonal),
         cmocka_unit_test(test_slow_sweeps_are_given_up),
+        cmocka_unit_test(test_a_limit_that_is_no_limit),
+        cmocka_unit_test(test_pivoting_comes_first_without_a_diagonal),
         cmocka_unit_test(test_a_limit_returns_nothing_worse_than_the_start),
         cmocka_unit_test(test_a_failed_solve_returns_a_better_start),
     };

@@ -159,8 +159,8 @@ static void test_closing_walls(void **state)
     gen_destroy(&problem);
 }
 
-/* A ray is told only after a second covering vector has led to one too: the bimatrix game's first
- * path is one pivot long, and there are two. */
+/* A ray is told only after a second covering vector has led to one too: the first path is one pivot
+ * long, and there are two. */
 static int32_t count_starts(const perp_lcp_progress *progress, void *user)
 {
     *(int *)user += progress->method == PERP_LCP_LEMKE && progress->iterations == 1;
@@ -169,20 +169,20 @@ static int32_t count_starts(const perp_lcp_progress *progress, void *user)
 
 static void test_second_opinion(void **state)
 {
-    static const int M[] = {0, 0, 10, 30, 0, 0, 20, 15, 10, 30, 0, 0, 20, 15, 0, 0};
-    static const int q[] = {-1, -1, -1, -1};
+    static const int M[] = {0, 1, 0, 0};
+    static const int q[] = {-1, 1};
     perp_lcp_settings settings = run_settings(PERP_LCP_LEMKE);
     int starts = 0;
     gen_lcp problem;
     run r;
 
     (void)state;
-    gen_from_integers(&problem, 4, M, q);
+    gen_from_integers(&problem, 2, M, q);
     settings.monitor = count_starts;
     settings.monitor_user = &starts;
-    run_lcp(&r, context, &problem, &settings, NULL, "bimatrix");
+    run_lcp(&r, context, &problem, &settings, NULL, "feasible, not solvable");
     assert_int_equal(r.result.outcome, PERP_OUTCOME_RAY);
-    assert_int_equal(r.result.certificate, PERP_CERTIFICATE_NONE); /* it has three solutions */
+    assert_int_equal(r.result.certificate, PERP_CERTIFICATE_NONE); /* z = (0, 1) has w >= 0 */
     assert_int_equal(starts, 2);
     run_release(&r);
     gen_destroy(&problem);

@@ -347,6 +347,43 @@ static void test_nearly_opposed_walls_are_not_certified(void **state)
             }
 }
 
+/* Nash: a game of two players with finitely many strategies has an equilibrium. Costs from 1 to 8,
+ * so that half of the games are degenerate; odd n: one player has a strategy more. */
+static void test_games_are_solved(void **state)
+{
+    static const int32_t sizes[] = {4, 13, 20, 41, 100};
+    static const int32_t methods[] = {PERP_LCP_AUTO, PERP_LCP_LEMKE};
+    static int M[100 * 100], q[100];
+    gen_random random;
+    int s, m, k;
+
+    (void)state;
+    gen_seed(&random, 51);
+    for (s = 0; s < 5; s++)
+        for (k = 0; k < 20; k++) {
+            const int32_t n = sizes[s], first = n / 2;
+            gen_lcp problem;
+
+            for (int32_t i = 0; i < n; i++) {
+                q[i] = -1;
+                for (int32_t j = 0; j < n; j++)
+                    M[i * n + j] = (i < first) == (j < first) ? 0 : 1 + gen_integer(&random, 8);
+            }
+            gen_from_integers(&problem, n, M, q);
+            for (m = 0; m < 2; m++) {
+                const perp_lcp_settings settings = run_settings(methods[m]);
+                run r;
+
+                run_lcp(&r, context, &problem, &settings, NULL, "a game");
+                if (!run_ok(&r))
+                    fail_msg("game %d of %d: %s by %s", k, (int)n,
+                             perp_outcome_text(r.result.outcome), perp_lcp_method_text(methods[m]));
+                run_release(&r);
+            }
+            gen_destroy(&problem);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -354,6 +391,7 @@ int main(void)
         cmocka_unit_test(test_default_lemke_and_auto),
         cmocka_unit_test(test_iterative_methods_are_honest),
         cmocka_unit_test(test_opposed_walls_are_never_solved),
+        cmocka_unit_test(test_games_are_solved),
         cmocka_unit_test(test_nearly_opposed_walls_are_not_certified),
     };
 

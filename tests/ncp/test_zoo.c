@@ -145,7 +145,8 @@ static void auto_solves_all_from_every_start(void **state)
 }
 
 /* Solves an entry from its first start and hands back z, which the caller frees. */
-static double *solve(const char *name, int32_t size, zoo_problem **problem)
+static double *solve_by(int32_t method, const char *name, int32_t size, zoo_problem **problem,
+                        int32_t *by)
 {
     int32_t count, e = 0;
     const zoo_entry *table = zoo_table(&count);
@@ -153,13 +154,43 @@ static double *solve(const char *name, int32_t size, zoo_problem **problem)
     while (strcmp(table[e].name, name) != 0)
         assert_true(++e < count);
     *problem = zoo_create(&table[e], size);
-    perp_ncp_solver *solver = make_solver(*problem, PERP_NCP_AUTO);
+    perp_ncp_solver *solver = make_solver(*problem, method);
     double *z = zoo_memory((size_t)(*problem)->n, sizeof *z);
     assert_int_equal(perp_ncp_result_init(&result, sizeof result), PERP_OK);
     assert_int_equal(perp_ncp_solver_solve(solver, z, NULL, &result, (*problem)->starts), PERP_OK);
     assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+    *by = result.method;
     perp_ncp_solver_destroy(solver);
     return z;
+}
+
+static double *solve(const char *name, int32_t size, zoo_problem **problem)
+{
+    int32_t by;
+    return solve_by(PERP_NCP_AUTO, name, size, problem, &by);
+}
+
+/* From n = 1000 on, where the Jacobian is like Laplace's, auto begins with josephy; fischer alone
+ * comes to the same. 1e-10: residuals of 1e-15 times the inverse of Laplace's matrix, n / 8. */
+static void large_obstacles_begin_with_josephy(void **state)
+{
+    static const char *const names[] = {"obstacle-2d", "torsion", "bearing"};
+    static const int32_t sizes[] = {31 * 31, 33 * 33};
+    (void)state;
+    for (int32_t k = 0; k < 3; k++)
+        for (int32_t s = 0; s < 2; s++) {
+            zoo_problem *problem, *again;
+            int32_t by, other;
+            double *z = solve_by(PERP_NCP_AUTO, names[k], sizes[s], &problem, &by);
+            double *y = solve_by(PERP_NCP_FISCHER, names[k], sizes[s], &again, &other);
+            assert_int_equal(by, s == 0 ? PERP_NCP_FISCHER : PERP_NCP_JOSEPHY);
+            for (int32_t i = 0; i < problem->n; i++)
+                assert_true(fabs(z[i] - y[i]) <= 1e-10);
+            free(z);
+            free(y);
+            zoo_destroy(problem);
+            zoo_destroy(again);
+        }
 }
 
 /* The height of the exact membrane at distance 1 from the middle, and u(1/2) of Bratu's equation
@@ -221,6 +252,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(auto_solves_all_from_every_start),
+        cmocka_unit_test(large_obstacles_begin_with_josephy),
         cmocka_unit_test(grids_come_near_the_continuum),
         cmocka_unit_test(the_pendulum_is_brought_to_rest_at_least_cost),
         cmocka_unit_test(the_film_carries_its_load),

@@ -69,6 +69,73 @@ static void test_rests_at_every_level(void **state)
         }
 }
 
+/* A card of 0.9 m by 0.6 m by 1 cm with its centre at x, z, turned by `lean` about y. */
+static perp_body add_card(scene *s, double half_x, double half_z, double x, double z, double lean)
+{
+    perp_body_settings settings = scene_defaults();
+    perp_body card;
+
+    settings.mass = 1.0;
+    settings.position[0] = x;
+    settings.position[2] = z;
+    settings.orientation[0] = cos(lean / 2.0);
+    settings.orientation[2] = sin(lean / 2.0);
+    card = scene_add(s, &settings);
+    scene_box(s, card, half_x, 0.3, half_z, 0.5, 0.0);
+    return card;
+}
+
+/* A house of cards in three storeys. A card that leans by 15 degrees pushes along itself, within
+ * the friction cone of its feet: tan 15 = 0.27 < 0.5, and stands; so all do, and no card moves. */
+static void test_a_house_of_cards_stands(void **state)
+{
+    const double length = 0.9, thick = 0.01, lean = 15.0 * PI / 180.0;
+    const double foot = length / 2.0 * sin(lean) + thick / 2.0 * cos(lean), width = 4.0 * foot;
+    const double height = length * cos(lean) + thick * sin(lean);
+
+    (void)state;
+    for (int32_t accuracy = 0; accuracy < 4; accuracy++) {
+        perp_world_settings settings;
+        perp_body cards[15];
+        perp_body_state first[15];
+        int count = 0;
+        double z = 0.0;
+        scene s;
+
+        assert_int_equal(perp_world_settings_init(&settings, sizeof settings, 0), PERP_OK);
+        settings.accuracy = accuracy;
+        scene_create(&s, &settings);
+        scene_plane(&s, s.ground, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0);
+        for (int storey = 3; storey > 0; storey--) {
+            for (int c = 0; c < 2 * storey; c++) {
+                const double side = c % 2 ? 1.0 : -1.0;
+
+                cards[count++] = add_card(&s, thick / 2.0, length / 2.0,
+                                          (c / 2 - (storey - 1) / 2.0) * width + side * foot,
+                                          z + height / 2.0, -side * lean);
+            }
+            z += height;
+            for (int c = 0; c + 1 < storey; c++)
+                cards[count++] = add_card(&s, width / 2.0 - 0.001, thick / 2.0,
+                                          (c - (storey - 2) / 2.0) * width, z + thick / 2.0, 0.0);
+            z += thick;
+        }
+        for (int i = 0; i < count; i++)
+            first[i] = scene_state(&s, cards[i]);
+        for (int k = 0; k < 200; k++)
+            scene_step(&s, 0.01);
+        for (int i = 0; i < count; i++) {
+            const perp_body_state now = scene_state(&s, cards[i]);
+
+            for (int k = 0; k < 3; k++) { /* gaps of rounding may close */
+                scene_near(now.position[k], first[i].position[k], 1e-14, "a card that stands");
+                assert_true(now.velocity[k] == 0.0 && now.angular_velocity[k] == 0.0);
+            }
+        }
+        scene_close(&s);
+    }
+}
+
 static double energy_of(scene *s)
 {
     double kinetic, potential;
@@ -185,6 +252,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rests_at_every_level),
+        cmocka_unit_test(test_a_house_of_cards_stands),
         cmocka_unit_test(test_a_hit_gives_no_energy),
         cmocka_unit_test(test_a_heap_does_not_sink_into_itself),
     };

@@ -269,6 +269,66 @@ static void test_hit(void **state)
     scene_close(&s);
 }
 
+/* Boxes on boxes with restitution that are thrown up by 0.5 mm: within a pile forces make nothing
+ * of the velocities between boxes, and bounces end there all the same, with 0.0 at last. */
+static void test_bounces_end_in_a_pile(void **state)
+{
+    enum { PILE = 6 };
+
+    (void)state;
+    for (int32_t k = 0; k < 8; k++) {
+        const int32_t planar = k % 2, up = planar ? 1 : 2;
+        perp_world_settings settings;
+        perp_step_result result;
+        perp_body boxes[PILE];
+        scene s;
+
+        assert_int_equal(perp_world_settings_init(&settings, sizeof settings, planar), PERP_OK);
+        settings.accuracy = k / 2;
+        scene_create(&s, &settings);
+        scene_plane(&s, s.ground, 0.0, planar, !planar, 0.0, 0.5, 0.5);
+        for (int i = 0; i < PILE; i++) {
+            perp_body_settings box = scene_defaults();
+
+            box.position[up] = 0.5 + i;
+            box.velocity[up] = 0.1;
+            boxes[i] = scene_add(&s, &box);
+            scene_box(&s, boxes[i], 0.5, 0.5, 0.5, 0.5, 0.5);
+        }
+        /* alone a box would bounce for 2 v / g / (1 - e) = 0.04 s */
+        assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+        for (int i = 0; i < 100; i++)
+            SCENE_OK(&s, perp_world_step(s.world, &result, 0.01));
+        assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
+        for (int i = 0; i < PILE; i++)
+            assert_true(scene_rests(&s, boxes[i]));
+        scene_close(&s);
+    }
+}
+
+/* Where a pile falls freely nothing presses its bodies together, and an approach is a bounce
+ * however slow it is beside h g: balls of restitution 1 exchange their velocities. */
+static void test_slow_bounces_in_free_fall(void **state)
+{
+    perp_body_settings settings = scene_settings();
+    perp_body balls[2];
+    scene s;
+
+    (void)state;
+    scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+    for (int i = 0; i < 2; i++) {
+        settings.position[2] = 1.000001 * i;
+        settings.velocity[2] = -1e-3 * i;
+        balls[i] = scene_add(&s, &settings);
+        scene_sphere(&s, balls[i], 0.5, 0.0, 1.0);
+    }
+    scene_step(&s, 0.01);
+    /* rounding of velocities of 0.1 */
+    scene_near(scene_state(&s, balls[0]).velocity[2] - scene_state(&s, balls[1]).velocity[2], -1e-3,
+               1e-15, "velocity after the bounce");
+    scene_close(&s);
+}
+
 /* A ball lands without restitution while a second one bounces off it, within one step: each ball's
  * momentum changes by gravity's once and by the impulses that are told. The second is above the
  * first, or touches it from the beginning on. */
@@ -322,6 +382,8 @@ int main(void)
         cmocka_unit_test(test_friction_takes_energy),
         cmocka_unit_test(test_spin_after_bounce),
         cmocka_unit_test(test_hit),
+        cmocka_unit_test(test_bounces_end_in_a_pile),
+        cmocka_unit_test(test_slow_bounces_in_free_fall),
         cmocka_unit_test(test_impact_while_landing),
     };
 

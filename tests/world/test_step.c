@@ -459,9 +459,40 @@ static void test_far_from_the_origin(void **state)
     }
 }
 
+/* A step that one body takes beyond the range of numbers leaves all as it was, also what flies
+ * where nothing is near, before and after that body. */
+static void test_refused_step_moves_nothing(void **context)
+{
+    perp_body_settings settings = scene_defaults();
+    perp_step_result result;
+    perp_body bodies[3];
+    perp_body_state before[3];
+    scene s;
+
+    (void)context;
+    scene_open(&s, 0, 0.0, 0.0, -GRAVITY);
+    for (int i = 0; i < 3; i++) {
+        settings.mass = 1.0;
+        settings.position[0] = 10.0 * i;
+        settings.velocity[0] = i == 1 ? 1.5e308 : 1.0;
+        bodies[i] = scene_add(&s, &settings);
+        scene_sphere(&s, bodies[i], 0.5, 0.0, 0.0);
+        before[i] = scene_state(&s, bodies[i]);
+    }
+    assert_int_equal(perp_step_result_init(&result, sizeof result), PERP_OK);
+    assert_int_equal(perp_world_step(s.world, &result, 10.0), PERP_ERROR_NOT_FINITE);
+    for (int i = 0; i < 3; i++) {
+        const perp_body_state after = scene_state(&s, bodies[i]);
+
+        assert_memory_equal(&before[i], &after, sizeof after);
+    }
+    scene_close(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_refused_step_moves_nothing),
         cmocka_unit_test(test_ray),
         cmocka_unit_test(test_squeezed),
         cmocka_unit_test(test_limits),

@@ -162,6 +162,12 @@ ReleaseFunction = CFUNCTYPE(None, c_void_p, c_void_p)
 LogFunction = CFUNCTYPE(None, c_char_p, c_void_p)
 
 
+Task = CFUNCTYPE(None, c_int32, c_void_p)
+
+
+RunTasks = CFUNCTYPE(None, Task, c_void_p, c_int32, c_void_p)
+
+
 class ContextSettings(Structure):
     _fields_ = [
         ("struct_size", c_size_t),
@@ -471,6 +477,10 @@ class WorldSettings(Structure):
         ("time_limit", c_double),
         ("friction", c_double),
         ("error", c_double),
+        ("threads", c_int32),
+        ("reserved", c_int32),
+        ("run_tasks", RunTasks),
+        ("tasks_user", c_void_p),
     ]
 
 

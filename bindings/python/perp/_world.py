@@ -50,6 +50,7 @@ class World(Handle):
     error: a length: a step is taken in as many as it needs for the estimated error of each to be
         below it; 0 takes it as one.
     wakeful: takes the steps of what rests like all others, for the same bits at more cost.
+    threads: that take part in a step, for the same bits at any number.
     """
 
     _create = library.perp_world_create
@@ -72,6 +73,7 @@ class World(Handle):
         strict: bool = False,
         error: float = 0.0,
         wakeful: bool = False,
+        threads: int = 1,
     ) -> None:
         self._planar = bool(planar)
         self._dimension = 2 if planar else 3
@@ -89,6 +91,7 @@ class World(Handle):
         settings.strict = 1 if strict else 0
         settings.error = number(error, "error")
         settings.wakeful = 1 if wakeful else 0
+        settings.threads = count(threads, "threads")
         super().__init__(byref(settings))
         self._gravity = settings.gravity[: self._dimension]
         self._accuracy = accuracy

@@ -872,3 +872,21 @@ def test_energy_and_momentum(world, planar):
     assert isinstance(momentum.angular, float)
     assert momentum.angular == pytest.approx(2 * (1 * 5 - 2 * 4) + 3 * 6, rel=8 * EPS)
     assert body.kind == "dynamic"
+
+
+def test_threads():
+    worlds = [perp.World(friction=0.5, threads=threads) for threads in (1, 2, 3)]
+    for world in worlds:
+        world.ground.add_plane([0, 0, 1])
+        for k in range(150):
+            world.add_body(1.0, position=[2 * (k // 3), 0.1 * (k % 3), 0.5 + k % 3]).add_box(
+                [0.5, 0.5, 0.5]
+            )
+        for _ in range(3):
+            world.step(0.01)
+    for world in worlds[1:]:
+        np.testing.assert_array_equal(
+            [body.position for body in world.bodies], [body.position for body in worlds[0].bodies]
+        )
+    with pytest.raises(ValueError, match="threads"):
+        perp.World(threads=257)

@@ -128,7 +128,7 @@ static int32_t solve_centre(perp__proximal *s, const perp__proximal_part *part, 
 
 static double growth(int32_t steps)
 {
-    return steps <= 3 ? 4.0 : steps <= 6 ? 2.0 : steps <= 10 ? 1.5 : 1.0;
+    return steps <= 1 ? 32.0 : steps <= 3 ? 4.0 : steps <= 6 ? 2.0 : steps <= 10 ? 1.5 : 1.0;
 }
 
 /* The next centre, judged. */

@@ -32,7 +32,10 @@ PERP__KERNEL static void push_unit(int32_t width, int32_t d, const perp__proxima
 {
     const double *P = s->values + s->value_starts[k];
 
-    for (int64_t p = s->piece_starts[k]; p < s->piece_starts[k + 1]; p++, P += d * width) {
+    for (int32_t i = 0; s->by_rows && i < d; i++)
+        out[k * width + i] += x[i];
+    for (int64_t p = s->piece_starts[k]; !s->by_rows && p < s->piece_starts[k + 1];
+         p++, P += d * width) {
         double *y = out + (int64_t)s->piece_blocks[p] * width;
 
         for (int32_t i = 0; i < d; i++)
@@ -94,6 +97,8 @@ static void slope_unit(int32_t d, double radius, double rho, const double *z, do
             body(6, 1);                                             \
         else if ((s)->width == 3 && rows == 2)                      \
             body(3, 2);                                             \
+        else if ((s)->width == 3 && rows == 3)                      \
+            body(3, 3);                                             \
         else                                                        \
             body((s)->width, rows);                                 \
     } while (0)
@@ -311,6 +316,14 @@ PERP__KERNEL static void add_unit(int32_t width, int32_t d, perp__proximal *s, i
                     sum += K[3 * j + i] * Q[j * width + c];
                 image[i * width + c] = sum;
             }
+        if (s->by_rows) {
+            double *to = s->fronts.values + (size_t)slot[q] * (size_t)(width * width);
+
+            for (int32_t c = 0; c < width; c++)
+                for (int32_t i = 0; i < d; i++)
+                    to[c * width + i] += image[i * width + c];
+            continue;
+        }
         for (int32_t p = 0; p < pieces; p++) {
             const double *P = values + p * d * width;
             double *to = s->fronts.values + (size_t)*slot++ * (size_t)(width * width);

@@ -88,6 +88,10 @@ static int32_t look_ahead(perp__proximal *s, const perp__proximal_part *part, pl
     at->gamma = way * scale - dot(s->start, s->spare, part->row, part->last_row);
     at->rho_ahead = scale;
     perp__proximal_push(s, part, s->start, s->normal);
+    if (s->by_rows) { /* J is W, and as good as symmetric */
+        perp__proximal_move(s, part, s->normal, NULL, s->start);
+        perp__proximal_push(s, part, s->start, s->normal);
+    }
     for (int32_t i = begin; i < end; i++) {
         s->normal[i] *= -at->rho;
         s->ahead[i] = -scale * s->bend[i];
@@ -169,7 +173,7 @@ int32_t perp__proximal_follow(perp__proximal *s, const perp__proximal_part *part
                               int32_t most)
 {
     const double start = *rho;
-    const int64_t last = s->factorisations + most;
+    const int64_t last = s->factorisations + most < s->limit ? s->factorisations + most : s->limit;
     place at = {*rho, 0.0, 0.0};
     double length = 0.0, least;
 

@@ -17,7 +17,8 @@
 #define CENTRE_RHO 100.0
 #define WARM_RHO 1e3
 
-/* Who asks for less than the former has what a few more steps give, down to the latter. */
+/* Who asks for less than the former, or for this method, has what a few more steps give, down to
+ * the latter. */
 #define SHARP 1e-9
 #define ROUNDING 1e-15
 
@@ -25,7 +26,7 @@ enum {
     SWEEPS = 30,
     LONG_SWEEPS = 120,
     MOST_SWEEPS = 1200, /* of admm */
-    WARM_SWEEPS = 40,
+    WARM_SWEEPS = 20,
     WARM_STEPS = 12,
     STEPS = 100,
     PATH_STEPS = 1000, /* of the second attempt, which follows paths; */
@@ -35,20 +36,14 @@ enum {
 
 static perp_status check(const perp__contact_problem *problem)
 {
-    if (!problem->bodies || problem->has_discs)
+    if (problem->has_discs)
+        return perp__fail(
+            problem->context, PERP_ERROR_ARGUMENT,
+            "settings.method admm, newton and proximal can't take rolling or spinning "
+            "friction: use sweep, lemke or auto");
+    if (!problem->bodies && perp__proximal_couplings(problem) > INT32_MAX)
         return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                          "settings.method admm and proximal need M in blocks of at most %d "
-                          "unknowns, and contacts that neither roll nor spin",
-                          (int)PERP__BODY_WIDTH_MOST);
-    if (problem->bound)
-        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                          "settings.method admm and proximal can't take rows with two bounds");
-    for (int32_t i = 0; i < problem->size; i++)
-        if (problem->bodies->compliance[i] > 0.0)
-            return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                              "settings.method admm and proximal can't take compliance, which row "
-                              "%d has",
-                              (int)i);
+                          "W has too many couplings for methods admm, newton and proximal");
     return PERP_OK;
 }
 
@@ -158,7 +153,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate, int32_t spl
                                             : INT64_MAX;
     s->factorisations = s->sweeps = 0;
     s->tol = problem->tol;
-    s->aim = s->tol < SHARP ? fmin(s->tol, ROUNDING) : s->tol;
+    s->aim = s->tol < SHARP || problem->chosen ? fmin(s->tol, ROUNDING) : s->tol;
     s->outcome = -1;
     iterate->residual = 0.0;
     for (int32_t p = 0; p < s->parts && status == PERP_OK; p++) {

@@ -1,4 +1,5 @@
-/* The state that the parts of methods `admm` and `proximal` share: contacts in the space of bodies.
+/* The state that the parts of methods `admm` and `proximal` share: contacts in the space of bodies,
+ * or, where W alone is known, in that of impulses.
  *
  * With x = r / s and u times s, s = 1 / (min(mu, 1) sqrt(t)) for the normal and 1 / sqrt(t) for
  * tangents, all over the part's unit omega, t = trace(W_kk),
@@ -8,7 +9,8 @@
  *
  * which is Signorini's and Coulomb's law of a contact as it stands (Alart & Curnier 1991). Rows of
  * contacts without friction are their normals alone; of bilateral rows P is the identity. J is P of
- * bodies.h, scaled. */
+ * bodies.h, scaled, and a row that yields moves a body of its own; where W alone is known J is W,
+ * scaled on both sides, v = x, and for J' read the identity throughout. */
 #ifndef PERP_CONTACT_PROXIMAL_H
 #define PERP_CONTACT_PROXIMAL_H
 
@@ -26,8 +28,10 @@ typedef struct perp__proximal {
     /* units and blocks in the order of their parts */
     int32_t width, units, blocks, parts;
     perp__proximal_part *part;
-    int32_t *unit, *block;         /* their numbers in the problem, */
-    int32_t *number;               /* and back, of blocks: the own one */
+    int32_t by_rows;               /* W alone is known: J is W, a block a unit, J' the identity */
+    int32_t *unit, *place;         /* a unit's number in the problem, and back */
+    int32_t *block, *number;       /* the same of blocks; -1 - k: unit k has it to itself */
+    int32_t *mark;                 /* blocks: work */
     int32_t *starts;               /* units + 1: own rows */
     double *radius;                /* units: of the disc; -1: bilateral */
     double *head, *scale;          /* units: s of the normal, and of tangents */
@@ -51,7 +55,9 @@ typedef struct perp__proximal {
     perp_outcome outcome;                /* what stopped it, or -1 */
 } perp__proximal;
 
-/* Rows and graph of the problem; PERP_OK or _MEMORY: rows.c. */
+/* Rows and graph of the problem; PERP_OK or _MEMORY: rows.c. And, with W alone, how many pairs of
+ * units are coupled at most. */
+int64_t perp__proximal_couplings(const perp__contact_problem *problem);
 void perp__proximal_layout(perp__arena *arena, void *work);
 perp_status perp__proximal_read(perp__proximal *s);
 

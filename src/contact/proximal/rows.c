@@ -17,44 +17,149 @@ static int32_t first_row(const perp__contact_problem *problem, int32_t unit)
                                     : problem->rows + unit - problem->contacts;
 }
 
-/* Edges of the graph at most: every pair of pieces of a unit, and the blocks themselves. */
-static size_t edge_room(const perp__bodies *b)
+/* Blocks that a unit with compliance has to itself: as u = J v + c x, each row that yields moves a
+ * body of its own by sqrt(c). */
+static int32_t own_blocks(const perp__contact_problem *problem, int32_t unit)
 {
-    size_t room = (size_t)b->blocks;
+    const perp__bodies *b = problem->bodies;
+    const int32_t rows = own_rows(problem, unit);
 
-    for (int32_t k = 0; k < b->units; k++) {
-        const size_t pieces = (size_t)(b->piece_starts[k + 1] - b->piece_starts[k]);
+    for (int32_t i = 0; i < rows; i++)
+        if (b->compliance[first_row(problem, unit) + i] > 0.0)
+            return (rows + b->width - 1) / b->width;
+    return 0;
+}
 
-        room += pieces * (pieces - 1);
+static double entry_of(const perp__matrix *W, int32_t row, int32_t column)
+{
+    int32_t low, high;
+
+    if (!W->column_starts)
+        return W->values[(size_t)row * W->row_stride + (size_t)column * W->column_stride];
+    low = W->column_starts[column];
+    high = W->column_starts[column + 1] - 1;
+    while (low < high) {
+        const int32_t middle = low + (high - low) / 2;
+
+        if (W->row_indices[middle] < row)
+            low = middle + 1;
+        else
+            high = middle;
     }
-    return room;
+    return low == high && W->row_indices[low] == row ? W->values[low] : 0.0;
+}
+
+static int32_t is_coupled(const perp__contact_problem *problem, int32_t unit, int32_t other)
+{
+    for (int32_t j = 0; j < own_rows(problem, unit); j++)
+        for (int32_t i = 0; i < own_rows(problem, other); i++)
+            if (entry_of(problem->W, first_row(problem, other) + i, first_row(problem, unit) + j) !=
+                0.0)
+                return 1;
+    return 0;
+}
+
+/* The next unit that W couples with this one, in ascending order, -1 behind the last; at: where in
+ * the columns, as begin_unit leaves it at first. */
+static int32_t next_unit(const perp__contact_problem *problem, int32_t unit, int32_t *at)
+{
+    const perp__matrix *W = problem->W;
+    const int32_t units = problem->contacts + problem->size - problem->rows;
+    const int32_t *ends = W->column_starts ? W->column_starts + first_row(problem, unit) + 1 : NULL;
+    int32_t least = INT32_MAX;
+
+    while (!ends && at[0] < units)
+        if (is_coupled(problem, unit, at[0]++))
+            return at[0] - 1;
+    for (int32_t j = 0; ends && j < own_rows(problem, unit); j++)
+        if (at[j] < ends[j] && problem->unit_of[W->row_indices[at[j]]] < least)
+            least = problem->unit_of[W->row_indices[at[j]]];
+    for (int32_t j = 0; ends && j < own_rows(problem, unit); j++)
+        while (at[j] < ends[j] && problem->unit_of[W->row_indices[at[j]]] == least)
+            at[j]++;
+    return least < INT32_MAX ? least : -1;
+}
+
+static void begin_unit(const perp__contact_problem *problem, int32_t unit, int32_t *at)
+{
+    const int32_t *starts = problem->W->column_starts;
+
+    for (int32_t j = 0; j < 3; j++)
+        at[j] = starts && j < own_rows(problem, unit) ? starts[first_row(problem, unit) + j] : 0;
+}
+
+int64_t perp__proximal_couplings(const perp__contact_problem *problem)
+{
+    const int64_t units = problem->contacts + problem->size - problem->rows;
+    int64_t count = 0;
+    int32_t at[3];
+
+    for (int32_t k = 0; k < units; k++) {
+        begin_unit(problem, k, at);
+        while (next_unit(problem, k, at) >= 0)
+            count++;
+    }
+    return 2 * count; /* and the other way round, where that is missing */
+}
+
+typedef struct sizes {
+    size_t pieces, entries, edges, slots;
+} sizes;
+
+/* What there is of each at most; sets the numbers of units and blocks, and their width. */
+static sizes measure(perp__proximal *s)
+{
+    const perp__contact_problem *problem = s->common.problem;
+    const perp__bodies *b = problem->bodies;
+    sizes most = {0, 0, 0, 0};
+
+    s->by_rows = b == NULL;
+    s->units = problem->contacts + problem->size - problem->rows;
+    s->blocks = b ? b->blocks : s->units;
+    s->width = b ? b->width : 1;
+    for (int32_t k = 0; k < s->units; k++) {
+        const int32_t rows = own_rows(problem, k), own = b ? own_blocks(problem, k) : 0;
+        const size_t pieces = b ? (size_t)(b->piece_starts[k + 1] - b->piece_starts[k] + own) : 0;
+
+        s->blocks += own;
+        s->width = s->width < rows && !b ? rows : s->width;
+        most.pieces += pieces;
+        most.entries += pieces * (size_t)(rows * s->width);
+        most.slots += pieces * pieces;
+    }
+    most.edges = most.slots + (size_t)s->blocks;
+    if (!b) {
+        most.pieces = most.edges = most.slots = (size_t)perp__proximal_couplings(problem);
+        most.entries = most.pieces * (size_t)(s->width * s->width);
+    }
+    return most;
 }
 
 void perp__proximal_layout(perp__arena *arena, void *work)
 {
     perp__proximal *s = work;
     const perp__contact_problem *problem = s->common.problem;
-    const perp__bodies *b = problem->bodies;
-    const size_t units = (size_t)b->units, blocks = (size_t)b->blocks + 1, size = (size_t)b->size;
-    const size_t edges = edge_room(b), numbers = blocks * (size_t)b->width;
+    const sizes most = measure(s);
+    const size_t units = (size_t)s->units, blocks = (size_t)s->blocks + 1;
+    const size_t size = (size_t)problem->size, numbers = blocks * (size_t)s->width;
     double **const rows[] = {&s->q,     &s->x,     &s->z,     &s->y,   &s->best,
                              &s->start, &s->speed, &s->spare, &s->pull};
     double **const velocities[] = {&s->v,    &s->step,  &s->image,  &s->way,   &s->rest,
                                    &s->bend, &s->ahead, &s->normal, &s->across};
 
     s->part = perp__arena_take(arena, (size_t)problem->parts + 1, sizeof *s->part);
-    s->unit = perp__arena_take(arena, units, sizeof(int32_t));
-    PERP__INTEGERS(arena, blocks, &s->block, &s->number);
+    PERP__INTEGERS(arena, units, &s->unit, &s->place);
+    PERP__INTEGERS(arena, blocks, &s->block, &s->number, &s->mark);
     s->starts = perp__arena_take(arena, units + 1, sizeof(int32_t));
     PERP__DOUBLES(arena, units, &s->radius, &s->scale, &s->head);
     s->piece_starts = perp__arena_take(arena, units + 1, sizeof(int64_t));
-    s->piece_blocks = perp__arena_take(arena, (size_t)b->pieces, sizeof(int32_t));
+    s->piece_blocks = perp__arena_take(arena, most.pieces, sizeof(int32_t));
     s->value_starts = perp__arena_take(arena, units, sizeof(int64_t));
-    s->values = perp__arena_take(arena, (size_t)b->entries, sizeof(double));
+    s->values = perp__arena_take(arena, most.entries, sizeof(double));
     s->slot_starts = perp__arena_take(arena, units, sizeof(int64_t));
-    s->slots = perp__arena_take(arena, edges + (size_t)b->pieces, sizeof(int32_t));
+    s->slots = perp__arena_take(arena, most.slots, sizeof(int32_t));
     s->graph_starts = perp__arena_take(arena, blocks, sizeof(int32_t));
-    s->graph = perp__arena_take(arena, edges, sizeof(int32_t));
+    s->graph = perp__arena_take(arena, most.edges, sizeof(int32_t));
     s->K = perp__arena_take(arena, 9 * units, sizeof(double));
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
         *rows[k] = perp__arena_take(arena, size, sizeof(double));
@@ -62,7 +167,7 @@ void perp__proximal_layout(perp__arena *arena, void *work)
         *velocities[k] = perp__arena_take(arena, numbers, sizeof(double));
 }
 
-/* Units in the order of their parts. starts: counters. */
+/* Units in the order of their parts. */
 static void sort_units(perp__proximal *s)
 {
     const perp__contact_problem *problem = s->common.problem;
@@ -80,6 +185,8 @@ static void sort_units(perp__proximal *s)
     }
     for (int32_t k = 0; k < s->units; k++)
         s->unit[s->part[part ? part[k] : 0].last_unit++] = k;
+    for (int32_t k = 0; k < s->units; k++)
+        s->place[s->unit[k]] = k;
 }
 
 /* The pieces of a unit, scaled. */
@@ -102,6 +209,24 @@ static int64_t copy_pieces(perp__proximal *s, int32_t k, int64_t at)
     return at;
 }
 
+/* The pieces of a unit that yields on the blocks of its own. */
+static int64_t add_compliance(perp__proximal *s, int32_t k, int64_t at)
+{
+    const perp__contact_problem *problem = s->common.problem;
+    const double *c = problem->bodies->compliance + first_row(problem, s->unit[k]);
+    const int32_t d = s->starts[k + 1] - s->starts[k], width = s->width;
+
+    for (int32_t e = 0; e < own_blocks(problem, s->unit[k]); e++) {
+        s->block[s->blocks] = -1 - k;
+        s->piece_blocks[s->piece_starts[k + 1]++] = s->blocks++;
+        for (int32_t i = 0; i < d; i++)
+            for (int32_t j = 0; j < width; j++)
+                s->values[at++] =
+                    i == e * width + j ? sqrt(c[i]) * (i == 0 ? s->head[k] : s->scale[k]) : 0.0;
+    }
+    return at;
+}
+
 /* Scales without the part's unit. */
 static void set_scales(perp__proximal *s, int32_t k)
 {
@@ -117,14 +242,31 @@ static void set_scales(perp__proximal *s, int32_t k)
         s->head[k] /= fmin(problem->mu[unit], 1.0);
 }
 
-/* Rows of one part after the other; blocks are numbered as they are met. */
+/* Blocks are numbered as they are met. */
+static int64_t read_pieces(perp__proximal *s, int32_t k, int64_t at)
+{
+    const perp__bodies *b = s->common.problem->bodies;
+    const int32_t unit = s->unit[k];
+
+    if (s->by_rows) {
+        s->block[s->blocks++] = -1 - k;
+        return at;
+    }
+    for (int64_t q = b->piece_starts[unit]; q < b->piece_starts[unit + 1]; q++)
+        if (s->number[b->piece_blocks[q]] < 0) {
+            s->block[s->blocks] = b->piece_blocks[q];
+            s->number[b->piece_blocks[q]] = s->blocks++;
+        }
+    return add_compliance(s, k, copy_pieces(s, k, at));
+}
+
+/* Rows of one part after the other. */
 static void read_rows(perp__proximal *s)
 {
     const perp__contact_problem *problem = s->common.problem;
-    const perp__bodies *b = problem->bodies;
     int64_t at = 0;
 
-    for (int32_t i = 0; i < b->blocks; i++)
+    for (int32_t i = 0; !s->by_rows && i < problem->bodies->blocks; i++)
         s->number[i] = -1;
     s->blocks = s->starts[0] = 0;
     s->piece_starts[0] = 0;
@@ -134,16 +276,9 @@ static void read_rows(perp__proximal *s)
         part->block = s->blocks;
         part->row = s->starts[part->unit];
         for (int32_t k = part->unit; k < part->last_unit; k++) {
-            const int32_t unit = s->unit[k];
-
-            s->starts[k + 1] = s->starts[k] + own_rows(problem, unit);
-            for (int64_t q = b->piece_starts[unit]; q < b->piece_starts[unit + 1]; q++)
-                if (s->number[b->piece_blocks[q]] < 0) {
-                    s->block[s->blocks] = b->piece_blocks[q];
-                    s->number[b->piece_blocks[q]] = s->blocks++;
-                }
+            s->starts[k + 1] = s->starts[k] + own_rows(problem, s->unit[k]);
             set_scales(s, k);
-            at = copy_pieces(s, k, at);
+            at = read_pieces(s, k, at);
         }
         part->last_block = s->blocks;
         part->last_row = s->starts[part->last_unit];
@@ -162,32 +297,106 @@ static void sort(int32_t *x, int32_t count)
     }
 }
 
-/* Which blocks share a unit; slots: marks. */
+/* The units that couple every two of a list, W alone: a piece for each, in ascending order. Room is
+ * left for what only one of two columns knows of, until the lists are closed up. */
+static void list_couplings(perp__proximal *s)
+{
+    const perp__contact_problem *problem = s->common.problem;
+    int64_t *ends = s->slot_starts, at = 0;
+    int32_t cursor[3], unit;
+
+    memset(s->piece_starts, 0, ((size_t)s->units + 1) * sizeof *s->piece_starts);
+    for (int32_t k = 0; k < s->units; k++)
+        for (begin_unit(problem, s->unit[k], cursor);
+             (unit = next_unit(problem, s->unit[k], cursor)) >= 0;) {
+            s->piece_starts[k + 1]++;
+            s->piece_starts[s->place[unit] + 1]++;
+        }
+    for (int32_t k = 0; k < s->units; k++) {
+        s->piece_starts[k + 1] += s->piece_starts[k];
+        ends[k] = s->piece_starts[k];
+        s->mark[k] = -1;
+    }
+    for (int32_t k = 0; k < s->units; k++) /* row by row, */
+        for (begin_unit(problem, s->unit[k], cursor);
+             (unit = next_unit(problem, s->unit[k], cursor)) >= 0;)
+            s->piece_blocks[ends[s->place[unit]]++] = k;
+    for (int32_t k = 0; k < s->units; k++) { /* and what the columns alone have */
+        for (int64_t p = s->piece_starts[k]; p < ends[k]; p++)
+            s->mark[s->piece_blocks[p]] = k;
+        for (begin_unit(problem, s->unit[k], cursor);
+             (unit = next_unit(problem, s->unit[k], cursor)) >= 0;)
+            if (s->mark[s->place[unit]] != k)
+                s->piece_blocks[ends[k]++] = s->place[unit];
+        sort(s->piece_blocks + s->piece_starts[k], (int32_t)(ends[k] - s->piece_starts[k]));
+    }
+    for (int32_t k = 0; k < s->units; k++) {
+        const int64_t from = s->piece_starts[k];
+
+        s->piece_starts[k] = at;
+        for (int64_t p = from; p < ends[k]; p++)
+            s->piece_blocks[at++] = s->piece_blocks[p];
+    }
+    s->piece_starts[s->units] = at;
+}
+
+/* J = W, scaled on both sides. */
+static void read_couplings(perp__proximal *s)
+{
+    const perp__contact_problem *problem = s->common.problem;
+    int64_t at = 0;
+
+    list_couplings(s);
+    for (int32_t k = 0; k < s->units; k++) {
+        const int32_t row = first_row(problem, s->unit[k]), d = s->starts[k + 1] - s->starts[k];
+
+        s->value_starts[k] = at;
+        for (int64_t p = s->piece_starts[k]; p < s->piece_starts[k + 1]; p++) {
+            const int32_t j = s->piece_blocks[p], column = first_row(problem, s->unit[j]);
+
+            for (int32_t i = 0; i < d; i++)
+                for (int32_t c = 0; c < s->width; c++)
+                    s->values[at++] = c >= s->starts[j + 1] - s->starts[j]
+                                          ? 0.0
+                                          : entry_of(problem->W, row + i, column + c) *
+                                                (i == 0 ? s->head[k] : s->scale[k]) *
+                                                (c == 0 ? s->head[j] : s->scale[j]);
+        }
+    }
+}
+
+/* The blocks that a unit couples with block i. */
+static int32_t list_neighbours(perp__proximal *s, int32_t i, int32_t k, int32_t at)
+{
+    for (int64_t p = s->piece_starts[k]; p < s->piece_starts[k + 1]; p++) {
+        const int32_t j = s->piece_blocks[p];
+
+        if (s->mark[j] != i)
+            s->graph[at++] = j;
+        s->mark[j] = i;
+    }
+    return at;
+}
+
+/* Which blocks share a unit, or, with W alone, are coupled. */
 static void read_graph(perp__proximal *s)
 {
     const perp__bodies *b = s->common.problem->bodies;
-    int32_t *mark = s->slots;
     int32_t at = 0;
 
     for (int32_t i = 0; i < s->blocks; i++)
-        mark[i] = -1;
+        s->mark[i] = -1;
     for (int32_t i = 0; i < s->blocks; i++) {
         const int32_t block = s->block[i];
 
         s->graph_starts[i] = at;
-        mark[i] = i;
+        s->mark[i] = i;
         s->graph[at++] = i;
-        for (int64_t e = b->block_starts[block]; e < b->block_starts[block + 1]; e++) {
-            const int32_t unit = b->block_units[e];
-
-            for (int64_t p = b->piece_starts[unit]; p < b->piece_starts[unit + 1]; p++) {
-                const int32_t j = s->number[b->piece_blocks[p]];
-
-                if (mark[j] != i)
-                    s->graph[at++] = j;
-                mark[j] = i;
-            }
-        }
+        if (block < 0) /* of one unit alone */
+            at = list_neighbours(s, i, -1 - block, at);
+        for (int64_t e = block < 0 ? 0 : b->block_starts[block];
+             e < (block < 0 ? 0 : b->block_starts[block + 1]); e++)
+            at = list_neighbours(s, i, s->place[b->block_units[e]], at);
         sort(s->graph + s->graph_starts[i], at - s->graph_starts[i]);
     }
     s->graph_starts[s->blocks] = at;
@@ -200,9 +409,12 @@ static void find_slots(perp__proximal *s)
     for (int32_t k = 0; k < s->units; k++) {
         s->slot_starts[k] = at;
         for (int64_t q = s->piece_starts[k]; q < s->piece_starts[k + 1]; q++)
-            for (int64_t p = s->piece_starts[k]; p < s->piece_starts[k + 1]; p++)
-                s->slots[at++] =
-                    perp__fronts_edge(&s->fronts, s->piece_blocks[p], s->piece_blocks[q]);
+            if (s->by_rows)
+                s->slots[at++] = perp__fronts_edge(&s->fronts, k, s->piece_blocks[q]);
+            else
+                for (int64_t p = s->piece_starts[k]; p < s->piece_starts[k + 1]; p++)
+                    s->slots[at++] =
+                        perp__fronts_edge(&s->fronts, s->piece_blocks[p], s->piece_blocks[q]);
     }
 }
 
@@ -224,10 +436,10 @@ perp_status perp__proximal_read(perp__proximal *s)
     const perp__contact_problem *problem = s->common.problem;
     perp_status status;
 
-    s->width = problem->bodies->width;
-    s->units = problem->bodies->units;
     sort_units(s);
     read_rows(s);
+    if (s->by_rows)
+        read_couplings(s);
     read_speeds(s);
     read_graph(s);
     status = perp__fronts_analyse(&s->fronts, problem->context, s->blocks, s->width,

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "contact/settings.h"
 
 static void lay_out(perp__arena *arena, void *object)
 {
@@ -169,7 +170,7 @@ static perp_status prepare(perp__rigid_solver *solver, const perp__rigid_problem
     s->proves = problem->proves;
     s->brief = problem->brief;
     s->is_lean = problem->tol >= PERP__RIGID_PLAIN;
-    s->settings.method = problem->method;
+    s->settings.method = perp__contact_method_named(problem->method);
     s->settings.cone = problem->cone;
     s->settings.tol = problem->tol;
     s->settings.max_iterations = problem->max_iterations;

@@ -28,10 +28,11 @@ enum { LANES = 4, WIDTH = 2 * LANES, MOST = 8, ROWS = 3 * MOST };
 typedef struct single {
     const perp__rigid_problem *problem;
     int32_t rows, starts[MOST + 1], dims[MOST], modes[MOST], held[MOST];
-    double C[WIDTH][WIDTH]; /* the factor, a row a vector */
+    double C[WIDTH][WIDTH];     /* the factor, a row a vector */
+    double sizes[WIDTH][WIDTH]; /* |C| */
     double v[WIDTH];
     double P[ROWS][WIDTH];                         /* J C */
-    double most[ROWS];                             /* at least |J| |C|, entry by entry */
+    double A[ROWS][WIDTH];                         /* |J| |C| */
     double q[ROWS], r[ROWS], u[ROWS], scale[ROWS]; /* |P| |P'| |r| + |q| */
     double error[ROWS];                            /* at least what rounding made of u */
     double mu[MOST], trace[MOST], root[MOST], omega[MOST];
@@ -79,24 +80,6 @@ PERP__KERNEL static double size_of(const double *a, const double *b, int32_t n)
     return (sum[0] + sum[2]) + (sum[1] + sum[3]);
 }
 
-PERP__KERNEL static double largest_of(const double *x, int32_t n)
-{
-    double largest = 0.0;
-
-    for (int32_t i = 0; i < n; i++)
-        largest = fabs(x[i]) > largest ? fabs(x[i]) : largest;
-    return largest;
-}
-
-PERP__KERNEL static double sum_of(const double *x, int32_t n)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < n; i++)
-        sum += fabs(x[i]);
-    return sum;
-}
-
 static int32_t is_single(const perp__rigid_problem *problem)
 {
     if (problem->bodies != 1 || problem->carriers > 0 || problem->joints > 0 ||
@@ -114,28 +97,40 @@ static const double (*rows_of(const perp__rigid_rows *g))[6]
     return g->rows[g->body[0] != 0];
 }
 
+/* P = J C and |J| |C| of one row. */
+PERP__KERNEL static void whiten(single *s, int32_t row, const double *J, int32_t n)
+{
+    for (int32_t i = 0; i < n; i += LANES) {
+        perp__lanes sum = PERP__SAME_LANES(0.0), size = PERP__SAME_LANES(0.0);
+
+        for (int32_t l = 0; l < n; l++) {
+            sum += PERP__SAME_LANES(J[l]) * PERP__CONST_LANES_AT(s->C[l] + i);
+            size += PERP__SAME_LANES(fabs(J[l])) * PERP__CONST_LANES_AT(s->sizes[l] + i);
+        }
+        PERP__LANES_AT(s->P[row] + i) = sum;
+        PERP__LANES_AT(s->A[row] + i) = size;
+    }
+}
+
 /* P, q and what bounds their errors, of one contact. */
-PERP__KERNEL static void load(single *s, int32_t k, int32_t n, double moves, double turns)
+PERP__KERNEL static void load(single *s, int32_t k, int32_t n)
 {
     const perp__rigid_rows *g = &s->problem->rows[k];
     const double(*J)[6] = rows_of(g);
-    const int32_t linear = n == 6 ? 3 : 2, from = s->starts[k];
-    const double way = largest_of(s->v, linear), turn = largest_of(s->v + linear, n - linear);
+    const int32_t from = s->starts[k];
     double square = 0.0;
 
     for (int32_t i = 0; i < s->dims[k]; i++) {
-        double *P = s->P[from + i], q = g->bias[i];
-        const double along = sum_of(J[i], linear), about = sum_of(J[i] + linear, n - linear);
+        double q = g->bias[i], size = fabs(g->bias[i]);
 
-        memset(P, 0, sizeof s->P[0]);
+        whiten(s, from + i, J[i], n);
         for (int32_t l = 0; l < n; l++) {
-            add(P, J[i][l], s->C[l], n);
             q += J[i][l] * s->v[l];
+            size += fabs(J[i][l] * s->v[l]);
         }
-        square += dot(P, P, n);
+        square += dot(s->P[from + i], s->P[from + i], n);
         s->q[from + i] = q;
-        s->most[from + i] = along * moves + about * turns;
-        s->error[from + i] = fabs(g->bias[i]) + along * way + about * turn;
+        s->error[from + i] = size;
         s->r[from + i] = s->problem->warm[3 * k + i];
     }
     s->trace[k] = square;
@@ -145,41 +140,44 @@ PERP__KERNEL static void load(single *s, int32_t k, int32_t n, double moves, dou
 PERP__KERNEL static void load_all(single *s, int32_t n)
 {
     const perp__rigid_problem *p = s->problem;
-    const int32_t linear = n == 6 ? 3 : 2;
-    const double moves = largest_of(p->factors, n * linear);
-    const double turns = largest_of(p->factors + n * linear, n * (n - linear));
 
     memset(s->C, 0, sizeof s->C);
     memset(s->v, 0, sizeof s->v);
     memcpy(s->v, p->free, (size_t)n * sizeof *s->v);
-    for (int32_t i = 0; i < n; i++)
+    for (int32_t i = 0; i < n; i++) {
         memcpy(s->C[i], p->factors + n * i, (size_t)n * sizeof(double));
+        for (int32_t k = 0; k < n; k += LANES) {
+            const perp__lanes part = PERP__CONST_LANES_AT(s->C[i] + k);
+
+            PERP__LANES_AT(s->sizes[i] + k) = PERP__ABSOLUTE_LANES(part);
+        }
+    }
     s->starts[0] = 0;
     for (int32_t k = 0; k < p->contacts; k++) {
         s->dims[k] = p->rows[k].dim;
         s->mu[k] = s->dims[k] > 1 ? p->rows[k].mu : 0.0;
         s->starts[k + 1] = s->starts[k] + s->dims[k];
-        load(s, k, n, moves, turns);
+        load(s, k, n);
     }
     s->rows = s->starts[p->contacts];
 }
 
-/* u = P P'r + q, its terms, and its errors: products and sums of at most rows + 2 n + 4 terms. */
+/* u = P P'r + q, its terms, and its errors: products and sums of at most rows + 3 n + 4 terms. */
 PERP__KERNEL static void find_velocities(single *s, int32_t n)
 {
-    const double unit = (s->rows + 2 * n + 4) * DBL_EPSILON;
-    double terms[WIDTH] = {0.0}, sum = 0.0;
+    const double unit = (s->rows + 3 * n + 4) * DBL_EPSILON;
+    double terms[WIDTH] = {0.0}, most[WIDTH] = {0.0};
 
     memset(s->y, 0, sizeof s->y);
     for (int32_t i = 0; i < s->rows; i++) {
         add(s->y, s->r[i], s->P[i], n);
         add_size(terms, s->r[i], s->P[i], n);
-        sum += s->most[i] * fabs(s->r[i]);
+        add_size(most, s->r[i], s->A[i], n);
     }
     for (int32_t i = 0; i < s->rows; i++) {
         s->u[i] = dot(s->P[i], s->y, n) + s->q[i];
         s->scale[i] = fabs(s->q[i]) + size_of(s->P[i], terms, n);
-        s->error[i] = unit * (s->error[i] + n * s->most[i] * sum);
+        s->error[i] = unit * (s->error[i] + dot(s->A[i], most, n));
     }
 }
 

@@ -21,6 +21,7 @@
 #define ITERATIONS 500 /* default limit */
 #define ROUNDS 3       /* of a rough solve */
 #define PROXIMAL_ROUNDS 30
+#define COARSE_STEPS 30
 #define PATIENCE 10 /* full exchanges without progress before single ones */
 
 /* What an exchange would do. */
@@ -46,6 +47,7 @@ void perp__sparse_active_set_layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n, &work->w, &work->product, &work->step);
     work->active = perp__arena_take(arena, n, sizeof(int32_t));
     work->next = perp__arena_take(arena, n, sizeof(int8_t));
+    work->coarse.levels = 0; /* those of another matrix */
 }
 
 static void multiply(perp__sparse_active_set *work, const double *z)
@@ -240,14 +242,75 @@ static perp_status exchange_all(perp__sparse_active_set *work, perp__lcp_iterate
     return PERP_OK;
 }
 
+/* z of a level's problem and the sides on which its rows lie; the equations of these are solved and
+ * the sets exchanged, as far as that gets in few steps. */
+static perp_status solve_level(perp__sparse_active_set *work, const perp__lcp_problem *problem,
+                               int32_t k, int8_t *places)
+{
+    const perp__active_set_limits limits = {COARSE_STEPS, PATIENCE, 0, 0, 0.0};
+    perp__lcp_control control = *problem->control;
+    perp__lcp_iterate iterate = {.z = work->coarse.level[k].z, .places = places};
+    perp__lcp_problem own;
+    perp_status status;
+
+    if (!work->coarse_block.context)
+        perp__sparse_block_init(&work->coarse_block, problem->context);
+    perp__aggregated_pose(&work->coarse, k, problem, &work->coarse_block, &own);
+    status = perp__sparse_block_read(&work->coarse_block, own.M, own.factors);
+    if (status != PERP_OK)
+        return status;
+    control.monitor = NULL; /* it hears of the caller's own problem */
+    own.control = &control;
+    work->common.problem = &own;
+    work->rho = 0.0;
+    perp__sparse_active_set_places(work, iterate.z, places);
+    status = exchange_all(work, &iterate, &limits);
+    work->common.problem = problem;
+    for (int32_t i = 0; i < own.n; i++)
+        iterate.z[i] = isfinite(iterate.z[i])
+                           ? perp__clamp(iterate.z[i], own.lower[i], own.upper[i])
+                           : perp__clamp(0.0, own.lower[i], own.upper[i]);
+    return status;
+}
+
+/* From the coarsest problem to the caller's: returns 1 with the first index set, 0 where there are
+ * no coarser ones, or PERP_ERROR_MEMORY. */
+static perp_status descend(perp__sparse_active_set *work, perp__lcp_iterate *iterate)
+{
+    const perp__lcp_problem *problem = work->common.problem;
+    perp__aggregated *coarse = &work->coarse;
+    perp_status status = perp__aggregated_build(coarse, problem);
+
+    if (status != PERP_OK || coarse->levels == 1)
+        return status;
+    perp__aggregated_load(coarse, problem);
+    for (int32_t k = coarse->levels - 1; k >= 0 && status == PERP_OK; k--) {
+        if (k < coarse->levels - 1)
+            perp__aggregated_prolong(coarse, k);
+        perp__aggregated_smooth(coarse, k);
+        if (k > 0)
+            status = solve_level(work, problem, k, iterate->places);
+    }
+    if (status != PERP_OK)
+        return status;
+    for (int32_t i = 0; i < problem->n; i++)
+        iterate->z[i] = perp__clamp(coarse->level[0].z[i] / problem->factors[i], problem->lower[i],
+                                    problem->upper[i]);
+    perp__sparse_active_set_places(work, iterate->z, iterate->places);
+    return 1;
+}
+
 /* Nested iteration, where the matrix suits. Returns 1, 0 where it does not or got nowhere, or
  * PERP_ERROR_MEMORY. */
 static perp_status nest(perp__sparse_active_set *work, perp__lcp_iterate *iterate)
 {
     const perp__lcp_problem *problem = work->common.problem;
     perp__multigrid *grid;
-    perp_status status = perp__sparse_block_grid(problem->block, &grid);
+    perp_status status;
 
+    if (perp__aggregated_suits(problem))
+        return iterate->warm ? PERP_OK : descend(work, iterate);
+    status = perp__sparse_block_grid(problem->block, &grid);
     if (status == PERP_OK && grid)
         status = perp__nested_fit(&work->nested, grid);
     if (status != PERP_OK || !grid)
@@ -326,11 +389,14 @@ static perp_status solve(void *object, perp__lcp_iterate *iterate)
     return status;
 }
 
-static void release(void *object)
+void perp__sparse_active_set_release(void *object)
 {
     perp__sparse_active_set *work = object;
 
     perp__nested_release(&work->nested);
+    perp__aggregated_release(&work->coarse);
+    if (work->coarse_block.context)
+        perp__sparse_block_release(&work->coarse_block);
 }
 
 const perp__lcp_method perp__lcp_active_set_sparse = {
@@ -341,5 +407,5 @@ const perp__lcp_method perp__lcp_active_set_sparse = {
     NULL,
     perp__sparse_active_set_layout,
     solve,
-    release,
+    perp__sparse_active_set_release,
 };

@@ -2,6 +2,7 @@
 #ifndef PERP_LCP_ACTIVE_SET_SPARSE_H
 #define PERP_LCP_ACTIVE_SET_SPARSE_H
 
+#include "lcp/active_set/aggregated.h"
 #include "lcp/active_set/nested.h"
 #include "lcp/active_set/tridiagonal.h"
 #include "lcp/method.h"
@@ -10,13 +11,15 @@ typedef struct perp__sparse_active_set {
     perp__lcp_work common;
     perp__tridiagonal_lcp tridiagonal;
     perp__nested nested;
-    double *w;       /* n */
-    double *product; /* n */
-    double *step;    /* n */
-    double residual; /* of the last equations */
-    double rho;      /* proximal term of their block */
-    int32_t *active; /* n: the variables between their bounds */
-    int8_t *next;    /* n: places after a full exchange */
+    perp__aggregated coarse;
+    perp__sparse_block coarse_block; /* of one level after the other */
+    double *w;                       /* n */
+    double *product;                 /* n */
+    double *step;                    /* n */
+    double residual;                 /* of the last equations */
+    double rho;                      /* proximal term of their block */
+    int32_t *active;                 /* n: the variables between their bounds */
+    int8_t *next;                    /* n: places after a full exchange */
 } perp__sparse_active_set;
 
 /* The arrays for common.problem. */
@@ -36,6 +39,9 @@ perp_status perp__sparse_active_set_run(perp__sparse_active_set *work, perp__lcp
 
 /* The side on which z - w lies: the active sets of the natural map. */
 void perp__sparse_active_set_places(perp__sparse_active_set *work, const double *z, int8_t *places);
+
+/* What is not in the arena. */
+void perp__sparse_active_set_release(void *work);
 
 /* perp__lcp_iterate's, with the factors of the last equations. */
 int32_t perp__sparse_active_set_correct(void *work, const double *residual, double *step);

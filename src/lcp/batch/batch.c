@@ -2,17 +2,15 @@
  * threads; what the kernel cannot take or does not solve goes to a solver of its own. */
 #include <float.h>
 #include <math.h>
-#include <pthread.h>
 #include <string.h>
 
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/outcome.h"
+#include "base/tasks.h"
 #include "lcp/batch/group.h"
 #include "lcp/lcp.h"
-
-#define PERP__BATCH_THREADS 256
 
 /* The answers, kept apart until every problem has one: a call that fails writes nothing. */
 typedef struct batch_answers {
@@ -28,8 +26,8 @@ typedef struct batch {
     const perp__batch_kernel *kernel; /* NULL: too large for it */
     batch_answers answers;
     int32_t wants_w;
-    double deadline;      /* 0: none */
-    pthread_mutex_t lock; /* the context's allocator is called by one thread at a time */
+    double deadline; /* 0: none */
+    perp__tasks *tasks;
 } batch;
 
 /* A thread's own workspace and solver. */
@@ -41,29 +39,7 @@ typedef struct batch_worker {
     perp__batch_group group;
     perp_lcp_solver *solver;
     perp_status status;
-    pthread_t thread;
-    int32_t started;
 } batch_worker;
-
-static void *locked_allocate(size_t size, void *user)
-{
-    batch *b = user;
-    void *memory;
-
-    pthread_mutex_lock(&b->lock);
-    memory = b->context->allocate(size, b->context->allocator_user);
-    pthread_mutex_unlock(&b->lock);
-    return memory;
-}
-
-static void locked_release(void *pointer, void *user)
-{
-    batch *b = user;
-
-    pthread_mutex_lock(&b->lock);
-    b->context->release(pointer, b->context->allocator_user);
-    pthread_mutex_unlock(&b->lock);
-}
 
 static void begin_worker(batch_worker *worker, batch *b, int64_t first, int64_t end)
 {
@@ -71,8 +47,7 @@ static void begin_worker(batch_worker *worker, batch *b, int64_t first, int64_t 
     worker->batch = b;
     worker->first = first;
     worker->end = end;
-    perp__context_init(&worker->context, locked_allocate, locked_release, b);
-    worker->context.busy = PERP__CALLED;
+    perp__tasks_context(b->tasks, &worker->context);
     perp__arena_init(&worker->arena, &worker->context);
 }
 
@@ -186,9 +161,9 @@ static perp_status solve_group(batch_worker *worker, int64_t first)
     return status;
 }
 
-static void *work(void *object)
+static void work(int32_t which, void *workers)
 {
-    batch_worker *worker = object;
+    batch_worker *worker = (batch_worker *)workers + which;
     batch *b = worker->batch;
     const int64_t stride = b->kernel ? b->kernel->width : 1;
 
@@ -204,7 +179,6 @@ static void *work(void *object)
         else
             worker->status = b->kernel ? solve_group(worker, at) : solve_alone(worker, at);
     }
-    return NULL;
 }
 
 /* The worker's failure, for the caller. What is not finite is named as an entry of the caller's
@@ -236,14 +210,7 @@ static perp_status run(batch *b, batch_worker *workers, int32_t threads)
 
         begin_worker(&workers[k], b, first, end < b->data.count ? end : b->data.count);
     }
-    for (int32_t k = 1; k < threads; k++)
-        workers[k].started = pthread_create(&workers[k].thread, NULL, work, &workers[k]) == 0;
-    for (int32_t k = 0; k < threads; k++) { /* what could not be started is done here */
-        if (workers[k].started)
-            pthread_join(workers[k].thread, NULL);
-        else
-            work(&workers[k]);
-    }
+    perp__tasks_run(b->tasks, work, workers);
     for (int32_t k = 0; k < threads; k++) {
         if (workers[k].status != PERP_OK && status == PERP_OK)
             status = fail_as(b, &workers[k]);
@@ -263,9 +230,9 @@ static perp_status check(perp_context *context, const batch *b, const double *z,
     if (data->n < 0)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "n is %d, expected 0 or more",
                           (int)data->n);
-    if (threads < 1 || threads > PERP__BATCH_THREADS)
+    if (threads < 1 || threads > PERP__MOST_THREADS)
         return perp__fail(context, PERP_ERROR_ARGUMENT, "threads is %d, expected 1 to %d",
-                          (int)threads, PERP__BATCH_THREADS);
+                          (int)threads, PERP__MOST_THREADS);
     if (data->count > 0 && data->n > 0) {
         if ((uint64_t)data->count > SIZE_MAX / sizeof(double) / (size_t)data->n / (size_t)data->n)
             return perp__fail(context, PERP_ERROR_ARGUMENT,
@@ -306,12 +273,10 @@ static perp_status solve_all(batch *b, perp__arena *arena, int32_t threads)
     workers = perp__allocate(b->context, (size_t)threads, sizeof *workers);
     if (!workers)
         return perp__fail_memory(b->context, "the threads");
-    if (pthread_mutex_init(&b->lock, NULL) == 0) {
+    status = perp__tasks_create(b->context, &b->tasks, threads, NULL, NULL);
+    if (status == PERP_OK)
         status = run(b, workers, threads);
-        pthread_mutex_destroy(&b->lock);
-    } else {
-        status = perp__fail_memory(b->context, "a lock");
-    }
+    perp__tasks_destroy(b->tasks);
     perp__release(b->context, workers);
     return status;
 }

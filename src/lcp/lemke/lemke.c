@@ -430,7 +430,7 @@ static void release(void *work)
 
     perp__arena_release(&l->doubled.arena);
     perp__basis_release(&l->factored.basis);
-    perp__nested_release(&l->factored.crash.nested);
+    perp__sparse_active_set_release(&l->factored.crash);
 }
 
 const perp__lcp_method perp__lcp_lemke = {

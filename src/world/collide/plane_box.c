@@ -29,13 +29,12 @@ int32_t perp__collide_plane_box(const perp__placed *plane, const perp__placed *b
     for (int32_t corner = 0; corner < 1 << dimension; corner++) {
         double gap = centre;
         double position[3] = {0.0, 0.0, 0.0};
-        for (int j = 0; j < dimension; j++) {
-            double side = corner >> j & 1 ? 1.0 : -1.0;
-            gap += side * height[j];
-            perp__along3(position, position, side * half[j], axis[j]);
-        }
+        for (int j = 0; j < dimension; j++)
+            gap += (corner >> j & 1 ? 1.0 : -1.0) * height[j];
         if (!(gap <= margin))
             continue;
+        for (int j = 0; j < dimension; j++)
+            perp__along3(position, position, (corner >> j & 1 ? 1.0 : -1.0) * half[j], axis[j]);
         perp__point *point = &points[count++];
         perp__along3(position, position, -0.5 * gap, normal);
         perp__along3(point->position, box->position, 1.0, position);

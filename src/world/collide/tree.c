@@ -2,8 +2,8 @@
  * Adelson-Velsky & Landis 1962 for how it stays balanced). */
 #include "world/collide/tree.h"
 
-#include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 enum { NONE = -1 };
 
@@ -15,11 +15,12 @@ void perp__tree_init(perp__tree *tree)
     tree->free = NONE;
 }
 
+/* Written out: fmin and fmax are calls. */
 static void unite(perp__bounds *to, const perp__bounds *a, const perp__bounds *b)
 {
     for (int k = 0; k < 3; k++) {
-        to->low[k] = fmin(a->low[k], b->low[k]);
-        to->high[k] = fmax(a->high[k], b->high[k]);
+        to->low[k] = a->low[k] < b->low[k] ? a->low[k] : b->low[k];
+        to->high[k] = a->high[k] > b->high[k] ? a->high[k] : b->high[k];
     }
 }
 
@@ -53,12 +54,19 @@ static void give_back(perp__tree *tree, int32_t node)
     tree->free = node;
 }
 
-static void refit(perp__tree *tree, int32_t node)
+/* Returns whether that changes the node. */
+static int refit(perp__tree *tree, int32_t node)
 {
     perp__tree_node *at = &tree->nodes[node];
     const perp__tree_node *left = &tree->nodes[at->child[0]], *right = &tree->nodes[at->child[1]];
-    unite(&at->bounds, &left->bounds, &right->bounds);
-    at->height = 1 + (left->height > right->height ? left->height : right->height);
+    const int32_t height = 1 + (left->height > right->height ? left->height : right->height);
+    perp__bounds bounds;
+    unite(&bounds, &left->bounds, &right->bounds);
+    if (height == at->height && memcmp(&bounds, &at->bounds, sizeof bounds) == 0)
+        return 0;
+    at->bounds = bounds;
+    at->height = height;
+    return 1;
 }
 
 static void replace_child(perp__tree *tree, int32_t parent, int32_t old, int32_t node)
@@ -88,15 +96,18 @@ static int32_t rotate(perp__tree *tree, int32_t node, int side)
     return up;
 }
 
-/* Bounds, heights and balance from `node` up to the root. */
+/* Bounds, heights and balance from `node` up to what does not change. */
 static void mend(perp__tree *tree, int32_t node)
 {
-    while (node != NONE) {
+    int changed = 1;
+    while (node != NONE && changed) {
         const perp__tree_node *at = &tree->nodes[node];
         int lean = tree->nodes[at->child[1]].height - tree->nodes[at->child[0]].height;
-        refit(tree, node);
-        if (lean > 1 || lean < -1)
+        changed = refit(tree, node);
+        if (lean > 1 || lean < -1) {
             node = rotate(tree, node, lean > 1);
+            changed = 1;
+        }
         node = tree->nodes[node].parent;
     }
 }
@@ -136,7 +147,7 @@ int32_t perp__tree_insert(perp__tree *tree, const perp__bounds *bounds, int32_t 
     }
     sibling = best_sibling(tree, bounds);
     parent = take(tree);
-    nodes[parent].item = NONE;
+    nodes[parent].item = nodes[parent].height = NONE;
     replace_child(tree, nodes[sibling].parent, sibling, parent);
     nodes[parent].child[0] = sibling;
     nodes[parent].child[1] = leaf;

@@ -1,4 +1,4 @@
-/* Method `newton` in the space of the bodies' velocities against itself with the Delassus matrix:
+/* Method `proximal` in the space of the bodies' velocities against itself with the Delassus matrix:
  * piles with many more contacts than velocities, and joints. The residuals are the front door's. */
 #include <math.h>
 #include <setjmp.h>
@@ -39,9 +39,9 @@ static perp_contact_settings with(int32_t method)
     return settings;
 }
 
-static perp_contact_settings newton(void)
+static perp_contact_settings proximal(void)
 {
-    return with(PERP_CONTACT_METHOD_NEWTON);
+    return with(PERP_CONTACT_METHOD_PROXIMAL);
 }
 
 static perp_contact_laws laws_of(const piles *p)
@@ -68,7 +68,7 @@ static perp_contact_dynamics dynamics_of(const piles *p)
 
 static perp_contact_result by_bodies(const piles *p, double *v, double *u, double *r)
 {
-    perp_contact_settings settings = newton();
+    perp_contact_settings settings = proximal();
     perp_contact_laws laws = laws_of(p);
     perp_contact_dynamics dynamics = dynamics_of(p);
     perp_contact_result result;
@@ -83,7 +83,7 @@ static perp_contact_result by_bodies(const piles *p, double *v, double *u, doubl
 /* The same as compressed columns of W, made of the bodies. */
 static perp_contact_result by_matrix(const piles *p, double *u, double *r)
 {
-    perp_contact_settings settings = newton();
+    perp_contact_settings settings = proximal();
     perp_contact_laws laws = laws_of(p);
     int32_t *starts = gen_allocate((size_t)p->contacts + 1, sizeof *starts), suits = 0;
     double *q = gen_allocate((size_t)p->rows, sizeof *q);
@@ -243,7 +243,7 @@ static void test_joints_are_equations(void **state)
     const double G_dense[4] = {1, 0, -1, 0};
     const double f[4] = {3, -4, 3, 0}, w[2] = {0, 0}, b[1] = {0}, mu[1] = {0.5};
     perp_matrix M, H, G;
-    perp_contact_settings settings = newton();
+    perp_contact_settings settings = proximal();
     perp_contact_dynamics dynamics;
     perp_contact_laws laws;
     perp_contact_result result;

@@ -1,4 +1,4 @@
-#include "newton_scene.h"
+#include "proximal_scene.h"
 
 #include "contact/law.h"
 
@@ -6,12 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-double newton_entry(const newton_scene *s, int32_t i, int32_t j)
+double proximal_entry(const proximal_scene *s, int32_t i, int32_t j)
 {
     return s->W[j * s->size + i];
 }
 
-void newton_add_contact(newton_scene *s, int32_t dim, double mu)
+void proximal_add_contact(proximal_scene *s, int32_t dim, double mu)
 {
     s->starts[s->contacts] = s->rows;
     s->dims[s->contacts] = dim;
@@ -20,19 +20,23 @@ void newton_add_contact(newton_scene *s, int32_t dim, double mu)
     s->starts[s->contacts] = s->size = s->rows;
 }
 
-void newton_set_traces(newton_scene *s)
+void proximal_set_traces(proximal_scene *s)
 {
     memset(s->trace, 0, sizeof s->trace);
     for (int32_t k = 0; k < s->contacts; k++)
-        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            s->trace[k] += newton_entry(s, i, i);
-    for (int32_t i = s->rows; i < s->size; i++)
-        s->trace[s->contacts + i - s->rows] = newton_entry(s, i, i);
+        for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++) {
+            s->trace[k] += proximal_entry(s, i, i);
+            s->unit_of[i] = k;
+        }
+    for (int32_t i = s->rows; i < s->size; i++) {
+        s->unit_of[i] = s->contacts + i - s->rows;
+        s->trace[s->unit_of[i]] = proximal_entry(s, i, i);
+    }
 }
 
-void newton_random_delassus(newton_scene *s, gen_random *random, int32_t rank)
+void proximal_random_delassus(proximal_scene *s, gen_random *random, int32_t rank)
 {
-    double B[NEWTON_ROWS][NEWTON_ROWS];
+    double B[PROXIMAL_ROWS][PROXIMAL_ROWS];
 
     for (int32_t i = 0; i < s->size; i++)
         for (int32_t k = 0; k < rank; k++)
@@ -51,18 +55,18 @@ void newton_random_delassus(newton_scene *s, gen_random *random, int32_t rank)
     }
     for (int32_t k = 0; k < s->contacts; k++)
         s->q[s->starts[k]] += 0.25 * (k % 3);
-    newton_set_traces(s);
+    proximal_set_traces(s);
 }
 
 static void layout(perp__arena *arena, void *work)
 {
-    perp__contact_newton.layout(arena, work);
+    perp__contact_proximal.layout(arena, work);
 }
 
 static perp_status make_attempts(const perp__contact_problem *p, perp__contact_work *work,
-                                 newton_scene *s)
+                                 proximal_scene *s)
 {
-    int32_t last = s->last ? s->last : perp__contact_newton.attempts - 1;
+    int32_t last = s->last ? s->last : perp__contact_proximal.attempts - 1;
     perp__contact_iterate iterate;
     perp_status status = PERP_OK;
 
@@ -70,12 +74,12 @@ static perp_status make_attempts(const perp__contact_problem *p, perp__contact_w
     iterate.r = s->r;
     iterate.u = s->u;
     iterate.modes = s->modes;
-    iterate.warm = s->warm;
+    iterate.warm = iterate.given = s->warm;
     iterate.attempt = s->first;
     work->problem = p;
     s->iterations = 0;
     for (; status == PERP_OK && iterate.attempt <= last; iterate.attempt++) {
-        status = perp__contact_newton.solve(work, &iterate);
+        status = perp__contact_proximal.solve(work, &iterate);
         s->outcome = iterate.outcome;
         s->iterations += iterate.iterations;
         if (s->outcome == PERP_OUTCOME_SOLVED)
@@ -84,13 +88,13 @@ static perp_status make_attempts(const perp__contact_problem *p, perp__contact_w
     return status;
 }
 
-perp_status newton_run(const perp__contact_problem *given, newton_scene *s)
+perp_status proximal_run(const perp__contact_problem *given, proximal_scene *s)
 {
-    perp__contact_work *work = gen_allocate(1, perp__contact_newton.work_size);
+    perp__contact_work *work = gen_allocate(1, perp__contact_proximal.work_size);
     perp__contact_problem whole = *given;
     const perp__contact_problem *p = &whole;
-    perp_status status = perp__contact_newton.check(p);
-    double omega[NEWTON_ROWS], drive;
+    perp_status status = perp__contact_proximal.check(p);
+    double omega[PROXIMAL_ROWS], drive;
     perp__arena arena;
 
     perp__contact_omegas(p, NULL, 1, &drive, omega);
@@ -101,13 +105,13 @@ perp_status newton_run(const perp__contact_problem *given, newton_scene *s)
         status = perp__arena_fit(&arena, layout, work);
     if (status == PERP_OK)
         status = make_attempts(p, work, s);
-    perp__contact_newton.release(work);
+    perp__contact_proximal.release(work);
     perp__arena_release(&arena);
     free(work);
     return status;
 }
 
-perp__contact_problem newton_problem_of(perp_context *context, const newton_scene *s,
+perp__contact_problem proximal_problem_of(perp_context *context, const proximal_scene *s,
                                         const perp__matrix *W)
 {
     perp__contact_problem p;
@@ -118,25 +122,26 @@ perp__contact_problem newton_problem_of(perp_context *context, const newton_scen
     p.rows = s->rows;
     p.size = s->size;
     p.starts = s->starts;
+    p.unit_of = s->unit_of;
     p.dims = s->dims;
     p.mu = s->mu;
     p.trace = s->trace;
     p.q = s->q;
     p.W = W;
-    p.tol = 1e-8;
+    p.tol = 1e-12;
     return p;
 }
 
-void newton_compress(const newton_scene *s, newton_columns *c)
+void proximal_compress(const proximal_scene *s, proximal_columns *c)
 {
     int32_t at = 0;
 
     for (int32_t j = 0; j < s->size; j++) {
         c->starts[j] = at;
         for (int32_t i = 0; i < s->size; i++)
-            if (newton_entry(s, i, j) != 0.0) {
+            if (proximal_entry(s, i, j) != 0.0) {
                 c->rows[at] = i;
-                c->values[at++] = newton_entry(s, i, j);
+                c->values[at++] = proximal_entry(s, i, j);
             }
     }
     c->starts[s->size] = at;
@@ -147,7 +152,7 @@ void newton_compress(const newton_scene *s, newton_columns *c)
     c->view.row_indices = c->rows;
 }
 
-double newton_violation(const newton_scene *s)
+double proximal_violation(const proximal_scene *s)
 {
     double omega = 0.0, worst = 0.0;
 
@@ -164,7 +169,7 @@ double newton_violation(const newton_scene *s)
         for (int32_t i = 0; i < d; i++) {
             u[i] = s->q[at + i];
             for (int32_t j = 0; j < s->size; j++)
-                u[i] += newton_entry(s, at + i, j) * s->r[j];
+                u[i] += proximal_entry(s, at + i, j) * s->r[j];
             u[i] /= root * omega;
         }
         for (int32_t i = 1; i < d; i++) {
@@ -184,21 +189,21 @@ double newton_violation(const newton_scene *s)
         double u = s->q[i];
 
         for (int32_t j = 0; j < s->size; j++)
-            u += newton_entry(s, i, j) * s->r[j];
+            u += proximal_entry(s, i, j) * s->r[j];
         worst = fmax(worst, fabs(u) / sqrt(s->trace[s->contacts + i - s->rows]) / omega);
     }
     return worst;
 }
 
-void newton_random_scene(newton_scene *s, gen_random *random, int32_t contacts, double mu,
+void proximal_random_scene(proximal_scene *s, gen_random *random, int32_t contacts, double mu,
                          int32_t rank)
 {
     memset(s, 0, sizeof *s);
     for (int32_t k = 1 + gen_integer(random, contacts); k > 0; k--) {
         const double mus[4] = {0.0, 0.3, 0.7, 1.0};
 
-        newton_add_contact(s, 1 + gen_integer(random, 3), mu * mus[gen_integer(random, 4)]);
+        proximal_add_contact(s, 1 + gen_integer(random, 3), mu * mus[gen_integer(random, 4)]);
     }
     s->size += gen_integer(random, 3);
-    newton_random_delassus(s, random, rank);
+    proximal_random_delassus(s, random, rank);
 }

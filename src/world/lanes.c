@@ -1,0 +1,248 @@
+/* Islands, pairs and bodies side by side. An island has all it writes to for itself but for the
+ * workspace and the budget, which are its lane's; what it leaves does not depend on what was there
+ * before. So the bits are those of one thread, whichever lane an island goes to. */
+#include "world/lanes.h"
+
+#include <string.h>
+
+/* Contacts and bodies below which islands, and pairs or bodies below which ranges of them, are not
+ * worth waking a thread for; and how many runs of islands a lane gets: some islands cost more. */
+#define FEW_IN_ISLANDS 128
+#define FEW 128
+#define RUNS 4
+
+typedef struct job {
+    perp_world *world;
+    double h;
+    int32_t finishes;
+    perp__range work;
+} job;
+
+/* ---- life ---- */
+
+static perp_status create_lane(perp_world *world, perp__lane *lane)
+{
+    perp__tasks_context(world->tasks, &lane->context);
+    lane->share.context = lane->world.context = &lane->context;
+    perp__arena_init(&lane->world.island_arena, &lane->context);
+    perp__coloured_init(&lane->world.coloured, &lane->context);
+    return perp__rigid_create(&lane->context, &lane->world.solver);
+}
+
+perp_status perp__create_lanes(perp_world *world)
+{
+    const perp_world_settings *settings = &world->settings;
+    const int32_t count = settings->threads;
+    perp_status status;
+
+    if (count <= 1)
+        return PERP_OK;
+    status = perp__tasks_create(world->context, &world->tasks, count, settings->run_tasks,
+                                settings->tasks_user);
+    if (status != PERP_OK)
+        return status;
+    world->lanes = perp__allocate(world->context, (size_t)count, sizeof *world->lanes);
+    if (!world->lanes)
+        return perp__fail_memory(world->context, "the threads");
+    memset(world->lanes, 0, (size_t)count * sizeof *world->lanes);
+    for (; world->lane_count < count && status == PERP_OK; world->lane_count++)
+        status = create_lane(world, &world->lanes[world->lane_count]);
+    return status == PERP_OK ? status : perp__fail_memory(world->context, "the threads");
+}
+
+void perp__release_lanes(perp_world *world)
+{
+    for (int32_t k = 0; k < world->lane_count; k++) {
+        perp__lane *lane = &world->lanes[k];
+
+        perp__rigid_destroy(lane->world.solver);
+        perp__coloured_release(&lane->world.coloured);
+        perp__arena_release(&lane->world.island_arena);
+        perp__release(&lane->context, lane->share.points);
+    }
+    perp__release(world->context, world->lanes);
+    perp__tasks_destroy(world->tasks);
+}
+
+/* ---- islands ---- */
+
+int32_t perp__shares_islands(const perp_world *world)
+{
+    const perp__island *last = world->islands + world->island_count - 1;
+
+    return world->lane_count > 0 && world->island_count > 1 &&
+           last->first_body + last->first_contact >= FEW_IN_ISLANDS && !world->budget.limited &&
+           world->budget.iterations == INT64_MAX;
+}
+
+/* The world as it is, with the lane's own things. */
+static void enter(perp__lane *lane, const perp_world *world)
+{
+    const perp__island_work work = lane->world.work;
+    const perp__coloured coloured = lane->world.coloured;
+    const perp__arena arena = lane->world.island_arena;
+    perp__rigid_solver *solver = lane->world.solver;
+
+    lane->world = *world;
+    lane->world.context = &lane->context;
+    lane->world.work = work;
+    lane->world.coloured = coloured;
+    lane->world.island_arena = arena;
+    lane->world.solver = solver;
+    lane->status = PERP_OK;
+    lane->last = -1;
+    lane->open = 0;
+}
+
+/* The first island of a run: as many contacts and bodies in each. */
+static int32_t first_of(const perp_world *world, int32_t run, int32_t runs)
+{
+    const perp__island *last = world->islands + world->island_count - 1;
+    const int64_t all = (int64_t)last->first_body + last->first_contact;
+    int32_t low = 0, high = world->island_count;
+
+    while (low < high && run < runs) {
+        const int32_t middle = low + (high - low) / 2;
+        const perp__island *island = &world->islands[middle];
+
+        if (((int64_t)island->first_body + island->first_contact) * runs < all * run)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return high;
+}
+
+static int32_t is_kinematic(const perp_world *world, int32_t body)
+{
+    return world->bodies[body].kind == PERP_BODY_KINEMATIC;
+}
+
+/* Whether something moves it as it is told: what does is numbered within the island at hand, and
+ * may be next to others. */
+static int32_t is_carried(const perp_world *world, const perp__island *island)
+{
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        if (is_kinematic(world, contact->body_a) || is_kinematic(world, contact->body_b))
+            return 1;
+    }
+    for (int32_t i = 0; i < island->joints; i++) {
+        const int32_t *body = world->joints[world->joint_order[island->first_joint + i]].body;
+
+        if (is_kinematic(world, body[0]) || is_kinematic(world, body[1]))
+            return 1;
+    }
+    return 0;
+}
+
+/* Solves one; returns whether what comes after it is not to be. */
+static int32_t solve_one(perp_world *world, int32_t i, const job *at, int32_t *open,
+                         perp_status *status)
+{
+    perp__island *island = &world->islands[i];
+
+    world->budget.spent = 0;
+    *status = perp__solve_one(world, island, at->h, at->finishes, open);
+    island->spent = world->budget.spent;
+    return *status != PERP_OK ||
+           perp__island_motion(world, island, 0)->verdict.outcome == PERP_OUTCOME_RAY;
+}
+
+static void solve_lane(int32_t k, void *data)
+{
+    const job *at = data;
+    perp__lane *lane = &at->world->lanes[k];
+    const int32_t lanes = at->world->lane_count, runs = RUNS * lanes;
+
+    enter(lane, at->world);
+    lane->status = perp__fit_island_work(&lane->world);
+    if (lane->status != PERP_OK)
+        lane->last = 0;
+    for (int32_t run = k; run < runs && lane->last < 0; run += lanes) {
+        const int32_t end = first_of(&lane->world, run + 1, runs);
+
+        for (int32_t i = first_of(&lane->world, run, runs); i < end && lane->last < 0; i++)
+            if (!is_carried(&lane->world, &lane->world.islands[i]) &&
+                solve_one(&lane->world, i, at, &lane->open, &lane->status))
+                lane->last = i;
+    }
+}
+
+/* Those that lanes left, on the caller's thread. */
+static void solve_carried(perp_world *world, const job *at, int32_t *open, perp_status *status,
+                          int32_t *last)
+{
+    const int32_t end = *last < 0 ? world->island_count : *last;
+
+    for (int32_t i = 0; i < end; i++) {
+        perp_status own;
+
+        if (!is_carried(world, &world->islands[i]) || !solve_one(world, i, at, open, &own))
+            continue;
+        *status = own;
+        *last = i;
+        return;
+    }
+}
+
+perp_status perp__solve_in_lanes(perp_world *world, double h, int32_t *open, int32_t *last)
+{
+    job at = {world, h, open != NULL, NULL};
+    const int64_t before = world->budget.spent;
+    perp_status status = PERP_OK;
+    int32_t any = 0;
+
+    *last = -1;
+    perp__tasks_run(world->tasks, solve_lane, &at);
+    for (int32_t k = 0; k < world->lane_count; k++) {
+        const perp__lane *lane = &world->lanes[k];
+
+        any = any || lane->open;
+        if (lane->last < 0 || (*last >= 0 && lane->last > *last))
+            continue;
+        *last = lane->last;
+        status = lane->status == PERP_OK
+                     ? PERP_OK
+                     : perp__fail(world->context, lane->status, "%s", lane->context.message);
+    }
+    solve_carried(world, &at, &any, &status, last);
+    world->budget.spent = before;
+    for (int32_t i = 0; i <= (*last < 0 ? world->island_count - 1 : *last); i++)
+        perp__spend(world, world->islands[i].spent);
+    if (open)
+        *open = any;
+    return status;
+}
+
+/* ---- ranges ---- */
+
+static void work_on_share(int32_t k, void *data)
+{
+    const job *at = data;
+
+    at->work(at->world, &at->world->lanes[k].share, at->h);
+}
+
+perp__share *perp__share_of(const perp_world *world, int32_t lane)
+{
+    return &world->lanes[lane].share;
+}
+
+int32_t perp__share_out(perp_world *world, int32_t count, perp__range work, double h)
+{
+    job at = {world, h, 0, work};
+
+    if (world->lane_count == 0 || count < FEW)
+        return 0;
+    for (int32_t k = 0; k < world->lane_count; k++) {
+        perp__share *share = &world->lanes[k].share;
+
+        share->first = (int32_t)((int64_t)count * k / world->lane_count);
+        share->end = (int32_t)((int64_t)count * (k + 1) / world->lane_count);
+        share->status = PERP_OK;
+    }
+    perp__tasks_run(world->tasks, work_on_share, &at);
+    return world->lane_count;
+}
