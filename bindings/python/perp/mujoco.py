@@ -82,8 +82,9 @@ class _Mass:
 
     def times(self, v: Array) -> Array:
         if self._dense is not None:
-            return np.dot(self._dense, v)
-        product: Array = np.add.reduceat(self._values * v[self._rows], self._starts[:-1])
+            product: Array = self._dense.dot(v)
+            return product
+        product = np.add.reduceat(self._values * v[self._rows], self._starts[:-1])
         return product
 
 
