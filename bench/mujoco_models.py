@@ -13,7 +13,7 @@ slope      a box on a slope of 0.5, friction 0.6
 gripper    a box of 0.2 kg between a wall and a finger of 5 N, friction 1
 hand       Kinova's hand holds a ball of 0.1 kg, lying; perp grips for both, then gravity sets in
 humanoid   dm_control's, stands: joints are springs of 1000 Nm, ten times damped
-lying      the same without springs, where it fell
+lying      the same without springs, with dry friction of 1 Nm in its joints, where it fell
 quadruped  dm_control's, stands on its springs
 walker     dm_control's, falls and lies
 ant        gymnasium's, stands
@@ -75,6 +75,12 @@ def stiff():
     return model
 
 
+def dry():
+    model = suite("humanoid")
+    model.dof_frictionloss[6:] = 1.0
+    return model
+
+
 def ant():
     model = mujoco.MjModel.from_xml_path(
         package("gymnasium", "envs", "mujoco", "assets", "ant.xml")
@@ -104,7 +110,7 @@ SCENES = {
     "gripper": (gripper, 2, press),
     "hand": (hand, 2, grip),
     "humanoid": (stiff, 8, stand),
-    "lying": (lambda: suite("humanoid"), 8, None),
+    "lying": (dry, 5, None),
     "quadruped": (lambda: suite("quadruped"), 3, None),
     "walker": (lambda: suite("walker"), 6, None),
     "ant": (ant, 4, None),

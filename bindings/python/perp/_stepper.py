@@ -78,6 +78,8 @@ class RowSolver(Handle):
         self._by_reference = byref(self._laws), byref(self._dynamics), byref(self.result)
         self.rows = self.bilateral = -1
         self._patience = 0
+        self._held_by: Any = None
+        self._held = np.zeros(0, dtype=int)
         self.r = np.zeros(0)
 
     def set_mass(self, M: Array, starts: Optional[Indices] = None, rows: Any = None) -> None:
@@ -183,6 +185,17 @@ class RowSolver(Handle):
         finally:
             self._call(library.perp_contact_solver_set, byref(mine))
 
+    def hold(self) -> None:
+        """Exact zeros in v, which the library leaves to those who know M where its blocks have more
+        than 12 unknowns: H v = -w = 0 in the rows that hold, and what they determine is 0."""
+        rows = self.rows
+        holds = (self.u[:rows] == 0.0) & (self.w == 0.0)
+        A = self.H[holds]
+        key = holds.tobytes(), A.tobytes()
+        if key != self._held_by:
+            self._held_by, self._held = key, _determined(A)
+        self.v[self._held] = 0.0
+
     def open(
         self, H: Array, G: Array, gaps: Array, slop: float, share: float, h: float
     ) -> Optional[Array]:
@@ -196,3 +209,12 @@ class RowSolver(Handle):
         self.H[:], self.G[:] = H, G
         self.w[:] = (share * np.minimum(gaps + slop, 0.0) + np.maximum(gaps, 0.0)) / h
         return self.v if self.solve(False).ok else None
+
+
+def _determined(A: Array) -> NDArray[Any]:
+    """The coordinates that are 0 wherever A v = 0: unit vectors in the span of A's rows."""
+    if not len(A):
+        return np.zeros(0, dtype=int)
+    _, sizes, rows = np.linalg.svd(A, full_matrices=False)
+    span = rows[sizes > 1e-10 * sizes[0]]
+    return np.flatnonzero(1.0 - (span * span).sum(0) < 1e-12)

@@ -33,6 +33,7 @@ from ._words import ContactMethod
 __all__ = ["Run", "Solved", "Stepper", "simulate", "step", "view"]
 
 _DENSE = 120  # velocities up to which matrices are dense
+_BLOCK = 12  # unknowns of a block of M up to which the library's v has exact zeros
 _ELLIPTIC = int(mj.mjtCone.mjCONE_ELLIPTIC)
 _AS_DENSE, _AS_SPARSE = int(mj.mjtJacobian.mjJAC_DENSE), int(mj.mjtJacobian.mjJAC_SPARSE)
 _IMPLICIT = int(mj.mjtIntegrator.mjINT_IMPLICIT), int(mj.mjtIntegrator.mjINT_IMPLICITFAST)
@@ -189,6 +190,9 @@ class Stepper:
         self._mass = _Mass(model, (self._solver, self._overlaps))
         self._rows: Optional[_Rows] = None
         self._warm = self._some_move_nothing = False
+        # those whose zeros the library leaves alone
+        trees = np.bincount(model.dof_treeid) if model.nv else _NONE
+        self._large = model.nv <= _DENSE and bool((trees > _BLOCK).any())
         self._advances = bool(model.na or model.nplugin or getattr(model, "nhistory", 0))
 
     def step(self, data: Any) -> Solved:
@@ -219,6 +223,8 @@ class Stepper:
             how = solver.solve(False)
         if self._warm and how.ok:
             how = solver.settle(how, rows.first, lambda: self._fastest(data, h))
+        if self._large and how.ok and self._nearly_rests(data, h):
+            solver.hold()
         self._warm = how.ok
         np.copyto(solver.start, solver.r)
         data.qacc[:] = (solver.v - v) / h
@@ -302,6 +308,11 @@ class Stepper:
         mj.mj_mulJacTVec(model, data, data.qfrc_constraint, force)
         if model.nsensor:
             mj.mj_sensorAcc(model, data)
+
+    def _nearly_rests(self, data: Any, h: float) -> bool:
+        """Whether a search for what is held is worth its cost: it says nothing of what is."""
+        fastest = np.abs(self._solver.v).max()
+        return bool(0.0 < fastest < 1e-6 * h * np.abs(data.qacc_smooth).max())
 
     def _fastest(self, data: Any, h: float) -> float:
         velocities = np.zeros(data.nefc)

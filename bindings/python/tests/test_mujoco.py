@@ -252,6 +252,20 @@ def test_a_gripped_object_does_not_slip():
     assert (run.qpos[-400:] == run.qpos[-1]).all()
 
 
+def test_a_long_robot_rests_by_dry_friction():
+    """A chain of 18 velocities, more than the blocks whose zeros the library finds."""
+    link = (
+        '<body pos=".2 0 0"><joint type="hinge" axis="0 1 0" frictionloss="3"/>'
+        '<geom type="box" size=".09 .03 .03" pos=".1 0 0" mass=".1"/>'
+    )
+    head = '<body pos="0 0 .031"><freejoint/><geom type="box" size=".09 .03 .03" pos=".1 0 0" mass=".1"/>'
+    chain = head + 12 * link + 13 * "</body>"
+    model, data = scene(f'<geom type="plane" size="9 9 .1"/>{chain}', 'gravity="2 0 -9.6"')
+    run = perp.mujoco.simulate(model, data, 1.0)
+    assert model.nv == 18 and run.ok
+    assert (run.qvel[-100:] == 0.0).all() and (run.qpos[-100:] == run.qpos[-1]).all()
+
+
 def boxes(count):
     rng = np.random.default_rng(5)
     body = (
