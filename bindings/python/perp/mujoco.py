@@ -226,7 +226,7 @@ class Stepper:
         if self._large and how.ok and self._nearly_rests(data, h):
             solver.hold()
         self._warm = how.ok
-        np.copyto(solver.start, solver.r)
+        solver.keep(how)
         data.qacc[:] = (solver.v - v) / h
         self._give_forces(data, rows, h)
         shift = self._correct(data, rows, gaps, h)

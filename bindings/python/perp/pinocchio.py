@@ -213,7 +213,7 @@ class Stepper:
         if self._warm and how.ok and count:
             how = solver.settle(how, opens[:count], self._fastest)
         self._warm = how.ok
-        np.copyto(solver.start, solver.r)
+        solver.keep(how)
         after = moved = solver.v.copy()
         if len(gaps) and gaps.min() < -2.0 * self.slop:
             shift = self._overlaps.open(

@@ -150,6 +150,26 @@ def test_geometries_touch():
     np.testing.assert_allclose(v, 0.0, atol=1e-6)
 
 
+def test_two_bodies_meet():
+    """Both are moved: what they have in common of velocity is that of their momentum."""
+    coal = pytest.importorskip("coal")
+    model, geometry = pin.Model(), pin.GeometryModel()
+    model.gravity.linear = np.zeros(3)
+    balls = []
+    for k, mass in enumerate((1.0, 3.0)):
+        joint = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), str(k))
+        model.appendBodyToJoint(joint, pin.Inertia.FromSphere(mass, 0.1), pin.SE3.Identity())
+        ball = pin.GeometryObject(str(k), joint, 0, pin.SE3.Identity(), coal.Sphere(0.1))
+        balls.append(geometry.addGeometryObject(ball))
+    geometry.addCollisionPair(pin.CollisionPair(*balls))
+    stepper = perp.pinocchio.Stepper(model, H, [perp.pinocchio.Geometry(geometry, 0.5)])
+    q, v = pin.neutral(model), np.zeros(12)
+    q[0], q[7], v[0], v[6] = -0.15, 0.15, 2.0, -1.0
+    q, v = run(stepper, q, v, 100)[-1]
+    np.testing.assert_allclose(v[[0, 6]], (1.0 * 2.0 - 3.0 * 1.0) / 4.0, atol=1e-7)
+    np.testing.assert_allclose(q[7] - q[0], 0.2, atol=1e-6)
+
+
 def test_a_humanoid_on_its_soles():
     """Pinocchio's own model, its joints held by springs: no foot slips or sinks."""
     model = pin.buildSampleModelHumanoid()
