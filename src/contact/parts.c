@@ -3,28 +3,12 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "contact/solver.h"
 
 /* Beside sqrt(t_k t_j), which bounds what contacts k and j can have of each other: a coupling that
  * is no more than this is noise where a zero should be. */
 #define NOISE 0x1p-40
-
-static int32_t find(int32_t *parent, int32_t k)
-{
-    while (parent[k] != k) {
-        parent[k] = parent[parent[k]];
-        k = parent[k];
-    }
-    return k;
-}
-
-/* The smaller number is the root, so that the parts' order is that of their first units. */
-static void join(int32_t *parent, int32_t a, int32_t b)
-{
-    a = find(parent, a);
-    b = find(parent, b);
-    parent[a > b ? a : b] = a < b ? a : b;
-}
 
 /* Of every pair of units that W couples, by so much of sqrt(t_k t_j): joins their parts, and notes
  * whether there is noise; or, once the parts are numbered, whether there is any between them. */
@@ -36,7 +20,7 @@ static inline void visit(perp_contact_solver *solver, int32_t numbered, int32_t 
     if (numbered)
         solver->leaks |= solver->part[a] != solver->part[b];
     else if (coupling > NOISE)
-        join(solver->part, a, b);
+        perp__join(solver->part, a, b);
     else
         solver->leaks = 1;
 }
@@ -111,15 +95,7 @@ void perp__contact_find_parts(perp_contact_solver *solver)
     for (int32_t i = solver->rows; i < solver->size; i++)
         solver->unit_of[i] = solver->contacts + i - solver->rows;
     visit_couplings(solver, 0);
-    solver->parts = 0;
-    for (int32_t k = 0; k < solver->units; k++) {
-        const int32_t root = find(solver->part, k);
-
-        /* a root comes before all others of its part, and has its number by then */
-        solver->number[k] = root == k ? solver->parts++ : solver->number[root];
-    }
-    if (solver->units > 0)
-        memcpy(solver->part, solver->number, (size_t)solver->units * sizeof *solver->part);
+    solver->parts = perp__number_parts(solver->part, solver->units);
     if (solver->leaks)
         visit_couplings(solver, 1);
 }

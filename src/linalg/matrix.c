@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "base/check.h"
 #include "base/context.h"
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "linalg/spatial.h"
+#include "step/impact.h"
 
 /* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
 #define LARGE_RATIO 1e3
@@ -160,8 +161,9 @@ static int32_t has_impacts(const perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        if (contact->restitution > 0.0 && world->work.impulse[3 * i] > 0.0 &&
-            contact->start[0] < -perp__forced_speed(world, i, island->bodies, lies))
+        if (world->work.impulse[3 * i] > 0.0 &&
+            perp__is_hit(contact->restitution, contact->start[0],
+                         perp__forced_speed(world, i, island->bodies, lies)))
             return 1;
     }
     return 0;
@@ -181,7 +183,7 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         if (work->impulse[3 * i] > 0.0 || contact->gap <= work->guard[i]) {
-            work->rows[i].bias[0] = contact->restitution * contact->start[0];
+            work->rows[i].bias[0] = perp__moreau_shift(contact->restitution, contact->start[0]);
             work->gap[i] = 0.0;
         }
     }

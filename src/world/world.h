@@ -378,10 +378,6 @@ struct perp_world {
 /* Opens a public call on a world: PERP_ERROR_HANDLE for what is none. perp__leave closes it. */
 perp_status perp__world_enter(const perp_world *world);
 
-/* Block of `size` bytes that starts with the first `used` bytes of `old`, which is released; NULL,
- * with `old` as it was, if there is no memory. */
-void *perp__grown(perp_context *context, void *old, size_t used, size_t size);
-
 /* Ids. */
 uint64_t perp__id(int32_t slot, uint32_t generation);
 perp_status perp__find_body(const perp_world *world, int32_t *slot, perp_body id);
@@ -497,9 +493,6 @@ static inline int32_t perp__count_members(const perp_world *world)
 
 /* island.c: islands of the dynamic bodies that the set's included contacts join. */
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set);
-/* Sets of bodies that are joined, in world->parent. */
-int32_t perp__find_root(int32_t *parent, int32_t i);
-void perp__join(int32_t *parent, int32_t i, int32_t j);
 
 /* contact_rows.c */
 void perp__contact_frame(const perp_world *world, perp__world_contact *contact);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/groups.h"
 
 void perp__bodies_init(perp__bodies *bodies, perp_context *context)
 {
@@ -93,16 +94,6 @@ void perp__visit_column(const perp__matrix *A, int32_t column, perp__visitor vis
     }
 }
 
-/* The root of i's tree; paths are halved on the way. Every root is the least of its tree. */
-static int32_t root_of(int32_t *parents, int32_t i)
-{
-    while (parents[i] != i) {
-        parents[i] = parents[parents[i]];
-        i = parents[i];
-    }
-    return i;
-}
-
 typedef struct components {
     int32_t *parents;
     int32_t apart[7]; /* apart[g]: some entry joins two groups of g unknowns; g = 3, 6 */
@@ -111,15 +102,11 @@ typedef struct components {
 static void join(void *user, int32_t i, int32_t j, double value)
 {
     components *c = user;
-    const int32_t a = root_of(c->parents, i), b = root_of(c->parents, j);
 
     (void)value;
     for (int32_t g = 3; g <= 6; g += 3)
         c->apart[g] |= i / g != j / g;
-    if (a < b)
-        c->parents[b] = a;
-    else
-        c->parents[a] = b;
+    perp__join(c->parents, i, j);
 }
 
 /* Numbers the components in the order of their first unknowns; returns the largest. */
@@ -127,15 +114,9 @@ static int32_t number_components(perp__bodies *bodies, int32_t *parents)
 {
     int32_t most = 0;
 
-    bodies->blocks = 0;
-    for (int32_t i = 0; i < bodies->n; i++) {
-        const int32_t root = root_of(parents, i);
-
-        if (root == i)
-            bodies->block_of[i] = bodies->blocks++;
-        else
-            bodies->block_of[i] = bodies->block_of[root];
-    }
+    bodies->blocks = perp__number_parts(parents, bodies->n);
+    for (int32_t i = 0; i < bodies->n; i++)
+        bodies->block_of[i] = parents[i];
     memset(parents, 0, (size_t)bodies->n * sizeof *parents); /* now: how many there are */
     for (int32_t i = 0; i < bodies->n; i++) {
         bodies->place_of[i] = parents[bodies->block_of[i]]++;
