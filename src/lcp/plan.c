@@ -22,8 +22,8 @@
  */
 #define PERP__ROUGH_SWEEPS_SPARSE 64
 
-/* What an attempt of Newton's method on a dense matrix may take where pivoting has failed: that many
- * n^3, some seconds, and some more steps. */
+/* What an attempt of Newton's method on a dense matrix may take where pivoting has failed: that
+ * many n^3, some seconds, and some more steps. */
 #define PERP__NEWTON_WORK 1e11
 #define PERP__NEWTON_STEPS 30
 

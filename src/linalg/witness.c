@@ -322,7 +322,7 @@ static int32_t is_surely_small(perp__witness *t, const perp__witness_point *p)
             continue;
         if (!t->known)
             find_starts(t, p);
-        if (!g.significant && t->count == 1)
+        if (g.significant == 0.0 && t->count == 1)
             look_around(&g);
         if (t->count == 1 && is_excused(&g, i, v))
             continue;
