@@ -112,7 +112,7 @@ perp_status proximal_run(const perp__contact_problem *given, proximal_scene *s)
 }
 
 perp__contact_problem proximal_problem_of(perp_context *context, const proximal_scene *s,
-                                        const perp__matrix *W)
+                                          const perp__matrix *W)
 {
     perp__contact_problem p;
 
@@ -196,7 +196,7 @@ double proximal_violation(const proximal_scene *s)
 }
 
 void proximal_random_scene(proximal_scene *s, gen_random *random, int32_t contacts, double mu,
-                         int32_t rank)
+                           int32_t rank)
 {
     memset(s, 0, sizeof *s);
     for (int32_t k = 1 + gen_integer(random, contacts); k > 0; k--) {

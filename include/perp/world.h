@@ -89,8 +89,8 @@ typedef struct perp_world_settings {
                           perp_world_step */
     int32_t threads;   /* that take part in a step, 1 to 256; 0 (default): 1. Any number gives the
                           same   bits. Those beyond the caller's are the world's, asleep between its
-                          steps,   unless `run_tasks` is there. The context's allocator is called by one
-                          thread at a time. Steps with a time_limit or max_iterations, which all
+                          steps,   unless `run_tasks` is there. The context's allocator is called by
+                          one   thread at a time. Steps with a time_limit or max_iterations, which all
                           islands share, take one thread. */
     int32_t reserved;
     perp_run_tasks run_tasks; /* runs tasks, as many as `threads` at a time, on the caller's

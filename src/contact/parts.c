@@ -20,7 +20,7 @@ static inline void visit(perp_contact_solver *solver, int32_t numbered, int32_t 
     if (numbered)
         solver->leaks |= solver->part[a] != solver->part[b];
     else if (coupling > NOISE)
-        perp__join(solver->part, a, b);
+        solver->parts -= perp__join(solver->part, a, b);
     else
         solver->leaks = 1;
 }
@@ -37,7 +37,8 @@ static void visit_matrix(perp_contact_solver *solver, int32_t numbered)
 {
     const perp__matrix *W = &solver->W;
 
-    for (int32_t j = 0; j < solver->size; j++)
+    /* one part, and there is nothing left to ask */
+    for (int32_t j = 0; j < solver->size && solver->parts > 1; j++)
         if (W->column_starts)
             for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
                 visit_entry(solver, numbered, W->row_indices[k], j, W->values[k]);
@@ -94,7 +95,9 @@ void perp__contact_find_parts(perp_contact_solver *solver)
             solver->unit_of[i] = k;
     for (int32_t i = solver->rows; i < solver->size; i++)
         solver->unit_of[i] = solver->contacts + i - solver->rows;
+    solver->parts = solver->units;
     visit_couplings(solver, 0);
+    solver->leaks &= solver->parts > 1;
     solver->parts = perp__number_parts(solver->part, solver->units);
     if (solver->leaks)
         visit_couplings(solver, 1);

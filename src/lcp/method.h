@@ -121,9 +121,6 @@ static inline double perp__middle(double above, double below, double w)
     return below > least ? below : least;
 }
 
-/* M_ii of the caller's matrix; 0 where there is no entry. */
-double perp__diagonal_entry(const perp__matrix *M, int32_t i);
-
 /* Of a dense M. Positive definite matrices have a positive diagonal; contact problems with friction
  * do not. */
 int32_t perp__diagonal_is_positive(const perp__matrix *M);

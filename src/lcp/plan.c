@@ -22,6 +22,11 @@
  */
 #define PERP__ROUGH_SWEEPS_SPARSE 64
 
+/* What an attempt of Newton's method on a dense matrix may take where pivoting has failed: that
+ * many n^3, some seconds, and some more steps. */
+#define PERP__NEWTON_WORK 1e11
+#define PERP__NEWTON_STEPS 30
+
 /* A direct solve's seconds on a slow machine, compared with a time limit and with sweeps. */
 #define PERP__SECONDS_DENSE 3e-10      /* times n^3 */
 #define PERP__SECONDS_SPARSE 3e-7      /* times n^1.5: nested dissection on a plane grid */
@@ -146,8 +151,12 @@ static int32_t plan_auto(const perp_lcp_solver *solver, perp__plan_step *steps)
     if (sparse) {
         count = plan_sparse(solver, steps, count);
     } else {
+        const double n = solver->n;
+
         count = add(steps, count, PERP_LCP_LEMKE);
         count = add(steps, count, PERP_LCP_FISCHER);
+        steps[count - 1].iteration_limit =
+            (int64_t)(PERP__NEWTON_WORK / (n * n * n + 1.0)) + PERP__NEWTON_STEPS;
     }
     return sweeps ? add(steps, count, PERP_LCP_PGS) : count;
 }

@@ -6,16 +6,6 @@
 #include "lcp/method.h"
 #include "linalg/lanes/multiversion.h"
 
-double perp__diagonal_entry(const perp__matrix *M, int32_t i)
-{
-    if (!M->column_starts)
-        return M->values[(size_t)i * (M->row_stride + M->column_stride)];
-    for (int32_t p = M->column_starts[i]; p < M->column_starts[i + 1]; p++)
-        if (M->row_indices[p] == i)
-            return M->values[p];
-    return 0.0;
-}
-
 int32_t perp__diagonal_is_positive(const perp__matrix *M)
 {
     for (int32_t i = 0; i < M->rows; i++)
@@ -77,6 +67,14 @@ PERP__MULTIVERSION(dense_from_columns,
                    (const perp__lcp_problem *problem, double sign, double *dense, size_t ld),
                    (problem, sign, dense, ld))
 
+/* column[i] := row[i stride] (d_i d_j), i < count. */
+static inline void scale_strip(const double *row, size_t stride, const double *d, double d_j,
+                               double *column, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        column[i] = row[i * stride] * (d[i] * d_j);
+}
+
 /* A strip of rows at a time, so that what is read and what is written stay in the cache until their
  * lines are complete. */
 static void dense_from_rows(const perp__lcp_problem *problem, double sign, double *dense, size_t ld)
@@ -84,20 +82,17 @@ static void dense_from_rows(const perp__lcp_problem *problem, double sign, doubl
     enum { ROWS = 16 };
     const size_t n = (size_t)problem->n, stride = problem->M->row_stride;
     const double *d = problem->factors;
-    size_t j;
 
-    for (size_t begin = 0; begin < n; begin += ROWS) {
-        const size_t end = begin + ROWS < n ? begin + ROWS : n;
+    for (size_t begin = 0; begin < n; begin += ROWS)
+        for (size_t j = 0; j < n; j++) {
+            const double *from = problem->M->values + begin * stride + j;
+            double *column = dense + j * ld + begin;
 
-        for (j = 0; j < n; j++) {
-            const double *from = problem->M->values + j;
-            double *column = dense + j * ld;
-            const double d_j = sign * d[j];
-
-            for (size_t i = begin; i < end; i++)
-                column[i] = from[i * stride] * (d[i] * d_j);
+            if (begin + ROWS <= n) /* the compiler knows its length */
+                scale_strip(from, stride, d + begin, sign * d[j], column, ROWS);
+            else
+                scale_strip(from, stride, d + begin, sign * d[j], column, n - begin);
         }
-    }
 }
 
 void perp__lcp_dense_times(const perp__lcp_problem *problem, double sign, double *dense,

@@ -191,55 +191,22 @@ perp_status perp__matrix_read(perp_context *context, const char *name, perp__mat
     return status;
 }
 
+void perp__matrix_spread(const perp__matrix *M, double *A, size_t row_stride, size_t column_stride)
+{
+    const int32_t by_rows = perp__lines_are_rows(M);
+    const size_t step = by_rows ? column_stride : row_stride;
+
+    for (int32_t j = 0; M->rows > 0 && j < (by_rows ? M->rows : M->columns); j++) {
+        const perp__line l = perp__line_of(M, j);
+        const int32_t count = by_rows ? M->columns : l.count;
+        double *line = A + (size_t)j * (by_rows ? row_stride : column_stride);
+
+        for (int32_t k = 0; k < count; k++)
+            line[(size_t)(l.indices ? l.indices[k] : k) * step] = l.values[k];
+    }
+}
+
 /* ---- what hangs together ---- */
-
-/* Whether all lines from j on have an entry other than 0. */
-static int32_t have_entries(const perp__matrix *M, int32_t j)
-{
-    for (; j < M->rows; j++) {
-        const perp__line l = perp__line_of(M, j);
-        int32_t k = 0;
-
-        while (k < l.count && l.values[k] == 0.0)
-            k++;
-        if (k == l.count)
-            return 0;
-    }
-    return 1;
-}
-
-int32_t perp__find_parts(const perp__matrix *M, int32_t *part)
-{
-    const int32_t n = M->rows;
-    /* a line, row or column, is one kind of node, what crosses it the other */
-    const int32_t lines = perp__lines_are_rows(M) ? 0 : n, others = n - lines;
-    int32_t left = n, ask = 1, i, j, k; /* left: parts that the others are in */
-
-    for (i = 0; i < 2 * n; i++)
-        part[i] = i;
-    for (j = 0; j < n; j++) {
-        const perp__line l = perp__line_of(M, j);
-        int32_t root = lines + j, seen = 0; /* nothing has brought in the line yet */
-
-        if (left == 1 && ask && have_entries(M, 0)) { /* the lines hang on to the others */
-            memset(part, 0, 2 * (size_t)n * sizeof *part);
-            return 1;
-        }
-        ask = left > 1;
-        for (k = 0; k < l.count && !(seen && left == 1); k++) {
-            const int32_t node = others + (l.indices ? l.indices[k] : k);
-
-            if (l.values[k] != 0.0 && part[node] != root) {
-                const int32_t other = perp__root_of(part, node);
-
-                left -= seen && other != root; /* the first only brings in the line itself */
-                seen = 1;
-                root = perp__link(part, root, other);
-            }
-        }
-    }
-    return perp__number_parts(part, 2 * n);
-}
 
 /* ---- principal blocks ---- */
 

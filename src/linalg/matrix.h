@@ -31,17 +31,28 @@ perp_status perp__matrix_check_csc(perp_context *context, const char *name, cons
 void perp__multiply_doubled(const perp__matrix *M, const double *x, const double *add, double *high,
                             double *low);
 
+/* A := M, an entry (i,j) at i * row_stride + j * column_stride; of a sparse M only the entries that
+ * it has are written. */
+void perp__matrix_spread(const perp__matrix *M, double *A, size_t row_stride, size_t column_stride);
+
 /* y = M x in working precision, fixed order. */
 void perp__multiply(const perp__matrix *M, const double *x, double *y);
 
 /* y += M x; M column-major or CSC, and columns with x_j = 0 cost nothing. */
 void perp__multiply_add(const perp__matrix *M, const double *x, double *y);
 
+/* M_ii; 0 where there is no entry. */
+double perp__diagonal_entry(const perp__matrix *M, int32_t i);
+
 /* sum_i |x_i|, in the order of i. */
 double perp__sum_of_sizes(const double *x, int32_t n);
 
 /* sum_i M_ij x_i, in the order of i. */
 double perp__column_times(const perp__matrix *M, int32_t j, const double *x);
+
+/* in_rows[i] := the largest |M_ij| D_j, in_columns[j] := the largest D_i |M_ij|. M dense. */
+void perp__largest_entries(const perp__matrix *M, const double *D, double *in_rows,
+                           double *in_columns);
 
 /* row_sums[i] = sum_j |M_ij| 2^(e_i + e_j) with e = exponents (square M). */
 void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, double *row_sums);
@@ -121,8 +132,14 @@ static inline int32_t perp__advance(perp__cursor *c)
 
 /* part[i] := number of the part of M that row i belongs to, part[n + j] := that of column j: parts
  * share no entry other than 0. Rows and columns apart, because complementarity couples z_i and w_i
- * by signs alone, not by size. Returns how many there are. part: 2 n entries. */
-int32_t perp__find_parts(const perp__matrix *M, int32_t *part);
+ * by signs alone, not by size. Returns how many there are. part, sizes: 2 n entries; work: n. */
+int32_t perp__find_parts(const perp__matrix *M, int32_t *part, double *sizes, int32_t *work);
+
+/* The same of entries |M_ij| 2^(e_i + e_j) >= least, e = exponents, |e_i| <= 511; rows with `tied`
+ * (NULL: none) belong to the part of their columns. */
+int32_t perp__find_significant_parts(const perp__matrix *M, const int32_t *exponents, double least,
+                                     const int32_t *tied, int32_t *part, double *sizes,
+                                     int32_t *work);
 
 /* ---- principal blocks: the rows and columns of a square matrix that an index list names ---- */
 

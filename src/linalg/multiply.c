@@ -1,9 +1,13 @@
 /* Products and norms in working precision, in a fixed order of summation. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "linalg/matrix.h"
 #include "linalg/lanes/multiversion.h"
+#include "linalg/lanes/vectors.h"
+#include "linalg/scale.h"
 
 enum { LANES = 8 };
 
@@ -91,6 +95,16 @@ void perp__multiply(const perp__matrix *M, const double *x, double *y)
     perp__multiply_add(M, x, y);
 }
 
+double perp__diagonal_entry(const perp__matrix *M, int32_t i)
+{
+    if (!M->column_starts)
+        return M->values[(size_t)i * (M->row_stride + M->column_stride)];
+    for (int32_t p = M->column_starts[i]; p < M->column_starts[i + 1]; p++)
+        if (M->row_indices[p] == i)
+            return M->values[p];
+    return 0.0;
+}
+
 double perp__sum_of_sizes(const double *x, int32_t n)
 {
     double sum = 0.0;
@@ -174,4 +188,133 @@ void perp__scaled_row_norms(const perp__matrix *M, const int32_t *exponents, dou
                       row_sums);
     else
         row_norms(M, exponents, row_sums);
+}
+
+/* ---- the largest entries of lines ---- */
+
+typedef struct kernels {
+    int32_t least; /* n */
+    double (*raise)(size_t n, const double *line, const double *D, double own, double *across);
+    void (*split)(size_t n, const double *line, const double *inside, const double *outside,
+                  double *reached, double *left);
+} kernels;
+
+#define TEMPLATE "linalg/lines_vector.h"
+#include "linalg/lanes/each_set.h"
+
+static const kernels *kernels_for(int32_t n)
+{
+    static const kernels *const sets[] = {PERP__OF_EACH_SET(&kernels)};
+    int32_t k = (int32_t)perp__widest_vectors();
+
+    while (n < sets[k]->least && k > 0)
+        k--;
+    return sets[k];
+}
+
+void perp__largest_entries(const perp__matrix *M, const double *D, double *in_rows,
+                           double *in_columns)
+{
+    double *across = perp__lines_are_rows(M) ? in_columns : in_rows;
+    double *along = perp__lines_are_rows(M) ? in_rows : in_columns;
+    const kernels *fast = kernels_for(M->rows);
+
+    memset(across, 0, (size_t)M->rows * sizeof *across);
+    for (int32_t j = 0; j < M->rows; j++)
+        along[j] = fast->raise((size_t)M->rows, perp__line_of(M, j).values, D, D[j], across);
+}
+
+/* ---- parts ---- */
+
+/* Exponents within which no product of a number and one power of two is on the wrong side of a
+ * bound of a product of two. */
+#define MODERATE 200
+
+/* Entry by entry. */
+static void join_entries(const perp__matrix *M, const int32_t *exponents, double least,
+                         int32_t *part)
+{
+    for (perp__cursor c = perp__first(M); perp__advance(&c);) {
+        const int32_t e = exponents ? exponents[c.i] + exponents[c.j] : 0;
+
+        if (part[c.i] != part[M->rows + c.j] && fabs(c.value) * perp__power_of_two(e) >= least)
+            perp__join(part, c.i, M->rows + c.j);
+    }
+}
+
+/* The same of a dense matrix: entry by entry only what the main part, that of the first line, has
+ * not been seen to hold: `apart`. inside, outside: powers of two of the others, or 0: of those that
+ * it holds, of those apart. */
+static void join_lines(const perp__matrix *M, const int32_t *exponents, double least, int32_t *part,
+                       double *inside, int32_t *apart)
+{
+    const int32_t n = M->rows, lines = perp__lines_are_rows(M) ? 0 : n, others = n - lines;
+    const kernels *fast = kernels_for(n);
+    double *outside = inside + n, reached, left;
+    int32_t main = -1, count = n;
+
+    for (int32_t k = 0; k < n; k++) {
+        apart[k] = k;
+        inside[k] = 0.0;
+        outside[k] = exponents ? perp__power_of_two(exponents[k]) : 1.0;
+    }
+    for (int32_t j = 0; j < n; j++) {
+        const int32_t line = lines + j;
+        const double *values = perp__line_of(M, j).values;
+        const double bound = exponents ? least * perp__power_of_two(-exponents[j]) : least;
+        int32_t rest = 0, held;
+
+        reached = fabs(values[j]) * inside[j]; /* nothing is apart: one entry will do */
+        left = 0.0;
+        if (count > 0 || !(reached > 0.0 && reached >= bound))
+            fast->split((size_t)n, values, inside, outside, &reached, &left);
+        held = reached > 0.0 && reached >= bound;
+        if (held)
+            perp__join(part, line, main);
+        if (!(left > 0.0 && left >= bound))
+            continue;
+        main = main < 0 ? line : main;
+        held |= main == line;
+        for (int32_t k = 0; k < count; k++) {
+            const int32_t other = apart[k];
+            const double size = fabs(values[other]) * outside[other];
+
+            apart[rest++] = other;
+            if (!(size > 0.0 && size >= bound))
+                continue;
+            perp__join(part, line, others + other);
+            if (held) {
+                inside[other] = outside[other];
+                outside[other] = 0.0;
+                rest--;
+            }
+        }
+        count = rest;
+    }
+}
+
+int32_t perp__find_significant_parts(const perp__matrix *M, const int32_t *exponents, double least,
+                                     const int32_t *tied, int32_t *part, double *sizes,
+                                     int32_t *work)
+{
+    const int32_t n = M->rows;
+    int32_t moderate = 1;
+
+    for (int32_t i = 0; i < 2 * n; i++)
+        part[i] = i;
+    for (int32_t i = 0; i < n; i++) {
+        moderate &= !exponents || abs(exponents[i]) <= MODERATE;
+        if (tied && tied[i])
+            perp__join(part, i, n + i);
+    }
+    if (M->column_starts || !moderate)
+        join_entries(M, exponents, least, part);
+    else
+        join_lines(M, exponents, least, part, sizes, work);
+    return perp__number_parts(part, 2 * n);
+}
+
+int32_t perp__find_parts(const perp__matrix *M, int32_t *part, double *sizes, int32_t *work)
+{
+    return perp__find_significant_parts(M, NULL, 0.0, NULL, part, sizes, work);
 }

@@ -19,6 +19,8 @@ enum { LARGEST = 511, UNSET = -1, UNSET_OTHER = -2, NO_ENTRY = INT32_MIN };
 /* log2 of an entry of the scaled matrix from which on something else in its row and column, the
  * diagonal or the coupling that gave the row its scale, is noise beside it. */
 #define NOISE 40
+/* Sizes below this are not trusted to have kept their digits. */
+#define LEAST_SIZE 0x1p-900
 /* Rounds of balancing; each halves what is left of the exponents. */
 #define ROUNDS 16
 
@@ -62,7 +64,7 @@ static int has_symmetric_pattern(const perp__matrix *M)
 {
     for (int32_t j = 0; M->column_starts && j < M->columns; j++)
         for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-            if (!entry_of(M, j, M->row_indices[k]))
+            if (!find_entry(M, j, M->row_indices[k]))
                 return 0;
     return 1;
 }
@@ -104,6 +106,37 @@ static void couple(search *s, int32_t from, int32_t to, double value)
         s->exponents[to] = exponent;
 }
 
+/* log2 of the larger of two couplings to row j, scaled on its side. */
+static int32_t coupling(const search *s, int32_t j, double first, double second)
+{
+    const double larger = fmax(fabs(first), fabs(second));
+
+    return larger == 0.0 ? NO_ENTRY : perp__exponent_of(larger) + s->exponents[j];
+}
+
+/* All rows of a dense matrix that the search reaches from queue[begin..end). */
+static void couple_dense(search *s, int32_t begin, int32_t end, int32_t level)
+{
+    const size_t rows = s->M->row_stride, columns = s->M->column_stride;
+
+    for (int32_t i = 0; i < s->M->rows; i++) {
+        const double *row = s->M->values + (size_t)i * rows;
+        const double *column = s->M->values + (size_t)i * columns;
+        int32_t strongest = NO_ENTRY;
+
+        if (s->level[i] != s->wanted)
+            continue;
+        for (int32_t k = begin; k < end; k++) {
+            const size_t j = (size_t)s->queue[k];
+            const int32_t found = coupling(s, s->queue[k], row[j * columns], column[j * rows]);
+
+            strongest = found > strongest ? found : strongest;
+        }
+        if (strongest != NO_ENTRY)
+            enqueue(s, i, strongest, level + 1);
+    }
+}
+
 /* The couplings of row j to rows after its level: those in its column, and their mirror images. */
 static void couple_column(search *s, int32_t j)
 {
@@ -111,13 +144,13 @@ static void couple_column(search *s, int32_t j)
     int32_t k;
 
     for (k = 0; k < l.count; k++) {
-        const int32_t i = l.indices ? l.indices[k] : k;
+        const int32_t i = l.indices[k];
 
         if (s->level[i] >= 0 && s->level[i] <= s->level[j])
             continue;
         couple(s, j, i, l.values[k]);
         if (s->symmetric)
-            couple(s, j, i, *entry_of(s->M, j, i));
+            couple(s, j, i, *find_entry(s->M, j, i));
     }
 }
 
@@ -138,7 +171,9 @@ static void couple_rows(search *s, int32_t level)
 /* One level from the rows queue[begin..end), which are on `level`. */
 static void spread_once(search *s, int32_t begin, int32_t end, int32_t level)
 {
-    for (int32_t k = begin; k < end; k++)
+    if (!s->M->column_starts)
+        couple_dense(s, begin, end, level);
+    for (int32_t k = begin; k < end && s->M->column_starts; k++)
         couple_column(s, s->queue[k]);
     if (!s->symmetric)
         couple_rows(s, level);
@@ -243,13 +278,37 @@ static void find_largest(const perp__matrix *M, const int32_t *exponents, int32_
     }
 }
 
-/* Rounds of Ruiz' equilibration of the rows that are free, and of those that show noise. */
-static void balance(const perp__matrix *M, int32_t *free, int32_t *exponents, int32_t *largest)
+/* The same of a dense matrix, in vectors: false where a number may have left the range of doubles.
+ * work: 3 n entries. */
+static int32_t find_largest_dense(const perp__matrix *M, const int32_t *exponents, int32_t *largest,
+                                  double *work)
+{
+    const int32_t n = M->rows;
+    double *D = work, *in_rows = work + n, *in_columns = in_rows + n;
+    int32_t good = 1;
+
+    for (int32_t i = 0; i < n; i++)
+        D[i] = perp__power_of_two(exponents[i]);
+    perp__largest_entries(M, D, in_rows, in_columns);
+    for (int32_t i = 0; i < n && good; i++) {
+        const double most = fmax(in_rows[i], in_columns[i]);
+
+        good = most >= LEAST_SIZE && most <= 1.0 / LEAST_SIZE;
+        largest[i] = perp__exponent_of(most) + exponents[i];
+    }
+    return good;
+}
+
+/* Rounds of Ruiz' equilibration of the rows that are free, and of those that show noise. work: 3 n
+ * entries, or NULL. */
+static void balance(const perp__matrix *M, int32_t *free, int32_t *exponents, int32_t *largest,
+                    double *work)
 {
     int32_t round, i, changed = 1;
 
     for (round = 0; round < ROUNDS && changed; round++) {
-        find_largest(M, exponents, largest);
+        if (!work || M->column_starts || !find_largest_dense(M, exponents, largest, work))
+            find_largest(M, exponents, largest);
         changed = 0;
         for (i = 0; i < M->rows; i++) {
             free[i] |= largest[i] >= NOISE;
@@ -261,11 +320,11 @@ static void balance(const perp__matrix *M, int32_t *free, int32_t *exponents, in
     }
 }
 
-void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work)
+void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work, double *sizes)
 {
     for (int32_t i = 0; i < M->rows; i++)
         work[i] = 1;
-    balance(M, work, exponents, work + M->rows);
+    balance(M, work, exponents, work + M->rows, sizes);
 }
 
 /* Where entries of 2^40 and more are left, the scale of a row came from noise: such rows are
@@ -283,7 +342,7 @@ static void balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *wo
         work[i] = !(diagonal && *diagonal > 0.0);
     }
     if (noisy)
-        balance(M, work, exponents, largest);
+        balance(M, work, exponents, largest, NULL);
 }
 
 /* From the diagonals, but for those `without`, through the couplings. */

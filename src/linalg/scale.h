@@ -31,8 +31,9 @@ void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_
                            int32_t *work);
 
 /* Goes on from `exponents` to the largest entry of every row and column near 1 (Ruiz,
- * RAL-TR-2001-034, for max(|M|, |M'|)), whatever the diagonal is. */
-void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work);
+ * RAL-TR-2001-034, for max(|M|, |M'|)), whatever the diagonal is.
+ * work: 2 n entries, sizes: 3 n. */
+void perp__balance(const perp__matrix *M, int32_t *exponents, int32_t *work, double *sizes);
 
 /* omegas[i], omegas[n + j] := log2 of the power of two near max 2^exponents |q| over the part (2 n,
  * perp__find_parts) of row i, of column j; 0 where that is 0. Returns whether one of them has

@@ -67,18 +67,7 @@ static double violation_of_row(const perp__witness_point *p, int32_t i)
     return perp__row_violation(p->z[i], p->lower[i], p->upper[i], p->w[i]);
 }
 
-/* sum_j |M_ij z_j| + |q_i| of a row of a dense M. */
-static double terms_of_row(const perp__witness_point *p, int32_t i)
-{
-    const double *row = p->M->values + (size_t)i * p->M->row_stride;
-    double sum = fabs(p->q[i]);
-
-    for (int32_t j = 0; j < p->M->rows; j++)
-        sum += fabs(row[(size_t)j * p->M->column_stride] * p->z[j]);
-    return sum;
-}
-
-/* terms := the same of all rows of a sparse M. */
+/* terms := sum_j |M_ij z_j| + |q_i| of all rows of M. */
 static void find_terms_of_rows(const perp__witness_point *p, double *terms)
 {
     perp__cursor c = perp__first(p->M);
@@ -89,76 +78,10 @@ static void find_terms_of_rows(const perp__witness_point *p, double *terms)
         terms[c.i] += fabs(c.value * p->z[c.j]);
 }
 
-/* Whether every violation is small beside q_i alone, or the terms of its row. What overflows proves
- * nothing. */
-static int32_t is_surely_small(const perp__witness *t, const perp__witness_point *p)
-{
-    int32_t known = 0, i;
-
-    for (i = 0; i < p->M->rows; i++) {
-        const double v = violation_of_row(p, i);
-        double terms;
-
-        if (v <= p->tol * fabs(p->q[i]))
-            continue;
-        if (p->M->column_starts && !known++)
-            find_terms_of_rows(p, t->terms);
-        terms = p->M->column_starts ? t->terms[i] : terms_of_row(p, i);
-        if (!(v <= p->tol * terms) || !isfinite(terms))
-            return 0;
-    }
-    return 1;
-}
-
 /* |M_ij| in these units, which are clamped so that the power is a normal number. */
 static double entry(const int32_t *units, const perp__cursor *c)
 {
     return fabs(c->value) * perp__power_of_two(units[c->i] + units[c->j]);
-}
-
-/* Joins the line's parts by its couplings of at least `least`; no further than `enough` parts in
- * all. Returns how many parts there are then. */
-static int32_t join_line(const perp__matrix *M, perp__witness_units *u, double least, int32_t at,
-                         int32_t parts, int32_t enough)
-{
-    const perp__line l = perp__line_of(M, at);
-    const int32_t by_rows = perp__lines_are_rows(M);
-    int32_t root = perp__root_of(u->cut, by_rows ? at : M->rows + at);
-
-    for (int32_t k = 0; k < l.count && parts > enough; k++) {
-        const int32_t other = l.indices ? l.indices[k] : k,
-                      node = by_rows ? M->rows + other : other;
-        const double power = perp__power_of_two(u->exponents[at] + u->exponents[other]);
-
-        if (u->cut[node] != root && l.values[k] != 0.0 && fabs(l.values[k]) * power >= least) {
-            const int32_t found = perp__root_of(u->cut, node);
-
-            parts -= found != root;
-            root = perp__link(u->cut, root, found);
-        }
-    }
-    return parts;
-}
-
-/* The parts that are left when couplings below `least` are cut; rows with `tied` hang together with
- * their columns. Where all are one but for lines that come later, a line has no more to join. */
-static void join_couplings(const perp__matrix *M, perp__witness_units *u, double least,
-                           const int32_t *tied)
-{
-    const int32_t n = M->rows;
-    int32_t parts = 2 * n, alone = 0; /* alone: lines ahead that nothing holds yet */
-
-    for (int32_t i = 0; i < 2 * n; i++)
-        u->cut[i] = i;
-    for (int32_t i = 0; i < n; i++) {
-        alone += !tied[i];
-        parts -= tied[i] && perp__join(u->cut, i, n + i);
-    }
-    for (int32_t at = 0; at < n && parts > 1; at++) {
-        alone -= !tied[at];
-        parts = join_line(M, u, least, at, parts, 1 + alone);
-    }
-    perp__number_parts(u->cut, 2 * n);
 }
 
 /* Marks the rows that hang together with their columns. Returns whether all do. */
@@ -174,59 +97,264 @@ static int32_t find_tied(const perp__witness_units *u, int32_t n, int32_t *tied)
 }
 
 /* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M,
- * but for noise, falls into parts between them: then there is no common size. tied: n, work. */
-static void find_cut(const perp__witness_point *p, perp__witness_units *u, double least,
-                     int32_t *tied)
+ * but for noise, falls into parts between them: then there is no common size. */
+static void find_cut(perp__witness *t, const perp__witness_point *p, perp__witness_units *u,
+                     double least)
 {
-    const size_t bytes = (size_t)p->M->rows * sizeof *tied;
+    const int32_t n = p->M->rows;
+    int32_t *tied = t->is_free, *work = t->omegas;
 
-    memset(tied, 0, bytes);
-    join_couplings(p->M, u, least, tied);
-    if (find_tied(u, p->M->rows, tied)) /* so much the more by smaller couplings */
+    perp__find_significant_parts(p->M, u->exponents, least, NULL, u->cut, t->sizes, work);
+    if (find_tied(u, n, tied)) /* so much the more by smaller couplings */
         return;
-    memset(tied, 0, bytes);
-    join_couplings(p->M, u, NOISE, tied);
-    find_tied(u, p->M->rows, tied);
-    join_couplings(p->M, u, least, tied);
+    perp__find_significant_parts(p->M, u->exponents, NOISE, NULL, u->cut, t->sizes, work);
+    find_tied(u, n, tied);
+    perp__find_significant_parts(p->M, u->exponents, least, tied, u->cut, t->sizes, work);
+}
+
+/* Whether a diagonal may be noise, which in most matrices none is beside the norm of its row, in
+ * units e: |M_ij| is at most 2^-(e_i + e_j) times that. */
+static int32_t may_have_noise(const perp__witness_point *p)
+{
+    int32_t least = 0, i;
+
+    for (i = 0; i < p->M->rows; i++)
+        least = p->exponents[i] < least ? p->exponents[i] : least;
+    for (i = 0; i < p->M->rows && p->row_norms; i++) {
+        const double size = fabs(perp__diagonal_entry(p->M, i));
+
+        if (size != 0.0 &&
+            !(perp__shift(size, p->exponents[i] + least) > 2.0 * NOISE_DIAGONAL * p->row_norms[i]))
+            return 1;
+    }
+    return p->row_norms == NULL;
 }
 
 /* noise[i] := whether M_ii is noise beside the largest couplings of its row and of its column, in
  * the caller's units. Returns whether one is. */
 static int32_t find_noise(perp__witness *t, const perp__matrix *M, int32_t *noise)
 {
-    double *in_row = t->around, *in_column = t->carried;
-    perp__cursor c = perp__first(M);
+    double *in_row = t->around, *in_column = t->carried, *ones = t->wrong;
     int32_t any = 0, i;
 
     for (i = 0; i < M->rows; i++) {
         in_row[i] = in_column[i] = 0.0;
-        noise[i] = 0;
+        ones[i] = 1.0;
     }
-    while (perp__advance(&c))
-        if (c.i != c.j) {
-            perp__raise_to(&in_row[c.i], fabs(c.value));
-            perp__raise_to(&in_column[c.j], fabs(c.value));
-        }
-    for (c = perp__first(M); perp__advance(&c);)
-        if (c.i == c.j && fabs(c.value) <= NOISE_DIAGONAL * fmin(in_row[c.i], in_column[c.i]))
-            any = noise[c.i] = 1;
+    if (!M->column_starts)
+        perp__largest_entries(M, ones, in_row, in_column);
+    for (perp__cursor c = perp__first(M); M->column_starts && perp__advance(&c);) {
+        perp__raise_to(&in_row[c.i], fabs(c.value));
+        perp__raise_to(&in_column[c.j], fabs(c.value));
+    }
+    for (i = 0; i < M->rows; i++) {
+        const double size = fabs(perp__diagonal_entry(M, i));
+
+        noise[i] = size != 0.0 && size <= NOISE_DIAGONAL * fmin(in_row[i], in_column[i]);
+        any |= noise[i];
+    }
     return any;
 }
 
+static void find_starts(perp__witness *t, const perp__witness_point *p)
+{
+    memcpy(t->units[0].exponents, p->exponents, (size_t)p->M->rows * sizeof *p->exponents);
+    t->count = p->scaling && may_have_noise(p) && find_noise(t, p->M, t->is_free) ? 2 : 1;
+    if (t->count == 2)
+        perp__equilibrate_but(p->M, t->is_free, t->units[1].exponents, t->omegas);
+    t->known = 1;
+    t->balanced = 0;
+    t->tol = 0.0;
+}
+
+/* Units and their parts. */
 static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
 {
-    int32_t *work = t->omegas, k;
-
-    memcpy(t->units[0].exponents, p->exponents, (size_t)p->M->rows * sizeof *p->exponents);
-    t->count = p->scaling && find_noise(t, p->M, t->is_free) ? 2 : 1;
-    if (t->count == 2)
-        perp__equilibrate_but(p->M, t->is_free, t->units[1].exponents, work);
-    for (k = 0; k < t->count; k++) {
-        perp__balance(p->M, t->units[k].exponents, work);
-        find_cut(p, &t->units[k], sqrt(p->tol), work);
-    }
+    if (!t->known)
+        find_starts(t, p);
+    for (int32_t k = 0; k < t->count && !t->balanced; k++)
+        perp__balance(p->M, t->units[k].exponents, t->omegas, t->sizes);
+    t->balanced = 1;
+    for (int32_t k = 0; k < t->count && t->tol != p->tol; k++)
+        find_cut(t, p, &t->units[k], sqrt(p->tol));
     t->tol = p->tol;
-    t->known = 1;
+}
+
+/* ---- a look at few rows of a dense matrix of numbers that no unit brings out of the range of
+ * doubles ---- */
+
+#define MODERATE_UNIT 200
+#define MODERATE_NORM 0x1p40
+#define MODERATE_Q 0x1p150
+#define MODERATE_Z 0x1p100
+#define MODERATE_ROW 0x1p-60
+#define MODERATE_TERMS 0x1p-500
+
+static int32_t is_moderate(const perp__witness_point *p)
+{
+    int32_t good = p->row_norms && !p->M->column_starts;
+
+    for (int32_t i = 0; i < p->M->rows && good; i++) {
+        const double q = fabs(p->q[i]);
+
+        good = abs(p->exponents[i]) <= MODERATE_UNIT / 2 && p->row_norms[i] <= MODERATE_NORM &&
+               (q == 0.0 || (q >= 1.0 / MODERATE_Q && q <= MODERATE_Q)) &&
+               fabs(p->z[i]) <= MODERATE_Z;
+    }
+    return good;
+}
+
+/* Whether violation <= tol (|q_i| + sum_j |M_ij z_j|), which it mostly is after a few terms. */
+static int32_t is_small_in_row(const perp__witness_point *p, int32_t i, double violation)
+{
+    const double *row = p->M->values + (size_t)i * p->M->row_stride;
+    double sum = fabs(p->q[i]);
+
+    for (int32_t j = 0; j < p->M->rows && !(violation <= p->tol * sum); j++)
+        sum += fabs(row[(size_t)j * p->M->column_stride] * p->z[j]);
+    return violation <= p->tol * sum;
+}
+
+/* What t_k is at least, from two of its terms; 0 if the row does not surely cancel. */
+static double cancelling_terms(const perp__witness_point *p, const int32_t *units, int32_t k)
+{
+    const double terms = fabs(p->q[k]) + fabs(perp__diagonal_entry(p->M, k) * p->z[k]);
+    const double scaled = perp__shift(terms, units[k]);
+
+    return fabs(p->w[k]) <= sqrt(p->tol) * terms && scaled >= MODERATE_TERMS ? scaled : 0.0;
+}
+
+/* ---- the same without units, if they are balanced from those of the caller alone ----
+ *
+ * Balancing starts from S = D M D of perp__equilibrate, and bounds on S bound what it does. Let 2^b
+ * be more than half of the largest entry of S, and 2^L_i the same of row i. The first round takes
+ * at most b / 2 off an exponent, and then no entry is 4 or more: later rounds only add, and never
+ * so much that one is,
+ *
+ *     e_i - b / 2 <= u_i <= e_i + 2 + b / 2 - L_i.
+ *
+ * So entries of S of 2^b sqrt(tol) are significant in units u; and a row k that cancels and has a
+ * significant entry in one column with row i excuses row i where, in units e, t_k is at least
+ * 2^(2 + b - L_i) v_i / (tol floor). */
+typedef struct glance {
+    const perp__witness_point *point;
+    double *anchors; /* 2^e_k t_k at least, of rows k that cancel; 0 of others */
+    int32_t b;
+    double significant; /* entries of S; 0: not looked at anything yet */
+} glance;
+
+/* |S_ij| */
+static double scaled_entry(const perp__witness_point *p, int32_t i, int32_t j)
+{
+    return fabs(p->M->values[(size_t)i * p->M->row_stride + (size_t)j * p->M->column_stride]) *
+           perp__power_of_two(p->exponents[i] + p->exponents[j]);
+}
+
+static void look_around(glance *g)
+{
+    const perp__witness_point *p = g->point;
+    double largest = 1.0;
+
+    for (int32_t k = 0; k < p->M->rows; k++) {
+        g->anchors[k] = cancelling_terms(p, p->exponents, k);
+        largest = p->row_norms[k] > largest ? p->row_norms[k] : largest;
+    }
+    g->b = perp__exponent_of(largest);
+    g->significant = perp__power_of_two(g->b) * sqrt(p->tol);
+}
+
+/* Whether a row of `size` or more excuses those with a significant entry in column j. */
+static int32_t is_excused_in_column(const glance *g, int32_t j, double size)
+{
+    for (int32_t k = 0; k < g->point->M->rows; k++)
+        if (g->anchors[k] >= size && scaled_entry(g->point, k, j) >= g->significant)
+            return 1;
+    return 0;
+}
+
+static int32_t is_excused(const glance *g, int32_t i, double violation)
+{
+    const perp__witness_point *p = g->point;
+    double largest = MODERATE_ROW, size;
+
+    for (int32_t j = 0; j < p->M->rows; j++) {
+        const double found = scaled_entry(p, i, j);
+
+        largest = found > largest ? found : largest;
+    }
+    size = perp__shift(violation / (p->tol * floor_of(p->tol)),
+                       p->exponents[i] + 2 + g->b - perp__exponent_of(largest));
+    if (size < MODERATE_TERMS) /* the anchors of rows that do not cancel are 0 */
+        size = MODERATE_TERMS;
+    for (int32_t j = 0; j < p->M->rows && largest >= g->significant; j++)
+        if (scaled_entry(p, i, j) >= g->significant && is_excused_in_column(g, j, size))
+            return 1;
+    return 0;
+}
+
+/* most := for each part what the largest t of a row that cancels is at least. Returns whether all
+ * units are moderate. */
+static int32_t find_least_most(const perp__witness_point *p, const perp__witness_units *u,
+                               double *most)
+{
+    int32_t good = 1;
+
+    memset(most, 0, 2 * (size_t)p->M->rows * sizeof *most);
+    for (int32_t k = 0; k < p->M->rows; k++) {
+        good &= abs(u->exponents[k]) <= MODERATE_UNIT;
+        perp__raise_to(&most[u->cut[k]], cancelling_terms(p, u->exponents, k));
+    }
+    return good;
+}
+
+/* Whether every violation is small beside the terms of its row, or in all units beside the floor
+ * of its part: sure where it is, and mostly so in a right answer. */
+static int32_t is_surely_small(perp__witness *t, const perp__witness_point *p)
+{
+    double *const most[2] = {t->most, t->sizes};
+    int32_t looked = 0, good = 1, i, k;
+    glance g = {p, t->terms, 0, 0.0};
+
+    for (i = 0; i < p->M->rows && good; i++) {
+        const double v = violation_of_row(p, i);
+
+        if (v <= p->tol * fabs(p->q[i]) || is_small_in_row(p, i, v))
+            continue;
+        if (!t->known)
+            find_starts(t, p);
+        if (g.significant == 0.0 && t->count == 1)
+            look_around(&g);
+        if (t->count == 1 && is_excused(&g, i, v))
+            continue;
+        if (!looked++) {
+            look_at_matrix(t, p);
+            for (k = 0; k < t->count; k++)
+                good &= find_least_most(p, &t->units[k], most[k]);
+        }
+        for (k = 0; k < t->count; k++)
+            good &= perp__shift(v, t->units[k].exponents[i]) <=
+                    p->tol * floor_of(p->tol) * most[k][t->units[k].cut[i]];
+    }
+    return good;
+}
+
+/* Whether every violation is small beside q_i alone, or the terms of its row, of any matrix. What
+ * overflows proves nothing. */
+static int32_t is_small_in_rows(perp__witness *t, const perp__witness_point *p)
+{
+    int32_t known = 0, i;
+
+    for (i = 0; i < p->M->rows; i++) {
+        const double v = violation_of_row(p, i);
+
+        if (v <= p->tol * fabs(p->q[i]))
+            continue;
+        if (!known++)
+            find_terms_of_rows(p, t->terms);
+        if (!(v <= p->tol * t->terms[i]) || !isfinite(t->terms[i]))
+            return 0;
+    }
+    return 1;
 }
 
 void perp__find_terms(const perp__matrix *M, const double *q, const double *z, const int32_t *units,
@@ -373,10 +501,9 @@ double perp__witness_own_residual(perp__witness *witness, const perp__witness_po
 {
     double own = 0.0;
 
-    if (is_surely_small(witness, point))
+    if (is_moderate(point) ? is_surely_small(witness, point) : is_small_in_rows(witness, point))
         return 0.0;
-    if (!witness->known || witness->tol != point->tol)
-        look_at_matrix(witness, point);
+    look_at_matrix(witness, point);
     for (int32_t k = 0; k < witness->count; k++)
         perp__raise_to(&own, own_residual(witness, point, &witness->units[k]));
     return own;
@@ -392,5 +519,6 @@ void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n)
     witness->is_free = perp__arena_take(arena, n, sizeof(int32_t));
     PERP__DOUBLES(arena, n, &witness->terms, &witness->carried, &witness->rounding, &witness->wrong,
                   &witness->around);
+    witness->sizes = perp__arena_take(arena, 3 * n, sizeof(double));
     witness->most = perp__arena_take(arena, 2 * n, sizeof(double));
 }

@@ -16,7 +16,8 @@ typedef struct perp__witness_point {
     int32_t parts;
     int32_t scaling; /* 0: the exponents are 0 by the caller's wish */
     const double *q, *lower, *upper, *z, *w;
-    const double *least; /* what z_j carries at least, however small it is; NULL: nothing */
+    const double *row_norms; /* of the matrix scaled by the exponents; NULL: not known */
+    const double *least;     /* what z_j carries at least, however small it is; NULL: nothing */
     double tol;
 } perp__witness_point;
 
@@ -27,12 +28,14 @@ typedef struct perp__witness_units {
 } perp__witness_units;
 
 typedef struct perp__witness {
-    int32_t known; /* units are those of this matrix and this tolerance */
-    double tol;
+    int32_t known;    /* the units are those of this matrix */
+    int32_t count;    /* 1, or 2 */
+    int32_t balanced; /* else their exponents are those that balancing starts from */
+    double tol;       /* that they are cut for; 0: none */
     perp__witness_units units[2];
-    int32_t count; /* of units: 1, or 2 */
     int32_t *omegas, *omega_of_part, *is_free;
     double *terms, *carried, *rounding, *wrong, *around, *most; /* n, most 2 n: see witness.c */
+    double *sizes;                                              /* 3 n */
 } perp__witness;
 
 void perp__witness_layout(perp__arena *arena, perp__witness *witness, size_t n);

@@ -166,6 +166,7 @@ static void prepare_contact(const perp_world *world, perp__world_contact *contac
     perp__relative_velocity(world, contact, PERP__TWIST_START, contact->start);
     perp__relative_velocity(world, contact, PERP__TWIST_FREE, contact->free);
     perp__copy3(contact->velocity, contact->free);
+    perp__copy3(contact->remembered, contact->warm);
 }
 
 /* Appends the points of a pair in the given states, with gaps up to `margin`. */

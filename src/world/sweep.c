@@ -46,6 +46,9 @@
  * have moved if it could. */
 #define AT_REST 1e-2
 
+/* Beside its own terms, what moves a body as little as methods are asked to leave (exact.c). */
+#define BALANCED 1e-12
+
 /* Energy that is rounding, beside what impulses move. */
 #define ENERGY_ROUNDING 1e-12
 
@@ -334,9 +337,10 @@ static int32_t is_at_rest(const perp_world *world, const perp__island *island)
 }
 
 /* What rests and is held by the impulses of the last step is so by these very ones, bit for bit:
- * then answer->held. */
+ * then answer->held. Few contacts that nearly are get better ones: then *settles. */
 static perp_status stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                         perp__rigid_problem *problem, double h, perp__verdict *verdict)
+                         perp__rigid_problem *problem, double h, int32_t *settles,
+                         perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     const double tol = AT_REST * perp__swept_tol(world);
@@ -345,14 +349,25 @@ static perp_status stand(perp_world *world, const perp__island *island, perp__ri
     if (!is_at_rest(world, island))
         return PERP_OK;
     close_gaps(world, island, h);
+    for (int32_t i = 0; i < island->contacts; i++)
+        perp__copy3(work->warm + 3 * i, perp__step_contact(world, island, i)->remembered);
     problem->tol = perp__swept_tol(world);
     status = look(world, answer, problem, verdict);
     problem->again = 1;
-    if (status == PERP_OK && perp__is_good(answer->outcome) && answer->tested <= tol &&
-        answer->own <= tol)
+    if (status != PERP_OK || !perp__is_good(answer->outcome))
+        return status;
+    answer->held = answer->own <= BALANCED && perp__rest_island(world, island, BALANCED);
+    *settles = !answer->held && answer->tested <= tol && answer->own <= tol;
+    if (*settles && !has_at_most(world, island, SETTLED_EXACTLY)) {
+        *settles = 0;
         status = hold(world, island, answer, problem);
+    }
     for (int32_t i = 0; i < world->dof * island->bodies && answer->held; i++)
         answer->held = work->v[i] == 0.0;
+    if (answer->held) {
+        memcpy(work->next_warm, work->impulse, 3 * (size_t)island->contacts * sizeof(double));
+        memset(work->moving, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
+    }
     return status;
 }
 
@@ -387,18 +402,26 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp__substeps step;
+    int32_t settles = 0;
     perp_status status;
 
     pose(world, island, &problem, &answer);
-    status = stand(world, island, &answer, &problem, h, verdict);
+    status = stand(world, island, &answer, &problem, h, &settles, verdict);
     if (status != PERP_OK)
         return status;
+    if (settles) {
+        memset(verdict, 0, sizeof *verdict);
+        return perp__follow_island(world, island, h, verdict);
+    }
     if (answer.held) {
+        verdict->sweeps = 0;
         finish(world, island, verdict);
         return PERP_OK;
     }
     verdict->sweeps++;
     problem.again = 0;
+    for (int32_t i = 0; i < island->contacts; i++)
+        perp__copy3(work->warm + 3 * i, perp__step_contact(world, island, i)->warm);
     plan(world, island, &step, h);
     status = perp__coloured_step(&world->coloured, &answer, work->moving, &problem, &step);
     if (status != PERP_OK)

@@ -211,10 +211,11 @@ typedef struct perp__world_contact {
     double size;        /* of the two bodies */
     double friction;
     double restitution;
-    double start[3]; /* relative velocity before the step */
-    double free[3];  /* with the free twists */
-    double warm[3];  /* impulse to start from, along the axes */
-    double next[3];  /* for the next step to start from */
+    double start[3];      /* relative velocity before the step */
+    double free[3];       /* with the free twists */
+    double remembered[3]; /* impulse of the last step, along the axes; */
+    double warm[3];       /* and the one to start from */
+    double next[3];       /* for the next step to start from */
     double impulse[3];
     double velocity[3];
     uint32_t generations[4]; /* of bodies and shapes */
@@ -260,6 +261,7 @@ typedef struct perp__island_work {
     double *gap, *guard;                           /* contacts of the island */
     double *strength, *solved, *solved_rows;       /* bodies; numbers; 3 a contact: of hold */
     int8_t *hit, *near;                            /* contacts of the island; bodies */
+    int32_t *part;                                 /* contacts of a part of it: near.c */
 } perp__island_work;
 
 /* A snapshot of the world's own. */
@@ -607,6 +609,9 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
 perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, const perp__rigid_problem *problem,
                               double tol);
+/* Writes the velocities of what rests as 0.0, where the impulses at hand leave it so to tol, beside
+ * each body's own terms; returns whether. */
+int32_t perp__rest_island(perp_world *world, const perp__island *island, double tol);
 
 /* impacts.c: an island solved to tol. */
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,

@@ -1,5 +1,5 @@
-/* Method `proximal` by its inner interface: closed forms, random scenes checked from the law itself,
- * and everything a Delassus matrix may be: dense, sparse, unsymmetric, rank-deficient. */
+/* Method `proximal` by its inner interface: closed forms, random scenes checked from the law
+ * itself, and everything a Delassus matrix may be: dense, sparse, unsymmetric, rank-deficient. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

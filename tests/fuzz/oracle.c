@@ -333,6 +333,19 @@ static void check_bounds(const oracle_point *p)
                       p->z[i], p->lower[i], p->upper[i]);
 }
 
+/* Whether no row can tell where between its bounds z_i is: then it is as good as fixed. */
+static int is_pinned(const oracle_point *p, const wide *M, int32_t i, double limit,
+                     const wide *carried)
+{
+    const wide width = (wide)p->upper[i] - p->lower[i];
+    int32_t k;
+
+    for (k = 0; k < p->n; k++)
+        if (!(oracle_abs(M[k * p->n + i]) * width <= limit * carried[k]))
+            return 0;
+    return isfinite(p->lower[i]) && isfinite(p->upper[i]);
+}
+
 void oracle_check_point(const oracle_point *p)
 {
     double limit = oracle_limit(p->outcome, p->tol);
@@ -355,7 +368,8 @@ void oracle_check_point(const oracle_point *p)
     for (i = 0; i < p->n; i++) {
         wide v = violation(p, i, limit * zhat[i]);
 
-        if (v > limit * carried[i] + grain(p->n, &M[i * p->n]))
+        if (v > limit * carried[i] + grain(p->n, &M[i * p->n]) &&
+            !is_pinned(p, M, i, limit, carried))
             fuzz_fail("%s: '%s' with tol %g: row %d is violated by %.3Lg, it and its neighbours "
                       "carry %.3Lg (ratio %.3Lg)",
                       p->where, perp_outcome_text(p->outcome), p->tol, i, (long double)v,
@@ -450,6 +464,8 @@ static void check_law(const oracle_contacts *c, const oracle_law *law, const wid
 
     for (k = law->block; k < law->block + law->block_rows; k++)
         most = larger(most, carried[k] + grain(c->rows, &c->W[k * c->rows]) / limit);
+    if (most < (wide)0x1p-960) /* such numbers have lost digits to underflow on their way */
+        return;
     if (error > limit * most)
         fuzz_fail("%s: '%s' with tol %g: %s at row %d is violated by %.3Lg, its terms are %.3Lg "
                   "(ratio %.3Lg)",

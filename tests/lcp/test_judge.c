@@ -189,6 +189,23 @@ static void test_rounding_beside_the_largest(void **state)
     }
 }
 
+/* w_0 = -1e-16 at z_0 = 0 beside terms of 1e-12 or of its own size: no rounding of the large row
+ * explains it where their coupling is noise, nor where nothing cancels in that row. */
+static void test_what_excuses_nothing(void **state)
+{
+    static const double M[2][4] = {{1, 1e-12, 0, 1}, {1, 0, 1, 1}};
+    static const double q[2][2] = {{-1e-12 - 1e-16, -1}, {-1e-16, 1}}, z[2][2] = {{0, 1}, {0, 0}};
+    int32_t k;
+
+    (void)state;
+    for (k = 0; k < 2; k++) {
+        perp_lcp_solver *solver = posed(2, M[k], NULL, NULL, q[k]);
+
+        assert_int_equal(judged(solver, z[k]), PERP_OUTCOME_STALLED);
+        perp_lcp_solver_destroy(solver);
+    }
+}
+
 /* Two equations, 3 z_1 = 3 and z_0 = -1e-6, and noise of either sign on the diagonal: at (0, 1) z_0
  * is wrong by 1e-6, though in units that make one of the diagonals 1 that is nothing. */
 static void test_noise_on_the_diagonal(void **state)
@@ -423,6 +440,7 @@ int main(void)
         cmocka_unit_test(test_a_batch_of_small_numbers),
         cmocka_unit_test(test_next_to_a_bound),
         cmocka_unit_test(test_rounding_beside_the_largest),
+        cmocka_unit_test(test_what_excuses_nothing),
         cmocka_unit_test(test_noise_on_the_diagonal),
         cmocka_unit_test(test_noise_ties_nothing),
         cmocka_unit_test(test_noise_is_no_unit),

@@ -97,6 +97,7 @@ void perp__visit_column(const perp__matrix *A, int32_t column, perp__visitor vis
 typedef struct components {
     int32_t *parents;
     int32_t apart[7]; /* apart[g]: some entry joins two groups of g unknowns; g = 3, 6 */
+    int32_t count;    /* of a column: more than a block has room for, and there are none */
 } components;
 
 static void join(void *user, int32_t i, int32_t j, double value)
@@ -104,6 +105,7 @@ static void join(void *user, int32_t i, int32_t j, double value)
     components *c = user;
 
     (void)value;
+    c->count++;
     for (int32_t g = 3; g <= 6; g += 3)
         c->apart[g] |= i / g != j / g;
     perp__join(c->parents, i, j);
@@ -129,12 +131,16 @@ static int32_t number_components(perp__bodies *bodies, int32_t *parents)
 static int32_t find_blocks(perp__bodies *bodies, const perp__bodies_input *input)
 {
     const int32_t groups[2] = {bodies->most_rows == 2 ? 3 : 6, bodies->most_rows == 2 ? 6 : 3};
-    components c = {bodies->mark, {0}};
+    components c = {bodies->mark, {0}, 0};
 
     for (int32_t i = 0; i < bodies->n; i++)
         c.parents[i] = i;
-    for (int32_t j = 0; j < bodies->n; j++)
+    for (int32_t j = 0; j < bodies->n; j++) {
+        c.count = 0;
         perp__visit_column(input->M, j, join, &c);
+        if (c.count > PERP__BODY_WIDTH_MOST)
+            return 0;
+    }
     for (int32_t k = 0; k < 2; k++) { /* planar bodies have 3 unknowns, others 6 */
         const int32_t g = groups[k];
 

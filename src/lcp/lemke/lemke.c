@@ -14,6 +14,8 @@
 #define IMPROVEMENTS 5
 /* A t that is larger than this, relative to its start, is no end that a polish could mend. */
 #define FAR_OFF 1e-6
+/* What the end of a path in doubled precision knows of x, relative to the largest. */
+#define KNOWN_IN_DOUBLED 1e-26
 /* Paths that correct the end of one that can tell what its slack has cost. */
 #define CORRECTIONS 3
 /* Sparse problems up to the first size, and with a larger part of the entries than 1 / FILLED, are
@@ -311,25 +313,37 @@ static perp_status solve_near(perp__lemke *l, perp__lcp_iterate *iterate, int32_
     return PERP_OK;
 }
 
-/* What a rounding of z and of the row's own data may change. */
-static double noise(const perp__lemke *l, int32_t variable, double z_largest)
+/* l->work := |S| |z| + |q|: the sizes of the roundings of z and of the data in a row. Rows at rest
+ * among small numbers are known far better than the largest z. */
+static void find_row_sizes(perp__lemke *l, const double *z)
 {
     const perp__lcp_problem *p = l->head.problem;
-    const int32_t k = perp__lemke_pair(l, variable), i = l->index[k];
-    const double size = variable < l->pairs
-                            ? z_largest / l->column_unit[k]
-                            : (p->row_norms[i] * z_largest + fabs(p->q[i])) * l->row_unit[k];
+    perp__cursor c = perp__first(p->M);
 
-    return 0.5 * DBL_EPSILON * size;
+    for (int32_t i = 0; i < p->n; i++)
+        l->work[i] = fabs(p->q[i]);
+    while (perp__advance(&c))
+        l->work[c.i] += fabs(c.value * (p->factors[c.i] * p->factors[c.j]) * z[c.j]);
+}
+
+/* What may be wrong with a basic variable once z is rounded; with x what it had in doubled
+ * precision already. */
+static double noise(const perp__lemke *l, int32_t variable, double z_largest)
+{
+    const int32_t k = perp__lemke_pair(l, variable);
+
+    return variable < l->pairs ? KNOWN_IN_DOUBLED * z_largest / l->column_unit[k]
+                               : 0.5 * DBL_EPSILON * l->work[l->index[k]] * l->row_unit[k];
 }
 
 /* Makes t's column -1 in the rows whose variables are below their limits, +1 where they are above,
  * and 0 elsewhere. Returns how far the farthest is off; 0: none is by more than what half a
  * rounding may change. */
-static double cover_slack(perp__lemke *l)
+static double cover_slack(perp__lemke *l, const double *z)
 {
     double z_largest = 0.0, far = 0.0;
 
+    find_row_sizes(l, z);
     for (int32_t r = 0; r < l->pairs; r++)
         if (l->basic[r] < l->pairs)
             z_largest = fmax(z_largest, fabs(l->b[r]) * l->column_unit[l->basic[r]]);
@@ -362,7 +376,7 @@ static perp_status tighten(perp__lemke *l, perp__lcp_iterate *iterate)
         if (status != PERP_OK)
             break;
         write_point(l, iterate);
-        far = cover_slack(l);
+        far = cover_slack(l, iterate->z);
         if (far == 0.0 || round == CORRECTIONS)
             break;
         l->basis->set_covering(l);
