@@ -341,9 +341,12 @@ static int32_t is_surely_small(perp__witness *t, const perp__witness_point *p)
             for (k = 0; k < t->count; k++)
                 good &= find_least_most(p, &t->units[k], most[k]);
         }
-        for (k = 0; k < t->count; k++)
-            good &= perp__shift(v, t->units[k].exponents[i]) <=
-                    p->tol * floor_of(p->tol) * most[k][t->units[k].cut[i]];
+        for (k = 0; k < t->count;
+             k++) { /* where nothing cancels, not even what underflows is small */
+            const double floor = floor_of(p->tol) * most[k][t->units[k].cut[i]];
+
+            good &= floor > 0.0 && perp__shift(v, t->units[k].exponents[i]) <= p->tol * floor;
+        }
     }
     return good;
 }
