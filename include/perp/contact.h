@@ -40,6 +40,7 @@
 #define PERP_CONTACT_H
 
 #include <perp/base.h>
+#include <perp/lcp.h> /* verdicts */
 #include <perp/matrix.h>
 
 #ifdef __cplusplus
@@ -279,6 +280,92 @@ PERP_API perp_status perp_contact_solve_delassus(perp_context *context, double *
                                                  const perp_contact_laws *laws,
                                                  const perp_matrix *W, const double *q,
                                                  const double *r0) PERP_WARN_UNUSED;
+
+/* ---- derivatives of a solution -------------------------------------------------------------- */
+
+typedef struct perp_contact_sensitivity perp_contact_sensitivity;
+
+typedef struct perp_contact_sensitivity_info {
+    size_t struct_size;
+    int32_t verdict;  /* PERP_VERDICT_REGULAR: differentiable; _DEGENERATE: on the edge between two
+                         modes, _SINGULAR: impulses are not determined; _NOT_A_SOLUTION: by the
+                         front door's own test */
+    int32_t index;    /* degenerate: the contact that decided, or contacts + the row with bounds;
+                         else -1 */
+    int32_t active;   /* rows whose impulses move */
+    int32_t reserved; /* 0 */
+    double margin; /* how far the nearest contact is from another mode, in the units of the tested
+                      residual; degenerate if it is at most settings.tol */
+    double condition; /* estimate of cond_1 of the scaled equations; 1 if there are none */
+} perp_contact_sensitivity_info;
+
+PERP_API perp_status perp_contact_sensitivity_info_init(perp_contact_sensitivity_info *info,
+                                                        size_t size);
+
+/* Reads the modes of a solution and factors the equations of its active set.
+ *
+ * Where modes are strict v and r are smooth functions of the data near them:
+ *
+ *   M dv = df - dM v + H'dr + dH'r,    du = H dv + dH v + dw,
+ *   du = 0 in rows that hold,    dr_t = -d(mu r_n u_t / |u_t|) where it slips,    else dr = 0,
+ *
+ * and the rows of G as those of H. Dissipation is not linear: where a contact slips the direction
+ * of its impulse turns with that of u_t. Redundant contacts are singular: give fewer. At a
+ * degenerate solution the products are those of the modes read, one of several pieces that meet
+ * there.
+ *
+ * Returns: PERP_OK, PERP_ERROR_ARGUMENT, _NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY or _CALLBACK.
+ * Out:     sensitivity: the new handle, whatever the verdict; untouched after failure.
+ *          info: initialised by perp_contact_sensitivity_info_init.
+ * In:      settings: tol is used; NULL for the defaults.
+ *          laws, dynamics, f, w, b: as for perp_contact_solve. The arrays of M, H and G must stay
+ * in place and unchanged until the handle is destroyed; the rest is copied. r: rows, then bilateral
+ * impulses: a solution as perp_contact_solve returns it. Cost:    a solve with M for each active
+ * row, and a dense factorisation of that many. The products cost three solves with M each and
+ * allocate nothing. Source:  the implicit function theorem on the equations of an active set; Le
+ * Lidec et al., "Differentiable simulation for physical system identification", IEEE RA-L 6 (2021).
+ */
+PERP_API perp_status perp_contact_sensitivity_create(
+    perp_context *context, perp_contact_sensitivity **sensitivity,
+    perp_contact_sensitivity_info *info, const perp_contact_settings *settings,
+    const perp_contact_laws *laws, const perp_contact_dynamics *dynamics, const double *f,
+    const double *w, const double *b, const double *r) PERP_WARN_UNUSED;
+
+/* NULL is allowed. Ignored inside a callback of its own context. */
+PERP_API void perp_contact_sensitivity_destroy(perp_contact_sensitivity *sensitivity);
+
+/* Writes the point that is differentiated: n velocities, impulses and velocities of all rows, and
+ * modes, as perp_contact_solver_solve_dynamics does; NULL: not needed. */
+PERP_API perp_status perp_contact_sensitivity_point(perp_contact_sensitivity *sensitivity,
+                                                    double *v, double *r, double *u,
+                                                    int32_t *modes) PERP_WARN_UNUSED;
+
+/* dv, dr := the derivatives of v and r in the direction (df, dw, db, dmu, dM, dH, dG).
+ *
+ * Returns: PERP_OK; PERP_ERROR_ARGUMENT where the verdict was 'singular' or 'not a solution';
+ *          _NOT_FINITE (also if dv or dr are not), _ABI, _HANDLE, _BUSY or _CALLBACK. After failure
+ *          both are untouched.
+ * Out:     dv: n; dr: rows, then bilateral; NULL: not needed.
+ * In:      df: n; dw: rows; db: bilateral; dmu: contacts; dM, dH, dG: of the sizes of M, H and G,
+ * any storage; NULL stands for 0. */
+PERP_API perp_status perp_contact_sensitivity_forward(perp_contact_sensitivity *sensitivity,
+                                                      double *dv, double *dr, const double *df,
+                                                      const double *dw, const double *db,
+                                                      const double *dmu, const perp_matrix *dM,
+                                                      const perp_matrix *dH,
+                                                      const perp_matrix *dG) PERP_WARN_UNUSED;
+
+/* The gradients of a function of v and r with respect to f, w, b and mu, from those with respect to
+ * v and r: x, y, z and mu, one solve for all data. That with respect to M_ij is -x_i v_j, to H_ij
+ * r_i x_j + y_i v_j, and to G_ij s_i x_j + z_i v_j.
+ *
+ * Returns: as perp_contact_sensitivity_forward.
+ * Out:     x: n, d/df; y: rows, d/dw; z: bilateral, d/db; mu: contacts; NULL: not needed.
+ * In:      gv: n; gr: rows, then bilateral; NULL stands for 0. */
+PERP_API perp_status perp_contact_sensitivity_adjoint(perp_contact_sensitivity *sensitivity,
+                                                      double *x, double *y, double *z, double *mu,
+                                                      const double *gv,
+                                                      const double *gr) PERP_WARN_UNUSED;
 
 #ifdef __cplusplus
 }

@@ -17,6 +17,7 @@
 #define PERP__LAST_perp_contact_dynamics G
 #define PERP__LAST_perp_contact_laws bounded
 #define PERP__LAST_perp_contact_result has_ray
+#define PERP__LAST_perp_contact_sensitivity_info condition
 #define PERP__LAST_perp_contact_settings monitor_user
 #define PERP__LAST_perp_context_settings log_user
 #define PERP__LAST_perp_joint_settings friction

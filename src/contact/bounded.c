@@ -124,8 +124,11 @@ static void place_rows(perp__contact_bounded *own, const perp_contact_laws *laws
         place_contact(own, i, unit, row);
         row += own->dims[unit++];
     }
-    for (own->shifts = 0, i = 0; i < own->size; i++)
+    own->given = own->free == 0;
+    for (own->shifts = 0, i = 0; i < own->size; i++) {
         own->shifts |= own->shift[i] != 0.0;
+        own->given &= own->row[i] == i && own->sign[i] > 0.0;
+    }
 }
 
 static void copy_laws(perp__contact_bounded *own, const perp_contact_laws *laws)
@@ -302,6 +305,8 @@ perp_status perp__contact_bounded_read(perp__contact_bounded *own, perp_context 
         return status;
     place_rows(own, laws);
     copy_laws(own, laws);
+    if (own->given) /* they are the methods' rows as they are */
+        return PERP_OK;
     if (dynamics)
         copy_rows(own, dynamics);
     else

@@ -30,9 +30,9 @@ typedef struct perp__contact_bounded {
     int32_t contacts, rows, size;  /* given: contacts, rows before the bilateral ones, and all */
     int32_t units, own_rows, free; /* own: contacts and their rows; bilateral among the bounded */
     int32_t n;                     /* columns of H; of W: size */
-    int32_t by_W, boxes, shifts;
-    perp_contact_laws laws; /* the methods' */
-    perp__matrix H, G;      /* given; W as H */
+    int32_t by_W, boxes, shifts, given; /* given: own rows are the given ones */
+    perp_contact_laws laws;             /* the methods' */
+    perp__matrix H, G;                  /* given; W as H */
     const double *lower, *upper;
     perp__contact_lines lines[2]; /* own H and G; or W */
     double *low, *high;           /* count */

@@ -13,6 +13,10 @@
 /* More rows than this are not polished where another method takes over anyway. */
 enum { POLISHED_ROWS = 60 };
 
+/* Of small problems: the residual and the sweeps after which modes may be the solution's. */
+#define ROUGH_TOL 1e-3
+enum { ROUGH_START = 30 };
+
 /* How often sweeps are sent for more, and the least that they are sent for. */
 enum { SHARPER = 3 };
 #define LEAST_TOL 1e-15
@@ -303,18 +307,66 @@ static int32_t plan(const perp_contact_solver *solver, plan_step *steps)
 }
 
 /* The caller's start, or no impulses at all. */
+static void read_start(perp_contact_solver *solver)
+{
+    for (int32_t i = 0; i < solver->size; i++)
+        solver->r[i] = solver->call->r0 ? solver->call->r0[i] : 0.0;
+}
+
+/* A few sweeps, as far as the modes of a small problem show. */
+static perp_status sweep_roughly(perp_contact_solver *solver)
+{
+    perp__contact_slot *slot = slot_of(solver, PERP_CONTACT_METHOD_SWEEP);
+    perp__contact_iterate iterate;
+    perp_status status = fit(solver, slot);
+
+    if (status != PERP_OK)
+        return status;
+    begin(solver, slot, &iterate);
+    iterate.warm = 0;
+    solver->running = PERP_CONTACT_METHOD_SWEEP;
+    solver->problem.tol = ROUGH_TOL;
+    solver->problem.iteration_limit = ROUGH_START;
+    status = slot->method->solve(slot->work, &iterate);
+    solver->problem.tol = solver->settings.tol;
+    solver->iterations += iterate.iterations;
+    return status;
+}
+
+/* Small problems: straight to the active set that the start, or a few sweeps, show. */
+static perp_status try_set(perp_contact_solver *solver)
+{
+    perp_status status = PERP_OK;
+
+    if (solver->settings.method != PERP_CONTACT_METHOD_AUTO ||
+        solver->settings.max_iterations != 0 || !perp__contact_polish_suits(solver) ||
+        perp__contact_is_near(solver))
+        return PERP_OK;
+    if (!solver->call->r0)
+        status = sweep_roughly(solver);
+    solver->running = PERP_CONTACT_METHOD_PROXIMAL;
+    if (status == PERP_OK)
+        status = perp__contact_polish_start(solver);
+    return status == PERP_OK ? check_abort(solver) : status;
+}
+
 static perp_status try_start(perp_contact_solver *solver)
 {
     perp__contact_worth worth;
+    perp_status status;
 
-    for (int32_t i = 0; i < solver->size; i++)
-        solver->r[i] = solver->call->r0 ? solver->call->r0[i] : 0.0;
+    read_start(solver);
+    status = try_set(solver);
+    if (status != PERP_OK || perp__is_good(solver->best.outcome))
+        return status;
+    read_start(solver);
     return perp__contact_consider(solver, PERP_CONTACT_METHOD_POLISH, NULL, &worth);
 }
 
 static void forget(perp_contact_solver *solver)
 {
     solver->best.method = -1;
+    solver->best.outcome = PERP_OUTCOME_ITERATION_LIMIT;
     solver->has_ray = 0;
     solver->certificate = PERP_CONTACT_CERTIFICATE_NONE;
     solver->ended = -1;

@@ -5,10 +5,17 @@
 
 #include "base/context.h"
 #include "contact/delassus.h"
+#include "contact/half.h"
 #include "linalg/blas.h"
 
-/* Columns of W that are solved for at a time. */
-enum { BLOCK = 32 };
+/* Columns of W that are solved for at a time, and velocities up to which M is dense for W. */
+enum { BLOCK = 32, DENSE_MOST = 96 };
+
+/* Whether W is made by half.h. */
+static int32_t is_halved(const perp__dynamics *own)
+{
+    return own->forms_W && own->has_M && own->n <= DENSE_MOST;
+}
 
 static void lay_out_lines(perp__arena *arena, perp__dynamics *own, int32_t which)
 {
@@ -16,7 +23,7 @@ static void lay_out_lines(perp__arena *arena, perp__dynamics *own, int32_t which
     const size_t entries = A->column_starts ? (size_t)A->column_starts[A->columns] : 0;
 
     own->line_starts[which] = NULL;
-    if (!A->column_starts || !own->forms_W)
+    if (!A->column_starts || !own->forms_W || is_halved(own))
         return;
     own->line_starts[which] = perp__arena_take(arena, (size_t)A->rows + 2, sizeof(int32_t));
     own->line_columns[which] = perp__arena_take(arena, entries, sizeof(int32_t));
@@ -29,8 +36,9 @@ static void lay_out(perp__arena *arena, void *object)
     const size_t n = (size_t)own->n, size = (size_t)own->size;
     const size_t larger = n > size ? n : size;
 
-    own->factor =
-        own->has_M && !own->M.column_starts ? perp__arena_take(arena, n, n * sizeof(double)) : NULL;
+    own->factor = is_halved(own) || (own->has_M && !own->M.column_starts)
+                      ? perp__arena_take(arena, n, n * sizeof(double))
+                      : NULL;
     own->ones = perp__arena_take(arena, n, sizeof(double));
     own->all = perp__arena_take(arena, n, sizeof(int32_t));
     lay_out_lines(arena, own, 0);
@@ -38,8 +46,10 @@ static void lay_out(perp__arena *arena, void *object)
     own->W = own->block = NULL;
     if (own->forms_W) {
         own->W = perp__arena_take(arena, size, size * sizeof(double));
-        own->block = perp__arena_take(arena, n, BLOCK * sizeof(double));
+        own->block = perp__arena_take(
+            arena, n, (is_halved(own) ? perp__half_width(own->size) : BLOCK) * sizeof(double));
     }
+    own->firsts = perp__arena_take(arena, size, sizeof(int32_t));
     PERP__DOUBLES(arena, larger, &own->high, &own->low, &own->more_high, &own->more_low);
 }
 
@@ -104,10 +114,8 @@ static perp_status factor_mass(perp__dynamics *own)
     if (!own->has_M || n == 0)
         return PERP_OK;
     if (own->factor) {
-        for (size_t j = 0; j < n; j++)
-            for (size_t i = 0; i < n; i++)
-                own->factor[i + j * n] =
-                    own->M.values[i * own->M.row_stride + j * own->M.column_stride];
+        memset(own->factor, 0, n * n * sizeof *own->factor);
+        perp__matrix_spread(&own->M, own->factor, 1, n);
         pivot = perp__cholesky_factor(own->n, own->factor, own->n);
         return pivot ? not_definite(own->context, pivot) : PERP_OK;
     }
@@ -148,6 +156,13 @@ static void relative(const perp__dynamics *own, const double *v, double *u)
         perp__multiply(&own->G, v, u + own->H.rows);
 }
 
+static perp_status not_finite(const perp__dynamics *own, size_t i, size_t j)
+{
+    return perp__fail(own->context, PERP_ERROR_NOT_FINITE,
+                      "W(%zu,%zu) = (H M^-1 H')(%zu,%zu) is %g", i, j, i, j,
+                      own->W[i + j * (size_t)own->size]);
+}
+
 /* W = (H, G) M^-1 (H, G)', symmetric by averaging. */
 static perp_status form_delassus(perp__dynamics *own)
 {
@@ -169,10 +184,43 @@ static perp_status form_delassus(perp__dynamics *own)
 
             own->W[i + j * size] = own->W[j + i * size] = mean;
             if (!isfinite(mean))
-                return perp__fail(own->context, PERP_ERROR_NOT_FINITE,
-                                  "W(%zu,%zu) = (H M^-1 H')(%zu,%zu) is %g", i, j, i, j, mean);
+                return not_finite(own, i, j);
         }
     return status;
+}
+
+/* firsts[t]: the first row of Y that is not 0 in tile t of its columns. */
+static void find_firsts(perp__dynamics *own)
+{
+    const size_t size = (size_t)own->size, width = perp__half_width(own->size);
+
+    for (size_t begin = 0; begin < size; begin += PERP__HALF_TILE) {
+        int32_t *first = &own->firsts[begin / PERP__HALF_TILE], found = 0;
+
+        for (*first = 0; *first < own->n && !found; *first += !found) {
+            const double *y = own->block + (size_t)*first * width + begin;
+
+            for (int32_t k = 0; k < PERP__HALF_TILE; k++)
+                found |= y[k] != 0.0;
+        }
+    }
+}
+
+/* W = Y'Y, Y = L^-1 (H, G)'. */
+static perp_status form_halved(perp__dynamics *own)
+{
+    const size_t size = (size_t)own->size, width = perp__half_width(own->size);
+
+    memset(own->block, 0, (size_t)own->n * width * sizeof *own->block);
+    perp__matrix_spread(&own->H, own->block, 1, width);
+    perp__matrix_spread(&own->G, own->block + own->H.rows, 1, width);
+    find_firsts(own);
+    perp__half_solve(own->n, own->size, own->factor, own->block, own->firsts, own->high);
+    perp__half_product(own->n, own->size, own->block, own->firsts, own->W);
+    for (size_t k = 0; k < size; k++) /* no entry of Y'Y is larger than the diagonal's */
+        if (!isfinite(own->W[k * (size + 1)]))
+            return not_finite(own, k, k);
+    return PERP_OK;
 }
 
 perp_status perp__dynamics_setup(perp__dynamics *own)
@@ -183,12 +231,14 @@ perp_status perp__dynamics_setup(perp__dynamics *own)
     status = perp__arena_fit(&own->arena, lay_out, own);
     if (status != PERP_OK)
         return status;
-    if (own->forms_W) {
-        read_lines(own, 0);
-        read_lines(own, 1);
-    }
     status = factor_mass(own);
-    return status == PERP_OK && own->forms_W ? form_delassus(own) : status;
+    if (status != PERP_OK || !own->forms_W)
+        return status;
+    if (is_halved(own))
+        return form_halved(own);
+    read_lines(own, 0);
+    read_lines(own, 1);
+    return form_delassus(own);
 }
 
 /* high + low := f + H'r + G's */

@@ -19,14 +19,15 @@ typedef struct perp__dynamics {
     void *user;
     perp__arena arena;
     perp__sparse_cholesky cholesky; /* sparse M */
-    double *factor;                 /* n by n: dense M */
+    double *factor;                 /* n by n: dense M, or one that half.h works on */
     double *ones;                   /* n */
     int32_t *all;                   /* n: 0, 1, 2, ... */
     int32_t *line_starts[2];        /* rows of H and G, where those are sparse, else NULL */
     int32_t *line_columns[2];
     double *line_values[2];
     double *W;                                 /* size by size */
-    double *block;                             /* n by PERP__DYNAMICS_BLOCK, and a column of W */
+    double *block;                             /* n by BLOCK; or Y of half.h */
+    int32_t *firsts;                           /* its tiles */
     double *high, *low, *more_high, *more_low; /* n or size, the larger */
 } perp__dynamics;
 

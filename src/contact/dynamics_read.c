@@ -9,6 +9,9 @@
 /* Of sqrt(M_ii M_jj): mass matrices from the field are symmetric to rounding. */
 #define SYMMETRIC 1e-8
 
+/* Up to so many velocities places in the columns of a sparse M are kept, not looked for. */
+enum { KEPT = 128 };
+
 /* M(i,j), by bisection where M is sparse. */
 static double entry(const perp__matrix *M, int32_t i, int32_t j)
 {
@@ -40,25 +43,53 @@ static perp_status check_pair(perp_context *context, const perp__matrix *M, int3
                       (int)j, (int)i, b);
 }
 
-static perp_status check_mass(perp_context *context, const perp__matrix *M)
+static perp_status check_dense(perp_context *context, const perp__matrix *M)
 {
     perp_status status = PERP_OK;
 
+    for (int32_t j = 0; j < M->columns; j++) {
+        const double *column = M->values + (size_t)j * M->column_stride;
+        const double *row = M->values + (size_t)j * M->row_stride;
+
+        for (int32_t i = 0; i < j && status == PERP_OK; i++)
+            if (column[(size_t)i * M->row_stride] != row[(size_t)i * M->column_stride])
+                status = check_pair(context, M, i, j);
+    }
+    return status;
+}
+
+/* The mirror images of the entries of the columns 0, 1, ... come in the order of their columns. */
+static perp_status check_sparse(perp_context *context, const perp__matrix *M)
+{
+    const int32_t keeps = M->columns <= KEPT;
+    perp_status status = PERP_OK;
+    int32_t next[KEPT];
+
+    for (int32_t j = 0; keeps && j < M->columns; j++)
+        next[j] = M->column_starts[j];
+    for (int32_t j = 0; j < M->columns; j++)
+        for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1] && status == PERP_OK;
+             k++) {
+            const int32_t i = M->row_indices[k], at = keeps ? next[i] : 0;
+
+            if (keeps && at < M->column_starts[i + 1] && M->row_indices[at] == j) {
+                next[i]++;
+                if (M->values[at] == M->values[k])
+                    continue;
+            }
+            status = check_pair(context, M, i, j);
+        }
+    return status;
+}
+
+static perp_status check_mass(perp_context *context, const perp__matrix *M)
+{
     for (int32_t i = 0; i < M->rows; i++)
         if (!(entry(M, i, i) > 0.0))
             return perp__fail(context, PERP_ERROR_ARGUMENT,
                               "M(%d,%d) is %g: M is not positive definite", (int)i, (int)i,
                               entry(M, i, i));
-    for (int32_t j = 0; j < M->columns && status == PERP_OK; j++) {
-        if (M->column_starts)
-            for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1] && status == PERP_OK;
-                 k++)
-                status = check_pair(context, M, M->row_indices[k], j);
-        else
-            for (int32_t i = 0; i < j && status == PERP_OK; i++)
-                status = check_pair(context, M, i, j);
-    }
-    return status;
+    return M->column_starts ? check_sparse(context, M) : check_dense(context, M);
 }
 
 static perp_status read_mass(perp_context *context, perp__dynamics *own,

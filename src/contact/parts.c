@@ -3,28 +3,12 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "contact/solver.h"
 
 /* Beside sqrt(t_k t_j), which bounds what contacts k and j can have of each other: a coupling that
  * is no more than this is noise where a zero should be. */
 #define NOISE 0x1p-40
-
-static int32_t find(int32_t *parent, int32_t k)
-{
-    while (parent[k] != k) {
-        parent[k] = parent[parent[k]];
-        k = parent[k];
-    }
-    return k;
-}
-
-/* The smaller number is the root, so that the parts' order is that of their first units. */
-static void join(int32_t *parent, int32_t a, int32_t b)
-{
-    a = find(parent, a);
-    b = find(parent, b);
-    parent[a > b ? a : b] = a < b ? a : b;
-}
 
 /* Of every pair of units that W couples, by so much of sqrt(t_k t_j): joins their parts, and notes
  * whether there is noise; or, once the parts are numbered, whether there is any between them. */
@@ -36,7 +20,7 @@ static inline void visit(perp_contact_solver *solver, int32_t numbered, int32_t 
     if (numbered)
         solver->leaks |= solver->part[a] != solver->part[b];
     else if (coupling > NOISE)
-        join(solver->part, a, b);
+        solver->parts -= perp__join(solver->part, a, b);
     else
         solver->leaks = 1;
 }
@@ -53,7 +37,8 @@ static void visit_matrix(perp_contact_solver *solver, int32_t numbered)
 {
     const perp__matrix *W = &solver->W;
 
-    for (int32_t j = 0; j < solver->size; j++)
+    /* one part, and there is nothing left to ask */
+    for (int32_t j = 0; j < solver->size && solver->parts > 1; j++)
         if (W->column_starts)
             for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
                 visit_entry(solver, numbered, W->row_indices[k], j, W->values[k]);
@@ -110,16 +95,10 @@ void perp__contact_find_parts(perp_contact_solver *solver)
             solver->unit_of[i] = k;
     for (int32_t i = solver->rows; i < solver->size; i++)
         solver->unit_of[i] = solver->contacts + i - solver->rows;
+    solver->parts = solver->units;
     visit_couplings(solver, 0);
-    solver->parts = 0;
-    for (int32_t k = 0; k < solver->units; k++) {
-        const int32_t root = find(solver->part, k);
-
-        /* a root comes before all others of its part, and has its number by then */
-        solver->number[k] = root == k ? solver->parts++ : solver->number[root];
-    }
-    if (solver->units > 0)
-        memcpy(solver->part, solver->number, (size_t)solver->units * sizeof *solver->part);
+    solver->leaks &= solver->parts > 1;
+    solver->parts = perp__number_parts(solver->part, solver->units);
     if (solver->leaks)
         visit_couplings(solver, 1);
 }

@@ -27,7 +27,10 @@
 #define REGULAR 1e-10
 #define LESS_REGULAR 1e-13
 
-enum { ROUNDS = 12, STEPS = 6, REFINEMENTS = 12, PATIENCE = 3 };
+/* Of tol: what in plain doubles is enough before the verdict. */
+#define ENOUGH 1e-3
+
+enum { START_STEPS = 8, ROUNDS = 12, STEPS = 6, REFINEMENTS = 12, PATIENCE = 3 };
 
 static void layout(perp__arena *arena, void *object)
 {
@@ -188,12 +191,10 @@ static void scale(perp__contact_polish *p, const perp__contact_problem *problem)
     }
 }
 
-/* K, the right-hand side and the factors of the regularised K. Returns 0 where that is singular. */
-static int32_t set_up(perp__contact_polish *p, const perp__contact_problem *problem,
-                      const double *r, const double *u)
+/* K and the right-hand side. */
+static void set_up(perp__contact_polish *p, const perp__contact_problem *problem, const double *r,
+                   const double *u)
 {
-    const size_t n = (size_t)p->n;
-
     copy_block(p, problem->W);
     for (int32_t i = 0; i < p->n; i++)
         p->rhs[i] = -u[p->rows[i]];
@@ -206,9 +207,16 @@ static int32_t set_up(perp__contact_polish *p, const perp__contact_problem *prob
                 write_slip(p, &parts[c], problem->starts[k], problem->trace[k], r, u);
     }
     scale(p, problem);
+}
+
+/* The factors of the regularised K. Returns 0 where that is singular. */
+static int32_t factor(perp__contact_polish *p)
+{
+    const size_t n = (size_t)p->n;
+
     memcpy(p->factors, p->K, n * n * sizeof *p->K);
-    for (int32_t i = 0; i < p->n; i++)
-        p->factors[(size_t)i * (n + 1)] += p->regular;
+    for (size_t i = 0; i < n; i++)
+        p->factors[i * (n + 1)] += p->regular;
     return perp__lu_factor(p->n, p->factors, p->n, p->pivots) == 0;
 }
 
@@ -233,7 +241,7 @@ static void solve_step(perp__contact_polish *p)
     for (int32_t k = 0; k < REFINEMENTS; k++) {
         const double size = largest(p->error, p->n);
 
-        if (!(size < 0.9 * last) || size == 0.0)
+        if (!(size < 0.9 * last) || size <= p->enough)
             return;
         last = size;
         perp__lu_solve(p->n, p->factors, p->n, p->pivots, p->error, 0);
@@ -246,34 +254,45 @@ static void solve_step(perp__contact_polish *p)
 
 static void velocities(perp_contact_solver *solver)
 {
+    if (solver->polish.enough > 0.0) {
+        perp__multiply(solver->problem.W, solver->r, solver->u);
+        for (int32_t i = 0; i < solver->size; i++)
+            solver->u[i] += solver->q[i];
+        return;
+    }
     perp__multiply_doubled(solver->problem.W, solver->r, solver->q, solver->high, solver->low);
     for (int32_t i = 0; i < solver->size; i++)
         solver->u[i] = solver->high[i];
 }
 
-/* Newton's steps while they bring the equations down. Returns 0 where K was singular. */
+/* Newton's steps while they bring the equations down; u is that of the last r. Returns 0 where K
+ * was singular. */
 static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
 {
     const perp__contact_problem *problem = &solver->problem;
     double least = INFINITY;
 
+    velocities(solver);
     for (int32_t step = 0; step < STEPS; step++) {
         double size;
 
-        velocities(solver);
+        set_up(p, problem, solver->r, solver->u);
+        size = largest(p->rhs, p->n);
+        if (!(size < 0.5 * least) || (step > 0 && size <= p->enough))
+            return 1;
+        least = size;
+        if (p->enough > 0.0 && solver->polished >= START_STEPS)
+            return 0;
         if (!perp__contact_polish_step(solver))
             return step > 0;
-        if (!set_up(p, problem, solver->r, solver->u))
+        if (!factor(p))
             return 0;
-        size = largest(p->rhs, p->n);
-        if (!(size < 0.5 * least))
-            return step > 0;
-        least = size;
         solve_step(p);
-        for (int32_t i = 0; i < p->n; i++)
-            solver->r[p->rows[i]] += p->step[i] * p->units[i];
         if (!isfinite(largest(p->step, p->n)))
             return 0;
+        for (int32_t i = 0; i < p->n; i++)
+            solver->r[p->rows[i]] += p->step[i] * p->units[i];
+        velocities(solver);
     }
     return 1;
 }
@@ -344,6 +363,14 @@ static void write_modes(const perp__contact_polish *p, const perp__contact_probl
     }
 }
 
+static void begin(perp_contact_solver *solver, perp__contact_polish *p, double enough)
+{
+    p->enough = enough;
+    p->regular = REGULAR;
+    memset(p->parts, PERP__PART_NONE, 3 * (size_t)p->room);
+    read_set(p, &solver->problem, solver->r, solver->u);
+}
+
 perp_status perp__contact_polish_run(perp_contact_solver *solver)
 {
     perp__contact_polish *p = &solver->polish;
@@ -360,9 +387,7 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
     status = fit(solver, p);
     if (status != PERP_OK)
         return status;
-    p->regular = REGULAR;
-    memset(p->parts, PERP__PART_NONE, 3 * (size_t)p->room);
-    read_set(p, problem, solver->r, solver->u);
+    begin(solver, p, 0.0);
     for (round = 0; round < ROUNDS && waited < PATIENCE; round++) {
         perp__contact_worth worth;
         int32_t changes;
@@ -370,7 +395,6 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
         number_rows(p, problem, solver->r);
         if (!follow(solver, p))
             return PERP_OK;
-        velocities(solver);
         changes = change_set(p, problem, solver->r, solver->u);
         write_modes(p, problem, solver->modes);
         /* the next round goes on from r as it is, not clipped to its cones */
@@ -386,4 +410,64 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
         best = fmin(best, worth.tested);
     }
     return PERP_OK;
+}
+
+int32_t perp__contact_polish_suits(const perp_contact_solver *solver)
+{
+    return solver->size > 0 && solver->size <= PERP__POLISH_START_MOST && solver->problem.W &&
+           solver->problem.cone == 0;
+}
+
+/* u, and the tested residual of r, in plain doubles. */
+static double residual(perp_contact_solver *solver)
+{
+    const perp__contact_problem *problem = &solver->problem;
+    double most = 0.0;
+    int32_t mode;
+
+    velocities(solver);
+    for (int32_t k = 0; k < solver->units; k++) {
+        const double t = problem->trace[k];
+        const double speed =
+            k < solver->contacts
+                ? t * perp__contact_natural(problem, k, solver->r, solver->u, &mode)
+                : fabs(solver->u[solver->rows + k - solver->contacts]);
+
+        perp__raise_to(&most, speed / solver->root[k] / solver->omega[k]);
+    }
+    return most;
+}
+
+int32_t perp__contact_is_near(perp_contact_solver *solver)
+{
+    solver->polish.enough = solver->settings.tol;
+    for (int32_t k = 0; k < solver->contacts; k++)
+        perp__contact_clip(&solver->problem, k, solver->r);
+    return residual(solver) <= solver->settings.tol;
+}
+
+perp_status perp__contact_polish_start(perp_contact_solver *solver)
+{
+    perp__contact_polish *p = &solver->polish;
+    const perp__contact_problem *problem = &solver->problem;
+    int32_t changes = 1;
+    perp__contact_worth worth;
+    perp_status status = fit(solver, p);
+
+    if (status != PERP_OK)
+        return status;
+    p->enough = ENOUGH * solver->settings.tol;
+    velocities(solver);
+    begin(solver, p, p->enough);
+    while (changes > 0) {
+        number_rows(p, problem, solver->r);
+        if (!follow(solver, p))
+            return PERP_OK;
+        changes = change_set(p, problem, solver->r, solver->u);
+    }
+    write_modes(p, problem, solver->modes);
+    status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
+    return status == PERP_OK && !perp__is_good(solver->best.outcome)
+               ? perp__contact_polish_run(solver)
+               : status;
 }

@@ -12,6 +12,7 @@ typedef struct perp__contact_polish {
     perp__arena arena;
     int64_t fitted;
     int32_t room;    /* rows that K has room for */
+    double enough;   /* > 0: in plain doubles, and to no more than this tested residual */
     double regular;  /* added to the diagonal of K before it is factored */
     int32_t n;       /* rows of the active set */
     int32_t *place;  /* of a row in the system, -1: r is 0 there */
@@ -26,10 +27,19 @@ typedef struct perp__contact_polish {
 /* Most rows of a problem that is polished: the factors are dense. */
 enum { PERP__POLISH_MOST = 600 };
 
+/* Most rows of one that is followed from its start, before anything else. */
+enum { PERP__POLISH_START_MOST = 96 };
+
 struct perp_contact_solver;
 
 /* Reads the active set off solver->r and u and follows it to where it ends; the best point met is
  * left in the front door as any method's. PERP_OK or a negative status. */
 perp_status perp__contact_polish_run(struct perp_contact_solver *solver);
+/* Of a small problem whose W is there, before anything else: whether it is one; whether r, clipped,
+ * is an answer as far as plain doubles tell, with u; and the same as above from r, at a small share
+ * of the cost, considered only if within a few steps it ends with a set that stays. */
+int32_t perp__contact_polish_suits(const struct perp_contact_solver *solver);
+int32_t perp__contact_is_near(struct perp_contact_solver *solver);
+perp_status perp__contact_polish_start(struct perp_contact_solver *solver);
 
 #endif

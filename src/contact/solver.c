@@ -39,9 +39,11 @@ perp_status perp__contact_create(perp_context *context, perp_contact_solver **so
                                  const perp_contact_settings *settings)
 {
     perp_contact_settings own;
-    perp_status status = perp__contact_settings_read(context, &own, settings);
+    perp_status status = perp__check_pointer(context, "solver", solver);
     perp_contact_solver *made;
 
+    if (status == PERP_OK)
+        status = perp__contact_settings_read(context, &own, settings);
     if (status != PERP_OK)
         return status;
     made = perp__handle_create(context, &kind);
@@ -86,14 +88,8 @@ static perp_status enter(perp_contact_solver *solver)
 perp_status perp_contact_solver_create(perp_context *context, perp_contact_solver **solver,
                                        const perp_contact_settings *settings)
 {
-    perp_status status = perp__enter(context);
-
-    if (status != PERP_OK)
-        return status;
-    status = perp__check_pointer(context, "solver", solver);
-    if (status == PERP_OK)
-        status = perp__contact_create(context, solver, settings);
-    return perp__leave(context, status);
+    PERP__RETURN_CALL(perp__enter(context), context,
+                      perp__contact_create(context, solver, settings));
 }
 
 void perp_contact_solver_destroy(perp_contact_solver *solver)
@@ -104,22 +100,15 @@ void perp_contact_solver_destroy(perp_contact_solver *solver)
 perp_status perp_contact_solver_set(perp_contact_solver *solver,
                                     const perp_contact_settings *settings)
 {
-    perp_status status = enter(solver);
-
-    return status == PERP_OK
-               ? perp__leave(solver->context, perp__contact_configure(solver, settings))
-               : status;
+    PERP__RETURN_CALL(enter(solver), solver->context, perp__contact_configure(solver, settings));
 }
 
 perp_status perp_contact_solver_setup_dynamics(perp_contact_solver *solver,
                                                const perp_contact_laws *laws,
                                                const perp_contact_dynamics *dynamics)
 {
-    perp_status status = enter(solver);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(solver->context, perp__contact_setup(solver, laws, dynamics, NULL));
+    PERP__RETURN_CALL(enter(solver), solver->context,
+                      perp__contact_setup(solver, laws, dynamics, NULL));
 }
 
 static perp_status setup_delassus(perp_contact_solver *solver, const perp_contact_laws *laws,
@@ -133,11 +122,18 @@ static perp_status setup_delassus(perp_contact_solver *solver, const perp_contac
 perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
                                                const perp_contact_laws *laws, const perp_matrix *W)
 {
-    perp_status status = enter(solver);
+    PERP__RETURN_CALL(enter(solver), solver->context, setup_delassus(solver, laws, W));
+}
 
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(solver->context, setup_delassus(solver, laws, W));
+/* A solve of what was set up in this way, not in the other. */
+static perp_status solve(perp_contact_solver *solver, int32_t other, const perp__contact_call *call)
+{
+    if (solver->entrance != other)
+        return perp__contact_solve(solver, call);
+    return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
+                      "the solver was set up with %s: call perp_contact_solver_solve_%s",
+                      other == PERP__ENTRANCE_DELASSUS ? "W" : "dynamics",
+                      other == PERP__ENTRANCE_DELASSUS ? "delassus" : "dynamics");
 }
 
 perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, double *v, double *r,
@@ -146,17 +142,9 @@ perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, doub
                                                const double *w, const double *b, const double *r0)
 {
     const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0, 0};
-    perp_status status = enter(solver);
 
-    if (status != PERP_OK)
-        return status;
-    if (solver->entrance == PERP__ENTRANCE_DELASSUS)
-        status = perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                            "the solver was set up with W: call "
-                            "perp_contact_solver_solve_delassus");
-    else
-        status = perp__contact_solve(solver, &call);
-    return perp__leave(solver->context, status);
+    PERP__RETURN_CALL(enter(solver), solver->context,
+                      solve(solver, PERP__ENTRANCE_DELASSUS, &call));
 }
 
 perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, double *r, double *u,
@@ -165,17 +153,26 @@ perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, doub
                                                const double *r0)
 {
     const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0, 0};
-    perp_status status = enter(solver);
 
-    if (status != PERP_OK)
-        return status;
-    if (solver->entrance == PERP__ENTRANCE_DYNAMICS)
-        status = perp__fail(solver->context, PERP_ERROR_ARGUMENT,
-                            "the solver was set up with dynamics: call "
-                            "perp_contact_solver_solve_dynamics");
-    else
-        status = perp__contact_solve(solver, &call);
-    return perp__leave(solver->context, status);
+    PERP__RETURN_CALL(enter(solver), solver->context,
+                      solve(solver, PERP__ENTRANCE_DYNAMICS, &call));
+}
+
+/* With a solver of its own. */
+static perp_status solve_once(perp_context *context, const perp_contact_settings *settings,
+                              const perp_contact_laws *laws, const perp_contact_dynamics *dynamics,
+                              const perp_matrix *W, int32_t by_W, const perp__contact_call *call)
+{
+    perp_contact_solver *solver = NULL;
+    perp_status status = perp__contact_create(context, &solver, settings);
+
+    if (status == PERP_OK)
+        status = by_W ? setup_delassus(solver, laws, W)
+                      : perp__contact_setup(solver, laws, dynamics, NULL);
+    if (status == PERP_OK)
+        status = perp__contact_solve(solver, call);
+    perp__contact_destroy(solver);
+    return status;
 }
 
 perp_status perp_contact_solve(perp_context *context, double *v, double *r, double *u,
@@ -185,18 +182,9 @@ perp_status perp_contact_solve(perp_context *context, double *v, double *r, doub
                                const double *w, const double *b, const double *r0)
 {
     const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0, 0};
-    perp_contact_solver *solver = NULL;
-    perp_status status = perp__enter(context);
 
-    if (status != PERP_OK)
-        return status;
-    status = perp__contact_create(context, &solver, settings);
-    if (status == PERP_OK)
-        status = perp__contact_setup(solver, laws, dynamics, NULL);
-    if (status == PERP_OK)
-        status = perp__contact_solve(solver, &call);
-    perp__contact_destroy(solver);
-    return perp__leave(context, status);
+    PERP__RETURN_CALL(perp__enter(context), context,
+                      solve_once(context, settings, laws, dynamics, NULL, 0, &call));
 }
 
 perp_status perp_contact_solve_delassus(perp_context *context, double *r, double *u, int32_t *modes,
@@ -206,16 +194,7 @@ perp_status perp_contact_solve_delassus(perp_context *context, double *r, double
                                         const double *q, const double *r0)
 {
     const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0, 0};
-    perp_contact_solver *solver = NULL;
-    perp_status status = perp__enter(context);
 
-    if (status != PERP_OK)
-        return status;
-    status = perp__contact_create(context, &solver, settings);
-    if (status == PERP_OK)
-        status = setup_delassus(solver, laws, W);
-    if (status == PERP_OK)
-        status = perp__contact_solve(solver, &call);
-    perp__contact_destroy(solver);
-    return perp__leave(context, status);
+    PERP__RETURN_CALL(perp__enter(context), context,
+                      solve_once(context, settings, laws, NULL, W, 1, &call));
 }

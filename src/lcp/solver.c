@@ -98,9 +98,11 @@ perp_status perp__lcp_create(perp_context *context, perp_lcp_solver **solver,
                              const perp_lcp_settings *settings)
 {
     perp_lcp_settings own;
-    perp_status status = perp__lcp_settings_read(context, &own, settings);
+    perp_status status = perp__check_pointer(context, "solver", solver);
     perp_lcp_solver *made;
 
+    if (status == PERP_OK)
+        status = perp__lcp_settings_read(context, &own, settings);
     if (status != PERP_OK)
         return status;
     made = perp__handle_create(context, &kind);
@@ -217,14 +219,7 @@ static perp_status enter(perp_lcp_solver *solver)
 perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
                                    const perp_lcp_settings *settings)
 {
-    perp_status status = perp__enter(context);
-
-    if (status != PERP_OK)
-        return status;
-    status = perp__check_pointer(context, "solver", solver);
-    if (status == PERP_OK)
-        status = perp__lcp_create(context, solver, settings);
-    return perp__leave(context, status);
+    PERP__RETURN_CALL(perp__enter(context), context, perp__lcp_create(context, solver, settings));
 }
 
 void perp_lcp_solver_destroy(perp_lcp_solver *solver)
@@ -234,30 +229,20 @@ void perp_lcp_solver_destroy(perp_lcp_solver *solver)
 
 perp_status perp_lcp_solver_set(perp_lcp_solver *solver, const perp_lcp_settings *settings)
 {
-    perp_status status = enter(solver);
-
-    return status != PERP_OK ? status
-                             : perp__leave(solver->context, perp__lcp_set(solver, settings));
+    PERP__RETURN_CALL(enter(solver), solver->context, perp__lcp_set(solver, settings));
 }
 
 perp_status perp_lcp_solver_setup(perp_lcp_solver *solver, const perp_matrix *M,
                                   const double *lower, const double *upper)
 {
-    perp_status status = enter(solver);
-
-    return status != PERP_OK
-               ? status
-               : perp__leave(solver->context, perp__lcp_setup(solver, M, lower, upper));
+    PERP__RETURN_CALL(enter(solver), solver->context, perp__lcp_setup(solver, M, lower, upper));
 }
 
 perp_status perp_lcp_solver_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,
                                   perp_lcp_result *result, const double *q, const double *z0)
 {
-    perp_status status = enter(solver);
-
-    return status != PERP_OK
-               ? status
-               : perp__leave(solver->context, perp__lcp_solve(solver, z, w, ray, result, q, z0));
+    PERP__RETURN_CALL(enter(solver), solver->context,
+                      perp__lcp_solve(solver, z, w, ray, result, q, z0));
 }
 
 perp_status perp_lcp_solve(perp_context *context, double *z, double *w, double *ray,

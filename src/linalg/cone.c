@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/grow.h"
 #include "linalg/blas.h"
 
 #define PERP__MOST_RAYS 10000
@@ -30,34 +31,12 @@ void perp__cone_release(perp__cone *cone)
 
 static perp_status reserve(perp__cone *cone, int32_t count)
 {
-    const size_t width = (size_t)cone->most_dimension, capacity = 2 * (size_t)count;
-    double *x, *values;
-    uint64_t *tight;
+    const size_t width = (size_t)cone->most_dimension, used = (size_t)cone->capacity;
+    const perp__growing arrays[] = {PERP__GROWING(cone->x, used * width, width),
+                                    PERP__GROWING(cone->values, used, 1),
+                                    PERP__GROWING(cone->tight, used * 2, 2)};
 
-    if (count <= cone->capacity)
-        return PERP_OK;
-    x = perp__allocate(cone->context, capacity * width, sizeof *x);
-    values = perp__allocate(cone->context, capacity, sizeof *values);
-    tight = perp__allocate(cone->context, capacity * 2, sizeof *tight);
-    if (!x || !values || !tight) {
-        perp__release(cone->context, x);
-        perp__release(cone->context, values);
-        perp__release(cone->context, tight);
-        return perp__fail_memory(cone->context, "the rays of a cone");
-    }
-    if (cone->x) {
-        memcpy(x, cone->x, (size_t)cone->capacity * width * sizeof *x);
-        memcpy(values, cone->values, (size_t)cone->capacity * sizeof *values);
-        memcpy(tight, cone->tight, (size_t)cone->capacity * 2 * sizeof *tight);
-    }
-    perp__release(cone->context, cone->x);
-    perp__release(cone->context, cone->values);
-    perp__release(cone->context, cone->tight);
-    cone->x = x;
-    cone->values = values;
-    cone->tight = tight;
-    cone->capacity = (int32_t)capacity;
-    return PERP_OK;
+    return perp__grow(cone->context, "the rays of a cone", &cone->capacity, count, arrays, 3);
 }
 
 perp_status perp__cone_fit(perp__cone *cone, int32_t rows, int32_t dimension)

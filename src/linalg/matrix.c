@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "base/check.h"
 #include "base/context.h"
 
@@ -188,6 +189,21 @@ perp_status perp__matrix_read(perp_context *context, const char *name, perp__mat
     if (status == PERP_OK)
         *own = read;
     return status;
+}
+
+void perp__matrix_spread(const perp__matrix *M, double *A, size_t row_stride, size_t column_stride)
+{
+    const int32_t by_rows = perp__lines_are_rows(M);
+    const size_t step = by_rows ? column_stride : row_stride;
+
+    for (int32_t j = 0; M->rows > 0 && j < (by_rows ? M->rows : M->columns); j++) {
+        const perp__line l = perp__line_of(M, j);
+        const int32_t count = by_rows ? M->columns : l.count;
+        double *line = A + (size_t)j * (by_rows ? row_stride : column_stride);
+
+        for (int32_t k = 0; k < count; k++)
+            line[(size_t)(l.indices ? l.indices[k] : k) * step] = l.values[k];
+    }
 }
 
 /* ---- what hangs together ---- */

@@ -31,6 +31,10 @@ perp_status perp__matrix_check_csc(perp_context *context, const char *name, cons
 void perp__multiply_doubled(const perp__matrix *M, const double *x, const double *add, double *high,
                             double *low);
 
+/* A := M, an entry (i,j) at i * row_stride + j * column_stride; of a sparse M only the entries that
+ * it has are written. */
+void perp__matrix_spread(const perp__matrix *M, double *A, size_t row_stride, size_t column_stride);
+
 /* y = M x in working precision, fixed order. */
 void perp__multiply(const perp__matrix *M, const double *x, double *y);
 
@@ -124,48 +128,6 @@ static inline int32_t perp__advance(perp__cursor *c)
         c->i = c->at;
     }
     return 1;
-}
-
-/* Lowest index of i's part so far, in a forest of parents with lower indices. */
-static inline int32_t perp__root_of(int32_t *parents, int32_t i)
-{
-    while (parents[i] != i) {
-        parents[i] = parents[parents[i]];
-        i = parents[i];
-    }
-    return i;
-}
-
-/* Puts the parts of two roots into one. Returns its root. */
-static inline int32_t perp__link(int32_t *parents, int32_t a, int32_t b)
-{
-    if (a < b)
-        parents[b] = a;
-    else
-        parents[a] = b;
-    return a < b ? a : b;
-}
-
-/* Puts i and j into one part. True if they were in two. */
-static inline int32_t perp__join(int32_t *parents, int32_t i, int32_t j)
-{
-    const int32_t a = perp__root_of(parents, i), b = perp__root_of(parents, j);
-
-    perp__link(parents, a, b);
-    return a != b;
-}
-
-/* Numbers the parts of a forest 0, 1, ... in the order of their lowest indices: parents[i] becomes
- * the number of i's part. Returns how many there are. */
-static inline int32_t perp__number_parts(int32_t *parents, int32_t n)
-{
-    int32_t count = 0, i;
-
-    for (i = 0; i < n; i++) /* a parent is lower, so it has its number, coded as -1 - number */
-        parents[i] = parents[i] == i ? -1 - count++ : parents[parents[i]];
-    for (i = 0; i < n; i++)
-        parents[i] = -1 - parents[i];
-    return count;
 }
 
 /* part[i] := number of the part of M that row i belongs to, part[n + j] := that of column j: parts

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "linalg/matrix.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/lanes/vectors.h"

@@ -3,82 +3,84 @@
 #include <math.h>
 #include <string.h>
 
-static void exchange(double *a, double *b)
+static void exchange(int32_t *x, int32_t i, int32_t j)
 {
-    const double kept = *a;
+    const int32_t kept = x[i];
 
-    *a = *b;
-    *b = kept;
+    x[i] = x[j];
+    x[j] = kept;
+}
+
+static void swap_rows(double *a, double *b, int32_t n)
+{
+    for (int32_t j = 0; j < n; j++) {
+        const double kept = a[j];
+
+        a[j] = b[j];
+        b[j] = kept;
+    }
 }
 
 /* Brings the largest entry of what is left to (k,k); returns its size. */
 static double bring_pivot(perp__pivoting *p, int32_t k)
 {
-    const size_t n = (size_t)p->n;
-    size_t row = (size_t)k, column = (size_t)k, i, j;
-    double largest = -1.0;
+    const int32_t n = p->n;
+    double *K = p->K, largest = -1.0;
+    int32_t row = k, column = k;
 
-    for (i = (size_t)k; i < n; i++)
-        for (j = (size_t)k; j < n; j++)
-            if (fabs(p->K[i * n + j]) > largest) {
-                largest = fabs(p->K[i * n + j]);
+    for (int32_t i = k; i < n; i++)
+        for (int32_t j = k; j < n; j++)
+            if (fabs(K[i * n + j]) > largest) {
+                largest = fabs(K[i * n + j]);
                 row = i;
                 column = j;
             }
-    for (j = 0; j < n && row != (size_t)k; j++) {
-        exchange(p->K + row * n + j, p->K + (size_t)k * n + j);
-        exchange(p->E + row * n + j, p->E + (size_t)k * n + j);
+    if (row != k) {
+        swap_rows(K + row * n, K + k * n, n);
+        exchange(p->rows, row, k);
     }
-    if (column != (size_t)k) {
-        const int32_t name = p->columns[column];
+    for (int32_t i = 0; i < n && column != k; i++) {
+        const double kept = K[i * n + column];
 
-        for (i = 0; i < n; i++)
-            exchange(p->K + i * n + column, p->K + i * n + (size_t)k);
-        p->columns[column] = p->columns[k];
-        p->columns[k] = name;
+        K[i * n + column] = K[i * n + k];
+        K[i * n + k] = kept;
     }
-    if ((row != (size_t)k) != (column != (size_t)k))
+    exchange(p->columns, column, k);
+    if ((row != k) != (column != k))
         p->sign = -p->sign;
     return largest;
 }
 
+/* Column k is a column of E from here on. */
 static void eliminate(perp__pivoting *p, int32_t k)
 {
-    const size_t n = (size_t)p->n;
-    double *pivot_row = p->K + (size_t)k * n, *unit_row = p->E + (size_t)k * n;
+    const int32_t n = p->n;
+    double *pivot_row = p->K + k * n;
     const double pivot = pivot_row[k];
 
     if (pivot < 0.0)
         p->sign = -p->sign;
     p->product *= fabs(pivot);
     p->least = fmin(p->least, fabs(pivot));
-    for (size_t j = 0; j < n; j++) {
+    pivot_row[k] = 1.0;
+    for (int32_t j = 0; j < n; j++)
         pivot_row[j] /= pivot;
-        unit_row[j] /= pivot;
-    }
-    for (size_t i = 0; i < n; i++) {
-        double *row = p->K + i * n, *unit = p->E + i * n;
+    for (int32_t i = 0; i < n; i++) {
+        double *row = p->K + i * n;
         const double factor = row[k];
 
-        if (i == (size_t)k || factor == 0.0)
+        if (i == k || factor == 0.0)
             continue;
-        for (size_t j = (size_t)k + 1; j < n; j++)
-            row[j] -= factor * pivot_row[j];
         row[k] = 0.0;
-        for (size_t j = 0; j < n; j++)
-            unit[j] -= factor * unit_row[j];
+        for (int32_t j = 0; j < n; j++)
+            row[j] -= factor * pivot_row[j];
     }
 }
 
 void perp__pivoting_eliminate(perp__pivoting *p, double singular, int32_t most)
 {
-    const size_t n = (size_t)p->n;
-
-    memset(p->E, 0, n * n * sizeof *p->E);
-    for (size_t i = 0; i < n; i++) {
-        p->E[i * (n + 1)] = 1.0;
-        p->columns[i] = (int32_t)i;
-    }
+    for (int32_t i = 0; i < p->n; i++)
+        p->columns[i] = p->rows[i] = i;
     p->sign = 1;
     p->product = 1.0;
     p->least = INFINITY;
@@ -93,36 +95,32 @@ void perp__pivoting_eliminate(perp__pivoting *p, double singular, int32_t most)
 
 void perp__pivoting_solve(const perp__pivoting *p, double *x, const double *b)
 {
-    const size_t n = (size_t)p->n;
-
-    for (size_t k = 0; k < n; k++) {
+    for (int32_t k = 0; k < p->n; k++) {
         double sum = 0.0;
 
-        for (size_t r = 0; r < n && k < (size_t)p->rank; r++)
-            sum += p->E[k * n + r] * b[r];
+        for (int32_t l = 0; l < p->rank && k < p->rank; l++)
+            sum += p->K[k * p->n + l] * b[p->rows[l]];
         x[p->columns[k]] = sum;
     }
 }
 
 void perp__pivoting_null(const perp__pivoting *p, double *direction, int32_t k)
 {
-    const size_t n = (size_t)p->n, column = (size_t)(p->rank + k);
+    const int32_t n = p->n, column = p->rank + k;
 
-    memset(direction, 0, n * sizeof *direction);
+    memset(direction, 0, (size_t)n * sizeof *direction);
     direction[p->columns[column]] = 1.0;
-    for (size_t l = 0; l < (size_t)p->rank; l++)
+    for (int32_t l = 0; l < p->rank; l++)
         direction[p->columns[l]] = -p->K[l * n + column];
 }
 
 void perp__pivoting_widths(const perp__pivoting *p, double *width, const double *load)
 {
-    const size_t n = (size_t)p->n;
-
-    for (size_t k = 0; k < n; k++) {
+    for (int32_t k = 0; k < p->n; k++) {
         double sum = 0.0;
 
-        for (size_t r = 0; r < n && k < (size_t)p->rank; r++)
-            sum += fabs(p->E[k * n + r]) * load[r];
+        for (int32_t l = 0; l < p->rank && k < p->rank; l++)
+            sum += fabs(p->K[k * p->n + l]) * load[p->rows[l]];
         width[p->columns[k]] = sum;
     }
 }
@@ -130,29 +128,17 @@ void perp__pivoting_widths(const perp__pivoting *p, double *width, const double 
 int32_t perp__pivoting_is_consistent(const perp__pivoting *p, const double *b, const double *load,
                                      double tolerance)
 {
-    const size_t n = (size_t)p->n;
+    for (int32_t k = p->rank; k < p->n; k++) {
+        double sum = b[p->rows[k]], size = load[p->rows[k]];
 
-    for (size_t k = (size_t)p->rank; k < n; k++) {
-        double sum = 0.0, size = 0.0;
-
-        for (size_t r = 0; r < n; r++) {
-            sum += p->E[k * n + r] * b[r];
-            size += fabs(p->E[k * n + r]) * load[r];
+        for (int32_t l = 0; l < p->rank; l++) {
+            sum += p->K[k * p->n + l] * b[p->rows[l]];
+            size += fabs(p->K[k * p->n + l]) * load[p->rows[l]];
         }
         if (!(fabs(sum) <= tolerance * size))
             return 0;
     }
     return 1;
-}
-
-static void swap_rows(double *a, double *b, int32_t n)
-{
-    for (int32_t j = 0; j < n; j++) {
-        const double kept = a[j];
-
-        a[j] = b[j];
-        b[j] = kept;
-    }
 }
 
 /* Rows below k of (U | X) lose their entry of column k. */

@@ -5,17 +5,17 @@
 
 #include <stdint.h>
 
-/* Matrices n by n, row by row. After the elimination E K = (I X; 0 0) in the order of `columns`:
- * rows of E beyond the rank annihilate K. */
+/* A matrix n by n, row by row. After the elimination E K = (I X; 0 0) in the order of `columns`:
+ * rows of E beyond the rank annihilate K. Columns of E come in the place of those of K. */
 typedef struct perp__pivoting {
     int32_t n;
     int32_t rank;
     int32_t sign;     /* of the determinant; 0 where the rank is below n */
     double product;   /* of the pivots, without that sign */
     double least;     /* the smallest pivot; infinity where there is none */
-    double *K;        /* overwritten: X in its last n - rank columns */
-    double *E;        /* filled */
+    double *K;        /* overwritten: E's columns of the pivots' rows, then X */
     int32_t *columns; /* n: filled */
+    int32_t *rows;    /* in the order of their pivots; n: filled */
 } perp__pivoting;
 
 /* A pivot of at most `singular` is 0, and so are those beyond the first `most`. */

@@ -12,6 +12,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/groups.h"
+
 enum { LARGEST = 511, UNSET = -1, UNSET_OTHER = -2, NO_ENTRY = INT32_MIN };
 
 /* log2 of an entry of the scaled matrix from which on something else in its row and column, the

@@ -11,11 +11,6 @@ static inline double perp__dot3(const double *a, const double *b)
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static inline double perp__dot6(const double *a, const double *b)
-{
-    return perp__dot3(a, b) + perp__dot3(a + 3, b + 3);
-}
-
 /* Neither overflows nor loses small numbers where a sum of squares would. */
 static inline double perp__length3(const double *a)
 {

@@ -25,6 +25,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "step/impact.h"
+
 /* ---- impacts without collision (Painleve; Genot & Brogliato 1999) -----------------------------
  *
  * A contact slides with u_t != 0 and u_n = 0. If the force of a contact that goes on sliding pulls
@@ -80,7 +82,7 @@ static int32_t is_hit(perp_mechanism *m, const perp__motion *answer, int32_t j)
 
     if (!(m->restitution[j] > 0.0) || !answer->holds[row])
         return 0;
-    return before < -fabs(m->free_velocity[row] - before) ||
+    return perp__is_hit(m->restitution[j], before, m->free_velocity[row] - before) ||
            (m->settings.law == PERP_MECHANISM_POISSON && is_jammed(m, answer, j));
 }
 
@@ -105,8 +107,9 @@ static void shift_contacts(perp_mechanism *m, const perp__velocity_problem *prob
         if (m->begin.gap[j] > 0.0 && !first->holds[row])
             m->impact_shift[j] = problem->shift[j] + first->u[row]; /* gap' / h */
         else
-            m->impact_shift[j] =
-                m->settings.law == PERP_MECHANISM_MOREAU ? e * before : -e * fmax(-before, 0.0);
+            m->impact_shift[j] = m->settings.law == PERP_MECHANISM_MOREAU
+                                     ? perp__moreau_shift(e, before)
+                                     : perp__newton_shift(e, before);
     }
 }
 

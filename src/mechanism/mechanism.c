@@ -208,10 +208,7 @@ perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechan
                                   const perp_mechanism_settings *settings,
                                   const perp_mechanism_model *model)
 {
-    const perp_status status = perp__enter(context);
-
-    return status == PERP_OK ? perp__leave(context, create(context, mechanism, settings, model))
-                             : status;
+    PERP__RETURN_CALL(perp__enter(context), context, create(context, mechanism, settings, model));
 }
 
 void perp_mechanism_destroy(perp_mechanism *mechanism)
@@ -260,7 +257,6 @@ static perp_status set(perp_mechanism *m, const perp_mechanism_settings *setting
 
 perp_status perp_mechanism_set(perp_mechanism *mechanism, const perp_mechanism_settings *settings)
 {
-    const perp_status status = perp__mechanism_enter(mechanism);
-
-    return status == PERP_OK ? perp__leave(mechanism->context, set(mechanism, settings)) : status;
+    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+                      set(mechanism, settings));
 }

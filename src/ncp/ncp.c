@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/context.h"

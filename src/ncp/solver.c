@@ -121,9 +121,11 @@ perp_status perp__ncp_create(perp_context *context, perp_ncp_solver **solver,
                              const perp_ncp_settings *settings)
 {
     perp_ncp_settings own;
-    perp_status status = read_settings(context, &own, settings);
+    perp_status status = perp__check_pointer(context, "solver", solver);
     perp_ncp_solver *made;
 
+    if (status == PERP_OK)
+        status = read_settings(context, &own, settings);
     if (status != PERP_OK)
         return status;
     made = perp__handle_create(context, &kind);
@@ -190,14 +192,7 @@ static perp_status enter(perp_ncp_solver *solver)
 perp_status perp_ncp_solver_create(perp_context *context, perp_ncp_solver **solver,
                                    const perp_ncp_settings *settings)
 {
-    perp_status status = perp__enter(context);
-
-    if (status != PERP_OK)
-        return status;
-    status = perp__check_pointer(context, "solver", solver);
-    if (status == PERP_OK)
-        status = perp__ncp_create(context, solver, settings);
-    return perp__leave(context, status);
+    PERP__RETURN_CALL(perp__enter(context), context, perp__ncp_create(context, solver, settings));
 }
 
 void perp_ncp_solver_destroy(perp_ncp_solver *solver)
@@ -207,28 +202,18 @@ void perp_ncp_solver_destroy(perp_ncp_solver *solver)
 
 perp_status perp_ncp_solver_set(perp_ncp_solver *solver, const perp_ncp_settings *settings)
 {
-    perp_status status = enter(solver);
-
-    return status == PERP_OK ? perp__leave(solver->context, perp__ncp_set(solver, settings))
-                             : status;
+    PERP__RETURN_CALL(enter(solver), solver->context, perp__ncp_set(solver, settings));
 }
 
 perp_status perp_ncp_solver_setup(perp_ncp_solver *solver, const perp_ncp_problem *problem)
 {
-    perp_status status = enter(solver);
-
-    return status != PERP_OK ? status
-                             : perp__leave(solver->context, perp__ncp_setup(solver, problem));
+    PERP__RETURN_CALL(enter(solver), solver->context, perp__ncp_setup(solver, problem));
 }
 
 perp_status perp_ncp_solver_solve(perp_ncp_solver *solver, double *z, double *w,
                                   perp_ncp_result *result, const double *z0)
 {
-    perp_status status = enter(solver);
-
-    return status != PERP_OK
-               ? status
-               : perp__leave(solver->context, perp__ncp_solve(solver, z, w, result, z0));
+    PERP__RETURN_CALL(enter(solver), solver->context, perp__ncp_solve(solver, z, w, result, z0));
 }
 
 perp_status perp_ncp_solve(perp_context *context, double *z, double *w, perp_ncp_result *result,

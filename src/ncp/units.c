@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "base/outcome.h"
 #include "linalg/scale.h"
 #include "ncp/model.h"

@@ -17,19 +17,12 @@ static const double *column_of(const perp__linear *p, int32_t block, int32_t j)
 void perp__linear_layout(perp__linear *p, perp__arena *arena)
 {
     const size_t n = (size_t)p->length, rows = (size_t)p->rows;
-    double **const vectors[] = {&p->slope,   &p->known,    &p->y,   &p->x,
-                                &p->x_width, &p->residual, &p->load};
-    double **const long_ones[] = {&p->u, &p->u_size, &p->u_width};
-    double **const matrices[] = {&p->system.K, &p->system.E, &p->null};
-    int32_t **const indices[] = {&p->first, &p->count, &p->system.columns};
 
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
-    for (size_t k = 0; k < 3; k++) {
-        *long_ones[k] = perp__arena_take(arena, rows, sizeof(double));
-        *matrices[k] = perp__arena_take(arena, n * n, sizeof(double));
-        *indices[k] = perp__arena_take(arena, n, sizeof(int32_t));
-    }
+    PERP__DOUBLES(arena, n, &p->slope, &p->known, &p->y, &p->x, &p->x_width, &p->residual,
+                  &p->load);
+    PERP__DOUBLES(arena, rows, &p->u, &p->u_size, &p->u_width);
+    PERP__DOUBLES(arena, n * n, &p->system.K, &p->null);
+    PERP__INTEGERS(arena, n, &p->first, &p->count, &p->system.columns, &p->system.rows);
     p->coefficient = perp__arena_take(arena, 3 * n, sizeof(double));
     p->work = perp__arena_take(arena, 8 * n, sizeof(double));
 }

@@ -28,9 +28,10 @@ static perp_status fit(perp_world *world, perp__kept_state *kept, size_t size)
 
     if (size <= kept->room)
         return PERP_OK;
-    bytes = perp__grown(world->context, kept->bytes, 0, 2 * size);
+    bytes = perp__allocate(world->context, 2, size);
     if (!bytes)
         return perp__fail_memory(world->context, "the state before a step");
+    perp__release(world->context, kept->bytes);
     kept->bytes = bytes;
     kept->room = 2 * size;
     return PERP_OK;

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/grow.h"
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/spatial.h"
@@ -103,35 +104,14 @@ static perp_status check_state(const perp_world *world, perp__state *state, cons
 /* Room for one more body; on failure the old arrays are in place. */
 static perp_status reserve_body(perp_world *world)
 {
-    size_t used = (size_t)world->body_slots;
-    int32_t capacity;
-    perp__body *bodies;
-    perp__state *states;
-    int32_t *awake;
+    const perp__growing arrays[] = {
+        PERP__GROWING(world->bodies, world->body_slots, 1),
+        PERP__GROWING(world->states, world->body_slots, 1),
+        PERP__GROWING(world->awake, world->awake_count + world->roused_count, 1)};
 
-    if (world->free_body >= 0 || world->body_slots < world->body_capacity)
-        return PERP_OK;
-    if (world->body_capacity > INT32_MAX / 4)
-        return perp__fail_memory(world->context, "another body");
-    capacity = world->body_capacity > 0 ? 2 * world->body_capacity : 8;
-    bodies = perp__grown(world->context, world->bodies, used * sizeof *bodies,
-                         (size_t)capacity * sizeof *bodies);
-    if (!bodies)
-        return perp__fail_memory(world->context, "another body");
-    world->bodies = bodies;
-    states = perp__grown(world->context, world->states, used * sizeof *states,
-                         (size_t)capacity * sizeof *states);
-    if (!states)
-        return perp__fail_memory(world->context, "another body");
-    world->states = states;
-    awake = perp__grown(world->context, world->awake,
-                        (size_t)(world->awake_count + world->roused_count) * sizeof *awake,
-                        (size_t)capacity * sizeof *awake);
-    if (!awake)
-        return perp__fail_memory(world->context, "another body");
-    world->awake = awake;
-    world->body_capacity = capacity;
-    return PERP_OK;
+    return world->free_body >= 0 ? PERP_OK
+                                 : perp__grow(world->context, "another body", &world->body_capacity,
+                                              (int64_t)world->body_slots + 1, arrays, 3);
 }
 
 /* Takes a free slot, or the next one; room is there. */
@@ -213,11 +193,7 @@ static perp_status add_body(perp_world *world, perp_body *body, const perp_body_
 perp_status perp_world_add_body(perp_world *world, perp_body *body,
                                 const perp_body_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, add_body(world, body, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, add_body(world, body, settings));
 }
 
 static perp_status remove_body(perp_world *world, perp_body id)
@@ -245,11 +221,7 @@ static perp_status remove_body(perp_world *world, perp_body id)
 
 perp_status perp_world_remove_body(perp_world *world, perp_body body)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, remove_body(world, body));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, remove_body(world, body));
 }
 
 static perp_status get_body(const perp_world *world, perp_body_state *state, perp_body id)
@@ -279,11 +251,7 @@ static perp_status get_body(const perp_world *world, perp_body_state *state, per
 
 perp_status perp_world_get_body(const perp_world *world, perp_body_state *state, perp_body body)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, get_body(world, state, body));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, get_body(world, state, body));
 }
 
 static perp_status set_body(perp_world *world, const perp_body_state *caller, perp_body id)
@@ -330,11 +298,7 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
 
 perp_status perp_world_set_body(perp_world *world, const perp_body_state *state, perp_body body)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, set_body(world, state, body));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, set_body(world, state, body));
 }
 
 static perp_status get_mass(const perp_world *world, double *mass, double *inertia, perp_body id)
@@ -359,11 +323,8 @@ static perp_status get_mass(const perp_world *world, double *mass, double *inert
 perp_status perp_world_get_mass(const perp_world *world, double *mass, double *inertia,
                                 perp_body body)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, get_mass(world, mass, inertia, body));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      get_mass(world, mass, inertia, body));
 }
 
 static perp_status get_states(const perp_world *world, perp_world_states *states)
@@ -389,11 +350,7 @@ static perp_status get_states(const perp_world *world, perp_world_states *states
 
 perp_status perp_world_get_states(const perp_world *world, perp_world_states *states)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, get_states(world, states));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, get_states(world, states));
 }
 
 static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body id)
@@ -410,9 +367,5 @@ static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body i
 
 perp_status perp_world_body_slot(const perp_world *world, int32_t *slot, perp_body body)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, body_slot(world, slot, body));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, body_slot(world, slot, body));
 }

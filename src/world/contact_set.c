@@ -12,6 +12,7 @@
 
 #include <string.h>
 
+#include "base/grow.h"
 #include "base/context.h"
 #include "world/collide/meeting.h"
 #include "linalg/spatial.h"
@@ -27,54 +28,31 @@
 
 perp_status perp__reserve_memories(perp_world *world, int32_t count)
 {
-    const size_t used = (size_t)world->memory_count, room = (size_t)count;
-    perp__memory *memories, *next;
+    const perp__growing arrays[] = {PERP__GROWING(world->next_memories, 0, 1),
+                                    PERP__GROWING(world->memories, world->memory_count, 1)};
 
-    if (count <= world->memory_capacity)
-        return PERP_OK;
-    next = perp__grown(world->context, world->next_memories, 0, room * sizeof *next);
-    if (!next)
-        return perp__fail_memory(world->context, "the contacts");
-    world->next_memories = next;
-    memories = perp__grown(world->context, world->memories, used * sizeof *memories,
-                           room * sizeof *memories);
-    if (!memories)
-        return perp__fail_memory(world->context, "the contacts");
-    world->memories = memories;
-    world->memory_capacity = count;
-    return PERP_OK;
+    return perp__grow(world->context, "the contacts", &world->memory_capacity, count, arrays, 2);
 }
 
-static perp_status grow(perp_world *world, perp__contact_set *set, int32_t capacity)
+static perp_status grow(perp_world *world, perp__contact_set *set, int32_t needed)
 {
-    perp__world_contact *contacts =
-        perp__grown(world->context, set->contacts, (size_t)set->count * sizeof *contacts,
-                    (size_t)capacity * sizeof *contacts);
+    const perp__growing array = PERP__GROWING(set->contacts, set->count, 1);
 
-    if (!contacts)
-        return perp__fail_memory(world->context, "the contacts");
-    set->contacts = contacts;
-    set->capacity = capacity;
-    return PERP_OK;
+    return perp__grow(world->context, "the contacts", &set->capacity, needed, &array, 1);
 }
 
 /* Room for `needed` contacts, and as many memories of them; the last step's set is the next one's.
  */
 static perp_status reserve_contacts(perp_world *world, perp__contact_set *set, int32_t needed)
 {
-    int32_t capacity = set->capacity > 0 ? set->capacity : PERP__MAX_POINTS;
     perp_status status;
 
     if (needed <= set->capacity)
         return PERP_OK;
-    if (needed > INT32_MAX / 4)
-        return perp__fail_memory(world->context, "the contacts");
-    while (capacity < needed)
-        capacity *= 2;
-    status = perp__reserve_memories(world, capacity);
-    if (status == PERP_OK && set == &world->contacts && world->last.capacity < capacity)
-        status = grow(world, &world->last, capacity);
-    return status == PERP_OK ? grow(world, set, capacity) : status;
+    status = perp__reserve_memories(world, needed);
+    if (status == PERP_OK && set == &world->contacts)
+        status = grow(world, &world->last, needed);
+    return status == PERP_OK ? grow(world, set, needed) : status;
 }
 
 /* The geometric mean; exact where both are equal. */
@@ -188,6 +166,7 @@ static void prepare_contact(const perp_world *world, perp__world_contact *contac
     perp__relative_velocity(world, contact, PERP__TWIST_START, contact->start);
     perp__relative_velocity(world, contact, PERP__TWIST_FREE, contact->free);
     perp__copy3(contact->velocity, contact->free);
+    perp__copy3(contact->remembered, contact->warm);
 }
 
 /* Appends the points of a pair in the given states, with gaps up to `margin`. */
@@ -319,18 +298,10 @@ static void note_spare(perp_world *world, const perp__pair *pair)
 
 static perp_status reserve_points(perp__share *share)
 {
-    const int32_t capacity = share->capacity > 0 ? 2 * share->capacity : 4 * PERP__MAX_POINTS;
-    perp__point *points;
+    const perp__growing array = PERP__GROWING(share->points, share->count, 1);
 
-    if (share->count + PERP__MAX_POINTS <= share->capacity)
-        return PERP_OK;
-    points = perp__grown(share->context, share->points, (size_t)share->count * sizeof *points,
-                         (size_t)capacity * sizeof *points);
-    if (!points)
-        return PERP_ERROR_MEMORY;
-    share->points = points;
-    share->capacity = capacity;
-    return PERP_OK;
+    return perp__grow(share->context, NULL, &share->capacity, share->count + PERP__MAX_POINTS,
+                      &array, 1);
 }
 
 static void touch_share(perp_world *world, perp__share *share, double h)

@@ -22,6 +22,7 @@
 #include <string.h>
 
 #include "linalg/spatial.h"
+#include "step/impact.h"
 
 /* Impacts of a step: many where a problem is small, one where it is large. */
 #define MOST_IMPACTS 32
@@ -362,9 +363,9 @@ static perp_status jump(perp_world *world, const perp__island *island, perp__ver
     perp__force_bodies(world, island, 0.0);
     for (share = 1.0;; share = share > LEAST_SHARE ? 0.5 * share : 0.0) {
         for (int32_t i = 0; i < work->count; i++)
-            work->rows[i].bias[0] =
-                share * perp__step_contact(world, island, work->chosen[i])->restitution *
-                normal_of(world, i, work->now, island->bodies, 1);
+            work->rows[i].bias[0] = perp__moreau_shift(
+                share * perp__step_contact(world, island, work->chosen[i])->restitution,
+                normal_of(world, i, work->now, island->bodies, 1));
         status = perp__solve_rows(world, island, 1, verdict);
         if (status != PERP_OK)
             return status;
@@ -429,8 +430,8 @@ static perp_status end_on_impacts(perp_world *world, const perp__island *island,
     for (int32_t i = 0; i < work->count; i++) {
         const int32_t k = work->chosen[i];
         const perp__world_contact *contact = perp__step_contact(world, island, k);
-        const double bounce =
-            contact->restitution * normal_of(world, i, work->now, island->bodies, 1);
+        const double bounce = perp__moreau_shift(contact->restitution,
+                                                 normal_of(world, i, work->now, island->bodies, 1));
         const double gap = perp__open_gap(
             contact, work->gap[k] + left * normal_of(world, i, work->v, island->bodies, 1));
 

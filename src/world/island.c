@@ -6,27 +6,7 @@
 #include <string.h>
 
 #include "base/context.h"
-
-int32_t perp__find_root(int32_t *parent, int32_t i)
-{
-    while (parent[i] != i) {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    return i;
-}
-
-/* The lower slot becomes the root: numbering does not depend on the order of joins. */
-void perp__join(int32_t *parent, int32_t i, int32_t j)
-{
-    int32_t a = perp__find_root(parent, i);
-    int32_t b = perp__find_root(parent, j);
-
-    if (a < b)
-        parent[b] = a;
-    else
-        parent[a] = b;
-}
+#include "base/groups.h"
 
 static int32_t is_dynamic(const perp_world *world, int32_t body)
 {
@@ -84,7 +64,7 @@ static void order_bodies(perp_world *world)
 
     for (int32_t i = 0; i < world->awake_count; i++) {
         const int32_t body = world->awake[i];
-        const int32_t root = perp__find_root(world->parent, body);
+        const int32_t root = perp__root_of(world->parent, body);
         perp__motion *motion = &world->motions[body];
 
         if (!is_dynamic(world, body) || !(motion->touched || motion->jointed))

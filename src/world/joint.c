@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/grow.h"
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/spatial.h"
@@ -276,28 +277,13 @@ static void attach(const perp_world *world, perp__joint *joint, const perp_joint
 
 static perp_status reserve_joint(perp_world *world)
 {
-    const size_t used = (size_t)world->joint_slots;
-    int32_t capacity;
-    perp__joint *joints;
-    perp__joint_state *states;
+    const perp__growing arrays[] = {PERP__GROWING(world->joints, world->joint_slots, 1),
+                                    PERP__GROWING(world->joint_states, world->joint_slots, 1)};
 
-    if (world->free_joint >= 0 || world->joint_slots < world->joint_capacity)
-        return PERP_OK;
-    if (world->joint_capacity > INT32_MAX / 16)
-        return perp__fail_memory(world->context, "another joint");
-    capacity = world->joint_capacity > 0 ? 2 * world->joint_capacity : 8;
-    joints = perp__grown(world->context, world->joints, used * sizeof *joints,
-                         (size_t)capacity * sizeof *joints);
-    if (!joints)
-        return perp__fail_memory(world->context, "another joint");
-    world->joints = joints;
-    states = perp__grown(world->context, world->joint_states, used * sizeof *states,
-                         (size_t)capacity * sizeof *states);
-    if (!states)
-        return perp__fail_memory(world->context, "another joint");
-    world->joint_states = states;
-    world->joint_capacity = capacity;
-    return PERP_OK;
+    return world->free_joint >= 0
+               ? PERP_OK
+               : perp__grow(world->context, "another joint", &world->joint_capacity,
+                            (int64_t)world->joint_slots + 1, arrays, 2);
 }
 
 static int32_t take_slot(perp_world *world)
@@ -436,11 +422,8 @@ static perp_status add_joint(perp_world *world, perp_joint *joint, perp_body a, 
 perp_status perp_world_add_joint(perp_world *world, perp_joint *joint, perp_body a, perp_body b,
                                  const perp_joint_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, add_joint(world, joint, a, b, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      add_joint(world, joint, a, b, settings));
 }
 
 /* ---- removing ---- */
@@ -526,11 +509,7 @@ static perp_status get_joint(const perp_world *world, perp_joint_state *state, p
 
 perp_status perp_world_get_joint(const perp_world *world, perp_joint_state *state, perp_joint joint)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, get_joint(world, state, joint));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, get_joint(world, state, joint));
 }
 
 /* Checks what would be in force, and takes it. */

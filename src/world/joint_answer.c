@@ -2,6 +2,7 @@
  * that lets their bodies sleep (rest.c). */
 #include <string.h>
 
+#include "base/groups.h"
 #include "linalg/spatial.h"
 #include "world/joints.h"
 
@@ -83,6 +84,6 @@ void perp__upset_joints(perp_world *world)
             if (is_dynamic(world, body[side]) &&
                 (world->joints[i].changed ||
                  (world->bodies[body[1 - side]].awake && !world->motions[body[1 - side]].calm)))
-                world->motions[perp__find_root(world->parent, body[side])].calm = 0;
+                world->motions[perp__root_of(world->parent, body[side])].calm = 0;
     }
 }

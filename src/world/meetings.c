@@ -290,13 +290,16 @@ static int32_t open_points(const perp_world *world, const perp__pair *pair, perp
 
 /* ---- pairs ---- */
 
-/* Whether the pair pressed in the last step. */
-static int32_t has_pressed(const perp_world *world, const perp__pair *pair)
+/* The normal along which the pair pressed in the last step; NULL if it did not. */
+static const double *pressed_along(const perp_world *world, const perp__pair *pair)
 {
+    for (int32_t i = pair->first_kept; i >= 0; i = world->kept[i].next)
+        if (!perp__is_zero3(world->kept[i].memory.impulse))
+            return world->kept[i].memory.normal;
     for (int32_t i = 0; i < pair->memories; i++)
         if (!perp__is_zero3(world->memories[pair->first_memory + i].impulse))
-            return 1;
-    return 0;
+            return world->memories[pair->first_memory + i].normal;
+    return NULL;
 }
 
 /* Whether the shapes touch plainly; or pressed in the last step, are no farther apart than `far`,
@@ -314,7 +317,38 @@ static int32_t touch_plainly(const perp_world *world, perp__pair *pair, const pe
         return 1;
     wide.touching = far;
     return far > near->touching && (round || perp__relative_way(a, b) <= far) &&
-           has_pressed(world, pair) && perp__touch_plainly(a, b, planar, &wide, &pair->meeting);
+           pressed_along(world, pair) && perp__touch_plainly(a, b, planar, &wide, &pair->meeting);
+}
+
+static int32_t is_still(const perp_world *world, int32_t shape)
+{
+    const perp__state *state = &world->states[world->shapes[shape].body];
+
+    return perp__is_zero3(state->velocity) && perp__is_zero3(state->angular_velocity);
+}
+
+/* Whether shapes that touch, and do not move, pressed in the last step along an axis that they
+ * still have: where several keep them apart, nothing yet says that it is another one. */
+static int32_t presses_on(const perp_world *world, perp__pair *pair, const perp__moving *a,
+                          const perp__moving *b, double far)
+{
+    const double *normal = pressed_along(world, pair);
+    perp__axes axes;
+    double own[3];
+
+    if (!normal || !is_still(world, pair->first) || !is_still(world, pair->second))
+        return 0;
+    perp__axes_of(a->start, b->start, world->settings.planar, &axes);
+    perp__apply_transposed3(own, a->start->rotation, normal);
+    for (int32_t k = 0; k < axes.count; k++)
+        if (fabs(axes.axis[k].separation) <= far &&
+            fabs(perp__dot3(axes.axis[k].normal, own)) >= 1.0 - SUPPORT * SUPPORT) {
+            pair->meeting.axis = axes.axis[k].number;
+            pair->meeting.time = 0.0;
+            pair->meeting.doubtful = 1;
+            return 1;
+        }
+    return 0;
 }
 
 int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double h, double far,
@@ -340,7 +374,8 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
                 return made;
         return 0;
     }
-    if (!touch_plainly(world, pair, &a, &b, &near, PERP__NEAR * sizes))
+    if (!touch_plainly(world, pair, &a, &b, &near, PERP__NEAR * sizes) &&
+        !presses_on(world, pair, &a, &b, PERP__NEAR * sizes))
         return 0;
     return open_points(world, pair, &pair->meeting, 0.0, h, &near, points);
 }

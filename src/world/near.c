@@ -21,8 +21,8 @@ static int8_t *left_for(perp_world *world, int32_t body)
                : NULL;
 }
 
-/* Marks contacts that are not near a fresh one in work.hit. */
-static void find_far(perp_world *world, const perp__island *island)
+/* Marks contacts that are near a fresh one in work.hit, and bodies of these in work.near. */
+static void find_near(perp_world *world, const perp__island *island)
 {
     perp__island_work *work = &world->work;
 
@@ -39,8 +39,36 @@ static void find_far(perp_world *world, const perp__island *island)
                 *a = (int8_t)(most - 1);
             if (b && *b < most)
                 *b = (int8_t)(most - 1);
-            work->hit[i] = most == 0;
+            work->hit[i] = most > 0;
         }
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
+
+        for (int32_t side = 0; side < 2 && work->hit[i]; side++) {
+            int8_t *left = left_for(world, side == 0 ? contact->body_a : contact->body_b);
+
+            if (left)
+                *left = NEIGHBOURS + 1;
+        }
+    }
+}
+
+/* What is near as an island: its bodies in work.members, its contacts in work.part. */
+static perp__island cut_out(perp_world *world, const perp__island *island)
+{
+    perp__island_work *work = &world->work;
+    perp__island part = {0};
+
+    find_near(world, island);
+    for (int32_t i = 0; i < island->contacts; i++)
+        if (work->hit[i])
+            work->part[part.contacts++] = world->contact_order[island->first_contact + i];
+    for (int32_t i = 0; i < island->bodies; i++)
+        if (work->near[i] > NEIGHBOURS) {
+            perp__island_motion(world, island, i)->local = part.bodies;
+            work->members[part.bodies++] = world->body_order[island->first_body + i];
+        }
+    return part;
 }
 
 /* Where the island has come to: work.free and work.moving, and the impulses of what is near. */
@@ -55,8 +83,8 @@ static void load(perp_world *world, const perp__island *island, double h)
         perp__coordinates_of(world, motion->after, work->free + n * i);
         perp__coordinates_of(world, motion->moving, work->moving + n * i);
     }
-    for (int32_t i = 0; i < work->count; i++) {
-        const perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
+    for (int32_t i = 0; i < island->contacts; i++) {
+        const perp__world_contact *contact = perp__step_contact(world, island, i);
         double m[3], v[3];
 
         perp__relative_velocity(world, contact, PERP__TWIST_MOVING, m);
@@ -66,7 +94,8 @@ static void load(perp_world *world, const perp__island *island, double h)
     }
 }
 
-perp_status perp__sweep_near(perp_world *world, const perp__island *island, double h)
+/* Passes over such a part. */
+static perp_status sweep(perp_world *world, const perp__island *part, double h)
 {
     perp__island_work *work = &world->work;
     perp__rigid_problem problem;
@@ -74,12 +103,11 @@ perp_status perp__sweep_near(perp_world *world, const perp__island *island, doub
     perp__substeps step;
     perp_status status;
 
-    perp__gather_bodies(world, island);
-    find_far(world, island);
-    perp__choose_rows(world, island, work->hit);
-    perp__pose_island(world, island, &problem);
+    perp__gather_bodies(world, part);
+    perp__choose_rows(world, part, NULL);
+    perp__pose_island(world, part, &problem);
     perp__receive(world, &answer);
-    load(world, island, h);
+    load(world, part, h);
     memset(&step, 0, sizeof step);
     step.h = h;
     step.passes = PASSES;
@@ -88,18 +116,34 @@ perp_status perp__sweep_near(perp_world *world, const perp__island *island, doub
     status = perp__coloured_step(&world->coloured, &answer, NULL, &problem, &step);
     if (status != PERP_OK)
         return status;
-    for (int32_t i = 0; i < world->dof * island->bodies; i++) {
+    for (int32_t i = 0; i < world->dof * part->bodies; i++) {
         work->moving[i] += work->v[i] - work->free[i];
         work->now[i] = work->v[i];
     }
-    for (int32_t i = 0; i < work->count; i++) {
-        perp__world_contact *contact = perp__step_contact(world, island, work->chosen[i]);
+    for (int32_t i = 0; i < part->contacts; i++) {
+        perp__world_contact *contact = perp__step_contact(world, part, i);
 
         memcpy(contact->impulse, work->impulse + 3 * i, sizeof contact->impulse);
         memcpy(contact->next, contact->impulse, sizeof contact->next);
         memcpy(contact->warm, contact->impulse, sizeof contact->warm);
     }
     perp__spend(world, PASSES);
-    perp__write_twists(world, island);
+    perp__write_twists(world, part);
     return PERP_OK;
+}
+
+perp_status perp__sweep_near(perp_world *world, const perp__island *island, double h)
+{
+    int32_t *const bodies = world->body_order, *const contacts = world->contact_order;
+    const perp__island part = cut_out(world, island);
+    perp_status status;
+
+    world->body_order = world->work.members;
+    world->contact_order = world->work.part;
+    status = sweep(world, &part, h);
+    world->body_order = bodies;
+    world->contact_order = contacts;
+    for (int32_t i = 0; i < island->bodies; i++)
+        perp__island_motion(world, island, i)->local = i;
+    return status;
 }

@@ -11,6 +11,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "base/grow.h"
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/spatial.h"
@@ -88,27 +89,14 @@ static void drop_pair(perp_world *world, int32_t number)
 
 static perp_status reserve_pair(perp_world *world)
 {
-    const int32_t capacity = world->pair_capacity > 0 ? 2 * world->pair_capacity : 32;
-    const size_t used = (size_t)world->pair_slots;
-    perp__pair *pairs;
-    perp__keyed *order;
+    const perp__growing arrays[] = {PERP__GROWING(world->pair_order, 0, 2),
+                                    PERP__GROWING(world->pairs, world->pair_slots, 1)};
 
     if (world->free_pair != NONE || world->pair_slots < world->pair_capacity)
         return PERP_OK;
-    if (world->pair_capacity > INT32_MAX / 8)
-        return perp__fail_memory(world->context, "the pairs of shapes");
-    order = perp__grown(world->context, world->pair_order, 0, 2 * (size_t)capacity * sizeof *order);
-    if (!order)
-        return perp__fail_memory(world->context, "the pairs of shapes");
-    world->pair_order = order;
     world->pairs_changed = 1;
-    pairs = perp__grown(world->context, world->pairs, used * sizeof *pairs,
-                        (size_t)capacity * sizeof *pairs);
-    if (!pairs)
-        return perp__fail_memory(world->context, "the pairs of shapes");
-    world->pairs = pairs;
-    world->pair_capacity = capacity;
-    return PERP_OK;
+    return perp__grow(world->context, "the pairs of shapes", &world->pair_capacity,
+                      (int64_t)world->pair_slots + 1, arrays, 2);
 }
 
 static int32_t can_touch(const perp_world *world, int32_t a, int32_t b)

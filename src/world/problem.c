@@ -28,6 +28,7 @@ static void lay_out(perp__arena *arena, void *object)
     work->joint_units = perp__arena_take(arena, contacts, sizeof *work->joint_units);
     work->hit = perp__arena_take(arena, contacts, sizeof(int8_t));
     work->near = perp__arena_take(arena, bodies, sizeof(int8_t));
+    work->part = perp__arena_take(arena, contacts, sizeof *work->part);
     work->next_warm = perp__arena_take(arena, 3 * contacts, sizeof(double));
 }
 

@@ -4,21 +4,14 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/grow.h"
 #include "linalg/spatial.h"
 
 static perp_status reserve(perp_world *world, int32_t count)
 {
-    perp_world_contact *records;
+    const perp__growing array = PERP__GROWING(world->records, 0, 1);
 
-    if (count <= world->record_capacity)
-        return PERP_OK;
-    records = perp__allocate(world->context, (size_t)count, sizeof *records);
-    if (!records)
-        return perp__fail_memory(world->context, "the contacts");
-    perp__release(world->context, world->records);
-    world->records = records;
-    world->record_capacity = count;
-    return PERP_OK;
+    return perp__grow(world->context, "the contacts", &world->record_capacity, count, &array, 1);
 }
 
 /* What pressed in the step was closed, whatever it does in the end. */

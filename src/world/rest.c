@@ -11,6 +11,9 @@
 
 #include <string.h>
 
+#include "base/groups.h"
+#include "base/grow.h"
+
 enum { NONE = -1 };
 
 /* More than these are not sorted, but found anew. */
@@ -149,38 +152,18 @@ void perp__list_awake(perp_world *world)
 
 static perp_status reserve_kept(perp_world *world, int32_t more)
 {
-    int32_t capacity = world->kept_capacity > 0 ? world->kept_capacity : 64;
-    perp__kept *kept;
+    const perp__growing array = PERP__GROWING(world->kept, world->kept_slots, 1);
 
-    while (capacity < world->kept_count + more)
-        capacity *= 2;
-    if (capacity == world->kept_capacity)
-        return PERP_OK;
-    kept = perp__grown(world->context, world->kept, (size_t)world->kept_slots * sizeof *kept,
-                       (size_t)capacity * sizeof *kept);
-    if (!kept)
-        return PERP_ERROR_MEMORY;
-    world->kept = kept;
-    world->kept_capacity = capacity;
-    return PERP_OK;
+    return perp__grow(world->context, NULL, &world->kept_capacity,
+                      (int64_t)world->kept_count + more, &array, 1);
 }
 
 static perp_status reserve_naps(perp_world *world, int32_t more)
 {
-    int32_t capacity = world->nap_capacity > 0 ? world->nap_capacity : 16;
-    perp__nap *naps;
+    const perp__growing array = PERP__GROWING(world->naps, world->nap_slots, 1);
 
-    while (capacity < world->nap_slots + more)
-        capacity *= 2;
-    if (capacity == world->nap_capacity)
-        return PERP_OK;
-    naps = perp__grown(world->context, world->naps, (size_t)world->nap_slots * sizeof *naps,
-                       (size_t)capacity * sizeof *naps);
-    if (!naps)
-        return PERP_ERROR_MEMORY;
-    world->naps = naps;
-    world->nap_capacity = capacity;
-    return PERP_OK;
+    return perp__grow(world->context, NULL, &world->nap_capacity, (int64_t)world->nap_slots + more,
+                      &array, 1);
 }
 
 void perp__drop_kept(perp_world *world, int32_t first)
@@ -277,7 +260,7 @@ static void find_calm(perp_world *world)
         const int32_t body = world->awake[i];
 
         if (!world->motions[body].calm)
-            world->motions[perp__find_root(world->parent, body)].calm = 0;
+            world->motions[perp__root_of(world->parent, body)].calm = 0;
     }
     perp__upset_joints(world);
     for (int32_t i = 0; i < world->pair_count; i++) {
@@ -289,7 +272,7 @@ static void find_calm(perp_world *world)
             if (is_dynamic(world, bodies[side]) &&
                 (pair->changed || pair->waited ||
                  (world->bodies[bodies[1 - side]].awake && !world->motions[bodies[1 - side]].calm)))
-                world->motions[perp__find_root(world->parent, bodies[side])].calm = 0;
+                world->motions[perp__root_of(world->parent, bodies[side])].calm = 0;
     }
 }
 
@@ -334,7 +317,7 @@ static int32_t put_to_sleep(perp_world *world)
     int32_t i, slept = 0;
 
     for (i = 0; i < world->awake_count; i++) {
-        const int32_t body = world->awake[i], root = perp__find_root(world->parent, body);
+        const int32_t body = world->awake[i], root = perp__root_of(world->parent, body);
 
         if (!world->motions[root].calm)
             continue;

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/grow.h"
 #include "base/check.h"
 #include "base/context.h"
 #include "linalg/spatial.h"
@@ -89,28 +90,13 @@ static perp_status read_settings(const perp_world *world, perp__shape *shape,
 
 static perp_status reserve_shape(perp_world *world)
 {
-    size_t used = (size_t)world->shape_slots;
-    int32_t capacity;
-    perp__shape *shapes;
-    perp__tree_node *nodes;
+    const perp__growing arrays[] = {PERP__GROWING(world->tree.nodes, world->tree.used, 2),
+                                    PERP__GROWING(world->shapes, world->shape_slots, 1)};
 
-    if (world->free_shape >= 0 || world->shape_slots < world->shape_capacity)
-        return PERP_OK;
-    if (world->shape_capacity > INT32_MAX / 8)
-        return perp__fail_memory(world->context, "another shape");
-    capacity = world->shape_capacity > 0 ? 2 * world->shape_capacity : 8;
-    nodes = perp__grown(world->context, world->tree.nodes, (size_t)world->tree.used * sizeof *nodes,
-                        2 * (size_t)capacity * sizeof *nodes);
-    if (!nodes)
-        return perp__fail_memory(world->context, "another shape");
-    world->tree.nodes = nodes;
-    shapes = perp__grown(world->context, world->shapes, used * sizeof *shapes,
-                         (size_t)capacity * sizeof *shapes);
-    if (!shapes)
-        return perp__fail_memory(world->context, "another shape");
-    world->shapes = shapes;
-    world->shape_capacity = capacity;
-    return PERP_OK;
+    return world->free_shape >= 0
+               ? PERP_OK
+               : perp__grow(world->context, "another shape", &world->shape_capacity,
+                            (int64_t)world->shape_slots + 1, arrays, 2);
 }
 
 static void include_shape(perp__body *body, perp__shape *shape)
@@ -207,11 +193,8 @@ static perp_status add_sphere(perp_world *world, perp_shape *id, perp_body body,
 perp_status perp_world_add_sphere(perp_world *world, perp_shape *shape, perp_body body,
                                   double radius, const perp_shape_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, add_sphere(world, shape, body, radius, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      add_sphere(world, shape, body, radius, settings));
 }
 
 static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
@@ -245,11 +228,8 @@ static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
 perp_status perp_world_add_box(perp_world *world, perp_shape *shape, perp_body body,
                                const double *half_extents, const perp_shape_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, add_box(world, shape, body, half_extents, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      add_box(world, shape, body, half_extents, settings));
 }
 
 static perp_status add_capsule(perp_world *world, perp_shape *id, perp_body body, double radius,
@@ -284,12 +264,8 @@ perp_status perp_world_add_capsule(perp_world *world, perp_shape *shape, perp_bo
                                    double radius, double half_length,
                                    const perp_shape_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context,
-                       add_capsule(world, shape, body, radius, half_length, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      add_capsule(world, shape, body, radius, half_length, settings));
 }
 
 static perp_status check_points(const perp_world *world, const double *points, int32_t count)
@@ -344,11 +320,8 @@ perp_status perp_world_add_hull(perp_world *world, perp_shape *shape, perp_body 
                                 const double *points, int32_t count,
                                 const perp_shape_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, add_hull(world, shape, body, points, count, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      add_hull(world, shape, body, points, count, settings));
 }
 
 /* The normal is scaled by its largest entry first: it may be as long or short as a double goes. A
@@ -404,9 +377,6 @@ perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, perp_body
                                  const double *normal, double offset,
                                  const perp_shape_settings *settings)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, add_plane(world, shape, body, normal, offset, settings));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      add_plane(world, shape, body, normal, offset, settings));
 }

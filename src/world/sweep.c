@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "linalg/spatial.h"
+#include "step/impact.h"
 
 /* The heaviest body of an island over its lightest from which on sweeps get nowhere. */
 #define LARGE_RATIO 1e3
@@ -44,6 +45,9 @@
 /* Beside the level's tol, the residual with which what rests is left as it is: by then it would
  * have moved if it could. */
 #define AT_REST 1e-2
+
+/* Beside its own terms, what moves a body as little as methods are asked to leave (exact.c). */
+#define BALANCED 1e-12
 
 /* Energy that is rounding, beside what impulses move. */
 #define ENERGY_ROUNDING 1e-12
@@ -160,8 +164,9 @@ static int32_t has_impacts(const perp_world *world, const perp__island *island)
     for (int32_t i = 0; i < island->contacts; i++) {
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
-        if (contact->restitution > 0.0 && world->work.impulse[3 * i] > 0.0 &&
-            contact->start[0] < -perp__forced_speed(world, i, island->bodies, lies))
+        if (world->work.impulse[3 * i] > 0.0 &&
+            perp__is_hit(contact->restitution, contact->start[0],
+                         perp__forced_speed(world, i, island->bodies, lies)))
             return 1;
     }
     return 0;
@@ -181,7 +186,7 @@ static perp_status bounce(perp_world *world, const perp__island *island, perp__r
         const perp__world_contact *contact = perp__step_contact(world, island, i);
 
         if (work->impulse[3 * i] > 0.0 || contact->gap <= work->guard[i]) {
-            work->rows[i].bias[0] = contact->restitution * contact->start[0];
+            work->rows[i].bias[0] = perp__moreau_shift(contact->restitution, contact->start[0]);
             work->gap[i] = 0.0;
         }
     }
@@ -332,9 +337,10 @@ static int32_t is_at_rest(const perp_world *world, const perp__island *island)
 }
 
 /* What rests and is held by the impulses of the last step is so by these very ones, bit for bit:
- * then answer->held. */
+ * then answer->held. Few contacts that nearly are get better ones: then *settles. */
 static perp_status stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                         perp__rigid_problem *problem, double h, perp__verdict *verdict)
+                         perp__rigid_problem *problem, double h, int32_t *settles,
+                         perp__verdict *verdict)
 {
     perp__island_work *work = &world->work;
     const double tol = AT_REST * perp__swept_tol(world);
@@ -343,14 +349,25 @@ static perp_status stand(perp_world *world, const perp__island *island, perp__ri
     if (!is_at_rest(world, island))
         return PERP_OK;
     close_gaps(world, island, h);
+    for (int32_t i = 0; i < island->contacts; i++)
+        perp__copy3(work->warm + 3 * i, perp__step_contact(world, island, i)->remembered);
     problem->tol = perp__swept_tol(world);
     status = look(world, answer, problem, verdict);
     problem->again = 1;
-    if (status == PERP_OK && perp__is_good(answer->outcome) && answer->tested <= tol &&
-        answer->own <= tol)
+    if (status != PERP_OK || !perp__is_good(answer->outcome))
+        return status;
+    answer->held = answer->own <= BALANCED && perp__rest_island(world, island, BALANCED);
+    *settles = !answer->held && answer->tested <= tol && answer->own <= tol;
+    if (*settles && !has_at_most(world, island, SETTLED_EXACTLY)) {
+        *settles = 0;
         status = hold(world, island, answer, problem);
+    }
     for (int32_t i = 0; i < world->dof * island->bodies && answer->held; i++)
         answer->held = work->v[i] == 0.0;
+    if (answer->held) {
+        memcpy(work->next_warm, work->impulse, 3 * (size_t)island->contacts * sizeof(double));
+        memset(work->moving, 0, (size_t)(world->dof * island->bodies) * sizeof(double));
+    }
     return status;
 }
 
@@ -385,18 +402,26 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
     perp__rigid_problem problem;
     perp__rigid_answer answer;
     perp__substeps step;
+    int32_t settles = 0;
     perp_status status;
 
     pose(world, island, &problem, &answer);
-    status = stand(world, island, &answer, &problem, h, verdict);
+    status = stand(world, island, &answer, &problem, h, &settles, verdict);
     if (status != PERP_OK)
         return status;
+    if (settles) {
+        memset(verdict, 0, sizeof *verdict);
+        return perp__follow_island(world, island, h, verdict);
+    }
     if (answer.held) {
+        verdict->sweeps = 0;
         finish(world, island, verdict);
         return PERP_OK;
     }
     verdict->sweeps++;
     problem.again = 0;
+    for (int32_t i = 0; i < island->contacts; i++)
+        perp__copy3(work->warm + 3 * i, perp__step_contact(world, island, i)->warm);
     plan(world, island, &step, h);
     status = perp__coloured_step(&world->coloured, &answer, work->moving, &problem, &step);
     if (status != PERP_OK)

@@ -28,17 +28,6 @@ PERP__INIT(perp_world_contact)
 PERP__INIT(perp_step_result)
 PERP__INIT(perp_world_stats)
 
-void *perp__grown(perp_context *context, void *old, size_t used, size_t size)
-{
-    void *block = perp__allocate(context, 1, size);
-
-    if (block && used > 0)
-        memcpy(block, old, used);
-    if (block)
-        perp__release(context, old);
-    return block;
-}
-
 uint64_t perp__id(int32_t slot, uint32_t generation)
 {
     return ((uint64_t)generation << 32) | (uint64_t)(slot + 1);
@@ -245,11 +234,7 @@ static perp_status create(perp_context *context, perp_world **world,
 perp_status perp_world_create(perp_context *context, perp_world **world,
                               const perp_world_settings *settings)
 {
-    perp_status status = perp__enter(context);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(context, create(context, world, settings));
+    PERP__RETURN_CALL(perp__enter(context), context, create(context, world, settings));
 }
 
 void perp_world_destroy(perp_world *world)
@@ -288,11 +273,8 @@ static perp_status get_contact(perp_world *world, perp_world_contact *contact, i
 perp_status perp_world_get_contact(const perp_world *world, perp_world_contact *contact,
                                    int32_t index)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, get_contact((perp_world *)world, contact, index));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+                      get_contact((perp_world *)world, contact, index));
 }
 
 perp_status perp_world_get_stats(const perp_world *world, perp_world_stats *stats)
@@ -322,11 +304,7 @@ static perp_status set_gravity(perp_world *world, const double *gravity)
 
 perp_status perp_world_set_gravity(perp_world *world, const double *gravity)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, set_gravity(world, gravity));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, set_gravity(world, gravity));
 }
 
 static perp_status step(perp_world *world, perp_step_result *result, double dt)
@@ -352,9 +330,5 @@ static perp_status step(perp_world *world, perp_step_result *result, double dt)
 
 perp_status perp_world_step(perp_world *world, perp_step_result *result, double dt)
 {
-    perp_status status = perp__world_enter(world);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(world->context, step(world, result, dt));
+    PERP__RETURN_CALL(perp__world_enter(world), world->context, step(world, result, dt));
 }

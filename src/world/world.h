@@ -211,10 +211,11 @@ typedef struct perp__world_contact {
     double size;        /* of the two bodies */
     double friction;
     double restitution;
-    double start[3]; /* relative velocity before the step */
-    double free[3];  /* with the free twists */
-    double warm[3];  /* impulse to start from, along the axes */
-    double next[3];  /* for the next step to start from */
+    double start[3];      /* relative velocity before the step */
+    double free[3];       /* with the free twists */
+    double remembered[3]; /* impulse of the last step, along the axes; */
+    double warm[3];       /* and the one to start from */
+    double next[3];       /* for the next step to start from */
     double impulse[3];
     double velocity[3];
     uint32_t generations[4]; /* of bodies and shapes */
@@ -260,6 +261,7 @@ typedef struct perp__island_work {
     double *gap, *guard;                           /* contacts of the island */
     double *strength, *solved, *solved_rows;       /* bodies; numbers; 3 a contact: of hold */
     int8_t *hit, *near;                            /* contacts of the island; bodies */
+    int32_t *part;                                 /* contacts of a part of it: near.c */
 } perp__island_work;
 
 /* A snapshot of the world's own. */
@@ -378,10 +380,6 @@ struct perp_world {
 /* Opens a public call on a world: PERP_ERROR_HANDLE for what is none. perp__leave closes it. */
 perp_status perp__world_enter(const perp_world *world);
 
-/* Block of `size` bytes that starts with the first `used` bytes of `old`, which is released; NULL,
- * with `old` as it was, if there is no memory. */
-void *perp__grown(perp_context *context, void *old, size_t used, size_t size);
-
 /* Ids. */
 uint64_t perp__id(int32_t slot, uint32_t generation);
 perp_status perp__find_body(const perp_world *world, int32_t *slot, perp_body id);
@@ -497,9 +495,6 @@ static inline int32_t perp__count_members(const perp_world *world)
 
 /* island.c: islands of the dynamic bodies that the set's included contacts join. */
 perp_status perp__build_islands(perp_world *world, const perp__contact_set *set);
-/* Sets of bodies that are joined, in world->parent. */
-int32_t perp__find_root(int32_t *parent, int32_t i);
-void perp__join(int32_t *parent, int32_t i, int32_t j);
 
 /* contact_rows.c */
 void perp__contact_frame(const perp_world *world, perp__world_contact *contact);
@@ -621,6 +616,9 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
 perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, const perp__rigid_problem *problem,
                               double tol);
+/* Writes the velocities of what rests as 0.0, where the impulses at hand leave it so to tol, beside
+ * each body's own terms; returns whether. */
+int32_t perp__rest_island(perp_world *world, const perp__island *island, double tol);
 
 /* impacts.c: an island solved to tol. */
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,

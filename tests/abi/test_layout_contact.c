@@ -93,6 +93,19 @@ static void test_contact_result(void **state)
     FIELD(perp_contact_result, has_ray, 108, 4);
 }
 
+static void test_contact_sensitivity_info(void **state)
+{
+    (void)state;
+    SIZE(perp_contact_sensitivity_info, 40);
+    FIELD(perp_contact_sensitivity_info, struct_size, 0, 8);
+    FIELD(perp_contact_sensitivity_info, verdict, 8, 4);
+    FIELD(perp_contact_sensitivity_info, index, 12, 4);
+    FIELD(perp_contact_sensitivity_info, active, 16, 4);
+    FIELD(perp_contact_sensitivity_info, reserved, 20, 4);
+    FIELD(perp_contact_sensitivity_info, margin, 24, 8);
+    FIELD(perp_contact_sensitivity_info, condition, 32, 8);
+}
+
 static void test_values(void **state)
 {
     (void)state;
@@ -117,7 +130,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_contact_laws),     cmocka_unit_test(test_contact_dynamics),
         cmocka_unit_test(test_contact_progress), cmocka_unit_test(test_contact_settings),
-        cmocka_unit_test(test_contact_result),   cmocka_unit_test(test_values),
+        cmocka_unit_test(test_contact_result),   cmocka_unit_test(test_contact_sensitivity_info),
+        cmocka_unit_test(test_values),
     };
 
     if (sizeof(void *) != 8 || sizeof(long) != 8)

@@ -102,7 +102,8 @@ static void test_the_better_point(void **state)
     perp_contact_solver *solver = solved(&grain, 1);
 
     (void)state;
-    solver->best.method = -1; /* none yet */
+    solver->best.method = -1; /* none yet, */
+    solver->said = PERP_OUTCOME_STALLED; /* whatever the last method said */
     assert_true(offer(solver, 2e8, 0.0));
     assert_true(offer(solver, 1.5e8, 0.0));  /* nearer */
     assert_false(offer(solver, 1.8e8, 0.0)); /* less near */

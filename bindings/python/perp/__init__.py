@@ -11,6 +11,7 @@ ncp_check_jacobian  a Jacobian against differences of its function
 contact     contact with friction over dynamics of your own
 ContactSolver     the same, kept for many solves
 contact_delassus  the same from the matrix W that couples the contacts
+contact_sensitivity  derivatives of velocities and impulses with respect to the data
 fclib       (perp.fclib, imported by name) problems in FCLIB's files
 Mechanism   mechanisms in coordinates of your own, by functions: steps, all accelerations
 load_friction  every acceleration where friction depends on the load (screws, gears, guides)
@@ -30,6 +31,7 @@ from ._body import Body, Shape
 from ._bristle import LuGre, Stribeck, stribeck
 from ._compliant import Compliant, CompliantRun, Linearisation
 from ._contact import ContactResult, ContactSolver, contact, contact_delassus
+from ._contact_sensitivity import ContactSensitivity, contact_sensitivity
 from ._errors import Error, OutsideDomain
 from ._friction import (
     InverseLoad,
@@ -65,6 +67,7 @@ __all__ = [
     "CompliantRun",
     "Contact",
     "ContactResult",
+    "ContactSensitivity",
     "ContactSolver",
     "Energy",
     "Error",
@@ -100,6 +103,7 @@ __all__ = [
     "__version__",
     "contact",
     "contact_delassus",
+    "contact_sensitivity",
     "lcp",
     "lcp_all",
     "lcp_batch",

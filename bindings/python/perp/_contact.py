@@ -116,11 +116,12 @@ class _Laws:
         bounds: Optional[tuple[ArrayLike, ArrayLike]],
     ) -> None:
         low, high, self.bounded = _bounds(bounds, rows)
+        self.rows = rows
         rows -= self.bounded
         if mu is None:
             raise _errors.argument_error("mu is missing: the coefficients of friction")
         dims = np.asarray(dim)
-        if dims.dtype.kind not in "iu" or dims.ndim > 1 or not np.isin(dims, (1, 2, 3)).all():
+        if dims.dtype.kind not in "iu" or dims.ndim > 1 or not ((dims >= 1) & (dims <= 3)).all():
             raise _errors.argument_error(f"dim is {dim!r}, expected 1, 2 or 3, or one a contact")
         given = {"mu": mu, "rolling": rolling, "spinning": spinning}
         arrays = {name: _arrays.real(x, name) for name, x in given.items() if x is not None}
@@ -139,7 +140,8 @@ class _Laws:
         self.struct.lower, self.struct.upper = _optional(low), _optional(high)
         for name, array in self.coefficients.items():
             setattr(self.struct, name, _arrays.address(array))
-        self.starts = self._starts()
+        alike = dims.ndim == 0 and len(arrays) == 1  # without rolling and spinning
+        self.starts = np.arange(self.contacts) * int(dims) if alike else self._starts()
 
     @staticmethod
     def _contacts(rows: int, dims: NDArray[Any], arrays: dict[str, Array]) -> int:
@@ -172,6 +174,8 @@ class _Laws:
         if spinning is not None:
             rows += spinning > 0
         return np.cumsum(rows) - rows
+
+    compliance: Optional[Array] = None
 
     def comply(self, compliance: Optional[ArrayLike], size: int) -> None:
         self.compliance = _arrays.bound(compliance, "compliance", size)
@@ -271,6 +275,60 @@ def _watch(monitor: Optional[Monitor], entries: int, settings: ContactSettings) 
     return watch
 
 
+class _Problem:
+    """Contacts and dynamics as the library takes them, with the arrays that they live in."""
+
+    def __init__(self) -> None:
+        self.dynamics = sized(ContactDynamics)
+        self._views = sized(Matrix), sized(Matrix), sized(Matrix)
+        self.mass: Optional[_MassSolve] = None
+        self.laws: Optional[_Laws] = None
+
+    def read(
+        self,
+        M: Any,
+        H: Any,
+        mu: Optional[ArrayLike],
+        dim: Union[int, Sequence[int], NDArray[Any]],
+        bilateral: Any,
+        bounds: Optional[tuple[ArrayLike, ArrayLike]],
+        compliance: Optional[ArrayLike],
+        rolling: Optional[ArrayLike],
+        spinning: Optional[ArrayLike],
+    ) -> None:
+        """mu None: with the laws as they are, of as many rows."""
+        M_view, H_view, G_view = self._views
+        dynamics, owners = self.dynamics, []
+        self.entries, owner = _arrays.view_rectangle(H_view, H, "H")
+        owners.append(owner)
+        self.rows, self.n = H_view.rows, H_view.columns
+        laws = self.laws
+        keeps = mu is None and laws is not None and laws.rows == self.rows
+        if laws is None or not keeps:
+            laws = _Laws(self.rows, mu, dim, rolling, spinning, bounds)
+        dynamics.H = pointer(H_view)
+        dynamics.G = None
+        self.size = self.rows
+        if bilateral is not None:
+            owners.append(_arrays.view_rectangle(G_view, bilateral, "G")[1])
+            dynamics.G = pointer(G_view)
+            self.size += G_view.rows
+        laws.comply(laws.compliance if keeps else compliance, self.size)
+        dynamics.M, dynamics.solve, self.mass = None, _NO_SOLVE, None
+        if callable(M) and not _arrays.is_sparse(M):
+            self.mass = _MassSolve(M, self.n)
+            dynamics.solve = self.mass.function
+        else:
+            owners.append(_arrays.view_rectangle(M_view, M, "M")[1])
+            dynamics.M = pointer(M_view)
+        dynamics.n = self.n
+        self.laws, self._owners = laws, owners
+
+    def raise_caught(self) -> None:
+        if self.mass is not None:
+            self.mass.raise_caught()
+
+
 class ContactSolver(Handle):
     """Contacts over somebody else's dynamics, to be solved for many f and w: checks, factors and
     workspace are set up once, and every solve starts from the last solution.
@@ -311,8 +369,8 @@ class ContactSolver(Handle):
         self._monitor = monitor
         self._watch = Watch(monitor, ContactMonitor, CONTACT_METHODS)
         self._watched = False
-        self._dynamics, self._result = sized(ContactDynamics), sized(CResult)
-        self._views = sized(Matrix), sized(Matrix), sized(Matrix)
+        self._problem, self._result = _Problem(), sized(CResult)
+        self._size, self._last = -1, None  # type: int, Optional[Array]
         super().__init__(byref(self._settings))
         self.setup(
             M, H, mu, dim=dim, bilateral=bilateral, bounds=bounds, compliance=compliance,
@@ -323,7 +381,7 @@ class ContactSolver(Handle):
         self,
         M: Any,
         H: Any,
-        mu: ArrayLike,
+        mu: Optional[ArrayLike] = None,
         *,
         dim: Union[int, Sequence[int], NDArray[Any]] = 3,
         bilateral: Any = None,
@@ -332,46 +390,26 @@ class ContactSolver(Handle):
         rolling: Optional[ArrayLike] = None,
         spinning: Optional[ArrayLike] = None,
     ) -> None:
-        """Replaces the problem, or takes note that values have changed. After an exception the
-        solver has no problem."""
-        M_view, H_view, G_view = self._views
-        dynamics, owners = self._dynamics, []
+        """Replaces the problem, or takes note that values have changed. setup(M, H, bilateral=G),
+        without mu, has contacts, coefficients, bounds and compliance stay: M, H and G are new, with
+        as many rows. After an exception the solver has no problem."""
+        problem = self._problem
         with self._lock:
-            self._size = -1
-            entries, owner = _arrays.view_rectangle(H_view, H, "H")
-            owners.append(owner)
-            rows, n = H_view.rows, H_view.columns
-            laws = _Laws(rows, mu, dim, rolling, spinning, bounds)
-            dynamics.H = pointer(H_view)
-            dynamics.G = None
-            size = rows
-            if bilateral is not None:
-                owners.append(_arrays.view_rectangle(G_view, bilateral, "G")[1])
-                dynamics.G = pointer(G_view)
-                size += G_view.rows
-            laws.comply(compliance, size)
-            dynamics.M, dynamics.solve, mass = None, _NO_SOLVE, None
-            if callable(M) and not _arrays.is_sparse(M):
-                mass = _MassSolve(M, n)
-                dynamics.solve = mass.function
-            else:
-                owners.append(_arrays.view_rectangle(M_view, M, "M")[1])
-                dynamics.M = pointer(M_view)
-            dynamics.n = n
-            self._mass, self._owners = mass, owners
+            size, self._size = self._size, -1
+            problem.read(M, H, mu, dim, bilateral, bounds, compliance, rolling, spinning)
             status = library.perp_contact_solver_setup_dynamics(
-                self._alive(), byref(laws.struct), byref(dynamics)
+                self._alive(), byref(problem.laws.struct), byref(problem.dynamics)
             )
             self._check(status)
-            self._n, self._rows, self._size = n, rows, size
-            self._laws = laws
-            self._last: Optional[Array] = None
-            self._entries = entries * max(rows, 1)
+            self._n, self._rows, self._size = problem.n, problem.rows, problem.size
+            self._laws = problem.laws
+            if size != self._size:
+                self._last = None
+            self._entries = problem.entries * max(problem.rows, 1)
 
     def _check(self, status: int) -> None:
         self._watch.raise_caught()
-        if self._mass is not None:
-            self._mass.raise_caught()
+        self._problem.raise_caught()
         if status:
             self._context.check(status)
 
@@ -383,8 +421,8 @@ class ContactSolver(Handle):
         r0: Optional[ArrayLike] = None,
     ) -> ContactResult:
         """Solves the problem for one f, w and b (None: 0), from r0: (rows of H, then of G), or 0.0
-        for no impulses at all; None is the last solution, if that was ok and setup() did not come
-        in between. Returns a ContactResult."""
+        for no impulses at all; None is the last solution, if that was ok and of as many rows.
+        Returns a ContactResult."""
         with self._lock:
             n, rows, size = self._n, self._rows, self._size
             if size < 0:

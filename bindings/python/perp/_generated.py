@@ -45,6 +45,30 @@ CONSTANTS: dict[str, int] = {
     "PERP_STORAGE_COLUMN_MAJOR": 0,
     "PERP_STORAGE_ROW_MAJOR": 1,
     "PERP_STORAGE_CSC": 2,
+    "PERP_LCP_AUTO": 0,
+    "PERP_LCP_LEMKE": 1,
+    "PERP_LCP_PGS": 2,
+    "PERP_LCP_FISCHER": 3,
+    "PERP_LCP_POLISH": 4,
+    "PERP_LCP_ACTIVE_SET": 5,
+    "PERP_LCP_PATTERNS": 6,
+    "PERP_PIVOT_HARRIS": 0,
+    "PERP_PIVOT_LEXICOGRAPHIC": 1,
+    "PERP_SWEEP_FORWARD": 0,
+    "PERP_SWEEP_SYMMETRIC": 1,
+    "PERP_ACCELERATION_NONE": 0,
+    "PERP_ACCELERATION_CONJUGATE_GRADIENT": 1,
+    "PERP_CERTIFICATE_NONE": 0,
+    "PERP_CERTIFICATE_INFEASIBLE": 1,
+    "PERP_VERDICT_REGULAR": 0,
+    "PERP_VERDICT_NOT_A_SOLUTION": 1,
+    "PERP_VERDICT_SINGULAR": 2,
+    "PERP_VERDICT_DEGENERATE": 3,
+    "PERP_VERDICT_TOO_LARGE": 4,
+    "PERP_PLACE_LOWER": 0,
+    "PERP_PLACE_UPPER": 1,
+    "PERP_PLACE_BETWEEN": 2,
+    "PERP_PLACE_FIXED": 3,
     "PERP_CONTACT_SEPARATE": 0,
     "PERP_CONTACT_STICK": 1,
     "PERP_CONTACT_SLIP": 2,
@@ -97,30 +121,6 @@ CONSTANTS: dict[str, int] = {
     "PERP_JOINT_CYLINDRICAL": 5,
     "PERP_JOINT_PLANAR": 6,
     "PERP_JOINT_DISTANCE": 7,
-    "PERP_LCP_AUTO": 0,
-    "PERP_LCP_LEMKE": 1,
-    "PERP_LCP_PGS": 2,
-    "PERP_LCP_FISCHER": 3,
-    "PERP_LCP_POLISH": 4,
-    "PERP_LCP_ACTIVE_SET": 5,
-    "PERP_LCP_PATTERNS": 6,
-    "PERP_PIVOT_HARRIS": 0,
-    "PERP_PIVOT_LEXICOGRAPHIC": 1,
-    "PERP_SWEEP_FORWARD": 0,
-    "PERP_SWEEP_SYMMETRIC": 1,
-    "PERP_ACCELERATION_NONE": 0,
-    "PERP_ACCELERATION_CONJUGATE_GRADIENT": 1,
-    "PERP_CERTIFICATE_NONE": 0,
-    "PERP_CERTIFICATE_INFEASIBLE": 1,
-    "PERP_VERDICT_REGULAR": 0,
-    "PERP_VERDICT_NOT_A_SOLUTION": 1,
-    "PERP_VERDICT_SINGULAR": 2,
-    "PERP_VERDICT_DEGENERATE": 3,
-    "PERP_VERDICT_TOO_LARGE": 4,
-    "PERP_PLACE_LOWER": 0,
-    "PERP_PLACE_UPPER": 1,
-    "PERP_PLACE_BETWEEN": 2,
-    "PERP_PLACE_FIXED": 3,
     "PERP_MECHANISM_FROZEN": 0,
     "PERP_MECHANISM_IMPLICIT": 1,
     "PERP_MECHANISM_THETA": 2,
@@ -202,6 +202,122 @@ class Matrix(Structure):
         ("values", c_void_p),
         ("column_starts", c_void_p),
         ("row_indices", c_void_p),
+    ]
+
+
+class LcpProgress(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("method", c_int32),
+        ("reserved", c_int32),
+        ("iterations", c_int64),
+        ("residual", c_double),
+    ]
+
+
+LcpMonitor = CFUNCTYPE(c_int32, POINTER(LcpProgress), c_void_p)
+
+
+class LcpSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("method", c_int32),
+        ("max_iterations", c_int32),
+        ("tol", c_double),
+        ("time_limit", c_double),
+        ("relaxation", c_double),
+        ("pivot_rule", c_int32),
+        ("scaling", c_int32),
+        ("polish", c_int32),
+        ("crash", c_int32),
+        ("monitor", LcpMonitor),
+        ("monitor_user", c_void_p),
+        ("sweep", c_int32),
+        ("acceleration", c_int32),
+        ("penalty", c_double),
+    ]
+
+
+class LcpResult(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("outcome", c_int32),
+        ("method", c_int32),
+        ("iterations", c_int64),
+        ("residual", c_double),
+        ("natural_residual", c_double),
+        ("backward_error", c_double),
+        ("seconds", c_double),
+        ("certificate", c_int32),
+        ("has_ray", c_int32),
+    ]
+
+
+class LcpSolverHandle(Structure):
+    pass
+
+
+LcpSolverPointer = POINTER(LcpSolverHandle)
+
+
+class LcpProof(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("verdict", c_int32),
+        ("index", c_int32),
+        ("radius", c_double),
+    ]
+
+
+class LcpSensitivityHandle(Structure):
+    pass
+
+
+LcpSensitivityPointer = POINTER(LcpSensitivityHandle)
+
+
+class LcpSensitivityInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("verdict", c_int32),
+        ("index", c_int32),
+        ("active", c_int32),
+        ("reserved", c_int32),
+        ("margin", c_double),
+        ("condition", c_double),
+    ]
+
+
+class LcpFound(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("dimension", c_int32),
+        ("vertex_count", c_int32),
+        ("ray_count", c_int32),
+        ("reserved", c_int32),
+        ("residual", c_double),
+        ("z", c_void_p),
+        ("w", c_void_p),
+        ("places", c_void_p),
+        ("vertices", c_void_p),
+        ("rays", c_void_p),
+    ]
+
+
+LcpVisit = CFUNCTYPE(c_int32, POINTER(LcpFound), c_void_p)
+
+
+class LcpEnumeration(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("outcome", c_int32),
+        ("isolated", c_int32),
+        ("families", c_int32),
+        ("reserved", c_int32),
+        ("nodes", c_int64),
+        ("bases", c_int64),
+        ("singular", c_int64),
+        ("seconds", c_double),
     ]
 
 
@@ -291,6 +407,25 @@ class ContactSolverHandle(Structure):
 
 
 ContactSolverPointer = POINTER(ContactSolverHandle)
+
+
+class ContactSensitivityHandle(Structure):
+    pass
+
+
+ContactSensitivityPointer = POINTER(ContactSensitivityHandle)
+
+
+class ContactSensitivityInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("verdict", c_int32),
+        ("index", c_int32),
+        ("active", c_int32),
+        ("reserved", c_int32),
+        ("margin", c_double),
+        ("condition", c_double),
+    ]
 
 
 class LoadSystem(Structure):
@@ -634,122 +769,6 @@ class JointState(Structure):
     ]
 
 
-class LcpProgress(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("method", c_int32),
-        ("reserved", c_int32),
-        ("iterations", c_int64),
-        ("residual", c_double),
-    ]
-
-
-LcpMonitor = CFUNCTYPE(c_int32, POINTER(LcpProgress), c_void_p)
-
-
-class LcpSettings(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("method", c_int32),
-        ("max_iterations", c_int32),
-        ("tol", c_double),
-        ("time_limit", c_double),
-        ("relaxation", c_double),
-        ("pivot_rule", c_int32),
-        ("scaling", c_int32),
-        ("polish", c_int32),
-        ("crash", c_int32),
-        ("monitor", LcpMonitor),
-        ("monitor_user", c_void_p),
-        ("sweep", c_int32),
-        ("acceleration", c_int32),
-        ("penalty", c_double),
-    ]
-
-
-class LcpResult(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("outcome", c_int32),
-        ("method", c_int32),
-        ("iterations", c_int64),
-        ("residual", c_double),
-        ("natural_residual", c_double),
-        ("backward_error", c_double),
-        ("seconds", c_double),
-        ("certificate", c_int32),
-        ("has_ray", c_int32),
-    ]
-
-
-class LcpSolverHandle(Structure):
-    pass
-
-
-LcpSolverPointer = POINTER(LcpSolverHandle)
-
-
-class LcpProof(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("verdict", c_int32),
-        ("index", c_int32),
-        ("radius", c_double),
-    ]
-
-
-class LcpSensitivityHandle(Structure):
-    pass
-
-
-LcpSensitivityPointer = POINTER(LcpSensitivityHandle)
-
-
-class LcpSensitivityInfo(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("verdict", c_int32),
-        ("index", c_int32),
-        ("active", c_int32),
-        ("reserved", c_int32),
-        ("margin", c_double),
-        ("condition", c_double),
-    ]
-
-
-class LcpFound(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("dimension", c_int32),
-        ("vertex_count", c_int32),
-        ("ray_count", c_int32),
-        ("reserved", c_int32),
-        ("residual", c_double),
-        ("z", c_void_p),
-        ("w", c_void_p),
-        ("places", c_void_p),
-        ("vertices", c_void_p),
-        ("rays", c_void_p),
-    ]
-
-
-LcpVisit = CFUNCTYPE(c_int32, POINTER(LcpFound), c_void_p)
-
-
-class LcpEnumeration(Structure):
-    _fields_ = [
-        ("struct_size", c_size_t),
-        ("outcome", c_int32),
-        ("isolated", c_int32),
-        ("families", c_int32),
-        ("reserved", c_int32),
-        ("nodes", c_int64),
-        ("bases", c_int64),
-        ("singular", c_int64),
-        ("seconds", c_double),
-    ]
-
-
 MechanismMass = CFUNCTYPE(c_int32, c_void_p, c_void_p, c_void_p)
 
 
@@ -1032,11 +1051,19 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_context_settings": ContextSettings,
     "perp_bristle": Bristle,
     "perp_matrix": Matrix,
+    "perp_lcp_progress": LcpProgress,
+    "perp_lcp_settings": LcpSettings,
+    "perp_lcp_result": LcpResult,
+    "perp_lcp_proof": LcpProof,
+    "perp_lcp_sensitivity_info": LcpSensitivityInfo,
+    "perp_lcp_found": LcpFound,
+    "perp_lcp_enumeration": LcpEnumeration,
     "perp_contact_laws": ContactLaws,
     "perp_contact_dynamics": ContactDynamics,
     "perp_contact_progress": ContactProgress,
     "perp_contact_settings": ContactSettings,
     "perp_contact_result": ContactResult,
+    "perp_contact_sensitivity_info": ContactSensitivityInfo,
     "perp_load_system": LoadSystem,
     "perp_load_settings": LoadSettings,
     "perp_load_found": LoadFound,
@@ -1058,13 +1085,6 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_world_states": WorldStates,
     "perp_joint_settings": JointSettings,
     "perp_joint_state": JointState,
-    "perp_lcp_progress": LcpProgress,
-    "perp_lcp_settings": LcpSettings,
-    "perp_lcp_result": LcpResult,
-    "perp_lcp_proof": LcpProof,
-    "perp_lcp_sensitivity_info": LcpSensitivityInfo,
-    "perp_lcp_found": LcpFound,
-    "perp_lcp_enumeration": LcpEnumeration,
     "perp_mechanism_model": MechanismModel,
     "perp_mechanism_settings": MechanismSettings,
     "perp_mechanism_step": MechanismStep,
@@ -1104,6 +1124,50 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_matrix_init": (c_int32, [POINTER(Matrix), c_size_t]),
     "perp_matrix_dense": (c_int32, [POINTER(Matrix), c_int32, c_int32, c_int32, c_void_p, c_int64]),
     "perp_matrix_csc": (c_int32, [POINTER(Matrix), c_int32, c_int32, c_void_p, c_void_p, c_void_p]),
+    "perp_lcp_settings_init": (c_int32, [POINTER(LcpSettings), c_size_t]),
+    "perp_lcp_result_init": (c_int32, [POINTER(LcpResult), c_size_t]),
+    "perp_lcp_method_text": (c_char_p, [c_int32]),
+    "perp_lcp_solver_create": (c_int32, [
+        ContextPointer, POINTER(LcpSolverPointer), POINTER(LcpSettings)
+    ]),
+    "perp_lcp_solver_destroy": (None, [LcpSolverPointer]),
+    "perp_lcp_solver_set": (c_int32, [LcpSolverPointer, POINTER(LcpSettings)]),
+    "perp_lcp_solver_setup": (c_int32, [LcpSolverPointer, POINTER(Matrix), c_void_p, c_void_p]),
+    "perp_lcp_solver_solve": (c_int32, [
+        LcpSolverPointer, c_void_p, c_void_p, c_void_p, POINTER(LcpResult), c_void_p, c_void_p
+    ]),
+    "perp_lcp_solve": (c_int32, [
+        ContextPointer, c_void_p, c_void_p, c_void_p, POINTER(LcpResult), POINTER(LcpSettings),
+        POINTER(Matrix), c_void_p, c_void_p, c_void_p, c_void_p
+    ]),
+    "perp_lcp_verdict_text": (c_char_p, [c_int32]),
+    "perp_lcp_proof_init": (c_int32, [POINTER(LcpProof), c_size_t]),
+    "perp_lcp_verify": (c_int32, [
+        ContextPointer, c_void_p, POINTER(LcpProof), POINTER(Matrix), c_void_p, c_void_p, c_void_p,
+        c_void_p
+    ]),
+    "perp_lcp_sensitivity_info_init": (c_int32, [POINTER(LcpSensitivityInfo), c_size_t]),
+    "perp_lcp_sensitivity_create": (c_int32, [
+        ContextPointer, POINTER(LcpSensitivityPointer), POINTER(LcpSensitivityInfo),
+        POINTER(LcpSettings), POINTER(Matrix), c_void_p, c_void_p, c_void_p, c_void_p
+    ]),
+    "perp_lcp_sensitivity_destroy": (None, [LcpSensitivityPointer]),
+    "perp_lcp_sensitivity_places": (c_int32, [LcpSensitivityPointer, c_void_p]),
+    "perp_lcp_sensitivity_forward": (c_int32, [
+        LcpSensitivityPointer, c_void_p, c_void_p, POINTER(Matrix), c_void_p, c_void_p
+    ]),
+    "perp_lcp_sensitivity_adjoint": (c_int32, [
+        LcpSensitivityPointer, c_void_p, c_void_p, c_void_p, c_void_p
+    ]),
+    "perp_lcp_enumeration_init": (c_int32, [POINTER(LcpEnumeration), c_size_t]),
+    "perp_lcp_all": (c_int32, [
+        ContextPointer, POINTER(LcpEnumeration), POINTER(LcpSettings), POINTER(Matrix), c_void_p,
+        c_void_p, c_void_p, LcpVisit, c_void_p
+    ]),
+    "perp_lcp_batch": (c_int32, [
+        ContextPointer, c_void_p, c_void_p, c_void_p, c_void_p, POINTER(LcpSettings), c_int32,
+        c_int64, c_int32, c_void_p, c_void_p, c_void_p, c_void_p
+    ]),
     "perp_contact_laws_init": (c_int32, [POINTER(ContactLaws), c_size_t]),
     "perp_contact_dynamics_init": (c_int32, [POINTER(ContactDynamics), c_size_t]),
     "perp_contact_settings_init": (c_int32, [POINTER(ContactSettings), c_size_t]),
@@ -1137,6 +1201,23 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_contact_solve_delassus": (c_int32, [
         ContextPointer, c_void_p, c_void_p, c_void_p, c_void_p, POINTER(ContactResult),
         POINTER(ContactSettings), POINTER(ContactLaws), POINTER(Matrix), c_void_p, c_void_p
+    ]),
+    "perp_contact_sensitivity_info_init": (c_int32, [POINTER(ContactSensitivityInfo), c_size_t]),
+    "perp_contact_sensitivity_create": (c_int32, [
+        ContextPointer, POINTER(ContactSensitivityPointer), POINTER(ContactSensitivityInfo),
+        POINTER(ContactSettings), POINTER(ContactLaws), POINTER(ContactDynamics), c_void_p,
+        c_void_p, c_void_p, c_void_p
+    ]),
+    "perp_contact_sensitivity_destroy": (None, [ContactSensitivityPointer]),
+    "perp_contact_sensitivity_point": (c_int32, [
+        ContactSensitivityPointer, c_void_p, c_void_p, c_void_p, c_void_p
+    ]),
+    "perp_contact_sensitivity_forward": (c_int32, [
+        ContactSensitivityPointer, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p,
+        POINTER(Matrix), POINTER(Matrix), POINTER(Matrix)
+    ]),
+    "perp_contact_sensitivity_adjoint": (c_int32, [
+        ContactSensitivityPointer, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p
     ]),
     "perp_load_system_init": (c_int32, [POINTER(LoadSystem), c_size_t]),
     "perp_load_settings_init": (c_int32, [POINTER(LoadSettings), c_size_t]),
@@ -1235,50 +1316,6 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_world_set_joint_limits": (c_int32, [WorldPointer, c_uint64, c_double, c_double]),
     "perp_world_set_joint_motor": (c_int32, [WorldPointer, c_uint64, c_double, c_double]),
     "perp_world_set_joint_friction": (c_int32, [WorldPointer, c_uint64, c_double]),
-    "perp_lcp_settings_init": (c_int32, [POINTER(LcpSettings), c_size_t]),
-    "perp_lcp_result_init": (c_int32, [POINTER(LcpResult), c_size_t]),
-    "perp_lcp_method_text": (c_char_p, [c_int32]),
-    "perp_lcp_solver_create": (c_int32, [
-        ContextPointer, POINTER(LcpSolverPointer), POINTER(LcpSettings)
-    ]),
-    "perp_lcp_solver_destroy": (None, [LcpSolverPointer]),
-    "perp_lcp_solver_set": (c_int32, [LcpSolverPointer, POINTER(LcpSettings)]),
-    "perp_lcp_solver_setup": (c_int32, [LcpSolverPointer, POINTER(Matrix), c_void_p, c_void_p]),
-    "perp_lcp_solver_solve": (c_int32, [
-        LcpSolverPointer, c_void_p, c_void_p, c_void_p, POINTER(LcpResult), c_void_p, c_void_p
-    ]),
-    "perp_lcp_solve": (c_int32, [
-        ContextPointer, c_void_p, c_void_p, c_void_p, POINTER(LcpResult), POINTER(LcpSettings),
-        POINTER(Matrix), c_void_p, c_void_p, c_void_p, c_void_p
-    ]),
-    "perp_lcp_verdict_text": (c_char_p, [c_int32]),
-    "perp_lcp_proof_init": (c_int32, [POINTER(LcpProof), c_size_t]),
-    "perp_lcp_verify": (c_int32, [
-        ContextPointer, c_void_p, POINTER(LcpProof), POINTER(Matrix), c_void_p, c_void_p, c_void_p,
-        c_void_p
-    ]),
-    "perp_lcp_sensitivity_info_init": (c_int32, [POINTER(LcpSensitivityInfo), c_size_t]),
-    "perp_lcp_sensitivity_create": (c_int32, [
-        ContextPointer, POINTER(LcpSensitivityPointer), POINTER(LcpSensitivityInfo),
-        POINTER(LcpSettings), POINTER(Matrix), c_void_p, c_void_p, c_void_p, c_void_p
-    ]),
-    "perp_lcp_sensitivity_destroy": (None, [LcpSensitivityPointer]),
-    "perp_lcp_sensitivity_places": (c_int32, [LcpSensitivityPointer, c_void_p]),
-    "perp_lcp_sensitivity_forward": (c_int32, [
-        LcpSensitivityPointer, c_void_p, c_void_p, POINTER(Matrix), c_void_p, c_void_p
-    ]),
-    "perp_lcp_sensitivity_adjoint": (c_int32, [
-        LcpSensitivityPointer, c_void_p, c_void_p, c_void_p, c_void_p
-    ]),
-    "perp_lcp_enumeration_init": (c_int32, [POINTER(LcpEnumeration), c_size_t]),
-    "perp_lcp_all": (c_int32, [
-        ContextPointer, POINTER(LcpEnumeration), POINTER(LcpSettings), POINTER(Matrix), c_void_p,
-        c_void_p, c_void_p, LcpVisit, c_void_p
-    ]),
-    "perp_lcp_batch": (c_int32, [
-        ContextPointer, c_void_p, c_void_p, c_void_p, c_void_p, POINTER(LcpSettings), c_int32,
-        c_int64, c_int32, c_void_p, c_void_p, c_void_p, c_void_p
-    ]),
     "perp_mechanism_model_init": (c_int32, [POINTER(MechanismModel), c_size_t]),
     "perp_mechanism_settings_init": (c_int32, [POINTER(MechanismSettings), c_size_t]),
     "perp_mechanism_step_init": (c_int32, [POINTER(MechanismStep), c_size_t]),

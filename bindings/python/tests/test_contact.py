@@ -288,6 +288,25 @@ def test_solver_keeps_set_up_and_start():
         solver.solve(f, w[:3])
 
 
+def test_a_moving_robot_keeps_its_laws_and_start():
+    M, H, G, f, w, b, bounds = robot(3)
+    compliance = np.full(len(H) + 1, 1e-3)
+    with perp.ContactSolver(M, H, 0.5, bilateral=G, bounds=bounds) as solver:
+        solver.solve(f, w, b)
+        M, H = M + 1e-3 * np.eye(len(M)), 1.001 * H
+        solver.setup(M, H, bilateral=G)
+        step = solver.solve(f, w, b)
+        check_robot((M, H, G, f, w, b, bounds), 0.5, step)
+        assert step.iterations <= 6  # a few Newton steps from the last solution
+        with pytest.raises(ValueError, match="mu is missing"):
+            solver.setup(M, H[:3])  # other rows need laws of their own
+        solver.setup(M, H, bilateral=G)  # those of as many rows are still there
+        check_robot((M, H, G, f, w, b, bounds), 0.5, solver.solve(f, w, b))
+        solver.setup(M, H, 0.5, bilateral=G, bounds=bounds, compliance=compliance)
+        with pytest.raises(ValueError, match="compliance"):
+            solver.setup(M, H)
+
+
 def test_solver_takes_a_mass_callback():
     M, H, G, f, w, b, bounds = robot(5)
     with perp.ContactSolver(lambda x: np.linalg.solve(M, x), H, 0.5, bounds=bounds) as solver:

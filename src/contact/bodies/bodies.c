@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/groups.h"
 
 void perp__bodies_init(perp__bodies *bodies, perp_context *context)
 {
@@ -93,33 +94,21 @@ void perp__visit_column(const perp__matrix *A, int32_t column, perp__visitor vis
     }
 }
 
-/* The root of i's tree; paths are halved on the way. Every root is the least of its tree. */
-static int32_t root_of(int32_t *parents, int32_t i)
-{
-    while (parents[i] != i) {
-        parents[i] = parents[parents[i]];
-        i = parents[i];
-    }
-    return i;
-}
-
 typedef struct components {
     int32_t *parents;
     int32_t apart[7]; /* apart[g]: some entry joins two groups of g unknowns; g = 3, 6 */
+    int32_t count;    /* of a column: more than a block has room for, and there are none */
 } components;
 
 static void join(void *user, int32_t i, int32_t j, double value)
 {
     components *c = user;
-    const int32_t a = root_of(c->parents, i), b = root_of(c->parents, j);
 
     (void)value;
+    c->count++;
     for (int32_t g = 3; g <= 6; g += 3)
         c->apart[g] |= i / g != j / g;
-    if (a < b)
-        c->parents[b] = a;
-    else
-        c->parents[a] = b;
+    perp__join(c->parents, i, j);
 }
 
 /* Numbers the components in the order of their first unknowns; returns the largest. */
@@ -127,15 +116,9 @@ static int32_t number_components(perp__bodies *bodies, int32_t *parents)
 {
     int32_t most = 0;
 
-    bodies->blocks = 0;
-    for (int32_t i = 0; i < bodies->n; i++) {
-        const int32_t root = root_of(parents, i);
-
-        if (root == i)
-            bodies->block_of[i] = bodies->blocks++;
-        else
-            bodies->block_of[i] = bodies->block_of[root];
-    }
+    bodies->blocks = perp__number_parts(parents, bodies->n);
+    for (int32_t i = 0; i < bodies->n; i++)
+        bodies->block_of[i] = parents[i];
     memset(parents, 0, (size_t)bodies->n * sizeof *parents); /* now: how many there are */
     for (int32_t i = 0; i < bodies->n; i++) {
         bodies->place_of[i] = parents[bodies->block_of[i]]++;
@@ -148,12 +131,16 @@ static int32_t number_components(perp__bodies *bodies, int32_t *parents)
 static int32_t find_blocks(perp__bodies *bodies, const perp__bodies_input *input)
 {
     const int32_t groups[2] = {bodies->most_rows == 2 ? 3 : 6, bodies->most_rows == 2 ? 6 : 3};
-    components c = {bodies->mark, {0}};
+    components c = {bodies->mark, {0}, 0};
 
     for (int32_t i = 0; i < bodies->n; i++)
         c.parents[i] = i;
-    for (int32_t j = 0; j < bodies->n; j++)
+    for (int32_t j = 0; j < bodies->n; j++) {
+        c.count = 0;
         perp__visit_column(input->M, j, join, &c);
+        if (c.count > PERP__BODY_WIDTH_MOST)
+            return 0;
+    }
     for (int32_t k = 0; k < 2; k++) { /* planar bodies have 3 unknowns, others 6 */
         const int32_t g = groups[k];
 

@@ -93,8 +93,7 @@ static void count_pieces(perp__bodies *b, const perp__bodies_input *input)
     }
 }
 
-/* The units of each block in ascending order. */
-static void list_units(perp__bodies *b)
+void perp__bodies_list_units(perp__bodies *b)
 {
     for (int32_t k = 0; k < b->units; k++)
         for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
@@ -142,7 +141,7 @@ static void fill_pieces(perp__bodies *b, const perp__bodies_input *input)
     visit_pieces(&p, input); /* moves each start to the next unit's */
     memmove(b->piece_starts + 1, b->piece_starts, (size_t)b->units * sizeof *b->piece_starts);
     b->piece_starts[0] = 0;
-    list_units(b);
+    perp__bodies_list_units(b);
     scale_pieces(b);
 }
 

@@ -3,23 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/groups.h"
 #include "contact/hold/clusters.h"
-
-static int32_t find(int32_t *parent, int32_t k)
-{
-    while (parent[k] != k) {
-        parent[k] = parent[parent[k]];
-        k = parent[k];
-    }
-    return k;
-}
-
-static void join(int32_t *parent, int32_t a, int32_t b)
-{
-    a = find(parent, a);
-    b = find(parent, b);
-    parent[a > b ? a : b] = a < b ? a : b;
-}
 
 /* Joins what is not held by rows that hold; members: by cluster, in the order of the first of
  * each. */
@@ -40,14 +25,14 @@ static void find_clusters(perp__hold *h)
             if (h->is_held[block])
                 continue;
             if (last >= 0)
-                join(h->cluster, last, block);
+                perp__join(h->cluster, last, block);
             last = block;
         }
     }
     for (int32_t k = 0; k <= b->blocks; k++)
         count[k] = 0;
     for (int32_t k = 0; k < b->blocks; k++) {
-        h->cluster[k] = find(h->cluster, k);
+        h->cluster[k] = perp__root_of(h->cluster, k);
         count[h->cluster[k]] += !h->is_held[k];
     }
     for (int32_t k = 0; k < b->blocks; k++) { /* now: where the cluster begins */

@@ -109,22 +109,6 @@ PERP__KERNEL static void add_loops(perp__bodies *b, const perp__rigid_problem *p
 
 PERP__MULTIVERSION(add, (perp__bodies * b, const perp__rigid_problem *problem), (b, problem))
 
-/* The units of each block in ascending order; block b's count stands in block_starts[b + 1]. */
-static void list_units(perp__bodies *b)
-{
-    for (int32_t k = 0; k < b->blocks; k++)
-        b->block_starts[k + 1] += b->block_starts[k];
-    for (int32_t k = 0; k < b->units; k++)
-        for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
-            const int64_t at = b->block_starts[b->piece_blocks[piece]]++;
-
-            b->block_units[at] = k;
-            b->block_pieces[at] = piece;
-        }
-    memmove(b->block_starts + 1, b->block_starts, (size_t)b->blocks * sizeof *b->block_starts);
-    b->block_starts[0] = 0;
-}
-
 perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem *problem)
 {
     perp_status status;
@@ -160,6 +144,8 @@ perp_status perp__bodies_setup_rigid(perp__bodies *b, const perp__rigid_problem 
     b->piece_starts[0] = b->entries = 0;
     add(b, problem);
     b->pieces = b->piece_starts[b->units];
-    list_units(b);
+    for (int32_t k = 0; k < b->blocks; k++)
+        b->block_starts[k + 1] += b->block_starts[k];
+    perp__bodies_list_units(b);
     return PERP_OK;
 }

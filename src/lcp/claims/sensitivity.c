@@ -267,12 +267,8 @@ perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitiv
                                         const double *q, const double *lower, const double *upper,
                                         const double *z)
 {
-    perp_status status = perp__enter(context);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(context,
-                       create(context, sensitivity, info, settings, M, q, lower, upper, z));
+    PERP__RETURN_CALL(perp__enter(context), context,
+                      create(context, sensitivity, info, settings, M, q, lower, upper, z));
 }
 
 void perp_lcp_sensitivity_destroy(perp_lcp_sensitivity *sensitivity)
@@ -368,11 +364,8 @@ perp_status perp_lcp_sensitivity_forward(perp_lcp_sensitivity *sensitivity, doub
                                          const double *dq, const perp_matrix *dM,
                                          const double *dlower, const double *dupper)
 {
-    perp_status status = enter(sensitivity);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(sensitivity->context, forward(sensitivity, dz, dq, dM, dlower, dupper));
+    PERP__RETURN_CALL(enter(sensitivity), sensitivity->context,
+                      forward(sensitivity, dz, dq, dM, dlower, dupper));
 }
 
 /* rhs := p, p_A = -M_AA^-T g_A and 0 elsewhere; for a direction (d, e) of q and of the bounds of N
@@ -418,11 +411,8 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
 perp_status perp_lcp_sensitivity_adjoint(perp_lcp_sensitivity *sensitivity, double *p,
                                          double *lower, double *upper, const double *g)
 {
-    perp_status status = enter(sensitivity);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(sensitivity->context, adjoint(sensitivity, p, lower, upper, g));
+    PERP__RETURN_CALL(enter(sensitivity), sensitivity->context,
+                      adjoint(sensitivity, p, lower, upper, g));
 }
 
 perp_status perp_lcp_sensitivity_places(perp_lcp_sensitivity *sensitivity, int32_t *places)

@@ -527,9 +527,6 @@ perp_status perp_lcp_verify(perp_context *context, double *radii, perp_lcp_proof
                             const perp_matrix *M, const double *q, const double *lower,
                             const double *upper, const double *z)
 {
-    perp_status status = perp__enter(context);
-
-    if (status != PERP_OK)
-        return status;
-    return perp__leave(context, verify(context, radii, proof, M, q, lower, upper, z));
+    PERP__RETURN_CALL(perp__enter(context), context,
+                      verify(context, radii, proof, M, q, lower, upper, z));
 }

@@ -42,7 +42,7 @@ static void layout(perp__arena *arena, void *object)
 
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
-    PERP__INTEGERS(arena, rows, &a->row_of, &a->turning.columns);
+    PERP__INTEGERS(arena, rows, &a->row_of, &a->turning.columns, &a->turning.rows);
     a->indices = perp__arena_take(arena, 2 * rows, sizeof(int32_t));
     a->element = perp__arena_take(arena, elements, sizeof *a->element);
     a->pattern.mode = perp__arena_take(arena, elements, 1);
@@ -62,10 +62,8 @@ static void layout_blocks(perp__arena *arena, void *object)
 {
     perp__acceleration *a = object;
     const size_t active = (size_t)a->active, square = active * active;
-    double **const matrices[] = {&a->W, &a->held, &a->turning.K, &a->turning.E};
 
-    for (size_t k = 0; k < sizeof matrices / sizeof *matrices; k++)
-        *matrices[k] = perp__arena_take(arena, square, sizeof(double));
+    PERP__DOUBLES(arena, square, &a->W, &a->held, &a->turning.K);
     perp__linear_layout(&a->linear, arena);
     a->work =
         perp__arena_take(arena, 4 * square + 8 * active + 4 * (size_t)a->m->n, sizeof(double));
@@ -208,11 +206,8 @@ static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summ
 perp_status perp_mechanism_accelerations(perp_mechanism *mechanism, perp_mechanism_summary *summary,
                                          double t, const double *q, const double *v)
 {
-    const perp_status status = perp__mechanism_enter(mechanism);
-
-    return status == PERP_OK
-               ? perp__leave(mechanism->context, accelerations(mechanism, summary, t, q, v))
-               : status;
+    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+                      accelerations(mechanism, summary, t, q, v));
 }
 
 /* ---- the answers --------------------------------------------------------------------------- */
@@ -257,8 +252,6 @@ static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t i
 perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mechanism_found *found,
                                             int32_t index)
 {
-    const perp_status status = perp__mechanism_enter(mechanism);
-
-    return status == PERP_OK ? perp__leave(mechanism->context, get(mechanism, found, index))
-                             : status;
+    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+                      get(mechanism, found, index));
 }

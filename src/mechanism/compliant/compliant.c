@@ -185,9 +185,7 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
 perp_status perp_compliant_create(perp_context *context, perp_compliant **compliant,
                                   const perp_compliant_system *system)
 {
-    const perp_status status = perp__enter(context);
-
-    return status == PERP_OK ? perp__leave(context, create(context, compliant, system)) : status;
+    PERP__RETURN_CALL(perp__enter(context), context, create(context, compliant, system));
 }
 
 void perp_compliant_destroy(perp_compliant *compliant)
@@ -251,10 +249,6 @@ perp_status perp_compliant_linearise(perp_compliant *compliant, perp_compliant_s
                                      double *gamma, double *eigenvalues, const int32_t *slip,
                                      const int32_t *load)
 {
-    const perp_status status = perp__compliant_enter(compliant);
-
-    return status == PERP_OK
-               ? perp__leave(compliant->context,
-                             linearise(compliant, stability, gamma, eigenvalues, slip, load))
-               : status;
+    PERP__RETURN_CALL(perp__compliant_enter(compliant), compliant->context,
+                      linearise(compliant, stability, gamma, eigenvalues, slip, load));
 }

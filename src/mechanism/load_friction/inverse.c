@@ -112,9 +112,6 @@ perp_status perp_load_friction_inverse(perp_load_friction *friction, double *tau
                                        perp_load_inverse *inverse, const double *velocity,
                                        const double *acceleration)
 {
-    const perp_status status = perp__friction_enter(friction);
-
-    return status == PERP_OK ? perp__leave(friction->context,
-                                           invert(friction, tau, inverse, velocity, acceleration))
-                             : status;
+    PERP__RETURN_CALL(perp__friction_enter(friction), friction->context,
+                      invert(friction, tau, inverse, velocity, acceleration));
 }

@@ -297,10 +297,7 @@ perp_status perp_load_friction_create(perp_context *context, perp_load_friction 
                                       const perp_load_settings *settings,
                                       const perp_load_system *system)
 {
-    const perp_status status = perp__enter(context);
-
-    return status == PERP_OK ? perp__leave(context, create(context, friction, settings, system))
-                             : status;
+    PERP__RETURN_CALL(perp__enter(context), context, create(context, friction, settings, system));
 }
 
 void perp_load_friction_destroy(perp_load_friction *friction)
@@ -330,9 +327,7 @@ static perp_status set(perp_load_friction *f, const perp_load_system *system)
 
 perp_status perp_load_friction_set(perp_load_friction *friction, const perp_load_system *system)
 {
-    const perp_status status = perp__friction_enter(friction);
-
-    return status == PERP_OK ? perp__leave(friction->context, set(friction, system)) : status;
+    PERP__RETURN_CALL(perp__friction_enter(friction), friction->context, set(friction, system));
 }
 
 /* ---- questions ----------------------------------------------------------------------------- */
@@ -373,11 +368,8 @@ static perp_status solve(perp_load_friction *f, perp_load_summary *summary, cons
 perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_summary *summary,
                                      const double *tau, const double *velocity)
 {
-    const perp_status status = perp__friction_enter(friction);
-
-    return status == PERP_OK
-               ? perp__leave(friction->context, solve(friction, summary, tau, velocity))
-               : status;
+    PERP__RETURN_CALL(perp__friction_enter(friction), friction->context,
+                      solve(friction, summary, tau, velocity));
 }
 
 static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t index)
@@ -415,7 +407,6 @@ static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t in
 perp_status perp_load_friction_get(perp_load_friction *friction, perp_load_found *found,
                                    int32_t index)
 {
-    const perp_status status = perp__friction_enter(friction);
-
-    return status == PERP_OK ? perp__leave(friction->context, get(friction, found, index)) : status;
+    PERP__RETURN_CALL(perp__friction_enter(friction), friction->context,
+                      get(friction, found, index));
 }

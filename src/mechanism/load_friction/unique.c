@@ -24,18 +24,24 @@ static size_t square_of(const perp_load_friction *f)
     return (size_t)f->n * (size_t)f->n;
 }
 
+/* A matrix to be factored: the last of those in f->work. */
+static double *factor_of(const perp_load_friction *f)
+{
+    return f->work + 5 * square_of(f);
+}
+
 /* G' = (A^-1 C')' diag(mu) to f->linear.system.K. */
 static void find_G(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n;
     double *X = f->work;
 
-    memcpy(f->linear.system.E, f->A, n * n * sizeof(double));
-    perp__cholesky_factor(f->n, f->linear.system.E, f->n);
+    memcpy(factor_of(f), f->A, n * n * sizeof(double));
+    perp__cholesky_factor(f->n, factor_of(f), f->n);
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++)
             X[j + n * i] = f->C[i + n * j];
-    perp__cholesky_solve(f->n, f->n, f->linear.system.E, f->n, X, f->n);
+    perp__cholesky_solve(f->n, f->n, factor_of(f), f->n, X, f->n);
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++)
             f->linear.system.K[i + n * j] = X[j + n * i] * f->mu[j];
@@ -140,16 +146,16 @@ static double find_radius(perp_load_friction *f)
     return bound;
 }
 
-/* Whether s^2 I - G'G is positive definite; G'G in f->linear.null, work in f->linear.system.E. */
+/* Whether s^2 I - G'G is positive definite; G'G in f->linear.null. */
 static int32_t is_above(perp_load_friction *f, double s)
 {
     const size_t n = (size_t)f->n;
 
     for (size_t i = 0; i < n * n; i++)
-        f->linear.system.E[i] = -f->linear.null[i];
+        factor_of(f)[i] = -f->linear.null[i];
     for (size_t i = 0; i < n; i++)
-        f->linear.system.E[i + n * i] += s * s;
-    return perp__cholesky_factor(f->n, f->linear.system.E, f->n) == 0;
+        factor_of(f)[i + n * i] += s * s;
+    return perp__cholesky_factor(f->n, factor_of(f), f->n) == 0;
 }
 
 /* ||G||_2 from above, to 1e-12: bisection by Cholesky. */
@@ -210,9 +216,9 @@ static int32_t is_dominant(perp_load_friction *f)
             const double friction =
                 0.5 * (f->mu[i] * fabs(f->C[i + n * j]) + f->mu[j] * fabs(f->C[j + n * i]));
 
-            f->linear.system.E[i + n * j] = (i == j ? a : -fabs(a)) - friction;
+            factor_of(f)[i + n * j] = (i == j ? a : -fabs(a)) - friction;
         }
-    return perp__cholesky_factor(f->n, f->linear.system.E, f->n) == 0;
+    return perp__cholesky_factor(f->n, factor_of(f), f->n) == 0;
 }
 
 static int32_t verdict_at_rest(perp_load_friction *f, const double *velocity, int32_t moving)

@@ -1,0 +1,415 @@
+"""perp.mujoco against closed forms, and against MuJoCo where nothing touches."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco")
+
+import perp  # noqa: E402
+import perp._stepper  # noqa: E402
+import perp.mujoco  # noqa: E402
+
+G = 9.81
+
+
+def scene(body, options="", rest=""):
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="0.002" {options}/><worldbody>{body}</worldbody>{rest}</mujoco>'
+    )
+    return model, mujoco.MjData(model)
+
+
+def slope(tangent, geom, floor="", start="0 0 .05", options=""):
+    """A body on a plane: gravity leans, not the plane, so that the plane's frame is the world's."""
+    angle = np.arctan(tangent)
+    gravity = f"{G * np.sin(angle)} 0 {-G * np.cos(angle)}"
+    return scene(
+        f'<geom type="plane" size="5 5 .1" {floor}/>'
+        f'<body pos="{start}"><freejoint/><geom {geom}/></body>',
+        f'gravity="{gravity}" {options}',
+    )
+
+
+BOX = 'type="box" size=".1 .1 .05" friction="{mu}"'
+BALL = 'type="sphere" size=".1" condim="{dim}" friction="1 {spin} {roll}"'
+
+
+def test_a_box_on_a_slope_rests():
+    model, data = slope(0.5, BOX.format(mu=0.6), 'friction=".6"', "0 0 .055")
+    run = perp.mujoco.simulate(model, data, 1.0)
+    assert run.ok
+    assert (run.qvel[-100:] == 0.0).all()  # not small: 0.0
+    assert (run.qpos[-100:] == run.qpos[-1]).all()
+    # it fell 5 mm, and slid until friction had taken what gravity gave it: 0.05 s of free fall at
+    # most, so less than 0.5 g 0.05^2 = 12 mm
+    assert abs(run.qpos[-1, 0]) < 0.012 and abs(run.qpos[-1, 1]) < 1e-9
+
+
+def test_a_box_on_a_steeper_slope_slides_along_coulombs_law():
+    model, data = slope(0.8, BOX.format(mu=0.6), 'friction=".6"', "0 0 .04999")
+    run = perp.mujoco.simulate(model, data, 0.5)
+    angle = np.arctan(0.8)
+    a = G * (np.sin(angle) - 0.6 * np.cos(angle))
+    assert run.ok
+    # every step adds h a, to tol of h g
+    np.testing.assert_allclose(run.qvel[1:, 0], a * run.times[1:], rtol=1e-6)
+    np.testing.assert_allclose(run.qvel[:, 1:], 0.0, atol=1e-7)
+
+
+@pytest.mark.parametrize("axis, mu", [(0, 0.3), (1, 0.6)])
+def test_friction_may_depend_on_the_direction(axis, mu):
+    model, data = scene(
+        '<geom name="floor" type="plane" size="5 5 .1"/>'
+        '<body pos="0 0 .04999"><freejoint/><geom name="box" type="box" size=".1 .1 .05"/></body>',
+        rest='<contact><pair geom1="floor" geom2="box" condim="3" '
+        'friction=".3 .6 0 0 0"/></contact>',
+    )
+    perp.mujoco.step(model, data)
+    first, second = data.contact.frame[0].reshape(3, 3)[1:]
+    direction = (first, second)[axis]
+    data.qvel[:3] = 2.0 * direction
+    run = perp.mujoco.simulate(model, data, 0.1)
+    expected = 2.0 - mu * G * (run.times - run.times[0])
+    assert run.ok
+    np.testing.assert_allclose(run.qvel[:, :3] @ direction, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("tangent, rolls", [(0.04, False), (0.06, True)])
+def test_a_ball_rolls_where_rolling_friction_gives_way(tangent, rolls):
+    """It holds up to tan(slope) = coefficient / radius, here 0.005 / 0.1."""
+    model, data = slope(tangent, BALL.format(dim=6, spin=0.01, roll=0.005), start="0 0 .0999999")
+    run = perp.mujoco.simulate(model, data, 0.5)
+    assert run.ok
+    if not rolls:
+        assert (run.qvel[-100:] == 0.0).all()
+        return
+    angle = np.arctan(tangent)
+    # m a = m g sin - F,   I a / R = F R - 0.005 m g cos,   I = 2/5 m R^2
+    a = G * (np.sin(angle) - 0.05 * np.cos(angle)) / 1.4
+    np.testing.assert_allclose(run.qvel[-1, 0], a * 0.5, rtol=1e-5)
+
+
+@pytest.mark.parametrize("dim", [4, 6])
+def test_a_spinning_ball_is_braked(dim):
+    model, data = slope(0.0, BALL.format(dim=dim, spin=0.005, roll=0.0002), start="0 0 .09999")
+    data.qvel[5] = 10.0
+    run = perp.mujoco.simulate(model, data, 0.25)
+    # I w' = -0.005 m g,   I = 2/5 m R^2: to rest at 0.815 s
+    assert run.ok
+    np.testing.assert_allclose(run.qvel[:, 5], 10.0 - 0.005 * G / 0.004 * run.times, rtol=1e-6)
+    run = perp.mujoco.simulate(model, data, 0.75)
+    assert (run.qvel[-50:] == 0.0).all()
+
+
+ARM = """
+<body><joint name="a" type="hinge" axis="0 1 0" {a}/><geom type="capsule" size=".03" fromto="0 0 0 .5 0 0"/>
+  <body pos=".5 0 0"><joint name="b" type="hinge" axis="0 1 0" {b}/>
+    <geom type="capsule" size=".02" fromto="0 0 0 .3 0 .1"/></body></body>
+"""
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
+def test_where_nothing_touches_it_is_mujoco(integrator):
+    """Damping, servos with velocity gains and activations are integrated as MuJoCo does."""
+    rest = (
+        '<actuator><position joint="a" kp="20" kv="3"/><velocity joint="b" kv="2"/>'
+        '<general joint="b" dyntype="filter" dynprm="0.1" gainprm="4"/></actuator>'
+    )
+    model, data = scene(
+        ARM.format(a='damping="0.5"', b='damping="0.1" stiffness="2"'),
+        f'integrator="{integrator}"',
+        rest,
+    )
+    other = mujoco.MjData(model)
+    for k in range(300):
+        data.ctrl[:] = other.ctrl[:] = np.sin(0.1 * k), 0.5, 1.0
+        assert perp.mujoco.step(model, data).ok
+        mujoco.mj_step(model, other)
+    # 300 steps of rounding, which a double pendulum amplifies tenfold a second
+    np.testing.assert_allclose(data.qpos, other.qpos, atol=1e-11)
+    np.testing.assert_allclose(data.qvel, other.qvel, atol=1e-10)
+    np.testing.assert_allclose(data.act, other.act, atol=1e-14)
+    assert data.time == other.time
+
+
+def test_a_joint_stops_at_its_limit():
+    model, data = scene(
+        ARM.format(a='limited="true" range="-180 30"', b='range="-20 20" damping=".2"')
+    )
+    run = perp.mujoco.simulate(model, data, 3.0)
+    assert run.ok
+    assert (run.qvel[-100:] == 0.0).all()
+    # within the slop it keeps, a thousandth of the mean size, and what it may leave of an overlap
+    assert 0.0 <= run.qpos[-1, 0] - np.radians(30.0) <= 2e-3 * model.stat.meansize
+
+
+def test_dry_friction_of_a_joint_holds_up_to_its_bound():
+    wheel = '<body><joint type="hinge" axis="0 0 1" frictionloss="0.5"/><geom type="sphere" size=".1"/></body>'
+    model, data = scene(wheel)
+    inertia = model.body_inertia[1, 2]
+    data.qfrc_applied[0] = 0.499
+    run = perp.mujoco.simulate(model, data, 0.1)
+    assert run.ok and (run.qvel == 0.0).all()
+    data.qfrc_applied[0] = 0.75
+    run = perp.mujoco.simulate(model, data, 0.1)
+    np.testing.assert_allclose(run.qvel[-1, 0], 0.25 / inertia * 0.1, rtol=1e-8)
+
+
+def test_equations_hold_and_do_not_drift():
+    """A chain whose end is tied to the world, a few millimetres off: a fifth of that goes a step."""
+    model, data = scene(
+        ARM.format(a="", b="")
+        .replace('type="capsule" size=".02"', 'name="tip" type="capsule" size=".02"')
+        .replace("</body></body>", '<site name="end" pos=".3 0 .1"/></body></body>')
+        + '<site name="hook" pos=".8 0 .1"/>',
+        rest='<equality><connect site1="end" site2="hook"/></equality>',
+    )
+    data.qpos[:] = 0.003, -0.002
+    run = perp.mujoco.simulate(model, data, 2.0)
+    assert run.ok
+    np.testing.assert_allclose(data.site("end").xpos, data.site("hook").xpos, atol=1e-9)
+    assert np.abs(data.qvel).max() < 1e-9
+
+
+def test_a_tendon_stops_at_its_limit():
+    model, data = scene(
+        ARM.format(a='damping=".1"', b='damping=".1"'),
+        rest='<tendon><fixed limited="true" range="-1 .4"><joint joint="a" coef="1"/>'
+        '<joint joint="b" coef=".5"/></fixed></tendon>',
+    )
+    run = perp.mujoco.simulate(model, data, 1.0)
+    assert run.ok
+    lengths = run.qpos @ [1.0, 0.5]
+    # found a step late: h times the fastest length's speed
+    assert lengths.max() <= 0.4 + 0.002 * np.abs(run.qvel @ [1.0, 0.5]).max() + 1e-3
+
+
+def test_forces_are_those_that_mujoco_reads():
+    model, data = slope(
+        0.5, BOX.format(mu=0.6) + ' mass="2"', 'friction=".6"', "0 0 .04999", 'cone="pyramidal"'
+    )
+    for _ in range(50):
+        perp.mujoco.step(model, data)
+    weight, force, wrench = np.zeros(3), np.zeros(3), np.zeros(6)
+    for k in range(data.ncon):
+        mujoco.mj_contactForce(model, data, k, wrench)
+        force += data.contact.frame[k].reshape(3, 3).T @ wrench[:3]
+    weight[:] = 2.0 * model.opt.gravity
+    np.testing.assert_allclose(force, -weight, atol=1e-6 * G)  # tol of 1e-8 a step, a few rows
+    np.testing.assert_allclose(data.qfrc_constraint[:3], -weight, atol=1e-6 * G)
+    np.testing.assert_array_equal(data.qacc, 0.0)
+
+
+def test_a_touch_sensor_feels_the_weight():
+    model, data = scene(
+        '<geom type="plane" size="1 1 .1"/><body pos="0 0 .04999"><freejoint/>'
+        '<geom type="box" size=".1 .1 .05" mass="2"/><site name="s" type="box" size=".2 .2 .1"/></body>',
+        rest='<sensor><touch site="s"/></sensor>',
+    )
+    for _ in range(20):
+        perp.mujoco.step(model, data)
+    np.testing.assert_allclose(data.sensordata[0], 2.0 * G, rtol=1e-6)
+
+
+def test_overlaps_go_away_without_a_bounce():
+    model, data = slope(0.0, BOX.format(mu=0.6), start="0 0 .03")  # 2 cm deep
+    run = perp.mujoco.simulate(model, data, 1.0)
+    assert run.ok
+    assert np.abs(run.qvel).max() < 1e-7  # no velocity was made of it
+    slop = 1e-3 * model.stat.meansize
+    assert -2.0 * slop <= run.qpos[-1, 2] - 0.05 <= 0.0
+
+
+def test_contacts_within_the_margin_do_not_overlap():
+    """A gap that the step would close is left for the next: the body arrives, no deeper."""
+    model, data = slope(0.0, BOX.format(mu=0.6) + ' margin=".05"', start="0 0 .3")
+    run = perp.mujoco.simulate(model, data, 0.5)
+    assert run.ok
+    assert run.qpos[:, 2].min() >= 0.05 - 1e-9
+    assert (run.qvel[-20:] == 0.0).all()
+
+
+GRIP = """
+<body name="left" pos="-.0401 0 .5">
+  <geom type="box" size=".01 .03 .03" mass=".1" friction="1"/></body>
+<body name="right" pos=".06 0 .5"><joint name="r" type="slide" axis="-1 0 0"/>
+  <geom type="box" size=".01 .03 .03" mass=".1" friction="1"/></body>
+<body pos="0 0 .5"><freejoint/><geom type="box" size=".03 .03 .03" mass=".2" friction="1"/></body>
+"""
+FINGERS = '<actuator><motor joint="r"/></actuator>'
+
+
+def test_a_gripped_object_does_not_slip():
+    model, data = scene(GRIP, rest=FINGERS)
+    model.opt.gravity[:] = 0.0
+    data.ctrl[:] = 5.0  # two sides hold up to 10 N; the box weighs 1.96 N
+    perp.mujoco.simulate(model, data, 0.3)
+    model.opt.gravity[2] = -G
+    run = perp.mujoco.simulate(model, data, 1.0)
+    assert run.ok
+    assert (run.qvel[-400:] == 0.0).all()
+    assert (run.qpos[-400:] == run.qpos[-1]).all()
+
+
+def test_a_long_robot_rests_by_dry_friction():
+    """A chain of 18 velocities, more than the blocks whose zeros the library finds."""
+    link = (
+        '<body pos=".2 0 0"><joint type="hinge" axis="0 1 0" frictionloss="3"/>'
+        '<geom type="box" size=".09 .03 .03" pos=".1 0 0" mass=".1"/>'
+    )
+    head = '<body pos="0 0 .031"><freejoint/><geom type="box" size=".09 .03 .03" pos=".1 0 0" mass=".1"/>'
+    chain = head + 12 * link + 13 * "</body>"
+    model, data = scene(f'<geom type="plane" size="9 9 .1"/>{chain}', 'gravity="2 0 -9.6"')
+    run = perp.mujoco.simulate(model, data, 1.0)
+    assert model.nv == 18 and run.ok
+    assert (run.qvel[-100:] == 0.0).all() and (run.qpos[-100:] == run.qpos[-1]).all()
+
+
+def test_rest_is_the_same_computed_again(monkeypatch):
+    """What is at rest is not solved again, and gives the bits that solving gives."""
+    runs, solved = [], []
+    for again in (False, True):
+        stepper = perp._stepper.RowSolver
+        if again:
+            monkeypatch.setattr(stepper, "_is_the_same", lambda _: False)
+        solve, count = stepper._solve, []
+        monkeypatch.setattr(stepper, "_solve", lambda *a, f=solve, c=count: c.append(0) or f(*a))
+        model, data = slope(0.5, BOX.format(mu=0.6), 'friction=".6"', "0 0 .055")
+
+        def push(model, data):
+            data.xfrc_applied[1, 0] = 5.0 if 0.5 < data.time < 0.6 else 0.0
+
+        runs.append(perp.mujoco.simulate(model, data, 1.0, push))
+        solved.append(len(count))
+        monkeypatch.setattr(stepper, "_solve", solve)
+    assert solved[0] < 0.5 * solved[1]
+    assert (np.abs(runs[0].qvel[250:320]) > 1e-3).any() and (runs[0].qvel[-50:] == 0.0).all()
+    np.testing.assert_array_equal(runs[0].qpos, runs[1].qpos)
+    np.testing.assert_array_equal(runs[0].qvel, runs[1].qvel)
+
+
+def boxes(count):
+    rng = np.random.default_rng(5)
+    body = (
+        '<body pos="{} {} {}"><freejoint/><geom type="box" size=".1 .1 .1" friction=".5"/></body>'
+    )
+    return '<geom type="plane" size="9 9 .1"/>' + "".join(
+        body.format(0.5 * (k % 5), 0.5 * (k // 5 % 5), 0.0999 + 0.1998 * (k // 25))
+        for k in range(count)
+    ), rng.normal(size=6 * count)
+
+
+def test_sparse_and_dense_are_the_same(monkeypatch):
+    body, speeds = boxes(25)
+    runs = []
+    for most in (0, 1000):
+        monkeypatch.setattr(perp.mujoco, "_DENSE", most)
+        model, data = scene(body)
+        data.qvel[:] = 0.2 * speeds
+        runs.append(perp.mujoco.simulate(model, data, 0.3))
+        assert runs[-1].ok
+    assert model.nv == 150
+    # 150 steps at tol 1e-8, velocities near 1
+    np.testing.assert_allclose(runs[0].qpos, runs[1].qpos, atol=1e-5)
+
+
+def test_many_boxes_on_a_slope_rest():
+    """So many that the default is sparse."""
+    body, _ = boxes(30)
+    model, data = scene(body, 'gravity="3 0 -9.4"')
+    data.qvel[:] = 0.1  # they slide to rest first
+    run = perp.mujoco.simulate(model, data, 1.5)
+    assert model.nv > perp.mujoco._DENSE and run.ok
+    assert (run.qvel[-100:] == 0.0).all()
+
+
+def test_what_moves_nothing_is_left_out():
+    """A planar finger beside a wall that it can't move against: no refusal."""
+    model, data = scene(
+        '<geom type="plane" size="5 5 .1"/><body pos="0 0 .04999"><joint type="slide" axis="1 0 0"/>'
+        '<geom type="box" size=".1 .1 .05"/></body>'
+    )
+    data.qvel[0] = 1.0
+    run = perp.mujoco.simulate(model, data, 0.1)
+    assert run.ok and (run.qvel == 1.0).all()
+
+
+def test_step_keeps_its_solver_and_says_how_it_ended():
+    model, data = slope(0.5, BOX.format(mu=0.6), start="0 0 .04999")
+    first = perp.mujoco.step(model, data)
+    assert first.ok and first.outcome == "solved" and first.residual <= 1e-8
+    perp.mujoco.step(model, data)  # looks for impulses inside the cones
+    again = perp.mujoco.step(model, data)
+    assert again.method == "polish"  # the last impulses were the answer
+    worse = perp.mujoco.step(model, data, tol=1e-4)
+    assert worse.ok
+    with pytest.raises(ValueError, match="tol"):
+        perp.mujoco.step(model, data, tol=-1.0)
+
+
+def test_what_touches_already_keeps_its_impulses(monkeypatch):
+    """A box stands, another one lands: the first one's impulses are where the step starts."""
+    model, data = scene(
+        '<geom type="plane" size="9 9 .1"/>'
+        '<body pos="0 0 .3"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
+        '<body pos="1 0 .0999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
+    )
+    stepper, starts = perp.mujoco.Stepper(model), []
+    solver, solve = stepper._solver, stepper._solver._solve
+    monkeypatch.setattr(solver, "_solve", lambda w: starts.append(solver.start.copy()) or solve(w))
+    while data.ncon <= 4:
+        before = solver.r.copy()
+        stepper.step(data)
+    landed = starts[-1]
+    assert len(before) == 12 and before[0] > 0.0
+    np.testing.assert_array_equal(landed, np.concatenate([np.zeros(len(landed) - 12), before]))
+
+
+def test_control_is_called_each_step():
+    model, data = scene(GRIP, rest=FINGERS)
+    calls = []
+    run = perp.mujoco.simulate(model, data, 0.02, lambda m, d: calls.append(d.time), every=5)
+    assert len(calls) == 10 and len(run.times) == 3
+    assert sum(run.outcomes.values()) == 10
+
+
+def test_view_steps_until_its_window_is_closed(monkeypatch):
+    import mujoco.viewer
+
+    class Window:
+        shown = 0
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def lock(self):
+            return self
+
+        def is_running(self):
+            return self.shown < 5
+
+        def sync(self):
+            self.shown += 1
+
+    window = Window()
+    monkeypatch.setattr(mujoco.viewer, "launch_passive", lambda *_: window)
+    model, data = scene(GRIP, rest=FINGERS)
+    perp.mujoco.view(model, data)
+    assert window.shown == 5 and data.time == pytest.approx(0.01)
+
+
+def test_without_mujoco_it_says_what_to_install():
+    program = (
+        "import sys; sys.modules['mujoco'] = None\n"
+        "try:\n    import perp.mujoco\nexcept ImportError as error:\n    print(error)"
+    )
+    out = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert "pip install 'perp[mujoco]'" in out.stdout

@@ -1,0 +1,98 @@
+#include "contact/half.h"
+
+#include "linalg/lanes/lanes.h"
+#include "linalg/lanes/multiversion.h"
+
+enum { TILE = PERP__HALF_TILE, ROWS = 4 };
+
+PERP__KERNEL static void solve_tile_loops(size_t n, size_t width, const double *L,
+                                          const double *reciprocals, size_t first, double *Y)
+{
+    for (size_t i = first; i < n; i++) {
+        double *y = Y + i * width;
+        perp__lanes a = PERP__LANES_AT(y), b = PERP__LANES_AT(y + 4);
+
+        for (size_t k = first; k < i; k++) {
+            const perp__lanes l = PERP__SAME_LANES(L[i + k * n]);
+
+            a -= l * PERP__LANES_AT(Y + k * width);
+            b -= l * PERP__LANES_AT(Y + k * width + 4);
+        }
+        PERP__LANES_AT(y) = a * PERP__SAME_LANES(reciprocals[i]);
+        PERP__LANES_AT(y + 4) = b * PERP__SAME_LANES(reciprocals[i]);
+    }
+}
+PERP__MULTIVERSION(solve_tile,
+                   (size_t n, size_t width, const double *L, const double *reciprocals,
+                    size_t first, double *Y),
+                   (n, width, L, reciprocals, first, Y))
+
+void perp__half_solve(int32_t n, int32_t size, const double *L, double *Y, const int32_t *firsts,
+                      double *work)
+{
+    const size_t width = perp__half_width(size);
+
+    for (size_t i = 0; i < (size_t)n; i++)
+        work[i] = 1.0 / L[i + i * (size_t)n];
+    for (size_t tile = 0; tile * TILE < width; tile++)
+        solve_tile((size_t)n, width, L, work, (size_t)firsts[tile], Y + tile * TILE);
+}
+
+/* out := X'Z for ROWS columns of X and a tile of Z. */
+PERP__KERNEL static void product_tile_loops(size_t first, size_t n, size_t width, const double *X,
+                                            const double *Z, double *out)
+{
+    perp__lanes a0 = PERP__SAME_LANES(0.0), a1 = a0, a2 = a0, a3 = a0;
+    perp__lanes b0 = a0, b1 = a0, b2 = a0, b3 = a0;
+
+    for (size_t i = first; i < n; i++) {
+        const double *x = X + i * width, *z = Z + i * width;
+        const perp__lanes a = PERP__CONST_LANES_AT(z), b = PERP__CONST_LANES_AT(z + 4);
+
+        a0 += PERP__SAME_LANES(x[0]) * a;
+        b0 += PERP__SAME_LANES(x[0]) * b;
+        a1 += PERP__SAME_LANES(x[1]) * a;
+        b1 += PERP__SAME_LANES(x[1]) * b;
+        a2 += PERP__SAME_LANES(x[2]) * a;
+        b2 += PERP__SAME_LANES(x[2]) * b;
+        a3 += PERP__SAME_LANES(x[3]) * a;
+        b3 += PERP__SAME_LANES(x[3]) * b;
+    }
+    PERP__LANES_AT(out) = a0;
+    PERP__LANES_AT(out + 4) = b0;
+    PERP__LANES_AT(out + 8) = a1;
+    PERP__LANES_AT(out + 12) = b1;
+    PERP__LANES_AT(out + 16) = a2;
+    PERP__LANES_AT(out + 20) = b2;
+    PERP__LANES_AT(out + 24) = a3;
+    PERP__LANES_AT(out + 28) = b3;
+}
+PERP__MULTIVERSION(product_tile,
+                   (size_t first, size_t n, size_t width, const double *X, const double *Z,
+                    double *out),
+                   (first, n, width, X, Z, out))
+
+/* Entries of the tile in columns from `i` and rows from `j` on, and their mirror images. */
+static void write_tile(size_t size, size_t i, size_t j, const double *tile, double *W)
+{
+    const size_t rows = size - i < ROWS ? size - i : ROWS;
+    const size_t columns = size - j < TILE ? size - j : TILE;
+
+    for (size_t a = 0; a < rows; a++)
+        for (size_t b = 0; b < columns; b++)
+            W[(i + a) * size + j + b] = W[(j + b) * size + i + a] = tile[a * TILE + b];
+}
+
+void perp__half_product(int32_t n, int32_t size, const double *Y, const int32_t *firsts, double *W)
+{
+    const size_t width = perp__half_width(size);
+    double tile[ROWS * TILE];
+
+    for (size_t i = 0; i < (size_t)size; i += ROWS)
+        for (size_t j = i / TILE * TILE; j < (size_t)size; j += TILE) {
+            const int32_t a = firsts[i / TILE], b = firsts[j / TILE];
+
+            product_tile((size_t)(a > b ? a : b), (size_t)n, width, Y + i, Y + j, tile);
+            write_tile((size_t)size, i, j, tile, W);
+        }
+}

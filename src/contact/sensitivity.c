@@ -1,0 +1,608 @@
+/* Derivatives of v and r at a solution whose modes are strict. With A = (H, G), W = A M^-1 A' and
+ * the compliance, and the active rows (those whose impulses move) kept:
+ *
+ *   M dv = p + A'dr,   p = df - dM v + dA'r,   du = W dr + A M^-1 p + dA v + dw = W dr + d
+ *
+ *   it holds   du = 0
+ *   it slips   t (dr_p + m e dr_n) + c (1 - e e') du_p = -t r_n e dm,    c = t m r_n / |u_p|,
+ *
+ * the latter from r_p = -m r_n e, e = u_p / |u_p|: E du + F dr + B dm = 0 in short, so that
+ * K dr = -(E d + B dm), K = E W + F. The adjoint solves K' y = (A M^-1 g_v + g_r) once; with
+ * z = E'y and x = M^-1 (g_v - A'z) gradients are x for f, -z for w and -B'y for m. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "contact/law.h"
+#include "contact/solver.h"
+#include "linalg/blas.h"
+
+PERP__INIT(perp_contact_sensitivity_info)
+
+/* A part of a contact that presses. */
+typedef struct part {
+    int32_t row, size, normal, contact;
+    int32_t is_sliding; /* its coefficient is mu */
+    double e[2];        /* the direction in which it slips */
+    double t, m, c;
+} part;
+
+struct perp_contact_sensitivity {
+    PERP__HANDLE;
+    perp_contact_solver *solver;
+    perp__arena arena;
+    perp__matrix H, G; /* as they were given */
+    int32_t n, contacts, bounded, rows, size;
+    int32_t verdict, count, slips;
+    int32_t *modes;                    /* contacts and rows with bounds */
+    int32_t *active;                   /* count */
+    int8_t *moves;                     /* size: is active */
+    part *parts;                       /* slips */
+    double *v, *r, *u;                 /* the point */
+    double *K, *work;                  /* count by count, and its factors; 4 count */
+    int32_t *pivots, *iwork;           /* count */
+    double *units, *weights;           /* size: of impulses; of velocities */
+    double *push, *dv, *free, *low;    /* n */
+    double *d, *dr, *image, *step, *y; /* size */
+    double *dmu;                       /* contacts */
+};
+
+/* ---- the maps ------------------------------------------------------------------------------ */
+
+/* x := M^-1 x, by way of `free`. */
+static perp_status solve_mass(perp_contact_sensitivity *s, double *x)
+{
+    perp_status status = perp__dynamics_velocities(&s->solver->dynamics, x, NULL, s->free, s->low);
+
+    if (status == PERP_OK && s->n > 0)
+        memcpy(x, s->free, (size_t)s->n * sizeof *x);
+    return status;
+}
+
+/* y := A x */
+static void multiply(const perp_contact_sensitivity *s, const double *x, double *y)
+{
+    perp__multiply(&s->H, x, y);
+    if (s->G.rows > 0)
+        perp__multiply(&s->G, x, y + s->rows);
+}
+
+/* y += A'x */
+static void add_transposed(const perp__matrix *H, const perp__matrix *G, int32_t n, int32_t rows,
+                           const double *x, double *y)
+{
+    for (int32_t j = 0; j < n; j++) {
+        if (H)
+            y[j] += perp__column_times(H, j, x);
+        if (G && G->rows > 0)
+            y[j] += perp__column_times(G, j, x + rows);
+    }
+}
+
+/* x := E x = E'x on the active rows; 0 elsewhere. */
+static void apply_E(const perp_contact_sensitivity *s, double *x)
+{
+    for (int32_t i = 0; i < s->size; i++)
+        if (!s->moves[i])
+            x[i] = 0.0;
+    for (int32_t k = 0; k < s->slips; k++) {
+        const part *p = &s->parts[k];
+        double *y = x + p->row, along = 0.0;
+
+        for (int32_t i = 0; i < p->size; i++)
+            along += p->e[i] * y[i];
+        for (int32_t i = 0; i < p->size; i++)
+            y[i] = p->size == 1 ? 0.0 : p->c * (y[i] - p->e[i] * along);
+    }
+}
+
+/* ---- the active set ------------------------------------------------------------------------ */
+
+static int32_t own_row(const perp_contact_sensitivity *s, int32_t i)
+{
+    return s->solver->bounded.count > 0 ? s->solver->bounded.row[i] : i;
+}
+
+/* How far a unit is from another mode: a distance of impulses, in units of the tested residual. */
+static void near(const perp_contact_sensitivity *s, int32_t unit, int32_t index, double distance,
+                 perp_contact_sensitivity_info *info)
+{
+    const double margin = s->solver->root[unit] * fabs(distance) / s->solver->omega[unit];
+
+    if (margin < info->margin) {
+        info->margin = margin;
+        info->index = index;
+    }
+}
+
+/* Part of contact k, which presses: whether and where it slips. */
+static void read_part(perp_contact_sensitivity *s, int32_t k, const perp__contact_part *given,
+                      int32_t sliding, perp_contact_sensitivity_info *info)
+{
+    const double t = s->solver->trace[k], *r = s->r + given->row, *u = s->u + given->row;
+    const int32_t normal = s->solver->starts[k];
+    const double radius = given->coefficient * s->r[normal];
+    const double speed = perp__contact_length(s->u, given->row, given->row + given->size);
+    double reach = 0.0;
+
+    for (int32_t i = 0; i < given->size; i++)
+        reach = hypot(reach, r[i] - u[i] / t);
+    if (given->coefficient > 0.0)
+        near(s, k, k, reach - radius, info);
+    if (given->coefficient == 0.0 && speed == 0.0)
+        return; /* no friction to change */
+    for (int32_t i = 0; i < given->size; i++)
+        s->moves[given->row + i] = 1;
+    if (s->modes[k] != PERP_CONTACT_SLIP || !(reach > radius) || speed == 0.0)
+        return;
+    s->parts[s->slips] =
+        (part){given->row,         given->size,       normal, k, sliding, {0.0, 0.0}, t,
+               given->coefficient, t * radius / speed};
+    for (int32_t i = 0; i < given->size; i++)
+        s->parts[s->slips].e[i] = u[i] / speed;
+    s->slips++;
+}
+
+static void read_contact(perp_contact_sensitivity *s, int32_t k,
+                         perp_contact_sensitivity_info *info)
+{
+    const int32_t normal = s->solver->starts[k];
+    perp__contact_part parts[3];
+    const int32_t count = perp__contact_parts(&s->solver->problem, k, parts);
+
+    near(s, k, k, s->r[normal] - s->u[normal] / s->solver->trace[k], info);
+    if (s->modes[k] == PERP_CONTACT_SEPARATE)
+        return;
+    s->moves[normal] = 1;
+    for (int32_t c = 0; c < count; c++)
+        read_part(s, k, &parts[c], parts[c].row == normal + 1 && s->solver->dims[k] > 1, info);
+}
+
+static void read_row(perp_contact_sensitivity *s, int32_t k, perp_contact_sensitivity_info *info)
+{
+    const perp__contact_bounded *bounded = &s->solver->bounded;
+    const int32_t i = s->rows - s->bounded + k, unit = bounded->unit[k];
+
+    s->moves[i] = s->modes[s->contacts + k] == PERP_CONTACT_STICK;
+    if (unit < 0 || bounded->low[k] == bounded->high[k])
+        return;
+    if (!s->moves[i])
+        near(s, unit, s->contacts + k, s->u[i] / s->solver->trace[unit], info);
+    else
+        near(s, unit, s->contacts + k, fmin(s->r[i] - bounded->low[k], bounded->high[k] - s->r[i]),
+             info);
+}
+
+static void read_set(perp_contact_sensitivity *s, perp_contact_sensitivity_info *info)
+{
+    s->count = s->slips = 0;
+    memset(s->moves, 0, (size_t)s->size);
+    for (int32_t k = 0; k < s->contacts; k++)
+        read_contact(s, k, info);
+    for (int32_t k = 0; k < s->bounded; k++)
+        read_row(s, k, info);
+    for (int32_t i = s->rows; i < s->size; i++)
+        s->moves[i] = 1;
+    for (int32_t i = 0; i < s->size; i++) {
+        const int32_t unit = s->solver->unit_of[own_row(s, i)];
+
+        s->units[i] = s->solver->omega[unit] / s->solver->root[unit];
+        s->weights[i] = 1.0 / (s->solver->root[unit] * s->solver->omega[unit]);
+        if (s->moves[i])
+            s->active[s->count++] = i;
+    }
+}
+
+/* ---- K and its factors --------------------------------------------------------------------- */
+
+/* image := (E W + F) x for x on the active rows, in their units; dr: work. */
+static perp_status image_of(perp_contact_sensitivity *s, const double *x)
+{
+    const double *compliance = s->solver->compliance;
+    perp_status status;
+
+    memset(s->push, 0, (size_t)s->n * sizeof *s->push);
+    add_transposed(&s->H, &s->G, s->n, s->rows, x, s->push);
+    status = solve_mass(s, s->push);
+    if (status != PERP_OK)
+        return status;
+    multiply(s, s->push, s->image);
+    for (int32_t i = 0; i < s->size; i++)
+        s->image[i] += compliance[own_row(s, i)] * x[i];
+    apply_E(s, s->image);
+    for (int32_t k = 0; k < s->slips; k++) {
+        const part *p = &s->parts[k];
+
+        for (int32_t i = 0; i < p->size; i++)
+            s->image[p->row + i] += p->t * (x[p->row + i] + p->m * p->e[i] * x[p->normal]);
+    }
+    return PERP_OK;
+}
+
+static perp_status factor(perp_contact_sensitivity *s, perp_contact_sensitivity_info *info)
+{
+    const size_t count = (size_t)s->count;
+    double norm = 0.0;
+    perp_status status = PERP_OK;
+
+    info->condition = 1.0;
+    memset(s->dr, 0, (size_t)s->size * sizeof *s->dr);
+    for (size_t j = 0; j < count && status == PERP_OK; j++) {
+        double sum = 0.0;
+
+        s->dr[s->active[j]] = s->units[s->active[j]];
+        status = image_of(s, s->dr);
+        s->dr[s->active[j]] = 0.0;
+        for (size_t i = 0; i < count; i++) {
+            s->K[i + j * count] = s->weights[s->active[i]] * s->image[s->active[i]];
+            sum += fabs(s->K[i + j * count]);
+        }
+        norm = sum > norm || isnan(sum) ? sum : norm;
+    }
+    if (status != PERP_OK || count == 0)
+        return status;
+    info->condition = INFINITY;
+    if (isfinite(norm) && perp__lu_factor(s->count, s->K, s->count, s->pivots) == 0)
+        info->condition =
+            1.0 / perp__lu_condition(s->count, s->K, s->count, norm, s->work, s->iwork);
+    return PERP_OK;
+}
+
+/* x := K^-1 x, or K^-T x, between velocities and impulses; 0 on rows that are not active. */
+static void solve(perp_contact_sensitivity *s, double *x, int32_t transposed)
+{
+    const double *before = transposed ? s->units : s->weights;
+    const double *after = transposed ? s->weights : s->units;
+
+    for (int32_t k = 0; k < s->count; k++)
+        s->step[k] = before[s->active[k]] * x[s->active[k]];
+    if (s->count > 0)
+        perp__lu_solve(s->count, s->K, s->count, s->pivots, s->step, transposed);
+    memset(x, 0, (size_t)s->size * sizeof *x);
+    for (int32_t k = 0; k < s->count; k++)
+        x[s->active[k]] = after[s->active[k]] * s->step[k];
+}
+
+/* ---- life ---------------------------------------------------------------------------------- */
+
+static void release(void *object)
+{
+    perp_contact_sensitivity *s = object;
+
+    perp__arena_release(&s->arena);
+    perp__contact_destroy(s->solver);
+}
+
+static const perp__kind kind = {"sensitivities of contacts", sizeof(perp_contact_sensitivity),
+                                release};
+
+static void layout(perp__arena *arena, void *object)
+{
+    perp_contact_sensitivity *s = object;
+    const size_t n = (size_t)s->n, size = (size_t)s->size, contacts = (size_t)s->contacts;
+
+    PERP__DOUBLES(arena, n, &s->v, &s->push, &s->dv, &s->free, &s->low);
+    PERP__DOUBLES(arena, size, &s->r, &s->u, &s->units, &s->weights, &s->d, &s->dr, &s->image,
+                  &s->step, &s->y);
+    s->K = perp__arena_take(arena, size, size * sizeof(double));
+    s->work = perp__arena_take(arena, size, 4 * sizeof(double));
+    PERP__INTEGERS(arena, size, &s->active, &s->pivots, &s->iwork);
+    s->moves = perp__arena_take(arena, size, 1);
+    s->modes = perp__arena_take(arena, contacts + (size_t)s->bounded, sizeof(int32_t));
+    s->parts = perp__arena_take(arena, 3 * contacts, sizeof(part));
+    s->dmu = perp__arena_take(arena, contacts, sizeof(double));
+}
+
+static perp_status take_problem(perp_contact_sensitivity *s, const perp_contact_laws *laws,
+                                const perp_contact_dynamics *dynamics)
+{
+    const perp__contact_bounded *bounded;
+    perp_status status = perp__check_pointer(s->context, "dynamics", dynamics);
+
+    if (status == PERP_OK)
+        status = perp__contact_setup(s->solver, laws, dynamics, NULL);
+    if (status != PERP_OK)
+        return status;
+    bounded = &s->solver->bounded;
+    s->bounded = bounded->count;
+    s->contacts = s->bounded > 0 ? bounded->contacts : s->solver->contacts;
+    s->H = s->bounded > 0 ? bounded->H : s->solver->dynamics.H;
+    s->G = s->bounded > 0 ? bounded->G : s->solver->dynamics.G;
+    s->n = s->solver->n;
+    s->rows = s->H.rows;
+    s->size = s->rows + s->G.rows;
+    return perp__arena_fit(&s->arena, layout, s);
+}
+
+/* The verdict of the front door on r, and with it v, u and modes. */
+static perp_status judge(perp_contact_sensitivity *s, perp_contact_sensitivity_info *info,
+                         const double *f, const double *w, const double *b, const double *r)
+{
+    perp_contact_result result;
+    const perp__contact_call call = {s->v, s->r, s->u, s->modes, NULL, &result,
+                                     f,    w,    b,    NULL,     r,    0};
+    perp_status status = perp_contact_result_init(&result, sizeof result);
+
+    if (status == PERP_OK && s->size > 0)
+        status = perp__check_pointer(s->context, "r", r);
+    s->solver->settings.max_iterations = -1; /* the start alone */
+    s->solver->settings.time_limit = 0.0;
+    if (status == PERP_OK)
+        status = perp__contact_solve(s->solver, &call);
+    if (status != PERP_OK)
+        return status;
+    info->margin = INFINITY;
+    info->index = -1;
+    read_set(s, info);
+    info->active = s->count;
+    status = factor(s, info);
+    if (!perp__is_good(result.outcome))
+        info->verdict = PERP_VERDICT_NOT_A_SOLUTION;
+    else if (!(info->condition * DBL_EPSILON < 1.0))
+        info->verdict = PERP_VERDICT_SINGULAR;
+    else if (!(info->margin > s->solver->settings.tol))
+        info->verdict = PERP_VERDICT_DEGENERATE;
+    else
+        info->verdict = PERP_VERDICT_REGULAR;
+    if (info->verdict != PERP_VERDICT_DEGENERATE)
+        info->index = -1;
+    s->verdict = info->verdict;
+    return status;
+}
+
+static perp_status create(perp_context *context, perp_contact_sensitivity **sensitivity,
+                          perp_contact_sensitivity_info *info,
+                          const perp_contact_settings *settings, const perp_contact_laws *laws,
+                          const perp_contact_dynamics *dynamics, const double *f, const double *w,
+                          const double *b, const double *r)
+{
+    perp_contact_sensitivity_info own;
+    perp_contact_sensitivity *made;
+    perp_status status = perp__check_pointer(context, "sensitivity", sensitivity);
+
+    if (status == PERP_OK)
+        status = PERP__CHECK(perp_contact_sensitivity_info, context, info);
+    if (status != PERP_OK)
+        return status;
+    made = perp__handle_create(context, &kind);
+    if (!made)
+        return PERP_ERROR_MEMORY;
+    memset(&own, 0, sizeof own);
+    perp__arena_init(&made->arena, context);
+    status = perp__contact_create(context, &made->solver, settings);
+    if (status == PERP_OK)
+        status = take_problem(made, laws, dynamics);
+    if (status == PERP_OK)
+        status = judge(made, &own, f, w, b, r);
+    if (status != PERP_OK) {
+        perp__handle_end(made);
+        return status;
+    }
+    perp__struct_write(info, &own, sizeof own);
+    *sensitivity = made;
+    return PERP_OK;
+}
+
+perp_status perp_contact_sensitivity_create(perp_context *context,
+                                            perp_contact_sensitivity **sensitivity,
+                                            perp_contact_sensitivity_info *info,
+                                            const perp_contact_settings *settings,
+                                            const perp_contact_laws *laws,
+                                            const perp_contact_dynamics *dynamics, const double *f,
+                                            const double *w, const double *b, const double *r)
+{
+    perp_status status = perp__enter(context);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(context,
+                       create(context, sensitivity, info, settings, laws, dynamics, f, w, b, r));
+}
+
+void perp_contact_sensitivity_destroy(perp_contact_sensitivity *sensitivity)
+{
+    perp__handle_destroy(sensitivity, &kind);
+}
+
+static void copy(double *to, const double *from, int32_t count)
+{
+    if (to && count > 0)
+        memcpy(to, from, (size_t)count * sizeof *to);
+}
+
+perp_status perp_contact_sensitivity_point(perp_contact_sensitivity *s, double *v, double *r,
+                                           double *u, int32_t *modes)
+{
+    perp_status status = perp__handle_enter(s, &kind);
+
+    if (status != PERP_OK)
+        return status;
+    copy(v, s->v, s->n);
+    copy(r, s->r, s->size);
+    copy(u, s->u, s->size);
+    for (int32_t k = 0; modes && k < s->contacts + s->bounded; k++)
+        modes[k] = s->modes[k];
+    return perp__leave(s->context, PERP_OK);
+}
+
+/* ---- products ------------------------------------------------------------------------------ */
+
+/* A change of the data as it was given; views of the matrices that are. */
+typedef struct change {
+    const double *f, *w, *b, *mu;
+    const perp_matrix *given[3];
+    perp__matrix M, H, G;
+} change;
+
+static perp_status check_verdict(const perp_contact_sensitivity *s)
+{
+    if (s->verdict == PERP_VERDICT_REGULAR || s->verdict == PERP_VERDICT_DEGENERATE)
+        return PERP_OK;
+    return perp__fail(s->context, PERP_ERROR_ARGUMENT, "r has no derivatives: it is %s%s",
+                      s->verdict == PERP_VERDICT_SINGULAR ? "a solution whose active set is " : "",
+                      perp_lcp_verdict_text(s->verdict));
+}
+
+/* NULL is allowed, for 0. */
+static perp_status check_vector(const perp_contact_sensitivity *s, perp_status status,
+                                const char *name, const double *x, int32_t count)
+{
+    return status == PERP_OK && x ? perp__check_finite(s->context, name, x, (size_t)count) : status;
+}
+
+static perp_status read_matrix(const perp_contact_sensitivity *s, perp_status status,
+                               const char *name, perp__matrix *own, const perp_matrix *given,
+                               int32_t rows)
+{
+    if (status != PERP_OK || !given)
+        return status;
+    status = perp__matrix_read(s->context, name, own, given);
+    if (status == PERP_OK && (own->rows != rows || own->columns != s->n))
+        status = perp__fail(s->context, PERP_ERROR_ARGUMENT, "%s is %d by %d, expected %d by %d",
+                            name, (int)own->rows, (int)own->columns, (int)rows, (int)s->n);
+    return status;
+}
+
+static perp_status read_change(const perp_contact_sensitivity *s, change *c)
+{
+    perp_status status = check_verdict(s);
+
+    status = check_vector(s, status, "df", c->f, s->n);
+    status = check_vector(s, status, "dw", c->w, s->rows);
+    status = check_vector(s, status, "db", c->b, s->size - s->rows);
+    status = check_vector(s, status, "dmu", c->mu, s->contacts);
+    status = read_matrix(s, status, "dM", &c->M, c->given[0], s->n);
+    status = read_matrix(s, status, "dH", &c->H, c->given[1], s->rows);
+    return read_matrix(s, status, "dG", &c->G, c->given[2], s->size - s->rows);
+}
+
+/* dv := M^-1 p and d := A dv + dA v + dw */
+static perp_status find_free(perp_contact_sensitivity *s, const change *c)
+{
+    perp_status status;
+
+    for (int32_t j = 0; j < s->n; j++)
+        s->dv[j] = c->f ? c->f[j] : 0.0;
+    if (c->given[0]) {
+        perp__multiply(&c->M, s->v, s->push);
+        for (int32_t j = 0; j < s->n; j++)
+            s->dv[j] -= s->push[j];
+    }
+    add_transposed(c->given[1] ? &c->H : NULL, c->given[2] ? &c->G : NULL, s->n, s->rows, s->r,
+                   s->dv);
+    status = solve_mass(s, s->dv);
+    if (status != PERP_OK)
+        return status;
+    multiply(s, s->dv, s->d);
+    memset(s->image, 0, (size_t)s->size * sizeof *s->image);
+    if (c->given[1])
+        perp__multiply(&c->H, s->v, s->image);
+    if (c->given[2] && s->size > s->rows)
+        perp__multiply(&c->G, s->v, s->image + s->rows);
+    for (int32_t i = 0; i < s->size; i++) {
+        const double *offset = i < s->rows ? c->w : c->b;
+
+        s->d[i] += s->image[i] + (offset ? offset[i < s->rows ? i : i - s->rows] : 0.0);
+    }
+    return PERP_OK;
+}
+
+static perp_status forward(perp_contact_sensitivity *s, double *dv, double *dr, change *c)
+{
+    perp_status status = read_change(s, c);
+
+    if (status == PERP_OK)
+        status = find_free(s, c);
+    if (status != PERP_OK)
+        return status;
+    apply_E(s, s->d);
+    for (int32_t k = 0; c->mu && k < s->slips; k++) { /* B dmu */
+        const part *p = &s->parts[k];
+
+        for (int32_t i = 0; p->is_sliding && i < p->size; i++)
+            s->d[p->row + i] += p->t * s->r[p->normal] * p->e[i] * c->mu[p->contact];
+    }
+    for (int32_t i = 0; i < s->size; i++)
+        s->d[i] = -s->d[i];
+    solve(s, s->d, 0);
+    memset(s->push, 0, (size_t)s->n * sizeof *s->push);
+    add_transposed(&s->H, &s->G, s->n, s->rows, s->d, s->push);
+    status = solve_mass(s, s->push);
+    for (int32_t j = 0; j < s->n; j++)
+        s->dv[j] += s->push[j];
+    status = check_vector(s, status, "dv", s->dv, s->n);
+    status = check_vector(s, status, "dr", s->d, s->size);
+    if (status != PERP_OK)
+        return status;
+    copy(dv, s->dv, s->n);
+    copy(dr, s->d, s->size);
+    return PERP_OK;
+}
+
+perp_status perp_contact_sensitivity_forward(perp_contact_sensitivity *sensitivity, double *dv,
+                                             double *dr, const double *df, const double *dw,
+                                             const double *db, const double *dmu,
+                                             const perp_matrix *dM, const perp_matrix *dH,
+                                             const perp_matrix *dG)
+{
+    perp_status status = perp__handle_enter(sensitivity, &kind);
+    change c = {df, dw, db, dmu, {dM, dH, dG}, {0}, {0}, {0}};
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(sensitivity->context, forward(sensitivity, dv, dr, &c));
+}
+
+static perp_status adjoint(perp_contact_sensitivity *s, double *x, double *y, double *z, double *mu,
+                           const double *gv, const double *gr)
+{
+    perp_status status = check_verdict(s);
+
+    status = check_vector(s, status, "gv", gv, s->n);
+    status = check_vector(s, status, "gr", gr, s->size);
+    if (status != PERP_OK)
+        return status;
+    for (int32_t j = 0; j < s->n; j++)
+        s->push[j] = s->dv[j] = gv ? gv[j] : 0.0;
+    status = solve_mass(s, s->push);
+    if (status != PERP_OK)
+        return status;
+    multiply(s, s->push, s->y);
+    for (int32_t i = 0; gr && i < s->size; i++)
+        s->y[i] += gr[i];
+    solve(s, s->y, 1);
+    memset(s->dmu, 0, (size_t)s->contacts * sizeof *s->dmu);
+    for (int32_t k = 0; k < s->slips; k++) { /* -B'y */
+        const part *p = &s->parts[k];
+
+        for (int32_t i = 0; p->is_sliding && i < p->size; i++)
+            s->dmu[p->contact] -= p->t * s->r[p->normal] * p->e[i] * s->y[p->row + i];
+    }
+    apply_E(s, s->y);
+    for (int32_t i = 0; i < s->size; i++)
+        s->y[i] = -s->y[i];
+    add_transposed(&s->H, &s->G, s->n, s->rows, s->y, s->dv);
+    status = solve_mass(s, s->dv);
+    status = check_vector(s, status, "x", s->dv, s->n);
+    status = check_vector(s, status, "y", s->y, s->size);
+    status = check_vector(s, status, "mu", s->dmu, s->contacts);
+    if (status != PERP_OK)
+        return status;
+    copy(x, s->dv, s->n);
+    copy(y, s->y, s->rows);
+    copy(z, s->y + s->rows, s->size - s->rows);
+    copy(mu, s->dmu, s->contacts);
+    return PERP_OK;
+}
+
+perp_status perp_contact_sensitivity_adjoint(perp_contact_sensitivity *sensitivity, double *x,
+                                             double *y, double *z, double *mu, const double *gv,
+                                             const double *gr)
+{
+    perp_status status = perp__handle_enter(sensitivity, &kind);
+
+    if (status != PERP_OK)
+        return status;
+    return perp__leave(sensitivity->context, adjoint(sensitivity, x, y, z, mu, gv, gr));
+}
