@@ -96,20 +96,28 @@ static int32_t find_tied(const perp__witness_units *u, int32_t n, int32_t *tied)
     return all;
 }
 
-/* The parts that are left when couplings below `least` are cut. z_i and w_i hang together unless M,
- * but for noise, falls into parts between them: then there is no common size. */
 static void find_cut(perp__witness *t, const perp__witness_point *p, perp__witness_units *u,
-                     double least)
+                     double least, const int32_t *tied)
+{
+    perp__find_significant_parts(p->M, u->exponents, least, tied, u->cut, t->sizes, t->omegas);
+}
+
+/* z_i and w_i hang together unless M, but for noise, falls into parts between them: then there is
+ * no common size. */
+static void tie(perp__witness *t, const perp__witness_point *p)
 {
     const int32_t n = p->M->rows;
-    int32_t *tied = t->is_free, *work = t->omegas;
 
-    perp__find_significant_parts(p->M, u->exponents, least, NULL, u->cut, t->sizes, work);
-    if (find_tied(u, n, tied)) /* so much the more by smaller couplings */
-        return;
-    perp__find_significant_parts(p->M, u->exponents, NOISE, NULL, u->cut, t->sizes, work);
-    find_tied(u, n, tied);
-    perp__find_significant_parts(p->M, u->exponents, least, tied, u->cut, t->sizes, work);
+    for (int32_t k = 0; k < t->count && !t->tied; k++) {
+        perp__witness_units *u = &t->units[k];
+
+        if (find_tied(u, n, t->is_free)) /* so much the more by smaller couplings */
+            continue;
+        find_cut(t, p, u, NOISE, NULL);
+        find_tied(u, n, t->is_free);
+        find_cut(t, p, u, sqrt(p->tol), t->is_free);
+    }
+    t->tied = 1;
 }
 
 /* Whether a diagonal may be noise, which in most matrices none is beside the norm of its row, in
@@ -167,7 +175,7 @@ static void find_starts(perp__witness *t, const perp__witness_point *p)
     t->tol = 0.0;
 }
 
-/* Units and their parts. */
+/* Units and the parts that are left when couplings below sqrt(tol) are cut; nothing is tied. */
 static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
 {
     if (!t->known)
@@ -175,9 +183,12 @@ static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
     for (int32_t k = 0; k < t->count && !t->balanced; k++)
         perp__balance(p->M, t->units[k].exponents, t->omegas, t->sizes);
     t->balanced = 1;
-    for (int32_t k = 0; k < t->count && t->tol != p->tol; k++)
-        find_cut(t, p, &t->units[k], sqrt(p->tol));
+    if (t->tol == p->tol)
+        return;
+    for (int32_t k = 0; k < t->count; k++)
+        find_cut(t, p, &t->units[k], sqrt(p->tol), NULL);
     t->tol = p->tol;
+    t->tied = 0;
 }
 
 /* ---- a look at few rows of a dense matrix of numbers that no unit brings out of the range of
@@ -331,9 +342,12 @@ static int32_t is_surely_small(perp__witness *t, const perp__witness_point *p)
             for (k = 0; k < t->count; k++)
                 good &= find_least_most(p, &t->units[k], most[k]);
         }
-        for (k = 0; k < t->count; k++)
-            good &= perp__shift(v, t->units[k].exponents[i]) <=
-                    p->tol * floor_of(p->tol) * most[k][t->units[k].cut[i]];
+        for (k = 0; k < t->count;
+             k++) { /* where nothing cancels, not even what underflows is small */
+            const double floor = floor_of(p->tol) * most[k][t->units[k].cut[i]];
+
+            good &= floor > 0.0 && perp__shift(v, t->units[k].exponents[i]) <= p->tol * floor;
+        }
     }
     return good;
 }
@@ -504,6 +518,11 @@ double perp__witness_own_residual(perp__witness *witness, const perp__witness_po
     if (is_moderate(point) ? is_surely_small(witness, point) : is_small_in_rows(witness, point))
         return 0.0;
     look_at_matrix(witness, point);
+    if (!witness->tied) {
+        tie(witness, point);
+        if (is_moderate(point) && is_surely_small(witness, point))
+            return 0.0;
+    }
     for (int32_t k = 0; k < witness->count; k++)
         perp__raise_to(&own, own_residual(witness, point, &witness->units[k]));
     return own;

@@ -32,6 +32,7 @@ typedef struct perp__witness {
     int32_t count;    /* 1, or 2 */
     int32_t balanced; /* else their exponents are those that balancing starts from */
     double tol;       /* that they are cut for; 0: none */
+    int32_t tied;     /* and rows are tied to their columns; else their parts are smaller */
     perp__witness_units units[2];
     int32_t *omegas, *omega_of_part, *is_free;
     double *terms, *carried, *rounding, *wrong, *around, *most; /* n, most 2 n: see witness.c */

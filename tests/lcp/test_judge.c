@@ -206,6 +206,19 @@ static void test_what_excuses_nothing(void **state)
     }
 }
 
+/* 8 z_1 + z_0 = 0 at z_1 = 0 and z_0 fixed at the smallest number: violated by all that it is,
+ * though in units of the row that is 0. */
+static void test_underflow_excuses_nothing(void **state)
+{
+    static const double M[4] = {8, 0, 1, 8}, q[2] = {0, 0}, z[2] = {0x1p-1074, 0};
+    static const double lower[2] = {0x1p-1074, -INFINITY}, upper[2] = {0x1p-1074, INFINITY};
+    perp_lcp_solver *solver = posed(2, M, lower, upper, q);
+
+    (void)state;
+    assert_int_equal(judged(solver, z), PERP_OUTCOME_STALLED);
+    perp_lcp_solver_destroy(solver);
+}
+
 /* Two equations, 3 z_1 = 3 and z_0 = -1e-6, and noise of either sign on the diagonal: at (0, 1) z_0
  * is wrong by 1e-6, though in units that make one of the diagonals 1 that is nothing. */
 static void test_noise_on_the_diagonal(void **state)
@@ -441,6 +454,7 @@ int main(void)
         cmocka_unit_test(test_next_to_a_bound),
         cmocka_unit_test(test_rounding_beside_the_largest),
         cmocka_unit_test(test_what_excuses_nothing),
+        cmocka_unit_test(test_underflow_excuses_nothing),
         cmocka_unit_test(test_noise_on_the_diagonal),
         cmocka_unit_test(test_noise_ties_nothing),
         cmocka_unit_test(test_noise_is_no_unit),
