@@ -225,8 +225,8 @@ perp_contact_solver_setup_dynamics(perp_contact_solver *solver, const perp_conta
  * Returns: as above, without _CALLBACK.
  * In:      laws: copied.
  *          W: square, rows of the contacts, laws->bounded and laws->bilateral; dense or CSC. It is
- * used as it is given, slightly unsymmetric or not. The view is copied, its arrays are not (unless
- *             there is compliance): they must stay in place and unchanged as above.
+ *             used as it is given, slightly unsymmetric or not. The view is copied, its arrays are
+ *             not (unless there is compliance): they must stay in place and unchanged as above.
  * Cost:    one pass over W. */
 PERP_API perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
                                                         const perp_contact_laws *laws,
@@ -319,11 +319,12 @@ PERP_API perp_status perp_contact_sensitivity_info_init(perp_contact_sensitivity
  *          info: initialised by perp_contact_sensitivity_info_init.
  * In:      settings: tol is used; NULL for the defaults.
  *          laws, dynamics, f, w, b: as for perp_contact_solve. The arrays of M, H and G must stay
- * in place and unchanged until the handle is destroyed; the rest is copied. r: rows, then bilateral
- * impulses: a solution as perp_contact_solve returns it. Cost:    a solve with M for each active
- * row, and a dense factorisation of that many. The products cost three solves with M each and
- * allocate nothing. Source:  the implicit function theorem on the equations of an active set; Le
- * Lidec et al., "Differentiable simulation for physical system identification", IEEE RA-L 6 (2021).
+ *              in place and unchanged until the handle is destroyed; the rest is copied.
+ *          r: rows, then bilateral impulses: a solution as perp_contact_solve returns it.
+ * Cost:    a solve with M for each active row, and a dense factorisation of that many. The
+ *          products cost three solves with M each and allocate nothing.
+ * Source:  the implicit function theorem on the equations of an active set; Le Lidec et al.,
+ *          "Differentiable simulation for physical system identification", IEEE RA-L 6 (2021).
  */
 PERP_API perp_status perp_contact_sensitivity_create(
     perp_context *context, perp_contact_sensitivity **sensitivity,
@@ -347,7 +348,7 @@ PERP_API perp_status perp_contact_sensitivity_point(perp_contact_sensitivity *se
  *          both are untouched.
  * Out:     dv: n; dr: rows, then bilateral; NULL: not needed.
  * In:      df: n; dw: rows; db: bilateral; dmu: contacts; dM, dH, dG: of the sizes of M, H and G,
- * any storage; NULL stands for 0. */
+ *              any storage; NULL stands for 0. */
 PERP_API perp_status perp_contact_sensitivity_forward(perp_contact_sensitivity *sensitivity,
                                                       double *dv, double *dr, const double *df,
                                                       const double *dw, const double *db,

@@ -87,11 +87,11 @@ typedef struct perp_world_settings {
     double error;      /* 0 (default): a step is one step; > 0, a length: it is taken in as many as
                           it needs for the estimated error of each to be below this, see
                           perp_world_step */
-    int32_t threads;   /* that take part in a step, 1 to 256; 0 (default): 1. Any number gives the
-                          same   bits. Those beyond the caller's are the world's, asleep between its
-                          steps,   unless `run_tasks` is there. The context's allocator is called by
-                          one   thread at a time. Steps with a time_limit or max_iterations, which all
-                          islands share, take one thread. */
+    /* Threads that take part in a step, 1 to 256; 0 (default): 1. Any number gives the same bits.
+     * Those beyond the caller's are the world's, asleep between its steps, unless `run_tasks` is
+     * there. The context's allocator is called by one thread at a time. Steps with a time_limit or
+     * max_iterations, which all islands share, take one thread. */
+    int32_t threads;
     int32_t reserved;
     perp_run_tasks run_tasks; /* runs tasks, as many as `threads` at a time, on the caller's
                                  threads; NULL (default): the world has its own. Called within
