@@ -477,13 +477,19 @@ perp_status perp__find_contacts(perp_world *world, double h);
  * of the set become `included` and `fresh`; *came tells how many. Call it until none comes, after
  * each change of `moving`. Contacts keep their numbers, not their places in memory. */
 perp_status perp__join_contacts(perp_world *world, double h, int32_t *came);
+/* Points with gaps up to `margin` in the next states. */
+perp_status perp__find_overlaps(perp_world *world, double margin);
+
+/* memory.c */
+/* Room for so many memories. */
+perp_status perp__reserve_memories(perp_world *world, int32_t count);
+/* contact->warm := what the last step left to the pair's point of that feature, if it did. */
+void perp__recall(const perp_world *world, const perp__pair *pair, perp__world_contact *contact);
+/* Gives memories that came with a snapshot back to their pairs. */
+void perp__find_memories(perp_world *world);
 /* Keeps the impulses of the step's contacts for the next step's `warm`. */
 void perp__remember(perp_world *world);
 void perp__write_memory(const perp__world_contact *contact, perp__memory *memory);
-/* Room for so many of them. */
-perp_status perp__reserve_memories(perp_world *world, int32_t count);
-/* Points with gaps up to `margin` in the next states. */
-perp_status perp__find_overlaps(perp_world *world, double margin);
 
 /* How many bodies are in islands: the first ones of body_order. */
 static inline int32_t perp__count_members(const perp_world *world)
