@@ -13,9 +13,9 @@
 #include "linalg/lanes/multiversion.h"
 #include "linalg/lanes/vectors.h"
 
-/* In rows shorter than this the sum of eight sums costs more than it saves: eight rows at a time.
- */
-enum { FEW_COLUMNS = 24 };
+/* In rows shorter than this the sum of eight sums costs more than it saves; and in rows shorter than
+ * that the copy of eight rows, side by side, saves more than it costs. */
+enum { FEW_COLUMNS = 24, SHORT_ROW = 96 };
 
 typedef struct doubled_kernels {
     void (*add_4_columns)(size_t rows, const double *const *a, const double *x, double *high,
@@ -82,8 +82,8 @@ static void by_columns(const perp__matrix *M, const double *x, double *high, dou
 static void by_rows(const perp__matrix *M, const double *x, double *high, double *low)
 {
     const doubled_kernels *k = kernels[perp__widest_vectors()];
-    const int32_t together = M->columns < FEW_COLUMNS ? M->rows - M->rows % 8 : 0;
-    double a[8 * FEW_COLUMNS];
+    const int32_t together = M->columns <= SHORT_ROW ? M->rows - M->rows % 8 : 0;
+    double a[8 * SHORT_ROW];
 
     for (int32_t i = 0; i < together; i += 8) {
         const double *row = M->values + (size_t)i * M->row_stride;

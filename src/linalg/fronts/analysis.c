@@ -316,6 +316,20 @@ perp_status perp__fronts_analyse(perp__fronts *f, perp_context *context, int32_t
     return status;
 }
 
+double perp__fronts_cost(const perp__fronts *f)
+{
+    double factor = 0.0, solve = 0.0;
+
+    for (int32_t k = 0; k < f->count; k++) {
+        const double own = f->width * (double)f->fronts[k].count;
+        const double rest = f->width * (double)f->fronts[k].rest;
+
+        factor += own * (own * own / 3.0 + own * rest + rest * rest);
+        solve += own * (own + 2.0 * rest);
+    }
+    return solve > 0.0 ? factor / solve : 0.0;
+}
+
 void perp__fronts_release(perp__fronts *f)
 {
     perp__arena_release(&f->graph_arena);
