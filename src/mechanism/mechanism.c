@@ -23,11 +23,11 @@ static void layout_terms(perp__arena *arena, const perp_mechanism *m, perp__term
     take_vector(arena, &terms->M, n * n);
     take_vector(arena, &terms->factor, n * n);
     take_vector(arena, &terms->k, n);
-    take_vector(arena, &terms->gap, (size_t)m->contacts);
+    take_vector(arena, &terms->gap, (size_t)(m->contacts + m->constraints - m->bilateral));
     take_vector(arena, &terms->mu, (size_t)m->contacts);
     take_vector(arena, &terms->J, rows * n);
     take_vector(arena, &terms->drift, rows);
-    take_vector(arena, &terms->c, (size_t)m->bilateral);
+    take_vector(arena, &terms->c, (size_t)m->constraints);
     take_vector(arena, &terms->bound, (size_t)m->dry);
 }
 
@@ -54,7 +54,8 @@ static void layout(perp__arena *arena, void *object)
     perp__motion *const motions[] = {&m->answer, &m->second, &m->now,
                                      &m->next,   &m->trial,  &m->half};
 
-    m->dims = perp__arena_take(arena, contacts, sizeof(int32_t));
+    PERP__INTEGERS(arena, contacts, &m->dims, &m->two_sided);
+    m->constraint_row = perp__arena_take(arena, (size_t)m->constraints, sizeof(int32_t));
     m->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
     for (size_t k = 0; k < sizeof of_contacts / sizeof *of_contacts; k++)
         take_vector(arena, of_contacts[k], contacts);

@@ -29,11 +29,11 @@ typedef struct perp__terms {
     double *M;      /* n by n */
     double *factor; /* n by n: L of M = L L', column-major, lower triangle */
     double *k;      /* n */
-    double *gap;    /* contacts */
+    double *gap;    /* contacts; 0 of those that hold both ways */
     double *mu;     /* contacts: of sliding */
     double *J;      /* rows by n: H, G, B */
     double *drift;  /* rows: of H, G, B */
-    double *c;      /* bilateral */
+    double *c;      /* constraints */
     double *bound;  /* dry */
 } perp__terms;
 
@@ -98,8 +98,11 @@ struct perp_mechanism {
     double deadline;            /* of the call, for perp__now(); 0: none */
     perp_mechanism_model model; /* its arrays: the copies below */
     int32_t n, coordinates, contacts, contact_rows, bilateral, dry, dry_rows, rows;
-    int32_t *dims, *starts; /* contacts; starts: contacts + 1, first rows */
-    int32_t *normal_of;     /* rows: the contact whose normal it is; -1: of none */
+    int32_t constraints;     /* bilateral rows, and normals of contacts that hold both ways */
+    int32_t *dims, *starts;  /* contacts; starts: contacts + 1, first rows */
+    int32_t *two_sided;      /* contacts: 0, or normals that hold both ways */
+    int32_t *constraint_row; /* constraints: their rows */
+    int32_t *normal_of;      /* rows: the contact whose one-sided normal it is; -1: of none */
     int32_t *tangent,
         *tangents; /* contacts, then dry groups: first row of its friction, and rows */
     double *mu, *mu_static, *stribeck, *restitution;

@@ -129,7 +129,7 @@ double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, in
 {
     double speed = 0.0, size = 0.0;
 
-    for (int32_t i = m->starts[j] + 1; i < m->starts[j + 1]; i++) {
+    for (int32_t i = m->tangent[j]; i < m->starts[j + 1]; i++) {
         speed = hypot(speed, u[i]);
         size = hypot(size, perp__row_size(m, terms, i, v));
     }
