@@ -40,9 +40,10 @@ typedef struct perp__contact_problem {
                             one tangent (bounded.h), 0 of others; NULL: none */
     const double *trace; /* contacts: t_k = trace(W_kk) > 0, but for a normal that is a bound; then
                             W_ii of the bilateral rows */
-    const double *q;     /* size */
-    const double *omega; /* contacts and bilateral rows: unit of the tested residual */
-    const int32_t *part; /* of each of those: what noise alone couples is apart; NULL: one */
+    const double *diagonal; /* size: W_ii */
+    const double *q;        /* size */
+    const double *omega;    /* contacts and bilateral rows: unit of the tested residual */
+    const int32_t *part;    /* of each of those: what noise alone couples is apart; NULL: one */
     int32_t parts;
     int32_t leaks;         /* there is such noise */
     const perp__matrix *W; /* size by size, dense or CSC, maybe slightly unsymmetric; NULL where

@@ -231,6 +231,7 @@ static void present(perp_contact_solver *solver)
     p->spinning = solver->spins ? solver->spinning : NULL;
     p->bound = solver->bounded.boxes > 0 ? solver->bound : NULL;
     p->trace = solver->trace;
+    p->diagonal = solver->diagonal;
     p->q = solver->q;
     p->omega = solver->omega;
     p->part = solver->part;
