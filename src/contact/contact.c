@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "base/context.h"
+#include "contact/law.h"
 #include "contact/solver.h"
 
 /* A tested residual from which the active set may be the solution's. */
@@ -253,7 +254,9 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
 static int32_t is_polyhedral(const perp_contact_solver *solver)
 {
     for (int32_t k = 0; k < solver->contacts; k++)
-        if (solver->dims[k] == 3 && (solver->mu[k] > 0.0 || solver->has_discs))
+        if (solver->two_sided[k] > 1 ||
+            (solver->dims[k] - perp__contact_normals(&solver->problem, k) == 2 &&
+             (solver->mu[k] > 0.0 || solver->has_discs)))
             return 0;
     return 1;
 }
