@@ -336,15 +336,19 @@ static perp_status sweep_roughly(perp_contact_solver *solver)
     return status;
 }
 
-/* Small problems: straight to the active set that the start, or a few sweeps, show. */
+/* Small problems: straight to the active set that the start, or a few sweeps, show. Where contacts
+ * hold both ways a start tells which of several answers is meant, and sweeps leave some of them. */
 static perp_status try_set(perp_contact_solver *solver)
 {
     perp_status status = PERP_OK;
+    int32_t made;
 
-    if (solver->settings.method != PERP_CONTACT_METHOD_AUTO ||
-        solver->settings.max_iterations != 0 || !perp__contact_polish_suits(solver) ||
-        perp__contact_is_near(solver))
+    if (solver->settings.method != PERP_CONTACT_METHOD_AUTO || solver->settings.max_iterations != 0)
         return PERP_OK;
+    if (solver->holds_both && solver->call->r0 && solver->size <= PERP__POLISH_START_MOST)
+        status = perp__contact_delassus(solver, &made);
+    if (status != PERP_OK || !perp__contact_polish_suits(solver) || perp__contact_is_near(solver))
+        return status;
     if (!solver->call->r0)
         status = sweep_roughly(solver);
     solver->running = PERP_CONTACT_METHOD_PROXIMAL;
