@@ -335,6 +335,7 @@ class ContactLaws(Structure):
         ("bounded", c_int32),
         ("lower", c_void_p),
         ("upper", c_void_p),
+        ("two_sided", c_void_p),
     ]
 
 
