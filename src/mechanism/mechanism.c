@@ -202,6 +202,8 @@ static perp_status create(perp_context *context, perp_mechanism **mechanism,
         status = perp__mechanism_settings_read(context, &own, settings);
     if (status == PERP_OK)
         status = perp__mechanism_model_read(context, &read, model);
+    if (status == PERP_OK)
+        status = perp__mechanism_check_cone(context, &own, &read);
     return status == PERP_OK ? make(context, mechanism, &own, &read) : status;
 }
 
@@ -242,6 +244,8 @@ static perp_status set(perp_mechanism *m, const perp_mechanism_settings *setting
     perp__implicit *implicit = NULL;
     perp_status status = perp__mechanism_settings_read(m->context, &own, settings);
 
+    if (status == PERP_OK)
+        status = perp__mechanism_check_cone(m->context, &own, &m->model);
     if (status == PERP_OK)
         status = perp__implicit_create(m, &implicit, &own);
     if (status == PERP_OK)

@@ -184,6 +184,18 @@ static perp_status check_contacts(perp_context *context, const perp_mechanism_mo
     return status;
 }
 
+perp_status perp__mechanism_check_cone(perp_context *context,
+                                       const perp_mechanism_settings *settings,
+                                       const perp_mechanism_model *model)
+{
+    for (int32_t j = 0; j < model->contacts && settings->cone != 0; j++)
+        if (both_of(model, j) > 0)
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "settings.cone is %d, but contact %d holds both ways: 0 alone",
+                              (int)settings->cone, (int)j);
+    return PERP_OK;
+}
+
 perp_status perp__mechanism_model_read(perp_context *context, perp_mechanism_model *own,
                                        const perp_mechanism_model *model)
 {

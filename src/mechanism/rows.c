@@ -53,6 +53,13 @@ void perp__add_impulses(const perp_mechanism *m, const perp__terms *terms, doubl
         perp__add_row(m, terms, i, r[i], x);
 }
 
+double perp__load_of(const perp_mechanism *m, const double *r, int32_t j)
+{
+    const int32_t row = m->starts[j];
+
+    return m->two_sided[j] > 0 ? perp__length(r + row, m->two_sided[j]) : r[row];
+}
+
 void perp__multiply_mass(const perp_mechanism *m, const perp__terms *terms, double *y,
                          const double *x)
 {
