@@ -138,7 +138,11 @@ int32_t perp__contact_may_be_infeasible(perp_contact_solver *solver)
     if (solver->entrance == PERP__ENTRANCE_RIGID)
         perp__rigid_bias(solver, solver->scale);
     for (int32_t k = 0; k < solver->contacts; k++)
-        may |= given_of(solver, solver->scale, solver->starts[k]) < 0.0;
+        for (int32_t i = 0; i < perp__contact_normals(&solver->problem, k); i++) {
+            const double given = given_of(solver, solver->scale, solver->starts[k] + i);
+
+            may |= given < 0.0 || (solver->two_sided[k] > 0 && given > 0.0);
+        }
     for (int32_t i = solver->rows; i < solver->size; i++)
         may |= given_of(solver, solver->scale, i) != 0.0;
     return may;
