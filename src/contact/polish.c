@@ -36,11 +36,9 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__contact_polish *p = object;
     const size_t n = (size_t)p->room;
-    double **const vectors[] = {&p->rhs, &p->step, &p->error, &p->units, &p->weights};
 
     PERP__DOUBLES(arena, n * n, &p->K, &p->factors);
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &p->rhs, &p->step, &p->error, &p->units, &p->weights);
     PERP__INTEGERS(arena, n, &p->rows, &p->pivots, &p->place);
     p->presses = perp__arena_take(arena, n, 1);
     p->parts = perp__arena_take(arena, 3 * n, 1);

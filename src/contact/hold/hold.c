@@ -24,7 +24,6 @@ static void lay_out(perp__arena *arena, void *object)
     perp__hold *h = object;
     const size_t blocks = (size_t)h->bodies->blocks, units = (size_t)h->bodies->units;
     const size_t width = (size_t)h->bodies->width;
-    int32_t **const numbers[] = {&h->root, &h->source, &h->queue, &h->cluster, &h->members};
 
     h->holds = perp__arena_take(arena, units, sizeof *h->holds);
     h->pushed = perp__arena_take(arena, units, sizeof *h->pushed);
@@ -34,8 +33,7 @@ static void lay_out(perp__arena *arena, void *object)
     h->basis = perp__arena_take(arena, blocks, width * width * sizeof *h->basis);
     h->rank = perp__arena_take(arena, blocks, sizeof *h->rank);
     h->is_held = perp__arena_take(arena, blocks, sizeof *h->is_held);
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
-        *numbers[i] = perp__arena_take(arena, blocks + 1, sizeof(int32_t));
+    PERP__INTEGERS(arena, blocks + 1, &h->root, &h->source, &h->queue, &h->cluster, &h->members);
 }
 
 static void lay_out_dense(perp__arena *arena, void *object)

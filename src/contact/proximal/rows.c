@@ -142,14 +142,10 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     const sizes most = measure(s);
     const size_t units = (size_t)s->units, blocks = (size_t)s->blocks + 1;
     const size_t size = (size_t)problem->size, numbers = blocks * (size_t)s->width;
-    double **const rows[] = {&s->q,     &s->x,     &s->z,     &s->y,   &s->best,
-                             &s->start, &s->speed, &s->spare, &s->pull};
-    double **const velocities[] = {&s->v,    &s->step,  &s->image,  &s->way,   &s->rest,
-                                   &s->bend, &s->ahead, &s->normal, &s->across};
 
     s->part = perp__arena_take(arena, (size_t)problem->parts + 1, sizeof *s->part);
     PERP__INTEGERS(arena, units, &s->unit, &s->place);
-    PERP__INTEGERS(arena, blocks, &s->block, &s->number, &s->mark);
+    PERP__INTEGERS(arena, blocks, &s->block, &s->number, &s->mark, &s->graph_starts);
     s->starts = perp__arena_take(arena, units + 1, sizeof(int32_t));
     PERP__DOUBLES(arena, units, &s->radius, &s->scale, &s->head);
     s->piece_starts = perp__arena_take(arena, units + 1, sizeof(int64_t));
@@ -158,13 +154,12 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     s->values = perp__arena_take(arena, most.entries, sizeof(double));
     s->slot_starts = perp__arena_take(arena, units, sizeof(int64_t));
     s->slots = perp__arena_take(arena, most.slots, sizeof(int32_t));
-    s->graph_starts = perp__arena_take(arena, blocks, sizeof(int32_t));
     s->graph = perp__arena_take(arena, most.edges, sizeof(int32_t));
     s->K = perp__arena_take(arena, 9 * units, sizeof(double));
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
-        *rows[k] = perp__arena_take(arena, size, sizeof(double));
-    for (size_t k = 0; k < sizeof velocities / sizeof *velocities; k++)
-        *velocities[k] = perp__arena_take(arena, numbers, sizeof(double));
+    PERP__DOUBLES(arena, size, &s->q, &s->x, &s->z, &s->y, &s->best, &s->start, &s->speed,
+                  &s->spare, &s->pull);
+    PERP__DOUBLES(arena, numbers, &s->v, &s->step, &s->image, &s->way, &s->rest, &s->bend,
+                  &s->ahead, &s->normal, &s->across);
 }
 
 /* Units in the order of their parts. */

@@ -131,9 +131,8 @@ static void layout(perp__arena *arena, void *object)
         if (all->levels)
             all->levels[d] = level;
     }
-    all->row_sizes = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &all->row_sizes, &all->z, &all->origin);
     all->places = perp__arena_take(arena, n, sizeof(int8_t));
-    PERP__DOUBLES(arena, n, &all->z, &all->origin);
     all->directions = perp__arena_take(arena, n * n, sizeof(double));
     all->work = perp__arena_take(arena, (n + 1) * (n + 1), sizeof(double));
     all->tree.next = perp__arena_take(arena, n, sizeof(int32_t));

@@ -16,13 +16,10 @@ static void layout_graph(perp__arena *arena, void *object)
 {
     perp__fronts *f = object;
     const size_t n = (size_t)f->nodes + 1;
-    int32_t **const lists[] = {&f->order, &f->place,         &f->parent,  &f->mark,
-                               &f->work,  &f->column_starts, &f->front_of};
 
-    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
-        *lists[k] = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &f->order, &f->place, &f->parent, &f->mark, &f->work,
+                   &f->column_starts, &f->front_of, &f->starts);
     f->fronts = perp__arena_take(arena, n, sizeof *f->fronts);
-    f->starts = perp__arena_take(arena, n, sizeof(int32_t));
 }
 
 static void layout_pattern(perp__arena *arena, void *object)

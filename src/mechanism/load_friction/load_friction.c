@@ -160,17 +160,11 @@ static void layout(perp__arena *arena, void *object)
 {
     perp_load_friction *f = object;
     const size_t n = (size_t)f->n, square = n * n;
-    double **const matrices[] = {&f->A, &f->C, &f->S, &f->Y};
     perp__friction_question *q = &f->question;
-    double **const vectors[] = {&f->b,       &f->d,          &f->mu,      &f->mu_static,
-                                &f->size,    &f->origin,     &f->product, &f->product_low,
-                                &f->normal,  &f->normal_low, &f->tau,     &q->stop,
-                                &q->mu_stick};
 
-    for (size_t k = 0; k < sizeof matrices / sizeof *matrices; k++)
-        *matrices[k] = perp__arena_take(arena, square, sizeof(double));
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, square, &f->A, &f->C, &f->S, &f->Y);
+    PERP__DOUBLES(arena, n, &f->b, &f->d, &f->mu, &f->mu_static, &f->size, &f->origin, &f->product,
+                  &f->product_low, &f->normal, &f->normal_low, &f->tau, &q->stop, &q->mu_stick);
     f->work = perp__arena_take(arena, 6 * square + 4 * n, sizeof(double));
     PERP__DOUBLES(arena, 2 * n, &f->c, &f->c_size);
     perp__linear_layout(&f->linear, arena);
