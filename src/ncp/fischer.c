@@ -2,8 +2,7 @@
  * Facchinei & Kanzow, "A semismooth equation approach to the solution of nonlinear complementarity
  * problems", Math. Prog. 75 (1996), with Billups' composition for bounds and steps projected onto
  * them. It begins with the Newton steps of active sets, as long as those help (a crash). Where H is
- * singular or its step does not help: S + rho I, then Levenberg-Marquardt, then down the gradient.
- */
+ * singular or its step does not help: S + rho I, then down the gradient. */
 #include "ncp/walk.h"
 
 #define CRASHES 50         /* most active-set steps at the start */
@@ -42,18 +41,6 @@ static perp_status newton_step(perp__ncp_walk *f)
     return 0;
 }
 
-static perp_status regularised_step(perp__ncp_walk *f)
-{
-    perp_status status = perp__ncp_regularised(f);
-    double slope = 0.0;
-
-    if (status != PERP_OK)
-        return status < 0 ? status : 0;
-    for (int32_t i = 0; i < f->model->n; i++)
-        slope += f->gradient[i] * f->d[i];
-    return slope < 0.0 ? perp__ncp_search(f, f->psi, slope, HALVINGS) : 0;
-}
-
 static perp_status step(perp__ncp_walk *f, void *own)
 {
     int32_t *crashing = own;
@@ -77,9 +64,6 @@ static perp_status step(perp__ncp_walk *f, void *own)
     if (moved != 0)
         return moved;
     perp__ncp_gradient(f);
-    moved = regularised_step(f);
-    if (moved != 0)
-        return moved;
     perp__ncp_steepest(f);
     return perp__ncp_search_projected(f);
 }

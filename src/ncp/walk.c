@@ -20,13 +20,11 @@ void perp__ncp_walk_layout(perp__arena *arena, perp__ncp_walk *f)
                   &f->equation, &f->slope_z, &f->slope_w, &f->d, &f->gradient, &f->part, &f->image,
                   &f->best);
     f->H = perp__arena_take(arena, entries, sizeof(double));
-    f->squared = perp__arena_take(arena, m->sparse ? 0 : entries, sizeof(double));
 }
 
 void perp__ncp_walk_release(perp__ncp_walk *f)
 {
     perp__kept_factor_release(&f->factor);
-    perp__kept_factor_release(&f->square_factor);
 }
 
 static double merit(const perp__ncp_walk *f, const double *z, const double *w, double *phi)
@@ -198,25 +196,15 @@ void perp__ncp_fill(perp__ncp_walk *f, double rho)
     }
 }
 
-static perp_status factor(perp__ncp_walk *f, perp__kept_factor *kept, const double *values)
-{
-    const perp__ncp_model *m = f->model;
-    const perp__square square = {m->n, values, m->starts, m->rows};
-    const perp__factor_type *type = m->sparse ? &perp__factor_klu : &perp__factor_lapack;
-    perp_status status = perp__kept_factor_analyse(kept, m->context, type, &square);
-
-    return status != PERP_OK ? status : type->factor(kept->factor, &square, 0);
-}
-
 /* A step far beyond the problem's own size is one along a null vector of a matrix that rounding
  * alone keeps regular. */
-static perp_status solve(const perp__ncp_walk *f, const perp__kept_factor *kept, double *x)
+static perp_status solve(const perp__ncp_walk *f, double *x)
 {
     double largest = 0.0;
 
     for (int32_t i = 0; i < 2 * f->model->n; i++)
         largest = fmax(largest, f->model->omega[i]);
-    kept->type->solve(kept->factor, x, 0);
+    f->factor.type->solve(f->factor.factor, x, 0);
     for (int32_t i = 0; i < f->model->n; i++)
         if (!(fabs(x[i]) <= FAR * largest))
             return PERP__FACTOR_SINGULAR;
@@ -225,15 +213,20 @@ static perp_status solve(const perp__ncp_walk *f, const perp__kept_factor *kept,
 
 perp_status perp__ncp_newton(perp__ncp_walk *f, double rho)
 {
-    perp_status status;
+    const perp__ncp_model *m = f->model;
+    const perp__square H = {m->n, f->H, m->starts, m->rows};
+    const perp__factor_type *type = m->sparse ? &perp__factor_klu : &perp__factor_lapack;
+    perp_status status = perp__kept_factor_analyse(&f->factor, m->context, type, &H);
 
-    perp__ncp_fill(f, rho);
-    status = factor(f, &f->factor, f->H);
+    if (status == PERP_OK) {
+        perp__ncp_fill(f, rho);
+        status = type->factor(f->factor.factor, &H, 0);
+    }
     if (status != PERP_OK)
         return status;
-    for (int32_t i = 0; i < f->model->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         f->d[i] = -f->equation[i];
-    return solve(f, &f->factor, f->d);
+    return solve(f, f->d);
 }
 
 void perp__ncp_gradient(perp__ncp_walk *f)
@@ -244,36 +237,6 @@ void perp__ncp_gradient(perp__ncp_walk *f)
         f->part[i] = f->slope_w[i] * f->phi[i];
     for (int32_t j = 0; j < S.columns; j++)
         f->gradient[j] = perp__column_times(&S, j, f->part) + f->slope_z[j] * f->phi[j];
-}
-
-perp_status perp__ncp_regularised(perp__ncp_walk *f)
-{
-    const size_t n = (size_t)f->model->n;
-    double largest = 0.0, nu;
-    perp_status status;
-
-    if (f->model->sparse)
-        return PERP__FACTOR_SINGULAR;
-    perp__ncp_fill(f, 0.0);
-    for (size_t i = 0; i < n && !perp__ncp_is_late(f->model); i++) /* n^3 / 2 */
-        for (size_t j = 0; j <= i; j++) {
-            double sum = 0.0;
-
-            for (size_t k = 0; k < n; k++)
-                sum += f->H[i * n + k] * f->H[j * n + k];
-            f->squared[i * n + j] = f->squared[j * n + i] = sum;
-        }
-    if (perp__ncp_is_late(f->model))
-        return PERP__FACTOR_SINGULAR;
-    for (size_t i = 0; i < n; i++)
-        largest = fmax(largest, f->squared[i * (n + 1)]);
-    nu = fmax(1e-14, fmin(1e-2, f->relative)) * largest;
-    for (size_t i = 0; i < n; i++) {
-        f->squared[i * (n + 1)] += nu;
-        f->d[i] = -f->gradient[i];
-    }
-    status = factor(f, &f->square_factor, f->squared);
-    return status != PERP_OK ? status : solve(f, &f->square_factor, f->d);
 }
 
 void perp__ncp_steepest(perp__ncp_walk *f)

@@ -34,8 +34,8 @@ typedef struct perp__ncp_walk {
     double *equation; /* the right-hand side that slope_z, slope_w belong to */
     double *slope_z, *slope_w;
     double *d, *gradient, *part, *image;
-    double *H, *squared; /* squared: dense only, H'H */
-    perp__kept_factor factor, square_factor;
+    double *H;
+    perp__kept_factor factor;
     double recent[PERP__NCP_MEMORY];
     int64_t steps;
     double *best;
@@ -67,9 +67,6 @@ perp_status perp__ncp_newton(perp__ncp_walk *walk, double rho);
 
 /* gradient := H' Phi, the gradient of Psi for the slopes of Fischer-Burmeister. */
 void perp__ncp_gradient(perp__ncp_walk *walk);
-
-/* d := -(H'H + nu I)^-1 H' Phi: Levenberg-Marquardt. Dense problems only; else SINGULAR. */
-perp_status perp__ncp_regularised(perp__ncp_walk *walk);
 
 /* d := -t gradient with the t that minimises |Phi + H d|. */
 void perp__ncp_steepest(perp__ncp_walk *walk);
