@@ -526,6 +526,6 @@ perp_status perp_lcp_verify(perp_context *context, double *radii, perp_lcp_proof
                             const perp_matrix *M, const double *q, const double *lower,
                             const double *upper, const double *z)
 {
-    PERP__RETURN_CALL(perp__enter(context), context,
+    return PERP__CALL(perp__enter(context), context,
                       verify(context, radii, proof, M, q, lower, upper, z));
 }

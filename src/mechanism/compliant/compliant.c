@@ -176,7 +176,7 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
 perp_status perp_compliant_create(perp_context *context, perp_compliant **compliant,
                                   const perp_compliant_system *system)
 {
-    PERP__RETURN_CALL(perp__enter(context), context, create(context, compliant, system));
+    return PERP__CALL(perp__enter(context), context, create(context, compliant, system));
 }
 
 void perp_compliant_destroy(perp_compliant *compliant)
@@ -240,6 +240,6 @@ perp_status perp_compliant_linearise(perp_compliant *compliant, perp_compliant_s
                                      double *gamma, double *eigenvalues, const int32_t *slip,
                                      const int32_t *load)
 {
-    PERP__RETURN_CALL(perp__compliant_enter(compliant), compliant->context,
+    return PERP__CALL(perp__compliant_enter(compliant), compliant->context,
                       linearise(compliant, stability, gamma, eigenvalues, slip, load));
 }

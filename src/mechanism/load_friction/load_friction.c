@@ -291,7 +291,7 @@ perp_status perp_load_friction_create(perp_context *context, perp_load_friction 
                                       const perp_load_settings *settings,
                                       const perp_load_system *system)
 {
-    PERP__RETURN_CALL(perp__enter(context), context, create(context, friction, settings, system));
+    return PERP__CALL(perp__enter(context), context, create(context, friction, settings, system));
 }
 
 void perp_load_friction_destroy(perp_load_friction *friction)
@@ -321,7 +321,7 @@ static perp_status set(perp_load_friction *f, const perp_load_system *system)
 
 perp_status perp_load_friction_set(perp_load_friction *friction, const perp_load_system *system)
 {
-    PERP__RETURN_CALL(perp__friction_enter(friction), friction->context, set(friction, system));
+    return PERP__CALL(perp__friction_enter(friction), friction->context, set(friction, system));
 }
 
 /* ---- questions ----------------------------------------------------------------------------- */
@@ -362,7 +362,7 @@ static perp_status solve(perp_load_friction *f, perp_load_summary *summary, cons
 perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_summary *summary,
                                      const double *tau, const double *velocity)
 {
-    PERP__RETURN_CALL(perp__friction_enter(friction), friction->context,
+    return PERP__CALL(perp__friction_enter(friction), friction->context,
                       solve(friction, summary, tau, velocity));
 }
 
@@ -401,6 +401,6 @@ static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t in
 perp_status perp_load_friction_get(perp_load_friction *friction, perp_load_found *found,
                                    int32_t index)
 {
-    PERP__RETURN_CALL(perp__friction_enter(friction), friction->context,
+    return PERP__CALL(perp__friction_enter(friction), friction->context,
                       get(friction, found, index));
 }
