@@ -44,6 +44,16 @@ void perp__multiply_add(const perp__matrix *M, const double *x, double *y);
 /* M_ii; 0 where there is no entry. */
 double perp__diagonal_entry(const perp__matrix *M, int32_t i);
 
+/* sum_i x_i y_i, in the order of i. */
+static inline double perp__dot(const double *x, const double *y, int32_t n)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < n; i++)
+        sum += x[i] * y[i];
+    return sum;
+}
+
 /* sum_i |x_i|, in the order of i. */
 double perp__sum_of_sizes(const double *x, int32_t n);
 

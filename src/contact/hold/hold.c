@@ -156,22 +156,22 @@ int32_t perp__hold_carry(perp__hold *h, int32_t block, int32_t root)
 static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *row, int32_t width)
 {
     double *basis = h->basis + (size_t)block * (size_t)(width * width);
-    double x[PERP__BODY_WIDTH_MOST], square = dot(row, row, width), before;
+    double x[PERP__BODY_WIDTH_MOST], square = perp__dot(row, row, width), before;
     const double scale = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
 
     h->taken_up++;
     for (int32_t i = 0; i < width; i++)
         x[i] = row[i] * scale;
-    square = dot(x, x, width);
+    square = perp__dot(x, x, width);
     do { /* again, where rounding is not small beside what is left */
         before = square;
         for (int32_t k = 0; k < h->rank[block]; k++) {
-            const double share = dot(basis + k * width, x, width);
+            const double share = perp__dot(basis + k * width, x, width);
 
             for (int32_t i = 0; i < width; i++)
                 x[i] -= share * basis[k * width + i];
         }
-        square = dot(x, x, width);
+        square = perp__dot(x, x, width);
     } while (square < 0.25 * before && square > 1e-3 * (INDEPENDENT * INDEPENDENT));
     if (!(square > INDEPENDENT * INDEPENDENT))
         return 0;
