@@ -35,31 +35,12 @@ static int32_t own_blocks(const perp__contact_problem *problem, int32_t unit)
     return 0;
 }
 
-static double entry_of(const perp__matrix *W, int32_t row, int32_t column)
-{
-    int32_t low, high;
-
-    if (!W->column_starts)
-        return W->values[(size_t)row * W->row_stride + (size_t)column * W->column_stride];
-    low = W->column_starts[column];
-    high = W->column_starts[column + 1] - 1;
-    while (low < high) {
-        const int32_t middle = low + (high - low) / 2;
-
-        if (W->row_indices[middle] < row)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low == high && W->row_indices[low] == row ? W->values[low] : 0.0;
-}
-
 static int32_t is_coupled(const perp__contact_problem *problem, int32_t unit, int32_t other)
 {
     for (int32_t j = 0; j < own_rows(problem, unit); j++)
         for (int32_t i = 0; i < own_rows(problem, other); i++)
-            if (entry_of(problem->W, first_row(problem, other) + i, first_row(problem, unit) + j) !=
-                0.0)
+            if (perp__entry(problem->W, first_row(problem, other) + i,
+                            first_row(problem, unit) + j) != 0.0)
                 return 1;
     return 0;
 }
@@ -398,7 +379,7 @@ static void read_couplings(perp__proximal *s)
                 for (int32_t c = 0; c < s->width; c++)
                     s->values[at++] = c >= s->starts[j + 1] - s->starts[j]
                                           ? 0.0
-                                          : entry_of(problem->W, row + i, column + c) *
+                                          : perp__entry(problem->W, row + i, column + c) *
                                                 s->scale[s->starts[k] + i] *
                                                 s->scale[s->starts[j] + c];
         }
