@@ -141,7 +141,7 @@ class _Laws:
         self.dims = np.full(self.contacts, dims, dtype=np.int32) if dims.ndim == 0 else dims
         self.dims = np.ascontiguousarray(self.dims, dtype=np.int32)
         self.coefficients = {
-            name: _arrays.bound(x, name, self.contacts) for name, x in arrays.items()
+            name: _arrays.spread(x, name, self.contacts) for name, x in arrays.items()
         }
         self.two_sided = np.zeros(self.contacts, dtype=np.int32)
         self.two_sided[:] = both
@@ -299,7 +299,7 @@ class _Problem:
         self.dynamics = sized(ContactDynamics)
         self._views = sized(Matrix), sized(Matrix), sized(Matrix)
         self.mass: Optional[_MassSolve] = None
-        self.laws: Optional[_Laws] = None
+        self._laws: Optional[_Laws] = None
 
     def read(
         self,
@@ -320,7 +320,7 @@ class _Problem:
         self.entries, owner = _arrays.view_rectangle(H_view, H, "H")
         owners.append(owner)
         self.rows, self.n = H_view.rows, H_view.columns
-        laws = self.laws
+        laws = self._laws
         keeps = mu is None and laws is not None and laws.rows == self.rows
         if laws is None or not keeps:
             laws = _Laws(self.rows, mu, dim, rolling, spinning, bounds, two_sided)
@@ -340,7 +340,12 @@ class _Problem:
             owners.append(_arrays.view_rectangle(M_view, M, "M")[1])
             dynamics.M = pointer(M_view)
         dynamics.n = self.n
-        self.laws, self._owners = laws, owners
+        self._laws, self._owners = laws, owners
+
+    @property
+    def laws(self) -> _Laws:
+        assert self._laws is not None
+        return self._laws
 
     def raise_caught(self) -> None:
         if self.mass is not None:
@@ -367,7 +372,7 @@ class ContactSolver(Handle):
         self,
         M: Any,
         H: Any,
-        mu: ArrayLike,
+        mu: Optional[ArrayLike],
         *,
         dim: Union[int, Sequence[int], NDArray[Any]] = 3,
         cone: Union[str, int] = "exact",

@@ -823,6 +823,7 @@ class MechanismModel(Structure):
         ("normalise", MechanismNormalise),
         ("curvature", MechanismCurvature),
         ("user", c_void_p),
+        ("two_sided", c_void_p),
     ]
 
 
