@@ -11,7 +11,8 @@ static int32_t own_rows(const perp__contact_problem *problem, int32_t unit)
     const int32_t rows =
         unit < problem->contacts ? problem->starts[unit + 1] - problem->starts[unit] : 1;
 
-    if (unit >= problem->contacts || problem->mu[unit] > 0.0 || rows > problem->dims[unit])
+    if (unit >= problem->contacts || problem->mu[unit] > 0.0 || rows > problem->dims[unit] ||
+        perp__contact_two_sided(problem, unit) > 0)
         return rows;
     return 1;
 }
@@ -88,6 +89,11 @@ int64_t perp__proximal_couplings(const perp__contact_problem *problem)
     return 2 * count; /* and the other way round, where that is missing */
 }
 
+static int32_t has_discs(const perp__contact_problem *problem)
+{
+    return problem->has_discs || problem->two_sided;
+}
+
 typedef struct sizes {
     size_t pieces, entries, edges, slots;
 } sizes;
@@ -100,7 +106,7 @@ static sizes measure(perp__proximal *s)
     sizes most = {0, 0, 0, 0};
 
     s->by_rows = b == NULL;
-    s->side = problem->has_discs ? PERP__UNIT_ROWS_MOST : 3;
+    s->side = has_discs(problem) ? PERP__UNIT_ROWS_MOST : 3;
     s->units = problem->contacts + problem->size - problem->rows;
     s->blocks = b ? b->blocks : s->units;
     s->width = b ? b->width : 1;
@@ -137,7 +143,7 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     s->starts = perp__arena_take(arena, units + 1, sizeof(int32_t));
     PERP__DOUBLES(arena, units, &s->radius);
     s->discs = NULL;
-    if (problem->has_discs) {
+    if (has_discs(problem)) {
         s->discs = perp__arena_take(arena, units, sizeof *s->discs);
         PERP__DOUBLES(arena, size, &s->r, &s->u);
     }
@@ -234,8 +240,9 @@ static void set_discs(perp__proximal *s, int32_t k)
     perp__contact_part parts[3];
     perp__discs *discs = &s->discs[k];
 
+    discs->both = perp__contact_two_sided(s->common.problem, s->unit[k]);
     discs->count = perp__contact_parts(s->common.problem, s->unit[k], parts);
-    for (int32_t p = 0, at = 1; p < discs->count; at += parts[p++].size) {
+    for (int32_t p = 0, at = perp__discs_first(discs); p < discs->count; at += parts[p++].size) {
         discs->sizes[p] = parts[p].size;
         if (p > 0)
             scale_rows(s, k, at, parts[p].size);
@@ -249,6 +256,7 @@ static void set_scales(perp__proximal *s, int32_t k)
     const perp__contact_problem *problem = s->common.problem;
     const int32_t unit = s->unit[k], row = s->starts[k], rows = s->starts[k + 1] - row;
     const int32_t turns = unit < problem->contacts && rows > problem->dims[unit];
+    const int32_t normals = unit < problem->contacts ? perp__contact_normals(problem, unit) : 1;
 
     for (int32_t i = row; i < row + rows; i++)
         s->scale[i] = 1.0 / sqrt(problem->trace[unit]);
@@ -256,8 +264,9 @@ static void set_scales(perp__proximal *s, int32_t k)
     if (turns)
         scale_rows(s, k, 0, problem->dims[unit]);
     if (s->radius[k] >= 0.0 && rows > 1 && problem->mu[unit] > 0.0)
-        s->scale[row] /= fmin(problem->mu[unit], 1.0);
-    if (turns)
+        for (int32_t i = row; i < row + normals; i++)
+            s->scale[i] /= fmin(problem->mu[unit], 1.0);
+    if (turns || (unit < problem->contacts && perp__contact_two_sided(problem, unit) > 0))
         set_discs(s, k);
     else if (s->discs)
         s->discs[k].count = 0;
