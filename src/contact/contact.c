@@ -404,6 +404,23 @@ static perp_status run_apart(perp_contact_solver *solver)
                : status;
 }
 
+/* Auto's last word on small problems with contacts that hold both ways: no path is sure to lead to
+ * their answers. */
+static perp_status search_sets(perp_contact_solver *solver)
+{
+    int32_t made = 0;
+    perp_status status = PERP_OK;
+
+    if (!solver->holds_both || solver->size > PERP__POLISH_SEARCH_MOST ||
+        solver->settings.method != PERP_CONTACT_METHOD_AUTO || solver->settings.max_iterations != 0)
+        return PERP_OK;
+    status = perp__contact_delassus(solver, &made);
+    solver->running = PERP_CONTACT_METHOD_PROXIMAL;
+    if (status == PERP_OK && made)
+        status = perp__contact_polish_search(solver);
+    return status == PERP_OK ? check_abort(solver) : status;
+}
+
 /* Steps of a plan before its last resorts. */
 enum { BRIEF = 2 };
 
@@ -430,7 +447,7 @@ static perp_status search(perp_contact_solver *solver)
         if (status == PERP_OK && k == apart && !ends_the_search(solver))
             status = run_apart(solver);
     }
-    return status;
+    return status == PERP_OK && !ends_the_search(solver) ? search_sets(solver) : status;
 }
 
 /* What the search ended with. */

@@ -299,16 +299,13 @@ static int32_t take_step(perp_lcp_solver *solver, const double *step)
  * point as good as a double gets, with its worth; else nothing has changed. */
 static int32_t correct(perp_lcp_solver *solver, perp__evaluation *worth)
 {
-    const size_t bytes = (size_t)solver->n * sizeof(double);
     perp__polish *p = &solver->polish;
     perp__evaluation found;
 
     if (!solver->correct || !take_residual(solver, p->z) ||
         !solver->correct(solver->correct_work, p->z, p->step))
         return 0;
-    memcpy(p->z, solver->z, bytes);
-    memcpy(p->w_high, solver->w_high, bytes);
-    memcpy(p->w_low, solver->w_low, bytes);
+    remember(solver, &found, worth);
     if (take_step(solver, p->step)) {
         found = perp__evaluate(solver);
         if (perp__is_exact(solver, &found)) {
@@ -316,9 +313,7 @@ static int32_t correct(perp_lcp_solver *solver, perp__evaluation *worth)
             return 1;
         }
     }
-    memcpy(solver->z, p->z, bytes);
-    memcpy(solver->w_high, p->w_high, bytes);
-    memcpy(solver->w_low, p->w_low, bytes);
+    recall(solver);
     return 0;
 }
 

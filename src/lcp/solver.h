@@ -95,6 +95,7 @@ struct perp_lcp_solver {
     perp__method_slot slots[PERP__METHODS];
     perp__polish polish;
     struct perp__lcp_all *tree; /* of the last word on small problems; NULL until it is asked */
+    int32_t insists;            /* on larger ones, too */
     int32_t (*correct)(void *work, const double *residual, double *step); /* perp__lcp_iterate's */
     void *correct_work;
     perp__sparse_block block; /* of sparse problems */
