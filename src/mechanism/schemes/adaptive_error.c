@@ -104,6 +104,8 @@ static int32_t chatters(const perp_mechanism *m)
         const int32_t open = count_mode(m, j, PERP_MECHANISM_SEPARATE),
                       sticks = count_mode(m, j, PERP_MECHANISM_STICK), row = m->starts[j];
 
+        if (m->two_sided[j] > 0)
+            continue;
         if (open > 0 && open < 3)
             return 1;
         if (sticks > 0 && sticks < 3 &&
@@ -269,19 +271,34 @@ static double slip_at(const perp_mechanism *m, const friction *f, const double *
     return speed;
 }
 
-/* a->difference := M^-1 J'd; d'J M^-1 J'd. */
-static double response_to(perp_mechanism *m, perp__adaptive *a, const friction *f,
-                          const double d[2])
+/* Rows of [from, to) that hold in an answer, into m->held. */
+static void hold_rows(perp_mechanism *m, const perp__motion *answer, int32_t from, int32_t to)
 {
-    double sum = 0.0;
+    for (int32_t i = from; i < to; i++)
+        if (answer->holds[i])
+            perp__hold_row(m, &m->begin, i, 0.0);
+}
 
-    memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
+/* d'J M^-1 J'd in what constraints and normals that hold leave free. Other friction may be in the
+ * same direction, and is left to itself. */
+static double response_to(perp_mechanism *m, perp__adaptive *a, const friction *f,
+                          const double d[2], const perp__motion *to)
+{
+    double all, free;
+
+    perp__held_rows_begin(&m->held, m->n);
+    for (int32_t j = 0; j < m->contacts; j++)
+        hold_rows(m, to, m->starts[j], m->tangent[j]);
+    hold_rows(m, to, m->contact_rows, m->contact_rows + m->bilateral);
+    perp__held_rows_solve(&m->held);
+    memset(a->scratch, 0, (size_t)m->n * sizeof *a->scratch);
     for (int32_t i = 0; i < f->count; i++)
-        perp__add_row(m, &m->begin, f->row + i, d[i], a->difference);
-    perp__solve_mass(m, &m->begin, a->difference);
-    for (int32_t i = 0; i < f->count; i++)
-        sum += d[i] * perp__row_times(m, &m->begin, f->row + i, 0.0, a->difference);
-    return sum;
+        perp__add_row(m, &m->begin, f->row + i, d[i], a->scratch);
+    perp__solve_lower(m, &m->begin, a->scratch);
+    all = perp__length(a->scratch, m->n);
+    perp__project_out(m->held.basis, m->held.rank, m->n, a->scratch);
+    free = perp__length(a->scratch, m->n);
+    return free > PERP__AGREEMENT * all ? free * free : 0.0;
 }
 
 static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
@@ -299,7 +316,7 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__moti
     }
     if (!(speed > 0.0) || (after >= 0.0 && !sticks))
         return;
-    response = response_to(m, a, f, d);
+    response = response_to(m, a, f, d, to);
     lost = speed - (after - response * own); /* by other forces than this friction */
     when = length * speed / (lost + response * f->bound);
     if (!(response > 0.0) || !(when >= 0.0 && when < length))
