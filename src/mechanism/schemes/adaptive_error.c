@@ -271,25 +271,18 @@ static double slip_at(const perp_mechanism *m, const friction *f, const double *
     return speed;
 }
 
-/* Rows of [from, to) that hold in an answer, into m->held. */
-static void hold_rows(perp_mechanism *m, const perp__motion *answer, int32_t from, int32_t to)
-{
-    for (int32_t i = from; i < to; i++)
-        if (answer->holds[i])
-            perp__hold_row(m, &m->begin, i, 0.0);
-}
-
-/* d'J M^-1 J'd in what constraints and normals that hold leave free. Other friction may be in the
- * same direction, and is left to itself. */
+/* d'J M^-1 J'd in what constraints leave free, those of contacts that hold both ways among them. */
 static double response_to(perp_mechanism *m, perp__adaptive *a, const friction *f,
-                          const double d[2], const perp__motion *to)
+                          const double d[2])
 {
     double all, free;
 
     perp__held_rows_begin(&m->held, m->n);
     for (int32_t j = 0; j < m->contacts; j++)
-        hold_rows(m, to, m->starts[j], m->tangent[j]);
-    hold_rows(m, to, m->contact_rows, m->contact_rows + m->bilateral);
+        for (int32_t i = 0; i < m->two_sided[j]; i++)
+            perp__hold_row(m, &m->begin, m->starts[j] + i, 0.0);
+    for (int32_t i = 0; i < m->bilateral; i++)
+        perp__hold_row(m, &m->begin, m->contact_rows + i, 0.0);
     perp__held_rows_solve(&m->held);
     memset(a->scratch, 0, (size_t)m->n * sizeof *a->scratch);
     for (int32_t i = 0; i < f->count; i++)
@@ -316,7 +309,7 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__moti
     }
     if (!(speed > 0.0) || (after >= 0.0 && !sticks))
         return;
-    response = response_to(m, a, f, d, to);
+    response = response_to(m, a, f, d);
     lost = speed - (after - response * own); /* by other forces than this friction */
     when = length * speed / (lost + response * f->bound);
     if (!(response > 0.0) || !(when >= 0.0 && when < length))
