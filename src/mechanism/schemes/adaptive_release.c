@@ -325,7 +325,8 @@ perp_status perp__adaptive_releases(perp_mechanism *m, perp__adaptive *a, double
     return status;
 }
 
-/* The least force left after a single step of that length; -inf where it has let go of it. */
+/* What holds after a single step of that length, and the least force left; -inf where the step
+ * itself lets go. */
 static perp_status try_length(perp_mechanism *m, perp__adaptive *a, double t, double length_of,
                               const perp__motion *from, const int8_t *held, double *left)
 {
@@ -336,8 +337,6 @@ static perp_status try_length(perp_mechanism *m, perp__adaptive *a, double t, do
     if (status != PERP_OK)
         return status;
     a->searched += step.iterations;
-    if (!perp__is_good(step.outcome))
-        return PERP_OK;
     read_state(m, a, &m->trial, a->tried);
     if (is_lost(m, held, a->tried))
         return PERP_OK;
@@ -383,7 +382,7 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
         double found;
 
         status = try_length(m, a, t + start, x, from, held, &found);
-        if (found > 0.0) {
+        if (!is_lost(m, held, a->tried)) {
             low = x;
             left = found;
         } else {
