@@ -36,7 +36,8 @@ static void layout(perp__arena *arena, void *object)
     double **const positions[] = {&a->largest, &a->scale, &a->rate, &a->moved};
     double **const vectors[] = {&a->difference, &a->scratch, &a->force[0], &a->force[1],
                                 &a->force[2]};
-    int8_t **const places[] = {&a->does[0], &a->does[1], &a->does[2], &a->planned, &a->tried};
+    int8_t **const places[] = {&a->does[0], &a->does[1], &a->does[2],
+                               &a->planned, &a->tried,   &a->after};
 
     for (size_t k = 0; k < sizeof positions / sizeof *positions; k++)
         *positions[k] = perp__arena_take(arena, (size_t)a->m->coordinates, sizeof(double));
@@ -66,6 +67,21 @@ static int32_t is_solved(const perp__adaptive *a)
     return perp__is_good(a->full.outcome) && perp__is_good(halves_outcome(a));
 }
 
+/* A step. A contact whose slip turns round comes to rest on the way, and there static friction
+ * counts: a step that is short behind the turn ends in it. */
+static perp_status advance(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t,
+                           double h, const perp__motion *from)
+{
+    perp_status status = perp__advance(m, to, step, t, h, from->q, from->v);
+    int32_t slips;
+
+    if (status != PERP_OK || !perp__outcome_moves(step->outcome) || !perp__adaptive_catch(m, to))
+        return status;
+    status = perp__advance(m, to, step, t, h, from->q, from->v);
+    slips = perp__adaptive_release_caught(m, to);
+    return status == PERP_OK && slips ? perp__advance(m, to, step, t, h, from->q, from->v) : status;
+}
+
 /* The step in one and in two, and the estimates. Where one of them does not move, it is the last
  * that was tried. */
 static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, double h)
@@ -74,19 +90,19 @@ static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, doubl
     perp_status status;
 
     perp__adaptive_let_go(m, a->does[0], &m->now);
-    status = perp__advance(m, &m->trial, &a->full, t, h, m->now.q, m->now.v);
+    status = advance(m, &m->trial, &a->full, t, h, &m->now);
     memset(&a->event, 0, sizeof a->event);
     perp_mechanism_step_init(&a->first, sizeof a->first);
     perp_mechanism_step_init(&a->second, sizeof a->second);
     if (status == PERP_OK && moves(a))
-        status = perp__advance(m, &m->half, &a->first, t, half, m->now.q, m->now.v);
+        status = advance(m, &m->half, &a->first, t, half, &m->now);
     perp__adaptive_let_go(m, NULL, NULL);
     if (status == PERP_OK && moves(a))
         status = perp__adaptive_scale(m, a);
     if (status == PERP_OK && moves(a))
         status = perp__adaptive_events(m, a, &m->now, &m->half, 0.0, half);
     if (status == PERP_OK && moves(a))
-        status = perp__advance(m, &m->next, &a->second, t + half, half, m->half.q, m->half.v);
+        status = advance(m, &m->next, &a->second, t + half, half, &m->half);
     if (status == PERP_OK && moves(a))
         status = perp__adaptive_events(m, a, &m->half, &m->next, half, half);
     if (status == PERP_OK && moves(a))
@@ -272,8 +288,9 @@ static perp_status plan(perp__run *run, perp__adaptive *a, double h)
     if (status != PERP_OK)
         return status;
     a->plans = when > a->shortest;
-    if (!a->plans)
-        memcpy(a->does[0], a->planned, (size_t)(m->contacts + m->dry));
+    for (int32_t j = 0; j < m->contacts + m->dry && !a->plans; j++)
+        if (a->planned[j] < a->does[0][j])
+            a->does[0][j] = a->planned[j];
     a->proper = fmax(a->proper, h);
     a->h = a->plans ? when : h;
     return PERP_OK;

@@ -32,14 +32,15 @@ struct perp__adaptive {
     int32_t started;             /* m->now.modes are those of a step */
     int32_t refused;             /* attempts in a row */
     /* releases */
-    int8_t *does[3];          /* contacts, then dry groups: at the start, in the middle, at the end */
-    int8_t *planned, *tried;  /* the same: from the end of a step that is planned on; of a trial */
-    double *bias, *drift;     /* rows: d/dt(J) v + d/dt(drift); of a problem in accelerations */
-    double span, free;        /* of its differences; its size */
-    int32_t known;            /* 1: it has a solution */
-    int32_t release;          /* in which half of the step at hand something lets go; 0: none */
-    int32_t plans;            /* 1: the next step ends where something lets go */
-    int64_t searched;         /* iterations of trials */
+    int8_t *does[3];       /* contacts, then dry groups: at the start, in the middle, at the end */
+    int8_t *planned;       /* the same, from the end of a step that is planned on */
+    int8_t *tried, *after; /* of a trial; of what was held, what goes on */
+    double *bias, *drift;  /* rows: d/dt(J) v + d/dt(drift); of a problem in accelerations */
+    double span, free;     /* of its differences; its size */
+    int32_t known;         /* 1: it has a solution */
+    int32_t release;       /* in which half of the step at hand something lets go; 0: none */
+    int32_t plans;         /* 1: the next step ends where something lets go */
+    int64_t searched;      /* iterations of trials */
 };
 
 /* ---- adaptive_error.c ---- */
@@ -64,6 +65,11 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
                                   double *when);
 /* Which contacts start to slip with that state: static friction no longer counts. NULL: none. */
 void perp__adaptive_let_go(perp_mechanism *m, const int8_t *does, const perp__motion *state);
+
+/* Gives contacts that a step led back through rest their static friction; whether there are any.
+ * And takes it away again; whether they slip nevertheless. */
+int32_t perp__adaptive_catch(perp_mechanism *m, const perp__motion *to);
+int32_t perp__adaptive_release_caught(perp_mechanism *m, const perp__motion *to);
 
 /* ---- adaptive.c ---- */
 perp_status perp__run_adaptive(perp__run *run, double t1, double h);

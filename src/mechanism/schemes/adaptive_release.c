@@ -2,8 +2,8 @@
  * slip.
  *
  * A step's impulse is a mean: it holds up to twice as long as the forces do, and where they change
- * linearly full and half steps agree on it. So what the forces do is looked at by themselves, at the
- * ends of the half steps. With u = 0 there, or a slip along d,
+ * linearly full and half steps agree on it. So what the forces do is looked at by themselves, at
+ * the ends of the half steps. With u = 0 there, or a slip along d,
  *
  *   M a = k + J'f,   u' = J a + d/dt(J) v + d/dt(drift),   0 <= f_n perp u_n' >= 0,
  *   |f_t| <= mu f_n, opposite to u_t' where that is not 0; f_t = -mu f_n d of a slip,
@@ -54,17 +54,15 @@ static int32_t is_closed(perp_mechanism *m, const perp__adaptive *a, const perp_
     const double u = state->u[row];
 
     return state->holds[row] &&
-           (u == 0.0 ||
-            fabs(u) <= m->settings.error * sqrt(mobility(m, row)) * a->speed_scale);
+           (u == 0.0 || fabs(u) <= m->settings.error * sqrt(mobility(m, row)) * a->speed_scale);
 }
 
 /* What a contact that is closed, or a dry group, does. */
 static int8_t held(const perp_mechanism *m, int32_t j, int32_t sticks)
 {
-    const int32_t rough =
-        j < m->contacts
-            ? m->tangents[j] > 0 && fmax(m->mu_static[j], m->begin.mu[j]) > 0.0
-            : m->begin.bound[j - m->contacts] > 0.0;
+    const int32_t rough = j < m->contacts
+                              ? m->tangents[j] > 0 && fmax(m->mu_static[j], m->begin.mu[j]) > 0.0
+                              : m->begin.bound[j - m->contacts] > 0.0;
 
     return sticks && rough ? STICKS : SLIDES;
 }
@@ -97,7 +95,8 @@ static int32_t is_hit(const perp_mechanism *m, const perp__motion *state,
     return step->impacts > 0;
 }
 
-/* ---- forces at an instant ---------------------------------------------------------------------- */
+/* ---- forces at an instant ----------------------------------------------------------------------
+ */
 
 /* a->bias := d/dt(J) v + d/dt(drift), by central differences, of order 4. */
 static perp_status find_bias(perp_mechanism *m, perp__adaptive *a, double t, const double *q,
@@ -220,25 +219,30 @@ static int32_t starts(const perp_mechanism *m, const perp__adaptive *a, int32_t 
     return 0;
 }
 
-/* does: what there is at (t, state) by its step; then what it does from there on. A state whose
- * forces are not found keeps the former. */
+/* after: what is held in `before`, and what the state's step says that is held, goes on to do by
+ * the forces at (t, state); a state whose forces are not found keeps it. does: what it is in by its
+ * step as well. A contact that chatters, as the rows of a step's start let it, has not let go. */
 static perp_status look(perp_mechanism *m, perp__adaptive *a, double t, const perp__motion *state,
-                        int8_t *does)
+                        const int8_t *before, int8_t *does, int8_t *after)
 {
-    perp_status status = perp__evaluate_all(m, &m->begin, t, state->q, state->v);
+    const int32_t count = m->contacts + m->dry;
+    perp_status status;
 
+    read_state(m, a, state, does);
+    for (int32_t j = 0; j < count; j++)
+        after[j] = does[j] > before[j] ? does[j] : before[j];
+    status = perp__evaluate_all(m, &m->begin, t, state->q, state->v);
     if (status == PERP_OK)
-        status = find_forces(m, a, t, state, does);
+        status = find_forces(m, a, t, state, after);
     a->known = status == PERP_OK && perp__is_good(m->answer.outcome);
-    if (status == PERP__OUTSIDE)
-        return PERP_OK; /* differences reach further than steps */
-    for (int32_t j = 0; j < m->contacts + m->dry && a->known; j++) {
-        if (j < m->contacts && does[j] != FREE && starts(m, a, m->starts[j], 1))
-            does[j] = FREE;
-        if (does[j] == STICKS && starts(m, a, m->tangent[j], m->tangents[j]))
-            does[j] = SLIDES;
+    for (int32_t j = 0; j < count; j++) {
+        if (a->known && j < m->contacts && after[j] != FREE && starts(m, a, m->starts[j], 1))
+            after[j] = FREE;
+        if (a->known && after[j] == STICKS && starts(m, a, m->tangent[j], m->tangents[j]))
+            after[j] = SLIDES;
+        does[j] = after[j] < does[j] ? after[j] : does[j];
     }
-    return status;
+    return status == PERP__OUTSIDE ? PERP_OK : status; /* differences reach further than steps */
 }
 
 /* ---- how much is left ---------------------------------------------------------------------- */
@@ -263,14 +267,14 @@ static double margin(perp_mechanism *m, const int8_t *before, const int8_t *afte
         if (before[j] != STICKS || after[j] == FREE)
             continue;
         bound = dry ? m->begin.bound[j - m->contacts] : m->friction[j] * now->r[row];
-        least = fmin(least, after[j] == SLIDES
-                                ? -length(now->u + first, count) / mobility(m, first)
-                                : bound - length(now->r + first, count));
+        least = fmin(least, after[j] == SLIDES ? -length(now->u + first, count) / mobility(m, first)
+                                               : bound - length(now->r + first, count));
     }
     return least;
 }
 
-/* Whether the impulses of the halves, continued, hold what was held: nothing has to be looked at. */
+/* Whether the impulses of the halves, continued, hold what was held: nothing has to be looked at.
+ */
 static int32_t is_calm(const perp_mechanism *m, const int8_t *held)
 {
     const double *one = m->half.r, *two = m->next.r;
@@ -311,38 +315,32 @@ perp_status perp__adaptive_releases(perp_mechanism *m, perp__adaptive *a, double
         !is_hit(m, &m->half, &a->first, a->does[0]) &&
         !is_hit(m, &m->next, &a->second, a->does[0]) && is_calm(m, a->does[0]))
         return PERP_OK;
-    status = look(m, a, t + 0.5 * h, &m->half, a->does[1]);
-    if (status != PERP_OK)
-        return status;
-    if (is_lost(m, a->does[0], a->does[1]) && !is_hit(m, &m->half, &a->first, a->does[0])) {
+    status = look(m, a, t + 0.5 * h, &m->half, a->does[0], a->does[1], a->after);
+    if (status == PERP_OK && is_lost(m, a->does[0], a->after) &&
+        !is_hit(m, &m->half, &a->first, a->does[0])) {
         a->release = 1;
         return PERP_OK;
     }
-    status = look(m, a, t + h, &m->next, a->does[2]);
-    if (status == PERP_OK && is_lost(m, a->does[1], a->does[2]) &&
+    if (status == PERP_OK)
+        status = look(m, a, t + h, &m->next, a->does[1], a->does[2], a->after);
+    if (status == PERP_OK && is_lost(m, a->does[1], a->after) &&
         !is_hit(m, &m->next, &a->second, a->does[1]))
         a->release = 2;
     return status;
 }
 
-/* What holds after a single step of that length, and the least force left; -inf where the step
- * itself lets go. */
-static perp_status try_length(perp_mechanism *m, perp__adaptive *a, double t, double length_of,
-                              const perp__motion *from, const int8_t *held, double *left)
+/* a->after: what goes on from the end of a single step of that length, and the least force left. */
+static perp_status try_length(perp_mechanism *m, perp__adaptive *a, double t, double h,
+                              const perp__motion *from, const int8_t *held_before, double *left)
 {
     perp_mechanism_step step;
-    perp_status status = perp__advance(m, &m->trial, &step, t, length_of, from->q, from->v);
+    perp_status status = perp__advance(m, &m->trial, &step, t, h, from->q, from->v);
 
-    *left = -INFINITY;
-    if (status != PERP_OK)
-        return status;
     a->searched += step.iterations;
-    read_state(m, a, &m->trial, a->tried);
-    if (is_lost(m, held, a->tried))
-        return PERP_OK;
-    status = look(m, a, t + length_of, &m->trial, a->tried);
-    if (status == PERP_OK && a->known)
-        *left = margin(m, held, a->tried);
+    if (status == PERP_OK)
+        status = look(m, a, t + h, &m->trial, held_before, a->tried, a->after);
+    if (status == PERP_OK)
+        *left = a->known ? margin(m, held_before, a->after) : INFINITY;
     return status;
 }
 
@@ -367,7 +365,7 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
                                   double *when)
 {
     const perp__motion *from = a->release == 1 ? &m->now : &m->half;
-    const int8_t *held = a->does[a->release - 1];
+    const int8_t *held_before = a->does[a->release - 1];
     const size_t size = (size_t)(m->contacts + m->dry);
     const double whole = 0.5 * h, start = a->release == 1 ? 0.0 : whole;
     const double least = fmax(4.0 * PERP__EPS * (fabs(t) + h), NOTHING * h);
@@ -379,10 +377,10 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
         perp__adaptive_let_go(m, a->does[0], &m->now);
     for (int32_t pass = 1; high - low > least && pass < MOST_LENGTHS && status == PERP_OK; pass++) {
         const double x = next_length(low, high, left, missing, whole, 0.5 * least, pass);
-        double found;
+        double found = INFINITY;
 
-        status = try_length(m, a, t + start, x, from, held, &found);
-        if (!is_lost(m, held, a->tried)) {
+        status = try_length(m, a, t + start, x, from, held_before, &found);
+        if (!is_lost(m, held_before, a->after)) {
             low = x;
             left = found;
         } else {
@@ -399,8 +397,40 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
 void perp__adaptive_let_go(perp_mechanism *m, const int8_t *does, const perp__motion *state)
 {
     for (int32_t j = 0; j < m->contacts; j++)
-        m->let_go[j] = does && does[j] == SLIDES &&
-                       length(state->u + m->tangent[j], m->tangents[j]) == 0.0;
+        m->let_go[j] =
+            does && does[j] == SLIDES && length(state->u + m->tangent[j], m->tangents[j]) == 0.0;
+}
+
+/* Whether contact j slips back at the end of a step, though it would have stuck on the way. */
+static int32_t turns_back(const perp_mechanism *m, const perp__motion *to, int32_t j)
+{
+    double along = 0.0;
+
+    for (int32_t i = m->tangent[j]; i < m->tangent[j] + m->tangents[j]; i++)
+        along += m->start_velocity[i] * to->u[i];
+    return m->mu_static[j] > m->begin.mu[j] && along < 0.0;
+}
+
+int32_t perp__adaptive_catch(perp_mechanism *m, const perp__motion *to)
+{
+    int32_t caught = 0;
+
+    for (int32_t j = 0; j < m->contacts; j++) {
+        m->let_go[j] = turns_back(m, to, j) ? -1 : m->let_go[j];
+        caught = caught || m->let_go[j] < 0;
+    }
+    return caught;
+}
+
+int32_t perp__adaptive_release_caught(perp_mechanism *m, const perp__motion *to)
+{
+    int32_t slips = 0;
+
+    for (int32_t j = 0; j < m->contacts; j++) {
+        slips = slips || (m->let_go[j] < 0 && to->modes[j] == PERP_MECHANISM_SLIP);
+        m->let_go[j] = m->let_go[j] > 0;
+    }
+    return slips;
 }
 
 /* Whether a contact is closed, and stays so if forces allow it. */
@@ -417,6 +447,7 @@ perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, d
 
     if (status != PERP_OK)
         return status;
+    perp__clear_motion(m, now);
     perp__row_velocities(m, &m->begin, now->u, now->v);
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
         const int32_t first = m->tangent[j], end = first + m->tangents[j];
@@ -433,5 +464,5 @@ perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, d
                             : (int8_t)FREE;
     }
     a->span = SHARE_OF_UNIT * a->unit;
-    return look(m, a, t, now, a->does[0]);
+    return look(m, a, t, now, a->does[0], a->tried, a->does[0]);
 }
