@@ -355,6 +355,8 @@ static perp_status begin(perp__run *run, perp__adaptive *a, double t1, double h)
     perp_status status;
 
     memset(a->largest, 0, (size_t)m->coordinates * sizeof *a->largest);
+    memset(a->scale, 0, (size_t)m->coordinates * sizeof *a->scale);
+    a->length = 0.0;
     a->fastest = 0.0;
     a->longest = settings->longest > 0.0 ? fmin(settings->longest, span) : span;
     a->shortest = settings->shortest > 0.0 ? settings->shortest : ldexp(span, -40);

@@ -35,26 +35,19 @@ enum { FREE = 0, SLIDES = 1, STICKS = 2 };
 
 /* ---- what the steps say ---------------------------------------------------------------------- */
 
-/* J M^-1 J' of the row. */
-static double mobility(perp_mechanism *m, int32_t row)
+/* Whether a gap is below what may be wrong with q. */
+static int32_t is_near(const perp_mechanism *m, const perp__adaptive *a, int32_t row, double gap)
 {
-    double *x = m->work;
-
-    memset(x, 0, (size_t)m->n * sizeof *x);
-    perp__add_row(m, &m->begin, row, 1.0, x);
-    perp__solve_mass(m, &m->begin, x);
-    return perp__row_times(m, &m->begin, row, 0.0, x);
+    return gap <= m->settings.error * perp__gap_size(m, &m->begin, row, a->scale);
 }
 
-/* Whether the normal velocity that a step leaves counts as none: a contact that it reaches keeps
- * gap / h. */
-static int32_t is_closed(perp_mechanism *m, const perp__adaptive *a, const perp__motion *state,
-                         int32_t row)
+/* Whether a step keeps the contact closed: one that it reaches keeps the speed gap / h. */
+static int32_t is_closed(const perp_mechanism *m, const perp__adaptive *a,
+                         const perp__motion *state, int32_t row)
 {
     const double u = state->u[row];
 
-    return state->holds[row] &&
-           (u == 0.0 || fabs(u) <= m->settings.error * sqrt(mobility(m, row)) * a->speed_scale);
+    return state->holds[row] && (u == 0.0 || (u < 0.0 && is_near(m, a, row, -u * a->length)));
 }
 
 /* What a contact that is closed, or a dry group, does. */
@@ -67,7 +60,7 @@ static int8_t held(const perp_mechanism *m, int32_t j, int32_t sticks)
     return sticks && rough ? STICKS : SLIDES;
 }
 
-static void read_state(perp_mechanism *m, const perp__adaptive *a, const perp__motion *state,
+static void read_state(const perp_mechanism *m, const perp__adaptive *a, const perp__motion *state,
                        int8_t *does)
 {
     for (int32_t j = 0; j < m->contacts + m->dry; j++)
@@ -240,12 +233,25 @@ static perp_status look(perp_mechanism *m, perp__adaptive *a, double t, const pe
             after[j] = FREE;
         if (a->known && after[j] == STICKS && starts(m, a, m->tangent[j], m->tangents[j]))
             after[j] = SLIDES;
-        does[j] = after[j] < does[j] ? after[j] : does[j];
+        if (after[j] < does[j] || (j < m->contacts && after[j] > does[j] && does[j] == FREE &&
+                                   is_near(m, a, m->starts[j], m->begin.gap[j])))
+            does[j] = after[j];
     }
     return status == PERP__OUTSIDE ? PERP_OK : status; /* differences reach further than steps */
 }
 
 /* ---- how much is left ---------------------------------------------------------------------- */
+
+/* J M^-1 J' of the row. */
+static double mobility(perp_mechanism *m, int32_t row)
+{
+    double *x = m->work;
+
+    memset(x, 0, (size_t)m->n * sizeof *x);
+    perp__add_row(m, &m->begin, row, 1.0, x);
+    perp__solve_mass(m, &m->begin, x);
+    return perp__row_times(m, &m->begin, row, 0.0, x);
+}
 
 /* The least force that is left of what was held; below 0, that which is missing. */
 static double margin(perp_mechanism *m, const int8_t *before, const int8_t *after)
@@ -309,6 +315,7 @@ perp_status perp__adaptive_releases(perp_mechanism *m, perp__adaptive *a, double
     if (size == 0)
         return PERP_OK;
     a->span = fmax(SHARE * h, SHARE_OF_UNIT * a->unit);
+    a->length = 0.5 * h;
     read_state(m, a, &m->half, a->does[1]);
     read_state(m, a, &m->next, a->does[2]);
     if (memcmp(a->does[0], a->does[1], size) == 0 && memcmp(a->does[0], a->does[2], size) == 0 &&
@@ -337,6 +344,7 @@ static perp_status try_length(perp_mechanism *m, perp__adaptive *a, double t, do
     perp_status status = perp__advance(m, &m->trial, &step, t, h, from->q, from->v);
 
     a->searched += step.iterations;
+    a->length = h;
     if (status == PERP_OK)
         status = look(m, a, t + h, &m->trial, held_before, a->tried, a->after);
     if (status == PERP_OK)
