@@ -37,6 +37,7 @@ struct perp__adaptive {
     int8_t *tried, *after; /* of a trial; of what was held, what goes on */
     double *bias, *drift;  /* rows: d/dt(J) v + d/dt(drift); of a problem in accelerations */
     double span, free;     /* of its differences; its size */
+    double length;         /* of the step that led to the state that is looked at */
     int32_t known;         /* 1: it has a solution */
     int32_t release;       /* in which half of the step at hand something lets go; 0: none */
     int32_t plans;         /* 1: the next step ends where something lets go */
