@@ -10,6 +10,7 @@ typedef struct mass {
     perp_mechanism_settings settings;
     double kg, mu, mu_static;
     double load[MASS_N], rate[MASS_N]; /* forces load + rate t */
+    double late;                       /* the loads but the last come at this time */
     int32_t dome;
 } mass;
 
@@ -31,7 +32,7 @@ static int32_t pull(double *k, double t, const double *q, const double *v, void 
     (void)q;
     (void)v;
     for (int32_t i = 0; i < m->model.velocities; i++)
-        k[i] = m->load[i] + m->rate[i] * t;
+        k[i] = (t < m->late && i + 1 < m->model.velocities ? 0 : m->load[i]) + m->rate[i] * t;
     return 0;
 }
 
@@ -158,6 +159,22 @@ static void test_slips_at_once(void **state)
     m.load[1] = -NEWTONS;
     go(&m, q, v, 1, NULL, NULL);
     near(v[0], (5 - 0.45 * NEWTONS) / m.kg, 1e-8, "v");
+}
+
+/* A force that is switched on at 1.7 moves it from there, though nothing before says so. */
+static void test_switch(void **state)
+{
+    double q[MASS_N] = {0}, v[MASS_N] = {0};
+    mass m;
+
+    (void)state;
+    make_mass(&m, 2, 0.45, 0.6);
+    m.settings.error = 1e-6;
+    m.load[0] = 5;
+    m.load[1] = -NEWTONS;
+    m.late = 1.7;
+    go(&m, q, v, 3, NULL, NULL);
+    near(v[0], (5 - 0.45 * NEWTONS) * (3 - m.late) / m.kg, 1e-6, "v");
 }
 
 /* A slip against a force between mu N and mu_static N comes to rest and stays, as static friction
@@ -398,10 +415,10 @@ static void test_belt(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_block),         cmocka_unit_test(test_slips_at_once),
-        cmocka_unit_test(test_comes_to_rest), cmocka_unit_test(test_lifts_off),
-        cmocka_unit_test(test_leaves_dome),   cmocka_unit_test(test_wall_opens),
-        cmocka_unit_test(test_belt),
+        cmocka_unit_test(test_block),      cmocka_unit_test(test_slips_at_once),
+        cmocka_unit_test(test_switch),     cmocka_unit_test(test_comes_to_rest),
+        cmocka_unit_test(test_lifts_off),  cmocka_unit_test(test_leaves_dome),
+        cmocka_unit_test(test_wall_opens), cmocka_unit_test(test_belt),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
