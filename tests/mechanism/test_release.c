@@ -207,6 +207,35 @@ static void test_comes_to_rest(void **state)
     }
 }
 
+/* In a guide that holds both ways: the load N = 8 - 5 t changes sides at 1.6, friction is mu |N|.
+ */
+static void test_changes_sides(void **state)
+{
+    static const int32_t both[] = {1};
+    const double mu = 0.45, force = 5, turn = 1.6, end = 3;
+    /* of |N|: until the turn, and all */
+    const double first = NEWTONS * turn - 2.5 * turn * turn,
+                 all = first + 2.5 * (end - turn) * (end - turn);
+    double error;
+
+    (void)state;
+    for (error = 1e-4; error > 0.9e-10; error /= 10) {
+        double q[MASS_N] = {0}, v[MASS_N] = {1, 0}, expected;
+        mass m;
+
+        make_mass(&m, 2, mu, mu);
+        m.model.two_sided = both;
+        m.settings.error = error;
+        m.load[0] = force;
+        m.load[1] = -NEWTONS;
+        m.rate[1] = 5;
+        go(&m, q, v, end, NULL, NULL);
+        expected = 1 + (force * end - mu * all) / m.kg;
+        near(v[0], expected, error * expected, "v");
+        assert_true(v[1] == 0.0);
+    }
+}
+
 /* ---- contacts that open ---------------------------------------------------------------------- */
 
 /* Pulled up by c t: from t1 = N / c on y = c (t - t1)^3 / 6 m. */
@@ -415,10 +444,11 @@ static void test_belt(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_block),      cmocka_unit_test(test_slips_at_once),
-        cmocka_unit_test(test_switch),     cmocka_unit_test(test_comes_to_rest),
-        cmocka_unit_test(test_lifts_off),  cmocka_unit_test(test_leaves_dome),
-        cmocka_unit_test(test_wall_opens), cmocka_unit_test(test_belt),
+        cmocka_unit_test(test_block),         cmocka_unit_test(test_slips_at_once),
+        cmocka_unit_test(test_switch),        cmocka_unit_test(test_changes_sides),
+        cmocka_unit_test(test_comes_to_rest), cmocka_unit_test(test_lifts_off),
+        cmocka_unit_test(test_leaves_dome),   cmocka_unit_test(test_wall_opens),
+        cmocka_unit_test(test_belt),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -289,9 +289,8 @@ static perp_status plan(perp__run *run, perp__adaptive *a, double h)
     if (status != PERP_OK)
         return status;
     a->plans = when > a->shortest;
-    for (int32_t j = 0; j < m->contacts + m->dry && !a->plans; j++)
-        if (a->planned[j] < a->does[0][j])
-            a->does[0][j] = a->planned[j];
+    if (!a->plans)
+        perp__adaptive_give_way(m, a);
     a->proper = fmax(a->proper, h);
     a->h = a->plans ? when : h;
     return PERP_OK;

@@ -16,8 +16,10 @@
 #include <math.h>
 #include <string.h>
 
-/* What a contact or dry group does: the more, the more it holds. */
-enum { FREE = 0, SLIDES = 1, STICKS = 2 };
+/* What a contact or dry group does: the more, the more it holds. And that a contact which holds
+ * both ways, with one normal, and slides, presses against its other side: friction has a kink where
+ * it changes sides. */
+enum { FREE = 0, SLIDES = 1, STICKS = 2, HOLD = 3, OTHER_SIDE = 4 };
 
 /* A slip is faster than accelerations by this factor. In three dimensions its direction is made
  * exact by repetition. */
@@ -33,6 +35,15 @@ enum { FREE = 0, SLIDES = 1, STICKS = 2 };
 
 #define MOST_LENGTHS 60
 
+static double length(const double *x, int32_t count)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < count; i++)
+        sum = hypot(sum, x[i]);
+    return sum;
+}
+
 /* ---- what the steps say ---------------------------------------------------------------------- */
 
 /* Whether a gap is below what may be wrong with q. */
@@ -41,39 +52,54 @@ static int32_t is_near(const perp_mechanism *m, const perp__adaptive *a, int32_t
     return gap <= m->settings.error * perp__gap_size(m, &m->begin, row, a->scale);
 }
 
-/* Whether a step keeps the contact closed: one that it reaches keeps the speed gap / h. */
+/* Whether a step keeps contact j closed: one that it reaches keeps the speed gap / h. */
 static int32_t is_closed(const perp_mechanism *m, const perp__adaptive *a,
-                         const perp__motion *state, int32_t row)
+                         const perp__motion *state, int32_t j)
 {
+    const int32_t row = m->starts[j];
     const double u = state->u[row];
 
-    return state->holds[row] && (u == 0.0 || (u < 0.0 && is_near(m, a, row, -u * a->length)));
+    return m->two_sided[j] > 0 ||
+           (state->holds[row] && (u == 0.0 || (u < 0.0 && is_near(m, a, row, -u * a->length))));
 }
 
-/* What a contact that is closed, or a dry group, does. */
-static int8_t held(const perp_mechanism *m, int32_t j, int32_t sticks)
+static int32_t is_rough(const perp_mechanism *m, int32_t j)
 {
-    const int32_t rough = j < m->contacts
-                              ? m->tangents[j] > 0 && fmax(m->mu_static[j], m->begin.mu[j]) > 0.0
-                              : m->begin.bound[j - m->contacts] > 0.0;
+    return j < m->contacts ? m->tangents[j] > 0 && fmax(m->mu_static[j], m->begin.mu[j]) > 0.0
+                           : m->begin.bound[j - m->contacts] > 0.0;
+}
 
-    return sticks && rough ? STICKS : SLIDES;
+/* What a contact that is closed, or a dry group, does with these forces. */
+static int8_t held(const perp_mechanism *m, int32_t j, int32_t sticks, const double *r)
+{
+    if (!is_rough(m, j))
+        return SLIDES;
+    if (sticks)
+        return STICKS;
+    return j < m->contacts && m->two_sided[j] == 1 && r[m->starts[j]] < 0.0 ? SLIDES | OTHER_SIDE
+                                                                            : SLIDES;
 }
 
 static void read_state(const perp_mechanism *m, const perp__adaptive *a, const perp__motion *state,
                        int8_t *does)
 {
     for (int32_t j = 0; j < m->contacts + m->dry; j++)
-        does[j] = j >= m->contacts || is_closed(m, a, state, m->starts[j])
-                      ? held(m, j, state->modes[j] == PERP_MECHANISM_STICK)
+        does[j] = j >= m->contacts || is_closed(m, a, state, j)
+                      ? held(m, j, state->modes[j] == PERP_MECHANISM_STICK, state->r)
                       : (int8_t)FREE;
 }
 
-/* Whether something that was held is held less. */
+/* Whether what was held is held less, or on its other side. */
+static int32_t lets_go(int8_t before, int8_t after)
+{
+    return (after & HOLD) < (before & HOLD) ||
+           (before != after && (after & HOLD) == SLIDES && (before & HOLD) == SLIDES);
+}
+
 static int32_t is_lost(const perp_mechanism *m, const int8_t *before, const int8_t *after)
 {
     for (int32_t j = 0; j < m->contacts + m->dry; j++)
-        if (after[j] < before[j])
+        if (lets_go(before[j], after[j]))
             return 1;
     return 0;
 }
@@ -134,15 +160,6 @@ static double free_acceleration(perp_mechanism *m, const perp__adaptive *a)
     return largest;
 }
 
-static double length(const double *x, int32_t count)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < count; i++)
-        sum = hypot(sum, x[i]);
-    return sum;
-}
-
 /* a->drift of what slides: its slip, less the accelerations that the last pass found for it.
  * Returns whether slips in three dimensions still turn. */
 static int32_t drive(perp_mechanism *m, perp__adaptive *a, const perp__motion *state,
@@ -153,7 +170,7 @@ static int32_t drive(perp_mechanism *m, perp__adaptive *a, const perp__motion *s
 
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
         const int32_t first = m->tangent[j], count = m->tangents[j];
-        const double speed = does[j] == SLIDES ? length(state->u + first, count) : 0.0;
+        const double speed = (does[j] & HOLD) == SLIDES ? length(state->u + first, count) : 0.0;
 
         for (int32_t i = first; i < first + count && speed > 0.0; i++) {
             const double before = a->drift[i];
@@ -180,9 +197,13 @@ static perp_status find_forces(perp_mechanism *m, perp__adaptive *a, double t,
         return status;
     memset(m->shift, 0, (size_t)m->contacts * sizeof *m->shift);
     perp__friction_of_speed(m, &m->begin, m->friction, state->u, state->v);
+    memcpy(m->start_velocity, state->u, (size_t)m->rows * sizeof *m->start_velocity);
     for (int32_t j = 0; j < m->contacts; j++) {
+        const int32_t sticks = does[j] == STICKS;
+
         m->included[j] = does[j] != FREE;
-        if (does[j] == STICKS)
+        m->start_speed[j] = sticks ? 0.0 : length(state->u + m->tangent[j], m->tangents[j]);
+        if (sticks)
             m->friction[j] = fmax(m->mu_static[j], m->begin.mu[j]);
     }
     perp__pose(m, &problem);
@@ -223,18 +244,22 @@ static perp_status look(perp_mechanism *m, perp__adaptive *a, double t, const pe
 
     read_state(m, a, state, does);
     for (int32_t j = 0; j < count; j++)
-        after[j] = does[j] > before[j] ? does[j] : before[j];
+        after[j] = (does[j] & HOLD) > (before[j] & HOLD) ? does[j] : before[j];
     status = perp__evaluate_all(m, &m->begin, t, state->q, state->v);
     if (status == PERP_OK)
         status = find_forces(m, a, t, state, after);
     a->known = status == PERP_OK && perp__is_good(m->answer.outcome);
-    for (int32_t j = 0; j < count; j++) {
-        if (a->known && j < m->contacts && after[j] != FREE && starts(m, a, m->starts[j], 1))
+    for (int32_t j = 0; j < count && a->known; j++) {
+        const int32_t one_sided = j < m->contacts && m->two_sided[j] == 0;
+
+        if (one_sided && after[j] != FREE && starts(m, a, m->starts[j], 1))
             after[j] = FREE;
-        if (a->known && after[j] == STICKS && starts(m, a, m->tangent[j], m->tangents[j]))
-            after[j] = SLIDES;
-        if (after[j] < does[j] || (j < m->contacts && after[j] > does[j] && does[j] == FREE &&
-                                   is_near(m, a, m->starts[j], m->begin.gap[j])))
+        else if (after[j] != FREE)
+            after[j] =
+                held(m, j, after[j] == STICKS && !starts(m, a, m->tangent[j], m->tangents[j]),
+                     m->answer.r);
+        if ((after[j] & HOLD) <= (does[j] & HOLD) ||
+            (does[j] == FREE && is_near(m, a, m->starts[j], m->begin.gap[j])))
             does[j] = after[j];
     }
     return status == PERP__OUTSIDE ? PERP_OK : status; /* differences reach further than steps */
@@ -281,24 +306,23 @@ static double margin(perp_mechanism *m, const int8_t *before, const int8_t *afte
 
 /* Whether the impulses of the halves, continued, hold what was held: nothing has to be looked at.
  */
-static int32_t is_calm(const perp_mechanism *m, const int8_t *held)
+static int32_t is_calm(const perp_mechanism *m, perp__adaptive *a, const int8_t *does)
 {
-    const double *one = m->half.r, *two = m->next.r;
+    double *r = a->drift;
 
+    for (int32_t i = 0; i < m->rows; i++)
+        r[i] = 2.0 * m->next.r[i] - m->half.r[i];
     for (int32_t j = 0; j < m->contacts + m->dry; j++) {
-        const int32_t dry = j >= m->contacts, first = m->tangent[j];
-        const int32_t row = dry ? 0 : m->starts[j];
-        const double normal = 2.0 * two[row] - one[row];
-        double tangent = 0.0;
+        const int32_t dry = j >= m->contacts, one_sided = !dry && m->two_sided[j] == 0;
 
-        if (held[j] == FREE)
+        if (does[j] == FREE)
             continue;
-        if (!dry && !(normal > 0.0))
+        if ((one_sided && !(r[m->starts[j]] > 0.0)) ||
+            (does[j] != STICKS && held(m, j, 0, r) != does[j]))
             return 0;
-        for (int32_t i = first; i < first + m->tangents[j]; i++)
-            tangent = hypot(tangent, 2.0 * two[i] - one[i]);
-        if (held[j] == STICKS &&
-            !(tangent < (dry ? m->dry_bound[j - m->contacts] : m->friction[j] * normal)))
+        if (does[j] == STICKS &&
+            !(length(r + m->tangent[j], m->tangents[j]) <
+              (dry ? m->dry_bound[j - m->contacts] : m->friction[j] * perp__load_of(m, r, j))))
             return 0;
     }
     return 1;
@@ -320,7 +344,7 @@ perp_status perp__adaptive_releases(perp_mechanism *m, perp__adaptive *a, double
     read_state(m, a, &m->next, a->does[2]);
     if (memcmp(a->does[0], a->does[1], size) == 0 && memcmp(a->does[0], a->does[2], size) == 0 &&
         !is_hit(m, &m->half, &a->first, a->does[0]) &&
-        !is_hit(m, &m->next, &a->second, a->does[0]) && is_calm(m, a->does[0]))
+        !is_hit(m, &m->next, &a->second, a->does[0]) && is_calm(m, a, a->does[0]))
         return PERP_OK;
     status = look(m, a, t + 0.5 * h, &m->half, a->does[0], a->does[1], a->after);
     if (status == PERP_OK && is_lost(m, a->does[0], a->after) &&
@@ -402,11 +426,18 @@ perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t
     return status;
 }
 
+void perp__adaptive_give_way(const perp_mechanism *m, perp__adaptive *a)
+{
+    for (int32_t j = 0; j < m->contacts + m->dry; j++)
+        if (lets_go(a->does[0][j], a->planned[j]))
+            a->does[0][j] = a->planned[j];
+}
+
 void perp__adaptive_let_go(perp_mechanism *m, const int8_t *does, const perp__motion *state)
 {
     for (int32_t j = 0; j < m->contacts; j++)
-        m->let_go[j] =
-            does && does[j] == SLIDES && length(state->u + m->tangent[j], m->tangents[j]) == 0.0;
+        m->let_go[j] = does && (does[j] & HOLD) == SLIDES &&
+                       length(state->u + m->tangent[j], m->tangents[j]) == 0.0;
 }
 
 /* Whether contact j slips back at the end of a step, though it would have stuck on the way. */
@@ -467,8 +498,9 @@ perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, d
         rests = length(now->u + first, m->tangents[j]) <= NOTHING * size;
         for (int32_t i = first; i < end && rests; i++)
             now->u[i] = 0.0;
-        a->does[0][j] = j >= m->contacts || touches(m, now, m->starts[j], m->begin.gap[j])
-                            ? held(m, j, rests)
+        a->does[0][j] = j >= m->contacts || m->two_sided[j] > 0 ||
+                                touches(m, now, m->starts[j], m->begin.gap[j])
+                            ? held(m, j, rests, now->r)
                             : (int8_t)FREE;
     }
     a->span = SHARE_OF_UNIT * a->unit;
