@@ -36,7 +36,6 @@
  * that it then gets. */
 #define FROM_REST 0.5
 #define SETTLING_SWEEPS 4
-#define PLANAR_SWEEPS 200 /* which have no such guess to start from */
 
 /* Contacts up to which one is solved exactly instead: what stands by friction all over, as a house
  * of cards does, sweeps do not find to stand, and what is left lets it fall. */
@@ -281,7 +280,7 @@ static perp_status settle(perp_world *world, const perp__island *island, perp__r
     const double own = answer->own;
     perp_status status;
 
-    problem->max_iterations = world->settings.planar ? PLANAR_SWEEPS : SETTLING_SWEEPS;
+    problem->max_iterations = SETTLING_SWEEPS;
     problem->method = PERP_CONTACT_METHOD_SWEEP;
     problem->again = 1;
     status = perp__rigid_solve(world->solver, answer, problem);
