@@ -80,6 +80,7 @@ typedef struct perp__pair {
     int32_t second;
     int32_t next[2]; /* links in the lists of the two shapes */
     int32_t previous[2];
+    int32_t listed;       /* among the ordered pairs, unless those are to be found anew */
     int32_t open;         /* the shapes do not touch plainly at the start of the step */
     int32_t met;          /* the motion at hand makes them meet */
     int32_t joined;       /* how often their points have come */
@@ -338,7 +339,8 @@ struct perp_world {
     int32_t free_pair;
     int32_t pair_count;      /* of what is awake */
     perp__keyed *pair_order; /* these, by their shapes; as much again for sorting */
-    int32_t pairs_changed;   /* since they were sorted */
+    int32_t pairs_added;     /* since they were sorted: so many in the second half; */
+    int32_t pairs_changed;   /* others ended; 2: all may be others */
     perp__memory *memories;  /* pair by pair */
     perp__memory *next_memories;
     int32_t memory_count;
