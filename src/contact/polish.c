@@ -1,6 +1,6 @@
 /* Newton's method on the equations of one active set:
  *
- *   contact presses   u_n = 0
+ *   contact presses   u_n = 0; or u_N = 0, one that holds both ways, with |r_N| for r_n
  *   part sticks       u_p = 0
  *   part slips        |r_p| = coefficient r_n,   r_p x u_p = 0   (2 rows; of 1 row the first alone)
  *   bilateral         u_i = 0
@@ -21,6 +21,7 @@
 #include "contact/law.h"
 #include "contact/solver.h"
 #include "linalg/blas.h"
+#include "patterns/patterns.h"
 
 /* Relative to the traces: for most, and for what ends without its signs wrong, but not solved: then
  * the smallest singular values are smaller than this. */
@@ -32,15 +33,16 @@
 
 enum { START_STEPS = 8, ROUNDS = 12, STEPS = 6, REFINEMENTS = 12, PATIENCE = 3 };
 
+/* The search: sets that are drawn, and the steps from each. */
+enum { DRAWS = 3000, DRAWN_STEPS = 16 };
+
 static void layout(perp__arena *arena, void *object)
 {
     perp__contact_polish *p = object;
     const size_t n = (size_t)p->room;
-    double **const vectors[] = {&p->rhs, &p->step, &p->error, &p->units, &p->weights};
 
     PERP__DOUBLES(arena, n * n, &p->K, &p->factors);
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &p->rhs, &p->step, &p->error, &p->units, &p->weights);
     PERP__INTEGERS(arena, n, &p->rows, &p->pivots, &p->place);
     p->presses = perp__arena_take(arena, n, 1);
     p->parts = perp__arena_take(arena, 3 * n, 1);
@@ -60,19 +62,21 @@ static void read_set(perp__contact_polish *p, const perp__contact_problem *probl
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        p->presses[k] = r[normal] > u[normal] / problem->trace[k];
+        const double pressure = perp__contact_pressure(problem, k, r);
+
+        p->presses[k] =
+            perp__contact_two_sided(problem, k) > 0 || r[normal] > u[normal] / problem->trace[k];
         for (int32_t c = 0; c < count; c++) {
             const int32_t row = parts[c].row;
             double x[2] = {0.0, 0.0};
 
             for (int32_t i = 0; i < parts[c].size; i++)
                 x[i] = r[row + i] - u[row + i] / problem->trace[k];
-            p->parts[3 * k + c] =
-                !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
-                : length_of(x, parts[c].size) > parts[c].coefficient * r[normal] &&
-                        length_of(r + row, parts[c].size) > 0.0
-                    ? PERP__PART_SLIPS
-                    : PERP__PART_STICKS;
+            p->parts[3 * k + c] = !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
+                                  : length_of(x, parts[c].size) > parts[c].coefficient * pressure &&
+                                          length_of(r + row, parts[c].size) > 0.0
+                                      ? PERP__PART_SLIPS
+                                      : PERP__PART_STICKS;
         }
     }
 }
@@ -92,8 +96,8 @@ static void number_rows(perp__contact_polish *p, const perp__contact_problem *pr
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        if (p->presses[k])
-            add_row(p, problem->starts[k]);
+        for (int32_t i = 0; p->presses[k] && i < perp__contact_normals(problem, k); i++)
+            add_row(p, problem->starts[k] + i);
         for (int32_t c = 0; c < count; c++)
             for (int32_t i = 0; p->parts[3 * k + c] != PERP__PART_NONE && i < parts[c].size; i++)
                 add_row(p, parts[c].row + i);
@@ -127,22 +131,27 @@ static void copy_block(perp__contact_polish *p, const perp__matrix *W)
 }
 
 /* |r_p| = coefficient r_n in the row `a` of K, whose entries are 0, in the units of velocities. */
-static void write_length(perp__contact_polish *p, const perp__contact_part *part, int32_t normal,
-                         double t, const double *r)
+static void write_length(perp__contact_polish *p, const perp__contact_problem *problem,
+                         const perp__contact_part *part, int32_t k, const double *r)
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row];
-    const double length = length_of(r + part->row, part->size);
+    const int32_t normal = problem->starts[k], both = perp__contact_two_sided(problem, k);
+    const double length = length_of(r + part->row, part->size), t = problem->trace[k];
+    const double pressure = perp__contact_pressure(problem, k, r);
 
     for (int32_t i = 0; i < part->size; i++)
         p->K[a + (a + (size_t)i) * n] = t * (r[part->row + i] / length);
-    p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
-    p->rhs[a] = -t * (length - part->coefficient * r[normal]);
+    if (both == 0)
+        p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
+    for (int32_t i = normal; i < normal + both && pressure > 0.0; i++)
+        p->K[a + (size_t)p->place[i] * n] = -t * part->coefficient * (r[i] / pressure);
+    p->rhs[a] = -t * (length - part->coefficient * pressure);
 }
 
 /* The equations of a part that slips: in the first row its length, in the second r_p x u_p / |r_p|.
  */
-static void write_slip(perp__contact_polish *p, const perp__contact_part *part, int32_t normal,
-                       double t, const double *r, const double *u)
+static void write_slip(perp__contact_polish *p, const perp__contact_problem *problem,
+                       const perp__contact_part *part, int32_t k, const double *r, const double *u)
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row], b = a + 1;
     const double *x = r + part->row, *y = u + part->row;
@@ -160,7 +169,7 @@ static void write_slip(perp__contact_polish *p, const perp__contact_part *part, 
         p->K[b + b * n] -= y[0] / length;
         p->rhs[b] = -(x[0] * y[1] - x[1] * y[0]) / length;
     }
-    write_length(p, part, normal, t, r);
+    write_length(p, problem, part, k, r);
 }
 
 /* Those of impulses; velocities are multiplied by the weights. */
@@ -204,7 +213,7 @@ static void set_up(perp__contact_polish *p, const perp__contact_problem *problem
 
         for (int32_t c = 0; c < count; c++)
             if (p->parts[3 * k + c] == PERP__PART_SLIPS)
-                write_slip(p, &parts[c], problem->starts[k], problem->trace[k], r, u);
+                write_slip(p, problem, &parts[c], k, r, u);
     }
     scale(p, problem);
 }
@@ -281,7 +290,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
         if (!(size < 0.5 * least) || (step > 0 && size <= p->enough))
             return 1;
         least = size;
-        if (p->enough > 0.0 && solver->polished >= START_STEPS)
+        if (p->enough > 0.0 && solver->polished >= p->last)
             return 0;
         if (!perp__contact_polish_step(solver))
             return step > 0;
@@ -307,7 +316,9 @@ static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *
         const int32_t normal = problem->starts[k];
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
-        const int32_t presses = p->presses[k] ? r[normal] > 0.0 : u[normal] < 0.0;
+        const int32_t presses = perp__contact_two_sided(problem, k) > 0 ||
+                                (p->presses[k] ? r[normal] > 0.0 : u[normal] < 0.0);
+        const double pressure = perp__contact_pressure(problem, k, r);
         const int32_t flips = presses != p->presses[k];
 
         changes += flips;
@@ -315,7 +326,7 @@ static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *
         for (c = 0; c < count; c++) {
             int8_t *state = &p->parts[3 * k + c];
             const double *x = r + parts[c].row, *y = u + parts[c].row;
-            const double radius = parts[c].coefficient * r[normal];
+            const double radius = parts[c].coefficient * pressure;
             double power = 0.0;
 
             if (parts[c].coefficient == 0.0)
@@ -363,9 +374,10 @@ static void write_modes(const perp__contact_polish *p, const perp__contact_probl
     }
 }
 
-static void begin(perp_contact_solver *solver, perp__contact_polish *p, double enough)
+static void begin(perp_contact_solver *solver, perp__contact_polish *p, double enough, int64_t most)
 {
     p->enough = enough;
+    p->last = solver->polished + most;
     p->regular = REGULAR;
     memset(p->parts, PERP__PART_NONE, 3 * (size_t)p->room);
     read_set(p, &solver->problem, solver->r, solver->u);
@@ -387,7 +399,7 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
     status = fit(solver, p);
     if (status != PERP_OK)
         return status;
-    begin(solver, p, 0.0);
+    begin(solver, p, 0.0, 0);
     for (round = 0; round < ROUNDS && waited < PATIENCE; round++) {
         perp__contact_worth worth;
         int32_t changes;
@@ -458,7 +470,7 @@ perp_status perp__contact_polish_start(perp_contact_solver *solver)
         return status;
     p->enough = ENOUGH * solver->settings.tol;
     velocities(solver);
-    begin(solver, p, p->enough);
+    begin(solver, p, p->enough, START_STEPS);
     while (changes > 0) {
         number_rows(p, problem, solver->r);
         if (!follow(solver, p))
@@ -470,4 +482,63 @@ perp_status perp__contact_polish_start(perp_contact_solver *solver)
     return status == PERP_OK && !perp__is_good(solver->best.outcome)
                ? perp__contact_polish_run(solver)
                : status;
+}
+
+/* ---- the search ----------------------------------------------------------------------------- */
+
+/* Between -1 and 1. */
+static double draw(uint64_t *seed)
+{
+    return (double)(perp__next_random(seed) >> 11) * 0x1p-52 - 1.0;
+}
+
+/* Modes, and impulses that have them, up to a few times what the problem drives with. */
+static void draw_set(perp_contact_solver *solver, perp__contact_polish *p, uint64_t *seed)
+{
+    const perp__contact_problem *problem = &solver->problem;
+
+    for (int32_t k = 0; k < problem->contacts; k++) {
+        const int32_t both = perp__contact_two_sided(problem, k);
+        const double unit = problem->omega[k] / sqrt(problem->trace[k]);
+        const double size = ldexp(unit, (int)(3.0 * draw(seed)));
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+
+        for (int32_t i = problem->starts[k]; i < problem->starts[k + 1]; i++)
+            solver->r[i] = size * draw(seed);
+        p->presses[k] = both > 0 || solver->r[problem->starts[k]] > 0.0;
+        for (int32_t c = 0; c < count; c++)
+            p->parts[3 * k + c] = !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
+                                  : draw(seed) > 0.0                            ? PERP__PART_SLIPS
+                                                                                : PERP__PART_STICKS;
+        perp__contact_clip(problem, k, solver->r);
+    }
+}
+
+perp_status perp__contact_polish_search(perp_contact_solver *solver)
+{
+    perp__contact_polish *p = &solver->polish;
+    perp__contact_worth worth;
+    uint64_t seed = 1;
+    perp_status status = fit(solver, p);
+
+    for (int32_t k = 0; k < DRAWS && status == PERP_OK && solver->ended < 0; k++) {
+        int32_t changes = 1;
+
+        begin(solver, p, ENOUGH * solver->settings.tol, DRAWN_STEPS);
+        draw_set(solver, p, &seed);
+        for (int32_t round = 0; round < ROUNDS && changes > 0; round++) {
+            number_rows(p, &solver->problem, solver->r);
+            if (!follow(solver, p))
+                break;
+            changes = change_set(p, &solver->problem, solver->r, solver->u);
+        }
+        if (changes > 0)
+            continue;
+        write_modes(p, &solver->problem, solver->modes);
+        status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
+        if (perp__is_good(solver->best.outcome))
+            break;
+    }
+    return status;
 }

@@ -73,9 +73,9 @@ typedef struct perp__contact_apart {
     perp__arena arena;
     int32_t room; /* rows */
     int32_t size, contacts, bilateral;
-    double least;          /* tested residual so far */
-    int32_t *rows, *units; /* of the whole: size; contacts */
-    int32_t *dims, *modes; /* contacts */
+    double least;                      /* tested residual so far */
+    int32_t *rows, *units;             /* of the whole: size; contacts */
+    int32_t *dims, *two_sided, *modes; /* contacts */
     double *mu, *rolling, *spinning;
     double *W, *q, *r0, *r, *u, *ray; /* size by size, column by column; size */
 } perp__contact_apart;
@@ -98,6 +98,8 @@ struct perp_contact_solver {
     int32_t contacts, rows, size;
     int32_t has_discs;
     int32_t *starts, *dims;
+    int32_t *two_sided; /* contacts: normals that hold both ways */
+    int32_t holds_both; /* some have such */
     double *mu;
     double *rolling, *spinning, *compliance; /* room for them; none: NULL in laws */
     double *bound;                           /* contacts: law.h */
@@ -218,6 +220,9 @@ perp_status perp__contact_delassus(perp_contact_solver *solver, int32_t *made);
 /* Asks whether velocities exist that keep every u_n >= 0; if not, the proof is in solver->ray, and
  * has_ray and certificate are set: ray_search.c. PERP_OK, _MEMORY, _CALLBACK or _NOT_FINITE. */
 perp_status perp__contact_find_ray(perp_contact_solver *solver);
+
+/* Whether such a proof can exist: some contact is to open, or some joint to move: ray.c. */
+int32_t perp__contact_may_be_infeasible(perp_contact_solver *solver);
 
 /* Checks the direction in solver->ray and scales it; sets has_ray and certificate: ray.c. */
 void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction);

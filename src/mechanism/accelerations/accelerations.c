@@ -38,10 +38,8 @@ static void layout(perp__arena *arena, void *object)
     perp__acceleration *a = object;
     const size_t n = (size_t)a->m->n, rows = (size_t)a->m->rows;
     const size_t elements = (size_t)(a->m->contacts + a->m->dry);
-    double **const vectors[] = {&a->bias, &a->size, &a->beta, &a->load, &a->scale, &a->zeros};
 
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
+    PERP__DOUBLES(arena, rows, &a->bias, &a->size, &a->beta, &a->load, &a->scale, &a->zeros);
     PERP__INTEGERS(arena, rows, &a->row_of, &a->turning.columns, &a->turning.rows);
     a->indices = perp__arena_take(arena, 2 * rows, sizeof(int32_t));
     a->element = perp__arena_take(arena, elements, sizeof *a->element);
@@ -50,6 +48,8 @@ static void layout(perp__arena *arena, void *object)
     a->row_work = perp__arena_take(arena, DIFFERENCE_ROWS * rows, sizeof(double));
     a->tree.next = perp__arena_take(arena, elements, sizeof(int32_t));
     a->linear.angle = perp__arena_take(arena, elements, sizeof(double));
+    a->pattern.load = perp__arena_take(arena, PERP__MOST_NORMALS * elements, sizeof(double));
+    a->load_work = perp__arena_take(arena, perp__load_room(elements), sizeof(double));
     a->turn_work = perp__arena_take(arena, 3 * rows, sizeof(double));
     PERP__DOUBLES(arena, n, &a->velocity, &a->seed.momentum);
     a->seed.friction = perp__arena_take(arena, (size_t)a->m->contacts, sizeof(double));
@@ -110,7 +110,7 @@ static perp_status make(perp_mechanism *m)
     a->answers.length = m->rows;
     a->answers.positions = m->contacts + m->dry;
     a->answers.eigenvalues = 4 * m->rows;
-    a->answers.own = m->n + m->rows + 2 * (m->contacts + m->dry);
+    a->answers.own = m->n + m->rows + (2 + PERP__MOST_NORMALS) * (m->contacts + m->dry);
     a->answers.holds = perp__acceleration_holds;
     a->answers.user = a;
     a->polyhedron.rounding = a->polyhedron.row_rounding = ROUNDING;
@@ -129,7 +129,7 @@ perp_status perp__acceleration_open(perp_mechanism *m)
     perp__acceleration *a = m->accelerations;
 
     if (a) {
-        a->asked = a->has_singular = a->has_negative = 0;
+        a->asked = a->has_singular = a->has_negative = a->bent = 0;
         perp__answers_clear(&a->answers);
     }
     return status;
@@ -206,7 +206,7 @@ static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summ
 perp_status perp_mechanism_accelerations(perp_mechanism *mechanism, perp_mechanism_summary *summary,
                                          double t, const double *q, const double *v)
 {
-    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+    return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
                       accelerations(mechanism, summary, t, q, v));
 }
 
@@ -252,6 +252,6 @@ static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t i
 perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mechanism_found *found,
                                             int32_t index)
 {
-    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+    return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
                       get(mechanism, found, index));
 }

@@ -33,14 +33,10 @@
 static void layout(perp__arena *arena, void *object)
 {
     perp__adaptive *a = object;
-    double **const positions[] = {&a->largest, &a->scale, &a->rate, &a->moved};
-    double **const vectors[] = {&a->difference, &a->scratch, &a->force[0], &a->force[1],
-                                &a->force[2]};
 
-    for (size_t k = 0; k < sizeof positions / sizeof *positions; k++)
-        *positions[k] = perp__arena_take(arena, (size_t)a->m->coordinates, sizeof(double));
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, (size_t)a->m->n, sizeof(double));
+    PERP__DOUBLES(arena, (size_t)a->m->coordinates, &a->largest, &a->scale, &a->rate, &a->moved);
+    PERP__DOUBLES(arena, (size_t)a->m->n, &a->difference, &a->scratch, &a->force[0], &a->force[1],
+                  &a->force[2]);
 }
 
 /* ---- one attempt --------------------------------------------------------------------------- */
@@ -118,7 +114,7 @@ static int32_t row_turns(const perp_mechanism *m, int32_t row, double weight)
 static int32_t turns(const perp_mechanism *m, double weight)
 {
     for (int32_t j = 0; j < m->contacts; j++)
-        for (int32_t i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
+        for (int32_t i = m->tangent[j]; i < m->starts[j + 1]; i++)
             if (m->next.modes[j] == PERP_MECHANISM_SLIP && row_turns(m, i, weight))
                 return 1;
     for (int32_t i = m->rows - m->dry_rows; i < m->rows; i++)
@@ -151,7 +147,8 @@ static perp_status improve(perp_mechanism *m, perp__adaptive *a, double t, doubl
     extrapolate(m->trial.r, m->next.r, weight, m->rows);
     extrapolate(m->trial.u, m->next.u, weight, m->rows);
     for (int32_t j = 0; j < m->contacts; j++)
-        m->trial.r[m->starts[j]] = fmax(m->trial.r[m->starts[j]], 0.0);
+        if (m->two_sided[j] == 0)
+            m->trial.r[m->starts[j]] = fmax(m->trial.r[m->starts[j]], 0.0);
     memcpy(a->moved, m->trial.q, (size_t)m->coordinates * sizeof *a->moved);
     memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
     status = perp__evaluate_move(m, m->trial.q, a->moved, 0.0, a->difference); /* normalised */

@@ -56,15 +56,11 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__theta *w = object;
     const size_t n = (size_t)w->m->n;
-    double **const vectors[] = {&w->force,  &w->p,      &w->last, &w->v,
-                                &w->last_v, &w->middle, &w->x,    &w->y};
-    double **const positions[] = {&w->q, &w->at, &w->probe};
 
     PERP__DOUBLES(arena, n * n, &w->A, &w->factor);
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
-    for (size_t k = 0; k < sizeof positions / sizeof *positions; k++)
-        *positions[k] = perp__arena_take(arena, (size_t)w->m->coordinates, sizeof(double));
+    PERP__DOUBLES(arena, n, &w->force, &w->p, &w->last, &w->v, &w->last_v, &w->middle, &w->x,
+                  &w->y);
+    PERP__DOUBLES(arena, (size_t)w->m->coordinates, &w->q, &w->at, &w->probe);
 }
 
 /* ---- what is fixed during a step ----------------------------------------------------------- */
@@ -403,7 +399,8 @@ static int32_t is_hit(const perp_mechanism *m)
         const int32_t row = m->starts[j];
         const double before = m->start_velocity[row];
 
-        if (m->answer.r[row] > 0.0 && before < -fabs(m->free_velocity[row] - before))
+        if (m->two_sided[j] == 0 && m->answer.r[row] > 0.0 &&
+            before < -fabs(m->free_velocity[row] - before))
             return 1;
     }
     return 0;
