@@ -25,7 +25,7 @@ def drawer(mu=MU, **settings):
 def linkage(mu, radius=0.02):
     """A crank, a coupler and a rocker of length 1, and the ground: a parallelogram whose coupler
     stays level, on four pins. One coordinate, the crank's angle."""
-    a = np.deg2rad(60)
+    a = np.deg2rad(-30)
     ends = [((None, 0), (0, 0)), ((0, 1), (1, 0)), ((1, 1), (2, 1)), ((None, 1), (2, 0))]
     c = np.array([[0.5 * np.cos(a), 0.5 * np.sin(a), a],
                   [np.cos(a) + 0.5, np.sin(a), 0.0],
