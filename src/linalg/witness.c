@@ -16,9 +16,9 @@
  * variables at rest pass none on. The largest t is that of the rows that cancel, among those that
  * hang together by significant couplings.
  *
- * Units are not unique: a diagonal that is tiny beside the couplings of its row and its column, as
- * in [[1e-13, 4], [-4, 0]], can be what the units of its row are found from, or noise, and nobody
- * knows. Then units are found with and without such diagonals, and the worse ones count.
+ * Units are not unique: a diagonal that is tiny beside the couplings of its row or of its column,
+ * as in [[1e-13, 4], [-4, 0]], can be what the units of its row are found from, or noise, and
+ * nobody knows. Then the caller's units are balanced too, and the worse ones count.
  */
 #include "linalg/witness.h"
 
@@ -40,6 +40,9 @@
 /* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
 #define NOISE 0x1p-40
 #define NOISE_DIAGONAL 0x1p-38
+
+/* Exponents of units of the size that a caller may have chosen. */
+#define MODERATE_UNIT 200
 
 /* Sizes below this have lost digits, or all, to underflow. */
 #define LEAST_SIZE 0x1p-960
@@ -120,55 +123,63 @@ static void tie(perp__witness *t, const perp__witness_point *p)
     t->tied = 1;
 }
 
-/* Whether a diagonal may be noise, which in most matrices none is beside the norm of its row, in
- * units e: |M_ij| is at most 2^-(e_i + e_j) times that. */
+/* Whether a diagonal may be noise, which in most matrices none is beside the largest norm of a row,
+ * in units e: |M_ij| and |M_ji| are at most 2^-(e_i + e_j) times that. */
 static int32_t may_have_noise(const perp__witness_point *p)
 {
-    int32_t least = 0, i;
+    double largest = 0.0;
+    int32_t least = 0, any = p->row_norms == NULL, i;
 
-    for (i = 0; i < p->M->rows; i++)
-        least = p->exponents[i] < least ? p->exponents[i] : least;
     for (i = 0; i < p->M->rows && p->row_norms; i++) {
+        least = p->exponents[i] < least ? p->exponents[i] : least;
+        perp__raise_to(&largest, p->row_norms[i]);
+    }
+    for (i = 0; i < p->M->rows && !any; i++) {
         const double size = fabs(perp__diagonal_entry(p->M, i));
 
-        if (size != 0.0 &&
-            !(perp__shift(size, p->exponents[i] + least) > 2.0 * NOISE_DIAGONAL * p->row_norms[i]))
-            return 1;
-    }
-    return p->row_norms == NULL;
-}
-
-/* noise[i] := whether M_ii is noise beside the largest couplings of its row and of its column, in
- * the caller's units. Returns whether one is. */
-static int32_t find_noise(perp__witness *t, const perp__matrix *M, int32_t *noise)
-{
-    double *in_row = t->around, *in_column = t->carried, *ones = t->wrong;
-    int32_t any = 0, i;
-
-    for (i = 0; i < M->rows; i++) {
-        in_row[i] = in_column[i] = 0.0;
-        ones[i] = 1.0;
-    }
-    if (!M->column_starts)
-        perp__largest_entries(M, ones, in_row, in_column);
-    for (perp__cursor c = perp__first(M); M->column_starts && perp__advance(&c);) {
-        perp__raise_to(&in_row[c.i], fabs(c.value));
-        perp__raise_to(&in_column[c.j], fabs(c.value));
-    }
-    for (i = 0; i < M->rows; i++) {
-        const double size = fabs(perp__diagonal_entry(M, i));
-
-        noise[i] = size != 0.0 && size <= NOISE_DIAGONAL * fmin(in_row[i], in_column[i]);
-        any |= noise[i];
+        any = size != 0.0 &&
+              !(perp__shift(size, p->exponents[i] + least) > 2.0 * NOISE_DIAGONAL * largest);
     }
     return any;
 }
 
+/* noise[i] := whether M_ii is noise beside a coupling of its row or of its column, in the caller's
+ * units, that is large beside both its diagonals: units that are far apart make none such. Returns
+ * whether one is. */
+static int32_t find_noise(perp__witness *t, const perp__matrix *M, int32_t *noise)
+{
+    double *size = t->around;
+    int32_t any = 0, i;
+
+    for (i = 0; i < M->rows; i++) {
+        size[i] = fabs(perp__diagonal_entry(M, i));
+        noise[i] = 0;
+    }
+    for (perp__cursor c = perp__first(M); perp__advance(&c);) {
+        const double own = size[c.i], other = size[c.j], most = NOISE_DIAGONAL * fabs(c.value);
+
+        if (c.i == c.j || !(own * other <= most * fabs(c.value)))
+            continue;
+        noise[c.i] |= own != 0.0 && own <= most;
+        noise[c.j] |= other != 0.0 && other <= most;
+    }
+    for (i = 0; i < M->rows; i++)
+        any |= noise[i];
+    return any;
+}
+
+/* The caller's units tell what is noise; nobody chose any that are very far apart. */
 static void find_starts(perp__witness *t, const perp__witness_point *p)
 {
-    memcpy(t->units[0].exponents, p->exponents, (size_t)p->M->rows * sizeof *p->exponents);
+    int32_t farthest = 0, i;
+
     t->count = p->scaling && may_have_noise(p) && find_noise(t, p->M, t->is_free) ? 2 : 1;
-    if (t->count == 2)
+    for (i = 0; i < p->M->rows; i++) {
+        t->units[0].exponents[i] = p->exponents[i];
+        t->units[1].exponents[i] = 0;
+        farthest = abs(p->exponents[i]) > farthest ? abs(p->exponents[i]) : farthest;
+    }
+    if (t->count == 2 && farthest > MODERATE_UNIT / 2)
         perp__equilibrate_but(p->M, t->is_free, t->units[1].exponents, t->omegas);
     t->known = 1;
     t->balanced = 0;
@@ -194,7 +205,6 @@ static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
 /* ---- a look at few rows of a dense matrix of numbers that no unit brings out of the range of
  * doubles ---- */
 
-#define MODERATE_UNIT 200
 #define MODERATE_NORM 0x1p40
 #define MODERATE_Q 0x1p150
 #define MODERATE_Z 0x1p100

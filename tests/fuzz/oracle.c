@@ -128,25 +128,36 @@ static long double largest_of(int32_t n, const wide *A, const long double *e, in
     return largest;
 }
 
-/* Units in which positive diagonals are 1, and of a row that has none the largest coupling to one
- * of them; else the caller's. */
+/* Units in which diagonals are 1, and of a row that has none the largest coupling to those that are
+ * known, level after level; else the caller's. */
 static void start_at_diagonals(int32_t n, const wide *A, long double *e)
 {
+    int *known = fuzz_take(n, sizeof *known), *found = fuzz_take(n, sizeof *found), changed = 1;
     int32_t i, j;
 
-    for (i = 0; i < n; i++)
-        e[i] = A[i * n + i] > 0 ? -log2l((long double)A[i * n + i]) / 2 : 0;
     for (i = 0; i < n; i++) {
-        long double largest = -INFINITY;
+        const long double size = (long double)oracle_abs(A[i * n + i]);
 
-        for (j = 0; j < n && !(A[i * n + i] > 0); j++) {
-            wide x = larger(oracle_abs(A[i * n + j]), oracle_abs(A[j * n + i]));
+        known[i] = size > 0;
+        e[i] = known[i] ? -log2l(size) / 2 : 0;
+    }
+    while (changed) {
+        memcpy(found, known, (size_t)n * sizeof *found);
+        for (changed = 0, i = 0; i < n; i++) {
+            long double largest = -INFINITY;
 
-            if (x > 0 && A[j * n + j] > 0)
-                largest = fmaxl(largest, log2l((long double)x) + e[j]);
+            for (j = 0; j < n && !known[i]; j++) {
+                wide x = larger(oracle_abs(A[i * n + j]), oracle_abs(A[j * n + i]));
+
+                if (x > 0 && known[j])
+                    largest = fmaxl(largest, log2l((long double)x) + e[j]);
+            }
+            if (isfinite(largest)) {
+                e[i] = -largest;
+                found[i] = changed = 1;
+            }
         }
-        if (isfinite(largest))
-            e[i] = -largest;
+        memcpy(known, found, (size_t)n * sizeof *known);
     }
 }
 
