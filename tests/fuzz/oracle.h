@@ -1,5 +1,5 @@
 /* What is true of an answer, recomputed without the library: residuals in __float128 (113 bits, and
- * exponents that no product of doubles leaves), and small integer problems in exact rationals.
+ * exponents that no product of doubles leaves), and small problems in exact rationals.
  *
  * A row is judged beside what it and its neighbours carry. With M in units where the largest entry
  * of every row and column is near 1, t = |M||z| + |q|, and
@@ -103,5 +103,16 @@ int32_t oracle_vertices(int32_t n, const int *M, const int *q, oracle_vertex *ve
 int oracle_feasible(int32_t n, const int *M, const int *q);
 /* No principal minor is 0: every solution is isolated. */
 int oracle_nondegenerate(int32_t n, const int *M);
+
+/* A complementarity problem with bounds, n <= 7, M row-major, and a point. */
+typedef struct oracle_set {
+    int32_t n;
+    const double *M, *q, *lower, *upper, *z;
+    const double *radii; /* or NULL */
+} oracle_set;
+
+/* Whether the index set `places` (PERP_PLACE_LOWER, _BETWEEN, _UPPER) has a regular block and its
+ * point solves the problem, within the radii of z: exactly. */
+int oracle_solves(const oracle_set *problem, const int32_t *places);
 
 #endif
