@@ -160,6 +160,7 @@ static void make(fuzz_bytes *bytes, machine *m)
     fuzz_show("gap", m->gap, model->contacts);
     fuzz_show("mu", m->mu, model->contacts);
     fuzz_show("drift", m->drift, m->rows);
+    fuzz_show("bound", m->bound, model->dry);
     fuzz_show("q", m->q, m->n);
     fuzz_show("v", m->v, m->n);
 }
@@ -289,6 +290,7 @@ static void advance(fuzz_bytes *bytes, perp_context *context, perp_mechanism *me
             perp_mechanism_advance(mechanism, q, v, r, u, modes, ray, &step, 0.0, h, m->q, m->v),
             "perp_mechanism_advance", (const void *[]){q, v, r, u, modes, ray, NULL}))
         return;
+    fuzz_show("step", &h, 1);
     fuzz_show("impulse", r, m->rows);
     if (step.has_ray != !fuzz_untouched(ray))
         fuzz_fail("a ray is written if and only if has_ray is 1");

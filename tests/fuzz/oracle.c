@@ -225,8 +225,8 @@ static scaled scale(int32_t n, const wide *A, const wide *t, double tol, int way
     return s;
 }
 
-/* largest[i] := the largest t of the rows that row i is connected with. */
-static void spread(const scaled *s, wide *largest)
+/* largest[i] := the largest t of the rows that row i is connected with; those of a block are. */
+static void spread(const scaled *s, const int32_t *block, wide *largest)
 {
     int32_t n = s->n, i, j, changed = 1;
 
@@ -234,7 +234,9 @@ static void spread(const scaled *s, wide *largest)
     while (changed)
         for (changed = 0, i = 0; i < n; i++)
             for (j = 0; j < n; j++)
-                if ((s->joined[i * n + j] || s->joined[j * n + i]) && largest[j] > largest[i]) {
+                if ((s->joined[i * n + j] || s->joined[j * n + i] ||
+                     (block && block[i] == block[j])) &&
+                    largest[j] > largest[i]) {
                     largest[i] = largest[j];
                     changed = 1;
                 }
@@ -259,8 +261,8 @@ static wide through_noise(const scaled *s, const wide *z, double tol, int32_t i)
     return sum;
 }
 
-static void carry(int32_t n, const scaled *s, const wide *z, double tol, int unit, wide *carried,
-                  wide *zhat)
+static void carry(int32_t n, const scaled *s, const wide *z, const int32_t *block, double tol,
+                  int unit, wide *carried, wide *zhat)
 {
     wide *near = fuzz_take(n, sizeof *near), *largest = fuzz_take(n, sizeof *largest);
     int32_t i, j, empty;
@@ -269,7 +271,7 @@ static void carry(int32_t n, const scaled *s, const wide *z, double tol, int uni
         for (near[j] = oracle_abs(z[j]) / s->D[j], i = 0; i < n; i++)
             if (s->joined[i * n + j])
                 near[j] = larger(near[j], s->t[i] / s->A[i * n + j]);
-    spread(s, largest);
+    spread(s, block, largest);
     for (i = 0; i < n; i++) {
         wide sum = s->t[i] + larger(1e-5, 16 * DBL_EPSILON / tol) * largest[i] +
                    through_noise(s, z, tol, i) / tol + unit * larger(1, s->D[i]);
@@ -284,8 +286,8 @@ static void carry(int32_t n, const scaled *s, const wide *z, double tol, int uni
     }
 }
 
-void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, double tol, int unit,
-                    wide *carried, wide *zhat)
+void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, const int32_t *block,
+                    double tol, int unit, wide *carried, wide *zhat)
 {
     int32_t i, way;
 
@@ -297,7 +299,7 @@ void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, doub
     for (way = 0; way < 3; way++) {
         const scaled s = scale(n, A, t, tol, way);
 
-        carry(n, &s, z, tol, unit, carried, zhat);
+        carry(n, &s, z, block, tol, unit, carried, zhat);
     }
 }
 
@@ -375,7 +377,7 @@ void oracle_check_point(const oracle_point *p)
     z = oracle_wide(p->n, p->z);
     for (i = 0; p->start && i < p->n; i++)
         z[i] = larger(oracle_abs(z[i]), oracle_abs(p->start[i]) * (wide)0x1p-20);
-    oracle_carried(p->n, M, z, p->t, p->tol, p->homogeneous, carried, zhat);
+    oracle_carried(p->n, M, z, p->t, NULL, p->tol, p->homogeneous, carried, zhat);
     for (i = 0; i < p->n; i++) {
         wide v = violation(p, i, limit * zhat[i]);
 
@@ -493,6 +495,7 @@ void oracle_check_contacts(const oracle_contacts *c)
     int32_t rows = c->rows, k, homogeneous = 1;
     wide *u = fuzz_take(rows, sizeof *u), *t = fuzz_take(rows, sizeof *t);
     wide *carried = fuzz_take(rows, sizeof *carried), *r = oracle_wide(rows, c->r);
+    int32_t *block = fuzz_take(rows, sizeof *block), i;
 
     if (fuzz_good(c->outcome))
         fuzz_finite("r", c->r, rows);
@@ -504,9 +507,14 @@ void oracle_check_contacts(const oracle_contacts *c)
     if (!fuzz_good(c->outcome) || oracle_limit(c->outcome, c->tol) > 0.1)
         return;
     oracle_multiply(rows, rows, c->W, r, c->q, u, t);
-    for (k = 0; k < rows; k++)
+    for (k = 0; k < rows; k++) {
         homogeneous = homogeneous && c->q[k] == 0;
-    oracle_carried(rows, c->W, r, c->t ? c->t : t, c->tol, homogeneous, carried, NULL);
+        block[k] = k;
+    }
+    for (k = 0; k < c->laws; k++)
+        for (i = 0; i < c->law[k].block_rows; i++)
+            block[c->law[k].block + i] = c->law[k].block;
+    oracle_carried(rows, c->W, r, c->t ? c->t : t, block, c->tol, homogeneous, carried, NULL);
     for (k = 0; k < c->laws; k++)
         check_law(c, &c->law[k], u, carried);
 }

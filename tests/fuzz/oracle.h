@@ -37,9 +37,10 @@ wide oracle_sqrt(wide x);
  * where a pivot is 0. Partial pivoting in units of the rows. */
 int oracle_solve(int32_t n, int32_t columns, wide *A, wide *b);
 
-/* carried_i of the rows, as above, and `unit` more in equilibrated units; zhat may be NULL. */
-void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, double tol, int unit,
-                    wide *carried, wide *zhat);
+/* carried_i of the rows, as above, and `unit` more in equilibrated units. Rows with the same block
+ * are one thing; block, zhat may be NULL. */
+void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, const int32_t *block,
+                    double tol, int unit, wide *carried, wide *zhat);
 
 /* The largest violation over `carried` that an outcome allows; above 0.1 nothing is claimed. */
 double oracle_limit(int32_t outcome, double tol);
