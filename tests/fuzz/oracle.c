@@ -449,13 +449,21 @@ static wide slip_error(const oracle_contacts *c, const oracle_law *law, const wi
     return norm(error, law->rows);
 }
 
-static wide law_error(const oracle_contacts *c, const oracle_law *law, const wide *u)
+static wide trace_of(const oracle_contacts *c, const oracle_law *law)
 {
-    wide trace = 0, pressed;
+    wide trace = 0;
     int32_t k;
 
     for (k = 0; k < law->rows; k++)
         trace += c->W[(law->first + k) * c->rows + law->first + k];
+    return trace;
+}
+
+static wide law_error(const oracle_contacts *c, const oracle_law *law, const wide *u)
+{
+    const wide trace = trace_of(c, law);
+    wide pressed;
+
     switch (law->kind) {
     case ORACLE_NORMAL:
         pressed = trace * c->r[law->first];
@@ -477,6 +485,8 @@ static void check_law(const oracle_contacts *c, const oracle_law *law, const wid
 
     for (k = law->block; k < law->block + law->block_rows; k++)
         most = larger(most, carried[k] + grain(c->rows, &c->W[k * c->rows]) / limit);
+    if (law->kind == ORACLE_FRICTION && law->normal < 0) /* what the bound itself can stop */
+        most = larger(most, trace_of(c, law) * law->mu);
     if (most < (wide)0x1p-960) /* such numbers have lost digits to underflow on their way */
         return;
     if (error > limit * most)
