@@ -22,6 +22,16 @@
  * and u + s e_n in K*, perpendicular to each other, for the cone K = {|r_t| <= mu r_n}: the
  * friction cone itself, no dilation of u.
  *
+ * A contact may also hold both ways (a pin in its hole, a gib, the flank of a screw;
+ * laws.two_sided): its first rows, 1, 2 or 3, are normals with r_N of any sign, then come 1 or 2
+ * tangents, and
+ *
+ *   u_N = 0,   |r_t| <= mu |r_N|,   r_t = -mu |r_N| u_t / |u_t|  where u_t != 0
+ *
+ * Friction grows with what the contact itself carries, whichever way it is pushed (Dupont,
+ * "Existence and uniqueness of rigid-body dynamics with Coulomb friction", Trans. CSME 17 (1993)):
+ * v need not be unique, and the answer is one of several.
+ *
  * Rows of H past those of the contacts have bounds of their own, lower <= r_i <= upper:
  *
  *   u_i >= 0 where r_i = lower,   u_i <= 0 where r_i = upper,   u_i = 0 between
@@ -51,7 +61,7 @@ extern "C" {
 enum perp_contact_mode_value {
     PERP_CONTACT_SEPARATE = 0, /* no impulse */
     PERP_CONTACT_STICK = 1,    /* it presses and nothing slides; a row: u = 0 */
-    PERP_CONTACT_SLIP = 2,     /* it presses and slides (or rolls, or spins) */
+    PERP_CONTACT_SLIP = 2,     /* it presses, or holds both ways, and slides (or rolls, or spins) */
     PERP_CONTACT_LOWER = 3,    /* a row: at its lower bound */
     PERP_CONTACT_UPPER = 4     /* a row: at its upper bound */
 };
@@ -81,7 +91,8 @@ typedef struct perp_contact_laws {
     size_t struct_size;
     int32_t contacts;
     int32_t dim;              /* of every contact where dims is NULL: 1, 2 or 3; default 3 */
-    const int32_t *dims;      /* contacts: 1 (frictionless), 2 or 3; or NULL */
+    const int32_t *dims;      /* contacts: 1 (frictionless), 2 or 3; two-sided ones: all their
+                                 rows, 2 to 5; or NULL */
     const double *mu;         /* contacts, >= 0; not read where the dimension is 1; NULL: 0 */
     const double *rolling;    /* contacts, >= 0; a length; NULL: none. Adds rows where > 0 */
     const double *spinning;   /* contacts, >= 0; a length; NULL: none. Adds a row where > 0 */
@@ -92,6 +103,11 @@ typedef struct perp_contact_laws {
                             bounds of their own: the last ones of H */
     const double *lower; /* bounded: may be -inf; NULL: 0 */
     const double *upper; /* bounded: may be inf; NULL: inf */
+    const int32_t *two_sided; /* contacts: 0: ordinary; 1, 2 or 3: so many normals that hold both
+                                 ways, with dims - two_sided tangents, 1 or 2: 1 a guide or a
+                                 flank, 2 a pin in the plane or an axle, 3 a ball joint; its tangent
+                                 row is the radius times the relative angular velocity. Without
+                                 rolling or spinning friction, and only with cone 0. NULL: none */
 } perp_contact_laws;
 
 /* x := M^-1 x for `columns` right-hand sides of n entries each, one after the other. Returns 0, or
@@ -164,7 +180,8 @@ typedef struct perp_contact_result {
     double cone;                 /* max |r_t| - mu r_n where above 0, impulse */
     double dissipation_velocity; /* max t_k |r_t - P_D(r_t - u_t / t_k)|; rows with two likewise */
     double dissipation_impulse;  /* max |r_t - P_D(r_t - u_t / t_k)| */
-    double bilateral;            /* max |u_i| of the bilateral rows, velocity */
+    double bilateral;            /* max |u_i| of the bilateral rows and of the normals that hold
+                                    both ways, velocity */
     double seconds;              /* wall time of the whole call */
     int32_t certificate;         /* PERP_CONTACT_CERTIFICATE_... */
     int32_t has_ray;             /* 1 if a verified ray was found (and written, if asked for) */

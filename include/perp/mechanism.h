@@ -8,7 +8,10 @@
  * - contacts: gap_j(t,q) >= 0. The rows of contact j in H are the gradient of its gap (the normal),
  *   then its tangents (none in dimension 1, one in 2, two in 3), contact after contact, as in
  *   perp/contact.h. u = H v + drift: separating, then sliding velocity. Impulses r: 0 <= r_n perp
- *   gap >= 0, and |r_t| <= mu r_n, opposite to u_t where that is not 0.
+ *   gap >= 0, and |r_t| <= mu r_n, opposite to u_t where that is not 0. One that holds both ways
+ *   (model.two_sided: a guide, a pin, a ball joint, the flank of a screw) has one to three normals
+ *   with r_N of any sign, u_N = 0 instead, and |r_t| <= mu |r_N|: P. Dupont, "Existence and
+ *   uniqueness of rigid-body dynamics with Coulomb friction", Trans. CSME 17 (1993).
  * - bilateral: c_i(t,q) = 0, G its gradients.
  * - dry: friction of a given bound (Tresca), groups of one row or of two in B, slip u = B v +
  * drift, |y| <= bound(t,q,v) h, opposite to u where that is not 0.
@@ -79,8 +82,9 @@ typedef int32_t (*perp_mechanism_mass)(double *M, const double *q, void *user);
 /* k: n forces: applied, gravity, -C(q,v)v. */
 typedef int32_t (*perp_mechanism_force)(double *k, double t, const double *q, const double *v,
                                         void *user);
-/* gap: contacts; > 0 separated. H, drift: rows as above; drift is u at v = 0 (moving walls, belts;
- * for a normal the partial derivative of the gap by t). mu: contacts; holds the model's. */
+/* gap: contacts; > 0 separated; one that holds both ways has a number for each of its normals, 0
+ * where it is met. H, drift: rows as above; drift is u at v = 0 (moving walls, belts; for a normal
+ * the partial derivative of the gap by t). mu: contacts; holds the model's. */
 typedef int32_t (*perp_mechanism_contacts)(double *gap, double *H, double *drift, double *mu,
                                            double t, const double *q, void *user);
 /* c: bilateral; G: bilateral by n; drift: partial derivative of c by t. */
@@ -105,7 +109,8 @@ typedef struct perp_mechanism_model {
     int32_t coordinates;        /* of q; 0 (default): n; another number needs `kinematics` */
     int32_t contacts;           /* default 0 */
     int32_t dim;                /* of every contact where dims is NULL: 1, 2 (default) or 3 */
-    const int32_t *dims;        /* contacts: 1 (frictionless), 2 or 3; or NULL */
+    const int32_t *dims;        /* contacts: 1 (frictionless), 2 or 3; two-sided ones: all their
+                                   rows, 2 to 5; or NULL */
     int32_t bilateral;          /* rows of G; default 0 */
     int32_t dry;                /* groups of dry friction; default 0 */
     int32_t dry_dim;            /* rows of each: 1 (default), or 2: a disc */
@@ -124,6 +129,10 @@ typedef struct perp_mechanism_model {
     perp_mechanism_normalise normalise;      /* NULL: nothing to do */
     perp_mechanism_curvature curvature;      /* NULL: by differences; accelerations only */
     void *user;                              /* handed to all of them */
+    const int32_t *two_sided; /* contacts: 0: ordinary; 1, 2 or 3: so many normals that hold both
+                                 ways, then 1 or 2 tangents: 1 a guide or a flank, 2 a pin in the
+                                 plane or an axle, 3 a ball joint; the tangent row of a pin is its
+                                 radius times the relative turning. No restitution. NULL: none */
 } perp_mechanism_model;
 
 typedef struct perp_mechanism_settings {

@@ -22,7 +22,7 @@ static void lay_out(perp__arena *arena, void *object)
     own->W = perp__arena_take(arena, n, n * sizeof(double));
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, n, sizeof(double));
-    PERP__INTEGERS(arena, n, &own->rows, &own->units, &own->dims, &own->modes);
+    PERP__INTEGERS(arena, n, &own->rows, &own->units, &own->dims, &own->two_sided, &own->modes);
 }
 
 static int32_t is_solved(const perp_contact_solver *solver, int32_t part)
@@ -50,6 +50,7 @@ static void list(const perp_contact_solver *solver, perp__contact_apart *own, in
         if (solver->part[k] == part) {
             own->units[own->contacts] = k;
             own->dims[own->contacts] = solver->dims[k];
+            own->two_sided[own->contacts] = solver->two_sided[k];
             own->mu[own->contacts] = solver->mu[k];
             own->rolling[own->contacts] = solver->rolls ? solver->rolling[k] : 0.0;
             own->spinning[own->contacts++] = solver->spins ? solver->spinning[k] : 0.0;
@@ -105,6 +106,7 @@ static perp_status set_up(perp_contact_solver *solver, perp__contact_apart *own)
     perp_contact_laws_init(&laws, sizeof laws);
     laws.contacts = own->contacts;
     laws.dims = own->dims;
+    laws.two_sided = own->two_sided;
     laws.mu = own->mu;
     laws.rolling = own->rolling;
     laws.spinning = own->spinning;

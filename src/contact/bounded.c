@@ -67,7 +67,7 @@ static void lay_out(perp__arena *arena, void *object)
     own->unit = perp__arena_take(arena, (size_t)own->count, sizeof(int32_t));
     own->row = perp__arena_take(arena, size, sizeof(int32_t));
     PERP__DOUBLES(arena, size, &own->sign, &own->shift, &own->work);
-    own->dims = perp__arena_take(arena, units, sizeof(int32_t));
+    PERP__INTEGERS(arena, units, &own->dims, &own->two_sided);
     PERP__DOUBLES(arena, units, &own->bound, &own->mu, &own->rolling, &own->spinning);
     PERP__DOUBLES(arena, larger, &own->compliance, &own->f, &own->w, &own->b, &own->r0);
     for (int32_t k = 0; k < 2; k++) {
@@ -98,6 +98,7 @@ static void place_contact(perp__contact_bounded *own, int32_t i, int32_t unit, i
                         : kind == UPPER ? own->high[i]
                                         : 0.5 * own->low[i] + 0.5 * own->high[i];
     own->dims[unit] = kind == BOTH ? 2 : 1;
+    own->two_sided[unit] = 0;
     own->bound[unit] = kind != BOTH ? 0.0 : half > 0.0 ? half : 1.0;
     own->mu[unit] = kind == BOTH && half > 0.0 ? 1.0 : 0.0;
     own->rolling[unit] = own->spinning[unit] = 0.0;
@@ -135,6 +136,7 @@ static void copy_laws(perp__contact_bounded *own, const perp_contact_laws *laws)
 {
     for (int32_t k = 0; k < own->contacts; k++) {
         own->dims[k] = dim_of(laws, k);
+        own->two_sided[k] = laws->two_sided ? laws->two_sided[k] : 0;
         own->bound[k] = 0.0;
         own->mu[k] = laws->mu ? laws->mu[k] : 0.0;
         own->rolling[k] = laws->rolling ? laws->rolling[k] : 0.0;
@@ -146,6 +148,7 @@ static void copy_laws(perp__contact_bounded *own, const perp_contact_laws *laws)
     own->laws = *laws;
     own->laws.contacts = own->units;
     own->laws.dims = own->dims;
+    own->laws.two_sided = own->two_sided;
     own->laws.mu = own->mu;
     own->laws.rolling = own->rolling;
     own->laws.spinning = own->spinning;

@@ -40,7 +40,7 @@ typedef struct perp__contact_bounded {
     int32_t *row;                 /* size: own row */
     double *sign, *shift;         /* size */
     double *bound;                /* units: x_n of those with two bounds; else 0 */
-    int32_t *dims;                /* units */
+    int32_t *dims, *two_sided;    /* units */
     double *mu, *rolling, *spinning, *compliance;
     double *f, *w, *b, *r0, *work; /* of a call; f: or q */
 } perp__contact_bounded;

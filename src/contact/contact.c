@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "base/context.h"
+#include "contact/law.h"
 #include "contact/solver.h"
 
 /* A tested residual from which the active set may be the solution's. */
@@ -253,7 +254,9 @@ static perp_status run(perp_contact_solver *solver, const plan_step *step)
 static int32_t is_polyhedral(const perp_contact_solver *solver)
 {
     for (int32_t k = 0; k < solver->contacts; k++)
-        if (solver->dims[k] == 3 && (solver->mu[k] > 0.0 || solver->has_discs))
+        if (solver->two_sided[k] > 1 ||
+            (solver->dims[k] - perp__contact_normals(&solver->problem, k) == 2 &&
+             (solver->mu[k] > 0.0 || solver->has_discs)))
             return 0;
     return 1;
 }
@@ -333,15 +336,19 @@ static perp_status sweep_roughly(perp_contact_solver *solver)
     return status;
 }
 
-/* Small problems: straight to the active set that the start, or a few sweeps, show. */
+/* Small problems: straight to the active set that the start, or a few sweeps, show. Where contacts
+ * hold both ways a start tells which of several answers is meant, and sweeps leave some of them. */
 static perp_status try_set(perp_contact_solver *solver)
 {
     perp_status status = PERP_OK;
+    int32_t made;
 
-    if (solver->settings.method != PERP_CONTACT_METHOD_AUTO ||
-        solver->settings.max_iterations != 0 || !perp__contact_polish_suits(solver) ||
-        perp__contact_is_near(solver))
+    if (solver->settings.method != PERP_CONTACT_METHOD_AUTO || solver->settings.max_iterations != 0)
         return PERP_OK;
+    if (solver->holds_both && solver->call->r0 && solver->size <= PERP__POLISH_START_MOST)
+        status = perp__contact_delassus(solver, &made);
+    if (status != PERP_OK || !perp__contact_polish_suits(solver) || perp__contact_is_near(solver))
+        return status;
     if (!solver->call->r0)
         status = sweep_roughly(solver);
     solver->running = PERP_CONTACT_METHOD_PROXIMAL;

@@ -144,7 +144,7 @@ static void reconcile(perp_contact_solver *solver, const int8_t *modes)
     for (int32_t k = 0; k < p->contacts; k++) {
         if (modes)
             solver->modes[k] = modes[k];
-        if (solver->r[p->starts[k]] == 0.0)
+        if (solver->r[p->starts[k]] == 0.0 && perp__contact_two_sided(p, k) == 0)
             solver->modes[k] = PERP_CONTACT_SEPARATE;
         else if (solver->modes[k] == PERP_CONTACT_SEPARATE)
             solver->modes[k] = PERP_CONTACT_SLIP;
@@ -183,10 +183,11 @@ void perp__contact_write_zeros(perp_contact_solver *solver, const int8_t *modes,
     const perp__contact_problem *p = &solver->problem;
 
     for (int32_t k = 0; k < p->contacts; k++) {
-        if (modes[k] == PERP_CONTACT_SEPARATE)
-            continue;
-        u[p->starts[k]] = 0.0;
-        for (int32_t i = p->starts[k]; modes[k] == PERP_CONTACT_STICK && i < p->starts[k + 1]; i++)
+        const int32_t end = modes[k] == PERP_CONTACT_STICK
+                                ? p->starts[k + 1]
+                                : p->starts[k] + perp__contact_normals(p, k);
+
+        for (int32_t i = p->starts[k]; modes[k] != PERP_CONTACT_SEPARATE && i < end; i++)
             u[i] = 0.0;
     }
     for (int32_t i = p->rows; i < p->size; i++)

@@ -19,8 +19,9 @@
 int32_t perp__contact_parts(const perp__contact_problem *problem, int32_t k,
                             perp__contact_part parts[3])
 {
-    const int32_t tangents = problem->dims[k] - 1;
-    int32_t row = problem->starts[k] + 1, count = 0;
+    const int32_t normals = perp__contact_normals(problem, k);
+    const int32_t tangents = problem->dims[k] - normals;
+    int32_t row = problem->starts[k] + normals, count = 0;
 
     if (tangents > 0) {
         parts[count].row = row;
@@ -113,14 +114,16 @@ void perp__contact_clip(const perp__contact_problem *problem, int32_t k, double 
     const int32_t normal = problem->starts[k];
     perp__contact_part parts[3];
     const int32_t count = perp__contact_parts(problem, k, parts);
+    double pressure;
 
     if (problem->bound && problem->bound[k] > 0.0)
         r[normal] = problem->bound[k];
-    else if (!(r[normal] > 0.0))
+    else if (!(r[normal] > 0.0) && perp__contact_two_sided(problem, k) == 0)
         r[normal] = 0.0;
+    pressure = perp__contact_pressure(problem, k, r);
     for (int32_t p = 0; p < count; p++) {
         double *x = r + parts[p].row, excess[2];
-        const double radius = parts[p].coefficient * r[normal];
+        const double radius = parts[p].coefficient * pressure;
         const double length = norm(x, parts[p].size);
 
         if (radius == 0.0) {
@@ -277,6 +280,23 @@ static void judge_parts(const perp__contact_problem *problem, const perp__contac
                                : PERP_CONTACT_STICK;
 }
 
+/* Both ways: u_N = 0, and the parts beside |r_N|. One that carries nothing slips where it moves. */
+static void judge_two_sided(const perp__contact_problem *problem, int32_t k, const double *r,
+                            const double *u, perp__contact_law *law)
+{
+    const int32_t row = problem->starts[k], both = problem->two_sided[k];
+    const double t = problem->trace[k], speed = perp__contact_length(u, row, row + both);
+    perp__contact_part parts[3];
+    const int32_t count = perp__contact_parts(problem, k, parts);
+
+    law->signorini = law->cone = law->dissipation = 0.0;
+    law->change = speed;
+    law->bilateral = speed / t;
+    judge_parts(problem, parts, count, r, u, perp__contact_pressure(problem, k, r), -INFINITY, t,
+                law);
+    law->natural = norm2(law->bilateral, law->dissipation);
+}
+
 void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const double *r,
                          const double *u, perp__contact_law *law)
 {
@@ -288,8 +308,12 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
     const int32_t count = perp__contact_parts(problem, k, parts);
     double d[2] = {0.0, 0.0};
 
+    if (perp__contact_two_sided(problem, k) > 0) {
+        judge_two_sided(problem, k, r, u, law);
+        return;
+    }
     law->signorini = fabs(fmin(r_n, u_n / t));
-    law->cone = law->dissipation = 0.0;
+    law->cone = law->dissipation = law->bilateral = 0.0;
     law->change = r_n > 0.0 ? fabs(u_n) : fmax(0.0, 0.0 - u_n);
     judge_parts(problem, parts, count, r, u, r_n, u_n, t, law);
     if (count != 1 || problem->cone > 0 || given)
@@ -308,7 +332,8 @@ double perp__contact_natural(const perp__contact_problem *problem, int32_t k, co
     const double t = problem->trace[k], *r_t = r + row + 1, *u_t = u + row + 1;
     double d[2] = {0.0, 0.0};
 
-    if (problem->has_discs || problem->cone > 0 || problem->bound || tangents == 0) {
+    if (problem->has_discs || problem->cone > 0 || problem->bound || problem->two_sided ||
+        tangents == 0) {
         perp__contact_law law;
 
         perp__contact_judge(problem, k, r, u, &law);

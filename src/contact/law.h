@@ -13,6 +13,20 @@ typedef struct perp__contact_part {
     double coefficient;
 } perp__contact_part;
 
+/* Normals of contact k that hold both ways; 0: it is an ordinary one. */
+static inline int32_t perp__contact_two_sided(const perp__contact_problem *problem, int32_t k)
+{
+    return problem->two_sided ? problem->two_sided[k] : 0;
+}
+
+/* Normals of contact k, which come before its tangents. */
+static inline int32_t perp__contact_normals(const perp__contact_problem *problem, int32_t k)
+{
+    const int32_t both = perp__contact_two_sided(problem, k);
+
+    return both > 0 ? both : 1;
+}
+
 /* Returns how many parts contact k has. */
 int32_t perp__contact_parts(const perp__contact_problem *problem, int32_t k,
                             perp__contact_part parts[3]);
@@ -35,6 +49,7 @@ typedef struct perp__contact_law {
     double natural;     /* |r - P_K(r - (u + s e_n) / t)| */
     double change;      /* smallest change of u for which (r, u) obey the law */
     double signorini;   /* |min(r_n, u_n / t)|, impulse */
+    double bilateral;   /* |u_N| / t of two-sided ones, impulse */
     double cone;        /* how far r is outside, impulse */
     double dissipation; /* |r_t - P_D(r_t - u_t / t)|, impulse */
     int32_t mode;       /* PERP_CONTACT_..., by the side on which r - (u + s e_n) / t lies */
@@ -49,6 +64,15 @@ double perp__contact_natural(const perp__contact_problem *problem, int32_t k, co
 
 /* |x| of the entries begin .. end-1. */
 double perp__contact_length(const double *x, int32_t begin, int32_t end);
+
+/* What the friction of contact k grows with: r_n, or |r_N|. */
+static inline double perp__contact_pressure(const perp__contact_problem *problem, int32_t k,
+                                            const double *r)
+{
+    const int32_t row = problem->starts[k], both = perp__contact_two_sided(problem, k);
+
+    return both > 0 ? perp__contact_length(r, row, row + both) : r[row];
+}
 
 /* omega of the tested residual, of each contact and bilateral row: the largest |q_k| / sqrt(t_k) of
  * its part, an impulse times the root of an inverse mass; 1 if that is 0. drive: parts: the maxima

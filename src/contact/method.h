@@ -9,7 +9,8 @@
  * r_n, rolling r_n and spinning r_n, and each opposes its own part of u (maximal dissipation); the
  * normal ones obey 0 <= r_n perp u_n >= 0. With s = mu |u_t| + rolling |u_r| + spinning |u_s| this
  * is r in K, u + s e_n in K*, perpendicular (De Saxce & Feng 1998). Bilateral rows, u_i = 0 with
- * r_i of any sign, come last: rows .. size-1. */
+ * r_i of any sign, come last: rows .. size-1. A two-sided contact begins with two_sided[k] normals,
+ * u_N = 0 and r_N of any sign, has dims[k] rows in all, and |r_N| in the place of r_n. */
 #ifndef PERP_CONTACT_METHOD_H
 #define PERP_CONTACT_METHOD_H
 
@@ -27,22 +28,24 @@ typedef struct perp__contact_control {
 typedef struct perp__contact_problem {
     perp_context *context;
     int32_t contacts;
-    int32_t rows;           /* of the contacts */
-    int32_t size;           /* rows and bilateral rows */
-    int32_t has_discs;      /* some contact rolls or spins: its cone is no Lorentz cone */
-    const int32_t *starts;  /* contacts + 1 */
-    const int32_t *unit_of; /* size: the contact, or contacts + the bilateral row */
-    const int32_t *dims;    /* contacts: 1, 2 or 3 */
-    const double *mu;       /* contacts, >= 0; of no account where dims is 1 */
-    const double *rolling;  /* contacts, >= 0; NULL: none */
-    const double *spinning; /* contacts, >= 0; NULL: none */
+    int32_t rows;             /* of the contacts */
+    int32_t size;             /* rows and bilateral rows */
+    int32_t has_discs;        /* some contact rolls or spins: its cone is no Lorentz cone */
+    const int32_t *starts;    /* contacts + 1 */
+    const int32_t *unit_of;   /* size: the contact, or contacts + the bilateral row */
+    const int32_t *dims;      /* contacts: 1, 2 or 3; of two-sided ones all rows */
+    const int32_t *two_sided; /* contacts: normals that hold both ways, 0 of others; NULL: none */
+    const double *mu;         /* contacts, >= 0; of no account where dims is 1 */
+    const double *rolling;    /* contacts, >= 0; NULL: none */
+    const double *spinning;   /* contacts, >= 0; NULL: none */
     const double *bound; /* contacts: r_n of those whose normal is no more than the bound of their
                             one tangent (bounded.h), 0 of others; NULL: none */
     const double *trace; /* contacts: t_k = trace(W_kk) > 0, but for a normal that is a bound; then
                             W_ii of the bilateral rows */
-    const double *q;     /* size */
-    const double *omega; /* contacts and bilateral rows: unit of the tested residual */
-    const int32_t *part; /* of each of those: what noise alone couples is apart; NULL: one */
+    const double *diagonal; /* size: W_ii */
+    const double *q;        /* size */
+    const double *omega;    /* contacts and bilateral rows: unit of the tested residual */
+    const int32_t *part;    /* of each of those: what noise alone couples is apart; NULL: one */
     int32_t parts;
     int32_t leaks;         /* there is such noise */
     const perp__matrix *W; /* size by size, dense or CSC, maybe slightly unsymmetric; NULL where

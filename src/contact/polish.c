@@ -1,6 +1,6 @@
 /* Newton's method on the equations of one active set:
  *
- *   contact presses   u_n = 0
+ *   contact presses   u_n = 0; or u_N = 0, one that holds both ways, with |r_N| for r_n
  *   part sticks       u_p = 0
  *   part slips        |r_p| = coefficient r_n,   r_p x u_p = 0   (2 rows; of 1 row the first alone)
  *   bilateral         u_i = 0
@@ -60,19 +60,21 @@ static void read_set(perp__contact_polish *p, const perp__contact_problem *probl
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        p->presses[k] = r[normal] > u[normal] / problem->trace[k];
+        const double pressure = perp__contact_pressure(problem, k, r);
+
+        p->presses[k] =
+            perp__contact_two_sided(problem, k) > 0 || r[normal] > u[normal] / problem->trace[k];
         for (int32_t c = 0; c < count; c++) {
             const int32_t row = parts[c].row;
             double x[2] = {0.0, 0.0};
 
             for (int32_t i = 0; i < parts[c].size; i++)
                 x[i] = r[row + i] - u[row + i] / problem->trace[k];
-            p->parts[3 * k + c] =
-                !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
-                : length_of(x, parts[c].size) > parts[c].coefficient * r[normal] &&
-                        length_of(r + row, parts[c].size) > 0.0
-                    ? PERP__PART_SLIPS
-                    : PERP__PART_STICKS;
+            p->parts[3 * k + c] = !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
+                                  : length_of(x, parts[c].size) > parts[c].coefficient * pressure &&
+                                          length_of(r + row, parts[c].size) > 0.0
+                                      ? PERP__PART_SLIPS
+                                      : PERP__PART_STICKS;
         }
     }
 }
@@ -92,8 +94,8 @@ static void number_rows(perp__contact_polish *p, const perp__contact_problem *pr
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        if (p->presses[k])
-            add_row(p, problem->starts[k]);
+        for (int32_t i = 0; p->presses[k] && i < perp__contact_normals(problem, k); i++)
+            add_row(p, problem->starts[k] + i);
         for (int32_t c = 0; c < count; c++)
             for (int32_t i = 0; p->parts[3 * k + c] != PERP__PART_NONE && i < parts[c].size; i++)
                 add_row(p, parts[c].row + i);
@@ -127,22 +129,27 @@ static void copy_block(perp__contact_polish *p, const perp__matrix *W)
 }
 
 /* |r_p| = coefficient r_n in the row `a` of K, whose entries are 0, in the units of velocities. */
-static void write_length(perp__contact_polish *p, const perp__contact_part *part, int32_t normal,
-                         double t, const double *r)
+static void write_length(perp__contact_polish *p, const perp__contact_problem *problem,
+                         const perp__contact_part *part, int32_t k, const double *r)
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row];
-    const double length = length_of(r + part->row, part->size);
+    const int32_t normal = problem->starts[k], both = perp__contact_two_sided(problem, k);
+    const double length = length_of(r + part->row, part->size), t = problem->trace[k];
+    const double pressure = perp__contact_pressure(problem, k, r);
 
     for (int32_t i = 0; i < part->size; i++)
         p->K[a + (a + (size_t)i) * n] = t * (r[part->row + i] / length);
-    p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
-    p->rhs[a] = -t * (length - part->coefficient * r[normal]);
+    if (both == 0)
+        p->K[a + (size_t)p->place[normal] * n] = -t * part->coefficient;
+    for (int32_t i = normal; i < normal + both && pressure > 0.0; i++)
+        p->K[a + (size_t)p->place[i] * n] = -t * part->coefficient * (r[i] / pressure);
+    p->rhs[a] = -t * (length - part->coefficient * pressure);
 }
 
 /* The equations of a part that slips: in the first row its length, in the second r_p x u_p / |r_p|.
  */
-static void write_slip(perp__contact_polish *p, const perp__contact_part *part, int32_t normal,
-                       double t, const double *r, const double *u)
+static void write_slip(perp__contact_polish *p, const perp__contact_problem *problem,
+                       const perp__contact_part *part, int32_t k, const double *r, const double *u)
 {
     const size_t n = (size_t)p->n, a = (size_t)p->place[part->row], b = a + 1;
     const double *x = r + part->row, *y = u + part->row;
@@ -160,7 +167,7 @@ static void write_slip(perp__contact_polish *p, const perp__contact_part *part, 
         p->K[b + b * n] -= y[0] / length;
         p->rhs[b] = -(x[0] * y[1] - x[1] * y[0]) / length;
     }
-    write_length(p, part, normal, t, r);
+    write_length(p, problem, part, k, r);
 }
 
 /* Those of impulses; velocities are multiplied by the weights. */
@@ -204,7 +211,7 @@ static void set_up(perp__contact_polish *p, const perp__contact_problem *problem
 
         for (int32_t c = 0; c < count; c++)
             if (p->parts[3 * k + c] == PERP__PART_SLIPS)
-                write_slip(p, &parts[c], problem->starts[k], problem->trace[k], r, u);
+                write_slip(p, problem, &parts[c], k, r, u);
     }
     scale(p, problem);
 }
@@ -307,7 +314,9 @@ static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *
         const int32_t normal = problem->starts[k];
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
-        const int32_t presses = p->presses[k] ? r[normal] > 0.0 : u[normal] < 0.0;
+        const int32_t presses = perp__contact_two_sided(problem, k) > 0 ||
+                                (p->presses[k] ? r[normal] > 0.0 : u[normal] < 0.0);
+        const double pressure = perp__contact_pressure(problem, k, r);
         const int32_t flips = presses != p->presses[k];
 
         changes += flips;
@@ -315,7 +324,7 @@ static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *
         for (c = 0; c < count; c++) {
             int8_t *state = &p->parts[3 * k + c];
             const double *x = r + parts[c].row, *y = u + parts[c].row;
-            const double radius = parts[c].coefficient * r[normal];
+            const double radius = parts[c].coefficient * pressure;
             double power = 0.0;
 
             if (parts[c].coefficient == 0.0)

@@ -11,6 +11,12 @@ static int32_t dim_of(const perp_contact_laws *laws, int32_t k)
     return laws->dims ? laws->dims[k] : laws->dim;
 }
 
+/* Normals that hold both ways. */
+static int32_t both_of(const perp_contact_laws *laws, int32_t k)
+{
+    return laws->two_sided ? laws->two_sided[k] : 0;
+}
+
 static int32_t is_positive(const double *x, int32_t k)
 {
     return x && x[k] > 0.0;
@@ -20,6 +26,8 @@ static int32_t rows_of(const perp_contact_laws *laws, int32_t k)
 {
     const int32_t dim = dim_of(laws, k);
 
+    if (both_of(laws, k) > 0)
+        return dim;
     return dim + (is_positive(laws->rolling, k) ? dim - 1 : 0) + is_positive(laws->spinning, k);
 }
 
@@ -36,14 +44,41 @@ static perp_status check_coefficients(perp_context *context, const char *name, c
     return PERP_OK;
 }
 
+static perp_status check_two_sided(perp_context *context, const perp_contact_laws *laws, int32_t k)
+{
+    const int32_t both = both_of(laws, k), dim = dim_of(laws, k);
+
+    if (both < 0 || both > 3)
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "laws.two_sided[%d] is %d, expected 0, 1, 2 or 3", (int)k, (int)both);
+    if (both > 0 && (dim < both + 1 || dim > both + 2))
+        return perp__fail(context, PERP_ERROR_ARGUMENT,
+                          "laws.dims[%d] is %d, expected %d or %d: %d normals that hold both ways "
+                          "and 1 or 2 tangents",
+                          (int)k, (int)dim, (int)both + 1, (int)both + 2, (int)both);
+    if (both > 0 && (is_positive(laws->rolling, k) || is_positive(laws->spinning, k)))
+        return perp__fail(
+            context, PERP_ERROR_ARGUMENT, "laws.%s[%d] is %g, but contact %d holds both ways",
+            is_positive(laws->rolling, k) ? "rolling" : "spinning", (int)k,
+            is_positive(laws->rolling, k) ? laws->rolling[k] : laws->spinning[k], (int)k);
+    return PERP_OK;
+}
+
 static perp_status check_dims(perp_context *context, const perp_contact_laws *laws)
 {
+    perp_status status;
+
     if (!laws->dims && (laws->dim < 1 || laws->dim > 3))
         return perp__fail(context, PERP_ERROR_ARGUMENT, "laws.dim is %d, expected 1, 2 or 3",
                           (int)laws->dim);
     for (int32_t k = 0; k < laws->contacts; k++) {
         const int32_t dim = dim_of(laws, k);
 
+        status = check_two_sided(context, laws, k);
+        if (status != PERP_OK)
+            return status;
+        if (both_of(laws, k) > 0)
+            continue;
         if (dim < 1 || dim > 3)
             return perp__fail(context, PERP_ERROR_ARGUMENT,
                               "laws.dims[%d] is %d, expected 1, 2 or 3", (int)k, (int)dim);
@@ -121,7 +156,7 @@ void perp__contact_lay_out(perp__arena *arena, void *object)
     const size_t n = (size_t)s->n;
 
     s->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
-    s->dims = perp__arena_take(arena, contacts, sizeof(int32_t));
+    PERP__INTEGERS(arena, contacts, &s->dims, &s->two_sided);
     PERP__DOUBLES(arena, contacts, &s->mu, &s->rolling, &s->spinning, &s->bound);
     PERP__DOUBLES(arena, size, &s->compliance, &s->diagonal);
     s->trace = perp__arena_take(arena, contacts + size, sizeof(double));
@@ -141,9 +176,11 @@ static void keep(double *own, const double *given, int32_t count)
 
 static void keep_laws(perp_contact_solver *solver, const perp_contact_laws *laws)
 {
-    solver->starts[0] = 0;
+    solver->starts[0] = solver->holds_both = 0;
     for (int32_t k = 0; k < solver->contacts; k++) {
         solver->dims[k] = dim_of(laws, k);
+        solver->two_sided[k] = both_of(laws, k);
+        solver->holds_both |= solver->two_sided[k] > 0;
         solver->starts[k + 1] = solver->starts[k] + rows_of(laws, k);
     }
     keep(solver->mu, laws->mu, solver->contacts);
@@ -202,8 +239,9 @@ static perp_status read_traces(perp_contact_solver *solver)
         i = solver->starts[k] + (bound && bound[k] > 0.0);
         for (int32_t row = i; row < solver->starts[k + 1]; row++)
             solver->trace[k] += solver->diagonal[row];
-        if (!(solver->diagonal[i] > 0.0) || !isfinite(solver->trace[k]))
-            return moves_nothing(solver, k, i);
+        for (int32_t row = i; row <= i || row < solver->starts[k] + solver->two_sided[k]; row++)
+            if (!(solver->diagonal[row] > 0.0) || !isfinite(solver->trace[k]))
+                return moves_nothing(solver, k, row);
     }
     for (i = solver->rows; i < solver->size; i++) {
         solver->trace[solver->contacts + i - solver->rows] = solver->diagonal[i];
@@ -226,11 +264,13 @@ static void present(perp_contact_solver *solver)
     p->starts = solver->starts;
     p->unit_of = solver->unit_of;
     p->dims = solver->dims;
+    p->two_sided = solver->holds_both ? solver->two_sided : NULL;
     p->mu = solver->mu;
     p->rolling = solver->rolls ? solver->rolling : NULL;
     p->spinning = solver->spins ? solver->spinning : NULL;
     p->bound = solver->bounded.boxes > 0 ? solver->bound : NULL;
     p->trace = solver->trace;
+    p->diagonal = solver->diagonal;
     p->q = solver->q;
     p->omega = solver->omega;
     p->part = solver->part;

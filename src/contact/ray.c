@@ -7,6 +7,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact/law.h"
 #include "contact/rigid/rigid.h"
 
 /* Of |W| |y|: what rounding leaves of a sum that is 0. */
@@ -15,9 +16,11 @@
 static int32_t has_certificate_form(const perp_contact_solver *solver, const double *y)
 {
     for (int32_t k = 0; k < solver->contacts; k++) {
-        if (!(y[solver->starts[k]] >= 0.0))
+        const int32_t normals = perp__contact_normals(&solver->problem, k);
+
+        if (solver->two_sided[k] == 0 && !(y[solver->starts[k]] >= 0.0))
             return 0;
-        for (int32_t i = solver->starts[k] + 1; i < solver->starts[k + 1]; i++)
+        for (int32_t i = solver->starts[k] + normals; i < solver->starts[k + 1]; i++)
             if (y[i] != 0.0)
                 return 0;
     }

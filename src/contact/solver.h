@@ -73,9 +73,9 @@ typedef struct perp__contact_apart {
     perp__arena arena;
     int32_t room; /* rows */
     int32_t size, contacts, bilateral;
-    double least;          /* tested residual so far */
-    int32_t *rows, *units; /* of the whole: size; contacts */
-    int32_t *dims, *modes; /* contacts */
+    double least;                      /* tested residual so far */
+    int32_t *rows, *units;             /* of the whole: size; contacts */
+    int32_t *dims, *two_sided, *modes; /* contacts */
     double *mu, *rolling, *spinning;
     double *W, *q, *r0, *r, *u, *ray; /* size by size, column by column; size */
 } perp__contact_apart;
@@ -98,6 +98,8 @@ struct perp_contact_solver {
     int32_t contacts, rows, size;
     int32_t has_discs;
     int32_t *starts, *dims;
+    int32_t *two_sided; /* contacts: normals that hold both ways */
+    int32_t holds_both; /* some have such */
     double *mu;
     double *rolling, *spinning, *compliance; /* room for them; none: NULL in laws */
     double *bound;                           /* contacts: law.h */

@@ -63,6 +63,7 @@ static void judge_contact(perp_contact_solver *solver, int32_t k, int32_t heeds,
     perp__raise_to(&part->backward, relative_change(law.change, solver->terms[k]));
     perp__raise_to(&worth->signorini_impulse, law.signorini);
     perp__raise_to(&worth->signorini_velocity, t * law.signorini);
+    perp__raise_to(&worth->bilateral, t * law.bilateral);
     perp__raise_to(&worth->cone, law.cone);
     perp__raise_to(&worth->dissipation_impulse, law.dissipation);
     perp__raise_to(&worth->dissipation_velocity, t * law.dissipation);
@@ -160,10 +161,12 @@ static void heed_modes(perp_contact_solver *solver)
 
         if (solver->modes[k] == PERP_CONTACT_SEPARATE)
             continue;
-        perp__raise_to(&solver->lack[k],
-                       solver->modes[k] == PERP_CONTACT_STICK
-                           ? perp__contact_length(solver->u, row, solver->starts[k + 1])
-                           : fabs(solver->u[row]));
+        perp__raise_to(
+            &solver->lack[k],
+            perp__contact_length(solver->u, row,
+                                 solver->modes[k] == PERP_CONTACT_STICK
+                                     ? solver->starts[k + 1]
+                                     : row + perp__contact_normals(&solver->problem, k)));
     }
 }
 

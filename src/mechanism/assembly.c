@@ -18,7 +18,7 @@ static void layout(perp__arena *arena, void *object)
     perp__assembly *a = object;
     const size_t columns = (size_t)a->most_columns, rows = (size_t)a->most_rows;
     const size_t contacts = (size_t)a->most_contacts;
-    double **const vectors[] = {&a->w, &a->b, &a->r, &a->u, &a->ray};
+    double **const vectors[] = {&a->w, &a->b, &a->r, &a->u, &a->ray, &a->start};
 
     a->M = perp__arena_take(arena, columns * columns, sizeof(double));
     PERP__DOUBLES(arena, rows * columns, &a->H, &a->G);
@@ -26,7 +26,7 @@ static void layout(perp__arena *arena, void *object)
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
     a->mu = perp__arena_take(arena, contacts, sizeof(double));
-    PERP__INTEGERS(arena, contacts, &a->dims, &a->modes, &a->source);
+    PERP__INTEGERS(arena, contacts, &a->dims, &a->two_sided, &a->modes, &a->source);
 }
 
 perp_status perp__assembly_fit(perp_mechanism *m, perp__assembly *a, int32_t pressures, double tol,
@@ -61,8 +61,18 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     perp_contact_laws laws;
     perp_contact_dynamics dynamics;
     perp_contact_result result;
-    const perp__contact_call call = {a->v, a->r, a->u, a->modes, a->ray, &result,
-                                     a->f, a->w, a->b, NULL,     NULL,   a->holds_itself};
+    const perp__contact_call call = {a->v,
+                                     a->r,
+                                     a->u,
+                                     a->modes,
+                                     a->ray,
+                                     &result,
+                                     a->f,
+                                     a->w,
+                                     a->b,
+                                     NULL,
+                                     a->starts ? a->start : NULL,
+                                     a->holds_itself};
     perp_matrix M, H, G;
     perp_status status = PERP_OK;
 
@@ -78,6 +88,7 @@ perp_status perp__assembly_solve(perp_mechanism *m, perp__assembly *a, int32_t b
     laws.contacts = a->contacts;
     laws.dims = a->dims;
     laws.mu = a->mu;
+    laws.two_sided = a->two_sided;
     laws.bilateral = bilateral;
     dynamics.n = a->columns;
     dynamics.M = &M;
@@ -131,6 +142,7 @@ static void add_pressed(perp_mechanism *m, perp__assembly *a, const perp__veloci
     a->w[row] = 0.0;
     a->mu[a->contacts] = mu;
     a->dims[a->contacts] = rows + 1;
+    a->two_sided[a->contacts] = 0;
     a->source[a->contacts++] = source;
     a->rows += rows + 1;
 }
@@ -151,10 +163,11 @@ static void add_contact(perp_mechanism *m, perp__assembly *a, const perp__veloci
         const size_t row = (size_t)(a->rows + i - m->starts[j]);
 
         copy_row(a->H + row * width, problem->terms->J + (size_t)i * n, n, width);
-        a->w[row] = problem->terms->drift[i] + (i == m->starts[j] ? problem->shift[j] : 0.0);
+        a->w[row] = problem->terms->drift[i] + (m->normal_of[i] >= 0 ? problem->shift[j] : 0.0);
     }
     a->mu[a->contacts] = problem->friction[j];
     a->dims[a->contacts] = m->dims[j];
+    a->two_sided[a->contacts] = m->two_sided[j];
     a->source[a->contacts++] = j;
     a->rows += m->dims[j];
 }
@@ -208,6 +221,54 @@ static void assemble(perp_mechanism *m, perp__assembly *a, const perp__velocity_
     }
 }
 
+/* ---- where to start -------------------------------------------------------------------------
+ *
+ * With friction that grows with |N|, N of any sign, a step may have several answers. Compliant
+ * contacts go on where friction does not take more inertia than there is: there N has the sign that
+ * it has without friction (docs/friction.md). What slides is taken to slide on, what rests to
+ * stick. */
+
+/* Friction of contact j, whose rows start at `row`, in a->r. */
+static void start_contact(perp_mechanism *m, perp__assembly *a,
+                          const perp__velocity_problem *problem, int32_t j, int32_t row)
+{
+    const double size = problem->friction[j] * perp__length(a->r + row, m->two_sided[j]);
+    const double *u = m->start_velocity + m->tangent[j];
+    double *tangent = a->r + row + m->two_sided[j];
+
+    for (int32_t i = 0; i < m->tangents[j]; i++)
+        tangent[i] = m->start_speed[j] > 0.0 ? -size * (u[i] / m->start_speed[j]) : 0.0;
+}
+
+/* Whether friction of such contacts counts: then start := impulses without it, and with it on what
+ * slides already. */
+static perp_status find_start(perp_mechanism *m, perp__assembly *a,
+                              const perp__velocity_problem *problem, perp__motion *answer)
+{
+    perp_status status;
+    int32_t counts = 0, c, row;
+
+    for (c = 0; c < a->contacts; c++) {
+        counts |= a->two_sided[c] > 0 && a->mu[c] > 0.0;
+        a->mu[c] = a->two_sided[c] > 0 ? 0.0 : a->mu[c];
+    }
+    a->starts = 0;
+    if (!counts)
+        return PERP_OK;
+    status = perp__assembly_solve(m, a, m->bilateral, answer);
+    a->starts = status == PERP_OK && perp__is_good(answer->outcome);
+    for (c = row = 0; c < a->contacts; row += a->dims[c++]) {
+        const int32_t j = a->source[c];
+
+        if (a->two_sided[c] == 0)
+            continue;
+        a->mu[c] = problem->friction[j];
+        start_contact(m, a, problem, j, row);
+    }
+    memcpy(a->start, a->r, (size_t)(a->rows + m->bilateral) * sizeof *a->start);
+    return status;
+}
+
 /* ---- the solution -------------------------------------------------------------------------- */
 
 /* A group that slides holds back with its bound, however small that is beside other impulses. */
@@ -227,7 +288,8 @@ static void take_contact(perp_mechanism *m, perp__assembly *a, perp__motion *ans
     const int32_t j = source < 0 ? -1 - source : source;
     const int32_t dry = source >= m->contacts;
     const int32_t skip = dry || source < 0; /* the normal of an added coordinate */
-    const int32_t first = m->tangent[j] - !skip;
+    const int32_t normals = skip ? 1 : m->tangent[j] - m->starts[j];
+    const int32_t first = m->tangent[j] - (skip ? 0 : normals);
 
     if (dry && mode == PERP_CONTACT_SLIP && (m->settings.cone == 0 || a->dims[c] == 2))
         slide(a->u + row + 1, problem->dry[j - m->contacts], a->r + row + 1, a->dims[c] - 1);
@@ -236,7 +298,8 @@ static void take_contact(perp_mechanism *m, perp__assembly *a, perp__motion *ans
 
         answer->r[at] += a->r[row + i];
         answer->ray[at] += a->ray[row + i];
-        if ((i > 0 && mode == PERP_CONTACT_STICK) || (i == 0 && mode != PERP_CONTACT_SEPARATE))
+        if ((i >= normals && mode == PERP_CONTACT_STICK) ||
+            (i < normals && mode != PERP_CONTACT_SEPARATE))
             answer->holds[at] = 1;
     }
     /* |friction| of an added coordinate's contact is settled by its tangents alone */
@@ -280,7 +343,9 @@ perp_status perp__solve_velocities(perp_mechanism *m, perp__motion *answer,
         answer->residual = 0.0;
     } else {
         memset(a->ray, 0, (size_t)a->most_rows * sizeof *a->ray);
-        status = perp__assembly_solve(m, a, m->bilateral, answer);
+        status = find_start(m, a, problem, answer);
+        if (status == PERP_OK)
+            status = perp__assembly_solve(m, a, m->bilateral, answer);
         if (status != PERP_OK)
             return status;
         take_solution(m, a, answer, problem);

@@ -79,18 +79,34 @@ perp_status perp__evaluate_force(perp_mechanism *m, double *k, double t, const d
     return status == PERP_OK ? check(m, "k", k, (size_t)m->n) : status;
 }
 
+/* gap has a number for each normal; those that hold both ways are constraints. */
+static void take_constraints(const perp_mechanism *m, perp__terms *terms)
+{
+    int32_t from = 0, c = m->bilateral;
+
+    for (int32_t j = 0; j < m->contacts && m->constraints > m->bilateral; j++) {
+        if (m->two_sided[j] == 0)
+            terms->gap[j] = terms->gap[from++];
+        for (int32_t i = 0; i < m->two_sided[j]; i++)
+            terms->c[c++] = terms->gap[from++];
+        if (m->two_sided[j] > 0)
+            terms->gap[j] = 0.0;
+    }
+}
+
 static perp_status evaluate_contacts(perp_mechanism *m, perp__terms *terms, double t,
                                      const double *q)
 {
     const size_t rows = (size_t)m->contact_rows, n = (size_t)m->n, contacts = (size_t)m->contacts;
-    const filled list[] = {{"gap", terms->gap, contacts, 0},
+    const size_t gaps = contacts + (size_t)(m->constraints - m->bilateral); /* at the most */
+    const filled list[] = {{"gap", terms->gap, gaps, 0},
                            {"H", terms->J, rows * n, 0},
                            {"drift (contacts)", terms->drift, rows, 0},
                            {"mu", terms->mu, contacts, 1}};
     perp_status status;
     size_t i;
 
-    memset(terms->gap, 0, (size_t)m->contacts * sizeof *terms->gap);
+    memset(terms->gap, 0, gaps * sizeof *terms->gap);
     memcpy(terms->mu, m->mu, (size_t)m->contacts * sizeof *terms->mu);
     m->evaluations++;
     status = check_all(m,
@@ -98,15 +114,17 @@ static perp_status evaluate_contacts(perp_mechanism *m, perp__terms *terms, doub
                              m->model.contact_rows(terms->gap, terms->J, terms->drift, terms->mu, t,
                                                    q, m->model.user)),
                        list, 4);
-    for (int32_t j = 0; j < m->contacts && status == PERP_OK; j++) {
-        const double *normal = terms->J + (size_t)m->starts[j] * n;
+    for (int32_t j = 0; j < m->contacts && status == PERP_OK; j++)
+        for (int32_t row = m->starts[j]; row < m->tangent[j]; row++) {
+            const double *normal = terms->J + (size_t)row * n;
 
-        for (i = 0; i < n && normal[i] == 0.0; i++)
-            ;
-        if (i == n)
-            status = perp__fail(m->context, PERP_ERROR_ARGUMENT,
-                                "H of its callback: the normal of contact %d is zero", (int)j);
-    }
+            for (i = 0; i < n && normal[i] == 0.0; i++)
+                ;
+            if (i == n)
+                status = perp__fail(m->context, PERP_ERROR_ARGUMENT,
+                                    "H of its callback: the normal of contact %d is zero", (int)j);
+        }
+    take_constraints(m, terms);
     return status;
 }
 
@@ -162,7 +180,7 @@ static void copy_rows(const perp_mechanism *m, perp__terms *to, const perp__term
     memcpy(to->drift, from->drift, (size_t)m->rows * sizeof *to->drift);
     memcpy(to->gap, from->gap, (size_t)m->contacts * sizeof *to->gap);
     memcpy(to->mu, from->mu, (size_t)m->contacts * sizeof *to->mu);
-    memcpy(to->c, from->c, (size_t)m->bilateral * sizeof *to->c);
+    memcpy(to->c, from->c, (size_t)m->constraints * sizeof *to->c);
     memcpy(to->bound, from->bound, (size_t)m->dry * sizeof *to->bound);
 }
 

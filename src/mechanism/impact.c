@@ -45,8 +45,8 @@ static double sliding_inertia(perp_mechanism *m, int32_t j, double speed)
     double *force = m->work, *pressed = force + n, p = 0.0;
 
     perp__held_rows_begin(&m->held, m->n);
-    for (int32_t i = 0; i < m->bilateral; i++)
-        perp__hold_row(m, &m->begin, m->contact_rows + i, 0.0);
+    for (int32_t i = 0; i < m->constraints; i++)
+        perp__hold_row(m, &m->begin, m->constraint_row[i], 0.0);
     perp__held_rows_solve(&m->held);
     memcpy(pressed, m->begin.J + (size_t)m->starts[j] * n, n * sizeof *pressed);
     memcpy(force, pressed, n * sizeof *force);

@@ -23,11 +23,11 @@ static void layout_terms(perp__arena *arena, const perp_mechanism *m, perp__term
     take_vector(arena, &terms->M, n * n);
     take_vector(arena, &terms->factor, n * n);
     take_vector(arena, &terms->k, n);
-    take_vector(arena, &terms->gap, (size_t)m->contacts);
+    take_vector(arena, &terms->gap, (size_t)(m->contacts + m->constraints - m->bilateral));
     take_vector(arena, &terms->mu, (size_t)m->contacts);
     take_vector(arena, &terms->J, rows * n);
     take_vector(arena, &terms->drift, rows);
-    take_vector(arena, &terms->c, (size_t)m->bilateral);
+    take_vector(arena, &terms->c, (size_t)m->constraints);
     take_vector(arena, &terms->bound, (size_t)m->dry);
 }
 
@@ -54,7 +54,8 @@ static void layout(perp__arena *arena, void *object)
     perp__motion *const motions[] = {&m->answer, &m->second, &m->now,
                                      &m->next,   &m->trial,  &m->half};
 
-    m->dims = perp__arena_take(arena, contacts, sizeof(int32_t));
+    PERP__INTEGERS(arena, contacts, &m->dims, &m->two_sided);
+    m->constraint_row = perp__arena_take(arena, (size_t)m->constraints, sizeof(int32_t));
     m->starts = perp__arena_take(arena, contacts + 1, sizeof(int32_t));
     for (size_t k = 0; k < sizeof of_contacts / sizeof *of_contacts; k++)
         take_vector(arena, of_contacts[k], contacts);
@@ -201,6 +202,8 @@ static perp_status create(perp_context *context, perp_mechanism **mechanism,
         status = perp__mechanism_settings_read(context, &own, settings);
     if (status == PERP_OK)
         status = perp__mechanism_model_read(context, &read, model);
+    if (status == PERP_OK)
+        status = perp__mechanism_check_cone(context, &own, &read);
     return status == PERP_OK ? make(context, mechanism, &own, &read) : status;
 }
 
@@ -241,6 +244,8 @@ static perp_status set(perp_mechanism *m, const perp_mechanism_settings *setting
     perp__implicit *implicit = NULL;
     perp_status status = perp__mechanism_settings_read(m->context, &own, settings);
 
+    if (status == PERP_OK)
+        status = perp__mechanism_check_cone(m->context, &own, &m->model);
     if (status == PERP_OK)
         status = perp__implicit_create(m, &implicit, &own);
     if (status == PERP_OK)

@@ -29,11 +29,11 @@ typedef struct perp__terms {
     double *M;      /* n by n */
     double *factor; /* n by n: L of M = L L', column-major, lower triangle */
     double *k;      /* n */
-    double *gap;    /* contacts */
+    double *gap;    /* contacts; 0 of those that hold both ways */
     double *mu;     /* contacts: of sliding */
     double *J;      /* rows by n: H, G, B */
     double *drift;  /* rows: of H, G, B */
-    double *c;      /* bilateral */
+    double *c;      /* constraints */
     double *bound;  /* dry */
 } perp__terms;
 
@@ -76,7 +76,9 @@ typedef struct perp__assembly {
     int32_t holds_itself; /* hold.c finds the velocities: the solver need not */
     double *M, *H, *G, *f, *w, *b, *mu;
     double *v, *r, *u, *ray;
-    int32_t *dims, *modes;
+    double *start;  /* rows: impulses to start from, */
+    int32_t starts; /* if there are any */
+    int32_t *dims, *two_sided, *modes;
     int32_t *source; /* contact of the mechanism; contacts + group: dry friction; -1 - contact:
                         friction of a pressure */
 } perp__assembly;
@@ -98,8 +100,11 @@ struct perp_mechanism {
     double deadline;            /* of the call, for perp__now(); 0: none */
     perp_mechanism_model model; /* its arrays: the copies below */
     int32_t n, coordinates, contacts, contact_rows, bilateral, dry, dry_rows, rows;
-    int32_t *dims, *starts; /* contacts; starts: contacts + 1, first rows */
-    int32_t *normal_of;     /* rows: the contact whose normal it is; -1: of none */
+    int32_t constraints;     /* bilateral rows, and normals of contacts that hold both ways */
+    int32_t *dims, *starts;  /* contacts; starts: contacts + 1, first rows */
+    int32_t *two_sided;      /* contacts: 0, or normals that hold both ways */
+    int32_t *constraint_row; /* constraints: their rows */
+    int32_t *normal_of;      /* rows: the contact whose one-sided normal it is; -1: of none */
     int32_t *tangent,
         *tangents; /* contacts, then dry groups: first row of its friction, and rows */
     double *mu, *mu_static, *stribeck, *restitution;
@@ -113,8 +118,9 @@ struct perp_mechanism {
     double *impact_shift;   /* contacts: of the second stage */
     double *start_velocity; /* rows: u at the step's start */
     double *free_velocity;  /* rows: u of `free` */
-    double *start_speed;    /* contacts: |u_t| at the step's start, under Poisson's law */
-    double *moved;          /* coordinates */
+    double *start_speed; /* contacts: |u_t| at the step's start, under Poisson's law, and of those
+                            that hold both ways */
+    double *moved;       /* coordinates */
     int8_t *included;
     double *work; /* 4 n, nobody's beyond a function */
     int64_t evaluations;
@@ -162,6 +168,8 @@ void perp__row_velocities(const perp_mechanism *m, const perp__terms *terms, dou
 /* x := x + J' r. */
 void perp__add_impulses(const perp_mechanism *m, const perp__terms *terms, double *x,
                         const double *r);
+/* What the friction of contact j grows with: r_n, or |r_N| where it holds both ways. */
+double perp__load_of(const perp_mechanism *m, const double *r, int32_t j);
 /* y := M x; and x := M^-1 x, L^-1 x, L^-T x, with M = L L'. */
 void perp__multiply_mass(const perp_mechanism *m, const perp__terms *terms, double *y,
                          const double *x);
@@ -291,6 +299,10 @@ perp_status perp__run_take(perp__run *run, const perp__motion *next, double t, d
 /* ---- mechanism_read.c ---- */
 perp_status perp__mechanism_settings_read(perp_context *context, perp_mechanism_settings *own,
                                           const perp_mechanism_settings *settings);
+/* Polyhedra of friction are not for contacts that hold both ways. */
+perp_status perp__mechanism_check_cone(perp_context *context,
+                                       const perp_mechanism_settings *settings,
+                                       const perp_mechanism_model *model);
 /* Checks sizes, callbacks and every number. */
 perp_status perp__mechanism_model_read(perp_context *context, perp_mechanism_model *own,
                                        const perp_mechanism_model *model);

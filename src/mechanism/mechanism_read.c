@@ -90,16 +90,38 @@ static const perp__field sizes[] = {
     PERP__INTEGER(perp_mechanism_model, dry_dim, 1, 2),
 };
 
+static int32_t dim_of(const perp_mechanism_model *model, int32_t j)
+{
+    return model->dims ? model->dims[j] : model->dim;
+}
+
+/* Normals that hold both ways. */
+static int32_t both_of(const perp_mechanism_model *model, int32_t j)
+{
+    return model->two_sided ? model->two_sided[j] : 0;
+}
+
 static perp_status check_dimensions(perp_context *context, const perp_mechanism_model *model)
 {
-    if (!model->dims && (model->dim < 1 || model->dim > 3))
+    if (!model->dims && (model->dim < 1 || model->dim > (model->two_sided ? 5 : 3)))
         return perp__fail(context, PERP_ERROR_ARGUMENT, "model.dim is %d, expected 1, 2 or 3",
                           (int)model->dim);
-    for (int32_t j = 0; j < model->contacts && model->dims; j++)
-        if (model->dims[j] < 1 || model->dims[j] > 3)
+    for (int32_t j = 0; j < model->contacts; j++) {
+        const int32_t both = both_of(model, j), dim = dim_of(model, j);
+
+        if (both < 0 || both > 3)
             return perp__fail(context, PERP_ERROR_ARGUMENT,
-                              "model.dims[%d] is %d, expected 1, 2 or 3", (int)j,
-                              (int)model->dims[j]);
+                              "model.two_sided[%d] is %d, expected 0, 1, 2 or 3", (int)j,
+                              (int)both);
+        if (both > 0 && (dim < both + 1 || dim > both + 2))
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "model.dims[%d] is %d, expected %d or %d: %d normals that hold both "
+                              "ways and 1 or 2 tangents",
+                              (int)j, (int)dim, (int)both + 1, (int)both + 2, (int)both);
+        if (both == 0 && (dim < 1 || dim > 3))
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "model.dims[%d] is %d, expected 1, 2 or 3", (int)j, (int)dim);
+    }
     return PERP_OK;
 }
 
@@ -154,8 +176,24 @@ static perp_status check_contacts(perp_context *context, const perp_mechanism_mo
         if (model->restitution && model->restitution[j] > 1.0)
             return perp__fail(context, PERP_ERROR_ARGUMENT, "model.restitution[%d] is %g, above 1",
                               (int)j, model->restitution[j]);
+        if (model->restitution && model->restitution[j] > 0.0 && both_of(model, j) > 0)
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "model.restitution[%d] is %g, but contact %d holds both ways", (int)j,
+                              model->restitution[j], (int)j);
     }
     return status;
+}
+
+perp_status perp__mechanism_check_cone(perp_context *context,
+                                       const perp_mechanism_settings *settings,
+                                       const perp_mechanism_model *model)
+{
+    for (int32_t j = 0; j < model->contacts && settings->cone != 0; j++)
+        if (both_of(model, j) > 0)
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "settings.cone is %d, but contact %d holds both ways: 0 alone",
+                              (int)settings->cone, (int)j);
+    return PERP_OK;
 }
 
 perp_status perp__mechanism_model_read(perp_context *context, perp_mechanism_model *own,
@@ -190,7 +228,10 @@ void perp__mechanism_sizes(perp_mechanism *m, const perp_mechanism_model *model)
     m->dry = model->dry;
     m->dry_rows = model->dry * model->dry_dim;
     for (int32_t j = 0; j < m->contacts; j++)
-        m->contact_rows += model->dims ? model->dims[j] : model->dim;
+        m->contact_rows += dim_of(model, j);
+    m->constraints = m->bilateral;
+    for (int32_t j = 0; j < m->contacts; j++)
+        m->constraints += both_of(model, j);
     m->rows = m->contact_rows + m->bilateral + m->dry_rows;
 }
 
@@ -210,18 +251,25 @@ void perp__mechanism_take(perp_mechanism *m, const perp_mechanism_model *model)
     copy_or_zero(m->restitution, model->restitution, m->contacts);
     m->starts[0] = 0;
     memset(m->normal_of, -1, (size_t)m->rows * sizeof *m->normal_of);
-    for (int32_t j = 0; j < m->contacts; j++) {
-        m->dims[j] = model->dims ? model->dims[j] : model->dim;
+    for (int32_t j = 0; j < m->bilateral; j++)
+        m->constraint_row[j] = m->contact_rows + j;
+    for (int32_t j = 0, c = m->bilateral; j < m->contacts; j++) {
+        m->dims[j] = dim_of(model, j);
+        m->two_sided[j] = both_of(model, j);
         m->starts[j + 1] = m->starts[j] + m->dims[j];
-        m->normal_of[m->starts[j]] = j;
-        m->tangent[j] = m->starts[j] + 1;
-        m->tangents[j] = m->dims[j] - 1;
+        m->tangent[j] = m->starts[j] + (m->two_sided[j] > 0 ? m->two_sided[j] : 1);
+        m->tangents[j] = m->starts[j + 1] - m->tangent[j];
+        if (m->two_sided[j] == 0)
+            m->normal_of[m->starts[j]] = j;
+        for (int32_t i = 0; i < m->two_sided[j]; i++)
+            m->constraint_row[c++] = m->starts[j] + i;
     }
     for (int32_t j = 0; j < m->dry; j++) {
         m->tangent[m->contacts + j] = m->contact_rows + m->bilateral + j * model->dry_dim;
         m->tangents[m->contacts + j] = model->dry_dim;
     }
     m->model.dims = m->dims;
+    m->model.two_sided = m->two_sided;
     m->model.mu = m->mu;
     m->model.mu_static = m->mu_static;
     m->model.stribeck = m->stribeck;

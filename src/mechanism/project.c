@@ -44,9 +44,9 @@ static int32_t measure(const perp_mechanism *m, perp_mechanism_step *step, const
         step->penetration = fmax(step->penetration, -m->end.gap[j]);
         more = more || -m->end.gap[j] > perp__gap_rounding(m, &m->end, m->starts[j], q);
     }
-    for (j = 0; j < m->bilateral; j++) {
+    for (j = 0; j < m->constraints; j++) {
         step->drift = fmax(step->drift, fabs(m->end.c[j]));
-        more = more || fabs(m->end.c[j]) > perp__gap_rounding(m, &m->end, m->contact_rows + j, q);
+        more = more || fabs(m->end.c[j]) > perp__gap_rounding(m, &m->end, m->constraint_row[j], q);
     }
     return more;
 }
@@ -65,11 +65,11 @@ static void assemble(perp_mechanism *m, perp__assembly *a)
         memcpy(a->H + (size_t)a->rows * n, m->end.J + (size_t)m->starts[j] * n, n * sizeof *a->H);
         a->w[a->rows++] = m->end.gap[j];
         a->mu[a->contacts] = 0.0;
+        a->two_sided[a->contacts] = 0;
         a->dims[a->contacts++] = 1;
     }
-    for (int32_t j = 0; j < m->bilateral; j++) {
-        memcpy(a->G + (size_t)j * n, m->end.J + (size_t)(m->contact_rows + j) * n,
-               n * sizeof *a->G);
+    for (int32_t j = 0; j < m->constraints; j++) {
+        memcpy(a->G + (size_t)j * n, m->end.J + (size_t)m->constraint_row[j] * n, n * sizeof *a->G);
         a->b[j] = m->end.c[j];
     }
 }
@@ -80,8 +80,10 @@ static int32_t include_passed(perp_mechanism *m, const double *displacement)
     int32_t more = 0, j;
 
     for (j = 0; j < m->contacts; j++)
-        more |= perp__include(
-            m, j, perp__row_times(m, &m->end, m->starts[j], m->end.gap[j], displacement) < 0.0);
+        more |=
+            m->two_sided[j] == 0 &&
+            perp__include(
+                m, j, perp__row_times(m, &m->end, m->starts[j], m->end.gap[j], displacement) < 0.0);
     return more;
 }
 
@@ -92,11 +94,11 @@ static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, int32_t *
     perp_status status;
 
     for (int32_t j = 0; j < m->contacts; j++)
-        m->included[j] = m->end.gap[j] <= 0.0;
+        m->included[j] = m->two_sided[j] == 0 && m->end.gap[j] <= 0.0;
     do {
         answer.iterations = 0;
         assemble(m, &m->projection);
-        status = perp__assembly_solve(m, &m->projection, m->bilateral, &answer);
+        status = perp__assembly_solve(m, &m->projection, m->constraints, &answer);
         *found = status == PERP_OK && perp__outcome_moves(answer.outcome);
         step->iterations += answer.iterations;
     } while (*found && include_passed(m, m->projection.v));

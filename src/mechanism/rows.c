@@ -53,6 +53,13 @@ void perp__add_impulses(const perp_mechanism *m, const perp__terms *terms, doubl
         perp__add_row(m, terms, i, r[i], x);
 }
 
+double perp__load_of(const perp_mechanism *m, const double *r, int32_t j)
+{
+    const int32_t row = m->starts[j];
+
+    return m->two_sided[j] > 0 ? perp__length(r + row, m->two_sided[j]) : r[row];
+}
+
 void perp__multiply_mass(const perp_mechanism *m, const perp__terms *terms, double *y,
                          const double *x)
 {
@@ -129,7 +136,7 @@ double perp__sliding_speed(const perp_mechanism *m, const perp__terms *terms, in
 {
     double speed = 0.0, size = 0.0;
 
-    for (int32_t i = m->starts[j] + 1; i < m->starts[j + 1]; i++) {
+    for (int32_t i = m->tangent[j]; i < m->starts[j + 1]; i++) {
         speed = hypot(speed, u[i]);
         size = hypot(size, perp__row_size(m, terms, i, v));
     }

@@ -23,7 +23,7 @@ void perp__linear_layout(perp__linear *p, perp__arena *arena)
     PERP__DOUBLES(arena, rows, &p->u, &p->u_size, &p->u_width);
     PERP__DOUBLES(arena, n * n, &p->system.K, &p->null);
     PERP__INTEGERS(arena, n, &p->first, &p->count, &p->system.columns, &p->system.rows);
-    p->coefficient = perp__arena_take(arena, 3 * n, sizeof(double));
+    p->coefficient = perp__arena_take(arena, PERP__MOST_TERMS * n, sizeof(double));
     p->work = perp__arena_take(arena, 8 * n, sizeof(double));
 }
 
@@ -35,20 +35,21 @@ void perp__linear_begin(perp__linear *p)
     memset(p->known, 0, (size_t)p->length * sizeof *p->known);
 }
 
-void perp__linear_column(perp__linear *p, int32_t first, int32_t count, const double coefficient[3])
+void perp__linear_column(perp__linear *p, int32_t first, int32_t count, const double coefficient[])
 {
     const int32_t c = p->system.n++;
 
     p->first[c] = first;
     p->count[c] = count;
-    memcpy(p->coefficient + 3 * (size_t)c, coefficient, 3 * sizeof *coefficient);
+    memcpy(p->coefficient + PERP__MOST_TERMS * (size_t)c, coefficient,
+           (size_t)count * sizeof *coefficient);
 }
 
 /* Column c of the matrix, in its units; returns its largest entry, without cancellation. */
 static double load_column(const perp__linear *p, int32_t c, double top)
 {
     const int32_t n = p->system.n, two = p->rows > p->length, from = p->first[c];
-    const double *factor = p->coefficient + 3 * (size_t)c;
+    const double *factor = p->coefficient + PERP__MOST_TERMS * (size_t)c;
     double *K = p->system.K + c;
 
     for (int32_t r = 0; r < n; r++, K += n) {
@@ -132,8 +133,8 @@ void perp__linear_add(const perp__linear *p, double *x, const double *y, int32_t
 {
     for (int32_t c = 0; c < p->system.n; c++)
         for (int32_t i = 0; i < p->count[c]; i++) {
-            const double term =
-                p->coefficient[3 * (size_t)c + (size_t)i] * y[c] * p->scale[p->first[c]];
+            const double term = p->coefficient[PERP__MOST_TERMS * (size_t)c + (size_t)i] * y[c] *
+                                p->scale[p->first[c]];
 
             x[p->first[c] + i] += absolute ? fabs(term) : term;
         }

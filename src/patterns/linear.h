@@ -17,15 +17,15 @@ enum perp__condition_kind {
     PERP__CONDITION_DISC      /* not below the length of two entries, the first two */
 };
 
+enum { PERP__MOST_CONDITIONS = 8, PERP__MOST_TERMS = 5 };
+
 typedef struct perp__condition {
     int32_t kind;
     int32_t strict; /* families where it is 0 everywhere are another pattern's */
     int32_t count;
-    int32_t index[3];
-    double constant, factor[3];
+    int32_t index[PERP__MOST_TERMS];
+    double constant, factor[PERP__MOST_TERMS];
 } perp__condition;
-
-enum { PERP__MOST_CONDITIONS = 6 };
 
 typedef struct perp__linear {
     /* u = B x + c. B has one or two blocks of `length` rows, each by columns. */
@@ -38,7 +38,7 @@ typedef struct perp__linear {
      * first entry i */
     perp__pivoting system;
     int32_t *first, *count;
-    double *coefficient; /* 3 a column */
+    double *coefficient; /* PERP__MOST_TERMS a column */
     double *slope, *known;
     /* the solution */
     double *y;
@@ -70,8 +70,7 @@ void perp__linear_layout(perp__linear *p, perp__arena *arena);
 
 /* No columns, x = 0. */
 void perp__linear_begin(perp__linear *p);
-void perp__linear_column(perp__linear *p, int32_t first, int32_t count,
-                         const double coefficient[3]);
+void perp__linear_column(perp__linear *p, int32_t first, int32_t count, const double coefficient[]);
 /* The matrix of the equations, to be eliminated, with x = known; its largest entry, without
  * cancellation. */
 double perp__linear_load(perp__linear *p);

@@ -16,7 +16,7 @@
 static void test_contact_laws(void **state)
 {
     (void)state;
-    SIZE(perp_contact_laws, 80);
+    SIZE(perp_contact_laws, 88);
     FIELD(perp_contact_laws, struct_size, 0, 8);
     FIELD(perp_contact_laws, contacts, 8, 4);
     FIELD(perp_contact_laws, dim, 12, 4);
@@ -29,6 +29,7 @@ static void test_contact_laws(void **state)
     FIELD(perp_contact_laws, bounded, 60, 4);
     FIELD(perp_contact_laws, lower, 64, 8);
     FIELD(perp_contact_laws, upper, 72, 8);
+    FIELD(perp_contact_laws, two_sided, 80, 8);
 }
 
 static void test_contact_dynamics(void **state)

@@ -16,7 +16,7 @@
 static void test_mechanism_model(void **state)
 {
     (void)state;
-    SIZE(perp_mechanism_model, 152);
+    SIZE(perp_mechanism_model, 160);
     FIELD(perp_mechanism_model, struct_size, 0, 8);
     FIELD(perp_mechanism_model, velocities, 8, 4);
     FIELD(perp_mechanism_model, coordinates, 12, 4);
@@ -40,6 +40,7 @@ static void test_mechanism_model(void **state)
     FIELD(perp_mechanism_model, normalise, 128, 8);
     FIELD(perp_mechanism_model, curvature, 136, 8);
     FIELD(perp_mechanism_model, user, 144, 8);
+    FIELD(perp_mechanism_model, two_sided, 152, 8);
 }
 
 static void test_mechanism_settings(void **state)

@@ -264,23 +264,6 @@ static void test_same_bits_again(void **state)
     }
 }
 
-/* Rolling and spinning friction is not taken. */
-static void test_discs_are_refused(void **state)
-{
-    proximal_scene s;
-    perp__matrix W = {1, 1, 1, 1, s.W, NULL, NULL};
-    perp__contact_problem p;
-
-    (void)state;
-    memset(&s, 0, sizeof s);
-    proximal_add_contact(&s, 1, 0.0);
-    s.W[0] = 1.0;
-    proximal_set_traces(&s);
-    p = proximal_problem_of(context, &s, &W);
-    p.has_discs = 1;
-    assert_int_equal(proximal_run(&p, &s), PERP_ERROR_ARGUMENT);
-}
-
 static int32_t stop_at_three(void *user, int64_t iterations, double residual)
 {
     (void)user;
@@ -361,7 +344,6 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_isotropic, make, destroy),
         cmocka_unit_test_setup_teardown(test_warm_start_saves_steps, make, destroy),
         cmocka_unit_test_setup_teardown(test_same_bits_again, make, destroy),
-        cmocka_unit_test_setup_teardown(test_discs_are_refused, make, destroy),
         cmocka_unit_test_setup_teardown(test_limits_and_monitor_stop_it, make, destroy),
         cmocka_unit_test(test_memory_runs_out),
     };

@@ -299,43 +299,12 @@ static void test_delassus(void **state)
     assert_int_equal(delassus(&laws, 0, 2, W, q, r), PERP_OK);
 }
 
-static void test_methods_that_cannot(void **state)
-{
-    const double W[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, q[3] = {-1, 1, 1}, mu = 0.5, rolling = 0.1;
-    perp_contact_settings settings;
-    perp_contact_result result;
-    perp_contact_laws laws;
-    perp_matrix view;
-    double r[3];
-
-    (void)state;
-    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
-    assert_int_equal(perp_contact_settings_init(&settings, sizeof settings), PERP_OK);
-    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
-    assert_int_equal(perp_matrix_init(&view, sizeof view), PERP_OK);
-    assert_int_equal(perp_matrix_dense(&view, PERP_STORAGE_ROW_MAJOR, 3, 3, W, 3), PERP_OK);
-    laws.contacts = 1;
-    laws.dim = 2;
-    laws.mu = &mu;
-    laws.rolling = &rolling;
-    settings.method = PERP_CONTACT_METHOD_NEWTON;
-    require_refused(perp_contact_solve_delassus(context, r, NULL, NULL, NULL, &result, &settings,
-                                                &laws, &view, q, NULL),
-                    PERP_ERROR_ARGUMENT, "proximal can't take rolling");
-    settings.method = PERP_CONTACT_METHOD_LEMKE; /* 2-D: exact */
-    assert_int_equal(perp_contact_solve_delassus(context, r, NULL, NULL, NULL, &result, &settings,
-                                                 &laws, &view, q, NULL),
-                     PERP_OK);
-    assert_int_equal(result.outcome, PERP_OUTCOME_SOLVED);
-    assert_true(fabs(r[1] + 0.5) <= 1e-12 && fabs(r[2] + 0.1) <= 1e-12);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_laws),     cmocka_unit_test(test_dynamics),
         cmocka_unit_test(test_sparse),   cmocka_unit_test(test_vectors_and_settings),
-        cmocka_unit_test(test_delassus), cmocka_unit_test(test_methods_that_cannot),
+        cmocka_unit_test(test_delassus),
     };
 
     return cmocka_run_group_tests(tests, make, destroy);

@@ -54,13 +54,14 @@ def vector(value: Any, name: str, n: int) -> NDArray[np.float64]:
 
 
 def bound(value: Any, name: str, n: int) -> NDArray[np.float64] | None:
-    """As vector(); a scalar stands for n of its kind, None for the default."""
-    if value is None:
-        return None
+    """As spread(); None for the default."""
+    return None if value is None else spread(value, name, n)
+
+
+def spread(value: Any, name: str, n: int) -> NDArray[np.float64]:
+    """As vector(); a scalar stands for n of its kind."""
     array = real(value, name)
-    if array.ndim == 0:
-        return np.full(n, array)
-    return vector(array, name, n)
+    return np.full(n, array) if array.ndim == 0 else vector(array, name, n)
 
 
 def _check_rectangle(shape: tuple[int, ...], name: str) -> tuple[int, int]:

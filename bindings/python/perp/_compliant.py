@@ -88,7 +88,8 @@ class Compliant:
     ) -> None:
         self.n = n = np.atleast_2d(_arrays.real(mass, "mass")).shape[0]
         self.p = p = np.atleast_2d(_arrays.real(normal, "normal")).shape[0]
-        system, kept = sized(CompliantSystem), []
+        system = sized(CompliantSystem)
+        kept: list[Any] = []
         system.n, system.contacts = n, p
         system.mass = _matrix(mass, "mass", n, n, kept)
         system.normal = _matrix(normal, "normal", p, n, kept)

@@ -68,6 +68,7 @@ class ContactResult(SolverAnswer):
     dims: NDArray[np.int32]  # a contact each: rows of normal and tangents
     starts: NDArray[np.int64]  # a contact each: its normal row
     mu: Array  # a contact each
+    two_sided: NDArray[np.int32]  # a contact each: normals that hold both ways
 
     def __repr__(self) -> str:
         return (
@@ -77,9 +78,13 @@ class ContactResult(SolverAnswer):
 
     def _pictures(self) -> list[Any]:
         normal, friction = self.impulse[self.starts], np.zeros(len(self.dims))
-        for row in (1, 2):
+        for row in range(1, 5):
             there = self.dims > row
+            normals = there & (self.two_sided > row)
+            normal[normals] = np.hypot(normal[normals], self.impulse[self.starts[normals] + row])
+            there &= ~normals
             friction[there] = np.hypot(friction[there], self.impulse[self.starts[there] + row])
+        normal = np.where(self.two_sided > 0, np.abs(normal), normal)
         modes = self.modes[: len(self.dims)]
         cone = normal, friction, self.mu * normal, modes
         return [(_plot.impulses, (normal, modes)), (_plot.cones, cone)]
@@ -114,6 +119,7 @@ class _Laws:
         rolling: Optional[ArrayLike],
         spinning: Optional[ArrayLike],
         bounds: Optional[tuple[ArrayLike, ArrayLike]],
+        two_sided: Optional[ArrayLike],
     ) -> None:
         low, high, self.bounded = _bounds(bounds, rows)
         self.rows = rows
@@ -121,20 +127,30 @@ class _Laws:
         if mu is None:
             raise _errors.argument_error("mu is missing: the coefficients of friction")
         dims = np.asarray(dim)
-        if dims.dtype.kind not in "iu" or dims.ndim > 1 or not ((dims >= 1) & (dims <= 3)).all():
+        both = np.asarray(0 if two_sided is None else two_sided)
+        if both.dtype.kind not in "iu" or both.ndim > 1:
+            raise _errors.argument_error(
+                f"two_sided is {two_sided!r}, expected 0, 1, 2 or 3, or one a contact"
+            )
+        most = 3 + 2 * bool(both.any())
+        if dims.dtype.kind not in "iu" or dims.ndim > 1 or not ((dims >= 1) & (dims <= most)).all():
             raise _errors.argument_error(f"dim is {dim!r}, expected 1, 2 or 3, or one a contact")
         given = {"mu": mu, "rolling": rolling, "spinning": spinning}
         arrays = {name: _arrays.real(x, name) for name, x in given.items() if x is not None}
-        self.contacts = self._contacts(rows, dims, arrays)
+        self.contacts = self._contacts(rows, dims, {**arrays, "two_sided": both})
         self.dims = np.full(self.contacts, dims, dtype=np.int32) if dims.ndim == 0 else dims
         self.dims = np.ascontiguousarray(self.dims, dtype=np.int32)
         self.coefficients = {
-            name: _arrays.bound(x, name, self.contacts) for name, x in arrays.items()
+            name: _arrays.spread(x, name, self.contacts) for name, x in arrays.items()
         }
+        self.two_sided = np.zeros(self.contacts, dtype=np.int32)
+        self.two_sided[:] = both
         self.struct = sized(ContactLaws)
         self.struct.contacts = self.contacts
         self.struct.dim = 3
         self.struct.dims = _arrays.address(self.dims)
+        if both.any():
+            self.struct.two_sided = _arrays.address(self.two_sided)
         self.struct.bounded = self.bounded
         self.bounds = low, high
         self.struct.lower, self.struct.upper = _optional(low), _optional(high)
@@ -264,6 +280,7 @@ def _answer(
         laws.dims,
         laws.starts,
         laws.coefficients["mu"],
+        laws.two_sided,
     )
 
 
@@ -282,7 +299,7 @@ class _Problem:
         self.dynamics = sized(ContactDynamics)
         self._views = sized(Matrix), sized(Matrix), sized(Matrix)
         self.mass: Optional[_MassSolve] = None
-        self.laws: Optional[_Laws] = None
+        self._laws: Optional[_Laws] = None
 
     def read(
         self,
@@ -295,6 +312,7 @@ class _Problem:
         compliance: Optional[ArrayLike],
         rolling: Optional[ArrayLike],
         spinning: Optional[ArrayLike],
+        two_sided: Optional[ArrayLike],
     ) -> None:
         """mu None: with the laws as they are, of as many rows."""
         M_view, H_view, G_view = self._views
@@ -302,10 +320,10 @@ class _Problem:
         self.entries, owner = _arrays.view_rectangle(H_view, H, "H")
         owners.append(owner)
         self.rows, self.n = H_view.rows, H_view.columns
-        laws = self.laws
+        laws = self._laws
         keeps = mu is None and laws is not None and laws.rows == self.rows
         if laws is None or not keeps:
-            laws = _Laws(self.rows, mu, dim, rolling, spinning, bounds)
+            laws = _Laws(self.rows, mu, dim, rolling, spinning, bounds, two_sided)
         dynamics.H = pointer(H_view)
         dynamics.G = None
         self.size = self.rows
@@ -322,7 +340,12 @@ class _Problem:
             owners.append(_arrays.view_rectangle(M_view, M, "M")[1])
             dynamics.M = pointer(M_view)
         dynamics.n = self.n
-        self.laws, self._owners = laws, owners
+        self._laws, self._owners = laws, owners
+
+    @property
+    def laws(self) -> _Laws:
+        assert self._laws is not None
+        return self._laws
 
     def raise_caught(self) -> None:
         if self.mass is not None:
@@ -349,7 +372,7 @@ class ContactSolver(Handle):
         self,
         M: Any,
         H: Any,
-        mu: ArrayLike,
+        mu: Optional[ArrayLike],
         *,
         dim: Union[int, Sequence[int], NDArray[Any]] = 3,
         cone: Union[str, int] = "exact",
@@ -358,6 +381,7 @@ class ContactSolver(Handle):
         compliance: Optional[ArrayLike] = None,
         rolling: Optional[ArrayLike] = None,
         spinning: Optional[ArrayLike] = None,
+        two_sided: Optional[ArrayLike] = None,
         method: ContactMethod = "auto",
         tol: float = 1e-8,
         max_iterations: Optional[int] = None,
@@ -374,7 +398,7 @@ class ContactSolver(Handle):
         super().__init__(byref(self._settings))
         self.setup(
             M, H, mu, dim=dim, bilateral=bilateral, bounds=bounds, compliance=compliance,
-            rolling=rolling, spinning=spinning,
+            rolling=rolling, spinning=spinning, two_sided=two_sided,
         )  # fmt: skip
 
     def setup(
@@ -389,6 +413,7 @@ class ContactSolver(Handle):
         compliance: Optional[ArrayLike] = None,
         rolling: Optional[ArrayLike] = None,
         spinning: Optional[ArrayLike] = None,
+        two_sided: Optional[ArrayLike] = None,
     ) -> None:
         """Replaces the problem, or takes note that values have changed. setup(M, H, bilateral=G),
         without mu, has contacts, coefficients, bounds and compliance stay: M, H and G are new, with
@@ -396,7 +421,9 @@ class ContactSolver(Handle):
         problem = self._problem
         with self._lock:
             size, self._size = self._size, -1
-            problem.read(M, H, mu, dim, bilateral, bounds, compliance, rolling, spinning)
+            problem.read(
+                M, H, mu, dim, bilateral, bounds, compliance, rolling, spinning, two_sided
+            )
             status = library.perp_contact_solver_setup_dynamics(
                 self._alive(), byref(problem.laws.struct), byref(problem.dynamics)
             )
@@ -476,6 +503,7 @@ def contact(
     compliance: Optional[ArrayLike] = None,
     rolling: Optional[ArrayLike] = None,
     spinning: Optional[ArrayLike] = None,
+    two_sided: Optional[ArrayLike] = None,
     r0: Optional[ArrayLike] = None,
     method: ContactMethod = "auto",
     tol: float = 1e-8,
@@ -502,6 +530,9 @@ def contact(
     bounds: (lower, upper) of the last len(lower) rows of H, which have bounds of their own: limits
         of joints (0, inf), motors and dry friction (-h F, h F). upper may be a number for all.
     rolling, spinning: coefficients, lengths; (contacts,), or a number for all.
+    two_sided: normals that hold both ways: 0 (an ordinary contact), 1 (a guide), 2 (a pin, an axle)
+        or 3 (a ball joint), or one of these a contact. These come first of its dim rows, and
+        u_N = 0, |r_t| <= mu |r_N|. v need not be unique then: r0 tells which answer comes first.
     r0: (rows of H, then of G), a start.
     method: "auto", "sweep", "newton", "lemke", "admm" or "proximal".
     tol, max_iterations, time_limit, monitor: as for lcp().
@@ -520,7 +551,7 @@ def contact(
         raise _errors.argument_error(f"H has {shape[1]} columns, but f has {len(load)} entries")
     with ContactSolver(
         M, H, mu, dim=dim, cone=cone, bilateral=G, bounds=bounds, compliance=compliance,
-        rolling=rolling, spinning=spinning, method=method, tol=tol, max_iterations=max_iterations,
+        rolling=rolling, spinning=spinning, two_sided=two_sided, method=method, tol=tol, max_iterations=max_iterations,
         time_limit=time_limit, monitor=monitor,
     ) as solver:  # fmt: skip
         return solver.solve(load, w, b, r0)
@@ -538,6 +569,7 @@ def contact_delassus(
     compliance: Optional[ArrayLike] = None,
     rolling: Optional[ArrayLike] = None,
     spinning: Optional[ArrayLike] = None,
+    two_sided: Optional[ArrayLike] = None,
     r0: Optional[ArrayLike] = None,
     method: ContactMethod = "auto",
     tol: float = 1e-8,
@@ -558,7 +590,7 @@ def contact_delassus(
     if not 0 <= bilateral <= size:
         raise _errors.argument_error(f"bilateral is {bilateral}, but W has {size} rows")
     rows = size - bilateral
-    laws = _Laws(rows, mu, dim, rolling, spinning, bounds)
+    laws = _Laws(rows, mu, dim, rolling, spinning, bounds, two_sided)
     laws.struct.bilateral = bilateral
     laws.comply(compliance, size)
     offset = _arrays.vector(q, "q", size)

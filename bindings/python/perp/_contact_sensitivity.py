@@ -161,6 +161,7 @@ def contact_sensitivity(
     compliance: Optional[ArrayLike] = None,
     rolling: Optional[ArrayLike] = None,
     spinning: Optional[ArrayLike] = None,
+    two_sided: Optional[ArrayLike] = None,
     tol: float = 1e-8,
 ) -> ContactSensitivity:
     """Returns the derivatives of v and r, a solution of contact(), with respect to f, w, b, mu, M,
@@ -174,5 +175,5 @@ def contact_sensitivity(
     """
     G, b = (None, None) if bilateral is None else bilateral
     problem = _Problem()
-    problem.read(M, H, mu, dim, G, bounds, compliance, rolling, spinning)
+    problem.read(M, H, mu, dim, G, bounds, compliance, rolling, spinning, two_sided)
     return ContactSensitivity(problem, f, w, b, r, tol)

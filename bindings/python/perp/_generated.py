@@ -335,6 +335,7 @@ class ContactLaws(Structure):
         ("bounded", c_int32),
         ("lower", c_void_p),
         ("upper", c_void_p),
+        ("two_sided", c_void_p),
     ]
 
 
@@ -822,6 +823,7 @@ class MechanismModel(Structure):
         ("normalise", MechanismNormalise),
         ("curvature", MechanismCurvature),
         ("user", c_void_p),
+        ("two_sided", c_void_p),
     ]
 
 

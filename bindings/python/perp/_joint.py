@@ -83,12 +83,12 @@ class Joint:
     @property
     def position(self) -> float:
         """The coordinate: an angle with whole turns counted, a way or a distance; 0 without."""
-        return self._state().position
+        return float(self._state().position)
 
     @property
     def speed(self) -> float:
         """The rate of the coordinate."""
-        return self._state().speed
+        return float(self._state().speed)
 
     @property
     def anchor(self) -> Array:
@@ -111,7 +111,7 @@ class Joint:
     @property
     def at_limit(self) -> int:
         """-1 where the lower limit presses, 1 where the upper one does, else 0."""
-        return self._state().at_limit
+        return int(self._state().at_limit)
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -148,7 +148,7 @@ class Joint:
     @property
     def friction(self) -> float:
         """The most that dry friction pushes with."""
-        return self._state().friction
+        return float(self._state().friction)
 
     @friction.setter
     def friction(self, value: float) -> None:

@@ -7,7 +7,7 @@ import os
 import sys
 from ctypes import CDLL, byref, c_int32, sizeof
 from pathlib import Path
-from typing import Any
+from typing import Any, Optional
 
 from ._generated import CONSTANTS, FUNCTIONS, STRUCTS
 from ._structures import S, sized
@@ -119,7 +119,9 @@ MECHANISM_SELECTIONS = _words(library.perp_mechanism_select_text)
 MECHANISM_LAWS = _words(library.perp_mechanism_law_text)
 MECHANISM_REASONS = _words(library.perp_mechanism_reason_text)
 PLACES = tuple(codes("PERP_PLACE_"))
-CERTIFICATES = {code: word for word, code in codes("PERP_CERTIFICATE_").items()}
+CERTIFICATES: dict[int, Optional[str]] = {
+    code: word for word, code in codes("PERP_CERTIFICATE_").items()
+}
 CERTIFICATES[CONSTANTS["PERP_CERTIFICATE_NONE"]] = None
 GOOD_OUTCOMES = CONSTANTS["PERP_OUTCOME_SOLVED"], CONSTANTS["PERP_OUTCOME_ROUNDING_LIMIT"]
 

@@ -106,17 +106,19 @@ class _Callbacks(Callbacks):
     def _choose_storage(self, start: Array, pattern: Any) -> None:
         """Dense, or the pattern given, or the one that J has at the start."""
         first = None if self._J is None or pattern is not None else self._J(start.copy())
-        self._starts = self._rows = None
+        self._starts: Optional[NDArray[Any]] = None
+        self._rows: Optional[NDArray[Any]] = None
         if pattern is None and not _arrays.is_sparse(first):
             self.problem.storage = _arrays.ROW_MAJOR
             self._entries = self._n * self._n
             return
-        self._starts, self._rows = _pattern(first if pattern is None else pattern, self._n)
-        self._columns = np.repeat(np.arange(self._n), np.diff(self._starts))
-        self._entries = len(self._rows)
+        starts, rows = _pattern(first if pattern is None else pattern, self._n)
+        self._starts, self._rows = starts, rows
+        self._columns = np.repeat(np.arange(self._n), np.diff(starts))
+        self._entries = len(rows)
         self.problem.storage = _arrays.CSC
-        self.problem.column_starts = _arrays.address(self._starts)
-        self.problem.row_indices = _arrays.address(self._rows)
+        self.problem.column_starts = _arrays.address(starts)
+        self.problem.row_indices = _arrays.address(rows)
 
     def _call_function(self, out: int, z: int, _: Any) -> int:
         try:
@@ -160,6 +162,7 @@ class _Callbacks(Callbacks):
             self._store_sparse(J, out)
 
     def _store_sparse(self, J: Any, out: Array) -> None:
+        assert self._starts is not None and self._rows is not None
         csc = J.tocsc()
         if not csc.has_canonical_format:
             csc = csc.copy()

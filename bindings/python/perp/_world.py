@@ -24,7 +24,7 @@ from ._library import GOOD_OUTCOMES, MODES, OUTCOMES, codes, defaults, library
 from ._results import Array, Contact, Energy, Momentum, RunResult, Stats, StepResult
 from ._states import States
 from ._structures import Matrix3, Vector3, Vector4, sized
-from ._words import Accuracy, BodyKind, ContactMethod, JointKind
+from ._words import Accuracy, BodyKind, ContactMethod, JointKind, Outcome
 
 _KIND_CODES = codes("PERP_BODY_")
 _ACCURACY_CODES = codes("PERP_ACCURACY_")
@@ -417,7 +417,8 @@ class World(Handle):
         if callback is not None and not callable(callback):
             raise argument_error(f"callback is {callback!r}, expected None or a function")
         steps = round(seconds / dt)
-        outcome, ok, residual, done, stopped = "solved", True, 0.0, 0, False
+        outcome: Outcome = "solved"
+        ok, residual, done, stopped = True, 0.0, 0, False
         told = time.monotonic()
         while done < steps and not stopped:
             result = self.step(dt)

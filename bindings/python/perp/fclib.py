@@ -87,6 +87,7 @@ class Problem:
         if self.kind == "global":
             if self.G is not None:
                 options["bilateral"] = (self.G, self.b)
+            assert self.f is not None
             return contact(self.M, self.f, self.H, self.w, self.mu, dim=self.dim, **options)
         W, q = self.W, self.q
         if self.V is not None:
@@ -95,6 +96,7 @@ class Problem:
             W = sparse.bmat([[W, self.V], [self.V.T, self.R]], format="csc")
             q = np.concatenate([q, self.s])
             options["bilateral"] = len(self.s)
+        assert q is not None
         return contact_delassus(W, q, self.mu, dim=self.dim, **options)
 
 

@@ -38,8 +38,9 @@ static int32_t asks_for_terms(const perp_contact_solver *solver, const double *u
                               const int8_t *modes)
 {
     for (int32_t k = 0; k < solver->contacts; k++) {
-        const int32_t slips = modes[k] == PERP_CONTACT_SLIP && solver->dims[k] > 1;
-        const int32_t row = solver->starts[k] + slips;
+        const int32_t normals = perp__contact_normals(&solver->problem, k);
+        const int32_t slips = modes[k] == PERP_CONTACT_SLIP && solver->dims[k] > normals;
+        const int32_t row = solver->starts[k] + (slips ? normals : 0);
 
         if ((slips || modes[k] == PERP_CONTACT_SEPARATE) && fabs(u[row]) <= slack_of(solver, k))
             return 1;
@@ -51,20 +52,22 @@ static int32_t asks_for_terms(const perp_contact_solver *solver, const double *u
 static int32_t holds(const perp_contact_solver *solver, const point *x, int32_t k)
 {
     const int32_t begin = solver->starts[k], end = solver->starts[k + 1];
+    const int32_t normals = perp__contact_normals(&solver->problem, k), first = begin + normals;
     const double slack = slack_of(solver, k);
 
-    if (!(fabs(x->u[begin]) <= slack))
-        return 0;
+    for (int32_t i = begin; i < first; i++)
+        if (!(fabs(x->u[i]) <= slack))
+            return i - begin;
     if (x->modes[k] == PERP_CONTACT_SEPARATE && !(fabs(x->u[begin]) <= ROUNDING * x->terms[begin]))
         return 0;
-    if (x->modes[k] == PERP_CONTACT_SLIP && end - begin > 1 && !(fabs(x->u[begin + 1]) <= slack))
-        return 1;
-    if (x->modes[k] != PERP_CONTACT_STICK && !is_within(x->u, x->terms, ROUNDING, begin + 1, end))
-        return 1;
-    for (int32_t i = begin + 1; i < end; i++)
+    if (x->modes[k] == PERP_CONTACT_SLIP && end > first && !(fabs(x->u[first]) <= slack))
+        return normals;
+    if (x->modes[k] != PERP_CONTACT_STICK && !is_within(x->u, x->terms, ROUNDING, first, end))
+        return normals;
+    for (int32_t i = first; i < end; i++)
         if (!(fabs(x->u[i]) <= slack))
-            return 1;
-    return solver->mu[k] > 0.0 ? end - begin : 1;
+            return normals;
+    return solver->mu[k] > 0.0 ? end - begin : normals;
 }
 
 /* u of what stands still: bias, with that of the carriers. */

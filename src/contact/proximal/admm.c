@@ -15,10 +15,12 @@ enum { LOOK = 10 };
 static void set_stiffness(perp__proximal *s, const perp__proximal_part *part, double rho)
 {
     for (int32_t k = part->unit; k < part->last_unit; k++) {
-        double *K = s->K + 9 * (size_t)k;
+        const int32_t side = s->side;
+        double *K = perp__proximal_slope(s, k);
 
-        memset(K, 0, 9 * sizeof *K);
-        K[0] = K[4] = K[8] = rho;
+        memset(K, 0, (size_t)(side * side) * sizeof *K);
+        for (int32_t i = 0; i < side; i++)
+            K[side * i + i] = rho;
     }
 }
 

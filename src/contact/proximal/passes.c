@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact/law.h"
 #include "contact/proximal/proximal.h"
 #include "linalg/lanes/multiversion.h"
 
@@ -44,11 +45,35 @@ PERP__KERNEL static void push_unit(int32_t width, int32_t d, const perp__proxima
     }
 }
 
+/* The discs of what rolls or spins; NULL where nothing does. */
+static inline const perp__discs *discs_of(const perp__proximal *s, int32_t k)
+{
+    return s->discs && s->discs[k].count > 0 ? &s->discs[k] : NULL;
+}
+
+static void project_discs(const perp__discs *discs, const double *z, double *x)
+{
+    x[0] = z[0] > 0.0 ? z[0] : 0.0;
+    for (int32_t p = 0, at = 1; p < discs->count; at += discs->sizes[p++]) {
+        const double reach = discs->radii[p] * x[0];
+        const double length = discs->sizes[p] == 1 ? fabs(z[at]) : hypot(z[at], z[at + 1]);
+        const double share = length <= reach ? 1.0 : length > 0.0 ? reach / length : 0.0;
+
+        for (int32_t i = at; i < at + discs->sizes[p]; i++)
+            x[i] = share * z[i];
+    }
+}
+
 /* Local: x := P(z). */
-PERP__KERNEL static void project_unit(int32_t d, double radius, const double *z, double *x)
+PERP__KERNEL static void project_unit(int32_t d, double radius, const perp__discs *discs,
+                                      const double *z, double *x)
 {
     double reach, length;
 
+    if (discs) {
+        project_discs(discs, z, x);
+        return;
+    }
     x[0] = radius < 0.0 || z[0] > 0.0 ? z[0] : 0.0;
     if (d == 1)
         return;
@@ -59,32 +84,40 @@ PERP__KERNEL static void project_unit(int32_t d, double radius, const double *z,
         x[i] = reach * z[i];
 }
 
-/* K := rho P'(z), column by column with leading dimension 3. */
-static void slope_unit(int32_t d, double radius, double rho, const double *z, double *K)
+/* The rows of a disc, `size` of them from the first on, of P'(z): K by columns. */
+static void slope_disc(int32_t side, int32_t first, int32_t size, double radius, double rho,
+                       const double *z, double *K)
 {
-    const double reach = radius * z[0];
-    double length, c;
+    const double reach = radius * z[0], *x = z + first;
+    const double length = size == 1 ? fabs(x[0]) : sqrt(x[0] * x[0] + x[1] * x[1]);
 
-    memset(K, 0, 9 * sizeof *K);
-    if (radius >= 0.0 && !(z[0] > 0.0))
+    if (length <= reach) {
+        for (int32_t i = first; i < first + size; i++)
+            K[side * i + i] = rho;
+        return;
+    }
+    for (int32_t i = 0; i < size; i++) {
+        K[first + i] = rho * radius * (x[i] / length);
+        for (int32_t j = 0; j < size && size > 1; j++) /* else no length is left to turn */
+            K[side * (first + j) + first + i] =
+                rho * reach / length * ((i == j) - x[i] / length * (x[j] / length));
+    }
+}
+
+/* K := rho P'(z). */
+static void slope_unit(const perp__proximal *s, int32_t k, double rho, const double *z, double *K)
+{
+    const int32_t d = s->starts[k + 1] - s->starts[k], side = s->side;
+    const perp__discs *discs = discs_of(s, k);
+
+    memset(K, 0, (size_t)(side * side) * sizeof *K);
+    if (s->radius[k] >= 0.0 && !(z[0] > 0.0))
         return;
     K[0] = rho;
-    if (d == 1)
-        return;
-    length = d == 2 ? fabs(z[1]) : sqrt(z[1] * z[1] + z[2] * z[2]);
-    if (length <= reach) {
-        K[4] = rho;
-        K[8] = d > 2 ? rho : 0.0;
-        return;
-    }
-    c = rho * reach / length;
-    for (int32_t i = 1; i < d; i++) {
-        K[i] = rho * radius * (z[i] / length);
-        for (int32_t j = 1; j < d; j++)
-            K[3 * j + i] = c * ((i == j) - z[i] / length * (z[j] / length));
-    }
-    if (d == 2) /* no length is left to turn */
-        K[4] = 0.0;
+    for (int32_t p = 0, at = 1; discs && p < discs->count; at += discs->sizes[p++])
+        slope_disc(side, at, discs->sizes[p], discs->radii[p], rho, z, K);
+    if (!discs && d > 1)
+        slope_disc(side, 1, d - 1, s->radius[k], rho, z, K);
 }
 
 /* body(width, d) with constants for the usual contacts. */
@@ -116,12 +149,12 @@ PERP__KERNEL static void visit_unit(int32_t width, int32_t d, const perp__proxim
                                     double *x_new, double *way)
 {
     const int32_t at = s->starts[k];
-    double u[3], change[3];
+    double u[PERP__UNIT_ROWS_MOST], change[PERP__UNIT_ROWS_MOST];
 
     move_unit(width, d, s, k, v, s->speed + at, u);
     for (int32_t i = 0; i < d; i++)
         z[at + i] = x[at + i] - rho * u[i];
-    project_unit(d, s->radius[k], z + at, x_new + at);
+    project_unit(d, s->radius[k], discs_of(s, k), z + at, x_new + at);
     for (int32_t i = 0; i < d; i++)
         change[i] = x_new[at + i] - x[at + i];
     push_unit(width, d, s, k, change, way);
@@ -157,7 +190,8 @@ PERP__KERNEL static void split_unit(int32_t width, int32_t d, const perp__proxim
                                     double *y, double *r, double *right)
 {
     const int32_t at = s->starts[k];
-    double u[3], negative[3] = {0.0, 0.0, 0.0}, push[3];
+    double u[PERP__UNIT_ROWS_MOST], push[PERP__UNIT_ROWS_MOST];
+    double negative[PERP__UNIT_ROWS_MOST] = {0.0};
 
     move_unit(width, d, s, k, v, s->q + at, u);
     for (int32_t i = 0; i < d; i++) {
@@ -166,7 +200,7 @@ PERP__KERNEL static void split_unit(int32_t width, int32_t d, const perp__proxim
         z[at + i] = rho * u[i] - r[at + i];
         negative[i] = -z[at + i];
     }
-    project_unit(d, s->radius[k], negative, r + at);
+    project_unit(d, s->radius[k], discs_of(s, k), negative, r + at);
     for (int32_t i = 0; i < d; i++) {
         y[at + i] = (z[at + i] + r[at + i]) / rho;
         push[i] = r[at + i] - rho * (s->q[at + i] - y[at + i]);
@@ -241,14 +275,14 @@ void perp__proximal_move(const perp__proximal *s, const perp__proximal_part *par
 PERP__KERNEL static void apply_unit(int32_t width, int32_t d, const perp__proximal *s, int32_t k,
                                     const double *v, double *out)
 {
-    const double *K = s->K + 9 * (size_t)k;
-    double u[3], push[3];
+    const double *K = perp__proximal_slope(s, k);
+    double u[PERP__UNIT_ROWS_MOST], push[PERP__UNIT_ROWS_MOST];
 
     move_unit(width, d, s, k, v, NULL, u);
     for (int32_t i = 0; i < d; i++) {
         push[i] = 0.0;
         for (int32_t j = 0; j < d; j++)
-            push[i] += K[3 * j + i] * u[j];
+            push[i] += K[s->side * j + i] * u[j];
     }
     push_unit(width, d, s, k, push, out);
 }
@@ -281,11 +315,11 @@ void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *
 {
     for (int32_t k = part->unit; k < part->last_unit; k++) {
         const int32_t at = s->starts[k];
-        double z[3] = {0.0, 0.0, 0.0};
+        double z[PERP__UNIT_ROWS_MOST] = {0.0};
 
         for (int32_t i = at; i < s->starts[k + 1]; i++)
             z[i - at] = x[i];
-        project_unit(s->starts[k + 1] - at, s->radius[k], z, x + at);
+        project_unit(s->starts[k + 1] - at, s->radius[k], discs_of(s, k), z, x + at);
     }
 }
 
@@ -293,17 +327,16 @@ void perp__proximal_slopes(perp__proximal *s, const perp__proximal_part *part, d
                            const double *z)
 {
     for (int32_t k = part->unit; k < part->last_unit; k++)
-        slope_unit(s->starts[k + 1] - s->starts[k], s->radius[k], rho, z + s->starts[k],
-                   s->K + 9 * (size_t)k);
+        slope_unit(s, k, rho, z + s->starts[k], perp__proximal_slope(s, k));
 }
 
 /* Adds J'KJ of unit k to the blocks of the matrix. */
 PERP__KERNEL static void add_unit(int32_t width, int32_t d, perp__proximal *s, int32_t k)
 {
     const int32_t pieces = (int32_t)(s->piece_starts[k + 1] - s->piece_starts[k]);
-    const double *K = s->K + 9 * (size_t)k, *values = s->values + s->value_starts[k];
+    const double *K = perp__proximal_slope(s, k), *values = s->values + s->value_starts[k];
     const int32_t *slot = s->slots + s->slot_starts[k];
-    double image[3 * PERP__BODY_WIDTH_MOST];
+    double image[PERP__UNIT_ROWS_MOST * PERP__BODY_WIDTH_MOST];
 
     for (int32_t q = 0; q < pieces; q++) {
         const double *Q = values + q * d * width;
@@ -313,7 +346,7 @@ PERP__KERNEL static void add_unit(int32_t width, int32_t d, perp__proximal *s, i
                 double sum = 0.0;
 
                 for (int32_t j = 0; j < d; j++)
-                    sum += K[3 * j + i] * Q[j * width + c];
+                    sum += K[s->side * j + i] * Q[j * width + c];
                 image[i * width + c] = sum;
             }
         if (s->by_rows) {
@@ -340,7 +373,7 @@ PERP__KERNEL static void add_loops(perp__proximal *s, const perp__proximal_part 
 {
 #define ADD(width, d) add_unit(width, d, s, k)
     for (int32_t k = part->unit; k < part->last_unit; k++)
-        if (s->K[9 * (size_t)k] != 0.0)
+        if (*perp__proximal_slope(s, k) != 0.0)
             EACH_KIND(s, k, ADD);
 #undef ADD
 }
@@ -364,16 +397,33 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
     return perp__fronts_factor(&s->fronts, part->block, part->last_block);
 }
 
+/* The tested residual of a unit that rolls or spins: of parts, in the problem's terms. */
+static double tested_parts(const perp__proximal *s, int32_t k, const double *x, const double *u)
+{
+    const perp__contact_problem *problem = s->common.problem;
+    const int32_t unit = s->unit[k], row = problem->starts[unit], at = s->starts[k];
+    int32_t mode;
+
+    for (int32_t i = 0; i < s->starts[k + 1] - at; i++) {
+        s->r[row + i] = x[i] * s->scale[at + i];
+        s->u[row + i] = u[i] / s->scale[at + i];
+    }
+    return perp__contact_natural(problem, unit, s->r, s->u, &mode) * sqrt(problem->trace[unit]);
+}
+
 /* The tested residual of a unit, |r - P_K(r - (u + s e_n) / t)| sqrt(t) / omega with the nearest
  * point of its cone, at x = P(x). */
 static double tested(const perp__proximal *s, int32_t k, const double *x, const double *u)
 {
     const int32_t d = s->starts[k + 1] - s->starts[k], unit = s->unit[k];
-    const double share = s->scale[k] / s->head[k], n = x[0] / share, speed = u[0] * share;
+    const double *scale = s->scale + s->starts[k], share = d > 1 ? scale[1] / scale[0] : 1.0;
+    const double n = x[0] / share, speed = u[0] * share;
     double mu, z[3] = {0.0, 0.0, 0.0}, p[3] = {0.0, 0.0, 0.0}, slip, length, sum;
 
     if (s->radius[k] < 0.0)
         return fabs(u[0]);
+    if (discs_of(s, k))
+        return tested_parts(s, k, x, u);
     if (d == 1)
         return fabs(n < speed ? n : speed);
     mu = s->common.problem->mu[unit];

@@ -30,12 +30,12 @@ typedef struct place {
 static void bend_rows(const perp__proximal *s, const perp__proximal_part *part, double rho,
                       int32_t transposed, const double *in, double *out)
 {
-    const int32_t row = transposed ? 3 : 1, column = transposed ? 1 : 3;
+    const int32_t row = transposed ? s->side : 1, column = transposed ? 1 : s->side;
 
     for (int32_t k = part->unit; k < part->last_unit; k++) {
         const int32_t at = s->starts[k], d = s->starts[k + 1] - at;
-        const double *K = s->K + 9 * (size_t)k;
-        double sum[3] = {0.0, 0.0, 0.0};
+        const double *K = perp__proximal_slope(s, k);
+        double sum[PERP__UNIT_ROWS_MOST] = {0.0};
 
         for (int32_t i = 0; i < d; i++)
             for (int32_t j = 0; j < d; j++)

@@ -36,11 +36,10 @@ enum {
 
 static perp_status check(const perp__contact_problem *problem)
 {
-    if (problem->has_discs)
-        return perp__fail(
-            problem->context, PERP_ERROR_ARGUMENT,
-            "settings.method admm, newton and proximal can't take rolling or spinning "
-            "friction: use sweep, lemke or auto");
+    if (problem->two_sided)
+        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
+                          "settings.method admm, newton and proximal can't take contacts that hold "
+                          "both ways: use sweep, lemke or auto");
     if (!problem->bodies && perp__proximal_couplings(problem) > INT32_MAX)
         return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
                           "W has too many couplings for methods admm, newton and proximal");

@@ -2,13 +2,14 @@
  * or, where W alone is known, in that of impulses.
  *
  * With x = r / s and u times s, s = 1 / (min(mu, 1) sqrt(t)) for the normal and 1 / sqrt(t) for
- * tangents, all over the part's unit omega, t = trace(W_kk),
+ * tangents, all over the part's unit omega, t the trace of W_kk over these rows,
  *
  *   u = J v + q,   v = J'x,   x = P(x - rho u)  for any rho > 0,
  *   P(z) = (z_n^+, z_t on the disc of radius max(mu, 1) z_n^+),
  *
- * which is Signorini's and Coulomb's law of a contact as it stands (Alart & Curnier 1991). Rows of
- * contacts without friction are their normals alone; of bilateral rows P is the identity. J is P of
+ * which is Signorini's and Coulomb's law of a contact as it stands (Alart & Curnier 1991). What
+ * rolls or spins has a disc more for each, in a scale of its own trace. Rows of contacts without
+ * friction are their normals alone; of bilateral rows P is the identity. J is P of
  * bodies.h, scaled, and a row that yields moves a body of its own; where W alone is known J is W,
  * scaled on both sides, v = x, and for J' read the identity throughout. */
 #ifndef PERP_CONTACT_PROXIMAL_H
@@ -23,6 +24,15 @@ typedef struct perp__proximal_part {
     int32_t unit, last_unit, row, last_row, block, last_block;
 } perp__proximal_part;
 
+/* The discs of a unit that rolls or spins: their rows follow each other, behind the normal. */
+typedef struct perp__discs {
+    int32_t count;
+    int32_t sizes[3];
+    double radii[3];
+} perp__discs;
+
+enum { PERP__UNIT_ROWS_MOST = 6 };
+
 typedef struct perp__proximal {
     perp__contact_work common;
     /* units and blocks in the order of their parts */
@@ -34,7 +44,8 @@ typedef struct perp__proximal {
     int32_t *mark;                 /* blocks: work */
     int32_t *starts;               /* units + 1: own rows */
     double *radius;                /* units: of the disc; -1: bilateral */
-    double *head, *scale;          /* units: s of the normal, and of tangents */
+    struct perp__discs *discs;     /* units: of what rolls or spins; NULL: nothing does */
+    double *scale;                 /* rows: s */
     int64_t *piece_starts;         /* units + 1 */
     int32_t *piece_blocks;         /* own */
     int64_t *value_starts;         /* units: the pieces of one follow each other */
@@ -43,9 +54,11 @@ typedef struct perp__proximal {
     int32_t *slots;                /* pieces by pieces of each unit: edges of the graph */
     int32_t *graph_starts, *graph; /* of blocks that share a unit */
     perp__fronts fronts;
-    double *q;                                                              /* rows */
-    double *x, *z, *y, *best, *start, *speed, *spare, *pull;                /* rows */
-    double *K;                                                              /* nine a unit */
+    double *q;                                               /* rows */
+    double *x, *z, *y, *best, *start, *speed, *spare, *pull; /* rows */
+    double *r, *u; /* size, where something rolls or spins: as the problem knows them, over omega */
+    int32_t side;  /* of K: 3, or 6 where something rolls or spins */
+    double *K;     /* units: side by side, by columns */
     double *v, *step, *image, *way, *rest, *bend, *ahead, *normal, *across; /* blocks by width */
     int32_t splits; /* nothing but alternating directions */
     int64_t limit;  /* of sweeps then, else of factorisations */
@@ -66,6 +79,12 @@ void perp__proximal_load(const perp__proximal *s, const perp__proximal_part *par
                          double *x);
 void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *part, const double *x,
                           double *r);
+
+/* K of unit k. */
+static inline double *perp__proximal_slope(const perp__proximal *s, int32_t k)
+{
+    return s->K + (size_t)(s->side * s->side) * (size_t)k;
+}
 
 /* passes.c: over the units of a part. x := P(x). */
 void perp__proximal_project(const perp__proximal *s, const perp__proximal_part *part, double *x);

@@ -4,11 +4,16 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact/law.h"
+
 static int32_t own_rows(const perp__contact_problem *problem, int32_t unit)
 {
-    if (unit >= problem->contacts)
-        return 1;
-    return problem->mu[unit] > 0.0 ? problem->dims[unit] : 1;
+    const int32_t rows =
+        unit < problem->contacts ? problem->starts[unit + 1] - problem->starts[unit] : 1;
+
+    if (unit >= problem->contacts || problem->mu[unit] > 0.0 || rows > problem->dims[unit])
+        return rows;
+    return 1;
 }
 
 static int32_t first_row(const perp__contact_problem *problem, int32_t unit)
@@ -84,7 +89,7 @@ static void begin_unit(const perp__contact_problem *problem, int32_t unit, int32
 {
     const int32_t *starts = problem->W->column_starts;
 
-    for (int32_t j = 0; j < 3; j++)
+    for (int32_t j = 0; j < PERP__UNIT_ROWS_MOST; j++)
         at[j] = starts && j < own_rows(problem, unit) ? starts[first_row(problem, unit) + j] : 0;
 }
 
@@ -92,7 +97,7 @@ int64_t perp__proximal_couplings(const perp__contact_problem *problem)
 {
     const int64_t units = problem->contacts + problem->size - problem->rows;
     int64_t count = 0;
-    int32_t at[3];
+    int32_t at[PERP__UNIT_ROWS_MOST];
 
     for (int32_t k = 0; k < units; k++) {
         begin_unit(problem, k, at);
@@ -114,6 +119,7 @@ static sizes measure(perp__proximal *s)
     sizes most = {0, 0, 0, 0};
 
     s->by_rows = b == NULL;
+    s->side = problem->has_discs ? PERP__UNIT_ROWS_MOST : 3;
     s->units = problem->contacts + problem->size - problem->rows;
     s->blocks = b ? b->blocks : s->units;
     s->width = b ? b->width : 1;
@@ -142,8 +148,9 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     const sizes most = measure(s);
     const size_t units = (size_t)s->units, blocks = (size_t)s->blocks + 1;
     const size_t size = (size_t)problem->size, numbers = blocks * (size_t)s->width;
-    double **const rows[] = {&s->q,     &s->x,     &s->z,     &s->y,   &s->best,
-                             &s->start, &s->speed, &s->spare, &s->pull};
+    const size_t square = (size_t)(s->side * s->side);
+    double **const rows[] = {&s->scale, &s->q,     &s->x,     &s->z,     &s->y,
+                             &s->best,  &s->start, &s->speed, &s->spare, &s->pull};
     double **const velocities[] = {&s->v,    &s->step,  &s->image,  &s->way,   &s->rest,
                                    &s->bend, &s->ahead, &s->normal, &s->across};
 
@@ -151,7 +158,12 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     PERP__INTEGERS(arena, units, &s->unit, &s->place);
     PERP__INTEGERS(arena, blocks, &s->block, &s->number, &s->mark);
     s->starts = perp__arena_take(arena, units + 1, sizeof(int32_t));
-    PERP__DOUBLES(arena, units, &s->radius, &s->scale, &s->head);
+    PERP__DOUBLES(arena, units, &s->radius);
+    s->discs = NULL;
+    if (problem->has_discs) {
+        s->discs = perp__arena_take(arena, units, sizeof *s->discs);
+        PERP__DOUBLES(arena, size, &s->r, &s->u);
+    }
     s->piece_starts = perp__arena_take(arena, units + 1, sizeof(int64_t));
     s->piece_blocks = perp__arena_take(arena, most.pieces, sizeof(int32_t));
     s->value_starts = perp__arena_take(arena, units, sizeof(int64_t));
@@ -160,7 +172,7 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     s->slots = perp__arena_take(arena, most.slots, sizeof(int32_t));
     s->graph_starts = perp__arena_take(arena, blocks, sizeof(int32_t));
     s->graph = perp__arena_take(arena, most.edges, sizeof(int32_t));
-    s->K = perp__arena_take(arena, 9 * units, sizeof(double));
+    s->K = perp__arena_take(arena, square * units, sizeof(double));
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
         *rows[k] = perp__arena_take(arena, size, sizeof(double));
     for (size_t k = 0; k < sizeof velocities / sizeof *velocities; k++)
@@ -203,7 +215,7 @@ static int64_t copy_pieces(perp__proximal *s, int32_t k, int64_t at)
         s->piece_blocks[own++] = s->number[b->piece_blocks[p]];
         for (int32_t i = 0; i < d; i++)
             for (int32_t j = 0; j < width; j++)
-                s->values[at++] = P[i * width + j] * (i == 0 ? s->head[k] : s->scale[k]);
+                s->values[at++] = P[i * width + j] * s->scale[s->starts[k] + i];
     }
     s->piece_starts[k + 1] = own;
     return at;
@@ -222,24 +234,57 @@ static int64_t add_compliance(perp__proximal *s, int32_t k, int64_t at)
         for (int32_t i = 0; i < d; i++)
             for (int32_t j = 0; j < width; j++)
                 s->values[at++] =
-                    i == e * width + j ? sqrt(c[i]) * (i == 0 ? s->head[k] : s->scale[k]) : 0.0;
+                    i == e * width + j ? sqrt(c[i]) * s->scale[s->starts[k] + i] : 0.0;
     }
     return at;
+}
+
+/* 1 / sqrt(trace) in rows of a unit; 1 where they move nothing. */
+static void scale_rows(perp__proximal *s, int32_t k, int32_t first, int32_t count)
+{
+    const perp__contact_problem *problem = s->common.problem;
+    const double *diagonal = problem->diagonal + first_row(problem, s->unit[k]);
+    double trace = 0.0;
+
+    for (int32_t i = first; i < first + count; i++)
+        trace += diagonal[i];
+    for (int32_t i = first; i < first + count; i++)
+        s->scale[s->starts[k] + i] = trace > 0.0 ? 1.0 / sqrt(trace) : 1.0;
+}
+
+static void set_discs(perp__proximal *s, int32_t k)
+{
+    const int32_t row = s->starts[k];
+    perp__contact_part parts[3];
+    perp__discs *discs = &s->discs[k];
+
+    discs->count = perp__contact_parts(s->common.problem, s->unit[k], parts);
+    for (int32_t p = 0, at = 1; p < discs->count; at += parts[p++].size) {
+        discs->sizes[p] = parts[p].size;
+        if (p > 0)
+            scale_rows(s, k, at, parts[p].size);
+        discs->radii[p] = parts[p].coefficient * (s->scale[row] / s->scale[row + at]);
+    }
 }
 
 /* Scales without the part's unit. */
 static void set_scales(perp__proximal *s, int32_t k)
 {
     const perp__contact_problem *problem = s->common.problem;
-    const int32_t unit = s->unit[k];
+    const int32_t unit = s->unit[k], row = s->starts[k], rows = s->starts[k + 1] - row;
+    const int32_t turns = unit < problem->contacts && rows > problem->dims[unit];
 
-    s->head[k] = s->scale[k] = 1.0 / sqrt(problem->trace[unit]);
-    s->radius[k] = -1.0;
-    if (unit >= problem->contacts)
-        return;
-    s->radius[k] = fmax(problem->mu[unit], 1.0);
-    if (s->starts[k + 1] - s->starts[k] > 1)
-        s->head[k] /= fmin(problem->mu[unit], 1.0);
+    for (int32_t i = row; i < row + rows; i++)
+        s->scale[i] = 1.0 / sqrt(problem->trace[unit]);
+    s->radius[k] = unit < problem->contacts ? fmax(problem->mu[unit], 1.0) : -1.0;
+    if (turns)
+        scale_rows(s, k, 0, problem->dims[unit]);
+    if (s->radius[k] >= 0.0 && rows > 1 && problem->mu[unit] > 0.0)
+        s->scale[row] /= fmin(problem->mu[unit], 1.0);
+    if (turns)
+        set_discs(s, k);
+    else if (s->discs)
+        s->discs[k].count = 0;
 }
 
 /* Blocks are numbered as they are met. */
@@ -303,7 +348,7 @@ static void list_couplings(perp__proximal *s)
 {
     const perp__contact_problem *problem = s->common.problem;
     int64_t *ends = s->slot_starts, at = 0;
-    int32_t cursor[3], unit;
+    int32_t cursor[PERP__UNIT_ROWS_MOST], unit;
 
     memset(s->piece_starts, 0, ((size_t)s->units + 1) * sizeof *s->piece_starts);
     for (int32_t k = 0; k < s->units; k++)
@@ -359,8 +404,8 @@ static void read_couplings(perp__proximal *s)
                     s->values[at++] = c >= s->starts[j + 1] - s->starts[j]
                                           ? 0.0
                                           : entry_of(problem->W, row + i, column + c) *
-                                                (i == 0 ? s->head[k] : s->scale[k]) *
-                                                (c == 0 ? s->head[j] : s->scale[j]);
+                                                s->scale[s->starts[k] + i] *
+                                                s->scale[s->starts[j] + c];
         }
     }
 }
@@ -427,7 +472,7 @@ static void read_speeds(perp__proximal *s)
         const double *q = problem->q + first_row(problem, s->unit[k]) - s->starts[k];
 
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            s->q[i] = q[i] / omega * (i == s->starts[k] ? s->head[k] : s->scale[k]);
+            s->q[i] = q[i] / omega * s->scale[i];
     }
 }
 
@@ -459,7 +504,7 @@ void perp__proximal_load(const perp__proximal *s, const perp__proximal_part *par
         const double *from = r + first_row(problem, s->unit[k]);
 
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            x[i] = from[i - s->starts[k]] / omega / (i == s->starts[k] ? s->head[k] : s->scale[k]);
+            x[i] = from[i - s->starts[k]] / omega / s->scale[i];
     }
 }
 
@@ -473,6 +518,6 @@ void perp__proximal_store(const perp__proximal *s, const perp__proximal_part *pa
         double *to = r + first_row(problem, s->unit[k]);
 
         for (int32_t i = s->starts[k]; i < s->starts[k + 1]; i++)
-            to[i - s->starts[k]] = x[i] * omega * (i == s->starts[k] ? s->head[k] : s->scale[k]);
+            to[i - s->starts[k]] = x[i] * omega * s->scale[i];
     }
 }

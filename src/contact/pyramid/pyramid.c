@@ -7,7 +7,13 @@
  *   0 <= lambda perp  mu r_n - sum_j beta_j >= 0
  *
  * and the same for rolling and spinning friction; bilateral rows are equations. At the solution
- * lambda is the slip speed against the polygon: lambda = 0 is stick, r_n = 0 separation.
+ * lambda is the slip speed against the polygon: lambda = 0 is stick, r_n = 0 separation. Of a
+ * contact that holds both ways r_N is free, u_N = 0, and
+ *
+ *   0 <= z  perp  e'r_N + z >= 0,     mu (e'r_N + 2 z) - sum_j beta_j  in the last row,
+ *
+ * as z is the negative part of e'r_N. With one normal e = 1 and that is exact; with more, e is
+ * where the last answer pushed.
  *
  * A row with one tangent takes two opposite directions, which is exact. */
 #include <math.h>
@@ -38,6 +44,10 @@ static perp_status check(const perp__contact_problem *problem)
 {
     const int64_t n = perp__pyramid_count(problem);
 
+    if (problem->cone > 0 && problem->two_sided)
+        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
+                          "settings.cone is %d, expected 0 with contacts that hold both ways",
+                          (int)problem->cone);
     if (n <= MOST_UNKNOWNS)
         return PERP_OK;
     return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
@@ -56,7 +66,7 @@ static void layout(perp__arena *arena, void *work)
     p->unknowns = perp__arena_take(arena, n, sizeof(perp__unknown));
     p->M = perp__arena_take(arena, n, n * sizeof(double));
     PERP__DOUBLES(arena, n, &p->q, &p->lower, &p->z, &p->direction, &p->guess);
-    PERP__DOUBLES(arena, 3 * (size_t)problem->contacts, &p->angles, &p->widths);
+    PERP__DOUBLES(arena, 3 * (size_t)problem->contacts, &p->angles, &p->widths, &p->sides);
     PERP__DOUBLES(arena, size, &p->impulse, &p->per_velocity);
     p->W = problem->W->column_starts ? perp__arena_take(arena, size, size * sizeof(double)) : NULL;
 }
@@ -88,6 +98,25 @@ static void set_windows(perp__pyramid *p, const double *r, const double *u)
     }
 }
 
+/* e of contacts that hold both ways: along r_N, or, where there is none, against u_N. */
+static void set_sides(perp__pyramid *p, const double *r, const double *u)
+{
+    const perp__contact_problem *problem = p->base.problem;
+
+    for (int32_t k = 0; k < problem->contacts; k++) {
+        const int32_t row = problem->starts[k], end = row + perp__contact_two_sided(problem, k);
+        const double length = perp__contact_length(r, row, end);
+        const double speed = perp__contact_length(u, row, end);
+        double *e = p->sides + 3 * (size_t)k;
+
+        for (int32_t i = row; i < end; i++)
+            e[i - row] = end - row == 1 ? 1.0
+                         : length > 0.0 ? r[i] / length
+                         : speed > 0.0  ? -u[i] / speed
+                                        : i == row;
+    }
+}
+
 /* z of the last answer: every disc pushes along the vertex in the middle of its new window. */
 static void set_guess(perp__pyramid *p, const double *r, const double *u)
 {
@@ -98,12 +127,19 @@ static void set_guess(perp__pyramid *p, const double *r, const double *u)
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        p->guess[at++] = r[problem->starts[k]] / p->impulse[k];
+        double along = 0.0;
+
+        for (int32_t i = 0; i < perp__contact_normals(problem, k); i++)
+            p->guess[at++] = r[problem->starts[k] + i] / p->impulse[k];
+        for (int32_t i = 0; i < perp__contact_two_sided(problem, k); i++)
+            along += p->sides[3 * k + i] * r[problem->starts[k] + i];
+        if (perp__contact_two_sided(problem, k) > 0)
+            p->guess[at++] = fmax(0.0, -along) / p->impulse[k];
         for (c = 0; c < count; c++) {
             const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
             const double *x = r + parts[c].row, *y = u + parts[c].row;
             const double length = parts[c].size == 1 ? fabs(x[0]) : hypot(x[0], x[1]);
-            const double radius = parts[c].coefficient * r[problem->starts[k]];
+            const double radius = parts[c].coefficient * perp__contact_pressure(problem, k, r);
 
             for (j = 0; j < edges; j++)
                 p->guess[at + j] = 0.0;
@@ -162,6 +198,8 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     perp_status status = perp_lcp_result_init(&result, sizeof result);
 
     p->regular = iterate->attempt == 0 || problem->cone > 0;
+    if (p->regular)
+        set_sides(p, iterate->r, problem->q);
     perp__pyramid_number(p);
     perp__pyramid_spread(p);
     iterate->outcome = PERP_OUTCOME_TIME_LIMIT;
@@ -179,6 +217,7 @@ static perp_status solve(void *work, perp__contact_iterate *iterate)
     for (int32_t i = 0; i < problem->size; i++)
         iterate->u[i] += problem->q[i];
     set_windows(p, iterate->r, iterate->u);
+    set_sides(p, iterate->r, iterate->u);
     set_guess(p, iterate->r, iterate->u);
     iterate->outcome = result.outcome;
     iterate->iterations = result.iterations;

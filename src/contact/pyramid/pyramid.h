@@ -21,6 +21,7 @@ typedef struct perp__pyramid {
     double *M, *q, *lower, *z, *direction;
     double *W;               /* dense copy of a sparse W */
     double *angles, *widths; /* 3 contacts: where the discs pushed at the last answer; windows */
+    double *sides;           /* 3 contacts: e of those that hold both ways */
     int32_t regular;         /* polygons, without a window */
     double *guess;           /* z of the last answer with respect to new windows */
     double *impulse;         /* contacts and bilateral rows: the unit of z; and 1 over that of */
@@ -31,7 +32,8 @@ typedef struct perp__pyramid {
 int32_t perp__pyramid_edges(const perp__contact_problem *problem, const perp__contact_part *part);
 int64_t perp__pyramid_count(const perp__contact_problem *problem);
 
-/* Contact by contact: r_n, then for each part its betas and its lambda; then the bilateral rows. */
+/* Contact by contact: r_n, or r_N and z, then for each part its betas and its lambda; then the
+ * bilateral rows. */
 void perp__pyramid_number(perp__pyramid *p);
 
 /* Fills p->W from a sparse W; then M, q and lower, all but the slip speeds' rows and columns, which

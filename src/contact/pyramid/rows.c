@@ -29,7 +29,7 @@ int64_t perp__pyramid_count(const perp__contact_problem *problem)
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        n++;
+        n += 1 + perp__contact_two_sided(problem, k);
         for (int32_t p = 0; p < count; p++)
             if (perp__pyramid_edges(problem, &parts[p]) > 0)
                 n += perp__pyramid_edges(problem, &parts[p]) + 1;
@@ -74,7 +74,6 @@ static void vertex(const perp__pyramid *p, int32_t edges, int32_t k, int32_t c, 
     d[1] = sin(angle + offset);
 }
 
-/* Contact by contact: r_n, then for each part its betas and its lambda; then the bilateral rows. */
 void perp__pyramid_number(perp__pyramid *p)
 {
     const perp__contact_problem *problem = p->base.problem;
@@ -88,7 +87,10 @@ void perp__pyramid_number(perp__pyramid *p)
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
 
-        add_unknown(p, k, problem->starts[k], 1, 1.0, 0.0);
+        for (int32_t i = 0; i < perp__contact_normals(problem, k); i++)
+            add_unknown(p, k, problem->starts[k] + i, 1, 1.0, 0.0);
+        if (perp__contact_two_sided(problem, k) > 0)
+            add_unknown(p, k, -1, 0, 0.0, 0.0);
         for (int32_t c = 0; c < count; c++) {
             const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
 
@@ -152,6 +154,14 @@ static void fill_column(perp__pyramid *p, size_t j)
     }
 }
 
+/* Bilateral rows and normals that hold both ways. */
+static int32_t has_any_sign(const perp__contact_problem *problem, const perp__unknown *a)
+{
+    if (a->size == 0 || a->unit >= problem->contacts)
+        return a->size > 0;
+    return a->row < problem->starts[a->unit] + perp__contact_two_sided(problem, a->unit);
+}
+
 int32_t perp__pyramid_fill_impulses(perp__pyramid *p)
 {
     const perp__contact_problem *problem = p->base.problem;
@@ -166,9 +176,33 @@ int32_t perp__pyramid_fill_impulses(perp__pyramid *p)
         p->q[i] = 0.0;
         for (int32_t c = 0; c < a->size; c++)
             p->q[i] += a->d[c] * problem->q[a->row + c] * p->per_velocity[a->unit];
-        p->lower[i] = a->size > 0 && a->row >= problem->rows ? -INFINITY : 0.0;
+        p->lower[i] = has_any_sign(problem, a) ? -INFINITY : 0.0;
     }
     return 1;
+}
+
+/* 0 <= z  perp  e'r_N + z >= 0 of contact k, whose unknowns begin at `normal`. */
+static void fill_side(perp__pyramid *p, int32_t k, size_t normal)
+{
+    const size_t n = (size_t)p->n, both = (size_t)p->base.problem->two_sided[k], z = normal + both;
+
+    for (size_t i = 0; i < both; i++)
+        p->M[z + (normal + i) * n] = p->sides[3 * (size_t)k + i];
+    p->M[z + z * n] = 1.0;
+}
+
+/* coefficient r_n, or that of e'r_N + 2 z = |e'r_N|, in the row of a slip speed. */
+static void fill_pressure(perp__pyramid *p, int32_t k, size_t normal, size_t row,
+                          double coefficient)
+{
+    const size_t n = (size_t)p->n, both = (size_t)perp__contact_two_sided(p->base.problem, k);
+
+    if (both == 0)
+        p->M[row + normal * n] = coefficient;
+    for (size_t i = 0; i < both; i++)
+        p->M[row + (normal + i) * n] = coefficient * p->sides[3 * (size_t)k + i];
+    if (both > 0)
+        p->M[row + (normal + both) * n] = 2.0 * coefficient;
 }
 
 /* The rows and columns of the slip speeds. */
@@ -181,8 +215,11 @@ void perp__pyramid_fill_speeds(perp__pyramid *p)
     for (int32_t k = 0; k < problem->contacts; k++) {
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
-        const size_t normal = at++;
+        const size_t normal = at, both = (size_t)perp__contact_two_sided(problem, k);
 
+        if (both > 0)
+            fill_side(p, k, normal);
+        at += both + 1;
         for (int32_t c = 0; c < count; c++) {
             const int32_t edges = perp__pyramid_edges(problem, &parts[c]);
             const size_t lambda = at + (size_t)edges;
@@ -192,7 +229,7 @@ void perp__pyramid_fill_speeds(perp__pyramid *p)
                 p->M[lambda + at * n] = -1.0;
             }
             if (edges > 0)
-                p->M[at++ + normal * n] = parts[c].coefficient;
+                fill_pressure(p, k, normal, at++, parts[c].coefficient);
         }
     }
 }

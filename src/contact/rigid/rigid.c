@@ -52,11 +52,12 @@ static void keep_rows(perp_contact_solver *s, const perp__rigid_problem *problem
     for (int32_t k = 0; k < problem->contacts; k++) {
         s->starts[k] = row;
         s->dims[k] = problem->rows[k].dim;
+        s->two_sided[k] = 0;
         s->mu[k] = problem->rows[k].dim > 1 ? problem->rows[k].mu : 0.0;
         row += s->dims[k];
     }
     s->starts[problem->contacts] = row;
-    s->rolls = s->spins = s->complies = s->has_discs = 0;
+    s->rolls = s->spins = s->complies = s->has_discs = s->holds_both = 0;
     for (int32_t i = 0; i < s->size; i++) {
         s->compliance[i] = s->bodies.compliance[i];
         s->complies |= s->compliance[i] > 0.0;

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact/law.h"
 #include "contact/sweep/local_step.h"
 #include "contact/sweep/packed.h"
 
@@ -16,7 +17,8 @@ int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k)
     const perp__bodies *b = problem->bodies;
     const int32_t first = problem->starts[k], dim = problem->dims[k];
 
-    return b->width == WIDTH && problem->starts[k + 1] - first == dim &&
+    return b->width == WIDTH && perp__contact_two_sided(problem, k) == 0 &&
+           problem->starts[k + 1] - first == dim &&
            b->piece_starts[k + 1] - b->piece_starts[k] <= 2 &&
            (dim < 3 || b->compliance[first + 1] == b->compliance[first + 2]);
 }

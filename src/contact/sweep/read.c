@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact/law.h"
 #include "contact/sweep/sweep.h"
 
 static int64_t count_entries(const perp__matrix *W)
@@ -53,6 +54,8 @@ void perp__sweep_layout(perp__arena *arena, void *object)
     work->rows = perp__arena_take(arena, units + 1, sizeof *work->rows);
     work->local = perp__arena_take(arena, units, sizeof *work->local);
     work->discs = perp__arena_take(arena, problem->has_discs ? contacts : 0, sizeof *work->discs);
+    work->two_sided =
+        perp__arena_take(arena, problem->two_sided ? contacts : 0, sizeof *work->two_sided);
     work->weights = perp__arena_take(arena, units, sizeof(double));
     PERP__DOUBLES(arena, size, &work->row_weights, &work->r, &work->x, &work->u, &work->best);
     work->modes = perp__arena_take(arena, contacts, sizeof *work->modes);
@@ -136,11 +139,14 @@ static void read_unit(perp__sweep_work *work, int32_t k)
 {
     const perp__contact_problem *problem = work->common.problem;
     const int32_t contact = k < problem->contacts, rows = work->rows[k + 1] - work->rows[k];
+    const int32_t both = contact ? perp__contact_two_sided(problem, k) : 0;
     double W[PERP__CONTACT_ROWS_MOST * PERP__CONTACT_ROWS_MOST];
 
     read_diagonal(work, k, W);
-    perp__local_make(&work->local[k], contact ? problem->dims[k] : 1, W, rows,
+    perp__local_make(&work->local[k], contact && both == 0 ? problem->dims[k] : 1, W, rows,
                      contact ? problem->mu[k] : 0.0);
+    if (both > 0)
+        perp__two_sided_make(&work->two_sided[k], both, rows - both, W, problem->mu[k]);
     if (contact && problem->has_discs)
         read_discs(work, k, W);
     work->weights[k] = sqrt(problem->trace[k]) / problem->omega[k];

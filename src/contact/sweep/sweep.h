@@ -7,6 +7,7 @@
 #include "contact/sweep/local.h"
 #include "contact/method.h"
 #include "contact/sweep/mixing.h"
+#include "contact/sweep/two_sided.h"
 
 enum {
     PERP__CONTACT_ROWS_MOST = 6, /* normal, 2 tangents, 2 of rolling, 1 of spinning */
@@ -56,6 +57,7 @@ typedef struct perp__sweep_work {
     int32_t *rows;                /* units + 1 */
     perp__local *local;           /* units */
     perp__sweep_discs *discs;     /* contacts, if some roll or spin */
+    perp__two_sided *two_sided;   /* contacts, if some hold both ways; `local` is no more then */
     double *weights;              /* units: sqrt(trace) / omega */
     double *row_weights;          /* size: the same for each row */
     double *r;                    /* size; the tangents of packed contacts turned */

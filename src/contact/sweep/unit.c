@@ -1,6 +1,7 @@
 /* One unit of a sweep, and the tested residual of one. */
 #include <math.h>
 
+#include "contact/law.h"
 #include "contact/sweep/local_step.h"
 #include "contact/sweep/sweep.h"
 
@@ -81,6 +82,8 @@ int32_t perp__sweep_unit(perp__sweep_work *work, int32_t unit, double *u, double
     if (unit >= work->common.problem->contacts) {
         r[0] -= u[0] * work->local[unit].inverse_normal;
         mode = PERP__STICK;
+    } else if (perp__contact_two_sided(work->common.problem, unit) > 0) {
+        mode = perp__two_sided_step(&work->two_sided[unit], u, r);
     } else if (rows > work->local[unit].dim) {
         mode = step_with_discs(work, unit, u, r);
     } else {
@@ -168,6 +171,7 @@ double perp__sweep_residual(perp__sweep_work *work, const double *x, double *u)
 {
     const perp__contact_problem *problem = work->common.problem;
     double residual = 0.0;
+    int32_t mode;
 
     if (problem->bodies)
         perp__bodies_multiply(problem->bodies, x, problem->q, u);
@@ -175,8 +179,10 @@ double perp__sweep_residual(perp__sweep_work *work, const double *x, double *u)
         for (int32_t i = 0; i < work->size; i++)
             u[i] = perp__sweep_row(work, i, x);
     for (int32_t k = 0; k < work->units; k++) {
-        const double part =
-            work->weights[k] * unit_map(work, k, x + work->rows[k], u + work->rows[k]);
+        const double map = k < problem->contacts && perp__contact_two_sided(problem, k) > 0
+                               ? perp__contact_natural(problem, k, x, u, &mode)
+                               : unit_map(work, k, x + work->rows[k], u + work->rows[k]);
+        const double part = work->weights[k] * map;
 
         if (!(part <= residual) && !isnan(residual)) /* NaN stays */
             residual = part;

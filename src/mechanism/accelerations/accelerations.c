@@ -50,6 +50,8 @@ static void layout(perp__arena *arena, void *object)
     a->row_work = perp__arena_take(arena, DIFFERENCE_ROWS * rows, sizeof(double));
     a->tree.next = perp__arena_take(arena, elements, sizeof(int32_t));
     a->linear.angle = perp__arena_take(arena, elements, sizeof(double));
+    a->pattern.load = perp__arena_take(arena, PERP__MOST_NORMALS * elements, sizeof(double));
+    a->load_work = perp__arena_take(arena, perp__load_room(elements), sizeof(double));
     a->turn_work = perp__arena_take(arena, 3 * rows, sizeof(double));
     PERP__DOUBLES(arena, n, &a->velocity, &a->seed.momentum);
     a->seed.friction = perp__arena_take(arena, (size_t)a->m->contacts, sizeof(double));
@@ -110,7 +112,7 @@ static perp_status make(perp_mechanism *m)
     a->answers.length = m->rows;
     a->answers.positions = m->contacts + m->dry;
     a->answers.eigenvalues = 4 * m->rows;
-    a->answers.own = m->n + m->rows + 2 * (m->contacts + m->dry);
+    a->answers.own = m->n + m->rows + (2 + PERP__MOST_NORMALS) * (m->contacts + m->dry);
     a->answers.holds = perp__acceleration_holds;
     a->answers.user = a;
     a->polyhedron.rounding = a->polyhedron.row_rounding = ROUNDING;
@@ -129,7 +131,7 @@ perp_status perp__acceleration_open(perp_mechanism *m)
     perp__acceleration *a = m->accelerations;
 
     if (a) {
-        a->asked = a->has_singular = a->has_negative = 0;
+        a->asked = a->has_singular = a->has_negative = a->bent = 0;
         perp__answers_clear(&a->answers);
     }
     return status;

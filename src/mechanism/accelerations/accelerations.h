@@ -25,7 +25,9 @@
 typedef struct perp__element {
     int32_t source; /* contact, or contacts + dry group */
     int32_t dry;
+    int32_t two_sided;   /* 1: its normals hold both ways */
     int32_t row;         /* first active row: the normal, or the first row of the group */
+    int32_t normals;     /* 0 of a dry group, 1 of an ordinary contact */
     int32_t tangents;    /* 0, 1 or 2 */
     int32_t friction;    /* 1: there can be a force along the tangents */
     int32_t moves;       /* 1: it slides now */
@@ -33,10 +35,14 @@ typedef struct perp__element {
     double mu, mu_stick, bound;
 } perp__element;
 
-/* What the elements do. direction: of slip, two numbers an element; 0 without friction. */
+enum { PERP__MOST_NORMALS = 3 };
+
+/* What the elements do. direction: of slip, two numbers an element; 0 without friction. load: the
+ * direction N / |N| of the normal forces, three numbers an element, so that |N| = load'N is linear;
+ * a sign where there is one of them. */
 typedef struct perp__mode_pattern {
     int8_t *mode;
-    double *direction;
+    double *direction, *load;
 } perp__mode_pattern;
 
 struct perp__acceleration {
@@ -57,6 +63,8 @@ struct perp__acceleration {
     perp__linear linear;    /* a pattern's: x are forces, u accelerations */
     perp__pivoting turning; /* of the angles of slips */
     double *turn_work;      /* 3 rows */
+    double *load_work;      /* of load.c */
+    int32_t bent;           /* a pattern that is not linear was met: its minors say nothing */
     double *work;           /* 4 active^2 + 8 active + 4 n */
     double *row_work;       /* 24 rows, of differences */
     double *velocity;       /* n: M^-1 k */
@@ -89,7 +97,9 @@ static inline double *perp__answer_row_acceleration(const perp__acceleration *a,
 static inline perp__mode_pattern perp__answer_pattern(const perp__acceleration *a,
                                                       const perp__answer *answer)
 {
-    const perp__mode_pattern pattern = {answer->pattern, answer->own + a->m->n + a->m->rows};
+    double *direction = answer->own + a->m->n + a->m->rows;
+    const perp__mode_pattern pattern = {answer->pattern, direction,
+                                        direction + 2 * (size_t)(a->m->contacts + a->m->dry)};
 
     return pattern;
 }
@@ -129,11 +139,16 @@ int32_t perp__element_tangent(const perp__element *element);
 /* Whether the element starts to slip in the mode, and so has to slip the way of its force. */
 int32_t perp__element_starts(const perp__element *element, int32_t mode);
 int32_t perp__element_presses(const perp__element *element, int32_t mode);
+/* |N|, as the pattern has it, of the forces x. */
+double perp__element_load(const perp__acceleration *a, int32_t index, const double *x);
 /* Solves: 0, or the dimension of the null space (then `null` is filled), or -1: no solution. */
 int32_t perp__pattern_solve(perp__acceleration *a);
 /* The same without widths and null space, with pivots of at most `singular` of the largest entry,
  * and those beyond `most`, as 0. */
 void perp__pattern_solve_roughly(perp__acceleration *a, double singular, int32_t most);
+/* Forces and, in `change`, accelerations that `force`, of all active rows, makes with what the
+ * pattern, solved last, answers to it. */
+void perp__pattern_respond(perp__acceleration *a, double *force, double *change);
 /* Of perp__linear: what an element does and, behind them, that bilateral rows hold. */
 int32_t perp__element_conditions(const void *user, const void *pattern, int32_t index,
                                  perp__condition *list);
@@ -147,6 +162,18 @@ int32_t perp__slip_turn(perp__acceleration *a, double singular);
 /* All directions of the only slip of the pattern that starts in a plane, up to four; -1 where the
  * pattern is singular. */
 int32_t perp__slip_angles(perp__acceleration *a, double angles[4]);
+
+/* ---- load.c: contacts with two or three normals that hold both ways ---- */
+/* Whether |N| of the element counts and is no linear function of N; and it slips. */
+int32_t perp__load_bends(const perp__element *element);
+int32_t perp__load_slips(const perp__acceleration *a, int32_t index);
+/* Doubles of load_work. */
+size_t perp__load_room(size_t elements);
+/* load := N / |N| of linear.x; the largest change. */
+double perp__load_turn(perp__acceleration *a);
+/* Calls `found` at every set of loads for which the pattern has |N| = load'N where it slips, with
+ * the loads set, up to 1e-6 or so. */
+perp_status perp__load_all(perp__acceleration *a, perp_status (*found)(perp__acceleration *a));
 
 /* ---- answers.c ---- */
 /* holds: rows of the mechanism whose velocity the answer keeps at 0. */

@@ -6,6 +6,9 @@
 
 /* Clock readings are rare: once in so many patterns. */
 #define PATTERNS_A_READING 256
+/* Of the directions of loads. */
+#define MOST_ROUNDS 30
+#define SETTLED 1e-14
 
 /* ---- why there are as many ------------------------------------------------------------------
  *
@@ -25,6 +28,10 @@ static int32_t first_contact(const perp__acceleration *a)
 /* Remembers the sign of the determinant of the pattern that was solved last. */
 static void note_sign(perp__acceleration *a)
 {
+    for (int32_t i = 0; i < a->elements; i++)
+        a->bent |= perp__load_slips(a, i);
+    if (a->bent)
+        return;
     if (a->linear.system.sign == 0 && !a->has_singular) {
         a->has_singular = 1;
         a->singular_contact = first_contact(a);
@@ -33,6 +40,28 @@ static void note_sign(perp__acceleration *a)
         a->has_negative = 1;
         a->negative_contact = first_contact(a);
     }
+}
+
+/* 1 - mu max |W_NN^-1 W_Nt d|: what friction that grows with |N| leaves of the normals' share. */
+static double two_sided_inertia(const perp__acceleration *a, const perp__element *element)
+{
+    const size_t active = (size_t)a->active, r = (size_t)element->row;
+    const int32_t k = element->normals, tangents = element->moves ? 1 : element->tangents;
+    double coupling[2 * PERP__MOST_NORMALS] = {0.0}, square[4] = {0.0}, root;
+
+    for (int32_t i = 0; i < k; i++)
+        for (int32_t j = 0; j < element->tangents; j++)
+            coupling[i * tangents + (element->moves ? 0 : j)] +=
+                a->held[(r + (size_t)i) * active + r + (size_t)(k + j)] *
+                (element->moves ? element->direction[j] : 1.0);
+    if (!perp__solve_small(a->held + r * (active + 1), k, a->active, coupling, tangents))
+        return INFINITY;
+    for (int32_t i = 0; i < k; i++)
+        for (int32_t j = 0; j < tangents; j++)
+            for (int32_t l = 0; l < tangents; l++)
+                square[2 * j + l] += coupling[i * tangents + j] * coupling[i * tangents + l];
+    root = hypot(0.5 * (square[0] - square[3]), square[1]); /* the larger of two eigenvalues */
+    return 1.0 - element->mu * sqrt(0.5 * (square[0] + square[3]) + root);
 }
 
 /* n'M^-1 (n - mu d) beside n'M^-1 n, in the worst direction; +inf where there is no such thing. */
@@ -45,6 +74,8 @@ static double inertia_of(const perp__acceleration *a, const perp__element *eleme
 
     if (!element->friction || !(normal > PERP__ACCELERATION_TOLERANCE * a->W[r * (active + 1)]))
         return INFINITY;
+    if (element->two_sided)
+        return two_sided_inertia(a, element);
     coupling = element->tangents == 1 ? row[r + 1] : hypot(row[r + 1], row[r + 2]);
     if (element->moves)
         coupling = element->direction[0] * row[r + 1] +
@@ -52,6 +83,21 @@ static double inertia_of(const perp__acceleration *a, const perp__element *eleme
     else
         coupling = fabs(coupling);
     return (normal - element->mu * coupling) / normal;
+}
+
+/* Whether the signs of the minors decide. A contact that holds both ways has pieces on both sides
+ * of N = 0, six of them around it at rest: then the map may go around twice, but not where all
+ * minors are positive and there is one answer now, as it has one then for any loads. */
+static int32_t minors_decide(const perp__acceleration *a)
+{
+    const int32_t one = a->answers.count == 1 && a->answers.first->dimension == 0;
+
+    if (a->bent)
+        return a->closed == 1;
+    for (int32_t i = 0; i < a->closed; i++)
+        if (a->element[i].two_sided && a->element[i].friction && !a->element[i].moves)
+            return one;
+    return 1;
 }
 
 /* A contact at rest that has more friction than it slips with. */
@@ -92,6 +138,8 @@ static void find_reason(const perp__acceleration *a, perp_mechanism_summary *sum
     } else if (a->has_singular) {
         summary->reason = PERP_MECHANISM_REDUNDANT;
         summary->contact = a->singular_contact;
+    } else if (!minors_decide(a)) {
+        summary->reason = PERP_MECHANISM_UNDECIDED;
     } else {
         summary->contact = first_with_static_friction(a);
         summary->reason =
@@ -141,6 +189,27 @@ perp_status perp__acceleration_try(perp__acceleration *a, double singular)
     return keep(a, perp__slip_turn(a, singular));
 }
 
+/* From loads that are nearly right: Newton's method, as |N| is linear in the end. */
+static perp_status try_loads(perp__acceleration *a)
+{
+    const size_t size = 2 * (size_t)a->elements * sizeof *a->chosen;
+    perp_status status = PERP_OK;
+    int32_t dimension = 0;
+
+    if (perp__slip_count(a) > 0) {
+        status = keep(a, perp__slip_turn(a, PERP__ACCELERATION_TOLERANCE));
+        memcpy(a->pattern.direction, a->chosen, size);
+        return status;
+    }
+    for (int32_t round = 0; round < MOST_ROUNDS; round++) {
+        dimension = perp__pattern_solve(a);
+        if (perp__load_turn(a) <= SETTLED)
+            return keep(a, dimension);
+    }
+    a->answers.incomplete = 1;
+    return status;
+}
+
 /* A slip that starts in the first of the directions: all of its directions are found at once. In
  * the others there is nothing left to do. */
 static perp_status try_directions(perp__acceleration *a)
@@ -170,11 +239,18 @@ static perp_status try_pattern(perp__acceleration *a)
 {
     const int32_t turning = perp__slip_count(a);
     perp_status status;
-    int32_t dimension;
+    int32_t dimension, i;
 
+    for (i = 0; i < a->elements && !perp__load_slips(a, i); i++)
+        ;
+    if (i < a->elements) {
+        note_sign(a);
+        return turning == 0 || is_start(a, turning) ? perp__load_all(a, try_loads) : PERP_OK;
+    }
     if (turning == 0) {
         dimension = perp__pattern_solve(a);
         note_sign(a);
+        perp__load_turn(a); /* of what sticks */
         return keep(a, dimension);
     }
     perp__pattern_solve_roughly(a, PERP__ACCELERATION_SINGULAR, a->active);
@@ -210,6 +286,7 @@ static perp_status leaf(void *user)
 perp_status perp__acceleration_all(perp__acceleration *a, perp_mechanism_summary *summary)
 {
     const int64_t most = a->m->settings.most_patterns;
+    int32_t one_sided = 1; /* the searches know no other contacts */
     perp_status status = PERP_OK;
 
     a->tree.positions = a->elements;
@@ -225,10 +302,12 @@ perp_status perp__acceleration_all(perp__acceleration *a, perp_mechanism_summary
     if (a->complete)
         status = perp__pattern_tree_search(&a->tree);
     summary->patterns = a->leaves;
-    if (status == PERP_OK)
+    for (int32_t i = 0; i < a->closed; i++)
+        one_sided &= !a->element[i].two_sided;
+    if (status == PERP_OK && one_sided)
         status = perp__acceleration_seed(a);
     summary->exhaustive = a->complete && !a->answers.incomplete;
-    if (status == PERP_OK && !summary->exhaustive)
+    if (status == PERP_OK && one_sided && !summary->exhaustive)
         status = perp__acceleration_search(a, summary);
     if (status == PERP_OK)
         find_reason(a, summary);

@@ -56,7 +56,8 @@ static void fill(const perp__acceleration *a, compliant *c)
             row += p->first[from];
             c->S[at] = c->Gamma[at] = row[0];
             for (int32_t k = 1; k < p->count[from]; k++)
-                c->Gamma[at] += p->coefficient[3 * (size_t)from + (size_t)k] * row[k];
+                c->Gamma[at] +=
+                    p->coefficient[PERP__MOST_TERMS * (size_t)from + (size_t)k] * row[k];
         }
 }
 
@@ -148,10 +149,10 @@ void perp__acceleration_mark_rows(const perp__acceleration *a, const perp__answe
         const perp__element *element = a->element + index;
         const int32_t mode = answer->pattern[index];
 
-        for (int32_t i = 0; i < element->tangents + !element->dry; i++)
+        for (int32_t i = 0; i < element->tangents + element->normals; i++)
             holds[a->row_of[element->row] + i] =
                 (int8_t)(mode == PERP_MECHANISM_STICK ||
-                         (i == 0 && perp__element_presses(element, mode)));
+                         (i < element->normals && perp__element_presses(element, mode)));
     }
 }
 
@@ -201,14 +202,18 @@ static double element_residual(const perp__acceleration *a, const perp__answer *
 {
     const perp__element *element = a->element + index;
     const int32_t mode = answer->pattern[index], row = a->row_of[element->row];
-    const int32_t tangent = element->dry ? row : row + 1;
+    const int32_t tangent = row + element->normals;
     const double *f = answer->middle;
     double worst = 0.0, size = element->dry ? element->bound : f[row], length = 0.0, limit;
 
-    if (!element->dry) {
-        worst = row_residual(a, answer, element->row, mode == PERP_MECHANISM_SEPARATE);
+    for (int32_t i = 0; i < element->normals; i++)
+        perp__raise_to(&worst,
+                       row_residual(a, answer, element->row + i, mode == PERP_MECHANISM_SEPARATE));
+    if (element->two_sided)
+        size = hypot(size, hypot(element->normals > 1 ? f[row + 1] : 0.0,
+                                 element->normals > 2 ? f[row + 2] : 0.0));
+    else if (!element->dry)
         perp__raise_to(&worst, -size / (largest * a->scale[element->row]));
-    }
     for (int32_t i = 0; i < element->tangents; i++) {
         length = hypot(length, f[tangent + i]);
         if (mode == PERP_MECHANISM_STICK)
@@ -238,7 +243,7 @@ static void name_modes(const perp__acceleration *a, perp__answer *answer)
         if (mode == PERP_MECHANISM_SLIP && !element->dry && !element->friction && !element->moves) {
             mode = PERP_MECHANISM_STICK; /* nothing holds it, but it does not move either */
             for (int32_t i = 0; i < element->tangents; i++)
-                if (row_residual(a, answer, element->row + 1 + i, 0) > SMALL)
+                if (row_residual(a, answer, perp__element_tangent(element) + i, 0) > SMALL)
                     mode = PERP_MECHANISM_SLIP;
         }
         answer->modes[element->source] = mode;
@@ -281,7 +286,9 @@ static int32_t has_point(perp__acceleration *a, const perp__answer *outer, const
 static int32_t is_turned(const perp__acceleration *a, const perp__answer *answer)
 {
     for (int32_t i = 0; i < a->elements; i++)
-        if (a->element[i].tangents == 2 && perp__element_starts(a->element + i, answer->pattern[i]))
+        if ((a->element[i].tangents == 2 &&
+             perp__element_starts(a->element + i, answer->pattern[i])) ||
+            perp__load_bends(a->element + i))
             return 1;
     return 0;
 }
@@ -361,6 +368,8 @@ static void set_pattern(const perp__acceleration *a, perp__answer *answer)
     memcpy(pattern.mode, a->pattern.mode, (size_t)a->elements);
     memcpy(pattern.direction, a->pattern.direction,
            2 * (size_t)a->elements * sizeof *pattern.direction);
+    memcpy(pattern.load, a->pattern.load,
+           PERP__MOST_NORMALS * (size_t)a->elements * sizeof *pattern.load);
 }
 
 perp_status perp__acceleration_keep_point(perp__acceleration *a, int32_t at_vertex,
@@ -440,6 +449,8 @@ static perp_status enumerate(perp__acceleration *a, int32_t dimension, int32_t d
     perp_status status;
 
     *made = NULL;
+    for (int32_t i = 0; i < a->elements; i++) /* what sticks by a load that turns is not convex */
+        a->answers.incomplete |= perp__load_bends(a->element + i);
     a->linear.inside = inside;
     a->linear.edges = discs > 0 ? edges_of(a, dimension, discs) : 0;
     status = perp__polyhedron_begin(&a->polyhedron, 4 * a->elements + a->linear.edges * discs,
@@ -475,7 +486,7 @@ static void aim(perp__acceleration *a, const perp__answer *answer)
 {
     for (int32_t i = 0; i < a->elements; i++) {
         const perp__element *element = a->element + i;
-        const double *f = answer->middle + a->row_of[element->row] + !element->dry;
+        const double *f = answer->middle + a->row_of[element->row] + element->normals;
 
         if (element->tangents == 2)
             a->linear.angle[i] = atan2(f[1], f[0]);

@@ -6,27 +6,41 @@
 
 #include "mechanism/accelerations/accelerations.h"
 
+static int32_t separates(const perp__element *element)
+{
+    return !element->dry && !element->two_sided;
+}
+
+/* Signs of the normal force that make a difference. */
+static int32_t sides_of(const perp__element *element)
+{
+    return 1 + (element->two_sided && element->friction && element->normals == 1);
+}
+
 int32_t perp__element_choices(void *user, int32_t index)
 {
     const perp__acceleration *a = user;
     const perp__element *element = a->element + index;
+    const int32_t starts = !element->moves && element->friction;
+    const int32_t ways = 1 + (starts ? perp__element_directions(a, element) : 0);
 
-    if (element->moves || !element->friction)
-        return !element->dry + 1;
-    return !element->dry + 1 + perp__element_directions(a, element);
+    return ways * sides_of(element) + separates(element);
 }
 
 /* Choices of a contact: to separate, to stick, to slip; in motion and without friction the second
- * is to slip. Groups of dry friction don't separate. */
+ * is to slip. Groups of dry friction don't separate, nor does what holds both ways: that may press
+ * on one side, then on the other. */
 int32_t perp__element_choose(void *user, int32_t index, int32_t choice)
 {
     perp__acceleration *a = user;
     const perp__element *element = a->element + index;
-    const int32_t press = choice - !element->dry;
+    const int32_t sides = sides_of(element), press = choice / sides - separates(element);
     int8_t *mode = a->pattern.mode + index;
     double *direction = a->pattern.direction + 2 * (size_t)index;
+    double *load = a->pattern.load + PERP__MOST_NORMALS * (size_t)index;
 
-    direction[0] = direction[1] = 0.0;
+    direction[0] = direction[1] = load[1] = load[2] = 0.0;
+    load[0] = perp__load_bends(element) ? 0.0 : choice % sides == 0 ? 1.0 : -1.0;
     *mode = (int8_t)(press < 0 ? PERP_MECHANISM_SEPARATE : PERP_MECHANISM_SLIP);
     if (press < 0 || !element->friction)
         return 1;
@@ -55,7 +69,7 @@ void perp__element_direction(const perp__acceleration *a, const perp__element *e
 
 int32_t perp__element_tangent(const perp__element *element)
 {
-    return element->row + !element->dry;
+    return element->row + element->normals;
 }
 
 int32_t perp__element_starts(const perp__element *element, int32_t mode)
@@ -68,35 +82,60 @@ int32_t perp__element_presses(const perp__element *element, int32_t mode)
     return !element->dry && mode != PERP_MECHANISM_SEPARATE;
 }
 
+double perp__element_load(const perp__acceleration *a, int32_t index, const double *x)
+{
+    const perp__element *element = a->element + index;
+    const double *load = a->pattern.load + PERP__MOST_NORMALS * (size_t)index;
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < element->normals; i++)
+        sum += load[i] * x[element->row + i];
+    return sum;
+}
+
 /* ---- the system ---------------------------------------------------------------------------- */
+
+/* A normal force with its part of the friction. */
+static void list_normal(perp__acceleration *a, int32_t index, int32_t normal)
+{
+    const perp__element *element = a->element + index;
+    const double *direction = a->pattern.direction + 2 * (size_t)index;
+    const double load = a->pattern.load[PERP__MOST_NORMALS * index + normal];
+    const int32_t behind = element->normals - normal; /* entries before the tangents */
+    double dragged[PERP__MOST_TERMS] = {1.0};
+
+    for (int32_t i = 0; i < element->tangents; i++)
+        dragged[behind + i] = -element->mu * load * direction[i];
+    perp__linear_column(&a->linear, element->row + normal, behind + element->tangents, dragged);
+}
 
 static void list_element(perp__acceleration *a, int32_t index)
 {
-    static const double alone[3] = {1.0, 0.0, 0.0};
+    static const double alone = 1.0;
     const perp__element *element = a->element + index;
     const int32_t mode = a->pattern.mode[index], t = perp__element_tangent(element);
     const double *direction = a->pattern.direction + 2 * (size_t)index;
-    const double dragged[3] = {1.0, -element->mu * direction[0], -element->mu * direction[1]};
 
     if (mode == PERP_MECHANISM_STICK)
         for (int32_t i = element->row; i < t + element->tangents; i++)
-            perp__linear_column(&a->linear, i, 1, alone);
+            perp__linear_column(&a->linear, i, 1, &alone);
     else if (element->dry)
         for (int32_t i = 0; i < element->tangents; i++)
             a->linear.known[t + i] = -element->bound * direction[i];
     else if (mode == PERP_MECHANISM_SLIP)
-        perp__linear_column(&a->linear, element->row, 1 + element->tangents, dragged);
+        for (int32_t i = 0; i < element->normals; i++)
+            list_normal(a, index, i);
 }
 
 static void list_columns(perp__acceleration *a)
 {
-    static const double alone[3] = {1.0, 0.0, 0.0};
+    static const double alone = 1.0;
 
     perp__linear_begin(&a->linear);
     for (int32_t index = 0; index < a->closed; index++)
         list_element(a, index);
     for (int32_t row = 0; row < a->m->bilateral; row++)
-        perp__linear_column(&a->linear, a->bilateral_row + row, 1, alone);
+        perp__linear_column(&a->linear, a->bilateral_row + row, 1, &alone);
     for (int32_t index = a->closed; index < a->elements; index++)
         list_element(a, index);
 }
@@ -119,11 +158,23 @@ int32_t perp__pattern_solve(perp__acceleration *a)
     return perp__linear_find_null(&a->linear);
 }
 
+void perp__pattern_respond(perp__acceleration *a, double *force, double *change)
+{
+    double *rhs = a->linear.residual, *x = a->linear.load;
+
+    perp__linear_rows(&a->linear, change, NULL, force, 1);
+    for (int32_t r = 0; r < a->linear.system.n; r++)
+        rhs[r] = -change[a->linear.first[r]] * a->scale[a->linear.first[r]];
+    perp__pivoting_solve(&a->linear.system, x, rhs);
+    perp__linear_add(&a->linear, force, x, 0);
+    perp__linear_rows(&a->linear, change, NULL, force, 1);
+}
+
 /* ---- what the pattern says ------------------------------------------------------------------ */
 
 static perp__condition row_is(int32_t kind, int32_t row)
 {
-    const perp__condition g = {kind, 0, 1, {row, 0, 0}, 0.0, {1.0, 0.0, 0.0}};
+    const perp__condition g = {kind, 0, 1, {row}, 0.0, {1.0}};
 
     return g;
 }
@@ -133,42 +184,54 @@ static perp__condition slip_is(int32_t kind, const perp__element *element, doubl
                                double along_1)
 {
     const int32_t t = perp__element_tangent(element);
-    const perp__condition g = {
-        kind, kind == PERP__CONDITION_POSITIVE, element->tangents, {t, t + 1, 0},
-        0.0,  {along_0, along_1, 0.0}};
+    const perp__condition g = {kind,
+                               kind == PERP__CONDITION_POSITIVE,
+                               element->tangents,
+                               {t, t + 1},
+                               0.0,
+                               {along_0, along_1}};
 
     return g;
 }
 
-/* bound or factor f_n, and a tangential force times `sign`. */
-static perp__condition force_is(int32_t kind, const perp__element *element, int32_t i, double sign,
+/* g + factor |N|, or factor times the bound. */
+static perp__condition add_load(perp__condition g, const perp__element *element, const double *load,
                                 double factor)
 {
-    const int32_t t = perp__element_tangent(element);
-    const perp__condition g = {kind,
-                               0,
-                               element->dry ? 1 : 2,
-                               {~(t + i), ~element->row, 0},
-                               element->dry ? factor * element->bound : 0.0,
-                               {sign, factor, 0.0}};
-
+    g.constant = element->dry ? factor * element->bound : 0.0;
+    for (int32_t i = 0; i < element->normals; i++) {
+        g.index[g.count] = ~(element->row + i);
+        g.factor[g.count++] = factor * load[i];
+    }
     return g;
 }
 
-static perp__condition disc_is(const perp__element *element, double factor)
+/* bound or factor |N|, and a tangential force times `sign`. */
+static perp__condition force_is(int32_t kind, const perp__element *element, const double *load,
+                                int32_t i, double sign, double factor)
+{
+    const perp__condition g = {kind, 0, 1, {~(perp__element_tangent(element) + i)}, 0.0, {sign}};
+
+    return add_load(g, element, load, factor);
+}
+
+static perp__condition disc_is(const perp__element *element, const double *load, double factor)
 {
     const int32_t t = perp__element_tangent(element);
-    const perp__condition g = {PERP__CONDITION_DISC,
-                               0,
-                               element->dry ? 2 : 3,
-                               {~t, ~(t + 1), ~element->row},
-                               element->dry ? factor * element->bound : 0.0,
-                               {0.0, 0.0, factor}};
+    const perp__condition g = {PERP__CONDITION_DISC, 0, 2, {~t, ~(t + 1)}, 0.0, {0.0}};
 
-    return g;
+    return add_load(g, element, load, factor);
 }
 
-static int32_t stick_conditions(const perp__element *element, perp__condition *list)
+static perp__condition load_is_positive(const perp__element *element, const double *load)
+{
+    const perp__condition g = {PERP__CONDITION_NOT_NEGATIVE, 0, 0, {0}, 0.0, {0.0}};
+
+    return add_load(g, element, load, 1.0);
+}
+
+static int32_t stick_conditions(const perp__element *element, const double *load,
+                                perp__condition *list)
 {
     const double limit = element->dry ? 1.0 : element->mu_stick;
     int32_t count = 0, i;
@@ -176,22 +239,23 @@ static int32_t stick_conditions(const perp__element *element, perp__condition *l
     for (i = 0; i < element->tangents; i++)
         list[count++] = row_is(PERP__CONDITION_EQUATION, perp__element_tangent(element) + i);
     if (element->tangents == 2) {
-        list[count++] = disc_is(element, limit);
+        list[count++] = disc_is(element, load, limit);
     } else if (element->tangents == 1) {
-        list[count++] = force_is(PERP__CONDITION_NOT_NEGATIVE, element, 0, -1.0, limit);
-        list[count++] = force_is(PERP__CONDITION_NOT_NEGATIVE, element, 0, 1.0, limit);
+        list[count++] = force_is(PERP__CONDITION_NOT_NEGATIVE, element, load, 0, -1.0, limit);
+        list[count++] = force_is(PERP__CONDITION_NOT_NEGATIVE, element, load, 0, 1.0, limit);
     }
     return count;
 }
 
 static int32_t slip_conditions(const perp__element *element, const double *direction,
-                               perp__condition *list)
+                               const double *load, perp__condition *list)
 {
     const double mu = element->dry ? 1.0 : element->mu;
     int32_t count = 0, i;
 
     for (i = 0; i < element->tangents; i++)
-        list[count++] = force_is(PERP__CONDITION_EQUATION, element, i, 1.0, mu * direction[i]);
+        list[count++] =
+            force_is(PERP__CONDITION_EQUATION, element, load, i, 1.0, mu * direction[i]);
     if (!perp__element_starts(element, PERP_MECHANISM_SLIP))
         return count;
     list[count++] = slip_is(PERP__CONDITION_POSITIVE, element, direction[0], direction[1]);
@@ -206,6 +270,7 @@ int32_t perp__element_conditions(const void *user, const void *of, int32_t index
     const perp__acceleration *a = user;
     const perp__mode_pattern *pattern = of;
     const perp__element *element = a->element + index;
+    const double *load = pattern->load + PERP__MOST_NORMALS * (size_t)index;
     int32_t mode, count = 0, i;
 
     if (index >= a->elements) {
@@ -220,12 +285,12 @@ int32_t perp__element_conditions(const void *user, const void *of, int32_t index
         list[count++].strict = 1; /* where it does not lift off it presses as well */
         return count;
     }
-    if (!element->dry) {
-        list[count++] = row_is(PERP__CONDITION_EQUATION, element->row);
-        list[count++] = row_is(PERP__CONDITION_NOT_NEGATIVE, ~element->row);
-    }
-    return count +
-           (mode == PERP_MECHANISM_STICK
-                ? stick_conditions(element, list + count)
-                : slip_conditions(element, pattern->direction + 2 * (size_t)index, list + count));
+    for (i = 0; i < element->normals; i++)
+        list[count++] = row_is(PERP__CONDITION_EQUATION, element->row + i);
+    if (element->normals > 0 && (element->friction || !element->two_sided))
+        list[count++] = load_is_positive(element, load);
+    return count + (mode == PERP_MECHANISM_STICK
+                        ? stick_conditions(element, load, list + count)
+                        : slip_conditions(element, pattern->direction + 2 * (size_t)index, load,
+                                          list + count));
 }

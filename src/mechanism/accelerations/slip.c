@@ -54,20 +54,15 @@ static void turn_accelerations(perp__acceleration *a, int32_t index, double *cha
 {
     const perp__element *element = a->element + index;
     const double *direction = a->pattern.direction + 2 * (size_t)index;
-    const double size = element->dry ? element->bound : element->mu * a->linear.x[element->row];
+    const double size =
+        element->dry ? element->bound : element->mu * perp__element_load(a, index, a->linear.x);
     const int32_t t = perp__element_tangent(element);
-    const size_t active = (size_t)a->active;
-    double *force = a->work, *rhs = force + active, *x = rhs + active;
+    double *force = a->work;
 
-    memset(force, 0, active * sizeof *force);
+    memset(force, 0, (size_t)a->active * sizeof *force);
     force[t] = size * direction[1];
     force[t + 1] = -size * direction[0];
-    perp__linear_rows(&a->linear, change, NULL, force, 1);
-    for (int32_t r = 0; r < a->linear.system.n; r++)
-        rhs[r] = -change[a->linear.first[r]] * a->scale[a->linear.first[r]];
-    perp__pivoting_solve(&a->linear.system, x, rhs);
-    perp__linear_add(&a->linear, force, x, 0);
-    perp__linear_rows(&a->linear, change, NULL, force, 1);
+    perp__pattern_respond(a, force, change);
 }
 
 static double cross(const double *direction, const double *u)
@@ -131,9 +126,9 @@ int32_t perp__slip_turn(perp__acceleration *a, double singular)
     perp__pattern_solve_roughly(a, singular, a->active);
     rank = a->linear.system.rank;
     for (int32_t round = 0; round < MOST_ROUNDS; round++) {
-        const double largest = turn(a);
+        const double bent = perp__load_turn(a), turned = turn(a), largest = fmax(bent, turned);
 
-        if (largest < 0.0 || (round >= PATIENCE && largest > NEAR))
+        if (turned < 0.0 || (round >= PATIENCE && largest > NEAR))
             return -1;
         if (largest <= SETTLED)
             return perp__pattern_solve(a);

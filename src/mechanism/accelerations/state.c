@@ -56,11 +56,14 @@ perp__element *perp__element_add(perp__acceleration *a, int32_t source)
     element->source = source;
     element->row = a->active;
     element->dry = source >= m->contacts;
+    element->two_sided = !element->dry && m->two_sided[source] > 0;
+    element->normals = element->two_sided ? m->two_sided[source] : !element->dry;
     element->tangents = m->tangents[source];
     if (element->dry)
         element->bound = m->begin.bound[source - m->contacts];
     element->friction = element->bound > 0.0;
-    for (int32_t i = -!element->dry; i < element->tangents; i++)
+    a->pattern.load[PERP__MOST_NORMALS * (a->elements - 1)] = 1.0;
+    for (int32_t i = -element->normals; i < element->tangents; i++)
         a->row_of[a->active++] = m->tangent[source] + i;
     return element;
 }
@@ -80,7 +83,7 @@ static void add_contact(perp__acceleration *a, int32_t j, const double *friction
     perp__element *element = perp__element_add(a, j);
     const double at_rest = fmax(m->mu_static[j], m->begin.mu[j]);
 
-    element->moves = slides(m, m->starts[j] + 1, element->tangents, v, element->direction);
+    element->moves = slides(m, m->tangent[j], element->tangents, v, element->direction);
     element->mu_stick = at_rest;
     /* a slip that starts is slow: Stribeck's curve is at its beginning */
     element->mu = element->moves ? friction[j] : m->stribeck[j] > 0.0 ? at_rest : m->begin.mu[j];
@@ -101,10 +104,11 @@ static int32_t find_elements(perp__acceleration *a, const double *q, const doubl
         const int32_t row = m->starts[j];
         const double speed = m->start_velocity[row], rounding = velocity_tolerance(m, row, v);
 
-        if (m->begin.gap[j] > CLOSED_TOLERANCE * perp__gap_size(m, &m->begin, row, q) ||
-            speed > rounding)
+        if (m->two_sided[j] == 0 &&
+            (m->begin.gap[j] > CLOSED_TOLERANCE * perp__gap_size(m, &m->begin, row, q) ||
+             speed > rounding))
             continue;
-        if (speed < -rounding && impact < 0)
+        if (m->two_sided[j] == 0 && speed < -rounding && impact < 0)
             impact = j;
         add_contact(a, j, m->friction, v);
     }

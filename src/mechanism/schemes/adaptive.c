@@ -118,7 +118,7 @@ static int32_t row_turns(const perp_mechanism *m, int32_t row, double weight)
 static int32_t turns(const perp_mechanism *m, double weight)
 {
     for (int32_t j = 0; j < m->contacts; j++)
-        for (int32_t i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
+        for (int32_t i = m->tangent[j]; i < m->starts[j + 1]; i++)
             if (m->next.modes[j] == PERP_MECHANISM_SLIP && row_turns(m, i, weight))
                 return 1;
     for (int32_t i = m->rows - m->dry_rows; i < m->rows; i++)
@@ -151,7 +151,8 @@ static perp_status improve(perp_mechanism *m, perp__adaptive *a, double t, doubl
     extrapolate(m->trial.r, m->next.r, weight, m->rows);
     extrapolate(m->trial.u, m->next.u, weight, m->rows);
     for (int32_t j = 0; j < m->contacts; j++)
-        m->trial.r[m->starts[j]] = fmax(m->trial.r[m->starts[j]], 0.0);
+        if (m->two_sided[j] == 0)
+            m->trial.r[m->starts[j]] = fmax(m->trial.r[m->starts[j]], 0.0);
     memcpy(a->moved, m->trial.q, (size_t)m->coordinates * sizeof *a->moved);
     memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
     status = perp__evaluate_move(m, m->trial.q, a->moved, 0.0, a->difference); /* normalised */

@@ -221,7 +221,7 @@ static double lateness(perp_mechanism *m, perp__adaptive *a, const perp__motion 
     const double gap = fmax(m->begin.gap[j], 0.0);
     double before, free;
 
-    if (to->r[row] == 0.0)
+    if (to->r[row] == 0.0 || m->two_sided[j] > 0)
         return 0.0;
     jump_of(m, a, to->r, j);
     before = perp__row_times(m, &m->begin, row, m->begin.drift[row], from->v);
@@ -317,7 +317,7 @@ perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const pe
 
     for (int32_t j = 0; j < m->contacts + m->dry && status == PERP_OK; j++) {
         const friction f = {m->tangent[j], m->tangents[j], j,
-                            j < m->contacts ? m->friction[j] * to->r[m->starts[j]]
+                            j < m->contacts ? m->friction[j] * perp__load_of(m, to->r, j)
                                             : m->dry_bound[j - m->contacts]};
 
         if (j < m->contacts)

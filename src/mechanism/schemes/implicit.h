@@ -1,7 +1,7 @@
 /* What the files of the implicit scheme share: the nonlinear complementarity problem of a step.
  *
  * Its unknowns: v+, then contact by contact r_n and its friction, then the bilateral impulses, then
- * the dry groups' friction. Friction of a disc of radius R (mu r_n, or h times a dry bound):
+ * the dry groups' friction. Friction of a disc of radius R (mu |r_N|, or h times a dry bound):
  *
  *   one tangent       x in [-1, 1]     r_t = R x          x perp u_t
  *   two, exact        x in R^2, l >= 0 r_t = R x          u_t + l x = 0, 0 <= l perp 1 - x'x >= 0
@@ -25,7 +25,8 @@ typedef struct perp__implicit_disc {
     int32_t tangents; /* 0: no friction */
     int32_t edges;    /* of a polygon; 0: the interval or the disc itself */
     int32_t forces;   /* its first unknowns: x, or beta */
-    int32_t normal;   /* unknown; -1: none */
+    int32_t normal;   /* its first unknown; -1: none */
+    int32_t normals;  /* so many of them; free where they hold both ways */
     int32_t first;    /* unknown of its friction */
     double weight;    /* an impulse of friction, for the rows of x */
 } perp__implicit_disc;
@@ -69,9 +70,11 @@ int32_t perp__implicit_most(const perp_mechanism *m, int32_t edges);
 void perp__implicit_number(perp_mechanism *m, perp__implicit *s);
 /* z := what m->answer says. */
 void perp__implicit_start(perp_mechanism *m, perp__implicit *s, double *z);
-/* h times the bound, or mu r_n. */
+/* h times the bound, or mu |r_N|; and how much |r_N| grows with normal impulse i. */
 double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
                              const perp__implicit_disc *disc, const double *z);
+double perp__implicit_share(const perp_mechanism *m, const perp__implicit_disc *disc, int32_t i,
+                            const double *z);
 /* The direction of force i: of a tangent, or of an edge of the polygon. */
 void perp__implicit_direction(const perp__implicit_disc *disc, int32_t i, double d[2]);
 

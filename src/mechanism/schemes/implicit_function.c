@@ -33,8 +33,8 @@ static void fill_impulses(perp_mechanism *m, perp__implicit *s, const double *z)
         const perp__implicit_disc *disc = s->discs + k;
         const double unit = disc->edges > 0 ? 1.0 : perp__implicit_radius(m, s, disc, z);
 
-        if (disc->normal >= 0)
-            s->r[m->starts[disc->contact]] = z[disc->normal];
+        for (int32_t i = 0; i < disc->normals; i++)
+            s->r[m->starts[disc->contact] + i] = z[disc->normal + i];
         for (int32_t i = 0; i < disc->forces; i++) {
             double d[2];
 
@@ -73,6 +73,21 @@ static void fill_friction(const perp_mechanism *m, const perp__implicit *s,
     }
 }
 
+/* Of a constraint's impulse. */
+static int32_t unknown_of(const perp_mechanism *m, const perp__implicit *s, int32_t constraint)
+{
+    const int32_t row = m->constraint_row[constraint];
+
+    for (int32_t k = 0; k < s->discs_count && constraint >= m->bilateral; k++) {
+        const perp__implicit_disc *disc = s->discs + k;
+        const int32_t i = disc->normal >= 0 ? row - m->starts[disc->contact] : -1;
+
+        if (i >= 0 && i < disc->normals)
+            return disc->normal + i;
+    }
+    return s->bilateral + constraint;
+}
+
 static void fill(perp_mechanism *m, perp__implicit *s, double *F, const double *z)
 {
     const perp__terms *end = &m->end;
@@ -91,16 +106,16 @@ static void fill(perp_mechanism *m, perp__implicit *s, double *F, const double *
         const perp__implicit_disc *disc = s->discs + k;
         const int32_t c = disc->contact;
 
-        if (disc->normal >= 0)
+        if (disc->normal >= 0 && m->two_sided[c] == 0)
             F[disc->normal] =
                 fmax(m->begin.gap[c], 0.0) / s->h + s->u[m->starts[c]] +
                 perp__implicit_curvature(m, s, m->starts[c], end->gap[c], m->begin.gap[c]);
         fill_friction(m, s, disc, F, z);
     }
-    for (i = 0; i < m->bilateral; i++) {
-        const int32_t row = m->contact_rows + i;
+    for (i = 0; i < m->constraints; i++) {
+        const int32_t row = m->constraint_row[i];
 
-        F[s->bilateral + i] =
+        F[unknown_of(m, s, i)] =
             s->u[row] + perp__implicit_curvature(m, s, row, end->c[i], m->begin.c[i]);
     }
 }
@@ -203,11 +218,11 @@ static void fill_impulse_columns(perp_mechanism *m, perp__implicit *s, double *J
     for (int32_t k = 0; k < s->discs_count; k++) {
         const perp__implicit_disc *disc = s->discs + k;
 
-        if (disc->normal >= 0) {
-            double *column = J + (size_t)disc->normal * size;
-            const double mu = m->friction[disc->contact];
+        for (int32_t l = 0; l < disc->normals; l++) {
+            double *column = J + (size_t)(disc->normal + l) * size;
+            const double mu = m->friction[disc->contact] * perp__implicit_share(m, disc, l, z);
 
-            perp__add_row(m, &m->end, disc->row - 1, -1.0, column);
+            perp__add_row(m, &m->end, m->starts[disc->contact] + l, -1.0, column);
             for (int32_t i = 0; i < disc->tangents && disc->edges == 0; i++)
                 perp__add_row(m, &m->end, disc->row + i, -mu * z[disc->first + i], column);
             if (disc->edges > 0)
@@ -224,7 +239,7 @@ static int32_t is_gap(const perp_mechanism *m, const perp__implicit *s, int32_t 
     if (i >= s->bilateral && i < s->bilateral + m->bilateral)
         return 1;
     for (int32_t k = 0; k < s->discs_count; k++)
-        if (s->discs[k].normal == i)
+        if (i >= s->discs[k].normal && i < s->discs[k].normal + s->discs[k].normals)
             return 1;
     return 0;
 }
@@ -252,8 +267,8 @@ static void fill_speed_columns(const perp_mechanism *m, const perp__implicit *s,
         const perp__implicit_disc *disc = s->discs + k;
         const double weight = disc->edges > 0 ? 1.0 : disc->weight;
 
-        if (disc->normal >= 0)
-            add_speed(m, s, J, disc->normal, disc->row - 1, 1.0);
+        for (int32_t i = 0; i < disc->normals; i++)
+            add_speed(m, s, J, disc->normal + i, m->starts[disc->contact] + i, 1.0);
         for (int32_t i = 0; i < disc->forces; i++) {
             double d[2];
 

@@ -22,10 +22,10 @@ static int32_t unknowns_of(int32_t tangents, int32_t edges)
 
 int32_t perp__implicit_most(const perp_mechanism *m, int32_t edges)
 {
-    int32_t count = m->n + m->contacts + m->bilateral, j;
+    int32_t count = m->n + m->contacts + m->constraints, j; /* at the most */
 
     for (j = 0; j < m->contacts; j++)
-        count += unknowns_of(m->dims[j] - 1, edges);
+        count += unknowns_of(m->tangents[j], edges);
     return count + m->dry * unknowns_of(m->model.dry_dim, edges);
 }
 
@@ -35,6 +35,15 @@ static double inverse_mass(perp_mechanism *m, int32_t row)
     memcpy(m->work, m->begin.J + (size_t)row * (size_t)m->n, (size_t)m->n * sizeof *m->work);
     perp__solve_mass(m, &m->begin, m->work);
     return perp__row_times(m, &m->begin, row, 0.0, m->work);
+}
+
+/* Whether a gap or a c is behind the row. */
+static int32_t is_constraint(const perp_mechanism *m, int32_t row)
+{
+    for (int32_t c = 0; c < m->constraints; c++)
+        if (m->constraint_row[c] == row)
+            return 1;
+    return row < m->contact_rows && m->normal_of[row] >= 0 && m->included[m->normal_of[row]];
 }
 
 /* The sizes of the step's speeds and impulses, from energies, so that units of q do not count. */
@@ -50,8 +59,7 @@ static void find_sizes(perp_mechanism *m, perp__implicit *s)
         s->steps[i] = s->speed / sqrt(m->begin.M[(size_t)i * ((size_t)m->n + 1)]);
     for (int32_t i = 0; i < m->rows; i++) {
         s->inverse_mass[i] = inverse_mass(m, i);
-        if ((i < m->contact_rows && !(m->normal_of[i] >= 0 && m->included[m->normal_of[i]])) ||
-            i >= m->rows - m->dry_rows || !(s->inverse_mass[i] > 0.0))
+        if (!is_constraint(m, i) || !(s->inverse_mass[i] > 0.0))
             continue;
         noise = fmax(noise, perp__gap_rounding(m, &m->begin, i, s->q0) /
                                 (s->h * s->speed * sqrt(s->inverse_mass[i])));
@@ -77,8 +85,9 @@ static void number_disc(perp_mechanism *m, perp__implicit *s, int32_t contact, i
     disc->forces = disc->edges > 0 ? disc->edges : tangents;
     disc->weight = weight;
     disc->normal = contact < m->contacts ? s->size : -1;
-    if (disc->normal >= 0)
-        bound(s, s->size++, 0.0, INFINITY);
+    disc->normals = contact < m->contacts ? m->tangent[contact] - m->starts[contact] : 0;
+    for (int32_t i = 0; i < disc->normals; i++)
+        bound(s, s->size++, m->two_sided[contact] > 0 ? -INFINITY : 0.0, INFINITY);
     disc->first = s->size;
     for (int32_t i = 0; i < disc->forces; i++)
         bound(s, s->size++,
@@ -97,7 +106,7 @@ static void number_contact(perp_mechanism *m, perp__implicit *s, int32_t j)
     const double impulse = inverse > 0.0 ? s->speed / sqrt(inverse) : 0.0;
 
     number_disc(m, s, j, m->friction[j] > 0.0 ? m->tangents[j] : 0,
-                m->friction[j] * fmax(m->answer.r[row], impulse));
+                m->friction[j] * fmax(perp__load_of(m, m->answer.r, j), impulse));
 }
 
 /* Whether there is friction at all is asked at the step's start. */
@@ -123,7 +132,20 @@ double perp__implicit_radius(const perp_mechanism *m, const perp__implicit *s,
 {
     if (disc->normal < 0)
         return s->h * m->end.bound[disc->contact - m->contacts];
+    if (m->two_sided[disc->contact] > 0)
+        return m->friction[disc->contact] * perp__length(z + disc->normal, disc->normals);
     return m->friction[disc->contact] * z[disc->normal];
+}
+
+double perp__implicit_share(const perp_mechanism *m, const perp__implicit_disc *disc, int32_t i,
+                            const double *z)
+{
+    double length;
+
+    if (m->two_sided[disc->contact] == 0)
+        return 1.0;
+    length = perp__length(z + disc->normal, disc->normals);
+    return length > 0.0 ? z[disc->normal + i] / length : 0.0;
 }
 
 /* beta of the two vertices next to the direction of r, and the slip speed against the polygon. */
@@ -180,9 +202,9 @@ void perp__implicit_start(perp_mechanism *m, perp__implicit *s, double *z)
         const int32_t is_contact = disc->normal >= 0;
         double radius;
 
-        if (is_contact)
-            z[disc->normal] = answer->r[m->starts[disc->contact]];
-        radius = is_contact ? m->friction[disc->contact] * z[disc->normal]
+        for (int32_t i = 0; i < disc->normals; i++)
+            z[disc->normal + i] = answer->r[m->starts[disc->contact] + i];
+        radius = is_contact ? perp__implicit_radius(m, s, disc, z)
                             : m->dry_bound[disc->contact - m->contacts];
         if (disc->tangents > 0)
             start_friction(disc, z, radius, answer->r + disc->row, answer->u + disc->row,
@@ -230,7 +252,13 @@ static void take(perp_mechanism *m, const perp__implicit *s, const perp__implici
     perp__motion *answer = &m->answer;
     int32_t sticks = 1;
 
-    if (disc->normal >= 0) {
+    if (disc->normal >= 0 && m->two_sided[disc->contact] > 0) {
+        for (int32_t i = 0; i < disc->normals; i++) {
+            answer->r[m->starts[disc->contact] + i] = z[disc->normal + i];
+            answer->holds[m->starts[disc->contact] + i] = 1;
+        }
+        sticks = 0; /* without friction it slides */
+    } else if (disc->normal >= 0) {
         const int32_t row = m->starts[disc->contact];
         const double impulse = z[disc->normal];
 
@@ -252,8 +280,8 @@ static void prepare(perp_mechanism *m, perp__implicit *s)
     const size_t n = (size_t)m->n;
     int32_t j;
 
-    for (j = 0; j < m->bilateral; j++) {
-        const int32_t row = m->contact_rows + j;
+    for (j = 0; j < m->constraints; j++) {
+        const int32_t row = m->constraint_row[j];
 
         m->end.drift[row] += perp__implicit_curvature(m, s, row, m->end.c[j], m->begin.c[j]);
     }
@@ -261,8 +289,10 @@ static void prepare(perp_mechanism *m, perp__implicit *s)
     for (size_t i = 0; i < n; i++)
         m->momentum[i] += s->h * m->end.k[i];
     for (j = 0; j < m->contacts; j++)
-        m->shift[j] = fmax(m->begin.gap[j], 0.0) / s->h +
-                      perp__implicit_curvature(m, s, m->starts[j], m->end.gap[j], m->begin.gap[j]);
+        if (m->two_sided[j] == 0)
+            m->shift[j] =
+                fmax(m->begin.gap[j], 0.0) / s->h +
+                perp__implicit_curvature(m, s, m->starts[j], m->end.gap[j], m->begin.gap[j]);
     for (j = 0; j < m->dry; j++)
         m->dry_bound[j] = s->h * m->end.bound[j];
 }
@@ -288,8 +318,8 @@ void perp__implicit_answer(perp_mechanism *m, perp__implicit *s, const double *z
     problem.terms = &m->end;
     perp__hold_velocities(m, answer, &problem);
     perp__judge_motion(m, answer, &problem);
-    for (j = 0; j < m->bilateral; j++) { /* u of c at q+ is G v + drift itself */
-        const int32_t row = m->contact_rows + j;
+    for (j = 0; j < m->constraints; j++) { /* u of c at q+ is G v + drift itself */
+        const int32_t row = m->constraint_row[j];
         const double curvature = perp__implicit_curvature(m, s, row, m->end.c[j], m->begin.c[j]);
 
         m->end.drift[row] -= curvature;

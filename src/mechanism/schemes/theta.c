@@ -403,7 +403,8 @@ static int32_t is_hit(const perp_mechanism *m)
         const int32_t row = m->starts[j];
         const double before = m->start_velocity[row];
 
-        if (m->answer.r[row] > 0.0 && before < -fabs(m->free_velocity[row] - before))
+        if (m->two_sided[j] == 0 && m->answer.r[row] > 0.0 &&
+            before < -fabs(m->free_velocity[row] - before))
             return 1;
     }
     return 0;
