@@ -39,6 +39,7 @@
 
 /* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
 #define NOISE 0x1p-40
+#define NOISE_BITS 38 /* of a diagonal */
 #define NOISE_DIAGONAL 0x1p-38
 
 /* Exponents of units of the size that a caller may have chosen. */
@@ -123,57 +124,111 @@ static void tie(perp__witness *t, const perp__witness_point *p)
     t->tied = 1;
 }
 
-/* Whether a diagonal may be noise, which in most matrices none is beside the largest norm of a row,
- * in units e: |M_ij| and |M_ji| are at most 2^-(e_i + e_j) times that. */
-static int32_t may_have_noise(const perp__witness_point *p)
+/* ---- diagonals that may be noise ---- */
+
+#define NO_DIAGONAL (-(1 << 20))
+#define SUPPORT 0x1p-10
+
+/* partner[j] of a row whose diagonal is small beside some other by more than the couplings make up
+ * for: how many rows with a diagonal it is coupled with as strongly as with any, in units e. */
+enum { NO_PARTNER = -2, NONE = -1 };
+
+typedef struct noise_search {
+    const perp__witness_point *point;
+    double *size;     /* |M_ii| */
+    int32_t *partner; /* or: NONE, the only such row, or `rows` where there are several */
+    int32_t *noise;   /* M_ii is */
+    int32_t pass;
+} noise_search;
+
+/* Whether a diagonal may be noise: with |S_ij| <= 2^bound in units e, and |S_ii| near 2^d_i, none
+ * is but where a row of far smaller units has a far smaller diagonal. */
+static int32_t may_have_noise(noise_search *s, int32_t *d)
 {
+    const perp__witness_point *p = s->point;
+    const int32_t n = p->M->rows, *e = p->exponents;
+    int32_t least = -NO_DIAGONAL, farthest = -NO_DIAGONAL, any = 0, bound, i;
     double largest = 0.0;
-    int32_t least = 0, any = p->row_norms == NULL, i;
 
-    for (i = 0; i < p->M->rows && p->row_norms; i++) {
-        least = p->exponents[i] < least ? p->exponents[i] : least;
-        perp__raise_to(&largest, p->row_norms[i]);
+    for (i = 0; i < n; i++) {
+        s->size[i] = fabs(perp__diagonal_entry(p->M, i));
+        s->noise[i] = 0;
+        perp__raise_to(&largest, p->row_norms ? p->row_norms[i] : INFINITY);
+        d[i] = s->size[i] == 0.0 ? NO_DIAGONAL : perp__exponent_of(s->size[i]) + 2 * e[i];
+        if (s->size[i] != 0.0 && d[i] < least)
+            least = d[i];
     }
-    for (i = 0; i < p->M->rows && !any; i++) {
-        const double size = fabs(perp__diagonal_entry(p->M, i));
-
-        any = size != 0.0 &&
-              !(perp__shift(size, p->exponents[i] + least) > 2.0 * NOISE_DIAGONAL * largest);
+    bound = perp__exponent_of(largest) + 1;
+    for (i = 0; i < n; i++) {
+        s->partner[i] = d[i] + least <= 2 * bound - NOISE_BITS ? NONE : NO_PARTNER;
+        if (s->partner[i] == NONE && e[i] < farthest)
+            farthest = e[i];
     }
+    for (i = 0; i < n && !any; i++)
+        any = d[i] != NO_DIAGONAL && e[i] - d[i] >= farthest + NOISE_BITS - bound;
     return any;
 }
 
-/* noise[i] := whether M_ii is noise beside a coupling of its row or of its column, in the caller's
- * units, that is large beside both its diagonals: units that are far apart make none such. Returns
- * whether one is. */
-static int32_t find_noise(perp__witness *t, const perp__matrix *M, int32_t *noise)
+static int32_t is_noise(double diagonal, double other, double coupling)
 {
-    double *size = t->around;
-    int32_t any = 0, i;
+    return diagonal != 0.0 && diagonal <= NOISE_DIAGONAL * coupling &&
+           diagonal * other <= NOISE_DIAGONAL * coupling * coupling;
+}
 
-    for (i = 0; i < M->rows; i++) {
-        size[i] = fabs(perp__diagonal_entry(M, i));
-        noise[i] = 0;
+static int32_t is_partner(const noise_search *s, int32_t j)
+{
+    return s->partner[j] != NO_PARTNER && s->partner[j] != s->point->M->rows;
+}
+
+/* First what partner j is coupled with, then what is noise beside its couplings. */
+static void visit(noise_search *s, int32_t j, int32_t i, double coupling)
+{
+    const int32_t *e = s->point->exponents;
+
+    if (i == j || !is_partner(s, j))
+        return;
+    if (s->pass > 0) {
+        s->noise[i] |= is_noise(s->size[i], s->size[j], coupling);
+        s->noise[j] |= is_noise(s->size[j], s->size[i], coupling);
+    } else if (s->size[i] != 0.0 && s->partner[j] != i &&
+               coupling * perp__power_of_two(e[i] + e[j]) >= SUPPORT) {
+        s->partner[j] = s->partner[j] == NONE ? i : s->point->M->rows;
     }
-    for (perp__cursor c = perp__first(M); perp__advance(&c);) {
-        const double own = size[c.i], other = size[c.j], most = NOISE_DIAGONAL * fabs(c.value);
+}
 
-        if (c.i == c.j || !(own * other <= most * fabs(c.value)))
-            continue;
-        noise[c.i] |= own != 0.0 && own <= most;
-        noise[c.j] |= other != 0.0 && other <= most;
+/* Whether a diagonal is noise beside a coupling of its row or of its column, in the caller's units,
+ * that is large beside both its diagonals: units that are far apart make none such, nor do they
+ * where a second row agrees with what they are. */
+static int32_t find_noise(noise_search *s)
+{
+    const perp__matrix *M = s->point->M;
+    int32_t any = 0, i, j;
+
+    for (s->pass = 0; s->pass < 2; s->pass++) {
+        for (perp__cursor c = perp__first(M); M->column_starts && perp__advance(&c);) {
+            visit(s, c.j, c.i, fabs(c.value));
+            visit(s, c.i, c.j, fabs(c.value));
+        }
+        for (j = 0; j < M->rows && !M->column_starts; j++)
+            for (i = 0; i < M->rows && is_partner(s, j); i++) {
+                visit(s, j, i,
+                      fabs(M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride]));
+                visit(s, j, i,
+                      fabs(M->values[(size_t)j * M->row_stride + (size_t)i * M->column_stride]));
+            }
     }
     for (i = 0; i < M->rows; i++)
-        any |= noise[i];
+        any |= s->noise[i];
     return any;
 }
 
 /* The caller's units tell what is noise; nobody chose any that are very far apart. */
 static void find_starts(perp__witness *t, const perp__witness_point *p)
 {
+    noise_search s = {p, t->around, t->omegas + p->M->rows, t->is_free, 0};
     int32_t farthest = 0, i;
 
-    t->count = p->scaling && may_have_noise(p) && find_noise(t, p->M, t->is_free) ? 2 : 1;
+    t->count = p->scaling && may_have_noise(&s, t->omegas) && find_noise(&s) ? 2 : 1;
     for (i = 0; i < p->M->rows; i++) {
         t->units[0].exponents[i] = p->exponents[i];
         t->units[1].exponents[i] = 0;
@@ -254,14 +309,14 @@ static double cancelling_terms(const perp__witness_point *p, const int32_t *unit
  *
  *     e_i - b / 2 <= u_i <= e_i + 2 + b / 2 - L_i.
  *
- * So entries of S of 2^b sqrt(tol) are significant in units u; and a row k that cancels and has a
- * significant entry in one column with row i excuses row i where, in units e, t_k is at least
- * 2^(2 + b - L_i) v_i / (tol floor). */
+ * So entries of S of 2^b sqrt(tol) are significant in units u, and rows that hang together by them
+ * do; row i is excused where one of them, k, cancels and t_k in units e is at least 2^(2 + b - L_i)
+ * v_i / (tol floor). */
 typedef struct glance {
     const perp__witness_point *point;
-    double *anchors; /* 2^e_k t_k at least, of rows k that cancel; 0 of others */
+    const int32_t *cut; /* NULL: not looked at anything yet */
+    double *most;       /* 2^e_k t_k at least, of rows k of a part that cancel */
     int32_t b;
-    double significant; /* entries of S; 0: not looked at anything yet */
 } glance;
 
 /* |S_ij| */
@@ -271,26 +326,22 @@ static double scaled_entry(const perp__witness_point *p, int32_t i, int32_t j)
            perp__power_of_two(p->exponents[i] + p->exponents[j]);
 }
 
-static void look_around(glance *g)
+/* The second units are not there, but their room. */
+static void look_around(glance *g, perp__witness *t)
 {
     const perp__witness_point *p = g->point;
+    int32_t *cut = t->units[1].cut;
     double largest = 1.0;
 
-    for (int32_t k = 0; k < p->M->rows; k++) {
-        g->anchors[k] = cancelling_terms(p, p->exponents, k);
+    for (int32_t k = 0; k < p->M->rows; k++)
         largest = p->row_norms[k] > largest ? p->row_norms[k] : largest;
-    }
     g->b = perp__exponent_of(largest);
-    g->significant = perp__power_of_two(g->b) * sqrt(p->tol);
-}
-
-/* Whether a row of `size` or more excuses those with a significant entry in column j. */
-static int32_t is_excused_in_column(const glance *g, int32_t j, double size)
-{
-    for (int32_t k = 0; k < g->point->M->rows; k++)
-        if (g->anchors[k] >= size && scaled_entry(g->point, k, j) >= g->significant)
-            return 1;
-    return 0;
+    perp__find_significant_parts(p->M, p->exponents, perp__power_of_two(g->b) * sqrt(p->tol), NULL,
+                                 cut, t->sizes, t->omegas);
+    g->cut = cut;
+    memset(g->most, 0, 2 * (size_t)p->M->rows * sizeof *g->most);
+    for (int32_t k = 0; k < p->M->rows; k++)
+        perp__raise_to(&g->most[cut[k]], cancelling_terms(p, p->exponents, k));
 }
 
 static int32_t is_excused(const glance *g, int32_t i, double violation)
@@ -305,12 +356,7 @@ static int32_t is_excused(const glance *g, int32_t i, double violation)
     }
     size = perp__shift(violation / (p->tol * floor_of(p->tol)),
                        p->exponents[i] + 2 + g->b - perp__exponent_of(largest));
-    if (size < MODERATE_TERMS) /* the anchors of rows that do not cancel are 0 */
-        size = MODERATE_TERMS;
-    for (int32_t j = 0; j < p->M->rows && largest >= g->significant; j++)
-        if (scaled_entry(p, i, j) >= g->significant && is_excused_in_column(g, j, size))
-            return 1;
-    return 0;
+    return g->most[g->cut[i]] >= fmax(size, MODERATE_TERMS);
 }
 
 /* most := for each part what the largest t of a row that cancels is at least. Returns whether all
@@ -334,7 +380,7 @@ static int32_t is_surely_small(perp__witness *t, const perp__witness_point *p)
 {
     double *const most[2] = {t->most, t->sizes};
     int32_t looked = 0, good = 1, i, k;
-    glance g = {p, t->terms, 0, 0.0};
+    glance g = {p, NULL, t->most, 0};
 
     for (i = 0; i < p->M->rows && good; i++) {
         const double v = violation_of_row(p, i);
@@ -343,9 +389,9 @@ static int32_t is_surely_small(perp__witness *t, const perp__witness_point *p)
             continue;
         if (!t->known)
             find_starts(t, p);
-        if (g.significant == 0.0 && t->count == 1)
-            look_around(&g);
-        if (t->count == 1 && is_excused(&g, i, v))
+        if (t->count == 1 && !t->balanced && !g.cut)
+            look_around(&g, t);
+        if (t->count == 1 && !t->balanced && is_excused(&g, i, v))
             continue;
         if (!looked++) {
             look_at_matrix(t, p);
