@@ -74,6 +74,7 @@ static void layout(perp__arena *arena, void *object)
     take_vector(arena, &m->kept_v, n);
     take_vector(arena, &m->work, 4 * n);
     m->included = perp__arena_take(arena, contacts, 1);
+    m->let_go = perp__arena_take(arena, contacts, 1);
     m->normal_of = perp__arena_take(arena, rows, sizeof(int32_t));
     PERP__INTEGERS(arena, contacts + (size_t)m->dry, &m->tangent, &m->tangents);
 }
@@ -211,7 +212,7 @@ perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechan
                                   const perp_mechanism_settings *settings,
                                   const perp_mechanism_model *model)
 {
-    PERP__RETURN_CALL(perp__enter(context), context, create(context, mechanism, settings, model));
+    return PERP__CALL(perp__enter(context), context, create(context, mechanism, settings, model));
 }
 
 void perp_mechanism_destroy(perp_mechanism *mechanism)
@@ -262,6 +263,6 @@ static perp_status set(perp_mechanism *m, const perp_mechanism_settings *setting
 
 perp_status perp_mechanism_set(perp_mechanism *mechanism, const perp_mechanism_settings *settings)
 {
-    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+    return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
                       set(mechanism, settings));
 }

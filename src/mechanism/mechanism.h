@@ -11,7 +11,6 @@
 #include "base/handle.h"
 #include "base/outcome.h"
 #include "linalg/held_rows.h"
-#include "linalg/orthogonal.h"
 
 #define PERP__EPS 2.220446049250313e-16
 
@@ -122,7 +121,9 @@ struct perp_mechanism {
                             that hold both ways */
     double *moved;       /* coordinates */
     int8_t *included;
-    double *work; /* 4 n, nobody's beyond a function */
+    int8_t *let_go; /* contacts: 1: starts to slip, without static friction; -1: comes to rest, with
+                       it; 0: as its speed says */
+    double *work;   /* 4 n, nobody's beyond a function */
     int64_t evaluations;
     double *kept_q, *kept_v; /* coordinates, n: where m->end holds the rows at kept_t, */
     double kept_t;
