@@ -147,7 +147,7 @@ static int32_t may_have_noise(noise_search *s, int32_t *d)
 {
     const perp__witness_point *p = s->point;
     const int32_t n = p->M->rows, *e = p->exponents;
-    int32_t least = -NO_DIAGONAL, farthest = -NO_DIAGONAL, any = 0, bound, i;
+    int32_t least = -NO_DIAGONAL, farthest = NO_DIAGONAL, any = 0, bound, i;
     double largest = 0.0;
 
     for (i = 0; i < n; i++) {
@@ -155,17 +155,19 @@ static int32_t may_have_noise(noise_search *s, int32_t *d)
         s->noise[i] = 0;
         perp__raise_to(&largest, p->row_norms ? p->row_norms[i] : INFINITY);
         d[i] = s->size[i] == 0.0 ? NO_DIAGONAL : perp__exponent_of(s->size[i]) + 2 * e[i];
-        if (s->size[i] != 0.0 && d[i] < least)
-            least = d[i];
+        if (s->size[i] == 0.0)
+            continue;
+        least = d[i] < least ? d[i] : least;
+        farthest = e[i] - d[i] > farthest ? e[i] - d[i] : farthest;
     }
     bound = perp__exponent_of(largest) + 1;
     for (i = 0; i < n; i++) {
-        s->partner[i] = d[i] + least <= 2 * bound - NOISE_BITS ? NONE : NO_PARTNER;
-        if (s->partner[i] == NONE && e[i] < farthest)
-            farthest = e[i];
+        const int32_t is =
+            d[i] + least <= 2 * bound - NOISE_BITS && farthest >= e[i] + NOISE_BITS - bound;
+
+        s->partner[i] = is ? NONE : NO_PARTNER;
+        any |= is;
     }
-    for (i = 0; i < n && !any; i++)
-        any = d[i] != NO_DIAGONAL && e[i] - d[i] >= farthest + NOISE_BITS - bound;
     return any;
 }
 
@@ -189,7 +191,6 @@ static void visit(noise_search *s, int32_t j, int32_t i, double coupling)
         return;
     if (s->pass > 0) {
         s->noise[i] |= is_noise(s->size[i], s->size[j], coupling);
-        s->noise[j] |= is_noise(s->size[j], s->size[i], coupling);
     } else if (s->size[i] != 0.0 && s->partner[j] != i &&
                coupling * perp__power_of_two(e[i] + e[j]) >= SUPPORT) {
         s->partner[j] = s->partner[j] == NONE ? i : s->point->M->rows;
@@ -309,14 +310,14 @@ static double cancelling_terms(const perp__witness_point *p, const int32_t *unit
  *
  *     e_i - b / 2 <= u_i <= e_i + 2 + b / 2 - L_i.
  *
- * So entries of S of 2^b sqrt(tol) are significant in units u, and rows that hang together by them
- * do; row i is excused where one of them, k, cancels and t_k in units e is at least 2^(2 + b - L_i)
- * v_i / (tol floor). */
+ * So entries of S of 2^b sqrt(tol) are significant in units u; and a row k that cancels and has a
+ * significant entry in one column with row i excuses row i where, in units e, t_k is at least
+ * 2^(2 + b - L_i) v_i / (tol floor). */
 typedef struct glance {
     const perp__witness_point *point;
-    const int32_t *cut; /* NULL: not looked at anything yet */
-    double *most;       /* 2^e_k t_k at least, of rows k of a part that cancel */
+    double *anchors; /* 2^e_k t_k at least, of rows k that cancel; 0 of others */
     int32_t b;
+    double significant; /* entries of S; 0: not looked at anything yet */
 } glance;
 
 /* |S_ij| */
@@ -326,22 +327,26 @@ static double scaled_entry(const perp__witness_point *p, int32_t i, int32_t j)
            perp__power_of_two(p->exponents[i] + p->exponents[j]);
 }
 
-/* The second units are not there, but their room. */
-static void look_around(glance *g, perp__witness *t)
+static void look_around(glance *g)
 {
     const perp__witness_point *p = g->point;
-    int32_t *cut = t->units[1].cut;
     double largest = 1.0;
 
-    for (int32_t k = 0; k < p->M->rows; k++)
+    for (int32_t k = 0; k < p->M->rows; k++) {
+        g->anchors[k] = cancelling_terms(p, p->exponents, k);
         largest = p->row_norms[k] > largest ? p->row_norms[k] : largest;
+    }
     g->b = perp__exponent_of(largest);
-    perp__find_significant_parts(p->M, p->exponents, perp__power_of_two(g->b) * sqrt(p->tol), NULL,
-                                 cut, t->sizes, t->omegas);
-    g->cut = cut;
-    memset(g->most, 0, 2 * (size_t)p->M->rows * sizeof *g->most);
-    for (int32_t k = 0; k < p->M->rows; k++)
-        perp__raise_to(&g->most[cut[k]], cancelling_terms(p, p->exponents, k));
+    g->significant = perp__power_of_two(g->b) * sqrt(p->tol);
+}
+
+/* Whether a row of `size` or more excuses those with a significant entry in column j. */
+static int32_t is_excused_in_column(const glance *g, int32_t j, double size)
+{
+    for (int32_t k = 0; k < g->point->M->rows; k++)
+        if (g->anchors[k] >= size && scaled_entry(g->point, k, j) >= g->significant)
+            return 1;
+    return 0;
 }
 
 static int32_t is_excused(const glance *g, int32_t i, double violation)
@@ -356,7 +361,12 @@ static int32_t is_excused(const glance *g, int32_t i, double violation)
     }
     size = perp__shift(violation / (p->tol * floor_of(p->tol)),
                        p->exponents[i] + 2 + g->b - perp__exponent_of(largest));
-    return g->most[g->cut[i]] >= fmax(size, MODERATE_TERMS);
+    if (size < MODERATE_TERMS) /* the anchors of rows that do not cancel are 0 */
+        size = MODERATE_TERMS;
+    for (int32_t j = 0; j < p->M->rows && largest >= g->significant; j++)
+        if (scaled_entry(p, i, j) >= g->significant && is_excused_in_column(g, j, size))
+            return 1;
+    return 0;
 }
 
 /* most := for each part what the largest t of a row that cancels is at least. Returns whether all
@@ -380,7 +390,7 @@ static int32_t is_surely_small(perp__witness *t, const perp__witness_point *p)
 {
     double *const most[2] = {t->most, t->sizes};
     int32_t looked = 0, good = 1, i, k;
-    glance g = {p, NULL, t->most, 0};
+    glance g = {p, t->terms, 0, 0.0};
 
     for (i = 0; i < p->M->rows && good; i++) {
         const double v = violation_of_row(p, i);
@@ -389,9 +399,9 @@ static int32_t is_surely_small(perp__witness *t, const perp__witness_point *p)
             continue;
         if (!t->known)
             find_starts(t, p);
-        if (t->count == 1 && !t->balanced && !g.cut)
-            look_around(&g, t);
-        if (t->count == 1 && !t->balanced && is_excused(&g, i, v))
+        if (g.significant == 0.0 && t->count == 1)
+            look_around(&g);
+        if (t->count == 1 && is_excused(&g, i, v))
             continue;
         if (!looked++) {
             look_at_matrix(t, p);
