@@ -160,6 +160,8 @@ static int32_t may_have_noise(noise_search *s, int32_t *d)
         least = d[i] < least ? d[i] : least;
         farthest = e[i] - d[i] > farthest ? e[i] - d[i] : farthest;
     }
+    if (largest == 0.0) /* nothing, or all of it underflows */
+        return 0;
     bound = perp__exponent_of(largest) + 1;
     for (i = 0; i < n; i++) {
         const int32_t is =
