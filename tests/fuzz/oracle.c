@@ -416,7 +416,12 @@ static wide norm(const wide *x, int32_t count)
 /* The radius of the disc that the impulses of a friction law stay in. */
 static wide radius(const oracle_contacts *c, const oracle_law *law)
 {
-    return law->mu * (law->normal < 0 ? (wide)1 : (wide)c->r[law->normal]);
+    wide N[3] = {1, 0, 0};
+    int32_t k;
+
+    for (k = 0; law->normal >= 0 && k < (law->normals > 0 ? law->normals : 1); k++)
+        N[k] = c->r[law->normal + k];
+    return law->mu * (law->normals > 0 ? norm(N, 3) : N[0]);
 }
 
 /* 1e-12: some roundings of the scaling into the disc; 1e-307: those at the end of the doubles. */

@@ -72,6 +72,7 @@ typedef struct oracle_law {
     double mu;
     int32_t block, block_rows; /* the rows of its contact */
     int32_t polyhedral; /* friction: the cone is smaller than the disc; only its size is known */
+    int32_t normals;    /* friction: rows of r_N of any sign, mu |r_N|; 0: mu r_n */
 } oracle_law;
 
 typedef struct oracle_contacts {
