@@ -36,7 +36,7 @@
 #define PERP__LAST_perp_load_uniqueness radius
 #define PERP__LAST_perp_matrix row_indices
 #define PERP__LAST_perp_mechanism_found rays
-#define PERP__LAST_perp_mechanism_model two_sided
+#define PERP__LAST_perp_mechanism_model user
 #define PERP__LAST_perp_mechanism_run_result evaluations
 #define PERP__LAST_perp_mechanism_settings reserved
 #define PERP__LAST_perp_mechanism_step exhaustive
