@@ -39,11 +39,15 @@ double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int
     return ROUNDING * perp__gap_size(m, terms, row, q);
 }
 
-/* Whether contact j pressed at the end of a theta step, so that its gap is to be 0 there. */
+/* Whether contact j pressed until the end of a theta step, and was at rest on the ground before, up
+ * to what the forces of a step make of its speed, so that its gap is to be 0. */
 static int32_t presses(const perp_mechanism *m, const perp__motion *to, int32_t j)
 {
-    return m->settings.scheme == PERP_MECHANISM_THETA && m->two_sided[j] == 0 &&
-           to->r[m->starts[j]] > 0.0;
+    const int32_t row = m->starts[j];
+    const double before = m->start_velocity[row];
+
+    return m->settings.scheme == PERP_MECHANISM_THETA && m->two_sided[j] == 0 && to->r[row] > 0.0 &&
+           fabs(before) <= fabs(m->free_velocity[row] - before);
 }
 
 /* The largest gap of those. */
