@@ -30,3 +30,10 @@ def bisect(is_above, low, high, steps=50):
         middle = (low + high) / 2
         low, high = (low, middle) if is_above(middle) else (middle, high)
     return (low + high) / 2
+
+
+def at(times, t, x):
+    """The columns of x, known at the times t, at others: steps of a chosen length end anywhere."""
+    import numpy as np
+
+    return np.column_stack([np.interp(times, t, column) for column in x.T])

@@ -223,9 +223,9 @@ perp_status perp__check_entries(perp_mechanism *m, const char *name, const doubl
 perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *state);
 
 /* ---- project.c ---- */
-/* q: moved; m->end holds the rows there afterwards. Writes what is left of penetration and |c|. */
-perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *q, double t,
-                          const double *v);
+/* to->q: moved; m->end holds the rows there afterwards; to->r: which contacts press. Writes what is
+ * left of penetration and |c|. */
+perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, perp__motion *to, double t);
 /* What the gap or the c of this row is summed up of; and what rounding of q makes of it. */
 double perp__gap_size(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                       const double *q);

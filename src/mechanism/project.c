@@ -4,7 +4,12 @@
  *
  * a frictionless contact problem, solved with the rows at q and then again, until what is left is
  * rounding (Newton's method) or until that stops to help. Where overlaps have no way out (opposed
- * walls) q stays. Only contacts that d closes are part of the problem. */
+ * walls) q stays. Only contacts that d closes are part of the problem.
+ *
+ * A contact that pressed until the end of a theta step has the equation gap + n'd = 0 instead. What
+ * the step's own error, or an extrapolation, leaves of its gap (of order h^3) would otherwise have
+ * to fall shut in the next step, whose velocity then is wrong by g h: a disk that rolls has every
+ * second of its steps refused for that. */
 #include "mechanism/mechanism.h"
 
 #include <math.h>
@@ -34,6 +39,29 @@ double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int
     return ROUNDING * perp__gap_size(m, terms, row, q);
 }
 
+/* Whether contact j pressed until the end of a theta step, and was at rest on the ground before, up
+ * to what the forces of a step make of its speed, so that its gap is to be 0. */
+static int32_t presses(const perp_mechanism *m, const perp__motion *to, int32_t j)
+{
+    const int32_t row = m->starts[j];
+    const double before = m->start_velocity[row];
+
+    return m->settings.scheme == PERP_MECHANISM_THETA && m->two_sided[j] == 0 && to->r[row] > 0.0 &&
+           fabs(before) <= fabs(m->free_velocity[row] - before);
+}
+
+/* The largest gap of those. */
+static double lifted(const perp_mechanism *m, const perp__motion *to)
+{
+    double largest = 0.0;
+
+    for (int32_t j = 0; j < m->contacts; j++)
+        if (presses(m, to, j) &&
+            m->end.gap[j] > perp__gap_rounding(m, &m->end, m->starts[j], to->q))
+            largest = fmax(largest, m->end.gap[j]);
+    return largest;
+}
+
 /* Measures; returns whether there is more than rounding. */
 static int32_t measure(const perp_mechanism *m, perp_mechanism_step *step, const double *q)
 {
@@ -51,27 +79,38 @@ static int32_t measure(const perp_mechanism *m, perp_mechanism_step *step, const
     return more;
 }
 
-static void assemble(perp_mechanism *m, perp__assembly *a)
+/* Of the displacement's problem; how many rows hold both ways. to: NULL: pressing contacts, too,
+ * have gaps that may grow. */
+static int32_t assemble(perp_mechanism *m, perp__assembly *a, const perp__motion *to)
 {
     const size_t n = (size_t)m->n;
+    int32_t held = m->constraints;
 
     a->columns = m->n;
     a->contacts = a->rows = 0;
     memcpy(a->M, m->end.M, n * n * sizeof *a->M);
     memset(a->f, 0, n * sizeof *a->f);
+    for (int32_t j = 0; j < m->constraints; j++) {
+        memcpy(a->G + (size_t)j * n, m->end.J + (size_t)m->constraint_row[j] * n, n * sizeof *a->G);
+        a->b[j] = m->end.c[j];
+    }
     for (int32_t j = 0; j < m->contacts; j++) {
-        if (!m->included[j])
+        const int32_t both = to && presses(m, to, j);
+
+        if (!m->included[j] && !both)
             continue;
-        memcpy(a->H + (size_t)a->rows * n, m->end.J + (size_t)m->starts[j] * n, n * sizeof *a->H);
+        memcpy(both ? a->G + (size_t)held * n : a->H + (size_t)a->rows * n,
+               m->end.J + (size_t)m->starts[j] * n, n * sizeof *a->H);
+        if (both) {
+            a->b[held++] = m->end.gap[j];
+            continue;
+        }
         a->w[a->rows++] = m->end.gap[j];
         a->mu[a->contacts] = 0.0;
         a->two_sided[a->contacts] = 0;
         a->dims[a->contacts++] = 1;
     }
-    for (int32_t j = 0; j < m->constraints; j++) {
-        memcpy(a->G + (size_t)j * n, m->end.J + (size_t)m->constraint_row[j] * n, n * sizeof *a->G);
-        a->b[j] = m->end.c[j];
-    }
+    return held;
 }
 
 /* Includes contacts that the displacement would close; whether there were any. */
@@ -88,7 +127,8 @@ static int32_t include_passed(perp_mechanism *m, const double *displacement)
 }
 
 /* m->projection.v := the displacement; found: whether there is one. */
-static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, int32_t *found)
+static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, const perp__motion *to,
+                         int32_t *found)
 {
     perp__motion answer = {0};
     perp_status status;
@@ -96,9 +136,10 @@ static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, int32_t *
     for (int32_t j = 0; j < m->contacts; j++)
         m->included[j] = m->two_sided[j] == 0 && m->end.gap[j] <= 0.0;
     do {
+        const int32_t held = assemble(m, &m->projection, to);
+
         answer.iterations = 0;
-        assemble(m, &m->projection);
-        status = perp__assembly_solve(m, &m->projection, m->constraints, &answer);
+        status = perp__assembly_solve(m, &m->projection, held, &answer);
         *found = status == PERP_OK && perp__outcome_moves(answer.outcome);
         step->iterations += answer.iterations;
     } while (*found && include_passed(m, m->projection.v));
@@ -106,17 +147,20 @@ static perp_status solve(perp_mechanism *m, perp_mechanism_step *step, int32_t *
 }
 
 /* One displacement of q, which is kept if it helps; m->end follows. */
-static perp_status displace(perp_mechanism *m, perp_mechanism_step *step, double *q, double t,
-                            const double *v, int32_t *helps)
+static perp_status displace(perp_mechanism *m, perp_mechanism_step *step, perp__motion *to,
+                            double t, int32_t *helps)
 {
-    const double penetration = step->penetration, drift = step->drift;
-    const size_t size = (size_t)m->coordinates * sizeof *q;
+    const double penetration = step->penetration, drift = step->drift, gap = lifted(m, to);
+    const size_t size = (size_t)m->coordinates * sizeof *to->q;
+    double *q = to->q, *v = to->v;
     perp_status status = perp__evaluate_mass(m, &m->end, q);
     int32_t found = 0;
 
     *helps = 0;
     if (status == PERP_OK)
-        status = solve(m, step, &found);
+        status = solve(m, step, to, &found);
+    if (status == PERP_OK && !found)
+        status = solve(m, step, NULL, &found);
     if (status != PERP_OK || !found)
         return status;
     status = perp__evaluate_move(m, m->moved, q, 1.0, m->projection.v);
@@ -125,7 +169,7 @@ static perp_status displace(perp_mechanism *m, perp_mechanism_step *step, double
     if (status != PERP_OK)
         return status;
     measure(m, step, m->moved);
-    *helps = step->penetration < penetration || step->drift < drift;
+    *helps = step->penetration < penetration || step->drift < drift || lifted(m, to) < gap;
     if (*helps)
         memcpy(q, m->moved, size);
     else {
@@ -135,9 +179,9 @@ static perp_status displace(perp_mechanism *m, perp_mechanism_step *step, double
     return status;
 }
 
-perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *q, double t,
-                          const double *v)
+perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, perp__motion *to, double t)
 {
+    double *q = to->q, *v = to->v;
     perp_status status;
     int32_t pass, go_on = m->settings.project;
 
@@ -145,10 +189,10 @@ perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *
     if (m->contacts + m->bilateral == 0)
         return PERP_OK;
     status = perp__evaluate_rows(m, &m->end, t, q, v);
-    for (pass = 0; status == PERP_OK && measure(m, step, q) && go_on && pass < MOST_PASSES &&
-                   !(pass > 0 && perp__mechanism_is_late(m));
+    for (pass = 0; status == PERP_OK && (measure(m, step, q) || lifted(m, to) > 0.0) && go_on &&
+                   pass < MOST_PASSES && !(pass > 0 && perp__mechanism_is_late(m));
          pass++)
-        status = displace(m, step, q, t, v, &go_on);
+        status = displace(m, step, to, t, &go_on);
     if (status == PERP_OK)
         perp__keep_rows(m, t, q, v);
     return status;

@@ -178,7 +178,7 @@ static perp_status improve(perp_mechanism *m, perp__adaptive *a, double t, doubl
     memcpy(a->moved, m->trial.q, (size_t)m->coordinates * sizeof *a->moved);
     memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
     status = perp__evaluate_move(m, m->trial.q, a->moved, 0.0, a->difference); /* normalised */
-    return status == PERP_OK ? perp__project(m, &a->second, m->trial.q, t, m->trial.v) : status;
+    return status == PERP_OK ? perp__project(m, &a->second, &m->trial, t) : status;
 }
 
 /* ---- what comes of it ---------------------------------------------------------------------- */

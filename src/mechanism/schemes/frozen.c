@@ -134,7 +134,7 @@ perp_status perp__finish_step(perp_mechanism *m, perp__motion *to, perp_mechanis
     if (status != PERP_OK)
         return status;
     report(m, to, step);
-    return perp__outcome_moves(step->outcome) ? perp__project(m, step, to->q, t, to->v) : status;
+    return perp__outcome_moves(step->outcome) ? perp__project(m, step, to, t) : status;
 }
 
 perp_status perp__advance_frozen(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step,
