@@ -290,6 +290,7 @@ static double separation_at(const course *on, const perp__axis *axis, const perp
 static double entry_of(const course *on, const double *gate, double t, double end)
 {
     const perp__axes *axes = &on->axes;
+    const int32_t first = on->last < axes->count ? on->last : 0;
     perp__placed a, b;
     double enter = 0.0, leave = 1.0, world[3], way[3];
     perp__subtract3(world, on->b->way, on->a->way);
@@ -299,7 +300,7 @@ static double entry_of(const course *on, const double *gate, double t, double en
         perp__moved(on->b, end, &b);
     }
     for (int32_t i = 0; i < axes->count && enter <= leave; i++) {
-        const int32_t k = i == 0 ? on->last : i == on->last ? 0 : i;
+        const int32_t k = i == 0 ? first : i == first ? 0 : i;
         const perp__axis *axis = &axes->axis[k];
         if (axis->separation == -INFINITY)
             continue;
