@@ -553,15 +553,8 @@ static perp_status finish(work *w, perp__hull **made, double *centre)
     if (!hull)
         return perp__fail_memory(w->context, "a hull");
     perp__polytope *polytope = &hull->polytope;
-    polytope->corners = w->corners;
-    polytope->faces = w->faces;
-    polytope->corner = p.corner;
-    polytope->normal = p.normal;
-    polytope->offset = p.offset;
-    polytope->first = p.first;
-    polytope->loop = p.loop;
-    polytope->side = p.side;
-    polytope->edge = p.edge;
+    *polytope = (perp__polytope){w->corners, w->faces, 0,      p.corner, p.normal, p.offset,
+                                 p.first,    p.loop,   p.side, p.edge,   0.0};
     weigh(w, hull, centre);
     write_corners(w, &p, centre);
     if (!write_topology(w, polytope, &p)) {

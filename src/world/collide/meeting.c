@@ -265,11 +265,32 @@ typedef struct course {
     int32_t last;    /* of them to close */
 } course;
 
-/* The time in [t, end] at which the shapes meet if they keep the axes of time t; INFINITY if they
- * don't. What bodies that do not turn go is free of the rounding of their places. */
-static double entry_of(const course *on, const perp__axes *axes, const double *gate, double t,
-                       double end)
+/* The separation along an axis at the end of a stretch, and in `against` that in the other
+ * direction where B may have passed to A's other side; boxes lie about their places. */
+static double separation_at(const course *on, const perp__axis *axis, const perp__placed *a,
+                            const perp__placed *b, double *against)
 {
+    double normal[3], between[3];
+    perp__apply3(normal, on->frame, axis->normal);
+    const double along = perp__separation(a, b, normal);
+    perp__subtract3(between, b->position, a->position);
+    *against = -INFINITY;
+    if (along < 0.0 && axis->width < INFINITY &&
+        (perp__dot3(normal, between) < 0.0 || !are_boxes(a, b))) {
+        for (int m = 0; m < 3; m++)
+            normal[m] = -normal[m];
+        *against = perp__separation(a, b, normal);
+    }
+    return along;
+}
+
+/* The time in [t, end] at which the shapes meet if they keep the axes of time t; INFINITY if they
+ * don't: the last to close tells so most often. What bodies that do not turn go is free of the
+ * rounding of their places. */
+static double entry_of(const course *on, const double *gate, double t, double end)
+{
+    const perp__axes *axes = &on->axes;
+    const int32_t first = on->last < axes->count ? on->last : 0;
     perp__placed a, b;
     double enter = 0.0, leave = 1.0, world[3], way[3];
     perp__subtract3(world, on->b->way, on->a->way);
@@ -278,21 +299,15 @@ static double entry_of(const course *on, const perp__axes *axes, const double *g
         perp__moved(on->a, end, &a);
         perp__moved(on->b, end, &b);
     }
-    for (int32_t k = 0; k < axes->count && enter <= leave; k++) {
+    for (int32_t i = 0; i < axes->count && enter <= leave; i++) {
+        const int32_t k = i == 0 ? first : i == first ? 0 : i;
         const perp__axis *axis = &axes->axis[k];
         if (axis->separation == -INFINITY)
             continue;
         double along = axis->separation + (end - t) * perp__dot3(axis->normal, way);
         double against = -along - 2.0 * axis->width;
-        if (on->turning) {
-            double normal[3];
-            perp__apply3(normal, on->frame, axis->normal);
-            along = perp__separation(&a, &b, normal);
-            for (int m = 0; m < 3; m++)
-                normal[m] = -normal[m];
-            against = along < 0.0 && axis->width < INFINITY ? perp__separation(&a, &b, normal)
-                                                            : -INFINITY;
-        }
+        if (on->turning)
+            along = separation_at(on, axis, &a, &b, &against);
         narrow(axis->separation + gate[k], along + gate[k], &enter, &leave);
         if (against > 0.0) /* B has passed to A's other side */
             narrow(-axis->separation - 2.0 * axis->width, against, &enter, &leave);
@@ -321,23 +336,26 @@ static double look_at(course *on, double t)
  * one end stays (the Illinois rule). */
 static double find_closing(course *on, double open, double closed, double rounding)
 {
-    double at_open = look_at(on, open), at_closed;
+    double at_open = look_at(on, open), at_closed, deep;
+    int side = 0;       /* that came last */
     if (at_open <= 0.0) /* in each other from the start */
         return open;
-    at_closed = look_at(on, closed);
-    for (int look = 0; look < MAX_REFINEMENTS && at_closed < -rounding; look++) {
+    at_closed = deep = look_at(on, closed);
+    for (int look = 0; look < MAX_REFINEMENTS && deep < -rounding; look++) {
         double t = open + (closed - open) * (at_open / (at_open - at_closed));
         double lacks = look_at(on, t);
         if (lacks > 0.0) {
             open = t;
             at_open = lacks;
-            at_closed *= 0.5;
+            at_closed *= side > 0 ? 0.5 : 1.0;
+            side = 1;
         } else {
             if (closed == t)
                 break;
             closed = t;
-            at_closed = lacks;
-            at_open *= 0.5;
+            at_closed = deep = lacks;
+            at_open *= side < 0 ? 0.5 : 1.0;
+            side = -1;
         }
     }
     look_at(on, closed);
@@ -366,15 +384,42 @@ static double time_without_gates(course *on, const double *bare, double t)
     if (on->turning || (on->gate[on->last] == 0.0 && !are_boxes(on->a->start, on->b->start)))
         return t;
     axes_at(on, 0.0);
-    return fmin(t, entry_of(on, &on->axes, bare, 0.0, 1.0));
+    return fmin(t, entry_of(on, bare, 0.0, 1.0));
 }
 
+/* The gates of the axes of the start, and those without what a motion may close of them. */
+static void set_gates(course *on, const perp__nearness *near, double *bare)
+{
+    for (int32_t k = on->axes.count; k < PERP__BOX_AXES; k++) /* edges that are parallel now */
+        on->gate[k] = bare[k] = 0.0;
+    for (int32_t k = 0; k < on->axes.count; k++) {
+        on->gate[k] = gate_of(on->axes.axis[k].separation, near, near->grazing);
+        bare[k] = gate_of(on->axes.axis[k].separation, near, 0.0);
+    }
+    on->last = perp__last_to_close(on->a->start, on->b->start, &on->axes, on->gate);
+}
+
+static void set_meeting(course *on, double t, const double *bare, const perp__nearness *near,
+                        perp__meeting *meeting)
+{
+    perp__placed a, b;
+    perp__moved(on->a, t, &a);
+    perp__moved(on->b, t, &b);
+    meeting->axis = on->axes.axis[on->last].number;
+    meeting->doubtful = -separation_aside(&a, &b, on->planar, &on->axes, on->last) <
+                        perp__relative_way(on->a, on->b) + near->touching;
+    meeting->time = time_without_gates(on, bare, t);
+}
+
+/* Fixed axes close before those that turn, and come nearer to their time by a share only: where the
+ * last one to close goes by its rate, the next look is when that closes it. */
 static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int32_t planar,
                                const perp__nearness *near, perp__meeting *meeting)
 {
     course on;
-    double bare[PERP__MAX_AXES], t = 0.0;
-    double angle = perp__length3(a->turn) + perp__length3(b->turn);
+    double bare[PERP__MAX_AXES], t = 0.0, lacks = -INFINITY, due = INFINITY;
+    const double angle = perp__length3(a->turn) + perp__length3(b->turn);
+    const double bend = angle * perp__relative_way(a, b); /* of the way beside an axis that turns */
     /* what passes a round shape closely comes nearer by half in each look */
     const double still_share = are_boxes(a->start, b->start) ? 1e-9 : 4.0 * DBL_EPSILON;
     on.a = a;
@@ -384,34 +429,27 @@ static int32_t meet_along_axes(const perp__moving *a, const perp__moving *b, int
     axes_at(&on, 0.0);
     if (one_axis_keeps(&on, near, meeting))
         return 0;
-    for (int32_t k = on.axes.count; k < PERP__BOX_AXES; k++) /* edges that are parallel now */
-        on.gate[k] = bare[k] = 0.0;
-    for (int32_t k = 0; k < on.axes.count; k++) {
-        on.gate[k] = gate_of(on.axes.axis[k].separation, near, near->grazing);
-        bare[k] = gate_of(on.axes.axis[k].separation, near, 0.0);
-    }
-    for (int look = 0; look < MAX_LOOKS; look++) {
-        double end = angle > 0.0 ? fmin(1.0, t + STRIDE / angle) : 1.0, last = t;
-        double entry = entry_of(&on, &on.axes, on.gate, t, end);
+    set_gates(&on, near, bare);
+    for (int look = 0; look < MAX_LOOKS && t < 1.0; look++) {
+        const double last = t, before = lacks;
+        const int32_t axis = on.last;
+        double end = angle > 0.0 ? fmin(1.0, t + STRIDE / angle) : 1.0;
+        double entry =
+            bend * due * due <= lacks ? fmin(t + due, end) : entry_of(&on, on.gate, t, end);
         if (entry == INFINITY && end >= 1.0)
             return 0;
         int still = entry == INFINITY ? 0 : entry - t <= still_share * (end - t);
         t = entry == INFINITY ? end : entry;
-        double lacks = look_at(&on, t);
+        lacks = look_at(&on, t);
         if (still || lacks <= near->rounding) {
             if (angle > 0.0 && lacks < -near->rounding)
                 t = find_closing(&on, last, t, near->rounding);
-            perp__placed at_a, at_b;
-            perp__moved(a, t, &at_a);
-            perp__moved(b, t, &at_b);
-            meeting->axis = on.axes.axis[on.last].number;
-            meeting->doubtful = -separation_aside(&at_a, &at_b, planar, &on.axes, on.last) <
-                                perp__relative_way(a, b) + near->touching;
-            meeting->time = time_without_gates(&on, bare, t);
+            set_meeting(&on, t, bare, near, meeting);
             return 1;
         }
-        if (t >= 1.0)
-            return 0;
+        due = on.turning && on.last == axis && lacks < before
+                  ? lacks * (t - last) / (before - lacks)
+                  : INFINITY;
     }
     return 0;
 }
