@@ -85,8 +85,8 @@ static void fill(perp_contact_solver *solver)
 static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
 {
     perp__contact_ray *own = &solver->feasibility;
+    const perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, own->n, own->n, own->M);
     perp_lcp_settings settings;
-    perp_matrix M;
     perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
 
     if (solver->deadline > 0.0)
@@ -94,11 +94,6 @@ static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
     settings.max_iterations = solver->settings.max_iterations;
     if (status == PERP_OK)
         status = perp__lcp_set(own->lcp, &settings);
-    if (status == PERP_OK)
-        status = perp_matrix_init(&M, sizeof M);
-    if (status == PERP_OK)
-        status = perp_matrix_dense(&M, PERP_STORAGE_COLUMN_MAJOR, own->n, own->n, own->M,
-                                   own->n > 1 ? own->n : 1);
     if (status == PERP_OK)
         status = perp_lcp_result_init(result, sizeof *result);
     if (status == PERP_OK)

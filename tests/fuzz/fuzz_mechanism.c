@@ -160,6 +160,7 @@ static void make(fuzz_bytes *bytes, machine *m)
     fuzz_show("gap", m->gap, model->contacts);
     fuzz_show("mu", m->mu, model->contacts);
     fuzz_show("drift", m->drift, m->rows);
+    fuzz_show("bound", m->bound, model->dry);
     fuzz_show("q", m->q, m->n);
     fuzz_show("v", m->v, m->n);
 }
@@ -290,6 +291,7 @@ static void advance(fuzz_bytes *bytes, perp_context *context, perp_mechanism *me
             perp_mechanism_advance(mechanism, q, v, r, u, modes, ray, &step, 0.0, h, m->q, m->v),
             "perp_mechanism_advance", (const void *[]){q, v, r, u, modes, ray, NULL}))
         return;
+    fuzz_show("step", &h, 1);
     fuzz_show("impulse", r, m->rows);
     if (step.has_ray != !fuzz_untouched(ray))
         fuzz_fail("a ray is written if and only if has_ray is 1");
@@ -352,17 +354,18 @@ static void check_found(machine *m, const perp_mechanism_found *found)
     fuzz_finite("acceleration", found->acceleration, n);
     fuzz_finite("force", found->force, m->rows);
     for (i = 0; i < n; i++) {
-        wide sum = -(wide)F[i], size = oracle_abs(sum);
+        wide sum = -(wide)F[i], size = oracle_abs(sum), grain = 0; /* where doubles end */
 
         for (j = 0; j < n + m->rows; j++) {
-            wide x = j < n ? (wide)m->M[i * n + j] * found->acceleration[j]
-                           : -(wide)H[(j - n) * n + i] * found->force[j - n];
+            const wide entry = j < n ? (wide)m->M[i * n + j] : (wide)H[(j - n) * n + i];
+            wide x = j < n ? entry * found->acceleration[j] : -entry * found->force[j - n];
 
             sum += x;
             size += oracle_abs(x);
+            grain += oracle_abs(entry) * (wide)0x1p-1074;
         }
         most = size > most ? size : most;
-        if (oracle_abs(sum) > (size + most) * (wide)1e-6)
+        if (oracle_abs(sum) > (size + most) * (wide)1e-6 + grain)
             fuzz_fail("mechanism: M v' = k + H'f: row %d is off by %Lg of %Lg", i, (long double)sum,
                       (long double)size);
     }
