@@ -27,6 +27,7 @@ typedef struct scene {
     machine robot;
     int32_t contacts, link[16], bars, bar[4][2];
     double point[16][3], mu;
+    int32_t pins, pin[8][2]; /* about y, at the origin of the second; after the contacts */
     int32_t sparse;
 } scene;
 
@@ -160,7 +161,21 @@ static void compress(const double *A, int32_t rows, int32_t n, double *values, i
     starts[n] = at;
 }
 
-/* Contacts, then limits of all joints, then bars between two links' origins. */
+/* A frictional pin: what parts two links along x and z, and its radius times the relative spin. */
+static void add_pin(const scene *c, int32_t k, step *s, int32_t row)
+{
+    const machine *m = &c->robot;
+    double J[3 * WIDTH], K[3 * WIDTH], A[3 * WIDTH], B[3 * WIDTH];
+    point_rows(m, c->pin[k][0], m->origin[c->pin[k][1]], J, A);
+    point_rows(m, c->pin[k][1], m->origin[c->pin[k][1]], K, B);
+    for (int32_t j = 0; j < m->n; j++) {
+        s->H[row * m->n + j] = J[j] - K[j];
+        s->H[(row + 1) * m->n + j] = J[2 * WIDTH + j] - K[2 * WIDTH + j];
+        s->H[(row + 2) * m->n + j] = 0.02 * (A[WIDTH + j] - B[WIDTH + j]);
+    }
+}
+
+/* Contacts, pins, then limits of all joints, then bars between two links' origins. */
 static void add_rows(const scene *c, step *s, double h)
 {
     static const int order[3] = {2, 0, 1};
@@ -173,6 +188,8 @@ static void add_rows(const scene *c, step *s, double h)
         for (int a = 0; a < 3; a++, row++)
             memcpy(s->H + row * m->n, J + order[a] * WIDTH, (size_t)m->n * sizeof(double));
     }
+    for (int32_t k = 0; k < c->pins; k++, row += 3)
+        add_pin(c, k, s, row);
     for (int32_t k = m->floats ? 1 : 0; k < m->links; k++, row++) {
         s->H[row * m->n + number_of(m, k)] = 1;
         s->w[row] = m->gap[k][0] / h;
@@ -314,6 +331,24 @@ static void hand(scene *c, const char *name, int32_t sparse)
     }
 }
 
+/* A scissor lift: two chains of six hinges about y, which frictional pins join link by link. */
+static void lift(scene *c, const char *name, int32_t sparse)
+{
+    machine *m = &c->robot;
+    int32_t last[2] = {0, 0};
+    begin_scene(c, name, 0, sparse);
+    add_link(m, -1, 1, 5, 0, 0, 0, 0);
+    c->mu = 0.2;
+    for (int32_t k = 0; k < 6; k++) {
+        for (int side = 0; side < 2; side++)
+            last[side] = add_link(m, last[side], 1, 1, k == 0 ? side - 0.5 : 0.0, 0, -0.3, 0.3);
+        if (k > 0) {
+            c->pin[c->pins][0] = last[0];
+            c->pin[c->pins++][1] = last[1];
+        }
+    }
+}
+
 /* ---- measuring ------------------------------------------------------------------------------ */
 
 typedef struct solver {
@@ -321,8 +356,8 @@ typedef struct solver {
     perp_contact_laws laws;
     perp_contact_dynamics dynamics;
     perp_matrix M, H, G;
-    double mu[16], v[WIDTH], r[ROWS], u[ROWS], start[ROWS];
-    int32_t modes[ROWS];
+    double mu[24], v[WIDTH], r[ROWS], u[ROWS], start[ROWS];
+    int32_t modes[ROWS], two_sided[24];
     perp_contact_result result;
 } solver;
 
@@ -344,11 +379,14 @@ static double seconds_of_setup(perp_context *context, solver *o, const scene *c,
     o->dynamics.M = &o->M;
     o->dynamics.H = &o->H;
     o->dynamics.G = s->equations > 0 ? &o->G : NULL;
-    o->laws.contacts = c->contacts;
-    o->laws.bounded = s->rows - 3 * c->contacts;
+    o->laws.contacts = c->contacts + c->pins;
+    o->laws.bounded = s->rows - 3 * o->laws.contacts;
     o->laws.mu = o->mu;
-    for (int32_t k = 0; k < c->contacts; k++)
+    o->laws.two_sided = c->pins > 0 ? o->two_sided : NULL;
+    for (int32_t k = 0; k < o->laws.contacts; k++) {
         o->mu[k] = c->mu;
+        o->two_sided[k] = k < c->contacts ? 0 : 2;
+    }
     started = seconds_now();
     require(perp_contact_solver_setup_dynamics(o->perp, &o->laws, &o->dynamics) == PERP_OK,
             perp_context_message(context));
@@ -422,7 +460,7 @@ static void measure_step(perp_context *context, solver *o, solver *exact, const 
     m->good += o->result.outcome == PERP_OUTCOME_SOLVED ||
                o->result.outcome == PERP_OUTCOME_ROUNDING_LIMIT;
     m->iterations += o->result.iterations;
-    for (int32_t k = 0; k < c->contacts + o->laws.bounded; k++)
+    for (int32_t k = 0; k < o->laws.contacts + o->laws.bounded; k++)
         m->modes[o->modes[k]]++;
 }
 
@@ -445,7 +483,7 @@ static void run(scene *c)
     cold = 1e6 * median(m.cold, STEPS);
     warm = 1e6 * median(m.warm, STEPS);
     printf("%-20s %3d %8d %6d %3d %5d/%d/%d %7.1f %6.1f %6.1f %9.1f %9.1f %8.1e %8.1e %3d/%d\n",
-           c->name, c->robot.n, c->contacts, o->laws.bounded, s->equations, m.modes[0] / STEPS,
+           c->name, c->robot.n, o->laws.contacts, o->laws.bounded, s->equations, m.modes[0] / STEPS,
            m.modes[1] / STEPS, m.modes[2] / STEPS, setup, cold, warm, setup + cold, setup + warm,
            m.error, m.residual, m.good, STEPS);
     perp_contact_solver_destroy(o->perp);
@@ -480,6 +518,10 @@ int main(void)
     hand(&c, "hand", 0);
     run(&c);
     hand(&c, "hand, CSC", 1);
+    run(&c);
+    lift(&c, "lift on pins", 0);
+    run(&c);
+    lift(&c, "lift on pins, CSC", 1);
     run(&c);
     return 0;
 }
