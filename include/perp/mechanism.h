@@ -328,8 +328,9 @@ PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
  * of its worst part.
  *
  * Gaps below 0 count as 0 and are opened afterwards by the smallest displacement in the metric of
- * M, to first order; theta closes those of contacts that press at the end, too. Restitution: docs/mechanism.md. Where rows that hold (closed normals, sticking
- * tangents, bilateral ones) determine a velocity it carries no rounding: at rest it is 0.0.
+ * M, to first order; theta closes those of contacts that press at the end, too. Restitution:
+ * docs/mechanism.md. Where rows that hold (closed normals, sticking tangents, bilateral ones)
+ * determine a velocity it carries no rounding: at rest it is 0.0.
  *
  * Where the step's outcome is ray, evaluation_failed or singular, q and v are q0 and v0, impulses
  * are 0.
