@@ -299,7 +299,7 @@ static void test_monotone(void **state)
             d4[i] = 2 * C3[3 * i + 1];
             tau[i] = 2 * C3[3 * i + 2];
             mu4[i] = mu_static[i] = 0.4;
-            v[i] = (k + i) % 3 == 0 ? 0 : 1e-3 * C3[3 * ((i + 1) % 3)];
+            v[i] = (k + i) % 3 == 0 ? 0 : 1e-3 * C3[3 * i];
         }
         A4[15] = d4[3] = mu4[3] = 1;
         b4[3] = 0;
