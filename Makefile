@@ -327,8 +327,8 @@ pictures: library $(VENV)/ready
 	@$(ENVIRONMENT) OUTPUT='$(B)/pictures' scripts/draw-pictures
 
 #: make bench             speed against accuracy; tables and pictures in bench/results. Peers:
-#:                        apt install siconos libbullet-dev libode-dev libbox2d-dev;
-#:                        pip install drake quantecon mujoco; PEERS_PYTHON=...
+#:                        apt install siconos python3-scipy libbullet-dev libode-dev libbox2d-dev;
+#:                        pip install drake quantecon mujoco pin; PEERS_PYTHON=a/python:b/python
 .PHONY: bench
 bench: library benches $(VENV)/ready
 	@$(ENVIRONMENT) bench/run $(B)

@@ -35,13 +35,11 @@ perp_status perp__leave(perp_context *context, perp_status status);
 /* The same as enter for a context that is one, and may be destroyed. */
 perp_status perp__open(perp_context *context);
 
-/* The body of a public function that does no more than to open a call by `opens`, one of these or
- * of base/handle.h, to work, and to close it: returns what `works` comes to, or why it may not. */
-#define PERP__RETURN_CALL(opens, context, works)                             \
-    do {                                                                     \
-        const perp_status opened = (opens);                                  \
-        return opened == PERP_OK ? perp__leave((context), (works)) : opened; \
-    } while (0)
+/* What a public function returns that does no more than to open a call by `opens`, one of these or
+ * of base/handle.h, to work, and to close it: what `works` comes to, or, where it may not open one,
+ * the reason, which is the same when asked again. */
+#define PERP__CALL(opens, context, works) \
+    ((opens) == PERP_OK ? perp__leave((context), (works)) : (opens))
 
 /* Writes the message (and logs it) and returns `status`. */
 #if defined(__GNUC__)

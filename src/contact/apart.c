@@ -16,12 +16,10 @@ static void lay_out(perp__arena *arena, void *object)
 {
     perp__contact_apart *own = object;
     const size_t n = (size_t)own->room;
-    double **const vectors[] = {&own->mu, &own->rolling, &own->spinning, &own->q,
-                                &own->r0, &own->r,       &own->u,        &own->ray};
 
     own->W = perp__arena_take(arena, n, n * sizeof(double));
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &own->mu, &own->rolling, &own->spinning, &own->q, &own->r0, &own->r,
+                  &own->u, &own->ray);
     PERP__INTEGERS(arena, n, &own->rows, &own->units, &own->dims, &own->two_sided, &own->modes);
 }
 

@@ -38,7 +38,7 @@ enum { PLAN_MOST = 15 };
 /* Sweeps before proximal takes over: many where a rough answer is asked for, which they may give,
  * few where they are to lead to its way. Rows of contacts up to which pivoting is a fall-back. */
 #define ROUGH 1e-5
-enum { ROUGH_SWEEPS = 1000, FIRST_SWEEPS = 100, LEMKE_MOST = 600 };
+enum { ROUGH_SWEEPS = 1000, FIRST_SWEEPS = 200, LEMKE_MOST = 600 };
 
 static perp__contact_slot *slot_of(perp_contact_solver *solver, int32_t method)
 {
@@ -384,10 +384,10 @@ static void forget(perp_contact_solver *solver)
         solver->slots[k].spent = 0;
 }
 
-/* No proof is looked for with a budget that is used up. */
-static int32_t may_prove(const perp_contact_solver *solver)
+/* No proof is looked for with a budget that is used up, or where there is none. */
+static int32_t may_prove(perp_contact_solver *solver)
 {
-    return solver->proves && !ends_the_search(solver) &&
+    return solver->proves && !ends_the_search(solver) && perp__contact_may_be_infeasible(solver) &&
            !(solver->settings.max_iterations > 0 && solver->said == PERP_OUTCOME_ITERATION_LIMIT);
 }
 
@@ -402,6 +402,23 @@ static perp_status run_apart(perp_contact_solver *solver)
     return status == PERP_OK && some
                ? perp__contact_consider(solver, solver->running, solver->modes, &worth)
                : status;
+}
+
+/* Auto's last word on small problems with contacts that hold both ways: no path is sure to lead to
+ * their answers. */
+static perp_status search_sets(perp_contact_solver *solver)
+{
+    int32_t made = 0;
+    perp_status status = PERP_OK;
+
+    if (!solver->holds_both || solver->size > PERP__POLISH_SEARCH_MOST ||
+        solver->settings.method != PERP_CONTACT_METHOD_AUTO || solver->settings.max_iterations != 0)
+        return PERP_OK;
+    status = perp__contact_delassus(solver, &made);
+    solver->running = PERP_CONTACT_METHOD_PROXIMAL;
+    if (status == PERP_OK && made)
+        status = perp__contact_polish_search(solver);
+    return status == PERP_OK ? check_abort(solver) : status;
 }
 
 /* Steps of a plan before its last resorts. */
@@ -430,7 +447,7 @@ static perp_status search(perp_contact_solver *solver)
         if (status == PERP_OK && k == apart && !ends_the_search(solver))
             status = run_apart(solver);
     }
-    return status;
+    return status == PERP_OK && !ends_the_search(solver) ? search_sets(solver) : status;
 }
 
 /* What the search ended with. */
@@ -444,16 +461,28 @@ static perp_outcome last_word(const perp_contact_solver *solver)
     return solver->said == PERP_OUTCOME_RAY ? PERP_OUTCOME_STALLED : solver->said; /* it was none */
 }
 
+static int32_t is_zero(const double *x, int32_t count)
+{
+    for (int32_t i = 0; i < count; i++)
+        if (x[i] != 0.0)
+            return 0;
+    return 1;
+}
+
 perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact_call *call)
 {
     const double started = perp__now();
-    perp__contact_call own = *call;
+    perp__contact_call given = *call, own;
     perp_status status = perp__contact_check_call(solver, call);
 
     if (status != PERP_OK)
         return status;
+    if (given.r0 &&
+        is_zero(given.r0, solver->bounded.count > 0 ? solver->bounded.size : solver->size))
+        given.r0 = NULL; /* a start that knows nothing is none */
+    own = given;
     if (solver->bounded.count > 0)
-        perp__contact_bounded_pose(&solver->bounded, call, &own);
+        perp__contact_bounded_pose(&solver->bounded, &given, &own);
     status = perp__contact_find(
         solver, &own,
         solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0);

@@ -12,31 +12,12 @@
 /* Up to so many velocities places in the columns of a sparse M are kept, not looked for. */
 enum { KEPT = 128 };
 
-/* M(i,j), by bisection where M is sparse. */
-static double entry(const perp__matrix *M, int32_t i, int32_t j)
-{
-    int32_t low, high;
-
-    if (!M->column_starts)
-        return M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
-    low = M->column_starts[j];
-    high = M->column_starts[j + 1];
-    while (low < high) {
-        const int32_t middle = low + (high - low) / 2;
-
-        if (M->row_indices[middle] < i)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low < M->column_starts[j + 1] && M->row_indices[low] == i ? M->values[low] : 0.0;
-}
-
 static perp_status check_pair(perp_context *context, const perp__matrix *M, int32_t i, int32_t j)
 {
-    const double a = entry(M, i, j), b = entry(M, j, i);
+    const double a = perp__entry(M, i, j), b = perp__entry(M, j, i);
 
-    if (a == b || fabs(a - b) <= SYMMETRIC * sqrt(entry(M, i, i)) * sqrt(entry(M, j, j)))
+    if (a == b ||
+        fabs(a - b) <= SYMMETRIC * sqrt(perp__entry(M, i, i)) * sqrt(perp__entry(M, j, j)))
         return PERP_OK;
     return perp__fail(context, PERP_ERROR_ARGUMENT,
                       "M(%d,%d) is %g but M(%d,%d) is %g: M is not symmetric", (int)i, (int)j, a,
@@ -85,10 +66,10 @@ static perp_status check_sparse(perp_context *context, const perp__matrix *M)
 static perp_status check_mass(perp_context *context, const perp__matrix *M)
 {
     for (int32_t i = 0; i < M->rows; i++)
-        if (!(entry(M, i, i) > 0.0))
+        if (!(perp__entry(M, i, i) > 0.0))
             return perp__fail(context, PERP_ERROR_ARGUMENT,
                               "M(%d,%d) is %g: M is not positive definite", (int)i, (int)i,
-                              entry(M, i, i));
+                              perp__entry(M, i, i));
     return M->column_starts ? check_sparse(context, M) : check_dense(context, M);
 }
 

@@ -21,6 +21,7 @@
 #include "contact/law.h"
 #include "contact/solver.h"
 #include "linalg/blas.h"
+#include "patterns/patterns.h"
 
 /* Relative to the traces: for most, and for what ends without its signs wrong, but not solved: then
  * the smallest singular values are smaller than this. */
@@ -32,15 +33,16 @@
 
 enum { START_STEPS = 8, ROUNDS = 12, STEPS = 6, REFINEMENTS = 12, PATIENCE = 3 };
 
+/* The search: sets that are drawn, and the steps from each. */
+enum { DRAWS = 3000, DRAWN_STEPS = 16 };
+
 static void layout(perp__arena *arena, void *object)
 {
     perp__contact_polish *p = object;
     const size_t n = (size_t)p->room;
-    double **const vectors[] = {&p->rhs, &p->step, &p->error, &p->units, &p->weights};
 
     PERP__DOUBLES(arena, n * n, &p->K, &p->factors);
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &p->rhs, &p->step, &p->error, &p->units, &p->weights);
     PERP__INTEGERS(arena, n, &p->rows, &p->pivots, &p->place);
     p->presses = perp__arena_take(arena, n, 1);
     p->parts = perp__arena_take(arena, 3 * n, 1);
@@ -288,7 +290,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
         if (!(size < 0.5 * least) || (step > 0 && size <= p->enough))
             return 1;
         least = size;
-        if (p->enough > 0.0 && solver->polished >= START_STEPS)
+        if (p->enough > 0.0 && solver->polished >= p->last)
             return 0;
         if (!perp__contact_polish_step(solver))
             return step > 0;
@@ -372,9 +374,10 @@ static void write_modes(const perp__contact_polish *p, const perp__contact_probl
     }
 }
 
-static void begin(perp_contact_solver *solver, perp__contact_polish *p, double enough)
+static void begin(perp_contact_solver *solver, perp__contact_polish *p, double enough, int64_t most)
 {
     p->enough = enough;
+    p->last = solver->polished + most;
     p->regular = REGULAR;
     memset(p->parts, PERP__PART_NONE, 3 * (size_t)p->room);
     read_set(p, &solver->problem, solver->r, solver->u);
@@ -396,7 +399,7 @@ perp_status perp__contact_polish_run(perp_contact_solver *solver)
     status = fit(solver, p);
     if (status != PERP_OK)
         return status;
-    begin(solver, p, 0.0);
+    begin(solver, p, 0.0, 0);
     for (round = 0; round < ROUNDS && waited < PATIENCE; round++) {
         perp__contact_worth worth;
         int32_t changes;
@@ -467,7 +470,7 @@ perp_status perp__contact_polish_start(perp_contact_solver *solver)
         return status;
     p->enough = ENOUGH * solver->settings.tol;
     velocities(solver);
-    begin(solver, p, p->enough);
+    begin(solver, p, p->enough, START_STEPS);
     while (changes > 0) {
         number_rows(p, problem, solver->r);
         if (!follow(solver, p))
@@ -479,4 +482,63 @@ perp_status perp__contact_polish_start(perp_contact_solver *solver)
     return status == PERP_OK && !perp__is_good(solver->best.outcome)
                ? perp__contact_polish_run(solver)
                : status;
+}
+
+/* ---- the search ----------------------------------------------------------------------------- */
+
+/* Between -1 and 1. */
+static double draw(uint64_t *seed)
+{
+    return (double)(perp__next_random(seed) >> 11) * 0x1p-52 - 1.0;
+}
+
+/* Modes, and impulses that have them, up to a few times what the problem drives with. */
+static void draw_set(perp_contact_solver *solver, perp__contact_polish *p, uint64_t *seed)
+{
+    const perp__contact_problem *problem = &solver->problem;
+
+    for (int32_t k = 0; k < problem->contacts; k++) {
+        const int32_t both = perp__contact_two_sided(problem, k);
+        const double unit = problem->omega[k] / sqrt(problem->trace[k]);
+        const double size = ldexp(unit, (int)(3.0 * draw(seed)));
+        perp__contact_part parts[3];
+        const int32_t count = perp__contact_parts(problem, k, parts);
+
+        for (int32_t i = problem->starts[k]; i < problem->starts[k + 1]; i++)
+            solver->r[i] = size * draw(seed);
+        p->presses[k] = both > 0 || solver->r[problem->starts[k]] > 0.0;
+        for (int32_t c = 0; c < count; c++)
+            p->parts[3 * k + c] = !p->presses[k] || parts[c].coefficient == 0.0 ? PERP__PART_NONE
+                                  : draw(seed) > 0.0                            ? PERP__PART_SLIPS
+                                                                                : PERP__PART_STICKS;
+        perp__contact_clip(problem, k, solver->r);
+    }
+}
+
+perp_status perp__contact_polish_search(perp_contact_solver *solver)
+{
+    perp__contact_polish *p = &solver->polish;
+    perp__contact_worth worth;
+    uint64_t seed = 1;
+    perp_status status = fit(solver, p);
+
+    for (int32_t k = 0; k < DRAWS && status == PERP_OK && solver->ended < 0; k++) {
+        int32_t changes = 1;
+
+        begin(solver, p, ENOUGH * solver->settings.tol, DRAWN_STEPS);
+        draw_set(solver, p, &seed);
+        for (int32_t round = 0; round < ROUNDS && changes > 0; round++) {
+            number_rows(p, &solver->problem, solver->r);
+            if (!follow(solver, p))
+                break;
+            changes = change_set(p, &solver->problem, solver->r, solver->u);
+        }
+        if (changes > 0)
+            continue;
+        write_modes(p, &solver->problem, solver->modes);
+        status = perp__contact_consider(solver, solver->running, solver->modes, &worth);
+        if (perp__is_good(solver->best.outcome))
+            break;
+    }
+    return status;
 }

@@ -13,6 +13,7 @@ typedef struct perp__contact_polish {
     int64_t fitted;
     int32_t room;    /* rows that K has room for */
     double enough;   /* > 0: in plain doubles, and to no more than this tested residual */
+    int64_t last;    /* of the steps in plain doubles */
     double regular;  /* added to the diagonal of K before it is factored */
     int32_t n;       /* rows of the active set */
     int32_t *place;  /* of a row in the system, -1: r is 0 there */
@@ -30,6 +31,9 @@ enum { PERP__POLISH_MOST = 600 };
 /* Most rows of one that is followed from its start, before anything else. */
 enum { PERP__POLISH_START_MOST = 96 };
 
+/* And of one whose sets are searched. */
+enum { PERP__POLISH_SEARCH_MOST = 24 };
+
 struct perp_contact_solver;
 
 /* Reads the active set off solver->r and u and follows it to where it ends; the best point met is
@@ -41,5 +45,8 @@ perp_status perp__contact_polish_run(struct perp_contact_solver *solver);
 int32_t perp__contact_polish_suits(const struct perp_contact_solver *solver);
 int32_t perp__contact_is_near(struct perp_contact_solver *solver);
 perp_status perp__contact_polish_start(struct perp_contact_solver *solver);
+/* The same, from a few thousand sets of a fixed random sequence, each with a try of its own, until
+ * one is an answer: milliseconds. */
+perp_status perp__contact_polish_search(struct perp_contact_solver *solver);
 
 #endif

@@ -98,21 +98,30 @@ static int32_t annihilates_bodies(perp_contact_solver *solver, const double *y)
     return 1;
 }
 
-/* y'q < 0 by more than rounding. q: what the caller gave, or H M^-1 f + w; since H'y = 0 the load f
- * is of no account. */
-static int32_t is_against(perp_contact_solver *solver, const double *y)
+/* What row i of y is paired with: what the caller gave, or H M^-1 f + w; since H'y = 0 the load f
+ * is of no account. bias: rigid bodies'. */
+static double given_of(const perp_contact_solver *solver, const double *bias, int32_t i)
 {
     const perp__contact_call *call = solver->call;
+
+    if (solver->entrance == PERP__ENTRANCE_RIGID)
+        return bias[i];
+    if (solver->entrance == PERP__ENTRANCE_DELASSUS)
+        return call->q[i];
+    if (i < solver->rows)
+        return call->w[i];
+    return call->b ? call->b[i - solver->rows] : 0.0;
+}
+
+/* y'q < 0 by more than rounding. */
+static int32_t is_against(perp_contact_solver *solver, const double *y)
+{
     double sum = 0.0, error = 0.0, absolute = 0.0;
 
     if (solver->entrance == PERP__ENTRANCE_RIGID)
         perp__rigid_bias(solver, solver->scale);
     for (int32_t i = 0; i < solver->size; i++) {
-        const double given = solver->entrance == PERP__ENTRANCE_RIGID      ? solver->scale[i]
-                             : solver->entrance == PERP__ENTRANCE_DELASSUS ? call->q[i]
-                             : i < solver->rows                            ? call->w[i]
-                             : call->b ? call->b[i - solver->rows]
-                                       : 0.0;
+        const double given = given_of(solver, solver->scale, i);
         const double product = y[i] * given, next = sum + product, part = next - sum;
 
         error += fma(y[i], given, -product) + ((sum - (next - part)) + (product - part));
@@ -120,6 +129,23 @@ static int32_t is_against(perp_contact_solver *solver, const double *y)
         sum = next;
     }
     return sum + error < -NOTHING * absolute;
+}
+
+int32_t perp__contact_may_be_infeasible(perp_contact_solver *solver)
+{
+    int32_t may = 0;
+
+    if (solver->entrance == PERP__ENTRANCE_RIGID)
+        perp__rigid_bias(solver, solver->scale);
+    for (int32_t k = 0; k < solver->contacts; k++)
+        for (int32_t i = 0; i < perp__contact_normals(&solver->problem, k); i++) {
+            const double given = given_of(solver, solver->scale, solver->starts[k] + i);
+
+            may |= given < 0.0 || (solver->two_sided[k] > 0 && given > 0.0);
+        }
+    for (int32_t i = solver->rows; i < solver->size; i++)
+        may |= given_of(solver, solver->scale, i) != 0.0;
+    return may;
 }
 
 void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction)

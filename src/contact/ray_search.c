@@ -46,16 +46,6 @@ static int32_t row_of(const perp_contact_solver *solver, int32_t i)
     return i < solver->contacts ? solver->starts[i] : solver->rows + i - solver->contacts;
 }
 
-static double entry(const perp__matrix *W, int32_t i, int32_t j)
-{
-    if (!W->column_starts)
-        return W->values[(size_t)i * W->row_stride + (size_t)j * W->column_stride];
-    for (int32_t k = W->column_starts[j]; k < W->column_starts[j + 1]; k++)
-        if (W->row_indices[k] == i)
-            return W->values[k];
-    return 0.0;
-}
-
 static void fill(perp_contact_solver *solver)
 {
     perp__contact_ray *own = &solver->feasibility;
@@ -69,7 +59,7 @@ static void fill(perp_contact_solver *solver)
         for (int32_t i = 0; i < own->n; i++)
             own->M[(size_t)i + (size_t)j * n] =
                 perp__contact_couples(&solver->problem, i, j)
-                    ? entry(&solver->W, row_of(solver, i), row_of(solver, j)) *
+                    ? perp__entry(&solver->W, row_of(solver, i), row_of(solver, j)) *
                           (own->impulse[j] / own->velocity[i])
                     : 0.0;
     }

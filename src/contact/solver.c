@@ -88,7 +88,7 @@ static perp_status enter(perp_contact_solver *solver)
 perp_status perp_contact_solver_create(perp_context *context, perp_contact_solver **solver,
                                        const perp_contact_settings *settings)
 {
-    PERP__RETURN_CALL(perp__enter(context), context,
+    return PERP__CALL(perp__enter(context), context,
                       perp__contact_create(context, solver, settings));
 }
 
@@ -100,14 +100,14 @@ void perp_contact_solver_destroy(perp_contact_solver *solver)
 perp_status perp_contact_solver_set(perp_contact_solver *solver,
                                     const perp_contact_settings *settings)
 {
-    PERP__RETURN_CALL(enter(solver), solver->context, perp__contact_configure(solver, settings));
+    return PERP__CALL(enter(solver), solver->context, perp__contact_configure(solver, settings));
 }
 
 perp_status perp_contact_solver_setup_dynamics(perp_contact_solver *solver,
                                                const perp_contact_laws *laws,
                                                const perp_contact_dynamics *dynamics)
 {
-    PERP__RETURN_CALL(enter(solver), solver->context,
+    return PERP__CALL(enter(solver), solver->context,
                       perp__contact_setup(solver, laws, dynamics, NULL));
 }
 
@@ -122,7 +122,7 @@ static perp_status setup_delassus(perp_contact_solver *solver, const perp_contac
 perp_status perp_contact_solver_setup_delassus(perp_contact_solver *solver,
                                                const perp_contact_laws *laws, const perp_matrix *W)
 {
-    PERP__RETURN_CALL(enter(solver), solver->context, setup_delassus(solver, laws, W));
+    return PERP__CALL(enter(solver), solver->context, setup_delassus(solver, laws, W));
 }
 
 /* A solve of what was set up in this way, not in the other. */
@@ -143,7 +143,7 @@ perp_status perp_contact_solver_solve_dynamics(perp_contact_solver *solver, doub
 {
     const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0, 0};
 
-    PERP__RETURN_CALL(enter(solver), solver->context,
+    return PERP__CALL(enter(solver), solver->context,
                       solve(solver, PERP__ENTRANCE_DELASSUS, &call));
 }
 
@@ -154,7 +154,7 @@ perp_status perp_contact_solver_solve_delassus(perp_contact_solver *solver, doub
 {
     const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0, 0};
 
-    PERP__RETURN_CALL(enter(solver), solver->context,
+    return PERP__CALL(enter(solver), solver->context,
                       solve(solver, PERP__ENTRANCE_DYNAMICS, &call));
 }
 
@@ -183,7 +183,7 @@ perp_status perp_contact_solve(perp_context *context, double *v, double *r, doub
 {
     const perp__contact_call call = {v, r, u, modes, ray, result, f, w, b, NULL, r0, 0};
 
-    PERP__RETURN_CALL(perp__enter(context), context,
+    return PERP__CALL(perp__enter(context), context,
                       solve_once(context, settings, laws, dynamics, NULL, 0, &call));
 }
 
@@ -195,6 +195,6 @@ perp_status perp_contact_solve_delassus(perp_context *context, double *r, double
 {
     const perp__contact_call call = {NULL, r, u, modes, ray, result, NULL, NULL, NULL, q, r0, 0};
 
-    PERP__RETURN_CALL(perp__enter(context), context,
+    return PERP__CALL(perp__enter(context), context,
                       solve_once(context, settings, laws, NULL, W, 1, &call));
 }

@@ -221,6 +221,9 @@ perp_status perp__contact_delassus(perp_contact_solver *solver, int32_t *made);
  * has_ray and certificate are set: ray_search.c. PERP_OK, _MEMORY, _CALLBACK or _NOT_FINITE. */
 perp_status perp__contact_find_ray(perp_contact_solver *solver);
 
+/* Whether such a proof can exist: some contact is to open, or some joint to move: ray.c. */
+int32_t perp__contact_may_be_infeasible(perp_contact_solver *solver);
+
 /* Checks the direction in solver->ray and scales it; sets has_ray and certificate: ray.c. */
 void perp__contact_keep_ray(perp_contact_solver *solver, const double *direction);
 

@@ -227,14 +227,15 @@ static void recompute(perp_lcp_solver *solver)
         }
 }
 
-perp__evaluation perp__evaluate(perp_lcp_solver *solver)
+static perp__evaluation evaluate(perp_lcp_solver *solver, int32_t has_product)
 {
     const kernels *fast = kernels_for(solver);
     perp__evaluation worth;
 
     if (!fast || !fast->project(solver, solver->reach))
         project(solver);
-    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
+    if (!has_product)
+        perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
     solver->doubtful = 0;
     for (int32_t k = 0; k < solver->parts; k++)
         solver->doubtful |= !(solver->reach[k] <= PERP__DOUBTFUL);
@@ -248,6 +249,16 @@ perp__evaluation perp__evaluate(perp_lcp_solver *solver)
         worth = measure(solver);
     }
     return worth;
+}
+
+perp__evaluation perp__evaluate(perp_lcp_solver *solver)
+{
+    return evaluate(solver, 0);
+}
+
+perp__evaluation perp__evaluate_product(perp_lcp_solver *solver)
+{
+    return evaluate(solver, 1);
 }
 
 int32_t perp__is_exact(const perp_lcp_solver *solver, const perp__evaluation *worth)

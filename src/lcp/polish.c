@@ -153,27 +153,33 @@ static int32_t is_refined(perp_lcp_solver *solver, int32_t count)
     return 1;
 }
 
-static int32_t collect(perp_lcp_solver *solver)
+/* The rows between the bounds; the others to theirs, *moved if one was elsewhere. */
+static int32_t collect(perp_lcp_solver *solver, int32_t *moved)
 {
-    int32_t count = 0, i;
+    int32_t count = 0;
 
-    for (i = 0; i < solver->n; i++) {
-        if (solver->places[i] == PERP__BETWEEN)
+    *moved = 0;
+    for (int32_t i = 0; i < solver->n; i++) {
+        const double bound =
+            solver->places[i] == PERP__AT_UPPER ? solver->upper[i] : solver->lower[i];
+
+        if (solver->places[i] == PERP__BETWEEN) {
             solver->polish.active[count++] = i;
-        else
-            solver->z[i] =
-                solver->places[i] == PERP__AT_UPPER ? solver->upper[i] : solver->lower[i];
+        } else {
+            *moved |= !(solver->z[i] == bound);
+            solver->z[i] = bound;
+        }
     }
     return count;
 }
 
-/* Iterative refinement of M_AA z_A = -(q_A + M_AN z_N), not projected. PERP_OK or _MEMORY. */
+/* Iterative refinement of M_AA z_A = -(q_A + M_AN z_N), not projected, from w of solver->z to that
+ * of the refined one. PERP_OK or _MEMORY. */
 static perp_status refine(perp_lcp_solver *solver, int32_t count)
 {
     perp__polish *p = &solver->polish;
     double last = INFINITY;
 
-    perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
     for (int32_t round = 0; round < PERP__REFINEMENTS && count > 0; round++) {
         double largest, z_largest = 0.0;
         perp_status status = newton_step(solver, count, &largest);
@@ -293,16 +299,13 @@ static int32_t take_step(perp_lcp_solver *solver, const double *step)
  * point as good as a double gets, with its worth; else nothing has changed. */
 static int32_t correct(perp_lcp_solver *solver, perp__evaluation *worth)
 {
-    const size_t bytes = (size_t)solver->n * sizeof(double);
     perp__polish *p = &solver->polish;
     perp__evaluation found;
 
     if (!solver->correct || !take_residual(solver, p->z) ||
         !solver->correct(solver->correct_work, p->z, p->step))
         return 0;
-    memcpy(p->z, solver->z, bytes);
-    memcpy(p->w_high, solver->w_high, bytes);
-    memcpy(p->w_low, solver->w_low, bytes);
+    remember(solver, &found, worth);
     if (take_step(solver, p->step)) {
         found = perp__evaluate(solver);
         if (perp__is_exact(solver, &found)) {
@@ -310,9 +313,7 @@ static int32_t correct(perp_lcp_solver *solver, perp__evaluation *worth)
             return 1;
         }
     }
-    memcpy(solver->z, p->z, bytes);
-    memcpy(solver->w_high, p->w_high, bytes);
-    memcpy(solver->w_low, p->w_low, bytes);
+    recall(solver);
     return 0;
 }
 
@@ -320,7 +321,7 @@ static int32_t correct(perp_lcp_solver *solver, perp__evaluation *worth)
 static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation *best)
 {
     const int32_t rounds = uses_dense(solver) ? PERP__REPAIRS_DENSE : PERP__REPAIRS_SPARSE;
-    int32_t round, count, regular, changes = 1;
+    int32_t round, count, moved, regular, changes = 1;
     perp_status status = PERP_OK;
 
     for (round = 0; round < rounds && changes > 0; round++) {
@@ -329,15 +330,17 @@ static perp_status attempt(perp_lcp_solver *solver, double rho, perp__evaluation
         if (round > 0 && perp__is_late(solver))
             break; /* one factorisation is what a time limit may be exceeded by */
 
-        count = collect(solver);
+        count = collect(solver, &moved);
         status = factor(solver, count, rho, &regular);
         if (status != PERP_OK || !regular)
             break;
+        if (moved) /* else w is that of the last evaluation */
+            perp__multiply_doubled(&solver->M, solver->z, solver->q, solver->w_high, solver->w_low);
         status = refine(solver, count);
         if (status != PERP_OK)
             break;
         changes = repair(solver);
-        worth = perp__evaluate(solver);
+        worth = changes > 0 ? perp__evaluate(solver) : perp__evaluate_product(solver);
         if (is_better(solver, &worth, best))
             remember(solver, best, &worth);
         if (perp__is_exact(solver, best))

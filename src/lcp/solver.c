@@ -219,7 +219,7 @@ static perp_status enter(perp_lcp_solver *solver)
 perp_status perp_lcp_solver_create(perp_context *context, perp_lcp_solver **solver,
                                    const perp_lcp_settings *settings)
 {
-    PERP__RETURN_CALL(perp__enter(context), context, perp__lcp_create(context, solver, settings));
+    return PERP__CALL(perp__enter(context), context, perp__lcp_create(context, solver, settings));
 }
 
 void perp_lcp_solver_destroy(perp_lcp_solver *solver)
@@ -229,19 +229,19 @@ void perp_lcp_solver_destroy(perp_lcp_solver *solver)
 
 perp_status perp_lcp_solver_set(perp_lcp_solver *solver, const perp_lcp_settings *settings)
 {
-    PERP__RETURN_CALL(enter(solver), solver->context, perp__lcp_set(solver, settings));
+    return PERP__CALL(enter(solver), solver->context, perp__lcp_set(solver, settings));
 }
 
 perp_status perp_lcp_solver_setup(perp_lcp_solver *solver, const perp_matrix *M,
                                   const double *lower, const double *upper)
 {
-    PERP__RETURN_CALL(enter(solver), solver->context, perp__lcp_setup(solver, M, lower, upper));
+    return PERP__CALL(enter(solver), solver->context, perp__lcp_setup(solver, M, lower, upper));
 }
 
 perp_status perp_lcp_solver_solve(perp_lcp_solver *solver, double *z, double *w, double *ray,
                                   perp_lcp_result *result, const double *q, const double *z0)
 {
-    PERP__RETURN_CALL(enter(solver), solver->context,
+    return PERP__CALL(enter(solver), solver->context,
                       perp__lcp_solve(solver, z, w, ray, result, q, z0));
 }
 

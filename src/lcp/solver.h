@@ -95,6 +95,7 @@ struct perp_lcp_solver {
     perp__method_slot slots[PERP__METHODS];
     perp__polish polish;
     struct perp__lcp_all *tree; /* of the last word on small problems; NULL until it is asked */
+    int32_t insists;            /* on larger ones, too */
     int32_t (*correct)(void *work, const double *residual, double *step); /* perp__lcp_iterate's */
     void *correct_work;
     perp__sparse_block block; /* of sparse problems */
@@ -148,6 +149,8 @@ static inline double perp__reach_of(const perp_lcp_solver *solver, int32_t i)
 /* Projects solver->z onto the bounds, recomputes w = M z + q in doubled precision (w_high, w_low)
  * and the three numbers. */
 perp__evaluation perp__evaluate(perp_lcp_solver *solver);
+/* The same for a z within its bounds whose w is there already. */
+perp__evaluation perp__evaluate_product(perp_lcp_solver *solver);
 
 /* What the gate is told of the point of the last perp__evaluate; the second witness is asked where
  * the first may pass. `unit`: that of a point which is not refined, so that rounding is beside its
@@ -194,8 +197,9 @@ double perp__margin_of(const perp_lcp_solver *solver, int32_t i);
 /* Makes the polish's memory ready for this set-up. PERP_OK, or _MEMORY. */
 perp_status perp__polish_fit(perp_lcp_solver *solver);
 
-/* Re-solves the index set `places`, starting from solver->z, repairs a few signs, and leaves the
- * best point it met in solver->z with w_high, w_low and its worth. PERP_OK, or _MEMORY. */
+/* Re-solves the index set `places`, starting from solver->z as evaluated last, repairs a few signs,
+ * and leaves the best point it met in solver->z with w_high, w_low and its worth. PERP_OK, or
+ * _MEMORY. */
 perp_status perp__polish_run(perp_lcp_solver *solver, perp__evaluation *worth);
 
 void perp__polish_release(perp__polish *polish);

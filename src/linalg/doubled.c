@@ -13,14 +13,16 @@
 #include "linalg/lanes/multiversion.h"
 #include "linalg/lanes/vectors.h"
 
-/* In rows shorter than this the sum of eight sums costs more than it saves. */
-enum { FEW_COLUMNS = 24 };
+/* In rows shorter than this the sum of eight sums costs more than it saves; and in rows shorter than
+ * that the copy of eight rows, side by side, saves more than it costs. */
+enum { FEW_COLUMNS = 24, SHORT_ROW = 96 };
 
 typedef struct doubled_kernels {
     void (*add_4_columns)(size_t rows, const double *const *a, const double *x, double *high,
                           double *low);
     void (*add_column)(size_t rows, const double *a, double x, double *high, double *low);
     void (*add_row)(size_t columns, const double *a, const double *x, double *high, double *low);
+    void (*add_8_rows)(size_t columns, const double *a, const double *x, double *high, double *low);
 } doubled_kernels;
 
 /* high + low + a x */
@@ -80,8 +82,18 @@ static void by_columns(const perp__matrix *M, const double *x, double *high, dou
 static void by_rows(const perp__matrix *M, const double *x, double *high, double *low)
 {
     const doubled_kernels *k = kernels[perp__widest_vectors()];
+    const int32_t together = M->columns <= SHORT_ROW ? M->rows - M->rows % 8 : 0;
+    double a[8 * SHORT_ROW];
 
-    for (int32_t i = 0; i < M->rows; i++)
+    for (int32_t i = 0; i < together; i += 8) {
+        const double *row = M->values + (size_t)i * M->row_stride;
+
+        for (size_t j = 0; j < (size_t)M->columns; j++)
+            for (size_t r = 0; r < 8; r++)
+                a[8 * j + r] = row[r * M->row_stride + j];
+        k->add_8_rows((size_t)M->columns, a, x, high + i, low + i);
+    }
+    for (int32_t i = together; i < M->rows; i++)
         k->add_row((size_t)M->columns, M->values + (size_t)i * M->row_stride, x, high + i, low + i);
 }
 

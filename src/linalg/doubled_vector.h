@@ -72,12 +72,31 @@ TARGET static void NAME(add_row)(size_t columns, const double *a, const double *
     }
 #undef ZERO
 #undef STEP
-#undef STORE
     for (j = columns >= FEW_COLUMNS ? columns - columns % 8 : 0; j < columns; j++)
         accumulate(high, low, a[j], x[j]);
 }
 
-static const doubled_kernels NAME(kernels) = {NAME(add_4_columns), NAME(add_column), NAME(add_row)};
+/* 8 rows side by side, entry j of row i at a[8 j + i]: each adds its products one after the other.
+ */
+TARGET static void NAME(add_8_rows)(size_t columns, const double *a, const double *x, double *h,
+                                    double *l)
+{
+#define LOAD(q) lanes h##q = load(h + (q)*LANES), l##q = load(l + (q)*LANES);
+#define STEP(q) ACCUMULATE(h##q, l##q, load(a + 8 * j + (q)*LANES), factor);
+    EIGHT_DOUBLES(LOAD)
+    for (size_t j = 0; j < columns; j++) {
+        const lanes factor = spread(x[j]);
+
+        EIGHT_DOUBLES(STEP)
+    }
+    EIGHT_DOUBLES(STORE)
+#undef LOAD
+#undef STEP
+#undef STORE
+}
+
+static const doubled_kernels NAME(kernels) = {NAME(add_4_columns), NAME(add_column), NAME(add_row),
+                                              NAME(add_8_rows)};
 
 #undef ACCUMULATE
 #undef NAME

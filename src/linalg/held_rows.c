@@ -1,20 +1,13 @@
 #include "linalg/held_rows.h"
 
+#include <float.h>
 #include <math.h>
+#include <string.h>
 
-#include "linalg/orthogonal.h"
+#include "linalg/matrix.h"
 
 /* A direction is determined if no more than this of it is outside of the rows' span. */
 #define SPAN 1e-10
-
-static double dot(const double *a, const double *b, int32_t n)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < n; i++)
-        sum += a[i] * b[i];
-    return sum;
-}
 
 void perp__held_rows_layout(perp__held_rows *held, perp__arena *arena, size_t entries, size_t most,
                             size_t n)
@@ -47,17 +40,161 @@ void perp__held_rows_take(perp__held_rows *held, double target)
         return;
     for (int32_t i = 0; i < held->n; i++) /* squares must not leave the range of doubles */
         row[i] /= largest;
-    length = sqrt(dot(row, row, held->n));
+    length = sqrt(perp__dot(row, row, held->n));
     for (int32_t i = 0; i < held->n; i++)
         row[i] /= length;
     held->targets[held->count++] = target / largest / length;
 }
 
+/* ---- the modified Gram-Schmidt process with threshold pivoting ---- */
+
+/* Rows have length 1; a remainder below the square root of rounding counts as dependent. Such a row
+ * would determine a direction only with more error than the impulses that act on it have. */
+#define RANK_TOLERANCE 1e-8
+
+/* The first row with at least this share of the largest remainder is taken: among rows that serve
+ * equally well the order of the caller decides, not rounding. */
+#define PIVOT_THRESHOLD 0.5
+
+static void add(double *y, double s, const double *x, int32_t n)
+{
+    for (int32_t i = 0; i < n; i++)
+        y[i] += s * x[i];
+}
+
+/* Where a vector is not 0: rows of large systems mostly are. Sums over less than that are the same
+ * bits. */
+typedef struct span {
+    int32_t first, count;
+} span;
+
+static span span_of(const double *x, int32_t n)
+{
+    span s = {0, n};
+
+    while (s.count > 0 && x[s.first + s.count - 1] == 0.0)
+        s.count--;
+    while (s.count > 0 && x[s.first] == 0.0) {
+        s.first++;
+        s.count--;
+    }
+    return s;
+}
+
+static double length_of(const double *row, int32_t n)
+{
+    const span s = span_of(row, n);
+
+    return sqrt(perp__dot(row + s.first, row + s.first, s.count));
+}
+
+/* The row to take next, or -1 if none is left that is independent. One with a norm that is no
+ * number, or too large for one, never is. */
+static int32_t choose_row(const double *norms, int32_t m)
+{
+    double largest = 0.0;
+    int32_t i;
+
+    for (i = 0; i < m; i++)
+        if (norms[i] <= DBL_MAX)
+            largest = fmax(largest, norms[i]);
+    if (!(largest > RANK_TOLERANCE))
+        return -1;
+    for (i = 0; !(norms[i] >= PIVOT_THRESHOLD * largest && norms[i] <= DBL_MAX); i++)
+        ;
+    return i;
+}
+
+/* Takes row `pick` as the next vector q of the basis. Returns the component of y_0 along it. */
+static double new_direction(const perp__held_rows *held, double *q, int32_t pick)
+{
+    const int32_t n = held->n;
+    const double *row = held->rows + (size_t)pick * (size_t)n, norm = held->norms[pick];
+    double eta = held->targets[pick] / norm;
+    double length;
+
+    for (int32_t i = 0; i < n; i++)
+        q[i] = row[i] / norm;
+    for (int32_t k = 0; k < held->rank; k++) { /* a second time: the first leaves rounding / norm */
+        const double *b = held->basis + (size_t)k * (size_t)n;
+        const span s = span_of(b, n);
+        double share = perp__dot(b + s.first, q + s.first, s.count);
+
+        if (share == 0.0)
+            continue;
+        add(q + s.first, -share, b + s.first, s.count);
+        eta -= share * perp__dot(b + s.first, held->particular + s.first, s.count);
+    }
+    length = length_of(q, n);
+    for (int32_t i = 0; i < n; i++)
+        q[i] /= length;
+    return eta / length;
+}
+
+/* Removes the direction q from row i. */
+static void remove_direction(perp__held_rows *held, int32_t i, const double *q, span s, double eta)
+{
+    double *row = held->rows + (size_t)i * (size_t)held->n;
+    const double share = perp__dot(row + s.first, q + s.first, s.count);
+
+    if (share == 0.0)
+        return;
+    add(row + s.first, -share, q + s.first, s.count);
+    held->targets[i] -= share * eta;
+    held->norms[i] = length_of(row, held->n);
+}
+
 void perp__held_rows_solve(perp__held_rows *held)
 {
-    held->rank = perp__orthogonal_rows(held->rows, held->targets, held->taken, held->norms,
-                                       held->basis, held->particular, held->count, held->n);
+    const int32_t n = held->n;
+
+    memset(held->taken, 0, (size_t)held->count * sizeof *held->taken);
+    memset(held->particular, 0, (size_t)n * sizeof *held->particular);
+    for (int32_t i = 0; i < held->count; i++)
+        held->norms[i] = length_of(held->rows + (size_t)i * (size_t)n, n);
+    for (held->rank = 0; held->rank < n; held->rank++) {
+        double *q = held->basis + (size_t)held->rank * (size_t)n, eta;
+        const int32_t pick = choose_row(held->norms, held->count);
+        span s;
+
+        if (pick < 0)
+            break;
+        eta = new_direction(held, q, pick);
+        held->taken[pick] = 1;
+        held->norms[pick] = 0.0;
+        s = span_of(q, n);
+        add(held->particular + s.first, eta, q + s.first, s.count);
+        for (int32_t i = 0; i < held->count; i++)
+            if (!held->taken[i])
+                remove_direction(held, i, q, s, eta);
+    }
 }
+
+/* Twice: the second pass removes what rounding of the first one left. */
+void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y)
+{
+    for (int32_t pass = 0; pass < 2; pass++)
+        for (int32_t k = 0; k < rank; k++) {
+            const double *q = basis + (size_t)k * (size_t)n;
+            const span s = span_of(q, n);
+            const double share = perp__dot(q + s.first, y + s.first, s.count);
+
+            if (share != 0.0)
+                add(y + s.first, -share, q + s.first, s.count);
+        }
+}
+
+double perp__length(const double *x, int32_t n)
+{
+    double length = 0.0;
+
+    for (int32_t i = 0; i < n; i++)
+        if (x[i] != 0.0)
+            length = length == 0.0 ? fabs(x[i]) : hypot(length, x[i]);
+    return length;
+}
+
+/* ---- what the rows leave free ---- */
 
 void perp__held_rows_free(perp__held_rows *held, double *y)
 {
@@ -67,7 +204,7 @@ void perp__held_rows_free(perp__held_rows *held, double *y)
     for (int32_t k = 0; k < held->rank;
          k++) /* exactly 0 where other bodies' rows alone have targets */
         held->components[k] =
-            dot(held->basis + (size_t)k * (size_t)held->n, held->particular, held->n);
+            perp__dot(held->basis + (size_t)k * (size_t)held->n, held->particular, held->n);
 }
 
 int32_t perp__held_rows_fix(perp__held_rows *held, int32_t first, int32_t count)
@@ -76,7 +213,7 @@ int32_t perp__held_rows_fix(perp__held_rows *held, int32_t first, int32_t count)
 
     for (int32_t k = 0; k < held->rank; k++) {
         const double *q = held->basis + (size_t)k * (size_t)held->n;
-        const double along = dot(q + first, unit + first, count);
+        const double along = perp__dot(q + first, unit + first, count);
 
         if (along != 0.0 && held->components[k] != 0.0)
             return 0;
@@ -85,5 +222,5 @@ int32_t perp__held_rows_fix(perp__held_rows *held, int32_t first, int32_t count)
     if (!(share > 0.5)) /* far off, as most are: not worth the exact test */
         return 0;
     perp__project_out(held->basis, held->rank, held->n, unit);
-    return sqrt(dot(unit, unit, held->n)) <= SPAN;
+    return sqrt(perp__dot(unit, unit, held->n)) <= SPAN;
 }

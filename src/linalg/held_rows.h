@@ -24,12 +24,20 @@ void perp__held_rows_begin(perp__held_rows *held, int32_t n);
 double *perp__held_rows_next(const perp__held_rows *held);
 /* Takes it, with what it makes of y. One that is 0 is left out. */
 void perp__held_rows_take(perp__held_rows *held, double target);
-/* rank, basis and particular: y_0. */
+/* Finds the rank, an orthonormal basis of the rows (rank by n) and the shortest y_0 that meets the
+ * targets of the rows taken; the others are met as far as they are consistent. Destroys rows and
+ * targets. */
 void perp__held_rows_solve(perp__held_rows *held);
 /* y := y_0 and what the rows leave of y; and the components. */
 void perp__held_rows_free(perp__held_rows *held, double *y);
 /* Whether the rows determine `unit`, a direction of length 1 that is 0 but for `count` entries from
  * `first`, and rows without targets alone. Destroys it. */
 int32_t perp__held_rows_fix(perp__held_rows *held, int32_t first, int32_t count);
+
+/* y := what is left of y outside the span of the basis. */
+void perp__project_out(const double *basis, int32_t rank, int32_t n, double *y);
+
+/* |x|, without overflow. */
+double perp__length(const double *x, int32_t n);
 
 #endif

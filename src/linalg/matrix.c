@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/groups.h"
 #include "base/check.h"
 #include "base/context.h"
 
@@ -205,8 +204,6 @@ void perp__matrix_spread(const perp__matrix *M, double *A, size_t row_stride, si
             line[(size_t)(l.indices ? l.indices[k] : k) * step] = l.values[k];
     }
 }
-
-/* ---- what hangs together ---- */
 
 /* ---- principal blocks ---- */
 

@@ -41,8 +41,23 @@ void perp__multiply(const perp__matrix *M, const double *x, double *y);
 /* y += M x; M column-major or CSC, and columns with x_j = 0 cost nothing. */
 void perp__multiply_add(const perp__matrix *M, const double *x, double *y);
 
-/* M_ii; 0 where there is no entry. */
-double perp__diagonal_entry(const perp__matrix *M, int32_t i);
+/* M_ij, by bisection where M is sparse; 0 where there is no entry. */
+double perp__entry(const perp__matrix *M, int32_t i, int32_t j);
+
+static inline double perp__diagonal_entry(const perp__matrix *M, int32_t i)
+{
+    return perp__entry(M, i, i);
+}
+
+/* sum_i x_i y_i, in the order of i. */
+static inline double perp__dot(const double *x, const double *y, int32_t n)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < n; i++)
+        sum += x[i] * y[i];
+    return sum;
+}
 
 /* sum_i |x_i|, in the order of i. */
 double perp__sum_of_sizes(const double *x, int32_t n);

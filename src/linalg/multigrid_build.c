@@ -180,10 +180,9 @@ static void layout_level(perp__arena *arena, void *object)
 
     PERP__DOUBLES(arena, n, &level->inverse_diagonal, &level->block_inverse_diagonal,
                   &level->near_null, &level->x, &level->b);
-    level->aggregate = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &level->aggregate, &level->active);
     level->p_starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
     level->inside = perp__arena_take(arena, n, sizeof(int8_t));
-    level->active = perp__arena_take(arena, n, sizeof(int32_t));
 }
 
 static void layout_transfer(perp__arena *arena, void *object)

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/groups.h"
+#include "base/sort.h"
 #include "linalg/matrix.h"
 #include "linalg/lanes/multiversion.h"
 #include "linalg/lanes/vectors.h"
@@ -95,14 +96,16 @@ void perp__multiply(const perp__matrix *M, const double *x, double *y)
     perp__multiply_add(M, x, y);
 }
 
-double perp__diagonal_entry(const perp__matrix *M, int32_t i)
+double perp__entry(const perp__matrix *M, int32_t i, int32_t j)
 {
+    int32_t first, count, k;
+
     if (!M->column_starts)
-        return M->values[(size_t)i * (M->row_stride + M->column_stride)];
-    for (int32_t p = M->column_starts[i]; p < M->column_starts[i + 1]; p++)
-        if (M->row_indices[p] == i)
-            return M->values[p];
-    return 0.0;
+        return M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
+    first = M->column_starts[j];
+    count = M->column_starts[j + 1] - first;
+    k = count > 0 ? perp__lower_bound(M->row_indices + first, count, i) : 0;
+    return k < count && M->row_indices[first + k] == i ? M->values[first + k] : 0.0;
 }
 
 double perp__sum_of_sizes(const double *x, int32_t n)

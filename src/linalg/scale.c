@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "base/groups.h"
+#include "base/sort.h"
 
 enum { LARGEST = 511, UNSET = -1, UNSET_OTHER = -2, NO_ENTRY = INT32_MIN };
 
@@ -41,17 +42,9 @@ static int32_t unit_diagonal(double diagonal)
 static const double *find_entry(const perp__matrix *M, int32_t i, int32_t j)
 {
     const perp__line l = perp__line_of(M, j);
-    int32_t low = 0, high = l.count;
+    const int32_t k = perp__lower_bound(l.indices, l.count, i);
 
-    while (low < high) {
-        const int32_t middle = low + (high - low) / 2;
-
-        if (l.indices[middle] < i)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low < l.count && l.indices[low] == i ? l.values + low : NULL;
+    return k < l.count && l.indices[k] == i ? l.values + k : NULL;
 }
 
 /* Where entry i of line j is stored, or NULL. */
@@ -345,9 +338,8 @@ static void balance_noise(const perp__matrix *M, int32_t *exponents, int32_t *wo
         balance(M, work, exponents, largest, NULL);
 }
 
-/* From the diagonals, but for those `without`, through the couplings. */
-static void search_scales(const perp__matrix *M, const int32_t *without, int32_t *exponents,
-                          int32_t *work)
+void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_t *exponents,
+                           int32_t *work)
 {
     search s = {.M = M,
                 .exponents = exponents,
@@ -368,12 +360,6 @@ static void search_scales(const perp__matrix *M, const int32_t *without, int32_t
     spread(&s);
 }
 
-void perp__equilibrate_but(const perp__matrix *M, const int32_t *without, int32_t *exponents,
-                           int32_t *work)
-{
-    search_scales(M, without, exponents, work);
-}
-
 void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponents,
                        double *row_norms, int32_t *work)
 {
@@ -382,7 +368,7 @@ void perp__equilibrate(const perp__matrix *M, int32_t enabled, int32_t *exponent
     for (int32_t i = 0; i < M->rows; i++)
         exponents[i] = 0;
     if (enabled)
-        search_scales(M, NULL, exponents, work);
+        perp__equilibrate_but(M, NULL, exponents, work);
     perp__scaled_row_norms(M, exponents, row_norms);
     for (int32_t i = 0; i < M->rows; i++)
         if (!(row_norms[i] <= largest))

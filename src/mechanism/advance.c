@@ -127,6 +127,6 @@ perp_status perp_mechanism_advance(perp_mechanism *mechanism, double *q, double 
                                    perp_mechanism_step *step, double t, double h, const double *q0,
                                    const double *v0)
 {
-    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+    return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
                       advance(mechanism, q, v, impulse, velocity, modes, ray, step, t, h, q0, v0));
 }

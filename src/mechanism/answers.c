@@ -180,6 +180,6 @@ static perp_status answers(perp_mechanism *m, perp_mechanism_summary *summary, d
 perp_status perp_mechanism_answers(perp_mechanism *mechanism, perp_mechanism_summary *summary,
                                    double t, double h, const double *q0, const double *v0)
 {
-    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+    return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
                       answers(mechanism, summary, t, h, q0, v0));
 }

@@ -18,13 +18,11 @@ static void layout(perp__arena *arena, void *object)
     perp__assembly *a = object;
     const size_t columns = (size_t)a->most_columns, rows = (size_t)a->most_rows;
     const size_t contacts = (size_t)a->most_contacts;
-    double **const vectors[] = {&a->w, &a->b, &a->r, &a->u, &a->ray, &a->start};
 
     a->M = perp__arena_take(arena, columns * columns, sizeof(double));
     PERP__DOUBLES(arena, rows * columns, &a->H, &a->G);
     PERP__DOUBLES(arena, columns, &a->f, &a->v);
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
+    PERP__DOUBLES(arena, rows, &a->w, &a->b, &a->r, &a->u, &a->ray, &a->start);
     a->mu = perp__arena_take(arena, contacts, sizeof(double));
     PERP__INTEGERS(arena, contacts, &a->dims, &a->two_sided, &a->modes, &a->source);
 }

@@ -212,7 +212,7 @@ perp_status perp_mechanism_create(perp_context *context, perp_mechanism **mechan
                                   const perp_mechanism_settings *settings,
                                   const perp_mechanism_model *model)
 {
-    PERP__RETURN_CALL(perp__enter(context), context, create(context, mechanism, settings, model));
+    return PERP__CALL(perp__enter(context), context, create(context, mechanism, settings, model));
 }
 
 void perp_mechanism_destroy(perp_mechanism *mechanism)
@@ -263,6 +263,6 @@ static perp_status set(perp_mechanism *m, const perp_mechanism_settings *setting
 
 perp_status perp_mechanism_set(perp_mechanism *mechanism, const perp_mechanism_settings *settings)
 {
-    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+    return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
                       set(mechanism, settings));
 }

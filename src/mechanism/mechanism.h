@@ -11,7 +11,6 @@
 #include "base/handle.h"
 #include "base/outcome.h"
 #include "linalg/held_rows.h"
-#include "linalg/orthogonal.h"
 
 #define PERP__EPS 2.220446049250313e-16
 

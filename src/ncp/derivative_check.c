@@ -23,12 +23,12 @@ typedef struct column {
 
 PERP__INIT(perp_ncp_check)
 
-/* far and near := F at z + step and z + step/2, or F and a step of 0. The point in the walk's own
+/* far and near := F at z + step and z + step/2, or F and a step of 0. The point in the run's own
  * vector z, which is left as it was. */
 static perp_status look(perp_ncp_solver *solver, int32_t j, double *step, double *far, double *near)
 {
     perp__ncp_model *m = &solver->model;
-    double *z = solver->walk.z;
+    double *z = solver->run.z;
     const double here = z[j];
     perp_status status = PERP__NCP_OUTSIDE;
 
@@ -142,7 +142,7 @@ static void compare_column(const perp__ncp_model *m, perp_ncp_check *check, cons
     }
 }
 
-/* walk.z := z, best_w := F(z), given := J(z) */
+/* run.z := z, best_w := F(z), given := J(z) */
 static perp_status begin(perp_ncp_solver *solver, const double *z)
 {
     perp__ncp_model *m = &solver->model;
@@ -153,10 +153,10 @@ static perp_status begin(perp_ncp_solver *solver, const double *z)
         if (!(z[i] >= m->lower[i] && z[i] <= m->upper[i]))
             return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
                               "z[%d] = %g is outside of its bounds", (int)i, z[i]);
-        solver->walk.z[i] = z[i];
+        solver->run.z[i] = z[i];
         m->largest[i] = fabs(z[i]);
     }
-    status = perp__ncp_evaluate(m, solver->walk.z, solver->best_w);
+    status = perp__ncp_evaluate(m, solver->run.z, solver->best_w);
     if (status == PERP__NCP_OUTSIDE)
         return perp__fail(solver->context, PERP_ERROR_ARGUMENT,
                           "problem.function is not defined at z");
@@ -171,7 +171,7 @@ static perp_status begin(perp_ncp_solver *solver, const double *z)
 static perp_status check_all(perp_ncp_solver *solver, perp_ncp_check *check, const double *z)
 {
     const perp__ncp_model *m = &solver->model;
-    perp__ncp_walk *f = &solver->walk;
+    perp__newton_run *f = &solver->run;
     column c = {0, f->trial_z, f->trial_w, f->part, f->image, 0.0, 0.0};
     double worst = -1.0;
     perp_status status = begin(solver, z);

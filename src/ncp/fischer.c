@@ -2,9 +2,8 @@
  * Facchinei & Kanzow, "A semismooth equation approach to the solution of nonlinear complementarity
  * problems", Math. Prog. 75 (1996), with Billups' composition for bounds and steps projected onto
  * them. It begins with the Newton steps of active sets, as long as those help (a crash). Where H is
- * singular or its step does not help: S + rho I, then Levenberg-Marquardt, then down the gradient.
- */
-#include "ncp/walk.h"
+ * singular or its step does not help: S + rho I, then down the gradient. */
+#include "ncp/newton.h"
 
 #define CRASHES 50         /* most active-set steps at the start */
 #define CRASH_PROGRESS 0.9 /* of Psi, or they end */
@@ -14,47 +13,35 @@
 static const double proximal[] = {0.0, 1e-10, 1e-6, 1e-3, 1e-1};
 
 /* All return 1 if they moved, 0 if not, or a negative status. */
-static perp_status crash_step(perp__ncp_walk *f)
+static perp_status crash_step(perp__newton_run *f)
 {
     const double asked = (CRASH_PROGRESS - 1.0) * f->psi;
     perp_status status;
 
     perp__ncp_slopes(f, PERP__NCP_NATURAL);
-    status = perp__ncp_newton(f, 0.0);
+    status = perp__ncp_newton_direction(f, 0.0);
     if (status != PERP_OK)
         return status < 0 ? status : 0;
-    return perp__ncp_search(f, f->psi + asked, 0.0, 3);
+    return perp__ncp_line_search(f, f->psi + asked, 0.0, 3);
 }
 
-static perp_status newton_step(perp__ncp_walk *f)
+static perp_status newton_step(perp__newton_run *f)
 {
     for (size_t k = 0; k < sizeof proximal / sizeof proximal[0]; k++) {
-        perp_status status = perp__ncp_newton(f, proximal[k]);
+        perp_status status = perp__ncp_newton_direction(f, proximal[k]);
 
         if (status < 0)
             return status;
         if (status != PERP_OK)
             continue;
-        status = perp__ncp_search(f, perp__ncp_reference(f), -2.0 * f->psi, HALVINGS);
+        status = perp__ncp_line_search(f, perp__ncp_reference(f), -2.0 * f->psi, HALVINGS);
         if (status != 0)
             return status;
     }
     return 0;
 }
 
-static perp_status regularised_step(perp__ncp_walk *f)
-{
-    perp_status status = perp__ncp_regularised(f);
-    double slope = 0.0;
-
-    if (status != PERP_OK)
-        return status < 0 ? status : 0;
-    for (int32_t i = 0; i < f->model->n; i++)
-        slope += f->gradient[i] * f->d[i];
-    return slope < 0.0 ? perp__ncp_search(f, f->psi, slope, HALVINGS) : 0;
-}
-
-static perp_status step(perp__ncp_walk *f, void *own)
+static perp_status step(perp__newton_run *f, void *own)
 {
     int32_t *crashing = own;
     perp_status moved = 0;
@@ -68,7 +55,7 @@ static perp_status step(perp__ncp_walk *f, void *own)
     perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
     moved = newton_step(f);
     if (moved == 0 && perp__ncp_sharpen(f->model)) {
-        moved = perp__ncp_look(f);
+        moved = perp__ncp_update_jacobian(f);
         if (moved != PERP_OK)
             return moved < 0 ? moved : 0;
         perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
@@ -77,14 +64,11 @@ static perp_status step(perp__ncp_walk *f, void *own)
     if (moved != 0)
         return moved;
     perp__ncp_gradient(f);
-    moved = regularised_step(f);
-    if (moved != 0)
-        return moved;
-    perp__ncp_steepest(f);
-    return perp__ncp_search_projected(f);
+    perp__ncp_steepest_direction(f);
+    return perp__ncp_projected_search(f);
 }
 
-perp_status perp__ncp_fischer(perp__ncp_walk *f)
+perp_status perp__ncp_fischer(perp__newton_run *f)
 {
     int32_t crashing = 1;
 

@@ -10,7 +10,7 @@
 #include "base/context.h"
 #include "base/outcome.h"
 #include "lcp/lcp.h"
-#include "ncp/walk.h"
+#include "ncp/newton.h"
 
 #define TRUST 5      /* full steps before the watchdog looks */
 #define PROGRESS 0.9 /* what Psi must have come down to by then, relatively */
@@ -51,7 +51,7 @@ static perp_status fit(perp__ncp_linear *l, const perp__ncp_model *m)
 }
 
 /* q := w - (S + rho I) z; 0 if that or the matrix overflows */
-static int32_t find_offset(perp__ncp_walk *f, perp__ncp_linear *l, double rho)
+static int32_t find_offset(perp__newton_run *f, perp__ncp_linear *l, double rho)
 {
     const perp__ncp_model *m = f->model;
 
@@ -75,7 +75,7 @@ static perp_status limit_time(const perp__ncp_model *m, perp__ncp_linear *l)
 }
 
 /* l->z := the solution of the linearisation with rho. 1 if it has one, 0 if not. */
-static perp_status solve_linear(perp__ncp_walk *f, perp__ncp_linear *l, double rho)
+static perp_status solve_linear(perp__newton_run *f, perp__ncp_linear *l, double rho)
 {
     const perp__ncp_model *m = f->model;
     perp_lcp_result result;
@@ -107,7 +107,7 @@ static perp_status solve_linear(perp__ncp_walk *f, perp__ncp_linear *l, double r
 }
 
 /* d := z_N - z. Returns as solve_linear. */
-static perp_status find_direction(perp__ncp_walk *f, perp__ncp_linear *l)
+static perp_status find_direction(perp__newton_run *f, perp__ncp_linear *l)
 {
     perp_status found = 0;
 
@@ -120,7 +120,7 @@ static perp_status find_direction(perp__ncp_walk *f, perp__ncp_linear *l)
     return found;
 }
 
-static void keep(const perp__ncp_walk *f, perp__ncp_linear *l)
+static void keep(const perp__newton_run *f, perp__ncp_linear *l)
 {
     const size_t bytes = (size_t)f->model->n * sizeof(double);
 
@@ -131,38 +131,38 @@ static void keep(const perp__ncp_walk *f, perp__ncp_linear *l)
 }
 
 /* Down the gradient, where all else fails. */
-static perp_status descend(perp__ncp_walk *f)
+static perp_status descend(perp__newton_run *f)
 {
     perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);
     perp__ncp_gradient(f);
-    perp__ncp_steepest(f);
-    return perp__ncp_search_projected(f);
+    perp__ncp_steepest_direction(f);
+    return perp__ncp_projected_search(f);
 }
 
 /* Back to the point kept, and from there a step that is checked. */
-static perp_status go_back(perp__ncp_walk *f, perp__ncp_linear *l)
+static perp_status go_back(perp__newton_run *f, perp__ncp_linear *l)
 {
     const size_t bytes = (size_t)f->model->n * sizeof(double);
     perp_status status;
 
     memcpy(f->z, l->kept_z, bytes);
     memcpy(f->d, l->kept_d, bytes);
-    status = perp__ncp_stand(f);
+    status = perp__ncp_set_point(f);
     f->steps = 0;
     perp__ncp_sharpen(f->model);
     l->since = -1; /* the next point is kept */
     if (status == PERP_OK)
-        status = perp__ncp_search(f, f->psi, -2.0 * f->psi, HALVINGS);
+        status = perp__ncp_line_search(f, f->psi, -2.0 * f->psi, HALVINGS);
     else if (status > 0)
         return 0;
     if (status != 0)
         return status;
-    status = perp__ncp_look(f);
+    status = perp__ncp_update_jacobian(f);
     return status == PERP_OK ? descend(f) : status < 0 ? status : 0;
 }
 
 /* 1 if it moved, 0 if not, or a negative status. */
-static perp_status step(perp__ncp_walk *f, void *own)
+static perp_status step(perp__newton_run *f, void *own)
 {
     perp__ncp_linear *l = own;
     perp_status moved = find_direction(f, l);
@@ -178,13 +178,13 @@ static perp_status step(perp__ncp_walk *f, void *own)
     else if (l->since >= TRUST || f->psi > TOO_FAR * l->kept_psi)
         return go_back(f, l);
     l->since++;
-    moved = perp__ncp_leap(f);
+    moved = perp__ncp_full_step(f);
     if (moved != 0)
         return moved;
-    return perp__ncp_search(f, perp__ncp_reference(f), -2.0 * f->psi, HALVINGS);
+    return perp__ncp_line_search(f, perp__ncp_reference(f), -2.0 * f->psi, HALVINGS);
 }
 
-perp_status perp__ncp_josephy(perp__ncp_walk *f, perp__ncp_linear *l)
+perp_status perp__ncp_josephy(perp__newton_run *f, perp__ncp_linear *l)
 {
     const perp_status status = fit(l, f->model);
 

@@ -9,7 +9,7 @@
 #define ORTHOGONAL 1e-4
 
 /* Row sums of |S| into f->part, the largest |z_j| that row i hangs together with into f->image. */
-static void find_sizes(perp__ncp_walk *f)
+static void find_sizes(perp__newton_run *f)
 {
     const perp__ncp_model *m = f->model;
     const perp__matrix S = perp__ncp_view(m);
@@ -32,7 +32,7 @@ static void find_sizes(perp__ncp_walk *f)
 static double backward_error(const perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
-    const perp__ncp_walk *f = &solver->walk;
+    const perp__newton_run *f = &solver->run;
     double most = 0.0;
 
     for (int32_t i = 0; i < m->n; i++) {
@@ -51,7 +51,7 @@ static double own_residual(perp_ncp_solver *solver)
 {
     const perp__ncp_model *m = &solver->model;
     const perp__matrix J = perp__ncp_given(m);
-    double *q = solver->walk.slope_w, *least = solver->walk.slope_z;
+    double *q = solver->run.slope_w, *least = solver->run.slope_z;
     perp__witness_point point;
 
     for (int32_t i = 0; i < m->n; i++) {
@@ -79,7 +79,7 @@ static double own_residual(perp_ncp_solver *solver)
 static void measure(perp_ncp_solver *solver, perp__evidence *evidence)
 {
     perp__ncp_model *m = &solver->model;
-    perp__ncp_walk *f = &solver->walk;
+    perp__newton_run *f = &solver->run;
 
     perp__ncp_model_equilibrate(m);
     for (int32_t i = 0; i < m->n; i++) {
@@ -100,7 +100,7 @@ static void measure(perp_ncp_solver *solver, perp__evidence *evidence)
 static perp_status evaluate(perp_ncp_solver *solver)
 {
     perp__ncp_model *m = &solver->model;
-    perp__ncp_walk *f = &solver->walk;
+    perp__newton_run *f = &solver->run;
     const int32_t late = perp__ncp_is_late(m);
     const double deadline = m->control.deadline;
     perp_status status;
@@ -152,7 +152,7 @@ perp_status perp__ncp_judge(perp_ncp_solver *solver, perp__ncp_worth *worth)
 }
 
 /* The columns of H = D_z + D_w S, one by one against Phi. */
-static int32_t is_stationary(const perp__ncp_walk *f)
+static int32_t is_stationary(const perp__newton_run *f)
 {
     const perp__ncp_model *m = f->model;
     const perp__matrix S = perp__ncp_view(m);
@@ -182,16 +182,16 @@ static int32_t is_stationary(const perp__ncp_walk *f)
 perp_status perp__ncp_look_for_trap(perp_ncp_solver *solver, int32_t *trapped)
 {
     perp__ncp_model *m = &solver->model;
-    perp__ncp_walk *f = &solver->walk;
+    perp__newton_run *f = &solver->run;
     perp_status status;
 
     *trapped = 0;
     perp__ncp_model_unscale(m);
     memcpy(f->z, solver->best_z, (size_t)m->n * sizeof(double));
     f->scaled = f->any = 0;
-    status = perp__ncp_stand(f);
+    status = perp__ncp_set_point(f);
     if (status == PERP_OK)
-        status = perp__ncp_look(f);
+        status = perp__ncp_update_jacobian(f);
     if (status != PERP_OK)
         return status < 0 ? status : PERP_OK;
     perp__ncp_slopes(f, PERP__NCP_FISCHER_BURMEISTER);

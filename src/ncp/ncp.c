@@ -202,7 +202,7 @@ static perp_status consider(perp_ncp_solver *solver, int32_t method, perp_outcom
     return PERP_OK;
 }
 
-static void leave_walk(perp_ncp_solver *solver, const double *from)
+static void take_point(perp_ncp_solver *solver, const double *from)
 {
     const perp__ncp_model *m = &solver->model;
 
@@ -213,12 +213,12 @@ static void leave_walk(perp_ncp_solver *solver, const double *from)
 /* The polish goes on from the best point of the run. */
 static perp_status polish(perp_ncp_solver *solver)
 {
-    perp__ncp_walk *f = &solver->walk;
+    perp__newton_run *f = &solver->run;
     perp_status status;
 
     if (solver->model.n > 0)
         memcpy(f->z, f->best, (size_t)solver->model.n * sizeof(double));
-    status = perp__ncp_stand(f);
+    status = perp__ncp_set_point(f);
     if (status == PERP_OK)
         status = perp__ncp_polish(f);
     return status < 0 ? status : PERP_OK;
@@ -240,7 +240,7 @@ static int64_t limit_of(const perp_ncp_solver *solver, int32_t method)
 /* One run of a method from solver->candidate, to `share` of tol. */
 static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, double share)
 {
-    perp__ncp_walk *f = &solver->walk;
+    perp__newton_run *f = &solver->run;
     perp_status status;
 
     perp__ncp_model_unscale(&solver->model);
@@ -256,7 +256,7 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, 
     f->iterations = 0;
     if (solver->model.n > 0)
         memcpy(f->z, solver->candidate, (size_t)solver->model.n * sizeof(double));
-    status = perp__ncp_stand(f);
+    status = perp__ncp_set_point(f);
     if (status == PERP_OK)
         status = method == PERP_NCP_JOSEPHY ? perp__ncp_josephy(f, &solver->linear)
                                             : perp__ncp_fischer(f);
@@ -266,7 +266,7 @@ static perp_status run(perp_ncp_solver *solver, int32_t method, double penalty, 
         status = polish(solver);
     solver->iterations += f->iterations;
     if (status == PERP_OK) {
-        leave_walk(solver, f->best);
+        take_point(solver, f->best);
         status = consider(solver, method, f->outcome);
     }
     return status;
@@ -289,7 +289,7 @@ static perp_status run_on(perp_ncp_solver *solver, int32_t method, double penalt
     perp_status status = run(solver, method, penalty, 1.0);
 
     for (double share = last ? 0.0 : 1e-2; share > 1e-5 && status == PERP_OK && !is_over(solver) &&
-                                           solver->walk.outcome == PERP_OUTCOME_SOLVED;
+                                           solver->run.outcome == PERP_OUTCOME_SOLVED;
          share *= 1e-2)
         status = run(solver, method, penalty, share);
     return status;

@@ -3,12 +3,12 @@
 #include <math.h>
 #include <string.h>
 
-#include "ncp/walk.h"
+#include "ncp/newton.h"
 
 #define STEPS 20
 
 /* z + d, bounds exactly where the active set says so. PERP_OK with trial_w, or a failure. */
-static perp_status attempt(perp__ncp_walk *f)
+static perp_status attempt(perp__newton_run *f)
 {
     const perp__ncp_model *m = f->model;
 
@@ -26,11 +26,11 @@ static perp_status attempt(perp__ncp_walk *f)
 static const double proximal[] = {0.0, 1e-14, 1e-11, 1e-8};
 
 /* 1 if the residual did not rise, 0 if it did, or a negative status. */
-static perp_status step(perp__ncp_walk *f)
+static perp_status step(perp__newton_run *f)
 {
     perp__ncp_slopes(f, PERP__NCP_NATURAL);
     for (size_t k = 0; k < sizeof proximal / sizeof proximal[0]; k++) {
-        perp_status status = perp__ncp_newton(f, proximal[k]);
+        perp_status status = perp__ncp_newton_direction(f, proximal[k]);
 
         if (status == PERP_OK)
             status = attempt(f);
@@ -39,7 +39,7 @@ static perp_status step(perp__ncp_walk *f)
         if (status == PERP_OK &&
             perp__ncp_residual(f->model, f->trial_z, f->trial_w) <= f->residual) {
             memcpy(f->z, f->trial_z, (size_t)f->model->n * sizeof(double));
-            status = perp__ncp_stand(f);
+            status = perp__ncp_set_point(f);
             return status < 0 ? status : status == PERP_OK;
         }
         if (f->relative <= PERP__NCP_ROUNDING)
@@ -48,7 +48,7 @@ static perp_status step(perp__ncp_walk *f)
     return 0;
 }
 
-perp_status perp__ncp_polish(perp__ncp_walk *f)
+perp_status perp__ncp_polish(perp__newton_run *f)
 {
     for (int32_t k = 0; k < STEPS && f->model->n > 0; k++) {
         const double last = f->residual;
@@ -57,7 +57,7 @@ perp_status perp__ncp_polish(perp__ncp_walk *f)
 
         if (status != PERP_OK || ended >= 0)
             return status;
-        status = perp__ncp_look(f);
+        status = perp__ncp_update_jacobian(f);
         moved = status == PERP_OK ? step(f) : status < 0 ? status : 0;
         if (moved < 0)
             return moved;

@@ -110,7 +110,7 @@ static void release(void *object)
 {
     perp_ncp_solver *solver = object;
 
-    perp__ncp_walk_release(&solver->walk);
+    perp__ncp_newton_release(&solver->run);
     perp__ncp_linear_release(&solver->linear);
     perp__arena_release(&solver->arena);
 }
@@ -153,12 +153,12 @@ static void layout(perp__arena *arena, void *object)
     perp_ncp_solver *s = object;
     const size_t n = (size_t)s->model.n;
 
-    s->walk.model = &s->model;
+    s->run.model = &s->model;
     PERP__DOUBLES(arena, n, &s->start, &s->unit, &s->perturbed, &s->candidate, &s->best_z,
                   &s->parts.z, &s->parts.lower, &s->parts.upper, &s->parts.start, &s->best_w);
     s->parts.of = perp__arena_take(arena, n, sizeof(int32_t));
     perp__ncp_model_layout(arena, &s->model);
-    perp__ncp_walk_layout(arena, &s->walk);
+    perp__ncp_newton_layout(arena, &s->run);
     perp__witness_layout(arena, &s->witness, n);
 }
 
@@ -179,7 +179,7 @@ perp_status perp__ncp_setup(perp_ncp_solver *solver, const perp_ncp_problem *pro
         return status;
     next.setups = 1;
     *solver = next;
-    solver->walk.model = &solver->model;
+    solver->run.model = &solver->model;
     perp__ncp_model_read(&solver->model, &own);
     return PERP_OK;
 }
@@ -192,7 +192,7 @@ static perp_status enter(perp_ncp_solver *solver)
 perp_status perp_ncp_solver_create(perp_context *context, perp_ncp_solver **solver,
                                    const perp_ncp_settings *settings)
 {
-    PERP__RETURN_CALL(perp__enter(context), context, perp__ncp_create(context, solver, settings));
+    return PERP__CALL(perp__enter(context), context, perp__ncp_create(context, solver, settings));
 }
 
 void perp_ncp_solver_destroy(perp_ncp_solver *solver)
@@ -202,18 +202,18 @@ void perp_ncp_solver_destroy(perp_ncp_solver *solver)
 
 perp_status perp_ncp_solver_set(perp_ncp_solver *solver, const perp_ncp_settings *settings)
 {
-    PERP__RETURN_CALL(enter(solver), solver->context, perp__ncp_set(solver, settings));
+    return PERP__CALL(enter(solver), solver->context, perp__ncp_set(solver, settings));
 }
 
 perp_status perp_ncp_solver_setup(perp_ncp_solver *solver, const perp_ncp_problem *problem)
 {
-    PERP__RETURN_CALL(enter(solver), solver->context, perp__ncp_setup(solver, problem));
+    return PERP__CALL(enter(solver), solver->context, perp__ncp_setup(solver, problem));
 }
 
 perp_status perp_ncp_solver_solve(perp_ncp_solver *solver, double *z, double *w,
                                   perp_ncp_result *result, const double *z0)
 {
-    PERP__RETURN_CALL(enter(solver), solver->context, perp__ncp_solve(solver, z, w, result, z0));
+    return PERP__CALL(enter(solver), solver->context, perp__ncp_solve(solver, z, w, result, z0));
 }
 
 perp_status perp_ncp_solve(perp_context *context, double *z, double *w, perp_ncp_result *result,

@@ -6,7 +6,7 @@
 #include "base/handle.h"
 #include "base/outcome.h"
 #include "linalg/witness.h"
-#include "ncp/walk.h"
+#include "ncp/newton.h"
 #include "ncp/ncp.h"
 
 /* What a point is worth, recomputed from F and J there. */
@@ -31,7 +31,7 @@ struct perp_ncp_solver {
     perp__arena arena;
     int32_t setups; /* 0: no problem yet */
     perp__ncp_model model;
-    perp__ncp_walk walk;
+    perp__newton_run run;
     perp__ncp_linear linear;
     perp__witness witness;
     perp__ncp_parts parts;

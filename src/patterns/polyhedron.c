@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "linalg/orthogonal.h"
+#include "linalg/held_rows.h"
 #include "patterns/patterns.h"
 
 /* ---- inequalities -------------------------------------------------------------------------- */
@@ -126,11 +126,10 @@ perp_status perp__polyhedron_list(perp__polyhedron *p, perp__answers *answers, p
 
 int32_t perp__rank_add(double *basis, int32_t rank, int32_t n, double least)
 {
-    double *direction = basis + (size_t)rank * (size_t)n, length = 0.0;
+    double *direction = basis + (size_t)rank * (size_t)n, length;
 
     perp__project_out(basis, rank, n, direction);
-    for (int32_t i = 0; i < n; i++)
-        length = hypot(length, direction[i]);
+    length = perp__length(direction, n);
     if (!(length > least))
         return rank;
     for (int32_t i = 0; i < n; i++)

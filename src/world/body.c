@@ -193,7 +193,7 @@ static perp_status add_body(perp_world *world, perp_body *body, const perp_body_
 perp_status perp_world_add_body(perp_world *world, perp_body *body,
                                 const perp_body_settings *settings)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context, add_body(world, body, settings));
+    return PERP__CALL(perp__world_enter(world), world->context, add_body(world, body, settings));
 }
 
 static perp_status remove_body(perp_world *world, perp_body id)
@@ -221,7 +221,7 @@ static perp_status remove_body(perp_world *world, perp_body id)
 
 perp_status perp_world_remove_body(perp_world *world, perp_body body)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context, remove_body(world, body));
+    return PERP__CALL(perp__world_enter(world), world->context, remove_body(world, body));
 }
 
 static perp_status get_body(const perp_world *world, perp_body_state *state, perp_body id)
@@ -251,7 +251,7 @@ static perp_status get_body(const perp_world *world, perp_body_state *state, per
 
 perp_status perp_world_get_body(const perp_world *world, perp_body_state *state, perp_body body)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context, get_body(world, state, body));
+    return PERP__CALL(perp__world_enter(world), world->context, get_body(world, state, body));
 }
 
 static perp_status set_body(perp_world *world, const perp_body_state *caller, perp_body id)
@@ -298,7 +298,7 @@ static perp_status set_body(perp_world *world, const perp_body_state *caller, pe
 
 perp_status perp_world_set_body(perp_world *world, const perp_body_state *state, perp_body body)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context, set_body(world, state, body));
+    return PERP__CALL(perp__world_enter(world), world->context, set_body(world, state, body));
 }
 
 static perp_status get_mass(const perp_world *world, double *mass, double *inertia, perp_body id)
@@ -323,7 +323,7 @@ static perp_status get_mass(const perp_world *world, double *mass, double *inert
 perp_status perp_world_get_mass(const perp_world *world, double *mass, double *inertia,
                                 perp_body body)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+    return PERP__CALL(perp__world_enter(world), world->context,
                       get_mass(world, mass, inertia, body));
 }
 
@@ -350,7 +350,7 @@ static perp_status get_states(const perp_world *world, perp_world_states *states
 
 perp_status perp_world_get_states(const perp_world *world, perp_world_states *states)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context, get_states(world, states));
+    return PERP__CALL(perp__world_enter(world), world->context, get_states(world, states));
 }
 
 static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body id)
@@ -367,5 +367,5 @@ static perp_status body_slot(const perp_world *world, int32_t *slot, perp_body i
 
 perp_status perp_world_body_slot(const perp_world *world, int32_t *slot, perp_body body)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context, body_slot(world, slot, body));
+    return PERP__CALL(perp__world_enter(world), world->context, body_slot(world, slot, body));
 }

@@ -22,6 +22,7 @@
 #include <string.h>
 
 #include "linalg/spatial.h"
+#include "linalg/matrix.h"
 #include "step/impact.h"
 
 /* Impacts of a step: many where a problem is small, one where it is large. */
@@ -35,15 +36,6 @@
 
 /* Beside what forces and motion make of it, a normal velocity that counts as none. */
 #define NO_APPROACH 1e-9
-
-static double dot(const double *x, const double *y, int32_t n)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < n; i++)
-        sum += x[i] * y[i];
-    return sum;
-}
 
 /* What row 0 of the chosen contact i makes of velocities x of the island's bodies, and of what
  * moves as it is told where `carried`. */
@@ -59,9 +51,9 @@ static double normal_of(const perp_world *world, int32_t i, const double *x, int
         const int32_t body = rows->body[side];
 
         if (body >= 0 && body < bodies)
-            sum += dot(rows->rows[side][0], x + n * body, n);
+            sum += perp__dot(rows->rows[side][0], x + n * body, n);
         else if (body >= bodies && carried)
-            sum += dot(rows->rows[side][0], work->now + n * body, n);
+            sum += perp__dot(rows->rows[side][0], work->now + n * body, n);
     }
     return sum;
 }

@@ -422,7 +422,7 @@ static perp_status add_joint(perp_world *world, perp_joint *joint, perp_body a, 
 perp_status perp_world_add_joint(perp_world *world, perp_joint *joint, perp_body a, perp_body b,
                                  const perp_joint_settings *settings)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+    return PERP__CALL(perp__world_enter(world), world->context,
                       add_joint(world, joint, a, b, settings));
 }
 
@@ -509,7 +509,7 @@ static perp_status get_joint(const perp_world *world, perp_joint_state *state, p
 
 perp_status perp_world_get_joint(const perp_world *world, perp_joint_state *state, perp_joint joint)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context, get_joint(world, state, joint));
+    return PERP__CALL(perp__world_enter(world), world->context, get_joint(world, state, joint));
 }
 
 /* Checks what would be in force, and takes it. */

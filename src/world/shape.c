@@ -193,7 +193,7 @@ static perp_status add_sphere(perp_world *world, perp_shape *id, perp_body body,
 perp_status perp_world_add_sphere(perp_world *world, perp_shape *shape, perp_body body,
                                   double radius, const perp_shape_settings *settings)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+    return PERP__CALL(perp__world_enter(world), world->context,
                       add_sphere(world, shape, body, radius, settings));
 }
 
@@ -228,7 +228,7 @@ static perp_status add_box(perp_world *world, perp_shape *id, perp_body body,
 perp_status perp_world_add_box(perp_world *world, perp_shape *shape, perp_body body,
                                const double *half_extents, const perp_shape_settings *settings)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+    return PERP__CALL(perp__world_enter(world), world->context,
                       add_box(world, shape, body, half_extents, settings));
 }
 
@@ -264,7 +264,7 @@ perp_status perp_world_add_capsule(perp_world *world, perp_shape *shape, perp_bo
                                    double radius, double half_length,
                                    const perp_shape_settings *settings)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+    return PERP__CALL(perp__world_enter(world), world->context,
                       add_capsule(world, shape, body, radius, half_length, settings));
 }
 
@@ -320,7 +320,7 @@ perp_status perp_world_add_hull(perp_world *world, perp_shape *shape, perp_body 
                                 const double *points, int32_t count,
                                 const perp_shape_settings *settings)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+    return PERP__CALL(perp__world_enter(world), world->context,
                       add_hull(world, shape, body, points, count, settings));
 }
 
@@ -377,6 +377,6 @@ perp_status perp_world_add_plane(perp_world *world, perp_shape *shape, perp_body
                                  const double *normal, double offset,
                                  const perp_shape_settings *settings)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+    return PERP__CALL(perp__world_enter(world), world->context,
                       add_plane(world, shape, body, normal, offset, settings));
 }

@@ -106,7 +106,7 @@ static perp_status save(const perp_world *world, char *blob, size_t size)
 
 perp_status perp_world_snapshot_save(const perp_world *world, void *blob, size_t size)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context, save(world, blob, size));
+    return PERP__CALL(perp__world_enter(world), world->context, save(world, blob, size));
 }
 
 perp_status perp__snapshot_read(perp_world *world, const char *blob)
@@ -158,5 +158,5 @@ static perp_status restore(perp_world *world, const char *blob, size_t size)
 
 perp_status perp_world_snapshot_restore(perp_world *world, const void *blob, size_t size)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context, restore(world, blob, size));
+    return PERP__CALL(perp__world_enter(world), world->context, restore(world, blob, size));
 }

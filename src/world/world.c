@@ -234,7 +234,7 @@ static perp_status create(perp_context *context, perp_world **world,
 perp_status perp_world_create(perp_context *context, perp_world **world,
                               const perp_world_settings *settings)
 {
-    PERP__RETURN_CALL(perp__enter(context), context, create(context, world, settings));
+    return PERP__CALL(perp__enter(context), context, create(context, world, settings));
 }
 
 void perp_world_destroy(perp_world *world)
@@ -273,7 +273,7 @@ static perp_status get_contact(perp_world *world, perp_world_contact *contact, i
 perp_status perp_world_get_contact(const perp_world *world, perp_world_contact *contact,
                                    int32_t index)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context,
+    return PERP__CALL(perp__world_enter(world), world->context,
                       get_contact((perp_world *)world, contact, index));
 }
 
@@ -304,7 +304,7 @@ static perp_status set_gravity(perp_world *world, const double *gravity)
 
 perp_status perp_world_set_gravity(perp_world *world, const double *gravity)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context, set_gravity(world, gravity));
+    return PERP__CALL(perp__world_enter(world), world->context, set_gravity(world, gravity));
 }
 
 static perp_status step(perp_world *world, perp_step_result *result, double dt)
@@ -330,5 +330,5 @@ static perp_status step(perp_world *world, perp_step_result *result, double dt)
 
 perp_status perp_world_step(perp_world *world, perp_step_result *result, double dt)
 {
-    PERP__RETURN_CALL(perp__world_enter(world), world->context, step(world, result, dt));
+    return PERP__CALL(perp__world_enter(world), world->context, step(world, result, dt));
 }

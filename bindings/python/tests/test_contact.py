@@ -144,6 +144,15 @@ def test_start_and_monitor():
         perp.contact(M, f, H, w, mu, monitor=fail)
 
 
+def test_a_start_of_zeros_is_none():
+    M, f, H, w, mu = random_dynamics(5)
+    for method in ("auto", "proximal", "sweep"):
+        cold = perp.contact(M, f, H, w, mu, method=method)
+        again = perp.contact(M, f, H, w, mu, method=method, r0=np.zeros(len(w)))
+        assert again.iterations == cold.iterations
+        assert (again.impulse == cold.impulse).all()
+
+
 def test_exceptions_in_the_mass_solve_come_through():
     _, f, H, w, mu = random_dynamics(7)
 

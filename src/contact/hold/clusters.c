@@ -70,7 +70,7 @@ static void add_row(perp__hold *h, int32_t unit, int32_t i)
         const int32_t block = b->piece_blocks[piece];
 
         if (h->is_held[block])
-            target -= dot(P, h->y + (size_t)block * (size_t)b->width, b->width);
+            target -= perp__dot(P, h->y + (size_t)block * (size_t)b->width, b->width);
         else
             memcpy(row + h->cluster[block] * b->width, P, (size_t)b->width * sizeof *row);
     }
@@ -125,7 +125,7 @@ static int32_t is_at_rest(perp__hold *h, int32_t m, int32_t block, int32_t i)
 
     memset(h->dense.unit, 0, (size_t)h->dense.n * sizeof *h->dense.unit);
     perp__bodies_own_row(h->bodies, block, i, x);
-    length = sqrt(dot(x, x, width));
+    length = sqrt(perp__dot(x, x, width));
     for (int32_t k = 0; k < width; k++)
         x[k] /= length;
     return perp__held_rows_fix(&h->dense, m * width, width);

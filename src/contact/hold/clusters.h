@@ -9,15 +9,6 @@
 /* Of `source`: no row yet; rows that lead to different motions. */
 enum { UNSET = -3, SEVERAL = -4 };
 
-static inline double dot(const double *a, const double *b, int32_t n)
-{
-    double sum = 0.0;
-
-    for (int32_t i = 0; i < n; i++)
-        sum += a[i] * b[i];
-    return sum;
-}
-
 /* Whether two roots move as one body: the same one, or translations with the same velocity. */
 int32_t perp__hold_is_same(const perp__hold *h, int32_t a, int32_t b);
 

@@ -24,7 +24,6 @@ static void lay_out(perp__arena *arena, void *object)
     perp__hold *h = object;
     const size_t blocks = (size_t)h->bodies->blocks, units = (size_t)h->bodies->units;
     const size_t width = (size_t)h->bodies->width;
-    int32_t **const numbers[] = {&h->root, &h->source, &h->queue, &h->cluster, &h->members};
 
     h->holds = perp__arena_take(arena, units, sizeof *h->holds);
     h->pushed = perp__arena_take(arena, units, sizeof *h->pushed);
@@ -34,8 +33,7 @@ static void lay_out(perp__arena *arena, void *object)
     h->basis = perp__arena_take(arena, blocks, width * width * sizeof *h->basis);
     h->rank = perp__arena_take(arena, blocks, sizeof *h->rank);
     h->is_held = perp__arena_take(arena, blocks, sizeof *h->is_held);
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
-        *numbers[i] = perp__arena_take(arena, blocks + 1, sizeof(int32_t));
+    PERP__INTEGERS(arena, blocks + 1, &h->root, &h->source, &h->queue, &h->cluster, &h->members);
 }
 
 static void lay_out_dense(perp__arena *arena, void *object)
@@ -158,22 +156,22 @@ int32_t perp__hold_carry(perp__hold *h, int32_t block, int32_t root)
 static inline int32_t take_up_row(perp__hold *h, int32_t block, const double *row, int32_t width)
 {
     double *basis = h->basis + (size_t)block * (size_t)(width * width);
-    double x[PERP__BODY_WIDTH_MOST], square = dot(row, row, width), before;
+    double x[PERP__BODY_WIDTH_MOST], square = perp__dot(row, row, width), before;
     const double scale = square > 0.0 ? 1.0 / sqrt(square) : 0.0;
 
     h->taken_up++;
     for (int32_t i = 0; i < width; i++)
         x[i] = row[i] * scale;
-    square = dot(x, x, width);
+    square = perp__dot(x, x, width);
     do { /* again, where rounding is not small beside what is left */
         before = square;
         for (int32_t k = 0; k < h->rank[block]; k++) {
-            const double share = dot(basis + k * width, x, width);
+            const double share = perp__dot(basis + k * width, x, width);
 
             for (int32_t i = 0; i < width; i++)
                 x[i] -= share * basis[k * width + i];
         }
-        square = dot(x, x, width);
+        square = perp__dot(x, x, width);
     } while (square < 0.25 * before && square > 1e-3 * (INDEPENDENT * INDEPENDENT));
     if (!(square > INDEPENDENT * INDEPENDENT))
         return 0;

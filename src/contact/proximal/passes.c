@@ -45,17 +45,26 @@ PERP__KERNEL static void push_unit(int32_t width, int32_t d, const perp__proxima
     }
 }
 
-/* The discs of what rolls or spins; NULL where nothing does. */
+/* The discs of a unit; NULL where it is an ordinary one. */
 static inline const perp__discs *discs_of(const perp__proximal *s, int32_t k)
 {
     return s->discs && s->discs[k].count > 0 ? &s->discs[k] : NULL;
 }
 
+/* What discs grow with: z_n, or |z_N|. */
+static inline double pressure(const perp__discs *discs, const double *z)
+{
+    return discs && discs->both > 0 ? perp__contact_length(z, 0, discs->both) : z[0];
+}
+
 static void project_discs(const perp__discs *discs, const double *z, double *x)
 {
-    x[0] = z[0] > 0.0 ? z[0] : 0.0;
-    for (int32_t p = 0, at = 1; p < discs->count; at += discs->sizes[p++]) {
-        const double reach = discs->radii[p] * x[0];
+    const double pressed = fmax(pressure(discs, z), 0.0);
+
+    for (int32_t i = 0; i < perp__discs_first(discs); i++)
+        x[i] = discs->both > 0 ? z[i] : pressed;
+    for (int32_t p = 0, at = perp__discs_first(discs); p < discs->count; at += discs->sizes[p++]) {
+        const double reach = discs->radii[p] * pressed;
         const double length = discs->sizes[p] == 1 ? fabs(z[at]) : hypot(z[at], z[at + 1]);
         const double share = length <= reach ? 1.0 : length > 0.0 ? reach / length : 0.0;
 
@@ -84,11 +93,12 @@ PERP__KERNEL static void project_unit(int32_t d, double radius, const perp__disc
         x[i] = reach * z[i];
 }
 
-/* The rows of a disc, `size` of them from the first on, of P'(z): K by columns. */
-static void slope_disc(int32_t side, int32_t first, int32_t size, double radius, double rho,
-                       const double *z, double *K)
+/* The rows of a disc, `size` of them from the first on, of P'(z): K by columns. both: normals that
+ * hold both ways. */
+static void slope_disc(int32_t side, int32_t both, int32_t first, int32_t size, double radius,
+                       double pressed, double rho, const double *z, double *K)
 {
-    const double reach = radius * z[0], *x = z + first;
+    const double reach = radius * pressed, *x = z + first;
     const double length = size == 1 ? fabs(x[0]) : sqrt(x[0] * x[0] + x[1] * x[1]);
 
     if (length <= reach) {
@@ -98,6 +108,9 @@ static void slope_disc(int32_t side, int32_t first, int32_t size, double radius,
     }
     for (int32_t i = 0; i < size; i++) {
         K[first + i] = rho * radius * (x[i] / length);
+        for (int32_t j = both; j-- > 0;)
+            K[side * j + first + i] =
+                pressed > 0.0 ? rho * radius * (x[i] / length) * (z[j] / pressed) : 0.0;
         for (int32_t j = 0; j < size && size > 1; j++) /* else no length is left to turn */
             K[side * (first + j) + first + i] =
                 rho * reach / length * ((i == j) - x[i] / length * (x[j] / length));
@@ -109,15 +122,18 @@ static void slope_unit(const perp__proximal *s, int32_t k, double rho, const dou
 {
     const int32_t d = s->starts[k + 1] - s->starts[k], side = s->side;
     const perp__discs *discs = discs_of(s, k);
+    const int32_t both = discs ? discs->both : 0, first = discs ? perp__discs_first(discs) : 1;
+    const double pressed = pressure(discs, z);
 
     memset(K, 0, (size_t)(side * side) * sizeof *K);
-    if (s->radius[k] >= 0.0 && !(z[0] > 0.0))
+    if (s->radius[k] >= 0.0 && both == 0 && !(z[0] > 0.0))
         return;
-    K[0] = rho;
-    for (int32_t p = 0, at = 1; discs && p < discs->count; at += discs->sizes[p++])
-        slope_disc(side, at, discs->sizes[p], discs->radii[p], rho, z, K);
+    for (int32_t i = 0; i < first; i++)
+        K[side * i + i] = rho;
+    for (int32_t p = 0, at = first; discs && p < discs->count; at += discs->sizes[p++])
+        slope_disc(side, both, at, discs->sizes[p], discs->radii[p], pressed, rho, z, K);
     if (!discs && d > 1)
-        slope_disc(side, 1, d - 1, s->radius[k], rho, z, K);
+        slope_disc(side, 0, 1, d - 1, s->radius[k], z[0], rho, z, K);
 }
 
 /* body(width, d) with constants for the usual contacts. */
@@ -397,7 +413,7 @@ int32_t perp__proximal_factor(perp__proximal *s, const perp__proximal_part *part
     return perp__fronts_factor(&s->fronts, part->block, part->last_block);
 }
 
-/* The tested residual of a unit that rolls or spins: of parts, in the problem's terms. */
+/* The tested residual of a unit with discs: of parts, in the problem's terms. */
 static double tested_parts(const perp__proximal *s, int32_t k, const double *x, const double *u)
 {
     const perp__contact_problem *problem = s->common.problem;

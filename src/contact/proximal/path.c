@@ -55,22 +55,14 @@ static void find_bend(perp__proximal *s, const perp__proximal_part *part, double
     perp__proximal_solve(s, part, rho, s->across, s->bend);
 }
 
-static double dot(const double *a, const double *b, int32_t begin, int32_t end)
-{
-    double sum = 0.0;
-
-    for (int32_t i = begin; i < end; i++)
-        sum += a[i] * b[i];
-    return sum;
-}
-
 /* The direction at the last evaluation, whose factors are at hand. Returns 0 at a dead end. */
 static int32_t look_ahead(perp__proximal *s, const perp__proximal_part *part, place *at)
 {
     const int32_t begin = part->block * s->width, end = part->last_block * s->width;
+    const int32_t row = part->row, rows = part->last_row - row;
     double scale, way = 0.0;
 
-    for (int32_t i = part->row; i < part->last_row; i++)
+    for (int32_t i = row; i < part->last_row; i++)
         way += (s->y[i] - s->x[i]) * (s->y[i] - s->x[i]);
     way *= SHARE * SHARE / (at->rho * at->rho);
     find_bend(s, part, at->rho);
@@ -78,14 +70,14 @@ static int32_t look_ahead(perp__proximal *s, const perp__proximal_part *part, pl
     for (int32_t i = part->row; i < part->last_row; i++)
         s->start[i] = at->rho * s->start[i] - s->spare[i];
     bend_rows(s, part, at->rho, 0, s->start, s->pull);
-    scale = sqrt(dot(s->pull, s->pull, part->row, part->last_row) + way);
+    scale = sqrt(perp__dot(s->pull + row, s->pull + row, rows) + way);
     if (!(scale > 0.0 && scale < INFINITY))
         return 0;
     scale = (s->fronts.is_negative ? -1.0 : 1.0) / scale;
     for (int32_t i = part->row; i < part->last_row; i++)
         s->pull[i] *= scale;
     bend_rows(s, part, at->rho, 1, s->pull, s->start);
-    at->gamma = way * scale - dot(s->start, s->spare, part->row, part->last_row);
+    at->gamma = way * scale - perp__dot(s->start + row, s->spare + row, rows);
     at->rho_ahead = scale;
     perp__proximal_push(s, part, s->start, s->normal);
     if (s->by_rows) { /* J is W, and as good as symmetric */

@@ -17,6 +17,9 @@
 #define CENTRE_RHO 100.0
 #define WARM_RHO 1e3
 
+/* Where a factorisation is worth so many solves, more sweeps come before Newton's method. */
+#define DEAR 15.0
+
 /* Who asks for less than the former, or for this method, has what a few more steps give, down to
  * the latter. */
 #define SHARP 1e-9
@@ -36,10 +39,6 @@ enum {
 
 static perp_status check(const perp__contact_problem *problem)
 {
-    if (problem->two_sided)
-        return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
-                          "settings.method admm, newton and proximal can't take contacts that hold "
-                          "both ways: use sweep, lemke or auto");
     if (!problem->bodies && perp__proximal_couplings(problem) > INT32_MAX)
         return perp__fail(problem->context, PERP_ERROR_ARGUMENT,
                           "W has too many couplings for methods admm, newton and proximal");
@@ -92,8 +91,11 @@ static perp_status run_cold(perp__proximal *s, const perp__proximal_part *part)
     status = perp__proximal_split_run(s, part, FIRST_RHO, SWEEPS);
     if (perp__proximal_goes_on(s, status, s->tol))
         status = perp__proximal_split_run(s, part, SECOND_RHO, SWEEPS);
+    if (perp__fronts_cost(&s->fronts) >= DEAR && perp__proximal_goes_on(s, status, s->tol))
+        status = perp__proximal_split_run(s, part, FIRST_RHO, LONG_SWEEPS);
     if (perp__proximal_goes_on(s, status, s->aim))
-        status = perp__proximal_newton_run(s, part, CENTRE_RHO, STEPS, 0);
+        status = perp__proximal_newton_run(
+            s, part, s->best_residual <= s->tol ? WARM_RHO : CENTRE_RHO, STEPS, 0);
     return status;
 }
 

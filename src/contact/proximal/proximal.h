@@ -8,7 +8,8 @@
  *   P(z) = (z_n^+, z_t on the disc of radius max(mu, 1) z_n^+),
  *
  * which is Signorini's and Coulomb's law of a contact as it stands (Alart & Curnier 1991). What
- * rolls or spins has a disc more for each, in a scale of its own trace. Rows of contacts without
+ * rolls or spins has a disc more for each, in a scale of its own trace; what holds both ways keeps
+ * its normals as they are, and |z_N| stands for z_n^+. Rows of contacts without
  * friction are their normals alone; of bilateral rows P is the identity. J is P of
  * bodies.h, scaled, and a row that yields moves a body of its own; where W alone is known J is W,
  * scaled on both sides, v = x, and for J' read the identity throughout. */
@@ -24,12 +25,19 @@ typedef struct perp__proximal_part {
     int32_t unit, last_unit, row, last_row, block, last_block;
 } perp__proximal_part;
 
-/* The discs of a unit that rolls or spins: their rows follow each other, behind the normal. */
+/* The discs of a unit that rolls or spins, or holds both ways: their rows follow each other, behind
+ * the normals. */
 typedef struct perp__discs {
+    int32_t both; /* normals that hold both ways; 0: an ordinary one */
     int32_t count;
     int32_t sizes[3];
     double radii[3];
 } perp__discs;
+
+static inline int32_t perp__discs_first(const perp__discs *discs)
+{
+    return discs->both > 0 ? discs->both : 1;
+}
 
 enum { PERP__UNIT_ROWS_MOST = 6 };
 
@@ -44,7 +52,7 @@ typedef struct perp__proximal {
     int32_t *mark;                 /* blocks: work */
     int32_t *starts;               /* units + 1: own rows */
     double *radius;                /* units: of the disc; -1: bilateral */
-    struct perp__discs *discs;     /* units: of what rolls or spins; NULL: nothing does */
+    struct perp__discs *discs;     /* units: of what rolls, spins or holds both ways; NULL: none */
     double *scale;                 /* rows: s */
     int64_t *piece_starts;         /* units + 1 */
     int32_t *piece_blocks;         /* own */
@@ -56,8 +64,8 @@ typedef struct perp__proximal {
     perp__fronts fronts;
     double *q;                                               /* rows */
     double *x, *z, *y, *best, *start, *speed, *spare, *pull; /* rows */
-    double *r, *u; /* size, where something rolls or spins: as the problem knows them, over omega */
-    int32_t side;  /* of K: 3, or 6 where something rolls or spins */
+    double *r, *u; /* size, where there are discs: as the problem knows them, over omega */
+    int32_t side;  /* of K: 3, or 6 where there are discs */
     double *K;     /* units: side by side, by columns */
     double *v, *step, *image, *way, *rest, *bend, *ahead, *normal, *across; /* blocks by width */
     int32_t splits; /* nothing but alternating directions */

@@ -11,7 +11,8 @@ static int32_t own_rows(const perp__contact_problem *problem, int32_t unit)
     const int32_t rows =
         unit < problem->contacts ? problem->starts[unit + 1] - problem->starts[unit] : 1;
 
-    if (unit >= problem->contacts || problem->mu[unit] > 0.0 || rows > problem->dims[unit])
+    if (unit >= problem->contacts || problem->mu[unit] > 0.0 || rows > problem->dims[unit] ||
+        perp__contact_two_sided(problem, unit) > 0)
         return rows;
     return 1;
 }
@@ -35,31 +36,12 @@ static int32_t own_blocks(const perp__contact_problem *problem, int32_t unit)
     return 0;
 }
 
-static double entry_of(const perp__matrix *W, int32_t row, int32_t column)
-{
-    int32_t low, high;
-
-    if (!W->column_starts)
-        return W->values[(size_t)row * W->row_stride + (size_t)column * W->column_stride];
-    low = W->column_starts[column];
-    high = W->column_starts[column + 1] - 1;
-    while (low < high) {
-        const int32_t middle = low + (high - low) / 2;
-
-        if (W->row_indices[middle] < row)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low == high && W->row_indices[low] == row ? W->values[low] : 0.0;
-}
-
 static int32_t is_coupled(const perp__contact_problem *problem, int32_t unit, int32_t other)
 {
     for (int32_t j = 0; j < own_rows(problem, unit); j++)
         for (int32_t i = 0; i < own_rows(problem, other); i++)
-            if (entry_of(problem->W, first_row(problem, other) + i, first_row(problem, unit) + j) !=
-                0.0)
+            if (perp__entry(problem->W, first_row(problem, other) + i,
+                            first_row(problem, unit) + j) != 0.0)
                 return 1;
     return 0;
 }
@@ -107,6 +89,11 @@ int64_t perp__proximal_couplings(const perp__contact_problem *problem)
     return 2 * count; /* and the other way round, where that is missing */
 }
 
+static int32_t has_discs(const perp__contact_problem *problem)
+{
+    return problem->has_discs || problem->two_sided;
+}
+
 typedef struct sizes {
     size_t pieces, entries, edges, slots;
 } sizes;
@@ -119,7 +106,7 @@ static sizes measure(perp__proximal *s)
     sizes most = {0, 0, 0, 0};
 
     s->by_rows = b == NULL;
-    s->side = problem->has_discs ? PERP__UNIT_ROWS_MOST : 3;
+    s->side = has_discs(problem) ? PERP__UNIT_ROWS_MOST : 3;
     s->units = problem->contacts + problem->size - problem->rows;
     s->blocks = b ? b->blocks : s->units;
     s->width = b ? b->width : 1;
@@ -149,18 +136,14 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     const size_t units = (size_t)s->units, blocks = (size_t)s->blocks + 1;
     const size_t size = (size_t)problem->size, numbers = blocks * (size_t)s->width;
     const size_t square = (size_t)(s->side * s->side);
-    double **const rows[] = {&s->scale, &s->q,     &s->x,     &s->z,     &s->y,
-                             &s->best,  &s->start, &s->speed, &s->spare, &s->pull};
-    double **const velocities[] = {&s->v,    &s->step,  &s->image,  &s->way,   &s->rest,
-                                   &s->bend, &s->ahead, &s->normal, &s->across};
 
     s->part = perp__arena_take(arena, (size_t)problem->parts + 1, sizeof *s->part);
     PERP__INTEGERS(arena, units, &s->unit, &s->place);
-    PERP__INTEGERS(arena, blocks, &s->block, &s->number, &s->mark);
+    PERP__INTEGERS(arena, blocks, &s->block, &s->number, &s->mark, &s->graph_starts);
     s->starts = perp__arena_take(arena, units + 1, sizeof(int32_t));
     PERP__DOUBLES(arena, units, &s->radius);
     s->discs = NULL;
-    if (problem->has_discs) {
+    if (has_discs(problem)) {
         s->discs = perp__arena_take(arena, units, sizeof *s->discs);
         PERP__DOUBLES(arena, size, &s->r, &s->u);
     }
@@ -170,13 +153,12 @@ void perp__proximal_layout(perp__arena *arena, void *work)
     s->values = perp__arena_take(arena, most.entries, sizeof(double));
     s->slot_starts = perp__arena_take(arena, units, sizeof(int64_t));
     s->slots = perp__arena_take(arena, most.slots, sizeof(int32_t));
-    s->graph_starts = perp__arena_take(arena, blocks, sizeof(int32_t));
     s->graph = perp__arena_take(arena, most.edges, sizeof(int32_t));
     s->K = perp__arena_take(arena, square * units, sizeof(double));
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
-        *rows[k] = perp__arena_take(arena, size, sizeof(double));
-    for (size_t k = 0; k < sizeof velocities / sizeof *velocities; k++)
-        *velocities[k] = perp__arena_take(arena, numbers, sizeof(double));
+    PERP__DOUBLES(arena, size, &s->scale, &s->q, &s->x, &s->z, &s->y, &s->best, &s->start,
+                  &s->speed, &s->spare, &s->pull);
+    PERP__DOUBLES(arena, numbers, &s->v, &s->step, &s->image, &s->way, &s->rest, &s->bend,
+                  &s->ahead, &s->normal, &s->across);
 }
 
 /* Units in the order of their parts. */
@@ -258,8 +240,9 @@ static void set_discs(perp__proximal *s, int32_t k)
     perp__contact_part parts[3];
     perp__discs *discs = &s->discs[k];
 
+    discs->both = perp__contact_two_sided(s->common.problem, s->unit[k]);
     discs->count = perp__contact_parts(s->common.problem, s->unit[k], parts);
-    for (int32_t p = 0, at = 1; p < discs->count; at += parts[p++].size) {
+    for (int32_t p = 0, at = perp__discs_first(discs); p < discs->count; at += parts[p++].size) {
         discs->sizes[p] = parts[p].size;
         if (p > 0)
             scale_rows(s, k, at, parts[p].size);
@@ -273,6 +256,7 @@ static void set_scales(perp__proximal *s, int32_t k)
     const perp__contact_problem *problem = s->common.problem;
     const int32_t unit = s->unit[k], row = s->starts[k], rows = s->starts[k + 1] - row;
     const int32_t turns = unit < problem->contacts && rows > problem->dims[unit];
+    const int32_t normals = unit < problem->contacts ? perp__contact_normals(problem, unit) : 1;
 
     for (int32_t i = row; i < row + rows; i++)
         s->scale[i] = 1.0 / sqrt(problem->trace[unit]);
@@ -280,8 +264,9 @@ static void set_scales(perp__proximal *s, int32_t k)
     if (turns)
         scale_rows(s, k, 0, problem->dims[unit]);
     if (s->radius[k] >= 0.0 && rows > 1 && problem->mu[unit] > 0.0)
-        s->scale[row] /= fmin(problem->mu[unit], 1.0);
-    if (turns)
+        for (int32_t i = row; i < row + normals; i++)
+            s->scale[i] /= fmin(problem->mu[unit], 1.0);
+    if (turns || (unit < problem->contacts && perp__contact_two_sided(problem, unit) > 0))
         set_discs(s, k);
     else if (s->discs)
         s->discs[k].count = 0;
@@ -403,7 +388,7 @@ static void read_couplings(perp__proximal *s)
                 for (int32_t c = 0; c < s->width; c++)
                     s->values[at++] = c >= s->starts[j + 1] - s->starts[j]
                                           ? 0.0
-                                          : entry_of(problem->W, row + i, column + c) *
+                                          : perp__entry(problem->W, row + i, column + c) *
                                                 s->scale[s->starts[k] + i] *
                                                 s->scale[s->starts[j] + c];
         }

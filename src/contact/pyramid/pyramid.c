@@ -180,6 +180,8 @@ static perp_status prepare(perp__pyramid *p)
         settings.max_iterations = (int32_t)problem->iteration_limit;
     if (status == PERP_OK && !p->lcp)
         status = perp__lcp_create(problem->context, &p->lcp, &settings);
+    if (p->lcp)
+        perp__lcp_insist(p->lcp, problem->two_sided != NULL);
     if (status == PERP_OK)
         status = perp__lcp_set(p->lcp, &settings);
     if (status == PERP_OK)

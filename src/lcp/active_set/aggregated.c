@@ -51,15 +51,6 @@ static void layout_shared(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n, &coarse->ones, &coarse->norms);
 }
 
-/* M_ij, 0 where there is no entry */
-static double entry(const perp__matrix *M, int32_t i, int32_t j)
-{
-    for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++)
-        if (M->row_indices[k] == i)
-            return M->values[k];
-    return 0.0;
-}
-
 /* The variable coupled most to j among those that no pair has, and strongly; or -1. */
 static int32_t partner(const perp__aggregated_level *level, int32_t j)
 {
@@ -69,7 +60,7 @@ static int32_t partner(const perp__aggregated_level *level, int32_t j)
 
     for (int32_t k = M->column_starts[j]; k < M->column_starts[j + 1]; k++) {
         const int32_t i = M->row_indices[k];
-        const double coupling = i == j ? 0.0 : -(M->values[k] + entry(M, j, i));
+        const double coupling = i == j ? 0.0 : -(M->values[k] + perp__entry(M, j, i));
 
         largest = fmax(largest, coupling);
         if (level->aggregate[i] < 0 && coupling > best) {

@@ -18,6 +18,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/outcome.h"
+
 #define FIRST_SWEEPS 2
 #define COARSE_STEPS 15
 #define FINE_STEPS 40
@@ -270,14 +272,6 @@ static void settle(perp__nested *nested, const perp__lcp_problem *problem, int32
     }
 }
 
-static int32_t is_finite(const double *z, int32_t n)
-{
-    for (int32_t i = 0; i < n; i++)
-        if (!isfinite(z[i]))
-            return 0;
-    return 1;
-}
-
 /* The problems of all levels, and a start on the coarsest one. */
 static void coarsen_all(perp__nested *nested)
 {
@@ -309,5 +303,5 @@ int32_t perp__nested_run(perp__nested *nested, const perp__lcp_problem *problem,
             prolong(nested, k);
         settle(nested, problem, k, iterations, request);
     }
-    return is_finite(z, problem->n);
+    return perp__all_finite(z, (size_t)problem->n);
 }

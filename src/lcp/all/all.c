@@ -131,9 +131,8 @@ static void layout(perp__arena *arena, void *object)
         if (all->levels)
             all->levels[d] = level;
     }
-    all->row_sizes = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, n, &all->row_sizes, &all->z, &all->origin);
     all->places = perp__arena_take(arena, n, sizeof(int8_t));
-    PERP__DOUBLES(arena, n, &all->z, &all->origin);
     all->directions = perp__arena_take(arena, n * n, sizeof(double));
     all->work = perp__arena_take(arena, (n + 1) * (n + 1), sizeof(double));
     all->tree.next = perp__arena_take(arena, n, sizeof(int32_t));
@@ -317,8 +316,9 @@ perp_status perp_lcp_all(perp_context *context, perp_lcp_enumeration *result,
  * solution, the tree of index sets (patterns/patterns.h) is searched for the first that the gate
  * takes. At most 3^12 index sets, and few of them are reached. */
 
-/* Largest n: there a search that finds nothing takes milliseconds. */
-#define PERP__LARGEST_LAST_WORD 12
+/* Largest n: there a search that finds nothing takes milliseconds; and where no variable
+ * has more than two places. */
+enum { LARGEST_LAST_WORD = 12, LARGEST_INSISTENT = 20 };
 
 static perp__lcp_all *tree_of(perp_lcp_solver *solver)
 {
@@ -334,7 +334,13 @@ static perp__lcp_all *tree_of(perp_lcp_solver *solver)
 
 int32_t perp__has_last_word(const perp_lcp_solver *solver)
 {
-    return solver->settings.method == PERP_LCP_AUTO && solver->n <= PERP__LARGEST_LAST_WORD;
+    return solver->settings.method == PERP_LCP_AUTO &&
+           solver->n <= (solver->insists ? LARGEST_INSISTENT : LARGEST_LAST_WORD);
+}
+
+void perp__lcp_insist(perp_lcp_solver *solver, int32_t insists)
+{
+    solver->insists = insists;
 }
 
 perp_status perp__last_word(perp_lcp_solver *solver)

@@ -267,7 +267,7 @@ perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitiv
                                         const double *q, const double *lower, const double *upper,
                                         const double *z)
 {
-    PERP__RETURN_CALL(perp__enter(context), context,
+    return PERP__CALL(perp__enter(context), context,
                       create(context, sensitivity, info, settings, M, q, lower, upper, z));
 }
 
@@ -364,7 +364,7 @@ perp_status perp_lcp_sensitivity_forward(perp_lcp_sensitivity *sensitivity, doub
                                          const double *dq, const perp_matrix *dM,
                                          const double *dlower, const double *dupper)
 {
-    PERP__RETURN_CALL(enter(sensitivity), sensitivity->context,
+    return PERP__CALL(enter(sensitivity), sensitivity->context,
                       forward(sensitivity, dz, dq, dM, dlower, dupper));
 }
 
@@ -411,7 +411,7 @@ static perp_status adjoint(perp_lcp_sensitivity *s, double *p, double *lower, do
 perp_status perp_lcp_sensitivity_adjoint(perp_lcp_sensitivity *sensitivity, double *p,
                                          double *lower, double *upper, const double *g)
 {
-    PERP__RETURN_CALL(enter(sensitivity), sensitivity->context,
+    return PERP__CALL(enter(sensitivity), sensitivity->context,
                       adjoint(sensitivity, p, lower, upper, g));
 }
 

@@ -54,13 +54,12 @@ static void layout(perp__arena *arena, void *object)
                                                               : SIZE_MAX;
 
     v->values = perp__arena_take(arena, entries, sizeof(double));
-    v->exponents = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &v->exponents, &v->active, &v->position);
     v->work = perp__arena_take(arena, 2 * n, sizeof(int32_t));
-    PERP__DOUBLES(arena, n, &v->z, &v->q, &v->lower, &v->upper);
+    PERP__DOUBLES(arena, n, &v->z, &v->q, &v->lower, &v->upper, &v->high, &v->low, &v->w_high,
+                  &v->w_low, &v->w, &v->width, &v->delta, &v->spread, &v->middle, &v->margin,
+                  &v->step, &v->enclosure);
     v->places = perp__arena_take(arena, n, sizeof(int8_t));
-    PERP__INTEGERS(arena, n, &v->active, &v->position);
-    PERP__DOUBLES(arena, n, &v->high, &v->low, &v->w_high, &v->w_low, &v->w, &v->width, &v->delta,
-                  &v->spread, &v->middle, &v->margin, &v->step, &v->enclosure);
     if (v->M.column_starts) {
         v->starts = perp__arena_take(arena, n + 1, sizeof(int32_t));
         v->rows = perp__arena_take(arena, entries, sizeof(int32_t));
@@ -527,6 +526,6 @@ perp_status perp_lcp_verify(perp_context *context, double *radii, perp_lcp_proof
                             const perp_matrix *M, const double *q, const double *lower,
                             const double *upper, const double *z)
 {
-    PERP__RETURN_CALL(perp__enter(context), context,
+    return PERP__CALL(perp__enter(context), context,
                       verify(context, radii, proof, M, q, lower, upper, z));
 }

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/sort.h"
 #include "linalg/fronts/fronts.h"
 
 /* Zeros that a front may take in for the sake of more nodes in one dense block: a large part of a
@@ -16,13 +17,10 @@ static void layout_graph(perp__arena *arena, void *object)
 {
     perp__fronts *f = object;
     const size_t n = (size_t)f->nodes + 1;
-    int32_t **const lists[] = {&f->order, &f->place,         &f->parent,  &f->mark,
-                               &f->work,  &f->column_starts, &f->front_of};
 
-    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
-        *lists[k] = perp__arena_take(arena, n, sizeof(int32_t));
+    PERP__INTEGERS(arena, n, &f->order, &f->place, &f->parent, &f->mark, &f->work,
+                   &f->column_starts, &f->front_of, &f->starts);
     f->fronts = perp__arena_take(arena, n, sizeof *f->fronts);
-    f->starts = perp__arena_take(arena, n, sizeof(int32_t));
 }
 
 static void layout_pattern(perp__arena *arena, void *object)
@@ -178,19 +176,9 @@ static void find_fronts(perp__fronts *f)
 /* Where the node at `place` stands in a front that it belongs to. */
 static int32_t position_in(const perp__front *front, int32_t place)
 {
-    int32_t low = 0, high = front->rest - 1;
-
-    if (place < front->first + front->count)
-        return place - front->first;
-    while (low < high) {
-        const int32_t middle = low + (high - low) / 2;
-
-        if (front->others[middle] < place)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return front->count + low;
+    return place < front->first + front->count
+               ? place - front->first
+               : front->count + perp__lower_bound(front->others, front->rest, place);
 }
 
 static void link_fronts(perp__fronts *f)
@@ -256,17 +244,9 @@ static void list_entries(perp__fronts *f)
 
 int32_t perp__fronts_edge(const perp__fronts *f, int32_t row, int32_t column)
 {
-    int32_t low = f->starts[column], high = f->starts[column + 1] - 1;
+    const int32_t first = f->starts[column];
 
-    while (low < high) {
-        const int32_t middle = low + (high - low) / 2;
-
-        if (f->neighbours[middle] < row)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low;
+    return first + perp__lower_bound(f->neighbours + first, f->starts[column + 1] - first, row);
 }
 
 static int32_t is_known(const perp__fronts *f, int32_t nodes, int32_t width, const int32_t *starts,
@@ -314,6 +294,20 @@ perp_status perp__fronts_analyse(perp__fronts *f, perp_context *context, int32_t
     if (status != PERP_OK)
         f->nodes = 0;
     return status;
+}
+
+double perp__fronts_cost(const perp__fronts *f)
+{
+    double factor = 0.0, solve = 0.0;
+
+    for (int32_t k = 0; k < f->count; k++) {
+        const double own = f->width * (double)f->fronts[k].count;
+        const double rest = f->width * (double)f->fronts[k].rest;
+
+        factor += own * (own * own / 3.0 + own * rest + rest * rest);
+        solve += own * (own + 2.0 * rest);
+    }
+    return solve > 0.0 ? factor / solve : 0.0;
 }
 
 void perp__fronts_release(perp__fronts *f)

@@ -55,6 +55,9 @@ perp_status perp__fronts_analyse(perp__fronts *fronts, perp_context *context, in
  * values + edge * width^2. */
 int32_t perp__fronts_edge(const perp__fronts *fronts, int32_t row, int32_t column);
 
+/* Multiplications of a factorisation beside those of a solve. */
+double perp__fronts_cost(const perp__fronts *fronts);
+
 /* Factors, from `values`, what belongs to the nodes first .. end-1. Returns 0 where a pivot is 0 or
  * not finite. */
 int32_t perp__fronts_factor(perp__fronts *fronts, int32_t first, int32_t end);

@@ -38,10 +38,8 @@ static void layout(perp__arena *arena, void *object)
     perp__acceleration *a = object;
     const size_t n = (size_t)a->m->n, rows = (size_t)a->m->rows;
     const size_t elements = (size_t)(a->m->contacts + a->m->dry);
-    double **const vectors[] = {&a->bias, &a->size, &a->beta, &a->load, &a->scale, &a->zeros};
 
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, rows, sizeof(double));
+    PERP__DOUBLES(arena, rows, &a->bias, &a->size, &a->beta, &a->load, &a->scale, &a->zeros);
     PERP__INTEGERS(arena, rows, &a->row_of, &a->turning.columns, &a->turning.rows);
     a->indices = perp__arena_take(arena, 2 * rows, sizeof(int32_t));
     a->element = perp__arena_take(arena, elements, sizeof *a->element);
@@ -208,7 +206,7 @@ static perp_status accelerations(perp_mechanism *m, perp_mechanism_summary *summ
 perp_status perp_mechanism_accelerations(perp_mechanism *mechanism, perp_mechanism_summary *summary,
                                          double t, const double *q, const double *v)
 {
-    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+    return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
                       accelerations(mechanism, summary, t, q, v));
 }
 
@@ -254,6 +252,6 @@ static perp_status get(perp_mechanism *m, perp_mechanism_found *found, int32_t i
 perp_status perp_mechanism_get_acceleration(perp_mechanism *mechanism, perp_mechanism_found *found,
                                             int32_t index)
 {
-    PERP__RETURN_CALL(perp__mechanism_enter(mechanism), mechanism->context,
+    return PERP__CALL(perp__mechanism_enter(mechanism), mechanism->context,
                       get(mechanism, found, index));
 }

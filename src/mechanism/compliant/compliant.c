@@ -31,22 +31,13 @@ static void layout(perp__arena *arena, void *object)
 {
     perp_compliant *c = object;
     const size_t n = (size_t)c->n, p = (size_t)c->p;
-    double **const of_n[] = {&c->force,   &c->free,  &c->x,      &c->v,      &c->V,
-                             &c->zx,      &c->zv,    &c->next_x, &c->next_v, &c->error_x,
-                             &c->error_v, &c->top_x, &c->top_v};
-    double **const of_p[] = {&c->mu, &c->slip, &c->side, &c->N, &c->right, &c->top_delta};
-    double **const of_np[] = {&c->normal, &c->tangent, &c->response, &c->drag};
-    double **const of_pp[] = {&c->P, &c->Q, &c->matrix};
 
     c->mass = perp__arena_take(arena, n * n, sizeof(double));
-    for (size_t k = 0; k < sizeof of_n / sizeof *of_n; k++)
-        *of_n[k] = perp__arena_take(arena, n, sizeof(double));
-    for (size_t k = 0; k < sizeof of_p / sizeof *of_p; k++)
-        *of_p[k] = perp__arena_take(arena, p, sizeof(double));
-    for (size_t k = 0; k < sizeof of_np / sizeof *of_np; k++)
-        *of_np[k] = perp__arena_take(arena, n * p, sizeof(double));
-    for (size_t k = 0; k < sizeof of_pp / sizeof *of_pp; k++)
-        *of_pp[k] = perp__arena_take(arena, p * p, sizeof(double));
+    PERP__DOUBLES(arena, n, &c->force, &c->free, &c->x, &c->v, &c->V, &c->zx, &c->zv, &c->next_x,
+                  &c->next_v, &c->error_x, &c->error_v, &c->top_x, &c->top_v);
+    PERP__DOUBLES(arena, p, &c->mu, &c->slip, &c->side, &c->N, &c->right, &c->top_delta);
+    PERP__DOUBLES(arena, n * p, &c->normal, &c->tangent, &c->response, &c->drag);
+    PERP__DOUBLES(arena, p * p, &c->P, &c->Q, &c->matrix);
     for (size_t k = 0; k < PERP__STAGES; k++) {
         PERP__DOUBLES(arena, n, &c->kx[k], &c->kv[k]);
     }
@@ -185,7 +176,7 @@ static perp_status create(perp_context *context, perp_compliant **compliant,
 perp_status perp_compliant_create(perp_context *context, perp_compliant **compliant,
                                   const perp_compliant_system *system)
 {
-    PERP__RETURN_CALL(perp__enter(context), context, create(context, compliant, system));
+    return PERP__CALL(perp__enter(context), context, create(context, compliant, system));
 }
 
 void perp_compliant_destroy(perp_compliant *compliant)
@@ -249,6 +240,6 @@ perp_status perp_compliant_linearise(perp_compliant *compliant, perp_compliant_s
                                      double *gamma, double *eigenvalues, const int32_t *slip,
                                      const int32_t *load)
 {
-    PERP__RETURN_CALL(perp__compliant_enter(compliant), compliant->context,
+    return PERP__CALL(perp__compliant_enter(compliant), compliant->context,
                       linearise(compliant, stability, gamma, eigenvalues, slip, load));
 }

@@ -373,6 +373,6 @@ perp_status perp_compliant_run(perp_compliant *compliant, double *x, double *v, 
                                const perp_compliant_settings *settings, const double *x0,
                                const double *v0, double t_end)
 {
-    PERP__RETURN_CALL(perp__compliant_enter(compliant), compliant->context,
+    return PERP__CALL(perp__compliant_enter(compliant), compliant->context,
                       run_checked(compliant, x, v, N, result, settings, x0, v0, t_end));
 }

@@ -112,6 +112,6 @@ perp_status perp_load_friction_inverse(perp_load_friction *friction, double *tau
                                        perp_load_inverse *inverse, const double *velocity,
                                        const double *acceleration)
 {
-    PERP__RETURN_CALL(perp__friction_enter(friction), friction->context,
+    return PERP__CALL(perp__friction_enter(friction), friction->context,
                       invert(friction, tau, inverse, velocity, acceleration));
 }

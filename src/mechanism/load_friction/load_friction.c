@@ -160,17 +160,11 @@ static void layout(perp__arena *arena, void *object)
 {
     perp_load_friction *f = object;
     const size_t n = (size_t)f->n, square = n * n;
-    double **const matrices[] = {&f->A, &f->C, &f->S, &f->Y};
     perp__friction_question *q = &f->question;
-    double **const vectors[] = {&f->b,       &f->d,          &f->mu,      &f->mu_static,
-                                &f->size,    &f->origin,     &f->product, &f->product_low,
-                                &f->normal,  &f->normal_low, &f->tau,     &q->stop,
-                                &q->mu_stick};
 
-    for (size_t k = 0; k < sizeof matrices / sizeof *matrices; k++)
-        *matrices[k] = perp__arena_take(arena, square, sizeof(double));
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
+    PERP__DOUBLES(arena, square, &f->A, &f->C, &f->S, &f->Y);
+    PERP__DOUBLES(arena, n, &f->b, &f->d, &f->mu, &f->mu_static, &f->size, &f->origin, &f->product,
+                  &f->product_low, &f->normal, &f->normal_low, &f->tau, &q->stop, &q->mu_stick);
     f->work = perp__arena_take(arena, 6 * square + 4 * n, sizeof(double));
     PERP__DOUBLES(arena, 2 * n, &f->c, &f->c_size);
     perp__linear_layout(&f->linear, arena);
@@ -297,7 +291,7 @@ perp_status perp_load_friction_create(perp_context *context, perp_load_friction 
                                       const perp_load_settings *settings,
                                       const perp_load_system *system)
 {
-    PERP__RETURN_CALL(perp__enter(context), context, create(context, friction, settings, system));
+    return PERP__CALL(perp__enter(context), context, create(context, friction, settings, system));
 }
 
 void perp_load_friction_destroy(perp_load_friction *friction)
@@ -327,7 +321,7 @@ static perp_status set(perp_load_friction *f, const perp_load_system *system)
 
 perp_status perp_load_friction_set(perp_load_friction *friction, const perp_load_system *system)
 {
-    PERP__RETURN_CALL(perp__friction_enter(friction), friction->context, set(friction, system));
+    return PERP__CALL(perp__friction_enter(friction), friction->context, set(friction, system));
 }
 
 /* ---- questions ----------------------------------------------------------------------------- */
@@ -368,7 +362,7 @@ static perp_status solve(perp_load_friction *f, perp_load_summary *summary, cons
 perp_status perp_load_friction_solve(perp_load_friction *friction, perp_load_summary *summary,
                                      const double *tau, const double *velocity)
 {
-    PERP__RETURN_CALL(perp__friction_enter(friction), friction->context,
+    return PERP__CALL(perp__friction_enter(friction), friction->context,
                       solve(friction, summary, tau, velocity));
 }
 
@@ -407,6 +401,6 @@ static perp_status get(perp_load_friction *f, perp_load_found *found, int32_t in
 perp_status perp_load_friction_get(perp_load_friction *friction, perp_load_found *found,
                                    int32_t index)
 {
-    PERP__RETURN_CALL(perp__friction_enter(friction), friction->context,
+    return PERP__CALL(perp__friction_enter(friction), friction->context,
                       get(friction, found, index));
 }

@@ -33,19 +33,15 @@
 static void layout(perp__arena *arena, void *object)
 {
     perp__adaptive *a = object;
-    double **const positions[] = {&a->largest, &a->scale, &a->rate, &a->moved};
-    double **const vectors[] = {&a->difference, &a->scratch, &a->force[0], &a->force[1],
-                                &a->force[2]};
     int8_t **const places[] = {&a->does[0], &a->does[1], &a->does[2],
                                &a->planned, &a->tried,   &a->after};
 
-    for (size_t k = 0; k < sizeof positions / sizeof *positions; k++)
-        *positions[k] = perp__arena_take(arena, (size_t)a->m->coordinates, sizeof(double));
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, (size_t)a->m->n, sizeof(double));
+    PERP__DOUBLES(arena, (size_t)a->m->coordinates, &a->largest, &a->scale, &a->rate, &a->moved);
+    PERP__DOUBLES(arena, (size_t)a->m->n, &a->difference, &a->scratch, &a->force[0], &a->force[1],
+                  &a->force[2]);
+    PERP__DOUBLES(arena, (size_t)a->m->rows, &a->bias, &a->drift);
     for (size_t k = 0; k < sizeof places / sizeof *places; k++)
         *places[k] = perp__arena_take(arena, (size_t)(a->m->contacts + a->m->dry), 1);
-    PERP__DOUBLES(arena, (size_t)a->m->rows, &a->bias, &a->drift);
 }
 
 /* ---- one attempt --------------------------------------------------------------------------- */

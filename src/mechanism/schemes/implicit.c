@@ -22,15 +22,11 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__implicit *s = object;
     const perp_mechanism *m = s->m;
-    double **const of_unknowns[] = {&s->z,       &s->w,       &s->start, &s->lower, &s->upper,
-                                    &s->changed, &s->shifted, &s->at,    &s->F};
-    double **const of_rows[] = {&s->r, &s->u, &s->inverse_mass, &s->bent_r};
 
     s->discs = perp__arena_take(arena, (size_t)(m->contacts + m->dry), sizeof *s->discs);
-    for (size_t k = 0; k < sizeof of_unknowns / sizeof *of_unknowns; k++)
-        *of_unknowns[k] = perp__arena_take(arena, (size_t)s->most, sizeof(double));
-    for (size_t k = 0; k < sizeof of_rows / sizeof *of_rows; k++)
-        *of_rows[k] = perp__arena_take(arena, (size_t)m->rows, sizeof(double));
+    PERP__DOUBLES(arena, (size_t)s->most, &s->z, &s->w, &s->start, &s->lower, &s->upper,
+                  &s->changed, &s->shifted, &s->at, &s->F);
+    PERP__DOUBLES(arena, (size_t)m->rows, &s->r, &s->u, &s->inverse_mass, &s->bent_r);
     s->q = perp__arena_take(arena, (size_t)m->coordinates, sizeof(double));
     PERP__DOUBLES(arena, (size_t)m->n, &s->steps, &s->bent_at);
     s->bent = perp__arena_take(arena, (size_t)m->n * (size_t)s->most, sizeof(double));

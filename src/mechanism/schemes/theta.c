@@ -56,15 +56,11 @@ static void layout(perp__arena *arena, void *object)
 {
     perp__theta *w = object;
     const size_t n = (size_t)w->m->n;
-    double **const vectors[] = {&w->force,  &w->p,      &w->last, &w->v,
-                                &w->last_v, &w->middle, &w->x,    &w->y};
-    double **const positions[] = {&w->q, &w->at, &w->probe};
 
     PERP__DOUBLES(arena, n * n, &w->A, &w->factor);
-    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
-        *vectors[k] = perp__arena_take(arena, n, sizeof(double));
-    for (size_t k = 0; k < sizeof positions / sizeof *positions; k++)
-        *positions[k] = perp__arena_take(arena, (size_t)w->m->coordinates, sizeof(double));
+    PERP__DOUBLES(arena, n, &w->force, &w->p, &w->last, &w->v, &w->last_v, &w->middle, &w->x,
+                  &w->y);
+    PERP__DOUBLES(arena, (size_t)w->m->coordinates, &w->q, &w->at, &w->probe);
 }
 
 /* ---- what is fixed during a step ----------------------------------------------------------- */

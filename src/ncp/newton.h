@@ -1,8 +1,8 @@
 /* A run of Newton's method on a nonsmooth equation Phi(z) = 0 whose zeros are the solutions: the
  * point, its merit Psi = |Phi|^2 / 2, the directions and the steps. All in scaled coordinates, and
  * always within the bounds: steps are projected (Kanzow, Munson & Ferris 1999). */
-#ifndef PERP_NCP_WALK_H
-#define PERP_NCP_WALK_H
+#ifndef PERP_NCP_NEWTON_H
+#define PERP_NCP_NEWTON_H
 
 #include <perp/lcp.h>
 
@@ -20,7 +20,7 @@ enum perp__ncp_equation {
     PERP__NCP_NATURAL /* mid(z - l, z - u, w): its Newton step is that of an active set */
 };
 
-typedef struct perp__ncp_walk {
+typedef struct perp__newton_run {
     perp__ncp_model *model;
     double penalty;
     double target;  /* natural residual over omega at which a method may stop */
@@ -34,8 +34,8 @@ typedef struct perp__ncp_walk {
     double *equation; /* the right-hand side that slope_z, slope_w belong to */
     double *slope_z, *slope_w;
     double *d, *gradient, *part, *image;
-    double *H, *squared; /* squared: dense only, H'H */
-    perp__kept_factor factor, square_factor;
+    double *H;
+    perp__kept_factor factor;
     double recent[PERP__NCP_MEMORY];
     int64_t steps;
     double *best;
@@ -44,61 +44,59 @@ typedef struct perp__ncp_walk {
     int32_t scaled; /* the run has its scaling */
     int64_t iterations;
     perp_outcome outcome;
-} perp__ncp_walk;
+} perp__newton_run;
 
-void perp__ncp_walk_layout(perp__arena *arena, perp__ncp_walk *walk);
-void perp__ncp_walk_release(perp__ncp_walk *walk);
+void perp__ncp_newton_layout(perp__arena *arena, perp__newton_run *run);
+void perp__ncp_newton_release(perp__newton_run *run);
 
-/* Stands at z, which is within the bounds: w, Phi, Psi. PERP_OK, PERP__NCP_OUTSIDE or _CALLBACK. */
-perp_status perp__ncp_stand(perp__ncp_walk *walk);
+/* The run is at z, which is within the bounds: w, Phi, Psi. PERP_OK, PERP__NCP_OUTSIDE or
+ * _CALLBACK. */
+perp_status perp__ncp_set_point(perp__newton_run *run);
 
 /* S at z, the run's scaling with its first, omega. Statuses as above. */
-perp_status perp__ncp_look(perp__ncp_walk *walk);
+perp_status perp__ncp_update_jacobian(perp__newton_run *run);
 
 /* Slopes and right-hand side of an equation at z. */
-void perp__ncp_slopes(perp__ncp_walk *walk, enum perp__ncp_equation equation);
+void perp__ncp_slopes(perp__newton_run *run, enum perp__ncp_equation equation);
 
 /* H := D_z + D_w (S + rho I) */
-void perp__ncp_fill(perp__ncp_walk *walk, double rho);
+void perp__ncp_fill(perp__newton_run *run, double rho);
 
 /* d := -(D_z + D_w (S + rho I))^-1 times the right-hand side. PERP_OK, PERP__FACTOR_SINGULAR or
  * _MEMORY. */
-perp_status perp__ncp_newton(perp__ncp_walk *walk, double rho);
+perp_status perp__ncp_newton_direction(perp__newton_run *run, double rho);
 
 /* gradient := H' Phi, the gradient of Psi for the slopes of Fischer-Burmeister. */
-void perp__ncp_gradient(perp__ncp_walk *walk);
-
-/* d := -(H'H + nu I)^-1 H' Phi: Levenberg-Marquardt. Dense problems only; else SINGULAR. */
-perp_status perp__ncp_regularised(perp__ncp_walk *walk);
+void perp__ncp_gradient(perp__newton_run *run);
 
 /* d := -t gradient with the t that minimises |Phi + H d|. */
-void perp__ncp_steepest(perp__ncp_walk *walk);
+void perp__ncp_steepest_direction(perp__newton_run *run);
 
 /* Moves to P(z + t d), t = 1, 1/2, ..., the first with Psi <= reference + beta t slope. Returns 1,
  * 0 if there is none, or PERP_ERROR_CALLBACK. */
-perp_status perp__ncp_search(perp__ncp_walk *walk, double reference, double slope,
-                             int32_t halvings);
+perp_status perp__ncp_line_search(perp__newton_run *run, double reference, double slope,
+                                  int32_t halvings);
 
 /* Moves to P(z + d) wherever F is defined there, whatever Psi. Returns as above. */
-perp_status perp__ncp_leap(perp__ncp_walk *walk);
+perp_status perp__ncp_full_step(perp__newton_run *run);
 
 /* As the search, where Psi has to fall by beta of what gradient promises: for steepest descent. */
-perp_status perp__ncp_search_projected(perp__ncp_walk *walk);
+perp_status perp__ncp_projected_search(perp__newton_run *run);
 
 /* The largest of the last values of Psi. */
-double perp__ncp_reference(const perp__ncp_walk *walk);
+double perp__ncp_reference(const perp__newton_run *run);
 
-/* Steps from where the walk stands to walk->outcome. A step returns 1 if it moved, 0 if not, or a
+/* Steps from where the run stands to run->outcome. A step returns 1 if it moved, 0 if not, or a
  * negative status. PERP_OK, or a negative status. */
-typedef perp_status (*perp__ncp_step)(perp__ncp_walk *walk, void *own);
-perp_status perp__ncp_iterate(perp__ncp_walk *walk, perp__ncp_step step, void *own);
+typedef perp_status (*perp__ncp_step)(perp__newton_run *run, void *own);
+perp_status perp__ncp_iterate(perp__newton_run *run, perp__ncp_step step, void *own);
 
-/* ---- the methods: each runs a walk from where it stands. Checks, timing, acceptance, polish and
+/* ---- the methods: each runs from where it stands. Checks, timing, acceptance, polish and
  * restarts live in the front door ---- */
 
-/* From walk->z, where F is defined, to walk->outcome; what it thinks of its point is no verdict.
+/* From run->z, where F is defined, to run->outcome; what it thinks of its point is no verdict.
  * PERP_OK, or PERP_ERROR_MEMORY / _CALLBACK. */
-perp_status perp__ncp_fischer(perp__ncp_walk *walk);
+perp_status perp__ncp_fischer(perp__newton_run *run);
 
 /* The linear problems of Josephy-Newton, and the point its watchdog may return to. Zero at first;
  * in memory of its own, made when it first runs. */
@@ -109,14 +107,14 @@ typedef struct perp__ncp_linear {
     double *q, *z;
     double *kept_z, *kept_d; /* of the watchdog */
     double kept_psi;
-    int32_t since; /* leaps since then */
+    int32_t since; /* full steps since then */
 } perp__ncp_linear;
 
-perp_status perp__ncp_josephy(perp__ncp_walk *walk, perp__ncp_linear *linear);
+perp_status perp__ncp_josephy(perp__newton_run *run, perp__ncp_linear *linear);
 void perp__ncp_linear_release(perp__ncp_linear *linear);
 
 /* Newton's method on the active set that the natural map shows, as long as that takes off at least
  * half of the residual. */
-perp_status perp__ncp_polish(perp__ncp_walk *walk);
+perp_status perp__ncp_polish(perp__newton_run *run);
 
 #endif

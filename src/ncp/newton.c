@@ -1,5 +1,5 @@
 /* The point at which a method stands, and the systems of its Newton steps. */
-#include "ncp/walk.h"
+#include "ncp/newton.h"
 
 #include <math.h>
 #include <string.h>
@@ -10,7 +10,7 @@
 
 #define FAR 0x1p24
 
-void perp__ncp_walk_layout(perp__arena *arena, perp__ncp_walk *f)
+void perp__ncp_newton_layout(perp__arena *arena, perp__newton_run *f)
 {
     const perp__ncp_model *m = f->model;
     const size_t n = (size_t)m->n;
@@ -20,16 +20,14 @@ void perp__ncp_walk_layout(perp__arena *arena, perp__ncp_walk *f)
                   &f->equation, &f->slope_z, &f->slope_w, &f->d, &f->gradient, &f->part, &f->image,
                   &f->best);
     f->H = perp__arena_take(arena, entries, sizeof(double));
-    f->squared = perp__arena_take(arena, m->sparse ? 0 : entries, sizeof(double));
 }
 
-void perp__ncp_walk_release(perp__ncp_walk *f)
+void perp__ncp_newton_release(perp__newton_run *f)
 {
     perp__kept_factor_release(&f->factor);
-    perp__kept_factor_release(&f->square_factor);
 }
 
-static double merit(const perp__ncp_walk *f, const double *z, const double *w, double *phi)
+static double merit(const perp__newton_run *f, const double *z, const double *w, double *phi)
 {
     const perp__ncp_model *m = f->model;
     double sum = 0.0;
@@ -42,7 +40,7 @@ static double merit(const perp__ncp_walk *f, const double *z, const double *w, d
 }
 
 /* residual, relative and the best point yet, for z and w. */
-static void note(perp__ncp_walk *f)
+static void note(perp__newton_run *f)
 {
     f->residual = perp__ncp_residual(f->model, f->z, f->w);
     f->relative = f->scaled ? perp__ncp_tested(f->model, f->z, f->w) : f->residual;
@@ -55,13 +53,13 @@ static void note(perp__ncp_walk *f)
 }
 
 /* What z, w are worth. */
-static void appraise(perp__ncp_walk *f)
+static void appraise(perp__newton_run *f)
 {
     f->psi = merit(f, f->z, f->w, f->phi);
     note(f);
 }
 
-perp_status perp__ncp_stand(perp__ncp_walk *f)
+perp_status perp__ncp_set_point(perp__newton_run *f)
 {
     perp_status status = perp__ncp_evaluate(f->model, f->z, f->w);
 
@@ -79,7 +77,7 @@ static double unit_of(double omega, double other)
 
 /* The same points in the units of another scaling. Psi is another function then: a run has one
  * scaling, or Psi could grow without end from one to the next. */
-static void rescale(perp__ncp_walk *f)
+static void rescale(perp__newton_run *f)
 {
     perp__ncp_model *m = f->model;
 
@@ -109,7 +107,7 @@ static void rescale(perp__ncp_walk *f)
     f->any = 0;
 }
 
-perp_status perp__ncp_look(perp__ncp_walk *f)
+perp_status perp__ncp_update_jacobian(perp__newton_run *f)
 {
     perp_status status = perp__ncp_linearise(f->model, f->z, f->w);
 
@@ -133,7 +131,7 @@ perp_status perp__ncp_look(perp__ncp_walk *f)
 
 /* At kinks the limits along the direction that is 1 in every variable at a kink (De Luca,
  * Facchinei & Kanzow 1996, section 7). */
-static void fischer_slopes(perp__ncp_walk *f)
+static void fischer_slopes(perp__newton_run *f)
 {
     const perp__ncp_model *m = f->model;
     int32_t kinks = 0;
@@ -155,7 +153,7 @@ static void fischer_slopes(perp__ncp_walk *f)
     }
 }
 
-static void natural_slopes(perp__ncp_walk *f)
+static void natural_slopes(perp__newton_run *f)
 {
     const perp__ncp_model *m = f->model;
 
@@ -169,7 +167,7 @@ static void natural_slopes(perp__ncp_walk *f)
     }
 }
 
-void perp__ncp_slopes(perp__ncp_walk *f, enum perp__ncp_equation equation)
+void perp__ncp_slopes(perp__newton_run *f, enum perp__ncp_equation equation)
 {
     if (equation == PERP__NCP_NATURAL)
         natural_slopes(f);
@@ -177,7 +175,7 @@ void perp__ncp_slopes(perp__ncp_walk *f, enum perp__ncp_equation equation)
         fischer_slopes(f);
 }
 
-void perp__ncp_fill(perp__ncp_walk *f, double rho)
+void perp__ncp_fill(perp__newton_run *f, double rho)
 {
     const perp__ncp_model *m = f->model;
     const int32_t n = m->n;
@@ -198,45 +196,40 @@ void perp__ncp_fill(perp__ncp_walk *f, double rho)
     }
 }
 
-static perp_status factor(perp__ncp_walk *f, perp__kept_factor *kept, const double *values)
-{
-    const perp__ncp_model *m = f->model;
-    const perp__square square = {m->n, values, m->starts, m->rows};
-    const perp__factor_type *type = m->sparse ? &perp__factor_klu : &perp__factor_lapack;
-    perp_status status = perp__kept_factor_analyse(kept, m->context, type, &square);
-
-    return status != PERP_OK ? status : type->factor(kept->factor, &square, 0);
-}
-
 /* A step far beyond the problem's own size is one along a null vector of a matrix that rounding
  * alone keeps regular. */
-static perp_status solve(const perp__ncp_walk *f, const perp__kept_factor *kept, double *x)
+static perp_status solve(const perp__newton_run *f, double *x)
 {
     double largest = 0.0;
 
     for (int32_t i = 0; i < 2 * f->model->n; i++)
         largest = fmax(largest, f->model->omega[i]);
-    kept->type->solve(kept->factor, x, 0);
+    f->factor.type->solve(f->factor.factor, x, 0);
     for (int32_t i = 0; i < f->model->n; i++)
         if (!(fabs(x[i]) <= FAR * largest))
             return PERP__FACTOR_SINGULAR;
     return PERP_OK;
 }
 
-perp_status perp__ncp_newton(perp__ncp_walk *f, double rho)
+perp_status perp__ncp_newton_direction(perp__newton_run *f, double rho)
 {
-    perp_status status;
+    const perp__ncp_model *m = f->model;
+    const perp__square H = {m->n, f->H, m->starts, m->rows};
+    const perp__factor_type *type = m->sparse ? &perp__factor_klu : &perp__factor_lapack;
+    perp_status status = perp__kept_factor_analyse(&f->factor, m->context, type, &H);
 
-    perp__ncp_fill(f, rho);
-    status = factor(f, &f->factor, f->H);
+    if (status == PERP_OK) {
+        perp__ncp_fill(f, rho);
+        status = type->factor(f->factor.factor, &H, 0);
+    }
     if (status != PERP_OK)
         return status;
-    for (int32_t i = 0; i < f->model->n; i++)
+    for (int32_t i = 0; i < m->n; i++)
         f->d[i] = -f->equation[i];
-    return solve(f, &f->factor, f->d);
+    return solve(f, f->d);
 }
 
-void perp__ncp_gradient(perp__ncp_walk *f)
+void perp__ncp_gradient(perp__newton_run *f)
 {
     const perp__matrix S = perp__ncp_view(f->model);
 
@@ -246,37 +239,7 @@ void perp__ncp_gradient(perp__ncp_walk *f)
         f->gradient[j] = perp__column_times(&S, j, f->part) + f->slope_z[j] * f->phi[j];
 }
 
-perp_status perp__ncp_regularised(perp__ncp_walk *f)
-{
-    const size_t n = (size_t)f->model->n;
-    double largest = 0.0, nu;
-    perp_status status;
-
-    if (f->model->sparse)
-        return PERP__FACTOR_SINGULAR;
-    perp__ncp_fill(f, 0.0);
-    for (size_t i = 0; i < n && !perp__ncp_is_late(f->model); i++) /* n^3 / 2 */
-        for (size_t j = 0; j <= i; j++) {
-            double sum = 0.0;
-
-            for (size_t k = 0; k < n; k++)
-                sum += f->H[i * n + k] * f->H[j * n + k];
-            f->squared[i * n + j] = f->squared[j * n + i] = sum;
-        }
-    if (perp__ncp_is_late(f->model))
-        return PERP__FACTOR_SINGULAR;
-    for (size_t i = 0; i < n; i++)
-        largest = fmax(largest, f->squared[i * (n + 1)]);
-    nu = fmax(1e-14, fmin(1e-2, f->relative)) * largest;
-    for (size_t i = 0; i < n; i++) {
-        f->squared[i * (n + 1)] += nu;
-        f->d[i] = -f->gradient[i];
-    }
-    status = factor(f, &f->square_factor, f->squared);
-    return status != PERP_OK ? status : solve(f, &f->square_factor, f->d);
-}
-
-void perp__ncp_steepest(perp__ncp_walk *f)
+void perp__ncp_steepest_direction(perp__newton_run *f)
 {
     const perp__ncp_model *m = f->model;
     double square = 0.0, size = 0.0;
@@ -298,7 +261,7 @@ void perp__ncp_steepest(perp__ncp_walk *f)
 
 /* A start that leaves no more than rounding is there. Later points must show it by a step that does
  * not help: omega may have run away by then, and is no measure. */
-static int32_t is_there(const perp__ncp_walk *f, double last)
+static int32_t is_there(const perp__newton_run *f, double last)
 {
     if (f->residual == 0.0)
         return 1;
@@ -309,7 +272,7 @@ static int32_t is_there(const perp__ncp_walk *f, double last)
     return isinf(last) && f->relative <= PERP__NCP_ROUNDING;
 }
 
-perp_status perp__ncp_iterate(perp__ncp_walk *f, perp__ncp_step step, void *own)
+perp_status perp__ncp_iterate(perp__newton_run *f, perp__ncp_step step, void *own)
 {
     double last = INFINITY;
 
@@ -318,7 +281,7 @@ perp_status perp__ncp_iterate(perp__ncp_walk *f, perp__ncp_step step, void *own)
 
         if (status != PERP_OK || f->outcome >= 0)
             return status;
-        status = perp__ncp_look(f);
+        status = perp__ncp_update_jacobian(f);
         f->outcome = PERP_OUTCOME_SINGULAR;
         if (status != PERP_OK)
             return status < 0 ? status : PERP_OK;
@@ -343,7 +306,7 @@ perp_status perp__ncp_iterate(perp__ncp_walk *f, perp__ncp_step step, void *own)
 #define BETA 1e-4 /* Armijo's */
 #define GRADIENT_HALVINGS 40
 
-double perp__ncp_reference(const perp__ncp_walk *f)
+double perp__ncp_reference(const perp__newton_run *f)
 {
     double most = f->psi;
 
@@ -353,7 +316,7 @@ double perp__ncp_reference(const perp__ncp_walk *f)
 }
 
 /* The trial point for t, and its Psi. */
-static perp_status attempt(perp__ncp_walk *f, double t)
+static perp_status attempt(perp__newton_run *f, double t)
 {
     const perp__ncp_model *m = f->model;
     perp_status status;
@@ -374,7 +337,7 @@ static void swap(double **a, double **b)
     *b = kept;
 }
 
-static void move(perp__ncp_walk *f)
+static void move(perp__newton_run *f)
 {
     f->recent[f->steps++ % PERP__NCP_MEMORY] = f->psi;
     swap(&f->z, &f->trial_z);
@@ -384,7 +347,8 @@ static void move(perp__ncp_walk *f)
     note(f);
 }
 
-perp_status perp__ncp_search(perp__ncp_walk *f, double reference, double slope, int32_t halvings)
+perp_status perp__ncp_line_search(perp__newton_run *f, double reference, double slope,
+                                  int32_t halvings)
 {
     double t = 1.0;
 
@@ -401,7 +365,7 @@ perp_status perp__ncp_search(perp__ncp_walk *f, double reference, double slope, 
     return 0;
 }
 
-perp_status perp__ncp_leap(perp__ncp_walk *f)
+perp_status perp__ncp_full_step(perp__newton_run *f)
 {
     const perp_status status = attempt(f, 1.0);
 
@@ -410,7 +374,7 @@ perp_status perp__ncp_leap(perp__ncp_walk *f)
     return status < 0 ? status : status == PERP_OK;
 }
 
-perp_status perp__ncp_search_projected(perp__ncp_walk *f)
+perp_status perp__ncp_projected_search(perp__newton_run *f)
 {
     double t = 1.0;
 
