@@ -286,6 +286,31 @@ typedef struct perp_mechanism_summary {
     int64_t patterns;   /* combinations of modes looked at */
 } perp_mechanism_summary;
 
+/* What a wrong entry is one of. Values never change. */
+enum perp_mechanism_part_value {
+    PERP_MECHANISM_NORMAL = 0,   /* H: a normal has to be its gap's gradient */
+    PERP_MECHANISM_GRADIENT = 1, /* G: of c */
+    PERP_MECHANISM_DRIFT = 2,    /* of a normal or of c: the partial derivative by t */
+    PERP_MECHANISM_TANGENT = 3   /* H: a multiple of its contact's normal */
+};
+
+/* How a model's rows compare with differences of its gaps and constraints. Numbers from 0. */
+typedef struct perp_mechanism_check_result {
+    size_t struct_size;
+    int32_t wrong;    /* entries that differ by more than differences can be wrong, and tangents
+                         that are multiples of their normals */
+    int32_t constant; /* normals and rows of G, not 0, whose gap or c never changes: not compared */
+    int32_t unchecked; /* velocities (and the time) next to whose side nothing is defined */
+    int32_t part;      /* of the worst wrong entry: PERP_MECHANISM_NORMAL, ...; -1: none is wrong */
+    int32_t index;     /* its contact, or its bilateral row; else -1 */
+    int32_t row;       /* its row, of H, G, B; else -1 */
+    int32_t column;    /* its velocity; -1 for a drift or a tangent */
+    int32_t reserved;  /* 0 */
+    double given;      /* what the callback said (of a tangent: nan), */
+    double difference; /* the value by differences, */
+    double uncertainty; /* and the estimated error of that */
+} perp_mechanism_check_result;
+
 typedef struct perp_mechanism perp_mechanism;
 
 /* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size. */
@@ -295,6 +320,8 @@ PERP_API perp_status perp_mechanism_step_init(perp_mechanism_step *step, size_t 
 PERP_API perp_status perp_mechanism_run_result_init(perp_mechanism_run_result *result, size_t size);
 PERP_API perp_status perp_mechanism_found_init(perp_mechanism_found *found, size_t size);
 PERP_API perp_status perp_mechanism_summary_init(perp_mechanism_summary *summary, size_t size);
+PERP_API perp_status perp_mechanism_check_result_init(perp_mechanism_check_result *check,
+                                                      size_t size);
 
 /* Return "frozen", ...; "moreau", ...; "any", ...; a sentence. Static; "unknown ..." otherwise.
  * Modes: see perp_contact_mode_text. */
@@ -319,6 +346,23 @@ PERP_API void perp_mechanism_destroy(perp_mechanism *mechanism);
 /* Replaces the settings. After failure the old ones are still in force. */
 PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
                                         const perp_mechanism_settings *settings) PERP_WARN_UNUSED;
+
+/* Compares normals, G and their drifts with central differences of gap and c along each velocity
+ * (q' = N v) and the time, extrapolated from two steps (Richardson), which tell their own error: an
+ * entry is wrong if it is further from the difference than 8 times that and 1e-5 of its row's
+ * largest. At a kink nothing is wrong. A tangent is no gradient, but wrong where it is a multiple
+ * of a normal of its contact, and both move several velocities.
+ *
+ * Returns: PERP_OK with the verdict in result; PERP_ERROR_ARGUMENT (also: q is outside of what the
+ *          mechanism is defined for), _NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY or _CALLBACK, and
+ *          then nothing was written.
+ * Out:     result: initialised by perp_mechanism_check_result_init.
+ * In:      q: coordinates. v: n, for the bounds of dry friction. A state without special values
+ *          (0, right angles) shows more.
+ * Cost:    4 (n + 1) to 12 (n + 1) calls of the rows' callbacks. */
+PERP_API perp_status perp_mechanism_check(perp_mechanism *mechanism,
+                                          perp_mechanism_check_result *result, double t,
+                                          const double *q, const double *v) PERP_WARN_UNUSED;
 
 /* Steps from (t, q0, v0) to t + h.
  *

@@ -14,7 +14,6 @@ from . import _arrays
 from ._callbacks import Array, Callbacks
 from ._errors import OutsideDomain, argument_error
 from ._generated import MechanismModel
-from ._mechanism_check import gradients, tangents
 from ._structures import sized
 
 
@@ -142,17 +141,17 @@ class MechanismCallbacks(Callbacks):
         contacts, dims = sizes.contacts, sizes.dims
         if contacts is None or dims is None:
             gap, _, tangent, _, _ = self._contact_parts(t, q)
-            name = f"{self._label('contacts')}: gap"
+            name = f"{self.label('contacts')}: gap"
             found = _count(gap, name)
             contacts = len(found) if contacts is None else contacts
             _shaped(found, name, (contacts,))
             if dims is None:
-                name = f"{self._label('contacts')}: tangent"
+                name = f"{self.label('contacts')}: tangent"
                 dims = 1 if tangent is None else 1 + _width(tangent, name, contacts, self._n)
         bilateral = sizes.bilateral
         if bilateral is None:
             c = self._bilateral_parts(t, q)[0]
-            bilateral = len(_count(c, f"{self._label('bilateral')}: c"))
+            bilateral = len(_count(c, f"{self.label('bilateral')}: c"))
         tresca, tresca_dim = sizes.tresca, sizes.tresca_dim
         if tresca is None or tresca_dim is None:
             bound, B, _ = self._tresca_parts(t, q, v)
@@ -174,41 +173,11 @@ class MechanismCallbacks(Callbacks):
         self._bilateral = sizes.bilateral or 0
         self._dry, self._dry_dim = sizes.tresca or 0, sizes.tresca_dim or 1
 
-    def check(self, t: float, q: Array) -> None:
-        """Refuses a model that is wrong to the eye at this state."""
-        name, k, n = self._label("contacts") if self._contacts else "", self._contacts, self._n
-        rate = self._functions["kinematics"]
-
-        def direction(v: Array) -> Array:
-            return v if rate is None else _shaped(rate(q.copy(), v), "kinematics(q, v)", q.shape)
-
-        if k:
-            _, normal, tangent, _, _ = self._contact_parts(t, q)
-            rows = _shaped(normal, f"{name}: normal", (k, n))
-            gradients(
-                lambda x: np.atleast_1d(_arrays.real(self._contact_parts(t, x)[0], "gap")),
-                rows,
-                q,
-                direction,
-                (f"{name}: gap", f"{name}: normal"),
-            )
-            if self._rows > k and tangent is not None:
-                array = _shaped(tangent, f"{name}: tangent", *self._tangent_shapes())
-                tangents(rows, array.reshape(-1, n), self._dims, name)
-        if self._bilateral:
-            name, m = self._label("bilateral"), self._bilateral
-            gradients(
-                lambda x: np.atleast_1d(_arrays.real(self._bilateral_parts(t, x)[0], "c")),
-                _shaped(self._bilateral_parts(t, q)[1], f"{name}: G", (m, n)),
-                q,
-                direction,
-                (f"{name}: c", f"{name}: G"),
-            )
-
     ## What the functions return
 
-    def _label(self, name: str) -> str:
-        return f"{name}(t, q)" if self._timed[name] else f"{name}(q)"
+    def label(self, name: str) -> str:
+        """What messages call this function."""
+        return f"{name}(t, q)" if self._timed.get(name) else f"{name}(q)"
 
     def _at(self, name: str, t: float, q: Array) -> Any:
         function = self._functions[name]
@@ -216,11 +185,11 @@ class MechanismCallbacks(Callbacks):
 
     def _contact_parts(self, t: float, q: Array) -> list[Any]:
         value = self._at("contacts", t, q)
-        return _parts(value, self._label("contacts"), _CONTACT_WORDS, 2)
+        return _parts(value, self.label("contacts"), _CONTACT_WORDS, 2)
 
     def _bilateral_parts(self, t: float, q: Array) -> list[Any]:
         value = self._at("bilateral", t, q)
-        return _parts(value, self._label("bilateral"), _BILATERAL_WORDS, 2)
+        return _parts(value, self.label("bilateral"), _BILATERAL_WORDS, 2)
 
     def _tresca_parts(self, t: float, q: Array, v: Array) -> list[Any]:
         if self._tresca is not None:
@@ -256,7 +225,7 @@ class MechanismCallbacks(Callbacks):
     def _fill_contacts(
         self, gaps: int, H: int, drifts: int, coefficients: int, t: float, q: int, _: Any
     ) -> None:
-        k, n, name = self._contacts, self._n, self._label("contacts")
+        k, n, name = self._contacts, self._n, self.label("contacts")
         gap, normal, tangent, drift, mu = self._contact_parts(t, self.view(q, self._m))
         self.view(gaps, k)[:] = _shaped(np.atleast_1d(gap), f"{name}: gap", (k,))
         rows = self.view(H, self._rows * n).reshape(self._rows, n)
@@ -285,7 +254,7 @@ class MechanismCallbacks(Callbacks):
     def _fill_bilateral(
         self, values: int, G: int, drifts: int, t: float, q: int, _: Any
     ) -> None:
-        m, n, name = self._bilateral, self._n, self._label("bilateral")
+        m, n, name = self._bilateral, self._n, self.label("bilateral")
         c, gradient, drift = self._bilateral_parts(t, self.view(q, self._m))
         self.view(values, m)[:] = _shaped(np.atleast_1d(c), f"{name}: c", (m,))
         self.view(G, m * n).reshape(m, n)[:] = _shaped(gradient, f"{name}: G", (m, n))
