@@ -115,7 +115,7 @@ typedef struct perp_mechanism_model {
     int32_t dry;                /* groups of dry friction; default 0 */
     int32_t dry_dim;            /* rows of each: 1 (default), or 2: a disc */
     int32_t reserved;           /* 0 */
-    const double *mu;           /* contacts, >= 0: of sliding; NULL: 0 */
+    const double *mu;           /* contacts, >= 0: of sliding, 0 without tangents; NULL: 0 */
     const double *mu_static;    /* contacts, >= mu: where the contact did not slide; NULL: mu */
     const double *stribeck;     /* contacts, a speed > 0: mu + (mu_static - mu) exp(-(|u_t|/s)^2);
                                    NULL, or 0 at a contact: mu_static only where it did not slide */
@@ -167,6 +167,11 @@ typedef struct perp_mechanism_settings {
                            every frozen step, and so in those that implicit steps start from;
                            not for THETA */
     int32_t reserved;   /* 0 */
+    double overlap;     /* penetration and |c| that a run may have at the end of a step, in the
+                           model's units: with more its outcome is stalled, though it goes on; 0
+                           (default): with `project` 1e-3 of the largest sum |J_i| times the largest
+                           |q| so far, or what there was at the start if that is more; without it
+                           any */
 } perp_mechanism_settings;
 
 /* One step. */
@@ -214,7 +219,8 @@ typedef struct perp_mechanism_run_result {
     size_t struct_size;
     int32_t outcome;    /* that of the step that ended the run; stopped; time_limit; stalled where
                            steps became shorter than the shortest; else that of the first step
-                           that was not solved; solved */
+                           that was not solved, stalled for one that ends with more than
+                           settings.overlap; solved */
     int32_t fallbacks;  /* steps of the implicit scheme that frozen answered */
     double t;           /* reached: q and v are those there */
     double error;       /* sum of the steps' estimates; nan with equal steps */

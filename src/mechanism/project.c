@@ -34,8 +34,7 @@ double perp__gap_rounding(const perp_mechanism *m, const perp__terms *terms, int
     return ROUNDING * perp__gap_size(m, terms, row, q);
 }
 
-/* Measures; returns whether there is more than rounding. */
-static int32_t measure(const perp_mechanism *m, perp_mechanism_step *step, const double *q)
+int32_t perp__measure_overlap(const perp_mechanism *m, perp_mechanism_step *step, const double *q)
 {
     int32_t more = 0, j;
 
@@ -124,13 +123,13 @@ static perp_status displace(perp_mechanism *m, perp_mechanism_step *step, double
         status = perp__evaluate_rows(m, &m->end, t, m->moved, v);
     if (status != PERP_OK)
         return status;
-    measure(m, step, m->moved);
+    perp__measure_overlap(m, step, m->moved);
     *helps = step->penetration < penetration || step->drift < drift;
     if (*helps)
         memcpy(q, m->moved, size);
     else {
         status = perp__evaluate_rows(m, &m->end, t, q, v);
-        measure(m, step, q);
+        perp__measure_overlap(m, step, q);
     }
     return status;
 }
@@ -145,8 +144,8 @@ perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, double *
     if (m->contacts + m->bilateral == 0)
         return PERP_OK;
     status = perp__evaluate_rows(m, &m->end, t, q, v);
-    for (pass = 0; status == PERP_OK && measure(m, step, q) && go_on && pass < MOST_PASSES &&
-                   !(pass > 0 && perp__mechanism_is_late(m));
+    for (pass = 0; status == PERP_OK && perp__measure_overlap(m, step, q) && go_on &&
+                   pass < MOST_PASSES && !(pass > 0 && perp__mechanism_is_late(m));
          pass++)
         status = displace(m, step, q, t, v, &go_on);
     if (status == PERP_OK)

@@ -46,7 +46,7 @@ static void test_mechanism_model(void **state)
 static void test_mechanism_settings(void **state)
 {
     (void)state;
-    SIZE(perp_mechanism_settings, 112);
+    SIZE(perp_mechanism_settings, 120);
     FIELD(perp_mechanism_settings, struct_size, 0, 8);
     FIELD(perp_mechanism_settings, scheme, 8, 4);
     FIELD(perp_mechanism_settings, law, 12, 4);
@@ -65,6 +65,7 @@ static void test_mechanism_settings(void **state)
     FIELD(perp_mechanism_settings, damping, 96, 8);
     FIELD(perp_mechanism_settings, select, 104, 4);
     FIELD(perp_mechanism_settings, reserved, 108, 4);
+    FIELD(perp_mechanism_settings, overlap, 112, 8);
 }
 
 static void test_mechanism_step(void **state)

@@ -276,6 +276,78 @@ static void test_memory(void **state)
     assert_true(k > 2); /* the work and its room */
 }
 
+/* A ball above a floor, whose normal has this sign. */
+static int32_t floor_rows(double *gap, double *H, double *drift, double *mu, double t,
+                          const double *q, void *user)
+{
+    (void)drift;
+    (void)mu;
+    (void)t;
+    gap[0] = q[0];
+    H[0] = *(const double *)user;
+    return 0;
+}
+
+static int32_t weight(double *k, double t, const double *q, const double *v, void *user)
+{
+    (void)t;
+    (void)q;
+    (void)v;
+    (void)user;
+    k[0] = -9.81;
+    return 0;
+}
+
+/* From y = 1 or, in the floor, from y = -1/2 for a second. */
+static int32_t fall(double sign, int32_t project, double overlap, double error, double y)
+{
+    const double zero = 0;
+    perp_mechanism_model model;
+    perp_mechanism_settings settings;
+    perp_mechanism_run_result result;
+    perp_mechanism *mechanism;
+    perp_context *context;
+    double v;
+
+    assert_int_equal(perp_mechanism_model_init(&model, sizeof model), PERP_OK);
+    assert_int_equal(perp_mechanism_settings_init(&settings, sizeof settings), PERP_OK);
+    assert_int_equal(perp_mechanism_run_result_init(&result, sizeof result), PERP_OK);
+    assert_int_equal(perp_context_create(&context, NULL), PERP_OK);
+    model.velocities = model.contacts = model.dim = 1;
+    model.contact_rows = floor_rows;
+    model.force = weight;
+    model.user = &sign;
+    settings.project = project;
+    settings.overlap = overlap;
+    settings.error = error;
+    settings.scheme = PERP_MECHANISM_THETA;
+    assert_int_equal(perp_mechanism_create(context, &mechanism, &settings, &model), PERP_OK);
+    assert_int_equal(
+        perp_mechanism_run(mechanism, &y, &v, &result, 0, 1, 0.01, &y, &zero, NULL, NULL), PERP_OK);
+    assert_true(result.t == 1.0); /* it goes on */
+    perp_mechanism_destroy(mechanism);
+    perp_context_destroy(context);
+    return result.outcome;
+}
+
+/* A ball that falls through its floor is no answer, unless that is what was asked for. theta
+ * without projection ends up to h v inside. */
+static void test_overlap(void **state)
+{
+    (void)state;
+    for (int32_t k = 0; k < 2; k++) {
+        const double error = k * 1e-6;
+
+        assert_int_equal(fall(1, 1, 0, error, 1), PERP_OUTCOME_SOLVED);
+        assert_int_equal(fall(-1, 1, 0, error, 1), PERP_OUTCOME_STALLED);
+        assert_int_equal(fall(-1, 0, 0, error, 1), PERP_OUTCOME_SOLVED);
+        assert_int_equal(fall(-1, 1, 10, error, 1), PERP_OUTCOME_SOLVED);
+        assert_int_equal(fall(-1, 0, 3, error, 1), PERP_OUTCOME_STALLED); /* 1 - 9.81/2 = -3.9 */
+        assert_int_equal(fall(1, 0, 0, error, -0.5), PERP_OUTCOME_SOLVED);
+        assert_int_equal(fall(1, 0, 0.4, error, -0.5), PERP_OUTCOME_STALLED);
+    }
+}
+
 /* Every machine at its start, where some are at a corner, and next to it. */
 static void test_machines(void **state)
 {
@@ -303,10 +375,11 @@ static void test_machines(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_right),   cmocka_unit_test(test_each_entry),
-        cmocka_unit_test(test_tangent), cmocka_unit_test(test_edge),
-        cmocka_unit_test(test_kink),    cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_memory),  cmocka_unit_test(test_machines),
+        cmocka_unit_test(test_right),    cmocka_unit_test(test_each_entry),
+        cmocka_unit_test(test_tangent),  cmocka_unit_test(test_edge),
+        cmocka_unit_test(test_kink),     cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_memory),   cmocka_unit_test(test_overlap),
+        cmocka_unit_test(test_machines),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -851,6 +851,7 @@ class MechanismSettings(Structure):
         ("damping", c_double),
         ("select", c_int32),
         ("reserved", c_int32),
+        ("overlap", c_double),
     ]
 
 

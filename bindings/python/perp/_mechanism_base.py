@@ -135,6 +135,9 @@ class MechanismBase:
             name: _arrays.bound(value, name, sizes.contacts or 0)
             for name, value in self._coefficients.items()
         }
+        for name in {"mu", "mu_static"} & set(self._kept):  # a number for all that have tangents
+            if self._coefficients[name].ndim == 0:
+                self._kept[name] = np.where(sizes.each() > 1, self._kept[name], 0.0)
         for name, array in self._kept.items():
             if array is not None and len(array):
                 setattr(self._model, name, _arrays.address(array))

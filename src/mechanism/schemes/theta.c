@@ -28,6 +28,10 @@
 /* Velocities that change by more than this share are followed by the rows of the end. */
 #define CHANGED 0.05
 
+/* A contact that the mean velocity of a step leaves off by more than this share of what the step's
+ * forces move was not closed all the time. */
+#define OFF 0.05
+
 /* Differences are taken over this share of a velocity: the root of rounding. */
 #define DIFFERENCE 1.5e-8
 
@@ -392,15 +396,17 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
 
 /* ---- the step ------------------------------------------------------------------------------ */
 
-/* Whether a contact was hit: approached faster than the forces of the step make it. */
-static int32_t is_hit(const perp_mechanism *m)
+/* Whether velocities jump: a contact was hit, approached faster than the forces of the step make
+ * it; it closes within the step, so that the mean velocity leads elsewhere; or it jams. */
+static int32_t has_jump(perp_mechanism *m)
 {
     for (int32_t j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];
-        const double before = m->start_velocity[row];
+        const double before = m->start_velocity[row], fall = fabs(m->free_velocity[row] - before);
 
         if (m->two_sided[j] == 0 && m->answer.r[row] > 0.0 &&
-            before < -fabs(m->free_velocity[row] - before))
+            (before < -fall || fabs(m->shift[j] + before) > OFF * fall ||
+             perp__is_jammed(m, &m->answer, j)))
             return 1;
     }
     return 0;
@@ -410,7 +416,7 @@ static int32_t is_hit(const perp_mechanism *m)
  * contact. */
 static perp_status arrive(perp_mechanism *m, const perp__theta *w, double *q)
 {
-    if (is_hit(m))
+    if (has_jump(m))
         return perp__evaluate_move(m, q, w->q0, w->h, m->answer.v);
     memcpy(q, w->q, (size_t)m->coordinates * sizeof *q);
     return PERP_OK;
