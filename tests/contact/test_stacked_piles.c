@@ -16,7 +16,7 @@
 
 enum { PARTS = 4 };
 
-static int32_t solve(perp_context *context, const piles *p)
+static int32_t solve(perp_context *context, const piles *p, double tol)
 {
     double *v = gen_allocate((size_t)p->n, sizeof *v),
            *r = gen_allocate((size_t)p->rows, sizeof *r);
@@ -29,7 +29,7 @@ static int32_t solve(perp_context *context, const piles *p)
     assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), 0);
     assert_int_equal(perp_contact_result_init(&result, sizeof result), 0);
     assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), 0);
-    settings.tol = 1e-10;
+    settings.tol = tol;
     dynamics.n = p->n;
     dynamics.M = &p->M;
     dynamics.H = &p->H;
@@ -118,7 +118,9 @@ static void stack(piles *s, const piles *parts, uint64_t seed)
 
 static void test_as_good_as_alone(void **state)
 {
-    static const uint64_t seeds[] = {11, 17, 56}; /* no method solves all parts of one of these */
+    /* of the last one no method solves all parts together: each has to be solved by itself */
+    static const uint64_t seeds[] = {11, 17, 56, 251};
+    static const double tol[] = {1e-10, 1e-10, 1e-10, 1e-12};
     perp_context *context = NULL;
     size_t i;
 
@@ -133,10 +135,10 @@ static void test_as_good_as_alone(void **state)
                                                4 + (int32_t)(seeds[i] * 7 + (uint64_t)k * 5) % 17);
 
             piles_make(&parts[k], &o);
-            assert_true(solve(context, &parts[k]));
+            assert_true(solve(context, &parts[k], tol[i]));
         }
         stack(&s, parts, seeds[i]);
-        assert_true(solve(context, &s));
+        assert_true(solve(context, &s, tol[i]));
         piles_destroy(&s);
         for (k = 0; k < PARTS; k++)
             piles_destroy(&parts[k]);

@@ -34,7 +34,8 @@ static int destroy(void **state)
 
 static void make_family(gen_lcp *problem, int32_t n, int family)
 {
-    int M[64], q[8] = {0}, L[64], i, j, k;
+    enum { MOST = 20 };
+    int M[MOST * MOST], q[MOST] = {0}, L[MOST * MOST], i, j, k;
 
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
@@ -93,6 +94,26 @@ static void test_exponential_families(void **state)
             run_release(&r);
             gen_destroy(&problem);
         }
+}
+
+/* A path of 2^20 pivots for e is given up after 200 + 8 n; the next, for a random vector, ends by
+ * itself, and no third follows. */
+static void test_a_long_path_is_left(void **state)
+{
+    enum { LENGTH = 20 };
+    perp_lcp_settings settings = run_settings(PERP_LCP_LEMKE);
+    gen_lcp problem;
+    run r;
+
+    (void)state;
+    settings.crash = 0;
+    make_family(&problem, LENGTH, 3);
+    run_lcp(&r, context, &problem, &settings, NULL, "upper, q2");
+    assert_int_equal(r.result.outcome, PERP_OUTCOME_SOLVED);
+    assert_true(r.result.iterations > 200 + 8 * LENGTH);
+    assert_true(r.result.iterations < 2 * (200 + 8 * LENGTH));
+    run_release(&r);
+    gen_destroy(&problem);
 }
 
 /* ---- problems with rational or closed-form solutions ------------------------------------------
@@ -227,6 +248,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exponential_families),
+        cmocka_unit_test(test_a_long_path_is_left),
         cmocka_unit_test(test_hock_schittkowski_76),
         cmocka_unit_test(test_ramp),
         cmocka_unit_test(test_obstacle),

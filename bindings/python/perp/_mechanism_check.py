@@ -43,6 +43,7 @@ def make_check(
     )
 
 
+<<<<<<< HEAD
 def _complaint(
     check: MechanismCheckResult, contacts: str, bilateral: str, contact_rows: int
 ) -> str:
@@ -60,6 +61,23 @@ def _complaint(
         f"{name}: {entry} is {check.given:g}, but {name}: {value}[{check.index}] changes by "
         f"{check.difference:g}: {what}"
     )
+=======
+def tangents(normal: Array, tangent: Array, count: Any, name: str) -> None:
+    """Refuses a tangent, of `count` for each contact, that is a multiple of its (first) normal,
+    where both move several coordinates: one velocity can't be both."""
+    contact = np.repeat(np.arange(len(count)), count)
+    n, t = normal[contact], tangent
+    cross = np.abs(n[:, :, None] * t[:, None, :] - n[:, None, :] * t[:, :, None]).max(axis=(1, 2))
+    scale = np.abs(n).max(axis=1) * np.abs(t).max(axis=1)
+    several = (np.count_nonzero(n, axis=1) > 1) & (np.count_nonzero(t, axis=1) > 1)
+    bad = several & (cross <= 1e-12 * scale)
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise argument_error(
+            f"{name}: tangent row {row} is a multiple of the normal of contact {contact[row]} "
+            f"({_SEE})"
+        )
+>>>>>>> main
 
 
 def friction(coefficients: Any) -> None:

@@ -27,24 +27,20 @@
 /* How the attempts differ. In double, 1e-11 of the largest numbers may be what rounding left of 0;
  * in doubled precision only the rounding of the data is left. The perturbation keeps degenerate
  * problems, as contact problems are, from wandering about at one vertex. Lengths of paths differ
- * tenfold between covering vectors, and no one is the best: where a path is too long, not spoilt,
- * others follow in double. Contact problems of mass ratio 1e8 have pivots of every size, and no one
- * pair of tolerances tells them all from noise. */
+ * tenfold between covering vectors, and no one is the best: where a path is too long (Murty's
+ * examples double it with every row for e), not spoilt, others follow in double. Contact problems
+ * of mass ratio 1e8 have pivots of every size, and no one pair of tolerances tells them all from
+ * noise. */
 static const perp__lemke_trial in_double[] = {
-    {0, PERP__COVERING_ONES, 8, 1e-12, 1e-10, 1e-11},
-    {0, PERP__COVERING_NORMS, 8, 1e-12, 1e-10, 1e-11},
-    {0, PERP__COVERING_NEEDS, 8, 1e-12, 1e-10, 1e-11},
-    {0, PERP__COVERING_ONES, 20, 1e-12, 1e-10, 1e-11},
+    {0, 0, 8, 1e-12, 1e-10, 1e-11},
+    {0, 1, 8, 1e-12, 1e-10, 1e-11},
+    {0, 1, 8, 1e-12, 1e-10, 1e-11},
+    {0, 0, 20, 1e-12, 1e-10, 1e-11},
 };
 static const perp__lemke_trial in_doubled[] = {
-    {1, PERP__COVERING_ONES, 20, 1e-11, 1e-14, 1e-13},
-    {1, PERP__COVERING_RANDOM, 8, 1e-12, 1e-11, 1e-13},
-    {1, PERP__COVERING_RANDOM, 8, 0.0, 1e-12, 1e-13},
-    {1, PERP__COVERING_RANDOM, 8, 1e-11, 1e-14, 1e-13},
-    {1, PERP__COVERING_RANDOM, 8, 1e-12, 1e-10, 1e-11},
-    {1, PERP__COVERING_RANDOM, 20, 0.0, 1e-11, 1e-11},
-    {1, PERP__COVERING_RANDOM, 20, 1e-11, 1e-13, 1e-14},
-    {1, PERP__COVERING_RANDOM, 40, 1e-13, 1e-12, 1e-13},
+    {1, 0, 20, 1e-11, 1e-14, 1e-13}, {1, 1, 8, 1e-12, 1e-11, 1e-13},  {1, 1, 8, 0.0, 1e-12, 1e-13},
+    {1, 1, 8, 1e-11, 1e-14, 1e-13},  {1, 1, 8, 1e-12, 1e-10, 1e-11},  {1, 1, 20, 0.0, 1e-11, 1e-11},
+    {1, 1, 20, 1e-11, 1e-13, 1e-14}, {1, 1, 40, 1e-13, 1e-12, 1e-13},
 };
 enum {
     IN_DOUBLE = sizeof in_double / sizeof *in_double,
@@ -157,31 +153,17 @@ static double draw(int32_t stream, int32_t k)
     return 1.0 + (double)(x >> 11) * 0x1p-53;
 }
 
-/* d of pair k, whose v is basic in row r. */
-static double covering_entry(const perp__lemke *l, const perp__lcp_iterate *iterate, int32_t r,
-                             int32_t k)
-{
-    switch (l->trial->covering) {
-    case PERP__COVERING_NORMS:
-        return l->row_unit[k] * fmax(l->head.problem->row_norms[l->index[k]], 0x1p-20);
-    case PERP__COVERING_NEEDS:
-        return 0.1 + fmax(-l->b[r], 0.0) / l->largest_b;
-    case PERP__COVERING_ONES:
-        /* once it has ended in a ray another vector must have the second word on that */
-        return iterate->rays == 0 ? 1.0 : draw(1 + iterate->attempt, k);
-    default:
-        return draw(1 + iterate->attempt, k);
-    }
-}
-
 /* The column of t at the cold start: d in the rows of basic v, 0 in those of basic free x. Only
- * this is what makes Lemke's method process copositive matrices, and a ray mean something. */
+ * this is what makes Lemke's method process copositive matrices, and a ray mean something; and once
+ * e has ended in one another vector must have the second word on that. */
 static void choose_covering(perp__lemke *l, const perp__lcp_iterate *iterate)
 {
+    const int32_t random = l->trial->random || iterate->rays > 0;
+
     for (int32_t r = 0; r < l->pairs; r++) {
         const int32_t is_v = l->basic[r] >= l->pairs, k = perp__lemke_pair(l, l->basic[r]);
 
-        l->covering[k] = is_v ? covering_entry(l, iterate, r, k) : 0.0;
+        l->covering[k] = !is_v ? 0.0 : random ? draw(1 + iterate->attempt, k) : 1.0;
         l->column[r] = is_v ? -l->covering[k] : 0.0;
     }
     l->basis->set_covering(l);

@@ -118,19 +118,11 @@ typedef struct perp__factored {
     double *entry_values;
 } perp__factored;
 
-/* The covering vector: e; the norms of the rows; what a row needs, and 0.1; random in [1, 2]. */
-enum perp__lemke_covering {
-    PERP__COVERING_ONES,
-    PERP__COVERING_NORMS,
-    PERP__COVERING_NEEDS,
-    PERP__COVERING_RANDOM
-};
-
 /* How an attempt goes about it. Sizes are relative to the largest number of b, and of the column.
  */
 typedef struct perp__lemke_trial {
-    int32_t doubled; /* in doubled precision */
-    enum perp__lemke_covering covering;
+    int32_t doubled;       /* in doubled precision */
+    int32_t random;        /* the covering vector: random in [1, 2], else all 1 */
     int32_t patience;      /* pivots a pair */
     double perturbation;   /* added to b, random between one and two of these */
     double slack;          /* of the ratio test */

@@ -39,9 +39,9 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, (size_t)a->m->coordinates, &a->largest, &a->scale, &a->rate, &a->moved);
     PERP__DOUBLES(arena, (size_t)a->m->n, &a->difference, &a->scratch, &a->force[0], &a->force[1],
                   &a->force[2]);
-    PERP__DOUBLES(arena, (size_t)a->m->rows, &a->bias, &a->drift);
     for (size_t k = 0; k < sizeof places / sizeof *places; k++)
         *places[k] = perp__arena_take(arena, (size_t)(a->m->contacts + a->m->dry), 1);
+    PERP__DOUBLES(arena, (size_t)a->m->rows, &a->bias, &a->drift);
 }
 
 /* ---- one attempt --------------------------------------------------------------------------- */
