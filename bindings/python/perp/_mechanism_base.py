@@ -192,7 +192,10 @@ class MechanismBase:
         where = _arrays.address(q), _arrays.address(v)
         self._call(library.perp_mechanism_check, byref(result), t, *where)
         names = map(self._callbacks.label, ("contacts", "bilateral"))
-        return make_check(result, *names, self.rows.contacts.stop)
+        of_contact = 0 <= result.row < self.rows.contacts.stop
+        return make_check(
+            result, *names, self._callbacks.row_of(result.row) if of_contact else -1
+        )
 
     def _set(self, **values: Any) -> None:
         """Puts these settings in force, and the defaults of all others."""

@@ -149,16 +149,7 @@ class MechanismCallbacks(Callbacks):
         contacts, dims = sizes.contacts, sizes.dims
         if contacts is None or dims is None:
             gap, _, tangent, _, _ = self._contact_parts(t, q)
-<<<<<<< HEAD
             name = f"{self.label('contacts')}: gap"
-            found = _count(gap, name)
-            contacts = len(found) if contacts is None else contacts
-            _shaped(found, name, (contacts,))
-            if dims is None:
-                name = f"{self.label('contacts')}: tangent"
-                dims = 1 if tangent is None else 1 + _width(tangent, name, contacts, self._n)
-=======
-            name = f"{self._label('contacts')}: gap"
             each = np.maximum(sizes.two_sided, 1)
             found = _count(gap, name, 1 + int(each.max(initial=1) > 1))
             if contacts is None:
@@ -166,10 +157,9 @@ class MechanismCallbacks(Callbacks):
             normals = np.broadcast_to(each, (contacts,))
             _shaped(found, name, *self._gap_shapes(normals))
             if dims is None:
-                name = f"{self._label('contacts')}: tangent"
+                name = f"{self.label('contacts')}: tangent"
                 width = 0 if tangent is None else _width(tangent, name, contacts, self._n)
                 dims = int(each) + width if each.ndim == 0 else (normals + width).astype(np.int32)
->>>>>>> main
         bilateral = sizes.bilateral
         if bilateral is None:
             c = self._bilateral_parts(t, q)[0]
@@ -200,41 +190,10 @@ class MechanismCallbacks(Callbacks):
         self._bilateral = sizes.bilateral or 0
         self._dry, self._dry_dim = sizes.tresca or 0, sizes.tresca_dim or 1
 
-<<<<<<< HEAD
-=======
-    def check(self, t: float, q: Array) -> None:
-        """Refuses a model that is wrong to the eye at this state."""
-        name, k, n = self._label("contacts") if self._contacts else "", self._contacts, self._n
-        rate = self._functions["kinematics"]
+    def row_of(self, row: int) -> int:
+        """The number of a row of H among the normals, or among the tangents."""
+        return int((self._normals[:row] == self._normals[row]).sum())
 
-        def direction(v: Array) -> Array:
-            return v if rate is None else _shaped(rate(q.copy(), v), "kinematics(q, v)", q.shape)
-
-        if k:
-            _, normal, tangent, _, _ = self._contact_parts(t, q)
-            rows = _shaped(normal, f"{name}: normal", *self._normal_shapes())
-            gradients(
-                lambda x: np.atleast_1d(_arrays.real(self._contact_parts(t, x)[0], "gap")).ravel(),
-                rows,
-                q,
-                direction,
-                (f"{name}: gap", f"{name}: normal"),
-            )
-            if self._rows > self._gaps and tangent is not None:
-                array = _shaped(tangent, f"{name}: tangent", *self._tangent_shapes())
-                first = rows[np.cumsum(self._each) - self._each]
-                tangents(first, array.reshape(-1, n), self._dims - self._each, name)
-        if self._bilateral:
-            name, m = self._label("bilateral"), self._bilateral
-            gradients(
-                lambda x: np.atleast_1d(_arrays.real(self._bilateral_parts(t, x)[0], "c")),
-                _shaped(self._bilateral_parts(t, q)[1], f"{name}: G", (m, n)),
-                q,
-                direction,
-                (f"{name}: c", f"{name}: G"),
-            )
-
->>>>>>> main
     ## What the functions return
 
     def label(self, name: str) -> str:

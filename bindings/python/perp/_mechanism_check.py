@@ -28,56 +28,39 @@ class MechanismCheck:
 
 
 def make_check(
-    check: MechanismCheckResult, contacts: str, bilateral: str, contact_rows: int
+    check: MechanismCheckResult, contacts: str, bilateral: str, index: int
 ) -> MechanismCheck:
-    """contacts, bilateral: what messages call the functions."""
+    """contacts, bilateral: what messages call the functions; index: of the row among the normals or
+    tangents, -1 for those of G."""
     return MechanismCheck(
         check.wrong == check.constant == check.unchecked == 0,
         check.wrong,
         check.constant,
         check.unchecked,
-        _complaint(check, contacts, bilateral, contact_rows) if check.wrong else "",
+        _complaint(check, contacts, bilateral, index) if check.wrong else "",
         check.given,
         check.difference,
         check.uncertainty,
     )
 
 
-<<<<<<< HEAD
 def _complaint(
-    check: MechanismCheckResult, contacts: str, bilateral: str, contact_rows: int
+    check: MechanismCheckResult, contacts: str, bilateral: str, index: int
 ) -> str:
-    of_contact = check.row < contact_rows
+    of_contact = index >= 0
+    number = index if of_contact else check.index
     name, value = (contacts, "gap") if of_contact else (bilateral, "c")
     if check.part == CONSTANTS["PERP_MECHANISM_TANGENT"]:
-        row = check.row - check.index - 1  # each contact up to this one has a normal
-        return f"{name}: tangent row {row} is a multiple of the normal of contact {check.index}"
+        return f"{name}: tangent row {index} is a multiple of the normal of contact {check.index}"
     if check.part == CONSTANTS["PERP_MECHANISM_DRIFT"]:
-        entry, what = f"drift of {value}[{check.index}]", "drift has to be its derivative by t"
+        entry, what = f"drift of {value}[{number}]", "drift has to be its derivative by t"
     else:
         rows = "normal" if of_contact else "G"
-        entry, what = f"{rows} ({check.index}, {check.column})", f"{rows} has to be its gradient"
+        entry, what = f"{rows} ({number}, {check.column})", f"{rows} has to be its gradient"
     return (
-        f"{name}: {entry} is {check.given:g}, but {name}: {value}[{check.index}] changes by "
+        f"{name}: {entry} is {check.given:g}, but {name}: {value}[{number}] changes by "
         f"{check.difference:g}: {what}"
     )
-=======
-def tangents(normal: Array, tangent: Array, count: Any, name: str) -> None:
-    """Refuses a tangent, of `count` for each contact, that is a multiple of its (first) normal,
-    where both move several coordinates: one velocity can't be both."""
-    contact = np.repeat(np.arange(len(count)), count)
-    n, t = normal[contact], tangent
-    cross = np.abs(n[:, :, None] * t[:, None, :] - n[:, None, :] * t[:, :, None]).max(axis=(1, 2))
-    scale = np.abs(n).max(axis=1) * np.abs(t).max(axis=1)
-    several = (np.count_nonzero(n, axis=1) > 1) & (np.count_nonzero(t, axis=1) > 1)
-    bad = several & (cross <= 1e-12 * scale)
-    if bad.any():
-        row = int(np.argmax(bad))
-        raise argument_error(
-            f"{name}: tangent row {row} is a multiple of the normal of contact {contact[row]} "
-            f"({_SEE})"
-        )
->>>>>>> main
 
 
 def friction(coefficients: Any) -> None:
