@@ -207,7 +207,8 @@ perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double
  *
  * Turns: friction acts through the velocity at the end of a step. Where a slip turns round,
  * friction has the wrong sign until then, or holds on to the end what would slip back; both change
- * velocities by the bound times a share of the step. */
+ * velocities by the bound times a share of the step. Where it ends, the mean velocity of
+ * a step of order 2 goes on behind the end: as wrong as the slip was fast. */
 
 static void keep(perp__adaptive *a, double late, double error, double after, int32_t impact)
 {
@@ -329,7 +330,8 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__moti
     when = length * speed / (lost + response * f->bound);
     if (!(response > 0.0) || !(when >= 0.0 && when < length))
         return;
-    wrong = sticks ? fmax(lost / response - f->bound, 0.0) * (length - when) / length
+    wrong = sticks ? fmax(lost / response - f->bound, a->order == 2 ? speed / response : 0.0) *
+                         (length - when) / length
                    : 2.0 * f->bound * when / length;
     if (wrong > 0.0)
         keep(a, length - when, wrong * sqrt(response) / a->speed_scale, start + when, 0);
