@@ -314,6 +314,8 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__moti
                           const perp__motion *to, double start, double length, const friction *f)
 {
     const int32_t sticks = to->modes[f->mode] == PERP_MECHANISM_STICK;
+    /* what holds both ways jams: its slip ends in an impulse, at any length */
+    const int32_t jams = f->mode < m->contacts && m->two_sided[f->mode] > 0;
     double d[2], speed, after = 0.0, own = 0.0, response, lost, when, wrong;
 
     if (from->modes[f->mode] != PERP_MECHANISM_SLIP || !(f->bound > 0.0))
@@ -330,9 +332,10 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__moti
     when = length * speed / (lost + response * f->bound);
     if (!(response > 0.0) || !(when >= 0.0 && when < length))
         return;
-    wrong = sticks ? fmax(lost / response - f->bound, a->order == 2 ? speed / response : 0.0) *
-                         (length - when) / length
-                   : 2.0 * f->bound * when / length;
+    wrong =
+        sticks ? fmax(lost / response - f->bound, a->order == 2 && !jams ? speed / response : 0.0) *
+                     (length - when) / length
+               : 2.0 * f->bound * when / length;
     if (wrong > 0.0)
         keep(a, length - when, wrong * sqrt(response) / a->speed_scale, start + when, 0);
 }

@@ -28,11 +28,6 @@
 /* Velocities that change by more than this share are followed by the rows of the end. */
 #define CHANGED 0.05
 
-/* A contact that opens faster than this share of what the step's forces make, and would be closed
- * again before its end, opens and closes. (On curved ground speeds of order h^2 are left in one
- * that lasts.) */
-#define OPENS 0.02
-
 /* Differences are taken over this share of a velocity: the root of rounding. */
 #define DIFFERENCE 1.5e-8
 
@@ -397,18 +392,28 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
 
 /* ---- the step ------------------------------------------------------------------------------ */
 
+/* Whether contact j's sliding, faster than what the forces of the step make of it, jams. */
+static int32_t jams(perp_mechanism *m, int32_t j)
+{
+    double before = 0.0, change = 0.0;
+
+    for (int32_t i = m->tangent[j]; i < m->tangent[j] + m->tangents[j]; i++) {
+        before = hypot(before, m->start_velocity[i]);
+        change = hypot(change, m->free_velocity[i] - m->start_velocity[i]);
+    }
+    return before > change && perp__is_jammed(m, &m->answer, j);
+}
+
 /* Whether velocities jump: a contact was hit, approached faster than the forces of the step make
- * it; it opens and closes again; or its sliding jams. */
+ * it, or its sliding jams. */
 static int32_t has_jump(perp_mechanism *m)
 {
     for (int32_t j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];
-        const double before = m->start_velocity[row], free = m->free_velocity[row];
-        const double change = fabs(free - before), mean = 0.5 * (before + free);
+        const double before = m->start_velocity[row];
 
         if (m->two_sided[j] == 0 && m->answer.r[row] > 0.0 &&
-            (before < -change || (before > OPENS * change && m->shift[j] + mean <= 0.0) ||
-             perp__is_jammed(m, &m->answer, j)))
+            (before < -fabs(m->free_velocity[row] - before) || jams(m, j)))
             return 1;
     }
     return 0;
