@@ -313,7 +313,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
 
 /* Moves what has the wrong sign to its other place. Returns how many did. Of a contact whose slip
  * goes the wrong way after it stuck with too much friction, neither is right while the others stay
- * as they are: it leaves, until nothing else changes. */
+ * as they are: in small problems it leaves, until nothing else changes. */
 static int32_t change_some(perp__contact_polish *p, const perp__contact_problem *problem,
                            const double *r, const double *u)
 {
@@ -352,7 +352,7 @@ static int32_t change_some(perp__contact_polish *p, const perp__contact_problem 
                 changes++;
             } else if (*state == PERP__PART_SLIPS && power > 0.0) {
                 *state = PERP__PART_STICKS;
-                if (c == 0 && p->turns[k] == 1)
+                if (c == 0 && p->turns[k] == 1 && p->enough > 0.0)
                     p->turns[k] = TURNS;
                 changes++;
             }
