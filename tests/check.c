@@ -223,29 +223,39 @@ static void balance(const check_item *list, size_t count, int32_t n, const doubl
     free(noisy);
 }
 
-/* Diagonals at most 2^-38 of the largest other entries of their row and of their column become 0.
- * Whether there is one. */
+/* Diagonals at most 2^-38 of another entry of their row or column become 0, where the product of
+ * that entry's two diagonals is at most 2^-38 of its square. Whether there is one. */
 static int drop_noise(const check_item *list, size_t count, int32_t n, double *diagonal)
 {
-    double *in_row = check_allocate((size_t)n, sizeof *in_row);
-    double *in_column = check_allocate((size_t)n, sizeof *in_column);
-    int32_t i;
-    int any = 0;
+    double *before = check_allocate((size_t)n, sizeof *before);
+    int any = 0, side;
     size_t p;
 
-    for (p = 0; p < count; p++)
-        if (list[p].row != list[p].column) {
-            check_raise(&in_row[list[p].row], fabs(list[p].value));
-            check_raise(&in_column[list[p].column], fabs(list[p].value));
-        }
-    for (i = 0; i < n; i++)
-        if (diagonal[i] != 0 && fabs(diagonal[i]) <= 0x1p-38 * fmin(in_row[i], in_column[i])) {
-            diagonal[i] = 0;
-            any = 1;
-        }
-    free(in_column);
-    free(in_row);
+    memcpy(before, diagonal, (size_t)n * sizeof *before);
+    for (p = 0; p < count; p++) {
+        const int32_t ends[2] = {list[p].row, list[p].column};
+        const double size = fabs(list[p].value), least = 0x1p-38 * size;
+
+        if (ends[0] == ends[1] || fabs(before[ends[0]] * before[ends[1]]) > least * size)
+            continue;
+        for (side = 0; side < 2; side++)
+            if (before[ends[side]] != 0 && fabs(before[ends[side]]) <= least) {
+                diagonal[ends[side]] = 0;
+                any = 1;
+            }
+    }
+    free(before);
     return any;
+}
+
+static int is_moderate(int32_t n, const int32_t *exponents)
+{
+    int32_t i;
+
+    for (i = 0; i < n; i++)
+        if (abs(exponents[i]) > 100)
+            return 0;
+    return 1;
 }
 
 int check_exponents_but(const perp_matrix *M, int scaling, int without, int32_t *exponents)
@@ -260,8 +270,11 @@ int check_exponents_but(const perp_matrix *M, int scaling, int without, int32_t 
     for (p = 0; p < count; p++)
         if (list[p].row == list[p].column)
             diagonal[list[p].row] = list[p].value;
-    if (without)
+    if (without) {
         any = drop_noise(list, count, M->rows, diagonal);
+        check_exponents_but(M, scaling, 0, exponents);
+        scaling = scaling && !is_moderate(M->rows, exponents);
+    }
     for (i = 0; i < M->rows; i++)
         exponents[i] = !scaling ? 0 : diagonal[i] > 0 ? unit_diagonal(diagonal[i]) : UNSET;
     if (scaling)

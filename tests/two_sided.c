@@ -162,32 +162,37 @@ static int32_t solve_mass(double *x, int32_t columns, void *user)
     return 0;
 }
 
+static void view(perp_matrix *A, int32_t rows, int32_t columns, const double *values)
+{
+    assert_int_equal(perp_matrix_init(A, sizeof *A), PERP_OK);
+    assert_int_equal(perp_matrix_dense(A, PERP_STORAGE_ROW_MAJOR, rows, columns, values, MOST),
+                     PERP_OK);
+}
+
+void both_set(both_problem *p, int32_t method, int callback, both_rig *g, both_answer *a)
+{
+    const int32_t rows = p->rows + p->bounded;
+    prepare(p, method, &g->laws, &g->settings, a);
+    assert_int_equal(perp_contact_dynamics_init(&g->dynamics, sizeof g->dynamics), PERP_OK);
+    view(&g->M, p->n, p->n, p->M);
+    view(&g->H, rows, p->n, p->H);
+    view(&g->G, p->bilateral, p->n, p->H + rows * MOST);
+    g->dynamics.n = p->n;
+    g->dynamics.M = callback ? NULL : &g->M;
+    g->dynamics.solve = callback ? solve_mass : NULL;
+    g->dynamics.user = p;
+    g->dynamics.H = &g->H;
+    g->dynamics.G = p->bilateral > 0 ? &g->G : NULL;
+}
+
 perp_status both_call(both_problem *p, int32_t method, int callback, const double *r0,
                       both_answer *a)
 {
-    perp_contact_laws laws;
-    perp_contact_settings settings;
-    perp_contact_dynamics dynamics;
-    perp_matrix M, H, G;
-    const int32_t rows = p->rows + p->bounded;
-    prepare(p, method, &laws, &settings, a);
-    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
-    perp_matrix_init(&M, sizeof M);
-    perp_matrix_init(&H, sizeof H);
-    perp_matrix_init(&G, sizeof G);
-    assert_int_equal(perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, p->n, p->n, p->M, MOST), 0);
-    assert_int_equal(perp_matrix_dense(&H, PERP_STORAGE_ROW_MAJOR, rows, p->n, p->H, MOST), 0);
-    assert_int_equal(
-        perp_matrix_dense(&G, PERP_STORAGE_ROW_MAJOR, p->bilateral, p->n, p->H + rows * MOST, MOST),
-        PERP_OK);
-    dynamics.n = p->n;
-    dynamics.M = callback ? NULL : &M;
-    dynamics.solve = callback ? solve_mass : NULL;
-    dynamics.user = p;
-    dynamics.H = &H;
-    dynamics.G = p->bilateral > 0 ? &G : NULL;
+    both_rig g;
+    both_set(p, method, callback, &g, a);
     return perp_contact_solve(both_context, a->v, a->r, a->u, a->modes, a->ray, &a->result,
-                              &settings, &laws, &dynamics, p->f, p->w, p->w + rows, r0);
+                              &g.settings, &g.laws, &g.dynamics, p->f, p->w,
+                              p->w + p->rows + p->bounded, r0);
 }
 
 void both_by_dynamics(both_problem *p, int32_t method, int callback, const double *r0,

@@ -23,6 +23,14 @@ typedef struct both_answer {
     perp_contact_result result;
 } both_answer;
 
+/* What a call takes. */
+typedef struct both_rig {
+    perp_contact_settings settings;
+    perp_contact_laws laws;
+    perp_contact_dynamics dynamics;
+    perp_matrix M, H, G;
+} both_rig;
+
 extern perp_context *both_context;
 extern uint64_t both_seed;
 
@@ -46,6 +54,7 @@ void both_skew(both_problem *p, double by);
 void both_form(both_problem *p);
 
 void both_by_delassus(const both_problem *p, int32_t method, both_answer *a);
+void both_set(both_problem *p, int32_t method, int callback, both_rig *g, both_answer *a);
 perp_status both_call(both_problem *p, int32_t method, int callback, const double *r0,
                       both_answer *a);
 void both_by_dynamics(both_problem *p, int32_t method, int callback, const double *r0,

@@ -321,7 +321,8 @@ PERP_API perp_status perp_contact_sensitivity_info_init(perp_contact_sensitivity
 
 /* Reads the modes of a solution and factors the equations of its active set.
  *
- * Where modes are strict v and r are smooth functions of the data near them:
+ * Where modes are strict v and r are smooth functions of the data near them (a contact that holds
+ * both ways is not strict at r_N = 0, and r_n stands for |r_N|):
  *
  *   M dv = df - dM v + H'dr + dH'r,    du = H dv + dH v + dw,
  *   du = 0 in rows that hold,    dr_t = -d(mu r_n u_t / |u_t|) where it slips,    else dr = 0,

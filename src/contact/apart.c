@@ -92,8 +92,8 @@ static void copy(perp_contact_solver *solver, perp__contact_apart *own)
 
 static perp_status set_up(perp_contact_solver *solver, perp__contact_apart *own)
 {
+    const perp_matrix W = perp__view(PERP_STORAGE_COLUMN_MAJOR, own->size, own->size, own->W);
     perp_contact_laws laws;
-    perp_matrix W;
     perp_status status = PERP_OK;
 
     if (!own->solver)
@@ -109,11 +109,7 @@ static perp_status set_up(perp_contact_solver *solver, perp__contact_apart *own)
     laws.rolling = own->rolling;
     laws.spinning = own->spinning;
     laws.bilateral = own->bilateral;
-    status = perp_matrix_init(&W, sizeof W);
-    if (status == PERP_OK)
-        status = perp_matrix_dense(&W, PERP_STORAGE_COLUMN_MAJOR, own->size, own->size, own->W,
-                                   own->size);
-    return status == PERP_OK ? perp__contact_setup(own->solver, &laws, NULL, &W) : status;
+    return perp__contact_setup(own->solver, &laws, NULL, &W);
 }
 
 /* What was found to the whole: a proof, or impulses that are better than those of before. */

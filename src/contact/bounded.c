@@ -157,11 +157,16 @@ static void copy_laws(perp__contact_bounded *own, const perp_contact_laws *laws)
     own->laws.bounded = 0;
 }
 
-/* Appends column j of A, whose first row is the given row `first`: what becomes own rows from
- * `begin` up to `end`, numbered from there. Returns the end of the entries. */
-static int32_t append(const perp__contact_bounded *own, const perp__contact_lines *lines,
-                      int32_t at, const perp__matrix *A, int32_t j, int32_t first, double sign,
-                      int32_t begin, int32_t end, int32_t base)
+/* Columns that are being written: own rows from `begin` up to `end`, the first of them number
+ * `base`; `at`: the end of the entries. */
+typedef struct writer {
+    const perp__contact_lines *lines;
+    int32_t begin, end, base, at;
+} writer;
+
+/* Appends what becomes of `sign` times column j of A, whose first row is the given row `first`. */
+static void append(const perp__contact_bounded *own, writer *to, const perp__matrix *A, int32_t j,
+                   int32_t first, double sign)
 {
     const perp__line sparse = perp__line_of(A, A->column_starts ? j : 0);
     const int32_t count = A->column_starts ? sparse.count : A->rows;
@@ -172,12 +177,11 @@ static int32_t append(const perp__contact_bounded *own, const perp__contact_line
             A->column_starts ? sparse.values[k]
                              : A->values[(size_t)i * A->row_stride + (size_t)j * A->column_stride];
 
-        if (row < begin || row >= end || value == 0.0)
+        if (row < to->begin || row >= to->end || value == 0.0)
             continue;
-        lines->indices[at] = row - base;
-        lines->values[at++] = sign * own->sign[first + i] * value;
+        to->lines->indices[to->at] = row - to->begin + to->base;
+        to->lines->values[to->at++] = sign * own->sign[first + i] * value;
     }
-    return at;
 }
 
 static void view(const perp__contact_lines *lines, int32_t rows, int32_t columns, perp__matrix *A)
@@ -194,22 +198,22 @@ static void view(const perp__contact_lines *lines, int32_t rows, int32_t columns
 static void copy_rows(perp__contact_bounded *own, perp__dynamics *dynamics)
 {
     const int32_t size = own_size(own);
-    perp__contact_lines *H = &own->lines[0], *G = &own->lines[1];
-    int32_t h = 0, g = 0;
+    writer H = {&own->lines[0], 0, own->own_rows, 0, 0};
+    writer G = {&own->lines[1], own->own_rows, size, 0, 0};
 
     for (int32_t j = 0; j < own->n; j++) {
-        H->starts[j] = h;
-        G->starts[j] = g;
-        h = append(own, H, h, &own->H, j, 0, 1.0, 0, own->own_rows, 0);
-        g = append(own, G, g, &own->H, j, 0, 1.0, own->own_rows, size, own->own_rows);
+        H.lines->starts[j] = H.at;
+        G.lines->starts[j] = G.at;
+        append(own, &H, &own->H, j, 0, 1.0);
+        append(own, &G, &own->H, j, 0, 1.0);
         if (own->G.rows > 0)
-            g = append(own, G, g, &own->G, j, own->rows, 1.0, own->own_rows, size, own->own_rows);
+            append(own, &G, &own->G, j, own->rows, 1.0);
     }
-    H->starts[own->n] = h;
-    G->starts[own->n] = g;
-    view(H, own->own_rows, own->n, &dynamics->H);
+    H.lines->starts[own->n] = H.at;
+    G.lines->starts[own->n] = G.at;
+    view(H.lines, own->own_rows, own->n, &dynamics->H);
     if (size > own->own_rows)
-        view(G, size - own->own_rows, own->n, &dynamics->G);
+        view(G.lines, size - own->own_rows, own->n, &dynamics->G);
     dynamics->size = size;
 }
 
@@ -218,25 +222,28 @@ static void copy_delassus(perp__contact_bounded *own, perp__matrix *W)
 {
     const int32_t size = own_size(own);
     perp__contact_lines *lines = &own->lines[0];
-    int32_t *column = lines[1].indices, at = 0; /* given column of an own one; -1: none */
+    writer to = {lines, 0, 0, 0, 0};
+    int32_t *column = lines[1].indices; /* given column of an own one; -1: none */
 
     for (int32_t j = 0; j < size; j++)
         column[j] = -1;
     for (int32_t i = 0; i < own->size; i++)
         column[own->row[i]] = i;
     for (int32_t j = 0; j < size; j++) {
-        lines->starts[j] = at;
+        lines->starts[j] = to.at;
         if (column[j] < 0) { /* moves nothing: what it yields by is added later */
-            lines->indices[at] = j;
-            lines->values[at++] = 0.0;
+            lines->indices[to.at] = j;
+            lines->values[to.at++] = 0.0;
             continue;
         }
-        at = append(own, lines, at, &own->H, column[j], 0, own->sign[column[j]], 0, own->own_rows,
-                    0);
-        at = append(own, lines, at, &own->H, column[j], 0, own->sign[column[j]], own->own_rows,
-                    size, 0);
+        to.begin = to.base = 0;
+        to.end = own->own_rows;
+        append(own, &to, &own->H, column[j], 0, own->sign[column[j]]);
+        to.begin = to.base = own->own_rows;
+        to.end = size;
+        append(own, &to, &own->H, column[j], 0, own->sign[column[j]]);
     }
-    lines->starts[size] = at;
+    lines->starts[size] = to.at;
     view(lines, size, size, W);
 }
 

@@ -486,7 +486,7 @@ perp_status perp__contact_solve(perp_contact_solver *solver, const perp__contact
     status = perp__contact_find(
         solver, &own,
         solver->settings.time_limit > 0.0 ? started + solver->settings.time_limit : 0.0);
-    if (status == PERP_OK && !call->holds_itself)
+    if (status == PERP_OK && !call->holds_itself && (call->v || call->u)) /* nobody else asks */
         status = perp__contact_hold_best(solver);
     if (status == PERP_OK)
         perp__contact_write_out(solver, call, started);

@@ -253,31 +253,36 @@ static double cone_map(const perp__contact_part *part, double r_n, double d_n, c
     return norm2(out_n, sum);
 }
 
+/* A contact's impulse and velocity: along the normal, as its law sees them, and everywhere. */
+typedef struct state {
+    const double *r, *u;
+    double r_n, u_n, t;
+} state;
+
 /* Normal and parts one by one: contacts that roll or spin, and polyhedra. */
 static void judge_parts(const perp__contact_problem *problem, const perp__contact_part *parts,
-                        int32_t count, const double *r, const double *u, double r_n, double u_n,
-                        double t, perp__contact_law *law)
+                        int32_t count, const state *s, perp__contact_law *law)
 {
     int32_t p, i, slips = 0;
 
     for (p = 0; p < count; p++) {
-        const double radius = parts[p].coefficient * r_n;
-        const double *r_p = r + parts[p].row, *u_p = u + parts[p].row;
+        const double radius = parts[p].coefficient * s->r_n;
+        const double *r_p = s->r + parts[p].row, *u_p = s->u + parts[p].row;
         double d[2] = {0.0, 0.0}, out[2] = {0.0, 0.0}, length;
 
         for (i = 0; i < parts[p].size; i++)
-            d[i] = u_p[i] / t;
+            d[i] = u_p[i] / s->t;
         slips |= part_map(problem, &parts[p], radius, r_p, d, out);
         length = norm(r_p, parts[p].size) - radius;
         law->cone = fmax(law->cone, length);
         law->dissipation = norm2(law->dissipation, norm(out, parts[p].size));
-        if (r_n > 0.0)
+        if (s->r_n > 0.0)
             law->change = norm2(law->change, part_change(problem, &parts[p], radius, r_p, u_p));
     }
     law->natural = norm2(law->signorini, law->dissipation);
-    law->mode = r_n <= u_n / t ? PERP_CONTACT_SEPARATE
-                : slips        ? PERP_CONTACT_SLIP
-                               : PERP_CONTACT_STICK;
+    law->mode = s->r_n <= s->u_n / s->t ? PERP_CONTACT_SEPARATE
+                : slips                 ? PERP_CONTACT_SLIP
+                                        : PERP_CONTACT_STICK;
 }
 
 /* Both ways: u_N = 0, and the parts beside |r_N|. One that carries nothing slips where it moves. */
@@ -285,15 +290,15 @@ static void judge_two_sided(const perp__contact_problem *problem, int32_t k, con
                             const double *u, perp__contact_law *law)
 {
     const int32_t row = problem->starts[k], both = problem->two_sided[k];
-    const double t = problem->trace[k], speed = perp__contact_length(u, row, row + both);
+    const double speed = perp__contact_length(u, row, row + both);
+    const state s = {r, u, perp__contact_pressure(problem, k, r), -INFINITY, problem->trace[k]};
     perp__contact_part parts[3];
     const int32_t count = perp__contact_parts(problem, k, parts);
 
     law->signorini = law->cone = law->dissipation = 0.0;
     law->change = speed;
-    law->bilateral = speed / t;
-    judge_parts(problem, parts, count, r, u, perp__contact_pressure(problem, k, r), -INFINITY, t,
-                law);
+    law->bilateral = speed / s.t;
+    judge_parts(problem, parts, count, &s, law);
     law->natural = norm2(law->bilateral, law->dissipation);
 }
 
@@ -302,8 +307,8 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
 {
     const int32_t row = problem->starts[k];
     const int32_t given = perp__contact_first_row(problem, k) > row;
-    const double t = problem->trace[k];
-    const double r_n = given ? problem->bound[k] : r[row], u_n = given ? 0.0 : u[row];
+    const state s = {r, u, given ? problem->bound[k] : r[row], given ? 0.0 : u[row],
+                     problem->trace[k]};
     perp__contact_part parts[3];
     const int32_t count = perp__contact_parts(problem, k, parts);
     double d[2] = {0.0, 0.0};
@@ -312,16 +317,17 @@ void perp__contact_judge(const perp__contact_problem *problem, int32_t k, const 
         judge_two_sided(problem, k, r, u, law);
         return;
     }
-    law->signorini = fabs(fmin(r_n, u_n / t));
+    law->signorini = fabs(fmin(s.r_n, s.u_n / s.t));
     law->cone = law->dissipation = law->bilateral = 0.0;
-    law->change = r_n > 0.0 ? fabs(u_n) : fmax(0.0, 0.0 - u_n);
-    judge_parts(problem, parts, count, r, u, r_n, u_n, t, law);
+    law->change = s.r_n > 0.0 ? fabs(s.u_n) : fmax(0.0, 0.0 - s.u_n);
+    judge_parts(problem, parts, count, &s, law);
     if (count != 1 || problem->cone > 0 || given)
         return;
     for (int32_t i = 0; i < parts[0].size; i++)
-        d[i] = u[parts[0].row + i] / t;
-    law->natural = cone_map(&parts[0], r_n, u_n / t + parts[0].coefficient * norm(d, parts[0].size),
-                            r + parts[0].row, d, &law->mode);
+        d[i] = u[parts[0].row + i] / s.t;
+    law->natural =
+        cone_map(&parts[0], s.r_n, s.u_n / s.t + parts[0].coefficient * norm(d, parts[0].size),
+                 r + parts[0].row, d, &law->mode);
 }
 
 double perp__contact_natural(const perp__contact_problem *problem, int32_t k, const double *r,

@@ -36,14 +36,26 @@ static void lay_out(perp__arena *arena, void *object)
     own->K = perp__arena_take(arena, n, n * sizeof(double));
     PERP__DOUBLES(arena, n, &own->q, &own->impulse, &own->velocity, &own->lower, &own->z,
                   &own->direction, &own->step);
-    PERP__INTEGERS(arena, n, &own->active, &own->pivots);
+    PERP__INTEGERS(arena, n, &own->rows, &own->active, &own->pivots);
     own->zeros = perp__arena_take(arena, size > velocities ? size : velocities, sizeof(double));
 }
 
-/* Row of W that row i of N is. */
-static int32_t row_of(const perp_contact_solver *solver, int32_t i)
+/* Normals of contacts and bilateral rows: how many, and which where there is room for them. */
+static int32_t find_rows(const perp_contact_solver *solver, int32_t *rows)
 {
-    return i < solver->contacts ? solver->starts[i] : solver->rows + i - solver->contacts;
+    int32_t n = 0;
+
+    for (int32_t i = 0; i < solver->size; i++) {
+        const int32_t k = solver->unit_of[i];
+
+        if (k >= solver->contacts ||
+            i < solver->starts[k] + perp__contact_normals(&solver->problem, k)) {
+            if (rows)
+                rows[n] = i;
+            n++;
+        }
+    }
+    return n;
 }
 
 static void fill(perp_contact_solver *solver)
@@ -51,26 +63,30 @@ static void fill(perp_contact_solver *solver)
     perp__contact_ray *own = &solver->feasibility;
     const size_t n = (size_t)own->n;
 
-    for (int32_t j = 0; j < own->n; j++)
-        perp__contact_units(&solver->problem, j, &own->impulse[j], &own->velocity[j]);
+    find_rows(solver, own->rows);
     for (int32_t j = 0; j < own->n; j++) {
-        own->q[j] = solver->q[row_of(solver, j)] / own->velocity[j];
-        own->lower[j] = j < solver->contacts ? 0.0 : -INFINITY;
+        const int32_t row = own->rows[j], k = solver->unit_of[row];
+
+        perp__contact_units(&solver->problem, k, &own->impulse[j], &own->velocity[j]);
+        own->q[j] = solver->q[row] / own->velocity[j];
+        own->lower[j] = k < solver->contacts && solver->two_sided[k] == 0 ? 0.0 : -INFINITY;
+    }
+    for (int32_t j = 0; j < own->n; j++)
         for (int32_t i = 0; i < own->n; i++)
             own->M[(size_t)i + (size_t)j * n] =
-                perp__contact_couples(&solver->problem, i, j)
-                    ? perp__entry(&solver->W, row_of(solver, i), row_of(solver, j)) *
+                perp__contact_couples(&solver->problem, solver->unit_of[own->rows[i]],
+                                      solver->unit_of[own->rows[j]])
+                    ? perp__entry(&solver->W, own->rows[i], own->rows[j]) *
                           (own->impulse[j] / own->velocity[i])
                     : 0.0;
-    }
 }
 
 /* The LCP of M, q and lower, within what is left of the time limit. */
 static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
 {
     perp__contact_ray *own = &solver->feasibility;
+    const perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, own->n, own->n, own->M);
     perp_lcp_settings settings;
-    perp_matrix M;
     perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
 
     if (solver->deadline > 0.0)
@@ -78,11 +94,6 @@ static perp_status solve(perp_contact_solver *solver, perp_lcp_result *result)
     settings.max_iterations = solver->settings.max_iterations;
     if (status == PERP_OK)
         status = perp__lcp_set(own->lcp, &settings);
-    if (status == PERP_OK)
-        status = perp_matrix_init(&M, sizeof M);
-    if (status == PERP_OK)
-        status = perp_matrix_dense(&M, PERP_STORAGE_COLUMN_MAJOR, own->n, own->n, own->M,
-                                   own->n > 1 ? own->n : 1);
     if (status == PERP_OK)
         status = perp_lcp_result_init(result, sizeof *result);
     if (status == PERP_OK)
@@ -100,7 +111,7 @@ static void lift(const perp_contact_solver *solver, const double *x, double *y)
 
     memset(y, 0, (size_t)solver->size * sizeof *y);
     for (int32_t i = 0; i < own->n; i++)
-        y[row_of(solver, i)] = x[i] * own->impulse[i];
+        y[own->rows[i]] = x[i] * own->impulse[i];
 }
 
 /* direction := the part of z that takes part, largest entry 1, and its rows. False if there is
@@ -117,7 +128,7 @@ static int32_t read_direction(perp_contact_solver *solver)
         return 0;
     for (int32_t i = 0; i < own->n; i++) {
         own->direction[i] = own->z[i] / largest;
-        if (i < solver->contacts && own->direction[i] < TAKES_PART)
+        if (own->lower[i] == 0.0 && own->direction[i] < TAKES_PART)
             own->direction[i] = 0.0;
         else
             own->active[own->count++] = i;
@@ -172,8 +183,7 @@ static perp_status refine(perp_contact_solver *solver)
         lift(solver, own->direction, solver->start);
         status = multiply(solver, solver->start, solver->u);
         for (int32_t i = 0; i < own->count; i++)
-            own->step[i] =
-                solver->u[row_of(solver, own->active[i])] / own->velocity[own->active[i]];
+            own->step[i] = solver->u[own->rows[own->active[i]]] / own->velocity[own->active[i]];
         perp__lu_solve(own->count, own->K, own->count, own->pivots, own->step, 0);
         for (int32_t i = 0; i < own->count; i++)
             own->direction[own->active[i]] -= own->step[i];
@@ -218,17 +228,6 @@ static perp_status search_softened(perp_contact_solver *solver)
     return status;
 }
 
-static void clear(perp_contact_solver *solver)
-{
-    perp__contact_ray *own = &solver->feasibility;
-    int32_t count = solver->size, i;
-
-    if (solver->n > count)
-        count = solver->n;
-    for (i = 0; i < count; i++)
-        own->zeros[i] = 0.0;
-}
-
 perp_status perp__contact_find_ray(perp_contact_solver *solver)
 {
     perp__contact_ray *own = &solver->feasibility;
@@ -236,7 +235,7 @@ perp_status perp__contact_find_ray(perp_contact_solver *solver)
     perp_status status;
     int32_t made;
 
-    own->n = solver->contacts + solver->size - solver->rows;
+    own->n = find_rows(solver, NULL);
     if (own->n > MOST)
         return PERP_OK;
     status = perp__contact_delassus(solver, &made);
@@ -249,7 +248,8 @@ perp_status perp__contact_find_ray(perp_contact_solver *solver)
     if (status != PERP_OK)
         return status;
     own->fitted = solver->setups;
-    clear(solver);
+    memset(own->zeros, 0,
+           (size_t)(solver->n > solver->size ? solver->n : solver->size) * sizeof *own->zeros);
     fill(solver);
     status = solve(solver, &result);
     if (status == PERP_OK && result.has_ray) {

@@ -4,11 +4,11 @@
  *   M dv = p + A'dr,   p = df - dM v + dA'r,   du = W dr + A M^-1 p + dA v + dw = W dr + d
  *
  *   it holds   du = 0
- *   it slips   t (dr_p + m e dr_n) + c (1 - e e') du_p = -t r_n e dm,    c = t m r_n / |u_p|,
+ *   it slips   t (dr_p + m e n'dr_N) + c (1 - e e') du_p = -t |r_N| e dm,   c = t m |r_N| / |u_p|,
  *
- * the latter from r_p = -m r_n e, e = u_p / |u_p|: E du + F dr + B dm = 0 in short, so that
- * K dr = -(E d + B dm), K = E W + F. The adjoint solves K' y = (A M^-1 g_v + g_r) once; with
- * z = E'y and x = M^-1 (g_v - A'z) gradients are x for f, -z for w and -B'y for m. */
+ * the latter from r_p = -m |r_N| e, e = u_p / |u_p|, n = r_N / |r_N|: E du + F dr + B dm = 0 in
+ * short, so that K dr = -(E d + B dm), K = E W + F. The adjoint solves K'y = -(A M^-1 g_v + g_r)
+ * once; with z = E'y and x = M^-1 (g_v + A'z) gradients are x for f, z for w and B'y for m. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -22,10 +22,9 @@ PERP__INIT(perp_contact_sensitivity_info)
 
 /* A part of a contact that presses. */
 typedef struct part {
-    int32_t row, size, normal, contact;
-    int32_t is_sliding; /* its coefficient is mu */
-    double e[2];        /* the direction in which it slips */
-    double t, m, c;
+    int32_t row, size, normal, normals, contact;
+    double e[2], n[3]; /* the directions in which it slips and is pressed */
+    double t, m, c, b; /* b: t |r_N|; 0 where m is not mu */
 } part;
 
 struct perp_contact_sensitivity {
@@ -118,12 +117,14 @@ static void near(const perp_contact_sensitivity *s, int32_t unit, int32_t index,
 
 /* Part of contact k, which presses: whether and where it slips. */
 static void read_part(perp_contact_sensitivity *s, int32_t k, const perp__contact_part *given,
-                      int32_t sliding, perp_contact_sensitivity_info *info)
+                      perp_contact_sensitivity_info *info)
 {
     const double t = s->solver->trace[k], *r = s->r + given->row, *u = s->u + given->row;
-    const int32_t normal = s->solver->starts[k];
-    const double radius = given->coefficient * s->r[normal];
+    const double load = perp__contact_pressure(&s->solver->problem, k, s->r);
+    const double radius = given->coefficient * load;
     const double speed = perp__contact_length(s->u, given->row, given->row + given->size);
+    const int32_t normal = s->solver->starts[k];
+    part *p = &s->parts[s->slips];
     double reach = 0.0;
 
     for (int32_t i = 0; i < given->size; i++)
@@ -136,27 +137,34 @@ static void read_part(perp_contact_sensitivity *s, int32_t k, const perp__contac
         s->moves[given->row + i] = 1;
     if (s->modes[k] != PERP_CONTACT_SLIP || !(reach > radius) || speed == 0.0)
         return;
-    s->parts[s->slips] =
-        (part){given->row,         given->size,       normal, k, sliding, {0.0, 0.0}, t,
-               given->coefficient, t * radius / speed};
-    for (int32_t i = 0; i < given->size; i++)
-        s->parts[s->slips].e[i] = u[i] / speed;
     s->slips++;
+    *p = (part){.row = given->row, .size = given->size, .normal = normal, .contact = k};
+    p->normals = perp__contact_normals(&s->solver->problem, k);
+    p->t = t, p->m = given->coefficient, p->c = t * radius / speed;
+    p->b = given->row == normal + p->normals && s->solver->dims[k] > p->normals ? t * load : 0.0;
+    for (int32_t i = 0; i < given->size; i++)
+        p->e[i] = u[i] / speed;
+    for (int32_t i = 0; i < p->normals; i++)
+        p->n[i] = load > 0.0 ? s->r[normal + i] / load : i == 0;
 }
 
 static void read_contact(perp_contact_sensitivity *s, int32_t k,
                          perp_contact_sensitivity_info *info)
 {
-    const int32_t normal = s->solver->starts[k];
+    const perp__contact_problem *problem = &s->solver->problem;
+    const int32_t normal = problem->starts[k];
     perp__contact_part parts[3];
-    const int32_t count = perp__contact_parts(&s->solver->problem, k, parts);
+    const int32_t count = perp__contact_parts(problem, k, parts);
 
-    near(s, k, k, s->r[normal] - s->u[normal] / s->solver->trace[k], info);
+    if (perp__contact_two_sided(problem, k) == 0)
+        near(s, k, k, s->r[normal] - s->u[normal] / problem->trace[k], info);
+    else if (problem->mu[k] > 0.0) /* |r_N| has a kink at 0 */
+        near(s, k, k, perp__contact_pressure(problem, k, s->r), info);
     if (s->modes[k] == PERP_CONTACT_SEPARATE)
         return;
-    s->moves[normal] = 1;
+    memset(s->moves + normal, 1, (size_t)perp__contact_normals(problem, k));
     for (int32_t c = 0; c < count; c++)
-        read_part(s, k, &parts[c], parts[c].row == normal + 1 && s->solver->dims[k] > 1, info);
+        read_part(s, k, &parts[c], info);
 }
 
 static void read_row(perp_contact_sensitivity *s, int32_t k, perp_contact_sensitivity_info *info)
@@ -213,9 +221,12 @@ static perp_status image_of(perp_contact_sensitivity *s, const double *x)
     apply_E(s, s->image);
     for (int32_t k = 0; k < s->slips; k++) {
         const part *p = &s->parts[k];
+        double load = 0.0;
 
+        for (int32_t i = 0; i < p->normals; i++)
+            load += p->n[i] * x[p->normal + i];
         for (int32_t i = 0; i < p->size; i++)
-            s->image[p->row + i] += p->t * (x[p->row + i] + p->m * p->e[i] * x[p->normal]);
+            s->image[p->row + i] += p->t * (x[p->row + i] + p->m * p->e[i] * load);
     }
     return PERP_OK;
 }
@@ -249,7 +260,7 @@ static perp_status factor(perp_contact_sensitivity *s, perp_contact_sensitivity_
     return PERP_OK;
 }
 
-/* x := K^-1 x, or K^-T x, between velocities and impulses; 0 on rows that are not active. */
+/* x := -K^-1 x, or -K^-T x, between velocities and impulses; 0 on rows that are not active. */
 static void solve(perp_contact_sensitivity *s, double *x, int32_t transposed)
 {
     const double *before = transposed ? s->units : s->weights;
@@ -261,7 +272,7 @@ static void solve(perp_contact_sensitivity *s, double *x, int32_t transposed)
         perp__lu_solve(s->count, s->K, s->count, s->pivots, s->step, transposed);
     memset(x, 0, (size_t)s->size * sizeof *x);
     for (int32_t k = 0; k < s->count; k++)
-        x[s->active[k]] = after[s->active[k]] * s->step[k];
+        x[s->active[k]] = -after[s->active[k]] * s->step[k];
 }
 
 /* ---- life ---------------------------------------------------------------------------------- */
@@ -297,14 +308,13 @@ static void layout(perp__arena *arena, void *object)
 static perp_status take_problem(perp_contact_sensitivity *s, const perp_contact_laws *laws,
                                 const perp_contact_dynamics *dynamics)
 {
-    const perp__contact_bounded *bounded;
+    const perp__contact_bounded *bounded = &s->solver->bounded;
     perp_status status = perp__check_pointer(s->context, "dynamics", dynamics);
 
     if (status == PERP_OK)
         status = perp__contact_setup(s->solver, laws, dynamics, NULL);
     if (status != PERP_OK)
         return status;
-    bounded = &s->solver->bounded;
     s->bounded = bounded->count;
     s->contacts = s->bounded > 0 ? bounded->contacts : s->solver->contacts;
     s->H = s->bounded > 0 ? bounded->H : s->solver->dynamics.H;
@@ -520,11 +530,9 @@ static perp_status forward(perp_contact_sensitivity *s, double *dv, double *dr, 
     for (int32_t k = 0; c->mu && k < s->slips; k++) { /* B dmu */
         const part *p = &s->parts[k];
 
-        for (int32_t i = 0; p->is_sliding && i < p->size; i++)
-            s->d[p->row + i] += p->t * s->r[p->normal] * p->e[i] * c->mu[p->contact];
+        for (int32_t i = 0; i < p->size; i++)
+            s->d[p->row + i] += p->b * p->e[i] * c->mu[p->contact];
     }
-    for (int32_t i = 0; i < s->size; i++)
-        s->d[i] = -s->d[i];
     solve(s, s->d, 0);
     memset(s->push, 0, (size_t)s->n * sizeof *s->push);
     add_transposed(&s->H, &s->G, s->n, s->rows, s->d, s->push);
@@ -573,15 +581,13 @@ static perp_status adjoint(perp_contact_sensitivity *s, double *x, double *y, do
         s->y[i] += gr[i];
     solve(s, s->y, 1);
     memset(s->dmu, 0, (size_t)s->contacts * sizeof *s->dmu);
-    for (int32_t k = 0; k < s->slips; k++) { /* -B'y */
+    for (int32_t k = 0; k < s->slips; k++) { /* B'y */
         const part *p = &s->parts[k];
 
-        for (int32_t i = 0; p->is_sliding && i < p->size; i++)
-            s->dmu[p->contact] -= p->t * s->r[p->normal] * p->e[i] * s->y[p->row + i];
+        for (int32_t i = 0; i < p->size; i++)
+            s->dmu[p->contact] += p->b * p->e[i] * s->y[p->row + i];
     }
     apply_E(s, s->y);
-    for (int32_t i = 0; i < s->size; i++)
-        s->y[i] = -s->y[i];
     add_transposed(&s->H, &s->G, s->n, s->rows, s->y, s->dv);
     status = solve_mass(s, s->dv);
     status = check_vector(s, status, "x", s->dv, s->n);

@@ -58,7 +58,7 @@ typedef struct perp__contact_ray {
     perp_lcp_solver *lcp;
     perp__arena arena;
     int64_t fitted;
-    int32_t n;
+    int32_t n, *rows; /* n: of W */
     double *M, *q, *lower, *z, *direction;
     double *impulse, *velocity; /* n: the units of z and of the rows */
     int32_t count;              /* rows of the block below */

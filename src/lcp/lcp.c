@@ -392,64 +392,17 @@ static perp_status read_block(perp_lcp_solver *solver)
     return status;
 }
 
-/* ---- games ---- */
-
-/* Which s limits z_j from below where all rows that it can lift, w_s = M_sj z_j + q_s >= 0, are to
- * be lifted by it alone: *z is the least such z_j. -1: none is lifted. */
-static int32_t last_lifted(const perp_lcp_solver *solver, int32_t j, double *z)
+/* Lemke's method from each of Lemke and Howson's starts; any may be the one that does not end in a
+ * ray. */
+static perp_status play(perp_lcp_solver *solver)
 {
-    const perp__matrix *M = &solver->M;
-    int32_t found = -1;
-
-    *z = 0.0;
-    for (int32_t s = 0; s < solver->n; s++) {
-        const double entry = M->values[(size_t)s * M->row_stride + (size_t)j * M->column_stride];
-
-        if (entry > 0.0 && -solver->q[s] > *z * entry) {
-            *z = -solver->q[s] / entry;
-            found = s;
-        }
-    }
-    return found;
-}
-
-/* M >= 0 with a zero diagonal, z >= 0 and q < 0: two players' costs, for one. From z = 0 every
- * covering vector leads to a ray at once. */
-static int32_t is_game(const perp_lcp_solver *solver)
-{
-    const perp__matrix *M = &solver->M;
-    int32_t i, game = M->column_starts == NULL;
-
-    for (i = 0; i < solver->n && game; i++) {
-        game = solver->q[i] < 0.0 && solver->lower[i] == 0.0 && solver->upper[i] == INFINITY;
-        for (int32_t j = 0; j < solver->n && game; j++) {
-            const double entry =
-                M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride];
-
-            game = i == j ? entry == 0.0 : entry >= 0.0;
-        }
-    }
-    return game;
-}
-
-/* Lemke and Howson's starts ("Equilibrium points of bimatrix games", J. SIAM 12 (1964) 413): player
- * one takes strategy j alone and as much of it as the other's costs need, player two the one
- * strategy that answers it; from there on the path is ours, and any j may be the one that it does
- * not end in a ray for. */
-static perp_status play(perp_lcp_solver *solver, const perp__plan_step *step)
-{
+    static const perp__plan_step lemke = {.method = PERP_LCP_LEMKE, .share = 1.0};
     perp_status status = PERP_OK;
 
     for (int32_t j = 0; j < solver->n && status == PERP_OK; j++) {
-        double first, second;
-        const int32_t s = last_lifted(solver, j, &first);
-
-        if (s < 0 || last_lifted(solver, s, &second) < 0)
+        if (!perp__game_start(solver, j))
             continue;
-        memset(solver->game_start, 0, (size_t)solver->n * sizeof *solver->game_start);
-        solver->game_start[j] = first;
-        solver->game_start[s] = second;
-        status = run(solver, step, solver->game_start);
+        status = run(solver, &lemke, solver->game_start);
         if (perp__is_good(solver->best.outcome) || solver->ended >= 0)
             break;
     }
@@ -458,7 +411,6 @@ static perp_status play(perp_lcp_solver *solver, const perp__plan_step *step)
 
 static perp_status search(perp_lcp_solver *solver, const double *z0)
 {
-    static const perp__plan_step lemke = {.method = PERP_LCP_LEMKE, .share = 1.0};
     perp__plan_step steps[PERP__PLAN_MOST];
     int32_t count;
     perp_status status = read_block(solver);
@@ -483,8 +435,8 @@ static perp_status search(perp_lcp_solver *solver, const double *z0)
     }
     if (status == PERP_OK && solver->best.outcome == PERP_OUTCOME_RAY && !ends_the_search(solver) &&
         solver->settings.pivot_rule == PERP_PIVOT_HARRIS &&
-        is_game(solver)) /* only Lemke's method, or auto, ends in rays */
-        status = play(solver, &lemke);
+        perp__is_game(solver)) /* only Lemke's method, or auto, ends in rays */
+        status = play(solver);
     if (status == PERP_OK && perp__has_last_word(solver) && !ends_the_search(solver))
         status = perp__last_word(solver);
     if (status == PERP_OK && !perp__is_good(solver->best.outcome) &&

@@ -5,6 +5,8 @@
 #ifndef PERP_LCP_METHOD_H
 #define PERP_LCP_METHOD_H
 
+#include <math.h>
+
 #include <perp/lcp.h>
 
 #include "base/arena.h"
@@ -135,6 +137,12 @@ static inline double perp__mid(double z, double lower, double upper, double w)
 static inline double perp__clamp(double z, double lower, double upper)
 {
     return z < lower ? lower : z > upper ? upper : z;
+}
+
+/* A bound that is finite, the lower one first, or 0. */
+static inline double perp__finite_bound(double lower, double upper)
+{
+    return isfinite(lower) ? lower : isfinite(upper) ? upper : 0.0;
 }
 
 #endif

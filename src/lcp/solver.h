@@ -176,6 +176,11 @@ typedef struct perp__plan_step {
 #define PERP__PLAN_MOST (PERP__METHODS + 2)
 int32_t perp__make_plan(const perp_lcp_solver *solver, perp__plan_step *steps);
 
+/* games.c: whether M >= 0 has a zero diagonal, z >= 0 and q < 0: two players' costs, for one LCP;
+ * game_start := the point that strategy j gives, false if none. */
+int32_t perp__is_game(const perp_lcp_solver *solver);
+int32_t perp__game_start(perp_lcp_solver *solver, int32_t j);
+
 /* Makes solver->z the candidate of a step: evaluates it, polishes it unless it is far off, keeps it
  * if it is the best so far or the first. PERP_OK, or _MEMORY. */
 perp_status perp__consider(perp_lcp_solver *solver, const perp__plan_step *step, perp_outcome said,

@@ -13,8 +13,8 @@
 #include "linalg/lanes/multiversion.h"
 #include "linalg/lanes/vectors.h"
 
-/* In rows shorter than this the sum of eight sums costs more than it saves; and in rows shorter than
- * that the copy of eight rows, side by side, saves more than it costs. */
+/* In rows shorter than this the sum of eight sums costs more than it saves; and in rows shorter
+ * than that the copy of eight rows, side by side, saves more than it costs. */
 enum { FEW_COLUMNS = 24, SHORT_ROW = 96 };
 
 typedef struct doubled_kernels {

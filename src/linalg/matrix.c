@@ -28,6 +28,18 @@ perp_status perp_matrix_dense(perp_matrix *matrix, int32_t storage, int32_t rows
                                       .values = values});
 }
 
+perp_matrix perp__view(int32_t storage, int32_t rows, int32_t columns, const double *values)
+{
+    const int32_t line = storage == PERP_STORAGE_ROW_MAJOR ? columns : rows;
+
+    return (perp_matrix){.struct_size = sizeof(perp_matrix),
+                         .storage = storage,
+                         .rows = rows,
+                         .columns = columns,
+                         .leading_dimension = line > 0 ? line : 1,
+                         .values = values};
+}
+
 perp_status perp_matrix_csc(perp_matrix *matrix, int32_t rows, int32_t columns,
                             const int32_t *column_starts, const int32_t *row_indices,
                             const double *values)

@@ -21,6 +21,9 @@ typedef struct perp__matrix {
 perp_status perp__matrix_read(perp_context *context, const char *name, perp__matrix *own,
                               const perp_matrix *caller);
 
+/* A public view of a dense matrix without gaps, for an inner call. */
+perp_matrix perp__view(int32_t storage, int32_t rows, int32_t columns, const double *values);
+
 /* Compressed columns, which are there: starts first, since until they are known to be sound nothing
  * else may be read; then rows, and values unless these are NULL. */
 perp_status perp__matrix_check_csc(perp_context *context, const char *name, const perp__matrix *M);

@@ -39,10 +39,16 @@ static inline double perp__largest3(const double *a)
  * out first keeps the squares in range whatever the units. */
 static inline double perp__normalise3(double *x)
 {
-    const double largest = perp__largest3(x);
+    const double largest = perp__largest3(x), square = perp__dot3(x, x);
     double scaled[3], length;
     int exponent;
 
+    if (square > 1e-280 && square < 1e280) { /* the bits of the scaled ones */
+        length = sqrt(square);
+        for (int32_t k = 0; k < 3; k++)
+            x[k] /= length;
+        return length;
+    }
     if (!(largest > 0.0))
         return 0.0;
     frexp(largest, &exponent);

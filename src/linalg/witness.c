@@ -16,9 +16,9 @@
  * variables at rest pass none on. The largest t is that of the rows that cancel, among those that
  * hang together by significant couplings.
  *
- * Units are not unique: a diagonal that is tiny beside the couplings of its row and its column, as
- * in [[1e-13, 4], [-4, 0]], can be what the units of its row are found from, or noise, and nobody
- * knows. Then units are found with and without such diagonals, and the worse ones count.
+ * Units are not unique: a diagonal that is tiny beside the couplings of its row or of its column,
+ * as in [[1e-13, 4], [-4, 0]], can be what the units of its row are found from, or noise, and
+ * nobody knows. Then the caller's units are balanced too, and the worse ones count.
  */
 #include "linalg/witness.h"
 
@@ -39,7 +39,11 @@
 
 /* Couplings below this are what stands in the place of zeros (linalg/scale.c). */
 #define NOISE 0x1p-40
+#define NOISE_BITS 38 /* of a diagonal */
 #define NOISE_DIAGONAL 0x1p-38
+
+/* Exponents of units of the size that a caller may have chosen. */
+#define MODERATE_UNIT 200
 
 /* Sizes below this have lost digits, or all, to underflow. */
 #define LEAST_SIZE 0x1p-960
@@ -120,55 +124,120 @@ static void tie(perp__witness *t, const perp__witness_point *p)
     t->tied = 1;
 }
 
-/* Whether a diagonal may be noise, which in most matrices none is beside the norm of its row, in
- * units e: |M_ij| is at most 2^-(e_i + e_j) times that. */
-static int32_t may_have_noise(const perp__witness_point *p)
+/* ---- diagonals that may be noise ---- */
+
+#define NO_DIAGONAL (-(1 << 20))
+#define SUPPORT 0x1p-10
+
+/* partner[j] of a row whose diagonal is small beside some other by more than the couplings make up
+ * for: how many rows with a diagonal it is coupled with as strongly as with any, in units e. */
+enum { NO_PARTNER = -2, NONE = -1 };
+
+typedef struct noise_search {
+    const perp__witness_point *point;
+    double *size;     /* |M_ii| */
+    int32_t *partner; /* or: NONE, the only such row, or `rows` where there are several */
+    int32_t *noise;   /* M_ii is */
+    int32_t pass;
+} noise_search;
+
+/* Whether a diagonal may be noise: with |S_ij| <= 2^bound in units e, and |S_ii| near 2^d_i, none
+ * is but where a row of far smaller units has a far smaller diagonal. */
+static int32_t may_have_noise(noise_search *s, int32_t *d)
 {
-    int32_t least = 0, i;
+    const perp__witness_point *p = s->point;
+    const int32_t n = p->M->rows, *e = p->exponents;
+    int32_t least = -NO_DIAGONAL, farthest = NO_DIAGONAL, any = 0, bound, i;
+    double largest = 0.0;
 
-    for (i = 0; i < p->M->rows; i++)
-        least = p->exponents[i] < least ? p->exponents[i] : least;
-    for (i = 0; i < p->M->rows && p->row_norms; i++) {
-        const double size = fabs(perp__diagonal_entry(p->M, i));
-
-        if (size != 0.0 &&
-            !(perp__shift(size, p->exponents[i] + least) > 2.0 * NOISE_DIAGONAL * p->row_norms[i]))
-            return 1;
+    for (i = 0; i < n; i++) {
+        s->size[i] = fabs(perp__diagonal_entry(p->M, i));
+        s->noise[i] = 0;
+        perp__raise_to(&largest, p->row_norms ? p->row_norms[i] : INFINITY);
+        d[i] = s->size[i] == 0.0 ? NO_DIAGONAL : perp__exponent_of(s->size[i]) + 2 * e[i];
+        if (s->size[i] == 0.0)
+            continue;
+        least = d[i] < least ? d[i] : least;
+        farthest = e[i] - d[i] > farthest ? e[i] - d[i] : farthest;
     }
-    return p->row_norms == NULL;
-}
+    if (largest == 0.0) /* nothing, or all of it underflows */
+        return 0;
+    bound = perp__exponent_of(largest) + 1;
+    for (i = 0; i < n; i++) {
+        const int32_t is =
+            d[i] + least <= 2 * bound - NOISE_BITS && farthest >= e[i] + NOISE_BITS - bound;
 
-/* noise[i] := whether M_ii is noise beside the largest couplings of its row and of its column, in
- * the caller's units. Returns whether one is. */
-static int32_t find_noise(perp__witness *t, const perp__matrix *M, int32_t *noise)
-{
-    double *in_row = t->around, *in_column = t->carried, *ones = t->wrong;
-    int32_t any = 0, i;
-
-    for (i = 0; i < M->rows; i++) {
-        in_row[i] = in_column[i] = 0.0;
-        ones[i] = 1.0;
-    }
-    if (!M->column_starts)
-        perp__largest_entries(M, ones, in_row, in_column);
-    for (perp__cursor c = perp__first(M); M->column_starts && perp__advance(&c);) {
-        perp__raise_to(&in_row[c.i], fabs(c.value));
-        perp__raise_to(&in_column[c.j], fabs(c.value));
-    }
-    for (i = 0; i < M->rows; i++) {
-        const double size = fabs(perp__diagonal_entry(M, i));
-
-        noise[i] = size != 0.0 && size <= NOISE_DIAGONAL * fmin(in_row[i], in_column[i]);
-        any |= noise[i];
+        s->partner[i] = is ? NONE : NO_PARTNER;
+        any |= is;
     }
     return any;
 }
 
+static int32_t is_noise(double diagonal, double other, double coupling)
+{
+    return diagonal != 0.0 && diagonal <= NOISE_DIAGONAL * coupling &&
+           diagonal * other <= NOISE_DIAGONAL * coupling * coupling;
+}
+
+static int32_t is_partner(const noise_search *s, int32_t j)
+{
+    return s->partner[j] != NO_PARTNER && s->partner[j] != s->point->M->rows;
+}
+
+/* First what partner j is coupled with, then what is noise beside its couplings. */
+static void visit(noise_search *s, int32_t j, int32_t i, double coupling)
+{
+    const int32_t *e = s->point->exponents;
+
+    if (i == j || !is_partner(s, j))
+        return;
+    if (s->pass > 0) {
+        s->noise[i] |= is_noise(s->size[i], s->size[j], coupling);
+    } else if (s->size[i] != 0.0 && s->partner[j] != i &&
+               coupling * perp__power_of_two(e[i] + e[j]) >= SUPPORT) {
+        s->partner[j] = s->partner[j] == NONE ? i : s->point->M->rows;
+    }
+}
+
+/* Whether a diagonal is noise beside a coupling of its row or of its column, in the caller's units,
+ * that is large beside both its diagonals: units that are far apart make none such, nor do they
+ * where a second row agrees with what they are. */
+static int32_t find_noise(noise_search *s)
+{
+    const perp__matrix *M = s->point->M;
+    int32_t any = 0, i, j;
+
+    for (s->pass = 0; s->pass < 2; s->pass++) {
+        for (perp__cursor c = perp__first(M); M->column_starts && perp__advance(&c);) {
+            visit(s, c.j, c.i, fabs(c.value));
+            visit(s, c.i, c.j, fabs(c.value));
+        }
+        for (j = 0; j < M->rows && !M->column_starts; j++)
+            for (i = 0; i < M->rows && is_partner(s, j); i++) {
+                visit(s, j, i,
+                      fabs(M->values[(size_t)i * M->row_stride + (size_t)j * M->column_stride]));
+                visit(s, j, i,
+                      fabs(M->values[(size_t)j * M->row_stride + (size_t)i * M->column_stride]));
+            }
+    }
+    for (i = 0; i < M->rows; i++)
+        any |= s->noise[i];
+    return any;
+}
+
+/* The caller's units tell what is noise; nobody chose any that are very far apart. */
 static void find_starts(perp__witness *t, const perp__witness_point *p)
 {
-    memcpy(t->units[0].exponents, p->exponents, (size_t)p->M->rows * sizeof *p->exponents);
-    t->count = p->scaling && may_have_noise(p) && find_noise(t, p->M, t->is_free) ? 2 : 1;
-    if (t->count == 2)
+    noise_search s = {p, t->around, t->omegas + p->M->rows, t->is_free, 0};
+    int32_t farthest = 0, i;
+
+    t->count = p->scaling && may_have_noise(&s, t->omegas) && find_noise(&s) ? 2 : 1;
+    for (i = 0; i < p->M->rows; i++) {
+        t->units[0].exponents[i] = p->exponents[i];
+        t->units[1].exponents[i] = 0;
+        farthest = abs(p->exponents[i]) > farthest ? abs(p->exponents[i]) : farthest;
+    }
+    if (t->count == 2 && farthest > MODERATE_UNIT / 2)
         perp__equilibrate_but(p->M, t->is_free, t->units[1].exponents, t->omegas);
     t->known = 1;
     t->balanced = 0;
@@ -194,7 +263,6 @@ static void look_at_matrix(perp__witness *t, const perp__witness_point *p)
 /* ---- a look at few rows of a dense matrix of numbers that no unit brings out of the range of
  * doubles ---- */
 
-#define MODERATE_UNIT 200
 #define MODERATE_NORM 0x1p40
 #define MODERATE_Q 0x1p150
 #define MODERATE_Z 0x1p100

@@ -74,6 +74,7 @@ static void layout(perp__arena *arena, void *object)
     take_vector(arena, &m->kept_v, n);
     take_vector(arena, &m->work, 4 * n);
     m->included = perp__arena_take(arena, contacts, 1);
+    m->let_go = perp__arena_take(arena, contacts, 1);
     m->normal_of = perp__arena_take(arena, rows, sizeof(int32_t));
     PERP__INTEGERS(arena, contacts + (size_t)m->dry, &m->tangent, &m->tangents);
 }

@@ -121,7 +121,9 @@ struct perp_mechanism {
                             that hold both ways */
     double *moved;       /* coordinates */
     int8_t *included;
-    double *work; /* 4 n, nobody's beyond a function */
+    int8_t *let_go; /* contacts: 1: starts to slip, without static friction; -1: comes to rest, with
+                       it; 0: as its speed says */
+    double *work;   /* 4 n, nobody's beyond a function */
     int64_t evaluations;
     double *kept_q, *kept_v; /* coordinates, n: where m->end holds the rows at kept_t, */
     double kept_t;

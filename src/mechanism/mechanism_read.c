@@ -249,6 +249,7 @@ void perp__mechanism_take(perp_mechanism *m, const perp_mechanism_model *model)
     copy_or_zero(m->mu_static, model->mu_static ? model->mu_static : model->mu, m->contacts);
     copy_or_zero(m->stribeck, model->stribeck, m->contacts);
     copy_or_zero(m->restitution, model->restitution, m->contacts);
+    memset(m->let_go, 0, (size_t)m->contacts * sizeof *m->let_go);
     m->starts[0] = 0;
     memset(m->normal_of, -1, (size_t)m->rows * sizeof *m->normal_of);
     for (int32_t j = 0; j < m->bilateral; j++)

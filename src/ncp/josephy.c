@@ -79,7 +79,7 @@ static perp_status solve_linear(perp__newton_run *f, perp__ncp_linear *l, double
 {
     const perp__ncp_model *m = f->model;
     perp_lcp_result result;
-    perp_matrix M;
+    perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, m->n, m->n, f->H);
     perp_status status = perp_lcp_result_init(&result, sizeof result);
 
     for (int32_t i = 0; i < m->n; i++) {
@@ -89,12 +89,8 @@ static perp_status solve_linear(perp__newton_run *f, perp__ncp_linear *l, double
     perp__ncp_fill(f, rho);
     if (!find_offset(f, l, rho))
         return 0;
-    if (status == PERP_OK)
-        status = perp_matrix_init(&M, sizeof M);
     if (status == PERP_OK && m->sparse)
         status = perp_matrix_csc(&M, m->n, m->n, m->starts, m->rows, f->H);
-    else if (status == PERP_OK)
-        status = perp_matrix_dense(&M, PERP_STORAGE_COLUMN_MAJOR, m->n, m->n, f->H, m->n);
     if (status == PERP_OK)
         status = limit_time(m, l);
     if (status == PERP_OK)

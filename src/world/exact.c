@@ -25,6 +25,14 @@
 #define FEW_JOINTS 8
 #define JOINT_TOL 1e-6
 
+/* The heaviest body over the lightest from which on methods take long; and bodies up to which
+ * statics does not. */
+#define HUGE_RATIO 1e6
+#define FEW_BODIES 32
+
+/* Beside its own terms, a velocity that rounding does not tell apart from 0. */
+#define ROUNDING (64.0 * PERP__EPSILON)
+
 /* Passes over what the methods did not solve. */
 #define LEAST_PASSES 8
 
@@ -84,6 +92,87 @@ static double rough_tol(const perp_world *world, const perp__island *island)
     const double tol = perp__swept_tol(world);
 
     return island->joints > 0 ? fmin(tol, JOINT_TOL) : tol;
+}
+
+/* Whether what begins at rest stays so to rounding with the impulses at hand: velocities of 0.0
+ * obey the laws of all contacts, and each body's terms cancel. Below the largest ratios of masses
+ * the methods come to no velocities as small. */
+static int32_t lies(perp_world *world, const perp__island *island, perp__rigid_answer *answer)
+{
+    perp__island_work *work = &world->work;
+    perp__evidence evidence = {0.0, 0.0, 1.0, 1};
+
+    for (int32_t i = 0; i < work->count; i++) {
+        const perp__rigid_rows *rows = &work->rows[i];
+        const double *r = work->impulse + 3 * i;
+
+        if (!(r[0] >= 0.0 && hypot(r[1], r[2]) <= rows->mu * r[0] &&
+              (r[0] == 0.0 ? rows->bias[0] >= 0.0 : rows->bias[0] == 0.0)))
+            return 0;
+    }
+    if (!perp__rest_island(world, island, ROUNDING, &evidence.own))
+        return 0;
+    for (int32_t i = 0; i < work->count; i++)
+        work->modes[i] = work->impulse[3 * i] > 0.0 ? PERP_CONTACT_STICK : PERP_CONTACT_SEPARATE;
+    answer->tested = evidence.tested = answer->own = evidence.own;
+    answer->outcome = perp__gate(&evidence, perp__exact_tol(world), answer->outcome);
+    answer->held = 1;
+    return 1;
+}
+
+/* The answer of the impulses work.warm, as they are. */
+static perp_status look(perp_world *world, perp__rigid_answer *answer, perp__rigid_problem *problem)
+{
+    const int32_t limit = problem->max_iterations;
+    perp_status status;
+
+    problem->max_iterations = -1;
+    status = perp__rigid_solve(world->solver, answer, problem);
+    problem->max_iterations = limit;
+    problem->again = 1;
+    return status;
+}
+
+/* Impulses that come near to holding what begins at rest are brought to rounding; `anew`: or none
+ * at all, where any that do will do. */
+static perp_status balance(perp_world *world, const perp__island *island, int32_t anew,
+                           perp__rigid_answer *answer, perp__rigid_problem *problem,
+                           int32_t *stands)
+{
+    perp__island_work *work = &world->work;
+    const size_t bytes = 3 * (size_t)work->units * sizeof *work->warm;
+
+    if (island->bodies > FEW_BODIES)
+        return PERP_OK;
+    memcpy(work->warm, work->impulse, bytes);
+    for (int32_t i = 0; i < work->count; i++)
+        work->modes[i] = (anew ? work->rows[i].bias[0] == 0.0 : work->impulse[3 * i] > 0.0)
+                             ? PERP_CONTACT_STICK
+                             : PERP_CONTACT_SEPARATE;
+    if (anew)
+        memset(work->impulse, 0, bytes);
+    perp__balance_island(world, island);
+    *stands = lies(world, island, answer);
+    return *stands ? PERP_OK : look(world, answer, problem); /* back to where that was */
+}
+
+/* What begins at rest and is held by the impulses of the last step is so by these very ones. */
+static perp_status stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
+                         perp__rigid_problem *problem, int32_t *stands)
+{
+    perp_status status = look(world, answer, problem);
+
+    *stands = 0;
+    if (status == PERP_OK && perp__is_good(answer->outcome))
+        status = perp__hold_island(world, island, answer, problem, problem->tol);
+    *stands = status == PERP_OK && answer->held;
+    for (int32_t i = 0; i < world->dof * island->bodies && *stands; i++)
+        *stands = world->work.v[i] == 0.0;
+    if (status == PERP_OK && !*stands)
+        *stands = lies(world, island, answer);
+    if (status == PERP_OK && !*stands && perp__mass_ratio(world, island) >= HUGE_RATIO)
+        status = balance(world, island, 1, answer, problem, stands);
+    return status;
 }
 
 /* Joints couple their bodies too tightly for sweeps: proximal solves equations at once. */
@@ -165,13 +254,22 @@ static perp_status sweep_on(perp_world *world, perp__rigid_answer *answer,
 }
 
 /* By all that there is, as far as the budget goes. */
-static perp_status solve(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
-                         perp__rigid_problem *problem)
+static perp_status solve(perp_world *world, const perp__island *island, int32_t bounces,
+                         perp__rigid_answer *answer, perp__rigid_problem *problem)
 {
+    const int32_t at_rest = island->joints == 0 && perp__begins_at_rest(world, island);
     double tol = perp__exact_tol(world);
-    perp_status status;
+    int32_t stands = 0;
+    perp_status status = PERP_OK;
 
-    status = solve_quickly(world, island, answer, problem, &tol);
+    if (at_rest && !bounces)
+        status = stand(world, island, answer, problem, &stands);
+    if (status == PERP_OK && !stands)
+        status = solve_quickly(world, island, answer, problem, &tol);
+    if (status == PERP_OK && !stands && !perp__is_good(answer->outcome) && at_rest)
+        status = balance(world, island, 0, answer, problem, &stands);
+    if (status != PERP_OK || stands)
+        return status;
     if (status == PERP_OK && !perp__is_good(answer->outcome) &&
         world->settings.accuracy != PERP_ACCURACY_EXACT)
         weigh(answer, tol = rough_tol(world, island));
@@ -200,7 +298,7 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
     perp__pose_island(world, island, &problem);
     perp__receive(world, &answer);
     if (island->joints > 0 || !perp__rigid_single(&answer, &problem, SHARPER * problem.tol))
-        status = solve(world, island, &answer, &problem);
+        status = solve(world, island, bounces, &answer, &problem);
     if (status == PERP_ERROR_NOT_FINITE)
         return perp__fail(world->context, status,
                           "the step takes the contacts beyond the range of numbers");

@@ -72,7 +72,16 @@ static double largest_change(const perp_world *world, const perp__island *island
     return largest;
 }
 
-int32_t perp__rest_island(perp_world *world, const perp__island *island, double tol)
+int32_t perp__begins_at_rest(const perp_world *world, const perp__island *island)
+{
+    int32_t i, rests = world->work.carriers == 0;
+
+    for (i = 0; i < world->dof * island->bodies && rests; i++)
+        rests = world->work.now[i] == 0.0;
+    return rests;
+}
+
+int32_t perp__rest_island(perp_world *world, const perp__island *island, double tol, double *change)
 {
     perp__island_work *work = &world->work;
     const size_t size = (size_t)(world->dof * island->bodies) * sizeof(double);
@@ -80,7 +89,8 @@ int32_t perp__rest_island(perp_world *world, const perp__island *island, double 
     find_strengths(world, island, work->strength);
     memcpy(work->solved, work->v, size);
     memset(work->v, 0, size);
-    if (!(largest_change(world, island, work->solved, work->strength) <= tol)) {
+    *change = largest_change(world, island, work->solved, work->strength);
+    if (!(*change <= tol)) {
         memcpy(work->v, work->solved, size);
         return 0;
     }

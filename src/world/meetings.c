@@ -85,19 +85,25 @@ int32_t perp__are_near(const perp_world *world, const perp__pair *pair, double m
            !isfinite(reach * reach);
 }
 
+/* A ball in its body's centre does not. */
+static int32_t turns(const perp__shape *shape)
+{
+    return shape->geometry.kind != PERP__SPHERE || !perp__is_zero3(shape->offset);
+}
+
 /* A shape on the way of its body's motion. */
 perp__moving perp__moving_shape(const perp_world *world, int32_t shape, double h)
 {
     const perp__shape *at = &world->shapes[shape];
     const perp__motion *motion = &world->motions[at->body];
-    int32_t k, turns = at->geometry.kind != PERP__SPHERE || !perp__is_zero3(at->offset);
+    const int32_t turning = turns(at);
     perp__moving moving;
 
     moving.start = &world->placed[shape];
     perp__copy3(moving.centre, world->states[at->body].position);
-    for (k = 0; k < 3; k++) {
+    for (int32_t k = 0; k < 3; k++) {
         moving.way[k] = h * motion->moving[k];
-        moving.turn[k] = turns ? h * motion->moving[3 + k] : 0.0;
+        moving.turn[k] = turning ? h * motion->moving[3 + k] : 0.0;
     }
     moving.reach = at->reach;
     return moving;
@@ -380,16 +386,52 @@ int32_t perp__touching_points(const perp_world *world, perp__pair *pair, double 
     return open_points(world, pair, &pair->meeting, 0.0, h, &near, points);
 }
 
+/* What turning adds to the way of a shape's points, at most. */
+static double turning_of(const perp_world *world, const perp__shape *shape, double h)
+{
+    const double *spin = world->motions[shape->body].moving + 3;
+
+    return turns(shape) ? h * (fabs(spin[0]) + fabs(spin[1]) + fabs(spin[2])) * shape->reach : 0.0;
+}
+
+/* Whether the plane that was found between the two before does for this motion too. */
+static int32_t still_apart(const perp_world *world, const perp__pair *pair, double h)
+{
+    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
+    const double *from = world->motions[a->body].moving, *to = world->motions[b->body].moving;
+    const double way[3] = {h * to[0] - h * from[0], h * to[1] - h * from[1],
+                           h * to[2] - h * from[2]};
+
+    return perp__stay_apart(&pair->meeting, way, turning_of(world, a, h) + turning_of(world, b, h));
+}
+
+/* What keeps the spheres about two shapes apart. */
+static void note_lead(const perp_world *world, perp__pair *pair, double touching)
+{
+    const perp__shape *a = &world->shapes[pair->first], *b = &world->shapes[pair->second];
+    double *apart = pair->meeting.apart;
+
+    perp__subtract3(apart, world->placed[pair->second].position,
+                    world->placed[pair->first].position);
+    pair->meeting.lead = fmax(perp__normalise3(apart) - (a->radius + b->radius) - touching, 0.0);
+}
+
 int32_t perp__pair_meets(const perp_world *world, perp__pair *pair, double h)
 {
-    const perp__moving a = perp__moving_shape(world, pair->first, h);
-    const perp__moving b = perp__moving_shape(world, pair->second, h);
-    const double way = perp__relative_way(&a, &b);
-    const perp__nearness near = nearness_of(world, pair, way);
+    perp__moving a, b;
+    perp__nearness near;
+    double way;
 
-    if (!perp__are_near(world, pair, way + near.touching) ||
-        perp__stay_apart(&a, &b, &near, &pair->meeting))
+    if (pair->meeting.lead > 0.0 && still_apart(world, pair, h))
         return 0;
+    a = perp__moving_shape(world, pair->first, h);
+    b = perp__moving_shape(world, pair->second, h);
+    way = perp__relative_way(&a, &b);
+    near = nearness_of(world, pair, way);
+    if (!perp__are_near(world, pair, way + near.touching)) {
+        note_lead(world, pair, near.touching);
+        return 0;
+    }
     if (has_plane(world, pair)) {
         pair->meeting.time = 0.0;
         pair->meeting.doubtful = 0;

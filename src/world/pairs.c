@@ -84,7 +84,14 @@ static void drop_pair(perp_world *world, int32_t number)
     world->pairs[number].first = NONE;
     world->pairs[number].next[0] = world->free_pair;
     world->free_pair = number;
-    world->pairs_changed = 1;
+    world->pairs_changed |= 1;
+}
+
+static uint64_t key_of(const perp_world *world, int32_t number)
+{
+    const perp__pair *pair = &world->pairs[number];
+
+    return (uint64_t)pair->first << 32 | (uint64_t)pair->second;
 }
 
 static perp_status reserve_pair(perp_world *world)
@@ -94,7 +101,7 @@ static perp_status reserve_pair(perp_world *world)
 
     if (world->free_pair != NONE || world->pair_slots < world->pair_capacity)
         return PERP_OK;
-    world->pairs_changed = 1;
+    world->pairs_changed = 2;
     return perp__grow(world->context, "the pairs of shapes", &world->pair_capacity,
                       (int64_t)world->pair_slots + 1, arrays, 2);
 }
@@ -114,6 +121,20 @@ static void rouse_sleeper(perp_world *world, int32_t body)
 {
     if (world->bodies[body].kind == PERP_BODY_DYNAMIC)
         perp__rouse(world, body);
+}
+
+/* For the order of pairs; while there are few, and nothing was roused. */
+static void note_added(perp_world *world, int32_t number)
+{
+    const int32_t few = world->pair_capacity / 2;
+
+    if (world->awake_changed || world->pairs_added >= few)
+        world->pairs_changed = 2;
+    if (world->pairs_changed >= 2)
+        return;
+    world->pair_order[world->pair_capacity + world->pairs_added].key = key_of(world, number);
+    world->pair_order[world->pair_capacity + world->pairs_added++].value = number;
+    world->pairs_changed |= 1;
 }
 
 static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
@@ -136,11 +157,11 @@ static perp_status add_pair(perp_world *world, int32_t a, int32_t b)
     world->pairs[number].spare = INFINITY;
     put_on_list(world, 2 * number);
     put_on_list(world, 2 * number + 1);
-    world->pairs_changed = 1;
     perp__stop_coasting(world, world->shapes[a].body);
     perp__stop_coasting(world, world->shapes[b].body);
     rouse_sleeper(world, world->shapes[a].body);
     rouse_sleeper(world, world->shapes[b].body);
+    note_added(world, number);
     return PERP_OK;
 }
 
@@ -158,27 +179,65 @@ static int32_t lists_pair(const perp_world *world, int32_t link)
     return link % 2 == 0;
 }
 
-/* Pairs of what is awake by the slots of their shapes. */
-static void order_pairs(perp_world *world)
+/* All of them anew. */
+static void sort_pairs(perp_world *world)
 {
     perp__keyed *order = world->pair_order;
     int32_t i, link, count = 0;
 
-    if (!world->pairs_changed)
-        return;
     for (i = 0; i < world->awake_shape_count; i++)
         for (link = world->shapes[world->awake_shapes[i]].first_link; link != NONE;
              link = world->pairs[link / 2].next[link % 2])
             if (lists_pair(world, link)) {
-                const perp__pair *pair = &world->pairs[link / 2];
-
-                order[count].key = (uint64_t)pair->first << 32 | (uint64_t)pair->second;
+                world->pairs[link / 2].listed = 1;
+                order[count].key = key_of(world, link / 2);
                 order[count++].value = link / 2;
             }
     if (count > 0) /* NULL has no second half */
         perp__sort(order, order + world->pair_capacity, count);
     world->pair_count = count;
-    world->pairs_changed = 0;
+}
+
+/* Keeps those of a list that still are what they were, and are listed or new. */
+static int32_t sift_pairs(perp_world *world, perp__keyed *list, int32_t count, int32_t listed)
+{
+    int32_t kept = 0;
+
+    for (int32_t i = 0; i < count; i++) {
+        perp__pair *pair = &world->pairs[list[i].value];
+
+        if (pair->first == NONE || pair->listed != listed ||
+            key_of(world, list[i].value) != list[i].key)
+            continue;
+        pair->listed = 1;
+        list[kept++] = list[i];
+    }
+    return kept;
+}
+
+/* What came and went since they were sorted. */
+static void merge_pairs(perp_world *world)
+{
+    perp__keyed *order = world->pair_order, *added = order + world->pair_capacity;
+    int32_t old = sift_pairs(world, order, world->pair_count, 1);
+    int32_t count = sift_pairs(world, added, world->pairs_added, 0);
+
+    if (count > 0)
+        perp__sort(added, added + count, count);
+    world->pair_count = old + count;
+    for (int32_t to = old + count; count > 0;)
+        order[--to] =
+            old > 0 && order[old - 1].key > added[count - 1].key ? order[--old] : added[--count];
+}
+
+/* Pairs of what is awake by the slots of their shapes. */
+static void order_pairs(perp_world *world)
+{
+    if (world->pairs_changed >= 2)
+        sort_pairs(world);
+    else if (world->pairs_changed)
+        merge_pairs(world);
+    world->pairs_changed = world->pairs_added = 0;
 }
 
 /* ---- fat boxes ---- */
@@ -328,6 +387,8 @@ static perp_status look_at_planes(perp_world *world)
     for (int32_t i = 0; i < world->shape_slots && world->planes_changed && status == PERP_OK; i++)
         if (world->shapes[i].alive && world->shapes[i].leaf != NONE)
             status = find_partners(world, i);
+    if (world->planes_changed)
+        world->pairs_changed = 2; /* what sleeps has new ones too */
     if (status == PERP_OK)
         world->planes_changed = 0;
     return status;

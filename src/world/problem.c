@@ -17,7 +17,7 @@ static void lay_out(perp__arena *arena, void *object)
     work->rows = perp__arena_take(arena, contacts, sizeof *work->rows);
     work->factors = perp__arena_take(arena, numbers * (size_t)world->dof, sizeof(double));
     PERP__DOUBLES(arena, numbers, &work->start, &work->gain, &work->now, &work->drift,
-                  &work->moving, &work->free, &work->v, &work->solved);
+                  &work->moving, &work->free, &work->v, &work->solved, &work->still);
     PERP__INTEGERS(arena, bodies, &work->carrier, &work->members);
     work->origins = perp__arena_take(arena, 3 * bodies, sizeof(double));
     PERP__INTEGERS(arena, contacts, &work->chosen, &work->modes);

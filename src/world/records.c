@@ -14,13 +14,17 @@ static perp_status reserve(perp_world *world, int32_t count)
     return perp__grow(world->context, "the contacts", &world->record_capacity, count, &array, 1);
 }
 
-/* What pressed in the step was closed, whatever it does in the end. */
+/* What pressed in the step was closed, whatever it does in the end. What sticks stands still along
+ * the normal too, unless it bounced. */
 static int32_t mode_of(const perp__world_contact *contact)
 {
+    const double *v = contact->velocity;
+
     if (contact->mode == PERP_CONTACT_SEPARATE && !(contact->impulse[0] > 0.0))
         return PERP_CONTACT_SEPARATE;
-    return contact->velocity[1] == 0.0 && contact->velocity[2] == 0.0 ? PERP_CONTACT_STICK
-                                                                      : PERP_CONTACT_SLIP;
+    return v[1] == 0.0 && v[2] == 0.0 && (v[0] == 0.0 || contact->restitution > 0.0)
+               ? PERP_CONTACT_STICK
+               : PERP_CONTACT_SLIP;
 }
 
 void perp__write_record(const perp__world_contact *contact, perp_world_contact *record)

@@ -135,7 +135,7 @@ static void finish_list(perp_world *world)
     }
     world->awake_count = count;
     world->awake_changed = 0;
-    world->pairs_changed = 1;
+    world->pairs_changed = 2;
 }
 
 void perp__list_awake(perp_world *world)

@@ -36,7 +36,6 @@
  * that it then gets. */
 #define FROM_REST 0.5
 #define SETTLING_SWEEPS 4
-#define PLANAR_SWEEPS 200 /* which have no such guess to start from */
 
 /* Contacts up to which one is solved exactly instead: what stands by friction all over, as a house
  * of cards does, sweeps do not find to stand, and what is left lets it fall. */
@@ -65,9 +64,7 @@ static const level levels[] = {
     {24, 64, 1e-6} /* accurate */
 };
 
-/* What moves heavily over what moves lightly: a mass, or the inertia about some axis beside the
- * body's size. */
-static double mass_ratio(const perp_world *world, const perp__island *island)
+double perp__mass_ratio(const perp_world *world, const perp__island *island)
 {
     double least = INFINITY, most = 0.0;
 
@@ -109,7 +106,7 @@ int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island
     const perp_world_settings *settings = &world->settings;
 
     if (settings->accuracy == PERP_ACCURACY_EXACT || (settings->cone != 0 && !settings->planar) ||
-        perp__is_small(world, island) || mass_ratio(world, island) >= LARGE_RATIO)
+        perp__is_small(world, island) || perp__mass_ratio(world, island) >= LARGE_RATIO)
         return 1;
     return has_at_most(world, island, levels[settings->accuracy].few);
 }
@@ -281,7 +278,7 @@ static perp_status settle(perp_world *world, const perp__island *island, perp__r
     const double own = answer->own;
     perp_status status;
 
-    problem->max_iterations = world->settings.planar ? PLANAR_SWEEPS : SETTLING_SWEEPS;
+    problem->max_iterations = SETTLING_SWEEPS;
     problem->method = PERP_CONTACT_METHOD_SWEEP;
     problem->again = 1;
     status = perp__rigid_solve(world->solver, answer, problem);
@@ -327,15 +324,6 @@ static void pose(perp_world *world, const perp__island *island, perp__rigid_prob
     perp__receive(world, answer);
 }
 
-static int32_t is_at_rest(const perp_world *world, const perp__island *island)
-{
-    int32_t i, rests = world->work.carriers == 0;
-
-    for (i = 0; i < world->dof * island->bodies && rests; i++)
-        rests = world->work.start[i] == 0.0;
-    return rests;
-}
-
 /* What rests and is held by the impulses of the last step is so by these very ones, bit for bit:
  * then answer->held. Few contacts that nearly are get better ones: then *settles. */
 static perp_status stand(perp_world *world, const perp__island *island, perp__rigid_answer *answer,
@@ -344,9 +332,10 @@ static perp_status stand(perp_world *world, const perp__island *island, perp__ri
 {
     perp__island_work *work = &world->work;
     const double tol = AT_REST * perp__swept_tol(world);
+    double change;
     perp_status status;
 
-    if (!is_at_rest(world, island))
+    if (!perp__begins_at_rest(world, island))
         return PERP_OK;
     close_gaps(world, island, h);
     for (int32_t i = 0; i < island->contacts; i++)
@@ -356,7 +345,7 @@ static perp_status stand(perp_world *world, const perp__island *island, perp__ri
     problem->again = 1;
     if (status != PERP_OK || !perp__is_good(answer->outcome))
         return status;
-    answer->held = answer->own <= BALANCED && perp__rest_island(world, island, BALANCED);
+    answer->held = answer->own <= BALANCED && perp__rest_island(world, island, BALANCED, &change);
     *settles = !answer->held && answer->tested <= tol && answer->own <= tol;
     if (*settles && !has_at_most(world, island, SETTLED_EXACTLY)) {
         *settles = 0;

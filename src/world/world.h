@@ -80,6 +80,7 @@ typedef struct perp__pair {
     int32_t second;
     int32_t next[2]; /* links in the lists of the two shapes */
     int32_t previous[2];
+    int32_t listed;       /* among the ordered pairs, unless those are to be found anew */
     int32_t open;         /* the shapes do not touch plainly at the start of the step */
     int32_t met;          /* the motion at hand makes them meet */
     int32_t joined;       /* how often their points have come */
@@ -260,6 +261,7 @@ typedef struct perp__island_work {
     double *impulse, *velocity, *warm, *next_warm; /* 3 a contact chosen */
     double *gap, *guard;                           /* contacts of the island */
     double *strength, *solved, *solved_rows;       /* bodies; numbers; 3 a contact: of hold */
+    double *still;                                 /* numbers: statics.c */
     int8_t *hit, *near;                            /* contacts of the island; bodies */
     int32_t *part;                                 /* contacts of a part of it: near.c */
 } perp__island_work;
@@ -338,7 +340,8 @@ struct perp_world {
     int32_t free_pair;
     int32_t pair_count;      /* of what is awake */
     perp__keyed *pair_order; /* these, by their shapes; as much again for sorting */
-    int32_t pairs_changed;   /* since they were sorted */
+    int32_t pairs_added;     /* since they were sorted: so many in the second half; */
+    int32_t pairs_changed;   /* others ended; 2: all may be others */
     perp__memory *memories;  /* pair by pair */
     perp__memory *next_memories;
     int32_t memory_count;
@@ -615,9 +618,16 @@ perp_status perp__solve_rows(perp_world *world, const perp__island *island, int3
 perp_status perp__hold_island(perp_world *world, const perp__island *island,
                               perp__rigid_answer *answer, const perp__rigid_problem *problem,
                               double tol);
+/* Whether all of an island is at rest, and nothing that moves as it is told is next to it. */
+int32_t perp__begins_at_rest(const perp_world *world, const perp__island *island);
 /* Writes the velocities of what rests as 0.0, where the impulses at hand leave it so to tol, beside
- * each body's own terms; returns whether. */
-int32_t perp__rest_island(perp_world *world, const perp__island *island, double tol);
+ * each body's own terms; returns whether. *change: what is left, beside these. */
+int32_t perp__rest_island(perp_world *world, const perp__island *island, double tol,
+                          double *change);
+
+/* statics.c: the impulses of what sticks become the nearest ones that hold the island at rest,
+ * where there are any; work.v, what they leave of it. */
+void perp__balance_island(perp_world *world, const perp__island *island);
 
 /* impacts.c: an island solved to tol. */
 perp_status perp__follow_island(perp_world *world, const perp__island *island, double h,
@@ -641,6 +651,9 @@ perp_status perp__sweep_island(perp_world *world, const perp__island *island, do
                                perp__verdict *verdict);
 perp_status perp__finish_swept(perp_world *world, const perp__island *island, double h,
                                perp__verdict *verdict);
+/* What moves heavily over what moves lightly: a mass, or the inertia about some axis beside the
+ * body's size. */
+double perp__mass_ratio(const perp_world *world, const perp__island *island);
 /* Whether an exact solution costs no more, or nothing less will do. */
 int32_t perp__is_worth_exact(const perp_world *world, const perp__island *island);
 /* Whether it costs so little that it may be done whenever a contact comes. */

@@ -69,6 +69,16 @@ shows 'none' '^held back by 1 N: 0 accelerations$'
 shows 'critical offset' '^none beyond h = 0.37500000[0-9]*, '
 shows 'jam' ' from 1 m/s: velocity 0.0, a jam$'
 
+machine pins
+shows 'stable' ': +0.486697 m/s2, stable,'
+shows 'unstable' ': -1.918159 m/s2, unstable,'
+shows 'jam' '^pulled back: 0 accelerations, a step gives velocity -*0.0$'
+shows 'critical friction' '^it jams above mu = 0.20833333[0-9], '
+shows 'up' ' up: -10.381253 rad/s2, by virtual work -10.381253$'
+shows 'down' ' down: -10.007350 rad/s2, by virtual work -10.007350$'
+shows 'energy' ' has lost 9.80[0-9] J, by friction 9.80[0-9] J$'
+shows 'rest' '^it rests at -8[0-9.]* degrees, velocity -*0.0$'
+
 machine table
 shows 'family' '^    forces from 25 35 -*0 40$'
 shows 'other end' '^    to          60 -*0 35 5$'

@@ -37,25 +37,26 @@ static void check_eigenvalues(const perp_compliant_system *s, const wide *Gamma,
 static int make_gamma(const perp_compliant_system *s, const fuzz_matrix *matrices,
                       const int32_t *slip, const int32_t *load, wide *Gamma, wide *size)
 {
-    int32_t n = s->n, p = s->contacts, i, j, k;
-    wide *M = oracle_wide(n * n, matrices[0].dense), *X = fuzz_take(2 * n * p, sizeof *X);
+    int32_t n = s->n, p = s->contacts, i, j, k, l;
+    wide *M = oracle_wide(n * n, matrices[0].dense), *inverse = fuzz_take(n * n, sizeof *inverse);
 
     for (i = 0; i < n; i++)
-        for (k = 0; k < p; k++) {
-            wide along = matrices[1].dense[k * n + i];
-            wide across = (wide)matrices[2].dense[k * n + i] * s->mu[k] * (slip[k] * load[k]);
-
-            X[i * 2 * p + k] = along + across;
-            X[i * 2 * p + p + k] = oracle_abs(along) + oracle_abs(across);
-        }
-    if (!oracle_solve(n, 2 * p, M, X))
+        for (j = 0; j < n; j++)
+            inverse[i * n + j] = i == j;
+    if (!oracle_solve(n, n, M, inverse))
         return 0;
     for (*size = 0, i = 0; i < p; i++)
         for (k = 0; k < p; k++)
-            for (Gamma[i * p + k] = 0, j = 0; j < n; j++) {
-                Gamma[i * p + k] += matrices[1].dense[i * n + j] * X[j * 2 * p + k];
-                *size += oracle_abs(matrices[1].dense[i * n + j] * X[j * 2 * p + p + k]);
-            }
+            for (Gamma[i * p + k] = 0, j = 0; j < n; j++)
+                for (l = 0; l < n; l++) {
+                    const wide response = matrices[1].dense[i * n + j] * inverse[j * n + l];
+                    const wide along = matrices[1].dense[k * n + l];
+                    const wide across =
+                        (wide)matrices[2].dense[k * n + l] * s->mu[k] * (slip[k] * load[k]);
+
+                    Gamma[i * p + k] += response * (along + across);
+                    *size += oracle_abs(response) * (oracle_abs(along) + oracle_abs(across));
+                }
     return 1;
 }
 

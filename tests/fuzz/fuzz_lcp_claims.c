@@ -5,105 +5,12 @@
 
 #include "problem.h"
 
-/* Solves M_AA x_A = right_A in 113 bits, x = 0 elsewhere. Corrected by its own residual: of numbers
- * much smaller than others elimination keeps fewer digits than a radius may have. */
-static int solve_block(const lcp_problem *p, const int *active, const wide *right, wide *x)
-{
-    int32_t n = p->n, i, j, round;
-    wide *A = fuzz_take(n * n, sizeof *A), *rest = fuzz_take(n, sizeof *rest);
-
-    for (i = 0; i < n; i++)
-        x[i] = 0;
-    for (round = 0; round < 12; round++) {
-        for (i = 0; i < n; i++) {
-            rest[i] = active[i] ? right[i] : 0;
-            for (j = 0; j < n; j++) {
-                A[i * n + j] = active[i] && active[j] ? (wide)p->M.dense[i * n + j] : i == j;
-                rest[i] -= A[i * n + j] * x[j];
-            }
-        }
-        if (!oracle_solve(n, 1, A, rest))
-            return 0;
-        for (i = 0; i < n; i++)
-            x[i] += rest[i];
-    }
-    return 1;
-}
-
-/* error := |A^-1| (|A||x| + |right|) 2^-104: how far 113 bits may be off, far beyond a condition of
- * 2^53 between rows and columns of very different units. x is 0 where not active. */
-static void find_error(const lcp_problem *p, const int *active, const wide *right, const wide *x,
-                       wide *error)
-{
-    int32_t n = p->n, i, j;
-    wide *A = fuzz_take(n * n, sizeof *A), *inverse = fuzz_take(n * n, sizeof *inverse);
-    wide *size = fuzz_take(n, sizeof *size);
-
-    for (i = 0; i < n; i++)
-        for (size[i] = active[i] ? oracle_abs(right[i]) : 0, error[i] = 0, j = 0; j < n; j++) {
-            A[i * n + j] = active[i] && active[j] ? (wide)p->M.dense[i * n + j] : i == j;
-            inverse[i * n + j] = i == j;
-            size[i] += oracle_abs(A[i * n + j] * x[j]);
-        }
-    oracle_solve(n, n, A, inverse);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++)
-            error[i] += oracle_abs(inverse[i * n + j]) * size[j] * (wide)0x1p-104;
-}
-
-/* Whether the index set `places` has a solution; x is what its equations give, but for `error`. */
-static int solution_at(const lcp_problem *p, const int32_t *places, wide *x, wide *error)
-{
-    int32_t n = p->n, i;
-    wide *w = fuzz_take(n, sizeof *w), *t = fuzz_take(n, sizeof *t);
-    wide *at = fuzz_take(n, sizeof *at), *doubt = fuzz_take(n, sizeof *doubt),
-         *M = oracle_wide(n * n, p->M.dense);
-    wide *q = oracle_wide(n, p->q);
-    int *active = fuzz_take(n, sizeof *active);
-
-    for (i = 0; i < n; i++) {
-        active[i] = places[i] == PERP_PLACE_BETWEEN;
-        at[i] = active[i] ? 0 : places[i] == PERP_PLACE_LOWER ? p->lower[i] : p->upper[i];
-        if (isinf((double)at[i]))
-            return 0;
-    }
-    oracle_multiply(n, n, M, at, q, w, t);
-    for (i = 0; i < n; i++)
-        t[i] = -w[i];
-    if (!solve_block(p, active, t, x))
-        return 0;
-    find_error(p, active, t, x, error);
-    for (i = 0; i < n; i++)
-        x[i] += at[i];
-    oracle_multiply(n, n, M, x, q, w, t);
-    oracle_multiply(n, n, M, error, NULL, t, doubt);
-    for (i = 0; i < n; i++)
-        if (active[i] ? x[i] < p->lower[i] - error[i] || x[i] > p->upper[i] + error[i]
-                      : p->lower[i] < p->upper[i] &&
-                            (places[i] == PERP_PLACE_LOWER ? w[i] < -doubt[i] : w[i] > doubt[i]))
-            return 0;
-    return 1;
-}
-
-/* 2^-60 of the radius: the reference has 113 bits, and the block a condition below 2^53. */
-static int is_within(const lcp_problem *p, const wide *x, const wide *error, const double *z,
-                     const double *radii)
-{
-    int32_t i;
-
-    for (i = 0; i < p->n; i++)
-        if (!(oracle_abs(x[i] - z[i]) <=
-              radii[i] * (1 + (wide)0x1p-60) + oracle_abs(x[i]) * 0x1p-60 + error[i]))
-            return 0;
-    return 1;
-}
-
 /* Which index set z shows depends on the units of z and w: all of them are tried. */
 static void check_radii(const lcp_problem *p, const double *z, const double *radii)
 {
+    const oracle_set set = {p->n, p->M.dense, p->q, p->lower, p->upper, z, radii};
     int32_t *places = fuzz_take(p->n, sizeof *places), i, count = 1, k;
-    wide *x = fuzz_take(p->n, sizeof *x), *error = fuzz_take(p->n, sizeof *error);
-    int mark = fuzz_mark(), found = 0;
+    int found = 0;
 
     for (i = 0; i < p->n; i++)
         count *= 3;
@@ -112,8 +19,7 @@ static void check_radii(const lcp_problem *p, const double *z, const double *rad
 
         for (i = 0; i < p->n; i++, rest /= 3)
             places[i] = rest % 3;
-        found = solution_at(p, places, x, error) && is_within(p, x, error, z, radii);
-        fuzz_drop_to(mark);
+        found = oracle_solves(&set, places);
     }
     if (!found)
         fuzz_fail("verify: 'regular', but no solution is within radii[0] = %g of z",
@@ -123,8 +29,8 @@ static void check_radii(const lcp_problem *p, const double *z, const double *rad
 /* z - w tells the index set where units play no part: at integers, without ties. */
 static void check_denial(const lcp_problem *p, const double *z)
 {
+    const oracle_set set = {p->n, p->M.dense, p->q, p->lower, p->upper, z, NULL};
     wide *w = fuzz_take(p->n, sizeof *w), *t = fuzz_take(p->n, sizeof *t);
-    wide *x = fuzz_take(p->n, sizeof *x), *error = fuzz_take(p->n, sizeof *error);
     int32_t *places = fuzz_take(p->n, sizeof *places), i;
 
     lcp_problem_rows(p, z, w, t);
@@ -133,7 +39,7 @@ static void check_denial(const lcp_problem *p, const double *z)
         if ((z[i] > 0 && w[i] > 0) || (z[i] < 0 && w[i] < 0) || (z[i] == 0 && w[i] == 0))
             return;
     }
-    if (solution_at(p, places, x, error))
+    if (oracle_solves(&set, places))
         fuzz_fail("verify: 'not a solution' of an index set that has one");
 }
 

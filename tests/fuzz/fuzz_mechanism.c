@@ -160,6 +160,7 @@ static void make(fuzz_bytes *bytes, machine *m)
     fuzz_show("gap", m->gap, model->contacts);
     fuzz_show("mu", m->mu, model->contacts);
     fuzz_show("drift", m->drift, m->rows);
+    fuzz_show("bound", m->bound, model->dry);
     fuzz_show("q", m->q, m->n);
     fuzz_show("v", m->v, m->n);
 }
@@ -169,15 +170,16 @@ static int32_t make_laws(const machine *m, double h, oracle_law *law)
     int32_t i, row = 0, count = 0, dry = m->model.dry, rows = m->model.dry_dim;
 
     for (i = 0; i < m->model.contacts; row += m->dims[i++]) {
-        law[count++] = (oracle_law){ORACLE_NORMAL, row, 1, -1, 0, row, m->dims[i], 0};
+        law[count++] = (oracle_law){ORACLE_NORMAL, row, 1, -1, 0, row, m->dims[i], 0, 0};
         if (m->dims[i] > 1)
-            law[count++] = (oracle_law){ORACLE_FRICTION, row + 1, m->dims[i] - 1, row,
-                                        m->mu[i],        row,     m->dims[i],     0};
+            law[count++] = (oracle_law){
+                ORACLE_FRICTION, row + 1, m->dims[i] - 1, row, m->mu[i], row, m->dims[i], 0, 0};
     }
     for (i = 0; i < m->model.bilateral; i++, row++)
-        law[count++] = (oracle_law){ORACLE_BILATERAL, row, 1, -1, 0, row, 1, 0};
+        law[count++] = (oracle_law){ORACLE_BILATERAL, row, 1, -1, 0, row, 1, 0, 0};
     for (i = 0; i < dry; i++, row += rows)
-        law[count++] = (oracle_law){ORACLE_FRICTION, row, rows, -1, m->bound[i] * h, row, rows, 0};
+        law[count++] =
+            (oracle_law){ORACLE_FRICTION, row, rows, -1, m->bound[i] * h, row, rows, 0, 0};
     return count;
 }
 
@@ -289,6 +291,7 @@ static void advance(fuzz_bytes *bytes, perp_context *context, perp_mechanism *me
             perp_mechanism_advance(mechanism, q, v, r, u, modes, ray, &step, 0.0, h, m->q, m->v),
             "perp_mechanism_advance", (const void *[]){q, v, r, u, modes, ray, NULL}))
         return;
+    fuzz_show("step", &h, 1);
     fuzz_show("impulse", r, m->rows);
     if (step.has_ray != !fuzz_untouched(ray))
         fuzz_fail("a ray is written if and only if has_ray is 1");
@@ -351,17 +354,18 @@ static void check_found(machine *m, const perp_mechanism_found *found)
     fuzz_finite("acceleration", found->acceleration, n);
     fuzz_finite("force", found->force, m->rows);
     for (i = 0; i < n; i++) {
-        wide sum = -(wide)F[i], size = oracle_abs(sum);
+        wide sum = -(wide)F[i], size = oracle_abs(sum), grain = 0; /* where doubles end */
 
         for (j = 0; j < n + m->rows; j++) {
-            wide x = j < n ? (wide)m->M[i * n + j] * found->acceleration[j]
-                           : -(wide)H[(j - n) * n + i] * found->force[j - n];
+            const wide entry = j < n ? (wide)m->M[i * n + j] : (wide)H[(j - n) * n + i];
+            wide x = j < n ? entry * found->acceleration[j] : -entry * found->force[j - n];
 
             sum += x;
             size += oracle_abs(x);
+            grain += oracle_abs(entry) * (wide)0x1p-1074;
         }
         most = size > most ? size : most;
-        if (oracle_abs(sum) > (size + most) * (wide)1e-6)
+        if (oracle_abs(sum) > (size + most) * (wide)1e-6 + grain)
             fuzz_fail("mechanism: M v' = k + H'f: row %d is off by %Lg of %Lg", i, (long double)sum,
                       (long double)size);
     }

@@ -319,8 +319,8 @@ static void check_contacts(const scene *s, int good, double residual)
          * impacts cut the step, what pressed in one part of it may have opened in another. */
         if (stats.impacts == 0 && c.restitution == 0 && c.impulse[0] > 0 && c.gap <= 0 &&
             fabs(c.velocity[0]) > (c.mode == PERP_CONTACT_STICK ? 0.0 : leeway(s, &c, residual)))
-            fuzz_fail("world: contact %d presses with %g and moves with %g", k, c.impulse[0],
-                      c.velocity[0]);
+            fuzz_fail("world: contact %d (%s) presses with %g and moves with %g", k,
+                      perp_contact_mode_text(c.mode), c.impulse[0], c.velocity[0]);
     }
 }
 

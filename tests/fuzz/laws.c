@@ -6,19 +6,21 @@
 static void add_law(laws_problem *p, int32_t kind, int32_t rows, int32_t normal, double mu)
 {
     if (rows > 0)
-        p->law[p->count++] = (oracle_law){kind, p->rows, rows, normal, mu, p->rows, rows, 0};
+        p->law[p->count++] = (oracle_law){kind, p->rows, rows, normal, mu, p->rows, rows, 0, 0};
     p->rows += rows;
 }
 
 static void add_contact(laws_problem *p, int32_t k)
 {
     int32_t dim = p->laws.dims ? p->dims[k] : p->laws.dim, normal = p->rows, law = p->count;
+    int32_t both = p->two_sided[k], normals = both > 0 ? both : 1;
     double rolling = p->laws.rolling ? p->rolling[k] : 0;
     double spinning = p->laws.spinning ? p->spinning[k] : 0;
 
     p->first[k] = normal;
-    add_law(p, ORACLE_NORMAL, 1, -1, 0);
-    add_law(p, ORACLE_FRICTION, dim - 1, normal, p->laws.mu ? p->mu[k] : 0);
+    add_law(p, both > 0 ? ORACLE_BILATERAL : ORACLE_NORMAL, normals, -1, 0);
+    add_law(p, ORACLE_FRICTION, dim - normals, normal, p->laws.mu ? p->mu[k] : 0);
+    p->law[p->count - 1].normals = both;
     if (rolling > 0 && dim > 1)
         add_law(p, ORACLE_FRICTION, dim - 1, normal, rolling);
     if (spinning > 0 && dim == 3)
@@ -29,8 +31,38 @@ static void add_contact(laws_problem *p, int32_t k)
     }
 }
 
+/* Contacts that hold both ways, from a trailer of four bytes: three bits each, then "b2". Without
+ * it, as in inputs of before there were such contacts, there are none. */
+static uint32_t take_trailer(fuzz_bytes *bytes)
+{
+    const uint8_t *end = bytes->end;
+
+    if (end - bytes->at < 4 || end[-2] != 'b' || end[-1] != '2')
+        return 0;
+    bytes->end -= 4;
+    return end[-4] | (uint32_t)end[-3] << 8;
+}
+
+static void hold_both_ways(laws_problem *p, uint32_t trailer)
+{
+    int32_t k;
+
+    if (trailer == 0)
+        return;
+    for (k = 0; k < p->laws.contacts; k++) {
+        p->two_sided[k] = (int32_t)(trailer >> 3 * k & 3);
+        if (p->two_sided[k] > 0) {
+            p->dims[k] = p->two_sided[k] + (p->dims[k] > 2 ? 2 : 1);
+            p->rolling[k] = p->spinning[k] = 0;
+        }
+    }
+    p->laws.dims = p->dims;
+    p->laws.two_sided = p->two_sided;
+}
+
 void laws_make(fuzz_bytes *bytes, fuzz_mood mood, laws_problem *p)
 {
+    uint32_t trailer = take_trailer(bytes);
     uint8_t flags;
     int32_t k;
 
@@ -51,6 +83,7 @@ void laws_make(fuzz_bytes *bytes, fuzz_mood mood, laws_problem *p)
     p->laws.mu = flags & 4 ? NULL : p->mu;
     p->laws.rolling = flags & 8 ? p->rolling : NULL;
     p->laws.spinning = flags & 16 ? p->spinning : NULL;
+    hold_both_ways(p, trailer);
     for (k = 0; k < p->laws.contacts; k++)
         add_contact(p, k);
     for (k = 0; k < p->laws.bilateral; k++)
@@ -97,6 +130,9 @@ static void check_modes(const char *where, const laws_problem *p, const perp_con
             if (modes[k] == PERP_CONTACT_STICK && fuzz_good(result->outcome) && u[i] != 0)
                 fuzz_fail("%s: contact %d sticks with velocity u[%d] = %g", where, k, i, u[i]);
         }
+        for (i = p->first[k]; fuzz_good(result->outcome) && i < p->first[k] + p->two_sided[k]; i++)
+            if (u[i] != 0 || modes[k] == PERP_CONTACT_SEPARATE)
+                fuzz_fail("%s: contact %d holds both ways, with u[%d] = %g", where, k, i, u[i]);
         if (fuzz_good(result->outcome) && r[p->first[k]] > 0 && u[p->first[k]] != 0)
             fuzz_fail("%s: contact %d presses with r_n = %g and opens with u_n = %g", where, k,
                       r[p->first[k]], u[p->first[k]]);

@@ -12,7 +12,7 @@
 typedef struct laws_problem {
     perp_contact_laws laws;
     int32_t rows, count; /* rows with the bilateral ones; of `law` */
-    int32_t dims[LAWS_CONTACTS], dim;
+    int32_t dims[LAWS_CONTACTS], two_sided[LAWS_CONTACTS];
     double mu[LAWS_CONTACTS], rolling[LAWS_CONTACTS], spinning[LAWS_CONTACTS];
     double compliance[LAWS_ROWS];
     oracle_law law[LAWS_MOST];

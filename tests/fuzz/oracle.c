@@ -128,25 +128,36 @@ static long double largest_of(int32_t n, const wide *A, const long double *e, in
     return largest;
 }
 
-/* Units in which positive diagonals are 1, and of a row that has none the largest coupling to one
- * of them; else the caller's. */
+/* Units in which diagonals are 1, and of a row that has none the largest coupling to those that are
+ * known, level after level; else the caller's. */
 static void start_at_diagonals(int32_t n, const wide *A, long double *e)
 {
+    int *known = fuzz_take(n, sizeof *known), *found = fuzz_take(n, sizeof *found), changed = 1;
     int32_t i, j;
 
-    for (i = 0; i < n; i++)
-        e[i] = A[i * n + i] > 0 ? -log2l((long double)A[i * n + i]) / 2 : 0;
     for (i = 0; i < n; i++) {
-        long double largest = -INFINITY;
+        const long double size = (long double)oracle_abs(A[i * n + i]);
 
-        for (j = 0; j < n && !(A[i * n + i] > 0); j++) {
-            wide x = larger(oracle_abs(A[i * n + j]), oracle_abs(A[j * n + i]));
+        known[i] = size > 0;
+        e[i] = known[i] ? -log2l(size) / 2 : 0;
+    }
+    while (changed) {
+        memcpy(found, known, (size_t)n * sizeof *found);
+        for (changed = 0, i = 0; i < n; i++) {
+            long double largest = -INFINITY;
 
-            if (x > 0 && A[j * n + j] > 0)
-                largest = fmaxl(largest, log2l((long double)x) + e[j]);
+            for (j = 0; j < n && !known[i]; j++) {
+                wide x = larger(oracle_abs(A[i * n + j]), oracle_abs(A[j * n + i]));
+
+                if (x > 0 && known[j])
+                    largest = fmaxl(largest, log2l((long double)x) + e[j]);
+            }
+            if (isfinite(largest)) {
+                e[i] = -largest;
+                found[i] = changed = 1;
+            }
         }
-        if (isfinite(largest))
-            e[i] = -largest;
+        memcpy(known, found, (size_t)n * sizeof *known);
     }
 }
 
@@ -214,8 +225,8 @@ static scaled scale(int32_t n, const wide *A, const wide *t, double tol, int way
     return s;
 }
 
-/* largest[i] := the largest t of the rows that row i is connected with. */
-static void spread(const scaled *s, wide *largest)
+/* largest[i] := the largest t of the rows that row i is connected with; those of a block are. */
+static void spread(const scaled *s, const int32_t *block, wide *largest)
 {
     int32_t n = s->n, i, j, changed = 1;
 
@@ -223,7 +234,9 @@ static void spread(const scaled *s, wide *largest)
     while (changed)
         for (changed = 0, i = 0; i < n; i++)
             for (j = 0; j < n; j++)
-                if ((s->joined[i * n + j] || s->joined[j * n + i]) && largest[j] > largest[i]) {
+                if ((s->joined[i * n + j] || s->joined[j * n + i] ||
+                     (block && block[i] == block[j])) &&
+                    largest[j] > largest[i]) {
                     largest[i] = largest[j];
                     changed = 1;
                 }
@@ -248,8 +261,8 @@ static wide through_noise(const scaled *s, const wide *z, double tol, int32_t i)
     return sum;
 }
 
-static void carry(int32_t n, const scaled *s, const wide *z, double tol, int unit, wide *carried,
-                  wide *zhat)
+static void carry(int32_t n, const scaled *s, const wide *z, const int32_t *block, double tol,
+                  int unit, wide *carried, wide *zhat)
 {
     wide *near = fuzz_take(n, sizeof *near), *largest = fuzz_take(n, sizeof *largest);
     int32_t i, j, empty;
@@ -258,7 +271,7 @@ static void carry(int32_t n, const scaled *s, const wide *z, double tol, int uni
         for (near[j] = oracle_abs(z[j]) / s->D[j], i = 0; i < n; i++)
             if (s->joined[i * n + j])
                 near[j] = larger(near[j], s->t[i] / s->A[i * n + j]);
-    spread(s, largest);
+    spread(s, block, largest);
     for (i = 0; i < n; i++) {
         wide sum = s->t[i] + larger(1e-5, 16 * DBL_EPSILON / tol) * largest[i] +
                    through_noise(s, z, tol, i) / tol + unit * larger(1, s->D[i]);
@@ -273,8 +286,8 @@ static void carry(int32_t n, const scaled *s, const wide *z, double tol, int uni
     }
 }
 
-void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, double tol, int unit,
-                    wide *carried, wide *zhat)
+void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, const int32_t *block,
+                    double tol, int unit, wide *carried, wide *zhat)
 {
     int32_t i, way;
 
@@ -286,7 +299,7 @@ void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, doub
     for (way = 0; way < 3; way++) {
         const scaled s = scale(n, A, t, tol, way);
 
-        carry(n, &s, z, tol, unit, carried, zhat);
+        carry(n, &s, z, block, tol, unit, carried, zhat);
     }
 }
 
@@ -364,7 +377,7 @@ void oracle_check_point(const oracle_point *p)
     z = oracle_wide(p->n, p->z);
     for (i = 0; p->start && i < p->n; i++)
         z[i] = larger(oracle_abs(z[i]), oracle_abs(p->start[i]) * (wide)0x1p-20);
-    oracle_carried(p->n, M, z, p->t, p->tol, p->homogeneous, carried, zhat);
+    oracle_carried(p->n, M, z, p->t, NULL, p->tol, p->homogeneous, carried, zhat);
     for (i = 0; i < p->n; i++) {
         wide v = violation(p, i, limit * zhat[i]);
 
@@ -403,7 +416,12 @@ static wide norm(const wide *x, int32_t count)
 /* The radius of the disc that the impulses of a friction law stay in. */
 static wide radius(const oracle_contacts *c, const oracle_law *law)
 {
-    return law->mu * (law->normal < 0 ? (wide)1 : (wide)c->r[law->normal]);
+    wide N[3] = {1, 0, 0};
+    int32_t k;
+
+    for (k = 0; law->normal >= 0 && k < (law->normals > 0 ? law->normals : 1); k++)
+        N[k] = c->r[law->normal + k];
+    return law->mu * (law->normals > 0 ? norm(N, 3) : N[0]);
 }
 
 /* 1e-12: some roundings of the scaling into the disc; 1e-307: those at the end of the doubles. */
@@ -436,13 +454,21 @@ static wide slip_error(const oracle_contacts *c, const oracle_law *law, const wi
     return norm(error, law->rows);
 }
 
-static wide law_error(const oracle_contacts *c, const oracle_law *law, const wide *u)
+static wide trace_of(const oracle_contacts *c, const oracle_law *law)
 {
-    wide trace = 0, pressed;
+    wide trace = 0;
     int32_t k;
 
     for (k = 0; k < law->rows; k++)
         trace += c->W[(law->first + k) * c->rows + law->first + k];
+    return trace;
+}
+
+static wide law_error(const oracle_contacts *c, const oracle_law *law, const wide *u)
+{
+    const wide trace = trace_of(c, law);
+    wide pressed;
+
     switch (law->kind) {
     case ORACLE_NORMAL:
         pressed = trace * c->r[law->first];
@@ -464,6 +490,8 @@ static void check_law(const oracle_contacts *c, const oracle_law *law, const wid
 
     for (k = law->block; k < law->block + law->block_rows; k++)
         most = larger(most, carried[k] + grain(c->rows, &c->W[k * c->rows]) / limit);
+    if (law->kind == ORACLE_FRICTION && law->normal < 0) /* what the bound itself can stop */
+        most = larger(most, trace_of(c, law) * law->mu);
     if (most < (wide)0x1p-960) /* such numbers have lost digits to underflow on their way */
         return;
     if (error > limit * most)
@@ -482,6 +510,7 @@ void oracle_check_contacts(const oracle_contacts *c)
     int32_t rows = c->rows, k, homogeneous = 1;
     wide *u = fuzz_take(rows, sizeof *u), *t = fuzz_take(rows, sizeof *t);
     wide *carried = fuzz_take(rows, sizeof *carried), *r = oracle_wide(rows, c->r);
+    int32_t *block = fuzz_take(rows, sizeof *block), i;
 
     if (fuzz_good(c->outcome))
         fuzz_finite("r", c->r, rows);
@@ -493,9 +522,14 @@ void oracle_check_contacts(const oracle_contacts *c)
     if (!fuzz_good(c->outcome) || oracle_limit(c->outcome, c->tol) > 0.1)
         return;
     oracle_multiply(rows, rows, c->W, r, c->q, u, t);
-    for (k = 0; k < rows; k++)
+    for (k = 0; k < rows; k++) {
         homogeneous = homogeneous && c->q[k] == 0;
-    oracle_carried(rows, c->W, r, c->t ? c->t : t, c->tol, homogeneous, carried, NULL);
+        block[k] = k;
+    }
+    for (k = 0; k < c->laws; k++)
+        for (i = 0; i < c->law[k].block_rows; i++)
+            block[c->law[k].block + i] = c->law[k].block;
+    oracle_carried(rows, c->W, r, c->t ? c->t : t, block, c->tol, homogeneous, carried, NULL);
     for (k = 0; k < c->laws; k++)
         check_law(c, &c->law[k], u, carried);
 }

@@ -1,5 +1,5 @@
 /* What is true of an answer, recomputed without the library: residuals in __float128 (113 bits, and
- * exponents that no product of doubles leaves), and small integer problems in exact rationals.
+ * exponents that no product of doubles leaves), and small problems in exact rationals.
  *
  * A row is judged beside what it and its neighbours carry. With M in units where the largest entry
  * of every row and column is near 1, t = |M||z| + |q|, and
@@ -37,9 +37,10 @@ wide oracle_sqrt(wide x);
  * where a pivot is 0. Partial pivoting in units of the rows. */
 int oracle_solve(int32_t n, int32_t columns, wide *A, wide *b);
 
-/* carried_i of the rows, as above, and `unit` more in equilibrated units; zhat may be NULL. */
-void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, double tol, int unit,
-                    wide *carried, wide *zhat);
+/* carried_i of the rows, as above, and `unit` more in equilibrated units. Rows with the same block
+ * are one thing; block, zhat may be NULL. */
+void oracle_carried(int32_t n, const wide *A, const wide *z, const wide *t, const int32_t *block,
+                    double tol, int unit, wide *carried, wide *zhat);
 
 /* The largest violation over `carried` that an outcome allows; above 0.1 nothing is claimed. */
 double oracle_limit(int32_t outcome, double tol);
@@ -71,6 +72,7 @@ typedef struct oracle_law {
     double mu;
     int32_t block, block_rows; /* the rows of its contact */
     int32_t polyhedral; /* friction: the cone is smaller than the disc; only its size is known */
+    int32_t normals;    /* friction: rows of r_N of any sign, mu |r_N|; 0: mu r_n */
 } oracle_law;
 
 typedef struct oracle_contacts {
@@ -103,5 +105,16 @@ int32_t oracle_vertices(int32_t n, const int *M, const int *q, oracle_vertex *ve
 int oracle_feasible(int32_t n, const int *M, const int *q);
 /* No principal minor is 0: every solution is isolated. */
 int oracle_nondegenerate(int32_t n, const int *M);
+
+/* A complementarity problem with bounds, n <= 7, M row-major, and a point. */
+typedef struct oracle_set {
+    int32_t n;
+    const double *M, *q, *lower, *upper, *z;
+    const double *radii; /* or NULL */
+} oracle_set;
+
+/* Whether the index set `places` (PERP_PLACE_LOWER, _BETWEEN, _UPPER) has a regular block and its
+ * point solves the problem, within the radii of z: exactly. */
+int oracle_solves(const oracle_set *problem, const int32_t *places);
 
 #endif

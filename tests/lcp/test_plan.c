@@ -99,6 +99,55 @@ static void test_slow_sweeps_are_given_up(void **state)
     gen_destroy(&problem);
 }
 
+/* The grid's matrix with a heavier diagonal, and q for the z drawn: half the rows are at 0. */
+static void plant(gen_lcp *problem, gen_random *random, double diagonal)
+{
+    const grid_options options = {{45, 45, 1}, {0}, 0, 0, 1, NULL};
+
+    grid_problem(problem, random, &options);
+    problem->z = gen_allocate((size_t)problem->n, sizeof(double));
+    for (int32_t j = 0; j < problem->n; j++)
+        for (int32_t k = problem->column_starts[j]; k < problem->column_starts[j + 1]; k++)
+            problem->values[k] *= problem->row_indices[k] == j ? diagonal : 1.0;
+    for (int32_t j = 0; j < problem->n; j++) {
+        const double x = gen_uniform(random, -1, 1);
+
+        problem->z[j] = fmax(x, 0.0);
+        problem->q[j] += fmax(-x, 0.0);
+        for (int32_t k = problem->column_starts[j]; k < problem->column_starts[j + 1]; k++)
+            problem->q[problem->row_indices[k]] -= problem->values[k] * problem->z[j];
+    }
+}
+
+/* Rows whose diagonal is twice the rest: each sweep halves the error at least, so that some twenty
+ * sweeps reach any tolerance, and nothing is factored. Where the diagonal is only as large as the
+ * rest they promise nothing. The distance to the solution is at most the natural residual
+ * (X. Chen & S. Xiang, Math. Programming 106 (2006) 513, with rows that exceed by more than 1), and
+ * what rounding leaves of numbers below 10. */
+static void test_a_heavy_diagonal_is_swept(void **state)
+{
+    gen_random random;
+    gen_lcp heavy, light;
+    run r;
+
+    (void)state;
+    gen_seed(&random, 8);
+    plant(&heavy, &random, 2.0);
+    plant(&light, &random, 1.0);
+    solve(&r, &heavy, 1e-10, 0);
+    assert_int_equal(r.result.outcome, PERP_OUTCOME_SOLVED);
+    assert_int_equal(r.result.method, PERP_LCP_PGS);
+    assert_true(r.result.iterations <= 20);
+    assert_true(run_distance(r.z, heavy.z, heavy.n) <= r.result.natural_residual + 1e-13);
+    run_release(&r);
+    solve(&r, &light, 1e-10, 0);
+    assert_int_equal(r.result.outcome, PERP_OUTCOME_SOLVED);
+    assert_int_not_equal(r.result.method, PERP_LCP_PGS);
+    run_release(&r);
+    gen_destroy(&heavy);
+    gen_destroy(&light);
+}
+
 /* A tridiagonal solve takes milliseconds: no limit above that changes what is done. */
 static void test_a_limit_that_is_no_limit(void **state)
 {
@@ -209,6 +258,7 @@ int main(void)
         cmocka_unit_test(test_a_loose_tolerance_is_met_by_sweeps),
         cmocka_unit_test(test_sweeps_need_a_diagonal),
         cmocka_unit_test(test_slow_sweeps_are_given_up),
+        cmocka_unit_test(test_a_heavy_diagonal_is_swept),
         cmocka_unit_test(test_a_limit_that_is_no_limit),
         cmocka_unit_test(test_pivoting_comes_first_without_a_diagonal),
         cmocka_unit_test(test_a_limit_returns_nothing_worse_than_the_start),

@@ -71,6 +71,57 @@ static void test_noise_in_place_of_a_zero(void **state)
     }
 }
 
+/* Rows whose entries are all noise, beside rows that the diagonals of others give units of noise:
+ * their own units tell that they are violated, or leave them out. Numbers by exact fractions. */
+#define E 1e-12
+#define A (-0.1691873878492694)
+#define B (-1.9606694254220529)
+#define C (-0.99193125083922307)
+static void test_rows_of_noise(void **state)
+{
+    static const double M[4][25] = {
+        {0, 0, 0, A, B, 0, -E, -E, -E, -E, 0, -E, -E, 0, 0, A, -E, 0, B, -E, B, -E, 0, -E, B * E},
+        {0, 0, 0, A, C, 0, -E, -E, -E, -E, 0, -E, -E, -E, -E, A, -E, -E, 0, 0, C, -E, -E, 0, -E},
+        {0, 0, 0, A, C, -E, -E, -E, -E, -E, -E, -E, -E, -E, 0, 0, 0, 0, 0, B, -E, -E, -E, -E, -E},
+        {0, 0, E, 1, 0, 0, -E, 0, -E, E, 0, 0, -1, 0, 0, E}};
+    static const double q[4][5] = {
+        {-E, -E, 0, 0, 1}, {-E, -E, -E, -E, -E}, {-E, -E, -E, -E, -E}, {-E, 0.5, -1, 1}};
+    static const double low[5] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY, -INFINITY};
+    static const double high[5] = {INFINITY, INFINITY, INFINITY, INFINITY, INFINITY};
+    static const double bounds[4] = {0, -1.872169529180552, 3.0600212399750979, 3.97712430268185};
+    size_t k, m;
+
+    (void)state;
+    for (k = 0; k < 4; k++)
+        for (m = 0; m < sizeof methods / sizeof *methods; m++) {
+            const int32_t n = k < 3 ? 5 : 4;
+            perp_lcp_settings settings = run_settings(methods[m]);
+            perp_matrix view = dense(M[k], n);
+            double near;
+            run r;
+
+            if (methods[m] == PERP_LCP_PGS) /* no diagonal to sweep with */
+                continue;
+            run_view(&r, context, &view, q[k], k < 3 ? low : bounds, high, &settings, NULL,
+                     "noise");
+            if (methods[m] == PERP_LCP_AUTO)
+                assert_int_equal(run_ok(&r), k != 2);
+            /* rows 2 and 4 differ by E z_4 = 0, row 3 says z_4 = E / B: no solution */
+            assert_false(k == 2 && run_ok(&r));
+            /* ten times what is asked for, tol or its root, of rows that cancel */
+            near = r.result.outcome == PERP_OUTCOME_SOLVED ? 1e-9 : 1e-4;
+            if (k == 0 && run_ok(&r))
+                assert_true(fabs(r.z[1] / 2254047384721.2793 - 1) <= near);
+            if (k == 3 && run_ok(&r))
+                assert_true(fabs(r.z[2] / 5e11 - 1) <= near);
+            run_release(&r);
+        }
+}
+#undef A
+#undef B
+#undef C
+#undef E
+
 /* [[2, 0], [0, 3]]: z = (1e30, 1/3) is exact; row 0 is no business of row 1. */
 static void test_a_large_neighbour(void **state)
 {
@@ -384,6 +435,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_noise_in_place_of_a_zero),
+        cmocka_unit_test(test_rows_of_noise),
         cmocka_unit_test(test_a_large_neighbour),
         cmocka_unit_test(test_hostile_sizes),
         cmocka_unit_test(test_a_pause_is_no_verdict),

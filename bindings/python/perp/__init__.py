@@ -16,6 +16,7 @@ fclib       (perp.fclib, imported by name) problems in FCLIB's files
 Mechanism   mechanisms in coordinates of your own, by functions: steps, all accelerations
 load_friction  every acceleration where friction depends on the load (screws, gears, guides)
 load_friction_step  a step in time over it, through jams
+LoadFriction  the same, kept for many questions and steps
 Compliant   sliding contacts that give: stability, integration
 load_friction_inverse  the torque for an acceleration, and what else that torque may do
 stribeck, LuGre  friction that depends on speed, and on bristles that bend
@@ -35,6 +36,7 @@ from ._contact_sensitivity import ContactSensitivity, contact_sensitivity
 from ._errors import Error, OutsideDomain
 from ._friction import (
     InverseLoad,
+    LoadFriction,
     LoadSolution,
     LoadSolutions,
     LoadStepped,
@@ -77,6 +79,7 @@ __all__ = [
     "Joint",
     "LcpResult",
     "Linearisation",
+    "LoadFriction",
     "LoadSolution",
     "LoadSolutions",
     "LoadStepped",

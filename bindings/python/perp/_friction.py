@@ -23,7 +23,7 @@ from ._generated import (
     LoadUniqueness,
     Matrix,
 )
-from ._handle import Context, _release_with
+from ._handle import Handle
 from ._library import LOAD_KINDS, LOAD_MODES, LOAD_REASONS, defaults, library
 from ._structures import sized
 
@@ -114,7 +114,8 @@ class LoadStepped(Shown):
     velocity: Array  # at the end of the step; exactly 0.0 where a coordinate stops or stays at rest
     normal_force: Array  # of the answer that was taken: `previous` of the next step
     chosen: Optional[int]  # index of that answer in solutions; None: there is none
-    solutions: list[LoadSolution]  # of the step's equations; acceleration is (velocity - v) / h
+    solutions: list[LoadSolution]  # of the step's equations; acceleration is (velocity - v) / h;
+    # LoadFriction.step() reads them only if asked to
     exhaustive: bool  # there are no others
     stable: bool  # the answer that was taken is
     stopped: int  # coordinates that came to rest
@@ -122,28 +123,56 @@ class LoadStepped(Shown):
     accelerations: int  # of the rigid system before the step
 
 
-class Friction:
-    """The handle: a system, and questions about it."""
+class LoadFriction(Handle):
+    """A system whose friction depends on the load, kept for several questions:
+
+        A q'' + b + f = tau,   f_i = mu_i |N_i| sgn q_i',   N = C q'' + d
+
+    Arguments and settings as for load_friction(). A step takes microseconds where
+    load_friction_step(), which sets the system up anew, takes tens of them.
+    """
+
+    _create = library.perp_load_friction_create
+    _destroy = library.perp_load_friction_destroy
+    _pointer_type = LoadFrictionPointer
 
     def __init__(
-        self, A: Any, b: Any, C: Any, d: Any, mu: Any, mu_static: Any = None, *,
-        stiffness: float = 1.0, damping: Optional[float] = None, normal_inertia: Any = None,
-        tol: Optional[float] = None, most_patterns: Optional[int] = None,
+        self,
+        A: Any,
+        b: ArrayLike,
+        C: Any,
+        d: ArrayLike,
+        mu: ArrayLike,
+        mu_static: Optional[ArrayLike] = None,
+        *,
+        stiffness: float = 1.0,
+        damping: Optional[float] = None,
+        normal_inertia: Any = None,
+        tol: Optional[float] = None,
+        most_patterns: Optional[int] = None,
         starts: Optional[int] = None,
     ) -> None:
         first = np.atleast_1d(_arrays.real(A.toarray() if _arrays.is_sparse(A) else A, "A"))
-        self.n = n = len(first)
-        self.context, system = Context(), defaults(LoadSystem)
+        self.n = len(first)
+        self._unique: dict[bytes, LoadUniqueness] = {}
+        self._stiffness, self._damping = stiffness, damping
+        self._normal_inertia = normal_inertia
         settings = defaults(LoadSettings)
-        if tol is not None:
-            settings.tol = tol
-        if most_patterns is not None:
-            settings.most_patterns = most_patterns
-        if starts is not None:
-            settings.starts = starts
+        for name, value in (("tol", tol), ("most_patterns", most_patterns), ("starts", starts)):
+            if value is not None:
+                setattr(settings, name, value)
+        system, _kept = self._system(A, b, C, d, mu, mu_static)
+        super().__init__(byref(settings), byref(system))
+        self._stepped = sized(LoadStep)
+
+    def _system(
+        self, A: Any, b: Any, C: Any, d: Any, mu: Any, mu_static: Any
+    ) -> tuple[LoadSystem, list[Any]]:
+        """The library's description, and what has to live as long as it is read."""
+        n, system = self.n, defaults(LoadSystem)
         system.n = n
         kept: list[Any] = []
-        for name, value in (("A", A), ("C", C), ("normal_inertia", normal_inertia)):
+        for name, value in (("A", A), ("C", C), ("normal_inertia", self._normal_inertia)):
             if value is not None or name == "C":
                 matrix = sized(Matrix)
                 _, _, owner = _arrays.view(matrix, _square(value, name, n))
@@ -154,36 +183,120 @@ class Friction:
             if vector is not None:
                 setattr(system, name, _arrays.address(vector))
                 kept.append(vector)
-        system.stiffness = stiffness
-        system.damping = 2 * np.sqrt(abs(stiffness)) if damping is None else damping
-        self.pointer = LoadFrictionPointer()
-        self.context.check(
-            library.perp_load_friction_create(
-                self.context.pointer, byref(self.pointer), byref(settings), byref(system)
-            )
-        )
-        _release_with(self, library.perp_load_friction_destroy, self.pointer)
+        system.stiffness = self._stiffness
+        damping = self._damping
+        system.damping = 2 * np.sqrt(abs(self._stiffness)) if damping is None else damping
+        return system, kept
 
-    def vector(self, value: Any, name: str) -> Array:
-        vector = _vector(value, name, self.n)
-        if vector is None:
-            raise argument_error(f"{name} is None")
-        return vector
+    def update(
+        self,
+        A: Any,
+        b: ArrayLike,
+        C: Any,
+        d: ArrayLike,
+        mu: ArrayLike,
+        mu_static: Optional[ArrayLike] = None,
+    ) -> None:
+        """Takes another system of as many coordinates, as where A to mu depend on the place."""
+        system, _kept = self._system(A, b, C, d, mu, mu_static)
+        with self._lock:
+            self._call(library.perp_load_friction_set, byref(system))
+            self._unique.clear()
 
-    def solve(self, tau: Any, velocity: Any) -> LoadSummary:
+    def solve(self, velocity: ArrayLike, tau: ArrayLike) -> LoadSolutions:
+        """Finds every acceleration that a torque may have, as load_friction() does."""
         summary = sized(LoadSummary)
-        torque, v = self.vector(tau, "tau"), self.vector(velocity, "velocity")
-        self.context.check(
-            library.perp_load_friction_solve(
-                self.pointer, byref(summary), _arrays.address(torque), _arrays.address(v)
+        torque, v = self._given(tau, "tau"), self._given(velocity, "velocity")
+        with self._lock:
+            self._call(
+                library.perp_load_friction_solve,
+                byref(summary),
+                _arrays.address(torque),
+                _arrays.address(v),
             )
+            solutions = self._solutions(summary.count)
+            unique = self._uniqueness(v)
+        return LoadSolutions(
+            solutions,
+            bool(summary.exhaustive),
+            {0: True, 1: False}.get(unique.verdict),
+            unique.margin,
+            bool(unique.exact),
+            unique.determinant,
+            unique.norm,
+            unique.radius,
+            summary.patterns,
         )
-        return summary
 
-    def solutions(self, count: int) -> list[LoadSolution]:
+    def inverse(self, velocity: ArrayLike, acceleration: ArrayLike) -> InverseLoad:
+        """Finds the torque for a wanted acceleration, as load_friction_inverse() does."""
+        tau, result = np.empty(self.n), sized(LoadInverse)
+        v, x = self._given(velocity, "velocity"), self._given(acceleration, "acceleration")
+        with self._lock:
+            self._call(
+                library.perp_load_friction_inverse,
+                _arrays.address(tau),
+                byref(result),
+                _arrays.address(v),
+                _arrays.address(x),
+            )
+            solutions = self._solutions(result.accelerations)
+        return InverseLoad(
+            tau,
+            bool(result.well_posed),
+            LOAD_REASONS[result.reason] or None,
+            bool(result.stable),
+            solutions,
+            bool(result.exhaustive),
+        )
+
+    def step(
+        self,
+        velocity: ArrayLike,
+        tau: ArrayLike,
+        h: float,
+        *,
+        previous: Optional[ArrayLike] = None,
+        solutions: bool = False,
+    ) -> LoadStepped:
+        """Steps the velocity by the time h, as load_friction_step() does. solutions: also read all
+        answers of the step, which takes longer; else that list is empty."""
+        n, result = self.n, self._stepped
+        torque, v = self._given(tau, "tau"), self._given(velocity, "velocity")
+        before = None if previous is None else self._given(previous, "previous")
+        after, normal = np.empty(n), np.empty(n)
+        with self._lock:
+            self._call(
+                library.perp_load_friction_step,
+                _arrays.address(after),
+                _arrays.address(normal),
+                byref(result),
+                _arrays.address(torque),
+                _arrays.address(v),
+                None if before is None else _arrays.address(before),
+                h,
+            )
+            return LoadStepped(
+                after,
+                normal,
+                None if result.chosen < 0 else result.chosen,
+                self._solutions(result.answers) if solutions else [],
+                bool(result.exhaustive),
+                bool(result.stable),
+                result.stopped,
+                bool(result.jam),
+                result.accelerations,
+            )
+
+    def _given(self, value: Any, name: str) -> Array:
+        if type(value) is float:  # the short way round
+            return np.array([value] * self.n)
+        return _arrays.spread(value, name, self.n)
+
+    def _solutions(self, count: int) -> list[LoadSolution]:
         answers, found = [], sized(LoadFound)
         for index in range(count):
-            self.context.check(library.perp_load_friction_get(self.pointer, byref(found), index))
+            self._call(library.perp_load_friction_get, byref(found), index)
             answers.append(self._read(found))
         return answers
 
@@ -206,12 +319,15 @@ class Friction:
             s.residual,
         )
 
-    def uniqueness(self, velocity: Any) -> LoadUniqueness:
-        result, v = sized(LoadUniqueness), self.vector(velocity, "velocity")
-        self.context.check(
-            library.perp_load_friction_uniqueness(self.pointer, byref(result), _arrays.address(v))
-        )
-        return result
+    def _uniqueness(self, velocity: Array) -> LoadUniqueness:
+        """It depends on what is at rest alone."""
+        rests = (velocity == 0.0).tobytes()
+        if rests not in self._unique:
+            result = sized(LoadUniqueness)
+            where = _arrays.address(velocity)
+            self._call(library.perp_load_friction_uniqueness, byref(result), where)
+            self._unique[rests] = result
+        return self._unique[rests]
 
 
 def _table(address: int, rows: int, n: int) -> Array:
@@ -246,24 +362,11 @@ def load_friction(
     inertia in normal direction (default: 1). Up to most_patterns combinations of signs are
     enumerated; beyond, `exhaustive` is False.
     """
-    friction = Friction(
+    friction = LoadFriction(
         A, b, C, d, mu, mu_static, stiffness=stiffness, damping=damping,
         normal_inertia=normal_inertia, tol=tol, most_patterns=most_patterns, starts=starts,
     )
-    summary = friction.solve(tau, velocity)
-    solutions = friction.solutions(summary.count)
-    unique = friction.uniqueness(velocity)
-    return LoadSolutions(
-        solutions,
-        bool(summary.exhaustive),
-        {0: True, 1: False}.get(unique.verdict),
-        unique.margin,
-        bool(unique.exact),
-        unique.determinant,
-        unique.norm,
-        unique.radius,
-        summary.patterns,
-    )
+    return friction.solve(velocity, tau)
 
 
 def load_friction_inverse(
@@ -279,27 +382,7 @@ def load_friction_inverse(
 ) -> InverseLoad:
     """Finds the torque for a wanted acceleration, and says whether that torque gives this
     acceleration: `well_posed`, or `reason`. Arguments and settings as for load_friction()."""
-    friction = Friction(A, b, C, d, mu, mu_static, **settings)
-    n = friction.n
-    tau, result = np.empty(n), sized(LoadInverse)
-    v, x = friction.vector(velocity, "velocity"), friction.vector(acceleration, "acceleration")
-    friction.context.check(
-        library.perp_load_friction_inverse(
-            friction.pointer,
-            _arrays.address(tau),
-            byref(result),
-            _arrays.address(v),
-            _arrays.address(x),
-        )
-    )
-    return InverseLoad(
-        tau,
-        bool(result.well_posed),
-        LOAD_REASONS[result.reason] or None,
-        bool(result.stable),
-        friction.solutions(result.accelerations),
-        bool(result.exhaustive),
-    )
+    return LoadFriction(A, b, C, d, mu, mu_static, **settings).inverse(velocity, acceleration)
 
 
 def load_friction_step(
@@ -319,32 +402,7 @@ def load_friction_step(
     """Steps the velocity by the time h, implicitly: where the rigid system has no acceleration it
     stops within the step, by an impulse (`jam`). Of several answers a stable one is taken whose
     normal forces are on the side of `previous`, those of the step before (nan: unknown); all are
-    returned. Other arguments and settings as for load_friction()."""
-    friction = Friction(A, b, C, d, mu, mu_static, **settings)
-    n = friction.n
-    result, after, normal = sized(LoadStep), np.empty(n), np.empty(n)
-    torque, v = friction.vector(tau, "tau"), friction.vector(velocity, "velocity")
-    before = _vector(previous, "previous", n)
-    friction.context.check(
-        library.perp_load_friction_step(
-            friction.pointer,
-            _arrays.address(after),
-            _arrays.address(normal),
-            byref(result),
-            _arrays.address(torque),
-            _arrays.address(v),
-            None if before is None else _arrays.address(before),
-            h,
-        )
-    )
-    return LoadStepped(
-        after,
-        normal,
-        None if result.chosen < 0 else result.chosen,
-        friction.solutions(result.answers),
-        bool(result.exhaustive),
-        bool(result.stable),
-        result.stopped,
-        bool(result.jam),
-        result.accelerations,
-    )
+    returned. Other arguments and settings as for load_friction(). For many steps keep a
+    LoadFriction."""
+    friction = LoadFriction(A, b, C, d, mu, mu_static, **settings)
+    return friction.step(velocity, tau, h, previous=previous, solutions=True)

@@ -59,6 +59,11 @@ class Mechanism(MechanismBase):
             alone, the gaps' partial derivatives by t; (k, dim) or (rows,) for all,
         mu (optional), (k,) or a number, instead of the coefficient below;
         as a tuple, a dict, or an object with these names. One contact may leave out the first axis.
+    two_sided: normals that hold both ways: 0 (an ordinary contact), 1 (a guide, a screw's flank), 2
+        (a pin in the plane, an axle) or 3 (a ball joint), or one a contact. Friction is mu |N|; gap
+        has a number for each normal, 0 where it is met, normal a row: (k, 2) and (k, 2, n) for
+        pins, or one after the other. The tangent of a pin is its radius times the relative
+        turning. dim counts all rows.
     mu: of sliding; mu_static: where the contact did not slide; stribeck: speed s of
         mu + (mu_static - mu) exp(-(speed/s)**2), or 0; restitution: in [0, 1]. Each (k,), or a
         number for all.
@@ -97,6 +102,7 @@ class Mechanism(MechanismBase):
         kinematics: Optional[Callable[[Array, Array], ArrayLike]] = None,
         normalise: Optional[Callable[[Array], ArrayLike]] = None,
         curvature: Optional[Callable[[float, Array, Array], ArrayLike]] = None,
+        two_sided: Optional[ArrayLike] = None,
         contact_count: Optional[int] = None,
         dim: Union[int, ArrayLike, None] = None,
         bilateral_count: Optional[int] = None,
@@ -120,6 +126,7 @@ class Mechanism(MechanismBase):
             ),
             dict(mu=mu, mu_static=mu_static, stribeck=stribeck, restitution=restitution),
             dict(
+                two_sided=two_sided,
                 contact_count=contact_count,
                 dim=dim,
                 bilateral_count=bilateral_count,

@@ -47,13 +47,14 @@ def whole(value: Any, name: str, most: int = _arrays.INT32_MAX) -> int:
     raise argument_error(f"{name} is {value!r}, expected a whole number")
 
 
-def _dims(dim: Any) -> Union[int, NDArray[np.int32], None]:
-    if dim is None:
-        return None
-    dims = np.asarray(dim)
-    if dims.dtype.kind not in "iu" or dims.ndim > 1 or not np.isin(dims, (1, 2, 3)).all():
-        raise argument_error(f"dim is {dim!r}, expected 1, 2 or 3, or one a contact")
-    return int(dims) if dims.ndim == 0 else dims.astype(np.int32)
+def _each(value: Any, name: str, first: int, last: int) -> Union[int, NDArray[np.int32]]:
+    """A whole number for all contacts, or one for each."""
+    array = np.asarray(value)
+    good = array.dtype.kind in "iu" and array.ndim <= 1
+    if not good or not ((array >= first) & (array <= last)).all():
+        choice = ", ".join(map(str, range(first, last)))
+        raise argument_error(f"{name} is {value!r}, expected {choice} or {last}, or one a contact")
+    return int(array) if array.ndim == 0 else array.astype(np.int32)
 
 
 class MechanismBase:
@@ -95,9 +96,11 @@ class MechanismBase:
             if count is not None and count < 0:
                 raise argument_error(f"{name} is {count}, expected at least 0")
             counts[name] = count
-        dims = _dims(sizes["dim"])
+        both = _each(0 if sizes["two_sided"] is None else sizes["two_sided"], "two_sided", 0, 3)
+        most = 5 if np.any(both) else 3
+        dims = None if sizes["dim"] is None else _each(sizes["dim"], "dim", 1, most)
         lengths = [len(x) for x in self._coefficients.values() if x.ndim]
-        lengths += [len(dims)] if isinstance(dims, np.ndarray) else []
+        lengths += [len(x) for x in (dims, both) if isinstance(x, np.ndarray)]
         if counts["contact_count"] is None and lengths:
             counts["contact_count"] = lengths[0]
         for name in ("contact", "bilateral", "tresca"):
@@ -111,24 +114,28 @@ class MechanismBase:
             counts["bilateral_count"],
             counts["tresca_count"],
             counts["tresca_dim"],
+            both,
         )
 
     def _guess(self, functions: Mapping[str, Any]) -> Sizes:
         """Sizes with one of what is not known yet: with them the library checks the rest."""
         s = self._sizes
+        planar = np.maximum(s.two_sided, 1).astype(np.int32) + 1
         return Sizes(
             int(functions["contacts"] is not None) if s.contacts is None else s.contacts,
-            2 if s.dims is None else s.dims,
+            (planar if planar.ndim else int(planar)) if s.dims is None else s.dims,
             int(functions["bilateral"] is not None) if s.bilateral is None else s.bilateral,
             int(functions["tresca"] is not None) if s.tresca is None else s.tresca,
             1 if s.tresca_dim is None else s.tresca_dim,
+            s.two_sided,
         )
 
     def _build(self, sizes: Sizes) -> None:
         """Makes the library's mechanism of these sizes."""
-        dims = sizes.dims
-        if isinstance(dims, np.ndarray) and len(dims) != sizes.contacts:
-            raise argument_error(f"dim has {len(dims)} entries for {sizes.contacts} contacts")
+        for name, each in (("two_sided", sizes.two_sided), ("dim", sizes.dims)):
+            if isinstance(each, np.ndarray) and len(each) != sizes.contacts:
+                count = f"{len(each)} entries for {sizes.contacts} contacts"
+                raise argument_error(f"{name} has {count}")
         self._callbacks.settle(sizes)
         self._model = self._callbacks.model()
         self._kept = {
@@ -163,7 +170,7 @@ class MechanismBase:
         if not self._sizes.known:
             guessed = self._sizes.dims is None
             sizes = self._callbacks.measure(self._sizes, time, place, speed)
-            if guessed and sizes.dims == 1 and sizes.contacts:
+            if guessed and np.all(sizes.each() == 1) and sizes.contacts:
                 friction(self._coefficients)
             self._sizes = sizes
             self._handle.close()

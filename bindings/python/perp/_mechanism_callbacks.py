@@ -27,6 +27,7 @@ class Sizes:
     bilateral: Optional[int]
     tresca: Optional[int]
     tresca_dim: Optional[int]
+    two_sided: Union[int, NDArray[np.int32]] = 0  # normals that hold both ways
 
     @property
     def known(self) -> bool:
@@ -36,7 +37,14 @@ class Sizes:
 
     def each(self) -> NDArray[np.int32]:
         """The dimension of each contact."""
-        return np.full(self.contacts or 0, 2 if self.dims is None else self.dims, dtype=np.int32)
+        return self._spread(2 if self.dims is None else self.dims)
+
+    def both(self) -> NDArray[np.int32]:
+        """The normals of each contact that hold both ways."""
+        return self._spread(self.two_sided)
+
+    def _spread(self, value: Union[int, NDArray[np.int32]]) -> NDArray[np.int32]:
+        return np.full(self.contacts or 0, value, dtype=np.int32)
 
 
 def takes_time(function: Any) -> bool:
@@ -69,10 +77,10 @@ def _parts(value: Any, name: str, words: Sequence[str], needed: int) -> list[Any
     return parts
 
 
-def _count(value: Any, name: str) -> Array:
-    """One number for each of what there is; a number alone is one."""
+def _count(value: Any, name: str, most: int = 1) -> Array:
+    """One number for each of what there is, or a row; a number alone is one."""
     array = np.atleast_1d(_arrays.real(value, name))
-    if array.ndim != 1:
+    if array.ndim > most:
         raise argument_error(f"{name} has shape {array.shape}, expected one number each")
     return array
 
@@ -143,12 +151,16 @@ class MechanismCallbacks(Callbacks):
         if contacts is None or dims is None:
             gap, _, tangent, _, _ = self._contact_parts(t, q)
             name = f"{self._label('contacts')}: gap"
-            found = _count(gap, name)
-            contacts = len(found) if contacts is None else contacts
-            _shaped(found, name, (contacts,))
+            each = np.maximum(sizes.two_sided, 1)
+            found = _count(gap, name, 1 + int(each.max(initial=1) > 1))
+            if contacts is None:
+                contacts = found.size // int(each)  # two_sided is one for all of them
+            normals = np.broadcast_to(each, (contacts,))
+            _shaped(found, name, *self._gap_shapes(normals))
             if dims is None:
                 name = f"{self._label('contacts')}: tangent"
-                dims = 1 if tangent is None else 1 + _width(tangent, name, contacts, self._n)
+                width = 0 if tangent is None else _width(tangent, name, contacts, self._n)
+                dims = int(each) + width if each.ndim == 0 else (normals + width).astype(np.int32)
         bilateral = sizes.bilateral
         if bilateral is None:
             c = self._bilateral_parts(t, q)[0]
@@ -161,16 +173,21 @@ class MechanismCallbacks(Callbacks):
             _shaped(found, "tresca: bound", (tresca,))
             if tresca_dim is None:
                 tresca_dim = _width(B, "tresca: B", tresca, self._n)
-        return Sizes(contacts, dims, bilateral, tresca, tresca_dim)
+        return Sizes(contacts, dims, bilateral, tresca, tresca_dim, sizes.two_sided)
 
     def settle(self, sizes: Sizes) -> None:
         """Takes these sizes: those of the handle that is going to call."""
         self._dims = sizes.each()
         self._contacts, self._rows = len(self._dims), int(self._dims.sum())
+        self._both = sizes.both()
+        self._each = np.maximum(self._both, 1)  # normals of each contact
         starts = np.cumsum(self._dims) - self._dims
-        self._normals = np.zeros(self._rows, dtype=bool)
-        self._normals[starts] = True
-        self._uniform = int(self._dims[0]) if len(set(self._dims.tolist())) == 1 else 0
+        self._normals = np.arange(self._rows) - np.repeat(starts, self._dims) < np.repeat(
+            self._each, self._dims
+        )
+        self._gaps = int(self._each.sum())
+        alike = len(set(zip(self._dims.tolist(), self._both.tolist()))) == 1
+        self._uniform = int(self._dims[0]) if alike else 0
         self._bilateral = sizes.bilateral or 0
         self._dry, self._dry_dim = sizes.tresca or 0, sizes.tresca_dim or 1
 
@@ -184,17 +201,18 @@ class MechanismCallbacks(Callbacks):
 
         if k:
             _, normal, tangent, _, _ = self._contact_parts(t, q)
-            rows = _shaped(normal, f"{name}: normal", (k, n))
+            rows = _shaped(normal, f"{name}: normal", *self._normal_shapes())
             gradients(
-                lambda x: np.atleast_1d(_arrays.real(self._contact_parts(t, x)[0], "gap")),
+                lambda x: np.atleast_1d(_arrays.real(self._contact_parts(t, x)[0], "gap")).ravel(),
                 rows,
                 q,
                 direction,
                 (f"{name}: gap", f"{name}: normal"),
             )
-            if self._rows > k and tangent is not None:
+            if self._rows > self._gaps and tangent is not None:
                 array = _shaped(tangent, f"{name}: tangent", *self._tangent_shapes())
-                tangents(rows, array.reshape(-1, n), self._dims, name)
+                first = rows[np.cumsum(self._each) - self._each]
+                tangents(first, array.reshape(-1, n), self._dims - self._each, name)
         if self._bilateral:
             name, m = self._label("bilateral"), self._bilateral
             gradients(
@@ -228,10 +246,20 @@ class MechanismCallbacks(Callbacks):
         value = self._functions["tresca"](t, q.copy(), v.copy())
         return _parts(value, "tresca(t, q, v)", _TRESCA_WORDS, 2)
 
+    @staticmethod
+    def _gap_shapes(each: NDArray[np.int32]) -> list[tuple[int, ...]]:
+        """One number for each normal; or one row for each contact of as many."""
+        flat = (int(each.sum()),)
+        alike = len(set(each.tolist())) == 1 and each[0] > 1
+        return [flat, (len(each), int(each[0]))] if alike else [flat]
+
+    def _normal_shapes(self) -> list[tuple[int, ...]]:
+        return [(*shape, self._n) for shape in self._gap_shapes(self._each)]
+
     def _tangent_shapes(self) -> list[tuple[int, ...]]:
-        k, n, each = self._contacts, self._n, self._uniform - 1
-        flat = (self._rows - k, n)
-        if self._uniform == 2:
+        k, n = self._contacts, self._n
+        flat, each = (self._rows - self._gaps, n), (self._rows - self._gaps) // max(k, 1)
+        if self._uniform and each == 1:
             return [flat, (k, 1, n)]
         return [(k, each, n), flat] if self._uniform else [flat]
 
@@ -258,10 +286,11 @@ class MechanismCallbacks(Callbacks):
     ) -> None:
         k, n, name = self._contacts, self._n, self._label("contacts")
         gap, normal, tangent, drift, mu = self._contact_parts(t, self.view(q, self._m))
-        self.view(gaps, k)[:] = _shaped(np.atleast_1d(gap), f"{name}: gap", (k,))
+        shapes = self._gap_shapes(self._each)
+        self.view(gaps, self._gaps)[:] = _shaped(np.atleast_1d(gap), f"{name}: gap", *shapes)
         rows = self.view(H, self._rows * n).reshape(self._rows, n)
-        rows[self._normals] = _shaped(normal, f"{name}: normal", (k, n))
-        if self._rows > k:
+        rows[self._normals] = _shaped(normal, f"{name}: normal", *self._normal_shapes())
+        if self._rows > self._gaps:
             if tangent is None:
                 raise argument_error(f"{name} returned no tangent")
             array = _shaped(tangent, f"{name}: tangent", *self._tangent_shapes())
@@ -277,7 +306,7 @@ class MechanismCallbacks(Callbacks):
     def _write_drift(self, rows: Array, drift: Any, name: str) -> None:
         """Of normals alone, or of all rows."""
         array = _arrays.real(drift, name)
-        if array.ndim == 0 or array.shape == (self._contacts,):
+        if array.ndim == 0 or array.shape == (self._gaps,):
             rows[self._normals] = array
         else:
             rows[:] = _shaped(array, name, *self._drift_shapes())
@@ -344,6 +373,8 @@ class MechanismCallbacks(Callbacks):
         model = sized(MechanismModel)
         model.velocities, model.coordinates = self._n, self._m
         model.contacts, model.dims = self._contacts, _arrays.address(self._dims)
+        if self._both.any():
+            model.two_sided = _arrays.address(self._both)
         model.bilateral, model.dry, model.dry_dim = self._bilateral, self._dry, self._dry_dim
         kinds: dict[str, Any] = {field[0]: field[1] for field in MechanismModel._fields_}
         for name, field in _FIELDS.items():

@@ -62,10 +62,10 @@ def gradients(
         )
 
 
-def tangents(normal: Array, tangent: Array, dims: Any, name: str) -> None:
-    """Refuses a tangent that is a multiple of its normal, where both move several coordinates:
-    one velocity can't be both."""
-    contact = np.repeat(np.arange(len(dims)), np.asarray(dims) - 1)
+def tangents(normal: Array, tangent: Array, count: Any, name: str) -> None:
+    """Refuses a tangent, of `count` for each contact, that is a multiple of its (first) normal,
+    where both move several coordinates: one velocity can't be both."""
+    contact = np.repeat(np.arange(len(count)), count)
     n, t = normal[contact], tangent
     cross = np.abs(n[:, :, None] * t[:, None, :] - n[:, None, :] * t[:, :, None]).max(axis=(1, 2))
     scale = np.abs(n).max(axis=1) * np.abs(t).max(axis=1)

@@ -351,3 +351,21 @@ def test_defaults_are_the_librarys():
         for field, kind in _generated.ContactSettings._fields_:
             if kind is not _generated.ContactMonitor:
                 assert getattr(mine, field) == getattr(theirs, field), field
+
+
+def test_solver_keeps_what_holds_both_ways():
+    """A mass on a guide, pressed to and fro: v_t falls by mu |r_N| / m a step, down to 0.0."""
+    M, H, mu = np.diag([2.0, 2.0]), np.eye(2), 0.25
+    speed, expected = 3.0, 3.0
+    with perp.ContactSolver(M, H, mu, dim=2, two_sided=1) as solver:
+        for step in range(12):
+            if step == 5:
+                solver.setup(M, H)  # contacts stay
+            push = (2.0 if step % 2 else -2.0) * (1 + step % 3)
+            result = solver.solve([push, 2.0 * speed])
+            assert result.ok
+            expected = max(0.0, expected - mu * abs(push) / 2.0)
+            speed = result.v[1]
+            assert result.v[0] == 0.0 and result.impulse[0] == pytest.approx(-push, rel=1e-14)
+            assert speed == pytest.approx(expected, abs=1e-12)  # a few roundings a step
+    assert speed == 0.0

@@ -56,3 +56,34 @@ def test_verdicts():
         wrong.forward(df=f)
     with pytest.raises(ValueError, match="dmu"):
         perp.contact_sensitivity(M, f, H, w, 0.5, solve().impulse).forward(dmu=[1.0, 2.0])
+
+
+def test_a_drawer_between_guides():
+    """Friction grows with |r_N|: of both answers v = V + F / (m (1 +- 2 mu h / L))."""
+    mass, pull, offset, guide, speed = 2.0, 3.0, 0.5, 0.25, 20.0
+    H = np.array(
+        [[0, 1, guide / 2], [1, 0, offset], [0, 1, -guide / 2], [1, 0, offset]], dtype=float
+    )
+    M, f = np.diag([mass, mass, 0.5]), np.array([mass * speed + pull, 0.0, pull * offset])
+
+    def answer(mu, r0):
+        result = perp.contact(M, f, H, mu=mu, dim=2, two_sided=1, r0=r0, tol=1e-13)
+        assert result.ok
+        return result
+
+    for side in (1.0, -1.0):
+        change = pull / (1.0 + side * 2.0 * 0.4 * offset / guide)
+        N = change * offset / guide
+        result = answer(0.4, [-N, -0.4 * abs(N), N, -0.4 * abs(N)])
+        s = perp.contact_sensitivity(
+            M, f, H, np.zeros(4), 0.4, result.impulse, dim=2, two_sided=1
+        )
+        assert s.differentiable and list(s.modes) == ["slip", "slip"]
+        dv, dr = s.forward(dmu=[1.0, 1.0])
+        h = 1e-5  # h^2 is left of the third derivatives, 1e-13 / h of the solves
+        ahead, behind = (answer(0.4 + t, result.impulse) for t in (h, -h))
+        size = 1.0 + np.abs(dr).max()
+        np.testing.assert_allclose((ahead.v - behind.v) / (2 * h), dv, atol=1e-7 * size)
+        np.testing.assert_allclose((ahead.impulse - behind.impulse) / (2 * h), dr, atol=1e-7 * size)
+        by_mu = s.adjoint(gv=[1.0, 0.0, 0.0])[3]
+        assert by_mu.sum() == pytest.approx(dv[0], rel=1e-12)

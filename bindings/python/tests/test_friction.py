@@ -257,3 +257,62 @@ def test_limits_of_enumeration():
     n = 8
     r = perp.load_friction(np.eye(n), 0, 3 * np.eye(n), 2, 0.5, 1.0, 0.0)
     assert r.exhaustive and len(r) == 2**n and sum(s.stable for s in r) == 1
+
+
+## A system that is kept
+
+
+def same(one, other):
+    """In all fields, to the last bit; nan is itself."""
+    assert type(one) is type(other)
+    for name, value in vars(one).items():
+        if name == "solutions":
+            assert len(value) == len(other.solutions)
+            for pair in zip(value, other.solutions):
+                same(*pair)
+        else:
+            np.testing.assert_array_equal(value, getattr(other, name))
+
+
+@pytest.mark.parametrize("velocity", [[1.0, -1.0], [0.0, 1.0], [0.0, 0.0]])
+def test_kept(velocity):
+    """A handle says what the functions say, one question after the other, to the last bit."""
+    rng = np.random.default_rng(4)
+    system = 3 * np.eye(2), rng.normal(size=2), rng.normal(size=(2, 2)), rng.normal(size=2), 0.6
+    with perp.LoadFriction(*system, mu_static=0.7) as kept:
+        for tau in ([0.5, 1.0], [3.0, -2.0], [0.0, 0.1]):
+            same(kept.solve(velocity, tau), perp.load_friction(*system, velocity, tau, 0.7))
+            one = perp.load_friction_step(*system, velocity, tau, 1e-2, 0.7)
+            same(kept.step(velocity, tau, 1e-2, solutions=True), one)
+            bare = kept.step(velocity, tau, 1e-2, previous=one.normal_force)
+            assert bare.solutions == [] and (bare.velocity == one.velocity).all()
+        other = perp.load_friction_inverse(*system, velocity, [0.0, 0.3], 0.7)
+        same(kept.inverse(velocity, [0.0, 0.3]), other)
+
+
+def test_kept_takes_another_system():
+    kept = perp.LoadFriction(1.0, 0.0, 3.0, 2.0, 0.1)
+    assert kept.solve(1.0, 0.0).unique_for_all_tau
+    kept.update(**J)
+    r = kept.solve(1.0, 0.0)
+    assert r.unique_for_all_tau is False and len(r) == 2
+    with pytest.raises(perp.Error, match="mu"):
+        kept.update(1.0, 0.0, 3.0, 2.0, -0.1)
+    assert len(kept.solve(1.0, 0.0)) == 2  # the one before
+    with pytest.raises(perp.Error, match=r"tau has shape \(2,\), expected \(1,\)"):
+        kept.step(1.0, [1.0, 2.0], 1e-3)
+    kept.close()
+    with pytest.raises(perp.Error, match="LoadFriction has been closed"):
+        kept.solve(1.0, 0.0)
+
+
+def test_kept_jams_and_goes_back():
+    """The scalar machine, pulled back: 0.0 in one step; then from rest, with its memory."""
+    kept, N = perp.LoadFriction(**J), None
+    step = kept.step(1.0, -1.0, 1e-3)
+    assert step.jam and step.velocity[0] == 0.0
+    v, N = step.velocity, step.normal_force
+    for k in range(1, 4):  # at tau = -2 from rest x = -6/5 alone (theory.md), in steps of 1e-3
+        step = kept.step(v, -2.0, 1e-3, previous=N)
+        v, N = step.velocity, step.normal_force
+        assert v[0] == pytest.approx(-1.2e-3 * k, rel=1e-13)

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "linalg/lanes/multiversion.h"
 #include "linalg/pivoting.h"
 
 /* A pass over positions takes this share of the penetration away, and no point further than that
@@ -127,34 +128,37 @@ static void run_substeps(perp__coloured *c, const perp__substeps *step)
     }
 }
 
+/* x goes on from where it was last, by a share of its way; which is where it is now. */
+PERP__KERNEL static void go_on(double *x, double *last, size_t count, double share)
+{
+    for (size_t i = 0; i < count; i++) {
+        const double now = x[i];
+
+        x[i] += share * (now - last[i]);
+        last[i] = now;
+    }
+}
+
 /* r and y go on in the direction that they took, or stay where that led back. Returns theta. */
-static double gain_momentum(perp__coloured *c, double theta)
+PERP__KERNEL static void gain_momentum_loops(perp__coloured *c, double *theta)
 {
     const size_t size = 8 * ((size_t)c->bodies + 1);
-    double next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * theta * theta)), beta, back = 0.0;
+    double next = 0.5 * (1.0 + sqrt(1.0 + 4.0 * *theta * *theta)), back[8] = {0.0}, beta;
 
-    for (size_t i = 0; i < size;
-         i++) /* before: where the pass began; moved: the end of the one before */
-        back += (c->before[i] - c->y[i]) * (c->y[i] - c->moved[i]);
-    if (back > 0.0)
-        next = theta = 1.0;
-    beta = fmin((theta - 1.0) / next, MOMENTUM);
-    for (size_t i = 0; i < size; i++) {
-        const double y = c->y[i];
-
-        c->y[i] += beta * (y - c->moved[i]);
-        c->moved[i] = y;
-    }
+    for (size_t i = 0; i < size; i += 8) /* before: where the pass began; moved: where the last */
+        for (size_t l = 0; l < 8; l++)
+            back[l] += (c->before[i + l] - c->y[i + l]) * (c->y[i + l] - c->moved[i + l]);
+    if (((back[0] + back[4]) + (back[2] + back[6])) + ((back[1] + back[5]) + (back[3] + back[7])) >
+        0.0)
+        next = *theta = 1.0;
+    beta = fmin((*theta - 1.0) / next, MOMENTUM);
+    go_on(c->y, c->moved, size, beta);
     for (int32_t p = 0; p < c->points; p++)
-        for (int32_t k = 0; k < 3; k++)
-            for (int32_t l = 0; l < PERP__GROUP; l++) {
-                const double r = c->point[p].r[k][l];
-
-                c->point[p].r[k][l] += beta * (r - c->other_r[p][k][l]);
-                c->other_r[p][k][l] = r;
-            }
-    return next;
+        go_on(c->point[p].r[0], c->other_r[p][0], (size_t)3 * PERP__GROUP, beta);
+    *theta = next;
 }
+
+PERP__MULTIVERSION(gain_momentum, (perp__coloured * c, double *theta), (c, theta))
 
 static void run_passes(perp__coloured *c, const perp__substeps *step)
 {
@@ -173,7 +177,7 @@ static void run_passes(perp__coloured *c, const perp__substeps *step)
         memcpy(c->before, c->y, size * sizeof *c->y);
         c->kernels->sweep(c, c->y);
         if (pass + 1 < step->passes)
-            theta = gain_momentum(c, theta);
+            gain_momentum(c, &theta);
     }
     memcpy(c->moved, c->y, size * sizeof *c->y);
 }

@@ -168,7 +168,7 @@ static perp_status prepare(perp__pyramid *p)
 {
     const perp__contact_problem *problem = p->base.problem;
     perp_lcp_settings settings;
-    perp_matrix M;
+    const perp_matrix M = perp__view(PERP_STORAGE_COLUMN_MAJOR, p->n, p->n, p->M);
     perp_status status = perp_lcp_settings_init(&settings, sizeof settings);
 
     settings.tol = fmin(settings.tol, problem->tol);
@@ -184,11 +184,6 @@ static perp_status prepare(perp__pyramid *p)
         perp__lcp_insist(p->lcp, problem->two_sided != NULL);
     if (status == PERP_OK)
         status = perp__lcp_set(p->lcp, &settings);
-    if (status == PERP_OK)
-        status = perp_matrix_init(&M, sizeof M);
-    if (status == PERP_OK)
-        status =
-            perp_matrix_dense(&M, PERP_STORAGE_COLUMN_MAJOR, p->n, p->n, p->M, p->n > 1 ? p->n : 1);
     return status == PERP_OK ? perp__lcp_setup(p->lcp, &M, p->lower, NULL) : status;
 }
 

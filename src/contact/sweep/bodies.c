@@ -6,6 +6,7 @@
 static double visit(perp__sweep_work *work, const perp__bodies *b, int32_t k)
 {
     const int32_t first = work->rows[k], rows = work->rows[k + 1] - first, width = b->width;
+    const int64_t stride = work->stride;
     double u[PERP__CONTACT_ROWS_MOST], dr[PERP__CONTACT_ROWS_MOST], sum = 0.0;
     int32_t mode;
 
@@ -13,7 +14,7 @@ static double visit(perp__sweep_work *work, const perp__bodies *b, int32_t k)
         u[i] = work->common.problem->q[first + i] + b->compliance[first + i] * work->r[first + i];
     for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
         const double *p = b->values + b->piece_values[piece];
-        const double *y = work->y + (int64_t)b->piece_blocks[piece] * width;
+        const double *y = work->y + b->piece_blocks[piece] * stride;
 
         for (int32_t i = 0; i < rows; i++, p += width)
             for (int32_t j = 0; j < width; j++)
@@ -28,7 +29,7 @@ static double visit(perp__sweep_work *work, const perp__bodies *b, int32_t k)
         return 0.0;
     for (int64_t piece = b->piece_starts[k]; piece < b->piece_starts[k + 1]; piece++) {
         const double *p = b->values + b->piece_values[piece];
-        double *y = work->y + (int64_t)b->piece_blocks[piece] * width;
+        double *y = work->y + b->piece_blocks[piece] * stride;
 
         for (int32_t i = 0; i < rows; i++, p += width)
             for (int32_t j = 0; j < width; j++)

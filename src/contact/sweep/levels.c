@@ -27,7 +27,7 @@ void perp__levels_layout(perp__arena *arena, perp__levels *levels, const perp__b
     levels->queue = perp__arena_take(arena, blocks, sizeof *levels->queue);
     levels->starts = perp__arena_take(arena, blocks + 2, sizeof *levels->starts);
     levels->contacts = perp__arena_take(arena, contacts, sizeof *levels->contacts);
-    levels->rest = perp__arena_take(arena, blocks * (size_t)b->width, sizeof(double));
+    levels->rest = perp__arena_take(arena, blocks * PERP__PACKED_WIDTH, sizeof(double));
 }
 
 /* Normal velocity of a packed contact with its block 1 - which stopped, block `which` free. */
@@ -156,7 +156,10 @@ PERP__KERNEL static void step_turned(perp__local *local, const double *u, const 
     const double v[3] = {u[0], t[0] * u[1] + t[1] * u[2], t[0] * u[2] - t[1] * u[1]};
     double r[3] = {x[0], t[0] * x[1] + t[1] * x[2], t[0] * x[2] - t[1] * x[1]};
 
-    perp__step_3(local, v, r);
+    if (local->dim == 2)
+        perp__step_2(local, v, r);
+    else
+        perp__step_3(local, v, r);
     d[0] = r[0] - x[0];
     d[1] = t[0] * r[1] - t[1] * r[2] - x[1];
     d[2] = t[0] * r[2] + t[1] * r[1] - x[2];
@@ -208,12 +211,11 @@ void perp__sweep_settle(perp__sweep_work *work)
 
     memset(work->r, 0, (size_t)work->size * sizeof *work->r);
     perp__bodies_find_free(b);
-    for (int32_t i = 0; i < b->blocks * b->width; i++) {
-        levels->rest[i] = -b->free[i];
-        work->y[i] = 0.0;
-    }
-    for (int32_t i = 0; i < b->width; i++)
-        levels->rest[b->blocks * b->width + i] = 0.0;
+    memset(work->y, 0, (size_t)b->blocks * PERP__PACKED_WIDTH * sizeof *work->y);
+    memset(levels->rest, 0, (size_t)(b->blocks + 1) * PERP__PACKED_WIDTH * sizeof *levels->rest);
+    for (int32_t i = 0; i < b->blocks; i++)
+        for (int32_t j = 0; j < b->width; j++)
+            levels->rest[i * PERP__PACKED_WIDTH + j] = -b->free[i * b->width + j];
     most = find_levels(work);
     sort_contacts(work, most);
     for (int32_t level = most; level > 0; level--) {

@@ -1,6 +1,7 @@
 /* Contacts of rigid bodies, the common case in one piece of memory: at most 3 rows on at most 2
  * blocks of 6 unknowns, tangents turned to where the local problem is diagonal. A row that a
- * frictionless or planar contact lacks is zero, and so is the piece of a contact with the ground.
+ * frictionless or planar contact lacks is zero, and so are the unknowns that a planar body lacks
+ * and the piece of a contact with the ground.
  */
 #include <math.h>
 #include <string.h>
@@ -17,15 +18,14 @@ int32_t perp__sweep_packs(const perp__sweep_work *work, int32_t k)
     const perp__bodies *b = problem->bodies;
     const int32_t first = problem->starts[k], dim = problem->dims[k];
 
-    return b->width == WIDTH && perp__contact_two_sided(problem, k) == 0 &&
-           problem->starts[k + 1] - first == dim &&
+    return perp__contact_two_sided(problem, k) == 0 && problem->starts[k + 1] - first == dim &&
            b->piece_starts[k + 1] - b->piece_starts[k] <= 2 &&
            (dim < 3 || b->compliance[first + 1] == b->compliance[first + 2]);
 }
 
-static void pack_row(double *row, int32_t which, double factor, const double *piece)
+static void pack_row(double *row, int32_t which, double factor, const double *piece, int32_t width)
 {
-    for (int32_t j = 0; j < WIDTH; j++)
+    for (int32_t j = 0; j < width; j++)
         row[perp__packed_place(which, j)] += factor * piece[j];
 }
 
@@ -45,10 +45,10 @@ void perp__sweep_pack(perp__sweep_work *work, int32_t k, perp__packed_contact *c
         const int32_t which = (int32_t)(piece - start);
 
         c->blocks[which] = b->piece_blocks[piece];
-        pack_row(c->P, which, 1.0, p);
+        pack_row(c->P, which, 1.0, p, b->width);
         for (int32_t i = 1; i < dim; i++)
             for (int32_t j = 1; j < dim; j++)
-                pack_row(c->P + i * ROW, which, turn[i - 1][j - 1], p + j * WIDTH);
+                pack_row(c->P + i * ROW, which, turn[i - 1][j - 1], p + j * b->width, b->width);
     }
     for (int32_t i = 0; i < dim; i++) {
         c->q[i] = problem->q[first + i];
@@ -75,7 +75,7 @@ PERP__KERNEL static void visit_loops(perp__packed_contact *c, double *y, double 
     perp__packed_velocity(c, first, second, x, u);
     for (int32_t i = 0; i < 3; i++)
         d[i] = x[i];
-    result->mode = perp__step_3(&c->local, u, x);
+    result->mode = dim == 2 ? perp__step_2(&c->local, u, x) : perp__step_3(&c->local, u, x);
     for (int32_t i = 0; i < 3; i++)
         d[i] = x[i] - d[i];
     result->change = d[0] * d[0] + (d[1] * d[1] + d[2] * d[2]);

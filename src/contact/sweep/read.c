@@ -12,12 +12,16 @@ static int64_t count_entries(const perp__matrix *W)
 
 static void layout_bodies(perp__arena *arena, perp__sweep_work *work, const perp__bodies *b)
 {
-    const size_t contacts = (size_t)b->contacts, y_size = (size_t)b->blocks * (size_t)b->width;
+    const int32_t packs = b->width == 3 || b->width == PERP__PACKED_WIDTH;
+    const size_t contacts = (size_t)b->contacts;
+    const size_t stride = packs ? PERP__PACKED_WIDTH : (size_t)b->width;
+    const size_t y_size = (size_t)b->blocks * stride;
 
-    work->y = perp__arena_take(arena, y_size + (size_t)b->width, sizeof(double));
+    work->stride = (int32_t)stride;
+    work->y = perp__arena_take(arena, y_size + stride, sizeof(double));
     work->packs = perp__arena_take(arena, contacts, sizeof *work->packs);
     work->packed = NULL;
-    if (b->width == PERP__PACKED_WIDTH) {
+    if (packs) {
         work->packed = perp__arena_take(arena, contacts, sizeof *work->packed);
         perp__levels_layout(arena, &work->levels, b);
     }
@@ -174,6 +178,5 @@ void perp__sweep_read(perp__sweep_work *work)
         read_unit(work, k);
     if (problem->bodies)
         memset(work->y, 0,
-               (size_t)(problem->bodies->blocks + 1) * (size_t)problem->bodies->width *
-                   sizeof *work->y);
+               (size_t)(problem->bodies->blocks + 1) * (size_t)work->stride * sizeof *work->y);
 }

@@ -160,14 +160,27 @@ static int32_t is_solved(perp__sweep_work *work, double change)
     return 0;
 }
 
+/* From blocks by width to blocks by stride. */
+static void spread(perp__sweep_work *work, const perp__bodies *b)
+{
+    for (int32_t i = b->blocks; i-- > 0 && work->stride > b->width;) {
+        double *block = work->y + (size_t)i * (size_t)work->stride;
+
+        memmove(block, work->y + (size_t)i * (size_t)b->width, (size_t)b->width * sizeof *block);
+        memset(block + b->width, 0, (size_t)(work->stride - b->width) * sizeof *block);
+    }
+}
+
 /* Begins at x, in the caller's frame. */
 static void begin_at(perp__sweep_work *work, const double *x)
 {
     const perp__contact_problem *problem = work->common.problem;
 
     perp__sweep_import(work, x);
-    if (problem->bodies)
-        perp__bodies_gather(problem->bodies, x, work->y);
+    if (!problem->bodies)
+        return;
+    perp__bodies_gather(problem->bodies, x, work->y);
+    spread(work, problem->bodies);
 }
 
 /* Begins with the guess that all comes to rest, if it is better than x. */

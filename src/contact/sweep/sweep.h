@@ -21,7 +21,7 @@ typedef struct perp__sweep_discs {
     double W[PERP__CONTACT_ROWS_MOST * PERP__CONTACT_ROWS_MOST];
 } perp__sweep_discs;
 
-/* A contact of at most 3 rows on at most 2 blocks of 6 unknowns (packed.c). */
+/* A contact of at most 3 rows on at most 2 blocks of 3 or 6 unknowns (packed.c). */
 typedef struct perp__packed_contact {
     double P[36]; /* 3 rows, in the order that packed.c tells */
     double q[3], compliance[2];
@@ -43,7 +43,7 @@ typedef struct perp__levels {
     int32_t *queue;    /* blocks + 1 */
     int32_t *starts;   /* levels + 1 <= blocks + 3: into contacts */
     int32_t *contacts;
-    double *rest; /* blocks + 1 by width: the y at which a block stands still */
+    double *rest; /* blocks + 1 by stride: the y at which a block stands still */
 } perp__levels;
 
 typedef struct perp__packed_result {
@@ -64,9 +64,10 @@ typedef struct perp__sweep_work {
     double *x, *u;                /* size: r in the caller's frame, and W x + q */
     int8_t *modes;                /* contacts */
     double *best;                 /* size: the r of the smallest change, up to a factor 2 */
-    double *y;                    /* bodies: P'r in blocks by width, then a block of zeros */
+    double *y;                    /* bodies: P'r in blocks by stride, then a block of zeros */
+    int32_t stride;               /* of blocks in y: their width; 6 where contacts are packed */
     int8_t *packs;                /* contacts: is packed */
-    perp__packed_contact *packed; /* contacts; NULL where there are no bodies of width 6 */
+    perp__packed_contact *packed; /* contacts; NULL where there are no bodies of width 3 or 6 */
     int32_t all_packed;
     perp__levels levels; /* if packed */
     perp__mixing mixing;

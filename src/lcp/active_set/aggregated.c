@@ -209,14 +209,6 @@ void perp__aggregated_release(perp__aggregated *coarse)
 
 /* ---- problems ---- */
 
-/* r of row i: a bound, or 0 */
-static double reference(const perp__aggregated_level *level, int32_t i)
-{
-    return isfinite(level->lower[i])   ? level->lower[i]
-           : isfinite(level->upper[i]) ? level->upper[i]
-                                       : 0.0;
-}
-
 static void load_next(perp__aggregated *coarse, int32_t k)
 {
     perp__aggregated_level *fine = &coarse->level[k], *next = fine + 1;
@@ -227,7 +219,7 @@ static void load_next(perp__aggregated *coarse, int32_t k)
         next->upper[a] = INFINITY;
     }
     for (int32_t i = 0; i < fine->n; i++)
-        fine->z[i] = reference(fine, i);
+        fine->z[i] = perp__finite_bound(fine->lower[i], fine->upper[i]);
     perp__multiply(&fine->M, fine->z, fine->w);
     for (int32_t i = 0; i < fine->n; i++) {
         const int32_t a = fine->aggregate[i];
@@ -259,7 +251,8 @@ void perp__aggregated_prolong(perp__aggregated *coarse, int32_t k)
     perp__aggregated_level *level = &coarse->level[k];
 
     for (int32_t i = 0; i < level->n; i++)
-        level->z[i] = perp__clamp(reference(level, i) + level[1].z[level->aggregate[i]],
+        level->z[i] = perp__clamp(perp__finite_bound(level->lower[i], level->upper[i]) +
+                                      level[1].z[level->aggregate[i]],
                                   level->lower[i], level->upper[i]);
 }
 

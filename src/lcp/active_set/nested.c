@@ -60,14 +60,6 @@ void perp__nested_release(perp__nested *nested)
         perp__arena_release(&nested->arena);
 }
 
-/* r of row i: a bound, or 0 */
-static double reference(const perp__nested_level *level, int32_t i)
-{
-    return isfinite(level->lower[i])   ? level->lower[i]
-           : isfinite(level->upper[i]) ? level->upper[i]
-                                       : 0.0;
-}
-
 static double row_times(const perp__level *grid, int32_t i, const double *x)
 {
     double sum = 0.0;
@@ -89,7 +81,7 @@ static void coarsen_bounds(const perp__nested *nested, int32_t k)
     }
     for (int32_t i = 0; i < grid->n; i++) {
         const int32_t a = grid->aggregate[i];
-        const double r = reference(fine, i);
+        const double r = perp__finite_bound(fine->lower[i], fine->upper[i]);
 
         if (a >= 0) {
             const double share = grid[1].near_null[a] / grid->near_null[i];
@@ -107,7 +99,7 @@ static void coarsen_load(const perp__nested *nested, int32_t k)
     const perp__nested_level *fine = &nested->level[k];
 
     for (int32_t i = 0; i < grid->n; i++)
-        nested->correction[i] = reference(fine, i);
+        nested->correction[i] = perp__finite_bound(fine->lower[i], fine->upper[i]);
     memset(fine[1].own_q, 0, (size_t)grid->coarse * sizeof(double));
     for (int32_t i = 0; i < grid->n; i++) {
         const double load = row_times(grid, i, nested->correction) + fine->q[i];
@@ -135,7 +127,7 @@ static void prolong(const perp__nested *nested, int32_t k)
     const perp__nested_level *fine = &nested->level[k];
 
     for (int32_t i = 0; i < grid->n; i++) {
-        double z = reference(fine, i);
+        double z = perp__finite_bound(fine->lower[i], fine->upper[i]);
 
         for (int32_t p = grid->p_starts[i]; p < grid->p_starts[i + 1]; p++)
             z += grid->p_values[p] * fine[1].z[grid->p_columns[p]];

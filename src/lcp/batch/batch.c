@@ -11,6 +11,7 @@
 #include "base/tasks.h"
 #include "lcp/batch/group.h"
 #include "lcp/lcp.h"
+#include "linalg/matrix.h"
 
 /* The answers, kept apart until every problem has one: a call that fails writes nothing. */
 typedef struct batch_answers {
@@ -100,22 +101,19 @@ static perp_status solve_alone(batch_worker *worker, int64_t problem)
     const perp__batch_data *data = &b->data;
     const size_t n = (size_t)data->n, at = (size_t)problem * n;
     perp_lcp_result result;
+    const perp_matrix M = perp__view(PERP_STORAGE_ROW_MAJOR, data->n, data->n, data->M + at * n);
     perp_status status;
-    perp_matrix M;
 
     if (is_late(b)) {
         leave_unsolved(b, problem);
         return PERP_OK;
     }
     status = fit_solver(worker);
-    if (status == PERP_OK) {
-        perp_matrix_init(&M, sizeof M);
-        perp_lcp_result_init(&result, sizeof result);
-        perp_matrix_dense(&M, PERP_STORAGE_ROW_MAJOR, data->n, data->n, data->M + at * n,
-                          data->n > 0 ? data->n : 1);
+    if (status == PERP_OK)
+        status = perp_lcp_result_init(&result, sizeof result);
+    if (status == PERP_OK)
         status = perp__lcp_setup(worker->solver, &M, data->lower ? data->lower + at : NULL,
                                  data->upper ? data->upper + at : NULL);
-    }
     if (status == PERP_OK)
         status = perp__lcp_solve(worker->solver, b->answers.z + at,
                                  b->answers.w ? b->answers.w + at : NULL, NULL, &result,

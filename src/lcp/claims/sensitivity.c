@@ -207,36 +207,38 @@ static void release(void *object)
 
 static const perp__kind kind = {"sensitivities", sizeof(perp_lcp_sensitivity), release};
 
+/* What a caller gives. */
+typedef struct claim {
+    const perp_lcp_settings *settings;
+    const perp_matrix *M;
+    const double *q, *lower, *upper, *z;
+} claim;
+
 /* Takes the problem into a solver of its own, and z as the point that is evaluated. */
-static perp_status take_problem(perp_lcp_sensitivity *s, const perp_lcp_settings *settings,
-                                const perp_matrix *M, const double *q, const double *lower,
-                                const double *upper, const double *z)
+static perp_status take_problem(perp_lcp_sensitivity *s, const claim *given)
 {
-    perp_context *context = s->context;
-    perp_status status = perp__lcp_create(context, &s->solver, settings);
+    perp_status status = perp__lcp_create(s->context, &s->solver, given->settings);
 
     if (status == PERP_OK)
-        status = perp__lcp_setup(s->solver, M, lower, upper);
+        status = perp__lcp_setup(s->solver, given->M, given->lower, given->upper);
     if (status != PERP_OK)
         return status;
     s->n = s->solver->n;
-    status = perp__check_vector(context, "q", q, (size_t)s->n);
+    status = perp__check_vector(s->context, "q", given->q, (size_t)s->n);
     if (status == PERP_OK)
-        status = perp__check_vector(context, "z", z, (size_t)s->n);
+        status = perp__check_vector(s->context, "z", given->z, (size_t)s->n);
     if (status != PERP_OK)
         return status;
-    perp__scale_problem(s->solver, q);
+    perp__scale_problem(s->solver, given->q);
     if (s->n > 0)
-        memcpy(s->solver->z, z, (size_t)s->n * sizeof *z);
+        memcpy(s->solver->z, given->z, (size_t)s->n * sizeof(double));
     return PERP_OK;
 }
 
 static perp_status create(perp_context *context, perp_lcp_sensitivity **sensitivity,
-                          perp_lcp_sensitivity_info *info, const perp_lcp_settings *settings,
-                          const perp_matrix *M, const double *q, const double *lower,
-                          const double *upper, const double *z)
+                          perp_lcp_sensitivity_info *info, const claim *given)
 {
-    perp_lcp_sensitivity_info own;
+    perp_lcp_sensitivity_info own = {0};
     perp_lcp_sensitivity *made;
     perp_status status = perp__check_pointer(context, "sensitivity", sensitivity);
 
@@ -247,9 +249,8 @@ static perp_status create(perp_context *context, perp_lcp_sensitivity **sensitiv
     made = perp__handle_create(context, &kind);
     if (!made)
         return PERP_ERROR_MEMORY;
-    memset(&own, 0, sizeof own);
     perp__arena_init(&made->arena, context);
-    status = take_problem(made, settings, M, q, lower, upper, z);
+    status = take_problem(made, given);
     if (status == PERP_OK)
         status = prepare(made, &own);
     if (status != PERP_OK) {
@@ -267,8 +268,9 @@ perp_status perp_lcp_sensitivity_create(perp_context *context, perp_lcp_sensitiv
                                         const double *q, const double *lower, const double *upper,
                                         const double *z)
 {
-    return PERP__CALL(perp__enter(context), context,
-                      create(context, sensitivity, info, settings, M, q, lower, upper, z));
+    const claim given = {settings, M, q, lower, upper, z};
+
+    return PERP__CALL(perp__enter(context), context, create(context, sensitivity, info, &given));
 }
 
 void perp_lcp_sensitivity_destroy(perp_lcp_sensitivity *sensitivity)

@@ -444,18 +444,18 @@ const char *perp_lcp_verdict_text(int32_t verdict)
     }
 }
 
-static perp_status check(perp_context *context, perp__matrix *own, const perp_lcp_proof *proof,
-                         const perp_matrix *M, const double *q, const double *lower,
-                         const double *upper, const double *z)
+static perp_status check(perp__verify *v, const perp_lcp_proof *proof, const perp_matrix *M,
+                         const double *q)
 {
-    perp_status status = PERP__CHECK(perp_lcp_proof, context, proof);
+    perp_status status = PERP__CHECK(perp_lcp_proof, v->context, proof);
 
     if (status == PERP_OK)
-        status = perp__lcp_problem_read(context, own, M, lower, upper);
+        status = perp__lcp_problem_read(v->context, &v->M, M, v->lower_caller, v->upper_caller);
+    v->n = v->M.rows;
     if (status == PERP_OK)
-        status = perp__check_vector(context, "q", q, (size_t)own->rows);
+        status = perp__check_vector(v->context, "q", q, (size_t)v->n);
     if (status == PERP_OK)
-        status = perp__check_vector(context, "z", z, (size_t)own->rows);
+        status = perp__check_vector(v->context, "z", v->z_caller, (size_t)v->n);
     return status;
 }
 
@@ -497,28 +497,19 @@ static perp_status prove(perp__verify *v, double *radii, perp_lcp_proof *proof, 
     return PERP_OK;
 }
 
-static perp_status verify(perp_context *context, double *radii, perp_lcp_proof *proof,
-                          const perp_matrix *M, const double *q, const double *lower,
-                          const double *upper, const double *z)
+static perp_status verify(perp__verify *v, double *radii, perp_lcp_proof *proof,
+                          const perp_matrix *M, const double *q)
 {
-    perp__verify v;
-    perp_status status;
+    perp_status status = check(v, proof, M, q);
 
-    memset(&v, 0, sizeof v);
-    status = check(context, &v.M, proof, M, q, lower, upper, z);
     if (status != PERP_OK)
         return status;
-    v.context = context;
-    v.n = v.M.rows;
-    v.z_caller = z;
-    v.lower_caller = lower;
-    v.upper_caller = upper;
-    perp__arena_init(&v.arena, context);
-    perp__arena_init(&v.dense_arena, context);
-    status = prove(&v, radii, proof, q);
-    perp__dominance_release(&v.dominance);
-    perp__arena_release(&v.dense_arena);
-    perp__arena_release(&v.arena);
+    perp__arena_init(&v->arena, v->context);
+    perp__arena_init(&v->dense_arena, v->context);
+    status = prove(v, radii, proof, q);
+    perp__dominance_release(&v->dominance);
+    perp__arena_release(&v->dense_arena);
+    perp__arena_release(&v->arena);
     return status;
 }
 
@@ -526,6 +517,8 @@ perp_status perp_lcp_verify(perp_context *context, double *radii, perp_lcp_proof
                             const perp_matrix *M, const double *q, const double *lower,
                             const double *upper, const double *z)
 {
-    return PERP__CALL(perp__enter(context), context,
-                      verify(context, radii, proof, M, q, lower, upper, z));
+    perp__verify v = {
+        .context = context, .z_caller = z, .lower_caller = lower, .upper_caller = upper};
+
+    return PERP__CALL(perp__enter(context), context, verify(&v, radii, proof, M, q));
 }

@@ -33,10 +33,15 @@
 static void layout(perp__arena *arena, void *object)
 {
     perp__adaptive *a = object;
+    int8_t **const places[] = {&a->does[0], &a->does[1], &a->does[2],
+                               &a->planned, &a->tried,   &a->after};
 
     PERP__DOUBLES(arena, (size_t)a->m->coordinates, &a->largest, &a->scale, &a->rate, &a->moved);
     PERP__DOUBLES(arena, (size_t)a->m->n, &a->difference, &a->scratch, &a->force[0], &a->force[1],
                   &a->force[2]);
+    for (size_t k = 0; k < sizeof places / sizeof *places; k++)
+        *places[k] = perp__arena_take(arena, (size_t)(a->m->contacts + a->m->dry), 1);
+    PERP__DOUBLES(arena, (size_t)a->m->rows, &a->bias, &a->drift);
 }
 
 /* ---- one attempt --------------------------------------------------------------------------- */
@@ -58,28 +63,49 @@ static int32_t is_solved(const perp__adaptive *a)
     return perp__is_good(a->full.outcome) && perp__is_good(halves_outcome(a));
 }
 
+/* A step. A contact whose slip turns round comes to rest on the way, and there static friction
+ * counts: a step that is short behind the turn ends in it. */
+static perp_status advance(perp_mechanism *m, perp__motion *to, perp_mechanism_step *step, double t,
+                           double h, const perp__motion *from)
+{
+    perp_status status = perp__advance(m, to, step, t, h, from->q, from->v);
+    int32_t slips;
+
+    if (status != PERP_OK || !perp__outcome_moves(step->outcome) || !perp__adaptive_catch(m, to))
+        return status;
+    status = perp__advance(m, to, step, t, h, from->q, from->v);
+    slips = perp__adaptive_release_caught(m, to);
+    return status == PERP_OK && slips ? perp__advance(m, to, step, t, h, from->q, from->v) : status;
+}
+
 /* The step in one and in two, and the estimates. Where one of them does not move, it is the last
  * that was tried. */
 static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, double h)
 {
     const double half = 0.5 * h;
-    perp_status status = perp__advance(m, &m->trial, &a->full, t, h, m->now.q, m->now.v);
+    perp_status status;
 
+    perp__adaptive_let_go(m, a->does[0], &m->now);
+    status = advance(m, &m->trial, &a->full, t, h, &m->now);
     memset(&a->event, 0, sizeof a->event);
     perp_mechanism_step_init(&a->first, sizeof a->first);
     perp_mechanism_step_init(&a->second, sizeof a->second);
     if (status == PERP_OK && moves(a))
-        status = perp__advance(m, &m->half, &a->first, t, half, m->now.q, m->now.v);
+        status = advance(m, &m->half, &a->first, t, half, &m->now);
+    perp__adaptive_let_go(m, NULL, NULL);
     if (status == PERP_OK && moves(a))
         status = perp__adaptive_scale(m, a);
     if (status == PERP_OK && moves(a))
         status = perp__adaptive_events(m, a, &m->now, &m->half, 0.0, half);
     if (status == PERP_OK && moves(a))
-        status = perp__advance(m, &m->next, &a->second, t + half, half, m->half.q, m->half.v);
+        status = advance(m, &m->next, &a->second, t + half, half, &m->half);
     if (status == PERP_OK && moves(a))
         status = perp__adaptive_events(m, a, &m->half, &m->next, half, half);
     if (status == PERP_OK && moves(a))
         status = perp__adaptive_estimate(m, a, t, h);
+    a->release = 0;
+    if (status == PERP_OK && moves(a) && is_solved(a) && !a->plans)
+        status = perp__adaptive_releases(m, a, t, h);
     return status;
 }
 
@@ -196,6 +222,8 @@ static perp_status take(perp__run *run, perp__adaptive *a, double t, double h)
     step.error = a->error;
     run->result.error += a->error;
     perp__adaptive_learn(m, a);
+    memcpy(a->does[0], a->plans ? a->planned : a->does[2], (size_t)(m->contacts + m->dry));
+    a->plans = 0;
     a->started = 1;
     a->refused = 0;
     return perp__run_take(run, answer, t, h, &step);
@@ -210,12 +238,12 @@ static void lengthen(const perp_mechanism *m, perp__adaptive *a, double h)
     if (error > 0.0)
         factor = fmin(GROWTH, SAFETY * pow(m->settings.error / error, 1.0 / (a->order + 1.0)));
     a->h = h * fmax(factor, SHRINKING);
-    if (a->event.late > 0.0)
+    if (a->event.late > 0.0 || a->plans)
         a->h = fmax(a->h, a->proper);
     a->proper = 0.0;
 }
 
-/* After a step was refused; solved: it has estimates. */
+/* After a step was refused. */
 static void shorten(const perp_mechanism *m, perp__adaptive *a, double h, int32_t solved)
 {
     const double tolerance = m->settings.error, error = verdict(a);
@@ -247,11 +275,40 @@ static perp_status give_up(perp__run *run, const perp__adaptive *a)
     return PERP_OK;
 }
 
+/* Plans the next step to end where something lets go; from where that is now, without a step. */
+static perp_status plan(perp__run *run, perp__adaptive *a, double h)
+{
+    perp_mechanism *m = run->m;
+    double when;
+    perp_status status = perp__adaptive_locate(m, a, run->t, h, &when);
+
+    if (status != PERP_OK)
+        return status;
+    a->plans = when > a->shortest;
+    if (!a->plans)
+        perp__adaptive_give_way(m, a);
+    a->proper = fmax(a->proper, h);
+    a->h = a->plans ? when : h;
+    return PERP_OK;
+}
+
+/* The step is to be tried again; solved: it has estimates. */
 static perp_status refuse(perp__run *run, perp__adaptive *a, double h, int32_t solved)
 {
-    shorten(run->m, a, h, solved);
+    perp_status status = PERP_OK;
+
+    a->searched = 0;
+    if (a->release > 0 && !(a->event.error > run->m->settings.error))
+        status = plan(run, a, h);
+    else {
+        a->plans = 0;
+        shorten(run->m, a, h, solved);
+    }
+    if (status != PERP_OK)
+        return status;
     run->result.rejected++;
-    run->result.iterations += a->full.iterations + a->first.iterations + a->second.iterations;
+    run->result.iterations +=
+        a->full.iterations + a->first.iterations + a->second.iterations + a->searched;
     if (perp__mechanism_is_late(run->m)) {
         run->result.outcome = PERP_OUTCOME_TIME_LIMIT;
         run->ended = 1;
@@ -264,8 +321,8 @@ static perp_status step(perp__run *run, perp__adaptive *a, double t1)
 {
     perp_mechanism *m = run->m;
     const double left = t1 - run->t;
-    const int32_t last = a->h * 1.01 >= left;
-    const double h = last ? left : fmin(a->h, fmax(0.5 * left, a->h * 0.5));
+    const int32_t last = a->plans ? a->h >= left : a->h * 1.01 >= left;
+    const double h = last ? left : a->plans ? a->h : fmin(a->h, fmax(0.5 * left, a->h * 0.5));
     perp_status status = attempt(m, a, run->t, h);
     int32_t solved, fine;
 
@@ -274,7 +331,8 @@ static perp_status step(perp__run *run, perp__adaptive *a, double t1)
     else if (status != PERP_OK)
         return status;
     solved = moves(a) && is_solved(a);
-    fine = moves(a) && (solved || a->refused >= MOST_UNSOLVED) && verdict(a) <= m->settings.error;
+    fine = moves(a) && (solved || a->refused >= MOST_UNSOLVED) && a->release == 0 &&
+           verdict(a) <= m->settings.error;
     if (!fine)
         return refuse(run, a, h, moves(a) && verdict(a) > m->settings.error);
     lengthen(m, a, h);
@@ -290,8 +348,11 @@ static perp_status begin(perp__run *run, perp__adaptive *a, double t1, double h)
     perp_mechanism *m = run->m;
     const perp_mechanism_settings *settings = &m->settings;
     const double span = t1 - run->t;
+    perp_status status;
 
     memset(a->largest, 0, (size_t)m->coordinates * sizeof *a->largest);
+    memset(a->scale, 0, (size_t)m->coordinates * sizeof *a->scale);
+    a->length = 0.0;
     a->fastest = 0.0;
     a->longest = settings->longest > 0.0 ? fmin(settings->longest, span) : span;
     a->shortest = settings->shortest > 0.0 ? settings->shortest : ldexp(span, -40);
@@ -300,9 +361,11 @@ static perp_status begin(perp__run *run, perp__adaptive *a, double t1, double h)
     a->unit = fmax(fmin(h, span), fmin(ldexp(span, -40) / settings->error, 1e-3 * span));
     a->proper = 0.0;
     a->order = settings->scheme == PERP_MECHANISM_THETA && settings->theta == 0.5 ? 2 : 1;
-    a->started = a->refused = 0;
+    a->started = a->refused = a->plans = 0;
+    a->searched = 0;
     run->result.error = 0.0;
-    return perp__evaluate_force(m, a->force[0], run->t, m->now.q, m->now.v);
+    status = perp__evaluate_force(m, a->force[0], run->t, m->now.q, m->now.v);
+    return status == PERP_OK ? perp__adaptive_look_at_start(m, a, run->t) : status;
 }
 
 perp_status perp__run_adaptive(perp__run *run, double t1, double h)
@@ -317,6 +380,7 @@ perp_status perp__run_adaptive(perp__run *run, double t1, double h)
     status = begin(run, m->adaptive, t1, h);
     while (status == PERP_OK && !run->ended && run->t < t1)
         status = step(run, m->adaptive, t1);
+    perp__adaptive_let_go(m, NULL, NULL);
     if (status == PERP__OUTSIDE) { /* k, N or the rows where a step ended: no motion from there */
         run->result.outcome = PERP_OUTCOME_EVALUATION_FAILED;
         run->ended = 1;

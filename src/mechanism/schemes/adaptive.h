@@ -31,6 +31,17 @@ struct perp__adaptive {
     int32_t order;               /* of the scheme */
     int32_t started;             /* m->now.modes are those of a step */
     int32_t refused;             /* attempts in a row */
+    /* releases */
+    int8_t *does[3];       /* contacts, then dry groups: at the start, in the middle, at the end */
+    int8_t *planned;       /* the same, from the end of a step that is planned on */
+    int8_t *tried, *after; /* of a trial; of what was held, what goes on */
+    double *bias, *drift;  /* rows: d/dt(J) v + d/dt(drift); of a problem in accelerations */
+    double span, free;     /* of its differences; its size */
+    double length;         /* of the step that led to the state that is looked at */
+    int32_t known;         /* 1: it has a solution */
+    int32_t release;       /* in which half of the step at hand something lets go; 0: none */
+    int32_t plans;         /* 1: the next step ends where something lets go */
+    int64_t searched;      /* iterations of trials */
 };
 
 /* ---- adaptive_error.c ---- */
@@ -44,6 +55,24 @@ perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a);
 perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double t, double h);
 /* a->largest, with the step that was taken. */
 void perp__adaptive_learn(const perp_mechanism *m, perp__adaptive *a);
+
+/* ---- adaptive_release.c ---- */
+/* a->does[0]: what holds at the start of a run. */
+perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, double t);
+/* a->does[1] and [2], and a->release, of a step whose answers are in m->half and m->next. */
+perp_status perp__adaptive_releases(perp_mechanism *m, perp__adaptive *a, double t, double h);
+/* Of a step with a release: when that is, from the start; a->planned: what holds from there on. */
+perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t, double h,
+                                  double *when);
+/* What lets go does so now: a->does[0] as planned. */
+void perp__adaptive_give_way(const perp_mechanism *m, perp__adaptive *a);
+/* Which contacts start to slip with that state: static friction no longer counts. NULL: none. */
+void perp__adaptive_let_go(perp_mechanism *m, const int8_t *does, const perp__motion *state);
+
+/* Gives contacts that a step led back through rest their static friction; whether there are any.
+ * And takes it away again; whether they slip nevertheless. */
+int32_t perp__adaptive_catch(perp_mechanism *m, const perp__motion *to);
+int32_t perp__adaptive_release_caught(perp_mechanism *m, const perp__motion *to);
 
 /* ---- adaptive.c ---- */
 perp_status perp__run_adaptive(perp__run *run, double t1, double h);

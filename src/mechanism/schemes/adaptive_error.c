@@ -104,6 +104,8 @@ static int32_t chatters(const perp_mechanism *m)
         const int32_t open = count_mode(m, j, PERP_MECHANISM_SEPARATE),
                       sticks = count_mode(m, j, PERP_MECHANISM_STICK), row = m->starts[j];
 
+        if (m->two_sided[j] > 0)
+            continue;
         if (open > 0 && open < 3)
             return 1;
         if (sticks > 0 && sticks < 3 &&
@@ -269,19 +271,27 @@ static double slip_at(const perp_mechanism *m, const friction *f, const double *
     return speed;
 }
 
-/* a->difference := M^-1 J'd; d'J M^-1 J'd. */
+/* d'J M^-1 J'd in what constraints leave free, those of contacts that hold both ways among them. */
 static double response_to(perp_mechanism *m, perp__adaptive *a, const friction *f,
                           const double d[2])
 {
-    double sum = 0.0;
+    double all, free;
 
-    memset(a->difference, 0, (size_t)m->n * sizeof *a->difference);
+    perp__held_rows_begin(&m->held, m->n);
+    for (int32_t j = 0; j < m->contacts; j++)
+        for (int32_t i = 0; i < m->two_sided[j]; i++)
+            perp__hold_row(m, &m->begin, m->starts[j] + i, 0.0);
+    for (int32_t i = 0; i < m->bilateral; i++)
+        perp__hold_row(m, &m->begin, m->contact_rows + i, 0.0);
+    perp__held_rows_solve(&m->held);
+    memset(a->scratch, 0, (size_t)m->n * sizeof *a->scratch);
     for (int32_t i = 0; i < f->count; i++)
-        perp__add_row(m, &m->begin, f->row + i, d[i], a->difference);
-    perp__solve_mass(m, &m->begin, a->difference);
-    for (int32_t i = 0; i < f->count; i++)
-        sum += d[i] * perp__row_times(m, &m->begin, f->row + i, 0.0, a->difference);
-    return sum;
+        perp__add_row(m, &m->begin, f->row + i, d[i], a->scratch);
+    perp__solve_lower(m, &m->begin, a->scratch);
+    all = perp__length(a->scratch, m->n);
+    perp__project_out(m->held.basis, m->held.rank, m->n, a->scratch);
+    free = perp__length(a->scratch, m->n);
+    return free > PERP__AGREEMENT * all ? free * free : 0.0;
 }
 
 static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,

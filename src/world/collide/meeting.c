@@ -68,14 +68,12 @@ double perp__relative_way(const perp__moving *a, const perp__moving *b)
     return sum(way) + sum(a->turn) * a->reach + sum(b->turn) * b->reach;
 }
 
-int32_t perp__stay_apart(const perp__moving *a, const perp__moving *b, const perp__nearness *near,
-                         const perp__meeting *meeting)
+static int32_t stay_apart(const perp__moving *a, const perp__moving *b,
+                          const perp__meeting *meeting)
 {
     double way[3];
     perp__subtract3(way, b->way, a->way);
-    return meeting->lead + fmin(perp__dot3(meeting->apart, way), 0.0) -
-               (sum(a->turn) * a->reach + sum(b->turn) * b->reach) >
-           near->touching;
+    return perp__stay_apart(meeting, way, sum(a->turn) * a->reach + sum(b->turn) * b->reach);
 }
 
 static double size_of(const perp__placed *shape)
@@ -354,9 +352,9 @@ static int32_t one_axis_keeps(const course *on, const perp__nearness *near, perp
         const perp__axis *axis = &on->axes.axis[k];
         if (!(axis->separation > near->touching))
             continue;
-        meeting->lead = axis->separation;
+        meeting->lead = axis->separation - near->touching;
         perp__apply3(meeting->apart, on->frame, axis->normal);
-        kept = perp__stay_apart(on->a, on->b, near, meeting);
+        kept = stay_apart(on->a, on->b, meeting);
     }
     return kept;
 }
@@ -466,10 +464,20 @@ static int32_t meet_ball(const perp__moving *a, const perp__moving *b, int32_t p
     double gates[7] = {0.0}, bare[7] = {0.0}, from[3], gradient[3], aside, t = 0.0;
 
     centre_in_box(a->start, b->start, from);
+    double distance = box_distance(half, dimension, from, gradient, &aside) - radius;
+    if (distance > near->touching) {
+        meeting->lead = distance - near->touching;
+        if (boxed)
+            perp__apply3(meeting->apart, a->start->rotation, gradient);
+        else
+            perp__copy3(meeting->apart, gradient);
+        if (stay_apart(a, b, meeting))
+            return 0;
+    }
     for (int k = 0; k < 7; k++) {
-        double separation = box_distance(half, dimension, from, gradient, &aside) - radius;
         if (k < 6 && (!boxed || k / 2 >= dimension))
             continue;
+        double separation = distance;
         if (k < 6)
             separation = (k % 2 ? from[k / 2] : -from[k / 2]) - half[k / 2] - radius;
         gates[k] = gate_of(separation, near, near->grazing);
@@ -517,5 +525,8 @@ int32_t perp__meet(const perp__moving *a, const perp__moving *b, int32_t planar,
         return meet_along_axes(a, b, planar, near, meeting);
     if (b->start->geometry->kind == PERP__SPHERE)
         return meet_ball(a, b, planar, near, meeting);
-    return meet_ball(b, a, planar, near, meeting);
+    int met = meet_ball(b, a, planar, near, meeting);
+    for (int k = 0; k < 3; k++) /* from A to B */
+        meeting->apart[k] = -meeting->apart[k];
+    return met;
 }

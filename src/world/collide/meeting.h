@@ -28,7 +28,8 @@ typedef struct perp__meeting {
     int32_t doubtful; /* the shapes meet near the rim of a face: whether they do may depend on what
                          else stops them before */
     double apart[3];  /* where they don't meet: from A to B, a direction along which no point of */
-    double lead;      /* either is nearer to the other than this at the start; 0: not known */
+    double lead;      /* either is nearer to the other at the start than this and what counts as
+                         touching; 0: not known */
 } perp__meeting;
 
 /* Where the shape is after the share t of the step. */
@@ -37,9 +38,16 @@ void perp__moved(const perp__moving *shape, double t, perp__placed *placed);
 /* Length of the relative way of the two, an upper bound. */
 double perp__relative_way(const perp__moving *a, const perp__moving *b);
 
-/* Whether the motion leaves a plane between the shapes, across meeting->apart. */
-int32_t perp__stay_apart(const perp__moving *a, const perp__moving *b, const perp__nearness *near,
-                         const perp__meeting *meeting);
+/* Whether the motion leaves a plane between the shapes, across meeting->apart: with the way of B
+ * beside A and what turning adds to it at most. */
+static inline int32_t perp__stay_apart(const perp__meeting *meeting, const double *way,
+                                       double turning)
+{
+    const double *apart = meeting->apart;
+    const double along = apart[0] * way[0] + apart[1] * way[1] + apart[2] * way[2];
+
+    return meeting->lead + (along < 0.0 ? along : 0.0) - turning > 0.0;
+}
 
 /* Whether the shapes, none a half-space, touch or overlap at the start in a way that leaves no
  * doubt about the normal: one axis alone keeps them apart. */

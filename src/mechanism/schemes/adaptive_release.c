@@ -1,0 +1,508 @@
+/* What holds and lets go within a step: a contact that opens, a contact or dry group that starts to
+ * slip.
+ *
+ * A step's impulse is a mean: it holds up to twice as long as the forces do, and where they change
+ * linearly full and half steps agree on it. So what the forces do is looked at by themselves, at
+ * the ends of the half steps. With u = 0 there, or a slip along d,
+ *
+ *   M a = k + J'f,   u' = J a + d/dt(J) v + d/dt(drift),   0 <= f_n perp u_n' >= 0,
+ *   |f_t| <= mu f_n, opposite to u_t' where that is not 0; f_t = -mu f_n d of a slip,
+ *
+ * a contact problem in accelerations, in which a slip is a drift too fast to be turned round. A
+ * contact lets go where u' is not 0 though it was held. When it does so is the zero of the force
+ * that is left, f_n or mu f_n - |f_t|, over the length of a step on which it holds. */
+#include "mechanism/schemes/adaptive.h"
+
+#include <math.h>
+#include <string.h>
+
+/* What a contact or dry group does: the more, the more it holds. And that a contact which holds
+ * both ways, with one normal, and slides, presses against its other side: friction has a kink where
+ * it changes sides. */
+enum { FREE = 0, SLIDES = 1, STICKS = 2, HOLD = 3, OTHER_SIDE = 4 };
+
+/* A slip is faster than accelerations by this factor. In three dimensions its direction is made
+ * exact by repetition. */
+#define FAST 64.0
+#define MOST_PASSES 8
+
+/* Accelerations below this, beside the largest of free motion, are none. */
+#define NOTHING 1e-12
+
+/* Differences are taken over this share of a step, or of a run's unit of time. */
+#define SHARE (1.0 / 32.0)
+#define SHARE_OF_UNIT 1e-3
+
+#define MOST_LENGTHS 60
+
+static double length(const double *x, int32_t count)
+{
+    double sum = 0.0;
+
+    for (int32_t i = 0; i < count; i++)
+        sum = hypot(sum, x[i]);
+    return sum;
+}
+
+/* ---- what the steps say ---------------------------------------------------------------------- */
+
+/* Whether a gap is below what may be wrong with q. */
+static int32_t is_near(const perp_mechanism *m, const perp__adaptive *a, int32_t row, double gap)
+{
+    return gap <= m->settings.error * perp__gap_size(m, &m->begin, row, a->scale);
+}
+
+/* Whether a step keeps contact j closed: one that it reaches keeps the speed gap / h. */
+static int32_t is_closed(const perp_mechanism *m, const perp__adaptive *a,
+                         const perp__motion *state, int32_t j)
+{
+    const int32_t row = m->starts[j];
+    const double u = state->u[row];
+
+    return m->two_sided[j] > 0 ||
+           (state->holds[row] && (u == 0.0 || (u < 0.0 && is_near(m, a, row, -u * a->length))));
+}
+
+static int32_t is_rough(const perp_mechanism *m, int32_t j)
+{
+    return j < m->contacts ? m->tangents[j] > 0 && fmax(m->mu_static[j], m->begin.mu[j]) > 0.0
+                           : m->begin.bound[j - m->contacts] > 0.0;
+}
+
+/* What a contact that is closed, or a dry group, does with these forces. */
+static int8_t held(const perp_mechanism *m, int32_t j, int32_t sticks, const double *r)
+{
+    if (!is_rough(m, j))
+        return SLIDES;
+    if (sticks)
+        return STICKS;
+    return j < m->contacts && m->two_sided[j] == 1 && r[m->starts[j]] < 0.0 ? SLIDES | OTHER_SIDE
+                                                                            : SLIDES;
+}
+
+static void read_state(const perp_mechanism *m, const perp__adaptive *a, const perp__motion *state,
+                       int8_t *does)
+{
+    for (int32_t j = 0; j < m->contacts + m->dry; j++)
+        does[j] = j >= m->contacts || is_closed(m, a, state, j)
+                      ? held(m, j, state->modes[j] == PERP_MECHANISM_STICK, state->r)
+                      : (int8_t)FREE;
+}
+
+/* Whether what was held is held less, or on its other side. */
+static int32_t lets_go(int8_t before, int8_t after)
+{
+    return (after & HOLD) < (before & HOLD) ||
+           (before != after && (after & HOLD) == SLIDES && (before & HOLD) == SLIDES);
+}
+
+static int32_t is_lost(const perp_mechanism *m, const int8_t *before, const int8_t *after)
+{
+    for (int32_t j = 0; j < m->contacts + m->dry; j++)
+        if (lets_go(before[j], after[j]))
+            return 1;
+    return 0;
+}
+
+/* Whether something was hit: what lets go then is thrown off. */
+static int32_t is_hit(const perp_mechanism *m, const perp__motion *state,
+                      const perp_mechanism_step *step, const int8_t *before)
+{
+    for (int32_t j = 0; j < m->contacts; j++)
+        if (before[j] == FREE && state->r[m->starts[j]] > 0.0)
+            return 1;
+    return step->impacts > 0;
+}
+
+/* ---- forces at an instant ----------------------------------------------------------------------
+ */
+
+/* a->bias := d/dt(J) v + d/dt(drift), by central differences, of order 4. */
+static perp_status find_bias(perp_mechanism *m, perp__adaptive *a, double t, const double *q,
+                             const double *v)
+{
+    static const double places[4] = {1.0, -1.0, 0.5, -0.5},
+                        weights[4] = {-1.0 / 6.0, 1.0 / 6.0, 4.0 / 3.0, -4.0 / 3.0};
+    double *u = a->drift;
+    perp_status status = PERP_OK;
+
+    memset(a->bias, 0, (size_t)m->rows * sizeof *a->bias);
+    for (int32_t k = 0; k < 4 && status == PERP_OK; k++) {
+        const double s = places[k] * a->span;
+
+        status = perp__evaluate_move(m, m->moved, q, s, v);
+        if (status == PERP_OK)
+            status = perp__evaluate_rows(m, &m->end, t + s, m->moved, v);
+        if (status != PERP_OK)
+            return status;
+        perp__row_velocities(m, &m->end, u, v);
+        for (int32_t i = 0; i < m->rows; i++)
+            a->bias[i] += weights[k] / a->span * u[i];
+    }
+    return status;
+}
+
+/* The largest acceleration of a row that takes part, in free motion, term by term. */
+static double free_acceleration(perp_mechanism *m, const perp__adaptive *a)
+{
+    double *x = m->work, largest = 0.0;
+
+    memcpy(x, m->begin.k, (size_t)m->n * sizeof *x);
+    perp__solve_mass(m, &m->begin, x);
+    for (int32_t i = 0; i < m->rows; i++) {
+        const double *J = m->begin.J + (size_t)i * (size_t)m->n;
+        double size = fabs(a->bias[i]);
+
+        for (int32_t k = 0; k < m->n; k++)
+            size += fabs(J[k] * x[k]);
+        largest = fmax(largest, size);
+    }
+    return largest;
+}
+
+/* a->drift of what slides: its slip, less the accelerations that the last pass found for it.
+ * Returns whether slips in three dimensions still turn. */
+static int32_t drive(perp_mechanism *m, perp__adaptive *a, const perp__motion *state,
+                     const int8_t *does, int32_t pass)
+{
+    const double fast = FAST * a->free;
+    int32_t turns = 0;
+
+    for (int32_t j = 0; j < m->contacts + m->dry; j++) {
+        const int32_t first = m->tangent[j], count = m->tangents[j];
+        const double speed = (does[j] & HOLD) == SLIDES ? length(state->u + first, count) : 0.0;
+
+        for (int32_t i = first; i < first + count && speed > 0.0; i++) {
+            const double before = a->drift[i];
+
+            a->drift[i] = fast * (state->u[i] / speed);
+            if (pass > 0)
+                a->drift[i] -= m->answer.u[i] - before;
+            turns = turns || (count > 1 && fabs(a->drift[i] - before) > NOTHING * fast);
+        }
+    }
+    return turns;
+}
+
+/* m->answer := accelerations and forces. PERP_OK: also where there are none; its outcome tells. */
+static perp_status find_forces(perp_mechanism *m, perp__adaptive *a, double t,
+                               const perp__motion *state, const int8_t *does)
+{
+    perp__terms terms = m->begin;
+    perp__velocity_problem problem;
+    perp_status status = find_bias(m, a, t, state->q, state->v);
+    int32_t again = 1;
+
+    if (status != PERP_OK)
+        return status;
+    memset(m->shift, 0, (size_t)m->contacts * sizeof *m->shift);
+    perp__friction_of_speed(m, &m->begin, m->friction, state->u, state->v);
+    memcpy(m->start_velocity, state->u, (size_t)m->rows * sizeof *m->start_velocity);
+    for (int32_t j = 0; j < m->contacts; j++) {
+        const int32_t sticks = does[j] == STICKS;
+
+        m->included[j] = does[j] != FREE;
+        m->start_speed[j] = sticks ? 0.0 : length(state->u + m->tangent[j], m->tangents[j]);
+        if (sticks)
+            m->friction[j] = fmax(m->mu_static[j], m->begin.mu[j]);
+    }
+    perp__pose(m, &problem);
+    terms.drift = a->drift;
+    problem.terms = &terms;
+    problem.momentum = m->begin.k;
+    problem.dry = m->begin.bound;
+    a->free = free_acceleration(m, a);
+    memcpy(a->drift, a->bias, (size_t)m->rows * sizeof *a->drift);
+    for (int32_t pass = 0; pass < MOST_PASSES && again && status == PERP_OK; pass++) {
+        again = drive(m, a, state, does, pass);
+        m->answer.iterations = 0;
+        status = perp__solve_velocities(m, &m->answer, &problem);
+        a->searched += m->answer.iterations;
+    }
+    return status;
+}
+
+/* Whether the rows have an acceleration. */
+static int32_t starts(const perp_mechanism *m, const perp__adaptive *a, int32_t row, int32_t count)
+{
+    const double least = fmax(NOTHING, m->answer.residual) * a->free;
+
+    for (int32_t i = row; i < row + count; i++)
+        if (!m->answer.holds[i] && fabs(m->answer.u[i]) > least)
+            return 1;
+    return 0;
+}
+
+/* after: what is held in `before`, and what the state's step says that is held, goes on to do by
+ * the forces at (t, state); a state whose forces are not found keeps it. does: what it is in by its
+ * step as well. A contact that chatters, as the rows of a step's start let it, has not let go. */
+static perp_status look(perp_mechanism *m, perp__adaptive *a, double t, const perp__motion *state,
+                        const int8_t *before, int8_t *does, int8_t *after)
+{
+    const int32_t count = m->contacts + m->dry;
+    perp_status status;
+
+    read_state(m, a, state, does);
+    for (int32_t j = 0; j < count; j++)
+        after[j] = (does[j] & HOLD) > (before[j] & HOLD) ? does[j] : before[j];
+    status = perp__evaluate_all(m, &m->begin, t, state->q, state->v);
+    if (status == PERP_OK)
+        status = find_forces(m, a, t, state, after);
+    a->known = status == PERP_OK && perp__is_good(m->answer.outcome);
+    for (int32_t j = 0; j < count && a->known; j++) {
+        const int32_t one_sided = j < m->contacts && m->two_sided[j] == 0;
+
+        if (one_sided && after[j] != FREE && starts(m, a, m->starts[j], 1))
+            after[j] = FREE;
+        else if (after[j] != FREE)
+            after[j] =
+                held(m, j, after[j] == STICKS && !starts(m, a, m->tangent[j], m->tangents[j]),
+                     m->answer.r);
+        if ((after[j] & HOLD) <= (does[j] & HOLD) ||
+            (does[j] == FREE && is_near(m, a, m->starts[j], m->begin.gap[j])))
+            does[j] = after[j];
+    }
+    return status == PERP__OUTSIDE ? PERP_OK : status; /* differences reach further than steps */
+}
+
+/* ---- how much is left ---------------------------------------------------------------------- */
+
+/* J M^-1 J' of the row. */
+static double mobility(perp_mechanism *m, int32_t row)
+{
+    double *x = m->work;
+
+    memset(x, 0, (size_t)m->n * sizeof *x);
+    perp__add_row(m, &m->begin, row, 1.0, x);
+    perp__solve_mass(m, &m->begin, x);
+    return perp__row_times(m, &m->begin, row, 0.0, x);
+}
+
+/* The least force that is left of what was held; below 0, that which is missing. */
+static double margin(perp_mechanism *m, const int8_t *before, const int8_t *after)
+{
+    const perp__motion *now = &m->answer;
+    double least = INFINITY;
+
+    for (int32_t j = 0; j < m->contacts + m->dry; j++) {
+        const int32_t dry = j >= m->contacts, row = dry ? -1 : m->starts[j];
+        const int32_t first = m->tangent[j], count = m->tangents[j];
+        double bound;
+
+        if (before[j] == FREE)
+            continue;
+        if (after[j] == FREE)
+            least = fmin(least, -now->u[row] / mobility(m, row));
+        else if (!dry)
+            least = fmin(least, now->r[row]);
+        if (before[j] != STICKS || after[j] == FREE)
+            continue;
+        bound = dry ? m->begin.bound[j - m->contacts] : m->friction[j] * now->r[row];
+        least = fmin(least, after[j] == SLIDES ? -length(now->u + first, count) / mobility(m, first)
+                                               : bound - length(now->r + first, count));
+    }
+    return least;
+}
+
+/* Whether the impulses of the halves, continued, hold what was held: nothing has to be looked at.
+ */
+static int32_t is_calm(const perp_mechanism *m, perp__adaptive *a, const int8_t *does)
+{
+    double *r = a->drift;
+
+    for (int32_t i = 0; i < m->rows; i++)
+        r[i] = 2.0 * m->next.r[i] - m->half.r[i];
+    for (int32_t j = 0; j < m->contacts + m->dry; j++) {
+        const int32_t dry = j >= m->contacts, one_sided = !dry && m->two_sided[j] == 0;
+
+        if (does[j] == FREE)
+            continue;
+        if ((one_sided && !(r[m->starts[j]] > 0.0)) ||
+            (does[j] != STICKS && held(m, j, 0, r) != does[j]))
+            return 0;
+        if (does[j] == STICKS &&
+            !(length(r + m->tangent[j], m->tangents[j]) <
+              (dry ? m->dry_bound[j - m->contacts] : m->friction[j] * perp__load_of(m, r, j))))
+            return 0;
+    }
+    return 1;
+}
+
+/* ---- the step at hand ---------------------------------------------------------------------- */
+
+perp_status perp__adaptive_releases(perp_mechanism *m, perp__adaptive *a, double t, double h)
+{
+    const size_t size = (size_t)(m->contacts + m->dry);
+    perp_status status;
+
+    a->release = 0;
+    if (size == 0)
+        return PERP_OK;
+    a->span = fmax(SHARE * h, SHARE_OF_UNIT * a->unit);
+    a->length = 0.5 * h;
+    read_state(m, a, &m->half, a->does[1]);
+    read_state(m, a, &m->next, a->does[2]);
+    if (memcmp(a->does[0], a->does[1], size) == 0 && memcmp(a->does[0], a->does[2], size) == 0 &&
+        !is_hit(m, &m->half, &a->first, a->does[0]) &&
+        !is_hit(m, &m->next, &a->second, a->does[0]) && is_calm(m, a, a->does[0]))
+        return PERP_OK;
+    status = look(m, a, t + 0.5 * h, &m->half, a->does[0], a->does[1], a->after);
+    if (status == PERP_OK && is_lost(m, a->does[0], a->after) &&
+        !is_hit(m, &m->half, &a->first, a->does[0])) {
+        a->release = 1;
+        return PERP_OK;
+    }
+    if (status == PERP_OK)
+        status = look(m, a, t + h, &m->next, a->does[1], a->does[2], a->after);
+    if (status == PERP_OK && is_lost(m, a->does[1], a->after) &&
+        !is_hit(m, &m->next, &a->second, a->does[1]))
+        a->release = 2;
+    return status;
+}
+
+/* a->after: what goes on from the end of a single step of that length, and the least force left. */
+static perp_status try_length(perp_mechanism *m, perp__adaptive *a, double t, double h,
+                              const perp__motion *from, const int8_t *held_before, double *left)
+{
+    perp_mechanism_step step;
+    perp_status status = perp__advance(m, &m->trial, &step, t, h, from->q, from->v);
+
+    a->searched += step.iterations;
+    a->length = h;
+    if (status == PERP_OK)
+        status = look(m, a, t + h, &m->trial, held_before, a->tried, a->after);
+    if (status == PERP_OK)
+        *left = a->known ? margin(m, held_before, a->after) : INFINITY;
+    return status;
+}
+
+/* The next length between `low`, which holds, and `high`: the secant's, kept off the ends so that
+ * both close in (I. F. D. Oliveira & R. H. C. Takahashi's ITP, ACM TOMS 47 (2020)). */
+static double next_length(double low, double high, double left, double missing, double whole,
+                          double least, int32_t pass)
+{
+    const double middle = 0.5 * (low + high);
+    double x, shift, radius;
+
+    if (!(missing > -INFINITY) || !(left < INFINITY) || !(left > 0.0))
+        return middle;
+    x = (low * missing - high * left) / (missing - left);
+    shift = fmax(0.2 * (high - low) * (high - low) / whole, least);
+    x = fabs(middle - x) > shift ? x + copysign(shift, middle - x) : middle;
+    radius = ldexp(whole, -pass) - 0.5 * (high - low);
+    return fabs(middle - x) <= radius ? x : middle - copysign(fmax(radius, 0.0), middle - x);
+}
+
+perp_status perp__adaptive_locate(perp_mechanism *m, perp__adaptive *a, double t, double h,
+                                  double *when)
+{
+    const perp__motion *from = a->release == 1 ? &m->now : &m->half;
+    const int8_t *held_before = a->does[a->release - 1];
+    const size_t size = (size_t)(m->contacts + m->dry);
+    const double whole = 0.5 * h, start = a->release == 1 ? 0.0 : whole;
+    const double least = fmax(4.0 * PERP__EPS * (fabs(t) + h), NOTHING * h);
+    double low = 0.0, high = whole, left = INFINITY, missing = -INFINITY;
+    perp_status status = PERP_OK;
+
+    memcpy(a->planned, a->does[a->release], size);
+    if (a->release == 1)
+        perp__adaptive_let_go(m, a->does[0], &m->now);
+    for (int32_t pass = 1; high - low > least && pass < MOST_LENGTHS && status == PERP_OK; pass++) {
+        const double x = next_length(low, high, left, missing, whole, 0.5 * least, pass);
+        double found = INFINITY;
+
+        status = try_length(m, a, t + start, x, from, held_before, &found);
+        if (!is_lost(m, held_before, a->after)) {
+            low = x;
+            left = found;
+        } else {
+            high = x;
+            missing = found;
+            memcpy(a->planned, a->tried, size);
+        }
+    }
+    perp__adaptive_let_go(m, NULL, NULL);
+    *when = start + high;
+    return status;
+}
+
+void perp__adaptive_give_way(const perp_mechanism *m, perp__adaptive *a)
+{
+    for (int32_t j = 0; j < m->contacts + m->dry; j++)
+        if (lets_go(a->does[0][j], a->planned[j]))
+            a->does[0][j] = a->planned[j];
+}
+
+void perp__adaptive_let_go(perp_mechanism *m, const int8_t *does, const perp__motion *state)
+{
+    for (int32_t j = 0; j < m->contacts; j++)
+        m->let_go[j] = does && (does[j] & HOLD) == SLIDES &&
+                       length(state->u + m->tangent[j], m->tangents[j]) == 0.0;
+}
+
+/* Whether contact j slips back at the end of a step, though it would have stuck on the way. */
+static int32_t turns_back(const perp_mechanism *m, const perp__motion *to, int32_t j)
+{
+    double along = 0.0;
+
+    for (int32_t i = m->tangent[j]; i < m->tangent[j] + m->tangents[j]; i++)
+        along += m->start_velocity[i] * to->u[i];
+    return m->mu_static[j] > m->begin.mu[j] && along < 0.0;
+}
+
+int32_t perp__adaptive_catch(perp_mechanism *m, const perp__motion *to)
+{
+    int32_t caught = 0;
+
+    for (int32_t j = 0; j < m->contacts; j++) {
+        m->let_go[j] = turns_back(m, to, j) ? -1 : m->let_go[j];
+        caught = caught || m->let_go[j] < 0;
+    }
+    return caught;
+}
+
+int32_t perp__adaptive_release_caught(perp_mechanism *m, const perp__motion *to)
+{
+    int32_t slips = 0;
+
+    for (int32_t j = 0; j < m->contacts; j++) {
+        slips = slips || (m->let_go[j] < 0 && to->modes[j] == PERP_MECHANISM_SLIP);
+        m->let_go[j] = m->let_go[j] > 0;
+    }
+    return slips;
+}
+
+/* Whether a contact is closed, and stays so if forces allow it. */
+static int32_t touches(const perp_mechanism *m, const perp__motion *now, int32_t row, double gap)
+{
+    return gap <= perp__gap_rounding(m, &m->begin, row, now->q) &&
+           fabs(now->u[row]) <= NOTHING * perp__row_size(m, &m->begin, row, now->v);
+}
+
+perp_status perp__adaptive_look_at_start(perp_mechanism *m, perp__adaptive *a, double t)
+{
+    perp__motion *now = &m->now;
+    perp_status status = perp__evaluate_all(m, &m->begin, t, now->q, now->v);
+
+    if (status != PERP_OK)
+        return status;
+    perp__clear_motion(m, now);
+    perp__row_velocities(m, &m->begin, now->u, now->v);
+    for (int32_t j = 0; j < m->contacts + m->dry; j++) {
+        const int32_t first = m->tangent[j], end = first + m->tangents[j];
+        double size = 0.0;
+        int32_t rests;
+
+        for (int32_t i = first; i < end; i++)
+            size = hypot(size, perp__row_size(m, &m->begin, i, now->v));
+        rests = length(now->u + first, m->tangents[j]) <= NOTHING * size;
+        for (int32_t i = first; i < end && rests; i++)
+            now->u[i] = 0.0;
+        a->does[0][j] = j >= m->contacts || m->two_sided[j] > 0 ||
+                                touches(m, now, m->starts[j], m->begin.gap[j])
+                            ? held(m, j, rests, now->r)
+                            : (int8_t)FREE;
+    }
+    a->span = SHARE_OF_UNIT * a->unit;
+    return look(m, a, t, now, a->does[0], a->tried, a->does[0]);
+}
