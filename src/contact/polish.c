@@ -31,10 +31,13 @@
 /* Of tol: what in plain doubles is enough before the verdict. */
 #define ENOUGH 1e-3
 
-enum { START_STEPS = 8, ROUNDS = 12, STEPS = 6, REFINEMENTS = 12, PATIENCE = 3 };
+enum { START_STEPS = 16, ROUNDS = 12, STEPS = 6, REFINEMENTS = 12, PATIENCE = 3 };
 
 /* The search: sets that are drawn, and the steps from each. */
 enum { DRAWS = 3000, DRAWN_STEPS = 16 };
+
+/* Of a contact that stuck, then slipped, then stuck again: it leaves. */
+enum { TURNS = 2 };
 
 static void layout(perp__arena *arena, void *object)
 {
@@ -44,6 +47,7 @@ static void layout(perp__arena *arena, void *object)
     PERP__DOUBLES(arena, n * n, &p->K, &p->factors);
     PERP__DOUBLES(arena, n, &p->rhs, &p->step, &p->error, &p->units, &p->weights);
     PERP__INTEGERS(arena, n, &p->rows, &p->pivots, &p->place);
+    p->turns = perp__arena_take(arena, n, 1);
     p->presses = perp__arena_take(arena, n, 1);
     p->parts = perp__arena_take(arena, 3 * n, 1);
 }
@@ -290,6 +294,7 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
         if (!(size < 0.5 * least) || (step > 0 && size <= p->enough))
             return 1;
         least = size;
+
         if (p->enough > 0.0 && solver->polished >= p->last)
             return 0;
         if (!perp__contact_polish_step(solver))
@@ -306,9 +311,11 @@ static int32_t follow(perp_contact_solver *solver, perp__contact_polish *p)
     return 1;
 }
 
-/* Moves what has the wrong sign to its other place. Returns how many did. */
-static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *problem,
-                          const double *r, const double *u)
+/* Moves what has the wrong sign to its other place. Returns how many did. Of a contact whose slip
+ * goes the wrong way after it stuck with too much friction, neither is right while the others stay
+ * as they are: in small problems it leaves, until nothing else changes. */
+static int32_t change_some(perp__contact_polish *p, const perp__contact_problem *problem,
+                           const double *r, const double *u)
 {
     int32_t changes = 0, k, c, i;
 
@@ -316,8 +323,9 @@ static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *
         const int32_t normal = problem->starts[k];
         perp__contact_part parts[3];
         const int32_t count = perp__contact_parts(problem, k, parts);
-        const int32_t presses = perp__contact_two_sided(problem, k) > 0 ||
-                                (p->presses[k] ? r[normal] > 0.0 : u[normal] < 0.0);
+        const int32_t presses =
+            perp__contact_two_sided(problem, k) > 0 ||
+            (p->presses[k] ? r[normal] > 0.0 : u[normal] < 0.0 && p->turns[k] < TURNS);
         const double pressure = perp__contact_pressure(problem, k, r);
         const int32_t flips = presses != p->presses[k];
 
@@ -339,14 +347,34 @@ static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *
                 power += x[i] * y[i];
             if (*state == PERP__PART_STICKS && length_of(x, parts[c].size) > radius * (1 + 1e-14)) {
                 *state = PERP__PART_SLIPS;
+                if (c == 0)
+                    p->turns[k] = 1;
                 changes++;
             } else if (*state == PERP__PART_SLIPS && power > 0.0) {
                 *state = PERP__PART_STICKS;
+                if (c == 0 && p->turns[k] == 1 && p->enough > 0.0)
+                    p->turns[k] = TURNS;
                 changes++;
             }
         }
+        if (p->turns[k] == TURNS && perp__contact_two_sided(problem, k) == 0) {
+            p->presses[k] = 0;
+            memset(&p->parts[3 * k], PERP__PART_NONE, 3);
+        }
     }
     return changes;
+}
+
+/* The same, and the return of those that left. */
+static int32_t change_set(perp__contact_polish *p, const perp__contact_problem *problem,
+                          const double *r, const double *u)
+{
+    const int32_t changes = change_some(p, problem, r, u);
+
+    if (changes > 0)
+        return changes;
+    memset(p->turns, 0, (size_t)problem->contacts);
+    return change_some(p, problem, r, u);
 }
 
 static perp_status fit(perp_contact_solver *solver, perp__contact_polish *p)
@@ -380,6 +408,7 @@ static void begin(perp_contact_solver *solver, perp__contact_polish *p, double e
     p->last = solver->polished + most;
     p->regular = REGULAR;
     memset(p->parts, PERP__PART_NONE, 3 * (size_t)p->room);
+    memset(p->turns, 0, (size_t)p->room);
     read_set(p, &solver->problem, solver->r, solver->u);
 }
 
