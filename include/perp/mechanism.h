@@ -115,7 +115,7 @@ typedef struct perp_mechanism_model {
     int32_t dry;                /* groups of dry friction; default 0 */
     int32_t dry_dim;            /* rows of each: 1 (default), or 2: a disc */
     int32_t reserved;           /* 0 */
-    const double *mu;           /* contacts, >= 0: of sliding; NULL: 0 */
+    const double *mu;           /* contacts, >= 0: of sliding, 0 without tangents; NULL: 0 */
     const double *mu_static;    /* contacts, >= mu: where the contact did not slide; NULL: mu */
     const double *stribeck;     /* contacts, a speed > 0: mu + (mu_static - mu) exp(-(|u_t|/s)^2);
                                    NULL, or 0 at a contact: mu_static only where it did not slide */
@@ -167,6 +167,11 @@ typedef struct perp_mechanism_settings {
                            every frozen step, and so in those that implicit steps start from;
                            not for THETA */
     int32_t reserved;   /* 0 */
+    double overlap;     /* penetration and |c| that a run may have at the end of a step, in the
+                           model's units: with more its outcome is stalled, though it goes on; 0
+                           (default): with `project` 1e-3 of the largest sum |J_i| times the largest
+                           |q| so far, or what there was at the start if that is more; without it
+                           any */
 } perp_mechanism_settings;
 
 /* One step. */
@@ -214,7 +219,8 @@ typedef struct perp_mechanism_run_result {
     size_t struct_size;
     int32_t outcome;    /* that of the step that ended the run; stopped; time_limit; stalled where
                            steps became shorter than the shortest; else that of the first step
-                           that was not solved; solved */
+                           that was not solved, stalled for one that ends with more than
+                           settings.overlap; solved */
     int32_t fallbacks;  /* steps of the implicit scheme that frozen answered */
     double t;           /* reached: q and v are those there */
     double error;       /* sum of the steps' estimates; nan with equal steps */
@@ -286,6 +292,31 @@ typedef struct perp_mechanism_summary {
     int64_t patterns;   /* combinations of modes looked at */
 } perp_mechanism_summary;
 
+/* What a wrong entry is one of. Values never change. */
+enum perp_mechanism_part_value {
+    PERP_MECHANISM_NORMAL = 0,   /* H: a normal has to be its gap's gradient */
+    PERP_MECHANISM_GRADIENT = 1, /* G: of c */
+    PERP_MECHANISM_DRIFT = 2,    /* of a normal or of c: the partial derivative by t */
+    PERP_MECHANISM_TANGENT = 3   /* H: a multiple of its contact's normal */
+};
+
+/* How a model's rows compare with differences of its gaps and constraints. Numbers from 0. */
+typedef struct perp_mechanism_check_result {
+    size_t struct_size;
+    int32_t wrong;    /* entries that differ by more than differences can be wrong, and tangents
+                         that are multiples of their normals */
+    int32_t constant; /* normals and rows of G, not 0, whose gap or c never changes: not compared */
+    int32_t unchecked; /* velocities (and the time) next to whose side nothing is defined */
+    int32_t part;      /* of the worst wrong entry: PERP_MECHANISM_NORMAL, ...; -1: none is wrong */
+    int32_t index;     /* its contact, or its bilateral row; else -1 */
+    int32_t row;       /* its row, of H, G, B; else -1 */
+    int32_t column;    /* its velocity; -1 for a drift or a tangent */
+    int32_t reserved;  /* 0 */
+    double given;      /* what the callback said (of a tangent: nan), */
+    double difference; /* the value by differences, */
+    double uncertainty; /* and the estimated error of that */
+} perp_mechanism_check_result;
+
 typedef struct perp_mechanism perp_mechanism;
 
 /* Set every field to its default. Return PERP_OK, or PERP_ERROR_ABI for NULL or an unknown size. */
@@ -295,6 +326,8 @@ PERP_API perp_status perp_mechanism_step_init(perp_mechanism_step *step, size_t 
 PERP_API perp_status perp_mechanism_run_result_init(perp_mechanism_run_result *result, size_t size);
 PERP_API perp_status perp_mechanism_found_init(perp_mechanism_found *found, size_t size);
 PERP_API perp_status perp_mechanism_summary_init(perp_mechanism_summary *summary, size_t size);
+PERP_API perp_status perp_mechanism_check_result_init(perp_mechanism_check_result *check,
+                                                      size_t size);
 
 /* Return "frozen", ...; "moreau", ...; "any", ...; a sentence. Static; "unknown ..." otherwise.
  * Modes: see perp_contact_mode_text. */
@@ -320,6 +353,23 @@ PERP_API void perp_mechanism_destroy(perp_mechanism *mechanism);
 PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
                                         const perp_mechanism_settings *settings) PERP_WARN_UNUSED;
 
+/* Compares normals, G and their drifts with central differences of gap and c along each velocity
+ * (q' = N v) and the time, extrapolated from two steps (Richardson), which tell their own error: an
+ * entry is wrong if it is further from the difference than 8 times that and 1e-5 of its row's
+ * largest. At a kink nothing is wrong. A tangent is no gradient, but wrong where it is a multiple
+ * of a normal of its contact, and both move several velocities.
+ *
+ * Returns: PERP_OK with the verdict in result; PERP_ERROR_ARGUMENT (also: q is outside of what the
+ *          mechanism is defined for), _NOT_FINITE, _ABI, _HANDLE, _BUSY, _MEMORY or _CALLBACK, and
+ *          then nothing was written.
+ * Out:     result: initialised by perp_mechanism_check_result_init.
+ * In:      q: coordinates. v: n, for the bounds of dry friction. A state without special values
+ *          (0, right angles) shows more.
+ * Cost:    4 (n + 1) to 12 (n + 1) calls of the rows' callbacks. */
+PERP_API perp_status perp_mechanism_check(perp_mechanism *mechanism,
+                                          perp_mechanism_check_result *result, double t,
+                                          const double *q, const double *v) PERP_WARN_UNUSED;
+
 /* Steps from (t, q0, v0) to t + h.
  *
  * solved: the laws' tested residuals are at most settings.tol, v and the impulses belong together,
@@ -328,8 +378,9 @@ PERP_API perp_status perp_mechanism_set(perp_mechanism *mechanism,
  * of its worst part.
  *
  * Gaps below 0 count as 0 and are opened afterwards by the smallest displacement in the metric of
- * M, to first order; theta closes those of contacts that press at the end, too. Restitution: docs/mechanism.md. Where rows that hold (closed normals, sticking
- * tangents, bilateral ones) determine a velocity it carries no rounding: at rest it is 0.0.
+ * M, to first order; theta closes those of contacts that press at the end, too. Restitution:
+ * docs/mechanism.md. Where rows that hold (closed normals, sticking tangents, bilateral ones)
+ * determine a velocity it carries no rounding: at rest it is 0.0.
  *
  * Where the step's outcome is ray, evaluation_failed or singular, q and v are q0 and v0, impulses
  * are 0.

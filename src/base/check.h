@@ -35,6 +35,7 @@
 #define PERP__LAST_perp_load_system damping
 #define PERP__LAST_perp_load_uniqueness radius
 #define PERP__LAST_perp_matrix row_indices
+#define PERP__LAST_perp_mechanism_check_result uncertainty
 #define PERP__LAST_perp_mechanism_found rays
 #define PERP__LAST_perp_mechanism_model user
 #define PERP__LAST_perp_mechanism_run_result evaluations

@@ -25,6 +25,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "linalg/blas.h"
 #include "step/impact.h"
 
 /* ---- impacts without collision (Painleve; Genot & Brogliato 1999) -----------------------------
@@ -60,16 +61,16 @@ static double sliding_inertia(perp_mechanism *m, int32_t j, double speed)
     return p;
 }
 
-/* Whether sliding in contact j ended though it was not hit. */
-static int32_t is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j)
+int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j)
 {
-    const double speed = m->start_speed[j];
+    const double *u = m->start_velocity + m->tangent[j];
+    const double speed = perp__length(u, m->tangents[j]);
     double along = 0.0;
 
-    if (speed == 0.0 || m->friction[j] == 0.0)
+    if (!(speed > 0.0) || m->friction[j] == 0.0)
         return 0;
-    for (int32_t i = m->starts[j] + 1; i < m->starts[j + 1]; i++)
-        along += m->start_velocity[i] * answer->u[i];
+    for (int32_t i = 0; i < m->tangents[j]; i++)
+        along += u[i] * answer->u[m->tangent[j] + i];
     return along <= 0.0 && sliding_inertia(m, j, speed) <= 0.0;
 }
 
@@ -83,7 +84,7 @@ static int32_t is_hit(perp_mechanism *m, const perp__motion *answer, int32_t j)
     if (!(m->restitution[j] > 0.0) || !answer->holds[row])
         return 0;
     return perp__is_hit(m->restitution[j], before, m->free_velocity[row] - before) ||
-           (m->settings.law == PERP_MECHANISM_POISSON && is_jammed(m, answer, j));
+           (m->settings.law == PERP_MECHANISM_POISSON && perp__is_jammed(m, answer, j));
 }
 
 int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer)

@@ -226,6 +226,8 @@ perp_status perp__mechanism_check_end(perp_mechanism *m, const perp__motion *sta
 /* to->q: moved; m->end holds the rows there afterwards; to->r: which contacts press. Writes what is
  * left of penetration and |c|. */
 perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, perp__motion *to, double t);
+/* step->penetration and drift := those of m->end's rows; whether there is more than rounding. */
+int32_t perp__measure_overlap(const perp_mechanism *m, perp_mechanism_step *step, const double *q);
 /* What the gap or the c of this row is summed up of; and what rounding of q makes of it. */
 double perp__gap_size(const perp_mechanism *m, const perp__terms *terms, int32_t row,
                       const double *q);
@@ -273,6 +275,8 @@ perp_status perp__select_answer(perp_mechanism *m, perp_mechanism_step *step,
                                 const perp__velocity_problem *problem, double h, const double *v0);
 
 /* ---- impact.c ---- */
+/* Whether sliding in contact j ended though it was not hit, in an impulse at any h. In m->work. */
+int32_t perp__is_jammed(perp_mechanism *m, const perp__motion *answer, int32_t j);
 /* The contacts with restitution that were hit in the step that `answer` solves. */
 int32_t perp__count_impacts(perp_mechanism *m, const perp__motion *answer);
 /* Second stage: m->answer, of the first stage, is replaced by velocities and impulses after the
@@ -290,7 +294,9 @@ typedef struct perp__run {
     perp_mechanism_observer observer;
     void *user;
     double t, end;
-    int32_t ended; /* result.outcome says why */
+    int32_t ended;   /* result.outcome says why */
+    double largest;  /* |q| so far */
+    double overlaps; /* penetration or |c| at the start */
 } perp__run;
 
 /* Takes a step to `next` at t: m->now, result, observer. A step without motion ends the run. */

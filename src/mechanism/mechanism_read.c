@@ -59,6 +59,7 @@ static const perp__field settings_fields[] = {
     PERP__REAL(perp_mechanism_settings, stiffness, "()", 0, INFINITY),
     PERP__REAL(perp_mechanism_settings, damping, "[)", 0, INFINITY),
     PERP__INTEGER(perp_mechanism_settings, reserved, 0, 0),
+    PERP__REAL(perp_mechanism_settings, overlap, "[)", 0, INFINITY),
 };
 
 perp_status perp__mechanism_settings_read(perp_context *context, perp_mechanism_settings *own,
@@ -173,6 +174,12 @@ static perp_status check_contacts(perp_context *context, const perp_mechanism_mo
             return perp__fail(context, PERP_ERROR_ARGUMENT,
                               "model.mu_static[%d] = %g < mu[%d] = %g", (int)j, model->mu_static[j],
                               (int)j, mu);
+        if (dim_of(model, j) == 1 && (mu > 0.0 || (model->mu_static && model->mu_static[j] > 0.0)))
+            return perp__fail(context, PERP_ERROR_ARGUMENT,
+                              "model.%s[%d] is %g, but contact %d has no tangents (dimension 1): "
+                              "no friction",
+                              mu > 0.0 ? "mu" : "mu_static", (int)j,
+                              mu > 0.0 ? mu : model->mu_static[j], (int)j);
         if (model->restitution && model->restitution[j] > 1.0)
             return perp__fail(context, PERP_ERROR_ARGUMENT, "model.restitution[%d] is %g, above 1",
                               (int)j, model->restitution[j]);

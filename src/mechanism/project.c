@@ -62,8 +62,7 @@ static double lifted(const perp_mechanism *m, const perp__motion *to)
     return largest;
 }
 
-/* Measures; returns whether there is more than rounding. */
-static int32_t measure(const perp_mechanism *m, perp_mechanism_step *step, const double *q)
+int32_t perp__measure_overlap(const perp_mechanism *m, perp_mechanism_step *step, const double *q)
 {
     int32_t more = 0, j;
 
@@ -168,13 +167,13 @@ static perp_status displace(perp_mechanism *m, perp_mechanism_step *step, perp__
         status = perp__evaluate_rows(m, &m->end, t, m->moved, v);
     if (status != PERP_OK)
         return status;
-    measure(m, step, m->moved);
+    perp__measure_overlap(m, step, m->moved);
     *helps = step->penetration < penetration || step->drift < drift || lifted(m, to) < gap;
     if (*helps)
         memcpy(q, m->moved, size);
     else {
         status = perp__evaluate_rows(m, &m->end, t, q, v);
-        measure(m, step, q);
+        perp__measure_overlap(m, step, q);
     }
     return status;
 }
@@ -189,8 +188,9 @@ perp_status perp__project(perp_mechanism *m, perp_mechanism_step *step, perp__mo
     if (m->contacts + m->bilateral == 0)
         return PERP_OK;
     status = perp__evaluate_rows(m, &m->end, t, q, v);
-    for (pass = 0; status == PERP_OK && (measure(m, step, q) || lifted(m, to) > 0.0) && go_on &&
-                   pass < MOST_PASSES && !(pass > 0 && perp__mechanism_is_late(m));
+    for (pass = 0;
+         status == PERP_OK && (perp__measure_overlap(m, step, q) || lifted(m, to) > 0.0) && go_on &&
+         pass < MOST_PASSES && !(pass > 0 && perp__mechanism_is_late(m));
          pass++)
         status = displace(m, step, to, t, &go_on);
     if (status == PERP_OK)

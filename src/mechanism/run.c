@@ -14,6 +14,10 @@
 /* Roundings between t + h and t0 + k h, relative. */
 #define SAME 1e-15
 
+/* Penetration and drift that are no more than this beside what gaps and constraints are sums of are
+ * what projection may leave. */
+#define LET_THROUGH 1e-3
+
 /* Shows m->now; PERP_OK, or PERP_ERROR_CALLBACK. */
 static perp_status show(perp__run *run, double h, const perp_mechanism_step *step)
 {
@@ -43,6 +47,56 @@ static perp_status show(perp__run *run, double h, const perp_mechanism_step *ste
     return PERP_OK;
 }
 
+/* ---- overlap ------------------------------------------------------------------------------- */
+
+/* The size of gaps and constraints: the largest row of one and the largest coordinate so far. */
+static double size_of_gaps(perp__run *run, const double *q)
+{
+    const perp_mechanism *m = run->m;
+    double most = 0.0;
+
+    for (int32_t i = 0; i < m->coordinates; i++)
+        run->largest = fmax(run->largest, fabs(q[i]));
+    for (int32_t row = 0; row < m->contact_rows + m->bilateral; row++) {
+        double sum = 0.0;
+
+        for (int32_t i = 0; i < m->n; i++)
+            sum += fabs(m->end.J[(size_t)row * (size_t)m->n + (size_t)i]);
+        most = fmax(most, sum);
+    }
+    return most * run->largest;
+}
+
+/* What there is at the start is no fault of the run. The first step takes these rows over. */
+static perp_status begin_overlap(perp__run *run, double t, const double *q, const double *v)
+{
+    perp_mechanism *m = run->m;
+    perp_mechanism_step start = {0};
+    perp_status status = PERP_OK;
+
+    if (m->contacts + m->bilateral > 0)
+        status = perp__evaluate_rows(m, &m->end, t, q, v);
+    if (status != PERP_OK) /* the first step says what that means */
+        return status == PERP__OUTSIDE ? PERP_OK : status;
+    if (m->contacts + m->bilateral > 0)
+        perp__keep_rows(m, t, q, v);
+    perp__measure_overlap(m, &start, q);
+    run->overlaps = fmax(start.penetration, start.drift);
+    size_of_gaps(run, q);
+    return PERP_OK;
+}
+
+/* Whether a step ends with more penetration or drift than the run may have. */
+static int32_t overlaps(perp__run *run, const perp_mechanism_step *step, const double *q)
+{
+    const perp_mechanism_settings *settings = &run->m->settings;
+    const double found = fmax(step->penetration, step->drift);
+
+    if (settings->overlap > 0.0)
+        return found > settings->overlap;
+    return settings->project && found > fmax(LET_THROUGH * size_of_gaps(run, q), run->overlaps);
+}
+
 perp_status perp__run_take(perp__run *run, const perp__motion *next, double t, double h,
                            const perp_mechanism_step *step)
 {
@@ -61,6 +115,8 @@ perp_status perp__run_take(perp__run *run, const perp__motion *next, double t, d
     run->result.steps++;
     run->t = t;
     run->result.outcome = perp__worse_outcome(run->result.outcome, step->outcome);
+    if (overlaps(run, step, next->q))
+        run->result.outcome = perp__worse_outcome(run->result.outcome, PERP_OUTCOME_STALLED);
     memcpy(m->now.q, next->q, (size_t)m->coordinates * sizeof *next->q);
     perp__copy_motion(m, &m->now, next);
     if (t < run->end && perp__mechanism_is_late(m)) {
@@ -132,6 +188,8 @@ static perp_status run_from(perp__run *run, double t0, double t1, double h, cons
     perp__stay(m, &m->now, q0, v0);
     run->t = t0;
     status = show(run, 0.0, &step);
+    if (status == PERP_OK && !run->ended)
+        status = begin_overlap(run, t0, q0, v0);
     if (status == PERP_OK && !run->ended)
         status =
             m->settings.error > 0.0 ? perp__run_adaptive(run, t1, h) : run_equal(run, t0, t1, h);

@@ -46,7 +46,7 @@ static void test_mechanism_model(void **state)
 static void test_mechanism_settings(void **state)
 {
     (void)state;
-    SIZE(perp_mechanism_settings, 112);
+    SIZE(perp_mechanism_settings, 120);
     FIELD(perp_mechanism_settings, struct_size, 0, 8);
     FIELD(perp_mechanism_settings, scheme, 8, 4);
     FIELD(perp_mechanism_settings, law, 12, 4);
@@ -65,6 +65,7 @@ static void test_mechanism_settings(void **state)
     FIELD(perp_mechanism_settings, damping, 96, 8);
     FIELD(perp_mechanism_settings, select, 104, 4);
     FIELD(perp_mechanism_settings, reserved, 108, 4);
+    FIELD(perp_mechanism_settings, overlap, 112, 8);
 }
 
 static void test_mechanism_step(void **state)
@@ -167,6 +168,24 @@ static void test_mechanism_summary(void **state)
     FIELD(perp_mechanism_summary, patterns, 48, 8);
 }
 
+static void test_mechanism_check_result(void **state)
+{
+    (void)state;
+    SIZE(perp_mechanism_check_result, 64);
+    FIELD(perp_mechanism_check_result, struct_size, 0, 8);
+    FIELD(perp_mechanism_check_result, wrong, 8, 4);
+    FIELD(perp_mechanism_check_result, constant, 12, 4);
+    FIELD(perp_mechanism_check_result, unchecked, 16, 4);
+    FIELD(perp_mechanism_check_result, part, 20, 4);
+    FIELD(perp_mechanism_check_result, index, 24, 4);
+    FIELD(perp_mechanism_check_result, row, 28, 4);
+    FIELD(perp_mechanism_check_result, column, 32, 4);
+    FIELD(perp_mechanism_check_result, reserved, 36, 4);
+    FIELD(perp_mechanism_check_result, given, 40, 8);
+    FIELD(perp_mechanism_check_result, difference, 48, 8);
+    FIELD(perp_mechanism_check_result, uncertainty, 56, 8);
+}
+
 static void test_values(void **state)
 {
     (void)state;
@@ -189,15 +208,24 @@ static void test_values(void **state)
     VALUE(PERP_MECHANISM_REDUNDANT, 4);
     VALUE(PERP_MECHANISM_UNDECIDED, 5);
     VALUE(PERP_MECHANISM_STATIC_FRICTION, 6);
+    VALUE(PERP_MECHANISM_NORMAL, 0);
+    VALUE(PERP_MECHANISM_GRADIENT, 1);
+    VALUE(PERP_MECHANISM_DRIFT, 2);
+    VALUE(PERP_MECHANISM_TANGENT, 3);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_mechanism_model),      cmocka_unit_test(test_mechanism_settings),
-        cmocka_unit_test(test_mechanism_step),       cmocka_unit_test(test_mechanism_view),
-        cmocka_unit_test(test_mechanism_run_result), cmocka_unit_test(test_mechanism_found),
-        cmocka_unit_test(test_mechanism_summary),    cmocka_unit_test(test_values),
+        cmocka_unit_test(test_mechanism_model),
+        cmocka_unit_test(test_mechanism_settings),
+        cmocka_unit_test(test_mechanism_step),
+        cmocka_unit_test(test_mechanism_view),
+        cmocka_unit_test(test_mechanism_run_result),
+        cmocka_unit_test(test_mechanism_found),
+        cmocka_unit_test(test_mechanism_summary),
+        cmocka_unit_test(test_mechanism_check_result),
+        cmocka_unit_test(test_values),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -99,7 +99,7 @@ static int32_t start(hostile *m, gen_random *random, int32_t k)
     m->model.velocities = N;
     m->model.contacts = CONTACTS;
     m->model.dim = 1 + k % 3;
-    m->model.mu = m->mu;
+    m->model.mu = m->model.dim > 1 ? m->mu : NULL;
     m->model.restitution = m->e;
     m->model.mass = mass;
     m->model.force = force;

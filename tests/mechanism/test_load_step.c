@@ -273,6 +273,63 @@ static void test_refusals(void **state)
     finish(&a);
 }
 
+/* Weak friction: A - (mu |C| + |C|'mu) / 2 has 3 - 0.4 or more on the diagonal and 0.4 or less
+ * beside it: it is definite, and a step is found without enumeration. With a coordinate more, that
+ * rests apart from the others on mu_static > mu, all patterns are looked at, and the answer is the
+ * same, up to the rounding of both (tol 1e-13, of numbers up to 1 / h). */
+static void test_monotone(void **state)
+{
+    double A3[9] = {0}, C3[9], A4[16] = {0}, C4[16] = {0}, b4[4], d4[4], mu4[4], mu_static[4];
+    uint64_t random = 3;
+    int k, i, j, stops = 0;
+
+    (void)state;
+    for (k = 0; k < 300; k++) {
+        perp_load_step one = step_result(), all = step_result();
+        double v[4] = {0}, w[4], tau[4] = {0}, normal[4], other[4];
+        asked direct, whole;
+
+        for (i = 0; i < 3; i++) {
+            for (j = 0; j < 3; j++) {
+                random = random * UINT64_C(6364136223846793005) + 1442695040888963407u;
+                C4[4 * i + j] = C3[3 * i + j] = (double)(random >> 11) / 0x1p52 - 1;
+                A4[4 * i + j] = A3[3 * i + j] = i == j ? 3 : 0;
+            }
+            b4[i] = C3[3 * i] / 2;
+            d4[i] = 2 * C3[3 * i + 1];
+            tau[i] = 2 * C3[3 * i + 2];
+            mu4[i] = mu_static[i] = 0.4;
+            v[i] = (k + i) % 3 == 0 ? 0 : 1e-3 * C3[3 * i];
+        }
+        A4[15] = d4[3] = mu4[3] = 1;
+        b4[3] = 0;
+        mu_static[3] = 2;
+        describe(&direct, 3, A3, b4, C3, d4, mu4);
+        start(&direct, NULL);
+        describe(&whole, 4, A4, b4, C4, d4, mu4)->mu_static = mu_static;
+        start(&whole, NULL);
+        assert_int_equal(
+            perp_load_friction_step(direct.friction, w, normal, &one, tau, v, NULL, 1e-3), PERP_OK);
+        assert_int_equal(
+            perp_load_friction_step(whole.friction, v, other, &all, tau, v, NULL, 1e-3), PERP_OK);
+        assert_int_equal(one.answers, 1);
+        assert_int_equal(one.exhaustive, 1);
+        assert_int_equal(all.answers, 1);
+        assert_int_equal(all.exhaustive, 1);
+        assert_int_equal(all.stopped, one.stopped);
+        assert_int_equal(all.accelerations, one.accelerations);
+        for (i = 0; i < 3; i++) {
+            assert_true(fabs(w[i] - v[i]) <= 1e-13);
+            assert_int_equal(w[i] == 0.0, v[i] == 0.0);
+            assert_true(fabs(normal[i] - other[i]) <= 1e-10);
+        }
+        stops += one.stopped > 0;
+        finish(&direct);
+        finish(&whole);
+    }
+    assert_true(stops > 20 && stops < 280);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -283,6 +340,7 @@ int main(void)
         cmocka_unit_test(test_two_coordinates),
         cmocka_unit_test(test_existence),
         cmocka_unit_test(test_belt),
+        cmocka_unit_test(test_monotone),
         cmocka_unit_test(test_refusals),
     };
 

@@ -108,6 +108,15 @@ static void test_coefficients(void **state)
     tabled_make_everything(&r);
     r.mu_static[0] = 0.25;
     refuse(&r, PERP_ERROR_ARGUMENT, "model.mu_static[0] = 0.25 < mu[0] = 0.5");
+    for (k = 0; k < 2; k++) { /* no tangents, no friction */
+        tabled_make_everything(&r);
+        r.dims[1] = 1;
+        r.mu[1] = k == 0 ? 0.5 : 0.0;
+        r.mu_static[1] = 0.75;
+        refuse(&r, PERP_ERROR_ARGUMENT,
+               k == 0 ? "model.mu[1] is 0.5, but contact 1 has no tangents"
+                      : "model.mu_static[1] is 0.75, but contact 1 has no tangents");
+    }
     tabled_make_everything(&r);
     r.model.mu = NULL; /* 0: the static one may be anything */
     tabled_open(&r);

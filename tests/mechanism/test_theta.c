@@ -332,6 +332,54 @@ static void test_bowl(void **state)
     near(log2(bowl_error(4e-3) / bowl_error(2e-3)), 2, 0.3, "order");
 }
 
+/* ---- velocities that jump ------------------------------------------------------------------ */
+
+/* Thrown up from the floor so slowly that it is back within the step, a body lies on the floor, not
+ * h v/2 above it. */
+static void test_hop(void **state)
+{
+    const double h = 0.01;
+
+    (void)state;
+    for (int32_t k = 1; k < 10; k++) {
+        const perp_mechanism_settings settings = theta_settings(0.5);
+        rig r;
+
+        rig_open(&r, MACHINE_BALL);
+        r.settings = settings;
+        r.machine.restitution[0] = 0;
+        r.machine.q[0] = 0;
+        r.machine.v[0] = 0.1 * k * (0.5 * MACHINE_GRAVITY * h);
+        rig_start(&r);
+        rig_step(&r, h);
+        assert_true(r.q[0] == 0 && r.v[0] == 0);
+        rig_close(&r);
+    }
+}
+
+/* Painleve's rod jams at once, and goes on from the velocities of the impact: place and angle are
+ * those up to what accelerations of g and of r w^2 = 0.45 make of h^2 (the mean of both velocities
+ * leaves 0.2 h). */
+static void test_jam(void **state)
+{
+    (void)state;
+    for (double h = 1e-2; h > 1e-5; h *= 0.1) {
+        rig r;
+
+        rig_open(&r, MACHINE_ROD);
+        r.settings = theta_settings(0.5);
+        rig_start(&r);
+        rig_step(&r, h);
+        near(r.q[0], r.machine.q[0] + h * machine_value(&r.machine, "vx"), MACHINE_GRAVITY * h * h,
+             "x");
+        near(r.q[1], r.machine.q[1] + h * machine_value(&r.machine, "vy"), MACHINE_GRAVITY * h * h,
+             "y");
+        near(r.q[2], r.machine.q[2] + h * machine_value(&r.machine, "spin"),
+             MACHINE_GRAVITY * h * h, "angle");
+        rig_close(&r);
+    }
+}
+
 /* ---- the handle ---------------------------------------------------------------------------- */
 
 static perp_status everything(const perp_context_settings *from)
@@ -401,6 +449,7 @@ int main(void)
         cmocka_unit_test(test_ramp),    cmocka_unit_test(test_rest),
         cmocka_unit_test(test_ball),    cmocka_unit_test(test_laws),
         cmocka_unit_test(test_fall),    cmocka_unit_test(test_bowl),
+        cmocka_unit_test(test_hop),     cmocka_unit_test(test_jam),
         cmocka_unit_test(test_memory),  cmocka_unit_test(test_determinism),
     };
 

@@ -16,8 +16,8 @@ static const double ratios[] = {1e4, 1e7, 1e9, 1e12};
 static const int32_t levels[] = {PERP_ACCURACY_FAST, PERP_ACCURACY_STANDARD, PERP_ACCURACY_ACCURATE,
                                  PERP_ACCURACY_EXACT};
 
-/* Whether both end each of ten steps as they began; the upper one stands `aside`, gravity leans by a slope
- * along y. */
+/* Whether both end each of ten steps as they began; the upper one stands `aside`, gravity leans by
+ * a slope along y. */
 static int stands(double ratio, int32_t accuracy, double aside, double slope)
 {
     perp_world_settings settings;

@@ -49,6 +49,7 @@ from ._lcp import LCP, LcpResult, lcp
 from ._library import version, version_text
 from ._mechanism import Mechanism
 from ._mechanism_accelerations import Acceleration, Accelerations
+from ._mechanism_check import MechanismCheck
 from ._mechanism_results import MechanismRun, MechanismStats, MechanismStep
 from ._monitor import Progress
 from ._ncp import NCP, JacobianCheck, NcpResult, ncp, ncp_check_jacobian
@@ -85,6 +86,7 @@ __all__ = [
     "LoadStepped",
     "LuGre",
     "Mechanism",
+    "MechanismCheck",
     "MechanismRun",
     "MechanismStats",
     "MechanismStep",

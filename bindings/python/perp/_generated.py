@@ -140,6 +140,10 @@ CONSTANTS: dict[str, int] = {
     "PERP_MECHANISM_REDUNDANT": 4,
     "PERP_MECHANISM_UNDECIDED": 5,
     "PERP_MECHANISM_STATIC_FRICTION": 6,
+    "PERP_MECHANISM_NORMAL": 0,
+    "PERP_MECHANISM_GRADIENT": 1,
+    "PERP_MECHANISM_DRIFT": 2,
+    "PERP_MECHANISM_TANGENT": 3,
     "PERP_NCP_AUTO": 0,
     "PERP_NCP_FISCHER": 1,
     "PERP_NCP_JOSEPHY": 2,
@@ -847,6 +851,7 @@ class MechanismSettings(Structure):
         ("damping", c_double),
         ("select", c_int32),
         ("reserved", c_int32),
+        ("overlap", c_double),
     ]
 
 
@@ -945,6 +950,23 @@ class MechanismSummary(Structure):
         ("contact", c_int32),
         ("inertia", c_double),
         ("patterns", c_int64),
+    ]
+
+
+class MechanismCheckResult(Structure):
+    _fields_ = [
+        ("struct_size", c_size_t),
+        ("wrong", c_int32),
+        ("constant", c_int32),
+        ("unchecked", c_int32),
+        ("part", c_int32),
+        ("index", c_int32),
+        ("row", c_int32),
+        ("column", c_int32),
+        ("reserved", c_int32),
+        ("given", c_double),
+        ("difference", c_double),
+        ("uncertainty", c_double),
     ]
 
 
@@ -1094,6 +1116,7 @@ STRUCTS: dict[str, type[Structure]] = {
     "perp_mechanism_run_result": MechanismRunResult,
     "perp_mechanism_found": MechanismFound,
     "perp_mechanism_summary": MechanismSummary,
+    "perp_mechanism_check_result": MechanismCheckResult,
     "perp_ncp_problem": NcpProblem,
     "perp_ncp_progress": NcpProgress,
     "perp_ncp_settings": NcpSettings,
@@ -1324,6 +1347,7 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     "perp_mechanism_run_result_init": (c_int32, [POINTER(MechanismRunResult), c_size_t]),
     "perp_mechanism_found_init": (c_int32, [POINTER(MechanismFound), c_size_t]),
     "perp_mechanism_summary_init": (c_int32, [POINTER(MechanismSummary), c_size_t]),
+    "perp_mechanism_check_result_init": (c_int32, [POINTER(MechanismCheckResult), c_size_t]),
     "perp_mechanism_scheme_text": (c_char_p, [c_int32]),
     "perp_mechanism_law_text": (c_char_p, [c_int32]),
     "perp_mechanism_select_text": (c_char_p, [c_int32]),
@@ -1334,6 +1358,9 @@ FUNCTIONS: dict[str, tuple[Any, list[Any]]] = {
     ]),
     "perp_mechanism_destroy": (None, [MechanismPointer]),
     "perp_mechanism_set": (c_int32, [MechanismPointer, POINTER(MechanismSettings)]),
+    "perp_mechanism_check": (c_int32, [
+        MechanismPointer, POINTER(MechanismCheckResult), c_double, c_void_p, c_void_p
+    ]),
     "perp_mechanism_advance": (c_int32, [
         MechanismPointer, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p,
         POINTER(MechanismStep), c_double, c_double, c_void_p, c_void_p

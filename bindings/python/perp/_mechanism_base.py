@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from . import _arrays
 from ._errors import argument_error
-from ._generated import MechanismPointer, MechanismSettings
+from ._generated import MechanismCheckResult, MechanismPointer, MechanismSettings
 from ._handle import Handle
 from ._lcp import code
 from ._library import MECHANISM_LAWS, defaults, library
 from ._mechanism_callbacks import MechanismCallbacks, Sizes
-from ._mechanism_check import friction
+from ._mechanism_check import MechanismCheck, friction, make_check
 
 _LAW_CODES = {word: k for k, word in MECHANISM_LAWS.items()}
 
@@ -142,6 +142,9 @@ class MechanismBase:
             name: _arrays.bound(value, name, sizes.contacts or 0)
             for name, value in self._coefficients.items()
         }
+        for name in {"mu", "mu_static"} & set(self._kept):  # a number for all that have tangents
+            if self._coefficients[name].ndim == 0:
+                self._kept[name] = np.where(sizes.each() > 1, self._kept[name], 0.0)
         for name, array in self._kept.items():
             if array is not None and len(array):
                 setattr(self._model, name, _arrays.address(array))
@@ -176,9 +179,23 @@ class MechanismBase:
             self._handle.close()
             self._build(sizes)
         if self._check:
-            self._callbacks.check(time, place)
+            complaint = self._compare(time, place, speed).complaint
+            if complaint:
+                raise argument_error(
+                    f"{complaint} (Mechanism(check=False) leaves this look at the first state out)"
+                )
             self._check = False
         return time, place, speed
+
+    def _compare(self, t: float, q: Any, v: Any) -> MechanismCheck:
+        result = defaults(MechanismCheckResult)
+        where = _arrays.address(q), _arrays.address(v)
+        self._call(library.perp_mechanism_check, byref(result), t, *where)
+        names = map(self._callbacks.label, ("contacts", "bilateral"))
+        of_contact = 0 <= result.row < self.rows.contacts.stop
+        return make_check(
+            result, *names, self._callbacks.row_of(result.row) if of_contact else -1
+        )
 
     def _set(self, **values: Any) -> None:
         """Puts these settings in force, and the defaults of all others."""

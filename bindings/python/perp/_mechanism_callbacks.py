@@ -14,7 +14,6 @@ from . import _arrays
 from ._callbacks import Array, Callbacks
 from ._errors import OutsideDomain, argument_error
 from ._generated import MechanismModel
-from ._mechanism_check import gradients, tangents
 from ._structures import sized
 
 
@@ -150,7 +149,7 @@ class MechanismCallbacks(Callbacks):
         contacts, dims = sizes.contacts, sizes.dims
         if contacts is None or dims is None:
             gap, _, tangent, _, _ = self._contact_parts(t, q)
-            name = f"{self._label('contacts')}: gap"
+            name = f"{self.label('contacts')}: gap"
             each = np.maximum(sizes.two_sided, 1)
             found = _count(gap, name, 1 + int(each.max(initial=1) > 1))
             if contacts is None:
@@ -158,13 +157,13 @@ class MechanismCallbacks(Callbacks):
             normals = np.broadcast_to(each, (contacts,))
             _shaped(found, name, *self._gap_shapes(normals))
             if dims is None:
-                name = f"{self._label('contacts')}: tangent"
+                name = f"{self.label('contacts')}: tangent"
                 width = 0 if tangent is None else _width(tangent, name, contacts, self._n)
                 dims = int(each) + width if each.ndim == 0 else (normals + width).astype(np.int32)
         bilateral = sizes.bilateral
         if bilateral is None:
             c = self._bilateral_parts(t, q)[0]
-            bilateral = len(_count(c, f"{self._label('bilateral')}: c"))
+            bilateral = len(_count(c, f"{self.label('bilateral')}: c"))
         tresca, tresca_dim = sizes.tresca, sizes.tresca_dim
         if tresca is None or tresca_dim is None:
             bound, B, _ = self._tresca_parts(t, q, v)
@@ -191,42 +190,15 @@ class MechanismCallbacks(Callbacks):
         self._bilateral = sizes.bilateral or 0
         self._dry, self._dry_dim = sizes.tresca or 0, sizes.tresca_dim or 1
 
-    def check(self, t: float, q: Array) -> None:
-        """Refuses a model that is wrong to the eye at this state."""
-        name, k, n = self._label("contacts") if self._contacts else "", self._contacts, self._n
-        rate = self._functions["kinematics"]
-
-        def direction(v: Array) -> Array:
-            return v if rate is None else _shaped(rate(q.copy(), v), "kinematics(q, v)", q.shape)
-
-        if k:
-            _, normal, tangent, _, _ = self._contact_parts(t, q)
-            rows = _shaped(normal, f"{name}: normal", *self._normal_shapes())
-            gradients(
-                lambda x: np.atleast_1d(_arrays.real(self._contact_parts(t, x)[0], "gap")).ravel(),
-                rows,
-                q,
-                direction,
-                (f"{name}: gap", f"{name}: normal"),
-            )
-            if self._rows > self._gaps and tangent is not None:
-                array = _shaped(tangent, f"{name}: tangent", *self._tangent_shapes())
-                first = rows[np.cumsum(self._each) - self._each]
-                tangents(first, array.reshape(-1, n), self._dims - self._each, name)
-        if self._bilateral:
-            name, m = self._label("bilateral"), self._bilateral
-            gradients(
-                lambda x: np.atleast_1d(_arrays.real(self._bilateral_parts(t, x)[0], "c")),
-                _shaped(self._bilateral_parts(t, q)[1], f"{name}: G", (m, n)),
-                q,
-                direction,
-                (f"{name}: c", f"{name}: G"),
-            )
+    def row_of(self, row: int) -> int:
+        """The number of a row of H among the normals, or among the tangents."""
+        return int((self._normals[:row] == self._normals[row]).sum())
 
     ## What the functions return
 
-    def _label(self, name: str) -> str:
-        return f"{name}(t, q)" if self._timed[name] else f"{name}(q)"
+    def label(self, name: str) -> str:
+        """What messages call this function."""
+        return f"{name}(t, q)" if self._timed.get(name) else f"{name}(q)"
 
     def _at(self, name: str, t: float, q: Array) -> Any:
         function = self._functions[name]
@@ -234,11 +206,11 @@ class MechanismCallbacks(Callbacks):
 
     def _contact_parts(self, t: float, q: Array) -> list[Any]:
         value = self._at("contacts", t, q)
-        return _parts(value, self._label("contacts"), _CONTACT_WORDS, 2)
+        return _parts(value, self.label("contacts"), _CONTACT_WORDS, 2)
 
     def _bilateral_parts(self, t: float, q: Array) -> list[Any]:
         value = self._at("bilateral", t, q)
-        return _parts(value, self._label("bilateral"), _BILATERAL_WORDS, 2)
+        return _parts(value, self.label("bilateral"), _BILATERAL_WORDS, 2)
 
     def _tresca_parts(self, t: float, q: Array, v: Array) -> list[Any]:
         if self._tresca is not None:
@@ -284,7 +256,7 @@ class MechanismCallbacks(Callbacks):
     def _fill_contacts(
         self, gaps: int, H: int, drifts: int, coefficients: int, t: float, q: int, _: Any
     ) -> None:
-        k, n, name = self._contacts, self._n, self._label("contacts")
+        k, n, name = self._contacts, self._n, self.label("contacts")
         gap, normal, tangent, drift, mu = self._contact_parts(t, self.view(q, self._m))
         shapes = self._gap_shapes(self._each)
         self.view(gaps, self._gaps)[:] = _shaped(np.atleast_1d(gap), f"{name}: gap", *shapes)
@@ -314,7 +286,7 @@ class MechanismCallbacks(Callbacks):
     def _fill_bilateral(
         self, values: int, G: int, drifts: int, t: float, q: int, _: Any
     ) -> None:
-        m, n, name = self._bilateral, self._n, self._label("bilateral")
+        m, n, name = self._bilateral, self._n, self.label("bilateral")
         c, gradient, drift = self._bilateral_parts(t, self.view(q, self._m))
         self.view(values, m)[:] = _shaped(np.atleast_1d(c), f"{name}: c", (m,))
         self.view(G, m * n).reshape(m, n)[:] = _shaped(gradient, f"{name}: G", (m, n))

@@ -1,82 +1,66 @@
-"""What can be seen of a wrong model at its first state: gradients that are not those of their gaps,
-tangents that are normals, coefficients of friction for contacts that have no tangents."""
+"""What differences say of a mechanism's functions at a state."""
 
 from __future__ import annotations
 
-from typing import Any, Callable
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from . import _arrays
-from ._callbacks import Array
-from ._errors import OutsideDomain, argument_error
-
-# The cube root of the precision of a double: the step of central differences with the least error.
-_STEP = 2.0**-17
-# Beside the largest entry of its row: above what differences are wrong by, which the two sides
-# tell, and below what a wrong sign or factor does.
-_WRONG = 1e-3
-
-_SEE = "Mechanism(check=False) leaves this look at the first state out"
+from ._errors import argument_error
+from ._generated import CONSTANTS, MechanismCheckResult
 
 
-def _differences(
-    values: Callable[[Array], Array], q: Array, rate: Callable[[Array], Array], n: int
-) -> tuple[Array, Array]:
-    """The gradient of values(q) along each velocity, and how far its two sides disagree."""
-    here = values(q)
-    gradient, doubt = np.full((len(here), n), np.nan), np.full((len(here), n), np.inf)
-    for j in range(n):
-        direction = rate(np.eye(n)[j])
-        step = _STEP * max(float(np.abs(q).max(initial=0.0)), 1.0)
-        try:
-            ahead, behind = values(q + step * direction), values(q - step * direction)
-        except (OutsideDomain, ArithmeticError):  # this column stays open
-            continue
-        if ahead.shape == behind.shape == here.shape:
-            gradient[:, j] = (ahead - behind) / (2 * step)
-            doubt[:, j] = np.abs(ahead + behind - 2 * here) / step
-    return gradient, doubt
+@dataclass(frozen=True)
+class MechanismCheck:
+    """How normals, G, their drift and the tangents compare with differences of gap and c."""
+
+    ok: bool  # nothing is wrong, constant or unchecked
+    wrong: int  # entries that can't be right
+    constant: int  # normals and rows of G whose gap or c never changes: not compared
+    unchecked: int  # velocities, and the time, next to which the functions are not defined
+    complaint: str  # the worst entry in words; "" if none is wrong
+    given: float  # there: what the function returned,
+    difference: float  # the value by differences,
+    uncertainty: float  # and the estimated error of that
 
 
-def gradients(
-    values: Callable[[Array], Array],
-    given: Array,
-    q: Array,
-    rate: Callable[[Array], Array],
-    names: tuple[str, str],
-) -> None:
-    """Refuses rows that are not the gradients of values(q); says which entry, and what it is by
-    differences. A row at a kink, where the two sides differ, is let through, and so is one of
-    values that don't change at all."""
-    found, doubt = _differences(values, q, rate, given.shape[1])
-    size = np.maximum(np.abs(given), np.nan_to_num(np.abs(found))).max(axis=1, keepdims=True)
-    off = np.abs(given - found)
-    bad = (off > _WRONG * size) & (off > 10 * doubt)
-    bad &= np.nan_to_num(found).any(axis=1, keepdims=True)  # constants are one step's data
-    if bad.any():
-        i, j = map(int, np.unravel_index(np.argmax(np.where(bad, off, 0.0)), off.shape))
-        raise argument_error(
-            f"{names[1]} ({i}, {j}) is {given[i, j]:g}, but {names[0]}[{i}] changes by "
-            f"{found[i, j]:g}: {names[1]} has to be its gradient ({_SEE})"
-        )
+def make_check(
+    check: MechanismCheckResult, contacts: str, bilateral: str, index: int
+) -> MechanismCheck:
+    """contacts, bilateral: what messages call the functions; index: of the row among the normals or
+    tangents, -1 for those of G."""
+    return MechanismCheck(
+        check.wrong == check.constant == check.unchecked == 0,
+        check.wrong,
+        check.constant,
+        check.unchecked,
+        _complaint(check, contacts, bilateral, index) if check.wrong else "",
+        check.given,
+        check.difference,
+        check.uncertainty,
+    )
 
 
-def tangents(normal: Array, tangent: Array, count: Any, name: str) -> None:
-    """Refuses a tangent, of `count` for each contact, that is a multiple of its (first) normal,
-    where both move several coordinates: one velocity can't be both."""
-    contact = np.repeat(np.arange(len(count)), count)
-    n, t = normal[contact], tangent
-    cross = np.abs(n[:, :, None] * t[:, None, :] - n[:, None, :] * t[:, :, None]).max(axis=(1, 2))
-    scale = np.abs(n).max(axis=1) * np.abs(t).max(axis=1)
-    several = (np.count_nonzero(n, axis=1) > 1) & (np.count_nonzero(t, axis=1) > 1)
-    bad = several & (cross <= 1e-12 * scale)
-    if bad.any():
-        row = int(np.argmax(bad))
-        raise argument_error(
-            f"{name}: tangent row {row} is a multiple of the normal of contact {contact[row]} "
-            f"({_SEE})"
-        )
+def _complaint(
+    check: MechanismCheckResult, contacts: str, bilateral: str, index: int
+) -> str:
+    of_contact = index >= 0
+    number = index if of_contact else check.index
+    name, value = (contacts, "gap") if of_contact else (bilateral, "c")
+    if check.part == CONSTANTS["PERP_MECHANISM_TANGENT"]:
+        return f"{name}: tangent row {index} is a multiple of the normal of contact {check.index}"
+    if check.part == CONSTANTS["PERP_MECHANISM_DRIFT"]:
+        entry, what = f"drift of {value}[{number}]", "drift has to be its derivative by t"
+    else:
+        rows = "normal" if of_contact else "G"
+        entry, what = f"{rows} ({number}, {check.column})", f"{rows} has to be its gradient"
+    return (
+        f"{name}: {entry} is {check.given:g}, but {name}: {value}[{number}] changes by "
+        f"{check.difference:g}: {what}"
+    )
 
 
 def friction(coefficients: Any) -> None:

@@ -90,3 +90,26 @@ def test_gradients_along_velocities_of_other_coordinates():
         contacts=lambda q: (q[1], [[q[0]]]),
     )
     assert wheel.step(0, [0.6, 0.8], [0.0], 0.1).ok
+
+
+def test_drifts():
+    """A floor that rises has to say so."""
+
+    def lift(speed):
+        return perp.Mechanism(1, contacts=lambda t, q: (q[0] - 2 * t, [[1.0]], None, speed))
+
+    assert lift(-2.0).step(0, [1.0], [0.0], 0.1).ok
+    with pytest.raises(ValueError, match=r"contacts\(t, q\): drift of gap\[0\] is 0, but .* by -2"):
+        lift(None).step(0, [1.0], [0.0], 0.1)
+
+
+def test_check_tells_without_refusing():
+    right, wrong = rod().check(START), rod(turn=2.0).check(START, [0, 0, 1])
+    assert right.ok and right.wrong == 0 and right.complaint == ""
+    assert not wrong.ok and wrong.wrong == 1
+    assert "normal (0, 2)" in wrong.complaint
+    assert wrong.given == pytest.approx(2 * wrong.difference, abs=10 * wrong.uncertainty)
+    # a gap that is one step's number is told, not refused
+    step = perp.Mechanism(1, contacts=lambda q: (0.25, [[1.0]]))
+    assert step.check([0.0]).constant == 1 and not step.check([0.0]).ok
+    assert step.step(0, [0.0], [0.0], 0.1).ok

@@ -189,6 +189,35 @@ static perp_status search(perp_load_friction *f, int64_t *patterns)
     return status;
 }
 
+/* ---- one answer ---------------------------------------------------------------------------- */
+
+/* Where the system is monotone there is one answer, and a pattern that holds, with room, is its
+ * only one. From going on as before with constant normal forces it is a few corrections. */
+static perp_status answer_directly(perp_load_friction *f, int64_t *patterns)
+{
+    perp_status status;
+
+    for (int32_t i = 0; i < f->n; i++) {
+        const int32_t way = f->question.sign[i] != 0 ? 0 : f->question.before[i];
+
+        if (f->question.mu_stick[i] > f->mu[i] && f->question.sign[i] == 0)
+            return PERP_OK;
+        f->pattern.mode[i] = (int8_t)(f->question.sign[i] != 0 ? PERP_LOAD_SLIDE
+                                      : way > 0                ? PERP_LOAD_FORWARD
+                                      : way < 0                ? PERP_LOAD_BACKWARD
+                                                               : PERP_LOAD_STICK);
+        f->pattern.side[i] = (int8_t)(f->mu[i] == 0.0 || f->pattern.mode[i] == PERP_LOAD_STICK ? 0
+                                      : f->d[i] < 0.0                                          ? -1
+                                                                                               : 1);
+    }
+    f->insist = 1;
+    status = iterate(f, patterns);
+    f->insist = 0;
+    if (f->answers.count != 1 || f->answers.first->at_vertex || f->answers.incomplete)
+        perp__answers_clear(&f->answers);
+    return status;
+}
+
 /* ---- the call ------------------------------------------------------------------------------ */
 
 static int32_t is_before(const void *user, const perp__answer *a, const perp__answer *b)
@@ -217,7 +246,7 @@ perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *
     const int64_t most = f->settings.most_patterns;
     const perp__answer *a;
     int64_t patterns;
-    perp_status status;
+    perp_status status = PERP_OK;
 
     memset(summary, 0, sizeof *summary);
     perp__answers_clear(&f->answers);
@@ -229,11 +258,15 @@ perp_status perp__friction_answer_all(perp_load_friction *f, perp_load_summary *
     f->tree.choices = choices;
     f->tree.choose = choose;
     f->tree.leaf = try_pattern;
+    if (f->monotone)
+        status = answer_directly(f, &summary->patterns);
     patterns = perp__pattern_tree_count(&f->tree, most);
-    summary->exhaustive = patterns <= most;
-    summary->patterns = summary->exhaustive ? patterns : 0;
-    status =
-        summary->exhaustive ? perp__pattern_tree_search(&f->tree) : search(f, &summary->patterns);
+    summary->exhaustive = f->answers.count > 0 || patterns <= most;
+    if (status == PERP_OK && f->answers.count == 0) {
+        summary->patterns = summary->exhaustive ? patterns : 0;
+        status = summary->exhaustive ? perp__pattern_tree_search(&f->tree)
+                                     : search(f, &summary->patterns);
+    }
     if (status != PERP_OK) {
         perp__answers_clear(&f->answers);
         return status;

@@ -153,6 +153,7 @@ static perp_status take(perp_load_friction *f, const perp_load_system *system)
     f->stiffness = system->stiffness;
     f->damping = system->damping;
     derive(f);
+    f->monotone = perp__friction_is_monotone(f);
     return PERP_OK;
 }
 

@@ -36,6 +36,8 @@ struct perp_load_friction {
     perp__arena arena;
     perp_load_settings settings;
     int32_t n;
+    int32_t
+        monotone; /* friction never turns the sign of x'(A x + f): every question has one answer */
     double stiffness, damping;
     double *A, *C, *S, *Y; /* S: normal inertia; Y = S + C A^-1 C' */
     double *b, *d, *mu, *mu_static;
@@ -98,6 +100,9 @@ perp_status perp__friction_solve(perp_load_friction *f, perp_load_summary *summa
 
 /* perp_load_friction_uniqueness; velocity may be NULL. */
 void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity);
+
+/* Whether x -> A x + mu |C x + d| Sgn(x - stop) is strictly monotone for all d, stop and signs. */
+int32_t perp__friction_is_monotone(perp_load_friction *f);
 
 /* The handle of a public call, entered. */
 perp_status perp__friction_enter(perp_load_friction *f);

@@ -204,9 +204,9 @@ static void decide_by_norms(perp_load_friction *f, perp_load_uniqueness *u)
     }
 }
 
-/* At rest, mu_static = mu: x -> A x + mu |C x + d| Sgn(x) is strictly monotone if
- * <A> - (mu |C| + |C|' mu) / 2 is positive definite, <A> being A with -|A_ij| off the diagonal. */
-static int32_t is_dominant(perp_load_friction *f)
+/* mu_static = mu: strictly monotone if <A> - (mu |C| + |C|' mu) / 2 is positive definite, <A> being
+ * A with -|A_ij| off the diagonal; by more than rounding. */
+int32_t perp__friction_is_monotone(perp_load_friction *f)
 {
     const size_t n = (size_t)f->n;
 
@@ -216,7 +216,7 @@ static int32_t is_dominant(perp_load_friction *f)
             const double friction =
                 0.5 * (f->mu[i] * fabs(f->C[i + n * j]) + f->mu[j] * fabs(f->C[j + n * i]));
 
-            factor_of(f)[i + n * j] = (i == j ? a : -fabs(a)) - friction;
+            factor_of(f)[i + n * j] = (i == j ? a * (1.0 - 1e-9) : -fabs(a)) - friction;
         }
     return perp__cholesky_factor(f->n, factor_of(f), f->n) == 0;
 }
@@ -229,7 +229,7 @@ static int32_t verdict_at_rest(perp_load_friction *f, const double *velocity, in
         jump |= velocity[i] == 0.0 && f->mu_static[i] > f->mu[i];
     if (f->n == 1)
         return jump && f->d[0] != 0.0 ? PERP_LOAD_NOT_UNIQUE : moving;
-    return !jump && is_dominant(f) ? PERP_LOAD_UNIQUE : PERP_LOAD_UNDECIDED;
+    return !jump && f->monotone ? PERP_LOAD_UNIQUE : PERP_LOAD_UNDECIDED;
 }
 
 void perp__friction_decide(perp_load_friction *f, perp_load_uniqueness *u, const double *velocity)

@@ -94,7 +94,7 @@ static perp_status attempt(perp_mechanism *m, perp__adaptive *a, double t, doubl
         status = advance(m, &m->half, &a->first, t, half, &m->now);
     perp__adaptive_let_go(m, NULL, NULL);
     if (status == PERP_OK && moves(a))
-        status = perp__adaptive_scale(m, a);
+        status = perp__adaptive_scale(m, a, t);
     if (status == PERP_OK && moves(a))
         status = perp__adaptive_events(m, a, &m->now, &m->half, 0.0, half);
     if (status == PERP_OK && moves(a))

@@ -49,8 +49,8 @@ struct perp__adaptive {
  * where one in it matters most. */
 perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
                                   const perp__motion *to, double start, double length);
-/* a->scale and a->speed_scale, for a step whose answers are in m->trial and m->half. */
-perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a);
+/* a->scale and a->speed_scale, for a step from t whose answers are in m->trial and m->half. */
+perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a, double t);
 /* a->error, a->speed and a->hidden of it. */
 perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double t, double h);
 /* a->largest, with the step that was taken. */

@@ -39,18 +39,33 @@ static void widen(const perp_mechanism *m, double *scale, const double *x, doubl
         scale[i] = fmax(scale[i], factor * fabs(x[i]));
 }
 
-perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a)
+/* What the force would move and drive in the time unit. */
+static perp_status scale_by_force(perp_mechanism *m, perp__adaptive *a, const double *force)
 {
-    const perp__motion *const states[] = {&m->now, &m->trial, &m->half};
-    double *acceleration = a->difference, largest = 0.0;
+    double *acceleration = a->difference;
     perp_status status;
 
-    memcpy(acceleration, a->force[0], (size_t)m->n * sizeof *acceleration);
+    memcpy(acceleration, force, (size_t)m->n * sizeof *acceleration);
     perp__solve_mass(m, &m->begin, acceleration);
-    a->speed_scale = fmax(a->fastest, a->unit * perp__speed(m, &m->begin, acceleration));
-    memcpy(a->scale, a->largest, (size_t)m->coordinates * sizeof *a->scale);
+    a->speed_scale = fmax(a->speed_scale, a->unit * perp__speed(m, &m->begin, acceleration));
     status = perp__evaluate_rate(m, a->rate, m->now.q, acceleration);
     widen(m, a->scale, a->rate, a->unit * a->unit);
+    return status;
+}
+
+perp_status perp__adaptive_scale(perp_mechanism *m, perp__adaptive *a, double t)
+{
+    const perp__motion *const states[] = {&m->now, &m->trial, &m->half};
+    double largest = 0.0;
+    perp_status status;
+
+    a->speed_scale = a->fastest;
+    memcpy(a->scale, a->largest, (size_t)m->coordinates * sizeof *a->scale);
+    status = scale_by_force(m, a, a->force[0]);
+    if (status == PERP_OK && a->speed_scale == 0.0) { /* rest, from where a force grows */
+        status = perp__evaluate_force(m, a->force[1], t + a->unit, m->now.q, m->now.v);
+        status = status == PERP_OK ? scale_by_force(m, a, a->force[1]) : status;
+    }
     for (int32_t i = 0; i < 3 && status == PERP_OK; i++) {
         a->speed_scale = fmax(a->speed_scale, perp__speed(m, &m->begin, states[i]->v));
         widen(m, a->scale, states[i]->q, 1.0);
@@ -192,7 +207,8 @@ perp_status perp__adaptive_estimate(perp_mechanism *m, perp__adaptive *a, double
  *
  * Turns: friction acts through the velocity at the end of a step. Where a slip turns round,
  * friction has the wrong sign until then, or holds on to the end what would slip back; both change
- * velocities by the bound times a share of the step. */
+ * velocities by the bound times a share of the step. Where it ends, the mean velocity of
+ * a step of order 2 goes on behind the end: as wrong as the slip was fast. */
 
 static void keep(perp__adaptive *a, double late, double error, double after, int32_t impact)
 {
@@ -314,7 +330,8 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__moti
     when = length * speed / (lost + response * f->bound);
     if (!(response > 0.0) || !(when >= 0.0 && when < length))
         return;
-    wrong = sticks ? fmax(lost / response - f->bound, 0.0) * (length - when) / length
+    wrong = sticks ? fmax(lost / response - f->bound, a->order == 2 ? speed / response : 0.0) *
+                         (length - when) / length
                    : 2.0 * f->bound * when / length;
     if (wrong > 0.0)
         keep(a, length - when, wrong * sqrt(response) / a->speed_scale, start + when, 0);

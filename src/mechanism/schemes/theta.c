@@ -2,7 +2,7 @@
  * (1999)), with positions that land on contacts as those of the frozen step do:
  *
  *   M (v+ - v) = h (theta k(t+h, q+, v+) + (1 - theta) k(t, q, v)) + J'r,
- *   q+ = q + h N (theta v+ + (1 - theta) v),   with v+ alone where a contact is hit,
+ *   q+ = q + h N (theta v+ + (1 - theta) v),   with v+ alone where velocities jump,
  *   0 <= r_n perp max(gap, 0)/h + u_n+ >= 0,   friction of u_t+.
  *
  * M is taken at q + (1 - theta) h N v, and J = theta J(q) + (1 - theta) J(q*), q* = q + h N v the
@@ -27,6 +27,11 @@
 
 /* Velocities that change by more than this share are followed by the rows of the end. */
 #define CHANGED 0.05
+
+/* A contact that opens faster than this share of what the step's forces make, and would be closed
+ * again before its end, opens and closes. (On curved ground speeds of order h^2 are left in one
+ * that lasts.) */
+#define OPENS 0.02
 
 /* Differences are taken over this share of a velocity: the root of rounding. */
 #define DIFFERENCE 1.5e-8
@@ -392,15 +397,18 @@ static perp_status iterate(perp_mechanism *m, perp__theta *w, perp_mechanism_ste
 
 /* ---- the step ------------------------------------------------------------------------------ */
 
-/* Whether a contact was hit: approached faster than the forces of the step make it. */
-static int32_t is_hit(const perp_mechanism *m)
+/* Whether velocities jump: a contact was hit, approached faster than the forces of the step make
+ * it; it opens and closes again; or its sliding jams. */
+static int32_t has_jump(perp_mechanism *m)
 {
     for (int32_t j = 0; j < m->contacts; j++) {
         const int32_t row = m->starts[j];
-        const double before = m->start_velocity[row];
+        const double before = m->start_velocity[row], free = m->free_velocity[row];
+        const double change = fabs(free - before), mean = 0.5 * (before + free);
 
         if (m->two_sided[j] == 0 && m->answer.r[row] > 0.0 &&
-            before < -fabs(m->free_velocity[row] - before))
+            (before < -change || (before > OPENS * change && m->shift[j] + mean <= 0.0) ||
+             perp__is_jammed(m, &m->answer, j)))
             return 1;
     }
     return 0;
@@ -410,7 +418,7 @@ static int32_t is_hit(const perp_mechanism *m)
  * contact. */
 static perp_status arrive(perp_mechanism *m, const perp__theta *w, double *q)
 {
-    if (is_hit(m))
+    if (has_jump(m))
         return perp__evaluate_move(m, q, w->q0, w->h, m->answer.v);
     memcpy(q, w->q, (size_t)m->coordinates * sizeof *q);
     return PERP_OK;
