@@ -161,7 +161,7 @@ typedef struct perp_contact_settings {
 /* Residuals are those of the impulses returned, recomputed from the caller's data with u in doubled
  * precision. t_k is the trace of contact k's block of W (an inverse mass), D_k the friction disc,
  * interval or polygon of size mu r_n. Velocities are in the units of u, impulses in those of r.
- * Parts of the problem that W does not couple, or by less than 2^-40 sqrt(t_j t_k), are judged each
+ * Parts of the problem that W does not couple, or by less than 2^-30 sqrt(t_j t_k), are judged each
  * by itself, and the outcome is that of the worst. */
 typedef struct perp_contact_result {
     size_t struct_size;

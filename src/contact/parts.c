@@ -7,8 +7,9 @@
 #include "contact/solver.h"
 
 /* Beside sqrt(t_k t_j), which bounds what contacts k and j can have of each other: a coupling that
- * is no more than this is noise where a zero should be. */
-#define NOISE 0x1p-40
+ * is no more than this, 1e-9, is noise where a zero should be, and beside the larger one's terms
+ * the smaller one is not to be judged. */
+#define NOISE 0x1p-30
 
 /* Of every pair of units that W couples, by so much of sqrt(t_k t_j): joins their parts, and notes
  * whether there is noise; or, once the parts are numbered, whether there is any between them. */

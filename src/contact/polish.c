@@ -500,9 +500,9 @@ perp_status perp__contact_polish_start(perp_contact_solver *solver)
     p->enough = ENOUGH * solver->settings.tol;
     velocities(solver);
     begin(solver, p, p->enough, START_STEPS);
-    while (changes > 0) {
+    for (int32_t sets = 0; changes > 0; sets++) { /* two sets may take turns without any step */
         number_rows(p, problem, solver->r);
-        if (!follow(solver, p))
+        if (sets > START_STEPS || !follow(solver, p))
             return PERP_OK;
         changes = change_set(p, problem, solver->r, solver->u);
     }

@@ -275,14 +275,14 @@ static void test_units_of_the_floor(void **state)
     perp_contact_solver_destroy(solver);
 }
 
-/* Parts are what couplings above noise, 2^-40 of what there can be, connect; whether the rest is 0
+/* Parts are what couplings above noise, 2^-30 of what there can be, connect; whether the rest is 0
  * is known too, for a part solved by itself would not see it. */
 static void test_parts_and_leaks(void **state)
 {
     static const struct {
         double coupling;
         int32_t parts, leaks;
-    } cases[] = {{0, 2, 0}, {0x1p-50, 2, 1}, {-0x1p-50, 2, 1}, {0x1p-30, 1, 0}, {0x1p-2, 1, 0}};
+    } cases[] = {{0, 2, 0}, {0x1p-50, 2, 1}, {-0x1p-31, 2, 1}, {0x1p-28, 1, 0}, {0x1p-2, 1, 0}};
     size_t k;
 
     (void)state;
@@ -295,6 +295,73 @@ static void test_parts_and_leaks(void **state)
         assert_int_equal(solver->leaks, cases[k].leaks);
         perp_contact_solver_destroy(solver);
     }
+}
+
+/* A contact with q = -1e-12 that 2 e-12 couples to one with q = -1: what it lacks, all of it, is
+ * judged beside its own 1e-12. */
+static void test_noise_connects_nothing(void **state)
+{
+    static const rig two = {2, 1, 0, {1, 2e-12, 2e-12, 1}, {0}, {-1, -1e-12}, {0}};
+    perp_contact_solver *solver = solved(&two, 1);
+    perp__contact_worth worth;
+
+    (void)state;
+    solver->r[0] = 1.0;
+    solver->r[1] = 0.0; /* u_1 = 1e-12 */
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_true(worth.own <= 1e-9);
+    solver->r[0] = 0.0;
+    solver->r[1] = 0.0;
+    solver->q[0] = 1.0;
+    assert_int_equal(perp__contact_evaluate(solver, NULL, &worth), PERP_OK);
+    assert_true(worth.own == 1.0); /* u_1 = -1e-12, all its terms */
+    perp_contact_solver_destroy(solver);
+}
+
+/* Masses 2 and 4e-12 between two contacts. Impulses that leave the heavy one a momentum of its own
+ * are right beside W = 1e12: then v is what they make of it, not 0.0 because both contacts hold.
+ * 1e-4 = sqrt(tol) of the terms; the light one's are 1. */
+static void test_momentum_beside_noise(void **state)
+{
+    static const double M[] = {2, 4e-12}, f[] = {3.85, 2}, w[4] = {0}, mu[] = {0.75, 1};
+    static const int32_t starts[] = {0, 1, 2}, rows[] = {0, 1};
+    static const double H[] = {-0.58, -1.86, -1.73, 0.33, -3.69, 2.71, 0, -0.58};
+    double v[2], r[4];
+    perp_contact_dynamics dynamics;
+    perp_contact_solver *solver;
+    perp_contact_result result;
+    perp_contact_laws laws;
+    perp_matrix mass, jacobian;
+
+    (void)state;
+    perp_matrix_init(&mass, sizeof mass);
+    perp_matrix_init(&jacobian, sizeof jacobian);
+    perp_matrix_csc(&mass, 2, 2, starts, rows, M);
+    perp_matrix_dense(&jacobian, PERP_STORAGE_ROW_MAJOR, 4, 2, H, 2);
+    assert_int_equal(perp_contact_laws_init(&laws, sizeof laws), PERP_OK);
+    assert_int_equal(perp_contact_dynamics_init(&dynamics, sizeof dynamics), PERP_OK);
+    assert_int_equal(perp_contact_result_init(&result, sizeof result), PERP_OK);
+    laws.contacts = laws.dim = 2;
+    laws.mu = mu;
+    dynamics.n = 2;
+    dynamics.M = &mass;
+    dynamics.H = &jacobian;
+    assert_int_equal(perp_contact_solver_create(context, &solver, NULL), PERP_OK);
+    assert_int_equal(perp_contact_solver_setup_dynamics(solver, &laws, &dynamics), PERP_OK);
+    assert_int_equal(perp_contact_solver_solve_dynamics(solver, v, r, NULL, NULL, NULL, &result, f,
+                                                        w, NULL, NULL),
+                     PERP_OK);
+    assert_true(perp__is_good(result.outcome));
+    for (int32_t i = 0; i < 2; i++) {
+        double lacks = M[i] * v[i] - f[i], terms = fabs(M[i] * v[i]) + fabs(f[i]);
+
+        for (int32_t k = 0; k < 4; k++) {
+            lacks -= H[2 * k + i] * r[k];
+            terms += fabs(H[2 * k + i] * r[k]);
+        }
+        assert_true(fabs(lacks) <= 1e-4 * terms);
+    }
+    perp_contact_solver_destroy(solver);
 }
 
 /* u_n = 1/2 and next to no impulse obey the law to 1e-12, but not as a contact that presses, whose
@@ -380,10 +447,16 @@ static void test_overflow_excuses_nothing(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_the_better_point),         cmocka_unit_test(test_what_a_proof_is),
-        cmocka_unit_test(test_the_worst_part),           cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_units_of_the_floor),       cmocka_unit_test(test_parts_and_leaks),
-        cmocka_unit_test(test_modes_must_hold),          cmocka_unit_test(test_what_is_sound),
+        cmocka_unit_test(test_the_better_point),
+        cmocka_unit_test(test_what_a_proof_is),
+        cmocka_unit_test(test_the_worst_part),
+        cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_units_of_the_floor),
+        cmocka_unit_test(test_parts_and_leaks),
+        cmocka_unit_test(test_noise_connects_nothing),
+        cmocka_unit_test(test_momentum_beside_noise),
+        cmocka_unit_test(test_modes_must_hold),
+        cmocka_unit_test(test_what_is_sound),
         cmocka_unit_test(test_overflow_excuses_nothing),
     };
 

@@ -168,6 +168,38 @@ static void write_held_zeros(perp_contact_solver *solver, double *u)
     }
 }
 
+/* What moves is made by the impulses, M v = f + H'r to the last bits: only zeros are new. Beside a
+ * body of next to no mass W tells little of the impulses on the others: a block whose zeros would
+ * take more than sqrt(tol) of what acts on it, in its own coordinates, keeps what they make of it.
+ */
+static void take_zeros(perp_contact_solver *solver)
+{
+    const perp__bodies *b = &solver->bodies;
+    const double slack = sqrt(solver->settings.tol);
+    int32_t knows_terms = 0;
+
+    for (int32_t block = 0; block < b->blocks; block++) {
+        const int32_t begin = block * b->width, end = begin + b->width;
+        double taken[PERP__BODY_WIDTH_MOST] = {0.0}, own[PERP__BODY_WIDTH_MOST], size, acts;
+
+        for (int32_t k = begin; k < end; k++)
+            if (b->dofs[k] >= 0 && solver->v[b->dofs[k]] == 0.0)
+                taken[k - begin] = solver->best_v[b->dofs[k]];
+        perp__bodies_to_own(b, block, taken, own);
+        size = perp__contact_length(own, 0, b->width);
+        acts = perp__contact_length(b->free, begin, end);
+        if (size > slack * acts && !knows_terms) {
+            perp__absolute_bodies(b, solver->best.r, solver->q, b->y, solver->scale);
+            knows_terms = 1;
+        }
+        if (size > slack * acts && size > slack * (acts + perp__contact_length(b->y, begin, end)))
+            continue;
+        for (int32_t k = begin; k < end; k++)
+            if (b->dofs[k] >= 0 && solver->v[b->dofs[k]] == 0.0)
+                solver->best_v[b->dofs[k]] = 0.0;
+    }
+}
+
 perp_status perp__contact_hold_best(perp_contact_solver *solver)
 {
     perp__contact_candidate *best = &solver->best;
@@ -184,10 +216,7 @@ perp_status perp__contact_hold_best(perp_contact_solver *solver)
     status = perp__contact_hold(solver, best->r, best->u, best->modes, solver->v);
     if (status != PERP_OK)
         return status;
-    /* what moves is made by the impulses, M v = f + H'r to the last bits: only zeros are new */
-    for (int32_t i = 0; i < solver->n; i++)
-        if (solver->v[i] == 0.0)
-            solver->best_v[i] = 0.0;
+    take_zeros(solver);
     if (solver->n > 0)
         memset(solver->v_low, 0, (size_t)solver->n * sizeof *solver->v_low);
     perp__dynamics_relative(&solver->dynamics, solver->best_v, solver->v_low, solver->call->w,
