@@ -144,7 +144,8 @@ class MechanismBase:
         }
         for name in {"mu", "mu_static"} & set(self._kept):  # a number for all that have tangents
             if self._coefficients[name].ndim == 0:
-                self._kept[name] = np.where(sizes.each() > 1, self._kept[name], 0.0)
+                coefficient = float(self._coefficients[name])
+                self._kept[name] = np.where(sizes.each() > 1, coefficient, 0.0)
         for name, array in self._kept.items():
             if array is not None and len(array):
                 setattr(self._model, name, _arrays.address(array))
@@ -191,11 +192,10 @@ class MechanismBase:
         result = defaults(MechanismCheckResult)
         where = _arrays.address(q), _arrays.address(v)
         self._call(library.perp_mechanism_check, byref(result), t, *where)
-        names = map(self._callbacks.label, ("contacts", "bilateral"))
+        label = self._callbacks.label
         of_contact = 0 <= result.row < self.rows.contacts.stop
-        return make_check(
-            result, *names, self._callbacks.row_of(result.row) if of_contact else -1
-        )
+        index = self._callbacks.row_of(result.row) if of_contact else -1
+        return make_check(result, label("contacts"), label("bilateral"), index)
 
     def _set(self, **values: Any) -> None:
         """Puts these settings in force, and the defaults of all others."""
