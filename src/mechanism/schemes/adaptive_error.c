@@ -231,20 +231,31 @@ static void jump_of(perp_mechanism *m, perp__adaptive *a, const double *r, int32
     perp__solve_mass(m, &m->begin, a->difference);
 }
 
+/* Whether contact j was hit, approached faster than the forces of the step make it; its speed
+ * without its own impulses, whose jump is in a->difference. */
+static int32_t is_hit(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
+                      const perp__motion *to, int32_t j, double *free)
+{
+    const int32_t row = m->starts[j];
+    double before;
+
+    if (to->r[row] == 0.0 || m->two_sided[j] > 0)
+        return 0;
+    jump_of(m, a, to->r, j);
+    before = perp__row_times(m, &m->begin, row, m->begin.drift[row], from->v);
+    *free = to->u[row] - perp__row_times(m, &m->begin, row, 0.0, a->difference);
+    return before < -fabs(*free - before); /* else it rests */
+}
+
 /* By how much contact j was met late, with its jump in a->difference; 0: it was not hit. */
 static double lateness(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
                        const perp__motion *to, double length, int32_t j)
 {
     const int32_t row = m->starts[j];
     const double gap = fmax(m->begin.gap[j], 0.0);
-    double before, free;
+    double free;
 
-    if (to->r[row] == 0.0 || m->two_sided[j] > 0)
-        return 0.0;
-    jump_of(m, a, to->r, j);
-    before = perp__row_times(m, &m->begin, row, m->begin.drift[row], from->v);
-    free = to->u[row] - perp__row_times(m, &m->begin, row, 0.0, a->difference);
-    if (!(before < -fabs(free - before))) /* resting contact */
+    if (!is_hit(m, a, from, to, j, &free))
         return 0.0;
     if (gap <= perp__gap_rounding(m, &m->begin, row, from->q))
         return m->restitution[j] > 0.0 ? length : 0.0; /* an inelastic one ends there */
@@ -270,6 +281,7 @@ static perp_status look_for_impact(perp_mechanism *m, perp__adaptive *a, const p
 /* The rows of one friction: `count` from `row`, with a bound of its impulse. */
 typedef struct friction {
     int32_t row, count, mode; /* mode: its place among the modes */
+    int32_t ends;             /* a slip may end in it smoothly, so that it is located */
     double bound;
 } friction;
 
@@ -314,8 +326,6 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__moti
                           const perp__motion *to, double start, double length, const friction *f)
 {
     const int32_t sticks = to->modes[f->mode] == PERP_MECHANISM_STICK;
-    /* what holds both ways jams: its slip ends in an impulse, at any length */
-    const int32_t jams = f->mode < m->contacts && m->two_sided[f->mode] > 0;
     double d[2], speed, after = 0.0, own = 0.0, response, lost, when, wrong;
 
     if (from->modes[f->mode] != PERP_MECHANISM_SLIP || !(f->bound > 0.0))
@@ -332,10 +342,9 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__moti
     when = length * speed / (lost + response * f->bound);
     if (!(response > 0.0) || !(when >= 0.0 && when < length))
         return;
-    wrong =
-        sticks ? fmax(lost / response - f->bound, a->order == 2 && !jams ? speed / response : 0.0) *
-                     (length - when) / length
-               : 2.0 * f->bound * when / length;
+    wrong = sticks ? fmax(lost / response - f->bound, f->ends ? speed / response : 0.0) *
+                         (length - when) / length
+                   : 2.0 * f->bound * when / length;
     if (wrong > 0.0)
         keep(a, length - when, wrong * sqrt(response) / a->speed_scale, start + when, 0);
 }
@@ -343,10 +352,16 @@ static void look_for_turn(perp_mechanism *m, perp__adaptive *a, const perp__moti
 perp_status perp__adaptive_events(perp_mechanism *m, perp__adaptive *a, const perp__motion *from,
                                   const perp__motion *to, double start, double length)
 {
+    int32_t hits = 0;
+    double free;
     perp_status status = PERP_OK;
 
+    for (int32_t j = 0; j < m->contacts; j++)
+        hits |= is_hit(m, a, from, to, j, &free);
     for (int32_t j = 0; j < m->contacts + m->dry && status == PERP_OK; j++) {
-        const friction f = {m->tangent[j], m->tangents[j], j,
+        /* impulses end a slip at any length: those of a hit, and those of what jams both ways */
+        const int32_t ends = a->order == 2 && !hits && (j >= m->contacts || m->two_sided[j] == 0);
+        const friction f = {m->tangent[j], m->tangents[j], j, ends,
                             j < m->contacts ? m->friction[j] * perp__load_of(m, to->r, j)
                                             : m->dry_bound[j - m->contacts]};
 
