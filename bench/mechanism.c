@@ -87,6 +87,12 @@ static double run(row *r, perp_context *context, const machine *m,
     return processor_seconds() - start;
 }
 
+static int is_good(const machine_record *r)
+{
+    return r->result.outcome == PERP_OUTCOME_SOLVED ||
+           r->result.outcome == PERP_OUTCOME_ROUNDING_LIMIT;
+}
+
 /* row->error is nan where a run did not reach its end; the record is that of the last run. */
 static void measure(row *r, perp_context *context, const machine *m,
                     const perp_mechanism_settings *settings, int steps)
@@ -98,7 +104,7 @@ static void measure(row *r, perp_context *context, const machine *m,
         seconds[k] = run(r, context, m, settings, m->end / (steps * (1 + 0.01 * (k + 1))));
         seconds[k] /= (double)r->record.result.steps;
         errors[k] = error_of(m, &r->record);
-        ended = ended && r->record.result.outcome == PERP_OUTCOME_SOLVED;
+        ended = ended && is_good(&r->record);
     }
     r->error = ended ? median(errors, RUNS) : NAN;
     r->seconds = median(seconds, RUNS) * steps;
@@ -110,7 +116,7 @@ static void measure_adaptive(row *r, perp_context *context, const machine *m,
                              const perp_mechanism_settings *settings, double first)
 {
     r->seconds = run(r, context, m, settings, first);
-    r->error = r->record.result.outcome == PERP_OUTCOME_SOLVED ? error_of(m, &r->record) : NAN;
+    r->error = is_good(&r->record) ? error_of(m, &r->record) : NAN;
     r->steps = (int)r->record.result.steps;
 }
 
