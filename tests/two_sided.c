@@ -13,13 +13,25 @@
 perp_context *both_context;
 uint64_t both_seed;
 
+int both_make(void **state)
+{
+    (void)state;
+    return perp_context_create(&both_context, NULL);
+}
+
+int both_destroy(void **state)
+{
+    (void)state;
+    perp_context_destroy(both_context);
+    return 0;
+}
+
 double both_draw(void)
 {
     both_seed = both_seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
     return (double)(both_seed >> 11) * 0x1p-52 - 1.0;
 }
 
-/* x := A^-1 x by elimination with pivoting; 0 where A is singular. */
 int both_eliminate(int n, double *A, double *x)
 {
     for (int j = 0; j < n; j++) {
@@ -51,25 +63,30 @@ int both_eliminate(int n, double *A, double *x)
     return 1;
 }
 
-/* W = H M^-1 H', q = H M^-1 f + w. */
-void both_form(both_problem *p)
+void both_reduce(int n, int size, const double *M, const double *H, const double *f,
+                 const double *w, double *W, double *q)
 {
     double A[MOST * MOST], x[MOST];
-    for (int j = 0; j <= p->size; j++) {
-        memcpy(A, p->M, sizeof A);
-        for (int i = 0; i < p->n; i++)
-            x[i] = j < p->size ? p->H[j * MOST + i] : p->f[i];
-        assert_true(both_eliminate(p->n, A, x));
-        for (int i = 0; i < p->size; i++) {
-            double sum = j < p->size ? 0.0 : p->w[i];
-            for (int k = 0; k < p->n; k++)
-                sum += p->H[i * MOST + k] * x[k];
-            if (j < p->size)
-                p->W[i * MOST + j] = sum;
+    for (int j = 0; j <= size; j++) {
+        memcpy(A, M, sizeof A);
+        for (int i = 0; i < n; i++)
+            x[i] = j < size ? H[j * MOST + i] : f[i];
+        assert_true(both_eliminate(n, A, x));
+        for (int i = 0; i < size; i++) {
+            double sum = j < size ? 0.0 : w[i];
+            for (int k = 0; k < n; k++)
+                sum += H[i * MOST + k] * x[k];
+            if (j < size)
+                W[i * MOST + j] = sum;
             else
-                p->q[i] = sum;
+                q[i] = sum;
         }
     }
+}
+
+void both_form(both_problem *p)
+{
+    both_reduce(p->n, p->size, p->M, p->H, p->f, p->w, p->W, p->q);
 }
 
 void both_add(both_problem *p, int32_t two_sided, int32_t dim, double mu)
@@ -80,8 +97,6 @@ void both_add(both_problem *p, int32_t two_sided, int32_t dim, double mu)
     p->rows += dim;
 }
 
-/* Data of size 1 for n velocities, more than there are rows, so that W is regular. blocks: M falls
- * into blocks of three. */
 void both_fill(both_problem *p, int32_t bounded, int32_t bilateral, int blocks)
 {
     p->bounded = bounded;
@@ -108,7 +123,6 @@ void both_fill(both_problem *p, int32_t bounded, int32_t bilateral, int blocks)
     both_form(p);
 }
 
-/* Friction of the contacts that hold both ways pushes on their normals: what makes answers many. */
 void both_skew(both_problem *p, double by)
 {
     for (int k = 0, at = 0; k < p->contacts; at += p->dims[k++])

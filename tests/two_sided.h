@@ -34,6 +34,10 @@ typedef struct both_rig {
 extern perp_context *both_context;
 extern uint64_t both_seed;
 
+/* Makes both_context, and destroys it: for groups of tests. */
+int both_make(void **state);
+int both_destroy(void **state);
+
 /* Between -1 and 1. */
 double both_draw(void);
 
@@ -50,7 +54,9 @@ void both_fill(both_problem *p, int32_t bounded, int32_t bilateral, int blocks);
 /* Friction of the contacts that hold both ways pushes on their normals: what makes answers many. */
 void both_skew(both_problem *p, double by);
 
-/* W = H M^-1 H', q = H M^-1 f + w. */
+/* W = H M^-1 H', q = H M^-1 f + w; matrices row by row, MOST wide. */
+void both_reduce(int n, int size, const double *M, const double *H, const double *f,
+                 const double *w, double *W, double *q);
 void both_form(both_problem *p);
 
 void both_by_delassus(const both_problem *p, int32_t method, both_answer *a);

@@ -13,23 +13,7 @@
 #include <perp/perp.h>
 
 #include "contact/law.h"
-
-enum { MOST = 16 };
-
-static perp_context *context;
-
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(context);
-    return 0;
-}
+#include "two_sided.h"
 
 /* u = W r + q: planar contacts of two rows, rows with bounds, equations. */
 typedef struct problem {
@@ -45,70 +29,9 @@ typedef struct answer {
     perp_contact_result result;
 } answer;
 
-static uint64_t seed;
-
-static double draw(void)
-{
-    seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return (double)(seed >> 11) * 0x1p-52 - 1.0;
-}
-
-/* x := A^-1 x by elimination with pivoting; 0 where A is singular. */
-static int eliminate(int n, double *A, double *x)
-{
-    for (int j = 0; j < n; j++) {
-        int p = j;
-        for (int i = j; i < n; i++)
-            p = fabs(A[i * MOST + j]) > fabs(A[p * MOST + j]) ? i : p;
-        if (!(fabs(A[p * MOST + j]) > 1e-9))
-            return 0;
-        for (int k = 0; k < n; k++) {
-            const double t = A[j * MOST + k];
-            A[j * MOST + k] = A[p * MOST + k];
-            A[p * MOST + k] = t;
-        }
-        const double t = x[j];
-        x[j] = x[p];
-        x[p] = t;
-        for (int i = j + 1; i < n; i++) {
-            const double l = A[i * MOST + j] / A[j * MOST + j];
-            for (int k = j; k < n; k++)
-                A[i * MOST + k] -= l * A[j * MOST + k];
-            x[i] -= l * x[j];
-        }
-    }
-    for (int j = n; j-- > 0;) {
-        for (int k = j + 1; k < n; k++)
-            x[j] -= A[j * MOST + k] * x[k];
-        x[j] /= A[j * MOST + j];
-    }
-    return 1;
-}
-
 static int32_t rows_of(const problem *p)
 {
     return p->contacts * p->dim;
-}
-
-/* W = H M^-1 H', q = H M^-1 f + w. */
-static void form(problem *p)
-{
-    double A[MOST * MOST], x[MOST];
-    for (int j = 0; j <= p->size; j++) {
-        memcpy(A, p->M, sizeof A);
-        for (int i = 0; i < p->n; i++)
-            x[i] = j < p->size ? p->H[j * MOST + i] : p->f[i];
-        assert_true(eliminate(p->n, A, x));
-        for (int i = 0; i < p->size; i++) {
-            double sum = j < p->size ? 0.0 : p->w[i];
-            for (int k = 0; k < p->n; k++)
-                sum += p->H[i * MOST + k] * x[k];
-            if (j < p->size)
-                p->W[i * MOST + j] = sum;
-            else
-                p->q[i] = sum;
-        }
-    }
 }
 
 /* More velocities than rows, so that W is regular. blocks: M falls into blocks of three. */
@@ -123,10 +46,10 @@ static void draw_problem(problem *p, int32_t contacts, int32_t dim, int32_t boun
     p->size = rows_of(p) + bounded + bilateral;
     p->n = 12;
     for (int k = 0; k < contacts; k++)
-        p->mu[k] = 0.3 + 0.2 * draw();
+        p->mu[k] = 0.3 + 0.2 * both_draw();
     for (int i = 0; i < bounded; i++) {
-        const int kind = (int)floor(2.5 * (draw() + 1.0));
-        const double low = draw(), width = draw() + 1.0;
+        const int kind = (int)floor(2.5 * (both_draw() + 1.0));
+        const double low = both_draw(), width = both_draw() + 1.0;
         p->lower[i] = kind == 0 ? 0.0 : kind == 2 || kind == 4 ? -INFINITY : low;
         p->upper[i] = kind == 0 || kind == 1 || kind == 4 ? INFINITY : low + width;
     }
@@ -135,14 +58,14 @@ static void draw_problem(problem *p, int32_t contacts, int32_t dim, int32_t boun
             for (int k = 0; k < p->n && (!blocks || i / 3 == j / 3); k++)
                 p->M[i * MOST + j] += cos(1.7 * i * k + k) * cos(1.7 * j * k + k) / p->n;
         p->M[i * MOST + i] += 0.5;
-        p->f[i] = draw();
+        p->f[i] = both_draw();
     }
     for (int i = 0; i < p->size; i++) {
-        p->w[i] = draw();
+        p->w[i] = both_draw();
         for (int j = 0; j < p->n; j++)
-            p->H[i * MOST + j] = draw();
+            p->H[i * MOST + j] = both_draw();
     }
-    form(p);
+    both_reduce(p->n, p->size, p->M, p->H, p->f, p->w, p->W, p->q);
 }
 
 /* ---- enumeration --------------------------------------------------------------------------- */
@@ -180,7 +103,7 @@ static int solve_modes(const problem *p, const int *mode, double *r)
     }
     for (int i = first + p->bounded; i < p->size; i++)
         set_row(A, r, p, i, 1, 0.0);
-    if (!eliminate(p->size, A, r))
+    if (!both_eliminate(p->size, A, r))
         return 0;
     for (int i = 0, unit; i < first + p->bounded; i++) {
         double u = p->q[i];
@@ -251,8 +174,8 @@ static void by_delassus(const problem *p, int32_t method, answer *a)
     assert_int_equal(perp_matrix_init(&W, sizeof W), PERP_OK);
     assert_int_equal(perp_matrix_dense(&W, PERP_STORAGE_ROW_MAJOR, p->size, p->size, p->W, MOST),
                      PERP_OK);
-    assert_int_equal(perp_contact_solve_delassus(context, a->r, a->u, a->modes, a->ray, &a->result,
-                                                 &settings, &laws, &W, p->q, NULL),
+    assert_int_equal(perp_contact_solve_delassus(both_context, a->r, a->u, a->modes, a->ray,
+                                                 &a->result, &settings, &laws, &W, p->q, NULL),
                      PERP_OK);
 }
 
@@ -262,7 +185,7 @@ static int32_t solve_mass(double *x, int32_t columns, void *user)
     for (int32_t c = 0; c < columns; c++) {
         double A[MOST * MOST];
         memcpy(A, p->M, sizeof A);
-        if (!eliminate(p->n, A, x + c * p->n))
+        if (!both_eliminate(p->n, A, x + c * p->n))
             return 1;
     }
     return 0;
@@ -291,8 +214,9 @@ static void by_dynamics(problem *p, int32_t method, int callback, answer *a)
     dynamics.user = p;
     dynamics.H = &H;
     dynamics.G = p->bilateral > 0 ? &G : NULL;
-    assert_int_equal(perp_contact_solve(context, a->v, a->r, a->u, a->modes, a->ray, &a->result,
-                                        &settings, &laws, &dynamics, p->f, p->w, p->w + rows, NULL),
+    assert_int_equal(perp_contact_solve(both_context, a->v, a->r, a->u, a->modes, a->ray,
+                                        &a->result, &settings, &laws, &dynamics, p->f, p->w,
+                                        p->w + rows, NULL),
                      PERP_OK);
 }
 
@@ -342,7 +266,7 @@ static void test_enumerated(void **state)
     for (uint64_t k = 1; k <= 60; k++) {
         problem p;
         double r[MOST];
-        seed = 1000 * k;
+        both_seed = 1000 * k;
         draw_problem(&p, 2, 2, 3, 1, k % 2 == 0);
         if (enumerate(&p, r) != 1)
             continue;
@@ -370,7 +294,7 @@ static void test_laws(void **state)
     for (uint64_t k = 1; k <= 60; k++) {
         problem p;
         answer a;
-        seed = 77 * k;
+        both_seed = 77 * k;
         draw_problem(&p, 2, 3, 4, k % 3 == 0, 0);
         by_dynamics(&p, PERP_CONTACT_METHOD_AUTO, 0, &a);
         require_solved(&a, k);
@@ -494,11 +418,11 @@ static void refuse(double lower, double upper, double h, perp_status expected, i
     dynamics.n = 1;
     dynamics.M = &M;
     dynamics.H = &H;
-    assert_int_equal(perp_contact_solve(context, NULL, &r, NULL, NULL, NULL, &result, &settings,
-                                        &laws, &dynamics, &f, &f, NULL, NULL),
+    assert_int_equal(perp_contact_solve(both_context, NULL, &r, NULL, NULL, NULL, &result,
+                                        &settings, &laws, &dynamics, &f, &f, NULL, NULL),
                      expected);
-    if (!strstr(perp_context_message(context), text))
-        fail_msg("'%s' without '%s'", perp_context_message(context), text);
+    if (!strstr(perp_context_message(both_context), text))
+        fail_msg("'%s' without '%s'", perp_context_message(both_context), text);
     assert_true(r == 7.0);
 }
 
@@ -546,5 +470,5 @@ int main(void)
         cmocka_unit_test(test_infeasible), cmocka_unit_test(test_clip),
         cmocka_unit_test(test_refusals),
     };
-    return cmocka_run_group_tests(tests, make, destroy);
+    return cmocka_run_group_tests(tests, both_make, both_destroy);
 }

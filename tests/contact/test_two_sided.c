@@ -13,18 +13,6 @@
 #include <perp/perp.h>
 
 #include "two_sided.h"
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&both_context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(both_context);
-    return 0;
-}
 
 /* Pins, axles, ball joints and guides in space, beside contacts in space: the laws. */
 static void test_laws(void **state)
@@ -196,5 +184,5 @@ int main(void)
         cmocka_unit_test(test_drawer_methods), cmocka_unit_test(test_zeros),
         cmocka_unit_test(test_refusals),
     };
-    return cmocka_run_group_tests(tests, make, destroy);
+    return cmocka_run_group_tests(tests, both_make, both_destroy);
 }

@@ -14,19 +14,6 @@
 #include "memory.h"
 #include "two_sided.h"
 
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&both_context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(both_context);
-    return 0;
-}
-
 static perp_status call(both_problem *p, both_rig *g, both_answer *a)
 {
     return perp_contact_solve(both_context, a->v, a->r, a->u, a->modes, a->ray, &a->result,
@@ -211,5 +198,5 @@ int main(void)
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_every_allocation_may_fail),
     };
-    return cmocka_run_group_tests(tests, make, destroy);
+    return cmocka_run_group_tests(tests, both_make, both_destroy);
 }

@@ -13,18 +13,6 @@
 #include <perp/perp.h>
 
 #include "two_sided.h"
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&both_context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(both_context);
-    return 0;
-}
 
 /* ---- enumeration --------------------------------------------------------------------------- */
 
@@ -302,5 +290,5 @@ int main(void)
         cmocka_unit_test(test_planted_planar),
         cmocka_unit_test(test_planted),
     };
-    return cmocka_run_group_tests(tests, make, destroy);
+    return cmocka_run_group_tests(tests, both_make, both_destroy);
 }

@@ -13,19 +13,6 @@
 
 #include "two_sided.h"
 
-static int make(void **state)
-{
-    (void)state;
-    return perp_context_create(&both_context, NULL);
-}
-
-static int destroy(void **state)
-{
-    (void)state;
-    perp_context_destroy(both_context);
-    return 0;
-}
-
 static perp_contact_sensitivity *derive(both_problem *p, const double *r,
                                         perp_contact_sensitivity_info *info)
 {
@@ -289,5 +276,5 @@ int main(void)
         cmocka_unit_test(test_drawer),
         cmocka_unit_test(test_verdicts),
     };
-    return cmocka_run_group_tests(tests, make, destroy);
+    return cmocka_run_group_tests(tests, both_make, both_destroy);
 }
