@@ -207,6 +207,25 @@ static void test_comes_to_rest(void **state)
     }
 }
 
+/* The same in frozen steps, which do not end where the slip does: whatever the force and the step,
+ * a slip that would turn round in it is caught. */
+static void test_slip_is_caught(void **state)
+{
+    (void)state;
+    for (int32_t k = 0; k < 40; k++) {
+        double q[MASS_N] = {0}, v[MASS_N] = {0.3 + 0.1 * k};
+        mass m;
+
+        make_mass(&m, 2, 0.45, 0.6);
+        m.settings.scheme = PERP_MECHANISM_FROZEN;
+        m.settings.error = 1e-2 / (1 + k % 8);
+        m.load[0] = -NEWTONS * (0.46 + 0.03 * (k % 5)); /* between mu N and mu_static N */
+        m.load[1] = -NEWTONS;
+        go(&m, q, v, 2.0, NULL, NULL);
+        assert_true(v[0] == 0.0);
+    }
+}
+
 /* In a guide that holds both ways: the load N = 8 - 5 t changes sides at 1.6, friction is mu |N|.
  */
 static void test_changes_sides(void **state)
@@ -446,9 +465,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_block),         cmocka_unit_test(test_slips_at_once),
         cmocka_unit_test(test_switch),        cmocka_unit_test(test_changes_sides),
-        cmocka_unit_test(test_comes_to_rest), cmocka_unit_test(test_lifts_off),
-        cmocka_unit_test(test_leaves_dome),   cmocka_unit_test(test_wall_opens),
-        cmocka_unit_test(test_belt),
+        cmocka_unit_test(test_comes_to_rest), cmocka_unit_test(test_slip_is_caught),
+        cmocka_unit_test(test_lifts_off),     cmocka_unit_test(test_leaves_dome),
+        cmocka_unit_test(test_wall_opens),    cmocka_unit_test(test_belt),
     };
 
     return cmocka_run_group_tests(tests, NULL, NULL);
